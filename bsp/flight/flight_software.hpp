@@ -37,6 +37,9 @@ namespace ilp {
 
 class FlightSoftware {
  public:
+  using SharedStepMemory = StepMemory<OverlapChecker, CameraCalibrator, StructureAndMotion, RichnessScorer,
+                                      StorageManager, Downlink, PlaceMemory>;
+
   /// `router` carries packets, and files too if they travel by CFDP; if it has no link, `link` carries whole files.
   /// Telecommands change `mission`. `configuration` is that of the mission and has begun with the store. Only the
   /// components of `stages` run; if these are not all, other processes run the rest over the same store.
@@ -80,8 +83,7 @@ class FlightSoftware {
   Telecommander telecommander_;
   CaptureClock capture_clock_;
   Acquisition acquisition_;
-  FeatureScratch feature_scratch_;
-  PlaceScratch place_scratch_;
+  SharedStepMemory step_memory_;
   OverlapChecker overlap_checker_;
   CameraCalibrator camera_calibrator_;
   StructureAndMotion structure_and_motion_;

@@ -19,8 +19,8 @@ std::uint8_t priority_of(const char* name) {
 
 }  // namespace
 
-DeliveryQueue::DeliveryQueue(Tables store, Clock& clock, const MissionParameters& mission)
-    : store_(store), clock_(clock), mission_(mission) {}
+DeliveryQueue::DeliveryQueue(Tables store, Clock& clock, const MissionParameters& mission, Scratch scratch)
+    : store_(store), clock_(clock), mission_(mission), scratch_(scratch) {}
 
 Status DeliveryQueue::survey(std::uint64_t& bytes) {
   entries_.clear();
@@ -72,12 +72,13 @@ Status DeliveryQueue::begin_file(const char* name) {
 
 Status DeliveryQueue::write(std::span<const std::uint8_t> bytes) {
   if (!open_) return {StatusCode::invalid_argument, 2};
-  if (bytes.size() > file_.size() - bytes_) {
+  auto& file = scratch_.as<DownlinkBuffers>().file;
+  if (bytes.size() > file.size() - bytes_) {
     open_ = false;
     return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(bytes_ + bytes.size()),
-            static_cast<std::int64_t>(file_.size())};
+            static_cast<std::int64_t>(file.size())};
   }
-  if (!bytes.empty()) std::memcpy(file_.data() + bytes_, bytes.data(), bytes.size());
+  if (!bytes.empty()) std::memcpy(file.data() + bytes_, bytes.data(), bytes.size());
   bytes_ += bytes.size();
   return {};
 }
@@ -101,7 +102,7 @@ Status DeliveryQueue::end_file() {
   if (!open_) return {StatusCode::invalid_argument, 2};
   open_ = false;
   ILP_TRY(erase_others_of(name_));
-  const std::span<const std::uint8_t> file{file_.data(), bytes_};
+  const std::span<const std::uint8_t> file{scratch_.as<DownlinkBuffers>().file.data(), bytes_};
   cfdp::FileChecksum checksum(mission_.cfdp_checksum);
   checksum.add(file);
   TransferRecord record;

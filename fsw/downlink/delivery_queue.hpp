@@ -8,6 +8,7 @@
 #include "cfg/mission.hpp"
 #include "fsw/base/checksum.hpp"
 #include "fsw/base/fixed_vector.hpp"
+#include "fsw/downlink/downlink_buffers.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/link/link.hpp"
 #include "hal/store/store_view.hpp"
@@ -25,8 +26,10 @@ struct DeliveryBacklog {
 class DeliveryQueue final : public Link {
  public:
   using Tables = StorePart<Writes<TransferRecord>, Erases<TransferRecord>>;
+  using Scratch = StepScratch<DownlinkBuffers>;
 
-  DeliveryQueue(Tables store, Clock& clock, const MissionParameters& mission);
+  /// A file lies in the memory of the downlink's step, in which it is begun and ended.
+  DeliveryQueue(Tables store, Clock& clock, const MissionParameters& mission, Scratch scratch);
 
   /// `transfer_queue_full` when limits::max_transfers files or cfdp_queue_kib of them are queued: try again later.
   Status begin_file(const char* name) override;
@@ -59,6 +62,7 @@ class DeliveryQueue final : public Link {
   Tables store_;
   Clock& clock_;
   const MissionParameters& mission_;
+  Scratch scratch_;
   const DeliveryBacklog* backlog_ = nullptr;
   FixedVector<Entry, limits::max_transfers> entries_;
   bool surveyed_ = false;
@@ -66,7 +70,6 @@ class DeliveryQueue final : public Link {
   bool open_ = false;
   char name_[32] = {};
   std::size_t bytes_ = 0;
-  std::array<std::uint8_t, limits::max_transfer_bytes> file_{};
 };
 
 /// Sets the ground's request for the transfer with this transaction sequence number, or for all transfers (0). Call it

@@ -27,8 +27,8 @@ std::int64_t bytes_in(std::int64_t rate, TimeNs time, std::int64_t most) {
 
 constexpr CheckpointForm Downlink::checkpoint = checkpoint_form<State>(component_id);
 
-Downlink::Downlink(Tables store, Link& link, Clock& clock, const MissionParameters& mission)
-    : store_(store), link_(link), clock_(clock), mission_(mission), file_(store, link) {}
+Downlink::Downlink(Tables store, Link& link, Clock& clock, const MissionParameters& mission, Scratch scratch)
+    : store_(store), link_(link), clock_(clock), mission_(mission), scratch_(scratch), file_(store, link) {}
 
 Status Downlink::restore() {
   asked_through_ = 0;

@@ -6,6 +6,7 @@
 
 #include "cfg/link_shares.hpp"
 #include "cfg/mission.hpp"
+#include "fsw/downlink/downlink_buffers.hpp"
 #include "fsw/downlink/outgoing_file.hpp"
 #include "fsw/downlink/pass_planner.hpp"
 #include "fsw/downlink/set_aside_list.hpp"
@@ -45,8 +46,9 @@ inline constexpr std::int64_t events_per_file = 64;
 class Downlink final : public StageComponent<ComponentId::downlink> {
  public:
   static const CheckpointForm checkpoint;
+  using Scratch = StepScratch<DownlinkBuffers>;
 
-  Downlink(Tables store, Link& link, Clock& clock, const MissionParameters& mission);
+  Downlink(Tables store, Link& link, Clock& clock, const MissionParameters& mission, Scratch scratch);
 
   Status restore() override;
   StepResult step() override;
@@ -163,6 +165,7 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   Link& link_;
   Clock& clock_;
   const MissionParameters& mission_;
+  Scratch scratch_;
   Cursor cursor_;
   State state_;
   Status event_;
@@ -183,7 +186,6 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   CandidateList candidates_;
   PassPlan plan_;
   PlanWorkspace workspace_;
-  std::array<std::uint8_t, limits::max_product_bytes> product_{};
 };
 
 }  // namespace ilp

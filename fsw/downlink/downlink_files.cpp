@@ -126,9 +126,10 @@ Status Downlink::write_mask(std::int64_t keyframe_id) {
   depth.values.bytes = 0;
   depth.sigma.bytes = 0;
   depth.cells.bytes = 0;
-  ILP_ASSERT(depth.mask.bytes <= product_.size(), depth.mask.bytes);
+  auto& buffer = scratch_.as<DownlinkBuffers>().product;
+  ILP_ASSERT(depth.mask.bytes <= buffer.size(), depth.mask.bytes);
   // The record states the length of the mask, so the mask is read first.
-  const std::span<std::uint8_t> mask = std::span(product_).first(depth.mask.bytes);
+  const std::span<std::uint8_t> mask = std::span(buffer).first(depth.mask.bytes);
   if (!mask.empty()) {
     ILP_TRY(file_.take(read_blob<DepthRecord>(store_, "mask", keyframe_id, 0, mask), found));
     if (!found) depth.mask.bytes = 0;
@@ -206,8 +207,9 @@ Status Downlink::write_refinement(const ProductRecord& product, std::span<const 
 
 Status Downlink::send_layers(const ProductRecord& product, int last_layer, State& after, bool& sent) {
   subject_ = {FileClass::products, product.id};
-  ILP_ASSERT(product.data.bytes <= product_.size(), product.data.bytes);
-  const std::span<std::uint8_t> whole{product_.data(), product.data.bytes};
+  auto& buffer = scratch_.as<DownlinkBuffers>().product;
+  ILP_ASSERT(product.data.bytes <= buffer.size(), product.data.bytes);
+  const std::span<std::uint8_t> whole{buffer.data(), product.data.bytes};
   ProductRecord changed = product;
   std::size_t bytes = whole.size();
   const int layers = layers_of(product);

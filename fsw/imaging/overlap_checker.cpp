@@ -48,9 +48,8 @@ OverlapParams overlap_params(const MissionParameters& mission, double predicted_
 
 constexpr CheckpointForm OverlapChecker::checkpoint = checkpoint_form<State>(component_id);
 
-OverlapChecker::OverlapChecker(Tables store, const MissionParameters& mission, FeatureOverlapWorkspace& features,
-                               PlaceScratch& places)
-    : store_(store), mission_(mission), features_(features), places_(places) {}
+OverlapChecker::OverlapChecker(Tables store, const MissionParameters& mission, Scratch scratch)
+    : store_(store), mission_(mission), scratch_(scratch) {}
 
 Status OverlapChecker::restore() {
   loaded_frame_id_ = 0;
@@ -93,7 +92,7 @@ Status OverlapChecker::load_keyframe(std::int64_t frame_id) {
   if (loaded_frame_id_ == frame_id) return {};
   loaded_frame_id_ = 0;
   ILP_TRY(load_frame_image(store_, frame_id, keyframe_image_));
-  ILP_TRY(prepare_overlap(keyframe_image_.view(), keyframe_, workspace_));
+  ILP_TRY(prepare_overlap(keyframe_image_.view(), keyframe_, scratch_.as<OverlapWorkspace>()));
   loaded_frame_id_ = frame_id;
   return {};
 }
@@ -218,10 +217,10 @@ Status OverlapChecker::correlate(OverlapResult& measured) {
     OverlapParams narrow = wide;
     narrow.max_rotation_rad = std::min(wide.max_rotation_rad, narrow_rotation_rad);
     narrow.max_scale = std::min(wide.max_scale, narrow_scale);
-    ILP_TRY(measure_overlap(keyframe_, image_.view(), narrow, workspace_, measured));
+    ILP_TRY(measure_overlap(keyframe_, image_.view(), narrow, scratch_.as<OverlapWorkspace>(), measured));
     if (measured.verdict != OverlapVerdict::overlap_unknown) return {};
   }
-  return measure_overlap(keyframe_, image_.view(), wide, workspace_, measured);
+  return measure_overlap(keyframe_, image_.view(), wide, scratch_.as<OverlapWorkspace>(), measured);
 }
 
 Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured) {
@@ -236,7 +235,8 @@ Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured
   FeatureOverlapParams params;
   params.seed = mix64(mission_.seed) ^ static_cast<std::uint64_t>(frame.id);
   OverlapResult by_features;
-  ILP_TRY(measure_overlap_by_features(keyframe_image_.view(), image_.view(), params, features_, by_features));
+  ILP_TRY(measure_overlap_by_features(keyframe_image_.view(), image_.view(), params,
+                                      scratch_.as<FeatureOverlapWorkspace>(), by_features));
   if (by_features.verdict == OverlapVerdict::ok) measured = by_features;
   return {};
 }
@@ -247,7 +247,7 @@ Status OverlapChecker::bridge(OverlapResult& measured, bool& bridged) {
   if (measured.verdict != OverlapVerdict::ok) {
     OverlapResult by_places;
     ILP_TRY(measure_overlap_by_places(keyframe_image_.view(), image_.view(), limits::max_place_features,
-                                      features_.harris, places_, by_places));
+                                      scratch_.as<PlaceScratch>(), by_places));
     if (by_places.verdict != OverlapVerdict::ok) return {};
     measured = by_places;
   }
@@ -285,8 +285,8 @@ Status OverlapChecker::bridge_across(OverlapResult& measured, bool& bridged) {
   if (!loaded.ok()) return is_transient(loaded) ? loaded : Status{};
   OverlapResult across;
   // What only many features find here is so little ground that a strip of its own is worth more.
-  ILP_TRY(measure_overlap_by_places(keyframe_image_.view(), image_.view(), limits::place_features, features_.harris,
-                                    places_, across));
+  ILP_TRY(measure_overlap_by_places(keyframe_image_.view(), image_.view(), limits::place_features,
+                                    scratch_.as<PlaceScratch>(), across));
   if (across.verdict != OverlapVerdict::ok || across.overlap < least_overlap) return {};
   const GrayView image = image_.view();
   const double shared =
@@ -335,7 +335,8 @@ Status OverlapChecker::relate(const FrameRecord& frame, Outcome& outcome, Overla
 Status OverlapChecker::judge_alone(const FrameRecord& frame, OverlapVerdict& verdict) {
   ILP_TRY(load_frame_image(store_, frame.id, image_));
   OverlapResult measured;
-  ILP_TRY(measure_overlap(image_.view(), image_.view(), overlap_params(mission_, 0, 1), workspace_, measured));
+  ILP_TRY(measure_overlap(image_.view(), image_.view(), overlap_params(mission_, 0, 1), scratch_.as<OverlapWorkspace>(),
+                          measured));
   // Repeating ground cannot be distinguished from its own copies. Another frame may resolve it.
   verdict = measured.verdict == OverlapVerdict::overlap_unknown ? OverlapVerdict::ok : measured.verdict;
   return {};

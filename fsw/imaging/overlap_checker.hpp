@@ -4,6 +4,7 @@
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/patience.hpp"
+#include "fsw/shared/step_memory.hpp"
 #include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/overlap/overlap.hpp"
 #include "fsw/vision/overlap/overlap_workspace.hpp"
@@ -25,9 +26,9 @@ namespace ilp {
 class OverlapChecker final : public StageComponent<ComponentId::overlap_checker> {
  public:
   static const CheckpointForm checkpoint;
+  using Scratch = StepScratch<OverlapWorkspace, FeatureOverlapWorkspace, PlaceScratch>;
 
-  OverlapChecker(Tables store, const MissionParameters& mission, FeatureOverlapWorkspace& features,
-                 PlaceScratch& places);
+  OverlapChecker(Tables store, const MissionParameters& mission, Scratch scratch);
 
   Status restore() override;
   StepResult step() override;
@@ -97,8 +98,7 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
 
   Tables store_;
   const MissionParameters& mission_;
-  FeatureOverlapWorkspace& features_;  ///< shared, like the next one: they carry nothing from step to step
-  PlaceScratch& places_;
+  Scratch scratch_;
   Cursor cursor_;
   State state_;
   Patience patience_;
@@ -110,7 +110,6 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   FrameImage keyframe_image_;
   OverlapTemplate keyframe_;  // template of that image
   FrameImage image_;
-  OverlapWorkspace workspace_;
 };
 
 }  // namespace ilp

@@ -51,8 +51,8 @@ constexpr CheckpointForm CameraCalibrator::checkpoint = checkpoint_form<Calibrat
 constexpr CheckpointForm CameraCalibrator::second_checkpoint =
     checkpoint_form<CheckingState>(component_id, stage_of(component_id).state.second);
 
-CameraCalibrator::CameraCalibrator(Tables store, const MissionParameters& mission, FeatureScratch& features)
-    : store_(store), mission_(mission), features_(features) {}
+CameraCalibrator::CameraCalibrator(Tables store, const MissionParameters& mission, Scratch scratch)
+    : store_(store), mission_(mission), scratch_(scratch) {}
 
 Status CameraCalibrator::restore() {
   phase_ = Phase::idle;
@@ -133,7 +133,7 @@ void CameraCalibrator::measure() {
 
 Status CameraCalibrator::detect() {
   // The camera is calibrated once for the whole flight, so all corners are used.
-  ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, 0, features_, images_, corners_));
+  ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, 0, scratch_.as<FeatureScratch>(), images_, corners_));
   matches_.clear();
   phase_ = calibrating_.calibration.keyframes.empty() ? Phase::relate : Phase::match;
   return {};
@@ -141,7 +141,7 @@ Status CameraCalibrator::detect() {
 
 Status CameraCalibrator::match() {
   ILP_TRY(match_to_previous(store_, mission_, cursor_.first, calibrating_.calibration.corners,
-                            keyframe_.plane_from_previous, features_, images_, corners_, matches_));
+                            keyframe_.plane_from_previous, scratch_.as<FeatureScratch>(), images_, corners_, matches_));
   phase_ = Phase::relate;
   return {};
 }

@@ -7,6 +7,7 @@
 #include "fsw/motion/keyframe_features.hpp"
 #include "fsw/motion/measured_focal.hpp"
 #include "fsw/shared/patience.hpp"
+#include "fsw/shared/step_memory.hpp"
 #include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/calibration/calibration_check.hpp"
 #include "fsw/vision/calibration/calibration_workspace.hpp"
@@ -30,8 +31,9 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   /// The first form is for the search for the camera, the second for the time after it is frozen.
   static const CheckpointForm checkpoint;
   static const CheckpointForm second_checkpoint;
+  using Scratch = StepScratch<FeatureScratch>;
 
-  CameraCalibrator(Tables store, const MissionParameters& mission, FeatureScratch& features);
+  CameraCalibrator(Tables store, const MissionParameters& mission, Scratch scratch);
 
   Status restore() override;
   StepResult step() override;
@@ -86,7 +88,7 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
 
   Tables store_;
   const MissionParameters& mission_;
-  FeatureScratch& features_;
+  Scratch scratch_;
   CameraRecord camera_;
   Cursor cursor_;  ///< first: the last keyframe examined; second: the last strip checked
   CalibratingState calibrating_;

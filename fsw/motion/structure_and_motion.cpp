@@ -64,8 +64,8 @@ SequenceParams sequence_params(const MissionParameters& mission, double altitude
 
 constexpr CheckpointForm StructureAndMotion::checkpoint = checkpoint_form<State>(component_id);
 
-StructureAndMotion::StructureAndMotion(Tables store, const MissionParameters& mission, FeatureScratch& features)
-    : store_(store), mission_(mission), features_(features) {}
+StructureAndMotion::StructureAndMotion(Tables store, const MissionParameters& mission, Scratch scratch)
+    : store_(store), mission_(mission), scratch_(scratch) {}
 
 Status StructureAndMotion::restore() {
   phase_ = Phase::idle;
@@ -127,7 +127,7 @@ void StructureAndMotion::begin_strip(std::int64_t strip_id, bool has_world) {
 Status StructureAndMotion::begin_structure(const NavigationRecord& measured) {
   const SequenceParams params = sequence_params(mission_, keyframe_.altitude, measured);
   state_.scale_source = params.first_height > 0 ? ScaleSource::altimeter : ScaleSource::first_baseline;
-  Sequence sequence(state_.sequence, sequence_workspace_);
+  Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
   return sequence.begin_strip(camera_, params);
 }
 
@@ -194,10 +194,11 @@ Status StructureAndMotion::pick(bool& picked) {
 }
 
 Status StructureAndMotion::detect() {
-  ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, keyframe_.degraded, features_, images_, corners_));
+  ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, keyframe_.degraded, scratch_.as<FeatureScratch>(), images_,
+                       corners_));
   matches_.clear();
   detected_ = corners_.size();
-  const Sequence sequence(state_.sequence, sequence_workspace_);
+  const Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
   newest_is_poor_ = sequence.can_go_back_to(1) && poor_share * sequence.count_corners(0) < sequence.count_corners(1);
   attempt_ = 0;
   phase_ = state_.posed_keyframe_id == 0 ? Phase::relate : Phase::match;
@@ -210,8 +211,8 @@ Status StructureAndMotion::match() {
   if (back() > 0) return match_to_older();
   Plane predicted;
   compose_planes(keyframe_.plane_from_previous, state_.last_from_posed, predicted);
-  ILP_TRY(match_to_previous(store_, mission_, state_.posed_keyframe_id, state_.sequence.corners, predicted, features_,
-                            images_, corners_, matches_));
+  ILP_TRY(match_to_previous(store_, mission_, state_.posed_keyframe_id, state_.sequence.corners, predicted,
+                            scratch_.as<FeatureScratch>(), images_, corners_, matches_));
   phase_ = Phase::relate;
   return {};
 }
@@ -234,7 +235,7 @@ Status StructureAndMotion::plane_to_newest(std::int64_t from_id, Plane& plane, b
 
 /// An older keyframe that cannot be read is passed over.
 Status StructureAndMotion::match_to_older() {
-  const Sequence sequence(state_.sequence, sequence_workspace_);
+  const Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
   const std::int64_t older_id = sequence.cameras()[sequence.cameras().size() - 1 - back()].keyframe_id;
   Plane to_newest, predicted;
   bool usable = false;
@@ -243,8 +244,8 @@ Status StructureAndMotion::match_to_older() {
   compose_planes(keyframe_.plane_from_previous, predicted, predicted);
   sequence.corners_of(back(), older_corners_);
   if (usable) {
-    const Status matched = match_to_previous(store_, mission_, older_id, older_corners_, predicted, features_, images_,
-                                             corners_, matches_);
+    const Status matched = match_to_previous(store_, mission_, older_id, older_corners_, predicted,
+                                             scratch_.as<FeatureScratch>(), images_, corners_, matches_);
     if (!matched.ok() && is_transient(matched)) return matched;
     usable = matched.ok();
   }
@@ -258,7 +259,7 @@ std::uint32_t StructureAndMotion::back() const {
 }
 
 bool StructureAndMotion::try_next() {
-  const Sequence sequence(state_.sequence, sequence_workspace_);
+  const Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
   if (back() == 0) newest_report_ = sequence.report();
   while (attempt_ + 1 < most_attempts) {
     ++attempt_;
@@ -297,7 +298,7 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   if (camera.keyframe_id == keyframe_.id && phase_ == Phase::record) fill_from_report(pose);
   pose.scale_source = state_.scale_source;
   pose.state = final_pose ? PoseState::final : PoseState::provisional;
-  const Sequence sequence(state_.sequence, sequence_workspace_);
+  const Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
   const bool is_first = camera.keyframe_id == sequence.cameras()[0].keyframe_id;
   if (!is_first && pose.verdict == PoseVerdict::waiting && sequence.begun()) pose.verdict = PoseVerdict::ok;
   // No structure began. A strip of a single keyframe relates to nothing.
@@ -328,18 +329,18 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   return put(store_, pose);
 }
 
-Status StructureAndMotion::append_point(const FinalPoint& point) {
+Status StructureAndMotion::append_point(const FinalPoint& point, FinalsWorkspace& finals) const {
   StructurePoint head{};
   for (int i = 0; i < 3; ++i) head.position[i] = point.position[i];
   head.error_px = point.error_px;
   head.observations = static_cast<std::uint32_t>(point.observations.size());
   const std::size_t size = sizeof(head) + head.observations * sizeof(StructureObservation);
-  const std::size_t begin = points_.size();
+  const std::size_t begin = finals.points.size();
   // A batch that is too large loses its last points; the count on record says how many there are.
-  if (!points_.resize(begin + size))
+  if (!finals.points.resize(begin + size))
     return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(begin + size),
             static_cast<std::int64_t>(limits::max_structure_bytes)};
-  std::uint8_t* to = points_.data() + begin;
+  std::uint8_t* to = finals.points.data() + begin;
   std::memcpy(to, &head, sizeof(head));
   to += sizeof(head);
   for (const FinalObservation& seen : point.observations) {
@@ -351,12 +352,13 @@ Status StructureAndMotion::append_point(const FinalPoint& point) {
     std::memcpy(to, &observation, sizeof(observation));
     to += sizeof(observation);
   }
-  ++point_count_;
+  ++finals.point_count;
   return {};
 }
 
 Status StructureAndMotion::write_finals() {
-  Sequence sequence(state_.sequence, sequence_workspace_);
+  auto& finals = scratch_.as<FinalsWorkspace>();
+  Sequence sequence(state_.sequence, finals.sequence);
   SequenceCamera camera;
   std::int64_t newest_final = 0;
   while (sequence.take_final_camera(camera)) {
@@ -364,11 +366,11 @@ Status StructureAndMotion::write_finals() {
     newest_final = camera.keyframe_id;
   }
   if (newest_final == 0) return {};
-  points_.clear();
-  point_count_ = 0;
+  finals.points.clear();
+  finals.point_count = 0;
   FinalPoint point;
   while (sequence.take_final_point(point)) {
-    const Status appended = append_point(point);
+    const Status appended = append_point(point, finals);
     if (!appended.ok() && !appended.is(StatusCode::capacity_exceeded)) return appended;
   }
   StructureRecord structure;
@@ -378,15 +380,15 @@ Status StructureAndMotion::write_finals() {
   if (found.ok()) return {};
   structure.id = newest_final;
   structure.strip_id = state_.strip_id;
-  structure.count = point_count_;
-  structure.points.bytes = static_cast<std::uint32_t>(points_.size());
+  structure.count = finals.point_count;
+  structure.points.bytes = static_cast<std::uint32_t>(finals.points.size());
   ILP_TRY(put(store_, structure));
-  if (points_.empty()) return {};
-  return write_blob<StructureRecord>(store_, "points", structure.id, 0, {points_.data(), points_.size()});
+  if (finals.points.empty()) return {};
+  return write_blob<StructureRecord>(store_, "points", structure.id, 0, {finals.points.data(), finals.points.size()});
 }
 
 Status StructureAndMotion::record_success() {
-  Sequence sequence(state_.sequence, sequence_workspace_);
+  Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
   for (const SequenceCamera& camera : sequence.cameras()) {
     PoseRecord known;
     const Status found = get(store_, camera.keyframe_id, known);
@@ -437,7 +439,7 @@ Status StructureAndMotion::record_failure() {
   ++state_.failures;
   compose_planes(keyframe_.plane_from_previous, state_.last_from_posed, state_.last_from_posed);
   if (state_.failures < failures_until_lost) return {};
-  const Sequence sequence(state_.sequence, sequence_workspace_);
+  const Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
   if (sequence.begun() || sequence.can_begin()) return give_up_strip(StripEnd::pose_lost);
   // There is no structure, and no pair to begin one: the keyframes so far are abandoned and the next one starts over.
   for (const SequenceCamera& camera : sequence.cameras()) ILP_TRY(fail_pose(camera.keyframe_id));
@@ -476,7 +478,7 @@ Status StructureAndMotion::record() {
 Status StructureAndMotion::finish_strip() {
   subject_ = end_of(state_.strip_id);
   const bool open = state_.posed_keyframe_id != 0 && !patience_.given_up(subject_);
-  if (!open || !Sequence(state_.sequence, sequence_workspace_).begin_with_best_pair()) return end_strip();
+  if (!open || !Sequence(state_.sequence, scratch_.as<SequenceWorkspace>()).begin_with_best_pair()) return end_strip();
   phase_ = Phase::finish;
   return {};
 }
@@ -489,7 +491,7 @@ Status StructureAndMotion::end_strip() {
   if (patience_.given_up(subject_)) {
     ILP_TRY(fail_provisional_poses());
   } else if (state_.posed_keyframe_id != 0) {
-    Sequence sequence(state_.sequence, sequence_workspace_);
+    Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
     ILP_TRY(sequence.flush());
     for (const std::int64_t id : sequence.dropped()) ILP_TRY(fail_pose(id));
     ILP_TRY(write_finals());
@@ -504,7 +506,7 @@ Status StructureAndMotion::end_strip() {
 
 Status StructureAndMotion::extend_sequence() {
   bool more = false;
-  const Status status = Sequence(state_.sequence, sequence_workspace_).step(more);
+  const Status status = Sequence(state_.sequence, scratch_.as<SequenceWorkspace>()).step(more);
   if (more) return status;
   if (phase_ == Phase::finish) {
     ILP_TRY(status);
@@ -526,7 +528,7 @@ Status StructureAndMotion::advance(bool& picked) {
       return match();
     case Phase::relate:
       phase_ = Phase::sequence;
-      return Sequence(state_.sequence, sequence_workspace_)
+      return Sequence(state_.sequence, scratch_.as<SequenceWorkspace>())
           .begin_keyframe_on(back(), keyframe_.id, corners_, matches_,
                              mix64(mission_.seed) ^ static_cast<std::uint64_t>(keyframe_.id));
     case Phase::sequence:

@@ -5,6 +5,7 @@
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/motion/keyframe_features.hpp"
 #include "fsw/shared/patience.hpp"
+#include "fsw/shared/step_memory.hpp"
 #include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/multiview/sequence.hpp"
 #include "fsw/vision/multiview/sequence_workspace.hpp"
@@ -26,7 +27,15 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
  public:
   static const CheckpointForm checkpoint;
 
-  StructureAndMotion(Tables store, const MissionParameters& mission, FeatureScratch& features);
+  /// The points of a batch beside what their sequence needs.
+  struct FinalsWorkspace {
+    SequenceWorkspace sequence;
+    std::uint32_t point_count;
+    FixedVector<std::uint8_t, limits::max_structure_bytes> points;
+  };
+  using Scratch = StepScratch<FeatureScratch, SequenceWorkspace, FinalsWorkspace>;
+
+  StructureAndMotion(Tables store, const MissionParameters& mission, Scratch scratch);
 
   Status restore() override;
   StepResult step() override;
@@ -79,12 +88,12 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   Status write_camera(const SequenceCamera& camera, bool final_pose);
   Status write_finals();
   void fill_from_report(PoseRecord& pose) const;
-  Status append_point(const FinalPoint& point);
+  Status append_point(const FinalPoint& point, FinalsWorkspace& finals) const;
   Status command_end(StripEnd reason);
 
   Tables store_;
   const MissionParameters& mission_;
-  FeatureScratch& features_;
+  Scratch scratch_;
   Cursor cursor_;
   State state_;
   CameraModel camera_;
@@ -103,10 +112,7 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   Corners corners_;
   Corners older_corners_;
   Matches matches_;
-  SequenceWorkspace sequence_workspace_;
   FixedVector<float, limits::max_tracks> depths_;
-  std::uint32_t point_count_ = 0;
-  FixedVector<std::uint8_t, limits::max_structure_bytes> points_;
 };
 
 }  // namespace ilp

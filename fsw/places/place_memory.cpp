@@ -73,8 +73,8 @@ bool is_pose(const PoseRecord& pose) {
 
 constexpr CheckpointForm PlaceMemory::checkpoint = checkpoint_form<State>(component_id);
 
-PlaceMemory::PlaceMemory(Tables store, const MissionParameters& mission, HarrisWorkspace& harris, PlaceScratch& scratch)
-    : store_(store), mission_(mission), harris_(harris), scratch_(scratch) {}
+PlaceMemory::PlaceMemory(Tables store, const MissionParameters& mission, Scratch scratch)
+    : store_(store), mission_(mission), scratch_(scratch) {}
 
 Status PlaceMemory::pick(bool& picked) {
   ILP_TRY(forget_one(picked));
@@ -136,8 +136,9 @@ Status PlaceMemory::find_features() {
   ILP_TRY(load_cells());
   ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
   const std::size_t wanted = loosely_chained() ? limits::max_place_features : limits::place_features;
-  ILP_TRY(find_place_features(image_.view(), wanted, harris_, scratch_.features, features_));
-  ILP_TRY(take_place_patches(image_.view(), harris_, scratch_.patches, patches_));
+  auto& scratch = scratch_.as<PlaceScratch>();
+  ILP_TRY(find_place_features(image_.view(), wanted, scratch.harris, scratch.features, features_));
+  ILP_TRY(take_place_patches(image_.view(), scratch.harris, scratch.patches, patches_));
   give_depths();
   phase_ = Phase::search;
   return {};
@@ -202,7 +203,8 @@ Status PlaceMemory::search() {
     }
   }
   PlaceCandidates alike;
-  ILP_TRY(index_.query(Features(features_.data(), features_.size()), first_too_recent(), query_workspace_, alike));
+  ILP_TRY(index_.query(Features(features_.data(), features_.size()), first_too_recent(),
+                       scratch_.as<PlaceQueryWorkspace>(), alike));
   add_candidates(alike);
   phase_ = candidates_.empty() ? Phase::record : Phase::compare;
   return {};
@@ -289,7 +291,7 @@ Status PlaceMemory::register_patches(const PlaceRecord& place, LinkPoints& point
       read_blob<PlaceRecord>(store_, "patches", place.id, 0, writable_octets(older_patches_.data(), count));
   if (!read.ok()) return is_transient(read) ? read : Status{};
   ILP_TRY(find_place_patches({older_patches_.data(), count}, image_.view(), match_.plane_newer_from_older, {},
-                             scratch_.patches, sightings_));
+                             scratch_.as<PlaceScratch>().patches, sightings_));
   for (const PatchSighting& seen : sightings_) {
     const PlacePatch& from = older_patches_[seen.patch];
     LinkPoint point;
@@ -332,16 +334,16 @@ Status PlaceMemory::relate(std::uint64_t link_id, LinkGeometry& geometry) {
   match_patches();
   params.threshold_px = registered_threshold_px;
   params.feature_sigma_px = registered_sigma_px;
-  if (estimate_link(matches_, camera_, params, link_workspace_, geometry).ok()) return {};
+  if (estimate_link(matches_, camera_, params, scratch_.as<LinkGeometryWorkspace>(), geometry).ok()) return {};
   match_features();
   params.threshold_px = LinkGeometryParams{}.threshold_px;
   params.feature_sigma_px = LinkGeometryParams{}.feature_sigma_px;
-  return estimate_link(matches_, camera_, params, link_workspace_, geometry);
+  return estimate_link(matches_, camera_, params, scratch_.as<LinkGeometryWorkspace>(), geometry);
 }
 
 Status PlaceMemory::link_with(const RememberedPlace& place, const PlaceRecord& record) {
   ILP_TRY(verify_place(Features(older_.data(), older_.size()), Features(features_.data(), features_.size()), {},
-                       scratch_.match, match_));
+                       scratch_.as<PlaceScratch>().match, match_));
   if (match_.verdict != PlaceVerdict::verified) return {};
   LinkPoints& points = link_points_[links_.size()];
   ILP_TRY(register_patches(record, points));

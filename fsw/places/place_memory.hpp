@@ -8,8 +8,8 @@
 #include "fsw/places/place_table.hpp"
 #include "fsw/places/strip_tie.hpp"
 #include "fsw/shared/patience.hpp"
+#include "fsw/shared/step_memory.hpp"
 #include "fsw/shared/step_transaction.hpp"
-#include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/multiview/link_geometry.hpp"
 #include "fsw/vision/place/place_index.hpp"
 #include "fsw/vision/place/place_patches.hpp"
@@ -29,8 +29,9 @@ namespace ilp {
 class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
  public:
   static const CheckpointForm checkpoint;
+  using Scratch = StepScratch<PlaceScratch, PlaceQueryWorkspace, LinkGeometryWorkspace>;
 
-  PlaceMemory(Tables store, const MissionParameters& mission, HarrisWorkspace& harris, PlaceScratch& scratch);
+  PlaceMemory(Tables store, const MissionParameters& mission, Scratch scratch);
 
   Status restore() override;
   StepResult step() override;
@@ -97,8 +98,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
 
   Tables store_;
   const MissionParameters& mission_;
-  HarrisWorkspace& harris_;  ///< shared, like the next one: they carry nothing from step to step
-  PlaceScratch& scratch_;
+  Scratch scratch_;
   Cursor cursor_;
   State state_;
   Patience patience_;
@@ -131,8 +131,6 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   // What is remembered: all of it follows from the records `place`.
   PlaceTable table_;
   PlaceIndex index_;
-  PlaceQueryWorkspace query_workspace_;
-  LinkGeometryWorkspace link_workspace_;
 };
 
 }  // namespace ilp

@@ -52,7 +52,8 @@ RichnessParams richness_params(const MissionParameters& mission) {
 
 constexpr CheckpointForm RichnessScorer::checkpoint = checkpoint_form<State>(component_id);
 
-RichnessScorer::RichnessScorer(Tables store, const MissionParameters& mission) : store_(store), mission_(mission) {}
+RichnessScorer::RichnessScorer(Tables store, const MissionParameters& mission, Scratch scratch)
+    : store_(store), mission_(mission), scratch_(scratch) {}
 
 Status RichnessScorer::restore() {
   const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
@@ -64,17 +65,18 @@ Status RichnessScorer::restore() {
 }
 
 Status RichnessScorer::score(const DepthRecord& depth, RichnessRecord& record, RichnessCues& cues) {
+  auto& w = scratch_.as<Workspace>();
   ILP_TRY(load_camera(store_, camera_));
-  ILP_TRY(load_keyframe_image(store_, depth.id, image_));
-  ILP_TRY(load_maps(store_, depth, maps_));
-  ILP_TRY(inverse_depth_.resize(depth.width, depth.height));
-  ILP_TRY(sigma_.resize(depth.width, depth.height));
+  ILP_TRY(load_keyframe_image(store_, depth.id, w.image));
+  ILP_TRY(load_maps(store_, depth, w.maps));
+  ILP_TRY(w.inverse_depth.resize(depth.width, depth.height));
+  ILP_TRY(w.sigma.resize(depth.width, depth.height));
   // Without depth every code is 0 and any coding reads them.
   const DepthCoding coding{depth.offset, depth.verdict == DepthVerdict::ok ? depth.step : 1.0};
-  ILP_TRY(decode_depth(maps_.codes.view(), coding, inverse_depth_.view()));
-  const ImageView<const std::uint16_t> codes = maps_.codes.view();
-  const std::uint8_t* sigma_code = maps_.sigma.view().data;
-  float* sigma = sigma_.view().data;
+  ILP_TRY(decode_depth(w.maps.codes.view(), coding, w.inverse_depth.view()));
+  const ImageView<const std::uint16_t> codes = w.maps.codes.view();
+  const std::uint8_t* sigma_code = w.maps.sigma.view().data;
+  float* sigma = w.sigma.view().data;
   const double per_px = depth.disparity_per_inverse_depth_px > 0 ? 1.0 / depth.disparity_per_inverse_depth_px : 0;
   const float unit = static_cast<float>(per_px) * px_per_sigma_code;
   for (std::size_t i = 0; i < codes.area(); ++i) {
@@ -84,8 +86,8 @@ Status RichnessScorer::score(const DepthRecord& depth, RichnessRecord& record, R
   }
   const RichnessParams params = richness_params(mission_);
   double index = 0;
-  ILP_TRY(score_richness(camera_, image_.view(), inverse_depth_.view(), sigma_.view(), maps_.mask.view(), params,
-                         state_.history, workspace_, cues, index));
+  ILP_TRY(score_richness(camera_, w.image.view(), w.inverse_depth.view(), w.sigma.view(), w.maps.mask.view(), params,
+                         state_.history, w.richness, cues, index));
   record.richness = index;
   record.images_learned = state_.history.count;
   fill(cues, params, record);

@@ -5,6 +5,7 @@
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/products/depth_access.hpp"
 #include "fsw/shared/patience.hpp"
+#include "fsw/shared/step_memory.hpp"
 #include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/terrain/richness.hpp"
 #include "hal/camera/camera.hpp"
@@ -20,7 +21,15 @@ class RichnessScorer final : public StageComponent<ComponentId::richness_scorer>
  public:
   static const CheckpointForm checkpoint;
 
-  RichnessScorer(Tables store, const MissionParameters& mission);
+  struct Workspace {
+    FrameImage image;
+    MapBuffers maps;
+    FixedImage<float, limits::max_image_pixels> inverse_depth, sigma;
+    RichnessWorkspace richness;
+  };
+  using Scratch = StepScratch<Workspace>;
+
+  RichnessScorer(Tables store, const MissionParameters& mission, Scratch scratch);
 
   Status restore() override;
   StepResult step() override;
@@ -37,14 +46,11 @@ class RichnessScorer final : public StageComponent<ComponentId::richness_scorer>
 
   Tables store_;
   const MissionParameters& mission_;
+  Scratch scratch_;
   Cursor cursor_;
   State state_;
   Patience patience_;
   CameraModel camera_;
-  FrameImage image_;
-  MapBuffers maps_;
-  FixedImage<float, limits::max_image_pixels> inverse_depth_, sigma_;
-  RichnessWorkspace workspace_;
 };
 
 }  // namespace ilp

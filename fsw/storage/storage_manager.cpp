@@ -40,8 +40,8 @@ Status count_next(Reader<Record> store, std::int64_t& counted_id, std::int64_t& 
 
 constexpr CheckpointForm StorageManager::checkpoint = checkpoint_form<State>(component_id);
 
-StorageManager::StorageManager(Tables store, const MissionParameters& mission)
-    : whole_(store), store_(store), mission_(mission) {}
+StorageManager::StorageManager(Tables store, const MissionParameters& mission, Scratch scratch)
+    : whole_(store), store_(store), mission_(mission), scratch_(scratch) {}
 
 Status StorageManager::restore() {
   search_.restart();

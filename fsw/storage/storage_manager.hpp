@@ -6,6 +6,7 @@
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/sound_store.hpp"
+#include "fsw/shared/step_memory.hpp"
 #include "fsw/shared/step_transaction.hpp"
 #include "fsw/storage/frame_release.hpp"
 #include "fsw/storage/record_history.hpp"
@@ -29,8 +30,10 @@ namespace ilp {
 class StorageManager final : public StageComponent<ComponentId::storage_manager> {
  public:
   static const CheckpointForm checkpoint;
+  using File = std::array<std::uint8_t, limits::max_product_bytes>;
+  using Scratch = StepScratch<File>;
 
-  StorageManager(Tables store, const MissionParameters& mission);
+  StorageManager(Tables store, const MissionParameters& mission, Scratch scratch);
 
   Status restore() override;
   StepResult step() override;
@@ -110,6 +113,7 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
   Tables whole_;  ///< damaged records included: for the checkpoint
   SoundView<Tables::tables> store_;
   const MissionParameters& mission_;
+  Scratch scratch_;
   Cursor cursor_;
   State state_;
   VictimSearch search_;
@@ -122,7 +126,6 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
   std::int64_t place_bytes_ = 0;  ///< of all places on record, at most
   std::int64_t asked_id_ = 0;     ///< files up to it have been examined in this round
   std::int64_t swept_id_ = 0;     ///< products up to it have been examined in this round
-  std::array<std::uint8_t, limits::max_product_bytes> file_{};
 };
 
 }  // namespace ilp

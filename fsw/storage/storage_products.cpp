@@ -49,13 +49,14 @@ Status StorageManager::drop(const ProductRecord& product, Work& work) {
 Status StorageManager::cut_last_layer(ProductRecord product, Work& work, bool& done) {
   done = false;
   const std::size_t before = product.data.bytes;
-  ILP_ASSERT(before <= file_.size(), before);
+  auto& file = scratch_.as<File>();
+  ILP_ASSERT(before <= file.size(), before);
   // Bytes that cannot be read stay: the disk may recover, and the downlink judges them itself.
-  if (!read_blob<ProductRecord>(store_, "data", product.id, 0, {file_.data(), before}).ok()) return {};
+  if (!read_blob<ProductRecord>(store_, "data", product.id, 0, {file.data(), before}).ok()) return {};
   done = true;
   std::size_t bytes = 0;
-  const bool sound = crc32({file_.data(), before}) == product.crc32 &&
-                     truncate_to_layers({file_.data(), before}, product.layers - 1, bytes).ok() && bytes < before;
+  const bool sound = crc32({file.data(), before}) == product.crc32 &&
+                     truncate_to_layers({file.data(), before}, product.layers - 1, bytes).ok() && bytes < before;
   if (!sound) {
     work.event = {StatusCode::product_damaged, product.id};
     return give_up_damaged(product, work);
@@ -67,14 +68,14 @@ Status StorageManager::cut_last_layer(ProductRecord product, Work& work, bool& d
   ++account.layers_cut;
   keep_layers(product.layers - 1, bytes, product);
   product.data.bytes = product.bytes;
-  product.crc32 = crc32({file_.data(), bytes});
+  product.crc32 = crc32({file.data(), bytes});
   if (product.layers == product.layers_sent) {
     // All remaining layers were sent.
     product.state = all_held(product) ? ProductState::acknowledged : ProductState::sent;
   }
   work.changed = true;
   ILP_TRY(amend(store_, product));
-  return write_blob<ProductRecord>(store_, "data", product.id, 0, {file_.data(), bytes});
+  return write_blob<ProductRecord>(store_, "data", product.id, 0, {file.data(), bytes});
 }
 
 Status StorageManager::give_up_least(Work& work) {

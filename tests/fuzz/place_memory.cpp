@@ -10,6 +10,7 @@
 #include "hal/store/ram/ram_store.hpp"
 #include "tests/fuzz/special_values.hpp"
 #include "tests/fuzz/targets.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/unit/places/place_flight.hpp"
 
 namespace ilp::fuzz {
@@ -26,13 +27,11 @@ void must(const Status& status) {
 /// The stage with what it shares with others; one of each, because they are large.
 struct Stage {
   MissionParameters mission;
-  std::unique_ptr<HarrisWorkspace> harris = std::make_unique<HarrisWorkspace>();
-  std::unique_ptr<PlaceScratch> scratch = std::make_unique<PlaceScratch>();
   alignas(PlaceMemory) std::byte place[sizeof(PlaceMemory)];
 
   PlaceMemory& begin(Store& store) {
     std::memset(place, 0, sizeof(place));
-    return *new (place) PlaceMemory(store, mission, *harris, *scratch);
+    return *new (place) PlaceMemory(store, mission, test::step_memory<PlaceMemory>());
   }
 };
 

@@ -16,6 +16,7 @@
 #include "fsw/telemetry/telemetry.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "tests/fuzz/pdu_choices.hpp"
+#include "tests/support/step_memory.hpp"
 
 namespace ilp::fuzz {
 namespace {
@@ -249,7 +250,7 @@ class Session {
     Transaction transaction(store_);
     if (!transaction.begin().ok()) return;
     std::optional<DeliveryQueue>& queue = queue_memory();
-    if (!queue) queue.emplace(store_, clock_, mission_);
+    if (!queue) queue.emplace(store_, clock_, mission_, test::step_memory<DeliveryQueue>());
     if (!queue->begin_file(name).ok() || !queue->write(std::span(file).first(bytes)).ok()) return;
     if (queue->end_file().ok()) static_cast<void>(transaction.commit());
   }

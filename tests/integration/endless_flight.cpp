@@ -11,6 +11,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/overlap/overlap.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/unit/products/coded_product.hpp"
 
 namespace ilp::test {
@@ -226,8 +227,8 @@ constexpr Stage stages[] = {
 struct Life {
   Life(Store& store, Link& link, Clock& clock, const MissionParameters& mission, std::int64_t keyframes)
       : stub(store, clock, keyframes),
-        manager(std::make_unique<StorageManager>(store, mission)),
-        downlink(std::make_unique<Downlink>(store, link, clock, mission)),
+        manager(std::make_unique<StorageManager>(store, mission, test::step_memory<StorageManager>())),
+        downlink(std::make_unique<Downlink>(store, link, clock, mission, test::step_memory<Downlink>())),
         components{&stub, manager.get(), downlink.get()},
         executive(stages, components, store, clock) {}
 

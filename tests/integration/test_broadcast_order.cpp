@@ -19,6 +19,7 @@
 #include "tests/faults/packet_ground.hpp"
 #include "tests/stages/recorded_flight.hpp"
 #include "tests/support/delivery_rig.hpp"
+#include "tests/support/step_memory.hpp"
 
 namespace ilp::test {
 namespace {
@@ -105,7 +106,8 @@ class BroadcastOrder : public testing::TestWithParam<double> {
   }
 
   DeliveryRig rig;
-  std::unique_ptr<Downlink> downlink = std::make_unique<Downlink>(rig.store, rig.board->queue, rig.clock, rig.mission);
+  std::unique_ptr<Downlink> downlink =
+      std::make_unique<Downlink>(rig.store, rig.board->queue, rig.clock, rig.mission, test::step_memory<Downlink>());
   Beginnings beginnings;
   std::vector<std::string> arrived;
   int frames = 0;
@@ -157,7 +159,8 @@ TEST_P(BroadcastOrder, RestartsDoNotChangeTheOrder) {
     fly_to(3.7 * life);
     downlink.reset();
     rig.reboot();
-    downlink = std::make_unique<Downlink>(rig.store, rig.board->queue, rig.clock, rig.mission);
+    downlink =
+        std::make_unique<Downlink>(rig.store, rig.board->queue, rig.clock, rig.mission, test::step_memory<Downlink>());
     ASSERT_TRUE(downlink->restore().ok());
   }
   // Where the ground has ended a transaction that it did not know any more, its file goes again after the others.

@@ -68,16 +68,16 @@ class Replay {
     }
     if (stop_ == Stop::before_writes && writes) {
       cutting_ = true;
-      for (int steps = 0; cutting_ && steps < most_steps; ++steps) cutting_ = component().step().status.ok();
+      for (int steps = 0; cutting_ && steps < most_steps; ++steps) cutting_ = step().status.ok();
       cutting_ = false;
       make();
       EXPECT_TRUE(restored(component().restore()));
     }
-    component().step();
+    step();
     // Another start does again what several steps had done.
     for (int steps = 0; stop_ != Stop::never && written_.size() < expected_.size() && steps < most_steps; ++steps) {
       if (stage_ == ComponentId::scrubber) take_time();
-      component().step();
+      step();
     }
     if (stop_ == Stop::after_writes && writes) {
       make();
@@ -85,11 +85,20 @@ class Replay {
     }
   }
 
+  /// Other stages have used the memory that they share since the stage's previous step. The scrubber, which steps many
+  /// times, has none.
+  StepResult step() {
+    rubbish_ = rubbish_ * 5 + 1;
+    if (stage_ != ComponentId::scrubber)
+      std::memset(&step_memory_->bytes, static_cast<int>(rubbish_ >> 24U), step_memory_->bytes.size());
+    return component().step();
+  }
+
   /// The scrubber reads what belongs to the time since its previous step.
   void take_time() {
     constexpr TimeNs time = stage_of(ComponentId::scrubber).period * minor_frame_ns;
     clock_.go_back(time);
-    component().step();
+    step();
     clock_.sleep_until(clock_.now() + time);
   }
 
@@ -124,9 +133,7 @@ class Replay {
   void make() {
     camera_.go_to(camera_mark_);
     object_.reset();
-    features_ = std::make_unique<FeatureScratch>();
-    places_ = std::make_unique<PlaceScratch>();
-    object_.emplace(stage_, lab::StageWorld{store_, clock_, mission_, &camera_, &link_}, *features_, *places_);
+    object_.emplace(stage_, lab::StageWorld{store_, clock_, mission_, &camera_, &link_}, *step_memory_);
   }
   [[nodiscard]] Component& component() { return object_->component(); }
 
@@ -143,9 +150,9 @@ class Replay {
   RecordedCamera camera_;
   std::size_t camera_mark_ = 0;
   ConfirmingLink link_;
-  std::unique_ptr<FeatureScratch> features_;
-  std::unique_ptr<PlaceScratch> places_;
+  std::unique_ptr<lab::RangeMemory> step_memory_ = std::make_unique<lab::RangeMemory>();
   std::optional<lab::StageObject> object_;
+  std::uint32_t rubbish_ = 1;
   bool cutting_ = false;
   std::vector<Writes> written_;
   std::vector<const Writes*> expected_;

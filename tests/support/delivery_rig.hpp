@@ -19,6 +19,7 @@
 #include "hal/store/ram/ram_store.hpp"
 #include "sim/ground/cfdp/cfdp_receiver.hpp"
 #include "tests/support/failing_store.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/unit/executive/refusing_store.hpp"
 
 namespace ilp::test {
@@ -95,7 +96,7 @@ class DeliveryRig {
   struct Board {
     explicit Board(DeliveryRig& rig)
         : router(nullptr, &rig.link->board(), rig.clock, rig.mission),
-          queue(rig.store, rig.clock, rig.mission),
+          queue(rig.store, rig.clock, rig.mission, step_memory<DeliveryQueue>()),
           delivery(rig.failing, router, rig.clock, rig.mission) {
       queue.count_by(delivery.backlog());
     }

@@ -16,26 +16,25 @@ PlaceMatchParams for_neighbours() {
   return params;
 }
 
-Status compare(GrayView image_a, GrayView image_b, std::size_t features, HarrisWorkspace& harris,
-               PlaceScratch& scratch) {
+Status compare(GrayView image_a, GrayView image_b, std::size_t features, PlaceScratch& scratch) {
   PlaceFeatures& a = scratch.found[0];
   PlaceFeatures& b = scratch.found[1];
-  ILP_TRY(find_place_features(image_a, features, harris, scratch.features, a));
-  ILP_TRY(find_place_features(image_b, features, harris, scratch.features, b));
+  ILP_TRY(find_place_features(image_a, features, scratch.harris, scratch.features, a));
+  ILP_TRY(find_place_features(image_b, features, scratch.harris, scratch.features, b));
   return verify_place({a.data(), a.size()}, {b.data(), b.size()}, for_neighbours(), scratch.match, scratch.verified);
 }
 
 }  // namespace
 
-Status measure_overlap_by_places(GrayView image_a, GrayView image_b, std::size_t most_features, HarrisWorkspace& harris,
-                                 PlaceScratch& scratch, OverlapResult& result) {
+Status measure_overlap_by_places(GrayView image_a, GrayView image_b, std::size_t most_features, PlaceScratch& scratch,
+                                 OverlapResult& result) {
   result = {};
   result.verdict = OverlapVerdict::overlap_unknown;
   if (image_a.width != image_b.width || image_a.height != image_b.height) return StatusCode::image_size_changed;
   PlaceMatch& match = scratch.verified;
-  ILP_TRY(compare(image_a, image_b, limits::place_features, harris, scratch));
+  ILP_TRY(compare(image_a, image_b, limits::place_features, scratch));
   if (match.verdict != PlaceVerdict::verified && most_features > limits::place_features)
-    ILP_TRY(compare(image_a, image_b, most_features, harris, scratch));
+    ILP_TRY(compare(image_a, image_b, most_features, scratch));
   const double last = match.plane_newer_from_older[8];
   if (match.verdict != PlaceVerdict::verified || std::fabs(last) < 1e-12) return {};
   for (int i = 0; i < 9; ++i) result.plane_b_from_a[i] = match.plane_newer_from_older[i] / last;

@@ -17,7 +17,7 @@ struct PlaceScratch;     // place_scratch.hpp
 /// ground; otherwise overlap_unknown. The fields of the correlation stay 0. Both images have the same size. They are
 /// compared by limits::place_features, and if that is not enough by `most_features`, where these are more.
 /// `image_size_changed`, `image_too_large`.
-Status measure_overlap_by_places(GrayView image_a, GrayView image_b, std::size_t most_features, HarrisWorkspace& harris,
-                                 PlaceScratch& scratch, OverlapResult& result);
+Status measure_overlap_by_places(GrayView image_a, GrayView image_b, std::size_t most_features, PlaceScratch& scratch,
+                                 OverlapResult& result);
 
 }  // namespace ilp

@@ -26,8 +26,13 @@ struct FeatureOverlapParams {
 };
 
 struct FeatureOverlapWorkspace {
-  HarrisWorkspace harris;
-  MatcherWorkspace matcher;
+  FeatureOverlapWorkspace() : harris() {}
+
+  /// Corners are found before they are matched.
+  union {
+    HarrisWorkspace harris;
+    MatcherWorkspace matcher;
+  };
   TwoViewWorkspace two_view;
   Corners corners_a, corners_b;
   Matches matches;

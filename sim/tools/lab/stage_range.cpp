@@ -6,18 +6,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "fsw/downlink/downlink.hpp"
 #include "fsw/imaging/acquisition.hpp"
 #include "fsw/imaging/capture_clock.hpp"
-#include "fsw/imaging/overlap_checker.hpp"
-#include "fsw/motion/camera_calibrator.hpp"
-#include "fsw/motion/structure_and_motion.hpp"
 #include "fsw/navigation/navigator.hpp"
-#include "fsw/places/place_memory.hpp"
 #include "fsw/products/compressor.hpp"
-#include "fsw/products/richness_scorer.hpp"
 #include "fsw/storage/scrubber.hpp"
-#include "fsw/storage/storage_manager.hpp"
 #include "fsw/terrain/dense_matcher.hpp"
 
 namespace ilp::lab {
@@ -34,7 +27,7 @@ void StageObject::make(Arguments&&... arguments) {
   });
 }
 
-StageObject::StageObject(ComponentId stage, const StageWorld& world, FeatureScratch& features, PlaceScratch& places) {
+StageObject::StageObject(ComponentId stage, const StageWorld& world, RangeMemory& memory) {
   const bool takes_images = stage == ComponentId::capture_clock || stage == ComponentId::acquisition;
   if (takes_images && world.camera == nullptr) throw std::invalid_argument("a stage that takes images has no camera");
   if (stage == ComponentId::downlink && world.link == nullptr) throw std::invalid_argument("the downlink has no link");
@@ -46,28 +39,28 @@ StageObject::StageObject(ComponentId stage, const StageWorld& world, FeatureScra
       make<Acquisition>(world.store, *world.camera, world.clock, world.mission);
       break;
     case ComponentId::overlap_checker:
-      make<OverlapChecker>(world.store, world.mission, features, places);
+      make<OverlapChecker>(world.store, world.mission, memory);
       break;
     case ComponentId::camera_calibrator:
-      make<CameraCalibrator>(world.store, world.mission, features);
+      make<CameraCalibrator>(world.store, world.mission, memory);
       break;
     case ComponentId::structure_and_motion:
-      make<StructureAndMotion>(world.store, world.mission, features);
+      make<StructureAndMotion>(world.store, world.mission, memory);
       break;
     case ComponentId::dense_matcher:
       make<DenseMatcher>(world.store, world.mission);
       break;
     case ComponentId::richness_scorer:
-      make<RichnessScorer>(world.store, world.mission);
+      make<RichnessScorer>(world.store, world.mission, memory);
       break;
     case ComponentId::compressor:
       make<Compressor>(world.store, world.mission);
       break;
     case ComponentId::storage_manager:
-      make<StorageManager>(world.store, world.mission);
+      make<StorageManager>(world.store, world.mission, memory);
       break;
     case ComponentId::downlink:
-      make<Downlink>(world.store, *world.link, world.clock, world.mission);
+      make<Downlink>(world.store, *world.link, world.clock, world.mission, memory);
       break;
     case ComponentId::scrubber:
       make<Scrubber>(world.store, world.clock, world.mission);
@@ -77,7 +70,7 @@ StageObject::StageObject(ComponentId stage, const StageWorld& world, FeatureScra
       if (world.navigation != nullptr) static_cast<Navigator*>(component_)->navigate_by(*world.navigation);
       break;
     case ComponentId::place_memory:
-      make<PlaceMemory>(world.store, world.mission, features.harris, places);
+      make<PlaceMemory>(world.store, world.mission, memory);
       break;
     default:
       throw std::invalid_argument(std::string(stage_of(stage).name) + " does not work alone");
@@ -85,11 +78,11 @@ StageObject::StageObject(ComponentId stage, const StageWorld& world, FeatureScra
 }
 
 StageRange::StageRange(const std::vector<std::string>& names, const StageWorld& world)
-    : features_(std::make_unique<FeatureScratch>()), places_(std::make_unique<PlaceScratch>()) {
+    : step_memory_(std::make_unique<RangeMemory>()) {
   for (const Stage& stage : schedule) {
     if (std::find(names.begin(), names.end(), stage.name) == names.end()) continue;
     stages_.push_back(stage);
-    objects_.emplace_back(stage.component, world, *features_, *places_);
+    objects_.emplace_back(stage.component, world, *step_memory_);
     components_.push_back(&objects_.back().component());
   }
   if (stages_.size() != names.size()) throw std::invalid_argument("a name is of no stage, or stands there twice");

@@ -6,9 +6,14 @@
 #include <vector>
 
 #include "cfg/mission.hpp"
+#include "fsw/downlink/downlink.hpp"
 #include "fsw/executive/executive.hpp"
-#include "fsw/motion/keyframe_features.hpp"
-#include "fsw/vision/place/place_scratch.hpp"
+#include "fsw/imaging/overlap_checker.hpp"
+#include "fsw/motion/camera_calibrator.hpp"
+#include "fsw/motion/structure_and_motion.hpp"
+#include "fsw/places/place_memory.hpp"
+#include "fsw/products/richness_scorer.hpp"
+#include "fsw/storage/storage_manager.hpp"
 #include "hal/camera/camera.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/link/link.hpp"
@@ -26,12 +31,16 @@ struct StageWorld {
   NavigationSource* navigation = nullptr;
 };
 
+/// What the stages share within a step, as in a flight.
+using RangeMemory = StepMemory<OverlapChecker, CameraCalibrator, StructureAndMotion, RichnessScorer, StorageManager,
+                               Downlink, PlaceMemory>;
+
 /// A component of the flight in memory that was zero, as the static memory of a process is.
 class StageObject {
  public:
   /// Stages of the imaging chain, from the capture clock to the downlink, the scrubber and the navigator;
   /// std::invalid_argument for another one.
-  StageObject(ComponentId stage, const StageWorld& world, FeatureScratch& features, PlaceScratch& places);
+  StageObject(ComponentId stage, const StageWorld& world, RangeMemory& memory);
 
   [[nodiscard]] Component& component() const { return *component_; }
 
@@ -55,8 +64,7 @@ class StageRange {
   [[nodiscard]] bool camera_ended() const;
 
  private:
-  std::unique_ptr<FeatureScratch> features_;
-  std::unique_ptr<PlaceScratch> places_;
+  std::unique_ptr<RangeMemory> step_memory_;
   std::vector<Stage> stages_;
   std::vector<StageObject> objects_;
   std::vector<Component*> components_;

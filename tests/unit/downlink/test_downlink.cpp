@@ -6,6 +6,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/downlink/downlink.hpp"
 #include "fsw/records/serial.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/unit/downlink/fake_link.hpp"
 #include "tests/unit/executive/refusing_store.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
@@ -45,7 +46,7 @@ class DownlinkTest : public test::ComponentTest {
     write(product, "data", bytes);
   }
   void reboot() {
-    downlink = std::make_unique<Downlink>(store, link, clock, mission);
+    downlink = std::make_unique<Downlink>(store, link, clock, mission, test::step_memory<Downlink>());
     ASSERT_TRUE(downlink->restore().ok());
   }
   std::ptrdiff_t place(const std::string& name) {
@@ -55,7 +56,8 @@ class DownlinkTest : public test::ComponentTest {
   }
 
   FakeLink link;
-  std::unique_ptr<Downlink> downlink = std::make_unique<Downlink>(store, link, clock, mission);
+  std::unique_ptr<Downlink> downlink =
+      std::make_unique<Downlink>(store, link, clock, mission, test::step_memory<Downlink>());
 };
 
 TEST_F(DownlinkTest, RecordsGoBeforeProductsAndProductsByPriority) {
@@ -409,7 +411,7 @@ TEST_F(DownlinkTest, NothingIsSentThatTheStoreCouldNotRemember) {
   add_keyframe(1);
   add_product(1, ProductKind::image, 0.5);
   test::RefusingStore refusing(store);
-  const auto careful = std::make_unique<Downlink>(refusing, link, clock, mission);
+  const auto careful = std::make_unique<Downlink>(refusing, link, clock, mission, test::step_memory<Downlink>());
   ASSERT_TRUE(careful->restore().ok());
   refusing.full = true;
   for (int second = 1; second <= 10; ++second) {

@@ -10,6 +10,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/downlink/downlink.hpp"
 #include "tests/support/failing_store.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/unit/downlink/fake_link.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
 
@@ -89,7 +90,7 @@ class DownlinkFaultsTest : public test::ComponentTest {
     return std::any_of(said.begin(), said.end(), [&](const Status& status) { return status.is(code); });
   }
   void reboot() {
-    downlink = std::make_unique<Downlink>(failing, link, clock, mission);
+    downlink = std::make_unique<Downlink>(failing, link, clock, mission, test::step_memory<Downlink>());
     EXPECT_TRUE(downlink->restore().ok());
   }
 
@@ -97,7 +98,8 @@ class DownlinkFaultsTest : public test::ComponentTest {
   FakeLink link;
   std::int64_t events = 0;
   std::vector<Status> said;
-  std::unique_ptr<Downlink> downlink = std::make_unique<Downlink>(failing, link, clock, mission);
+  std::unique_ptr<Downlink> downlink =
+      std::make_unique<Downlink>(failing, link, clock, mission, test::step_memory<Downlink>());
 };
 
 TEST_F(DownlinkFaultsTest, OneUnreadableProductStopsNeitherOthersNorConfirmations) {

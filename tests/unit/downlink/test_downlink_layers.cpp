@@ -10,6 +10,7 @@
 #include "fsw/vision/codec/jpeg2000.hpp"
 #include "fsw/vision/codec/jpeg2000_decode.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/unit/downlink/fake_link.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
@@ -93,7 +94,7 @@ class DownlinkLayersTest : public test::ComponentTest {
     write(command);
   }
   void reboot() {
-    downlink = std::make_unique<Downlink>(store, link, clock, mission);
+    downlink = std::make_unique<Downlink>(store, link, clock, mission, test::step_memory<Downlink>());
     ASSERT_TRUE(downlink->restore().ok());
   }
   /// In steps of half a second; the ground confirms all that it gets when `confirming`.
@@ -151,7 +152,8 @@ class DownlinkLayersTest : public test::ComponentTest {
   }
 
   FakeLink link;
-  std::unique_ptr<Downlink> downlink = std::make_unique<Downlink>(store, link, clock, mission);
+  std::unique_ptr<Downlink> downlink =
+      std::make_unique<Downlink>(store, link, clock, mission, test::step_memory<Downlink>());
   std::map<std::int64_t, Bytes> originals;
   std::size_t waiting = 0;
   bool confirming = true;

@@ -6,6 +6,7 @@
 
 #include "fsw/downlink/downlink.hpp"
 #include "tests/support/delivery_rig.hpp"
+#include "tests/support/step_memory.hpp"
 
 namespace ilp {
 namespace {
@@ -314,7 +315,7 @@ TEST_F(FileDeliveryTest, ADamagedRecordOfATransferStopsNeitherTheQueueNorWishes)
   for (const char* name : {"product-1", "product-2"}) rig.offer(name, rig.noise(1000));
   rig.step();
   test::FailingStore failing(rig.store);
-  DeliveryQueue queue(failing, rig.clock, rig.mission);
+  DeliveryQueue queue(failing, rig.clock, rig.mission, test::step_memory<DeliveryQueue>());
   Transaction transaction(failing);
   ASSERT_TRUE(transaction.begin().ok());
   failing.damage(RecordType::transfer, 1);
@@ -470,7 +471,8 @@ TEST_F(FileDeliveryTest, WithoutALinkItRests) {
 }
 
 TEST_F(FileDeliveryTest, TheRealDownlinkQueuesItsFilesAndBelievesOnlyWhatArrived) {
-  auto downlink = std::make_unique<Downlink>(rig.store, rig.board->queue, rig.clock, rig.mission);
+  auto downlink =
+      std::make_unique<Downlink>(rig.store, rig.board->queue, rig.clock, rig.mission, test::step_memory<Downlink>());
   ASSERT_TRUE(downlink->restore().ok());
   rig.mission.cfdp_queue_kib = 40;
   Transaction transaction(rig.store);

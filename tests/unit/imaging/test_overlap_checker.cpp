@@ -5,6 +5,7 @@
 
 #include "fsw/imaging/overlap_checker.hpp"
 #include "tests/support/failing_store.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/support/strip.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
 
@@ -52,9 +53,8 @@ class OverlapCheckerTest : public test::ComponentTest {
   using Frames = std::vector<std::int64_t>;
 
   std::int64_t frames = 0;
-  std::unique_ptr<FeatureOverlapWorkspace> features = std::make_unique<FeatureOverlapWorkspace>();
-  std::unique_ptr<PlaceScratch> places = std::make_unique<PlaceScratch>();
-  std::unique_ptr<OverlapChecker> checker = std::make_unique<OverlapChecker>(store, mission, *features, *places);
+  std::unique_ptr<OverlapChecker> checker =
+      std::make_unique<OverlapChecker>(store, mission, test::step_memory<OverlapChecker>());
 };
 
 TEST_F(OverlapCheckerTest, TheFirstFrameAtTheTargetBecomesTheNextKeyframe) {
@@ -234,7 +234,7 @@ TEST_F(OverlapCheckerTest, ReadsThatFailAndRestartsBehindACloudChangeNothing) {
     return hit ? Status{StatusCode::store_error, 10} : Status{};
   });
   for (int life = 0; life < 40; ++life) {
-    checker = std::make_unique<OverlapChecker>(failing, mission, *features, *places);
+    checker = std::make_unique<OverlapChecker>(failing, mission, test::step_memory<OverlapChecker>());
     ASSERT_TRUE(checker->restore().ok());
     // A frame may take two steps.
     bool pending = checker->step().pending;
@@ -409,7 +409,7 @@ TEST_F(OverlapCheckerTest, WhereTheKeyframeCannotBeReadTheStripEndsAndTheNextFra
   keyframe.image.bytes = 0;
   write(keyframe);
   // The image is in no memory any more.
-  checker = std::make_unique<OverlapChecker>(store, mission, *features, *places);
+  checker = std::make_unique<OverlapChecker>(store, mission, test::step_memory<OverlapChecker>());
   ASSERT_TRUE(checker->restore().ok());
   for (const double x : {20, 40, 80}) add_at(x);
   const std::vector<Status> events = run(*checker);
@@ -428,7 +428,7 @@ TEST_F(OverlapCheckerTest, AReadThatFailsOnceCostsNoFrame) {
     const bool hit = image && failed.insert(call.id).second;
     return hit ? Status{StatusCode::store_error, 10} : Status{};
   });
-  checker = std::make_unique<OverlapChecker>(failing, mission, *features, *places);
+  checker = std::make_unique<OverlapChecker>(failing, mission, test::step_memory<OverlapChecker>());
   ASSERT_TRUE(checker->restore().ok());
   for (const double x : {0, 20, 40, 60, 80, 100, 121}) add_at(x);
   run(*checker);
@@ -445,7 +445,7 @@ TEST_F(OverlapCheckerTest, BehindADamagedCheckpointNothingIsChosenTwice) {
     run(*checker);
     const std::int64_t chosen = number_of<KeyframeRecord>();
     damage_checkpoints(newer_only);
-    checker = std::make_unique<OverlapChecker>(store, mission, *features, *places);
+    checker = std::make_unique<OverlapChecker>(store, mission, test::step_memory<OverlapChecker>());
     EXPECT_EQ(checker->restore().code, newer_only ? StatusCode::checkpoint_older : StatusCode::checkpoint_lost);
     const auto before = read<KeyframeRecord>(chosen);
     const std::int64_t strips = number_of<StripRecord>();
@@ -471,7 +471,7 @@ TEST_F(OverlapCheckerTest, ADamagedStripRecordIsMadeAnew) {
     if (call.kind == test::StoreCall::put && call.type == RecordType::strip) damaged = false;
     return hit ? Status{StatusCode::record_damaged, call.id, static_cast<std::int64_t>(call.type)} : Status{};
   });
-  checker = std::make_unique<OverlapChecker>(failing, mission, *features, *places);
+  checker = std::make_unique<OverlapChecker>(failing, mission, test::step_memory<OverlapChecker>());
   ASSERT_TRUE(checker->restore().ok());
   add_at(120);
   run(*checker);
@@ -501,7 +501,7 @@ TEST_F(OverlapCheckerTest, RestartedAtEveryStepItDecidesTheSame) {
   for (const double x : {0.0, 40.0, 180.0, 200.0, elsewhere_px, elsewhere_px + 20, elsewhere_px + 50}) add_at(x);
   command(StripEnd::end_of_flight);
   for (int life = 0; life < 40; ++life) {
-    checker = std::make_unique<OverlapChecker>(store, mission, *features, *places);
+    checker = std::make_unique<OverlapChecker>(store, mission, test::step_memory<OverlapChecker>());
     ASSERT_TRUE(checker->restore().ok());
     // A frame that is unrelated takes two steps.
     if (!checker->step().pending) break;

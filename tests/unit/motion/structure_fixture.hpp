@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fsw/motion/structure_and_motion.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/unit/shared/executed_component.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
 
@@ -123,7 +124,7 @@ class StructureFixture : public ComponentTest {
   /// More steps in every life, so that each of them is the last one of some life.
   void fly_in_short_lives() {
     for (int life = 0; life < 200 && finals() < keyframes; ++life) {
-      component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
+      component = std::make_unique<StructureAndMotion>(failing, mission, test::step_memory<StructureAndMotion>());
       ASSERT_TRUE(component->restore().ok());
       for (int step = 0; step < 3 + 2 * life; ++step) ASSERT_TRUE(component->step().status.ok());
     }
@@ -166,9 +167,9 @@ class StructureFixture : public ComponentTest {
   }
 
   const std::vector<View>& seen_;
-  std::unique_ptr<FeatureScratch> scratch = std::make_unique<FeatureScratch>();
   FailingStore failing{store};
-  std::unique_ptr<StructureAndMotion> component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
+  std::unique_ptr<StructureAndMotion> component =
+      std::make_unique<StructureAndMotion>(failing, mission, test::step_memory<StructureAndMotion>());
 };
 
 }  // namespace ilp::test

@@ -9,6 +9,7 @@
 #include "fsw/motion/structure_and_motion.hpp"
 #include "fsw/shared/body_figure.hpp"
 #include "fsw/shared/camera_on_record.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/unit/shared/executed_component.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
 
@@ -129,7 +130,7 @@ class CameraCalibratorTest : public test::ComponentTest {
   void renew_store() {
     store.~RamStore();
     new (&store) RamStore(region);
-    component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+    component = std::make_unique<CameraCalibrator>(failing, mission, test::step_memory<CameraCalibrator>());
   }
   /// The camera as it was given, frozen, with the error of a focal length whose field of view is uncertain by 0.02 rad.
   void expect_nominal(const CameraRecord& given) {
@@ -153,7 +154,7 @@ class CameraCalibratorTest : public test::ComponentTest {
   void expect_same_after_restarts(const std::vector<test::View>& seen) {
     fly(seen, 1.12, false);
     for (int life = 0; life < 100 && read<CameraRecord>(camera_id).frozen == 0; ++life) {
-      component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+      component = std::make_unique<CameraCalibrator>(failing, mission, test::step_memory<CameraCalibrator>());
       ASSERT_TRUE(component->restore().ok());
       for (int step = 0; step < 3 + 2 * life && read<CameraRecord>(camera_id).frozen == 0; ++step) {
         ASSERT_NE(component->step().then, Then::restore);
@@ -172,9 +173,9 @@ class CameraCalibratorTest : public test::ComponentTest {
     return count;
   }
 
-  std::unique_ptr<FeatureScratch> scratch = std::make_unique<FeatureScratch>();
   test::FailingStore failing{store};
-  std::unique_ptr<CameraCalibrator> component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+  std::unique_ptr<CameraCalibrator> component =
+      std::make_unique<CameraCalibrator>(failing, mission, test::step_memory<CameraCalibrator>());
 };
 
 TEST_F(CameraCalibratorTest, OverReliefTheCameraIsFoundAndFrozenOnce) {
@@ -319,7 +320,7 @@ TEST_F(CameraCalibratorTest, BehindADamagedCheckpointAFrozenCameraStaysAsItIs) {
   const auto wanted = run_undisturbed();
   for (const bool newer_only : {true, false}) {
     damage_checkpoints(newer_only);
-    component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+    component = std::make_unique<CameraCalibrator>(failing, mission, test::step_memory<CameraCalibrator>());
     EXPECT_TRUE(restored(component->restore()));
     EXPECT_TRUE(run(*component).empty());
     EXPECT_EQ(found(), wanted);
@@ -339,7 +340,7 @@ TEST_F(CameraCalibratorTest, WhereTheFrozenCameraIsDamagedItsCopyIsRead) {
   EXPECT_EQ(record.id, camera_id);
   EXPECT_EQ(record.fx, frozen.fx);
   EXPECT_EQ(record.frozen, 1);
-  component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+  component = std::make_unique<CameraCalibrator>(failing, mission, test::step_memory<CameraCalibrator>());
   EXPECT_TRUE(component->restore().ok());
   failing.damage(RecordType::camera, camera_copy_id);
   EXPECT_TRUE(get_camera(failing, camera_id, record).is(StatusCode::record_damaged));
@@ -352,7 +353,7 @@ TEST_F(CameraCalibratorTest, ACameraThatIsLostIsLookedForAgain) {
   ASSERT_EQ(read<CameraRecord>(camera_id).frozen, 1);
   // As a start does that finds neither the camera nor its copy.
   write(nominal);
-  component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+  component = std::make_unique<CameraCalibrator>(failing, mission, test::step_memory<CameraCalibrator>());
   EXPECT_TRUE(component->restore().is(StatusCode::checkpoint_lost));
   // Behind what had been looked at; none of it is a fault.
   for (const Status& said : run(*component)) {
@@ -367,7 +368,7 @@ TEST_F(CameraCalibratorTest, AFrozenFocalLengthThatIsWrongIsContradictedAndARigh
     SCOPED_TRACE(factor);
     mission.camera_known = 1;
     fly(rugged_views(), factor, true);
-    const auto motion = std::make_unique<StructureAndMotion>(store, mission, *scratch);
+    const auto motion = std::make_unique<StructureAndMotion>(store, mission, test::step_memory<StructureAndMotion>());
     ASSERT_TRUE(motion->restore().ok());
     run(*motion, 100'000);
     test::ExecutedComponent check(*component, store);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <set>
 
+#include "tests/support/step_memory.hpp"
 #include "tests/unit/motion/structure_fixture.hpp"
 
 namespace ilp {
@@ -140,7 +141,7 @@ TEST_F(StructureAndMotionTest, WhereTheNewerCheckpointIsDamagedTheSameRecordsAre
   const std::vector<CheckpointRecord> two = checkpoints();
   ASSERT_EQ(two.size(), 2U);
   flip_a_bit_of(two[0].generation > two[1].generation ? two[0] : two[1]);
-  component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
+  component = std::make_unique<StructureAndMotion>(failing, mission, test::step_memory<StructureAndMotion>());
   test::ExecutedComponent run(*component, store);
   ASSERT_TRUE(run.start().ok());
   ASSERT_TRUE(run.run());
@@ -161,7 +162,7 @@ TEST_F(StructureAndMotionTest, WhereBothAreDamagedNothingFinalChangesAndTheRestO
   }
   ASSERT_GE(final_before.size(), 2U);
   for (const CheckpointRecord& record : checkpoints()) flip_a_bit_of(record);
-  component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
+  component = std::make_unique<StructureAndMotion>(failing, mission, test::step_memory<StructureAndMotion>());
   test::ExecutedComponent run(*component, store);
   ASSERT_TRUE(run.start().ok());
   ASSERT_TRUE(run.run());
@@ -294,7 +295,7 @@ TEST_F(BeginningTest, AShortStripBeginsWhenItEndsAndSoItDoesWithRestarts) {
     forget();
   }
   for (int life = 0; life < 100 && result() != wanted; ++life) {
-    component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
+    component = std::make_unique<StructureAndMotion>(failing, mission, test::step_memory<StructureAndMotion>());
     ASSERT_TRUE(component->restore().ok());
     for (int step = 0; step < 3 + life; ++step) ASSERT_TRUE(component->step().status.ok());
   }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fsw/places/place_memory.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/unit/places/place_flight.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
 
@@ -29,7 +30,7 @@ class PlaceMemoryTest : public ComponentTest, protected PlaceFlight {
   }
 
   std::unique_ptr<PlaceMemory> memory() {
-    auto stage = std::make_unique<PlaceMemory>(store, mission, *harris_, *scratch_);
+    auto stage = std::make_unique<PlaceMemory>(store, mission, test::step_memory<PlaceMemory>());
     EXPECT_TRUE(restored(stage->restore()));
     return stage;
   }
@@ -52,9 +53,6 @@ class PlaceMemoryTest : public ComponentTest, protected PlaceFlight {
     for (const std::uint8_t pixel : mask_of(id)) count += pixel != 0 ? 1 : 0;
     return count;
   }
-
-  std::unique_ptr<HarrisWorkspace> harris_ = std::make_unique<HarrisWorkspace>();
-  std::unique_ptr<PlaceScratch> scratch_ = std::make_unique<PlaceScratch>();
 };
 
 }  // namespace ilp::test

@@ -7,6 +7,7 @@
 #include "fsw/vision/terrain/depth_coding.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
 #include "tests/support/failing_store.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
 
@@ -61,7 +62,7 @@ class RichnessScorerTest : public test::ComponentTest {
 
   /// What was scored from one restart to the next; `steps` 0: all.
   void score(int steps = 0) {
-    const auto scorer = std::make_unique<RichnessScorer>(store, mission);
+    const auto scorer = std::make_unique<RichnessScorer>(store, mission, test::step_memory<RichnessScorer>());
     ASSERT_TRUE(scorer->restore().ok());
     if (steps == 0) {
       EXPECT_TRUE(run(*scorer).empty());
@@ -235,7 +236,7 @@ TEST_F(RichnessScorerTest, AReadThatFailsOnceCostsNoIndex) {
     const bool hit = read && failed.emplace(call.type, call.id).second;
     return hit ? Status{StatusCode::store_error, 10} : Status{};
   });
-  const auto scorer = std::make_unique<RichnessScorer>(failing, mission);
+  const auto scorer = std::make_unique<RichnessScorer>(failing, mission, test::step_memory<RichnessScorer>());
   ASSERT_TRUE(scorer->restore().ok());
   run(*scorer);
   EXPECT_EQ(failed.size(), 2 * wanted.size()) << "image and maps of each";

@@ -6,6 +6,7 @@
 
 #include "fsw/storage/storage_manager.hpp"
 #include "fsw/vision/overlap/overlap.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/unit/products/coded_product.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
 
@@ -132,7 +133,8 @@ class StorageManagerTest : public ComponentTest {
   }
 
   std::int64_t frames = 0;
-  std::unique_ptr<StorageManager> manager = std::make_unique<StorageManager>(store, mission);
+  std::unique_ptr<StorageManager> manager =
+      std::make_unique<StorageManager>(store, mission, test::step_memory<StorageManager>());
 };
 
 }  // namespace ilp::test

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "fsw/vision/codec/jp2_file.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/unit/storage/storage_fixture.hpp"
 
 namespace ilp {
@@ -210,7 +211,7 @@ TEST_F(StorageFull, PlacesOnRecordCountAsDataAlsoAfterARestart) {
   EXPECT_EQ(codes(run(*manager)),
             (std::vector{StatusCode::storage_tight, StatusCode::product_dropped, StatusCode::storage_relieved}));
   EXPECT_EQ(products_held(), (Ids{image(2), image(3)}));
-  manager = std::make_unique<StorageManager>(store, mission);
+  manager = std::make_unique<StorageManager>(store, mission, test::step_memory<StorageManager>());
   ASSERT_TRUE(restored(manager->restore()));
   EXPECT_TRUE(run(*manager).empty());
   add_product(8, ProductKind::image, 0.8, 100'000);

@@ -1,4 +1,5 @@
 #include "tests/support/failing_store.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/unit/storage/storage_fixture.hpp"
 
 namespace ilp {
@@ -66,7 +67,7 @@ TEST_F(StorageManagerTest, PointsGoWhenTheGroundHasConfirmedThemAndNobodyNeedsTh
   const auto held = [&] { return ids_of<StructureRecord>([](const auto& one) { return one.points.bytes != 0; }); };
   const auto step = [&] {
     for (int i = 0; i < 3; ++i) run(*manager);
-    manager = std::make_unique<StorageManager>(store, mission);
+    manager = std::make_unique<StorageManager>(store, mission, test::step_memory<StorageManager>());
     EXPECT_TRUE(manager->restore().ok());
   };
   step();
@@ -162,7 +163,7 @@ TEST_F(StorageManagerTest, RestartedAtEveryStepItsAccountIsStillRight) {
   add_downlink(1, DownlinkKind::records, 1, 1, 5);
   add_downlink(2, DownlinkKind::product, product_id(1, ProductKind::depth), 1, 6);
   for (int step = 0; step < 100; ++step) {
-    manager = std::make_unique<StorageManager>(store, mission);
+    manager = std::make_unique<StorageManager>(store, mission, test::step_memory<StorageManager>());
     ASSERT_TRUE(manager->restore().ok());
     if (!manager->step().pending) break;
   }
@@ -210,7 +211,7 @@ TEST_F(StorageManagerTest, ADamagedRecordKeepsNobodyFromTheRest) {
     const bool hit = call.kind == test::StoreCall::get && call.type == RecordType::frame && call.id == 1;
     return hit ? Status{StatusCode::record_damaged, call.id, static_cast<std::int64_t>(call.type)} : Status{};
   });
-  manager = std::make_unique<StorageManager>(failing, mission);
+  manager = std::make_unique<StorageManager>(failing, mission, test::step_memory<StorageManager>());
   ASSERT_TRUE(manager->restore().ok());
   EXPECT_TRUE(run(*manager).empty());
   EXPECT_EQ(frames_held(), (Ids{1, 5, 6, 7})) << "all but the damaged one";
@@ -232,7 +233,7 @@ TEST_F(StorageManagerTest, BehindADamagedCheckpointItsAccountIsRightAgain) {
     run(*manager);
     const auto released = read<StorageRecord>(1).frames_released;
     damage_checkpoints(newer_only);
-    manager = std::make_unique<StorageManager>(store, mission);
+    manager = std::make_unique<StorageManager>(store, mission, test::step_memory<StorageManager>());
     EXPECT_EQ(manager->restore().code, newer_only ? StatusCode::checkpoint_older : StatusCode::checkpoint_lost);
     add_frames(1);
     run(*manager);

@@ -1,0 +1,17 @@
+// Memory of the downlink within a step: a product that is read, and the file that is made of it for the delivery queue.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "cfg/limits.hpp"
+#include "fsw/shared/step_memory.hpp"
+
+namespace ilp {
+
+struct DownlinkBuffers {
+  std::array<std::uint8_t, limits::max_product_bytes> product;
+  std::array<std::uint8_t, limits::max_transfer_bytes> file;
+};
+
+}  // namespace ilp
