@@ -1,9 +1,12 @@
 #include "fsw/vision/geometry/camera.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "cfg/limits.hpp"
 #include "fsw/base/math.hpp"
+#include "fsw/base/vector_width.hpp"
 
 namespace ilp {
 namespace {
@@ -19,6 +22,42 @@ Jacobian2 distortion_jacobian(const CameraModel& camera, double x, double y) {
   const double cross = 2 * x * y * radial_by_r2 + 2 * camera.p1 * x + 2 * camera.p2 * y;
   return {radial + 2 * x * x * radial_by_r2 + 2 * camera.p1 * y + 6 * camera.p2 * x, cross, cross,
           radial + 2 * y * y * radial_by_r2 + 6 * camera.p1 * y + 2 * camera.p2 * x};
+}
+
+constexpr int max_undistort_steps = 20;
+constexpr double undistorted_within2 = 1e-26;  // squared
+constexpr double smallest_determinant = 1e-6;
+
+/// Points that take their Newton steps together.
+constexpr std::int32_t points_at_once = 64;
+using Points = std::array<double, static_cast<std::size_t>(points_at_once)>;
+
+/// One step for all points of which `going` is not 0. False when none is left.
+bool undistort_step(const CameraModel& camera, std::int32_t count, const double* __restrict x_distorted,
+                    const double* __restrict y_distorted, double* __restrict x_out, double* __restrict y_out,
+                    double* __restrict going) {
+  double left = 0;
+  for (std::int32_t i = 0; i < count; ++i) {
+    const double x = x_out[i];
+    const double y = y_out[i];
+    const double r2 = x * x + y * y;
+    const double radial = 1 + r2 * (camera.k1 + r2 * camera.k2);
+    const double xy2 = 2 * x * y;
+    const double residual_x = x * radial + camera.p1 * xy2 + camera.p2 * (r2 + 2 * x * x) - x_distorted[i];
+    const double residual_y = y * radial + camera.p1 * (r2 + 2 * y * y) + camera.p2 * xy2 - y_distorted[i];
+    const Jacobian2 j = distortion_jacobian(camera, x, y);
+    const double determinant = j.a * j.d - j.b * j.c;
+    const bool arrived = residual_x * residual_x + residual_y * residual_y < undistorted_within2;
+    const bool singular = !(std::fabs(determinant) > smallest_determinant);
+    const double goes = arrived || singular ? 0 : going[i];
+    const double x_new = x - (j.d * residual_x - j.b * residual_y) / determinant;
+    const double y_new = y - (j.a * residual_y - j.c * residual_x) / determinant;
+    x_out[i] = goes != 0 ? x_new : x;
+    y_out[i] = goes != 0 ? y_new : y;
+    going[i] = goes;
+    left = std::max(left, goes);
+  }
+  return left != 0;
 }
 
 bool invertible_over_image(const CameraModel& camera) {
@@ -93,18 +132,35 @@ Vec2 distort(const CameraModel& camera, const Vec2& normalised) {
 
 Vec2 undistort(const CameraModel& camera, const Vec2& distorted) {
   if (!camera.has_distortion()) return distorted;
-  constexpr int max_steps = 20;
   Vec2 x = distorted;
-  for (int step = 0; step < max_steps; ++step) {
+  for (int step = 0; step < max_undistort_steps; ++step) {
     const Vec2 residual = distort(camera, x) - distorted;
-    if (residual.squaredNorm() < 1e-26) break;
+    if (residual.squaredNorm() < undistorted_within2) break;
     const Jacobian2 j = distortion_jacobian(camera, x.x(), x.y());
     const double determinant = j.a * j.d - j.b * j.c;
-    if (!(std::fabs(determinant) > 1e-6)) break;
+    if (!(std::fabs(determinant) > smallest_determinant)) break;
     x -= Vec2((j.d * residual.x() - j.b * residual.y()) / determinant,
               (j.a * residual.y() - j.c * residual.x()) / determinant);
   }
   return x;
+}
+
+void undistort(const CameraModel& camera, std::int32_t count, double* x, double* y) {
+  if (!camera.has_distortion()) return;
+  with_widest_vectors([&] {
+    for (std::int32_t first = 0; first < count; first += points_at_once) {
+      const std::int32_t here = std::min(count - first, points_at_once);
+      Points x_distorted, y_distorted, going;
+      std::copy_n(x + first, here, x_distorted.begin());
+      std::copy_n(y + first, here, y_distorted.begin());
+      std::fill_n(going.begin(), here, 1.0);
+      for (int step = 0; step < max_undistort_steps; ++step) {
+        if (!undistort_step(camera, here, x_distorted.data(), y_distorted.data(), x + first, y + first, going.data())) {
+          break;
+        }
+      }
+    }
+  });
 }
 
 Vec2 normalised_from_ideal(const CameraModel& camera, const Vec2& ideal) {

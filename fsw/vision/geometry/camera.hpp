@@ -26,6 +26,8 @@ Status validate(const CameraModel& camera);
 [[nodiscard]] Vec2 distort(const CameraModel& camera, const Vec2& normalised);
 /// The inverse, by Newton's method on the two distortion polynomials; at most 20 steps, to 1e-13.
 [[nodiscard]] Vec2 undistort(const CameraModel& camera, const Vec2& distorted);
+/// The same for `count` points at once, in place, with the same bits.
+void undistort(const CameraModel& camera, std::int32_t count, double* x, double* y);
 
 /// Pixel of the real (distorted) image to normalised coordinates.
 [[nodiscard]] Vec2 normalised_from_pixel(const CameraModel& camera, const Vec2& pixel);

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <type_traits>
 
-#include "fsw/vision/geometry/camera.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/stereo/depth/normalised_row.hpp"
 
 namespace ilp {
@@ -64,19 +65,115 @@ void close_holes(const std::uint8_t* in, std::int32_t width, std::int32_t height
 
 /// The pixels of an image that are covered by a pixel which is projected to `centre` with a width of `size` px: those
 /// whose middles it contains, or the nearest one.
-struct Footprint {
-  std::int32_t begin = 0, end = 0;
-};
-
-Footprint footprint(double centre, double size, std::int32_t extent) {
+[[gnu::always_inline]] inline void find_footprint(double centre, double size, std::int32_t extent, std::int32_t& begin,
+                                                  std::int32_t& end) {
   const double half = 0.5 * size;
   const double low = std::ceil(centre - half);
   const double high = std::ceil(centre + half);
   const double nearest = std::floor(centre + 0.5);
-  const double begin = low < high ? low : nearest;
-  const double end = low < high ? high : nearest + 1;
-  return {static_cast<std::int32_t>(std::max(begin, 0.0)),
-          static_cast<std::int32_t>(std::min(end, static_cast<double>(extent)))};
+  const double first = low < high ? low : nearest;
+  const double last = low < high ? high : nearest + 1;
+  begin = static_cast<std::int32_t>(std::max(first, 0.0));
+  end = static_cast<std::int32_t>(std::min(last, static_cast<double>(extent)));
+}
+
+/// Where the ground of several pixels of a row lies in the next image: columns and rows; no column where it is outside.
+constexpr std::int32_t run_length = 64;
+struct Footprints {
+  std::int32_t column[run_length], column_end[run_length], row[run_length], row_end[run_length];
+};
+
+void project(const CameraModel& camera, const RigidTransform& next_from_reference, const double* __restrict ray_x,
+             const double* __restrict ray_y, const float* __restrict inverse_depth, std::int32_t count,
+             Footprints& out) {
+  const Mat3& r = next_from_reference.rotation;
+  const double m[3][3] = {{r(0, 0), r(0, 1), r(0, 2)}, {r(1, 0), r(1, 1), r(1, 2)}, {r(2, 0), r(2, 1), r(2, 2)}};
+  const double t[3] = {next_from_reference.translation.x(), next_from_reference.translation.y(),
+                       next_from_reference.translation.z()};
+  const double right = camera.width - 0.5;
+  const double bottom = camera.height - 0.5;
+  for (std::int32_t i = 0; i < count; ++i) {
+    // The point scaled by its inverse depth, which stays finite at a large distance.
+    const auto inverse = static_cast<double>(inverse_depth[i]);
+    const double p_x = m[0][0] * ray_x[i] + m[0][1] * ray_y[i] + m[0][2] + inverse * t[0];
+    const double p_y = m[1][0] * ray_x[i] + m[1][1] * ray_y[i] + m[1][2] + inverse * t[1];
+    const double p_z = m[2][0] * ray_x[i] + m[2][1] * ray_y[i] + m[2][2] + inverse * t[2];
+    const int in_front = static_cast<int>(p_z > 1e-6);
+    const double z = in_front != 0 ? p_z : 1.0;
+    const double x = p_x / z;
+    const double y = p_y / z;
+    const double r2 = x * x + y * y;
+    const double radial = 1 + r2 * (camera.k1 + r2 * camera.k2);
+    const double xy2 = 2 * x * y;
+    const double u = camera.fx * (x * radial + camera.p1 * xy2 + camera.p2 * (r2 + 2 * x * x)) + camera.cx;
+    const double v = camera.fy * (y * radial + camera.p1 * (r2 + 2 * y * y) + camera.p2 * xy2) + camera.cy;
+    const int in = in_front & static_cast<int>(u > -0.5) & static_cast<int>(v > -0.5) & static_cast<int>(u < right) &
+                   static_cast<int>(v < bottom);
+    // The ray has depth one: from a shorter distance the pixel is larger.
+    const double size = std::min(1 / z, max_footprint_px);
+    std::int32_t column_end = 0;
+    find_footprint(in != 0 ? u : 0.0, size, camera.width, out.column[i], column_end);
+    find_footprint(in != 0 ? v : 0.0, size, camera.height, out.row[i], out.row_end[i]);
+    out.column_end[i] = in != 0 ? column_end : 0;
+  }
+}
+
+/// Covers what the pixel sees of the next image. Nearly always that is a pixel or two.
+[[gnu::always_inline]] inline void cover_footprint(const Footprints& prints, std::size_t i, std::uint8_t quality,
+                                                   std::int32_t width, std::uint8_t* hit) {
+  for (std::int32_t v = prints.row[i]; v < prints.row_end[i]; ++v) {
+    std::uint8_t* row = hit + static_cast<std::ptrdiff_t>(v) * width;
+    const std::int32_t columns = prints.column_end[i] - prints.column[i];
+    // One pixel is the usual case, and not worth a call.
+    if (columns == 1) {
+      row[prints.column[i]] = quality;
+    } else if (columns > 1) {
+      std::fill_n(row + prints.column[i], columns, quality);
+    }
+  }
+}
+
+/// One bit for each byte that is not 0, of eight bytes.
+std::uint64_t bits_of(const std::uint8_t* bytes) {
+  std::uint64_t all;
+  std::memcpy(&all, bytes, sizeof all);
+  constexpr std::uint64_t low = 0x7F7F7F7F7F7F7F7FU;
+  const std::uint64_t tops = (((all & low) + low) | all) & ~low;
+  return ((tops >> 7U) * 0x0102040810204080U) >> 56U;
+}
+
+/// Quality of a cell: that of the pixel in its middle, or of the first covered one.
+std::uint8_t cell_quality(const std::uint8_t* hit, std::int32_t width, std::int32_t height, std::int32_t x,
+                          std::int32_t y) {
+  constexpr std::int32_t middle = seen_cell_px / 2;
+  if (x + middle < width && y + middle < height) {
+    const std::uint8_t quality = hit[static_cast<std::ptrdiff_t>(y + middle) * width + x + middle];
+    if (quality != 0) return quality;
+  }
+  for (std::int32_t v = y; v < std::min(y + seen_cell_px, height); ++v) {
+    for (std::int32_t u = x; u < std::min(x + seen_cell_px, width); ++u) {
+      const std::uint8_t quality = hit[static_cast<std::ptrdiff_t>(v) * width + u];
+      if (quality != 0) return quality;
+    }
+  }
+  return 0;
+}
+
+/// As if every covered pixel were covered by Coverage::cover, into a coverage that is clear.
+void cover_all(const std::uint8_t* hit, Coverage& coverage) {
+  const std::int32_t width = coverage.width;
+  const std::int32_t height = coverage.height;
+  const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  std::size_t i = 0;
+  for (; i + 8 <= pixels; i += 8) coverage.bits[i >> 6U] |= bits_of(hit + i) << (i & 63U);
+  for (; i < pixels; ++i) {
+    if (hit[i] != 0) coverage.set(i);
+  }
+  for (std::int32_t y = 0; y < height; y += seen_cell_px) {
+    for (std::int32_t x = 0; x < width; x += seen_cell_px) {
+      coverage.seen.of(x, y) = cell_quality(hit, width, height, x, y);
+    }
+  }
 }
 
 }  // namespace
@@ -136,8 +233,10 @@ Status newly_seen_mask(ImageView<const float> sigma, const Coverage& coverage, c
   return {};
 }
 
-Status carry_coverage(const CameraModel& camera, const PairGround& ground, const RigidTransform& next_from_reference,
-                      CoverageWorkspace& w, Coverage& coverage) {
+namespace {
+
+Status carry(const CameraModel& camera, const PairGround& ground, const RigidTransform& next_from_reference,
+             CoverageWorkspace& w, Coverage& coverage) {
   const auto& [inverse_depth, sigma, mask, now] = ground;
   if (!same_size(camera, coverage) || !same_size(camera, sigma) || !same_size(camera, inverse_depth) ||
       !same_size(camera, mask)) {
@@ -149,41 +248,38 @@ Status carry_coverage(const CameraModel& camera, const PairGround& ground, const
   std::fill_n(w.hit.begin(), pixels, std::uint8_t{0});
   const float fallback = mean_inverse_depth(inverse_depth, sigma);
   std::size_t pixel = 0;
+  Footprints prints;
   for (std::int32_t y = 0; y < height; ++y) {
     const float* s = sigma.row(y);
     const std::uint8_t* claimed = mask.row(y);
     normalised_row(camera, y, w.ray_x.data(), w.ray_y.data());
     fill_row(inverse_depth.row(y), s, width, fallback, w.inverse_depth.data());
-    for (std::int32_t x = 0; x < width; ++x, ++pixel) {
-      if (!(s[x] > 0) && !coverage.at(pixel)) continue;
-      const auto k = static_cast<std::size_t>(x);
-      // The point scaled by its inverse depth, which stays finite at a large distance.
-      const Vec3 p = next_from_reference.rotation * Vec3(w.ray_x[k], w.ray_y[k], 1) +
-                     static_cast<double>(w.inverse_depth[k]) * next_from_reference.translation;
-      if (!(p.z() > 1e-6)) continue;
-      const Vec2 target = pixel_from_normalised(camera, Vec2(p.x() / p.z(), p.y() / p.z()));
-      const std::uint8_t quality = claimed[x] != 0 ? now.at(x, y) : coverage.seen.at(x, y);
-      if (!(target.x() > -0.5 && target.y() > -0.5 && target.x() < width - 0.5 && target.y() < height - 0.5)) continue;
-      // The ray has depth one: from a shorter distance the pixel is larger.
-      const double size = std::min(1 / p.z(), max_footprint_px);
-      const Footprint columns = footprint(target.x(), size, width);
-      const Footprint rows = footprint(target.y(), size, height);
-      for (std::int32_t v = rows.begin; v < rows.end; ++v) {
-        std::uint8_t* hit = w.hit.data() + static_cast<std::ptrdiff_t>(v) * width;
-        std::fill(hit + columns.begin, hit + columns.end, quality);
+    for (std::int32_t first = 0; first < width; first += run_length) {
+      const std::int32_t count = std::min(run_length, width - first);
+      project(camera, next_from_reference, w.ray_x.data() + first, w.ray_y.data() + first,
+              w.inverse_depth.data() + first, count, prints);
+      for (std::int32_t i = 0; i < count; ++i, ++pixel) {
+        const std::int32_t x = first + i;
+        if (!(s[x] > 0) && !coverage.at(pixel)) continue;
+        const std::uint8_t quality = claimed[x] != 0 ? now.at(x, y) : coverage.seen.at(x, y);
+        cover_footprint(prints, static_cast<std::size_t>(i), quality, width, w.hit.data());
       }
     }
   }
   close_holes(w.hit.data(), width, height, w.closed.data());
   close_holes(w.closed.data(), width, height, w.hit.data());
   ILP_TRY(clear_coverage(width, height, coverage));
-  std::size_t i = 0;
-  for (std::int32_t y = 0; y < height; ++y) {
-    for (std::int32_t x = 0; x < width; ++x, ++i) {
-      if (w.hit[i] != 0) coverage.cover(x, y, w.hit[i]);
-    }
-  }
+  cover_all(w.hit.data(), coverage);
   return {};
+}
+
+}  // namespace
+
+Status carry_coverage(const CameraModel& camera, const PairGround& ground, const RigidTransform& next_from_reference,
+                      CoverageWorkspace& workspace, Coverage& coverage) {
+  Status status;
+  with_widest_vectors([&] { status = carry(camera, ground, next_from_reference, workspace, coverage); });
+  return status;
 }
 
 }  // namespace ilp

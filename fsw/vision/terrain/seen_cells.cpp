@@ -68,13 +68,18 @@ template <typename PixelAt>
 Status fill(std::int32_t width, std::int32_t height, double focal_px, std::int32_t min_pixels, PixelAt pixel_at,
             SeenCells& cells) {
   ILP_TRY(clear_seen_cells(width, height, cells));
-  const SeenSum all = sum_of(0, width, 0, height, pixel_at);
-  if (all.known == 0) return {};
+  SeenSum all;
+  bool summed = false;
   std::size_t cell = 0;
   for (std::int32_t y = 0; y < height; y += seen_cell_px) {
     for (std::int32_t x = 0; x < width; x += seen_cell_px, ++cell) {
       const SeenSum sum = sum_of(x, std::min(x + seen_cell_px, width), y, std::min(y + seen_cell_px, height), pixel_at);
       if (sum.matched < std::max(min_pixels, 1)) continue;
+      if (sum.known == 0 && !summed) {
+        all = sum_of(0, width, 0, height, pixel_at);
+        summed = true;
+        if (all.known == 0) return {};
+      }
       const SeenSum& depth = sum.known > 0 ? sum : all;
       const double inverse_depth = depth.inverse_depth / depth.known;
       cells.quality[cell] = seen_quality(1 / (inverse_depth * focal_px), sum.sigma / sum.matched / inverse_depth);

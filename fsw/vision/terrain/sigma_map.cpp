@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "fsw/base/vector_width.hpp"
+
 namespace ilp {
 namespace {
 
@@ -59,11 +61,15 @@ char block_character(ImageView<const std::uint8_t> codes, MaskView mask, std::in
 
 void code_sigma(ImageView<const float> sigma, double disparity_per_inverse_depth_px, std::uint8_t* codes) {
   const double factor = disparity_per_inverse_depth_px * sigma_codes_per_px;
-  for (std::size_t i = 0; i < sigma.area(); ++i) {
-    const double value = std::ceil(std::fabs(static_cast<double>(sigma.data[i])) * factor);
-    const auto code = static_cast<std::uint8_t>(value > sigma_code_largest ? sigma_code_largest : value);
-    codes[i] = sigma.data[i] < 0 ? static_cast<std::uint8_t>(code | sigma_code_supported) : code;
-  }
+  with_widest_vectors([&] {
+    const float* __restrict from = sigma.data;
+    std::uint8_t* __restrict to = codes;
+    for (std::size_t i = 0; i < sigma.area(); ++i) {
+      const double value = std::ceil(std::fabs(static_cast<double>(from[i])) * factor);
+      const auto code = static_cast<std::int32_t>(value > sigma_code_largest ? sigma_code_largest : value);
+      to[i] = static_cast<std::uint8_t>(from[i] < 0 ? code | sigma_code_supported : code);
+    }
+  });
 }
 
 Status encode_sigma_map(ImageView<const std::uint8_t> codes, MaskView mask, std::span<char> out, std::size_t& size) {

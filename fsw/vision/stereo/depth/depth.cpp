@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cfg/limits.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/stereo/depth/normalised_row.hpp"
 #include "fsw/vision/stereo/rectify/polar_coordinates.hpp"
 
@@ -22,43 +23,82 @@ float between(float first, float second, float weight) {
   return first + weight * (second - first);
 }
 
-Sample sample(ImageView<const float> disparity, ImageView<const float> sigma, double x, double y) {
-  if (!(x > -0.5 && y > -0.5 && x < disparity.width - 0.5 && y < disparity.height - 0.5)) return {};
-  const auto x0 = std::clamp(static_cast<std::int32_t>(std::floor(x)), 0, disparity.width - 2);
-  const auto y0 = std::clamp(static_cast<std::int32_t>(std::floor(y)), 0, disparity.height - 2);
-  const auto wx = static_cast<float>(std::clamp(x - x0, 0.0, 1.0));
-  const auto wy = static_cast<float>(std::clamp(y - y0, 0.0, 1.0));
-  const float* d0 = disparity.row(y0) + x0;
-  const float* d1 = disparity.row(y0 + 1) + x0;
-  const float* s0 = sigma.row(y0) + x0;
-  const float* s1 = sigma.row(y0 + 1) + x0;
-  const bool all_valid = s0[0] != 0 && s0[1] != 0 && s1[0] != 0 && s1[1] != 0;
-  const bool supported = s0[0] < 0 || s0[1] < 0 || s1[0] < 0 || s1[1] < 0;
-  const float lowest = std::min(std::min(d0[0], d0[1]), std::min(d1[0], d1[1]));
-  const float highest = std::max(std::max(d0[0], d0[1]), std::max(d1[0], d1[1]));
-  if (all_valid && highest - lowest <= max_spread_px) {
-    const float upper = between(d0[0], d0[1], wx);
-    const float lower = between(d1[0], d1[1], wx);
-    const float s_upper = between(std::fabs(s0[0]), std::fabs(s0[1]), wx);
-    const float s_lower = between(std::fabs(s1[0]), std::fabs(s1[1]), wx);
-    const float s = between(s_upper, s_lower, wy);
-    return {between(upper, lower, wy), supported ? -s : s};
+/// Where pixels lie in the disparity map: the upper left one of the four around each, and the weights of the others.
+constexpr std::int32_t run_length = 64;  ///< pixels that are processed together
+struct Places {
+  std::int32_t disparity_at[run_length], sigma_at[run_length];
+  std::int32_t inside[run_length];
+  float wx[run_length], wy[run_length];
+};
+struct Samples {
+  float disparity_px[run_length], sigma_px[run_length];
+};
+
+/// Entry `i` is what lies at (x, y); nothing outside the map.
+[[gnu::always_inline]] inline void locate(ImageView<const float> disparity, ImageView<const float> sigma, double x,
+                                          double y, std::int32_t i, Places& places) {
+  const int in = static_cast<int>(x > -0.5) & static_cast<int>(y > -0.5) & static_cast<int>(x < disparity.width - 0.5) &
+                 static_cast<int>(y < disparity.height - 0.5);
+  const double u = in != 0 ? x : 0.0;
+  const double v = in != 0 ? y : 0.0;
+  // Truncation rounds down, because what is not positive becomes 0 either way.
+  const std::int32_t x0 = std::min(static_cast<std::int32_t>(u), disparity.width - 2);
+  const std::int32_t y0 = std::min(static_cast<std::int32_t>(v), disparity.height - 2);
+  places.disparity_at[i] = y0 * static_cast<std::int32_t>(disparity.stride) + x0;
+  places.sigma_at[i] = y0 * static_cast<std::int32_t>(sigma.stride) + x0;
+  places.inside[i] = in;
+  places.wx[i] = static_cast<float>(std::min(std::max(u - x0, 0.0), 1.0));
+  places.wy[i] = static_cast<float>(std::min(std::max(v - y0, 0.0), 1.0));
+}
+
+/// Interpolates where all four pixels are valid and of one surface, else takes the nearest one.
+void take_samples(ImageView<const float> disparity, ImageView<const float> sigma, const Places& places,
+                  std::int32_t count, Samples& samples) {
+  const float* __restrict d = disparity.data;
+  const float* __restrict s = sigma.data;
+  const auto d_stride = static_cast<std::int32_t>(disparity.stride);
+  const auto s_stride = static_cast<std::int32_t>(sigma.stride);
+  for (std::int32_t i = 0; i < count; ++i) {
+    const std::int32_t d_at = places.disparity_at[i];
+    const std::int32_t s_at = places.sigma_at[i];
+    const float wx = places.wx[i];
+    const float wy = places.wy[i];
+    const float d00 = d[d_at], d01 = d[d_at + 1], d10 = d[d_at + d_stride], d11 = d[d_at + d_stride + 1];
+    const float s00 = s[s_at], s01 = s[s_at + 1], s10 = s[s_at + s_stride], s11 = s[s_at + s_stride + 1];
+    const int all_valid = static_cast<int>(s00 != 0) & static_cast<int>(s01 != 0) & static_cast<int>(s11 != 0) &
+                          static_cast<int>(s10 != 0);
+    const float lowest_sigma = std::min(std::min(s00, s01), std::min(s10, s11));
+    const float lowest = std::min(std::min(d00, d01), std::min(d10, d11));
+    const float highest = std::max(std::max(d00, d01), std::max(d10, d11));
+    const int together = all_valid & static_cast<int>(highest - lowest <= max_spread_px);
+    const float between_d = between(between(d00, d01, wx), between(d10, d11, wx), wy);
+    const float between_s =
+        between(between(std::fabs(s00), std::fabs(s01), wx), between(std::fabs(s10), std::fabs(s11), wx), wy);
+    const float signed_s = lowest_sigma < 0 ? -between_s : between_s;
+    const float upper_d = wx >= 0.5F ? d01 : d00;
+    const float lower_d = wx >= 0.5F ? d11 : d10;
+    const float upper_s = wx >= 0.5F ? s01 : s00;
+    const float lower_s = wx >= 0.5F ? s11 : s10;
+    const float nearest_d = wy >= 0.5F ? lower_d : upper_d;
+    const float nearest_s = wy >= 0.5F ? lower_s : upper_s;
+    const float found_d = together != 0 ? between_d : nearest_d;
+    const float found_s = together != 0 ? signed_s : nearest_s;
+    samples.disparity_px[i] = places.inside[i] != 0 ? found_d : 0.0F;
+    samples.sigma_px[i] = places.inside[i] != 0 ? found_s : 0.0F;
   }
-  const std::int32_t nx = wx >= 0.5F ? 1 : 0;
-  return wy >= 0.5F ? Sample{d1[nx], s1[nx]} : Sample{d0[nx], s0[nx]};
+}
+
+Sample sample(ImageView<const float> disparity, ImageView<const float> sigma, double x, double y) {
+  Places place;
+  Samples found;
+  locate(disparity, sigma, x, y, 0, place);
+  take_samples(disparity, sigma, place, 1, found);
+  return {found.disparity_px[0], found.sigma_px[0]};
 }
 
 struct InverseDepth {
   double value = 0, sigma = 0;
 };
-
-InverseDepth behind_homography(const RectifiedPair& pair, ImageView<const float> disparity,
-                               ImageView<const float> sigma, const Vec3& q) {
-  const double scale = pair.focal_px / q.z();
-  const Sample s = sample(disparity, sigma, scale * q.x() + pair.cx_left, scale * q.y() + pair.cy);
-  const double per_pixel = q.z() / (pair.focal_px * pair.baseline);
-  return {(s.disparity_px - pair.disparity_offset_px()) * per_pixel, s.sigma_px * per_pixel};
-}
 
 InverseDepth behind_polar(const RectifiedPair& pair, ImageView<const float> disparity, ImageView<const float> sigma,
                           const Vec3& q, double cotangent, double azimuth) {
@@ -75,11 +115,53 @@ void store(const InverseDepth& inverse, float& value, float& sigma) {
   sigma = usable ? static_cast<float>(inverse.sigma) : 0.0F;
 }
 
-}  // namespace
+/// Inverse depths of `count` pixels from column `first` on.
+void behind_homography(const RectifiedPair& pair, ImageView<const float> disparity, ImageView<const float> sigma,
+                       const double* __restrict ray_x, const double* __restrict ray_y, std::int32_t count,
+                       float* __restrict out, float* __restrict out_sigma) {
+  const Mat3& r = pair.rect_from_left;
+  const double m[3][3] = {{r(0, 0), r(0, 1), r(0, 2)}, {r(1, 0), r(1, 1), r(1, 2)}, {r(2, 0), r(2, 1), r(2, 2)}};
+  const double offset = pair.disparity_offset_px();
+  const double focal_baseline = pair.focal_px * pair.baseline;
+  Places places;
+  Samples samples;
+  double per_pixel[run_length];
+  for (std::int32_t i = 0; i < count; ++i) {
+    const double x = ray_x[i];
+    const double y = ray_y[i];
+    const double q_x = m[0][0] * x + m[0][1] * y + m[0][2];
+    const double q_y = m[1][0] * x + m[1][1] * y + m[1][2];
+    const double q_z = m[2][0] * x + m[2][1] * y + m[2][2];
+    const double scale = pair.focal_px / q_z;
+    per_pixel[i] = q_z / focal_baseline;
+    locate(disparity, sigma, scale * q_x + pair.cx_left, scale * q_y + pair.cy, i, places);
+  }
+  take_samples(disparity, sigma, places, count, samples);
+  for (std::int32_t i = 0; i < count; ++i) {
+    const double value = (samples.disparity_px[i] - offset) * per_pixel[i];
+    const double error = samples.sigma_px[i] * per_pixel[i];
+    const bool usable = static_cast<bool>(static_cast<int>(error != 0) & static_cast<int>(value > 0));
+    out[i] = usable ? static_cast<float>(value) : 0.0F;
+    out_sigma[i] = usable ? static_cast<float>(error) : 0.0F;
+  }
+}
 
-Status depth_rows(const RectifiedPair& pair, const CameraModel& camera, ImageView<const float> disparity_px,
-                  ImageView<const float> disparity_sigma_px, std::int32_t y_begin, std::int32_t y_end,
-                  const DepthView& depth) {
+void depth_of_polar_row(const RectifiedPair& pair, ImageView<const float> disparity, ImageView<const float> sigma,
+                        const double* ray_x, const double* ray_y, std::int32_t width, float* out, float* out_sigma) {
+  for (std::int32_t x = 0; x < width; ++x) {
+    const Vec3 q = pair.rect_from_left * Vec3(ray_x[x], ray_y[x], 1);
+    const double cotangent = cotangent_of(q);
+    // It is cheaper than the azimuth, and most pixels belong to other rings.
+    if (!(cotangent >= pair.sector.low_cotangent && cotangent < pair.sector.high_cotangent)) continue;
+    const double azimuth = azimuth_of(q);
+    if (!contains(pair.sector, cotangent, azimuth)) continue;
+    store(behind_polar(pair, disparity, sigma, q, cotangent, azimuth), out[x], out_sigma[x]);
+  }
+}
+
+Status depth_of(const RectifiedPair& pair, const CameraModel& camera, ImageView<const float> disparity_px,
+                ImageView<const float> disparity_sigma_px, std::int32_t y_begin, std::int32_t y_end,
+                const DepthView& depth) {
   if (camera.width > limits::max_image_width || depth.inverse_depth.width != camera.width ||
       depth.inverse_depth.height != camera.height || depth.sigma.width != camera.width ||
       depth.sigma.height != camera.height) {
@@ -97,22 +179,28 @@ Status depth_rows(const RectifiedPair& pair, const CameraModel& camera, ImageVie
     float* out = depth.inverse_depth.row(y);
     float* out_sigma = depth.sigma.row(y);
     normalised_row(camera, y, ray_x.data(), ray_y.data());
-    for (std::int32_t x = 0; x < camera.width; ++x) {
-      const auto k = static_cast<std::size_t>(x);
-      const Vec3 q = pair.rect_from_left * Vec3(ray_x[k], ray_y[k], 1);
-      if (pair.method == RectificationMethod::homography) {
-        store(behind_homography(pair, disparity_px, disparity_sigma_px, q), out[x], out_sigma[x]);
-        continue;
-      }
-      const double cotangent = cotangent_of(q);
-      // It is cheaper than the azimuth, and most pixels belong to other rings.
-      if (!(cotangent >= pair.sector.low_cotangent && cotangent < pair.sector.high_cotangent)) continue;
-      const double azimuth = azimuth_of(q);
-      if (!contains(pair.sector, cotangent, azimuth)) continue;
-      store(behind_polar(pair, disparity_px, disparity_sigma_px, q, cotangent, azimuth), out[x], out_sigma[x]);
+    if (pair.method == RectificationMethod::polar) {
+      depth_of_polar_row(pair, disparity_px, disparity_sigma_px, ray_x.data(), ray_y.data(), camera.width, out,
+                         out_sigma);
+      continue;
+    }
+    for (std::int32_t first = 0; first < camera.width; first += run_length) {
+      behind_homography(pair, disparity_px, disparity_sigma_px, ray_x.data() + first, ray_y.data() + first,
+                        std::min(run_length, camera.width - first), out + first, out_sigma + first);
     }
   }
   return {};
+}
+
+}  // namespace
+
+Status depth_rows(const RectifiedPair& pair, const CameraModel& camera, ImageView<const float> disparity_px,
+                  ImageView<const float> disparity_sigma_px, std::int32_t y_begin, std::int32_t y_end,
+                  const DepthView& depth) {
+  Status status;
+  with_widest_vectors(
+      [&] { status = depth_of(pair, camera, disparity_px, disparity_sigma_px, y_begin, y_end, depth); });
+  return status;
 }
 
 }  // namespace ilp

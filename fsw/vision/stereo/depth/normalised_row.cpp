@@ -1,24 +1,45 @@
 #include "fsw/vision/stereo/depth/normalised_row.hpp"
 
 #include <algorithm>
+#include <array>
 
+#include "cfg/limits.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
+namespace {
+
+constexpr std::int32_t anchor_step = 4;
+constexpr std::int32_t max_anchors = limits::max_image_width / anchor_step + 2;
+using Anchors = std::array<double, static_cast<std::size_t>(max_anchors)>;
+
+/// The exact coordinates at every fourth pixel, the last one beyond the end of the row.
+void find_anchors(const CameraModel& camera, std::int32_t y, std::int32_t count, Anchors& x_out, Anchors& y_out) {
+  const double distorted_y = normalised_from_ideal(camera, Vec2(0, y)).y();
+  for (std::int32_t i = 0; i < count; ++i) {
+    x_out[static_cast<std::size_t>(i)] = (i * anchor_step - camera.cx) / camera.fx;
+    y_out[static_cast<std::size_t>(i)] = distorted_y;
+  }
+  undistort(camera, count, x_out.data(), y_out.data());
+}
+
+void interpolate(const Anchors& anchors, std::int32_t width, double* out) {
+  for (std::int32_t first = 0; first < width; first += anchor_step) {
+    const auto k = static_cast<std::size_t>(first / anchor_step);
+    const double step = (anchors[k + 1] - anchors[k]) / anchor_step;
+    const std::int32_t end = std::min(first + anchor_step, width);
+    for (std::int32_t x = first; x < end; ++x) out[x] = anchors[k] + (x - first) * step;
+  }
+}
+
+}  // namespace
 
 void normalised_row(const CameraModel& camera, std::int32_t y, double* x_out, double* y_out) {
-  constexpr std::int32_t anchor_step = 4;
-  Vec2 anchor = normalised_from_pixel(camera, Vec2(0, y));
-  for (std::int32_t first = 0; first < camera.width; first += anchor_step) {
-    const Vec2 next = normalised_from_pixel(camera, Vec2(first + anchor_step, y));
-    const Vec2 step = (next - anchor) / anchor_step;
-    const std::int32_t end = std::min(first + anchor_step, camera.width);
-    for (std::int32_t x = first; x < end; ++x) {
-      x_out[x] = anchor.x() + (x - first) * step.x();
-      y_out[x] = anchor.y() + (x - first) * step.y();
-    }
-    anchor = next;
-  }
+  Anchors anchors_x, anchors_y;
+  const std::int32_t count = (camera.width + anchor_step - 1) / anchor_step + 1;
+  find_anchors(camera, y, count, anchors_x, anchors_y);
+  interpolate(anchors_x, camera.width, x_out);
+  interpolate(anchors_y, camera.width, y_out);
 }
 
 }  // namespace ilp

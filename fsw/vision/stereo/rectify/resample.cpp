@@ -6,6 +6,7 @@
 
 #include "cfg/limits.hpp"
 #include "fsw/base/math.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/stereo/rectify/polar_coordinates.hpp"
 
 namespace ilp {
@@ -93,11 +94,8 @@ std::uint8_t interpolate(GrayView source, std::int32_t x_fixed, std::int32_t y_f
   return static_cast<std::uint8_t>((upper * (fraction_one - wy) + lower * wy + half) >> (2 * fraction_bits));
 }
 
-}  // namespace
-
-Status resample_rows(const RectifiedPair& pair, Side side, const CameraModel& camera, GrayView source,
-                     std::int32_t y_begin, std::int32_t y_end, const MutableGrayView& rectified,
-                     const ImageView<std::uint8_t>& valid) {
+Status resample(const RectifiedPair& pair, Side side, const CameraModel& camera, GrayView source, std::int32_t y_begin,
+                std::int32_t y_end, const MutableGrayView& rectified, const ImageView<std::uint8_t>& valid) {
   if (source.width != camera.width || source.height != camera.height || source.width < 2 || source.height < 2) {
     return {StatusCode::invalid_argument, 1, source.width};
   }
@@ -122,6 +120,16 @@ Status resample_rows(const RectifiedPair& pair, Side side, const CameraModel& ca
     }
   }
   return {};
+}
+
+}  // namespace
+
+Status resample_rows(const RectifiedPair& pair, Side side, const CameraModel& camera, GrayView source,
+                     std::int32_t y_begin, std::int32_t y_end, const MutableGrayView& rectified,
+                     const ImageView<std::uint8_t>& valid) {
+  Status status;
+  with_widest_vectors([&] { status = resample(pair, side, camera, source, y_begin, y_end, rectified, valid); });
+  return status;
 }
 
 }  // namespace ilp
