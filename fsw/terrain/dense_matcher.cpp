@@ -201,7 +201,7 @@ Status DenseMatcher::depth_band() {
   row_ = end;
   if (row_ < camera_.height) return {};
   if (++panel_ < plan_.count) return begin_panel();
-  phase_ = Phase::record;
+  phase_ = Phase::errors;
   return {};
 }
 
@@ -219,30 +219,35 @@ void DenseMatcher::state_geometry(DepthRecord& record) {
       median_depth_error_of_poses(partner_from_this, partner_.step, camera_, inverse_depth, work_.record.pose_errors);
 }
 
-Status DenseMatcher::record_depth() {
+Status DenseMatcher::state_errors() {
   RecordWorkspace& w = work_.record;
   if (residual_.count >= min_vertical_residuals && residual_.median_px() > max_vertical_residual_px) {
     return give_up_partner(DepthVerdict::rectification_impossible,
                            {StatusCode::rectification_impossible, pose_.id, poses_contradict_images});
   }
-  DepthRecord record;
-  record.id = pose_.id;
-  record.strip_id = pose_.strip_id;
-  record.partner_id = partner_.pose.id;
-  record.baseline = distance(pose_, partner_.pose);
-  record.disparity_per_inverse_depth_px = plan_.disparity_per_inverse_depth_px;
-  after_ = state_;
+  record_ = {};
+  record_.id = pose_.id;
+  record_.strip_id = pose_.strip_id;
+  record_.partner_id = partner_.pose.id;
+  record_.baseline = distance(pose_, partner_.pose);
+  record_.disparity_per_inverse_depth_px = plan_.disparity_per_inverse_depth_px;
   drop_uncertain_depths(mission_.largest_depth_sigma, {inverse_depth_.view(), sigma_.view()});
-  state_geometry(record);
+  state_geometry(record_);
+  ILP_TRY(w.sigma_code.resize(camera_.width, camera_.height));
+  code_sigma(static_cast<const ImageBuffer<float>&>(sigma_).view(), record_.disparity_per_inverse_depth_px,
+             w.sigma_code.view().data);
+  record_.supported = drop_signs(sigma_.view());
+  phase_ = Phase::mask;
+  return seen_cells(inverse_depth_.view(), sigma_.view(), camera_.fx, 1, now_);
+}
 
+/// The mask of the ground that is new, and the depths in it.
+Status DenseMatcher::claim_ground() {
+  RecordWorkspace& w = work_.record;
+  after_ = state_;
   ILP_TRY(use_coverage_of(pose_.id));
   ILP_TRY(w.mask.resize(camera_.width, camera_.height));
   ILP_TRY(w.codes.resize(camera_.width, camera_.height));
-  ILP_TRY(w.sigma_code.resize(camera_.width, camera_.height));
-  code_sigma(static_cast<const ImageBuffer<float>&>(sigma_).view(), record.disparity_per_inverse_depth_px,
-             w.sigma_code.view().data);
-  record.supported = drop_signs(sigma_.view());
-  ILP_TRY(seen_cells(inverse_depth_.view(), sigma_.view(), camera_.fx, 1, now_));
   MaskCounts counts;
   ILP_TRY(newly_seen_mask(sigma_.view(), after_.coverage, now_, partner_.finer_steps, w.mask.view(), counts));
   const auto area = static_cast<double>(w.mask.view().area());
@@ -254,29 +259,39 @@ Status DenseMatcher::record_depth() {
                               plan_.disparity_per_inverse_depth_px / plan_.baseline, plan_.baseline,
                               1.0 / mission_.depth_step_px, coding));
   ILP_TRY(encode_depth(inverse_depth_.view(), sigma_.view(), w.mask.view(), coding, w.codes.view()));
-  record.offset = coding.offset;
-  record.step = coding.step;
-  record.valid = counts.matched;
-  record.newly_seen = counts.newly_seen;
+  record_.offset = coding.offset;
+  record_.step = coding.step;
+  record_.valid = counts.matched;
+  record_.newly_seen = counts.newly_seen;
+  state_median_sigma(record_);
+  phase_ = Phase::record;
+  return code_mask(record_);
+}
 
+void DenseMatcher::state_median_sigma(DepthRecord& record) {
+  const ImageView<const std::uint8_t> sigma_codes = work_.record.sigma_code.view();
+  std::array<std::uint32_t, sigma_code_largest + 1> histogram{};
+  for (std::size_t i = 0; i < sigma_codes.area(); ++i) ++histogram[sigma_codes.data[i] & sigma_code_largest];
+  std::uint32_t below = 0;
+  std::size_t median = 1;
+  for (; median < sigma_code_largest && 2 * (below + histogram[median]) < record.valid; ++median)
+    below += histogram[median];
+  record.median_sigma_px = static_cast<double>(median) / sigma_codes_per_px;
+  record.values.bytes = static_cast<std::uint32_t>(2 * sigma_codes.area());
+  record.sigma.bytes = static_cast<std::uint32_t>(sigma_codes.area());
+}
+
+Status DenseMatcher::record_depth() {
+  RecordWorkspace& w = work_.record;
+  after_ = state_;
+  ILP_TRY(use_coverage_of(pose_.id));
   ILP_TRY(cover_passed(pose_.id, next_.id, true));
   const RigidTransform next_from_this =
       compose(cam_from_world(pose_of(next_)), inverse(cam_from_world(pose_of(pose_))));
   const PairGround ground{inverse_depth_.view(), sigma_.view(), w.mask.view(), now_};
   ILP_TRY(carry_coverage(camera_, ground, next_from_this, w.coverage, after_.coverage));
-  ILP_TRY(measure_cells(record));
-
-  const ImageView<const std::uint8_t> sigma_codes = w.sigma_code.view();
-  std::array<std::uint32_t, sigma_code_largest + 1> histogram{};
-  for (std::size_t i = 0; i < sigma_codes.area(); ++i) ++histogram[sigma_codes.data[i] & sigma_code_largest];
-  std::uint32_t below = 0;
-  std::size_t median = 1;
-  for (; median < sigma_code_largest && 2 * (below + histogram[median]) < counts.matched; ++median)
-    below += histogram[median];
-  record.median_sigma_px = static_cast<double>(median) / sigma_codes_per_px;
-  record.values.bytes = static_cast<std::uint32_t>(2 * sigma_codes.area());
-  record.sigma.bytes = static_cast<std::uint32_t>(sigma_codes.area());
-  return write(record, next_.id);
+  ILP_TRY(measure_cells(record_));
+  return write(record_, next_.id);
 }
 
 /// The pair has given no depth: what is `reported` counts if the partner is the next keyframe, which is tried
@@ -378,6 +393,7 @@ Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict v
   }
   std::int64_t next_id = after_.coverage_keyframe_id;
   if (!passed) ILP_TRY(carry_without_depth(pose, next_id));
+  ILP_TRY(code_mask(record));
   return write(record, next_id);
 }
 
@@ -404,16 +420,22 @@ Status DenseMatcher::record_given_up() {
   record.newly_seen = static_cast<std::uint32_t>(mask.area());
   after_ = state_;
   after_.passed_keyframe_id = 0;
+  ILP_TRY(code_mask(record));
   return write(record, 0);
+}
+
+Status DenseMatcher::code_mask(DepthRecord& record) {
+  RecordWorkspace& w = work_.record;
+  std::size_t size = 0;
+  ILP_TRY(encode_mask(w.mask.view(), w.mask_bytes.data(), w.mask_bytes.size(), size));
+  record.mask.bytes = static_cast<std::uint32_t>(size);
+  return {};
 }
 
 Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
   RecordWorkspace& w = work_.record;
-  std::size_t mask_size = 0;
-  ILP_TRY(encode_mask(w.mask.view(), w.mask_bytes.data(), w.mask_bytes.size(), mask_size));
   record.width = camera_.width;
   record.height = camera_.height;
-  record.mask.bytes = static_cast<std::uint32_t>(mask_size);
   after_.coverage_keyframe_id = next_coverage_id;
 
   patience_.begin_writing();
@@ -431,7 +453,7 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
     ILP_TRY(write_blob<DepthRecord>(store_, "cells", record.id, 0, quality));
     ILP_TRY(write_blob<DepthRecord>(store_, "cells", record.id, cells, bytes_of(depths)));
   }
-  ILP_TRY(write_blob<DepthRecord>(store_, "mask", record.id, 0, {w.mask_bytes.data(), mask_size}));
+  ILP_TRY(write_blob<DepthRecord>(store_, "mask", record.id, 0, {w.mask_bytes.data(), record.mask.bytes}));
   ILP_TRY(transaction.commit(Cursor{record.id, cursor_.second}, after_, cursor_, state_));
   patience_.end_writing();
   phase_ = Phase::idle;
@@ -456,8 +478,10 @@ StepResult DenseMatcher::step() {
     case Phase::depth:
       status = depth_band();
       break;
+    case Phase::errors:
+    case Phase::mask:
     case Phase::record:
-      status = record_depth();
+      status = phase_ == Phase::errors ? state_errors() : phase_ == Phase::mask ? claim_ground() : record_depth();
       // Of the pair, or of the next one that takes its place.
       if (status.is(StatusCode::rectification_impossible) || status.is(StatusCode::disparity_range_exceeded)) {
         return {status, true};

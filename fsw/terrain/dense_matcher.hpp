@@ -48,7 +48,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   }
 
  private:
-  enum class Phase : std::uint8_t { idle, resample, match, depth, record };
+  enum class Phase : std::uint8_t { idle, resample, match, depth, errors, mask, record };
 
   struct State {
     std::int64_t coverage_keyframe_id = 0;  ///< the keyframe of this coverage; any other has none
@@ -85,6 +85,8 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   Status match_band();
   Status depth_band();
   [[nodiscard]] const RectifiedPanel& panel() const { return plan_.panels[panel_]; }
+  Status state_errors();
+  Status claim_ground();
   Status record_depth();
   Status give_up_partner(DepthVerdict verdict, Status reported);
   Status record_without_depth(const PoseRecord& pose, DepthVerdict verdict);
@@ -92,9 +94,11 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   Status plane_between(std::int64_t from_keyframe_id, std::int64_t to_keyframe_id, Mat3& to_from_from);
   Status cover_passed(std::int64_t first_id, std::int64_t second_id, bool with_depth);
   Status carry_without_depth(const PoseRecord& pose, std::int64_t& next_id);
+  Status code_mask(DepthRecord& record);
   Status write(DepthRecord& record, std::int64_t next_coverage_id);
   Status use_coverage_of(std::int64_t keyframe_id);
   void state_geometry(DepthRecord& record);
+  void state_median_sigma(DepthRecord& record);
   Status measure_cells(DepthRecord& record);
 
   Tables store_;
@@ -111,6 +115,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   RectificationPlan plan_;
   std::size_t panel_ = 0;
   VerticalResidual residual_;
+  DepthRecord record_;  ///< of the pair, as far as it is known
   std::int32_t row_ = 0;
   StereoMatcher matcher_;
   FrameImage left_, right_;

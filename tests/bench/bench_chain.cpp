@@ -12,6 +12,7 @@
 #include <string>
 
 #include "fsw/base/math.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "fsw/vision/stereo/match/stereo_matcher.hpp"
 #include "tests/bench/chain_flight.hpp"
@@ -84,7 +85,8 @@ void compare(benchmark::State& state, Reference& reference, const std::function<
   state.counters["of_sgbm"] = median(ours) / median(theirs);
 }
 
-void matcher(benchmark::State& state, StereoMatcherChoice choice) {
+void matcher(benchmark::State& state, StereoMatcherChoice choice, VectorWidth vectors) {
+  use_vectors(vectors);
   const Pair& pair = pair_of(static_cast<std::int32_t>(state.range(0)));
   const std::int32_t width = pair.left.width, height = pair.left.height;
   const auto workspace = std::make_unique<StereoWorkspace>();
@@ -104,14 +106,16 @@ void matcher(benchmark::State& state, StereoMatcherChoice choice) {
     }
     benchmark::DoNotOptimize(disparity.data());
   });
+  use_vectors(widest_vectors());
 }
 void sizes(benchmark::internal::Benchmark* b) {
   b->ArgName("width")->Arg(320)->Arg(640)->Arg(1024)->UseManualTime()->Iterations(rounds)->Unit(
       benchmark::kMillisecond);
 }
 // OpenCV's matcher has the same size here.
-BENCHMARK_CAPTURE(matcher, semi_global, StereoMatcherChoice::semi_global)->Apply(sizes);
-BENCHMARK_CAPTURE(matcher, ordered_scanline, StereoMatcherChoice::ordered_scanline)->Apply(sizes);
+BENCHMARK_CAPTURE(matcher, semi_global, StereoMatcherChoice::semi_global, widest_vectors())->Apply(sizes);
+BENCHMARK_CAPTURE(matcher, semi_global_16_bytes, StereoMatcherChoice::semi_global, VectorWidth::bytes16)->Apply(sizes);
+BENCHMARK_CAPTURE(matcher, ordered_scanline, StereoMatcherChoice::ordered_scanline, widest_vectors())->Apply(sizes);
 
 void overlap_to_keyframe(benchmark::State& state, bool full_circle) {
   const test::Image image = test::render_texture(640, 480, {1, 0, 1000, 2000}, 1, 0, 2, 1);
@@ -192,10 +196,11 @@ void register_flight() {
       ->Unit(benchmark::kMillisecond);
   register_part("dense_matching", {"dense_matcher/match"});
   register_part("resampling_depth_masks_sigmas",
-                {"dense_matcher/idle", "dense_matcher/resample", "dense_matcher/depth", "dense_matcher/record"});
+                {"dense_matcher/idle", "dense_matcher/resample", "dense_matcher/depth", "dense_matcher/errors",
+                 "dense_matcher/mask", "dense_matcher/record"});
   register_part("of_these_resampling", {"dense_matcher/resample"});
   register_part("of_these_depth", {"dense_matcher/depth"});
-  register_part("of_these_masks_and_record", {"dense_matcher/record"});
+  register_part("of_these_masks_and_record", {"dense_matcher/errors", "dense_matcher/mask", "dense_matcher/record"});
   register_part("compressor", {"compressor"});
   register_part("check_of_a_known_camera", {"camera_calibrator"});
   register_part("structure_and_motion", {"structure_and_motion"});

@@ -121,7 +121,7 @@ class TimedComponent final : public Component {
     return sum;
   }
 
-  std::array<double, 5> by_phase{};
+  std::array<double, 7> by_phase{};
 
  private:
   [[nodiscard]] std::size_t phase_now() const {
@@ -134,7 +134,7 @@ class TimedComponent final : public Component {
   ComponentId id_;
 };
 
-constexpr const char* matcher_phases[] = {"idle", "resample", "match", "depth", "record"};
+constexpr const char* matcher_phases[] = {"idle", "resample", "match", "depth", "errors", "mask", "record"};
 
 using Timed = std::vector<std::unique_ptr<TimedComponent>>;
 
