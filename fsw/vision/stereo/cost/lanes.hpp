@@ -40,6 +40,17 @@ static_assert(std::endian::native == std::endian::little);
   return reinterpret_cast<I16>(reinterpret_cast<U16>(v) >> 8);
 }
 
+/// The words of both vectors as bytes; all of them must be 0 to 255.
+[[nodiscard, gnu::always_inline]] inline U8 bytes_of_words(I16 first, I16 second) {
+#if defined(__SSE2__)
+  // GCC does not find this instruction by itself.
+  return reinterpret_cast<U8>(__builtin_ia32_packuswb128(first, second));
+#else
+  return __builtin_shufflevector(reinterpret_cast<U8>(first), reinterpret_cast<U8>(second), 0, 2, 4, 6, 8, 10, 12, 14,
+                                 16, 18, 20, 22, 24, 26, 28, 30);
+#endif
+}
+
 /// The lowest byte of each of four vectors, as four equal bytes each: aaaa bbbb cccc eeee.
 [[nodiscard, gnu::always_inline]] inline U8 lowest_of_each(U8 a, U8 b, U8 c, U8 e) {
   const auto interleaved_lower = [](U8 v, U8 w) {

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/vector_width.hpp"
+#include "fsw/vision/stereo/cost/lanes.hpp"
+
 namespace ilp {
 namespace {
 
@@ -130,6 +133,11 @@ void compute_moments(const NccRows& rows, NccWorkspace& w, float* variance) {
   }
 }
 
+/// Of a multiple of disparity_block the compiler knows it then.
+std::int32_t whole(std::int32_t count) {
+  return count / disparity_block * disparity_block;
+}
+
 void add_products(float left, const float* __restrict right, std::int32_t count, float* __restrict products) {
   for (std::int32_t d = 0; d < count; ++d) products[d] += left * right[d];
 }
@@ -142,7 +150,9 @@ struct ColumnUpdate {
   float* products;
 };
 
-void enter(const ColumnUpdate& column, std::int32_t count, float* __restrict window) {
+template <typename Count>
+void enter(const ColumnUpdate& column, Count blocks, float* __restrict window) {
+  const std::int32_t count = whole(blocks);
   const float left_new = column.left_new;
   const float left_old = column.left_old;
   const float* __restrict right_new = column.right_new;
@@ -156,11 +166,12 @@ void enter(const ColumnUpdate& column, std::int32_t count, float* __restrict win
 }
 
 /// Adds `column` to the window, computes its correlations, and removes `products_out`.
-void enter_and_correlate(const ColumnUpdate& column, const float* __restrict products_out, std::int32_t padded_count,
-                         float left_sum, float left_inverse_norm, const float* __restrict right_mean,
+template <typename Count>
+void enter_and_correlate(const ColumnUpdate& column, const float* __restrict products_out, Count blocks, float left_sum,
+                         float left_inverse_norm, const float* __restrict right_mean,
                          const float* __restrict right_inverse_norm, float* __restrict window,
                          std::int16_t* __restrict ncc) {
-  const std::int32_t count = padded_count / disparity_block * disparity_block;
+  const std::int32_t count = whole(blocks);
   const float left_new = column.left_new;
   const float left_old = column.left_old;
   const float* __restrict right_new = column.right_new;
@@ -177,15 +188,22 @@ void enter_and_correlate(const ColumnUpdate& column, const float* __restrict pro
   }
 }
 
-void cost_of(const std::int16_t* __restrict ncc, const std::uint8_t* __restrict discount, std::int32_t padded_count,
-             std::uint8_t* __restrict cost) {
-  const std::int32_t count = padded_count / disparity_block * disparity_block;
-  constexpr std::int16_t unit = ncc_one / max_matching_cost;
-  for (std::int32_t d = 0; d < count; ++d) {
-    const std::int16_t positive = std::max<std::int16_t>(ncc[d], 0);
-    const auto lost = static_cast<std::int16_t>(ncc_one + unit / 2 - positive);
-    const auto full = static_cast<std::uint8_t>(static_cast<std::uint16_t>(lost) / static_cast<std::uint16_t>(unit));
-    cost[d] = static_cast<std::uint8_t>(full - discount[d]);
+/// Costs of eight correlations.
+[[gnu::always_inline]] inline lanes::I16 costs_of(lanes::I16 ncc) {
+  constexpr int unit_bits = 8;
+  static_assert(ncc_one == max_matching_cost << unit_bits);
+  const lanes::I16 positive = ncc > 0 ? ncc : lanes::I16{};
+  const lanes::I16 lost = std::int16_t{ncc_one + (1 << (unit_bits - 1))} - positive;
+  return lost >> unit_bits;
+}
+
+template <typename Count>
+void cost_of(const std::int16_t* ncc, const std::uint8_t* discount, Count count, std::uint8_t* cost) {
+  static_assert(disparity_block == lanes::bytes);
+  for (std::int32_t d = 0; d < count; d += lanes::bytes) {
+    const lanes::I16 first = costs_of(lanes::load<lanes::I16>(ncc + d));
+    const lanes::I16 second = costs_of(lanes::load<lanes::I16>(ncc + d + lanes::words));
+    lanes::store(cost + d, lanes::bytes_of_words(first, second) - lanes::load<lanes::U8>(discount + d));
   }
 }
 
@@ -230,41 +248,40 @@ void start_products(const NccRows& rows, NccWorkspace& w) {
 }
 
 /// A window moves along the columns of a run; `products` are the run's, those of the row above.
-void correlate_run(const NccRows& rows, const SearchRun& run, float* products, NccWorkspace& w, std::int16_t* ncc,
-                   std::uint8_t* cost) {
+template <typename Count>
+void correlate_run(const NccRows& rows, const SearchRun& run, Count count, float* products, NccWorkspace& w,
+                   std::int16_t* ncc, std::uint8_t* cost) {
   const std::int32_t radius = rows.radius;
   const std::int32_t last_column = rows.left.width + 2 * radius - 1;
   float* window = w.window_products.data();
-  std::fill_n(window, run.count, 0.0F);
+  std::fill_n(window, std::int32_t{count}, 0.0F);
   const auto column = [&](std::int32_t i) {
     const auto k = static_cast<std::size_t>(i);
     // Left column i - radius at disparity index 0 meets right column i - radius - min_disparity.
     const std::int32_t offset = last_column - i + run.first;
     return ColumnUpdate{w.left_new[k], w.left_old[k], w.right_new.data() + offset, w.right_old.data() + offset,
-                        products + static_cast<std::ptrdiff_t>(i - run.begin) * run.count};
+                        products + static_cast<std::ptrdiff_t>(i - run.begin) * count};
   };
-  for (std::int32_t i = run.begin; i < run.begin + 2 * radius; ++i) enter(column(i), run.count, window);
+  for (std::int32_t i = run.begin; i < run.begin + 2 * radius; ++i) enter(column(i), count, window);
   for (std::int32_t x = run.begin; x < run.end; ++x) {
     const auto k = static_cast<std::size_t>(x);
     const std::ptrdiff_t entry = static_cast<std::ptrdiff_t>(x) * rows.padded_disparities + run.first;
     const std::int32_t centre = last_column - radius - x + run.first;
-    enter_and_correlate(column(x + 2 * radius), products + static_cast<std::ptrdiff_t>(x - run.begin) * run.count,
-                        run.count, w.left_sum[k], w.left_inverse_norm[k], w.right_mean.data() + centre,
+    enter_and_correlate(column(x + 2 * radius), products + static_cast<std::ptrdiff_t>(x - run.begin) * count, count,
+                        w.left_sum[k], w.left_inverse_norm[k], w.right_mean.data() + centre,
                         w.right_inverse_norm.data() + centre, window, ncc + entry);
     if (cost == nullptr) continue;
     if (w.left_inverse_norm[k] > 0) {
-      cost_of(ncc + entry, w.right_discount.data() + centre, run.count, cost + entry);
+      cost_of(ncc + entry, w.right_discount.data() + centre, count, cost + entry);
     } else {
       // Nothing is known about a pixel outside the left image, so all disparities are equal.
-      std::fill_n(cost + entry, run.count, std::uint8_t{0});
+      std::fill_n(cost + entry, std::int32_t{count}, std::uint8_t{0});
     }
   }
 }
 
-}  // namespace
-
-void compute_ncc_row(NccRows& rows, const SearchRow& search, NccWorkspace& w, std::int16_t* ncc, std::uint8_t* cost,
-                     float* variance) {
+void correlate_row(NccRows& rows, const SearchRow& search, NccWorkspace& w, std::int16_t* ncc, std::uint8_t* cost,
+                   float* variance) {
   if (rows.next_row == 0) start_columns(rows, w);
   if (rows.next_row == 0 || !(search == rows.search)) {
     rows.search = search;
@@ -285,10 +302,17 @@ void compute_ncc_row(NccRows& rows, const SearchRow& search, NccWorkspace& w, st
 
   float* products = w.column_products.data();
   for (const SearchRun& run : rows.search) {
-    correlate_run(rows, run, products, w, ncc, cost);
+    with_known_count(run.count, [&](auto count) { correlate_run(rows, run, count, products, w, ncc, cost); });
     products += static_cast<std::ptrdiff_t>(run.end - run.begin + 2 * radius) * run.count;
   }
   ++rows.next_row;
+}
+
+}  // namespace
+
+void compute_ncc_row(NccRows& rows, const SearchRow& search, NccWorkspace& w, std::int16_t* ncc, std::uint8_t* cost,
+                     float* variance) {
+  with_widest_vectors([&] { correlate_row(rows, search, w, ncc, cost, variance); });
 }
 
 }  // namespace ilp

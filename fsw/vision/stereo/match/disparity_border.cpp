@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "fsw/base/vector_width.hpp"
+#include "fsw/vision/stereo/match/flagged_columns.hpp"
+
 namespace ilp {
 namespace {
 
@@ -35,15 +38,30 @@ struct InnerRow {
   const std::uint8_t* right;
   std::int32_t width;
 
-  [[nodiscard]] bool holds(std::int32_t x, float disparity) const {
-    if (left[x] == 0) return false;
+  [[nodiscard]] std::int32_t target_of(std::int32_t x, float disparity) const {
     // Made positive before truncation to a whole number, which rounds without a call of floor.
     constexpr std::int32_t lift = 4 * limits::max_rectified_width;
     const float lifted = static_cast<float>(x + lift) - disparity + 0.5F;
-    const std::int32_t target = static_cast<std::int32_t>(lifted) - lift;
+    return static_cast<std::int32_t>(lifted) - lift;
+  }
+  [[nodiscard]] bool holds(std::int32_t x, float disparity) const {
+    if (left[x] == 0) return false;
+    const std::int32_t target = target_of(x, disparity);
     return target >= 0 && target < width && right[target] != 0;
   }
 };
+
+struct Span {
+  std::int32_t begin = 0, end = 0;
+};
+
+/// Inner columns of the right image without a gap: nearly always all there are.
+Span safe_span(const InnerRow& row) {
+  const std::uint8_t* end = row.right + row.width;
+  const std::uint8_t* first = std::find(row.right, end, std::uint8_t{1});
+  const std::uint8_t* last = std::find(first, end, std::uint8_t{0});
+  return {static_cast<std::int32_t>(first - row.right), static_cast<std::int32_t>(last - row.right)};
+}
 
 InnerRow inner_row(BorderWorkspace& w, std::int32_t y, std::int32_t width) {
   return {row_of(w.left_inner, y).data(), row_of(w.right_inner, y).data(), width};
@@ -72,10 +90,8 @@ bool contradicted(ImageView<const float> disparity_px, ImageView<const float> si
   return 2 * below > about || 2 * above > about;
 }
 
-}  // namespace
-
-void check_border_row(MaskView left_valid, MaskView right_valid, const StereoParams& params, std::int32_t y,
-                      ImageView<const float> disparity_px, const ImageView<float>& sigma_px, BorderWorkspace& w) {
+void check_border(MaskView left_valid, MaskView right_valid, const StereoParams& params, std::int32_t y,
+                  ImageView<const float> disparity_px, const ImageView<float>& sigma_px, BorderWorkspace& w) {
   const std::int32_t first = y == 0 ? 0 : y + border_reach;
   for (std::int32_t v = first; v <= y + border_reach && v < sigma_px.height; ++v) {
     find_inner(left_valid, params.window_radius, v, w.column, row_of(w.left_inner, v));
@@ -83,11 +99,26 @@ void check_border_row(MaskView left_valid, MaskView right_valid, const StereoPar
   }
   const auto step_px = static_cast<float>(params.border_step_px);
   const InnerRow inner = inner_row(w, y, sigma_px.width);
-  for (std::int32_t x = 0; x < sigma_px.width; ++x) {
-    const float d = disparity_px.at(x, y);
-    if (!(sigma_px.at(x, y) > 0) || inner.holds(x, d)) continue;
-    if (contradicted(disparity_px, sigma_px, x, y, step_px, w)) sigma_px.at(x, y) = 0;
-  }
+  const Span span = safe_span(inner);
+  const float* disparity = disparity_px.row(y);
+  float* sigma = sigma_px.row(y);
+  const auto doubtful = [=](std::int32_t x) {
+    const std::int32_t target = inner.target_of(x, disparity[x]);
+    const int safe = static_cast<int>(inner.left[x] != 0) & static_cast<int>(target >= span.begin) &
+                     static_cast<int>(target < span.end);
+    return static_cast<int>(sigma[x] > 0) & (safe ^ 1);
+  };
+  for_each_flagged(0, sigma_px.width, doubtful, [&](std::int32_t x) {
+    if (inner.holds(x, disparity[x])) return;
+    if (contradicted(disparity_px, sigma_px, x, y, step_px, w)) sigma[x] = 0;
+  });
+}
+
+}  // namespace
+
+void check_border_row(MaskView left_valid, MaskView right_valid, const StereoParams& params, std::int32_t y,
+                      ImageView<const float> disparity_px, const ImageView<float>& sigma_px, BorderWorkspace& w) {
+  with_widest_vectors([&] { check_border(left_valid, right_valid, params, y, disparity_px, sigma_px, w); });
 }
 
 }  // namespace ilp

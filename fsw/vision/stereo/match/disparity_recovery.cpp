@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/stereo/match/correlation_peak.hpp"
+#include "fsw/vision/stereo/match/flagged_columns.hpp"
 
 namespace ilp {
 namespace {
@@ -27,11 +29,21 @@ Neighbours neighbours_of(ImageView<const float> disparity_px, ImageView<const fl
   return found;
 }
 
+/// Eight at most: by insertion.
+void sort_few(float* values, int count) {
+  for (int i = 1; i < count; ++i) {
+    const float value = values[i];
+    int k = i;
+    for (; k > 0 && values[k - 1] > value; --k) values[k] = values[k - 1];
+    values[k] = value;
+  }
+}
+
 /// The median of the neighbours, when enough of them agree with it.
 bool agreed_disparity(Neighbours& neighbours, int needed, float& disparity_px) {
   if (neighbours.count < needed) return false;
   float* begin = neighbours.disparity_px.data();
-  std::sort(begin, begin + neighbours.count);
+  sort_few(begin, neighbours.count);
   const float median = begin[neighbours.count / 2];
   const auto agrees = [&](float d) { return std::fabs(d - median) <= agreement_px; };
   if (std::count_if(begin, begin + neighbours.count, agrees) < needed) return false;
@@ -97,36 +109,45 @@ bool in_view(const NccRows& rows, const DisparityRange& range, std::int32_t x, s
          rows.right_valid.at(x - d, y) != 0;
 }
 
-}  // namespace
-
-void recover_row(const NccRows& rows, const DisparityRange& range, const StereoParams& params, std::int32_t y,
-                 const ImageView<float>& disparity_px, const ImageView<float>& sigma_px) {
+void recover(const NccRows& rows, const DisparityRange& range, const StereoParams& params, std::int32_t y,
+             const ImageView<float>& disparity_px, const ImageView<float>& sigma_px) {
   if (params.recovery_neighbours == 0 || y < 1 || y >= rows.left.height - 1) return;
   const auto area = static_cast<float>((2 * rows.radius + 1) * (2 * rows.radius + 1));
   const float min_deviation = area * static_cast<float>(params.min_texture_grey * params.min_texture_grey);
   const auto min_ncc = static_cast<float>(params.recovery_min_ncc);
   const auto max_step_px = static_cast<float>(params.recovery_step_px);
-  for (std::int32_t x = 1; x < rows.left.width - 1; ++x) {
-    if (sigma_px.at(x, y) > 0 || rows.left_valid.at(x, y) == 0) continue;
+  const float* sigma = sigma_px.row(y);
+  const std::uint8_t* valid = rows.left_valid.row(y);
+  const auto is_empty = [=](std::int32_t x) {
+    return static_cast<int>(!(sigma[x] > 0)) & static_cast<int>(valid[x] != 0);
+  };
+  for_each_flagged(1, rows.left.width - 1, is_empty, [&](std::int32_t x) {
     Neighbours neighbours = neighbours_of(disparity_px, sigma_px, x, y);
     float expected = 0;
-    if (!agreed_disparity(neighbours, params.recovery_neighbours, expected)) continue;
+    if (!agreed_disparity(neighbours, params.recovery_neighbours, expected)) return;
     auto d = static_cast<std::int32_t>(std::floor(expected + 0.5F));
-    if (!in_view(rows, range, x, y, d)) continue;
+    if (!in_view(rows, range, x, y, d)) return;
     float deviation = 0;
     CorrelationPeak peak = correlate(rows, x, y, d, deviation);
-    if (deviation < min_deviation) continue;
+    if (deviation < min_deviation) return;
     if (!is_peak(peak)) {
       d += peak.after > peak.before ? 1 : -1;
-      if (!in_view(rows, range, x, y, d)) continue;
+      if (!in_view(rows, range, x, y, d)) return;
       peak = correlate(rows, x, y, d, deviation);
     }
-    if (peak.at < min_ncc || !is_peak(peak)) continue;
+    if (peak.at < min_ncc || !is_peak(peak)) return;
     const float found = static_cast<float>(d) + peak_vertex(peak);
-    if (std::fabs(found - expected) > max_step_px) continue;
+    if (std::fabs(found - expected) > max_step_px) return;
     disparity_px.at(x, y) = found;
     sigma_px.at(x, y) = peak_sigma(peak, deviation, rows.damping, area);
-  }
+  });
+}
+
+}  // namespace
+
+void recover_row(const NccRows& rows, const DisparityRange& range, const StereoParams& params, std::int32_t y,
+                 const ImageView<float>& disparity_px, const ImageView<float>& sigma_px) {
+  with_widest_vectors([&] { recover(rows, range, params, y, disparity_px, sigma_px); });
 }
 
 }  // namespace ilp

@@ -1,8 +1,11 @@
 #include "fsw/vision/stereo/match/disparity_selection.hpp"
 
 #include <algorithm>
+#include <array>
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/stereo/match/correlation_peak.hpp"
+#include "fsw/vision/stereo/match/flagged_columns.hpp"
 
 namespace ilp {
 namespace {
@@ -65,19 +68,32 @@ bool support_from_right(const std::int16_t* c, std::ptrdiff_t padded, Support& s
   return true;
 }
 
-/// The usual case of all pixels on both sides; false for any other case.
-bool supported_by_all(const SelectionWorkspace& w, const std::int16_t* c, std::ptrdiff_t padded, std::int32_t x,
-                      std::int32_t d, Support& support) {
+/// Per column, 0 or 1.
+using Flags = std::array<std::uint8_t, static_cast<std::size_t>(limits::max_rectified_width)>;
+
+/// Whether the two pixels on either side chose about the same disparity and are in the run.
+void find_agreeing(const std::int16_t* __restrict index, const SearchRun& run, std::uint8_t* __restrict agreeing) {
   static_assert(fit_support_radius == 2);
-  const int agree = int{chose_about(w, x - 2, d)} & int{chose_about(w, x - 1, d)} & int{chose_about(w, x + 1, d)} &
-                    int{chose_about(w, x + 2, d)};
-  if (agree == 0 || c[-2 * padded] == 0 || c[-padded] == 0 || c[padded] == 0 || c[2 * padded] == 0) return false;
+  std::fill(agreeing + run.begin, agreeing + run.end, std::uint8_t{0});
+  const auto about = [](std::int16_t a, std::int16_t b) {
+    return static_cast<int>(a - b <= 1) & static_cast<int>(b - a <= 1);
+  };
+  for (std::int32_t x = run.begin + 2; x < run.end - 2; ++x) {
+    const std::int16_t d = index[x];
+    agreeing[x] = static_cast<std::uint8_t>(about(index[x - 2], d) & about(index[x - 1], d) & about(index[x + 1], d) &
+                                            about(index[x + 2], d));
+  }
+}
+
+/// Support of all pixels on both sides, which agree; false where one of them is not in view.
+[[gnu::always_inline]] inline bool supported_by_all(const std::int16_t* c, std::ptrdiff_t padded, Support& support) {
+  if (c[-2 * padded] == 0 || c[-padded] == 0 || c[padded] == 0 || c[2 * padded] == 0) return false;
   for (std::int32_t step = -2; step <= 2; ++step) support.take(c + step * padded);
   return true;
 }
 
-Support supported(const SelectionWorkspace& w, const std::int16_t* c, std::ptrdiff_t padded, std::int32_t width,
-                  std::int32_t x, std::int32_t d) {
+[[gnu::noinline]] Support supported(const SelectionWorkspace& w, const std::int16_t* c, std::ptrdiff_t padded,
+                                    std::int32_t width, std::int32_t x, std::int32_t d) {
   const auto agrees = [&](std::int32_t step) {
     const std::int32_t beside = x + step;
     if (beside < 0 || beside >= width) return false;
@@ -100,13 +116,14 @@ Support supported(const SelectionWorkspace& w, const std::int16_t* c, std::ptrdi
 
 /// The right pixels that the winners of a run choose.
 void claim_run(const SearchRun& run, std::int32_t padded, std::int32_t count, const RowWinner* winners,
-               SelectionWorkspace& w) {
+               SelectionWorkspace& w, Flags& unique) {
   const std::int32_t searched = std::min(run.count, count - run.first);
   const std::int32_t columns = run.end - run.begin;
   std::fill_n(w.first_inner.begin() + run.begin, columns, static_cast<std::int16_t>(run.first + 1));
   std::fill_n(w.last_inner.begin() + run.begin, columns, static_cast<std::int16_t>(run.first + searched - 2));
   for (std::int32_t x = run.begin; x < run.end; ++x) {
     w.best_index[static_cast<std::size_t>(x)] = winners[x].index;
+    unique[static_cast<std::size_t>(x)] = winners[x].unique ? 1 : 0;
     claim(w, x, padded, winners[x]);
   }
 }
@@ -122,41 +139,48 @@ struct RowChecks {
   float min_ncc, min_variance;
 };
 
-/// Gathers the input of the fits; `fit_at` stays 0 for rejected pixels.
-void check_run(const RowChecks& r, const SearchRun& run, SelectionWorkspace& w) {
-  const std::int32_t width = r.rows.left.width;
+/// Gathers the input of the fit of pixel x, whose window, uniqueness and place in the range are good. `agreeing`: so
+/// are its neighbours.
+[[gnu::always_inline]] inline void check_pixel(const RowChecks& r, const SearchRun& run, std::int32_t x, bool agreeing,
+                                               SelectionWorkspace& w) {
+  const auto k = static_cast<std::size_t>(x);
   const std::int32_t padded = r.rows.padded_disparities;
-  const std::uint8_t* left_valid = r.rows.left_valid.row(r.y);
-  const std::int32_t first_inner = w.first_inner[static_cast<std::size_t>(run.begin)];
-  const std::int32_t last_inner = w.last_inner[static_cast<std::size_t>(run.begin)];
-  const bool symmetric = r.params.matcher == StereoMatcherChoice::ordered_scanline;
-  for (std::int32_t x = run.begin; x < run.end; ++x) {
-    const auto k = static_cast<std::size_t>(x);
-    const std::int32_t d = w.best_index[k];
-    w.fit_at[k] = 0;
-    // A winner at the end of the range may continue beyond it.
-    if (left_valid[x] == 0 || !r.winners[x].unique || d < first_inner || d > last_inner) continue;
-    const std::int16_t* c = r.ncc + static_cast<std::ptrdiff_t>(x) * padded + d;
-    // Zero is the correlation of pixels that are out of view or masked.
-    if (c[0] == 0 || r.variance[x] < r.min_variance) continue;
-    if (!has_its_right_pixel(w, x, padded, d, r.params.allow_one_px)) continue;
-
-    Support support;
-    const bool inside = x >= run.begin + fit_support_radius && x < run.end - fit_support_radius;
-    if (!inside || !supported_by_all(w, c, padded, x, d, support)) {
-      support = supported(w, c, padded, width, x, d);
-    } else if (symmetric && x > run.begin + fit_support_radius && x + 1 < run.end - fit_support_radius) {
-      (void)support_from_right(c, padded, support);
-    }
-    const auto at = static_cast<float>(support.at);
-    if (at < r.min_ncc * static_cast<float>(support.count)) continue;
-    w.fit_before[k] = static_cast<float>(support.before);
-    w.fit_at[k] = at;
-    w.fit_after[k] = static_cast<float>(support.after);
-    w.peak_before[k] = c[-1];
-    w.peak_at[k] = c[0];
-    w.peak_after[k] = c[1];
+  const std::int32_t d = w.best_index[k];
+  const std::int16_t* c = r.ncc + static_cast<std::ptrdiff_t>(x) * padded + d;
+  // Zero is the correlation of pixels that are out of view or masked.
+  if (c[0] == 0 || !has_its_right_pixel(w, x, padded, d, r.params.allow_one_px)) return;
+  Support support;
+  if (!agreeing || !supported_by_all(c, padded, support)) {
+    support = supported(w, c, padded, r.rows.left.width, x, d);
+  } else if (r.params.matcher == StereoMatcherChoice::ordered_scanline && x > run.begin + fit_support_radius &&
+             x + 1 < run.end - fit_support_radius) {
+    (void)support_from_right(c, padded, support);
   }
+  const auto at = static_cast<float>(support.at);
+  if (at < r.min_ncc * static_cast<float>(support.count)) return;
+  w.fit_before[k] = static_cast<float>(support.before);
+  w.fit_at[k] = at;
+  w.fit_after[k] = static_cast<float>(support.after);
+  w.peak_before[k] = c[-1];
+  w.peak_at[k] = c[0];
+  w.peak_after[k] = c[1];
+}
+
+/// Gathers the input of the fits; `fit_at` stays 0 for rejected pixels.
+void check_run(const RowChecks& r, const SearchRun& run, const Flags& unique, SelectionWorkspace& w) {
+  std::fill(w.fit_at.begin() + run.begin, w.fit_at.begin() + run.end, 0.0F);
+  Flags agreeing;
+  find_agreeing(w.best_index.data(), run, agreeing.data());
+  // A winner at the end of the range may continue beyond it.
+  const auto is_good = [valid = r.rows.left_valid.row(r.y), is_unique = unique.data(), index = w.best_index.data(),
+                        variance = r.variance, first = w.first_inner[static_cast<std::size_t>(run.begin)],
+                        last = w.last_inner[static_cast<std::size_t>(run.begin)],
+                        least = r.min_variance](std::int32_t x) {
+    return static_cast<int>(valid[x] != 0) & static_cast<int>(is_unique[x] != 0) & static_cast<int>(index[x] >= first) &
+           static_cast<int>(index[x] <= last) & static_cast<int>(!(variance[x] < least));
+  };
+  for_each_flagged(run.begin, run.end, is_good,
+                   [&](std::int32_t x) { check_pixel(r, run, x, agreeing[static_cast<std::size_t>(x)] != 0, w); });
 }
 
 /// Fits a whole row at once, because fitting rejected pixels is cheaper than skipping them.
@@ -179,14 +203,13 @@ void fit_row(const SelectionWorkspace& w, const float* __restrict variance, std:
   }
 }
 
-}  // namespace
-
-void select_row(const NccRows& rows, std::int32_t y, std::int32_t count, const StereoParams& params,
-                const std::int16_t* ncc, const RowWinner* winners, const float* variance, SelectionWorkspace& w,
-                float* disparity_px, float* sigma_px) {
+void select(const NccRows& rows, std::int32_t y, std::int32_t count, const StereoParams& params,
+            const std::int16_t* ncc, const RowWinner* winners, const float* variance, SelectionWorkspace& w,
+            float* disparity_px, float* sigma_px) {
   const std::int32_t width = rows.left.width;
   std::fill_n(w.right_best.begin(), width + rows.padded_disparities, no_cost);
-  for (const SearchRun& run : rows.search) claim_run(run, rows.padded_disparities, count, winners, w);
+  Flags unique;
+  for (const SearchRun& run : rows.search) claim_run(run, rows.padded_disparities, count, winners, w, unique);
   const RowChecks checks{rows,
                          y,
                          params,
@@ -195,9 +218,17 @@ void select_row(const NccRows& rows, std::int32_t y, std::int32_t count, const S
                          variance,
                          static_cast<float>(params.min_ncc * ncc_one),
                          static_cast<float>(params.min_texture_grey * params.min_texture_grey)};
-  for (const SearchRun& run : rows.search) check_run(checks, run, w);
+  for (const SearchRun& run : rows.search) check_run(checks, run, unique, w);
   const auto area = static_cast<float>((2 * rows.radius + 1) * (2 * rows.radius + 1));
   fit_row(w, variance, width, rows.min_disparity, rows.damping, area, disparity_px, sigma_px);
+}
+
+}  // namespace
+
+void select_row(const NccRows& rows, std::int32_t y, std::int32_t count, const StereoParams& params,
+                const std::int16_t* ncc, const RowWinner* winners, const float* variance, SelectionWorkspace& w,
+                float* disparity_px, float* sigma_px) {
+  with_widest_vectors([&] { select(rows, y, count, params, ncc, winners, variance, w, disparity_px, sigma_px); });
 }
 
 }  // namespace ilp

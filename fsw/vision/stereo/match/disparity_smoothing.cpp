@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/vector_width.hpp"
+
 namespace ilp {
 namespace {
 
@@ -119,10 +121,8 @@ void finish_row(const float* __restrict centre, const float* __restrict above, c
   }
 }
 
-}  // namespace
-
-void smooth_row(const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, std::int32_t y,
-                float max_step_px, SmoothingWorkspace& w) {
+void smooth(const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, std::int32_t y, float max_step_px,
+            SmoothingWorkspace& w) {
   if (y == 0) {
     for (std::int32_t above = -smoothing_radius - 1; above < 0; ++above) {
       take_row(disparity_px, sigma_px, -1, row_of(w, above));
@@ -143,6 +143,13 @@ void smooth_row(const ImageView<float>& disparity_px, const ImageView<float>& si
   }
   finish_row(centre, row_of(w, target - smoothing_radius), row_of(w, target + smoothing_radius), sums, width,
              disparity_px.row(target), sigma_px.row(target));
+}
+
+}  // namespace
+
+void smooth_row(const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, std::int32_t y,
+                float max_step_px, SmoothingWorkspace& w) {
+  with_widest_vectors([&] { smooth(disparity_px, sigma_px, y, max_step_px, w); });
 }
 
 }  // namespace ilp

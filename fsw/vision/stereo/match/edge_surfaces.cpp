@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "fsw/base/vector_width.hpp"
+#include "fsw/vision/stereo/match/flagged_columns.hpp"
 #include "fsw/vision/stereo/match/patch_difference.hpp"
 
 namespace ilp {
@@ -110,10 +112,14 @@ void find_ranges(std::int32_t y, std::int32_t width, EdgeWorkspace& w) {
   }
 }
 
-/// Whether the surroundings differ from the pixel by more than a step, or from each other if it has no disparity.
-bool is_at_edge(std::int32_t lowest, std::int32_t highest, std::int16_t own, std::int32_t step) {
-  if (own == none) return highest - lowest > step;
-  return highest - own > step || own - lowest > step;
+/// Whether the surroundings differ from the pixel by more than a step, or from each other if it has no disparity. 0 or
+/// 1 without branches.
+[[gnu::always_inline]] inline int is_at_edge(std::int32_t lowest, std::int32_t highest, std::int32_t own,
+                                             std::int32_t step) {
+  const int without = static_cast<int>(own == none);
+  const int differ = static_cast<int>(highest - lowest > step);
+  const int away = static_cast<int>(highest - own > step) | static_cast<int>(own - lowest > step);
+  return (without & differ) | (~without & away);
 }
 
 /// The surfaces around a pixel that are not its own.
@@ -252,24 +258,25 @@ void decide_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
   std::fill_n(w.difference.begin(), width, -1.0F);
   std::int16_t* own = row_of(w, y).data() + edge_reach;
   bool edges = false;
-  for (std::int32_t x = patch_radius; x < width - patch_radius - 1; ++x) {
-    const auto k = static_cast<std::size_t>(x);
-    if (!is_at_edge(w.lowest[k] + 1, w.highest[k], own[x], rules.step)) continue;
-    if (rows.left_valid.at(x, y) == 0) continue;
+  const std::int16_t* lowest = w.lowest.data();
+  const std::int16_t* highest = w.highest.data();
+  const std::uint8_t* valid = rows.left_valid.row(y);
+  const auto doubtful = [=, step = rules.step](std::int32_t x) {
+    return is_at_edge(lowest[x] + 1, highest[x], own[x], step) & static_cast<int>(valid[x] != 0);
+  };
+  for_each_flagged(patch_radius, width - patch_radius - 1, doubtful, [&](std::int32_t x) {
     const std::int16_t better = better_surface(rows, x, y, own[x], rules, w);
-    edges = edges || w.difference[k] >= 0;
-    if (better == none) continue;
+    edges = edges || w.difference[static_cast<std::size_t>(x)] >= 0;
+    if (better == none) return;
     own[x] = better;
     disparity_px.at(x, y) = static_cast<float>(better) / quarters_per_px;
     sigma_px.at(x, y) = taken_sigma_px;
-  }
+  });
   if (edges) share_out(width, rules.step, own, sigma_px.row(y), w);
 }
 
-}  // namespace
-
-void decide_edges_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
-                      const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, EdgeWorkspace& w) {
+void decide_edges(const NccRows& rows, const StereoParams& params, std::int32_t y, const ImageView<float>& disparity_px,
+                  const ImageView<float>& sigma_px, EdgeWorkspace& w) {
   if (!(params.surface_step_px > 0)) return;
   if (y == 0) {
     for (std::int32_t above = -edge_reach; above < 0; ++above) row_of(w, above).fill(none);
@@ -280,6 +287,13 @@ void decide_edges_row(const NccRows& rows, const StereoParams& params, std::int3
   if (target % search_tile == 0) measure_brightness(rows, target, disparity_px, sigma_px, w);
   if (target < patch_radius || target >= sigma_px.height - patch_radius) return;
   decide_row(rows, params, target, disparity_px, sigma_px, w);
+}
+
+}  // namespace
+
+void decide_edges_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
+                      const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, EdgeWorkspace& w) {
+  with_widest_vectors([&] { decide_edges(rows, params, y, disparity_px, sigma_px, w); });
 }
 
 }  // namespace ilp

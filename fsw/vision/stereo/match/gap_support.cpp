@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/vector_width.hpp"
+#include "fsw/vision/stereo/match/flagged_columns.hpp"
+
 namespace ilp {
 namespace {
 
@@ -50,6 +53,13 @@ void consider(const Sides& sides, const StereoParams& params, PlaneAcross& best)
 
 bool is_gap(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y) {
   return left_valid.at(x, y) != 0 && !(sigma_px.at(x, y) > 0);
+}
+
+/// The same for the columns of a row, for for_each_flagged.
+auto gap_flag(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t y) {
+  return [valid = left_valid.row(y), sigma = sigma_px.row(y)](std::int32_t x) {
+    return static_cast<int>(valid[x] != 0) & static_cast<int>(!(sigma[x] > 0));
+  };
 }
 
 /// Makes `line` that of the gap pixel (x, y). A line of gap pixels is searched for its end once.
@@ -159,14 +169,15 @@ void begin_gaps(GapWorkspace& workspace) {
   workspace.proposals = 0;
 }
 
-void propose_gap_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
-                     const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, GapWorkspace& workspace) {
+namespace {
+
+void propose_gaps(const NccRows& rows, const StereoParams& params, std::int32_t y, const ImageView<float>& disparity_px,
+                  const ImageView<float>& sigma_px, GapWorkspace& workspace) {
   const std::int32_t width = sigma_px.width;
   const auto same_grey = static_cast<std::int32_t>(std::lround(same_surface_sigmas * params.noise_grey));
   std::int32_t run_end = 0;
   std::int32_t run_begin = 0;
-  for (std::int32_t x = 0; x < width; ++x) {
-    if (!is_gap(rows.left_valid, sigma_px, x, y)) continue;
+  for_each_flagged(0, width, gap_flag(rows.left_valid, sigma_px, y), [&](std::int32_t x) {
     if (x >= run_end) {
       run_begin = x;
       for (run_end = x + 1; run_end < width && is_gap(rows.left_valid, sigma_px, run_end, y);) ++run_end;
@@ -185,34 +196,39 @@ void propose_gap_row(const NccRows& rows, const StereoParams& params, std::int32
       follow(rows.left_valid, sigma_px, x, y, step, line);
       consider(sides_down(disparity_px, x, y, step, line), params, best);
     }
-    if (best.length == 0 || !is_seen_again(rows, sigma_px, x, y, best.disparity_px, same_grey)) continue;
+    if (best.length == 0 || !is_seen_again(rows, sigma_px, x, y, best.disparity_px, same_grey)) return;
     disparity_px.at(x, y) = best.disparity_px;
     sigma_px.at(x, y) = -best.sigma_px;
     ++workspace.proposals;
-  }
+  });
+}
+
+}  // namespace
+
+void propose_gap_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
+                     const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, GapWorkspace& workspace) {
+  with_widest_vectors([&] { propose_gaps(rows, params, y, disparity_px, sigma_px, workspace); });
 }
 
 void connect_gap_row(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t y, const StereoParams& params,
                      PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
-  for (std::int32_t x = 0; x < sigma_px.width; ++x) {
-    if (!is_gap(left_valid, sigma_px, x, y)) continue;
+  for_each_flagged(0, sigma_px.width, gap_flag(left_valid, sigma_px, y), [&](std::int32_t x) {
     const std::int32_t pixel = y * sigma_px.width + x;
     const bool proposed = sigma_px.at(x, y) < 0;
     links[pixel] = -(sum_offset + (proposed ? 100 : 0) - params.gap_least_percent);
     if (x > 0 && is_gap(left_valid, sigma_px, x - 1, y)) join(links, pixel, pixel - 1, sum_offset);
     if (y > 0 && is_gap(left_valid, sigma_px, x, y - 1)) join(links, pixel, pixel - sigma_px.width, sum_offset);
-  }
+  });
 }
 
 void accept_gap_row(ImageView<float> sigma_px, std::int32_t y, PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
   float* sigma = sigma_px.row(y);
-  for (std::int32_t x = 0; x < sigma_px.width; ++x) {
-    if (sigma[x] < 0 && -links[root_of(links, y * sigma_px.width + x)] < sum_offset + 100 * pixels_by_chance) {
-      sigma[x] = 0;
-    }
-  }
+  const auto is_proposed = [=](std::int32_t x) { return static_cast<int>(sigma[x] < 0); };
+  for_each_flagged(0, sigma_px.width, is_proposed, [&](std::int32_t x) {
+    if (-links[root_of(links, y * sigma_px.width + x)] < sum_offset + 100 * pixels_by_chance) sigma[x] = 0;
+  });
 }
 
 }  // namespace ilp

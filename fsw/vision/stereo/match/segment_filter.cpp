@@ -1,49 +1,95 @@
 #include "fsw/vision/stereo/match/segment_filter.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
+
+#include "fsw/base/vector_width.hpp"
+#include "fsw/vision/stereo/match/flagged_columns.hpp"
 
 namespace ilp {
+namespace {
 
-void connect_segments_row(ImageView<const float> disparity_px, ImageView<const float> sigma_px, std::int32_t y,
-                          float max_step_px, PixelForest& workspace) {
+/// By column, 0 or 1.
+using Joined = std::array<std::uint8_t, static_cast<std::size_t>(limits::max_rectified_width)>;
+
+[[gnu::always_inline]] inline int are_joined(float d, float s, float d_other, float s_other, float max_step_px) {
+  return static_cast<int>(s > 0) & static_cast<int>(s_other > 0) &
+         static_cast<int>(std::fabs(d - d_other) <= max_step_px);
+}
+
+/// Whether each pixel is joined to its left neighbour.
+void find_joined(const float* __restrict d, const float* __restrict s, float max_step_px, std::int32_t width,
+                 Joined& joined) {
+  std::uint8_t* __restrict out = joined.data();
+  out[0] = 0;
+  for (std::int32_t x = 1; x < width; ++x) {
+    out[x] = static_cast<std::uint8_t>(are_joined(d[x], s[x], d[x - 1], s[x - 1], max_step_px));
+  }
+}
+
+/// Makes a tree of every run of joined pixels, whose first pixel has index `first` + its column.
+void link_runs(const Joined& joined, std::int32_t width, std::int32_t first, std::int32_t* links) {
+  for (std::int32_t begin = 0; begin < width;) {
+    const std::uint8_t* next = joined.data() + begin + 1;
+    const void* gap = std::memchr(next, 0, static_cast<std::size_t>(width - begin - 1));
+    const std::int32_t end =
+        gap == nullptr ? width : static_cast<std::int32_t>(static_cast<const std::uint8_t*>(gap) - joined.data());
+    links[first + begin] = begin - end;
+    std::fill(links + first + begin + 1, links + first + end, first + begin);
+    begin = end;
+  }
+}
+
+void connect_segments(ImageView<const float> disparity_px, ImageView<const float> sigma_px, std::int32_t y,
+                      float max_step_px, PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
   const std::int32_t width = disparity_px.width;
   const std::int32_t first = y * width;
+  Joined beside, beside_above, above;
+  find_joined(disparity_px.row(y), sigma_px.row(y), max_step_px, width, beside);
+  link_runs(beside, width, first, links);
+  if (y == 0) return;
+  find_joined(disparity_px.row(y - 1), sigma_px.row(y - 1), max_step_px, width, beside_above);
   const float* d = disparity_px.row(y);
   const float* s = sigma_px.row(y);
-  const float* d_above = disparity_px.row(y > 0 ? y - 1 : 0);
-  const float* s_above = sigma_px.row(y > 0 ? y - 1 : 0);
-  std::int32_t run = first;
+  const float* d_above = disparity_px.row(y - 1);
+  const float* s_above = sigma_px.row(y - 1);
   for (std::int32_t x = 0; x < width; ++x) {
-    const std::int32_t pixel = first + x;
-    if (x > 0 && s[x] > 0 && s[x - 1] > 0 && std::fabs(d[x] - d[x - 1]) <= max_step_px) {
-      links[pixel] = run;
-      --links[run];
-    } else {
-      links[pixel] = -1;
-      run = pixel;
-    }
+    above[static_cast<std::size_t>(x)] =
+        static_cast<std::uint8_t>(are_joined(d[x], s[x], d_above[x], s_above[x], max_step_px));
   }
-  if (y == 0) return;
-  std::int32_t last_run = -1;
-  std::int32_t last_above = -1;
-  for (std::int32_t x = 0; x < width; ++x) {
-    if (!(s[x] > 0 && s_above[x] > 0 && std::fabs(d[x] - d_above[x]) <= max_step_px)) continue;
-    const std::int32_t here = root_of(links, first + x);
-    const std::int32_t above = root_of(links, first - width + x);
-    if (here == last_run && above == last_above) continue;
-    join(links, here, above, 0);
-    last_run = here;
-    last_above = above;
-  }
+  // A pixel whose left neighbour has joined the same two runs joins nothing new.
+  const auto joins = [&](std::int32_t x) {
+    const auto k = static_cast<std::size_t>(x);
+    const int same = x == 0 ? 0 : above[k - 1] & beside[k] & beside_above[k];
+    return above[k] & (same ^ 1);
+  };
+  for_each_flagged(0, width, joins, [&](std::int32_t x) { join(links, first + x, first - width + x, 0); });
+}
+
+}  // namespace
+
+void connect_segments_row(ImageView<const float> disparity_px, ImageView<const float> sigma_px, std::int32_t y,
+                          float max_step_px, PixelForest& workspace) {
+  with_widest_vectors([&] { connect_segments(disparity_px, sigma_px, y, max_step_px, workspace); });
 }
 
 void remove_small_segments_row(ImageView<float> sigma_px, std::int32_t y, std::int32_t min_area_px,
                                PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
   float* s = sigma_px.row(y);
+  // Pixels with the same parent have the same root.
+  std::int32_t parent = -1;
+  bool small = false;
   for (std::int32_t x = 0; x < sigma_px.width; ++x) {
-    if (s[x] > 0 && -links[root_of(links, y * sigma_px.width + x)] < min_area_px) s[x] = 0;
+    if (!(s[x] > 0)) continue;
+    const std::int32_t pixel = y * sigma_px.width + x;
+    const std::int32_t link = links[pixel];
+    if (link < 0 || link != parent) small = -links[root_of(links, pixel)] < min_area_px;
+    parent = link;
+    if (small) s[x] = 0;
   }
 }
 

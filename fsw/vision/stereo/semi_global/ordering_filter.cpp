@@ -1,5 +1,9 @@
 #include "fsw/vision/stereo/semi_global/ordering_filter.hpp"
 
+#include <algorithm>
+
+#include "fsw/base/vector_width.hpp"
+
 namespace ilp {
 namespace {
 
@@ -8,20 +12,39 @@ constexpr std::int32_t columns = OrderingWorkspace::columns;
 
 /// The right column, 1 .. columns.
 std::int32_t right_column(std::int32_t x, float disparity_px) {
-  // Truncation of a positive value, which rounds to nearest.
+  // Truncation of a positive value, which rounds to nearest. The order of the limits takes care of NaN.
   const float shifted = static_cast<float>(x + limits::max_rectified_width + 1) - disparity_px + 0.5F;
-  if (!(shifted >= 1)) return 1;
-  return shifted < static_cast<float>(columns) ? static_cast<std::int32_t>(shifted) : columns;
+  const float limited = shifted < static_cast<float>(columns) ? shifted : static_cast<float>(columns);
+  return static_cast<std::int32_t>(shifted >= 1 ? limited : 1.0F);
 }
 
 /// Whether the row is in order already, as on almost all ground.
 bool in_order(std::int32_t width, const float* disparity_px, const float* sigma_px) {
+  constexpr std::int32_t chunk = 64;
+  std::int32_t column[chunk + 1];
   std::int32_t last = 0;
-  for (std::int32_t x = 0; x < width; ++x) {
-    if (!(sigma_px[x] > 0)) continue;
-    const std::int32_t column = right_column(x, disparity_px[x]);
-    if (column < last) return false;
-    last = column;
+  for (std::int32_t first = 0; first < width; first += chunk) {
+    const std::int32_t count = std::min(width - first, chunk);
+    std::int32_t empty = 0;
+    for (std::int32_t i = 0; i < count; ++i) {
+      const bool matched = sigma_px[first + i] > 0;
+      const std::int32_t here = right_column(first + i, disparity_px[first + i]);
+      column[i + 1] = matched ? here : 0;
+      empty |= static_cast<std::int32_t>(!matched);
+    }
+    if (empty == 0) {
+      column[0] = last;
+      std::int32_t back = 0;
+      for (std::int32_t i = 0; i < count; ++i) back |= static_cast<std::int32_t>(column[i + 1] < column[i]);
+      if (back != 0) return false;
+      last = column[count];
+      continue;
+    }
+    for (std::int32_t i = 1; i <= count; ++i) {
+      if (column[i] == 0) continue;
+      if (column[i] < last) return false;
+      last = column[i];
+    }
   }
   return true;
 }
@@ -42,9 +65,7 @@ void insert(OrderingWorkspace& workspace, std::int32_t column, std::uint32_t cha
   }
 }
 
-}  // namespace
-
-void keep_ordered_row(std::int32_t width, const float* disparity_px, float* sigma_px, OrderingWorkspace& workspace) {
+void keep_ordered(std::int32_t width, const float* disparity_px, float* sigma_px, OrderingWorkspace& workspace) {
   if (in_order(width, disparity_px, sigma_px)) return;
   workspace.longest.fill(0);
   for (std::int32_t x = 0; x < width; ++x) {
@@ -63,6 +84,12 @@ void keep_ordered_row(std::int32_t width, const float* disparity_px, float* sigm
       sigma_px[x] = 0;
     }
   }
+}
+
+}  // namespace
+
+void keep_ordered_row(std::int32_t width, const float* disparity_px, float* sigma_px, OrderingWorkspace& workspace) {
+  with_widest_vectors([&] { keep_ordered(width, disparity_px, sigma_px, workspace); });
 }
 
 }  // namespace ilp
