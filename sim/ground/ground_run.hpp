@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <iosfwd>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "sim/ground/report/report.hpp"
 
@@ -25,6 +27,7 @@ struct GroundOptions {
   std::string mission;                ///< name in it; empty: the title
   std::string title;
   bool afresh = false;                 ///< forget what was taken in and computed before
+  bool check = false;                  ///< read every file of the results, to find damage
   double target_overlap = 0;           ///< 0: what the flight info says, else the mission's default
   std::size_t max_vertices = 1100000;  ///< of one model: 45 MB
 };
@@ -35,5 +38,14 @@ struct GroundOptions {
 /// to `messages`, one line each. Throws std::runtime_error with a message for the user; also when nothing usable came
 /// down.
 report::Report run_ground(const GroundOptions& options, std::ostream& messages);
+
+/// Lines for the user on what the run has found, and where its pages are.
+[[nodiscard]] std::vector<std::string> summary_of(const GroundOptions& options, const report::Report& report);
+
+/// The summary of the run before, where a run would change nothing: the options, all files that they name and the
+/// program are what they were then, and all files of the results are as that run left them. Nothing is decoded, and
+/// nothing written but missing acknowledgements.
+[[nodiscard]] std::optional<std::vector<std::string>> summary_if_unchanged(const GroundOptions& options,
+                                                                           std::ostream& messages);
 
 }  // namespace ilp::ground

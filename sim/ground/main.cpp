@@ -3,15 +3,15 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "sim/ground/console/console_main.hpp"
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
-#include "sim/ground/report/score_file.hpp"
 #include "sim/ground/tasks/worker.hpp"
-#include "sim/ground/viewer/viewer_page.hpp"
 #include "sim/ground/work_steps.hpp"
 #include "sim/host/text_format.hpp"
 
@@ -21,19 +21,9 @@ using ground::GroundOptions;
 
 int run_once(const GroundOptions& options) {
   try {
-    const report::Report report = ground::run_ground(options, std::cerr);
-    const report::ReportTotals sums = report::totals(report);
-    std::cout << sums.posed << " of " << host::counted(sums.keyframes, "keyframe") << " posed, " << sums.with_depth
-              << " with depth, " << host::counted(report.strips.size(), "strip") << "\n";
-    if (report.score) {
-      for (const std::string& line : report::score_lines(*report.score)) std::cout << line << "\n";
-    }
-    std::cout << "Report: " << (options.out / "report.html").string() << "\n";
-    if (viewer::viewer_available()) {
-      std::cout << "Viewer: " << (options.out / "viewer.html").string() << "\n";
-    } else {
-      std::cout << "No viewer: this build of ilp-ground has none (cmake says why)\n";
-    }
+    std::optional<std::vector<std::string>> lines = ground::summary_if_unchanged(options, std::cerr);
+    if (!lines) lines = ground::summary_of(options, ground::run_ground(options, std::cerr));
+    for (const std::string& line : *lines) std::cout << line << "\n";
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "ilp-ground: " << error.what() << "\n";
@@ -123,6 +113,8 @@ int main(int argc, char** argv) {
                  "score.json of ilp-score; the report then compares the flight with the truth");
   app.add_flag("--afresh", options.afresh,
                "forget everything that earlier runs read and computed in the folder for the results");
+  app.add_flag("--check", options.check,
+               "read all files of the results, to find damage that has left their sizes and times as they were");
   app.add_option("--anchor", options.anchor, "JSON file that says on which body and where the strips were flown");
   app.add_option("--title", options.title, "title of the report, such as the place or the mission");
   app.add_option("--catalogue", options.catalogue,

@@ -22,7 +22,7 @@ KEYFRAMES = 6
 
 def files_of(folder):
     found = [os.path.relpath(os.path.join(at, name), folder) for at, _, names in os.walk(folder) for name in names]
-    return sorted(name for name in found if not name.startswith("catalogue.db"))
+    return sorted(name for name in found if name != "results.txt" and not name.startswith("catalogue.db"))
 
 
 def rows_of(out):

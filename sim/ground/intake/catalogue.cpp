@@ -145,7 +145,7 @@ void Catalogue::Closer::operator()(sqlite3* database) const {
 
 Catalogue::~Catalogue() = default;
 
-bool Catalogue::open(const fs::path& file) {
+bool Catalogue::open(const fs::path& file, bool known_sound) {
   sqlite3* opened = nullptr;
   const int code = sqlite3_open(file.c_str(), &opened);
   database_.reset(opened);
@@ -158,8 +158,10 @@ bool Catalogue::open(const fs::path& file) {
     version.step();
     const std::int64_t found = version.integer(0);
     if (found != 0 && found != catalogue_version) return false;
-    Statement check(opened, "PRAGMA quick_check(1)");
-    if (!check.step() || check.text(0) != "ok") return false;
+    if (!known_sound) {
+      Statement check(opened, "PRAGMA quick_check(1)");
+      if (!check.step() || check.text(0) != "ok") return false;
+    }
     run(opened, schema);
     if (found == 0) run(opened, ("PRAGMA user_version = " + std::to_string(catalogue_version)).c_str());
     return true;
@@ -170,15 +172,15 @@ bool Catalogue::open(const fs::path& file) {
   }
 }
 
-Catalogue::Catalogue(const fs::path& file) {
-  if (open(file)) return;
+Catalogue::Catalogue(const fs::path& file, bool known_sound) {
+  if (open(file, known_sound)) return;
   database_.reset();
   set_aside_ = true;
   for (const char* part : {"", "-wal", "-shm"}) {
     std::error_code ignored;
     fs::rename(file.string() + part, file.string() + ".damaged" + part, ignored);
   }
-  if (!open(file)) throw std::runtime_error("catalogue " + file.string() + ": cannot be started over");
+  if (!open(file, false)) throw std::runtime_error("catalogue " + file.string() + ": cannot be started over");
 }
 
 bool Catalogue::is_seen(const std::string& name, std::int64_t bytes, std::int64_t modified) {

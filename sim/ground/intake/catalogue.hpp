@@ -20,11 +20,15 @@ struct sqlite3;
 
 namespace ilp::intake {
 
+/// Of the file, in the folder of the results.
+inline constexpr const char* catalogue_name = "catalogue.db";
+
 class Catalogue : public TileCache, public ResultCache {
  public:
   /// Opens the catalogue, or creates it. A damaged catalogue, or one of another version, is renamed to NAME.damaged,
-  /// and `was_set_aside` says so. Throws std::runtime_error when the file cannot be used at all.
-  explicit Catalogue(const std::filesystem::path& file);
+  /// and `was_set_aside` says so. `known_sound`: nothing has written to the file since a run ended, so that it need not
+  /// be read whole to find damage. Throws std::runtime_error when the file cannot be used at all.
+  explicit Catalogue(const std::filesystem::path& file, bool known_sound = false);
   ~Catalogue() override;
   Catalogue(const Catalogue&) = delete;
   Catalogue& operator=(const Catalogue&) = delete;
@@ -68,7 +72,7 @@ class Catalogue : public TileCache, public ResultCache {
   struct Closer {
     void operator()(sqlite3* database) const;
   };
-  [[nodiscard]] bool open(const std::filesystem::path& file);
+  [[nodiscard]] bool open(const std::filesystem::path& file, bool known_sound);
   void forget_file(const std::string& name, std::int64_t crc);
   void refuse_another_flight(const std::vector<std::filesystem::path>& paths);
   [[nodiscard]] bool is_seen(const std::string& name, std::int64_t bytes, std::int64_t modified);

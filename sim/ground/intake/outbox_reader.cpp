@@ -214,13 +214,18 @@ Outbox read_outbox(const fs::path& folder) {
   return builder.finish();
 }
 
-void write_acknowledgements(const Outbox& outbox, const fs::path& folder) {
-  host::make_output_folder(folder);
+std::map<std::string, std::string> acknowledgements_of(const Outbox& outbox) {
+  std::map<std::string, std::string> acknowledgements;
   for (const ReceivedFile& file : outbox.files) {
     if (!file.fault.empty()) continue;
-    host::write_file(folder / (file.name + ".ack"),
-                     std::to_string(file.bytes) + " " + std::to_string(file.crc32) + "\n");
+    acknowledgements[file.name + ".ack"] = std::to_string(file.bytes) + " " + std::to_string(file.crc32) + "\n";
   }
+  return acknowledgements;
+}
+
+void write_acknowledgements(const std::map<std::string, std::string>& acknowledgements, const fs::path& folder) {
+  host::make_output_folder(folder);
+  for (const auto& [name, content] : acknowledgements) host::update_file(folder / name, content);
 }
 
 }  // namespace ilp::intake

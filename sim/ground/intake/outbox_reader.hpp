@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -76,8 +77,10 @@ class OutboxBuilder {
 /// The regular files of a folder, by name. Throws std::runtime_error.
 [[nodiscard]] std::vector<std::filesystem::path> files_of(const std::filesystem::path& folder);
 
-/// Writes NAME.ack for every complete file; a damaged or partial file must come again. Throws when the folder cannot be
-/// written.
-void write_acknowledgements(const Outbox& outbox, const std::filesystem::path& folder);
+/// NAME.ack with its content for every complete file; a damaged or partial file must come again.
+[[nodiscard]] std::map<std::string, std::string> acknowledgements_of(const Outbox& outbox);
+/// Writes them. Throws when the folder cannot be written.
+void write_acknowledgements(const std::map<std::string, std::string>& acknowledgements,
+                            const std::filesystem::path& folder);
 
 }  // namespace ilp::intake

@@ -9,6 +9,7 @@
 #include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/ground/map/surface_tile.hpp"
 #include "sim/ground/map/tile_steps.hpp"
+#include "sim/host/digest.hpp"
 #include "sim/host/parallel.hpp"
 
 namespace ilp::map {
@@ -247,6 +248,18 @@ class BlockSums {
   std::vector<Sums> sums_;
 };
 
+std::uint64_t digest_of(const intake::Strip& strip, const MapPlan& plan, const std::vector<TileFinish>& finished) {
+  std::string text = "map 1 " + std::to_string(strip.id) + " ";
+  text.append(reinterpret_cast<const char*>(&plan.cell), sizeof(plan.cell));
+  // Sources are places among them.
+  for (const std::int64_t id : strip.keyframes) text += " " + std::to_string(id);
+  for (const TileFinish& tile : finished) {
+    text += "\n" + std::to_string(tile.place.column) + " " + std::to_string(tile.place.row) + " " +
+            host::digest_text(tile.digest);
+  }
+  return host::digest(text);
+}
+
 }  // namespace
 
 PaintedTiles paint_tiles(const intake::Flight& flight, std::int64_t strip_id, const MapPlan& plan,
@@ -269,7 +282,8 @@ std::optional<StripMap> merge_strip(const intake::Flight& flight, const intake::
   finish_tiles(strip.id, plan.cell, finished, cache, params.threads);
   auto tiles = std::make_shared<const TileReader>(strip, plan, painted.summaries, finished, cache);
   if (tiles->empty()) return std::nullopt;
-  StripMap map{mosaic_of(std::move(tiles), plan.cell), statistics_of(painted.summaries, plan.cell)};
+  StripMap map{mosaic_of(std::move(tiles), plan.cell), digest_of(strip, plan, finished),
+               statistics_of(painted.summaries, plan.cell)};
   map.statistics.painted = painted.count;
   return map;
 }

@@ -24,6 +24,7 @@ struct MapStatistics {
 
 struct StripMap {
   Mosaic mosaic;
+  std::uint64_t digest = 0;  ///< of all that the mosaic depends on
   MapStatistics statistics;
 };
 
