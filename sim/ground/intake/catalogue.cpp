@@ -172,7 +172,7 @@ bool Catalogue::open(const fs::path& file, bool known_sound) {
   }
 }
 
-Catalogue::Catalogue(const fs::path& file, bool known_sound) {
+Catalogue::Catalogue(const fs::path& file, bool known_sound) : folder_(fs::absolute(file).parent_path()) {
   if (open(file, known_sound)) return;
   database_.reset();
   set_aside_ = true;
@@ -254,7 +254,7 @@ Catalogue::Intake Catalogue::take_in(const fs::path& folder,
 
 Outbox Catalogue::outbox() {
   const std::lock_guard lock(mutex_);
-  OutboxBuilder builder;
+  OutboxBuilder builder(std::make_shared<Spool>(folder_));
   Statement held(database_.get(),
                  "SELECT name, contents, crc32 FROM file WHERE fault = '' ORDER BY name, bytes, crc32");
   std::vector<std::pair<std::string, std::int64_t>> damaged;

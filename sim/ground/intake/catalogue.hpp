@@ -80,6 +80,7 @@ class Catalogue : public TileCache, public ResultCache {
                                                                    std::uint64_t digest);
   void take_file(const std::filesystem::path& path, std::int64_t bytes, std::int64_t modified, Intake& intake);
 
+  std::filesystem::path folder_;
   std::mutex mutex_;
   std::unique_ptr<sqlite3, Closer> database_;
   std::set<std::int64_t> results_used_;

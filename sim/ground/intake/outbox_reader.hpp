@@ -3,12 +3,14 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "fsw/vision/codec/refinement.hpp"
+#include "sim/ground/intake/coded_file.hpp"
 #include "sim/ground/intake/other_flights.hpp"
 
 namespace ilp::intake {
@@ -24,8 +26,8 @@ struct ReceivedProduct {
   std::size_t file = 0;  ///< index in Outbox::files
   std::int64_t keyframe_id = 0;
   ProductKind kind = ProductKind::image;
-  std::vector<std::uint8_t> bytes;  ///< with all refinements that came
-  bool refined = false;             ///< more than the file of its name
+  CodedFile bytes;       ///< with all refinements that came
+  bool refined = false;  ///< more than the file of its name
 };
 
 struct Outbox {
@@ -46,6 +48,8 @@ inline constexpr std::uintmax_t max_file_bytes = std::uintmax_t{256} << 20U;
 /// record files, which carry their own checksum, all versions are used.
 class OutboxBuilder {
  public:
+  /// Products are put away in the spool, where there is one.
+  explicit OutboxBuilder(std::shared_ptr<Spool> spool = nullptr) : spool_(std::move(spool)) {}
   void add(const std::string& name, std::vector<std::uint8_t> bytes);
   /// Lists a file that is gone or cannot be used.
   void add_fault(ReceivedFile file) { outbox_.files.push_back(std::move(file)); }
@@ -65,6 +69,7 @@ class OutboxBuilder {
 
   void take_records();
 
+  std::shared_ptr<Spool> spool_;
   Outbox outbox_;
   std::vector<RecordFile> record_files_;
   std::vector<Refinement> refinements_;
