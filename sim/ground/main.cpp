@@ -11,6 +11,7 @@
 #include "sim/ground/console/console_main.hpp"
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
+#include "sim/ground/merge_command.hpp"
 #include "sim/ground/tasks/worker.hpp"
 #include "sim/ground/work_steps.hpp"
 #include "sim/host/text_format.hpp"
@@ -43,7 +44,7 @@ int plan(const GroundOptions& options, const std::string& kind, std::size_t coun
 
 /// ilp-ground work PACKAGE --out DIR
 int work_main(int argc, char** argv) {
-  CLI::App app{"Does the work of a package that ilp-ground --plan has written (sim/merge does both)"};
+  CLI::App app{"Does the work of a package that ilp-ground --plan has written (ilp-ground merge does both)"};
   std::string package, out;
   tasks::WorkParams params;
   app.add_option("package", package, "file below DIR/work")->required();
@@ -92,10 +93,12 @@ int follow(GroundOptions options, int seconds) {
 
 int main(int argc, char** argv) {
   if (argc > 1 && std::string(argv[1]) == "console") return ilp::console::console_main(argc - 1, argv + 1);
+  if (argc > 1 && std::string(argv[1]) == "merge") return ilp::ground::merge_main(argc, argv);
   if (argc > 1 && std::string(argv[1]) == "work") return work_main(argc - 1, argv + 1);
   CLI::App app{"Decodes the files of a downlink, merges them into one model per strip, and writes a report"};
   app.footer(
-      "sim/merge does the same in tasks on several processors or machines.\nilp-ground console ADDRESS:PORT operates a "
+      "ilp-ground merge does the same in tasks on several processors or machines; see ilp-ground merge --help\n"
+      "ilp-ground console ADDRESS:PORT operates a "
       "flight over its link; see ilp-ground console --help");
   GroundOptions options;
   app.add_option("outbox", options.outbox, "folder with the files that came down (.ilp, .jp2)")->required();
@@ -130,7 +133,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 86400));
   std::string planned;
   app.add_option("--plan", planned,
-                 "only take in what is new, and write packages of this kind of work for tasks (sim/merge)")
+                 "only take in what is new, and write packages of this kind of work for tasks (ilp-ground merge)")
       ->check(CLI::IsMember({"looks", "tiles", "finish"}));
   std::size_t task_count = 1;
   app.add_option("--tasks", task_count, "most packages that --plan writes")->check(CLI::Range(1, 1000));
