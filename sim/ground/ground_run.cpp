@@ -35,15 +35,6 @@ std::unique_ptr<report::Reference> open_reference(const GroundOptions& options) 
   return nullptr;
 }
 
-std::string title_of(const GroundOptions& options) {
-  if (!options.title.empty()) return options.title;
-  const fs::path folder = fs::absolute(options.outbox).lexically_normal();
-  fs::path name = folder.filename().empty() ? folder.parent_path().filename() : folder.filename();
-  // The outbox of a flight has a fixed name: its flight's folder says more.
-  if (name == "outbox" && folder.parent_path().has_filename()) name = folder.parent_path().filename();
-  return name.string();
-}
-
 void measure_strip(const report::Report& report, report::StripResult& result) {
   const std::vector<intake::TrackPoint> track = intake::track_of(report.flight, result.strip);
   result.posed = track.size();
@@ -117,8 +108,7 @@ void merge_and_export(const GroundOptions& options, const report::Report& report
 void share(const GroundOptions& options, const report::Report& report, const exports::Anchors* anchors) {
   std::vector<const exports::ExportedStrip*> strips;
   for (const report::StripResult& strip : report.strips) strips.push_back(&strip);
-  exports::write_shared_catalogue(options.catalogue, options.mission.empty() ? report.title : options.mission,
-                                  report.flight, strips, anchors);
+  exports::write_shared_catalogue(options.catalogue, mission_of(options), report.flight, strips, anchors);
 }
 
 void keep_record(const GroundOptions& options, const report::Report& report, const RunRecord& before,
@@ -144,7 +134,6 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   std::optional<exports::Anchors> anchors;
   if (!options.anchor.empty())
     anchors = exports::read_anchors(options.anchor, report.info ? exports::flown_body(report.info->source) : nullptr);
-  if (!options.catalogue.empty()) exports::prepare_shared_catalogue(options.catalogue);
   // Before anything is read: what comes later is news for the next run.
   const std::uint64_t inputs = digest_of_inputs(options);
   RunRecord before;
@@ -180,9 +169,23 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   if (!options.catalogue.empty()) share(options, report, anchors ? &*anchors : nullptr);
   fs::remove_all(tasks::work_folder(options.out));
   catalogue.forget_other_results();
+  if (!options.catalogue.empty()) catalogue.keep_mark(inputs);
   opened.reset();  // its file is as the next run finds it
   keep_record(options, report, before, inputs);
   return report;
+}
+
+std::string title_of(const GroundOptions& options) {
+  if (!options.title.empty()) return options.title;
+  const fs::path folder = fs::absolute(options.outbox).lexically_normal();
+  fs::path name = folder.filename().empty() ? folder.parent_path().filename() : folder.filename();
+  // The outbox of a flight has a fixed name: its flight's folder says more.
+  if (name == "outbox" && folder.parent_path().has_filename()) name = folder.parent_path().filename();
+  return name.string();
+}
+
+std::string mission_of(const GroundOptions& options) {
+  return options.mission.empty() ? title_of(options) : options.mission;
 }
 
 std::vector<std::string> summary_of(const GroundOptions& options, const report::Report& report) {
@@ -203,6 +206,7 @@ std::optional<std::vector<std::string>> summary_if_unchanged(const GroundOptions
   if (options.afresh || fs::exists(tasks::work_folder(options.out))) return std::nullopt;
   RunRecord record = read_record(options.out);
   if (record.files.empty() || record.inputs != digest_of_inputs(options)) return std::nullopt;
+  if (!options.catalogue.empty() && open_catalogue(options, true)->mark() != record.inputs) return std::nullopt;
   if (!keep_sound_files(options.out, options.check, record, messages)) {
     write_record(record, options.out);
     return std::nullopt;

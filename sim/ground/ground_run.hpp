@@ -23,7 +23,7 @@ struct GroundOptions {
   std::filesystem::path anchor;       ///< where on a body the strips were (export/georeference.hpp)
   std::filesystem::path images;       ///< the original images
   std::filesystem::path score;        ///< score.json of ilp-score
-  std::string catalogue;              ///< address of a shared catalogue (export/shared_catalogue.hpp)
+  std::string catalogue;              ///< address of a catalogue that missions share
   std::string mission;                ///< name in it; empty: the title
   std::string title;
   bool afresh = false;                 ///< forget what was taken in and computed before
@@ -38,6 +38,11 @@ struct GroundOptions {
 /// to `messages`, one line each. Throws std::runtime_error with a message for the user; also when nothing usable came
 /// down.
 report::Report run_ground(const GroundOptions& options, std::ostream& messages);
+
+/// The options say it, or it follows from the outbox' name.
+[[nodiscard]] std::string title_of(const GroundOptions& options);
+/// Under which a shared catalogue keeps the flight: the title, unless the options say another.
+[[nodiscard]] std::string mission_of(const GroundOptions& options);
 
 /// Lines for the user on what the run has found, and where its pages are.
 [[nodiscard]] std::vector<std::string> summary_of(const GroundOptions& options, const report::Report& report);

@@ -121,7 +121,7 @@ int main(int argc, char** argv) {
   app.add_option("--anchor", options.anchor, "JSON file that says on which body and where the strips were flown");
   app.add_option("--title", options.title, "title of the report, such as the place or the mission");
   app.add_option("--catalogue", options.catalogue,
-                 "postgresql://USER@HOST/DATABASE: also keep the footprints in a catalogue that missions share");
+                 "postgresql://USER@HOST/DATABASE: keep the catalogue there, where missions share it, with footprints");
   app.add_option("--mission", options.mission, "name of the mission in that catalogue (default: the title)");
   app.add_option("--target-overlap", options.target_overlap, "target overlap that the plot shows, 0 to 1")
       ->check(CLI::Range(0.0, 1.0));

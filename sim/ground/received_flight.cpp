@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "sim/ground/export/look_round.hpp"
+#include "sim/ground/export/shared_catalogue.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/model/height_steps.hpp"
 #include "sim/ground/model/joined_model.hpp"
@@ -99,15 +100,26 @@ void take_in_work(const fs::path& out, intake::Catalogue& catalogue, std::ostrea
 
 }  // namespace
 
+std::unique_ptr<intake::Catalogue> open_catalogue(const GroundOptions& options, bool known_sound) {
+  if (options.catalogue.empty())
+    return std::make_unique<intake::Catalogue>(options.out / intake::catalogue_name, known_sound);
+  return std::make_unique<intake::Catalogue>(options.catalogue, mission_of(options), options.out);
+}
+
 std::unique_ptr<intake::Catalogue> open_and_take_in(const GroundOptions& options, const report::Report& report,
                                                     RunRecord& before, std::ostream& messages) {
   const fs::path catalogue_file = options.out / intake::catalogue_name;
+  const bool shared = !options.catalogue.empty();
+  if (shared) exports::prepare_shared_catalogue(options.catalogue);
   if (options.afresh) forget(options.out, catalogue_file);
   before = read_record(options.out);
   (void)keep_sound_files(options.out, options.check, before, messages);
-  if (intake::files_of(options.outbox).empty() && !fs::exists(catalogue_file)) stop_for_nothing(options, report);
+  if (!shared && intake::files_of(options.outbox).empty() && !fs::exists(catalogue_file))
+    stop_for_nothing(options, report);
   host::make_output_folder(options.out);
-  auto catalogue = std::make_unique<intake::Catalogue>(catalogue_file, before.files.contains(intake::catalogue_name));
+  auto catalogue = open_catalogue(options, before.files.contains(intake::catalogue_name));
+  if (shared && options.afresh) catalogue->forget_everything();
+  catalogue->keep_mark(0);
   const intake::Catalogue::Intake intake =
       catalogue->take_in(options.outbox, host::Progress(messages, "taking in files"));
   tell_intake(*catalogue, intake, messages);

@@ -11,6 +11,9 @@
 
 namespace ilp::ground {
 
+/// The catalogue of the results: a file in their folder, or the mission's part of the database that the options name.
+[[nodiscard]] std::unique_ptr<intake::Catalogue> open_catalogue(const GroundOptions& options, bool known_sound);
+
 /// Opens the catalogue of the results and takes in what is new in the outbox, and what tasks have left. Throws
 /// std::runtime_error when there is nothing at all; `report` has the title for the page that says so.
 /// Files of `before` that are not as it says are removed, so that they are made again.
