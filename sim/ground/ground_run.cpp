@@ -12,10 +12,12 @@
 #include "sim/ground/intake/catalogue.hpp"
 #include "sim/ground/intake/flight_info.hpp"
 #include "sim/ground/intake/flight_model.hpp"
-#include "sim/ground/previous_results.hpp"
+#include "sim/ground/kept_map.hpp"
 #include "sim/ground/received_flight.hpp"
 #include "sim/ground/report/accuracy.hpp"
 #include "sim/ground/report/report.hpp"
+#include "sim/ground/result_files.hpp"
+#include "sim/ground/run_record.hpp"
 #include "sim/ground/tasks/work_result.hpp"
 #include "sim/ground/viewer/viewer_page.hpp"
 #include "sim/host/files.hpp"
@@ -31,15 +33,6 @@ std::unique_ptr<report::Reference> open_reference(const GroundOptions& options) 
     return std::make_unique<report::ReferenceFiles>(options.truth / "poses.txt", options.truth / "depth");
   if (!options.reference.empty()) return std::make_unique<report::ReferenceFiles>(options.reference, fs::path());
   return nullptr;
-}
-
-std::string title_of(const GroundOptions& options) {
-  if (!options.title.empty()) return options.title;
-  const fs::path folder = fs::absolute(options.outbox).lexically_normal();
-  fs::path name = folder.filename().empty() ? folder.parent_path().filename() : folder.filename();
-  // The outbox of a flight has a fixed name: its flight's folder says more.
-  if (name == "outbox" && folder.parent_path().has_filename()) name = folder.parent_path().filename();
-  return name.string();
 }
 
 void measure_strip(const report::Report& report, report::StripResult& result) {
@@ -59,30 +52,74 @@ void measure_strip(const report::Report& report, report::StripResult& result) {
   result.mask_share = pixels > 0 ? masked / pixels : 0;
 }
 
+/// The map of one strip and all files that follow from it. Where `before` and the catalogue know them, the files stay.
+class MapExport {
+ public:
+  MapExport(const GroundOptions& options, const RunRecord& before, intake::Catalogue& catalogue)
+      : options_(options), before_(before), catalogue_(catalogue) {}
+
+  void operator()(const map::StripMap& map, const exports::Georeference& place, report::StripResult& result) {
+    const std::uint64_t digest = map_export_digest(map.digest, place, result.suffix, options_.max_vertices);
+    if (keep(digest, result)) {
+      result.files.insert(result.files.end(), result.map_files.begin(), result.map_files.end());
+      return;
+    }
+    result.geometry = map.mosaic.geometry;
+    result.seams = map::measure_seams(map.mosaic);
+    result.grid = map::overview(map.mosaic, {});
+    result.plane = map::mean_plane(*result.grid);
+    exports::export_grid(*result.grid, result.suffix, options_.out);
+    exports::export_map(map.mosaic, place, options_.max_vertices, options_.out, result);
+    catalogue_.put_result(digest, bytes_of_map(result));
+  }
+
+ private:
+  bool keep(std::uint64_t digest, report::StripResult& result) {
+    const auto known = catalogue_.result(digest);
+    report::StripResult kept = result;
+    if (!known || !take_map(*known, kept)) return false;
+    for (const std::string& name : map_files(kept)) {
+      if (!before_.files.contains(name)) return false;
+    }
+    result = std::move(kept);
+    return true;
+  }
+
+  const GroundOptions& options_;
+  const RunRecord& before_;
+  intake::Catalogue& catalogue_;
+};
+
 void merge_and_export(const GroundOptions& options, const report::Report& report, const exports::Anchors* anchors,
-                      intake::Catalogue& catalogue, report::StripResult& result, std::ostream& messages) {
+                      const RunRecord& before, intake::Catalogue& catalogue, report::StripResult& result,
+                      std::ostream& messages) {
   const intake::Strip& strip = result.strip;
+  const exports::Georeference place = exports::georeference_of(report.flight, strip, anchors);
   result.colmap = exports::write_colmap_model(report.flight, strip, options.out / ("colmap" + result.suffix));
   const auto map = map::merge_strip(report.flight, strip, views_of(report, strip), catalogue, {},
                                     host::Progress(messages, "merging strip " + std::to_string(strip.id)));
-  if (!map) {
-    (void)exports::export_track(report.flight, anchors, options.out, result);
-    return;
-  }
-  result.geometry = map->mosaic.geometry;
+  exports::export_track(report.flight, place, options.out, result);
+  if (!map) return;
   result.map = map->statistics;
-  result.seams = map::measure_seams(map->mosaic);
-  result.grid = map::overview(map->mosaic, {});
-  result.plane = map::mean_plane(*result.grid);
-  exports::export_grid(*result.grid, result.suffix, options.out);
-  exports::export_strip(report.flight, map->mosaic, anchors, options.max_vertices, options.out, result);
+  MapExport(options, before, catalogue)(*map, place, result);
+  exports::export_points_and_footprints(report.flight, place, options.out, result);
 }
 
 void share(const GroundOptions& options, const report::Report& report, const exports::Anchors* anchors) {
   std::vector<const exports::ExportedStrip*> strips;
   for (const report::StripResult& strip : report.strips) strips.push_back(&strip);
-  exports::write_shared_catalogue(options.catalogue, options.mission.empty() ? report.title : options.mission,
-                                  report.flight, strips, anchors);
+  exports::write_shared_catalogue(options.catalogue, mission_of(options), report.flight, strips, anchors);
+}
+
+void keep_record(const GroundOptions& options, const report::Report& report, const RunRecord& before,
+                 std::uint64_t inputs) {
+  const std::vector<std::string> files = result_files(report);
+  remove_other_results(options.out, files, before);
+  RunRecord record = record_of(options.out, files, before);
+  record.inputs = inputs;
+  record.said = summary_of(options, report);
+  if (!options.acknowledge.empty()) record.acknowledgements = intake::acknowledgements_of(report.outbox);
+  write_record(record, options.out);
 }
 
 }  // namespace
@@ -97,12 +134,15 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   std::optional<exports::Anchors> anchors;
   if (!options.anchor.empty())
     anchors = exports::read_anchors(options.anchor, report.info ? exports::flown_body(report.info->source) : nullptr);
-  if (!options.catalogue.empty()) exports::prepare_shared_catalogue(options.catalogue);
-  const std::unique_ptr<intake::Catalogue> opened = open_and_take_in(options, report, messages);
+  // Before anything is read: what comes later is news for the next run.
+  const std::uint64_t inputs = digest_of_inputs(options);
+  RunRecord before;
+  std::unique_ptr<intake::Catalogue> opened = open_and_take_in(options, report, before, messages);
   intake::Catalogue& catalogue = *opened;
   decode_held(options, catalogue, report, messages);
-  remove_previous_results(options.out, report.flight);
-  if (!options.acknowledge.empty()) intake::write_acknowledgements(report.outbox, options.acknowledge);
+  remove_pages(options.out);
+  if (!options.acknowledge.empty())
+    intake::write_acknowledgements(intake::acknowledgements_of(report.outbox), options.acknowledge);
 
   report.target_overlap =
       options.target_overlap > 0
@@ -118,17 +158,62 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
     result.strip = *strip;
     result.suffix = report.strips.size() == 1 ? "" : "-strip-" + std::to_string(strip->id);
     measure_strip(report, result);
-    merge_and_export(options, report, anchors ? &*anchors : nullptr, catalogue, result, messages);
+    merge_and_export(options, report, anchors ? &*anchors : nullptr, before, catalogue, result, messages);
     if (reference) result.accuracy = report::measure_accuracy(report.flight, *strip, *reference);
   }
   report.has_viewer = viewer::viewer_available();
   report.tables = exports::write_flight_tables(report.flight, options.out);
-  host::write_file(options.out / "report.json", report::report_json(report));
-  host::write_file(options.out / "report.html", report::report_html(report));
-  if (report.has_viewer) host::write_file(options.out / "viewer.html", viewer::viewer_html(report));
+  host::update_file(options.out / "report.json", report::report_json(report));
+  host::update_file(options.out / "report.html", report::report_html(report));
+  if (report.has_viewer) host::update_file(options.out / "viewer.html", viewer::viewer_html(report));
   if (!options.catalogue.empty()) share(options, report, anchors ? &*anchors : nullptr);
   fs::remove_all(tasks::work_folder(options.out));
+  catalogue.forget_other_results();
+  if (!options.catalogue.empty()) catalogue.keep_mark(inputs);
+  opened.reset();  // its file is as the next run finds it
+  keep_record(options, report, before, inputs);
   return report;
+}
+
+std::string title_of(const GroundOptions& options) {
+  if (!options.title.empty()) return options.title;
+  const fs::path folder = fs::absolute(options.outbox).lexically_normal();
+  fs::path name = folder.filename().empty() ? folder.parent_path().filename() : folder.filename();
+  // The outbox of a flight has a fixed name: its flight's folder says more.
+  if (name == "outbox" && folder.parent_path().has_filename()) name = folder.parent_path().filename();
+  return name.string();
+}
+
+std::string mission_of(const GroundOptions& options) {
+  return options.mission.empty() ? title_of(options) : options.mission;
+}
+
+std::vector<std::string> summary_of(const GroundOptions& options, const report::Report& report) {
+  const report::ReportTotals sums = report::totals(report);
+  std::vector<std::string> lines{std::to_string(sums.posed) + " of " + host::counted(sums.keyframes, "keyframe") +
+                                 " posed, " + std::to_string(sums.with_depth) + " with depth, " +
+                                 host::counted(report.strips.size(), "strip")};
+  if (report.score) {
+    for (std::string& line : report::score_lines(*report.score)) lines.push_back(std::move(line));
+  }
+  lines.push_back("Report: " + (options.out / "report.html").string());
+  lines.push_back(report.has_viewer ? "Viewer: " + (options.out / "viewer.html").string()
+                                    : "No viewer: this build of ilp-ground has none (cmake says why)");
+  return lines;
+}
+
+std::optional<std::vector<std::string>> summary_if_unchanged(const GroundOptions& options, std::ostream& messages) {
+  if (options.afresh || fs::exists(tasks::work_folder(options.out))) return std::nullopt;
+  RunRecord record = read_record(options.out);
+  if (record.files.empty() || record.inputs != digest_of_inputs(options)) return std::nullopt;
+  if (!options.catalogue.empty() && open_catalogue(options, true)->mark() != record.inputs) return std::nullopt;
+  if (!keep_sound_files(options.out, options.check, record, messages)) {
+    write_record(record, options.out);
+    return std::nullopt;
+  }
+  if (!options.acknowledge.empty()) intake::write_acknowledgements(record.acknowledgements, options.acknowledge);
+  messages << "nothing has changed since the run before\n";
+  return record.said;
 }
 
 }  // namespace ilp::ground

@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <iosfwd>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "sim/ground/report/report.hpp"
 
@@ -21,10 +23,11 @@ struct GroundOptions {
   std::filesystem::path anchor;       ///< where on a body the strips were (export/georeference.hpp)
   std::filesystem::path images;       ///< the original images
   std::filesystem::path score;        ///< score.json of ilp-score
-  std::string catalogue;              ///< address of a shared catalogue (export/shared_catalogue.hpp)
+  std::string catalogue;              ///< address of a catalogue that missions share
   std::string mission;                ///< name in it; empty: the title
   std::string title;
   bool afresh = false;                 ///< forget what was taken in and computed before
+  bool check = false;                  ///< read every file of the results, to find damage
   double target_overlap = 0;           ///< 0: what the flight info says, else the mission's default
   std::size_t max_vertices = 1100000;  ///< of one model: 45 MB
 };
@@ -35,5 +38,19 @@ struct GroundOptions {
 /// to `messages`, one line each. Throws std::runtime_error with a message for the user; also when nothing usable came
 /// down.
 report::Report run_ground(const GroundOptions& options, std::ostream& messages);
+
+/// The options say it, or it follows from the outbox' name.
+[[nodiscard]] std::string title_of(const GroundOptions& options);
+/// Under which a shared catalogue keeps the flight: the title, unless the options say another.
+[[nodiscard]] std::string mission_of(const GroundOptions& options);
+
+/// Lines for the user on what the run has found, and where its pages are.
+[[nodiscard]] std::vector<std::string> summary_of(const GroundOptions& options, const report::Report& report);
+
+/// The summary of the run before, where a run would change nothing: the options, all files that they name and the
+/// program are what they were then, and all files of the results are as that run left them. Nothing is decoded, and
+/// nothing written but missing acknowledgements.
+[[nodiscard]] std::optional<std::vector<std::string>> summary_if_unchanged(const GroundOptions& options,
+                                                                           std::ostream& messages);
 
 }  // namespace ilp::ground

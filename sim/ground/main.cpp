@@ -3,15 +3,16 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "sim/ground/console/console_main.hpp"
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
-#include "sim/ground/report/score_file.hpp"
+#include "sim/ground/merge_command.hpp"
 #include "sim/ground/tasks/worker.hpp"
-#include "sim/ground/viewer/viewer_page.hpp"
 #include "sim/ground/work_steps.hpp"
 #include "sim/host/text_format.hpp"
 
@@ -21,19 +22,9 @@ using ground::GroundOptions;
 
 int run_once(const GroundOptions& options) {
   try {
-    const report::Report report = ground::run_ground(options, std::cerr);
-    const report::ReportTotals sums = report::totals(report);
-    std::cout << sums.posed << " of " << host::counted(sums.keyframes, "keyframe") << " posed, " << sums.with_depth
-              << " with depth, " << host::counted(report.strips.size(), "strip") << "\n";
-    if (report.score) {
-      for (const std::string& line : report::score_lines(*report.score)) std::cout << line << "\n";
-    }
-    std::cout << "Report: " << (options.out / "report.html").string() << "\n";
-    if (viewer::viewer_available()) {
-      std::cout << "Viewer: " << (options.out / "viewer.html").string() << "\n";
-    } else {
-      std::cout << "No viewer: this build of ilp-ground has none (cmake says why)\n";
-    }
+    std::optional<std::vector<std::string>> lines = ground::summary_if_unchanged(options, std::cerr);
+    if (!lines) lines = ground::summary_of(options, ground::run_ground(options, std::cerr));
+    for (const std::string& line : *lines) std::cout << line << "\n";
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "ilp-ground: " << error.what() << "\n";
@@ -53,7 +44,7 @@ int plan(const GroundOptions& options, const std::string& kind, std::size_t coun
 
 /// ilp-ground work PACKAGE --out DIR
 int work_main(int argc, char** argv) {
-  CLI::App app{"Does the work of a package that ilp-ground --plan has written (sim/merge does both)"};
+  CLI::App app{"Does the work of a package that ilp-ground --plan has written (ilp-ground merge does both)"};
   std::string package, out;
   tasks::WorkParams params;
   app.add_option("package", package, "file below DIR/work")->required();
@@ -102,10 +93,12 @@ int follow(GroundOptions options, int seconds) {
 
 int main(int argc, char** argv) {
   if (argc > 1 && std::string(argv[1]) == "console") return ilp::console::console_main(argc - 1, argv + 1);
+  if (argc > 1 && std::string(argv[1]) == "merge") return ilp::ground::merge_main(argc, argv);
   if (argc > 1 && std::string(argv[1]) == "work") return work_main(argc - 1, argv + 1);
   CLI::App app{"Decodes the files of a downlink, merges them into one model per strip, and writes a report"};
   app.footer(
-      "sim/merge does the same in tasks on several processors or machines.\nilp-ground console ADDRESS:PORT operates a "
+      "ilp-ground merge does the same in tasks on several processors or machines; see ilp-ground merge --help\n"
+      "ilp-ground console ADDRESS:PORT operates a "
       "flight over its link; see ilp-ground console --help");
   GroundOptions options;
   app.add_option("outbox", options.outbox, "folder with the files that came down (.ilp, .jp2)")->required();
@@ -123,10 +116,12 @@ int main(int argc, char** argv) {
                  "score.json of ilp-score; the report then compares the flight with the truth");
   app.add_flag("--afresh", options.afresh,
                "forget everything that earlier runs read and computed in the folder for the results");
+  app.add_flag("--check", options.check,
+               "read all files of the results, to find damage that has left their sizes and times as they were");
   app.add_option("--anchor", options.anchor, "JSON file that says on which body and where the strips were flown");
   app.add_option("--title", options.title, "title of the report, such as the place or the mission");
   app.add_option("--catalogue", options.catalogue,
-                 "postgresql://USER@HOST/DATABASE: also keep the footprints in a catalogue that missions share");
+                 "postgresql://USER@HOST/DATABASE: keep the catalogue there, where missions share it, with footprints");
   app.add_option("--mission", options.mission, "name of the mission in that catalogue (default: the title)");
   app.add_option("--target-overlap", options.target_overlap, "target overlap that the plot shows, 0 to 1")
       ->check(CLI::Range(0.0, 1.0));
@@ -138,7 +133,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 86400));
   std::string planned;
   app.add_option("--plan", planned,
-                 "only take in what is new, and write packages of this kind of work for tasks (sim/merge)")
+                 "only take in what is new, and write packages of this kind of work for tasks (ilp-ground merge)")
       ->check(CLI::IsMember({"looks", "tiles", "finish"}));
   std::size_t task_count = 1;
   app.add_option("--tasks", task_count, "most packages that --plan writes")->check(CLI::Range(1, 1000));

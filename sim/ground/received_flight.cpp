@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "sim/ground/export/look_round.hpp"
+#include "sim/ground/export/shared_catalogue.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/model/height_steps.hpp"
 #include "sim/ground/model/joined_model.hpp"
@@ -40,6 +41,7 @@ void write_empty_viewer(const fs::path& out, const std::string& title, const std
 void forget(const fs::path& out, const fs::path& catalogue) {
   fs::remove_all(tasks::work_folder(out));
   for (const char* part : {"", "-wal", "-shm"}) fs::remove(catalogue.string() + part);
+  forget_record(out);
 }
 
 intake::Outbox everything_held(const GroundOptions& options, intake::Catalogue& catalogue) {
@@ -98,13 +100,26 @@ void take_in_work(const fs::path& out, intake::Catalogue& catalogue, std::ostrea
 
 }  // namespace
 
+std::unique_ptr<intake::Catalogue> open_catalogue(const GroundOptions& options, bool known_sound) {
+  if (options.catalogue.empty())
+    return std::make_unique<intake::Catalogue>(options.out / intake::catalogue_name, known_sound);
+  return std::make_unique<intake::Catalogue>(options.catalogue, mission_of(options), options.out);
+}
+
 std::unique_ptr<intake::Catalogue> open_and_take_in(const GroundOptions& options, const report::Report& report,
-                                                    std::ostream& messages) {
-  const fs::path catalogue_file = options.out / "catalogue.db";
+                                                    RunRecord& before, std::ostream& messages) {
+  const fs::path catalogue_file = options.out / intake::catalogue_name;
+  const bool shared = !options.catalogue.empty();
+  if (shared) exports::prepare_shared_catalogue(options.catalogue);
   if (options.afresh) forget(options.out, catalogue_file);
-  if (intake::files_of(options.outbox).empty() && !fs::exists(catalogue_file)) stop_for_nothing(options, report);
+  before = read_record(options.out);
+  (void)keep_sound_files(options.out, options.check, before, messages);
+  if (!shared && intake::files_of(options.outbox).empty() && !fs::exists(catalogue_file))
+    stop_for_nothing(options, report);
   host::make_output_folder(options.out);
-  auto catalogue = std::make_unique<intake::Catalogue>(catalogue_file);
+  auto catalogue = open_catalogue(options, before.files.contains(intake::catalogue_name));
+  if (shared && options.afresh) catalogue->forget_everything();
+  catalogue->keep_mark(0);
   const intake::Catalogue::Intake intake =
       catalogue->take_in(options.outbox, host::Progress(messages, "taking in files"));
   tell_intake(*catalogue, intake, messages);
@@ -127,7 +142,6 @@ void decode_held(const GroundOptions& options, intake::Catalogue& catalogue, rep
     index_held(options, catalogue, report, messages);
     report.looks = exports::look_round(report.flight, options.out / "keyframes", catalogue, messages);
   } while (reject_faulty(report, catalogue));
-  catalogue.forget_other_results();
   model::state_height_steps(report.flight, report.joined);
   report_skipped(report.outbox, messages);
   if (report::totals(report).files_used == 0) stop_for_nothing(options, report);

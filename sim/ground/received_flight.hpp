@@ -7,13 +7,19 @@
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/catalogue.hpp"
 #include "sim/ground/map/map_plan.hpp"
+#include "sim/ground/run_record.hpp"
 
 namespace ilp::ground {
 
+/// The catalogue of the results: a file in their folder, or the mission's part of the database that the options name.
+[[nodiscard]] std::unique_ptr<intake::Catalogue> open_catalogue(const GroundOptions& options, bool known_sound);
+
 /// Opens the catalogue of the results and takes in what is new in the outbox, and what tasks have left. Throws
 /// std::runtime_error when there is nothing at all; `report` has the title for the page that says so.
+/// Files of `before` that are not as it says are removed, so that they are made again.
 [[nodiscard]] std::unique_ptr<intake::Catalogue> open_and_take_in(const GroundOptions& options,
-                                                                  const report::Report& report, std::ostream& messages);
+                                                                  const report::Report& report, RunRecord& before,
+                                                                  std::ostream& messages);
 
 /// Sets outbox, flight and joined of the report from what is held; nothing is decoded.
 void index_held(const GroundOptions& options, intake::Catalogue& catalogue, report::Report& report,

@@ -2,9 +2,12 @@
 
 #include <ostream>
 
+#include "sim/ground/export/look_round.hpp"
 #include "sim/ground/map/strip_map.hpp"
 #include "sim/ground/received_flight.hpp"
+#include "sim/ground/run_record.hpp"
 #include "sim/ground/tasks/work_plan.hpp"
+#include "sim/host/files.hpp"
 #include "sim/host/progress.hpp"
 
 namespace ilp::ground {
@@ -26,19 +29,35 @@ std::vector<tasks::StripFinish> finishes_of(const report::Report& report, intake
     const map::PaintedTiles painted =
         map::paint_tiles(report.flight, strip.strip_id, strip.plan, catalogue, {},
                          host::Progress(messages, "merging strip " + std::to_string(strip.strip_id)));
-    strips.push_back({strip.strip_id, strip.plan.cell, map::plan_finish(strip.plan, painted.summaries)});
+    strips.push_back(
+        {strip.strip_id, strip.plan.cell, map::plan_finish(strip.plan, painted.summaries, painted.totals)});
   }
   return strips;
+}
+
+/// The record of the run before does not know what tasks will write.
+void leave_pictures_to_tasks(const std::vector<std::int64_t>& ids, const std::filesystem::path& out,
+                             RunRecord& before) {
+  for (const std::int64_t id : ids) {
+    const std::string prefix = "keyframes/" + host::six_digits(id) + "-";
+    std::erase_if(before.files, [&](const auto& file) { return file.first.starts_with(prefix); });
+  }
+  write_record(before, out);
 }
 
 }  // namespace
 
 std::size_t plan_work(const GroundOptions& options, tasks::WorkKind kind, std::size_t tasks, std::ostream& messages) {
+  if (summary_if_unchanged(options, messages)) return 0;
   report::Report report;
-  const std::unique_ptr<intake::Catalogue> catalogue = open_and_take_in(options, report, messages);
+  RunRecord before;
+  const std::unique_ptr<intake::Catalogue> catalogue = open_and_take_in(options, report, before, messages);
   if (kind == tasks::WorkKind::looks) {
     index_held(options, *catalogue, report, messages);
-    return tasks::plan_looks(report.flight, *catalogue, tasks, options.out);
+    const std::vector<std::int64_t> ids =
+        exports::keyframes_without_look(report.flight, options.out / "keyframes", *catalogue);
+    leave_pictures_to_tasks(ids, options.out, before);
+    return tasks::plan_looks(report.flight, ids, tasks, options.out);
   }
   decode_held(options, *catalogue, report, messages);
   if (kind == tasks::WorkKind::tiles) {

@@ -150,8 +150,8 @@ void write_colmap_camera(const std::filesystem::path& path, const CameraModel& c
 }
 
 void write_colmap_text(const ColmapText& model, const std::filesystem::path& folder) {
-  write_file(folder / "images.txt", images_text(model));
-  write_file(folder / "points3D.txt", points_text(model));
+  update_file(folder / "images.txt", images_text(model));
+  update_file(folder / "points3D.txt", points_text(model));
 }
 
 }  // namespace ilp::host

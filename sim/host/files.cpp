@@ -1,11 +1,16 @@
 #include "sim/host/files.hpp"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
 #include <system_error>
+
+#include "sim/host/digest.hpp"
 
 namespace ilp::host {
 namespace fs = std::filesystem;
@@ -37,6 +42,93 @@ void write_file(const fs::path& path, std::span<const std::uint8_t> bytes) {
 
 void write_file(const fs::path& path, std::string_view text) {
   write_file(path, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
+namespace {
+
+/// Calls `take(bytes)` for one piece of the file after the other, until it returns false. False when the file cannot be
+/// read.
+template <typename Take>
+bool for_each_piece(const fs::path& path, Take take) {
+  std::ifstream file(path, std::ios::binary);
+  std::vector<std::uint8_t> piece(std::size_t{1} << 20U);
+  while (file) {
+    file.read(reinterpret_cast<char*>(piece.data()), static_cast<std::streamsize>(piece.size()));
+    if (file.gcount() > 0 && !take(std::span<const std::uint8_t>(piece).first(static_cast<std::size_t>(file.gcount()))))
+      break;
+  }
+  return file.is_open() && !file.bad();
+}
+
+bool holds(const fs::path& path, std::span<const std::uint8_t> bytes) {
+  std::error_code error;
+  if (fs::file_size(path, error) != bytes.size() || error) return false;
+  std::size_t at = 0;
+  bool same = true;
+  const bool read = for_each_piece(path, [&](std::span<const std::uint8_t> piece) {
+    same = at + piece.size() <= bytes.size() &&
+           std::equal(piece.begin(), piece.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
+    at += piece.size();
+    return same;
+  });
+  return read && same && at == bytes.size();
+}
+
+bool same_content(const fs::path& a, const fs::path& b) {
+  std::error_code error_a, error_b;
+  if (fs::file_size(a, error_a) != fs::file_size(b, error_b) || error_a || error_b) return false;
+  std::ifstream other(b, std::ios::binary);
+  std::vector<std::uint8_t> theirs(std::size_t{1} << 20U);
+  bool same = true;
+  const bool read = for_each_piece(a, [&](std::span<const std::uint8_t> piece) {
+    other.read(reinterpret_cast<char*>(theirs.data()), static_cast<std::streamsize>(piece.size()));
+    same = static_cast<std::size_t>(other.gcount()) == piece.size() &&
+           std::equal(piece.begin(), piece.end(), theirs.begin());
+    return same;
+  });
+  return read && same;
+}
+
+}  // namespace
+
+void update_file(const fs::path& path, std::span<const std::uint8_t> bytes) {
+  if (!holds(path, bytes)) write_file(path, bytes);
+}
+
+void update_file(const fs::path& path, std::string_view text) {
+  update_file(path, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
+void move_into_place(const fs::path& part, const fs::path& whole) {
+  std::error_code error;
+  if (same_content(part, whole)) {
+    fs::remove(part, error);
+    return;
+  }
+  fs::rename(part, whole, error);
+  if (error) throw std::runtime_error("cannot write " + whole.string() + ": " + error.message());
+}
+
+std::optional<FileState> state_of(const fs::path& path) {
+  struct stat found {};
+  if (::stat(path.c_str(), &found) != 0 || !S_ISREG(found.st_mode)) return std::nullopt;
+  const auto nanoseconds = [](const timespec& at) { return std::int64_t{at.tv_sec} * 1000000000 + at.tv_nsec; };
+  return FileState{static_cast<std::uint64_t>(found.st_size), nanoseconds(found.st_mtim), nanoseconds(found.st_ctim)};
+}
+
+std::optional<std::uint64_t> content_digest(const fs::path& path) {
+  std::uint64_t state = digest("");
+  const auto take = [&](std::span<const std::uint8_t> piece) {
+    for (; piece.size() >= sizeof(std::uint64_t); piece = piece.subspan(sizeof(std::uint64_t))) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, piece.data(), sizeof(word));
+      state = (state ^ word) * 0x100000001b3U;
+      state ^= state >> 32U;
+    }
+    state = digest({reinterpret_cast<const char*>(piece.data()), piece.size()}, state);
+    return true;
+  };
+  return for_each_piece(path, take) ? std::optional(state) : std::nullopt;
 }
 
 void make_output_folder(const fs::path& folder) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,8 +16,28 @@ namespace ilp::host {
 /// Writes under a temporary name first, so that a reader never sees half a file. Throws std::runtime_error.
 void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 void write_file(const std::filesystem::path& path, std::string_view text);
+/// As write_file, but a file that holds these bytes already is left as it is, with its time.
+void update_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
+void update_file(const std::filesystem::path& path, std::string_view text);
+/// Renames the finished file `part` to `whole`. Where `whole` holds the same bytes already, it is left as it is and
+/// `part` is removed. Throws std::runtime_error.
+void move_into_place(const std::filesystem::path& part, const std::filesystem::path& whole);
 /// Creates the folder with its parents; throws std::runtime_error when it is not writable.
 void make_output_folder(const std::filesystem::path& folder);
+
+// Whether a file has changed.
+
+/// What the file system says of a regular file. Every program that writes to a file changes `changed_ns`, and no
+/// program can set it back.
+struct FileState {
+  std::uint64_t bytes = 0;
+  std::int64_t modified_ns = 0, changed_ns = 0;
+  bool operator==(const FileState&) const = default;
+};
+/// None where there is no regular file.
+[[nodiscard]] std::optional<FileState> state_of(const std::filesystem::path& path);
+/// Fingerprint of the content; not for security. None when the file cannot be read.
+[[nodiscard]] std::optional<std::uint64_t> content_digest(const std::filesystem::path& path);
 
 // Names.
 

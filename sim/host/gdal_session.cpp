@@ -5,7 +5,6 @@
 #include <gdal.h>
 
 #include <mutex>
-#include <system_error>
 
 namespace ilp::host {
 namespace {
@@ -35,12 +34,6 @@ GdalSession::~GdalSession() {
 std::runtime_error gdal_error(const std::string& what) {
   const std::string message = CPLGetLastErrorMsg();
   return std::runtime_error(what + (message.empty() ? "" : ": " + message));
-}
-
-void move_into_place(const std::filesystem::path& part, const std::filesystem::path& whole) {
-  std::error_code error;
-  std::filesystem::rename(part, whole, error);
-  if (error) throw std::runtime_error("cannot write " + whole.string() + ": " + error.message());
 }
 
 }  // namespace ilp::host

@@ -3,7 +3,6 @@
 
 #include <gdal_priv.h>
 
-#include <filesystem>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -27,8 +26,5 @@ using Dataset = std::unique_ptr<GDALDataset, DatasetCloser>;
 
 /// `what` with GDAL's last message.
 [[nodiscard]] std::runtime_error gdal_error(const std::string& what);
-
-/// Renames the finished file to its final name; throws std::runtime_error.
-void move_into_place(const std::filesystem::path& part, const std::filesystem::path& whole);
 
 }  // namespace ilp::host

@@ -150,12 +150,22 @@ void write_pgm(const fs::path& path, ImageView<const std::uint8_t> gray) {
   if (!out.flush()) fail_image(path, "cannot be written");
 }
 
-void write_pfm(const fs::path& path, ImageView<const float> values) {
-  std::ofstream out = create(path);
-  out << "Pf\n" << values.width << " " << values.height << "\n-1.0\n";
+std::vector<std::uint8_t> pfm_bytes(ImageView<const float> values) {
+  const std::string header = "Pf\n" + std::to_string(values.width) + " " + std::to_string(values.height) + "\n-1.0\n";
+  const auto row_bytes = sizeof(float) * static_cast<std::size_t>(values.width);
+  std::vector<std::uint8_t> bytes(header.begin(), header.end());
+  bytes.reserve(header.size() + row_bytes * static_cast<std::size_t>(values.height));
   for (int y = values.height - 1; y >= 0; --y) {
-    out.write(reinterpret_cast<const char*>(values.row(y)), static_cast<std::streamsize>(sizeof(float)) * values.width);
+    const auto* row = reinterpret_cast<const std::uint8_t*>(values.row(y));
+    bytes.insert(bytes.end(), row, row + row_bytes);
   }
+  return bytes;
+}
+
+void write_pfm(const fs::path& path, ImageView<const float> values) {
+  const std::vector<std::uint8_t> bytes = pfm_bytes(values);
+  std::ofstream out = create(path);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!out.flush()) fail_image(path, "cannot be written");
 }
 

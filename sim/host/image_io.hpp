@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <vector>
 
 #include "fsw/base/image_view.hpp"
 #include "hal/camera/camera.hpp"
@@ -27,6 +28,7 @@ void write_pgm(const std::filesystem::path& path, ImageView<const std::uint8_t> 
 
 /// Portable float map, one channel, little-endian; rows are stored from the bottom, as the format wants.
 Raster<float> read_pfm(const std::filesystem::path& path);
+[[nodiscard]] std::vector<std::uint8_t> pfm_bytes(ImageView<const float> values);
 void write_pfm(const std::filesystem::path& path, ImageView<const float> values);
 
 /// Decoder hook of DirectoryCamera: PNG and PGM, without exceptions. `not_found`, `parse_error`, `image_too_large`, and

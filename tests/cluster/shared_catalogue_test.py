@@ -1,6 +1,6 @@
-"""The catalogue that missions share: which keyframes of which mission saw a place.
+"""The catalogue that missions share: which keyframes of which mission saw a place, and all of its tables.
 
-shared_catalogue_test.py ILP_GROUND MAKE_DOWNLINK, inside with_postgres. Exit status 77 where the server has no PostGIS."""
+shared_catalogue_test.py ILP_GROUND MAKE_DOWNLINK SUITE, inside with_postgres. Exit status 77 where the server has no PostGIS."""
 
 import json
 import math
@@ -30,7 +30,7 @@ def sql(text):
     return done.stdout.split("\n")[:-1]
 
 
-class SharedCatalogue(unittest.TestCase):
+class OnAServer(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.shared = tempfile.mkdtemp()
@@ -63,6 +63,8 @@ class SharedCatalogue(unittest.TestCase):
     def fly(self, mission, *more):
         self.assertEqual(self.run_ground(mission, *more)[0], 0)
 
+
+class SharedCatalogue(OnAServer):
     def seen(self, longitude, latitude, body="mars"):
         rows = [row.split("|") for row in sql(f"SELECT mission, keyframe FROM aerobot.seen('{body}', {longitude}, {latitude});")]
         return [(mission, int(keyframe)) for mission, keyframe in rows]
@@ -142,11 +144,109 @@ class SharedCatalogue(unittest.TestCase):
             self.assertFalse(os.path.exists(os.path.join(self.folder, "out bad")))
 
 
+class CatalogueOnAServer(OnAServer):
+    """All tables of the catalogue, a part for each mission: results are those over a file."""
+
+    def setUp(self):
+        super().setUp()
+        sql("DROP SCHEMA IF EXISTS aerobot_catalogue CASCADE;")
+
+    def out(self, mission):
+        return os.path.join(self.folder, "out " + mission)
+
+    def contents(self, out):
+        """All files of the results, without what a run knows of its own files."""
+        found = [os.path.join(at, name) for at, _, names in os.walk(out) for name in names]
+        names = {os.path.relpath(path, out): path for path in found}
+        return {name: open(path, "rb").read() for name, path in names.items() if name not in ("catalogue.db", "results.txt")}
+
+    def assert_contents(self, out, expected):
+        found = self.contents(out)
+        self.assertEqual(sorted(found), sorted(expected))
+        self.assertEqual([name for name in sorted(found) if found[name] != expected[name]], [])
+
+    def over_a_file(self, *more):
+        out = os.path.join(self.folder, "over a file")
+        subprocess.run([GROUND, self.box, "--out", out, *more], check=True, capture_output=True)
+        return self.contents(out)
+
+    def rows(self, mission, table="file"):
+        return int(sql(f"SELECT count(*) FROM aerobot_catalogue.{table} WHERE mission = '{mission}';")[0])
+
+    def test_results_are_those_over_a_file_and_missions_share_the_tables(self):
+        expected = self.over_a_file("--title", "t")
+        for mission in ("one", "two"):
+            self.fly(mission, "--title", "t")
+            self.assert_contents(self.out(mission), expected)
+            self.assertFalse(os.path.exists(os.path.join(self.out(mission), "catalogue.db")))
+        files = len(os.listdir(self.box))
+        self.assertEqual((self.rows("one"), self.rows("two")), (files, files))
+        self.fly("one", "--title", "t", "--afresh")
+        self.assertEqual((self.rows("one"), self.rows("two")), (files, files))
+        self.assert_contents(self.out("one"), expected)
+
+    def test_another_folder_gets_the_results_without_the_received_files(self):
+        expected = self.over_a_file("--title", "t")
+        self.fly("kept", "--title", "t")
+        empty, other = os.path.join(self.folder, "empty"), os.path.join(self.folder, "other")
+        os.mkdir(empty)
+        subprocess.run([GROUND, empty, "--out", other, "--catalogue", ADDRESS, "--mission", "kept", "--title", "t"], check=True,
+                       capture_output=True)
+        self.assert_contents(other, expected)
+
+    def test_run_without_news_does_nothing_unless_another_run_used_the_mission(self):
+        self.fly("again")
+        self.assertIn("nothing has changed", self.run_ground("again")[1])
+        other = os.path.join(self.folder, "elsewhere")
+        subprocess.run([GROUND, self.box, "--out", other, "--catalogue", ADDRESS, "--mission", "again", "--title", "x"], check=True,
+                       capture_output=True)
+        status, messages = self.run_ground("again")
+        self.assertEqual(status, 0)
+        self.assertNotIn("nothing has changed", messages)
+        self.assertIn("nothing has changed", self.run_ground("again")[1])
+
+    def test_damaged_rows_are_taken_in_and_computed_again(self):
+        expected = self.over_a_file("--title", "t")
+        self.fly("hurt", "--title", "t")
+        sql("UPDATE aerobot_catalogue.file SET contents = set_byte(contents, 20, 255 - get_byte(contents, 20)) WHERE rowid % 2 = 0;"
+            "DELETE FROM aerobot_catalogue.tile WHERE strip = 1; UPDATE aerobot_catalogue.mission SET mark = 0;")
+        self.assertIn("damaged in the catalogue", self.run_ground("hurt", "--title", "t")[1])
+        self.fly("hurt", "--title", "t")
+        self.assert_contents(self.out("hurt"), expected)
+
+    def test_killed_run_goes_on(self):
+        expected = self.over_a_file("--title", "t")
+        for seconds in (0.1, 0.3, 0.6, 1):
+            run = subprocess.Popen(self.command("killed", "--title", "t"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            try:
+                run.wait(seconds)
+            except subprocess.TimeoutExpired:
+                run.kill()
+                run.wait()
+        self.fly("killed", "--title", "t")
+        self.assert_contents(self.out("killed"), expected)
+
+    def test_merge_in_tasks_gives_the_same(self):
+        expected = self.over_a_file("--title", "t")
+        command = [GROUND, "merge", self.box, "--out", self.out("tasks"), "--catalogue", ADDRESS, "--mission", "it's",
+                   "--title", "t", "--tasks", "3"]
+        subprocess.run(command, check=True, capture_output=True)
+        self.assert_contents(self.out("tasks"), expected)
+
+    def test_mission_of_another_version_is_refused(self):
+        self.fly("old")
+        sql("UPDATE aerobot_catalogue.mission SET version = 99;")
+        status, messages = self.run_ground("old")
+        self.assertEqual(status, 1)
+        self.assertIn("another version of ilp-ground", messages)
+
+
 if __name__ == "__main__":
     if sql("SELECT count(*) FROM pg_available_extensions WHERE name = 'postgis';") != ["1"]:
         print("skipped: this PostgreSQL has no PostGIS (Debian package postgresql-15-postgis-3)", file=sys.stderr)
         sys.exit(77)
     # Only a superuser may do this.
     sql("CREATE EXTENSION postgis;")
-    result = unittest.TextTestRunner(verbosity=2).run(unittest.defaultTestLoader.loadTestsFromTestCase(SharedCatalogue))
+    suite = unittest.defaultTestLoader.loadTestsFromTestCase(globals()[sys.argv[3]])
+    result = unittest.TextTestRunner(verbosity=2).run(suite)
     sys.exit(not result.wasSuccessful())

@@ -112,7 +112,7 @@ ColmapCounts write_colmap_model(const intake::Flight& flight, const intake::Stri
   const Model model = collect(flight, strip);
   if (model.views.empty()) return {};
   host::make_output_folder(folder);
-  host::write_file(folder / "cameras.txt", cameras_text(flight.keyframes.at(model.views.begin()->first).camera));
+  host::update_file(folder / "cameras.txt", cameras_text(flight.keyframes.at(model.views.begin()->first).camera));
   host::write_colmap_text(model.text, folder);
   ColmapCounts counts{model.text.views.size(), model.text.points.size(), 0};
   for (const host::ColmapPoint& point : model.text.points) counts.observations += point.track.size();

@@ -10,6 +10,7 @@
 #include <memory>
 #include <system_error>
 
+#include "sim/host/files.hpp"
 #include "sim/host/gdal_session.hpp"
 
 namespace ilp::exports {

@@ -63,13 +63,13 @@ void export_surface(const map::Mosaic& mosaic, const Georeference& place, std::s
   strip.faces = mesh.faces.size();
   const std::string name = "model" + strip.suffix;
   const std::string comment = "strip " + std::to_string(strip.strip.id) + ", unit: " + place.unit;
-  host::write_file(folder / (name + ".ply"), ply_bytes(on_the_map(mesh, place), comment));
-  strip.files.push_back(name + ".ply");
+  host::update_file(folder / (name + ".ply"), ply_bytes(on_the_map(mesh, place), comment));
+  strip.map_files.push_back(name + ".ply");
   if (mesh.faces.empty()) return;
   constexpr std::int32_t texture_side_px = 4096;
   const host::Raster<std::uint8_t> texture = read_ortho(folder / ("ortho" + strip.suffix + ".tif"), texture_side_px);
-  host::write_file(folder / (name + ".glb"), gltf_bytes(mesh, mosaic.geometry, texture, place));
-  strip.files.push_back(name + ".glb");
+  host::update_file(folder / (name + ".glb"), gltf_bytes(mesh, mosaic.geometry, texture, place));
+  strip.map_files.push_back(name + ".glb");
 }
 
 void export_points(const intake::Flight& flight, const Georeference& place, const fs::path& folder,
@@ -78,7 +78,7 @@ void export_points(const intake::Flight& flight, const Georeference& place, cons
   const std::vector<std::uint8_t> points = point_cloud_ply(flight, strip.strip, place, std::ref(grey));
   if (points.empty()) return;
   const std::string name = "points" + strip.suffix + ".ply";
-  host::write_file(folder / name, points);
+  host::update_file(folder / name, points);
   strip.files.push_back(name);
 }
 
@@ -124,7 +124,7 @@ void write_map(host::Raster<float> map, const std::filesystem::path& path) {
   for (float& value : map.samples) {
     if (!std::isfinite(value)) value = nothing;
   }
-  host::write_pfm(path, map.view());
+  host::update_file(path, host::pfm_bytes(map.view()));
 }
 
 }  // namespace
@@ -135,34 +135,36 @@ std::vector<Vec3> footprint_of(const intake::Keyframe& keyframe, const ExportedS
   return footprint(keyframe.camera, pose_of(*keyframe.pose), strip.plane, relief);
 }
 
-Georeference export_track(const intake::Flight& flight, const Anchors* anchors, const fs::path& folder,
-                          ExportedStrip& strip) {
-  Georeference place = georeference_of(flight, strip.strip, anchors);
+void export_track(const intake::Flight& flight, const Georeference& place, const fs::path& folder,
+                  ExportedStrip& strip) {
   strip.place = place.sentence;
   if (write_track(flight, strip.strip, place, strip.suffix, folder)) {
     strip.files.push_back("track" + strip.suffix + ".geojson");
   }
-  return place;
 }
 
-void export_strip(const intake::Flight& flight, const map::Mosaic& mosaic, const Anchors* anchors,
-                  std::size_t max_vertices, const fs::path& folder, ExportedStrip& strip) {
-  const Georeference place = export_track(flight, anchors, folder, strip);
-  for (std::string& name : write_rasters(mosaic, place, strip.suffix, folder)) strip.files.push_back(std::move(name));
+void export_map(const map::Mosaic& mosaic, const Georeference& place, std::size_t max_vertices, const fs::path& folder,
+                ExportedStrip& strip) {
+  strip.map_files = write_rasters(mosaic, place, strip.suffix, folder);
   export_surface(mosaic, place, max_vertices, folder, strip);
+  strip.files.insert(strip.files.end(), strip.map_files.begin(), strip.map_files.end());
+}
+
+void export_points_and_footprints(const intake::Flight& flight, const Georeference& place, const fs::path& folder,
+                                  ExportedStrip& strip) {
   export_points(flight, place, folder, strip);
   export_footprints(flight, place, folder, strip);
 }
 
 void export_keyframe(std::int64_t id, const intake::KeyframeRasters& rasters, const std::filesystem::path& folder) {
   const std::string base = host::six_digits(id);
-  if (!rasters.image.empty()) host::write_file(folder / (base + "-image.png"), host::png_bytes(rasters.image));
-  if (!rasters.mask.empty()) host::write_file(folder / (base + "-mask.png"), host::png_bytes(rasters.mask));
+  if (!rasters.image.empty()) host::update_file(folder / (base + "-image.png"), host::png_bytes(rasters.image));
+  if (!rasters.mask.empty()) host::update_file(folder / (base + "-mask.png"), host::png_bytes(rasters.mask));
   if (rasters.inverse_depth.empty()) return;
   const host::Raster<float> depth = depth_of(rasters.inverse_depth);
-  host::write_file(folder / (base + "-depth.png"),
-                   host::png_bytes(host::colour_mapped(depth, host::display_range(depth))));
-  host::write_pfm(folder / (base + "-depth.pfm"), depth.view());
+  host::update_file(folder / (base + "-depth.png"),
+                    host::png_bytes(host::colour_mapped(depth, host::display_range(depth))));
+  host::update_file(folder / (base + "-depth.pfm"), host::pfm_bytes(depth.view()));
 }
 
 bool keyframe_is_exported(const intake::Keyframe& keyframe, const std::filesystem::path& folder) {
@@ -179,13 +181,13 @@ bool keyframe_is_exported(const intake::Keyframe& keyframe, const std::filesyste
 void export_grid(const map::GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder) {
   write_map(grid.height, folder / ("height" + suffix + ".pfm"));
   write_map(grid.sigma, folder / ("sigma" + suffix + ".pfm"));
-  host::write_file(folder / ("ortho" + suffix + ".png"), host::png_bytes(grid.ortho));
-  host::write_file(folder / ("ortho" + suffix + ".pgw"), world_file(grid));
+  host::update_file(folder / ("ortho" + suffix + ".png"), host::png_bytes(grid.ortho));
+  host::update_file(folder / ("ortho" + suffix + ".pgw"), world_file(grid));
   host::Raster<std::uint8_t> count(grid.count.width, grid.count.height);
   for (std::size_t i = 0; i < count.samples.size(); ++i) {
     count.samples[i] = static_cast<std::uint8_t>(std::min<int>(grid.count.samples[i], 255));
   }
-  host::write_file(folder / ("count" + suffix + ".png"), host::png_bytes(count));
+  host::update_file(folder / ("count" + suffix + ".png"), host::png_bytes(count));
 }
 
 }  // namespace ilp::exports

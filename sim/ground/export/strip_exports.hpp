@@ -18,21 +18,25 @@ struct ExportedStrip {
   std::string suffix;                   ///< of its files: empty for the first, "-strip-N" for the others
   std::optional<map::GroundGrid> grid;  ///< of the map, whole or, where that is too large, an overview of it
   map::Plane plane;
-  std::string place;               ///< a sentence on where the strip's world is
-  std::vector<std::string> files;  ///< that other tools open
+  std::string place;                   ///< a sentence on where the strip's world is
+  std::vector<std::string> files;      ///< that other tools open
+  std::vector<std::string> map_files;  ///< those of `files` that follow from the map alone
   std::size_t vertices = 0, faces = 0;
   std::int32_t stride = 1;
 };
 
-/// Writes rasters, surface, points, track and footprints into `folder`, in the georeference of `anchors` (may be null).
-/// `strip.strip`, `strip.suffix`, `strip.grid` and `strip.plane` are given, the rest of `strip` is set. Throws
-/// std::runtime_error.
-void export_strip(const intake::Flight& flight, const map::Mosaic& mosaic, const Anchors* anchors,
-                  std::size_t max_vertices, const std::filesystem::path& folder, ExportedStrip& strip);
+// Of a strip with a map, `strip.strip`, `strip.suffix`, `strip.grid` and `strip.plane` are given; each function writes
+// its files into `folder` and adds their names to `strip.files`. They throw std::runtime_error.
 
-/// Writes where a strip without a map was flown, and returns the georeference of the file.
-Georeference export_track(const intake::Flight& flight, const Anchors* anchors, const std::filesystem::path& folder,
-                          ExportedStrip& strip);
+/// Where the strip was flown.
+void export_track(const intake::Flight& flight, const Georeference& place, const std::filesystem::path& folder,
+                  ExportedStrip& strip);
+/// Rasters and surface, which follow from the map alone. Sets `strip.map_files`, `vertices`, `faces` and `stride`.
+void export_map(const map::Mosaic& mosaic, const Georeference& place, std::size_t max_vertices,
+                const std::filesystem::path& folder, ExportedStrip& strip);
+/// The points of the structure, and what ground each image shows.
+void export_points_and_footprints(const intake::Flight& flight, const Georeference& place,
+                                  const std::filesystem::path& folder, ExportedStrip& strip);
 
 /// The ground that the keyframe's image shows, on the strip's map (footprint.hpp); empty without a map.
 [[nodiscard]] std::vector<Vec3> footprint_of(const intake::Keyframe& keyframe, const ExportedStrip& strip);

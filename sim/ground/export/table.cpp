@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "sim/ground/export/feature.hpp"
+#include "sim/host/files.hpp"
 #include "sim/host/gdal_session.hpp"
 
 namespace ilp::exports {

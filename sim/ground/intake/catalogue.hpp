@@ -12,24 +12,35 @@
 #include <string>
 #include <vector>
 
+#include "sim/ground/intake/catalogue_database.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
 #include "sim/ground/intake/result_cache.hpp"
 #include "sim/ground/intake/tile_cache.hpp"
 
-struct sqlite3;
-
 namespace ilp::intake {
+
+/// Of the file, in the folder of the results.
+inline constexpr const char* catalogue_name = "catalogue.db";
 
 class Catalogue : public TileCache, public ResultCache {
  public:
   /// Opens the catalogue, or creates it. A damaged catalogue, or one of another version, is renamed to NAME.damaged,
-  /// and `was_set_aside` says so. Throws std::runtime_error when the file cannot be used at all.
-  explicit Catalogue(const std::filesystem::path& file);
+  /// and `was_set_aside` says so. `known_sound`: nothing has written to the file since a run ended, so that it need not
+  /// be read whole to find damage. Throws std::runtime_error when the file cannot be used at all.
+  explicit Catalogue(const std::filesystem::path& file, bool known_sound = false);
+  /// The part of a mission in a database on a server (catalogue_database.hpp). `folder`: of the results.
+  Catalogue(const std::string& address, const std::string& mission, const std::filesystem::path& folder);
   ~Catalogue() override;
   Catalogue(const Catalogue&) = delete;
   Catalogue& operator=(const Catalogue&) = delete;
 
   [[nodiscard]] bool was_set_aside() const { return set_aside_; }
+
+  void forget_everything();
+
+  /// On a server, a number that shows whether the mission's part is as the run that kept it has left it; else 0.
+  [[nodiscard]] std::uint64_t mark() { return database_->mark(); }
+  void keep_mark(std::uint64_t mark) { database_->keep_mark(mark); }
 
   struct Intake {
     std::size_t files = 0;  ///< in the folder
@@ -65,10 +76,6 @@ class Catalogue : public TileCache, public ResultCache {
   void forget_other_results();
 
  private:
-  struct Closer {
-    void operator()(sqlite3* database) const;
-  };
-  [[nodiscard]] bool open(const std::filesystem::path& file);
   void forget_file(const std::string& name, std::int64_t crc);
   void refuse_another_flight(const std::vector<std::filesystem::path>& paths);
   [[nodiscard]] bool is_seen(const std::string& name, std::int64_t bytes, std::int64_t modified);
@@ -76,8 +83,9 @@ class Catalogue : public TileCache, public ResultCache {
                                                                    std::uint64_t digest);
   void take_file(const std::filesystem::path& path, std::int64_t bytes, std::int64_t modified, Intake& intake);
 
+  std::filesystem::path folder_;
   std::mutex mutex_;
-  std::unique_ptr<sqlite3, Closer> database_;
+  std::unique_ptr<CatalogueDatabase> database_;
   std::set<std::int64_t> results_used_;
   bool set_aside_ = false;
 };

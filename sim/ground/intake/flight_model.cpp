@@ -235,7 +235,8 @@ void FlightBuilder::add(const RecordEntry& entry) {
 }
 
 void FlightBuilder::add(ReceivedProduct& received, ReceivedFile& file) {
-  const ProductHeader header = read_product_header(received.bytes);
+  const std::vector<std::uint8_t> bytes = received.bytes.bytes();
+  const ProductHeader header = read_product_header(bytes);
   const auto stated = header.metadata.id("keyframe");
   if (!stated || *stated != received.keyframe_id)
     throw BadFile("its metadata name another keyframe than its file name");
@@ -248,7 +249,7 @@ void FlightBuilder::add(ReceivedProduct& received, ReceivedFile& file) {
 
   ProductAccount account;
   account.file = file.name;
-  account.bytes = received.bytes.size();
+  account.bytes = bytes.size();
   account.layers = header.layers;
   if (const auto grant = header.metadata.integer("grant_bytes"); grant && *grant > 0) {
     account.grant_bytes = static_cast<std::uint32_t>(*grant);
@@ -257,7 +258,7 @@ void FlightBuilder::add(ReceivedProduct& received, ReceivedFile& file) {
     account.grant_bytes = record->grant_bytes;
     account.scheme = record->scheme;
     // Fewer bytes than coded are a product cut at a layer; as many bytes with another sum are damage.
-    if (record->bytes == account.bytes && record->crc32 != crc32(received.bytes)) {
+    if (record->bytes == account.bytes && record->crc32 != crc32(bytes)) {
       throw BadFile("checksum differs from the product record: damaged in transfer");
     }
   }

@@ -56,7 +56,7 @@ struct Keyframe : KeyframeRasters {
 
   std::vector<StructureTrackPoint> points;
   CameraModel camera;
-  std::array<std::vector<std::uint8_t>, 2> product_files;  ///< as received with all refinements, by ProductKind
+  std::array<CodedFile, 2> product_files;  ///< as received with all refinements, by ProductKind
   double depth_scale = 1;  ///< units of its world now for a unit of the depths as sent (move_keyframe.hpp)
   std::int32_t mask_width = 0, mask_height = 0;
   std::vector<std::uint8_t> coded_mask;  ///< sound

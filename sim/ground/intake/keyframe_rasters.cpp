@@ -75,7 +75,7 @@ DecodedProducts decode_products(const Keyframe& keyframe) {
     const bool decoded_already = is_image ? !rasters.image.empty() : !rasters.inverse_depth.empty();
     if (file.empty() || decoded_already) continue;
     try {
-      const Product product = decode_product(file);
+      const Product product = decode_product(file.bytes());
       if (is_image) {
         rasters.image = image_of(product);
       } else {

@@ -90,6 +90,7 @@ void OutboxBuilder::add(const std::string& name, std::vector<std::uint8_t> bytes
     } else {
       const auto product = product_named(name);
       outbox_.products.push_back({index, product->keyframe_id, product->kind, std::move(bytes), false});
+      if (spool_) outbox_.products.back().bytes.put_away(spool_);
     }
   } catch (const BadFile& fault) {
     outbox_.files[index].fault = fault.what();
@@ -136,9 +137,10 @@ bool OutboxBuilder::refine_once(ReceivedProduct& product) {
   }
   if (best == refinements_.end()) return false;
   std::vector<std::uint8_t> refined(best->header.bytes);
-  const Status status = refine(best->header, best->own, product.bytes, refined);
+  const Status status = refine(best->header, best->own, product.bytes.bytes(), refined);
   if (status.ok()) {
     product.bytes = std::move(refined);
+    if (spool_) product.bytes.put_away(spool_);
     product.refined = true;
   } else {
     outbox_.files[best->file].fault = "does not refine what came down under its product's name";
@@ -214,13 +216,18 @@ Outbox read_outbox(const fs::path& folder) {
   return builder.finish();
 }
 
-void write_acknowledgements(const Outbox& outbox, const fs::path& folder) {
-  host::make_output_folder(folder);
+std::map<std::string, std::string> acknowledgements_of(const Outbox& outbox) {
+  std::map<std::string, std::string> acknowledgements;
   for (const ReceivedFile& file : outbox.files) {
     if (!file.fault.empty()) continue;
-    host::write_file(folder / (file.name + ".ack"),
-                     std::to_string(file.bytes) + " " + std::to_string(file.crc32) + "\n");
+    acknowledgements[file.name + ".ack"] = std::to_string(file.bytes) + " " + std::to_string(file.crc32) + "\n";
   }
+  return acknowledgements;
+}
+
+void write_acknowledgements(const std::map<std::string, std::string>& acknowledgements, const fs::path& folder) {
+  host::make_output_folder(folder);
+  for (const auto& [name, content] : acknowledgements) host::update_file(folder / name, content);
 }
 
 }  // namespace ilp::intake

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "fsw/vision/codec/refinement.hpp"
+#include "sim/ground/intake/coded_file.hpp"
 #include "sim/ground/intake/other_flights.hpp"
 
 namespace ilp::intake {
@@ -23,8 +26,8 @@ struct ReceivedProduct {
   std::size_t file = 0;  ///< index in Outbox::files
   std::int64_t keyframe_id = 0;
   ProductKind kind = ProductKind::image;
-  std::vector<std::uint8_t> bytes;  ///< with all refinements that came
-  bool refined = false;             ///< more than the file of its name
+  CodedFile bytes;       ///< with all refinements that came
+  bool refined = false;  ///< more than the file of its name
 };
 
 struct Outbox {
@@ -45,6 +48,8 @@ inline constexpr std::uintmax_t max_file_bytes = std::uintmax_t{256} << 20U;
 /// record files, which carry their own checksum, all versions are used.
 class OutboxBuilder {
  public:
+  /// Products are put away in the spool, where there is one.
+  explicit OutboxBuilder(std::shared_ptr<Spool> spool = nullptr) : spool_(std::move(spool)) {}
   void add(const std::string& name, std::vector<std::uint8_t> bytes);
   /// Lists a file that is gone or cannot be used.
   void add_fault(ReceivedFile file) { outbox_.files.push_back(std::move(file)); }
@@ -64,6 +69,7 @@ class OutboxBuilder {
 
   void take_records();
 
+  std::shared_ptr<Spool> spool_;
   Outbox outbox_;
   std::vector<RecordFile> record_files_;
   std::vector<Refinement> refinements_;
@@ -76,8 +82,10 @@ class OutboxBuilder {
 /// The regular files of a folder, by name. Throws std::runtime_error.
 [[nodiscard]] std::vector<std::filesystem::path> files_of(const std::filesystem::path& folder);
 
-/// Writes NAME.ack for every complete file; a damaged or partial file must come again. Throws when the folder cannot be
-/// written.
-void write_acknowledgements(const Outbox& outbox, const std::filesystem::path& folder);
+/// NAME.ack with its content for every complete file; a damaged or partial file must come again.
+[[nodiscard]] std::map<std::string, std::string> acknowledgements_of(const Outbox& outbox);
+/// Writes them. Throws when the folder cannot be written.
+void write_acknowledgements(const std::map<std::string, std::string>& acknowledgements,
+                            const std::filesystem::path& folder);
 
 }  // namespace ilp::intake

@@ -79,7 +79,7 @@ void add(const std::vector<std::uint8_t>& bytes, std::uint64_t& state) {
 
 std::int32_t look_width_px(std::size_t keyframes) {
   // Steps, so that one keyframe more does not change all pictures.
-  return keyframes <= 140 ? 240 : keyframes <= 560 ? 120 : 60;
+  return keyframes <= 140 ? 240 : keyframes <= 560 ? 120 : keyframes <= 2240 ? 60 : 30;
 }
 
 KeyframeLook look_at(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters, std::int32_t width_px,
@@ -94,7 +94,7 @@ KeyframeLook look_at(const intake::Keyframe& keyframe, const intake::KeyframeRas
 std::uint64_t keyframe_digest(const intake::Keyframe& keyframe) {
   std::uint64_t state = host::digest("keyframe 1");
   add(keyframe.id, state);
-  for (const auto& file : keyframe.product_files) add(file, state);
+  for (const intake::CodedFile& file : keyframe.product_files) add(file.bytes(), state);
   add(keyframe.coded_mask, state);
   add(keyframe.mask_width, state);
   add(keyframe.mask_height, state);

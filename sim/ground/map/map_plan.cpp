@@ -12,7 +12,7 @@ namespace ilp::map {
 namespace {
 
 // A map beyond this is an error of poses, not a flight.
-constexpr double max_map_side = 200000, max_map_tiles = 100000;
+constexpr double max_map_side = 200000, max_map_tiles = 100000, usual_tiles_of_a_view = 100;
 
 struct TileRange {
   std::int64_t left = 0, right = 0, top = 0, bottom = 0;
@@ -35,8 +35,8 @@ bool fits(const KeyframeViews& views, double cell) {
     tiles += static_cast<double>(r.right - r.left + 1) * static_cast<double>(r.bottom - r.top + 1);
   }
   constexpr double most = max_map_side / tile_side_cells;
-  return tiles < max_map_tiles && static_cast<double>(all.right - all.left) < most &&
-         static_cast<double>(all.bottom - all.top) < most;
+  return tiles < std::max(max_map_tiles, usual_tiles_of_a_view * static_cast<double>(views.size())) &&
+         static_cast<double>(all.right - all.left) < most && static_cast<double>(all.bottom - all.top) < most;
 }
 
 double choose_cell(const KeyframeViews& views) {

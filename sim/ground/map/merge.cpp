@@ -1,5 +1,6 @@
 #include "sim/ground/map/merge.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
@@ -17,6 +18,7 @@ class PieceBuilder {
     for (std::int32_t y = 0; y + 1 < index_.height; ++y) {
       for (std::int32_t x = 0; x + 1 < index_.width; ++x) add_cell(x, y);
     }
+    mesh_.faces.shrink_to_fit();
     return std::move(mesh_);
   }
 
@@ -28,6 +30,8 @@ class PieceBuilder {
     const Mat3 world_from_cam = rotation_from_quaternion(pose.q_cam_from_world).transpose();
     const Vec3 centre(pose.centre[0], pose.centre[1], pose.centre[2]);
     index_ = host::Raster<std::uint32_t>(inverse.width, inverse.height, no_vertex);
+    mesh_.vertices.reserve(static_cast<std::size_t>(
+        std::count_if(inverse.samples.begin(), inverse.samples.end(), [](float d) { return d > 0; })));
     for (std::int32_t y = 0; y < index_.height; ++y) {
       for (std::int32_t x = 0; x < index_.width; ++x) {
         const double d = inverse.at(x, y);

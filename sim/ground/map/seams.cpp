@@ -54,7 +54,7 @@ void for_each_seam_cell(const host::Raster<std::uint16_t>& source, Use use) {
   }
 }
 
-double median_of(const std::map<std::int32_t, std::uint32_t>& samples, std::uint64_t count) {
+double median_of(const StepHistogram& samples, std::uint64_t count) {
   std::uint64_t passed = 0;
   for (const auto& [step, number] : samples) {
     passed += number;
@@ -64,6 +64,24 @@ double median_of(const std::map<std::int32_t, std::uint32_t>& samples, std::uint
 }
 
 }  // namespace
+
+StepHistogram::StepHistogram(std::vector<Entry> entries) {
+  for (const auto& [step, number] : entries) add(step, number);
+}
+
+void StepHistogram::add(std::int32_t step, std::uint32_t number) {
+  const auto at = std::lower_bound(entries_.begin(), entries_.end(), step,
+                                   [](const Entry& entry, std::int32_t wanted) { return entry.first < wanted; });
+  if (at != entries_.end() && at->first == step) {
+    at->second += number;
+  } else {
+    entries_.insert(at, {step, number});
+  }
+}
+
+void StepHistogram::add(const StepHistogram& other) {
+  for (const auto& [step, number] : other) add(step, number);
+}
 
 void close_seams(GroundGrid& grid) {
   const host::Raster<std::uint16_t> source = grid.source;
@@ -90,9 +108,9 @@ void add_seam_ratios(const GroundGrid& grid, const std::vector<std::int64_t>& ke
     const std::int64_t id_a = keyframes[a - 1U], id_b = keyframes[b - 1U];
     const auto steps = static_cast<std::int32_t>(std::lround(ratio_steps * std::log(grey_a / grey_b)));
     if (id_a < id_b) {
-      ++ratios[{id_a, id_b}][steps];
+      ratios[{id_a, id_b}].add(steps, 1);
     } else {
-      ++ratios[{id_b, id_a}][-steps];
+      ratios[{id_b, id_a}].add(-steps, 1);
     }
   };
   // Pieces that touch have no empty cell between them: any two cells a short way apart will do.

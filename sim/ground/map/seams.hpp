@@ -19,9 +19,26 @@ inline constexpr std::int32_t seam_reach_cells = 6;
 /// ground was seen and not matched.
 void close_seams(GroundGrid& grid);
 
+/// Counts by step, rising; a few octets for each, because a map has thousands of histograms.
+class StepHistogram {
+ public:
+  using Entry = std::pair<std::int32_t, std::uint32_t>;
+  StepHistogram() = default;
+  /// Entries as entries() gave them, in any order.
+  explicit StepHistogram(std::vector<Entry> entries);
+  void add(std::int32_t step, std::uint32_t number);
+  void add(const StepHistogram& other);
+  [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
+  [[nodiscard]] auto begin() const { return entries_.begin(); }
+  [[nodiscard]] auto end() const { return entries_.end(); }
+
+ private:
+  std::vector<Entry> entries_;
+};
+
 /// Histograms of the logarithm of the ratio of brightness of two keyframes where they meet, in steps of 1/512; the key
 /// has both ids, the smaller one first.
-using SeamRatios = std::map<std::pair<std::int64_t, std::int64_t>, std::map<std::int32_t, std::uint32_t>>;
+using SeamRatios = std::map<std::pair<std::int64_t, std::int64_t>, StepHistogram>;
 
 /// Adds the cells in columns [margin, width - margin), and in rows likewise; `keyframes` has the ids by source - 1.
 void add_seam_ratios(const GroundGrid& grid, const std::vector<std::int64_t>& keyframes, std::int32_t margin,

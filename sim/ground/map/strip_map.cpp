@@ -9,6 +9,7 @@
 #include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/ground/map/surface_tile.hpp"
 #include "sim/ground/map/tile_steps.hpp"
+#include "sim/host/digest.hpp"
 #include "sim/host/parallel.hpp"
 
 namespace ilp::map {
@@ -22,20 +23,22 @@ class Merge {
   Merge(const intake::Flight& flight, std::int64_t strip_id, intake::TileCache& cache, const MapParams& params)
       : strip_id_(strip_id), cache_(cache), threads_(params.threads), pieces_(flight, params.piece_bytes) {}
 
-  std::vector<TileSummary> run(const MapPlan& plan, const TileProgress& progress) {
-    std::vector<TileSummary> summaries(plan.tiles.size());
+  PaintedTiles run(const MapPlan& plan, const TileProgress& progress) {
+    PaintedTiles tiles;
+    tiles.summaries.resize(plan.tiles.size());
     std::size_t done = 0;
     host::for_each_parallel(
         plan.tiles.size(),
         [&](std::size_t i) {
-          summaries[i] = summary_of(plan.tiles[i], plan.cell);
+          tiles.summaries[i] = summary_of(plan.tiles[i], plan.cell);
           const std::lock_guard lock(mutex_);
+          tiles.totals.take(tiles.summaries[i]);
           if (progress) progress(++done, plan.tiles.size());
         },
         threads_);
-    return summaries;
+    tiles.count = painted_;
+    return tiles;
   }
-  [[nodiscard]] std::size_t painted() const { return painted_; }
 
  private:
   TileSummary summary_of(const TilePlan& tile, double cell) {
@@ -64,18 +67,17 @@ double step_at(const std::map<std::int32_t, std::uint64_t>& steps, std::uint64_t
   return 0;
 }
 
-MapStatistics statistics_of(const std::vector<TileSummary>& summaries, double cell) {
+MapStatistics statistics_of(const PaintedTiles& tiles, double cell) {
   MapStatistics s;
-  std::map<std::int32_t, std::uint64_t> steps;
-  for (const TileSummary& tile : summaries) {
+  s.painted = tiles.count;
+  for (const TileSummary& tile : tiles.summaries) {
     s.tiles += tile.empty() ? 0U : 1U;
     s.measured_cells += tile.measured;
     s.seam_cells += tile.seam_cells;
-    for (const auto& [step_class, number] : tile.steps) steps[step_class] += number;
   }
   s.covered_area = static_cast<double>(s.measured_cells) * cell * cell;
-  s.seam_step_median = cell * step_at(steps, s.seam_cells, 0.5);
-  s.seam_step_p95 = cell * step_at(steps, s.seam_cells, 0.95);
+  s.seam_step_median = cell * step_at(tiles.totals.steps, s.seam_cells, 0.5);
+  s.seam_step_p95 = cell * step_at(tiles.totals.steps, s.seam_cells, 0.95);
   return s;
 }
 
@@ -247,15 +249,23 @@ class BlockSums {
   std::vector<Sums> sums_;
 };
 
+std::uint64_t digest_of(const intake::Strip& strip, const MapPlan& plan, const std::vector<TileFinish>& finished) {
+  std::string text = "map 1 " + std::to_string(strip.id) + " ";
+  text.append(reinterpret_cast<const char*>(&plan.cell), sizeof(plan.cell));
+  // Sources are places among them.
+  for (const std::int64_t id : strip.keyframes) text += " " + std::to_string(id);
+  for (const TileFinish& tile : finished) {
+    text += "\n" + std::to_string(tile.place.column) + " " + std::to_string(tile.place.row) + " " +
+            host::digest_text(tile.digest);
+  }
+  return host::digest(text);
+}
+
 }  // namespace
 
 PaintedTiles paint_tiles(const intake::Flight& flight, std::int64_t strip_id, const MapPlan& plan,
                          intake::TileCache& cache, const MapParams& params, const TileProgress& progress) {
-  Merge merge(flight, strip_id, cache, params);
-  PaintedTiles tiles;
-  tiles.summaries = merge.run(plan, progress);
-  tiles.count = merge.painted();
-  return tiles;
+  return Merge(flight, strip_id, cache, params).run(plan, progress);
 }
 
 std::optional<StripMap> merge_strip(const intake::Flight& flight, const intake::Strip& strip,
@@ -265,12 +275,12 @@ std::optional<StripMap> merge_strip(const intake::Flight& flight, const intake::
   const MapPlan plan = plan_map(views);
   if (plan.tiles.empty()) return std::nullopt;
   const PaintedTiles painted = paint_tiles(flight, strip.id, plan, cache, params, progress);
-  const std::vector<TileFinish> finished = plan_finish(plan, painted.summaries);
+  const std::vector<TileFinish> finished = plan_finish(plan, painted.summaries, painted.totals);
   finish_tiles(strip.id, plan.cell, finished, cache, params.threads);
   auto tiles = std::make_shared<const TileReader>(strip, plan, painted.summaries, finished, cache);
   if (tiles->empty()) return std::nullopt;
-  StripMap map{mosaic_of(std::move(tiles), plan.cell), statistics_of(painted.summaries, plan.cell)};
-  map.statistics.painted = painted.count;
+  StripMap map{mosaic_of(std::move(tiles), plan.cell), digest_of(strip, plan, finished),
+               statistics_of(painted, plan.cell)};
   return map;
 }
 

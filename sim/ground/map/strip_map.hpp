@@ -11,6 +11,7 @@
 #include "sim/ground/map/ground_grid.hpp"
 #include "sim/ground/map/map_plan.hpp"
 #include "sim/ground/map/surface_tile.hpp"
+#include "sim/ground/map/tile_steps.hpp"
 
 namespace ilp::map {
 
@@ -24,6 +25,7 @@ struct MapStatistics {
 
 struct StripMap {
   Mosaic mosaic;
+  std::uint64_t digest = 0;  ///< of all that the mosaic depends on
   MapStatistics statistics;
 };
 
@@ -31,13 +33,14 @@ struct StripMap {
 using TileProgress = std::function<void(std::size_t, std::size_t)>;
 
 struct MapParams {
-  std::size_t piece_bytes = std::size_t{192} << 20U;  ///< memory for pieces of surface
-  std::size_t threads = 0;                            ///< 0: one per core
+  std::size_t piece_bytes = std::size_t{96} << 20U;  ///< memory for pieces of surface
+  std::size_t threads = 0;                           ///< 0: one per core
 };
 
 struct PaintedTiles {
-  std::vector<TileSummary> summaries;  ///< in the order of the plan
-  std::size_t count = 0;               ///< that the cache did not have
+  std::vector<TileSummary> summaries;  ///< in the order of the plan, without what `totals` has
+  MapTotals totals;
+  std::size_t count = 0;  ///< that the cache did not have
 };
 
 /// Brings every painted tile of the plan into the cache.

@@ -182,7 +182,22 @@ constexpr double usual_sigma_cells = 0.5;
 constexpr BlendParams grey_blend{.band_cells = 1, .band_smoothness = 0.5, .band_shape = 1};
 
 std::size_t bytes_of(const SurfaceMesh& mesh) {
-  return mesh.vertices.size() * sizeof(mesh.vertices[0]) + mesh.faces.size() * sizeof(mesh.faces[0]);
+  return mesh.vertices.capacity() * sizeof(mesh.vertices[0]) + mesh.faces.capacity() * sizeof(mesh.faces[0]);
+}
+
+json list_of(const SeamRatios& ratios) {
+  json list = json::array();
+  for (const auto& [pair, histogram] : ratios) list.push_back({pair, histogram.entries()});
+  return list;
+}
+
+SeamRatios ratios_from(const json& told) {
+  SeamRatios ratios;
+  for (const json& entry : told) {
+    ratios[entry.at(0).get<std::pair<std::int64_t, std::int64_t>>()] =
+        StepHistogram(entry.at(1).get<std::vector<StepHistogram::Entry>>());
+  }
+  return ratios;
 }
 
 }  // namespace
@@ -225,7 +240,7 @@ std::vector<std::uint8_t> bytes_of(const TileSummary& s) {
                      {"measured", s.measured},
                      {"seam_cells", s.seam_cells},
                      {"steps", s.steps},
-                     {"ratios", s.ratios},
+                     {"ratios", list_of(s.ratios)},
                      {"box", {s.left, s.top, s.right, s.bottom}}};
   return json::to_cbor(told);
 }
@@ -239,7 +254,7 @@ std::optional<TileSummary> summary_from(std::span<const std::uint8_t> bytes) {
     told.at("measured").get_to(s.measured);
     told.at("seam_cells").get_to(s.seam_cells);
     told.at("steps").get_to(s.steps);
-    told.at("ratios").get_to(s.ratios);
+    s.ratios = ratios_from(told.at("ratios"));
     const json& box = told.at("box");
     box.at(0).get_to(s.left);
     box.at(1).get_to(s.top);

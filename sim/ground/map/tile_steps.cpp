@@ -12,20 +12,10 @@ namespace {
 using Gains = std::map<std::int64_t, double>;
 
 /// Rounded to what nobody sees, so that a late keyframe changes few tiles far from it.
-Gains gains_of(const std::vector<TileSummary>& summaries) {
-  SeamRatios ratios;
-  std::map<std::int64_t, std::uint64_t> cells;
-  for (const TileSummary& tile : summaries) {
-    for (std::size_t i = 0; i < tile.keyframes.size(); ++i) {
-      if (tile.cells[i] > 0) cells[tile.keyframes[i]] += tile.cells[i];
-    }
-    for (const auto& [pair, samples] : tile.ratios) {
-      for (const auto& [step, number] : samples) ratios[pair][step] += number;
-    }
-  }
-  if (cells.size() < 2) return {};
+Gains gains_of(const MapTotals& totals) {
+  if (totals.cells.size() < 2) return {};
   constexpr double steps = 1024;
-  Gains gains = balance_exposures(ratios, cells);
+  Gains gains = balance_exposures(totals.ratios, totals.cells);
   for (auto& [id, gain] : gains) gain = std::exp(std::round(steps * std::log(gain)) / steps);
   return gains;
 }
@@ -58,8 +48,20 @@ SurfaceTile paint(const TilePlan& tile, double cell, PieceCache& pieces) {
   return paint_tile(tile.place, cell, painted);
 }
 
-std::vector<TileFinish> plan_finish(const MapPlan& plan, const std::vector<TileSummary>& summaries) {
-  const Gains gains = gains_of(summaries);
+void MapTotals::take(TileSummary& summary) {
+  for (std::size_t i = 0; i < summary.keyframes.size(); ++i) {
+    if (summary.cells[i] > 0) cells[summary.keyframes[i]] += summary.cells[i];
+  }
+  for (const auto& [pair, samples] : summary.ratios) ratios[pair].add(samples);
+  for (const auto& [step_class, number] : summary.steps) steps[step_class] += number;
+  summary.ratios = {};
+  summary.steps = {};
+  summary.cells = {};
+}
+
+std::vector<TileFinish> plan_finish(const MapPlan& plan, const std::vector<TileSummary>& summaries,
+                                    const MapTotals& totals) {
+  const Gains gains = gains_of(totals);
   std::vector<TileFinish> tiles;
   for (std::size_t i = 0; i < plan.tiles.size(); ++i) {
     if (summaries[i].empty()) continue;

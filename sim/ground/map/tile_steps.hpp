@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -26,8 +27,18 @@ struct TileFinish {
   std::vector<double> gains;            ///< of their brightness, by source - 1
 };
 
+/// What the whole map needs of its tiles. The order in which tiles are taken makes no difference.
+struct MapTotals {
+  SeamRatios ratios;
+  std::map<std::int64_t, std::uint64_t> cells;  ///< shown of each keyframe
+  std::map<std::int32_t, std::uint64_t> steps;  ///< of TileSummary
+  /// The summary loses its ratios and steps, which take most of its memory.
+  void take(TileSummary& summary);
+};
+
 /// The tiles that are not empty, in the order of the plan; `summaries` are in its order too.
-[[nodiscard]] std::vector<TileFinish> plan_finish(const MapPlan& plan, const std::vector<TileSummary>& summaries);
+[[nodiscard]] std::vector<TileFinish> plan_finish(const MapPlan& plan, const std::vector<TileSummary>& summaries,
+                                                  const MapTotals& totals);
 
 /// What a cache keeps as the summary of a finished tile, which has none.
 [[nodiscard]] std::vector<std::uint8_t> finished_summary();

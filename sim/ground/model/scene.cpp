@@ -72,7 +72,7 @@ host::Raster<std::uint8_t> decoded_image(const View& view) {
 std::uint64_t digest_of_image(const View& view) {
   const intake::Keyframe& keyframe = *view.keyframe;
   return intake::InputDigest("image 1")
-      .add(keyframe.product_files[static_cast<std::size_t>(ProductKind::image)])
+      .add(keyframe.product_files[static_cast<std::size_t>(ProductKind::image)].bytes())
       .add(keyframe.image.samples)
       .add_value(view.camera.width)
       .add_value(view.camera.height)

@@ -17,14 +17,15 @@ constexpr std::array<const char*, 3> kind_names = {"looks", "tiles", "finish"};
 
 json told(const Keyframe& keyframe) {
   const CameraModel& c = keyframe.camera;
-  json value = {{"id", keyframe.id},
-                {"products", {json::binary(keyframe.product_files[0]), json::binary(keyframe.product_files[1])}},
-                {"mask", json::binary(keyframe.coded_mask)},
-                {"mask_size", {keyframe.mask_width, keyframe.mask_height}},
-                {"camera", {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2}},
-                {"size", {c.width, c.height}},
-                {"depth_scale", keyframe.depth_scale},
-                {"digest", map::keyframe_digest(keyframe)}};
+  json value = {
+      {"id", keyframe.id},
+      {"products", {json::binary(keyframe.product_files[0].bytes()), json::binary(keyframe.product_files[1].bytes())}},
+      {"mask", json::binary(keyframe.coded_mask)},
+      {"mask_size", {keyframe.mask_width, keyframe.mask_height}},
+      {"camera", {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2}},
+      {"size", {c.width, c.height}},
+      {"depth_scale", keyframe.depth_scale},
+      {"digest", map::keyframe_digest(keyframe)}};
   if (keyframe.posed()) value["pose"] = {keyframe.pose->q_cam_from_world, keyframe.pose->centre};
   return value;
 }

@@ -4,7 +4,6 @@
 #include <set>
 #include <stdexcept>
 
-#include "sim/ground/export/look_round.hpp"
 #include "sim/ground/tasks/work_result.hpp"
 #include "sim/host/files.hpp"
 
@@ -97,9 +96,8 @@ FinishBlock finish_block(const StripFinish& strip, const std::vector<Piece>& pie
 
 }  // namespace
 
-std::size_t plan_looks(const intake::Flight& flight, intake::Catalogue& catalogue, std::size_t tasks,
+std::size_t plan_looks(const intake::Flight& flight, const std::vector<std::int64_t>& ids, std::size_t tasks,
                        const fs::path& out) {
-  const std::vector<std::int64_t> ids = exports::keyframes_without_look(flight, out / "keyframes", catalogue);
   const std::int32_t width_px = map::look_width_px(flight.keyframes.size());
   const auto fill = [&](PackageWriter& package, std::size_t begin, std::size_t end) {
     for (std::size_t at = begin; at < end; at += looks_of_a_block) {

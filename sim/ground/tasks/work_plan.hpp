@@ -18,7 +18,8 @@ namespace ilp::tasks {
 // ground are in one package, so that few keyframes are decoded twice. Returns N. Throws std::runtime_error when a file
 // cannot be written.
 
-std::size_t plan_looks(const intake::Flight& flight, intake::Catalogue& catalogue, std::size_t tasks,
+/// Of the keyframes with these ids.
+std::size_t plan_looks(const intake::Flight& flight, const std::vector<std::int64_t>& ids, std::size_t tasks,
                        const std::filesystem::path& out);
 
 struct StripTiles {

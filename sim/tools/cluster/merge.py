@@ -104,15 +104,24 @@ def thread_count(text):
     return count
 
 
+def joined(words):
+    """--slurm-options and its value in one word, because the value may begin with a dash."""
+    words = list(words)
+    while "--slurm-options" in words[:-1]:
+        at = words.index("--slurm-options")
+        words[at:at + 2] = ["--slurm-options=" + words[at + 1]]
+    return words
+
+
 def parse():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)
+    parser = argparse.ArgumentParser(prog="ilp-ground merge", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)
     parser.add_argument("outbox", help="folder with the files that came down")
     parser.add_argument("--out", required=True, help="folder for the results")
     parser.add_argument("--afresh", action="store_true", help="forget everything that earlier runs read and computed there")
     parser.add_argument("--threads", type=thread_count, default=1, help="threads of a task (default 1)")
     parser.add_argument("--ground", default=os.path.join(ROOT, "build", "host", "bin", "ilp-ground"), help="path of ilp-ground")
     add_place_options(parser)
-    options, more = parser.parse_known_args()
+    options, more = parser.parse_known_args(joined(sys.argv[1:]))
     options.outbox, options.out, options.ground = map(os.path.abspath, (options.outbox, options.out, options.ground))
     return options, more
 

@@ -233,7 +233,7 @@ TEST(Outbox, AcknowledgesWholeFilesOnly) {
   fs::resize_file(box / "records-000003.ilp", 40);
   Outbox outbox = read_outbox(box);
   (void)build_flight(outbox);
-  write_acknowledgements(outbox, acks);
+  write_acknowledgements(acknowledgements_of(outbox), acks);
   EXPECT_FALSE(fs::exists(acks / "records-000003.ilp.ack"));
   const auto bytes = host::read_file(box / "product-000005-depth.jp2");
   std::ifstream ack(acks / "product-000005-depth.jp2.ack");

@@ -1,0 +1,127 @@
+#include "sim/ground/kept_map.hpp"
+
+#include <gdal.h>
+#include <zlib.h>
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "sim/host/digest.hpp"
+#include "sim/host/files.hpp"
+
+namespace ilp::ground {
+namespace {
+
+using nlohmann::json;
+
+template <typename T>
+json packed(const host::Raster<T>& raster) {
+  const auto* bytes = reinterpret_cast<const Bytef*>(raster.samples.data());
+  const uLong plain = raster.samples.size() * sizeof(T);
+  uLongf size = compressBound(plain);
+  std::vector<std::uint8_t> packed(size);
+  if (compress2(packed.data(), &size, bytes, plain, Z_BEST_SPEED) != Z_OK) throw std::runtime_error("no memory left");
+  packed.resize(size);
+  return json::binary(std::move(packed));
+}
+
+template <typename T>
+void unpack(const json& packed, std::int32_t width, std::int32_t height, host::Raster<T>& raster) {
+  const std::vector<std::uint8_t>& bytes = packed.get_binary();
+  raster = host::Raster<T>(width, height);
+  const uLong plain = raster.samples.size() * sizeof(T);
+  uLongf size = plain;
+  if (uncompress(reinterpret_cast<Bytef*>(raster.samples.data()), &size, bytes.data(), bytes.size()) != Z_OK ||
+      size != plain) {
+    throw std::runtime_error("a raster that is not whole");
+  }
+}
+
+json told(const map::GroundGrid& grid) {
+  return {{"x0", grid.x0},
+          {"y0", grid.y0},
+          {"cell", grid.cell},
+          {"columns", grid.height.width},
+          {"rows", grid.height.height},
+          {"height", packed(grid.height)},
+          {"sigma", packed(grid.sigma)},
+          {"ortho", packed(grid.ortho)},
+          {"count", packed(grid.count)},
+          {"source", packed(grid.source)}};
+}
+
+map::GroundGrid grid_from(const json& told) {
+  map::GroundGrid grid;
+  const std::int32_t columns = told.at("columns"), rows = told.at("rows");
+  if (columns <= 0 || rows <= 0) throw std::runtime_error("a grid without cells");
+  grid.x0 = told.at("x0");
+  grid.y0 = told.at("y0");
+  grid.cell = told.at("cell");
+  unpack(told.at("height"), columns, rows, grid.height);
+  unpack(told.at("sigma"), columns, rows, grid.sigma);
+  unpack(told.at("ortho"), columns, rows, grid.ortho);
+  unpack(told.at("count"), columns, rows, grid.count);
+  unpack(told.at("source"), columns, rows, grid.source);
+  return grid;
+}
+
+json told(const map::Roughness& r) {
+  return {r.border_samples, r.other_samples, r.border, r.other};
+}
+
+map::Roughness roughness_from(const json& told) {
+  return {told.at(0), told.at(1), told.at(2), told.at(3)};
+}
+
+}  // namespace
+
+std::uint64_t map_export_digest(std::uint64_t map, const exports::Georeference& place, const std::string& suffix,
+                                std::size_t max_vertices) {
+  static const std::uint64_t program = host::content_digest("/proc/self/exe").value_or(0);
+  intake::InputDigest digest("map of a strip 1");
+  digest.add_value(program).add_value(map).add_value(max_vertices);
+  for (const std::string& text : {std::string(GDALVersionInfo("RELEASE_NAME")), place.crs, place.geographic, place.unit,
+                                  place.height_name, place.sentence, place.body, suffix}) {
+    digest.add_value(text.size()).add({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  }
+  for (const double value : {place.longitude_deg, place.scale, place.sin_azimuth, place.cos_azimuth, place.anchored[0],
+                             place.anchored[1], place.anchored[2], place.height}) {
+    digest.add_value(value);
+  }
+  return digest.add_value(place.earth).value();
+}
+
+std::vector<std::uint8_t> bytes_of_map(const report::StripResult& strip) {
+  const map::MapGeometry& g = strip.geometry;
+  return json::to_cbor(json{{"grid", told(*strip.grid)},
+                            {"plane", {strip.plane.a, strip.plane.b, strip.plane.c}},
+                            {"geometry", {g.x0, g.y0, g.cell, g.columns, g.rows}},
+                            {"seams", {told(strip.seams.height), told(strip.seams.grey)}},
+                            {"files", strip.map_files},
+                            {"surface", {strip.vertices, strip.faces, strip.stride}}});
+}
+
+bool take_map(std::span<const std::uint8_t> bytes, report::StripResult& strip) {
+  try {
+    const json told = json::from_cbor(bytes.begin(), bytes.end());
+    report::StripResult taken = strip;
+    taken.grid = grid_from(told.at("grid"));
+    const json &plane = told.at("plane"), &geometry = told.at("geometry"), &surface = told.at("surface");
+    taken.plane = {plane.at(0), plane.at(1), plane.at(2)};
+    taken.geometry = {geometry.at(0), geometry.at(1), geometry.at(2), geometry.at(3), geometry.at(4)};
+    taken.seams = {roughness_from(told.at("seams").at(0)), roughness_from(told.at("seams").at(1))};
+    told.at("files").get_to(taken.map_files);
+    surface.at(0).get_to(taken.vertices);
+    surface.at(1).get_to(taken.faces);
+    surface.at(2).get_to(taken.stride);
+    strip = std::move(taken);
+    return true;
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+}  // namespace ilp::ground
