@@ -323,10 +323,12 @@ void make_wide_example(std::uint32_t number, WideInput& input) {
   input.height = 64 + static_cast<std::int32_t>(rng.below(97));
   const std::int32_t stride = stride_of_a(input.width);
   const auto shift = static_cast<std::int32_t>(rng.below(16));
+  // In every other one unrelated places differ by more than what counts.
+  const std::uint32_t contrast = number / 2 % 2 == 0 ? 64 : 128;
   const auto value = [&](std::int32_t x, std::int32_t y) {
     if (rng.below(64) == 0) return std::uint8_t{0};
     const std::uint64_t blob = mix64(std::uint64_t{number} << 32U | static_cast<std::uint64_t>(x / 5 * 64 + y / 5));
-    return static_cast<std::uint8_t>(1 + blob % 192 + rng.below(64));
+    return static_cast<std::uint8_t>(60 + blob % contrast + rng.below(32));
   };
   for (std::int32_t y = 0; y < input.height; ++y) {
     for (std::int32_t x = 0; x < input.width; ++x) {
