@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "bsp/vulkan/measure.hpp"
 #include "bsp/vulkan/vulkan_device.hpp"
 #include "bsp/vulkan/wide_search_job.hpp"
 #include "fsw/imaging/wide_overlap.hpp"
@@ -15,15 +16,18 @@ using namespace ilp;
 
 const char* const usage =
     "usage: ilp-compute-vulkan --socket PATH [--device NAME]\n"
+    "       ilp-compute-vulkan --measure [--device NAME]\n"
     "       ilp-compute-vulkan --list\n"
     "  --socket   the Unix socket at which a flight finds this program: ilp-onboard --compute PATH\n"
     "  --device   a part of the device's name; without it the first one that can do the work\n"
+    "  --measure  does one search on the device and on the processor, and prints both times\n"
     "  --list     prints the devices\n";
 
 struct Options {
   const char* socket = nullptr;
   const char* device = nullptr;
   bool list = false;
+  bool measure = false;
 };
 
 bool parse(int argc, char** argv, Options& options) {
@@ -31,6 +35,8 @@ bool parse(int argc, char** argv, Options& options) {
     const char* const value = i + 1 < argc ? argv[i + 1] : nullptr;
     if (std::strcmp(argv[i], "--list") == 0) {
       options.list = true;
+    } else if (std::strcmp(argv[i], "--measure") == 0) {
+      options.measure = true;
     } else if (std::strcmp(argv[i], "--socket") == 0 && value != nullptr) {
       options.socket = argv[++i];
     } else if (std::strcmp(argv[i], "--device") == 0 && value != nullptr) {
@@ -39,7 +45,7 @@ bool parse(int argc, char** argv, Options& options) {
       return false;
     }
   }
-  return options.list != (options.socket != nullptr);
+  return options.list + options.measure + (options.socket != nullptr) == 1;
 }
 
 int fail(const char* what, const Status& status) {
@@ -72,6 +78,10 @@ int main(int argc, char** argv) {
   }
   if (options.list) return VulkanDevice::list() ? 0 : 1;
   if (!device.open(options.device) || !search.prepare(device)) return 1;
+  if (options.measure) {
+    std::printf("%s\n", device.name());
+    return measure_wide_search(search) ? 0 : 1;
+  }
   const ComputeForms forms{wide_search_form(workspace)};
   static ComputeServer server(forms);
   const Status listening = server.listen(options.socket);

@@ -55,7 +55,7 @@ std::uint32_t best_by_definition(const WideInput& input, const WidePose& pose, s
       }
     }
     const std::int64_t better = 36 * count - difference;
-    if (count < pose.min_count || better <= 0) continue;
+    if (count < pose.min_count || better <= 0 || better * better < count) continue;
     best = std::max(best, static_cast<std::uint32_t>(better * better / count * 256 + ix));
   }
   return best;
