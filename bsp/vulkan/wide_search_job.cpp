@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <cstring>
 
-#include "wide_draw.spv.hpp"
-#include "wide_search.spv.hpp"
+#include "bsp/vulkan/wide_draw.spv.hpp"
+#include "bsp/vulkan/wide_search.spv.hpp"
 
 namespace ilp {
 namespace {

@@ -246,8 +246,11 @@ Status OverlapChecker::search_widely(const FrameRecord& frame, Outcome& outcome,
   if (!wide_.at_work(frame.id, state_.keyframe_id)) {
     // With a candidate the strip goes on without it.
     if (!mission_.wide_search || compute_ == nullptr || state_.candidate.frame_id != 0) return {};
-    ILP_TRY(wide_.begin(frame.id, state_.keyframe_id, keyframe_, image_.view(), measured, mission_.min_overlap - 0.05,
-                        scratch_.as<OverlapWorkspace>()));
+    const Status begun = wide_.begin(frame.id, state_.keyframe_id, keyframe_, image_.view(), measured,
+                                     mission_.min_overlap - 0.05, scratch_.as<OverlapWorkspace>());
+    // Narrow images have too few pixels at that size.
+    if (begun.is(StatusCode::invalid_argument)) return {};
+    ILP_TRY(begun);
   }
   ComputeProgress progress{};
   ILP_TRY(wide_.go_on(*compute_, progress));

@@ -6,6 +6,7 @@
 
 #include "fsw/imaging/overlap_checker.hpp"
 #include "hal/compute/cpu/cpu_compute.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/support/strip.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
 
@@ -49,7 +50,7 @@ class WideOverlapTest : public test::ComponentTest {
   /// Runs a new checker; returns the number of steps that waited.
   int choose(Compute* compute, int restart_after = 0) {
     int waited = 0;
-    auto checker = std::make_unique<OverlapChecker>(store, mission, *features_, *places_);
+    auto checker = std::make_unique<OverlapChecker>(store, mission, test::step_memory<OverlapChecker>());
     if (compute != nullptr) checker->search_on(*compute);
     EXPECT_TRUE(restored(checker->restore()));
     for (int i = 0; i < 20'000; ++i) {
@@ -68,8 +69,6 @@ class WideOverlapTest : public test::ComponentTest {
 
   std::unique_ptr<WideWorkspace> workspace_ = std::make_unique<WideWorkspace>();
   ComputeForms forms_{wide_search_form(*workspace_)};
-  std::unique_ptr<FeatureOverlapWorkspace> features_ = std::make_unique<FeatureOverlapWorkspace>();
-  std::unique_ptr<PlaceScratch> places_ = std::make_unique<PlaceScratch>();
 };
 
 TEST_F(WideOverlapTest, ItRelatesAFrameThatIsTurnedFartherThanTheCoarseSearchReaches) {
