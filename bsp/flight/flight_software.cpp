@@ -74,6 +74,7 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
   if (stages != all_stages) executive_.share_flight();
   executive_.guard(mission_);
   executive_.watch_commits(steps_);
+  overlap_checker_.search_on(compute_.compute());
   delivery_queue_.count_by(file_delivery_.backlog());
   // There is room for it.
   static_cast<void>(executive_.keep_constant(delivery_queue_.constants()));
@@ -143,6 +144,7 @@ constexpr auto regions = [] {
       {"images at hand", sizeof(ImageCache)},
       {"telemetry writer", sizeof(TelemetryWriter)},
       {"memory of one step", sizeof(FlightSoftware::SharedStepMemory)},
+      {"compute jobs", sizeof(FlightCompute)},
       {"delivery_queue", sizeof(DeliveryQueue)},
       {"executive", sizeof(Executive)},
       {"packet router", sizeof(PacketRouter)},

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "bsp/flight/component_list.hpp"
+#include "bsp/flight/flight_compute.hpp"
 #include "bsp/flight/stage_set.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/commanding/configuration.hpp"
@@ -58,6 +59,9 @@ class FlightSoftware {
   /// The vehicle's measurements. Call it before start(), if there are any.
   void navigate_by(NavigationSource& source) { navigator_.navigate_by(source); }
 
+  /// What does the jobs of components that have some.
+  FlightCompute& compute() { return compute_; }
+
   /// Code and constants of the program, which never change. Call it before start().
   void watch(ImageRegions image) { scrubber_.watch(image); }
   /// Memory was damaged that only a new process restores.
@@ -84,6 +88,7 @@ class FlightSoftware {
   CaptureClock capture_clock_;
   Acquisition acquisition_;
   SharedStepMemory step_memory_;
+  FlightCompute compute_;
   OverlapChecker overlap_checker_;
   CameraCalibrator camera_calibrator_;
   StructureAndMotion structure_and_motion_;

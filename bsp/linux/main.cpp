@@ -36,6 +36,7 @@
 #include "hal/clock/real_clock.hpp"
 #include "hal/clock/utc.hpp"
 #include "hal/clock/virtual_clock.hpp"
+#include "hal/compute/shared/shared_compute.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
 #include "hal/link/udp/udp_link.hpp"
 #include "hal/navigation/csv/navigation_file.hpp"
@@ -51,6 +52,9 @@ using namespace ilp;
 constexpr int exit_restart = 3;
 /// Minor frames between two entries of this life in the store.
 constexpr std::int64_t frames_between_entries = 100;
+/// Of a job on a compute device; before the flight a driver may still compile.
+constexpr TimeNs first_job_limit_ns = 60 * ns_per_s;
+constexpr TimeNs job_limit_ns = 10 * ns_per_s;
 
 alignas(Arena::alignment) std::byte store_region[limits::ram_store_bytes];
 Arena sqlite_arena;
@@ -105,6 +109,7 @@ class Flight {
   bool prepare_navigation();
   bool start();
   void test_board();
+  void prepare_compute();
   bool done();
   void run();
   void write_life();
@@ -158,6 +163,7 @@ class Flight {
   Authenticator keys_;
   PacketRouter* router_ = nullptr;
   FlightSoftware* software_ = nullptr;
+  std::optional<SharedCompute> device_;
   std::optional<Life> life_;
   bool stack_told_ = false;
 };
@@ -314,6 +320,18 @@ void Flight::test_board() {
   }
 }
 
+void Flight::prepare_compute() {
+  FlightCompute& compute = software_->compute();
+  if (options_.virtual_time) compute.compute().wait_for_answers();
+  if (options_.compute == nullptr) return;
+  device_.emplace(compute.forms());
+  // Without it the flight is the same, only slower: the comparison says what is wrong.
+  static_cast<void>(device_->open({options_.compute, first_job_limit_ns}));
+  const Status accepted = compute.accept(*device_);
+  if (!accepted.ok()) static_cast<void>(fail(options_.compute, accepted));
+  device_->limit(job_limit_ns);
+}
+
 bool Flight::start() {
   if (stages_ != all_stages) {
     shared_.emplace(store_.store(), store_.sharing(), source(), clock(), stages_, options_.virtual_time);
@@ -326,6 +344,7 @@ bool Flight::start() {
   software_->watch(program_image());
   if (options_.navigation != nullptr) software_->navigate_by(navigation_);
   if (options_.navigation_udp != nullptr) software_->navigate_by(vehicle_);
+  prepare_compute();
   if (!good("start", software_->start(model_))) return false;
   const Status armed = options_.watchdog != nullptr ? linux_watchdog_.open(watchdog_options_) : Status{};
   BoardState board = board_state();
@@ -381,6 +400,7 @@ void Flight::run() {
     if (done()) break;
     software_->executive().run_minor_frame(next);
     report(watchdog_.kick());
+    report(software_->compute().compute().take_news());
     if (++frames % frames_between_entries == 0 && !options_.virtual_time) {
       write_life();
       report(life_->go_on());

@@ -15,7 +15,8 @@ const char* const usage =
     "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
     "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]] [--key FILE])\n"
     "                   [--navigation FILE.csv | --navigation-udp ADDRESS:PORT] [--mission FILE.ini]\n"
-    "                   [--mission-epoch] [--fly-on] [--priority N] [--watchdog DEVICE[:SECONDS]] [--trap-heap]\n"
+    "                   [--mission-epoch] [--fly-on] [--priority N] [--watchdog DEVICE[:SECONDS]] [--compute SOCKET]\n"
+    "                   [--trap-heap]\n"
     "       ilp-onboard --stages STAGE,... --store STORE [--mission FILE.ini] [--priority N] [--trap-heap]\n"
     "       ilp-onboard --memory-map\n"
     "  --index         a recorded strip: one line `time_ns file.pgm [altitude_m]` per frame\n"
@@ -41,6 +42,7 @@ const char* const usage =
     "  --fly-on        set aside a database that is damaged or has another version; fly from memory without a disk\n"
     "  --priority      real-time priority, 1 to 99, with all memory locked\n"
     "  --watchdog      a watchdog device of the kernel, kicked once per minor frame; its timeout is 30 s by default\n"
+    "  --compute       a compute device, by the socket of its program, such as ilp-compute-vulkan (docs/compute.md)\n"
     "  --trap-heap     abort on any allocation after start-up\n";
 
 namespace {
@@ -52,7 +54,7 @@ bool joins_only(const Options& options) {
                            options.links.any() || options.navigation != nullptr || options.navigation_udp != nullptr ||
                            options.virtual_time || options.mission_epoch || options.fly_on || options.key != nullptr ||
                            options.acknowledgements != nullptr || options.watchdog != nullptr ||
-                           options.state != nullptr;
+                           options.state != nullptr || options.compute != nullptr;
   return !of_the_head && options.store != nullptr && std::strcmp(options.store, "memory") != 0;
 }
 
@@ -95,6 +97,7 @@ bool parse(int argc, char** argv, Options& options) {
                        {"--key", &options.key},
                        {"--priority", &options.priority},
                        {"--watchdog", &options.watchdog},
+                       {"--compute", &options.compute},
                        {"--cfdp-udp", &options.links.cfdp},
                        {"--cfdp-udp-peer", &options.links.cfdp_peer}};
     struct {

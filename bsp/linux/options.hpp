@@ -24,6 +24,7 @@ struct Options {
   const char* key = nullptr;
   const char* priority = nullptr;
   const char* watchdog = nullptr;
+  const char* compute = nullptr;  ///< socket of a compute device's program
   bool mission_epoch = false;
   bool virtual_time = false;
   bool fly_on = false;

@@ -15,6 +15,7 @@ namespace ilp {
 
 enum class Then : std::uint8_t {
   go_on,
+  wait,    ///< for something outside of the process: the next step is one of the next minor frame
   restore  ///< memory is ahead of the store, or in doubt: call restore() before the next step
 };
 

@@ -220,6 +220,7 @@ void Executive::run_step(std::size_t i) {
   if (used > stats.longest_ns) stats.longest_ns = used;
   if (used > stages_[i].budget_ns) ++stats.overruns;
   slot.pending = result.pending;
+  slot.suspended = slot.suspended || result.then == Then::wait;
   slot.retry_frame = 0;
   slot.left_out = 0;
   if (changed) {

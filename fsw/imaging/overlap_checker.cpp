@@ -54,6 +54,7 @@ OverlapChecker::OverlapChecker(Tables store, const MissionParameters& mission, S
 Status OverlapChecker::restore() {
   loaded_frame_id_ = 0;
   unrelated_frame_id_ = 0;
+  if (compute_ != nullptr) wide_.drop(*compute_);
   const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
   if (!restored(loaded)) return loaded;
   begin_ids<StripRecord>(store_, state_.last_strip_id);
@@ -241,6 +242,28 @@ Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured
   return {};
 }
 
+Status OverlapChecker::search_widely(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured) {
+  if (!wide_.at_work(frame.id, state_.keyframe_id)) {
+    // With a candidate the strip goes on without it.
+    if (!mission_.wide_search || compute_ == nullptr || state_.candidate.frame_id != 0) return {};
+    const Status begun = wide_.begin(frame.id, state_.keyframe_id, keyframe_, image_.view(), measured,
+                                     mission_.min_overlap - 0.05, scratch_.as<OverlapWorkspace>());
+    // Narrow images have too few pixels at that size.
+    if (begun.is(StatusCode::invalid_argument)) return {};
+    ILP_TRY(begun);
+  }
+  ComputeProgress progress{};
+  ILP_TRY(wide_.go_on(*compute_, progress));
+  outcome.open = progress != ComputeProgress::done;
+  outcome.waits = progress == ComputeProgress::waiting;
+  if (outcome.open) return {};
+  ILP_TRY(load_frame_image(store_, frame.id, image_));
+  const Status loaded = load_keyframe(state_.keyframe_frame_id);
+  keyframe_unreadable_ = !loaded.ok();
+  ILP_TRY(loaded);
+  return wide_.finish(keyframe_, image_.view(), scratch_.as<OverlapWorkspace>(), measured);
+}
+
 Status OverlapChecker::bridge(OverlapResult& measured, bool& bridged) {
   bridged = false;
   if (!mission_.feature_overlap) return {};
@@ -317,7 +340,12 @@ Status OverlapChecker::relate(const FrameRecord& frame, Outcome& outcome, Overla
     bridged = across;
     return {};
   }
-  ILP_TRY(measure(frame, measured));
+  const bool searching = wide_.at_work(frame.id, state_.keyframe_id);
+  if (!searching) ILP_TRY(measure(frame, measured));
+  if (searching || measured.verdict == OverlapVerdict::overlap_unknown) {
+    ILP_TRY(search_widely(frame, outcome, measured));
+    if (outcome.open) return {};
+  }
   const bool too_far = measured.verdict == OverlapVerdict::overlap_unknown ||
                        (measured.verdict == OverlapVerdict::ok && measured.overlap < mission_.min_overlap);
   if (!too_far || state_.candidate.frame_id != 0) return {};
@@ -474,7 +502,7 @@ StepResult OverlapChecker::choose(const Status& found, const FrameRecord& frame,
   outcome.cursor.first = frame.id;
   keyframe_unreadable_ = false;
   Status status = found.ok() ? look_at(frame, outcome) : found;
-  if (status.ok()) return {{}, true};
+  if (status.ok()) return {{}, true, outcome.waits ? Then::wait : Then::go_on};
   if (is_transient(status) && !patience_.given_up(frame.id)) return patience_.failed(frame.id, status);
   outcome = Outcome{};
   outcome.after = state_;

@@ -3,6 +3,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
+#include "fsw/imaging/wide_overlap.hpp"
 #include "fsw/shared/patience.hpp"
 #include "fsw/shared/step_memory.hpp"
 #include "fsw/shared/step_transaction.hpp"
@@ -29,6 +30,9 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   using Scratch = StepScratch<OverlapWorkspace, FeatureOverlapWorkspace, PlaceScratch>;
 
   OverlapChecker(Tables store, const MissionParameters& mission, Scratch scratch);
+
+  /// What does the jobs of the wide search; without it there is none. Call it before the first step.
+  void search_on(Compute& compute) { compute_ = &compute; }
 
   Status restore() override;
   StepResult step() override;
@@ -68,7 +72,8 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
     bool has_overlap = false;
     bool has_keyframe = false;
     bool has_ended = false;
-    bool open = false;  ///< nothing is decided yet: the next step goes on with the frame
+    bool open = false;   ///< nothing is decided yet: the next step goes on with the frame
+    bool waits = false;  ///< for a compute device
     Status event;
   };
 
@@ -78,6 +83,8 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   Status correlate(OverlapResult& measured);
   Status handle_command(Outcome& outcome, bool& handled);
   Status measure(const FrameRecord& frame, OverlapResult& measured);
+  /// The wide search where `measured` is unknown, one step of it at a time.
+  Status search_widely(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured);
   /// Whether the keyframe is related to the frame, and shares enough ground with it to continue the strip.
   Status bridge(OverlapResult& measured, bool& bridged);
   /// Whether the keyframe before the latest one is, where the latest one is not.
@@ -99,6 +106,7 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   Tables store_;
   const MissionParameters& mission_;
   Scratch scratch_;
+  Compute* compute_ = nullptr;
   Cursor cursor_;
   State state_;
   Patience patience_;
@@ -110,6 +118,7 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   FrameImage keyframe_image_;
   OverlapTemplate keyframe_;  // template of that image
   FrameImage image_;
+  WideOverlap wide_;
 };
 
 }  // namespace ilp

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "fsw/vision/overlap/overlap_workspace.hpp"
+#include "fsw/vision/overlap/wide_search.hpp"
 
 namespace ilp {
 namespace {
@@ -26,6 +27,11 @@ constexpr double imperfect_share = 0.75;
 constexpr double repetition_slack = 1.06;
 // Below this share of the smallest requested overlap, a match may be due to chance.
 constexpr double outside_search = 0.7;
+
+// Of the two best peaks of an exhaustive search, and the least NCC of the parts then. Chosen on 190 pairs
+// (docs/compute.md).
+constexpr double distinct_score_ratio = 1.3;
+constexpr double distinct_region_ncc = 0.15;
 
 static_assert((limits::max_image_side >> (limits::max_pyramid_levels - 1)) <= coarse_max_side);
 
@@ -214,6 +220,28 @@ void drop_hopeless(Hypotheses& hypotheses, double& dropped) {
   }
 }
 
+// Registers hypotheses level by level, from `from` on; they are in px of a level `to_level` times as coarse.
+Status refine_levels(const OverlapTemplate& a, int from, double to_level, int iterations, const OverlapParams& params,
+                     OverlapWorkspace& w, Hypotheses& hypotheses, double& dropped) {
+  std::size_t step = 0;
+  for (int k = from; k >= a.finest; --k) {
+    const RegistrationTemplate& level = a.levels[static_cast<std::size_t>(k - a.finest)];
+    ILP_TRY(refine(level, w.b.level(k), k == from ? to_level : 2, k == from ? iterations : max_iterations, params,
+                   hypotheses));
+    while (hypotheses.size() > survivors[step]) hypotheses.pop_back();
+    drop_hopeless(hypotheses, dropped);
+    step = std::min(step + 1, std::size(survivors) - 1);
+  }
+  return {};
+}
+
+void take(const CoarseCandidates& candidates, Hypotheses& hypotheses) {
+  hypotheses.clear();
+  for (const CoarseCandidate& candidate : candidates) {
+    if (!hypotheses.push_back({candidate.b_from_a, {}})) break;
+  }
+}
+
 Status find_hypotheses(const OverlapTemplate& a, const OverlapParams& params, OverlapWorkspace& w,
                        Hypotheses& hypotheses, double& dropped) {
   const int coarsest = w.b.levels() - 1;
@@ -221,21 +249,8 @@ Status find_hypotheses(const OverlapTemplate& a, const OverlapParams& params, Ov
   (void)shrink_to_coarse(w.b, w.coarse_b);
   ILP_TRY(search_coarse({a.coarse.data(), size.width, size.height}, {w.coarse_b.data(), size.width, size.height},
                         params, w.coarse, w.candidates));
-  hypotheses.clear();
-  for (const CoarseCandidate& candidate : w.candidates) {
-    if (!hypotheses.push_back({candidate.b_from_a, {}})) break;
-  }
-  std::size_t step = 0;
-  for (int k = a.first; k >= a.finest; --k) {
-    const RegistrationTemplate& level = a.levels[static_cast<std::size_t>(k - a.finest)];
-    const bool first = k == a.first;
-    ILP_TRY(refine(level, w.b.level(k), first && coarsest == k ? 1 : 2, first ? first_iterations : max_iterations,
-                   params, hypotheses));
-    while (hypotheses.size() > survivors[step]) hypotheses.pop_back();
-    drop_hopeless(hypotheses, dropped);
-    step = std::min(step + 1, std::size(survivors) - 1);
-  }
-  return {};
+  take(w.candidates, hypotheses);
+  return refine_levels(a, a.first, coarsest == a.first ? 1 : 2, first_iterations, params, w, hypotheses, dropped);
 }
 
 // The NCC that three quarters of the regions reach, and all of those with more than the median of contrast: noise may
@@ -287,8 +302,11 @@ Status prepare_overlap(GrayView image, OverlapTemplate& keyframe, OverlapWorkspa
   return {};
 }
 
-Status measure_overlap(const OverlapTemplate& a, GrayView image_b, const OverlapParams& params, OverlapWorkspace& w,
-                       OverlapResult& result) {
+namespace {
+
+// Whether both images can be compared: the verdict of `result` is `ok` then.
+Status begin(const OverlapTemplate& a, GrayView image_b, const OverlapParams& params, OverlapWorkspace& w,
+             OverlapResult& result) {
   result = {};
   if (a.pyramid.levels() == 0) return StatusCode::not_ready;
   const GrayView image_a = a.pyramid.level(0);
@@ -299,18 +317,20 @@ Status measure_overlap(const OverlapTemplate& a, GrayView image_b, const Overlap
   ILP_TRY(w.b.build(image_b, coarse_max_side));
   result.verdict = judge_image(a.quality, params);
   if (result.verdict == OverlapVerdict::ok) result.verdict = judge_image(assess(w.b), params);
-  if (result.verdict != OverlapVerdict::ok) return {};
-  result.verdict = OverlapVerdict::overlap_unknown;
+  return {};
+}
 
-  Hypotheses hypotheses;
-  double dropped = 0;
-  ILP_TRY(find_hypotheses(a, params, w, hypotheses, dropped));
+// The answer of the registered hypotheses, best first.
+Status conclude(const OverlapTemplate& a, const Hypotheses& hypotheses, double dropped, const OverlapParams& params,
+                OverlapWorkspace& w, OverlapResult& result) {
+  result.verdict = OverlapVerdict::overlap_unknown;
   if (hypotheses.empty()) return {};
   const Hypothesis& best = hypotheses[0];
   CentredSimilarity full = best.b_from_a;
   full.d_x *= 1 << a.finest;
   full.d_y *= 1 << a.finest;
   // Halving drops odd rows and columns, so the centres of coarse images lie a little off the image's.
+  const GrayView image_a = a.pyramid.level(0);
   const GrayView level = a.pyramid.level(a.finest);
   result.b_from_a = about_origin(full, level.width << a.finest, level.height << a.finest);
   result.ncc = best.fit.detail_ncc;
@@ -331,6 +351,62 @@ Status measure_overlap(const OverlapTemplate& a, GrayView image_b, const Overlap
   result.region_ncc = weakest_region(fit);
   result.verdict = judge_peak(result, fit, params);
   return {};
+}
+
+}  // namespace
+
+Status measure_overlap(const OverlapTemplate& a, GrayView image_b, const OverlapParams& params, OverlapWorkspace& w,
+                       OverlapResult& result) {
+  ILP_TRY(begin(a, image_b, params, w, result));
+  if (result.verdict != OverlapVerdict::ok) return {};
+  result.verdict = OverlapVerdict::overlap_unknown;
+  Hypotheses hypotheses;
+  double dropped = 0;
+  ILP_TRY(find_hypotheses(a, params, w, hypotheses, dropped));
+  return conclude(a, hypotheses, dropped, params, w, result);
+}
+
+namespace {
+
+// A peak that no other of all rotations, scales and shifts comes near to needs less agreement of every part.
+bool stands_out(const CoarseCandidates& candidates) {
+  return candidates.size() > 1 && candidates[0].score >= distinct_score_ratio * candidates[1].score;
+}
+
+// Whether the best hypothesis has come from the best candidate, whose pixels are `coarser` levels larger.
+bool is_first(const CoarseCandidates& candidates, const Hypothesis& best, int coarser, const OverlapTemplate& a) {
+  CentredSimilarity first = candidates[0].b_from_a;
+  first.d_x *= 1 << coarser;
+  first.d_y *= 1 << coarser;
+  const GrayView level = a.pyramid.level(a.finest);
+  return same_peak(first, best.b_from_a, std::max(level.width, level.height));
+}
+
+}  // namespace
+
+int wide_search_level(const Pyramid& pyramid) {
+  int k = 0;
+  while (std::max(pyramid.level(k).width, pyramid.level(k).height) > wide_max_side) ++k;
+  return k;
+}
+
+Status measure_overlap_of(const OverlapTemplate& a, GrayView image_b, const CoarseCandidates& candidates,
+                          const OverlapParams& params, OverlapWorkspace& w, OverlapResult& result) {
+  ILP_TRY(begin(a, image_b, params, w, result));
+  if (result.verdict != OverlapVerdict::ok) return {};
+  result.verdict = OverlapVerdict::overlap_unknown;
+  Hypotheses hypotheses;
+  take(candidates, hypotheses);
+  // A level coarser than that of the search, where the steps of its grid lie within the reach of the registration.
+  const int searched = wide_search_level(a.pyramid), from = std::min(searched + 1, a.first);
+  double dropped = 0;
+  ILP_TRY(refine_levels(a, from, from > searched ? 0.5 : 1 << (searched - from), max_iterations, params, w, hypotheses,
+                        dropped));
+  OverlapParams judged = params;
+  if (stands_out(candidates) && !hypotheses.empty() && is_first(candidates, hypotheses[0], searched - a.finest, a)) {
+    judged.min_region_ncc = std::min(judged.min_region_ncc, distinct_region_ncc);
+  }
+  return conclude(a, hypotheses, dropped, judged, w, result);
 }
 
 Status measure_overlap(GrayView image_a, GrayView image_b, const OverlapParams& params, OverlapWorkspace& w,

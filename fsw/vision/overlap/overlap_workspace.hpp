@@ -35,4 +35,12 @@ struct OverlapWorkspace {
   RepetitionWorkspace repetition;
 };
 
+/// The level of a pyramid that prepare_wide_search() takes (wide_search.hpp).
+[[nodiscard]] int wide_search_level(const Pyramid& pyramid);
+
+/// The overlap that follows from the peaks of another search, by the same verdict: candidates are in px of the images
+/// of wide_search_level(). Errors as of measure_overlap().
+Status measure_overlap_of(const OverlapTemplate& keyframe, GrayView image_b, const CoarseCandidates& candidates,
+                          const OverlapParams& params, OverlapWorkspace& workspace, OverlapResult& result);
+
 }  // namespace ilp

@@ -89,6 +89,23 @@ TEST_F(ExecutiveTest, PendingWorkGetsTheRestOfTheFrameAndNoMore) {
   EXPECT_TRUE(executive.idle());
 }
 
+TEST_F(ExecutiveTest, AComponentThatWaitsForADeviceIsAskedOncePerFrame) {
+  start();
+  b.on_step = [&] { return StepResult{{}, true, Then::wait}; };
+  write<FrameRecord>(1);
+  executive.run_minor_frame();
+  EXPECT_EQ(b.steps, 1 + 1);
+  EXPECT_FALSE(executive.idle());
+  next_frame();
+  executive.run_minor_frame();
+  EXPECT_EQ(b.steps, 1 + 2) << "without being woken";
+  EXPECT_EQ(b.restores, 1);
+  b.on_step = nullptr;
+  next_frame();
+  executive.run_minor_frame();
+  EXPECT_TRUE(executive.idle());
+}
+
 TEST_F(ExecutiveTest, WhatNeverFitsIntoAFrameRunsAllTheSameAndInTurn) {
   start();
   // Both are longer than a frame; neither may starve, nor the time-driven one.

@@ -17,9 +17,19 @@
 #include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "tests/support/strip.hpp"
 #include "tests/unit/vision/overlap/ground_texture.hpp"
+#include "tests/unit/vision/overlap/mixed_pairs.hpp"
 
 namespace ilp {
 namespace {
+
+using test::any_attitude;
+using test::between;
+using test::between_ratio;
+using test::mixed_pair;
+using test::MixedPair;
+using test::somewhere;
+using test::texture;
+using test::textures;
 
 constexpr int pairs = ILP_OVERLAP_PAIRS;
 constexpr std::int32_t width = 160, height = 120;
@@ -30,35 +40,6 @@ OverlapResult measure(const test::Image& a, const test::Image& b, const OverlapP
   const Status status = measure_overlap(a.view(), b.view(), params, *workspace, result);
   EXPECT_TRUE(status.ok()) << status_name(status.code);
   return result;
-}
-
-OverlapParams any_attitude() {
-  OverlapParams params;
-  params.max_rotation_rad = pi;
-  params.max_scale = 1.4;
-  return params;
-}
-
-const test::GroundTexture& texture(std::size_t k) {
-  constexpr std::size_t kinds = static_cast<std::size_t>(test::Ground::count);
-  static std::map<std::size_t, test::GroundTexture> made;
-  const auto found = made.find(k);
-  if (found != made.end()) return found->second;
-  return made.emplace(k, test::GroundTexture(static_cast<test::Ground>(k % kinds), ILP_OVERLAP_TEXTURES + k))
-      .first->second;
-}
-constexpr std::uint32_t textures = 10;
-
-double between(Rng& rng, double low, double high) {
-  return low + (high - low) * rng.uniform();
-}
-double between_ratio(Rng& rng, double low, double high) {
-  return low * det_pow(high / low, rng.uniform());
-}
-
-// Somewhere on a texture, in any direction; `texels` per pixel.
-Similarity2 somewhere(Rng& rng, double texels) {
-  return {texels, between(rng, 0, 2 * pi), between(rng, 0, 1000), between(rng, 0, 1000)};
 }
 
 class Errors {
@@ -288,121 +269,6 @@ TEST_P(OverlapOfRandomPairs, ExposureMayChange) {
       EXPECT_GE(errors.answered(), change.gain >= 0.5 && change.gain < 4 ? 0.8 : 0.2) << change.name;
     }
   }
-}
-
-/// A pair of the mixture, with the true overlap.
-struct MixedPair {
-  std::string kind;
-  test::Image a, b;
-  double truth = 0;
-};
-
-// Trains of waves that travel: both images show the same sea, and nothing in it has stayed.
-test::Image sea(Rng& shape, double time, const Similarity2& sea_from_image, Rng& rng) {
-  struct Wave {
-    double x, y, phase;
-  };
-  std::array<Wave, 24> waves{};
-  for (Wave& wave : waves) {
-    const double length = between_ratio(shape, 6, 60), way = between(shape, -0.8, 0.8);
-    const double k = 2 * pi / length;
-    wave = {k * std::cos(way), k * std::sin(way), between(shape, 0, 2 * pi) + std::sqrt(9.8 * k) * time};
-  }
-  test::Image image(width, height);
-  for (std::int32_t y = 0; y < height; ++y) {
-    for (std::int32_t x = 0; x < width; ++x) {
-      double sx = 0, sy = 0, value = 0;
-      test::apply(sea_from_image, x, y, sx, sy);
-      for (const Wave& wave : waves) value += std::sin(wave.x * sx + wave.y * sy + wave.phase);
-      image.view().at(x, y) =
-          static_cast<std::uint8_t>(std::clamp(110 + 9 * value + 2 * test::gaussian(rng) + 0.5, 0.0, 255.0));
-    }
-  }
-  return image;
-}
-
-void mirror(test::Image& image) {
-  for (std::int32_t y = 0; y < image.height; ++y) std::reverse(image.view().row(y), image.view().row(y) + image.width);
-}
-
-void turn_by_half(test::Image& image) {
-  std::reverse(image.pixels.begin(), image.pixels.end());
-}
-
-MixedPair mixed_pair(int number, bool full_turn) {
-  Rng rng(static_cast<std::uint64_t>(number), ILP_OVERLAP_STREAM);
-  const std::uint32_t on = rng.below(textures);
-  // The same kind of ground at other times: k and k + 5.
-  const std::uint32_t other = rng.below(2) == 0 ? (on + 5) % textures : (on + 1 + rng.below(textures - 1)) % textures;
-  const double turn = full_turn ? pi : 0.33, ratio = full_turn ? 1.33 : 1.2;
-  const double rotation = between(rng, -turn, turn), scale = between_ratio(rng, 1 / ratio, ratio);
-  const double direction = between(rng, 0, 2 * pi);
-  test::Exposure first;
-  first.mean = 90;
-  first.contrast = 5 + 30 * rng.uniform() * rng.uniform();
-  first.noise = between(rng, 1, 6);
-  first.vignette = rng.below(3) == 0 ? between(rng, 0, 0.6) : 0;
-  test::Exposure second = first;
-  second.gain = between_ratio(rng, 0.5, 2);
-  second.smear_px = rng.below(8) == 0 ? between(rng, 0, 4) : 0;
-  double texels = between_ratio(rng, 0.25, 2);
-  const std::uint32_t kind = rng.below(20);
-  const bool low = kind % 2 == 1;
-  const Similarity2 b_from_a = test::with_overlap(low ? between(rng, 0, 0.55) : between(rng, 0.55, 0.97), scale,
-                                                  rotation, direction, width, height);
-  const Similarity2 ground_from_a = somewhere(rng, texels);
-  const Similarity2 ground_from_b = test::compose(ground_from_a, test::inverse(b_from_a));
-  const auto look = [&](std::uint32_t ground, const test::Tiling& tiling, const Similarity2& from,
-                        const test::Exposure& exposure) {
-    return test::look_at(texture(ground), tiling, from, width, height, exposure, rng);
-  };
-
-  MixedPair pair;
-  pair.truth = test::counted_overlap(b_from_a, width, height);
-  if (kind < 6) {
-    pair.kind = low ? "little overlap" : "related";
-    pair.a = look(on, {}, ground_from_a, first);
-    pair.b = look(on, {}, ground_from_b, second);
-  } else if (kind < 12) {
-    pair.kind = "unrelated";
-    pair.truth = 0;
-    pair.a = look(on, {}, ground_from_a, first);
-    pair.b = look(other, {}, somewhere(rng, texels * scale), second);
-  } else if (kind < 16) {
-    // A period that the image shows at least one and a half times: a longer one looks like any ground.
-    pair.kind = "repetitive";
-    test::Tiling tiling;
-    tiling.period_x = texels * between_ratio(rng, 5, height / 1.6);
-    tiling.period_y = rng.below(2) == 0 ? tiling.period_x : texels * between_ratio(rng, 5, height / 1.6);
-    pair.a = look(on, tiling, ground_from_a, first);
-    pair.b = look(on, tiling, ground_from_b, second);
-  } else if (kind == 16) {
-    pair.kind = "blank or saturated";
-    test::Exposure blown = second;
-    blown.gain = between_ratio(rng, 0.02, 40);
-    blown.contrast = rng.below(2) == 0 ? 0 : first.contrast;
-    pair.a = look(on, {}, ground_from_a, rng.below(2) == 0 ? blown : first);
-    pair.b = look(on, {}, ground_from_b, blown);
-  } else if (kind == 17) {
-    pair.kind = "sea";
-    Rng shape(static_cast<std::uint64_t>(number), 10 * ILP_OVERLAP_STREAM + 4);
-    Rng same = shape;
-    pair.a = sea(shape, 0, ground_from_a, rng);
-    pair.b = sea(same, between(rng, 2, 10), ground_from_b, rng);
-  } else if (kind == 18) {
-    pair.kind = "mirrored";
-    pair.truth = 0;
-    pair.a = look(on, {}, ground_from_a, first);
-    pair.b = look(on, {}, ground_from_b, second);
-    mirror(pair.b);
-  } else {
-    pair.kind = "half turn or identical";
-    pair.truth = 1;
-    pair.a = look(on, {}, ground_from_a, first);
-    pair.b = pair.a;
-    if (rng.below(2) == 0) turn_by_half(pair.b);
-  }
-  return pair;
 }
 
 TEST_P(OverlapOfRandomPairs, NoConfidentAnswerIsOffByMoreThanFivePercent) {

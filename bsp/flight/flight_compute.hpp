@@ -1,0 +1,28 @@
+// The jobs of this flight, and what does them: the processor, or a device beside it (docs/compute.md).
+#pragma once
+
+#include <array>
+
+#include "fsw/imaging/wide_overlap.hpp"
+#include "hal/compute/guarded_compute.hpp"
+
+namespace ilp {
+
+class FlightCompute {
+ public:
+  FlightCompute() : forms_{wide_search_form(wide_)}, compute_(forms_) {}
+
+  [[nodiscard]] const ComputeForms& forms() const { return forms_; }
+  GuardedCompute& compute() { return compute_; }
+  /// Compares the device with the processor and uses it, before the start of the flight. See GuardedCompute::accept().
+  Status accept(ComputeDevice& device) { return compute_.accept(device, example_, result_); }
+
+ private:
+  WideWorkspace wide_{};
+  ComputeForms forms_;
+  GuardedCompute compute_;
+  alignas(8) std::array<std::byte, sizeof(WideInput)> example_{};
+  alignas(8) std::array<std::byte, sizeof(WideOutput)> result_{};
+};
+
+}  // namespace ilp

@@ -1,0 +1,31 @@
+// The wide search (fsw/vision/overlap/wide_search.hpp) on a Vulkan device.
+#pragma once
+
+#include <array>
+
+#include "bsp/vulkan/vulkan_device.hpp"
+#include "fsw/vision/overlap/wide_search.hpp"
+
+namespace ilp {
+
+class WideSearchJob {
+ public:
+  /// Makes memory, pipelines and commands.
+  bool prepare(VulkanDevice& device);
+  /// Does one job. The bytes are those of search_wide_pose().
+  bool run(std::span<const std::byte> input, std::span<std::byte> output);
+
+ private:
+  // A few milliseconds of work on a small device: a long submission may hang its driver.
+  static constexpr std::size_t poses_per_submission = 4;
+  static constexpr std::size_t submissions = wide_job_poses / poses_per_submission;
+
+  bool record(std::size_t submission, VkPipelineLayout layout, VkDescriptorSet set);
+
+  VulkanDevice* device_ = nullptr;
+  VulkanBuffer input_, canvases_, output_;
+  VkPipeline draw_ = VK_NULL_HANDLE, search_ = VK_NULL_HANDLE;
+  std::array<VkCommandBuffer, submissions> commands_{};
+};
+
+}  // namespace ilp

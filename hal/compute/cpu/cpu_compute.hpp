@@ -1,0 +1,36 @@
+// Does the jobs on the flight's own processor, a few units each time it is asked.
+#pragma once
+
+#include <array>
+
+#include "hal/compute/compute.hpp"
+
+namespace ilp {
+
+using ComputeForms = std::array<ComputeForm, compute_kinds>;
+
+class CpuCompute final : public Compute {
+ public:
+  explicit CpuCompute(const ComputeForms& forms) : forms_(forms) {}
+
+  Status submit(const ComputeJob& job) override;
+  ComputeProgress ask(ComputeKind kind) override;
+  void drop(ComputeKind kind) override { places_[static_cast<std::size_t>(kind)].busy = false; }
+
+  [[nodiscard]] const ComputeForm& form(ComputeKind kind) const { return forms_[static_cast<std::size_t>(kind)]; }
+  Status check(const ComputeJob& job) const;
+  /// One unit of a job, at once. `output` has the bytes of a unit.
+  void compute(ComputeKind kind, std::span<const std::byte> input, std::size_t unit, std::span<std::byte> output) const;
+
+ private:
+  struct Place {
+    ComputeJob job;
+    std::size_t next = 0;  ///< unit
+    bool busy = false;
+  };
+
+  const ComputeForms& forms_;
+  std::array<Place, compute_kinds> places_{};
+};
+
+}  // namespace ilp
