@@ -86,6 +86,16 @@ TEST_F(ConsoleTest, AScriptCommandsTheFlightAndItsFilesComeDown) {
   EXPECT_GE(images, 2U) << result.output;
 }
 
+TEST_F(ConsoleTest, WhoEndsContactIsToldHowLongTheFlightIsSilent) {
+  RunningProgram program(flight({"--link-udp", "127.0.0.1:0"}), path("log"));
+  const ToolResult result = operate(program, "UDP", "wait 1\npasses\ndownlink end\nwait 1\npasses\nping\nquit\n");
+  for (const char* text : {"always in contact", "the flight neither sends nor listens until mission time 02:00, for 01:",
+                           "because a telecommand ended it", "the flight does not listen now: no contact for 01:"}) {
+    EXPECT_TRUE(says(result, text)) << text << "\n" << result.output;
+  }
+  EXPECT_EQ(result.status, 1) << "the ping has no answer";
+}
+
 TEST_F(ConsoleTest, WhatFailsIsSaidWithItsReasonAndTheExitStatusTellsIt) {
   RunningProgram program(flight({"--link-tcp", "127.0.0.1:0"}), path("log"));
   const ToolResult result = operate(program, "TCP", "refine 99\nlaunch\nping\n");

@@ -101,9 +101,10 @@ void OperatorConsole::ask_for_parameters() {
 
 void OperatorConsole::send(const OperatorCommand& command, bool own) {
   const std::uint32_t request = console_.command(command.service, command.subtype, command.data);
-  requests_[request] = {command.words, now_s(), own, false};
+  requests_[request] = {command.words, command, now_s(), own, false};
   if (own) return;
   say_("sent: " + command.words);
+  if (out_of_contact(view_)) say_("the flight does not listen now: " + pass_words(view_));
   ParameterList list;
   if (command.service == parameter_management::service && command.subtype == parameter_management::report &&
       decode_parameter_list(settings_.link.tailoring, command.data, list).ok()) {
@@ -291,7 +292,14 @@ void OperatorConsole::hear_verification(const Report& report) {
                        : told.subtype == verification::progress ? "in progress: "
                                                                 : "done: ";
     say_(what + request.words + step);
+    if (last) follow_contact(request.command);
   }
+}
+
+void OperatorConsole::follow_contact(const OperatorCommand& command) {
+  if (!view_.parameters_known || !view_.reports.of("status")) return;
+  const std::string told = apply_contact_command(command, view_);
+  if (!told.empty()) say_(told);
 }
 
 void OperatorConsole::hear_housekeeping(const Report& report, double now) {

@@ -55,6 +55,7 @@ class OperatorConsole {
  private:
   struct Request {
     std::string words;
+    OperatorCommand command;
     double sent_s = 0;
     bool own = false;    ///< sent by the console itself: reported only if it fails
     bool heard = false;  ///< a report about it has come, or its absence was reported
@@ -71,6 +72,7 @@ class OperatorConsole {
   void doubt_silent_requests(double now);
   void hear(const Report& report, double now);
   void hear_verification(const Report& report);
+  void follow_contact(const OperatorCommand& command);
   void hear_housekeeping(const Report& report, double now);
   void hear_parameters(const Report& report);
   [[nodiscard]] std::string name_of(std::uint32_t request) const;
