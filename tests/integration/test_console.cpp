@@ -89,8 +89,9 @@ TEST_F(ConsoleTest, AScriptCommandsTheFlightAndItsFilesComeDown) {
 TEST_F(ConsoleTest, WhoEndsContactIsToldHowLongTheFlightIsSilent) {
   RunningProgram program(flight({"--link-udp", "127.0.0.1:0"}), path("log"));
   const ToolResult result = operate(program, "UDP", "wait 1\npasses\ndownlink end\nwait 1\npasses\nping\nquit\n");
-  for (const char* text : {"always in contact", "the flight neither sends nor listens until mission time 02:00, for 01:",
-                           "because a telecommand ended it", "the flight does not listen now: no contact for 01:"}) {
+  for (const char* text :
+       {"always in contact", "the flight neither sends nor listens until mission time 02:00, for 01:",
+        "because a telecommand ended it", "the flight does not listen now: no contact for 01:"}) {
     EXPECT_TRUE(says(result, text)) << text << "\n" << result.output;
   }
   EXPECT_EQ(result.status, 1) << "the ping has no answer";
