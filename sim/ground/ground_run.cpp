@@ -87,6 +87,16 @@ void share(const GroundOptions& options, const report::Report& report, const exp
 
 }  // namespace
 
+/// A telecommand may have changed it after the flight information was written.
+double target_overlap_of(const GroundOptions& options, const std::optional<intake::FlightInfo>& info) {
+  if (options.target_overlap > 0) return options.target_overlap;
+  if (!options.flight_db.empty()) {
+    const std::optional<double> set = intake::read_setting(options.flight_db, "overlap.target_overlap");
+    if (set) return *set;
+  }
+  return info && info->target_overlap ? *info->target_overlap : unknown;
+}
+
 report::Report run_ground(const GroundOptions& options, std::ostream& messages) {
   // Inputs that the user named are checked before any work: a typing error shows at once.
   const std::unique_ptr<report::Reference> reference = open_reference(options);
@@ -104,10 +114,7 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   remove_previous_results(options.out, report.flight);
   if (!options.acknowledge.empty()) intake::write_acknowledgements(report.outbox, options.acknowledge);
 
-  report.target_overlap =
-      options.target_overlap > 0
-          ? options.target_overlap
-          : (report.info ? report.info->target_overlap : std::nullopt).value_or(MissionParameters{}.target_overlap);
+  report.target_overlap = target_overlap_of(options, report.info);
   report.has_reference = reference != nullptr;
   report.missing = intake::missing_of(report.flight);
   if (!report.missing.empty())

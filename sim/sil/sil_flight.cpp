@@ -180,6 +180,8 @@ class Flight {
   [[nodiscard]] const Receiver& receiver() const { return receiver_; }
   [[nodiscard]] TimeNs now() { return clock_.now(); }
   [[nodiscard]] bool all_sent() const { return software_->drained(); }
+  /// As telecommands have left it.
+  [[nodiscard]] const MissionParameters& mission() const { return mission_; }
 
  private:
   [[nodiscard]] PastLives lives_so_far();
@@ -393,12 +395,12 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
       {"components", component_times(executive)},
       {"downlinked_bytes", receiver.bytes()},
       {"downlinked_files", receiver.files()},
-      {"target_overlap", mission.target_overlap},
-      {"min_overlap", mission.min_overlap},
+      {"target_overlap", flight.mission().target_overlap},
+      {"min_overlap", flight.mission().min_overlap},
       {"sqlite_arena_peak_bytes", sqlite_memory.stats().peak},
       {"events_lost", executive.events().lost()},
       {"all_sent", flight.all_sent()},
-      {"link_capacity_bytes", link_capacity(mission, flight.now())},
+      {"link_capacity_bytes", link_capacity(flight.mission(), flight.now())},
       {"faults", flight.fault_counts()},
   };
   std::ofstream(out / "flight-info.json") << info.dump(2) << "\n";

@@ -74,6 +74,10 @@ TEST_F(ConsoleTest, AScriptCommandsTheFlightAndItsFilesComeDown) {
                            "done: capture +1", "done: strip end", "always in contact"}) {
     EXPECT_TRUE(says(result, text)) << text << "\n" << result.output;
   }
+  EXPECT_EQ(program.stop(), 0) << program.output();
+  std::ifstream info(path("flight") / "flight-info.json");
+  const std::string written{std::istreambuf_iterator<char>(info), std::istreambuf_iterator<char>()};
+  EXPECT_NE(written.find("\"target_overlap\": 0.9,"), std::string::npos) << "what was set counts: " << written;
   std::size_t images = 0;
   for (const fs::path& file : files_in(path("down"))) {
     std::ifstream in(file, std::ios::binary);

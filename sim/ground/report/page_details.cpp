@@ -62,7 +62,7 @@ host::Plot overlap_plot(const Report& report) {
   plot.title = "Overlap with the latest keyframe";
   plot.x_label = "frame";
   plot.y_label = "%";
-  plot.target = 100 * report.target_overlap;
+  if (std::isfinite(report.target_overlap)) plot.target = 100 * report.target_overlap;
   plot.target_name = "target";
   plot.from_zero = false;
   host::PlotSeries frames{"frames", "s1", host::Mark::dots, {}}, keyframes{"keyframes", "s2", host::Mark::dots, {}};

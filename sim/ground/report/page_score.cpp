@@ -319,7 +319,8 @@ host::Plot overlap_plot(const Report& report, const ScoreFile& score) {
   plot.x_label = "keyframe";
   plot.y_label = "%";
   plot.from_zero = false;
-  plot.target = 100 * (std::isfinite(score.target_overlap) ? score.target_overlap : report.target_overlap);
+  const double target = std::isfinite(score.target_overlap) ? score.target_overlap : report.target_overlap;
+  if (std::isfinite(target)) plot.target = 100 * target;
   plot.target_name = "target";
   host::PlotSeries stated{"stated", "s1", host::Mark::dots, {}}, truth{"true", "s2", host::Mark::dots, {}};
   for (const ScoredKeyframe& k : score.keyframes) {
