@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "sim/sil/flight_folder.hpp"
 #include "sim/sil/image_source.hpp"
 #include "sim/sil/real_time.hpp"
 #include "sim/sil/scenario_options.hpp"
@@ -87,14 +88,6 @@ world::Scenario scenario_of(const CommandLine& line) {
   return chosen_scenario(line.scenario, line.flight.resume && fs::exists(flown) ? flown.string() : "");
 }
 
-void prepare_render_folder(const CommandLine& line) {
-  if (line.recorded()) throw std::invalid_argument("--render-only: expected no --images or --y4m beside it");
-  const fs::path folder = fs::path(line.source.out) / "flight";
-  std::error_code error;
-  if (fs::exists(folder, error) && !fs::is_empty(folder, error))
-    throw std::runtime_error(folder.string() + " is not empty: name a new --out, so that no earlier flight is lost");
-}
-
 int run(CommandLine& line) {
   if (line.list_scenarios) {
     list_scenarios(std::cout);
@@ -113,8 +106,10 @@ int run(CommandLine& line) {
   flight.faults = fault_plan(source.scenario);
   if (!line.recorded() && !flight.resume) world::check_scenario(source.scenario);
   if (line.render_only) {
-    prepare_render_folder(line);
+    if (line.recorded()) throw std::invalid_argument("--render-only: expected no --images or --y4m beside it");
+    prepare_render_folder(source.out);
     render_scenario(source);
+    images_are_complete(source.out);
     return 0;
   }
   source.resume = flight.resume;
@@ -128,7 +123,7 @@ int run(CommandLine& line) {
   source.triggered = mission.capture_mode != CaptureMode::regular;
   source.real_time = flight.real_time;
   flight.progress = isatty(STDERR_FILENO) != 0;
-  prepare_folder(flight);
+  prepare_folder(flight.out, flight.resume);
   const std::unique_ptr<ImageSource> images = open_source(source);
   if (!images->camera_known) {
     mission.camera_known = false;

@@ -29,6 +29,7 @@
 #include "sim/sil/faulty_camera.hpp"
 #include "sim/sil/faulty_link.hpp"
 #include "sim/sil/faulty_store.hpp"
+#include "sim/sil/flight_folder.hpp"
 #include "sim/sil/power_cut.hpp"
 #include "sim/sil/real_time.hpp"
 #include "sim/sil/telecommands.hpp"
@@ -139,31 +140,6 @@ MissionParameters load_mission(const FlightOptions& options) {
     message += host::describe(status);
   }
   throw std::runtime_error(message);
-}
-
-void prepare_folder(const FlightOptions& options) {
-  const fs::path out = options.out;
-  std::error_code error;
-  const bool holds_flight = fs::exists(out / "flight.db", error);
-  if (options.resume) {
-    if (!holds_flight) throw std::runtime_error("--resume: there is no flight.db in " + options.out);
-    return;
-  }
-  if (fs::exists(out, error) && !fs::is_directory(out, error)) {
-    throw std::runtime_error(options.out + " is not a folder");
-  }
-  if (fs::is_directory(out, error) && !fs::is_empty(out, error)) {
-    throw std::runtime_error("the folder " + options.out +
-                             " is not empty: name a new one, so that no earlier flight is lost" +
-                             (holds_flight ? ", or --resume the flight in it" : ""));
-  }
-  for (const char* folder : {"outbox", "acknowledged"}) {
-    fs::create_directories(out / folder, error);
-    if (error) throw std::runtime_error("cannot create " + (out / folder).string() + ": " + error.message());
-  }
-  const fs::path probe = out / ".probe";
-  if (!(std::ofstream(probe) << "x").flush()) throw std::runtime_error("cannot write into " + options.out);
-  fs::remove(probe, error);
 }
 
 namespace {
@@ -362,6 +338,7 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
   const fs::path out = options.out;
   const Arena& sqlite_memory = sqlite_arena();
   Flight flight(options, source, mission);
+  flight_has_begun(out);
   flight.run();
   source.finish();
 
