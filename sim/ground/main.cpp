@@ -10,6 +10,7 @@
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
 #include "sim/ground/report/score_file.hpp"
+#include "sim/ground/report/unknown_camera.hpp"
 #include "sim/ground/tasks/worker.hpp"
 #include "sim/ground/viewer/viewer_page.hpp"
 #include "sim/ground/work_steps.hpp"
@@ -25,6 +26,7 @@ int run_once(const GroundOptions& options) {
     const report::ReportTotals sums = report::totals(report);
     std::cout << sums.posed << " of " << host::counted(sums.keyframes, "keyframe") << " posed, " << sums.with_depth
               << " with depth, " << host::counted(report.strips.size(), "strip") << "\n";
+    for (const std::string& line : report::unknown_camera_lines(report.flight)) std::cout << line << "\n";
     if (report.score) {
       for (const std::string& line : report::score_lines(*report.score)) std::cout << line << "\n";
     }

@@ -247,8 +247,12 @@ std::string page_strips(const Report& report) {
       html += "<p class=\"note\">No depth came down for this strip: there is no terrain to show.</p>\n";
   }
   if (without_pose.empty()) return html;
+  const bool without_camera = report.flight.camera_record && !report.flight.camera_record->frozen;
   return html + "<h2>Strips without a pose</h2>\n<p>" + without_pose +
-         ": no two of their keyframes could be related, so nothing is mapped. See the keyframes for the reasons.</p>\n";
+         (without_camera
+              ? ": the camera was not found, so nothing is mapped.</p>\n"
+              : ": no two of their keyframes could be related, so nothing is mapped. See the keyframes for the "
+                "reasons.</p>\n");
 }
 
 std::string page_accuracy(const Report& report) {

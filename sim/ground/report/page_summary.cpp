@@ -4,6 +4,7 @@
 
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/report/page_sections.hpp"
+#include "sim/ground/report/unknown_camera.hpp"
 #include "sim/host/statistics.hpp"
 #include "sim/host/text_format.hpp"
 
@@ -241,6 +242,8 @@ std::string page_summary(const Report& report) {
                      viewer_link(report) + "</header>\n";
   html += "<p class=\"lede\">" + coverage_sentence(report, t) + accuracy_sentence(report) +
           trouble_sentence(report, t) + "</p>\n";
+  for (const std::string& line : unknown_camera_lines(report.flight))
+    html += "<p class=\"warn\">" + host::escaped(line) + "</p>\n";
   html += "<div class=\"tiles\">\n";
   const bool all = t.posed == t.keyframes && t.keyframes > 0;
   html += tile("Keyframes with final pose",
