@@ -99,6 +99,10 @@ double target_overlap_of(const GroundOptions& options, const std::optional<intak
 
 report::Report run_ground(const GroundOptions& options, std::ostream& messages) {
   // Inputs that the user named are checked before any work: a typing error shows at once.
+  if (fs::is_directory(options.outbox / "outbox") && fs::exists(options.outbox / "flight.db")) {
+    throw std::runtime_error(options.outbox.string() + " is the folder of a flight: name its downlink, " +
+                             (options.outbox / "outbox").string());
+  }
   const std::unique_ptr<report::Reference> reference = open_reference(options);
   report::Report report;
   if (!options.flight_info.empty()) report.info = intake::read_flight_info(options.flight_info);

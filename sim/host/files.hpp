@@ -18,6 +18,9 @@ void write_file(const std::filesystem::path& path, std::string_view text);
 /// Creates the folder with its parents; throws std::runtime_error when it is not writable.
 void make_output_folder(const std::filesystem::path& folder);
 
+/// Why a file could not be written, and what to do; `cause` is errno.
+[[nodiscard]] std::string write_failure(int cause);
+
 // Names.
 
 /// The last path component, with everything but letters, digits and `._-+@` replaced by `_`; empty for none or dots

@@ -4,12 +4,19 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "sim/host/command_line.hpp"
+#include "sim/host/files.hpp"
+#include "sim/host/reference_cameras.hpp"
+#include "sim/host/strip.hpp"
 #include "sim/sil/flight_folder.hpp"
 #include "sim/sil/image_source.hpp"
 #include "sim/sil/real_time.hpp"
@@ -26,6 +33,7 @@ struct CommandLine {
   SourceOptions source;
   FlightOptions flight;
   ScenarioOptions scenario;
+  std::string reference;
   bool memory_map = false;
   bool render_only = false;
   bool list_scenarios = false;
@@ -53,6 +61,8 @@ void describe_options(CLI::App& app, CommandLine& line) {
   app.add_option("--camera", source.camera,
                  "intrinsics in COLMAP's cameras.txt format (PINHOLE, OPENCV, ...); without them the flight "
                  "estimates them from the images, which works over relief only");
+  app.add_option("--reference", line.reference,
+                 "reference poses, with which others compare the flight; only checked here, before it begins");
   app.add_option("--navigation", source.navigation, "the vehicle's measurements, a CSV file (docs/navigation.md)");
   app.add_option("--mission", flight.mission_file, "mission parameters, an .ini file");
   app.add_option("--telecommands", flight.telecommands,
@@ -88,6 +98,24 @@ world::Scenario scenario_of(const CommandLine& line) {
   return chosen_scenario(line.scenario, line.flight.resume && fs::exists(flown) ? flown.string() : "");
 }
 
+/// A wrong file of reference poses is noticed before the flight, not after it.
+void check_reference(const CommandLine& line) {
+  if (line.reference.empty()) return;
+  std::set<std::string> known;
+  for (const host::ReferenceCamera& camera : host::read_reference_cameras(line.reference))
+    known.insert(host::stem(host::safe_name(camera.name)));
+  if (line.source.images.empty()) return;
+  const std::vector<host::StripFrame> strip = host::list_strip((fs::path(line.source.images) / "").parent_path());
+  const bool any = std::any_of(strip.begin(), strip.end(), [&](const host::StripFrame& frame) {
+    return known.contains(host::stem(host::safe_name(frame.file.filename().string())));
+  });
+  if (!any) {
+    throw std::runtime_error("reference poses " + line.reference + " name no image of " + line.source.images +
+                             ": the first word of a line is the name of an image, such as " +
+                             strip.front().file.filename().string());
+  }
+}
+
 int run(CommandLine& line) {
   if (line.list_scenarios) {
     list_scenarios(std::cout);
@@ -97,6 +125,7 @@ int run(CommandLine& line) {
     list_parameters(std::cout, scenario_of(line));
     return 0;
   }
+  check_reference(line);
   if (line.source.out.empty()) throw std::runtime_error("--out DIR is needed: where the flight leaves its products");
   SourceOptions& source = line.source;
   FlightOptions& flight = line.flight;
@@ -144,7 +173,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Flies the flight software over simulated or recorded images, in virtual time"};
   ilp::sil::CommandLine line;
   ilp::sil::describe_options(app, line);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   if (line.memory_map) {
     ilp::sil::print_memory_map(std::cout);
     return 0;

@@ -45,6 +45,8 @@ constexpr std::int64_t longest_drain_frames = 4 * 3600 * (ns_per_s / minor_frame
 // Behind the last image, beyond the longest time that the store is full. The pipeline needs no mission time at all.
 constexpr TimeNs longest_standstill_ns = 120 * ns_per_s;
 constexpr double longest_wait_for_store_s = 3600;
+/// With less, the database cannot grow.
+constexpr std::uintmax_t least_free_bytes = 1U << 20U;
 
 Arena& sqlite_arena() {
   static Arena arena;
@@ -155,6 +157,7 @@ class Flight {
   [[nodiscard]] Executive& executive() { return software_->executive(); }
   [[nodiscard]] const Receiver& receiver() const { return receiver_; }
   [[nodiscard]] TimeNs now() { return clock_.now(); }
+  [[nodiscard]] std::uint64_t files_delivered() const { return software_->files_delivered(); }
   [[nodiscard]] bool all_sent() const { return software_->drained(); }
   /// As telecommands have left it.
   [[nodiscard]] const MissionParameters& mission() const { return mission_; }
@@ -268,6 +271,12 @@ void Flight::meet_power_cuts(std::int64_t frame) {
 
 void Flight::end_standstill() {
   if (!camera_.source_ended() || software_->processed() || !guard_.stalled(store_, clock_.now())) return;
+  std::error_code error;
+  const fs::space_info space = fs::space(out_, error);
+  if (!error && space.available < least_free_bytes) {
+    throw std::runtime_error("the flight stands still because the disk of " + out_.string() +
+                             " is full: make room, and go on with --resume");
+  }
   std::string faults;
   for (const Stage& stage : schedule) {
     const ComponentStats& stats = executive().stats(stage.component);
@@ -381,8 +390,13 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
       {"faults", flight.fault_counts()},
   };
   std::ofstream(out / "flight-info.json") << info.dump(2) << "\n";
-  std::cerr << "Flight over: " << frames << " frames, " << keyframes << " keyframes, " << receiver.files()
-            << " files with " << receiver.bytes() << " bytes in " << (out / "outbox").string() << "\n";
+  std::cerr << "Flight over: " << frames << " frames, " << keyframes << " keyframes, ";
+  if (options.linked()) {
+    std::cerr << flight.files_delivered() << " files delivered over the link\n";
+  } else {
+    std::cerr << receiver.files() << " files with " << receiver.bytes() << " bytes in " << (out / "outbox").string()
+              << "\n";
+  }
   if (!flight.all_sent()) std::cerr << "ilp-sil: the link did not carry everything\n";
   if (frames == 0) {
     std::cerr << "ilp-sil: the source gave no usable frame\n";

@@ -61,7 +61,7 @@ class BadInputTest : public testing::Test {
 TEST_F(BadInputTest, AnEmptyFolder) {
   fs::create_directories(folder / "empty");
   expect_refused({ILP_SIL, "--images", folder / "empty", "--camera", camera_file, "--out", out.string()},
-                 {"empty", "no PNG or PGM"});
+                 {"empty", "holds no image"});
 }
 
 TEST_F(BadInputTest, AFolderThatIsNotThere) {

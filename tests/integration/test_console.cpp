@@ -182,7 +182,11 @@ TEST_F(ConsoleTest, WrongInputIsSaid) {
   const SocketAddress nobody = test::free_address();
   const ToolResult refused = run("127.0.0.1:" + std::to_string(nobody.port) + " --tcp");
   EXPECT_EQ(refused.status, 1);
-  EXPECT_TRUE(says(refused, "connecting to the package: Connection refused")) << refused.output;
+  EXPECT_TRUE(says(refused, "connecting to the flight: Connection refused; start the flight")) << refused.output;
+  const ToolResult silent = run("127.0.0.1:" + std::to_string(nobody.port) + " --patience 6");
+  EXPECT_EQ(silent.status, 1);
+  EXPECT_TRUE(says(silent, "nothing has come from the flight: no program listens there")) << silent.output;
+  EXPECT_TRUE(says(silent, "no report comes from the flight at 127.0.0.1")) << silent.output;
   write("keys", "7 zz\n");
   EXPECT_TRUE(says(run("127.0.0.1:9 --key " + quoted(path("keys"))), "hexadecimal"));
   EXPECT_TRUE(says(run("127.0.0.1:9 --tailoring other"), "standard, fsfw or yamcs"));

@@ -28,6 +28,8 @@ constexpr const char* watched[] = {"status", "components", "link",     "commandi
 /// Housekeeping that has not come by then is requested again: the flight may have been out of contact.
 constexpr double report_patience_s = 10, first_patience_s = 3;
 constexpr double answer_s = 15;
+/// After this time without any report the operator is told what may be wrong.
+constexpr double silence_s = 5;
 /// The flight takes no larger file.
 constexpr std::uintmax_t largest_uplink = limits::max_uplink_bytes;
 
@@ -220,6 +222,7 @@ void OperatorConsole::step(double seconds) {
   watch_receiver();
   keep_subscribed(now);
   doubt_silent_requests(now);
+  doubt_silent_address(now);
 }
 
 void OperatorConsole::keep_subscribed(double now) {
@@ -237,6 +240,19 @@ void OperatorConsole::doubt_silent_requests(double now) {
     request.heard = true;
     say_("no answer yet: " + request.words + "; is the flight in contact?");
   }
+}
+
+std::string OperatorConsole::silence_words() const {
+  if (console_.refused())
+    return "no program listens there: start the flight with this address (--link-udp), or correct the address";
+  return "check the address, that the flight runs with it (--link-udp, --link-tcp), its key (--key), and that it is in "
+         "contact";
+}
+
+void OperatorConsole::doubt_silent_address(double now) {
+  if (silence_told_ || view_.heard_s || now - begun_s_ < silence_s) return;
+  silence_told_ = true;
+  say_("nothing has come from the flight: " + silence_words() + "; the console goes on asking");
 }
 
 std::vector<std::string> OperatorConsole::waiting() const {

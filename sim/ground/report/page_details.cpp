@@ -97,6 +97,7 @@ host::Plot richness_plot(const Report& report) {
   host::Plot plot;
   plot.title = "Image Richness Index and novelty";
   plot.x_label = "keyframe";
+  plot.y_label = "0 to 1";
   plot.series = {per_keyframe(report, "richness", "s1", host::Mark::line,
                               [](const intake::Keyframe& k) { return k.richness ? k.richness->richness : unknown; }),
                  per_keyframe(report, "novelty", "s2", host::Mark::line,
