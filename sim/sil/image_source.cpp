@@ -37,6 +37,13 @@ CameraModel simulated_camera(const SourceOptions& options) {
   return options.camera_known ? truth : nominal_camera(truth, options.seed);
 }
 
+/// The flight's event about an image that cannot be read has no name in it.
+Status decode_and_tell(const char* path, FrameImage& image) {
+  const Status status = host::decode_image(path, image);
+  if (!status.ok()) std::cerr << "\nilp-sil: image " << path << " is left out: " << host::describe(status) << "\n";
+  return status;
+}
+
 class StripSource final : public ImageSource {
  public:
   StripSource(const fs::path& index, const CameraModel& camera_model, bool known, std::size_t count, std::string text) {
@@ -44,8 +51,7 @@ class StripSource final : public ImageSource {
     camera_known = known;
     frames = count;
     description = std::move(text);
-    host::require(camera_.open(index.c_str(), model.width, model.height, host::decode_image),
-                  "opening " + index.string());
+    host::require(camera_.open(index.c_str(), model.width, model.height, decode_and_tell), "opening " + index.string());
   }
   Camera& camera() override { return camera_; }
 

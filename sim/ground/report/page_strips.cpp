@@ -186,8 +186,8 @@ std::string strip_facts(const Report& report, const StripResult& s) {
   html += ".</p>\n<p class=\"note\">";
   if (s.vertices > 0) {
     html += "Surface <code>model" + s.suffix + ".ply</code>: " + std::to_string(s.vertices) + " vertices, " +
-            std::to_string(s.faces) + " faces, every " +
-            (s.stride == 1 ? std::string("cell") : std::to_string(s.stride) + ". cell") + ". ";
+            std::to_string(s.faces) + " faces, " +
+            (s.stride == 1 ? std::string("all cells") : "one cell in " + std::to_string(s.stride) + " each way") + ". ";
   }
   if (s.colmap.images > 0) {
     html += "COLMAP model <code>colmap" + s.suffix + "</code>: " + std::to_string(s.colmap.images) + " images, " +

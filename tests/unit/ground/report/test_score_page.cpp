@@ -1,7 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <regex>
 #include <sstream>
 
 #include "sim/ground/ground_run.hpp"
@@ -122,6 +126,49 @@ TEST(ScorePage, PagesWithoutAScoreHaveNoSuchSection) {
   std::ostringstream messages;
   (void)ground::run_ground(options, messages);
   EXPECT_EQ(text_of(options.out / "report.html").find("Against the truth"), std::string::npos);
+}
+
+/// Relative luminance of #rrggbb (WCAG 2.2).
+double luminance(const std::string& colour) {
+  const auto channel = [&](std::size_t at) {
+    const double c = std::stoi(colour.substr(at, 2), nullptr, 16) / 255.0;
+    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+  };
+  return 0.2126 * channel(1) + 0.7152 * channel(3) + 0.0722 * channel(5);
+}
+
+TEST(Pages, TextStandsOutFromWhatIsBehindIt) {
+  const test::TemporaryFolder folder;
+  test::write_outbox(test::make_flight(false), folder.path() / "outbox");
+  ground::GroundOptions options;
+  options.outbox = folder.path() / "outbox";
+  options.out = folder.path() / "out";
+  std::ostringstream messages;
+  (void)ground::run_ground(options, messages);
+  for (const char* name : {"report.html", "viewer.html"}) {
+    if (!fs::exists(options.out / name)) continue;
+    const std::string page = text_of(options.out / name);
+    std::size_t schemes = 0;
+    const std::regex scheme(":root ?\\{([^}]*)\\}"), entry("--([a-z]+): ?#([0-9a-f]{6}|[0-9a-f]{3})\\b");
+    for (std::sregex_iterator root(page.begin(), page.end(), scheme), end; root != end; ++root, ++schemes) {
+      std::map<std::string, double> light;
+      const std::string inside = (*root)[1];
+      for (std::sregex_iterator it(inside.begin(), inside.end(), entry); it != end; ++it) {
+        const std::string hex = (*it)[2];
+        const bool brief = hex.size() == 3;
+        std::string colour = "#";
+        for (const char c : hex) colour += std::string(brief ? 2 : 1, c);
+        light[(*it)[1]] = luminance(colour);
+      }
+      for (const char* text : {"ink", "muted", "accent", "good", "warn", "bad"}) {
+        for (const char* behind : {"page", "card"}) {
+          const double a = light.at(text), b = light.at(behind);
+          EXPECT_GE((std::max(a, b) + 0.05) / (std::min(a, b) + 0.05), 4.5) << name << ": " << text << " on " << behind;
+        }
+      }
+    }
+    EXPECT_EQ(schemes, 2U) << name << ": light and dark";
+  }
 }
 
 TEST(ScoreLines, SayWhatWasMeasuredAndNothingElse) {
