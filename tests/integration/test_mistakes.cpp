@@ -120,10 +120,12 @@ TEST_F(Mistakes, AreNamedWithWhatToDo) {
 }
 
 TEST_F(Mistakes, AFullDiskIsNamed) {
-  const test::ToolResult result = test::run_tool("cd " + test::quoted(folder_ / "") +
-                                                 " && " ILP_LAB " overlap images/1.png images/2.png 2>&1 >/dev/full");
+  host::write_png(path("image.png"), host::Raster<std::uint8_t>(128, 128, 90).view());
+  const test::ToolResult result =
+      test::run_tool("cd " + test::quoted(folder_ / "") + " && " ILP_LAB " encode image.png --out /dev/full 2>&1");
   EXPECT_EQ(result.status, 1) << result.output;
-  EXPECT_NE(result.output.find("cannot be written"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("/dev/full cannot be written: the disk is full: make room"), std::string::npos)
+      << result.output;
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 namespace ilp::console {
 namespace {
 
-constexpr std::size_t kept_lines = 500;
+constexpr std::size_t remembered_lines = 500;
 constexpr char end_of_input = 4, backspace = 8, tabulator = 9, kill_line = 21, escape = 27, rubout = 127;
 
 std::size_t common_length(const std::vector<std::string>& lines) {
@@ -60,7 +60,7 @@ std::optional<std::string> LineEditor::next_line() {
     keys_.erase(0, 1);
     if (key == '\n' || key == '\r') {
       if (!typed_.empty() && (history_.empty() || history_.back() != typed_)) history_.push_back(typed_);
-      if (history_.size() > kept_lines) history_.erase(history_.begin());
+      if (history_.size() > remembered_lines) history_.erase(history_.begin());
       place_ = history_.size();
       return std::exchange(typed_, {});
     }

@@ -72,7 +72,8 @@ footer{margin-top:48px;border-top:1px solid var(--line);padding-top:14px}
 code{font-size:.92em}
 .keyframes th,.keyframes td{padding:5px 7px}.keyframes td.w{min-width:11em}
 .keyframes th:first-child,.keyframes td:first-child{position:sticky;left:0;background:var(--card)}
-@media (max-width:760px){main{padding:20px 12px 40px}.columns{columns:1}th,td{padding:4px 6px}td.w{min-width:11em}.frame .row{grid-template-columns:1fr 1fr}}
+@media (max-width:760px){main{padding:20px 12px 40px}.columns{columns:1}th,td{padding:4px 6px}
+td.w{min-width:11em}.frame .row{grid-template-columns:1fr 1fr}}
 @media print{body{font-size:11px}main{padding:0}.frames{grid-template-columns:repeat(3,1fr)}}
 )css";
 

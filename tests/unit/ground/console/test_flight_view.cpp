@@ -170,7 +170,7 @@ TEST(ReportWords, AnEventHasItsMeaningAndWhatToDo) {
   const std::vector<std::uint8_t> auxiliary = data_of([](ByteWriter& out) {
     out.u8(4);
     out.number(17, 8);
-    out.number(static_cast<std::uint64_t>(std::int64_t{-2}), 8);
+    out.number(static_cast<std::uint64_t>(StripEnd::overlap_lost), 8);
     out.u32(9);
     ASSERT_TRUE(encode_time(tailoring.time, 3600 * ns_per_s, out).ok());
   });
@@ -178,7 +178,8 @@ TEST(ReportWords, AnEventHasItsMeaningAndWhatToDo) {
     encode_event(tailoring, static_cast<std::uint32_t>(StatusCode::strip_broken), auxiliary, out);
   });
   EXPECT_EQ(event_words(tailoring, report),
-            "event 9 medium at 01:00:00 overlap_checker strip_broken: strip 17 ended, reason -2. To do: " +
+            "event 9 medium at 01:00:00 overlap_checker strip_broken: strip 17 ended, reason overlap lost "
+            "(docs/records.md, strip). To do: " +
                 std::string(status_advice(StatusCode::strip_broken)));
   report.data.resize(report.data.size() - 3);
   EXPECT_EQ(event_words(tailoring, report), "an event report that is cut short");
