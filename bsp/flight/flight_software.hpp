@@ -69,6 +69,8 @@ class FlightSoftware {
 
   /// The source of images has ended and everything has been processed.
   [[nodiscard]] bool processed() const;
+  /// Files that the ground holds, of those that went by CFDP.
+  [[nodiscard]] std::uint64_t files_delivered() const { return file_delivery_.counts().delivered; }
   /// ... and everything has been sent and confirmed.
   [[nodiscard]] bool drained() const { return processed() && downlink_.drained(); }
 

@@ -1,5 +1,7 @@
 #include "bsp/flight/packet_links.hpp"
 
+#include <cerrno>
+
 namespace ilp {
 namespace {
 
@@ -14,6 +16,17 @@ Status open_udp(const char* local, const char* peer, UdpLink& link, const char*&
 }
 
 }  // namespace
+
+const char* link_advice(const Status& status) {
+  if (status.is(StatusCode::parse_error))
+    return "an address is written in numbers: 127.0.0.1:10025, with a port up to 65535";
+  if (status.is(StatusCode::invalid_argument)) return "a peer needs its own link beside it: --link-udp or --cfdp-udp";
+  if (status.a == EADDRINUSE) return "another program uses this address: end that program, or name another port";
+  if (status.a == EADDRNOTAVAIL)
+    return "this machine has no such address: name one of its own, or 0.0.0.0 for all of them";
+  if (status.a == EACCES) return "this port needs permissions: name one from 1024 on";
+  return "the system refuses this address: name another one";
+}
 
 Status PacketLinks::open(const PacketLinkOptions& options, const char*& culprit) {
   options_ = options;

@@ -18,6 +18,9 @@ struct PacketLinkOptions {
   [[nodiscard]] bool any() const { return udp != nullptr || tcp != nullptr || cfdp != nullptr; }
 };
 
+/// What to do about an option that `PacketLinks::open` has refused, in words; of the statuses of `open` only.
+[[nodiscard]] const char* link_advice(const Status& status);
+
 class PacketLinks {
  public:
   explicit PacketLinks(Clock& clock) : udp_(clock), tcp_(clock), cfdp_(clock) {}

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "bsp/linux/status_line.hpp"
 #include "bsp/linux/video_camera.hpp"
 #include "cfg/schedule.hpp"
 #include "hal/camera/v4l2/linux_video_device.hpp"
@@ -83,8 +84,7 @@ class Check {
       const Status status = camera_.capture(now, image_, frame);
       if (status.is(StatusCode::not_ready)) return;
       if (!status.ok()) {
-        std::printf("%9.3f  %s a = %lld, b = %lld\n", seconds(now), status_name(status.code),
-                    static_cast<long long>(status.a), static_cast<long long>(status.b));
+        std::printf("%9.3f  %s: %s\n", seconds(now), status_name(status.code), status_sentence(status).c_str());
         continue;
       }
       if (answers_ < max_answers) errors_ns_[answers_++] = frame.time_ns - wanted_ns_;
@@ -123,8 +123,7 @@ int main(int argc, char** argv) {
   const Status status = check.start(argv[1], static_cast<std::int32_t>(std::strtol(argv[2], nullptr, 10)),
                                     static_cast<std::int32_t>(std::strtol(argv[3], nullptr, 10)));
   if (!status.ok()) {
-    std::fprintf(stderr, "ilp-camera-check: %s (a = %lld, b = %lld): %s\n", status_text(status.code),
-                 static_cast<long long>(status.a), static_cast<long long>(status.b), status_advice(status.code));
+    std::fprintf(stderr, "ilp-camera-check: %s: %s\n", status_sentence(status).c_str(), status_advice(status.code));
     return 1;
   }
   check.run(ns_from_seconds(length_s), ns_from_seconds(interval_s));

@@ -205,7 +205,10 @@ bool Flight::prepare_links() {
   }
   const char* culprit = nullptr;
   const Status opened = open_links(options_.links, links_, culprit);
-  if (!opened.ok()) return good(culprit, opened);
+  if (!opened.ok()) {
+    std::fprintf(stderr, "ilp-onboard: link %s: %s\n", culprit, link_advice(opened));
+    return false;
+  }
   if (options_.key != nullptr && !good(options_.key, read_key_file(options_.key, keys_))) return false;
   const bool keys_wanted = options_.links.any() && mission_.authentication != Authentication::none;
   return !keys_wanted || !keys_.empty() || good("[link] authentication needs --key", StatusCode::authentication_off);

@@ -2,6 +2,8 @@
 
 #include <cstdio>
 
+#include "bsp/linux/status_line.hpp"
+
 namespace ilp {
 namespace {
 
@@ -30,8 +32,7 @@ Status start_video_camera(const char* settings, const CameraModel& model, const 
   if (status.ok()) {
     print_verdict(camera);
   } else {
-    std::fprintf(stderr, "camera: %s (a = %lld, b = %lld); the flight goes on and tries again\n",
-                 status_text(status.code), static_cast<long long>(status.a), static_cast<long long>(status.b));
+    std::fprintf(stderr, "camera: %s; the flight goes on and tries again\n", status_sentence(status).c_str());
   }
   return {};
 }

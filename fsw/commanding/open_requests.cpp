@@ -9,10 +9,11 @@ constexpr int events_per_step = 256;
 // Captures of a series are commanded this long before their time: the capture clock holds a limited number.
 constexpr TimeNs series_lead_ns = 2 * ns_per_s;
 
-Status fault_of(const CaptureRecord& capture) {
+Status fault_of(const CaptureRecord& capture, const MissionParameters& mission) {
   switch (capture.state) {
     case CaptureState::no_frame:
-      if (capture.reason == 0) return {StatusCode::capture_missed, capture.id};
+      if (capture.reason == 0)
+        return {StatusCode::capture_missed, capture.id, ns_from_seconds(mission.capture_timeout_s) / ns_per_ms};
       return {static_cast<StatusCode>(capture.reason), capture.id,
               distance(capture.exposed_ns, capture.requested_ns) / ns_per_us};
     case CaptureState::rejected:
@@ -93,7 +94,7 @@ Status Telecommander::follow_captures(State& after, NewsList& news, bool& change
       continue;
     }
     changed = true;
-    const Status fault = found.ok() ? fault_of(capture) : Status{StatusCode::no_completion, 0};
+    const Status fault = found.ok() ? fault_of(capture, mission_) : Status{StatusCode::no_completion, 0};
     for (OpenRequest& request : after.open) {
       if (request.id != watched.request_id) continue;
       if (request.outstanding > 0) --request.outstanding;

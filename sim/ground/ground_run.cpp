@@ -16,6 +16,7 @@
 #include "sim/ground/received_flight.hpp"
 #include "sim/ground/report/accuracy.hpp"
 #include "sim/ground/report/report.hpp"
+#include "sim/ground/report/unknown_camera.hpp"
 #include "sim/ground/result_files.hpp"
 #include "sim/ground/run_record.hpp"
 #include "sim/ground/tasks/work_result.hpp"
@@ -124,8 +125,22 @@ void keep_record(const GroundOptions& options, const report::Report& report, con
 
 }  // namespace
 
+/// A telecommand may have changed it after the flight information was written.
+double target_overlap_of(const GroundOptions& options, const std::optional<intake::FlightInfo>& info) {
+  if (options.target_overlap > 0) return options.target_overlap;
+  if (!options.flight_db.empty()) {
+    const std::optional<double> set = intake::read_setting(options.flight_db, "overlap.target_overlap");
+    if (set) return *set;
+  }
+  return info && info->target_overlap ? *info->target_overlap : unknown;
+}
+
 report::Report run_ground(const GroundOptions& options, std::ostream& messages) {
   // Inputs that the user named are checked before any work: a typing error shows at once.
+  if (fs::is_directory(options.outbox / "outbox") && fs::exists(options.outbox / "flight.db")) {
+    throw std::runtime_error(options.outbox.string() + " is the folder of a flight: name its downlink, " +
+                             (options.outbox / "outbox").string());
+  }
   const std::unique_ptr<report::Reference> reference = open_reference(options);
   report::Report report;
   if (!options.flight_info.empty()) report.info = intake::read_flight_info(options.flight_info);
@@ -144,10 +159,7 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   if (!options.acknowledge.empty())
     intake::write_acknowledgements(intake::acknowledgements_of(report.outbox), options.acknowledge);
 
-  report.target_overlap =
-      options.target_overlap > 0
-          ? options.target_overlap
-          : (report.info ? report.info->target_overlap : std::nullopt).value_or(MissionParameters{}.target_overlap);
+  report.target_overlap = target_overlap_of(options, report.info);
   report.has_reference = reference != nullptr;
   report.missing = intake::missing_of(report.flight);
   if (!report.missing.empty())
@@ -193,6 +205,7 @@ std::vector<std::string> summary_of(const GroundOptions& options, const report::
   std::vector<std::string> lines{std::to_string(sums.posed) + " of " + host::counted(sums.keyframes, "keyframe") +
                                  " posed, " + std::to_string(sums.with_depth) + " with depth, " +
                                  host::counted(report.strips.size(), "strip")};
+  for (std::string& line : report::unknown_camera_lines(report.flight)) lines.push_back(std::move(line));
   if (report.score) {
     for (std::string& line : report::score_lines(*report.score)) lines.push_back(std::move(line));
   }

@@ -28,7 +28,7 @@ struct GroundOptions {
   std::string title;
   bool afresh = false;                 ///< forget what was taken in and computed before
   bool check = false;                  ///< read every file of the results, to find damage
-  double target_overlap = 0;           ///< 0: what the flight info says, else the mission's default
+  double target_overlap = 0;           ///< 0: what the database or the flight info says, else unknown
   std::size_t max_vertices = 1100000;  ///< of one model: 45 MB
 };
 

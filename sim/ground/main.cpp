@@ -14,6 +14,7 @@
 #include "sim/ground/merge_command.hpp"
 #include "sim/ground/tasks/worker.hpp"
 #include "sim/ground/work_steps.hpp"
+#include "sim/host/command_line.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace {
@@ -50,7 +51,7 @@ int work_main(int argc, char** argv) {
   app.add_option("package", package, "file below DIR/work")->required();
   app.add_option("--out", out, "folder for the results of the run, DIR")->required();
   app.add_option("--threads", params.threads, "threads; 0: one per core")->check(CLI::Range(0, 1024));
-  CLI11_PARSE(app, argc, argv);
+  if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   try {
     const tasks::WorkDone done = tasks::do_work(package, out, params);
     std::cout << host::counted(done.pieces, "piece") << " of work done, " << done.before << " of them before\n";
@@ -137,7 +138,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"looks", "tiles", "finish"}));
   std::size_t task_count = 1;
   app.add_option("--tasks", task_count, "most packages that --plan writes")->check(CLI::Range(1, 1000));
-  CLI11_PARSE(app, argc, argv);
+  if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   if (!planned.empty()) return plan(options, planned, task_count);
   return follow_s > 0 ? follow(options, follow_s) : run_once(options);
 }

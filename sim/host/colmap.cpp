@@ -1,9 +1,11 @@
 #include "sim/host/colmap.hpp"
 
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <iomanip>
+#include <iterator>
 #include <map>
 #include <sstream>
 #include <stdexcept>
@@ -18,6 +20,15 @@ namespace ilp::host {
 namespace {
 
 constexpr double colmap_pixel_centre = 0.5;
+
+constexpr const char* example = "1 PINHOLE 640 480 550 550 320 240";
+/// name width height fx fy cx cy R C
+constexpr std::ptrdiff_t words_of_reference_pose = 19;
+
+std::ptrdiff_t word_count(const std::string& line) {
+  std::istringstream words(line);
+  return std::distance(std::istream_iterator<std::string>(words), std::istream_iterator<std::string>());
+}
 
 CameraModel from_parameters(const std::string& model, const std::vector<double>& p) {
   CameraModel camera;
@@ -79,7 +90,7 @@ CameraModel read_colmap_camera(const std::filesystem::path& path) {
   static const std::map<std::string, std::size_t> parameter_counts = {
       {"SIMPLE_PINHOLE", 3}, {"PINHOLE", 4}, {"SIMPLE_RADIAL", 4}, {"RADIAL", 5}, {"OPENCV", 8}};
   std::ifstream in(path);
-  if (!in) throw std::runtime_error("camera file " + path.string() + " cannot be read");
+  if (!in) throw std::runtime_error("camera file " + path.string() + " cannot be read: check the path");
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
     const std::string place = "camera file " + path.string() + ", line " + std::to_string(number) + ": ";
@@ -90,8 +101,11 @@ CameraModel read_colmap_camera(const std::filesystem::path& path) {
     long width = 0;
     long height = 0;
     if (!(words >> model >> width >> height)) {
-      throw std::runtime_error(place + "expected CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS...");
+      throw std::runtime_error(place + "expected CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS..., for example " + example);
     }
+    if (word_count(line) == words_of_reference_pose)
+      throw std::runtime_error(place + "this is a line of reference poses (--reference); a camera is written " +
+                               example);
     const auto known = parameter_counts.find(model);
     if (known == parameter_counts.end()) {
       throw std::runtime_error(place + "camera model " + model +
@@ -146,7 +160,7 @@ void write_colmap_camera(const std::filesystem::path& path, const CameraModel& c
       << camera.cy + colmap_pixel_centre;
   if (camera.has_distortion()) out << " " << camera.k1 << " " << camera.k2 << " " << camera.p1 << " " << camera.p2;
   out << "\n";
-  if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written");
+  if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written: " + host::write_failure(errno));
 }
 
 void write_colmap_text(const ColmapText& model, const std::filesystem::path& folder) {

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -14,6 +15,13 @@
 
 namespace ilp::host {
 namespace fs = std::filesystem;
+
+std::string write_failure(int cause) {
+  if (cause == ENOSPC || cause == EDQUOT) return "the disk is full: make room, or name a folder on another disk";
+  if (cause == EACCES || cause == EPERM || cause == EROFS) return "no permission to write there: name another folder";
+  return (cause != 0 ? std::strerror(cause) : std::string("it failed")) +
+         "; check the folder's permissions and free space";
+}
 
 std::vector<std::uint8_t> read_file(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -30,9 +38,10 @@ void write_file(const fs::path& path, std::span<const std::uint8_t> bytes) {
     file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     file.close();
     if (!file) {
+      const int cause = errno;
       std::error_code ignored;
       fs::remove(temporary, ignored);
-      throw std::runtime_error("cannot write " + path.string() + ": check the folder's permissions and free space");
+      throw std::runtime_error("cannot write " + path.string() + ": " + write_failure(cause));
     }
   }
   std::error_code error;
@@ -139,9 +148,12 @@ void make_output_folder(const fs::path& folder) {
                              (error ? ": " + error.message() : std::string(": something else has this name")));
   }
   const fs::path probe = folder / ".ilp-ground-probe";
-  const bool writable = std::ofstream(probe).good();
+  errno = 0;
+  const bool writable = (std::ofstream(probe) << "probe").flush().good();
+  const int cause = errno;
   fs::remove(probe, error);
-  if (!writable) throw std::runtime_error("the output folder " + folder.string() + " is not writable");
+  if (!writable)
+    throw std::runtime_error("cannot write into the folder " + folder.string() + ": " + write_failure(cause));
 }
 
 std::string safe_name(std::string_view name) {

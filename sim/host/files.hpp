@@ -38,6 +38,8 @@ struct FileState {
 [[nodiscard]] std::optional<FileState> state_of(const std::filesystem::path& path);
 /// Fingerprint of the content; not for security. None when the file cannot be read.
 [[nodiscard]] std::optional<std::uint64_t> content_digest(const std::filesystem::path& path);
+/// Why a file could not be written, and what to do; `cause` is errno.
+[[nodiscard]] std::string write_failure(int cause);
 
 // Names.
 

@@ -3,6 +3,7 @@
 #include <png.h>
 
 #include <bit>
+#include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -12,6 +13,7 @@
 #include <string>
 
 #include "hal/camera/directory/pgm.hpp"
+#include "sim/host/files.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/host/text_format.hpp"
 
@@ -108,13 +110,14 @@ void save_png(const fs::path& path, int width, int height, png_uint_32 format, c
   writer.image.height = static_cast<png_uint_32>(height);
   writer.image.format = format;
   if (png_image_write_to_file(&writer.image, path.c_str(), 0, pixels, stride_bytes, nullptr) == 0) {
-    fail_image(path, std::string("cannot be written: ") + writer.image.message);
+    const int cause = errno;
+    fail_image(path, "cannot be written: " + (cause == ENOSPC ? write_failure(cause) : writer.image.message));
   }
 }
 
 std::ofstream create(const fs::path& path) {
   std::ofstream out(path, std::ios::binary);
-  if (!out) fail_image(path, "cannot be written");
+  if (!out) fail_image(path, "cannot be written: " + write_failure(errno));
   return out;
 }
 
@@ -147,7 +150,7 @@ void write_pgm(const fs::path& path, ImageView<const std::uint8_t> gray) {
   std::ofstream out = create(path);
   out << "P5\n" << gray.width << " " << gray.height << "\n255\n";
   for (int y = 0; y < gray.height; ++y) out.write(reinterpret_cast<const char*>(gray.row(y)), gray.width);
-  if (!out.flush()) fail_image(path, "cannot be written");
+  if (!out.flush()) fail_image(path, "cannot be written: " + write_failure(errno));
 }
 
 std::vector<std::uint8_t> pfm_bytes(ImageView<const float> values) {
@@ -166,7 +169,7 @@ void write_pfm(const fs::path& path, ImageView<const float> values) {
   const std::vector<std::uint8_t> bytes = pfm_bytes(values);
   std::ofstream out = create(path);
   out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (!out.flush()) fail_image(path, "cannot be written");
+  if (!out.flush()) fail_image(path, "cannot be written: " + write_failure(errno));
 }
 
 Raster<float> read_pfm(const fs::path& path) {

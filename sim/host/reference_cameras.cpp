@@ -40,6 +40,9 @@ bool is_rotation(const Mat3& r) {
 }
 
 ReferenceCamera parse(const std::string& place, const std::vector<std::string>& words) {
+  if (words.size() > 4 && (words[1].ends_with("PINHOLE") || words[1].ends_with("RADIAL") || words[1] == "OPENCV"))
+    fail(place,
+         "this is a camera file (--camera); reference poses are lines of name width height fx fy cx cy R(9) C(3)");
   if (words.size() != words_per_line) {
     fail(place, "expected 19 words (name width height fx fy cx cy R(9) C(3)), found " + std::to_string(words.size()));
   }
@@ -73,7 +76,7 @@ void put(std::ostream& out, double value) {
 
 std::vector<ReferenceCamera> read_reference_cameras(const std::filesystem::path& path) {
   std::ifstream in(path);
-  if (!in) throw std::runtime_error("reference poses " + path.string() + " cannot be read");
+  if (!in) throw std::runtime_error("reference poses " + path.string() + " cannot be read: check the path");
   std::vector<ReferenceCamera> cameras;
   std::set<std::string> names;
   std::string line;

@@ -1,10 +1,13 @@
 #include "sim/host/strip.hpp"
+#include "sim/host/files.hpp"
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
 
@@ -60,7 +63,39 @@ bool is_image(const fs::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".png" || extension == ".pgm";
+  constexpr const char* known[] = {".png", ".pgm", ".jpg", ".jpeg", ".tif", ".tiff"};
+  return std::find(std::begin(known), std::end(known), extension) != std::end(known);
+}
+
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+/// Digits from `at` on, without leading zeros; `at` moves behind them.
+std::string number_at(const std::string& text, std::size_t& at) {
+  const std::size_t begin = at;
+  while (at < text.size() && is_digit(text[at])) ++at;
+  const std::size_t first = std::min(text.find_first_not_of('0', begin), at);
+  return text.substr(first, at - first);
+}
+
+/// img_2 stands before img_10.
+bool natural_order(const std::string& a, const std::string& b) {
+  std::size_t i = 0, j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (is_digit(a[i]) && is_digit(b[j])) {
+      const std::string first = number_at(a, i), second = number_at(b, j);
+      if (first.size() != second.size()) return first.size() < second.size();
+      if (first != second) return first < second;
+    } else if (a[i] != b[j]) {
+      return a[i] < b[j];
+    } else {
+      ++i;
+      ++j;
+    }
+  }
+  if (a.size() - i != b.size() - j) return a.size() - i < b.size() - j;
+  return a < b;
 }
 
 std::vector<StripFrame> frames_in(const fs::path& folder) {
@@ -71,7 +106,9 @@ std::vector<StripFrame> frames_in(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.is_regular_file() && is_image(entry.path())) frames.push_back({0, entry.path(), {}, true});
   }
-  std::sort(frames.begin(), frames.end(), [](const StripFrame& a, const StripFrame& b) { return a.file < b.file; });
+  std::sort(frames.begin(), frames.end(), [](const StripFrame& a, const StripFrame& b) {
+    return natural_order(a.file.filename().string(), b.file.filename().string());
+  });
   for (std::size_t i = 0; i < frames.size(); ++i)
     frames[i].time_ns = static_cast<std::int64_t>(i) * default_interval_ns;
   return frames;
@@ -80,18 +117,23 @@ std::vector<StripFrame> frames_in(const fs::path& folder) {
 }  // namespace
 
 std::vector<StripFrame> list_strip(const fs::path& folder) {
-  if (!fs::is_directory(folder)) throw std::runtime_error(folder.string() + " is not a folder of images");
+  if (!fs::is_directory(folder))
+    throw std::runtime_error(folder.string() + " is not a folder of images: check the path");
   std::vector<StripFrame> frames = frames_in(folder);
   if (frames.empty() && fs::is_directory(folder / "images")) frames = frames_in(folder / "images");
-  if (frames.empty()) throw std::runtime_error(folder.string() + " holds no PNG or PGM image");
+  if (frames.empty())
+    throw std::runtime_error(folder.string() +
+                             " holds no image: name a folder with PNG, PGM, JPEG or TIFF files, or with a times.txt");
   return frames;
 }
 
 std::vector<std::string> strip_warnings(const std::vector<StripFrame>& frames) {
   std::vector<std::string> warnings;
   if (frames.size() > 1 && frames.front().time_is_assumed) {
-    warnings.push_back(frames.front().file.parent_path().string() +
-                       " has no times.txt: the images are taken as two seconds apart, in the order of their names");
+    warnings.push_back(
+        frames.front().file.parent_path().string() +
+        " has no times.txt: the images are taken as two seconds apart, in the order of their names, numbers by "
+        "their value");
   }
   ImageSize first;
   std::string first_name;
@@ -122,7 +164,9 @@ void write_strip_index(const fs::path& index, const std::vector<StripFrame>& fra
   std::ofstream out(index);
   out << "# time_ns file [altitude_m]\n";
   for (const StripFrame& frame : frames) {
-    const std::string file = fs::absolute(frame.file).string();
+    const fs::path relative = fs::absolute(frame.file).lexically_relative(fs::absolute(index).parent_path());
+    const bool beside = !relative.empty() && *relative.begin() != "..";
+    const std::string file = beside ? relative.string() : fs::absolute(frame.file).string();
     if (file.find_first_of(" \t\r\n") != std::string::npos) {
       throw std::runtime_error("'" + file + "': blanks in the path of an image are not supported");
     }
@@ -131,7 +175,7 @@ void write_strip_index(const fs::path& index, const std::vector<StripFrame>& fra
     if (line.size() >= limits::max_path_bytes) throw std::runtime_error("'" + file + "': the path is too long");
     out << line << "\n";
   }
-  if (!out.flush()) throw std::runtime_error(index.string() + " cannot be written");
+  if (!out.flush()) throw std::runtime_error(index.string() + " cannot be written: " + host::write_failure(errno));
 }
 
 }  // namespace ilp::host

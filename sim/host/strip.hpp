@@ -16,9 +16,10 @@ struct StripFrame {
 };
 
 /// The images that the folder's `times.txt`, `frames.txt` or `index.txt` lists (a line per frame: `time_ns name
-/// [altitude_m]`, `#` begins a comment, names are relative to the file); without one, the folder's PNG and PGM files in
-/// order of their names, two seconds apart. Where the folder has neither, the same is tried with its `images/`.
-/// std::runtime_error when there is no image, or with the line that is malformed.
+/// [altitude_m]`, `#` begins a comment, names are relative to the file); without one, the folder's PNG, PGM, JPEG and
+/// TIFF files in order of their names, in which numbers count by their value, two seconds apart. Where the folder has
+/// neither, the same is tried with its `images/`. std::runtime_error when there is no image, or with the line that is
+/// malformed.
 std::vector<StripFrame> list_strip(const std::filesystem::path& folder);
 
 /// What a flight over these frames should know, one sentence each: times that are assumed or do not increase, files

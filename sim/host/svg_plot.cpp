@@ -116,7 +116,9 @@ class Painter {
       text(px(v), height - bottom + 15, "tick", "middle", tick_text(v, x_.step));
     }
     text(width - right, height - 8, "tick", "end", plot_.x_label);
-    text(left - 7, top - 8, "tick", "end", plot_.y_label);
+    // A long unit begins at the border, so that it is not cut.
+    const bool fits = 6.2 * static_cast<double>(plot_.y_label.size()) < left - 7;
+    text(fits ? left - 7 : 0, top - 8, "tick", fits ? "end" : "start", plot_.y_label);
   }
 
   void draw_series(const PlotSeries& series, std::size_t& bar) {

@@ -3,10 +3,13 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 
 #include "fsw/vision/geometry/camera.hpp"
@@ -14,9 +17,11 @@
 #include "hal/camera/y4m/y4m_camera.hpp"
 #include "sim/host/colmap.hpp"
 #include "sim/host/image_io.hpp"
+#include "sim/host/photograph.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/host/strip.hpp"
 #include "sim/host/text_format.hpp"
+#include "sim/sil/flyable_images.hpp"
 #include "sim/sil/nominal_camera.hpp"
 #include "sim/sil/world_camera.hpp"
 #include "sim/world/flight.hpp"
@@ -32,6 +37,13 @@ CameraModel simulated_camera(const SourceOptions& options) {
   return options.camera_known ? truth : nominal_camera(truth, options.seed);
 }
 
+/// The flight's event about an image that cannot be read has no name in it.
+Status decode_and_tell(const char* path, FrameImage& image) {
+  const Status status = host::decode_image(path, image);
+  if (!status.ok()) std::cerr << "\nilp-sil: image " << path << " is left out: " << host::describe(status) << "\n";
+  return status;
+}
+
 class StripSource final : public ImageSource {
  public:
   StripSource(const fs::path& index, const CameraModel& camera_model, bool known, std::size_t count, std::string text) {
@@ -39,8 +51,7 @@ class StripSource final : public ImageSource {
     camera_known = known;
     frames = count;
     description = std::move(text);
-    host::require(camera_.open(index.c_str(), model.width, model.height, host::decode_image),
-                  "opening " + index.string());
+    host::require(camera_.open(index.c_str(), model.width, model.height, decode_and_tell), "opening " + index.string());
   }
   Camera& camera() override { return camera_; }
 
@@ -72,13 +83,19 @@ class VideoSource final : public ImageSource {
   VideoSource(const std::string& file, const std::optional<CameraModel>& given, bool known, double field_of_view_rad) {
     description = file == "-" ? "video on standard input" : file;
     descriptor_ = file == "-" ? STDIN_FILENO : open(file.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor_ < 0) throw std::runtime_error("video " + file + " cannot be read");
-    host::require(camera_.open(descriptor_), "video " + file);
+    if (descriptor_ < 0)
+      throw std::runtime_error("video " + file + " cannot be read: " + std::strerror(errno) + "; check the path");
+    if (!camera_.open(descriptor_).ok()) {
+      throw std::runtime_error("video " + file + " is no YUV4MPEG2 stream: convert it, for example with ffmpeg -i " +
+                               (file == "-" ? "VIDEO" : file) +
+                               " -pix_fmt gray -f yuv4mpegpipe - | ilp-sil --y4m - ...");
+    }
     model = given ? *given : camera_of_field(camera_.width(), camera_.height(), field_of_view_rad);
     camera_known = known && given;
     if (camera_.width() != model.width || camera_.height() != model.height) {
       throw std::runtime_error("video " + file + " has " + host::size_text(camera_.width(), camera_.height()) +
-                               " pixels, the camera file says " + host::size_text(model.width, model.height));
+                               " pixels, the camera file says " + host::size_text(model.width, model.height) +
+                               ": scale the video, or use its camera file");
     }
   }
   ~VideoSource() override {
@@ -125,10 +142,33 @@ void check_size(const ImageSize& image, const CameraModel& camera) {
                            ": use the camera file of these images");
 }
 
+void print_lines(const std::string& lines) {
+  std::istringstream text(lines);
+  for (std::string line; std::getline(text, line);) std::cerr << "ilp-sil: " << line << "\n";
+}
+
+/// A camera of the images as they are, or of those that fly.
+CameraModel fitting_camera(const CameraModel& given, const std::vector<host::StripFrame>& source, int binning) {
+  for (const host::StripFrame& frame : source) {
+    try {
+      const host::PhotographFacts facts = host::read_photograph_facts(frame.file);
+      return facts.width == given.width && facts.height == given.height ? binned_camera(given, binning) : given;
+    } catch (const std::exception&) {
+      continue;
+    }
+  }
+  return given;
+}
+
 std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
   const fs::path folder = fs::path(options.images) / "";
-  const std::vector<host::StripFrame> strip = host::list_strip(folder.parent_path());
-  const std::optional<CameraModel> given = camera_for(options, folder.parent_path());
+  const std::vector<host::StripFrame> source = host::list_strip(folder.parent_path());
+  std::ostringstream messages;
+  const FlyableImages flyable = make_flyable(source, fs::path(options.out) / "images", messages);
+  const std::vector<host::StripFrame>& strip = flyable.frames;
+  print_lines(messages.str());
+  std::optional<CameraModel> given = camera_for(options, folder.parent_path());
+  if (given && flyable.binning > 1) given = fitting_camera(*given, source, flyable.binning);
   const std::optional<ImageSize> size = size_of_images(strip);
   if (given && size) check_size(*size, *given);
   if (!given && !size) {
@@ -136,7 +176,10 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
         "none of the images can be read: --camera cameras.txt is needed, the intrinsics in "
         "COLMAP's format");
   }
-  const CameraModel camera = given ? *given : camera_of_field(size->width, size->height, options.field_of_view_rad);
+  if (!given && flyable.field_of_view_rad) std::cerr << "ilp-sil: the field of view is the one that EXIF states\n";
+  const CameraModel camera =
+      given ? *given
+            : camera_of_field(size->width, size->height, flyable.field_of_view_rad.value_or(options.field_of_view_rad));
   for (const std::string& warning : host::strip_warnings(strip)) std::cerr << "ilp-sil: " << warning << "\n";
   const fs::path index = fs::path(options.out) / "frames.txt";
   host::write_strip_index(index, strip);

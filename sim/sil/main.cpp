@@ -4,12 +4,20 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "sim/host/command_line.hpp"
+#include "sim/host/files.hpp"
+#include "sim/host/reference_cameras.hpp"
+#include "sim/host/strip.hpp"
+#include "sim/sil/flight_folder.hpp"
 #include "sim/sil/image_source.hpp"
 #include "sim/sil/real_time.hpp"
 #include "sim/sil/scenario_options.hpp"
@@ -25,6 +33,7 @@ struct CommandLine {
   SourceOptions source;
   FlightOptions flight;
   ScenarioOptions scenario;
+  std::string reference;
   bool memory_map = false;
   bool render_only = false;
   bool list_scenarios = false;
@@ -52,6 +61,8 @@ void describe_options(CLI::App& app, CommandLine& line) {
   app.add_option("--camera", source.camera,
                  "intrinsics in COLMAP's cameras.txt format (PINHOLE, OPENCV, ...); without them the flight "
                  "estimates them from the images, which works over relief only");
+  app.add_option("--reference", line.reference,
+                 "reference poses, with which others compare the flight; only checked here, before it begins");
   app.add_option("--navigation", source.navigation, "the vehicle's measurements, a CSV file (docs/navigation.md)");
   app.add_option("--mission", flight.mission_file, "mission parameters, an .ini file");
   app.add_option("--telecommands", flight.telecommands,
@@ -87,12 +98,22 @@ world::Scenario scenario_of(const CommandLine& line) {
   return chosen_scenario(line.scenario, line.flight.resume && fs::exists(flown) ? flown.string() : "");
 }
 
-void prepare_render_folder(const CommandLine& line) {
-  if (line.recorded()) throw std::invalid_argument("--render-only: expected no --images or --y4m beside it");
-  const fs::path folder = fs::path(line.source.out) / "flight";
-  std::error_code error;
-  if (fs::exists(folder, error) && !fs::is_empty(folder, error))
-    throw std::runtime_error(folder.string() + " is not empty: name a new --out, so that no earlier flight is lost");
+/// A wrong file of reference poses is noticed before the flight, not after it.
+void check_reference(const CommandLine& line) {
+  if (line.reference.empty()) return;
+  std::set<std::string> known;
+  for (const host::ReferenceCamera& camera : host::read_reference_cameras(line.reference))
+    known.insert(host::stem(host::safe_name(camera.name)));
+  if (line.source.images.empty()) return;
+  const std::vector<host::StripFrame> strip = host::list_strip((fs::path(line.source.images) / "").parent_path());
+  const bool any = std::any_of(strip.begin(), strip.end(), [&](const host::StripFrame& frame) {
+    return known.contains(host::stem(host::safe_name(frame.file.filename().string())));
+  });
+  if (!any) {
+    throw std::runtime_error("reference poses " + line.reference + " name no image of " + line.source.images +
+                             ": the first word of a line is the name of an image, such as " +
+                             strip.front().file.filename().string());
+  }
 }
 
 int run(CommandLine& line) {
@@ -104,6 +125,7 @@ int run(CommandLine& line) {
     list_parameters(std::cout, scenario_of(line));
     return 0;
   }
+  check_reference(line);
   if (line.source.out.empty()) throw std::runtime_error("--out DIR is needed: where the flight leaves its products");
   SourceOptions& source = line.source;
   FlightOptions& flight = line.flight;
@@ -113,8 +135,10 @@ int run(CommandLine& line) {
   flight.faults = fault_plan(source.scenario);
   if (!line.recorded() && !flight.resume) world::check_scenario(source.scenario);
   if (line.render_only) {
-    prepare_render_folder(line);
+    if (line.recorded()) throw std::invalid_argument("--render-only: expected no --images or --y4m beside it");
+    prepare_render_folder(source.out);
     render_scenario(source);
+    images_are_complete(source.out);
     return 0;
   }
   source.resume = flight.resume;
@@ -128,7 +152,7 @@ int run(CommandLine& line) {
   source.triggered = mission.capture_mode != CaptureMode::regular;
   source.real_time = flight.real_time;
   flight.progress = isatty(STDERR_FILENO) != 0;
-  prepare_folder(flight);
+  prepare_folder(flight.out, flight.resume);
   const std::unique_ptr<ImageSource> images = open_source(source);
   if (!images->camera_known) {
     mission.camera_known = false;
@@ -149,7 +173,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Flies the flight software over simulated or recorded images, in virtual time"};
   ilp::sil::CommandLine line;
   ilp::sil::describe_options(app, line);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   if (line.memory_map) {
     ilp::sil::print_memory_map(std::cout);
     return 0;

@@ -65,7 +65,7 @@ std::unique_ptr<PacketLinks> open_links(const FlightOptions& options, Clock& clo
                                     text_or_null(options.cfdp_udp_peer)};
   const char* culprit = nullptr;
   const Status status = links->open(addresses, culprit);
-  if (!status.ok()) throw std::runtime_error("link " + std::string(culprit) + ": " + host::describe(status));
+  if (!status.ok()) throw std::runtime_error("link " + std::string(culprit) + ": " + link_advice(status));
   PacketLinks::Addresses used;
   host::require(links->addresses(used), "the links' addresses");
   print_address("packets over UDP", used.udp);

@@ -29,6 +29,7 @@
 #include "sim/sil/faulty_camera.hpp"
 #include "sim/sil/faulty_link.hpp"
 #include "sim/sil/faulty_store.hpp"
+#include "sim/sil/flight_folder.hpp"
 #include "sim/sil/power_cut.hpp"
 #include "sim/sil/real_time.hpp"
 #include "sim/sil/telecommands.hpp"
@@ -44,6 +45,8 @@ constexpr std::int64_t longest_drain_frames = 4 * 3600 * (ns_per_s / minor_frame
 // Behind the last image, beyond the longest time that the store is full. The pipeline needs no mission time at all.
 constexpr TimeNs longest_standstill_ns = 120 * ns_per_s;
 constexpr double longest_wait_for_store_s = 3600;
+/// With less, the database cannot grow.
+constexpr std::uintmax_t least_free_bytes = 1U << 20U;
 
 Arena& sqlite_arena() {
   static Arena arena;
@@ -141,31 +144,6 @@ MissionParameters load_mission(const FlightOptions& options) {
   throw std::runtime_error(message);
 }
 
-void prepare_folder(const FlightOptions& options) {
-  const fs::path out = options.out;
-  std::error_code error;
-  const bool holds_flight = fs::exists(out / "flight.db", error);
-  if (options.resume) {
-    if (!holds_flight) throw std::runtime_error("--resume: there is no flight.db in " + options.out);
-    return;
-  }
-  if (fs::exists(out, error) && !fs::is_directory(out, error)) {
-    throw std::runtime_error(options.out + " is not a folder");
-  }
-  if (fs::is_directory(out, error) && !fs::is_empty(out, error)) {
-    throw std::runtime_error("the folder " + options.out +
-                             " is not empty: name a new one, so that no earlier flight is lost" +
-                             (holds_flight ? ", or --resume the flight in it" : ""));
-  }
-  for (const char* folder : {"outbox", "acknowledged"}) {
-    fs::create_directories(out / folder, error);
-    if (error) throw std::runtime_error("cannot create " + (out / folder).string() + ": " + error.message());
-  }
-  const fs::path probe = out / ".probe";
-  if (!(std::ofstream(probe) << "x").flush()) throw std::runtime_error("cannot write into " + options.out);
-  fs::remove(probe, error);
-}
-
 namespace {
 
 /// Everything that flies, and what goes wrong with it.
@@ -179,7 +157,10 @@ class Flight {
   [[nodiscard]] Executive& executive() { return software_->executive(); }
   [[nodiscard]] const Receiver& receiver() const { return receiver_; }
   [[nodiscard]] TimeNs now() { return clock_.now(); }
+  [[nodiscard]] std::uint64_t files_delivered() const { return software_->files_delivered(); }
   [[nodiscard]] bool all_sent() const { return software_->drained(); }
+  /// As telecommands have left it.
+  [[nodiscard]] const MissionParameters& mission() const { return mission_; }
 
  private:
   [[nodiscard]] PastLives lives_so_far();
@@ -290,6 +271,12 @@ void Flight::meet_power_cuts(std::int64_t frame) {
 
 void Flight::end_standstill() {
   if (!camera_.source_ended() || software_->processed() || !guard_.stalled(store_, clock_.now())) return;
+  std::error_code error;
+  const fs::space_info space = fs::space(out_, error);
+  if (!error && space.available < least_free_bytes) {
+    throw std::runtime_error("the flight stands still because the disk of " + out_.string() +
+                             " is full: make room, and go on with --resume");
+  }
   std::string faults;
   for (const Stage& stage : schedule) {
     const ComponentStats& stats = executive().stats(stage.component);
@@ -360,6 +347,7 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
   const fs::path out = options.out;
   const Arena& sqlite_memory = sqlite_arena();
   Flight flight(options, source, mission);
+  flight_has_begun(out);
   flight.run();
   source.finish();
 
@@ -393,17 +381,22 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
       {"components", component_times(executive)},
       {"downlinked_bytes", receiver.bytes()},
       {"downlinked_files", receiver.files()},
-      {"target_overlap", mission.target_overlap},
-      {"min_overlap", mission.min_overlap},
+      {"target_overlap", flight.mission().target_overlap},
+      {"min_overlap", flight.mission().min_overlap},
       {"sqlite_arena_peak_bytes", sqlite_memory.stats().peak},
       {"events_lost", executive.events().lost()},
       {"all_sent", flight.all_sent()},
-      {"link_capacity_bytes", link_capacity(mission, flight.now())},
+      {"link_capacity_bytes", link_capacity(flight.mission(), flight.now())},
       {"faults", flight.fault_counts()},
   };
   std::ofstream(out / "flight-info.json") << info.dump(2) << "\n";
-  std::cerr << "Flight over: " << frames << " frames, " << keyframes << " keyframes, " << receiver.files()
-            << " files with " << receiver.bytes() << " bytes in " << (out / "outbox").string() << "\n";
+  std::cerr << "Flight over: " << frames << " frames, " << keyframes << " keyframes, ";
+  if (options.linked()) {
+    std::cerr << flight.files_delivered() << " files delivered over the link\n";
+  } else {
+    std::cerr << receiver.files() << " files with " << receiver.bytes() << " bytes in " << (out / "outbox").string()
+              << "\n";
+  }
   if (!flight.all_sent()) std::cerr << "ilp-sil: the link did not carry everything\n";
   if (frames == 0) {
     std::cerr << "ilp-sil: the source gave no usable frame\n";

@@ -34,10 +34,6 @@ struct FlightOptions {
 /// The mission of the file, or the default one. std::runtime_error names what is wrong in the file.
 MissionParameters load_mission(const FlightOptions& options);
 
-/// Makes the folder ready: it must be new, empty, or hold an earlier flight when resuming. std::runtime_error
-/// otherwise.
-void prepare_folder(const FlightOptions& options);
-
 /// Leaves flight.db, outbox/ and flight-info.json in the folder. The exit status of the program.
 int fly(const FlightOptions& options, const MissionParameters& mission, ImageSource& source);
 

@@ -8,6 +8,8 @@
 namespace ilp::world {
 namespace {
 
+constexpr double radians_per_degree = 0.017453292519943295;
+
 std::string full_name(std::string_view section, std::string_view name) {
   return "[" + std::string(section) + "] " + std::string(name);
 }
@@ -20,12 +22,20 @@ std::string full_name(std::string_view section, std::string_view name) {
 template <typename Number>
 Number parse(const Parameter& parameter, std::string_view section, std::string_view text, const char* kind) {
   Number value{};
+  const std::string_view given = text;
+  const bool angle = std::is_floating_point_v<Number> && parameter.unit == "rad";
+  const bool degrees = angle && text.ends_with("deg");
+  if (degrees) text.remove_suffix(3);
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   bool right = error == std::errc{} && end == text.data() + text.size();
-  if constexpr (std::is_floating_point_v<Number>) right = right && std::isfinite(value);
+  if constexpr (std::is_floating_point_v<Number>) {
+    right = right && std::isfinite(value);
+    if (degrees) value *= radians_per_degree;
+  }
   const auto as_double = static_cast<double>(value);
   if (!right || as_double < parameter.lowest || as_double > parameter.highest) {
-    refuse(parameter, section, std::string(text), kind + range_text(parameter));
+    refuse(parameter, section, std::string(given),
+           kind + range_text(parameter) + (angle ? ", or degrees, written 90deg" : ""));
   }
   return value;
 }

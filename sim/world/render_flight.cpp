@@ -1,6 +1,7 @@
 #include "sim/world/render_flight.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <fstream>
 #include <mutex>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "sim/host/colmap.hpp"
+#include "sim/host/files.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/host/parallel.hpp"
 #include "sim/host/reference_cameras.hpp"
@@ -23,7 +25,7 @@ namespace {
 void write_text(const fs::path& path, const std::string& text) {
   std::ofstream out(path, std::ios::binary);
   out << text;
-  if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written");
+  if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written: " + host::write_failure(errno));
 }
 
 std::string image_name(std::size_t number) {

@@ -1,6 +1,8 @@
 #include "sim/world/scenario.hpp"
+#include "sim/host/files.hpp"
 
 #include <ini.h>
+#include <cerrno>
 
 #include <algorithm>
 #include <cstring>
@@ -276,7 +278,7 @@ void write_scenario(const fs::path& path, const Scenario& scenario) {
   }
   if (!scenario.faults.empty()) out << "\n[faults]\n";
   for (const ScenarioEntry& fault : scenario.faults) write("faults", fault.name, fault.value);
-  if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written");
+  if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written: " + host::write_failure(errno));
 }
 
 ScenarioEntry parse_override(const std::string& text) {

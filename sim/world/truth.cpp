@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdio>
 #include <fstream>
 #include <stdexcept>
@@ -9,6 +10,7 @@
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "sim/host/colmap.hpp"
+#include "sim/host/files.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/host/parallel.hpp"
 #include "sim/world/height_grid.hpp"
@@ -102,7 +104,7 @@ void write_overlaps(const fs::path& path, const TruthSource& source, const std::
   std::ofstream out(path, std::ios::binary);
   out << "frame_a,frame_b,overlap,footprint\n";
   for (const std::string& text : lines) out << text;
-  if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written");
+  if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written: " + host::write_failure(errno));
 }
 
 void write_visible_before(const fs::path& dir, const TruthSource& source, const std::vector<TrueFrame>& frames,

@@ -12,6 +12,7 @@ void require(bool right, const char* field, const char* expected) {
 }
 
 constexpr double longest = 1e5;  // m
+constexpr double turn = 6.283185307179587;
 
 /// Raked sand with ripples and stones on it, a few metres wide, seen from a mast.
 WorldPreset testbed() {
@@ -127,17 +128,17 @@ std::vector<Parameter> parameters(WorldParams& w) {
       {"outcrop_density", &w.outcrop_density, "", "chance of an outcrop in a square of 4 radii; 0: none", 0, 1},
       {"dune_height_m", &w.dune_height_m, "m", "height of dunes from trough to crest; 0: no dunes", 0, longest},
       {"dune_wavelength_m", &w.dune_wavelength_m, "m", "distance between two crests", 1e-3, longest},
-      {"dune_direction_rad", &w.dune_direction_rad, "rad", "direction towards which the wind blows", -100, 100},
+      {"dune_direction_rad", &w.dune_direction_rad, "rad", "direction towards which the wind blows", -turn, turn},
       {"dune_asymmetry", &w.dune_asymmetry, "", "0: both sides alike, 1: steepest lee side", 0, 1},
       {"channel_depth_m", &w.channel_depth_m, "m", "depth of channels; 0: no channels", 0, longest},
       {"channel_width_m", &w.channel_width_m, "m", "width of a channel", 1e-3, longest},
       {"channel_spacing_m", &w.channel_spacing_m, "m", "distance between channels, at least three widths", 1e-3, 1e6},
-      {"channel_direction_rad", &w.channel_direction_rad, "rad", "direction of the channels", -100, 100},
+      {"channel_direction_rad", &w.channel_direction_rad, "rad", "direction of the channels", -turn, turn},
       {"channel_meander", &w.channel_meander, "", "0: straight, 1: as wide as the spacing allows", 0, 1},
       {"terrace_step_m", &w.terrace_step_m, "m", "height between layers; 0: none", 0, longest},
       {"terrace_steepness", &w.terrace_steepness, "", "steepness of the scarps; 0: as the ground was, 1: cliffs", 0, 1},
       {"shore_slope", &w.shore_slope, "", "slope of the ground across the shore; 0: no shore", 0, 10},
-      {"shore_direction_rad", &w.shore_direction_rad, "rad", "direction towards the land", -100, 100},
+      {"shore_direction_rad", &w.shore_direction_rad, "rad", "direction towards the land", -turn, turn},
       {"shore_distance_m", &w.shore_distance_m, "m", "distance from the origin to the shore, along its direction", -1e6,
        1e6},
       {"liquid", &w.liquid, "", "liquid fills the ground below liquid_level_m"},
@@ -153,18 +154,21 @@ std::vector<Parameter> parameters(WorldParams& w) {
       {"map_y_m", &w.map_y_m, "m", "y of the centre of the heightmap", -1e6, 1e6},
       {"map_georeferenced", &w.map_georeferenced, "", "the coordinates and heights of the file are used as they are"},
       {"fill_holes", &w.fill_holes, "", "pixels without a height get one from their neighbours"},
-      {"sun_azimuth_rad", &w.sun_azimuth_rad, "rad", "azimuth of the sun, from x towards y", -100, 100},
+      {"sun_azimuth_rad", &w.sun_azimuth_rad, "rad", "azimuth of the sun, from x towards y", -turn, turn},
       {"sun_elevation_rad", &w.sun_elevation_rad, "rad", "elevation of the sun above the horizon", 0.05, 1.58},
       {"ambient", &w.ambient, "", "share of the light on level ground that comes from the sky", 0, 1},
       {"albedo_contrast", &w.albedo_contrast, "", "strength of brightness variations", 0, 1},
   };
 }
 
-void validate(const WorldParams& world) {
-  WorldParams w = world;
-  check_parameters(parameters(w), "world");
+namespace {
+
+void check_relief(const WorldParams& w) {
   require(w.shortest_wavelength_m >= 2 * w.post_spacing_m, "shortest_wavelength_m", "at least two post spacings");
   require(w.longest_wavelength_m >= w.shortest_wavelength_m, "longest_wavelength_m", "at least shortest_wavelength_m");
+}
+
+void check_landforms(const WorldParams& w) {
   if (w.crater_density > 0) {
     require(w.smallest_crater_radius_m >= w.post_spacing_m, "smallest_crater_radius_m", "at least one post spacing");
     require(w.largest_crater_radius_m >= w.smallest_crater_radius_m, "largest_crater_radius_m",
@@ -193,6 +197,16 @@ void validate(const WorldParams& world) {
   if (w.terrace_step_m > 0) {
     require(w.terrace_step_m >= 1e-3 * w.relief_m, "terrace_step_m", "at least a thousandth of relief_m");
   }
+}
+
+}  // namespace
+
+void validate(const WorldParams& world) {
+  WorldParams w = world;
+  check_parameters(parameters(w), "world");
+  // A height map brings its relief, and its landforms unless more are wanted.
+  if (w.heightmap.empty()) check_relief(w);
+  if (w.heightmap.empty() || w.heightmap_landforms) check_landforms(w);
   require(w.heightmap.empty() || !w.map_georeferenced || (w.map_x_m == 0 && w.map_y_m == 0), "map_x_m, map_y_m",
           "0 where map_georeferenced says that the file knows its place");
 }

@@ -206,7 +206,7 @@ TEST_F(LabSelect, BadInputIsRefusedWithTheReason) {
     EXPECT_NE(run.err.find(part), std::string::npos) << arguments << "\n" << run.err;
     EXPECT_EQ(run.out, "") << arguments;
   };
-  refused(strip(), 1, "holds no PNG or PGM image");
+  refused(strip(), 1, "holds no image");
   refused(path("none"), 1, "not a folder");
   add("a.pgm", window(0));
   refused(strip(), 1, "1 of 1 images can be used, expected two at least");

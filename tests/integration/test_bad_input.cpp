@@ -47,6 +47,7 @@ class BadInputTest : public testing::Test {
   void fly(const test::OwnFlight& flight) {
     const test::ProgramResult result = test::run_program(test::sil_command(flight.folder(), out));
     ASSERT_EQ(result.exit_status, 0) << result.output;
+    said = result.output;
   }
   std::size_t final_poses() {
     const auto poses = test::records_of<PoseRecord>(out);
@@ -55,13 +56,14 @@ class BadInputTest : public testing::Test {
   }
 
   test::TemporaryFolder folder;
+  std::string said;
   fs::path out = folder / "out";
 };
 
 TEST_F(BadInputTest, AnEmptyFolder) {
   fs::create_directories(folder / "empty");
   expect_refused({ILP_SIL, "--images", folder / "empty", "--camera", camera_file, "--out", out.string()},
-                 {"empty", "no PNG or PGM"});
+                 {"empty", "holds no image"});
 }
 
 TEST_F(BadInputTest, AFolderThatIsNotThere) {
@@ -114,6 +116,7 @@ TEST_F(BadInputTest, ATruncatedPngInTheMiddleOfAStripIsReportedAndPassedOver) {
   test::write_file(flight.folder() / "index.txt", index);
   fs::resize_file(flight.folder() / "images/106.png", fs::file_size(flight.folder() / "images/106.png") / 2);
   fly(flight);
+  EXPECT_NE(said.find("106.png is left out"), std::string::npos) << said;
   EXPECT_EQ(test::records_of<FrameRecord>(out).size(), 11U);
   EXPECT_EQ(test::events_of(out, StatusCode::parse_error) + test::events_of(out, StatusCode::truncated), 1U);
   EXPECT_EQ(test::events_of(out, StatusCode::frame_gap), 1U);

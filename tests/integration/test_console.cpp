@@ -74,6 +74,10 @@ TEST_F(ConsoleTest, AScriptCommandsTheFlightAndItsFilesComeDown) {
                            "done: capture +1", "done: strip end", "always in contact"}) {
     EXPECT_TRUE(says(result, text)) << text << "\n" << result.output;
   }
+  EXPECT_EQ(program.stop(), 0) << program.output();
+  std::ifstream info(path("flight") / "flight-info.json");
+  const std::string written{std::istreambuf_iterator<char>(info), std::istreambuf_iterator<char>()};
+  EXPECT_NE(written.find("\"target_overlap\": 0.9,"), std::string::npos) << "what was set counts: " << written;
   std::size_t images = 0;
   for (const fs::path& file : files_in(path("down"))) {
     std::ifstream in(file, std::ios::binary);
@@ -84,6 +88,17 @@ TEST_F(ConsoleTest, AScriptCommandsTheFlightAndItsFilesComeDown) {
     EXPECT_EQ(content.substr(4, 4), "jP  ") << file;
   }
   EXPECT_GE(images, 2U) << result.output;
+}
+
+TEST_F(ConsoleTest, WhoEndsContactIsToldHowLongTheFlightIsSilent) {
+  RunningProgram program(flight({"--link-udp", "127.0.0.1:0"}), path("log"));
+  const ToolResult result = operate(program, "UDP", "wait 1\npasses\ndownlink end\nwait 1\npasses\nping\nquit\n");
+  for (const char* text :
+       {"always in contact", "the flight neither sends nor listens until mission time 02:00, for 01:",
+        "because a telecommand ended it", "the flight does not listen now: no contact for 01:"}) {
+    EXPECT_TRUE(says(result, text)) << text << "\n" << result.output;
+  }
+  EXPECT_EQ(result.status, 1) << "the ping has no answer";
 }
 
 TEST_F(ConsoleTest, WhatFailsIsSaidWithItsReasonAndTheExitStatusTellsIt) {
@@ -167,7 +182,11 @@ TEST_F(ConsoleTest, WrongInputIsSaid) {
   const SocketAddress nobody = test::free_address();
   const ToolResult refused = run("127.0.0.1:" + std::to_string(nobody.port) + " --tcp");
   EXPECT_EQ(refused.status, 1);
-  EXPECT_TRUE(says(refused, "connecting to the package: Connection refused")) << refused.output;
+  EXPECT_TRUE(says(refused, "connecting to the flight: Connection refused; start the flight")) << refused.output;
+  const ToolResult silent = run("127.0.0.1:" + std::to_string(nobody.port) + " --patience 6");
+  EXPECT_EQ(silent.status, 1);
+  EXPECT_TRUE(says(silent, "nothing has come from the flight: no program listens there")) << silent.output;
+  EXPECT_TRUE(says(silent, "no report comes from the flight at 127.0.0.1")) << silent.output;
   write("keys", "7 zz\n");
   EXPECT_TRUE(says(run("127.0.0.1:9 --key " + quoted(path("keys"))), "hexadecimal"));
   EXPECT_TRUE(says(run("127.0.0.1:9 --tailoring other"), "standard, fsfw or yamcs"));

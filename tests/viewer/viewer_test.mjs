@@ -289,6 +289,18 @@ await check('in the light', () => browse(flightFile, software, async (page) => {
   await drawn(page);
   await picture(page, 'light');
 }, { colorScheme: 'light' }));
+for (const width of [420, 700]) {
+  await check(`a window of ${width} px: nothing covers anything, the view is as wide as the window`, () => browse(flightFile, software, async (page) => {
+    const box = (selector) => page.evaluate((s) => { const { left, right, top, bottom } = document.querySelector(s).getBoundingClientRect(); return { left, right, top, bottom }; }, selector);
+    const rows = [];
+    for (const selector of ['header', '.tools', '.stage', '.tabs', '.body', '.timeline']) rows.push(await box(selector));
+    for (let i = 1; i < rows.length; ++i) assert.ok(rows[i].top >= rows[i - 1].bottom - 1, `row ${i} begins below the one before`);
+    assert.ok(rows[2].right - rows[2].left >= width - 1, 'the view has the whole width');
+    assert.ok(rows[2].bottom - rows[2].top >= 300, 'and a height that shows something');
+    assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'the page is not wider than the window');
+    await picture(page, `narrow-${width}`);
+  }, { viewport: { width, height: 800 } }));
+}
 await check('without WebGL: a sentence, the plan, and the rest of the page', () => browse(flightFile, noWebgl, async (page) => {
   assert.match(await page.locator('[role=alert]').textContent(), /cannot draw in 3D/);
   assert.ok(await page.locator('.without img').evaluate((i) => i.naturalWidth > 100));

@@ -91,6 +91,7 @@ class Console {
   [[nodiscard]] const std::map<std::string, Bytes>& files() const { return files_; }
   /// The connection has ended (TCP).
   [[nodiscard]] bool closed() const { return socket_.closed(); }
+  [[nodiscard]] bool refused() const { return socket_.refused(); }
   [[nodiscard]] std::size_t malformed() const { return malformed_; }
   [[nodiscard]] const ground_cfdp::CfdpReceiver& cfdp() const { return *receiver_; }
 

@@ -1,4 +1,5 @@
 #include "sim/ground/console/console_main.hpp"
+#include "sim/host/command_line.hpp"
 
 #include <poll.h>
 #include <unistd.h>
@@ -38,7 +39,7 @@ struct Options {
   std::string address, cfdp, cfdp_local, key, numbers, seal_files = "as-told", tailoring = "standard";
   std::string out;
   bool tcp = false, plain = false;
-  double every_s = 2, status_s = 10, stay_s = 0;
+  double every_s = 2, status_s = 10, stay_s = 0, patience_s = 60;
   std::uint16_t apid = 239, source = 1, spi = 0;
 };
 
@@ -143,10 +144,10 @@ void print(const std::string& line) {
 }
 
 // A script's commands are sent only when the flight listens.
-bool wait_for_flight(OperatorConsole& console) {
+bool wait_for_flight(OperatorConsole& console, const Options& options) {
   const double begin = now_s();
   while (asked_to_end == 0 && !console.closed() && !console.view().reports.of("status")) {
-    if (now_s() - begin > patience_s) return false;
+    if (now_s() - begin > options.patience_s) return false;
     console.step(turn_s);
   }
   return true;
@@ -155,7 +156,8 @@ bool wait_for_flight(OperatorConsole& console) {
 int run_piped(const Options& options) {
   OperatorConsole console(settings_of(options), print);
   PipedLines lines;
-  if (!wait_for_flight(console)) throw std::runtime_error("no report comes from the flight at " + options.address);
+  if (!wait_for_flight(console, options))
+    throw std::runtime_error("no report comes from the flight at " + options.address + ": " + console.silence_words());
   const double begin = now_s();
   double pause_until = 0, last_line = begin, told = begin;
   while (asked_to_end == 0 && !console.wants_to_quit() && !console.closed()) {
@@ -183,9 +185,9 @@ int run_piped(const Options& options) {
 
 int run_in_terminal(const Options& options) {
   const OperatorSettings settings = settings_of(options);
-  Terminal terminal;
+  Terminal terminal(complete_operator_line);
   OperatorConsole console(settings, [&](const std::string& line) { terminal.say(clock_text(utc_now()) + " " + line); });
-  terminal.say("Type help for the commands, quit to leave.");
+  terminal.say("Type help for the commands, quit to leave. Tab completes, the arrow keys recall earlier lines.");
   bool ended = false;
   while (asked_to_end == 0 && !ended && !console.wants_to_quit() && !console.closed()) {
     if (const std::optional<std::string> line = terminal.read_line(ended)) console.enter(*line);
@@ -209,6 +211,9 @@ int console_main(int argc, char** argv) {
   app.add_option("--status", options.status_s, "seconds between status lines when not in a terminal; 0: none");
   app.add_option("--stay", options.stay_s,
                  "least time in seconds for which the console stays when its input is a pipe");
+  app.add_option("--patience", options.patience_s,
+                 "longest time in seconds for which a script waits for the first report of the flight")
+      ->check(CLI::Range(0.1, 1e6));
   app.add_option("--cfdp", options.cfdp, "ADDRESS:PORT to which CFDP PDUs are sent bare, not in space packets");
   app.add_option("--cfdp-local", options.cfdp_local, "ADDRESS:PORT at which bare CFDP PDUs are received");
   app.add_option("--key", options.key, "key file; telecommands are then authenticated");
@@ -223,7 +228,7 @@ int console_main(int argc, char** argv) {
   app.add_option("--source", options.source, "source identifier of this station; each station needs its own");
   app.add_option("--tailoring", options.tailoring,
                  "standard, fsfw or yamcs: the value of the flight's parameter link.tailoring");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   std::signal(SIGINT, end_soon);
   std::signal(SIGTERM, end_soon);
   try {

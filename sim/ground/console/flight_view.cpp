@@ -3,9 +3,11 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 
 #include "cfg/schedule.hpp"
 #include "fsw/packets/pass_schedule.hpp"
+#include "fsw/packets/service_functions.hpp"
 #include "sim/ground/console/utc_text.hpp"
 
 namespace ilp::console {
@@ -157,6 +159,8 @@ std::string pass_words(const FlightView& view) {
   if (!contact) return "no contact: the last pass is over";
   if (contact->open && view.mission.pass_period_s == 0) return "always in contact";
   if (contact->open) return "in contact for " + in(contact->end_ns - now) + " more";
+  if (view.mission.pass_period_s == 0)
+    return "no contact for " + in(contact->begin_ns - now) + ", because a telecommand ended it";
   return "no contact; the next pass begins in " + in(contact->begin_ns - now) + " and lasts " +
          in(contact->end_ns - contact->begin_ns);
 }
@@ -174,6 +178,27 @@ std::vector<std::string> pass_plan(const FlightView& view, std::size_t passes) {
     time = contact->end_ns;
   }
   return lines;
+}
+
+std::string apply_contact_command(const OperatorCommand& command, FlightView& view) {
+  FunctionCall call;
+  if (command.service != function_management::service || !decode_function(command.data, call).ok()) return "";
+  const std::string name(call.name, strnlen(call.name, function_name_bytes));
+  const TimeNs now = view.mission_time();
+  if (name == "PASSBEG") {
+    open_contact(now, ByteReader(call.arguments).u32(), view.mission);
+    return "";
+  }
+  if (name != "PASSEND") return "";
+  close_contact(now, view.mission);
+  const std::optional<Contact> next = pass_from(view.mission, now);
+  if (!next) return "the flight neither sends nor listens from now on: its last pass is over";
+  return "the flight neither sends nor listens until mission time " + in(next->begin_ns) + ", for " +
+         in(next->begin_ns - now);
+}
+
+bool out_of_contact(const FlightView& view) {
+  return view.parameters_known && view.reports.of("status") && !contact_at(view.mission, view.mission_time()).open;
 }
 
 std::vector<std::string> panel(const FlightView& view) {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "cfg/mission.hpp"
 #include "cfg/schedule.hpp"
@@ -297,7 +298,8 @@ constexpr CommandInfo commands[] = {
     {"mode", "regular|forecast|telecommand", 1, 1, "sets what decides when images are taken", mode},
     {"set", "SECTION.KEY VALUE", 2, 2, "sets a parameter", set},
     {"get", "SECTION.KEY...", 1, limits::max_list_items, "asks for parameters", get},
-    {"downlink", "SECONDS|end", 1, 1, "begins contact for a time, or ends it until the next pass", downlink},
+    {"downlink", "SECONDS|end", 1, 1,
+     "begins contact for a time, or ends it until the next pass (without passes: at most 120 s)", downlink},
     {"hold", "TRANSFER|all", 1, 1, "suspends the transfer of a file to the ground", hold},
     {"resume", "TRANSFER|all", 1, 1, "resumes a suspended transfer", resume},
     {"cancel", "TRANSFER|all", 1, 1, "cancels the transfer of a file to the ground", cancel},
@@ -338,6 +340,57 @@ OperatorCommand parse_operator_command(const std::string& line, const Tailoring&
   OperatorCommand command = info->make(words, {tailoring, now});
   command.words = typed;
   return command;
+}
+
+namespace {
+
+std::vector<std::string> words_of_table(const char* text) {
+  std::vector<std::string> words;
+  std::string word;
+  for (const char* c = text;; ++c) {
+    const bool lower = *c == '-' || *c == '_' || (*c >= 'a' && *c <= 'z');
+    if (lower) word += *c;
+    if (!lower && !word.empty()) words.push_back(std::exchange(word, {}));
+    if (*c == '\0') return words;
+  }
+}
+
+/// What may stand behind the command's name as its first word.
+std::vector<std::string> first_arguments(const CommandInfo& info) {
+  std::vector<std::string> words;
+  const std::string name = info.name;
+  if (name == "set" || name == "get") {
+    for (std::size_t i = 0; i < parameter_count(); ++i)
+      words.push_back(std::string(parameter_info(i).section) + "." + parameter_info(i).key);
+  } else if (name == "show") {
+    for (const ReportInfo& report : report_table()) words.emplace_back(report.name);
+  } else if (name == "restart") {
+    for (const Stage& stage : schedule) words.emplace_back(stage.name);
+  } else if (name == "call") {
+    for (const FunctionText& row : functions) words.emplace_back(row.name);
+  } else {
+    words = words_of_table(info.arguments);
+  }
+  return words;
+}
+
+}  // namespace
+
+std::vector<std::string> complete_operator_line(const std::string& typed) {
+  std::vector<std::string> lines;
+  const std::size_t blank = typed.find(' ');
+  for (const CommandInfo& info : commands) {
+    if (blank == std::string::npos) {
+      const std::string line = info.name + std::string(*info.arguments ? " " : "");
+      if (line.starts_with(typed)) lines.push_back(line);
+    } else if (typed.substr(0, blank) == info.name) {
+      for (const std::string& word : first_arguments(info)) {
+        const std::string line = info.name + (" " + word);
+        if (line.starts_with(typed)) lines.push_back(line);
+      }
+    }
+  }
+  return lines;
 }
 
 std::vector<std::string> operator_help() {

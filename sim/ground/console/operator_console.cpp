@@ -28,6 +28,8 @@ constexpr const char* watched[] = {"status", "components", "link",     "commandi
 /// Housekeeping that has not come by then is requested again: the flight may have been out of contact.
 constexpr double report_patience_s = 10, first_patience_s = 3;
 constexpr double answer_s = 15;
+/// After this time without any report the operator is told what may be wrong.
+constexpr double silence_s = 5;
 /// The flight takes no larger file.
 constexpr std::uintmax_t largest_uplink = limits::max_uplink_bytes;
 
@@ -101,9 +103,10 @@ void OperatorConsole::ask_for_parameters() {
 
 void OperatorConsole::send(const OperatorCommand& command, bool own) {
   const std::uint32_t request = console_.command(command.service, command.subtype, command.data);
-  requests_[request] = {command.words, now_s(), own, false};
+  requests_[request] = {command.words, command, now_s(), own, false};
   if (own) return;
   say_("sent: " + command.words);
+  if (out_of_contact(view_)) say_("the flight does not listen now: " + pass_words(view_));
   ParameterList list;
   if (command.service == parameter_management::service && command.subtype == parameter_management::report &&
       decode_parameter_list(settings_.link.tailoring, command.data, list).ok()) {
@@ -219,6 +222,7 @@ void OperatorConsole::step(double seconds) {
   watch_receiver();
   keep_subscribed(now);
   doubt_silent_requests(now);
+  doubt_silent_address(now);
 }
 
 void OperatorConsole::keep_subscribed(double now) {
@@ -236,6 +240,19 @@ void OperatorConsole::doubt_silent_requests(double now) {
     request.heard = true;
     say_("no answer yet: " + request.words + "; is the flight in contact?");
   }
+}
+
+std::string OperatorConsole::silence_words() const {
+  if (console_.refused())
+    return "no program listens there: start the flight with this address (--link-udp), or correct the address";
+  return "check the address, that the flight runs with it (--link-udp, --link-tcp), its key (--key), and that it is in "
+         "contact";
+}
+
+void OperatorConsole::doubt_silent_address(double now) {
+  if (silence_told_ || view_.heard_s || now - begun_s_ < silence_s) return;
+  silence_told_ = true;
+  say_("nothing has come from the flight: " + silence_words() + "; the console goes on asking");
 }
 
 std::vector<std::string> OperatorConsole::waiting() const {
@@ -291,7 +308,14 @@ void OperatorConsole::hear_verification(const Report& report) {
                        : told.subtype == verification::progress ? "in progress: "
                                                                 : "done: ";
     say_(what + request.words + step);
+    if (last) follow_contact(request.command);
   }
+}
+
+void OperatorConsole::follow_contact(const OperatorCommand& command) {
+  if (!view_.parameters_known || !view_.reports.of("status")) return;
+  const std::string told = apply_contact_command(command, view_);
+  if (!told.empty()) say_(told);
 }
 
 void OperatorConsole::hear_housekeeping(const Report& report, double now) {

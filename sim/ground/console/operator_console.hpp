@@ -51,10 +51,13 @@ class OperatorConsole {
   [[nodiscard]] bool wants_to_quit() const { return quit_; }
   [[nodiscard]] double pause_s() const { return pause_s_; }  ///< asked for by the last line
   [[nodiscard]] bool closed() const { return console_.closed(); }
+  /// Why nothing may have come, and what to do.
+  [[nodiscard]] std::string silence_words() const;
 
  private:
   struct Request {
     std::string words;
+    OperatorCommand command;
     double sent_s = 0;
     bool own = false;    ///< sent by the console itself: reported only if it fails
     bool heard = false;  ///< a report about it has come, or its absence was reported
@@ -69,8 +72,10 @@ class OperatorConsole {
   void ask_for_parameters();
   void keep_subscribed(double now);
   void doubt_silent_requests(double now);
+  void doubt_silent_address(double now);
   void hear(const Report& report, double now);
   void hear_verification(const Report& report);
+  void follow_contact(const OperatorCommand& command);
   void hear_housekeeping(const Report& report, double now);
   void hear_parameters(const Report& report);
   [[nodiscard]] std::string name_of(std::uint32_t request) const;
@@ -85,7 +90,8 @@ class OperatorConsole {
   std::map<std::uint64_t, std::string> uplinks_;  ///< by transaction, as they were typed
   bool sealing_ = false, seal_fault_told_ = false;
   std::uint64_t forgotten_told_ = 0;
-  double heard_s_ = 0, status_s_ = 0, asked_s_ = 0;
+  double heard_s_ = 0, status_s_ = 0, asked_s_ = 0, begun_s_ = now_s();
+  bool silence_told_ = false;
   UtcNs heard_utc_ = 0;
   std::vector<bool> parameters_told_;
   std::vector<std::vector<std::size_t>> parameters_wanted_;  ///< by the operator, numbers from 0 of each request

@@ -19,7 +19,10 @@ constexpr std::size_t largest_datagram = 65536;
 constexpr std::size_t most_at_once = 1000;
 
 [[noreturn]] void fail(const char* what) {
-  throw std::runtime_error(std::string(what) + ": " + std::strerror(errno));
+  const bool refused = errno == ECONNREFUSED;
+  throw std::runtime_error(
+      std::string(what) + ": " + std::strerror(errno) +
+      (refused ? "; start the flight with this address (--link-tcp), or correct the address" : ""));
 }
 
 }  // namespace
@@ -34,7 +37,7 @@ PacketSocket::PacketSocket(Transport transport, const SocketAddress& board, cons
     const int error = errno;
     close_socket(socket_);
     errno = error;
-    fail("connecting to the package");
+    fail("connecting to the flight");
   }
 }
 
@@ -49,8 +52,9 @@ void PacketSocket::send(std::span<const std::uint8_t> bytes) {
     // At the moment no program listens there or no route exists. The datagram is lost, as any datagram may be.
     const bool passes =
         errno == ECONNREFUSED || errno == ENETUNREACH || errno == EHOSTUNREACH || errno == ENOBUFS || errno == ENETDOWN;
+    if (sent < 0 && errno == ECONNREFUSED) refused_ = true;
     if (sent < 0 && transport_ == Transport::udp && passes) return;
-    if (sent < 0) fail("sending to the package");
+    if (sent < 0) fail("sending to the flight");
     bytes = bytes.subspan(static_cast<std::size_t>(sent));
   }
 }
@@ -63,6 +67,7 @@ std::vector<PacketSocket::Bytes> PacketSocket::receive(int wait_ms) {
     const ssize_t size = ::recv(socket_, buffer.data(), buffer.size(), 0);
     if (size < 0 && errno == EINTR) continue;
     if (size <= 0) {
+      if (size < 0 && errno == ECONNREFUSED) refused_ = true;
       // An earlier datagram was refused, or this one is empty. More may be waiting.
       closed_ = transport_ == Transport::tcp;
       break;

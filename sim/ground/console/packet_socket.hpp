@@ -28,11 +28,13 @@ class PacketSocket {
   std::vector<Bytes> receive(int wait_ms);
   /// The other side has ended a stream.
   [[nodiscard]] bool closed() const { return closed_; }
+  /// The other machine has answered that no program listens at the address.
+  [[nodiscard]] bool refused() const { return refused_; }
 
  private:
   Transport transport_;
   int socket_ = -1;
-  bool closed_ = false;
+  bool closed_ = false, refused_ = false;
   Bytes stream_;
 };
 

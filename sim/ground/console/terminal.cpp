@@ -7,12 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <utility>
 
 namespace ilp::console {
 namespace {
 
 constexpr std::size_t kept_lines = 500;
-constexpr char end_of_input = 4, backspace = 8, kill_line = 21, escape = 27, rubout = 127;
 
 struct Size {
   std::size_t columns = 80, rows = 24;
@@ -47,7 +47,7 @@ std::string fit(const std::string& text, std::size_t columns) {
   return out;
 }
 
-Terminal::Terminal() {
+Terminal::Terminal(LineEditor::Complete complete) : editor_(std::move(complete)) {
   ::tcgetattr(STDIN_FILENO, &before_);
   termios now = before_;
   now.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
@@ -67,25 +67,13 @@ std::optional<std::string> Terminal::read_line(bool& ended) {
   pollfd wait{STDIN_FILENO, POLLIN, 0};
   if (::poll(&wait, 1, 0) == 1) {
     const ssize_t size = ::read(STDIN_FILENO, buffer.data(), buffer.size());
-    if (size > 0) keys_.append(buffer.data(), static_cast<std::size_t>(size));
+    if (size > 0) editor_.take(std::string(buffer.data(), static_cast<std::size_t>(size)));
     if (size < 0 || (wait.revents & POLLHUP) != 0) ended = true;
   }
-  while (!keys_.empty()) {
-    const char key = keys_.front();
-    keys_.erase(0, 1);
-    if (key == '\n' || key == '\r') {
-      std::string line;
-      line.swap(typed_);
-      return line;
-    }
-    if (key == end_of_input && typed_.empty()) ended = true;
-    if (key == kill_line) typed_.clear();
-    // The sequences of arrow and function keys are ignored.
-    if (key == escape) keys_.clear();
-    if ((key == backspace || key == rubout) && !typed_.empty()) typed_.pop_back();
-    if (key >= ' ' && key < rubout) typed_ += key;
-  }
-  return std::nullopt;
+  std::optional<std::string> line = editor_.next_line();
+  if (editor_.ended()) ended = true;
+  for (const std::string& choice : editor_.take_choices()) say("  " + choice);
+  return line;
 }
 
 void Terminal::say(const std::string& line) {
@@ -113,7 +101,8 @@ void Terminal::draw(const std::vector<std::string>& panel) {
   rows.insert(rows.end(), said.rbegin(), said.rend());
   std::string picture = "\x1b[H";
   for (const std::string& row : rows) picture += row + "\x1b[K\r\n";
-  const std::string tail = typed_.size() + 3 > size.columns ? typed_.substr(typed_.size() + 3 - size.columns) : typed_;
+  const std::string& typed = editor_.typed();
+  const std::string tail = typed.size() + 3 > size.columns ? typed.substr(typed.size() + 3 - size.columns) : typed;
   picture += "> " + fit(tail, size.columns - 2) + "\x1b[K";
   if (picture == drawn_) return;
   write_out(picture);

@@ -7,12 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "sim/ground/console/line_editor.hpp"
+
 namespace ilp::console {
 
 /// Reads keys one by one. The destructor restores the terminal.
 class Terminal {
  public:
-  Terminal();
+  explicit Terminal(LineEditor::Complete complete);
   ~Terminal();
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
@@ -24,7 +26,7 @@ class Terminal {
 
  private:
   termios before_{};
-  std::string typed_, keys_;
+  LineEditor editor_;
   std::deque<std::string> lines_;
   std::string drawn_;
 };

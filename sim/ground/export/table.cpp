@@ -75,6 +75,24 @@ std::string description_of(const Georeference& place, const std::string& title) 
          "Here " + place.sentence;
 }
 
+std::string in_json_string(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) escaped += (c == '"' || c == '\\' ? "\\" : "") + std::string(1, c);
+  return escaped;
+}
+
+/// GDAL writes no local system of coordinates, and readers take a file without one for longitude and latitude. The
+/// member `crs` of the format's first version (2008) names it.
+void name_local_crs(const fs::path& path, const std::string& crs) {
+  const std::vector<std::uint8_t> bytes = host::read_file(path);
+  std::string text(bytes.begin(), bytes.end());
+  const std::string features = "\"features\": [";
+  const std::size_t at = text.find(features);
+  if (at == std::string::npos) throw std::logic_error("GeoJSON without features");
+  text.insert(at, R"("crs": { "type": "name", "properties": { "name": ")" + in_json_string(crs) + "\" } },\n");
+  host::write_file(path, text);
+}
+
 CPLStringList geojson_options(const Georeference& place, const std::string& title) {
   CPLStringList options;
   options.SetNameValue("DESCRIPTION", description_of(place, title).c_str());
@@ -109,6 +127,7 @@ void write_geojson(const Table& table, const std::vector<Shape>& shapes, const G
   const Placement placed(place);
   for (std::size_t i = 0; i < shapes.size(); ++i) file.add(table.rows[i], geometry_of(shapes[i], placed));
   file.finish();
+  if (!known) name_local_crs(path, place.crs);
 }
 
 }  // namespace ilp::exports

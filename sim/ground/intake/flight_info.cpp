@@ -71,4 +71,16 @@ std::vector<RecordEntry> read_flight_database(const std::filesystem::path& datab
   return entries;
 }
 
+std::optional<double> read_setting(const std::filesystem::path& database, const std::string& name) {
+  const auto store = std::make_unique<SqliteStore>();
+  host::require(store->open_read_only(database.c_str()), "flight database " + database.string());
+  SettingRecord setting;
+  Status found;
+  for (found = next(*store, 0, setting); found.ok(); found = next(*store, setting.id, setting)) {
+    if (name == setting.name) return setting.value;
+  }
+  if (!found.is(StatusCode::not_found)) host::require(found, "flight database " + database.string());
+  return std::nullopt;
+}
+
 }  // namespace ilp::intake

@@ -27,4 +27,8 @@ struct FlightInfo {
 /// read-only. Throws std::runtime_error.
 [[nodiscard]] std::vector<RecordEntry> read_flight_database(const std::filesystem::path& database);
 
+/// The value to which a telecommand has set the parameter `section.key`; none if no telecommand has. Throws
+/// std::runtime_error.
+[[nodiscard]] std::optional<double> read_setting(const std::filesystem::path& database, const std::string& name);
+
 }  // namespace ilp::intake

@@ -34,6 +34,10 @@ struct PosePairs {
 [[nodiscard]] PosePairs pose_pairs(const intake::Flight& flight, const intake::Strip& strip,
                                    const Reference& reference);
 
+/// The alignment of a strip has 7 degrees of freedom: with fewer positions its residuals say nothing, and no figure of
+/// the flight counts them.
+inline constexpr std::size_t fewest_poses = 4;
+
 struct DepthAccuracy {
   std::size_t pixels = 0;
   double flying_height = 0;       ///< median true depth of the image
@@ -54,7 +58,6 @@ struct StripAccuracy {
   std::size_t poses = 0;
   double length = 0;  ///< path length of the reference centres, in order of keyframes
   double extent = 0;  ///< largest distance of two reference centres
-  /// The alignment has 7 degrees of freedom: with fewer than 4 positions its residuals say little.
   host::ErrorSummary position;
   /// Position errors when the alignment's rotation comes from the attitudes instead of the positions.
   host::ErrorSummary position_with_attitude;

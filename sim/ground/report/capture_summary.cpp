@@ -166,7 +166,7 @@ CaptureSummary summarise_captures(const intake::Flight& flight, double target_ov
   std::vector<double> achieved;
   for (const auto& [id, keyframe] : flight.keyframes) {
     if (!keyframe.record || keyframe.record->index <= 0 || !is_overlap(keyframe.record->overlap)) continue;
-    achieved.push_back(keyframe.record->overlap - target_overlap);
+    if (std::isfinite(target_overlap)) achieved.push_back(keyframe.record->overlap - target_overlap);
   }
   summary.achieved = spread_of(achieved);
   if (!flight.keyframes.empty() && !flight.frames.empty()) {

@@ -47,7 +47,7 @@ struct CaptureSummary {
   double within_1_sigma = unknown, within_2_sigma = unknown;  ///< shares of `with_sigma`
 };
 
-/// `target_overlap` is 0 to 1.
+/// `target_overlap` is 0 to 1, or unknown.
 [[nodiscard]] CaptureSummary summarise_captures(const intake::Flight& flight, double target_overlap);
 
 [[nodiscard]] bool is_telecommanded(const CaptureRecord& capture);

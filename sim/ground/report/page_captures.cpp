@@ -24,7 +24,7 @@ host::Plot keyframe_plot(const Report& report, const CaptureSummary& summary) {
   plot.x_label = "keyframe";
   plot.y_label = "%";
   plot.from_zero = false;
-  plot.target = 100 * report.target_overlap;
+  if (std::isfinite(report.target_overlap)) plot.target = 100 * report.target_overlap;
   plot.target_name = "target";
   host::PlotSeries forecast{"forecast, 1 sigma", "s1", host::Mark::dots, {}},
       measured{"measured", "s2", host::Mark::dots, {}};

@@ -62,7 +62,7 @@ host::Plot overlap_plot(const Report& report) {
   plot.title = "Overlap with the latest keyframe";
   plot.x_label = "frame";
   plot.y_label = "%";
-  plot.target = 100 * report.target_overlap;
+  if (std::isfinite(report.target_overlap)) plot.target = 100 * report.target_overlap;
   plot.target_name = "target";
   plot.from_zero = false;
   host::PlotSeries frames{"frames", "s1", host::Mark::dots, {}}, keyframes{"keyframes", "s2", host::Mark::dots, {}};
@@ -97,6 +97,7 @@ host::Plot richness_plot(const Report& report) {
   host::Plot plot;
   plot.title = "Image Richness Index and novelty";
   plot.x_label = "keyframe";
+  plot.y_label = "0 to 1";
   plot.series = {per_keyframe(report, "richness", "s1", host::Mark::line,
                               [](const intake::Keyframe& k) { return k.richness ? k.richness->richness : unknown; }),
                  per_keyframe(report, "novelty", "s2", host::Mark::line,

@@ -66,7 +66,7 @@ std::string table_row(const Report& report, const intake::Keyframe& k) {
       html += cell(a == nullptr || !a->depth ? "–" : host::brief(a->depth->median_abs_percent) + " %");
     }
   }
-  return html + cell(host::escaped(verdict), verdict.starts_with("ok") ? "t good" : "t warn") + "</tr>\n";
+  return html + cell(host::escaped(verdict), verdict.starts_with("ok") ? "t good" : "t w warn") + "</tr>\n";
 }
 
 std::string thumbnail(const std::vector<std::uint8_t>& png, const std::string& what) {
@@ -92,7 +92,8 @@ std::string gallery_frame(const intake::Keyframe& k, const map::KeyframeLook& lo
 
 std::string page_keyframe_table(const Report& report) {
   std::string html =
-      "<h2>Keyframes</h2>\n<div class=\"scroll\"><table><tr><th>keyframe</th><th>strip</th><th class=\"t\">frame</th>"
+      "<h2>Keyframes</h2>\n<div class=\"scroll keyframes\"><table><tr><th>keyframe</th><th>strip</th><th "
+      "class=\"t\">frame</th>"
       "<th>overlap</th><th>matches</th><th>inliers</th><th>rms<br>px</th><th>parallax<br>px</th>"
       "<th>position<br>1 σ</th><th>new<br>terrain</th><th>richness</th><th>image<br>of grant</th>"
       "<th>depth<br>of grant</th>";

@@ -229,7 +229,8 @@ std::string strip_name(const ScoredStrip& strip) {
 host::Plot along_strip(const char* title) {
   host::Plot plot;
   plot.title = title;
-  plot.x_label = "distance flown";
+  plot.x_label = "distance flown, truth's unit";
+  plot.y_label = "truth's unit";
   plot.counts = false;
   return plot;
 }
@@ -302,6 +303,7 @@ host::Plot sigma_plot(const ScoreFile& score) {
   host::Plot plot;
   plot.title = "Position relative to the first pair: sigma and error";
   plot.x_label = "keyframe";
+  plot.y_label = "strip unit";
   host::PlotSeries sigma{"stated, 1 sigma", "s1", host::Mark::line, {}},
       error{"actual error", "s2", host::Mark::dots, {}};
   for (const ScoredKeyframe& k : score.keyframes) {
@@ -319,7 +321,8 @@ host::Plot overlap_plot(const Report& report, const ScoreFile& score) {
   plot.x_label = "keyframe";
   plot.y_label = "%";
   plot.from_zero = false;
-  plot.target = 100 * (std::isfinite(score.target_overlap) ? score.target_overlap : report.target_overlap);
+  const double target = std::isfinite(score.target_overlap) ? score.target_overlap : report.target_overlap;
+  if (std::isfinite(target)) plot.target = 100 * target;
   plot.target_name = "target";
   host::PlotSeries stated{"stated", "s1", host::Mark::dots, {}}, truth{"true", "s2", host::Mark::dots, {}};
   for (const ScoredKeyframe& k : score.keyframes) {

@@ -186,8 +186,8 @@ std::string strip_facts(const Report& report, const StripResult& s) {
   html += ".</p>\n<p class=\"note\">";
   if (s.vertices > 0) {
     html += "Surface <code>model" + s.suffix + ".ply</code>: " + std::to_string(s.vertices) + " vertices, " +
-            std::to_string(s.faces) + " faces, every " +
-            (s.stride == 1 ? std::string("cell") : std::to_string(s.stride) + ". cell") + ". ";
+            std::to_string(s.faces) + " faces, " +
+            (s.stride == 1 ? std::string("all cells") : "one cell in " + std::to_string(s.stride) + " each way") + ". ";
   }
   if (s.colmap.images > 0) {
     html += "COLMAP model <code>colmap" + s.suffix + "</code>: " + std::to_string(s.colmap.images) + " images, " +
@@ -214,7 +214,8 @@ std::string strip_accuracy(const StripResult& s) {
   std::string html = "<h3>Strip " + std::to_string(s.strip.id) + "</h3><p>" + host::counted(a.poses, "pose") +
                      " over " + host::brief(a.length) + " reference units of flight (extent " + host::brief(a.extent) +
                      "); one strip unit is " + host::brief(a.reference_from_strip.scale) + " reference units.";
-  if (a.poses < 4) html += " <span class=\"warn\">With so few poses the alignment absorbs most of the error.</span>";
+  if (a.poses < fewest_poses)
+    html += " <span class=\"warn\">With so few poses the alignment absorbs most of the error.</span>";
   html +=
       "</p><div class=\"scroll\"><table><tr><th class=\"t\">Camera positions</th><th>mean</th><th>rms</th><th>max</th>"
       "<th>mean,<br>of length</th><th>rms,<br>of length</th><th>max,<br>of length</th><th>mean,<br>of extent</th>"
@@ -246,8 +247,12 @@ std::string page_strips(const Report& report) {
       html += "<p class=\"note\">No depth came down for this strip: there is no terrain to show.</p>\n";
   }
   if (without_pose.empty()) return html;
+  const bool without_camera = report.flight.camera_record && !report.flight.camera_record->frozen;
   return html + "<h2>Strips without a pose</h2>\n<p>" + without_pose +
-         ": no two of their keyframes could be related, so nothing is mapped. See the keyframes for the reasons.</p>\n";
+         (without_camera
+              ? ": the camera was not found, so nothing is mapped.</p>\n"
+              : ": no two of their keyframes could be related, so nothing is mapped. See the keyframes for the "
+                "reasons.</p>\n");
 }
 
 std::string page_accuracy(const Report& report) {
@@ -255,7 +260,12 @@ std::string page_accuracy(const Report& report) {
   std::string html =
       "<h2>Errors against the reference</h2>\n<p class=\"note\">Positions after a similarity alignment (Umeyama). "
       "The second line takes the rotation from the attitudes instead, so that a track turned about itself is "
-      "not forgiven. Length is the path over the reference positions, extent their largest distance.</p>\n";
+      "not forgiven. Length is the path over the reference positions, extent their largest distance.";
+  if (report.joined.models.empty()) {
+    html += "</p>\n";
+  } else {
+    html += " The poses are those of the ground's model; the scores are of the poses as the flight sent them.</p>\n";
+  }
   bool any = false;
   for (const StripResult& strip : report.strips) {
     if (!strip.accuracy) continue;

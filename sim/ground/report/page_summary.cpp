@@ -4,33 +4,58 @@
 
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/report/page_sections.hpp"
+#include "sim/ground/report/unknown_camera.hpp"
+#include "sim/host/statistics.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace ilp::report {
 namespace {
 
-struct Worst {
-  double mean_percent = unknown, max_percent = unknown, depth_percent = unknown;
+/// The figures of the score, where there is one; otherwise the same figures as far as the reference gives them.
+struct Accuracy {
+  double mean_percent = unknown, max_percent = unknown;  ///< of positions, of the distance flown
   std::size_t poses = 0;
+  double height_percent = unknown;          ///< of the merged heights, of the flying height; in a score only
+  double depth_percent = unknown;           ///< of the depths of all pixels, of the flying height; in a score only
+  double keyframe_depth_percent = unknown;  ///< of the keyframes, each by its median pixel; without a score only
 };
 
-// Over the strips that are long enough for their alignment to leave residuals.
-Worst worst_accuracy(const Report& report) {
-  Worst worst;
-  const auto raise = [](double& kept, double value) {
-    if (std::isfinite(value) && !(kept >= value)) kept = value;
+Accuracy scored_accuracy(const ScoreFile& score) {
+  const auto value = [&](const char* key) {
+    const auto found = score.summary.find(key);
+    return found == score.summary.end() ? unknown : found->second;
   };
+  Accuracy accuracy{value("position_mean_percent"), value("position_max_percent"), 0,
+                    value("height_median_percent"), value("depth_median_percent"), unknown};
+  for (const ScoredKeyframe& k : score.keyframes) accuracy.poses += std::isfinite(k.position_error) ? 1U : 0U;
+  return accuracy;
+}
+
+Accuracy measured_accuracy(const Report& report) {
+  Accuracy accuracy;
+  double length = 0, mean = 0, max = 0;
+  std::vector<double> depths;
   for (const StripResult& strip : report.strips) {
     if (!strip.accuracy) continue;
     const StripAccuracy& a = *strip.accuracy;
-    if (a.poses >= 3) {
-      raise(worst.mean_percent, a.percent_of_length(a.position.mean));
-      raise(worst.max_percent, a.percent_of_length(a.position.max));
-      worst.poses += a.poses;
+    if (a.poses >= fewest_poses && a.length > 0) {
+      length += a.length;
+      mean += a.position.mean;
+      max += a.position.max;
+      accuracy.poses += a.poses;
     }
-    if (a.depth_percent) raise(worst.depth_percent, a.depth_percent->mean);
+    for (const auto& [id, keyframe] : a.keyframes) {
+      if (keyframe.depth) depths.push_back(keyframe.depth->median_abs_percent);
+    }
   }
-  return worst;
+  if (length > 0) accuracy.mean_percent = 100 * mean / length;
+  if (length > 0) accuracy.max_percent = 100 * max / length;
+  if (!depths.empty()) accuracy.keyframe_depth_percent = host::median(std::move(depths));
+  return accuracy;
+}
+
+Accuracy accuracy_of(const Report& report) {
+  return report.score ? scored_accuracy(*report.score) : measured_accuracy(report);
 }
 
 std::string coverage_sentence(const Report& report, const ReportTotals& t) {
@@ -46,17 +71,20 @@ std::string coverage_sentence(const Report& report, const ReportTotals& t) {
 }
 
 std::string accuracy_sentence(const Report& report) {
-  const Worst worst = worst_accuracy(report);
-  if (!report.has_reference) return "There is no reference to measure the accuracy against. ";
+  if (!report.has_reference && !report.score) return "There is no reference to measure the accuracy against. ";
+  const Accuracy accuracy = accuracy_of(report);
   std::string text;
-  if (std::isfinite(worst.mean_percent)) {
-    text = "Against the reference, camera positions are off by " + host::brief(worst.mean_percent) +
-           " % of the distance flown on average and " + host::brief(worst.max_percent) + " % at most";
+  const auto add = [&](const std::string& part) { text += (text.empty() ? "Against the reference, " : "; ") + part; };
+  if (std::isfinite(accuracy.mean_percent)) {
+    add("camera positions are off by " + host::brief(accuracy.mean_percent) +
+        " % of the distance flown on average and by " + host::brief(accuracy.max_percent) + " % at most");
   }
-  if (std::isfinite(worst.depth_percent)) {
-    text += std::string(text.empty() ? "Against the reference, heights are off" : "; heights") + " by " +
-            host::brief(worst.depth_percent) + " % of the flying height (median)";
-  }
+  if (std::isfinite(accuracy.height_percent))
+    add("merged heights by " + host::brief(accuracy.height_percent) + " % of the flying height (median)");
+  if (std::isfinite(accuracy.depth_percent))
+    add("depths of single pixels by " + host::brief(accuracy.depth_percent) + " % of the flying height (median)");
+  if (std::isfinite(accuracy.keyframe_depth_percent))
+    add("depths of the median keyframe by " + host::brief(accuracy.keyframe_depth_percent) + " % of the flying height");
   return text.empty() ? "Too few poses match the reference to measure the accuracy. " : text + ". ";
 }
 
@@ -83,15 +111,19 @@ std::string tile(const std::string& what, const std::string& value, const std::s
 }
 
 std::string accuracy_tiles(const Report& report) {
-  const Worst worst = worst_accuracy(report);
-  if (!report.has_reference) return "";
+  if (!report.has_reference && !report.score) return "";
+  const Accuracy accuracy = accuracy_of(report);
+  constexpr const char* of_height = " <small>% of height flown</small>";
   std::string html;
-  html += tile("Position error, mean", host::brief(worst.mean_percent) + " <small>% of distance</small>",
-               "at most " + host::brief(worst.max_percent) + " %, " + host::counted(worst.poses, "pose"));
-  if (std::isfinite(worst.depth_percent)) {
-    html += tile("Height error, median", host::brief(worst.depth_percent) + " <small>% of height flown</small>",
-                 "decoded depth against truth");
-  }
+  html += tile("Position error, mean", host::brief(accuracy.mean_percent) + " <small>% of distance</small>",
+               "at most " + host::brief(accuracy.max_percent) + " %, " + host::counted(accuracy.poses, "pose"));
+  if (std::isfinite(accuracy.height_percent))
+    html += tile("Height error, median", host::brief(accuracy.height_percent) + of_height, "merged heights");
+  if (std::isfinite(accuracy.depth_percent))
+    html += tile("Depth error, median", host::brief(accuracy.depth_percent) + of_height, "depths of single pixels");
+  if (std::isfinite(accuracy.keyframe_depth_percent))
+    html += tile("Depth error, median keyframe", host::brief(accuracy.keyframe_depth_percent) + of_height,
+                 "each keyframe by its median pixel");
   return html;
 }
 
@@ -210,6 +242,8 @@ std::string page_summary(const Report& report) {
                      viewer_link(report) + "</header>\n";
   html += "<p class=\"lede\">" + coverage_sentence(report, t) + accuracy_sentence(report) +
           trouble_sentence(report, t) + "</p>\n";
+  for (const std::string& line : unknown_camera_lines(report.flight))
+    html += "<p class=\"warn\">" + host::escaped(line) + "</p>\n";
   html += "<div class=\"tiles\">\n";
   const bool all = t.posed == t.keyframes && t.keyframes > 0;
   html += tile("Keyframes with final pose",

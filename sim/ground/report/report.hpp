@@ -40,7 +40,7 @@ struct StripResult : exports::ExportedStrip {
 
 struct Report {
   std::string title;
-  double target_overlap = 0;
+  double target_overlap = unknown;
   bool has_reference = false;
   intake::Outbox outbox;
   intake::Flight flight;

@@ -7,8 +7,8 @@ namespace {
 // The page's style sheet: no fonts, no scripts, nothing from outside; light and dark.
 
 inline constexpr const char* report_style = R"css(
-:root{color-scheme:light dark;--page:#fbfaf8;--card:#fff;--ink:#1d232b;--muted:#66707c;--line:#e3e1dc;--accent:#a8481f;
---s1:#2b6aa3;--s2:#c8762b;--s3:#4b8a57;--s4:#8a5a9c;--good:#2f7d4a;--warn:#a86a00;--bad:#b3261e;--plate:#eceae5}
+:root{color-scheme:light dark;--page:#fbfaf8;--card:#fff;--ink:#1d232b;--muted:#59626d;--line:#e3e1dc;--accent:#a8481f;
+--s1:#2b6aa3;--s2:#c8762b;--s3:#4b8a57;--s4:#8a5a9c;--good:#276c3f;--warn:#855300;--bad:#b3261e;--plate:#eceae5}
 @media (prefers-color-scheme:dark){:root{--page:#14171b;--card:#1b1f25;--ink:#e4e7eb;--muted:#98a2ae;--line:#2d333b;
 --accent:#e58a5c;--s1:#6fb0e6;--s2:#eaa45e;--s3:#7fc48d;--s4:#c193d4;--good:#74c690;--warn:#e0b050;--bad:#f08a80;
 --plate:#23282f}}
@@ -34,8 +34,8 @@ p{margin:0 0 10px;max-width:76ch}
 figure{margin:0 0 18px}
 figure svg{display:block;width:100%;height:auto;max-height:760px;background:var(--plate);border-radius:8px}
 figcaption{padding-top:6px}
-.pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(440px,1fr));gap:16px}
-.plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(440px,1fr));gap:14px}
+.pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));gap:16px}
+.plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));gap:14px}
 .plot{background:var(--card);border:1px solid var(--line);border-radius:8px;padding:10px;width:100%;height:auto}
 .plot text{fill:var(--ink);font-size:12px;font-family:inherit}
 .plot .title{font-size:13.5px;font-weight:600}
@@ -58,7 +58,7 @@ tr:last-child td{border-bottom:0}
 th{font-weight:600;color:var(--muted);font-size:12px;vertical-align:bottom}
 th.t,td.t{text-align:left}td.w{white-space:normal;min-width:15em}
 .chip{display:inline-block;padding:0 8px;border-radius:9px;border:1px solid currentColor;font-size:12px}
-.frames{display:grid;grid-template-columns:repeat(auto-fill,minmax(350px,1fr));gap:14px}
+.frames{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(350px,100%),1fr));gap:14px}
 .frame{background:var(--card);border:1px solid var(--line);border-radius:8px;padding:10px}
 .frame b{font-weight:600}.frame .row{display:grid;grid-template-columns:repeat(3,1fr);gap:6px;margin-top:6px}
 .frame img,.frame .none{width:100%;aspect-ratio:var(--shape);object-fit:contain;background:var(--plate);border-radius:4px;display:block}
@@ -70,6 +70,10 @@ details{margin:10px 0}summary{cursor:pointer;color:var(--muted)}
 .number{font:600 13px system-ui,sans-serif;fill:#fff;stroke:#10141a;stroke-opacity:.75;stroke-width:3px;paint-order:stroke}
 footer{margin-top:48px;border-top:1px solid var(--line);padding-top:14px}
 code{font-size:.92em}
+.keyframes th,.keyframes td{padding:5px 7px}.keyframes td.w{min-width:11em}
+.keyframes th:first-child,.keyframes td:first-child{position:sticky;left:0;background:var(--card)}
+@media (max-width:760px){main{padding:20px 12px 40px}.columns{columns:1}th,td{padding:4px 6px}
+td.w{min-width:11em}.frame .row{grid-template-columns:1fr 1fr}}
 @media print{body{font-size:11px}main{padding:0}.frames{grid-template-columns:repeat(3,1fr)}}
 )css";
 

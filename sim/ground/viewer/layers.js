@@ -84,7 +84,7 @@ function sourceLayer(strip) {
 }
 
 export const layers = [
-  { id: 'ortho', name: 'Orthoimage', make: () => ({ legend: null, about: 'Exposures balanced, contrast stretched.' }) },
+  { id: 'ortho', name: 'Orthoimage', make: () => ({ legend: null, about: 'Exposures matched where pieces meet, contrast stretched.' }) },
   { id: 'height', name: 'Height', make: heightLayer },
   { id: 'sigma', name: 'Sigma', make: sigmaLayer },
   { id: 'count', name: 'Count', make: countLayer },

@@ -1,6 +1,6 @@
 // The flight in figures: strips, storage, link, what is missing.
 
-import { element, facts, brief, bytesText, percent, ordinal } from './text.js';
+import { element, facts, brief, bytesText, percent, ordinal, counted } from './text.js';
 
 /// What the vehicle's own measurements say of the strip, with one sigma each.
 function navigationFacts(navigation) {
@@ -38,7 +38,7 @@ function storageFacts(s) {
       ['Held', `${bytesText(s.frames + s.depth + s.structure + s.products)} of ${bytesText(s.budget)}`],
       ['Frames', bytesText(s.frames)], ['Depth maps', bytesText(s.depth)], ['Products', `${bytesText(s.products)} in ${s.products_held}`],
       ['Acknowledged', `${s.acknowledged}`],
-      ['Given up', `${s.products_dropped} products, ${s.layers_cut} layers, ${s.frames_skipped} frames`],
+      ['Given up', [counted(s.products_dropped, 'product'), counted(s.layers_cut, 'layer'), counted(s.frames_skipped, 'frame')].join(', ')],
       s.times_full > 0 && ['Was full', `${s.times_full} times`],
     ]),
   ];

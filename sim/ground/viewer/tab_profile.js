@@ -38,6 +38,7 @@ function plot({ points, distance }, unit) {
   const text = (content, attributes) => { const t = svg('text', attributes); t.textContent = content; return t; };
   for (const v of ticks(low, high, 4)) picture.append(svg('line', { class: 'gridline', x1: left, x2: width - 8, y1: y(v), y2: y(v) }), text(brief(v), { x: left - 5, y: y(v) + 4, 'text-anchor': 'end' }));
   for (const v of ticks(0, distance, 4)) picture.append(text(brief(v), { x: x(v), y: height - 10, 'text-anchor': 'middle' }));
+  picture.append(text(`height, ${unit}`, { x: left + 4, y: top + 8 }), text(`distance, ${unit}`, { x: width - 8, y: height - bottom - 4, 'text-anchor': 'end' }));
   for (const run of runs(points)) {
     const upper = run.map((p) => `${x(p.distance).toFixed(1)},${y(p.height + (p.sigma || 0)).toFixed(1)}`);
     const lower = run.map((p) => `${x(p.distance).toFixed(1)},${y(p.height - (p.sigma || 0)).toFixed(1)}`).reverse();
@@ -69,7 +70,7 @@ export function profileTab(state, say) {
     element('h2', {}, 'Profile'),
     element('p', { class: 'figure' }, `${brief(profile.distance)} ${unit}`),
     plot(profile, unit),
-    element('p', { class: 'muted' }, `Height over distance, ${unit}. Band: one sigma. Gaps: nothing seen.`),
+    element('p', { class: 'muted' }, `Heights are z of the strip; the colour Height shows them above its mean plane. Band: one sigma. Gaps: nothing seen.`),
     facts([
       ['Distance', `${fixed(profile.distance, 3)} ${unit}`],
       ['Drop', `${fixed(profile.drop, 3)} ${unit}`],

@@ -13,6 +13,7 @@ export function bytesText(n) {
   if (!Number.isFinite(n)) return '–';
   return n < 1e3 ? `${n} B` : n < 1e6 ? `${(n / 1e3).toFixed(1)} kB` : `${(n / 1e6).toFixed(2)} MB`;
 }
+export const counted = (n, what) => `${n} ${what}${n === 1 ? '' : 's'}`;
 /// 2nd, 3rd, 21st
 export function ordinal(n) {
   const ending = { one: 'st', two: 'nd', few: 'rd', other: 'th' };

@@ -69,7 +69,7 @@ export function makeTimeline(root, state, say) {
 
   function drawOverlap(c) {
     const [top, bottom] = lanes.overlap;
-    const values = [...overlaps.map((o) => o[1]), flight.target_overlap, ...flight.keyframes.map((k) => k.overlap).filter(Number.isFinite)];
+    const values = [...overlaps.map((o) => o[1]), flight.target_overlap ?? 1, ...flight.keyframes.map((k) => k.overlap).filter(Number.isFinite)];
     const least = Math.max(0, Math.floor(10 * (values.reduce((m, v) => Math.min(m, v), 1) - 0.02)) / 10);
     const y = (v) => bottom - ((v - least) / (1 - least)) * (bottom - top);
     c.fillStyle = style('--s1');
@@ -81,13 +81,15 @@ export function makeTimeline(root, state, say) {
       c.arc(x(k.time_s), y(k.overlap), 2.6, 0, 7);
       c.fill();
     }
-    c.strokeStyle = style('--accent');
-    c.setLineDash([5, 4]);
-    c.beginPath();
-    c.moveTo(gutter, y(flight.target_overlap));
-    c.lineTo(width - 18, y(flight.target_overlap));
-    c.stroke();
-    c.setLineDash([]);
+    if (Number.isFinite(flight.target_overlap)) {
+      c.strokeStyle = style('--accent');
+      c.setLineDash([5, 4]);
+      c.beginPath();
+      c.moveTo(gutter, y(flight.target_overlap));
+      c.lineTo(width - 18, y(flight.target_overlap));
+      c.stroke();
+      c.setLineDash([]);
+    }
     c.fillStyle = style('--muted');
     c.textAlign = 'left';
     c.fillText(`${(100 * least).toFixed(0)}`, gutter - 11, bottom - 2);

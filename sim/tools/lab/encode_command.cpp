@@ -1,6 +1,7 @@
 // encode: an image to a JP2 file with a region of interest.
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -9,6 +10,7 @@
 #include "fsw/vision/codec/jpeg2000.hpp"
 #include "fsw/vision/codec/jpeg2000_decode.hpp"
 #include "fsw/vision/codec/layer_errors.hpp"
+#include "sim/host/files.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
@@ -54,7 +56,7 @@ void measure_quality(const GrayImage& image, const GrayImage& mask, std::span<co
 void write_bytes(const std::string& path, std::span<const std::uint8_t> bytes) {
   std::ofstream out(path, std::ios::binary);
   out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (!out.flush()) throw std::runtime_error(path + " cannot be written");
+  if (!out.flush()) throw std::runtime_error(path + " cannot be written: " + host::write_failure(errno));
 }
 
 Jpeg2000Params params_for(const EncodeOptions& options, const GrayImage& image) {

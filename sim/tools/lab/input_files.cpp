@@ -1,11 +1,13 @@
 #include "sim/tools/lab/input_files.hpp"
 
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
 #include <system_error>
 
 #include "cfg/limits.hpp"
+#include "sim/host/files.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace ilp::lab {
@@ -102,7 +104,8 @@ std::string exact_text(double value) {
 
 void write_text(const std::filesystem::path& path, const std::string& text) {
   std::ofstream out(path, std::ios::binary);
-  if (!(out << text).flush()) throw std::runtime_error(path.string() + " cannot be written");
+  if (!(out << text).flush())
+    throw std::runtime_error(path.string() + " cannot be written: " + host::write_failure(errno));
 }
 
 GrayImage read_camera_image(const std::string& path) {

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "fsw/products/richness_scorer.hpp"
+#include "sim/host/command_line.hpp"
 #include "sim/host/mission_input.hpp"
 #include "sim/tools/richness/evaluation.hpp"
 #include "sim/tools/richness/pictures.hpp"
@@ -101,7 +102,7 @@ int main(int argc, char** argv) {
     sheet->add_option("--count", options.count, "number of strips shown")
         ->check(CLI::Range(1, 400))
         ->capture_default_str();
-    CLI11_PARSE(app, argc, argv);
+    if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "ilp-richness: " << error.what() << "\n";

@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "sim/ground/report/accuracy.hpp"
 #include "sim/host/alignment.hpp"
 #include "sim/host/statistics.hpp"
 
@@ -37,8 +38,7 @@ struct StripTrack {
   [[nodiscard]] host::CameraTrack truth(std::size_t count) const;
 };
 
-/// Fewer poses leave a similarity (7 degrees of freedom) little to contradict.
-inline constexpr std::size_t fewest_poses = 4;
+using report::fewest_poses;
 
 struct PoseScore {
   /// Least squares over the centres (host::track_errors).

@@ -309,8 +309,7 @@ FlightFiles open_flight(const ScoreOptions& options) {
   remark_open_strips(files);
   files.complete = files.remarks.empty();
   files.remarks.insert(files.remarks.end(), files.flight.remarks.begin(), files.flight.remarks.end());
-  files.target_overlap =
-      (files.info ? files.info->target_overlap : std::nullopt).value_or(MissionParameters{}.target_overlap);
+  files.target_overlap = (files.info ? files.info->target_overlap : std::nullopt).value_or(unknown);
   return files;
 }
 

@@ -1,7 +1,9 @@
 #include "sim/tools/score/score_json.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <ostream>
+#include <string_view>
 
 #include "sim/host/metrics.hpp"
 #include "sim/host/text_format.hpp"
@@ -302,12 +304,14 @@ Json summary_json(const std::map<std::string, double>& summary) {
 }
 
 void write_table(const Score& score, const std::map<std::string, double>& summary, std::ostream& out) {
-  out << std::string(48, ' ') << "score     perfect\n";
+  std::size_t wide = 0;
+  for (const host::Metric& row : host::metrics()) wide = std::max(wide, std::string_view(row.label).size() + 1);
+  out << std::string(wide, ' ') << "score     perfect\n";
   for (const host::Metric& row : host::metrics()) {
     const auto found = summary.find(row.key);
     if (found == summary.end() || *row.group == '\0') continue;
     std::string label = row.label, value = std::isfinite(found->second) ? host::score_text(found->second) : "-";
-    label.resize(48, ' ');
+    label.resize(wide, ' ');
     value.resize(10, ' ');
     if (*row.ideal == '\0') value.erase(value.find_last_not_of(' ') + 1);
     out << label << value << row.ideal << "\n";

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "bsp/flight/stage_set.hpp"
+#include "sim/host/command_line.hpp"
 #include "sim/host/digest.hpp"
 #include "sim/tools/store/named_store.hpp"
 #include "sim/tools/store/role_grants.hpp"
@@ -86,7 +87,7 @@ int main(int argc, char** argv) {
   CLI::App* const roles = app.add_subcommand("roles", "prints SQL for the roles of a flight's processes");
   roles->add_option("process", processes, "ROLE=STAGE,STAGE...; `head` stands for all that need the camera or a link")
       ->required();
-  CLI11_PARSE(app, argc, argv);
+  if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   try {
     if (digest->parsed()) return print_digest(name);
     if (tables->parsed()) create(name);

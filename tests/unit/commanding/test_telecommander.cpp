@@ -238,6 +238,9 @@ TEST_F(TelecommandTest, ACaptureThatFailsTellsWhy) {
     answer_capture(last_command(), state, rejected ? StatusCode::capture_too_soon : StatusCode::ok);
     step();
     EXPECT_EQ(failure(), expected);
+    if (state == CaptureState::no_frame) {
+      EXPECT_EQ(value_of(last_heard.back(), 1), 3000) << "ms, as the event says";
+    }
   }
   // Nothing ever comes of it.
   send(8, 1, function("CAPTURE"));

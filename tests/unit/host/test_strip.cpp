@@ -42,6 +42,16 @@ TEST(Strip, ImagesComeInOrderOfTheirNamesTwoSecondsApart) {
   EXPECT_TRUE(says(warnings[0], "has no times.txt: the images are taken as two seconds apart"));
 }
 
+TEST(Strip, NumbersInNamesCountByTheirValue) {
+  const ScratchFolder folder;
+  for (const char* name :
+       {"img_121.png", "img_25.png", "img_1.png", "img_0030.png", "img_25b.png", "A 2.png", "A 10.png"})
+    put_image(folder / name, 80, 20);
+  std::string order;
+  for (const StripFrame& frame : list_strip(folder.path())) order += frame.file.stem().string() + " ";
+  EXPECT_EQ(order, "A 2 A 10 img_1 img_25 img_25b img_0030 img_121 ");
+}
+
 TEST(Strip, ListInTheFolderGivesOrderTimesAndAltitudes) {
   const ScratchFolder folder;
   for (const char* list : {"times.txt", "frames.txt", "index.txt"}) {
@@ -67,7 +77,7 @@ TEST(Strip, ImagesFolderInsideIsFound) {
 
 TEST(Strip, NothingToFlyOrAMalformedListIsAnErrorThatSaysSo) {
   const ScratchFolder folder;
-  EXPECT_TRUE(says(error_of([&] { (void)list_strip(folder.path()); }), "holds no PNG or PGM image"));
+  EXPECT_TRUE(says(error_of([&] { (void)list_strip(folder.path()); }), "holds no image: name a folder"));
   EXPECT_TRUE(says(error_of([&] { (void)list_strip(folder / "none"); }), "is not a folder of images"));
   for (const char* line : {"1.5 a.png", "a.png", "12", "0x10 a.png", "1 a.png high", "1 a.png nan", "1 a.png 1e3",
                            "1 a.png 5 extra", "99999999999999999999 a.png"}) {

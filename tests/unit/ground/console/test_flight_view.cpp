@@ -12,6 +12,7 @@
 #include "fsw/packets/service_schedule.hpp"
 #include "fsw/records/records.hpp"
 #include "sim/ground/console/flight_view.hpp"
+#include "sim/ground/console/operator_command.hpp"
 #include "sim/ground/console/received_file.hpp"
 #include "sim/ground/console/report_values.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
@@ -73,6 +74,31 @@ TEST(FlightViewTest, ProcessesThatShareTheFlightAreShownAndSilentOnesStandOut) {
   ASSERT_NE(view.reports.take(tailoring, data), nullptr);
   EXPECT_NE(all(panel(view)).find("nodes     head; dense_matcher SILENT for 42 s\n"), std::string::npos)
       << all(panel(view));
+}
+
+TEST(FlightViewTest, AnEndOfContactIsFollowedThoughTheSilentFlightCannotReportIt) {
+  FlightView view = view_at(65 * ns_per_s);
+  EXPECT_EQ(pass_words(view), "always in contact");
+  EXPECT_EQ(apply_contact_command(parse_operator_command("ping", tailoring, 0), view), "");
+  EXPECT_EQ(apply_contact_command(parse_operator_command("downlink end", tailoring, 0), view),
+            "the flight neither sends nor listens until mission time 02:00, for 00:55");
+  EXPECT_TRUE(out_of_contact(view));
+  EXPECT_EQ(pass_words(view), "no contact for 00:55, because a telecommand ended it");
+  view.since_status = 56 * ns_per_s;
+  EXPECT_EQ(pass_words(view), "always in contact") << "the window is over";
+  EXPECT_FALSE(out_of_contact(view));
+  view.since_status = 0;
+  EXPECT_EQ(apply_contact_command(parse_operator_command("downlink 20", tailoring, 0), view), "");
+  EXPECT_EQ(pass_words(view), "always in contact") << "what begins contact ends the silence";
+}
+
+TEST(FlightViewTest, AfterTheLastPassTheSilenceHasNoEnd) {
+  FlightView view = view_at(65 * ns_per_s);
+  view.mission.pass_period_s = 100;
+  view.mission.pass_length_s = 80;
+  view.mission.pass_count = 1;
+  EXPECT_EQ(apply_contact_command(parse_operator_command("call PASSEND", tailoring, 0), view),
+            "the flight neither sends nor listens from now on: its last pass is over");
 }
 
 TEST(FlightViewTest, ValuesAreThoseOfTheRecord) {
@@ -144,7 +170,7 @@ TEST(ReportWords, AnEventHasItsMeaningAndWhatToDo) {
   const std::vector<std::uint8_t> auxiliary = data_of([](ByteWriter& out) {
     out.u8(4);
     out.number(17, 8);
-    out.number(static_cast<std::uint64_t>(std::int64_t{-2}), 8);
+    out.number(static_cast<std::uint64_t>(StripEnd::overlap_lost), 8);
     out.u32(9);
     ASSERT_TRUE(encode_time(tailoring.time, 3600 * ns_per_s, out).ok());
   });
@@ -152,7 +178,8 @@ TEST(ReportWords, AnEventHasItsMeaningAndWhatToDo) {
     encode_event(tailoring, static_cast<std::uint32_t>(StatusCode::strip_broken), auxiliary, out);
   });
   EXPECT_EQ(event_words(tailoring, report),
-            "event 9 medium at 01:00:00 overlap_checker strip_broken: strip 17 ended, reason -2. To do: " +
+            "event 9 medium at 01:00:00 overlap_checker strip_broken: strip 17 ended, reason overlap lost "
+            "(docs/records.md, strip). To do: " +
                 std::string(status_advice(StatusCode::strip_broken)));
   report.data.resize(report.data.size() - 3);
   EXPECT_EQ(event_words(tailoring, report), "an event report that is cut short");

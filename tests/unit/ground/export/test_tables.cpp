@@ -203,7 +203,7 @@ class ShapeTest : public ::testing::Test {
 TEST_F(ShapeTest, ATrackWithoutAnAnchorIsInTheStripsAxesAndSaysSo) {
   const json found = track(nullptr, 0, 0);
   EXPECT_EQ(found.at("type"), "FeatureCollection");
-  EXPECT_FALSE(found.contains("crs"));
+  EXPECT_EQ(found.at("crs").at("properties").at("name").get<std::string>().find("ENGCRS["), 0U);
   EXPECT_NE(found.at("description").get<std::string>().find("not longitude and latitude"), std::string::npos);
   ASSERT_EQ(found.at("features").size(), 4U);
   EXPECT_EQ(found["features"][0]["geometry"]["type"], "LineString");
@@ -241,6 +241,15 @@ TEST_F(ShapeTest, OgrinfoReadsTracksAndFootprints) {
   EXPECT_EQ(result.status, 0);
   EXPECT_NE(result.output.find("Feature Count: 4"), std::string::npos) << result.output;
   EXPECT_NE(result.output.find("2575000"), std::string::npos) << result.output;
+}
+
+TEST_F(ShapeTest, OgrinfoTakesStripUnitsForNoDegrees) {
+  ILP_NEED_TOOL("ogrinfo");
+  (void)track(nullptr, 0, 0);
+  const auto result = run_tool("ogrinfo -al -so " + quoted(folder_.path() / "track.geojson"));
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(result.output.find("WGS 84"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("Strip 1, local axes"), std::string::npos) << result.output;
 }
 
 TEST_F(ShapeTest, AFootprintIsTheGroundUnderTheImagesBorderAndRunsCounterClockwise) {

@@ -1,11 +1,16 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <regex>
 #include <sstream>
 
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/report/score_file.hpp"
+#include "sim/host/text_format.hpp"
 #include "sim/tools/score/score.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
@@ -57,6 +62,61 @@ TEST(ScorePage, ShowsWhatTheScorerFound) {
   EXPECT_NE(page.find("drift to the far end"), std::string::npos);
 }
 
+/// A strip of five keyframes and one of three, against a truth that they miss by a little.
+test::SyntheticFlight flight_with_a_short_strip(double miss) {
+  test::SyntheticFlight flight = test::make_flight(false);
+  for (std::int64_t i = 0; i < 3; ++i) {
+    test::SyntheticView view = flight.views[static_cast<std::size_t>(i)];
+    view.keyframe_id = 6 + i;
+    view.strip_id = 2;
+    view.name = "later-" + std::to_string(i) + ".png";
+    flight.views.push_back(view);
+  }
+  flight.views[1].centre.z() += miss;
+  flight.views[6].centre.y() += 40 * miss;
+  return flight;
+}
+
+std::string tile_of(const std::string& page, const std::string& what) {
+  const std::size_t begin = page.find("<div class=\"what\">" + what);
+  return begin == std::string::npos ? "no tile " + what : page.substr(begin, page.find("</div></div>", begin) - begin);
+}
+
+TEST(ScorePage, OneFigureHasOneValueInTheScoreAndInTheReportWithAndWithoutIt) {
+  const test::TemporaryFolder folder;
+  const fs::path flown = folder.path() / "flight", truth = flown / "flight" / "truth";
+  test::write_outbox(flight_with_a_short_strip(0), flown / "outbox");
+  test::write_truth(flight_with_a_short_strip(0.02), truth, 3, Mat3::Identity(), Vec3(1, 2, 3));
+  std::ostringstream messages;
+  score::ScoreOptions scoring;
+  scoring.flight = flown;
+  score::run_score(scoring, {}, messages);
+  const ScoreFile score = read_score(flown / "score.json");
+  ASSERT_GT(score.summary.at("position_mean_percent"), 0.01);
+
+  ground::GroundOptions options;
+  options.outbox = flown / "outbox";
+  options.truth = truth;
+  for (const bool scored : {true, false}) {
+    options.out = folder.path() / (scored ? "scored" : "unscored");
+    options.score = scored ? flown / "score.json" : fs::path();
+    (void)ground::run_ground(options, messages);
+    const std::string page = text_of(options.out / "report.html");
+    const std::string tile = tile_of(page, "Position error, mean");
+    EXPECT_NE(tile.find(host::brief(score.summary.at("position_mean_percent")) + " <small>"), std::string::npos)
+        << tile;
+    EXPECT_NE(tile.find("at most " + host::brief(score.summary.at("position_max_percent")) + " %, 5 poses"),
+              std::string::npos)
+        << tile << ": three poses say nothing";
+    EXPECT_NE(page.find("off by " + host::brief(score.summary.at("position_mean_percent")) + " %"), std::string::npos);
+    // The median over all pixels and the one over the keyframes differ, so they have two names.
+    const std::string depth = tile_of(page, "Depth error, median<");
+    const std::string value = host::brief(score.summary.at("depth_median_percent")) + " <small>";
+    EXPECT_EQ(depth.find(value) != std::string::npos, scored) << depth;
+    EXPECT_EQ(page.find("Depth error, median keyframe") == std::string::npos, scored);
+  }
+}
+
 TEST(ScorePage, PagesWithoutAScoreHaveNoSuchSection) {
   const test::TemporaryFolder folder;
   test::write_outbox(test::make_flight(false), folder.path() / "outbox");
@@ -66,6 +126,49 @@ TEST(ScorePage, PagesWithoutAScoreHaveNoSuchSection) {
   std::ostringstream messages;
   (void)ground::run_ground(options, messages);
   EXPECT_EQ(text_of(options.out / "report.html").find("Against the truth"), std::string::npos);
+}
+
+/// Relative luminance of #rrggbb (WCAG 2.2).
+double luminance(const std::string& colour) {
+  const auto channel = [&](std::size_t at) {
+    const double c = std::stoi(colour.substr(at, 2), nullptr, 16) / 255.0;
+    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+  };
+  return 0.2126 * channel(1) + 0.7152 * channel(3) + 0.0722 * channel(5);
+}
+
+TEST(Pages, TextStandsOutFromWhatIsBehindIt) {
+  const test::TemporaryFolder folder;
+  test::write_outbox(test::make_flight(false), folder.path() / "outbox");
+  ground::GroundOptions options;
+  options.outbox = folder.path() / "outbox";
+  options.out = folder.path() / "out";
+  std::ostringstream messages;
+  (void)ground::run_ground(options, messages);
+  for (const char* name : {"report.html", "viewer.html"}) {
+    if (!fs::exists(options.out / name)) continue;
+    const std::string page = text_of(options.out / name);
+    std::size_t schemes = 0;
+    const std::regex scheme(":root ?\\{([^}]*)\\}"), entry("--([a-z]+): ?#([0-9a-f]{6}|[0-9a-f]{3})\\b");
+    for (std::sregex_iterator root(page.begin(), page.end(), scheme), end; root != end; ++root, ++schemes) {
+      std::map<std::string, double> light;
+      const std::string inside = (*root)[1];
+      for (std::sregex_iterator it(inside.begin(), inside.end(), entry); it != end; ++it) {
+        const std::string hex = (*it)[2];
+        const bool brief = hex.size() == 3;
+        std::string colour = "#";
+        for (const char c : hex) colour += std::string(brief ? 2 : 1, c);
+        light[(*it)[1]] = luminance(colour);
+      }
+      for (const char* text : {"ink", "muted", "accent", "good", "warn", "bad"}) {
+        for (const char* behind : {"page", "card"}) {
+          const double a = light.at(text), b = light.at(behind);
+          EXPECT_GE((std::max(a, b) + 0.05) / (std::min(a, b) + 0.05), 4.5) << name << ": " << text << " on " << behind;
+        }
+      }
+    }
+    EXPECT_EQ(schemes, 2U) << name << ": light and dark";
+  }
 }
 
 TEST(ScoreLines, SayWhatWasMeasuredAndNothingElse) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <limits>
@@ -33,6 +34,20 @@ std::string complaint(const std::function<void()>& action) {
     return error.what();
   }
   return "nothing";
+}
+
+TEST(Parameter, AnglesAreRadiansOrDegreesThatSaySo) {
+  double azimuth = 0;
+  const std::vector<Parameter> parameters = {{"azimuth", &azimuth, "rad", "towards where", -6.3, 6.3}};
+  set_parameter(parameters, "s", "azimuth", "90deg");
+  EXPECT_NEAR(azimuth, std::acos(0), 1e-15);
+  set_parameter(parameters, "s", "azimuth", "1.5");
+  EXPECT_EQ(azimuth, 1.5);
+  const std::string refused = complaint([&] { set_parameter(parameters, "s", "azimuth", "90"); });
+  EXPECT_NE(refused.find("rad, or degrees, written 90deg"), std::string::npos) << refused;
+  EXPECT_NE(complaint([&] { set_parameter(parameters, "s", "azimuth", "900deg"); }), "nothing");
+  Fields fields;
+  EXPECT_NE(complaint([&] { set_parameter(fields.parameters(), "s", "length", "2deg"); }), "nothing");
 }
 
 TEST(Parameter, TextSetsEveryKindOfField) {

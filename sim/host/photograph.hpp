@@ -1,0 +1,28 @@
+// Photographs as cameras and their programs leave them: JPEG, TIFF, and PNG or PGM with up to 16 bits.
+// Every function throws std::runtime_error that names the file and what was expected.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+#include "sim/host/raster.hpp"
+
+namespace ilp::host {
+
+struct Photograph {
+  Raster<std::uint16_t> grey;  ///< luma of ITU-R BT.601 where the file has colours
+  bool deep = false;           ///< more than 8 bits per sample
+};
+[[nodiscard]] Photograph read_photograph(const std::filesystem::path& path);
+
+/// What the header says.
+struct PhotographFacts {
+  int width = 0, height = 0;
+  bool deep = false;
+  std::optional<double> field_of_view_rad;  ///< horizontal, from the focal length that EXIF states for 35 mm film
+  std::optional<std::int64_t> time_ns;      ///< of the exposure, since 1970, as the camera's clock says
+};
+[[nodiscard]] PhotographFacts read_photograph_facts(const std::filesystem::path& path);
+
+}  // namespace ilp::host

@@ -1,0 +1,186 @@
+#include "sim/sil/flyable_images.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <ostream>
+#include <set>
+#include <string>
+
+#include "cfg/limits.hpp"
+#include "sim/host/image_io.hpp"
+#include "sim/host/photograph.hpp"
+
+namespace ilp::sil {
+namespace fs = std::filesystem;
+namespace {
+
+using host::Photograph;
+using host::PhotographFacts;
+
+/// Images of the strip from which the range of 16-bit values is taken.
+constexpr std::size_t images_for_range = 16;
+/// Share of the pixels that may lie beyond each end of the range.
+constexpr double share_beyond = 0.001;
+
+struct GreyRange {
+  double black = 0, white = 255;
+};
+
+struct Facts {
+  const host::StripFrame* frame = nullptr;
+  std::optional<PhotographFacts> header;  ///< none: it cannot be read
+};
+
+std::vector<Facts> facts_of(const std::vector<host::StripFrame>& strip) {
+  std::vector<Facts> all;
+  for (const host::StripFrame& frame : strip) {
+    Facts& facts = all.emplace_back();
+    facts.frame = &frame;
+    try {
+      facts.header = host::read_photograph_facts(frame.file);
+    } catch (const std::exception&) {
+      continue;
+    }
+  }
+  return all;
+}
+
+bool is_read_by_the_camera(const fs::path& file) {
+  std::string ending = file.extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return ending == ".png" || ending == ".pgm";
+}
+
+bool has_blank(const fs::path& file) {
+  return fs::absolute(file).string().find_first_of(" \t\r\n") != std::string::npos;
+}
+
+int binning_of(const std::vector<Facts>& all) {
+  int binning = 1;
+  for (const Facts& facts : all) {
+    if (!facts.header) continue;
+    const auto times = [](int size, std::int32_t most) { return (size + most - 1) / most; };
+    binning = std::max({binning, times(facts.header->width, limits::max_image_width),
+                        times(facts.header->height, limits::max_image_height)});
+  }
+  return binning;
+}
+
+GreyRange range_of(const std::vector<Facts>& all) {
+  std::vector<const Facts*> deep;
+  for (const Facts& facts : all) {
+    if (facts.header && facts.header->deep) deep.push_back(&facts);
+  }
+  std::vector<std::uint64_t> counts(65536);
+  std::uint64_t pixels = 0;
+  const std::size_t step = std::max<std::size_t>(1, deep.size() / images_for_range);
+  for (std::size_t i = 0; i < deep.size(); i += step) {
+    for (const std::uint16_t value : host::read_photograph(deep[i]->frame->file).grey.samples) {
+      ++counts[value];
+      ++pixels;
+    }
+  }
+  const auto level = [&](double share) {
+    const double wanted = share * static_cast<double>(pixels);
+    double below = 0;
+    for (std::size_t value = 0; value < counts.size(); ++value) {
+      below += static_cast<double>(counts[value]);
+      if (below > wanted) return static_cast<double>(value);
+    }
+    return 65535.0;
+  };
+  GreyRange range{level(share_beyond), level(1 - share_beyond)};
+  if (range.white <= range.black) range.white = range.black + 1;
+  return range;
+}
+
+/// Means of blocks of pixels; a rest at the right and lower border is left out.
+host::Raster<std::uint8_t> converted(const Photograph& photograph, int binning, const GreyRange& range) {
+  const host::Raster<std::uint16_t>& grey = photograph.grey;
+  host::Raster<std::uint8_t> result(grey.width / binning, grey.height / binning);
+  const GreyRange used = photograph.deep ? range : GreyRange{};
+  const double scale = 255 / (used.white - used.black) / (binning * binning);
+  for (int y = 0; y < result.height; ++y) {
+    for (int x = 0; x < result.width; ++x) {
+      double sum = 0;
+      for (int v = 0; v < binning; ++v) {
+        for (int u = 0; u < binning; ++u) sum += grey.at(x * binning + u, y * binning + v) - used.black;
+      }
+      result.at(x, y) = static_cast<std::uint8_t>(std::lround(std::clamp(sum * scale, 0.0, 255.0)));
+    }
+  }
+  return result;
+}
+
+/// A name without blanks that no other image has.
+std::string name_for(const fs::path& file, std::set<std::string>& used) {
+  std::string stem = file.stem().string();
+  std::replace_if(
+      stem.begin(), stem.end(), [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }, '_');
+  std::string name = stem + ".png";
+  for (int i = 2; !used.insert(name).second; ++i) name = stem + "-" + std::to_string(i) + ".png";
+  return name;
+}
+
+void take_times(const std::vector<Facts>& all, std::vector<host::StripFrame>& frames, std::ostream& messages) {
+  if (frames.size() < 2 || !frames.front().time_is_assumed) return;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!all[i].header || !all[i].header->time_ns) return;
+    if (i > 0 && *all[i].header->time_ns <= *all[i - 1].header->time_ns) return;
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    frames[i].time_ns = *all[i].header->time_ns - *all[0].header->time_ns;
+    frames[i].time_is_assumed = false;
+  }
+  messages << "the times are those that EXIF states, from the first image on\n";
+}
+
+}  // namespace
+
+FlyableImages make_flyable(const std::vector<host::StripFrame>& strip, const fs::path& folder, std::ostream& messages) {
+  const std::vector<Facts> all = facts_of(strip);
+  FlyableImages result;
+  result.frames = strip;
+  result.binning = binning_of(all);
+  const bool any_deep =
+      std::any_of(all.begin(), all.end(), [](const Facts& facts) { return facts.header && facts.header->deep; });
+  const GreyRange range = any_deep ? range_of(all) : GreyRange{};
+  std::set<std::string> used;
+  std::size_t changed = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Facts& facts = all[i];
+    const fs::path& file = facts.frame->file;
+    if (!facts.header) continue;
+    if (!result.field_of_view_rad) result.field_of_view_rad = facts.header->field_of_view_rad;
+    if (is_read_by_the_camera(file) && !facts.header->deep && result.binning == 1 && !has_blank(file)) continue;
+    fs::create_directories(folder);
+    const fs::path place = folder / name_for(file, used);
+    ++changed;
+    result.frames[i].file = place;
+    // A flight that goes on has them already.
+    if (!fs::exists(place))
+      host::write_png(place, converted(host::read_photograph(file), result.binning, range).view());
+  }
+  if (changed > 0) messages << changed << " images are converted to 8-bit PNG files in " << folder.string() << "\n";
+  if (any_deep)
+    messages << "16-bit values from " << range.black << " to " << range.white << " become grey values from 0 to 255\n";
+  if (result.binning > 1)
+    messages << "the images are larger than the flight takes: " << result.binning << " x " << result.binning
+             << " of their pixels become one\n";
+  take_times(all, result.frames, messages);
+  return result;
+}
+
+CameraModel binned_camera(const CameraModel& camera, int binning) {
+  CameraModel result = camera;
+  result.width = camera.width / binning;
+  result.height = camera.height / binning;
+  result.fx = camera.fx / binning;
+  result.fy = camera.fy / binning;
+  // Pixel centres are at integers.
+  result.cx = (camera.cx + 0.5) / binning - 0.5;
+  result.cy = (camera.cy + 0.5) / binning - 0.5;
+  return result;
+}
+
+}  // namespace ilp::sil

@@ -1,0 +1,132 @@
+// What users do wrong, and what the programs tell them: what is wrong, and what to do.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "sim/host/image_io.hpp"
+#include "tests/unit/ground/export/tool.hpp"
+#include "tests/unit/hal/temporary_folder.hpp"
+
+namespace ilp {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Mistake {
+  const char*
+      command;  ///< SIL, GROUND, SCORE, LAB, ONBOARD stand for the programs; run in a folder with the files below
+  int status;   ///< 1: the work cannot be done, 2: the program is not called as it has to be
+  std::vector<const char*> told;
+};
+
+// The folder holds: images (three PNG files of 64 x 48 pixels), camera.txt (of them), large-camera.txt, poses.txt (of
+// other images), empty (a folder), words.txt, film.mp4, mission.ini (a wrong value), typo.ini, full (a folder with a
+// file), flight (with flight.db and outbox/), measurements.csv (a wrong column).
+const std::vector<Mistake> mistakes = {
+    // Wrong paths.
+    {"SIL --images nowhere --out out", 1, {"nowhere is not a folder of images", "check the path"}},
+    {"SIL --images empty --out out", 1, {"empty holds no image", "PNG, PGM, JPEG or TIFF"}},
+    {"SIL --images images --camera no.txt --out out", 1, {"camera file no.txt cannot be read", "check the path"}},
+    {"SIL --images images --out full", 1, {"full is not empty", "name a new one"}},
+    {"SIL --images images --out words.txt", 1, {"words.txt is not a folder", "name another --out"}},
+    {"SIL --images images --out words.txt/out", 1, {"cannot create words.txt/out", "name another --out"}},
+    {"SIL --out empty --resume", 1, {"there is no flight.db in empty", "name the folder of the flight"}},
+    {"SIL --y4m no.y4m --out out", 1, {"video no.y4m cannot be read", "check the path"}},
+    {"SIL --images images --out out --mission no.ini", 1, {"no.ini"}},
+    {"GROUND nowhere --out out", 1, {"no such folder: nowhere"}},
+    {"GROUND empty --out out", 1, {"nothing usable in empty", "the folder is empty"}},
+    {"GROUND flight --out out", 1, {"flight is the folder of a flight", "flight/outbox"}},
+    {"SCORE empty", 1, {"empty holds no flight", "as ilp-sil --out leaves them"}},
+    {"LAB overlap no.png images/1.png", 1, {"no.png: cannot be read"}},
+    // One file in the place of another.
+    {"SIL --images images --camera poses.txt --out out", 1, {"line of reference poses (--reference)", "1 PINHOLE"}},
+    {"SIL --images images --camera words.txt --out out", 1, {"words.txt, line 1", "1 PINHOLE 640 480"}},
+    {"SIL --images images --camera large-camera.txt --out out", 1, {"64x48", "640x480", "use the camera file of"}},
+    {"SIL --images images --out out --reference camera.txt", 1, {"this is a camera file (--camera)", "R(9) C(3)"}},
+    {"SIL --images images --out out --reference poses.txt", 1, {"name no image of images", "1.png"}},
+    {"SIL --y4m film.mp4 --out out", 1, {"film.mp4 is no YUV4MPEG2 stream", "ffmpeg -i film.mp4"}},
+    {"SIL --images images --out out --navigation measurements.csv", 1, {"measurements.csv"}},
+    // Wrong values.
+    {"SIL --images images --out out --mission mission.ini", 1, {"target_overlap = 1.8", "docs/parameters.md"}},
+    {"SIL --images images --out out --mission typo.ini", 1, {"target_overlop", "no such parameter"}},
+    {"SIL --scenario mars --out out", 1, {"scenario mars", "mars-plains"}},
+    {"SIL --set flight.altitud_m=3 --out out", 1, {"altitud_m", "altitude_m"}},
+    {"SIL --set flight.drift_heading_rad=90 --out out", 1, {"6.28", "degrees, written 90deg"}},
+    {"SIL --set effects.haze --out out", 1, {"expected section.name=value"}},
+    // Links.
+    {"SIL --link-udp 127.0.0.1:1 --out out", 1, {"--real-time is needed"}},
+    {"SIL --real-time --link-udp localhost:1 --out out", 1, {"localhost:1", "written in numbers: 127.0.0.1:10025"}},
+    {"SIL --real-time --link-tcp 192.0.2.1:7 --out out", 1, {"192.0.2.1:7", "no such address", "0.0.0.0"}},
+    {"GROUND console localhost", 1, {"an address is written 127.0.0.1:10025"}},
+    {"GROUND console 127.0.0.1:9 --key no.keys", 1, {"cannot read no.keys"}},
+    // Not called as it has to be: always status 2.
+    {"SIL --imagse images", 2, {"--imagse", "--help"}},
+    {"SIL --seed x --out out", 2, {"--seed", "--help"}},
+    {"SIL --out", 2, {"--out", "--help"}},
+    {"GROUND", 2, {"outbox is required", "--help"}},
+    {"GROUND console", 2, {"address is required", "--help"}},
+    {"SCORE", 2, {"flight is required", "--help"}},
+    {"LAB", 2, {"subcommand is required", "--help"}},
+    {"SIL --images images", 1, {"--out DIR is needed"}},
+};
+
+std::string with_programs(std::string command) {
+  constexpr std::array<std::pair<const char*, const char*>, 4> programs = {
+      {{"SIL", ILP_SIL}, {"GROUND", ILP_GROUND}, {"SCORE", ILP_SCORE}, {"LAB", ILP_LAB}}};
+  for (const auto& [word, program] : programs) {
+    const std::string name = word;
+    if (command.starts_with(name)) command.replace(0, name.size(), program);
+  }
+  return command;
+}
+
+class Mistakes : public testing::Test {
+ protected:
+  void SetUp() override {
+    for (const char* folder : {"images", "empty", "full", "flight/outbox"}) fs::create_directories(path(folder));
+    for (const char* name : {"images/1.png", "images/2.png", "images/3.png"})
+      host::write_png(path(name), host::Raster<std::uint8_t>(64, 48, 90).view());
+    write("camera.txt", "1 PINHOLE 64 48 55 55 32 24\n");
+    write("large-camera.txt", "1 PINHOLE 640 480 550 550 320 240\n");
+    write("poses.txt", "other.png 64 48 55 55 32 24 1 0 0 0 1 0 0 0 1 0 0 0\n");
+    write("words.txt", "these are words\n");
+    write("film.mp4", "\0\0\0 ftypisom and so on");
+    write("mission.ini", "[overlap]\ntarget_overlap = 1.8\n");
+    write("typo.ini", "[overlap]\ntarget_overlop = 0.8\n");
+    write("full/thesis.txt", "years of work");
+    write("flight/flight.db", "");
+    write("measurements.csv", "time_s,height_ft\n0,300\n");
+  }
+  [[nodiscard]] fs::path path(const char* name) const { return fs::path(folder_ / name); }
+  void write(const char* name, const std::string& text) const { std::ofstream(path(name)) << text; }
+
+  const test::TemporaryFolder folder_;
+};
+
+TEST_F(Mistakes, AreNamedWithWhatToDo) {
+  for (const Mistake& mistake : mistakes) {
+    const test::ToolResult result = test::run_tool("cd " + test::quoted(folder_ / "") + " && " +
+                                                   with_programs(mistake.command) + " </dev/null 2>&1");
+    EXPECT_EQ(result.status, mistake.status) << mistake.command << "\n" << result.output;
+    for (const char* word : mistake.told)
+      EXPECT_NE(result.output.find(word), std::string::npos) << mistake.command << "\ndoes not tell: " << word << "\n"
+                                                             << result.output;
+    EXPECT_EQ(result.output.find("%a"), std::string::npos) << mistake.command << "\n" << result.output;
+    fs::remove_all(path("out"));
+  }
+}
+
+TEST_F(Mistakes, AFullDiskIsNamed) {
+  host::write_png(path("image.png"), host::Raster<std::uint8_t>(128, 128, 90).view());
+  const test::ToolResult result =
+      test::run_tool("cd " + test::quoted(folder_ / "") + " && " ILP_LAB " encode image.png --out /dev/full 2>&1");
+  EXPECT_EQ(result.status, 1) << result.output;
+  EXPECT_NE(result.output.find("/dev/full cannot be written: the disk is full: make room"), std::string::npos)
+      << result.output;
+}
+
+}  // namespace
+}  // namespace ilp
