@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "sim/host/version_line.hpp"
 #include "sim/sil/image_source.hpp"
 #include "sim/sil/real_time.hpp"
 #include "sim/sil/scenario_options.hpp"
@@ -149,6 +150,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Flies the flight software over simulated or recorded images, in virtual time"};
   ilp::sil::CommandLine line;
   ilp::sil::describe_options(app, line);
+  app.set_version_flag("--version", ilp::host::version_line("ilp-sil"));
   CLI11_PARSE(app, argc, argv);
   if (line.memory_map) {
     ilp::sil::print_memory_map(std::cout);

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "sim/host/version_line.hpp"
 #include "sim/tools/score/score.hpp"
 
 int main(int argc, char** argv) {
@@ -17,6 +18,7 @@ int main(int argc, char** argv) {
                  "reference poses of a recorded strip, which take the place of the truth")
       ->excludes(truth);
   app.add_option("--out", out, "the file to write (default: score.json in the flight)");
+  app.set_version_flag("--version", ilp::host::version_line("ilp-score"));
   CLI11_PARSE(app, argc, argv);
   try {
     run_score(options, out, std::cout);
