@@ -30,6 +30,12 @@ if(NOT ILP_SANITIZE AND NOT ILP_FUZZ)
   # Needs an optimising compiler. The sanitizers look at the same calls.
   target_compile_options(ilp_settings INTERFACE -U_FORTIFY_SOURCE $<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=2>)
 endif()
+if(ILP_PACKAGE)
+  # As given, and as a compiler cache gives them.
+  file(RELATIVE_PATH up ${CMAKE_BINARY_DIR} ${CMAKE_SOURCE_DIR})
+  target_compile_options(ilp_settings INTERFACE -ffile-prefix-map=${CMAKE_SOURCE_DIR}/= -ffile-prefix-map=${CMAKE_BINARY_DIR}=build
+                         -ffile-prefix-map=${up}=)
+endif()
 if(ILP_FUZZ)
   # Tracing of comparisons takes four fifths of the time; what the targets choose from is good at finding them.
   # What clang warns of and the compilers of the other builds do not must not keep the targets from being tried.
@@ -80,6 +86,6 @@ endfunction()
 function(ilp_host_program name)
   cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
-  target_link_libraries(${name} PRIVATE ${ARG_DEPENDS})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} ilp_build_version)
   set_target_properties(${name} PROPERTIES ILP_O1 ON)
 endfunction()

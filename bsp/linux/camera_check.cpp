@@ -10,7 +10,10 @@
 
 #include "bsp/linux/status_line.hpp"
 #include "bsp/linux/video_camera.hpp"
+#include "bsp/version/build_version.hpp"
+#include "cfg/limits.hpp"
 #include "cfg/schedule.hpp"
+#include "cfg/version.hpp"
 #include "hal/camera/v4l2/linux_video_device.hpp"
 
 namespace {
@@ -106,6 +109,11 @@ class Check {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc == 2 && std::strcmp(argv[1], "--version") == 0) {
+    std::printf("ilp-camera-check %s, commit %s, profile %s\n", ilp::software_version, ilp::build_commit(),
+                ilp::limits::profile);
+    return 0;
+  }
   if (argc < 4 || argc > 6) {
     std::fputs(usage, stderr);
     return 2;

@@ -26,6 +26,9 @@
 #include "bsp/linux/video_camera.hpp"
 #include "bsp/linux/video_stream.hpp"
 #include "bsp/memory/flight_heap.hpp"
+#include "bsp/version/build_version.hpp"
+#include "cfg/limits.hpp"
+#include "cfg/version.hpp"
 #include "fsw/executive/frame_timing.hpp"
 #include "fsw/navigation/vehicle_packets.hpp"
 #include "fsw/shared/camera_on_record.hpp"
@@ -493,6 +496,10 @@ int main(int argc, char** argv) {
         "PGPASSFILE names\n",
         stderr);
     return 2;
+  }
+  if (options.version) {
+    std::printf("ilp-onboard %s, commit %s, profile %s\n", software_version, build_commit(), limits::profile);
+    return 0;
   }
   if (options.memory_map) {
     print_memory_map();

@@ -18,7 +18,7 @@ const char* const usage =
     "                   [--mission-epoch] [--fly-on] [--priority N] [--watchdog DEVICE[:SECONDS]] [--compute SOCKET]\n"
     "                   [--trap-heap]\n"
     "       ilp-onboard --stages STAGE,... --store STORE [--mission FILE.ini] [--priority N] [--trap-heap]\n"
-    "       ilp-onboard --memory-map\n"
+    "       ilp-onboard --memory-map | --version\n"
     "  --index         a recorded strip: one line `time_ns file.pgm [altitude_m]` per frame\n"
     "  --v4l2          a video device, such as /dev/video0; settings: format=GREY|Y10|Y12|Y16|YUYV rate=HZ input=N\n"
     "                  exposure_us=N gain=N stamp_delay_us=N (docs/onboard.md)\n"
@@ -107,7 +107,8 @@ bool parse(int argc, char** argv, Options& options) {
                        {"--mission-epoch", &options.mission_epoch},
                        {"--fly-on", &options.fly_on},
                        {"--trap-heap", &options.trap_heap},
-                       {"--memory-map", &options.memory_map}};
+                       {"--memory-map", &options.memory_map},
+                       {"--version", &options.version}};
     bool known = false;
     for (const auto& flag : flags) {
       if (std::strcmp(argv[i], flag.name) == 0) known = *flag.to = true;
@@ -121,7 +122,7 @@ bool parse(int argc, char** argv, Options& options) {
     }
     if (!known) return false;
   }
-  if (options.memory_map) return true;
+  if (options.memory_map || options.version) return true;
   if (joins_flight(options)) return joins_only(options);
   if (options.store != nullptr && is_server(options.store) && options.state == nullptr) return false;
   const bool folders = options.outbox != nullptr && options.acknowledgements != nullptr;

@@ -30,6 +30,7 @@ struct Options {
   bool fly_on = false;
   bool trap_heap = false;
   bool memory_map = false;
+  bool version = false;
 };
 
 extern const char* const usage;

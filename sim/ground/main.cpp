@@ -16,6 +16,7 @@
 #include "sim/ground/work_steps.hpp"
 #include "sim/host/command_line.hpp"
 #include "sim/host/text_format.hpp"
+#include "sim/host/version_line.hpp"
 
 namespace {
 using namespace ilp;
@@ -138,6 +139,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"looks", "tiles", "finish"}));
   std::size_t task_count = 1;
   app.add_option("--tasks", task_count, "most packages that --plan writes")->check(CLI::Range(1, 1000));
+  app.set_version_flag("--version", ilp::host::version_line("ilp-ground"));
   if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   if (!planned.empty()) return plan(options, planned, task_count);
   return follow_s > 0 ? follow(options, follow_s) : run_once(options);

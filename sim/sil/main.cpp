@@ -17,6 +17,7 @@
 #include "sim/host/files.hpp"
 #include "sim/host/reference_cameras.hpp"
 #include "sim/host/strip.hpp"
+#include "sim/host/version_line.hpp"
 #include "sim/sil/flight_folder.hpp"
 #include "sim/sil/image_source.hpp"
 #include "sim/sil/real_time.hpp"
@@ -173,6 +174,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Flies the flight software over simulated or recorded images, in virtual time"};
   ilp::sil::CommandLine line;
   ilp::sil::describe_options(app, line);
+  app.set_version_flag("--version", ilp::host::version_line("ilp-sil"));
   if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   if (line.memory_map) {
     ilp::sil::print_memory_map(std::cout);

@@ -16,6 +16,7 @@
 #include "fsw/packets/tailoring.hpp"
 #include "sim/tools/docgen/markdown.hpp"
 #include "sim/tools/docgen/records_document.hpp"
+#include "sim/tools/docgen/xtce/layout.hpp"
 
 namespace ilp::docgen {
 namespace {
@@ -54,30 +55,7 @@ std::string packets() {
   return text;
 }
 
-struct Width {
-  const char* name;
-  std::uint8_t Tailoring::*octets;
-  const char* none;
-};
-
 std::string tailoring() {
-  static constexpr Width widths[] = {
-      {"failure code", &Tailoring::failure_code, ""},
-      {"step", &Tailoring::step, ""},
-      {"report count", &Tailoring::report_count, "one item, no N"},
-      {"SID", &Tailoring::report_id, ""},
-      {"event count", &Tailoring::event_count, "no list: every event; TM[5,8] has N in 2 octets"},
-      {"event", &Tailoring::event_id, ""},
-      {"reporter", &Tailoring::event_reporter, ""},
-      {"event value", &Tailoring::event_value, ""},
-      {"insert count", &Tailoring::insert_count, "one item, no N"},
-      {"schedule count", &Tailoring::schedule_count, "one item, no N; in reports 2 octets"},
-      {"sub-schedule", &Tailoring::sub_schedule, "not there"},
-      {"group", &Tailoring::group, "not there"},
-      {"request padding", &Tailoring::request_id_padding, "not there"},
-      {"parameter count", &Tailoring::parameter_count, ""},
-      {"parameter", &Tailoring::parameter_id, ""},
-  };
   std::string text =
       "\n## Tailoring\n\nWidths in octets, by `link.tailoring`. Where the messages below say w(name), "
       "this table has the width.\n\n";
@@ -85,7 +63,7 @@ std::string tailoring() {
   std::size_t index = 0;
   for (const Tailoring& t : tailorings()) titles.push_back(code(t.name) + " (" + text_of(index++) + ")");
   text += table_head(titles);
-  for (const Width& width : widths) {
+  for (const Width& width : tailoring_widths()) {
     Cells cells = {width.name};
     for (const Tailoring& t : tailorings()) {
       const std::uint8_t octets = t.*width.octets;

@@ -6,9 +6,14 @@
 #include <iterator>
 #include <string>
 
+#include "sim/host/version_line.hpp"
 #include "sim/tools/docgen/documents.hpp"
 
 int main(int argc, char** argv) {
+  if (argc == 2 && std::string(argv[1]) == "--version") {
+    std::cout << ilp::host::version_line("ilp-docgen") << "\n";
+    return 0;
+  }
   if (argc != 2) {
     std::cerr << "usage: ilp-docgen DIR\n";
     return 2;

@@ -10,6 +10,7 @@
 #include "hal/clock/real_clock.hpp"
 #include "hal/link/udp/udp_link.hpp"
 #include "sim/host/command_line.hpp"
+#include "sim/host/version_line.hpp"
 #include "sim/tools/gps/gps_sample.hpp"
 
 namespace {
@@ -107,6 +108,7 @@ int main(int argc, char** argv) {
   app.add_option("--port", options.port, "port of gpsd")->capture_default_str();
   app.add_option("--to", options.to, "ADDRESS:PORT of the flight software")->required();
   app.add_option("--apid", options.apid, "APID of the packets (navigation.vehicle_apid)")->capture_default_str();
+  app.set_version_flag("--version", ilp::host::version_line("ilp-gps"));
   if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   std::signal(SIGTERM, [](int) { ended = 1; });
   std::signal(SIGINT, [](int) { ended = 1; });

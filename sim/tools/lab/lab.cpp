@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim/host/status_error.hpp"
+#include "sim/host/version_line.hpp"
 
 namespace ilp::lab {
 namespace {
@@ -54,6 +55,7 @@ int run_lab(int argc, char** argv, std::ostream& out, std::ostream& err) {
   constexpr int bad_usage = 2;
   CLI::App app{"Runs one onboard kernel on files and prints one JSON object; select prints a table."};
   app.require_subcommand(1);
+  app.set_version_flag("--version", host::version_line("ilp-lab"));
   Lab lab(app);
   add_match_commands(lab);
   add_two_view_commands(lab);

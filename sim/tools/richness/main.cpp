@@ -7,6 +7,7 @@
 #include "fsw/products/richness_scorer.hpp"
 #include "sim/host/command_line.hpp"
 #include "sim/host/mission_input.hpp"
+#include "sim/host/version_line.hpp"
 #include "sim/tools/richness/evaluation.hpp"
 #include "sim/tools/richness/pictures.hpp"
 
@@ -102,6 +103,7 @@ int main(int argc, char** argv) {
     sheet->add_option("--count", options.count, "number of strips shown")
         ->check(CLI::Range(1, 400))
         ->capture_default_str();
+    app.set_version_flag("--version", ilp::host::version_line("ilp-richness"));
     if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
     return 0;
   } catch (const std::exception& error) {

@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "sim/host/command_line.hpp"
+#include "sim/host/version_line.hpp"
 #include "sim/tools/score/score.hpp"
 
 int main(int argc, char** argv) {
@@ -18,6 +19,7 @@ int main(int argc, char** argv) {
                  "reference poses of a recorded strip, which take the place of the truth")
       ->excludes(truth);
   app.add_option("--out", out, "the file to write (default: score.json in the flight)");
+  app.set_version_flag("--version", ilp::host::version_line("ilp-score"));
   if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   try {
     run_score(options, out, std::cout);

@@ -1,0 +1,22 @@
+# cmake -DSOURCE=DIR -DOUT=FILE [-DCOMMIT=TEXT] -P commit.cmake: the file defines ILP_COMMIT. It is left alone while it
+# says the same, so that nothing is compiled again.
+if(NOT COMMIT)
+  set(COMMIT unknown)
+  execute_process(COMMAND git -C ${SOURCE} rev-parse --short=12 HEAD OUTPUT_VARIABLE head RESULT_VARIABLE failed
+                  OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+  if(NOT failed)
+    execute_process(COMMAND git -C ${SOURCE} diff --quiet HEAD RESULT_VARIABLE changed ERROR_QUIET)
+    set(COMMIT ${head})
+    if(changed)
+      string(APPEND COMMIT "+")
+    endif()
+  endif()
+endif()
+set(text "#define ILP_COMMIT \"${COMMIT}\"\n")
+set(known "")
+if(EXISTS ${OUT})
+  file(READ ${OUT} known)
+endif()
+if(NOT text STREQUAL known)
+  file(WRITE ${OUT} "${text}")
+endif()

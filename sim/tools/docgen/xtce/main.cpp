@@ -1,0 +1,25 @@
+// ilp-xtce [--mission FILE.ini]: writes the XTCE database of a mission to standard output.
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <iostream>
+#include <string>
+
+#include "sim/host/mission_input.hpp"
+#include "sim/host/version_line.hpp"
+#include "sim/tools/docgen/xtce/database.hpp"
+
+int main(int argc, char** argv) {
+  CLI::App app("Writes the XTCE 1.2 database of a mission to standard output: telecommands, reports, parameters");
+  std::string mission;
+  app.add_option("--mission", mission, "mission parameters, an .ini file; without it those of the default mission");
+  app.set_version_flag("--version", ilp::host::version_line("ilp-xtce"));
+  CLI11_PARSE(app, argc, argv);
+  try {
+    std::cout << ilp::docgen::xtce_database(ilp::host::read_mission(mission)) << std::flush;
+  } catch (const std::exception& fault) {
+    std::cerr << "ilp-xtce: " << fault.what() << "\n";
+    return 1;
+  }
+  return std::cout ? 0 : 1;
+}

@@ -1,0 +1,47 @@
+// The parts of which the XTCE database is put together.
+#pragma once
+
+#include <string>
+
+#include "fsw/packets/tailoring.hpp"
+#include "sim/tools/docgen/xtce/layout.hpp"
+#include "sim/tools/docgen/xtce/space_system.hpp"
+
+namespace ilp::docgen {
+
+/// What the parts need to know of the mission.
+struct XtceMission {
+  Tailoring tailoring;
+  std::uint16_t apid = 0;
+};
+
+/// Housekeeping values and mission parameters keep these names in their SpaceSystems.
+inline constexpr const char* parameters_space = "parameters";
+inline constexpr const char* housekeeping_space = "housekeeping";
+
+/// The type of an item: an enumeration for SIDs, events, failure codes, components and parameters.
+[[nodiscard]] std::string item_type(Side side, const LayoutItem& item, SpaceSystem& root);
+
+// Comparisons are made with the number of the packet, not with a label.
+void comparison(const std::string& parameter, std::uint64_t value, Xml& xml);
+
+/// Headers of packets, and a container for each report of the message table.
+void add_telemetry(const XtceMission& mission, SpaceSystem& root);
+/// A SpaceSystem for each report of housekeeping.
+[[nodiscard]] SpaceSystem housekeeping(SpaceSystem& root);
+/// The mission parameters, and a command for each that sets it.
+[[nodiscard]] SpaceSystem parameters(const XtceMission& mission, SpaceSystem& root);
+/// A command for each telecommand of the message table and each function of TC[8,1].
+void add_telecommands(const XtceMission& mission, SpaceSystem& root);
+
+struct CommandArgument {
+  std::string name, type, initial, description;
+};
+/// A command of service and subtype. `entries` are elements of its container, in the order of the packet.
+void add_command(const std::string& name, const std::string& description, std::uint8_t service, std::uint8_t subtype,
+                 const std::vector<CommandArgument>& arguments, const std::string& entries, SpaceSystem& space);
+/// An entry of a fixed number.
+[[nodiscard]] std::string fixed_entry(const char* name, std::uint64_t value, std::size_t octets);
+[[nodiscard]] std::string argument_entry(const std::string& name);
+
+}  // namespace ilp::docgen
