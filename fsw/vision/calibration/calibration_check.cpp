@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::uint16_t no_view = 0xFFFF;
 constexpr std::uint32_t min_points = 50;
+constexpr double first_damping = 1e-9;
 
 struct WindowViews {
   std::size_t count = 0;
@@ -159,9 +160,23 @@ Status CalibrationChecker::begin(const CameraModel& given, const BundleProblem& 
   setup_.sigma_centre = params.sigma_centre * given.width / frame.unit_x_px;
   setup_.noise = params.noise_px / frame.unit_x_px;
   drop_gross_errors(projections_of(views_), setup_.noise, w_.tracks, w_.projective.values.data());
-  progress_ = {};
-  phase_ = Phase::adjust;
+  phase_ = Phase::look;
   return {};
+}
+
+/// Ends the check if the geometry alone says that the focal length stays open.
+void CalibrationChecker::look() {
+  constexpr double margin = 2;  // the adjustment moves the cameras a little
+  const CentredFrame frame(given_);
+  FocalStep step;
+  focal_of_views(w_.tracks, views_, metric_adjustment(setup_, 0, 1), w_.verification.adjustment, step);
+  check_.noise_px = step.noise * frame.unit_x_px;
+  const double least = step.sigma * (params_.least_noise_px / frame.unit_x_px) / step.noise;
+  const bool open = step.valid && least > margin * params_.max_sigma * views_.focal;
+  phase_ = open ? Phase::idle : Phase::adjust;
+  progress_ = {};
+  // The window is adjusted but for the focal length, so that nearly undamped steps lead there.
+  progress_.damping = first_damping;
 }
 
 void CalibrationChecker::adjust(double robust, Phase next) {
@@ -179,9 +194,23 @@ void CalibrationChecker::state_covariance() {
     return;
   }
   verification_ = {};
+  w_.verification.progress = {};
+  all_tracks_ = false;
   // A result that the covariance already refuses needs no second test.
   const bool hopeless = covariance_.sigma_focal > params_.max_sigma * views_.focal;
   slice_ = hopeless ? verification_slices(setup_.views) : 0;
+}
+
+/// One slice of the verification.
+void CalibrationChecker::verify() {
+  VerificationSlice& out = verification_[slice_];
+  bool pending = false;
+  if (all_tracks_) {
+    verify_focal(slice_, w_.tracks, views_, setup_, w_.verification, out, pending);
+  } else {
+    estimate_focal(slice_, w_.tracks, views_, setup_, progress_.cost, w_.verification, out, pending);
+  }
+  if (!pending) ++slice_;
 }
 
 void CalibrationChecker::judge() {
@@ -189,6 +218,13 @@ void CalibrationChecker::judge() {
   const CentredFrame frame(given_);
   const FocalJudgement judgement = judge_focal(verification_, setup_.views, views_, covariance_, progress_.cost,
                                                params_.least_noise_px / frame.unit_x_px);
+  if (!judgement.unique && !all_tracks_) {
+    // A sample may miss what tells two focal lengths apart. All tracks have the last word.
+    all_tracks_ = true;
+    slice_ = verification_slices(setup_.views) - other_starts;
+    phase_ = Phase::verify;
+    return;
+  }
   check_.focal_px = views_.focal * frame.unit_x_px;
   check_.sigma_px = judgement.sigma_focal * frame.unit_x_px;
   check_.deviation = (given_.fx - check_.focal_px) / check_.focal_px;
@@ -209,6 +245,9 @@ void CalibrationChecker::step(bool& pending) {
   switch (phase_) {
     case Phase::idle:
       break;
+    case Phase::look:
+      look();
+      break;
     case Phase::adjust:
       adjust(2 * setup_.noise, Phase::readjust);
       if (phase_ == Phase::readjust) {
@@ -223,8 +262,7 @@ void CalibrationChecker::step(bool& pending) {
       break;
     case Phase::verify:
       if (slice_ < verification_slices(setup_.views)) {
-        verify_focal(slice_, w_.tracks, views_, setup_, w_.verification, verification_[slice_]);
-        ++slice_;
+        verify();
       } else {
         judge();
       }

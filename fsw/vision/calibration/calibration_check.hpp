@@ -39,7 +39,7 @@ struct CalibrationWorkspace;  // defined in calibration_workspace.hpp
 /// Frees the focal length in a window of posed cameras after its adjustment (all of the same camera, `given`): the
 /// newest limits::max_calibration_views of them and the points that they see. The window is not changed. A steep,
 /// swinging flight over relief determines the focal length; over flat ground, or in level flight, the verdict is
-/// `cannot_tell`.
+/// `cannot_tell`, without an adjustment where images with the least noise could not tell either.
 ///
 /// The object and its workspace take megabytes. The workspace must not be used otherwise from begin to the last step.
 class CalibrationChecker {
@@ -48,16 +48,18 @@ class CalibrationChecker {
 
   /// `invalid_argument` for a camera or an observation that is out of range.
   Status begin(const CameraModel& given, const BundleProblem& window, const CalibrationCheckParams& params);
-  /// Does one slice: an iteration of the adjustment, or one part left out.
+  /// Does one slice: an iteration of the adjustment, one part left out, or ten iterations of a search with a sample.
   void step(bool& pending);
   /// Call it after the last step.
   [[nodiscard]] const CalibrationCheck& result() const { return check_; }
 
  private:
-  enum class Phase : std::uint8_t { idle, adjust, readjust, verify };
+  enum class Phase : std::uint8_t { idle, look, adjust, readjust, verify };
 
+  void look();
   void adjust(double robust, Phase next);
   void state_covariance();
+  void verify();
   void judge();
 
   CalibrationWorkspace& w_;
@@ -70,6 +72,7 @@ class CalibrationChecker {
   MetricCovariance covariance_;
   Verification verification_{};
   std::size_t slice_ = 0;
+  bool all_tracks_ = false;  ///< the other starts search with all tracks, not with a sample
   CalibrationCheck check_;
 };
 

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
@@ -36,9 +37,7 @@ using ViewSet = std::uint8_t;
   return static_cast<ViewSet>(1U << view);
 }
 [[nodiscard]] constexpr std::uint32_t view_count(ViewSet set) {
-  std::uint32_t count = 0;
-  for (std::size_t view = 0; view < limits::max_calibration_views; ++view) count += has_view(set, view) ? 1 : 0;
-  return count;
+  return static_cast<std::uint32_t>(std::popcount(set));
 }
 
 /// 3x4, row-major.

@@ -22,10 +22,11 @@ struct RefinementSetup {
                                                  std::uint32_t max_iterations);
 
 /// Which part a slice leaves out: a view, a block of points, or nothing, with another start of the search.
+inline constexpr std::size_t other_starts = 2;
 inline constexpr std::size_t max_verification_slices =
-    limits::max_calibration_views + static_cast<std::size_t>(track_blocks) + 2;
+    limits::max_calibration_views + static_cast<std::size_t>(track_blocks) + other_starts;
 [[nodiscard]] constexpr std::size_t verification_slices(std::size_t views) {
-  return views + static_cast<std::size_t>(track_blocks) + 2;
+  return views + static_cast<std::size_t>(track_blocks) + other_starts;
 }
 
 struct VerificationSlice {
@@ -39,11 +40,25 @@ using Verification = std::array<VerificationSlice, max_verification_slices>;
 struct VerificationWorkspace {
   AdjustmentWorkspace adjustment;
   CalibrationTracks tracks;
+  MetricViews part;
+  AdjustmentProgress progress;  ///< of the part at work; set it to {} before the first one
+  WholeSystem whole;
+  VerificationSlice sample;  ///< where the sample of estimate_focal ends without another start
+  double sample_scale = 1;   ///< tracks of the whole over those of the sample
 };
 
-/// Adjusts a copy without one part. `tracks` and `views` are the adjusted whole.
+/// Adjusts a copy without one part, one iteration a call. `tracks` and `views` are the adjusted whole. `pending`: call
+/// it again for the same slice.
 void verify_focal(std::size_t slice, const CalibrationTracks& tracks, const MetricViews& views,
-                  const RefinementSetup& setup, VerificationWorkspace& workspace, VerificationSlice& out);
+                  const RefinementSetup& setup, VerificationWorkspace& workspace, VerificationSlice& out,
+                  bool& pending);
+
+/// The same at a twentieth of the time: parts are estimated by one Gauss-Newton step from the whole, and the other
+/// starts search with a sample of the tracks. Their ends are told relative to that of the sample's own search, and
+/// their costs are scaled to all tracks. `cost` is that of the whole. Slices must come in their order.
+void estimate_focal(std::size_t slice, const CalibrationTracks& tracks, const MetricViews& views,
+                    const RefinementSetup& setup, double cost, VerificationWorkspace& workspace, VerificationSlice& out,
+                    bool& pending);
 
 struct FocalJudgement {
   double consistency = 0;  ///< spread of the parts' focal lengths over the predicted spread: near 1

@@ -427,6 +427,7 @@ void SelfCalibration::adjust_metrically(bool last) {
     metric_covariance(s_.tracks, s_.metric, params, w_.verification.adjustment, s_.covariance);
     s_.verification = {};
     s_.slice = 0;
+    w_.verification.progress = {};
     s_.phase = CalibrationPhase::verify;
     return;
   }
@@ -447,8 +448,9 @@ void SelfCalibration::verify() {
   // A result that the covariance already refuses needs no second test.
   const bool hopeless = !s_.covariance.valid || s_.covariance.sigma_focal > max_sigma() * s_.metric.focal;
   if (!hopeless && s_.slice < verification_slices(s_.keyframes.size())) {
-    verify_focal(s_.slice, s_.tracks, s_.metric, setup(), w_.verification, s_.verification[s_.slice]);
-    ++s_.slice;
+    bool pending = false;
+    verify_focal(s_.slice, s_.tracks, s_.metric, setup(), w_.verification, s_.verification[s_.slice], pending);
+    if (!pending) ++s_.slice;
     return;
   }
   conclude();

@@ -113,8 +113,9 @@ static_assert(std::is_trivially_copyable_v<CalibrationState>);
 
 struct CalibrationWorkspace;  // defined in calibration_workspace.hpp: a component owns one
 
-/// Works on a state and a scratch that its owner keeps (both static). The workspace carries nothing from step to step,
-/// so that a copy of the state from any step continues with the same result to the last bit.
+/// Works on a state and a scratch that its owner keeps (both static). The workspace carries from step to step only the
+/// part that a verification is at work on. With a cleared workspace that part starts over, so that a copy of the state
+/// from any step continues with the same result to the last bit.
 class SelfCalibration {
  public:
   SelfCalibration(CalibrationState& state, CalibrationWorkspace& workspace) : s_(state), w_(workspace) {}
@@ -133,7 +134,7 @@ class SelfCalibration {
   /// for an index out of range, a corner matched twice, or a position that is not finite.
   Status begin_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
                         std::uint64_t seed);
-  /// Does one bounded slice of work: relate a pair, resect a view, one iteration of an adjustment, one part left out.
+  /// Does one bounded slice of work: relate a pair, resect a view, one iteration of an adjustment.
   Status step(bool& pending);
   /// Runs begin_keyframe and all its steps.
   Status add_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,

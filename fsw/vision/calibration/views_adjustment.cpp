@@ -1,6 +1,7 @@
 #include "fsw/vision/calibration/views_adjustment.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
@@ -8,6 +9,8 @@
 
 namespace ilp {
 namespace {
+
+constexpr auto no_row = static_cast<std::size_t>(-1);  ///< of a camera that is fixed
 
 /// Residual of one observation and its derivatives.
 struct Linearised {
@@ -142,6 +145,7 @@ struct MetricModel {
 
 bool takes_part(const CalibrationTrack& track, const AdjustmentParams& params) {
   if (!track.known || view_count(track.used & params.views) < params.min_views) return false;
+  if (params.only >= 0 && track_block(track) != params.only) return false;
   return params.left_out < 0 || track_block(track) != params.left_out;
 }
 
@@ -170,54 +174,53 @@ struct Layout {
   }
 };
 
-/// Blocks of J^T J between a point and everything that its observations depend on.
+/// Blocks of J^T J between a point and everything that its observations depend on: the shared unknowns, then those of
+/// the cameras that move. Each of the point's three unknowns has a row of its own, so that neighbours are added
+/// together.
 template <class Model>
 struct Coupling {
   static constexpr std::size_t max_rows = Model::shared + Model::camera_unknowns * limits::max_calibration_views;
-  std::array<std::array<double, 3>, max_rows> w;
-  std::array<std::size_t, max_rows> row_of;
-  std::size_t rows = 0;
+  double w[3][max_rows];
+  std::array<std::size_t, limits::max_calibration_views> row_of_camera;
+  std::size_t cameras = 0;
 };
 
 double* row(AdjustmentWorkspace& workspace, std::size_t size, std::size_t i) {
   return workspace.system.data() + i * size;
 }
 
-/// Adds one observation to the normal equations (lower triangle), the point's block and the coupling.
+/// out += weight * (a_0 b_0 + a_1 b_1) for a row of `count` unknowns b.
+template <std::size_t count>
+void add_products(double weight, double a0, double a1, const double* b0, const double* b1, double* out) {
+  for (std::size_t k = 0; k < count; ++k) out[k] += weight * (a0 * b0[k] + a1 * b1[k]);
+}
+
+/// Adds one observation to the normal equations, the point's block and the coupling. Of the system only the lower
+/// triangle counts; blocks on its diagonal are filled whole.
 template <class Model>
 void add_observation(const Linearised& d, double weight, std::size_t camera_row, std::size_t size,
                      AdjustmentWorkspace& ws, double (&v)[6], double (&g)[3], Coupling<Model>& coupling) {
-  std::size_t rows[Model::shared + Model::camera_unknowns];
-  std::size_t count = 0;
-  double flat[2][Model::shared + Model::camera_unknowns];
-  for (std::size_t k = 0; k < Model::shared; ++k) {
-    rows[count] = k;
-    flat[0][count] = d.shared[0][k];
-    flat[1][count++] = d.shared[1][k];
+  constexpr std::size_t shared = Model::shared;
+  constexpr std::size_t unknowns = Model::camera_unknowns;
+  for (std::size_t a = 0; a < shared; ++a) {
+    const double a0 = d.shared[0][a];
+    const double a1 = d.shared[1][a];
+    add_products<shared>(weight, a0, a1, d.shared[0], d.shared[1], row(ws, size, a));
+    ws.gradient[a] += weight * (a0 * d.residual[0] + a1 * d.residual[1]);
+    for (std::size_t k = 0; k < 3; ++k) coupling.w[k][a] += weight * (a0 * d.point[0][k] + a1 * d.point[1][k]);
   }
-  if (camera_row >= Model::shared && camera_row != static_cast<std::size_t>(-1)) {
-    for (std::size_t k = 0; k < Model::camera_unknowns; ++k) {
-      rows[count] = camera_row + k;
-      flat[0][count] = d.camera[0][k];
-      flat[1][count++] = d.camera[1][k];
+  if (camera_row != no_row) {
+    const std::size_t place = shared + unknowns * coupling.cameras;
+    for (std::size_t a = 0; a < unknowns; ++a) {
+      const double a0 = d.camera[0][a];
+      const double a1 = d.camera[1][a];
+      double* out = row(ws, size, camera_row + a);
+      add_products<shared>(weight, a0, a1, d.shared[0], d.shared[1], out);
+      add_products<unknowns>(weight, a0, a1, d.camera[0], d.camera[1], out + camera_row);
+      ws.gradient[camera_row + a] += weight * (a0 * d.residual[0] + a1 * d.residual[1]);
+      for (std::size_t k = 0; k < 3; ++k) coupling.w[k][place + a] = weight * (a0 * d.point[0][k] + a1 * d.point[1][k]);
     }
-  }
-  for (std::size_t a = 0; a < count; ++a) {
-    double* out = row(ws, size, rows[a]);
-    for (std::size_t b = 0; b <= a; ++b) {
-      out[rows[b]] += weight * (flat[0][a] * flat[0][b] + flat[1][a] * flat[1][b]);
-    }
-    ws.gradient[rows[a]] += weight * (flat[0][a] * d.residual[0] + flat[1][a] * d.residual[1]);
-    const bool is_shared = a < Model::shared;
-    const std::size_t place = is_shared ? a : coupling.rows++;
-    if (!is_shared) {
-      coupling.row_of[place] = rows[a];
-      coupling.w[place] = {0, 0, 0};
-    }
-    for (int k = 0; k < 3; ++k) {
-      coupling.w[place][static_cast<std::size_t>(k)] +=
-          weight * (flat[0][a] * d.point[0][k] + flat[1][a] * d.point[1][k]);
-    }
+    coupling.row_of_camera[coupling.cameras++] = camera_row;
   }
   int at = 0;
   for (int a = 0; a < 3; ++a) {
@@ -238,21 +241,48 @@ bool invert_damped(const double (&v)[6], double damping, double (&inverse)[9]) {
   return solved.allFinite();
 }
 
+/// g^T V^-1 g.
+double explained_by(const AdjustmentWorkspace::Eliminated& point) {
+  double sum = 0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t b = 0; b < 3; ++b) sum += point.gradient[a] * point.inverse[3 * a + b] * point.gradient[b];
+  }
+  return sum;
+}
+
+/// out -= y W^T for the `count` unknowns from `place` on.
+template <std::size_t count, class Model>
+void subtract_products(const double (&y)[3], const Coupling<Model>& coupling, std::size_t place, double* out) {
+  const double* w0 = coupling.w[0] + place;
+  const double* w1 = coupling.w[1] + place;
+  const double* w2 = coupling.w[2] + place;
+  for (std::size_t k = 0; k < count; ++k) out[k] -= y[0] * w0[k] + y[1] * w1[k] + y[2] * w2[k];
+}
+
 /// Subtracts the part that the point explains: S -= W V^-1 W^T, g -= W V^-1 g_p.
 template <class Model>
 void eliminate(const Coupling<Model>& coupling, const AdjustmentWorkspace::Eliminated& point, std::size_t size,
                AdjustmentWorkspace& ws) {
-  for (std::size_t a = 0; a < coupling.rows; ++a) {
+  constexpr std::size_t shared = Model::shared;
+  constexpr std::size_t unknowns = Model::camera_unknowns;
+  const auto of_row = [&](std::size_t place, std::size_t at, std::size_t cameras) {
     double y[3];
     for (std::size_t k = 0; k < 3; ++k) {
-      y[k] = coupling.w[a][0] * point.inverse[k] + coupling.w[a][1] * point.inverse[3 + k] +
-             coupling.w[a][2] * point.inverse[6 + k];
+      y[k] = coupling.w[0][place] * point.inverse[k] + coupling.w[1][place] * point.inverse[3 + k] +
+             coupling.w[2][place] * point.inverse[6 + k];
     }
-    double* out = row(ws, size, coupling.row_of[a]);
-    for (std::size_t b = 0; b <= a; ++b) {
-      out[coupling.row_of[b]] -= y[0] * coupling.w[b][0] + y[1] * coupling.w[b][1] + y[2] * coupling.w[b][2];
+    double* out = row(ws, size, at);
+    subtract_products<shared>(y, coupling, 0, out);
+    for (std::size_t c = 0; c < cameras; ++c) {
+      subtract_products<unknowns>(y, coupling, shared + unknowns * c, out + coupling.row_of_camera[c]);
     }
-    ws.gradient[coupling.row_of[a]] -= y[0] * point.gradient[0] + y[1] * point.gradient[1] + y[2] * point.gradient[2];
+    ws.gradient[at] -= y[0] * point.gradient[0] + y[1] * point.gradient[1] + y[2] * point.gradient[2];
+  };
+  for (std::size_t a = 0; a < shared; ++a) of_row(a, a, 0);
+  for (std::size_t c = 0; c < coupling.cameras; ++c) {
+    for (std::size_t a = 0; a < unknowns; ++a) {
+      of_row(shared + unknowns * c + a, coupling.row_of_camera[c] + a, c + 1);
+    }
   }
 }
 
@@ -261,17 +291,18 @@ template <class Model>
 bool collect_track(const typename Model::State& state, const CalibrationTrack& track, const AdjustmentParams& params,
                    const Layout<Model>& layout, AdjustmentWorkspace& ws, double (&v)[6], double (&g)[3],
                    Coupling<Model>& coupling) {
-  coupling.rows = Model::shared;
-  for (std::size_t k = 0; k < Model::shared; ++k) {
-    coupling.row_of[k] = k;
-    coupling.w[k] = {0, 0, 0};
+  coupling.cameras = 0;
+  for (double(&of_unknown)[Coupling<Model>::max_rows] : coupling.w) {
+    for (std::size_t k = 0; k < Model::shared; ++k) of_unknown[k] = 0;
   }
   for (std::size_t view = 0; view < limits::max_calibration_views; ++view) {
     if (!has_view(track.used & params.views, view)) continue;
     Linearised d;
     if (!Model::linearise(state, view, track, d)) return false;
     const double squared = d.residual[0] * d.residual[0] + d.residual[1] * d.residual[1];
-    const std::size_t camera_row = view == params.fixed_view ? static_cast<std::size_t>(-1) : layout.of_view[view];
+    ws.sums.squared += squared;
+    ++ws.sums.observations;
+    const std::size_t camera_row = view == params.fixed_view ? no_row : layout.of_view[view];
     add_observation<Model>(d, huber_weight(squared, params.robust), camera_row, layout.size, ws, v, g, coupling);
   }
   return true;
@@ -282,8 +313,10 @@ bool assemble(const CalibrationTracks& tracks, const typename Model::State& stat
               const Layout<Model>& layout, double damping, AdjustmentWorkspace& ws) {
   for (std::size_t i = 0; i < layout.size * layout.size; ++i) ws.system[i] = 0;
   for (std::size_t i = 0; i < layout.size; ++i) ws.gradient[i] = 0;
+  ws.sums = {};
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     if (!takes_part(tracks[i], params)) continue;
+    ++ws.sums.points;
     AdjustmentWorkspace::Eliminated& point = ws.eliminated[i];
     double v[6] = {};
     for (double& value : point.gradient) value = 0;
@@ -291,6 +324,7 @@ bool assemble(const CalibrationTracks& tracks, const typename Model::State& stat
     if (!collect_track<Model>(state, tracks[i], params, layout, ws, v, point.gradient, coupling)) return false;
     if (!invert_damped(v, damping, point.inverse)) return false;
     eliminate<Model>(coupling, point, layout.size, ws);
+    ws.sums.explained += explained_by(point);
   }
   return true;
 }
@@ -473,6 +507,26 @@ void iterate(CalibrationTracks& tracks, typename Model::State& state, const Adju
   }
 }
 
+/// Solves the assembled system for the focal length, its sigma and the residuals that the step leaves.
+void step_to_focal(const MetricViews& views, const AdjustmentParams& params, const Layout<MetricModel>& layout,
+                   AdjustmentWorkspace& ws, FocalStep& out) {
+  const double unknowns = 3.0 * ws.sums.points + static_cast<double>(layout.size) - 1;
+  const double freedom = 2.0 * ws.sums.observations - unknowns;
+  if (!(freedom > 0)) return;
+  add_priors(views, params, layout, ws);
+  if (!cholesky_factor(ws.system.data(), layout.size)) return;
+  for (std::size_t i = 0; i < layout.size; ++i) ws.step[i] = -ws.gradient[i];
+  cholesky_solve(ws.system.data(), layout.size, ws.step.data());
+  double explained = ws.sums.explained;
+  for (std::size_t i = 0; i < layout.size; ++i) explained -= ws.step[i] * ws.gradient[i];
+  out.focal = views.focal + ws.step[0];
+  for (std::size_t i = 0; i < layout.size; ++i) ws.step[i] = i == 0 ? 1 : 0;
+  cholesky_solve(ws.system.data(), layout.size, ws.step.data());
+  out.noise = std::sqrt(std::fmax(ws.sums.squared - explained, 0) / freedom);
+  out.sigma = out.noise * std::sqrt(ws.step[0]);
+  out.valid = ws.step[0] > 0 && std::isfinite(out.focal) && std::isfinite(out.sigma);
+}
+
 }  // namespace
 
 std::int32_t track_block(const CalibrationTrack& track) {
@@ -527,6 +581,44 @@ void metric_covariance(const CalibrationTracks& tracks, const MetricViews& views
   covariance.sigma_cx = covariance.noise * std::sqrt(variance[1]);
   covariance.sigma_cy = covariance.noise * std::sqrt(variance[2]);
   covariance.valid = true;
+}
+
+bool assemble_whole(const CalibrationTracks& tracks, const MetricViews& views, const AdjustmentParams& params,
+                    AdjustmentWorkspace& workspace, WholeSystem& whole) {
+  const Layout<MetricModel> layout(params);
+  if (!assemble<MetricModel>(tracks, views, params, layout, 0, workspace)) return false;
+  std::copy_n(workspace.system.data(), layout.size * layout.size, whole.system.data());
+  std::copy_n(workspace.gradient.data(), layout.size, whole.gradient.data());
+  whole.sums = workspace.sums;
+  return true;
+}
+
+void focal_without_block(std::int32_t block, const CalibrationTracks& tracks, const MetricViews& views,
+                         const AdjustmentParams& params, const WholeSystem& whole, AdjustmentWorkspace& workspace,
+                         FocalStep& out) {
+  out = {};
+  AdjustmentParams of_block = params;
+  of_block.only = block;
+  const Layout<MetricModel> layout(params);
+  if (!assemble<MetricModel>(tracks, views, of_block, layout, 0, workspace)) return;
+  for (std::size_t i = 0; i < layout.size * layout.size; ++i) {
+    workspace.system[i] = whole.system[i] - workspace.system[i];
+  }
+  for (std::size_t i = 0; i < layout.size; ++i) workspace.gradient[i] = whole.gradient[i] - workspace.gradient[i];
+  NormalSums& sums = workspace.sums;
+  sums.points = whole.sums.points - sums.points;
+  sums.observations = whole.sums.observations - sums.observations;
+  sums.squared = whole.sums.squared - sums.squared;
+  sums.explained = whole.sums.explained - sums.explained;
+  step_to_focal(views, params, layout, workspace, out);
+}
+
+void focal_of_views(const CalibrationTracks& tracks, const MetricViews& views, const AdjustmentParams& params,
+                    AdjustmentWorkspace& workspace, FocalStep& out) {
+  out = {};
+  const Layout<MetricModel> layout(params);
+  if (!assemble<MetricModel>(tracks, views, params, layout, 0, workspace)) return;
+  step_to_focal(views, params, layout, workspace, out);
 }
 
 double squared_residual(const double (&p)[12], const CalibrationTrack& track, std::size_t view) {

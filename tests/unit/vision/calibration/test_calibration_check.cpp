@@ -118,6 +118,24 @@ TEST_F(CalibrationCheckTest, AStraightLevelFlightCannotTell) {
   for (const double factor : {1.0, 1.1}) EXPECT_EQ(check_flights(straight, 2501, factor).cannot_tell, flights);
 }
 
+// Nobody pays for an adjustment whose answer the geometry already gives.
+TEST_F(CalibrationCheckTest, AStraightLevelFlightIsDecidedByItsGeometryAndACanyonIsNot) {
+  for (const bool level : {true, false}) {
+    FlightScene flown = scene(2501);
+    flown.line = level;
+    const SyntheticFlight flight(flown);
+    const CameraModel given = times(flight, 1.1);
+    const PosedWindow window(flight, given);
+    CalibrationChecker checker(*workspace_);
+    ASSERT_TRUE(checker.begin(given, window.problem(), {}).ok());
+    bool pending = true;
+    checker.step(pending);
+    EXPECT_EQ(pending, !level);
+    EXPECT_EQ(checker.result().verdict, CalibrationCheckVerdict::cannot_tell);
+    EXPECT_EQ(checker.result().sigma_px, 0);
+  }
+}
+
 TEST_F(CalibrationCheckTest, TooFewCamerasCannotTellAndBadWindowsAreRefused) {
   const SyntheticFlight flight(scene(2001));
   const CameraModel given = times(flight, 1);
