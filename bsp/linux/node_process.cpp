@@ -149,6 +149,8 @@ bool NodeProcess::wait_for_head() {
       std::fprintf(stderr, "ilp-onboard: waiting for the head of the flight (%s)\n", status_name(status.code));
     }
     told = status;
+    // A connection that was lost is not found again by asking.
+    joined = joined && !status.is(StatusCode::store_lost);
     if (!joined) store_.close();
     static_cast<void>(::usleep(nap_before_head_ms * 1000));
   }
@@ -167,9 +169,7 @@ bool NodeProcess::start() {
   software_->executive().keep_real_time(mission_);
   shared_->follow(file_, mission_, software_->executive());
   if (!good("start", software_->join())) return false;
-  char host[sizeof(NodeRecord::host)] = {};
-  static_cast<void>(::gethostname(host, sizeof(host) - 1));
-  return good("record of the node", node_->begin(host, file_));
+  return good("record of the node", node_->begin(host_name().c_str(), file_));
 }
 
 void NodeProcess::keep_alive() {
