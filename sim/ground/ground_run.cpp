@@ -181,9 +181,11 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   if (!options.catalogue.empty()) share(options, report, anchors ? &*anchors : nullptr);
   fs::remove_all(tasks::work_folder(options.out));
   catalogue.forget_other_results();
-  if (!options.catalogue.empty()) catalogue.keep_mark(inputs);
+  // Files that the catalogue has lost are news for the next run.
+  const std::uint64_t known = catalogue.has_lost_files() ? 0 : inputs;
+  if (!options.catalogue.empty()) catalogue.keep_mark(known);
   opened.reset();  // its file is as the next run finds it
-  keep_record(options, report, before, inputs);
+  keep_record(options, report, before, known);
   return report;
 }
 
@@ -218,7 +220,7 @@ std::vector<std::string> summary_of(const GroundOptions& options, const report::
 std::optional<std::vector<std::string>> summary_if_unchanged(const GroundOptions& options, std::ostream& messages) {
   if (options.afresh || fs::exists(tasks::work_folder(options.out))) return std::nullopt;
   RunRecord record = read_record(options.out);
-  if (record.files.empty() || record.inputs != digest_of_inputs(options)) return std::nullopt;
+  if (record.inputs == 0 || record.inputs != digest_of_inputs(options)) return std::nullopt;
   if (!options.catalogue.empty() && open_catalogue(options, true)->mark() != record.inputs) return std::nullopt;
   if (!keep_sound_files(options.out, options.check, record, messages)) {
     write_record(record, options.out);

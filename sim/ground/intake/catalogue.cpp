@@ -179,6 +179,7 @@ Outbox Catalogue::outbox() {
       damaged.emplace_back(held->text(0), held->integer(2));
     }
   }
+  lost_files_ = lost_files_ || !damaged.empty();
   for (const auto& [name, crc] : damaged) {
     forget_file(name, crc);
     ReceivedFile file;

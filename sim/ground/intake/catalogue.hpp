@@ -57,6 +57,9 @@ class Catalogue : public TileCache, public ResultCache {
   /// catalogue is deleted from it and gets a fault.
   [[nodiscard]] Outbox outbox();
 
+  /// Whether outbox() has deleted files, which the next run takes in again.
+  [[nodiscard]] bool has_lost_files() const { return lost_files_; }
+
   /// Marks a version that turned out to be damaged when it was decoded: it is never used again, and another version of
   /// the file may be taken in.
   void reject(const ReceivedFile& file);
@@ -87,7 +90,7 @@ class Catalogue : public TileCache, public ResultCache {
   std::mutex mutex_;
   std::unique_ptr<CatalogueDatabase> database_;
   std::set<std::int64_t> results_used_;
-  bool set_aside_ = false;
+  bool set_aside_ = false, lost_files_ = false;
 };
 
 }  // namespace ilp::intake

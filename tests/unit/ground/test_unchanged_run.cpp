@@ -1,5 +1,6 @@
 // A run does what has changed since the run before, notices every other change of its folder, and writes nothing again.
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 
 #include <fstream>
 #include <map>
@@ -153,6 +154,21 @@ TEST_F(UnchangedRun, ACatalogueThatWasWrittenToIsNoticed) {
   (void)run();
   const Contents expected = contents();
   damage("catalogue.db");
+  EXPECT_FALSE(run());
+  EXPECT_TRUE(contents() == expected);
+  EXPECT_TRUE(run());
+}
+
+TEST_F(UnchangedRun, WhatTheCatalogueHasLostIsNewsForTheNextRun) {
+  (void)run();
+  const Contents expected = contents();
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open((options_.out / "catalogue.db").c_str(), &database), SQLITE_OK);
+  const char* damage = "UPDATE file SET contents = x'00' WHERE name = 'product-000002-image.jp2'";
+  EXPECT_EQ(sqlite3_exec(database, damage, nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(database);
+  EXPECT_FALSE(run());
+  EXPECT_FALSE(contents() == expected);
   EXPECT_FALSE(run());
   EXPECT_TRUE(contents() == expected);
   EXPECT_TRUE(run());
