@@ -49,7 +49,7 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
       structure_and_motion_(images_, mission, step_memory_),
       dense_matcher_(images_, mission),
       richness_scorer_(images_, mission, step_memory_),
-      compressor_(images_, mission),
+      compressor_(images_, mission, step_memory_),
       storage_manager_(images_, mission, step_memory_),
       delivery_queue_(steps_, clock, mission, step_memory_),
       downlink_(steps_, router.present() ? static_cast<Link&>(delivery_queue_) : link, clock, mission, step_memory_),

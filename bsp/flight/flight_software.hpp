@@ -38,7 +38,7 @@ namespace ilp {
 
 class FlightSoftware {
  public:
-  using SharedStepMemory = StepMemory<OverlapChecker, CameraCalibrator, StructureAndMotion, RichnessScorer,
+  using SharedStepMemory = StepMemory<OverlapChecker, CameraCalibrator, StructureAndMotion, RichnessScorer, Compressor,
                                       StorageManager, Downlink, PlaceMemory>;
 
   /// `router` carries packets, and files too if they travel by CFDP; if it has no link, `link` carries whole files.

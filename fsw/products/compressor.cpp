@@ -26,7 +26,8 @@ constexpr double rounding_steps = 0.51;
 
 constexpr CheckpointForm Compressor::checkpoint = checkpoint_form<State>(component_id);
 
-Compressor::Compressor(Tables store, const MissionParameters& mission) : store_(store), mission_(mission) {}
+Compressor::Compressor(Tables store, const MissionParameters& mission, Scratch scratch)
+    : store_(store), mission_(mission), scratch_(scratch) {}
 
 Status Compressor::restore() {
   const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
@@ -46,7 +47,7 @@ Status Compressor::restore() {
 /// Loads the maps. If they cannot be read, all of the image counts as new.
 Status Compressor::load_depth(std::int64_t keyframe_id, Status& damage) {
   damage = get(store_, keyframe_id, subject_.depth);
-  if (damage.ok()) damage = load_maps(store_, subject_.depth, maps_);
+  if (damage.ok()) damage = load_maps(store_, subject_.depth, work().maps);
   if (damage.ok() || (is_transient(damage) && !patience_.given_up(keyframe_id))) return damage;
   DepthRecord none;
   none.id = keyframe_id;
@@ -55,13 +56,13 @@ Status Compressor::load_depth(std::int64_t keyframe_id, Status& damage) {
   none.width = subject_.frame.width;
   none.height = subject_.frame.height;
   subject_.depth = none;
-  ILP_TRY(maps_.codes.resize(none.width, none.height));
-  ILP_TRY(maps_.sigma.resize(none.width, none.height));
-  ILP_TRY(maps_.mask.resize(none.width, none.height));
-  const std::size_t area = maps_.mask.view().area();
-  std::fill_n(maps_.codes.view().data, area, std::uint16_t{0});
-  std::fill_n(maps_.sigma.view().data, area, std::uint8_t{0});
-  std::fill_n(maps_.mask.view().data, area, std::uint8_t{255});
+  ILP_TRY(work().maps.codes.resize(none.width, none.height));
+  ILP_TRY(work().maps.sigma.resize(none.width, none.height));
+  ILP_TRY(work().maps.mask.resize(none.width, none.height));
+  const std::size_t area = work().maps.mask.view().area();
+  std::fill_n(work().maps.codes.view().data, area, std::uint16_t{0});
+  std::fill_n(work().maps.sigma.view().data, area, std::uint8_t{0});
+  std::fill_n(work().maps.mask.view().data, area, std::uint8_t{255});
   subject_.depth.newly_seen = static_cast<std::uint32_t>(area);
   return {};
 }
@@ -84,7 +85,7 @@ Status Compressor::load(std::int64_t keyframe_id, ProductKind kind, Status& dama
   ILP_TRY(get_camera(store_, camera_id_of(subject_.pose), camera));
   subject_.camera = camera_model(camera);
   ILP_TRY(load_depth(keyframe_id, damage));
-  const Status image = load_frame_image(store_, subject_.keyframe.frame_id, image_);
+  const Status image = load_frame_image(store_, subject_.keyframe.frame_id, work().image);
   // A depth map is coded without the image.
   return kind == ProductKind::depth && !is_transient(image) ? Status{} : image;
 }
@@ -104,7 +105,7 @@ Status Compressor::measure_interval(std::int64_t keyframes, double& interval_s) 
 Status Compressor::write_metadata(const ProductRecord& product) {
   std::size_t sigma_bytes = 0;
   if (product.kind == ProductKind::depth) {
-    ILP_TRY(encode_sigma_map(maps_.sigma.view(), maps_.mask.view(), sigma_map_, sigma_bytes));
+    ILP_TRY(encode_sigma_map(work().maps.sigma.view(), work().maps.mask.view(), sigma_map_, sigma_bytes));
   }
   return write_product_metadata(product, subject_, mission_, {sigma_map_.data(), sigma_bytes}, metadata_,
                                 metadata_bytes_);
@@ -113,13 +114,14 @@ Status Compressor::write_metadata(const ProductRecord& product) {
 Status Compressor::measure_layers(const Jpeg2000Product& coded, ProductRecord& product) {
   product.bytes = static_cast<std::uint32_t>(coded.bytes);
   product.layers = static_cast<std::uint8_t>(coded.layers);
-  const std::span<const std::uint8_t> file{file_.data(), coded.bytes};
+  const std::span<const std::uint8_t> file{work().file.data(), coded.bytes};
   const bool whole = product.scheme == ProductScheme::thumbnail;
   LayerErrors errors;
   if (product.kind == ProductKind::depth) {
-    ILP_TRY(measure_layer_errors(file, maps_.codes.view(), maps_.mask.view(), workspace_, errors));
+    ILP_TRY(measure_layer_errors(file, work().maps.codes.view(), work().maps.mask.view(), work().jpeg2000, errors));
   } else {
-    ILP_TRY(measure_layer_errors(file, image_.view(), whole ? MaskView{} : maps_.mask.view(), workspace_, errors));
+    ILP_TRY(measure_layer_errors(file, work().image.view(), whole ? MaskView{} : work().maps.mask.view(),
+                                 work().jpeg2000, errors));
   }
   const double px_per_code = subject_.depth.step * subject_.depth.disparity_per_inverse_depth_px;
   for (std::size_t i = 0; i < product.layers; ++i) {
@@ -142,7 +144,7 @@ Status Compressor::leave_off_layers(ProductRecord& product) {
   }
   if (needed == product.layers) return {};
   std::size_t bytes = 0;
-  ILP_TRY(truncate_to_layers(std::span(file_).first(product.bytes), needed, bytes));
+  ILP_TRY(truncate_to_layers(std::span(work().file).first(product.bytes), needed, bytes));
   keep_layers(needed, bytes, product);
   return {};
 }
@@ -150,7 +152,7 @@ Status Compressor::leave_off_layers(ProductRecord& product) {
 Status Compressor::encode(ProductKind kind, ProductRecord& product) {
   const BitPlan plan =
       plan_bits(mission_, kind,
-                {subject_.richness.richness, subject_.depth.newly_seen, image_.view().area(),
+                {subject_.richness.richness, subject_.depth.newly_seen, work().image.view().area(),
                  link_budget_bytes(mission_, interval_s_), link_budget_bytes(mission_, mean_interval_s_),
                  state_.ranks.rank(subject_.richness.richness)});
   product.id = product_id(subject_.keyframe.id, kind);
@@ -168,32 +170,33 @@ Status Compressor::encode(ProductKind kind, ProductRecord& product) {
   params.layers = plan.layers;
   params.region_resolutions = mission_.region_resolutions;
   Jpeg2000Product coded;
-  const MaskView region = mission_.region_coding ? MaskView(maps_.mask.view()) : MaskView{};
+  const MaskView region = mission_.region_coding ? MaskView(work().maps.mask.view()) : MaskView{};
   if (kind == ProductKind::depth) {
     params.region = RegionCoding::drop_background;
     params.region_resolutions = 0;
     params.layer_ratio = depth_layer_ratio;
-    ILP_TRY(encode_jpeg2000(maps_.codes.view(), depth_code_bits, region, params, metadata, workspace_, file_, coded));
+    ILP_TRY(encode_jpeg2000(work().maps.codes.view(), depth_code_bits, region, params, metadata, work().jpeg2000,
+                            work().file, coded));
   } else if (plan.scheme == ProductScheme::thumbnail) {
     params.region = RegionCoding::none;
-    ILP_TRY(encode_jpeg2000(image_.view(), MaskView{}, params, metadata, workspace_, file_, coded));
+    ILP_TRY(encode_jpeg2000(work().image.view(), MaskView{}, params, metadata, work().jpeg2000, work().file, coded));
   } else {
     params.region = plan.region_only ? RegionCoding::drop_background : RegionCoding::shift;
     params.lossless = plan.scheme == ProductScheme::lossless_region;
-    Status status = encode_jpeg2000(image_.view(), region, params, metadata, workspace_, file_, coded);
+    Status status = encode_jpeg2000(work().image.view(), region, params, metadata, work().jpeg2000, work().file, coded);
     if (params.lossless && status.is(StatusCode::grant_too_small)) {
       product.scheme = ProductScheme::lossy_region;
       params.lossless = false;
       ILP_TRY(write_metadata(product));
-      status =
-          encode_jpeg2000(image_.view(), region, params, {metadata_.data(), metadata_bytes_}, workspace_, file_, coded);
+      status = encode_jpeg2000(work().image.view(), region, params, {metadata_.data(), metadata_bytes_},
+                               work().jpeg2000, work().file, coded);
     }
     ILP_TRY(status);
   }
   ILP_ASSERT(coded.bytes <= plan.grant_bytes, coded.bytes);
   ILP_TRY(measure_layers(coded, product));
   ILP_TRY(leave_off_layers(product));
-  const std::span<std::uint8_t> file{file_.data(), product.bytes};
+  const std::span<std::uint8_t> file{work().file.data(), product.bytes};
   ILP_TRY(fill_in_layer_quality(product, file));
   product.crc32 = crc32(file);
   product.data.bytes = product.bytes;
@@ -205,7 +208,7 @@ Status Compressor::write(const ProductRecord& product, const Cursor& cursor, con
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, product));
   if (product.data.bytes != 0) {
-    ILP_TRY(write_blob<ProductRecord>(store_, "data", product.id, 0, {file_.data(), product.bytes}));
+    ILP_TRY(write_blob<ProductRecord>(store_, "data", product.id, 0, {work().file.data(), product.bytes}));
   }
   return transaction.commit(cursor, after, cursor_, state_);
 }

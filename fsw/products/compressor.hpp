@@ -10,6 +10,7 @@
 #include "fsw/products/index_ranks.hpp"
 #include "fsw/products/product_metadata.hpp"
 #include "fsw/shared/patience.hpp"
+#include "fsw/shared/step_memory.hpp"
 #include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
 #include "fsw/vision/terrain/sigma_map.hpp"
@@ -27,7 +28,15 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
  public:
   static const CheckpointForm checkpoint;
 
-  Compressor(Tables store, const MissionParameters& mission);
+  struct Workspace {
+    FrameImage image;
+    MapBuffers maps;
+    Jpeg2000Workspace jpeg2000;
+    std::array<std::uint8_t, limits::max_product_bytes> file;
+  };
+  using Scratch = StepScratch<Workspace>;
+
+  Compressor(Tables store, const MissionParameters& mission, Scratch scratch);
 
   Status restore() override;
   StepResult step() override;
@@ -36,6 +45,9 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
   }
 
  private:
+  /// A step makes a product from the records on.
+  [[nodiscard]] Workspace& work() const { return scratch_.as<Workspace>(); }
+
   struct State {
     IndexRanks ranks;  ///< of the keyframes whose image is done
   };
@@ -51,18 +63,15 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
 
   Tables store_;
   const MissionParameters& mission_;
+  Scratch scratch_;
   Cursor cursor_;
   State state_;
   Patience patience_;
   ProductSubject subject_;
   double interval_s_ = 0, mean_interval_s_ = 0;
-  FrameImage image_;
-  MapBuffers maps_;
-  Jpeg2000Workspace workspace_;
   std::array<std::uint8_t, limits::max_metadata_bytes> metadata_{};
   std::size_t metadata_bytes_ = 0;
   std::array<char, max_sigma_map_bytes> sigma_map_{};
-  std::array<std::uint8_t, limits::max_product_bytes> file_{};
 };
 
 }  // namespace ilp

@@ -9,7 +9,6 @@
 #include "fsw/imaging/acquisition.hpp"
 #include "fsw/imaging/capture_clock.hpp"
 #include "fsw/navigation/navigator.hpp"
-#include "fsw/products/compressor.hpp"
 #include "fsw/storage/scrubber.hpp"
 #include "fsw/terrain/dense_matcher.hpp"
 
@@ -54,7 +53,7 @@ StageObject::StageObject(ComponentId stage, const StageWorld& world, RangeMemory
       make<RichnessScorer>(world.store, world.mission, memory);
       break;
     case ComponentId::compressor:
-      make<Compressor>(world.store, world.mission);
+      make<Compressor>(world.store, world.mission, memory);
       break;
     case ComponentId::storage_manager:
       make<StorageManager>(world.store, world.mission, memory);

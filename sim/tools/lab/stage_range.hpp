@@ -12,6 +12,7 @@
 #include "fsw/motion/camera_calibrator.hpp"
 #include "fsw/motion/structure_and_motion.hpp"
 #include "fsw/places/place_memory.hpp"
+#include "fsw/products/compressor.hpp"
 #include "fsw/products/richness_scorer.hpp"
 #include "fsw/storage/storage_manager.hpp"
 #include "hal/camera/camera.hpp"
@@ -32,8 +33,8 @@ struct StageWorld {
 };
 
 /// What the stages share within a step, as in a flight.
-using RangeMemory = StepMemory<OverlapChecker, CameraCalibrator, StructureAndMotion, RichnessScorer, StorageManager,
-                               Downlink, PlaceMemory>;
+using RangeMemory = StepMemory<OverlapChecker, CameraCalibrator, StructureAndMotion, RichnessScorer, Compressor,
+                               StorageManager, Downlink, PlaceMemory>;
 
 /// A component of the flight in memory that was zero, as the static memory of a process is.
 class StageObject {

@@ -18,6 +18,7 @@
 #include "fsw/vision/terrain/depth_coding.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
 #include "tests/support/failing_store.hpp"
+#include "tests/support/step_memory.hpp"
 #include "tests/support/strip.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
 
@@ -127,7 +128,7 @@ class CompressorTest : public test::ComponentTest {
   }
 
   void compress() {
-    const auto compressor = std::make_unique<Compressor>(store, mission);
+    const auto compressor = std::make_unique<Compressor>(store, mission, test::step_memory<Compressor>());
     ASSERT_TRUE(compressor->restore().ok());
     for (const Status& fault : run(*compressor)) ADD_FAILURE() << status_name(fault.code) << " " << fault.a;
   }
@@ -350,7 +351,7 @@ TEST_F(CompressorTest, ARestartAfterEveryProductChangesNoScheme) {
   while (next(store, saved.id, saved).ok()) ASSERT_TRUE(store.erase(record_info<CheckpointRecord>(), saved.id).ok());
   ASSERT_TRUE(transaction.commit().ok());
   for (bool pending = true; pending;) {
-    const auto compressor = std::make_unique<Compressor>(store, mission);
+    const auto compressor = std::make_unique<Compressor>(store, mission, test::step_memory<Compressor>());
     ASSERT_TRUE(compressor->restore().ok());
     pending = compressor->step().pending;
   }
@@ -400,7 +401,7 @@ TEST_F(CompressorTest, AReadThatFailsOnceCostsNoProduct) {
     const bool hit = read && call.type != RecordType::checkpoint && failed.emplace(call.type, call.kind).second;
     return hit ? Status{StatusCode::store_error, 10} : Status{};
   });
-  const auto compressor = std::make_unique<Compressor>(failing, mission);
+  const auto compressor = std::make_unique<Compressor>(failing, mission, test::step_memory<Compressor>());
   ASSERT_TRUE(compressor->restore().ok());
   const std::vector<Status> told = run(*compressor);
   EXPECT_EQ(told.size(), failed.size()) << "each is told";
@@ -420,7 +421,7 @@ TEST_F(CompressorTest, WhereTheMapsAreDamagedTheImageGoesWhole) {
     const bool hit = call.kind == test::StoreCall::read_blob && call.type == RecordType::depth;
     return hit ? Status{StatusCode::record_damaged, call.id, static_cast<std::int64_t>(call.type)} : Status{};
   });
-  const auto compressor = std::make_unique<Compressor>(failing, mission);
+  const auto compressor = std::make_unique<Compressor>(failing, mission, test::step_memory<Compressor>());
   ASSERT_TRUE(compressor->restore().ok());
   const std::vector<Status> told = run(*compressor);
   ASSERT_EQ(told.size(), 1U);
@@ -442,7 +443,7 @@ TEST_F(CompressorTest, WhereTheImageIsDamagedTheDepthMapGoes) {
     const bool hit = call.kind == test::StoreCall::read_blob && call.type == RecordType::frame;
     return hit ? Status{StatusCode::record_damaged, call.id, static_cast<std::int64_t>(call.type)} : Status{};
   });
-  const auto compressor = std::make_unique<Compressor>(failing, mission);
+  const auto compressor = std::make_unique<Compressor>(failing, mission, test::step_memory<Compressor>());
   ASSERT_TRUE(compressor->restore().ok());
   EXPECT_EQ(run(*compressor).size(), 1U);
   EXPECT_EQ(read<ProductRecord>(product_id(1, ProductKind::depth)).state, ProductState::stored);
