@@ -5,9 +5,11 @@
 #include <vector>
 
 #include "bsp/flight/stage_set.hpp"
+#include "fsw/base/crc.hpp"
 #include "fsw/records/records.hpp"
 #include "fsw/records/serial.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
+#include "sim/tools/store/keyframe_digest.hpp"
 #include "sim/tools/store/role_grants.hpp"
 #include "sim/tools/store/store_digest.hpp"
 #include "tests/distributed/postgres_backend.hpp"
@@ -96,6 +98,66 @@ TEST(StoreDigest, IsTheSameInEveryBackendAndDiffersWithAnyBitOfAFieldOrABlob) {
     const bool changed = table == "pose" || table == "frame";
     EXPECT_EQ(digest != digests.at(table), changed) << table;
   }
+}
+
+/// Two keyframes with their results.
+void fill_keyframes(Store& store) {
+  ASSERT_OK(store.begin());
+  for (std::int64_t id = 1; id <= 2; ++id) {
+    ASSERT_OK(put(store, KeyframeRecord{.id = id, .frame_id = 10 * id, .time_ns = 1000 * id}));
+    ASSERT_OK(put(store, PoseRecord{.id = id, .matches = 50}));
+    DepthRecord depth;
+    depth.id = id;
+    depth.values.bytes = 100;
+    ASSERT_OK(put(store, depth));
+    ASSERT_OK(write_blob<DepthRecord>(store, "values", id, 0, Bytes(100, 7)));
+    const Bytes coded(40, static_cast<std::uint8_t>(id));
+    ProductRecord product;
+    product.id = product_id(id, ProductKind::image);
+    product.bytes = 40;
+    product.crc32 = crc32(coded);
+    product.data.bytes = 40;
+    ASSERT_OK(put(store, product));
+    ASSERT_OK(write_blob<ProductRecord>(store, "data", product.id, 0, coded));
+  }
+  ASSERT_OK(store.commit());
+}
+
+TEST(KeyframeDigest, TheLineOfTheKeyframeThatDiffersDiffersAndThatIsAll) {
+  const test::TemporaryFolder folder;
+  SqliteStore file;
+  ASSERT_OK(file.open((folder / "flight.db").c_str()));
+  test::PostgresBackend server;
+  fill_keyframes(file);
+  fill_keyframes(server.store);
+  const std::vector<std::string> lines = store_tool::keyframe_lines(file);
+  EXPECT_EQ(lines, store_tool::keyframe_lines(server.store));
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[0].rfind("keyframe 1 frame 10 time_ns 1000 | ", 0), 0U) << lines[0];
+
+  // Depth that the storage manager has released, and a product on its way.
+  DepthRecord released;
+  released.id = 2;
+  put_now(file, released);
+  ProductRecord product;
+  ASSERT_OK(get(file, product_id(2, ProductKind::image), product));
+  product.layers_sent = 1;
+  put_now(file, product);
+  EXPECT_EQ(store_tool::keyframe_lines(file), lines);
+
+  put_now(file, PoseRecord{.id = 2, .matches = 51});
+  std::vector<std::string> changed = store_tool::keyframe_lines(file);
+  EXPECT_EQ(changed[0], lines[0]);
+  EXPECT_NE(changed[1], lines[1]);
+  EXPECT_NE(changed[2], lines[2]) << "the line over all of them";
+  put_now(file, PoseRecord{.id = 2, .matches = 50});
+
+  ASSERT_OK(file.begin());
+  ASSERT_OK(write_blob<ProductRecord>(file, "data", product.id, 3, Bytes(1, 0)));
+  ASSERT_OK(file.commit());
+  changed = store_tool::keyframe_lines(file);
+  EXPECT_EQ(changed[0], lines[0]);
+  EXPECT_NE(changed[1].find(" damaged"), std::string::npos) << changed[1];
 }
 
 TEST(StoreName, APasswordInItIsNoticed) {

@@ -7,6 +7,7 @@
 #include "sim/host/command_line.hpp"
 #include "sim/host/digest.hpp"
 #include "sim/host/version_line.hpp"
+#include "sim/tools/store/keyframe_digest.hpp"
 #include "sim/tools/store/named_store.hpp"
 #include "sim/tools/store/role_grants.hpp"
 #include "sim/tools/store/store_digest.hpp"
@@ -17,8 +18,11 @@ using namespace ilp;
 using namespace ilp::store_tool;
 
 /// Ends with 1 where something is damaged.
-int print_digest(const std::string& name) {
+int print_digest(const std::string& name, bool keyframes) {
   NamedStore named = NamedStore::for_reading(name);
+  if (keyframes) {
+    for (const std::string& line : keyframe_lines(named.store())) std::cout << line << '\n';
+  }
   bool sound = true;
   for (const TableDigest& table : digest_of(named.store())) {
     std::cout << table.table << ' ' << table.rows << ' ' << host::digest_text(table.digest);
@@ -79,10 +83,12 @@ int main(int argc, char** argv) {
   CLI::App app{"Tools for the store of a flight: a database file, or postgresql://..."};
   app.require_subcommand(1);
   std::string name;
+  bool keyframes = false;
   std::vector<std::string> processes;
   CLI::App* const digest = app.add_subcommand(
       "digest", "prints for each table its rows and a checksum that is the same however the stages are spread");
   digest->add_option("store", name, "file or postgresql://...")->required();
+  digest->add_flag("--keyframes", keyframes, "before them, a line per keyframe with the checksums of its results");
   CLI::App* const tables = app.add_subcommand("create", "makes the tables where there are none");
   tables->add_option("store", name, "file or postgresql://...")->required();
   CLI::App* const roles = app.add_subcommand("roles", "prints SQL for the roles of a flight's processes");
@@ -91,7 +97,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", ilp::host::version_line("ilp-store"));
   if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   try {
-    if (digest->parsed()) return print_digest(name);
+    if (digest->parsed()) return print_digest(name, keyframes);
     if (tables->parsed()) create(name);
     if (roles->parsed()) print_roles(processes);
   } catch (const std::exception& error) {
