@@ -66,6 +66,15 @@ BoardState board_state() {
   return state;
 }
 
+FixedText<sizeof(NodeRecord::host)> host_name() {
+  char name[sizeof(NodeRecord::host)] = {};
+  FixedText<sizeof(NodeRecord::host)> text;
+  // A name that is cut is no failure for us.
+  static_cast<void>(::gethostname(name, sizeof(name) - 1));
+  text.add(name);
+  return text;
+}
+
 Status ask_for_real_time(int priority) {
   sched_param wanted{};
   wanted.sched_priority = priority;

@@ -5,11 +5,16 @@
 #include <span>
 
 #include "bsp/flight/life.hpp"
+#include "fsw/base/text.hpp"
+#include "fsw/records/records.hpp"
 
 namespace ilp {
 
 /// Names the boot by the kernel's boot id.
 [[nodiscard]] BoardState board_state();
+
+/// The computer's name, cut to what a record of a process holds.
+[[nodiscard]] FixedText<sizeof(NodeRecord::host)> host_name();
 
 /// Locks all memory and requests SCHED_FIFO: `priority_refused` (a = errno) if either is not permitted.
 [[nodiscard]] Status ask_for_real_time(int priority);

@@ -167,9 +167,7 @@ bool NodeProcess::start() {
   software_->executive().keep_real_time(mission_);
   shared_->follow(file_, mission_, software_->executive());
   if (!good("start", software_->join())) return false;
-  char host[sizeof(NodeRecord::host)] = {};
-  static_cast<void>(::gethostname(host, sizeof(host) - 1));
-  return good("record of the node", node_->begin(host, file_));
+  return good("record of the node", node_->begin(host_name().c_str(), file_));
 }
 
 void NodeProcess::keep_alive() {

@@ -4,6 +4,8 @@
 
 #include <cstdio>
 
+#include "bsp/linux/board.hpp"
+
 namespace ilp {
 namespace {
 
@@ -16,9 +18,7 @@ constexpr TimeNs silence = 10 * ns_per_s;
 }  // namespace
 
 Status SharedFlight::begin(const MissionParameters& mission) {
-  char host[sizeof(NodeRecord::host)] = {};
-  static_cast<void>(::gethostname(host, sizeof(host) - 1));
-  return node_.begin(host, mission);
+  return node_.begin(host_name().c_str(), mission);
 }
 
 bool SharedFlight::connected(Executive& executive) {
