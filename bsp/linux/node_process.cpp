@@ -149,6 +149,8 @@ bool NodeProcess::wait_for_head() {
       std::fprintf(stderr, "ilp-onboard: waiting for the head of the flight (%s)\n", status_name(status.code));
     }
     told = status;
+    // A connection that was lost is not found again by asking.
+    joined = joined && !status.is(StatusCode::store_lost);
     if (!joined) store_.close();
     static_cast<void>(::usleep(nap_before_head_ms * 1000));
   }
