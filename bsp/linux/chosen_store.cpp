@@ -3,6 +3,9 @@
 #include <cstring>
 
 #include "bsp/flight/flight_software.hpp"
+#ifdef ILP_POSTGRES
+#include "fsw/storage/storage_manager.hpp"
+#endif
 
 namespace ilp {
 
@@ -41,14 +44,22 @@ const char* ChosenStore::message() const {
 #endif
 }
 
-Status ChosenStore::connect(const Options& options, bool create) {
+Status ChosenStore::connect(const Options& options, bool create, const MissionParameters& mission) {
 #ifdef ILP_POSTGRES
+  for (const CheckpointForm* const form : checkpoint_forms()) {
+    // Without its checkpoints a component would not get on.
+    if (form->bytes > max_postgres_blob_bytes) {
+      return {StatusCode::capacity_exceeded, form->bytes, max_postgres_blob_bytes};
+    }
+  }
   ILP_TRY(postgres_.open(options.store, ~RecordMask{0}, {.create = create}));
   server_ = true;
+  postgres_.limit(database_limit_bytes(mission));
   return check_checkpoints(postgres_, checkpoint_forms());
 #else
   static_cast<void>(options);
   static_cast<void>(create);
+  static_cast<void>(mission);
   return StatusCode::unsupported_format;
 #endif
 }
@@ -56,7 +67,7 @@ Status ChosenStore::connect(const Options& options, bool create) {
 Status ChosenStore::open(const Options& options, StageMask stages, MissionParameters& mission) {
   const StoreTrouble trouble = options.fly_on ? StoreTrouble::fly_on : StoreTrouble::refuse;
   if (is_server(options.store)) {
-    ILP_TRY(connect(options, true));
+    ILP_TRY(connect(options, true, mission));
   } else if (std::strcmp(options.store, "memory") == 0) {
     return file_.begin_in_memory(mission);
   } else if (stages == all_stages) {
@@ -68,7 +79,7 @@ Status ChosenStore::open(const Options& options, StageMask stages, MissionParame
 }
 
 Status ChosenStore::join(const Options& options, StageMask stages, const MissionParameters& mission) {
-  ILP_TRY(is_server(options.store) ? connect(options, false) : file_.join(options.store, mission));
+  ILP_TRY(is_server(options.store) ? connect(options, false, mission) : file_.join(options.store, mission));
   return sharing().claim(stages);
 }
 

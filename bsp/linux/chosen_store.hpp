@@ -15,7 +15,8 @@ class ChosenStore {
   /// As FlightStore: `sqlite` is SQLite's part of `memory`, and both outlive the store.
   ChosenStore(const Arena& sqlite, std::span<std::byte> memory) : file_(sqlite, memory) {}
 
-  /// For the process that has the camera. It reserves `stages`; if these are not all, others may join.
+  /// For the process that has the camera. It reserves `stages`; if these are not all, others may join. The store is
+  /// limited to the budget of `mission`, also for a process that joins.
   Status open(const Options& options, StageMask stages, MissionParameters& mission);
   /// For another process of the flight: `not_found` until the head has made the store. It reserves `stages`.
   Status join(const Options& options, StageMask stages, const MissionParameters& mission);
@@ -32,7 +33,7 @@ class ChosenStore {
   [[nodiscard]] const FlightStore& file() const { return file_; }
 
  private:
-  Status connect(const Options& options, bool create);
+  Status connect(const Options& options, bool create, const MissionParameters& mission);
 
   FlightStore file_;
   bool server_ = false;

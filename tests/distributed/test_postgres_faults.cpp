@@ -259,6 +259,19 @@ TEST_F(PostgresFaults, ALimitedStoreIsFullButErasesAndTakesAgain) {
   EXPECT_STATUS(get(*store_, 1, frame_), not_found);
 }
 
+TEST_F(PostgresFaults, WhatOthersHavePutCountsForTheLimit) {
+  ASSERT_OK(put_now(*store_, frame_of(1, 100'000), 1));
+  const auto other = std::make_unique<PostgresStore>();
+  ASSERT_OK(other->open(owner_.c_str(), 0));
+  const std::int64_t limit = store_->usage().bytes + 250'000;
+  for (PostgresStore* store : {store_.get(), other.get()}) store->limit(limit);
+  ASSERT_OK(put_now(*other, frame_of(2, 100'000), 1));
+  ASSERT_OK(put_now(*store_, frame_of(3, 100'000), 1));
+  EXPECT_STATUS(put_now(*other, frame_of(4, 100'000), 1), store_full);
+  EXPECT_STATUS(put_now(*store_, frame_of(5, 100'000), 1), store_full);
+  EXPECT_LE(store_->usage().bytes, limit);
+}
+
 TEST_F(PostgresFaults, ABlobBeyondTheCapacityIsRefused) {
   ASSERT_OK(put_now(*store_, frame_of(1, max_postgres_blob_bytes), 3));
   Bytes image(max_postgres_blob_bytes);

@@ -37,7 +37,7 @@ bool AnswerCache::find(const RecordInfo& info, Question question, std::int64_t k
   const std::size_t first = set_of(info.type, question, key) * ways;
   for (std::size_t place = first; place < first + ways; ++place) {
     Head& head = heads_[place];
-    if (!is_it(head, info, question, key) || head.check != check_of(info, place)) continue;
+    if (!is_it(head, info, question, key) || !is_sound(info, place)) continue;
     head.used = ++uses_;
     answer = {head.found, records_[place].data()};
     return true;
@@ -63,12 +63,19 @@ std::size_t AnswerCache::place_for(const RecordInfo& info, Question question, st
 
 void AnswerCache::keep(const RecordInfo& info, Question question, std::int64_t key, const void* record) {
   const std::size_t place = place_for(info, question, key);
-  heads_[place] = {key, 0, 0, epoch_of(info.type), ++uses_, info.type, question, record != nullptr};
+  heads_[place] = {key, 0, 0, epoch_of(info.type), ++uses_, info.type, question, false};
+  fill(info, place, record);
+}
+
+void AnswerCache::fill(const RecordInfo& info, std::size_t place, const void* record) {
+  Head& head = heads_[place];
+  head.found = record != nullptr;
+  head.id = 0;
   if (record != nullptr) {
-    heads_[place].id = id_of(record);
+    head.id = id_of(record);
     std::memcpy(records_[place].data(), record, info.bytes);
   }
-  heads_[place].check = check_of(info, place);
+  head.check = check_of(info, place);
 }
 
 void AnswerCache::forget(RecordMask tables_to_forget) {
@@ -77,13 +84,37 @@ void AnswerCache::forget(RecordMask tables_to_forget) {
   }
 }
 
-void AnswerCache::forget_record(const RecordInfo& info, std::int64_t id) {
+/// What came behind the records before this one comes behind this one now.
+void AnswerCache::put(const RecordInfo& info, const void* record) {
+  const std::int64_t id = id_of(record);
+  bool follower_is_known = false;
+  bool is_followed = false;
+  alignas(8) Record follower;
+  for (std::size_t place = 0; place < heads_.size(); ++place) {
+    Head& head = heads_[place];
+    if (head.type != info.type || head.epoch != epoch_of(info.type)) continue;
+    const bool next = head.question == Question::next && head.key < id && (!head.found || head.id >= id);
+    const bool last = head.question == Question::last && (!head.found || head.id <= id);
+    if (!next && !last) continue;
+    if (!is_sound(info, place)) {
+      head.epoch = 0;
+      continue;
+    }
+    if (next && !(head.found && head.id == id)) {
+      follower_is_known = true;
+      is_followed = head.found;
+      follower = records_[place];
+    }
+    fill(info, place, record);
+  }
+  keep(info, Question::get, id, record);
+  if (follower_is_known) keep(info, Question::next, id, is_followed ? follower.data() : nullptr);
+}
+
+void AnswerCache::erase(const RecordInfo& info, std::int64_t id) {
   for (Head& head : heads_) {
     if (head.type != info.type) continue;
-    const bool behind = !head.found || head.id >= id;
-    const bool untrue = head.question == Question::get    ? head.key == id
-                        : head.question == Question::next ? head.key < id && behind
-                                                          : !head.found || head.id <= id;
+    const bool untrue = head.question == Question::get ? head.key == id : head.found && head.id == id;
     if (untrue) head.epoch = 0;
   }
 }

@@ -26,8 +26,10 @@ class AnswerCache {
   void keep(const RecordInfo& info, Question question, std::int64_t key, const void* record);
   /// All answers about these tables become unknown.
   void forget(RecordMask tables);
-  /// Those that a put or an erasure of this id may have made untrue.
-  void forget_record(const RecordInfo& info, std::int64_t id);
+  /// All answers are as after a put of this record.
+  void put(const RecordInfo& info, const void* record);
+  /// Those that an erasure of this id may have made untrue become unknown.
+  void erase(const RecordInfo& info, std::int64_t id);
 
  private:
   /// What a place holds. The record is apart, so that a search through all places is fast.
@@ -42,13 +44,17 @@ class AnswerCache {
     bool found = false;
   };
   using Record = std::array<std::uint8_t, limits::max_record_bytes>;
-  static constexpr std::size_t sets = 256;
+  static constexpr std::size_t sets = 1024;
   static constexpr std::size_t ways = 4;
   static constexpr std::size_t tables = static_cast<std::size_t>(RecordType::count);
 
   [[nodiscard]] static std::size_t set_of(RecordType type, Question question, std::int64_t key);
   [[nodiscard]] std::uint64_t check_of(const RecordInfo& info, std::size_t place) const;
   [[nodiscard]] std::uint32_t epoch_of(RecordType type) const { return epochs_[static_cast<std::size_t>(type)]; }
+  [[nodiscard]] bool is_sound(const RecordInfo& info, std::size_t place) const {
+    return heads_[place].check == check_of(info, place);
+  }
+  void fill(const RecordInfo& info, std::size_t place, const void* record);
   [[nodiscard]] bool is_it(const Head& head, const RecordInfo& info, Question question, std::int64_t key) const;
   [[nodiscard]] std::size_t place_for(const RecordInfo& info, Question question, std::int64_t key) const;
 

@@ -29,30 +29,58 @@ ChunkSum sum_of(const BlobName& blob, std::size_t chunk, std::span<const std::ui
   return sum;
 }
 
+void add_sums(const BlobName& blob, std::span<const std::uint8_t> bytes, std::uint8_t* sums) {
+  for (std::size_t chunk = 0; chunk < chunk_count(blob.bytes); ++chunk) {
+    store_little_endian(sum_of(blob, chunk, chunk_of(bytes, chunk)).value(), sums + 4 * chunk);
+  }
+}
+
 }  // namespace
 
-bool PostgresStore::holds(const BlobName& blob) const {
-  return held_.name.type == blob.type && held_.name.index == blob.index && held_.name.id == blob.id;
+PostgresStore::HeldBlob* PostgresStore::find_held(const BlobName& blob) {
+  for (HeldBlob& held : blobs_) {
+    if (held.name.type != blob.type || held.name.index != blob.index || held.name.id != blob.id) continue;
+    held.used = ++blob_uses_;
+    return &held;
+  }
+  return nullptr;
+}
+
+void PostgresStore::take_place() {
+  held_ = blobs_.data();
+  for (HeldBlob& held : blobs_) {
+    const bool empty = held.name.type == RecordType::count;
+    if (held_->name.type != RecordType::count && (empty || held.used < held_->used)) held_ = &held;
+  }
+  held_->forget();
+  held_->used = ++blob_uses_;
+}
+
+void PostgresStore::drop_held_of(RecordType type, std::int64_t id) {
+  for (HeldBlob& held : blobs_) {
+    if (held.name.type == type && held.name.id == id) held.forget();
+  }
 }
 
 void PostgresStore::drop_held(RecordMask tables) {
-  if (held_.name.type == RecordType::count || (tables & mask_of(held_.name.type)) == 0) return;
-  held_.name = {};
-  held_.changed = false;
+  for (HeldBlob& held : blobs_) {
+    if (held.name.type == RecordType::count || (tables & mask_of(held.name.type)) == 0) continue;
+    held.forget();
+  }
 }
 
 std::span<std::uint8_t> PostgresStore::held_chunk(std::size_t chunk) {
   const std::size_t begin = chunk * blob_chunk_bytes;
-  return std::span(held_.bytes).subspan(begin, std::min(blob_chunk_bytes, held_.name.bytes - begin));
+  return std::span(held_->bytes).subspan(begin, std::min(blob_chunk_bytes, held_->name.bytes - begin));
 }
 
 bool PostgresStore::chunk_is_sound(std::size_t chunk) const {
-  const auto bytes = chunk_of(std::span(held_.bytes).first(held_.name.bytes), chunk);
-  return sum_of(held_.name, chunk, bytes).matches(load_little_endian<std::uint32_t>(held_.sums.data() + 4 * chunk));
+  const auto bytes = chunk_of(std::span(held_->bytes).first(held_->name.bytes), chunk);
+  return sum_of(held_->name, chunk, bytes).matches(load_little_endian<std::uint32_t>(held_->sums.data() + 4 * chunk));
 }
 
 void PostgresStore::set_sum(std::size_t chunk) {
-  store_little_endian(sum_of(held_.name, chunk, held_chunk(chunk)).value(), held_.sums.data() + 4 * chunk);
+  store_little_endian(sum_of(held_->name, chunk, held_chunk(chunk)).value(), held_->sums.data() + 4 * chunk);
 }
 
 /// Sends the sizes of the blobs of the latest put that were not written whole since.
@@ -84,10 +112,10 @@ Status PostgresStore::send_fill(const BlobName& blob, std::span<const std::uint8
 }
 
 Status PostgresStore::send_held_blob() {
-  if (!held_.changed) return {};
-  held_.changed = false;
-  return send_fill(held_.name, std::span(held_.sums).first(4 * chunk_count(held_.name.bytes)),
-                   std::span(held_.bytes).first(held_.name.bytes));
+  if (!held_->changed) return {};
+  held_->changed = false;
+  return send_fill(held_->name, std::span(held_->sums).first(4 * chunk_count(held_->name.bytes)),
+                   std::span(held_->bytes).first(held_->name.bytes));
 }
 
 /// The blob of a record does not have the size that the record states.
@@ -122,28 +150,30 @@ Status PostgresStore::take_blob(BlobName& blob) {
     return damaged(blob);
   blob.bytes = static_cast<std::size_t>(size);
   if (!sums.empty() && sums.size() != 4 * chunk_count(blob.bytes)) return damaged(blob);
-  std::memset(held_.sums.data(), 0, 4 * chunk_count(blob.bytes));
-  std::copy(sums.begin(), sums.end(), held_.sums.begin());
-  if (bytes.empty()) std::memset(held_.bytes.data(), 0, blob.bytes);
-  std::copy(bytes.begin(), bytes.end(), held_.bytes.begin());
-  held_.name = blob;
+  std::memset(held_->sums.data(), 0, 4 * chunk_count(blob.bytes));
+  std::copy(sums.begin(), sums.end(), held_->sums.begin());
+  if (bytes.empty()) std::memset(held_->bytes.data(), 0, blob.bytes);
+  std::copy(bytes.begin(), bytes.end(), held_->bytes.begin());
+  held_->name = blob;
   return {};
 }
 
 Status PostgresStore::hold_blob(const RecordInfo& info, BlobName& blob) {
   if (!connected()) return StatusCode::store_lost;
   if (in_transaction_ && !doomed_.ok()) return doomed_;
-  if (holds(blob)) {
-    blob.bytes = held_.name.bytes;
+  // In a transaction it has to be the newest state.
+  ILP_TRY(start());
+  if (in_transaction_ && awaited_.look != none) ILP_TRY(collect());
+  HeldBlob* const known = find_held(blob);
+  if (known != held_) ILP_TRY(send_held_blob());
+  if (known != nullptr) {
+    held_ = known;
+    blob.bytes = known->name.bytes;
     return {};
   }
-  if (in_transaction_) {
-    ILP_TRY(send_held_blob());
-    ILP_TRY(send_latest_sizes());
-  }
-  held_.name = {};
+  if (in_transaction_) ILP_TRY(send_latest_sizes());
+  take_place();
   ILP_TRY(make_room());
-  ILP_TRY(start());
   Parameters parameters;
   parameters.add(blob.id).add(static_cast<std::int64_t>(max_postgres_blob_bytes));
   awaited_.answer = connection_.next_place();
@@ -168,13 +198,19 @@ Status PostgresStore::size_for_write(const RecordInfo& info, BlobName& blob) {
 
 Status PostgresStore::write_whole(const BlobName& blob, std::span<const std::uint8_t> bytes) {
   if (latest_.info == &record_info(blob.type) && latest_.id == blob.id) latest_.sent[blob.index] = true;
-  if (!holds(blob)) ILP_TRY(send_held_blob());
-  held_.name = {};
-  held_.changed = false;
-  for (std::size_t chunk = 0; chunk < chunk_count(blob.bytes); ++chunk) {
-    store_little_endian(sum_of(blob, chunk, chunk_of(bytes, chunk)).value(), held_.sums.data() + 4 * chunk);
+  HeldBlob* const known = find_held(blob);
+  if (known != held_) ILP_TRY(send_held_blob());
+  if (known != nullptr) known->forget();
+  if (blob.bytes < least_kept_bytes) {
+    std::array<std::uint8_t, 4 * chunk_count(least_kept_bytes)> sums;
+    add_sums(blob, bytes, sums.data());
+    return send_fill(blob, std::span(sums).first(4 * chunk_count(blob.bytes)), bytes);
   }
-  return send_fill(blob, std::span(held_.sums).first(4 * chunk_count(blob.bytes)), bytes);
+  take_place();
+  add_sums(blob, bytes, held_->sums.data());
+  std::copy(bytes.begin(), bytes.end(), held_->bytes.begin());
+  held_->name = blob;
+  return send_fill(blob, std::span(held_->sums).first(4 * chunk_count(blob.bytes)), bytes);
 }
 
 /// The rest of a partly written chunk must have its checksum.
@@ -185,11 +221,11 @@ Status PostgresStore::write_part(std::size_t offset, std::span<const std::uint8_
   for (std::size_t chunk = offset / blob_chunk_bytes; chunk <= last; ++chunk) {
     const std::size_t begin = chunk * blob_chunk_bytes;
     const bool whole = offset <= begin && end >= begin + held_chunk(chunk).size();
-    if (!whole && !chunk_is_sound(chunk)) return damaged(held_.name);
+    if (!whole && !chunk_is_sound(chunk)) return damaged(held_->name);
   }
-  std::copy(bytes.begin(), bytes.end(), held_.bytes.begin() + static_cast<std::ptrdiff_t>(offset));
+  std::copy(bytes.begin(), bytes.end(), held_->bytes.begin() + static_cast<std::ptrdiff_t>(offset));
   for (std::size_t chunk = offset / blob_chunk_bytes; chunk <= last; ++chunk) set_sum(chunk);
-  held_.changed = true;
+  held_->changed = true;
   return {};
 }
 
@@ -211,9 +247,9 @@ Status PostgresStore::read_part(std::size_t offset, std::span<std::uint8_t> byte
   if (bytes.empty()) return {};
   const std::size_t last = (offset + bytes.size() - 1) / blob_chunk_bytes;
   for (std::size_t chunk = offset / blob_chunk_bytes; chunk <= last; ++chunk) {
-    if (!chunk_is_sound(chunk)) return damaged(held_.name);
+    if (!chunk_is_sound(chunk)) return damaged(held_->name);
   }
-  std::copy_n(held_.bytes.begin() + static_cast<std::ptrdiff_t>(offset), bytes.size(), bytes.begin());
+  std::copy_n(held_->bytes.begin() + static_cast<std::ptrdiff_t>(offset), bytes.size(), bytes.begin());
   return {};
 }
 
@@ -221,13 +257,14 @@ Status PostgresStore::read_blob(const RecordInfo& info, const char* field, std::
                                 std::span<std::uint8_t> bytes) {
   BlobName blob{info.type, find_blob(info, field), id, 0};
   if (blob.index == max_blob_fields) return {StatusCode::invalid_argument, 2};
-  const bool was_held = holds(blob) && !held_.changed;
+  const HeldBlob* const known = find_held(blob);
+  const bool was_held = known != nullptr && !known->changed;
   ILP_TRY(hold_blob(info, blob));
   ILP_TRY(check_range(info, blob, offset, bytes.size()));
   Status status = read_part(offset, bytes);
   if (status.is(StatusCode::record_damaged) && was_held) {
     // A bit may have flipped here and not in the store.
-    held_.name = {};
+    held_->name = {};
     ILP_TRY(hold_blob(info, blob));
     status = read_part(offset, bytes);
   }

@@ -24,6 +24,7 @@ void PostgresStore::note_changes(RecordMask tables, std::int64_t commit) {
     if ((tables >> t & 1U) != 0) numbers_[t] = commit;
   }
   changed_ |= tables;
+  changed_early_ |= tables;
   answers_.forget(tables);
   drop_held(tables);
   used_is_known_ = false;

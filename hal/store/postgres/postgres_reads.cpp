@@ -26,6 +26,14 @@ Status PostgresStore::send_question(const Asked& asked, int most) {
   return send(asked.verb, info, parameters, true);
 }
 
+bool PostgresStore::probably_known(const Asked& asked) {
+  const Question question = asked.verb == RowVerb::get    ? Question::get
+                            : asked.verb == RowVerb::next ? Question::next
+                                                          : Question::last;
+  AnswerCache::Answer answer;
+  return asked.verb != RowVerb::count && answers_.find(record_info(asked.type), question, asked.key, answer);
+}
+
 /// Sends a question behind all other statements and collects its answer; in a transaction also the answers to the
 /// questions that will probably follow. Outside a look at the changes follows, so that what is known of other tables is
 /// never older than what this answer shows.
@@ -40,9 +48,10 @@ Status PostgresStore::ask(const Asked& asked, int most) {
   std::array<Asked, most_guesses> guessed;
   std::size_t guesses = 0;
   Asked next = asked;
-  while (in_transaction_ && guesses < most_guesses) {
+  for (std::size_t i = 0; i < 2 * most_guesses && in_transaction_ && guesses < most_guesses; ++i) {
     next = guesses_.after(next);
     if (next.type == RecordType::count || next == asked) break;
+    if (probably_known(next)) continue;
     guessed[guesses++] = next;
     ILP_TRY(send_question(next, rows_of_a_question));
   }
@@ -117,9 +126,36 @@ Status PostgresStore::read_row(const RecordInfo& info, std::size_t place, int ro
   return {StatusCode::record_damaged, id, static_cast<std::int64_t>(info.type)};
 }
 
+/// Before the transaction has the store to itself: what is known, as outside of a transaction. One that begins by
+/// asking for the newest record is about to put the next one, and others may be as well; so it takes the lock.
+Status PostgresStore::read_early(const Asked& asked, Question question, void* record, bool& is_known) {
+  if (!connected()) return StatusCode::store_lost;
+  if (!doomed_.ok()) return doomed_;
+  if (early_.full() || (early_.empty() && question == Question::last)) return {};
+  if (early_.empty()) {
+    ILP_TRY(connection_.receive());
+    take_notifications();
+    changed_early_ = 0;
+  }
+  if (look_now_ || steady_ms() - looked_ms_ >= postgres_look_ms) return {};
+  const RecordInfo& info = record_info(asked.type);
+  AnswerCache::Answer answer;
+  is_known = answers_.find(info, question, asked.key, answer);
+  if (!is_known) return {};
+  early_.note(asked, info, answer.found ? answer.record : nullptr);
+  if (!answer.found) return {StatusCode::not_found, asked.key};
+  std::memcpy(record, answer.record, info.bytes);
+  return {};
+}
+
 Status PostgresStore::read(const Asked& asked, Question question, int most, void* record) {
   const RecordInfo& info = record_info(asked.type);
   bool is_known = false;
+  if (in_transaction_ && !started_) {
+    const Status found = read_early(asked, question, record, is_known);
+    if (is_known || !found.ok()) return found;
+    ILP_TRY(start());
+  }
   const Status found = known(info, question, asked.key, record, is_known);
   if (is_known || !found.ok()) return found;
   ILP_TRY(ask(asked, most));
@@ -196,14 +232,18 @@ Status PostgresStore::read_blob_sizes(const RecordInfo& info, std::int64_t id, s
 
 StoreUsage PostgresStore::usage() {
   const bool granted = !in_transaction_ || (started_ && awaited_.look == none);
-  const bool known = used_is_known_ && granted && touched_ == 0 && steady_ms() - looked_ms_ < postgres_look_ms;
+  const std::int64_t now = steady_ms();
+  const bool is_it = used_is_known_ && granted && touched_ == 0 && now - looked_ms_ < postgres_look_ms;
+  const bool much_room = limit_bytes_ != 0 && 2 * (used_bytes_ + asked_bytes_) < limit_bytes_;
+  const bool known = is_it || (much_room && now - used_ms_ < postgres_look_ms);
   std::int64_t bytes = 0;
   if (!known && read_used_bytes(bytes).ok()) {
     used_bytes_ = bytes;
     asked_bytes_ = 0;
+    used_ms_ = now;
     used_is_known_ = touched_ == 0 && unread_ == 0;
   }
-  return {used_bytes_, 0, limit_bytes_};
+  return {is_it || !known ? used_bytes_ : used_bytes_ + asked_bytes_, 0, limit_bytes_};
 }
 
 }  // namespace ilp

@@ -14,6 +14,7 @@ constexpr std::size_t row_verbs = static_cast<std::size_t>(RowVerb::end);
 constexpr std::size_t blob_verbs = static_cast<std::size_t>(BlobVerb::end);
 constexpr std::size_t of_record = row_verbs + max_blob_fields * blob_verbs;
 constexpr std::size_t first_special = of_record * static_cast<std::size_t>(RecordType::count);
+constexpr std::size_t first_fixed = first_special + 3;
 static_assert(first_special + 8 <= Connection::max_statements);
 
 const FieldInfo& blob_field(const RecordInfo& info, std::size_t blob) {
@@ -97,8 +98,8 @@ Status PostgresStore::check_schema() {
 
 /// One transaction: the server may end between any two statements, and another process may do the same.
 Status PostgresStore::create_schema() {
-  ILP_TRY(connection_.send(begin_statement, false));
-  ILP_TRY(connection_.send(lock_statement, false));
+  ILP_TRY(send_fixed(Fixed::begin));
+  ILP_TRY(send_fixed(Fixed::lock));
   bool there = false;
   ILP_TRY(has_tables(there));
   for (std::size_t t = 0; t < record_count && !there; ++t) {
@@ -122,8 +123,8 @@ Status PostgresStore::create_schema() {
     ILP_TRY(connection_.send(table.c_str(), false));
     ILP_TRY(connection_.send(row.c_str(), false));
   }
-  ILP_TRY(connection_.send("COMMIT", false));
-  ILP_TRY(connection_.send(flush_statement, false));
+  ILP_TRY(send_fixed(Fixed::commit));
+  ILP_TRY(send_fixed(Fixed::flush));
   made_tables_ = !there;
   return connection_.collect();
 }
@@ -169,12 +170,43 @@ Status PostgresStore::send_look() {
   return send_special(0, look_at_changes, {});
 }
 
+Status PostgresStore::send_fixed(Fixed which) {
+  static constexpr const char* texts[] = {begin_statement, lock_statement, commit_statement, rollback_statement,
+                                          flush_statement};
+  const std::size_t statement = first_fixed + static_cast<std::size_t>(which);
+  if (!connection_.prepared(statement)) {
+    ILP_TRY(connection_.prepare(statement, texts[static_cast<std::size_t>(which)], 0));
+  }
+  return connection_.send(statement, {}, 0, false);
+}
+
 Status PostgresStore::start() {
   if (!in_transaction_ || started_) return {};
   started_ = true;
-  ILP_TRY(connection_.send(begin_statement, false));
-  ILP_TRY(connection_.send(lock_statement, false));
-  return send_look();
+  ILP_TRY(send_fixed(Fixed::begin));
+  ILP_TRY(send_fixed(Fixed::lock));
+  ILP_TRY(send_look());
+  if (early_.empty()) return {};
+  ILP_TRY(collect());
+  return check_early_reads();
+}
+
+/// Asks again what may have changed.
+Status PostgresStore::check_early_reads() {
+  for (std::size_t i = 0; i < early_.size(); ++i) {
+    const Asked asked = early_[i].asked;
+    if ((changed_early_ & mask_of(asked.type)) == 0) continue;
+    const RecordInfo& info = record_info(asked.type);
+    alignas(8) std::uint8_t record[limits::max_record_bytes];
+    const Status found = asked.verb == RowVerb::get    ? get(info, asked.key, record)
+                         : asked.verb == RowVerb::next ? next(info, asked.key, record)
+                                                       : last(info, record);
+    if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+    if (EarlyReads::check_of(info, found.ok() ? record : nullptr) == early_[i].check) continue;
+    doomed_ = {StatusCode::store_error, changed_meanwhile, static_cast<std::int64_t>(asked.type)};
+    return doomed_;
+  }
+  return {};
 }
 
 /// The queue of statements without an answer is finite.
@@ -205,6 +237,8 @@ void PostgresStore::end_transaction() {
   uncommitted_ = touched_ = 0;
   latest_ = {};
   awaited_ = {};
+  early_.clear();
+  changed_early_ = 0;
 }
 
 /// The transaction ends, the others are notified and may begin theirs, while this process waits until its changes are
@@ -212,8 +246,8 @@ void PostgresStore::end_transaction() {
 Status PostgresStore::send_commit() {
   const bool changes = uncommitted_ != 0;
   const std::size_t change = awaited_.change;
-  ILP_TRY(connection_.send("COMMIT", false));
-  if (changes && options_.synchronous) ILP_TRY(connection_.send(flush_statement, false));
+  ILP_TRY(send_fixed(Fixed::commit));
+  if (changes && options_.synchronous) ILP_TRY(send_fixed(Fixed::flush));
   const Status status = collect();
   const bool may_be_carried_out = changes && connected() && connection_.rows(change).count() != 0;
   if (status.ok() || !may_be_carried_out) return status;
@@ -251,7 +285,7 @@ void PostgresStore::rollback() {
   if (!started || !connected()) return;
   // Behind a failed statement the server takes nothing before the next collect().
   if (connection_.anything_sent()) static_cast<void>(connection_.collect());
-  if (connection_.send("ROLLBACK", false).ok()) static_cast<void>(connection_.push());
+  if (send_fixed(Fixed::rollback).ok()) static_cast<void>(connection_.push());
 }
 
 Status PostgresStore::writable() {
@@ -281,9 +315,12 @@ Status PostgresStore::check_limit(const RecordInfo& info, const void* record) {
   });
   if (!fits) return {StatusCode::capacity_exceeded, bytes, max_postgres_blob_bytes};
   asked_bytes_ += bytes;
-  if (bytes == 0 || limit_bytes_ == 0 || used_bytes_ + asked_bytes_ <= limit_bytes_) return {};
+  if (bytes == 0 || limit_bytes_ == 0) return {};
+  // Others put as well: eight processes together do not go beyond the limit.
+  if (used_ms_ >= 0 && asked_bytes_ <= (limit_bytes_ - used_bytes_) / 8) return {};
   std::int64_t before = 0;
   ILP_TRY(read_used_bytes(used_bytes_));
+  used_ms_ = steady_ms();
   ILP_TRY(read_blob_sizes(info, id_of(record), before));
   asked_bytes_ = bytes - before;
   if (used_bytes_ + asked_bytes_ <= limit_bytes_) return {};
@@ -306,13 +343,12 @@ Status PostgresStore::put_record(const RecordInfo& info, const void* record) {
   latest_ = {&info, id_of(record), {}, {}};
   for_each_blob(info, [&](const FieldInfo& field, std::size_t index) {
     latest_.bytes[index] = blob_bytes(record, field);
-    const bool held = holds({info.type, index, id_of(record), 0});
-    if (held && held_.name.bytes != latest_.bytes[index]) held_.name = {};
+    HeldBlob* const held = find_held({info.type, index, id_of(record), 0});
+    if (held != nullptr && held->name.bytes != latest_.bytes[index]) held->forget();
   });
   alignas(8) std::uint8_t as_read[limits::max_record_bytes];
   canonical_record(info, record, as_read);
-  answers_.forget_record(info, id_of(record));
-  answers_.keep(info, Question::get, id_of(record), as_read);
+  answers_.put(info, as_read);
   return {};
 }
 
@@ -326,7 +362,7 @@ Status PostgresStore::erase_record(const RecordInfo& info, std::int64_t id, bool
   ILP_TRY(send_held_blob());
   ILP_TRY(start());
   ILP_TRY(make_room());
-  drop_held(mask_of(info.type));
+  drop_held_of(info.type, id);
   if (latest_.info == &info && latest_.id == id) latest_ = {};
   Parameters parameters;
   parameters.add(id);
@@ -342,7 +378,7 @@ Status PostgresStore::erase_record(const RecordInfo& info, std::int64_t id, bool
     ILP_TRY(collect());
     there = connection_.rows_changed() != 0;
   }
-  answers_.forget_record(info, id);
+  answers_.erase(info, id);
   return {};
 }
 

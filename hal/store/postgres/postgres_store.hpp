@@ -1,12 +1,14 @@
 // The store on a PostgreSQL server, which several processes on one or several machines share (docs/store.md).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <span>
 
 #include "hal/store/checksums.hpp"
 #include "hal/store/postgres/answer_cache.hpp"
 #include "hal/store/postgres/connection.hpp"
+#include "hal/store/postgres/early_reads.hpp"
 #include "hal/store/postgres/guesses.hpp"
 #include "hal/store/postgres/sql_text.hpp"
 #include "hal/store/record_bytes.hpp"
@@ -23,16 +25,20 @@ struct PostgresOptions {
 
 /// Changes of other processes are looked for after this time even without a notification.
 inline constexpr std::int64_t postgres_look_ms = 1000;
-/// A larger blob is refused with `capacity_exceeded`.
-inline constexpr std::size_t max_postgres_blob_bytes =
-    (limits::max_transfer_bytes + blob_chunk_bytes - 1) / blob_chunk_bytes * blob_chunk_bytes;
+/// SQLSTATE 40001, serialization failure, as a number to base 36.
+inline constexpr std::int64_t changed_meanwhile = 4 * 36 * 36 * 36 * 36 + 1;
+/// A file for the ground or the state of a component. A larger blob is refused with `capacity_exceeded`.
+inline constexpr std::size_t max_postgres_blob_bytes = std::max(
+    (limits::max_transfer_bytes + blob_chunk_bytes - 1) / blob_chunk_bytes * blob_chunk_bytes, std::size_t{1} << 20U);
 
 /// Whether the text names a password, which does not belong on a command line: other users can read it there.
 [[nodiscard]] bool holds_password(const char* conninfo);
 
-/// A transaction has the store to itself, as in SQLite: the others wait for it, up to 15 s (`store_error`). Writes are
-/// sent ahead, so a fault of one may be returned by a later call, by commit() at the latest. After `store_lost` every
-/// call fails until reconnect(). libpq allocates memory. An object has several MiB: it does not belong on a stack.
+/// A transaction has the store to itself, as in SQLite, from its first write or its first question whose answer
+/// is not known (also from last() as its first question): the others wait for it, up to 15 s (`store_error`). What it
+/// has read before has to be true still, or it is refused (`store_error`, a = changed_meanwhile). Writes are sent
+/// ahead, so a fault of one may be returned by a later call, by commit() at the latest. After `store_lost` every call
+/// fails until reconnect(). libpq allocates memory. An object has several MiB: it does not belong on a stack.
 class PostgresStore final : public Store, public StoreSharing {
  public:
   PostgresStore() = default;
@@ -66,7 +72,8 @@ class PostgresStore final : public Store, public StoreSharing {
   Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                    std::span<std::uint8_t> bytes) override;
   Status poll(RecordMask& changed) override;
-  /// Bytes of all blobs and of the tables' pages. Indexes and what the server has yet to clean up do not count.
+  /// Bytes of all blobs and of the tables' pages. Indexes and what the server has yet to clean up do not count. While
+  /// less than half of the limit is used, the number is up to a second old, with what this process has put since.
   StoreUsage usage() override;
 
   Status claim(StageMask stages) override;
@@ -80,12 +87,23 @@ class PostgresStore final : public Store, public StoreSharing {
   static constexpr std::size_t none = ~std::size_t{0};
   static constexpr std::size_t most_guesses = 3;
 
+  /// Enough for an image and a depth map with its errors, while others are written.
+  static constexpr std::size_t most_held = 6;
+  /// A smaller blob is not kept when it is written: few of them are read again.
+  static constexpr std::size_t least_kept_bytes = std::size_t{128} << 10U;
+
   /// A blob whose bytes are here.
   struct HeldBlob {
-    BlobName name;                                                                    ///< type `count`: none
-    bool changed = false;                                                             ///< the server has yet to get it
+    BlobName name;           ///< type `count`: none
+    bool changed = false;    ///< the server has yet to get it: true for one of them at most, the latest one
+    std::uint32_t used = 0;  ///< larger: used later
     std::array<std::uint8_t, 4 * (max_postgres_blob_bytes / blob_chunk_bytes)> sums;  ///< as they are stored
     std::array<std::uint8_t, max_postgres_blob_bytes> bytes;
+
+    void forget() {
+      name = {};
+      changed = false;
+    }
   };
   /// The record that this transaction has put last: the server has yet to get the sizes of its blobs.
   struct LatestPut {
@@ -111,8 +129,12 @@ class PostgresStore final : public Store, public StoreSharing {
               bool keep);
   Status send_special(std::size_t which, void (*text)(postgres::SqlText&), const postgres::Parameters& parameters);
   Status send_look();
+  /// Statements without parameters and answer.
+  enum class Fixed : std::uint8_t { begin, lock, commit, rollback, flush };
+  Status send_fixed(Fixed which);
   /// Sends the beginning of the transaction, if that is still to be done.
   Status start();
+  Status check_early_reads();
   Status make_room();
   Status collect();
   /// Collects the answer to the statement that was sent last.
@@ -128,11 +150,14 @@ class PostgresStore final : public Store, public StoreSharing {
   void end_transaction();
 
   Status send_question(const postgres::Asked& asked, int most);
+  /// Whether it is worth no question.
+  [[nodiscard]] bool probably_known(const postgres::Asked& asked);
   Status ask(const postgres::Asked& asked, int most);
   void keep_answer(const postgres::Asked& asked, std::size_t place, int most);
   void keep_walk(const RecordInfo& info, std::int64_t after, std::size_t place, int most);
   Status known(const RecordInfo& info, postgres::Question question, std::int64_t key, void* record, bool& is_known);
   Status read_row(const RecordInfo& info, std::size_t place, int row, void* record) const;
+  Status read_early(const postgres::Asked& asked, postgres::Question question, void* record, bool& is_known);
   Status read(const postgres::Asked& asked, postgres::Question question, int most, void* record);
   Status read_used_bytes(std::int64_t& bytes);
   Status read_blob_sizes(const RecordInfo& info, std::int64_t id, std::int64_t& bytes);
@@ -152,8 +177,11 @@ class PostgresStore final : public Store, public StoreSharing {
   [[nodiscard]] bool chunk_is_sound(std::size_t chunk) const;
   void set_sum(std::size_t chunk);
   [[nodiscard]] std::span<std::uint8_t> held_chunk(std::size_t chunk);
-  [[nodiscard]] bool holds(const BlobName& blob) const;
+  [[nodiscard]] HeldBlob* find_held(const BlobName& blob);
+  /// An empty place, or that of the blob that was used longest ago, becomes the latest one.
+  void take_place();
   void drop_held(RecordMask tables);
+  void drop_held_of(RecordType type, std::int64_t id);
 
   Status take_look();
   void take_change();
@@ -180,8 +208,12 @@ class PostgresStore final : public Store, public StoreSharing {
 
   postgres::AnswerCache answers_;
   postgres::Guesses guesses_;
+  postgres::EarlyReads early_;
+  RecordMask changed_early_ = 0;                        ///< by others, since the transaction was begun
   std::array<std::int64_t, record_count> walked_to_{};  ///< id that the latest next() has returned
-  HeldBlob held_;
+  std::array<HeldBlob, most_held> blobs_;
+  HeldBlob* held_ = blobs_.data();  ///< the latest one
+  std::uint32_t blob_uses_ = 0;
 
   RecordMask changed_ = 0;                            ///< since the latest poll()
   RecordMask unread_ = 0;                             ///< changed by the look that came with an answer
@@ -194,6 +226,7 @@ class PostgresStore final : public Store, public StoreSharing {
   std::int64_t used_bytes_ = 0;
   std::int64_t asked_bytes_ = 0;  ///< of blobs put since used_bytes_ was read
   bool used_is_known_ = false;
+  std::int64_t used_ms_ = -postgres_look_ms;  ///< when it was read
 };
 
 }  // namespace ilp

@@ -12,6 +12,8 @@ inline constexpr const char* lock_class = "4803664";  // "ILP"
 // is granted.
 inline constexpr const char* begin_statement = "BEGIN ISOLATION LEVEL READ COMMITTED READ WRITE";
 inline constexpr const char* lock_statement = "SELECT pg_advisory_xact_lock(4803664,0)";
+inline constexpr const char* commit_statement = "COMMIT";
+inline constexpr const char* rollback_statement = "ROLLBACK";
 
 // A transaction of its own that the server synchronises, and with it everything before it in the log.
 inline constexpr const char* flush_statement =
@@ -24,6 +26,9 @@ inline constexpr const char* session_settings[] = {
     "SET default_transaction_read_only=off",
     "SET synchronous_commit=off",
     "SET lock_timeout=15000",
+    // A statement is planned once, and not again for each set of parameters.
+    "SET plan_cache_mode=force_generic_plan",
+    "SET jit=off",
     "SET idle_in_transaction_session_timeout=10000",
     "SET idle_session_timeout=0",
     "SET statement_timeout=0",
