@@ -15,10 +15,10 @@ namespace ilp::intake {
 #ifdef ILP_POSTGRES
 namespace {
 
-constexpr int catalogue_version = 1;
+constexpr int server_version = 1;
 
 // Names and faults are octets: what came down may be no text. Their order is then that of SQLite too.
-constexpr const char* schema =
+constexpr const char* server_schema =
     "CREATE SCHEMA IF NOT EXISTS aerobot_catalogue; SET search_path TO aerobot_catalogue;"
     "CREATE TABLE IF NOT EXISTS mission(mission text PRIMARY KEY, version bigint, mark bigint);"
     "CREATE TABLE IF NOT EXISTS seen(mission text, name bytea, bytes bigint, modified bigint, fault bytea, "
@@ -195,16 +195,16 @@ class ServerDatabase final : public CatalogueDatabase {
   void create() {
     exec("BEGIN; SELECT pg_advisory_xact_lock(hashtext('aerobot catalogue tables'))");
     const auto there = prepare("SELECT 1 WHERE to_regclass('aerobot_catalogue.finished_tile') IS NOT NULL");
-    exec(there->step() ? "SET search_path TO aerobot_catalogue" : schema);
+    exec(there->step() ? "SET search_path TO aerobot_catalogue" : server_schema);
     exec("COMMIT");
   }
   /// From now on nobody may take the results of an earlier run for those of the tables.
   void start() {
     prepare("INSERT INTO mission(mission, version, mark) VALUES({value}?, 0) ON CONFLICT DO NOTHING")
-        ->bind(std::int64_t{catalogue_version})
+        ->bind(std::int64_t{server_version})
         .run();
     const auto row = prepare("SELECT version, mark FROM mission WHERE {and}1 = 1");
-    if (!row->step() || row->integer(0) != catalogue_version) {
+    if (!row->step() || row->integer(0) != server_version) {
       throw std::runtime_error(
           "the shared catalogue holds the mission as another version of ilp-ground has written it");
     }

@@ -10,8 +10,8 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr int catalogue_version = 1;
-constexpr const char* schema =
+constexpr int file_version = 1;
+constexpr const char* file_schema =
     "CREATE TABLE IF NOT EXISTS seen(name TEXT PRIMARY KEY, bytes INTEGER, modified INTEGER, fault TEXT) WITHOUT ROWID;"
     "CREATE TABLE IF NOT EXISTS file(name TEXT, crc32 INTEGER, bytes INTEGER, fault TEXT, contents BLOB, "
     "PRIMARY KEY(name, crc32));"
@@ -91,13 +91,13 @@ class SqliteDatabase final : public CatalogueDatabase {
       const auto version = prepare("PRAGMA user_version");
       version->step();
       const std::int64_t found = version->integer(0);
-      if (found != 0 && found != catalogue_version) return false;
+      if (found != 0 && found != file_version) return false;
       if (!known_sound) {
         const auto check = prepare("PRAGMA quick_check(1)");
         if (!check->step() || check->text(0) != "ok") return false;
       }
-      exec(schema);
-      if (found == 0) exec(("PRAGMA user_version = " + std::to_string(catalogue_version)).c_str());
+      exec(file_schema);
+      if (found == 0) exec(("PRAGMA user_version = " + std::to_string(file_version)).c_str());
       return true;
     } catch (const std::runtime_error&) {
       const int reason = sqlite3_errcode(database_.get());
