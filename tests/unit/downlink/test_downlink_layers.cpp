@@ -138,7 +138,7 @@ class DownlinkLayersTest : public test::ComponentTest {
     for (const auto& file : outbox.files) EXPECT_EQ(file.fault, "") << file.name;
     std::map<std::int64_t, Bytes> products;
     for (const auto& product : outbox.products) {
-      products[product_id(product.keyframe_id, product.kind)] = product.bytes;
+      products[product_id(product.keyframe_id, product.kind)] = product.bytes.bytes();
     }
     return products;
   }
