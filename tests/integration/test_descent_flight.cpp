@@ -166,7 +166,7 @@ TEST(DescentFlightTest, TheProductSaysWhereTheDiscWithoutDepthIsAndAllOtherCommo
   // The same stands in the product itself.
   for (const intake::ReceivedProduct& received_product : intake::read_outbox(descended() / "outbox").products) {
     if (received_product.kind != ProductKind::depth || received_product.keyframe_id != first.id) continue;
-    const intake::Product product = intake::decode_product(received_product.bytes);
+    const intake::Product product = intake::decode_product(received_product.bytes.bytes());
     const auto disc = product.metadata.numbers("blind_disc_px", 3);
     ASSERT_TRUE(disc);
     EXPECT_NEAR((*disc)[0], record.epipole_x, 1e-3);

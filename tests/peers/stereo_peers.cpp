@@ -250,7 +250,7 @@ Answer sgbm(const Pair& pair, const SgbmSetting& setting) {
   cv::Mat found;
   const auto begin = std::chrono::steady_clock::now();
   matcher->compute(left, right, found);
-  Answer answer{setting.name, Map(width, height, none()), {}, {}, 0};
+  Answer answer{setting.name, Map(width, height, none()), {}, 0};
   answer.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
