@@ -12,8 +12,7 @@ ILP_REVEAL(FlightSoftware, telecommander_);
 ILP_REVEAL(FlightSoftware, capture_clock_);
 ILP_REVEAL(FlightSoftware, acquisition_);
 ILP_REVEAL(FlightSoftware, overlap_checker_);
-ILP_REVEAL(FlightSoftware, feature_scratch_);
-ILP_REVEAL(FlightSoftware, place_scratch_);
+ILP_REVEAL(FlightSoftware, step_memory_);
 ILP_REVEAL(FlightSoftware, camera_calibrator_);
 ILP_REVEAL(FlightSoftware, structure_and_motion_);
 ILP_REVEAL(FlightSoftware, dense_matcher_);
@@ -46,8 +45,6 @@ ILP_REVEAL(PlaceMemory, mask_bytes_);
 ILP_REVEAL(PlaceMemory, after_);
 ILP_REVEAL(PlaceMemory, table_);
 ILP_REVEAL(PlaceMemory, index_);
-ILP_REVEAL(PlaceMemory, query_workspace_);
-ILP_REVEAL(PlaceMemory, link_workspace_);
 ILP_REVEAL(Navigator, after_);
 ILP_REVEAL(Navigator, samples_);
 ILP_REVEAL(FlightSoftware, executive_);
@@ -61,7 +58,6 @@ ILP_REVEAL(Acquisition, image_);
 ILP_REVEAL(OverlapChecker, keyframe_image_);
 ILP_REVEAL(OverlapChecker, keyframe_);
 ILP_REVEAL(OverlapChecker, image_);
-ILP_REVEAL(OverlapChecker, workspace_);
 ILP_REVEAL(CameraCalibrator, workspace_);
 ILP_REVEAL(CameraCalibrator, images_);
 ILP_REVEAL(CameraCalibrator, corners_);
@@ -70,9 +66,7 @@ ILP_REVEAL(CameraCalibrator, window_);
 ILP_REVEAL(StructureAndMotion, images_);
 ILP_REVEAL(StructureAndMotion, corners_);
 ILP_REVEAL(StructureAndMotion, matches_);
-ILP_REVEAL(StructureAndMotion, sequence_workspace_);
 ILP_REVEAL(StructureAndMotion, depths_);
-ILP_REVEAL(StructureAndMotion, points_);
 ILP_REVEAL(DenseMatcher, plan_);
 ILP_REVEAL(DenseMatcher, matcher_);
 ILP_REVEAL(DenseMatcher, left_);
@@ -89,24 +83,12 @@ ILP_REVEAL(DenseMatcher, now_);
 ILP_REVEAL(DenseMatcher, work_);
 ILP_REVEAL(DenseMatcher, after_);
 ILP_REVEAL(DenseMatcher, before_);
-ILP_REVEAL(RichnessScorer, image_);
-ILP_REVEAL(RichnessScorer, maps_);
-ILP_REVEAL(RichnessScorer, inverse_depth_);
-ILP_REVEAL(RichnessScorer, sigma_);
-ILP_REVEAL(RichnessScorer, workspace_);
-ILP_REVEAL(Compressor, image_);
-ILP_REVEAL(Compressor, maps_);
-ILP_REVEAL(Compressor, workspace_);
 ILP_REVEAL(Compressor, metadata_);
 ILP_REVEAL(Compressor, sigma_map_);
-ILP_REVEAL(Compressor, file_);
-ILP_REVEAL(StorageManager, file_);
-ILP_REVEAL(DeliveryQueue, file_);
 ILP_REVEAL(Downlink, file_);
 ILP_REVEAL(Downlink, candidates_);
 ILP_REVEAL(Downlink, plan_);
 ILP_REVEAL(Downlink, workspace_);
-ILP_REVEAL(Downlink, product_);
 ILP_REVEAL(FileDelivery, pdu_);
 ILP_REVEAL(FileDelivery, data_);
 ILP_REVEAL(TelemetryReporter, record_);
@@ -160,29 +142,25 @@ std::vector<MemoryPart> memory_parts() {
   add(parts, "capture_clock", flight.*revealed(FlightSoftware_capture_clock_{}));
   add(parts, "acquisition", flight.*revealed(FlightSoftware_acquisition_{}), Acquisition_image_{});
   add(parts, "overlap_checker", flight.*revealed(FlightSoftware_overlap_checker_{}), OverlapChecker_keyframe_image_{},
-      OverlapChecker_keyframe_{}, OverlapChecker_image_{}, OverlapChecker_workspace_{});
+      OverlapChecker_keyframe_{}, OverlapChecker_image_{});
   add(parts, "camera_calibrator", flight.*revealed(FlightSoftware_camera_calibrator_{}), CameraCalibrator_workspace_{},
       CameraCalibrator_images_{}, CameraCalibrator_corners_{}, CameraCalibrator_matches_{}, CameraCalibrator_window_{});
-  auto& scratch = flight.*revealed(FlightSoftware_feature_scratch_{});
-  parts.push_back({"corners and matches: pixels, workspaces", false, {piece_of(scratch)}});
-  parts.push_back(
-      {"oriented features: pixels, workspaces", false, {piece_of(flight.*revealed(FlightSoftware_place_scratch_{}))}});
+  parts.push_back({"memory of one step", false, {piece_of(flight.*revealed(FlightSoftware_step_memory_{}))}});
   add(parts, "structure_and_motion", flight.*revealed(FlightSoftware_structure_and_motion_{}),
       StructureAndMotion_images_{}, StructureAndMotion_corners_{}, StructureAndMotion_matches_{},
-      StructureAndMotion_sequence_workspace_{}, StructureAndMotion_depths_{}, StructureAndMotion_points_{});
+      StructureAndMotion_depths_{});
   add(parts, "dense_matcher", flight.*revealed(FlightSoftware_dense_matcher_{}), DenseMatcher_plan_{},
       DenseMatcher_matcher_{}, DenseMatcher_left_{}, DenseMatcher_right_{}, DenseMatcher_rectified_left_{},
       DenseMatcher_rectified_right_{}, DenseMatcher_valid_left_{}, DenseMatcher_valid_right_{},
       DenseMatcher_disparity_{}, DenseMatcher_disparity_sigma_{}, DenseMatcher_inverse_depth_{}, DenseMatcher_sigma_{},
       DenseMatcher_now_{}, DenseMatcher_work_{}, DenseMatcher_after_{}, DenseMatcher_before_{});
-  add(parts, "richness_scorer", flight.*revealed(FlightSoftware_richness_scorer_{}), RichnessScorer_image_{},
-      RichnessScorer_maps_{}, RichnessScorer_inverse_depth_{}, RichnessScorer_sigma_{}, RichnessScorer_workspace_{});
-  add(parts, "compressor", flight.*revealed(FlightSoftware_compressor_{}), Compressor_image_{}, Compressor_maps_{},
-      Compressor_workspace_{}, Compressor_metadata_{}, Compressor_sigma_map_{}, Compressor_file_{});
-  add(parts, "storage_manager", flight.*revealed(FlightSoftware_storage_manager_{}), StorageManager_file_{});
-  add(parts, "delivery_queue", flight.*revealed(FlightSoftware_delivery_queue_{}), DeliveryQueue_file_{});
+  add(parts, "richness_scorer", flight.*revealed(FlightSoftware_richness_scorer_{}));
+  add(parts, "compressor", flight.*revealed(FlightSoftware_compressor_{}), Compressor_metadata_{},
+      Compressor_sigma_map_{});
+  add(parts, "storage_manager", flight.*revealed(FlightSoftware_storage_manager_{}));
+  add(parts, "delivery_queue", flight.*revealed(FlightSoftware_delivery_queue_{}));
   add(parts, "downlink", flight.*revealed(FlightSoftware_downlink_{}), Downlink_file_{}, Downlink_candidates_{},
-      Downlink_plan_{}, Downlink_workspace_{}, Downlink_product_{});
+      Downlink_plan_{}, Downlink_workspace_{});
   add(parts, "file_delivery", flight.*revealed(FlightSoftware_file_delivery_{}), FileDelivery_pdu_{},
       FileDelivery_data_{});
   add(parts, "telecommand_guard", flight.*revealed(FlightSoftware_telecommand_guard_{}));
@@ -194,8 +172,8 @@ std::vector<MemoryPart> memory_parts() {
       PlaceMemory_other_seen_{}, PlaceMemory_depths_{}, PlaceMemory_known_{}, PlaceMemory_features_{},
       PlaceMemory_older_{}, PlaceMemory_feature_depths_{}, PlaceMemory_older_depths_{}, PlaceMemory_patches_{},
       PlaceMemory_older_patches_{}, PlaceMemory_sightings_{}, PlaceMemory_match_{}, PlaceMemory_matches_{},
-      PlaceMemory_image_{}, PlaceMemory_mask_bytes_{}, PlaceMemory_after_{}, PlaceMemory_table_{}, PlaceMemory_index_{},
-      PlaceMemory_query_workspace_{}, PlaceMemory_link_workspace_{});
+      PlaceMemory_image_{}, PlaceMemory_mask_bytes_{}, PlaceMemory_after_{}, PlaceMemory_table_{},
+      PlaceMemory_index_{});
   add(parts, "executive", flight.*revealed(FlightSoftware_executive_{}));
   add(parts, "packet router", *memory.router, PacketRouter_buffer_{}, PacketRouter_commands_{}, PacketRouter_pdus_{});
   add(parts, "store", piece_of(*memory.store), {});
