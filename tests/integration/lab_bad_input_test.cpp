@@ -151,5 +151,20 @@ TEST_F(LabBadInput, ModelsAndStrips) {
   refused("pose-strip " + path("empty") + " --camera " + camera_ + out_, 1, "empty");
 }
 
+TEST_F(LabBadInput, BlanksInThePathOfAStrip) {
+  const auto keyframes = [&](const std::string& folder, const std::string& name) {
+    std::filesystem::create_directory(path(folder));
+    for (const char* number : {"1", "2", "3"})
+      std::filesystem::copy_file(good_, path(folder + "/" + name + number + ".png"));
+    const LabRun run = lab("pose-strip '" + path(folder) + "' --camera '" + camera_ + "'" + out_);
+    EXPECT_EQ(run.status, 0) << run.err;
+    return run.status == 0 ? run.json["keyframes"].get<int>() : -1;
+  };
+  const int plain = keyframes("plain", "image");
+  EXPECT_GT(plain, 0);
+  EXPECT_EQ(keyframes("two words", "image"), plain);
+  EXPECT_EQ(keyframes("tab\there", "an image "), plain);
+}
+
 }  // namespace
 }  // namespace ilp::test

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 
@@ -165,13 +166,33 @@ void require_camera_size(const std::vector<host::StripFrame>& frames, const Came
   }
 }
 
+bool is_blank(char c) {
+  return c == ' ' || c == '\t' || c == '\r' || c == '\n';
+}
+
+/// Makes the paths absolute. The index of the flight's camera ends a path at a blank: an image with blanks in its path
+/// is read by a link in `folder`, whose name has underscores for blanks and which has a folder of its own.
+void give_flyable_paths(std::vector<host::StripFrame>& frames, const fs::path& folder) {
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const fs::path image = fs::absolute(frames[i].file);
+    frames[i].file = image;
+    const std::string path = image.string();
+    if (std::none_of(path.begin(), path.end(), is_blank)) continue;
+    std::string name = image.filename().string();
+    std::replace_if(name.begin(), name.end(), is_blank, '_');
+    frames[i].file = folder / std::to_string(i) / name;
+    fs::create_directory(frames[i].file.parent_path());
+    fs::create_symlink(image, frames[i].file);
+  }
+}
+
 Json run_pose_strip(const PoseStripOptions& options, int repeat) {
   const CameraModel model = host::read_colmap_camera(options.camera);
   const MissionParameters mission = mission_for(options);
   std::vector<host::StripFrame> frames = host::list_strip(options.folder);
   require_camera_size(frames, model, options.camera);
-  for (host::StripFrame& frame : frames) frame.file = fs::absolute(frame.file);
   const TemporaryFolder temporary;
+  give_flyable_paths(frames, temporary.path());
   const fs::path index = temporary.path() / "frames.txt";
   host::write_strip_index(index, frames);
 
