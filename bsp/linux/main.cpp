@@ -460,6 +460,12 @@ struct Order {
   StageMask stages;
 };
 
+void print_fault(const CommandLineFault& fault) {
+  const bool near = fault.nearest != nullptr;
+  std::fprintf(stderr, "ilp-onboard: %s %s%s%s; ilp-onboard --help lists all options\n", fault.word, fault.reason,
+               near ? ", the nearest is " : "", near ? fault.nearest : "");
+}
+
 int fly(void* argument) {
   const Order& order = *static_cast<const Order*>(argument);
   sqlite_arena.init(store_region, limits::sqlite_arena_bytes);
@@ -476,7 +482,8 @@ int fly(void* argument) {
 int main(int argc, char** argv) {
   setvbuf(stdout, output_buffer, _IOFBF, sizeof(output_buffer));
   Options options;
-  const bool understood = parse(argc, argv, options);
+  CommandLineFault fault;
+  const bool understood = parse(argc, argv, options, fault);
   StageMask stages = all_stages;
   StageNames culprit;
   if (options.stages != nullptr && !parse_stages(options.stages, stages, culprit)) {
@@ -487,8 +494,12 @@ int main(int argc, char** argv) {
     return 2;
   }
   if (!understood) {
-    std::fputs(usage, stderr);
+    print_fault(fault);
     return 2;
+  }
+  if (options.help) {
+    std::fputs(usage, stdout);
+    return 0;
   }
   if (names_password(options)) {
     std::fputs(

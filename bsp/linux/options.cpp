@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "bsp/flight/stage_set.hpp"
+#include "bsp/linux/nearest_word.hpp"
 
 namespace ilp {
 
@@ -18,7 +19,7 @@ const char* const usage =
     "                   [--mission-epoch] [--fly-on] [--priority N] [--watchdog DEVICE[:SECONDS]] [--compute SOCKET]\n"
     "                   [--trap-heap]\n"
     "       ilp-onboard --stages STAGE,... --store STORE [--mission FILE.ini] [--priority N] [--trap-heap]\n"
-    "       ilp-onboard --memory-map | --version\n"
+    "       ilp-onboard --memory-map | --version | --help\n"
     "  --index         a recorded strip: one line `time_ns file.pgm [altitude_m]` per frame\n"
     "  --v4l2          a video device, such as /dev/video0; settings: format=GREY|Y10|Y12|Y16|YUYV rate=HZ input=N\n"
     "                  exposure_us=N gain=N stamp_delay_us=N (docs/onboard.md)\n"
@@ -71,71 +72,117 @@ bool joins_flight(const Options& options) {
   return parse_stages(options.stages, stages, culprit) && !is_head(stages);
 }
 
-bool parse(int argc, char** argv, Options& options) {
+namespace {
+
+struct Text {
+  const char* name;
+  const char** to;
+};
+
+struct Flag {
+  const char* name;
+  bool* to;
+};
+
+bool refuse(CommandLineFault& fault, const char* word, const char* reason) {
+  fault = {word, reason, nullptr};
+  return false;
+}
+
+/// Reads the words into `options`, each by itself.
+bool read_words(int argc, char** argv, Options& options, CommandLineFault& fault) {
+  const Text texts[] = {{"--index", &options.index},
+                        {"--v4l2", &options.v4l2},
+                        {"--y4m", &options.y4m},
+                        {"--camera", &options.camera},
+                        {"--size", &options.size},
+                        {"--navigation", &options.navigation},
+                        {"--navigation-udp", &options.navigation_udp},
+                        {"--database", &options.store},
+                        {"--store", &options.store},
+                        {"--stages", &options.stages},
+                        {"--state", &options.state},
+                        {"--outbox", &options.outbox},
+                        {"--acknowledgements", &options.acknowledgements},
+                        {"--mission", &options.mission},
+                        {"--link-udp", &options.links.udp},
+                        {"--link-udp-peer", &options.links.udp_peer},
+                        {"--link-tcp", &options.links.tcp},
+                        {"--key", &options.key},
+                        {"--priority", &options.priority},
+                        {"--watchdog", &options.watchdog},
+                        {"--compute", &options.compute},
+                        {"--cfdp-udp", &options.links.cfdp},
+                        {"--cfdp-udp-peer", &options.links.cfdp_peer}};
+  const Flag flags[] = {{"--virtual-time", &options.virtual_time},
+                        {"--mission-epoch", &options.mission_epoch},
+                        {"--fly-on", &options.fly_on},
+                        {"--trap-heap", &options.trap_heap},
+                        {"--memory-map", &options.memory_map},
+                        {"--version", &options.version},
+                        {"--help", &options.help}};
   for (int i = 1; i < argc; ++i) {
-    const char* value = i + 1 < argc ? argv[i + 1] : nullptr;
-    struct {
-      const char* name;
-      const char** to;
-    } const texts[] = {{"--index", &options.index},
-                       {"--v4l2", &options.v4l2},
-                       {"--y4m", &options.y4m},
-                       {"--camera", &options.camera},
-                       {"--size", &options.size},
-                       {"--navigation", &options.navigation},
-                       {"--navigation-udp", &options.navigation_udp},
-                       {"--database", &options.store},
-                       {"--store", &options.store},
-                       {"--stages", &options.stages},
-                       {"--state", &options.state},
-                       {"--outbox", &options.outbox},
-                       {"--acknowledgements", &options.acknowledgements},
-                       {"--mission", &options.mission},
-                       {"--link-udp", &options.links.udp},
-                       {"--link-udp-peer", &options.links.udp_peer},
-                       {"--link-tcp", &options.links.tcp},
-                       {"--key", &options.key},
-                       {"--priority", &options.priority},
-                       {"--watchdog", &options.watchdog},
-                       {"--compute", &options.compute},
-                       {"--cfdp-udp", &options.links.cfdp},
-                       {"--cfdp-udp-peer", &options.links.cfdp_peer}};
-    struct {
-      const char* name;
-      bool* to;
-    } const flags[] = {{"--virtual-time", &options.virtual_time},
-                       {"--mission-epoch", &options.mission_epoch},
-                       {"--fly-on", &options.fly_on},
-                       {"--trap-heap", &options.trap_heap},
-                       {"--memory-map", &options.memory_map},
-                       {"--version", &options.version}};
     bool known = false;
-    for (const auto& flag : flags) {
+    for (const Flag& flag : flags) {
       if (std::strcmp(argv[i], flag.name) == 0) known = *flag.to = true;
     }
-    for (const auto& text : texts) {
+    for (const Text& text : texts) {
       if (known || std::strcmp(argv[i], text.name) != 0) continue;
-      if (value == nullptr) return false;
-      *text.to = value;
-      ++i;
+      if (i + 1 == argc) return refuse(fault, argv[i], "needs a value");
+      *text.to = argv[++i];
       known = true;
     }
-    if (!known) return false;
+    if (known) continue;
+    NearestWord nearest(argv[i]);
+    for (const Flag& flag : flags) nearest.offer(flag.name);
+    for (const Text& text : texts) nearest.offer(text.name);
+    fault = {argv[i], "is no option", nearest.found()};
+    return false;
   }
-  if (options.memory_map || options.version) return true;
-  if (joins_flight(options)) return joins_only(options);
-  if (options.store != nullptr && is_server(options.store) && options.state == nullptr) return false;
-  const bool folders = options.outbox != nullptr && options.acknowledgements != nullptr;
+  return true;
+}
+
+bool check_links(const Options& options, CommandLineFault& fault) {
   // A link to others needs real time.
-  if (options.links.any() ? options.virtual_time : !folders) return false;
-  if (options.navigation_udp != nullptr && (options.virtual_time || options.navigation != nullptr)) return false;
-  // There is one source of images, and a camera runs in real time.
-  const bool recorded = options.index != nullptr;
-  const bool video = options.v4l2 != nullptr;
-  const bool stream = options.y4m != nullptr;
-  if (recorded + video + stream != 1 || (video && options.virtual_time)) return false;
-  if (options.camera != nullptr && options.size != nullptr) return false;
-  return options.store != nullptr;
+  if (options.links.any()) {
+    return !options.virtual_time || refuse(fault, "--virtual-time", "does not go with a link to others");
+  }
+  if (options.outbox == nullptr) return refuse(fault, "--outbox", "is missing, and no link is stated");
+  return options.acknowledgements != nullptr || refuse(fault, "--acknowledgements", "is missing");
+}
+
+/// There is one source of images, and a camera runs in real time.
+bool check_images(const Options& options, CommandLineFault& fault) {
+  const bool recorded = options.index != nullptr, video = options.v4l2 != nullptr, stream = options.y4m != nullptr;
+  if (recorded + video + stream != 1) {
+    return refuse(fault, "--index, --v4l2 or --y4m", "is needed: one of them, and one only");
+  }
+  if (video && options.virtual_time) return refuse(fault, "--virtual-time", "does not go with --v4l2");
+  return options.camera == nullptr || options.size == nullptr || refuse(fault, "--size", "does not go with --camera");
+}
+
+}  // namespace
+
+bool parse(int argc, char** argv, Options& options, CommandLineFault& fault) {
+  if (!read_words(argc, argv, options, fault)) return false;
+  if (options.memory_map || options.version || options.help) return true;
+  if (joins_flight(options)) {
+    return joins_only(options) || refuse(fault, "--stages",
+                                         "without head takes only --store, which is no memory, "
+                                         "--mission, --priority and --trap-heap");
+  }
+  if (options.store == nullptr) return refuse(fault, "--store", "is missing");
+  if (is_server(options.store) && options.state == nullptr) {
+    return refuse(fault, "--state", "is missing, which a server as --store needs");
+  }
+  if (!check_links(options, fault)) return false;
+  if (options.navigation_udp != nullptr && options.virtual_time) {
+    return refuse(fault, "--virtual-time", "does not go with --navigation-udp");
+  }
+  if (options.navigation_udp != nullptr && options.navigation != nullptr) {
+    return refuse(fault, "--navigation", "does not go with --navigation-udp");
+  }
+  return check_images(options, fault);
 }
 
 bool parse_camera(const char* text, CameraModel& camera) {

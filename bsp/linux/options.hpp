@@ -31,6 +31,14 @@ struct Options {
   bool trap_heap = false;
   bool memory_map = false;
   bool version = false;
+  bool help = false;
+};
+
+/// Why a command line is refused.
+struct CommandLineFault {
+  const char* word = "";          ///< the option at fault
+  const char* reason = "";        ///< goes on after the word
+  const char* nearest = nullptr;  ///< the option whose spelling is nearest, where `word` is none
 };
 
 extern const char* const usage;
@@ -40,8 +48,8 @@ extern const char* const usage;
 /// Whether the process runs a part of the stages without the head.
 [[nodiscard]] bool joins_flight(const Options& options);
 
-/// Returns false if an option is unknown, lacks its value, contradicts another one, or is missing.
-[[nodiscard]] bool parse(int argc, char** argv, Options& options);
+/// Returns false and sets `fault` if an option is unknown, lacks its value, contradicts another one, or is missing.
+[[nodiscard]] bool parse(int argc, char** argv, Options& options, CommandLineFault& fault);
 /// Parses 6 or 10 numbers: see `usage`.
 [[nodiscard]] bool parse_camera(const char* text, CameraModel& camera);
 /// Parses `WIDTHxHEIGHT`.

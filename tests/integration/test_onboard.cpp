@@ -372,5 +372,26 @@ TEST(OnboardTest, MissingFilesAndFoldersAreNamed) {
   EXPECT_NE(no_outbox.output.find("outbox"), std::string::npos) << no_outbox.output;
 }
 
+TEST(OnboardTest, AWrongOptionIsNamedWithTheNearestOne) {
+  const auto expect = [](std::vector<std::string> words, const std::string& message) {
+    words.insert(words.begin(), ILP_ONBOARD);
+    const test::ProgramResult result = test::run_program(words);
+    EXPECT_EQ(result.exit_status, 2) << message;
+    EXPECT_EQ(result.output, "ilp-onboard: " + message + "; ilp-onboard --help lists all options\n");
+  };
+  expect({"--stroe", "memory"}, "--stroe is no option, the nearest is --store");
+  expect({"--link-upd", "127.0.0.1:1"}, "--link-upd is no option, the nearest is --link-udp");
+  expect({"--frobnicate-everything"}, "--frobnicate-everything is no option");
+  expect({std::string(100, 'x')}, std::string(100, 'x') + " is no option");
+  expect({"--virtual-time", "--store"}, "--store needs a value");
+  expect({"--index", "a", "--outbox", "b", "--acknowledgements", "c"}, "--store is missing");
+  expect({"--store", "memory", "--index", "a"}, "--outbox is missing, and no link is stated");
+  expect({"--store", "memory", "--outbox", "b", "--acknowledgements", "c"},
+         "--index, --v4l2 or --y4m is needed: one of them, and one only");
+  const test::ProgramResult help = test::run_program({ILP_ONBOARD, "--help"});
+  EXPECT_EQ(help.exit_status, 0);
+  EXPECT_NE(help.output.find("--acknowledgements DIR"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace ilp
