@@ -30,6 +30,7 @@
 #include "sim/ground/console/console.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
 #include "sim/host/status_error.hpp"
+#include "sim/host/version_line.hpp"
 
 namespace ilp::board {
 namespace {
@@ -182,9 +183,13 @@ class Station {
 };
 
 int run(const std::vector<std::string>& words) {
+  if (words.size() == 1 && words[0] == "--version") {
+    std::cout << host::version_line("ilp-board-station") << "\n";
+    return 0;
+  }
   SocketAddress board;
   if ((words.size() != 2 && words.size() != 3) || !parse_address(words[0].c_str(), board).ok()) {
-    std::cerr << "usage: ilp-board-station ADDRESS:PORT FOLDER [WRITE_LOG]\n";
+    std::cerr << "usage: ilp-board-station ADDRESS:PORT FOLDER [WRITE_LOG] | ilp-board-station --version\n";
     return 2;
   }
   fs::create_directories(words[1]);

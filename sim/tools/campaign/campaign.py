@@ -8,6 +8,7 @@ interrupted."""
 import argparse
 import fcntl
 import os
+import subprocess
 import sys
 
 from campaign_file import CampaignError, expand, read_campaign
@@ -99,6 +100,18 @@ def at_a_time(text):
     return count
 
 
+class Version(argparse.Action):
+    """Says the version: of the sources that this file is a part of, or of the simulator that is installed with it."""
+
+    def __call__(self, parser, namespace, values, option_string=None):
+        of_sources = os.path.join(os.path.dirname(SIM), "bsp", "version", "of-sources")
+        command = [of_sources, "campaign.py"] if os.path.exists(of_sources) else [namespace.sil, "--version"]
+        try:
+            sys.exit(subprocess.run(command, check=False).returncode)
+        except OSError as error:
+            parser.error(f"the version is unknown: {command[0]}: {error.strerror}; name the simulator with --sil first")
+
+
 def parse():
     programs = os.path.join(os.path.dirname(SIM), "build", "host", "bin")
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -110,6 +123,7 @@ def parse():
     parser.add_argument("--keep", action="store_true", help="keep images, truth, database and outbox of every flight")
     parser.add_argument("--retry-failed", action="store_true", help="run failed flights again")
     parser.add_argument("--list", action="store_true", help="print the flights and their arguments, and exit")
+    parser.add_argument("--version", action=Version, nargs=0, help="say the version, and exit")
     add_place_options(parser)
     parser.add_argument("--slice", type=slice_of, metavar="K/N",
                         help="fly only every Nth flight from the Kth on, and write no report: what a task does")
