@@ -123,46 +123,92 @@ void add_seam_ratios(const GroundGrid& grid, const std::vector<std::int64_t>& ke
   }
 }
 
-std::map<std::int64_t, double> balance_exposures(const SeamRatios& ratios,
-                                                 const std::map<std::int64_t, std::uint64_t>& cells) {
-  std::map<std::int64_t, Eigen::Index> places;
-  for (const auto& [id, count] : cells) places.emplace(id, static_cast<Eigen::Index>(places.size()));
-  const auto size = static_cast<Eigen::Index>(places.size());
-  std::map<std::int64_t, double> gains;
-  if (size == 0) return gains;
+namespace {
 
-  std::vector<Eigen::Triplet<double>> normal;
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
-  // A weak prior of no change settles what no seam ties down.
-  for (Eigen::Index i = 0; i < size; ++i) normal.emplace_back(i, i, 1e-3);
-  constexpr std::uint64_t fewest = 20;
-  for (const auto& [pair, samples] : ratios) {
+using Pieces = std::map<std::int64_t, ShownPiece>;
+
+/// Normal equations for the logarithms of the gains, by the place of a keyframe in `pieces`.
+class GainEquations {
+ public:
+  explicit GainEquations(const Pieces& pieces) {
+    for (const auto& [id, piece] : pieces) {
+      const auto cells = static_cast<double>(std::max<std::uint64_t>(piece.cells, 1));
+      places_.emplace(id, static_cast<Eigen::Index>(places_.size()));
+      cells_.push_back(cells);
+      levels_.push_back(std::log(std::max(static_cast<double>(piece.grey) / cells, 1.0)));
+    }
+    size_ = static_cast<Eigen::Index>(places_.size());
+    right_ = Eigen::VectorXd::Zero(size_);
+    tied_ = Eigen::VectorXd::Zero(size_);
+  }
+
+  /// gain_b - gain_a = log(grey_a / grey_b)
+  void add_seam(const std::pair<std::int64_t, std::int64_t>& pair, const StepHistogram& samples) {
+    constexpr std::uint64_t fewest = 20;
     std::uint64_t count = 0;
     for (const auto& [step, number] : samples) count += number;
-    const auto first = places.find(pair.first), second = places.find(pair.second);
-    if (count < fewest || first == places.end() || second == places.end()) continue;
+    const auto first = places_.find(pair.first), second = places_.find(pair.second);
+    if (count < fewest || first == places_.end() || second == places_.end()) return;
     const Eigen::Index a = first->second, b = second->second;
     const auto weight = static_cast<double>(count);
-    // gain_b - gain_a = log(grey_a / grey_b)
     const double ratio = median_of(samples, count);
-    normal.emplace_back(a, a, weight);
-    normal.emplace_back(b, b, weight);
-    normal.emplace_back(a, b, -weight);
-    normal.emplace_back(b, a, -weight);
-    right(a) -= weight * ratio;
-    right(b) += weight * ratio;
+    normal_.emplace_back(a, a, weight);
+    normal_.emplace_back(b, b, weight);
+    normal_.emplace_back(a, b, -weight);
+    normal_.emplace_back(b, a, -weight);
+    right_(a) -= weight * ratio;
+    right_(b) += weight * ratio;
+    tied_(a) += weight;
+    tied_(b) += weight;
   }
-  Eigen::SparseMatrix<double> matrix(size, size);
-  matrix.setFromTriplets(normal.begin(), normal.end());
-  const Eigen::VectorXd logarithms = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right);
 
-  double sum = 0, all = 0;
-  for (const auto& [id, count] : cells) {
-    sum += logarithms(places.at(id)) * static_cast<double>(count);
-    all += static_cast<double>(count);
+  /// Of the mean brightness to that of the map. An error at a seam fades over 1 / sqrt(2 share) keyframes of a strip.
+  void add_pull() {
+    constexpr double share = 1.0 / 16, least = 1e-3;
+    const double level = mean(levels_);
+    for (Eigen::Index i = 0; i < size_; ++i) {
+      const double weight = std::max(share * tied_(i), least);
+      normal_.emplace_back(i, i, weight);
+      right_(i) += weight * (level - levels_[static_cast<std::size_t>(i)]);
+    }
   }
-  for (const auto& [id, place] : places) gains[id] = std::exp(logarithms(place) - sum / std::max(all, 1.0));
-  return gains;
+
+  [[nodiscard]] std::map<std::int64_t, double> gains() const {
+    Eigen::SparseMatrix<double> matrix(size_, size_);
+    matrix.setFromTriplets(normal_.begin(), normal_.end());
+    const Eigen::VectorXd solved = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right_);
+    const double middle = mean({solved.begin(), solved.end()});
+    std::map<std::int64_t, double> gains;
+    for (const auto& [id, place] : places_) gains[id] = std::exp(solved(place) - middle);
+    return gains;
+  }
+
+ private:
+  /// Over all cells.
+  [[nodiscard]] double mean(const std::vector<double>& values) const {
+    double sum = 0, all = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      sum += values[i] * cells_[i];
+      all += cells_[i];
+    }
+    return sum / all;
+  }
+
+  std::map<std::int64_t, Eigen::Index> places_;
+  std::vector<double> cells_, levels_;  ///< levels: logarithms of the mean brightness
+  Eigen::Index size_ = 0;
+  std::vector<Eigen::Triplet<double>> normal_;
+  Eigen::VectorXd right_, tied_;  ///< tied: weights of a keyframe's seams
+};
+
+}  // namespace
+
+std::map<std::int64_t, double> balance_exposures(const SeamRatios& ratios, const Pieces& pieces) {
+  if (pieces.empty()) return {};
+  GainEquations equations(pieces);
+  for (const auto& [pair, samples] : ratios) equations.add_seam(pair, samples);
+  equations.add_pull();
+  return equations.gains();
 }
 
 }  // namespace ilp::map

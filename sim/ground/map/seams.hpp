@@ -44,9 +44,17 @@ using SeamRatios = std::map<std::pair<std::int64_t, std::int64_t>, StepHistogram
 void add_seam_ratios(const GroundGrid& grid, const std::vector<std::int64_t>& keyframes, std::int32_t margin,
                      SeamRatios& ratios);
 
-/// Gains for the brightness of each keyframe that make keyframes agree at their seams, by least squares over all seams;
-/// the mean logarithm over all cells is 0. `cells` has the number of cells of each keyframe.
+/// What the map shows of a keyframe.
+struct ShownPiece {
+  std::uint64_t cells = 0;
+  std::uint64_t grey = 0;  ///< sum over its cells, before gains
+};
+
+/// Gains for the brightness of each keyframe, by least squares: keyframes agree at their seams, and a weak pull takes
+/// the mean brightness of each to that of the map. Seams alone err in one direction where images are darker at one
+/// edge, and this adds up along a strip. The map is for the eye: real differences over many keyframes are made smaller
+/// too. The mean logarithm of the gains over all cells is 0.
 [[nodiscard]] std::map<std::int64_t, double> balance_exposures(const SeamRatios& ratios,
-                                                               const std::map<std::int64_t, std::uint64_t>& cells);
+                                                               const std::map<std::int64_t, ShownPiece>& pieces);
 
 }  // namespace ilp::map

@@ -145,14 +145,16 @@ MapTile core_of(const MapTile& cells) {
 }
 
 void summarise_cells(const MapTile& cells, TileSummary& summary) {
-  summary.cells.assign(summary.keyframes.size(), 0);
+  summary.shown.assign(summary.keyframes.size(), {});
   summary.left = summary.top = tile_side_cells;
   for (std::int32_t y = 0; y < tile_side_cells; ++y) {
     for (std::int32_t x = 0; x < tile_side_cells; ++x) {
       const std::size_t i = cells.height.index(x, y);
       summary.measured += cells.count.samples[i] > 0 ? 1U : 0U;
       if (cells.source.samples[i] == 0) continue;
-      ++summary.cells[cells.source.samples[i] - 1U];
+      ShownPiece& piece = summary.shown[cells.source.samples[i] - 1U];
+      ++piece.cells;
+      piece.grey += cells.ortho.samples[i];
       summary.left = std::min(summary.left, x);
       summary.right = std::max(summary.right, x);
       summary.top = std::min(summary.top, y);
@@ -200,6 +202,18 @@ SeamRatios ratios_from(const json& told) {
   return ratios;
 }
 
+json list_of(const std::vector<ShownPiece>& shown) {
+  json list = json::array();
+  for (const ShownPiece& piece : shown) list.push_back({piece.cells, piece.grey});
+  return list;
+}
+
+std::vector<ShownPiece> shown_from(const json& told) {
+  std::vector<ShownPiece> shown;
+  for (const json& entry : told) shown.push_back({entry.at(0).get<std::uint64_t>(), entry.at(1).get<std::uint64_t>()});
+  return shown;
+}
+
 }  // namespace
 
 double seam_step(std::int32_t step_class) {
@@ -236,7 +250,7 @@ SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::v
 
 std::vector<std::uint8_t> bytes_of(const TileSummary& s) {
   const json told = {{"keyframes", s.keyframes},
-                     {"cells", s.cells},
+                     {"shown", list_of(s.shown)},
                      {"measured", s.measured},
                      {"seam_cells", s.seam_cells},
                      {"steps", s.steps},
@@ -250,7 +264,7 @@ std::optional<TileSummary> summary_from(std::span<const std::uint8_t> bytes) {
     const json told = json::from_cbor(bytes.begin(), bytes.end());
     TileSummary s;
     told.at("keyframes").get_to(s.keyframes);
-    told.at("cells").get_to(s.cells);
+    s.shown = shown_from(told.at("shown"));
     told.at("measured").get_to(s.measured);
     told.at("seam_cells").get_to(s.seam_cells);
     told.at("steps").get_to(s.steps);
@@ -261,7 +275,7 @@ std::optional<TileSummary> summary_from(std::span<const std::uint8_t> bytes) {
     box.at(2).get_to(s.right);
     box.at(3).get_to(s.bottom);
     const bool inside = s.left >= 0 && s.top >= 0 && s.right < tile_side_cells && s.bottom < tile_side_cells;
-    if (s.cells.size() != s.keyframes.size() || (!s.empty() && !inside)) return std::nullopt;
+    if (s.shown.size() != s.keyframes.size() || (!s.empty() && !inside)) return std::nullopt;
     return s;
   } catch (const json::exception&) {
     return std::nullopt;

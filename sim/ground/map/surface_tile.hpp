@@ -32,7 +32,7 @@ struct TilePiece {
 /// The part of a tile that the whole map needs; it is small, unlike the cells.
 struct TileSummary {
   std::vector<std::int64_t> keyframes;          ///< ids, by source - 1
-  std::vector<std::uint64_t> cells;             ///< shown of each
+  std::vector<ShownPiece> shown;                ///< of each
   std::uint64_t measured = 0;                   ///< cells with a count
   std::uint64_t seam_cells = 0;                 ///< where two keyframes cover a cell
   std::map<std::int32_t, std::uint32_t> steps;  ///< how much their heights differ there (seam_step)

@@ -13,9 +13,9 @@ using Gains = std::map<std::int64_t, double>;
 
 /// Rounded to what nobody sees, so that a late keyframe changes few tiles far from it.
 Gains gains_of(const MapTotals& totals) {
-  if (totals.cells.size() < 2) return {};
+  if (totals.pieces.size() < 2) return {};
   constexpr double steps = 1024;
-  Gains gains = balance_exposures(totals.ratios, totals.cells);
+  Gains gains = balance_exposures(totals.ratios, totals.pieces);
   for (auto& [id, gain] : gains) gain = std::exp(std::round(steps * std::log(gain)) / steps);
   return gains;
 }
@@ -50,13 +50,16 @@ SurfaceTile paint(const TilePlan& tile, double cell, PieceCache& pieces) {
 
 void MapTotals::take(TileSummary& summary) {
   for (std::size_t i = 0; i < summary.keyframes.size(); ++i) {
-    if (summary.cells[i] > 0) cells[summary.keyframes[i]] += summary.cells[i];
+    if (summary.shown[i].cells == 0) continue;
+    ShownPiece& piece = pieces[summary.keyframes[i]];
+    piece.cells += summary.shown[i].cells;
+    piece.grey += summary.shown[i].grey;
   }
   for (const auto& [pair, samples] : summary.ratios) ratios[pair].add(samples);
   for (const auto& [step_class, number] : summary.steps) steps[step_class] += number;
   summary.ratios = {};
   summary.steps = {};
-  summary.cells = {};
+  summary.shown = {};
 }
 
 std::vector<TileFinish> plan_finish(const MapPlan& plan, const std::vector<TileSummary>& summaries,

@@ -30,7 +30,7 @@ struct TileFinish {
 /// What the whole map needs of its tiles. The order in which tiles are taken makes no difference.
 struct MapTotals {
   SeamRatios ratios;
-  std::map<std::int64_t, std::uint64_t> cells;  ///< shown of each keyframe
+  std::map<std::int64_t, ShownPiece> pieces;    ///< by keyframe
   std::map<std::int32_t, std::uint64_t> steps;  ///< of TileSummary
   /// The summary loses its ratios and steps, which take most of its memory.
   void take(TileSummary& summary);

@@ -94,7 +94,7 @@ TEST(SurfaceTile, ASeamAlongTheBorderOfTwoTilesIsClosed) {
     ASSERT_EQ(finished.height.at(tile_side_cells - 1, row), 2) << row;
     ASSERT_EQ(finished.count.at(tile_side_cells - 1, row), 0) << row;
   }
-  EXPECT_EQ(tile.summary.cells[0] + tile.summary.cells[1], (256 - 200) * 31U);
+  EXPECT_EQ(tile.summary.shown[0].cells + tile.summary.shown[1].cells, (256 - 200) * 31U);
 }
 
 TEST_F(StripMapTest, MemoryAndThreadsDoNotShowInTheResult) {
