@@ -123,6 +123,28 @@ const tests = {
     }
     await page.keyboard.press('1');
   },
+  'footprints lie on the surface': async (page) => {
+    // Without exaggeration; the lines are drawn a little above the ground so that it does not hide them.
+    const points = await page.evaluate(() => {
+      const { scene, state } = ilpViewer;
+      const before = state.exaggeration;
+      scene.track.setExaggeration(1);
+      const at = [...scene.track.footprints.geometry.attributes.position.array];
+      scene.track.setExaggeration(before);
+      const [a, b, c] = state.strip.plane;
+      const g = state.strip.grid;
+      const [ox, oy] = [g.x0 + 0.5 * g.width * g.cell, g.y0 - 0.5 * g.height * g.cell];
+      const points = [];
+      for (let i = 0; i < at.length; i += 3) points.push([at[i] + ox, at[i + 1] + oy, at[i + 2] + a * (at[i] + ox) + b * (at[i + 1] + oy) + c]);
+      return points;
+    });
+    const over = points.filter(([x, y]) => grid.surrounded(x, y)).map(([x, y, z]) => z - grid.height(x, y)).sort((p, q) => p - q);
+    assert.ok(over.length > 100, `${over.length} points of footprints are over what was seen`);
+    // The page's grid may be coarser than the file: nearly all, not all.
+    const [low, high] = [over[Math.floor(0.02 * over.length)], over[Math.floor(0.98 * over.length)]];
+    const height = await page.evaluate(() => ilpViewer.state.strip.flying_height);
+    assert.ok(high - low < 0.01 * height, `from ${low} to ${high} above the surface, flown at ${height}`);
+  },
   'a flight without links has their switch off': async (page) => {
     const links = page.locator('[data-show=links]');
     assert.equal(report.joined, undefined);

@@ -7,6 +7,7 @@ import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 import { planeAt } from './grid.js';
+import { draped } from './drape.js';
 import { rotationOf } from './camera_model.js';
 import { eigenOf } from './ellipsoid.js';
 import { makeLinks } from './links.js';
@@ -65,18 +66,17 @@ export function makeTrack(strip, origin) {
 
   let exaggeration = 1;
   let highlighted = new Set();
-  const outline = (k) => {
+  const outlines = posed.map((k) => {
     const points = [];
-    for (let i = 0; i + 2 < (k.footprint?.length ?? 0); i += 3) {
-      const [x, y, z] = k.footprint.slice(i, i + 3);
-      points.push([x - origin[0], y - origin[1], (z - planeAt(strip, x, y)) * exaggeration + 0.02 * size]);
-    }
-    return points;
-  };
+    for (let i = 0; i + 2 < (k.footprint?.length ?? 0); i += 3) points.push(k.footprint.slice(i, i + 3));
+    return draped(strip.grid, points);
+  });
+  const outline = (i) => outlines[i].line.map(([x, y, z]) =>
+    [x - origin[0], y - origin[1], (z - planeAt(strip, x, y)) * exaggeration + 0.02 * size]);
   const segments = (points) => points.flatMap((p, i) => [...p, ...points[(i + 1) % points.length]]);
 
   function drawFootprints() {
-    const all = posed.flatMap((k) => segments(outline(k)));
+    const all = posed.flatMap((k, i) => segments(outline(i)));
     footprints.geometry.setAttribute('position', new THREE.Float32BufferAttribute(all, 3));
     drawChosen();
   }
@@ -84,8 +84,9 @@ export function makeTrack(strip, origin) {
   function drawChosen() {
     const some = posed.flatMap((k, i) => {
       if (!highlighted.has(k.id)) return [];
-      const points = outline(k);
-      const sight = highlighted.size === 1 ? [0, 1, 2, 3].flatMap((n) => points.length ? [...centres[i].toArray(), ...points[(n * points.length) / 4]] : []) : [];
+      const points = outline(i);
+      const { corners } = outlines[i];
+      const sight = highlighted.size === 1 ? [0, 1, 2, 3].flatMap((n) => points.length ? [...centres[i].toArray(), ...points[corners[(n * corners.length) / 4]]] : []) : [];
       return [...segments(points), ...sight];
     });
     chosen.visible = some.length > 0;
