@@ -147,10 +147,11 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"fsw/telemetry/", room({"fsw/telemetry/", "fsw/downlink/", "fsw/packets/"})},
     {"cfg/", {"cfg/", "fsw/base/", "fsw/records/field.hpp"}},
     {"hal/", {"hal/", "fsw/base/", "fsw/records/", "cfg/limits.hpp"}},
-    {"bsp/", {"bsp/", "fsw/", "hal/", "cfg/"}},
+    // commit.inc is written by the build.
+    {"bsp/", {"bsp/", "fsw/", "hal/", "cfg/", "commit.inc"}},
     {"sim/", {"sim/", "bsp/", "fsw/", "hal/", "cfg/"}},
     // Host programs: the simulator and the ground do not know each other, tools know both.
-    {"sim/host/", host({"bsp/flight/mission_file.hpp"})},
+    {"sim/host/", host({"bsp/flight/mission_file.hpp", "bsp/version/"})},
     {"sim/world/", host({"sim/world/"})},
     {"sim/sil/", host({"sim/sil/", "sim/world/", "bsp/"})},
     {"sim/ground/", host({"sim/ground/"})},

@@ -16,6 +16,24 @@ namespace ilp::exports {
 namespace {
 namespace fs = std::filesystem;
 
+std::string in_json_string(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) escaped += (c == '"' || c == '\\' ? "\\" : "") + std::string(1, c);
+  return escaped;
+}
+
+/// GDAL writes no local system of coordinates, and readers take a file without one for longitude and latitude. The
+/// member `crs` of the format's first version (2008) names it.
+void name_local_crs(const fs::path& path, const std::string& crs) {
+  const std::vector<std::uint8_t> bytes = host::read_file(path);
+  std::string text(bytes.begin(), bytes.end());
+  const std::string features = "\"features\": [";
+  const std::size_t at = text.find(features);
+  if (at == std::string::npos) throw std::logic_error("GeoJSON without features");
+  text.insert(at, R"("crs": { "type": "name", "properties": { "name": ")" + in_json_string(crs) + "\" } },\n");
+  host::write_file(path, text);
+}
+
 // One layer in one file, under another name until it is complete.
 class LayerFile {
  public:
@@ -53,10 +71,12 @@ class LayerFile {
     if (layer_->CreateFeature(&feature) != OGRERR_NONE) fail();
   }
 
-  void finish() {
+  /// `local_crs`: name of a GeoJSON file's own system of coordinates; empty: GDAL has written it.
+  void finish(const std::string& local_crs = {}) {
     CPLErrorReset();
     dataset_.reset();
     if (CPLGetLastErrorType() == CE_Failure) fail();
+    if (!local_crs.empty()) name_local_crs(part_, local_crs);
     host::move_into_place(part_, path_);
   }
 
@@ -73,24 +93,6 @@ std::string description_of(const Georeference& place, const std::string& title) 
          (place.on_a_body() ? "longitude (east) and latitude in degrees, " + place.height_name + ", in metres. "
                             : "x, y, z of the strip's own axes in " + place.unit + "s, not longitude and latitude. ") +
          "Here " + place.sentence;
-}
-
-std::string in_json_string(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) escaped += (c == '"' || c == '\\' ? "\\" : "") + std::string(1, c);
-  return escaped;
-}
-
-/// GDAL writes no local system of coordinates, and readers take a file without one for longitude and latitude. The
-/// member `crs` of the format's first version (2008) names it.
-void name_local_crs(const fs::path& path, const std::string& crs) {
-  const std::vector<std::uint8_t> bytes = host::read_file(path);
-  std::string text(bytes.begin(), bytes.end());
-  const std::string features = "\"features\": [";
-  const std::size_t at = text.find(features);
-  if (at == std::string::npos) throw std::logic_error("GeoJSON without features");
-  text.insert(at, R"("crs": { "type": "name", "properties": { "name": ")" + in_json_string(crs) + "\" } },\n");
-  host::write_file(path, text);
 }
 
 CPLStringList geojson_options(const Georeference& place, const std::string& title) {
@@ -126,8 +128,7 @@ void write_geojson(const Table& table, const std::vector<Shape>& shapes, const G
   file.begin_layer(known ? &crs : nullptr, wkbUnknown, geojson_options(place, title), table.columns);
   const Placement placed(place);
   for (std::size_t i = 0; i < shapes.size(); ++i) file.add(table.rows[i], geometry_of(shapes[i], placed));
-  file.finish();
-  if (!known) name_local_crs(path, place.crs);
+  file.finish(known ? std::string() : place.crs);
 }
 
 }  // namespace ilp::exports
