@@ -346,7 +346,7 @@ TEST_F(WithoutCamera, WhatIsMissingIsNamed) {
   expect_refused({"--index", folder_ / "empty.txt", "--mission", mission}, "--size");
   expect_refused({"--index", index, "--size", "640", "--mission", mission}, "--size");
   expect_refused({"--index", index, "--size", "640x480", "--camera", test::camera_numbers(plain), "--mission", mission},
-                 "usage");
+                 "--size does not go with --camera");
   expect_refused({"--y4m", stream_of_strip(folder_ / "strip.y4m"), "--size", "64x48", "--mission", mission},
                  "strip.y4m");
 }
