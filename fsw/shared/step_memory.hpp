@@ -6,7 +6,6 @@
 #include <array>
 #include <cstddef>
 #include <new>
-#include <span>
 #include <type_traits>
 
 namespace ilp {
@@ -39,7 +38,7 @@ class StepScratch {
   /// What an earlier call in this step returned must not be used any more.
   template <typename T>
   [[nodiscard]] T& as() const {
-    static_assert((std::is_same_v<T, Types> || ...), "the stage's row of scratch does not name this type");
+    static_assert((std::is_same_v<T, Types> || ...), "the stage's Scratch does not name this type");
     return *std::launder(reinterpret_cast<T*>(memory_));
   }
 

@@ -343,23 +343,6 @@ bool same_peak(const CoarseCandidate& p, const CoarseCandidate& q, const Grid& g
          std::fabs(p.b_from_a.d_y - q.b_from_a.d_y) <= reach_px;
 }
 
-// Keeps the list sorted, best first, with one entry per peak.
-void insert(const CoarseCandidate& candidate, const Grid& grid, CoarseCandidates& list) {
-  std::size_t last = list.size();
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    if (!same_peak(list[i], candidate, grid)) continue;
-    if (list[i].score >= candidate.score) return;
-    last = i;
-    break;
-  }
-  if (last == list.size() && !list.push_back(candidate)) {
-    if (list.back().score >= candidate.score) return;
-    last = list.size() - 1;
-  }
-  for (; last > 0 && list[last - 1].score < candidate.score; --last) list[last] = list[last - 1];
-  list[last] = candidate;
-}
-
 // `like` has the rotation and scale; canvas and b are centred on each other up to `offset`.
 void collect_peaks(const Template& t, const CoarseCandidate& like, double offset_x, double offset_y, const Grid& grid,
                    const CoarseWorkspace& w, CoarseCandidates& candidates) {
@@ -373,7 +356,8 @@ void collect_peaks(const Template& t, const CoarseCandidate& like, double offset
       candidate.b_from_a.d_x = i - t.shift_x + offset_x;
       candidate.b_from_a.d_y = j - t.shift_y + offset_y;
       candidate.score = *p;
-      insert(candidate, grid, candidates);
+      insert_peak(
+          candidate, [&](const CoarseCandidate& known) { return same_peak(known, candidate, grid); }, candidates);
     }
   }
 }

@@ -6,30 +6,19 @@
 
 #include <array>
 
-#include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/image_view.hpp"
 #include "fsw/base/status.hpp"
-#include "fsw/vision/overlap/centred_similarity.hpp"
 #include "fsw/vision/overlap/overlap.hpp"
+#include "fsw/vision/overlap/peak_list.hpp"
 
 namespace ilp {
 
 inline constexpr std::int32_t coarse_max_side = 32;  ///< px, of both images
-/// There are many, because at this size the right peak is among the best, but often not the best one.
-inline constexpr std::size_t coarse_max_candidates = 48;
 inline constexpr double coarse_max_scale = 1.5;
 /// Fractional bits of the grey values: flat ground has little contrast left after averaging over many pixels.
 inline constexpr int coarse_value_bits = 2;
 
 using CoarseView = ImageView<const std::int16_t>;
-
-struct CoarseCandidate {
-  CentredSimilarity b_from_a;  ///< px of the coarse images
-  double rotation_rad = 0;
-  double scale = 1;
-  double score = 0;  ///< NCC, or the correlation that the mean absolute difference would have for Gaussian grey values
-};
-using CoarseCandidates = FixedVector<CoarseCandidate, coarse_max_candidates>;
 
 struct CoarseWorkspace {
   // 32 px turned by 45 degrees and enlarged by coarse_max_scale, rounded up to whole vectors of 16 bytes.

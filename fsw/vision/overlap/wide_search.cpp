@@ -267,23 +267,6 @@ double distance_px(const CentredSimilarity& p, const CentredSimilarity& q, doubl
   return 0.5 * side_px * turn + shift;
 }
 
-// Keeps the list sorted, best first, with one entry per peak.
-void insert_peak(const CoarseCandidate& candidate, double side_px, CoarseCandidates& list) {
-  std::size_t last = list.size();
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    if (distance_px(list[i].b_from_a, candidate.b_from_a, side_px) >= wide_peak_share * side_px) continue;
-    if (list[i].score >= candidate.score) return;
-    last = i;
-    break;
-  }
-  if (last == list.size() && !list.push_back(candidate)) {
-    if (list.back().score >= candidate.score) return;
-    last = list.size() - 1;
-  }
-  for (; last > 0 && list[last - 1].score < candidate.score; --last) list[last] = list[last - 1];
-  list[last] = candidate;
-}
-
 }  // namespace
 
 Status prepare_wide_search(GrayView a, GrayView b, double min_overlap, WideInput& input, WidePlan& plan) {
@@ -388,7 +371,10 @@ void collect_wide_peaks(const WidePlan& plan, std::int32_t job, const WideInput&
       candidate.b_from_a.d_y =
           pose.top + wide_shift_px * iy + 0.5 * wide_sample_px * (pose.rows - 1) - 0.5 * (plan.height - 1);
       candidate.score = here;
-      insert_peak(candidate, side, candidates);
+      const auto same_peak = [&](const CoarseCandidate& known) {
+        return distance_px(known.b_from_a, candidate.b_from_a, side) < wide_peak_share * side;
+      };
+      insert_peak(candidate, same_peak, candidates);
     }
   }
 }

@@ -1,37 +1,12 @@
 #include "sim/tools/docgen/xtce/xml.hpp"
 
+#include "sim/host/text_format.hpp"
+
 namespace ilp::docgen {
-namespace {
-
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
-}
-
-}  // namespace
-
 void Xml::begin(const std::string& name, const Attributes& attributes) {
   text_ += std::string(depth_ + open_.size(), ' ') + "<" + name;
   for (const auto& [key, value] : attributes) {
-    if (!value.empty()) text_ += std::string(" ") + key + "=\"" + escaped(value) + "\"";
+    if (!value.empty()) text_ += std::string(" ") + key + "=\"" + host::escaped(value) + "\"";
   }
 }
 
@@ -49,7 +24,7 @@ void Xml::close() {
 
 void Xml::leaf(const std::string& name, const Attributes& attributes, const std::string& text) {
   begin(name, attributes);
-  text_ += text.empty() ? "/>\n" : ">" + escaped(text) + "</" + name + ">\n";
+  text_ += text.empty() ? "/>\n" : ">" + host::escaped(text) + "</" + name + ">\n";
 }
 
 }  // namespace ilp::docgen
