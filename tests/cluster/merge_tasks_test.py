@@ -213,11 +213,11 @@ class Hosts(MergeInTasks):
         super().setUp()
         if not shutil.which("parallel"):
             self.skipTest("GNU parallel is not installed (Debian package parallel)")
-        # Instead of ssh HOST COMMAND: `gone` answers as a host that is off.
+        # Instead of ssh HOST COMMAND: `gone` answers as a host that is off, and the user's shell on the others runs nothing.
         ssh = os.path.join(self.folder, "ssh")
         with open(ssh, "w", encoding="utf-8") as stream:
             stream.write('#!/bin/bash\nwhile [[ $1 = -* ]]; do shift; done\nhost=$1; shift; [ "$1" != -- ] || shift\n'
-                         f'echo "$host" >>"{self.folder}/asked"\n[ "$host" != gone ] || exit 255\nexec bash -c "$*"\n')
+                         f'echo "$host" >>"{self.folder}/asked"\n[ "$host" != gone ] || exit 255\nexport SHELL=/bin/false\nexec bash -c "$*"\n')
         os.chmod(ssh, 0o755)
         self.ssh = {"PARALLEL_SSH": f"'{ssh}'"}
 

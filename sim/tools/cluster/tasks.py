@@ -177,8 +177,9 @@ def array_option(numbers):
 def run_hosts(command_of, numbers, folder, hosts):
     """Each host runs one task at a time; a task that fails, or whose host is gone, is tried again on another one."""
     lines = "".join(shell_line(command_of(number), folder, number) + "\n" for number in numbers)
+    # The lines are for the shell of the standard, whatever shell the user has on a host or here.
     process = subprocess.Popen(["parallel", "--sshlogin", hosts, "--jobs", "1", "--retries", "3", "--will-cite"],
-                               stdin=subprocess.PIPE, text=True)
+                               stdin=subprocess.PIPE, text=True, env={**os.environ, "PARALLEL_SHELL": "/bin/sh"})
     try:
         process.communicate(lines)
     except BaseException:
