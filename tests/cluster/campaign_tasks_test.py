@@ -138,7 +138,8 @@ class Hosts(CampaignInTasks):
             self.skipTest("GNU parallel is not installed (Debian package parallel)")
         # Instead of ssh HOST COMMAND: `gone` answers as a host that is off, and the user's shell on the others runs nothing.
         ssh = self.write("ssh", '#!/bin/bash\nwhile [[ $1 = -* ]]; do shift; done\nhost=$1; shift; [ "$1" != -- ] || shift\n'
-                         f'echo "$host" >>"{self.folder}/asked"\n[ "$host" != gone ] || exit 255\nexport SHELL=/bin/false\nexec bash -c "$*"\n', 0o755)
+                         f'echo "$host" >>"{self.folder}/asked"\n[ "$host" != gone ] || exit 255\nexport SHELL=/bin/false\n'
+                         'exec bash -c "$*"\n', 0o755)
         self.ssh = {"PARALLEL_SSH": f"'{ssh}'"}
 
     def test_hosts_give_the_report_of_one_run(self):

@@ -217,7 +217,8 @@ class Hosts(MergeInTasks):
         ssh = os.path.join(self.folder, "ssh")
         with open(ssh, "w", encoding="utf-8") as stream:
             stream.write('#!/bin/bash\nwhile [[ $1 = -* ]]; do shift; done\nhost=$1; shift; [ "$1" != -- ] || shift\n'
-                         f'echo "$host" >>"{self.folder}/asked"\n[ "$host" != gone ] || exit 255\nexport SHELL=/bin/false\nexec bash -c "$*"\n')
+                         f'echo "$host" >>"{self.folder}/asked"\n[ "$host" != gone ] || exit 255\nexport SHELL=/bin/false\n'
+                         'exec bash -c "$*"\n')
         os.chmod(ssh, 0o755)
         self.ssh = {"PARALLEL_SSH": f"'{ssh}'"}
 
