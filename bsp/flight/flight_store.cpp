@@ -219,8 +219,12 @@ Status FlightStore::join(const char* path, const MissionParameters& mission) {
 }
 
 void FlightStore::wait(std::int32_t milliseconds) {
+  // What another process has just taken up is often done within a millisecond, so that the first looks are frequent.
+  constexpr timespec short_nap{0, 100'000};
   constexpr timespec nap{0, 1'000'000};
-  for (std::int32_t i = 0; i < milliseconds && !disk_.changed_by_others(); ++i) ::nanosleep(&nap, nullptr);
+  constexpr int short_naps = 10;
+  for (int i = 0; i < short_naps && !disk_.changed_by_others(); ++i) ::nanosleep(&short_nap, nullptr);
+  for (std::int32_t i = 1; i < milliseconds && !disk_.changed_by_others(); ++i) ::nanosleep(&nap, nullptr);
 }
 
 bool FlightStore::damaged() const {

@@ -3,6 +3,7 @@
 #include <sqlite3.h>
 #include <sys/statvfs.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "hal/store/checksums.hpp"
@@ -51,6 +52,21 @@ Status check_log_at_rest(const char* path) {
     log = check_log(path);
   }
   return log;
+}
+
+/// Another process may hold the write lock for the length of a transaction, most often for less than a millisecond.
+/// SQLite's own waits grow to 100 ms, which is a step of many others.
+constexpr int lock_nap_us = 100;
+constexpr std::int64_t longest_lock_wait_us = 2'000'000;
+
+/// SQLite calls it while another connection has a lock; `attempt` counts from 0 for each lock. 0 gives up.
+int wait_for_lock(void* waited, int attempt) {
+  auto& waited_us = *static_cast<std::int64_t*>(waited);
+  if (attempt == 0) waited_us = 0;
+  if (waited_us >= longest_lock_wait_us) return 0;
+  sqlite3_vfs* disk = sqlite3_vfs_find(nullptr);
+  waited_us += std::max(disk->xSleep(disk, lock_nap_us), lock_nap_us);
+  return 1;
 }
 
 }  // namespace
@@ -141,8 +157,7 @@ Status SqliteStore::check_database(bool may_create) {
 Status SqliteStore::open(const char* path) {
   ILP_TRY(check_log_at_rest(path));
   ILP_TRY(connect(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE));
-  // Another process may hold the write lock for the length of a transaction.
-  sqlite3_busy_timeout(database_, 2000);
+  sqlite3_busy_handler(database_, wait_for_lock, &lock_waited_us_);
   Status status = check_database(true);
   if (status.ok() && sqlite3_db_readonly(database_, "main") != 0) status = {StatusCode::store_error, SQLITE_READONLY};
   for (const char* setting : settings) {
@@ -218,7 +233,7 @@ Status SqliteStore::connect_read_only(const char* path, bool sound) {
   if (log_exists == 0) unchanging_file(path, uri);
   const bool alone = log_exists == 0 && !uri.overflow();
   ILP_TRY(connect(alone ? uri.c_str() : path, SQLITE_OPEN_READONLY | (alone ? SQLITE_OPEN_URI : 0)));
-  sqlite3_busy_timeout(database_, 2000);
+  sqlite3_busy_handler(database_, wait_for_lock, &lock_waited_us_);
   Status status = sound ? check_database(false) : Status{};
   if (status.ok()) status = prepare_all();
   if (!status.ok()) close();

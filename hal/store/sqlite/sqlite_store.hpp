@@ -114,6 +114,7 @@ class SqliteStore final : public Store {
   Status write_chunks(const BlobHandles& blob, std::size_t offset, std::span<const std::uint8_t> bytes);
 
   sqlite3* database_ = nullptr;
+  std::int64_t lock_waited_us_ = 0;  ///< for the lock that it waited for last
   bool damaged_ = false;
   std::int64_t refused_at_open_ = 0;
   bool in_transaction_ = false;

@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -181,6 +182,46 @@ TEST_F(SqliteStoreTest, PollSeesTheWritesOfAnotherConnection) {
   EXPECT_EQ(changed, 0U);
   FrameRecord frame;
   EXPECT_OK(get(here, 1, frame));
+}
+
+TEST_F(SqliteStoreTest, ATransactionWaitsForThatOfAnotherProcess) {
+  SqliteStore store;
+  ASSERT_OK(store.open(path_.c_str()));
+  int begun[2];
+  ASSERT_EQ(pipe(begun), 0);
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    SqliteStore other;
+    if (!other.open(path_.c_str()).ok() || !other.begin().ok() || !put(other, frame_of(1)).ok()) _exit(1);
+    if (write(begun[1], "!", 1) != 1) _exit(2);
+    usleep(200'000);
+    _exit(other.commit().ok() ? 0 : 3);
+  }
+  char word = 0;
+  ASSERT_EQ(read(begun[0], &word, 1), 1);
+  EXPECT_OK(put_now(store, frame_of(2), 0));
+  FrameRecord frame;
+  EXPECT_OK(get(store, 1, frame)) << "the transaction did not wait";
+  int how = 0;
+  waitpid(child, &how, 0);
+  EXPECT_TRUE(WIFEXITED(how) && WEXITSTATUS(how) == 0) << how;
+  close(begun[0]);
+  close(begun[1]);
+}
+
+TEST_F(SqliteStoreTest, ALockThatIsNeverReleasedIsAStatus) {
+  SqliteStore store;
+  SqliteStore hung;
+  ASSERT_OK(store.open(path_.c_str()));
+  ASSERT_OK(hung.open(path_.c_str()));
+  ASSERT_OK(hung.begin());
+  ASSERT_OK(put(hung, frame_of(1)));
+  const auto begun = std::chrono::steady_clock::now();
+  EXPECT_STATUS(put_now(store, frame_of(2), 0), store_error);
+  EXPECT_GE(std::chrono::steady_clock::now() - begun, std::chrono::seconds(2)) << "others have two seconds to end";
+  ASSERT_OK(hung.commit());
+  EXPECT_OK(put_now(store, frame_of(2), 0));
 }
 
 TEST_F(SqliteStoreTest, ReadOnlyStoreReadsDuringTheFlightAndRefusesWrites) {
