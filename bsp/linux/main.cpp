@@ -203,11 +203,17 @@ bool Flight::prepare_configuration() {
 }
 
 bool Flight::prepare_links() {
-  if (options_.outbox != nullptr && !good("outbox", outbox_.open(options_.outbox, options_.acknowledgements))) {
+  Status opened;
+  if (options_.outbox != nullptr) opened = outbox_.open(options_.outbox, options_.acknowledgements);
+  if (opened.is(StatusCode::io_error) && opened.a == ENOENT) {
+    std::fprintf(stderr,
+                 "ilp-onboard: --outbox %s, --acknowledgements %s: there is no such folder: make it with mkdir -p\n",
+                 options_.outbox, options_.acknowledgements);
     return false;
   }
+  if (!good("outbox", opened)) return false;
   const char* culprit = nullptr;
-  const Status opened = open_links(options_.links, links_, culprit);
+  opened = open_links(options_.links, links_, culprit);
   if (!opened.ok()) {
     std::fprintf(stderr, "ilp-onboard: link %s: %s\n", culprit, link_advice(opened));
     return false;

@@ -1,7 +1,6 @@
 // What users do wrong, and what the programs tell them: what is wrong, and what to do.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -23,8 +22,8 @@ struct Mistake {
 };
 
 // The folder holds: images (three PNG files of 64 x 48 pixels), camera.txt (of them), large-camera.txt, poses.txt (of
-// other images), empty (a folder), words.txt, film.mp4, mission.ini (a wrong value), typo.ini, full (a folder with a
-// file), flight (with flight.db and outbox/), measurements.csv (a wrong column).
+// other images), empty (a folder), index.txt, words.txt, film.mp4, mission.ini (a wrong value), typo.ini, full (a
+// folder with a file), flight (with flight.db and outbox/), measurements.csv (a wrong column).
 const std::vector<Mistake> mistakes = {
     // Wrong paths.
     {"SIL --images nowhere --out out", 1, {"nowhere is not a folder of images", "check the path"}},
@@ -62,6 +61,12 @@ const std::vector<Mistake> mistakes = {
     {"SIL --real-time --link-tcp 192.0.2.1:7 --out out", 1, {"192.0.2.1:7", "no such address", "0.0.0.0"}},
     {"GROUND console localhost", 1, {"an address is written 127.0.0.1:10025"}},
     {"GROUND console 127.0.0.1:9 --key no.keys", 1, {"cannot read no.keys"}},
+#ifdef ILP_ONBOARD  // it is not built for the sanitizers
+    {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --virtual-time --outbox no --acknowledgements empty "
+     "--store memory",
+     1,
+     {"--outbox no", "there is no such folder", "mkdir -p"}},
+#endif
     // Not called as it has to be: always status 2.
     {"SIL --imagse images", 2, {"--imagse", "--help"}},
     {"SIL --seed x --out out", 2, {"--seed", "--help"}},
@@ -74,11 +79,14 @@ const std::vector<Mistake> mistakes = {
 };
 
 std::string with_programs(std::string command) {
-  constexpr std::array<std::pair<const char*, const char*>, 4> programs = {
-      {{"SIL", ILP_SIL}, {"GROUND", ILP_GROUND}, {"SCORE", ILP_SCORE}, {"LAB", ILP_LAB}}};
+  const std::vector<std::pair<std::string, const char*>> programs = {
+      {"SIL", ILP_SIL},         {"GROUND", ILP_GROUND}, {"SCORE", ILP_SCORE}, {"LAB", ILP_LAB},
+#ifdef ILP_ONBOARD
+      {"ONBOARD", ILP_ONBOARD},
+#endif
+  };
   for (const auto& [word, program] : programs) {
-    const std::string name = word;
-    if (command.starts_with(name)) command.replace(0, name.size(), program);
+    if (command.starts_with(word)) command.replace(0, word.size(), program);
   }
   return command;
 }
@@ -92,6 +100,7 @@ class Mistakes : public testing::Test {
     write("camera.txt", "1 PINHOLE 64 48 55 55 32 24\n");
     write("large-camera.txt", "1 PINHOLE 640 480 550 550 320 240\n");
     write("poses.txt", "other.png 64 48 55 55 32 24 1 0 0 0 1 0 0 0 1 0 0 0\n");
+    write("index.txt", "0 images/1.png\n");
     write("words.txt", "these are words\n");
     write("film.mp4", "\0\0\0 ftypisom and so on");
     write("mission.ini", "[overlap]\ntarget_overlap = 1.8\n");
