@@ -36,12 +36,18 @@ inline constexpr std::size_t max_image_pixels =
 inline constexpr std::int32_t max_image_side = max_image_width > max_image_height ? max_image_width : max_image_height;
 inline constexpr std::int32_t min_image_side = 64;
 
+// Pictures of a source may be larger than the flight's images: up to 12 megapixels of common sensors (4056 x 3040,
+// 4608 x 2592). They are reduced row by row.
+inline constexpr std::int32_t max_sensor_side = 4608;
+// One row of blocks of a JPEG picture, and tables: 236 KiB used at worst.
+inline constexpr std::size_t jpeg_arena_bytes = std::size_t{256} << 10U;
+
 // Camera driven through V4L2: the driver's buffers, the frames held until the nearest one is known, reports, bytes of a
 // row
 inline constexpr std::size_t max_camera_buffers = 16;
 inline constexpr std::size_t max_held_frames = 3;
 inline constexpr std::size_t max_camera_news = 16;
-inline constexpr std::size_t max_camera_row_bytes = 4 * static_cast<std::size_t>(max_image_width) + 4096;
+inline constexpr std::size_t max_camera_row_bytes = 2 * static_cast<std::size_t>(max_sensor_side) + 4096;
 
 // The latest frames' images that were read, and the newest one that was written, stay in memory.
 inline constexpr std::size_t cached_images = 4;

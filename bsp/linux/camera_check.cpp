@@ -38,10 +38,7 @@ class Check {
   Check() : camera_(device_, clock_) {}
 
   Status start(const char* settings, std::int32_t width, std::int32_t height) {
-    CameraModel model;
-    model.width = width;
-    model.height = height;
-    return start_video_camera(settings, model, clock_, camera_);
+    return start_video_camera(settings, width, height, clock_, camera_);
   }
 
   void run(TimeNs length, TimeNs interval) {

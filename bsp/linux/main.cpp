@@ -34,7 +34,7 @@
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
-#include "hal/camera/directory/pgm.hpp"
+#include "hal/camera/picture/reduction.hpp"
 #include "hal/camera/v4l2/linux_video_device.hpp"
 #include "hal/clock/real_clock.hpp"
 #include "hal/clock/utc.hpp"
@@ -108,6 +108,8 @@ class Flight {
   bool prepare_time();
   bool prepare_camera();
   bool prepare_intrinsics();
+  bool reduce_camera();
+  bool find_source_of(const CameraModel& camera);
   Status find_size(std::int32_t& width, std::int32_t& height);
   bool prepare_navigation();
   bool start();
@@ -139,7 +141,7 @@ class Flight {
   MissionParameters mission_;
   MissionParameters mission_of_file_;  ///< what the processes of a flight have to agree on
   CameraModel model_;
-  std::int32_t width_ = 0, height_ = 0;  ///< of --size
+  std::int32_t width_ = 0, height_ = 0;  ///< of the source's pictures, which may be larger than the images
   int priority_ = 0;
   WatchdogOptions watchdog_options_;
   LinuxWatchdog linux_watchdog_;
@@ -249,14 +251,48 @@ Status Flight::find_size(std::int32_t& width, std::int32_t& height) {
   return {};
 }
 
+/// From the camera of the source's pictures to that of the flight's images.
+bool Flight::reduce_camera() {
+  Reduction reduction;
+  const Status found = find_reduction(width_, height_, reduction);
+  if (!found.ok()) return good("--camera or --size", found);
+  model_ = reduced_camera(model_, reduction);
+  if (reduction.changes_nothing()) return true;
+  std::fprintf(stderr,
+               "ilp-onboard: pictures of %d x %d become images of %d x %d: cut to %d x %d at (%d, %d), %d x %d pixels "
+               "each; camera %.3f %.3f %.3f %.3f\n",
+               width_, height_, reduction.width, reduction.height, reduction.width * reduction.factor,
+               reduction.height * reduction.factor, reduction.left, reduction.top, reduction.factor, reduction.factor,
+               model_.fx, model_.fy, model_.cx, model_.cy);
+  return true;
+}
+
+/// The size of the pictures that give the images of the camera on record: that of --size or of the source if they do,
+/// else the images' own.
+bool Flight::find_source_of(const CameraModel& camera) {
+  const bool stated = options_.size != nullptr;
+  const Status found = stated ? Status{} : find_size(width_, height_);
+  Reduction reduction;
+  const Status reduced = found.ok() ? find_reduction(width_, height_, reduction) : found;
+  if (reduced.ok() && reduction.width == camera.width && reduction.height == camera.height) return true;
+  if (stated) return good("--size", {StatusCode::image_size_changed, reduction.width, reduction.height});
+  width_ = camera.width;
+  height_ = camera.height;
+  return true;
+}
+
 /// Without --camera: the camera with which the flight began, or a nominal one.
 bool Flight::prepare_intrinsics() {
-  if (options_.camera != nullptr) return true;
+  if (options_.camera != nullptr) {
+    width_ = model_.width;
+    height_ = model_.height;
+    return reduce_camera();
+  }
   CameraRecord first;
   const Status begun = get_first_camera(store_.store(), first);
   if (begun.ok()) {
     model_ = camera_model(first);
-    return true;
+    return find_source_of(model_);
   }
   if (!is_gone(begun)) return good("camera", begun);
   if (mission_.camera_known) {
@@ -271,7 +307,7 @@ bool Flight::prepare_intrinsics() {
   model_ = camera_of_field(width_, height_, mission_.field_of_view_rad);
   std::fprintf(stderr, "ilp-onboard: nominal camera: %d x %d, field of view %.4f rad, focal length %.1f px\n", width_,
                height_, mission_.field_of_view_rad, model_.fx);
-  return true;
+  return reduce_camera();
 }
 
 bool Flight::prepare_camera() {
@@ -281,13 +317,13 @@ bool Flight::prepare_camera() {
   }
   if (!prepare_intrinsics()) return false;
   if (options_.v4l2 != nullptr) {
-    return good(options_.v4l2, start_video_camera(options_.v4l2, model_, real_clock_, video_));
+    return good(options_.v4l2, start_video_camera(options_.v4l2, width_, height_, real_clock_, video_));
   }
   if (options_.y4m != nullptr) {
-    const bool fits = stream_.width() == model_.width && stream_.height() == model_.height;
+    const bool fits = stream_.width() == width_ && stream_.height() == height_;
     return fits || good(options_.y4m, {StatusCode::image_size_changed, stream_.width(), stream_.height()});
   }
-  return good(options_.index, camera_.open(options_.index, model_.width, model_.height, read_pgm));
+  return good(options_.index, camera_.open(options_.index, width_, height_, nullptr));
 }
 
 bool Flight::prepare_navigation() {

@@ -32,6 +32,7 @@ void print_memory_map() {
   row(sizeof(FlightStore) + sizeof(DirectoryCamera) + sizeof(V4l2Camera) + sizeof(Y4mCamera) + sizeof(OutboxLink) +
           sizeof(PacketLinks),
       "hardware abstraction layer");
+  row(heap_region_report(HeapRegion::jpeg).bytes, "JPEG arena");
   row(heap_region_report(HeapRegion::early).bytes, "start-up heap");
   row(limits::flight_stack_bytes, "flight stack");
   row(static_bytes() - total, "libraries, tables and the rest");
@@ -41,7 +42,7 @@ void print_memory_map() {
 }
 
 void print_memory_use(const FlightStore& store) {
-  for (const HeapRegion region : {HeapRegion::early, HeapRegion::openjpeg, HeapRegion::postgres}) {
+  for (const HeapRegion region : {HeapRegion::early, HeapRegion::openjpeg, HeapRegion::postgres, HeapRegion::jpeg}) {
     const HeapRegionReport report = heap_region_report(region);
     std::printf("%s: peak %zu of %zu bytes, %llu requests, %llu failed\n", report.name, report.peak, report.bytes,
                 static_cast<unsigned long long>(report.requests), static_cast<unsigned long long>(report.failed));

@@ -17,6 +17,7 @@ constexpr auto region_count = static_cast<std::size_t>(HeapRegion::count);
 
 alignas(Arena::alignment) std::byte early_bytes[limits::early_heap_bytes];
 alignas(Arena::alignment) std::byte openjpeg_bytes[limits::openjpeg_arena_bytes];
+alignas(Arena::alignment) std::byte jpeg_bytes[limits::jpeg_arena_bytes];
 #ifdef ILP_POSTGRES
 alignas(Arena::alignment) std::byte postgres_bytes[limits::postgres_heap_bytes];
 #else
@@ -32,7 +33,8 @@ struct Region {
 
 constinit Region regions[region_count] = {{"heap before sealing", early_bytes, sizeof(early_bytes), {}},
                                           {"OpenJPEG", openjpeg_bytes, sizeof(openjpeg_bytes), {}},
-                                          {"PostgreSQL", postgres_bytes, sizeof(postgres_bytes), {}}};
+                                          {"PostgreSQL", postgres_bytes, sizeof(postgres_bytes), {}},
+                                          {"JPEG", jpeg_bytes, sizeof(jpeg_bytes), {}}};
 constinit bool started = false;
 constinit std::atomic<bool> sealed = false;
 constinit std::atomic<std::uint64_t> traps = 0;

@@ -8,8 +8,10 @@ namespace {
 HeapGateHooks installed;
 thread_local std::jmp_buf* innermost_call = nullptr;
 
+}  // namespace
+
 // A function of its own, so that no variable of the caller is in a register across setjmp.
-[[gnu::noinline]] bool run_abandonable(void (*body)(void*), void* context) {
+[[gnu::noinline]] bool call_abandonable(void (*body)(void*), void* context) {
   std::jmp_buf here;
   std::jmp_buf* const outer = innermost_call;
   innermost_call = &here;
@@ -21,8 +23,6 @@ thread_local std::jmp_buf* innermost_call = nullptr;
   innermost_call = outer;
   return true;
 }
-
-}  // namespace
 
 void install_heap_gate(const HeapGateHooks& hooks) {
   installed = hooks;
@@ -42,7 +42,7 @@ bool HeapGateScope::exhausted() const {
 
 Status call_in_heap_region(HeapRegion region, void (*body)(void*), void* context) {
   const HeapGateScope scope(region);
-  const bool finished = run_abandonable(body, context);
+  const bool finished = call_abandonable(body, context);
   if (!finished || scope.exhausted()) return {StatusCode::arena_exhausted, static_cast<std::int64_t>(region), 0};
   return {};
 }

@@ -12,6 +12,7 @@ enum class HeapRegion : std::uint8_t {
   early,
   openjpeg,
   postgres,  ///< kept between the calls: a connection lives in it
+  jpeg,      ///< pictures of a camera
   count
 };
 
@@ -43,7 +44,13 @@ class HeapGateScope {
 /// own nothing that a destructor would have to release.
 Status call_in_heap_region(HeapRegion region, void (*body)(void*), void* context);
 
-/// For the allocator of the hooks: abandons the innermost call_in_heap_region(). Returns if there is none.
+/// Calls body(context), which abandon_heap_call() may end, and returns false if it did. The memory that `body` has
+/// allocated stays: within a call in a heap region this lets the caller release it. `body` must own nothing that a
+/// destructor would have to release.
+bool call_abandonable(void (*body)(void*), void* context);
+
+/// Abandons the innermost call_abandonable() or call_in_heap_region(): for the allocator of the hooks, and for a C
+/// library's report of an error from which it cannot return. Returns if there is none.
 void abandon_heap_call();
 
 }  // namespace ilp

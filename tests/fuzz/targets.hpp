@@ -23,6 +23,10 @@ void session(Octets input);
 /// Places, ties and poses on record that hold anything, and a flight that comes back to their ground.
 void place_memory(Octets input);
 
+/// JPEG files as a camera's pictures, of the size that they state; raw pictures of any format, size and row length.
+void camera_jpeg(Octets input);
+void camera_picture(Octets input);
+
 /// What the ground reads (tests/fuzz/ground). PDUs for its ends of file delivery.
 void ground_cfdp(Octets input);
 /// Files of an outbox with any names; the same with records that are changed at any place and have good checksums.
@@ -61,7 +65,9 @@ inline constexpr Target targets[] = {{"telecommand", telecommand},
                                      {"ground_catalogue_file", ground_catalogue_file, 200},
                                      {"ground_run", ground_run, 10},
                                      {"place_memory", place_memory, 100},
-                                     {"ground_links", ground_links, 100}};
+                                     {"ground_links", ground_links, 100},
+                                     {"camera_jpeg", camera_jpeg},
+                                     {"camera_picture", camera_picture}};
 
 inline void require(bool condition, const char* what) {
   if (!condition) throw std::logic_error(what);

@@ -7,7 +7,17 @@ namespace ilp::test {
 namespace {
 
 std::uint32_t bytes_per_pixel(std::uint32_t fourcc) {
-  return fourcc == V4L2_PIX_FMT_GREY ? 1 : 2;
+  return fourcc == V4L2_PIX_FMT_GREY || fourcc == V4L2_PIX_FMT_NV12 || fourcc == V4L2_PIX_FMT_SRGGB8 ? 1 : 2;
+}
+
+/// As drivers state them; rows of compressed pictures have no length.
+void state_layout(v4l2_pix_format& pix, std::uint32_t padding) {
+  const bool compressed = pix.pixelformat == V4L2_PIX_FMT_MJPEG;
+  pix.bytesperline = pix.width * bytes_per_pixel(pix.pixelformat) + padding;
+  if (pix.pixelformat == V4L2_PIX_FMT_SRGGB10P) pix.bytesperline = pix.width * 5 / 4 + padding;
+  pix.sizeimage = pix.bytesperline * pix.height;
+  if (pix.pixelformat == V4L2_PIX_FMT_NV12) pix.sizeimage += pix.sizeimage / 2;
+  if (compressed) pix.bytesperline = 0;
 }
 
 }  // namespace
@@ -37,6 +47,10 @@ void ScriptedVideoDevice::stop() {
 }
 
 void ScriptedVideoDevice::draw(std::vector<std::uint8_t>& bytes, std::int64_t number) const {
+  if (whole_picture) {
+    whole_picture(number, format_, bytes);
+    return;
+  }
   const std::uint32_t pixel_bytes = bytes_per_pixel(format_.pixelformat);
   const auto content = [&](std::int32_t x, std::int32_t y) {
     if (picture) return picture(number, x, y);
@@ -88,11 +102,15 @@ int ScriptedVideoDevice::set_format(v4l2_format& format) {
   if (!slots_.empty()) return EBUSY;
   v4l2_pix_format& pix = format.fmt.pix;
   if (std::find(formats.begin(), formats.end(), pix.pixelformat) == formats.end()) pix.pixelformat = formats.front();
+  const auto own = sizes.find(pix.pixelformat);
+  if (own != sizes.end()) {
+    pix.width = own->second.first;
+    pix.height = own->second.second;
+  }
   if (width != 0) pix.width = static_cast<std::uint32_t>(width);
   if (height != 0) pix.height = static_cast<std::uint32_t>(height);
   pix.field = V4L2_FIELD_NONE;
-  pix.bytesperline = pix.width * bytes_per_pixel(pix.pixelformat) + stride_padding;
-  pix.sizeimage = pix.bytesperline * pix.height;
+  state_layout(pix, stride_padding);
   format_ = pix;
   pix.bytesperline += stated_stride_change;
   pix.sizeimage += stated_size_change;
@@ -154,6 +172,12 @@ int ScriptedVideoDevice::answer(unsigned long request, void* argument) {
     }
     case VIDIOC_S_FMT:
       return set_format(*static_cast<v4l2_format*>(argument));
+    case VIDIOC_ENUM_FMT: {
+      auto& description = *static_cast<v4l2_fmtdesc*>(argument);
+      if (!lists_formats || description.index >= formats.size()) return EINVAL;
+      description.pixelformat = formats[description.index];
+      return 0;
+    }
     case VIDIOC_G_FMT: {
       v4l2_pix_format& pix = static_cast<v4l2_format*>(argument)->fmt.pix;
       pix.width = static_cast<std::uint32_t>(width);

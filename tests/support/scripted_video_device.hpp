@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hal/camera/v4l2/video_device.hpp"
@@ -42,6 +43,8 @@ class ScriptedVideoDevice final : public VideoDevice {
 
   // The camera.
   std::vector<std::uint32_t> formats = {V4L2_PIX_FMT_GREY};
+  bool lists_formats = true;
+  std::map<std::uint32_t, std::pair<std::uint32_t, std::uint32_t>> sizes;  ///< of formats that have one size only
   std::int32_t width = 0, height = 0;  ///< the only size that it has; 0: any size that is asked for
   std::uint32_t capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
   std::uint32_t stride_padding = 0;
@@ -57,6 +60,9 @@ class ScriptedVideoDevice final : public VideoDevice {
   std::uint32_t length_change = 0;
   std::function<void(Frame&)> spoil;
   std::function<std::uint8_t(std::int64_t number, std::int32_t x, std::int32_t y)> picture;
+  /// Draws all bytes of a picture, instead of `picture`.
+  std::function<void(std::int64_t number, const v4l2_pix_format& format, std::vector<std::uint8_t>& bytes)>
+      whole_picture;
   /// Errors of the next calls of a request, 0 for one that works.
   std::map<unsigned long, std::deque<int>> failures;
 

@@ -186,6 +186,7 @@ const std::vector<std::pair<std::string, std::string>> foreign = {
     {"Eigen/", "fsw/vision/"},
     {"openjpeg", "fsw/vision/codec/openjpeg_codec.cpp"},
     {"sqlite3.h", "hal/store/sqlite/"},
+    {"jpeglib.h", "hal/camera/jpeg/grey_jpeg.cpp"},
     {"libpq-fe.h", "hal/store/postgres/"},
     {"vulkan/", "bsp/vulkan/"},
     {"sodium", "fsw/packets/hmac_sha256.cpp"},

@@ -73,7 +73,7 @@ Status DirectoryCamera::open(const char* index, std::int32_t width, std::int32_t
   copy_text(folder_, folder.c_str());
   width_ = width;
   height_ = height;
-  decode_ = decode != nullptr ? decode : read_pgm;
+  decode_ = decode;
   line_number_ = 0;
   sequence_ = 0;
   latest_ns_ = std::numeric_limits<TimeNs>::min();
@@ -158,13 +158,14 @@ Status DirectoryCamera::capture(TimeNs now, FrameImage& image, CameraFrame& fram
   frame = next_;
   if (next_.time_ns <= latest_ns_) return {StatusCode::time_not_monotonic, next_.sequence, latest_ns_ - next_.time_ns};
   latest_ns_ = next_.time_ns;
-  const Status decoded = decode_(path_, image);
+  const Status decoded =
+      decode_ != nullptr ? decode_(path_, image) : read_large_pgm(path_, width_, height_, rows_, image);
   if (decoded.is(StatusCode::not_found)) return {StatusCode::not_found, frame.sequence};
   ILP_TRY(decoded);
   if (image.width() > limits::max_image_width || image.height() > limits::max_image_height) {
     return {StatusCode::image_too_large, image.width(), image.height()};
   }
-  if (width_ != 0 && (image.width() != width_ || image.height() != height_)) {
+  if (decode_ != nullptr && width_ != 0 && (image.width() != width_ || image.height() != height_)) {
     return {StatusCode::image_size_changed, image.width(), image.height()};
   }
   return {};

@@ -3,6 +3,7 @@
 
 #include "cfg/limits.hpp"
 #include "hal/camera/camera.hpp"
+#include "hal/camera/picture/reduction.hpp"
 #include "hal/posix/buffered_reader.hpp"
 
 namespace ilp {
@@ -18,7 +19,7 @@ class DirectoryCamera final : public Camera {
   ~DirectoryCamera();
 
   /// Frames of another size than `width` x `height` are refused with `image_size_changed`; 0 accepts any size. Without
-  /// `decode`, read_pgm reads the images.
+  /// `decode`, the files are PGM, and larger ones than the flight's images are reduced (find_reduction).
   Status open(const char* index, std::int32_t width, std::int32_t height, DecodeImage decode);
   /// Reads the size of the index's first PGM image that has one, and closes the index. `not_found` without any.
   Status find_size(const char* index, std::int32_t& width, std::int32_t& height);
@@ -46,6 +47,7 @@ class DirectoryCamera final : public Camera {
   bool waiting_ = false;  ///< `next_` is known and not yet due
   bool ended_ = false;
   CameraFrame next_;
+  RowReducer rows_;
 };
 
 }  // namespace ilp

@@ -30,7 +30,7 @@ constexpr TimeNs start_up_step_ns = 20 * ns_per_ms;
 constexpr std::int64_t stamp_seconds_limit = 9'000'000'000;
 constexpr TimeNs no_stamp = -4'000'000'000 * ns_per_s;
 
-enum DamageReason : std::int64_t { flagged = 1, too_few_bytes = 2, too_many_bytes = 3 };
+enum DamageReason : std::int64_t { flagged = 1, too_few_bytes = 2, too_many_bytes = 3, not_decoded = 4 };
 
 bool device_is_gone(const Status& status) {
   return status.is(StatusCode::camera_absent) ||
@@ -45,16 +45,28 @@ bool same_news(const Status& one, const Status& other) {
 /// A fingerprint from some rows of a picture, whose spacing does not match blocks or lines of text.
 void sample(std::span<const std::uint8_t> bytes, const VideoFormat& format, FrameArrival& arrival) {
   constexpr std::int32_t row_step = 13;
-  constexpr std::size_t longest_pattern = 4;  // bytes until a uniform picture repeats: two pixels of YUYV
-  const std::size_t row_bytes = static_cast<std::size_t>(format.width) * format.pixel.bytes;
+  const std::size_t length = row_bytes(format.pixel, format.width);
+  const std::size_t period = period_bytes(format.pixel);
   arrival.uniform = true;
   for (std::int32_t y = 0; y < format.height; y += row_step) {
-    const auto row = bytes.subspan(static_cast<std::size_t>(y) * format.stride, row_bytes);
+    const auto row = bytes.subspan(static_cast<std::size_t>(y) * format.stride, length);
+    // In a mosaic, every other row has other colours.
+    const std::size_t first = format.pixel.mosaic && y % 2 != 0 ? format.stride : 0;
     arrival.sample_crc = crc32(row, arrival.sample_crc);
-    for (std::size_t i = 0; i < row_bytes && arrival.uniform; ++i) {
-      arrival.uniform = row[i] == bytes[i % longest_pattern];
+    for (std::size_t i = 0; i < length && arrival.uniform; ++i) {
+      arrival.uniform = row[i] == bytes[first + i % period];
     }
   }
+}
+
+/// The fingerprint of a compressed picture is that of all its bytes.
+void sample_file(std::span<const std::uint8_t> bytes, FrameArrival& arrival) {
+  arrival.sample_crc = crc32(bytes, arrival.sample_crc);
+  arrival.uniform = false;
+}
+
+bool begins_as_jpeg(std::span<const std::uint8_t> bytes) {
+  return bytes.size() >= 2 && bytes[0] == 0xFF && bytes[1] == 0xD8;
 }
 
 }  // namespace
@@ -70,8 +82,8 @@ V4l2Camera::~V4l2Camera() {
 
 Status V4l2Camera::configure(const V4l2Options& options, std::int32_t width, std::int32_t height,
                              TimeNs mission_minus_monotonic) {
-  if (width < limits::min_image_side || height < limits::min_image_side || width > limits::max_image_width ||
-      height > limits::max_image_height) {
+  ILP_TRY(find_reduction(width, height, reduction_));
+  if (reduction_.width < limits::min_image_side || reduction_.height < limits::min_image_side) {
     return {StatusCode::image_too_large, width, height};
   }
   options_ = options;
@@ -199,6 +211,16 @@ Status V4l2Camera::listen(TimeNs now) const {
   return {StatusCode::camera_silent, driver_sequence_, (now - heard_ns_) / ns_per_ms};
 }
 
+void V4l2Camera::refuse_frame(std::int64_t reason) {
+  ++refused_.count;
+  refused_.latest = reason;
+}
+
+std::span<const std::uint8_t> V4l2Camera::bytes_of(const VideoBuffer& buffer) const {
+  const std::span<const std::uint8_t> bytes = pool_.bytes(buffer.index);
+  return format_.pixel.packing == Packing::jpeg ? bytes.first(std::min(buffer.bytes_used, bytes.size())) : bytes;
+}
+
 bool V4l2Camera::damaged(const VideoBuffer& buffer) {
   std::int64_t reason = 0;
   if ((buffer.flags & V4L2_BUF_FLAG_ERROR) != 0) {
@@ -207,10 +229,11 @@ bool V4l2Camera::damaged(const VideoBuffer& buffer) {
     reason = too_few_bytes;
   } else if (buffer.bytes_used > pool_.bytes(buffer.index).size()) {
     reason = too_many_bytes;
+  } else if (format_.pixel.packing == Packing::jpeg && !begins_as_jpeg(pool_.bytes(buffer.index))) {
+    reason = not_decoded;
   }
   if (reason == 0) return false;
-  ++refused_.count;
-  refused_.latest = reason;
+  refuse_frame(reason);
   return true;
 }
 
@@ -261,7 +284,11 @@ bool V4l2Camera::look_at(const VideoBuffer& buffer, TimeNs now, Held& frame) {
   }
   count_gap(buffer.sequence);
   if (grading_) {
-    if (!arrival.damaged) sample(pool_.bytes(buffer.index), format_, arrival);
+    if (!arrival.damaged && format_.pixel.packing == Packing::jpeg) {
+      sample_file(bytes_of(buffer), arrival);
+    } else if (!arrival.damaged) {
+      sample(pool_.bytes(buffer.index), format_, arrival);
+    }
     grade(arrival);
   }
   if (arrival.damaged || verdict_.frames == 0) return false;
@@ -290,14 +317,14 @@ Status V4l2Camera::collect() {
     Held frame;
     if (!look_at(buffer, clock_.now(), frame) || !held_.push_back(frame)) pool_.give_back(buffer.index);
     // Once it is decided, one more is held until the nearest has been delivered.
-    if (held_.size() > most && !decided()) drop_oldest();
+    if (held_.size() > most && !decided()) drop(0);
   }
   return {};
 }
 
-void V4l2Camera::drop_oldest() {
-  pool_.give_back(held_[0].buffer.index);
-  for (std::size_t i = 1; i < held_.size(); ++i) held_[i - 1] = held_[i];
+void V4l2Camera::drop(std::size_t which) {
+  pool_.give_back(held_[which].buffer.index);
+  for (std::size_t i = which + 1; i < held_.size(); ++i) held_[i - 1] = held_[i];
   held_.pop_back();
 }
 
@@ -328,16 +355,23 @@ std::size_t V4l2Camera::nearest_to_wanted() const {
 
 Status V4l2Camera::deliver(FrameImage& image, CameraFrame& frame) {
   const std::size_t chosen = nearest_to_wanted();
-  wanted_ = false;
   if (wanted_ns_ != any_time && distance(held_[chosen].time_ns, wanted_ns_) > granularity()) {
     hopeless_ns_ = wanted_ns_;
+    wanted_ = false;
     return StatusCode::not_ready;
   }
-  for (std::size_t i = 0; i < chosen; ++i) drop_oldest();
-  const Held taken = held_[0];
-  ILP_TRY(image.resize(format_.width, format_.height));
-  copy_luma(format_.pixel, pool_.bytes(taken.buffer.index), format_.stride, image.view());
-  drop_oldest();
+  const Held taken = held_[chosen];
+  ILP_TRY(image.resize(reduction_.width, reduction_.height));
+  const Status converted = converter_.convert(
+      {format_.pixel, bytes_of(taken.buffer), format_.width, format_.height, format_.stride}, reduction_, image.view());
+  if (!converted.ok()) {
+    // The nearest of the other frames is the answer.
+    refuse_frame(not_decoded);
+    drop(chosen);
+    return StatusCode::not_ready;
+  }
+  wanted_ = false;
+  for (std::size_t i = 0; i <= chosen; ++i) drop(0);
   frame = {};
   frame.time_ns = taken.time_ns;
   frame.sequence = ++sequence_;

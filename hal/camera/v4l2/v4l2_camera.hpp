@@ -5,6 +5,7 @@
 #include "hal/camera/v4l2/buffer_pool.hpp"
 #include "hal/camera/v4l2/driver_grade.hpp"
 #include "hal/camera/v4l2/frame_clock.hpp"
+#include "hal/camera/v4l2/grey_picture.hpp"
 #include "hal/camera/v4l2/video_format.hpp"
 #include "hal/clock/clock.hpp"
 
@@ -25,7 +26,7 @@ class V4l2Camera final : public Camera {
   ~V4l2Camera();
 
   /// Mission time is the monotonic clock plus `mission_minus_monotonic`. Frames of another size than `width` x `height`
-  /// are refused. `image_too_large`.
+  /// are refused; the images are those of find_reduction() for this size. `image_too_large`.
   Status configure(const V4l2Options& options, std::int32_t width, std::int32_t height, TimeNs mission_minus_monotonic);
   /// Mission time was set.
   void set_mission_minus_monotonic(TimeNs offset) { mission_minus_monotonic_ = offset; }
@@ -43,6 +44,7 @@ class V4l2Camera final : public Camera {
   /// The verdict on the driver's first frames; with `frames` == 0 there is none yet.
   [[nodiscard]] const CameraVerdict& verdict() const { return verdict_; }
   [[nodiscard]] const VideoFormat& format() const { return format_; }
+  [[nodiscard]] const Reduction& reduction() const { return reduction_; }
 
  private:
   enum class Stage : std::uint8_t { closed, open, agreed, mapped, streaming };
@@ -74,10 +76,12 @@ class V4l2Camera final : public Camera {
   /// True when `frame` may be delivered.
   bool look_at(const VideoBuffer& buffer, TimeNs now, Held& frame);
   bool damaged(const VideoBuffer& buffer);
+  void refuse_frame(std::int64_t reason);
+  [[nodiscard]] std::span<const std::uint8_t> bytes_of(const VideoBuffer& buffer) const;
   [[nodiscard]] TimeNs mission_time(const VideoBuffer& buffer) const;
   void grade(const FrameArrival& arrival);
   void count_gap(std::uint32_t sequence);
-  void drop_oldest();
+  void drop(std::size_t which);
   [[nodiscard]] bool decided() const;
   [[nodiscard]] std::size_t nearest_to_wanted() const;
   Status deliver(FrameImage& image, CameraFrame& frame);
@@ -91,6 +95,8 @@ class V4l2Camera final : public Camera {
 
   Stage stage_ = Stage::closed;
   VideoFormat format_;
+  Reduction reduction_;
+  GreyConverter converter_;
   CameraNews news_;
   // State of an outage, from the first failure to the first consistent frame.
   bool out_ = false;

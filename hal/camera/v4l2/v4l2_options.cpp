@@ -23,7 +23,7 @@ bool read_rate(const char*& text, std::int64_t& rate_mhz) {
 }
 
 bool read_format(const char*& text, const PixelFormat*& format) {
-  char name[8] = {};
+  char name[16] = {};
   for (std::size_t i = 0; i + 1 < sizeof(name) && *text != 0 && *text != ','; ++i) name[i] = *text++;
   format = find_pixel_format(name);
   return format != nullptr;

@@ -6,7 +6,7 @@
 #include "cfg/limits.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/base/time.hpp"
-#include "hal/camera/v4l2/luma.hpp"
+#include "hal/camera/v4l2/pixel_format.hpp"
 
 namespace ilp {
 
@@ -24,7 +24,7 @@ struct V4l2Options {
   std::int64_t stamp_delay_us = as_it_is;
 };
 
-/// Parses `DEVICE[,format=GREY|Y10|Y12|Y16|YUYV][,rate=HZ][,input=N][,exposure_us=N][,gain=N][,stamp_delay_us=N]`.
+/// Parses `DEVICE[,format=NAME][,rate=HZ][,input=N][,exposure_us=N][,gain=N][,stamp_delay_us=N]`.
 /// `parse_error`, a = position of the first malformed option; `capacity_exceeded` for a path that is too long.
 Status parse_v4l2_options(const char* text, V4l2Options& options);
 

@@ -11,6 +11,8 @@ namespace ilp {
 namespace {
 
 constexpr TimeNs longest_period_ns = 3600 * ns_per_s;
+constexpr std::size_t least_jpeg_bytes = 4;  // its beginning and its end
+constexpr std::size_t most_listed_formats = 64;
 
 void tell(CameraNews& news, const Status& status) {
   // The first reports matter most; there are fewer kinds of reports than places.
@@ -23,6 +25,27 @@ Status set_input(VideoDevice& device, std::int64_t wanted) {
   const int error = device.control(VIDIOC_S_INPUT, &input);
   if (error != 0) return driver_fault(error, VIDIOC_S_INPUT);
   return {};
+}
+
+using FormatList = FixedVector<std::uint32_t, most_listed_formats>;
+
+/// The formats that the device lists; none if it does not list them.
+FormatList listed_formats(VideoDevice& device) {
+  FormatList formats;
+  for (std::uint32_t i = 0; i < most_listed_formats; ++i) {
+    v4l2_fmtdesc description{};
+    description.index = i;
+    description.type = frame_buffers;
+    if (device.control(VIDIOC_ENUM_FMT, &description) != 0) break;
+    if (!formats.push_back(description.pixelformat)) break;
+  }
+  return formats;
+}
+
+/// Whether the format is wished for, and not known to be absent.
+bool eligible(const PixelFormat& format, const V4l2Options& options, const FormatList& listed) {
+  if (options.format != nullptr) return options.format->fourcc == format.fourcc;
+  return listed.empty() || std::find(listed.begin(), listed.end(), format.fourcc) != listed.end();
 }
 
 /// Requests a format; `unsupported_format` when the device chose another one.
@@ -44,9 +67,15 @@ Status ask_for(VideoDevice& device, const PixelFormat& wish, std::int32_t width,
   return {};
 }
 
-/// The layout that the device states, or `camera_fault` when no picture of this size has it.
+/// The layout that the device states, or `camera_layout` when no picture of this size has it.
 Status check_layout(const v4l2_pix_format& answer, VideoFormat& format) {
-  const std::size_t row = static_cast<std::size_t>(format.width) * format.pixel.bytes;
+  if (format.pixel.packing == Packing::jpeg) {
+    format.stride = 0;
+    format.image_bytes = least_jpeg_bytes;
+    if (answer.sizeimage >= format.image_bytes) return {};
+    return {StatusCode::camera_layout, answer.sizeimage, static_cast<std::int64_t>(format.image_bytes)};
+  }
+  const std::size_t row = row_bytes(format.pixel, format.width);
   // Some drivers report 0 for rows without padding.
   format.stride = answer.bytesperline == 0 ? row : answer.bytesperline;
   if (format.stride < row || format.stride > limits::max_camera_row_bytes) {
@@ -146,23 +175,40 @@ Status present_size(VideoDevice& device, const V4l2Options& options, std::int32_
   return status;
 }
 
+namespace {
+
+/// Sets the first eligible format that the device has in this size. Another size is the answer only where no format
+/// has the right one.
+Status choose_format(VideoDevice& device, const V4l2Options& options, VideoFormat& format, v4l2_pix_format& answer) {
+  const FormatList listed = listed_formats(device);
+  Status refusal{StatusCode::unsupported_format, listed.empty() ? 0 : listed[0]};
+  for (const PixelFormat& wish : pixel_formats()) {
+    if (!eligible(wish, options, listed)) continue;
+    format.pixel = wish;
+    Status status = ask_for(device, wish, format.width, format.height, answer);
+    const bool same_size = answer.width == static_cast<std::uint32_t>(format.width) &&
+                           answer.height == static_cast<std::uint32_t>(format.height);
+    if (status.ok() && same_size) return {};
+    if (status.ok()) {
+      status = {StatusCode::camera_size, readable_size(format.width, format.height),
+                readable_size(answer.width, answer.height)};
+    } else if (!status.is(StatusCode::unsupported_format)) {
+      return status;
+    }
+    if (!refusal.is(StatusCode::camera_size)) refusal = status;
+  }
+  return refusal;
+}
+
+}  // namespace
+
 Status negotiate(VideoDevice& device, const V4l2Options& options, std::int32_t width, std::int32_t height,
                  VideoFormat& format, CameraNews& news) {
   ILP_TRY(set_input(device, options.input));
   v4l2_pix_format answer{};
-  Status status = StatusCode::unsupported_format;
-  for (const PixelFormat& wish : pixel_formats()) {
-    if (options.format != nullptr && options.format->fourcc != wish.fourcc) continue;
-    status = ask_for(device, wish, width, height, answer);
-    format.pixel = wish;
-    if (!status.is(StatusCode::unsupported_format)) break;
-  }
-  ILP_TRY(status);
-  if (answer.width != static_cast<std::uint32_t>(width) || answer.height != static_cast<std::uint32_t>(height)) {
-    return {StatusCode::camera_size, readable_size(width, height), readable_size(answer.width, answer.height)};
-  }
   format.width = width;
   format.height = height;
+  ILP_TRY(choose_format(device, options, format, answer));
   ILP_TRY(check_layout(answer, format));
   set_rate(device, options.rate_mhz, format, news);
   return {};

@@ -17,7 +17,7 @@ using CameraNews = FixedVector<Status, limits::max_camera_news>;
 struct VideoFormat {
   PixelFormat pixel{};
   std::int32_t width = 0, height = 0;
-  std::size_t stride = 0;       ///< bytes from row to row
+  std::size_t stride = 0;       ///< bytes from row to row; 0 for JPEG
   std::size_t image_bytes = 0;  ///< least size of a frame
   TimeNs period_ns = 0;         ///< as the driver reports it; 0: not reported
 };
@@ -27,9 +27,10 @@ struct VideoFormat {
 Status present_size(VideoDevice& device, const V4l2Options& options, std::int32_t& width, std::int32_t& height);
 /// Returns ok for a camera that streams single planes, else `camera_incapable`.
 Status check_capabilities(VideoDevice& device);
-/// Sets input, format, size and rate and trusts only the values read back. `camera_size` with both sizes when the
-/// device gives another one, `unsupported_format` (a = four-character code that it offers), `camera_fault` for a failed
-/// call and for an impossible row or image length. Another rate is reported in `news`.
+/// Sets input, format, size and rate and trusts only the values read back. The format is that of `options`, or the
+/// first of pixel_formats() that the device has in this size. `camera_size` with both sizes when the device gives
+/// another one, `unsupported_format` (a = four-character code that it offers), `camera_fault` for a failed call,
+/// `camera_layout` for an impossible row or image length. Another rate is reported in `news`.
 Status negotiate(VideoDevice& device, const V4l2Options& options, std::int32_t width, std::int32_t height,
                  VideoFormat& format, CameraNews& news);
 /// Sets exposure and gain within the driver's ranges. A limited or missing control is reported in `news`.

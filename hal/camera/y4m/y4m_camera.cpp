@@ -86,9 +86,7 @@ Status Y4mCamera::parse_header() {
     while (*text == ' ') ++text;
   }
   if (width_ <= 0 || height_ <= 0) return {StatusCode::parse_error, 0};
-  if (width_ > limits::max_image_width || height_ > limits::max_image_height) {
-    return {StatusCode::image_too_large, width_, height_};
-  }
+  ILP_TRY(find_reduction(width_, height_, reduction_));
   if (rate_numerator_ <= 0 || rate_denominator_ <= 0) return {StatusCode::unsupported_format, 4};
   if (!chroma_plane_bytes(sampling, static_cast<std::size_t>(width_), static_cast<std::size_t>(height_),
                           chroma_bytes_)) {
@@ -107,7 +105,7 @@ Status Y4mCamera::open(int file, const Y4mArrival& arrival) {
   if (status.is(StatusCode::end_of_stream)) return {StatusCode::truncated, status.a};
   ILP_TRY(status);
   ILP_TRY(parse_header());
-  ILP_TRY(luma_.resize(width_, height_));
+  ILP_TRY(luma_.resize(reduction_.width, reduction_.height));
   sequence_ = 0;
   begun_ = !live_;
   begin_ns_ = 0;
@@ -123,6 +121,20 @@ Status Y4mCamera::due_time(TimeNs& due) const {
   const std::int64_t seconds = ticks / rate_numerator_ + begin_ns_ / ns_per_s;
   if (seconds > max_seconds) return {StatusCode::unsupported_format, 4};
   due = seconds * ns_per_s + begin_ns_ % ns_per_s + ticks % rate_numerator_ * ns_per_s / rate_numerator_;
+  return {};
+}
+
+Status Y4mCamera::read_luma() {
+  if (reduction_.changes_nothing()) {
+    const ImageView<std::uint8_t> view = luma_.view();
+    return reader_.fill({view.data, view.area()}, got_);
+  }
+  const std::span row(row_.data(), static_cast<std::size_t>(width_));
+  while (rows_.next_row() < height_) {
+    ILP_TRY(reader_.fill(row, got_));
+    rows_.add(row);
+    got_ = 0;
+  }
   return {};
 }
 
@@ -146,11 +158,11 @@ Status Y4mCamera::read_frame(TimeNs now) {
     if (!begun_) begin_ns_ = now;
     begun_ = true;
     part_ = Part::luma;
+    rows_.begin(reduction_, luma_.view());
     got_ = 0;
   }
   if (part_ == Part::luma) {
-    const ImageView<std::uint8_t> view = luma_.view();
-    ILP_TRY(reader_.fill({view.data, view.area()}, got_));
+    ILP_TRY(read_luma());
     part_ = Part::chroma;
     got_ = 0;
   }
@@ -177,7 +189,7 @@ Status Y4mCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
   name.add("frame-").add(frame.sequence, 6);
   copy_text(frame.name, name.c_str());
   ILP_TRY(status);
-  ILP_TRY(image.resize(width_, height_));
+  ILP_TRY(image.resize(reduction_.width, reduction_.height));
   std::copy_n(luma_.view().data, luma_.view().area(), image.view().data);
   return {};
 }

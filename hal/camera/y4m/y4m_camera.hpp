@@ -1,7 +1,10 @@
 // A YUV4MPEG2 stream on a file descriptor, which any video tool can provide.
 #pragma once
 
+#include <array>
+
 #include "hal/camera/camera.hpp"
+#include "hal/camera/picture/reduction.hpp"
 #include "hal/posix/buffered_reader.hpp"
 
 namespace ilp {
@@ -15,13 +18,15 @@ struct Y4mArrival {
   bool live = false;
 };
 
-/// Takes the luma of every frame; 8-bit 4:2:0, 4:1:1, 4:2:2, 4:4:4 and mono. Times follow from the stream's frame rate.
+/// Takes the luma of every frame; 8-bit 4:2:0, 4:1:1, 4:2:2, 4:4:4 and mono. Pictures that are larger than the flight's
+/// images are reduced (find_reduction). Times follow from the stream's frame rate.
 class Y4mCamera final : public Camera {
  public:
   /// Reads the stream's header. `parse_error` when it is malformed, `unsupported_format` for other samplings or depths
   /// (a = 3) or a missing rate (a = 4), `image_too_large`, `not_ready` when a live stream has no header after 10 s. The
   /// descriptor stays the caller's.
   Status open(int file, const Y4mArrival& arrival = {});
+  /// Size of the stream's pictures.
   [[nodiscard]] std::int32_t width() const { return width_; }
   [[nodiscard]] std::int32_t height() const { return height_; }
 
@@ -37,6 +42,7 @@ class Y4mCamera final : public Camera {
   Status parse_header();
   Status due_time(TimeNs& due) const;
   Status read_frame(TimeNs now);
+  Status read_luma();
   Status skip_chroma();
 
   BufferedReader reader_;
@@ -51,6 +57,9 @@ class Y4mCamera final : public Camera {
   TimeNs begin_ns_ = 0;
   Part part_ = Part::line;
   std::size_t got_ = 0;  ///< bytes of the part that have arrived
+  Reduction reduction_;
+  RowReducer rows_;
+  std::array<std::uint8_t, static_cast<std::size_t>(limits::max_sensor_side)> row_{};
   FrameImage luma_;
   bool ended_ = true;
 };

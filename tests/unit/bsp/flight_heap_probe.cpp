@@ -1,5 +1,5 @@
-// A flight binary in miniature, linked dynamically and statically: its heap is sealed, the codec works inside its gate,
-// everything else is caught. A plain program, because GoogleTest needs a heap. Exit status 0 when all holds.
+// A flight binary in miniature, linked dynamically and statically: its heap is sealed, the codecs work inside their
+// gates, everything else is caught. A plain program, because GoogleTest needs a heap. Exit status 0 when all holds.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -7,11 +7,17 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <span>
+#include <vector>
 
 #include "bsp/memory/flight_heap.hpp"
+#include "fsw/base/crc.hpp"
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
 #include "fsw/vision/codec/jpeg2000_decode.hpp"
+#include "hal/camera/camera.hpp"
+#include "hal/camera/jpeg/grey_jpeg.hpp"
+#include "tests/support/jpeg_file.hpp"
 
 namespace {
 
@@ -77,8 +83,8 @@ Status encode_depth(RegionCoding coding, Jpeg2000Product& product) {
                          params, {}, workspace, file, product);
 }
 
-void print_region(const char* what) {
-  const HeapRegionReport r = heap_region_report(HeapRegion::openjpeg);
+void print_region(const char* what, HeapRegion region = HeapRegion::openjpeg) {
+  const HeapRegionReport r = heap_region_report(region);
   std::printf("    after %s: peak %zu, high water %zu of %zu bytes, %llu requests\n", what, r.peak, r.high_water,
               r.bytes, static_cast<unsigned long long>(r.requests));
 }
@@ -143,6 +149,74 @@ void exhaustion_is_a_status() {
   }
   set_heap_fault(0);
   expect(decode_refused == 100, "each failed request of a decoding is a status");
+}
+
+constexpr std::int32_t jpeg_width = limits::max_sensor_side;
+constexpr std::int32_t jpeg_height = 128;
+
+std::uint8_t jpeg_bytes[4 * jpeg_width * jpeg_height];
+std::uint8_t jpeg_row[jpeg_width];
+FrameImage jpeg_image;
+RowReducer jpeg_rows;
+
+/// The encoder is a host's, which needs a heap: that of the other codec.
+std::span<const std::uint8_t> make_jpeg(const test::JpegKind& kind) {
+  const HeapGateScope scope(HeapRegion::openjpeg);
+  const auto luma = [](std::int32_t x, std::int32_t y) { return static_cast<std::uint8_t>(x * y / 64 + (x ^ y) % 23); };
+  const std::vector<std::uint8_t> made = test::jpeg_file(jpeg_width, jpeg_height, luma, kind);
+  std::memcpy(jpeg_bytes, made.data(), made.size());
+  return std::span(jpeg_bytes).first(made.size());
+}
+
+std::uint32_t crc_of(MutableGrayView view) {
+  return crc32({view.data, view.area()});
+}
+
+Status decode_jpeg(std::span<const std::uint8_t> bytes) {
+  Reduction reduction;
+  ILP_TRY(find_reduction(jpeg_width, jpeg_height, reduction));
+  ILP_TRY(jpeg_image.resize(reduction.width, reduction.height));
+  jpeg_rows.begin(reduction, jpeg_image.view());
+  return decode_grey_jpeg(bytes, jpeg_width, jpeg_height, jpeg_row, jpeg_rows);
+}
+
+// The widest picture, in the samplings that need most rows at a time.
+void jpeg_lives_in_its_region() {
+  const std::uint64_t early_requests = heap_region_report(HeapRegion::early).requests;
+  const std::uint64_t other_requests = heap_region_report(HeapRegion::openjpeg).requests;
+  constexpr std::size_t samplings = 4;
+  constexpr int factors[samplings][2] = {{1, 1}, {2, 1}, {2, 2}, {1, 4}};
+  for (const auto& [horizontal, vertical] : factors) {
+    const auto bytes = make_jpeg({.horizontal = horizontal, .vertical = vertical, .restart_rows = 1});
+    expect(decode_jpeg(bytes).ok(), "a JPEG picture of the widest sensor");
+    expect(!decode_jpeg(bytes.first(bytes.size() / 2)).ok(), "half of it is refused");
+    print_region("it", HeapRegion::jpeg);
+  }
+  const auto progressive = make_jpeg({.progressive = true});
+  expect(decode_jpeg(progressive).is(StatusCode::unsupported_format), "a progressive one is refused");
+  expect(heap_region_report(HeapRegion::jpeg).in_use == 0, "region empty after the calls");
+  expect(heap_region_report(HeapRegion::jpeg).failed == 0, "region never exhausted");
+  expect(heap_region_report(HeapRegion::early).requests == early_requests, "no request outside the regions");
+  expect(heap_region_report(HeapRegion::openjpeg).requests > other_requests, "the encoder used the other region");
+  expect(heap_trap_count() == 0, "nothing trapped");
+}
+
+void exhaustion_of_jpeg_is_a_status() {
+  const auto bytes = make_jpeg({.horizontal = 2, .vertical = 1});
+  const std::uint64_t before = heap_region_report(HeapRegion::jpeg).requests;
+  expect(decode_jpeg(bytes).ok(), "decoded");
+  const std::uint64_t requests = heap_region_report(HeapRegion::jpeg).requests - before;
+  const std::uint32_t crc = crc_of(jpeg_image.view());
+  std::uint64_t refused = 0, same_after = 0;
+  for (std::uint64_t k = 1; k <= requests; ++k) {
+    set_heap_fault(k);
+    if (decode_jpeg(bytes).is(StatusCode::arena_exhausted)) ++refused;
+    set_heap_fault(0);
+    if (decode_jpeg(bytes).ok() && crc_of(jpeg_image.view()) == crc) ++same_after;
+  }
+  std::printf("    %llu requests failed in turn\n", static_cast<unsigned long long>(requests));
+  expect(requests > 3 && refused == requests, "each failed request is a status");
+  expect(same_after == requests, "the next picture is decoded");
 }
 
 // Through a pointer, so that the compiler cannot drop the call.
@@ -212,6 +286,8 @@ int main() {
   memory_of_the_server_is_kept(for_the_server);
   codec_lives_in_its_region();
   exhaustion_is_a_status();
+  jpeg_lives_in_its_region();
+  exhaustion_of_jpeg_is_a_status();
   strays_are_caught();
   strict_mode_aborts();
   const HeapRegionReport r = heap_region_report(HeapRegion::early);

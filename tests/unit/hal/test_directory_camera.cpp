@@ -89,7 +89,7 @@ TEST_F(DirectoryCameraTest, LostFramesAreNamedAndTheStripGoesOn) {
   write("short.pgm", pgm(4, 3, 0).substr(0, 20));
   write("other.pgm", pgm(5, 3, 0));
   write("colour.pgm", "P6\n1 1\n255\nabc");
-  write("wide.pgm", "P5 " + std::to_string(limits::max_image_width + 1) + " 1 255\n" + std::string(5000, 'x'));
+  write("wide.pgm", "P5 " + std::to_string(limits::max_sensor_side + 1) + " 1 255\n" + std::string(5000, 'x'));
   ASSERT_OK(open("1 short.pgm\n2 missing.pgm\n3 other.pgm\n4 colour.pgm\n5 wide.pgm\n6 good.pgm\n", 4, 3));
   EXPECT_STATUS(capture(), truncated);
   EXPECT_STREQ(frame_.name, "short.pgm");
@@ -104,6 +104,27 @@ TEST_F(DirectoryCameraTest, LostFramesAreNamedAndTheStripGoesOn) {
   ASSERT_OK(capture());
   EXPECT_EQ(frame_.sequence, 6);
   EXPECT_STATUS(capture(), end_of_stream);
+}
+
+TEST_F(DirectoryCameraTest, LargePicturesAreReducedAndStillHaveOneSize) {
+  const int width = 2 * limits::max_image_width, height = 130;
+  std::string large = "P5\n" + std::to_string(width) + " " + std::to_string(height) + "\n255\n";
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) large += static_cast<char>(x / 16 + y / 2);
+  }
+  write("large.pgm", large);
+  write("short.pgm", large.substr(0, large.size() - 1));
+  // Its image would have the same size, with another scale.
+  write("half.pgm", pgm(width / 2, height / 2, 0));
+  ASSERT_OK(open("1 large.pgm\n2 half.pgm\n3 short.pgm\n", width, height));
+  ASSERT_OK(capture());
+  ASSERT_EQ(image_->width(), width / 2);
+  ASSERT_EQ(image_->height(), height / 2);
+  for (std::int32_t y = 0; y < height / 2; ++y) {
+    for (std::int32_t x = 0; x < width / 2; ++x) ASSERT_EQ(image_->view().at(x, y), (x / 8 + y) % 256);
+  }
+  EXPECT_STATUS(capture(), image_size_changed);
+  EXPECT_STATUS(capture(), truncated);
 }
 
 TEST_F(DirectoryCameraTest, LinesThatAreNoFrameAreReportedOneByOne) {

@@ -65,31 +65,6 @@ TEST(V4l2Size, IsThatToWhichTheDeviceIsSet) {
   EXPECT_TRUE(device.misuse.empty()) << "it is closed each time";
 }
 
-TEST(Luma, HighBitsAreKeptAndBadOnesSaturate) {
-  const auto grey = [](const char* format, std::uint16_t value) {
-    const std::array<std::uint8_t, 2> pixel{static_cast<std::uint8_t>(value & 255U),
-                                            static_cast<std::uint8_t>(value >> 8U)};
-    std::uint8_t to = 0;
-    copy_luma(*find_pixel_format(format), pixel, 2, MutableGrayView(&to, 1, 1));
-    return int{to};
-  };
-  for (int g = 0; g < 256; ++g) {
-    for (const int low : {0, 1, 3}) EXPECT_EQ(grey("Y10", static_cast<std::uint16_t>(g * 4 + low)), g);
-    for (const int low : {0, 7, 15}) EXPECT_EQ(grey("Y12", static_cast<std::uint16_t>(g * 16 + low)), g);
-    for (const int low : {0, 128, 255}) EXPECT_EQ(grey("Y16", static_cast<std::uint16_t>(g * 256 + low)), g);
-    EXPECT_EQ(grey("YUYV", static_cast<std::uint16_t>(0x8000 + g)), g);
-  }
-  EXPECT_EQ(grey("Y10", 1024), 255);
-  EXPECT_EQ(grey("Y12", 0xFFFF), 255);
-}
-
-TEST(Luma, RowsBeginAStrideApart) {
-  const std::array<std::uint8_t, 8> bytes{1, 2, 99, 99, 3, 4, 99, 99};
-  std::array<std::uint8_t, 4> to{};
-  copy_luma(*find_pixel_format("GREY"), bytes, 4, MutableGrayView(to.data(), 2, 2));
-  EXPECT_EQ(to, (std::array<std::uint8_t, 4>{1, 2, 3, 4}));
-}
-
 TEST_F(V4l2FormatTest, TheFirstFormatThatTheCameraHasIsTaken) {
   device.formats = {V4L2_PIX_FMT_RGB24, V4L2_PIX_FMT_YUYV, V4L2_PIX_FMT_Y12};
   device.stride_padding = 32;
@@ -127,7 +102,7 @@ TEST_F(V4l2FormatTest, AnotherSizeThanAskedIsRefusedWithBothSizes) {
 }
 
 TEST_F(V4l2FormatTest, SizesBeyondTheLimitsAreRefused) {
-  EXPECT_STATUS(camera->configure(options, limits::max_image_width + 1, 100, 0), image_too_large);
+  EXPECT_STATUS(camera->configure(options, limits::max_sensor_side + 1, 100, 0), image_too_large);
   EXPECT_STATUS(camera->configure(options, 640, -480, 0), image_too_large);
   EXPECT_STATUS(camera->configure(options, 1, 1, 0), image_too_large);
 }

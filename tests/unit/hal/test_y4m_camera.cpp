@@ -72,6 +72,26 @@ TEST_F(Y4mCameraTest, TakesTheLumaOfEverySampling) {
   }
 }
 
+TEST_F(Y4mCameraTest, LargePicturesAreReduced) {
+  const int width = 2 * limits::max_image_width, height = 140;
+  std::string luma;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) luma += static_cast<char>(x / 16 + y / 2);
+  }
+  const std::string one = "FRAME\n" + luma + std::string(luma.size() / 2, 'c');
+  ASSERT_OK(open("YUV4MPEG2 W" + std::to_string(width) + " H140 F25:1\n" + one + one));
+  EXPECT_EQ(camera_.width(), width);
+  for (int frame = 0; frame < 2; ++frame) {
+    ASSERT_OK(capture());
+    ASSERT_EQ(image_->width(), width / 2);
+    ASSERT_EQ(image_->height(), height / 2);
+    for (std::int32_t y = 0; y < height / 2; ++y) {
+      for (std::int32_t x = 0; x < width / 2; ++x) ASSERT_EQ(image_->view().at(x, y), (x / 8 + y) % 256);
+    }
+  }
+  EXPECT_STATUS(capture(), end_of_stream);
+}
+
 TEST_F(Y4mCameraTest, TimesFollowFromTheRate) {
   std::string stream = "YUV4MPEG2 W1 H1 F30000:1001 Cmono\n";
   for (int i = 0; i < 100; ++i) stream += frame(1, 'x', 0);
