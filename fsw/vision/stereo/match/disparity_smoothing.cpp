@@ -114,7 +114,9 @@ void finish_row(const float* __restrict centre, const float* __restrict above, c
   const float* __restrict scatter = sums.scatter;
   for (std::int32_t x = 0; x < width; ++x) {
     const float slope2 = squared_slope(centre[x - smoothing_radius], centre[x + smoothing_radius], above[x], below[x]);
-    const float stated = stated_sigma(sigma_px[x], count[x], scatter[x], slope2);
+    const float settled = sigma_px[x] - settled_sigma_px;
+    const float measured = stated_sigma(sigma_px[x], count[x], scatter[x], slope2);
+    const float stated = settled > 0 ? settled : measured;
     const bool valid = sigma_px[x] > 0;
     disparity_px[x] = valid ? sum[x] / count[x] : 0.0F;
     sigma_px[x] = valid ? stated : 0.0F;

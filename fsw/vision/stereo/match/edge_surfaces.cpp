@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "fsw/base/vector_width.hpp"
+#include "fsw/vision/stereo/match/disparity_smoothing.hpp"
 #include "fsw/vision/stereo/match/flagged_columns.hpp"
 #include "fsw/vision/stereo/match/patch_difference.hpp"
 
@@ -24,7 +25,14 @@ constexpr double texture_noises = 2;
 // More surfaces around one pixel are chance matches.
 constexpr std::int32_t most_surfaces = 6;
 constexpr std::int32_t same_disparity = quarters_per_px / 2;
-constexpr float taken_sigma_px = 3;
+// What a pixel's surroundings say of it weighs as much as so many grey levels of its counterparts.
+constexpr float surroundings_grey = 11;
+// Another disparity that a window found weighs as much, unless its counterparts differ by so much more.
+constexpr float window_grey = 11;
+// Doubt above which the pixel may as well belong to another surface.
+constexpr float most_doubt_grey = 10;
+// The error on the right surface, and that of a doubtful choice, by the distance to the farthest other surface.
+constexpr float right_surface_sigma_px = 0.4F, doubtful_share = 0.6F, most_sigma_px = 6;
 // Where less of a tile is matched, chance may have made its edges.
 constexpr std::int32_t least_matched_percent = 55;
 constexpr std::int32_t unknown_brightness = std::numeric_limits<std::int32_t>::max();
@@ -187,21 +195,69 @@ bool is_clear(const Candidates& candidates, std::size_t best, bool has_own, cons
   return others;
 }
 
-/// The disparity that (x, y) should take; `none` where it should stay as it is. Sets its difference.
-std::int16_t better_surface(const NccRows& rows, std::int32_t x, std::int32_t y, std::int16_t own, const Rules& rules,
-                            EdgeWorkspace& w) {
+/// What a pixel should do: take a disparity, become empty, or stay as it is.
+struct Choice {
+  std::int16_t quarter_px = none;
+  bool contradicted = false;  ///< by the images, as is the pixel's own disparity: it becomes empty
+  float difference = 0;       ///< of its counterparts
+  float lead = 0;             ///< by which they differ less than those of its own disparity; 0 without one
+};
+
+/// Whether counterparts one step of disparity away are more alike: at a true disparity they are most alike.
+bool is_contradicted(const NccRows& rows, std::int32_t x, std::int32_t y, const Choice& choice, std::int32_t step,
+                     std::int32_t brightness) {
+  for (const std::int32_t d : {choice.quarter_px - step, choice.quarter_px + step}) {
+    if (sees_patch(rows, x, y, d) && patch_difference(rows, x, y, d, brightness) < choice.difference) return true;
+  }
+  return false;
+}
+
+/// Share of the surroundings of (x, y) with a disparity that are on the surface with the disparity `chosen`.
+float share_around(std::int32_t x, std::int32_t y, std::int16_t chosen, std::int32_t step, EdgeWorkspace& w) {
+  std::int32_t known = 0;
+  std::int32_t same = 0;
+  for (std::int32_t away = edge_reach / 2; away <= edge_reach; away += edge_reach / 2) {
+    for (std::int32_t v = y - away; v <= y + away; v += away) {
+      const std::int16_t* row = row_of(w, v).data() + edge_reach;
+      for (std::int32_t u = x - away; u <= x + away; u += away) {
+        if (row[u] == none || (u == x && v == y)) continue;
+        ++known;
+        same += std::abs(row[u] - chosen) <= step ? 1 : 0;
+      }
+    }
+  }
+  return static_cast<float>(same) / static_cast<float>(std::max(known, 1));
+}
+
+/// The error of a pixel that takes `choice`: of the surface where it surely belongs to it, else of the choice.
+float taken_sigma(std::int32_t x, std::int32_t y, std::int16_t own, const Choice& choice, std::int32_t step,
+                  EdgeWorkspace& w) {
+  const float share = share_around(x, y, choice.quarter_px, step, w);
+  const float in_grey = 1.0F / quarters_per_px;
+  const float window = own == none ? 0 : std::max(0.0F, window_grey - choice.lead * in_grey);
+  const float doubt = choice.difference * in_grey + window + surroundings_grey * (1 - share);
+  if (doubt < most_doubt_grey) return right_surface_sigma_px;
+  const auto i = static_cast<std::size_t>(x);
+  const std::int32_t farthest = std::max(w.highest[i] - choice.quarter_px, choice.quarter_px - (w.lowest[i] + 1));
+  const float distance_px = static_cast<float>(farthest) / quarters_per_px;
+  return std::clamp(doubtful_share * distance_px, right_surface_sigma_px, most_sigma_px);
+}
+
+/// Sets the difference of (x, y), too.
+Choice better_surface(const NccRows& rows, std::int32_t x, std::int32_t y, std::int16_t own, const Rules& rules,
+                      EdgeWorkspace& w) {
   const std::int32_t brightness = w.brightness[static_cast<std::size_t>(x / search_tile)];
-  if (brightness == unknown_brightness) return none;
+  if (brightness == unknown_brightness) return {};
   float& stated = w.difference[static_cast<std::size_t>(x)];
   if (own != none) {
-    if (!sees_patch(rows, x, y, own)) return none;
+    if (!sees_patch(rows, x, y, own)) return {};
     stated = patch_difference(rows, x, y, own, brightness);
-    if (stated < rules.margin) return none;
+    if (stated < rules.margin) return {};
   } else if (grey_spread(rows.left, x, y) < rules.blank) {
-    return none;
+    return {};
   }
   Candidates candidates = candidates_of(x, y, own, rules.step, w);
-  if (candidates.count == 0) return none;
+  if (candidates.count == 0) return {};
   std::size_t best = 0;
   for (std::int32_t k = 0; k < candidates.count; ++k) {
     const auto i = static_cast<std::size_t>(k);
@@ -213,9 +269,14 @@ std::int16_t better_surface(const NccRows& rows, std::int32_t x, std::int32_t y,
   const std::int16_t found = candidates.quarter_px[best];
   const float margin = found > own ? rules.nearer_margin : rules.margin;
   const float most = own == none ? most_alike : stated - margin;
-  if (candidates.difference[best] > most || !is_clear(candidates, best, own != none, rules)) return none;
-  stated = candidates.difference[best];
-  return found;
+  if (candidates.difference[best] > most || !is_clear(candidates, best, own != none, rules)) return {};
+  Choice choice;
+  choice.quarter_px = found;
+  choice.difference = candidates.difference[best];
+  choice.lead = own == none ? 0 : stated - choice.difference;
+  choice.contradicted = is_contradicted(rows, x, y, choice, rules.step, brightness);
+  stated = choice.difference;
+  return choice;
 }
 
 /// Gives every right pixel to the left pixel that differs least from it, and takes the disparity of all others at edges
@@ -265,12 +326,13 @@ void decide_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
     return is_at_edge(lowest[x] + 1, highest[x], own[x], step) & static_cast<int>(valid[x] != 0);
   };
   for_each_flagged(patch_radius, width - patch_radius - 1, doubtful, [&](std::int32_t x) {
-    const std::int16_t better = better_surface(rows, x, y, own[x], rules, w);
+    const Choice choice = better_surface(rows, x, y, own[x], rules, w);
     edges = edges || w.difference[static_cast<std::size_t>(x)] >= 0;
-    if (better == none) return;
-    own[x] = better;
-    disparity_px.at(x, y) = static_cast<float>(better) / quarters_per_px;
-    sigma_px.at(x, y) = taken_sigma_px;
+    if (choice.quarter_px == none) return;
+    const float sigma = taken_sigma(x, y, own[x], choice, rules.step, w);
+    sigma_px.at(x, y) = choice.contradicted ? 0 : settled_sigma_px + sigma;
+    own[x] = choice.contradicted ? none : choice.quarter_px;
+    disparity_px.at(x, y) = static_cast<float>(choice.quarter_px) / quarters_per_px;
   });
   if (edges) share_out(width, rules.step, own, sigma_px.row(y), w);
 }

@@ -43,8 +43,11 @@ struct EdgeWorkspace {
 /// whose disparity differs by more than `params.surface_step_px` from those around it takes one of theirs if its
 /// counterparts there differ less by twice the noise of the sensor, six times for a nearer surface. A pixel without a
 /// disparity takes one of two surfaces around it if its counterparts are alike there, and differ more in the other by
-/// twice the noise. `sigma_px` of what is taken over is 3, before averaging. Decided rows are part of the surroundings
-/// of the next ones. Larger disparities are nearer. Of `rows` only sizes, masks and images are read.
+/// twice the noise. What would be taken is left empty if counterparts `params.surface_step_px` away on either side are
+/// more alike. `sigma_px` of what is taken over is settled_sigma_px and an error: 0.4 px, or 0.6 of the distance to the
+/// farthest other surface where the choice is doubtful: counterparts differ, a window found another disparity, or the
+/// surroundings are mostly on other surfaces. Decided rows are part of the surroundings of the next ones. Larger
+/// disparities are nearer. Of `rows` only sizes, masks and images are read.
 void decide_edges_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
                       const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, EdgeWorkspace& workspace);
 

@@ -20,14 +20,22 @@ constexpr float least_correlation = 0.25F, noise_deviations = 2.5F;
 constexpr double same_surface_sigmas = 4;
 // Damps the correlation: noise of a good sensor, because the pixels are many.
 constexpr float damping_grey = 0.3F;
-// Errors of a plane through agreeing matches: their own, and what the ground does between them, per px of the gap.
-constexpr float end_sigma_px = 0.2F, sigma_per_px = 0.02F;
+// Errors of a plane through agreeing matches: its own, and what the ground does between them, per px of the gap.
+constexpr float plane_sigma_px = 0.2F, sigma_per_px = 0.005F;
+// Of the difference of both ends, and of the distance between the planes of all directions.
+constexpr float disagreement_share = 0.35F;
+// Where one direction only has matches on both sides, nothing confirms its plane.
+constexpr float lonely_sigma_px = 0.3F;
 
 constexpr std::array<std::int32_t, 3> steps_x = {0, 1, -1};
 
-struct PlaneAcross {
-  std::int32_t length = 0;  ///< of the gap between both matches; 0: none
-  float disparity_px = 0, sigma_px = 0;
+/// The planes through matches on opposite sides of a pixel, in up to four directions.
+struct PlanesAcross {
+  std::int32_t count = 0;
+  float lowest_px = 0, highest_px = 0;  ///< their disparities
+  // Of the plane with the shortest gap between both matches:
+  std::int32_t length = 0;
+  float disparity_px = 0, difference_px = 0;  ///< the difference is that of its ends
 };
 
 /// The nearest matches on both sides along one line, in pixels of that line.
@@ -36,19 +44,29 @@ struct Sides {
   float before_px = 0, after_px = 0;
 };
 
-void consider(const Sides& sides, const StereoParams& params, PlaneAcross& best) {
+void consider(const Sides& sides, const StereoParams& params, PlanesAcross& planes) {
   const std::int32_t reach = params.gap_reach_px;
   if (sides.before < 1 || sides.after < 1 || sides.before > reach || sides.after > reach) return;
-  const std::int32_t length = sides.before + sides.after;
-  if (best.length > 0 && length >= best.length) return;
   const float difference = sides.before_px - sides.after_px;
   if (std::fabs(difference) > static_cast<float>(params.gap_step_px)) return;
-  const auto whole = static_cast<float>(length);
-  const auto towards_after = static_cast<float>(sides.before) / whole;
-  const float spread = sigma_per_px * whole;
-  best.length = length;
-  best.disparity_px = sides.before_px - towards_after * difference;
-  best.sigma_px = std::sqrt(end_sigma_px * end_sigma_px + 0.25F * difference * difference + spread * spread);
+  const std::int32_t length = sides.before + sides.after;
+  const auto towards_after = static_cast<float>(sides.before) / static_cast<float>(length);
+  const float disparity = sides.before_px - towards_after * difference;
+  const bool first = planes.count++ == 0;
+  planes.lowest_px = first ? disparity : std::min(planes.lowest_px, disparity);
+  planes.highest_px = first ? disparity : std::max(planes.highest_px, disparity);
+  if (!first && length >= planes.length) return;
+  planes.length = length;
+  planes.disparity_px = disparity;
+  planes.difference_px = difference;
+}
+
+float sigma_of(const PlanesAcross& planes) {
+  const float ends = disagreement_share * planes.difference_px;
+  const float spread = disagreement_share * (planes.highest_px - planes.lowest_px);
+  const float ground = sigma_per_px * static_cast<float>(planes.length);
+  const float lonely = planes.count == 1 ? lonely_sigma_px : 0;
+  return std::sqrt(plane_sigma_px * plane_sigma_px + ends * ends + spread * spread + ground * ground + lonely * lonely);
 }
 
 bool is_gap(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y) {
@@ -182,23 +200,23 @@ void propose_gaps(const NccRows& rows, const StereoParams& params, std::int32_t 
       run_begin = x;
       for (run_end = x + 1; run_end < width && is_gap(rows.left_valid, sigma_px, run_end, y);) ++run_end;
     }
-    PlaneAcross best;
+    PlanesAcross planes;
     Sides across;
     if (run_begin > 0 && run_end < width && sigma_px.at(run_begin - 1, y) > 0 && sigma_px.at(run_end, y) > 0) {
       across = {x - run_begin + 1, run_end - x, disparity_px.at(run_begin - 1, y), disparity_px.at(run_end, y)};
     }
-    consider(across, params, best);
+    consider(across, params, planes);
     for (std::size_t k = 0; k < steps_x.size(); ++k) {
       const std::int32_t step = steps_x[k];
       // Pixels of one line have one number.
       const std::int32_t number = x - step * y + (step > 0 ? sigma_px.height - 1 : 0);
       GapLine& line = workspace.down[k][static_cast<std::size_t>(number)];
       follow(rows.left_valid, sigma_px, x, y, step, line);
-      consider(sides_down(disparity_px, x, y, step, line), params, best);
+      consider(sides_down(disparity_px, x, y, step, line), params, planes);
     }
-    if (best.length == 0 || !is_seen_again(rows, sigma_px, x, y, best.disparity_px, same_grey)) return;
-    disparity_px.at(x, y) = best.disparity_px;
-    sigma_px.at(x, y) = -best.sigma_px;
+    if (planes.count == 0 || !is_seen_again(rows, sigma_px, x, y, planes.disparity_px, same_grey)) return;
+    disparity_px.at(x, y) = planes.disparity_px;
+    sigma_px.at(x, y) = -sigma_of(planes);
     ++workspace.proposals;
   });
 }

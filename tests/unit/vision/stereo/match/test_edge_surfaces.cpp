@@ -9,6 +9,8 @@
 #include <random>
 #include <vector>
 
+#include "fsw/vision/stereo/match/disparity_smoothing.hpp"
+
 namespace ilp {
 namespace {
 
@@ -22,7 +24,8 @@ struct Scene {
   std::vector<float> disparity_px = std::vector<float>(width * height), sigma_px = disparity_px;
   double noise_grey = 1;
   double right_brighter = 0;
-  bool blank = false;  ///< the background is
+  bool blank = false;   ///< the background is
+  bool smooth = false;  ///< the background is waves, so that counterparts a few pixels away are still alike
 
   static std::size_t at(std::int32_t x, std::int32_t y) { return static_cast<std::size_t>(y * width + x); }
   static bool in_block(std::int32_t x) { return x >= 70 && x < 110; }
@@ -32,7 +35,10 @@ struct Scene {
     std::mt19937 random(seed);
     std::normal_distribution<double> normal(0, 1);
     std::vector<double> far_grey(static_cast<std::size_t>(2 * width * height)), near_grey = far_grey;
-    for (double& grey : far_grey) grey = blank ? 140 : 90 + 25 * normal(random);
+    for (std::size_t i = 0; i < far_grey.size(); ++i) {
+      const double wave = std::sin(0.21 * static_cast<double>(i % (2 * width)));
+      far_grey[i] = blank ? 140 : 90 + 25 * (smooth ? wave : normal(random));
+    }
     for (double& grey : near_grey) grey = 150 + 25 * normal(random);
     const auto levels = [&](double grey) {
       return static_cast<std::uint8_t>(std::lround(std::clamp(grey + noise_grey * normal(random), 0.0, 255.0)));
@@ -143,6 +149,50 @@ TEST(EdgeSurfaces, BlankGroundBesideTheBlockStaysEmpty) {
     scene.decide();
     EXPECT_EQ(scene.share(111, 114, [](float, float sigma) { return sigma > 0; }), 0) << seed;
   }
+}
+
+/// Of the pixels of these columns that took a disparity: the share whose error reaches half the way between the
+/// surfaces.
+double doubtful_share(const Scene& scene, std::int32_t x_begin, std::int32_t x_end) {
+  int doubtful = 0, taken = 0;
+  for (std::int32_t y = 8; y < height - 8; ++y) {
+    for (std::int32_t x = x_begin; x < x_end; ++x) {
+      const float sigma = scene.sigma_px[Scene::at(x, y)] - settled_sigma_px;
+      if (sigma <= 0) continue;
+      ++taken;
+      doubtful += sigma >= 0.5F * (near_px - far_px) ? 1 : 0;
+      EXPECT_GE(sigma, 0.4F);
+    }
+  }
+  EXPECT_GT(taken, 100);
+  return static_cast<double>(doubtful) / std::max(taken, 1);
+}
+
+TEST(EdgeSurfaces, ADoubtfulChoiceHasAnErrorThatReachesTheOtherSurface) {
+  Scene clear;
+  clear.make(1);
+  clear.set(110, 112, 0, 0);
+  clear.decide();
+  EXPECT_LT(doubtful_share(clear, 108, 112), 0.2);
+  // The same pixels, but a window found the block there, and noise leaves little between the surfaces.
+  Scene doubtful;
+  doubtful.noise_grey = 12;
+  doubtful.make(1);
+  doubtful.set(110, 112, near_px, 0.1F);
+  doubtful.decide();
+  EXPECT_GT(doubtful_share(doubtful, 108, 112), 0.8);
+}
+
+TEST(EdgeSurfaces, ADisparityThatTheImagesContradictIsNotTaken) {
+  Scene scene;
+  scene.smooth = true;
+  scene.make(6);
+  // What is beside the block has the disparity of the block, and all further on is off by the step of two surfaces.
+  scene.set(110, 114, near_px, 0.1F);
+  scene.set(114, width, far_px + 2.5F, 0.1F);
+  scene.decide();
+  EXPECT_LT(scene.share(110, 114, [](float d, float sigma) { return sigma > 0 && std::fabs(d - far_px - 2.5F) < 1; }),
+            0.05);
 }
 
 TEST(EdgeSurfaces, SlopesAndFlatGroundStayAsTheyAre) {

@@ -118,6 +118,59 @@ TEST(GapSupport, WeakTextureThatBothImagesSeeTakesThePlaneAroundIt) {
   EXPECT_EQ(within_one, count);
 }
 
+/// Mean stated error of the supported pixels.
+double mean_sigma(const Scene& scene) {
+  double sum = 0;
+  int count = 0;
+  scene.look([&](std::int32_t, std::int32_t, float, float sigma) {
+    sum += static_cast<double>(sigma);
+    ++count;
+  });
+  EXPECT_GT(count, 0);
+  return sum / count;
+}
+
+TEST(GapSupport, WherePlanesOfSeveralDirectionsDisagreeTheStatedErrorIsLarger) {
+  Scene scene;
+  scene.slope = 0;
+  scene.make(1);
+  scene.support();
+  const double agreeing = mean_sigma(scene);
+  scene.make(1);
+  // The matches above and below the gap are 0.8 px nearer than those beside it.
+  for (std::int32_t y = 0; y < height; ++y) {
+    for (std::int32_t x = 50; x < 66; ++x) {
+      if (!Scene::in_gap(x, y)) scene.map.disparity_px[static_cast<std::size_t>(y * width + x)] += 0.8F;
+    }
+  }
+  scene.support();
+  EXPECT_GT(mean_sigma(scene), 1.3 * agreeing);
+}
+
+TEST(GapSupport, APlaneThatNoOtherDirectionConfirmsHasALargerStatedError) {
+  Scene scene;
+  scene.slope = 0;
+  scene.make(1);
+  scene.support();
+  const double confirmed = mean_sigma(scene);
+  scene.make(1);
+  // The gap reaches from the top to the bottom of the view: only matches to its left and right are opposite.
+  for (std::int32_t y = 0; y < height; ++y) {
+    for (std::int32_t x = 50; x < 66; ++x) scene.map.sigma_px[static_cast<std::size_t>(y * width + x)] = 0;
+  }
+  scene.support();
+  double sum = 0;
+  int count = 0;
+  // At the edge of the view, where the diagonals do not end in matches either.
+  scene.look([&](std::int32_t x, std::int32_t y, float, float sigma) {
+    if (y >= 4 || x < 56 || x >= 60) return;
+    sum += static_cast<double>(sigma);
+    ++count;
+  });
+  ASSERT_GT(count, 0);
+  EXPECT_GT(sum / count, 1.3 * confirmed);
+}
+
 TEST(GapSupport, NoiseIsNoGround) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     Scene scene;
