@@ -40,7 +40,7 @@ constinit std::atomic<bool> sealed = false;
 constinit std::atomic<std::uint64_t> traps = 0;
 constinit HeapTrapMode trap_mode = HeapTrapMode::report;
 constinit std::uint64_t fault_at = 0;
-constinit std::uint64_t fault_countdown = 0;
+constinit thread_local std::uint64_t fault_countdown = 0;
 constinit thread_local HeapRegion open_region = HeapRegion::early;
 
 Arena& arena_of(HeapRegion region) {
