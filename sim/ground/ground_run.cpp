@@ -98,7 +98,9 @@ void merge_and_export(const GroundOptions& options, const report::Report& report
   const exports::Georeference place = exports::georeference_of(report.flight, strip, anchors);
   result.colmap = exports::write_colmap_model(report.flight, strip, options.out / ("colmap" + result.suffix));
   const auto map = map::merge_strip(report.flight, strip, views_of(report, strip), catalogue, {},
-                                    host::Progress(messages, "merging strip " + std::to_string(strip.id)));
+                                    host::Progress(messages, "Merging strip " + std::to_string(strip.id)));
+  host::LongPhases phases(messages);
+  phases("Writing the map of strip " + std::to_string(strip.id));
   exports::export_track(report.flight, place, options.out, result);
   if (!map) return;
   result.map = map->statistics;
@@ -164,7 +166,11 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   report.missing = intake::missing_of(report.flight);
   if (!report.missing.empty())
     messages << host::counted(report.missing.size(), "thing") << " missing: see the report\n";
-  if (!options.images.empty()) report::measure_image_quality(options.images, report);
+  host::LongPhases phases(messages);
+  if (!options.images.empty()) {
+    phases("Comparing with the images of the camera");
+    report::measure_image_quality(options.images, report);
+  }
   for (const intake::Strip* strip : strips_with_poses_first(report.flight)) {
     report::StripResult& result = report.strips.emplace_back();
     result.strip = *strip;
@@ -173,6 +179,7 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
     merge_and_export(options, report, anchors ? &*anchors : nullptr, before, catalogue, result, messages);
     if (reference) result.accuracy = report::measure_accuracy(report.flight, *strip, *reference);
   }
+  phases("Writing the report");
   report.has_viewer = viewer::viewer_available();
   report.tables = exports::write_flight_tables(report.flight, options.out);
   host::update_file(options.out / "report.json", report::report_json(report));

@@ -93,7 +93,7 @@ void report_skipped(const intake::Outbox& outbox, std::ostream& messages) {
 
 void take_in_work(const fs::path& out, intake::Catalogue& catalogue, std::ostream& messages) {
   const tasks::TakenIn taken =
-      tasks::take_in_results(out, catalogue, host::Progress(messages, "taking in results of tasks"));
+      tasks::take_in_results(out, catalogue, host::Progress(messages, "Taking in results of tasks"));
   if (taken.results > 0) messages << host::counted(taken.results, "result") << " of tasks taken in\n";
   if (taken.damaged > 0) messages << host::counted(taken.damaged, "result") << " of tasks damaged: done again\n";
 }
@@ -121,7 +121,7 @@ std::unique_ptr<intake::Catalogue> open_and_take_in(const GroundOptions& options
   if (shared && options.afresh) catalogue->forget_everything();
   catalogue->keep_mark(0);
   const intake::Catalogue::Intake intake =
-      catalogue->take_in(options.outbox, host::Progress(messages, "taking in files"));
+      catalogue->take_in(options.outbox, host::Progress(messages, "Taking in files"));
   tell_intake(*catalogue, intake, messages);
   take_in_work(options.out, *catalogue, messages);
   return catalogue;

@@ -28,7 +28,7 @@ std::vector<tasks::StripFinish> finishes_of(const report::Report& report, intake
   for (const tasks::StripTiles& strip : tiles_of(report)) {
     const map::PaintedTiles painted =
         map::paint_tiles(report.flight, strip.strip_id, strip.plan, catalogue, {},
-                         host::Progress(messages, "merging strip " + std::to_string(strip.strip_id)));
+                         host::Progress(messages, "Merging strip " + std::to_string(strip.strip_id)));
     strips.push_back(
         {strip.strip_id, strip.plan.cell, map::plan_finish(strip.plan, painted.summaries, painted.totals)});
   }

@@ -1,8 +1,6 @@
 #include "sim/sil/image_source.hpp"
 
 #include <fcntl.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -18,6 +16,7 @@
 #include "sim/host/colmap.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/host/photograph.hpp"
+#include "sim/host/progress.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/host/strip.hpp"
 #include "sim/host/text_format.hpp"
@@ -205,11 +204,10 @@ std::unique_ptr<ImageSource> open_simulation(const SourceOptions& options) {
 }  // namespace
 
 void render_scenario(const SourceOptions& options) {
-  const bool shown = isatty(STDERR_FILENO) != 0;
-  if (!shown) std::cerr << "Rendering the scenario " << options.scenario.name << "\n";
-  const auto show = [shown](int done, int total) {
-    if (shown)
-      std::cerr << "\r\033[Krendering the world: frame " << done << "/" << total << (done == total ? "\n" : "");
+  std::cerr << "Rendering the scenario " << options.scenario.name << "\n";
+  host::Progress progress(std::cerr, "Rendering, frame");
+  const auto show = [&](int done, int total) {
+    progress(static_cast<std::size_t>(done), static_cast<std::size_t>(total));
   };
   world::render_flight(fs::path(options.out) / "flight", options.scenario, show, options.threads);
 }

@@ -1,8 +1,6 @@
 // ilp-sil: the flight software over simulated or recorded images, in virtual time, as fast as the host allows, or in
 // real time with a packet link to the outside.
 
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
@@ -152,7 +150,6 @@ int run(CommandLine& line) {
   source.field_of_view_rad = mission.field_of_view_rad;
   source.triggered = mission.capture_mode != CaptureMode::regular;
   source.real_time = flight.real_time;
-  flight.progress = isatty(STDERR_FILENO) != 0;
   prepare_folder(flight.out, flight.resume);
   const std::unique_ptr<ImageSource> images = open_source(source);
   if (!images->camera_known) {

@@ -25,6 +25,7 @@
 #include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
+#include "sim/host/progress.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/sil/faulty_camera.hpp"
 #include "sim/sil/faulty_link.hpp"
@@ -76,31 +77,6 @@ std::int64_t record_count(Store& store, RecordType type) {
 double link_capacity(const MissionParameters& mission, TimeNs now) {
   return mission.link_bytes_per_s * 1e-9 * static_cast<double>(contact_between(mission, 0, now));
 }
-
-class ProgressBar {
- public:
-  ProgressBar(bool shown, std::size_t total) : shown_(shown), total_(total) {}
-  void update(std::int64_t frames, std::int64_t keyframes) {
-    if (!shown_ || frames == last_) return;
-    last_ = frames;
-    std::cerr << "\r\033[K";
-    if (total_ > 0) {
-      constexpr int width = 40;
-      const int filled = static_cast<int>(width * std::min<double>(1.0, double(frames) / double(total_)));
-      std::cerr << "flying [" << std::string(size_t(filled), '#') << std::string(size_t(width - filled), '.') << "] ";
-    }
-    std::cerr << frames << (total_ > 0 ? "/" + std::to_string(total_) : "") << " frames, " << keyframes << " keyframes"
-              << std::flush;
-  }
-  void end() const {
-    if (shown_) std::cerr << "\n";
-  }
-
- private:
-  bool shown_;
-  std::size_t total_;
-  std::int64_t last_ = -1;
-};
 
 nlohmann::json component_times(Executive& executive) {
   nlohmann::json list = nlohmann::json::array();
@@ -166,6 +142,7 @@ class Flight {
   [[nodiscard]] PastLives lives_so_far();
   void plan_cuts(std::size_t frames);
   void meet_power_cuts(std::int64_t frame);
+  void show_progress();
   void end_standstill();
 
   const FlightOptions& options_;
@@ -189,7 +166,9 @@ class Flight {
   std::unique_ptr<FlightSoftware> software_;
   Telecommands telecommands_;
   Receiver receiver_;
-  ProgressBar progress_;
+  std::size_t frames_;  ///< of the source; 0: not known
+  host::Progress progress_{std::cerr, "Flying, frame"};
+  std::int64_t flown_before_ = 0;  ///< frames of earlier lives
   StallGuard guard_;
   std::vector<PowerCut> cuts_;
   bool cut_armed_ = false;
@@ -206,7 +185,7 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
       camera_(source.camera(), options.faults, options.seed),
       telecommands_(options.telecommands),
       receiver_(out_ / "outbox", out_ / "acknowledged"),
-      progress_(options.progress, source.frames),
+      frames_(source.frames),
       guard_(longest_standstill_ns +
              static_cast<TimeNs>(std::min(options.faults.store_full_for_s, longest_wait_for_store_s)) * ns_per_s) {
   host::require(disk_.open((out_ / "flight.db").c_str()), "opening " + (out_ / "flight.db").string());
@@ -230,7 +209,14 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
     software_->navigate_by(navigation_);
   }
   host::require(software_->start(source.model), "starting the flight software");
+  flown_before_ = count(RecordType::frame);
   plan_cuts(source.frames);
+}
+
+void Flight::show_progress() {
+  const auto before = static_cast<std::size_t>(flown_before_);
+  const auto flown = static_cast<std::size_t>(count(RecordType::frame));
+  progress_(flown - std::min(flown, before), frames_ - std::min(frames_, before));
 }
 
 void Flight::plan_cuts(std::size_t frames) {
@@ -299,7 +285,7 @@ void Flight::run() {
     const Contact contact = contact_at(mission_, clock_.now());
     if (frame % 10 == 0) {
       if (link_.contact() && contact.open) receiver_.receive();
-      progress_.update(count(RecordType::frame), count(RecordType::keyframe));
+      show_progress();
       end_standstill();
     }
     if (options_.real_time && (stop_requested() || configuration_.restart_wanted())) {

@@ -22,7 +22,6 @@ struct FlightOptions {
   std::uint64_t seed = 1;
   std::int64_t power_cut_after = 0;  ///< minor frames; 0: never
   bool resume = false;
-  bool progress = false;
   bool real_time = false;  ///< until SIGTERM or SIGINT when there is a packet link
   std::string link_udp, link_udp_peer, link_tcp, cfdp_udp, cfdp_udp_peer;  ///< ADDRESS:PORT, empty for none
   std::string key_file;

@@ -50,7 +50,7 @@ std::map<std::int64_t, map::KeyframeLook> look_round(const intake::Flight& fligh
   for (const auto& [id, keyframe] : flight.keyframes) keyframes.push_back(&keyframe);
   std::vector<map::KeyframeLook> looks(keyframes.size());
   const std::int32_t width_px = map::look_width_px(keyframes.size());
-  host::Progress progress(messages, "decoding keyframes");
+  host::Progress progress(messages, "Decoding keyframes");
   std::mutex mutex;
   std::size_t done = 0;
   host::for_each_parallel(keyframes.size(), [&](std::size_t i) {

@@ -88,7 +88,7 @@ void hang_all(const std::vector<Unit>& units, Scene& scene, std::vector<std::uin
     place_all(scene, units, taken, model);
   }
   if (!any) return;
-  progress("adjusting what hangs at one keyframe");
+  progress("Adjusting what hangs at one keyframe");
   for (const double bound : {placing_px, adjusted_px, final_px}) {
     settle(scene, bound, model);
     match_pairs(relations_by_model(scene, model), scene);
@@ -114,7 +114,7 @@ bool grow_from(const intake::Flight& flight, const std::vector<Unit>& units, std
   close_loops(scene, drift_px(flight, scene, units[seed].strip_id), model);
   ModelExtent before_last;
   for (const double bound : {adjusted_px, final_px}) {
-    progress("adjusting the model of strip " + std::to_string(units[seed].strip_id));
+    progress("Adjusting the model of strip " + std::to_string(units[seed].strip_id));
     before_last = extent_of(scene, model);
     settle(scene, bound, model);
     match_pairs(relations_by_model(scene, model), scene);
@@ -133,12 +133,12 @@ Scene matched_scene(const intake::Flight& flight, intake::ResultCache* results, 
   add_link_sightings(flight, scene);
   const std::vector<std::uint8_t> loose = loose_views(scene);
   if (std::find(loose.begin(), loose.end(), 1) == loose.end()) return scene;
-  progress("finding corners");
+  progress("Finding corners");
   add_images(scene);
   std::vector<PairRelation> relations = relations_by_links(flight, scene);
   const std::vector<PairRelation> more = relations_by_features(scene, relations);
   relations.insert(relations.end(), more.begin(), more.end());
-  progress("matching keyframes that show the same ground");
+  progress("Matching keyframes that show the same ground");
   match_pairs(relations, scene);
   return scene;
 }

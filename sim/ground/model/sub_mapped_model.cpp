@@ -95,7 +95,7 @@ bool grow_in_sub_maps(const intake::Flight& flight, const std::vector<Unit>& uni
   for (int round = 0; round <= rounds_of_matching; ++round) {
     const std::vector<std::uint8_t> wanted = views_of_long_model(scene, units, seed, taken);
     if (wanted.empty()) return false;
-    progress("adjusting the sub-maps of strip " + std::to_string(units[seed].strip_id));
+    progress("Adjusting the sub-maps of strip " + std::to_string(units[seed].strip_id));
     const std::vector<SubMap> maps = adjusted_sub_maps(scene, wanted);
     std::vector<const SubMap*> placed;
     if (!place_views(flight, scene, units[seed], maps, grown, placed)) return false;
