@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "sim/ground/compare_command.hpp"
 #include "sim/ground/console/console_main.hpp"
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
@@ -96,10 +97,13 @@ int follow(GroundOptions options, int seconds) {
 int main(int argc, char** argv) {
   if (argc > 1 && std::string(argv[1]) == "console") return ilp::console::console_main(argc - 1, argv + 1);
   if (argc > 1 && std::string(argv[1]) == "merge") return ilp::ground::merge_main(argc, argv);
+  if (argc > 1 && std::string(argv[1]) == "compare") return ilp::ground::compare_main(argc, argv);
   if (argc > 1 && std::string(argv[1]) == "work") return work_main(argc - 1, argv + 1);
   CLI::App app{"Decodes the files of a downlink, merges them into one model per strip, and writes a report"};
   app.footer(
       "ilp-ground merge does the same in tasks on several processors or machines; see ilp-ground merge --help\n"
+      "ilp-ground compare MAP OTHER measures the height differences to another terrain model; see ilp-ground compare "
+      "--help\n"
       "ilp-ground console ADDRESS:PORT operates a "
       "flight over its link; see ilp-ground console --help");
   GroundOptions options;

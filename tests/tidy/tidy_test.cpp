@@ -162,6 +162,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"sim/ground/tasks/", host({"sim/ground/tasks/", "sim/ground/export/", "sim/ground/map/", "sim/ground/intake/"})},
     {"sim/ground/report/",
      host({"sim/ground/report/", "sim/ground/export/", "sim/ground/map/", "sim/ground/model/", "sim/ground/intake/"})},
+    {"sim/ground/compare/", host({"sim/ground/compare/", "sim/ground/report/", "sim/ground/map/"})},
     {"sim/ground/viewer/",
      host({"sim/ground/viewer/", "sim/ground/report/", "sim/ground/export/", "sim/ground/map/", "sim/ground/intake/"})},
     {"sim/ground/cfdp/", host({"sim/ground/cfdp/"})},

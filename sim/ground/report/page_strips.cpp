@@ -5,6 +5,7 @@
 #include <string>
 
 #include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/report/figures.hpp"
 #include "sim/ground/report/page_sections.hpp"
 #include "sim/ground/report/plan_view.hpp"
 #include "sim/ground/report/report.hpp"
@@ -20,32 +21,10 @@ struct StripFigures {
   std::string ortho, relief, oblique;  ///< <figure> elements; empty without a grid
 };
 
-using PicturePoint = std::array<double, 2>;
-
-std::string px(double value) {
-  return host::fixed(value, 1);
-}
-
-std::string open_svg(const host::Raster<host::Rgba>& picture, const std::string& label) {
-  const std::string w = std::to_string(picture.width), h = std::to_string(picture.height);
-  return "<svg viewBox=\"0 0 " + w + " " + h + "\" role=\"img\" aria-label=\"" + label + "\"><image width=\"" + w +
-         "\" height=\"" + h + "\" href=\"" + host::data_uri(host::png_bytes(picture)) + "\"/>";
-}
-
 std::string polyline(const std::vector<PicturePoint>& points, const char* style) {
   std::string svg = std::string("<polyline class=\"") + style + "\" points=\"";
   for (const auto& p : points) svg += px(p[0]) + "," + px(p[1]) + " ";
   return svg + "\"/>";
-}
-
-std::string segment(const PicturePoint& a, const PicturePoint& b, const char* style) {
-  return std::string("<line class=\"") + style + "\" x1=\"" + px(a[0]) + "\" y1=\"" + px(a[1]) + "\" x2=\"" + px(b[0]) +
-         "\" y2=\"" + px(b[1]) + "\"/>";
-}
-
-std::string label(double x, double y, const char* anchor, const std::string& text) {
-  return "<text class=\"number\" x=\"" + px(x) + "\" y=\"" + px(y) + "\" text-anchor=\"" + anchor + "\">" + text +
-         "</text>";
 }
 
 // The track with a dot per keyframe; a number only where it does not touch the previous number.
@@ -62,43 +41,12 @@ std::string draw_track(const std::vector<PicturePoint>& points, const std::vecto
   return svg;
 }
 
-std::string scale_bar(const PlanView& view, const char* unit) {
-  const double wanted = 0.18 * view.width * view.unit_per_px;
-  double length = std::pow(10.0, std::floor(std::log10(wanted)));
-  if (wanted >= 5 * length) {
-    length *= 5;
-  } else if (wanted >= 2 * length) {
-    length *= 2;
-  }
-  const double x0 = 16, y = view.height - 16.0, x1 = x0 + length / view.unit_per_px;
-  return segment({x0, y}, {x1, y}, "track dark") + segment({x0, y}, {x1, y}, "track") +
-         label(0.5 * (x0 + x1), y - 7, "middle", host::brief(length) + " " + unit);
-}
-
 std::string world_arrow(const PlanView& view) {
   // The world's +x axis in the picture: the view is turned by the flight direction.
   const double x = view.width - 60.0, y = view.height - 60.0, length = 24;
   const double dx = view.cosine * length, dy = view.sine * length;
   return segment({x, y}, {x + dx, y + dy}, "track dark") + segment({x, y}, {x + dx, y + dy}, "track") +
          label(x + 1.6 * dx, y + 1.6 * dy + 4, "middle", "x");
-}
-
-std::string relief_legend(const host::ValueRange& range, const char* unit, std::int32_t width) {
-  std::string svg = "<defs><linearGradient id=\"heights\">";
-  for (int i = 0; i <= 10; ++i) {
-    const host::Rgb c = host::viridis(i / 10.0);
-    svg += "<stop offset=\"" + std::to_string(10 * i) + "%\" stop-color=\"rgb(" + std::to_string(c.r) + "," +
-           std::to_string(c.g) + "," + std::to_string(c.b) + ")\"/>";
-  }
-  const double x = width - 216.0;
-  return svg + "</linearGradient></defs><rect x=\"" + px(x) +
-         "\" y=\"12\" width=\"200\" height=\"11\" fill=\"url(#heights)\"/>" +
-         label(x, 40, "start", host::brief(range.low)) +
-         label(x + 200, 40, "end", host::brief(range.high) + " " + unit);
-}
-
-std::string figure(const std::string& svg, const std::string& caption) {
-  return "<figure>" + svg + "</svg><figcaption>" + caption + "</figcaption></figure>\n";
 }
 
 std::vector<Vec3> centres_of(const std::vector<intake::TrackPoint>& track) {
@@ -123,7 +71,7 @@ StripFigures strip_figures(const intake::Flight& flight, const StripResult& stri
   figures.ortho = figure(open_svg(ortho_picture(surface), "orthoimage with the track") + marks,
                          "Orthoimage, turned so that the flight goes from left to right. The line is the track, the "
                          "numbers are keyframes. Blank: no depth was sent there.");
-  figures.relief = figure(open_svg(relief_picture(surface, range), "heights") + relief_legend(range, unit, view.width),
+  figures.relief = figure(open_svg(relief_picture(surface, range), "heights") + colour_legend(range, unit, view.width),
                           "Heights above the mean plane, shaded from the upper left (slopes " +
                               host::brief(surface.exaggeration) + " times steeper than they are).");
 

@@ -1,3 +1,4 @@
+#include "sim/ground/report/figures.hpp"
 #include "sim/ground/report/page_sections.hpp"
 #include "sim/host/text_format.hpp"
 
@@ -79,11 +80,14 @@ td.w{min-width:11em}.frame .row{grid-template-columns:1fr 1fr}}
 
 }  // namespace
 
+std::string begin_page(const std::string& title) {
+  return "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+         "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>" +
+         host::escaped(title) + "</title><style>" + report_style + "</style></head>\n<body><main>\n";
+}
+
 std::string report_html(const Report& report) {
-  std::string html =
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
-      "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>" +
-      host::escaped(report.title) + "</title><style>" + report_style + "</style></head>\n<body><main>\n";
+  std::string html = begin_page(report.title);
   html += page_summary(report);
   html += page_joined(report);
   html += page_strips(report);

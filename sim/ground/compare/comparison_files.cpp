@@ -1,0 +1,178 @@
+#include "sim/ground/compare/comparison_files.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "sim/ground/report/figures.hpp"
+#include "sim/host/files.hpp"
+#include "sim/host/picture.hpp"
+#include "sim/host/svg_plot.hpp"
+#include "sim/host/text_format.hpp"
+
+namespace ilp::compare {
+namespace {
+
+using host::brief;
+using nlohmann::json;
+
+json number(double value) {
+  return std::isfinite(value) ? json(value) : json();
+}
+
+json told(const Vec3& v) {
+  return {number(v.x()), number(v.y()), number(v.z())};
+}
+
+json told(const SpreadOfHeights& s) {
+  return {{"samples", s.cells},
+          {"mean_m", number(s.mean)},
+          {"median_m", number(s.median)},
+          {"rmse_m", number(s.rmse)},
+          {"nmad_m", number(s.nmad)}};
+}
+
+json share(std::uint64_t part, std::uint64_t all) {
+  return all == 0 ? json() : json(static_cast<double>(part) / static_cast<double>(all));
+}
+
+json alignment_json(const Comparison& c) {
+  const HeightAlignment& a = c.alignment;
+  return {{"fit", c.fit == Fit::none ? "none" : (c.fit == Fit::shift ? "shift" : "similarity")},
+          {"aligned", a.aligned},
+          {"horizontal_determined", a.horizontal},
+          {"shift_m", told(a.shift)},
+          {"scale", a.moved.scale},
+          {"turn_rad", told(a.turn_rad)},
+          {"residual_shift_of_halves_m", told(a.residual)},
+          {"before", told(a.before)},
+          {"after", told(a.after)}};
+}
+
+json comparison_json(const Comparison& c) {
+  const DifferenceStatistics& d = c.difference;
+  const CellCounts& n = c.counts;
+  return {{"map", c.map.string()},
+          {"other", c.other.string()},
+          {"alignment", alignment_json(c)},
+          {"cell_m", c.cell},
+          {"other_cell_m", c.other_cell},
+          {"difference",
+           {{"count", d.count},
+            {"mean_m", d.mean},
+            {"median_m", d.median},
+            {"deviation_m", d.deviation},
+            {"rmse_m", d.rmse},
+            {"nmad_m", d.nmad},
+            {"abs_68_m", d.abs_68},
+            {"abs_95_m", d.abs_95},
+            {"least_m", d.least},
+            {"most_m", d.most}}},
+          {"histogram",
+           {{"low_m", d.histogram.low},
+            {"bin_m", d.histogram.width},
+            {"counts", d.histogram.counts},
+            {"outside", d.histogram.outside}}},
+          {"cells",
+           {{"compared", n.compared},
+            {"without_height", n.without_height},
+            {"outside_other", n.outside},
+            {"without_other", n.without_other},
+            {"steep", n.steep},
+            {"max_slope_deg", c.max_slope_rad * 180 / std::numbers::pi}}},
+          {"sigma",
+           {{"cells", n.with_sigma},
+            {"within_1", share(n.within_1, n.with_sigma)},
+            {"within_2", share(n.within_2, n.with_sigma)}}},
+          {"remarks", c.remarks}};
+}
+
+/// A grid of the report's pictures, with rows from the north.
+map::GroundGrid grid_of(const host::Raster<float>& values, double cell) {
+  map::GroundGrid grid(0, 0, cell, values.width, values.height);
+  grid.height = values;
+  for (std::size_t i = 0; i < values.samples.size(); ++i) {
+    grid.count.samples[i] = std::isfinite(values.samples[i]) ? 1 : 0;
+  }
+  return grid;
+}
+
+struct Picture {
+  host::Raster<host::Rgba> pixels;
+  report::PlanView view;
+  host::ValueRange range;
+  double exaggeration = 1;
+};
+
+/// The shape of the ground by its shade, the difference by its colour.
+Picture draw(const Comparison& c) {
+  const map::GroundGrid heights = grid_of(c.overview.height, c.overview.cell);
+  const map::GroundGrid differences = grid_of(c.overview.difference, c.overview.cell);
+  Picture picture;
+  picture.view = report::make_plan_view(&heights, {}, 1400, 1000);
+  report::ViewSurface surface = report::resample(heights, map::mean_plane(heights), picture.view);
+  picture.exaggeration = surface.exaggeration;
+  surface.relief = report::resample(differences, map::Plane{}, picture.view).relief;
+  const double side = std::max(c.difference.abs_95, 1e-6);
+  picture.range = {-side, side};
+  picture.pixels = report::relief_picture(surface, picture.range);
+  return picture;
+}
+
+std::string histogram_plot(const Comparison& c) {
+  const HeightHistogram& h = c.difference.histogram;
+  host::PlotSeries outline{"cells", "s1", host::Mark::curve, {}};
+  for (std::size_t i = 0; i < h.counts.size(); ++i) {
+    const double x = h.low + static_cast<double>(i) * h.width, count = static_cast<double>(h.counts[i]);
+    outline.points.emplace_back(x, count);
+    outline.points.emplace_back(x + h.width, count);
+  }
+  host::Plot plot;
+  plot.title = "Height differences; " + std::to_string(h.outside) + " cells lie outside of the plot";
+  plot.x_label = "map minus other model, m";
+  plot.y_label = "cells";
+  plot.series.push_back(std::move(outline));
+  plot.counts = false;
+  return host::svg_plot(plot);
+}
+
+std::string table_of(const std::vector<std::string>& lines) {
+  std::string html = "<div class=\"scroll\"><table>\n";
+  for (const std::string& line : lines) {
+    const std::size_t word = line.find(' '), text = line.find_first_not_of(' ', word);
+    if (text == std::string::npos) continue;
+    html += "<tr><td class=\"t\">" + host::escaped(line.substr(0, word)) + "</td><td class=\"t w\">" +
+            host::escaped(line.substr(text)) + "</td></tr>\n";
+  }
+  return html + "</table></div>\n";
+}
+
+std::string page(const Comparison& c, const Picture& picture) {
+  const std::string title = "Heights of " + c.map.filename().string() + " against " + c.other.filename().string();
+  std::string html = report::begin_page(title) + "<header><p class=\"kicker\">Comparison</p><h1>" +
+                     host::escaped(title) + "</h1></header>\n";
+  html += table_of(summary_of(c));
+  html += "<h2>Map minus other model</h2>\n" +
+          report::figure(report::open_svg(picture.pixels, "height difference in colours over the shaded ground") +
+                             report::colour_legend(picture.range, "m", picture.view.width) +
+                             report::scale_bar(picture.view, "m"),
+                         "Colours: height of the map minus height of the other model after alignment. The range holds "
+                         "95 % of the cells. Shades: the ground of the map, lit from the upper left (slopes " +
+                             brief(picture.exaggeration) + " times steeper than they are). Blank: not compared.");
+  html += "<div class=\"plots\">" + histogram_plot(c) + "</div>\n";
+  return html +
+         "<footer class=\"note\"><p>Beside this page: <code>difference.tif</code>, <code>difference.png</code>, "
+         "<code>comparison.json</code>.</p></footer>\n</main></body></html>\n";
+}
+
+}  // namespace
+
+void write_comparison_files(const Comparison& c) {
+  const Picture picture = draw(c);
+  host::update_file(c.out / "difference.png", host::png_bytes(picture.pixels));
+  host::update_file(c.out / "comparison.json", comparison_json(c).dump(1) + "\n");
+  host::update_file(c.out / "comparison.html", page(c, picture));
+}
+
+}  // namespace ilp::compare
