@@ -30,8 +30,10 @@ inline constexpr std::size_t ram_store_bytes = 2 * sqlite_arena_bytes;
 
 inline constexpr std::size_t flight_stack_bytes = std::size_t{512} << 10U;  // 64 KiB used in the default flight
 inline constexpr std::size_t worker_stack_bytes = std::size_t{128} << 10U;
-// The C library's requests before the heap is sealed; 72 KiB of it is the reserve of the C++ run-time.
+// The C library's requests before the heap is sealed; 72 KiB of it is the reserve of the C++ run-time. The libraries of
+// a server's client need more when they are loaded.
 inline constexpr std::size_t early_heap_bytes = std::size_t{128} << 10U;
+inline constexpr std::size_t postgres_early_heap_bytes = std::size_t{512} << 10U;
 
 inline constexpr std::size_t max_image_pixels =
     static_cast<std::size_t>(max_image_width) * static_cast<std::size_t>(max_image_height);

@@ -45,7 +45,8 @@ const char* const usage =
     "  --priority      real-time priority, 1 to 99, with all memory locked\n"
     "  --watchdog      a watchdog device of the kernel, kicked once per minor frame; its timeout is 30 s by default\n"
     "  --compute       a compute device, by the socket of its program, such as ilp-compute-vulkan (docs/compute.md)\n"
-    "  --worker        products are coded in a thread below the flight's priority, as by default in real time, or inline\n"
+    "  --worker        products are coded in a thread below the flight's priority, as by default in real time, or "
+    "inline\n"
     "                  in steps, as by default in virtual time (docs/worker.md)\n"
     "  --trap-heap     abort on any allocation after start-up\n";
 

@@ -15,12 +15,13 @@ namespace {
 
 constexpr auto region_count = static_cast<std::size_t>(HeapRegion::count);
 
-alignas(Arena::alignment) std::byte early_bytes[limits::early_heap_bytes];
 alignas(Arena::alignment) std::byte openjpeg_bytes[limits::openjpeg_arena_bytes];
 alignas(Arena::alignment) std::byte jpeg_bytes[limits::jpeg_arena_bytes];
 #ifdef ILP_POSTGRES
+alignas(Arena::alignment) std::byte early_bytes[limits::postgres_early_heap_bytes];
 alignas(Arena::alignment) std::byte postgres_bytes[limits::postgres_heap_bytes];
 #else
+alignas(Arena::alignment) std::byte early_bytes[limits::early_heap_bytes];
 alignas(Arena::alignment) std::byte postgres_bytes[Arena::alignment];
 #endif
 

@@ -38,10 +38,11 @@ Status Compressor::restore() {
   return status;
 }
 
-/// Loads the maps. If they cannot be read, all of the image counts as new.
-Status Compressor::load_depth(std::int64_t keyframe_id, Status& damage) {
+/// Loads what the product needs of the maps. If it cannot be read, all of the image counts as new.
+Status Compressor::load_depth(std::int64_t keyframe_id, ProductKind kind, Status& damage) {
   damage = get(store_, keyframe_id, subject_.depth);
-  if (damage.ok()) damage = load_maps(store_, subject_.depth, work().maps);
+  if (damage.ok() && kind == ProductKind::depth) damage = load_maps(store_, subject_.depth, work().maps);
+  if (damage.ok() && kind == ProductKind::image) damage = load_mask(store_, subject_.depth, work().maps);
   if (damage.ok() || (is_transient(damage) && !patience_.given_up(keyframe_id))) return damage;
   DepthRecord none;
   none.id = keyframe_id;
@@ -50,12 +51,8 @@ Status Compressor::load_depth(std::int64_t keyframe_id, Status& damage) {
   none.width = subject_.frame.width;
   none.height = subject_.frame.height;
   subject_.depth = none;
-  ILP_TRY(work().maps.codes.resize(none.width, none.height));
-  ILP_TRY(work().maps.sigma.resize(none.width, none.height));
   ILP_TRY(work().maps.mask.resize(none.width, none.height));
   const std::size_t area = work().maps.mask.view().area();
-  std::fill_n(work().maps.codes.view().data, area, std::uint16_t{0});
-  std::fill_n(work().maps.sigma.view().data, area, std::uint8_t{0});
   std::fill_n(work().maps.mask.view().data, area, std::uint8_t{255});
   subject_.depth.newly_seen = static_cast<std::uint32_t>(area);
   return {};
@@ -78,10 +75,9 @@ Status Compressor::load(std::int64_t keyframe_id, ProductKind kind, Status& dama
   CameraRecord camera;
   ILP_TRY(get_camera(store_, camera_id_of(subject_.pose), camera));
   subject_.camera = camera_model(camera);
-  ILP_TRY(load_depth(keyframe_id, damage));
-  const Status image = load_frame_image(store_, subject_.keyframe.frame_id, work().image);
+  ILP_TRY(load_depth(keyframe_id, kind, damage));
   // A depth map is coded without the image.
-  return kind == ProductKind::depth && !is_transient(image) ? Status{} : image;
+  return kind == ProductKind::depth ? Status{} : load_frame_image(store_, subject_.keyframe.frame_id, work().image);
 }
 
 /// Mean interval of the last `keyframes` keyframes, 0 if their first one is not on record. From records alone: a power
@@ -129,7 +125,7 @@ void Compressor::set_params(const BitPlan& plan) {
 Status Compressor::order(ProductKind kind) {
   const BitPlan plan =
       plan_bits(mission_, kind,
-                {subject_.richness.richness, subject_.depth.newly_seen, work().image.view().area(),
+                {subject_.richness.richness, subject_.depth.newly_seen, work().maps.mask.view().area(),
                  link_budget_bytes(mission_, interval_s_), link_budget_bytes(mission_, mean_interval_s_),
                  state_.ranks.rank(subject_.richness.richness)});
   ProductRecord& product = order_.product;

@@ -23,9 +23,9 @@ namespace ilp {
 /// that part. Each is a JP2 file with a metadata box that describes it. The quality of each layer is measured by
 /// decoding it. A step orders one product from the worker, and later ones ask for it and write it. The image comes last
 /// and completes the keyframe: where the image is on record, so is the depth if there is one. The scheme of an image
-/// depends on the rank of its index among those before it; if the checkpoint is older than the products, these keyframes
-/// are missing there. If maps cannot be read the image is coded whole. A product whose own input cannot be read is on
-/// record as dropped, as is one whose job is stuck.
+/// depends on the rank of its index among those before it; if the checkpoint is older than the products, these
+/// keyframes are missing there. If the mask cannot be read the image is coded whole. A product whose own input cannot
+/// be read is on record as dropped, as is one whose job is stuck.
 class Compressor final : public StageComponent<ComponentId::compressor> {
  public:
   static const CheckpointForm checkpoint;
@@ -67,7 +67,7 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
   };
 
   Status load(std::int64_t keyframe_id, ProductKind kind, Status& damage);
-  Status load_depth(std::int64_t keyframe_id, Status& damage);
+  Status load_depth(std::int64_t keyframe_id, ProductKind kind, Status& damage);
   Status measure_interval(std::int64_t keyframes, double& interval_s);
   StepResult order_next();
   Status order(ProductKind kind);

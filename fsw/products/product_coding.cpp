@@ -18,8 +18,7 @@ Status encode(ProductCoding& job, Jpeg2000Product& coded) {
     return encode_jpeg2000(job.codes(), depth_code_bits, mask, job.params, job.box.view(), job.jpeg2000, job.file(),
                            coded);
   }
-  const Status status =
-      encode_jpeg2000(job.image(), mask, job.params, job.box.view(), job.jpeg2000, job.file(), coded);
+  const Status status = encode_jpeg2000(job.image(), mask, job.params, job.box.view(), job.jpeg2000, job.file(), coded);
   if (!job.params.lossless || !status.is(StatusCode::grant_too_small)) return status;
   job.product.scheme = ProductScheme::lossy_region;
   job.params.lossless = false;

@@ -22,12 +22,13 @@ struct ProductBox {
 
 /// All memory of the job. What it reads is in it, so that the records and parameters may change meanwhile.
 struct ProductCoding {
-  /// The order. Quality layers, sizes, checksum, and the scheme if an exact region takes too many bytes, are the result.
+  /// The order. Quality layers, sizes, checksum, and the scheme if an exact region takes too many bytes, are the
+  /// result.
   ProductRecord product;
   Jpeg2000Params params;
-  bool region = false;          ///< the mask is used as region of interest
-  double depth_error_px = 0;    ///< layers that are finer are left off; 0: none
-  double px_per_code = 0;       ///< of a depth map
+  bool region = false;        ///< the mask is used as region of interest
+  double depth_error_px = 0;  ///< layers that are finer are left off; 0: none
+  double px_per_code = 0;     ///< of a depth map
   std::int32_t width = 0, height = 0;
   ProductBox box, box_if_lossy;  ///< the second one for an exact region that takes too many bytes
   std::array<std::uint16_t, limits::max_image_pixels> samples;  ///< codes of depth; or an image, in its first half
@@ -45,8 +46,8 @@ struct ProductCoding {
   [[nodiscard]] std::span<std::uint8_t> file() { return jpeg2000.place_of_file(); }
 };
 
-/// The function of the job; `coding` is a ProductCoding. It codes the product, decodes it to measure the quality of each
-/// layer, and writes the quality into the file.
+/// The function of the job; `coding` is a ProductCoding. It codes the product, decodes it to measure the quality of
+/// each layer, and writes the quality into the file.
 void code_product(void* coding);
 
 }  // namespace ilp

@@ -16,7 +16,8 @@
 namespace ilp {
 namespace {
 
-constexpr std::size_t stack_bytes = std::size_t{256} << 10U;
+// Sanitizers keep a megabyte of their own in each stack.
+constexpr std::size_t stack_bytes = std::size_t{2} << 20U;
 constexpr std::size_t stacks = 8;
 alignas(stack_page_bytes) std::byte stack_memory[stacks][stack_bytes];
 std::size_t stacks_used = 0;
