@@ -167,6 +167,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
      host({"sim/ground/viewer/", "sim/ground/report/", "sim/ground/export/", "sim/ground/map/", "sim/ground/intake/"})},
     {"sim/ground/cfdp/", host({"sim/ground/cfdp/"})},
     {"sim/ground/console/", host({"sim/ground/console/", "sim/ground/cfdp/"})},
+    {"sim/ground/serve/", host({"sim/ground/"})},
     {"sim/board/", host({"sim/ground/console/", "bsp/"})},
     {"sim/tools/lab/", host({"sim/tools/lab/", "sim/ground/", "sim/world/"})},
     {"sim/tools/score/", host({"sim/tools/score/", "sim/ground/", "sim/world/"})},

@@ -1,0 +1,37 @@
+// A flight whose files arrive: repeats the run of ilp-ground when there are new ones, and publishes what has changed.
+#pragma once
+
+#include <chrono>
+#include <iosfwd>
+#include <optional>
+
+#include "sim/ground/ground_run.hpp"
+#include "sim/ground/serve/shelf.hpp"
+#include "sim/ground/serve/state_log.hpp"
+
+namespace ilp::serve {
+
+class LiveFlight {
+ public:
+  explicit LiveFlight(ground::GroundOptions options) : options_(std::move(options)), shelf_(options_.out) {}
+  /// Runs once if anything has changed since the look before. A run that fails is repeated at the next change, or after
+  /// a minute; its error is in the item "run" meanwhile. One line per update goes to `messages`.
+  void look(std::ostream& messages);
+
+  [[nodiscard]] const StateLog& state() const { return state_; }
+  [[nodiscard]] StateLog& state() { return state_; }
+  [[nodiscard]] const Shelf& shelf() const { return shelf_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void run(std::ostream& messages);
+
+  ground::GroundOptions options_;
+  std::optional<std::uint64_t> known_;  ///< digest of the inputs of the run before
+  Clock::time_point again_ = Clock::time_point::max();
+  std::size_t updates_ = 0;
+  StateLog state_;
+  Shelf shelf_;
+};
+
+}  // namespace ilp::serve

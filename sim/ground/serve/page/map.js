@@ -1,0 +1,130 @@
+// The map of a strip with the track: drag or arrow keys move it, wheel or + and - bring it closer.
+
+const dot_px = 3;
+
+export class StripMap {
+  constructor(canvas, note) {
+    this.canvas = canvas;
+    this.note = note;
+    this.pictures = new Map();
+    this.zoom = 1;
+    this.shift = [0, 0];  // of the middle, strip units
+    this.kind = 'image';
+    this.listen();
+    new ResizeObserver(() => this.draw()).observe(canvas);
+  }
+
+  listen() {
+    const canvas = this.canvas;
+    let last = null;
+    canvas.addEventListener('pointerdown', (e) => { last = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
+    canvas.addEventListener('pointerup', () => { last = null; });
+    canvas.addEventListener('pointermove', (e) => {
+      if (!last) return;
+      this.move(e.clientX - last[0], e.clientY - last[1]);
+      last = [e.clientX, e.clientY];
+    });
+    canvas.addEventListener('wheel', (e) => { e.preventDefault(); this.closer(Math.exp(-e.deltaY / 400)); }, { passive: false });
+    canvas.addEventListener('keydown', (e) => {
+      const by = { ArrowLeft: [40, 0], ArrowRight: [-40, 0], ArrowUp: [0, 40], ArrowDown: [0, -40] }[e.key];
+      if (by) { e.preventDefault(); this.move(...by); }
+      if (e.key === '+') this.closer(1.5);
+      if (e.key === '-') this.closer(1 / 1.5);
+    });
+  }
+
+  show(strip, keyframes, kind) {
+    this.strip = strip;
+    this.track = keyframes.filter(([, k]) => k.c);
+    this.kind = kind;
+    this.draw();
+  }
+
+  whole() { this.zoom = 1; this.shift = [0, 0]; this.draw(); }
+  closer(factor) { this.zoom = Math.min(400, Math.max(0.5, this.zoom * factor)); this.draw(); }
+  move(dx, dy) { this.shift[0] -= dx / this.scale; this.shift[1] += dy / this.scale; this.draw(); }
+
+  // Low and high x and y of map and track.
+  bounds() {
+    const box = [Infinity, -Infinity, Infinity, -Infinity];
+    const include = (x, y) => { box[0] = Math.min(box[0], x); box[1] = Math.max(box[1], x); box[2] = Math.min(box[2], y); box[3] = Math.max(box[3], y); };
+    for (const [, k] of this.track) include(k.c[0], k.c[1]);
+    const map = this.strip?.map;
+    if (map) {
+      include(map.x, map.y);
+      include(map.x + map.size[0] * map.unit_per_px, map.y - map.size[1] * map.unit_per_px);
+    }
+    return box;
+  }
+
+  picture(path) {
+    let image = this.pictures.get(path);
+    if (!image) {
+      // What is shown stays until the next picture is there.
+      image = new Image();
+      image.onload = () => { this.pictures = new Map([[path, image]]); this.draw(); };
+      image.src = path;
+      this.pictures.set(path, image);
+    }
+    return image;
+  }
+
+  draw() {
+    const ratio = window.devicePixelRatio || 1;
+    const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
+    if (this.canvas.width !== Math.round(width * ratio)) this.canvas.width = Math.round(width * ratio);
+    if (this.canvas.height !== Math.round(height * ratio)) this.canvas.height = Math.round(height * ratio);
+    const context = this.canvas.getContext('2d');
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    if (!this.track) return;
+    const box = this.bounds();
+    if (!(box[1] >= box[0])) { this.note.textContent = 'No pose has come down yet.'; return; }
+    const spans = [Math.max(box[1] - box[0], 1e-9), Math.max(box[3] - box[2], 1e-9)];
+    this.scale = this.zoom * Math.min((width - 24) / spans[0], (height - 24) / spans[1]);
+    const middle = [(box[0] + box[1]) / 2 + this.shift[0], (box[2] + box[3]) / 2 + this.shift[1]];
+    const at = (x, y) => [width / 2 + (x - middle[0]) * this.scale, height / 2 - (y - middle[1]) * this.scale];
+    this.drawPicture(context, at);
+    this.drawTrack(context, at);
+    this.note.textContent = `${this.track.length} posed keyframes; the picture is ${(width / this.scale).toPrecision(3)} ${this.strip?.unit ?? 'units'} wide`;
+  }
+
+  drawPicture(context, at) {
+    const map = this.strip?.map;
+    if (!map || this.kind === 'none') return;
+    const image = this.picture(map[this.kind]);
+    if (!image.complete || !image.naturalWidth) return;
+    const [x, y] = at(map.x, map.y);
+    context.imageSmoothingEnabled = this.scale * map.unit_per_px < 4;
+    context.drawImage(image, x, y, map.size[0] * map.unit_per_px * this.scale, map.size[1] * map.unit_per_px * this.scale);
+  }
+
+  drawTrack(context, at) {
+    const style = getComputedStyle(this.canvas);
+    const line = new Path2D();
+    const dots = new Path2D();
+    this.track.forEach(([, k], i) => {
+      const [x, y] = at(k.c[0], k.c[1]);
+      i === 0 ? line.moveTo(x, y) : line.lineTo(x, y);
+      dots.rect(x - dot_px / 2, y - dot_px / 2, dot_px, dot_px);
+    });
+    context.lineWidth = 4;
+    context.strokeStyle = '#fff';
+    context.stroke(line);
+    context.lineWidth = 2;
+    context.strokeStyle = '#b8430f';
+    context.stroke(line);
+    context.fillStyle = '#1d232b';
+    context.fill(dots);
+    const last = this.track.at(-1)?.[1];
+    if (!last) return;
+    const [x, y] = at(last.c[0], last.c[1]);
+    context.beginPath();
+    context.arc(x, y, 7, 0, 2 * Math.PI);
+    context.fillStyle = '#b8430f';
+    context.fill();
+    context.strokeStyle = '#fff';
+    context.stroke();
+    context.fillStyle = style.color;
+  }
+}

@@ -1,0 +1,44 @@
+// The HTTP server of the live page.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "hal/posix/socket.hpp"
+#include "sim/ground/serve/live_flight.hpp"
+
+namespace ilp::serve {
+
+/// Bounds of what clients can take.
+struct ServerLimits {
+  unsigned connections = 64;                 ///< further ones are closed at once
+  unsigned streams = 24;                     ///< of them, pages that listen; further ones are told so (503)
+  std::size_t bytes_per_connection = 16384;  ///< for a request's line and headers together
+  unsigned idle_s = 30;                      ///< after which a silent connection is closed
+};
+
+/// Answers GET and HEAD, everything else with a text that says what is wrong:
+///   /             the page; /page/NAME its parts
+///   /events       what changes, as server-sent events: `id` is the place, `data` an Update; after Last-Event-ID only
+///                 what is new since. An event "alive" comes every 5 s
+///   /state        everything as one Update
+///   /map/NAME     a picture that an item names
+///   /files/NAME   a file of the results
+/// It reads only. Every connection has a thread.
+class PageServer {
+ public:
+  /// Throws std::runtime_error with a message for the user if it cannot listen there.
+  PageServer(const SocketAddress& address, LiveFlight& flight, const ServerLimits& limits = {});
+  ~PageServer();
+  PageServer(const PageServer&) = delete;
+  PageServer& operator=(const PageServer&) = delete;
+
+  /// Where it listens, such as 127.0.0.1:8080.
+  [[nodiscard]] std::string address() const;
+
+ private:
+  struct Inside;
+  std::unique_ptr<Inside> inside_;
+};
+
+}  // namespace ilp::serve

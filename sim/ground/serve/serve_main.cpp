@@ -1,0 +1,111 @@
+#include "sim/ground/serve/serve_main.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "sim/ground/serve/page_server.hpp"
+#include "sim/host/command_line.hpp"
+#include "sim/host/files.hpp"
+
+namespace ilp::serve {
+namespace {
+namespace fs = std::filesystem;
+
+struct Options {
+  ground::GroundOptions ground;
+  std::string flight, listen = "127.0.0.1:8080";
+  int every_s = 1;
+};
+
+SocketAddress listening_address(const std::string& text) {
+  SocketAddress address;
+  if (!parse_address(text.c_str(), address).ok()) {
+    throw std::runtime_error("an address to listen at is written 127.0.0.1:8080, not " + text);
+  }
+  return address;
+}
+
+// The folder of a flight holds its downlink as `outbox`, as the simulator writes it.
+void find_folders(Options& options) {
+  const fs::path given = fs::absolute(options.flight).lexically_normal();
+  fs::path folder = given.has_filename() ? given : given.parent_path();
+  if (!fs::is_directory(folder)) {
+    throw std::runtime_error(options.flight +
+                             " is no folder: name the folder in which the files arrive (create it before the "
+                             "flight), or the folder of a flight");
+  }
+  if (fs::is_directory(folder / "outbox")) folder /= "outbox";
+  options.ground.outbox = folder;
+  if (!options.ground.out.empty()) return;
+  const bool outbox = folder.filename() == "outbox";
+  options.ground.out = folder.parent_path() / (outbox ? "ground" : folder.filename().string() + "-ground");
+}
+
+// Held until the process ends. The runs of two servers in one folder would be mixed.
+void lock_folder(const fs::path& folder) {
+  host::make_output_folder(folder);
+  const fs::path path = folder / "serve.lock";
+  const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (file < 0) throw std::runtime_error("cannot write " + path.string() + ": " + host::write_failure(errno));
+  if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
+    throw std::runtime_error("another ilp-ground serve works in " + folder.string() +
+                             ": open its page, end it, or name another folder with --out");
+  }
+}
+
+int serve(Options& options) {
+  find_folders(options);
+  lock_folder(options.ground.out);
+  LiveFlight flight(options.ground);
+  const PageServer server(listening_address(options.listen), flight);
+  std::cout << "The flight is at http://" << server.address() << "\nResults: " << options.ground.out.string()
+            << std::endl;
+  while (true) {
+    flight.look(std::cerr);
+    std::this_thread::sleep_for(std::chrono::seconds(options.every_s));
+  }
+}
+
+}  // namespace
+
+int serve_main(int argc, char** argv) {
+  CLI::App app{
+      "Shows a live flight in a browser: map, track, products, telemetry, events and plots grow as files arrive",
+      "ilp-ground serve"};
+  app.footer("The server only shows; telecommands are given with ilp-ground console. docs/serve.md has more.");
+  Options options;
+  app.add_option("flight", options.flight,
+                 "folder in which the files arrive, or the folder of a flight with its outbox")
+      ->required();
+  app.add_option("--out", options.ground.out,
+                 "folder for the results (default: `ground` beside an outbox, else the folder's name with -ground)");
+  app.add_option(
+      "--listen", options.listen,
+      "ADDRESS:PORT of the page (default: 127.0.0.1:8080); with another address, everybody who reaches it can "
+      "read the flight; port 0: any free one");
+  app.add_option("--every", options.every_s, "seconds between two looks for new files (default: 1)")
+      ->check(CLI::Range(1, 3600));
+  app.add_option("--title", options.ground.title, "title of the page, such as the place or the mission");
+  app.add_option("--anchor", options.ground.anchor,
+                 "JSON file that says on which body and where the strips were flown");
+  app.add_option("--acknowledge", options.ground.acknowledge, "folder for acknowledgements to the flight");
+  if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
+  (void)std::signal(SIGPIPE, SIG_IGN);
+  try {
+    return serve(options);
+  } catch (const std::exception& error) {
+    std::cerr << "ilp-ground serve: " << error.what() << "\n";
+    return 1;
+  }
+}
+
+}  // namespace ilp::serve

@@ -1,0 +1,254 @@
+#!/usr/bin/env python3
+"""What a client of ilp-ground serve sees: http_test.py ILP_GROUND MAKE_DOWNLINK WORK [TEST...]"""
+import http.client
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import unittest
+
+from served import Server, Stream, deliver, of_keyframes, patience_s, wait_for
+
+ground, make_downlink, work = sys.argv[1:4]
+source = os.path.join(work, "downlink")
+keyframes = 8
+
+
+class Serve(unittest.TestCase):
+    def setUp(self):
+        self.folder = os.path.join(work, self.id().rsplit(".", 1)[1])
+        shutil.rmtree(self.folder, ignore_errors=True)
+        self.box, self.out = os.path.join(self.folder, "box"), os.path.join(self.folder, "box-ground")
+        os.makedirs(self.box)
+
+    def serve(self, *options):
+        server = Server(ground, self.box, "--listen", "127.0.0.1:0", *options)
+        self.addCleanup(server.end)
+        return server
+
+    def serve_whole(self):
+        deliver(source, self.box, os.listdir(source))
+        server = self.serve()
+        wait_for("the flight", lambda: server.state().get("summary", {}).get("posed") == keyframes)
+        wait_for("the end of the run", lambda: server.state()["run"]["state"] == "waiting")
+        return server
+
+    def test_keyframes_appear_on_an_open_page_as_their_files_arrive(self):
+        server = self.serve()
+        stream = Stream(server)
+        wait_for("the reason why nothing is shown", lambda: "nothing usable" in stream.items.get("run", {}).get("problem", ""))
+        for last in (2, 5, keyframes):
+            deliver(source, self.box, of_keyframes(source, max(1, last - 2), last))
+            wait_for(f"keyframe {last}", lambda: stream.keyframes() == list(range(1, last + 1)))
+            self.assertEqual(stream.items["summary"]["keyframes"], last)
+            self.assertEqual(stream.items["strip/1"]["posed"], last)
+        wait_for("the end of the run", lambda: stream.items["run"]["state"] == "waiting")
+        self.assertEqual(stream.items["run"]["problem"], "")
+        # The truth of the downlink: the camera flies along x, 80 % of the image overlaps, at equal steps.
+        x = [stream.items[f"k/{i}"]["c"][0] for i in range(1, keyframes + 1)]
+        steps = [b - a for a, b in zip(x, x[1:])]
+        for step in steps:
+            self.assertAlmostEqual(step, steps[0], delta=1e-4 * abs(steps[0]))
+        files = [os.path.getsize(os.path.join(self.box, n)) for n in os.listdir(self.box)]
+        self.assertEqual(stream.items["summary"]["received_bytes"], sum(files))
+
+    def test_only_what_has_changed_is_sent(self):
+        server = self.serve()
+        deliver(source, self.box, of_keyframes(source, 1, keyframes - 1))
+        stream = Stream(server)
+        wait_for("the flight", lambda: stream.items.get("summary", {}).get("posed") == keyframes - 1)
+        before = len(stream.updates)
+        deliver(source, self.box, of_keyframes(source, keyframes, keyframes))
+        wait_for("the last keyframe", lambda: keyframes in stream.keyframes())
+        sent = {name for update, _ in stream.updates[before:] for name in update["set"] if name.startswith("k/")}
+        self.assertNotIn("k/1", sent)
+        self.assertIn(f"k/{keyframes}", sent)
+        self.assertEqual(stream.items, {**server.state(), "run": stream.items["run"]})
+
+    def test_a_page_that_comes_back_gets_what_it_has_missed(self):
+        server = self.serve()
+        deliver(source, self.box, of_keyframes(source, 1, 4))
+        stream = Stream(server)
+        wait_for("the flight", lambda: stream.items.get("summary", {}).get("posed") == 4 and stream.items["run"]["state"] == "waiting")
+        stream.close()
+        deliver(source, self.box, of_keyframes(source, 5, 5))
+        wait_for("keyframe 5", lambda: "k/5" in server.state())
+        again = Stream(server, stream.place)
+        wait_for("keyframe 5 on the page", lambda: 5 in again.keyframes())
+        self.assertFalse(again.updates[0][0]["full"])
+        self.assertNotIn("k/1", again.items)
+        for nonsense in ("0-1", "x", "-", "ffffffffffffffff-99999999999999999999", stream.place + "9"):
+            afresh = Stream(server, nonsense)
+            wait_for("everything", lambda: afresh.keyframes() == [1, 2, 3, 4, 5])
+            self.assertTrue(afresh.updates[0][0]["full"])
+
+    def test_a_restart_of_the_server_loses_nothing(self):
+        server = self.serve_whole()
+        stream = Stream(server)
+        wait_for("the flight", lambda: len(stream.keyframes()) == keyframes)
+        place, before = stream.place, server.state()
+        server.end()
+        # The outbox is emptied, as a station does that has its files in the results.
+        for name in of_keyframes(source, 1, keyframes):
+            os.remove(os.path.join(self.box, name))
+        server = self.serve()
+        again = Stream(server, place)
+        wait_for("the flight", lambda: len(again.keyframes()) == keyframes)
+        self.assertTrue(again.updates[0][0]["full"])
+        after = wait_for("the end of the run", lambda: server.state() if server.state()["run"]["state"] == "waiting" else None)
+        self.assertEqual({k: v for k, v in after.items() if k.startswith(("k/", "strip/", "e/"))},
+                         {k: v for k, v in before.items() if k.startswith(("k/", "strip/", "e/"))})
+
+    def test_the_page_needs_nothing_from_elsewhere(self):
+        server = self.serve_whole()
+        status, headers, page = server.get("/")
+        self.assertEqual((status, headers["Content-Type"]), (200, "text/html; charset=utf-8"))
+        self.assertIn("default-src 'none'", headers["Content-Security-Policy"])
+        for part in ("live.css", "main.js", "connection.js", "map.js", "plots.js", "tables.js"):
+            status, headers, text = server.get("/page/" + part)
+            self.assertEqual(status, 200, part)
+            self.assertNotIn(b"http://", text)
+            self.assertNotIn(b"https://", text)
+        self.assertNotIn(b"http://", page + text)
+
+    def test_files_are_those_of_the_results(self):
+        server = self.serve_whole()
+        files = server.state()["files"]
+        self.assertEqual(files, sorted(set(files)))
+        for name in files + ["keyframes/000001-image.png"]:
+            status, _, content = server.get("/files/" + name)
+            with open(os.path.join(self.out, name), "rb") as file:
+                self.assertEqual((status, content), (200, file.read()), name)
+        map_ = server.state()["strip/1"]["map"]
+        for kind in ("image", "relief"):
+            status, headers, content = server.get(map_[kind])
+            self.assertEqual((status, headers["Content-Type"], content[:4]), (200, "image/png", b"\x89PNG"))
+            self.assertEqual([int.from_bytes(content[at:at + 4], "big") for at in (16, 20)], map_["size"])
+
+    def test_no_other_file_can_be_read(self):
+        server = self.serve_whole()
+        secret = os.path.join(self.folder, "secret.txt")
+        with open(secret, "w") as file:
+            file.write("not for you")
+        os.remove(os.path.join(self.out, "report.json"))
+        os.symlink(secret, os.path.join(self.out, "report.json"))
+        os.symlink(secret, os.path.join(self.out, "link.txt"))
+        with open(os.path.join(self.out, "own.txt"), "w") as file:
+            file.write("not for you")
+        up = ["../secret.txt", "%2e%2e/secret.txt", "%2E%2E%2Fsecret.txt", "..%2fsecret.txt", "....//secret.txt",
+              "keyframes/../../secret.txt", "%252e%252e/secret.txt", "..\\secret.txt", secret, "/" + secret,
+              "/etc/passwd", "%2fetc%2fpasswd", "link.txt", "own.txt", "report.json", "", ".", "keyframes", "results.txt",
+              "catalogue.db", "serve.lock", "%00/../../secret.txt", "file:///etc/passwd"]
+        for path in ["/files/" + u for u in up] + ["/map/" + u for u in up] + ["/page/" + u for u in up] + ["//etc/passwd"]:
+            status, headers, text = server.get(path)
+            self.assertIn(status, (404, 503), path)
+            self.assertTrue(headers["Content-Type"].startswith("text/plain"), path)
+            self.assertTrue(text.startswith(str(status).encode()), path)
+            self.assertNotIn(b"not for you", text)
+        self.assertIn(b"plain file", server.get("/files/report.json")[2])
+
+    def test_wrong_requests_are_answered_with_what_is_wrong(self):
+        server = self.serve()
+        for method in ("POST", "PUT", "DELETE", "OPTIONS", "PATCH"):
+            status, headers, text = server.get("/state", method, body=b"x" * 100)
+            self.assertEqual((status, headers["Allow"]), (405, "GET, HEAD"), method)
+            self.assertIn(b"GET and HEAD", text)
+        status, headers, text = server.get("/nothing<script>%07")
+        self.assertEqual((status, headers["X-Content-Type-Options"]), (404, "nosniff"))
+        self.assertTrue(headers["Content-Type"].startswith("text/plain"))
+        self.assertEqual(server.get("/", headers={"Host": "flight.example.org:80"})[0], 403)
+        for host in ("localhost:1", "127.0.0.1", "[::1]:80"):
+            self.assertEqual(server.get("/", headers={"Host": host})[0], 200, host)
+        self.assertEqual(server.get("/", "HEAD")[0], 200)
+        self.assertEqual(server.get("/", "HEAD")[2], b"")
+
+    def test_requests_too_large_or_broken_leave_it_at_work(self):
+        server = self.serve()
+
+        def send(octets):
+            with socket.create_connection((server.host, server.port), timeout=patience_s) as peer:
+                try:
+                    peer.sendall(octets)
+                    peer.shutdown(socket.SHUT_WR)
+                    return peer.recv(100)
+                except OSError:
+                    return b""
+
+        head = b"Host: localhost\r\n"
+        for octets in (b"GET /" + b"a" * 1000000 + b" HTTP/1.1\r\n" + head + b"\r\n",
+                       b"GET / HTTP/1.1\r\n" + head + b"".join(b"X-%d: y\r\n" % i for i in range(100000)) + b"\r\n",
+                       b"GET / HTTP/1.1\r\n" + head + b"X: " + b"y" * 1000000 + b"\r\n\r\n"):
+            self.assertNotIn(b" 200 ", send(octets))
+        for octets in (b"", b"\0" * 1000, b"\r\n\r\n", b"GET\r\n\r\n", os.urandom(5000), b"GET / HTTP/9.9\r\n\r\n",
+                       b"POST / HTTP/1.1\r\n" + head + b"Content-Length: 99999999999999\r\n\r\n" + b"z" * 100000,
+                       b"POST / HTTP/1.1\r\n" + head + b"Transfer-Encoding: chunked\r\n\r\nffffffffffffffff\r\n"):
+            send(octets)
+        self.assertEqual(server.get("/")[0], 200)
+        self.assertIsNone(server.process.poll())
+
+    def test_clients_are_bounded_and_places_come_back(self):
+        server = self.serve()
+        streams = [Stream(server) for _ in range(24)]
+        status, _, text = server.get("/events")
+        self.assertEqual(status, 503)
+        self.assertIn(b"close one of them", text)
+        self.assertEqual(server.get("/")[0], 200)
+        for stream in streams:
+            stream.close()
+
+        def admitted():
+            with socket.create_connection((server.host, server.port), timeout=patience_s) as peer:
+                peer.sendall(b"GET /events HTTP/1.1\r\nHost: localhost\r\n\r\n")
+                return b" 200 " in peer.recv(100)
+
+        wait_for("a place", admitted)
+        idle = []
+        for _ in range(200):
+            idle.append(socket.create_connection((server.host, server.port), timeout=patience_s))
+        for peer in idle:
+            peer.close()
+
+        def answers():
+            try:
+                return server.get("/")[0] == 200
+            except (OSError, http.client.HTTPException):
+                return False
+
+        wait_for("an answer", answers)
+
+    def test_a_silent_flight_keeps_the_stream_alive(self):
+        stream = Stream(self.serve())
+        wait_for("two signs of life", lambda: stream.alive >= 2)
+
+    def refused(self, *arguments):
+        run = subprocess.run([ground, "serve", *arguments], capture_output=True, text=True, timeout=patience_s)
+        self.assertEqual(run.returncode, 1, run.stderr)
+        return run.stderr
+
+    def test_a_start_that_cannot_be_says_what_to_do(self):
+        server = self.serve()
+        other = os.path.join(self.folder, "other")
+        os.makedirs(other)
+        message = self.refused(other, "--listen", server.address)
+        self.assertIn("another program uses this port", message)
+        self.assertIn("--listen", message)
+        self.assertIn("another ilp-ground serve works in", self.refused(self.box, "--listen", "127.0.0.1:0"))
+        self.assertIn("is no folder", self.refused(os.path.join(self.folder, "absent")))
+        self.assertIn("not 8080", self.refused(other, "--listen", "8080"))
+        self.assertIn("address of this computer", self.refused(other, "--listen", "192.0.2.1:8080"))
+
+    def test_the_folder_of_a_flight_names_its_outbox(self):
+        outbox = os.path.join(self.box, "outbox")
+        os.makedirs(outbox)
+        deliver(source, outbox, os.listdir(source))
+        server = self.serve()
+        wait_for("the flight", lambda: len([n for n in server.state() if n.startswith("k/")]) == keyframes)
+        self.assertTrue(os.path.exists(os.path.join(self.box, "ground", "report.html")))
+
+
+if __name__ == "__main__":
+    shutil.rmtree(source, ignore_errors=True)
+    os.makedirs(work, exist_ok=True)
+    subprocess.run([make_downlink, source, str(keyframes), "1", "160", "120"], check=True)
+    unittest.main(argv=sys.argv[:1] + sys.argv[4:], verbosity=2)

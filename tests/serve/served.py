@@ -1,0 +1,107 @@
+"""A server of ilp-ground serve under test, a stream of its events, and files that arrive."""
+import http.client
+import json
+import os
+import shutil
+import socket
+import subprocess
+import threading
+import time
+
+patience_s = 120
+
+
+def wait_for(what, condition):
+    end = time.monotonic() + patience_s
+    while time.monotonic() < end:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.05)
+    raise AssertionError("waited in vain for " + what)
+
+
+class Server:
+    def __init__(self, ground, box, *options):
+        self.process = subprocess.Popen([ground, "serve", box, *options], stdout=subprocess.PIPE, text=True)
+        first = self.process.stdout.readline()
+        assert first.startswith("The flight is at http://"), first
+        self.address = first.split("//")[1].strip()
+        self.host, port = self.address.split(":")
+        self.port = int(port)
+
+    def get(self, path, method="GET", headers=None, body=None):
+        connection = http.client.HTTPConnection(self.host, self.port, timeout=patience_s)
+        try:
+            connection.request(method, path, body=body, headers=headers or {})
+            answer = connection.getresponse()
+            return answer.status, dict(answer.getheaders()), answer.read()
+        finally:
+            connection.close()
+
+    def state(self):
+        return json.loads(self.get("/state")[2])["set"]
+
+    def end(self):
+        self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
+
+
+class Stream:
+    """Follows /events as a page does: keeps the items and the place."""
+
+    def __init__(self, server, place=None):
+        self.items, self.place, self.updates, self.alive = {}, place, [], 0
+        self.connection = http.client.HTTPConnection(server.host, server.port, timeout=patience_s)
+        self.connection.request("GET", "/events", headers={"Last-Event-ID": place} if place else {})
+        self.socket = self.connection.sock
+        self.answer = self.connection.getresponse()
+        self.thread = threading.Thread(target=self.follow, daemon=True)
+        self.thread.start()
+
+    def close(self):
+        self.socket.shutdown(socket.SHUT_RDWR)
+
+    def follow(self):
+        event = {}
+        try:
+            for line in self.answer:
+                name, _, value = line.decode().rstrip("\n").partition(": ")
+                if name:
+                    event[name] = value
+                    continue
+                if "data" in event and "id" in event:
+                    self.take(event)
+                elif event.get("event") == "alive":
+                    self.alive += 1
+                event = {}
+        except (OSError, http.client.HTTPException, ValueError, AttributeError):
+            pass  # the server or the test has ended the connection
+
+    def take(self, event):
+        update = json.loads(event["data"])
+        if update["full"]:
+            self.items = {}
+        self.items = {**self.items, **update["set"]}
+        for name in update["gone"]:
+            del self.items[name]
+        self.updates.append((update, len(event["data"])))
+        self.place = event["id"]
+
+    def keyframes(self):
+        return sorted(int(name[2:]) for name in list(self.items) if name.startswith("k/"))
+
+
+def deliver(source, box, names):
+    """Files arrive whole, under their names, as a station leaves them."""
+    for name in names:
+        part = os.path.join(box, "." + name + ".part")
+        shutil.copyfile(os.path.join(source, name), part)
+        os.rename(part, os.path.join(box, name))
+
+
+def of_keyframes(source, first, last):
+    """Names of the files of these keyframes, such as records-000003.ilp and product-000003-image.jp2."""
+    return [name for name in sorted(os.listdir(source))
+            if name.startswith(("records-", "product-")) and first <= int(name.split("-")[1][:6]) <= last]
