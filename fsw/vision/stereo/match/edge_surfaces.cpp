@@ -329,9 +329,13 @@ void decide_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
     const Choice choice = better_surface(rows, x, y, own[x], rules, w);
     edges = edges || w.difference[static_cast<std::size_t>(x)] >= 0;
     if (choice.quarter_px == none) return;
-    const float sigma = taken_sigma(x, y, own[x], choice, rules.step, w);
-    sigma_px.at(x, y) = choice.contradicted ? 0 : settled_sigma_px + sigma;
-    own[x] = choice.contradicted ? none : choice.quarter_px;
+    if (choice.contradicted) {
+      own[x] = none;
+      sigma_px.at(x, y) = 0;
+      return;
+    }
+    sigma_px.at(x, y) = settled_sigma_px + taken_sigma(x, y, own[x], choice, rules.step, w);
+    own[x] = choice.quarter_px;
     disparity_px.at(x, y) = static_cast<float>(choice.quarter_px) / quarters_per_px;
   });
   if (edges) share_out(width, rules.step, own, sigma_px.row(y), w);

@@ -81,8 +81,8 @@ auto gap_flag(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t
 }
 
 /// Makes `line` that of the gap pixel (x, y). A line of gap pixels is searched for its end once.
-void follow(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y, std::int32_t step,
-            GapLine& line) {
+[[gnu::always_inline]] inline void follow(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t x,
+                                          std::int32_t y, std::int32_t step, GapLine& line) {
   if (line.latest + 1 != y) {
     const std::int32_t u = x - step;
     const bool inside = y > 0 && u >= 0 && u < sigma_px.width;
@@ -116,8 +116,8 @@ struct Sums {
 };
 
 /// Over the gap pixels near (x, y) that are as bright as it; the right image is at `quarter_px` quarters.
-Sums sums_over_gap(const NccRows& rows, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y,
-                   std::int32_t quarter_px, std::int32_t same_grey) {
+[[gnu::always_inline]] inline Sums sums_over_gap(const NccRows& rows, ImageView<const float> sigma_px, std::int32_t x,
+                                                 std::int32_t y, std::int32_t quarter_px, std::int32_t same_grey) {
   const std::int32_t whole = -(-quarter_px >> 2);  // rounded up, so that the fraction adds to it
   const std::int32_t fraction = whole * quarters - quarter_px;
   const std::int32_t centre = rows.left.at(x, y);
@@ -154,8 +154,8 @@ Sums sums_over_gap(const NccRows& rows, ImageView<const float> sigma_px, std::in
 }
 
 /// Whether the images confirm a disparity of the gap pixel (x, y).
-bool is_seen_again(const NccRows& rows, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y, float d,
-                   std::int32_t same_grey) {
+[[gnu::always_inline]] inline bool is_seen_again(const NccRows& rows, ImageView<const float> sigma_px, std::int32_t x,
+                                                 std::int32_t y, float d, std::int32_t same_grey) {
   const auto quarter_px = static_cast<std::int32_t>(std::floor(d * quarters + 0.5F));
   const std::int32_t target = x - ((quarter_px + 2) >> 2);
   if (target < 0 || target >= rows.right.width || rows.right_valid.at(target, y) == 0) return false;
