@@ -81,8 +81,8 @@ auto gap_flag(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t
 }
 
 /// Makes `line` that of the gap pixel (x, y). A line of gap pixels is searched for its end once.
-void follow(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y, std::int32_t step,
-            GapLine& line) {
+[[gnu::always_inline]] inline void follow(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t x,
+                                          std::int32_t y, std::int32_t step, GapLine& line) {
   if (line.latest + 1 != y) {
     const std::int32_t u = x - step;
     const bool inside = y > 0 && u >= 0 && u < sigma_px.width;
