@@ -275,6 +275,73 @@ TEST_F(OnboardFlight, AVideoStreamOfAnotherSizeOrOfNoneIsRefused) {
   EXPECT_EQ(test::run_program(words).exit_status, 2) << "one source of images";
 }
 
+/// A picture of the strip in which each pixel is `times` x `times` pixels.
+std::string enlarged(int number, int times) {
+  char name[32];
+  std::snprintf(name, sizeof(name), "%04d.pgm", number);
+  const test::Bytes file = test::read_file(plain / "images" / name);
+  const auto* const pixels = file.data() + file.size() - 320 * 240;
+  std::string picture;
+  for (int y = 0; y < 240 * times; ++y) {
+    for (int x = 0; x < 320 * times; ++x) picture += static_cast<char>(pixels[y / times * 320 + x / times]);
+  }
+  return picture;
+}
+
+std::string enlarged_camera(int times) {
+  std::istringstream numbers(test::camera_numbers(plain));
+  double width = 0, height = 0, fx = 0, fy = 0, cx = 0, cy = 0;
+  numbers >> width >> height >> fx >> fy >> cx >> cy;
+  std::ostringstream text;
+  text.precision(17);
+  text << width * times << " " << height * times << " " << fx * times << " " << fy * times << " "
+       << (cx + 0.5) * times - 0.5 << " " << (cy + 0.5) * times - 0.5;
+  return text.str();
+}
+
+// The pictures of 1280 x 960 are the images of 640 x 480 with doubled pixels: their means are these images.
+TEST_F(OnboardFlight, PicturesLargerThanTheImagesMakeTheProductsOfTheirImages) {
+  constexpr int frames = 6;
+  fs::create_directories(folder_ / "images");
+  std::string index, stream = "YUV4MPEG2 W1280 H960 F1:4 Cmono\n";
+  for (int number = 1; number <= frames; ++number) {
+    char name[32];
+    std::snprintf(name, sizeof(name), "frame-%06d", number);
+    test::write_file(folder_ / "images/" + name, "P5\n640 480\n255\n" + enlarged(number, 2));
+    index += std::to_string((number - 1) * 4 * ns_per_s) + " " + name + "\n";
+    stream += "FRAME\n" + enlarged(number, 4);
+  }
+  test::write_file(folder_ / "images/index.txt", index);
+  test::write_file(folder_ / "strip.y4m", stream);
+  std::vector<std::string> words = command(folder_ / "images.db", {"--trap-heap"});
+  const auto source = std::find(words.begin(), words.end(), (plain / "index.txt").string());
+  const auto camera = std::find(words.begin(), words.end(), test::camera_numbers(plain));
+  *source = folder_ / "images/index.txt";
+  *camera = enlarged_camera(2);
+  const test::ProgramResult small = test::run_program(words);
+  ASSERT_EQ(small.exit_status, 0) << small.output;
+  const auto expected = test::files_of(folder_ / "outbox", {"product-"});
+  ASSERT_GT(expected.size(), 1U);
+
+  for (const char* name : {"outbox", "acknowledged"}) {
+    fs::remove_all(folder_ / name);
+    fs::create_directories(folder_ / name);
+  }
+  *std::find(words.begin(), words.end(), "--index") = "--y4m";
+  *source = folder_ / "strip.y4m";
+  *camera = enlarged_camera(4);
+  *std::find(words.begin(), words.end(), folder_ / "images.db") = folder_ / "stream.db";
+  const test::ProgramResult large = test::run_program(words);
+  ASSERT_EQ(large.exit_status, 0) << large.output;
+  EXPECT_NE(large.output.find("pictures of 1280 x 960 become images of 640 x 480"), std::string::npos) << large.output;
+  test::expect_same_files(expected, test::files_of(folder_ / "outbox", {"product-"}));
+
+  // Without --camera it goes on with the camera on record, which is that of the images.
+  words.erase(camera - 1, camera + 1);
+  const test::ProgramResult again = test::run_program(words);
+  EXPECT_EQ(again.exit_status, 0) << again.output;
+}
+
 TEST_F(OnboardFlight, WithoutADiskItFliesFromMemory) {
   const test::ProgramResult flown = test::run_program(command(folder_ / "none/flight.db", {"--fly-on", "--trap-heap"}));
   EXPECT_EQ(flown.exit_status, 0) << flown.output;

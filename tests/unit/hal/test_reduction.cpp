@@ -66,7 +66,7 @@ TEST(Reduction, OfKnownSensorsIsAsThePageSays) {
   expect({2592, 1944}, 4, 640, 480);
   expect({3280, 2464}, 5, 640, 480);
   expect({4056, 3040}, 6, 640, 480);
-  expect({4608, 2592}, 8, 576, 324);
+  expect({4608, 2592}, 7, 640, 370);
 }
 
 TEST(Reduction, SizesBeyondTheSensorLimitAndStripesAreRefused) {
