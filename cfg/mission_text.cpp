@@ -32,6 +32,21 @@ void cut_comment(char* text) {
   }
 }
 
+constexpr double radians_per_degree = 0.017453292519943295;
+
+/// Radians, or degrees with `deg` behind the number.
+bool parse_angle(const char* text, double& value) {
+  const std::size_t size = std::strlen(text);
+  if (size < 3 || std::strcmp(text + size - 3, "deg") != 0) return parse_decimal(text, value);
+  char digits[32];
+  if (size - 3 >= sizeof(digits)) return false;
+  std::memcpy(digits, text, size - 3);
+  digits[size - 3] = 0;
+  if (!parse_decimal(digits, value)) return false;
+  value *= radians_per_degree;
+  return true;
+}
+
 }  // namespace
 
 bool parse_decimal(const char* text, double& value) {
@@ -47,7 +62,8 @@ bool parse_decimal(const char* text, double& value) {
 
 bool parse_value(const ParameterInfo& info, const char* text, double& value) {
   const EnumValue* const choice = find_value(info.choices, text);
-  if (choice == nullptr) return parse_decimal(text, value);
+  if (choice == nullptr)
+    return std::strcmp(info.unit, "rad") == 0 ? parse_angle(text, value) : parse_decimal(text, value);
   value = choice->number;
   return true;
 }

@@ -50,8 +50,9 @@ class MissionText {
 /// A decimal number with an optional exponent, as the nearest double; `false` for anything else.
 [[nodiscard]] bool parse_decimal(const char* text, double& value);
 
-/// Reads the value of a parameter from a decimal number, the name of a choice, or `true` or `false` of a flag. Returns
-/// `false` for other text; set_parameter checks the range.
+/// Reads the value of a parameter from a decimal number, the name of a choice, or `true` or `false` of a flag. An angle
+/// is in radians, or in degrees if `deg` follows the number. Returns `false` for other text; set_parameter checks the
+/// range.
 [[nodiscard]] bool parse_value(const ParameterInfo& info, const char* text, double& value);
 
 }  // namespace ilp

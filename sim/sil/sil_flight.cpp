@@ -112,8 +112,9 @@ MissionParameters load_mission(const FlightOptions& options) {
   std::string message = "mission file " + options.mission_file + ": ";
   if (error.key[0] != 0) {
     message += "[" + std::string(error.section) + "] " + error.key + " = " + error.value + ": ";
-    message += status.is(StatusCode::not_found) ? "no such parameter (docs/parameters.md lists them)"
-                                                : "not a number in the parameter's range (docs/parameters.md)";
+    message += status.is(StatusCode::not_found)
+                   ? "no such parameter (docs/parameters.md lists them)"
+                   : "not a number in the parameter's range (docs/parameters.md; degrees are written 20deg)";
   } else {
     message += host::describe(status);
   }

@@ -323,6 +323,22 @@ for (const width of [420, 700]) {
     await picture(page, `narrow-${width}`);
   }, { viewport: { width, height: 800 } }));
 }
+await check('the report in a window of 420 px: the keyframes are lists of titled values, and nothing is wider than the window', async () => {
+  const browser = await chromium.launch({ executablePath: process.env.CHROMIUM, args: [...software, ...sandbox] });
+  try {
+    const page = await browser.newPage({ viewport: { width: 420, height: 800 } });
+    await page.goto(pathToFileURL(`${build}/flight/report.html`).href);
+    const wider = await page.evaluate(() => {
+      const table = document.querySelector('.keyframes');
+      return [table.scrollWidth - table.clientWidth, document.documentElement.scrollWidth - innerWidth];
+    });
+    assert.deepEqual(wider, [0, 0]);
+    assert.equal(await page.evaluate(() => getComputedStyle(document.querySelector('.keyframes td'), '::before').content), '"keyframe"');
+    await picture(page, 'report-narrow');
+  } finally {
+    await browser.close();
+  }
+});
 await check('without WebGL: a sentence, the plan, and the rest of the page', () => browse(flightFile, noWebgl, async (page) => {
   assert.match(await page.locator('[role=alert]').textContent(), /cannot draw in 3D/);
   assert.ok(await page.locator('.without img').evaluate((i) => i.naturalWidth > 100));

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "cfg/mission.hpp"
+#include "cfg/mission_text.hpp"
 #include "cfg/schedule.hpp"
 #include "fsw/packets/report_table.hpp"
 #include "fsw/packets/service_housekeeping.hpp"
@@ -121,12 +122,20 @@ std::size_t parameter_of(const std::string& name) {
   return index;
 }
 
+/// As a mission file has it: an angle may be in degrees.
+double setting_value(const ParameterInfo& info, const std::string& name, const std::string& text) {
+  double value = 0;
+  if (parse_value(info, text.c_str(), value) && value >= info.minimum && value <= info.maximum) return value;
+  std::ostringstream expected;
+  expected << name << " must be a number from " << info.minimum << " to " << info.maximum;
+  if (std::string(info.unit) == "rad") expected << " rad, or degrees, written 20deg";
+  refuse(expected.str() + ", not " + text);
+}
+
 OperatorCommand set(const Words& words, const Context& context) {
   const std::size_t index = parameter_of(words[0]);
   const ParameterInfo& info = parameter_info(index);
-  const EnumValue* const choice = find_value(info.choices, words[1].c_str());
-  const double value =
-      choice != nullptr ? choice->number : number(words[1], info.minimum, info.maximum, words[0].c_str());
+  const double value = setting_value(info, words[0], words[1]);
   return telecommand(parameter_management::service, parameter_management::set, data_of([&](ByteWriter& out) {
                        write_count(context.tailoring.parameter_count, 1, out);
                        out.number(info.number, context.tailoring.parameter_id);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
+#include <tuple>
 
 #include "fsw/base/crc.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
@@ -81,7 +83,14 @@ class FlightBuilder {
   void check_depth(Keyframe& k, const ProductHeader& header);
   void complete(Keyframe& k);
 
+  [[nodiscard]] std::int64_t all_busy_ns() const {
+    std::int64_t sum = 0;
+    for (const auto& [id, busy_ns] : busy_ns_) sum += busy_ns;
+    return sum;
+  }
+
   Flight& flight_;
+  std::map<std::int64_t, std::int64_t> busy_ns_;  ///< by component, as last read
   std::map<std::int64_t, OverlapRecord> overlaps_;
   std::map<std::int64_t, ProductHeader> depth_headers_;
   std::map<std::int64_t, Metadata> metadata_;
@@ -204,9 +213,12 @@ void FlightBuilder::add(const RecordEntry& entry) {
     case RecordType::event:
       keep_by_id(flight_.events, record_of<EventRecord>(entry));
       break;
-    case RecordType::component:
-      keep_by_id(flight_.components, record_of<ComponentRecord>(entry));
+    case RecordType::component: {
+      const auto record = record_of<ComponentRecord>(entry);
+      busy_ns_[record.id] = record.busy_ns;
+      keep_by_id(flight_.components, record);
       break;
+    }
     case RecordType::link:
       add_link(entry);
       break;
@@ -218,6 +230,8 @@ void FlightBuilder::add(const RecordEntry& entry) {
       break;
     case RecordType::storage:
       flight_.storage = record_of<StorageRecord>(entry);
+      // The components stand before it in a file.
+      flight_.housekeeping.push_back({*flight_.storage, all_busy_ns()});
       break;
     case RecordType::frame: {
       const auto record = record_of<FrameRecord>(entry);
@@ -326,6 +340,12 @@ void FlightBuilder::finish() {
   sort_by_id(flight_.components);
   sort_by_id(flight_.links);
   sort_by_id(flight_.ties);
+  // The onboard database is read first, and files may come late: counts that only grow tell the order.
+  const auto age = [](const HousekeepingReport& r) {
+    return std::tuple(r.storage.frames_released, r.storage.rows_erased, r.busy_ns);
+  };
+  std::stable_sort(flight_.housekeeping.begin(), flight_.housekeeping.end(),
+                   [&](const HousekeepingReport& a, const HousekeepingReport& b) { return age(a) < age(b); });
 }
 
 }  // namespace

@@ -86,6 +86,12 @@ struct Strip {
   std::vector<std::int64_t> keyframes;    ///< by id
 };
 
+/// Housekeeping at one time of the flight: each file of events brings it.
+struct HousekeepingReport {
+  StorageRecord storage;
+  std::int64_t busy_ns = 0;  ///< processor time of all components since the process began
+};
+
 struct Flight {
   std::map<std::int64_t, Keyframe> keyframes;
   std::map<std::int64_t, Strip> strips;
@@ -98,6 +104,7 @@ struct Flight {
   std::map<std::int64_t, std::vector<LinkPoint>> link_points;  ///< by link
   std::vector<TieRecord> ties;                                 ///< by strip
   std::optional<StorageRecord> storage;
+  std::vector<HousekeepingReport> housekeeping;  ///< in the order of the flight
   std::optional<TimingRecord> timing;
   std::map<std::int64_t, OverlapRecord> overlaps;  ///< of frames; without the onboard database only of keyframes
   std::map<std::int64_t, FrameRecord> frames;      ///< only from the onboard database

@@ -1,6 +1,7 @@
 // Events and what to do, plots, cost, files.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 
 #include "sim/ground/intake/flight_model.hpp"
@@ -150,6 +151,45 @@ host::Plot error_plot(const Report& report) {
   return plot;
 }
 
+using OfHousekeeping = std::function<double(const intake::HousekeepingReport&)>;
+
+host::PlotSeries per_report(const Report& report, const char* name, const char* style, const OfHousekeeping& value) {
+  host::PlotSeries series{name, style, host::Mark::line, {}};
+  double number = 0;
+  for (const intake::HousekeepingReport& r : report.flight.housekeeping) series.points.emplace_back(++number, value(r));
+  return series;
+}
+
+host::Plot housekeeping_plot(const char* title, const char* unit, std::vector<host::PlotSeries> series) {
+  host::Plot plot;
+  plot.title = title;
+  plot.x_label = "housekeeping report";
+  plot.y_label = unit;
+  plot.series = std::move(series);
+  return plot;
+}
+
+/// Empty where fewer reports came than make a line.
+std::string housekeeping_plots(const Report& report) {
+  using R = const intake::HousekeepingReport&;
+  if (report.flight.housekeeping.size() < 3) return "";
+  const auto megabytes = [](std::int64_t bytes) { return 1e-6 * static_cast<double>(bytes); };
+  const auto held = housekeeping_plot(
+      "Data held on board", "MB",
+      {per_report(report, "frames", "s1", [&](R r) { return megabytes(r.storage.frame_bytes); }),
+       per_report(report, "depth", "s2", [&](R r) { return megabytes(r.storage.depth_bytes); }),
+       per_report(report, "products", "s3", [&](R r) { return megabytes(r.storage.product_bytes); })});
+  const auto database = housekeeping_plot(
+      "Database on board", "MB",
+      {per_report(report, "file", "s1", [&](R r) { return megabytes(r.storage.database_bytes); }),
+       per_report(report, "unused", "s2", [&](R r) { return megabytes(r.storage.database_free_bytes); })});
+  const auto busy =
+      housekeeping_plot("Processor time of the components", "s since the start",
+                        {per_report(report, "all", "s1", [](R r) { return 1e-9 * static_cast<double>(r.busy_ns); })});
+  return "<div class=\"plots\">\n" + host::svg_plot(held) + "\n" + host::svg_plot(database) + "\n" +
+         host::svg_plot(busy) + "\n</div>\n";
+}
+
 std::string component_table(const Report& report) {
   std::string html =
       "<div class=\"scroll\"><table><tr><th class=\"t\">component</th><th>steps</th><th>processor time</th>"
@@ -282,7 +322,7 @@ std::string page_cost(const Report& report) {
   const std::string memory = memory_sentence(report);
   if (!memory.empty()) html += "<p>" + memory + "</p>\n";
   if (report.flight.components.empty()) return html + "<p class=\"note\">No component housekeeping came down.</p>\n";
-  return html + component_table(report) + timing_section(report);
+  return html + component_table(report) + timing_section(report) + housekeeping_plots(report);
 }
 
 std::string page_files(const Report& report) {

@@ -1,6 +1,7 @@
 // Keyframes one by one: a table of numbers and a gallery of pictures.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "sim/ground/report/page_sections.hpp"
 #include "sim/host/picture.hpp"
@@ -23,50 +24,115 @@ bool any_depth_truth(const Report& report) {
                      [](const StripResult& s) { return s.accuracy && s.accuracy->depth_percent; });
 }
 
-std::string bytes_cell(const std::optional<intake::ProductAccount>& product) {
-  if (!product) return cell("–");
+struct Value {
+  std::string html;
+  const char* style = "";
+};
+
+/// A column of the table. A narrow window shows each row as a list, with the title before each value.
+struct Column {
+  const char* title;  ///< may hold line breaks (<br>)
+  const char* style;  ///< of the title
+  std::function<Value(const intake::Keyframe&)> value;
+};
+
+Value bytes_value(const std::optional<intake::ProductAccount>& product) {
+  if (!product) return {"–"};
   std::string text = host::bytes_text(product->bytes);
   if (product->grant_bytes > 0) {
     text += " <span class=\"sub\">" +
             host::fixed(100.0 * static_cast<double>(product->bytes) / product->grant_bytes, 0) + " %</span>";
   }
-  return cell(text, over_grant(*product) ? "bad" : "");
+  return {text, over_grant(*product) ? "bad" : ""};
 }
 
-std::string pose_cells(const intake::Keyframe& k) {
-  if (!k.pose) return cell("–") + cell("–") + cell("–") + cell("–") + cell("–");
-  const PoseRecord& p = *k.pose;
-  const double sigma = std::max({p.sigma[0], p.sigma[1], p.sigma[2]});
-  // A pose read from a product's metadata has no statistics with it.
-  const bool counted_matches = p.matches > 0 || p.inliers > 0;
-  return cell(counted_matches ? std::to_string(p.matches) : "–") +
-         cell(counted_matches ? std::to_string(p.inliers) : "–") +
-         cell(counted_matches ? host::fixed(p.rms_px, 2) : "–") +
-         cell(counted_matches ? host::fixed(p.parallax_px, 1) : "–") + cell(host::brief(sigma));
+/// A value of the pose. A pose read from a product's metadata has no statistics with it.
+Column of_matches(const char* title, std::string (*text)(const PoseRecord&)) {
+  return {title, "", [text](const intake::Keyframe& k) -> Value {
+            const bool counted = k.pose && (k.pose->matches > 0 || k.pose->inliers > 0);
+            return {counted ? text(*k.pose) : "–"};
+          }};
 }
 
-std::string table_row(const Report& report, const intake::Keyframe& k) {
+Value sigma_value(const intake::Keyframe& k) {
+  if (!k.pose) return {"–"};
+  return {host::brief(std::max({k.pose->sigma[0], k.pose->sigma[1], k.pose->sigma[2]}))};
+}
+
+Value fresh_value(const intake::Keyframe& k) {
+  const double pixels = static_cast<double>(k.camera.width) * k.camera.height;
+  return {k.depth && pixels > 0 ? host::fixed(100.0 * k.depth->newly_seen / pixels, 0) + " %" : "–"};
+}
+
+Value verdict_value(const intake::Keyframe& k) {
   const std::string verdict = keyframe_verdict(k);
-  const double megapixels = static_cast<double>(k.camera.width) * k.camera.height;
-  const std::string fresh =
-      k.depth && megapixels > 0 ? host::fixed(100.0 * k.depth->newly_seen / megapixels, 0) + " %" : "–";
-  std::string html = "<tr>" + cell(std::to_string(k.id)) + cell(std::to_string(k.strip_id)) +
-                     cell(host::escaped(k.name), "t") +
-                     cell(k.record && k.record->index > 0 ? host::fixed(100 * k.record->overlap, 1) + " %" : "–") +
-                     pose_cells(k) + cell(fresh) + cell(k.richness ? host::fixed(k.richness->richness, 3) : "–") +
-                     bytes_cell(k.product(ProductKind::image)) + bytes_cell(k.product(ProductKind::depth));
-  if (!report.image_quality.empty()) {
-    const auto quality = report.image_quality.find(k.id);
-    html += cell(quality == report.image_quality.end() ? "–" : host::fixed(quality->second.inside_db, 1));
+  return {host::escaped(verdict), verdict.starts_with("ok") ? "t good" : "t w warn"};
+}
+
+void add_quality(const Report& report, std::vector<Column>& columns) {
+  if (report.image_quality.empty()) return;
+  columns.push_back({"PSNR in<br>mask, dB", "", [&report](const intake::Keyframe& k) -> Value {
+                       const auto quality = report.image_quality.find(k.id);
+                       return {quality == report.image_quality.end() ? "–" : host::fixed(quality->second.inside_db, 1)};
+                     }});
+}
+
+void add_errors(const Report& report, std::vector<Column>& columns) {
+  if (!report.has_reference) return;
+  columns.push_back({"position<br>error", "", [&report](const intake::Keyframe& k) -> Value {
+                       const KeyframeAccuracy* a = accuracy_of(report, k);
+                       return {a == nullptr ? "–" : host::brief(a->position)};
+                     }});
+  if (!any_depth_truth(report)) return;
+  columns.push_back({"height<br>error", "", [&report](const intake::Keyframe& k) -> Value {
+                       const KeyframeAccuracy* a = accuracy_of(report, k);
+                       return {a == nullptr || !a->depth ? "–" : host::brief(a->depth->median_abs_percent) + " %"};
+                     }});
+}
+
+std::vector<Column> columns_of(const Report& report) {
+  using K = const intake::Keyframe&;
+  std::vector<Column> columns = {
+      {"keyframe", "", [](K k) -> Value { return {std::to_string(k.id)}; }},
+      {"strip", "", [](K k) -> Value { return {std::to_string(k.strip_id)}; }},
+      {"frame", "t",
+       [](K k) -> Value {
+         return {host::escaped(k.name), "t"};
+       }},
+      {"overlap", "",
+       [](K k) -> Value {
+         return {k.record && k.record->index > 0 ? host::fixed(100 * k.record->overlap, 1) + " %" : "–"};
+       }},
+      of_matches("matches", [](const PoseRecord& p) { return std::to_string(p.matches); }),
+      of_matches("inliers", [](const PoseRecord& p) { return std::to_string(p.inliers); }),
+      of_matches("rms<br>px", [](const PoseRecord& p) { return host::fixed(p.rms_px, 2); }),
+      of_matches("parallax<br>px", [](const PoseRecord& p) { return host::fixed(p.parallax_px, 1); }),
+      {"position<br>1 σ", "", sigma_value},
+      {"new<br>terrain", "", fresh_value},
+      {"richness", "", [](K k) -> Value { return {k.richness ? host::fixed(k.richness->richness, 3) : "–"}; }},
+      {"image<br>of grant", "", [](K k) { return bytes_value(k.product(ProductKind::image)); }},
+      {"depth<br>of grant", "", [](K k) { return bytes_value(k.product(ProductKind::depth)); }}};
+  add_quality(report, columns);
+  add_errors(report, columns);
+  columns.push_back({"verdict", "t", verdict_value});
+  return columns;
+}
+
+std::string plain_title(const Column& column) {
+  std::string title = column.title;
+  if (const std::size_t at = title.find("<br>"); at != std::string::npos) title.replace(at, 4, " ");
+  return title;
+}
+
+std::string table_row(const std::vector<Column>& columns, const intake::Keyframe& k) {
+  std::string html = "<tr>";
+  for (const Column& column : columns) {
+    const Value value = column.value(k);
+    html += "<td data-title=\"" + plain_title(column) + "\"";
+    if (*value.style != '\0') html += std::string(" class=\"") + value.style + "\"";
+    html += ">" + value.html + "</td>";
   }
-  if (report.has_reference) {
-    const KeyframeAccuracy* a = accuracy_of(report, k);
-    html += cell(a == nullptr ? "–" : host::brief(a->position));
-    if (any_depth_truth(report)) {
-      html += cell(a == nullptr || !a->depth ? "–" : host::brief(a->depth->median_abs_percent) + " %");
-    }
-  }
-  return html + cell(host::escaped(verdict), verdict.starts_with("ok") ? "t good" : "t w warn") + "</tr>\n";
+  return html + "</tr>\n";
 }
 
 std::string thumbnail(const std::vector<std::uint8_t>& png, const std::string& what) {
@@ -91,17 +157,14 @@ std::string gallery_frame(const intake::Keyframe& k, const map::KeyframeLook& lo
 }  // namespace
 
 std::string page_keyframe_table(const Report& report) {
-  std::string html =
-      "<h2>Keyframes</h2>\n<div class=\"scroll keyframes\"><table><tr><th>keyframe</th><th>strip</th><th "
-      "class=\"t\">frame</th>"
-      "<th>overlap</th><th>matches</th><th>inliers</th><th>rms<br>px</th><th>parallax<br>px</th>"
-      "<th>position<br>1 σ</th><th>new<br>terrain</th><th>richness</th><th>image<br>of grant</th>"
-      "<th>depth<br>of grant</th>";
-  if (!report.image_quality.empty()) html += "<th>PSNR in<br>mask, dB</th>";
-  if (report.has_reference) html += "<th>position<br>error</th>";
-  if (any_depth_truth(report)) html += "<th>height<br>error</th>";
-  html += "<th class=\"t\">verdict</th></tr>\n";
-  for (const auto& [id, keyframe] : report.flight.keyframes) html += table_row(report, keyframe);
+  const std::vector<Column> columns = columns_of(report);
+  std::string html = "<h2>Keyframes</h2>\n<div class=\"scroll keyframes\"><table><tr>";
+  for (const Column& column : columns) {
+    html += *column.style == '\0' ? "<th>" : std::string("<th class=\"") + column.style + "\">";
+    html += std::string(column.title) + "</th>";
+  }
+  html += "</tr>\n";
+  for (const auto& [id, keyframe] : report.flight.keyframes) html += table_row(columns, keyframe);
   return html +
          "</table></div>\n<p class=\"note\">Overlap and parallax are with the previous keyframe; rms is the "
          "reprojection error of the adjustment window; 1 σ is the largest axis, in strip units.</p>\n";

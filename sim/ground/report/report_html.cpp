@@ -75,6 +75,12 @@ code{font-size:.92em}
 .keyframes th:first-child,.keyframes td:first-child{position:sticky;left:0;background:var(--card)}
 @media (max-width:760px){main{padding:20px 12px 40px}.columns{columns:1}th,td{padding:4px 6px}
 td.w{min-width:11em}.frame .row{grid-template-columns:1fr 1fr}}
+@media (max-width:560px){.keyframes table,.keyframes tbody{display:block}.keyframes tr:first-child{display:none}
+.keyframes tr{display:grid;grid-template-columns:1fr 1fr;gap:0 18px;padding:8px 10px;border-bottom:1px solid var(--line)}
+.keyframes td,.keyframes td:first-child{position:static;display:block;text-align:right;padding:1px 0;border:0;
+min-width:0;white-space:normal;overflow-wrap:anywhere}.keyframes td:first-child{font-weight:650}
+.keyframes td::before{content:attr(data-title);color:var(--muted);font-weight:400;float:left;margin-right:8px}
+.keyframes td:last-child{grid-column:1/-1}}
 @media print{body{font-size:11px}main{padding:0}.frames{grid-template-columns:repeat(3,1fr)}}
 )css";
 

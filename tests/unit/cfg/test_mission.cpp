@@ -17,6 +17,19 @@ Status read(const std::string& text, MissionParameters& mission) {
   return reader.finish(mission);
 }
 
+TEST(MissionText, AnAngleMayBeInDegreesAndAPlainNumberIsInRadians) {
+  MissionParameters mission;
+  ASSERT_TRUE(read("[overlap]\nmax_rotation_rad = 90deg\n[calibration]\nfield_of_view_rad = 6e1deg", mission).ok());
+  EXPECT_NEAR(mission.max_rotation_rad, 1.5707963267948966, 1e-15);
+  EXPECT_NEAR(mission.field_of_view_rad, 1.0471975511965976, 1e-15);
+  ASSERT_TRUE(read("[overlap]\nmax_rotation_rad = 0.5", mission).ok());
+  EXPECT_EQ(mission.max_rotation_rad, 0.5);
+  for (const char* wrong : {"90", "900deg", "deg", "90 degrees", "0x5deg", "90deg deg", "-1deg"})
+    EXPECT_FALSE(read("[overlap]\nmax_rotation_rad = " + std::string(wrong), mission).ok()) << wrong;
+  EXPECT_FALSE(read("[overlap]\ntarget_overlap = 40deg", mission).ok()) << "no angle";
+  EXPECT_EQ(mission.max_rotation_rad, 0.5);
+}
+
 TEST(MissionRelations, AnIntervalIsZeroOrAtLeastAMinorFrame) {
   for (double MissionParameters::*interval :
        {&MissionParameters::capture_interval_s, &MissionParameters::housekeeping_period_s,

@@ -108,6 +108,10 @@ TEST(OperatorCommands, ParametersGoInTheirOwnType) {
   EXPECT_EQ(in.u16(), parameter_info(find_parameter("overlap", "target_overlap")).number);
   EXPECT_EQ(in.f64(), 0.75);
   EXPECT_EQ(in.left(), 0U);
+  const OperatorCommand angle = parse("set overlap.max_rotation_rad 90deg");
+  ByteReader turned(angle.data);
+  (void)turned.u32();
+  EXPECT_NEAR(turned.f64(), 1.5707963267948966, 1e-15);
 }
 
 TEST(OperatorCommands, WhatTheFlightWouldRefuseIsRefusedHereWithTheReason) {
@@ -116,6 +120,8 @@ TEST(OperatorCommands, WhatTheFlightWouldRefuseIsRefusedHereWithTheReason) {
   };
   says("launch", "there is no command launch");
   says("set overlap.target_overlap 3", "from 0.5 to 0.98");
+  says("set overlap.max_rotation_rad 90", "to 3.1416 rad, or degrees, written 20deg, not 90");
+  says("set overlap.target_overlap 40deg", "from 0.5 to 0.98");
   says("set overlap.none 3", "no parameter overlap.none");
   says("set target_overlap 3", "section.key");
   says("refine", "it is written: refine KEYFRAME");

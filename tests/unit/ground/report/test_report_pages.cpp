@@ -1,0 +1,89 @@
+// Housekeeping and keyframes of the report's page.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+#include "sim/ground/ground_run.hpp"
+#include "sim/ground/intake/flight_model.hpp"
+#include "tests/unit/ground/synthetic_flight.hpp"
+
+namespace ilp::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+void write_housekeeping(const fs::path& file, std::uint32_t frames_released, std::int64_t product_bytes,
+                        std::int64_t busy_ns) {
+  StorageRecord storage;
+  storage.frames_released = frames_released;
+  storage.product_bytes = product_bytes;
+  ComponentRecord first, second;
+  first.id = 1;
+  first.busy_ns = busy_ns;
+  second.id = 2;
+  second.busy_ns = 5;
+  const std::vector<intake::RecordEntry> entries{intake::entry_of(first), intake::entry_of(second),
+                                                 intake::entry_of(storage)};
+  const std::vector<std::uint8_t> bytes = intake::write_record_file(entries);
+  std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::ssize(bytes));
+}
+
+std::string page_of(const fs::path& outbox, const fs::path& out, Report& report) {
+  ground::GroundOptions options;
+  options.outbox = outbox;
+  options.out = out;
+  std::ostringstream messages;
+  report = ground::run_ground(options, messages);
+  std::ifstream page(out / "report.html");
+  return {std::istreambuf_iterator<char>(page), {}};
+}
+
+TEST(ReportPages, HousekeepingIsPlottedInTheOrderOfTheFlightWhateverTheOrderOfTheFiles) {
+  const test::TemporaryFolder folder;
+  const fs::path outbox = folder.path() / "outbox";
+  test::write_outbox(test::make_flight(false), outbox);
+  Report report;
+  write_housekeeping(outbox / "events-000002.ilp", 40, 4'000'000, 900);
+  write_housekeeping(outbox / "events-000003.ilp", 10, 1'000'000, 300);
+  EXPECT_EQ(page_of(outbox, folder.path() / "two", report).find("Data held on board"), std::string::npos)
+      << "two reports make no line";
+  write_housekeeping(outbox / "events-000004.ilp", 20, 2'500'000, 600);
+  const std::string page = page_of(outbox, folder.path() / "three", report);
+  ASSERT_EQ(report.flight.housekeeping.size(), 3U);
+  std::vector<std::int64_t> bytes, busy;
+  for (const intake::HousekeepingReport& r : report.flight.housekeeping) {
+    bytes.push_back(r.storage.product_bytes);
+    busy.push_back(r.busy_ns);
+  }
+  EXPECT_EQ(bytes, (std::vector<std::int64_t>{1'000'000, 2'500'000, 4'000'000}));
+  EXPECT_EQ(busy, (std::vector<std::int64_t>{305, 605, 905}));
+  for (const char* title : {"Data held on board", "Database on board", "Processor time of the components"})
+    EXPECT_NE(page.find(title), std::string::npos) << title;
+}
+
+TEST(ReportPages, EveryValueOfTheKeyframeTableHasTheTitleOfItsColumnForNarrowWindows) {
+  const test::TemporaryFolder folder;
+  test::write_outbox(test::make_flight(false), folder.path() / "outbox");
+  Report report;
+  const std::string page = page_of(folder.path() / "outbox", folder.path() / "out", report);
+  const std::size_t begin = page.find("<div class=\"scroll keyframes\">");
+  ASSERT_NE(begin, std::string::npos);
+  const std::string table = page.substr(begin, page.find("</table>", begin) - begin);
+  const auto all = [&](const char* pattern) {
+    const std::regex expression(pattern);
+    std::vector<std::string> found;
+    for (std::sregex_iterator at(table.begin(), table.end(), expression), end; at != end; ++at)
+      found.push_back(std::regex_replace((*at)[1].str(), std::regex("<br>"), " "));
+    return found;
+  };
+  const std::vector<std::string> titles = all("<th[^>]*>(.*?)</th>"), labels = all("<td data-title=\"([^\"]*)\"");
+  ASSERT_EQ(titles.size(), 14U);
+  ASSERT_EQ(labels.size(), 14 * report.flight.keyframes.size());
+  EXPECT_EQ(all("(<td)").size(), labels.size());
+  for (std::size_t i = 0; i < labels.size(); ++i) EXPECT_EQ(labels[i], titles[i % titles.size()]);
+}
+
+}  // namespace
+}  // namespace ilp::report
