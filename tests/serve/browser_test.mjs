@@ -12,7 +12,8 @@ const patience = { timeout: 120000 };
 const title = 'Valley <b>of</b> <img src=x onerror="document.title=1">';
 
 function serve(box, listen) {
-  const process_ = spawn(ground, ['serve', box, '--listen', listen, '--title', title], { stdio: ['ignore', 'pipe', 'ignore'] });
+  const options = ['serve', box, '--listen', listen, '--title', title];
+  const process_ = spawn(ground, options, { stdio: ['ignore', 'pipe', 'ignore'] });
   return new Promise((resolve, reject) => {
     process_.on('exit', (code) => reject(new Error(`ilp-ground serve ended with ${code}`)));
     process_.stdout.on('data', (text) => resolve({ url: String(text).match(/http:\/\/\S+/)[0], end: () => end(process_) }));
@@ -37,10 +38,13 @@ function deliver(source, box, chosen = () => true) {
 }
 const upTo = (last) => (name) => !name.startsWith('events') && Number(name.split('-')[1].slice(0, 6)) <= last;
 
-const tile = (page, name) => page.locator('#tiles div', { has: page.locator('dt', { hasText: new RegExp(`^${name}$`) }) }).locator('dd');
+const term = (page, name) => page.locator('dt', { hasText: new RegExp(`^${name}$`) });
+const tile = (page, name) => page.locator('#tiles div', { has: term(page, name) }).locator('dd');
 const posed = (page, count) => page.waitForFunction((n) => window.ilpLive?.get('summary')?.posed === n, count, patience);
 const merged = (page) => page.waitForFunction(() => window.ilpLive?.get('run')?.state === 'waiting', null, patience);
-const drawn = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 300)))));
+const drawn = (page) => page.evaluate(() => new Promise((done) => {
+  requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 300)));
+}));
 const picture = (page, name) => page.screenshot({ path: `${work}/pictures/${name}.png`, fullPage: true });
 // Pixels of the map by colour: of the track, and greys of the orthoimage.
 const seen = (page) => page.evaluate(() => {
@@ -49,7 +53,8 @@ const seen = (page) => page.evaluate(() => {
   let track = 0, ground = 0;
   for (let i = 0; i < data.length; i += 4) {
     if (data[i] === 184 && data[i + 1] === 67 && data[i + 2] === 15) ++track;
-    if (data[i] === data[i + 1] && data[i] === data[i + 2] && data[i] > 0 && data[i] < 255 && data[i + 3] === 255) ++ground;
+    const grey = data[i] === data[i + 1] && data[i] === data[i + 2];
+    if (grey && data[i] > 0 && data[i] < 255 && data[i + 3] === 255) ++ground;
   }
   return { track, ground };
 });
@@ -57,7 +62,8 @@ const seen = (page) => page.evaluate(() => {
 // The least contrast of a text with what lies behind it, by WCAG 2.
 const leastContrast = (page) => page.evaluate(() => {
   const numbers = (colour) => colour.match(/[\d.]+/g).map(Number);
-  const light = (rgb) => rgb.slice(0, 3).map((c) => c / 255).map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4))
+  const linear = (c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
+  const light = (rgb) => rgb.slice(0, 3).map((c) => linear(c / 255))
     .reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
   const behind = (element) => {
     for (let e = element; e; e = e.parentElement) {
@@ -68,7 +74,8 @@ const leastContrast = (page) => page.evaluate(() => {
   };
   let least = [99, ''];
   for (const element of document.querySelectorAll('body *')) {
-    if (![...element.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim()) || !element.checkVisibility()) continue;
+    const hasText = [...element.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim());
+    if (!hasText || !element.checkVisibility()) continue;
     const [a, b] = [light(numbers(getComputedStyle(element).color)), light(behind(element))].sort((x, y) => y - x);
     const contrast = (a + 0.05) / (b + 0.05);
     if (contrast < least[0]) least = [contrast, element.outerHTML.slice(0, 80)];
@@ -81,7 +88,10 @@ async function open(browser, url, options = {}) {
   const page = await context.newPage();
   const complaints = [], requests = [];
   page.on('pageerror', (e) => complaints.push(e.message));
-  page.on('console', (m) => { if (m.type() === 'error' && !/ERR_|Failed to load resource/.test(m.text())) complaints.push(m.text()); });
+  page.on('console', (m) => {
+    // A browser reports the lost connection itself.
+    if (m.type() === 'error' && !/ERR_|Failed to load resource/.test(m.text())) complaints.push(m.text());
+  });
   page.on('request', (r) => requests.push(r.url()));
   await page.goto(url);
   return { page, complaints, requests, context };
@@ -128,10 +138,13 @@ async function grows(browser) {
   assert.equal(await tile(page, 'keyframes').textContent(), '10', 'a restart of the server loses nothing');
   await picture(page, 'wide');
 
-  const [viewer] = await Promise.all([page.context().waitForEvent('page'), page.locator('#viewer').click()]);
+  const opened = page.context().waitForEvent('page');
+  await page.locator('#viewer').click();
+  const viewer = await opened;
   await viewer.waitForLoadState();
   assert.equal(new URL(viewer.url()).pathname, '/files/viewer.html');
-  assert.deepEqual(requests.filter((r) => !r.startsWith(`${server.url}/`) && !r.startsWith('data:')), [], 'nothing from elsewhere');
+  const elsewhere = requests.filter((r) => !r.startsWith(`${server.url}/`) && !r.startsWith('data:'));
+  assert.deepEqual(elsewhere, [], 'nothing from elsewhere');
   assert.deepEqual(complaints, []);
   return server;
 }
@@ -142,7 +155,8 @@ async function isLegible(browser, url) {
       const { page, context } = await open(browser, url, { viewport: { width, height: 800 }, colorScheme });
       await posed(page, 10);
       await drawn(page);
-      assert.ok(await page.evaluate(() => document.scrollingElement.scrollWidth <= innerWidth), `nothing is cut at ${width} px`);
+      const fits = await page.evaluate(() => document.scrollingElement.scrollWidth <= innerWidth);
+      assert.ok(fits, `nothing is cut at ${width} px`);
       const [contrast, where] = await leastContrast(page);
       assert.ok(contrast >= 4.5, `contrast ${contrast} of ${where}`);
       console.log(`${width} px, ${colorScheme}: least contrast ${contrast.toFixed(2)}`);
@@ -174,8 +188,9 @@ async function thousandKeyframes(browser) {
     }
     return (times.at(-1) - times[0]) / (times.length - 1);
   });
-  console.log(`keyframe 1000: ${sent} bytes in ${after.updates - before.updates} updates; the first 999: ${before.bytes} bytes; ` +
-    `${frame_ms.toFixed(1)} ms per frame while everything is drawn again`);
+  console.log(`keyframe 1000: ${sent} bytes in ${after.updates - before.updates} updates`);
+  console.log(`the first 999: ${before.bytes} bytes`);
+  console.log(`${frame_ms.toFixed(1)} ms per frame while everything is drawn again`);
   assert.ok(sent < before.bytes / 20, `only what has changed is sent: ${sent} bytes`);
   await page.locator('#more').click();
   assert.equal(await page.locator('#keyframes tr').count(), 251);

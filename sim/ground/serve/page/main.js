@@ -8,7 +8,7 @@ const part = (name) => document.getElementById(name);
 const map = new StripMap(part('map'), part('map-note'));
 const table = new KeyframeTable(part('keyframes'), part('more'));
 const plots = {
-  overlap: new Plot(part('plots'), 'Overlap of a keyframe with the one before'),
+  overlap: new Plot(part('plots'), 'Overlap of a keyframe with the one before', { values: [0, 1] }),
   error: new Plot(part('plots'), 'Reprojection error of poses, px', { zero: true }),
   richness: new Plot(part('plots'), 'Richness index', { zero: true }),
   sent: new Plot(part('plots'), 'Bytes handed to the link', { zero: true, line: true }),
@@ -99,11 +99,21 @@ function drawTelemetry() {
   const lines = [];
   if (s) {
     const held = s.frames + s.depth + s.structure + s.products;
-    lines.push(['held on board', `${bytes(held)} of ${bytes(s.budget)}`], ['of it products', `${bytes(s.products)}, ${s.products_held}`],
-      ['products confirmed', String(s.acknowledged)], ['products dropped', String(s.dropped), s.dropped ? 'bad' : ''],
-      ['layers cut', String(s.layers_cut)], ['database', bytes(s.database)], ['times full', String(s.times_full), s.times_full ? 'warn' : '']);
+    lines.push(
+      ['held on board', `${bytes(held)} of ${bytes(s.budget)}`],
+      ['of it products', `${bytes(s.products)}, ${s.products_held}`],
+      ['products confirmed', String(s.acknowledged)],
+      ['products dropped', String(s.dropped), s.dropped ? 'bad' : ''],
+      ['layers cut', String(s.layers_cut)],
+      ['database', bytes(s.database)],
+      ['times full', String(s.times_full), s.times_full ? 'warn' : '']);
   }
-  if (t) lines.push(['minor frames', String(t.frames)], ['too late', String(t.overruns)], ['longest minor frame', `${t.longest_s} s`]);
+  if (t) {
+    lines.push(
+      ['minor frames', String(t.frames)],
+      ['of them too late', String(t.overruns)],
+      ['longest minor frame', `${t.longest_s} s`]);
+  }
   facts(part('telemetry'), lines.length ? lines : [['telemetry', 'nothing has come down yet']]);
   showComponents(part('components'), flight.all('c'));
 }

@@ -17,14 +17,20 @@ export class StripMap {
   listen() {
     const canvas = this.canvas;
     let last = null;
-    canvas.addEventListener('pointerdown', (e) => { last = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
+    canvas.addEventListener('pointerdown', (e) => {
+      last = [e.clientX, e.clientY];
+      canvas.setPointerCapture(e.pointerId);
+    });
     canvas.addEventListener('pointerup', () => { last = null; });
     canvas.addEventListener('pointermove', (e) => {
       if (!last) return;
       this.move(e.clientX - last[0], e.clientY - last[1]);
       last = [e.clientX, e.clientY];
     });
-    canvas.addEventListener('wheel', (e) => { e.preventDefault(); this.closer(Math.exp(-e.deltaY / 400)); }, { passive: false });
+    canvas.addEventListener('wheel', (e) => {
+      e.preventDefault();
+      this.closer(Math.exp(-e.deltaY / 400));
+    }, { passive: false });
     canvas.addEventListener('keydown', (e) => {
       const by = { ArrowLeft: [40, 0], ArrowRight: [-40, 0], ArrowUp: [0, 40], ArrowDown: [0, -40] }[e.key];
       if (by) { e.preventDefault(); this.move(...by); }
@@ -47,7 +53,12 @@ export class StripMap {
   // Low and high x and y of map and track.
   bounds() {
     const box = [Infinity, -Infinity, Infinity, -Infinity];
-    const include = (x, y) => { box[0] = Math.min(box[0], x); box[1] = Math.max(box[1], x); box[2] = Math.min(box[2], y); box[3] = Math.max(box[3], y); };
+    const include = (x, y) => {
+      box[0] = Math.min(box[0], x);
+      box[1] = Math.max(box[1], x);
+      box[2] = Math.min(box[2], y);
+      box[3] = Math.max(box[3], y);
+    };
     for (const [, k] of this.track) include(k.c[0], k.c[1]);
     const map = this.strip?.map;
     if (map) {
@@ -79,14 +90,18 @@ export class StripMap {
     context.clearRect(0, 0, width, height);
     if (!this.track) return;
     const box = this.bounds();
-    if (!(box[1] >= box[0])) { this.note.textContent = 'No pose has come down yet.'; return; }
+    if (!(box[1] >= box[0])) {
+      this.note.textContent = 'No pose has come down yet.';
+      return;
+    }
     const spans = [Math.max(box[1] - box[0], 1e-9), Math.max(box[3] - box[2], 1e-9)];
     this.scale = this.zoom * Math.min((width - 24) / spans[0], (height - 24) / spans[1]);
     const middle = [(box[0] + box[1]) / 2 + this.shift[0], (box[2] + box[3]) / 2 + this.shift[1]];
     const at = (x, y) => [width / 2 + (x - middle[0]) * this.scale, height / 2 - (y - middle[1]) * this.scale];
     this.drawPicture(context, at);
     this.drawTrack(context, at);
-    this.note.textContent = `${this.track.length} posed keyframes; the picture is ${(width / this.scale).toPrecision(3)} ${this.strip?.unit ?? 'units'} wide`;
+    const span = `${(width / this.scale).toPrecision(3)} ${this.strip?.unit ?? 'units'}`;
+    this.note.textContent = `${this.track.length} posed keyframes; the picture is ${span} wide`;
   }
 
   drawPicture(context, at) {
@@ -96,11 +111,11 @@ export class StripMap {
     if (!image.complete || !image.naturalWidth) return;
     const [x, y] = at(map.x, map.y);
     context.imageSmoothingEnabled = this.scale * map.unit_per_px < 4;
-    context.drawImage(image, x, y, map.size[0] * map.unit_per_px * this.scale, map.size[1] * map.unit_per_px * this.scale);
+    const px = map.unit_per_px * this.scale;
+    context.drawImage(image, x, y, map.size[0] * px, map.size[1] * px);
   }
 
   drawTrack(context, at) {
-    const style = getComputedStyle(this.canvas);
     const line = new Path2D();
     const dots = new Path2D();
     this.track.forEach(([, k], i) => {
@@ -125,6 +140,5 @@ export class StripMap {
     context.fill();
     context.strokeStyle = '#fff';
     context.stroke();
-    context.fillStyle = style.color;
   }
 }

@@ -1,6 +1,6 @@
 // Values over mission time, one canvas each.
 
-const margin = { left: 46, right: 8, top: 8, bottom: 20 };
+const margin = { left: 46, right: 8, top: 10, bottom: 20 };
 
 // About `wanted` round steps from low to high.
 function ticks(low, high, wanted) {
@@ -21,14 +21,21 @@ function label(value) {
 
 function range(values, zero) {
   let [low, high] = [Infinity, -Infinity];
-  for (const value of values) { low = Math.min(low, value); high = Math.max(high, value); }
+  for (const value of values) {
+    low = Math.min(low, value);
+    high = Math.max(high, value);
+  }
   if (zero) low = Math.min(0, low);
-  if (high === low) { high += 1; if (!zero) low -= 1; }
+  if (high === low) {
+    high += 1;
+    if (!zero) low -= 1;
+  }
   return [low, high];
 }
 
 export class Plot {
-  constructor(parent, caption, { zero = false, line = false } = {}) {
+  // values: their range; zero: it begins there, else it is that of the values.
+  constructor(parent, caption, { zero = false, line = false, values = null } = {}) {
     const figure = document.createElement('figure');
     const text = document.createElement('figcaption');
     text.textContent = caption;
@@ -39,6 +46,7 @@ export class Plot {
     parent.append(figure);
     this.zero = zero;
     this.line = line;
+    this.range = values;
     this.points = [];
     new ResizeObserver(() => this.draw()).observe(this.canvas);
   }
@@ -61,9 +69,12 @@ export class Plot {
     const colour = (name) => colours.getPropertyValue(name);
     context.font = '12px system-ui, sans-serif';
     context.fillStyle = colour('--muted');
-    if (this.points.length === 0) { context.fillText('nothing has come down yet', margin.left, height / 2); return; }
+    if (this.points.length === 0) {
+      context.fillText('nothing has come down yet', margin.left, height / 2);
+      return;
+    }
     const [t0, t1] = range(this.points.map((p) => p[0]), false);
-    const [v0, v1] = range(this.points.map((p) => p[1]), this.zero);
+    const [v0, v1] = this.range ?? range(this.points.map((p) => p[1]), this.zero);
     const x = (t) => margin.left + (t - t0) / (t1 - t0) * (width - margin.left - margin.right);
     const y = (v) => height - margin.bottom - (v - v0) / (v1 - v0) * (height - margin.top - margin.bottom);
     context.strokeStyle = colour('--line');
@@ -76,7 +87,9 @@ export class Plot {
       context.stroke();
     }
     context.textAlign = 'center';
-    for (const time of ticks(t0, t1, Math.max(2, width / 110))) context.fillText(`${label(time)} s`, Math.min(x(time), width - 24), height - 5);
+    for (const time of ticks(t0, t1, Math.max(2, width / 110))) {
+      context.fillText(`${label(time)} s`, Math.min(x(time), width - 24), height - 5);
+    }
     this.drawPoints(context, x, y, colour('--s1'));
   }
 
@@ -86,7 +99,7 @@ export class Plot {
     context.beginPath();
     for (const [t, value] of this.points) {
       if (this.line) context.lineTo(x(t), y(value));
-      else context.rect(x(t) - 1, y(value) - 1, 2, 2);
+      else context.rect(x(t) - 1.5, y(value) - 1.5, 3, 3);
     }
     this.line ? context.stroke() : context.fill();
   }

@@ -33,10 +33,12 @@ function row(cells, tag) {
 const product = (item) => (item && item[0] > 0 ? `${bytes(item[0])}, ${item[1]}${item[2] ? `/${item[2]}` : ''}` : '–');
 
 function keyframeRow(id, k) {
-  return row([[String(id)], [k.n, 't'], [seconds(k.t)], [k.v, 't'], [ratio(k.o)], [ratio(k.r)], [product(k.i)], [product(k.d)]], 'td');
+  return row([[String(id)], [k.n, 't'], [seconds(k.t)], [k.v, 't'], [ratio(k.o)], [ratio(k.r)],
+    [product(k.i)], [product(k.d)]], 'td');
 }
 
-const keyframeHead = [['keyframe'], ['frame', 't'], ['time'], ['state', 't'], ['overlap'], ['richness'], ['image, layers'], ['depth, layers']];
+const keyframeHead = [['keyframe'], ['frame', 't'], ['time'], ['state', 't'], ['overlap'], ['richness'],
+  ['image, layers'], ['depth, layers']];
 
 // A row is made again only when its keyframe has changed.
 export class KeyframeTable {
@@ -57,7 +59,8 @@ export class KeyframeTable {
       rows.set(id, old && old.item === k ? old : { item: k, element: keyframeRow(id, k) });
     }
     this.rows = rows;
-    this.table.replaceChildren(...(shown.length ? [row(keyframeHead, 'th')] : []), ...[...rows.values()].map((r) => r.element));
+    const head = shown.length ? [row(keyframeHead, 'th')] : [];
+    this.table.replaceChildren(...head, ...[...rows.values()].map((r) => r.element));
     this.more.hidden = list.length <= this.most;
   }
 }
@@ -66,7 +69,10 @@ const severityKind = ['', '', 'warn', 'bad'];
 
 export function showEvents(parent, list, least) {
   const shown = list.filter(([, e]) => e.s >= least).slice(-200).reverse();
-  if (shown.length === 0) { parent.replaceChildren(make('li', 'No event of this severity has come down.', 'note')); return; }
+  if (shown.length === 0) {
+    parent.replaceChildren(make('li', 'No event of this severity has come down.', 'note'));
+    return;
+  }
   parent.replaceChildren(...shown.map(([, e]) => {
     const item = make('li');
     item.append(`${seconds(e.t)} `, make('b', e.severity, severityKind[e.s] ?? ''), ` ${e.text}`);
@@ -77,8 +83,9 @@ export function showEvents(parent, list, least) {
 
 export function showComponents(table, list) {
   const head = [['component', 't'], ['steps'], ['faults'], ['restarts'], ['overruns'], ['busy'], ['longest step']];
-  table.replaceChildren(...(list.length ? [row(head, 'th')] : []), ...list.map(([, c]) => row(
-    [[c.n, 't'], [String(c.steps)], [String(c.faults)], [String(c.restarts)], [String(c.overruns)], [`${c.busy_s} s`], [`${c.longest_s} s`]], 'td')));
+  const rows = list.map(([, c]) => row([[c.n, 't'], [String(c.steps)], [String(c.faults)], [String(c.restarts)],
+    [String(c.overruns)], [`${c.busy_s} s`], [`${c.longest_s} s`]], 'td'));
+  table.replaceChildren(...(list.length ? [row(head, 'th')] : []), ...rows);
 }
 
 export function showList(parent, lines, none) {
