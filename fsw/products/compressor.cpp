@@ -23,7 +23,9 @@ Compressor::Compressor(Tables store, const MissionParameters& mission, Scratch s
     : store_(store), mission_(mission), scratch_(scratch), worker_(&inline_worker_) {}
 
 Status Compressor::restore() {
-  wanted_ = false;
+  // Whatever the flags were, the worker says whether it still has the memory of the job.
+  handed_over_ = true;
+  wanted_ = stuck_ = false;
   const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   // A product on record was made. A product that the ground holds has left the store, and its keyframe with it.
@@ -220,27 +222,37 @@ StepResult Compressor::order_next() {
   if (status.ok() && !order_.image) status = damage;
   if (status.ok() && subject_.depth.newly_seen != 0) {
     status = order(kind);
-    if (status.ok()) return ask_worker();
+    StepResult result;
+    if (status.ok() && ask_worker(result)) return result;
+    if (status.ok()) status = StatusCode::not_ready;
   }
   return finish(status, order_.product);
 }
 
-StepResult Compressor::ask_worker() {
+/// Returns false if the worker has no product: one can be ordered.
+bool Compressor::ask_worker(StepResult& result) {
   const WorkerProgress progress = worker_->ask();
-  if (progress == WorkerProgress::working) return {{}, true, Then::wait};
+  if (progress == WorkerProgress::working) {
+    result = {{}, true, Then::wait};
+    return true;
+  }
   if (progress == WorkerProgress::stuck) {
     stuck_ = true;
     const Status status{StatusCode::worker_stuck, order_.product.id, worker_limit_ns / ns_per_s};
-    return wanted_ ? finish(status, order_.product) : StepResult{status, false};
+    result = wanted_ ? finish(status, order_.product) : StepResult{status, false};
+    return true;
   }
   handed_over_ = false;
-  return wanted_ ? finish(coding_.status, coding_.product) : order_next();
+  if (progress != WorkerProgress::done || !wanted_) return false;
+  result = finish(coding_.status, coding_.product);
+  return true;
 }
 
 StepResult Compressor::step() {
   // Without a worker there is nothing to do until the new start.
   if (mission_.safe_mode || stuck_) return {};
-  return handed_over_ ? ask_worker() : order_next();
+  StepResult result;
+  return handed_over_ && ask_worker(result) ? result : order_next();
 }
 
 }  // namespace ilp

@@ -73,7 +73,7 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
   Status order(ProductKind kind);
   Status write_metadata(const ProductRecord& product, ProductBox& box);
   void set_params(const BitPlan& plan);
-  StepResult ask_worker();
+  bool ask_worker(StepResult& result);
   StepResult finish(const Status& status, ProductRecord product);
   Status write(const ProductRecord& product, const Cursor& cursor, const State& after);
 
@@ -86,7 +86,7 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
   Patience patience_;
   ProductSubject subject_;
   Order order_;
-  bool handed_over_ = false;  ///< coding_ is the worker's
+  bool handed_over_ = false;  ///< coding_ may be the worker's
   bool wanted_ = false;       ///< its result is that of order_
   bool stuck_ = false;
   double interval_s_ = 0, mean_interval_s_ = 0;

@@ -133,6 +133,22 @@ TEST_F(CodingBeside, ARestoreInTheMiddleOfAJobMakesTheSameProducts) {
   EXPECT_EQ(worker.submitted, 2 * keyframes + 1) << "the job is handed over again when the worker has ended it";
 }
 
+// A component whose flags were damaged is like a new one at a worker that has a job.
+TEST_F(CodingBeside, AfterARestoreTheWorkerIsAskedFirstWhateverTheMemoryOfTheComponentSays) {
+  SlowWorker worker(4);
+  const auto before = begin(worker);
+  static_cast<void>(before->step());
+  const auto compressor = begin(worker);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(compressor->step().then, Then::wait);
+    ASSERT_TRUE(compressor->restore().ok());
+    EXPECT_EQ(worker.submitted, 1) << "the memory of the job is still the worker's";
+  }
+  fly(*compressor);
+  expect_products();
+  EXPECT_EQ(worker.submitted, 2 * keyframes + 1);
+}
+
 TEST_F(CodingBeside, AProcessThatEndsInTheMiddleOfAJobMakesTheSameProductsAfterItsNextStart) {
   for (int steps = 1; steps < 12; ++steps) {
     begin_anew();
