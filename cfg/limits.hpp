@@ -15,7 +15,7 @@ inline constexpr std::size_t sqlite_arena_bytes = std::size_t{6} << 20U;  // 5.1
 inline constexpr std::size_t max_static_bytes = std::size_t{64} << 20U;   ///< of the whole flight
 inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{9} << 19U;  // 4.2 MiB used at worst (13-bit noise)
 // Without a disk it holds the records, and with one SQLite's region.
-inline constexpr std::size_t ram_store_bytes = std::size_t{23} << 19U;
+inline constexpr std::size_t ram_store_bytes = std::size_t{45} << 18U;
 #elif defined(ILP_PROFILE_HOST)
 inline constexpr const char* profile = "host";
 inline constexpr std::int32_t max_image_width = 1024;
