@@ -22,7 +22,7 @@ struct Sight {
 struct Triangulated {
   Vec3 point = Vec3::Zero();
   Mat3 covariance = Mat3::Zero();  ///< for marks of one pixel; square world units
-  double rms_px = 0;  ///< of the marks against the point
+  double rms_px = 0;               ///< of the marks against the point
 };
 /// The point nearest to the lines of sight in pixels. None for fewer than two sights, for lines that are nearly
 /// parallel and for a point behind a camera.
@@ -44,8 +44,8 @@ struct ControlFit {
 };
 
 /// Three points or more that agree: all triples are tried (of the first 40 points), a point agrees within four sigmas,
-/// and the largest agreeing set is fitted by least squares, each point with its covariance. None where no triple is usable; points on one
-/// line do not determine the turn about it, and are refused.
+/// and the largest agreeing set is fitted by least squares, each point with its covariance. None where no triple is
+/// usable; points on one line do not determine the turn about it, and are refused.
 [[nodiscard]] std::optional<ControlFit> fit_control(const std::vector<Surveyed>& points);
 
 }  // namespace ilp::control
