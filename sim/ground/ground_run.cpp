@@ -144,6 +144,7 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
                              (options.outbox / "outbox").string());
   }
   const std::unique_ptr<report::Reference> reference = open_reference(options);
+  if (!options.control.empty()) (void)control::read_control_file(options.control);
   report::Report report;
   if (!options.flight_info.empty()) report.info = intake::read_flight_info(options.flight_info);
   if (!options.score.empty()) report.score = report::read_score(options.score);
@@ -214,6 +215,9 @@ std::vector<std::string> summary_of(const GroundOptions& options, const report::
   std::vector<std::string> lines{std::to_string(sums.posed) + " of " + host::counted(sums.keyframes, "keyframe") +
                                  " posed, " + std::to_string(sums.with_depth) + " with depth, " +
                                  host::counted(report.strips.size(), "strip")};
+  if (!options.control.empty()) {
+    for (std::string& line : control::lines_of(report.control)) lines.push_back(std::move(line));
+  }
   for (std::string& line : report::unknown_camera_lines(report.flight)) lines.push_back(std::move(line));
   if (report.score) {
     for (std::string& line : report::score_lines(*report.score)) lines.push_back(std::move(line));

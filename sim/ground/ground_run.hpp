@@ -21,6 +21,8 @@ struct GroundOptions {
   std::filesystem::path flight_info;
   std::filesystem::path acknowledge;  ///< folder for acknowledgements
   std::filesystem::path anchor;       ///< where on a body the strips were (export/georeference.hpp)
+  std::filesystem::path control;      ///< ground control points (control/control_file.hpp)
+  std::string control_body;           ///< of their longitudes and latitudes
   std::filesystem::path images;       ///< the original images
   std::filesystem::path score;        ///< score.json of ilp-score
   std::string catalogue;              ///< address of a catalogue that missions share

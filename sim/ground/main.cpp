@@ -128,6 +128,11 @@ int main(int argc, char** argv) {
   app.add_flag("--check", options.check,
                "read all files of the results, to find damage that has left their sizes and times as they were");
   app.add_option("--anchor", options.anchor, "JSON file that says on which body and where the strips were flown");
+  app.add_option("--control-points", options.control,
+                 "CSV file of ground control points and their marks in images: they place, scale and level the map")
+      ->excludes(app.get_option("--anchor"));
+  app.add_option("--control-body", options.control_body, "body of control points in longitude and latitude")
+      ->check(CLI::IsMember({"mars", "titan", "venus", "moon", "earth"}));
   app.add_option("--title", options.title, "title of the report, such as the place or the mission");
   app.add_option("--catalogue", options.catalogue,
                  "postgresql://USER@HOST/DATABASE: keep the catalogue there, where missions share it, with footprints");

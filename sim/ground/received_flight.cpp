@@ -91,6 +91,14 @@ void report_skipped(const intake::Outbox& outbox, std::ostream& messages) {
   }
 }
 
+/// Body::none for no name.
+Body body_named(const std::string& name) {
+  for (const Body body : {Body::mars, Body::titan, Body::venus, Body::moon, Body::earth}) {
+    if (name == name_of(body)) return body;
+  }
+  return Body::none;
+}
+
 void take_in_work(const fs::path& out, intake::Catalogue& catalogue, std::ostream& messages) {
   const tasks::TakenIn taken =
       tasks::take_in_results(out, catalogue, host::Progress(messages, "Taking in results of tasks"));
@@ -133,6 +141,10 @@ void index_held(const GroundOptions& options, intake::Catalogue& catalogue, repo
   report.flight = intake::index_flight(report.outbox);
   for (intake::RecordEntry& entry : report.outbox.records) entry.blobs = {};  // they are in the flight now
   report.joined = model::join_strips(report.flight, host::LongPhases(messages), &catalogue);
+  if (options.control.empty()) return;
+  const exports::Body* const body = exports::find_body(options.control_body);
+  report.control = control::place_by_control(control::read_control_file(options.control),
+                                             body_named(options.control_body), body ? body->crs : "", report.flight);
 }
 
 /// Until no product is found damaged: another version of it may be held. Every round takes at least one file out.

@@ -104,9 +104,10 @@ std::uint64_t digest_of_inputs(const GroundOptions& options) {
        << options.catalogue << "\n"
        << options.target_overlap << " " << options.max_vertices << "\n"
        << options.acknowledge.string() << "\n"
+       << options.control_body << "\n"
        << database_text(options.flight_db);
   for (const fs::path& path : {options.outbox, options.truth, options.reference, options.flight_info, options.anchor,
-                               options.images, options.score}) {
+                               options.control, options.images, options.score}) {
     text << tree_text(path);
   }
   return host::digest(text.str());

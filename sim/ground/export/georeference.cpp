@@ -157,7 +157,8 @@ Georeference local(const intake::Flight& flight, const intake::Strip& strip, con
   place.unit = metres ? "metre" : "strip unit";
   place.crs = local_crs(strip.id, metres);
   place.height_name = "height, z of the strip's own axes";
-  place.sentence = "strip " + std::to_string(strip.id) + " is in its own axes, in " +
+  place.sentence = "strip " + std::to_string(strip.id) + " is in " +
+                   (strip.control ? "the axes of its control points, in " : "its own axes, in ") +
                    (metres ? "metres" : "units of its first baseline") + (why.empty() ? "" : ": " + why);
   return place;
 }
@@ -186,8 +187,17 @@ std::string projected_crs(const Body& body, const StripAnchor& anchor, const OGR
   return wkt_of(crs);
 }
 
-/// The origin of a strip that the vehicle has placed: its world is level and turned to north already.
+/// The origin of a strip that control points or the vehicle have placed: its world is level and turned to north
+/// already.
 std::optional<StripAnchor> anchor_of(const intake::Strip& strip) {
+  if (strip.control) {
+    if (strip.control->body == ilp::Body::none) return std::nullopt;
+    StripAnchor anchor;
+    anchor.strip = strip.id;
+    anchor.longitude_deg = strip.control->longitude_deg;
+    anchor.latitude_deg = strip.control->latitude_deg;
+    return anchor;
+  }
   if (!strip.frame || strip.frame->body == ilp::Body::none) return std::nullopt;
   const StripFrameRecord& frame = *strip.frame;
   const bool known = frame.horizontal_sigma_m > 0 && frame.heading_sigma_rad > 0 && frame.scale_sigma > 0 &&
@@ -291,10 +301,12 @@ Georeference georeference_of(const intake::Flight& flight, const intake::Strip& 
   if (!anchor) {
     const std::optional<StripAnchor> measured = anchor_of(strip);
     if (!measured) return local(flight, strip, anchors ? "the anchor file has no entry for it" : "");
-    const Body* const body = find_body(name_of(strip.frame->body));
+    const Body* const body = find_body(name_of(strip.control ? strip.control->body : strip.frame->body));
     if (!body) return local(flight, strip, "its body is unknown");
     Georeference place = anchored(*body, *measured, Vec3(Vec3::Zero()), in_metres(flight, strip));
-    place.sentence += ", by the vehicle's navigation, one sigma " + host::brief(strip.frame->horizontal_sigma_m) + " m";
+    place.sentence += strip.control ? ", by control points"
+                                    : ", by the vehicle's navigation, one sigma " +
+                                          host::brief(strip.frame->horizontal_sigma_m) + " m";
     return place;
   }
   Vec3 point = Vec3::Zero();

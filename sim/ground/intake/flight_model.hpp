@@ -79,10 +79,17 @@ struct Keyframe : KeyframeRasters {
 /// One sigma of the inverse depth of a pixel, with that of its rounding to steps; 0 where it is unknown.
 [[nodiscard]] double inverse_depth_sigma(const KeyframeRasters& keyframe, std::int32_t x, std::int32_t y);
 
+/// Where control points have put a strip: its world is in metres, with the axes of the points.
+struct ControlPlace {
+  ilp::Body body = ilp::Body::none;            ///< none: the points have axes of their own
+  double longitude_deg = 0, latitude_deg = 0;  ///< of the world's origin, whose z is the height above the body's figure
+};
+
 struct Strip {
   std::int64_t id = 0;
   std::optional<StripRecord> record;
   std::optional<StripFrameRecord> frame;  ///< already applied (level_strips.hpp)
+  std::optional<ControlPlace> control;    ///< already applied; precedes `frame`
   std::vector<std::int64_t> keyframes;    ///< by id
 };
 

@@ -9,6 +9,8 @@ namespace ilp::report {
 
 [[nodiscard]] std::string page_summary(const Report& report);
 [[nodiscard]] std::string page_strips(const Report& report);
+/// Empty without control points.
+[[nodiscard]] std::string page_control(const Report& report);
 /// Empty where no link came down.
 [[nodiscard]] std::string page_joined(const Report& report);
 [[nodiscard]] std::string page_problems(const Report& report);

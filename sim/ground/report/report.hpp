@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/ground/control/place_by_control.hpp"
 #include "sim/ground/export/colmap_model.hpp"
 #include "sim/ground/export/strip_exports.hpp"
 #include "sim/ground/intake/flight_info.hpp"
@@ -44,7 +45,8 @@ struct Report {
   bool has_reference = false;
   intake::Outbox outbox;
   intake::Flight flight;
-  model::JoinedFlight joined;  ///< already applied to `flight`
+  model::JoinedFlight joined;                  ///< already applied to `flight`
+  std::vector<control::StripControl> control;  ///< already applied to `flight`; empty without control points
   std::vector<StripResult> strips;
   std::optional<intake::FlightInfo> info;
   std::map<std::int64_t, map::KeyframeLook> looks;

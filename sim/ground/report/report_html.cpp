@@ -96,6 +96,7 @@ std::string report_html(const Report& report) {
   std::string html = begin_page(report.title);
   html += page_summary(report);
   html += page_joined(report);
+  html += page_control(report);
   html += page_strips(report);
   html += page_problems(report);
   html += page_score(report);

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "sim/ground/report/capture_summary.hpp"
@@ -362,6 +363,33 @@ Json joined_json(const model::JoinedFlight& joined) {
   return {{"models", models}, {"apart", apart}};
 }
 
+Json control_json(const std::vector<control::StripControl>& strips) {
+  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
+  Json json = Json::array();
+  for (const control::StripControl& strip : strips) {
+    Json points = Json::array();
+    for (const control::PointResult& p : strip.points) {
+      points.push_back({{"name", p.name},
+                        {"check", p.check},
+                        {"used", p.used},
+                        {"fault", p.fault.empty() ? Json(nullptr) : Json(p.fault)},
+                        {"marks", p.marks},
+                        {"rms_px", p.rms_px},
+                        {"residual_m", p.residual ? Json({p.residual->x(), p.residual->y(), p.residual->z()}) : Json()},
+                        {"expected_m", p.expected_m}});
+    }
+    json.push_back({{"strip", strip.strip},
+                    {"placed", strip.placed},
+                    {"metres_per_unit", strip.metres_per_unit},
+                    {"used", strip.used},
+                    {"used_rmse_m", number(strip.used_rmse_m)},
+                    {"checked", strip.checked},
+                    {"check_rmse_m", number(strip.check_rmse_m)},
+                    {"points", points}});
+  }
+  return json;
+}
+
 }  // namespace
 
 std::string report_json(const Report& report) {
@@ -409,6 +437,7 @@ std::string report_json(const Report& report) {
   }
   json["missing"] = missing_json(report);
   if (!report.joined.models.empty() || !report.joined.apart.empty()) json["joined"] = joined_json(report.joined);
+  if (!report.control.empty()) json["control"] = control_json(report.control);
   json["remarks"] = report.flight.remarks;
   // Names from hostile files need not be UTF-8.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
