@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "sim/ground/intake/record_file.hpp"
 #include "sim/host/status_error.hpp"
 
 namespace ilp::serve {
@@ -91,20 +90,6 @@ void add_events(const std::vector<EventRecord>& events, std::size_t most, Items&
   }
 }
 
-// The newest record of each file counts.
-void add_link(const intake::Outbox& outbox, Items& items) {
-  for (const intake::RecordEntry& entry : outbox.records) {
-    if (entry.type != RecordType::downlink) continue;
-    try {
-      const auto file = intake::record_of<DownlinkRecord>(entry);
-      items["l/" + std::to_string(file.id)] = {seconds_of(file.sent_ns), file.bytes,
-                                               file.acknowledged_ns > 0 ? seconds_of(file.acknowledged_ns) : json()};
-    } catch (const intake::BadFile&) {
-      continue;
-    }
-  }
-}
-
 void add_telemetry(const intake::Flight& flight, Items& items) {
   if (const auto& s = flight.storage) {
     items["storage"] = {{"frames", s->frame_bytes},          {"depth", s->depth_bytes},
@@ -161,7 +146,6 @@ Items live_items(const report::Report& report, const std::set<std::string>& file
     items["strip/" + std::to_string(strip.strip.id)] = strip_item(report, strip, budget, pictures);
   }
   add_events(report.flight.events, budget.events, items);
-  add_link(report.outbox, items);
   add_telemetry(report.flight, items);
   items["missing"] = missing_item(report.missing, budget.missing);
   items["files"] = listed_files(files);

@@ -23,9 +23,9 @@ struct PageBudget {
   std::size_t missing = 100;
 };
 
-/// Items: "summary", "k/ID" keyframes, "strip/ID", "e/NUMBER" events, "l/ID" files handed to the link, "storage",
-/// "timing", "c/ID" components, "missing", "files". Numbers have six digits, so that what only rounding changes is not
-/// sent again. Pictures of the maps are put into `pictures`.
+/// Items: "summary", "k/ID" keyframes, "strip/ID", "e/NUMBER" events, "storage", "timing", "c/ID" components,
+/// "missing", "files". Numbers have six digits, so that what only rounding changes is not sent again. Pictures of the
+/// maps are put into `pictures`.
 [[nodiscard]] Items live_items(const report::Report& report, const std::set<std::string>& files, Pictures& pictures,
                                const PageBudget& budget = {});
 

@@ -2,7 +2,7 @@
 import { Connection } from './connection.js';
 import { StripMap } from './map.js';
 import { Plot } from './plots.js';
-import { KeyframeTable, bytes, facts, link, showComponents, showEvents, showList } from './tables.js';
+import { KeyframeTable, bytes, facts, link, milliseconds, showComponents, showEvents, showList } from './tables.js';
 
 const part = (name) => document.getElementById(name);
 const map = new StripMap(part('map'), part('map-note'));
@@ -11,7 +11,7 @@ const plots = {
   overlap: new Plot(part('plots'), 'Overlap of a keyframe with the one before', { values: [0, 1] }),
   error: new Plot(part('plots'), 'Reprojection error of poses, px', { zero: true }),
   richness: new Plot(part('plots'), 'Richness index', { zero: true }),
-  sent: new Plot(part('plots'), 'Bytes handed to the link', { zero: true, line: true }),
+  received: new Plot(part('plots'), 'Bytes of products received, by the time of their keyframe', { zero: true, line: true }),
 };
 let waiting = null;  // names that have changed since the page was drawn
 
@@ -30,7 +30,6 @@ function draw() {
   if (kinds.has('summary') || kinds.has('run')) drawSummary();
   if (kinds.has('k') || kinds.has('strip')) drawFlight();
   if (kinds.has('e')) drawEvents();
-  if (kinds.has('l')) drawLink();
   if (['storage', 'timing', 'c'].some((kind) => kinds.has(kind))) drawTelemetry();
   if (kinds.has('missing')) drawMissing();
   if (kinds.has('files')) showList(part('files'), (flight.get('files') ?? []).map(link), 'No file yet.');
@@ -81,16 +80,12 @@ function drawFlight() {
   plots.overlap.show(keyframes.map(([, k]) => [k.t, k.o]));
   plots.error.show(keyframes.map(([, k]) => [k.t, k.e]));
   plots.richness.show(keyframes.map(([, k]) => [k.t, k.r]));
+  let sum = 0;
+  plots.received.show(keyframes.map(([, k]) => [k.t, sum += (k.i?.[0] ?? 0) + (k.d?.[0] ?? 0)]));
 }
 
 function drawEvents() {
   showEvents(part('events'), flight.all('e'), Number(part('severity').value));
-}
-
-function drawLink() {
-  let sum = 0;
-  const sent = flight.all('l').map(([, l]) => l).sort((a, b) => a[0] - b[0]);
-  plots.sent.show(sent.map(([time, size]) => [time, sum += size]));
 }
 
 function drawTelemetry() {
@@ -112,7 +107,7 @@ function drawTelemetry() {
     lines.push(
       ['minor frames', String(t.frames)],
       ['of them too late', String(t.overruns)],
-      ['longest minor frame', `${t.longest_s} s`]);
+      ['longest minor frame', milliseconds(t.longest_s)]);
   }
   facts(part('telemetry'), lines.length ? lines : [['telemetry', 'nothing has come down yet']]);
   showComponents(part('components'), flight.all('c'));

@@ -14,6 +14,7 @@ export function bytes(count) {
 }
 
 export const seconds = (value) => (value === undefined || value === null ? '–' : `${value.toFixed(1)} s`);
+export const milliseconds = (value_s) => `${(value_s * 1e3).toFixed(2)} ms`;
 const ratio = (value) => (value === undefined || value === null ? '–' : value.toFixed(2));
 
 export function facts(parent, pairs) {
@@ -84,7 +85,7 @@ export function showEvents(parent, list, least) {
 export function showComponents(table, list) {
   const head = [['component', 't'], ['steps'], ['faults'], ['restarts'], ['overruns'], ['busy'], ['longest step']];
   const rows = list.map(([, c]) => row([[c.n, 't'], [String(c.steps)], [String(c.faults)], [String(c.restarts)],
-    [String(c.overruns)], [`${c.busy_s} s`], [`${c.longest_s} s`]], 'td'));
+    [String(c.overruns)], [milliseconds(c.busy_s)], [milliseconds(c.longest_s)]], 'td'));
   table.replaceChildren(...(list.length ? [row(head, 'th')] : []), ...rows);
 }
 
