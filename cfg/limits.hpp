@@ -13,7 +13,9 @@ inline constexpr std::int32_t max_image_width = 640;
 inline constexpr std::int32_t max_image_height = 480;
 inline constexpr std::size_t sqlite_arena_bytes = std::size_t{6} << 20U;  // 5.1 MiB used at worst in the default flight
 inline constexpr std::size_t max_static_bytes = std::size_t{64} << 20U;   ///< of the whole flight
-inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{5} << 20U;  // 4.2 MiB used at worst (13-bit noise)
+inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{9} << 19U;  // 4.2 MiB used at worst (13-bit noise)
+// Without a disk it holds the records, and with one SQLite's region.
+inline constexpr std::size_t ram_store_bytes = std::size_t{23} << 19U;
 #elif defined(ILP_PROFILE_HOST)
 inline constexpr const char* profile = "host";
 inline constexpr std::int32_t max_image_width = 1024;
@@ -21,15 +23,17 @@ inline constexpr std::int32_t max_image_height = 1024;
 inline constexpr std::size_t sqlite_arena_bytes = std::size_t{16} << 20U;
 inline constexpr std::size_t max_static_bytes = std::size_t{256} << 20U;
 inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{20} << 20U;  // 13.8 MiB used at worst
+inline constexpr std::size_t ram_store_bytes = 2 * sqlite_arena_bytes;
 #else
 #error "choose a capacity profile: ILP_PROFILE_FLIGHT or ILP_PROFILE_HOST"
 #endif
 
-// Without a disk, SQLite's region and as much again hold the records.
-inline constexpr std::size_t ram_store_bytes = 2 * sqlite_arena_bytes;
-inline constexpr std::size_t flight_stack_bytes = std::size_t{1} << 20U;
-// The C library's requests before the heap is sealed; 72 KiB of it is the reserve of the C++ run-time.
-inline constexpr std::size_t early_heap_bytes = std::size_t{512} << 10U;
+inline constexpr std::size_t flight_stack_bytes = std::size_t{512} << 10U;  // 64 KiB used in the default flight
+inline constexpr std::size_t worker_stack_bytes = std::size_t{128} << 10U;
+// The C library's requests before the heap is sealed; 72 KiB of it is the reserve of the C++ run-time. The libraries of
+// a server's client need more when they are loaded.
+inline constexpr std::size_t early_heap_bytes = std::size_t{128} << 10U;
+inline constexpr std::size_t postgres_early_heap_bytes = std::size_t{512} << 10U;
 
 inline constexpr std::size_t max_image_pixels =
     static_cast<std::size_t>(max_image_width) * static_cast<std::size_t>(max_image_height);

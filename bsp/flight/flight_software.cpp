@@ -162,7 +162,8 @@ constexpr std::size_t total_bytes() {
   for (const MemoryRegion& region : regions) total += region.bytes;
   return total;
 }
-static_assert(total_bytes() + limits::early_heap_bytes + limits::flight_stack_bytes <= limits::max_static_bytes,
+static_assert(total_bytes() + limits::early_heap_bytes + limits::flight_stack_bytes + limits::worker_stack_bytes <=
+                  limits::max_static_bytes,
               "the flight does not fit its board");
 
 }  // namespace

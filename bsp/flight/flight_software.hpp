@@ -62,10 +62,15 @@ class FlightSoftware {
   /// What does the jobs of components that have some.
   FlightCompute& compute() { return compute_; }
 
+  /// What cannot be cut into steps is done by `worker` (docs/worker.md), not in a step. Call it before start().
+  void work_on(Worker& worker) { compressor_.work_on(worker); }
+
   /// Code and constants of the program, which never change. Call it before start().
   void watch(ImageRegions image) { scrubber_.watch(image); }
-  /// Memory was damaged that only a new process restores.
-  [[nodiscard]] bool restart_wanted() const { return scrubber_.image_damaged() || executive_.restart_wanted(); }
+  /// Memory was damaged, or the worker is stuck, so that only a new process goes on.
+  [[nodiscard]] bool restart_wanted() const {
+    return scrubber_.image_damaged() || executive_.restart_wanted() || compressor_.worker_stuck();
+  }
 
   /// The source of images has ended and everything has been processed.
   [[nodiscard]] bool processed() const;

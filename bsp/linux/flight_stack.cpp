@@ -1,19 +1,14 @@
 #include "bsp/linux/flight_stack.hpp"
 
 #include <pthread.h>
-#include <sys/mman.h>
-
-#include <cstring>
 
 #include "cfg/limits.hpp"
+#include "hal/posix/measured_stack.hpp"
 
 namespace ilp {
 namespace {
 
-constexpr std::size_t page_bytes = 4096;
-constexpr unsigned char untouched = 0xA5;
-
-alignas(page_bytes) unsigned char stack[limits::flight_stack_bytes];
+alignas(stack_page_bytes) std::byte stack[limits::flight_stack_bytes];
 
 struct Call {
   int (*body)(void*);
@@ -32,7 +27,8 @@ int start_and_wait(Call& call) {
   int error = pthread_attr_init(&attributes);
   if (error != 0) return error;
   pthread_t thread;
-  error = pthread_attr_setstack(&attributes, stack + page_bytes, sizeof(stack) - page_bytes);
+  const std::span<std::byte> usable = usable_stack(stack);
+  error = pthread_attr_setstack(&attributes, usable.data(), usable.size());
   if (error == 0) error = pthread_create(&thread, &attributes, run, &call);
   pthread_attr_destroy(&attributes);
   return error == 0 ? pthread_join(thread, nullptr) : error;
@@ -41,9 +37,7 @@ int start_and_wait(Call& call) {
 }  // namespace
 
 int call_on_flight_stack(int (*body)(void*), void* context, int& result) {
-  std::memset(stack, untouched, sizeof(stack));
-  // An overflow of the stack ends the program here, before it damages other data.
-  static_cast<void>(mprotect(stack, page_bytes, PROT_NONE));
+  prepare_stack(stack);
   Call call{body, context, 0};
   const int error = start_and_wait(call);
   result = call.result;
@@ -51,13 +45,11 @@ int call_on_flight_stack(int (*body)(void*), void* context, int& result) {
 }
 
 std::size_t flight_stack_peak() {
-  std::size_t untouched_bytes = page_bytes;
-  while (untouched_bytes < sizeof(stack) && stack[untouched_bytes] == untouched) ++untouched_bytes;
-  return sizeof(stack) - untouched_bytes;
+  return stack_peak(stack);
 }
 
 std::size_t flight_stack_bytes() {
-  return sizeof(stack) - page_bytes;
+  return usable_stack(stack).size();
 }
 
 }  // namespace ilp

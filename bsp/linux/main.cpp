@@ -17,6 +17,7 @@
 #include "bsp/linux/board.hpp"
 #include "bsp/linux/chosen_store.hpp"
 #include "bsp/linux/flight_stack.hpp"
+#include "bsp/linux/flight_worker.hpp"
 #include "bsp/linux/memory_report.hpp"
 #include "bsp/linux/node_process.hpp"
 #include "bsp/linux/options.hpp"
@@ -113,6 +114,7 @@ class Flight {
   bool start();
   void test_board();
   void prepare_compute();
+  void prepare_worker();
   bool done();
   void run();
   void write_life();
@@ -167,6 +169,7 @@ class Flight {
   PacketRouter* router_ = nullptr;
   FlightSoftware* software_ = nullptr;
   std::optional<SharedCompute> device_;
+  FlightWorker worker_;
   std::optional<Life> life_;
   bool stack_told_ = false;
 };
@@ -338,6 +341,12 @@ void Flight::prepare_compute() {
   device_->limit(job_limit_ns);
 }
 
+void Flight::prepare_worker() {
+  const int error = worker_.begin(options_);
+  if (error != 0) std::fprintf(stderr, "ilp-onboard: there is no worker: %s\n", std::strerror(error));
+  if (worker_.worker() != nullptr) software_->work_on(*worker_.worker());
+}
+
 bool Flight::start() {
   if (stages_ != all_stages) {
     shared_.emplace(store_.store(), store_.sharing(), source(), clock(), stages_, options_.virtual_time);
@@ -351,6 +360,7 @@ bool Flight::start() {
   if (options_.navigation != nullptr) software_->navigate_by(navigation_);
   if (options_.navigation_udp != nullptr) software_->navigate_by(vehicle_);
   prepare_compute();
+  prepare_worker();
   if (!good("start", software_->start(model_))) return false;
   const Status armed = options_.watchdog != nullptr ? linux_watchdog_.open(watchdog_options_) : Status{};
   BoardState board = board_state();
@@ -426,7 +436,7 @@ int Flight::finish() {
     return exit_restart;
   }
   if (software_->restart_wanted()) {
-    std::fprintf(stderr, "ilp-onboard: memory was damaged: start again\n");
+    std::fprintf(stderr, "ilp-onboard: memory was damaged, or the worker is stuck: start again\n");
     return exit_restart;
   }
   // On a full disk the end is not recorded, but it is in order otherwise.
@@ -435,6 +445,7 @@ int Flight::finish() {
   write_life();
   well = good("record of the end", life_->end()) && well;
   watchdog_.stop();
+  worker_.end();
   print_memory_use(store_.file());
   print_timing(software_->executive());
   std::int64_t frames = 0;

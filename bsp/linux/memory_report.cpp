@@ -34,6 +34,7 @@ void print_memory_map() {
       "hardware abstraction layer");
   row(heap_region_report(HeapRegion::early).bytes, "start-up heap");
   row(limits::flight_stack_bytes, "flight stack");
+  row(limits::worker_stack_bytes, "worker stack");
   row(static_bytes() - total, "libraries, tables and the rest");
   std::printf("%12zu  total (%.1f MiB), all that is writable in the binary\n", total,
               static_cast<double>(total) / 1048576.0);

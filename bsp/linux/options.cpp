@@ -17,7 +17,7 @@ const char* const usage =
     "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]] [--key FILE])\n"
     "                   [--navigation FILE.csv | --navigation-udp ADDRESS:PORT] [--mission FILE.ini]\n"
     "                   [--mission-epoch] [--fly-on] [--priority N] [--watchdog DEVICE[:SECONDS]] [--compute SOCKET]\n"
-    "                   [--trap-heap]\n"
+    "                   [--worker thread|inline] [--trap-heap]\n"
     "       ilp-onboard --stages STAGE,... --store STORE [--mission FILE.ini] [--priority N] [--trap-heap]\n"
     "       ilp-onboard --memory-map | --version | --help\n"
     "  --index         a recorded strip: one line `time_ns file.pgm [altitude_m]` per frame\n"
@@ -44,6 +44,9 @@ const char* const usage =
     "  --priority      real-time priority, 1 to 99, with all memory locked\n"
     "  --watchdog      a watchdog device of the kernel, kicked once per minor frame; its timeout is 30 s by default\n"
     "  --compute       a compute device, by the socket of its program, such as ilp-compute-vulkan (docs/compute.md)\n"
+    "  --worker        products are coded in a thread below the flight's priority, as by default in real time, or "
+    "inline\n"
+    "                  in steps, as by default in virtual time (docs/worker.md)\n"
     "  --trap-heap     abort on any allocation after start-up\n";
 
 namespace {
@@ -55,7 +58,7 @@ bool joins_only(const Options& options) {
                            options.links.any() || options.navigation != nullptr || options.navigation_udp != nullptr ||
                            options.virtual_time || options.mission_epoch || options.fly_on || options.key != nullptr ||
                            options.acknowledgements != nullptr || options.watchdog != nullptr ||
-                           options.state != nullptr || options.compute != nullptr;
+                           options.state != nullptr || options.compute != nullptr || options.worker != nullptr;
   return !of_the_head && options.store != nullptr && std::strcmp(options.store, "memory") != 0;
 }
 
@@ -112,6 +115,7 @@ bool read_words(int argc, char** argv, Options& options, CommandLineFault& fault
                         {"--priority", &options.priority},
                         {"--watchdog", &options.watchdog},
                         {"--compute", &options.compute},
+                        {"--worker", &options.worker},
                         {"--cfdp-udp", &options.links.cfdp},
                         {"--cfdp-udp-peer", &options.links.cfdp_peer}};
   const Flag flags[] = {{"--virtual-time", &options.virtual_time},
@@ -182,6 +186,9 @@ bool parse(int argc, char** argv, Options& options, CommandLineFault& fault) {
   if (options.navigation_udp != nullptr && options.navigation != nullptr) {
     return refuse(fault, "--navigation", "does not go with --navigation-udp");
   }
+  const bool worker_known = options.worker == nullptr || std::strcmp(options.worker, "thread") == 0 ||
+                            std::strcmp(options.worker, "inline") == 0;
+  if (!worker_known) return refuse(fault, "--worker", "is thread or inline");
   return check_images(options, fault);
 }
 

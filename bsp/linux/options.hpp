@@ -25,6 +25,7 @@ struct Options {
   const char* priority = nullptr;
   const char* watchdog = nullptr;
   const char* compute = nullptr;  ///< socket of a compute device's program
+  const char* worker = nullptr;   ///< `thread` or `inline`; null: by the clock
   bool mission_epoch = false;
   bool virtual_time = false;
   bool fly_on = false;

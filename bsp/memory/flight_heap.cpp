@@ -15,11 +15,12 @@ namespace {
 
 constexpr auto region_count = static_cast<std::size_t>(HeapRegion::count);
 
-alignas(Arena::alignment) std::byte early_bytes[limits::early_heap_bytes];
 alignas(Arena::alignment) std::byte openjpeg_bytes[limits::openjpeg_arena_bytes];
 #ifdef ILP_POSTGRES
+alignas(Arena::alignment) std::byte early_bytes[limits::postgres_early_heap_bytes];
 alignas(Arena::alignment) std::byte postgres_bytes[limits::postgres_heap_bytes];
 #else
+alignas(Arena::alignment) std::byte early_bytes[limits::early_heap_bytes];
 alignas(Arena::alignment) std::byte postgres_bytes[Arena::alignment];
 #endif
 
@@ -38,7 +39,7 @@ constinit std::atomic<bool> sealed = false;
 constinit std::atomic<std::uint64_t> traps = 0;
 constinit HeapTrapMode trap_mode = HeapTrapMode::report;
 constinit std::uint64_t fault_at = 0;
-constinit std::uint64_t fault_countdown = 0;
+constinit thread_local std::uint64_t fault_countdown = 0;
 constinit thread_local HeapRegion open_region = HeapRegion::early;
 
 Arena& arena_of(HeapRegion region) {

@@ -1,8 +1,9 @@
 // The malloc family of a flight binary: fixed regions instead of a heap (architecture, "Memory").
 //
 // A binary that links ilp_flight_heap has no other malloc. Until seal_heap() the `early` region serves all requests
-// (the C library's start-up, stdio, threads). A HeapGateScope opens the region that it names, for its thread. After
-// sealing, any other request is a trap: counted, reported on standard error, and refused. Start-up is single-threaded.
+// (the C library's start-up, stdio, threads). A HeapGateScope opens the region that it names, for its thread; one
+// thread at a time has a region open. After sealing, any other request is a trap: counted, reported on standard error,
+// and refused. Start-up is single-threaded.
 #pragma once
 
 #include <cstddef>

@@ -8,22 +8,24 @@
 #include "fsw/products/bit_plan.hpp"
 #include "fsw/products/depth_access.hpp"
 #include "fsw/products/index_ranks.hpp"
+#include "fsw/products/product_coding.hpp"
 #include "fsw/products/product_metadata.hpp"
 #include "fsw/shared/patience.hpp"
 #include "fsw/shared/step_memory.hpp"
 #include "fsw/shared/step_transaction.hpp"
-#include "fsw/vision/codec/jpeg2000.hpp"
 #include "fsw/vision/terrain/sigma_map.hpp"
 #include "hal/camera/camera.hpp"
+#include "hal/worker/inline_worker.hpp"
 
 namespace ilp {
 
 /// A keyframe has two products: its image, with the newly seen part as region of interest, and its inverse depth inside
 /// that part. Each is a JP2 file with a metadata box that describes it. The quality of each layer is measured by
-/// decoding it. Each step makes one product. The image comes last and completes the keyframe: where the image is on
-/// record, so is the depth if there is one. The scheme of an image depends on the rank of its index among those before
-/// it; if the checkpoint is older than the products, these keyframes are missing there. If maps cannot be read the
-/// image is coded whole. A product whose own input cannot be read is on record as dropped.
+/// decoding it. A step orders one product from the worker, and later ones ask for it and write it. The image comes last
+/// and completes the keyframe: where the image is on record, so is the depth if there is one. The scheme of an image
+/// depends on the rank of its index among those before it; if the checkpoint is older than the products, these
+/// keyframes are missing there. If the mask cannot be read the image is coded whole. A product whose own input cannot
+/// be read is on record as dropped, as is one whose job is stuck.
 class Compressor final : public StageComponent<ComponentId::compressor> {
  public:
   static const CheckpointForm checkpoint;
@@ -31,12 +33,17 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
   struct Workspace {
     FrameImage image;
     MapBuffers maps;
-    Jpeg2000Workspace jpeg2000;
-    std::array<std::uint8_t, limits::max_product_bytes> file;
+    std::array<char, max_sigma_map_bytes> sigma_map;
   };
   using Scratch = StepScratch<Workspace>;
 
   Compressor(Tables store, const MissionParameters& mission, Scratch scratch);
+
+  /// Without this the jobs are run in the step that orders them. `worker` is for this component alone, and outlives it
+  /// or takes no job. Call it before the flight.
+  void work_on(Worker& worker) { worker_ = &worker; }
+  /// The worker is stuck in a job: only a new process makes products again.
+  [[nodiscard]] bool worker_stuck() const { return stuck_; }
 
   Status restore() override;
   StepResult step() override;
@@ -45,33 +52,46 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
   }
 
  private:
-  /// A step makes a product from the records on.
+  /// What a step reads to order a product.
   [[nodiscard]] Workspace& work() const { return scratch_.as<Workspace>(); }
 
   struct State {
     IndexRanks ranks;  ///< of the keyframes whose image is done
   };
+  /// The product that is made.
+  struct Order {
+    Cursor after;           ///< once it is written
+    ProductRecord product;  ///< as ordered
+    bool unrated = false;   ///< the richness record is damaged
+    bool image = false;
+  };
 
   Status load(std::int64_t keyframe_id, ProductKind kind, Status& damage);
-  Status load_depth(std::int64_t keyframe_id, Status& damage);
-  Status encode(ProductKind kind, ProductRecord& product);
+  Status load_depth(std::int64_t keyframe_id, ProductKind kind, Status& damage);
   Status measure_interval(std::int64_t keyframes, double& interval_s);
-  Status write_metadata(const ProductRecord& product);
-  Status measure_layers(const Jpeg2000Product& coded, ProductRecord& product);
-  Status leave_off_layers(ProductRecord& product);
+  StepResult order_next();
+  Status order(ProductKind kind);
+  Status write_metadata(const ProductRecord& product, ProductBox& box);
+  void set_params(const BitPlan& plan);
+  bool ask_worker(StepResult& result);
+  StepResult finish(const Status& status, ProductRecord product);
   Status write(const ProductRecord& product, const Cursor& cursor, const State& after);
 
   Tables store_;
   const MissionParameters& mission_;
   Scratch scratch_;
+  Worker* worker_;
   Cursor cursor_;
   State state_;
   Patience patience_;
   ProductSubject subject_;
+  Order order_;
+  bool handed_over_ = false;  ///< coding_ may be the worker's
+  bool wanted_ = false;       ///< its result is that of order_
+  bool stuck_ = false;
   double interval_s_ = 0, mean_interval_s_ = 0;
-  std::array<std::uint8_t, limits::max_metadata_bytes> metadata_{};
-  std::size_t metadata_bytes_ = 0;
-  std::array<char, max_sigma_map_bytes> sigma_map_{};
+  InlineWorker inline_worker_;
+  ProductCoding coding_{};
 };
 
 }  // namespace ilp

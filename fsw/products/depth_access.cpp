@@ -4,14 +4,18 @@
 
 namespace ilp {
 
-Status load_maps(Reader<DepthRecord> store, const DepthRecord& depth, MapBuffers& maps) {
-  ILP_TRY(maps.codes.resize(depth.width, depth.height));
-  ILP_TRY(maps.sigma.resize(depth.width, depth.height));
+Status load_mask(Reader<DepthRecord> store, const DepthRecord& depth, MapBuffers& maps) {
   ILP_TRY(maps.mask.resize(depth.width, depth.height));
-  const std::size_t area = maps.mask.view().area();
   if (depth.mask.bytes == 0 || depth.mask.bytes > maps.bytes.size()) return {StatusCode::not_found, depth.id};
   ILP_TRY(read_blob<DepthRecord>(store, "mask", depth.id, 0, {maps.bytes.data(), depth.mask.bytes}));
-  ILP_TRY(decode_mask(maps.bytes.data(), depth.mask.bytes, maps.mask.view()));
+  return decode_mask(maps.bytes.data(), depth.mask.bytes, maps.mask.view());
+}
+
+Status load_maps(Reader<DepthRecord> store, const DepthRecord& depth, MapBuffers& maps) {
+  ILP_TRY(load_mask(store, depth, maps));
+  ILP_TRY(maps.codes.resize(depth.width, depth.height));
+  ILP_TRY(maps.sigma.resize(depth.width, depth.height));
+  const std::size_t area = maps.mask.view().area();
   auto* codes = reinterpret_cast<std::uint8_t*>(maps.codes.view().data);
   std::uint8_t* sigma = maps.sigma.view().data;
   if (depth.values.bytes != 2 * area || depth.sigma.bytes != area) {

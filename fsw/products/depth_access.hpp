@@ -15,6 +15,8 @@ struct MapBuffers {
   std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> bytes{};
 };
 
+/// The mask alone; the other maps stay as they are. `not_found` when it has been released.
+Status load_mask(Reader<DepthRecord> store, const DepthRecord& depth, MapBuffers& maps);
 /// Without depth, codes and sigma are all zero. `not_found` when the maps have been released.
 Status load_maps(Reader<DepthRecord> store, const DepthRecord& depth, MapBuffers& maps);
 

@@ -105,6 +105,41 @@ TEST_F(OnboardFlight, KilledAgainAndAgainItsLivesAreOnRecordAndTheProductsAreThe
   EXPECT_EQ(all.back().heap_traps, 0U);
 }
 
+TEST_F(OnboardFlight, WithAWorkerTheFilesAreTheSame) {
+  const auto files = [&] { return test::files_of(folder_ / "outbox", {"product-", "records-", "points-"}); };
+  ASSERT_EQ(test::run_program(command(folder_ / "inline.db", {"--worker", "inline"})).exit_status, 0);
+  const auto without = files();
+  ASSERT_FALSE(without.empty());
+  for (const char* name : {"outbox", "acknowledged"}) {
+    fs::remove_all(folder_ / name);
+    fs::create_directories(folder_ / name);
+  }
+  const test::ProgramResult flown =
+      test::run_program(command(folder_ / "thread.db", {"--worker", "thread", "--trap-heap"}));
+  ASSERT_EQ(flown.exit_status, 0) << flown.output;
+  EXPECT_NE(flown.output.find("heap requests after sealing: 0\n"), std::string::npos) << flown.output;
+  test::expect_same_files(without, files());
+  std::size_t products = 0;
+  for (const auto& file : without) products += file.first.starts_with("product-") ? 1 : 0;
+  EXPECT_NE(flown.output.find("worker: " + std::to_string(products) + " jobs"), std::string::npos) << flown.output;
+}
+
+TEST_F(OnboardFlight, KilledAgainAndAgainWithAWorkerTheFilesAreTheSame) {
+  const std::vector<std::string> words = command(folder_ / "flight.db", {"--worker", "thread"});
+  int kills = 0;
+  bool ended = false;
+  for (int life = 0; life < 8 && !ended; ++life) {
+    ended = test::run_and_kill(words, 170 + 43 * life);
+    kills += ended ? 0 : 1;
+  }
+  if (!ended) {
+    const test::ProgramResult rest = test::run_program(words);
+    ASSERT_EQ(rest.exit_status, 0) << rest.output;
+  }
+  EXPECT_GT(kills, 0);
+  expect_products();
+}
+
 TEST_F(OnboardFlight, ADamagedDatabaseIsRefusedOrSetAsideAndTheFlightBeginsAnew) {
   const std::string database = folder_ / "flight.db";
   test::write_file(database, std::string(20'000, 'x'));

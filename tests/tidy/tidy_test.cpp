@@ -137,7 +137,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"fsw/imaging/", room({"fsw/imaging/", "fsw/vision/", "hal/compute/compute.hpp"})},
     {"fsw/motion/", room({"fsw/motion/", "fsw/vision/"})},
     {"fsw/terrain/", room({"fsw/terrain/", "fsw/vision/"})},
-    {"fsw/products/", room({"fsw/products/", "fsw/vision/"})},
+    {"fsw/products/", room({"fsw/products/", "fsw/vision/", "hal/worker/worker.hpp", "hal/worker/inline_worker.hpp"})},
     {"fsw/storage/",
      room({"fsw/storage/", "fsw/vision/codec/", "fsw/vision/overlap/overlap.hpp", "hal/store/scrub.hpp"})},
     {"fsw/downlink/", room({"fsw/downlink/", "fsw/vision/codec/", "fsw/packets/", "hal/link/link.hpp"})},

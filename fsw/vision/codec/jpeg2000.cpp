@@ -282,8 +282,7 @@ class ImageEncoder {
       const bool worthless = params_.region == RegionCoding::drop_background && params_.region_resolutions == 0;
       if (worthless) fill_background(samples_, mask_, workspace_.scratch.data());
     }
-    to_coefficients(samples_, region_, levels_, params_.region_resolutions, workspace_.scratch.data(),
-                    workspace_.mask_scratch.data());
+    to_coefficients(samples_, region_, levels_, params_.region_resolutions, workspace_.scratch.data());
     return {};
   }
 

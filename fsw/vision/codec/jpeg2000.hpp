@@ -53,7 +53,12 @@ struct Jpeg2000Workspace {
   std::array<std::int32_t, limits::max_image_pixels> samples;
   std::array<std::int32_t, limits::max_image_pixels> scratch;
   std::array<std::uint8_t, limits::max_image_pixels> mask;
-  std::array<std::uint8_t, limits::max_image_pixels> mask_scratch;
+
+  /// A place for the file, where memory is short: the encoder writes it when it does not need `scratch` any more.
+  [[nodiscard]] std::span<std::uint8_t> place_of_file() {
+    static_assert(sizeof(scratch) >= limits::max_product_bytes);
+    return {reinterpret_cast<std::uint8_t*>(scratch.data()), limits::max_product_bytes};
+  }
 };
 
 inline constexpr int max_sample_bits = 16;

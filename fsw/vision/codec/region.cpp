@@ -77,10 +77,10 @@ void count_band(ImageView<const std::int32_t> coefficients, ImageView<const std:
 }  // namespace
 
 void to_coefficients(ImageView<std::int32_t> samples, ImageView<std::uint8_t> mask, int wavelet_levels,
-                     int region_resolutions, std::int32_t* scratch, std::uint8_t* mask_scratch) {
+                     int region_resolutions, std::int32_t* scratch) {
   forward_wavelet53(samples, wavelet_levels, scratch);
   if (mask.data == nullptr) return;
-  propagate_mask53(mask, wavelet_levels, mask_scratch);
+  propagate_mask53(mask, wavelet_levels, reinterpret_cast<std::uint8_t*>(scratch));
   mark_coarsest(mask, wavelet_levels, region_resolutions);
 }
 

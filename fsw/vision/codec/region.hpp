@@ -25,9 +25,9 @@ struct CoefficientCosts {
 };
 
 /// Replaces `samples` (signed, about zero) by their coefficients and `mask` (may be empty: everything) by the region's
-/// mask of coefficients, both in place.
+/// mask of coefficients, both in place. `scratch` holds width * height samples.
 void to_coefficients(ImageView<std::int32_t> samples, ImageView<std::uint8_t> mask, int wavelet_levels,
-                     int region_resolutions, std::int32_t* scratch, std::uint8_t* mask_scratch);
+                     int region_resolutions, std::int32_t* scratch);
 
 [[nodiscard]] CoefficientCosts measure_costs(ImageView<const std::int32_t> coefficients,
                                              ImageView<const std::uint8_t> mask, int wavelet_levels);

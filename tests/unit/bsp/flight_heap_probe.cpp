@@ -12,6 +12,8 @@
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
 #include "fsw/vision/codec/jpeg2000_decode.hpp"
+#include "hal/posix/measured_stack.hpp"
+#include "hal/worker/thread_worker.hpp"
 
 namespace {
 
@@ -30,6 +32,7 @@ std::int32_t decoded[pixels];
 std::uint8_t file[file_bytes];
 std::uint8_t reference[file_bytes];
 char output_buffer[4096];
+alignas(stack_page_bytes) std::byte worker_stack[limits::worker_stack_bytes];
 
 int failures = 0;
 
@@ -174,6 +177,34 @@ void strict_mode_aborts() {
   expect(WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT, "strict mode aborts");
 }
 
+// The codec in another thread has its region, and the flight's thread has none meanwhile.
+void the_region_is_of_its_thread(ThreadWorker& worker) {
+  struct Coding {
+    Status status;
+    Jpeg2000Product product;
+  };
+  fill_scene();
+  Coding here, beside;
+  here.status = encode_image(width, height, pixels / 16, false, here.product);
+  std::memcpy(reference, file, here.product.bytes);
+  const std::uint64_t trapped = heap_trap_count();
+  std::uint64_t refused = 0;
+  const auto job = [](void* memory) {
+    auto& coding = *static_cast<Coding*>(memory);
+    coding.status = encode_image(width, height, pixels / 16, false, coding.product);
+  };
+  expect(worker.submit({job, &beside}).ok(), "the worker takes a job");
+  while (worker.ask() == WorkerProgress::working) {
+    if (refused < 3 && stray_malloc(10) == nullptr) ++refused;
+  }
+  expect(beside.status.ok() && beside.product.bytes == here.product.bytes &&
+             std::memcmp(file, reference, here.product.bytes) == 0,
+         "the same bytes in another thread");
+  expect(refused > 0 && heap_trap_count() == trapped + refused, "requests of this thread are refused meanwhile");
+  expect(heap_region_report(HeapRegion::openjpeg).in_use == 0, "region empty after the job");
+  expect(worker.stop(), "the worker ends");
+}
+
 // A connection to a server lives in its region from call to call.
 void memory_of_the_server_is_kept(void* before_sealing) {
   if (heap_region_report(HeapRegion::postgres).bytes < 65536) return;
@@ -207,12 +238,15 @@ int main() {
   expect(early != nullptr, "realloc before sealing");
   void* const for_the_server = stray_malloc(100);
   std::memset(for_the_server, 'e', 100);
+  static ThreadWorker worker;
+  expect(worker.start(worker_stack) == 0, "the worker's thread begins");
   seal_heap(HeapTrapMode::report);
   std::free(early);
   memory_of_the_server_is_kept(for_the_server);
   codec_lives_in_its_region();
   exhaustion_is_a_status();
   strays_are_caught();
+  the_region_is_of_its_thread(worker);
   strict_mode_aborts();
   const HeapRegionReport r = heap_region_report(HeapRegion::early);
   std::printf("    %s: peak %zu of %zu bytes\n", r.name, r.peak, r.bytes);

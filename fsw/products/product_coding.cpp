@@ -1,0 +1,89 @@
+#include "fsw/products/product_coding.hpp"
+
+#include "fsw/base/crc.hpp"
+#include "fsw/products/product_metadata.hpp"
+#include "fsw/shared/product_layers.hpp"
+#include "fsw/vision/codec/layer_errors.hpp"
+#include "fsw/vision/terrain/depth_coding.hpp"
+
+namespace ilp {
+namespace {
+
+// In steps of the codes: half a step for rounding, the rest for the ground's single precision.
+constexpr double rounding_steps = 0.51;
+
+Status encode(ProductCoding& job, Jpeg2000Product& coded) {
+  const MaskView mask = job.region ? MaskView(job.newly_seen()) : MaskView{};
+  if (job.product.kind == ProductKind::depth) {
+    return encode_jpeg2000(job.codes(), depth_code_bits, mask, job.params, job.box.view(), job.jpeg2000, job.file(),
+                           coded);
+  }
+  const Status status = encode_jpeg2000(job.image(), mask, job.params, job.box.view(), job.jpeg2000, job.file(), coded);
+  if (!job.params.lossless || !status.is(StatusCode::grant_too_small)) return status;
+  job.product.scheme = ProductScheme::lossy_region;
+  job.params.lossless = false;
+  return encode_jpeg2000(job.image(), mask, job.params, job.box_if_lossy.view(), job.jpeg2000, job.file(), coded);
+}
+
+Status measure_layers(ProductCoding& job, const Jpeg2000Product& coded) {
+  ProductRecord& product = job.product;
+  product.bytes = static_cast<std::uint32_t>(coded.bytes);
+  product.layers = static_cast<std::uint8_t>(coded.layers);
+  const std::span<const std::uint8_t> file = job.file().first(coded.bytes);
+  const bool depth = product.kind == ProductKind::depth;
+  LayerErrors errors;
+  if (depth) {
+    ILP_TRY(measure_layer_errors(file, job.codes(), job.newly_seen(), job.jpeg2000, errors));
+  } else {
+    const MaskView mask = product.scheme == ProductScheme::thumbnail ? MaskView{} : MaskView(job.newly_seen());
+    ILP_TRY(measure_layer_errors(file, job.image(), mask, job.jpeg2000, errors));
+  }
+  for (std::size_t i = 0; i < product.layers; ++i) {
+    product.layer_bytes[i] = static_cast<std::uint32_t>(coded.layer_bytes[i]);
+    const double quality =
+        depth ? (errors.largest[i] + rounding_steps) * job.px_per_code : psnr_of(errors.mean_square[i]);
+    product.layer_quality[i] = static_cast<float>(quality);
+  }
+  return {};
+}
+
+/// Layers with digits below the requested error are not worth their bytes.
+Status leave_off_layers(ProductCoding& job) {
+  ProductRecord& product = job.product;
+  if (product.kind != ProductKind::depth || !(job.depth_error_px > 0)) return {};
+  std::uint8_t needed = 0;
+  bool kept = false;
+  while (!kept && needed < product.layers) {
+    kept = static_cast<double>(product.layer_quality[needed]) <= job.depth_error_px;
+    ++needed;
+  }
+  if (needed == product.layers) return {};
+  std::size_t bytes = 0;
+  ILP_TRY(truncate_to_layers(job.file().first(product.bytes), needed, bytes));
+  keep_layers(needed, bytes, product);
+  return {};
+}
+
+Status code(ProductCoding& job) {
+  Jpeg2000Product coded;
+  ILP_TRY(encode(job, coded));
+  if (coded.bytes > job.product.grant_bytes) {
+    return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(coded.bytes), job.product.grant_bytes};
+  }
+  ILP_TRY(measure_layers(job, coded));
+  ILP_TRY(leave_off_layers(job));
+  const std::span<std::uint8_t> file = job.file().first(job.product.bytes);
+  ILP_TRY(fill_in_layer_quality(job.product, file));
+  job.product.crc32 = crc32(file);
+  job.product.data.bytes = job.product.bytes;
+  return {};
+}
+
+}  // namespace
+
+void code_product(void* coding) {
+  auto& job = *static_cast<ProductCoding*>(coding);
+  job.status = code(job);
+}
+
+}  // namespace ilp
