@@ -15,8 +15,11 @@
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
 #include "fsw/vision/codec/jpeg2000_decode.hpp"
+#include "hal/camera/camera.hpp"
+#include "hal/camera/jpeg/grey_jpeg.hpp"
 #include "hal/posix/measured_stack.hpp"
 #include "hal/worker/thread_worker.hpp"
+#include "tests/support/jpeg_file.hpp"
 
 namespace {
 
