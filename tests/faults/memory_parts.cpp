@@ -154,8 +154,7 @@ std::vector<MemoryPart> memory_parts() {
       DenseMatcher_disparity_{}, DenseMatcher_disparity_sigma_{}, DenseMatcher_inverse_depth_{}, DenseMatcher_sigma_{},
       DenseMatcher_now_{}, DenseMatcher_work_{}, DenseMatcher_after_{}, DenseMatcher_before_{});
   add(parts, "richness_scorer", flight.*revealed(FlightSoftware_richness_scorer_{}));
-  add(parts, "compressor", flight.*revealed(FlightSoftware_compressor_{}), Compressor_metadata_{},
-      Compressor_sigma_map_{});
+  add(parts, "compressor", flight.*revealed(FlightSoftware_compressor_{}), Compressor_coding_{});
   add(parts, "storage_manager", flight.*revealed(FlightSoftware_storage_manager_{}));
   add(parts, "delivery_queue", flight.*revealed(FlightSoftware_delivery_queue_{}));
   add(parts, "downlink", flight.*revealed(FlightSoftware_downlink_{}), Downlink_file_{}, Downlink_candidates_{},
