@@ -130,34 +130,40 @@ double mean_sigma(const Scene& scene) {
   return sum / count;
 }
 
-TEST(GapSupport, WherePlanesOfSeveralDirectionsDisagreeTheStatedErrorIsLarger) {
-  Scene scene;
+/// Makes the scene level, as it was before support, and returns the mean stated error that support gives its gap.
+double make_level(Scene& scene) {
   scene.slope = 0;
   scene.make(1);
   scene.support();
-  const double agreeing = mean_sigma(scene);
+  const double sigma = mean_sigma(scene);
   scene.make(1);
-  // The matches above and below the gap are 0.8 px nearer than those beside it.
+  return sigma;
+}
+
+/// Calls `change(x, y, index of the pixel)` in the columns of the gap, from the top to the bottom of the view.
+template <typename Change>
+void in_columns_of_gap(Change change) {
   for (std::int32_t y = 0; y < height; ++y) {
-    for (std::int32_t x = 50; x < 66; ++x) {
-      if (!Scene::in_gap(x, y)) scene.map.disparity_px[static_cast<std::size_t>(y * width + x)] += 0.8F;
-    }
+    for (std::int32_t x = 50; x < 66; ++x) change(x, y, static_cast<std::size_t>(y * width + x));
   }
+}
+
+TEST(GapSupport, WherePlanesOfSeveralDirectionsDisagreeTheStatedErrorIsLarger) {
+  Scene scene;
+  const double agreeing = make_level(scene);
+  // The matches above and below the gap are 0.8 px nearer than those beside it.
+  in_columns_of_gap([&](std::int32_t x, std::int32_t y, std::size_t pixel) {
+    if (!Scene::in_gap(x, y)) scene.map.disparity_px[pixel] += 0.8F;
+  });
   scene.support();
   EXPECT_GT(mean_sigma(scene), 1.3 * agreeing);
 }
 
 TEST(GapSupport, APlaneThatNoOtherDirectionConfirmsHasALargerStatedError) {
   Scene scene;
-  scene.slope = 0;
-  scene.make(1);
-  scene.support();
-  const double confirmed = mean_sigma(scene);
-  scene.make(1);
+  const double confirmed = make_level(scene);
   // The gap reaches from the top to the bottom of the view: only matches to its left and right are opposite.
-  for (std::int32_t y = 0; y < height; ++y) {
-    for (std::int32_t x = 50; x < 66; ++x) scene.map.sigma_px[static_cast<std::size_t>(y * width + x)] = 0;
-  }
+  in_columns_of_gap([&](std::int32_t, std::int32_t, std::size_t pixel) { scene.map.sigma_px[pixel] = 0; });
   scene.support();
   double sum = 0;
   int count = 0;
