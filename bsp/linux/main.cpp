@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <new>
 #include <optional>
@@ -47,6 +48,7 @@
 #include "hal/nonvolatile/file_nonvolatile.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
 #include "hal/watchdog/linux_watchdog.hpp"
+#include "hal/watchdog/service_watchdog.hpp"
 
 namespace {
 
@@ -149,6 +151,7 @@ class Flight {
   LinuxWatchdog linux_watchdog_;
   NullWatchdog no_watchdog_;
   Watchdog& watchdog_ = options_.watchdog != nullptr ? static_cast<Watchdog&>(linux_watchdog_) : no_watchdog_;
+  ServiceWatchdog manager_;
   ChosenStore& store_;
   std::optional<SharedFlight> shared_;  ///< with other processes
   FileNonvolatile small_memory_;
@@ -419,6 +422,8 @@ bool Flight::start() {
   test_board();
   if (priority_ > 0) report(ask_for_real_time(priority_));
   if (shared_ && !good("record of the node", shared_->begin(mission_of_file_))) return false;
+  const Status managed = manager_.open(std::getenv("NOTIFY_SOCKET"));
+  report(managed.ok() ? manager_.ready() : managed);
   return good("record of the start", life_->go_on());
 }
 
@@ -453,11 +458,13 @@ void Flight::run() {
     if (shared_ && !shared_->connected(software_->executive())) {
       // The board is well: no reset would bring the server back.
       static_cast<void>(watchdog_.kick());
+      static_cast<void>(manager_.kick(clock().now()));
       continue;
     }
     if (done()) break;
     software_->executive().run_minor_frame(next);
     report(watchdog_.kick());
+    report(manager_.kick(clock().now()));
     report(software_->compute().compute().take_news());
     if (++frames % frames_between_entries == 0 && !options_.virtual_time) {
       write_life();
@@ -473,6 +480,7 @@ void Flight::run() {
 }
 
 int Flight::finish() {
+  manager_.stop();
   if (store_.damaged()) {
     std::fprintf(stderr, "ilp-onboard: %s is damaged: start again\n", options_.store);
     return exit_restart;
