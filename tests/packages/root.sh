@@ -21,13 +21,22 @@ need_root() {
 }
 
 # make_root ARCHITECTURE FOLDER PACKAGES: a new root with these packages (comma between names) beside the essential ones.
+# FOLDER.tar keeps it for the next time, because an emulated installation takes long.
 make_root() {
-  local architecture=$1 root=$2 packages=$3 source log
+  local architecture=$1 root=$2 packages=$3 source log without=
   log=$root.log
   rm -rf --one-file-system "$root"
-  source=$(awk '/^URIs:/{print $2; exit}' /etc/apt/sources.list.d/debian.sources 2>/dev/null || true)
-  debootstrap --arch "$architecture" --variant=minbase --include="$packages" bookworm "$root" \
-    "${source:-http://deb.debian.org/debian}" >"$log" 2>&1 || skip "debootstrap has no Debian to install: $log"
+  if [ ! -s "$root.tar" ]; then
+    # Its installation starts thousands of processes, and nothing here needs it.
+    [ "$architecture" = "$(dpkg --print-architecture)" ] || without=--exclude=tzdata
+    source=$(awk '/^URIs:/{print $2; exit}' /etc/apt/sources.list.d/debian.sources 2>/dev/null || true)
+    debootstrap --arch "$architecture" --variant=minbase --include="$packages" $without bookworm "$root" \
+      "${source:-http://deb.debian.org/debian}" >"$log" 2>&1 || skip "debootstrap has no Debian to install: $log"
+    tar -C "$root" --numeric-owner -cf "$root.tar.part" . && mv "$root.tar.part" "$root.tar"
+    rm -rf --one-file-system "$root"
+  fi
+  mkdir -p "$root"
+  tar -C "$root" --numeric-owner -xpf "$root.tar"
   cp -rL /etc/apt/apt.conf.d/99* "$root/etc/apt/apt.conf.d/" 2>/dev/null || true
   cp -rL /etc/ssl/certs/. "$root/etc/ssl/certs/" 2>/dev/null || true
   cp -L /etc/resolv.conf /etc/hosts "$root/etc/"
