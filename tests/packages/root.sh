@@ -32,7 +32,7 @@ make_root() {
     source=$(awk '/^URIs:/{print $2; exit}' /etc/apt/sources.list.d/debian.sources 2>/dev/null || true)
     debootstrap --arch "$architecture" --variant=minbase --include="$packages" $without bookworm "$root" \
       "${source:-http://deb.debian.org/debian}" >"$log" 2>&1 || skip "debootstrap has no Debian to install: $log"
-    tar -C "$root" --numeric-owner -cf "$root.tar.part" . && mv "$root.tar.part" "$root.tar"
+    tar -C "$root" --one-file-system --numeric-owner -cf "$root.tar.part" . && mv "$root.tar.part" "$root.tar"
     rm -rf --one-file-system "$root"
   fi
   mkdir -p "$root"
