@@ -127,7 +127,8 @@ Status PostgresStore::flush() {
   if (status.ok()) status = flusher_.send(flush_statement, false);
   if (status.ok()) status = flusher_.collect();
   heard_others_ = !status.ok();
-  return status;
+  // This connection is not the one that is lost.
+  return status.is(StatusCode::store_lost) ? Status{StatusCode::not_ready} : status;
 }
 
 /// `taken`: those that were free. The others are with another process.

@@ -80,7 +80,8 @@ class PostgresStore final : public Store, public StoreSharing {
   void release() override;
   [[nodiscard]] bool connected() const override { return connection_.alive(); }
   Status reconnect() override;
-  /// By a connection of its own, because the server synchronises nothing in the middle of a transaction.
+  /// By a connection of its own, because the server synchronises nothing in the middle of a transaction. `not_ready` if
+  /// that one is lost: try again.
   Status flush() override;
   void wait(std::int32_t milliseconds) override;
 
