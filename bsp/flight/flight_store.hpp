@@ -36,9 +36,9 @@ class FlightStore final : public StoreSharing {
   /// and one that was found damaged in flight is not opened again. The capacity of the flight is limited to the budget
   /// of `mission`, which a store in memory reduces.
   Status open(const char* path, StoreTrouble trouble, MissionParameters& mission);
-  /// The same for the head of a flight that several processes share. Its commits are on the disk when they are done, but
-  /// do not hold up the others meanwhile. While others have the database open, nothing of it
-  /// is saved or set aside: a database that cannot be used is refused. There is no sharing of a store in memory.
+  /// The same for the head of a flight that several processes share. Its commits are on the disk when they are done,
+  /// but do not hold up the others meanwhile. While others have the database open, nothing of it is saved or set aside:
+  /// a database that cannot be used is refused. There is no sharing of a store in memory.
   Status open_as_head(const char* path, StoreTrouble trouble, MissionParameters& mission);
   /// The same for another process of the flight. `not_found` until a head has made the database. Its commits wait for
   /// no disk: what it makes follows from earlier records, and nobody outside has been told of it (StoreSharing::flush).

@@ -32,8 +32,8 @@ class SharedFlight {
         files_(devices.files, store_, sharing),
         node_(store, clock, stages) {}
 
-  /// What the stages of the head use instead of the database, the camera and the links. A camera that takes images in real time is
-  /// never held.
+  /// What the stages of the head use instead of the database, the camera and the links. A camera that takes images in
+  /// real time is never held.
   [[nodiscard]] Store& store() { return store_; }
   [[nodiscard]] Camera& camera() { return virtual_time_ ? static_cast<Camera&>(held_camera_) : camera_; }
 

@@ -84,7 +84,8 @@ void every_request_in_turn_finds_none(const char* conninfo) {
     set_heap_fault(nth);
     const Status status = store.open(conninfo, ~RecordMask{0});
     set_heap_fault(0);
-    // libpq answers a connection for which it has no memory in several ways; none of them is a crash or a half-open store.
+    // libpq answers a connection for which it has no memory in several ways; none of them is a crash or a half-open
+    // store.
     expect(status.ok() == store.connected(), "open and connected, or neither", nth);
   }
   if (!store.connected()) expect(store.open(conninfo, ~RecordMask{0}).ok(), "opened again", 0);

@@ -8,6 +8,7 @@
 #include "cfg/limits.hpp"
 #include "tests/distributed/spread_flight.hpp"
 #include "tests/integration/flight_files.hpp"
+#include "tests/unit/hal/small_disk.hpp"
 
 namespace ilp {
 namespace {
@@ -88,7 +89,8 @@ TEST_F(SpreadServer, WithoutAnyNotificationTheFlightIsTheSame) {
   ASSERT_EQ(test::run_program({ILP_STORE, "create", flight.store()}).exit_status, 0);
   const test::ProgramResult suppressed = flight.sql(
       "CREATE FUNCTION public.pg_notify(text, text) RETURNS void LANGUAGE sql AS 'SELECT';\n"
-      "ALTER ROLE ilp IN DATABASE " + flight.database() + " SET search_path = public, pg_catalog;\n");
+      "ALTER ROLE ilp IN DATABASE " +
+      flight.database() + " SET search_path = public, pg_catalog;\n");
   ASSERT_EQ(suppressed.exit_status, 0) << suppressed.output;
   flight.start_all();
   EXPECT_EQ(flight.wait(), std::vector<int>(three.size(), 0)) << flight.output(0);
@@ -121,7 +123,8 @@ TEST_F(SpreadServer, AHostileClientCostsTimeAndNothingElse) {
 TEST_F(SpreadServer, ATableThatIsDroppedUnderTheFlightIsReportedAndTheOthersGoOn) {
   SpreadFlight flight(three);
   flight.start_all();
-  for (int k = 0; k < 400 && flight.sql("SELECT count(*) > 5 FROM frame;\n").output.rfind('t', 0) != 0; ++k) sleep_ms(50);
+  for (int k = 0; k < 400 && flight.sql("SELECT count(*) > 5 FROM frame;\n").output.rfind('t', 0) != 0; ++k)
+    sleep_ms(50);
   EXPECT_EQ(flight.sql("DROP TABLE richness;\n").exit_status, 0);
   std::string reported;
   for (int k = 0; k < 200 && reported.empty(); ++k) {
@@ -135,9 +138,38 @@ TEST_F(SpreadServer, ATableThatIsDroppedUnderTheFlightIsReportedAndTheOthersGoOn
   std::string finished;
   for (int k = 0; k < 400 && finished.rfind('t', 0) != 0; ++k) {
     sleep_ms(50);
-    finished = flight.sql("SELECT max(frame.id) >= 20 AND max(frame.id) = max(overlap.id) FROM frame, overlap;\n").output;
+    finished =
+        flight.sql("SELECT max(frame.id) >= 20 AND max(frame.id) = max(overlap.id) FROM frame, overlap;\n").output;
   }
   EXPECT_EQ(finished, "t\n") << "the other stages should go on";
+}
+
+TEST_F(SpreadServer, WhenItsDiskIsFullTheFlightWaitsAndLosesNothing) {
+  const test::TemporaryFolder folder;
+  const test::SmallDisk disk(folder / "disk", 1);
+  if (!disk.mounted()) GTEST_SKIP() << "no right to mount a small disk";
+  ASSERT_EQ(
+      test::run_program({"/bin/sh", "-c", "chmod 755 " + folder.path().string() + "; chown postgres " + disk.path()})
+          .exit_status,
+      0);
+  SpreadFlight flight(three);
+  ASSERT_EQ(test::run_program({ILP_STORE, "create", flight.store()}).exit_status, 0);
+  const test::ProgramResult moved = flight.sql("CREATE TABLESPACE small LOCATION '" + disk.path() +
+                                               "';\nALTER TABLE depth_values SET TABLESPACE small;\n");
+  ASSERT_EQ(moved.exit_status, 0) << moved.output;
+  flight.start_all();
+  const std::string full = std::to_string(static_cast<int>(StatusCode::store_full));
+  std::string reported;
+  for (int k = 0; k < 400 && reported.empty(); ++k) {
+    sleep_ms(50);
+    reported = flight.sql("SELECT component FROM event WHERE code = " + full + ";\n").output;
+  }
+  EXPECT_NE(reported, "") << "the disk should have been too small";
+  sleep_ms(500);
+  ASSERT_TRUE(disk.resize(64));
+  EXPECT_EQ(flight.wait(), std::vector<int>(three.size(), 0)) << flight.output(0);
+  EXPECT_EQ(flight.digest(), test::digest_of_one_process());
+  EXPECT_EQ(flight.sql("ALTER TABLE depth_values SET TABLESPACE pg_default;\nDROP TABLESPACE small;\n").exit_status, 0);
 }
 
 TEST_F(SpreadServer, ADatabaseOfAnotherVersionIsRefused) {

@@ -18,9 +18,9 @@ struct BlobHandles;
 /// When a commit is synchronised, so that it outlasts a power cut. The log is a sequence: with a commit, all earlier
 /// ones of every process are synchronised too.
 enum class Synchronise : std::uint8_t {
-  in_commit,     ///< within it: what anybody can read is on the disk
-  behind_commit, ///< before commit() returns, but the other processes may write meanwhile
-  later          ///< with flush(), or with a later commit of any process
+  in_commit,      ///< within it: what anybody can read is on the disk
+  behind_commit,  ///< before commit() returns, but the other processes may write meanwhile
+  later           ///< with flush(), or with a later commit of any process
 };
 
 /// The write-ahead log is copied into the database and started over long before it reaches this size, and cut to it.
@@ -54,9 +54,9 @@ class SqliteStore final : public Store {
   Status use_cache(std::int64_t kib);
   /// After open() it is `in_commit`.
   Status synchronise(Synchronise when);
-  /// Whatever has been committed by any process is on the disk when this is ok. Within a transaction too. A commit whose
-  /// synchronisation failed (`behind_commit`) is one that was not synchronised: this reports the fault, and heals it
-  /// outside a transaction.
+  /// Whatever has been committed by any process is on the disk when this is ok. Within a transaction too. A commit
+  /// whose synchronisation failed (`behind_commit`) is one that was not synchronised: this reports the fault, and heals
+  /// it outside a transaction.
   Status flush();
   void close();
 
@@ -135,7 +135,7 @@ class SqliteStore final : public Store {
   bool damaged_ = false;
   std::int64_t refused_at_open_ = 0;
   Synchronise synchronise_ = Synchronise::in_commit;
-  bool unsynchronised_ = false;     ///< a commit of this process may not be on the disk
+  bool unsynchronised_ = false;  ///< a commit of this process may not be on the disk
   bool synchronising_failed_ = false;
   std::int64_t flushed_version_ = -1;  ///< the commits of others that are on the disk (data_version)
   bool in_transaction_ = false;

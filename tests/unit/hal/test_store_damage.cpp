@@ -492,8 +492,8 @@ Status put_numbered(SqliteStore& store, std::int64_t number) {
   frame.id = number;
   frame.image.bytes = static_cast<std::uint32_t>(3000 + 5000 * (number % 3));
   ILP_TRY(put(store, frame));
-  ILP_TRY(write_blob<FrameRecord>(store, "image", number, 0,
-                                  Bytes(frame.image.bytes, static_cast<std::uint8_t>(number))));
+  ILP_TRY(
+      write_blob<FrameRecord>(store, "image", number, 0, Bytes(frame.image.bytes, static_cast<std::uint8_t>(number))));
   return transaction.commit();
 }
 
