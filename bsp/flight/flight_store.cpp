@@ -193,10 +193,11 @@ Status FlightStore::open(const char* path, StoreTrouble trouble, MissionParamete
 
 Status FlightStore::open_as_head(const char* path, StoreTrouble trouble, MissionParameters& mission) {
   const Status taken = guard_.take(path);
-  if (taken.is(StatusCode::store_in_use)) return open_among_others(path, mission);
+  if (taken.is(StatusCode::store_in_use)) return open_among_others(path, mission, Synchronise::behind_commit);
   ILP_TRY(taken);
   Status status = open_usable(path, trouble, mission);
   if (status.ok()) status = disk_.limit(database_limit_bytes(mission));
+  if (status.ok()) status = disk_.synchronise(Synchronise::behind_commit);
   if (status.ok()) {
     guard_.admit_others();
   } else {
@@ -205,17 +206,18 @@ Status FlightStore::open_as_head(const char* path, StoreTrouble trouble, Mission
   return status;
 }
 
-Status FlightStore::open_among_others(const char* path, const MissionParameters& mission) {
+Status FlightStore::open_among_others(const char* path, const MissionParameters& mission, Synchronise when) {
   ILP_TRY(guard_.share(path));
   Status status = guard_.says_damaged() ? Status{StatusCode::store_damaged} : disk_.open(path);
   if (status.ok()) status = check_checkpoints(disk_, checkpoint_forms());
   if (status.ok()) status = disk_.limit(database_limit_bytes(mission));
+  if (status.ok()) status = disk_.synchronise(when);
   if (!status.ok()) close();
   return status;
 }
 
 Status FlightStore::join(const char* path, const MissionParameters& mission) {
-  return exists(path) ? open_among_others(path, mission) : Status{StatusCode::not_found};
+  return exists(path) ? open_among_others(path, mission, Synchronise::later) : Status{StatusCode::not_found};
 }
 
 void FlightStore::wait(std::int32_t milliseconds) {

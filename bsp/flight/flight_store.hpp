@@ -36,10 +36,12 @@ class FlightStore final : public StoreSharing {
   /// and one that was found damaged in flight is not opened again. The capacity of the flight is limited to the budget
   /// of `mission`, which a store in memory reduces.
   Status open(const char* path, StoreTrouble trouble, MissionParameters& mission);
-  /// The same for the head of a flight that several processes share. While others have the database open, nothing of it
-  /// is saved or set aside: a database that cannot be used is refused. There is no sharing of a store in memory.
+  /// The same for the head of a flight that several processes share. Its commits are on the disk when they are done,
+  /// but do not hold up the others meanwhile. While others have the database open, nothing of it is saved or set aside:
+  /// a database that cannot be used is refused. There is no sharing of a store in memory.
   Status open_as_head(const char* path, StoreTrouble trouble, MissionParameters& mission);
-  /// The same for another process of the flight. `not_found` until a head has made the database.
+  /// The same for another process of the flight. `not_found` until a head has made the database. Its commits wait for
+  /// no disk: what it makes follows from earlier records, and nobody outside has been told of it (StoreSharing::flush).
   Status join(const char* path, const MissionParameters& mission);
   /// No database: the records are in memory and end with the process.
   Status begin_in_memory(MissionParameters& mission) { return begin_in_memory(Status{}, mission); }
@@ -51,6 +53,7 @@ class FlightStore final : public StoreSharing {
   /// A database in a file has no connection that could be lost. See damaged().
   [[nodiscard]] bool connected() const override { return true; }
   Status reconnect() override { return {}; }
+  Status flush() override { return in_memory_ ? Status{} : disk_.flush(); }
   /// Looks every millisecond.
   void wait(std::int32_t milliseconds) override;
 
@@ -73,7 +76,7 @@ class FlightStore final : public StoreSharing {
   Status put_saved_in_place(const char* path);
   Status open_usable(const char* path, StoreTrouble trouble, const MissionParameters& mission);
   Status begin_in_memory(const Status& fault, MissionParameters& mission);
-  Status open_among_others(const char* path, const MissionParameters& mission);
+  Status open_among_others(const char* path, const MissionParameters& mission, Synchronise when);
 
   const Arena& sqlite_;
   std::span<std::byte> memory_;

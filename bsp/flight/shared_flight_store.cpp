@@ -31,6 +31,39 @@ Status SharedFlightStore::put(const RecordInfo& info, const void* record) {
   return inner_.put(info, record);
 }
 
+Status SharedFlightStore::get(const RecordInfo& info, std::int64_t id, void* record) {
+  has_read_ = true;
+  return inner_.get(info, id, record);
+}
+
+Status SharedFlightStore::next(const RecordInfo& info, std::int64_t after, void* record) {
+  has_read_ = true;
+  return inner_.next(info, after, record);
+}
+
+Status SharedFlightStore::last(const RecordInfo& info, void* record) {
+  has_read_ = true;
+  return inner_.last(info, record);
+}
+
+Status SharedFlightStore::count(const RecordInfo& info, std::int64_t& records) {
+  has_read_ = true;
+  return inner_.count(info, records);
+}
+
+Status SharedFlightStore::read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
+                                    std::span<std::uint8_t> bytes) {
+  has_read_ = true;
+  return inner_.read_blob(info, field, id, offset, bytes);
+}
+
+Status SharedFlightStore::settle(StoreSharing& sharing) {
+  if (!has_read_) return {};
+  ILP_TRY(sharing.flush());
+  has_read_ = false;
+  return {};
+}
+
 Status SharedFlightStore::erase(const RecordInfo& info, std::int64_t id) {
   written_ |= mask_of(info.type);
   return inner_.erase(info, id);

@@ -5,6 +5,7 @@
 #include "cfg/mission.hpp"
 #include "fsw/executive/executive.hpp"
 #include "hal/store/forwarding_store.hpp"
+#include "hal/store/store_sharing.hpp"
 
 namespace ilp {
 
@@ -17,7 +18,13 @@ class SharedFlightStore final : public ForwardingStore {
   Status begin() override;
   Status commit() override;
   Status put(const RecordInfo& info, const void* record) override;
+  Status get(const RecordInfo& info, std::int64_t id, void* record) override;
+  Status next(const RecordInfo& info, std::int64_t after, void* record) override;
+  Status last(const RecordInfo& info, void* record) override;
   Status erase(const RecordInfo& info, std::int64_t id) override;
+  Status count(const RecordInfo& info, std::int64_t& records) override;
+  Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
+                   std::span<std::uint8_t> bytes) override;
   Status write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                     std::span<const std::uint8_t> bytes) override;
   Status poll(RecordMask& changed) override;
@@ -27,6 +34,8 @@ class SharedFlightStore final : public ForwardingStore {
   void follow(const MissionParameters& file, MissionParameters& in_force, Executive& executive);
   /// Transactions so far that can wake a stage of another process.
   [[nodiscard]] std::int64_t waking_commits() const { return waking_commits_; }
+  /// Whatever has been read since the previous call is on the disk when it is ok: it may be told to the ground.
+  Status settle(StoreSharing& sharing);
   /// True once after each change of one of these tables that poll() has reported.
   bool changed(RecordMask tables);
 
@@ -39,6 +48,7 @@ class SharedFlightStore final : public ForwardingStore {
   bool settings_changed_ = false;
   RecordMask written_ = 0;  ///< in the open transaction
   RecordMask news_ = 0;
+  bool has_read_ = false;  ///< since the latest settle()
   std::int64_t waking_commits_ = 0;
 };
 

@@ -44,7 +44,7 @@ const char* ChosenStore::message() const {
 #endif
 }
 
-Status ChosenStore::connect(const Options& options, bool create, const MissionParameters& mission) {
+Status ChosenStore::connect(const Options& options, bool is_head, const MissionParameters& mission) {
 #ifdef ILP_POSTGRES
   for (const CheckpointForm* const form : checkpoint_forms()) {
     // Without its checkpoints a component would not get on.
@@ -52,13 +52,14 @@ Status ChosenStore::connect(const Options& options, bool create, const MissionPa
       return {StatusCode::capacity_exceeded, form->bytes, max_postgres_blob_bytes};
     }
   }
-  ILP_TRY(postgres_.open(options.store, ~RecordMask{0}, {.create = create}));
+  // What the others make follows from earlier records, and nobody outside is told of it before flush().
+  ILP_TRY(postgres_.open(options.store, ~RecordMask{0}, {.create = is_head, .synchronous = is_head}));
   server_ = true;
   postgres_.limit(database_limit_bytes(mission));
   return check_checkpoints(postgres_, checkpoint_forms());
 #else
   static_cast<void>(options);
-  static_cast<void>(create);
+  static_cast<void>(is_head);
   static_cast<void>(mission);
   return StatusCode::unsupported_format;
 #endif

@@ -33,7 +33,7 @@ class ChosenStore {
   [[nodiscard]] const FlightStore& file() const { return file_; }
 
  private:
-  Status connect(const Options& options, bool create, const MissionParameters& mission);
+  Status connect(const Options& options, bool is_head, const MissionParameters& mission);
 
   FlightStore file_;
   bool server_ = false;

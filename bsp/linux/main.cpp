@@ -394,12 +394,14 @@ void Flight::prepare_worker() {
 
 bool Flight::start() {
   if (stages_ != all_stages) {
-    shared_.emplace(store_.store(), store_.sharing(), source(), clock(), stages_, options_.virtual_time);
+    const HeadDevices devices{source(), outbox_, links_.packets(), links_.files()};
+    shared_.emplace(store_.store(), store_.sharing(), devices, clock(), stages_, options_.virtual_time);
   }
-  router_ = new (router_region) PacketRouter(links_.packets(), links_.files(), clock(), mission_);
+  router_ = new (router_region) PacketRouter(shared_ ? shared_->packets() : links_.packets(),
+                                             shared_ ? shared_->files() : links_.files(), clock(), mission_);
   router_->authenticate_with(keys_);
-  software_ = new (flight_region)
-      FlightSoftware(database(), camera(), outbox_, *router_, clock(), mission_, configuration_, stages_);
+  software_ = new (flight_region) FlightSoftware(database(), camera(), shared_ ? shared_->link() : outbox_, *router_,
+                                                 clock(), mission_, configuration_, stages_);
   if (!options_.virtual_time) software_->executive().keep_real_time(mission_);
   software_->watch(program_image());
   if (options_.navigation != nullptr) software_->navigate_by(navigation_);

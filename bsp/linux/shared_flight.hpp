@@ -3,26 +3,43 @@
 
 #include "bsp/flight/held_camera.hpp"
 #include "bsp/flight/node.hpp"
+#include "bsp/flight/settled_links.hpp"
 #include "bsp/flight/shared_flight_store.hpp"
 #include "hal/clock/real_clock.hpp"
 
 namespace ilp {
 
+/// What the head has from outside, without the other processes. A packet link may be the null pointer.
+struct HeadDevices {
+  Camera& camera;
+  Link& link;
+  PacketLink* packets;
+  PacketLink* files;
+};
+
 class SharedFlight {
  public:
-  SharedFlight(Store& store, StoreSharing& sharing, Camera& camera, Clock& clock, StageMask stages, bool virtual_time)
+  SharedFlight(Store& store, StoreSharing& sharing, const HeadDevices& devices, Clock& clock, StageMask stages,
+               bool virtual_time)
       : sharing_(sharing),
         clock_(clock),
         virtual_time_(virtual_time),
-        camera_(camera),
+        camera_(devices.camera),
         store_(store),
-        held_camera_(camera, store_),
+        held_camera_(devices.camera, store_),
+        link_(devices.link, store_, sharing),
+        packets_(devices.packets, store_, sharing),
+        files_(devices.files, store_, sharing),
         node_(store, clock, stages) {}
 
-  /// What the stages of the head use instead of the database and the camera. A camera that takes images in real time is
-  /// never held.
+  /// What the stages of the head use instead of the database, the camera and the links. A camera that takes images in
+  /// real time is never held.
   [[nodiscard]] Store& store() { return store_; }
   [[nodiscard]] Camera& camera() { return virtual_time_ ? static_cast<Camera&>(held_camera_) : camera_; }
+
+  [[nodiscard]] Link& link() { return link_; }
+  [[nodiscard]] PacketLink* packets() { return packets_.if_present(); }
+  [[nodiscard]] PacketLink* files() { return files_.if_present(); }
 
   /// Admits the other processes. `mission` has the parameters of the mission file alone.
   Status begin(const MissionParameters& mission);
@@ -42,6 +59,8 @@ class SharedFlight {
   Camera& camera_;
   SharedFlightStore store_;
   HeldCamera held_camera_;
+  SettledLink link_;
+  SettledPacketLink packets_, files_;
   Node node_;
   std::uint32_t connections_ = 1;
   RealClock board_clock_;  ///< in virtual time that of the flight may stand still

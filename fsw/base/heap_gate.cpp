@@ -36,6 +36,10 @@ HeapGateScope::~HeapGateScope() {
   if (installed.leave != nullptr) installed.leave(region_);
 }
 
+bool heap_region_exhausted(HeapRegion region) {
+  return installed.exhausted != nullptr && installed.exhausted(region);
+}
+
 bool HeapGateScope::exhausted() const {
   return installed.exhausted != nullptr && installed.exhausted(region_);
 }

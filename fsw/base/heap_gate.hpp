@@ -38,6 +38,9 @@ class HeapGateScope {
   HeapRegion region_;
 };
 
+/// A request has failed since the region's gate was opened the last time.
+[[nodiscard]] bool heap_region_exhausted(HeapRegion region);
+
 /// Calls body(context) with the gate open. This is for a C library that does not survive a failed malloc: OpenJPEG then
 /// crashes or answers wrongly. When the region is exhausted the call is abandoned at once, everything it had allocated
 /// is released with the region, and arena_exhausted is returned; whatever body has written is then void. `body` must

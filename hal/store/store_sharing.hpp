@@ -27,6 +27,9 @@ class StoreSharing {
   [[nodiscard]] virtual bool connected() const = 0;
   /// Connects and claims the same stages again. All tables count as changed.
   virtual Status reconnect() = 0;
+  /// What any process has committed before this call outlasts a power cut when it is ok. Within a transaction too. Call
+  /// it before telling anything that was read to somebody outside.
+  virtual Status flush() = 0;
   /// Waits until another process may have changed a table, and for this long at most.
   virtual void wait(std::int32_t milliseconds) = 0;
 

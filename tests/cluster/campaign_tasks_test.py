@@ -1,7 +1,7 @@
 """Campaigns in tasks: the same report as from one run, and a task that dies is repeated alone.
 
-campaign_tasks_test.py SUITE [ILP_SIL ILP_SCORE]. Slices needs nothing, Hosts needs GNU parallel, Slurm and RealFlights run inside
-with_slurm. Stand-ins fly and score, except in RealFlights."""
+campaign_tasks_test.py SUITE [ILP_SIL ILP_SCORE]. Slices needs nothing, Hosts needs GNU parallel, Sshd runs inside with_sshd, Slurm
+and RealFlights run inside with_slurm. Stand-ins fly and score, except in RealFlights."""
 
 import filecmp
 import os
@@ -22,6 +22,8 @@ FLIGHTS = "[campaign]\ncolumns = completeness\n[grid]\nscenario = a | b | c\nsee
 SIL = """#!/bin/bash
 while [ $# -gt 0 ]; do case $1 in --out) out=$2 ;; --seed) seed=$2 ;; --scenario) scenario=$2 ;; esac; shift 2; done
 echo "$scenario $seed" >>"$HERE/calls"
+# A flight has none of its task's environment.
+tr '\\0' '\\n' </proc/$PPID/environ | sed -n 's/^SLURMD_NODENAME=//p; s/^SSH_CONNECTION=[^ ]* [^ ]* \\([^ ]*\\) .*/\\1/p' >>"$HERE/places"
 [ ! -e "$HERE/mishap" ] || . "$HERE/mishap"
 mkdir "$out"
 echo "$seed" >"$out/seed"
@@ -71,6 +73,11 @@ class CampaignInTasks(unittest.TestCase):
             lines = sorted(stream.read().split("\n")[:-1])
         os.remove(self.path("calls"))
         return lines
+
+    def places(self):
+        """Where flights were flown: the addresses of hosts, or the names of nodes."""
+        with open(self.path("places"), encoding="utf-8") as stream:
+            return set(stream.read().split())
 
     def fly_whole(self, status=1):
         end, messages = self.run_campaign("whole")
@@ -159,7 +166,38 @@ class Hosts(CampaignInTasks):
         self.assert_same_report("hosts")
 
 
+class Sshd(CampaignInTasks):
+    """GNU parallel over a real ssh."""
+
+    def test_hosts_give_the_report_of_one_run(self):
+        flights = self.fly_whole()
+        self.write("mishap", "sleep 0.2\n")  # long enough for both hosts to get some
+        status, messages = self.run_campaign("hosts", "--hosts", "127.0.0.2,127.0.0.3", "--tasks", "6")
+        self.assertEqual(status, 1, messages)
+        self.assertEqual(self.calls(), flights)
+        self.assertEqual(self.places(), {"127.0.0.2", "127.0.0.3"})
+        self.assert_same_report("hosts")
+
+    def test_other_hosts_fly_what_a_host_that_does_not_answer_should_have_flown(self):
+        flights = self.fly_whole()
+        status, messages = self.run_campaign("hosts", "--hosts", "127.0.0.4,127.0.0.2", "--tasks", "4")
+        self.assertEqual(status, 1, messages)
+        self.assertEqual(self.calls(), flights)
+        self.assertEqual(self.places(), {"127.0.0.2"})
+        self.assert_same_report("hosts")
+
+
 class Slurm(CampaignInTasks):
+    def test_every_node_flies(self):
+        nodes = int(os.environ.get("ILP_SLURM_NODES", "1"))
+        flights = self.fly_whole()
+        self.write("mishap", "sleep 0.5\n")
+        status, messages = self.run_campaign("nodes", "--slurm", "--tasks", "6")
+        self.assertEqual(status, 1, messages)
+        self.assertEqual(self.calls(), flights)
+        self.assertEqual(self.places(), {f"node{number + 1}" for number in range(nodes)})
+        self.assert_same_report("nodes")
+
     def queue(self):
         return subprocess.run(["squeue", "--noheader"], capture_output=True, text=True, check=True).stdout.split("\n")[:-1]
 

@@ -1,7 +1,7 @@
 """Merges in tasks: all results of one run, byte by byte, also when tasks are killed.
 
-merge_tasks_test.py SUITE ILP_GROUND MAKE_DOWNLINK [ILP_SIL]. Here and Flight need nothing else, Hosts needs GNU parallel, Slurm runs
-inside with_slurm."""
+merge_tasks_test.py SUITE ILP_GROUND MAKE_DOWNLINK [ILP_SIL]. Here and Flight need nothing else, Hosts needs GNU parallel, Sshd runs
+inside with_sshd, Slurm inside with_slurm."""
 
 import filecmp
 import json
@@ -58,13 +58,19 @@ class MergeInTasks(unittest.TestCase):
         path = os.path.join(self.folder, "ground")
         with open(path, "w", encoding="utf-8") as stream:
             stream.write(f'#!/bin/bash\npackage=\n[ "$1" != work ] || package=$(basename "$2" .work)\nhere="{self.folder}"\n'
-                         f'[ -z "$package" ] || echo "$package" >>"$here/calls"\n{body}\nexec "{GROUND}" "$@"\n')
+                         f'[ -z "$package" ] || echo "$package" >>"$here/calls"\n'
+                         f'(set -- $SSH_CONNECTION; echo "$SLURMD_NODENAME$3") >>"$here/places"\n{body}\nexec "{GROUND}" "$@"\n')
         os.chmod(path, 0o755)
         return path
 
     def calls(self):
         with open(os.path.join(self.folder, "calls"), encoding="utf-8") as stream:
             return sorted(stream.read().split())
+
+    def places(self):
+        """Where tasks ran: the addresses of hosts, or the names of nodes."""
+        with open(os.path.join(self.folder, "places"), encoding="utf-8") as stream:
+            return set(stream.read().split())
 
     def assert_as_one_run(self):
         names = files_of(self.whole)
@@ -248,7 +254,32 @@ class Hosts(MergeInTasks):
         self.assert_as_one_run()
 
 
+class Sshd(MergeInTasks):
+    """GNU parallel over a real ssh."""
+
+    def test_hosts_give_the_files_of_one_run(self):
+        ground = self.mishap("sleep 0.3")
+        status, messages = self.merge("--hosts", "127.0.0.2,127.0.0.3", "--tasks", "4", ground=ground)
+        self.assertEqual(status, 0, messages)
+        self.assertEqual(self.calls(), [f"{kind}-{k}" for kind in ("finish", "looks", "tiles") for k in (1, 2, 3, 4)])
+        self.assertEqual(self.places(), {"127.0.0.2", "127.0.0.3"})
+        self.assert_as_one_run()
+
+    def test_other_hosts_do_what_a_host_that_does_not_answer_should_have_done(self):
+        status, messages = self.merge("--hosts", "127.0.0.4,127.0.0.2", "--tasks", "3", ground=self.mishap(""))
+        self.assertEqual(status, 0, messages)
+        self.assertEqual(self.places(), {"127.0.0.2"})
+        self.assert_as_one_run()
+
+
 class Slurm(MergeInTasks):
+    def test_every_node_works(self):
+        nodes = int(os.environ.get("ILP_SLURM_NODES", "1"))
+        status, messages = self.merge("--slurm", "--tasks", "6", ground=self.mishap("sleep 0.5"))
+        self.assertEqual(status, 0, messages)
+        self.assertEqual(self.places(), {f"node{number + 1}" for number in range(nodes)})
+        self.assert_as_one_run()
+
     def test_any_number_of_tasks_gives_the_files_of_one_run(self):
         for count in ("1", "3", "7"):
             status, messages = self.merge("--slurm", "--tasks", count, "--afresh")

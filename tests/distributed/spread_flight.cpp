@@ -6,6 +6,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <sstream>
 #include <thread>
 
@@ -50,7 +51,17 @@ SpreadFlight::SpreadFlight(std::vector<std::string> split) : split_(std::move(sp
   fs::create_directories(folder() / "acknowledged");
 }
 
-std::vector<std::string> SpreadFlight::head_command() const {
+std::string SpreadFlight::database() const {
+  const std::size_t begin = std::strlen("postgresql://ilp@/");
+  return store_.substr(begin, store_.find('?') - begin);
+}
+
+ProgramResult SpreadFlight::sql(const std::string& statements) const {
+  write_file(folder() / "statements.sql", statements);
+  return run_program({std::getenv("ILP_POSTGRES_SERVER"), "sql", database()}, folder() / "statements.sql");
+}
+
+std::vector<std::string> SpreadFlight::head_command(const std::string& name) const {
   std::vector<std::string> words = {ILP_ONBOARD,
                                     "--virtual-time",
                                     "--trap-heap",
@@ -61,7 +72,7 @@ std::vector<std::string> SpreadFlight::head_command() const {
                                     "--store",
                                     store_,
                                     "--state",
-                                    folder() / "state",
+                                    folder() / ("state" + name),
                                     "--outbox",
                                     folder() / "outbox",
                                     "--acknowledgements",

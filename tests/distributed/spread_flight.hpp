@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/integration/flight_files.hpp"
 #include "tests/integration/running_program.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -33,6 +34,13 @@ class SpreadFlight {
   std::vector<int> wait();
   [[nodiscard]] std::string output(std::size_t process) const;
 
+  /// Its name on the server.
+  [[nodiscard]] std::string database() const;
+  /// SQL as superuser in the flight's database on the server; the result has what it prints.
+  [[nodiscard]] ProgramResult sql(const std::string& statements) const;
+
+  /// The head with other files beside the store: `name` tells them from its own.
+  [[nodiscard]] std::vector<std::string> head_command(const std::string& name = "") const;
   /// A process with these stages and further options, beside the flight.
   [[nodiscard]] std::vector<std::string> node_command(const std::string& stages,
                                                       const std::vector<std::string>& more = {}) const;
@@ -42,8 +50,6 @@ class SpreadFlight {
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_.path(); }
 
  private:
-  [[nodiscard]] std::vector<std::string> head_command() const;
-
   TemporaryFolder folder_;
   std::string store_;
   std::vector<std::string> split_;

@@ -398,6 +398,31 @@ TEST_F(PostgresSharing, ACommitThatWasReportedOutlastsTheServer) {
   }
 }
 
+// A process whose commits wait for no disk makes something; another one is to tell the ground of it.
+TEST_F(PostgresSharing, WhatWasFlushedOutlastsTheServerAlsoFromWithinATransaction) {
+  b_->close();
+  ASSERT_OK(b_->open(environment("ILP_POSTGRES").c_str(), all_tables, {.synchronous = false}));
+  FrameRecord frame;
+  for (std::int64_t id = 1; id <= 6; ++id) {
+    ASSERT_OK(put_now(*b_, of_id<FrameRecord>(id)));
+    ASSERT_OK(a_->begin());
+    ASSERT_OK(put(*a_, of_id<CaptureRecord>(id)));
+    ASSERT_OK(get(*a_, id, frame));
+    if (id % 2 == 0) {
+      ASSERT_OK(a_->flush());
+      a_->rollback();
+    } else {
+      a_->rollback();
+      ASSERT_OK(a_->flush());
+    }
+    use_server("kill");
+    use_server("start");
+    ASSERT_OK(reconnect(*a_));
+    ASSERT_OK(reconnect(*b_));
+    EXPECT_OK(get(*a_, id, frame)) << "it was told, and is gone";
+  }
+}
+
 // The process is stopped in a transaction. The server ends the transaction, and the others go on.
 TEST_F(PostgresSharing, AProcessThatStandsStillInATransactionDoesNotHoldTheOthersForEver) {
   int ready[2];

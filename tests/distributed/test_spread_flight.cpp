@@ -1,10 +1,15 @@
 // The flight in several processes makes the same records and products as in one, whatever happens to the processes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <random>
+#include <string>
 #include <thread>
 
+#include "hal/store/sqlite/page_checksum.hpp"
+#include "hal/store/sqlite/sqlite_store.hpp"
 #include "tests/distributed/spread_flight.hpp"
 #include "tests/integration/flight_files.hpp"
 
@@ -73,6 +78,68 @@ TEST(SpreadFlight, KilledAgainAndAgainTheProcessesMakeTheSame) {
   }
 }
 
+/// What a power cut leaves of a database's log: what the mark says, and nothing of what came later.
+void cut_power(const std::string& store) {
+  test::Bytes mark = test::read_file(store + "-sync");
+  test::Bytes log = test::read_file(store + "-wal");
+  if (mark.size() < 16 || log.size() <= log_header_bytes) return;
+  const bool same_log = std::equal(mark.begin(), mark.begin() + 8, log.begin() + 16);
+  std::size_t frames = 0;
+  // The highest bit is a flag.
+  for (std::size_t k = 0; k < 7; ++k) frames |= static_cast<std::size_t>(mark[8 + k]) << 8 * k;
+  const std::size_t kept = log_header_bytes + (same_log ? frames * frame_bytes : 0);
+  std::fill(log.begin() + static_cast<std::ptrdiff_t>(std::min(kept, log.size())), log.end(), std::uint8_t{0});
+  test::write_file(store + "-wal", std::string(log.begin(), log.end()));
+}
+
+/// Products that were sent, and that the database knows nothing of; it is opened as a copy.
+std::string sent_but_lost(const SpreadFlight& flight) {
+  const auto copy = flight.folder() / "copy";
+  std::filesystem::create_directories(copy);
+  for (const char* suffix : {"", "-wal", "-sync"}) {
+    std::filesystem::copy_file(flight.store() + suffix, (copy / "flight.db").string() + suffix,
+                               std::filesystem::copy_options::overwrite_existing);
+  }
+  SqliteStore store;
+  if (!store.open((copy / "flight.db").c_str()).ok()) return "the database cannot be opened";
+  std::string lost;
+  for (const auto& [name, bytes] : test::files_of(flight.folder() / "outbox", {"product-"})) {
+    const bool image = name.find("-image.jp2") != std::string::npos;
+    if (name.find(".part") != std::string::npos || (!image && name.find("-depth.jp2") == std::string::npos)) continue;
+    ProductRecord product;
+    const std::int64_t keyframe = std::stoll(name.substr(8, 6));
+    if (!get(store, product_id(keyframe, image ? ProductKind::image : ProductKind::depth), product).ok()) {
+      lost += name + " ";
+    }
+  }
+  store.close();
+  std::filesystem::remove_all(copy);
+  return lost;
+}
+
+TEST(SpreadFlight, AfterPowerCutsTheProcessesMakeTheSameAndWhatWasSentIsThere) {
+  if (SpreadFlight::on_server()) GTEST_SKIP() << "the log is that of a database file";
+  std::mt19937_64 random(6);
+  int cuts = 0;
+  for (int round = 0; round < 2; ++round) {
+    SpreadFlight flight(three);
+    flight.start_all();
+    for (int waited = 0; !flight.keep_up(); waited += 50) {
+      ASSERT_LT(waited, 120'000) << "no end; the head says: " << flight.output(0);
+      sleep_ms(50);
+      if (random() % 6 != 0 || cuts >= 8 * (round + 1)) continue;
+      for (std::size_t process = 0; process < three.size(); ++process) {
+        if (flight.runs(process)) flight.kill(process);
+      }
+      cut_power(flight.store());
+      ++cuts;
+      EXPECT_EQ(sent_but_lost(flight), "");
+    }
+    EXPECT_EQ(flight.digest(), test::digest_of_one_process());
+  }
+  EXPECT_GT(cuts, 6);
+}
+
 TEST(SpreadFlight, AProcessThatHangsForAWhileLosesNothing) {
   expect_same_in_spite_of(three, 3, [](SpreadFlight& flight, std::mt19937_64& random) {
     const std::size_t process = random() % three.size();
@@ -93,6 +160,18 @@ TEST(SpreadFlight, AStageRunsInOneProcess) {
     EXPECT_EQ(second.exit_status, 1) << second.output;
     EXPECT_NE(second.output.find("is run by another process"), std::string::npos) << second.output;
   }
+  EXPECT_EQ(flight.wait(), (std::vector<int>{0, 0})) << flight.output(0);
+  EXPECT_EQ(flight.digest(), test::digest_of_one_process());
+}
+
+TEST(SpreadFlight, ASecondHeadIsRefused) {
+  SpreadFlight flight(two);
+  flight.start(0);
+  flight.start(1);
+  for (int k = 0; k < 200 && flight.output(1).find("running ") == std::string::npos; ++k) sleep_ms(50);
+  const test::ProgramResult second = test::run_program(flight.head_command("-of-another"));
+  EXPECT_EQ(second.exit_status, 1) << second.output;
+  EXPECT_NE(second.output.find("is run by another process"), std::string::npos) << second.output;
   EXPECT_EQ(flight.wait(), (std::vector<int>{0, 0})) << flight.output(0);
   EXPECT_EQ(flight.digest(), test::digest_of_one_process());
 }

@@ -102,6 +102,8 @@ std::int64_t steady_ms() {
 }
 
 Status Connection::lost(std::int64_t a, std::int64_t b) {
+  // libpq does not always say so.
+  if (a == 0 && heap_region_exhausted(HeapRegion::postgres)) b = ENOMEM;
   if (connection_ != nullptr) take_message(PQerrorMessage(connection_), message_);
   PQfinish(connection_);
   connection_ = nullptr;

@@ -25,6 +25,7 @@ void PostgresStore::note_changes(RecordMask tables, std::int64_t commit) {
   }
   changed_ |= tables;
   changed_early_ |= tables;
+  heard_others_ = true;
   answers_.forget(tables);
   drop_held(tables);
   used_is_known_ = false;
@@ -115,6 +116,19 @@ void PostgresStore::wait(std::int32_t milliseconds) {
     const std::int64_t next_look = looked_ms_ + postgres_look_ms;
     connection_.wait((end < next_look ? end : next_look) - now);
   }
+}
+
+/// No answer is newer than the numbers of commits that come behind it, so whatever was read of others is known of.
+Status PostgresStore::flush() {
+  if (!connected()) return StatusCode::store_lost;
+  if (!heard_others_) return {};
+  heard_others_ = false;
+  Status status = flusher_.alive() ? Status{} : flusher_.open(conninfo_.c_str());
+  if (status.ok()) status = flusher_.send(flush_statement, false);
+  if (status.ok()) status = flusher_.collect();
+  heard_others_ = !status.ok();
+  // This connection is not the one that is lost.
+  return status.is(StatusCode::store_lost) ? Status{StatusCode::not_ready} : status;
 }
 
 /// `taken`: those that were free. The others are with another process.

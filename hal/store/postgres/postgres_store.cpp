@@ -33,6 +33,7 @@ bool holds_password(const char* conninfo) {
 
 void PostgresStore::close() {
   connection_.close();
+  flusher_.close();
   in_transaction_ = started_ = false;
   claimed_ = 0;
 }
@@ -53,6 +54,8 @@ Status PostgresStore::open(const char* conninfo, RecordMask watched, PostgresOpt
 
 Status PostgresStore::connect() {
   end_transaction();
+  flusher_.close();
+  heard_others_ = true;
   awaited_ = {};
   answers_.forget(~RecordMask{0});
   drop_held(~RecordMask{0});

@@ -80,6 +80,9 @@ class PostgresStore final : public Store, public StoreSharing {
   void release() override;
   [[nodiscard]] bool connected() const override { return connection_.alive(); }
   Status reconnect() override;
+  /// By a connection of its own, because the server synchronises nothing in the middle of a transaction. `not_ready` if
+  /// that one is lost: try again.
+  Status flush() override;
   void wait(std::int32_t milliseconds) override;
 
  private:
@@ -192,6 +195,7 @@ class PostgresStore final : public Store, public StoreSharing {
   Status try_claim(StageMask stages, StageMask& taken);
 
   postgres::Connection connection_;
+  postgres::Connection flusher_;  ///< of flush(), from its first call on
   FixedText<postgres::max_conninfo_bytes> conninfo_;
   RecordMask watched_ = 0;
   PostgresOptions options_;
@@ -219,6 +223,7 @@ class PostgresStore final : public Store, public StoreSharing {
   RecordMask unread_ = 0;                             ///< changed by the look that came with an answer
   std::array<std::int64_t, record_count> numbers_{};  ///< commit that changed the table last, as far as it is known
   std::int64_t heard_ = 0;                            ///< all commits up to this one are known
+  bool heard_others_ = true;                          ///< since the latest flush()
   bool look_now_ = false;
   std::int64_t looked_ms_ = 0;
 

@@ -172,6 +172,38 @@ void note_log_write(CheckedFile& file, std::span<const std::uint8_t> bytes, std:
   }
 }
 
+bool is_whole(CheckedFile& file, std::int64_t frame, std::span<std::uint8_t, frame_bytes> bytes) {
+  FrameSum before;
+  const auto at = static_cast<std::int64_t>(log_header_bytes) + frame * static_cast<std::int64_t>(frame_bytes);
+  if (sum_before(file, frame, before) != SQLITE_OK || read_disk(file, bytes, at) != SQLITE_OK) return false;
+  const FrameSum stated = stated_frame_sum(bytes.first<frame_header_bytes>());
+  return frame_sum(before, bytes, false) == stated || frame_sum(before, bytes, true) == stated;
+}
+
+/// Notes the latest commit of other processes behind the frames that are noted. Call it before the log is synchronised.
+void note_others(CheckedFile& file) {
+  std::array<std::uint8_t, log_header_bytes> head{};
+  if (read_disk(file, head, 0) != SQLITE_OK) return;
+  const auto salts = std::span(head).subspan<16, 8>();
+  std::array<std::uint8_t, frame_header_bytes> header{};
+  std::array<std::uint8_t, frame_bytes> frame;
+  std::int64_t ends[2] = {-1, -1};
+  // Ends with the log.
+  for (std::int64_t k = file.mark.frames_of(salts);; ++k) {
+    const auto at = static_cast<std::int64_t>(log_header_bytes) + k * static_cast<std::int64_t>(frame_bytes);
+    if (read_disk(file, header, at) != SQLITE_OK || !std::equal(salts.begin(), salts.end(), header.begin() + 8)) break;
+    if (!ends_transaction(header)) continue;
+    ends[0] = ends[1];
+    ends[1] = k;
+  }
+  // The page of the last one may be on its way.
+  for (const std::int64_t end : {ends[1], ends[0]}) {
+    if (end < 0 || !is_whole(file, end, frame)) continue;
+    file.mark.note(std::span(frame).first<frame_header_bytes>(), end);
+    return;
+  }
+}
+
 int on_close(sqlite3_file* base) {
   CheckedFile& file = of(base);
   file.mark.close();
@@ -197,6 +229,7 @@ int on_truncate(sqlite3_file* base, sqlite3_int64 bytes) {
 }
 int on_sync(sqlite3_file* base, int how) {
   CheckedFile& file = of(base);
+  if (file.is_log && file.mark.loose()) note_others(file);
   const int code = file.disk()->pMethods->xSync(file.disk(), how);
   if (file.is_log && code == SQLITE_OK) file.mark.write();
   return code;
@@ -219,6 +252,7 @@ int on_file_control(sqlite3_file* base, int operation, void* argument) {
     *static_cast<int*>(argument) = file.checked ? 1 : 0;
     return SQLITE_OK;
   }
+  if (operation == fcntl_log_is_loose) return file.is_log && file.mark.be_loose() ? SQLITE_OK : SQLITE_IOERR_WRITE;
   return file.disk()->pMethods->xFileControl(file.disk(), operation, argument);
 }
 int on_sector_size(sqlite3_file* base) {

@@ -27,10 +27,12 @@ constexpr std::uint32_t log_version = 3007000;
 
 /// Salts (8), frames (8), CRC-32C of both.
 constexpr std::size_t mark_bytes = 20;
+constexpr std::uint64_t loose_bit = std::uint64_t{1} << 63U;  ///< of the frames: LogMark::be_loose()
 
 struct Mark {
   std::array<std::uint8_t, 8> salts{};
-  std::int64_t frames = 0;  ///< 0: there is no mark
+  std::int64_t frames = 0;  ///< 0: no length is known
+  bool loose = false;
 };
 
 bool ends_with(const char* text, const char* end) {
@@ -125,9 +127,6 @@ class LogFile {
 std::span<const std::uint8_t, frame_header_bytes> head(const Frame& frame) {
   return std::span(frame).first<frame_header_bytes>();
 }
-bool ends_transaction(const Frame& frame) {
-  return word_at(frame.data() + 4) != 0;
-}
 /// One bit of the salts may have flipped; the salts of other generations differ in half of their bits.
 bool of_this_generation(const LogFile& log, const Frame& frame) {
   return flipped_bits(log.salts(), head(frame).subspan(8, 8)) <= 1;
@@ -154,7 +153,7 @@ Verdict judge(const LogFile& log) {
     stated = stated_frame_sum(head(frame));
     const bool sound = own && (follows == stated || otherwise == stated);
     if (verdict.damaged < 0 && !(exact && follows == stated)) verdict.damaged = k;
-    const bool end = own && ends_transaction(frame);
+    const bool end = own && ends_transaction(head(frame));
     if (end && sound) verdict.last_end = k;
     if (verdict.damaged >= 0 && end && (sound || k == verdict.damaged)) ++verdict.transactions;
     computed = follows;
@@ -162,19 +161,34 @@ Verdict judge(const LogFile& log) {
   return verdict;
 }
 
+Mark read_mark(int file) {
+  Mark mark;
+  std::uint8_t bytes[mark_bytes];
+  const bool whole = ::pread(file, bytes, sizeof(bytes), 0) == static_cast<ssize_t>(sizeof(bytes));
+  if (!whole || load_little_endian<std::uint32_t>(bytes + 16) != crc32c({bytes, 16})) return mark;
+  std::copy_n(bytes, 8, mark.salts.begin());
+  const auto frames = load_little_endian<std::uint64_t>(bytes + 8);
+  mark.frames = static_cast<std::int64_t>(frames & ~loose_bit);
+  mark.loose = (frames & loose_bit) != 0;
+  return mark;
+}
+
 Mark read_mark(const char* path) {
   MarkPath name;
   name.add(path).add(mark_suffix);
-  Mark mark;
-  std::uint8_t bytes[mark_bytes];
   const int file = ::open(name.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return mark;
-  const bool whole = ::pread(file, bytes, sizeof(bytes), 0) == static_cast<ssize_t>(sizeof(bytes));
+  if (file < 0) return {};
+  const Mark mark = read_mark(file);
   ::close(file);
-  if (!whole || load_little_endian<std::uint32_t>(bytes + 16) != crc32c({bytes, 16})) return mark;
-  std::copy_n(bytes, 8, mark.salts.begin());
-  mark.frames = static_cast<std::int64_t>(load_little_endian<std::uint64_t>(bytes + 8));
   return mark;
+}
+
+bool write_mark(int file, std::span<const std::uint8_t, 8> salts, std::int64_t frames, bool loose) {
+  std::uint8_t bytes[mark_bytes];
+  std::copy(salts.begin(), salts.end(), bytes);
+  store_little_endian(static_cast<std::uint64_t>(frames) | (loose ? loose_bit : 0), bytes + 8);
+  store_little_endian(crc32c({bytes, 16}), bytes + 16);
+  return ::pwrite(file, bytes, sizeof(bytes), 0) == static_cast<ssize_t>(sizeof(bytes));
 }
 
 /// The first salt counts the restarts of the log.
@@ -333,7 +347,7 @@ Status walk_log(const char* path, bool only_mend, std::int64_t& frames) {
 void LogMark::open(const char* log) {
   const MarkPath path = mark_of(log);
   if (path.size() == 0 || path.overflow()) return;
-  file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
 }
 
 void LogMark::close() {
@@ -342,20 +356,27 @@ void LogMark::close() {
 }
 
 void LogMark::note(std::span<const std::uint8_t, frame_header_bytes> header, std::int64_t frame) {
-  if (word_at(header.data() + 4) == 0) return;
+  if (!ends_transaction(header)) return;
   std::copy_n(header.begin() + 8, 8, salts_);
   frames_ = frame + 1;
   news_ = true;
 }
 
+std::int64_t LogMark::frames_of(std::span<const std::uint8_t, 8> salts) const {
+  return std::equal(salts.begin(), salts.end(), salts_) ? frames_ : 0;
+}
+
 void LogMark::write() {
   if (file_ < 0 || !news_) return;
   news_ = false;
-  std::uint8_t bytes[mark_bytes];
-  std::copy_n(salts_, 8, bytes);
-  store_little_endian(static_cast<std::uint64_t>(frames_), bytes + 8);
-  store_little_endian(crc32c({bytes, 16}), bytes + 16);
-  static_cast<void>(::pwrite(file_, bytes, sizeof(bytes), 0) == 0);
+  static_cast<void>(write_mark(file_, salts_, frames_, loose_));
+}
+
+bool LogMark::be_loose() {
+  if (file_ < 0) return false;
+  loose_ = true;
+  const Mark mark = read_mark(file_);
+  return mark.loose || (write_mark(file_, mark.salts, mark.frames, true) && ::fdatasync(file_) == 0);
 }
 
 void remove_log_mark(const char* log) {
@@ -363,7 +384,8 @@ void remove_log_mark(const char* log) {
   if (path.size() > 0 && !path.overflow()) ::unlink(path.c_str());
 }
 
-Status check_log(const char* path) {
+Status check_log(const char* path, bool* loose_end) {
+  if (loose_end != nullptr) *loose_end = false;
   const Mark mark = read_mark(path);
   LogFile log;
   if (!log.open(path, false)) {
@@ -377,8 +399,10 @@ Status check_log(const char* path) {
   const Verdict verdict = judge(log);
   if (verdict.damaged < 0)
     return log.frames() >= written ? Status{} : Status{StatusCode::log_damaged, log.frames(), written};
-  // A power cut may have interrupted the last transaction, unless it is known to be complete.
-  const bool lost = verdict.damaged < written || verdict.transactions > 1;
+  // A power cut may have interrupted the last transaction, or any that was not synchronised, unless it is known to be
+  // complete.
+  const bool lost = verdict.damaged < written || (verdict.transactions > 1 && !mark.loose);
+  if (loose_end != nullptr) *loose_end = mark.loose && verdict.transactions > 0;
   return lost ? Status{StatusCode::log_damaged, verdict.damaged, std::max(written, verdict.last_end + 1)} : Status{};
 }
 

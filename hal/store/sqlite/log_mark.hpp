@@ -24,10 +24,18 @@ class LogMark {
   void note(std::span<const std::uint8_t, frame_header_bytes> header, std::int64_t frame);
   /// All frames noted so far are on the disk: writes the mark.
   void write();
+  /// From now on transactions are not synchronised one by one: several may be behind the mark, and after a power cut
+  /// any part of them may be on the disk. The next check_log() has to know it, so this is written through.
+  bool be_loose();
+  /// Other processes write the log too.
+  [[nodiscard]] bool loose() const { return loose_; }
+  /// Frames noted so far of the log that began with these salts.
+  [[nodiscard]] std::int64_t frames_of(std::span<const std::uint8_t, 8> salts) const;
 
  private:
   int file_ = -1;
   bool news_ = false;
+  bool loose_ = false;
   std::uint8_t salts_[8] = {};
   std::int64_t frames_ = 0;  ///< frames up to the end of the last transaction
 };
@@ -37,8 +45,9 @@ void remove_log_mark(const char* log);
 
 /// Call it before the database at `path` is opened. `log_damaged` (a = frame, b = frames that are known to have been
 /// written) when its log has frames with wrong checksums, except those of a last transaction that was never finished.
-/// SQLite uses such a log up to the damage. No process may be writing.
-Status check_log(const char* path);
+/// SQLite uses such a log up to the damage. No process may be writing. `loose_end`: behind its end there are frames of
+/// transactions that a power cut has undone. They must not stay behind new ones, which they would make look damaged.
+Status check_log(const char* path, bool* loose_end = nullptr);
 
 /// Mends a log with single flipped bits, if the checksums determine them. `log_damaged` if they do not, or if more is
 /// wrong; correct data is never changed.

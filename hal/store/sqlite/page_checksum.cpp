@@ -78,4 +78,8 @@ FrameSum stated_frame_sum(std::span<const std::uint8_t, frame_header_bytes> head
   return {big_endian_word(header.data() + 16), big_endian_word(header.data() + 20)};
 }
 
+bool ends_transaction(std::span<const std::uint8_t, frame_header_bytes> header) {
+  return big_endian_word(header.data() + 4) != 0;
+}
+
 }  // namespace ilp

@@ -38,5 +38,6 @@ struct FrameSum {
 [[nodiscard]] FrameSum frame_sum(FrameSum before, std::span<const std::uint8_t, frame_bytes> frame, bool big_endian);
 /// The sum that the header states; the header's numbers are always big-endian.
 [[nodiscard]] FrameSum stated_frame_sum(std::span<const std::uint8_t, frame_header_bytes> header);
+[[nodiscard]] bool ends_transaction(std::span<const std::uint8_t, frame_header_bytes> header);
 
 }  // namespace ilp

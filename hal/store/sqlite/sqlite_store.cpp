@@ -45,11 +45,11 @@ void unchanging_file(const char* path, UriText& uri) {
 }
 
 /// A log that another process is writing may look damaged for a moment.
-Status check_log_at_rest(const char* path) {
-  Status log = check_log(path);
+Status check_log_at_rest(const char* path, bool* loose_end = nullptr) {
+  Status log = check_log(path, loose_end);
   for (int again = 0; again < 3 && !log.ok(); ++again) {
     sqlite3_sleep(20);
-    log = check_log(path);
+    log = check_log(path, loose_end);
   }
   return log;
 }
@@ -155,7 +155,8 @@ Status SqliteStore::check_database(bool may_create) {
 }
 
 Status SqliteStore::open(const char* path) {
-  ILP_TRY(check_log_at_rest(path));
+  bool loose_end = false;
+  ILP_TRY(check_log_at_rest(path, &loose_end));
   ILP_TRY(connect(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE));
   sqlite3_busy_handler(database_, wait_for_lock, &lock_waited_us_);
   Status status = check_database(true);
@@ -163,6 +164,8 @@ Status SqliteStore::open(const char* path) {
   for (const char* setting : settings) {
     if (status.ok()) status = execute(setting);
   }
+  // The log starts over with the next commit. While other processes write, it has no such end.
+  if (status.ok() && loose_end) status = execute("PRAGMA wal_checkpoint(RESTART)");
   if (status.ok()) status = create_schema();
   if (status.ok()) status = prepare_all();
   if (!status.ok()) {
@@ -263,6 +266,9 @@ void SqliteStore::close() {
   database_ = nullptr;
   limit_bytes_ = 0;
   damaged_ = false;
+  synchronise_ = Synchronise::in_commit;
+  unsynchronised_ = synchronising_failed_ = false;
+  flushed_version_ = -1;
   in_transaction_ = false;
   uncommitted_ = 0;
   changed_ = 0;
@@ -385,7 +391,55 @@ Status SqliteStore::commit() {
   }
   in_transaction_ = false;
   changed_ |= uncommitted_;
+  unsynchronised_ = unsynchronised_ || uncommitted_ != 0;
+  // The commit is done. If this fails, it is for flush() to say so.
+  if (synchronise_ == Synchronise::behind_commit && uncommitted_ != 0) static_cast<void>(flush());
   uncommitted_ = 0;
+  return {};
+}
+
+Status SqliteStore::synchronise(Synchronise when) {
+  if (database_ == nullptr || in_transaction_) return {StatusCode::invalid_argument, 1};
+  ILP_TRY(execute(when == Synchronise::in_commit ? "PRAGMA synchronous=FULL" : "PRAGMA synchronous=NORMAL"));
+  synchronise_ = when;
+  if (when == Synchronise::in_commit) return {};
+  sqlite3_file* const log = log_file();
+  const int code = log == nullptr ? SQLITE_IOERR : log->pMethods->xFileControl(log, fcntl_log_is_loose, nullptr);
+  return code == SQLITE_OK ? Status{} : Status{StatusCode::store_error, code};
+}
+
+sqlite3_file* SqliteStore::log_file() {
+  sqlite3_file* log = nullptr;
+  const int code = sqlite3_file_control(database_, "main", SQLITE_FCNTL_JOURNAL_POINTER, static_cast<void*>(&log));
+  return code == SQLITE_OK && log != nullptr && log->pMethods != nullptr ? log : nullptr;
+}
+
+Status SqliteStore::synchronise_log() {
+  sqlite3_file* const log = log_file();
+  if (log == nullptr) return {StatusCode::store_error, SQLITE_IOERR};
+  if (!synchronising_failed_) {
+    const int code = log->pMethods->xSync(log, SQLITE_SYNC_NORMAL);
+    synchronising_failed_ = code != SQLITE_OK;
+    return code == SQLITE_OK ? Status{} : Status{StatusCode::store_error, code};
+  }
+  // The system reports once that it could not write something, and may then take it for written. So everything is
+  // written anew, into the database, and the log starts over.
+  int frames = 0, copied = -1;
+  const int code = sqlite3_wal_checkpoint_v2(database_, nullptr, SQLITE_CHECKPOINT_RESTART, &frames, &copied);
+  if (code != SQLITE_OK) return fault(code);
+  synchronising_failed_ = frames != copied;
+  return synchronising_failed_ ? Status{StatusCode::store_error, SQLITE_BUSY} : Status{};
+}
+
+Status SqliteStore::flush() {
+  if (database_ == nullptr) return {StatusCode::invalid_argument, 1};
+  if (synchronise_ == Synchronise::in_commit) return {};
+  std::int64_t version = 0;
+  ILP_TRY(integer_of(data_version_, version));
+  if (!unsynchronised_ && version == flushed_version_) return {};
+  ILP_TRY(synchronise_log());
+  unsynchronised_ = false;
+  flushed_version_ = version;
   return {};
 }
 

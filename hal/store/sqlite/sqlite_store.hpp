@@ -7,12 +7,21 @@
 #include "hal/store/store.hpp"
 
 struct sqlite3;
+struct sqlite3_file;
 struct sqlite3_stmt;
 struct sqlite3_blob;
 
 namespace ilp {
 
 struct BlobHandles;
+
+/// When a commit is synchronised, so that it outlasts a power cut. The log is a sequence: with a commit, all earlier
+/// ones of every process are synchronised too.
+enum class Synchronise : std::uint8_t {
+  in_commit,      ///< within it: what anybody can read is on the disk
+  behind_commit,  ///< before commit() returns, but the other processes may write meanwhile
+  later           ///< with flush(), or with a later commit of any process
+};
 
 /// The write-ahead log is copied into the database and started over long before it reaches this size, and cut to it.
 inline constexpr std::int64_t sqlite_log_bytes = 8 << 20;
@@ -43,6 +52,12 @@ class SqliteStore final : public Store {
   Status open_damaged(const char* path, std::int64_t cache_kib);
   /// Sets the memory for pages.
   Status use_cache(std::int64_t kib);
+  /// After open() it is `in_commit`.
+  Status synchronise(Synchronise when);
+  /// Whatever has been committed by any process is on the disk when this is ok. Within a transaction too. A commit
+  /// whose synchronisation failed (`behind_commit`) is one that was not synchronised: this reports the fault, and heals
+  /// it outside a transaction.
+  Status flush();
   void close();
 
   Status begin() override;
@@ -98,6 +113,8 @@ class SqliteStore final : public Store {
   Status integer_of(sqlite3_stmt* statement, std::int64_t& value);
   Status read_row(const RecordInfo& info, sqlite3_stmt* statement, void* record);
   Status run(sqlite3_stmt* statement);
+  [[nodiscard]] sqlite3_file* log_file();
+  Status synchronise_log();
   Status writable();
   /// Call it after every write: a fault makes a commit impossible.
   Status written(const RecordInfo& info, Status status);
@@ -117,6 +134,10 @@ class SqliteStore final : public Store {
   std::int64_t lock_waited_us_ = 0;  ///< for the lock that it waited for last
   bool damaged_ = false;
   std::int64_t refused_at_open_ = 0;
+  Synchronise synchronise_ = Synchronise::in_commit;
+  bool unsynchronised_ = false;  ///< a commit of this process may not be on the disk
+  bool synchronising_failed_ = false;
+  std::int64_t flushed_version_ = -1;  ///< the commits of others that are on the disk (data_version)
   bool in_transaction_ = false;
   Status doomed_;  ///< the fault that made a commit of this transaction impossible
   std::array<Statements, static_cast<std::size_t>(RecordType::count)> statements_{};

@@ -4,6 +4,8 @@
 #include <sqlite3.h>
 
 #include <cstring>
+#include <functional>
+#include <utility>
 
 namespace ilp::test {
 
@@ -34,6 +36,10 @@ class FailingDisk {
     code_ = code;
   }
   [[nodiscard]] int syncs() const { return syncs_; }
+  /// Every synchronisation answers `code`; SQLITE_OK repairs the disk.
+  void fail_syncs(int code) { sync_code_ = code; }
+  /// Is called once, while a file is being synchronised.
+  void during_next_sync(std::function<void()> act) { during_next_sync_ = std::move(act); }
   [[nodiscard]] bool failed() const { return countdown_ < 0; }
 
  private:
@@ -75,7 +81,10 @@ class FailingDisk {
     };
     m.xTruncate = [](sqlite3_file* x, sqlite3_int64 n) { return of(x)->real()->pMethods->xTruncate(of(x)->real(), n); };
     m.xSync = [](sqlite3_file* x, int how) {
-      ++of(x)->disk->syncs_;
+      FailingDisk& on = *of(x)->disk;
+      ++on.syncs_;
+      if (const auto act = std::exchange(on.during_next_sync_, nullptr)) act();
+      if (on.sync_code_ != SQLITE_OK) return on.sync_code_;
       return of(x)->real()->pMethods->xSync(of(x)->real(), how);
     };
     m.xFileSize = [](sqlite3_file* x, sqlite3_int64* n) {
@@ -110,6 +119,8 @@ class FailingDisk {
   int countdown_ = 0;
   int code_ = SQLITE_OK;
   int syncs_ = 0;
+  int sync_code_ = SQLITE_OK;
+  std::function<void()> during_next_sync_;
 };
 
 }  // namespace ilp::test

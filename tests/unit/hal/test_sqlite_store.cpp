@@ -377,6 +377,74 @@ TEST_F(SqliteStoreTest, EveryCommitReachesTheDisk) {
   }
 }
 
+TEST_F(SqliteStoreTest, WhileACommitIsSynchronisedBehindItTheOthersMayWrite) {
+  test::FailingDisk disk;
+  SqliteStore store, other;
+  ASSERT_OK(store.open(path_.c_str()));
+  ASSERT_OK(store.synchronise(Synchronise::behind_commit));
+  ASSERT_OK(other.open(path_.c_str()));
+  ASSERT_OK(other.synchronise(Synchronise::later));
+  // The first commit begins the log, whose header SQLite synchronises at once.
+  ASSERT_OK(put_now(store, frame_of(1), 0));
+  int written = 0;
+  disk.during_next_sync([&] {
+    EXPECT_OK(put_now(other, frame_of(3), 0)) << "the lock is held";
+    ++written;
+  });
+  const int before = disk.syncs();
+  ASSERT_OK(put_now(store, frame_of(2), 0));
+  EXPECT_EQ(written, 1);
+  EXPECT_EQ(disk.syncs(), before + 1);
+}
+
+TEST_F(SqliteStoreTest, FlushSynchronisesWhatAnyProcessHasCommittedAndNothingTwice) {
+  test::FailingDisk disk;
+  SqliteStore store, other;
+  ASSERT_OK(store.open(path_.c_str()));
+  ASSERT_OK(store.synchronise(Synchronise::later));
+  ASSERT_OK(other.open(path_.c_str()));
+  ASSERT_OK(other.synchronise(Synchronise::later));
+  ASSERT_OK(put_now(store, frame_of(1), 0));
+  ASSERT_OK(store.flush());
+  int before = disk.syncs();
+  ASSERT_OK(put_now(store, frame_of(2), 0));
+  EXPECT_EQ(disk.syncs(), before) << "the commit should not wait for the disk";
+  ASSERT_OK(store.flush());
+  EXPECT_EQ(disk.syncs(), before + 1);
+  ASSERT_OK(store.flush());
+  EXPECT_EQ(disk.syncs(), before + 1) << "there is nothing new";
+  ASSERT_OK(put_now(other, frame_of(3), 0));
+  // Also in the middle of a transaction, as the downlink does it.
+  ASSERT_OK(store.begin());
+  ASSERT_OK(store.flush());
+  EXPECT_EQ(disk.syncs(), before + 2) << "the other's commit is not on the disk";
+  ASSERT_OK(store.commit());
+  before = disk.syncs();
+  ASSERT_OK(store.begin());
+  ASSERT_OK(store.commit());
+  EXPECT_EQ(disk.syncs(), before) << "a transaction without writes";
+}
+
+TEST_F(SqliteStoreTest, ADiskThatRefusesToSynchroniseIsToldByFlushUntilEverythingIsWrittenAnew) {
+  test::FailingDisk disk;
+  SqliteStore store;
+  ASSERT_OK(store.open(path_.c_str()));
+  ASSERT_OK(store.synchronise(Synchronise::behind_commit));
+  ASSERT_OK(put_now(store, frame_of(1), 0));
+  disk.fail_syncs(SQLITE_IOERR_FSYNC);
+  EXPECT_OK(put_now(store, frame_of(2), 0)) << "it is done, only not on the disk";
+  EXPECT_STATUS(store.flush(), store_error);
+  disk.fail_syncs(SQLITE_OK);
+  ASSERT_OK(store.flush());
+  // The pages that were not synchronised in the log are in the database now.
+  const std::string database = content_of(path_);
+  store.close();
+  std::ofstream(folder_ / "copy.db", std::ios::binary) << database;
+  FrameRecord frame;
+  ASSERT_OK(store.open((folder_ / "copy.db").c_str()));
+  EXPECT_OK(get(store, 2, frame));
+}
+
 TEST_F(SqliteStoreTest, FullOrBrokenDiskLeavesWhatWasCommitted) {
   for (const int code : {SQLITE_FULL, SQLITE_IOERR_WRITE}) {
     bool failed = true;
