@@ -62,6 +62,7 @@ struct Stage {
   RecordMask erases = 0;
   std::uint32_t period = 0;  ///< minor frames after which it runs without being woken; 0: it runs only when woken
   TimeNs budget_ns = 0;      ///< processor time of one step; longer is an overrun
+  bool step_memory = false;  ///< it uses the memory that stages share (fsw/shared/step_memory.hpp)
   StateLayout state = {};
   RunsOn runs_on = RunsOn::any;
 };
@@ -125,6 +126,7 @@ inline constexpr Stage rows[] = {
      .reads = mask_of(frame, command, timing),
      .writes = mask_of(overlap, strip, keyframe),
      .budget_ns = 20 * ns_per_ms,
+     .step_memory = true,
      .state = {.number = 2}},
     // Finds an unknown camera; afterwards it checks each strip against the camera.
     {.component = ComponentId::camera_calibrator,
@@ -134,6 +136,7 @@ inline constexpr Stage rows[] = {
      .reads = mask_of(keyframe, frame, strip, pose, structure, navigation),
      .writes = mask_of(camera, calibration, calibration_check),
      .budget_ns = 100 * ns_per_ms,
+     .step_memory = true,
      .state = {.number = 3, .second = 2}},
     {.component = ComponentId::structure_and_motion,
      .name = "structure_and_motion",
@@ -142,6 +145,7 @@ inline constexpr Stage rows[] = {
      .reads = mask_of(keyframe, frame, strip, camera, calibration, navigation),
      .writes = mask_of(pose, structure, command),
      .budget_ns = 50 * ns_per_ms,
+     .step_memory = true,
      .state = {.number = 7}},
     {.component = ComponentId::dense_matcher,
      .name = "dense_matcher",
@@ -158,6 +162,7 @@ inline constexpr Stage rows[] = {
      .reads = mask_of(place, depth, keyframe, frame, camera),
      .writes = mask_of(richness),
      .budget_ns = 50 * ns_per_ms,
+     .step_memory = true,
      .state = {.number = 2}},
     {.component = ComponentId::compressor,
      .name = "compressor",
@@ -166,6 +171,7 @@ inline constexpr Stage rows[] = {
      .reads = mask_of(richness, depth, pose, keyframe, frame, camera),
      .writes = mask_of(product),
      .budget_ns = 100 * ns_per_ms,
+     .step_memory = true,
      .state = {.number = 2}},
     // It also runs without being woken, because frames that no other stage reads wake nobody.
     {.component = ComponentId::storage_manager,
@@ -179,6 +185,7 @@ inline constexpr Stage rows[] = {
                        richness, product, downlink, command, event, navigation, strip_frame, link, tie),
      .period = 50,
      .budget_ns = 20 * ns_per_ms,
+     .step_memory = true,
      .state = {.number = 3}},
     // Driven by time too: the link carries a number of bytes per second, and confirmations come at any time.
     {.component = ComponentId::downlink,
@@ -192,6 +199,7 @@ inline constexpr Stage rows[] = {
      .erases = mask_of(downlink, transfer),
      .period = 5,
      .budget_ns = 20 * ns_per_ms,
+     .step_memory = true,
      .state = {.number = 3},
      .runs_on = RunsOn::head},
     // Driven by time: the link is read and filled in every minor frame.
@@ -254,6 +262,7 @@ inline constexpr Stage rows[] = {
      .changes = mask_of(depth),
      .erases = mask_of(place),
      .budget_ns = 50 * ns_per_ms,
+     .step_memory = true,
      .state = {.number = 2}},
 };
 }  // namespace stage_rows

@@ -15,8 +15,9 @@ namespace ilp {
 
 enum class Then : std::uint8_t {
   go_on,
-  wait,    ///< for something outside of the process: the next step is one of the next minor frame
-  restore  ///< memory is ahead of the store, or in doubt: call restore() before the next step
+  wait,     ///< for something outside of the process: the next step is one of the next minor frame
+  keep,     ///< the work goes on in the memory that stages share: until then no other stage uses it
+  restore,  ///< memory is ahead of the store, or in doubt: call restore() before the next step
 };
 
 struct StepResult {

@@ -56,8 +56,10 @@ class Executive final : public Health {
   }
   /// Runs one minor frame, which should begin at `nominal` and end a minor frame later: every due component once in
   /// table order and woken ones between them, then pending work as long as it fits. A step whose recent durations would
-  /// not fit waits, and is the first of the next frame, so that no component starves. In virtual time the frame ends
-  /// when nothing is pending. It does not sleep: the caller's clock decides when the next frame begins.
+  /// not fit waits, and is the first of the next frame, so that no component starves. A component that keeps the shared
+  /// memory steps again at once, or is the first of the next frame; the others that use this memory wait. In virtual
+  /// time the frame ends when nothing is pending. It does not sleep: the caller's clock decides when the next frame
+  /// begins.
   void run_minor_frame(TimeNs nominal);
   void run_minor_frame() { run_minor_frame(clock_.now()); }
   /// No component but the time-driven ones has pending work.
@@ -81,6 +83,8 @@ class Executive final : public Health {
   Status write_housekeeping();
 
  private:
+  static constexpr std::size_t nobody = limits::max_components;
+
   struct Slot {
     bool restored = false;
     bool waiting = false;  ///< it is to be restored, and this has been reported
@@ -110,7 +114,8 @@ class Executive final : public Health {
     WorkLevel work_level;
     LoadWindow window;
     std::int64_t obeyed_command_id = 0;
-    bool taken_up = false;  ///< numbers and level of the previous life are loaded
+    std::size_t keeper = nobody;  ///< the component whose work goes on in the shared memory
+    bool taken_up = false;        ///< numbers and level of the previous life are loaded
     std::uint64_t constants_checksum = 0;
   };
 
@@ -125,8 +130,12 @@ class Executive final : public Health {
   void obey_commands();
   void wait_for_store(Slot& slot) const;
   void hold(Slot& slot) const;
-  [[nodiscard]] bool may_run(const Slot& slot) const {
-    return slot.restored && !slot.suspended && own_.frame >= slot.hold_frame;
+  [[nodiscard]] bool memory_is_free(std::size_t i) const {
+    return own_.keeper == nobody || own_.keeper == i || !stages_[i].step_memory;
+  }
+  [[nodiscard]] bool may_run(std::size_t i) const {
+    const Slot& slot = own_.slots[i];
+    return slot.restored && !slot.suspended && own_.frame >= slot.hold_frame && memory_is_free(i);
   }
   /// Returns false, and reports it once, if the component has to wait.
   bool restore(std::size_t i, Status& status);
@@ -142,6 +151,10 @@ class Executive final : public Health {
   void check_constants();
   void seal_own() { own_guard_.seal(own_); }
   void run_step(std::size_t i);
+  /// Whether its next step is expected to end before the deadline, with `reserved` to spare.
+  [[nodiscard]] bool fits(std::size_t i, TimeNs reserved, TimeNs deadline);
+  /// Runs a step, and the next ones while it keeps the shared memory and they fit.
+  void run_work(std::size_t i, TimeNs deadline);
   /// Runs a woken component if it fits, has waited for longest, or is the first of its frame.
   bool run_woken(std::size_t i, TimeNs deadline);
   [[nodiscard]] std::size_t longest_left_out() const;
@@ -170,7 +183,6 @@ class Executive final : public Health {
   Guarded<MissionParameters> parameters_guard_;
   bool restart_wanted_ = false;
   bool shares_flight_ = false;
-  static constexpr std::size_t nobody = limits::max_components;
   std::size_t first_ = nobody;                  ///< has waited for longest to fit into a frame: it runs in this one
   bool woken_ran_ = false;                      ///< in this frame
   const MissionParameters* mission_ = nullptr;  ///< null in virtual time

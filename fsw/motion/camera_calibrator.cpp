@@ -120,7 +120,7 @@ Status CameraCalibrator::pick_keyframe(bool& picked) {
     calibrating_.calibration.report = {};
     calibrating_.calibration.report.verdict = CalibrationVerdict::too_few_matches;
   }
-  phase_ = no_use ? Phase::record : Phase::detect;
+  phase_ = no_use ? Phase::record : Phase::load;
   return damaged ? found : Status{};
 }
 
@@ -131,18 +131,33 @@ void CameraCalibrator::measure() {
                calibrating_.measured);
 }
 
-Status CameraCalibrator::detect() {
+Status CameraCalibrator::load() {
   // The camera is calibrated once for the whole flight, so all corners are used.
-  ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, 0, scratch_.as<FeatureScratch>(), images_, corners_));
+  ILP_TRY(begin_corners_of(store_, mission_, keyframe_.frame_id, 0, scratch_.as<FeatureScratch>(), images_, corners_));
   matches_.clear();
-  phase_ = calibrating_.calibration.keyframes.empty() ? Phase::relate : Phase::match;
+  phase_ = Phase::detect;
+  keeps_ = true;
+  return {};
+}
+
+Status CameraCalibrator::detect() {
+  ILP_TRY(find_corners(mission_, 0, scratch_.as<FeatureScratch>(), images_, corners_, keeps_));
+  if (!keeps_) phase_ = calibrating_.calibration.keyframes.empty() ? Phase::relate : Phase::begin_match;
+  return {};
+}
+
+Status CameraCalibrator::begin_match() {
+  ILP_TRY(begin_matches_to(store_, mission_, cursor_.first, keyframe_.plane_from_previous,
+                           scratch_.as<FeatureScratch>(), images_, matches_));
+  phase_ = Phase::match;
+  keeps_ = true;
   return {};
 }
 
 Status CameraCalibrator::match() {
-  ILP_TRY(match_to_previous(store_, mission_, cursor_.first, calibrating_.calibration.corners,
-                            keyframe_.plane_from_previous, scratch_.as<FeatureScratch>(), images_, corners_, matches_));
-  phase_ = Phase::relate;
+  ILP_TRY(find_matches(mission_, calibrating_.calibration.corners, keyframe_.plane_from_previous,
+                       scratch_.as<FeatureScratch>(), images_, corners_, matches_, keeps_));
+  if (!keeps_) phase_ = Phase::relate;
   return {};
 }
 
@@ -278,8 +293,12 @@ Status CameraCalibrator::record() {
 
 Status CameraCalibrator::advance(bool& pending) {
   switch (phase_) {
+    case Phase::load:
+      return load();
     case Phase::detect:
       return detect();
+    case Phase::begin_match:
+      return begin_match();
     case Phase::match:
       return match();
     case Phase::relate:
@@ -302,8 +321,9 @@ Status CameraCalibrator::advance(bool& pending) {
 
 StepResult CameraCalibrator::calibrate() {
   bool pending = true;
+  keeps_ = false;
   const Status status = advance(pending);
-  if (status.ok()) return {event_, pending};
+  if (status.ok()) return {event_, pending, keeps_ ? Then::keep : Then::go_on};
   // A permanently damaged record was handled, and is worth an event.
   if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};
   return patience_.failed(keyframe_.id, status);

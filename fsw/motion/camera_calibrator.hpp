@@ -42,7 +42,19 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   }
 
  private:
-  enum class Phase : std::uint8_t { idle, detect, match, relate, calibrate, measure, record, check, write_check };
+  enum class Phase : std::uint8_t {
+    idle,
+    load,
+    detect,
+    begin_match,
+    match,
+    relate,
+    calibrate,
+    measure,
+    record,
+    check,
+    write_check
+  };
 
   struct CalibratingState {
     CalibrationState calibration;
@@ -64,7 +76,9 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   StepResult calibrate();
   Status advance(bool& pending);
   Status pick_keyframe(bool& picked);
+  Status load();
   Status detect();
+  Status begin_match();
   Status match();
   Status relate();
   Status record();
@@ -96,6 +110,7 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   CalibrationWorkspace workspace_;
   // The keyframe or the strip at work; a restart drops it.
   Phase phase_ = Phase::idle;
+  bool keeps_ = false;  ///< the search for corners or matches goes on in the step's memory
   Status event_;
   Patience patience_;
   KeyframeRecord keyframe_;

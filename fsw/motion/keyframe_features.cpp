@@ -6,28 +6,50 @@
 #include "fsw/shared/work_level.hpp"
 
 namespace ilp {
+namespace {
 
-Status find_corners(Reader<FrameRecord> store, const MissionParameters& mission, std::int64_t frame_id,
-                    std::uint8_t level, FeatureScratch& scratch, KeyframeImages& images, Corners& corners) {
-  ILP_TRY(load_frame_image(store, frame_id, images.current));
+HarrisParams harris_params(const MissionParameters& mission, std::uint8_t level) {
   HarrisParams params;
   params.target_count = static_cast<std::int32_t>(corners_at(level, mission.corners));
-  return detect_corners(images.current.view(), params, scratch.harris, corners);
+  return params;
 }
 
-Status match_to_previous(Reader<KeyframeRecord, FrameRecord> store, const MissionParameters& mission,
-                         std::int64_t previous_id, const Corners& previous_corners,
-                         const double (&plane_from_previous)[9], FeatureScratch& scratch, KeyframeImages& images,
-                         Corners& corners, Matches& matches) {
+MatcherParams matcher_params(const MissionParameters& mission) {
+  MatcherParams params;
+  params.search_radius_px = static_cast<float>(mission.search_radius_px);
+  return params;
+}
+
+}  // namespace
+
+Status begin_corners_of(Reader<FrameRecord> store, const MissionParameters& mission, std::int64_t frame_id,
+                        std::uint8_t level, FeatureScratch& scratch, KeyframeImages& images, Corners& corners) {
+  ILP_TRY(load_frame_image(store, frame_id, images.current));
+  return begin_corners(images.current.view(), harris_params(mission, level), scratch.harris, corners);
+}
+
+Status find_corners(const MissionParameters& mission, std::uint8_t level, FeatureScratch& scratch,
+                    const KeyframeImages& images, Corners& corners, bool& more) {
+  return detect_corners_slice(images.current.view(), harris_params(mission, level), scratch.harris, corners, more);
+}
+
+Status begin_matches_to(Reader<KeyframeRecord, FrameRecord> store, const MissionParameters& mission,
+                        std::int64_t previous_id, const double (&plane_from_previous)[9], FeatureScratch& scratch,
+                        KeyframeImages& images, Matches& matches) {
   if (images.previous_id != previous_id) {
     images.previous_id = 0;
     ILP_TRY(load_keyframe_image(store, previous_id, images.previous));
     images.previous_id = previous_id;
   }
-  MatcherParams params;
-  params.search_radius_px = static_cast<float>(mission.search_radius_px);
-  return match_and_track_corners(images.previous.view(), previous_corners, images.current.view(), corners,
-                                 plane_from_previous, params, scratch.matcher, matches);
+  return begin_matching(images.previous.view(), images.current.view(), plane_from_previous, matcher_params(mission),
+                        scratch.matcher, matches);
+}
+
+Status find_matches(const MissionParameters& mission, const Corners& previous_corners,
+                    const double (&plane_from_previous)[9], FeatureScratch& scratch, const KeyframeImages& images,
+                    Corners& corners, Matches& matches, bool& more) {
+  return match_and_track_slice(images.previous.view(), previous_corners, images.current.view(), corners,
+                               plane_from_previous, matcher_params(mission), scratch.matcher, matches, more);
 }
 
 Status keep_for_next(std::int64_t keyframe_id, KeyframeImages& images) {

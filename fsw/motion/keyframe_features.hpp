@@ -13,8 +13,7 @@
 
 namespace ilp {
 
-/// Megabytes of scratch. It carries nothing from step to step, so that all components that look for corners share one
-/// object.
+/// Megabytes of scratch, which hold what the slices of one search share.
 using FeatureScratch = FeatureOverlapWorkspace;
 
 struct KeyframeImages {
@@ -23,16 +22,23 @@ struct KeyframeImages {
   std::int64_t previous_id = 0;  ///< its keyframe; 0: none is loaded
 };
 
-/// Loads the frame as the current image and finds its corners, as many as the level of reduced work allows.
-Status find_corners(Reader<FrameRecord> store, const MissionParameters& mission, std::int64_t frame_id,
-                    std::uint8_t level, FeatureScratch& scratch, KeyframeImages& images, Corners& corners);
+/// Loads the frame as the current image and begins to look for its corners, as many as the level of reduced work
+/// allows.
+Status begin_corners_of(Reader<FrameRecord> store, const MissionParameters& mission, std::int64_t frame_id,
+                        std::uint8_t level, FeatureScratch& scratch, KeyframeImages& images, Corners& corners);
+/// A slice of detect_corners on the current image.
+Status find_corners(const MissionParameters& mission, std::uint8_t level, FeatureScratch& scratch,
+                    const KeyframeImages& images, Corners& corners, bool& more);
 
-/// Runs match_and_track_corners from keyframe `previous_id` to the current image. The keyframe's image is loaded only
+/// Begins match_and_track_corners from keyframe `previous_id` to the current image. The keyframe's image is loaded only
 /// if it is not in memory.
-Status match_to_previous(Reader<KeyframeRecord, FrameRecord> store, const MissionParameters& mission,
-                         std::int64_t previous_id, const Corners& previous_corners,
-                         const double (&plane_from_previous)[9], FeatureScratch& scratch, KeyframeImages& images,
-                         Corners& corners, Matches& matches);
+Status begin_matches_to(Reader<KeyframeRecord, FrameRecord> store, const MissionParameters& mission,
+                        std::int64_t previous_id, const double (&plane_from_previous)[9], FeatureScratch& scratch,
+                        KeyframeImages& images, Matches& matches);
+/// A slice of it.
+Status find_matches(const MissionParameters& mission, const Corners& previous_corners,
+                    const double (&plane_from_previous)[9], FeatureScratch& scratch, const KeyframeImages& images,
+                    Corners& corners, Matches& matches, bool& more);
 
 /// Keeps the current image as that of the keyframe with which the next one is matched, so that it is not loaded again.
 Status keep_for_next(std::int64_t keyframe_id, KeyframeImages& images);

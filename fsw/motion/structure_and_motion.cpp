@@ -189,31 +189,46 @@ Status StructureAndMotion::pick(bool& picked) {
     return damaged ? found : Status{};
   }
   if (state_.posed_keyframe_id == 0) ILP_TRY(begin_structure(measured));
+  phase_ = Phase::load;
+  return {};
+}
+
+Status StructureAndMotion::load() {
+  ILP_TRY(begin_corners_of(store_, mission_, keyframe_.frame_id, keyframe_.degraded, scratch_.as<FeatureScratch>(),
+                           images_, corners_));
+  matches_.clear();
   phase_ = Phase::detect;
+  keeps_ = true;
   return {};
 }
 
 Status StructureAndMotion::detect() {
-  ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, keyframe_.degraded, scratch_.as<FeatureScratch>(), images_,
-                       corners_));
-  matches_.clear();
+  ILP_TRY(find_corners(mission_, keyframe_.degraded, scratch_.as<FeatureScratch>(), images_, corners_, keeps_));
+  if (keeps_) return {};
   detected_ = corners_.size();
   const Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
   newest_is_poor_ = sequence.can_go_back_to(1) && poor_share * sequence.count_corners(0) < sequence.count_corners(1);
   attempt_ = 0;
-  phase_ = state_.posed_keyframe_id == 0 ? Phase::relate : Phase::match;
+  phase_ = state_.posed_keyframe_id == 0 ? Phase::relate : Phase::begin_match;
+  return {};
+}
+
+Status StructureAndMotion::begin_match() {
+  ILP_TRY(corners_.resize(detected_) ? Status{} : Status{StatusCode::assertion_failed});
+  matches_.clear();
+  if (back() > 0) return begin_match_to_older();
+  compose_planes(keyframe_.plane_from_previous, state_.last_from_posed, predicted_);
+  ILP_TRY(begin_matches_to(store_, mission_, state_.posed_keyframe_id, predicted_, scratch_.as<FeatureScratch>(),
+                           images_, matches_));
+  phase_ = Phase::match;
+  keeps_ = true;
   return {};
 }
 
 Status StructureAndMotion::match() {
-  ILP_TRY(corners_.resize(detected_) ? Status{} : Status{StatusCode::assertion_failed});
-  matches_.clear();
-  if (back() > 0) return match_to_older();
-  Plane predicted;
-  compose_planes(keyframe_.plane_from_previous, state_.last_from_posed, predicted);
-  ILP_TRY(match_to_previous(store_, mission_, state_.posed_keyframe_id, state_.sequence.corners, predicted,
-                            scratch_.as<FeatureScratch>(), images_, corners_, matches_));
-  phase_ = Phase::relate;
+  const Corners& from = back() > 0 ? older_corners_ : state_.sequence.corners;
+  ILP_TRY(find_matches(mission_, from, predicted_, scratch_.as<FeatureScratch>(), images_, corners_, matches_, keeps_));
+  if (!keeps_) phase_ = Phase::relate;
   return {};
 }
 
@@ -234,23 +249,23 @@ Status StructureAndMotion::plane_to_newest(std::int64_t from_id, Plane& plane, b
 }
 
 /// An older keyframe that cannot be read is passed over.
-Status StructureAndMotion::match_to_older() {
+Status StructureAndMotion::begin_match_to_older() {
   const Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
   const std::int64_t older_id = sequence.cameras()[sequence.cameras().size() - 1 - back()].keyframe_id;
-  Plane to_newest, predicted;
+  Plane to_newest;
   bool usable = false;
   ILP_TRY(plane_to_newest(older_id, to_newest, usable));
-  compose_planes(state_.last_from_posed, to_newest, predicted);
-  compose_planes(keyframe_.plane_from_previous, predicted, predicted);
+  compose_planes(state_.last_from_posed, to_newest, predicted_);
+  compose_planes(keyframe_.plane_from_previous, predicted_, predicted_);
   sequence.corners_of(back(), older_corners_);
   if (usable) {
-    const Status matched = match_to_previous(store_, mission_, older_id, older_corners_, predicted,
-                                             scratch_.as<FeatureScratch>(), images_, corners_, matches_);
-    if (!matched.ok() && is_transient(matched)) return matched;
-    usable = matched.ok();
+    const Status begun =
+        begin_matches_to(store_, mission_, older_id, predicted_, scratch_.as<FeatureScratch>(), images_, matches_);
+    if (!begun.ok() && is_transient(begun)) return begun;
+    usable = begun.ok();
   }
-  phase_ = Phase::relate;
-  if (!usable) phase_ = try_next() ? Phase::match : Phase::record;
+  keeps_ = usable;
+  phase_ = usable ? Phase::match : try_next() ? Phase::begin_match : Phase::record;
   return {};
 }
 
@@ -514,7 +529,7 @@ Status StructureAndMotion::extend_sequence() {
   }
   const SequenceVerdict verdict = state_.sequence.report.verdict;
   const bool related = verdict == SequenceVerdict::ok || verdict == SequenceVerdict::waiting;
-  phase_ = status.ok() && !related && try_next() ? Phase::match : Phase::record;
+  phase_ = status.ok() && !related && try_next() ? Phase::begin_match : Phase::record;
   return status;
 }
 
@@ -522,8 +537,12 @@ Status StructureAndMotion::advance(bool& picked) {
   switch (phase_) {
     case Phase::idle:
       return pick(picked);
+    case Phase::load:
+      return load();
     case Phase::detect:
       return detect();
+    case Phase::begin_match:
+      return begin_match();
     case Phase::match:
       return match();
     case Phase::relate:
@@ -542,8 +561,9 @@ Status StructureAndMotion::advance(bool& picked) {
 
 StepResult StructureAndMotion::step() {
   bool pending = true;
+  keeps_ = false;
   const Status status = advance(pending);
-  if (status.ok()) return {{}, pending};
+  if (status.ok()) return {{}, pending, keeps_ ? Then::keep : Then::go_on};
   // A permanently damaged record was handled, and is worth an event.
   if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};
   // The verdict on a keyframe is a failed pose; the verdict on the end of a strip fails its poses that are not final.

@@ -44,7 +44,7 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   }
 
  private:
-  enum class Phase : std::uint8_t { idle, detect, match, relate, sequence, record, finish };
+  enum class Phase : std::uint8_t { idle, load, detect, begin_match, match, relate, sequence, record, finish };
 
   struct State {
     SequenceState sequence;
@@ -61,9 +61,11 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   Status advance(bool& picked);
   Status pick(bool& picked);
   Status begin_structure(const NavigationRecord& measured);
+  Status load();
   Status detect();
+  Status begin_match();
+  Status begin_match_to_older();
   Status match();
-  Status match_to_older();
   /// The keyframe at work is tried against the posed keyframe so many before the newest one.
   [[nodiscard]] std::uint32_t back() const;
   /// Whether there is another keyframe to be tried against.
@@ -108,6 +110,8 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   SequenceReport newest_report_;  ///< on its relation to the newest posed keyframe
   std::int64_t subject_ = 0;      ///< subject of the step for patience_: the keyframe, or the end of a strip
   Patience patience_;
+  bool keeps_ = false;     ///< the search for corners or matches goes on in the step's memory
+  double predicted_[9]{};  ///< pixels of the keyframe that it is matched with in this one
   KeyframeImages images_;  ///< previous: image of a posed keyframe
   Corners corners_;
   Corners older_corners_;

@@ -286,6 +286,12 @@ void mark_known_over_plane(MaskView mask, const Mat3& other_from_keyframe, const
 
 std::uint32_t take_known(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
                          const ImageView<std::uint8_t>& mask) {
+  const bool any_bit = std::any_of(known.begin(), known.end(), [](std::uint64_t bits) { return bits != 0; });
+  if (!any_bit) {
+    std::replace_if(
+        mask.data, mask.data + mask.area(), [](std::uint8_t pixel) { return pixel != 0; }, 255);
+    return 0;
+  }
   const bool any_known = classify(known, mask);
   if (any_known) know_slivers(mask, sliver_px);
   each_row(mask, [&](std::int32_t length, auto at) { mark_border(length, border_px, at); });

@@ -95,12 +95,13 @@ Status PlaceMemory::pick(bool& picked) {
   compared_ = 0;
   drift_ = {};
   known_.fill(0);
+  known_before_ = 0;
   mask_changed_ = false;
   keyframe_ = {};
   pose_ = {};
   ground_distance_ = 0;
   const bool bare = !found.ok() || !mission_.place_memory || patience_.given_up(depth_.id);
-  phase_ = bare ? Phase::record : Phase::features;
+  phase_ = bare ? Phase::record : Phase::load;
   return {};
 }
 
@@ -127,7 +128,7 @@ void PlaceMemory::give_depths() {
   ground_distance_ = deep != 0 ? static_cast<double>(deep) / sum : 0;
 }
 
-Status PlaceMemory::find_features() {
+Status PlaceMemory::load() {
   ILP_TRY(load_camera(store_, camera_));
   ILP_TRY(get(store_, depth_.id, keyframe_));
   const Status posed = get(store_, depth_.id, pose_);
@@ -135,10 +136,28 @@ Status PlaceMemory::find_features() {
   if (!posed.ok() || pose_.state != PoseState::final || !is_pose(pose_)) pose_.state = PoseState::failed;
   ILP_TRY(load_cells());
   ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
-  const std::size_t wanted = loosely_chained() ? limits::max_place_features : limits::place_features;
+  keeps_ = true;
+  phase_ = Phase::features;
+  return begin_place_features(image_.view(), scratch_.as<PlaceScratch>().features, features_);
+}
+
+std::size_t PlaceMemory::features_wanted() const {
+  return loosely_chained() ? limits::max_place_features : limits::place_features;
+}
+
+Status PlaceMemory::find_features() {
   auto& scratch = scratch_.as<PlaceScratch>();
-  ILP_TRY(find_place_features(image_.view(), wanted, scratch.harris, scratch.features, features_));
-  ILP_TRY(take_place_patches(image_.view(), scratch.harris, scratch.patches, patches_));
+  ILP_TRY(place_features_slice(image_.view(), features_wanted(), scratch.harris, scratch.features, features_, keeps_));
+  if (keeps_) return {};
+  keeps_ = true;
+  phase_ = Phase::patches;
+  return begin_place_patches(image_.view(), scratch.harris, scratch.patches, patches_);
+}
+
+Status PlaceMemory::take_patches() {
+  auto& scratch = scratch_.as<PlaceScratch>();
+  ILP_TRY(place_patches_slice(image_.view(), scratch.harris, scratch.patches, patches_, keeps_));
+  if (keeps_) return {};
   give_depths();
   phase_ = Phase::search;
   return {};
@@ -206,7 +225,7 @@ Status PlaceMemory::search() {
   ILP_TRY(index_.query(Features(features_.data(), features_.size()), first_too_recent(),
                        scratch_.as<PlaceQueryWorkspace>(), alike));
   add_candidates(alike);
-  phase_ = candidates_.empty() ? Phase::record : Phase::compare;
+  phase_ = candidates_.empty() ? (features_.empty() ? Phase::record : Phase::narrow) : Phase::compare;
   return {};
 }
 
@@ -241,7 +260,8 @@ Status PlaceMemory::compare() {
   if (found.ok()) ILP_TRY(load_features(record, sound));
   if (sound) ILP_TRY(link_with(place, record));
   const std::size_t enough = loosely_chained() ? links_.capacity() : enough_links;
-  if (compared_ == candidates_.size() || links_.size() >= enough) phase_ = Phase::record;
+  if (compared_ == candidates_.size() || links_.size() >= enough)
+    phase_ = (features_.empty() ? Phase::record : Phase::narrow);
   return {};
 }
 
@@ -486,20 +506,21 @@ Status PlaceMemory::mark_by_poses() {
   return {};
 }
 
-Status PlaceMemory::narrow_mask(PlaceRecord& place) {
+Status PlaceMemory::narrow_mask() {
+  phase_ = Phase::record;
   if (depth_.mask.bytes == 0 || depth_.mask.bytes > mask_bytes_.size()) return {};
   ILP_TRY(image_.resize(depth_.width, depth_.height));
   ILP_TRY(read_blob<DepthRecord>(store_, "mask", depth_.id, 0, {mask_bytes_.data(), depth_.mask.bytes}));
   ILP_TRY(decode_mask(mask_bytes_.data(), depth_.mask.bytes, image_.view()));
   for (const LinkRecord& link : links_) ILP_TRY(mark_by(link));
   if (depth_.verdict == DepthVerdict::ok) ILP_TRY(mark_by_poses());
-  place.known_before = take_known(known_, sliver_px, border_px, image_.view());
-  mask_changed_ = place.known_before != 0;
+  known_before_ = take_known(known_, sliver_px, border_px, image_.view());
+  mask_changed_ = known_before_ != 0;
   if (!mask_changed_) return {};
   std::size_t bytes = 0;
   ILP_TRY(encode_mask(image_.view(), mask_bytes_.data(), mask_bytes_.size(), bytes));
   depth_.mask.bytes = static_cast<std::uint32_t>(bytes);
-  depth_.newly_seen -= std::min(depth_.newly_seen, place.known_before);
+  depth_.newly_seen -= std::min(depth_.newly_seen, known_before_);
   return {};
 }
 
@@ -587,7 +608,7 @@ Status PlaceMemory::record() {
     std::copy_n(pose_.q_cam_from_world, 4, place.q_cam_from_world);
     std::copy_n(pose_.centre, 3, place.centre);
     place.ground_distance = ground_distance_;
-    ILP_TRY(narrow_mask(place));
+    place.known_before = known_before_;
     ILP_TRY(choose_slot(place, forgotten));
   }
   if (place.slot >= 0) {
@@ -615,12 +636,18 @@ Status PlaceMemory::advance(bool& picked) {
       return recall();
     case Phase::idle:
       return pick(picked);
+    case Phase::load:
+      return load();
     case Phase::features:
       return find_features();
+    case Phase::patches:
+      return take_patches();
     case Phase::search:
       return search();
     case Phase::compare:
       return compare();
+    case Phase::narrow:
+      return narrow_mask();
     case Phase::record:
       return record();
   }
@@ -628,10 +655,13 @@ Status PlaceMemory::advance(bool& picked) {
 }
 
 StepResult PlaceMemory::step() {
+  // What was found so far is lost then.
+  if (mission_.safe_mode && (phase_ == Phase::features || phase_ == Phase::patches)) phase_ = Phase::idle;
   if (mission_.safe_mode) return {};
   bool pending = true;
+  keeps_ = false;
   const Status status = advance(pending);
-  if (status.ok()) return {{}, pending};
+  if (status.ok()) return {{}, pending, keeps_ ? Then::keep : Then::go_on};
   if (status.is(StatusCode::loop_contradicts)) return {status, true};
   return patience_.failed(phase_ == Phase::recall ? recall_subject : depth_.id, status);
 }

@@ -40,7 +40,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   }
 
  private:
-  enum class Phase : std::uint8_t { recall, idle, features, search, compare, record };
+  enum class Phase : std::uint8_t { recall, idle, load, features, patches, search, compare, narrow, record };
 
   struct State {
     std::int64_t bare_id = 0;  ///< newest place without features: its record goes with the next one
@@ -58,7 +58,9 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   Status erase_place(std::int64_t id);
   Status forget_one(bool& forgotten);
   Status pick(bool& picked);
+  Status load();
   Status find_features();
+  Status take_patches();
   Status search();
   Status compare();
   Status load_features(const PlaceRecord& place, bool& sound);
@@ -72,6 +74,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
 
   Status load_cells();
   void give_depths();
+  [[nodiscard]] std::size_t features_wanted() const;
   Status tied_to(std::int64_t strip_id, bool& tied, TieRecord& tie) const;
   template <typename Places>
   void add_candidates(const Places& places);
@@ -89,7 +92,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   [[nodiscard]] bool lies_inside(const RememberedPlace& before) const;
   Status error_by_poses(const RememberedPlace& place, double& error_px);
   Status load_seen(std::int64_t keyframe_id, SeenCells& cells);
-  Status narrow_mask(PlaceRecord& place);
+  Status narrow_mask();
   Status choose_slot(PlaceRecord& place, std::size_t& forgotten);
   Status write_place(const PlaceRecord& place, std::size_t forgotten);
   Status write_ties(State& after);
@@ -112,9 +115,11 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   double ground_distance_ = 0;
   FixedVector<std::uint16_t, 3 * limits::max_place_candidates> candidates_;
   std::size_t compared_ = 0;
+  bool keeps_ = false;  ///< the search for features goes on in the step's memory
   Links links_;
   std::array<LinkPoints, static_cast<std::size_t>(limits::max_links_per_keyframe)> link_points_{};  ///< of each link
   Status drift_;
+  std::uint32_t known_before_ = 0;  ///< pixels that leave the mask
   bool mask_changed_ = false;
   SeenCells seen_, other_seen_;
   CellDepths depths_{};

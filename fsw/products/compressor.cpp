@@ -25,7 +25,7 @@ Compressor::Compressor(Tables store, const MissionParameters& mission, Scratch s
 Status Compressor::restore() {
   // Whatever the flags were, the worker says whether it still has the memory of the job.
   handed_over_ = true;
-  wanted_ = stuck_ = false;
+  wanted_ = stuck_ = loaded_ = false;
   const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   // A product on record was made. A product that the ground holds has left the store, and its keyframe with it.
@@ -195,7 +195,7 @@ StepResult Compressor::finish(const Status& status, ProductRecord product) {
   return {patience_.given_up(keyframe_id) ? Status{} : status, true};
 }
 
-StepResult Compressor::order_next() {
+StepResult Compressor::pick() {
   const Status found = next(store_, cursor_.first, subject_.richness);
   if (found.is(StatusCode::not_found)) return {};
   order_ = {};
@@ -220,13 +220,17 @@ StepResult Compressor::order_next() {
     return {order_.unrated ? found : Status{}, true};
   }
   if (status.ok() && !order_.image) status = damage;
-  if (status.ok() && subject_.depth.newly_seen != 0) {
-    status = order(kind);
-    StepResult result;
-    if (status.ok() && ask_worker(result)) return result;
-    if (status.ok()) status = StatusCode::not_ready;
-  }
-  return finish(status, order_.product);
+  if (!status.ok() || subject_.depth.newly_seen == 0) return finish(status, order_.product);
+  loaded_ = true;
+  return {{}, true, Then::keep};
+}
+
+StepResult Compressor::order_loaded() {
+  loaded_ = false;
+  const Status status = order(order_.image ? ProductKind::image : ProductKind::depth);
+  StepResult result;
+  if (status.ok() && ask_worker(result)) return result;
+  return finish(status.ok() ? StatusCode::not_ready : status, order_.product);
 }
 
 /// Returns false if the worker has no product: one can be ordered.
@@ -250,9 +254,12 @@ bool Compressor::ask_worker(StepResult& result) {
 
 StepResult Compressor::step() {
   // Without a worker there is nothing to do until the new start.
-  if (mission_.safe_mode || stuck_) return {};
+  const bool rests = mission_.safe_mode || stuck_;
+  if (rests) loaded_ = false;
+  if (rests) return {};
+  if (loaded_) return order_loaded();
   StepResult result;
-  return handed_over_ && ask_worker(result) ? result : order_next();
+  return handed_over_ && ask_worker(result) ? result : pick();
 }
 
 }  // namespace ilp

@@ -21,7 +21,8 @@ namespace ilp {
 
 /// A keyframe has two products: its image, with the newly seen part as region of interest, and its inverse depth inside
 /// that part. Each is a JP2 file with a metadata box that describes it. The quality of each layer is measured by
-/// decoding it. A step orders one product from the worker, and later ones ask for it and write it. The image comes last
+/// decoding it. Two steps load one product's image and maps and order it from the worker, and later ones ask
+/// for it and write it. The image comes last
 /// and completes the keyframe: where the image is on record, so is the depth if there is one. The scheme of an image
 /// depends on the rank of its index among those before it; if the checkpoint is older than the products, these
 /// keyframes are missing there. If the mask cannot be read the image is coded whole. A product whose own input cannot
@@ -69,7 +70,8 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
   Status load(std::int64_t keyframe_id, ProductKind kind, Status& damage);
   Status load_depth(std::int64_t keyframe_id, ProductKind kind, Status& damage);
   Status measure_interval(std::int64_t keyframes, double& interval_s);
-  StepResult order_next();
+  StepResult pick();
+  StepResult order_loaded();
   Status order(ProductKind kind);
   Status write_metadata(const ProductRecord& product, ProductBox& box);
   void set_params(const BitPlan& plan);
@@ -86,6 +88,7 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
   Patience patience_;
   ProductSubject subject_;
   Order order_;
+  bool loaded_ = false;       ///< what order_ needs is in the step's memory
   bool handed_over_ = false;  ///< coding_ may be the worker's
   bool wanted_ = false;       ///< its result is that of order_
   bool stuck_ = false;

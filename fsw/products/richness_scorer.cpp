@@ -56,6 +56,7 @@ RichnessScorer::RichnessScorer(Tables store, const MissionParameters& mission, S
     : store_(store), mission_(mission), scratch_(scratch) {}
 
 Status RichnessScorer::restore() {
+  phase_ = Phase::idle;
   const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   std::int64_t newest = 0;
@@ -64,68 +65,110 @@ Status RichnessScorer::restore() {
   return status;
 }
 
-Status RichnessScorer::score(const DepthRecord& depth, RichnessRecord& record, RichnessCues& cues) {
-  auto& w = scratch_.as<Workspace>();
+Status RichnessScorer::load_image() {
   ILP_TRY(load_camera(store_, camera_));
-  ILP_TRY(load_keyframe_image(store_, depth.id, w.image));
-  ILP_TRY(load_maps(store_, depth, w.maps));
-  ILP_TRY(w.inverse_depth.resize(depth.width, depth.height));
-  ILP_TRY(w.sigma.resize(depth.width, depth.height));
+  return load_keyframe_image(store_, depth_.id, scratch_.as<Workspace>().image);
+}
+
+Status RichnessScorer::decode_maps() {
+  auto& w = scratch_.as<Workspace>();
+  ILP_TRY(w.inverse_depth.resize(depth_.width, depth_.height));
+  ILP_TRY(w.sigma.resize(depth_.width, depth_.height));
   // Without depth every code is 0 and any coding reads them.
-  const DepthCoding coding{depth.offset, depth.verdict == DepthVerdict::ok ? depth.step : 1.0};
+  const DepthCoding coding{depth_.offset, depth_.verdict == DepthVerdict::ok ? depth_.step : 1.0};
   ILP_TRY(decode_depth(w.maps.codes.view(), coding, w.inverse_depth.view()));
   const ImageView<const std::uint16_t> codes = w.maps.codes.view();
   const std::uint8_t* sigma_code = w.maps.sigma.view().data;
   float* sigma = w.sigma.view().data;
-  const double per_px = depth.disparity_per_inverse_depth_px > 0 ? 1.0 / depth.disparity_per_inverse_depth_px : 0;
+  const double per_px = depth_.disparity_per_inverse_depth_px > 0 ? 1.0 / depth_.disparity_per_inverse_depth_px : 0;
   const float unit = static_cast<float>(per_px) * px_per_sigma_code;
   for (std::size_t i = 0; i < codes.area(); ++i) {
     // A supported depth has no relief of its own.
     const bool measured = codes.data[i] != 0 && sigma_code[i] <= sigma_code_largest;
     sigma[i] = measured ? static_cast<float>(sigma_code[i]) * unit : 0.0F;
   }
-  const RichnessParams params = richness_params(mission_);
-  double index = 0;
-  ILP_TRY(score_richness(camera_, w.image.view(), w.inverse_depth.view(), w.sigma.view(), w.maps.mask.view(), params,
-                         state_.history, w.richness, cues, index));
-  record.richness = index;
-  record.images_learned = state_.history.count;
-  fill(cues, params, record);
+  begin_richness(w.richness, w.cues);
   return {};
 }
 
-StepResult RichnessScorer::step() {
-  if (mission_.safe_mode) return {};
-  DepthRecord depth;
-  const Status found = next(store_, cursor_.first, depth);
+Status RichnessScorer::score() {
+  auto& w = scratch_.as<Workspace>();
+  const RichnessParams params = richness_params(mission_);
+  double index = 0;
+  bool more = false;
+  ILP_TRY(score_richness_slice(camera_, w.image.view(), w.inverse_depth.view(), w.sigma.view(), w.maps.mask.view(),
+                               params, state_.history, w.richness, w.cues, index, more));
+  if (more) return {};
+  record_.richness = index;
+  record_.images_learned = state_.history.count;
+  fill(w.cues, params, record_);
+  phase_ = Phase::record;
+  return {};
+}
+
+Status RichnessScorer::advance() {
+  switch (phase_) {
+    case Phase::image:
+      phase_ = Phase::maps;
+      return load_image();
+    case Phase::maps:
+      phase_ = Phase::depth;
+      return load_maps(store_, depth_, scratch_.as<Workspace>().maps);
+    case Phase::depth:
+      phase_ = Phase::cues;
+      return decode_maps();
+    case Phase::cues:
+      return score();
+    case Phase::idle:
+    case Phase::record:
+      break;
+  }
+  return {};
+}
+
+StepResult RichnessScorer::record(const Status& scored) {
+  phase_ = Phase::idle;
+  State after = state_;
+  if (scored.ok() && !patience_.given_up(depth_.id)) {
+    learn(scratch_.as<Workspace>().cues, richness_params(mission_), after.history);
+  }
+  StepTransaction transaction(store_, checkpoint);
+  Status status = transaction.begin();
+  if (status.ok()) status = put(store_, record_);
+  if (status.ok()) status = transaction.commit({depth_.id, cursor_.second}, after, cursor_, state_);
+  if (!status.ok()) return {status, false};
+  return {scored, true};
+}
+
+StepResult RichnessScorer::pick() {
+  const Status found = next(store_, cursor_.first, depth_);
   if (found.is(StatusCode::not_found)) return {};
   const bool damaged = found.is(StatusCode::record_damaged);
-  if (damaged) depth.id = found.a;
+  if (damaged) {
+    depth_ = {};
+    depth_.id = found.a;
+  }
   if (!found.ok() && !damaged) return {found, false};
   // Until its place is on record the mask may still lose ground that was seen before.
   std::int64_t placed_id = 0;
   const Status placed = newest_id<PlaceRecord>(store_, placed_id);
-  if (!placed.ok() || placed_id < depth.id) return {placed, false};
+  if (!placed.ok() || placed_id < depth_.id) return {placed, false};
+  record_ = {};
+  record_.id = depth_.id;
+  record_.strip_id = depth_.strip_id;
+  if (damaged || patience_.given_up(depth_.id)) return record(found);
+  phase_ = Phase::image;
+  return {{}, true, Then::keep};
+}
 
-  RichnessRecord record;
-  record.id = depth.id;
-  record.strip_id = depth.strip_id;
-  RichnessCues cues;
-  Status scored = found;
-  if (!damaged && !patience_.given_up(depth.id)) {
-    scored = score(depth, record, cues);
-    if (!scored.ok() && is_transient(scored)) return patience_.failed(depth.id, scored);
-  }
-  const bool known = scored.ok() && !patience_.given_up(depth.id);
-  State after = state_;
-  if (known) learn(cues, richness_params(mission_), after.history);
-
-  StepTransaction transaction(store_, checkpoint);
-  Status status = transaction.begin();
-  if (status.ok()) status = put(store_, record);
-  if (status.ok()) status = transaction.commit({depth.id, cursor_.second}, after, cursor_, state_);
-  if (!status.ok()) return {status, false};
-  return {scored, true};
+StepResult RichnessScorer::step() {
+  if (mission_.safe_mode) phase_ = Phase::idle;
+  if (mission_.safe_mode) return {};
+  if (phase_ == Phase::idle) return pick();
+  if (phase_ == Phase::record) return record({});
+  const Status status = advance();
+  if (status.ok()) return {{}, true, Then::keep};
+  return is_transient(status) ? patience_.failed(depth_.id, status) : record(status);
 }
 
 }  // namespace ilp

@@ -15,7 +15,8 @@ namespace ilp {
 /// The weights of this mission.
 [[nodiscard]] RichnessParams richness_params(const MissionParameters& mission);
 
-/// A keyframe whose image or maps cannot be read is rated 0. If the checkpoint is older than the records, the history
+/// Processes one keyframe at a time, in slices: its image, its maps, the depths in them, and its cues. A keyframe whose
+/// image or maps cannot be read is rated 0. If the checkpoint is older than the records, the history
 /// misses those keyframes.
 class RichnessScorer final : public StageComponent<ComponentId::richness_scorer> {
  public:
@@ -26,6 +27,7 @@ class RichnessScorer final : public StageComponent<ComponentId::richness_scorer>
     MapBuffers maps;
     FixedImage<float, limits::max_image_pixels> inverse_depth, sigma;
     RichnessWorkspace richness;
+    RichnessCues cues;
   };
   using Scratch = StepScratch<Workspace>;
 
@@ -34,7 +36,7 @@ class RichnessScorer final : public StageComponent<ComponentId::richness_scorer>
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_, state_).of(*this).at_work(patience_, camera_).changed_by_commits();
+    return LastingMemory(cursor_, state_).of(*this).at_work(patience_, phase_).changed_by_commits();
   }
 
  private:
@@ -42,7 +44,14 @@ class RichnessScorer final : public StageComponent<ComponentId::richness_scorer>
     RichnessHistory history;
   };
 
-  Status score(const DepthRecord& depth, RichnessRecord& record, RichnessCues& cues);
+  enum class Phase : std::uint8_t { idle, image, maps, depth, cues, record };
+
+  StepResult pick();
+  Status load_image();
+  Status decode_maps();
+  Status score();
+  Status advance();
+  StepResult record(const Status& scored);
 
   Tables store_;
   const MissionParameters& mission_;
@@ -51,6 +60,10 @@ class RichnessScorer final : public StageComponent<ComponentId::richness_scorer>
   State state_;
   Patience patience_;
   CameraModel camera_;
+  // The keyframe at work; a restart drops it.
+  DepthRecord depth_;
+  RichnessRecord record_;
+  Phase phase_ = Phase::idle;
 };
 
 }  // namespace ilp

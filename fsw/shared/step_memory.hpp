@@ -1,5 +1,6 @@
-// Memory that a stage needs within one step and carries to no other. All stages share one region of it, because the
-// executive runs one step at a time.
+// Memory that a stage needs for one piece of work and carries to no other. All stages share one region of it, because
+// the executive lets one of them work in it at a time. Work that is too long for a step takes several: all but the last
+// one return Then::keep (fsw/executive/component.hpp).
 #pragma once
 
 #include <algorithm>
@@ -8,19 +9,30 @@
 #include <new>
 #include <type_traits>
 
+#include "cfg/schedule.hpp"
+
 namespace ilp {
 
 inline constexpr std::size_t step_memory_alignment = 64;
 
+/// The row of a stage says that it uses this memory; a class without a row is a part of a stage.
+template <typename User>
+[[nodiscard]] constexpr bool may_use_step_memory() {
+  if constexpr (requires { User::component_id; }) return stage_of(User::component_id).step_memory;
+  return true;
+}
+
 /// The region, large enough for the scratch of each of these stages (their member type `Scratch`).
 template <typename... Stages>
 struct StepMemory {
+  static_assert((may_use_step_memory<Stages>() && ...), "the executive must know it: see Stage::step_memory");
   static constexpr std::size_t size = std::max({Stages::Scratch::bytes...});
   alignas(step_memory_alignment) std::array<std::byte, size> bytes;
 };
 
 /// A stage's view of the region: it holds one of these types at a time. A type is plain memory. It begins with what the
-/// stages before have left there, so its user writes all that it reads; `StageReplay` puts rubbish there between steps.
+/// stages before have left there, so its user writes all that it reads; `StageReplay` puts rubbish there between steps,
+/// except after Then::keep.
 template <typename... Types>
 class StepScratch {
   static_assert((std::is_trivially_destructible_v<Types> && ...), "nothing is destroyed when a step ends");
@@ -35,7 +47,7 @@ class StepScratch {
     static_assert(StepMemory<Stages...>::size >= bytes, "the region is too small for this stage");
   }
 
-  /// What an earlier call in this step returned must not be used any more.
+  /// What an earlier call for another type returned must not be used any more.
   template <typename T>
   [[nodiscard]] T& as() const {
     static_assert((std::is_same_v<T, Types> || ...), "the stage's Scratch does not name this type");

@@ -159,10 +159,16 @@ Status DenseMatcher::pick(bool& picked) {
   if (!decided) return {};
   picked = true;
   if (!has_partner) return record_without_depth(pose, DepthVerdict::no_partner);
+  pose_ = pose;
+  phase_ = Phase::begin;
+  return {};
+}
+
+Status DenseMatcher::begin() {
   DepthVerdict verdict = DepthVerdict::ok;
-  const Status warning = begin_with_partner(pose, verdict);
+  const Status warning = begin_with_partner(pose_, verdict);
   if (!warning.ok() && !warning.is(StatusCode::disparity_range_exceeded)) return warning;
-  if (verdict != DepthVerdict::ok) return record_without_depth(pose, verdict);
+  if (verdict != DepthVerdict::ok) return record_without_depth(pose_, verdict);
   return warning;
 }
 
@@ -186,7 +192,11 @@ Status DenseMatcher::resample_band() {
 Status DenseMatcher::match_band() {
   bool more = false;
   ILP_TRY(matcher_.step(band_rows, more));
-  if (more) return {};
+  if (!more) phase_ = Phase::residuals;
+  return {};
+}
+
+Status DenseMatcher::check_rows() {
   add_vertical_residuals(rectified_left_.view(), rectified_right_.view(), valid_right_.view(), disparity_.view(),
                          disparity_sigma_.view(), residual_);
   phase_ = Phase::depth;
@@ -220,7 +230,6 @@ void DenseMatcher::state_geometry(DepthRecord& record) {
 }
 
 Status DenseMatcher::state_errors() {
-  RecordWorkspace& w = work_.record;
   if (residual_.count >= min_vertical_residuals && residual_.median_px() > max_vertical_residual_px) {
     return give_up_partner(DepthVerdict::rectification_impossible,
                            {StatusCode::rectification_impossible, pose_.id, poses_contradict_images});
@@ -233,6 +242,12 @@ Status DenseMatcher::state_errors() {
   record_.disparity_per_inverse_depth_px = plan_.disparity_per_inverse_depth_px;
   drop_uncertain_depths(mission_.largest_depth_sigma, {inverse_depth_.view(), sigma_.view()});
   state_geometry(record_);
+  phase_ = Phase::quality;
+  return {};
+}
+
+Status DenseMatcher::state_quality() {
+  RecordWorkspace& w = work_.record;
   ILP_TRY(w.sigma_code.resize(camera_.width, camera_.height));
   code_sigma(static_cast<const ImageBuffer<float>&>(sigma_).view(), record_.disparity_per_inverse_depth_px,
              w.sigma_code.view().data);
@@ -241,7 +256,7 @@ Status DenseMatcher::state_errors() {
   return seen_cells(inverse_depth_.view(), sigma_.view(), camera_.fx, 1, now_);
 }
 
-/// The mask of the ground that is new, and the depths in it.
+/// The mask of the ground that is new.
 Status DenseMatcher::claim_ground() {
   RecordWorkspace& w = work_.record;
   after_ = state_;
@@ -254,18 +269,31 @@ Status DenseMatcher::claim_ground() {
   if (counts.matched < smallest_matched_share * area) {
     return give_up_partner(DepthVerdict::too_few_valid, {});
   }
+  record_.valid = counts.matched;
+  record_.newly_seen = counts.newly_seen;
+  phase_ = Phase::coding;
+  return {};
+}
+
+Status DenseMatcher::choose_coding() {
+  const RecordWorkspace& w = work_.record;
   DepthCoding coding;
   ILP_TRY(choose_depth_coding(inverse_depth_.view(), sigma_.view(), w.mask.view(),
                               plan_.disparity_per_inverse_depth_px / plan_.baseline, plan_.baseline,
                               1.0 / mission_.depth_step_px, coding));
-  ILP_TRY(encode_depth(inverse_depth_.view(), sigma_.view(), w.mask.view(), coding, w.codes.view()));
   record_.offset = coding.offset;
   record_.step = coding.step;
-  record_.valid = counts.matched;
-  record_.newly_seen = counts.newly_seen;
+  phase_ = Phase::codes;
+  return {};
+}
+
+Status DenseMatcher::code_depth() {
+  RecordWorkspace& w = work_.record;
+  ILP_TRY(encode_depth(inverse_depth_.view(), sigma_.view(), w.mask.view(), {record_.offset, record_.step},
+                       w.codes.view()));
   state_median_sigma(record_);
-  phase_ = Phase::record;
-  return code_mask(record_);
+  phase_ = Phase::mask_code;
+  return {};
 }
 
 void DenseMatcher::state_median_sigma(DepthRecord& record) {
@@ -281,15 +309,28 @@ void DenseMatcher::state_median_sigma(DepthRecord& record) {
   record.sigma.bytes = static_cast<std::uint32_t>(sigma_codes.area());
 }
 
-Status DenseMatcher::record_depth() {
-  RecordWorkspace& w = work_.record;
+PairGround DenseMatcher::ground() const {
+  return {inverse_depth_.view(), sigma_.view(), work_.record.mask.view(), now_};
+}
+
+Status DenseMatcher::begin_carry() {
   after_ = state_;
   ILP_TRY(use_coverage_of(pose_.id));
   ILP_TRY(cover_passed(pose_.id, next_.id, true));
+  phase_ = Phase::coverage;
+  return begin_carrying(camera_, ground(), work_.record.coverage, after_.coverage);
+}
+
+Status DenseMatcher::carry_ground() {
   const RigidTransform next_from_this =
       compose(cam_from_world(pose_of(next_)), inverse(cam_from_world(pose_of(pose_))));
-  const PairGround ground{inverse_depth_.view(), sigma_.view(), w.mask.view(), now_};
-  ILP_TRY(carry_coverage(camera_, ground, next_from_this, w.coverage, after_.coverage));
+  bool more = false;
+  ILP_TRY(carry_coverage_slice(camera_, ground(), next_from_this, work_.record.coverage, after_.coverage, more));
+  if (!more) phase_ = Phase::record;
+  return {};
+}
+
+Status DenseMatcher::record_depth() {
   ILP_TRY(measure_cells(record_));
   return write(record_, next_.id);
 }
@@ -460,35 +501,54 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
   return {};
 }
 
-StepResult DenseMatcher::step() {
-  if (mission_.safe_mode) return {};
-  Status status;
-  bool pending = true;
+Status DenseMatcher::advance(bool& picked) {
   switch (phase_) {
     case Phase::idle:
-      status = pick(pending);
-      if (status.is(StatusCode::disparity_range_exceeded)) return {status, true};
-      break;
+      return pick(picked);
+    case Phase::begin:
+      return begin();
     case Phase::resample:
-      status = resample_band();
-      break;
+      return resample_band();
     case Phase::match:
-      status = match_band();
-      break;
+      return match_band();
+    case Phase::residuals:
+      return check_rows();
     case Phase::depth:
-      status = depth_band();
-      break;
+      return depth_band();
     case Phase::errors:
+      return state_errors();
+    case Phase::quality:
+      return state_quality();
     case Phase::mask:
+      return claim_ground();
+    case Phase::coding:
+      return choose_coding();
+    case Phase::codes:
+      return code_depth();
+    case Phase::mask_code:
+      phase_ = Phase::passed;
+      return code_mask(record_);
+    case Phase::passed:
+      return begin_carry();
+    case Phase::coverage:
+      return carry_ground();
     case Phase::record:
-      status = phase_ == Phase::errors ? state_errors() : phase_ == Phase::mask ? claim_ground() : record_depth();
-      // Of the pair, or of the next one that takes its place.
-      if (status.is(StatusCode::rectification_impossible) || status.is(StatusCode::disparity_range_exceeded)) {
-        return {status, true};
-      }
-      break;
+      return record_depth();
   }
+  return {};
+}
+
+StepResult DenseMatcher::step() {
+  if (mission_.safe_mode) return {};
+  bool pending = true;
+  const Phase phase = phase_;
+  const Status status = advance(pending);
   if (status.ok()) return {{}, pending};
+  // Of the pair, or of the next one that takes its place.
+  const bool of_pair = phase == Phase::begin || phase >= Phase::errors;
+  if (of_pair && (status.is(StatusCode::rectification_impossible) || status.is(StatusCode::disparity_range_exceeded))) {
+    return {status, true};
+  }
   return patience_.failed(cursor_.first + 1, status);
 }
 

@@ -48,7 +48,23 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   }
 
  private:
-  enum class Phase : std::uint8_t { idle, resample, match, depth, errors, mask, record };
+  enum class Phase : std::uint8_t {
+    idle,
+    begin,
+    resample,
+    match,
+    residuals,
+    depth,
+    errors,
+    quality,
+    mask,
+    coding,
+    codes,
+    mask_code,
+    passed,
+    coverage,
+    record
+  };
 
   struct State {
     std::int64_t coverage_keyframe_id = 0;  ///< the keyframe of this coverage; any other has none
@@ -77,17 +93,26 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   };
 
   Status pick(bool& picked);
+  Status begin();
   Status find_partner(const PoseRecord& pose, bool& decided, bool& found);
   Status begin_with_partner(const PoseRecord& pose, DepthVerdict& verdict);
   Status begin_pair(const PoseRecord& pose, DepthVerdict& verdict);
   Status begin_panel();
   Status resample_band();
   Status match_band();
+  Status check_rows();
   Status depth_band();
   [[nodiscard]] const RectifiedPanel& panel() const { return plan_.panels[panel_]; }
   Status state_errors();
+  Status state_quality();
   Status claim_ground();
+  Status choose_coding();
+  Status code_depth();
+  [[nodiscard]] PairGround ground() const;
+  Status begin_carry();
+  Status carry_ground();
   Status record_depth();
+  Status advance(bool& picked);
   Status give_up_partner(DepthVerdict verdict, Status reported);
   Status record_without_depth(const PoseRecord& pose, DepthVerdict verdict);
   Status record_given_up();

@@ -85,13 +85,15 @@ class Replay {
     }
   }
 
-  /// Other stages have used the memory that they share since the stage's previous step. The scrubber, which steps many
-  /// times, has none.
+  /// Other stages have used the memory that they share since the stage's previous step, unless that one keeps it. The
+  /// scrubber, which steps many times, has none.
   StepResult step() {
     rubbish_ = rubbish_ * 5 + 1;
-    if (stage_ != ComponentId::scrubber)
+    if (stage_ != ComponentId::scrubber && !keeps_)
       std::memset(&step_memory_->bytes, static_cast<int>(rubbish_ >> 24U), step_memory_->bytes.size());
-    return component().step();
+    const StepResult result = component().step();
+    keeps_ = result.then == Then::keep;
+    return result;
   }
 
   /// The scrubber reads what belongs to the time since its previous step.
@@ -134,6 +136,7 @@ class Replay {
     camera_.go_to(camera_mark_);
     object_.reset();
     object_.emplace(stage_, lab::StageWorld{store_, clock_, mission_, &camera_, &link_}, *step_memory_);
+    keeps_ = false;
   }
   [[nodiscard]] Component& component() { return object_->component(); }
 
@@ -153,7 +156,7 @@ class Replay {
   std::unique_ptr<lab::RangeMemory> step_memory_ = std::make_unique<lab::RangeMemory>();
   std::optional<lab::StageObject> object_;
   std::uint32_t rubbish_ = 1;
-  bool cutting_ = false;
+  bool cutting_ = false, keeps_ = false;
   std::vector<Writes> written_;
   std::vector<const Writes*> expected_;
   std::size_t compared_ = 0;

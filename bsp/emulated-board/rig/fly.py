@@ -26,6 +26,7 @@ DATA_DISK_MIB = 512
 KILL_AFTER_S = (0.5, 20)  # of the start of the board
 FEEDER_BEGINS = r"^feeder: .* UTC (\d+) ns"
 LISTENS = "packets over TCP at"
+PING_MS = 331  # no multiple of the minor frame, so that pings meet all of it
 # For flights of which not the computation matters but what is kept.
 SMALL_PICTURES = ["camera.width=320", "camera.height=240", "camera.fx=275", "camera.fy=275", "camera.cx=-1",
                   "camera.cy=-1", "flight.interval_s=1", "flight.drift_m_s=5"]
@@ -46,7 +47,7 @@ def parser(name, text):
     made.add_argument("--images", help="folder of kernel and initramfs (build/board)",
                       default=images.BUILT)
     made.add_argument("--seed", type=int, default=1, help="seed of the instants at which the power fails")
-    made.set_defaults(recorded=True, kills=0, write_log=False, disk_mib=DATA_DISK_MIB)
+    made.set_defaults(recorded=True, kills=0, write_log=False, ping=False, disk_mib=DATA_DISK_MIB)
     return made
 
 
@@ -55,6 +56,8 @@ def parse():
     made.add_argument("--recorded", action="store_true", default=False,
                       help="read the strip from the disk, not through the camera")
     made.add_argument("--kills", type=int, default=0, help="number of times that the board is killed and started again (0)")
+    made.add_argument("--ping", action="store_true",
+                      help="ask the flight three times a second whether it is alive, and print the longest time to the answer")
     options = made.parse_args()
     if options.kills and not options.recorded:
         made.error("--kills wants --recorded: the camera does not wait for the board")
@@ -111,8 +114,9 @@ class Flight:
 
     def commands(self):
         feeder = "" if self.options.recorded else f"with feeder /dev/video0 /dev/video1 /frames/index.txt {LEAD_S}\n"
+        pinger = f"with pinger 10.0.2.15 {rig.LINK_PORT} {PING_MS}\n" if self.options.ping else ""
         source = "--index /frames/index.txt" if self.options.recorded else "--v4l2 /dev/video0,format=GREY"
-        return (f'{feeder}{self.before}run ilp-onboard {source} --camera "{self.strip.camera()}" '
+        return (f'{feeder}{pinger}{self.before}run ilp-onboard {source} --camera "{self.strip.camera()}" '
                 f"--database /data/flight.db --mission /flight/mission.ini --link-tcp 10.0.2.15:{rig.LINK_PORT} "
                 f"--trap-heap {self.more_options}\n")
 
@@ -181,6 +185,9 @@ class Flight:
         if not ended or ended[-1][1] != "with 0":
             raise rig.BoardError(f"ilp-onboard did not end well:\n{board.tail()}")
         self.strip_begin_ns = [int(match[1]) for match in board.lines(FEEDER_BEGINS)]
+        pings = board.lines(r"^pings (\d+) lost (\d+) longest_ms (\S+) ")
+        if pings:
+            print(f"{pings[-1][1]} pings, {pings[-1][2]} without an answer, the longest took {pings[-1][3]} ms", flush=True)
         names = {name for name, _, _, _ in self.held}
         print(f"flown in {time.monotonic() - self.begin:.0f} s; {len(names)} files on the ground", flush=True)
 

@@ -257,8 +257,11 @@ void CalibrationChecker::step(bool& pending) {
       }
       break;
     case Phase::readjust:
-      adjust(0, Phase::verify);
-      if (phase_ == Phase::verify) state_covariance();
+      adjust(0, Phase::covariance);
+      break;
+    case Phase::covariance:
+      phase_ = Phase::verify;
+      state_covariance();
       break;
     case Phase::verify:
       if (slice_ < verification_slices(setup_.views)) {

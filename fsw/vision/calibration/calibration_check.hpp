@@ -54,7 +54,7 @@ class CalibrationChecker {
   [[nodiscard]] const CalibrationCheck& result() const { return check_; }
 
  private:
-  enum class Phase : std::uint8_t { idle, look, adjust, readjust, verify };
+  enum class Phase : std::uint8_t { idle, look, adjust, readjust, covariance, verify };
 
   void look();
   void adjust(double robust, Phase next);

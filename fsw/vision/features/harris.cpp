@@ -11,6 +11,7 @@ namespace {
 // Sobel reaches one pixel, the binomial window two more.
 constexpr std::int32_t reach_px = 3;
 constexpr std::int32_t corners_per_bucket = 8;
+constexpr std::int32_t rows_of_a_slice = 160;
 
 // Sobel: derivative along one axis, [1 2 1] along the other. Magnitude at most 4 * 255.
 void sobel_row(GrayView image, std::int32_t y, HarrisWorkspace& w) {
@@ -60,10 +61,9 @@ float response_row(std::int32_t width, std::int32_t y, float kappa, const Harris
   return *std::max_element(out + reach_px, out + width - reach_px);
 }
 
-// Response of the whole image except a margin of reach_px; returns the strongest.
-float compute_response(GrayView image, float kappa, HarrisWorkspace& w) {
-  float strongest = 0;
-  for (std::int32_t y = 1; y < image.height - 1; ++y) {
+// Response of the next rows, without a margin of reach_px around the image.
+void compute_response(GrayView image, float kappa, std::int32_t end, HarrisWorkspace& w) {
+  for (std::int32_t y = w.next_row; y < end; ++y) {
     sobel_row(image, y, w);
     const std::size_t slot = static_cast<std::size_t>(y) % HarrisWorkspace::window;
     const std::int16_t* const gx = w.gradient_x.data();
@@ -74,9 +74,9 @@ float compute_response(GrayView image, float kappa, HarrisWorkspace& w) {
     const std::int32_t centre = y - 2;
     if (centre < reach_px) continue;
     float* const out = w.response.data() + static_cast<std::ptrdiff_t>(centre) * image.width;
-    strongest = std::max(strongest, response_row(image.width, centre, kappa, w, out));
+    w.strongest = std::max(w.strongest, response_row(image.width, centre, kappa, w, out));
   }
-  return strongest;
+  w.next_row = end;
 }
 
 struct Region {
@@ -211,9 +211,37 @@ Corner refine_position(const ImageView<const float>& response, const CornerCandi
   return {static_cast<float>(c.x) + dx, static_cast<float>(c.y) + dy, c.response / strongest};
 }
 
+// One more than the response's reach, because the fit needs the neighbours of a corner.
+Region inner_region(GrayView image, const HarrisParams& params) {
+  const std::int32_t border = std::max(params.border_px, reach_px + 1);
+  return {border, border, image.width - border, image.height - border};
+}
+
+Status choose_corners(GrayView image, const HarrisParams& params, HarrisWorkspace& w, Corners& corners) {
+  const Region valid{reach_px, reach_px, image.width - reach_px, image.height - reach_px};
+  // White noise of variance s^2 has Sobel gradients of variance 12 s^2, and the window weighs 256.
+  const float noise_tensor = 256 * 12 * params.noise_grey_levels * params.noise_grey_levels;
+  const float noise_response = (1 - 4 * params.kappa) * noise_tensor * noise_tensor;
+  const float threshold = std::max(params.relative_threshold * w.strongest, noise_response);
+  const ImageView<const float> response(w.response.data(), image.width, image.height);
+  const std::size_t count =
+      find_maxima(response, inner_region(image, params), valid, params.min_distance_px, threshold, w);
+
+  const Buckets buckets = choose_buckets(image, params.target_count);
+  sort_into_buckets(buckets, count, w);
+  share_out(buckets, static_cast<std::uint32_t>(params.target_count), w);
+  for (std::size_t b = 0; b < buckets.count(); ++b) {
+    for (std::uint32_t i = 0; i < w.bucket_taken[b]; ++i) {
+      const Corner corner = refine_position(response, w.sorted[w.bucket_begin[b] + i], w.strongest);
+      ILP_ASSERT(corners.push_back(corner), corners.size());
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
-Status detect_corners(GrayView image, const HarrisParams& params, HarrisWorkspace& w, Corners& corners) {
+Status begin_corners(GrayView image, const HarrisParams& params, HarrisWorkspace& w, Corners& corners) {
   corners.clear();
   if (params.target_count < 1 || params.target_count > static_cast<std::int32_t>(limits::max_corners)) {
     return {StatusCode::invalid_argument, 1, params.target_count};
@@ -225,29 +253,27 @@ Status detect_corners(GrayView image, const HarrisParams& params, HarrisWorkspac
   if (image.area() > limits::max_image_pixels || std::max(image.width, image.height) > limits::max_image_side) {
     return {StatusCode::image_too_large, image.width, image.height};
   }
-  // One more than the response's reach, because the fit needs the neighbours of a corner.
-  const std::int32_t border = std::max(params.border_px, reach_px + 1);
-  const Region inner{border, border, image.width - border, image.height - border};
-  const Region valid{reach_px, reach_px, image.width - reach_px, image.height - reach_px};
+  w.next_row = 1;
+  w.strongest = 0;
+  return {};
+}
+
+Status detect_corners_slice(GrayView image, const HarrisParams& params, HarrisWorkspace& w, Corners& corners,
+                            bool& more) {
+  more = false;
+  const Region inner = inner_region(image, params);
   if (inner.x1 <= inner.x0 || inner.y1 <= inner.y0) return {};
+  const std::int32_t last = image.height - 1;
+  if (w.next_row >= last) return choose_corners(image, params, w, corners);
+  compute_response(image, params.kappa, std::min(w.next_row + rows_of_a_slice, last), w);
+  more = true;
+  return {};
+}
 
-  const float strongest = compute_response(image, params.kappa, w);
-  // White noise of variance s^2 has Sobel gradients of variance 12 s^2, and the window weighs 256.
-  const float noise_tensor = 256 * 12 * params.noise_grey_levels * params.noise_grey_levels;
-  const float noise_response = (1 - 4 * params.kappa) * noise_tensor * noise_tensor;
-  const float threshold = std::max(params.relative_threshold * strongest, noise_response);
-  const ImageView<const float> response(w.response.data(), image.width, image.height);
-  const std::size_t count = find_maxima(response, inner, valid, params.min_distance_px, threshold, w);
-
-  const Buckets buckets = choose_buckets(image, params.target_count);
-  sort_into_buckets(buckets, count, w);
-  share_out(buckets, static_cast<std::uint32_t>(params.target_count), w);
-  for (std::size_t b = 0; b < buckets.count(); ++b) {
-    for (std::uint32_t i = 0; i < w.bucket_taken[b]; ++i) {
-      const Corner corner = refine_position(response, w.sorted[w.bucket_begin[b] + i], strongest);
-      ILP_ASSERT(corners.push_back(corner), corners.size());
-    }
-  }
+Status detect_corners(GrayView image, const HarrisParams& params, HarrisWorkspace& w, Corners& corners) {
+  ILP_TRY(begin_corners(image, params, w, corners));
+  bool more = true;
+  while (more) ILP_TRY(detect_corners_slice(image, params, w, corners, more));
   return {};
 }
 

@@ -24,4 +24,10 @@ struct HarrisWorkspace;  // defined in harris_workspace.hpp: a component owns on
 /// (1 target count, 2 distance, 3 kappa), `image_too_large`.
 Status detect_corners(GrayView image, const HarrisParams& params, HarrisWorkspace& workspace, Corners& corners);
 
+/// The same in slices: one call of begin_corners, then of detect_corners_slice with the same arguments while `more` is
+/// true. A slice computes the response of a band of rows; the last one chooses the corners.
+Status begin_corners(GrayView image, const HarrisParams& params, HarrisWorkspace& workspace, Corners& corners);
+Status detect_corners_slice(GrayView image, const HarrisParams& params, HarrisWorkspace& workspace, Corners& corners,
+                            bool& more);
+
 }  // namespace ilp

@@ -1,5 +1,7 @@
 #include "fsw/vision/features/matcher.hpp"
 
+#include <algorithm>
+
 #include "fsw/base/math.hpp"
 #include "fsw/vision/features/match_steps.hpp"
 
@@ -8,87 +10,153 @@ namespace {
 
 constexpr std::uint16_t none = MatcherWorkspace::none;
 
-void extract_patches(const SmoothView& a, const Corners& corners_a, const SmoothView& b, const Corners& corners_b,
-                     const double (&h)[9], std::int32_t side, MatcherWorkspace& w) {
-  for (std::size_t i = 0; i < corners_a.size(); ++i) {
-    w.usable_a[i] = predict(h, corners_a[i], w.predicted[i]) && extract_warped_patch(a, corners_a[i], i, side, w);
-    w.best_a[i] = {0, 0, none};
-  }
-  for (std::size_t i = 0; i < corners_b.size(); ++i) {
-    const Corner& c = corners_b[i];
-    w.usable_b[i] = extract_patch(b, c.x, c.y, {}, side, min_patch_stddev_grey, w.patches_b[i]);
-    w.best_b[i] = {0, 0, none};
-  }
+using Part = MatcherWorkspace::Part;
+
+// A slice takes about 10 ms on a processor of 1000 MIPS.
+constexpr std::size_t patches_of_a_slice = 700;
+constexpr std::size_t searches_of_a_slice = 300;
+constexpr std::size_t refinements_of_a_slice = 150;
+
+/// What the parts work on.
+struct Pair {
+  GrayView image_a, image_b;
+  const Corners& corners_a;
+  const Corners& corners_b;
+  const double (&plane)[9];
+  const MatcherParams& params;
+  MatcherWorkspace& w;
+  Corners* tracked_b;  ///< corners_b, if corners without a partner are followed into image b
+
+  [[nodiscard]] SmoothView a() const { return {w.smooth_a.data(), image_a.width, image_a.height}; }
+  [[nodiscard]] SmoothView b() const { return {w.smooth_b.data(), image_b.width, image_b.height}; }
+};
+
+void extract_from_a(const Pair& pair, std::size_t i) {
+  MatcherWorkspace& w = pair.w;
+  const Corner& c = pair.corners_a[i];
+  w.usable_a[i] =
+      predict(pair.plane, c, w.predicted[i]) && extract_warped_patch(pair.a(), c, i, pair.params.patch_side_px, w);
+  w.best_a[i] = {0, 0, none};
 }
 
-// Correlates every corner of a with all corners of b around its predicted position.
-void search(const Corners& corners_a, const Corners& corners_b, const MatcherParams& params, MatcherWorkspace& w) {
-  for (std::size_t i = 0; i < corners_a.size(); ++i) {
-    if (!w.usable_a[i]) continue;
-    const auto compare = [&](std::size_t j, float) {
-      const std::int32_t score = correlate(w.patches_a[i], w.patches_b[j], params.patch_side_px);
-      offer(score, j, w.best_a[i]);
-      offer(score, i, w.best_b[j]);
-    };
-    for_each_near(w.grid_b, corners_b, w.predicted[i].x, w.predicted[i].y, params.search_radius_px, compare);
-  }
+void extract_from_b(const Pair& pair, std::size_t i) {
+  MatcherWorkspace& w = pair.w;
+  const Corner& c = pair.corners_b[i];
+  w.usable_b[i] =
+      extract_patch(pair.b(), c.x, c.y, {}, pair.params.patch_side_px, min_patch_stddev_grey, w.patches_b[i]);
+  w.best_b[i] = {0, 0, none};
 }
 
-// Fills match_of_a, matched_a and matched_b with the mutual best.
-void match_mutual_best(const Corners& corners_a, const Corners& corners_b, const SmoothView& a, const SmoothView& b,
-                       const MatcherParams& params, MatcherWorkspace& w) {
-  w.matched_a.fill(false);
-  w.matched_b.fill(false);
-  for (std::size_t i = 0; i < corners_a.size(); ++i) {
-    const std::uint16_t j = w.best_a[i].other;
-    if (j == none || w.best_b[j].other != i) continue;
-    if (!unambiguous(w.best_a[i], params.min_score, params.max_second_ratio) ||
-        !unambiguous(w.best_b[j], params.min_score, params.max_second_ratio)) {
-      continue;
-    }
-    Match& match = w.match_of_a[i];
-    if (!refine_match(i, corners_a[i], corners_b[j].x, corners_b[j].y, params.min_score, a, b, params, w, match))
-      continue;
-    match.b = j;
-    w.matched_a[i] = w.matched_b[j] = true;
-  }
+// Correlates a corner of a with all corners of b around its predicted position.
+void search(const Pair& pair, std::size_t i) {
+  MatcherWorkspace& w = pair.w;
+  if (!w.usable_a[i]) return;
+  const auto compare = [&](std::size_t j, float) {
+    const std::int32_t score = correlate(w.patches_a[i], w.patches_b[j], pair.params.patch_side_px);
+    offer(score, j, w.best_a[i]);
+    offer(score, i, w.best_b[j]);
+  };
+  for_each_near(w.grid_b, pair.corners_b, w.predicted[i].x, w.predicted[i].y, pair.params.search_radius_px, compare);
 }
 
-// Tracks corners of a without a match from the place that their neighbours predict.
-void track_unmatched(GrayView image_a, const Corners& corners_a, Corners& corners_b, const SmoothView& a,
-                     const SmoothView& b, const MatcherParams& params, MatcherWorkspace& w) {
-  fill_grid(image_a, corners_a, w.matched_a, w.grid_a);
-  const std::size_t first_new = corners_b.size();
-  for (std::size_t i = 0; i < corners_a.size(); ++i) {
-    if (w.matched_a[i] || !w.usable_a[i]) continue;
-    LocalDeviation deviation;
-    if (!local_deviation(corners_a[i], corners_a, w, deviation)) continue;
-    const float x = w.predicted[i].x + deviation.x, y = w.predicted[i].y + deviation.y;
-    Match& match = w.match_of_a[i];
-    if (!refine_match(i, corners_a[i], x, y, params.min_tracked_score, a, b, params, w, match)) continue;
-    match.b = corner_at(match.xb, match.yb, first_new, corners_b, w);
-    if (match.b == none) continue;
-    w.matched_a[i] = w.matched_b[match.b] = true;
+// Fills match_of_a, matched_a and matched_b if a corner of a and one of b are mutually the best.
+void match_mutual_best(const Pair& pair, std::size_t i) {
+  MatcherWorkspace& w = pair.w;
+  const MatcherParams& params = pair.params;
+  const std::uint16_t j = w.best_a[i].other;
+  if (j == none || w.best_b[j].other != i) return;
+  if (!unambiguous(w.best_a[i], params.min_score, params.max_second_ratio) ||
+      !unambiguous(w.best_b[j], params.min_score, params.max_second_ratio)) {
+    return;
   }
+  Match& match = w.match_of_a[i];
+  const Corner& b = pair.corners_b[j];
+  if (!refine_match(i, pair.corners_a[i], b.x, b.y, params.min_score, pair.a(), pair.b(), params, w, match)) return;
+  match.b = j;
+  w.matched_a[i] = w.matched_b[j] = true;
 }
 
-/// Matches the corners of both images, which end in the workspace. If `tracked_b` is given, unmatched corners are
-/// followed into image b, where they end at a free corner or a new one.
+// Tracks a corner of a without a match from the place that its neighbours predict.
+void track_unmatched(const Pair& pair, std::size_t i) {
+  MatcherWorkspace& w = pair.w;
+  if (w.matched_a[i] || !w.usable_a[i]) return;
+  LocalDeviation deviation;
+  if (!local_deviation(pair.corners_a[i], pair.corners_a, w, deviation)) return;
+  const float x = w.predicted[i].x + deviation.x, y = w.predicted[i].y + deviation.y;
+  Match& match = w.match_of_a[i];
+  const float least = pair.params.min_tracked_score;
+  if (!refine_match(i, pair.corners_a[i], x, y, least, pair.a(), pair.b(), pair.params, w, match)) return;
+  match.b = corner_at(match.xb, match.yb, w.first_new, *pair.tracked_b, w);
+  if (match.b == none) return;
+  w.matched_a[i] = w.matched_b[match.b] = true;
+}
+
+/// Does the next `most` of `count` corners; true when it was the last of them.
+template <typename Do>
+bool do_corners(const Pair& pair, std::size_t count, std::size_t most, Do one) {
+  const std::size_t end = std::min(count, pair.w.next + most);
+  for (std::size_t i = pair.w.next; i < end; ++i) one(pair, i);
+  pair.w.next = end;
+  return end == count;
+}
+
+/// Does a slice of the part; true when the part is done.
+bool do_part(const Pair& pair) {
+  MatcherWorkspace& w = pair.w;
+  const std::size_t count_a = pair.corners_a.size();
+  switch (w.part) {
+    case Part::smooth_a:
+      smooth(pair.image_a, {w.smooth_a.data(), pair.image_a.width, pair.image_a.height});
+      return true;
+    case Part::smooth_b:
+      smooth(pair.image_b, {w.smooth_b.data(), pair.image_b.width, pair.image_b.height});
+      return true;
+    case Part::patches_a:
+      return do_corners(pair, count_a, patches_of_a_slice, extract_from_a);
+    case Part::patches_b:
+      if (!do_corners(pair, pair.corners_b.size(), patches_of_a_slice, extract_from_b)) return false;
+      fill_grid(pair.image_b, pair.corners_b, w.usable_b, w.grid_b);
+      w.matched_a.fill(false);
+      w.matched_b.fill(false);
+      return true;
+    case Part::search:
+      return do_corners(pair, count_a, searches_of_a_slice, search);
+    case Part::refine:
+      return do_corners(pair, count_a, refinements_of_a_slice, match_mutual_best);
+    case Part::begin_tracks:
+      if (pair.tracked_b != nullptr) fill_grid(pair.image_a, pair.corners_a, w.matched_a, w.grid_a);
+      w.first_new = pair.corners_b.size();
+      return true;
+    case Part::track:
+      return pair.tracked_b == nullptr || do_corners(pair, count_a, refinements_of_a_slice, track_unmatched);
+    case Part::list:
+      break;
+  }
+  return true;
+}
+
+Status do_slice(const Pair& pair, Matches& matches, bool& more) {
+  MatcherWorkspace& w = pair.w;
+  more = false;
+  if (pair.image_a.empty() || pair.image_b.empty()) return {};
+  if (w.part == Part::list) return list_matches(pair.corners_a.size(), w, matches);
+  more = true;
+  if (!do_part(pair)) return {};
+  w.part = static_cast<Part>(static_cast<std::uint8_t>(w.part) + 1);
+  w.next = 0;
+  return {};
+}
+
+/// Matches the corners of both images, which end in the workspace.
 Status match(GrayView image_a, const Corners& corners_a, GrayView image_b, const Corners& corners_b,
              const double (&plane)[9], const MatcherParams& params, MatcherWorkspace& w, Corners* tracked_b,
              Matches& matches) {
-  matches.clear();
-  ILP_TRY(check_matching(image_a, image_b, plane, params));
-  if (image_a.empty() || image_b.empty()) return {};
-  smooth_both(image_a, image_b, w);
-  const SmoothView a(w.smooth_a.data(), image_a.width, image_a.height);
-  const SmoothView b(w.smooth_b.data(), image_b.width, image_b.height);
-  extract_patches(a, corners_a, b, corners_b, plane, params.patch_side_px, w);
-  fill_grid(image_b, corners_b, w.usable_b, w.grid_b);
-  search(corners_a, corners_b, params, w);
-  match_mutual_best(corners_a, corners_b, a, b, params, w);
-  if (tracked_b != nullptr) track_unmatched(image_a, corners_a, *tracked_b, a, b, params, w);
-  return list_matches(corners_a.size(), w, matches);
+  ILP_TRY(begin_matching(image_a, image_b, plane, params, w, matches));
+  bool more = true;
+  while (more) {
+    ILP_TRY(do_slice({image_a, image_b, corners_a, corners_b, plane, params, w, tracked_b}, matches, more));
+  }
+  return {};
 }
 
 }  // namespace
@@ -112,6 +180,20 @@ Status match_and_track_corners(GrayView image_a, const Corners& corners_a, GrayV
                                const double (&plane_b_from_a)[9], const MatcherParams& params, MatcherWorkspace& w,
                                Matches& matches) {
   return match(image_a, corners_a, image_b, corners_b, plane_b_from_a, params, w, &corners_b, matches);
+}
+
+Status begin_matching(GrayView image_a, GrayView image_b, const double (&plane_b_from_a)[9],
+                      const MatcherParams& params, MatcherWorkspace& w, Matches& matches) {
+  matches.clear();
+  w.part = Part::smooth_a;
+  w.next = 0;
+  return check_matching(image_a, image_b, plane_b_from_a, params);
+}
+
+Status match_and_track_slice(GrayView image_a, const Corners& corners_a, GrayView image_b, Corners& corners_b,
+                             const double (&plane_b_from_a)[9], const MatcherParams& params, MatcherWorkspace& w,
+                             Matches& matches, bool& more) {
+  return do_slice({image_a, image_b, corners_a, corners_b, plane_b_from_a, params, w, &corners_b}, matches, more);
 }
 
 }  // namespace ilp

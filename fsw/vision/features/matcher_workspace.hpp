@@ -42,6 +42,22 @@ struct MatcherWorkspace {
   std::array<Match, limits::max_corners> match_of_a;
   CornerFlags matched_a, matched_b;
   CornerGrid grid_a, grid_b;  ///< matched corners of a, usable ones of b
+  /// What match_and_track_corners does next, and with which corner.
+  enum class Part : std::uint8_t {
+    smooth_a,
+    smooth_b,
+    patches_a,
+    patches_b,
+    search,
+    refine,
+    begin_tracks,
+    track,
+    list
+  };
+  Part part;
+  std::size_t next;
+  std::size_t first_new;  ///< the first new corner of b
+
   PatchTemplate patch;
   NormalizedPatch candidate;  ///< of a search along a line
 };

@@ -545,24 +545,31 @@ Status Sequence::adjust(std::uint32_t max_iterations, SequencePhase next) {
     s_.phase = next;
     return begun.is(StatusCode::no_model) ? Status{} : begun;
   }
-  ILP_TRY(w_.adjuster.step());
-  s_.bundle = w_.adjuster.progress();
-  s_.adjusting = !s_.bundle.done;
-  if (s_.bundle.done) {
-    BundleResult result;
-    ILP_TRY(w_.adjuster.finish(result, &w_.errors.window));
-    s_.report.rms_px = result.final_rms_px;
-    s_.report.bundle_points = result.points;
-    s_.report.bundle_observations = result.observations;
-    s_.report.bundle_iterations += result.iterations;
-    s_.report.unadjusted_points = w_.map.left_out;
-    s_.report.scale_held = w_.problem.hold.origin >= 0;
-    allow_correlated_tracks(w_.problem, params, w_.errors);
-    propagate_covariance(w_.problem, w_.map, w_.errors, s_.covariance);
-    state_errors();
+  if (!s_.adjusting || !s_.bundle.done) {
+    ILP_TRY(w_.adjuster.step());
+    s_.bundle = w_.adjuster.progress();
+    s_.adjusting = true;
+  } else {
+    ILP_TRY(finish_adjustment(params));
+    s_.adjusting = false;
     s_.phase = next;
   }
   store_window(w_.problem, w_.map, s_);
+  return {};
+}
+
+Status Sequence::finish_adjustment(const BundleParams& params) {
+  BundleResult result;
+  ILP_TRY(w_.adjuster.finish(result, &w_.errors.window));
+  s_.report.rms_px = result.final_rms_px;
+  s_.report.bundle_points = result.points;
+  s_.report.bundle_observations = result.observations;
+  s_.report.bundle_iterations += result.iterations;
+  s_.report.unadjusted_points = w_.map.left_out;
+  s_.report.scale_held = w_.problem.hold.origin >= 0;
+  allow_correlated_tracks(w_.problem, params, w_.errors);
+  propagate_covariance(w_.problem, w_.map, w_.errors, s_.covariance);
+  state_errors();
   return {};
 }
 

@@ -161,7 +161,7 @@ struct SequenceState {
   SequenceParams params;
   bool strip_open = false;
   SequencePhase phase = SequencePhase::idle;
-  bool adjusting = false;  ///< `bundle` holds an unfinished adjustment
+  bool adjusting = false;  ///< `bundle` holds an adjustment whose errors are not stated yet
   // The strip. Ordinals count posed keyframes from 0; cameras[i] is ordinal oldest + i.
   std::uint32_t oldest = 0;
   std::uint32_t final_count = 0;   ///< ordinals below are final
@@ -222,10 +222,10 @@ class Sequence {
   void corners_of(std::uint32_t back, Corners& corners) const;
   [[nodiscard]] std::size_t count_corners(std::uint32_t back) const;
   /// Does one bounded slice of work: relate one pair, begin the structure, decide between the motions of the first
-  /// pair, resect, triangulate, one iteration of an adjustment, prune or conclude. A keyframe that fails (see
-  /// report().verdict) leaves the strip with its newest keyframe and tracks unchanged, so that it may be tried against
-  /// another one. A keyframe with the verdict `waiting` belongs to the strip, and gets its pose when the structure
-  /// begins.
+  /// pair, resect, triangulate, one iteration of an adjustment or the errors of its result, prune or conclude. A
+  /// keyframe that fails (see report().verdict) leaves the strip with its newest keyframe and tracks unchanged, so that
+  /// it may be tried against another one. A keyframe with the verdict `waiting` belongs to the strip, and gets its pose
+  /// when the structure begins.
   Status step(bool& pending);
   /// Runs begin_keyframe and all its steps.
   Status add_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
@@ -273,7 +273,9 @@ class Sequence {
   Status decide();
   Status resect_camera();
   Status triangulate_tracks();
+  /// An iteration, or the errors of the result.
   Status adjust(std::uint32_t max_iterations, SequencePhase next);
+  Status finish_adjustment(const BundleParams& params);
   Status prune();
   Status conclude();
 

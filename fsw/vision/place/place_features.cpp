@@ -137,51 +137,86 @@ void describe(const std::uint16_t* centre, std::int32_t stride, PlaceFeature& fe
   }
 }
 
+/// The levels lie in two regions in turn; the one before is needed for the next.
+MutableGrayView level_of(GrayView image, int level, PlaceFeatureWorkspace& w) {
+  const std::int32_t width = (image.width * level_scale_q16[level] + 32768) >> 16;
+  const std::int32_t height = (image.height * level_scale_q16[level] + 32768) >> 16;
+  return {level % 2 == 0 ? w.level.data() : w.next_level.data(), width, height};
+}
+
+HarrisParams corner_params(int level, std::size_t wanted) {
+  const auto all = static_cast<std::int32_t>(std::min(wanted, limits::max_place_features));
+  HarrisParams params;
+  params.target_count = level_share_256[level] * all / 256;
+  params.border_px = border_px;
+  params.min_distance_px = min_distance_px;
+  return params;
+}
+
+Status describe_corners(GrayView image, GrayView level, PlaceFeatureWorkspace& w, PlaceFeatures& features) {
+  smooth(level, w);
+  const double x_scale = static_cast<double>(image.width) / level.width;
+  const double y_scale = static_cast<double>(image.height) / level.height;
+  for (const Corner& corner : w.corners) {
+    const auto x = static_cast<std::int32_t>(std::floor(corner.x + 0.5F));
+    const auto y = static_cast<std::int32_t>(std::floor(corner.y + 0.5F));
+    PlaceFeature feature;
+    feature.x = static_cast<float>((corner.x + 0.5) * x_scale - 0.5);
+    feature.y = static_cast<float>((corner.y + 0.5) * y_scale - 0.5);
+    feature.level = static_cast<std::uint8_t>(w.at_level);
+    feature.angle = orientation(level, x, y);
+    describe(w.smooth.data() + static_cast<std::ptrdiff_t>(y) * level.width + x, level.width, feature);
+    ILP_ASSERT(features.push_back(feature), features.size());
+  }
+  return {};
+}
+
 }  // namespace
 
 int descriptor_distance(const PlaceFeature& a, const PlaceFeature& b) {
   return hamming_256(a.descriptor, b.descriptor);
 }
 
-Status find_place_features(GrayView image, std::size_t wanted, HarrisWorkspace& harris, PlaceFeatureWorkspace& w,
-                           PlaceFeatures& features) {
+Status begin_place_features(GrayView image, PlaceFeatureWorkspace& w, PlaceFeatures& features) {
   features.clear();
-  const auto all = static_cast<std::int32_t>(std::min(wanted, limits::max_place_features));
+  w.at_level = 0;
+  w.level_begun = w.corners_found = false;
   if (image.area() > limits::max_image_pixels || std::max(image.width, image.height) > limits::max_image_side) {
     return {StatusCode::image_too_large, image.width, image.height};
   }
-  GrayView previous = image;
-  std::uint8_t* pixels = w.level.data();
-  std::uint8_t* other_pixels = w.next_level.data();
-  for (int k = 0; k < place_levels; ++k) {
-    const std::int32_t width = (image.width * level_scale_q16[k] + 32768) >> 16;
-    const std::int32_t height = (image.height * level_scale_q16[k] + 32768) >> 16;
-    if (std::min(width, height) <= 2 * border_px) break;
-    const MutableGrayView level(pixels, width, height);
-    resample(previous, level);
+  return {};
+}
 
-    HarrisParams params;
-    params.target_count = level_share_256[k] * all / 256;
-    params.border_px = border_px;
-    params.min_distance_px = min_distance_px;
-    ILP_TRY(detect_corners(level, params, harris, w.corners));
-    smooth(level, w);
-    const double x_scale = static_cast<double>(image.width) / width;
-    const double y_scale = static_cast<double>(image.height) / height;
-    for (const Corner& corner : w.corners) {
-      const auto x = static_cast<std::int32_t>(std::floor(corner.x + 0.5F));
-      const auto y = static_cast<std::int32_t>(std::floor(corner.y + 0.5F));
-      PlaceFeature feature;
-      feature.x = static_cast<float>((corner.x + 0.5) * x_scale - 0.5);
-      feature.y = static_cast<float>((corner.y + 0.5) * y_scale - 0.5);
-      feature.level = static_cast<std::uint8_t>(k);
-      feature.angle = orientation(level, x, y);
-      describe(w.smooth.data() + static_cast<std::ptrdiff_t>(y) * width + x, width, feature);
-      ILP_ASSERT(features.push_back(feature), features.size());
-    }
-    previous = level;
-    std::swap(pixels, other_pixels);
+Status place_features_slice(GrayView image, std::size_t wanted, HarrisWorkspace& harris, PlaceFeatureWorkspace& w,
+                            PlaceFeatures& features, bool& more) {
+  more = false;
+  if (w.at_level == place_levels) return {};
+  const MutableGrayView level = level_of(image, w.at_level, w);
+  if (std::min(level.width, level.height) <= 2 * border_px) return {};
+  const HarrisParams params = corner_params(w.at_level, wanted);
+  more = true;
+  if (!w.level_begun) {
+    resample(w.at_level == 0 ? image : GrayView(level_of(image, w.at_level - 1, w)), level);
+    w.level_begun = true;
+    return begin_corners(level, params, harris, w.corners);
   }
+  if (!w.corners_found) {
+    bool more_corners = false;
+    ILP_TRY(detect_corners_slice(level, params, harris, w.corners, more_corners));
+    w.corners_found = !more_corners;
+    return {};
+  }
+  ILP_TRY(describe_corners(image, level, w, features));
+  ++w.at_level;
+  w.level_begun = w.corners_found = false;
+  return {};
+}
+
+Status find_place_features(GrayView image, std::size_t wanted, HarrisWorkspace& harris, PlaceFeatureWorkspace& w,
+                           PlaceFeatures& features) {
+  ILP_TRY(begin_place_features(image, w, features));
+  bool more = true;
+  while (more) ILP_TRY(place_features_slice(image, wanted, harris, w, features, more));
   return {};
 }
 

@@ -263,20 +263,44 @@ bool find(const PlacePatch& patch, GrayView image, const Prediction& at, const P
   return true;
 }
 
-}  // namespace
-
-Status take_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
-                          PlacePatches& patches) {
-  patches.clear();
+HarrisParams corner_params() {
   HarrisParams params;
   params.target_count = static_cast<std::int32_t>(limits::max_place_patches);
   params.min_distance_px = place_patch_side / 2;
-  ILP_TRY(detect_corners(image, params, harris, workspace.corners));
+  return params;
+}
+
+}  // namespace
+
+Status begin_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
+                           PlacePatches& patches) {
+  patches.clear();
+  workspace.corners_found = false;
+  return begin_corners(image, corner_params(), harris, workspace.corners);
+}
+
+Status place_patches_slice(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
+                           PlacePatches& patches, bool& more) {
+  more = !workspace.corners_found;
+  if (more) {
+    bool more_corners = false;
+    ILP_TRY(detect_corners_slice(image, corner_params(), harris, workspace.corners, more_corners));
+    workspace.corners_found = !more_corners;
+    return {};
+  }
   for (const Corner& corner : workspace.corners) {
     PlacePatch patch;
     if (!cut(image, corner, patch) || !prepare(patch, workspace)) continue;
     if (!patches.push_back(patch)) break;
   }
+  return {};
+}
+
+Status take_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
+                          PlacePatches& patches) {
+  ILP_TRY(begin_place_patches(image, harris, workspace, patches));
+  bool more = true;
+  while (more) ILP_TRY(place_patches_slice(image, harris, workspace, patches, more));
   return {};
 }
 

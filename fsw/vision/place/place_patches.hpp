@@ -63,12 +63,20 @@ struct PlacePatchWorkspace {
   std::array<std::uint8_t, static_cast<std::size_t>(kept_patch_side) * kept_patch_side> grey;
   PatchTemplate prepared;
   Corners corners;
+  bool corners_found;
 };
 
 /// Patches about corners spread evenly over the image whose texture determines where they are. Their depths are left
 /// unknown. The Status of detect_corners().
 Status take_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
                           PlacePatches& patches);
+
+/// The same in slices: one call of begin_place_patches, then of place_patches_slice with the same arguments while
+/// `more` is true. A slice finds some of the corners; the last one cuts out the patches.
+Status begin_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
+                           PlacePatches& patches);
+Status place_patches_slice(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
+                           PlacePatches& patches, bool& more);
 
 /// Seeks each patch about the place that the homography (row-major, px of the patches' image to px of `image`)
 /// predicts inside the image, at its rotation and scale: first at whole pixels by normalised cross correlation, then by

@@ -53,6 +53,28 @@ class BitEncoder {
     }
   }
 
+  /// The same as `count` calls of encode(context, bit), in less time.
+  void encode_run(std::uint32_t context, std::uint32_t bit, std::size_t count) {
+    BitProbability p = probabilities_[context];
+    std::uint32_t range = range_;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t bound = (range >> bit_coder_probability_bits) * p.zero();
+      if (bit == 0) {
+        range = bound;
+      } else {
+        low_ += bound;
+        range -= bound;
+      }
+      p.learn(bit);
+      while (range < bit_coder_renewal) {
+        range <<= 8U;
+        shift_low();
+      }
+    }
+    range_ = range;
+    probabilities_[context] = p;
+  }
+
   /// Bytes in all. If they exceed the capacity, the output is void.
   std::size_t finish() {
     for (int i = 0; i < 5; ++i) shift_low();
@@ -116,6 +138,36 @@ class BitDecoder {
       code_ = (code_ << 8U) | next();
     }
     return bit;
+  }
+
+  /// The same as calls of decode(context) until one gives another bit than `usual`, but `most` calls at most; the
+  /// number of usual bits. If it is less than `most`, the other bit has been decoded too.
+  std::size_t decode_run(std::uint32_t context, std::uint32_t usual, std::size_t most) {
+    BitProbability p = probabilities_[context];
+    std::uint32_t range = range_, code = code_;
+    std::size_t count = 0;
+    bool other = false;
+    while (count < most && !other) {
+      const std::uint32_t bound = (range >> bit_coder_probability_bits) * p.zero();
+      const std::uint32_t bit = code < bound ? 0U : 1U;
+      if (bit == 0) {
+        range = bound;
+      } else {
+        code -= bound;
+        range -= bound;
+      }
+      p.learn(bit);
+      while (range < bit_coder_renewal) {
+        range <<= 8U;
+        code = (code << 8U) | next();
+      }
+      other = bit != usual;
+      count += other ? 0 : 1;
+    }
+    range_ = range;
+    code_ = code;
+    probabilities_[context] = p;
+    return count;
   }
 
   [[nodiscard]] std::size_t used() const { return used_; }

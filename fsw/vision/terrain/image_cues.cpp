@@ -226,12 +226,18 @@ double quantile(float* values, std::size_t count, double share) {
   return static_cast<double>(values[rank]);
 }
 
-void measure_image_cues(GrayView image, MaskView mask, double noise_grey, RichnessWorkspace& w, RichnessCues& cues) {
+void measure_image_cues(std::int32_t part, GrayView image, MaskView mask, double noise_grey, RichnessWorkspace& w,
+                        RichnessCues& cues) {
   const GreySum total = sum_grey(image, mask);
   const double mean = total.mean();
   if (!(mean > 0)) return;
   const CellGrid cells{image.width / cell, image.height / cell};
   const CellGrid half{image.width / half_cell, image.height / half_cell};
+  if (part != 0) {
+    cues.entropy = entropy_bits(image, mask, total);
+    cues.contrast = spot_contrast(half, w);
+    return;
+  }
   sum_half_cells(image, mask, w);
   average_cells(cells, half.columns, w);
   // White noise adds its variance to the energy of a central difference in both directions.
@@ -240,8 +246,6 @@ void measure_image_cues(GrayView image, MaskView mask, double noise_grey, Richne
   cues.gradient_fine = gradient_ratio(cells, noise / (half_cell * half_cell), mean, w);
   coarse_gradient_energy(cells, w);
   cues.gradient_coarse = gradient_ratio(cells, noise / (cell * cell), mean, w);
-  cues.entropy = entropy_bits(image, mask, total);
-  cues.contrast = spot_contrast(half, w);
 }
 
 }  // namespace ilp

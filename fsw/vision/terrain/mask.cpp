@@ -235,25 +235,19 @@ Status newly_seen_mask(ImageView<const float> sigma, const Coverage& coverage, c
 
 namespace {
 
-Status carry(const CameraModel& camera, const PairGround& ground, const RigidTransform& next_from_reference,
-             CoverageWorkspace& w, Coverage& coverage) {
+constexpr std::int32_t rows_of_a_slice = 120;
+
+void carry_rows(const CameraModel& camera, const PairGround& ground, const RigidTransform& next_from_reference,
+                std::int32_t end, CoverageWorkspace& w, const Coverage& coverage) {
   const auto& [inverse_depth, sigma, mask, now] = ground;
-  if (!same_size(camera, coverage) || !same_size(camera, sigma) || !same_size(camera, inverse_depth) ||
-      !same_size(camera, mask)) {
-    return {StatusCode::invalid_argument, 1, sigma.width};
-  }
   const std::int32_t width = camera.width;
-  const std::int32_t height = camera.height;
-  const auto pixels = static_cast<std::ptrdiff_t>(width) * height;
-  std::fill_n(w.hit.begin(), pixels, std::uint8_t{0});
-  const float fallback = mean_inverse_depth(inverse_depth, sigma);
-  std::size_t pixel = 0;
+  auto pixel = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(w.next_row) * width);
   Footprints prints;
-  for (std::int32_t y = 0; y < height; ++y) {
+  for (std::int32_t y = w.next_row; y < end; ++y) {
     const float* s = sigma.row(y);
     const std::uint8_t* claimed = mask.row(y);
     normalised_row(camera, y, w.ray_x.data(), w.ray_y.data());
-    fill_row(inverse_depth.row(y), s, width, fallback, w.inverse_depth.data());
+    fill_row(inverse_depth.row(y), s, width, w.fallback, w.inverse_depth.data());
     for (std::int32_t first = 0; first < width; first += run_length) {
       const std::int32_t count = std::min(run_length, width - first);
       project(camera, next_from_reference, w.ray_x.data() + first, w.ray_y.data() + first,
@@ -266,20 +260,52 @@ Status carry(const CameraModel& camera, const PairGround& ground, const RigidTra
       }
     }
   }
-  close_holes(w.hit.data(), width, height, w.closed.data());
-  close_holes(w.closed.data(), width, height, w.hit.data());
-  ILP_TRY(clear_coverage(width, height, coverage));
+  w.next_row = end;
+}
+
+Status cover_hits(const CameraModel& camera, CoverageWorkspace& w, Coverage& coverage) {
+  close_holes(w.hit.data(), camera.width, camera.height, w.closed.data());
+  close_holes(w.closed.data(), camera.width, camera.height, w.hit.data());
+  ILP_TRY(clear_coverage(camera.width, camera.height, coverage));
   cover_all(w.hit.data(), coverage);
   return {};
 }
 
 }  // namespace
 
+Status begin_carrying(const CameraModel& camera, const PairGround& ground, CoverageWorkspace& w,
+                      const Coverage& coverage) {
+  const auto& [inverse_depth, sigma, mask, now] = ground;
+  if (!same_size(camera, coverage) || !same_size(camera, sigma) || !same_size(camera, inverse_depth) ||
+      !same_size(camera, mask)) {
+    return {StatusCode::invalid_argument, 1, sigma.width};
+  }
+  std::fill_n(w.hit.begin(), sigma.area(), std::uint8_t{0});
+  w.fallback = mean_inverse_depth(inverse_depth, sigma);
+  w.next_row = 0;
+  return {};
+}
+
+Status carry_coverage_slice(const CameraModel& camera, const PairGround& ground,
+                            const RigidTransform& next_from_reference, CoverageWorkspace& w, Coverage& coverage,
+                            bool& more) {
+  more = w.next_row < camera.height;
+  if (!more) {
+    Status status;
+    with_widest_vectors([&] { status = cover_hits(camera, w, coverage); });
+    return status;
+  }
+  const std::int32_t end = std::min(w.next_row + rows_of_a_slice, camera.height);
+  with_widest_vectors([&] { carry_rows(camera, ground, next_from_reference, end, w, coverage); });
+  return {};
+}
+
 Status carry_coverage(const CameraModel& camera, const PairGround& ground, const RigidTransform& next_from_reference,
                       CoverageWorkspace& workspace, Coverage& coverage) {
-  Status status;
-  with_widest_vectors([&] { status = carry(camera, ground, next_from_reference, workspace, coverage); });
-  return status;
+  ILP_TRY(begin_carrying(camera, ground, workspace, coverage));
+  bool more = true;
+  while (more) ILP_TRY(carry_coverage_slice(camera, ground, next_from_reference, workspace, coverage, more));
+  return {};
 }
 
 }  // namespace ilp

@@ -66,6 +66,8 @@ struct CoverageWorkspace {
   std::array<std::uint8_t, limits::max_image_pixels> hit, closed;
   std::array<double, static_cast<std::size_t>(limits::max_image_width)> ray_x, ray_y;
   std::array<float, static_cast<std::size_t>(limits::max_image_width)> inverse_depth;
+  std::int32_t next_row;  ///< of image i
+  float fallback;         ///< inverse depth of rows without any
 };
 
 /// How well the ground of a pair's first image is known after the pair: as `now` inside its mask, as its coverage says
@@ -83,6 +85,14 @@ struct PairGround {
 /// coordinates of image i to those of image i+1.
 Status carry_coverage(const CameraModel& camera, const PairGround& ground, const RigidTransform& next_from_reference,
                       CoverageWorkspace& workspace, Coverage& coverage);
+
+/// The same in slices: one call of begin_carrying, then of carry_coverage_slice with the same arguments while `more` is
+/// true. The coverage changes in the last one.
+Status begin_carrying(const CameraModel& camera, const PairGround& ground, CoverageWorkspace& workspace,
+                      const Coverage& coverage);
+Status carry_coverage_slice(const CameraModel& camera, const PairGround& ground,
+                            const RigidTransform& next_from_reference, CoverageWorkspace& workspace, Coverage& coverage,
+                            bool& more);
 
 /// Coverage over a plane, for an image without a pose, or after a pair without depth: a pixel is covered with the
 /// quality `known(x, y)` of the reference's nearest pixel, unless that is 0. `reference_from_image` is the plane's

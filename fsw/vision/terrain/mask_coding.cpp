@@ -1,6 +1,8 @@
 #include "fsw/vision/terrain/mask_coding.hpp"
 
 #include <algorithm>
+#include <cstring>
+#include <limits>
 
 #include "fsw/vision/terrain/bit_coder.hpp"
 
@@ -111,37 +113,104 @@ Status read_runs(const std::uint8_t* bytes, std::size_t size, const ImageView<st
   return {};
 }
 
-/// Calls `pixel.code(context, x, y)` for every pixel in raster order. The context consists of ten pixels that are
-/// already known: two to the left, five in the row above, three in the row above that (the template of JBIG2, ITU-T
-/// T.88, figure 6). Pixels outside the image count as outside the mask.
+/// Where a row of the mask is inside or outside for the next pixels.
+class RowScan {
+ public:
+  /// Without `row` all pixels are outside, as those to the right of it.
+  RowScan(const std::uint8_t* row, std::int32_t width) : row_(row), width_(width) {}
+
+  /// The first pixel at or after `x` that is not like `bit`; `endless` if there is none.
+  std::int32_t other_after(std::int32_t x, std::uint32_t bit) {
+    if (bit == bit_ && x >= from_ && x <= other_) return other_;
+    from_ = x;
+    bit_ = bit;
+    other_ = find(x, bit);
+    return other_;
+  }
+
+  static constexpr std::int32_t endless = std::numeric_limits<std::int32_t>::max();
+
+ private:
+  [[nodiscard]] std::int32_t find(std::int32_t x, std::uint32_t bit) const {
+    if (bit != 0) {
+      while (row_ != nullptr && x < width_ && row_[x] != 0) ++x;
+      return x;
+    }
+    if (row_ == nullptr) return endless;
+    constexpr std::int32_t step = sizeof(std::uint64_t);
+    for (std::uint64_t eight = 0; x + step <= width_; x += step) {
+      std::memcpy(&eight, row_ + x, sizeof(eight));
+      if (eight != 0) break;
+    }
+    while (x < width_ && row_[x] == 0) ++x;
+    return x < width_ ? x : endless;
+  }
+
+  const std::uint8_t* row_;
+  std::int32_t width_;
+  std::int32_t from_ = 0, other_ = -1;  ///< what was found last
+  std::uint32_t bit_ = 0;
+};
+
+constexpr std::uint32_t all_inside = 1023;
+constexpr std::size_t mask_contexts = all_inside + 1;
+
+/// Codes every pixel in raster order. The context consists of ten pixels that are already known: two to the left, five
+/// in the row above, three in the row above that (the template of JBIG2, ITU-T T.88, figure 6). Pixels outside the
+/// image count as outside the mask. `pixel.code(context, x, y)` codes one; `pixel.code_run(context, bit, most, x, y)`
+/// up to `most` of the same context, all like `bit` but perhaps the last one, and returns their number.
 template <typename Pixels>
 void for_each_context(std::int32_t width, std::int32_t height, const Pixels& pixel) {
   const auto known = [&](std::int32_t x, std::int32_t y) {
     return x >= 0 && x < width && y >= 0 ? pixel.known(x, y) : 0U;
   };
   for (std::int32_t y = 0; y < height; ++y) {
+    RowScan scan_upper(y >= 2 ? pixel.row(y - 2) : nullptr, width),
+        scan_above(y >= 1 ? pixel.row(y - 1) : nullptr, width);
     std::uint32_t upper = known(0, y - 2);                            // x - 1 .. x + 1, two rows above
     std::uint32_t above = (known(0, y - 1) << 1U) | known(1, y - 1);  // x - 2 .. x + 2
     std::uint32_t left = 0;                                           // x - 2, x - 1
-    for (std::int32_t x = 0; x < width; ++x) {
+    for (std::int32_t x = 0; x < width;) {
       upper = ((upper << 1U) | known(x + 1, y - 2)) & 7U;
       above = ((above << 1U) | known(x + 2, y - 1)) & 31U;
-      left = ((left << 1U) | pixel.code((upper << 7U) | (above << 2U) | left, x, y)) & 3U;
+      const std::uint32_t context = (upper << 7U) | (above << 2U) | left;
+      if (context != 0 && context != all_inside) {
+        left = ((left << 1U) | pixel.code(context, x, y)) & 3U;
+        ++x;
+        continue;
+      }
+      // The context stays the same up to the first pixel that is not like the others.
+      const std::uint32_t bit = context & 1U;
+      const std::int32_t same = std::min(scan_upper.other_after(x, bit) - 1, scan_above.other_after(x, bit) - 2);
+      const std::int32_t most = std::min(same, width) - x;
+      const std::int32_t done = pixel.code_run(context, bit, most, x, y);
+      x += done;
+      left = (known(x - 2, y) << 1U) | known(x - 1, y);
+      upper = (known(x - 1, y - 2) << 1U) | known(x, y - 2);
+      above = (known(x - 2, y - 1) << 3U) | (known(x - 1, y - 1) << 2U) | (known(x, y - 1) << 1U) | known(x + 1, y - 1);
     }
   }
 }
-
-constexpr std::size_t mask_contexts = 1024;
 
 struct EncodedPixels {
   MaskView mask;
   BitEncoder<mask_contexts>& coder;
 
+  [[nodiscard]] const std::uint8_t* row(std::int32_t y) const { return mask.row(y); }
   [[nodiscard]] std::uint32_t known(std::int32_t x, std::int32_t y) const { return mask.at(x, y) != 0 ? 1U : 0U; }
   [[nodiscard]] std::uint32_t code(std::uint32_t context, std::int32_t x, std::int32_t y) const {
     const std::uint32_t bit = known(x, y);
     coder.encode(context, bit);
     return bit;
+  }
+  [[nodiscard]] std::int32_t code_run(std::uint32_t context, std::uint32_t bit, std::int32_t most, std::int32_t x,
+                                      std::int32_t y) const {
+    RowScan here(mask.row(y), x + most);
+    const std::int32_t usual = std::min(here.other_after(x, bit) - x, most);
+    coder.encode_run(context, bit, static_cast<std::size_t>(usual));
+    if (usual == most) return most;
+    coder.encode(context, bit ^ 1U);
+    return usual + 1;
   }
 };
 
@@ -149,11 +218,21 @@ struct DecodedPixels {
   const ImageView<std::uint8_t>& mask;
   BitDecoder<mask_contexts>& coder;
 
+  [[nodiscard]] const std::uint8_t* row(std::int32_t y) const { return mask.row(y); }
   [[nodiscard]] std::uint32_t known(std::int32_t x, std::int32_t y) const { return mask.at(x, y) & 1U; }
   [[nodiscard]] std::uint32_t code(std::uint32_t context, std::int32_t x, std::int32_t y) const {
     const std::uint32_t bit = coder.decode(context);
     mask.at(x, y) = bit != 0 ? 255 : 0;
     return bit;
+  }
+  [[nodiscard]] std::int32_t code_run(std::uint32_t context, std::uint32_t bit, std::int32_t most, std::int32_t x,
+                                      std::int32_t y) const {
+    const std::uint8_t value = bit != 0 ? 255 : 0;
+    const auto usual = static_cast<std::int32_t>(coder.decode_run(context, bit, static_cast<std::size_t>(most)));
+    std::fill_n(mask.row(y) + x, usual, value);
+    if (usual == most) return most;
+    mask.at(x + usual, y) = value ^ 255U;
+    return usual + 1;
   }
 };
 

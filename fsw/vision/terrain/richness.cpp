@@ -63,13 +63,8 @@ double novelty_of(const ScaledCues& cues, std::size_t count, const RichnessHisto
   return std::sqrt(sum / static_cast<double>(count));
 }
 
-}  // namespace
-
-Status score_richness(const CameraModel& camera, GrayView image, ImageView<const float> inverse_depth,
-                      ImageView<const float> sigma, MaskView mask, const RichnessParams& params,
-                      const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues, double& index) {
-  cues = {};
-  index = 0;
+Status check(const CameraModel& camera, GrayView image, ImageView<const float> inverse_depth,
+             ImageView<const float> sigma, MaskView mask, const RichnessParams& params, const RichnessCues& cues) {
   const auto fits = [&](const auto& view) { return view.width == camera.width && view.height == camera.height; };
   if (!fits(image) || !fits(inverse_depth) || !fits(sigma) || !fits(mask) || image.empty()) {
     return {StatusCode::invalid_argument, 1, image.width};
@@ -80,19 +75,57 @@ Status score_richness(const CameraModel& camera, GrayView image, ImageView<const
   for (const ScaledCue& cue : scaled(cues, params)) {
     if (!sensible(cue.scale)) return {StatusCode::invalid_argument, 2};
   }
-  if (!sensible(params.novelty)) return {StatusCode::invalid_argument, 2};
+  return sensible(params.novelty) ? Status{} : Status{StatusCode::invalid_argument, 2};
+}
 
+std::uint32_t count_inside(MaskView mask) {
   std::uint32_t inside = 0;
   for (std::int32_t y = 0; y < mask.height; ++y) {
     const std::uint8_t* row = mask.row(y);
     for (std::int32_t x = 0; x < mask.width; ++x) inside += row[x] != 0 ? 1 : 0;
   }
-  cues.mask_fraction = inside / static_cast<double>(mask.area());
-  if (inside < params.min_pixels) return {};
-  measure_image_cues(image, mask, params.noise_grey, workspace, cues);
-  measure_terrain_cues(camera, inverse_depth, sigma, mask, workspace, cues);
+  return inside;
+}
 
-  index = richness_index(params, history, cues);
+}  // namespace
+
+void begin_richness(RichnessWorkspace& workspace, RichnessCues& cues) {
+  workspace.part = 0;
+  cues = {};
+}
+
+Status score_richness_slice(const CameraModel& camera, GrayView image, ImageView<const float> inverse_depth,
+                            ImageView<const float> sigma, MaskView mask, const RichnessParams& params,
+                            const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues,
+                            double& index, bool& more) {
+  more = false;
+  index = 0;
+  const std::int32_t part = workspace.part++;
+  if (part == 0) {
+    ILP_TRY(check(camera, image, inverse_depth, sigma, mask, params, cues));
+    const std::uint32_t inside = count_inside(mask);
+    cues.mask_fraction = inside / static_cast<double>(mask.area());
+    if (inside < params.min_pixels) return {};
+  }
+  if (part < image_cue_parts) {
+    measure_image_cues(part, image, mask, params.noise_grey, workspace, cues);
+  } else {
+    measure_terrain_cues(part - image_cue_parts, camera, inverse_depth, sigma, mask, workspace, cues);
+  }
+  more = part + 1 < image_cue_parts + terrain_cue_parts;
+  if (!more) index = richness_index(params, history, cues);
+  return {};
+}
+
+Status score_richness(const CameraModel& camera, GrayView image, ImageView<const float> inverse_depth,
+                      ImageView<const float> sigma, MaskView mask, const RichnessParams& params,
+                      const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues, double& index) {
+  begin_richness(workspace, cues);
+  bool more = true;
+  while (more) {
+    ILP_TRY(
+        score_richness_slice(camera, image, inverse_depth, sigma, mask, params, history, workspace, cues, index, more));
+  }
   return {};
 }
 

@@ -84,6 +84,7 @@ struct RichnessWorkspace {
   std::array<std::uint8_t, 4 * max_richness_cells> half_count;
   std::array<float, 4 * max_richness_cells> buffer;
   std::array<double, static_cast<std::size_t>(limits::max_image_width)> ray_x, ray_y;
+  std::int32_t part;  ///< what the next slice measures
 };
 
 /// Computes the cues of the pixels inside `mask`, and the index in [0, 1]: the weighted mean of the squashed cues.
@@ -93,6 +94,14 @@ struct RichnessWorkspace {
 Status score_richness(const CameraModel& camera, GrayView image, ImageView<const float> inverse_depth,
                       ImageView<const float> sigma, MaskView mask, const RichnessParams& params,
                       const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues, double& index);
+
+/// The same in slices: one call of begin_richness, then of score_richness_slice with the same arguments while `more` is
+/// true.
+void begin_richness(RichnessWorkspace& workspace, RichnessCues& cues);
+Status score_richness_slice(const CameraModel& camera, GrayView image, ImageView<const float> inverse_depth,
+                            ImageView<const float> sigma, MaskView mask, const RichnessParams& params,
+                            const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues,
+                            double& index, bool& more);
 
 /// The second half of `score_richness`: novelty and index of cues that were measured before.
 [[nodiscard]] double richness_index(const RichnessParams& params, const RichnessHistory& history, RichnessCues& cues);

@@ -235,22 +235,33 @@ void slopes_and_curvature(const Grid& grid, RichnessWorkspace& w, RichnessCues& 
   cues.curvature = quantile(curvatures, count, roughest_share);
 }
 
+/// False where there is too little depth.
+bool measure_heights(const CameraModel& camera, ImageView<const float> inverse_depth, ImageView<const float> sigma,
+                     MaskView mask, std::size_t cells, RichnessWorkspace& w) {
+  if (average_cells(camera, inverse_depth, sigma, mask, w) < min_cells) return false;
+  Vec3 plane;
+  if (!fit_plane(w, cells, plane)) return false;
+  raise_cells(cells, plane, w);
+  return true;
+}
+
 }  // namespace
 
-void measure_terrain_cues(const CameraModel& camera, ImageView<const float> inverse_depth, ImageView<const float> sigma,
-                          MaskView mask, RichnessWorkspace& w, RichnessCues& cues) {
+void measure_terrain_cues(std::int32_t part, const CameraModel& camera, ImageView<const float> inverse_depth,
+                          ImageView<const float> sigma, MaskView mask, RichnessWorkspace& w, RichnessCues& cues) {
   const Grid grid{camera.width / cell, camera.height / cell};
   const auto cells = static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows);
-  cues.has_terrain = false;
-  if (average_cells(camera, inverse_depth, sigma, mask, w) < min_cells) return;
-  Vec3 plane;
-  if (!fit_plane(w, cells, plane)) return;
-  raise_cells(cells, plane, w);
-  cues.has_terrain = true;
-  cues.relief = relief(w, cells);
-  slopes_and_curvature(grid, w, cues);
-  cues.roughness_fine = roughness(grid, w, fine_window, fine_stride);
-  cues.roughness_coarse = roughness(grid, w, coarse_window, coarse_stride);
+  if (part == 0) {
+    cues.has_terrain = measure_heights(camera, inverse_depth, sigma, mask, cells, w);
+    if (cues.has_terrain) cues.relief = relief(w, cells);
+  } else if (!cues.has_terrain) {
+    return;
+  } else if (part == 1) {
+    slopes_and_curvature(grid, w, cues);
+  } else {
+    cues.roughness_fine = roughness(grid, w, fine_window, fine_stride);
+    cues.roughness_coarse = roughness(grid, w, coarse_window, coarse_stride);
+  }
 }
 
 }  // namespace ilp

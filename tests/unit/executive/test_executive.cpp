@@ -89,6 +89,19 @@ TEST_F(ExecutiveTest, PendingWorkGetsTheRestOfTheFrameAndNoMore) {
   EXPECT_TRUE(executive.idle());
 }
 
+TEST_F(ExecutiveTest, AStepThatIsLongerThanTheLatestOnesMakesNoFrameLate) {
+  start();
+  b.on_step = [&] {
+    const TimeNs in_frame = clock.now() % minor_frame_ns;
+    clock.pass(in_frame >= 75 * ns_per_ms ? 20 * ns_per_ms : 5 * ns_per_ms);
+    return StepResult{{}, true};
+  };
+  write<FrameRecord>(1);
+  run_frames(20);
+  EXPECT_GE(b.steps, 20 * 10);
+  EXPECT_EQ(executive.frame_overruns(), 0U);
+}
+
 TEST_F(ExecutiveTest, AComponentThatWaitsForADeviceIsAskedOncePerFrame) {
   start();
   b.on_step = [&] { return StepResult{{}, true, Then::wait}; };
