@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "fsw/base/geometry.hpp"
+#include "sim/host/photograph.hpp"
 #include "sim/host/strip.hpp"
 
 namespace ilp::sil {
@@ -17,6 +18,7 @@ struct FlyableImages {
   std::vector<host::StripFrame> frames;
   int binning = 1;                          ///< so many pixels of the source, in x and in y, are one of the flight
   std::optional<double> field_of_view_rad;  ///< horizontal, where the first image states it
+  std::vector<std::optional<host::GeoTag>> places;  ///< of each frame, where EXIF states it
 };
 
 /// Images that fly as they are keep their place; the others become 8-bit PNG files in `folder`, under their own names.
@@ -25,6 +27,15 @@ struct FlyableImages {
 /// the flight itself reports it.
 [[nodiscard]] FlyableImages make_flyable(const std::vector<host::StripFrame>& strip,
                                          const std::filesystem::path& folder, std::ostream& messages);
+
+/// Fewer do not say where a strip lies and how it is turned.
+inline constexpr std::size_t fewest_places = 3;
+
+/// Writes the places as the vehicle's measurements (docs/navigation.md), at the times of the frames. An error that an
+/// image states itself counts; `sigma_m` stands for it otherwise, and twice as much for elevations. False, and nothing
+/// is written, for fewer than `fewest_places`. Throws std::runtime_error.
+bool write_places(const FlyableImages& images, double sigma_m, const std::filesystem::path& file,
+                  std::ostream& messages);
 
 /// The camera of images whose pixels are joined, `binning` by `binning`.
 [[nodiscard]] CameraModel binned_camera(const CameraModel& camera, int binning);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -16,6 +17,10 @@ namespace fs = std::filesystem;
 
 WorldCamera::WorldCamera(const world::Scenario& scenario, fs::path folder, const Options& options)
     : scenario_(scenario), folder_(std::move(folder)), options_(options), renderer_(scenario) {
+  const world::CameraEffects& effects = scenario.effects;
+  if (effects.settable_us > 0) {
+    setting_.exposure_us = std::llround(effects.first_us > 0 ? effects.first_us : effects.settable_us);
+  }
   world::check_flight(renderer_.terrain(), scenario.flight.camera, fly(scenario.flight));
   const fs::path list = folder_ / "exposures.txt";
   if (options.resume) {
@@ -54,6 +59,7 @@ WorldCamera::Exposure WorldCamera::render(TimeNs time, std::size_t number) const
   Exposure exposure;
   exposure.time = time;
   exposure.number = number;
+  exposure.setting = setting_;
   renderer_.render(time, static_cast<std::int64_t>(number), exposure.picture);
   return exposure;
 }
@@ -67,6 +73,7 @@ std::size_t WorldCamera::number_at(TimeNs time) const {
 bool WorldCamera::ready() {
   const TimeNs time = *trigger_;
   if (time < 0 || time >= renderer_.trajectory().end_ns()) return false;
+  if (!rendering_.valid()) set_shutter(time);
   if (!options_.as_time_passes) rendered_ = render(time, number_at(time));
   if (rendering_.valid() && rendering_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
     rendered_ = rendering_.get();
@@ -88,6 +95,35 @@ void WorldCamera::keep(const Exposure& exposure) {
   if (!list_) throw std::runtime_error((folder_ / "exposures.txt").string() + ": cannot be written");
 }
 
+Status WorldCamera::exposure_range(ExposureRange& range) {
+  if (!setting_.known()) return StatusCode::camera_control_missing;
+  range = {.least_us = 10, .most_us = 1'000'000, .step_us = 10, .least_gain_milli = 1000, .most_gain_milli = 16'000};
+  return {};
+}
+
+Status WorldCamera::set_exposure(ExposureSetting& setting) {
+  if (!setting_.known()) return StatusCode::camera_control_missing;
+  asked_.push_back({setting, static_cast<std::int64_t>(scenario_.effects.obeys_after)});
+  if (asked_.front().images == 0) count_down();
+  return {};
+}
+
+/// An image has been taken: settings whose time has come are those of the next one.
+void WorldCamera::count_down() {
+  for (Asked& asked : asked_) --asked.images;
+  while (!asked_.empty() && asked_.front().images < 0) {
+    setting_ = asked_.front().setting;
+    asked_.pop_front();
+  }
+}
+
+void WorldCamera::set_shutter(TimeNs time) {
+  if (!setting_.known()) return;
+  renderer_.set_effects(world::exposed_with(scenario_.effects, static_cast<double>(setting_.exposure_us),
+                                            1e-3 * static_cast<double>(setting_.gain_milli),
+                                            world::light_at(scenario_.effects, time)));
+}
+
 Status WorldCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
   now_ = now;
   if (!trigger_ || *trigger_ > now || *trigger_ >= renderer_.trajectory().end_ns()) {
@@ -99,7 +135,9 @@ Status WorldCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
   rendered_.reset();
   latest_ns_ = std::max(latest_ns_, exposure.time);
   keep(exposure);
+  count_down();
   frame = {};
+  frame.exposure = exposure.setting;
   frame.time_ns = exposure.time;
   frame.sequence = static_cast<std::int64_t>(exposure.number);
   if (scenario_.flight.altimeter)
