@@ -34,7 +34,7 @@ struct CameraFrame {
   std::int64_t sequence = 0;                                   ///< the camera's own counter
   double altitude = std::numeric_limits<double>::quiet_NaN();  ///< m above ground from ancillary data
   char name[64] = {};                                          ///< of the source, for reports
-  ExposureSetting exposure;                                    ///< with which it was taken, as far as the camera knows
+  ExposureSetting exposure = {};                               ///< with which it was taken, as far as the camera knows
 };
 
 class Camera {

@@ -197,27 +197,30 @@ FlyableImages make_flyable(const std::vector<host::StripFrame>& strip, const fs:
   return result;
 }
 
-bool write_places(const FlyableImages& images, double sigma_m, const fs::path& file, std::ostream& messages) {
+bool write_places(const FlyableImages& images, const PlaceOptions& options, const fs::path& file,
+                  std::ostream& messages) {
   std::size_t count = 0;
   for (const auto& place : images.places) count += place ? 1 : 0;
   if (count < fewest_places) return false;
   std::ofstream out(file, std::ios::binary);
-  out << "# positions that EXIF states\n"
-         "time_s,longitude_deg,latitude_deg,horizontal_sigma_m,elevation_m,vertical_sigma_m\n";
-  out << std::fixed;
+  out << "# positions that EXIF states" << (options.looks_down ? ", and a camera that looks straight down" : "") << "\n"
+      << "time_s,longitude_deg,latitude_deg,horizontal_sigma_m,elevation_m,vertical_sigma_m"
+      << (options.looks_down ? ",qw,qx,qy,qz,tilt_sigma_rad\n" : "\n") << std::fixed;
   for (std::size_t i = 0; i < images.frames.size() && i < images.places.size(); ++i) {
     const std::optional<host::GeoTag>& place = images.places[i];
     if (!place) continue;
-    const double sigma = place->horizontal_error_m.value_or(sigma_m);
+    const double sigma = place->horizontal_error_m.value_or(options.sigma_m);
     out << std::setprecision(9) << 1e-9 * static_cast<double>(images.frames[i].time_ns) << "," << place->longitude_deg
         << "," << place->latitude_deg << "," << std::setprecision(3) << sigma << ",";
     if (place->elevation_m) out << *place->elevation_m << "," << 2 * sigma;
     if (!place->elevation_m) out << ",";
-    out << "\n";
+    // The image's x to the east, its y to the south; the heading is not known.
+    out << (options.looks_down ? ",0,1,0,0,0.1\n" : "\n");
   }
   if (!out.flush()) throw std::runtime_error(file.string() + ": cannot be written");
   messages << "navigation: the positions that EXIF states in " << count << " of " << images.frames.size()
-           << " images, on the Earth, one sigma " << sigma_m << " m where an image states no error\n";
+           << " images, on the Earth, one sigma " << options.sigma_m << " m where an image states no error\n";
+  if (options.looks_down) messages << "navigation: the camera counts as looking straight down to 6 degrees, one sigma\n";
   return true;
 }
 

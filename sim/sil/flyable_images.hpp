@@ -31,10 +31,14 @@ struct FlyableImages {
 /// Fewer do not say where a strip lies and how it is turned.
 inline constexpr std::size_t fewest_places = 3;
 
-/// Writes the places as the vehicle's measurements (docs/navigation.md), at the times of the frames. An error that an
-/// image states itself counts; `sigma_m` stands for it otherwise, and twice as much for elevations. False, and nothing
+struct PlaceOptions {
+  double sigma_m = 5;      ///< one sigma of a position without a stated error; twice as much of an elevation
+  bool looks_down = true;  ///< the camera does, to 0.1 rad (one sigma): positions alone do not say what is up
+};
+
+/// Writes the places as the vehicle's measurements (docs/navigation.md), at the times of the frames. False, and nothing
 /// is written, for fewer than `fewest_places`. Throws std::runtime_error.
-bool write_places(const FlyableImages& images, double sigma_m, const std::filesystem::path& file,
+bool write_places(const FlyableImages& images, const PlaceOptions& options, const std::filesystem::path& file,
                   std::ostream& messages);
 
 /// The camera of images whose pixels are joined, `binning` by `binning`.

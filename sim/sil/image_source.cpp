@@ -164,12 +164,15 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
   const std::vector<host::StripFrame> source = host::list_strip(folder.parent_path());
   std::ostringstream messages;
   const FlyableImages flyable = make_flyable(source, fs::path(options.out) / "images", messages);
-  const fs::path places = fs::path(options.out) / "exif-positions.csv";
-  const bool placed = options.navigation.empty() && options.exif_sigma_m > 0 &&
-                      write_places(flyable, options.exif_sigma_m, places, messages);
   const std::vector<host::StripFrame>& strip = flyable.frames;
-  print_lines(messages.str());
   std::optional<CameraModel> given = camera_for(options, folder.parent_path());
+  // An assumed attitude would be evidence about an unknown camera that there is not.
+  const fs::path places = fs::path(options.out) / "exif-positions.csv";
+  const PlaceOptions how{.sigma_m = options.exif_sigma_m,
+                         .looks_down = given && options.camera_known && !options.exif_oblique};
+  const bool placed =
+      options.navigation.empty() && options.exif_sigma_m > 0 && write_places(flyable, how, places, messages);
+  print_lines(messages.str());
   if (given && flyable.binning > 1) given = fitting_camera(*given, source, flyable.binning);
   const std::optional<ImageSize> size = size_of_images(strip);
   if (given && size) check_size(*size, *given);
