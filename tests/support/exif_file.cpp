@@ -1,8 +1,8 @@
 #include "tests/support/exif_file.hpp"
 
+#include <cpl_string.h>
 #include <algorithm>
 #include <cmath>
-#include <cpl_string.h>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
@@ -127,12 +127,13 @@ void write_photograph(const std::filesystem::path& path, const host::Raster<host
   const std::filesystem::path plain = path.string() + ".plain";
   {
     const host::GdalSession session;
-    const host::Dataset memory(GetGDALDriverManager()->GetDriverByName("MEM")->Create(
-        "", picture.width, picture.height, 3, GDT_Byte, nullptr));
+    const host::Dataset memory(GetGDALDriverManager()->GetDriverByName("MEM")->Create("", picture.width, picture.height,
+                                                                                      3, GDT_Byte, nullptr));
     std::vector<std::uint8_t> samples(picture.samples.size());
     for (int band = 1; band <= 3; ++band) {
-      std::transform(picture.samples.begin(), picture.samples.end(), samples.begin(),
-                     [band](const host::Rgb& c) { return band == 1 ? c.r : band == 2 ? c.g : c.b; });
+      std::transform(picture.samples.begin(), picture.samples.end(), samples.begin(), [band](const host::Rgb& c) {
+        return band == 1 ? c.r : band == 2 ? c.g : c.b;
+      });
       if (memory->GetRasterBand(band)->RasterIO(GF_Write, 0, 0, picture.width, picture.height, samples.data(),
                                                 picture.width, picture.height, GDT_Byte, 0, 0, nullptr) != CE_None) {
         throw host::gdal_error("a photograph");
