@@ -55,11 +55,11 @@ TimeNs WorldCamera::next_regular() const {
   return found != regular.end() ? *found : renderer_.trajectory().end_ns();
 }
 
-WorldCamera::Exposure WorldCamera::render(TimeNs time, std::size_t number) const {
+WorldCamera::Exposure WorldCamera::render(TimeNs time, std::size_t number, const ExposureSetting& setting) const {
   Exposure exposure;
   exposure.time = time;
   exposure.number = number;
-  exposure.setting = setting_;
+  exposure.setting = setting;
   renderer_.render(time, static_cast<std::int64_t>(number), exposure.picture);
   return exposure;
 }
@@ -73,16 +73,20 @@ std::size_t WorldCamera::number_at(TimeNs time) const {
 bool WorldCamera::ready() {
   const TimeNs time = *trigger_;
   if (time < 0 || time >= renderer_.trajectory().end_ns()) return false;
-  if (!rendering_.valid()) set_shutter(time);
-  if (!options_.as_time_passes) rendered_ = render(time, number_at(time));
+  if (!options_.as_time_passes) {
+    set_shutter(time);
+    rendered_ = render(time, number_at(time), setting_);
+  }
   if (rendering_.valid() && rendering_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
     rendered_ = rendering_.get();
   }
   if (rendered_ && rendered_->time == time) return true;
   if (!rendering_.valid()) {
     rendered_.reset();
-    rendering_ =
-        std::async(std::launch::async, [this, time, number = number_at(time)] { return render(time, number); });
+    set_shutter(time);
+    rendering_ = std::async(std::launch::async, [this, time, number = number_at(time), setting = setting_] {
+      return render(time, number, setting);
+    });
   }
   return false;
 }

@@ -50,7 +50,7 @@ class WorldCamera final : public Camera {
     ExposureSetting setting;
     world::RenderedFrame picture;
   };
-  [[nodiscard]] Exposure render(TimeNs time, std::size_t number) const;
+  [[nodiscard]] Exposure render(TimeNs time, std::size_t number, const ExposureSetting& setting) const;
   [[nodiscard]] std::size_t number_at(TimeNs time) const;
   [[nodiscard]] TimeNs next_regular() const;
   /// Whether the wanted exposure is rendered. In real time the call begins to render it if it is not.
