@@ -111,8 +111,9 @@ void read_place(GDALDataset& dataset, PhotographFacts& facts) {
     facts.place_fault = "latitude without N or S, or longitude without E or W";
   } else if (*latitude > 90 || *longitude > 180) {
     facts.place_fault = "a latitude beyond 90 or a longitude beyond 180 degrees";
-  } else if (*latitude == 0 && *longitude == 0) {
-    facts.place_fault = "latitude and longitude are both 0, which receivers without a position write";
+  } else if (*latitude == 0 || *longitude == 0) {
+    // GDAL reads a division by nothing as 0 too.
+    facts.place_fault = "a latitude or longitude of exactly 0, which receivers without a position write";
   }
   if (!facts.place_fault.empty()) return;
   GeoTag tag{*east * *longitude, *north * *latitude, {}, {}};

@@ -123,7 +123,7 @@ TEST_F(PhotographPlaces, HostilePositionsAreLeftOutInPlainWords) {
     EXPECT_NE(fault.find(part), std::string::npos) << fault;
   };
   ExifTags tags = at(0, 0, 10);
-  refused(tags, "both 0");
+  refused(tags, "exactly 0");
   tags = at(4, 51, 10);
   tags.latitude_letter.clear();
   refused(tags, "without N or S");
@@ -135,7 +135,7 @@ TEST_F(PhotographPlaces, HostilePositionsAreLeftOutInPlainWords) {
   refused(tags, "beyond 90");
   tags = at(4, 51, 10);
   tags.latitude = {{51, 0}, {0, 0}, {0, 0}};  // divided by nothing
-  refused(tags, "not both degrees");
+  refused(tags, "exactly 0");
   tags = at(4, 51, 10);
   tags.latitude = {{51, 1}, {61, 1}, {0, 1}};
   refused(tags, "not both degrees");
