@@ -113,6 +113,7 @@ inline constexpr Stage rows[] = {
      .name = "acquisition",
      .page = "imaging",
      .wakes = mask_of(capture),
+     .reads = mask_of(overlap, keyframe),
      .writes = mask_of(frame, command),
      .changes = mask_of(capture),
      .period = 1,

@@ -18,6 +18,8 @@ class HeldCamera final : public Camera {
   [[nodiscard]] bool triggered() const override { return camera_.triggered(); }
   [[nodiscard]] bool restarts_counter() const override { return camera_.restarts_counter(); }
   Status trigger(TimeNs time) override { return camera_.trigger(time); }
+  Status exposure_range(ExposureRange& range) override { return camera_.exposure_range(range); }
+  Status set_exposure(ExposureSetting& setting) override { return camera_.set_exposure(setting); }
   [[nodiscard]] TimeNs granularity() const override { return camera_.granularity(); }
   [[nodiscard]] bool exposes_unasked() const override { return camera_.exposes_unasked(); }
   TimeNs next_due() const override { return camera_.next_due(); }

@@ -1,6 +1,7 @@
 #include "fsw/imaging/acquisition.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -27,6 +28,9 @@ constexpr TimeNs shortest_silence_ns = 10 * ns_per_s;
 constexpr TimeNs unknown_silence_ns = 60 * ns_per_s;
 /// The longest time for which a frame waits until the store takes it.
 constexpr TimeNs longest_hold_ns = 3600 * ns_per_s;
+
+/// The vehicle swings: the largest speed of the ground counts, and fades by this share with every image.
+constexpr double speed_fading = 0.125;
 
 bool is_uniform(GrayView image) {
   for (std::int32_t y = 0; y < image.height; ++y) {
@@ -57,6 +61,9 @@ Status Acquisition::restore() {
   restored_sequence_ = state_.last_sequence;
   heard_ns_ = -1;
   silent_ = false;
+  exposure_.reset();
+  speed_px_s_ = 0;
+  exposure_event_ = {};
   return status;
 }
 
@@ -343,8 +350,68 @@ Status Acquisition::trigger(TimeNs now) {
   return {};
 }
 
+double Acquisition::ground_speed_px_s() const {
+  OverlapRecord overlap;
+  if (!last(store_, overlap).ok() || overlap.verdict != OverlapVerdict::ok || overlap.keyframe_id == 0) return 0;
+  KeyframeRecord keyframe;
+  FrameRecord first, second;
+  if (!get(store_, overlap.keyframe_id, keyframe).ok() || !get(store_, keyframe.frame_id, first).ok() ||
+      !get(store_, overlap.id, second).ok() || second.time_ns <= first.time_ns) {
+    return 0;
+  }
+  const double half_width = 0.5 * second.width, half_height = 0.5 * second.height;
+  const double corner = std::sqrt(half_width * half_width + half_height * half_height);
+  const double shift = std::sqrt(overlap.shift_x_px * overlap.shift_x_px + overlap.shift_y_px * overlap.shift_y_px);
+  const double moved = shift + corner * (std::fabs(overlap.rotation_rad) + std::fabs(overlap.scale - 1));
+  return moved * static_cast<double>(ns_per_s) / static_cast<double>(second.time_ns - first.time_ns);
+}
+
+bool Acquisition::begin_exposure_control() {
+  ExposureRange range;
+  const Status known = camera_.exposure_range(range);
+  if (known.is(StatusCode::not_ready)) return false;
+  if (known.ok()) {
+    exposure_.begin(range);
+    return true;
+  }
+  exposure_.give_up();
+  exposure_event_ = {StatusCode::exposure_unsupported, static_cast<std::int64_t>(known.code), known.a};
+  return false;
+}
+
+void Acquisition::control_exposure() {
+  if (!mission_.exposure_control) {
+    if (exposure_.begun()) exposure_.reset();
+    return;
+  }
+  if (exposure_.given_up() || (!exposure_.begun() && !begin_exposure_control())) return;
+  speed_px_s_ = std::max(ground_speed_px_s(), speed_px_s_ * (1 - speed_fading));
+  ExposureGoal goal;
+  goal.bright_grey = mission_.exposure_bright_grey;
+  goal.longest_us = longest_exposure_us(mission_.exposure_blur_px, speed_px_s_, mission_.exposure_longest_us);
+  goal.most_gain_milli = static_cast<std::int64_t>(1000 * mission_.exposure_most_gain);
+  ExposureSetting next;
+  const auto answer =
+      exposure_.look_at(measure_brightness(image_.view()), taken_.exposure, goal, next, exposure_event_);
+  if (answer == ExposureControl::Answer::keep) return;
+  const Status set = camera_.set_exposure(next);
+  if (set.is(StatusCode::not_ready)) return;
+  if (!set.ok()) {
+    exposure_.give_up();
+    exposure_event_ = {StatusCode::exposure_unsupported, static_cast<std::int64_t>(set.code), set.a};
+    return;
+  }
+  exposure_.asked(next);
+  if (exposure_event_.ok()) exposure_event_ = {StatusCode::exposure_changed, next.exposure_us, next.gain_milli};
+}
+
 StepResult Acquisition::step() {
   if (state_.ended) return {};
+  if (!exposure_event_.ok()) {
+    const Status event = exposure_event_;
+    exposure_event_ = {};
+    return {event, true};
+  }
   Outcome outcome;
   outcome.after = state_;
   outcome.cursor = cursor_;
@@ -369,6 +436,7 @@ StepResult Acquisition::step() {
   // After a restart the source may begin again with frames that are already stored.
   if (state_.any && taken_.sequence <= restored_sequence_ && (status.ok() || taken_.sequence > 0)) return {{}, true};
   if (!status.ok()) return {status, true};
+  control_exposure();
   return store_taken();
 }
 

@@ -4,6 +4,7 @@
 #include "cfg/mission.hpp"
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/executive/stage_component.hpp"
+#include "fsw/imaging/exposure_control.hpp"
 #include "fsw/shared/step_transaction.hpp"
 #include "hal/camera/camera.hpp"
 #include "hal/clock/clock.hpp"
@@ -15,7 +16,8 @@ namespace ilp {
 /// clock and the image itself show frames that are lost, repeated, out of order, late, mis-stamped or wrongly sized.
 /// These are reported, and the flight goes on. When the source ends, it commands the end of the open strip. A frame
 /// whose storing meets a fault that may pass is held until it is stored, and no other one is taken meanwhile. No frame
-/// ever has the number of one that is on record.
+/// ever has the number of one that is on record. With `exposure_control` it sets the camera's exposure after each image
+/// (docs/exposure.md).
 class Acquisition final : public StageComponent<ComponentId::acquisition> {
  public:
   static const CheckpointForm checkpoint;
@@ -78,6 +80,10 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   Status write(const Outcome& outcome);
   Status resume_after_records();
   StepResult store_taken();
+  void control_exposure();
+  bool begin_exposure_control();
+  /// Of the ground in the newest images: px/s, 0 when it is not known.
+  [[nodiscard]] double ground_speed_px_s() const;
 
   Tables store_;
   Camera& camera_;
@@ -90,6 +96,9 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   TimeNs heard_ns_ = -1;  // when the camera last gave a frame, or was first asked; -1: not yet
   bool silent_ = false;
   bool unasked_ = false;  // the camera's present mode: it exposes at times of its own
+  ExposureControl exposure_;
+  double speed_px_s_ = 0;  // the largest of late
+  Status exposure_event_;  // that the next step reports
   // The frame at work; its pixels are in image_.
   CameraFrame taken_;
   TimeNs taken_ns_ = 0;

@@ -13,11 +13,28 @@ namespace ilp {
 
 using FrameImage = FixedImage<std::uint8_t, limits::max_image_pixels>;
 
+/// How an image is exposed. The gain is in thousandths of the sensor's own; 0 us: not known.
+struct ExposureSetting {
+  std::int64_t exposure_us = 0;
+  std::int64_t gain_milli = 1000;
+
+  [[nodiscard]] bool known() const { return exposure_us > 0; }
+  bool operator==(const ExposureSetting&) const = default;
+};
+
+/// What a camera can be set to. A camera without a gain of its own has the same least and most.
+struct ExposureRange {
+  std::int64_t least_us = 0, most_us = 0;
+  std::int64_t step_us = 1;
+  std::int64_t least_gain_milli = 1000, most_gain_milli = 1000;
+};
+
 struct CameraFrame {
   TimeNs time_ns = 0;                                          ///< exposure time since the mission epoch
   std::int64_t sequence = 0;                                   ///< the camera's own counter
   double altitude = std::numeric_limits<double>::quiet_NaN();  ///< m above ground from ancillary data
   char name[64] = {};                                          ///< of the source, for reports
+  ExposureSetting exposure = {};                               ///< with which it was taken, as far as the camera knows
 };
 
 class Camera {
@@ -45,6 +62,18 @@ class Camera {
   [[nodiscard]] virtual TimeNs granularity() const { return 0; }
   /// Whether a triggered camera also exposes at times of its own, when its trigger is `any_time`.
   [[nodiscard]] virtual bool exposes_unasked() const { return granularity() > 0; }
+  /// What set_exposure() takes. `camera_control_missing` for a camera whose exposure cannot be set (a = control, 0:
+  /// all), `not_ready` while it is not known.
+  virtual Status exposure_range(ExposureRange& range) {
+    static_cast<void>(range);
+    return StatusCode::camera_control_missing;
+  }
+  /// Sets exposure and gain of the images from now on; an image on its way may still have the earlier ones. `setting`
+  /// becomes what the camera has made of it. The same codes.
+  virtual Status set_exposure(ExposureSetting& setting) {
+    static_cast<void>(setting);
+    return StatusCode::camera_control_missing;
+  }
   /// The time of the next image, if the source knows it; otherwise 0.
   virtual TimeNs next_due() const { return 0; }
 

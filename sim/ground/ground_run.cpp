@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "cfg/mission.hpp"
+#include "sim/ground/export/colour_ortho.hpp"
 #include "sim/ground/export/flight_tables.hpp"
 #include "sim/ground/export/shared_catalogue.hpp"
 #include "sim/ground/export/strip_exports.hpp"
@@ -105,6 +106,9 @@ void merge_and_export(const GroundOptions& options, const report::Report& report
   if (!map) return;
   result.map = map->statistics;
   MapExport(options, before, catalogue)(*map, place, result);
+  if (!options.colour.empty()) {
+    exports::write_colour_ortho(report.flight, place, options.colour, options.out, result, messages);
+  }
   exports::export_points_and_footprints(report.flight, place, options.out, result);
 }
 

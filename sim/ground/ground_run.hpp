@@ -24,6 +24,7 @@ struct GroundOptions {
   std::filesystem::path control;      ///< ground control points (control/control_file.hpp)
   std::string control_body;           ///< of their longitudes and latitudes
   std::filesystem::path images;       ///< the original images
+  std::filesystem::path colour;       ///< the photographs in colour (export/colour_ortho.hpp)
   std::filesystem::path score;        ///< score.json of ilp-score
   std::string catalogue;              ///< address of a catalogue that missions share
   std::string mission;                ///< name in it; empty: the title

@@ -121,6 +121,8 @@ int main(int argc, char** argv) {
   app.add_option("--flight-info", options.flight_info, "JSON file of ilp-sil with the cost of the run");
   app.add_option("--acknowledge", options.acknowledge, "folder for acknowledgements to the flight");
   app.add_option("--images", options.images, "folder of the original images, which show what compression has lost");
+  app.add_option("--colour", options.colour,
+                 "folder of the photographs in colour that flew in grey: a colour orthoimage of each strip");
   app.add_option("--score", options.score,
                  "score.json of ilp-score; the report then compares the flight with the truth");
   app.add_flag("--afresh", options.afresh,

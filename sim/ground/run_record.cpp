@@ -107,7 +107,7 @@ std::uint64_t digest_of_inputs(const GroundOptions& options) {
        << options.control_body << "\n"
        << database_text(options.flight_db);
   for (const fs::path& path : {options.outbox, options.truth, options.reference, options.flight_info, options.anchor,
-                               options.control, options.images, options.score}) {
+                               options.control, options.images, options.score, options.colour}) {
     text << tree_text(path);
   }
   return host::digest(text.str());

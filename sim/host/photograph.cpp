@@ -83,6 +83,65 @@ std::optional<std::int64_t> exposure_time(GDALDataset& dataset) {
   return time_ns;
 }
 
+/// Degrees, minutes and seconds, or hours, minutes and seconds; none where they are no such numbers.
+std::optional<double> sexagesimal(const std::optional<std::string>& text) {
+  double whole = 0, minutes = 0, seconds = 0;
+  if (!text || std::sscanf(text->c_str(), " ( %lf ) ( %lf ) ( %lf )", &whole, &minutes, &seconds) != 3) {
+    return std::nullopt;
+  }
+  const bool sound = whole >= 0 && whole <= 180 && minutes >= 0 && minutes < 60 && seconds >= 0 && seconds < 60;
+  return sound ? std::optional(whole + minutes / 60 + seconds / 3600) : std::nullopt;
+}
+
+/// 1 or -1 by the letter of the reference.
+std::optional<double> side(const std::optional<std::string>& letter, char positive, char negative) {
+  if (!letter || letter->empty() || ((*letter)[0] != positive && (*letter)[0] != negative)) return std::nullopt;
+  return (*letter)[0] == positive ? 1.0 : -1.0;
+}
+
+void read_place(GDALDataset& dataset, PhotographFacts& facts) {
+  const auto latitude_text = exif(dataset, "EXIF_GPSLatitude"), longitude_text = exif(dataset, "EXIF_GPSLongitude");
+  if (!latitude_text && !longitude_text) return;
+  const auto latitude = sexagesimal(latitude_text), longitude = sexagesimal(longitude_text);
+  const auto north = side(exif(dataset, "EXIF_GPSLatitudeRef"), 'N', 'S');
+  const auto east = side(exif(dataset, "EXIF_GPSLongitudeRef"), 'E', 'W');
+  if (!latitude || !longitude) {
+    facts.place_fault = "latitude and longitude are not both degrees, minutes and seconds";
+  } else if (!north || !east) {
+    facts.place_fault = "latitude without N or S, or longitude without E or W";
+  } else if (*latitude > 90 || *longitude > 180) {
+    facts.place_fault = "a latitude beyond 90 or a longitude beyond 180 degrees";
+  } else if (*latitude == 0 || *longitude == 0) {
+    // GDAL reads a division by nothing as 0 too.
+    facts.place_fault = "a latitude or longitude of exactly 0, which receivers without a position write";
+  }
+  if (!facts.place_fault.empty()) return;
+  GeoTag tag{*east * *longitude, *north * *latitude, {}, {}};
+  constexpr double lowest_m = -500, highest_m = 100'000;
+  if (const auto altitude = exif_number(dataset, "EXIF_GPSAltitude")) {
+    const std::string reference = exif(dataset, "EXIF_GPSAltitudeRef").value_or("0");
+    const double elevation = reference.find('1') != std::string::npos ? -*altitude : *altitude;
+    if (elevation >= lowest_m && elevation <= highest_m) tag.elevation_m = elevation;
+  }
+  const auto error = exif_number(dataset, "EXIF_GPSHPositioningError");
+  if (error && *error > 0 && *error < 10'000) tag.horizontal_error_m = error;
+  facts.place = tag;
+}
+
+std::optional<std::int64_t> gps_time(GDALDataset& dataset) {
+  const auto date = exif(dataset, "EXIF_GPSDateStamp");
+  const auto hours = sexagesimal(exif(dataset, "EXIF_GPSTimeStamp"));
+  std::tm tm{};
+  if (!date || !hours || *hours >= 24 ||
+      std::sscanf(date->c_str(), "%4d:%2d:%2d", &tm.tm_year, &tm.tm_mon, &tm.tm_mday) != 3 || tm.tm_year < 1980 ||
+      tm.tm_mon < 1 || tm.tm_mon > 12 || tm.tm_mday < 1 || tm.tm_mday > 31) {
+    return std::nullopt;
+  }
+  tm.tm_year -= 1900;
+  tm.tm_mon -= 1;
+  return std::int64_t{timegm(&tm)} * 1'000'000'000 + std::llround(*hours * 3600e6) * 1000;
+}
+
 std::vector<std::uint16_t> samples_of(GDALDataset& dataset, int band, const fs::path& path) {
   const int width = dataset.GetRasterXSize(), height = dataset.GetRasterYSize();
   std::vector<std::uint16_t> samples(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
@@ -114,6 +173,20 @@ Photograph read_photograph(const fs::path& path) {
   return photograph;
 }
 
+Raster<Rgb> read_colours(const fs::path& path) {
+  const GdalSession session(register_formats);
+  const Dataset dataset = open(path);
+  const bool deep = dataset->GetRasterBand(1)->GetRasterDataType() == GDT_UInt16;
+  const auto octet = [deep](std::uint16_t value) { return static_cast<std::uint8_t>(deep ? value / 257 : value); };
+  const bool coloured = dataset->GetRasterCount() >= 3;
+  const auto red = samples_of(*dataset, 1, path);
+  const auto green = coloured ? samples_of(*dataset, 2, path) : red;
+  const auto blue = coloured ? samples_of(*dataset, 3, path) : red;
+  Raster<Rgb> colours(dataset->GetRasterXSize(), dataset->GetRasterYSize());
+  for (std::size_t i = 0; i < red.size(); ++i) colours.samples[i] = {octet(red[i]), octet(green[i]), octet(blue[i])};
+  return colours;
+}
+
 PhotographFacts read_photograph_facts(const fs::path& path) {
   const GdalSession session(register_formats);
   const Dataset dataset = open(path);
@@ -123,6 +196,8 @@ PhotographFacts read_photograph_facts(const fs::path& path) {
   facts.deep = dataset->GetRasterBand(1)->GetRasterDataType() == GDT_UInt16;
   facts.field_of_view_rad = field_of_view(*dataset);
   facts.time_ns = exposure_time(*dataset);
+  facts.gps_time_ns = gps_time(*dataset);
+  read_place(*dataset, facts);
   return facts;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "sim/host/raster.hpp"
 
@@ -16,12 +17,25 @@ struct Photograph {
 };
 [[nodiscard]] Photograph read_photograph(const std::filesystem::path& path);
 
+/// Where a photograph says that it was taken, on the Earth.
+struct GeoTag {
+  double longitude_deg = 0, latitude_deg = 0;
+  std::optional<double> elevation_m;         ///< above sea level
+  std::optional<double> horizontal_error_m;  ///< that the receiver stated
+};
+
+/// The colours, 8 bits each; three times the grey value where the file has none.
+[[nodiscard]] Raster<Rgb> read_colours(const std::filesystem::path& path);
+
 /// What the header says.
 struct PhotographFacts {
   int width = 0, height = 0;
   bool deep = false;
   std::optional<double> field_of_view_rad;  ///< horizontal, from the focal length that EXIF states for 35 mm film
   std::optional<std::int64_t> time_ns;      ///< of the exposure, since 1970, as the camera's clock says
+  std::optional<std::int64_t> gps_time_ns;  ///< of the position, since 1970, UTC
+  std::optional<GeoTag> place;
+  std::string place_fault;  ///< why there is no place although the header has one; empty otherwise
 };
 [[nodiscard]] PhotographFacts read_photograph_facts(const std::filesystem::path& path);
 

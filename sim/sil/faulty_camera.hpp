@@ -35,6 +35,8 @@ class FaultyCamera final : public Camera {
   [[nodiscard]] TimeNs granularity() const override { return camera_.granularity(); }
   [[nodiscard]] bool exposes_unasked() const override { return camera_.exposes_unasked(); }
   Status trigger(TimeNs time) override { return camera_.trigger(time); }
+  Status exposure_range(ExposureRange& range) override { return camera_.exposure_range(range); }
+  Status set_exposure(ExposureSetting& setting) override { return camera_.set_exposure(setting); }
 
   [[nodiscard]] const CameraFaultCounts& counts() const { return counts_; }
   /// The wrapped camera has given its last frame.

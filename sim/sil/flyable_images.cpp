@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <iomanip>
 #include <ostream>
 #include <set>
+#include <stdexcept>
 #include <string>
 
 #include "cfg/limits.hpp"
@@ -122,17 +125,39 @@ std::string name_for(const fs::path& file, std::set<std::string>& used) {
   return name;
 }
 
+using StatedTime = std::optional<std::int64_t> PhotographFacts::*;
+
+/// Whether all images state this time, and it increases.
+bool increases(const std::vector<Facts>& all, StatedTime time) {
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!all[i].header || !((*all[i].header).*time)) return false;
+    if (i > 0 && *((*all[i].header).*time) <= *((*all[i - 1].header).*time)) return false;
+  }
+  return true;
+}
+
 void take_times(const std::vector<Facts>& all, std::vector<host::StripFrame>& frames, std::ostream& messages) {
   if (frames.size() < 2 || !frames.front().time_is_assumed) return;
+  const bool by_camera = increases(all, &PhotographFacts::time_ns);
+  if (!by_camera && !increases(all, &PhotographFacts::gps_time_ns)) return;
+  const StatedTime time = by_camera ? &PhotographFacts::time_ns : &PhotographFacts::gps_time_ns;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!all[i].header || !all[i].header->time_ns) return;
-    if (i > 0 && *all[i].header->time_ns <= *all[i - 1].header->time_ns) return;
-  }
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    frames[i].time_ns = *all[i].header->time_ns - *all[0].header->time_ns;
+    frames[i].time_ns = *((*all[i].header).*time) - *((*all[0].header).*time);
     frames[i].time_is_assumed = false;
   }
-  messages << "the times are those that EXIF states, from the first image on\n";
+  messages << "the times are those that EXIF states" << (by_camera ? "" : " with the positions")
+           << ", from the first image on\n";
+}
+
+void take_places(const std::vector<Facts>& all, FlyableImages& result, std::ostream& messages) {
+  std::size_t faults = 0;
+  std::string first;
+  for (const Facts& facts : all) {
+    result.places.push_back(facts.header ? facts.header->place : std::nullopt);
+    if (!facts.header || facts.header->place_fault.empty()) continue;
+    if (++faults == 1) first = facts.frame->file.string() + ": " + facts.header->place_fault;
+  }
+  if (faults > 0) messages << faults << " positions in EXIF are not used, the first in " << first << "\n";
 }
 
 }  // namespace
@@ -168,7 +193,35 @@ FlyableImages make_flyable(const std::vector<host::StripFrame>& strip, const fs:
     messages << "the images are larger than the flight takes: " << result.binning << " x " << result.binning
              << " of their pixels become one\n";
   take_times(all, result.frames, messages);
+  take_places(all, result, messages);
   return result;
+}
+
+bool write_places(const FlyableImages& images, const PlaceOptions& options, const fs::path& file,
+                  std::ostream& messages) {
+  std::size_t count = 0;
+  for (const auto& place : images.places) count += place ? 1 : 0;
+  if (count < fewest_places) return false;
+  std::ofstream out(file, std::ios::binary);
+  out << "# positions that EXIF states" << (options.looks_down ? ", and a camera that looks straight down" : "") << "\n"
+      << "time_s,longitude_deg,latitude_deg,horizontal_sigma_m,elevation_m,vertical_sigma_m"
+      << (options.looks_down ? ",qw,qx,qy,qz,tilt_sigma_rad\n" : "\n") << std::fixed;
+  for (std::size_t i = 0; i < images.frames.size() && i < images.places.size(); ++i) {
+    const std::optional<host::GeoTag>& place = images.places[i];
+    if (!place) continue;
+    const double sigma = place->horizontal_error_m.value_or(options.sigma_m);
+    out << std::setprecision(9) << 1e-9 * static_cast<double>(images.frames[i].time_ns) << "," << place->longitude_deg
+        << "," << place->latitude_deg << "," << std::setprecision(3) << sigma << ",";
+    if (place->elevation_m) out << *place->elevation_m << "," << 2 * sigma;
+    if (!place->elevation_m) out << ",";
+    // The image's x to the east, its y to the south; the heading is not known.
+    out << (options.looks_down ? ",0,1,0,0,0.1\n" : "\n");
+  }
+  if (!out.flush()) throw std::runtime_error(file.string() + ": cannot be written");
+  messages << "navigation: the positions that EXIF states in " << count << " of " << images.frames.size()
+           << " images, on the Earth, one sigma " << options.sigma_m << " m where an image states no error\n";
+  if (options.looks_down) messages << "navigation: the camera counts as looking straight down to 6 degrees, one sigma\n";
+  return true;
 }
 
 CameraModel binned_camera(const CameraModel& camera, int binning) {

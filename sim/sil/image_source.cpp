@@ -62,10 +62,10 @@ class WorldSource final : public ImageSource {
  public:
   explicit WorldSource(const SourceOptions& options)
       : camera_(options.scenario, fs::path(options.out) / "flight",
-                {.resume = options.resume, .as_time_passes = options.real_time}),
+                {.resume = options.resume, .as_time_passes = options.real_time, .unasked = !options.triggered}),
         threads_(options.threads) {
     model = simulated_camera(options);
-    if (options.real_time) frames = world::Trajectory(options.scenario.flight).exposures().size();
+    if (options.real_time || !options.triggered) frames = world::Trajectory(options.scenario.flight).exposures().size();
     camera_known = options.camera_known;
   }
   Camera& camera() override { return camera_; }
@@ -165,8 +165,14 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
   std::ostringstream messages;
   const FlyableImages flyable = make_flyable(source, fs::path(options.out) / "images", messages);
   const std::vector<host::StripFrame>& strip = flyable.frames;
-  print_lines(messages.str());
   std::optional<CameraModel> given = camera_for(options, folder.parent_path());
+  // An assumed attitude would be evidence about an unknown camera that there is not.
+  const fs::path places = fs::path(options.out) / "exif-positions.csv";
+  const PlaceOptions how{.sigma_m = options.exif_sigma_m,
+                         .looks_down = given && options.camera_known && !options.exif_oblique};
+  const bool placed =
+      options.navigation.empty() && options.exif_sigma_m > 0 && write_places(flyable, how, places, messages);
+  print_lines(messages.str());
   if (given && flyable.binning > 1) given = fitting_camera(*given, source, flyable.binning);
   const std::optional<ImageSize> size = size_of_images(strip);
   if (given && size) check_size(*size, *given);
@@ -182,17 +188,24 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
   for (const std::string& warning : host::strip_warnings(strip)) std::cerr << "ilp-sil: " << warning << "\n";
   const fs::path index = fs::path(options.out) / "frames.txt";
   host::write_strip_index(index, strip);
-  return std::make_unique<StripSource>(index, camera, options.camera_known && given, strip.size(),
-                                       folder.parent_path().string());
+  auto opened = std::make_unique<StripSource>(index, camera, options.camera_known && given, strip.size(),
+                                              folder.parent_path().string());
+  if (placed) {
+    opened->navigation = places.string();
+    opened->body = Body::earth;
+  }
+  return opened;
 }
 
 std::unique_ptr<ImageSource> open_simulation(const SourceOptions& options) {
   const world::Scenario& scenario = options.scenario;
   const std::string description =
       "simulated world, scenario " + scenario.name + ", seed " + std::to_string(scenario.world.seed);
-  if (options.triggered || options.real_time) {
+  if (options.triggered || options.real_time || options.sets_exposure) {
     auto source = std::make_unique<WorldSource>(options);
-    source->description = description + (options.real_time ? ", rendered as time passes" : ", triggered camera");
+    source->description = description + (options.real_time   ? ", rendered as time passes"
+                                         : options.triggered ? ", triggered camera"
+                                                             : ", exposed as the flight says");
     return source;
   }
   if (!options.resume) render_scenario(options);
@@ -228,7 +241,7 @@ std::unique_ptr<ImageSource> open_images(const SourceOptions& options) {
 
 std::unique_ptr<ImageSource> open_source(const SourceOptions& options) {
   std::unique_ptr<ImageSource> source = open_images(options);
-  source->navigation = options.navigation;
+  if (!options.navigation.empty()) source->navigation = options.navigation;
   const fs::path simulated = fs::path(options.out) / "flight" / "navigation.csv";
   const bool recorded = !options.images.empty() || !options.y4m.empty();
   if (!recorded && options.navigation.empty() && fs::exists(simulated)) {

@@ -16,13 +16,16 @@ struct SourceOptions {
   std::string images;
   std::string y4m;
   std::string camera;
-  std::string navigation;  ///< file of the vehicle's measurements
+  std::string navigation;   ///< file of the vehicle's measurements
+  double exif_sigma_m = 5;  ///< of positions in EXIF that state no error; 0: they are not used
+  bool exif_oblique = false;  ///< such images do not look straight down
   std::string out;
   world::Scenario scenario;  ///< what is rendered when neither images nor a video are named
   bool triggered = false;    ///< a simulated camera exposes when commanded, not at the scenario's regular times
   bool real_time = false;    ///< a simulated camera exposes when commanded and else at the regular times, as they come
-  bool camera_known = true;  ///< false: a simulated camera's intrinsics are nominal ones that are off
-  std::uint64_t seed = 1;    ///< of how far off they are
+  bool sets_exposure = false;    ///< a simulated camera renders each image when it is exposed, as the flight has set it
+  bool camera_known = true;      ///< false: a simulated camera's intrinsics are nominal ones that are off
+  std::uint64_t seed = 1;        ///< of how far off they are
   double field_of_view_rad = 1;  ///< of images without a camera file
   bool resume = false;
   std::size_t threads = 0;  ///< that render; 0: as many as the host has

@@ -63,6 +63,11 @@ void describe_options(CLI::App& app, CommandLine& line) {
   app.add_option("--reference", line.reference,
                  "reference poses, with which others compare the flight; only checked here, before it begins");
   app.add_option("--navigation", source.navigation, "the vehicle's measurements, a CSV file (docs/navigation.md)");
+  app.add_option("--exif-sigma", source.exif_sigma_m,
+                 "one sigma in metres of the positions that EXIF states without an error; 0: they are not used")
+      ->check(CLI::Range(0.0, 10000.0));
+  app.add_flag("--exif-oblique", source.exif_oblique,
+               "images with positions in EXIF do not look straight down: their positions give the scale only");
   app.add_option("--mission", flight.mission_file, "mission parameters, an .ini file");
   app.add_option("--telecommands", flight.telecommands,
                  "file of telecommands, one a line: SENT_S capture AT_S, or SENT_S refine KEYFRAME; times in seconds");
@@ -150,6 +155,7 @@ int run(CommandLine& line) {
   source.field_of_view_rad = mission.field_of_view_rad;
   source.triggered = mission.capture_mode != CaptureMode::regular;
   source.real_time = flight.real_time;
+  source.sets_exposure = mission.exposure_control;
   prepare_folder(flight.out, flight.resume);
   const std::unique_ptr<ImageSource> images = open_source(source);
   if (!images->camera_known) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -16,6 +17,10 @@ namespace fs = std::filesystem;
 
 WorldCamera::WorldCamera(const world::Scenario& scenario, fs::path folder, const Options& options)
     : scenario_(scenario), folder_(std::move(folder)), options_(options), renderer_(scenario) {
+  const world::CameraEffects& effects = scenario.effects;
+  if (effects.settable_us > 0) {
+    setting_.exposure_us = std::llround(effects.first_us > 0 ? effects.first_us : effects.settable_us);
+  }
   world::check_flight(renderer_.terrain(), scenario.flight.camera, fly(scenario.flight));
   const fs::path list = folder_ / "exposures.txt";
   if (options.resume) {
@@ -50,10 +55,11 @@ TimeNs WorldCamera::next_regular() const {
   return found != regular.end() ? *found : renderer_.trajectory().end_ns();
 }
 
-WorldCamera::Exposure WorldCamera::render(TimeNs time, std::size_t number) const {
+WorldCamera::Exposure WorldCamera::render(TimeNs time, std::size_t number, const ExposureSetting& setting) const {
   Exposure exposure;
   exposure.time = time;
   exposure.number = number;
+  exposure.setting = setting;
   renderer_.render(time, static_cast<std::int64_t>(number), exposure.picture);
   return exposure;
 }
@@ -67,15 +73,20 @@ std::size_t WorldCamera::number_at(TimeNs time) const {
 bool WorldCamera::ready() {
   const TimeNs time = *trigger_;
   if (time < 0 || time >= renderer_.trajectory().end_ns()) return false;
-  if (!options_.as_time_passes) rendered_ = render(time, number_at(time));
+  if (!options_.as_time_passes) {
+    set_shutter(time);
+    rendered_ = render(time, number_at(time), setting_);
+  }
   if (rendering_.valid() && rendering_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
     rendered_ = rendering_.get();
   }
   if (rendered_ && rendered_->time == time) return true;
   if (!rendering_.valid()) {
     rendered_.reset();
-    rendering_ =
-        std::async(std::launch::async, [this, time, number = number_at(time)] { return render(time, number); });
+    set_shutter(time);
+    rendering_ = std::async(std::launch::async, [this, time, number = number_at(time), setting = setting_] {
+      return render(time, number, setting);
+    });
   }
   return false;
 }
@@ -86,6 +97,35 @@ void WorldCamera::keep(const Exposure& exposure) {
   exposures_.push_back(renderer_.trajectory().at(exposure.time));
   list_ << exposure.time << "\n" << std::flush;
   if (!list_) throw std::runtime_error((folder_ / "exposures.txt").string() + ": cannot be written");
+}
+
+Status WorldCamera::exposure_range(ExposureRange& range) {
+  if (!setting_.known()) return StatusCode::camera_control_missing;
+  range = {.least_us = 10, .most_us = 1'000'000, .step_us = 10, .least_gain_milli = 1000, .most_gain_milli = 16'000};
+  return {};
+}
+
+Status WorldCamera::set_exposure(ExposureSetting& setting) {
+  if (!setting_.known()) return StatusCode::camera_control_missing;
+  asked_.push_back({setting, static_cast<std::int64_t>(scenario_.effects.obeys_after)});
+  if (asked_.front().images == 0) count_down();
+  return {};
+}
+
+/// An image has been taken: settings whose time has come are those of the next one.
+void WorldCamera::count_down() {
+  for (Asked& asked : asked_) --asked.images;
+  while (!asked_.empty() && asked_.front().images < 0) {
+    setting_ = asked_.front().setting;
+    asked_.pop_front();
+  }
+}
+
+void WorldCamera::set_shutter(TimeNs time) {
+  if (!setting_.known()) return;
+  renderer_.set_effects(world::exposed_with(scenario_.effects, static_cast<double>(setting_.exposure_us),
+                                            1e-3 * static_cast<double>(setting_.gain_milli),
+                                            world::light_at(scenario_.effects, time)));
 }
 
 Status WorldCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
@@ -99,7 +139,9 @@ Status WorldCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
   rendered_.reset();
   latest_ns_ = std::max(latest_ns_, exposure.time);
   keep(exposure);
+  count_down();
   frame = {};
+  frame.exposure = exposure.setting;
   frame.time_ns = exposure.time;
   frame.sequence = static_cast<std::int64_t>(exposure.number);
   if (scenario_.flight.altimeter)

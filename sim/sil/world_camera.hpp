@@ -1,6 +1,7 @@
 // A triggered camera on a simulated flight: its image is rendered when it is triggered.
 #pragma once
 
+#include <deque>
 #include <filesystem>
 #include <fstream>
 #include <future>
@@ -25,6 +26,7 @@ class WorldCamera final : public Camera {
   struct Options {
     bool resume = false;
     bool as_time_passes = false;
+    bool unasked = false;  ///< it also exposes at the scenario's regular times in virtual time
   };
 
   /// std::invalid_argument for a flight that cannot be rendered, std::runtime_error for a folder that cannot be written
@@ -33,8 +35,10 @@ class WorldCamera final : public Camera {
 
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
   [[nodiscard]] bool triggered() const override { return true; }
-  [[nodiscard]] bool exposes_unasked() const override { return options_.as_time_passes; }
+  [[nodiscard]] bool exposes_unasked() const override { return options_.as_time_passes || options_.unasked; }
   Status trigger(TimeNs time) override;
+  Status exposure_range(ExposureRange& range) override;
+  Status set_exposure(ExposureSetting& setting) override;
 
   /// Writes the truth of all exposures.
   void finish(std::size_t threads);
@@ -43,14 +47,17 @@ class WorldCamera final : public Camera {
   struct Exposure {
     TimeNs time = 0;
     std::size_t number = 0;  ///< counted from 1
+    ExposureSetting setting;
     world::RenderedFrame picture;
   };
-  [[nodiscard]] Exposure render(TimeNs time, std::size_t number) const;
+  [[nodiscard]] Exposure render(TimeNs time, std::size_t number, const ExposureSetting& setting) const;
   [[nodiscard]] std::size_t number_at(TimeNs time) const;
   [[nodiscard]] TimeNs next_regular() const;
   /// Whether the wanted exposure is rendered. In real time the call begins to render it if it is not.
   bool ready();
   void keep(const Exposure& exposure);
+  void set_shutter(TimeNs time);
+  void count_down();
 
   world::Scenario scenario_;
   std::filesystem::path folder_;
@@ -60,6 +67,12 @@ class WorldCamera final : public Camera {
   TimeNs now_ = 0;
   TimeNs latest_ns_ = -1;  ///< that was given in this life
   std::optional<TimeNs> trigger_;
+  struct Asked {
+    ExposureSetting setting;
+    std::int64_t images = 0;  ///< that it still takes with the earlier one
+  };
+  ExposureSetting setting_;  ///< of the next image; not known: the flight cannot set it
+  std::deque<Asked> asked_;
   std::ofstream list_;
   std::optional<Exposure> rendered_;
   std::future<Exposure> rendering_;  ///< last: what it reads outlives it

@@ -23,6 +23,18 @@ std::vector<Parameter> parameters(CameraEffects& e) {
        0.99},
       {"haze_scale_height_m", &e.haze_scale_height_m, "m", "scale height of the haze; 0: the same density everywhere",
        0, 1e6},
+      {"settable_us", &e.settable_us, "us",
+       "exposure at which level ground of mean albedo is grey 127, of a camera whose exposure the flight can set; 0: "
+       "it "
+       "cannot",
+       0, 1e6},
+      {"first_us", &e.first_us, "us", "exposure with which such a camera begins; 0: that of settable_us", 0, 1e6},
+      {"obeys_after", &e.obeys_after, "", "images that such a camera takes before a new setting acts", 0, 1e6},
+      {"light_from_s", &e.light_from_s, "s", "time at which the light changes first", 0, 1e8},
+      {"light_for_s", &e.light_for_s, "s", "time for which it is changed; 0: never", 0, 1e8},
+      {"light_every_s", &e.light_every_s, "s", "time from one change to the next; 0: only one", 0, 1e8},
+      {"light_share", &e.light_share, "", "factor on the light then", 0, 100},
+      {"saturates", &e.saturates, "", "grey is proportional to the light and ends at white"},
       {"cloud_from_s", &e.cloud_from_s, "s", "time at which the first cloud comes below the camera", 0, 1e8},
       {"cloud_for_s", &e.cloud_for_s, "s", "time for which each cloud stays; 0: no clouds", 0, 1e8},
       {"cloud_every_s", &e.cloud_every_s, "s", "time from one cloud to the next; 0: only one cloud", 0, 1e8},
@@ -31,12 +43,35 @@ std::vector<Parameter> parameters(CameraEffects& e) {
   };
 }
 
-double cloud_at(const CameraEffects& effects, std::int64_t time_ns) {
-  const double since_s = 1e-9 * static_cast<double>(time_ns) - effects.cloud_from_s;
-  if (since_s < 0) return 0;
-  const double every_s = effects.cloud_every_s;
+namespace {
+
+/// Whether a time is in a window that begins `from_s`, lasts `for_s` and comes again `every_s` (0: once).
+bool inside(double from_s, double for_s, double every_s, std::int64_t time_ns) {
+  const double since_s = 1e-9 * static_cast<double>(time_ns) - from_s;
+  if (since_s < 0) return false;
   const double passed_s = every_s > 0 ? since_s - every_s * std::floor(since_s / every_s) : since_s;
-  return passed_s < effects.cloud_for_s ? effects.cloud_opacity : 0;
+  return passed_s < for_s;
+}
+
+}  // namespace
+
+double cloud_at(const CameraEffects& effects, std::int64_t time_ns) {
+  return inside(effects.cloud_from_s, effects.cloud_for_s, effects.cloud_every_s, time_ns) ? effects.cloud_opacity : 0;
+}
+
+double light_at(const CameraEffects& effects, std::int64_t time_ns) {
+  return inside(effects.light_from_s, effects.light_for_s, effects.light_every_s, time_ns) ? effects.light_share : 1;
+}
+
+CameraEffects exposed_with(const CameraEffects& effects, double exposure_us, double gain, double light) {
+  CameraEffects one = effects;
+  one.saturates = true;
+  one.exposure_s = 1e-6 * exposure_us;
+  one.gain = effects.gain * light * gain * exposure_us / effects.settable_us;
+  // At a higher gain, white is reached by fewer electrons, and the noise before the amplifier grows with it.
+  one.full_well_e = effects.full_well_e / gain;
+  one.read_noise_grey = effects.read_noise_grey * gain;
+  return one;
 }
 
 Haze::Haze(double share, double scale_height_m, double camera_z_m)

@@ -25,6 +25,15 @@ struct CameraEffects {
   double haze = 0;                 ///< 0 to 1: share of the light from level ground below that is replaced by the sky's
   double haze_scale_height_m = 0;  ///< of the hazy layer; 0: haze thickens with the distance only
 
+  double settable_us = 0;   ///< exposure at which level ground of mean albedo has grey 127; 0: the flight cannot set it
+  double first_us = 0;      ///< exposure with which such a camera begins; 0: settable_us
+  double obeys_after = 0;   ///< exposures that such a camera makes before it takes a new setting
+  double light_from_s = 0;  ///< time of the first change of light
+  double light_for_s = 0;   ///< how long it lasts; 0: the light never changes
+  double light_every_s = 0;
+  double light_share = 1;  ///< of the light there is then
+  bool saturates = false;  ///< grey is proportional to the light and ends at white, instead of a curve that never does
+
   double cloud_from_s = 0;   ///< time of the first cloud below the camera
   double cloud_for_s = 0;    ///< how long each stays; 0: no clouds
   double cloud_every_s = 0;  ///< after this time the next one comes; 0: there is only one
@@ -58,6 +67,12 @@ class Haze {
   double camera_z_m_;
   double per_density_m_ = 0;
 };
+
+/// Share of the light there is at this time, 1 while it is not changed.
+[[nodiscard]] double light_at(const CameraEffects& effects, std::int64_t time_ns);
+
+/// The effects of one image that a settable camera takes with this exposure and gain.
+[[nodiscard]] CameraEffects exposed_with(const CameraEffects& effects, double exposure_us, double gain, double light);
 
 /// Share of the ground's light that a cloud replaces at this time, 0 without a cloud.
 [[nodiscard]] double cloud_at(const CameraEffects& effects, std::int64_t time_ns);

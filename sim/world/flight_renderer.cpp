@@ -25,6 +25,10 @@ FlightRenderer::FlightRenderer(const Scenario& scenario)
   }
 }
 
+void FlightRenderer::set_effects(const CameraEffects& effects) {
+  for (Renderer& renderer : renderers_) renderer.set_effects(effects);
+}
+
 void FlightRenderer::render(std::int64_t time_ns, std::int64_t frame_index, RenderedFrame& out) const {
   const auto sun = renderers_.size() == 1 ? 0 : static_cast<std::size_t>(trajectory_.pass_at(time_ns));
   renderers_[sun].render(trajectory_.motion(time_ns), frame_index, out);

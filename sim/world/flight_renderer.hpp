@@ -21,6 +21,8 @@ class FlightRenderer {
   /// Its heights are those of every pass, its light is that of the first.
   [[nodiscard]] const Terrain& terrain() const { return terrains_.front(); }
 
+  /// For the next frames. Not to be called while one is rendered.
+  void set_effects(const CameraEffects& effects);
   /// The frame at a time of the flight. Safe to call from several threads.
   void render(std::int64_t time_ns, std::int64_t frame_index, RenderedFrame& out) const;
 

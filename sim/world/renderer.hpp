@@ -25,6 +25,9 @@ class Renderer {
   /// of its range.
   Renderer(const Terrain& terrain, const CameraModel& camera, const CameraEffects& effects, std::uint64_t seed);
 
+  /// For the next images. Not to be called while one is rendered.
+  void set_effects(const CameraEffects& effects) { effects_ = effects; }
+
   /// Radiance is averaged over 2x2 rays per pixel; grey = 255 L / (L + 1) for a radiance L, so that level ground of
   /// mean albedo is 127 and nothing saturates. The depth is that of an ideal shutter at motion.state, whatever the
   /// effects; the image is altered in the order of the light: motion, haze, clouds, vignetting, point spread, sensor. A

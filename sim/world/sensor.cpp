@@ -72,7 +72,8 @@ void expose(const CameraEffects& effects, std::uint64_t seed, std::int64_t frame
   const std::uint64_t noise_seed = mix64(stream_seed(seed, Stream::noise) + static_cast<std::uint64_t>(frame_index));
   for (std::size_t pixel = 0; pixel < radiance.samples.size(); ++pixel) {
     const double light = gain * static_cast<double>(radiance.samples[pixel]);
-    double level = full_scale * light / (light + 1);
+    double level =
+        effects.saturates ? std::min(0.5 * full_scale * light, full_scale) : full_scale * light / (light + 1);
     if (noisy) level += std::sqrt(shot_variance * level + read_variance) * unit_noise(mix64(noise_seed ^ pixel));
     grey.samples[pixel] = to_level(level);
   }

@@ -30,6 +30,11 @@ constexpr TimeNs start_up_step_ns = 20 * ns_per_ms;
 constexpr std::int64_t stamp_seconds_limit = 9'000'000'000;
 constexpr TimeNs no_stamp = -4'000'000'000 * ns_per_s;
 
+/// A sensor begins the next image, and often the one after it, before it takes a new setting.
+constexpr TimeNs periods_until_exposed = 2;
+/// The exposure with which the flight's control begins on a camera that is not set to one.
+constexpr std::int64_t first_exposure_us = 5000;
+
 enum DamageReason : std::int64_t { flagged = 1, too_few_bytes = 2, too_many_bytes = 3, not_decoded = 4 };
 
 bool device_is_gone(const Status& status) {
@@ -131,6 +136,7 @@ Status V4l2Camera::advance_from(Stage stage, TimeNs now) {
     stage_ = Stage::agreed;
   } else if (stage == Stage::agreed) {
     set_controls(device_, options_, news);
+    if (sets_exposure_) apply_exposure();
     ILP_TRY(pool_.allocate(format_.image_bytes));
     stage_ = Stage::mapped;
   } else if (stage == Stage::mapped) {
@@ -378,8 +384,50 @@ Status V4l2Camera::deliver(FrameImage& image, CameraFrame& frame) {
   FixedText<sizeof(frame.name)> name;
   name.add("video-").add(static_cast<std::int64_t>(taken.buffer.sequence), 6).add('-');
   name.add(time_meaning_text(taken.meaning));
+  frame.exposure = exposure_at(taken.time_ns);
+  if (frame.exposure.known()) {
+    name.add('-').add(frame.exposure.exposure_us).add("us-gain").add(frame.exposure.gain_milli);
+  }
   copy_text(frame.name, name.c_str());
   return {};
+}
+
+Status V4l2Camera::exposure_range(ExposureRange& range) {
+  if (stage_ != Stage::streaming) return StatusCode::not_ready;
+  ILP_TRY(find_exposure_range(device_, options_.gain_unit, range));
+  if (sets_exposure_) return {};
+  exposure_ = {};
+  const std::int64_t named = options_.exposure_us == V4l2Options::as_it_is ? first_exposure_us : options_.exposure_us;
+  ExposureSetting first{std::clamp(named, range.least_us, range.most_us), range.least_gain_milli};
+  return set_exposure(first);
+}
+
+Status V4l2Camera::set_exposure(ExposureSetting& setting) {
+  if (stage_ != Stage::streaming) return StatusCode::not_ready;
+  ILP_TRY(write_exposure(device_, options_.gain_unit, setting));
+  sets_exposure_ = true;
+  exposure_before_ = exposure_;
+  exposure_ = setting;
+  exposure_set_ns_ = clock_.now();
+  return {};
+}
+
+void V4l2Camera::apply_exposure() {
+  // After an outage the camera may have settings of its own again.
+  ExposureRange range;
+  ExposureSetting setting = exposure_;
+  if (!find_exposure_range(device_, options_.gain_unit, range).ok()) return;
+  if (!write_exposure(device_, options_.gain_unit, setting).ok()) return;
+  exposure_before_ = {};
+  exposure_ = setting;
+  exposure_set_ns_ = clock_.now();
+}
+
+ExposureSetting V4l2Camera::exposure_at(TimeNs exposed_ns) const {
+  if (!sets_exposure_) return {};
+  if (exposed_ns < exposure_set_ns_) return exposure_before_;
+  const bool sure = exposed_ns >= exposure_set_ns_ + periods_until_exposed * frame_clock_.period();
+  return sure ? exposure_ : ExposureSetting{};
 }
 
 Status V4l2Camera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {

@@ -38,6 +38,9 @@ class V4l2Camera final : public Camera {
   [[nodiscard]] bool triggered() const override { return true; }
   Status trigger(TimeNs time) override;
   [[nodiscard]] bool restarts_counter() const override { return true; }
+  /// These wait for the driver as long as it takes to set a control, a few milliseconds on USB.
+  Status exposure_range(ExposureRange& range) override;
+  Status set_exposure(ExposureSetting& setting) override;
   /// Every delivered frame is at most this far from its trigger.
   [[nodiscard]] TimeNs granularity() const override;
 
@@ -85,6 +88,8 @@ class V4l2Camera final : public Camera {
   [[nodiscard]] bool decided() const;
   [[nodiscard]] std::size_t nearest_to_wanted() const;
   Status deliver(FrameImage& image, CameraFrame& frame);
+  void apply_exposure();
+  [[nodiscard]] ExposureSetting exposure_at(TimeNs exposed_ns) const;
 
   Clock& clock_;
   VideoDevice& device_;
@@ -129,6 +134,11 @@ class V4l2Camera final : public Camera {
   TimeNs wanted_ns_ = 0;
   TimeNs hopeless_ns_ = any_time;  ///< a wanted time without a frame that is near enough
   std::int64_t sequence_ = 0;
+
+  // Once the flight sets the exposure.
+  bool sets_exposure_ = false;
+  ExposureSetting exposure_before_, exposure_;
+  TimeNs exposure_set_ns_ = 0;
 };
 
 /// The camera cannot deliver what was requested, and further attempts cannot change that.

@@ -36,6 +36,7 @@ bool read_setting(const char*& text, V4l2Options& options) {
   } const numbers[] = {{"input=", &options.input},
                        {"exposure_us=", &options.exposure_us},
                        {"gain=", &options.gain},
+                       {"gain_unit=", &options.gain_unit},
                        {"stamp_delay_us=", &options.stamp_delay_us}};
   const auto take = [&text](const char* name) {
     const std::size_t size = std::strlen(name);
@@ -46,7 +47,7 @@ bool read_setting(const char*& text, V4l2Options& options) {
   if (take("format=")) return read_format(text, options.format);
   if (take("rate=")) return read_rate(text, options.rate_mhz);
   for (const auto& number : numbers) {
-    if (take(number.name)) return read_digits(text, most_digits, *number.value);
+    if (take(number.name)) return read_digits(text, most_digits, *number.value) && options.gain_unit > 0;
   }
   return false;
 }

@@ -13,6 +13,7 @@ namespace {
 constexpr TimeNs longest_period_ns = 3600 * ns_per_s;
 constexpr std::size_t least_jpeg_bytes = 4;  // its beginning and its end
 constexpr std::size_t most_listed_formats = 64;
+constexpr std::int64_t us_per_exposure_step = 100;  // of V4L2_CID_EXPOSURE_ABSOLUTE
 
 void tell(CameraNews& news, const Status& status) {
   // The first reports matter most; there are fewer kinds of reports than places.
@@ -215,7 +216,6 @@ Status negotiate(VideoDevice& device, const V4l2Options& options, std::int32_t w
 }
 
 void set_controls(VideoDevice& device, const V4l2Options& options, CameraNews& news) {
-  constexpr std::int64_t us_per_exposure_step = 100;  // of V4L2_CID_EXPOSURE_ABSOLUTE
   if (options.exposure_us != V4l2Options::as_it_is) {
     switch_off(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL);
     set_control(device, V4L2_CID_EXPOSURE_ABSOLUTE, options.exposure_us / us_per_exposure_step, news);
@@ -224,6 +224,55 @@ void set_controls(VideoDevice& device, const V4l2Options& options, CameraNews& n
     switch_off(device, V4L2_CID_AUTOGAIN, 0);
     set_control(device, V4L2_CID_GAIN, options.gain, news);
   }
+}
+
+Status find_exposure_range(VideoDevice& device, std::int64_t gain_unit, ExposureRange& range) {
+  v4l2_queryctrl exposure;
+  switch_off(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL);
+  // A driver may allow the manual value only now.
+  if (!query(device, V4L2_CID_EXPOSURE_ABSOLUTE, exposure) || (exposure.flags & V4L2_CTRL_FLAG_READ_ONLY) != 0 ||
+      exposure.maximum < 1) {
+    return {StatusCode::camera_control_missing, V4L2_CID_EXPOSURE_ABSOLUTE};
+  }
+  range = {};
+  range.step_us = us_per_exposure_step * std::max(exposure.step, 1);
+  range.least_us = us_per_exposure_step * std::max(exposure.minimum, 1);
+  range.most_us = us_per_exposure_step * exposure.maximum;
+  switch_off(device, V4L2_CID_AUTOGAIN, 0);
+  v4l2_queryctrl gain;
+  if (query(device, V4L2_CID_GAIN, gain) && (gain.flags & V4L2_CTRL_FLAG_READ_ONLY) == 0) {
+    range.most_gain_milli += 1000 * (static_cast<std::int64_t>(gain.maximum) - gain.minimum) / gain_unit;
+  }
+  return {};
+}
+
+namespace {
+
+Status write_and_read(VideoDevice& device, std::uint32_t id, std::int64_t wanted, std::int32_t& value) {
+  v4l2_control now{id, 0};
+  const bool written = write_control(device, id, static_cast<std::int32_t>(wanted));
+  if (!written || device.control(VIDIOC_G_CTRL, &now) != 0) return {StatusCode::camera_control_missing, id};
+  value = now.value;
+  return {};
+}
+
+}  // namespace
+
+Status write_exposure(VideoDevice& device, std::int64_t gain_unit, ExposureSetting& setting) {
+  std::int32_t value = 0;
+  ILP_TRY(write_and_read(device, V4L2_CID_EXPOSURE_ABSOLUTE, setting.exposure_us / us_per_exposure_step, value));
+  setting.exposure_us = us_per_exposure_step * std::max(value, 1);
+  v4l2_queryctrl gain;
+  const bool has_gain = query(device, V4L2_CID_GAIN, gain) && (gain.flags & V4L2_CTRL_FLAG_READ_ONLY) == 0;
+  if (!has_gain) {
+    setting.gain_milli = 1000;
+    return {};
+  }
+  const std::int64_t step = std::max(gain.step, 1);
+  const std::int64_t wanted = (setting.gain_milli - 1000) * gain_unit / 1000 / step * step + gain.minimum;
+  ILP_TRY(write_and_read(device, V4L2_CID_GAIN, std::clamp<std::int64_t>(wanted, gain.minimum, gain.maximum), value));
+  setting.gain_milli = 1000 + 1000 * (static_cast<std::int64_t>(value) - gain.minimum) / gain_unit;
+  return {};
 }
 
 }  // namespace ilp

@@ -6,6 +6,7 @@
 
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/status.hpp"
+#include "hal/camera/camera.hpp"
 #include "hal/camera/v4l2/v4l2_options.hpp"
 #include "hal/camera/v4l2/video_device.hpp"
 
@@ -35,6 +36,13 @@ Status negotiate(VideoDevice& device, const V4l2Options& options, std::int32_t w
                  VideoFormat& format, CameraNews& news);
 /// Sets exposure and gain within the driver's ranges. A limited or missing control is reported in `news`.
 void set_controls(VideoDevice& device, const V4l2Options& options, CameraNews& news);
+
+/// Switches automatic exposure and gain off and asks for the ranges and the present values. A gain of 1 is the driver's
+/// least value, and `gain_unit` of its steps add another 1. `camera_control_missing` (a = control) without a settable
+/// exposure; a missing gain stays at 1.
+Status find_exposure_range(VideoDevice& device, std::int64_t gain_unit, ExposureRange& range);
+/// Sets both, and reads back what the driver has made of it.
+Status write_exposure(VideoDevice& device, std::int64_t gain_unit, ExposureSetting& setting);
 
 /// Width and height of a picture in one readable number: width * 100000 + height.
 [[nodiscard]] constexpr std::int64_t readable_size(std::int64_t width, std::int64_t height) {
