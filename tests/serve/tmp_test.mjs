@@ -1,0 +1,319 @@
+// What the pages promise, asked of a real browser: browser_test.mjs VIEWER_BUILD_DIR ILP_GROUND WORK ILP_SIL
+
+import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { copyFileSync, mkdirSync, readdirSync, renameSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { createRequire } from 'node:module';
+import { dirname } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const [build, ground, work, sil] = process.argv.slice(2);
+const { chromium } = createRequire(`${build}/node/`)('playwright-core');
+const sandbox = process.getuid() === 0 ? ['--no-sandbox'] : [];
+const patience = { timeout: 120000 };
+const title = 'Valley <b>of</b> <img src=x onerror="document.title=1">';
+
+function serve(box, listen) {
+  const options = ['serve', box, '--listen', listen, '--title', title];
+  const process_ = spawn(ground, options, { stdio: ['ignore', 'pipe', 'ignore'] });
+  return new Promise((resolve, reject) => {
+    process_.on('exit', (code) => reject(new Error(`ilp-ground serve ended with ${code}`)));
+    process_.stdout.on('data', (text) => resolve({ url: String(text).match(/http:\/\/\S+/)[0], end: () => end(process_) }));
+  });
+}
+
+function end(process_) {
+  return new Promise((resolve) => {
+    process_.removeAllListeners('exit');
+    process_.on('exit', resolve);
+    process_.kill('SIGKILL');
+  });
+}
+
+function deliver(source, box, chosen = () => true) {
+  mkdirSync(box, { recursive: true });
+  for (const name of readdirSync(`${work}/${source}`)) {
+    if (!chosen(name)) continue;
+    copyFileSync(`${work}/${source}/${name}`, `${box}/.part`);
+    renameSync(`${box}/.part`, `${box}/${name}`);
+  }
+}
+const upTo = (last) => (name) => !name.startsWith('events') && Number(name.split('-')[1].slice(0, 6)) <= last;
+
+const term = (page, name) => page.locator('dt', { hasText: new RegExp(`^${name}$`) });
+const tile = (page, name) => page.locator('#tiles div', { has: term(page, name) }).locator('dd');
+const posed = (page, count) => page.waitForFunction((n) => window.ilpLive?.get('summary')?.posed === n, count, patience);
+const merged = (page) => page.waitForFunction(() => window.ilpLive?.get('run')?.state === 'waiting', null, patience);
+const drawn = (page) => page.evaluate(() => new Promise((done) => {
+  requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 300)));
+}));
+const picture = (page, name) => page.screenshot({ path: `${work}/pictures/${name}.png`, fullPage: true });
+// Pixels of the map by colour: of the track, and greys of the orthoimage.
+const seen = (page) => page.evaluate(() => {
+  const canvas = document.getElementById('map');
+  const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+  let track = 0, ground = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    if (data[i] === 184 && data[i + 1] === 67 && data[i + 2] === 15) ++track;
+    const grey = data[i] === data[i + 1] && data[i] === data[i + 2];
+    if (grey && data[i] > 0 && data[i] < 255 && data[i + 3] === 255) ++ground;
+  }
+  return { track, ground };
+});
+
+// The least contrast of a text with what lies behind it, by WCAG 2.
+const leastContrast = (page) => page.evaluate(() => {
+  const numbers = (colour) => colour.match(/[\d.]+/g).map(Number);
+  const linear = (c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
+  const light = (rgb) => rgb.slice(0, 3).map((c) => linear(c / 255))
+    .reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
+  const behind = (element) => {
+    for (let e = element; e; e = e.parentElement) {
+      const colour = numbers(getComputedStyle(e).backgroundColor);
+      if (colour.length < 4 || colour[3] > 0) return colour;
+    }
+    return [255, 255, 255];
+  };
+  let least = [99, ''];
+  for (const element of document.querySelectorAll('body *')) {
+    const hasText = [...element.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim());
+    if (!hasText || !element.checkVisibility()) continue;
+    const [a, b] = [light(numbers(getComputedStyle(element).color)), light(behind(element))].sort((x, y) => y - x);
+    const contrast = (a + 0.05) / (b + 0.05);
+    if (contrast < least[0]) least = [contrast, element.outerHTML.slice(0, 80)];
+  }
+  return least;
+});
+
+async function open(browser, url, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, ...options });
+  const page = await context.newPage();
+  const complaints = [], requests = [];
+  page.on('pageerror', (e) => complaints.push(e.message));
+  page.on('console', (m) => {
+    // A browser reports the lost connection itself.
+    if (m.type() === 'error' && !/ERR_|Failed to load resource/.test(m.text())) complaints.push(m.text());
+  });
+  page.on('request', (r) => requests.push(r.url()));
+  await page.goto(url);
+  return { page, complaints, requests, context };
+}
+
+async function grows(browser) {
+  const box = `${work}/box`;
+  mkdirSync(box);
+  let server = await serve(box, '127.0.0.1:0');
+  const { page, complaints, requests } = await open(browser, server.url);
+  await page.locator('#problem', { hasText: 'the folder is empty' }).waitFor(patience);
+  const tracks = [];
+  for (const last of [2, 5]) {
+    deliver('downlink', box, upTo(last));
+    await posed(page, last);
+    await drawn(page);
+    assert.equal(await tile(page, 'keyframes').textContent(), String(last));
+    assert.equal(await page.locator('#keyframes tr').count(), last + 1, 'a row each, and the head');
+    tracks.push((await seen(page)).track);
+  }
+  assert.ok(tracks[0] > 50, `the track is drawn: ${tracks} px`);
+  await merged(page);
+  await drawn(page);
+  assert.ok((await seen(page)).ground > 1000, 'the orthoimage is drawn');
+  assert.equal(await page.locator('#problem').isHidden(), true);
+  assert.equal(await page.locator('h1').textContent(), title, 'what is given is text');
+  assert.equal(await page.locator('h1 *').count(), 0);
+
+  await page.reload();
+  await posed(page, 5);
+  await drawn(page);
+  assert.equal(await page.locator('#keyframes tr').count(), 6, 'a reload loses nothing');
+
+  await server.end();
+  await page.locator('#connection', { hasText: 'not connected since' }).waitFor(patience);
+  assert.equal(await tile(page, 'keyframes').textContent(), '5', 'what has come stays on the page');
+  await picture(page, 'not-connected');
+  deliver('downlink', box);
+  server = await serve(box, server.url.split('//')[1]);
+  await posed(page, 10);
+  await page.locator('#connection.good', { hasText: 'connected' }).waitFor(patience);
+  await merged(page);
+  await drawn(page);
+  assert.equal(await tile(page, 'keyframes').textContent(), '10', 'a restart of the server loses nothing');
+  await picture(page, 'wide');
+
+  const opened = page.context().waitForEvent('page');
+  await page.locator('#viewer').click();
+  const viewer = await opened;
+  await viewer.waitForLoadState();
+  assert.equal(new URL(viewer.url()).pathname, '/files/viewer.html');
+  const elsewhere = requests.filter((r) => !r.startsWith(`${server.url}/`) && !r.startsWith('data:'));
+  assert.deepEqual(elsewhere, [], 'nothing from elsewhere');
+  assert.deepEqual(complaints, []);
+  return server;
+}
+
+async function isLegible(browser, url) {
+  for (const colorScheme of ['light', 'dark']) {
+    for (const width of [420, 1280]) {
+      const { page, context } = await open(browser, url, { viewport: { width, height: 800 }, colorScheme });
+      await posed(page, 10);
+      await drawn(page);
+      const fits = await page.evaluate(() => document.scrollingElement.scrollWidth <= innerWidth);
+      assert.ok(fits, `nothing is cut at ${width} px`);
+      const [contrast, where] = await leastContrast(page);
+      assert.ok(contrast >= 4.5, `contrast ${contrast} of ${where}`);
+      console.log(`${width} px, ${colorScheme}: least contrast ${contrast.toFixed(2)}`);
+      await picture(page, `${width}-${colorScheme}`);
+      await context.close();
+    }
+  }
+}
+
+async function thousandKeyframes(browser) {
+  const box = `${work}/long-box`;
+  deliver('long', box, upTo(999));
+  const server = await serve(box, '127.0.0.1:0');
+  const { page, complaints } = await open(browser, server.url);
+  await posed(page, 999);
+  await merged(page);
+  const before = await page.evaluate(() => ({ bytes: ilpLive.bytes, updates: ilpLive.updates }));
+  deliver('long', box, (name) => name.includes('001000'));
+  await posed(page, 1000);
+  await merged(page);
+  const after = await page.evaluate(() => ({ bytes: ilpLive.bytes, updates: ilpLive.updates }));
+  const sent = after.bytes - before.bytes;
+  const frame_ms = await page.evaluate(async () => {
+    const times = [];
+    for (let i = 0; i < 60; ++i) {
+      document.getElementById('closer').click();
+      ilpLive.changed(new Set(['k/1000', 'strip/1', 'summary']));
+      times.push(await new Promise(requestAnimationFrame));
+    }
+    return (times.at(-1) - times[0]) / (times.length - 1);
+  });
+  console.log(`keyframe 1000: ${sent} bytes in ${after.updates - before.updates} updates`);
+  console.log(`the first 999: ${before.bytes} bytes`);
+  console.log(`${frame_ms.toFixed(1)} ms per frame while everything is drawn again`);
+  assert.ok(sent < before.bytes / 20, `only what has changed is sent: ${sent} bytes`);
+  await page.locator('#more').click();
+  assert.equal(await page.locator('#keyframes tr').count(), 251);
+  assert.deepEqual(complaints, []);
+  await server.end();
+}
+
+const token = 'only-for-this-test-7c1f9a';
+
+// The first line of what a program says that has this form.
+function started(program, args, environment, form) {
+  const process_ = spawn(program, args, { stdio: ['ignore', 'pipe', 'inherit'], env: { ...process.env, ...environment } });
+  let said = '';
+  return new Promise((resolve, reject) => {
+    process_.on('exit', (code) => reject(new Error(`${program} ended with ${code}`)));
+    process_.stdout.on('data', (text) => {
+      said += text;
+      const found = said.match(form);
+      if (found) resolve({ found: found[1], process: process_ });
+    });
+  });
+}
+
+async function givesCommands(browser) {
+  const here = dirname(fileURLToPath(import.meta.url));
+  const flight = await started('python3', ['-B', `${here}/flight.py`, sil, `${work}/commanded`], {}, /^(127\.\S+)\n/);
+  const box = `${work}/commands-box`;
+  mkdirSync(box);
+  const server = await started(ground, ['serve', box, '--listen', '127.0.0.1:0', '--commands', '127.0.0.1:0', '--link',
+    flight.found], { ILP_COMMAND_TOKEN: token }, /Commands are given at (http:\S+)\n/);
+  const url = server.found;
+  const { page, complaints, requests, context } = await open(browser, url, { viewport: { width: 420, height: 800 } });
+
+  const enter = async (text) => {
+    await page.locator('#token').fill(text);
+    await page.locator('#token').press('Enter');
+  };
+  await enter('a-wrong-token-of-somebody');
+  await page.locator('#token-problem', { hasText: 'the token is wrong' }).waitFor(patience);
+  assert.equal(await page.locator('#desk').isHidden(), true);
+  await enter(token);
+  await page.locator('#desk').waitFor(patience);
+  await page.locator('#panel li', { hasText: 'always in contact' }).waitFor(patience);
+
+  const send = async (line) => {
+    await page.locator('#line').fill(line);
+    await page.locator('#line').press('Enter');
+  };
+  const report = (text) => page.locator('#reports li', { hasText: text }).first().waitFor(patience);
+  await send('capture +1');
+  await report('accepted: capture +1');
+  await report('done: capture +1');
+  await page.locator('#panel li', { hasText: '1 frames' }).waitFor(patience);
+  await send('set overlap.target_overlap 7');
+  await page.locator('#answer.bad', { hasText: 'must be a number from 0.5 to 0.98' }).waitFor(patience);
+  await send('set <img src=x onerror="document.title=1"> 1');
+  await page.locator('#answer.bad', { hasText: '<img src=x' }).waitFor(patience);
+  await page.locator('#line').fill('set overlap.tar');
+  await page.waitForFunction(() => [...document.querySelectorAll('#complete option')]
+    .some((o) => o.value === 'set overlap.target_overlap'), null, patience);
+  const fits = await page.evaluate(() => document.scrollingElement.scrollWidth <= innerWidth);
+  assert.ok(fits, 'nothing is cut at 420 px');
+  const [contrast, where] = await leastContrast(page);
+  assert.ok(contrast >= 4.5, `contrast ${contrast} of ${where}`);
+  await picture(page, 'commands');
+
+  const kept = await page.evaluate(() => [document.cookie, JSON.stringify({ ...localStorage }),
+    JSON.stringify({ ...sessionStorage }), location.href].join());
+  assert.ok(!kept.includes(token), `nothing keeps the token: ${kept}`);
+  assert.ok(!requests.some((r) => r.includes(token)), 'no address has the token');
+  await page.reload();
+  assert.equal(await page.locator('#desk').isHidden(), true, 'a reload asks for the token again');
+
+  // A page of another site, in the browser of an operator.
+  const site = createServer((_, answer) => answer.end('<!doctype html><title>another site</title>')).listen(0, '127.0.0.1');
+  await new Promise((done) => { site.on('listening', done); });
+  const other = await context.newPage();
+  await other.goto(`http://127.0.0.1:${site.address().port}/`);
+  const tried = await other.evaluate(async ([to, secret]) => {
+    const results = [];
+    for (const mode of ['cors', 'no-cors']) {
+      const headers = { 'Content-Type': 'application/json', Authorization: `Bearer ${secret}` };
+      try {
+        const answer = await fetch(`${to}/commands`, { method: 'POST', mode, headers, body: '{"line":"ping"}' });
+        results.push(answer.type === 'opaque' ? 'opaque' : String(answer.status));
+      } catch {
+        results.push('refused');
+      }
+    }
+    const frame = document.createElement('iframe');
+    frame.src = to;
+    document.body.append(frame);
+    await new Promise((done) => { frame.onload = done; setTimeout(done, 3000); });
+    results.push(String(frame.contentDocument?.title ?? 'closed'));
+    return results;
+  }, [url, token]);
+  assert.deepEqual(tried.slice(0, 2), ['refused', 'opaque']);
+  assert.notEqual(tried[2], 'Commands', 'no other site shows the page');
+  site.close();
+  await enter(token);
+  await report('done: capture +1');
+  assert.equal(await page.locator('#reports li', { hasText: 'ping' }).count(), 0, 'nothing came from the other site');
+
+  server.process.removeAllListeners('exit');
+  server.process.kill('SIGKILL');
+  await page.locator('#connection.bad', { hasText: 'not connected' }).waitFor(patience);
+  flight.process.removeAllListeners('exit');
+  flight.process.kill('SIGTERM');
+  assert.deepEqual(complaints, []);
+  await context.close();
+}
+
+const browser = await chromium.launch({ executablePath: process.env.CHROMIUM, args: sandbox });
+const servers = [];
+try {
+  await givesCommands(browser);
+
+
+
+} finally {
+  await browser.close();
+  for (const server of servers) await server.end();
+}
