@@ -41,6 +41,6 @@ class Flight:
 
 if __name__ == "__main__":
     flight = Flight(*sys.argv[1:])
-    signal.signal(signal.SIGTERM, lambda *_: flight.end())
+    signal.signal(signal.SIGTERM, lambda *_: flight.process.kill())
     print(flight.address, flush=True)
     flight.process.wait()
