@@ -63,25 +63,56 @@ def check_values(ground):
           "a profile along a row is not the row")
 
 
+def check_turned_cell(ground):
+    """On a body the map lies across the axes of its projection; GDAL's own program says what is where."""
+    height = Flight(ground).height
+    check(height.is_turned, "the anchor has an azimuth")
+    row, column = (index[len(index) // 2] for index in numpy.nonzero(numpy.isfinite(height.values)))
+    x, y = height.place(column, row)
+    told = subprocess.run(["gdallocationinfo", "-valonly", "-geoloc", height.path, repr(float(x)), repr(float(y))],
+                          capture_output=True, text=True, check=True).stdout
+    check(abs(float(told) - height.values[row, column]) < 1e-6, "a cell is not where GDAL has it")
+    check(abs(height.at(x, y) - height.values[row, column]) < 1e-4, "at() finds another cell")
+
+
+def check_straightened(data, cells, map_, name):
+    """Rows of a label run east: each cell is the nearest one of the map, which lies across."""
+    left, width, _, top, _, height = data.GetGeoTransform()
+    check(abs(width - map_.cell) < 1e-3 * map_.cell and abs(height + map_.cell) < 1e-3 * map_.cell, "its cells have another size")
+    a, b, c, d = (map_.transform[i] for i in (1, 2, 4, 5))
+    inverse = numpy.linalg.inv([[a, b], [c, d]])
+    rows, columns = numpy.indices(cells.shape)
+    places = numpy.stack([left + width * (columns + 0.5) - map_.transform[0], top + height * (rows + 0.5) - map_.transform[3]])
+    column, row = numpy.tensordot(inverse, places, 1)
+    # Where rounding decides which cell is nearest, either may be it.
+    clear = (numpy.abs(column % 1 - 0.5) < 0.49) & (numpy.abs(row % 1 - 0.5) < 0.49)
+    inside = clear & (column >= 0) & (row >= 0) & (column < map_.values.shape[1]) & (row < map_.values.shape[0])
+    wanted = numpy.full(cells.shape, numpy.nan)
+    wanted[inside] = map_.values[row[inside].astype(int), column[inside].astype(int)]
+    known = numpy.isfinite(wanted)
+    check(known.sum() > 0.7 * numpy.isfinite(map_.values).sum(), f"most of {name} is missing")
+    wrong = (cells[known] != wanted[known]).mean()
+    check(wrong < 1e-3, f"{100 * wrong:.2f} % of the cells of {name} are others than those of the map")
+
+
 def check_pds4(out, flight, name):
     label = os.path.join(out, "pds4", name + ".xml")
     faults = archive_rules.pds4_faults(label)
     check(not faults, f"{label}: {faults}")
     data, source = gdal.Open(label), gdal.Open(flight.map(name).path)
     check(data.GetDriver().ShortName == "PDS4", f"{label} is no PDS4 label")
-    band, values = data.GetRasterBand(1), flight.map(name).values
-    cells = band.ReadAsArray().astype(float)
-    known = numpy.isfinite(values)
-    check(numpy.array_equal(cells[known], values[known]), f"{name} has other cells")
-    if not known.all():
-        check((cells[~known] == band.GetNoDataValue()).all(), f"{name} has cells where there is no data")
+    band, map_ = data.GetRasterBand(1), flight.map(name)
+    cells, missing = band.ReadAsArray().astype(float), band.GetNoDataValue()
+    if map_.is_turned:
+        check_straightened(data, cells, map_, name)
+    else:
+        known = numpy.isfinite(map_.values)
+        check(numpy.array_equal(cells[known], map_.values[known]), f"{name} has other cells")
+        check(known.all() or (cells[~known] == missing).all(), f"{name} has cells where there is no data")
     here, there = data.GetSpatialRef(), source.GetSpatialRef()
     check((here is not None and here.IsProjected()) == bool(there.IsProjected()), f"{label}: on a body, or not")
     if not there.IsProjected():
         return
-    # The label has its numbers in fewer digits than the file.
-    for a, b in zip(data.GetGeoTransform(), source.GetGeoTransform()):
-        check(abs(a - b) < 1e-6, f"{label} lies elsewhere: {data.GetGeoTransform()}")
     check(abs(here.GetSemiMajor() - there.GetSemiMajor()) < 1e-3, f"{label} has another body")
     for parameter in ("central_meridian", "latitude_of_origin", "scale_factor"):
         check(abs(here.GetProjParm(parameter) - there.GetProjParm(parameter)) < 1e-9, f"{label} has another {parameter}")
@@ -183,6 +214,7 @@ def main():
                                                    "azimuth": 12.5, "metres_per_unit": 2.03}]}, file)
         subprocess.run([options.ground, os.path.join(options.flight, "outbox"), "--out", anchored, "--anchor", anchor],
                        check=True, stdout=subprocess.DEVNULL)
+        check_turned_cell(anchored)
         out = check_formats(work, anchored, ["--target", "Mars"])
         with open(os.path.join(out, "stac", "strip.json"), encoding="utf-8") as file:
             box = json.load(file)["bbox"]

@@ -39,6 +39,11 @@ def heights_of_world():
     return z.astype(numpy.float32)
 
 
+# GDAL's six numbers of a map that lies 30 degrees across its axes.
+TURNED = [-70.0, CELL * math.cos(0.5), -CELL * math.sin(0.5), 55.0, -CELL * math.sin(0.5), -CELL * math.cos(0.5)]
+STRAIGHT = [-70.0, CELL, 0, 55.0, 0, -CELL]
+
+
 def write_map(folder, crs):
     os.makedirs(folder)
     with open(os.path.join(folder, "report.json"), "w", encoding="utf-8") as file:
@@ -47,7 +52,7 @@ def write_map(folder, crs):
     grey = numpy.where(numpy.isfinite(z), 1 + (numpy.arange(COLUMNS)[None, :] * 200) // COLUMNS, 0).astype(numpy.uint8)
     for name, values, kind, missing in (("height", z, gdal.GDT_Float32, math.nan), ("ortho", grey, gdal.GDT_Byte, 0)):
         data = gdal.GetDriverByName("GTiff").Create(os.path.join(folder, name + ".tif"), COLUMNS, ROWS, 1, kind)
-        data.SetGeoTransform([-70.0, CELL, 0, 55.0, 0, -CELL])
+        data.SetGeoTransform(TURNED if crs else STRAIGHT)
         if crs:
             data.SetProjection(crs)
         data.GetRasterBand(1).SetNoDataValue(missing)
@@ -137,7 +142,10 @@ class Tiles(unittest.TestCase):
             self.assertEqual(matrix[3].tolist(), [0, 0, 0, 1])
             numpy.testing.assert_allclose(matrix[:3, :3] @ matrix[:3, :3].T, numpy.eye(3), atol=1e-12)
             there = map_from_geocentric(points @ matrix[:3, :3].T + matrix[:3, 3])
-        cells = numpy.column_stack([(there[:, 0] + 70) / CELL - 0.5, (55 - there[:, 1]) / CELL - 0.5, there[:, 2]])
+        affine = TURNED if "transform" in root else STRAIGHT
+        to_map = numpy.array([[affine[1], affine[2]], [affine[4], affine[5]]])
+        index = numpy.linalg.solve(to_map, (there[:, :2] - [affine[0], affine[3]]).T).T - 0.5
+        cells = numpy.column_stack([index, there[:, 2]])
         return cells, points, texture, faces, picture
 
     def inside(self, points, box, what):
