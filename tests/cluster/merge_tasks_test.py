@@ -9,6 +9,7 @@ import os
 import shutil
 import signal
 import sqlite3
+import struct
 import subprocess
 import sys
 import tempfile
@@ -32,6 +33,60 @@ def rows_of(out):
     rows = [sorted(database.execute(table).fetchall()) for table in tables]
     database.close()
     return rows
+
+
+def read_depths(path):
+    """Width and the depths of a PFM file, whose rows begin at the bottom."""
+    with open(path, "rb") as file:
+        content = file.read()
+    _, width, height, scale = content[:100].split(maxsplit=4)[:4]
+    count = int(width) * int(height)
+    return int(width), int(height), struct.unpack(("<" if float(scale) < 0 else ">") + f"{count}f", content[-4 * count:])
+
+
+class Camera:
+    """A line of poses.txt (sim/host/reference_cameras.hpp) with the true depths of its image."""
+
+    def __init__(self, line, truth):
+        self.name, *numbers = line.split()
+        self.width, self.height, self.fx, self.fy, self.cx, self.cy = map(float, numbers[:6])
+        values = list(map(float, numbers[6:]))
+        self.rows, self.centre = [values[0:3], values[3:6], values[6:9]], values[9:12]
+        width, height, depths = read_depths(os.path.join(truth, "depth", self.name[:4] + ".pfm"))
+        self.depth = lambda x, y: depths[(height - 1 - y) * width + x]
+
+    def ground(self, x, y):
+        depth = self.depth(x, y)
+        ray = [(x - self.cx) / self.fx * depth, (y - self.cy) / self.fy * depth, depth]
+        return [c + sum(self.rows[k][i] * ray[k] for k in range(3)) for i, c in enumerate(self.centre)]
+
+    def mark(self, place):
+        """Where the image shows the place; None where it does not."""
+        at = [sum(r * (p - c) for r, p, c in zip(row, place, self.centre)) for row in self.rows]
+        if at[2] <= 0:
+            return None
+        x, y = self.fx * at[0] / at[2] + self.cx, self.fy * at[1] / at[2] + self.cy
+        if not (5 < x < self.width - 6 and 5 < y < self.height - 6):
+            return None
+        return (x, y) if abs(self.depth(round(x), round(y)) - at[2]) < 0.01 * at[2] else None
+
+
+def write_control_points(truth, path):
+    """Two points of every third image, marked in all images that show them. Those that images of both passes show are named both-N."""
+    with open(os.path.join(truth, "poses.txt"), encoding="utf-8") as file:
+        cameras = [Camera(line, truth) for line in file if line.strip() and not line.startswith("#")]
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("name,x,y,height,sigma,role\n")
+        for i in range(0, len(cameras), 3):
+            for j, (x, y) in enumerate(((96, 60), (224, 180))):
+                if cameras[i].depth(x, y) <= 0:
+                    continue  # nothing but the cloud
+                place = cameras[i].ground(x, y)
+                marks = [(k, camera.name, *mark) for k, camera in enumerate(cameras) if (mark := camera.mark(place))]
+                both = "both" if marks[0][0] < len(cameras) // 2 <= marks[-1][0] else "one"
+                role = "check" if (i // 3 + j) % 3 == 0 else "control"
+                file.write(f"{both}-{i}-{j},{place[0]!r},{place[1]!r},{place[2]!r},0.02,{role}" +
+                           "".join(f",{name},{column!r},{row!r}" for _, name, column, row in marks) + "\n")
 
 
 class MergeInTasks(unittest.TestCase):
@@ -209,6 +264,36 @@ class Flight(MergeInTasks):
             self.assertEqual(json.load(stream)["joined"]["models"][0]["strips"], [1, 2])
         status, messages = self.merge("--tasks", "3")
         self.assertEqual(status, 0, messages)
+        self.assert_as_one_run()
+
+
+    def test_control_points_place_joined_strips_as_in_one_run(self):
+        points = os.path.join(self.folder, "points.csv")
+        write_control_points(os.path.join(self.shared, "flight", "flight", "truth"), points)
+        whole = os.path.join(self.folder, "whole")
+        subprocess.run([GROUND, self.box, "--out", whole, "--control-points", points], check=True, capture_output=True)
+        with open(os.path.join(whole, "report.json"), encoding="utf-8") as stream:
+            report = json.load(stream)
+        placed, = report["control"]
+        both = [point["name"] for point in placed["points"] if point["name"].startswith("both")]
+        self.assertGreaterEqual(len(both), 4, "points that both strips see")
+        self.assertGreaterEqual(placed["checked"], 3)
+        # The marks are exact, the poses are not: a pixel is 0.35 m on the ground, and 0.5 to 1.5 m of height by these views.
+        self.assertGreaterEqual(placed["used"], 12)
+        self.assertLess(placed["used_rmse_m"], 0.5)
+        self.assertLess(placed["check_rmse_m"], 1.0)
+        for point in placed["points"]:
+            self.assertEqual(point["used"], not point["check"], point["name"])
+            for residual in point["residual_m"]:
+                self.assertLess(abs(residual), 3 * point["expected_m"], point["name"])
+        status, messages = self.merge("--tasks", "3", "--control-points", points)
+        self.assertEqual(status, 0, messages)
+        self.assertIn("check points, RMSE", messages)
+        self.whole = whole
+        self.assert_as_one_run()
+        # The same merge without points goes back to the strips' own axes.
+        self.assertEqual(self.merge("--tasks", "3")[0], 0)
+        self.whole = type(self).whole
         self.assert_as_one_run()
 
 

@@ -22,6 +22,7 @@ except ImportError as missing:
     print(f"skipped: {missing}; apt-get install python3-numpy python3-gdal")
     sys.exit(77)
 from aerobot import Flight  # noqa: E402
+import archive_rules  # noqa: E402
 
 
 def check(condition, message):
@@ -62,31 +63,94 @@ def check_values(ground):
           "a profile along a row is not the row")
 
 
-def check_formats(work, ground):
-    out = os.path.join(work, "formats")
-    subprocess.run([os.path.join(TOP, "sim", "tools", "python", "formats"), ground, "--out", out], check=True)
+def check_turned_cell(ground):
+    """On a body the map lies across the axes of its projection; GDAL's own program says what is where."""
+    height = Flight(ground).height
+    check(height.is_turned, "the anchor has an azimuth")
+    row, column = (index[len(index) // 2] for index in numpy.nonzero(numpy.isfinite(height.values)))
+    x, y = height.place(column, row)
+    told = subprocess.run(["gdallocationinfo", "-valonly", "-geoloc", height.path, repr(float(x)), repr(float(y))],
+                          capture_output=True, text=True, check=True).stdout
+    check(abs(float(told) - height.values[row, column]) < 1e-6, "a cell is not where GDAL has it")
+    check(abs(height.at(x, y) - height.values[row, column]) < 1e-4, "at() finds another cell")
+
+
+def check_straightened(data, cells, map_, name):
+    """Rows of a label run east: each cell is the nearest one of the map, which lies across."""
+    left, width, _, top, _, height = data.GetGeoTransform()
+    check(abs(width - map_.cell) < 1e-3 * map_.cell and abs(height + map_.cell) < 1e-3 * map_.cell, "its cells have another size")
+    a, b, c, d = (map_.transform[i] for i in (1, 2, 4, 5))
+    inverse = numpy.linalg.inv([[a, b], [c, d]])
+    rows, columns = numpy.indices(cells.shape)
+    places = numpy.stack([left + width * (columns + 0.5) - map_.transform[0], top + height * (rows + 0.5) - map_.transform[3]])
+    column, row = numpy.tensordot(inverse, places, 1)
+    # Where rounding decides which cell is nearest, either may be it.
+    clear = (numpy.abs(column % 1 - 0.5) < 0.49) & (numpy.abs(row % 1 - 0.5) < 0.49)
+    inside = clear & (column >= 0) & (row >= 0) & (column < map_.values.shape[1]) & (row < map_.values.shape[0])
+    wanted = numpy.full(cells.shape, numpy.nan)
+    wanted[inside] = map_.values[row[inside].astype(int), column[inside].astype(int)]
+    known = numpy.isfinite(wanted)
+    check(known.sum() > 0.7 * numpy.isfinite(map_.values).sum(), f"most of {name} is missing")
+    wrong = (cells[known] != wanted[known]).mean()
+    check(wrong < 1e-3, f"{100 * wrong:.2f} % of the cells of {name} are others than those of the map")
+
+
+def check_pds4(out, flight, name):
+    label = os.path.join(out, "pds4", name + ".xml")
+    faults = archive_rules.pds4_faults(label)
+    check(not faults, f"{label}: {faults}")
+    data, source = gdal.Open(label), gdal.Open(flight.map(name).path)
+    check(data.GetDriver().ShortName == "PDS4", f"{label} is no PDS4 label")
+    band, map_ = data.GetRasterBand(1), flight.map(name)
+    cells, missing = band.ReadAsArray().astype(float), band.GetNoDataValue()
+    if map_.is_turned:
+        check_straightened(data, cells, map_, name)
+    else:
+        known = numpy.isfinite(map_.values)
+        check(numpy.array_equal(cells[known], map_.values[known]), f"{name} has other cells")
+        check(known.all() or (cells[~known] == missing).all(), f"{name} has cells where there is no data")
+    here, there = data.GetSpatialRef(), source.GetSpatialRef()
+    check((here is not None and here.IsProjected()) == bool(there.IsProjected()), f"{label}: on a body, or not")
+    if not there.IsProjected():
+        return
+    check(abs(here.GetSemiMajor() - there.GetSemiMajor()) < 1e-3, f"{label} has another body")
+    for parameter in ("central_meridian", "latitude_of_origin", "scale_factor"):
+        check(abs(here.GetProjParm(parameter) - there.GetProjParm(parameter)) < 1e-9, f"{label} has another {parameter}")
+
+
+def check_formats(work, ground, more=()):
+    out = os.path.join(work, "formats" + str(len(more)))
+    subprocess.run([os.path.join(TOP, "sim", "tools", "python", "formats"), ground, "--out", out, *more], check=True)
     flight = Flight(ground)
     for name in ("height", "sigma", "count", "ortho"):
-        label = os.path.join(out, "pds4", name + ".xml")
-        data = gdal.Open(label)
-        check(data.GetDriver().ShortName == "PDS4", f"{label} is no PDS4 label")
-        band, values = data.GetRasterBand(1), flight.map(name).values
-        cells = band.ReadAsArray().astype(float)
-        known = numpy.isfinite(values)
-        check(numpy.array_equal(cells[known], values[known]), f"{name} has other cells")
-        if not known.all():
-            check((cells[~known] == band.GetNoDataValue()).all(), f"{name} has cells where there is no data")
-        text = open(label, encoding="utf-8").read()
-        check("${" not in text and "2026-01-01T00:00:0" in text, f"{label} has fields that are not filled in")
-    for name, wanted in (("strip", ("stac_version", "id", "type", "geometry", "properties", "links", "assets")),
-                         ("collection", ("stac_version", "id", "type", "description", "license", "extent", "links"))):
-        with open(os.path.join(out, "stac", name + ".json"), encoding="utf-8") as file:
-            content = json.load(file)
-        check(all(key in content for key in wanted), f"{name}.json lacks a member that STAC demands")
-        for asset in content.get("assets", {}).values():
-            check(os.path.exists(os.path.join(out, "stac", asset["href"])), f"{asset['href']} is not there")
+        check_pds4(out, flight, name)
+    faults = archive_rules.stac_faults(os.path.join(out, "stac"))
+    check(not faults, f"STAC: {faults}")
     check_las(os.path.join(out, "points.las"), os.path.join(flight.folder, "points.ply"))
     check_qgis(out)
+    return out
+
+
+def check_rules(out):
+    """The rules themselves notice what they should."""
+    label, collection = os.path.join(out, "pds4", "height.xml"), os.path.join(out, "stac", "strip.json")
+    for path, faults, changes in (
+            (label, lambda: archive_rules.pds4_faults(label),
+             (("<title>", "<version_id>1.0</version_id><title>"), ("urn:nasa:pds:aerobot", "urn:nasa:pds:Aerobot"),
+              ("<axes>2", "<axes>3"), ("Derived", "Cooked"), ("2026-01-01T00:00:00.000Z", "2027-01-01T00:00:00.000Z"),
+              ("<type>Planet</type>", ""), (">image</local_identifier>", ">other</local_identifier>"))),
+            (collection, lambda: archive_rules.stac_faults(os.path.dirname(collection)),
+             (('"stac_version": "1.0.0"', '"stac_version": "0.9"'), ('"datetime": null,', ""), ('"collection": "flight",', ""),
+              ('"end_datetime": "2026', '"end_datetime": "MMXXVI'), ('height.tif', 'none.tif')))):
+        with open(path, encoding="utf-8") as file:
+            good = file.read()
+        for old, new in changes:
+            check(old in good, f"{path} has no {old}")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(good.replace(old, new, 1))
+            check(faults(), f"{path}: nobody notices {new!r} for {old!r}")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(good)
 
 
 def check_las(path, ply):
@@ -142,7 +206,19 @@ def main():
         check_page(os.path.abspath(options.work), ground)
         check_values(ground)
     else:
-        check_formats(os.path.abspath(options.work), ground)
+        work = os.path.abspath(options.work)
+        check_rules(check_formats(work, ground))
+        anchor, anchored = os.path.join(work, "anchor.json"), os.path.join(work, "anchored")
+        with open(anchor, "w", encoding="utf-8") as file:
+            json.dump({"body": "mars", "strips": [{"strip": 1, "longitude": 137.4, "latitude": -4.6, "height": -4400.0,
+                                                   "azimuth": 12.5, "metres_per_unit": 2.03}]}, file)
+        subprocess.run([options.ground, os.path.join(options.flight, "outbox"), "--out", anchored, "--anchor", anchor],
+                       check=True, stdout=subprocess.DEVNULL)
+        check_turned_cell(anchored)
+        out = check_formats(work, anchored, ["--target", "Mars"])
+        with open(os.path.join(out, "stac", "strip.json"), encoding="utf-8") as file:
+            box = json.load(file)["bbox"]
+        check(box[0] < 137.4 < box[2] and box[1] < -4.6 < box[3], f"the item is not where the flight was: {box}")
 
 
 if __name__ == "__main__":

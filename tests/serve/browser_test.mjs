@@ -1,11 +1,14 @@
-// What the live page promises, asked of a real browser: browser_test.mjs VIEWER_BUILD_DIR ILP_GROUND WORK
+// What the pages promise, asked of a real browser: browser_test.mjs VIEWER_BUILD_DIR ILP_GROUND WORK ILP_SIL
 
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
 import { copyFileSync, mkdirSync, readdirSync, renameSync } from 'node:fs';
+import { createServer } from 'node:http';
 import { createRequire } from 'node:module';
+import { dirname } from 'node:path';
+import { fileURLToPath } from 'node:url';
 
-const [build, ground, work] = process.argv.slice(2);
+const [build, ground, work, sil] = process.argv.slice(2);
 const { chromium } = createRequire(`${build}/node/`)('playwright-core');
 const sandbox = process.getuid() === 0 ? ['--no-sandbox'] : [];
 const patience = { timeout: 120000 };
@@ -198,9 +201,118 @@ async function thousandKeyframes(browser) {
   await server.end();
 }
 
+const token = 'only-for-this-test-7c1f9a';
+
+// The first line of what a program says that has this form. The program ends with the test.
+const programs = [];
+process.on('exit', () => programs.forEach((one) => one.kill('SIGTERM')));
+function started(program, args, environment, form) {
+  const process_ = spawn(program, args, { stdio: ['ignore', 'pipe', 'inherit'], env: { ...process.env, ...environment } });
+  programs.push(process_);
+  let said = '';
+  return new Promise((resolve, reject) => {
+    process_.on('exit', (code) => reject(new Error(`${program} ended with ${code}`)));
+    process_.stdout.on('data', (text) => {
+      said += text;
+      const found = said.match(form);
+      if (found) resolve({ found: found[1], process: process_ });
+    });
+  });
+}
+
+async function givesCommands(browser) {
+  const here = dirname(fileURLToPath(import.meta.url));
+  const flight = await started('python3', ['-B', `${here}/flight.py`, sil, `${work}/commanded`], {}, /^(127\.\S+)\n/);
+  const box = `${work}/commands-box`;
+  mkdirSync(box);
+  const server = await started(ground, ['serve', box, '--listen', '127.0.0.1:0', '--commands', '127.0.0.1:0', '--link',
+    flight.found], { ILP_COMMAND_TOKEN: token }, /Commands are given at (http:\S+)\n/);
+  const url = server.found;
+  const { page, complaints, requests, context } = await open(browser, url, { viewport: { width: 420, height: 800 } });
+
+  const enter = async (text) => {
+    await page.locator('#token').fill(text);
+    await page.locator('#token').press('Enter');
+  };
+  await enter('a-wrong-token-of-somebody');
+  await page.locator('#token-problem', { hasText: 'the token is wrong' }).waitFor(patience);
+  assert.equal(await page.locator('#desk').isHidden(), true);
+  await enter(token);
+  await page.locator('#desk').waitFor(patience);
+  await page.locator('#panel li', { hasText: 'always in contact' }).waitFor(patience);
+
+  const send = async (line) => {
+    await page.locator('#line').fill(line);
+    await page.locator('#line').press('Enter');
+  };
+  const report = (text) => page.locator('#reports li', { hasText: text }).first().waitFor(patience);
+  await send('capture +1');
+  await report('accepted: capture +1');
+  await report('done: capture +1');
+  await page.locator('#panel li', { hasText: '1 frames' }).waitFor(patience);
+  await send('set overlap.target_overlap 7');
+  await page.locator('#answer.bad', { hasText: 'must be a number from 0.5 to 0.98' }).waitFor(patience);
+  await send('set <img/src=x> 1');
+  await page.locator('#answer.bad', { hasText: 'not <img/src=x>' }).waitFor(patience);
+  await page.locator('#line').fill('set overlap.tar');
+  await page.waitForFunction(() => [...document.querySelectorAll('#complete option')]
+    .some((o) => o.value === 'set overlap.target_overlap'), null, patience);
+  const fits = await page.evaluate(() => document.scrollingElement.scrollWidth <= innerWidth);
+  assert.ok(fits, 'nothing is cut at 420 px');
+  const [contrast, where] = await leastContrast(page);
+  assert.ok(contrast >= 4.5, `contrast ${contrast} of ${where}`);
+  await picture(page, 'commands');
+
+  const kept = await page.evaluate(() => [document.cookie, JSON.stringify({ ...localStorage }),
+    JSON.stringify({ ...sessionStorage }), location.href].join());
+  assert.ok(!kept.includes(token), `nothing keeps the token: ${kept}`);
+  assert.ok(!requests.some((r) => r.includes(token)), 'no address has the token');
+  await page.reload();
+  assert.equal(await page.locator('#desk').isHidden(), true, 'a reload asks for the token again');
+
+  // A page of another site, in the browser of an operator.
+  const site = createServer((_, answer) => answer.end('<!doctype html><title>another site</title>')).listen(0, '127.0.0.1');
+  await new Promise((done) => { site.on('listening', done); });
+  const other = await context.newPage();
+  await other.goto(`http://127.0.0.1:${site.address().port}/`);
+  const tried = await other.evaluate(async ([to, secret]) => {
+    const results = [];
+    for (const mode of ['cors', 'no-cors']) {
+      const headers = { 'Content-Type': 'application/json', Authorization: `Bearer ${secret}` };
+      try {
+        const answer = await fetch(`${to}/commands`, { method: 'POST', mode, headers, body: '{"line":"ping"}' });
+        results.push(`${answer.type} ${answer.status}`);
+      } catch {
+        results.push('refused');
+      }
+    }
+    const frame = document.createElement('iframe');
+    frame.src = to;
+    document.body.append(frame);
+    await new Promise((done) => { frame.onload = done; setTimeout(done, 3000); });
+    results.push(String(frame.contentDocument?.title ?? 'closed'));
+    return results;
+  }, [url, token]);
+  assert.deepEqual(tried.slice(0, 2), ['refused', 'refused']);
+  assert.notEqual(tried[2], 'Commands', 'no other site shows the page');
+  site.close();
+  await enter(token);
+  await report('done: capture +1');
+  assert.equal(await page.locator('#reports li', { hasText: 'ping' }).count(), 0, 'nothing came from the other site');
+
+  server.process.removeAllListeners('exit');
+  server.process.kill('SIGKILL');
+  await page.locator('#connection.bad', { hasText: 'not connected' }).waitFor(patience);
+  flight.process.removeAllListeners('exit');
+  flight.process.kill('SIGTERM');
+  assert.deepEqual(complaints, []);
+  await context.close();
+}
+
 const browser = await chromium.launch({ executablePath: process.env.CHROMIUM, args: sandbox });
 const servers = [];
 try {
+  await givesCommands(browser);
   servers.push(await grows(browser));
   await isLegible(browser, servers[0].url);
   await thousandKeyframes(browser);

@@ -9,15 +9,12 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <fstream>
 #include <iostream>
-#include <memory>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 
-#include "cfg/mission.hpp"
 #include "hal/clock/utc.hpp"
+#include "sim/ground/console/link_options.hpp"
 #include "sim/ground/console/operator_console.hpp"
 #include "sim/ground/console/terminal.hpp"
 #include "sim/ground/console/utc_text.hpp"
@@ -36,77 +33,14 @@ void end_soon(int) {
 }
 
 struct Options {
-  std::string address, cfdp, cfdp_local, key, numbers, seal_files = "as-told", tailoring = "standard";
+  LinkOptions link;
   std::string out;
-  bool tcp = false, plain = false;
+  bool plain = false;
   double every_s = 2, status_s = 10, stay_s = 0, patience_s = 60;
-  std::uint16_t apid = 239, source = 1, spi = 0;
 };
 
-SocketAddress address_of(const std::string& text) {
-  SocketAddress address;
-  if (!parse_address(text.c_str(), address).ok() || address.port == 0) {
-    throw std::runtime_error("an address is written 127.0.0.1:10025, not " + text);
-  }
-  return address;
-}
-
-std::vector<std::uint8_t> octets_of(const std::string& hex) {
-  std::vector<std::uint8_t> octets;
-  for (std::size_t i = 0; i + 1 < hex.size(); i += 2) {
-    octets.push_back(static_cast<std::uint8_t>(std::stoul(hex.substr(i, 2), nullptr, 16)));
-  }
-  return octets;
-}
-
-bool is_hex(const std::string& text) {
-  return text.size() % 2 == 0 && text.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
-}
-
-// The file has a line `SPI KEY` for each key, as the flight's has. The first key counts unless an SPI is given.
-void read_key(const Options& options, ConsoleSettings& settings) {
-  std::ifstream in(options.key);
-  if (!in) throw std::runtime_error("cannot read " + options.key);
-  for (std::string line; std::getline(in, line);) {
-    std::istringstream words(line.substr(0, line.find('#')));
-    std::uint16_t spi = 0;
-    std::string hex;
-    if (!(words >> spi >> hex) || (options.spi != 0 && spi != options.spi)) continue;
-    const bool good = is_hex(hex) && hex.size() >= 2 * min_key_bytes && hex.size() <= 2 * max_key_bytes;
-    if (!good || spi == 0)
-      throw std::runtime_error(options.key + ": a line is an SPI and 16 to 64 octets in hexadecimal");
-    settings.spi = spi;
-    settings.key = octets_of(hex);
-    return;
-  }
-  throw std::runtime_error(options.key + " has no key" +
-                           (options.spi ? " of SPI " + std::to_string(options.spi) : std::string()));
-}
-
-Tailoring tailoring_named(const std::string& name) {
-  for (std::size_t i = 0; i < tailoring_count; ++i) {
-    if (name == tailorings()[i].name)
-      return tailoring_of(static_cast<GroundSystem>(i), false, MissionParameters{}.agency_epoch_s);
-  }
-  throw std::runtime_error("a tailoring is standard, fsfw or yamcs, not " + name);
-}
-
 OperatorSettings settings_of(const Options& options) {
-  OperatorSettings settings;
-  settings.link.transport = options.tcp ? Transport::tcp : Transport::udp;
-  settings.link.board = address_of(options.address);
-  if (!options.cfdp.empty()) settings.link.cfdp = address_of(options.cfdp);
-  if (!options.cfdp_local.empty()) settings.link.cfdp_local = address_of(options.cfdp_local);
-  settings.link.apid = options.apid;
-  settings.link.source = options.source;
-  settings.link.tailoring = tailoring_named(options.tailoring);
-  if (!options.key.empty()) read_key(options, settings.link);
-  const std::string numbers =
-      options.numbers.empty() && !options.key.empty() ? options.key + ".numbers" : options.numbers;
-  settings.link.numbers =
-      numbers.empty() ? std::make_shared<StationNumbers>() : std::make_shared<StationNumbers>(numbers);
-  if (options.seal_files == "yes") settings.seal_files = SealFiles::yes;
-  if (options.seal_files == "no") settings.seal_files = SealFiles::no;
+  OperatorSettings settings = operator_settings(options.link);
   settings.out = options.out;
   settings.interval = static_cast<TimeNs>(options.every_s * 1e9);
   return settings;
@@ -157,7 +91,8 @@ int run_piped(const Options& options) {
   OperatorConsole console(settings_of(options), print);
   PipedLines lines;
   if (!wait_for_flight(console, options))
-    throw std::runtime_error("no report comes from the flight at " + options.address + ": " + console.silence_words());
+    throw std::runtime_error("no report comes from the flight at " + options.link.address + ": " +
+                             console.silence_words());
   const double begin = now_s();
   double pause_until = 0, last_line = begin, told = begin;
   while (asked_to_end == 0 && !console.wants_to_quit() && !console.closed()) {
@@ -203,8 +138,8 @@ int console_main(int argc, char** argv) {
   CLI::App app{"Operates a flight over its link: shows housekeeping and events, receives files, sends commands",
                "ilp-ground console"};
   Options options;
-  app.add_option("address", options.address, "ADDRESS:PORT at which the flight listens (docs/links.md)")->required();
-  app.add_flag("--tcp", options.tcp, "connect by TCP, not by UDP");
+  app.add_option("address", options.link.address, "ADDRESS:PORT at which the flight listens (docs/links.md)")
+      ->required();
   app.add_option("--out", options.out, "folder for files that come down; without it this station receives none");
   app.add_option("--every", options.every_s, "seconds between housekeeping reports")->check(CLI::Range(0.1, 3600.0));
   app.add_flag("--plain", options.plain, "print lines only, in a terminal too");
@@ -214,20 +149,8 @@ int console_main(int argc, char** argv) {
   app.add_option("--patience", options.patience_s,
                  "longest time in seconds for which a script waits for the first report of the flight")
       ->check(CLI::Range(0.1, 1e6));
-  app.add_option("--cfdp", options.cfdp, "ADDRESS:PORT to which CFDP PDUs are sent bare, not in space packets");
-  app.add_option("--cfdp-local", options.cfdp_local, "ADDRESS:PORT at which bare CFDP PDUs are received");
-  app.add_option("--key", options.key, "key file; telecommands are then authenticated");
-  app.add_option("--spi", options.spi, "SPI of the key that is used (default: the first key of the file)");
-  app.add_option("--numbers", options.numbers,
-                 "file of the sequence numbers that this station has used (default: KEYFILE.numbers)");
-  app.add_option("--seal-files", options.seal_files,
-                 "whether file transfers are authenticated: yes, no, or as-told: as the flight's parameter "
-                 "link.authentication says")
-      ->check(CLI::IsMember({"as-told", "yes", "no"}));
-  app.add_option("--apid", options.apid, "application process identifier of the flight")->check(CLI::Range(0, 2044));
-  app.add_option("--source", options.source, "source identifier of this station; each station needs its own");
-  app.add_option("--tailoring", options.tailoring,
-                 "standard, fsfw or yamcs: the value of the flight's parameter link.tailoring");
+  add_link_options(app, options.link);
+  add_file_link_options(app, options.link);
   if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   std::signal(SIGINT, end_soon);
   std::signal(SIGTERM, end_soon);

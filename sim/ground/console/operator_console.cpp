@@ -179,33 +179,40 @@ UtcNs OperatorConsole::flight_time(double now) const {
   return heard_utc_ + static_cast<TimeNs>((now - heard_s_) * 1e9);
 }
 
+OperatorCommand OperatorConsole::parse(const std::string& line) const {
+  return parse_operator_command(line, settings_.link.tailoring, flight_time(now_s()));
+}
+
+void OperatorConsole::execute(const OperatorCommand& command) {
+  switch (command.kind) {
+    case OperatorCommand::Kind::nothing:
+      return;
+    case OperatorCommand::Kind::telecommand:
+      return send(command, false);
+    case OperatorCommand::Kind::show:
+      for (const std::string& text : view_.reports.lines(command.report)) say_("  " + text);
+      return;
+    case OperatorCommand::Kind::uplink:
+      return send_file(command);
+    case OperatorCommand::Kind::passes:
+      for (const std::string& text : pass_plan(view_, 5)) say_(text);
+      return;
+    case OperatorCommand::Kind::help:
+      for (const std::string& text : operator_help()) say_("  " + text);
+      return;
+    case OperatorCommand::Kind::wait:
+      pause_s_ = command.seconds;
+      return;
+    case OperatorCommand::Kind::quit:
+      quit_ = true;
+      return;
+  }
+}
+
 void OperatorConsole::enter(const std::string& line) {
   pause_s_ = 0;
   try {
-    const OperatorCommand command = parse_operator_command(line, settings_.link.tailoring, flight_time(now_s()));
-    switch (command.kind) {
-      case OperatorCommand::Kind::nothing:
-        return;
-      case OperatorCommand::Kind::telecommand:
-        return send(command, false);
-      case OperatorCommand::Kind::show:
-        for (const std::string& text : view_.reports.lines(command.report)) say_("  " + text);
-        return;
-      case OperatorCommand::Kind::uplink:
-        return send_file(command);
-      case OperatorCommand::Kind::passes:
-        for (const std::string& text : pass_plan(view_, 5)) say_(text);
-        return;
-      case OperatorCommand::Kind::help:
-        for (const std::string& text : operator_help()) say_("  " + text);
-        return;
-      case OperatorCommand::Kind::wait:
-        pause_s_ = command.seconds;
-        return;
-      case OperatorCommand::Kind::quit:
-        quit_ = true;
-        return;
-    }
+    execute(parse(line));
   } catch (const std::runtime_error& error) {
     ++failures_;
     say_("not sent: " + line + ": " + error.what());

@@ -40,6 +40,9 @@ class OperatorConsole {
 
   /// Executes a line of the operator.
   void enter(const std::string& line);
+  /// The two halves of `enter`. Both throw std::runtime_error that says what is wrong.
+  [[nodiscard]] OperatorCommand parse(const std::string& line) const;
+  void execute(const OperatorCommand& command);
   /// Listens for this long and shows what it receives.
   void step(double seconds);
 

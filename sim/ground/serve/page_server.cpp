@@ -1,107 +1,20 @@
 #include "sim/ground/serve/page_server.hpp"
 
-#include <arpa/inet.h>
-#include <microhttpd.h>
-
 #include <atomic>
-#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <stdexcept>
 
-#include "hal/posix/socket_address.hpp"
-#include "sim/ground/serve/page_files.hpp"
+#include "sim/ground/serve/http_reply.hpp"
 
 namespace ilp::serve {
 namespace {
 
-constexpr std::uint32_t first_loopback = 0x7F000000, loopback_mask = 0xFF000000;
 constexpr std::chrono::milliseconds alive_every{5000};
 constexpr std::size_t stream_block = 32768;
 
-// The page takes nothing from elsewhere, and no other site may show it.
-constexpr const char* page_policy =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; frame-src "
-    "'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-
-const char* content_type(std::string_view name) {
-  static constexpr std::pair<std::string_view, const char*> types[] = {{".html", "text/html; charset=utf-8"},
-                                                                       {".css", "text/css; charset=utf-8"},
-                                                                       {".js", "text/javascript; charset=utf-8"},
-                                                                       {".json", "application/json"},
-                                                                       {".geojson", "application/geo+json"},
-                                                                       {".png", "image/png"},
-                                                                       {".csv", "text/csv; charset=utf-8"},
-                                                                       {".tif", "image/tiff"},
-                                                                       {".glb", "model/gltf-binary"},
-                                                                       {".txt", "text/plain; charset=utf-8"}};
-  for (const auto& [ending, type] : types) {
-    if (name.ends_with(ending)) return type;
-  }
-  return "application/octet-stream";
-}
-
-// What a client wrote, for a text that shows it again.
-std::string shown(std::string_view text) {
-  std::string out;
-  for (const char c : text.substr(0, 200)) out += c >= ' ' && c <= '~' ? c : '?';
-  return out;
-}
-
-void add_header(MHD_Response* response, const char* name, const char* value) {
-  (void)MHD_add_response_header(response, name, value);
-}
-
-MHD_Result send(MHD_Connection* connection, unsigned status, MHD_Response* response, const char* type,
-                const char* keep = "no-store") {
-  if (response == nullptr) return MHD_NO;
-  add_header(response, "Content-Type", type);
-  add_header(response, "Cache-Control", keep);
-  add_header(response, "X-Content-Type-Options", "nosniff");
-  add_header(response, "Referrer-Policy", "no-referrer");
-  add_header(response, "Cross-Origin-Resource-Policy", "same-origin");
-  if (status == MHD_HTTP_METHOD_NOT_ALLOWED) add_header(response, "Allow", "GET, HEAD");
-  const MHD_Result result = MHD_queue_response(connection, status, response);
-  MHD_destroy_response(response);
-  return result;
-}
-
-MHD_Response* response_of(std::string_view bytes) {
-  return MHD_create_response_from_buffer(bytes.size(), const_cast<char*>(bytes.data()), MHD_RESPMEM_MUST_COPY);
-}
-
-MHD_Result refuse(MHD_Connection* connection, unsigned status, const std::string& why) {
-  return send(connection, status, response_of(std::to_string(status) + ": " + why + "\n"), "text/plain; charset=utf-8");
-}
-
-// A page of another site could otherwise read the flight under a name that leads here (DNS rebinding).
-bool names_this_computer(std::string_view host) {
-  if (host.starts_with("[")) return host.starts_with("[::1]");
-  const std::string name(host.substr(0, host.find(':')));
-  in_addr number{};
-  return name == "localhost" || ::inet_pton(AF_INET, name.c_str(), &number) == 1;
-}
-
-std::string address_text(const SocketAddress& address) {
-  in_addr number{};
-  number.s_addr = htonl(address.host);
-  char text[INET_ADDRSTRLEN] = {};
-  (void)::inet_ntop(AF_INET, &number, text, sizeof(text));
-  return std::string(text) + ":" + std::to_string(address.port);
-}
-
-std::string advice_for(int error) {
-  switch (error) {
-    case EADDRINUSE:
-      return "; another program uses this port: end that program, or name another port with --listen (port 0: any free "
-             "one)";
-    case EADDRNOTAVAIL:
-      return "; name an address of this computer (ip address lists them)";
-    case EACCES:
-      return "; name a port from 1024 on";
-    default:
-      return "";
-  }
+bool is_live_part(std::string_view name) {
+  return !name.starts_with("commands.");
 }
 
 }  // namespace
@@ -130,7 +43,6 @@ struct PageServer::Inside {
   Inside(LiveFlight& of, const ServerLimits& bounds) : flight(of), limits(bounds) {}
 
   MHD_Result answer(MHD_Connection* connection, const std::string& path, std::string_view method);
-  MHD_Result give_page_file(MHD_Connection* connection, std::string_view name) const;
   MHD_Result give_picture(MHD_Connection* connection, const std::string& path) const;
   MHD_Result give_file(MHD_Connection* connection, const std::string& name) const;
   MHD_Result give_events(MHD_Connection* connection);
@@ -182,16 +94,6 @@ MHD_Result PageServer::Inside::give_events(MHD_Connection* connection) {
   return send(connection, MHD_HTTP_OK, response, "text/event-stream; charset=utf-8");
 }
 
-MHD_Result PageServer::Inside::give_page_file(MHD_Connection* connection, std::string_view name) const {
-  for (const PageFile& file : page_files()) {
-    if (file.name != name) continue;
-    MHD_Response* response = response_of(file.text);
-    if (response != nullptr) add_header(response, "Content-Security-Policy", page_policy);
-    return send(connection, MHD_HTTP_OK, response, content_type(name));
-  }
-  return refuse(connection, MHD_HTTP_NOT_FOUND, "the page has no part /page/" + shown(name));
-}
-
 MHD_Result PageServer::Inside::give_picture(MHD_Connection* connection, const std::string& path) const {
   const auto picture = flight.shelf().picture(path);
   if (!picture)
@@ -217,17 +119,17 @@ MHD_Result PageServer::Inside::give_file(MHD_Connection* connection, const std::
 
 MHD_Result PageServer::Inside::answer(MHD_Connection* connection, const std::string& path, std::string_view method) {
   if (method != "GET" && method != "HEAD") {
-    return refuse(connection, MHD_HTTP_METHOD_NOT_ALLOWED,
-                  "this server only shows a flight: it answers GET and HEAD, not " + shown(method));
+    return refuse_method(connection, "GET, HEAD",
+                         "this server only shows a flight: it answers GET and HEAD, not " + shown(method));
   }
   const char* host = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, "Host");
-  if ((address.host & loopback_mask) == first_loopback && host != nullptr && !names_this_computer(host)) {
+  if (is_loopback(address) && host != nullptr && !names_this_computer(host)) {
     return refuse(connection, MHD_HTTP_FORBIDDEN,
                   "the host " + shown(host) + " is not this computer; open http://" +
                       "localhost:" + std::to_string(address.port));
   }
-  if (path == "/") return give_page_file(connection, "index.html");
-  if (path.starts_with("/page/")) return give_page_file(connection, std::string_view(path).substr(6));
+  if (path == "/") return give_page_file(connection, "index.html", is_live_part);
+  if (path.starts_with("/page/")) return give_page_file(connection, std::string_view(path).substr(6), is_live_part);
   if (path.starts_with("/map/")) return give_picture(connection, path);
   if (path.starts_with("/files/")) return give_file(connection, path.substr(7));
   if (path == "/state")
@@ -256,14 +158,8 @@ MHD_Result PageServer::Inside::on_request(void* self, MHD_Connection* connection
 
 PageServer::PageServer(const SocketAddress& address, LiveFlight& flight, const ServerLimits& limits)
     : inside_(std::make_unique<Inside>(flight, limits)) {
-  int socket = -1;
-  const std::string wanted = address_text(address);
-  const Status opened = open_socket(SocketKind::tcp, address, socket);
-  if (!opened.ok()) {
-    throw std::runtime_error("cannot listen at " + wanted + ": " + std::strerror(static_cast<int>(opened.a)) +
-                             advice_for(static_cast<int>(opened.a)));
-  }
-  (void)local_address(socket, inside_->address);
+  inside_->address = address;
+  int socket = listening_socket(inside_->address, "--listen");
   // The server closes the socket.
   inside_->daemon =
       MHD_start_daemon(MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, 0, nullptr,
@@ -272,7 +168,8 @@ PageServer::PageServer(const SocketAddress& address, LiveFlight& flight, const S
                        limits.bytes_per_connection, MHD_OPTION_CONNECTION_TIMEOUT, limits.idle_s, MHD_OPTION_END);
   if (inside_->daemon == nullptr) {
     close_socket(socket);
-    throw std::runtime_error("cannot serve at " + wanted + ": no thread can be started; end other programs");
+    throw std::runtime_error("cannot serve at " + address_text(address) +
+                             ": no thread can be started; end other programs");
   }
 }
 

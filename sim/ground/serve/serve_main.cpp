@@ -8,10 +8,14 @@
 #include <csignal>
 #include <filesystem>
 #include <iostream>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
 
+#include "sim/ground/console/link_options.hpp"
+#include "sim/ground/serve/command_server.hpp"
+#include "sim/ground/serve/http_reply.hpp"
 #include "sim/ground/serve/page_server.hpp"
 #include "sim/host/command_line.hpp"
 #include "sim/host/files.hpp"
@@ -22,7 +26,9 @@ namespace fs = std::filesystem;
 
 struct Options {
   ground::GroundOptions ground;
-  std::string flight, listen = "127.0.0.1:8080";
+  console::LinkOptions link;
+  std::string flight, listen = "127.0.0.1:8080", commands, token_file;
+  bool open_commands = false;
   int every_s = 1;
 };
 
@@ -32,6 +38,39 @@ SocketAddress listening_address(const std::string& text) {
     throw std::runtime_error("an address to listen at is written 127.0.0.1:8080, not " + text);
   }
   return address;
+}
+
+// The page of commands with all that it needs.
+struct CommandPage {
+  TokenGuard guard;
+  OperatorDesk desk;
+  CommandServer server;
+
+  CommandPage(const SocketAddress& address, const std::string& token, console::OperatorSettings settings)
+      : guard(token), desk(std::move(settings)), server(address, desk, guard) {}
+};
+
+// None unless the user asks for it.
+std::unique_ptr<CommandPage> command_page(const Options& options) {
+  if (options.commands.empty()) {
+    if (!options.link.address.empty() || !options.token_file.empty() || options.open_commands) {
+      throw std::runtime_error(
+          "--link, --token-file and --commands-from-other-computers are for a page of commands: say where it is, with "
+          "--commands 127.0.0.1:8081, or leave them out");
+    }
+    return nullptr;
+  }
+  const SocketAddress address = listening_address(options.commands);
+  if (!is_loopback(address) && !options.open_commands) {
+    throw std::runtime_error("other computers would reach the page of commands at " + options.commands +
+                             ": name 127.0.0.1, and reach it with ssh -L, or add --commands-from-other-computers");
+  }
+  if (options.link.address.empty()) {
+    throw std::runtime_error(
+        "a page of commands needs the address at which the flight listens: --link 127.0.0.1:10025");
+  }
+  return std::make_unique<CommandPage>(address, read_token(options.token_file),
+                                       console::operator_settings(options.link));
 }
 
 // The folder of a flight holds its downlink as `outbox`, as the simulator writes it.
@@ -67,8 +106,10 @@ int serve(Options& options) {
   lock_folder(options.ground.out);
   LiveFlight flight(options.ground);
   const PageServer server(listening_address(options.listen), flight);
-  std::cout << "The flight is at http://" << server.address() << "\nResults: " << options.ground.out.string()
-            << std::endl;
+  const std::unique_ptr<CommandPage> commands = command_page(options);
+  std::cout << "The flight is at http://" << server.address() << "\nResults: " << options.ground.out.string() << "\n";
+  if (commands) std::cout << "Commands are given at http://" << commands->server.address() << "\n";
+  std::cout << std::flush;
   while (true) {
     flight.look(std::cerr);
     std::this_thread::sleep_for(std::chrono::seconds(options.every_s));
@@ -81,7 +122,9 @@ int serve_main(int argc, char** argv) {
   CLI::App app{
       "Shows a live flight in a browser: map, track, products, telemetry, events and plots grow as files arrive",
       "ilp-ground serve"};
-  app.footer("The server only shows; telecommands are given with ilp-ground console. docs/serve.md has more.");
+  app.footer(
+      "The page only shows the flight; with --commands there is another one that operates it. docs/serve.md has "
+      "more.");
   Options options;
   app.add_option("flight", options.flight,
                  "folder in which the files arrive, or the folder of a flight with its outbox")
@@ -98,6 +141,15 @@ int serve_main(int argc, char** argv) {
   app.add_option("--anchor", options.ground.anchor,
                  "JSON file that says on which body and where the strips were flown");
   app.add_option("--acknowledge", options.ground.acknowledge, "folder for acknowledgements to the flight");
+  app.add_option("--commands", options.commands,
+                 "ADDRESS:PORT of a page of commands (default: there is none); needs --link and a token");
+  app.add_option("--link", options.link.address, "ADDRESS:PORT at which the flight listens for commands");
+  app.add_option("--token-file", options.token_file,
+                 "file with the token that the page of commands asks for (default: the variable ILP_COMMAND_TOKEN)");
+  app.add_flag("--commands-from-other-computers", options.open_commands,
+               "lets --commands name an address that other computers reach; nothing is encrypted there");
+  options.link.source = 2;
+  console::add_link_options(app, options.link);
   if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   (void)std::signal(SIGPIPE, SIG_IGN);
   try {

@@ -15,25 +15,54 @@ gdal.UseExceptions()
 
 @dataclass
 class Map:
-    """A map of one strip. `values` has rows from north to south; cells without data are NaN. `x` and `y` are the
-    coordinates of the cells' centres, in the unit of the file (metres where the flight is anchored)."""
+    """A map of one strip. `values` has rows from north to south, or, on a body, across the strip; cells without data are
+    NaN. `transform` gives coordinates from columns and rows as GDAL does, in the unit of the file (metres where the flight
+    is anchored). `x` and `y` are the coordinates of the cells' centres: one for each column and row where rows run east,
+    else one for each cell."""
     values: numpy.ndarray
-    x: numpy.ndarray
-    y: numpy.ndarray
+    transform: tuple
     unit: str
     crs: str  # WKT
     path: str
 
+    @property
+    def is_turned(self):
+        return self.transform[2] != 0 or self.transform[4] != 0
+
+    @property
+    def cell(self):
+        """Length of a cell's side."""
+        return float(numpy.hypot(self.transform[1], self.transform[4]))
+
+    def place(self, columns, rows):
+        """Coordinates; the centre of the first cell has column and row 0."""
+        left, a, b, top, c, d = self.transform
+        return left + a * (columns + 0.5) + b * (rows + 0.5), top + c * (columns + 0.5) + d * (rows + 0.5)
+
+    @property
+    def x(self):
+        rows, columns = numpy.indices(self.values.shape) if self.is_turned else (0, numpy.arange(self.values.shape[1]))
+        return self.place(columns, rows)[0]
+
+    @property
+    def y(self):
+        rows, columns = numpy.indices(self.values.shape) if self.is_turned else (numpy.arange(self.values.shape[0]), 0)
+        return self.place(columns, rows)[1]
+
     def at(self, x, y):
         """The values between the four nearest cells; NaN beside the map, and where one of the four has no data."""
-        column = numpy.interp(x, self.x, numpy.arange(self.x.size), left=numpy.nan, right=numpy.nan)
-        row = numpy.interp(y, self.y[::-1], numpy.arange(self.y.size)[::-1], left=numpy.nan, right=numpy.nan)
-        inside = numpy.isfinite(column) & numpy.isfinite(row)
-        c = numpy.clip(numpy.where(inside, column, 0).astype(int), 0, self.x.size - 2)
-        r = numpy.clip(numpy.where(inside, row, 0).astype(int), 0, self.y.size - 2)
-        u, v = column - c, row - r
+        left, a, b, top, c, d = self.transform
+        east, north, area = numpy.asarray(x) - left, numpy.asarray(y) - top, a * d - b * c
+        column, row = (d * east - b * north) / area - 0.5, (a * north - c * east) / area - 0.5
+        height, width = self.values.shape
+        # A cell's own centre is found in spite of rounding.
+        inside = (column > -1e-6) & (row > -1e-6) & (column < width - 1 + 1e-6) & (row < height - 1 + 1e-6)
+        c0 = numpy.clip(numpy.where(inside, column, 0).astype(int), 0, width - 2)
+        r0 = numpy.clip(numpy.where(inside, row, 0).astype(int), 0, height - 2)
+        u, v = numpy.clip(column - c0, 0, 1), numpy.clip(row - r0, 0, 1)
         z = self.values
-        return ((1 - v) * ((1 - u) * z[r, c] + u * z[r, c + 1]) + v * ((1 - u) * z[r + 1, c] + u * z[r + 1, c + 1]))
+        value = ((1 - v) * ((1 - u) * z[r0, c0] + u * z[r0, c0 + 1]) + v * ((1 - u) * z[r0 + 1, c0] + u * z[r0 + 1, c0 + 1]))
+        return numpy.where(inside, value, numpy.nan)
 
 
 @dataclass
@@ -91,9 +120,7 @@ class Flight:
         values = band.ReadAsArray().astype(float)
         if band.GetNoDataValue() is not None:
             values[values == band.GetNoDataValue()] = numpy.nan
-        left, dx, _, top, _, dy = data.GetGeoTransform()
-        return Map(values, left + dx * (numpy.arange(data.RasterXSize) + 0.5), top + dy * (numpy.arange(data.RasterYSize) + 0.5),
-                   band.GetUnitType(), data.GetProjection(), path)
+        return Map(values, data.GetGeoTransform(), band.GetUnitType(), data.GetProjection(), path)
 
     @property
     def height(self):

@@ -1,0 +1,229 @@
+#include "sim/ground/serve/command_server.hpp"
+
+#include <netinet/in.h>
+
+#include <charconv>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "sim/ground/console/operator_command.hpp"
+#include "sim/ground/serve/http_reply.hpp"
+
+namespace ilp::serve {
+namespace {
+
+constexpr std::chrono::milliseconds longest_wait{5000};
+
+bool is_command_part(std::string_view name) {
+  return name == "commands.html" || name == "commands.js" || name == "live.css";
+}
+
+std::string_view header(MHD_Connection* connection, const char* name) {
+  const char* value = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
+  return value == nullptr ? std::string_view() : value;
+}
+
+std::string argument(MHD_Connection* connection, const char* name) {
+  const char* value = MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, name);
+  return value == nullptr ? "" : value;
+}
+
+std::uint32_t client_of(MHD_Connection* connection) {
+  const MHD_ConnectionInfo* info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+  if (info == nullptr || info->client_addr == nullptr || info->client_addr->sa_family != AF_INET) return 0;
+  return ntohl(reinterpret_cast<const sockaddr_in*>(info->client_addr)->sin_addr.s_addr);
+}
+
+MHD_Result give_json(MHD_Connection* connection, const nlohmann::json& value) {
+  const std::string text = value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return send(connection, MHD_HTTP_OK, response_of(text), "application/json");
+}
+
+// A request, from its headers to the end of its body.
+struct PostedRequest {
+  std::string body;
+};
+
+}  // namespace
+
+struct CommandServer::Inside {
+  OperatorDesk& desk;
+  TokenGuard& guard;
+  CommandLimits limits;
+  SocketAddress address;
+  MHD_Daemon* daemon = nullptr;
+
+  Inside(OperatorDesk& to, TokenGuard& by, const CommandLimits& bounds) : desk(to), guard(by), limits(bounds) {}
+
+  std::optional<MHD_Result> refuse_by_headers(MHD_Connection* connection, const std::string& path,
+                                              std::string_view method);
+  std::optional<MHD_Result> refuse_without_token(MHD_Connection* connection);
+  std::optional<MHD_Result> refuse_post(MHD_Connection* connection, const std::string& path);
+  MHD_Result answer(MHD_Connection* connection, const std::string& path, std::string_view method,
+                    const std::string& body);
+  MHD_Result take_command(MHD_Connection* connection, const std::string& body);
+
+  static MHD_Result on_request(void* self, MHD_Connection* connection, const char* path, const char* method,
+                               const char* version, const char* data, std::size_t* size, void** context);
+  static void on_end(void*, MHD_Connection*, void** context, MHD_RequestTerminationCode) {
+    delete static_cast<PostedRequest*>(*context);
+    *context = nullptr;
+  }
+};
+
+std::optional<MHD_Result> CommandServer::Inside::refuse_without_token(MHD_Connection* connection) {
+  constexpr std::string_view scheme = "Bearer ";
+  const std::string_view given = header(connection, "Authorization");
+  if (!given.starts_with(scheme)) {
+    return refuse(connection, MHD_HTTP_UNAUTHORIZED,
+                  "the request has no token: it goes into the header Authorization, as Bearer TOKEN");
+  }
+  const std::uint32_t client = client_of(connection);
+  const auto now = TokenGuard::Clock::now();
+  const TokenGuard::Verdict verdict = guard.check(given.substr(scheme.size()), client, now);
+  if (verdict == TokenGuard::Verdict::right) return std::nullopt;
+  if (verdict == TokenGuard::Verdict::wait) {
+    return refuse(connection, MHD_HTTP_TOO_MANY_REQUESTS,
+                  "too many wrong tokens came from this computer: it is heard again in " +
+                      std::to_string(guard.wait_s(client, now)) + " s");
+  }
+  const std::string address_of_client = address_text({client, 0});
+  const std::string line = "a wrong token came from " + address_of_client.substr(0, address_of_client.find(':')) +
+                           "; " + std::to_string(guard.wrong()) + " since the start";
+  desk.say(line);
+  std::cerr << "ilp-ground serve: " << line << std::endl;
+  return refuse(connection, MHD_HTTP_FORBIDDEN, "the token is wrong: it is the one that the server was started with");
+}
+
+std::optional<MHD_Result> CommandServer::Inside::refuse_post(MHD_Connection* connection, const std::string& path) {
+  if (path != "/commands") return refuse_method(connection, "GET", "commands go to /commands");
+  const std::string own = "http://" + std::string(header(connection, "Host"));
+  const std::string_view origin = header(connection, "Origin");
+  if (origin != own) {
+    return refuse(connection, MHD_HTTP_FORBIDDEN,
+                  "commands come from this server's own page: the header Origin must be " + shown(own) + ", not " +
+                      (origin.empty() ? "absent" : shown(origin)));
+  }
+  if (header(connection, "Content-Type") != "application/json") {
+    return refuse(connection, MHD_HTTP_UNSUPPORTED_MEDIA_TYPE, "the Content-Type must be application/json");
+  }
+  const std::string_view length = header(connection, "Content-Length");
+  std::size_t bytes = 0;
+  const auto end = std::from_chars(length.data(), length.data() + length.size(), bytes);
+  if (length.empty() || end.ec != std::errc() || end.ptr != length.data() + length.size()) {
+    return refuse(connection, MHD_HTTP_LENGTH_REQUIRED, "the header Content-Length must say how long the body is");
+  }
+  if (bytes > limits.body_bytes) {
+    return refuse(connection, MHD_HTTP_CONTENT_TOO_LARGE,
+                  "a command has at most " + std::to_string(limits.body_bytes) + " bytes");
+  }
+  return std::nullopt;
+}
+
+// Before anything of a body is read.
+std::optional<MHD_Result> CommandServer::Inside::refuse_by_headers(MHD_Connection* connection, const std::string& path,
+                                                                   std::string_view method) {
+  const std::string_view host = header(connection, "Host");
+  if (!names_this_computer(host)) {
+    return refuse(connection, MHD_HTTP_FORBIDDEN,
+                  "the page of commands is opened by a number: " + address_text(address) + ", not " + shown(host));
+  }
+  const bool post = method == "POST";
+  if (!post && method != "GET" && method != "HEAD") {
+    return refuse_method(connection, "GET, HEAD, POST", "this server has no " + shown(method));
+  }
+  if (!post && (path == "/" || path.starts_with("/page/"))) return std::nullopt;
+  if (const auto refused = refuse_without_token(connection)) return refused;
+  return post ? refuse_post(connection, path) : std::nullopt;
+}
+
+MHD_Result CommandServer::Inside::take_command(MHD_Connection* connection, const std::string& body) {
+  const nlohmann::json request = nlohmann::json::parse(body, nullptr, false);
+  if (!request.is_object() || request.size() != 1 || !request.contains("line") || !request["line"].is_string()) {
+    return refuse(connection, MHD_HTTP_BAD_REQUEST, R"(the body must be {"line":"capture +5"}, with one command)");
+  }
+  const auto line = request["line"].get<std::string>();
+  for (const char c : line) {
+    if (c < ' ' || c > '~') return refuse(connection, MHD_HTTP_BAD_REQUEST, "a command is one line of printable ASCII");
+  }
+  const OperatorDesk::Answer answer = desk.enter(line);
+  switch (answer.outcome) {
+    case OperatorDesk::Outcome::refused:
+      return refuse(connection, MHD_HTTP_UNPROCESSABLE_CONTENT, "not sent: " + answer.text);
+    case OperatorDesk::Outcome::unavailable:
+      return refuse(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "not sent: " + answer.text);
+    default:
+      return give_json(connection, {{"line", answer.text}});
+  }
+}
+
+MHD_Result CommandServer::Inside::answer(MHD_Connection* connection, const std::string& path, std::string_view method,
+                                         const std::string& body) {
+  if (method == "POST") return take_command(connection, body);
+  if (path == "/") return give_page_file(connection, "commands.html", is_command_part);
+  if (path.starts_with("/page/")) return give_page_file(connection, std::string_view(path).substr(6), is_command_part);
+  if (path == "/reports") {
+    const std::string text = desk.reports(place_of(argument(connection, "after")), longest_wait);
+    return send(connection, MHD_HTTP_OK, response_of(text), "application/json");
+  }
+  if (path == "/help") return give_json(connection, console::operator_help());
+  if (path == "/complete") {
+    return give_json(connection, console::complete_operator_line(argument(connection, "typed")));
+  }
+  return refuse(connection, MHD_HTTP_NOT_FOUND, "there is no " + shown(path) + "; the page is /");
+}
+
+MHD_Result CommandServer::Inside::on_request(void* self, MHD_Connection* connection, const char* path,
+                                             const char* method, const char*, const char* data, std::size_t* size,
+                                             void** context) {
+  Inside& server = *static_cast<Inside*>(self);
+  try {
+    if (*context == nullptr) {
+      if (const auto refused = server.refuse_by_headers(connection, path, method)) return *refused;
+      *context = new PostedRequest;
+      return MHD_YES;
+    }
+    PostedRequest& request = *static_cast<PostedRequest*>(*context);
+    if (*size > 0) {
+      if (request.body.size() + *size > server.limits.body_bytes) return MHD_NO;
+      request.body.append(data, *size);
+      *size = 0;
+      return MHD_YES;
+    }
+    return server.answer(connection, path, method, request.body);
+  } catch (const std::exception&) {
+    // No memory left for this client: its connection is closed.
+    return MHD_NO;
+  }
+}
+
+CommandServer::CommandServer(const SocketAddress& address, OperatorDesk& desk, TokenGuard& guard,
+                             const CommandLimits& limits)
+    : inside_(std::make_unique<Inside>(desk, guard, limits)) {
+  inside_->address = address;
+  int socket = listening_socket(inside_->address, "--commands");
+  // The server closes the socket.
+  inside_->daemon =
+      MHD_start_daemon(MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, 0, nullptr,
+                       nullptr, &Inside::on_request, inside_.get(), MHD_OPTION_LISTEN_SOCKET, socket,
+                       MHD_OPTION_CONNECTION_LIMIT, limits.connections, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+                       limits.bytes_per_connection, MHD_OPTION_CONNECTION_TIMEOUT, limits.idle_s,
+                       MHD_OPTION_NOTIFY_COMPLETED, &Inside::on_end, nullptr, MHD_OPTION_END);
+  if (inside_->daemon == nullptr) {
+    close_socket(socket);
+    throw std::runtime_error("cannot serve at " + address_text(address) +
+                             ": no thread can be started; end other programs");
+  }
+}
+
+CommandServer::~CommandServer() {
+  inside_->desk.end();
+  MHD_stop_daemon(inside_->daemon);
+}
+
+std::string CommandServer::address() const {
+  return address_text(inside_->address);
+}
+
+}  // namespace ilp::serve

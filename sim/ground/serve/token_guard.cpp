@@ -1,0 +1,125 @@
+#include "sim/ground/serve/token_guard.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <random>
+#include <span>
+#include <stdexcept>
+
+namespace ilp::serve {
+namespace {
+
+constexpr std::size_t shortest_token = 16, longest_token = 256;
+constexpr const char* variable = "ILP_COMMAND_TOKEN";
+constexpr const char* how_to_make_one = "make one with: (umask 077; head -c 24 /dev/urandom | base64 >token)";
+
+std::string token_of_file(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (file < 0) {
+    throw std::runtime_error("cannot read the token file " + path + ": " + std::strerror(errno) + "; " +
+                             how_to_make_one);
+  }
+  struct stat facts {};
+  std::array<char, longest_token + 3> text{};
+  const bool plain = ::fstat(file, &facts) == 0 && S_ISREG(facts.st_mode);
+  const ssize_t bytes = plain ? ::read(file, text.data(), text.size()) : -1;
+  ::close(file);
+  if (bytes < 0) throw std::runtime_error("the token file " + path + " is no plain file; " + how_to_make_one);
+  if ((facts.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
+    throw std::runtime_error("others may read the token file " + path + ": run chmod 600 " + path);
+  }
+  const std::string_view content(text.data(), static_cast<std::size_t>(bytes));
+  return std::string(content.substr(0, content.find('\n')));
+}
+
+std::string token_of_environment() {
+  const char* value = std::getenv(variable);
+  if (value == nullptr) {
+    throw std::runtime_error(std::string("commands need a token, in a file (--token-file FILE) or in the variable ") +
+                             variable + "; " + how_to_make_one);
+  }
+  std::string token = value;
+  (void)::unsetenv(variable);
+  return token;
+}
+
+}  // namespace
+
+std::string read_token(const std::string& file) {
+  const std::string token = file.empty() ? token_of_environment() : token_of_file(file);
+  const bool printable = std::all_of(token.begin(), token.end(), [](char c) { return c > ' ' && c <= '~'; });
+  if (token.size() < shortest_token || token.size() > longest_token || !printable) {
+    throw std::runtime_error("the token in " + (file.empty() ? std::string(variable) : file) +
+                             " must have 16 to 256 printable characters without blanks; " + how_to_make_one);
+  }
+  return token;
+}
+
+TokenGuard::TokenGuard(std::string_view token) {
+  std::random_device random;
+  for (std::uint8_t& octet : key_) octet = static_cast<std::uint8_t>(random());
+  code_ = code_of(token);
+}
+
+// Codes have one length, so that their comparison tells nothing about the token's.
+HmacSha256 TokenGuard::code_of(std::string_view token) const {
+  const std::span<const std::uint8_t> part(reinterpret_cast<const std::uint8_t*>(token.data()), token.size());
+  return hmac_sha256(key_, std::span(&part, 1));
+}
+
+TokenGuard::Client* TokenGuard::find(std::uint32_t address) {
+  const auto found = std::find_if(clients_.begin(), clients_.end(),
+                                  [&](const Client& client) { return client.wrong > 0 && client.address == address; });
+  return found == clients_.end() ? nullptr : found;
+}
+
+void TokenGuard::count_wrong(std::uint32_t address, Clock::time_point now) {
+  Client* client = find(address);
+  if (client == nullptr) {
+    client = std::min_element(clients_.begin(), clients_.end(),
+                              [](const Client& a, const Client& b) { return a.latest < b.latest; });
+    *client = {address, 0, now, now};
+  }
+  if (now - client->latest > memory) client->wrong = 0;
+  ++client->wrong;
+  client->latest = now;
+  if (client->wrong <= free_tries) return;
+  const unsigned doublings = std::min(client->wrong - free_tries - 1, 6U);
+  client->until = now + std::chrono::seconds(std::min(1 << doublings, longest_wait_s));
+}
+
+TokenGuard::Verdict TokenGuard::check(std::string_view token, std::uint32_t client, Clock::time_point now) {
+  const bool right = equal_in_constant_time(code_of(token), code_);
+  const std::lock_guard lock(mutex_);
+  Client* known = find(client);
+  if (known != nullptr && now < known->until) {
+    if (!right) ++wrong_;
+    return Verdict::wait;
+  }
+  if (right) return Verdict::right;
+  ++wrong_;
+  count_wrong(client, now);
+  return Verdict::wrong;
+}
+
+std::uint64_t TokenGuard::wrong() const {
+  const std::lock_guard lock(mutex_);
+  return wrong_;
+}
+
+int TokenGuard::wait_s(std::uint32_t client, Clock::time_point now) const {
+  const std::lock_guard lock(mutex_);
+  for (const Client& known : clients_) {
+    if (known.wrong == 0 || known.address != client || known.until <= now) continue;
+    return static_cast<int>(std::chrono::ceil<std::chrono::seconds>(known.until - now).count());
+  }
+  return 0;
+}
+
+}  // namespace ilp::serve

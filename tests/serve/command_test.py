@@ -1,0 +1,306 @@
+#!/usr/bin/env python3
+"""What a client of the page of commands sees, with a flight in real time behind it:
+command_test.py ILP_SIL ILP_GROUND WORK [TEST...]"""
+import http.client
+import json
+import os
+import shutil
+import socket
+import stat
+import subprocess
+import sys
+import unittest
+
+from flight import Flight
+from served import Server, patience_s, wait_for
+
+sil, ground, work = sys.argv[1:4]
+token = "only-for-this-test-7c1f9a"
+key = "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f"
+
+
+def write_private(path, text):
+    with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:
+        file.write(text)
+    return path
+
+
+class CommandServer(Server):
+    """A server with a page of commands; its standard error goes to a file."""
+
+    def __init__(self, box, address, *options, environment=None):
+        self.errors = box + ".err"
+        with open(self.errors, "w") as errors:
+            self.process = subprocess.Popen(
+                [ground, "serve", box, "--listen", "127.0.0.1:0", "--commands", "127.0.0.1:0", "--link", address,
+                 *options], stdout=subprocess.PIPE, stderr=errors, text=True, env=environment)
+        lines = [self.process.stdout.readline() for _ in range(3)]
+        assert lines[2].startswith("Commands are given at http://"), (lines, open(self.errors).read())
+        self.live = lines[0].split("//")[1].strip()
+        self.address = lines[2].split("//")[1].strip()
+        self.host, port = self.address.split(":")
+        self.port = int(port)
+        self.place, self.lines, self.panel = "", [], []
+
+    def headers(self, **changed):
+        headers = {"Authorization": "Bearer " + token, "Origin": "http://" + self.address,
+                   "Content-Type": "application/json"}
+        for name, value in changed.items():
+            name = name.replace("_", "-")
+            headers.pop(name, None)
+            if value is not None:
+                headers[name] = value
+        return headers
+
+    def post(self, body, path="/commands", **changed):
+        status, headers, text = self.get(path, "POST", self.headers(**changed), body)
+        return status, headers, text.decode()
+
+    def command(self, line, **changed):
+        return self.post(json.dumps({"line": line}), **changed)
+
+    def listen(self):
+        status, _, text = self.get("/reports?after=" + self.place, headers=self.headers())
+        assert status == 200, text
+        answer = json.loads(text)
+        if answer["full"]:
+            self.lines = []
+        self.lines += [line for _, line in answer["lines"]]
+        self.place, self.panel, self.waiting = answer["place"], answer["panel"], answer["waiting"]
+        return self.lines
+
+    def hears(self, line):
+        wait_for(f"the report '{line}'; there were {self.lines}", lambda: any(line in one for one in self.listen()))
+
+
+class Commands(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        shutil.rmtree(work, ignore_errors=True)
+        cls.flight = Flight(sil, os.path.join(work, "open"))
+        cls.token_file = write_private(os.path.join(work, "token"), token + "\n")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.flight.end()
+
+    def box(self):
+        box = os.path.join(work, self.id().rsplit(".", 1)[1])
+        os.makedirs(box)
+        return box
+
+    def serve(self, *options, address=None, environment=None, token_file=True):
+        chosen = ["--token-file", self.token_file] if token_file else []
+        server = CommandServer(self.box(), address or self.flight.address, *chosen, *options, environment=environment)
+        self.addCleanup(server.end)
+        return server
+
+    def test_a_command_is_carried_out_and_its_reports_come(self):
+        server = self.serve()
+        self.assertEqual(server.command("ping")[0], 200)
+        for report in ("accepted: ping", "the flight is alive", "done: ping"):
+            server.hears(report)
+        self.assertEqual(json.loads(server.command("  set   overlap.target_overlap  0.9 ")[2]),
+                         {"line": "set overlap.target_overlap 0.9"})
+        server.hears("done: set overlap.target_overlap 0.9")
+        # The flight itself says what it has been set to.
+        self.assertEqual(server.command("get overlap.target_overlap")[0], 200)
+        server.hears("overlap.target_overlap = 0.9")
+        self.assertEqual(server.command("capture +1")[0], 200)
+        server.hears("done: capture +1")
+        wait_for("housekeeping", lambda: server.listen() and any("1 frames" in line for line in server.panel))
+        wait_for("no command that waits", lambda: server.listen() and server.waiting == [])
+        # The flight refuses what only it can know.
+        self.assertEqual(server.command("delete 4000000 depth")[0], 200)
+        server.hears("failed: delete 4000000 depth")
+
+    def test_a_line_that_cannot_be_sent_says_why(self):
+        server = self.serve()
+        for line, why in (("launch", "there is no command launch"),
+                          ("set overlap.target_overlap 1.5", "must be a number from 0.5 to 0.98"),
+                          ("set overlap.nothing 1", "no parameter overlap.nothing"),
+                          ("set", "it is written: set SECTION.KEY VALUE"),
+                          ("call SELFDESTRUCT", "a function is one of"),
+                          ("series +1 0.1 70000", "the number of images"),
+                          ("uplink /etc/passwd", "reads no file of the computer"),
+                          ("quit", "for scripts"), ("wait 1000000", "for scripts"), ("", "empty")):
+            status, _, text = server.command(line)
+            self.assertEqual(status, 422, (line, text))
+            self.assertIn(why, text)
+        for body in ("", "ping", "[]", "{}", '{"line":1}', '{"line":"ping","line2":"x"}', '{"line":"ping\\nping"}',
+                     '{"line":"p\\u00efng"}', "{" * 1000, '{"line":"ping"', "\0\0"):
+            self.assertEqual(server.post(body)[0], 400, body)
+        self.assertEqual(server.get("/nothing", headers=server.headers())[0], 404)
+        self.assertFalse(any("sent:" in line for line in server.listen()))
+
+    def test_nothing_goes_without_the_token(self):
+        server = self.serve()
+        for path in ("/reports", "/help", "/complete?typed=c", "/nothing", "/commands"):
+            self.assertEqual(server.get(path)[0], 401, path)
+        self.assertEqual(server.get("/reports?token=" + token)[0], 401)
+        self.assertEqual(server.command("ping", Authorization=None)[0], 401)
+        self.assertEqual(server.command("ping", Authorization="Basic " + token)[0], 401)
+        for wrong in ("", "x", token[:-1], token + "x", token.upper(), "x" * 5000):
+            status, headers, text = server.command("ping", Authorization="Bearer " + wrong)
+            self.assertIn(status, (403, 429), wrong)
+            self.assertNotIn(token, text)
+        wait_for("the right token to be heard again", lambda: server.command("ping")[0] == 200)
+        server.hears("done: ping")
+        self.assertEqual(sum(line == "sent: ping" for line in server.lines), 1)
+        self.assertTrue(any("a wrong token came from 127.0.0.1" in line for line in server.lines))
+        self.assertIn("a wrong token came from 127.0.0.1", open(server.errors).read())
+
+    def test_who_guesses_is_not_heard(self):
+        server = self.serve()
+        answers = [server.command("ping", Authorization="Bearer guess-%d" % i)[0] for i in range(200)]
+        self.assertEqual(answers[:6], [403] * 6)
+        self.assertLess(answers.count(403), 12, "after the sixth wrong token each one costs a second, then two, ...")
+        status, _, text = server.command("ping")
+        self.assertEqual(status, 429)
+        self.assertIn("heard again in", text)
+        # What is refused is counted, and told to the operator when a token is right again.
+        wait_for("the end of the pause", lambda: server.command("ping")[0] == 200)
+        told = [line for line in server.listen() if "a wrong token" in line]
+        self.assertEqual(len(told), answers.count(403))
+
+    def test_a_page_of_another_site_commands_nothing(self):
+        server = self.serve()
+        for origin in (None, "null", "http://evil.example", "http://127.0.0.1:1", "https://" + server.address,
+                       "http://" + server.address + ".evil.example", "http://" + server.live):
+            status, _, text = server.command("ping", Origin=origin)
+            self.assertEqual(status, 403, origin)
+            self.assertIn("Origin", text)
+        # A name that leads here (DNS rebinding) has its own origin.
+        for host in ("evil.example", "evil.example:" + str(server.port)):
+            self.assertEqual(server.command("ping", Host=host, Origin="http://" + host)[0], 403)
+            self.assertEqual(server.get("/", headers={"Host": host})[0], 403)
+        # What a form or an image of another site can send without asking has no token, and no such type.
+        for kind in ("text/plain", "application/x-www-form-urlencoded", "multipart/form-data", None):
+            self.assertEqual(server.command("ping", Content_Type=kind)[0], 415)
+        status, headers, _ = server.get("/commands", "OPTIONS", {"Origin": "http://evil.example",
+                                                                 "Access-Control-Request-Method": "POST"})
+        self.assertEqual(status, 405)
+        for path in ("/", "/reports", "/help"):
+            headers = server.get(path, headers=server.headers())[1]
+            self.assertNotIn("Set-Cookie", headers)
+            self.assertNotIn("Access-Control-Allow-Origin", headers)
+        self.assertIn("frame-ancestors 'none'", server.get("/")[1]["Content-Security-Policy"])
+        self.assertFalse(any("sent:" in line for line in server.listen()))
+
+    def test_bodies_are_bounded(self):
+        server = self.serve()
+        self.assertEqual(server.post(json.dumps({"line": "x" * 2000}))[0], 422)
+        self.assertEqual(server.post("x" * 2049)[0], 413)
+
+        def send(octets):
+            with socket.create_connection((server.host, server.port), timeout=patience_s) as peer:
+                try:
+                    peer.sendall(octets)
+                    return peer.recv(100)
+                except OSError:
+                    return b""
+
+        head = "".join(f"{name}: {value}\r\n" for name, value in server.headers(Host=server.address).items())
+        start = f"POST /commands HTTP/1.1\r\n{head}".encode()
+        self.assertIn(b" 413 ", send(start + b"Content-Length: 99999999999\r\n\r\n"))
+        self.assertIn(b" 413 ", send(start + b"Content-Length: 99999999999999999999999\r\n\r\n"))
+        self.assertIn(b" 411 ", send(start + b"Transfer-Encoding: chunked\r\n\r\n"))
+        for octets in (start + b"Content-Length: 10000000\r\n\r\n" + b"x" * 10000000,
+                       start + b"Transfer-Encoding: chunked\r\n\r\n" + b"ffff\r\n" + b"x" * 65535,
+                       start + b"X: " + b"y" * 1000000 + b"\r\n\r\n", os.urandom(4000), b"\0" * 4000):
+            send(octets)
+        # A body that never comes to its end keeps no other client away.
+        idle = socket.create_connection((server.host, server.port), timeout=patience_s)
+        idle.sendall(start + b"Content-Length: 100\r\n\r\n{")
+        self.assertEqual(server.command("ping")[0], 200)
+        idle.close()
+        server.hears("done: ping")
+        self.assertIsNone(server.process.poll())
+
+    def test_the_live_page_takes_no_command(self):
+        server = self.serve()
+        connection = http.client.HTTPConnection(server.live, timeout=patience_s)
+        connection.request("POST", "/commands", json.dumps({"line": "ping"}), server.headers())
+        self.assertEqual(connection.getresponse().status, 405)
+        for path in ("/commands", "/reports", "/page/commands.html", "/page/commands.js"):
+            connection = http.client.HTTPConnection(server.live, timeout=patience_s)
+            connection.request("GET", path, headers=server.headers())
+            self.assertEqual(connection.getresponse().status, 404, path)
+        # And the page of commands gives no file of the results.
+        for path in ("/state", "/events", "/files/report.json", "/page/index.html", "/page/../token"):
+            self.assertEqual(server.get(path, headers=server.headers())[0], 404, path)
+
+    def test_the_token_is_nowhere_to_be_read(self):
+        environment = {**os.environ, "ILP_COMMAND_TOKEN": token}
+        server = self.serve(environment=environment, token_file=False)
+        self.assertEqual(server.command("ping")[0], 200)
+        server.command("ping", Authorization="Bearer " + "w" * 30)
+        with open(f"/proc/{server.process.pid}/cmdline") as arguments:
+            self.assertNotIn(token, arguments.read())
+        server.hears("done: ping")
+        self.assertNotIn(token, "".join(server.lines))
+        log = open(server.errors).read()
+        self.assertNotIn(token, log)
+        self.assertNotIn("w" * 30, log)
+
+    def test_a_flight_with_keys_is_commanded_with_one(self):
+        keys = write_private(os.path.join(work, "keys"), f"5 {key}\n6 {key[::-1]}\n")
+        flight = Flight(sil, os.path.join(work, "locked"), "--key", keys, mission_lines="[link]\nauthentication = 1\n")
+        self.addCleanup(flight.end)
+        server = self.serve("--key", keys, "--spi", "6", address=flight.address)
+        self.assertEqual(server.command("ping")[0], 200)
+        server.hears("done: ping")
+        os.makedirs(os.path.join(work, "bare"))
+        bare = CommandServer(os.path.join(work, "bare"), flight.address, "--token-file", self.token_file, "--source", "7")
+        self.addCleanup(bare.end)
+        self.assertEqual(bare.command("ping")[0], 200)
+        bare.hears("no answer yet: ping")
+        self.assertFalse(any("done: ping" in line for line in bare.lines))
+
+    def test_a_flight_that_comes_later_is_found(self):
+        with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+            probe.bind(("127.0.0.1", 0))
+            address = "127.0.0.1:%d" % probe.getsockname()[1]
+        server = self.serve("--tcp", address=address)
+        server.hears("the flight cannot be reached")
+        status, _, text = server.command("ping")
+        self.assertEqual(status, 503)
+        self.assertIn("the flight cannot be reached", text)
+        flight = Flight(sil, os.path.join(work, "late"), "--link-tcp", address)
+        self.addCleanup(flight.end)
+        wait_for("the flight", lambda: server.command("ping")[0] == 200)
+        server.hears("done: ping")
+
+    def refused(self, *options, environment=None):
+        box = os.path.join(work, "refused")
+        os.makedirs(box, exist_ok=True)
+        run = subprocess.run([ground, "serve", box, "--listen", "127.0.0.1:0", *options], capture_output=True, text=True,
+                             timeout=patience_s, env=environment)
+        self.assertEqual(run.returncode, 1, run.stderr)
+        self.assertNotIn(token, run.stderr)
+        return run.stderr
+
+    def test_a_page_that_would_not_be_safe_does_not_start(self):
+        at, link = ("--commands", "127.0.0.1:0"), ("--link", self.flight.address)
+        file = ("--token-file", self.token_file)
+        self.assertIn("needs the address at which the flight listens", self.refused(*at, *file))
+        self.assertIn("commands need a token", self.refused(*at, *link))
+        self.assertIn("say where it is", self.refused(*link, *file))
+        for everywhere in ("0.0.0.0:0", "192.0.2.1:0"):
+            self.assertIn("--commands-from-other-computers", self.refused("--commands", everywhere, *link, *file))
+        loose = write_private(os.path.join(work, "loose"), token)
+        os.chmod(loose, stat.S_IRUSR | stat.S_IWUSR | stat.S_IRGRP)
+        self.assertIn("chmod 600", self.refused(*at, *link, "--token-file", loose))
+        for bad in ("short", "with blanks in the middle", "", "x" * 257, "t\u00f6ken-with-umlaut-123"):
+            weak = write_private(os.path.join(work, "weak"), bad + "\n")
+            self.assertIn("16 to 256 printable", self.refused(*at, *link, "--token-file", weak))
+            self.assertIn("16 to 256 printable",
+                          self.refused(*at, *link, environment={**os.environ, "ILP_COMMAND_TOKEN": bad}))
+        self.assertIn("cannot read the token file", self.refused(*at, *link, "--token-file", work + "/none"))
+        self.assertIn("no plain file", self.refused(*at, *link, "--token-file", work))
+        usage = subprocess.run([ground, "serve", work, "--token", token], capture_output=True, text=True)
+        self.assertEqual(usage.returncode, 2, "a token is never an argument")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1] + sys.argv[4:], verbosity=2, warnings="ignore")
