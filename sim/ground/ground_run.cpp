@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <ostream>
+#include <set>
 #include <stdexcept>
 
 #include "cfg/mission.hpp"
@@ -66,23 +67,26 @@ class MapExport {
       result.files.insert(result.files.end(), result.map_files.begin(), result.map_files.end());
       return;
     }
+    intake::NotedResults parts(catalogue_);
     result.geometry = map.mosaic.geometry;
-    result.seams = map::measure_seams(map.mosaic);
+    result.seams = map::measure_seams(map.mosaic, &parts);
     result.grid = map::overview(map.mosaic, {});
     result.plane = map::mean_plane(*result.grid);
     exports::export_grid(*result.grid, result.suffix, options_.out);
-    exports::export_map(map.mosaic, place, options_.max_vertices, options_.out, result);
-    catalogue_.put_result(digest, bytes_of_map(result));
+    exports::export_map(map.mosaic, place, options_.max_vertices, options_.out, &parts, result);
+    catalogue_.put_result(digest, bytes_of_map(result, parts.noted()));
   }
 
  private:
   bool keep(std::uint64_t digest, report::StripResult& result) {
     const auto known = catalogue_.result(digest);
     report::StripResult kept = result;
-    if (!known || !take_map(*known, kept)) return false;
+    std::set<std::uint64_t> parts;
+    if (!known || !take_map(*known, kept, parts)) return false;
     for (const std::string& name : map_files(kept)) {
       if (!before_.files.contains(name)) return false;
     }
+    catalogue_.keep_results(parts);
     result = std::move(kept);
     return true;
   }
@@ -187,15 +191,17 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   phases("Writing the report");
   report.has_viewer = viewer::viewer_available();
   report.tables = exports::write_flight_tables(report.flight, options.out);
-  host::update_file(options.out / "report.json", report::report_json(report));
-  host::update_file(options.out / "report.html", report::report_html(report));
-  if (report.has_viewer) host::update_file(options.out / "viewer.html", viewer::viewer_html(report));
+  host::update_file(options.out / "report.json", [&](std::ostream& out) { report::write_report_json(report, out); });
+  host::update_file(options.out / "report.html", [&](std::ostream& out) { report::write_report_html(report, out); });
+  if (report.has_viewer)
+    host::update_file(options.out / "viewer.html", [&](std::ostream& out) { viewer::write_viewer_html(report, out); });
   if (!options.catalogue.empty()) share(options, report, anchors ? &*anchors : nullptr);
   fs::remove_all(tasks::work_folder(options.out));
   catalogue.forget_other_results();
   // Files that the catalogue has lost are news for the next run.
   const std::uint64_t known = catalogue.has_lost_files() ? 0 : inputs;
   if (!options.catalogue.empty()) catalogue.keep_mark(known);
+  report.whole_look = nullptr;
   opened.reset();  // its file is as the next run finds it
   keep_record(options, report, before, known);
   return report;

@@ -94,17 +94,18 @@ std::uint64_t map_export_digest(std::uint64_t map, const exports::Georeference& 
   return digest.add_value(place.earth).value();
 }
 
-std::vector<std::uint8_t> bytes_of_map(const report::StripResult& strip) {
+std::vector<std::uint8_t> bytes_of_map(const report::StripResult& strip, const std::set<std::uint64_t>& parts) {
   const map::MapGeometry& g = strip.geometry;
   return json::to_cbor(json{{"grid", told(*strip.grid)},
                             {"plane", {strip.plane.a, strip.plane.b, strip.plane.c}},
                             {"geometry", {g.x0, g.y0, g.cell, g.columns, g.rows}},
                             {"seams", {told(strip.seams.height), told(strip.seams.grey)}},
+                            {"parts", parts},
                             {"files", strip.map_files},
                             {"surface", {strip.vertices, strip.faces, strip.stride}}});
 }
 
-bool take_map(std::span<const std::uint8_t> bytes, report::StripResult& strip) {
+bool take_map(std::span<const std::uint8_t> bytes, report::StripResult& strip, std::set<std::uint64_t>& parts) {
   try {
     const json told = json::from_cbor(bytes.begin(), bytes.end());
     report::StripResult taken = strip;
@@ -117,6 +118,7 @@ bool take_map(std::span<const std::uint8_t> bytes, report::StripResult& strip) {
     surface.at(0).get_to(taken.vertices);
     surface.at(1).get_to(taken.faces);
     surface.at(2).get_to(taken.stride);
+    told.at("parts").get_to(parts);
     strip = std::move(taken);
     return true;
   } catch (const std::exception&) {

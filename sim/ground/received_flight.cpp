@@ -139,7 +139,9 @@ void index_held(const GroundOptions& options, intake::Catalogue& catalogue, repo
                 std::ostream& messages) {
   report.outbox = everything_held(options, catalogue);
   report.flight = intake::index_flight(report.outbox);
-  for (intake::RecordEntry& entry : report.outbox.records) entry.blobs = {};  // they are in the flight now
+  // The others are in the flight now.
+  std::erase_if(report.outbox.records, [](const auto& entry) { return entry.type != RecordType::downlink; });
+  report.outbox.records.shrink_to_fit();
   report.joined = model::join_strips(report.flight, host::LongPhases(messages), &catalogue);
   if (options.control.empty()) return;
   const exports::Body* const body = exports::find_body(options.control_body);
@@ -154,6 +156,9 @@ void decode_held(const GroundOptions& options, intake::Catalogue& catalogue, rep
     index_held(options, catalogue, report, messages);
     report.looks = exports::look_round(report.flight, options.out / "keyframes", catalogue, messages);
   } while (reject_faulty(report, catalogue));
+  report.whole_look = [&report, &catalogue](std::int64_t id) {
+    return exports::known_look(report.flight, id, report.looks.at(id), catalogue);
+  };
   model::state_height_steps(report.flight, report.joined);
   report_skipped(report.outbox, messages);
   if (report::totals(report).files_used == 0) stop_for_nothing(options, report);

@@ -108,6 +108,22 @@ void update_file(const fs::path& path, std::string_view text) {
   update_file(path, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
 }
 
+void update_file(const fs::path& path, const std::function<void(std::ostream&)>& write) {
+  fs::path temporary = path;
+  temporary += ".part";
+  try {
+    std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
+    write(file);
+    file.close();
+    if (!file) throw std::runtime_error("cannot write " + path.string() + ": " + write_failure(errno));
+    move_into_place(temporary, path);
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove(temporary, ignored);
+    throw;
+  }
+}
+
 void move_into_place(const fs::path& part, const fs::path& whole) {
   std::error_code error;
   if (same_content(part, whole)) {

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <iosfwd>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,6 +21,8 @@ void write_file(const std::filesystem::path& path, std::string_view text);
 /// As write_file, but a file that holds these bytes already is left as it is, with its time.
 void update_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 void update_file(const std::filesystem::path& path, std::string_view text);
+/// The same with all that `write` puts into the stream, which need not fit into memory.
+void update_file(const std::filesystem::path& path, const std::function<void(std::ostream&)>& write);
 /// Renames the finished file `part` to `whole`. Where `whole` holds the same bytes already, it is left as it is and
 /// `part` is removed. Throws std::runtime_error.
 void move_into_place(const std::filesystem::path& part, const std::filesystem::path& whole);

@@ -75,8 +75,10 @@ std::uint64_t digest_of_records(const std::vector<std::uint8_t>& file) {
     if (!deserialize(info, entry.serial, record.data()).ok()) throw intake::BadFile("a record is too short");
     const std::uint32_t fields = digest_of_fields(info, record.data());
     digest = checksum64(memory_of(fields), digest);
-    for (const std::vector<std::uint8_t>& blob : entry.blobs)
-      digest = checksum64(std::as_bytes(std::span(blob)), digest);
+    for (const intake::CodedFile& blob : entry.blobs) {
+      const std::vector<std::uint8_t> bytes = blob.bytes();
+      digest = checksum64(std::as_bytes(std::span(bytes)), digest);
+    }
   }
   return digest;
 }

@@ -52,8 +52,9 @@ int main(int argc, char** argv) {
   place.sentence = "a \"made-up\" surface";
   for (const auto& [name, side] : {std::pair("small.glb", 40), std::pair("large.glb", 300)}) {
     const map::MapGeometry map{0, static_cast<double>(side - 1), 1, side, side};
-    host::write_file(folder / name,
-                     exports::gltf_bytes(hills(static_cast<std::uint32_t>(side)), map, stripes(side, side - 7), place));
+    host::update_file(folder / name, [&](std::ostream& out) {
+      exports::write_gltf(hills(static_cast<std::uint32_t>(side)), map, stripes(side, side - 7), place, out);
+    });
   }
   return 0;
 }

@@ -150,7 +150,9 @@ int main(int argc, char** argv) {
     for (const auto& [id, k] : report.flight.keyframes) {
       report.looks[id] = map::look_at(k, k, map::look_width_px(report.flight.keyframes.size()), rays);
     }
-    if (viewer::viewer_available()) host::write_file(argv[1], viewer::viewer_html(report));
+    if (viewer::viewer_available()) {
+      host::update_file(argv[1], [&](std::ostream& page) { viewer::write_viewer_html(report, page); });
+    }
     return 0;
   } catch (const std::exception& error) {
     std::cerr << error.what() << "\n";

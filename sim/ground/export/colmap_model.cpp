@@ -88,7 +88,7 @@ Model collect(const intake::Flight& flight, const intake::Strip& strip) {
     model.text.views.push_back(view_of(flight.keyframes.at(id)));
   }
   for (const std::int64_t id : strip.keyframes) {
-    for (const intake::StructureTrackPoint& point : flight.keyframes.at(id).points) add_track(point, model);
+    for (const intake::StructureTrackPoint& point : intake::points_of(flight.keyframes.at(id))) add_track(point, model);
   }
   colour(flight, model);
   return model;

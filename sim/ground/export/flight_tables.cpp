@@ -1,6 +1,7 @@
 #include "sim/ground/export/flight_tables.hpp"
 
 #include <cstring>
+#include <map>
 #include <span>
 
 #include "sim/ground/intake/flight_model.hpp"
@@ -174,6 +175,8 @@ Table keyframe_table(const intake::Flight& flight) {
   using enum ColumnType;
   for (const char* name : {"x", "y", "z", "q_w", "q_x", "q_y", "q_z"}) table.columns.push_back({name, real});
   table.columns.push_back({"unit", text});
+  std::map<std::int64_t, std::string> units;  // of strips: a strip's is looked for in all its keyframes
+  for (const auto& [id, strip] : flight.strips) units[id] = intake::unit_of(flight, strip);
   for (const auto& [id, keyframe] : flight.keyframes) {
     std::vector<Cell> row = keyframe_row(keyframe, 1);
     row.resize(table.columns.size());
@@ -181,8 +184,8 @@ Table keyframe_table(const intake::Flight& flight) {
       std::size_t at = keyframe_columns().size();
       for (const double c : keyframe.pose->centre) row[at++] = c;
       for (const double q : keyframe.pose->q_cam_from_world) row[at++] = q;
-      const auto strip = flight.strips.find(keyframe.strip_id);
-      if (strip != flight.strips.end()) row[at] = std::string(intake::unit_of(flight, strip->second));
+      const auto unit = units.find(keyframe.strip_id);
+      if (unit != units.end()) row[at] = unit->second;
     }
     table.rows.push_back(std::move(row));
   }

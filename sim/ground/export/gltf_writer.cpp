@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <sstream>
+#include <ostream>
 #include <stdexcept>
 #include <string>
 
@@ -62,7 +62,10 @@ std::vector<std::array<float, 2>> texture_places(const map::SurfaceMesh& mesh, c
 // Fills the one buffer of a file, part by part.
 class BufferFiller {
  public:
-  explicit BufferFiller(tinygltf::Model& model) : model_(model) { model_.buffers.resize(1); }
+  BufferFiller(tinygltf::Model& model, std::size_t expected_bytes) : model_(model) {
+    model_.buffers.resize(1);
+    model_.buffers[0].data.reserve(expected_bytes);
+  }
 
   int add_view(const void* from, std::size_t bytes, int target) {
     std::vector<unsigned char>& data = model_.buffers[0].data;
@@ -192,20 +195,18 @@ void add_scene(tinygltf::Primitive primitive, const Georeference& place, tinyglt
 
 }  // namespace
 
-std::vector<std::uint8_t> gltf_bytes(const map::SurfaceMesh& mesh, const map::MapGeometry& map,
-                                     const host::Raster<std::uint8_t>& texture, const Georeference& place) {
+void write_gltf(const map::SurfaceMesh& mesh, const map::MapGeometry& map, const host::Raster<std::uint8_t>& texture,
+                const Georeference& place, std::ostream& out) {
   if (mesh.faces.empty()) throw std::runtime_error("a surface without a face");
   tinygltf::Model model;
-  BufferFiller buffer(model);
+  // Positions, normals, places in the texture; three indices; a picture is rarely larger than its samples.
+  BufferFiller buffer(model, 32 * mesh.vertices.size() + 12 * mesh.faces.size() + texture.samples.size() + 4096);
   tinygltf::Primitive primitive = primitive_of(mesh, map, place, model, buffer);
   add_material(texture, model, buffer);
   add_scene(std::move(primitive), place, model);
-  std::ostringstream file;
-  if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, file, false, true)) {
+  if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, out, false, true)) {
     throw std::runtime_error("the glTF file cannot be made");
   }
-  const std::string bytes = std::move(file).str();
-  return {bytes.begin(), bytes.end()};
 }
 
 }  // namespace ilp::exports

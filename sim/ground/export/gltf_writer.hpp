@@ -3,7 +3,7 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
+#include <iosfwd>
 
 #include "sim/ground/export/georeference.hpp"
 #include "sim/ground/map/merge.hpp"
@@ -14,8 +14,7 @@ namespace ilp::exports {
 /// them, about the map's centre at height 0 (without an anchor the strip's own axes). In metres where `place` is;
 /// `extras` of the asset say the unit. `texture` covers all of `map` (read_ortho). Throws std::runtime_error when the
 /// mesh has no face or the file would pass 4 GiB.
-[[nodiscard]] std::vector<std::uint8_t> gltf_bytes(const map::SurfaceMesh& mesh, const map::MapGeometry& map,
-                                                   const host::Raster<std::uint8_t>& texture,
-                                                   const Georeference& place);
+void write_gltf(const map::SurfaceMesh& mesh, const map::MapGeometry& map, const host::Raster<std::uint8_t>& texture,
+                const Georeference& place, std::ostream& out);
 
 }  // namespace ilp::exports

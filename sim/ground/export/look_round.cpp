@@ -1,6 +1,7 @@
 #include "sim/ground/export/look_round.hpp"
 
 #include <mutex>
+#include <stdexcept>
 
 #include "sim/ground/export/strip_exports.hpp"
 #include "sim/ground/intake/keyframe_rasters.hpp"
@@ -33,6 +34,15 @@ map::KeyframeLook look_and_export(const intake::Keyframe& keyframe, std::int32_t
   return look;
 }
 
+map::KeyframeLook known_look(const intake::Flight& flight, std::int64_t id, const map::KeyframeLook& look,
+                             intake::Catalogue& catalogue) {
+  const std::int32_t width_px = map::look_width_px(flight.keyframes.size());
+  const auto bytes = catalogue.look(id, look.digest ^ static_cast<std::uint64_t>(width_px));
+  auto whole = bytes ? map::look_from(*bytes) : std::nullopt;
+  if (!whole) throw std::runtime_error("the catalogue is damaged: a look at a keyframe cannot be read back");
+  return std::move(*whole);
+}
+
 std::vector<std::int64_t> keyframes_without_look(const intake::Flight& flight, const std::filesystem::path& folder,
                                                  intake::Catalogue& catalogue) {
   const std::int32_t width_px = map::look_width_px(flight.keyframes.size());
@@ -61,6 +71,7 @@ std::map<std::int64_t, map::KeyframeLook> look_round(const intake::Flight& fligh
       looks[i] = look_and_export(*keyframes[i], width_px, folder);
       catalogue.put_look(keyframes[i]->id, digest, map::bytes_of(looks[i]));
     }
+    for (std::vector<std::uint8_t>* picture : {&looks[i].image, &looks[i].mask, &looks[i].depth}) *picture = {};
     const std::lock_guard lock(mutex);
     progress(++done, keyframes.size());
   });

@@ -11,11 +11,15 @@
 namespace ilp::exports {
 
 /// Writes the files of export_keyframe into `folder` for what has changed since the last run, or is not there. Products
-/// that do not decode have their fault in the look. All cores are used.
+/// that do not decode have their fault in the look. Pictures stay in the catalogue (known_look). All cores are used.
 [[nodiscard]] std::map<std::int64_t, map::KeyframeLook> look_round(const intake::Flight& flight,
                                                                    const std::filesystem::path& folder,
                                                                    intake::Catalogue& catalogue,
                                                                    std::ostream& messages);
+
+/// What look_round gave as `look`, with its pictures. Throws std::runtime_error when the catalogue does not hold it.
+[[nodiscard]] map::KeyframeLook known_look(const intake::Flight& flight, std::int64_t id, const map::KeyframeLook& look,
+                                           intake::Catalogue& catalogue);
 
 // The parts of the round, for processes that do it together.
 

@@ -36,7 +36,7 @@ std::vector<std::uint8_t> point_cloud_ply(const intake::Flight& flight, const in
   std::vector<std::uint8_t> body;
   std::size_t count = 0;
   for (const std::int64_t id : strip.keyframes) {
-    for (const intake::StructureTrackPoint& track : flight.keyframes.at(id).points) {
+    for (const intake::StructureTrackPoint& track : intake::points_of(flight.keyframes.at(id))) {
       const Vec3 p = place.map_from_world({track.point.position[0], track.point.position[1], track.point.position[2]});
       if (!p.allFinite()) continue;
       for (int i = 0; i < 3; ++i) append(body, p[i]);

@@ -1,130 +1,57 @@
 #include "sim/ground/export/raster_export.hpp"
 
 #include <cpl_string.h>
+#include <cpl_vsi.h>
 #include <gdal_priv.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <memory>
+#include <ostream>
 #include <system_error>
 
+#include "sim/ground/export/raster_block.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/gdal_session.hpp"
+#include "sim/host/parallel.hpp"
 
 namespace ilp::exports {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr std::uint16_t no_count = 65535;
+using Keys = std::vector<std::vector<std::uint64_t>>;  ///< by level and block
 
 struct BandInfo {
   const char* name;
   GDALDataType type;
   double nodata;
   std::string unit, description;
-  const char* resampling;  ///< of the overviews
 };
 
-fs::path with_ending(const fs::path& path, const char* ending) {
-  fs::path longer = path;
-  longer += ending;
-  return longer;
+std::vector<BandInfo> bands(const Georeference& place) {
+  return {{"height", GDT_Float32, HeightSample::nothing, place.unit, place.height_name},
+          {"sigma", GDT_Float32, HeightSample::nothing, place.unit, "one sigma of the height, from matching"},
+          {"count", GDT_UInt16, CountSample::nothing, "keyframes", "keyframes whose surface covers the cell"},
+          {"ortho", GDT_Byte, GreySample::nothing, "grey value", "seen from above"}};
 }
 
-// One raster while it grows: a plain tiled file in which blocks may be written in any order and empty ones take no
-// place. The cloud-optimised order, in which readers want it, can only be given to a whole.
-class GrowingRaster {
- public:
-  GrowingRaster(BandInfo info, const map::Mosaic& mosaic, const Georeference& place, fs::path path)
-      : info_(std::move(info)), path_(std::move(path)), plain_(with_ending(path_, ".plain.part")) {
-    CPLStringList options;
-    options.SetNameValue("TILED", "YES");
-    options.SetNameValue("SPARSE_OK", "TRUE");
-    options.SetNameValue("BIGTIFF", "IF_SAFER");
-    GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
-    dataset_.reset(
-        driver->Create(plain_.c_str(), mosaic.geometry.columns, mosaic.geometry.rows, 1, info_.type, options.List()));
-    if (!dataset_) throw host::gdal_error("cannot write " + plain_.string());
-    describe(mosaic, place);
-  }
-  ~GrowingRaster() {
-    dataset_.reset();
-    std::error_code ignored;
-    fs::remove(plain_, ignored);
-    fs::remove(cloud_part(), ignored);
-  }
-  GrowingRaster(const GrowingRaster&) = delete;
-  GrowingRaster& operator=(const GrowingRaster&) = delete;
-
-  template <typename T>
-  void write(const map::MapTile& tile, std::vector<T>& samples, GDALDataType type) {
-    const host::Raster<float>& size = tile.height;
-    if (dataset_->GetRasterBand(1)->RasterIO(GF_Write, tile.column, tile.row, size.width, size.height, samples.data(),
-                                             size.width, size.height, type, 0, 0, nullptr) != CE_None) {
-      throw host::gdal_error("cannot write " + plain_.string());
-    }
-  }
-
-  void finish() {
-    add_statistics();
-    CPLErrorReset();
-    dataset_->FlushCache(false);
-    if (CPLGetLastErrorType() == CE_Failure) throw host::gdal_error("cannot write " + plain_.string());
-    CPLStringList options;
-    options.SetNameValue("COMPRESS", "DEFLATE");
-    options.SetNameValue("PREDICTOR", "YES");
-    options.SetNameValue("SPARSE_OK", "YES");
-    options.SetNameValue("BIGTIFF", "IF_SAFER");
-    options.SetNameValue("NUM_THREADS", "ALL_CPUS");
-    options.SetNameValue("OVERVIEW_RESAMPLING", info_.resampling);
-    GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("COG");
-    if (!driver) throw std::runtime_error("this GDAL writes no Cloud-Optimised GeoTIFF");
-    host::Dataset cloud(
-        driver->CreateCopy(cloud_part().c_str(), dataset_.get(), true, options.List(), nullptr, nullptr));
-    const bool begun = cloud != nullptr;
-    // What is left is written when it closes.
-    cloud.reset();
-    if (!begun || CPLGetLastErrorType() == CE_Failure) throw host::gdal_error("cannot write " + path_.string());
-  }
-
-  void put_in_place() { host::move_into_place(cloud_part(), path_); }
-
- private:
-  fs::path cloud_part() const { return with_ending(path_, ".part"); }
-
-  void describe(const map::Mosaic& mosaic, const Georeference& place) {
-    std::array<double, 6> transform = geotransform(place, mosaic.geometry);
-    GDALRasterBand* band = dataset_->GetRasterBand(1);
-    if (dataset_->SetGeoTransform(transform.data()) != CE_None ||
-        dataset_->SetProjection(place.crs.c_str()) != CE_None || band->SetNoDataValue(info_.nodata) != CE_None) {
-      throw host::gdal_error("cannot write " + plain_.string());
-    }
-    band->SetUnitType(info_.unit.c_str());
-    band->SetDescription(info_.description.c_str());
-    dataset_->SetMetadataItem("TIFFTAG_SOFTWARE", "ilp-ground");
-    dataset_->SetMetadataItem("TIFFTAG_IMAGEDESCRIPTION", (info_.description + "; " + place.sentence).c_str());
-  }
-
-  void add_statistics() {
-    GDALRasterBand* band = dataset_->GetRasterBand(1);
-    double least = 0, most = 0, mean = 0, deviation = 0;
-    if (band->ComputeStatistics(false, &least, &most, &mean, &deviation, nullptr, nullptr) != CE_None) {
-      throw host::gdal_error("no statistics of " + path_.string());
-    }
-  }
-
-  BandInfo info_;
-  fs::path path_, plain_;
-  host::Dataset dataset_;
+struct BlockSamples {
+  std::vector<float> height = std::vector<float>(block_samples, HeightSample::nothing), sigma = height;
+  std::vector<std::uint16_t> count = std::vector<std::uint16_t>(block_samples, CountSample::nothing);
+  std::vector<std::uint8_t> ortho = std::vector<std::uint8_t>(block_samples, GreySample::nothing);
 };
 
-struct TileSamples {
-  std::vector<float> height, sigma;
-  std::vector<std::uint16_t> count;
-  std::vector<std::uint8_t> ortho;
-};
+void put_cell(const map::MapTile& tile, std::size_t from, const Georeference& place, std::size_t to,
+              BlockSamples& out) {
+  const float z = tile.height.samples[from];
+  if (!std::isfinite(z)) return;
+  out.height[to] = static_cast<float>(place.height_of(z));
+  if (!tile.sigma.empty() && std::isfinite(tile.sigma.samples[from]))
+    out.sigma[to] = static_cast<float>(place.scale * tile.sigma.samples[from]);
+  out.count[to] = std::min<std::uint16_t>(tile.count.samples[from], CountSample::nothing - 1);
+  out.ortho[to] = std::max<std::uint8_t>(tile.ortho.samples[from], 1);
+}
 
 void check_size(const map::Mosaic& mosaic, const map::MapTile& tile) {
   const std::int32_t w = tile.height.width, h = tile.height.height;
@@ -136,74 +63,273 @@ void check_size(const map::Mosaic& mosaic, const map::MapTile& tile) {
   }
 }
 
-TileSamples samples_of(const map::MapTile& tile, const Georeference& place) {
-  constexpr float nothing = std::numeric_limits<float>::quiet_NaN();
-  const std::size_t cells = tile.height.samples.size();
-  TileSamples out{std::vector<float>(cells, nothing), std::vector<float>(cells, nothing),
-                  std::vector<std::uint16_t>(cells, no_count), std::vector<std::uint8_t>(cells, 0)};
-  for (std::size_t i = 0; i < cells; ++i) {
-    const float z = tile.height.samples[i];
-    if (!std::isfinite(z)) continue;
-    out.height[i] = static_cast<float>(place.height_of(z));
-    if (!tile.sigma.empty() && std::isfinite(tile.sigma.samples[i])) {
-      out.sigma[i] = static_cast<float>(place.scale * tile.sigma.samples[i]);
+/// The blocks of all bands. Those that `kept` has are not computed again.
+class Blocks {
+ public:
+  Blocks(const map::Mosaic& mosaic, const Georeference& place, intake::ResultCache& kept)
+      : mosaic_(mosaic),
+        place_(place),
+        kept_(kept),
+        levels_(cloud_levels(mosaic.geometry.columns, mosaic.geometry.rows)) {
+    for (std::size_t band = 0; band < band_count; ++band) {
+      bands_[band].levels = levels_;
+      for (const CloudLevel& level : levels_) bands_[band].keys.emplace_back(level.blocks(), 0);
     }
-    out.count[i] = std::min<std::uint16_t>(tile.count.samples[i], no_count - 1);
-    out.ortho[i] = std::max<std::uint8_t>(tile.ortho.samples[i], 1);
+    statistics_.resize(band_count * levels_.front().blocks());
   }
+
+  void compute() {
+    host::for_each_parallel(levels_.front().blocks(), [&](std::size_t block) { compute_block(block); });
+    for (std::size_t level = 1; level < levels_.size(); ++level) {
+      host::for_each_parallel(levels_[level].blocks(), [&](std::size_t block) {
+        halve<HeightSample>(0, level, block);
+        halve<HeightSample>(1, level, block);
+        halve<CountSample>(2, level, block);
+        halve<GreySample>(3, level, block);
+      });
+    }
+  }
+
+  [[nodiscard]] SampleStatistics statistics(std::size_t band) const {
+    SampleStatistics all;
+    for (std::size_t block = 0; block < levels_.front().blocks(); ++block)
+      all.add(statistics_[block * band_count + band]);
+    return all;
+  }
+
+  void write(std::size_t band, std::span<const std::uint8_t> head, std::ostream& out) const {
+    write_cloud_tiff(
+        head, bands_[band].levels,
+        [&](std::size_t level, std::size_t number) { return known(bands_[band].keys[level][number]).coded; }, out);
+  }
+
+  static constexpr std::size_t band_count = 4;
+
+ private:
+  struct Band {
+    std::vector<CloudLevel> levels;
+    Keys keys;  ///< 0: nothing there
+  };
+
+  [[nodiscard]] std::optional<RasterBlock> find(std::uint64_t key) const {
+    const auto bytes = kept_.result(key);
+    return bytes ? raster_block_from(*bytes) : std::nullopt;
+  }
+  [[nodiscard]] RasterBlock known(std::uint64_t key) const {
+    auto block = find(key);
+    if (!block) throw std::runtime_error("the catalogue is damaged: a block of the map cannot be read back");
+    return std::move(*block);
+  }
+
+  void note(std::size_t band, std::size_t level, std::size_t number, std::uint64_t key, const RasterBlock& block) {
+    if (level == 0) statistics_[number * band_count + band] = block.statistics;
+    if (block.coded.empty()) return;
+    bands_[band].keys[level][number] = key;
+    bands_[band].levels[level].block_bytes[number] = static_cast<std::uint32_t>(block.coded.size());
+  }
+
+  /// Columns and rows of tiles that lie over cells of the map.
+  struct TileRange {
+    std::int32_t left = 0, top = 0, right = -1, bottom = -1;
+  };
+  [[nodiscard]] TileRange tiles_over(std::int32_t x, std::int32_t y) const {
+    const auto tile = [&](std::int32_t cell, std::int32_t first, std::int32_t tiles) {
+      return std::clamp((cell - first) / mosaic_.tile_side, 0, tiles - 1);
+    };
+    const std::int32_t last_x = std::min(x + cloud_block_side, mosaic_.geometry.columns) - 1,
+                       last_y = std::min(y + cloud_block_side, mosaic_.geometry.rows) - 1;
+    return {tile(x, mosaic_.left, mosaic_.tile_columns), tile(y, mosaic_.top, mosaic_.tile_rows),
+            tile(last_x, mosaic_.left, mosaic_.tile_columns), tile(last_y, mosaic_.top, mosaic_.tile_rows)};
+  }
+
+  /// Of all that the block depends on; none where no tile has any data.
+  [[nodiscard]] std::optional<std::uint64_t> digest_of(std::int32_t x, std::int32_t y) const {
+    intake::InputDigest digest("block of a raster 1");
+    digest.add_value(place_.scale).add_value(place_.height_of(0)).add_value(mosaic_.tile_side);
+    bool any = false;
+    const TileRange tiles = tiles_over(x, y);
+    for (std::int32_t row = tiles.top; row <= tiles.bottom; ++row) {
+      for (std::int32_t column = tiles.left; column <= tiles.right; ++column) {
+        const std::optional<std::uint64_t> tile = mosaic_.digest(column, row);
+        if (!tile) continue;
+        any = true;
+        digest.add_value(mosaic_.left + column * mosaic_.tile_side - x);
+        digest.add_value(mosaic_.top + row * mosaic_.tile_side - y).add_value(*tile);
+      }
+    }
+    return any ? std::optional(digest.value()) : std::nullopt;
+  }
+
+  [[nodiscard]] BlockSamples samples_of(std::int32_t x, std::int32_t y) const {
+    BlockSamples samples;
+    const TileRange tiles = tiles_over(x, y);
+    for (std::int32_t row = tiles.top; row <= tiles.bottom; ++row) {
+      for (std::int32_t column = tiles.left; column <= tiles.right; ++column) {
+        const std::optional<map::MapTile> tile = mosaic_.tile(column, row);
+        if (!tile) continue;
+        check_size(mosaic_, *tile);
+        put_tile(*tile, x, y, samples);
+      }
+    }
+    return samples;
+  }
+
+  void put_tile(const map::MapTile& tile, std::int32_t x, std::int32_t y, BlockSamples& samples) const {
+    const std::int32_t left = std::max(x, tile.column), top = std::max(y, tile.row);
+    const std::int32_t right = std::min(x + cloud_block_side, tile.column + tile.height.width),
+                       bottom = std::min(y + cloud_block_side, tile.row + tile.height.height);
+    for (std::int32_t row = top; row < bottom; ++row) {
+      for (std::int32_t column = left; column < right; ++column) {
+        const auto to = static_cast<std::size_t>(row - y) * cloud_block_side + static_cast<std::size_t>(column - x);
+        put_cell(tile, tile.height.index(column - tile.column, row - tile.row), place_, to, samples);
+      }
+    }
+  }
+
+  void compute_block(std::size_t number) {
+    const auto columns = static_cast<std::size_t>(levels_.front().block_columns());
+    const std::int32_t x = static_cast<std::int32_t>(number % columns) * cloud_block_side,
+                       y = static_cast<std::int32_t>(number / columns) * cloud_block_side;
+    const std::optional<std::uint64_t> digest = digest_of(x, y);
+    if (!digest) return;
+    const auto key_of = [&](std::size_t band) {
+      return intake::InputDigest("band").add_value(*digest).add_value(band).value();
+    };
+    std::array<std::optional<RasterBlock>, band_count> blocks;
+    bool all_known = true;
+    for (std::size_t band = 0; band < band_count; ++band) {
+      blocks[band] = find(key_of(band));
+      all_known = all_known && blocks[band];
+    }
+    if (!all_known) {
+      const BlockSamples samples = samples_of(x, y);
+      blocks = {raster_block<HeightSample>(samples.height), raster_block<HeightSample>(samples.sigma),
+                raster_block<CountSample>(samples.count), raster_block<GreySample>(samples.ortho)};
+      for (std::size_t band = 0; band < band_count; ++band) kept_.put_result(key_of(band), bytes_of(*blocks[band]));
+    }
+    for (std::size_t band = 0; band < band_count; ++band) note(band, 0, number, key_of(band), *blocks[band]);
+  }
+
+  /// A block of an overview, from the four of the level before.
+  template <typename Sample>
+  void halve(std::size_t band, std::size_t level, std::size_t number) {
+    const auto columns = static_cast<std::size_t>(levels_[level].block_columns()),
+               finer_columns = static_cast<std::size_t>(levels_[level - 1].block_columns()),
+               finer_rows = static_cast<std::size_t>(levels_[level - 1].block_rows());
+    std::array<std::uint64_t, 4> finer{};
+    for (std::size_t i = 0; i < finer.size(); ++i) {
+      const std::size_t column = 2 * (number % columns) + i % 2, row = 2 * (number / columns) + i / 2;
+      if (column < finer_columns && row < finer_rows)
+        finer[i] = bands_[band].keys[level - 1][row * finer_columns + column];
+    }
+    if (std::all_of(finer.begin(), finer.end(), [](std::uint64_t key) { return key == 0; })) return;
+    intake::InputDigest digest("block of an overview 1");
+    for (const std::uint64_t key : finer) digest.add_value(key);
+    std::optional<RasterBlock> block = find(digest.value());
+    if (!block) {
+      std::vector<typename Sample::Type> samples(block_samples, Sample::nothing);
+      for (std::size_t i = 0; i < finer.size(); ++i) {
+        if (finer[i] == 0) continue;
+        put_halved<Sample>(known(finer[i]).halved, static_cast<std::int32_t>(i % 2), static_cast<std::int32_t>(i / 2),
+                           samples);
+      }
+      block = raster_block<Sample>(samples);
+      kept_.put_result(digest.value(), bytes_of(*block));
+    }
+    note(band, level, number, digest.value(), *block);
+  }
+
+  const map::Mosaic& mosaic_;
+  const Georeference& place_;
+  intake::ResultCache& kept_;
+  std::vector<CloudLevel> levels_;
+  std::array<Band, band_count> bands_;
+  std::vector<SampleStatistics> statistics_;  ///< by block and band
+};
+
+/// Everything that a file says beside its samples, by GDAL.
+std::vector<std::uint8_t> head_of(const BandInfo& info, const map::Mosaic& mosaic, const Georeference& place,
+                                  const SampleStatistics& statistics, const fs::path& path) {
+  constexpr const char* name = "/vsimem/ilp-head-of-a-raster.tif";
+  CPLStringList options;
+  options.SetNameValue("TILED", "YES");
+  options.SetNameValue("BLOCKXSIZE", "256");
+  options.SetNameValue("BLOCKYSIZE", "256");
+  options.SetNameValue("COMPRESS", "DEFLATE");
+  options.SetNameValue("PREDICTOR", info.type == GDT_Float32 ? "3" : "2");
+  options.SetNameValue("SPARSE_OK", "TRUE");
+  options.SetNameValue("BIGTIFF", "NO");
+  options.SetNameValue("ENDIANNESS", "LITTLE");
+  GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
+  host::Dataset file(driver->Create(name, cloud_block_side, cloud_block_side, 1, info.type, options.List()));
+  std::array<double, 6> transform = geotransform(place, mosaic.geometry);
+  GDALRasterBand* const band = file ? file->GetRasterBand(1) : nullptr;
+  const auto count = static_cast<double>(statistics.count);
+  if (!file || file->SetGeoTransform(transform.data()) != CE_None ||
+      file->SetProjection(place.crs.c_str()) != CE_None || band->SetNoDataValue(info.nodata) != CE_None ||
+      band->SetStatistics(statistics.least, statistics.most, statistics.mean, std::sqrt(statistics.squares / count)) !=
+          CE_None) {
+    throw host::gdal_error("cannot write " + path.string());
+  }
+  const double cells = static_cast<double>(mosaic.geometry.columns) * mosaic.geometry.rows;
+  band->SetMetadataItem("STATISTICS_VALID_PERCENT", CPLSPrintf("%.4g", 100 * count / cells));
+  band->SetUnitType(info.unit.c_str());
+  band->SetDescription(info.description.c_str());
+  file->SetMetadataItem("TIFFTAG_SOFTWARE", "ilp-ground");
+  file->SetMetadataItem("TIFFTAG_IMAGEDESCRIPTION", (info.description + "; " + place.sentence).c_str());
+  file.reset();
+  vsi_l_offset bytes = 0;
+  const std::unique_ptr<GByte, decltype(&VSIFree)> held(VSIGetMemFileBuffer(name, &bytes, true), &VSIFree);
+  if (!held) throw host::gdal_error("cannot write " + path.string());
+  return {held.get(), held.get() + bytes};
+}
+
+/// By what is in them, where the map does not say it.
+map::Mosaic with_digests(const map::Mosaic& mosaic) {
+  if (mosaic.digest) return mosaic;
+  map::Mosaic out = mosaic;
+  out.digest = [tile = mosaic.tile](std::int32_t column, std::int32_t row) -> std::optional<std::uint64_t> {
+    const std::optional<map::MapTile> found = tile(column, row);
+    if (!found) return std::nullopt;
+    intake::InputDigest digest("tile");
+    const auto add = [&](const auto& raster) {
+      digest.add({reinterpret_cast<const std::uint8_t*>(raster.samples.data()),
+                  raster.samples.size() * sizeof(raster.samples[0])});
+    };
+    add(found->height);
+    add(found->sigma);
+    add(found->ortho);
+    add(found->count);
+    return digest.value();
+  };
   return out;
-}
-
-bool any_finite(const std::vector<float>& samples) {
-  return std::any_of(samples.begin(), samples.end(), [](float x) { return std::isfinite(x); });
-}
-
-std::vector<BandInfo> bands(const Georeference& place) {
-  const double nothing = std::numeric_limits<double>::quiet_NaN();
-  return {{"height", GDT_Float32, nothing, place.unit, place.height_name, "AVERAGE"},
-          {"sigma", GDT_Float32, nothing, place.unit, "one sigma of the height, from matching", "AVERAGE"},
-          {"count", GDT_UInt16, no_count, "keyframes", "keyframes whose surface covers the cell", "NEAREST"},
-          {"ortho", GDT_Byte, 0, "grey value", "seen from above", "AVERAGE"}};
 }
 
 }  // namespace
 
-std::vector<std::string> write_rasters(const map::Mosaic& mosaic, const Georeference& place, const std::string& suffix,
-                                       const fs::path& folder) {
+std::vector<std::string> write_rasters(const map::Mosaic& given, const Georeference& place, const std::string& suffix,
+                                       const fs::path& folder, intake::ResultCache* kept) {
   const host::GdalSession gdal;
-  std::vector<std::unique_ptr<GrowingRaster>> rasters;
+  if (given.tile_side <= 0) throw std::logic_error("a map whose tiles have no size");
+  const map::Mosaic mosaic = with_digests(given);
+  intake::MemoryResultCache own;
+  Blocks blocks(mosaic, place, kept != nullptr ? *kept : own);
+  blocks.compute();
   std::vector<std::string> names;
-  for (const BandInfo& info : bands(place)) {
-    names.push_back(info.name + suffix + ".tif");
-    rasters.push_back(std::make_unique<GrowingRaster>(info, mosaic, place, folder / names.back()));
-  }
-  bool seen = false, sigma_told = false;
-  for (std::int32_t row = 0; row < mosaic.tile_rows; ++row) {
-    for (std::int32_t column = 0; column < mosaic.tile_columns; ++column) {
-      const std::optional<map::MapTile> tile = mosaic.tile(column, row);
-      if (!tile) continue;
-      check_size(mosaic, *tile);
-      TileSamples samples = samples_of(*tile, place);
-      if (!any_finite(samples.height)) continue;
-      seen = true;
-      rasters[0]->write(*tile, samples.height, GDT_Float32);
-      if (any_finite(samples.sigma)) {
-        sigma_told = true;
-        rasters[1]->write(*tile, samples.sigma, GDT_Float32);
-      }
-      rasters[2]->write(*tile, samples.count, GDT_UInt16);
-      rasters[3]->write(*tile, samples.ortho, GDT_Byte);
+  const std::vector<BandInfo> all = bands(place);
+  if (blocks.statistics(0).count == 0) throw std::runtime_error("a map on which nothing was seen");
+  for (std::size_t band = 0; band < all.size(); ++band) {
+    const std::string name = all[band].name + suffix + ".tif";
+    const SampleStatistics statistics = blocks.statistics(band);
+    if (statistics.count == 0) {
+      std::error_code ignored;
+      fs::remove(folder / name, ignored);
+      continue;
     }
+    const std::vector<std::uint8_t> head = head_of(all[band], mosaic, place, statistics, folder / name);
+    host::update_file(folder / name, [&](std::ostream& out) { blocks.write(band, head, out); });
+    names.push_back(name);
   }
-  if (!seen) throw std::runtime_error("a map on which nothing was seen");
-  if (!sigma_told) {
-    std::error_code ignored;
-    fs::remove(folder / names[1], ignored);
-    names.erase(names.begin() + 1);
-    rasters.erase(rasters.begin() + 1);
-  }
-  for (const auto& raster : rasters) raster->finish();
-  for (const auto& raster : rasters) raster->put_in_place();
   return names;
 }
 

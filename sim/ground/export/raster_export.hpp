@@ -1,4 +1,4 @@
-// The map of a strip as Cloud-Optimised GeoTIFF files, written by GDAL.
+// The map of a strip as Cloud-Optimised GeoTIFF files.
 #pragma once
 
 #include <filesystem>
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/ground/export/georeference.hpp"
+#include "sim/ground/intake/result_cache.hpp"
 #include "sim/ground/map/ground_grid.hpp"
 
 namespace ilp::exports {
@@ -16,10 +17,11 @@ namespace ilp::exports {
 /// - sigma, f32: one sigma of the height, from matching; NaN where it is unknown; no file if it is known nowhere
 /// - count, u16: keyframes whose surface covers the cell, 0 on a seam that was closed; 65535 where nothing was seen
 /// - ortho, u8: grey value seen from above, from 1; 0 where nothing was seen
-/// Every tile is requested once; memory does not grow with the map. Files appear when they are complete, and the same
-/// map gives the same bytes. The names of the files written; throws std::runtime_error.
+/// Memory does not grow with the map. Files appear when they are complete, and the same map gives the same bytes.
+/// Blocks are taken from `kept`, and put there, by the digests of the tiles under them: where these have not changed,
+/// no tile is read and nothing is compressed. The names of the files written; throws std::runtime_error.
 std::vector<std::string> write_rasters(const map::Mosaic& mosaic, const Georeference& place, const std::string& suffix,
-                                       const std::filesystem::path& folder);
+                                       const std::filesystem::path& folder, intake::ResultCache* kept = nullptr);
 
 /// The orthoimage that write_rasters left, as a texture of at most `max_side` pixels a side; it covers the whole map.
 /// Throws std::runtime_error.

@@ -68,7 +68,8 @@ void export_surface(const map::Mosaic& mosaic, const Georeference& place, std::s
   if (mesh.faces.empty()) return;
   constexpr std::int32_t texture_side_px = 4096;
   const host::Raster<std::uint8_t> texture = read_ortho(folder / ("ortho" + strip.suffix + ".tif"), texture_side_px);
-  host::update_file(folder / (name + ".glb"), gltf_bytes(mesh, mosaic.geometry, texture, place));
+  host::update_file(folder / (name + ".glb"),
+                    [&](std::ostream& out) { write_gltf(mesh, mosaic.geometry, texture, place, out); });
   strip.map_files.push_back(name + ".glb");
 }
 
@@ -144,8 +145,8 @@ void export_track(const intake::Flight& flight, const Georeference& place, const
 }
 
 void export_map(const map::Mosaic& mosaic, const Georeference& place, std::size_t max_vertices, const fs::path& folder,
-                ExportedStrip& strip) {
-  strip.map_files = write_rasters(mosaic, place, strip.suffix, folder);
+                intake::ResultCache* kept, ExportedStrip& strip) {
+  strip.map_files = write_rasters(mosaic, place, strip.suffix, folder, kept);
   export_surface(mosaic, place, max_vertices, folder, strip);
   strip.files.insert(strip.files.end(), strip.map_files.begin(), strip.map_files.end());
 }

@@ -8,6 +8,7 @@
 
 #include "sim/ground/export/georeference.hpp"
 #include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/intake/result_cache.hpp"
 #include "sim/ground/map/ground_grid.hpp"
 
 namespace ilp::exports {
@@ -31,9 +32,10 @@ struct ExportedStrip {
 /// Where the strip was flown.
 void export_track(const intake::Flight& flight, const Georeference& place, const std::filesystem::path& folder,
                   ExportedStrip& strip);
-/// Rasters and surface, which follow from the map alone. Sets `strip.map_files`, `vertices`, `faces` and `stride`.
+/// Rasters and surface, which follow from the map alone; `kept` as for write_rasters. Sets `strip.map_files`,
+/// `vertices`, `faces` and `stride`.
 void export_map(const map::Mosaic& mosaic, const Georeference& place, std::size_t max_vertices,
-                const std::filesystem::path& folder, ExportedStrip& strip);
+                const std::filesystem::path& folder, intake::ResultCache* kept, ExportedStrip& strip);
 /// The points of the structure, and what ground each image shows.
 void export_points_and_footprints(const intake::Flight& flight, const Georeference& place,
                                   const std::filesystem::path& folder, ExportedStrip& strip);

@@ -260,6 +260,11 @@ void Catalogue::put_result(std::uint64_t digest, const Bytes& bytes) {
       .run();
 }
 
+void Catalogue::keep_results(const std::set<std::uint64_t>& digests) {
+  const std::lock_guard lock(mutex_);
+  for (const std::uint64_t digest : digests) results_used_.insert(signed_of(digest));
+}
+
 void Catalogue::forget_other_results() {
   const std::lock_guard lock(mutex_);
   std::vector<std::int64_t> others;

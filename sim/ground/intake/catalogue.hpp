@@ -75,6 +75,8 @@ class Catalogue : public TileCache, public ResultCache {
   /// None as well where the bytes have changed in the catalogue.
   std::optional<std::vector<std::uint8_t>> result(std::uint64_t digest) override;
   void put_result(std::uint64_t digest, const std::vector<std::uint8_t>& bytes) override;
+  /// As if they had been found.
+  void keep_results(const std::set<std::uint64_t>& digests);
   /// Deletes the results that this object has neither found nor put.
   void forget_other_results();
 

@@ -1,5 +1,5 @@
-// The bytes of a received product, which a run needs once or twice: in memory, or put away in a file, so that a long
-// flight takes little memory.
+// The bytes of a received product or of a record's blob, which a run needs once or twice: in memory, or put away in a
+// file, so that a long flight takes little memory.
 #pragma once
 
 #include <cstdint>

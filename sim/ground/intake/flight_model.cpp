@@ -10,19 +10,23 @@
 #include "fsw/vision/terrain/mask_coding.hpp"
 #include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/ground/intake/level_strips.hpp"
+#include "sim/ground/intake/move_keyframe.hpp"
 #include "sim/host/files.hpp"
 
 namespace ilp::intake {
 namespace {
 
+/// Places of records in a list, by id.
+using Places = std::map<std::int64_t, std::size_t>;
+
 template <typename Record>
-void keep_by_id(std::vector<Record>& records, const Record& record) {
-  for (Record& other : records) {
-    if (other.id != record.id) continue;
-    other = record;
-    return;
+void keep_by_id(std::vector<Record>& records, const Record& record, Places& places) {
+  const auto [place, is_new] = places.emplace(record.id, records.size());
+  if (is_new) {
+    records.push_back(record);
+  } else {
+    records[place->second] = record;
   }
-  records.push_back(record);
 }
 
 template <typename Record>
@@ -90,6 +94,7 @@ class FlightBuilder {
   }
 
   Flight& flight_;
+  Places links_, events_, components_, ties_;
   std::map<std::int64_t, std::int64_t> busy_ns_;  ///< by component, as last read
   std::map<std::int64_t, OverlapRecord> overlaps_;
   std::map<std::int64_t, ProductHeader> depth_headers_;
@@ -100,7 +105,8 @@ void FlightBuilder::add_structure(const RecordEntry& entry) {
   const auto record = record_of<StructureRecord>(entry);
   Keyframe& k = keyframe(record.id);
   try {
-    k.points = parse_points(entry.blobs[0], record.count);
+    (void)parse_points(entry.blobs[0].bytes(), record.count);
+    k.coded_points = entry.blobs[0];
     k.structure = record;
   } catch (const BadFile& fault) {
     flight_.remarks.push_back("keyframe " + std::to_string(record.id) + ": " + fault.what());
@@ -111,13 +117,14 @@ void FlightBuilder::add_depth(const RecordEntry& entry) {
   const auto record = record_of<DepthRecord>(entry);
   Keyframe& k = keyframe(record.id);
   k.depth = record;
-  const auto& coded = entry.blobs[2];
+  const CodedFile& coded = entry.blobs[2];
   if (coded.empty() || record.width <= 0 || record.height <= 0 || record.width > limits::max_image_side ||
       record.height > limits::max_image_side) {
     return;
   }
   host::Raster<std::uint8_t> mask(record.width, record.height);
-  if (decode_mask(coded.data(), coded.size(), mask.view()).ok()) {
+  const std::vector<std::uint8_t> bytes = coded.bytes();
+  if (decode_mask(bytes.data(), bytes.size(), mask.view()).ok()) {
     k.coded_mask = coded;
     k.mask_width = record.width;
     k.mask_height = record.height;
@@ -128,10 +135,11 @@ void FlightBuilder::add_depth(const RecordEntry& entry) {
 
 void FlightBuilder::add_link(const RecordEntry& entry) {
   const auto record = record_of<LinkRecord>(entry);
-  keep_by_id(flight_.links, record);
+  keep_by_id(flight_.links, record, links_);
   std::vector<LinkPoint>& points = flight_.link_points[record.id];
-  points.resize(entry.blobs[0].size() / sizeof(LinkPoint));
-  if (!points.empty()) std::memcpy(points.data(), entry.blobs[0].data(), points.size() * sizeof(LinkPoint));
+  const std::vector<std::uint8_t> bytes = entry.blobs[0].bytes();
+  points.resize(bytes.size() / sizeof(LinkPoint));
+  if (!points.empty()) std::memcpy(points.data(), bytes.data(), points.size() * sizeof(LinkPoint));
 }
 
 void FlightBuilder::add_strip(const StripRecord& record) {
@@ -211,19 +219,19 @@ void FlightBuilder::add(const RecordEntry& entry) {
       add_product_record(record_of<ProductRecord>(entry));
       break;
     case RecordType::event:
-      keep_by_id(flight_.events, record_of<EventRecord>(entry));
+      keep_by_id(flight_.events, record_of<EventRecord>(entry), events_);
       break;
     case RecordType::component: {
       const auto record = record_of<ComponentRecord>(entry);
       busy_ns_[record.id] = record.busy_ns;
-      keep_by_id(flight_.components, record);
+      keep_by_id(flight_.components, record, components_);
       break;
     }
     case RecordType::link:
       add_link(entry);
       break;
     case RecordType::tie:
-      keep_by_id(flight_.ties, record_of<TieRecord>(entry));
+      keep_by_id(flight_.ties, record_of<TieRecord>(entry), ties_);
       break;
     case RecordType::timing:
       flight_.timing = record_of<TimingRecord>(entry);
@@ -375,6 +383,16 @@ Flight build_flight(Outbox& outbox) {
     drop_faulty(keyframe, decoded.faults, outbox);
   }
   return flight;
+}
+
+std::vector<StructureTrackPoint> points_of(const Keyframe& keyframe) {
+  std::vector<StructureTrackPoint> points = keyframe.points;
+  if (keyframe.coded_points.empty() || !keyframe.structure) return points;
+  for (StructureTrackPoint& track : parse_points(keyframe.coded_points.bytes(), keyframe.structure->count)) {
+    for (const Similarity& by : keyframe.points_moved) move(by, track.point);
+    points.push_back(std::move(track));
+  }
+  return points;
 }
 
 std::vector<TrackPoint> track_of(const Flight& flight, const Strip& strip) {

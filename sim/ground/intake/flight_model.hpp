@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "fsw/vision/geometry/similarity.hpp"
 #include "fsw/vision/geometry/types.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
 #include "sim/ground/intake/product.hpp"
@@ -54,12 +55,14 @@ struct Keyframe : KeyframeRasters {
   std::array<std::optional<ProductRecord>, 2> product_records;  ///< by ProductKind
   std::array<std::optional<ProductAccount>, 2> products;        ///< received and decoded, by ProductKind
 
-  std::vector<StructureTrackPoint> points;
+  std::vector<StructureTrackPoint> points;  ///< decoded; the others are in `coded_points` (points_of)
+  CodedFile coded_points;                   ///< sound; of `structure->count` points
+  std::vector<Similarity> points_moved;     ///< since they were coded, one after the other
   CameraModel camera;
   std::array<CodedFile, 2> product_files;  ///< as received with all refinements, by ProductKind
   double depth_scale = 1;  ///< units of its world now for a unit of the depths as sent (move_keyframe.hpp)
   std::int32_t mask_width = 0, mask_height = 0;
-  std::vector<std::uint8_t> coded_mask;  ///< sound
+  CodedFile coded_mask;  ///< sound
 
   [[nodiscard]] bool has_image() const { return has(image, ProductKind::image); }
   [[nodiscard]] bool has_depth() const { return has(inverse_depth, ProductKind::depth); }
@@ -125,6 +128,9 @@ struct Flight {
 
 /// The same as index_flight, with all keyframes decoded. A product that cannot be decoded gets a fault.
 [[nodiscard]] Flight build_flight(Outbox& outbox);
+
+/// The points of the structure that the keyframe has brought, where its strip stands now.
+[[nodiscard]] std::vector<StructureTrackPoint> points_of(const Keyframe& keyframe);
 
 // The track of the camera over a strip, and its unit.
 

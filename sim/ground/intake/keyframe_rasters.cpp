@@ -33,7 +33,8 @@ host::Raster<float> sigma_blocks_of(const Product& product) {
 
 void take_mask(const Keyframe& keyframe, host::Raster<std::uint8_t>& mask) {
   mask = host::Raster<std::uint8_t>(keyframe.mask_width, keyframe.mask_height);
-  if (!decode_mask(keyframe.coded_mask.data(), keyframe.coded_mask.size(), mask.view()).ok()) mask = {};
+  const std::vector<std::uint8_t> coded = keyframe.coded_mask.bytes();
+  if (!decode_mask(coded.data(), coded.size(), mask.view()).ok()) mask = {};
 }
 
 void take_depth(const Product& product, double depth_scale, KeyframeRasters& rasters) {

@@ -51,14 +51,17 @@ void move(const Similarity& by, PoseRecord& pose) {
   }
 }
 
+void move(const Similarity& by, StructurePoint& point) {
+  double(&p)[3] = point.position;
+  const Vec3 moved = by * Vec3(p[0], p[1], p[2]);
+  std::copy_n(moved.data(), 3, p);
+}
+
 void move(const Similarity& by, Keyframe& keyframe) {
   if (keyframe.pose) move(by, *keyframe.pose);
   keyframe.depth_scale *= by.scale;
-  for (StructureTrackPoint& track : keyframe.points) {
-    double(&p)[3] = track.point.position;
-    const Vec3 point = by * Vec3(p[0], p[1], p[2]);
-    std::copy_n(point.data(), 3, p);
-  }
+  for (StructureTrackPoint& track : keyframe.points) move(by, track.point);
+  if (!keyframe.coded_points.empty()) keyframe.points_moved.push_back(by);
 }
 
 }  // namespace ilp::intake

@@ -8,6 +8,7 @@ namespace ilp::intake {
 
 /// Covariances turn and grow with the pose.
 void move(const Similarity& by, PoseRecord& pose);
+void move(const Similarity& by, StructurePoint& point);
 /// The pose, the points that became final with it, and the scale of depths that are not decoded yet.
 void move(const Similarity& by, Keyframe& keyframe);
 

@@ -85,6 +85,7 @@ void OutboxBuilder::add(const std::string& name, std::vector<std::uint8_t> bytes
     file.crc32 = crc32(bytes);
     if (kind == FileKind::records) {
       record_files_.push_back({index, parse_record_file(bytes)});
+      if (spool_) put_away(record_files_.back());
     } else if (kind == FileKind::refinement) {
       add_refinement(index, std::move(bytes));
     } else {
@@ -94,6 +95,12 @@ void OutboxBuilder::add(const std::string& name, std::vector<std::uint8_t> bytes
     }
   } catch (const BadFile& fault) {
     outbox_.files[index].fault = fault.what();
+  }
+}
+
+void OutboxBuilder::put_away(RecordFile& records) const {
+  for (RecordEntry& entry : records.entries) {
+    for (CodedFile& blob : entry.blobs) blob.put_away(spool_);
   }
 }
 

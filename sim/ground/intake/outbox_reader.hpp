@@ -48,7 +48,7 @@ inline constexpr std::uintmax_t max_file_bytes = std::uintmax_t{256} << 20U;
 /// record files, which carry their own checksum, all versions are used.
 class OutboxBuilder {
  public:
-  /// Products are put away in the spool, where there is one.
+  /// Products and blobs of records are put away in the spool, where there is one.
   explicit OutboxBuilder(std::shared_ptr<Spool> spool = nullptr) : spool_(std::move(spool)) {}
   void add(const std::string& name, std::vector<std::uint8_t> bytes);
   /// Lists a file that is gone or cannot be used.
@@ -62,6 +62,7 @@ class OutboxBuilder {
     RefinementHeader header;
     std::span<const std::uint8_t> own;  ///< in `bytes`
   };
+  void put_away(RecordFile& records) const;
   void add_refinement(std::size_t file, std::vector<std::uint8_t> bytes);
   void choose_versions();
   [[nodiscard]] bool refine_once(ReceivedProduct& product);

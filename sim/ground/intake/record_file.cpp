@@ -70,7 +70,7 @@ RecordEntry read_entry(Reader& reader, std::uint32_t type) {
   entry.serial.assign(serial.begin(), serial.end());
   for (const std::uint32_t size : check_record(info, serial)) {
     const auto blob = reader.take(size);
-    entry.blobs.emplace_back(blob.begin(), blob.end());
+    entry.blobs.emplace_back(std::vector<std::uint8_t>(blob.begin(), blob.end()));
   }
   return entry;
 }
@@ -105,7 +105,10 @@ std::vector<std::uint8_t> write_record_file(std::span<const RecordEntry> entries
     file.push_back(static_cast<std::uint8_t>(entry.serial.size() & 0xFFU));
     file.push_back(static_cast<std::uint8_t>(entry.serial.size() >> 8U));
     file.insert(file.end(), entry.serial.begin(), entry.serial.end());
-    for (const auto& blob : entry.blobs) file.insert(file.end(), blob.begin(), blob.end());
+    for (const CodedFile& blob : entry.blobs) {
+      const std::vector<std::uint8_t> bytes = blob.bytes();
+      file.insert(file.end(), bytes.begin(), bytes.end());
+    }
   }
   file.push_back(end_mark);
   append_u32(file, crc32(file));

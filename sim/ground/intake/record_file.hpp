@@ -8,6 +8,7 @@
 
 #include "fsw/records/records.hpp"
 #include "fsw/records/serial.hpp"
+#include "sim/ground/intake/coded_file.hpp"
 
 namespace ilp::intake {
 
@@ -18,8 +19,8 @@ struct BadFile : std::runtime_error {
 
 struct RecordEntry {
   RecordType type = RecordType::count;
-  std::vector<std::uint8_t> serial;              ///< as serialize() wrote it
-  std::vector<std::vector<std::uint8_t>> blobs;  ///< in field order
+  std::vector<std::uint8_t> serial;  ///< as serialize() wrote it
+  std::vector<CodedFile> blobs;      ///< in field order
 };
 
 /// Everything is checked before anything is returned; throws BadFile.
@@ -36,7 +37,7 @@ template <typename Record>
 
 /// The struct's blob fields must state the sizes of `blobs`.
 template <typename Record>
-[[nodiscard]] RecordEntry entry_of(const Record& record, std::vector<std::vector<std::uint8_t>> blobs = {}) {
+[[nodiscard]] RecordEntry entry_of(const Record& record, std::vector<CodedFile> blobs = {}) {
   const RecordInfo& info = record_info<Record>();
   RecordEntry entry{info.type, std::vector<std::uint8_t>(serial_bytes(info)), std::move(blobs)};
   const Status status = serialize(info, &record, entry.serial);

@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <span>
 #include <string_view>
 #include <type_traits>
@@ -23,6 +24,20 @@ class ResultCache {
   /// None when there is no result of these inputs.
   [[nodiscard]] virtual std::optional<std::vector<std::uint8_t>> result(std::uint64_t digest) = 0;
   virtual void put_result(std::uint64_t digest, const std::vector<std::uint8_t>& bytes) = 0;
+};
+
+/// Another cache, with notes of which results were found or put.
+class NotedResults : public ResultCache {
+ public:
+  explicit NotedResults(ResultCache& cache) : cache_(cache) {}
+  std::optional<std::vector<std::uint8_t>> result(std::uint64_t digest) override;
+  void put_result(std::uint64_t digest, const std::vector<std::uint8_t>& bytes) override;
+  [[nodiscard]] const std::set<std::uint64_t>& noted() const { return noted_; }
+
+ private:
+  ResultCache& cache_;
+  std::mutex mutex_;
+  std::set<std::uint64_t> noted_;
 };
 
 class MemoryResultCache : public ResultCache {

@@ -57,8 +57,13 @@ struct MapTile {
 struct Mosaic {
   MapGeometry geometry;
   std::int32_t tile_columns = 0, tile_rows = 0;  ///< tiles lie side by side and cover the map
-  /// None for a tile without any data.
+  /// None for a tile without any data. Several threads may call it at once.
   std::function<std::optional<MapTile>(std::int32_t tile_column, std::int32_t tile_row)> tile;
+  /// Tile (i, j) has the cells from column left + i * tile_side and row top + j * tile_side on, as far as they are in
+  /// the map: left and top are 0 or less.
+  std::int32_t tile_side = 0, left = 0, top = 0;
+  /// Of all that a tile depends on; none for a tile without any data. The function may be empty.
+  std::function<std::optional<std::uint64_t>(std::int32_t tile_column, std::int32_t tile_row)> digest;
 };
 
 }  // namespace ilp::map

@@ -95,7 +95,7 @@ std::uint64_t keyframe_digest(const intake::Keyframe& keyframe) {
   std::uint64_t state = host::digest("keyframe 1");
   add(keyframe.id, state);
   for (const intake::CodedFile& file : keyframe.product_files) add(file.bytes(), state);
-  add(keyframe.coded_mask, state);
+  add(keyframe.coded_mask.bytes(), state);
   add(keyframe.mask_width, state);
   add(keyframe.mask_height, state);
   const CameraModel& c = keyframe.camera;

@@ -1,6 +1,9 @@
 #include "sim/ground/map/seam_measure.hpp"
 
 #include <cmath>
+#include <optional>
+#include <span>
+#include <vector>
 
 namespace ilp::map {
 namespace {
@@ -14,19 +17,30 @@ class Sums {
     ++part.samples;
     part.squares += second_difference * second_difference;
   }
+  void add(const Sums& sums) {
+    border_.add(sums.border_);
+    other_.add(sums.other_);
+  }
   [[nodiscard]] Roughness roughness() const {
-    return {border_.samples, other_.samples, border_.root_mean_square(), other_.root_mean_square()};
+    return {static_cast<std::uint64_t>(border_.samples), static_cast<std::uint64_t>(other_.samples),
+            border_.root_mean_square(), other_.root_mean_square()};
   }
 
  private:
   struct Part {
-    std::uint64_t samples = 0;
+    double samples = 0;
     double squares = 0;
-    [[nodiscard]] double root_mean_square() const {
-      return samples == 0 ? 0 : std::sqrt(squares / static_cast<double>(samples));
+    void add(const Part& part) {
+      samples += part.samples;
+      squares += part.squares;
     }
+    [[nodiscard]] double root_mean_square() const { return samples == 0 ? 0 : std::sqrt(squares / samples); }
   };
   Part border_, other_;
+};
+
+struct TileSums {
+  Sums height, grey;
 };
 
 /// Cells i - reach * step to i + reach * step.
@@ -43,26 +57,56 @@ void add_sample(const MapTile& tile, std::size_t i, std::size_t step, double cel
   grey.add(border, second_difference(tile.ortho));
 }
 
-}  // namespace
-
-SeamMeasure measure_seams(const Mosaic& mosaic) {
-  Sums height, grey;
-  for (std::int32_t row = 0; row < mosaic.tile_rows; ++row) {
-    for (std::int32_t column = 0; column < mosaic.tile_columns; ++column) {
-      const auto tile = mosaic.tile(column, row);
-      if (!tile) continue;
-      const auto width = static_cast<std::size_t>(tile->height.width);
-      for (std::int32_t y = 0; y < tile->height.height; ++y) {
-        for (std::int32_t x = 0; x < tile->height.width; ++x) {
-          const std::size_t i = tile->height.index(x, y);
-          const auto inside = [](std::int32_t at, std::int32_t size) { return at >= reach && at < size - reach; };
-          if (inside(x, tile->height.width)) add_sample(*tile, i, 1, mosaic.geometry.cell, height, grey);
-          if (inside(y, tile->height.height)) add_sample(*tile, i, width, mosaic.geometry.cell, height, grey);
-        }
-      }
+TileSums sums_of(const MapTile& tile, double cell) {
+  TileSums sums;
+  const auto width = static_cast<std::size_t>(tile.height.width);
+  for (std::int32_t y = 0; y < tile.height.height; ++y) {
+    for (std::int32_t x = 0; x < tile.height.width; ++x) {
+      const std::size_t i = tile.height.index(x, y);
+      const auto inside = [](std::int32_t at, std::int32_t size) { return at >= reach && at < size - reach; };
+      if (inside(x, tile.height.width)) add_sample(tile, i, 1, cell, sums.height, sums.grey);
+      if (inside(y, tile.height.height)) add_sample(tile, i, width, cell, sums.height, sums.grey);
     }
   }
-  return {height.roughness(), grey.roughness()};
+  return sums;
+}
+
+/// From `kept`, by the digest of the tile, or from the tile.
+std::optional<TileSums> sums_of(const Mosaic& mosaic, std::int32_t column, std::int32_t row,
+                                intake::ResultCache* kept) {
+  const bool keeps = kept != nullptr && mosaic.digest;
+  const std::optional<std::uint64_t> digest = keeps ? mosaic.digest(column, row) : std::nullopt;
+  if (keeps && !digest) return std::nullopt;
+  const std::uint64_t key =
+      intake::InputDigest("seams of a tile 1").add_value(digest.value_or(0)).add_value(mosaic.geometry.cell).value();
+  std::vector<TileSums> sums;
+  const auto known = keeps ? kept->result(key) : std::nullopt;
+  std::span<const std::uint8_t> bytes = known ? std::span<const std::uint8_t>(*known) : std::span<const std::uint8_t>();
+  if (intake::take(bytes, sums) && sums.size() == 1) return sums[0];
+  const std::optional<MapTile> tile = mosaic.tile(column, row);
+  if (!tile) return std::nullopt;
+  sums.assign(1, sums_of(*tile, mosaic.geometry.cell));
+  if (keeps) {
+    std::vector<std::uint8_t> told;
+    intake::append(sums, told);
+    kept->put_result(key, told);
+  }
+  return sums[0];
+}
+
+}  // namespace
+
+SeamMeasure measure_seams(const Mosaic& mosaic, intake::ResultCache* kept) {
+  TileSums all;
+  for (std::int32_t row = 0; row < mosaic.tile_rows; ++row) {
+    for (std::int32_t column = 0; column < mosaic.tile_columns; ++column) {
+      const std::optional<TileSums> sums = sums_of(mosaic, column, row, kept);
+      if (!sums) continue;
+      all.height.add(sums->height);
+      all.grey.add(sums->grey);
+    }
+  }
+  return {all.height.roughness(), all.grey.roughness()};
 }
 
 }  // namespace ilp::map

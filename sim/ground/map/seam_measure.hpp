@@ -1,6 +1,7 @@
 // How visible the borders of keyframes are in a map.
 #pragma once
 
+#include "sim/ground/intake/result_cache.hpp"
 #include "sim/ground/map/ground_grid.hpp"
 
 namespace ilp::map {
@@ -21,7 +22,7 @@ struct SeamMeasure {
   Roughness grey;    ///< of the orthoimage, grey values
 };
 
-/// Reads every tile once.
-[[nodiscard]] SeamMeasure measure_seams(const Mosaic& mosaic);
+/// Reads every tile once, but for those whose sums `kept` has.
+[[nodiscard]] SeamMeasure measure_seams(const Mosaic& mosaic, intake::ResultCache* kept = nullptr);
 
 }  // namespace ilp::map

@@ -165,7 +165,7 @@ class GainEquations {
   /// Of the mean brightness to that of the map. An error at a seam fades over 1 / sqrt(2 share) keyframes of a strip.
   void add_pull() {
     constexpr double share = 1.0 / 16, least = 1e-3;
-    const double level = mean(levels_);
+    const double level = stepped(mean(levels_));
     for (Eigen::Index i = 0; i < size_; ++i) {
       const double weight = std::max(share * tied_(i), least);
       normal_.emplace_back(i, i, weight);
@@ -177,13 +177,20 @@ class GainEquations {
     Eigen::SparseMatrix<double> matrix(size_, size_);
     matrix.setFromTriplets(normal_.begin(), normal_.end());
     const Eigen::VectorXd solved = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right_);
-    const double middle = mean({solved.begin(), solved.end()});
+    const double middle = stepped(mean({solved.begin(), solved.end()}));
     std::map<std::int64_t, double> gains;
     for (const auto& [id, place] : places_) gains[id] = std::exp(solved(place) - middle);
     return gains;
   }
 
  private:
+  /// In steps of a sixteenth, so that a late keyframe changes what the whole map has in common once in many times, and
+  /// else the gains of keyframes near it.
+  static double stepped(double logarithm) {
+    constexpr double steps = 16;
+    return std::round(steps * logarithm) / steps;
+  }
+
   /// Over all cells.
   [[nodiscard]] double mean(const std::vector<double>& values) const {
     double sum = 0, all = 0;

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "sim/ground/intake/keyframe_rasters.hpp"
+#include "sim/ground/intake/result_cache.hpp"
 #include "sim/ground/map/surface_tile.hpp"
 #include "sim/ground/map/tile_steps.hpp"
 #include "sim/host/digest.hpp"
@@ -14,6 +15,9 @@
 
 namespace ilp::map {
 namespace {
+
+/// A map of at most so many tiles has no empty columns or rows at its left and top edges.
+constexpr std::size_t most_trimmed_tiles = 64;
 
 constexpr const char* damaged_tile = "the catalogue is damaged: a tile of the map cannot be read back";
 
@@ -120,12 +124,28 @@ class TileReader {
       extend(plan.tiles[i].place, summaries[i], first);
       first = false;
     }
+    // A map of many tiles begins at the corner of a tile: a later keyframe shifts no block of its files.
+    if (tiles_.size() <= most_trimmed_tiles) return;
+    box_.left = tile_of(box_.left) * tile_side_cells;
+    box_.top = tile_of(box_.top) * tile_side_cells;
   }
 
   [[nodiscard]] bool empty() const { return tiles_.empty(); }
   [[nodiscard]] const CellBox& box() const { return box_; }
   [[nodiscard]] static std::int64_t tile_of(std::int64_t cell) {
     return static_cast<std::int64_t>(std::floor(static_cast<double>(cell) / tile_side_cells));
+  }
+
+  /// Of all that read() gives.
+  [[nodiscard]] std::optional<std::uint64_t> digest(std::int64_t column, std::int64_t row) const {
+    const intake::TilePlace place{static_cast<std::int32_t>(column), static_cast<std::int32_t>(row)};
+    const auto found = tiles_.find(place);
+    if (found == tiles_.end()) return std::nullopt;
+    intake::InputDigest digest("tile of a map 1");
+    digest.add_value(found->second.digest);
+    for (const std::int64_t id : found->second.keyframes) digest.add_value(places_.at(id));
+    const Cut part = cut_of(place);
+    return digest.add_value(part.left).add_value(part.top).add_value(part.width).add_value(part.height).value();
   }
 
   [[nodiscard]] std::optional<MapTile> read(std::int64_t column, std::int64_t row) const {
@@ -157,13 +177,22 @@ class TileReader {
                            std::max(box_.bottom, own.bottom)};
   }
 
-  /// To what lies in the box.
-  [[nodiscard]] MapTile cut(const intake::TilePlace& place, const MapTile& whole) const {
+  /// What of a tile lies in the box.
+  struct Cut {
+    std::int32_t left = 0, top = 0, width = 0, height = 0;
+  };
+  [[nodiscard]] Cut cut_of(const intake::TilePlace& place) const {
     const std::int64_t x = std::int64_t{place.column} * tile_side_cells, y = std::int64_t{place.row} * tile_side_cells;
     const auto left = static_cast<std::int32_t>(std::max(box_.left - x, std::int64_t{0}));
     const auto top = static_cast<std::int32_t>(std::max(box_.top - y, std::int64_t{0}));
     const auto width = static_cast<std::int32_t>(std::min(box_.right - x + 1, std::int64_t{tile_side_cells})) - left;
     const auto height = static_cast<std::int32_t>(std::min(box_.bottom - y + 1, std::int64_t{tile_side_cells})) - top;
+    return {left, top, width, height};
+  }
+
+  [[nodiscard]] MapTile cut(const intake::TilePlace& place, const MapTile& whole) const {
+    const std::int64_t x = std::int64_t{place.column} * tile_side_cells, y = std::int64_t{place.row} * tile_side_cells;
+    const auto [left, top, width, height] = cut_of(place);
     MapTile tile;
     tile.column = static_cast<std::int32_t>(x + left - box_.left);
     tile.row = static_cast<std::int32_t>(y + top - box_.top);
@@ -191,6 +220,12 @@ Mosaic mosaic_of(std::shared_ptr<const TileReader> tiles, double cell) {
                      static_cast<std::int32_t>(box.bottom - box.top + 1)};
   mosaic.tile_columns = static_cast<std::int32_t>(TileReader::tile_of(box.right) - first_column + 1);
   mosaic.tile_rows = static_cast<std::int32_t>(TileReader::tile_of(box.bottom) - first_row + 1);
+  mosaic.tile_side = tile_side_cells;
+  mosaic.left = static_cast<std::int32_t>(first_column * tile_side_cells - box.left);
+  mosaic.top = static_cast<std::int32_t>(first_row * tile_side_cells - box.top);
+  mosaic.digest = [tiles, first_column, first_row](std::int32_t column, std::int32_t row) {
+    return tiles->digest(first_column + column, first_row + row);
+  };
   mosaic.tile = [tiles = std::move(tiles), first_column, first_row](std::int32_t column, std::int32_t row) {
     return tiles->read(first_column + column, first_row + row);
   };

@@ -5,6 +5,8 @@
 #include <set>
 #include <utility>
 
+#include "fsw/base/vector_width.hpp"
+
 namespace ilp::model {
 namespace {
 
@@ -163,11 +165,14 @@ bool CameraSystem::finish_column(std::uint32_t column) {
 
 bool CameraSystem::factor() {
   std::vector<std::size_t> place(order_.size());
-  for (std::uint32_t column = 0; column < order_.size(); ++column) {
-    update_column(column, place);
-    if (!finish_column(column)) return false;
-  }
-  return true;
+  bool positive = true;
+  with_widest_vectors([&] {
+    for (std::uint32_t column = 0; positive && column < order_.size(); ++column) {
+      update_column(column, place);
+      positive = finish_column(column);
+    }
+  });
+  return positive;
 }
 
 void CameraSystem::solve(std::vector<Vec6>& right) const {
@@ -211,7 +216,9 @@ void CameraSystem::invert_column(std::uint32_t column, std::vector<Mat6>& invers
 
 std::vector<Mat6> CameraSystem::inverse_diagonal() const {
   std::vector<Mat6> inverse(blocks_.size(), Mat6::Zero());
-  for (std::size_t column = order_.size(); column-- > 0;) invert_column(static_cast<std::uint32_t>(column), inverse);
+  with_widest_vectors([&] {
+    for (std::size_t column = order_.size(); column-- > 0;) invert_column(static_cast<std::uint32_t>(column), inverse);
+  });
   std::vector<Mat6> diagonal(order_.size());
   for (std::size_t camera = 0; camera < order_.size(); ++camera) diagonal[camera] = inverse[first_[order_[camera]]];
   return diagonal;

@@ -137,20 +137,44 @@ double reprojection_error(const RigidTransform& camera_from_model, const CameraM
   return (ideal_from_normalised(camera, Vec2(p.x() / p.z(), p.y() / p.z())) - Vec2(seen.x, seen.y)).norm();
 }
 
-void triangulate(const Scene& scene, double max_px, Model& model) {
-  const ViewDepths depths(scene, measured_world(model));
+namespace {
+
+/// A point that is not placed yet, where its lines of sight meet.
+struct NewPoint {
+  std::size_t track = 0;
+  std::vector<SeenFrom> from;
+  bool crossing = false;  ///< at a wide enough angle
+  Vec3 position = Vec3::Zero();
+};
+
+std::vector<NewPoint> new_points(const Scene& scene, const Model& model) {
+  std::vector<NewPoint> points;
   for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
-    ModelPoint& point = model.points[t];
-    if (point.placed) continue;
-    const std::vector<SeenFrom> from = sightings_in(scene, model, t);
-    Vec3 position;
-    if (from.size() < 2) continue;
-    const bool crossing = intersect(from, position) && largest_angle(from, position) >= least_angle_rad;
-    if (!crossing && !stand_by_depth(from.front(), depths, position)) continue;
-    if (!fits(from, position, max_px)) continue;
-    point.placed = true;
-    point.by_depth = !crossing;
-    point.position = position;
+    if (model.points[t].placed) continue;
+    NewPoint point{t, sightings_in(scene, model, t)};
+    if (point.from.size() < 2) continue;
+    point.crossing =
+        intersect(point.from, point.position) && largest_angle(point.from, point.position) >= least_angle_rad;
+    points.push_back(std::move(point));
+  }
+  return points;
+}
+
+}  // namespace
+
+void triangulate(const Scene& scene, double max_px, Model& model) {
+  std::vector<NewPoint> points = new_points(scene, model);
+  // Depths of all points take long, and mostly nobody asks for one.
+  std::optional<ViewDepths> depths;
+  if (std::any_of(points.begin(), points.end(), [](const NewPoint& point) { return !point.crossing; }))
+    depths.emplace(scene, measured_world(model));
+  for (NewPoint& point : points) {
+    if (!point.crossing && !stand_by_depth(point.from.front(), *depths, point.position)) continue;
+    if (!fits(point.from, point.position, max_px)) continue;
+    ModelPoint& placed = model.points[point.track];
+    placed.placed = true;
+    placed.by_depth = !point.crossing;
+    placed.position = point.position;
   }
 }
 
@@ -195,8 +219,12 @@ double median_error_px(const Scene& scene, const Model& model) {
   std::vector<double> errors;
   for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
     if (!model.points[t].placed) continue;
-    for (const SeenFrom& one : sightings_in(scene, model, t))
-      errors.push_back(reprojection_error(*one.camera_from_model, *one.camera, model.points[t].position, *one.seen));
+    for (std::size_t s = 0; s < scene.tracks[t].seen.size(); ++s) {
+      const Sighting& seen = scene.tracks[t].seen[s];
+      if (!model.sees(scene, t, s)) continue;
+      errors.push_back(reprojection_error(model.views[seen.view].camera_from_model, scene.views[seen.view].camera,
+                                          model.points[t].position, seen));
+    }
   }
   return errors.empty() ? 0 : host::median(std::move(errors));
 }

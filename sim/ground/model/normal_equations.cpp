@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 
 namespace ilp::model {
@@ -196,6 +197,15 @@ bool NormalEquations::accumulate(const AdjustmentProblem& problem, const Residua
   normal_.assign(problem.cameras.size(), Mat6::Zero());
   right_.assign(problem.cameras.size(), Vec6::Zero());
   down_.assign(problem.cameras.size(), Vec6::Zero());
+  bool determined = true;
+  with_widest_vectors([&] { determined = accumulate_points(problem, weights, damping); });
+  if (!determined) return false;
+  for (std::size_t c = 0; c < right_.size(); ++c) right_[c] += down_[c];
+  return true;
+}
+
+bool NormalEquations::accumulate_points(const AdjustmentProblem& problem, const ResidualWeights& weights,
+                                        double damping) {
   PointPart part;
   for (std::size_t p = 0; p < problem.points.size(); ++p) {
     part.clear();
@@ -211,7 +221,6 @@ bool NormalEquations::accumulate(const AdjustmentProblem& problem, const Residua
     if (!inverse.allFinite()) return false;
     eliminate(part, inverse);
   }
-  for (std::size_t c = 0; c < right_.size(); ++c) right_[c] += down_[c];
   return true;
 }
 

@@ -54,6 +54,8 @@ class NormalEquations {
   void for_each(const AdjustmentProblem& problem, std::size_t point, const ResidualWeights& weights, Take take) const;
   [[nodiscard]] bool reduce(const AdjustmentProblem& problem, const ResidualWeights& weights, double damping);
   [[nodiscard]] bool accumulate(const AdjustmentProblem& problem, const ResidualWeights& weights, double damping);
+  [[nodiscard]] bool accumulate_points(const AdjustmentProblem& problem, const ResidualWeights& weights,
+                                       double damping);
   void eliminate(const PointPart& part, const Mat3& inverse);
   void damp_and_hold(double damping);
   void move_points(const AdjustmentProblem& problem, const ResidualWeights& weights, double damping,

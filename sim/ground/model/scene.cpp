@@ -33,7 +33,7 @@ View view_of_keyframe(const intake::Keyframe& keyframe) {
 }
 
 void add_points_of_flight(const intake::Keyframe& keyframe, Scene& scene) {
-  for (const intake::StructureTrackPoint& point : keyframe.points) {
+  for (const intake::StructureTrackPoint& point : intake::points_of(keyframe)) {
     Track track;
     track.of_flight = true;
     track.strip_id = keyframe.strip_id;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <ostream>
 
 #include "sim/ground/report/page_sections.hpp"
 #include "sim/host/picture.hpp"
@@ -156,29 +157,24 @@ std::string gallery_frame(const intake::Keyframe& k, const map::KeyframeLook& lo
 
 }  // namespace
 
-std::string page_keyframe_table(const Report& report) {
+void page_keyframe_table(const Report& report, std::ostream& out) {
   const std::vector<Column> columns = columns_of(report);
-  std::string html = "<h2>Keyframes</h2>\n<div class=\"scroll keyframes\"><table><tr>";
+  out << "<h2>Keyframes</h2>\n<div class=\"scroll keyframes\"><table><tr>";
   for (const Column& column : columns) {
-    html += *column.style == '\0' ? "<th>" : std::string("<th class=\"") + column.style + "\">";
-    html += std::string(column.title) + "</th>";
+    out << (*column.style == '\0' ? "<th>" : std::string("<th class=\"") + column.style + "\">") << column.title
+        << "</th>";
   }
-  html += "</tr>\n";
-  for (const auto& [id, keyframe] : report.flight.keyframes) html += table_row(columns, keyframe);
-  return html +
-         "</table></div>\n<p class=\"note\">Overlap and parallax are with the previous keyframe; rms is the "
+  out << "</tr>\n";
+  for (const auto& [id, keyframe] : report.flight.keyframes) out << table_row(columns, keyframe);
+  out << "</table></div>\n<p class=\"note\">Overlap and parallax are with the previous keyframe; rms is the "
          "reprojection error of the adjustment window; 1 σ is the largest axis, in strip units.</p>\n";
 }
 
-std::string page_gallery(const Report& report) {
-  std::string html =
-      "<h2>Keyframe pictures</h2>\n<p class=\"note\">As decoded from the downlink: image, depth (dark is near, "
-      "each keyframe with its own colours), newly seen terrain.</p>\n<div class=\"frames\">\n";
-  for (const auto& [id, keyframe] : report.flight.keyframes) {
-    const auto look = report.looks.find(id);
-    html += gallery_frame(keyframe, look == report.looks.end() ? map::KeyframeLook() : look->second);
-  }
-  return html + "</div>\n";
+void page_gallery(const Report& report, std::ostream& out) {
+  out << "<h2>Keyframe pictures</h2>\n<p class=\"note\">As decoded from the downlink: image, depth (dark is near, "
+         "each keyframe with its own colours), newly seen terrain.</p>\n<div class=\"frames\">\n";
+  for (const auto& [id, keyframe] : report.flight.keyframes) out << gallery_frame(keyframe, look_of(report, id));
+  out << "</div>\n";
 }
 
 }  // namespace ilp::report

@@ -1,6 +1,7 @@
-// The parts of the report's page, each HTML text.
+// The parts of the report's page, each HTML text. What has a part for each keyframe is written one by one.
 #pragma once
 
+#include <iosfwd>
 #include <string>
 
 #include "sim/ground/report/report.hpp"
@@ -17,12 +18,12 @@ namespace ilp::report {
 [[nodiscard]] std::string page_accuracy(const Report& report);
 /// Empty without a score.
 [[nodiscard]] std::string page_score(const Report& report);
-[[nodiscard]] std::string page_keyframe_table(const Report& report);
+void page_keyframe_table(const Report& report, std::ostream& out);
 /// Empty without capture records.
 [[nodiscard]] std::string page_captures(const Report& report);
 [[nodiscard]] std::string page_plots(const Report& report);
 [[nodiscard]] std::string page_cost(const Report& report);
-[[nodiscard]] std::string page_gallery(const Report& report);
+void page_gallery(const Report& report, std::ostream& out);
 [[nodiscard]] std::string page_files(const Report& report);
 
 /// A table cell; `style` is its class ("t" for text).

@@ -59,6 +59,12 @@ ReportTotals totals(const Report& report) {
   return t;
 }
 
+map::KeyframeLook look_of(const Report& report, std::int64_t keyframe_id) {
+  const auto look = report.looks.find(keyframe_id);
+  if (look == report.looks.end()) return {};
+  return report.whole_look ? report.whole_look(keyframe_id) : look->second;
+}
+
 std::string keyframe_verdict(const intake::Keyframe& keyframe) {
   std::vector<std::string> remarks{pose_remark(keyframe), depth_remark(keyframe)};
   if (!keyframe.has_image()) remarks.emplace_back("no image received");

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <iosfwd>
 #include <map>
 #include <optional>
 #include <string>
@@ -49,7 +51,8 @@ struct Report {
   std::vector<control::StripControl> control;  ///< already applied to `flight`; empty without control points
   std::vector<StripResult> strips;
   std::optional<intake::FlightInfo> info;
-  std::map<std::int64_t, map::KeyframeLook> looks;
+  std::map<std::int64_t, map::KeyframeLook> looks;            ///< without their pictures, where `whole_look` gives them
+  std::function<map::KeyframeLook(std::int64_t)> whole_look;  ///< of a keyframe of `looks`; may be empty
   std::vector<intake::Missing> missing;
   std::map<std::int64_t, ImageQuality> image_quality;
   std::optional<ScoreFile> score;
@@ -72,8 +75,12 @@ struct ReportTotals {
 [[nodiscard]] std::string keyframe_verdict(const intake::Keyframe& keyframe);
 [[nodiscard]] bool over_grant(const intake::ProductAccount& product);
 
-[[nodiscard]] std::string report_json(const Report& report);
-[[nodiscard]] std::string report_html(const Report& report);
+/// With pictures; an empty one for a keyframe without a look.
+[[nodiscard]] map::KeyframeLook look_of(const Report& report, std::int64_t keyframe_id);
+
+// Written keyframe by keyframe, so that their memory does not grow with the flight.
+void write_report_json(const Report& report, std::ostream& out);
+void write_report_html(const Report& report, std::ostream& out);
 
 // Compares decoded images with the originals.
 

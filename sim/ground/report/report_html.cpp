@@ -1,3 +1,5 @@
+#include <ostream>
+
 #include "sim/ground/report/figures.hpp"
 #include "sim/ground/report/page_sections.hpp"
 #include "sim/host/text_format.hpp"
@@ -92,31 +94,29 @@ std::string begin_page(const std::string& title) {
          host::escaped(title) + "</title><style>" + report_style + "</style></head>\n<body><main>\n";
 }
 
-std::string report_html(const Report& report) {
-  std::string html = begin_page(report.title);
-  html += page_summary(report);
-  html += page_joined(report);
-  html += page_control(report);
-  html += page_strips(report);
-  html += page_problems(report);
-  html += page_score(report);
-  html += page_accuracy(report);
-  html += page_keyframe_table(report);
-  html += page_captures(report);
-  html += page_plots(report);
-  html += page_cost(report);
-  html += page_gallery(report);
-  html += page_files(report);
-  html +=
-      "<footer class=\"note\"><p>Beside this page: <code>report.json</code> (all numbers), <code>model.ply</code> "
-      "(surface; "
-      "MeshLab, CloudCompare, Blender), <code>colmap/</code> (poses and points; COLMAP: File, Import model), "
-      "<code>height.pfm</code> and <code>ortho.png</code> (regular grid in the strip's world, <code>ortho.pgw</code> "
-      "places "
-      "it), <code>keyframes/</code> (decoded images, depths, masks). Further strips carry <code>-strip-N</code> in "
-      "their "
-      "names.</p></footer>\n</main></body></html>\n";
-  return html;
+void write_report_html(const Report& report, std::ostream& out) {
+  out << begin_page(report.title) << page_summary(report);
+  out << page_joined(report);
+  out << page_control(report);
+  out << page_strips(report);
+  out << page_problems(report);
+  out << page_score(report);
+  out << page_accuracy(report);
+  page_keyframe_table(report, out);
+  out << page_captures(report);
+  out << page_plots(report);
+  out << page_cost(report);
+  page_gallery(report, out);
+  out << page_files(report);
+  out << "<footer class=\"note\"><p>Beside this page: <code>report.json</code> (all numbers), <code>model.ply</code> "
+         "(surface; "
+         "MeshLab, CloudCompare, Blender), <code>colmap/</code> (poses and points; COLMAP: File, Import model), "
+         "<code>height.pfm</code> and <code>ortho.png</code> (regular grid in the strip's world, "
+         "<code>ortho.pgw</code> "
+         "places "
+         "it), <code>keyframes/</code> (decoded images, depths, masks). Further strips carry <code>-strip-N</code> in "
+         "their "
+         "names.</p></footer>\n</main></body></html>\n";
 }
 
 }  // namespace ilp::report

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <ostream>
 
 #include "sim/ground/report/capture_summary.hpp"
 #include "sim/ground/report/report.hpp"
@@ -397,57 +398,111 @@ Json control_json(const std::vector<control::StripControl>& strips) {
   return json;
 }
 
-}  // namespace
+/// Writes one object as Json::dump(1) does, a value, or an element of a list, at a time.
+class JsonWriter {
+ public:
+  explicit JsonWriter(std::ostream& out) : out_(out) { out_ << "{"; }
 
-std::string report_json(const Report& report) {
-  Json json;
-  json["title"] = report.title;
-  json["totals"] = totals_json(totals(report));
-  json["target_overlap"] = report.target_overlap;
-  json["camera"] = report.flight.camera ? camera_json(*report.flight.camera) : Json(nullptr);
-  json["camera_source"] = camera_source(report.flight);
-  json["camera_sigma_focal_px"] =
-      report.flight.camera_record ? Json(report.flight.camera_record->sigma_focal_px) : Json(nullptr);
-  json["flight"] = report.info ? info_json(*report.info) : Json(nullptr);
-  std::map<std::int64_t, const StripResult*> strips;
-  json["strips"] = Json::array();
-  for (const StripResult& strip : report.strips) {
-    strips[strip.strip.id] = &strip;
-    json["strips"].push_back(strip_json(strip));
+  void put(const char* key, const Json& value) {
+    begin(key);
+    write(value, "\n ");
   }
-  json["keyframes"] = Json::array();
+  void begin_list(const char* key) {
+    begin(key);
+    out_ << "[";
+    first_of_list_ = true;
+  }
+  void add(const Json& element) {
+    out_ << (first_of_list_ ? "\n  " : ",\n  ");
+    first_of_list_ = false;
+    write(element, "\n  ");
+  }
+  void end_list() { out_ << (first_of_list_ ? "]" : "\n ]"); }
+  void end() { out_ << "\n}\n"; }
+
+ private:
+  void begin(const char* key) {
+    out_ << (first_ ? "\n \"" : ",\n \"") << key << "\": ";
+    first_ = false;
+  }
+  /// Strings hold no line break as it is, so that every one is followed by an indentation.
+  void write(const Json& value, const char* line_break) {
+    // Names from hostile files need not be UTF-8.
+    const std::string text = value.dump(1, ' ', false, Json::error_handler_t::replace);
+    for (const char c : text) {
+      if (c == '\n') {
+        out_ << line_break;
+      } else {
+        out_.put(c);
+      }
+    }
+  }
+
+  std::ostream& out_;
+  bool first_ = true, first_of_list_ = true;
+};
+
+Json frame_json(std::int64_t id, const OverlapRecord& overlap) {
+  return {{"id", id},
+          {"keyframe", overlap.keyframe_id},
+          {"overlap", overlap.overlap},
+          {"verdict", words_of(overlap.verdict)},
+          {"decision", overlap.decision},
+          {"ncc", overlap.ncc}};
+}
+
+Json file_json(const intake::ReceivedFile& file) {
+  return {{"name", file.name},
+          {"bytes", file.bytes},
+          {"crc32", file.crc32},
+          {"fault", file.fault.empty() ? Json(nullptr) : Json(file.fault)}};
+}
+
+void write_keyframes(const Report& report, JsonWriter& json) {
+  std::map<std::int64_t, const StripResult*> strips;
+  for (const StripResult& strip : report.strips) strips[strip.strip.id] = &strip;
+  json.begin_list("keyframes");
   for (const auto& [id, keyframe] : report.flight.keyframes) {
     const auto strip = strips.find(keyframe.strip_id);
-    json["keyframes"].push_back(keyframe_json(report, keyframe, strip == strips.end() ? nullptr : strip->second));
+    json.add(keyframe_json(report, keyframe, strip == strips.end() ? nullptr : strip->second));
   }
-  json["frames"] = Json::array();
-  for (const auto& [id, overlap] : report.flight.overlaps) {
-    json["frames"].push_back({{"id", id},
-                              {"keyframe", overlap.keyframe_id},
-                              {"overlap", overlap.overlap},
-                              {"verdict", words_of(overlap.verdict)},
-                              {"decision", overlap.decision},
-                              {"ncc", overlap.ncc}});
-  }
-  json["captures"] = captures_json(report);
-  json["events"] = Json::array();
-  for (const EventRecord& event : report.flight.events) json["events"].push_back(event_json(event));
-  json["components"] = Json::array();
-  for (const ComponentRecord& component : report.flight.components)
-    json["components"].push_back(component_json(component));
-  json["files"] = Json::array();
-  for (const intake::ReceivedFile& file : report.outbox.files) {
-    json["files"].push_back({{"name", file.name},
-                             {"bytes", file.bytes},
-                             {"crc32", file.crc32},
-                             {"fault", file.fault.empty() ? Json(nullptr) : Json(file.fault)}});
-  }
-  json["missing"] = missing_json(report);
-  if (!report.joined.models.empty() || !report.joined.apart.empty()) json["joined"] = joined_json(report.joined);
-  if (!report.control.empty()) json["control"] = control_json(report.control);
-  json["remarks"] = report.flight.remarks;
-  // Names from hostile files need not be UTF-8.
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  json.end_list();
+}
+
+}  // namespace
+
+void write_report_json(const Report& report, std::ostream& out) {
+  JsonWriter json(out);
+  json.put("title", report.title);
+  json.put("totals", totals_json(totals(report)));
+  json.put("target_overlap", report.target_overlap);
+  json.put("camera", report.flight.camera ? camera_json(*report.flight.camera) : Json(nullptr));
+  json.put("camera_source", camera_source(report.flight));
+  json.put("camera_sigma_focal_px",
+           report.flight.camera_record ? Json(report.flight.camera_record->sigma_focal_px) : Json(nullptr));
+  json.put("flight", report.info ? info_json(*report.info) : Json(nullptr));
+  json.begin_list("strips");
+  for (const StripResult& strip : report.strips) json.add(strip_json(strip));
+  json.end_list();
+  write_keyframes(report, json);
+  json.begin_list("frames");
+  for (const auto& [id, overlap] : report.flight.overlaps) json.add(frame_json(id, overlap));
+  json.end_list();
+  json.put("captures", captures_json(report));
+  json.begin_list("events");
+  for (const EventRecord& event : report.flight.events) json.add(event_json(event));
+  json.end_list();
+  json.begin_list("components");
+  for (const ComponentRecord& component : report.flight.components) json.add(component_json(component));
+  json.end_list();
+  json.begin_list("files");
+  for (const intake::ReceivedFile& file : report.outbox.files) json.add(file_json(file));
+  json.end_list();
+  json.put("missing", missing_json(report));
+  if (!report.joined.models.empty() || !report.joined.apart.empty()) json.put("joined", joined_json(report.joined));
+  if (!report.control.empty()) json.put("control", control_json(report.control));
+  json.put("remarks", report.flight.remarks);
+  json.end();
 }
 
 }  // namespace ilp::report

@@ -20,7 +20,7 @@ json told(const Keyframe& keyframe) {
   json value = {
       {"id", keyframe.id},
       {"products", {json::binary(keyframe.product_files[0].bytes()), json::binary(keyframe.product_files[1].bytes())}},
-      {"mask", json::binary(keyframe.coded_mask)},
+      {"mask", json::binary(keyframe.coded_mask.bytes())},
       {"mask_size", {keyframe.mask_width, keyframe.mask_height}},
       {"camera", {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2}},
       {"size", {c.width, c.height}},
@@ -45,7 +45,7 @@ Keyframe keyframe_from(const json& value) {
   for (std::size_t kind = 0; kind < 2; ++kind) {
     keyframe.product_files[kind] = value.at("products").at(kind).get_binary();
   }
-  keyframe.coded_mask = value.at("mask").get_binary();
+  keyframe.coded_mask = std::vector<std::uint8_t>(value.at("mask").get_binary());
   value.at("mask_size").at(0).get_to(keyframe.mask_width);
   value.at("mask_size").at(1).get_to(keyframe.mask_height);
   keyframe.camera = camera_from(value.at("camera"), value.at("size"));

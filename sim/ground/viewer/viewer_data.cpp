@@ -34,7 +34,7 @@ nlohmann::json viewer_links(const report::Report& report) {
   return out;
 }
 
-nlohmann::json viewer_data(const report::Report& report, const ViewerBudget& budget) {
+nlohmann::json viewer_data_but_keyframes(const report::Report& report, const ViewerBudget& budget) {
   using nlohmann::json;
   const report::ReportTotals sums = report::totals(report);
   json strips = json::array();
@@ -53,11 +53,17 @@ nlohmann::json viewer_data(const report::Report& report, const ViewerBudget& bud
             {"received_bytes", sums.received_bytes},
             {"files", sums.files_used}}},
           {"strips", std::move(strips)},
-          {"keyframes", viewer_keyframes(report)},
           {"links", viewer_links(report)},
           {"timeline", viewer_timeline(report, budget)},
           {"remarks", report.flight.remarks},
           {"skipped", std::move(skipped)}};
+}
+
+nlohmann::json viewer_data(const report::Report& report, const ViewerBudget& budget) {
+  nlohmann::json data = viewer_data_but_keyframes(report, budget);
+  nlohmann::json& keyframes = data["keyframes"] = nlohmann::json::array();
+  for (const auto& [id, keyframe] : report.flight.keyframes) keyframes.push_back(viewer_keyframe(report, keyframe));
+  return data;
 }
 
 }  // namespace ilp::viewer

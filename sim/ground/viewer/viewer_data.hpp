@@ -16,11 +16,13 @@ struct ViewerBudget {
 };
 
 [[nodiscard]] nlohmann::json viewer_data(const report::Report& report, const ViewerBudget& budget = {});
+/// All of it but "keyframes", the list of viewer_keyframe().
+[[nodiscard]] nlohmann::json viewer_data_but_keyframes(const report::Report& report, const ViewerBudget& budget = {});
 
 /// The parts.
 [[nodiscard]] nlohmann::json viewer_strip(const report::Report& report, const report::StripResult& strip,
                                           const ViewerBudget& budget);
-[[nodiscard]] nlohmann::json viewer_keyframes(const report::Report& report);
+[[nodiscard]] nlohmann::json viewer_keyframe(const report::Report& report, const intake::Keyframe& keyframe);
 /// The flight's links with their verdicts. Those whose points the joined model holds have the number of points and
 /// their median reprojection error in it, px.
 [[nodiscard]] nlohmann::json viewer_links(const report::Report& report);

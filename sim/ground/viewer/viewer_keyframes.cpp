@@ -83,7 +83,9 @@ json outline_of(const std::vector<Vec3>& points) {
   return outline;
 }
 
-json keyframe_facts(const report::Report& report, const intake::Keyframe& k) {
+}  // namespace
+
+json viewer_keyframe(const report::Report& report, const intake::Keyframe& k) {
   json out = {{"id", k.id},
               {"strip", k.strip_id},
               {"name", k.name},
@@ -93,8 +95,7 @@ json keyframe_facts(const report::Report& report, const intake::Keyframe& k) {
               {"image", product_facts(k, ProductKind::image)},
               {"depth", product_facts(k, ProductKind::depth)},
               {"files", host::six_digits(k.id)}};
-  const auto look = report.looks.find(k.id);
-  out["thumbnails"] = thumbnails(look == report.looks.end() ? map::KeyframeLook() : look->second);
+  out["thumbnails"] = thumbnails(report::look_of(report, k.id));
   if (k.record) {
     out["time_s"] = static_cast<double>(k.record->time_ns) / 1e9;
     out["frame"] = k.record->frame_id;
@@ -111,14 +112,6 @@ json keyframe_facts(const report::Report& report, const intake::Keyframe& k) {
   if (k.depth && pixels > 0) out["newly_seen"] = k.depth->newly_seen / pixels;
   if (const report::StripResult* strip = strip_of(report, k))
     out["footprint"] = outline_of(exports::footprint_of(k, *strip));
-  return out;
-}
-
-}  // namespace
-
-json viewer_keyframes(const report::Report& report) {
-  json out = json::array();
-  for (const auto& [id, keyframe] : report.flight.keyframes) out.push_back(keyframe_facts(report, keyframe));
   return out;
 }
 

@@ -60,6 +60,7 @@ struct MadeUpMap {
     out.geometry = {x0, y0, cell, columns, rows};
     out.tile_columns = (columns + tile_side - 1) / tile_side;
     out.tile_rows = (rows + tile_side - 1) / tile_side;
+    out.tile_side = tile_side;
     out.tile = [this](std::int32_t column, std::int32_t row) { return std::optional(tile(column, row)); };
     return out;
   }

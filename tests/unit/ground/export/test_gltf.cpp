@@ -3,6 +3,7 @@
 
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "sim/ground/export/gltf_writer.hpp"
 #include "tests/unit/ground/export/strip_of_poses.hpp"
@@ -75,6 +76,14 @@ map::MapGeometry map_of(std::int32_t side) {
 Georeference local_place() {
   const intake::Flight flight = test::strip_of_poses(true);
   return georeference_of(flight, flight.strips.at(1), nullptr);
+}
+
+std::vector<std::uint8_t> gltf_bytes(const map::SurfaceMesh& mesh, const map::MapGeometry& map,
+                                     const host::Raster<std::uint8_t>& texture, const Georeference& place) {
+  std::ostringstream file;
+  write_gltf(mesh, map, texture, place, file);
+  const std::string bytes = std::move(file).str();
+  return {bytes.begin(), bytes.end()};
 }
 
 TEST(Gltf, PointsNormalsAndTexturePlacesAreThoseOfTheSurface) {

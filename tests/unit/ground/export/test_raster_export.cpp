@@ -1,11 +1,14 @@
 // The rasters as other programs read them.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "sim/ground/export/cloud_tiff.hpp"
+#include "sim/ground/export/raster_block.hpp"
 #include "sim/ground/export/raster_export.hpp"
 #include "sim/host/files.hpp"
 #include "tests/unit/ground/export/made_up_map.hpp"
@@ -175,6 +178,94 @@ TEST_F(RasterExport, TheSameMapGivesTheSameBytesInTilesOfAnySize) {
   map_.tile_side = 100;
   (void)write(&mars);
   EXPECT_TRUE(first == bytes());
+}
+
+/// The made-up map with digests of its tiles, which follow from where the spike is, and a count of tiles that are read.
+class CountedTiles {
+ public:
+  explicit CountedTiles(const test::MadeUpMap& map) : mosaic_(map.mosaic()) {
+    mosaic_.tile = [this, &map](std::int32_t column, std::int32_t row) {
+      ++read_;
+      return std::optional(map.tile(column, row));
+    };
+    mosaic_.digest = [&map](std::int32_t column, std::int32_t row) {
+      const bool has_spike = map.spike_column / map.tile_side == column && map.spike_row / map.tile_side == row;
+      intake::InputDigest digest("made-up");
+      digest.add_value(std::min(map.tile_side, map.columns - column * map.tile_side));
+      digest.add_value(std::min(map.tile_side, map.rows - row * map.tile_side))
+          .add_value(column)
+          .add_value(row)
+          .add_value(has_spike ? map.spike_column : -1);
+      return std::optional(digest.add_value(has_spike ? map.spike_row : -1).value());
+    };
+  }
+  [[nodiscard]] const map::Mosaic& mosaic() const { return mosaic_; }
+  [[nodiscard]] int read() const { return read_; }
+
+ private:
+  map::Mosaic mosaic_;
+  std::atomic<int> read_{0};
+};
+
+TEST_F(RasterExport, TilesThatHaveNotChangedAreNotReadAgainAndTheBytesAreThoseOfAWholeRun) {
+  map_.columns = 1500;
+  map_.rows = 1300;
+  (void)write(nullptr);
+  const test::TemporaryFolder afresh;
+  const auto same_as_afresh = [&] {
+    (void)write_rasters(map_.mosaic(), place_, "", afresh.path());
+    for (const char* name : {"height.tif", "sigma.tif", "count.tif", "ortho.tif"}) {
+      EXPECT_TRUE(host::read_file(folder_.path() / name) == host::read_file(afresh.path() / name)) << name;
+    }
+  };
+  intake::MemoryResultCache kept;
+  const auto tiles_read = [&] {
+    const CountedTiles tiles(map_);
+    (void)write_rasters(tiles.mosaic(), place_, "", folder_.path(), &kept);
+    return tiles.read();
+  };
+  EXPECT_EQ(tiles_read(), 6 * 6);
+  EXPECT_EQ(tiles_read(), 0);
+  same_as_afresh();
+  map_.spike_column += 3 * map_.tile_side;
+  EXPECT_EQ(tiles_read(), 2) << "where the spike was, and where it is";
+  same_as_afresh();
+  // Another tile on the right and below: the blocks that end at the edge of the map have more cells now.
+  map_.columns += map_.tile_side;
+  map_.rows += map_.tile_side;
+  EXPECT_LE(tiles_read(), 7 + 6 + 6 + 5);
+  same_as_afresh();
+}
+
+TEST_F(RasterExport, AFileBeyondFourGibibytesIsABigTiffWithTheSameSamples) {
+  ILP_NEED_TOOL("gdallocationinfo");
+  (void)write(nullptr);
+  // Two blocks and their overview, of a file of GDAL's own.
+  const auto tile = run_tool(
+      "gdal_translate -q -co TILED=YES -co BLOCKXSIZE=256 -co BLOCKYSIZE=256 -co COMPRESS=DEFLATE "
+      "-co PREDICTOR=3 -srcwin 256 256 256 256 " +
+      quoted(folder_.path() / "height.tif") + " " + quoted(folder_.path() / "head.tif"));
+  ASSERT_EQ(tile.status, 0) << tile.output;
+  std::vector<float> samples(block_samples, 7.5F);
+  samples[3 * cloud_block_side + 5] = 9;
+  const RasterBlock block = raster_block<HeightSample>(samples);
+  std::vector<CloudLevel> levels = cloud_levels(500, 250);
+  ASSERT_EQ(levels.size(), 2U);
+  for (CloudLevel& level : levels) {
+    for (std::uint32_t& bytes : level.block_bytes) bytes = static_cast<std::uint32_t>(block.coded.size());
+  }
+  const auto head = host::read_file(folder_.path() / "head.tif");
+  const auto give = [&](std::size_t, std::size_t) { return block.coded; };
+  for (const CloudFormat format : {CloudFormat::as_needed, CloudFormat::big}) {
+    host::update_file(folder_.path() / "big.tif",
+                      [&](std::ostream& out) { write_cloud_tiff(head, levels, give, out, format); });
+    const auto bytes = host::read_file(folder_.path() / "big.tif");
+    EXPECT_EQ(bytes[2], format == CloudFormat::big ? 43 : 42);
+    EXPECT_EQ(info("big.tif").at("size"), json({500, 250}));
+    EXPECT_EQ(info("big.tif").at("bands").at(0).at("overviews").at(0).at("size"), json({250, 125}));
+    EXPECT_EQ(value_at("big.tif", 256 + 5, 3), 9);
+    EXPECT_EQ(value_at("big.tif", 256 + 6, 3), 7.5);
+  }
 }
 
 TEST_F(RasterExport, SigmaThatIsToldNowhereHasNoFile) {

@@ -1,6 +1,7 @@
 // Files that come down in any state: what is whole is used, what is not is named and left out.
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <fstream>
 #include <limits>
 #include <sstream>
@@ -9,6 +10,7 @@
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/intake/ids.hpp"
+#include "sim/ground/intake/move_keyframe.hpp"
 #include "sim/host/files.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
@@ -54,7 +56,7 @@ TEST(RecordFile, GivesBackRecordsAndBlobs) {
   ASSERT_EQ(entries.size(), 2U);
   EXPECT_EQ(record_of<PoseRecord>(entries[0]).id, 7);
   EXPECT_EQ(record_of<PoseRecord>(entries[0]).centre[2], 12.5);
-  EXPECT_EQ(entries[1].blobs[0], (std::vector<std::uint8_t>{1, 2, 3, 4, 5}));
+  EXPECT_EQ(entries[1].blobs[0].bytes(), (std::vector<std::uint8_t>{1, 2, 3, 4, 5}));
 }
 
 TEST(RecordFile, LayoutIsTheDocumentedOne) {
@@ -242,6 +244,37 @@ TEST(Outbox, AcknowledgesWholeFilesOnly) {
   EXPECT_EQ(line, std::to_string(bytes.size()) + " " + std::to_string(crc32(bytes)));
 }
 
+TEST(Outbox, PointsAndMasksThatArePutAwayAreTheSame) {
+  const StructurePoint point{{1, 2, 3}, 0.5F, 1};
+  const StructureObservation seen{4, 10.5F, 20.25F};
+  std::vector<std::uint8_t> blob(sizeof(point) + sizeof(seen));
+  std::memcpy(blob.data(), &point, sizeof(point));
+  std::memcpy(blob.data() + sizeof(point), &seen, sizeof(seen));
+  StructureRecord structure;
+  structure.id = 4;
+  structure.count = 1;
+  structure.points.bytes = static_cast<std::uint32_t>(blob.size());
+  const std::vector<std::uint8_t> file = write_record_file(std::vector<RecordEntry>{entry_of(structure, {blob})});
+  const TemporaryFolder folder;
+  Similarity by;
+  by.scale = 2;
+  by.translation = Vec3(0, 0, 7);
+  for (const auto& spool : {std::shared_ptr<Spool>(), std::make_shared<Spool>(folder.path())}) {
+    OutboxBuilder builder(spool);
+    builder.add("points-000004.ilp", file);
+    Outbox outbox = builder.finish();
+    Flight flight = index_flight(outbox);
+    Keyframe& keyframe = flight.keyframes.at(4);
+    move(by, keyframe);
+    const std::vector<StructureTrackPoint> points = points_of(keyframe);
+    ASSERT_EQ(points.size(), 1U);
+    EXPECT_EQ(points[0].point.position[0], 2);
+    EXPECT_EQ(points[0].point.position[2], 13);
+    ASSERT_EQ(points[0].observations.size(), 1U);
+    EXPECT_EQ(points[0].observations[0].y, 20.25F);
+  }
+}
+
 TEST(Outbox, HostileNumbersInRecordsAreNotPosesAndNotDepths) {
   const TemporaryFolder folder;
   PoseRecord pose;
@@ -263,7 +296,7 @@ TEST(Outbox, HostileNumbersInRecordsAreNotPosesAndNotDepths) {
   Outbox outbox = read_outbox(folder.path());
   const Flight flight = build_flight(outbox);
   EXPECT_FALSE(flight.keyframes.at(1).posed());
-  EXPECT_TRUE(flight.keyframes.at(1).points.empty());
+  EXPECT_TRUE(points_of(flight.keyframes.at(1)).empty());
   EXPECT_GE(flight.remarks.size(), 2U);
   ground::GroundOptions options;
   options.outbox = folder.path();

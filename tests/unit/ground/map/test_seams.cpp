@@ -184,6 +184,24 @@ TEST(Seams, BrightnessDoesNotDriftAlongAStripWhoseImagesAreDarkerAtOneEdge) {
   EXPECT_LT(*bright / *dark, 1.05);
 }
 
+TEST(Seams, AKeyframeAtTheEndOfALongStripDoesNotChangeTheBrightnessOfItsBeginning) {
+  const auto gains_of = [](std::int64_t keyframes) {
+    SeamRatios ratios;
+    std::map<std::int64_t, ShownPiece> pieces;
+    for (std::int64_t id = 1; id <= keyframes; ++id) {
+      const auto grey = static_cast<std::uint64_t>(90 + 13 * (id % 5));
+      pieces[id] = {1000, 1000 * grey};
+      if (id > 1) ratios[{id - 1, id}].add(static_cast<std::int32_t>(7 * (id % 3) - 8), 400);
+    }
+    return balance_exposures(ratios, pieces);
+  };
+  for (const std::int64_t keyframes : {200, 500}) {
+    const auto before = gains_of(keyframes), after = gains_of(keyframes + 1);
+    for (std::int64_t id = 1; id <= keyframes - 80; ++id) EXPECT_EQ(before.at(id), after.at(id)) << id;
+    EXPECT_NE(before.at(keyframes), after.at(keyframes));
+  }
+}
+
 TEST(Seams, BrightGroundBesideDarkGroundStaysBright) {
   const std::vector<double> means = balanced_means(strip_of_pieces(0, 1.3));
   // The ground changes in the middle of the piece between these two.
