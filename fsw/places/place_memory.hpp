@@ -81,6 +81,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   [[nodiscard]] std::int64_t first_too_recent() const;
   Status measured(std::int64_t keyframe_id, PoseRecord& pose);
   void judge(LinkRecord& link, const PoseRecord& place);
+  Status load_mask();
   Status mark_by(const LinkRecord& link);
   Status mark_by_poses();
   Status mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip, double error_px);
@@ -116,6 +117,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   std::array<LinkPoints, static_cast<std::size_t>(limits::max_links_per_keyframe)> link_points_{};  ///< of each link
   Status drift_;
   bool mask_changed_ = false;
+  bool mask_loaded_ = false;  ///< within a step
   SeenCells seen_, other_seen_;
   CellDepths depths_{};
   KnownGround known_{};

@@ -23,9 +23,17 @@ struct BitProbability {
     return mean < 1 ? 1 : mean > most ? most : mean;
   }
   void learn(std::uint32_t bit) {
-    const std::int32_t target = bit != 0 ? 0 : 1 << bits;
-    quick += (target - quick) / (1 << fast);
-    steady += (target - steady) / (1 << slow);
+    quick += step(quick, bit, fast);
+    steady += step(steady, bit, slow);
+  }
+  /// Another bit of this value teaches nothing.
+  [[nodiscard]] bool settled_on(std::uint32_t bit) const {
+    return step(quick, bit, fast) == 0 && step(steady, bit, slow) == 0;
+  }
+
+ private:
+  static std::int32_t step(std::int32_t estimate, std::uint32_t bit, unsigned speed) {
+    return bit != 0 ? -(estimate >> speed) : ((1 << bits) - estimate) >> speed;
   }
 };
 
@@ -51,6 +59,23 @@ class BitEncoder {
       range_ <<= 8U;
       shift_low();
     }
+  }
+
+  /// As `count` calls of encode(), where the probability is settled on the bit.
+  void encode_settled(std::uint32_t context, std::uint32_t bit, std::size_t count) {
+    const std::uint32_t zero = probabilities_[context].zero();
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t bound = (range_ >> bit_coder_probability_bits) * zero;
+      low_ += bit != 0 ? bound : 0U;
+      range_ = bit != 0 ? range_ - bound : bound;
+      while (range_ < bit_coder_renewal) {
+        range_ <<= 8U;
+        shift_low();
+      }
+    }
+  }
+  [[nodiscard]] bool settled(std::uint32_t context, std::uint32_t bit) const {
+    return probabilities_[context].settled_on(bit);
   }
 
   /// Bytes in all. If they exceed the capacity, the output is void.
@@ -116,6 +141,26 @@ class BitDecoder {
       code_ = (code_ << 8U) | next();
     }
     return bit;
+  }
+
+  /// As decode(), as long as it gives `bit`, up to `count` times, where the probability is settled on the bit. Returns
+  /// how often.
+  std::size_t decode_settled(std::uint32_t context, std::uint32_t bit, std::size_t count) {
+    const std::uint32_t zero = probabilities_[context].zero();
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t bound = (range_ >> bit_coder_probability_bits) * zero;
+      if ((code_ < bound ? 0U : 1U) != bit) return i;
+      code_ -= bit != 0 ? bound : 0U;
+      range_ = bit != 0 ? range_ - bound : bound;
+      while (range_ < bit_coder_renewal) {
+        range_ <<= 8U;
+        code_ = (code_ << 8U) | next();
+      }
+    }
+    return count;
+  }
+  [[nodiscard]] bool settled(std::uint32_t context, std::uint32_t bit) const {
+    return probabilities_[context].settled_on(bit);
   }
 
   [[nodiscard]] std::size_t used() const { return used_; }

@@ -1,6 +1,7 @@
 #include "fsw/vision/terrain/mask_coding.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "fsw/vision/terrain/bit_coder.hpp"
 
@@ -10,6 +11,10 @@ namespace {
 constexpr std::uint8_t form_bits = 0;
 constexpr std::uint8_t form_runs = 1;
 constexpr std::uint8_t form_contexts = 2;
+
+std::uint32_t bit_of(std::uint8_t pixel) {
+  return pixel != 0 ? 1U : 0U;
+}
 
 std::size_t digits_of(std::uint32_t value) {
   std::size_t digits = 1;
@@ -111,37 +116,103 @@ Status read_runs(const std::uint8_t* bytes, std::size_t size, const ImageView<st
   return {};
 }
 
-/// Calls `pixel.code(context, x, y)` for every pixel in raster order. The context consists of ten pixels that are
-/// already known: two to the left, five in the row above, three in the row above that (the template of JBIG2, ITU-T
-/// T.88, figure 6). Pixels outside the image count as outside the mask.
+constexpr std::size_t mask_contexts = 1024;
+/// Pixels that are coded together where all that is known about them is alike.
+constexpr std::int32_t together = 8;
+
+std::uint64_t load_pixels(const std::uint8_t* pixels) {
+  static_assert(together == sizeof(std::uint64_t));
+  std::uint64_t word = 0;
+  std::memcpy(&word, pixels, sizeof(word));
+  return word;
+}
+
+/// The ten pixels that are known before a pixel: two to the left, five in the row above, three in the row above that
+/// (the template of JBIG2, ITU-T T.88, figure 6). Pixels outside the image count as outside the mask.
+struct Context {
+  std::uint32_t upper = 0;  ///< x - 1 .. x + 1, two rows above
+  std::uint32_t above = 0;  ///< x - 2 .. x + 2
+  std::uint32_t left = 0;   ///< x - 2, x - 1
+
+  /// Goes on by a pixel; `upper_bit` and `above_bit` are those that come in from the right.
+  void advance(std::uint32_t upper_bit, std::uint32_t above_bit) {
+    upper = ((upper << 1U) | upper_bit) & 7U;
+    above = ((above << 1U) | above_bit) & 31U;
+  }
+  void take(std::uint32_t bit) { left = ((left << 1U) | bit) & 3U; }
+  [[nodiscard]] std::uint32_t number() const { return (upper << 7U) | (above << 2U) | left; }
+};
+
+/// One row whose context may leave the image.
 template <typename Pixels>
-void for_each_context(std::int32_t width, std::int32_t height, const Pixels& pixel) {
-  const auto known = [&](std::int32_t x, std::int32_t y) {
-    return x >= 0 && x < width && y >= 0 ? pixel.known(x, y) : 0U;
+void code_row_at_border(std::int32_t width, std::int32_t y, const Pixels& pixel) {
+  const auto known = [&](std::int32_t x, std::int32_t row) {
+    return x < width && row >= 0 ? bit_of(pixel.row(row)[x]) : 0U;
   };
-  for (std::int32_t y = 0; y < height; ++y) {
-    std::uint32_t upper = known(0, y - 2);                            // x - 1 .. x + 1, two rows above
-    std::uint32_t above = (known(0, y - 1) << 1U) | known(1, y - 1);  // x - 2 .. x + 2
-    std::uint32_t left = 0;                                           // x - 2, x - 1
-    for (std::int32_t x = 0; x < width; ++x) {
-      upper = ((upper << 1U) | known(x + 1, y - 2)) & 7U;
-      above = ((above << 1U) | known(x + 2, y - 1)) & 31U;
-      left = ((left << 1U) | pixel.code((upper << 7U) | (above << 2U) | left, x, y)) & 3U;
-    }
+  Context context{known(0, y - 2), (known(0, y - 1) << 1U) | known(1, y - 1), 0};
+  for (std::int32_t x = 0; x < width; ++x) {
+    context.advance(known(x + 1, y - 2), known(x + 2, y - 1));
+    context.take(pixel.code(context.number(), x, y));
   }
 }
 
-constexpr std::size_t mask_contexts = 1024;
+/// Codes the next pixels of a row if everything known about all of them is `bit`. Returns how many.
+template <typename Pixels>
+std::int32_t code_together(const std::uint8_t* upper, const std::uint8_t* above, std::uint32_t bit, std::int32_t x,
+                           std::int32_t y, const Pixels& pixel) {
+  const std::uint64_t alike = bit != 0 ? ~std::uint64_t{0} : 0;
+  const bool all = load_pixels(upper + x - 1) == alike && load_pixels(upper + x + 1) == alike &&
+                   load_pixels(above + x - 2) == alike && load_pixels(above + x + 2) == alike;
+  return all ? pixel.code_alike(bit, x, y) : 0;
+}
+
+template <typename Pixels>
+void code_row(std::int32_t width, std::int32_t y, const Pixels& pixel) {
+  constexpr std::uint32_t all_inside = mask_contexts - 1;
+  const std::uint8_t* const upper = pixel.row(y - 2);
+  const std::uint8_t* const above = pixel.row(y - 1);
+  Context context{bit_of(upper[0]), (bit_of(above[0]) << 1U) | (width > 1 ? bit_of(above[1]) : 0U), 0};
+  std::int32_t x = 0;
+  const std::int32_t last_together = width - together - 2;
+  while (x < width) {
+    const std::uint32_t before = context.number();
+    if ((before == 0 || before == all_inside) && x >= 2 && x <= last_together) {
+      const std::int32_t coded = code_together(upper, above, before & 1U, x, y, pixel);
+      x += coded;
+      if (coded == together) continue;
+    }
+    context.advance(x + 1 < width ? bit_of(upper[x + 1]) : 0U, x + 2 < width ? bit_of(above[x + 2]) : 0U);
+    context.take(pixel.code(context.number(), x, y));
+    ++x;
+  }
+}
+
+/// Codes every pixel in raster order.
+template <typename Pixels>
+void code_pixels(std::int32_t width, std::int32_t height, const Pixels& pixel) {
+  for (std::int32_t y = 0; y < std::min(height, 2); ++y) code_row_at_border(width, y, pixel);
+  for (std::int32_t y = 2; y < height; ++y) code_row(width, y, pixel);
+}
+
+std::uint32_t context_of_alike(std::uint32_t bit) {
+  return bit != 0 ? mask_contexts - 1 : 0;
+}
 
 struct EncodedPixels {
   MaskView mask;
   BitEncoder<mask_contexts>& coder;
 
-  [[nodiscard]] std::uint32_t known(std::int32_t x, std::int32_t y) const { return mask.at(x, y) != 0 ? 1U : 0U; }
+  [[nodiscard]] const std::uint8_t* row(std::int32_t y) const { return mask.row(y); }
   [[nodiscard]] std::uint32_t code(std::uint32_t context, std::int32_t x, std::int32_t y) const {
-    const std::uint32_t bit = known(x, y);
+    const std::uint32_t bit = bit_of(mask.at(x, y));
     coder.encode(context, bit);
     return bit;
+  }
+  [[nodiscard]] std::int32_t code_alike(std::uint32_t bit, std::int32_t x, std::int32_t y) const {
+    const std::uint32_t context = context_of_alike(bit);
+    if (load_pixels(mask.row(y) + x) != (bit != 0 ? ~std::uint64_t{0} : 0) || !coder.settled(context, bit)) return 0;
+    coder.encode_settled(context, bit, static_cast<std::size_t>(together));
+    return together;
   }
 };
 
@@ -149,24 +220,31 @@ struct DecodedPixels {
   const ImageView<std::uint8_t>& mask;
   BitDecoder<mask_contexts>& coder;
 
-  [[nodiscard]] std::uint32_t known(std::int32_t x, std::int32_t y) const { return mask.at(x, y) & 1U; }
+  [[nodiscard]] const std::uint8_t* row(std::int32_t y) const { return mask.row(y); }
   [[nodiscard]] std::uint32_t code(std::uint32_t context, std::int32_t x, std::int32_t y) const {
     const std::uint32_t bit = coder.decode(context);
     mask.at(x, y) = bit != 0 ? 255 : 0;
     return bit;
+  }
+  [[nodiscard]] std::int32_t code_alike(std::uint32_t bit, std::int32_t x, std::int32_t y) const {
+    const std::uint32_t context = context_of_alike(bit);
+    if (!coder.settled(context, bit)) return 0;
+    const std::size_t coded = coder.decode_settled(context, bit, static_cast<std::size_t>(together));
+    std::fill_n(mask.row(y) + x, coded, static_cast<std::uint8_t>(bit != 0 ? 255 : 0));
+    return static_cast<std::int32_t>(coded);
   }
 };
 
 /// Bytes written after the first, or more than `capacity`.
 std::size_t write_contexts(MaskView mask, std::uint8_t* out, std::size_t capacity) {
   BitEncoder<mask_contexts> coder(out, capacity);
-  for_each_context(mask.width, mask.height, EncodedPixels{mask, coder});
+  code_pixels(mask.width, mask.height, EncodedPixels{mask, coder});
   return coder.finish();
 }
 
 Status read_contexts(const std::uint8_t* bytes, std::size_t size, const ImageView<std::uint8_t>& mask) {
   BitDecoder<mask_contexts> coder(bytes + 1, size - 1);
-  for_each_context(mask.width, mask.height, DecodedPixels{mask, coder});
+  code_pixels(mask.width, mask.height, DecodedPixels{mask, coder});
   const std::size_t used = 1 + coder.used();
   if (used > size) return {StatusCode::truncated, static_cast<std::int64_t>(size), static_cast<std::int64_t>(used)};
   if (used < size) return {StatusCode::parse_error, static_cast<std::int64_t>(used)};
