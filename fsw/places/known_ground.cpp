@@ -286,14 +286,11 @@ void mark_known_over_plane(MaskView mask, const Mat3& other_from_keyframe, const
 
 std::uint32_t take_known(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
                          const ImageView<std::uint8_t>& mask) {
-  const bool any_bit = std::any_of(known.begin(), known.end(), [](std::uint64_t bits) { return bits != 0; });
-  if (!any_bit) {
-    std::replace_if(
-        mask.data, mask.data + mask.area(), [](std::uint8_t pixel) { return pixel != 0; }, 255);
+  if (!classify(known, mask)) {
+    for (std::size_t i = 0; i < mask.area(); ++i) mask.data[i] = mask.data[i] == outside ? 0 : 255;
     return 0;
   }
-  const bool any_known = classify(known, mask);
-  if (any_known) know_slivers(mask, sliver_px);
+  know_slivers(mask, sliver_px);
   each_row(mask, [&](std::int32_t length, auto at) { mark_border(length, border_px, at); });
   each_column(mask, [&](std::int32_t length, auto at) { mark_border(length, border_px, at); });
   std::uint32_t taken = 0;
@@ -304,7 +301,7 @@ std::uint32_t take_known(const KnownGround& known, std::int32_t sliver_px, std::
     pixel = pixel == is_known || pixel == outside ? 0 : 255;
     left += pixel != 0 ? 1U : 0U;
   }
-  if (!any_known || left >= smallest_rest) return taken;
+  if (left >= smallest_rest) return taken;
   std::fill_n(mask.data, mask.area(), std::uint8_t{0});
   return taken + left;
 }

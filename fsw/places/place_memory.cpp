@@ -413,16 +413,26 @@ Status PlaceMemory::load_seen(std::int64_t keyframe_id, SeenCells& cells) {
   return is_transient(read) ? read : Status{};
 }
 
+/// The image makes room for the mask. Where no earlier keyframe shows this ground, nobody needs it.
+Status PlaceMemory::load_mask() {
+  if (mask_loaded_) return {};
+  ILP_TRY(image_.resize(depth_.width, depth_.height));
+  ILP_TRY(read_blob<DepthRecord>(store_, "mask", depth_.id, 0, {mask_bytes_.data(), depth_.mask.bytes}));
+  ILP_TRY(decode_mask(mask_bytes_.data(), depth_.mask.bytes, image_.view()));
+  mask_loaded_ = true;
+  return {};
+}
+
 /// By one link all keyframes of the earlier strip that stand near say which ground they have seen.
 Status PlaceMemory::mark_by(const LinkRecord& link) {
-  const MaskView mask = image_.view();
   if (depth_.verdict != DepthVerdict::ok) {
+    ILP_TRY(load_mask());
     ILP_TRY(load_seen(link.place_id, other_seen_));
     Mat3 keyframe_from_place;
     for (int i = 0; i < 9; ++i) keyframe_from_place(i / 3, i % 3) = link.keyframe_from_place_px[i];
     const Mat3 place_from_keyframe = keyframe_from_place.inverse();
     if (place_from_keyframe.allFinite()) {
-      mark_known_over_plane(mask, place_from_keyframe, other_seen_, known_);
+      mark_known_over_plane(image_.view(), place_from_keyframe, other_seen_, known_);
     }
     return {};
   }
@@ -445,6 +455,7 @@ Status PlaceMemory::mark_seen_by(const NearPlace& near, const Similarity& cam_fr
   PoseRecord pose;
   ILP_TRY(measured(id, pose));
   if (pose.state != PoseState::final) return {};
+  ILP_TRY(load_mask());
   ILP_TRY(load_seen(id, other_seen_));
   const Similarity other_from_camera = compose(similarity_from(cam_from_world(pose_of(pose))), inverse(cam_from_strip));
   mark_known({image_.view(), seen_, depths_, camera_}, {other_seen_, other_from_camera, error_px}, mission_.claim_ratio,
@@ -509,11 +520,10 @@ Status PlaceMemory::mark_by_poses() {
 Status PlaceMemory::narrow_mask() {
   phase_ = Phase::record;
   if (depth_.mask.bytes == 0 || depth_.mask.bytes > mask_bytes_.size()) return {};
-  ILP_TRY(image_.resize(depth_.width, depth_.height));
-  ILP_TRY(read_blob<DepthRecord>(store_, "mask", depth_.id, 0, {mask_bytes_.data(), depth_.mask.bytes}));
-  ILP_TRY(decode_mask(mask_bytes_.data(), depth_.mask.bytes, image_.view()));
+  mask_loaded_ = false;
   for (const LinkRecord& link : links_) ILP_TRY(mark_by(link));
   if (depth_.verdict == DepthVerdict::ok) ILP_TRY(mark_by_poses());
+  if (!mask_loaded_) return {};
   known_before_ = take_known(known_, sliver_px, border_px, image_.view());
   mask_changed_ = known_before_ != 0;
   if (!mask_changed_) return {};

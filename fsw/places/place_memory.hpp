@@ -84,6 +84,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   [[nodiscard]] std::int64_t first_too_recent() const;
   Status measured(std::int64_t keyframe_id, PoseRecord& pose);
   void judge(LinkRecord& link, const PoseRecord& place);
+  Status load_mask();
   Status mark_by(const LinkRecord& link);
   Status mark_by_poses();
   Status mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip, double error_px);
@@ -121,6 +122,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   Status drift_;
   std::uint32_t known_before_ = 0;  ///< pixels that leave the mask
   bool mask_changed_ = false;
+  bool mask_loaded_ = false;  ///< within a step
   SeenCells seen_, other_seen_;
   CellDepths depths_{};
   KnownGround known_{};

@@ -208,6 +208,10 @@ void register_flight() {
                 {"telecommander", "capture_clock", "acquisition", "overlap_checker", "richness_scorer",
                  "storage_manager", "downlink", "file_delivery", "telecommand_guard", "telemetry", "scrubber",
                  "navigator", "place_memory", "executive"});
+  for (const char* const part : {"acquisition", "overlap_checker", "place_memory", "richness_scorer", "storage_manager",
+                                 "downlink", "executive"}) {
+    register_part(std::string("of_these_") + part, {part});
+  }
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 
 namespace ilp {
@@ -32,12 +33,25 @@ void sobel_row(GrayView image, std::int32_t y, HarrisWorkspace& w) {
 
 // Binomial [1 4 6 4 1] of the products along the row: at most 16 * 1020^2, the fifth of it down the column 256 * 1020^2
 // < 2^31.
-void smoothed_products(const std::int16_t* p, const std::int16_t* q, std::int32_t width, std::int32_t* product,
-                       std::int32_t* out) {
+void smoothed_products(const std::int16_t* p, const std::int16_t* q, std::int32_t width,
+                       std::int32_t* __restrict product, std::int32_t* __restrict out) {
   for (std::int32_t x = 1; x < width - 1; ++x) product[x] = p[x] * q[x];
   for (std::int32_t x = reach_px; x < width - reach_px; ++x) {
     out[x] = product[x - 2] + product[x + 2] + 4 * (product[x - 1] + product[x + 1]) + 6 * product[x];
   }
+}
+
+float largest_of(const float* values, std::int32_t count) {
+  constexpr std::int32_t lanes = 16;
+  float largest[lanes];
+  std::fill_n(largest, lanes, values[0]);
+  std::int32_t i = 0;
+  for (; i + lanes <= count; i += lanes) {
+    for (std::int32_t k = 0; k < lanes; ++k) largest[k] = values[i + k] > largest[k] ? values[i + k] : largest[k];
+  }
+  float result = *std::max_element(largest, largest + lanes);
+  for (; i < count; ++i) result = std::max(result, values[i]);
+  return result;
 }
 
 // Returns the strongest response of the row.
@@ -58,11 +72,11 @@ float response_row(std::int32_t width, std::int32_t y, float kappa, const Harris
     const float trace = xx + yy;
     out[x] = xx * yy - xy * xy - kappa * trace * trace;
   }
-  return *std::max_element(out + reach_px, out + width - reach_px);
+  return largest_of(out + reach_px, width - 2 * reach_px);
 }
 
 // Response of the next rows, without a margin of reach_px around the image.
-void compute_response(GrayView image, float kappa, std::int32_t end, HarrisWorkspace& w) {
+void respond(GrayView image, float kappa, std::int32_t end, HarrisWorkspace& w) {
   for (std::int32_t y = w.next_row; y < end; ++y) {
     sobel_row(image, y, w);
     const std::size_t slot = static_cast<std::size_t>(y) % HarrisWorkspace::window;
@@ -77,6 +91,10 @@ void compute_response(GrayView image, float kappa, std::int32_t end, HarrisWorks
     w.strongest = std::max(w.strongest, response_row(image.width, centre, kappa, w, out));
   }
   w.next_row = end;
+}
+
+void compute_response(GrayView image, float kappa, std::int32_t end, HarrisWorkspace& w) {
+  with_widest_vectors([&] { respond(image, kappa, end, w); });
 }
 
 struct Region {
@@ -96,27 +114,52 @@ bool is_maximum(const ImageView<const float>& response, std::int32_t x, std::int
   return true;
 }
 
+using ColumnMaxima = std::array<float, static_cast<std::size_t>(limits::max_image_side)>;
+
+// The strongest response of every column of `rows`, as far as it is above the threshold, which stands for the others.
+void find_column_maxima(const ImageView<const float>& response, std::int32_t y0, std::int32_t y1, float threshold,
+                        ColumnMaxima& maxima) {
+  std::fill_n(maxima.begin(), response.width, threshold);
+  with_widest_vectors([&] {
+    float* const __restrict out = maxima.data();
+    for (std::int32_t y = y0; y < y1; ++y) {
+      const float* const __restrict row = response.row(y);
+      for (std::int32_t x = 0; x < response.width; ++x) out[x] = row[x] > out[x] ? row[x] : out[x];
+    }
+  });
+}
+
+// The first place in reading order of a value of the rows from `y0` on, which columns from `x0` to `x1` have.
+void find_place(const ImageView<const float>& response, const ColumnMaxima& maxima, float value, std::int32_t x0,
+                std::int32_t x1, std::int32_t y0, std::int32_t& best_x, std::int32_t& best_y) {
+  best_y = response.height;
+  for (std::int32_t x = x0; x < x1; ++x) {
+    if (maxima[static_cast<std::size_t>(x)] != value) continue;
+    std::int32_t y = y0;
+    while (response.at(x, y) != value) ++y;
+    if (y >= best_y) continue;
+    best_x = x;
+    best_y = y;
+  }
+}
+
 // Block-wise non-maximum suppression (A. Neubeck, L. Van Gool, "Efficient non-maximum suppression", ICPR 2006): the
 // strongest of every block of (radius + 1)^2 is the only one there that can be a maximum over (2 radius + 1)^2.
 std::size_t find_maxima(const ImageView<const float>& response, const Region& inner, const Region& valid,
                         std::int32_t radius, float threshold, HarrisWorkspace& w) {
   std::size_t count = 0;
-  for (std::int32_t by = inner.y0; by < inner.y1; by += radius + 1) {
-    for (std::int32_t bx = inner.x0; bx < inner.x1; bx += radius + 1) {
+  ColumnMaxima maxima;
+  for (std::int32_t y0 = inner.y0; y0 < inner.y1; y0 += radius + 1) {
+    find_column_maxima(response, y0, std::min(y0 + radius + 1, inner.y1), threshold, maxima);
+    for (std::int32_t x0 = inner.x0; x0 < inner.x1; x0 += radius + 1) {
+      const std::int32_t x1 = std::min(x0 + radius + 1, inner.x1);
       float best = threshold;
-      std::int32_t best_x = -1, best_y = -1;
-      for (std::int32_t y = by; y < std::min(by + radius + 1, inner.y1); ++y) {
-        const float* const row = response.row(y);
-        for (std::int32_t x = bx; x < std::min(bx + radius + 1, inner.x1); ++x) {
-          if (row[x] > best) {
-            best = row[x];
-            best_x = x;
-            best_y = y;
-          }
-        }
-      }
-      if (best_x < 0 || !is_maximum(response, best_x, best_y, radius, valid)) continue;
-      w.found[count++] = {best, static_cast<std::int16_t>(best_x), static_cast<std::int16_t>(best_y), 0};
+      for (std::int32_t x = x0; x < x1; ++x) best = std::max(best, maxima[static_cast<std::size_t>(x)]);
+      if (!(best > threshold)) continue;
+      std::int32_t x = 0, y = 0;
+      find_place(response, maxima, best, x0, x1, y0, x, y);
+      if (!is_maximum(response, x, y, radius, valid)) continue;
+      w.found[count++] = {best, static_cast<std::int16_t>(x), static_cast<std::int16_t>(y), 0};
     }
   }
   return count;

@@ -2,18 +2,29 @@
 
 #include <algorithm>
 
+#include "fsw/base/vector_width.hpp"
+
 namespace ilp {
 
-void halve(GrayView image, MutableGrayView half) {
+namespace {
+
+void halve_rows(GrayView image, MutableGrayView half) {
+  const std::ptrdiff_t width = half.width;
   for (std::int32_t y = 0; y < half.height; ++y) {
     const std::uint8_t* const upper = image.row(2 * y);
     const std::uint8_t* const lower = image.row(2 * y + 1);
-    std::uint8_t* const out = half.row(y);
-    for (std::ptrdiff_t x = 0; x < half.width; ++x) {
+    std::uint8_t* const __restrict out = half.row(y);
+    for (std::ptrdiff_t x = 0; x < width; ++x) {
       const int sum = upper[2 * x] + upper[2 * x + 1] + lower[2 * x] + lower[2 * x + 1];
       out[x] = static_cast<std::uint8_t>((sum + 2) >> 2);
     }
   }
+}
+
+}  // namespace
+
+void halve(GrayView image, MutableGrayView half) {
+  with_widest_vectors([&] { halve_rows(image, half); });
 }
 
 Status Pyramid::build(GrayView image, std::int32_t coarsest_side_px) {

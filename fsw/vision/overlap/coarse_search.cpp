@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/image/sampling.hpp"
 
 namespace ilp {
@@ -362,14 +363,7 @@ void collect_peaks(const Template& t, const CoarseCandidate& like, double offset
   }
 }
 
-}  // namespace
-
-Status search_coarse(CoarseView a, CoarseView b, const OverlapParams& params, CoarseWorkspace& w,
-                     CoarseCandidates& candidates) {
-  candidates.clear();
-  if (std::max(a.width, a.height) > coarse_max_side) return {StatusCode::invalid_argument, 1, a.width};
-  if (b.width != a.width || b.height != a.height) return {StatusCode::image_size_changed, b.width, b.height};
-
+void search(CoarseView a, CoarseView b, const OverlapParams& params, CoarseWorkspace& w, CoarseCandidates& candidates) {
   const Grid grid = plan_grid(0.5 * std::sqrt(static_cast<double>(a.width * a.width + a.height * a.height)), params);
   const Moments of_a = moments(a), of_b = moments(b);
   const double gain_a = byte_stddev / std::max(of_a.stddev, 1.0), gain_b = byte_stddev / std::max(of_b.stddev, 1.0);
@@ -404,6 +398,16 @@ Status search_coarse(CoarseView a, CoarseView b, const OverlapParams& params, Co
     }
   }
   while (phases > 1 && candidates.size() > single_cell_candidates) candidates.pop_back();
+}
+
+}  // namespace
+
+Status search_coarse(CoarseView a, CoarseView b, const OverlapParams& params, CoarseWorkspace& w,
+                     CoarseCandidates& candidates) {
+  candidates.clear();
+  if (std::max(a.width, a.height) > coarse_max_side) return {StatusCode::invalid_argument, 1, a.width};
+  if (b.width != a.width || b.height != a.height) return {StatusCode::image_size_changed, b.width, b.height};
+  with_widest_vectors([&] { search(a, b, params, w, candidates); });
   return {};
 }
 

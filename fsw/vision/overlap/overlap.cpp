@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "fsw/vision/overlap/wide_search.hpp"
 
@@ -175,27 +176,29 @@ ImageQuality assess_image(GrayView image) {
   std::array<std::int64_t, 4> near{}, far{};
   const std::ptrdiff_t s = image.stride;
   const std::array<std::ptrdiff_t, 4> way{1, s + 1, s, s - 1};
-  for (std::int32_t y = 0; y + 2 < image.height; ++y) {
-    const std::uint8_t* const p = image.row(y);
-    std::int32_t row_sum = 0, row_squares = 0;
-    for (std::int32_t x = 0; x < image.width; ++x) {
-      row_sum += p[x];
-      row_squares += p[x] * p[x];
-    }
-    sum += row_sum;
-    squares += row_squares;
-    for (std::size_t d = 0; d < way.size(); ++d) {
-      const std::uint8_t* const one = p + way[d];
-      const std::uint8_t* const two = p + 2 * way[d];
-      std::int32_t row_near = 0, row_far = 0;
-      for (std::int32_t x = 2; x < image.width - 2; ++x) {
-        row_near += (one[x] - p[x]) * (one[x] - p[x]);
-        row_far += (two[x] - p[x]) * (two[x] - p[x]);
+  with_widest_vectors([&] {
+    for (std::int32_t y = 0; y + 2 < image.height; ++y) {
+      const std::uint8_t* const p = image.row(y);
+      std::int32_t row_sum = 0, row_squares = 0;
+      for (std::int32_t x = 0; x < image.width; ++x) {
+        row_sum += p[x];
+        row_squares += p[x] * p[x];
       }
-      near[d] += row_near;
-      far[d] += row_far;
+      sum += row_sum;
+      squares += row_squares;
+      for (std::size_t d = 0; d < way.size(); ++d) {
+        const std::uint8_t* const one = p + way[d];
+        const std::uint8_t* const two = p + 2 * way[d];
+        std::int32_t row_near = 0, row_far = 0;
+        for (std::int32_t x = 2; x < image.width - 2; ++x) {
+          row_near += (one[x] - p[x]) * (one[x] - p[x]);
+          row_far += (two[x] - p[x]) * (two[x] - p[x]);
+        }
+        near[d] += row_near;
+        far[d] += row_far;
+      }
     }
-  }
+  });
   const double rows = image.height - 2;
   const double n = rows * image.width;
   quality.mean = static_cast<double>(sum) / n;

@@ -1,15 +1,17 @@
 #include "fsw/vision/overlap/registration.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/image/sampling.hpp"
 #include "fsw/vision/image/small_solver.hpp"
 
 namespace ilp {
 namespace {
 
-constexpr std::int32_t block_capacity = registration_block_px * registration_block_px;
 // Grey values of b carry three fractional bits: products with gradients summed over a block then fit 32 bits.
 constexpr int value_bits = 3;
 constexpr double value_unit = 1 << value_bits;
@@ -33,6 +35,7 @@ struct Motion {
 
 struct SimilarityModel {
   static constexpr int freedom = 4;
+  static constexpr bool same_everywhere = true;  ///< the derivatives
   using Warp = CentredSimilarity;
 
   static LocalWarp local(const Warp& w, double x, double y) {
@@ -61,6 +64,7 @@ constexpr double projective_unit = 128;
 
 struct ProjectiveModel {
   static constexpr int freedom = 8;
+  static constexpr bool same_everywhere = false;
   using Warp = CentredProjectivity;
 
   static LocalWarp local(const Warp& w, double x, double y) {
@@ -116,27 +120,70 @@ struct BlockProducts {
   std::int32_t b, bb, ab, gxb, gyb;
 };
 
-void sample_block(GrayView b, const LocalWarp& warp, std::int32_t side, std::int16_t* out) {
-  const double half = 0.5 * (side - 1);
-  FixedCoordinate row_x = to_fixed(warp.x - half * (warp.xx + warp.xy) + 0.5 * (b.width - 1));
-  FixedCoordinate row_y = to_fixed(warp.y - half * (warp.yx + warp.yy) + 0.5 * (b.height - 1));
-  const FixedCoordinate xx = to_fixed(warp.xx), xy = to_fixed(warp.xy), yx = to_fixed(warp.yx), yy = to_fixed(warp.yy);
-  for (std::int32_t r = 0; r < side; ++r) {
-    FixedCoordinate px = row_x, py = row_y;
-    for (std::int32_t c = 0; c < side; ++c) {
-      *out++ = static_cast<std::int16_t>(sample_bilinear<value_bits>(b, px, py));
-      px += xx;
-      py += yx;
+/// Two neighbours of a row, the left one in the lower byte.
+std::uint32_t load_pair(const std::uint8_t* at) {
+  std::uint16_t pair;
+  std::memcpy(&pair, at, sizeof(pair));
+  return std::endian::native == std::endian::little ? pair : (pair >> 8U) | ((pair & 255U) << 8U);
+}
+
+/// From the first pixel of a block to the others, in b.
+template <std::int32_t Side>
+struct BlockSteps {
+  FixedCoordinate x[Side * Side], y[Side * Side];
+
+  explicit BlockSteps(const LocalWarp& warp) {
+    const FixedCoordinate xx = to_fixed(warp.xx), xy = to_fixed(warp.xy);
+    const FixedCoordinate yx = to_fixed(warp.yx), yy = to_fixed(warp.yy);
+    for (std::int32_t r = 0; r < Side; ++r) {
+      for (std::int32_t c = 0; c < Side; ++c) {
+        x[r * Side + c] = r * xy + c * xx;
+        y[r * Side + c] = r * yy + c * yx;
+      }
     }
-    row_x += xy;
-    row_y += yy;
+  }
+};
+
+/// As sample_bilinear() at every pixel of a block. Only the loads go pixel by pixel.
+template <std::int32_t Side>
+void sample_block(GrayView b, const LocalWarp& warp, const BlockSteps<Side>& steps, std::int16_t* __restrict out) {
+  constexpr std::int32_t count = Side * Side;
+  constexpr double half = 0.5 * (Side - 1);
+  const FixedCoordinate left = to_fixed(warp.x - half * (warp.xx + warp.xy) + 0.5 * (b.width - 1));
+  const FixedCoordinate top = to_fixed(warp.y - half * (warp.yx + warp.yy) + 0.5 * (b.height - 1));
+  std::uint16_t share_x[count], share_y[count];
+  std::int32_t offset[count];
+  std::uint32_t pairs[count];  ///< of the upper row, and above them of the lower row
+  const auto stride = static_cast<std::int32_t>(b.stride);
+#pragma GCC unroll 1
+  for (std::int32_t i = 0; i < count; ++i) {
+    const FixedCoordinate x = left + steps.x[i], y = top + steps.y[i];
+    share_x[i] = static_cast<std::uint16_t>((x >> 8) & 255);
+    share_y[i] = static_cast<std::uint16_t>((y >> 8) & 255);
+    offset[i] = (y >> 16) * stride + (x >> 16);
+  }
+#pragma GCC unroll 1
+  for (std::int32_t i = 0; i < count; ++i) {
+    const std::uint8_t* const at = b.data + offset[i];
+    pairs[i] = load_pair(at) | load_pair(at + stride) << 16U;
+  }
+#pragma GCC unroll 1
+  for (std::int32_t i = 0; i < count; ++i) {
+    // 256 times a grey value, which fits 16 bits.
+    const auto rest = static_cast<std::uint16_t>(256 - share_x[i]);
+    const auto upper = static_cast<std::uint16_t>(pairs[i]), lower = static_cast<std::uint16_t>(pairs[i] >> 16U);
+    const auto above = static_cast<std::uint16_t>((upper & 255U) * rest + (upper >> 8U) * share_x[i]);
+    const auto below = static_cast<std::uint16_t>((lower & 255U) * rest + (lower >> 8U) * share_x[i]);
+    const std::int32_t value = (above << 8) + share_y[i] * (below - above);
+    out[i] = static_cast<std::int16_t>((value + (1 << (15 - value_bits))) >> (16 - value_bits));
   }
 }
 
-BlockProducts products(const std::int16_t* a, const std::int16_t* gx, const std::int16_t* gy, const std::int16_t* b,
-                       std::int32_t count) {
+template <std::int32_t Count>
+BlockProducts products(const std::int16_t* a, const std::int16_t* gx, const std::int16_t* gy, const std::int16_t* b) {
   BlockProducts p{};
-  for (std::int32_t i = 0; i < count; ++i) {
+#pragma GCC unroll 1
+  for (std::int32_t i = 0; i < Count; ++i) {
     p.b += b[i];
     p.bb += b[i] * b[i];
     p.ab += a[i] * b[i];
@@ -160,14 +207,15 @@ void accumulate(const RegistrationTemplate::Block& t, const BlockProducts& p, do
   const double gxx = 0.25 * t.gxx, gxy = 0.25 * t.gxy, gyy = 0.25 * t.gyy;
   const double gx = 0.5 * t.gx, gy = 0.5 * t.gy, gxa = 0.5 * t.gxa, gya = 0.5 * t.gya;
   const double gxb = 0.5 / value_unit * p.gxb, gyb = 0.5 / value_unit * p.gyb;
+  // Whole rows, because a vector unit adds them at once; the upper triangle is not used.
   for (int i = 0; i < N; ++i) {
     const double row_x = gxx * m.along_x[i] + gxy * m.along_y[i];
     const double row_y = gxy * m.along_x[i] + gyy * m.along_y[i];
-    for (int k = 0; k <= i; ++k) n.a[i][k] += row_x * m.along_x[k] + row_y * m.along_y[k];
-    n.a[N][i] += gxa * m.along_x[i] + gya * m.along_y[i];
-    n.a[N + 1][i] += gx * m.along_x[i] + gy * m.along_y[i];
-    n.rhs[i] += gxb * m.along_x[i] + gyb * m.along_y[i];
+    for (int k = 0; k < N; ++k) n.a[i][k] += row_x * m.along_x[k] + row_y * m.along_y[k];
   }
+  for (int i = 0; i < N; ++i) n.a[N][i] += gxa * m.along_x[i] + gya * m.along_y[i];
+  for (int i = 0; i < N; ++i) n.a[N + 1][i] += gx * m.along_x[i] + gy * m.along_y[i];
+  for (int i = 0; i < N; ++i) n.rhs[i] += gxb * m.along_x[i] + gyb * m.along_y[i];
   const double a = t.a, aa = t.aa, b = p.b / value_unit, bb = p.bb / (value_unit * value_unit), ab = p.ab / value_unit;
   n.count += count;
   n.blocks += 1;
@@ -187,30 +235,43 @@ void accumulate(const RegistrationTemplate::Block& t, const BlockProducts& p, do
   part.ab += detail_ab;
 }
 
-std::size_t region_of(const RegistrationTemplate& a, std::int32_t block) {
-  constexpr std::int32_t side = RegistrationFit::region_columns;
-  const std::int32_t row = block / a.block_columns, column = block % a.block_columns;
-  const std::int32_t region = row * side / a.block_rows * side + column * side / a.block_columns;
-  return static_cast<std::size_t>(region);
+template <typename Model, std::int32_t Side>
+void sum_blocks(const RegistrationTemplate& a, GrayView b, const typename Model::Warp& warp,
+                NormalEquations<Model::freedom>& n) {
+  constexpr std::int32_t count = Side * Side;
+  constexpr double half = 0.5 * (Side - 1);
+  std::int16_t sampled[count];
+  BlockSteps<Side> steps(Model::local(warp, 0, 0));
+  constexpr std::int32_t regions = RegistrationFit::region_columns;
+  for (std::int32_t row = 0, i = 0; row < a.block_rows; ++row) {
+    const std::int32_t first_region = row * regions / a.block_rows * regions;
+    for (std::int32_t column = 0, region = 0; column < a.block_columns; ++column, ++i) {
+      if ((region + 1) * a.block_columns <= column * regions) ++region;
+      const auto& block = a.blocks[static_cast<std::size_t>(i)];
+      const LocalWarp local = Model::local(warp, block.x, block.y);
+      if (!block_inside(b, local, half)) continue;
+      if constexpr (!Model::same_everywhere) steps = BlockSteps<Side>(local);
+      sample_block<Side>(b, local, steps, sampled);
+      const std::size_t start = static_cast<std::size_t>(i) * static_cast<std::size_t>(count);
+      accumulate<Model::freedom>(
+          block, products<count>(&a.value[start], &a.gradient_x[start], &a.gradient_y[start], sampled), count,
+          Model::motion(block.x, block.y), static_cast<std::size_t>(first_region + region), n);
+    }
+  }
 }
 
 template <typename Model>
 void build_equations(const RegistrationTemplate& a, GrayView b, const typename Model::Warp& warp,
                      NormalEquations<Model::freedom>& n) {
   constexpr int N = Model::freedom;
-  std::int16_t sampled[block_capacity];
   n = {};
-  const std::int32_t count = a.block_px * a.block_px;
-  const double half = 0.5 * (a.block_px - 1);
-  for (std::int32_t i = 0; i < a.block_columns * a.block_rows; ++i) {
-    const auto& block = a.blocks[static_cast<std::size_t>(i)];
-    const LocalWarp local = Model::local(warp, block.x, block.y);
-    if (!block_inside(b, local, half)) continue;
-    sample_block(b, local, a.block_px, sampled);
-    const std::size_t start = static_cast<std::size_t>(i) * static_cast<std::size_t>(count);
-    accumulate<N>(block, products(&a.value[start], &a.gradient_x[start], &a.gradient_y[start], sampled, count), count,
-                  Model::motion(block.x, block.y), region_of(a, i), n);
-  }
+  with_widest_vectors([&] {
+    if (a.block_px == registration_block_px) {
+      sum_blocks<Model, registration_block_px>(a, b, warp, n);
+    } else {
+      sum_blocks<Model, registration_block_px / 2>(a, b, warp, n);
+    }
+  });
   n.a[N][N] = n.sum_aa;
   n.a[N + 1][N] = n.sum_a;
   n.a[N + 1][N + 1] = n.count;

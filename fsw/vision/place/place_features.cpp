@@ -5,6 +5,7 @@
 
 #include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/image/sampling.hpp"
 #include "fsw/vision/place/descriptor_distance.hpp"
@@ -68,17 +69,27 @@ struct Disc {
 };
 constexpr Disc disc;
 
-// Bilinear, with the outer borders of both images on each other.
+/// Where the middle of pixel x of `to_side` lies among `from_side`, the outer borders of both on each other.
+FixedCoordinate position(std::int32_t x, std::int32_t from_side, std::int32_t to_side) {
+  const double centre = (x + 0.5) * from_side / to_side - 0.5;
+  return std::clamp(to_fixed(centre), 0, ((from_side - 1) << 16) - 1);
+}
+
+// Bilinear.
 void resample(GrayView from, MutableGrayView to) {
-  const auto position = [](std::int32_t x, std::int32_t from_side, std::int32_t to_side) {
-    const double centre = (x + 0.5) * from_side / to_side - 0.5;
-    return std::clamp(to_fixed(centre), 0, ((from_side - 1) << 16) - 1);
-  };
+  std::array<FixedCoordinate, limits::max_image_side> across;
+  for (std::int32_t x = 0; x < to.width; ++x) {
+    across[static_cast<std::size_t>(x)] = position(x, from.width, to.width);
+  }
   for (std::int32_t y = 0; y < to.height; ++y) {
     const FixedCoordinate v = position(y, from.height, to.height);
+    const std::uint8_t* const upper = from.row(v >> 16);
+    const std::uint8_t* const lower = upper + from.stride;
+    const std::int32_t down = (v >> 8) & 255;
     std::uint8_t* const row = to.row(y);
     for (std::int32_t x = 0; x < to.width; ++x) {
-      row[x] = static_cast<std::uint8_t>(sample_bilinear<0>(from, position(x, from.width, to.width), v));
+      const FixedCoordinate u = across[static_cast<std::size_t>(x)];
+      row[x] = static_cast<std::uint8_t>(sample_between<0>(upper + (u >> 16), lower + (u >> 16), (u >> 8) & 255, down));
     }
   }
 }
@@ -86,19 +97,22 @@ void resample(GrayView from, MutableGrayView to) {
 // Sums over (2 box_reach_px + 1)^2 pixels, for all pixels but a border of that reach.
 void smooth(GrayView image, PlaceFeatureWorkspace& w) {
   constexpr std::int32_t r = box_reach_px;
-  for (std::int32_t y = r; y < image.height - r; ++y) {
-    std::fill_n(w.columns.begin(), image.width, std::uint16_t{0});
-    for (std::int32_t k = -r; k <= r; ++k) {
-      const std::uint8_t* const row = image.row(y + k);
-      for (std::int32_t x = 0; x < image.width; ++x) w.columns[x] = static_cast<std::uint16_t>(w.columns[x] + row[x]);
+  static_assert(r == 2);
+  with_widest_vectors([&] {
+    std::uint16_t* const __restrict columns = w.columns.data();
+    for (std::int32_t y = r; y < image.height - r; ++y) {
+      const std::uint8_t *a = image.row(y - 2), *b = image.row(y - 1), *c = image.row(y), *d = image.row(y + 1),
+                         *e = image.row(y + 2);
+      for (std::int32_t x = 0; x < image.width; ++x) {
+        columns[x] = static_cast<std::uint16_t>(a[x] + b[x] + c[x] + d[x] + e[x]);
+      }
+      std::uint16_t* const __restrict out = w.smooth.data() + static_cast<std::ptrdiff_t>(y) * image.width;
+      for (std::int32_t x = r; x < image.width - r; ++x) {
+        out[x] =
+            static_cast<std::uint16_t>(columns[x - 2] + columns[x - 1] + columns[x] + columns[x + 1] + columns[x + 2]);
+      }
     }
-    std::uint16_t* const out = w.smooth.data() + static_cast<std::ptrdiff_t>(y) * image.width;
-    for (std::int32_t x = r; x < image.width - r; ++x) {
-      int sum = 0;
-      for (std::int32_t k = -r; k <= r; ++k) sum += w.columns[x + k];
-      out[x] = static_cast<std::uint16_t>(sum);
-    }
-  }
+  });
 }
 
 // Direction from the corner to the centroid of the grey values around it (P. Rosin, "Measuring corner properties",
