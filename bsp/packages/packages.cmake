@@ -4,6 +4,8 @@ include(GNUInstallDirs)
 set(CMAKE_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(packages ${CMAKE_SOURCE_DIR}/bsp/packages)
 set(package_files ${CMAKE_BINARY_DIR}/packages)
+# Changes with the commit, whose time the files of a package bear.
+set(package_commit ${CMAKE_BINARY_DIR}/bsp/version/commit.inc)
 
 # ilp_package(COMPONENT PROGRAMS...): programs with their manual pages, and the files that every package has.
 function(ilp_package component)
@@ -25,7 +27,7 @@ function(ilp_package component)
   if(ILP_PACKAGE)
     set(log ${package_files}/${name}/changelog.gz)
     add_custom_command(OUTPUT ${log} COMMAND ${packages}/changelog ${log} ${name} ${ILP_PACKAGE_VERSION}
-                       DEPENDS ${packages}/changelog VERBATIM)
+                       DEPENDS ${packages}/changelog ${package_commit} VERBATIM)
     add_custom_target(${name}-files ALL DEPENDS ${pages} ${log})
     install(FILES ${log} DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} COMPONENT ${component})
   endif()
@@ -39,7 +41,7 @@ function(ilp_package_script component name)
   if(ILP_PACKAGE)
     set(page ${package_files}/${name}.1.gz)
     add_custom_command(OUTPUT ${page} COMMAND ${packages}/man-page ${page} ${name} ${packages}/${name}
-                       DEPENDS ${packages}/man-page ${packages}/${name} VERBATIM)
+                       DEPENDS ${packages}/man-page ${packages}/${name} ${package_commit} VERBATIM)
     add_custom_target(${name}-page ALL DEPENDS ${page})
     install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT ${component})
   endif()
