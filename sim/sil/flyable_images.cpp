@@ -220,7 +220,8 @@ bool write_places(const FlyableImages& images, const PlaceOptions& options, cons
   if (!out.flush()) throw std::runtime_error(file.string() + ": cannot be written");
   messages << "navigation: the positions that EXIF states in " << count << " of " << images.frames.size()
            << " images, on the Earth, one sigma " << options.sigma_m << " m where an image states no error\n";
-  if (options.looks_down) messages << "navigation: the camera counts as looking straight down to 6 degrees, one sigma\n";
+  if (options.looks_down)
+    messages << "navigation: the camera counts as looking straight down to 6 degrees, one sigma\n";
   return true;
 }
 

@@ -16,8 +16,8 @@ struct SourceOptions {
   std::string images;
   std::string y4m;
   std::string camera;
-  std::string navigation;   ///< file of the vehicle's measurements
-  double exif_sigma_m = 5;  ///< of positions in EXIF that state no error; 0: they are not used
+  std::string navigation;     ///< file of the vehicle's measurements
+  double exif_sigma_m = 5;    ///< of positions in EXIF that state no error; 0: they are not used
   bool exif_oblique = false;  ///< such images do not look straight down
   std::string out;
   world::Scenario scenario;  ///< what is rendered when neither images nor a video are named

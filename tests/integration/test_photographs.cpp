@@ -163,7 +163,7 @@ TEST_F(Photographs, PutTheMapInItsPlaceAndGiveItsColours) {
   ASSERT_GT(errors.size(), 500U) << "the map does not lie over the ground that it shows";
   std::sort(errors.begin(), errors.end());
   // The camera swings about straight down, which is what it was assumed to be.
-  EXPECT_LT(errors[errors.size() / 2], 2.0);
+  EXPECT_LT(errors[errors.size() / 2], 1.0);
 
   const Map colours(ground / "colour.tif", axes_);
   ASSERT_EQ(colours.dataset->GetRasterCount(), 3);
