@@ -71,7 +71,7 @@ double step_at(const std::map<std::int32_t, std::uint64_t>& steps, std::uint64_t
   return 0;
 }
 
-MapStatistics statistics_of(const PaintedTiles& tiles, const std::vector<TileFinish>& finished, double cell) {
+MapStatistics statistics_of(const PaintedTiles& tiles, double cell) {
   MapStatistics s;
   s.painted = tiles.count;
   for (const TileSummary& tile : tiles.summaries) {
@@ -82,9 +82,6 @@ MapStatistics statistics_of(const PaintedTiles& tiles, const std::vector<TileFin
   s.covered_area = static_cast<double>(s.measured_cells) * cell * cell;
   s.seam_step_median = cell * step_at(tiles.totals.steps, s.seam_cells, 0.5);
   s.seam_step_p95 = cell * step_at(tiles.totals.steps, s.seam_cells, 0.95);
-  for (const TileFinish& tile : finished) {
-    for (std::size_t i = 0; i < tile.keyframes.size(); ++i) s.gains[tile.keyframes[i]] = tile.gains[i];
-  }
   return s;
 }
 
@@ -318,7 +315,7 @@ std::optional<StripMap> merge_strip(const intake::Flight& flight, const intake::
   auto tiles = std::make_shared<const TileReader>(strip, plan, painted.summaries, finished, cache);
   if (tiles->empty()) return std::nullopt;
   StripMap map{mosaic_of(std::move(tiles), plan.cell), digest_of(strip, plan, finished),
-               statistics_of(painted, finished, plan.cell)};
+               statistics_of(painted, plan.cell)};
   return map;
 }
 

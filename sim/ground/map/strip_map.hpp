@@ -21,7 +21,6 @@ struct MapStatistics {
   double covered_area = 0;                         ///< square strip units
   std::uint64_t seam_cells = 0;                    ///< where two keyframes cover a cell
   double seam_step_median = 0, seam_step_p95 = 0;  ///< how much their heights differ there, strip units
-  std::map<std::int64_t, double> gains;            ///< by keyframe: of its brightness in the orthoimage (seams.hpp)
 };
 
 struct StripMap {

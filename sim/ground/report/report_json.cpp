@@ -120,12 +120,6 @@ Json roughness_json(const map::Roughness& roughness) {
           {"border_samples", roughness.border_samples}};
 }
 
-Json gains_json(const std::map<std::int64_t, double>& gains) {
-  Json list = Json::array();
-  for (const auto& [keyframe, gain] : gains) list.push_back({{"keyframe", keyframe}, {"gain", gain}});
-  return list;
-}
-
 Json grid_json(const StripResult& strip) {
   if (!strip.grid) return nullptr;
   const map::GroundGrid& g = *strip.grid;
@@ -145,7 +139,6 @@ Json grid_json(const StripResult& strip) {
             {"step_p95", strip.map.seam_step_p95},
             {"height", roughness_json(strip.seams.height)},
             {"grey", roughness_json(strip.seams.grey)}}},
-          {"brightness", gains_json(strip.map.gains)},
           {"mean_plane", {strip.plane.a, strip.plane.b, strip.plane.c}}};
 }
 

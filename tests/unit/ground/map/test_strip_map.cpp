@@ -6,7 +6,6 @@
 #include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/ground/map/strip_map.hpp"
 #include "sim/ground/map/surface_tile.hpp"
-#include "sim/host/statistics.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::map {
@@ -113,26 +112,6 @@ TEST_F(StripMapTest, MemoryAndThreadsDoNotShowInTheResult) {
   for (std::size_t i = 0; i < a.height.samples.size(); ++i) {
     ASSERT_TRUE(a.height.samples[i] == b.height.samples[i] || std::isnan(a.height.samples[i]));
   }
-}
-
-TEST_F(StripMapTest, TheGainsTakeTheOrthoimageBackToTheBrightnessOfTheGround) {
-  intake::MemoryTileCache cache;
-  const auto map = merge(cache);
-  ASSERT_TRUE(map);
-  const GroundGrid grid = overview(map->mosaic, {});
-  std::vector<double> with, without;
-  for (std::int32_t j = 0; j < grid.height.height; ++j) {
-    for (std::int32_t i = 0; i < grid.height.width; ++i) {
-      if (grid.source.at(i, j) == 0) continue;
-      const double gain = map->statistics.gains.at(strip_.keyframes.at(grid.source.at(i, j) - 1U));
-      const double truth = test::plane_grey(grid.x0 + i * grid.cell, grid.y0 - j * grid.cell);
-      with.push_back(std::fabs(grid.ortho.at(i, j) / gain - truth));
-      without.push_back(std::fabs(grid.ortho.at(i, j) - truth));
-    }
-  }
-  const double back = host::median(with), seen = host::median(without);
-  EXPECT_LT(back, 2) << "grey levels; the image is coded with loss";
-  EXPECT_LT(back, 0.6 * seen) << "the pull to the mean of the map changes brightness, and the gains tell by how much";
 }
 
 TEST_F(StripMapTest, AChangedKeyframePaintsOnlyTheTilesUnderIt) {
