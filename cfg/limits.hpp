@@ -1,5 +1,5 @@
 // Every compile-time capacity of the flight software, in one place. Static memory follows from these numbers:
-// `ilp-onboard --memory-map` prints it. Two profiles, chosen by the CMake option ILP_PROFILE.
+// `ilp-onboard --memory-map` prints it. Three profiles, chosen by the CMake option ILP_PROFILE.
 #pragma once
 
 #include <cstddef>
@@ -24,8 +24,16 @@ inline constexpr std::size_t sqlite_arena_bytes = std::size_t{16} << 20U;
 inline constexpr std::size_t max_static_bytes = std::size_t{256} << 20U;
 inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{20} << 20U;  // 13.8 MiB used at worst
 inline constexpr std::size_t ram_store_bytes = 2 * sqlite_arena_bytes;
+#elif defined(ILP_PROFILE_LARGE)
+inline constexpr const char* profile = "large";
+inline constexpr std::int32_t max_image_width = 2048;
+inline constexpr std::int32_t max_image_height = 2048;
+inline constexpr std::size_t sqlite_arena_bytes = std::size_t{64} << 20U;
+inline constexpr std::size_t max_static_bytes = std::size_t{1} << 30U;
+inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{80} << 20U;
+inline constexpr std::size_t ram_store_bytes = 2 * sqlite_arena_bytes;
 #else
-#error "choose a capacity profile: ILP_PROFILE_FLIGHT or ILP_PROFILE_HOST"
+#error "choose a capacity profile: ILP_PROFILE_FLIGHT, ILP_PROFILE_HOST or ILP_PROFILE_LARGE"
 #endif
 
 inline constexpr std::size_t flight_stack_bytes = std::size_t{512} << 10U;  // 64 KiB used in the default flight
@@ -56,8 +64,8 @@ inline constexpr std::size_t max_camera_row_bytes = 2 * static_cast<std::size_t>
 // The latest frames' images that were read, and the newest one that was written, stay in memory.
 inline constexpr std::size_t cached_images = 4;
 
-// Image pyramid and overlap
-inline constexpr int max_pyramid_levels = 6;
+// Image pyramid and overlap: the coarsest level has at most 32 px a side
+inline constexpr int max_pyramid_levels = max_image_side > 1024 ? 7 : 6;
 
 // Features and matches
 inline constexpr std::size_t max_corners = 2048;

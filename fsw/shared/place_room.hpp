@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "cfg/limits.hpp"
 #include "cfg/mission.hpp"
 
 namespace ilp {
 
 /// With its blobs, whatever the image (fsw/places/place_memory.cpp asserts it).
-inline constexpr std::int64_t most_place_bytes = 140'000;
+inline constexpr std::int64_t most_place_bytes = limits::max_image_side > 1024 ? 190'000 : 140'000;
 
 /// Places stay for the whole flight, while all other data go once the ground has them: the rest of the budget is always
 /// left for these.

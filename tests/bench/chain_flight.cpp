@@ -30,7 +30,10 @@ ILP_REVEAL(DenseMatcher, phase_);
 namespace ilp::bench {
 namespace {
 
-constexpr std::size_t store_bytes = std::size_t{192} << 20U;
+/// Of a flight whose images have this many pixels.
+constexpr std::size_t store_bytes(std::size_t pixels) {
+  return std::max(std::size_t{192} << 20U, 160 * pixels);
+}
 constexpr TimeNs longest_flight_ns = 3600 * ns_per_s;
 
 class RenderedCamera final : public Camera {
@@ -182,15 +185,16 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-ChainTimes fly_chain(int frames, Reference& reference) {
-  const world::Scenario scenario = world::load_scenario(std::string(world::default_scenario),
-                                                        {{"flight", "frames", std::to_string(frames), "bench_chain"}});
+ChainTimes fly_chain(int frames, Reference& reference, std::vector<world::ScenarioEntry> settings) {
+  settings.push_back({"flight", "frames", std::to_string(frames), "bench_chain"});
+  const world::Scenario scenario = world::load_scenario(std::string(world::default_scenario), settings);
   RenderedCamera camera(scenario);
   camera.width = scenario.flight.camera.width;
   camera.height = scenario.flight.camera.height;
   MissionParameters mission;
   VirtualClock clock;
-  std::vector<std::byte> region(store_bytes);
+  std::vector<std::byte> region(
+      store_bytes(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height)));
   RamStore store(region);
   ConfirmingLink link;
   PacketRouter router(nullptr, nullptr, clock, mission);

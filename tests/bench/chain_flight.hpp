@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "sim/world/scenario.hpp"
+
 namespace ilp::bench {
 
 /// Calls a reference for comparison, and says which processor time each call took, in ms.
@@ -33,9 +35,8 @@ struct ChainTimes {
 
 /// Flies frames of the default scenario with a store and a link in memory. Parts are the components by their names in
 /// the schedule, the phases of the dense matcher ("dense_matcher/idle", "/resample", "/match", "/depth", "/errors",
-/// "/mask",
-/// "/record") and
-/// "executive", which is what remains.
-[[nodiscard]] ChainTimes fly_chain(int frames, Reference& reference);
+/// "/mask", "/record") and "executive", which is what remains.
+/// `settings` change the scenario.
+[[nodiscard]] ChainTimes fly_chain(int frames, Reference& reference, std::vector<world::ScenarioEntry> settings = {});
 
 }  // namespace ilp::bench

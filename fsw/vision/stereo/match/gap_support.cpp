@@ -175,8 +175,9 @@ struct Sums {
 }
 
 // A gap's sum is positive in the forest: every sum is this much larger.
-constexpr std::int32_t sum_offset = 1 << 29;
-static_assert(limits::max_rectified_pixels < sum_offset / 200, "sums of percents");
+constexpr std::int32_t sum_offset = 1 << 30;
+static_assert(limits::max_rectified_pixels < sum_offset / 100,
+              "sums of percents stay below it, and with it in 32 bits");
 // In a small gap a few pixels correlate by chance.
 constexpr std::int32_t pixels_by_chance = 5;
 

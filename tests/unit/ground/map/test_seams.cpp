@@ -197,8 +197,8 @@ TEST(Seams, AKeyframeAtTheEndOfALongStripDoesNotChangeTheBrightnessOfItsBeginnin
   };
   for (const std::int64_t keyframes : {200, 500}) {
     const auto before = gains_of(keyframes), after = gains_of(keyframes + 1);
-    for (std::int64_t id = 1; id <= keyframes - 80; ++id) EXPECT_EQ(before.at(id), after.at(id)) << id;
-    EXPECT_NE(before.at(keyframes), after.at(keyframes));
+    for (std::int64_t id = 1; id <= keyframes - 80; ++id) EXPECT_NEAR(before.at(id), after.at(id), 1e-9) << id;
+    EXPECT_GT(std::fabs(before.at(keyframes) - after.at(keyframes)), 1e-3);
   }
 }
 
