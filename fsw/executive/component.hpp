@@ -7,6 +7,7 @@
 
 #include "cfg/schedule.hpp"
 #include "fsw/base/checksum.hpp"
+#include "fsw/base/memory_sum.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/base/time.hpp"
 #include "fsw/records/field.hpp"
@@ -58,14 +59,14 @@ class LastingMemory {
   }
 
   [[nodiscard]] bool changes_by_commits() const { return by_commits_; }
-  [[nodiscard]] std::uint64_t head_checksum() const { return checksum64(head_); }
+  [[nodiscard]] std::uint64_t head_checksum() const { return memory_sum64(head_); }
   [[nodiscard]] std::uint64_t state_checksum() const {
     std::uint64_t sum = 0;
-    for (const std::span<const std::byte> part : parts_) sum = checksum64(part, sum);
+    for (const std::span<const std::byte> part : parts_) sum = memory_sum64(part, sum);
     return sum;
   }
   /// Checksum of cursor, state and work; `state` is their state_checksum().
-  [[nodiscard]] std::uint64_t checksum(std::uint64_t state) const { return checksum64(work_, state); }
+  [[nodiscard]] std::uint64_t checksum(std::uint64_t state) const { return memory_sum64(work_, state); }
 
  private:
   std::array<std::span<const std::byte>, 5> parts_{};

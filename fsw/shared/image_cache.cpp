@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "fsw/base/memory_sum.hpp"
 #include "fsw/records/records.hpp"
 
 namespace ilp {
@@ -23,7 +24,7 @@ void ImageCache::Image::hold(std::int64_t id, std::span<const std::uint8_t> imag
 
 std::uint64_t ImageCache::Image::sum() const {
   const std::int64_t head[] = {frame_id, static_cast<std::int64_t>(bytes)};
-  return checksum64(std::as_bytes(std::span(pixels).first(bytes)), checksum64(memory_of(head)));
+  return memory_sum64(std::as_bytes(std::span(pixels).first(bytes)), checksum64(memory_of(head)));
 }
 
 ImageCache::Image* ImageCache::find(std::int64_t id, std::size_t bytes) {

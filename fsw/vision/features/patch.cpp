@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/image/sampling.hpp"
 
 namespace ilp {
@@ -19,6 +20,60 @@ void sample_shifted(SmoothView image, FixedCoordinate x, FixedCoordinate y, std:
       const std::int32_t bottom = (lower[u] << 8) + fx * (lower[u + 1] - lower[u]);
       out[u] = ((top << 8) + fy * (bottom - top)) >> 8;
     }
+  }
+}
+
+/// A step from pixel to pixel of a patch, and one from row to row.
+struct PatchSteps {
+  FixedCoordinate xx, xy, yx, yy;
+};
+
+/// Two neighbours of a row, the left one in the lower half.
+std::uint32_t load_pair(const std::uint16_t* at) {
+  return at[0] | static_cast<std::uint32_t>(at[1]) << 16U;
+}
+
+/// Pixels that are sampled together: as many as of the largest patch with one more all around.
+constexpr std::int32_t sampled_at_once = (limits::max_patch_side + 2) * (limits::max_patch_side + 2);
+static_assert(max_sampled_side <= sampled_at_once);
+
+// Only the loads go pixel by pixel.
+void sample_rows(SmoothView image, FixedCoordinate x, FixedCoordinate y, const PatchSteps& step, std::int32_t side,
+                 std::int32_t rows, std::int32_t* __restrict out) {
+  std::int32_t offset[sampled_at_once], right[sampled_at_once], down[sampled_at_once];
+  std::uint32_t upper[sampled_at_once], lower[sampled_at_once];
+  const auto stride = static_cast<std::int32_t>(image.stride);
+  for (std::int32_t v = 0, i = 0; v < rows; ++v, i += side) {
+    const FixedCoordinate row_x = x + v * step.xy, row_y = y + v * step.yy;
+    for (std::int32_t u = 0; u < side; ++u) {
+      const FixedCoordinate px = row_x + u * step.xx, py = row_y + u * step.yx;
+      right[i + u] = (px >> 8) & 255;
+      down[i + u] = (py >> 8) & 255;
+      offset[i + u] = (py >> 16) * stride + (px >> 16);
+    }
+  }
+  const std::int32_t count = rows * side;
+#pragma GCC unroll 1
+  for (std::int32_t i = 0; i < count; ++i) {
+    const std::uint16_t* const at = image.data + offset[i];
+    upper[i] = load_pair(at);
+    lower[i] = load_pair(at + stride);
+  }
+  const auto first = [](std::uint32_t pair) { return static_cast<std::int32_t>(pair & 0xFFFFU); };
+  const auto second = [](std::uint32_t pair) { return static_cast<std::int32_t>(pair >> 16U); };
+  for (std::int32_t i = 0; i < count; ++i) {
+    const std::int32_t top = (first(upper[i]) << 8) + right[i] * (second(upper[i]) - first(upper[i]));
+    const std::int32_t bottom = (first(lower[i]) << 8) + right[i] * (second(lower[i]) - first(lower[i]));
+    out[i] = ((top << 8) + down[i] * (bottom - top)) >> 8;
+  }
+}
+
+void sample_warped(SmoothView image, FixedCoordinate x, FixedCoordinate y, const PatchSteps& step, std::int32_t side,
+                   std::int32_t* out) {
+  const std::int32_t rows_at_once = sampled_at_once / side;
+  for (std::int32_t v = 0; v < side; v += rows_at_once) {
+    sample_rows(image, x + v * step.xy, y + v * step.yy, step, side, std::min(rows_at_once, side - v),
+                out + std::ptrdiff_t{v} * side);
   }
 }
 
@@ -41,6 +96,7 @@ void smooth(GrayView image, ImageView<std::uint16_t> out) {
 }
 
 bool sample_patch(SmoothView image, float x, float y, const Linear2& warp, std::int32_t side, std::int32_t* out) {
+  if (side < 1 || side > max_sampled_side) return false;
   const float half = 0.5F * static_cast<float>(side - 1);
   const float reach_x = half * (std::fabs(warp.xx) + std::fabs(warp.xy));
   const float reach_y = half * (std::fabs(warp.yx) + std::fabs(warp.yy));
@@ -50,27 +106,16 @@ bool sample_patch(SmoothView image, float x, float y, const Linear2& warp, std::
   if (!(y - reach_y >= margin && y + reach_y <= static_cast<float>(image.height - 1) - margin)) return false;
 
   const FixedCoordinate xx = to_fixed(warp.xx), xy = to_fixed(warp.xy), yx = to_fixed(warp.yx), yy = to_fixed(warp.yy);
-  FixedCoordinate row_x = to_fixed(x - half * (warp.xx + warp.xy));
-  FixedCoordinate row_y = to_fixed(y - half * (warp.yx + warp.yy));
-  if (xx == 65536 && yy == 65536 && xy == 0 && yx == 0) {
-    sample_shifted(image, row_x, row_y, side, out);
-    return true;
-  }
-  for (std::int32_t v = 0; v < side; ++v) {
-    FixedCoordinate px = row_x, py = row_y;
-    for (std::int32_t u = 0; u < side; ++u) {
-      const std::uint16_t* const upper = image.row(py >> 16) + (px >> 16);
-      const std::uint16_t* const lower = upper + image.stride;
-      const std::int32_t fx = (px >> 8) & 255, fy = (py >> 8) & 255;
-      const std::int32_t top = (upper[0] << 8) + fx * (upper[1] - upper[0]);
-      const std::int32_t bottom = (lower[0] << 8) + fx * (lower[1] - lower[0]);
-      *out++ = ((top << 8) + fy * (bottom - top)) >> 8;
-      px += xx;
-      py += yx;
+  const FixedCoordinate row_x = to_fixed(x - half * (warp.xx + warp.xy));
+  const FixedCoordinate row_y = to_fixed(y - half * (warp.yx + warp.yy));
+  const bool shifted = xx == 65536 && yy == 65536 && xy == 0 && yx == 0;
+  with_widest_vectors([&] {
+    if (shifted) {
+      sample_shifted(image, row_x, row_y, side, out);
+    } else {
+      sample_warped(image, row_x, row_y, {xx, xy, yx, yy}, side, out);
     }
-    row_x += xy;
-    row_y += yy;
-  }
+  });
   return true;
 }
 

@@ -34,7 +34,8 @@ inline constexpr std::size_t patch_lanes = 8;
 inline constexpr std::size_t padded_patch_pixels = padded_count(limits::max_patch_side);
 
 /// Samples grey values at (x, y) + warp * (u, v) for u, v = -(side-1)/2 .. (side-1)/2, row by row, in the units of
-/// `image` with eight more bits. False when a sample would lie outside.
+/// `image` with eight more bits. False when a sample would lie outside, or for a side above max_sampled_side.
+inline constexpr std::int32_t max_sampled_side = 64;
 [[nodiscard]] bool sample_patch(SmoothView image, float x, float y, const Linear2& warp, std::int32_t side,
                                 std::int32_t* out);
 

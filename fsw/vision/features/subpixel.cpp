@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/image/small_solver.hpp"
 
 namespace ilp {
@@ -41,13 +42,8 @@ void centred(const std::int32_t* values, std::int32_t n, std::size_t padded,
   for (std::size_t i = static_cast<std::size_t>(n); i < padded; ++i) out[i] = 0;
 }
 
-}  // namespace
-
-bool prepare_patch(SmoothView image, float x, float y, std::int32_t side, PatchTemplate& t) {
-  // One more pixel all around for the central differences.
-  constexpr std::size_t capacity = static_cast<std::size_t>(limits::max_patch_side + 2) * (limits::max_patch_side + 2);
-  std::int32_t wide[capacity];
-  if (!sample_patch(image, x, y, {}, side + 2, wide)) return false;
+/// From the samples of the patch and one more pixel all around it.
+bool prepare(const std::int32_t* wide, std::int32_t side, PatchTemplate& t) {
   t.side = side;
   const std::size_t padded = padded_count(side);
   const std::int32_t n = side * side, stride = side + 2;
@@ -86,20 +82,44 @@ bool prepare_patch(SmoothView image, float x, float y, std::int32_t side, PatchT
   return factor_positive_definite<unknowns>(t.factor, 1e-4F);
 }
 
+/// Products of the samples of b with the descent images, and the sums that give their correlation.
+struct Products {
+  float step[unknowns];
+  float sum, square;
+};
+
+void multiply(const PatchTemplate& a, const std::int32_t* values, std::size_t padded, Products& out) {
+  std::array<float, padded_patch_pixels> b;
+  centred(values, a.side * a.side, padded, b);
+  for (std::size_t k = 0; k <= gain; ++k) out.step[k] = dot(a.descent[k], b, padded);
+  out.sum = sum(b, padded);
+  out.square = dot(b, b, padded);
+}
+
+}  // namespace
+
+bool prepare_patch(SmoothView image, float x, float y, std::int32_t side, PatchTemplate& t) {
+  // One more pixel all around for the central differences.
+  constexpr std::size_t capacity = static_cast<std::size_t>(limits::max_patch_side + 2) * (limits::max_patch_side + 2);
+  std::int32_t wide[capacity];
+  if (!sample_patch(image, x, y, {}, side + 2, wide)) return false;
+  bool regular = false;
+  with_widest_vectors([&] { regular = prepare(wide, side, t); });
+  return regular;
+}
+
 bool register_patch(const PatchTemplate& a, SmoothView image_b, PatchWarp& warp) {
   std::int32_t values[max_patch_pixels];
-  std::array<float, padded_patch_pixels> b;
   const std::size_t padded = padded_count(a.side);
   const std::int32_t n = a.side * a.side;
   const float unit = 2.0F / static_cast<float>(a.side - 1);
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     if (!sample_patch(image_b, warp.x, warp.y, warp.linear, a.side, values)) return false;
-    centred(values, n, padded, b);
-    float step[unknowns];
-    for (std::size_t k = 0; k <= gain; ++k) step[k] = dot(a.descent[k], b, padded);
+    Products products;
+    with_widest_vectors([&] { multiply(a, values, padded, products); });
+    auto& step = products.step;
     const float covariance = step[gain];
-    const float sum_b = sum(b, padded);
-    const float variance = dot(b, b, padded) - sum_b * sum_b / static_cast<float>(n);
+    const float variance = products.square - products.sum * products.sum / static_cast<float>(n);
     if (!(variance > 0)) return false;
     warp.ncc = covariance / std::sqrt(a.variance_sum * variance);
     solve_factored<unknowns>(a.factor, step);

@@ -32,11 +32,11 @@ constexpr double smallest_determinant = 1e-6;
 constexpr std::int32_t points_at_once = 64;
 using Points = std::array<double, static_cast<std::size_t>(points_at_once)>;
 
-/// One step for all points of which `going` is not 0. False when none is left.
+/// One step for all points of which `going` is not 0, which is then 1. False when none is left.
 bool undistort_step(const CameraModel& camera, std::int32_t count, const double* __restrict x_distorted,
                     const double* __restrict y_distorted, double* __restrict x_out, double* __restrict y_out,
-                    double* __restrict going) {
-  double left = 0;
+                    std::int64_t* __restrict going) {
+  std::int64_t left = 0;
   for (std::int32_t i = 0; i < count; ++i) {
     const double x = x_out[i];
     const double y = y_out[i];
@@ -47,15 +47,15 @@ bool undistort_step(const CameraModel& camera, std::int32_t count, const double*
     const double residual_y = y * radial + camera.p1 * (r2 + 2 * y * y) + camera.p2 * xy2 - y_distorted[i];
     const Jacobian2 j = distortion_jacobian(camera, x, y);
     const double determinant = j.a * j.d - j.b * j.c;
-    const bool arrived = residual_x * residual_x + residual_y * residual_y < undistorted_within2;
-    const bool singular = !(std::fabs(determinant) > smallest_determinant);
-    const double goes = arrived || singular ? 0 : going[i];
+    const int away = static_cast<int>(!(residual_x * residual_x + residual_y * residual_y < undistorted_within2));
+    const int regular = static_cast<int>(std::fabs(determinant) > smallest_determinant);
+    const std::int64_t goes = going[i] & away & regular;
     const double x_new = x - (j.d * residual_x - j.b * residual_y) / determinant;
     const double y_new = y - (j.a * residual_y - j.c * residual_x) / determinant;
     x_out[i] = goes != 0 ? x_new : x;
     y_out[i] = goes != 0 ? y_new : y;
     going[i] = goes;
-    left = std::max(left, goes);
+    left |= goes;
   }
   return left != 0;
 }
@@ -150,10 +150,11 @@ void undistort(const CameraModel& camera, std::int32_t count, double* x, double*
   with_widest_vectors([&] {
     for (std::int32_t first = 0; first < count; first += points_at_once) {
       const std::int32_t here = std::min(count - first, points_at_once);
-      Points x_distorted, y_distorted, going;
+      Points x_distorted, y_distorted;
+      std::array<std::int64_t, static_cast<std::size_t>(points_at_once)> going;
       std::copy_n(x + first, here, x_distorted.begin());
       std::copy_n(y + first, here, y_distorted.begin());
-      std::fill_n(going.begin(), here, 1.0);
+      std::fill_n(going.begin(), here, 1);
       for (int step = 0; step < max_undistort_steps; ++step) {
         if (!undistort_step(camera, here, x_distorted.data(), y_distorted.data(), x + first, y + first, going.data())) {
           break;

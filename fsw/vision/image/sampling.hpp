@@ -15,11 +15,14 @@ using FixedCoordinate = std::int32_t;
   return static_cast<FixedCoordinate>(std::floor(x * 65536.0 + 0.5));
 }
 
-/// Grey value with `FractionBits` (at most 16) fractional bits between a pixel and its right neighbour in two rows,
-/// `fx` to the right and `fy` down, in 1/256 of a pixel.
+/// Grey value with `FractionBits` (at most 16) fractional bits at (x, y). The caller keeps 0 <= x < width - 1 and
+/// 0 <= y < height - 1.
 template <int FractionBits>
-[[nodiscard]] inline std::int32_t sample_between(const std::uint8_t* upper, const std::uint8_t* lower, std::int32_t fx,
-                                                 std::int32_t fy) {
+[[nodiscard]] inline std::int32_t sample_bilinear(GrayView image, FixedCoordinate x, FixedCoordinate y) {
+  const std::uint8_t* const upper = image.row(y >> 16) + (x >> 16);
+  const std::uint8_t* const lower = upper + image.stride;
+  const std::int32_t fx = (x >> 8) & 255;
+  const std::int32_t fy = (y >> 8) & 255;
   const std::int32_t top = (upper[0] << 8) + fx * (upper[1] - upper[0]);
   const std::int32_t bottom = (lower[0] << 8) + fx * (lower[1] - lower[0]);
   const std::int32_t value = (top << 8) + fy * (bottom - top);
@@ -28,13 +31,6 @@ template <int FractionBits>
   } else {
     return (value + (1 << (15 - FractionBits))) >> (16 - FractionBits);
   }
-}
-
-/// The same at (x, y). The caller keeps 0 <= x < width - 1 and 0 <= y < height - 1.
-template <int FractionBits>
-[[nodiscard]] inline std::int32_t sample_bilinear(GrayView image, FixedCoordinate x, FixedCoordinate y) {
-  const std::uint8_t* const upper = image.row(y >> 16) + (x >> 16);
-  return sample_between<FractionBits>(upper, upper + image.stride, (x >> 8) & 255, (y >> 8) & 255);
 }
 
 }  // namespace ilp

@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 #include <vector>
 
+#include "fsw/base/memory_sum.hpp"
 #include "fsw/base/rng.hpp"
+#include "fsw/base/vector_width.hpp"
 
 namespace ilp {
 namespace {
@@ -40,6 +43,45 @@ TEST(Checksum64, OrderLengthAndWhatWentBeforeCount) {
   for (std::size_t size = 0; size <= 40; ++size) sums.insert(checksum64(std::span(zeros).first(size)));
   EXPECT_EQ(sums.size(), 41U);
   EXPECT_NE(checksum64(all, 1), checksum64(all, 2));
+}
+
+TEST(MemorySum64, EverySingleBitOfEveryLengthIsNoticedInBothWidths) {
+  for (const std::size_t size : {40U, 511U, 512U, 575U, 700U}) {
+    std::vector<std::byte> bytes = random_bytes(size);
+    const std::uint64_t whole = memory_sum64(bytes);
+    std::set<std::uint64_t> sums{whole};
+    for (std::size_t bit = 0; bit < 8 * size; ++bit) {
+      bytes[bit / 8] ^= static_cast<std::byte>(1U << bit % 8);
+      EXPECT_TRUE(sums.insert(memory_sum64(bytes)).second) << size << " bytes, bit " << bit;
+      bytes[bit / 8] ^= static_cast<std::byte>(1U << bit % 8);
+    }
+    use_vectors(VectorWidth::bytes16);
+    EXPECT_EQ(memory_sum64(bytes), whole);
+    use_vectors(widest_vectors());
+  }
+}
+
+TEST(MemorySum64, TheSameChangeOfTwoWordsIsNoticed) {
+  std::vector<std::byte> bytes(8192);
+  const std::uint64_t whole = memory_sum64(bytes);
+  // The highest bit of a word is lost in a sum of two.
+  for (const std::size_t bit : {0U, 31U, 32U, 63U}) {
+    for (std::size_t word = 1; word < bytes.size() / 8; ++word) {
+      for (const std::size_t at : {std::size_t{0}, word})
+        bytes[8 * at + bit / 8] ^= static_cast<std::byte>(1U << bit % 8);
+      EXPECT_NE(memory_sum64(bytes), whole) << "bit " << bit << " of words 0 and " << word;
+      for (const std::size_t at : {std::size_t{0}, word})
+        bytes[8 * at + bit / 8] ^= static_cast<std::byte>(1U << bit % 8);
+    }
+  }
+}
+
+TEST(MemorySum64, OrderAndWhatWentBeforeCount) {
+  std::vector<std::byte> bytes = random_bytes(1024);
+  const std::uint64_t whole = memory_sum64(bytes);
+  EXPECT_NE(memory_sum64(bytes, 1), memory_sum64(bytes, 2));
+  std::rotate(bytes.begin(), bytes.begin() + 64, bytes.end());
+  EXPECT_NE(memory_sum64(bytes), whole);
 }
 
 struct Thing {

@@ -202,13 +202,7 @@ BundleAdjuster::Cost BundleAdjuster::try_step(double& predicted_twice) {
     for (int i = 0; i < 9; ++i) camera.rotation[i] = rotation(i / 3, i % 3);
     for (int i = 0; i < 3; ++i) camera.centre[i] += step[3 + i];
   }
-  Cost cost;
-  for (std::size_t p = 0; p < packet_count_; ++p) {
-    bundle::Lanes point[3];
-    load_points(packets_[p], problem_->points.data(), point);
-    step_points(packets_[p], eliminated_[p], point, predicted_twice);
-    accumulate_cost(packets_[p], trial_cameras_, point, cost);
-  }
+  Cost cost = step_all_points(predicted_twice);
   cost.robust += prior_cost(trial_cameras_);
   if (!std::isfinite(cost.robust) || !std::isfinite(predicted_twice)) cost.valid = false;
   return cost;

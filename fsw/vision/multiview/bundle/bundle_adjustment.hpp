@@ -206,6 +206,8 @@ class BundleAdjuster {
   void finish_normal(std::size_t a);
   void world_block(std::size_t a, std::size_t b, double out[36]) const;
   void step_points(const Packet& packet, const Eliminated& e, Lanes from[3], double& predicted_twice);
+  /// Into the trial; returns their cost with the trial's cameras.
+  Cost step_all_points(double& predicted_twice);
   void assemble(double damping);
   [[nodiscard]] HeldDistance held_distance() const;
   bool solve_cameras(double& predicted_twice);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
 #include "fsw/vision/multiview/bundle/dense_cholesky.hpp"
 
@@ -114,11 +115,13 @@ void BundleAdjuster::accumulate_cost(const Packet& packet, const std::array<Came
 
 BundleAdjuster::Cost BundleAdjuster::evaluate() const {
   Cost cost;
-  for (std::size_t p = 0; p < packet_count_; ++p) {
-    Lanes point[3];
-    load_points(packets_[p], problem_->points.data(), point);
-    accumulate_cost(packets_[p], cameras_, point, cost);
-  }
+  with_widest_vectors([&] {
+    for (std::size_t p = 0; p < packet_count_; ++p) {
+      Lanes point[3];
+      load_points(packets_[p], problem_->points.data(), point);
+      accumulate_cost(packets_[p], cameras_, point, cost);
+    }
+  });
   cost.robust += prior_cost(cameras_);
   if (!std::isfinite(cost.robust)) cost.valid = false;
   return cost;
@@ -202,9 +205,13 @@ bool BundleAdjuster::linearise(double damping) {
     normals_[a] = {};
     for (std::size_t b = a; b < free_count_; ++b) blocks_[a * max_cameras + b].fill(both(0));
   }
-  for (std::size_t p = 0; p < packet_count_; ++p) {
-    if (!eliminate(packets_[p], damping, eliminated_[p])) return false;
-  }
+  bool solvable = true;
+  with_widest_vectors([&] {
+    for (std::size_t p = 0; p < packet_count_ && solvable; ++p) {
+      solvable = eliminate(packets_[p], damping, eliminated_[p]);
+    }
+  });
+  if (!solvable) return false;
   for (std::size_t a = 0; a < free_count_; ++a) finish_normal(a);
   add_priors();
   return true;
@@ -355,6 +362,19 @@ void BundleAdjuster::step_points(const Packet& packet, const Eliminated& e, Lane
     trial_points_[spans_[packet.b].point].position[k] = from[k][1];
     trial_points_[span.point].position[k] = from[k][0];
   }
+}
+
+BundleAdjuster::Cost BundleAdjuster::step_all_points(double& predicted_twice) {
+  Cost cost;
+  with_widest_vectors([&] {
+    for (std::size_t p = 0; p < packet_count_; ++p) {
+      Lanes point[3];
+      load_points(packets_[p], problem_->points.data(), point);
+      step_points(packets_[p], eliminated_[p], point, predicted_twice);
+      accumulate_cost(packets_[p], trial_cameras_, point, cost);
+    }
+  });
+  return cost;
 }
 
 }  // namespace ilp

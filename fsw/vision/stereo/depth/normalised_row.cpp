@@ -4,6 +4,7 @@
 #include <array>
 
 #include "cfg/limits.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
@@ -23,12 +24,16 @@ void find_anchors(const CameraModel& camera, std::int32_t y, std::int32_t count,
   undistort(camera, count, x_out.data(), y_out.data());
 }
 
-void interpolate(const Anchors& anchors, std::int32_t width, double* out) {
-  for (std::int32_t first = 0; first < width; first += anchor_step) {
+void interpolate(const Anchors& anchors, std::int32_t width, double* __restrict out) {
+  std::int32_t first = 0;
+  for (; first + anchor_step <= width; first += anchor_step) {
     const auto k = static_cast<std::size_t>(first / anchor_step);
     const double step = (anchors[k + 1] - anchors[k]) / anchor_step;
-    const std::int32_t end = std::min(first + anchor_step, width);
-    for (std::int32_t x = first; x < end; ++x) out[x] = anchors[k] + (x - first) * step;
+    for (std::int32_t i = 0; i < anchor_step; ++i) out[first + i] = anchors[k] + i * step;
+  }
+  for (std::int32_t x = first; x < width; ++x) {
+    const auto k = static_cast<std::size_t>(first / anchor_step);
+    out[x] = anchors[k] + (x - first) * ((anchors[k + 1] - anchors[k]) / anchor_step);
   }
 }
 
@@ -38,8 +43,10 @@ void normalised_row(const CameraModel& camera, std::int32_t y, double* x_out, do
   Anchors anchors_x, anchors_y;
   const std::int32_t count = (camera.width + anchor_step - 1) / anchor_step + 1;
   find_anchors(camera, y, count, anchors_x, anchors_y);
-  interpolate(anchors_x, camera.width, x_out);
-  interpolate(anchors_y, camera.width, y_out);
+  with_widest_vectors([&] {
+    interpolate(anchors_x, camera.width, x_out);
+    interpolate(anchors_y, camera.width, y_out);
+  });
 }
 
 }  // namespace ilp

@@ -21,24 +21,31 @@ struct Moments {
   [[nodiscard]] double variance_sum() const { return square - static_cast<double>(sum) * sum / area; }
 };
 
+/// Adds a row of a window about (x, y), or takes it out again.
+void add_row(GrayView image, std::int32_t x, std::int32_t y, std::int32_t sign, Moments& m) {
+  const std::uint8_t* const row = image.row(y) + x - radius;
+  std::int32_t sum = 0, square = 0;
+  for (std::int32_t i = 0; i < 2 * radius + 1; ++i) {
+    sum += row[i];
+    square += row[i] * row[i];
+  }
+  m.sum += sign * sum;
+  m.square += sign * square;
+}
+
 Moments moments_at(GrayView image, std::int32_t x, std::int32_t y) {
   Moments m;
-  for (std::int32_t j = y - radius; j <= y + radius; ++j) {
-    for (std::int32_t i = x - radius; i <= x + radius; ++i) {
-      const std::int32_t grey = image.at(i, j);
-      m.sum += grey;
-      m.square += grey * grey;
-    }
-  }
+  for (std::int32_t j = y - radius; j <= y + radius; ++j) add_row(image, x, j, 1, m);
   return m;
 }
 
 double correlation(GrayView left, std::int32_t x, std::int32_t y, const Moments& at_left, GrayView right,
-                   std::int32_t xr, std::int32_t yr) {
-  const Moments at_right = moments_at(right, xr, yr);
+                   std::int32_t xr, std::int32_t yr, const Moments& at_right) {
   std::int32_t product = 0;
   for (std::int32_t j = -radius; j <= radius; ++j) {
-    for (std::int32_t i = -radius; i <= radius; ++i) product += left.at(x + i, y + j) * right.at(xr + i, yr + j);
+    const std::uint8_t* const p = left.row(y + j) + x - radius;
+    const std::uint8_t* const q = right.row(yr + j) + xr - radius;
+    for (std::int32_t i = 0; i < 2 * radius + 1; ++i) product += p[i] * q[i];
   }
   const double covariance = product - static_cast<double>(at_left.sum) * at_right.sum / area;
   const double norm = at_left.variance_sum() * at_right.variance_sum();
@@ -51,9 +58,14 @@ double distance_of(GrayView left, std::int32_t x, std::int32_t y, GrayView right
   if (here.variance_sum() < area * min_deviation_grey * min_deviation_grey) return -1;
   double at[2 * reach + 1];
   int best = 0;
+  Moments there = moments_at(right, xr, y - reach);
   for (int k = 0; k <= 2 * reach; ++k) {
-    at[k] = correlation(left, x, y, here, right, xr, y + k - reach);
+    const std::int32_t yr = y + k - reach;
+    at[k] = correlation(left, x, y, here, right, xr, yr, there);
     if (at[k] > at[best]) best = k;
+    if (k == 2 * reach) break;
+    add_row(right, xr, yr - radius, -1, there);
+    add_row(right, xr, yr + radius + 1, 1, there);
   }
   if (best == 0 || best == 2 * reach) return reach;
   const double curvature = 2 * at[best] - at[best - 1] - at[best + 1];

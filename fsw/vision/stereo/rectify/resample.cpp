@@ -81,17 +81,36 @@ RayRow row_of(const RectifiedPair& pair, const Mat3& cam_from_rect, double cx, s
   return {{start.x(), start.y(), start.z()}, {step.x(), step.y(), step.z()}};
 }
 
-std::uint8_t interpolate(GrayView source, std::int32_t x_fixed, std::int32_t y_fixed) {
-  const std::int32_t x = std::min(x_fixed >> fraction_bits, source.width - 2);
-  const std::int32_t y = std::min(y_fixed >> fraction_bits, source.height - 2);
-  const std::int32_t wx = x_fixed - x * fraction_one;
-  const std::int32_t wy = y_fixed - y * fraction_one;
-  const std::uint8_t* p = source.row(y) + x;
-  const std::uint8_t* q = p + source.stride;
-  const std::int32_t upper = p[0] * (fraction_one - wx) + p[1] * wx;
-  const std::int32_t lower = q[0] * (fraction_one - wx) + q[1] * wx;
-  constexpr std::int32_t half = 1 << (2 * fraction_bits - 1);
-  return static_cast<std::uint8_t>((upper * (fraction_one - wy) + lower * wy + half) >> (2 * fraction_bits));
+/// The grey values of a run. Only the loads go pixel by pixel.
+void interpolate(GrayView source, const SourceRun& run, std::int32_t count, std::uint8_t* __restrict out) {
+  std::int32_t offset[run_length];
+  std::uint16_t across[run_length], down[run_length];
+  std::uint16_t upper_left[run_length], upper_right[run_length], lower_left[run_length], lower_right[run_length];
+  const auto stride = static_cast<std::int32_t>(source.stride);
+  for (std::int32_t i = 0; i < count; ++i) {
+    const std::int32_t x = std::min(run.x[i] >> fraction_bits, source.width - 2);
+    const std::int32_t y = std::min(run.y[i] >> fraction_bits, source.height - 2);
+    across[i] = static_cast<std::uint16_t>(run.x[i] - x * fraction_one);
+    down[i] = static_cast<std::uint16_t>(run.y[i] - y * fraction_one);
+    offset[i] = y * stride + x;
+  }
+#pragma GCC unroll 1
+  for (std::int32_t i = 0; i < count; ++i) {
+    const std::uint8_t* const p = source.data + offset[i];
+    upper_left[i] = p[0];
+    upper_right[i] = p[1];
+    lower_left[i] = p[stride];
+    lower_right[i] = p[stride + 1];
+  }
+  for (std::int32_t i = 0; i < count; ++i) {
+    // 256 times a grey value, which fits 16 bits.
+    const auto rest = static_cast<std::uint16_t>(fraction_one - across[i]);
+    const auto upper = static_cast<std::uint16_t>(upper_left[i] * rest + upper_right[i] * across[i]);
+    const auto lower = static_cast<std::uint16_t>(lower_left[i] * rest + lower_right[i] * across[i]);
+    constexpr std::int32_t half = 1 << (2 * fraction_bits - 1);
+    const std::int32_t value = upper * fraction_one + down[i] * (lower - upper);
+    out[i] = static_cast<std::uint8_t>((value + half) >> (2 * fraction_bits));
+  }
 }
 
 Status resample(const RectifiedPair& pair, Side side, const CameraModel& camera, GrayView source, std::int32_t y_begin,
@@ -115,7 +134,7 @@ Status resample(const RectifiedPair& pair, Side side, const CameraModel& camera,
       const std::int32_t count = std::min(run_length, pair.width - first);
       locate(ray, columns.data() + first, count, camera, pair.field_of_view, run);
       std::uint8_t* out = rectified.row(y) + first;
-      for (std::int32_t i = 0; i < count; ++i) out[i] = interpolate(source, run.x[i], run.y[i]);
+      interpolate(source, run, count, out);
       std::copy_n(run.inside, count, valid.row(y) + first);
     }
   }
