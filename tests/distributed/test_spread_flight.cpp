@@ -127,7 +127,9 @@ TEST(SpreadFlight, AfterPowerCutsTheProcessesMakeTheSameAndWhatWasSentIsThere) {
     for (int waited = 0; !flight.keep_up(); waited += 50) {
       ASSERT_LT(waited, 120'000) << "no end; the head says: " << flight.output(0);
       sleep_ms(50);
-      if (random() % 6 != 0 || cuts >= 8 * (round + 1)) continue;
+      // Before the first product there is nothing to lose.
+      const bool begun = !test::files_of(flight.folder() / "outbox", {"product-", "records-"}).empty();
+      if (!begun || random() % 6 != 0 || cuts >= 8 * (round + 1)) continue;
       for (std::size_t process = 0; process < three.size(); ++process) {
         if (flight.runs(process)) flight.kill(process);
       }
@@ -137,7 +139,7 @@ TEST(SpreadFlight, AfterPowerCutsTheProcessesMakeTheSameAndWhatWasSentIsThere) {
     }
     EXPECT_EQ(flight.digest(), test::digest_of_one_process());
   }
-  EXPECT_GT(cuts, 6);
+  EXPECT_GT(cuts, 3);
 }
 
 TEST(SpreadFlight, AProcessThatHangsForAWhileLosesNothing) {
