@@ -127,7 +127,9 @@ TEST(SpreadFlight, AfterPowerCutsTheProcessesMakeTheSameAndWhatWasSentIsThere) {
     for (int waited = 0; !flight.keep_up(); waited += 50) {
       ASSERT_LT(waited, 120'000) << "no end; the head says: " << flight.output(0);
       sleep_ms(50);
-      if (random() % 6 != 0 || cuts >= 8 * (round + 1)) continue;
+      // Before the first product there is nothing to lose.
+      const bool begun = !test::files_of(flight.folder() / "outbox", {"product-", "records-"}).empty();
+      if (!begun || random() % 6 != 0 || cuts >= 8 * (round + 1)) continue;
       for (std::size_t process = 0; process < three.size(); ++process) {
         if (flight.runs(process)) flight.kill(process);
       }
@@ -137,7 +139,7 @@ TEST(SpreadFlight, AfterPowerCutsTheProcessesMakeTheSameAndWhatWasSentIsThere) {
     }
     EXPECT_EQ(flight.digest(), test::digest_of_one_process());
   }
-  EXPECT_GT(cuts, 6);
+  EXPECT_GT(cuts, 3);
 }
 
 TEST(SpreadFlight, AProcessThatHangsForAWhileLosesNothing) {
@@ -166,12 +168,13 @@ TEST(SpreadFlight, AStageRunsInOneProcess) {
 
 TEST(SpreadFlight, ASecondHeadIsRefused) {
   SpreadFlight flight(two);
+  // Without the other process the flight does not end. The head opens its small memory when it has its stages.
   flight.start(0);
-  flight.start(1);
-  for (int k = 0; k < 200 && flight.output(1).find("running ") == std::string::npos; ++k) sleep_ms(50);
+  for (int k = 0; k < 1000 && !std::filesystem::exists(flight.folder() / "state.keep-1"); ++k) sleep_ms(50);
   const test::ProgramResult second = test::run_program(flight.head_command("-of-another"));
   EXPECT_EQ(second.exit_status, 1) << second.output;
   EXPECT_NE(second.output.find("is run by another process"), std::string::npos) << second.output;
+  flight.start(1);
   EXPECT_EQ(flight.wait(), (std::vector<int>{0, 0})) << flight.output(0);
   EXPECT_EQ(flight.digest(), test::digest_of_one_process());
 }
