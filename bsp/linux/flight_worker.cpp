@@ -9,7 +9,10 @@
 namespace ilp {
 namespace {
 
-alignas(stack_page_bytes) std::byte stack[limits::worker_stack_bytes];
+// The C library for aarch64 refuses a smaller stack (PTHREAD_STACK_MIN).
+static_assert(limits::worker_stack_bytes >= std::size_t{128} << 10U);
+
+alignas(stack_page_bytes) std::byte stack[worker_region_bytes];
 
 bool wants_thread(const Options& options) {
   if (options.worker == nullptr) return !options.virtual_time;

@@ -1,10 +1,17 @@
 // The worker of a flight on this board: a thread with a static stack, or none (docs/worker.md).
 #pragma once
 
+#include <cstddef>
+
 #include "bsp/linux/options.hpp"
+#include "cfg/limits.hpp"
+#include "hal/posix/measured_stack.hpp"
 #include "hal/worker/thread_worker.hpp"
 
 namespace ilp {
+
+/// The stack, and the page that guards its end.
+inline constexpr std::size_t worker_region_bytes = limits::worker_stack_bytes + stack_page_bytes;
 
 class FlightWorker {
  public:

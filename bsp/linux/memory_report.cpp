@@ -7,6 +7,7 @@
 #include "bsp/linux/board.hpp"
 #include "bsp/linux/chosen_store.hpp"
 #include "bsp/linux/flight_stack.hpp"
+#include "bsp/linux/flight_worker.hpp"
 #include "bsp/memory/flight_heap.hpp"
 #include "cfg/version.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
@@ -35,7 +36,7 @@ void print_memory_map() {
   row(heap_region_report(HeapRegion::jpeg).bytes, "JPEG arena");
   row(heap_region_report(HeapRegion::early).bytes, "start-up heap");
   row(limits::flight_stack_bytes, "flight stack");
-  row(limits::worker_stack_bytes, "worker stack");
+  row(worker_region_bytes, "worker stack");
   row(static_bytes() - total, "libraries, tables and the rest");
   std::printf("%12zu  total (%.1f MiB), all that is writable in the binary\n", total,
               static_cast<double>(total) / 1048576.0);

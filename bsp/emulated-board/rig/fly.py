@@ -184,6 +184,8 @@ class Flight:
         ended = board.lines(r"^board: .* ilp-onboard ended (.*)$")
         if not ended or ended[-1][1] != "with 0":
             raise rig.BoardError(f"ilp-onboard did not end well:\n{board.tail()}")
+        if board.lines("there is no worker"):
+            raise rig.BoardError("products were coded in steps, because the worker's thread could not be started")
         self.strip_begin_ns = [int(match[1]) for match in board.lines(FEEDER_BEGINS)]
         pings = board.lines(r"^pings (\d+) lost (\d+) longest_ms (\S+) ")
         if pings:
