@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "fsw/base/rng.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "tests/support/strip.hpp"
 
@@ -55,6 +56,21 @@ TEST(Harris, FindsChessboardCrossingsToAFractionOfAPixel) {
   EXPECT_GE(corners.size(), 32U);
   EXPECT_LE(corners.size(), 48U);
   for (const Corner& c : corners) EXPECT_LT(board.distance_to_crossing(c.x, c.y), 0.3) << c.x << " " << c.y;
+}
+
+TEST(Harris, BothVectorWidthsFindTheSameCorners) {
+  const test::Image image = test::render_texture(403, 305, {1, 0, 1000, 2000}, 1, 0, 2, 1);
+  const Corners wide = detect(image);
+  use_vectors(VectorWidth::bytes16);
+  const Corners narrow = detect(image);
+  use_vectors(widest_vectors());
+  ASSERT_GT(wide.size(), 300U);
+  ASSERT_EQ(wide.size(), narrow.size());
+  for (std::size_t i = 0; i < wide.size(); ++i) {
+    EXPECT_EQ(wide[i].x, narrow[i].x);
+    EXPECT_EQ(wide[i].y, narrow[i].y);
+    EXPECT_EQ(wide[i].response, narrow[i].response);
+  }
 }
 
 TEST(Harris, NoTextureGivesNoCorners) {

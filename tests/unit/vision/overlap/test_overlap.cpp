@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fsw/base/math.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "tests/support/strip.hpp"
 
@@ -45,6 +46,22 @@ Scene scene(std::int32_t width, std::int32_t height, double scale, double rotati
   s.b =
       test::render_texture(width, height, test::compose(world_from_a, test::inverse(b_from_a)), gain, offset, noise, 2);
   return s;
+}
+
+TEST(Overlap, BothVectorWidthsMeasureTheSame) {
+  const Scene s = scene(640, 480, 1.08, 0.12, 40, 70, 0.9, 8, 2);
+  const OverlapResult wide = measure(s.a, s.b);
+  use_vectors(VectorWidth::bytes16);
+  const OverlapResult narrow = measure(s.a, s.b);
+  use_vectors(widest_vectors());
+  ASSERT_EQ(wide.verdict, OverlapVerdict::ok);
+  EXPECT_EQ(narrow.verdict, OverlapVerdict::ok);
+  EXPECT_EQ(wide.overlap, narrow.overlap);
+  EXPECT_EQ(wide.ncc, narrow.ncc);
+  EXPECT_EQ(wide.ncc_second, narrow.ncc_second);
+  EXPECT_EQ(wide.region_ncc, narrow.region_ncc);
+  EXPECT_EQ(wide.sigma_px, narrow.sigma_px);
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(wide.plane_b_from_a[i], narrow.plane_b_from_a[i]) << i;
 }
 
 // Largest distance between where two similarities send the corners of a.
