@@ -32,7 +32,7 @@ struct KnownFlight : model::test::NoisyFlight {
       const auto* const bytes = reinterpret_cast<const std::uint8_t*>(points.data());
       LinkRecord record = link;
       record.points.bytes = static_cast<std::uint32_t>(points.size() * sizeof(LinkPoint));
-      entries.push_back(intake::entry_of(record, {{bytes, bytes + record.points.bytes}}));
+      entries.push_back(intake::entry_of(record, {std::vector<std::uint8_t>(bytes, bytes + record.points.bytes)}));
     }
     for (const std::int64_t strip : {2, 3}) {
       TieRecord tie;
