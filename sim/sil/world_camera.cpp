@@ -108,14 +108,19 @@ Status WorldCamera::exposure_range(ExposureRange& range) {
 Status WorldCamera::set_exposure(ExposureSetting& setting) {
   if (!setting_.known()) return StatusCode::camera_control_missing;
   asked_.push_back({setting, static_cast<std::int64_t>(scenario_.effects.obeys_after)});
-  if (asked_.front().images == 0) count_down();
+  take_over();
   return {};
 }
 
-/// An image has been taken: settings whose time has come are those of the next one.
+/// An image has been taken.
 void WorldCamera::count_down() {
   for (Asked& asked : asked_) --asked.images;
-  while (!asked_.empty() && asked_.front().images < 0) {
+  take_over();
+}
+
+/// Settings whose time has come are those of the next image.
+void WorldCamera::take_over() {
+  while (!asked_.empty() && asked_.front().images <= 0) {
     setting_ = asked_.front().setting;
     asked_.pop_front();
   }

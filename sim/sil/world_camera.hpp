@@ -58,6 +58,7 @@ class WorldCamera final : public Camera {
   void keep(const Exposure& exposure);
   void set_shutter(TimeNs time);
   void count_down();
+  void take_over();
 
   world::Scenario scenario_;
   std::filesystem::path folder_;

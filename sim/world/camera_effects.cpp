@@ -24,10 +24,7 @@ std::vector<Parameter> parameters(CameraEffects& e) {
       {"haze_scale_height_m", &e.haze_scale_height_m, "m", "scale height of the haze; 0: the same density everywhere",
        0, 1e6},
       {"settable_us", &e.settable_us, "us",
-       "exposure at which level ground of mean albedo is grey 127, of a camera whose exposure the flight can set; 0: "
-       "it "
-       "cannot",
-       0, 1e6},
+       "exposure at which level ground of mean albedo is grey 127, of a camera that can be set; 0: it cannot", 0, 1e6},
       {"first_us", &e.first_us, "us", "exposure with which such a camera begins; 0: that of settable_us", 0, 1e6},
       {"obeys_after", &e.obeys_after, "", "images that such a camera takes before a new setting acts", 0, 1e6},
       {"light_from_s", &e.light_from_s, "s", "time at which the light changes first", 0, 1e8},

@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 
 #include "sim/host/reference_cameras.hpp"
 #include "tests/integration/flight_files.hpp"
@@ -25,6 +27,18 @@ class ExposureFlight : public ::testing::Test {
       command.insert(command.end(), {"--set", set});
     }
     return test::run_program(command);
+  }
+  /// What each product has from its start of codestream on (ITU-T T.800, A.4.1).
+  static std::map<std::string, test::Bytes> codestreams_of(const std::filesystem::path& out) {
+    constexpr std::array<std::uint8_t, 4> start{0xFF, 0x4F, 0xFF, 0x51};
+    std::map<std::string, test::Bytes> codestreams;
+    for (const auto& [name, bytes] : test::results_of(out)) {
+      if (!name.starts_with("product-")) continue;
+      codestreams[name].assign(std::search(bytes.begin(), bytes.end(), start.begin(), start.end()), bytes.end());
+      EXPECT_FALSE(codestreams[name].empty()) << name;
+    }
+    EXPECT_FALSE(codestreams.empty());
+    return codestreams;
   }
   static std::vector<EventRecord> changes(const std::string& out) {
     std::vector<EventRecord> all = test::records_of<EventRecord>(out);
@@ -86,8 +100,8 @@ TEST_F(ExposureFlight, ACameraThatCannotBeSetFliesAsItIs) {
                 .exit_status,
             0);
   EXPECT_EQ(test::events_of(out, StatusCode::exposure_unsupported), 1U);
-  // Records and products are those of the flight without the parameter.
-  test::expect_same_files(test::results_of(out), test::results_of(test::prepared_flights() / "uninterrupted"));
+  // The products are those of the flight without the parameter, of which only their boxes tell.
+  EXPECT_EQ(codestreams_of(out), codestreams_of(test::prepared_flights() / "uninterrupted"));
 }
 
 }  // namespace

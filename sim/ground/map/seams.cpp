@@ -165,7 +165,7 @@ class GainEquations {
   /// Of the mean brightness to that of the map. An error at a seam fades over 1 / sqrt(2 share) keyframes of a strip.
   void add_pull() {
     constexpr double share = 1.0 / 16, least = 1e-3;
-    const double level = stepped(mean(levels_));
+    const double level = in_common(mean(levels_));
     for (Eigen::Index i = 0; i < size_; ++i) {
       const double weight = std::max(share * tied_(i), least);
       normal_.emplace_back(i, i, weight);
@@ -177,18 +177,19 @@ class GainEquations {
     Eigen::SparseMatrix<double> matrix(size_, size_);
     matrix.setFromTriplets(normal_.begin(), normal_.end());
     const Eigen::VectorXd solved = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right_);
-    const double middle = stepped(mean({solved.begin(), solved.end()}));
+    const double middle = in_common(mean({solved.begin(), solved.end()}));
     std::map<std::int64_t, double> gains;
     for (const auto& [id, place] : places_) gains[id] = std::exp(solved(place) - middle);
     return gains;
   }
 
  private:
-  /// In steps of a sixteenth, so that a late keyframe changes what the whole map has in common once in many times, and
-  /// else the gains of keyframes near it.
-  static double stepped(double logarithm) {
+  /// In a map of many keyframes in steps of a sixteenth, so that a late keyframe changes what the whole map has in
+  /// common once in many times, and else the gains of keyframes near it.
+  [[nodiscard]] double in_common(double logarithm) const {
+    constexpr Eigen::Index many = 100;
     constexpr double steps = 16;
-    return std::round(steps * logarithm) / steps;
+    return size_ < many ? logarithm : std::round(steps * logarithm) / steps;
   }
 
   /// Over all cells.

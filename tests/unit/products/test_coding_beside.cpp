@@ -72,10 +72,16 @@ class CodingBeside : public test::CompressorTest {
     EXPECT_TRUE(compressor->restore().ok());
     return compressor;
   }
+  /// Steps until others may use the memory of a step.
+  static StepResult next_step(Compressor& compressor) {
+    StepResult result = compressor.step();
+    while (result.then == Then::keep) result = compressor.step();
+    return result;
+  }
   /// Steps until nothing is left to do. Between two steps others use the memory of a step.
   void fly(Compressor& compressor) {
     for (bool pending = true; pending;) {
-      const StepResult result = compressor.step();
+      const StepResult result = next_step(compressor);
       ASSERT_TRUE(result.status.ok()) << status_name(result.status.code);
       pending = result.pending;
       if (result.then == Then::wait) std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -114,19 +120,19 @@ TEST_F(CodingBeside, WhileAJobRunsTheStepWaitsForTheNextMinorFrame) {
   SlowWorker worker(2);
   const auto compressor = begin(worker);
   for (int i = 0; i < 2; ++i) {
-    const StepResult result = compressor->step();
+    const StepResult result = next_step(*compressor);
     EXPECT_TRUE(result.pending);
     EXPECT_EQ(result.then, Then::wait);
     EXPECT_TRUE(test::all_of<ProductRecord>(store).empty());
   }
-  EXPECT_EQ(compressor->step().then, Then::go_on);
+  EXPECT_EQ(next_step(*compressor).then, Then::go_on);
   EXPECT_EQ(test::all_of<ProductRecord>(store).size(), 1U);
 }
 
 TEST_F(CodingBeside, ARestoreInTheMiddleOfAJobMakesTheSameProducts) {
   SlowWorker worker(3);
   const auto compressor = begin(worker);
-  for (int i = 0; i < 5; ++i) static_cast<void>(compressor->step());
+  for (int i = 0; i < 5; ++i) static_cast<void>(next_step(*compressor));
   ASSERT_TRUE(compressor->restore().ok());
   fly(*compressor);
   expect_products();
@@ -137,10 +143,10 @@ TEST_F(CodingBeside, ARestoreInTheMiddleOfAJobMakesTheSameProducts) {
 TEST_F(CodingBeside, AfterARestoreTheWorkerIsAskedFirstWhateverTheMemoryOfTheComponentSays) {
   SlowWorker worker(4);
   const auto before = begin(worker);
-  static_cast<void>(before->step());
+  static_cast<void>(next_step(*before));
   const auto compressor = begin(worker);
   for (int i = 0; i < 3; ++i) {
-    EXPECT_EQ(compressor->step().then, Then::wait);
+    EXPECT_EQ(next_step(*compressor).then, Then::wait);
     ASSERT_TRUE(compressor->restore().ok());
     EXPECT_EQ(worker.submitted, 1) << "the memory of the job is still the worker's";
   }
@@ -166,10 +172,10 @@ TEST_F(CodingBeside, AProcessThatEndsInTheMiddleOfAJobMakesTheSameProductsAfterI
 TEST_F(CodingBeside, ParametersThatChangeMeanwhileActOnTheNextProduct) {
   SlowWorker worker(1);
   const auto compressor = begin(worker);
-  static_cast<void>(compressor->step());
+  static_cast<void>(next_step(*compressor));
   mission.depth_error_px = 3;
   mission.region_coding = !mission.region_coding;
-  static_cast<void>(compressor->step());
+  static_cast<void>(next_step(*compressor));
   const Products made = test::all_of<ProductRecord>(store);
   ASSERT_EQ(made.size(), 1U);
   EXPECT_EQ(made[0], wanted_[0]);
@@ -180,9 +186,9 @@ TEST_F(CodingBeside, ParametersThatChangeMeanwhileActOnTheNextProduct) {
 TEST_F(CodingBeside, InSafeModeTheResultWaits) {
   SlowWorker worker(1);
   const auto compressor = begin(worker);
-  static_cast<void>(compressor->step());
+  static_cast<void>(next_step(*compressor));
   mission.safe_mode = true;
-  for (int i = 0; i < 3; ++i) EXPECT_FALSE(compressor->step().pending);
+  for (int i = 0; i < 3; ++i) EXPECT_FALSE(next_step(*compressor).pending);
   EXPECT_TRUE(test::all_of<ProductRecord>(store).empty());
   mission.safe_mode = false;
   fly(*compressor);
@@ -193,20 +199,20 @@ TEST_F(CodingBeside, InSafeModeTheResultWaits) {
 TEST_F(CodingBeside, AJobThatIsStuckCostsItsProductAndANewStart) {
   SlowWorker worker(1);
   const auto compressor = begin(worker);
-  static_cast<void>(compressor->step());
-  static_cast<void>(compressor->step());
+  static_cast<void>(next_step(*compressor));
+  static_cast<void>(next_step(*compressor));
   ASSERT_EQ(test::all_of<ProductRecord>(store).size(), 1U);
-  static_cast<void>(compressor->step());
+  static_cast<void>(next_step(*compressor));
   EXPECT_FALSE(compressor->worker_stuck());
   worker.is_stuck = true;
   const std::int64_t lost = product_id(1, ProductKind::image);
-  const StepResult result = compressor->step();
+  const StepResult result = next_step(*compressor);
   EXPECT_TRUE(result.status.is(StatusCode::worker_stuck));
   EXPECT_EQ(result.status.a, lost);
   EXPECT_TRUE(compressor->worker_stuck());
   EXPECT_EQ(read<ProductRecord>(lost).state, ProductState::dropped);
   EXPECT_EQ(read<ProductRecord>(lost).data.bytes, 0U);
-  const StepResult after = compressor->step();
+  const StepResult after = next_step(*compressor);
   EXPECT_TRUE(after.status.ok()) << "it is told once";
   EXPECT_FALSE(after.pending);
   // The new process does not meet the same job again.

@@ -458,31 +458,26 @@ TEST(CameraEffects, EveryFieldIsAParameter) {
   CameraEffects effects;
   const std::vector<Parameter> all = parameters(effects);
   check_parameters(all, "camera");
-  for (const auto& [name, value] : {std::pair{"vignetting", "0.5"},
-                                    {"exposure_s", "0.5"},
-                                    {"readout_s", "0.5"},
-                                    {"psf_sigma_px", "0.5"},
-                                    {"gain", "0.5"},
-                                    {"gain_step", "0.5"},
-                                    {"full_well_e", "50"},
-                                    {"shot_noise", "true"},
-                                    {"read_noise_grey", "0.5"},
-                                    {"dead_pixel_share", "0.5"},
-                                    {"haze", "0.5"},
-                                    {"haze_scale_height_m", "0.5"},
-                                    {"cloud_from_s", "0.5"},
-                                    {"cloud_for_s", "0.5"},
-                                    {"cloud_every_s", "0.5"},
-                                    {"cloud_opacity", "0.5"}}) {
+  for (const auto& [name, value] :
+       {std::pair{"vignetting", "0.5"}, {"exposure_s", "0.5"},    {"readout_s", "0.5"},
+        {"psf_sigma_px", "0.5"},        {"gain", "0.5"},          {"gain_step", "0.5"},
+        {"full_well_e", "50"},          {"shot_noise", "true"},   {"read_noise_grey", "0.5"},
+        {"dead_pixel_share", "0.5"},    {"haze", "0.5"},          {"haze_scale_height_m", "0.5"},
+        {"settable_us", "0.5"},         {"first_us", "0.5"},      {"obeys_after", "0.5"},
+        {"light_from_s", "0.5"},        {"light_for_s", "0.5"},   {"light_every_s", "0.5"},
+        {"light_share", "0.5"},         {"saturates", "true"},    {"cloud_from_s", "0.5"},
+        {"cloud_for_s", "0.5"},         {"cloud_every_s", "0.5"}, {"cloud_opacity", "0.5"}}) {
     set_parameter(all, "camera", name, value);
   }
-  EXPECT_EQ(all.size(), 16U);
+  EXPECT_EQ(all.size(), 24U);
   EXPECT_EQ(effects.vignetting + effects.exposure_s + effects.readout_s + effects.psf_sigma_px + effects.gain +
                 effects.gain_step + effects.read_noise_grey + effects.dead_pixel_share + effects.haze +
                 effects.haze_scale_height_m + effects.cloud_from_s + effects.cloud_for_s + effects.cloud_every_s +
-                effects.cloud_opacity,
-            7);
+                effects.cloud_opacity + effects.settable_us + effects.first_us + effects.obeys_after +
+                effects.light_from_s + effects.light_for_s + effects.light_every_s + effects.light_share,
+            10.5);
   EXPECT_TRUE(effects.shot_noise);
+  EXPECT_TRUE(effects.saturates);
   EXPECT_EQ(effects.full_well_e, 50);
 }
 
