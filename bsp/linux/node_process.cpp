@@ -178,9 +178,8 @@ void NodeProcess::keep_alive() {
   reported_ns_ = now;
   static_cast<void>(node_->keep_alive(software_->executive(), connections_));
   // So that a power cut costs little work even without a head.
-  const Status flushed = store_.sharing().flush();
-  if (!flushed.ok() && !flushed.is(StatusCode::store_lost) && !flushed.is(StatusCode::not_ready))
-    software_->executive().events().report(now, "board", flushed);
+  const Status flushed = store_.sharing().flush_or_later();
+  if (!flushed.ok()) software_->executive().events().report(now, "board", flushed);
   NodeRecord head;
   if (find_head(database(), head).ok() && head.seen_ns > clock_.now()) {
     // In virtual time the head's clock is the faster one.

@@ -39,8 +39,7 @@ Status SharedFlight::keep_alive(const Executive& executive) {
   told_ns_ = now;
   static_cast<void>(node_.keep_alive(executive, connections_));
   // A disk that refuses it is reported, because nothing can be sent meanwhile.
-  const Status flushed = sharing_.flush();
-  if (!flushed.ok() && !flushed.is(StatusCode::store_lost) && !flushed.is(StatusCode::not_ready)) return flushed;
+  ILP_TRY(sharing_.flush_or_later());
   Node::News news;
   if (virtual_time_ || !node_.look_at_others(silence, news).ok()) return {};
   switch (news.change) {

@@ -97,7 +97,7 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   bool silent_ = false;
   bool unasked_ = false;  // the camera's present mode: it exposes at times of its own
   ExposureControl exposure_;
-  double speed_px_s_ = 0;  // the largest of late
+  double speed_px_s_ = 0;  ///< of the ground, the largest of the latest images
   Status exposure_event_;  // that the next step reports
   // The frame at work; its pixels are in image_.
   CameraFrame taken_;

@@ -429,7 +429,7 @@ Status SqliteStore::synchronise_log() {
     return code == SQLITE_OK ? Status{} : Status{StatusCode::store_error, code};
   }
   // The system reports once that it could not write something, and may then take it for written. So everything is
-  // written anew, into the database, and the log starts over.
+  // written again, into the database, and the log starts over.
   int frames = 0, copied = -1;
   const int code = sqlite3_wal_checkpoint_v2(database_, nullptr, SQLITE_CHECKPOINT_RESTART, &frames, &copied);
   if (code != SQLITE_OK) return fault(code);

@@ -16,7 +16,7 @@
 namespace ilp::map {
 namespace {
 
-/// A map of at most so many tiles has no empty columns or rows at its left and top edges.
+/// A map of at most this number of tiles has no empty columns or rows at its left and top edges.
 constexpr std::size_t most_trimmed_tiles = 64;
 
 constexpr const char* damaged_tile = "the catalogue is damaged: a tile of the map cannot be read back";

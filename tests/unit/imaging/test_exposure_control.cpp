@@ -212,7 +212,7 @@ TEST(ExposureControl, WhatTheLimitsDoNotAllowIsReportedOnce) {
   ASSERT_EQ(bright.events.size(), 1U);
   expect_limited(bright.events[0], 2, 10);
   EXPECT_EQ(bright.sensor.in_force, (ExposureSetting{10, 1000}));
-  // Dusk: the control goes on, and a second limit would be reported anew.
+  // Dusk: the control goes on, and a second limit would be reported again.
   bright.sensor.light = 1;
   bright.fly(14);
   bright.expect_settled(10);

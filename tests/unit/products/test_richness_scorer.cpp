@@ -61,7 +61,7 @@ class RichnessScorerTest : public test::ComponentTest {
   }
 
   /// What was scored from one restart to the next; `steps` 0: all.
-  /// All images, or so many.
+  /// Scores this number of images; 0: all.
   void score(int images = 0) {
     const auto scorer = std::make_unique<RichnessScorer>(store, mission, test::step_memory<RichnessScorer>());
     ASSERT_TRUE(scorer->restore().ok());
