@@ -25,6 +25,24 @@ Status encode(ProductCoding& job, Jpeg2000Product& coded) {
   return encode_jpeg2000(job.image(), mask, job.params, job.box_if_lossy.view(), job.jpeg2000, job.file(), coded);
 }
 
+float stated_error_px(const ProductCoding& job, std::int32_t codes) {
+  return static_cast<float>((codes + rounding_steps) * job.px_per_code);
+}
+
+bool keeps_required_error(const ProductCoding& job, float error_px) {
+  return static_cast<double>(error_px) <= job.depth_error_px;
+}
+
+/// The largest error in codes that keeps the required one; -1: none does, or none is required.
+std::int32_t enough_codes(const ProductCoding& job) {
+  if (!(job.depth_error_px > 0)) return -1;
+  constexpr std::int32_t codes = std::int32_t{1} << depth_code_bits;
+  const double most = job.depth_error_px / job.px_per_code;
+  auto enough = most < codes ? static_cast<std::int32_t>(most) : codes;
+  while (enough >= 0 && !keeps_required_error(job, stated_error_px(job, enough))) --enough;
+  return enough;
+}
+
 Status measure_layers(ProductCoding& job, const Jpeg2000Product& coded) {
   ProductRecord& product = job.product;
   product.bytes = static_cast<std::uint32_t>(coded.bytes);
@@ -33,16 +51,15 @@ Status measure_layers(ProductCoding& job, const Jpeg2000Product& coded) {
   const bool depth = product.kind == ProductKind::depth;
   LayerErrors errors;
   if (depth) {
-    ILP_TRY(measure_layer_errors(file, job.codes(), job.newly_seen(), job.jpeg2000, errors));
+    ILP_TRY(measure_layer_errors(file, job.codes(), job.newly_seen(), job.jpeg2000, errors, enough_codes(job)));
   } else {
     const MaskView mask = product.scheme == ProductScheme::thumbnail ? MaskView{} : MaskView(job.newly_seen());
     ILP_TRY(measure_layer_errors(file, job.image(), mask, job.jpeg2000, errors));
   }
   for (std::size_t i = 0; i < product.layers; ++i) {
     product.layer_bytes[i] = static_cast<std::uint32_t>(coded.layer_bytes[i]);
-    const double quality =
-        depth ? (errors.largest[i] + rounding_steps) * job.px_per_code : psnr_of(errors.mean_square[i]);
-    product.layer_quality[i] = static_cast<float>(quality);
+    product.layer_quality[i] =
+        depth ? stated_error_px(job, errors.largest[i]) : static_cast<float>(psnr_of(errors.mean_square[i]));
   }
   return {};
 }
@@ -54,7 +71,7 @@ Status leave_off_layers(ProductCoding& job) {
   std::uint8_t needed = 0;
   bool kept = false;
   while (!kept && needed < product.layers) {
-    kept = static_cast<double>(product.layer_quality[needed]) <= job.depth_error_px;
+    kept = keeps_required_error(job, product.layer_quality[needed]);
     ++needed;
   }
   if (needed == product.layers) return {};

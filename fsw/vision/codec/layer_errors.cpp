@@ -31,7 +31,7 @@ void compare(ImageView<const std::int32_t> decoded, ImageView<const Pixel> origi
 
 template <typename Pixel>
 Status measure(std::span<const std::uint8_t> file, ImageView<const Pixel> samples, MaskView mask,
-               Jpeg2000Workspace& workspace, LayerErrors& errors) {
+               Jpeg2000Workspace& workspace, LayerErrors& errors, std::int32_t enough) {
   errors = {};
   Jpeg2000Info info;
   ILP_TRY(parse_jp2(file, info));
@@ -47,8 +47,9 @@ Status measure(std::span<const std::uint8_t> file, ImageView<const Pixel> sample
     ILP_TRY(openjpeg_decode(info.codestream, false, layer + 1, decoded));
     const auto i = static_cast<std::size_t>(layer);
     compare(ImageView<const std::int32_t>(decoded), samples, mask, errors.largest[i], errors.mean_square[i]);
+    errors.layers = layer + 1;
+    if (errors.largest[i] <= enough) break;
   }
-  errors.layers = info.layers;
   return {};
 }
 
@@ -56,12 +57,12 @@ Status measure(std::span<const std::uint8_t> file, ImageView<const Pixel> sample
 
 Status measure_layer_errors(std::span<const std::uint8_t> file, GrayView samples, MaskView mask,
                             Jpeg2000Workspace& workspace, LayerErrors& errors) {
-  return measure(file, samples, mask, workspace, errors);
+  return measure(file, samples, mask, workspace, errors, -1);
 }
 
 Status measure_layer_errors(std::span<const std::uint8_t> file, ImageView<const std::uint16_t> samples, MaskView mask,
-                            Jpeg2000Workspace& workspace, LayerErrors& errors) {
-  return measure(file, samples, mask, workspace, errors);
+                            Jpeg2000Workspace& workspace, LayerErrors& errors, std::int32_t enough) {
+  return measure(file, samples, mask, workspace, errors, enough);
 }
 
 double psnr_of(double mean_square) {

@@ -13,7 +13,7 @@
 namespace ilp {
 
 struct LayerErrors {
-  int layers = 0;
+  int layers = 0;                                                    ///< that were measured, from the first one on
   std::array<std::int32_t, limits::max_quality_layers> largest{};  ///< |decoded - original|, of one sample
   std::array<double, limits::max_quality_layers> mean_square{};
 };
@@ -28,8 +28,10 @@ inline constexpr double exact_psnr_db = 120;
 /// size.
 Status measure_layer_errors(std::span<const std::uint8_t> file, GrayView samples, MaskView mask,
                             Jpeg2000Workspace& workspace, LayerErrors& errors);
+///
+/// Layers after the first one whose largest error is at most `enough` are not measured.
 Status measure_layer_errors(std::span<const std::uint8_t> file, ImageView<const std::uint16_t> samples, MaskView mask,
-                            Jpeg2000Workspace& workspace, LayerErrors& errors);
+                            Jpeg2000Workspace& workspace, LayerErrors& errors, std::int32_t enough = -1);
 
 /// PSNR of 8-bit samples, dB.
 [[nodiscard]] double psnr_of(double mean_square);

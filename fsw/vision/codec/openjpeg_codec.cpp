@@ -24,6 +24,46 @@ extern "C" double __wrap_opj_dwt_getnorm(std::uint32_t level, std::uint32_t orie
   const std::uint64_t rounded = bits + (std::uint64_t{1} << (dropped_bits - 1));
   return std::bit_cast<double>(rounded >> dropped_bits << dropped_bits);
 }
+
+// OpenJPEG finds the passes of a layer by 128 halvings of an interval of slopes, and puts all packets together at each
+// of them, which takes longer than coding. The 40th halving is finer than the slopes of two passes lie apart; from then
+// on the answer is "too long", so that the last layer that was short enough stays.
+extern "C" int __real_opj_t2_encode_packets(void* encoder, std::uint32_t tile_number, void* tile, std::uint32_t layers,
+                                            std::uint8_t* bytes, std::uint32_t* written, std::uint32_t room,
+                                            void* index, void* markers, std::uint32_t part, std::int32_t part_position,
+                                            std::uint32_t progression, unsigned mode, void* events);
+extern "C" int __wrap_opj_t2_encode_packets(void* encoder, std::uint32_t tile_number, void* tile, std::uint32_t layers,
+                                            std::uint8_t* bytes, std::uint32_t* written, std::uint32_t room,
+                                            void* index, void* markers, std::uint32_t part, std::int32_t part_position,
+                                            std::uint32_t progression, unsigned mode, void* events);
+
+namespace ilp {
+namespace {
+
+struct LayerSearch {
+  std::uint32_t layers = 0;
+  int halvings = 0;
+};
+thread_local LayerSearch layer_search;
+
+}  // namespace
+}  // namespace ilp
+
+extern "C" int __wrap_opj_t2_encode_packets(void* encoder, std::uint32_t tile_number, void* tile, std::uint32_t layers,
+                                            std::uint8_t* bytes, std::uint32_t* written, std::uint32_t room,
+                                            void* index, void* markers, std::uint32_t part, std::int32_t part_position,
+                                            std::uint32_t progression, unsigned mode, void* events) {
+  constexpr unsigned searching = 0;
+  constexpr int most_halvings = 64;
+  auto& search = ilp::layer_search;
+  if (mode == searching) {
+    if (layers != search.layers) search = {layers, 0};
+    if (search.halvings == most_halvings) return OPJ_FALSE;
+    ++search.halvings;
+  }
+  return __real_opj_t2_encode_packets(encoder, tile_number, tile, layers, bytes, written, room, index, markers, part,
+                                      part_position, progression, mode, events);
+}
 // NOLINTEND(bugprone-reserved-identifier)
 
 namespace ilp {
@@ -262,6 +302,7 @@ void decode_call(void* context) {
 
 Status openjpeg_encode(ImageView<const std::int32_t> samples, const CodestreamParams& params,
                        std::span<std::uint8_t> out, std::size_t& bytes) {
+  layer_search = {};
   EncodeCall call{samples, params, {out, 0, 0}, {}};
   ILP_TRY(call_in_heap_region(HeapRegion::openjpeg, encode_call, &call));
   bytes = call.out.end;

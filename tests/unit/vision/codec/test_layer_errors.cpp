@@ -126,6 +126,27 @@ TEST_F(LayerErrorsTest, NoPixelOfADepthMapIsWorseThanStated) {
   for (const char* suffix : {".jp2", ".pgm"}) std::remove((stem + suffix).c_str());
 }
 
+TEST_F(LayerErrorsTest, LayersAfterOneThatIsGoodEnoughAreNotMeasured) {
+  const Depth depth = depth_map(150, 110, 13);
+  const Mask mask = disc_mask(150, 110, 0.5);
+  Jpeg2000Params params;
+  params.max_bytes = file.size();
+  params.layers = 4;
+  params.region = RegionCoding::drop_background;
+  ASSERT_TRUE(encode(depth, 13, mask.view(), params).ok());
+  ASSERT_EQ(product.layers, 4);
+  LayerErrors all;
+  ASSERT_TRUE(measure_layer_errors(bytes(), depth.view(), mask.view(), *workspace, all).ok());
+  ASSERT_GT(all.largest[0], all.largest[1]);
+  ASSERT_GT(all.largest[1], all.largest[2]);
+  for (int enough = 0; enough < 4; ++enough) {
+    const std::int32_t error = all.largest[static_cast<std::size_t>(enough)];
+    ASSERT_TRUE(measure_layer_errors(bytes(), depth.view(), mask.view(), *workspace, errors, error).ok());
+    EXPECT_EQ(errors.layers, enough + 1);
+    for (std::size_t i = 0; i <= static_cast<std::size_t>(enough); ++i) EXPECT_EQ(errors.largest[i], all.largest[i]);
+  }
+}
+
 TEST_F(LayerErrorsTest, TheSmallestDepthMapsHaveTheirBoundsToo) {
   for (const auto& [w, h] : {std::pair{1, 1}, {1, 9}, {7, 1}, {2, 2}, {3, 5}, {17, 2}}) {
     const Depth depth = depth_map(w, h, 13);
