@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstring>
 
+#include "fsw/base/vector_width.hpp"
+
 // Lifting (T.800, F.3.8.2 and F.4.8.2), with x the interleaved signal, d = x[2k+1] and s = x[2k] its high and low part:
 //   d[k] = x[2k+1] - floor((x[2k] + x[2k+2]) / 2)
 //   s[k] = x[2k] + floor((d[k-1] + d[k] + 2) / 4)
@@ -132,21 +134,29 @@ void mask_columns(Mask from, Mask to) {
   }
 }
 
+std::uint8_t any_of(const std::uint8_t* m, std::ptrdiff_t first, std::ptrdiff_t last, std::ptrdiff_t n) {
+  unsigned any = 0;
+  for (std::ptrdiff_t i = first < 0 ? 0 : first; i <= last && i < n; ++i) any |= m[i];
+  return static_cast<std::uint8_t>(any);
+}
+
 void mask_row(const std::uint8_t* m, std::uint8_t* out, std::ptrdiff_t n) {
   const std::ptrdiff_t lows = (n + 1) / 2;
-  for (std::ptrdiff_t k = 0; k < lows; ++k) {
-    unsigned any = m[2 * k];
-    if (k > 0) any |= m[2 * k - 1];
-    if (2 * k + 1 < n) any |= m[2 * k + 1];
-    out[k] = static_cast<std::uint8_t>(any);
+  const std::ptrdiff_t highs = n - lows;
+  std::uint8_t* high = out + lows;
+  // All neighbours of a sample k exist for 0 < k < inner.
+  const std::ptrdiff_t inner = (n - 3) / 2;
+  const auto at_end = [&](std::ptrdiff_t k) {
+    if (k < lows) out[k] = any_of(m, 2 * k - 1, 2 * k + 1, n);
+    if (k < highs) high[k] = any_of(m, 2 * k - 1, 2 * k + 3, n);
+  };
+  at_end(0);
+  for (std::ptrdiff_t k = 1; k < inner; ++k) {
+    const auto near = static_cast<std::uint8_t>(m[2 * k - 1] | m[2 * k] | m[2 * k + 1]);
+    out[k] = near;
+    high[k] = static_cast<std::uint8_t>(near | m[2 * k + 2] | m[2 * k + 3]);
   }
-  for (std::ptrdiff_t k = 0; k < n - lows; ++k) {
-    unsigned any = m[2 * k] | m[2 * k + 1];
-    if (k > 0) any |= m[2 * k - 1];
-    if (2 * k + 2 < n) any |= m[2 * k + 2];
-    if (2 * k + 3 < n) any |= m[2 * k + 3];
-    out[lows + k] = static_cast<std::uint8_t>(any);
-  }
+  for (std::ptrdiff_t k = inner < 1 ? 1 : inner; k < lows; ++k) at_end(k);
 }
 
 }  // namespace
@@ -155,8 +165,10 @@ void forward_wavelet53(Image image, int levels, std::int32_t* scratch) {
   for (int level = 0; level < levels; ++level) {
     const Image band(image.data, low_band_side(image.width, level), low_band_side(image.height, level), image.stride);
     const Image columns(scratch, band.width, band.height);
-    forward_columns(band, columns);
-    for (std::int32_t y = 0; y < band.height; ++y) forward_row(columns.row(y), band.row(y), band.width);
+    with_widest_vectors([&] {
+      forward_columns(band, columns);
+      for (std::int32_t y = 0; y < band.height; ++y) forward_row(columns.row(y), band.row(y), band.width);
+    });
   }
 }
 
@@ -164,8 +176,10 @@ void inverse_wavelet53(Image image, int levels, std::int32_t* scratch) {
   for (int level = levels - 1; level >= 0; --level) {
     const Image band(image.data, low_band_side(image.width, level), low_band_side(image.height, level), image.stride);
     const Image rows(scratch, band.width, band.height);
-    for (std::int32_t y = 0; y < band.height; ++y) inverse_row(band.row(y), rows.row(y), band.width);
-    inverse_columns(rows, band);
+    with_widest_vectors([&] {
+      for (std::int32_t y = 0; y < band.height; ++y) inverse_row(band.row(y), rows.row(y), band.width);
+      inverse_columns(rows, band);
+    });
   }
 }
 
@@ -177,8 +191,10 @@ void propagate_mask53(Mask mask, int levels, std::uint8_t* scratch) {
   for (int level = 0; level < levels; ++level) {
     const Mask band(mask.data, low_band_side(mask.width, level), low_band_side(mask.height, level), mask.stride);
     const Mask columns(scratch, band.width, band.height);
-    mask_columns(band, columns);
-    for (std::int32_t y = 0; y < band.height; ++y) mask_row(columns.row(y), band.row(y), band.width);
+    with_widest_vectors([&] {
+      mask_columns(band, columns);
+      for (std::int32_t y = 0; y < band.height; ++y) mask_row(columns.row(y), band.row(y), band.width);
+    });
   }
 }
 

@@ -314,6 +314,27 @@ TEST_F(Jpeg2000Test, LayersCutToCompleteFilesOfTheAnnouncedSize) {
   }
 }
 
+// The search for a layer's passes must not end before it has found them. It begins at the steepest slope, and the
+// passes of a depth map with all its bits are many powers of ten less steep.
+TEST_F(Jpeg2000Test, LayersFillTheBytesThatTheyMayHave) {
+  Depth depth = depth_map(640, 480, 13);
+  Rng rng(11);
+  for (auto& sample : depth.pixels) sample = static_cast<std::uint16_t>(sample / 2 + 1000 + rng.below(16));
+  const Mask mask = disc_mask(640, 480, 0.33);
+  Jpeg2000Params params;
+  params.max_bytes = 60000;
+  params.layers = 4;
+  params.layer_ratio = 0.7;
+  params.region = RegionCoding::drop_background;
+  params.region_resolutions = 0;
+  ASSERT_TRUE(encode(depth, 13, mask.view(), params).ok());
+  ASSERT_EQ(product.layers, 4);
+  double expected = 60000;
+  for (std::size_t layer = 4; layer-- > 0; expected *= 0.7) {
+    EXPECT_NEAR(static_cast<double>(product.layer_bytes[layer]) / expected, 1, 0.02) << layer;
+  }
+}
+
 TEST_F(Jpeg2000Test, SameInputSameBytes) {
   const Image image = textured_image(200, 150);
   const Mask mask = disc_mask(200, 150, 0.4);
