@@ -27,6 +27,12 @@ struct BitProbability {
     quick += (target - quick) / (1 << fast);
     steady += (target - steady) / (1 << slow);
   }
+  /// Whether learning another such bit changes nothing.
+  [[nodiscard]] bool settled(std::uint32_t bit) const {
+    BitProbability next = *this;
+    next.learn(bit);
+    return next.quick == quick && next.steady == steady;
+  }
 };
 
 inline constexpr std::uint32_t bit_coder_renewal = 1U << 24U;
@@ -55,24 +61,24 @@ class BitEncoder {
 
   /// The same as `count` calls of encode(context, bit), in less time.
   void encode_run(std::uint32_t context, std::uint32_t bit, std::size_t count) {
-    BitProbability p = probabilities_[context];
+    std::size_t done = 0;
+    for (; done < count && !probabilities_[context].settled(bit); ++done) encode(context, bit);
+    const std::uint32_t zero = probabilities_[context].zero();
     std::uint32_t range = range_;
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t bound = (range >> bit_coder_probability_bits) * p.zero();
+    for (; done < count; ++done) {
+      const std::uint32_t bound = (range >> bit_coder_probability_bits) * zero;
       if (bit == 0) {
         range = bound;
       } else {
         low_ += bound;
         range -= bound;
       }
-      p.learn(bit);
       while (range < bit_coder_renewal) {
         range <<= 8U;
         shift_low();
       }
     }
     range_ = range;
-    probabilities_[context] = p;
   }
 
   /// Bytes in all. If they exceed the capacity, the output is void.
@@ -143,30 +149,32 @@ class BitDecoder {
   /// The same as calls of decode(context) until one gives another bit than `usual`, but `most` calls at most; the
   /// number of usual bits. If it is less than `most`, the other bit has been decoded too.
   std::size_t decode_run(std::uint32_t context, std::uint32_t usual, std::size_t most) {
-    BitProbability p = probabilities_[context];
-    std::uint32_t range = range_, code = code_;
     std::size_t count = 0;
-    bool other = false;
-    while (count < most && !other) {
-      const std::uint32_t bound = (range >> bit_coder_probability_bits) * p.zero();
+    while (count < most && !probabilities_[context].settled(usual)) {
+      if (decode(context) != usual) return count;
+      ++count;
+    }
+    // The probability of the usual bit stays as it is until the other bit comes.
+    const std::uint32_t zero = probabilities_[context].zero();
+    std::uint32_t range = range_, code = code_;
+    for (; count < most; ++count) {
+      const std::uint32_t bound = (range >> bit_coder_probability_bits) * zero;
       const std::uint32_t bit = code < bound ? 0U : 1U;
+      if (bit != usual) break;
       if (bit == 0) {
         range = bound;
       } else {
         code -= bound;
         range -= bound;
       }
-      p.learn(bit);
       while (range < bit_coder_renewal) {
         range <<= 8U;
         code = (code << 8U) | next();
       }
-      other = bit != usual;
-      count += other ? 0 : 1;
     }
     range_ = range;
     code_ = code;
-    probabilities_[context] = p;
+    if (count < most) static_cast<void>(decode(context));
     return count;
   }
 
