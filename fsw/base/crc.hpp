@@ -12,11 +12,6 @@ namespace ilp {
 /// CRC-32C (polynomial 0x1EDC6F41 reflected, Castagnoli), one of CFDP's checksums. Continues likewise.
 [[nodiscard]] std::uint32_t crc32c(std::span<const std::uint8_t> bytes, std::uint32_t crc = 0);
 
-/// Whether this processor computes CRC-32C by an instruction (SSE 4.2; CRC32 of ARMv8). It is used where it exists.
-[[nodiscard]] bool has_crc32c_instruction();
-/// For tests, which compare the instruction with the tables. The processor must have it.
-void use_crc32c_instruction(bool use);
-
 /// Finds the single flipped bit that explains the difference between two CRC-32C, counted from the first bit (the
 /// lowest of the first byte) of the last `bytes` bytes of the message. Returns 8 * bytes if no single bit of these
 /// explains it.

@@ -13,7 +13,7 @@
 namespace ilp {
 
 struct LayerErrors {
-  int layers = 0;                                                    ///< that were measured, from the first one on
+  int layers = 0;                                                  ///< that were measured, from the first one on
   std::array<std::int32_t, limits::max_quality_layers> largest{};  ///< |decoded - original|, of one sample
   std::array<double, limits::max_quality_layers> mean_square{};
 };

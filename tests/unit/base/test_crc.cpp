@@ -41,25 +41,6 @@ TEST(Crc, IsWhatTheDefinitionSaysForEveryLengthAndPlaceAndContinues) {
   }
 }
 
-// The instruction sums three streams at once and joins them, from 4080 bytes on.
-TEST(Crc, IsTheSameByTablesAndByTheProcessorsInstruction) {
-  std::mt19937 random(6);
-  std::vector<std::uint8_t> bytes(20000);
-  for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
-  for (const bool instruction : {false, true}) {
-    if (instruction && !has_crc32c_instruction()) GTEST_SKIP() << "this processor has no instruction for CRC-32C";
-    use_crc32c_instruction(instruction);
-    for (const std::size_t length : {0, 7, 4079, 4080, 4081, 4096, 8159, 8160, 8191, 12240, 19990}) {
-      for (const std::size_t begin : {0, 1, 10}) {
-        const auto piece = std::span<const std::uint8_t>(bytes).subspan(begin, length);
-        ASSERT_EQ(crc32c(piece), by_definition(piece, 0x82F63B78U)) << length << " bytes, instruction " << instruction;
-        const std::size_t cut = length / 3;
-        ASSERT_EQ(crc32c(piece.subspan(cut), crc32c(piece.first(cut))), crc32c(piece));
-      }
-    }
-  }
-}
-
 TEST(Crc, TellsWhichBitHasFlipped) {
   std::vector<std::uint8_t> bytes(300);
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * i);
