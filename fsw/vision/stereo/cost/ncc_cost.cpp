@@ -75,6 +75,12 @@ void update_columns(const std::uint8_t* __restrict row_new, const std::uint8_t* 
 /// `out[i]` = columns[i] + ... + columns[i + 2 radius].
 void sum_windows(const std::int32_t* __restrict columns, std::int32_t count, std::int32_t radius,
                  std::int32_t* __restrict out) {
+  if (radius == 2) {
+    for (std::int32_t i = 0; i < count; ++i) {
+      out[i] = columns[i] + columns[i + 1] + columns[i + 2] + columns[i + 3] + columns[i + 4];
+    }
+    return;
+  }
   for (std::int32_t i = 0; i < count; ++i) out[i] = columns[i] + columns[i + 1] + columns[i + 2];
   for (std::int32_t k = 3; k <= 2 * radius; ++k) {
     for (std::int32_t i = 0; i < count; ++i) out[i] += columns[i + k];

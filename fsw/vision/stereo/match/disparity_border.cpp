@@ -1,6 +1,7 @@
 #include "fsw/vision/stereo/match/disparity_border.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/stereo/match/flagged_columns.hpp"
@@ -57,10 +58,12 @@ struct Span {
 
 /// Inner columns of the right image without a gap: nearly always all there are.
 Span safe_span(const InnerRow& row) {
-  const std::uint8_t* end = row.right + row.width;
-  const std::uint8_t* first = std::find(row.right, end, std::uint8_t{1});
-  const std::uint8_t* last = std::find(first, end, std::uint8_t{0});
-  return {static_cast<std::int32_t>(first - row.right), static_cast<std::int32_t>(last - row.right)};
+  const auto find = [&row](std::int32_t from, int value) {
+    const void* found = std::memchr(row.right + from, value, static_cast<std::size_t>(row.width - from));
+    return found == nullptr ? row.width : static_cast<std::int32_t>(static_cast<const std::uint8_t*>(found) - row.right);
+  };
+  const std::int32_t begin = find(0, 1);
+  return {begin, find(begin, 0)};
 }
 
 InnerRow inner_row(BorderWorkspace& w, std::int32_t y, std::int32_t width) {

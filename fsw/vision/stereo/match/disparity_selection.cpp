@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/stereo/match/correlation_peak.hpp"
@@ -29,25 +30,40 @@ bool has_its_right_pixel(const SelectionWorkspace& w, std::int32_t x, std::int32
   return -most <= away && away <= most;
 }
 
-/// Sum of correlations around disparity index d over the pixel and those beside it that chose the same disparity or the
-/// next: the fit needs more support than the window gives, and path costs would pull it to whole pixels. Beside the
+using PeakWords [[gnu::vector_size(8)]] = std::int16_t;
+using PeakSums [[gnu::vector_size(16)]] = std::int32_t;
+
+/// The correlations before, at and after a disparity, and one without a meaning.
+[[gnu::always_inline]] inline PeakWords around(const std::int16_t* c) {
+  PeakWords words;
+  std::memcpy(&words, c - 1, sizeof words);
+  return words;
+}
+[[gnu::always_inline]] inline PeakSums widened(PeakWords words) {
+  return __builtin_convertvector(words, PeakSums);
+}
+
+/// PeakSums of correlations around disparity index d over the pixel and those beside it that chose the same disparity or
+/// the next: the fit needs more support than the window gives, and path costs would pull it to whole pixels. Beside the
 /// edge of what is in view one side has to do: windows there reach out of it, those further inside less.
 struct Support {
-  std::int32_t before = 0, at = 0, after = 0;
+  PeakSums sums{};             ///< before, at and after the disparity
   std::int32_t count = 0;  ///< of pixels
 
   void take(const std::int16_t* c) {
-    before += c[-1];
-    at += c[0];
-    after += c[1];
+    sums += widened(around(c));
     ++count;
   }
   /// The same with the right pixel held instead of the left one.
   void take_from_right(const std::int16_t* c, std::ptrdiff_t padded) {
-    before += c[-1 - padded];
-    at += c[0];
-    after += c[1 + padded];
+    sums += PeakSums{c[-1 - padded], c[0], c[1 + padded], 0};
     ++count;
+  }
+  /// As an element of SelectionWorkspace::fits.
+  [[nodiscard]] PeakSums fit() const {
+    PeakSums out = sums;
+    out[3] = count;
+    return out;
   }
 };
 
@@ -87,8 +103,12 @@ void find_agreeing(const std::int16_t* __restrict index, const SearchRun& run, s
 
 /// Support of all pixels on both sides, which agree; false where one of them is not in view.
 [[gnu::always_inline]] inline bool supported_by_all(const std::int16_t* c, std::ptrdiff_t padded, Support& support) {
-  if (c[-2 * padded] == 0 || c[-padded] == 0 || c[padded] == 0 || c[2 * padded] == 0) return false;
-  for (std::int32_t step = -2; step <= 2; ++step) support.take(c + step * padded);
+  const PeakWords far_left = around(c - 2 * padded), left = around(c - padded), right = around(c + padded),
+              far_right = around(c + 2 * padded);
+  const PeakWords unseen = (far_left == 0) | (left == 0) | (right == 0) | (far_right == 0);
+  if (unseen[1] != 0) return false;
+  support.sums = widened(far_left) + widened(left) + widened(around(c)) + widened(right) + widened(far_right);
+  support.count = 2 * fit_support_radius + 1;
   return true;
 }
 
@@ -136,7 +156,7 @@ struct RowChecks {
   const std::int16_t* ncc;
   const RowWinner* winners;
   const float* variance;
-  float min_ncc, min_variance;
+  float min_variance;
 };
 
 /// Gathers the input of the fit of pixel x, whose window, uniqueness and place in the range are good. `agreeing`: so
@@ -156,19 +176,15 @@ struct RowChecks {
              x + 1 < run.end - fit_support_radius) {
     (void)support_from_right(c, padded, support);
   }
-  const auto at = static_cast<float>(support.at);
-  if (at < r.min_ncc * static_cast<float>(support.count)) return;
-  w.fit_before[k] = static_cast<float>(support.before);
-  w.fit_at[k] = at;
-  w.fit_after[k] = static_cast<float>(support.after);
-  w.peak_before[k] = c[-1];
-  w.peak_at[k] = c[0];
-  w.peak_after[k] = c[1];
+  const PeakSums fit = support.fit();
+  const PeakWords peak = around(c);
+  std::memcpy(w.fits.data() + 4 * k, &fit, sizeof fit);
+  std::memcpy(w.peaks.data() + 4 * k, &peak, sizeof peak);
 }
 
-/// Gathers the input of the fits; `fit_at` stays 0 for rejected pixels.
+/// Gathers the input of the fits, which stay 0 for rejected pixels.
 void check_run(const RowChecks& r, const SearchRun& run, const Flags& unique, SelectionWorkspace& w) {
-  std::fill(w.fit_at.begin() + run.begin, w.fit_at.begin() + run.end, 0.0F);
+  std::fill(w.fits.begin() + std::ptrdiff_t{4} * run.begin, w.fits.begin() + std::ptrdiff_t{4} * run.end, 0);
   Flags agreeing;
   find_agreeing(w.best_index.data(), run, agreeing.data());
   // A winner at the end of the range may continue beyond it.
@@ -183,23 +199,82 @@ void check_run(const RowChecks& r, const SearchRun& run, const Flags& unique, Se
                    [&](std::int32_t x) { check_pixel(r, run, x, agreeing[static_cast<std::size_t>(x)] != 0, w); });
 }
 
-/// Fits a whole row at once, because fitting rejected pixels is cheaper than skipping them.
-void fit_row(const SelectionWorkspace& w, const float* __restrict variance, std::int32_t width,
-             std::int32_t min_disparity, float damping, float area, float* __restrict disparity_px,
-             float* __restrict sigma_px) {
-  constexpr float unit = 1.0F / static_cast<float>(ncc_one);
-  for (std::int32_t x = 0; x < width; ++x) {
-    const auto k = static_cast<std::size_t>(x);
-    const CorrelationPeak fit{w.fit_before[k], w.fit_at[k], w.fit_after[k]};
-    const CorrelationPeak peak{static_cast<float>(w.peak_before[k]) * unit, static_cast<float>(w.peak_at[k]) * unit,
-                               static_cast<float>(w.peak_after[k]) * unit};
-    disparity_px[x] = static_cast<float>(min_disparity + w.best_index[k]) + peak_vertex(fit);
-    sigma_px[x] = peak_sigma(peak, area * variance[x], damping, area);
+constexpr std::int32_t fit_chunk = 64;
+/// Fits and peaks of some columns, each number in a row of its own.
+struct FitChunk {
+  using Row = std::array<float, static_cast<std::size_t>(fit_chunk)>;
+  Row before, at, after, count;
+  Row peak_before, peak_at, peak_after;
+};
+
+/// Numbers 0 to 2 or 3 of four elements, as float.
+template <typename Load>
+[[gnu::always_inline]] inline void separate(const Load& load, float* first, float* second, float* third,
+                                            float* fourth) {
+  using Floats [[gnu::vector_size(16)]] = float;
+  const PeakSums a = load(0), b = load(1), c = load(2), e = load(3);
+  const PeakSums ab = __builtin_shufflevector(a, b, 0, 4, 1, 5), ce = __builtin_shufflevector(c, e, 0, 4, 1, 5);
+  const PeakSums ab2 = __builtin_shufflevector(a, b, 2, 6, 3, 7), ce2 = __builtin_shufflevector(c, e, 2, 6, 3, 7);
+  const auto store = [](PeakSums v, float* to) {
+    const Floats converted = __builtin_convertvector(v, Floats);
+    std::memcpy(to, &converted, sizeof converted);
+  };
+  store(__builtin_shufflevector(ab, ce, 0, 1, 4, 5), first);
+  store(__builtin_shufflevector(ab, ce, 2, 3, 6, 7), second);
+  store(__builtin_shufflevector(ab2, ce2, 0, 1, 4, 5), third);
+  if (fourth != nullptr) store(__builtin_shufflevector(ab2, ce2, 2, 3, 6, 7), fourth);
+}
+
+/// `count` columns from `first`, and those that fill the last four.
+void gather(const SelectionWorkspace& w, std::int32_t first, std::int32_t count, FitChunk& out) {
+  static_assert(limits::max_rectified_width % 4 == 0 && fit_chunk % 4 == 0);
+  for (std::int32_t i = 0; i < count; i += 4) {
+    const auto k = static_cast<std::size_t>(i);
+    const std::int32_t* sums = w.fits.data() + std::ptrdiff_t{4} * (first + i);
+    const std::int16_t* own = w.peaks.data() + std::ptrdiff_t{4} * (first + i);
+    const auto sums_of = [sums](int n) {
+      PeakSums v;
+      std::memcpy(&v, sums + 4 * n, sizeof v);
+      return v;
+    };
+    const auto own_of = [own](int n) { return widened(around(own + 4 * n + 1)); };
+    separate(sums_of, &out.before[k], &out.at[k], &out.after[k], &out.count[k]);
+    separate(own_of, &out.peak_before[k], &out.peak_at[k], &out.peak_after[k], nullptr);
   }
-  for (std::int32_t x = 0; x < width; ++x) {
-    const bool valid = w.fit_at[static_cast<std::size_t>(x)] > 0;
-    disparity_px[x] = valid ? disparity_px[x] : 0.0F;
-    sigma_px[x] = valid ? sigma_px[x] : 0.0F;
+}
+
+struct FitRule {
+  float min_disparity, damping, area, min_ncc;
+};
+
+void fit_columns(const FitChunk& c, const std::int16_t* __restrict index, const float* __restrict variance,
+                 std::int32_t count, const FitRule& rule, float* __restrict disparity_px, float* __restrict sigma_px) {
+  constexpr float unit = 1.0F / static_cast<float>(ncc_one);
+  const FitRule r = rule;
+  for (std::int32_t i = 0; i < count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const CorrelationPeak fit{c.before[k], c.at[k], c.after[k]};
+    const CorrelationPeak peak{c.peak_before[k] * unit, c.peak_at[k] * unit, c.peak_after[k] * unit};
+    disparity_px[i] = r.min_disparity + static_cast<float>(index[i]) + peak_vertex(fit);
+    sigma_px[i] = peak_sigma(peak, r.area * variance[i], r.damping, r.area);
+  }
+  for (std::int32_t i = 0; i < count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const bool valid = static_cast<int>(c.at[k] > 0) & static_cast<int>(c.at[k] >= r.min_ncc * c.count[k]);
+    disparity_px[i] = valid ? disparity_px[i] : 0.0F;
+    sigma_px[i] = valid ? sigma_px[i] : 0.0F;
+  }
+}
+
+/// Fits whole rows, because fitting rejected pixels is cheaper than skipping them.
+void fit_row(const SelectionWorkspace& w, const float* variance, std::int32_t width, const FitRule& rule,
+             float* disparity_px, float* sigma_px) {
+  FitChunk chunk;
+  for (std::int32_t first = 0; first < width; first += fit_chunk) {
+    const std::int32_t count = std::min(width - first, fit_chunk);
+    gather(w, first, count, chunk);
+    fit_columns(chunk, w.best_index.data() + first, variance + first, count, rule, disparity_px + first,
+                sigma_px + first);
   }
 }
 
@@ -216,11 +291,12 @@ void select(const NccRows& rows, std::int32_t y, std::int32_t count, const Stere
                          ncc,
                          winners,
                          variance,
-                         static_cast<float>(params.min_ncc * ncc_one),
                          static_cast<float>(params.min_texture_grey * params.min_texture_grey)};
   for (const SearchRun& run : rows.search) check_run(checks, run, unique, w);
   const auto area = static_cast<float>((2 * rows.radius + 1) * (2 * rows.radius + 1));
-  fit_row(w, variance, width, rows.min_disparity, rows.damping, area, disparity_px, sigma_px);
+  const FitRule rule{static_cast<float>(rows.min_disparity), rows.damping, area,
+                     static_cast<float>(params.min_ncc * ncc_one)};
+  fit_row(w, variance, width, rule, disparity_px, sigma_px);
 }
 
 }  // namespace

@@ -76,21 +76,43 @@ void connect_segments_row(ImageView<const float> disparity_px, ImageView<const f
   with_widest_vectors([&] { connect_segments(disparity_px, sigma_px, y, max_step_px, workspace); });
 }
 
-void remove_small_segments_row(ImageView<float> sigma_px, std::int32_t y, std::int32_t min_area_px,
-                               PixelForest& workspace) {
+namespace {
+
+void remove_small_segments(const ImageView<float>& sigma_px, std::int32_t y, std::int32_t min_area_px,
+                           PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
+  const std::int32_t width = sigma_px.width;
+  const std::int32_t first = y * width;
   float* s = sigma_px.row(y);
   // Pixels with the same parent have the same root.
   std::int32_t parent = -1;
   bool small = false;
-  for (std::int32_t x = 0; x < sigma_px.width; ++x) {
-    if (!(s[x] > 0)) continue;
-    const std::int32_t pixel = y * sigma_px.width + x;
-    const std::int32_t link = links[pixel];
-    if (link < 0 || link != parent) small = -links[root_of(links, pixel)] < min_area_px;
-    parent = link;
-    if (small) s[x] = 0;
+  constexpr std::int32_t group = 16;
+  const auto all_have_parent = [&](std::int32_t x) {
+    std::int32_t differ = 0;
+    for (std::int32_t i = x; i < x + group; ++i) differ |= links[first + i] ^ parent;
+    return differ == 0;
+  };
+  for (std::int32_t x = 0; x < width;) {
+    if (parent >= 0 && !small && x + group <= width && all_have_parent(x)) {
+      x += group;
+      continue;
+    }
+    for (const std::int32_t end = std::min(x + group, width); x < end; ++x) {
+      if (!(s[x] > 0)) continue;
+      const std::int32_t link = links[first + x];
+      if (link < 0 || link != parent) small = -links[root_of(links, first + x)] < min_area_px;
+      parent = link;
+      if (small) s[x] = 0;
+    }
   }
+}
+
+}  // namespace
+
+void remove_small_segments_row(ImageView<float> sigma_px, std::int32_t y, std::int32_t min_area_px,
+                               PixelForest& workspace) {
+  with_widest_vectors([&] { remove_small_segments(sigma_px, y, min_area_px, workspace); });
 }
 
 }  // namespace ilp
