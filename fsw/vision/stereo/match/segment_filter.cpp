@@ -47,7 +47,8 @@ void connect_segments(ImageView<const float> disparity_px, ImageView<const float
   std::int32_t* links = workspace.links.data();
   const std::int32_t width = disparity_px.width;
   const std::int32_t first = y * width;
-  Joined beside, beside_above, above;
+  Joined beside, beside_above;
+  std::array<std::uint8_t, std::tuple_size_v<Joined> + 1> above;
   find_joined(disparity_px.row(y), sigma_px.row(y), max_step_px, width, beside);
   link_runs(beside, width, first, links);
   if (y == 0) return;
@@ -56,15 +57,15 @@ void connect_segments(ImageView<const float> disparity_px, ImageView<const float
   const float* s = sigma_px.row(y);
   const float* d_above = disparity_px.row(y - 1);
   const float* s_above = sigma_px.row(y - 1);
+  // Column x is at x + 1, after one that is joined to nothing.
+  std::uint8_t* __restrict joined_above = above.data();
+  joined_above[0] = 0;
   for (std::int32_t x = 0; x < width; ++x) {
-    above[static_cast<std::size_t>(x)] =
-        static_cast<std::uint8_t>(are_joined(d[x], s[x], d_above[x], s_above[x], max_step_px));
+    joined_above[x + 1] = static_cast<std::uint8_t>(are_joined(d[x], s[x], d_above[x], s_above[x], max_step_px));
   }
   // A pixel whose left neighbour has joined the same two runs joins nothing new.
-  const auto joins = [&](std::int32_t x) {
-    const auto k = static_cast<std::size_t>(x);
-    const int same = x == 0 ? 0 : above[k - 1] & beside[k] & beside_above[k];
-    return above[k] & (same ^ 1);
+  const auto joins = [joined_above, here = beside.data(), before = beside_above.data()](std::int32_t x) {
+    return joined_above[x + 1] & ((joined_above[x] & here[x] & before[x]) ^ 1);
   };
   for_each_flagged(0, width, joins, [&](std::int32_t x) { join(links, first + x, first - width + x, 0); });
 }
