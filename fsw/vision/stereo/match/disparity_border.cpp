@@ -111,8 +111,8 @@ using FourInts [[gnu::vector_size(16)]] = std::int32_t;
     const FourInts inner_left = FourInts{left[0], left[1], left[2], left[3]} != 0;
     const Four lifted = __builtin_convertvector(column + lift, Four) - d + 0.5F;
     const FourInts target = __builtin_convertvector(lifted, FourInts) - lift;
-    const FourInts inner = (sigma > 0) & inner_left & (target >= span.begin) & (target < span.end) & (column >= u) &
-                           (column <= last);
+    const FourInts inner =
+        (sigma > 0) & inner_left & (target >= span.begin) & (target < span.end) & (column >= u) & (column <= last);
     below -= inner & (d < lowest);
     above -= inner & (d > highest);
     about -= inner;

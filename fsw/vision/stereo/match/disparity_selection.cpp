@@ -7,7 +7,6 @@
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/stereo/cost/lanes.hpp"
 #include "fsw/vision/stereo/match/correlation_peak.hpp"
-#include "fsw/vision/stereo/match/flagged_columns.hpp"
 
 namespace ilp {
 namespace {
@@ -49,7 +48,7 @@ using PeakSums [[gnu::vector_size(16)]] = std::int32_t;
 /// the next: the fit needs more support than the window gives, and path costs would pull it to whole pixels. Beside the
 /// edge of what is in view one side has to do: windows there reach out of it, those further inside less.
 struct Support {
-  PeakSums sums{};             ///< before, at and after the disparity
+  PeakSums sums{};         ///< before, at and after the disparity
   std::int32_t count = 0;  ///< of pixels
 
   void take(const std::int16_t* c) {
@@ -192,19 +191,84 @@ struct PixelRule {
   std::memcpy(w.peaks.data() + 4 * k, &peak, sizeof(std::int16_t) * 4);
 }
 
+constexpr std::int32_t level_columns = lanes::words;
+
+/// The same for level_columns pixels from x on, all of them good, on ground that is level: they and their neighbours
+/// chose one disparity, so that one window slides over their correlations. False, and nothing is done, elsewhere.
+[[gnu::always_inline]] inline bool check_level_pixels(const PixelRule& r, std::int32_t x, SelectionWorkspace& w) {
+  static_assert(fit_support_radius == 2);
+  constexpr std::int32_t columns = level_columns + 2 * fit_support_radius;
+  const std::int16_t* index = w.best_index.data() + x;
+  const lanes::I16 d = lanes::I16{} + index[0];
+  const lanes::I16 differ = (lanes::load<lanes::I16>(index - 2) ^ d) | (lanes::load<lanes::I16>(index + 2) ^ d);
+  const std::ptrdiff_t target = x + r.padded - index[0];
+  const lanes::I16 away = lanes::load<lanes::I16>(w.right_index.data() + target) - d;
+  const auto most = static_cast<std::int16_t>(r.most_away);
+  if (lanes::any(differ | (away > most) | (-away > most))) return false;
+  const std::int16_t* c = r.ncc + (x - fit_support_radius) * r.padded + index[0];
+  PeakWords column[columns];
+  PeakWords unseen{};
+#pragma GCC unroll 16
+  for (std::int32_t i = 0; i < columns; ++i) {
+    column[i] = around(c + i * r.padded);
+    unseen |= column[i] == 0;
+  }
+  if (unseen[1] != 0) return false;
+  constexpr PeakSums sums_only = {-1, -1, -1, 0};
+  constexpr PeakSums count = {0, 0, 0, 2 * fit_support_radius + 1};
+  PeakSums sums = widened(column[0]) + widened(column[1]) + widened(column[2]) + widened(column[3]);
+#pragma GCC unroll 8
+  for (std::int32_t i = 0; i < level_columns; ++i) {
+    sums += widened(column[i + 4]);
+    const PeakSums fit = (sums & sums_only) | count;
+    const auto k = static_cast<std::size_t>(x + i);
+    std::memcpy(w.fits.data() + 4 * k, &fit, sizeof fit);
+    std::memcpy(w.peaks.data() + 4 * k, &column[i + 2], sizeof(std::int16_t) * 4);
+    sums -= widened(column[i]);
+  }
+  return true;
+}
+
+/// Checks the pixels of a run that are good.
+void check_good_pixels(const PixelRule& r, const SearchRun& run, const std::uint8_t* good, const std::uint8_t* agreeing,
+                       SelectionWorkspace& w) {
+  constexpr std::uint64_t all = 0x0101010101010101;
+  static_assert(level_columns == sizeof all);
+  // The first group ends where a window of the support fits into the run.
+  for (std::int32_t x = run.begin, end = run.begin + fit_support_radius; x < run.end; end += level_columns) {
+    end = std::min(end, run.end);
+    if (end - x == level_columns) {
+      std::uint64_t group;
+      std::memcpy(&group, good + x, sizeof group);
+      const bool is_level =
+          group == all && !r.holds_right && end + fit_support_radius <= run.end && check_level_pixels(r, x, w);
+      if (group == 0 || is_level) x = end;
+    }
+    for (; x < end; ++x) {
+      if (good[x] != 0) check_pixel(r, x, agreeing[x] != 0, w);
+    }
+  }
+}
+
 /// Gathers the input of the fits, which stay 0 for rejected pixels.
 void check_run(const RowChecks& r, const SearchRun& run, const Flags& unique, SelectionWorkspace& w) {
   std::fill(w.fits.begin() + std::ptrdiff_t{4} * run.begin, w.fits.begin() + std::ptrdiff_t{4} * run.end, 0);
-  Flags agreeing;
+  Flags agreeing, good;
   find_agreeing(w.best_index.data(), run, agreeing.data());
   // A winner at the end of the range may continue beyond it.
-  const auto is_good = [valid = r.rows.left_valid.row(r.y), is_unique = unique.data(), index = w.best_index.data(),
-                        variance = r.variance, first = w.first_inner[static_cast<std::size_t>(run.begin)],
-                        last = w.last_inner[static_cast<std::size_t>(run.begin)],
-                        least = r.min_variance](std::int32_t x) {
-    return static_cast<int>(valid[x] != 0) & static_cast<int>(is_unique[x] != 0) & static_cast<int>(index[x] >= first) &
-           static_cast<int>(index[x] <= last) & static_cast<int>(!(variance[x] < least));
-  };
+  const std::uint8_t* __restrict valid = r.rows.left_valid.row(r.y);
+  const std::uint8_t* __restrict is_unique = unique.data();
+  const std::int16_t* __restrict index = w.best_index.data();
+  const float* __restrict variance = r.variance;
+  const std::int16_t first = w.first_inner[static_cast<std::size_t>(run.begin)];
+  const std::int16_t last = w.last_inner[static_cast<std::size_t>(run.begin)];
+  const float least = r.min_variance;
+  std::uint8_t* __restrict out = good.data();
+  for (std::int32_t x = run.begin; x < run.end; ++x) {
+    out[x] = static_cast<std::uint8_t>(static_cast<int>(valid[x] != 0) & static_cast<int>(is_unique[x] != 0) &
+                                       static_cast<int>(index[x] >= first) & static_cast<int>(index[x] <= last) &
+                                       static_cast<int>(!(variance[x] < least)));
+  }
   const PixelRule rule{r.ncc,
                        r.rows.padded_disparities,
                        r.rows.left.width,
@@ -212,9 +276,7 @@ void check_run(const RowChecks& r, const SearchRun& run, const Flags& unique, Se
                        r.params.matcher == StereoMatcherChoice::ordered_scanline,
                        run.begin + fit_support_radius + 1,
                        run.end - fit_support_radius - 2};
-  for_each_flagged(run.begin, run.end, is_good, [&w, rule, flags = agreeing.data()](std::int32_t x) {
-    check_pixel(rule, x, flags[x] != 0, w);
-  });
+  check_good_pixels(rule, run, out, agreeing.data(), w);
 }
 
 constexpr std::int32_t fit_chunk = 64;
@@ -303,13 +365,8 @@ void select(const NccRows& rows, std::int32_t y, std::int32_t count, const Stere
   std::fill_n(w.right_best.begin(), width + rows.padded_disparities, no_cost);
   Flags unique;
   for (const SearchRun& run : rows.search) claim_run(run, rows.padded_disparities, count, winners, w, unique);
-  const RowChecks checks{rows,
-                         y,
-                         params,
-                         ncc,
-                         winners,
-                         variance,
-                         static_cast<float>(params.min_texture_grey * params.min_texture_grey)};
+  const RowChecks checks{
+      rows, y, params, ncc, winners, variance, static_cast<float>(params.min_texture_grey * params.min_texture_grey)};
   for (const SearchRun& run : rows.search) check_run(checks, run, unique, w);
   const auto area = static_cast<float>((2 * rows.radius + 1) * (2 * rows.radius + 1));
   const FitRule rule{static_cast<float>(rows.min_disparity), rows.damping, area,

@@ -289,8 +289,8 @@ void share_out(std::int32_t width, std::int32_t step, std::int16_t* own, float* 
   const std::int16_t* __restrict quarters = own;
   for (std::int32_t x = 0; x < width; ++x) {
     const std::int32_t seen = x - whole_px(quarters[x]);
-    const int inside = static_cast<int>(quarters[x] != none) & static_cast<int>(seen >= 0) &
-                       static_cast<int>(seen < width);
+    const int inside =
+        static_cast<int>(quarters[x] != none) & static_cast<int>(seen >= 0) & static_cast<int>(seen < width);
     found[x] = static_cast<std::int16_t>(inside != 0 ? seen + 1 : 0);
   }
   // Few right pixels are claimed by a left one at an edge; only these are given away.
