@@ -10,7 +10,7 @@ namespace ilp {
 namespace {
 
 // Centred on zero the sums of products are exact as float.
-constexpr int grey_centre = 128;
+constexpr std::uint8_t grey_centre = 128;
 
 std::int32_t clamped(std::int32_t i, std::int32_t size) {
   return std::clamp(i, 0, size - 1);
@@ -26,40 +26,61 @@ std::int32_t first_mirrored(const NccRows& rows) {
 }
 
 /// Row y of the left image, its border repeated `radius` times.
-void load_left(const NccRows& rows, std::int32_t y, float* __restrict out) {
-  const std::uint8_t* __restrict row = rows.left.row(clamped(y, rows.left.height));
+void load_left(const NccRows& rows, std::int32_t y, std::uint8_t* out) {
+  const std::uint8_t* row = rows.left.row(clamped(y, rows.left.height));
   const std::int32_t width = rows.left.width;
-  std::fill_n(out, rows.radius, static_cast<float>(row[0] - grey_centre));
-  for (std::int32_t x = 0; x < width; ++x) out[rows.radius + x] = static_cast<float>(row[x] - grey_centre);
-  std::fill_n(out + rows.radius + width, rows.radius, static_cast<float>(row[width - 1] - grey_centre));
+  std::fill_n(out, rows.radius, row[0]);
+  std::copy_n(row, width, out + rows.radius);
+  std::fill_n(out + rows.radius + width, rows.radius, row[width - 1]);
 }
 
 /// Row y of the right image mirrored, its border repeated as far as any disparity reaches.
-void load_right(const NccRows& rows, std::int32_t y, float* __restrict out) {
+void load_right(const NccRows& rows, std::int32_t y, std::uint8_t* __restrict out) {
   const std::uint8_t* __restrict row = rows.right.row(clamped(y, rows.right.height));
   const std::int32_t width = rows.right.width;
   const std::int32_t length = mirrored_length(rows);
   const std::int32_t first = first_mirrored(rows);
   const std::int32_t begin = std::clamp(first - (width - 1), 0, length);
   const std::int32_t end = std::clamp(first + 1, begin, length);
-  std::fill_n(out, begin, static_cast<float>(row[width - 1] - grey_centre));
-  for (std::int32_t i = begin; i < end; ++i) out[i] = static_cast<float>(row[first - i] - grey_centre);
-  std::fill_n(out + end, length - end, static_cast<float>(row[0] - grey_centre));
+  std::fill_n(out, begin, row[width - 1]);
+  for (std::int32_t i = begin; i < end; ++i) out[i] = row[first - i];
+  std::fill_n(out + end, length - end, row[0]);
 }
 
-/// Moves the column sums of grey and its square one row down: row y_new in, row y_old out. Both rows are padded.
-void update_columns(const float* __restrict row_new, const float* __restrict row_old, std::int32_t columns,
-                    std::int32_t* __restrict sums, std::int32_t* __restrict squares) {
+/// Two centred grey values as 16 bits each.
+std::int32_t pair_of(std::int32_t low, std::int32_t high) {
+  return static_cast<std::int32_t>((static_cast<std::uint32_t>(low) & 0xFFFFU) | static_cast<std::uint32_t>(high)
+                                                                                     << 16U);
+}
+
+/// `pairs` of two rows; the second is multiplied by `sign`.
+template <int sign>
+void make_pairs(const std::uint8_t* __restrict first, const std::uint8_t* __restrict second, std::int32_t count,
+                std::int32_t* __restrict pairs) {
+  for (std::int32_t i = 0; i < count; ++i) {
+    pairs[i] = pair_of(first[i] - grey_centre, sign * (second[i] - grey_centre));
+  }
+}
+
+/// Moves the column sums of centred grey and its square one row down: row y_new in, row y_old out. All are padded.
+void update_columns(const std::uint8_t* __restrict row_new, const std::uint8_t* __restrict row_old,
+                    std::int32_t columns, std::int32_t* __restrict sums, std::int32_t* __restrict squares) {
   for (std::int32_t i = 0; i < columns; ++i) {
-    const float added = row_new[i] - row_old[i];
-    sums[i] += static_cast<std::int32_t>(added);
-    squares[i] += static_cast<std::int32_t>(added * (row_new[i] + row_old[i]));
+    const std::int32_t added = row_new[i] - row_old[i];
+    sums[i] += added;
+    squares[i] += added * (row_new[i] + row_old[i] - 2 * grey_centre);
   }
 }
 
 /// `out[i]` = columns[i] + ... + columns[i + 2 radius].
 void sum_windows(const std::int32_t* __restrict columns, std::int32_t count, std::int32_t radius,
                  std::int32_t* __restrict out) {
+  if (radius == 2) {
+    for (std::int32_t i = 0; i < count; ++i) {
+      out[i] = columns[i] + columns[i + 1] + columns[i + 2] + columns[i + 3] + columns[i + 4];
+    }
+    return;
+  }
   for (std::int32_t i = 0; i < count; ++i) out[i] = columns[i] + columns[i + 1] + columns[i + 2];
   for (std::int32_t k = 3; k <= 2 * radius; ++k) {
     for (std::int32_t i = 0; i < count; ++i) out[i] += columns[i + k];
@@ -133,78 +154,71 @@ void compute_moments(const NccRows& rows, NccWorkspace& w, float* variance) {
   }
 }
 
-/// Of a multiple of disparity_block the compiler knows it then.
-std::int32_t whole(std::int32_t count) {
-  return count / disparity_block * disparity_block;
-}
-
-void add_products(float left, const float* __restrict right, std::int32_t count, float* __restrict products) {
-  for (std::int32_t d = 0; d < count; ++d) products[d] += left * right[d];
-}
-
-/// The update of a window's column for the next row: the row that enters below and the row that leaves above.
-struct ColumnUpdate {
-  float left_new, left_old;
-  const float* right_new;
-  const float* right_old;
-  float* products;
+/// What the correlations of a run of a row are made of; pointers are for the run's first column and disparity.
+struct RunOfRow {
+  std::int32_t columns, count, radius;
+  std::ptrdiff_t padded;
+  // Left columns count from the window's border; right ones fall while they grow, and grow with disparity.
+  const std::int32_t *left, *right;
+  std::int32_t* products;  ///< of the row above
+  const float *left_sum, *left_inverse_norm, *right_mean, *right_inverse_norm;
+  const std::uint8_t* right_discount;
+  std::int16_t* ncc;
+  std::uint8_t* cost;  ///< may be null
 };
 
-template <typename Count>
-void enter(const ColumnUpdate& column, Count blocks, float* __restrict window) {
-  const std::int32_t count = whole(blocks);
-  const float left_new = column.left_new;
-  const float left_old = column.left_old;
-  const float* __restrict right_new = column.right_new;
-  const float* __restrict right_old = column.right_old;
-  float* __restrict products = column.products;
-  for (std::int32_t d = 0; d < count; ++d) {
-    const float updated = products[d] + (left_new * right_new[d] - left_old * right_old[d]);
-    products[d] = updated;
-    window[d] += updated;
-  }
+RunOfRow run_of_row(const NccRows& rows, const SearchRun& run, std::int32_t* products, NccWorkspace& w,
+                    std::int16_t* ncc, std::uint8_t* cost) {
+  // Left column i - radius at disparity index 0 meets right column i - radius - min_disparity.
+  const std::int32_t right = rows.left.width + 2 * rows.radius - 1 - run.begin + run.first;
+  const std::int32_t centre = right - rows.radius;
+  const std::ptrdiff_t entry = static_cast<std::ptrdiff_t>(run.begin) * rows.padded_disparities + run.first;
+  return {run.end - run.begin,
+          run.count,
+          rows.radius,
+          rows.padded_disparities,
+          w.left_pairs.data() + run.begin,
+          w.right_pairs.data() + right,
+          products,
+          w.left_sum.data() + run.begin,
+          w.left_inverse_norm.data() + run.begin,
+          w.right_mean.data() + centre,
+          w.right_inverse_norm.data() + centre,
+          w.right_discount.data() + centre,
+          ncc == nullptr ? nullptr : ncc + entry,
+          cost == nullptr ? nullptr : cost + entry};
 }
 
-/// Adds `column` to the window, computes its correlations, and removes `products_out`.
-template <typename Count>
-void enter_and_correlate(const ColumnUpdate& column, const float* __restrict products_out, Count blocks, float left_sum,
-                         float left_inverse_norm, const float* __restrict right_mean,
-                         const float* __restrict right_inverse_norm, float* __restrict window,
-                         std::int16_t* __restrict ncc) {
-  const std::int32_t count = whole(blocks);
-  const float left_new = column.left_new;
-  const float left_old = column.left_old;
-  const float* __restrict right_new = column.right_new;
-  const float* __restrict right_old = column.right_old;
-  float* __restrict products = column.products;
-  const float scale = left_inverse_norm * static_cast<float>(ncc_one);
-  for (std::int32_t d = 0; d < count; ++d) {
-    const float updated = products[d] + (left_new * right_new[d] - left_old * right_old[d]);
-    products[d] = updated;
-    const float sum = window[d] + updated;
-    const float covariance = sum - left_sum * right_mean[d];
-    ncc[d] = static_cast<std::int16_t>(static_cast<std::int32_t>(covariance * (scale * right_inverse_norm[d])));
-    window[d] = sum - products_out[d];
-  }
+namespace with_16_bytes {
+#define ILP_NCC_BYTES 16
+#include "fsw/vision/stereo/cost/correlation_steps.inc"
+#undef ILP_NCC_BYTES
+}  // namespace with_16_bytes
+
+#if defined(__x86_64__) && !defined(__clang__) && !defined(__AVX2__)
+#define ILP_NCC_WITH_32_BYTES
+#pragma GCC push_options
+#pragma GCC target("avx2")
+namespace with_32_bytes {
+#define ILP_NCC_BYTES 32
+#include "fsw/vision/stereo/cost/correlation_steps.inc"
+#undef ILP_NCC_BYTES
+}  // namespace with_32_bytes
+#pragma GCC pop_options
+#endif
+
+void correlate(const RunOfRow& run) {
+#ifdef ILP_NCC_WITH_32_BYTES
+  if (vectors_in_use() == VectorWidth::bytes32) return with_32_bytes::correlate(run);
+#endif
+  with_16_bytes::correlate(run);
 }
 
-/// Costs of eight correlations.
-[[gnu::always_inline]] inline lanes::I16 costs_of(lanes::I16 ncc) {
-  constexpr int unit_bits = 8;
-  static_assert(ncc_one == max_matching_cost << unit_bits);
-  const lanes::I16 positive = ncc > 0 ? ncc : lanes::I16{};
-  const lanes::I16 lost = std::int16_t{ncc_one + (1 << (unit_bits - 1))} - positive;
-  return lost >> unit_bits;
-}
-
-template <typename Count>
-void cost_of(const std::int16_t* ncc, const std::uint8_t* discount, Count count, std::uint8_t* cost) {
-  static_assert(disparity_block == lanes::bytes);
-  for (std::int32_t d = 0; d < count; d += lanes::bytes) {
-    const lanes::I16 first = costs_of(lanes::load<lanes::I16>(ncc + d));
-    const lanes::I16 second = costs_of(lanes::load<lanes::I16>(ncc + d + lanes::words));
-    lanes::store(cost + d, lanes::bytes_of_words(first, second) - lanes::load<lanes::U8>(discount + d));
-  }
+void add_products(const RunOfRow& run) {
+#ifdef ILP_NCC_WITH_32_BYTES
+  if (vectors_in_use() == VectorWidth::bytes32) return with_32_bytes::add_products(run);
+#endif
+  with_16_bytes::add_products(run);
 }
 
 /// The sums of the row above the first: the first update then adds row `radius`.
@@ -213,8 +227,8 @@ void start_columns(const NccRows& rows, NccWorkspace& w) {
   const std::int32_t columns = rows.left.width + 2 * radius;
   for (auto* sums : {&w.left_sums, &w.left_squares}) std::fill_n(sums->begin(), columns, 0);
   for (auto* sums : {&w.right_sums, &w.right_squares}) std::fill_n(sums->begin(), mirrored_length(rows), 0);
-  w.left_old.fill(0.0F);
-  w.right_old.fill(0.0F);
+  w.left_old.fill(grey_centre);
+  w.right_old.fill(grey_centre);
   for (std::int32_t y = -1 - radius; y < radius; ++y) {
     load_left(rows, y, w.left_new.data());
     load_right(rows, y, w.right_new.data());
@@ -224,58 +238,31 @@ void start_columns(const NccRows& rows, NccWorkspace& w) {
   }
 }
 
-/// The products of the window above row `next_row`, of every run.
+/// The products of the window above row `next_row`, of every run. Rows are added in pairs.
 void start_products(const NccRows& rows, NccWorkspace& w) {
-  const std::int32_t radius = rows.radius;
-  const std::int32_t last_column = rows.left.width + 2 * radius - 1;
-  float* products = w.column_products.data();
+  const std::int32_t columns = rows.left.width + 2 * rows.radius;
+  std::int32_t* products = w.column_products.data();
   for (const SearchRun& run : rows.search) {
-    const std::int32_t entries = (run.end - run.begin + 2 * radius) * run.count;
-    std::fill_n(products, entries, 0.0F);
+    const std::int32_t entries = (run.end - run.begin + 2 * rows.radius) * run.count;
+    std::fill_n(products, entries, 0);
     products += entries;
   }
-  for (std::int32_t y = rows.next_row - 1 - radius; y < rows.next_row + radius; ++y) {
+  const std::int32_t end = rows.next_row + rows.radius;
+  for (std::int32_t y = end - 1 - 2 * rows.radius; y < end; y += 2) {
     load_left(rows, y, w.left_new.data());
     load_right(rows, y, w.right_new.data());
+    if (y + 1 < end) {
+      load_left(rows, y + 1, w.left_old.data());
+      load_right(rows, y + 1, w.right_old.data());
+    } else {
+      w.left_old.fill(grey_centre);
+    }
+    make_pairs<1>(w.left_new.data(), w.left_old.data(), columns, w.left_pairs.data());
+    make_pairs<1>(w.right_new.data(), w.right_old.data(), mirrored_length(rows), w.right_pairs.data());
     products = w.column_products.data();
     for (const SearchRun& run : rows.search) {
-      for (std::int32_t i = run.begin; i < run.end + 2 * radius; ++i, products += run.count) {
-        add_products(w.left_new[static_cast<std::size_t>(i)], w.right_new.data() + (last_column - i + run.first),
-                     run.count, products);
-      }
-    }
-  }
-}
-
-/// A window moves along the columns of a run; `products` are the run's, those of the row above.
-template <typename Count>
-void correlate_run(const NccRows& rows, const SearchRun& run, Count count, float* products, NccWorkspace& w,
-                   std::int16_t* ncc, std::uint8_t* cost) {
-  const std::int32_t radius = rows.radius;
-  const std::int32_t last_column = rows.left.width + 2 * radius - 1;
-  float* window = w.window_products.data();
-  std::fill_n(window, std::int32_t{count}, 0.0F);
-  const auto column = [&](std::int32_t i) {
-    const auto k = static_cast<std::size_t>(i);
-    // Left column i - radius at disparity index 0 meets right column i - radius - min_disparity.
-    const std::int32_t offset = last_column - i + run.first;
-    return ColumnUpdate{w.left_new[k], w.left_old[k], w.right_new.data() + offset, w.right_old.data() + offset,
-                        products + static_cast<std::ptrdiff_t>(i - run.begin) * count};
-  };
-  for (std::int32_t i = run.begin; i < run.begin + 2 * radius; ++i) enter(column(i), count, window);
-  for (std::int32_t x = run.begin; x < run.end; ++x) {
-    const auto k = static_cast<std::size_t>(x);
-    const std::ptrdiff_t entry = static_cast<std::ptrdiff_t>(x) * rows.padded_disparities + run.first;
-    const std::int32_t centre = last_column - radius - x + run.first;
-    enter_and_correlate(column(x + 2 * radius), products + static_cast<std::ptrdiff_t>(x - run.begin) * count, count,
-                        w.left_sum[k], w.left_inverse_norm[k], w.right_mean.data() + centre,
-                        w.right_inverse_norm.data() + centre, window, ncc + entry);
-    if (cost == nullptr) continue;
-    if (w.left_inverse_norm[k] > 0) {
-      cost_of(ncc + entry, w.right_discount.data() + centre, count, cost + entry);
-    } else {
-      // Nothing is known about a pixel outside the left image, so all disparities are equal.
-      std::fill_n(cost + entry, std::int32_t{count}, std::uint8_t{0});
+      add_products(run_of_row(rows, run, products, w, nullptr, nullptr));
+      products += static_cast<std::ptrdiff_t>(run.end - run.begin + 2 * rows.radius) * run.count;
     }
   }
 }
@@ -295,14 +282,16 @@ void correlate_row(NccRows& rows, const SearchRow& search, NccWorkspace& w, std:
   load_left(rows, y_old, w.left_old.data());
   load_right(rows, y_new, w.right_new.data());
   load_right(rows, y_old, w.right_old.data());
+  make_pairs<-1>(w.left_new.data(), w.left_old.data(), columns, w.left_pairs.data());
+  make_pairs<1>(w.right_new.data(), w.right_old.data(), mirrored_length(rows), w.right_pairs.data());
   update_columns(w.left_new.data(), w.left_old.data(), columns, w.left_sums.data(), w.left_squares.data());
   update_columns(w.right_new.data(), w.right_old.data(), mirrored_length(rows), w.right_sums.data(),
                  w.right_squares.data());
   compute_moments(rows, w, variance);
 
-  float* products = w.column_products.data();
+  std::int32_t* products = w.column_products.data();
   for (const SearchRun& run : rows.search) {
-    with_known_count(run.count, [&](auto count) { correlate_run(rows, run, count, products, w, ncc, cost); });
+    correlate(run_of_row(rows, run, products, w, ncc, cost));
     products += static_cast<std::ptrdiff_t>(run.end - run.begin + 2 * radius) * run.count;
   }
   ++rows.next_row;

@@ -30,12 +30,15 @@ struct NccWorkspace {
   using RightRow = std::array<T, max_padded_width + max_padded_disparities>;
 
   /// Products of left and right grey, summed over the window's rows: [run][column][disparity]. Runs overlap by the
-  /// window's border. Whole numbers below 2^24: exact in any order.
-  alignas(64) std::array<float, max_run_columns * max_padded_disparities> column_products;
-  alignas(64) std::array<float, max_padded_disparities> window_products;
-  LeftRow<float> left_new, left_old;
+  /// window's border. Sums over a window stay below 2^24: exact as float.
+  alignas(64) std::array<std::int32_t, max_run_columns * max_padded_disparities> column_products;
+  LeftRow<std::uint8_t> left_new, left_old;
+  RightRow<std::uint8_t> right_new, right_old;
+  /// Centred grey of the row that enters the window and of the one that leaves it, 16 bits each. The latter is negated
+  /// on the left, so that the sum of both products is the change of a column's products.
+  LeftRow<std::int32_t> left_pairs;
+  RightRow<std::int32_t> right_pairs;
   LeftRow<std::int32_t> left_sums, left_squares;
-  RightRow<float> right_new, right_old;
   RightRow<std::int32_t> right_sums, right_squares;
   RightRow<std::int32_t> window_sums, window_squares;
   RightRow<float> right_mean, right_inverse_norm;

@@ -1,6 +1,7 @@
 #include "fsw/vision/stereo/match/disparity_border.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/stereo/match/flagged_columns.hpp"
@@ -9,27 +10,49 @@ namespace ilp {
 namespace {
 
 constexpr std::int32_t kept_rows = 2 * border_reach + 1;
-using Rows = std::array<BorderWorkspace::Row, kept_rows>;
 
-BorderWorkspace::Row& row_of(Rows& rows, std::int32_t y) {
+template <typename Rows>
+auto& row_of(Rows& rows, std::int32_t y) {
   return rows[static_cast<std::size_t>(y % kept_rows)];
+}
+
+/// 1 where all rows from y - radius to y + radius are valid.
+void find_valid_columns(MaskView valid, std::int32_t radius, std::int32_t y, std::uint8_t* __restrict column) {
+  const std::int32_t width = valid.width;
+  if (radius == 2) {
+    const std::uint8_t *a = valid.row(y - 2), *b = valid.row(y - 1), *c = valid.row(y), *d = valid.row(y + 1),
+                       *e = valid.row(y + 2);
+    const auto is = [](std::uint8_t v) { return static_cast<int>(v != 0); };
+    for (std::int32_t x = 0; x < width; ++x) {
+      column[x] = static_cast<std::uint8_t>(is(a[x]) & is(b[x]) & is(c[x]) & is(d[x]) & is(e[x]));
+    }
+    return;
+  }
+  std::fill_n(column, width, std::uint8_t{1});
+  for (std::int32_t v = y - radius; v <= y + radius; ++v) {
+    const std::uint8_t* __restrict row = valid.row(v);
+    for (std::int32_t x = 0; x < width; ++x) column[x] &= row[x] != 0 ? 1 : 0;
+  }
 }
 
 void find_inner(MaskView valid, std::int32_t radius, std::int32_t y, BorderWorkspace::Row& column,
                 BorderWorkspace::Row& inner) {
   const std::int32_t width = valid.width;
-  inner.fill(0);
+  std::fill_n(inner.begin(), width, std::uint8_t{0});
   if (y < radius || y >= valid.height - radius || width <= 2 * radius) return;
-  column.fill(1);
-  for (std::int32_t v = y - radius; v <= y + radius; ++v) {
-    const std::uint8_t* __restrict row = valid.row(v);
-    for (std::int32_t x = 0; x < width; ++x) column[static_cast<std::size_t>(x)] &= row[x] != 0 ? 1 : 0;
-  }
+  find_valid_columns(valid, radius, y, column.data());
   const std::int32_t end = width - radius;
-  std::fill(inner.begin() + radius, inner.begin() + end, std::uint8_t{1});
+  std::uint8_t* __restrict out = inner.data();
+  const std::uint8_t* __restrict in = column.data();
+  if (radius == 2) {
+    for (std::int32_t x = 2; x < end; ++x) {
+      out[x] = static_cast<std::uint8_t>(in[x - 2] & in[x - 1] & in[x] & in[x + 1] & in[x + 2]);
+    }
+    return;
+  }
+  std::fill(out + radius, out + end, std::uint8_t{1});
   for (std::int32_t k = -radius; k <= radius; ++k) {
-    const std::uint8_t* beside = column.data() + k;
-    for (std::int32_t x = radius; x < end; ++x) inner[static_cast<std::size_t>(x)] &= beside[x];
+    for (std::int32_t x = radius; x < end; ++x) out[x] &= in[x + k];
   }
 }
 
@@ -38,9 +61,10 @@ struct InnerRow {
   const std::uint8_t* right;
   std::int32_t width;
 
+  // Made positive before truncation to a whole number, which rounds without a call of floor.
+  static constexpr std::int32_t lift = 4 * limits::max_rectified_width;
+
   [[nodiscard]] std::int32_t target_of(std::int32_t x, float disparity) const {
-    // Made positive before truncation to a whole number, which rounds without a call of floor.
-    constexpr std::int32_t lift = 4 * limits::max_rectified_width;
     const float lifted = static_cast<float>(x + lift) - disparity + 0.5F;
     return static_cast<std::int32_t>(lifted) - lift;
   }
@@ -51,20 +75,48 @@ struct InnerRow {
   }
 };
 
-struct Span {
-  std::int32_t begin = 0, end = 0;
-};
-
-/// Inner columns of the right image without a gap: nearly always all there are.
-Span safe_span(const InnerRow& row) {
-  const std::uint8_t* end = row.right + row.width;
-  const std::uint8_t* first = std::find(row.right, end, std::uint8_t{1});
-  const std::uint8_t* last = std::find(first, end, std::uint8_t{0});
-  return {static_cast<std::int32_t>(first - row.right), static_cast<std::int32_t>(last - row.right)};
+BorderWorkspace::Span span_of(const BorderWorkspace::Row& inner, std::int32_t width) {
+  const auto find = [&](std::int32_t from, int value) {
+    const std::uint8_t* row = inner.data();
+    const void* found = std::memchr(row + from, value, static_cast<std::size_t>(width - from));
+    return found == nullptr ? width : static_cast<std::int32_t>(static_cast<const std::uint8_t*>(found) - row);
+  };
+  const std::int32_t begin = find(0, 1);
+  const std::int32_t end = find(begin, 0);
+  return {begin, end, find(end, 1) == width};
 }
 
 InnerRow inner_row(BorderWorkspace& w, std::int32_t y, std::int32_t width) {
   return {row_of(w.left_inner, y).data(), row_of(w.right_inner, y).data(), width};
+}
+
+/// Four columns as float, and as whole numbers or as masks.
+using Four [[gnu::vector_size(16)]] = float;
+using FourInts [[gnu::vector_size(16)]] = std::int32_t;
+
+/// Takes columns `first` to `last`, four at a time. The inner columns of the right row are those of the span.
+[[gnu::always_inline]] inline void count_in_span(const InnerRow& row, const BorderWorkspace::Span& span,
+                                                 const float* disparity_px, const float* sigma_px, std::int32_t first,
+                                                 std::int32_t last, float lowest, float highest, FourInts& below,
+                                                 FourInts& about, FourInts& above) {
+  constexpr std::int32_t lift = InnerRow::lift;
+  for (std::int32_t u = first; u <= last; u += 4) {
+    // The last four may begin earlier; columns that were taken before are left out.
+    const std::int32_t begin = std::max(std::min(u, row.width - 4), 0);
+    Four d, sigma;
+    std::memcpy(&d, disparity_px + begin, sizeof d);
+    std::memcpy(&sigma, sigma_px + begin, sizeof sigma);
+    const std::uint8_t* left = row.left + begin;
+    const FourInts column = FourInts{0, 1, 2, 3} + begin;
+    const FourInts inner_left = FourInts{left[0], left[1], left[2], left[3]} != 0;
+    const Four lifted = __builtin_convertvector(column + lift, Four) - d + 0.5F;
+    const FourInts target = __builtin_convertvector(lifted, FourInts) - lift;
+    const FourInts inner =
+        (sigma > 0) & inner_left & (target >= span.begin) & (target < span.end) & (column >= u) & (column <= last);
+    below -= inner & (d < lowest);
+    above -= inner & (d > highest);
+    about -= inner;
+  }
 }
 
 /// Whether the median of the inner pixels is further away than the step: more than half of them lie on one side.
@@ -75,18 +127,31 @@ bool contradicted(ImageView<const float> disparity_px, ImageView<const float> si
   std::int32_t below = 0;
   std::int32_t about = 0;
   std::int32_t above = 0;
+  FourInts below_of_four{}, about_of_four{}, above_of_four{};
   const std::int32_t last_row = std::min(y + border_reach, sigma_px.height - 1);
   const std::int32_t last_column = std::min(x + border_reach, sigma_px.width - 1);
   for (std::int32_t v = std::max(y - border_reach, 0); v <= last_row; ++v) {
     const InnerRow inner = inner_row(w, v, sigma_px.width);
-    for (std::int32_t u = std::max(x - border_reach, 0); u <= last_column; ++u) {
-      const float d = disparity_px.at(u, v);
-      if (!(sigma_px.at(u, v) > 0) || !inner.holds(u, d)) continue;
-      below += d < lowest ? 1 : 0;
-      above += d > highest ? 1 : 0;
+    const BorderWorkspace::Span& span = row_of(w.right_span, v);
+    const std::int32_t first_column = std::max(x - border_reach, 0);
+    const float* disparity = disparity_px.row(v);
+    const float* sigma = sigma_px.row(v);
+    if (span.all && inner.width >= 4) {
+      count_in_span(inner, span, disparity, sigma, first_column, last_column, lowest, highest, below_of_four,
+                    about_of_four, above_of_four);
+      continue;
+    }
+    for (std::int32_t u = first_column; u <= last_column; ++u) {
+      if (!(sigma[u] > 0) || !inner.holds(u, disparity[u])) continue;
+      below += disparity[u] < lowest ? 1 : 0;
+      above += disparity[u] > highest ? 1 : 0;
       ++about;
     }
   }
+  const auto sum = [](FourInts v) { return v[0] + v[1] + v[2] + v[3]; };
+  below += sum(below_of_four);
+  about += sum(about_of_four);
+  above += sum(above_of_four);
   return 2 * below > about || 2 * above > about;
 }
 
@@ -96,10 +161,11 @@ void check_border(MaskView left_valid, MaskView right_valid, const StereoParams&
   for (std::int32_t v = first; v <= y + border_reach && v < sigma_px.height; ++v) {
     find_inner(left_valid, params.window_radius, v, w.column, row_of(w.left_inner, v));
     find_inner(right_valid, params.window_radius, v, w.column, row_of(w.right_inner, v));
+    row_of(w.right_span, v) = span_of(row_of(w.right_inner, v), sigma_px.width);
   }
   const auto step_px = static_cast<float>(params.border_step_px);
   const InnerRow inner = inner_row(w, y, sigma_px.width);
-  const Span span = safe_span(inner);
+  const BorderWorkspace::Span span = row_of(w.right_span, y);
   const float* disparity = disparity_px.row(y);
   float* sigma = sigma_px.row(y);
   const auto doubtful = [=](std::int32_t x) {

@@ -18,6 +18,12 @@ struct BorderWorkspace {
   using Row = std::array<std::uint8_t, static_cast<std::size_t>(limits::max_rectified_width)>;
   /// By row modulo the count: 1 where the whole window around the pixel is in view.
   std::array<Row, 2 * border_reach + 1> left_inner, right_inner;
+  /// The right row's inner columns: the first ones without a gap, which are nearly always all there are.
+  struct Span {
+    std::int32_t begin = 0, end = 0;
+    bool all = false;
+  };
+  std::array<Span, 2 * border_reach + 1> right_span;
   Row column;
 };
 

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 #include "fsw/base/vector_width.hpp"
+#include "fsw/vision/stereo/cost/lanes.hpp"
 #include "fsw/vision/stereo/match/correlation_peak.hpp"
-#include "fsw/vision/stereo/match/flagged_columns.hpp"
 
 namespace ilp {
 namespace {
@@ -23,31 +24,47 @@ void claim(SelectionWorkspace& w, std::int32_t x, std::int32_t padded, const Row
 }
 
 bool has_its_right_pixel(const SelectionWorkspace& w, std::int32_t x, std::int32_t padded, std::int32_t d,
-                         bool allow_one_px) {
+                         std::int32_t most_away) {
   const std::int32_t away = w.right_index[static_cast<std::size_t>(x + padded - d)] - d;
-  const std::int32_t most = allow_one_px ? 1 : 0;
-  return -most <= away && away <= most;
+  return static_cast<std::uint32_t>(away + most_away) <= static_cast<std::uint32_t>(2 * most_away);
 }
 
-/// Sum of correlations around disparity index d over the pixel and those beside it that chose the same disparity or the
-/// next: the fit needs more support than the window gives, and path costs would pull it to whole pixels. Beside the
+using PeakWords [[gnu::vector_size(16)]] = std::int16_t;
+using PeakSums [[gnu::vector_size(16)]] = std::int32_t;
+
+/// The correlations before, at and after a disparity, and five without a meaning.
+[[gnu::always_inline]] inline PeakWords around(const std::int16_t* c) {
+  std::uint64_t four;
+  std::memcpy(&four, c - 1, sizeof four);
+  const lanes::U64 both = {four, 0};
+  return reinterpret_cast<PeakWords>(both);
+}
+/// The first four. The compiler's own conversion takes twice as many instructions.
+[[gnu::always_inline]] inline PeakSums widened(PeakWords words) {
+  return reinterpret_cast<PeakSums>(__builtin_shufflevector(words, words, 0, 0, 1, 1, 2, 2, 3, 3)) >> 16;
+}
+
+/// Sums of correlations around disparity index d over the pixel and those beside it that chose the same disparity or
+/// the next: the fit needs more support than the window gives, and path costs would pull it to whole pixels. Beside the
 /// edge of what is in view one side has to do: windows there reach out of it, those further inside less.
 struct Support {
-  std::int32_t before = 0, at = 0, after = 0;
+  PeakSums sums{};         ///< before, at and after the disparity
   std::int32_t count = 0;  ///< of pixels
 
   void take(const std::int16_t* c) {
-    before += c[-1];
-    at += c[0];
-    after += c[1];
+    sums += widened(around(c));
     ++count;
   }
   /// The same with the right pixel held instead of the left one.
   void take_from_right(const std::int16_t* c, std::ptrdiff_t padded) {
-    before += c[-1 - padded];
-    at += c[0];
-    after += c[1 + padded];
+    sums += PeakSums{c[-1 - padded], c[0], c[1 + padded], 0};
     ++count;
+  }
+  /// As an element of SelectionWorkspace::fits.
+  [[nodiscard]] PeakSums fit() const {
+    PeakSums out = sums;
+    out[3] = count;
+    return out;
   }
 };
 
@@ -85,10 +102,14 @@ void find_agreeing(const std::int16_t* __restrict index, const SearchRun& run, s
   }
 }
 
-/// Support of all pixels on both sides, which agree; false where one of them is not in view.
+/// Support of the pixel and all those on both sides, which agree; false where one of them is not in view.
 [[gnu::always_inline]] inline bool supported_by_all(const std::int16_t* c, std::ptrdiff_t padded, Support& support) {
-  if (c[-2 * padded] == 0 || c[-padded] == 0 || c[padded] == 0 || c[2 * padded] == 0) return false;
-  for (std::int32_t step = -2; step <= 2; ++step) support.take(c + step * padded);
+  const PeakWords far_left = around(c - 2 * padded), left = around(c - padded), own = around(c),
+                  right = around(c + padded), far_right = around(c + 2 * padded);
+  const PeakWords unseen = (far_left == 0) | (left == 0) | (own == 0) | (right == 0) | (far_right == 0);
+  if (unseen[1] != 0) return false;
+  support.sums = widened(far_left) + widened(left) + widened(own) + widened(right) + widened(far_right);
+  support.count = 2 * fit_support_radius + 1;
   return true;
 }
 
@@ -136,70 +157,204 @@ struct RowChecks {
   const std::int16_t* ncc;
   const RowWinner* winners;
   const float* variance;
-  float min_ncc, min_variance;
+  float min_variance;
+};
+
+/// What check_pixel needs, in registers.
+struct PixelRule {
+  const std::int16_t* ncc;
+  std::ptrdiff_t padded;
+  std::int32_t width, most_away;
+  bool holds_right;  ///< adds correlations in which the right pixel is held, for columns from first to last
+  std::int32_t first, last;
 };
 
 /// Gathers the input of the fit of pixel x, whose window, uniqueness and place in the range are good. `agreeing`: so
 /// are its neighbours.
-[[gnu::always_inline]] inline void check_pixel(const RowChecks& r, const SearchRun& run, std::int32_t x, bool agreeing,
+[[gnu::always_inline]] inline void check_pixel(const PixelRule& r, std::int32_t x, bool agreeing,
                                                SelectionWorkspace& w) {
   const auto k = static_cast<std::size_t>(x);
-  const std::int32_t padded = r.rows.padded_disparities;
   const std::int32_t d = w.best_index[k];
-  const std::int16_t* c = r.ncc + static_cast<std::ptrdiff_t>(x) * padded + d;
-  // Zero is the correlation of pixels that are out of view or masked.
-  if (c[0] == 0 || !has_its_right_pixel(w, x, padded, d, r.params.allow_one_px)) return;
+  const std::int16_t* c = r.ncc + x * r.padded + d;
+  if (!has_its_right_pixel(w, x, static_cast<std::int32_t>(r.padded), d, r.most_away)) return;
   Support support;
-  if (!agreeing || !supported_by_all(c, padded, support)) {
-    support = supported(w, c, padded, r.rows.left.width, x, d);
-  } else if (r.params.matcher == StereoMatcherChoice::ordered_scanline && x > run.begin + fit_support_radius &&
-             x + 1 < run.end - fit_support_radius) {
-    (void)support_from_right(c, padded, support);
+  if (!agreeing || !supported_by_all(c, r.padded, support)) {
+    // Zero is the correlation of pixels that are out of view or masked.
+    if (c[0] == 0) return;
+    support = supported(w, c, r.padded, r.width, x, d);
+  } else if (r.holds_right && x >= r.first && x <= r.last) {
+    (void)support_from_right(c, r.padded, support);
   }
-  const auto at = static_cast<float>(support.at);
-  if (at < r.min_ncc * static_cast<float>(support.count)) return;
-  w.fit_before[k] = static_cast<float>(support.before);
-  w.fit_at[k] = at;
-  w.fit_after[k] = static_cast<float>(support.after);
-  w.peak_before[k] = c[-1];
-  w.peak_at[k] = c[0];
-  w.peak_after[k] = c[1];
+  const PeakSums fit = support.fit();
+  const PeakWords peak = around(c);
+  std::memcpy(w.fits.data() + 4 * k, &fit, sizeof fit);
+  std::memcpy(w.peaks.data() + 4 * k, &peak, sizeof(std::int16_t) * 4);
 }
 
-/// Gathers the input of the fits; `fit_at` stays 0 for rejected pixels.
+constexpr std::int32_t level_columns = lanes::words;
+
+/// The same for level_columns pixels from x on, all of them good, on ground that is level: they and their neighbours
+/// chose one disparity, so that one window slides over their correlations. False, and nothing is done, elsewhere.
+[[gnu::always_inline]] inline bool check_level_pixels(const PixelRule& r, std::int32_t x, SelectionWorkspace& w) {
+  static_assert(fit_support_radius == 2);
+  constexpr std::int32_t columns = level_columns + 2 * fit_support_radius;
+  const std::int16_t* index = w.best_index.data() + x;
+  const lanes::I16 d = lanes::I16{} + index[0];
+  const lanes::I16 differ = (lanes::load<lanes::I16>(index - 2) ^ d) | (lanes::load<lanes::I16>(index + 2) ^ d);
+  const std::ptrdiff_t target = x + r.padded - index[0];
+  const lanes::I16 away = lanes::load<lanes::I16>(w.right_index.data() + target) - d;
+  const auto most = static_cast<std::int16_t>(r.most_away);
+  if (lanes::any(differ | (away > most) | (-away > most))) return false;
+  const std::int16_t* c = r.ncc + (x - fit_support_radius) * r.padded + index[0];
+  PeakWords column[columns];
+  PeakWords unseen{};
+#pragma GCC unroll 16
+  for (std::int32_t i = 0; i < columns; ++i) {
+    column[i] = around(c + i * r.padded);
+    unseen |= column[i] == 0;
+  }
+  if (unseen[1] != 0) return false;
+  constexpr PeakSums sums_only = {-1, -1, -1, 0};
+  constexpr PeakSums count = {0, 0, 0, 2 * fit_support_radius + 1};
+  PeakSums sums = widened(column[0]) + widened(column[1]) + widened(column[2]) + widened(column[3]);
+#pragma GCC unroll 8
+  for (std::int32_t i = 0; i < level_columns; ++i) {
+    sums += widened(column[i + 4]);
+    const PeakSums fit = (sums & sums_only) | count;
+    const auto k = static_cast<std::size_t>(x + i);
+    std::memcpy(w.fits.data() + 4 * k, &fit, sizeof fit);
+    std::memcpy(w.peaks.data() + 4 * k, &column[i + 2], sizeof(std::int16_t) * 4);
+    sums -= widened(column[i]);
+  }
+  return true;
+}
+
+/// Checks the pixels of a run that are good.
+void check_good_pixels(const PixelRule& r, const SearchRun& run, const std::uint8_t* good, const std::uint8_t* agreeing,
+                       SelectionWorkspace& w) {
+  constexpr std::uint64_t all = 0x0101010101010101;
+  static_assert(level_columns == sizeof all);
+  // The first group ends where a window of the support fits into the run.
+  for (std::int32_t x = run.begin, end = run.begin + fit_support_radius; x < run.end; end += level_columns) {
+    end = std::min(end, run.end);
+    if (end - x == level_columns) {
+      std::uint64_t group;
+      std::memcpy(&group, good + x, sizeof group);
+      const bool is_level =
+          group == all && !r.holds_right && end + fit_support_radius <= run.end && check_level_pixels(r, x, w);
+      if (group == 0 || is_level) x = end;
+    }
+    for (; x < end; ++x) {
+      if (good[x] != 0) check_pixel(r, x, agreeing[x] != 0, w);
+    }
+  }
+}
+
+/// Gathers the input of the fits, which stay 0 for rejected pixels.
 void check_run(const RowChecks& r, const SearchRun& run, const Flags& unique, SelectionWorkspace& w) {
-  std::fill(w.fit_at.begin() + run.begin, w.fit_at.begin() + run.end, 0.0F);
-  Flags agreeing;
+  std::fill(w.fits.begin() + std::ptrdiff_t{4} * run.begin, w.fits.begin() + std::ptrdiff_t{4} * run.end, 0);
+  Flags agreeing, good;
   find_agreeing(w.best_index.data(), run, agreeing.data());
   // A winner at the end of the range may continue beyond it.
-  const auto is_good = [valid = r.rows.left_valid.row(r.y), is_unique = unique.data(), index = w.best_index.data(),
-                        variance = r.variance, first = w.first_inner[static_cast<std::size_t>(run.begin)],
-                        last = w.last_inner[static_cast<std::size_t>(run.begin)],
-                        least = r.min_variance](std::int32_t x) {
-    return static_cast<int>(valid[x] != 0) & static_cast<int>(is_unique[x] != 0) & static_cast<int>(index[x] >= first) &
-           static_cast<int>(index[x] <= last) & static_cast<int>(!(variance[x] < least));
-  };
-  for_each_flagged(run.begin, run.end, is_good,
-                   [&](std::int32_t x) { check_pixel(r, run, x, agreeing[static_cast<std::size_t>(x)] != 0, w); });
+  const std::uint8_t* __restrict valid = r.rows.left_valid.row(r.y);
+  const std::uint8_t* __restrict is_unique = unique.data();
+  const std::int16_t* __restrict index = w.best_index.data();
+  const float* __restrict variance = r.variance;
+  const std::int16_t first = w.first_inner[static_cast<std::size_t>(run.begin)];
+  const std::int16_t last = w.last_inner[static_cast<std::size_t>(run.begin)];
+  const float least = r.min_variance;
+  std::uint8_t* __restrict out = good.data();
+  for (std::int32_t x = run.begin; x < run.end; ++x) {
+    out[x] = static_cast<std::uint8_t>(static_cast<int>(valid[x] != 0) & static_cast<int>(is_unique[x] != 0) &
+                                       static_cast<int>(index[x] >= first) & static_cast<int>(index[x] <= last) &
+                                       static_cast<int>(!(variance[x] < least)));
+  }
+  const PixelRule rule{r.ncc,
+                       r.rows.padded_disparities,
+                       r.rows.left.width,
+                       r.params.allow_one_px ? 1 : 0,
+                       r.params.matcher == StereoMatcherChoice::ordered_scanline,
+                       run.begin + fit_support_radius + 1,
+                       run.end - fit_support_radius - 2};
+  check_good_pixels(rule, run, out, agreeing.data(), w);
 }
 
-/// Fits a whole row at once, because fitting rejected pixels is cheaper than skipping them.
-void fit_row(const SelectionWorkspace& w, const float* __restrict variance, std::int32_t width,
-             std::int32_t min_disparity, float damping, float area, float* __restrict disparity_px,
-             float* __restrict sigma_px) {
-  constexpr float unit = 1.0F / static_cast<float>(ncc_one);
-  for (std::int32_t x = 0; x < width; ++x) {
-    const auto k = static_cast<std::size_t>(x);
-    const CorrelationPeak fit{w.fit_before[k], w.fit_at[k], w.fit_after[k]};
-    const CorrelationPeak peak{static_cast<float>(w.peak_before[k]) * unit, static_cast<float>(w.peak_at[k]) * unit,
-                               static_cast<float>(w.peak_after[k]) * unit};
-    disparity_px[x] = static_cast<float>(min_disparity + w.best_index[k]) + peak_vertex(fit);
-    sigma_px[x] = peak_sigma(peak, area * variance[x], damping, area);
+constexpr std::int32_t fit_chunk = 64;
+/// Fits and peaks of some columns, each number in a row of its own.
+struct FitChunk {
+  using Row = std::array<float, static_cast<std::size_t>(fit_chunk)>;
+  Row before, at, after, count;
+  Row peak_before, peak_at, peak_after;
+};
+
+/// Numbers 0 to 2 or 3 of four elements, as float.
+template <typename Load>
+[[gnu::always_inline]] inline void separate(const Load& load, float* first, float* second, float* third,
+                                            float* fourth) {
+  using Floats [[gnu::vector_size(16)]] = float;
+  const PeakSums a = load(0), b = load(1), c = load(2), e = load(3);
+  const PeakSums ab = __builtin_shufflevector(a, b, 0, 4, 1, 5), ce = __builtin_shufflevector(c, e, 0, 4, 1, 5);
+  const PeakSums ab2 = __builtin_shufflevector(a, b, 2, 6, 3, 7), ce2 = __builtin_shufflevector(c, e, 2, 6, 3, 7);
+  const auto store = [](PeakSums v, float* to) {
+    const Floats converted = __builtin_convertvector(v, Floats);
+    std::memcpy(to, &converted, sizeof converted);
+  };
+  store(__builtin_shufflevector(ab, ce, 0, 1, 4, 5), first);
+  store(__builtin_shufflevector(ab, ce, 2, 3, 6, 7), second);
+  store(__builtin_shufflevector(ab2, ce2, 0, 1, 4, 5), third);
+  if (fourth != nullptr) store(__builtin_shufflevector(ab2, ce2, 2, 3, 6, 7), fourth);
+}
+
+/// `count` columns from `first`, and those that fill the last four.
+void gather(const SelectionWorkspace& w, std::int32_t first, std::int32_t count, FitChunk& out) {
+  static_assert(limits::max_rectified_width % 4 == 0 && fit_chunk % 4 == 0);
+  for (std::int32_t i = 0; i < count; i += 4) {
+    const auto k = static_cast<std::size_t>(i);
+    const std::int32_t* sums = w.fits.data() + std::ptrdiff_t{4} * (first + i);
+    const std::int16_t* own = w.peaks.data() + std::ptrdiff_t{4} * (first + i);
+    const auto sums_of = [sums](int n) {
+      PeakSums v;
+      std::memcpy(&v, sums + 4 * n, sizeof v);
+      return v;
+    };
+    const auto own_of = [own](int n) { return widened(around(own + 4 * n + 1)); };
+    separate(sums_of, &out.before[k], &out.at[k], &out.after[k], &out.count[k]);
+    separate(own_of, &out.peak_before[k], &out.peak_at[k], &out.peak_after[k], nullptr);
   }
-  for (std::int32_t x = 0; x < width; ++x) {
-    const bool valid = w.fit_at[static_cast<std::size_t>(x)] > 0;
-    disparity_px[x] = valid ? disparity_px[x] : 0.0F;
-    sigma_px[x] = valid ? sigma_px[x] : 0.0F;
+}
+
+struct FitRule {
+  float min_disparity, damping, area, min_ncc;
+};
+
+void fit_columns(const FitChunk& c, const std::int16_t* __restrict index, const float* __restrict variance,
+                 std::int32_t count, const FitRule& rule, float* __restrict disparity_px, float* __restrict sigma_px) {
+  constexpr float unit = 1.0F / static_cast<float>(ncc_one);
+  const FitRule r = rule;
+  for (std::int32_t i = 0; i < count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const CorrelationPeak fit{c.before[k], c.at[k], c.after[k]};
+    const CorrelationPeak peak{c.peak_before[k] * unit, c.peak_at[k] * unit, c.peak_after[k] * unit};
+    disparity_px[i] = r.min_disparity + static_cast<float>(index[i]) + peak_vertex(fit);
+    sigma_px[i] = peak_sigma(peak, r.area * variance[i], r.damping, r.area);
+  }
+  for (std::int32_t i = 0; i < count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const bool valid = static_cast<int>(c.at[k] > 0) & static_cast<int>(c.at[k] >= r.min_ncc * c.count[k]);
+    disparity_px[i] = valid ? disparity_px[i] : 0.0F;
+    sigma_px[i] = valid ? sigma_px[i] : 0.0F;
+  }
+}
+
+/// Fits whole rows, because fitting rejected pixels is cheaper than skipping them.
+void fit_row(const SelectionWorkspace& w, const float* variance, std::int32_t width, const FitRule& rule,
+             float* disparity_px, float* sigma_px) {
+  FitChunk chunk;
+  for (std::int32_t first = 0; first < width; first += fit_chunk) {
+    const std::int32_t count = std::min(width - first, fit_chunk);
+    gather(w, first, count, chunk);
+    fit_columns(chunk, w.best_index.data() + first, variance + first, count, rule, disparity_px + first,
+                sigma_px + first);
   }
 }
 
@@ -210,17 +365,13 @@ void select(const NccRows& rows, std::int32_t y, std::int32_t count, const Stere
   std::fill_n(w.right_best.begin(), width + rows.padded_disparities, no_cost);
   Flags unique;
   for (const SearchRun& run : rows.search) claim_run(run, rows.padded_disparities, count, winners, w, unique);
-  const RowChecks checks{rows,
-                         y,
-                         params,
-                         ncc,
-                         winners,
-                         variance,
-                         static_cast<float>(params.min_ncc * ncc_one),
-                         static_cast<float>(params.min_texture_grey * params.min_texture_grey)};
+  const RowChecks checks{
+      rows, y, params, ncc, winners, variance, static_cast<float>(params.min_texture_grey * params.min_texture_grey)};
   for (const SearchRun& run : rows.search) check_run(checks, run, unique, w);
   const auto area = static_cast<float>((2 * rows.radius + 1) * (2 * rows.radius + 1));
-  fit_row(w, variance, width, rows.min_disparity, rows.damping, area, disparity_px, sigma_px);
+  const FitRule rule{static_cast<float>(rows.min_disparity), rows.damping, area,
+                     static_cast<float>(params.min_ncc * ncc_one)};
+  fit_row(w, variance, width, rule, disparity_px, sigma_px);
 }
 
 }  // namespace

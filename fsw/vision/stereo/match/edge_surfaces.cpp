@@ -282,29 +282,42 @@ Choice better_surface(const NccRows& rows, std::int32_t x, std::int32_t y, std::
 /// Gives every right pixel to the left pixel that differs least from it, and takes the disparity of all others at edges
 /// that claim it for another surface.
 void share_out(std::int32_t width, std::int32_t step, std::int16_t* own, float* sigma_px, EdgeWorkspace& w) {
-  std::fill_n(w.right_difference.begin(), width, std::numeric_limits<float>::max());
-  const auto target_of = [&](std::int32_t x) {
-    const std::int32_t target = own[x] == none ? -1 : x - whole_px(own[x]);
-    return target < width ? target : -1;
-  };
+  constexpr auto columns = static_cast<std::size_t>(limits::max_rectified_width);
+  // One more than the right pixel; 0 for none.
+  std::array<std::int16_t, columns> target;
+  std::int16_t* __restrict found = target.data();
+  const std::int16_t* __restrict quarters = own;
   for (std::int32_t x = 0; x < width; ++x) {
-    const std::int32_t target = target_of(x);
-    if (target < 0) continue;
-    const auto t = static_cast<std::size_t>(target);
-    const float difference = w.difference[static_cast<std::size_t>(x)];
-    if (difference >= w.right_difference[t]) continue;
-    w.right_difference[t] = difference;
+    const std::int32_t seen = x - whole_px(quarters[x]);
+    const int inside =
+        static_cast<int>(quarters[x] != none) & static_cast<int>(seen >= 0) & static_cast<int>(seen < width);
+    found[x] = static_cast<std::int16_t>(inside != 0 ? seen + 1 : 0);
+  }
+  // Few right pixels are claimed by a left one at an edge; only these are given away.
+  std::array<std::uint8_t, columns + 1> claimed{};
+  const float* difference = w.difference.data();
+  const auto at_edge = [=](std::int32_t x) {
+    return static_cast<int>(difference[x] >= 0) & static_cast<int>(found[x] != 0);
+  };
+  for_each_flagged(0, width, at_edge, [&](std::int32_t x) {
+    const std::int32_t t = found[x] - 1;
+    claimed[static_cast<std::size_t>(t) + 1] = 1;
+    w.right_difference[static_cast<std::size_t>(t)] = std::numeric_limits<float>::max();
+  });
+  for (std::int32_t x = 0; x < width; ++x) {
+    const std::int16_t k = found[x];
+    if (claimed[static_cast<std::size_t>(k)] == 0) continue;
+    const auto t = static_cast<std::size_t>(k - 1);
+    if (difference[x] >= w.right_difference[t]) continue;
+    w.right_difference[t] = difference[x];
     w.right_quarters[t] = own[x];
   }
-  for (std::int32_t x = 0; x < width; ++x) {
-    const float difference = w.difference[static_cast<std::size_t>(x)];
-    const std::int32_t target = difference < 0 ? -1 : target_of(x);
-    if (target < 0) continue;
-    const auto t = static_cast<std::size_t>(target);
-    if (std::abs(w.right_quarters[t] - own[x]) <= step || w.right_difference[t] >= difference) continue;
+  for_each_flagged(0, width, at_edge, [&](std::int32_t x) {
+    const auto t = static_cast<std::size_t>(found[x] - 1);
+    if (std::abs(w.right_quarters[t] - own[x]) <= step || w.right_difference[t] >= difference[x]) return;
     own[x] = none;
     sigma_px[x] = 0;
-  }
+  });
 }
 
 void decide_row(const NccRows& rows, const StereoParams& params, std::int32_t y, const ImageView<float>& disparity_px,

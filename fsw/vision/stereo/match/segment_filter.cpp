@@ -47,7 +47,8 @@ void connect_segments(ImageView<const float> disparity_px, ImageView<const float
   std::int32_t* links = workspace.links.data();
   const std::int32_t width = disparity_px.width;
   const std::int32_t first = y * width;
-  Joined beside, beside_above, above;
+  Joined beside, beside_above;
+  std::array<std::uint8_t, std::tuple_size_v<Joined> + 1> above;
   find_joined(disparity_px.row(y), sigma_px.row(y), max_step_px, width, beside);
   link_runs(beside, width, first, links);
   if (y == 0) return;
@@ -56,15 +57,15 @@ void connect_segments(ImageView<const float> disparity_px, ImageView<const float
   const float* s = sigma_px.row(y);
   const float* d_above = disparity_px.row(y - 1);
   const float* s_above = sigma_px.row(y - 1);
+  // Column x is at x + 1, after one that is joined to nothing.
+  std::uint8_t* __restrict joined_above = above.data();
+  joined_above[0] = 0;
   for (std::int32_t x = 0; x < width; ++x) {
-    above[static_cast<std::size_t>(x)] =
-        static_cast<std::uint8_t>(are_joined(d[x], s[x], d_above[x], s_above[x], max_step_px));
+    joined_above[x + 1] = static_cast<std::uint8_t>(are_joined(d[x], s[x], d_above[x], s_above[x], max_step_px));
   }
   // A pixel whose left neighbour has joined the same two runs joins nothing new.
-  const auto joins = [&](std::int32_t x) {
-    const auto k = static_cast<std::size_t>(x);
-    const int same = x == 0 ? 0 : above[k - 1] & beside[k] & beside_above[k];
-    return above[k] & (same ^ 1);
+  const auto joins = [joined_above, here = beside.data(), before = beside_above.data()](std::int32_t x) {
+    return joined_above[x + 1] & ((joined_above[x] & here[x] & before[x]) ^ 1);
   };
   for_each_flagged(0, width, joins, [&](std::int32_t x) { join(links, first + x, first - width + x, 0); });
 }
@@ -76,21 +77,43 @@ void connect_segments_row(ImageView<const float> disparity_px, ImageView<const f
   with_widest_vectors([&] { connect_segments(disparity_px, sigma_px, y, max_step_px, workspace); });
 }
 
-void remove_small_segments_row(ImageView<float> sigma_px, std::int32_t y, std::int32_t min_area_px,
-                               PixelForest& workspace) {
+namespace {
+
+void remove_small_segments(const ImageView<float>& sigma_px, std::int32_t y, std::int32_t min_area_px,
+                           PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
+  const std::int32_t width = sigma_px.width;
+  const std::int32_t first = y * width;
   float* s = sigma_px.row(y);
   // Pixels with the same parent have the same root.
   std::int32_t parent = -1;
   bool small = false;
-  for (std::int32_t x = 0; x < sigma_px.width; ++x) {
-    if (!(s[x] > 0)) continue;
-    const std::int32_t pixel = y * sigma_px.width + x;
-    const std::int32_t link = links[pixel];
-    if (link < 0 || link != parent) small = -links[root_of(links, pixel)] < min_area_px;
-    parent = link;
-    if (small) s[x] = 0;
+  constexpr std::int32_t group = 16;
+  const auto all_have_parent = [&](std::int32_t x) {
+    std::int32_t differ = 0;
+    for (std::int32_t i = x; i < x + group; ++i) differ |= links[first + i] ^ parent;
+    return differ == 0;
+  };
+  for (std::int32_t x = 0; x < width;) {
+    if (parent >= 0 && !small && x + group <= width && all_have_parent(x)) {
+      x += group;
+      continue;
+    }
+    for (const std::int32_t end = std::min(x + group, width); x < end; ++x) {
+      if (!(s[x] > 0)) continue;
+      const std::int32_t link = links[first + x];
+      if (link < 0 || link != parent) small = -links[root_of(links, first + x)] < min_area_px;
+      parent = link;
+      if (small) s[x] = 0;
+    }
   }
+}
+
+}  // namespace
+
+void remove_small_segments_row(ImageView<float> sigma_px, std::int32_t y, std::int32_t min_area_px,
+                               PixelForest& workspace) {
+  with_widest_vectors([&] { remove_small_segments(sigma_px, y, min_area_px, workspace); });
 }
 
 }  // namespace ilp

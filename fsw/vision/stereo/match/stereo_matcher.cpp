@@ -120,7 +120,7 @@ void StereoMatcher::choose(const NccRows& rows, std::int32_t y, std::int32_t cou
   const std::int16_t* ncc[max_rows_at_once] = {};
   RowWinner* winners[max_rows_at_once] = {};
   for (std::int32_t k = 0; k < count; ++k) {
-    ncc[k] = w.rows[static_cast<std::size_t>(k)].ncc.data();
+    ncc[k] = w.rows[static_cast<std::size_t>(k)].ncc();
     winners[k] = w.rows[static_cast<std::size_t>(k)].winners.data();
   }
   find_ordered_rows(rows.search, rows.padded_disparities, params_, ncc, count, w.matcher.ordered, winners);
@@ -134,7 +134,7 @@ void StereoMatcher::match_row(NccRows& rows, const SearchRow& search, const Disp
   StereoWorkspace& w = *workspace_;
   const std::int32_t first = rows.next_row / rows_at_once() * rows_at_once();
   MatchedRow& latest = w.rows[static_cast<std::size_t>(rows.next_row - first)];
-  compute_ncc_row(rows, search, w.ncc, latest.ncc.data(), rows_at_once() > 1 ? nullptr : w.cost_row.data(),
+  compute_ncc_row(rows, search, w.ncc, latest.ncc(), rows_at_once() > 1 ? nullptr : w.cost_row.data(),
                   latest.variance.data());
   const std::int32_t count = rows.next_row - first;
   if (count < rows_at_once() && rows.next_row < rows.left.height) return;
@@ -143,7 +143,7 @@ void StereoMatcher::match_row(NccRows& rows, const SearchRow& search, const Disp
     const MatchedRow& row = w.rows[static_cast<std::size_t>(y - first)];
     float* disparity = result.disparity_px.row(y);
     float* sigma = result.sigma_px.row(y);
-    select_row(rows, y, range.count(), params_, row.ncc.data(), row.winners.data(), row.variance.data(), w.selection,
+    select_row(rows, y, range.count(), params_, row.ncc(), row.winners.data(), row.variance.data(), w.selection,
                disparity, sigma);
     if (params_.matcher == StereoMatcherChoice::semi_global && params_.keep_order) {
       keep_ordered_row(rows.left.width, disparity, sigma, w.matcher.semi_global.ordering);

@@ -8,7 +8,9 @@ namespace ilp {
 namespace {
 
 static_assert(limits::max_rectified_width < 0xFFFF, "a left column + 1 has 16 bits");
-constexpr std::int32_t columns = OrderingWorkspace::columns;
+/// Columns that a match may have in the right image: one image width to either side of it.
+constexpr std::int32_t columns = 3 * limits::max_rectified_width;
+static_assert(columns <= 0xFFFF, "a right column has 16 bits");
 
 /// The right column, 1 .. columns.
 std::int32_t right_column(std::int32_t x, float disparity_px) {
@@ -49,37 +51,32 @@ bool in_order(std::int32_t width, const float* disparity_px, const float* sigma_
   return true;
 }
 
-std::uint32_t longest_up_to(const OrderingWorkspace& workspace, std::int32_t column) {
-  std::uint32_t longest = 0;
-  for (std::int32_t i = column; i > 0; i -= i & -i) {
-    const std::uint32_t chain = workspace.longest[static_cast<std::size_t>(i)];
-    if (chain > longest) longest = chain;
-  }
-  return longest;
-}
-
-void insert(OrderingWorkspace& workspace, std::int32_t column, std::uint32_t chain) {
-  for (std::int32_t i = column; i <= columns; i += i & -i) {
-    std::uint32_t& longest = workspace.longest[static_cast<std::size_t>(i)];
-    if (chain > longest) longest = chain;
-  }
+/// The number of chains whose last right column is at most `column`; the columns do not fall.
+std::int32_t chains_up_to(const std::uint16_t* last_right, std::int32_t chains, std::uint16_t column) {
+  // On ground a match nearly always goes on from the longest chain.
+  if (chains == 0 || last_right[chains - 1] <= column) return chains;
+  return static_cast<std::int32_t>(std::upper_bound(last_right, last_right + chains, column) - last_right);
 }
 
 void keep_ordered(std::int32_t width, const float* disparity_px, float* sigma_px, OrderingWorkspace& workspace) {
   if (in_order(width, disparity_px, sigma_px)) return;
-  workspace.longest.fill(0);
+  std::uint16_t* last_right = workspace.last_right.data();
+  std::uint16_t* last_left = workspace.last_left.data();
+  std::uint16_t* previous = workspace.previous.data();
+  std::int32_t longest = 0;
   for (std::int32_t x = 0; x < width; ++x) {
     if (!(sigma_px[x] > 0)) continue;
-    const std::int32_t column = right_column(x, disparity_px[x]);
-    const std::uint32_t before = longest_up_to(workspace, column);
-    workspace.previous[static_cast<std::size_t>(x)] = static_cast<std::uint16_t>(before & 0xFFFFU);
-    const std::uint32_t length = (before >> 16U) + 1;
-    insert(workspace, column, length << 16U | static_cast<std::uint32_t>(x + 1));
+    const auto column = static_cast<std::uint16_t>(right_column(x, disparity_px[x]));
+    const std::int32_t before = chains_up_to(last_right, longest, column);
+    previous[x] = before > 0 ? last_left[before - 1] : std::uint16_t{0};
+    last_right[before] = column;
+    last_left[before] = static_cast<std::uint16_t>(x + 1);
+    longest = std::max(longest, before + 1);
   }
-  std::uint32_t next = longest_up_to(workspace, columns) & 0xFFFFU;
+  std::int32_t next = longest > 0 ? last_left[longest - 1] : 0;
   for (std::int32_t x = width - 1; x >= 0; --x) {
-    if (next == static_cast<std::uint32_t>(x + 1)) {
-      next = workspace.previous[static_cast<std::size_t>(x)];
+    if (next == x + 1) {
+      next = previous[x];
     } else {
       sigma_px[x] = 0;
     }

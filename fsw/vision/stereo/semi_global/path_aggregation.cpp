@@ -37,9 +37,14 @@ void clear(std::uint8_t* costs, std::int32_t columns, std::int32_t padded, std::
     std::fill_n(costs + path_guard + static_cast<std::ptrdiff_t>(x) * stride, padded, std::uint8_t{0});
 }
 
-void find_contrast(const std::uint8_t* __restrict grey, const std::uint8_t* __restrict other, std::int32_t count,
-                   std::uint8_t* __restrict contrast) {
-  for (std::int32_t x = 0; x < count; ++x) {
+void find_contrast(const std::uint8_t* grey, const std::uint8_t* other, std::int32_t count, std::uint8_t* contrast) {
+  std::int32_t x = 0;
+  for (; x + lanes::bytes <= count; x += lanes::bytes) {
+    const U8 a = lanes::load<U8>(grey + x);
+    const U8 b = lanes::load<U8>(other + x);
+    lanes::store(contrast + x, (a > b ? a : b) - lanes::lower(a, b));
+  }
+  for (; x < count; ++x) {
     contrast[x] = static_cast<std::uint8_t>(std::max(grey[x], other[x]) - std::min(grey[x], other[x]));
   }
 }
