@@ -76,6 +76,16 @@ constexpr CheckpointForm PlaceMemory::checkpoint = checkpoint_form<State>(compon
 PlaceMemory::PlaceMemory(Tables store, const MissionParameters& mission, Scratch scratch)
     : store_(store), mission_(mission), scratch_(scratch) {}
 
+LastingMemory PlaceMemory::lasting() const {
+  const LastingMemory memory =
+      LastingMemory(cursor_, state_).of(*this).at_work(patience_, mask_changed_).changed_by_commits();
+  if (!keeps_) return memory;
+  const auto& scratch = scratch_.as<PlaceScratch>();
+  const LastingMemory corners = memory.keeping(scratch.harris.next_row, scratch.harris.strongest);
+  return phase_ == Phase::features ? corners.keeping(scratch.features.at_level, scratch.features.corners_found)
+                                   : corners.keeping(scratch.patches.corners_found, scratch.patches.corners_found);
+}
+
 Status PlaceMemory::pick(bool& picked) {
   ILP_TRY(forget_one(picked));
   if (picked) return {};
@@ -517,13 +527,19 @@ Status PlaceMemory::mark_by_poses() {
   return {};
 }
 
-Status PlaceMemory::narrow_mask() {
+Status PlaceMemory::mark_known_ground() {
   phase_ = Phase::record;
   if (depth_.mask.bytes == 0 || depth_.mask.bytes > mask_bytes_.size()) return {};
   mask_loaded_ = false;
   for (const LinkRecord& link : links_) ILP_TRY(mark_by(link));
   if (depth_.verdict == DepthVerdict::ok) ILP_TRY(mark_by_poses());
-  if (!mask_loaded_) return {};
+  if (mask_loaded_) phase_ = Phase::cut;
+  return {};
+}
+
+/// Takes the ground that is known out of the mask.
+Status PlaceMemory::cut_mask() {
+  phase_ = Phase::record;
   known_before_ = take_known(known_, sliver_px, border_px, image_.view());
   mask_changed_ = known_before_ != 0;
   if (!mask_changed_) return {};
@@ -657,7 +673,9 @@ Status PlaceMemory::advance(bool& picked) {
     case Phase::compare:
       return compare();
     case Phase::narrow:
-      return narrow_mask();
+      return mark_known_ground();
+    case Phase::cut:
+      return cut_mask();
     case Phase::record:
       return record();
   }
@@ -667,10 +685,11 @@ Status PlaceMemory::advance(bool& picked) {
 StepResult PlaceMemory::step() {
   // What was found so far is lost then.
   if (mission_.safe_mode && (phase_ == Phase::features || phase_ == Phase::patches)) phase_ = Phase::idle;
+  keeps_ = false;
   if (mission_.safe_mode) return {};
   bool pending = true;
-  keeps_ = false;
   const Status status = advance(pending);
+  keeps_ = keeps_ && status.ok();
   if (status.ok()) return {{}, pending, keeps_ ? Then::keep : Then::go_on};
   if (status.is(StatusCode::loop_contradicts)) return {status, true};
   return patience_.failed(phase_ == Phase::recall ? recall_subject : depth_.id, status);

@@ -35,12 +35,10 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
 
   Status restore() override;
   StepResult step() override;
-  [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_, state_).of(*this).at_work(patience_, mask_changed_).changed_by_commits();
-  }
+  [[nodiscard]] LastingMemory lasting() const override;
 
  private:
-  enum class Phase : std::uint8_t { recall, idle, load, features, patches, search, compare, narrow, record };
+  enum class Phase : std::uint8_t { recall, idle, load, features, patches, search, compare, narrow, cut, record };
 
   struct State {
     std::int64_t bare_id = 0;  ///< newest place without features: its record goes with the next one
@@ -93,7 +91,8 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   [[nodiscard]] bool lies_inside(const RememberedPlace& before) const;
   Status error_by_poses(const RememberedPlace& place, double& error_px);
   Status load_seen(std::int64_t keyframe_id, SeenCells& cells);
-  Status narrow_mask();
+  Status mark_known_ground();
+  Status cut_mask();
   Status choose_slot(PlaceRecord& place, std::size_t& forgotten);
   Status write_place(const PlaceRecord& place, std::size_t forgotten);
   Status write_ties(State& after);
@@ -121,8 +120,8 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   std::array<LinkPoints, static_cast<std::size_t>(limits::max_links_per_keyframe)> link_points_{};  ///< of each link
   Status drift_;
   std::uint32_t known_before_ = 0;  ///< pixels that leave the mask
+  bool mask_loaded_ = false;        ///< the image holds the mask
   bool mask_changed_ = false;
-  bool mask_loaded_ = false;  ///< within a step
   SeenCells seen_, other_seen_;
   CellDepths depths_{};
   KnownGround known_{};
