@@ -106,7 +106,8 @@ Status PlaceMemory::pick(bool& picked) {
   drift_ = {};
   known_.fill(0);
   known_before_ = 0;
-  mask_changed_ = false;
+  marked_ = 0;
+  mask_loaded_ = mask_changed_ = false;
   keyframe_ = {};
   pose_ = {};
   ground_distance_ = 0;
@@ -434,8 +435,13 @@ Status PlaceMemory::load_mask() {
 }
 
 /// By one link all keyframes of the earlier strip that stand near say which ground they have seen.
-Status PlaceMemory::mark_by(const LinkRecord& link) {
+Status PlaceMemory::mark_by(const LinkRecord& link, std::size_t& left, bool& done) {
   if (depth_.verdict != DepthVerdict::ok) {
+    if (left > 0) {
+      --left;
+      return {};
+    }
+    done = true;
     ILP_TRY(load_mask());
     ILP_TRY(load_seen(link.place_id, other_seen_));
     Mat3 keyframe_from_place;
@@ -456,7 +462,9 @@ Status PlaceMemory::mark_by(const LinkRecord& link) {
   NearPlaces near;
   table_.find_near(link.place_strip_id, same ? first_chained() - 1 : keyframe_.id - 1, cam_from_strip, ground_distance_,
                    any_in_common, camera_, near);
-  for (const NearPlace& place_near : near) ILP_TRY(mark_seen_by(place_near, cam_from_strip, 0));
+  done = left < near.size();
+  if (done) return mark_seen_by(near[left], cam_from_strip, 0);
+  left -= near.size();
   return {};
 }
 
@@ -507,7 +515,7 @@ Status PlaceMemory::error_by_poses(const RememberedPlace& place, double& error_p
 }
 
 /// Ground that left the images of the strip and comes back without a link: the poses say where it is.
-Status PlaceMemory::mark_by_poses() {
+Status PlaceMemory::mark_by_poses(std::size_t& left, bool& done) {
   const RememberedPlace* before = table_.newest();
   const bool posed = pose_.state == PoseState::final && ground_distance_ > 0;
   if (!posed || before == nullptr || before->strip_id != keyframe_.strip_id || lies_inside(*before)) return {};
@@ -520,20 +528,31 @@ Status PlaceMemory::mark_by_poses() {
   for (const NearPlace& one : near) {
     const RememberedPlace& place = table_.at(one.slot);
     if (!comes_back_to(place, *before)) continue;
+    if (left > 0) {
+      --left;
+      continue;
+    }
+    done = true;
     double error_px = 0;
     ILP_TRY(error_by_poses(place, error_px));
-    if (error_px <= largest_pose_error_px) ILP_TRY(mark_seen_by(one, cam_from_strip, error_px));
+    return error_px <= largest_pose_error_px ? mark_seen_by(one, cam_from_strip, error_px) : Status{};
   }
   return {};
 }
 
+Status PlaceMemory::mark_next(bool& done) {
+  std::size_t left = marked_++;
+  done = false;
+  for (std::size_t i = 0; i < links_.size() && !done; ++i) ILP_TRY(mark_by(links_[i], left, done));
+  return done || depth_.verdict != DepthVerdict::ok ? Status{} : mark_by_poses(left, done);
+}
+
+/// By one earlier keyframe.
 Status PlaceMemory::mark_known_ground() {
-  phase_ = Phase::record;
-  if (depth_.mask.bytes == 0 || depth_.mask.bytes > mask_bytes_.size()) return {};
-  mask_loaded_ = false;
-  for (const LinkRecord& link : links_) ILP_TRY(mark_by(link));
-  if (depth_.verdict == DepthVerdict::ok) ILP_TRY(mark_by_poses());
-  if (mask_loaded_) phase_ = Phase::cut;
+  const bool masked = depth_.mask.bytes != 0 && depth_.mask.bytes <= mask_bytes_.size();
+  bool done = false;
+  if (masked) ILP_TRY(mark_next(done));
+  if (!done) phase_ = mask_loaded_ ? Phase::cut : Phase::record;
   return {};
 }
 

@@ -83,8 +83,10 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   Status measured(std::int64_t keyframe_id, PoseRecord& pose);
   void judge(LinkRecord& link, const PoseRecord& place);
   Status load_mask();
-  Status mark_by(const LinkRecord& link);
-  Status mark_by_poses();
+  /// Each of these marks by one keyframe, the first after `left` of those that count; then `done` is set.
+  Status mark_by(const LinkRecord& link, std::size_t& left, bool& done);
+  Status mark_by_poses(std::size_t& left, bool& done);
+  Status mark_next(bool& done);
   Status mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip, double error_px);
   [[nodiscard]] Vec3 ground_here() const;
   [[nodiscard]] bool comes_back_to(const RememberedPlace& place, const RememberedPlace& before) const;
@@ -120,6 +122,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   std::array<LinkPoints, static_cast<std::size_t>(limits::max_links_per_keyframe)> link_points_{};  ///< of each link
   Status drift_;
   std::uint32_t known_before_ = 0;  ///< pixels that leave the mask
+  std::size_t marked_ = 0;          ///< slices that have marked known ground
   bool mask_loaded_ = false;        ///< the image holds the mask
   bool mask_changed_ = false;
   SeenCells seen_, other_seen_;
