@@ -10,6 +10,7 @@
 
 #include <cerrno>
 
+#include "fsw/base/crc.hpp"
 #include "hal/posix/file.hpp"
 
 // NOLINTNEXTLINE(bugprone-reserved-identifier): the linker gives the beginning of the program this name
@@ -51,6 +52,12 @@ std::span<const std::span<const std::byte>> program_image() {
     image_regions[count++] = {file_begin + (segment.p_vaddr - first_address), segment.p_memsz};
   }
   return std::span(image_regions).first(count);
+}
+
+void use_instructions_of_processor() {
+#if defined(__aarch64__)
+  use_crc32c_instructions(may_have_crc32c_instructions() && (getauxval(AT_HWCAP) & HWCAP_CRC32) != 0);
+#endif
 }
 
 BoardState board_state() {

@@ -10,6 +10,9 @@
 
 namespace ilp {
 
+/// Takes those instructions of the processor into use that not every one of its architecture has.
+void use_instructions_of_processor();
+
 /// Names the boot by the kernel's boot id.
 [[nodiscard]] BoardState board_state();
 

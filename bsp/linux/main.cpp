@@ -579,6 +579,7 @@ int main(int argc, char** argv) {
     print_memory_map();
     return 0;
   }
+  use_instructions_of_processor();
   std::signal(SIGTERM, request_stop);
   std::signal(SIGINT, request_stop);
   Order order{options, stages};

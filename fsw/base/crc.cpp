@@ -62,14 +62,77 @@ std::uint32_t run(const Tables& t, std::span<const std::uint8_t> bytes, std::uin
   return ~value;
 }
 
+// A register's worth of bytes, and one byte, by the instruction of the processor.
+#if defined(__x86_64__)
+#define ILP_CRC32C_TARGET [[gnu::target("sse4.2")]]
+ILP_CRC32C_TARGET inline std::uint32_t step_by_8(std::uint32_t value, std::uint64_t word) {
+  return static_cast<std::uint32_t>(__builtin_ia32_crc32di(value, word));
+}
+ILP_CRC32C_TARGET inline std::uint32_t step_by_1(std::uint32_t value, std::uint8_t octet) {
+  return __builtin_ia32_crc32qi(value, octet);
+}
+#elif defined(__aarch64__) && defined(__GNUC__) && !defined(__clang__)
+#define ILP_CRC32C_TARGET [[gnu::target("+crc")]]
+ILP_CRC32C_TARGET inline std::uint32_t step_by_8(std::uint32_t value, std::uint64_t word) {
+  return __builtin_aarch64_crc32cx(value, word);
+}
+ILP_CRC32C_TARGET inline std::uint32_t step_by_1(std::uint32_t value, std::uint8_t octet) {
+  return __builtin_aarch64_crc32cb(value, octet);
+}
+#endif
+
+#if defined(ILP_CRC32C_TARGET)
+ILP_CRC32C_TARGET std::uint32_t run_by_instructions(std::span<const std::uint8_t> bytes, std::uint32_t crc) {
+  std::uint32_t value = ~crc;
+  const std::uint8_t* at = bytes.data();
+  std::size_t left = bytes.size();
+  for (; left >= sizeof(std::uint64_t); at += sizeof(std::uint64_t), left -= sizeof(std::uint64_t)) {
+    std::uint64_t word;
+    std::memcpy(&word, at, sizeof(word));
+    value = step_by_8(value, word);
+  }
+  for (; left > 0; ++at, --left) value = step_by_1(value, *at);
+  return ~value;
+}
+#else
+std::uint32_t run_by_instructions(std::span<const std::uint8_t> bytes, std::uint32_t crc) {
+  return run(castagnoli, bytes, crc);
+}
+#endif
+
+// Zero until somebody chooses, so that no code must run before main.
+enum class Chosen : std::uint8_t { nothing, tables, instructions };
+Chosen chosen = Chosen::nothing;
+
+bool by_instructions() {
+#if defined(__x86_64__)
+  if (chosen == Chosen::nothing) use_crc32c_instructions(may_have_crc32c_instructions());
+#endif
+  return chosen == Chosen::instructions;
+}
+
 }  // namespace
+
+void use_crc32c_instructions(bool use) {
+  chosen = use ? Chosen::instructions : Chosen::tables;
+}
+
+bool may_have_crc32c_instructions() {
+#if defined(__x86_64__)
+  return __builtin_cpu_supports("sse4.2");
+#elif defined(ILP_CRC32C_TARGET)
+  return true;
+#else
+  return false;
+#endif
+}
 
 std::uint32_t crc32(std::span<const std::uint8_t> bytes, std::uint32_t crc) {
   return run(iso_hdlc, bytes, crc);
 }
 
 std::uint32_t crc32c(std::span<const std::uint8_t> bytes, std::uint32_t crc) {
-  return run(castagnoli, bytes, crc);
+  return by_instructions() ? run_by_instructions(bytes, crc) : run(castagnoli, bytes, crc);
 }
 
 std::size_t crc32c_flipped_bit(std::size_t bytes, std::uint32_t difference) {

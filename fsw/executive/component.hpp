@@ -51,6 +51,18 @@ class LastingMemory {
     memory.work_ = memory_between(&first, &last + 1);
     return memory;
   }
+  /// Adds what says where work is that keeps the memory of the step: members of one object in it from `first` to
+  /// `last`.
+  template <typename First, typename Last>
+  [[nodiscard]] LastingMemory keeping(const First& first, const Last& last) const {
+    LastingMemory memory = *this;
+    for (std::span<const std::byte>& kept : memory.kept_) {
+      if (!kept.empty()) continue;
+      kept = memory_between(&first, &last + 1);
+      break;
+    }
+    return memory;
+  }
   /// Declares that cursor and state change only after a commit of the step.
   [[nodiscard]] LastingMemory changed_by_commits() const {
     LastingMemory memory = *this;
@@ -66,11 +78,16 @@ class LastingMemory {
     return sum;
   }
   /// Checksum of cursor, state and work; `state` is their state_checksum().
-  [[nodiscard]] std::uint64_t checksum(std::uint64_t state) const { return memory_sum64(work_, state); }
+  [[nodiscard]] std::uint64_t checksum(std::uint64_t state) const {
+    std::uint64_t sum = memory_sum64(work_, state);
+    for (const std::span<const std::byte> kept : kept_) sum = kept.empty() ? sum : memory_sum64(kept, sum);
+    return sum;
+  }
 
  private:
   std::array<std::span<const std::byte>, 5> parts_{};
   std::span<const std::byte> head_, work_;
+  std::array<std::span<const std::byte>, 2> kept_{};
   bool by_commits_ = false;
 };
 

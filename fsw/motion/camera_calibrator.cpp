@@ -54,8 +54,17 @@ constexpr CheckpointForm CameraCalibrator::second_checkpoint =
 CameraCalibrator::CameraCalibrator(Tables store, const MissionParameters& mission, Scratch scratch)
     : store_(store), mission_(mission), scratch_(scratch) {}
 
+LastingMemory CameraCalibrator::lasting() const {
+  const LastingMemory memory =
+      LastingMemory(camera_, cursor_, calibrating_, checking_).of(*this).at_work(phase_, keyframe_);
+  if (!keeps_) return memory;
+  const auto& scratch = scratch_.as<FeatureScratch>();
+  return phase_ == Phase::detect ? keeping_corners(scratch, memory) : keeping_matches(scratch, memory);
+}
+
 Status CameraCalibrator::restore() {
   phase_ = Phase::idle;
+  keeps_ = false;
   images_.previous_id = 0;
   checking_ = {};
   ILP_TRY(get_camera(store_, camera_id, camera_));
@@ -323,6 +332,7 @@ StepResult CameraCalibrator::calibrate() {
   bool pending = true;
   keeps_ = false;
   const Status status = advance(pending);
+  keeps_ = keeps_ && status.ok();
   if (status.ok()) return {event_, pending, keeps_ ? Then::keep : Then::go_on};
   // A permanently damaged record was handled, and is worth an event.
   if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};

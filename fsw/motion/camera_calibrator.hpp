@@ -37,9 +37,7 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
 
   Status restore() override;
   StepResult step() override;
-  [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(camera_, cursor_, calibrating_, checking_).of(*this).at_work(phase_, keyframe_);
-  }
+  [[nodiscard]] LastingMemory lasting() const override;
 
  private:
   enum class Phase : std::uint8_t {

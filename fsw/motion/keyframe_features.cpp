@@ -52,6 +52,14 @@ Status find_matches(const MissionParameters& mission, const Corners& previous_co
                                plane_from_previous, matcher_params(mission), scratch.matcher, matches, more);
 }
 
+LastingMemory keeping_corners(const FeatureScratch& scratch, const LastingMemory& memory) {
+  return memory.keeping(scratch.harris.next_row, scratch.harris.strongest);
+}
+
+LastingMemory keeping_matches(const FeatureScratch& scratch, const LastingMemory& memory) {
+  return memory.keeping(scratch.matcher.part, scratch.matcher.first_new);
+}
+
 Status keep_for_next(std::int64_t keyframe_id, KeyframeImages& images) {
   ILP_TRY(images.previous.resize(images.current.width(), images.current.height()));
   const GrayView from = images.current.view();

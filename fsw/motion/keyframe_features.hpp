@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cfg/mission.hpp"
+#include "fsw/executive/component.hpp"
 #include "fsw/vision/features/harris.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher.hpp"
@@ -39,6 +40,10 @@ Status begin_matches_to(Reader<KeyframeRecord, FrameRecord> store, const Mission
 Status find_matches(const MissionParameters& mission, const Corners& previous_corners,
                     const double (&plane_from_previous)[9], FeatureScratch& scratch, const KeyframeImages& images,
                     Corners& corners, Matches& matches, bool& more);
+
+/// Adds where the search for corners, or for matches, is in the memory of the step.
+[[nodiscard]] LastingMemory keeping_corners(const FeatureScratch& scratch, const LastingMemory& memory);
+[[nodiscard]] LastingMemory keeping_matches(const FeatureScratch& scratch, const LastingMemory& memory);
 
 /// Keeps the current image as that of the keyframe with which the next one is matched, so that it is not loaded again.
 Status keep_for_next(std::int64_t keyframe_id, KeyframeImages& images);

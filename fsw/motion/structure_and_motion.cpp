@@ -67,8 +67,18 @@ constexpr CheckpointForm StructureAndMotion::checkpoint = checkpoint_form<State>
 StructureAndMotion::StructureAndMotion(Tables store, const MissionParameters& mission, Scratch scratch)
     : store_(store), mission_(mission), scratch_(scratch) {}
 
+LastingMemory StructureAndMotion::lasting() const {
+  const LastingMemory memory = LastingMemory(cursor_, state_).of(*this).at_work(camera_, patience_);
+  if (!keeps_) return memory;
+  if (phase_ == Phase::detect) return keeping_corners(scratch_.as<FeatureScratch>(), memory);
+  if (phase_ == Phase::match) return keeping_matches(scratch_.as<FeatureScratch>(), memory);
+  const TwoViewProgress& pair = scratch_.as<SequenceWorkspace>().two_view.progress;
+  return state_.sequence.phase == SequencePhase::relating ? memory.keeping(pair, pair) : memory;
+}
+
 Status StructureAndMotion::restore() {
   phase_ = Phase::idle;
+  keeps_ = false;
   images_.previous_id = 0;
   ILP_TRY(load_camera(store_, camera_));
   const Status status = load_checkpoint(store_, checkpoint, cursor_, state_);
@@ -521,7 +531,9 @@ Status StructureAndMotion::end_strip() {
 
 Status StructureAndMotion::extend_sequence() {
   bool more = false;
-  const Status status = Sequence(state_.sequence, scratch_.as<SequenceWorkspace>()).step(more);
+  Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
+  const Status status = sequence.step(more);
+  keeps_ = status.ok() && sequence.keeps();
   if (more) return status;
   if (phase_ == Phase::finish) {
     ILP_TRY(status);
@@ -563,6 +575,7 @@ StepResult StructureAndMotion::step() {
   bool pending = true;
   keeps_ = false;
   const Status status = advance(pending);
+  keeps_ = keeps_ && status.ok();
   if (status.ok()) return {{}, pending, keeps_ ? Then::keep : Then::go_on};
   // A permanently damaged record was handled, and is worth an event.
   if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};

@@ -39,9 +39,7 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
 
   Status restore() override;
   StepResult step() override;
-  [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_, state_).of(*this).at_work(camera_, patience_);
-  }
+  [[nodiscard]] LastingMemory lasting() const override;
 
  private:
   enum class Phase : std::uint8_t { idle, load, detect, begin_match, match, relate, sequence, record, finish };

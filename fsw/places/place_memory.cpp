@@ -76,6 +76,16 @@ constexpr CheckpointForm PlaceMemory::checkpoint = checkpoint_form<State>(compon
 PlaceMemory::PlaceMemory(Tables store, const MissionParameters& mission, Scratch scratch)
     : store_(store), mission_(mission), scratch_(scratch) {}
 
+LastingMemory PlaceMemory::lasting() const {
+  const LastingMemory memory =
+      LastingMemory(cursor_, state_).of(*this).at_work(patience_, mask_changed_).changed_by_commits();
+  if (!keeps_) return memory;
+  const auto& scratch = scratch_.as<PlaceScratch>();
+  const LastingMemory corners = memory.keeping(scratch.harris.next_row, scratch.harris.strongest);
+  return phase_ == Phase::features ? corners.keeping(scratch.features.at_level, scratch.features.corners_found)
+                                   : corners.keeping(scratch.patches.corners_found, scratch.patches.corners_found);
+}
+
 Status PlaceMemory::pick(bool& picked) {
   ILP_TRY(forget_one(picked));
   if (picked) return {};
@@ -96,7 +106,8 @@ Status PlaceMemory::pick(bool& picked) {
   drift_ = {};
   known_.fill(0);
   known_before_ = 0;
-  mask_changed_ = false;
+  marked_ = 0;
+  mask_loaded_ = mask_changed_ = false;
   keyframe_ = {};
   pose_ = {};
   ground_distance_ = 0;
@@ -424,8 +435,13 @@ Status PlaceMemory::load_mask() {
 }
 
 /// By one link all keyframes of the earlier strip that stand near say which ground they have seen.
-Status PlaceMemory::mark_by(const LinkRecord& link) {
+Status PlaceMemory::mark_by(const LinkRecord& link, std::size_t& left, bool& done) {
   if (depth_.verdict != DepthVerdict::ok) {
+    if (left > 0) {
+      --left;
+      return {};
+    }
+    done = true;
     ILP_TRY(load_mask());
     ILP_TRY(load_seen(link.place_id, other_seen_));
     Mat3 keyframe_from_place;
@@ -446,7 +462,9 @@ Status PlaceMemory::mark_by(const LinkRecord& link) {
   NearPlaces near;
   table_.find_near(link.place_strip_id, same ? first_chained() - 1 : keyframe_.id - 1, cam_from_strip, ground_distance_,
                    any_in_common, camera_, near);
-  for (const NearPlace& place_near : near) ILP_TRY(mark_seen_by(place_near, cam_from_strip, 0));
+  done = left < near.size();
+  if (done) return mark_seen_by(near[left], cam_from_strip, 0);
+  left -= near.size();
   return {};
 }
 
@@ -497,7 +515,7 @@ Status PlaceMemory::error_by_poses(const RememberedPlace& place, double& error_p
 }
 
 /// Ground that left the images of the strip and comes back without a link: the poses say where it is.
-Status PlaceMemory::mark_by_poses() {
+Status PlaceMemory::mark_by_poses(std::size_t& left, bool& done) {
   const RememberedPlace* before = table_.newest();
   const bool posed = pose_.state == PoseState::final && ground_distance_ > 0;
   if (!posed || before == nullptr || before->strip_id != keyframe_.strip_id || lies_inside(*before)) return {};
@@ -510,20 +528,37 @@ Status PlaceMemory::mark_by_poses() {
   for (const NearPlace& one : near) {
     const RememberedPlace& place = table_.at(one.slot);
     if (!comes_back_to(place, *before)) continue;
+    if (left > 0) {
+      --left;
+      continue;
+    }
+    done = true;
     double error_px = 0;
     ILP_TRY(error_by_poses(place, error_px));
-    if (error_px <= largest_pose_error_px) ILP_TRY(mark_seen_by(one, cam_from_strip, error_px));
+    return error_px <= largest_pose_error_px ? mark_seen_by(one, cam_from_strip, error_px) : Status{};
   }
   return {};
 }
 
-Status PlaceMemory::narrow_mask() {
+Status PlaceMemory::mark_next(bool& done) {
+  std::size_t left = marked_++;
+  done = false;
+  for (std::size_t i = 0; i < links_.size() && !done; ++i) ILP_TRY(mark_by(links_[i], left, done));
+  return done || depth_.verdict != DepthVerdict::ok ? Status{} : mark_by_poses(left, done);
+}
+
+/// By one earlier keyframe.
+Status PlaceMemory::mark_known_ground() {
+  const bool masked = depth_.mask.bytes != 0 && depth_.mask.bytes <= mask_bytes_.size();
+  bool done = false;
+  if (masked) ILP_TRY(mark_next(done));
+  if (!done) phase_ = mask_loaded_ ? Phase::cut : Phase::record;
+  return {};
+}
+
+/// Takes the ground that is known out of the mask.
+Status PlaceMemory::cut_mask() {
   phase_ = Phase::record;
-  if (depth_.mask.bytes == 0 || depth_.mask.bytes > mask_bytes_.size()) return {};
-  mask_loaded_ = false;
-  for (const LinkRecord& link : links_) ILP_TRY(mark_by(link));
-  if (depth_.verdict == DepthVerdict::ok) ILP_TRY(mark_by_poses());
-  if (!mask_loaded_) return {};
   known_before_ = take_known(known_, sliver_px, border_px, image_.view());
   mask_changed_ = known_before_ != 0;
   if (!mask_changed_) return {};
@@ -657,7 +692,9 @@ Status PlaceMemory::advance(bool& picked) {
     case Phase::compare:
       return compare();
     case Phase::narrow:
-      return narrow_mask();
+      return mark_known_ground();
+    case Phase::cut:
+      return cut_mask();
     case Phase::record:
       return record();
   }
@@ -667,10 +704,11 @@ Status PlaceMemory::advance(bool& picked) {
 StepResult PlaceMemory::step() {
   // What was found so far is lost then.
   if (mission_.safe_mode && (phase_ == Phase::features || phase_ == Phase::patches)) phase_ = Phase::idle;
+  keeps_ = false;
   if (mission_.safe_mode) return {};
   bool pending = true;
-  keeps_ = false;
   const Status status = advance(pending);
+  keeps_ = keeps_ && status.ok();
   if (status.ok()) return {{}, pending, keeps_ ? Then::keep : Then::go_on};
   if (status.is(StatusCode::loop_contradicts)) return {status, true};
   return patience_.failed(phase_ == Phase::recall ? recall_subject : depth_.id, status);

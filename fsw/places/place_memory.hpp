@@ -35,12 +35,10 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
 
   Status restore() override;
   StepResult step() override;
-  [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_, state_).of(*this).at_work(patience_, mask_changed_).changed_by_commits();
-  }
+  [[nodiscard]] LastingMemory lasting() const override;
 
  private:
-  enum class Phase : std::uint8_t { recall, idle, load, features, patches, search, compare, narrow, record };
+  enum class Phase : std::uint8_t { recall, idle, load, features, patches, search, compare, narrow, cut, record };
 
   struct State {
     std::int64_t bare_id = 0;  ///< newest place without features: its record goes with the next one
@@ -85,15 +83,18 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   Status measured(std::int64_t keyframe_id, PoseRecord& pose);
   void judge(LinkRecord& link, const PoseRecord& place);
   Status load_mask();
-  Status mark_by(const LinkRecord& link);
-  Status mark_by_poses();
+  /// Each of these marks by one keyframe, the first after `left` of those that count; then `done` is set.
+  Status mark_by(const LinkRecord& link, std::size_t& left, bool& done);
+  Status mark_by_poses(std::size_t& left, bool& done);
+  Status mark_next(bool& done);
   Status mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip, double error_px);
   [[nodiscard]] Vec3 ground_here() const;
   [[nodiscard]] bool comes_back_to(const RememberedPlace& place, const RememberedPlace& before) const;
   [[nodiscard]] bool lies_inside(const RememberedPlace& before) const;
   Status error_by_poses(const RememberedPlace& place, double& error_px);
   Status load_seen(std::int64_t keyframe_id, SeenCells& cells);
-  Status narrow_mask();
+  Status mark_known_ground();
+  Status cut_mask();
   Status choose_slot(PlaceRecord& place, std::size_t& forgotten);
   Status write_place(const PlaceRecord& place, std::size_t forgotten);
   Status write_ties(State& after);
@@ -121,8 +122,9 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   std::array<LinkPoints, static_cast<std::size_t>(limits::max_links_per_keyframe)> link_points_{};  ///< of each link
   Status drift_;
   std::uint32_t known_before_ = 0;  ///< pixels that leave the mask
+  std::size_t marked_ = 0;          ///< slices that have marked known ground
+  bool mask_loaded_ = false;        ///< the image holds the mask
   bool mask_changed_ = false;
-  bool mask_loaded_ = false;  ///< within a step
   SeenCells seen_, other_seen_;
   CellDepths depths_{};
   KnownGround known_{};

@@ -15,6 +15,7 @@ constexpr int recalled_per_step = 8;
 
 Status PlaceMemory::restore() {
   phase_ = Phase::recall;
+  keeps_ = false;
   recalled_id_ = 0;
   table_.clear();
   index_.clear();

@@ -36,7 +36,11 @@ class RichnessScorer final : public StageComponent<ComponentId::richness_scorer>
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_, state_).of(*this).at_work(patience_, phase_).changed_by_commits();
+    const LastingMemory memory =
+        LastingMemory(cursor_, state_).of(*this).at_work(patience_, phase_).changed_by_commits();
+    if (phase_ < Phase::cues) return memory;
+    const auto& w = scratch_.as<Workspace>();
+    return memory.keeping(w.richness.part, w.cues);
   }
 
  private:

@@ -326,12 +326,16 @@ Status DenseMatcher::carry_ground() {
       compose(cam_from_world(pose_of(next_)), inverse(cam_from_world(pose_of(pose_))));
   bool more = false;
   ILP_TRY(carry_coverage_slice(camera_, ground(), next_from_this, work_.record.coverage, after_.coverage, more));
-  if (!more) phase_ = Phase::record;
+  if (!more) phase_ = Phase::cells;
   return {};
 }
 
+Status DenseMatcher::describe_cells() {
+  phase_ = Phase::record;
+  return measure_cells(record_);
+}
+
 Status DenseMatcher::record_depth() {
-  ILP_TRY(measure_cells(record_));
   return write(record_, next_.id);
 }
 
@@ -532,6 +536,8 @@ Status DenseMatcher::advance(bool& picked) {
       return begin_carry();
     case Phase::coverage:
       return carry_ground();
+    case Phase::cells:
+      return describe_cells();
     case Phase::record:
       return record_depth();
   }

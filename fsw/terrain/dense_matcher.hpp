@@ -63,6 +63,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
     mask_code,
     passed,
     coverage,
+    cells,
     record
   };
 
@@ -111,6 +112,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   [[nodiscard]] PairGround ground() const;
   Status begin_carry();
   Status carry_ground();
+  Status describe_cells();
   Status record_depth();
   Status advance(bool& picked);
   Status give_up_partner(DepthVerdict verdict, Status reported);

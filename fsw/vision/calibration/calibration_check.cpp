@@ -186,6 +186,13 @@ void CalibrationChecker::adjust(double robust, Phase next) {
   if (progress_.done) phase_ = next;
 }
 
+void CalibrationChecker::prune() {
+  const ProjectiveCameras cameras = projections_of(views_);
+  prune_tracks(cameras, 3.5 * std::fmax(residual_rms(cameras, w_.tracks), 0.2 * setup_.noise), w_.tracks);
+  progress_ = {};
+  phase_ = Phase::readjust;
+}
+
 void CalibrationChecker::state_covariance() {
   const CentredFrame frame(given_);
   metric_covariance(w_.tracks, views_, metric_adjustment(setup_, 0, 1), w_.verification.adjustment, covariance_);
@@ -249,12 +256,10 @@ void CalibrationChecker::step(bool& pending) {
       look();
       break;
     case Phase::adjust:
-      adjust(2 * setup_.noise, Phase::readjust);
-      if (phase_ == Phase::readjust) {
-        const ProjectiveCameras cameras = projections_of(views_);
-        prune_tracks(cameras, 3.5 * std::fmax(residual_rms(cameras, w_.tracks), 0.2 * setup_.noise), w_.tracks);
-        progress_ = {};
-      }
+      adjust(2 * setup_.noise, Phase::prune);
+      break;
+    case Phase::prune:
+      prune();
       break;
     case Phase::readjust:
       adjust(0, Phase::covariance);

@@ -54,10 +54,11 @@ class CalibrationChecker {
   [[nodiscard]] const CalibrationCheck& result() const { return check_; }
 
  private:
-  enum class Phase : std::uint8_t { idle, look, adjust, readjust, covariance, verify };
+  enum class Phase : std::uint8_t { idle, look, adjust, prune, readjust, covariance, verify };
 
   void look();
   void adjust(double robust, Phase next);
+  void prune();
   void state_covariance();
   void verify();
   void judge();

@@ -477,7 +477,10 @@ void iterate(CalibrationTracks& tracks, typename Model::State& state, const Adju
   constexpr double largest_damping = 1e8;
   if (progress.done) return;
   const Layout<Model> layout(params);
-  if (progress.cost < 0) progress.cost = cost_of<Model>(tracks, state, params, nullptr);
+  if (progress.cost < 0) {
+    progress.cost = cost_of<Model>(tracks, state, params, nullptr);
+    return;
+  }
   ++progress.iterations;
   progress.done = progress.iterations >= params.max_iterations;
   bool better = false;

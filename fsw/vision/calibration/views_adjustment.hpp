@@ -1,6 +1,6 @@
 // Bundle adjustment of a few views whose cameras are not known: projective cameras, or metric ones that share an
 // unknown focal length and principal point. Levenberg-Marquardt on the Schur complement (B. Triggs et al., "Bundle
-// Adjustment - A Modern Synthesis", 2000), one iteration a call.
+// Adjustment - A Modern Synthesis", 2000), one iteration a call after a first one for the cost at the start.
 #pragma once
 
 #include <array>
@@ -59,8 +59,8 @@ struct AdjustmentWorkspace {
 inline constexpr std::int32_t track_blocks = 8;
 [[nodiscard]] std::int32_t track_block(const CalibrationTrack& track);
 
-/// Does one iteration on known points and all cameras but the fixed one. Sets progress.done when it has converged,
-/// cannot continue, or has used its iterations.
+/// The first call computes the cost; every later one does an iteration on known points and all cameras but the fixed
+/// one. Sets progress.done when it has converged, cannot continue, or has used its iterations.
 void adjust_projective(CalibrationTracks& tracks, ProjectiveCameras& cameras, const AdjustmentParams& params,
                        AdjustmentWorkspace& workspace, AdjustmentProgress& progress);
 void adjust_metric(CalibrationTracks& tracks, MetricViews& views, const AdjustmentParams& params,

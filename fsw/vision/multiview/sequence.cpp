@@ -190,16 +190,25 @@ Status Sequence::step(bool& pending) {
       status = triangulate_tracks();
       break;
     case SequencePhase::adjust:
-      status = adjust(s_.params.max_bundle_iterations, SequencePhase::prune);
+      status = adjust(s_.params.max_bundle_iterations, SequencePhase::state_errors, SequencePhase::prune);
       break;
     case SequencePhase::prune:
       status = prune();
       break;
     case SequencePhase::readjust:
-      status = adjust(s_.params.max_readjust_iterations, SequencePhase::conclude);
+      status = adjust(s_.params.max_readjust_iterations, SequencePhase::restate_errors, SequencePhase::conclude);
       break;
     case SequencePhase::conclude:
       status = conclude();
+      break;
+    case SequencePhase::relating:
+      status = go_on_relating();
+      break;
+    case SequencePhase::state_errors:
+      state_errors(s_.params.max_bundle_iterations, SequencePhase::prune);
+      break;
+    case SequencePhase::restate_errors:
+      state_errors(s_.params.max_readjust_iterations, SequencePhase::conclude);
       break;
   }
   pending = s_.phase != SequencePhase::idle;
@@ -252,12 +261,27 @@ Status Sequence::relate() {
   fill_pairs();
   TwoViewResult pair;
   const Status status =
-      estimate_two_view(w_.pairs, s_.camera, s_.camera, two_view_params(s_.seed), w_.two_view, w_.pair_inliers, pair);
+      begin_two_view(w_.pairs, s_.camera, s_.camera, two_view_params(s_.seed), w_.two_view, w_.pair_inliers, pair);
   if (status.is(StatusCode::invalid_argument)) {
     fail(SequenceVerdict::two_view_failed);
     return status;
   }
-  if (!status.ok()) pair.verdict = TwoViewVerdict::too_few_inliers;
+  if (!status.ok()) {
+    pair.verdict = TwoViewVerdict::too_few_inliers;
+    return take_relation(pair);
+  }
+  s_.phase = SequencePhase::relating;
+  return {};
+}
+
+Status Sequence::go_on_relating() {
+  TwoViewResult pair;
+  bool more = false;
+  two_view_slice(s_.camera, s_.camera, two_view_params(s_.seed), w_.two_view, w_.pair_inliers, pair, more);
+  return more ? Status{} : take_relation(pair);
+}
+
+Status Sequence::take_relation(const TwoViewResult& pair) {
   s_.report.two_view = report_of(pair);
   for (int i = 0; i < 9; ++i) s_.pair_rotation[i] = pair.b_from_a.rotation(i / 3, i % 3);
   for (int i = 0; i < 3; ++i) s_.pair_translation[i] = pair.b_from_a.translation[i];
@@ -530,12 +554,17 @@ Status Sequence::triangulate_tracks() {
   return {};
 }
 
-Status Sequence::adjust(std::uint32_t max_iterations, SequencePhase next) {
+BundleParams Sequence::bundle_params(std::uint32_t max_iterations) const {
   BundleParams params;
   params.max_iterations = max_iterations;
   params.relative_tolerance = s_.params.bundle_tolerance;
   params.robust_px = s_.params.robust_px;
   params.loss = s_.params.loss;
+  return params;
+}
+
+Status Sequence::adjust(std::uint32_t max_iterations, SequencePhase errors, SequencePhase next) {
+  const BundleParams params = bundle_params(max_iterations);
   build_window(s_, w_.problem, w_.map);
   const Status begun =
       s_.adjusting ? w_.adjuster.resume(w_.problem, params, s_.bundle) : w_.adjuster.begin(w_.problem, params);
@@ -550,15 +579,15 @@ Status Sequence::adjust(std::uint32_t max_iterations, SequencePhase next) {
     s_.bundle = w_.adjuster.progress();
     s_.adjusting = true;
   } else {
-    ILP_TRY(finish_adjustment(params));
+    ILP_TRY(finish_adjustment());
     s_.adjusting = false;
-    s_.phase = next;
+    s_.phase = errors;
   }
   store_window(w_.problem, w_.map, s_);
   return {};
 }
 
-Status Sequence::finish_adjustment(const BundleParams& params) {
+Status Sequence::finish_adjustment() {
   BundleResult result;
   ILP_TRY(w_.adjuster.finish(result, &w_.errors.window));
   s_.report.rms_px = result.final_rms_px;
@@ -567,13 +596,17 @@ Status Sequence::finish_adjustment(const BundleParams& params) {
   s_.report.bundle_iterations += result.iterations;
   s_.report.unadjusted_points = w_.map.left_out;
   s_.report.scale_held = w_.problem.hold.origin >= 0;
-  allow_correlated_tracks(w_.problem, params, w_.errors);
-  propagate_covariance(w_.problem, w_.map, w_.errors, s_.covariance);
-  state_errors();
   return {};
 }
 
-void Sequence::state_errors() {
+void Sequence::state_errors(std::uint32_t max_iterations, SequencePhase next) {
+  allow_correlated_tracks(w_.problem, bundle_params(max_iterations), w_.errors);
+  propagate_covariance(w_.problem, w_.map, w_.errors, s_.covariance);
+  write_errors();
+  s_.phase = next;
+}
+
+void Sequence::write_errors() {
   for (std::size_t i = 0; i < w_.problem.cameras.size(); ++i) {
     if (w_.problem.cameras[i].fixed) continue;
     const std::size_t index = w_.map.camera[i];

@@ -152,7 +152,11 @@ enum class SequencePhase : std::uint8_t {
   adjust,
   prune,
   readjust,
-  conclude
+  conclude,
+  // What the slice before has left in the workspace goes on (Sequence::keeps).
+  relating,      ///< the pair
+  state_errors,  ///< after adjust
+  restate_errors
 };
 
 /// The whole state of a strip between steps. It is trivially copyable: its bytes are the checkpoint.
@@ -193,9 +197,9 @@ struct SequenceWorkspace;  // defined in sequence_workspace.hpp: a component own
 /// resulting corners, so that positions chain along a track.
 void refine_corners(const Matches& matches, Corners& corners_b);
 
-/// Works on a state and a scratch that its owner keeps (both static, megabytes). Neither the object nor the workspace
-/// carries anything from step to step, so that a copy of the state from any step continues with the same result to the
-/// last bit.
+/// Works on a state and a scratch that its owner keeps (both static, megabytes). Neither the object nor, unless keeps()
+/// says so, the workspace carries anything from step to step, so that a copy of the state from any step continues with
+/// the same result to the last bit.
 class Sequence {
  public:
   Sequence(SequenceState& state, SequenceWorkspace& workspace) : s_(state), w_(workspace) {}
@@ -221,11 +225,11 @@ class Sequence {
   /// Corners (real px) of the keyframe `back` before the newest posed one: those of its tracks.
   void corners_of(std::uint32_t back, Corners& corners) const;
   [[nodiscard]] std::size_t count_corners(std::uint32_t back) const;
-  /// Does one bounded slice of work: relate one pair, begin the structure, decide between the motions of the first
-  /// pair, resect, triangulate, one iteration of an adjustment or the errors of its result, prune or conclude. A
-  /// keyframe that fails (see report().verdict) leaves the strip with its newest keyframe and tracks unchanged, so that
-  /// it may be tried against another one. A keyframe with the verdict `waiting` belongs to the strip, and gets its pose
-  /// when the structure begins.
+  /// Does one bounded slice of work: a part of relating one pair, begin the structure, decide between the motions of
+  /// the first pair, resect, triangulate, one iteration of an adjustment or a part of the errors of its result, prune
+  /// or conclude. A keyframe that fails (see report().verdict) leaves the strip with its newest keyframe and tracks
+  /// unchanged, so that it may be tried against another one. A keyframe with the verdict `waiting` belongs to the
+  /// strip, and gets its pose when the structure begins.
   Status step(bool& pending);
   /// Runs begin_keyframe and all its steps.
   Status add_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
@@ -246,6 +250,11 @@ class Sequence {
   /// The report on the keyframe at work, or on the last one.
   [[nodiscard]] const SequenceReport& report() const { return s_.report; }
   [[nodiscard]] bool idle() const { return s_.phase == SequencePhase::idle; }
+  /// The next step goes on with what this workspace holds.
+  [[nodiscard]] bool keeps() const {
+    return s_.phase == SequencePhase::relating || s_.phase == SequencePhase::state_errors ||
+           s_.phase == SequencePhase::restate_errors;
+  }
   /// Whether the keyframes of cameras() have poses: the structure has begun.
   [[nodiscard]] bool begun() const { return s_.first_pair.begun; }
   /// Whether a pair of the keyframes that wait can begin the structure.
@@ -255,6 +264,8 @@ class Sequence {
 
  private:
   Status relate();
+  Status go_on_relating();
+  Status take_relation(const TwoViewResult& pair);
   Status begin_structure();
   // The beginning, with more keyframes than two (sequence_beginning.cpp).
   void gather(const TwoViewResult& pair);
@@ -273,9 +284,11 @@ class Sequence {
   Status decide();
   Status resect_camera();
   Status triangulate_tracks();
-  /// An iteration, or the errors of the result.
-  Status adjust(std::uint32_t max_iterations, SequencePhase next);
-  Status finish_adjustment(const BundleParams& params);
+  [[nodiscard]] BundleParams bundle_params(std::uint32_t max_iterations) const;
+  /// An iteration, or the covariance of the result, whose errors are stated next; without a result it goes to `next`.
+  Status adjust(std::uint32_t max_iterations, SequencePhase errors, SequencePhase next);
+  Status finish_adjustment();
+  void state_errors(std::uint32_t max_iterations, SequencePhase next);
   Status prune();
   Status conclude();
 
@@ -295,7 +308,7 @@ class Sequence {
   [[nodiscard]] bool plausible(const RigidTransform& cam_from_world);
   void push_camera(const RigidTransform& cam_from_world, bool posed = true);
   void extend_tracks();
-  void state_errors();
+  void write_errors();
   void finish_tracks();
   [[nodiscard]] std::uint32_t newest() const { return s_.oldest + static_cast<std::uint32_t>(s_.cameras.size()) - 1; }
 

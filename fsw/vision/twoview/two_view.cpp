@@ -27,6 +27,9 @@ namespace {
 // sigma.
 constexpr double inlier_bound = 2.34;
 
+// Trials of five matches: they take about 10 ms on a processor of 1000 MIPS.
+constexpr std::uint32_t trials_of_a_slice = 32;
+
 /// Refines on all matches near the pose and scores the result. True when its score is better than `best`.
 bool refine_and_compare(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& selected,
                         RigidTransform& pose, RansacScore& best) {
@@ -135,11 +138,12 @@ double spread_across_line(const NormalisedPairs& pairs, bool in_b) {
 
 /// Matches without an essential matrix may still be explained by a rotation, such as identical images, which fit every
 /// baseline.
-void explain_by_rotation(const NormalisedPairs& all, const RansacParams& params, TwoViewWorkspace& workspace,
-                         InlierMask& inliers, TwoViewResult& result) {
+void explain_by_rotation(const RansacParams& params, TwoViewWorkspace& workspace, InlierMask& inliers,
+                         TwoViewResult& result) {
+  const NormalisedPairs& all = workspace.pairs;
   Mat3 homography;
   PairIndices& selected = workspace.selected;
-  if (!find_homography(all, params, selected, homography)) return;
+  if (!end_homography(all, params, selected, workspace.progress.planes, homography)) return;
   select_homography_inliers(all, homography, params.threshold_px, selected);
   select_subset(all, selected, workspace.subset);
   const Mat3 rotation = fit_rotation(workspace.subset, params.threshold_px, Mat3::Identity());
@@ -170,47 +174,44 @@ TwoViewVerdict judge(const NormalisedPairs& inliers, const TwoViewResult& result
   return result.gric_h < result.gric_e ? TwoViewVerdict::planar : TwoViewVerdict::ok;
 }
 
-}  // namespace
+/// The model of all matches near the pose: what a plane is looked for in.
+void gather_support(const RansacParams& params, TwoViewWorkspace& workspace) {
+  TwoViewProgress& now = workspace.progress;
+  const NormalisedPairs& all = workspace.pairs;
+  now.pose = now.poses.best;
+  now.best = {};
+  now.best.cost = std::numeric_limits<double>::max();
+  refine_and_compare(all, params, workspace.selected, now.pose, now.best);
+  select_inliers(all, now.pose, inlier_bound * params.threshold_px, workspace.selected);
+  select_subset(all, workspace.selected, workspace.subset);
+  now.homography = Mat3::Identity();
+  begin_homography(workspace.subset, params, workspace.subset_selected, now.planes);
+}
 
-Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, const CameraModel& camera_b,
-                         const RansacParams& params, TwoViewWorkspace& workspace, InlierMask& inliers,
-                         TwoViewResult& result) {
-  result = {};
-  inliers.clear();
-  static_cast<void>(inliers.resize(pairs.size()));
-  ILP_TRY(validate(camera_a));
-  ILP_TRY(validate(camera_b));
-  ILP_TRY(validate(params));
+/// Tries the poses that the plane has.
+void compare_with_plane(const CameraModel& camera_b, const RansacParams& params, TwoViewWorkspace& workspace) {
+  TwoViewProgress& now = workspace.progress;
+  if (!now.plane_found) return;
   NormalisedPairs& all = workspace.pairs;
   PairIndices& selected = workspace.selected;
-  normalise_pairs(pairs, intrinsics_of(camera_a), intrinsics_of(camera_b), params.seed, all);
-
-  EssentialProblem problem{all, params.threshold_px, selected};
-  RigidTransform pose;
-  if (!ransac(problem, all, params, pose).found) {
-    explain_by_rotation(all, params, workspace, inliers, result);
-    return {};
+  const double side_px = std::min(camera_b.width, camera_b.height);
+  if (put_chance_matches_aside(all, workspace.subset, now.homography, params.threshold_px,
+                               inlier_bound * params.threshold_px, side_px, workspace.scratch,
+                               workspace.subset_selected)) {
+    select_subset(all, workspace.subset_selected, workspace.subset);
+    all = workspace.subset;
+    now.best.cost = std::numeric_limits<double>::max();
+    refine_and_compare(all, params, selected, now.pose, now.best);
   }
-  RansacScore best;
-  best.cost = std::numeric_limits<double>::max();
-  refine_and_compare(all, params, selected, pose, best);
+  try_planar_poses(all, now.homography, params, selected, now.pose, now.best);
+}
 
-  select_inliers(all, pose, inlier_bound * params.threshold_px, selected);
-  select_subset(all, selected, workspace.subset);
-  Mat3 homography = Mat3::Identity();
-  if (find_homography(workspace.subset, params, workspace.subset_selected, homography)) {
-    const double side_px = std::min(camera_b.width, camera_b.height);
-    if (put_chance_matches_aside(all, workspace.subset, homography, params.threshold_px,
-                                 inlier_bound * params.threshold_px, side_px, workspace.scratch,
-                                 workspace.subset_selected)) {
-      select_subset(all, workspace.subset_selected, workspace.subset);
-      all = workspace.subset;
-      best.cost = std::numeric_limits<double>::max();
-      refine_and_compare(all, params, selected, pose, best);
-    }
-    try_planar_poses(all, homography, params, selected, pose, best);
-  }
-
+/// Errors and verdict of the pose.
+void describe_pose(const CameraModel& camera_a, const CameraModel& camera_b, const RansacParams& params,
+                   TwoViewWorkspace& workspace, InlierMask& inliers, TwoViewResult& result) {
+  const NormalisedPairs& all = workspace.pairs;
+  PairIndices& selected = workspace.selected;
+  RigidTransform& pose = workspace.progress.pose;
   double sum = select_inliers(all, pose, params.threshold_px, selected);
   MotionSpread spread;
   if (selected.size() > params.min_inliers && epipole_in_view(pose, camera_a, camera_b)) {
@@ -225,11 +226,11 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
   for (const std::uint16_t i : selected) inliers[all.source[i]] = 1;
   result.b_from_a = pose;
   result.inliers = static_cast<std::uint32_t>(selected.size());
-  if (selected.size() < params.min_inliers || selected.size() <= EssentialProblem::sample_size) return {};
+  if (selected.size() < params.min_inliers || selected.size() <= EssentialProblem::sample_size) return;
 
   result.rms_px = std::sqrt(sum / static_cast<double>(selected.size()));
   result.gric_e = essential_gric(supported, pose, sigma_of(params));
-  result.gric_h = homography_gric(supported, homography, sigma_of(params));
+  result.gric_h = homography_gric(supported, workspace.progress.homography, sigma_of(params));
   result.median_parallax_px = median_parallax(supported, pose.rotation, workspace.scratch);
   const double noise_px =
       noise_of(all, pose, result.rms_px, params.threshold_px, workspace.subset_selected, workspace.scratch);
@@ -241,8 +242,72 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
       std::sqrt(result.sigma_direction_rad * result.sigma_direction_rad + spread.direction_rad * spread.direction_rad);
   result.verdict = judge(supported, result, params);
   if (result.verdict == TwoViewVerdict::planar) {
-    find_plane_solutions(supported, homography, pose, params.threshold_px, result.planes);
+    find_plane_solutions(supported, workspace.progress.homography, pose, params.threshold_px, result.planes);
   }
+}
+
+}  // namespace
+
+Status begin_two_view(const PointPairs& pairs, const CameraModel& camera_a, const CameraModel& camera_b,
+                      const RansacParams& params, TwoViewWorkspace& workspace, InlierMask& inliers,
+                      TwoViewResult& result) {
+  result = {};
+  inliers.clear();
+  static_cast<void>(inliers.resize(pairs.size()));
+  ILP_TRY(validate(camera_a));
+  ILP_TRY(validate(camera_b));
+  ILP_TRY(validate(params));
+  normalise_pairs(pairs, intrinsics_of(camera_a), intrinsics_of(camera_b), params.seed, workspace.pairs);
+  TwoViewProgress& now = workspace.progress;
+  now.part = TwoViewProgress::Part::search;
+  now.plane_found = false;
+  begin_ransac(EssentialProblem{workspace.pairs, params.threshold_px, workspace.selected}, workspace.pairs, params,
+               now.poses);
+  return {};
+}
+
+void two_view_slice(const CameraModel& camera_a, const CameraModel& camera_b, const RansacParams& params,
+                    TwoViewWorkspace& workspace, InlierMask& inliers, TwoViewResult& result, bool& more) {
+  using Part = TwoViewProgress::Part;
+  TwoViewProgress& now = workspace.progress;
+  more = true;
+  switch (now.part) {
+    case Part::search: {
+      EssentialProblem problem{workspace.pairs, params.threshold_px, workspace.selected};
+      if (ransac_slice(problem, workspace.pairs, params, trials_of_a_slice, now.poses)) return;
+      now.part = now.poses.report.found ? Part::support : Part::turn;
+      if (now.part == Part::turn) begin_homography(workspace.pairs, params, workspace.selected, now.planes);
+      return;
+    }
+    case Part::support:
+      gather_support(params, workspace);
+      now.part = Part::plane;
+      return;
+    case Part::plane:
+      if (homography_slice(workspace.subset, params, workspace.subset_selected, now.planes)) return;
+      now.plane_found = end_homography(workspace.subset, params, workspace.subset_selected, now.planes, now.homography);
+      now.part = Part::compare;
+      return;
+    case Part::compare:
+      compare_with_plane(camera_b, params, workspace);
+      now.part = Part::judge;
+      return;
+    case Part::turn:
+      if (homography_slice(workspace.pairs, params, workspace.selected, now.planes)) return;
+      explain_by_rotation(params, workspace, inliers, result);
+      break;
+    case Part::judge:
+      describe_pose(camera_a, camera_b, params, workspace, inliers, result);
+      break;
+  }
+  more = false;
+}
+
+Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, const CameraModel& camera_b,
+                         const RansacParams& params, TwoViewWorkspace& workspace, InlierMask& inliers,
+                         TwoViewResult& result) {
+  ILP_TRY(begin_two_view(pairs, camera_a, camera_b, params, workspace, inliers, result));
+  for (bool more = true; more;) two_view_slice(camera_a, camera_b, params, workspace, inliers, result, more);
   return {};
 }
 

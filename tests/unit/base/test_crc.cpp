@@ -41,6 +41,24 @@ TEST(Crc, IsWhatTheDefinitionSaysForEveryLengthAndPlaceAndContinues) {
   }
 }
 
+TEST(Crc, TheProcessorsInstructionsComputeTheSame) {
+  if (!may_have_crc32c_instructions()) GTEST_SKIP() << "this processor has none";
+  std::mt19937 random(6);
+  std::vector<std::uint8_t> bytes(100);
+  for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
+  for (const bool use : {false, true}) {
+    use_crc32c_instructions(use);
+    for (std::size_t begin = 0; begin < 9; ++begin) {
+      for (std::size_t length = 0; begin + length <= bytes.size(); ++length) {
+        const auto piece = std::span<const std::uint8_t>(bytes).subspan(begin, length);
+        ASSERT_EQ(crc32c(piece), by_definition(piece, 0x82F63B78U)) << (use ? "by instructions" : "by tables");
+        const std::size_t cut = length * 3 / 7;
+        ASSERT_EQ(crc32c(piece.subspan(cut), crc32c(piece.first(cut))), crc32c(piece));
+      }
+    }
+  }
+}
+
 TEST(Crc, TellsWhichBitHasFlipped) {
   std::vector<std::uint8_t> bytes(300);
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * i);

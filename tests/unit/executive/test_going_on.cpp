@@ -247,7 +247,8 @@ class CommittingComponent final : public Component {
     return {};
   }
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(state_).of(*this).at_work(work_, work_).changed_by_commits();
+    const LastingMemory memory = LastingMemory(state_).of(*this).at_work(work_, work_).changed_by_commits();
+    return kept == nullptr ? memory : memory.keeping(*kept, *kept);
   }
   void flip_state() { state_ ^= 1U << 9U; }
   void flip_work() { work_ ^= 1U << 9U; }
@@ -263,6 +264,7 @@ class CommittingComponent final : public Component {
   std::uint32_t saved = 0;
   int steps = 0, restores = 0;
   bool commits = true;
+  std::uint32_t* kept = nullptr;  ///< where its work is in the memory of a step
   std::function<void(CommittingComponent&)> before_commit;
 };
 
@@ -320,6 +322,22 @@ TEST_F(CommittingTest, WorkThatFlipsBetweenTwoStepsIsDoneAgain) {
   EXPECT_EQ(component_.restores, restores + 1);
   EXPECT_EQ(told(), 1U);
   EXPECT_FALSE(executive_.restart_wanted());
+}
+
+TEST_F(CommittingTest, WhereKeptWorkIsMayFlipOnlyWhileNobodyKeepsIt) {
+  std::uint32_t place = 7;
+  component_.before_commit = [&](CommittingComponent& c) { c.kept = &place; };
+  executive_.run_minor_frame();
+  const int restores = component_.restores;
+  place ^= 1U << 9U;
+  executive_.run_minor_frame();
+  EXPECT_EQ(component_.restores, restores + 1);
+  EXPECT_EQ(told(), 1U);
+  component_.before_commit = [](CommittingComponent& c) { c.kept = nullptr; };
+  executive_.run_minor_frame();
+  place ^= 1U << 9U;
+  executive_.run_minor_frame();
+  EXPECT_EQ(told(), 1U) << "others use the memory";
 }
 
 TEST_F(CommittingTest, AReferenceThatFlipsIsNeverFollowedAndAsksForANewProcess) {

@@ -153,7 +153,8 @@ class CameraCalibratorTest : public test::ComponentTest {
   }
   void expect_same_after_restarts(const std::vector<test::View>& seen) {
     fly(seen, 1.12, false);
-    for (int life = 0; life < 100 && read<CameraRecord>(camera_id).frozen == 0; ++life) {
+    // The last keyframe takes some 200 steps, a slice of the work each.
+    for (int life = 0; life < 150 && read<CameraRecord>(camera_id).frozen == 0; ++life) {
       component = std::make_unique<CameraCalibrator>(failing, mission, test::step_memory<CameraCalibrator>());
       ASSERT_TRUE(component->restore().ok());
       for (int step = 0; step < 3 + 2 * life && read<CameraRecord>(camera_id).frozen == 0; ++step) {

@@ -86,6 +86,40 @@ TEST_F(StructureAndMotionTest, AfterAReadErrorInARestoreThePosesAreThoseOfTheUnd
   EXPECT_EQ(result(), wanted);
 }
 
+TEST_F(StructureAndMotionTest, WhereKeptWorkIsInTheMemoryOfAStepIsComparedBetweenSteps) {
+  ASSERT_TRUE(restored(component->restore()));
+  std::byte* const memory = test::step_memory<StructureAndMotion>().bytes.data();
+  auto& features = *std::launder(reinterpret_cast<FeatureScratch*>(memory));
+  auto& sequence = *std::launder(reinterpret_cast<SequenceWorkspace*>(memory));
+  const auto sum = [&] {
+    const LastingMemory lasting = component->lasting();
+    return lasting.checksum(lasting.state_checksum());
+  };
+  const auto notices = [&](auto& value) {
+    const std::uint64_t before = sum();
+    auto* const octet = reinterpret_cast<std::byte*>(&value);
+    *octet ^= std::byte{1};
+    const bool differs = sum() != before;
+    *octet ^= std::byte{1};
+    return differs;
+  };
+  int kept = 0, corners = 0, matches = 0, pairs = 0;
+  for (bool pending = true; pending;) {
+    const StepResult result = component->step();
+    ASSERT_TRUE(result.status.ok());
+    pending = result.pending;
+    const bool keeps = result.then == Then::keep;
+    kept += keeps ? 1 : 0;
+    corners += notices(features.harris.next_row) ? 1 : 0;
+    matches += notices(features.matcher.next) ? 1 : 0;
+    pairs += notices(sequence.two_view.progress.part) ? 1 : 0;
+    EXPECT_LE(corners + matches + pairs, kept) << "where nothing is kept, others use the memory";
+  }
+  EXPECT_GE(corners, keyframes);
+  EXPECT_GE(matches, keyframes - 1);
+  EXPECT_GE(pairs, 3 * (keyframes - 1));
+}
+
 TEST_F(StructureAndMotionTest, EveryReadOfAnImageMayFailOnce) {
   const Result wanted = undisturbed();
   std::set<std::int64_t> failed;

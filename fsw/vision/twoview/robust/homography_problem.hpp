@@ -24,6 +24,14 @@ struct HomographyProblem {
 double select_homography_inliers(const NormalisedPairs& pairs, const Mat3& homography, double threshold_px,
                                  PairIndices& selected);
 
+/// Begins the search of find_homography; then homography_slice is called, with the same arguments, while it returns
+/// true, and end_homography gives the result.
+void begin_homography(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& scratch,
+                      RansacRun<Mat3>& run);
+bool homography_slice(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& scratch,
+                      RansacRun<Mat3>& run);
+bool end_homography(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& scratch,
+                    const RansacRun<Mat3>& run, Mat3& homography);
 /// The best homography of `pairs`, refined. False when there is none.
 bool find_homography(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& scratch, Mat3& homography);
 

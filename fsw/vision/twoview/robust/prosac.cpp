@@ -8,7 +8,7 @@ namespace ilp {
 
 ProsacSampler::ProsacSampler(const NormalisedPairs& pairs, std::size_t sample_size, std::uint32_t growth_trials,
                              std::uint64_t seed)
-    : pairs_(pairs),
+    : pairs_(&pairs),
       rng_(seed),
       sample_size_(sample_size),
       pool_(pairs.qualities_differ ? sample_size : pairs.size()),
@@ -20,7 +20,7 @@ ProsacSampler::ProsacSampler(const NormalisedPairs& pairs, std::size_t sample_si
 
 void ProsacSampler::next(std::uint16_t* sample) {
   ++trial_;
-  const bool growing = pool_ < pairs_.size();
+  const bool growing = pool_ < pairs_->size();
   if (growing && trial_ == next_growth_) {
     const double grown = expected_ * static_cast<double>(pool_ + 1) / static_cast<double>(pool_ + 1 - sample_size_);
     next_growth_ += static_cast<std::uint32_t>(std::ceil(grown - expected_));
@@ -29,10 +29,10 @@ void ProsacSampler::next(std::uint16_t* sample) {
   }
   // The newest match of the pool is in the sample, because samples of the others were drawn before.
   std::size_t drawn = 0;
-  if (growing) sample[drawn++] = pairs_.by_quality[pool_ - 1];
+  if (growing) sample[drawn++] = pairs_->by_quality[pool_ - 1];
   const auto others = static_cast<std::uint32_t>(growing ? pool_ - 1 : pool_);
   while (drawn < sample_size_) {
-    const std::uint16_t candidate = pairs_.by_quality[rng_.below(others)];
+    const std::uint16_t candidate = pairs_->by_quality[rng_.below(others)];
     bool fresh = true;
     for (std::size_t i = 0; i < drawn; ++i) fresh &= sample[i] != candidate;
     if (fresh) sample[drawn++] = candidate;

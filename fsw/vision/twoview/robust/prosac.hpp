@@ -12,6 +12,7 @@ namespace ilp {
 
 class ProsacSampler {
  public:
+  ProsacSampler() = default;  ///< draws nothing until another one is assigned
   /// Draws `sample_size` distinct matches from `pairs` in each trial. `pairs` must outlive the sampler and hold at
   /// least `sample_size` matches. Samples are uniform after `growth_trials` samples, or from the start if all qualities
   /// are equal.
@@ -21,11 +22,11 @@ class ProsacSampler {
   void next(std::uint16_t* sample);
 
  private:
-  const NormalisedPairs& pairs_;
-  Rng rng_;
-  std::size_t sample_size_;
-  std::size_t pool_;               ///< samples come from the best `pool_` matches: n of the paper
-  double expected_;                ///< T_n
+  const NormalisedPairs* pairs_ = nullptr;
+  Rng rng_{0};
+  std::size_t sample_size_ = 0;
+  std::size_t pool_ = 0;           ///< samples come from the best `pool_` matches: n of the paper
+  double expected_ = 0;            ///< T_n
   std::uint32_t next_growth_ = 1;  ///< T'_n
   std::uint32_t trial_ = 0;        ///< t
 };

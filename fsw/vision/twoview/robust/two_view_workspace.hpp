@@ -4,11 +4,26 @@
 
 #include "cfg/limits.hpp"
 #include "fsw/base/fixed_vector.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+#include "fsw/vision/twoview/robust/ransac.hpp"
 #include "fsw/vision/twoview/solvers/normalised_pairs.hpp"
 
 namespace ilp {
 
+/// Where estimate_two_view is between two slices.
+struct TwoViewProgress {
+  enum class Part : std::uint8_t { search, support, plane, compare, judge, turn };
+  Part part = Part::search;
+  bool plane_found = false;
+  RansacRun<RigidTransform> poses;
+  RansacRun<Mat3> planes;
+  RigidTransform pose;
+  RansacScore best;
+  Mat3 homography = Mat3::Identity();
+};
+
 struct TwoViewWorkspace {
+  TwoViewProgress progress;
   NormalisedPairs pairs;   ///< all finite matches
   NormalisedPairs subset;  ///< those that support the epipolar geometry; a homography is searched among them
   FixedVector<std::uint16_t, limits::max_matches> selected;         ///< indices into `pairs`
