@@ -12,7 +12,7 @@ import sys
 import unittest
 
 from flight import Flight
-from served import Server, patience_s, run_side_by_side, wait_for
+from served import Server, patience_s, run_side_by_side, wait_for, with_the_test
 
 sil, ground, work = sys.argv[1:4]
 token = "only-for-this-test-7c1f9a"
@@ -32,7 +32,7 @@ class CommandServer(Server):
         self.errors = box + ".err"
         with open(self.errors, "w") as errors:
             self.process = subprocess.Popen(
-                [ground, "serve", box, "--listen", "127.0.0.1:0", "--commands", "127.0.0.1:0", "--link", address,
+                [*with_the_test, ground, "serve", box, "--listen", "127.0.0.1:0", "--commands", "127.0.0.1:0", "--link", address,
                  *options], stdout=subprocess.PIPE, stderr=errors, text=True, env=environment)
         lines = [self.process.stdout.readline() for _ in range(3)]
         assert lines[2].startswith("Commands are given at http://"), (lines, open(self.errors).read())

@@ -13,6 +13,9 @@ import time
 import unittest
 
 patience_s = 120
+# A program that ends with the test, however the test ends. One that outlived a killed run would work on in the folder of
+# the next one.
+with_the_test = ["setpriv", "--pdeathsig", "KILL"]
 
 
 def wait_for(what, condition):
@@ -27,7 +30,7 @@ def wait_for(what, condition):
 
 class Server:
     def __init__(self, ground, box, *options):
-        self.process = subprocess.Popen([ground, "serve", box, *options], stdout=subprocess.PIPE, text=True)
+        self.process = subprocess.Popen([*with_the_test, ground, "serve", box, *options], stdout=subprocess.PIPE, text=True)
         first = self.process.stdout.readline()
         assert first.startswith("The flight is at http://"), first
         self.address = first.split("//")[1].strip()
