@@ -143,7 +143,8 @@ TEST(Scenario, AHeightMapIsNotRefusedForParametersOfGroundThatItReplaces) {
   EXPECT_TRUE(says(refusal({}), "at least two post spacings"));
   EXPECT_EQ(refusal({"world.heightmap=dem.tif"}), "nothing");
   // With landforms on the map, theirs count.
-  EXPECT_TRUE(says(refusal({"world.heightmap=dem.tif", "world.heightmap_landforms=true"}), "at least one post spacing"));
+  EXPECT_TRUE(
+      says(refusal({"world.heightmap=dem.tif", "world.heightmap_landforms=true"}), "at least one post spacing"));
 }
 
 TEST(Scenario, FaultsAreHandedOnAndOverridden) {
