@@ -21,8 +21,9 @@ namespace fs = std::filesystem;
 
 std::string nothing_usable(const fs::path& folder, const intake::Outbox& outbox) {
   return "nothing usable in " + folder.string() + ": " +
-         (outbox.files.empty() ? "the folder is empty"
-                               : host::counted(outbox.files.size(), "file") + ", none of them whole");
+         (outbox.files.empty() ? "the folder is empty; name the one in which files of the downlink have arrived"
+                               : host::counted(outbox.files.size(), "file") +
+                                     ", none of them whole; wait until they have arrived, or name another folder");
 }
 
 // The results of an earlier run, with more to see, stay.

@@ -23,10 +23,19 @@ std::string write_failure(int cause) {
          "; check the folder's permissions and free space";
 }
 
+std::string read_failure(int cause) {
+  if (cause == ENOENT || cause == ENOTDIR) return "there is no such file; check the path";
+  if (cause == EACCES || cause == EPERM) return "no permission to read it; change that with chmod or chown";
+  if (cause == EISDIR) return "it is a folder; name a file in it";
+  return (cause != 0 ? std::strerror(cause) : std::string("it failed")) + "; check the path";
+}
+
 std::vector<std::uint8_t> read_file(const fs::path& path) {
+  errno = 0;
   std::ifstream file(path, std::ios::binary);
   std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file.is_open() || file.bad()) throw std::runtime_error("cannot read " + path.string());
+  if (!file.is_open() || file.bad())
+    throw std::runtime_error("cannot read " + path.string() + ": " + read_failure(errno));
   return bytes;
 }
 

@@ -44,6 +44,8 @@ struct FileState {
 [[nodiscard]] std::optional<std::uint64_t> content_digest(const std::filesystem::path& path);
 /// Why a file could not be written, and what to do; `cause` is errno.
 [[nodiscard]] std::string write_failure(int cause);
+/// The same for a file that cannot be read.
+[[nodiscard]] std::string read_failure(int cause);
 
 // Names.
 

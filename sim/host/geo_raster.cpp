@@ -6,6 +6,7 @@
 #include <proj.h>
 
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -13,6 +14,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "sim/host/files.hpp"
 #include "sim/host/gdal_session.hpp"
 #include "sim/host/text_format.hpp"
 
@@ -92,7 +94,7 @@ std::optional<RasterPlace> read_place(const fs::path& path, GDALDataset& file) {
 
 bool is_raster_file(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) fail(path, "cannot be read");
+  if (!in) fail(path, "cannot be read: " + read_failure(errno));
   std::string magic(4, '\0');
   in.read(magic.data(), 4);
   for (const char* known : {"II*\0", "MM\0*", "II+\0", "MM\0+", "\x89PNG"}) {

@@ -29,7 +29,7 @@ static_assert(std::endian::native == std::endian::little, "PFM is written as it 
 
 bool is_png(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) fail_image(path, "cannot be read");
+  if (!in) fail_image(path, "cannot be read: " + read_failure(errno));
   unsigned char signature[8] = {};
   in.read(reinterpret_cast<char*>(signature), sizeof(signature));
   return in.gcount() == 8 && png_sig_cmp(signature, 0, 8) == 0;
@@ -174,7 +174,7 @@ void write_pfm(const fs::path& path, ImageView<const float> values) {
 
 Raster<float> read_pfm(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) fail_image(path, "cannot be read");
+  if (!in) fail_image(path, "cannot be read: " + read_failure(errno));
   std::string magic;
   int width = 0;
   int height = 0;

@@ -1,12 +1,16 @@
 #include "sim/host/photograph.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <string>
 #include <vector>
 
+#include "sim/host/files.hpp"
 #include "sim/host/gdal_session.hpp"
 
 namespace ilp::host {
@@ -26,6 +30,7 @@ void register_formats() {
 }
 
 Dataset open(const fs::path& path) {
+  if (::access(path.c_str(), R_OK) != 0) refuse(path, "cannot be read: " + read_failure(errno));
   Dataset dataset(GDALDataset::FromHandle(GDALOpenEx(path.c_str(), GDAL_OF_RASTER, nullptr, nullptr, nullptr)));
   if (!dataset) throw gdal_error(path.string() + ": no JPEG, TIFF, PNG or PGM image");
   const int bands = dataset->GetRasterCount();

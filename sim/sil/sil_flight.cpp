@@ -116,7 +116,7 @@ MissionParameters load_mission(const FlightOptions& options) {
                    ? "no such parameter (docs/parameters.md lists them)"
                    : "not a number in the parameter's range (docs/parameters.md; degrees are written 20deg)";
   } else {
-    message += host::describe(status);
+    message += status.is(StatusCode::not_found) ? "there is no such file; check the path" : host::describe(status);
   }
   throw std::runtime_error(message);
 }
@@ -206,7 +206,8 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
   software_ = std::make_unique<FlightSoftware>(store_, camera_, link_, *router_, clock_, mission_, configuration_);
   if (options.real_time) executive().keep_real_time(mission_);
   if (!source.navigation.empty()) {
-    host::require(navigation_.open(source.navigation.c_str()), "navigation " + source.navigation);
+    host::require(navigation_.open(source.navigation.c_str()),
+                  "navigation " + source.navigation + " (its columns: docs/navigation.md)");
     software_->navigate_by(navigation_);
   }
   host::require(software_->start(source.model), "starting the flight software");

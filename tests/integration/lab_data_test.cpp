@@ -169,6 +169,9 @@ TEST_F(LabData, PosesOfAnAerialStripAndARectifiedPairOfThem) {
   const LabRun run = lab("pose-strip " + folder + " --camera " + folder + "/colmap/cameras.txt --target-overlap 0.98" +
                          " --out " + model);
   ASSERT_EQ(run.status, 0) << run.err;
+  // Poses of several images take longer than a millisecond on any processor.
+  EXPECT_GT(run.number("motion_ms"), 1);
+  EXPECT_GE(run.number("kernel_ms"), run.number("motion_ms"));
   EXPECT_EQ(run.verdict(), "ok");
   const std::vector<PosedImage> posed = read_model_centres(model + "/images.txt");
   ASSERT_GE(posed.size(), 6U);

@@ -1,13 +1,16 @@
-// ilp-lab calibrate-target on rendered pictures of a chessboard, whose camera is known.
+// ilp-lab calibrate-target on rendered pictures of a chessboard and of ChArUco boards, whose camera is known.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <sstream>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "sim/host/colmap.hpp"
 #include "sim/host/image_io.hpp"
+#include "tests/integration/charuco_pattern.hpp"
 #include "tests/integration/lab_program.hpp"
 
 namespace ilp::test {
@@ -34,31 +37,53 @@ struct RenderedCamera {
 constexpr int columns = 9, rows = 6;  // inner corners
 constexpr double square_m = 0.03;
 
-/// Black and white squares with a white margin, seen by 4 x 4 rays a pixel.
-void render(const RenderedCamera& camera, const Vec3& turn, const Vec3& centre_m, const std::string& path) {
+constexpr int samples = 4;  // each way in a pixel
+
+/// Of all samples of the picture, row by row.
+std::vector<Vec3> rays_of(const RenderedCamera& camera) {
+  std::vector<Vec3> rays;
+  for (int y = 0; y < camera.height * samples; ++y) {
+    for (int x = 0; x < camera.width * samples; ++x) {
+      rays.push_back(camera.ray((x + 0.5) / samples - 0.5, (y + 0.5) / samples - 0.5));
+    }
+  }
+  return rays;
+}
+
+/// Grey values at a place of the board, whose first square begins at (-1, -1), in squares.
+using Pattern = std::function<double(double column, double row)>;
+
+double chessboard(double column, double row) {
+  if (column < -2 || row < -2 || column >= columns + 1 || row >= rows + 1) return 110;
+  const bool on_squares = column > -1 && row > -1 && column < columns && row < rows;
+  const bool black = (static_cast<int>(std::floor(column)) + static_cast<int>(std::floor(row))) % 2 == 0;
+  return on_squares && black ? 25 : 225;
+}
+
+void render(const RenderedCamera& camera, const Vec3& turn, const Vec3& centre_m, const std::string& path,
+            const Pattern& pattern = chessboard) {
+  static const std::vector<Vec3> usual_rays = rays_of({});
+  const std::vector<Vec3> other_rays = camera.width == RenderedCamera{}.width ? std::vector<Vec3>{} : rays_of(camera);
+  const std::vector<Vec3>& rays = other_rays.empty() ? usual_rays : other_rays;
   const Mat3 camera_from_board = rotation_from_vector(turn);
   const Vec3 middle(0.5 * (columns - 1) * square_m, 0.5 * (rows - 1) * square_m, 0);
   const Vec3 origin = centre_m - camera_from_board * middle;
   const Vec3 eye = camera_from_board.transpose() * -origin;  // in the board's axes
   std::vector<std::uint8_t> pixels(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+  const Mat3 board_from_camera = camera_from_board.transpose();
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {
       double sum = 0;
-      for (int sample = 0; sample < 16; ++sample) {
-        const double u = x + (sample % 4 - 1.5) / 4, v = y + (sample / 4 - 1.5) / 4;
-        const Vec3 ray = camera_from_board.transpose() * camera.ray(u, v);
+      for (int sample = 0; sample < samples * samples; ++sample) {
+        const int row_of_rays = y * samples + sample / samples, ray_in_row = x * samples + sample % samples;
+        const Vec3 ray =
+            board_from_camera * rays[static_cast<std::size_t>(row_of_rays * camera.width * samples + ray_in_row)];
         const double along = -eye.z() / ray.z();
-        const double column = (eye.x() + along * ray.x()) / square_m, row = (eye.y() + along * ray.y()) / square_m;
-        double grey = 110;
-        if (along > 0 && column > -2 && row > -2 && column < columns + 1 && row < rows + 1) {
-          const bool on_squares = column > -1 && row > -1 && column < columns && row < rows;
-          const bool black = (static_cast<int>(std::floor(column)) + static_cast<int>(std::floor(row))) % 2 == 0;
-          grey = on_squares && black ? 25 : 225;
-        }
-        sum += grey;
+        sum +=
+            along > 0 ? pattern((eye.x() + along * ray.x()) / square_m, (eye.y() + along * ray.y()) / square_m) : 110;
       }
       pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x)] =
-          static_cast<std::uint8_t>(std::lround(sum / 16));
+          static_cast<std::uint8_t>(std::lround(sum / (samples * samples)));
     }
   }
   host::write_png(path, ImageView<const std::uint8_t>{pixels.data(), camera.width, camera.height, camera.width});
@@ -77,17 +102,42 @@ class LabCalibrateTarget : public LabTest {
  protected:
   void SetUp() override {
     LabTest::SetUp();
-    const LabRun run = lab("calibrate-target " + board(0));
+    const LabRun run = lab("calibrate-target " + grey("grey.png", 64, 48));
     if (run.err.find("this build has no OpenCV") == std::string::npos) return;
     EXPECT_EQ(run.status, 1);
     EXPECT_NE(run.err.find("apt-get install libopencv-calib3d-dev"), std::string::npos) << run.err;
     GTEST_SKIP() << "this build has no OpenCV";
+  }
+  std::string grey(const std::string& name, int width, int height) const {
+    const std::vector<std::uint8_t> pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 120);
+    host::write_png(path(name), ImageView<const std::uint8_t>{pixels.data(), width, height, width});
+    return path(name);
   }
   std::string board(std::size_t pose, const RenderedCamera& camera = {}) const {
     const std::array<double, 6>& p = poses.at(pose);
     const std::string file = path("board-" + std::to_string(pose) + ".png");
     render(camera, {p[0], p[1], p[2]}, {p[3], p[4], p[5]}, file);
     return file;
+  }
+  /// The file camera.txt has the camera, and its lens to a pixel near the borders.
+  void expect_camera(const RenderedCamera& truth, double focal_px = 0.6) const {
+    const CameraModel found = host::read_colmap_camera(path("camera.txt"));
+    EXPECT_EQ(found.width, truth.width);
+    EXPECT_EQ(found.height, truth.height);
+    // 0.6 is a thousandth.
+    EXPECT_NEAR(found.fx, truth.fx, focal_px);
+    EXPECT_NEAR(found.fy, truth.fy, focal_px);
+    EXPECT_NEAR(found.cx, truth.cx, 1);
+    EXPECT_NEAR(found.cy, truth.cy, 1);
+    // What the flight makes of the corner of the picture: distortion and all.
+    for (const auto& [u, v] : {std::pair{40.0, 40.0}, {600.0, 440.0}, {320.0, 30.0}}) {
+      const Vec3 ray = truth.ray(u, v);
+      const double r2 = ray.x() * ray.x() + ray.y() * ray.y(), radial = 1 + found.k1 * r2 + found.k2 * r2 * r2;
+      const double x = ray.x() * radial + 2 * found.p1 * ray.x() * ray.y() + found.p2 * (r2 + 2 * ray.x() * ray.x());
+      const double y = ray.y() * radial + found.p1 * (r2 + 2 * ray.y() * ray.y()) + 2 * found.p2 * ray.x() * ray.y();
+      EXPECT_NEAR(found.fx * x + found.cx, u, 1) << u << " " << v;
+      EXPECT_NEAR(found.fy * y + found.cy, v, 1) << u << " " << v;
+    }
   }
   void refused(const std::string& arguments, int status, const std::string& part) const {
     const LabRun run = lab("calibrate-target " + arguments + " --out " + path("camera.txt"));
@@ -107,23 +157,7 @@ TEST_F(LabCalibrateTarget, FindsTheCameraOfRenderedBoards) {
   EXPECT_EQ(run.json.at("pictures").size(), poses.size()) << run.out;
   EXPECT_LT(run.number("rms_px"), 0.1);
   for (const auto& picture : run.json.at("pictures")) EXPECT_LT(picture.at("rms_px").get<double>(), 0.2);
-  const CameraModel found = host::read_colmap_camera(path("camera.txt"));
-  EXPECT_EQ(found.width, truth.width);
-  EXPECT_EQ(found.height, truth.height);
-  // A thousandth of the focal length.
-  EXPECT_NEAR(found.fx, truth.fx, 0.6);
-  EXPECT_NEAR(found.fy, truth.fy, 0.6);
-  EXPECT_NEAR(found.cx, truth.cx, 1);
-  EXPECT_NEAR(found.cy, truth.cy, 1);
-  // What the flight makes of the corner of the picture: distortion and all.
-  for (const auto& [u, v] : {std::pair{40.0, 40.0}, {600.0, 440.0}, {320.0, 30.0}}) {
-    const Vec3 ray = truth.ray(u, v);
-    const double r2 = ray.x() * ray.x() + ray.y() * ray.y(), radial = 1 + found.k1 * r2 + found.k2 * r2 * r2;
-    const double x = ray.x() * radial + 2 * found.p1 * ray.x() * ray.y() + found.p2 * (r2 + 2 * ray.x() * ray.x());
-    const double y = ray.y() * radial + found.p1 * (r2 + 2 * ray.y() * ray.y()) + 2 * found.p2 * ray.x() * ray.y();
-    EXPECT_NEAR(found.fx * x + found.cx, u, 1) << u << " " << v;
-    EXPECT_NEAR(found.fy * y + found.cy, v, 1) << u << " " << v;
-  }
+  expect_camera(truth);
   std::ifstream svg(path("residuals.svg"));
   const std::string text{std::istreambuf_iterator<char>(svg), {}};
   EXPECT_NE(text.find("board-0.png"), std::string::npos);
@@ -133,9 +167,7 @@ TEST_F(LabCalibrateTarget, FindsTheCameraOfRenderedBoards) {
 TEST_F(LabCalibrateTarget, PicturesWithoutTheBoardAreNamedAndLeftOut) {
   std::string pictures;
   for (std::size_t i = 0; i < 5; ++i) pictures += board(i) + " ";
-  const std::vector<std::uint8_t> grey(640 * 480, 120);
-  host::write_png(path("empty.png"), ImageView<const std::uint8_t>{grey.data(), 640, 480, 640});
-  const LabRun run = lab("calibrate-target " + pictures + path("empty.png"));
+  const LabRun run = lab("calibrate-target " + pictures + grey("empty.png", 640, 480));
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_EQ(run.json.at("pictures").size(), 5U);
   ASSERT_EQ(run.json.at("without_board").size(), 1U);
@@ -165,6 +197,60 @@ TEST_F(LabCalibrateTarget, PicturesFromOneDirectionAreNotEnough) {
     pictures += file + " ";
   }
   refused(pictures, 1, "from several directions");
+}
+
+class LabCalibrateCharuco : public LabCalibrateTarget {
+ protected:
+  void SetUp() override {
+    LabCalibrateTarget::SetUp();
+    if (!charuco_pattern(columns, rows, "5X5_100", 40)) GTEST_SKIP() << "this build has no ArUco";
+  }
+  /// Pictures from so near that no picture has the whole board; names begin with the dictionary's.
+  std::string pictures(std::size_t count, const std::string& dictionary = "5X5_100") const {
+    constexpr int px = 80;
+    const host::Raster<std::uint8_t> drawn = *charuco_pattern(columns, rows, dictionary, px);
+    const Pattern pattern = [&](double column, double row) {
+      if (column < -2 || row < -2 || column >= columns + 1 || row >= rows + 1) return 110;
+      const int x = static_cast<int>(std::floor((column + 1) * px)), y = static_cast<int>(std::floor((row + 1) * px));
+      const bool on_board = x >= 0 && y >= 0 && x < drawn.width && y < drawn.height;
+      return on_board && drawn.at(x, y) < 128 ? 25 : 225;
+    };
+    std::string names;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::array<double, 6>& p = poses.at(i);
+      const std::string file = path(dictionary + "-" + std::to_string(i) + ".png");
+      render({}, {p[0], p[1], p[2]}, {p[3], p[4], 0.7 * p[5]}, file, pattern);
+      names += file + " ";
+    }
+    return names;
+  }
+};
+
+TEST_F(LabCalibrateCharuco, FindsTheCameraOfBoardsThatAreSeenInPart) {
+  const LabRun run = lab("calibrate-target " + pictures(poses.size()) + "--board 9x6 --charuco 5x5_100 --out " +
+                         path("camera.txt") + " --picture " + path("residuals.svg"));
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(run.json.at("pictures").size(), poses.size()) << run.out;
+  EXPECT_LT(run.number("rms_px"), 0.2);
+  std::size_t in_part = 0;
+  for (const auto& picture : run.json.at("pictures")) in_part += picture.at("corners").get<int>() < columns * rows;
+  EXPECT_GE(in_part, 6U) << run.out;
+  EXPECT_GT(run.number("coverage"), 0.7);
+  // Corners that are interpolated between markers are less exact than a chessboard's.
+  expect_camera({}, 1.2);
+  EXPECT_TRUE(std::filesystem::exists(path("residuals.svg")));
+}
+
+TEST_F(LabCalibrateCharuco, AWrongBoardIsRefusedWithWhatToDo) {
+  const std::string seen = pictures(3);
+  refused(seen + "--charuco 5X5_7", 2, "5X5_50, 5X5_100, 5X5_250");
+  refused(seen + "--charuco 4X4_50 --board 9x6", 1, "5X5_50: give --charuco 5X5_50");
+  refused(seen + "--charuco 5X5_100 --board 6x6", 1, "marker ");
+  refused(seen + "--charuco 5X5_100 --board 11x6", 1, "lie otherwise than on a board of 11x6 inner corners");
+  refused(seen + "--charuco 5X5_100 --board 6x9", 1, "lie otherwise than on a board of 6x9 inner corners");
+  refused(seen + "--charuco 5X5_50 --board 12x9", 1, "50 markers, fewer than the 65 white squares");
+  refused(seen + "--charuco 5X5_100 --marker 1", 2, "--marker");
+  refused(grey("empty.png", 640, 480) + " --charuco 5X5_100", 1, "at least six inner corners");
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ struct Mistake {
   const char*
       command;  ///< SIL, GROUND, SCORE, LAB, ONBOARD stand for the programs; run in a folder with the files below
   int status;   ///< 1: the work cannot be done, 2: the program is not called as it has to be
-  std::vector<const char*> told;
+  std::vector<const char*> told;  ///< what is wrong, then what to do
 };
 
 // The folder holds: images (three PNG files of 64 x 48 pixels), camera.txt (of them), large-camera.txt, poses.txt (of
@@ -34,12 +34,19 @@ const std::vector<Mistake> mistakes = {
     {"SIL --images images --out words.txt/out", 1, {"cannot create words.txt/out", "name another --out"}},
     {"SIL --out empty --resume", 1, {"there is no flight.db in empty", "name the folder of the flight"}},
     {"SIL --y4m no.y4m --out out", 1, {"video no.y4m cannot be read", "check the path"}},
-    {"SIL --images images --out out --mission no.ini", 1, {"no.ini"}},
-    {"GROUND nowhere --out out", 1, {"no such folder: nowhere"}},
-    {"GROUND empty --out out", 1, {"nothing usable in empty", "the folder is empty"}},
+    {"SIL --images images --out out --mission no.ini",
+     1,
+     {"mission file no.ini", "there is no such file; check the path"}},
+    {"GROUND nowhere --out out", 1, {"no such folder: nowhere", "name the outbox of a flight"}},
+    {"GROUND empty --out out",
+     1,
+     {"nothing usable in empty", "name the one in which files of the downlink have arrived"}},
     {"GROUND flight --out out", 1, {"flight is the folder of a flight", "flight/outbox"}},
     {"SCORE empty", 1, {"empty holds no flight", "as ilp-sil --out leaves them"}},
-    {"LAB overlap no.png images/1.png", 1, {"no.png: cannot be read"}},
+    {"GROUND flight/outbox --out out --anchor no.json", 1, {"cannot read no.json", "check the path"}},
+    {"GROUND compare nowhere dtm.tif", 1, {"nowhere: there is no such file", "check the path"}},
+    {"LAB calibrate-target no.jpg", 1, {"no.jpg: cannot be read", "check the path"}},
+    {"LAB overlap no.png images/1.png", 1, {"no.png: cannot be read", "check the path"}},
     // One file in the place of another.
     {"SIL --images images --camera poses.txt --out out", 1, {"line of reference poses (--reference)", "1 PINHOLE"}},
     {"SIL --images images --camera words.txt --out out", 1, {"words.txt, line 1", "1 PINHOLE 640 480"}},
@@ -47,12 +54,16 @@ const std::vector<Mistake> mistakes = {
     {"SIL --images images --out out --reference camera.txt", 1, {"this is a camera file (--camera)", "R(9) C(3)"}},
     {"SIL --images images --out out --reference poses.txt", 1, {"name no image of images", "1.png"}},
     {"SIL --y4m film.mp4 --out out", 1, {"film.mp4 is no YUV4MPEG2 stream", "ffmpeg -i film.mp4"}},
-    {"SIL --images images --out out --navigation measurements.csv", 1, {"measurements.csv"}},
+    {"SIL --images images --out out --navigation measurements.csv",
+     1,
+     {"measurements.csv", "docs/navigation.md", "check the file"}},
     // Wrong values.
     {"SIL --images images --out out --mission mission.ini", 1, {"target_overlap = 1.8", "docs/parameters.md"}},
-    {"SIL --images images --out out --mission typo.ini", 1, {"target_overlop", "no such parameter"}},
-    {"SIL --scenario mars --out out", 1, {"scenario mars", "mars-plains"}},
-    {"SIL --set flight.altitud_m=3 --out out", 1, {"altitud_m", "altitude_m"}},
+    {"SIL --images images --out out --mission typo.ini",
+     1,
+     {"target_overlop", "no such parameter", "docs/parameters.md lists them"}},
+    {"SIL --scenario mars --out out", 1, {"scenario mars", "expected a file or one of", "mars-plains"}},
+    {"SIL --set flight.altitud_m=3 --out out", 1, {"altitud_m", "there are", "altitude_m"}},
     {"SIL --set flight.drift_heading_rad=90 --out out", 1, {"6.28", "degrees, written 90deg"}},
     {"SIL --set effects.haze --out out", 1, {"expected section.name=value"}},
     // Links.
@@ -60,7 +71,7 @@ const std::vector<Mistake> mistakes = {
     {"SIL --real-time --link-udp localhost:1 --out out", 1, {"localhost:1", "written in numbers: 127.0.0.1:10025"}},
     {"SIL --real-time --link-tcp 192.0.2.1:7 --out out", 1, {"192.0.2.1:7", "no such address", "0.0.0.0"}},
     {"GROUND console localhost", 1, {"an address is written 127.0.0.1:10025"}},
-    {"GROUND console 127.0.0.1:9 --key no.keys", 1, {"cannot read no.keys"}},
+    {"GROUND console 127.0.0.1:9 --key no.keys", 1, {"cannot read the file of keys no.keys", "check the path"}},
 #ifdef ILP_ONBOARD  // it is not built for the sanitizers
     {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --virtual-time --outbox no --acknowledgements empty "
      "--store memory",
@@ -116,6 +127,7 @@ class Mistakes : public testing::Test {
 };
 
 TEST_F(Mistakes, AreNamedWithWhatToDo) {
+  EXPECT_GE(mistakes.size(), 30U);
   for (const Mistake& mistake : mistakes) {
     const test::ToolResult result = test::run_tool("cd " + test::quoted(folder_ / "") + " && " +
                                                    with_programs(mistake.command) + " </dev/null 2>&1");

@@ -1,7 +1,8 @@
 #!/usr/bin/python3 -B
 """The lines of docs/python.md and the files of sim/tools/python/formats, on a flight that ilp-ground has merged.
 
-    check.py page|formats --ground ilp-ground --flight FOLDER --work FOLDER; status 77 without numpy or GDAL"""
+    check.py merge|page|formats --ground ilp-ground --flight FOLDER --merged FOLDER [--work FOLDER]
+`merge` makes the folder that the others read. Status 77 without numpy or GDAL."""
 
 import argparse
 import json
@@ -191,34 +192,43 @@ def check_qgis(out):
     check(5 <= len(heights) <= 20, f"{len(heights)} contours")
 
 
+def merge(options, out, *more):
+    subprocess.run([options.ground, os.path.join(options.flight, "outbox"), "--out", out, *more], check=True,
+                   stdout=subprocess.DEVNULL)
+
+
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("what", choices=("page", "formats"))
-    for name in ("ground", "flight", "work"):
+    parser.add_argument("what", choices=("merge", "page", "formats"))
+    for name in ("ground", "flight", "merged"):
         parser.add_argument("--" + name, required=True)
+    parser.add_argument("--work", default="")
     options = parser.parse_args()
-    shutil.rmtree(options.work, ignore_errors=True)
-    os.makedirs(options.work)
-    ground = os.path.join(os.path.abspath(options.work), "ground")
-    subprocess.run([options.ground, os.path.join(options.flight, "outbox"), "--out", ground], check=True,
-                   stdout=subprocess.DEVNULL)
+    ground = os.path.abspath(options.merged)
+    if options.what == "merge":
+        shutil.rmtree(ground, ignore_errors=True)
+        merge(options, ground)
+        return
+    work = os.path.abspath(options.work)
+    shutil.rmtree(work, ignore_errors=True)
+    os.makedirs(work)
     if options.what == "page":
-        check_page(os.path.abspath(options.work), ground)
+        check_page(work, ground)
         check_values(ground)
-    else:
-        work = os.path.abspath(options.work)
-        check_rules(check_formats(work, ground))
-        anchor, anchored = os.path.join(work, "anchor.json"), os.path.join(work, "anchored")
-        with open(anchor, "w", encoding="utf-8") as file:
-            json.dump({"body": "mars", "strips": [{"strip": 1, "longitude": 137.4, "latitude": -4.6, "height": -4400.0,
-                                                   "azimuth": 12.5, "metres_per_unit": 2.03}]}, file)
-        subprocess.run([options.ground, os.path.join(options.flight, "outbox"), "--out", anchored, "--anchor", anchor],
-                       check=True, stdout=subprocess.DEVNULL)
-        check_turned_cell(anchored)
-        out = check_formats(work, anchored, ["--target", "Mars"])
-        with open(os.path.join(out, "stac", "strip.json"), encoding="utf-8") as file:
-            box = json.load(file)["bbox"]
-        check(box[0] < 137.4 < box[2] and box[1] < -4.6 < box[3], f"the item is not where the flight was: {box}")
+        return
+    check_rules(check_formats(work, ground))
+    anchor, anchored = os.path.join(work, "anchor.json"), os.path.join(work, "anchored")
+    with open(anchor, "w", encoding="utf-8") as file:
+        json.dump({"body": "mars", "strips": [{"strip": 1, "longitude": 137.4, "latitude": -4.6, "height": -4400.0,
+                                               "azimuth": 12.5, "metres_per_unit": 2.03}]}, file)
+    # A copy, so that only the georeference is made again.
+    shutil.copytree(ground, anchored)
+    merge(options, anchored, "--anchor", anchor)
+    check_turned_cell(anchored)
+    out = check_formats(work, anchored, ["--target", "Mars"])
+    with open(os.path.join(out, "stac", "strip.json"), encoding="utf-8") as file:
+        box = json.load(file)["bbox"]
+    check(box[0] < 137.4 < box[2] and box[1] < -4.6 < box[3], f"the item is not where the flight was: {box}")
 
 
 if __name__ == "__main__":

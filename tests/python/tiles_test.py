@@ -225,6 +225,26 @@ class Tiles(unittest.TestCase):
     def test_in_the_strips_own_axes_too(self):
         self.check_tileset(None)
 
+    def test_an_island_that_touches_no_border_of_its_tile_has_no_skirt_there(self):
+        """glTF demands that every buffer and accessor has something in it."""
+        for crs in (None, MARS):
+            with self.subTest(crs=crs):
+                shutil.rmtree(self.folder)
+                flight = os.path.join(self.folder, "flight")
+                write_map(flight, crs)
+                data = gdal.Open(os.path.join(flight, "height.tif"), gdal.GA_Update)
+                z = data.GetRasterBand(1).ReadAsArray()
+                z[:20], z[100:], z[:, :20], z[:, 100:] = (numpy.nan,) * 4
+                data.GetRasterBand(1).WriteArray(z)
+                data = None
+                out, tileset = self.write(crs)
+                tile = tileset["root"]
+                while "content" not in tile:
+                    tile = tile["children"][0]
+                points, _, faces, _ = read_glb(os.path.join(out, tile["content"]["uri"]))
+                self.assertEqual(len(faces), 1, "a skirt without a border")
+                self.assertEqual(set(range(len(points))), set(faces[0].ravel()))
+
     def test_the_same_map_gives_the_same_bytes(self):
         first, _ = self.write(MARS)
         second, _ = self.write(MARS, "again")

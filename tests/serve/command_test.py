@@ -12,7 +12,7 @@ import sys
 import unittest
 
 from flight import Flight
-from served import Server, patience_s, wait_for
+from served import Server, patience_s, run_side_by_side, wait_for, with_the_test
 
 sil, ground, work = sys.argv[1:4]
 token = "only-for-this-test-7c1f9a"
@@ -32,7 +32,7 @@ class CommandServer(Server):
         self.errors = box + ".err"
         with open(self.errors, "w") as errors:
             self.process = subprocess.Popen(
-                [ground, "serve", box, "--listen", "127.0.0.1:0", "--commands", "127.0.0.1:0", "--link", address,
+                [*with_the_test, ground, "serve", box, "--listen", "127.0.0.1:0", "--commands", "127.0.0.1:0", "--link", address,
                  *options], stdout=subprocess.PIPE, stderr=errors, text=True, env=environment)
         lines = [self.process.stdout.readline() for _ in range(3)]
         assert lines[2].startswith("Commands are given at http://"), (lines, open(self.errors).read())
@@ -77,21 +77,27 @@ class Commands(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         shutil.rmtree(work, ignore_errors=True)
-        cls.flight = Flight(sil, os.path.join(work, "open"))
+        os.makedirs(work)
         cls.token_file = write_private(os.path.join(work, "token"), token + "\n")
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.flight.end()
+    def setUp(self):
+        self.folder = os.path.join(work, self.id().rsplit(".", 1)[1])
+        os.makedirs(self.folder)
+
+    def fly(self, *options, **more):
+        """A flight answers one operator over UDP, so each test has its own."""
+        flight = Flight(sil, os.path.join(self.folder, "flown"), *options, **more)
+        self.addCleanup(flight.end)
+        return flight
 
     def box(self):
-        box = os.path.join(work, self.id().rsplit(".", 1)[1])
+        box = os.path.join(self.folder, "box")
         os.makedirs(box)
         return box
 
     def serve(self, *options, address=None, environment=None, token_file=True):
         chosen = ["--token-file", self.token_file] if token_file else []
-        server = CommandServer(self.box(), address or self.flight.address, *chosen, *options, environment=environment)
+        server = CommandServer(self.box(), address or self.fly().address, *chosen, *options, environment=environment)
         self.addCleanup(server.end)
         return server
 
@@ -192,10 +198,12 @@ class Commands(unittest.TestCase):
         self.assertEqual(server.post(json.dumps({"line": "x" * 2000}))[0], 422)
         self.assertEqual(server.post("x" * 2049)[0], 413)
 
-        def send(octets):
+        def send(octets, more=True):
             with socket.create_connection((server.host, server.port), timeout=patience_s) as peer:
                 try:
                     peer.sendall(octets)
+                    if not more:
+                        peer.shutdown(socket.SHUT_WR)
                     return peer.recv(100)
                 except OSError:
                     return b""
@@ -208,7 +216,7 @@ class Commands(unittest.TestCase):
         for octets in (start + b"Content-Length: 10000000\r\n\r\n" + b"x" * 10000000,
                        start + b"Transfer-Encoding: chunked\r\n\r\n" + b"ffff\r\n" + b"x" * 65535,
                        start + b"X: " + b"y" * 1000000 + b"\r\n\r\n", os.urandom(4000), b"\0" * 4000):
-            send(octets)
+            send(octets, more=False)
         # A body that never comes to its end keeps no other client away.
         idle = socket.create_connection((server.host, server.port), timeout=patience_s)
         idle.sendall(start + b"Content-Length: 100\r\n\r\n{")
@@ -245,13 +253,12 @@ class Commands(unittest.TestCase):
 
     def test_a_flight_with_keys_is_commanded_with_one(self):
         keys = write_private(os.path.join(work, "keys"), f"5 {key}\n6 {key[::-1]}\n")
-        flight = Flight(sil, os.path.join(work, "locked"), "--key", keys, mission_lines="[link]\nauthentication = 1\n")
-        self.addCleanup(flight.end)
+        flight = self.fly("--key", keys, mission_lines="[link]\nauthentication = 1\n")
         server = self.serve("--key", keys, "--spi", "6", address=flight.address)
         self.assertEqual(server.command("ping")[0], 200)
         server.hears("done: ping")
-        os.makedirs(os.path.join(work, "bare"))
-        bare = CommandServer(os.path.join(work, "bare"), flight.address, "--token-file", self.token_file, "--source", "7")
+        os.makedirs(os.path.join(self.folder, "bare"))
+        bare = CommandServer(os.path.join(self.folder, "bare"), flight.address, "--token-file", self.token_file, "--source", "7")
         self.addCleanup(bare.end)
         self.assertEqual(bare.command("ping")[0], 200)
         bare.hears("no answer yet: ping")
@@ -266,13 +273,12 @@ class Commands(unittest.TestCase):
         status, _, text = server.command("ping")
         self.assertEqual(status, 503)
         self.assertIn("the flight cannot be reached", text)
-        flight = Flight(sil, os.path.join(work, "late"), "--link-tcp", address)
-        self.addCleanup(flight.end)
+        self.fly("--link-tcp", address)
         wait_for("the flight", lambda: server.command("ping")[0] == 200)
         server.hears("done: ping")
 
     def refused(self, *options, environment=None):
-        box = os.path.join(work, "refused")
+        box = os.path.join(self.folder, "refused")
         os.makedirs(box, exist_ok=True)
         run = subprocess.run([ground, "serve", box, "--listen", "127.0.0.1:0", *options], capture_output=True, text=True,
                              timeout=patience_s, env=environment)
@@ -281,7 +287,7 @@ class Commands(unittest.TestCase):
         return run.stderr
 
     def test_a_page_that_would_not_be_safe_does_not_start(self):
-        at, link = ("--commands", "127.0.0.1:0"), ("--link", self.flight.address)
+        at, link = ("--commands", "127.0.0.1:0"), ("--link", "127.0.0.1:10025")
         file = ("--token-file", self.token_file)
         self.assertIn("needs the address at which the flight listens", self.refused(*at, *file))
         self.assertIn("commands need a token", self.refused(*at, *link))
@@ -303,4 +309,4 @@ class Commands(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1] + sys.argv[4:], verbosity=2, warnings="ignore")
+    run_side_by_side(Commands, sys.argv[4:])

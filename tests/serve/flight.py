@@ -5,6 +5,8 @@ import subprocess
 import sys
 import time
 
+from served import with_the_test
+
 
 class Flight:
     """ilp-sil with a camera of 192 x 144 pixels that takes images by telecommand only."""
@@ -14,7 +16,7 @@ class Flight:
         self.log, mission = os.path.join(folder, "log"), os.path.join(folder, "mission.ini")
         with open(mission, "w") as file:
             file.write("[acquisition]\ncapture_mode = 2\n" + mission_lines)
-        command = [sil, "--real-time", "--mission", mission, "--out", os.path.join(folder, "flight"), "--link-udp",
+        command = [*with_the_test, sil, "--real-time", "--mission", mission, "--out", os.path.join(folder, "flight"), "--link-udp",
                    "127.0.0.1:0", *options]
         for setting in ("camera.width=192", "camera.height=144", "camera.fx=165", "camera.fy=165", "camera.cx=-1",
                         "camera.cy=-1", "flight.drift_m_s=12"):

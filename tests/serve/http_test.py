@@ -8,7 +8,7 @@ import subprocess
 import sys
 import unittest
 
-from served import Server, Stream, deliver, of_keyframes, patience_s, wait_for
+from served import Server, Stream, deliver, of_keyframes, patience_s, run_side_by_side, wait_for
 
 ground, make_downlink, work = sys.argv[1:4]
 source = os.path.join(work, "downlink")
@@ -254,4 +254,4 @@ if __name__ == "__main__":
     shutil.rmtree(source, ignore_errors=True)
     os.makedirs(work, exist_ok=True)
     subprocess.run([make_downlink, source, str(keyframes), "1", "160", "120"], check=True)
-    unittest.main(argv=sys.argv[:1] + sys.argv[4:], verbosity=2, warnings="ignore")
+    run_side_by_side(Serve, sys.argv[4:])

@@ -1,14 +1,21 @@
-"""A server of ilp-ground serve under test, a stream of its events, and files that arrive."""
+"""A server of ilp-ground serve under test, a stream of its events, files that arrive, and tests side by side."""
+import concurrent.futures
 import http.client
+import io
 import json
 import os
 import shutil
 import socket
 import subprocess
+import sys
 import threading
 import time
+import unittest
 
 patience_s = 120
+# A program that ends with the test, however the test ends. One that outlived a killed run would work on in the folder of
+# the next one.
+with_the_test = ["setpriv", "--pdeathsig", "KILL"]
 
 
 def wait_for(what, condition):
@@ -23,7 +30,7 @@ def wait_for(what, condition):
 
 class Server:
     def __init__(self, ground, box, *options):
-        self.process = subprocess.Popen([ground, "serve", box, *options], stdout=subprocess.PIPE, text=True)
+        self.process = subprocess.Popen([*with_the_test, ground, "serve", box, *options], stdout=subprocess.PIPE, text=True)
         first = self.process.stdout.readline()
         assert first.startswith("The flight is at http://"), first
         self.address = first.split("//")[1].strip()
@@ -105,3 +112,21 @@ def of_keyframes(source, first, last):
     """Names of the files of these keyframes, such as records-000003.ilp and product-000003-image.jp2."""
     return [name for name in sorted(os.listdir(source))
             if name.startswith(("records-", "product-")) and first <= int(name.split("-")[1][:6]) <= last]
+
+
+def run_side_by_side(case, names, at_once=6):
+    """Runs the tests of a class in threads, since most of them wait for a clock, and ends the process."""
+    def run(name):
+        told = io.StringIO()
+        begin = time.monotonic()
+        result = unittest.TextTestRunner(told, verbosity=2, warnings="ignore").run(case(name))
+        return result.wasSuccessful(), f"{time.monotonic() - begin:.1f} s\n{told.getvalue()}"
+
+    names = names or unittest.defaultTestLoader.getTestCaseNames(case)
+    case.setUpClass()
+    with concurrent.futures.ThreadPoolExecutor(at_once) as threads:
+        results = list(threads.map(run, names))
+    for _, told in results:
+        print(told)
+    failed = [name for name, (passed, _) in zip(names, results) if not passed]
+    sys.exit("failed: " + ", ".join(failed) if failed else 0)

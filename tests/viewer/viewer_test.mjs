@@ -52,6 +52,18 @@ async function stage(page) {
   }
   return before;
 }
+// What later pictures are compared with: on a machine under load the view is drawn coarsely first, and in full detail when
+// it has been still for a while.
+async function settled(page) {
+  let before = await stage(page);
+  for (let i = 0; i < 10; ++i) {
+    await page.waitForTimeout(500);
+    const now = await stage(page);
+    if (now.equals(before)) break;
+    before = now;
+  }
+  return before;
+}
 // On a machine under load two pictures in a row may both be those of before: a few more looks.
 async function shows(page, expected) {
   for (let i = 0; i < 8; ++i) {
@@ -357,7 +369,7 @@ await check('links lie over the view, each verdict with its own look', () => bro
   assert.deepEqual(keys, ['images only (1)', 'linked (4)', 'contradicts the poses of the flight (1)']);
   const looks = await page.evaluate(() => ilpViewer.scene.track.links.group.children.map((l) => [l.material.color.getHex(), l.material.linewidth, l.material.dashed]));
   assert.equal(new Set(looks.map(String)).size, 3);
-  const all = await stage(page);
+  const all = await settled(page);
   await picture(page, 'links');
   for (let i = 0; i < 3; ++i) {
     const set = (on) => page.evaluate(([k, visible]) => { ilpViewer.scene.track.links.group.children[k].visible = visible; }, [i, on]);

@@ -34,7 +34,7 @@ double metres_per_unit(const std::filesystem::path& path, std::string unit) {
 
 HeightModel::HeightModel(std::filesystem::path path) : path_(std::move(path)) {
   std::error_code ignored;
-  if (!std::filesystem::exists(path_, ignored)) refuse(path_, "there is no such file");
+  if (!std::filesystem::exists(path_, ignored)) refuse(path_, "there is no such file; check the path");
   dataset_.reset(GDALDataset::Open(path_.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
   if (!dataset_) throw host::gdal_error(path_.string() + ": not a raster that GDAL reads");
   if (dataset_->GetRasterCount() != 1) {

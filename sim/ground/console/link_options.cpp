@@ -1,11 +1,13 @@
 #include "sim/ground/console/link_options.hpp"
 
+#include <cerrno>
 #include <fstream>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
 
 #include "cfg/mission.hpp"
+#include "sim/host/files.hpp"
 
 namespace ilp::console {
 namespace {
@@ -33,7 +35,7 @@ bool is_hex(const std::string& text) {
 // The file has a line `SPI KEY` for each key, as the flight's has. The first key counts unless an SPI is given.
 void read_key(const LinkOptions& options, ConsoleSettings& settings) {
   std::ifstream in(options.key);
-  if (!in) throw std::runtime_error("cannot read " + options.key);
+  if (!in) throw std::runtime_error("cannot read the file of keys " + options.key + ": " + host::read_failure(errno));
   for (std::string line; std::getline(in, line);) {
     std::istringstream words(line.substr(0, line.find('#')));
     std::uint16_t spi = 0;

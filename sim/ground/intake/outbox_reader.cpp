@@ -192,7 +192,9 @@ Outbox OutboxBuilder::finish() {
 
 std::vector<fs::path> files_of(const fs::path& folder) {
   std::error_code error;
-  if (!fs::is_directory(folder, error)) throw std::runtime_error("no such folder: " + folder.string());
+  if (!fs::is_directory(folder, error))
+    throw std::runtime_error("no such folder: " + folder.string() +
+                             "; name the outbox of a flight, or the folder in which its files arrive");
   std::vector<fs::path> paths;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
     std::error_code ignored;

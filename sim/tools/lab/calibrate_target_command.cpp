@@ -1,4 +1,5 @@
-// calibrate-target: the camera that took pictures of a chessboard, with what each picture says about it.
+// calibrate-target: the camera that took pictures of a chessboard or ChArUco board, with what each picture says about
+// it.
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,7 @@
 #include "sim/host/files.hpp"
 #include "sim/host/photograph.hpp"
 #include "sim/host/text_format.hpp"
+#include "sim/tools/lab/charuco_board.hpp"
 #include "sim/tools/lab/lab.hpp"
 #include "sim/tools/lab/target_calibration.hpp"
 
@@ -31,6 +33,8 @@ constexpr double good_coverage = 0.5;
 struct TargetOptions {
   std::vector<std::string> pictures;
   std::string board = "9x6";
+  std::string charuco;  ///< dictionary of its markers; empty: a chessboard
+  double marker = 0.75;
   double square = 1;
   std::string out;
   std::string picture;
@@ -48,6 +52,25 @@ Board board_of(const TargetOptions& options) {
   return board;
 }
 
+/// The dictionary of --charuco as marker_dictionaries() has it.
+void read_dictionary(TargetOptions& options) {
+  if (options.charuco.empty()) return;
+  std::string wanted = options.charuco;
+  if (CLI::detail::to_lower(wanted).starts_with("dict_")) wanted.erase(0, 5);
+  std::string all;
+  const std::vector<std::string> names = marker_dictionaries();
+  for (const std::string& name : names) {
+    if (CLI::detail::to_lower(name) == CLI::detail::to_lower(wanted)) {
+      options.charuco = name;
+      return;
+    }
+    all += (all.empty() ? "" : ", ") + name;
+  }
+  // A build without ArUco says so when it looks for the board.
+  if (!names.empty())
+    throw UsageError("--charuco " + options.charuco + ": expected the dictionary of the markers, one of " + all);
+}
+
 host::Raster<std::uint8_t> grey_of(const std::string& path) {
   const host::Photograph photograph = host::read_photograph(path);
   host::Raster<std::uint8_t> grey(photograph.grey.width, photograph.grey.height);
@@ -63,6 +86,30 @@ struct Pictures {
   std::vector<BoardCorners> corners;
 };
 
+std::optional<BoardCorners> corners_in(const host::Raster<std::uint8_t>& grey, const std::string& path,
+                                       const TargetOptions& options, const Board& board) {
+  if (options.charuco.empty()) return find_chessboard(grey, board);
+  try {
+    return find_charuco(grey, board, options.charuco, options.marker);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(path + ": " + error.what());
+  }
+}
+
+/// Advice for pictures in which too few boards were found.
+std::string how_to_show(const TargetOptions& options, const Pictures& pictures) {
+  if (options.charuco.empty()) {
+    return "check --board, show the whole board with its white margin, sharp and evenly lit, from several directions";
+  }
+  for (const std::string& path : pictures.without_board) {
+    const std::string seen = dictionary_in(grey_of(path));
+    if (seen.empty() || seen == options.charuco) continue;
+    return path + " shows markers of the dictionary " + seen + ": give --charuco " + seen;
+  }
+  return "check --charuco and --marker, show at least six inner corners with the markers around them, sharp and evenly "
+         "lit, from several directions";
+}
+
 Pictures look_at(const TargetOptions& options, const Board& board) {
   Pictures pictures;
   for (const std::string& path : options.pictures) {
@@ -75,16 +122,15 @@ Pictures look_at(const TargetOptions& options, const Board& board) {
                                options.pictures.front() + " has " + host::size_text(pictures.width, pictures.height) +
                                ": give pictures of one camera at one size");
     }
-    const auto corners = find_board(grey, board);
+    const auto corners = corners_in(grey, path, options, board);
     (corners ? pictures.used : pictures.without_board).push_back(path);
     if (corners) pictures.corners.push_back(*corners);
   }
   if (pictures.used.size() < fewest_pictures) {
-    throw std::runtime_error(
-        "a board of " + options.board + " inner corners was found in " + std::to_string(pictures.used.size()) + " of " +
-        host::counted(options.pictures.size(), "picture") + ", at least " + std::to_string(fewest_pictures) +
-        " are needed: check --board, show the whole board with its white margin, sharp and evenly "
-        "lit, from several directions");
+    throw std::runtime_error("a board of " + options.board + " inner corners was found in " +
+                             std::to_string(pictures.used.size()) + " of " +
+                             host::counted(options.pictures.size(), "picture") + ", at least " +
+                             std::to_string(fewest_pictures) + " are needed: " + how_to_show(options, pictures));
   }
   return pictures;
 }
@@ -162,7 +208,8 @@ std::string drawing(const Pictures& pictures, const TargetCamera& found) {
   return svg.str();
 }
 
-Json run_calibrate_target(const TargetOptions& options, int repeat) {
+Json run_calibrate_target(TargetOptions options, int repeat) {
+  read_dictionary(options);
   const Board board = board_of(options);
   const Pictures pictures = look_at(options, board);
   TargetCamera found;
@@ -175,6 +222,7 @@ Json run_calibrate_target(const TargetOptions& options, int repeat) {
   Json views = Json::array();
   for (std::size_t i = 0; i < found.views.size(); ++i) {
     views.push_back({{"picture", pictures.used[i]},
+                     {"corners", pictures.corners[i].size()},
                      {"rms_px", found.views[i].rms_px},
                      {"tilt_deg", found.views[i].tilt_rad * 180 / 3.14159265358979323846}});
   }
@@ -198,12 +246,17 @@ Json run_calibrate_target(const TargetOptions& options, int repeat) {
 
 void add_calibrate_target_command(Lab& lab) {
   const auto options = std::make_shared<TargetOptions>();
-  CLI::App& app = lab.add("calibrate-target", "the camera, from pictures of a chessboard, with its residuals",
-                          [options](int repeat) { return run_calibrate_target(*options, repeat); });
+  CLI::App& app =
+      lab.add("calibrate-target", "the camera, from pictures of a chessboard or ChArUco board, with its residuals",
+              [options](int repeat) { return run_calibrate_target(*options, repeat); });
   app.add_option("PICTURE", options->pictures, "pictures of the board by one camera: JPEG, TIFF, PNG or PGM")
       ->required();
   app.add_option("--board", options->board,
                  "inner corners of the board's rows and columns: 9x6 is a board of 10 x 7 squares");
+  app.add_option("--charuco", options->charuco,
+                 "dictionary of the markers of a ChArUco board, such as 5X5_100; it may be seen in part");
+  app.add_option("--marker", options->marker, "side of a marker over that of a square (default: 0.75)")
+      ->check(finite_in(0.2, 0.98));
   app.add_option("--square", options->square, "side of a square, in any unit; the camera does not depend on it")
       ->check(finite_in(1e-6, 1e6));
   app.add_option("--out", options->out, "cameras.txt to write");

@@ -18,7 +18,7 @@ constexpr double colmap_pixel_centre = 0.5;
 class ModelFile {
  public:
   explicit ModelFile(const fs::path& path) : path_(path), in_(path) {
-    if (!in_) throw std::runtime_error(path.string() + " cannot be read");
+    if (!in_) throw std::runtime_error(path.string() + " cannot be read: check the path");
   }
   /// Skips comments and, if asked to, empty lines.
   bool next_line(bool skip_empty) {

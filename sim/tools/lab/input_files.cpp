@@ -38,7 +38,8 @@ GrayImage read_within(const std::string& path, int max_width, int max_height, co
 NumberFile::NumberFile(std::string what, const std::filesystem::path& path)
     : what_(std::move(what) + " " + path.string()), in_(path) {
   std::error_code ignored;
-  if (!in_ || std::filesystem::is_directory(path, ignored)) throw std::runtime_error(what_ + " cannot be read");
+  if (!in_ || std::filesystem::is_directory(path, ignored))
+    throw std::runtime_error(what_ + " cannot be read: check the path");
 }
 
 bool NumberFile::next(std::vector<double>& numbers) {

@@ -11,12 +11,12 @@
 namespace ilp::lab {
 namespace {
 
-std::vector<cv::Point3f> corners_of(const Board& board) {
+/// Of the corners that are seen, on the board.
+std::vector<cv::Point3f> places_of(const BoardCorners& seen, const Board& board) {
   std::vector<cv::Point3f> points;
-  for (int row = 0; row < board.rows; ++row) {
-    for (int column = 0; column < board.columns; ++column) {
-      points.emplace_back(static_cast<float>(column * board.square), static_cast<float>(row * board.square), 0.0F);
-    }
+  for (const BoardCorner& corner : seen) {
+    const int column = corner.number % board.columns, row = corner.number / board.columns;
+    points.emplace_back(static_cast<float>(column * board.square), static_cast<float>(row * board.square), 0.0F);
   }
   return points;
 }
@@ -50,7 +50,7 @@ TargetView view_of(const std::vector<cv::Point3f>& board, const BoardCorners& se
 
 }  // namespace
 
-std::optional<BoardCorners> find_board(const host::Raster<std::uint8_t>& picture, const Board& board) {
+std::optional<BoardCorners> find_chessboard(const host::Raster<std::uint8_t>& picture, const Board& board) {
   host::Raster<std::uint8_t> copy = picture;
   const cv::Mat grey(picture.height, picture.width, CV_8UC1, copy.samples.data());
   std::vector<cv::Point2f> found;
@@ -59,15 +59,15 @@ std::optional<BoardCorners> find_board(const host::Raster<std::uint8_t>& picture
   const int how = cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_ACCURACY | cv::CALIB_CB_EXHAUSTIVE;
   if (!cv::findChessboardCornersSB(grey, {board.columns, board.rows}, found, how)) return std::nullopt;
   BoardCorners corners;
-  for (const cv::Point2f& point : found) corners.push_back({point.x, point.y});
+  for (const cv::Point2f& point : found) corners.push_back({point.x, point.y, static_cast<int>(corners.size())});
   return corners;
 }
 
 TargetCamera calibrate_by_boards(const std::vector<BoardCorners>& seen, const Board& board, int width, int height) {
-  const std::vector<cv::Point3f> points = corners_of(board);
-  const std::vector<std::vector<cv::Point3f>> boards(seen.size(), points);
+  std::vector<std::vector<cv::Point3f>> boards;
   std::vector<std::vector<cv::Point2f>> images;
   for (const BoardCorners& corners : seen) {
+    boards.push_back(places_of(corners, board));
     std::vector<cv::Point2f>& image = images.emplace_back();
     for (const BoardCorner& corner : corners) {
       image.emplace_back(static_cast<float>(corner.x), static_cast<float>(corner.y));
@@ -99,7 +99,7 @@ TargetCamera calibrate_by_boards(const std::vector<BoardCorners>& seen, const Bo
   result.sigma_cx = sigmas.at<double>(2);
   result.sigma_cy = sigmas.at<double>(3);
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    result.views.push_back(view_of(points, seen[i], turns[i], places[i], k, lens));
+    result.views.push_back(view_of(boards[i], seen[i], turns[i], places[i], k, lens));
     for (std::size_t j = 0; j < i; ++j) {
       result.normals_spread_rad = std::max(result.normals_spread_rad, angle(normal_of(turns[i]), normal_of(turns[j])));
     }
@@ -122,7 +122,7 @@ namespace {
 
 }  // namespace
 
-std::optional<BoardCorners> find_board(const host::Raster<std::uint8_t>&, const Board&) {
+std::optional<BoardCorners> find_chessboard(const host::Raster<std::uint8_t>&, const Board&) {
   refuse();
 }
 

@@ -1,4 +1,4 @@
-// A camera from pictures of a chessboard, by OpenCV where this build has it.
+// A camera from pictures of a board, by OpenCV where this build has it.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +19,9 @@ struct Board {
 
 struct BoardCorner {
   double x = 0, y = 0;  ///< px, pixel centres at integers
+  int number = 0;       ///< column + row x columns of the board
 };
-/// Row by row, columns x rows of them.
+/// Those that are seen: of a chessboard all, of a ChArUco board (charuco_board.hpp) at least six.
 using BoardCorners = std::vector<BoardCorner>;
 
 struct TargetView {
@@ -38,7 +39,8 @@ struct TargetCamera {
 };
 
 /// Throws std::runtime_error that says what to install, in a build without OpenCV.
-[[nodiscard]] std::optional<BoardCorners> find_board(const host::Raster<std::uint8_t>& picture, const Board& board);
+[[nodiscard]] std::optional<BoardCorners> find_chessboard(const host::Raster<std::uint8_t>& picture,
+                                                          const Board& board);
 /// Z. Zhang, "A flexible new technique for camera calibration", PAMI 2000, with the lens of COLMAP's OPENCV model.
 /// Throws std::runtime_error when the equations have no solution.
 [[nodiscard]] TargetCamera calibrate_by_boards(const std::vector<BoardCorners>& seen, const Board& board, int width,

@@ -133,6 +133,20 @@ TEST(Scenario, PathsInAFileAreRelativeToIt) {
   EXPECT_EQ(load_scenario(file, set({"world.heightmap="})).world.heightmap, "");
 }
 
+TEST(Scenario, AHeightMapIsNotRefusedForParametersOfGroundThatItReplaces) {
+  const auto refusal = [](std::initializer_list<const char*> more) {
+    // Posts that no generated ground of this preset may have.
+    std::vector<ScenarioEntry> entries = set({"world.post_spacing_m=50"});
+    for (const ScenarioEntry& entry : set(more)) entries.push_back(entry);
+    return complaint([&] { (void)load_scenario("mars-plains", entries); });
+  };
+  EXPECT_TRUE(says(refusal({}), "at least two post spacings"));
+  EXPECT_EQ(refusal({"world.heightmap=dem.tif"}), "nothing");
+  // With landforms on the map, theirs count.
+  EXPECT_TRUE(
+      says(refusal({"world.heightmap=dem.tif", "world.heightmap_landforms=true"}), "at least one post spacing"));
+}
+
 TEST(Scenario, FaultsAreHandedOnAndOverridden) {
   const ScratchFolder folder;
   const fs::path file = folder.write("s.ini", "[faults]\nlost_share = 0.1\nblack_share = 0.2\n");

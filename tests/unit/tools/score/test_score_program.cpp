@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <cctype>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -9,6 +10,7 @@
 #include "fsw/records/records.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
+#include "sim/host/metrics.hpp"
 #include "sim/host/reference_cameras.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
 #include "tests/unit/tools/score/made_up_strip.hpp"
@@ -153,6 +155,26 @@ TEST_F(ScoreProgram, ExactFlightIsCompleteAndWithoutError) {
   EXPECT_TRUE(summary["position_rigid_mean_percent"].is_null()) << "no altimeter";
   EXPECT_EQ(json["keyframes"].size(), 12U);
   EXPECT_TRUE(says(run.output, "position error, mean"));
+}
+
+TEST_F(ScoreProgram, EveryLabelIsToldInFullWithItsValueBehindIt) {
+  fly(12);
+  land();
+  const ProgramRun run = score();
+  ASSERT_EQ(run.status, 0) << run.output;
+  const nlohmann::json summary = result()["summary"];
+  std::size_t told = 0;
+  for (const host::Metric& metric : host::metrics()) {
+    if (*metric.group == '\0' || !summary.contains(metric.key)) continue;
+    const std::size_t at = ("\n" + run.output).find("\n" + std::string(metric.label) + " ");
+    ASSERT_NE(at, std::string::npos) << metric.label << "\n" << run.output;
+    const std::size_t value = run.output.find_first_not_of(' ', at + std::string_view(metric.label).size());
+    EXPECT_TRUE(run.output[value] == '-' || std::isdigit(static_cast<unsigned char>(run.output[value])) != 0)
+        << metric.label << "\n"
+        << run.output;
+    ++told;
+  }
+  EXPECT_GT(told, 20U);
 }
 
 TEST_F(ScoreProgram, ErrorsAreInPercentOfTheStripsTrueLength) {
