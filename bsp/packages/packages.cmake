@@ -65,7 +65,9 @@ set(ILP_PACKAGE_VERSION ${PROJECT_VERSION} CACHE STRING "Version of the packages
 if(ILP_HOST_PROGRAMS)
   ilp_package(ground ilp-ground ilp-xtce ilp-store)
   ilp_package_script(ground ilp-merge)
-  ilp_package_tree(ground sim/tools/cluster)
+  ilp_package_script(ground ilp-formats)
+  ilp_package_script(ground ilp-tiles3d)
+  ilp_package_tree(ground sim/tools/cluster sim/tools/python)
   ilp_package(simulator ilp-sil ilp-score ilp-lab ilp-richness)
   ilp_package_script(simulator ilp-campaign)
   ilp_package_tree(simulator sim/tools/campaign sim/tools/cluster sim/campaigns sim/host/metrics.inc
@@ -108,6 +110,8 @@ set(CPACK_DEBIAN_ONBOARD_PACKAGE_CONTROL_EXTRA ${packages}/postinst ${packages}/
 set(CPACK_DEBIAN_GROUND_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_SIMULATOR_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_GROUND_PACKAGE_DEPENDS python3)
+# ilp-formats and ilp-tiles3d need them, and say so.
+set(CPACK_DEBIAN_GROUND_PACKAGE_RECOMMENDS "python3-numpy, python3-gdal")
 set(CPACK_DEBIAN_SIMULATOR_PACKAGE_DEPENDS python3)
 set(CPACK_DEBIAN_SIMULATOR_PACKAGE_RECOMMENDS aerobot-ilp-ground)
 include(CPack)
