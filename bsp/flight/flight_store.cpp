@@ -191,13 +191,13 @@ Status FlightStore::open(const char* path, StoreTrouble trouble, MissionParamete
   return status;
 }
 
-Status FlightStore::open_as_head(const char* path, StoreTrouble trouble, MissionParameters& mission) {
+Status FlightStore::open_as_head(const char* path, StoreTrouble trouble, Synchronise when, MissionParameters& mission) {
   const Status taken = guard_.take(path);
-  if (taken.is(StatusCode::store_in_use)) return open_among_others(path, mission, Synchronise::behind_commit);
+  if (taken.is(StatusCode::store_in_use)) return open_among_others(path, mission, when);
   ILP_TRY(taken);
   Status status = open_usable(path, trouble, mission);
   if (status.ok()) status = disk_.limit(database_limit_bytes(mission));
-  if (status.ok()) status = disk_.synchronise(Synchronise::behind_commit);
+  if (status.ok()) status = disk_.synchronise(when);
   if (status.ok()) {
     guard_.admit_others();
   } else {

@@ -36,10 +36,11 @@ class FlightStore final : public StoreSharing {
   /// and one that was found damaged in flight is not opened again. The capacity of the flight is limited to the budget
   /// of `mission`, which a store in memory reduces.
   Status open(const char* path, StoreTrouble trouble, MissionParameters& mission);
-  /// The same for the head of a flight that several processes share. Its commits are on the disk when they are done,
-  /// but do not hold up the others meanwhile. While others have the database open, nothing of it is saved or set aside:
+  /// The same for the head of a flight that several processes share. `when`: in real time `behind_commit`, so that its
+  /// commits are on the disk when they are done; in virtual time `later`, because a recorded image can be read again.
+  /// While others have the database open, nothing of it is saved or set aside:
   /// a database that cannot be used is refused. There is no sharing of a store in memory.
-  Status open_as_head(const char* path, StoreTrouble trouble, MissionParameters& mission);
+  Status open_as_head(const char* path, StoreTrouble trouble, Synchronise when, MissionParameters& mission);
   /// The same for another process of the flight. `not_found` until a head has made the database. Its commits wait for
   /// no disk: what it makes follows from earlier records, and nobody outside has been told of it (StoreSharing::flush).
   Status join(const char* path, const MissionParameters& mission);
@@ -54,6 +55,7 @@ class FlightStore final : public StoreSharing {
   [[nodiscard]] bool connected() const override { return true; }
   Status reconnect() override { return {}; }
   Status flush() override { return in_memory_ ? Status{} : disk_.flush(); }
+  Status flush_own() override { return in_memory_ ? Status{} : disk_.flush_own(); }
   /// Looks every millisecond.
   void wait(std::int32_t milliseconds) override;
 

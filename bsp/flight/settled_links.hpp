@@ -14,6 +14,11 @@ class SettledLink final : public Link {
   SettledLink(Link& link, SharedFlightStore& store, StoreSharing& sharing)
       : link_(link), store_(store), sharing_(sharing) {}
 
+  /// The other processes do not wait for the disk in the transaction. If this fails, end_file() says so.
+  void prepare() override {
+    static_cast<void>(sharing_.flush_own());
+    link_.prepare();
+  }
   Status begin_file(const char* name) override { return link_.begin_file(name); }
   Status write(std::span<const std::uint8_t> bytes) override { return link_.write(bytes); }
   Status end_file() override { return store_.settle(sharing_).ok() ? link_.end_file() : StatusCode::not_ready; }

@@ -22,6 +22,7 @@ Status SharedFlightStore::begin() {
 
 Status SharedFlightStore::commit() {
   ILP_TRY(inner_.commit());
+  has_news_ = true;
   if ((written_ & waking_tables) != 0) ++waking_commits_;
   return {};
 }
@@ -32,35 +33,35 @@ Status SharedFlightStore::put(const RecordInfo& info, const void* record) {
 }
 
 Status SharedFlightStore::get(const RecordInfo& info, std::int64_t id, void* record) {
-  has_read_ = true;
+  has_news_ = true;
   return inner_.get(info, id, record);
 }
 
 Status SharedFlightStore::next(const RecordInfo& info, std::int64_t after, void* record) {
-  has_read_ = true;
+  has_news_ = true;
   return inner_.next(info, after, record);
 }
 
 Status SharedFlightStore::last(const RecordInfo& info, void* record) {
-  has_read_ = true;
+  has_news_ = true;
   return inner_.last(info, record);
 }
 
 Status SharedFlightStore::count(const RecordInfo& info, std::int64_t& records) {
-  has_read_ = true;
+  has_news_ = true;
   return inner_.count(info, records);
 }
 
 Status SharedFlightStore::read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                                     std::span<std::uint8_t> bytes) {
-  has_read_ = true;
+  has_news_ = true;
   return inner_.read_blob(info, field, id, offset, bytes);
 }
 
 Status SharedFlightStore::settle(StoreSharing& sharing) {
-  if (!has_read_) return {};
+  if (!has_news_) return {};
   ILP_TRY(sharing.flush());
-  has_read_ = false;
+  has_news_ = false;
   return {};
 }
 

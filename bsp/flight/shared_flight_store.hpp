@@ -34,7 +34,8 @@ class SharedFlightStore final : public ForwardingStore {
   void follow(const MissionParameters& file, MissionParameters& in_force, Executive& executive);
   /// Transactions so far that can wake a stage of another process.
   [[nodiscard]] std::int64_t waking_commits() const { return waking_commits_; }
-  /// Whatever has been read since the previous call is on the disk when it is ok: it may be told to the ground.
+  /// Whatever has been read or committed since the previous call is on the disk when it is ok: it may be told to the
+  /// ground.
   Status settle(StoreSharing& sharing);
   /// True once after each change of one of these tables that poll() has reported.
   bool changed(RecordMask tables);
@@ -48,7 +49,7 @@ class SharedFlightStore final : public ForwardingStore {
   bool settings_changed_ = false;
   RecordMask written_ = 0;  ///< in the open transaction
   RecordMask news_ = 0;
-  bool has_read_ = false;  ///< since the latest settle()
+  bool has_news_ = false;  ///< something was read or committed since the latest settle()
   std::int64_t waking_commits_ = 0;
 };
 

@@ -74,7 +74,8 @@ Status ChosenStore::open(const Options& options, StageMask stages, MissionParame
   } else if (stages == all_stages) {
     return file_.open(options.store, trouble, mission);
   } else {
-    ILP_TRY(file_.open_as_head(options.store, trouble, mission));
+    const Synchronise when = options.virtual_time ? Synchronise::later : Synchronise::behind_commit;
+    ILP_TRY(file_.open_as_head(options.store, trouble, when, mission));
   }
   return sharing().claim(stages);
 }

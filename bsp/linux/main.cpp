@@ -475,7 +475,7 @@ void Flight::run() {
     }
     if (shared_) report(shared_->keep_alive(software_->executive()));
     // Others have to finish first, and mission time stands still.
-    if (shared_ && shared_->waited()) continue;
+    if (shared_ && shared_->waited(software_->executive())) continue;
     next = next_frame_begin(next, clock().now());
     clock().sleep_until(next);
   }
@@ -502,6 +502,7 @@ int Flight::finish() {
   print_timing(software_->executive());
   std::int64_t frames = 0;
   well = good("counting frames", store_.store().count(record_info(RecordType::frame), frames)) && well;
+  if (shared_) well = good("synchronising the store", store_.sharing().flush_or_later()) && well;
   store_.close();
   if (frames == 0) std::fprintf(stderr, "ilp-onboard: the source gave no usable frame; the events say why\n");
   if (configuration_.restart_wanted()) {

@@ -23,7 +23,7 @@ namespace {
 constexpr int exit_restart = 3;
 /// Longest wait for a change when nothing is to be done.
 constexpr std::int32_t nap_ms = 50;
-constexpr std::int32_t nap_before_head_ms = 200;
+constexpr std::int32_t nap_before_head_ms = 50;
 constexpr TimeNs report_period = 2 * ns_per_s;
 
 /// What has no place in a process without camera and links.

@@ -12,6 +12,8 @@ namespace {
 constexpr std::int32_t nap_ms = 20;
 constexpr std::int32_t nap_without_store_ms = 200;
 constexpr TimeNs report_period = 2 * ns_per_s;
+/// What nobody waits for is done while the camera is held, and after this many minor frames in any case.
+constexpr std::uint32_t most_frames_put_off = 200;
 /// In real time a process that tells nothing for this long is reported.
 constexpr TimeNs silence = 10 * ns_per_s;
 
@@ -53,10 +55,19 @@ Status SharedFlight::keep_alive(const Executive& executive) {
   return {};
 }
 
-bool SharedFlight::waited() {
-  if (!virtual_time_ || (!held_camera_.held() && !waits_for_end_)) return false;
-  sharing_.wait(nap_ms);
-  return true;
+void SharedFlight::put_off(Executive& executive, bool late_work) {
+  late_work_waits_ = late_work;
+  frames_put_off_ = late_work ? frames_put_off_ + 1 : 0;
+  executive.put_off(late_work);
+}
+
+bool SharedFlight::waited(Executive& executive) {
+  if (!virtual_time_) return false;
+  const bool stands_still = held_camera_.held() || waits_for_end_;
+  const bool waits = stands_still && !late_work_waits_;
+  put_off(executive, !stands_still && frames_put_off_ < most_frames_put_off);
+  if (waits) sharing_.wait(nap_ms);
+  return stands_still;
 }
 
 bool SharedFlight::done(Executive& executive) {

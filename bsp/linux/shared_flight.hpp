@@ -48,11 +48,14 @@ class SharedFlight {
   /// Call it in every minor frame. Returns an event about another process, or ok.
   Status keep_alive(const Executive& executive);
   /// In virtual time: whether the flight has to wait for others. Then it has waited a little.
-  bool waited();
+  bool waited(Executive& executive);
   /// In virtual time, when the head itself has no work: whether all processes are done. Then they are told to end.
   bool done(Executive& executive);
 
  private:
+  /// Whether what nobody waits for is put off in the next minor frame.
+  void put_off(Executive& executive, bool late_work);
+
   StoreSharing& sharing_;
   Clock& clock_;
   bool virtual_time_;
@@ -66,6 +69,8 @@ class SharedFlight {
   RealClock board_clock_;  ///< in virtual time that of the flight may stand still
   TimeNs told_ns_ = 0;
   bool waits_for_end_ = false;
+  bool late_work_waits_ = false;
+  std::uint32_t frames_put_off_ = 0;  ///< minor frames since late work was done
 };
 
 }  // namespace ilp

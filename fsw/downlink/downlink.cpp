@@ -167,6 +167,7 @@ StepResult Downlink::send_one() {
   bool sent = false;
   bool begun = false;
   bool checked = false;
+  link_.prepare();
   StepTransaction transaction(store_, checkpoint);
   Status status = transaction.begin();
   if (status.ok()) status = begin_pass(after, contact, begun);

@@ -297,13 +297,27 @@ bool Executive::run_woken(std::size_t i, TimeNs deadline) {
   return true;
 }
 
+bool Executive::run_awaited(TimeNs deadline, std::uint32_t& steps) {
+  bool worked = false;
+  for (std::size_t i = 0; i < stages_.size(); ++i) {
+    if (!others_wait_for(stages_[i])) continue;
+    while (own_.slots[i].pending && may_run(i) && steps < max_steps_per_frame && run_woken(i, deadline)) {
+      ++steps;
+      worked = true;
+    }
+  }
+  return worked;
+}
+
 void Executive::run_pending(TimeNs deadline) {
   std::uint32_t steps = 0;
   bool worked = true;
   while (worked && steps < max_steps_per_frame && clock_.now() < deadline) {
     worked = false;
     for (std::size_t i = 0; i < stages_.size(); ++i) {
-      if (!own_.slots[i].pending || !may_run(i) || !run_woken(i, deadline)) continue;
+      if (!own_.slots[i].pending || !may_run(i) || is_put_off(i)) continue;
+      if (shares_flight_ && !others_wait_for(stages_[i]) && run_awaited(deadline, steps)) worked = true;
+      if (!may_run(i) || !run_woken(i, deadline)) continue;
       ++steps;
       worked = true;
       if (clock_.now() >= deadline) break;
@@ -411,7 +425,7 @@ void Executive::run_minor_frame(TimeNs nominal) {
       run_work(i, end);
     } else if (due) {
       slot.pending = true;
-    } else if (slot.pending && may_run(i)) {
+    } else if (slot.pending && may_run(i) && !is_put_off(i)) {
       run_woken(i, end);
     }
   }

@@ -21,6 +21,13 @@
 
 namespace ilp {
 
+/// The stages whose words on an image the head waits for before it takes the next one, where several processes share a
+/// flight in virtual time (bsp/flight/held_camera.hpp).
+[[nodiscard]] constexpr bool others_wait_for(const Stage& stage) {
+  using enum RecordType;
+  return stage.runs_on == RunsOn::any && (stage.writes & mask_of(overlap, calibration, pose)) != 0;
+}
+
 class Executive final : public Health {
  public:
   /// `components` in the order of `stages`, which may be a part of the schedule; both outlive the executive.
@@ -40,6 +47,8 @@ class Executive final : public Health {
   }
   /// Other processes run the rest of the schedule. Call it before start().
   void share_flight() { shares_flight_ = true; }
+  /// While it is set, a stage that runs only when woken waits, unless others_wait_for() it. For virtual time only.
+  void put_off(bool late_work) { late_work_waits_ = late_work; }
   /// The components write through `steps`, which outlives the executive. Call it before start().
   void watch_commits(StepStore& steps) { steps_ = &steps; }
   /// `memory` never changes from start() on. If it does, only a new process restores it. Call it before start().
@@ -158,6 +167,11 @@ class Executive final : public Health {
   /// Runs a woken component if it fits, has waited for longest, or is the first of its frame.
   bool run_woken(std::size_t i, TimeNs deadline);
   [[nodiscard]] std::size_t longest_left_out() const;
+  [[nodiscard]] bool is_put_off(std::size_t i) const {
+    return late_work_waits_ && stages_[i].period == 0 && !others_wait_for(stages_[i]);
+  }
+  /// Steps the stages that others wait for as long as they have work that fits. Returns whether there was any.
+  bool run_awaited(TimeNs deadline, std::uint32_t& steps);
   void run_pending(TimeNs deadline);
   void end_frame(TimeNs nominal, TimeNs begin);
   /// This process has the camera and the links.
@@ -183,6 +197,7 @@ class Executive final : public Health {
   Guarded<MissionParameters> parameters_guard_;
   bool restart_wanted_ = false;
   bool shares_flight_ = false;
+  bool late_work_waits_ = false;
   std::size_t first_ = nobody;                  ///< has waited for longest to fit into a frame: it runs in this one
   bool woken_ran_ = false;                      ///< in this frame
   const MissionParameters* mission_ = nullptr;  ///< null in virtual time

@@ -14,6 +14,9 @@ class Link {
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
 
+  /// Comes before the transaction in which files are begun and ended: whatever takes long, and can be done before, is
+  /// done here.
+  virtual void prepare() {}
   /// A file becomes visible to the receiver only with end_file, as a whole. `not_ready` from any of the three: there is
   /// no contact, and the file must be begun again later. `transfer_queue_full` from begin_file: try again later.
   virtual Status begin_file(const char* name) = 0;

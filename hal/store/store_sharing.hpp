@@ -30,8 +30,11 @@ class StoreSharing {
   /// What any process has committed before this call outlasts a power cut when it is ok. Within a transaction too. Call
   /// it before telling anything that was read to somebody outside.
   virtual Status flush() = 0;
-  /// The same where nothing waits for it: ok too if the connection is lost or the store is busy, because a later call
-  /// makes up for it.
+  /// The same for what this process has committed itself. Outside a transaction. A store whose commits wait for the
+  /// disk themselves has nothing to do.
+  virtual Status flush_own() { return {}; }
+  /// As flush(), where nothing waits for it: ok too if the connection is lost or the store is busy, because a later
+  /// call makes up for it.
   Status flush_or_later() {
     const Status flushed = flush();
     return flushed.is(StatusCode::store_lost) || flushed.is(StatusCode::not_ready) ? Status{} : flushed;

@@ -58,6 +58,8 @@ class SqliteStore final : public Store {
   /// whose synchronisation failed (`behind_commit`) is one that was not synchronised: this reports the fault, and heals
   /// it outside a transaction.
   Status flush();
+  /// The same for what this connection has committed.
+  Status flush_own() { return unsynchronised_ ? flush() : Status{}; }
   void close();
 
   Status begin() override;

@@ -185,7 +185,7 @@ TEST_F(FlightStoreTest, SeveralProcessesShareADatabaseAndEachStageRunsInOne) {
   const auto node = make(), other = make();
   EXPECT_STATUS(node->join(path_.c_str(), mission_), not_found) << "no head has made it";
   const auto head = make();
-  ASSERT_OK(head->open_as_head(path_.c_str(), StoreTrouble::refuse, mission_));
+  ASSERT_OK(head->open_as_head(path_.c_str(), StoreTrouble::refuse, Synchronise::behind_commit, mission_));
   ASSERT_OK(head->claim(head_stages));
   ASSERT_OK(node->join(path_.c_str(), mission_));
   ASSERT_OK(node->claim(matcher));
@@ -217,7 +217,7 @@ TEST_F(FlightStoreTest, AFlightInOneProcessIsNotSharedAndASharedOneIsNotTaken) {
   ASSERT_OK(alone->open(path_.c_str(), StoreTrouble::refuse, mission_));
   EXPECT_STATUS(second->join(path_.c_str(), mission_), store_in_use);
   alone->close();
-  ASSERT_OK(alone->open_as_head(path_.c_str(), StoreTrouble::refuse, mission_));
+  ASSERT_OK(alone->open_as_head(path_.c_str(), StoreTrouble::refuse, Synchronise::behind_commit, mission_));
   EXPECT_STATUS(second->open(path_.c_str(), StoreTrouble::refuse, mission_), store_in_use);
   EXPECT_TRUE(std::filesystem::exists(path_ + "-guard"));
   alone->close();
@@ -230,7 +230,7 @@ TEST_F(FlightStoreTest, WhileOthersHaveItOpenADamagedDatabaseIsNotSetAside) {
   ASSERT_OK(node->join(path_.c_str(), mission_));
   overwrite(1, std::string(4096, 'x'));
   const auto head = make();
-  EXPECT_FALSE(head->open_as_head(path_.c_str(), StoreTrouble::fly_on, mission_).ok());
+  EXPECT_FALSE(head->open_as_head(path_.c_str(), StoreTrouble::fly_on, Synchronise::behind_commit, mission_).ok());
   EXPECT_TRUE(std::filesystem::exists(path_));
 }
 

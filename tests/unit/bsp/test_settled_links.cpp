@@ -11,7 +11,8 @@
 namespace ilp {
 namespace {
 
-/// Everything that happens, in its order: f for a synchronisation, e for the end of a file, p for a packet.
+/// Everything that happens, in its order: f for a synchronisation, o for one of what this process has committed, e for
+/// the end of a file, p for a packet.
 std::string happened;
 
 class Sharing final : public StoreSharing {
@@ -23,6 +24,10 @@ class Sharing final : public StoreSharing {
   Status flush() override {
     if (answer.ok()) happened += 'f';
     return answer;
+  }
+  Status flush_own() override {
+    happened += 'o';
+    return {};
   }
   void wait(std::int32_t) override {}
 
@@ -92,6 +97,19 @@ TEST_F(SettledLinks, EveryWayOfReadingCounts) {
   static_cast<void>(read_blob<FrameRecord>(shared_, "image", 1, 0, {&byte, 1}));
   ASSERT_OK(packet_link_.send({}));
   EXPECT_EQ(happened, "fpfpfpfp");
+}
+
+TEST_F(SettledLinks, WhatWasCommittedCountsToo) {
+  ASSERT_OK(shared_.begin());
+  ASSERT_OK(put(shared_, FrameRecord{}));
+  ASSERT_OK(shared_.commit());
+  ASSERT_OK(packet_link_.send({}));
+  EXPECT_EQ(happened, "fp");
+}
+
+TEST_F(SettledLinks, WhatTakesLongIsDoneBeforeTheTransaction) {
+  link_.prepare();
+  EXPECT_EQ(happened, "o");
 }
 
 TEST_F(SettledLinks, WhatCannotBeSynchronisedIsNotTold) {

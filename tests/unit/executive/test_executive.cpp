@@ -565,6 +565,39 @@ TEST_F(ExecutiveTest, APartOfTheScheduleKeepsTheNumbersOfTheWhole) {
   EXPECT_FALSE(get(store, 1, timing).ok()) << "that is the head's";
 }
 
+TEST_F(ExecutiveTest, WhatOtherProcessesWaitForGoesBeforeTheRest) {
+  stages[1].writes = mask_of(RecordType::pose);
+  stages[2].period = 0;
+  executive.share_flight();
+  start();
+  int left_of_b = 2, left_of_c = 3;
+  b.on_step = [&] { return StepResult{{}, --left_of_b > 0}; };
+  c.on_step = [&] {
+    if (left_of_c == 3) write<FrameRecord>(1);
+    return StepResult{{}, --left_of_c > 0};
+  };
+  write<OverlapRecord>(1);
+  executive.run_minor_frame();
+  EXPECT_EQ(diary, "acbbcc");
+}
+
+TEST_F(ExecutiveTest, WhatNobodyWaitsForCanBePutOff) {
+  stages[1].writes = mask_of(RecordType::pose);
+  stages[2].period = 0;
+  executive.share_flight();
+  start();
+  write<OverlapRecord>(1);
+  write<FrameRecord>(1);
+  executive.put_off(true);
+  run_frames(2);
+  EXPECT_EQ(diary, "aba");
+  EXPECT_FALSE(executive.idle()) << "its work is not done";
+  executive.put_off(false);
+  run_frames(1);
+  EXPECT_EQ(diary, "abaac");
+  EXPECT_TRUE(executive.idle());
+}
+
 TEST_F(ExecutiveTest, WhoFoundTheStoreFullTriesAgainWithoutBeingWoken) {
   start();
   write<OverlapRecord>(1);
