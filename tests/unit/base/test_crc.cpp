@@ -59,6 +59,23 @@ TEST(Crc, TheProcessorsInstructionsComputeTheSame) {
   }
 }
 
+// From 4080 bytes on the instructions sum three streams at once, which are joined.
+TEST(Crc, StreamsAreJoinedAtEveryLength) {
+  if (!may_have_crc32c_instructions()) GTEST_SKIP() << "this processor has no instructions for CRC-32C";
+  std::mt19937 random(7);
+  std::vector<std::uint8_t> bytes(20000);
+  for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
+  use_crc32c_instructions(true);
+  for (const std::size_t length : {4079, 4080, 4081, 4096, 8159, 8160, 8191, 12240, 19990}) {
+    for (const std::size_t begin : {0, 1, 10}) {
+      const auto piece = std::span<const std::uint8_t>(bytes).subspan(begin, length);
+      ASSERT_EQ(crc32c(piece), by_definition(piece, 0x82F63B78U)) << length << " bytes";
+      const std::size_t cut = length / 3;
+      ASSERT_EQ(crc32c(piece.subspan(cut), crc32c(piece.first(cut))), crc32c(piece));
+    }
+  }
+}
+
 TEST(Crc, TellsWhichBitHasFlipped) {
   std::vector<std::uint8_t> bytes(300);
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * i);
