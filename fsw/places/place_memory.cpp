@@ -552,14 +552,18 @@ Status PlaceMemory::mark_known_ground() {
   const bool masked = depth_.mask.bytes != 0 && depth_.mask.bytes <= mask_bytes_.size();
   bool done = false;
   if (masked) ILP_TRY(mark_next(done));
-  if (!done) phase_ = mask_loaded_ ? Phase::cut : Phase::record;
+  if (done) return {};
+  marked_ = 0;
+  phase_ = mask_loaded_ ? Phase::cut : Phase::record;
   return {};
 }
 
 /// Takes the ground that is known out of the mask.
 Status PlaceMemory::cut_mask() {
+  bool more = false;
+  known_before_ = take_known_slice(known_, sliver_px, border_px, image_.view(), marked_++, more);
+  if (more) return {};
   phase_ = Phase::record;
-  known_before_ = take_known(known_, sliver_px, border_px, image_.view());
   mask_changed_ = known_before_ != 0;
   if (!mask_changed_) return {};
   std::size_t bytes = 0;
