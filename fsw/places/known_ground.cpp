@@ -211,15 +211,22 @@ void mark_beside_known(std::int32_t length, std::int32_t reach, std::uint8_t fro
   for (std::int32_t i = length - 1; i >= 0; --i) forth(i, near);
 }
 
-/// New ground beside known ground that no square of new ground with sides of `side` px contains counts as known.
-void know_slivers(const ImageView<std::uint8_t>& mask, std::int32_t side) {
+// New ground beside known ground that no square of new ground with sides of `side` px contains counts as known: these
+// three in this order.
+void find_squares(const ImageView<std::uint8_t>& mask, std::int32_t side) {
   each_row(mask, [&](std::int32_t length, auto at) { mark_ends(length, side, is_new, ends_row, at); });
   each_column(mask, [&](std::int32_t length, auto at) { mark_ends(length, side, ends_row, ends_square, at); });
+}
+
+void find_thin_ground(const ImageView<std::uint8_t>& mask, std::int32_t side) {
   each_column(mask, [&](std::int32_t length, auto at) { mark_back(length, side, ends_square, in_column, at); });
   each_row(mask, [&](std::int32_t length, auto at) { mark_back(length, side, in_column, in_square, at); });
   for (std::size_t i = 0; i < mask.area(); ++i) {
     if ((mask.data[i] & is_new) != 0) mask.data[i] = (mask.data[i] & in_square) != 0 ? is_new : is_thin;
   }
+}
+
+void know_slivers(const ImageView<std::uint8_t>& mask, std::int32_t side) {
   each_row(mask, [&](std::int32_t length, auto at) { mark_beside_known(length, side, is_thin, is_sliver, at); });
   each_column(mask, [&](std::int32_t length, auto at) { mark_beside_known(length, side, is_thin, is_sliver, at); });
   for (std::size_t i = 0; i < mask.area(); ++i) {
@@ -284,15 +291,32 @@ void mark_known_over_plane(MaskView mask, const Mat3& other_from_keyframe, const
   }
 }
 
-std::uint32_t take_known(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
-                         const ImageView<std::uint8_t>& mask) {
-  if (!classify(known, mask)) {
-    for (std::size_t i = 0; i < mask.area(); ++i) mask.data[i] = mask.data[i] == outside ? 0 : 255;
-    return 0;
+std::uint32_t take_known_slice(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
+                               const ImageView<std::uint8_t>& mask, std::size_t part, bool& more) {
+  more = true;
+  switch (part) {
+    case 0:
+      more = classify(known, mask);
+      if (more) return 0;
+      for (std::size_t i = 0; i < mask.area(); ++i) mask.data[i] = mask.data[i] == outside ? 0 : 255;
+      return 0;
+    case 1:
+      find_squares(mask, sliver_px);
+      return 0;
+    case 2:
+      find_thin_ground(mask, sliver_px);
+      return 0;
+    case 3:
+      know_slivers(mask, sliver_px);
+      return 0;
+    case 4:
+      each_row(mask, [&](std::int32_t length, auto at) { mark_border(length, border_px, at); });
+      each_column(mask, [&](std::int32_t length, auto at) { mark_border(length, border_px, at); });
+      return 0;
+    default:
+      break;
   }
-  know_slivers(mask, sliver_px);
-  each_row(mask, [&](std::int32_t length, auto at) { mark_border(length, border_px, at); });
-  each_column(mask, [&](std::int32_t length, auto at) { mark_border(length, border_px, at); });
+  more = false;
   std::uint32_t taken = 0;
   std::uint32_t left = 0;
   for (std::size_t i = 0; i < mask.area(); ++i) {
@@ -304,6 +328,14 @@ std::uint32_t take_known(const KnownGround& known, std::int32_t sliver_px, std::
   if (left >= smallest_rest) return taken;
   std::fill_n(mask.data, mask.area(), std::uint8_t{0});
   return taken + left;
+}
+
+std::uint32_t take_known(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
+                         const ImageView<std::uint8_t>& mask) {
+  std::uint32_t taken = 0;
+  bool more = true;
+  for (std::size_t part = 0; more; ++part) taken = take_known_slice(known, sliver_px, border_px, mask, part, more);
+  return taken;
 }
 
 }  // namespace ilp

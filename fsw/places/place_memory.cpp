@@ -240,27 +240,6 @@ Status PlaceMemory::search() {
   return {};
 }
 
-/// Features outside the image, or depths that are none, are not what was written.
-Status PlaceMemory::load_features(const PlaceRecord& place, bool& sound) {
-  sound = false;
-  const std::size_t count = std::min<std::size_t>(place.features.bytes / bytes_per_feature, older_.capacity());
-  if (count == 0) return {};
-  static_cast<void>(older_.resize(count));
-  Status read = read_blob<PlaceRecord>(store_, "features", place.id, 0, writable_octets(older_.data(), count));
-  if (read.ok()) {
-    read = read_blob<PlaceRecord>(store_, "features", place.id, count * sizeof(PlaceFeature),
-                                  writable_octets(older_depths_.data(), count));
-  }
-  if (!read.ok()) return is_transient(read) ? read : Status{};
-  const auto inside = [](float px, std::int32_t side) { return px >= 0 && px < static_cast<float>(side); };
-  sound = true;
-  for (std::size_t i = 0; i < count; ++i) {
-    sound = sound && inside(older_[i].x, camera_.width) && inside(older_[i].y, camera_.height) &&
-            older_depths_[i] >= 0 && std::isfinite(older_depths_[i]);
-  }
-  return {};
-}
-
 /// One candidate.
 Status PlaceMemory::compare() {
   const RememberedPlace& place = table_.at(candidates_[compared_++]);
@@ -552,14 +531,18 @@ Status PlaceMemory::mark_known_ground() {
   const bool masked = depth_.mask.bytes != 0 && depth_.mask.bytes <= mask_bytes_.size();
   bool done = false;
   if (masked) ILP_TRY(mark_next(done));
-  if (!done) phase_ = mask_loaded_ ? Phase::cut : Phase::record;
+  if (done) return {};
+  marked_ = 0;
+  phase_ = mask_loaded_ ? Phase::cut : Phase::record;
   return {};
 }
 
 /// Takes the ground that is known out of the mask.
 Status PlaceMemory::cut_mask() {
+  bool more = false;
+  known_before_ = take_known_slice(known_, sliver_px, border_px, image_.view(), marked_++, more);
+  if (more) return {};
   phase_ = Phase::record;
-  known_before_ = take_known(known_, sliver_px, border_px, image_.view());
   mask_changed_ = known_before_ != 0;
   if (!mask_changed_) return {};
   std::size_t bytes = 0;

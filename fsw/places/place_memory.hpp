@@ -122,7 +122,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   std::array<LinkPoints, static_cast<std::size_t>(limits::max_links_per_keyframe)> link_points_{};  ///< of each link
   Status drift_;
   std::uint32_t known_before_ = 0;  ///< pixels that leave the mask
-  std::size_t marked_ = 0;          ///< slices that have marked known ground
+  std::size_t marked_ = 0;          ///< slices that have marked known ground, then those that have cut it out
   bool mask_loaded_ = false;        ///< the image holds the mask
   bool mask_changed_ = false;
   SeenCells seen_, other_seen_;

@@ -1,5 +1,6 @@
-// What the memory of places reads after a start, and what it forgets.
+// What the memory of places reads of its records, after a start or to compare, and what it forgets.
 #include <algorithm>
+#include <cmath>
 
 #include "fsw/places/place_blobs.hpp"
 #include "fsw/places/place_memory.hpp"
@@ -115,6 +116,27 @@ Status PlaceMemory::forget_one(bool& forgotten) {
   table_.remove(slot);
   static_cast<void>(index_.remove(slot));
   forgotten = true;
+  return {};
+}
+
+/// Features outside the image, or depths that are none, are not what was written.
+Status PlaceMemory::load_features(const PlaceRecord& place, bool& sound) {
+  sound = false;
+  const std::size_t count = std::min<std::size_t>(place.features.bytes / bytes_per_feature, older_.capacity());
+  if (count == 0) return {};
+  static_cast<void>(older_.resize(count));
+  Status read = read_blob<PlaceRecord>(store_, "features", place.id, 0, writable_octets(older_.data(), count));
+  if (read.ok()) {
+    read = read_blob<PlaceRecord>(store_, "features", place.id, count * sizeof(PlaceFeature),
+                                  writable_octets(older_depths_.data(), count));
+  }
+  if (!read.ok()) return is_transient(read) ? read : Status{};
+  const auto inside = [](float px, std::int32_t side) { return px >= 0 && px < static_cast<float>(side); };
+  sound = true;
+  for (std::size_t i = 0; i < count; ++i) {
+    sound = sound && inside(older_[i].x, camera_.width) && inside(older_[i].y, camera_.height) &&
+            older_depths_[i] >= 0 && std::isfinite(older_depths_[i]);
+  }
   return {};
 }
 
