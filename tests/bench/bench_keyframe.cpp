@@ -86,6 +86,7 @@ constexpr const char* stage_names[stages] = {"detect_ms",    "match_ms",        
 Stage stage_of(SequencePhase phase) {
   switch (phase) {
     case SequencePhase::relate:
+    case SequencePhase::relating:
     case SequencePhase::rank:
     case SequencePhase::begin:
     case SequencePhase::decide:
@@ -97,6 +98,8 @@ Stage stage_of(SequencePhase phase) {
       return triangulation;
     case SequencePhase::adjust:
     case SequencePhase::readjust:
+    case SequencePhase::state_errors:
+    case SequencePhase::restate_errors:
       return bundle;
     case SequencePhase::idle:
     case SequencePhase::prune:
