@@ -103,6 +103,11 @@ class ConfirmingLink final : public Link {
   std::string open_;
 };
 
+/// By phase of the dense matcher, the part of the work that it belongs to.
+constexpr std::array<const char*, 16> matcher_parts = {"idle",   "idle",   "resample", "match",  "depth",  "depth",
+                                                       "errors", "mask",   "mask",     "record", "record", "record",
+                                                       "record", "record", "record",   "record"};
+
 /// Stands in the executive's table for a component and takes the time of its steps.
 class TimedComponent final : public Component {
  public:
@@ -114,7 +119,7 @@ class TimedComponent final : public Component {
     const std::size_t phase = phase_now();
     const double begun = processor_ms();
     const StepResult result = component_.step();
-    by_phase[phase] += processor_ms() - begun;
+    by_phase.at(phase) += processor_ms() - begun;
     return result;
   }
   [[nodiscard]] LastingMemory lasting() const override { return component_.lasting(); }
@@ -124,7 +129,7 @@ class TimedComponent final : public Component {
     return sum;
   }
 
-  std::array<double, 7> by_phase{};
+  std::array<double, matcher_parts.size()> by_phase{};
 
  private:
   [[nodiscard]] std::size_t phase_now() const {
@@ -137,8 +142,6 @@ class TimedComponent final : public Component {
   ComponentId id_;
 };
 
-constexpr const char* matcher_phases[] = {"idle", "resample", "match", "depth", "errors", "mask", "record"};
-
 using Timed = std::vector<std::unique_ptr<TimedComponent>>;
 
 std::vector<PartTime> part_times(const Timed& timed, double all_ms, int keyframes) {
@@ -149,9 +152,11 @@ std::vector<PartTime> part_times(const Timed& timed, double all_ms, int keyframe
     rest -= component.total_ms();
     parts.push_back({stage.name, component.total_ms() / keyframes});
     if (stage.component != ComponentId::dense_matcher) continue;
-    for (std::size_t phase = 0; phase < component.by_phase.size(); ++phase) {
-      parts.push_back({std::string(stage.name) + "/" + matcher_phases[phase], component.by_phase[phase] / keyframes});
+    std::map<std::string, double> by_part;
+    for (std::size_t phase = 0; phase < matcher_parts.size(); ++phase) {
+      by_part[matcher_parts[phase]] += component.by_phase[phase] / keyframes;
     }
+    for (const auto& [part, ms] : by_part) parts.push_back({std::string(stage.name) + "/" + part, ms});
   }
   parts.push_back({"executive", rest / keyframes});
   return parts;

@@ -34,7 +34,8 @@ struct ChainTimes {
 [[nodiscard]] double median(std::vector<double> values);
 
 /// Flies frames of the default scenario with a store and a link in memory. Parts are the components by their names in
-/// the schedule, the phases of the dense matcher ("dense_matcher/idle", "/resample", "/match", "/depth", "/errors",
+/// the schedule, the parts of the work of the dense matcher ("dense_matcher/idle", "/resample", "/match", "/depth",
+/// "/errors",
 /// "/mask", "/record") and "executive", which is what remains.
 /// `settings` change the scenario.
 [[nodiscard]] ChainTimes fly_chain(int frames, Reference& reference, std::vector<world::ScenarioEntry> settings = {});
