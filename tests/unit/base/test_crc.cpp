@@ -19,6 +19,20 @@ std::uint32_t by_definition(std::span<const std::uint8_t> bytes, std::uint32_t p
   return ~value;
 }
 
+/// CRC-32C of the piece, at once and in two parts.
+void expect_defined(std::span<const std::uint8_t> piece) {
+  ASSERT_EQ(crc32c(piece), by_definition(piece, 0x82F63B78U)) << piece.size() << " bytes";
+  const std::size_t cut = piece.size() * 3 / 7;
+  ASSERT_EQ(crc32c(piece.subspan(cut), crc32c(piece.first(cut))), crc32c(piece)) << piece.size() << " bytes";
+}
+
+std::vector<std::uint8_t> random_bytes(std::size_t count) {
+  std::mt19937 random(5);
+  std::vector<std::uint8_t> bytes(count);
+  for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
+  return bytes;
+}
+
 TEST(Crc, HasThePublishedCheckValues) {
   const std::vector<std::uint8_t> digits = {'1', '2', '3', '4', '5', '6', '7', '8', '9'};
   EXPECT_EQ(crc32(digits), 0xCBF43926U);
@@ -27,9 +41,7 @@ TEST(Crc, HasThePublishedCheckValues) {
 }
 
 TEST(Crc, IsWhatTheDefinitionSaysForEveryLengthAndPlaceAndContinues) {
-  std::mt19937 random(5);
-  std::vector<std::uint8_t> bytes(100);
-  for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
+  const std::vector<std::uint8_t> bytes = random_bytes(100);
   for (std::size_t begin = 0; begin < 9; ++begin) {
     for (std::size_t length = 0; begin + length <= bytes.size(); ++length) {
       const auto piece = std::span<const std::uint8_t>(bytes).subspan(begin, length);
@@ -43,17 +55,13 @@ TEST(Crc, IsWhatTheDefinitionSaysForEveryLengthAndPlaceAndContinues) {
 
 TEST(Crc, TheProcessorsInstructionsComputeTheSame) {
   if (!may_have_crc32c_instructions()) GTEST_SKIP() << "this processor has none";
-  std::mt19937 random(6);
-  std::vector<std::uint8_t> bytes(100);
-  for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
+  const std::vector<std::uint8_t> bytes = random_bytes(100);
   for (const bool use : {false, true}) {
+    SCOPED_TRACE(use ? "by instructions" : "by tables");
     use_crc32c_instructions(use);
     for (std::size_t begin = 0; begin < 9; ++begin) {
       for (std::size_t length = 0; begin + length <= bytes.size(); ++length) {
-        const auto piece = std::span<const std::uint8_t>(bytes).subspan(begin, length);
-        ASSERT_EQ(crc32c(piece), by_definition(piece, 0x82F63B78U)) << (use ? "by instructions" : "by tables");
-        const std::size_t cut = length * 3 / 7;
-        ASSERT_EQ(crc32c(piece.subspan(cut), crc32c(piece.first(cut))), crc32c(piece));
+        ASSERT_NO_FATAL_FAILURE(expect_defined(std::span(bytes).subspan(begin, length)));
       }
     }
   }
@@ -62,16 +70,11 @@ TEST(Crc, TheProcessorsInstructionsComputeTheSame) {
 // From 4080 bytes on the instructions sum three streams at once, which are joined.
 TEST(Crc, StreamsAreJoinedAtEveryLength) {
   if (!may_have_crc32c_instructions()) GTEST_SKIP() << "this processor has no instructions for CRC-32C";
-  std::mt19937 random(7);
-  std::vector<std::uint8_t> bytes(20000);
-  for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
+  const std::vector<std::uint8_t> bytes = random_bytes(20000);
   use_crc32c_instructions(true);
   for (const std::size_t length : {4079, 4080, 4081, 4096, 8159, 8160, 8191, 12240, 19990}) {
     for (const std::size_t begin : {0, 1, 10}) {
-      const auto piece = std::span<const std::uint8_t>(bytes).subspan(begin, length);
-      ASSERT_EQ(crc32c(piece), by_definition(piece, 0x82F63B78U)) << length << " bytes";
-      const std::size_t cut = length / 3;
-      ASSERT_EQ(crc32c(piece.subspan(cut), crc32c(piece.first(cut))), crc32c(piece));
+      ASSERT_NO_FATAL_FAILURE(expect_defined(std::span(bytes).subspan(begin, length)));
     }
   }
 }
