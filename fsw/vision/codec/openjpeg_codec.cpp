@@ -27,8 +27,8 @@ extern "C" double __wrap_opj_dwt_getnorm(std::uint32_t level, std::uint32_t orie
 
 // OpenJPEG finds the passes of a layer by 128 halvings of the interval from the least to the greatest slope, and puts
 // all packets together at each of them, which takes longer than coding. After 64 halvings the interval is 2^-64 of the
-// greatest slope, and no slope of a pass lies in it any more: from then on the answer is "too long", which keeps the
-// last threshold that was not.
+// greatest slope. From then on the answer is "too long": the last threshold that was short enough stays, and a layer
+// lacks at worst the passes whose slopes lie in that interval.
 extern "C" int __real_opj_t2_encode_packets(void* encoder, std::uint32_t tile_number, void* tile, std::uint32_t layers,
                                             std::uint8_t* bytes, std::uint32_t* written, std::uint32_t room,
                                             void* index, void* markers, std::uint32_t part, std::int32_t part_position,
