@@ -97,6 +97,8 @@ std::string sent_but_lost(const SpreadFlight& flight) {
   const auto copy = flight.folder() / "copy";
   std::filesystem::create_directories(copy);
   for (const char* suffix : {"", "-wal", "-sync"}) {
+    // A database whose last process has closed it has neither a log nor a mark.
+    if (!std::filesystem::exists(flight.store() + suffix)) continue;
     std::filesystem::copy_file(flight.store() + suffix, (copy / "flight.db").string() + suffix,
                                std::filesystem::copy_options::overwrite_existing);
   }
@@ -117,6 +119,15 @@ std::string sent_but_lost(const SpreadFlight& flight) {
   return lost;
 }
 
+std::size_t files_sent(const SpreadFlight& flight) {
+  std::size_t files = 0;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(flight.folder() / "outbox", error)) {
+    if (entry.path().extension() != ".part") ++files;
+  }
+  return files;
+}
+
 TEST(SpreadFlight, AfterPowerCutsTheProcessesMakeTheSameAndWhatWasSentIsThere) {
   if (SpreadFlight::on_server()) GTEST_SKIP() << "the log is that of a database file";
   std::mt19937_64 random(6);
@@ -124,22 +135,28 @@ TEST(SpreadFlight, AfterPowerCutsTheProcessesMakeTheSameAndWhatWasSentIsThere) {
   for (int round = 0; round < 2; ++round) {
     SpreadFlight flight(three);
     flight.start_all();
-    for (int waited = 0; !flight.keep_up(); waited += 50) {
-      ASSERT_LT(waited, 120'000) << "no end; the head says: " << flight.output(0);
-      sleep_ms(50);
-      // Before the first product there is nothing to lose.
-      const bool begun = !test::files_of(flight.folder() / "outbox", {"product-", "records-"}).empty();
-      if (!begun || random() % 6 != 0 || cuts >= 8 * (round + 1)) continue;
+    // The power is cut by what was sent, not by the clock: a machine of any speed gets the same number of cuts. Before
+    // the first product there is nothing to lose.
+    std::size_t next_cut = 1;
+    for (int waited = 0; !flight.keep_up(); waited += 2) {
+      ASSERT_LT(waited, 60'000) << "no end; the head says: " << flight.output(0);
+      sleep_ms(2);
+      const std::size_t sent = files_sent(flight);
+      if (sent < next_cut || cuts >= 5 * (round + 1)) continue;
+      sleep_ms(static_cast<int>(random() % 8));
       for (std::size_t process = 0; process < three.size(); ++process) {
         if (flight.runs(process)) flight.kill(process);
       }
       cut_power(flight.store());
       ++cuts;
+      next_cut = sent + 1 + random() % 2;
       EXPECT_EQ(sent_but_lost(flight), "");
+      // Processes that had ended in order are started too: the database may have lost the end of the flight.
+      flight.start_all();
     }
     EXPECT_EQ(flight.digest(), test::digest_of_one_process());
   }
-  EXPECT_GT(cuts, 3);
+  EXPECT_GE(cuts, 3);
 }
 
 TEST(SpreadFlight, AProcessThatHangsForAWhileLosesNothing) {
