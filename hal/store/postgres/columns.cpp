@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "hal/store/checksums.hpp"
-#include "hal/store/postgres/sql_text.hpp"
+#include "hal/store/sql_columns.hpp"
 
 namespace ilp::postgres {
 namespace {

@@ -3,6 +3,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/records/records.hpp"
 #include "hal/store/record_bytes.hpp"
+#include "hal/store/sql_columns.hpp"
 
 namespace ilp::postgres {
 namespace {
@@ -22,38 +23,8 @@ const char* sql_type(FieldType type) {
   }
 }
 
-/// Calls visit(field, column, number). Names are quoted because some are words of SQL.
-template <typename Visit>
-void for_each_column(const RecordInfo& info, Visit visit) {
-  std::int64_t number = 0;
-  for (std::size_t f = 0; f < info.field_count; ++f) {
-    const FieldInfo& field = info.fields[f];
-    for (std::uint16_t i = 0; i < column_count(field); ++i) {
-      FixedText<96> column;
-      column.add('"').add(field.name);
-      if (field.type == FieldType::blob) column.add("_bytes");
-      if (column_count(field) > 1) column.add('_').add(std::int64_t{i});
-      visit(field, column.add('"').c_str(), number++);
-    }
-  }
-}
-
-// The checksum of the whole row. It is no field of the record.
-constexpr const char* checksum_column = "\"record_checksum\"";
-
-void add_columns(const RecordInfo& info, SqlText& sql) {
-  for_each_column(info, [&](const FieldInfo&, const char* column, std::int64_t) { sql.add(column).add(','); });
-  sql.add(checksum_column);
-}
-
 void add_table(const RecordInfo& info, SqlText& sql) {
   sql.add('"').add(info.name).add('"');
-}
-
-void add_blob_table(const RecordInfo& info, const FieldInfo& field, SqlText& sql) {
-  FixedText<96> name;
-  blob_table_name(info, field, name);
-  sql.add('"').add(name.c_str()).add('"');
 }
 
 void insert_or_update(const RecordInfo& info, SqlText& sql) {
@@ -67,11 +38,8 @@ void insert_or_update(const RecordInfo& info, SqlText& sql) {
     sql.add('$').add(number + 1).add(',');
     columns = number + 1;
   });
-  sql.add('$').add(columns + 1).add(") ON CONFLICT(id) DO UPDATE SET ");
-  for_each_column(info, [&](const FieldInfo&, const char* column, std::int64_t number) {
-    if (number != 0) sql.add(column).add("=excluded.").add(column).add(',');
-  });
-  sql.add(checksum_column).add("=excluded.").add(checksum_column);
+  sql.add('$').add(columns + 1).add(')');
+  add_replacement(info, sql);
 }
 
 void select(const RecordInfo& info, const char* where, SqlText& sql) {
@@ -103,19 +71,8 @@ void fill_blob(const RecordInfo& info, const FieldInfo& field, SqlText& sql) {
 
 }  // namespace
 
-void blob_table_name(const RecordInfo& info, const FieldInfo& field, FixedText<96>& name) {
-  name.add(info.name).add('_').add(field.name);
-}
-
 void create_table(const RecordInfo& info, SqlText& sql) {
-  sql.add("CREATE TABLE ");
-  add_table(info, sql);
-  sql.add('(');
-  for_each_column(info, [&](const FieldInfo& field, const char* column, std::int64_t number) {
-    if (number != 0) sql.add(", ");
-    sql.add(column).add(' ').add(sql_type(field.type)).add(number == 0 ? " PRIMARY KEY" : "");
-  });
-  sql.add(", ").add(checksum_column).add(" bigint)");
+  add_table_definition(info, sql_type, sql);
 }
 
 void create_blob_table(const RecordInfo& info, const FieldInfo& field, SqlText& sql) {

@@ -30,13 +30,11 @@ enum class BlobVerb : std::uint8_t {
   end
 };
 
-/// Makes a column per array element (`name_0`, ...), followed by `record_checksum`. A blob field becomes the column
-/// `name_bytes` and a table of its own, `record_name(id, bytes, checksums, data)`. `checksums` is a sequence of u32,
-/// one for each chunk of `data`. Both are empty for a blob of zeros.
+/// hal/store/sql_columns.hpp has the columns. The table of a blob is `record_name(id, bytes, checksums, data)`;
+/// `checksums` is a sequence of u32, one for each chunk of `data`. Both are empty for a blob of zeros.
 void create_table(const RecordInfo& info, SqlText& sql);
 void create_blob_table(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
 void keep_blob_external(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
-void blob_table_name(const RecordInfo& info, const FieldInfo& field, FixedText<96>& name);
 
 void row_statement(RowVerb verb, const RecordInfo& info, SqlText& sql);
 /// `field` is the blob.
@@ -55,9 +53,5 @@ void used_bytes(SqlText& sql);
 
 /// A number that changes with any field of any table.
 [[nodiscard]] std::int64_t schema_fingerprint();
-
-[[nodiscard]] inline std::uint16_t column_count(const FieldInfo& field) {
-  return field.type == FieldType::text ? std::uint16_t{1} : field.count;
-}
 
 }  // namespace ilp::postgres

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "hal/store/checksums.hpp"
-#include "hal/store/sqlite/sql_text.hpp"
+#include "hal/store/sql_columns.hpp"
 
 namespace ilp {
 namespace {

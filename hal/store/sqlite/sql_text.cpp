@@ -1,10 +1,8 @@
 #include "hal/store/sqlite/sql_text.hpp"
 
-#include <cstring>
-#include <span>
-
 #include "fsw/base/crc.hpp"
 #include "fsw/records/records.hpp"
+#include "hal/store/sql_columns.hpp"
 
 namespace ilp {
 namespace {
@@ -21,48 +19,10 @@ const char* sql_type(FieldType type) {
   }
 }
 
-/// Calls visit(field, column, first). Names are quoted because some are words of SQL.
-template <typename Visit>
-void for_each_column(const RecordInfo& info, Visit visit) {
-  for (std::size_t f = 0; f < info.field_count; ++f) {
-    const FieldInfo& field = info.fields[f];
-    for (std::uint16_t i = 0; i < column_count(field); ++i) {
-      FixedText<96> column;
-      column.add('"').add(field.name);
-      if (field.type == FieldType::blob) column.add("_bytes");
-      if (column_count(field) > 1) column.add('_').add(std::int64_t{i});
-      visit(field, column.add('"').c_str(), f == 0);
-    }
-  }
-}
-
-// The checksum of the whole row. It is no field of the record.
-constexpr const char* checksum_column = "\"record_checksum\"";
-
-void add_columns(const RecordInfo& info, SqlText& sql) {
-  for_each_column(info, [&](const FieldInfo&, const char* column, bool) { sql.add(column).add(','); });
-  sql.add(checksum_column);
-}
-
-void add_blob_table(const RecordInfo& info, const FieldInfo& field, SqlText& sql) {
-  FixedText<96> name;
-  blob_table_name(info, field.name, name);
-  sql.add('"').add(name.c_str()).add('"');
-}
-
 }  // namespace
 
-void blob_table_name(const RecordInfo& info, const char* field, FixedText<96>& name) {
-  name.add(info.name).add('_').add(field);
-}
-
 void create_table(const RecordInfo& info, SqlText& sql) {
-  sql.add("CREATE TABLE \"").add(info.name).add("\"(");
-  for_each_column(info, [&](const FieldInfo& field, const char* column, bool first) {
-    if (!first) sql.add(", ");
-    sql.add(column).add(' ').add(sql_type(field.type)).add(first ? " PRIMARY KEY" : "");
-  });
-  sql.add(", ").add(checksum_column).add(" INTEGER)");
+  add_table_definition(info, sql_type, sql);
 }
 
 void create_blob_table(const RecordInfo& info, const FieldInfo& field, SqlText& sql) {
@@ -93,12 +53,9 @@ void insert_or_update(const RecordInfo& info, SqlText& sql) {
   sql.add("INSERT INTO \"").add(info.name).add("\"(");
   add_columns(info, sql);
   sql.add(") VALUES(");
-  for_each_column(info, [&](const FieldInfo&, const char*, bool) { sql.add("?,"); });
-  sql.add("?) ON CONFLICT(id) DO UPDATE SET ");
-  for_each_column(info, [&](const FieldInfo&, const char* column, bool first) {
-    if (!first) sql.add(column).add("=excluded.").add(column).add(',');
-  });
-  sql.add(checksum_column).add("=excluded.").add(checksum_column);
+  for_each_column(info, [&](const FieldInfo&, const char*, std::int64_t) { sql.add("?,"); });
+  sql.add("?)");
+  add_replacement(info, sql);
 }
 
 void select(const RecordInfo& info, const char* where, SqlText& sql) {

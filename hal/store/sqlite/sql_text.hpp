@@ -10,9 +10,8 @@ namespace ilp {
 
 using SqlText = FixedText<6144>;
 
-/// Makes a column per array element (`name_0`, ...), followed by `record_checksum`. A blob field becomes the column
-/// `name_bytes` and a table of its own, `record_name(id, checksums, data)`, so that changing a record never rewrites
-/// its blob. `checksums` is a sequence of u32, one for each chunk of `data`.
+/// hal/store/sql_columns.hpp has the columns. The table of a blob is `record_name(id, checksums, data)`; `checksums` is
+/// a sequence of u32, one for each chunk of `data`.
 void create_table(const RecordInfo& info, SqlText& sql);
 void create_blob_table(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
 /// Parameters: id, bytes of the checksums, bytes of the data.
@@ -22,13 +21,8 @@ void delete_blob(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
 void insert_or_update(const RecordInfo& info, SqlText& sql);
 /// Selects all columns, with `where` appended.
 void select(const RecordInfo& info, const char* where, SqlText& sql);
-void blob_table_name(const RecordInfo& info, const char* field, FixedText<96>& name);
 
 /// A number that changes with any field of any table.
 [[nodiscard]] std::int32_t schema_fingerprint();
-
-[[nodiscard]] inline std::uint16_t column_count(const FieldInfo& field) {
-  return field.type == FieldType::text ? std::uint16_t{1} : field.count;
-}
 
 }  // namespace ilp

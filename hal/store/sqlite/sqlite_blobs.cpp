@@ -7,6 +7,7 @@
 
 #include "fsw/base/little_endian.hpp"
 #include "hal/store/checksums.hpp"
+#include "hal/store/sql_columns.hpp"
 #include "hal/store/sqlite/sql_text.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
 

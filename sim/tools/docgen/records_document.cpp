@@ -3,6 +3,7 @@
 #include "cfg/schedule.hpp"
 #include "fsw/records/records.hpp"
 #include "fsw/records/serial.hpp"
+#include "hal/store/sql_columns.hpp"
 #include "hal/store/sqlite/sql_text.hpp"
 #include "sim/tools/docgen/markdown.hpp"
 

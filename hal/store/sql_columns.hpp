@@ -1,0 +1,76 @@
+// What the SQL texts of every database have in common: the names of tables and columns of a record.
+//
+// A record has a column per array element (`name_0`, ...), followed by `record_checksum`. A blob field becomes the
+// column `name_bytes` and a table of its own, `record_name`, so that changing a record never rewrites its blob.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "fsw/base/text.hpp"
+#include "fsw/records/field.hpp"
+
+namespace ilp {
+
+/// The checksum of the whole row. It is no field of the record.
+inline constexpr const char* checksum_column = "\"record_checksum\"";
+
+[[nodiscard]] inline std::uint16_t column_count(const FieldInfo& field) {
+  return field.type == FieldType::text ? std::uint16_t{1} : field.count;
+}
+
+/// Calls visit(field, column, number), from number 0. Names are quoted because some are words of SQL.
+template <typename Visit>
+void for_each_column(const RecordInfo& info, Visit visit) {
+  std::int64_t number = 0;
+  for (std::size_t f = 0; f < info.field_count; ++f) {
+    const FieldInfo& field = info.fields[f];
+    for (std::uint16_t i = 0; i < column_count(field); ++i) {
+      FixedText<96> column;
+      column.add('"').add(field.name);
+      if (field.type == FieldType::blob) column.add("_bytes");
+      if (column_count(field) > 1) column.add('_').add(std::int64_t{i});
+      visit(field, column.add('"').c_str(), number++);
+    }
+  }
+}
+
+template <std::size_t capacity>
+void add_columns(const RecordInfo& info, FixedText<capacity>& sql) {
+  for_each_column(info, [&](const FieldInfo&, const char* column, std::int64_t) { sql.add(column).add(','); });
+  sql.add(checksum_column);
+}
+
+/// What follows the values of a new row, so that they replace those of a row with the same id.
+template <std::size_t capacity>
+void add_replacement(const RecordInfo& info, FixedText<capacity>& sql) {
+  sql.add(" ON CONFLICT(id) DO UPDATE SET ");
+  for_each_column(info, [&](const FieldInfo&, const char* column, std::int64_t number) {
+    if (number != 0) sql.add(column).add("=excluded.").add(column).add(',');
+  });
+  sql.add(checksum_column).add("=excluded.").add(checksum_column);
+}
+
+/// `type` gives the database's word for a type of field.
+template <std::size_t capacity>
+void add_table_definition(const RecordInfo& info, const char* (*type)(FieldType), FixedText<capacity>& sql) {
+  sql.add("CREATE TABLE \"").add(info.name).add("\"(");
+  for_each_column(info, [&](const FieldInfo& field, const char* column, std::int64_t number) {
+    if (number != 0) sql.add(", ");
+    sql.add(column).add(' ').add(type(field.type)).add(number == 0 ? " PRIMARY KEY" : "");
+  });
+  sql.add(", ").add(checksum_column).add(' ').add(type(FieldType::u32)).add(')');
+}
+
+inline void blob_table_name(const RecordInfo& info, const char* field, FixedText<96>& name) {
+  name.add(info.name).add('_').add(field);
+}
+
+template <std::size_t capacity>
+void add_blob_table(const RecordInfo& info, const FieldInfo& field, FixedText<capacity>& sql) {
+  FixedText<96> name;
+  blob_table_name(info, field.name, name);
+  sql.add('"').add(name.c_str()).add('"');
+}
+
+}  // namespace ilp
