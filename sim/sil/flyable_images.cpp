@@ -8,6 +8,7 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "cfg/limits.hpp"
 #include "sim/host/image_io.hpp"
@@ -48,10 +49,13 @@ std::vector<Facts> facts_of(const std::vector<host::StripFrame>& strip) {
   return all;
 }
 
+/// The camera tells PNG and PGM by their first bytes, whatever the file's name.
 bool is_read_by_the_camera(const fs::path& file) {
-  std::string ending = file.extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return ending == ".png" || ending == ".pgm";
+  std::ifstream in(file, std::ios::binary);
+  char begin[2] = {};
+  in.read(begin, sizeof(begin));
+  const std::string_view bytes(begin, sizeof(begin));
+  return in.good() && (bytes == "P5" || bytes == "\x89P");
 }
 
 bool has_blank(const fs::path& file) {

@@ -101,6 +101,16 @@ TEST_F(FlyableImagesTest, ImagesThatFlyAsTheyAreStayWhereTheyAre) {
   EXPECT_EQ(messages_.str(), "");
 }
 
+TEST_F(FlyableImagesTest, TheContentTellsTheFormatWhateverTheName) {
+  const fs::path png = folder_ / "video-000012", pgm = folder_ / "b.jpg";
+  host::write_png(png, host::Raster<std::uint8_t>(80, 64, 90).view());
+  host::write_pgm(pgm, host::Raster<std::uint8_t>(80, 64, 90).view());
+  const FlyableImages flyable = make({png, pgm});
+  EXPECT_EQ(flyable.frames[0].file, png) << "a frame keeps the name that its camera gave it";
+  EXPECT_EQ(flyable.frames[1].file, pgm);
+  EXPECT_EQ(messages_.str(), "");
+}
+
 TEST_F(FlyableImagesTest, SixteenBitsAreScaledByTheRangeOfTheStripAndNotCut) {
   std::vector<std::uint16_t> dark(80 * 64, 1000), light(80 * 64, 3000);
   dark[5] = 65535;  // a hot pixel
