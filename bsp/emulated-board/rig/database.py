@@ -11,10 +11,11 @@ STATUSES = os.path.join(images.ROOT, "fsw/base/status_list.inc")
 RESULTS = ("camera", "strip", "keyframe", "overlap", "pose", "depth", "richness", "product", "calibration_check")
 # What does not follow from random numbers, which follow from the numbers of keyframes.
 CHOSEN = ("camera", "strip", "keyframe", "overlap")
-# How far a product has come down; what ended a strip, a telecommand or the end of the images.
-FATE = {"strip": {"end"},
-        "product": {"state", "layers_sent", "layers_held", "data_bytes"},
-        "depth": {"values_bytes", "sigma_bytes", "mask_bytes"}}
+# How far a product has come down; what ended a strip, a telecommand or the end of the images. The checksum of a record
+# goes over these too.
+FATE = {"strip": {"end", "record_checksum"},
+        "product": {"state", "layers_sent", "layers_held", "data_bytes", "record_checksum"},
+        "depth": {"values_bytes", "sigma_bytes", "mask_bytes", "record_checksum"}}
 
 
 def open_database(path):
