@@ -162,18 +162,21 @@ TEST(ExposureControl, StepsOfTheLightAreFollowedWithinEightImages) {
   EXPECT_TRUE(loop.events.empty());
 }
 
-TEST(ExposureControl, AfterRestlessLightAndAQuietTimeAJumpIsFollowedAtOnce) {
+TEST(ExposureControl, AfterAQuietTimeAJumpOfTheLightIsFollowedWithoutDamping) {
   Loop loop;
+  loop.sensor.decibels = true;
+  loop.goal.longest_us = 1500;
+  loop.goal.most_gain_milli = 16'000;
   loop.begin();
-  loop.fly(6);
-  // Changes back and forth are damped.
-  for (int k = 0; k < 8; ++k) {
-    loop.sensor.light = k % 2 == 0 ? 0.6 : 1;
-    loop.fly(2);
-  }
-  loop.fly(10);
-  loop.sensor.light *= 0.3;
-  loop.fly(2);
+  loop.fly(20);
+  // Gain in decibels is found in damped steps, there and back.
+  loop.sensor.light = 0.1;
+  loop.fly(20);
+  loop.expect_settled(20);
+  const int before = loop.changes;
+  loop.sensor.light = 1;
+  loop.fly(14);
+  EXPECT_LE(loop.changes - before, 2);
   loop.expect_settled(10);
 }
 
@@ -304,6 +307,22 @@ TEST(ExposureControl, AnotherLawOfGainOrResponseSettlesToo) {
       }
     }
   }
+}
+
+TEST(ExposureControl, WhereOnlyASteepGainIsLeftEachChangeIsWaitedFor) {
+  // Decibels and a power of 1.6: what is right for a linear sensor goes much too far, there and back.
+  Loop loop;
+  loop.sensor.gamma = 1.6;
+  loop.sensor.decibels = true;
+  loop.goal.longest_us = 1500;
+  loop.goal.most_gain_milli = 16'000;
+  loop.begin();
+  loop.fly(20);
+  loop.sensor.light = 0.1;
+  loop.fly(30);
+  const int before = loop.changes;
+  loop.fly(60);
+  EXPECT_LT(loop.changes - before, 30);
 }
 
 TEST(ExposureControl, NoiseAndSmallChangesOfTheLightChangeNothing) {
