@@ -19,7 +19,7 @@ namespace {
 struct RenderedCamera {
   int width = 640, height = 480;
   double fx = 620, fy = 616, cx = 327, cy = 234;
-  double k1 = -0.18, k2 = 0.05, p1 = 0.0008, p2 = -0.0005;
+  double k1 = -0.18, k2 = 0.05, p1 = 0.002, p2 = -0.0015;
 
   /// The direction in which a pixel looks, by fixed-point iteration on Brown's equations.
   [[nodiscard]] Vec3 ray(double u, double v) const {
@@ -156,8 +156,18 @@ TEST_F(LabCalibrateTarget, FindsTheCameraOfRenderedBoards) {
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_EQ(run.json.at("pictures").size(), poses.size()) << run.out;
   EXPECT_LT(run.number("rms_px"), 0.1);
-  for (const auto& picture : run.json.at("pictures")) EXPECT_LT(picture.at("rms_px").get<double>(), 0.2);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const auto& picture = run.json.at("pictures").at(i);
+    EXPECT_LT(picture.at("rms_px").get<double>(), 0.2);
+    // Of the board's normal against the line of sight.
+    const double cosine = rotation_from_vector({poses.at(i)[0], poses.at(i)[1], poses.at(i)[2]})(2, 2);
+    EXPECT_NEAR(std::cos(picture.at("tilt_deg").get<double>() / 180 * 3.14159265358979323846), cosine, 0.005) << i;
+  }
   expect_camera(truth);
+  for (const char* sigma : {"sigma_fx", "sigma_fy", "sigma_cx", "sigma_cy"}) {
+    EXPECT_GT(run.number(sigma), 0) << sigma;
+    EXPECT_LT(run.number(sigma), 0.6) << sigma;
+  }
   std::ifstream svg(path("residuals.svg"));
   const std::string text{std::istreambuf_iterator<char>(svg), {}};
   EXPECT_NE(text.find("board-0.png"), std::string::npos);

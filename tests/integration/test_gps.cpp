@@ -68,7 +68,7 @@ TEST(GpsBridge, ARecordedTrackArrivesWithItsErrors) {
   mission.mission_epoch_s = (4383 + 20513) * 86400.0 + 43200;  // 2026-03-01 12:00
   VehiclePackets packets(link, mission);
   int samples = 0, with_height = 0;
-  for (int i = 0; i < 200 && samples < 20; ++i) {
+  for (int i = 0; i < 1200 && samples < 20; ++i) {
     NavigationSample sample;
     while (packets.next(100 * ns_per_s, sample).ok()) {
       ++samples;
@@ -98,7 +98,7 @@ TEST(GpsBridge, ItWaitsForGpsdAndSaysSo) {
   const test::TemporaryFolder folder;
   const SocketAddress nobody = test::free_address();
   test::RunningProgram bridge({ILP_GPS, "--port", std::to_string(nobody.port), "--to", "127.0.0.1:9"}, folder / "log");
-  for (int i = 0; i < 100 && bridge.output().empty(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  for (int i = 0; i < 1200 && bridge.output().empty(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
   EXPECT_EQ(bridge.stop(), 0);
   EXPECT_NE(bridge.output().find("gpsd at 127.0.0.1:"), std::string::npos) << bridge.output();
 }

@@ -1,11 +1,12 @@
-// Open MCT with the project's plugin, while files arrive: openmct_test.mjs BUILD_DIR ILP_GROUND SERVE
+// Open MCT with the project's plugin, while files of a flight arrive: openmct_test.mjs BUILD_DIR ILP_GROUND SERVE OUTBOX
 
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
-import { copyFileSync, mkdirSync, readdirSync, renameSync } from 'node:fs';
+import { copyFileSync, existsSync, mkdirSync, readdirSync, renameSync } from 'node:fs';
+import http from 'node:http';
 import { createRequire } from 'node:module';
 
-const [build, ground, serve] = process.argv.slice(2);
+const [build, ground, serve, outbox] = process.argv.slice(2);
 const { chromium } = createRequire(`${build}/node/`)('playwright-core');
 const started = [];
 
@@ -19,12 +20,19 @@ function start(program, ...options) {
   });
 }
 
-function deliver(first, last) {
-  for (const name of readdirSync(`${build}/downlink`)) {
+const endOf = (child) => new Promise((done) => {
+  child.on('exit', done);
+  child.kill('SIGKILL');
+});
+
+// Records come last, as the order of names has it: with them a keyframe is there, and then it is whole.
+const keyframes = 10;
+function deliver(first, last, box = `${build}/box`) {
+  for (const name of readdirSync(outbox)) {
     const number = Number(name.split('-')[1]?.slice(0, 6));
-    if (name.startsWith('events') ? last < 8 : !(number >= first && number <= last)) continue;
-    copyFileSync(`${build}/downlink/${name}`, `${build}/box/.part`);
-    renameSync(`${build}/box/.part`, `${build}/box/${name}`);
+    if (name.startsWith('events') ? last < keyframes : !(number >= first && number <= last)) continue;
+    copyFileSync(`${outbox}/${name}`, `${box}/.part`);
+    renameSync(`${box}/.part`, `${box}/${name}`);
   }
 }
 
@@ -32,16 +40,18 @@ mkdirSync(`${build}/box`);
 let browser;
 try {
   const flight = await start(ground, 'serve', `${build}/box`, '--listen', '127.0.0.1:0');
+  const [server] = started;
   const address = await start(process.execPath, serve, '--flight', flight, '--listen', '127.0.0.1:0', '--openmct', `${build}/node/node_modules/openmct/dist`);
   deliver(1, 4);
   const state = async () => (await (await fetch(`http://${flight}/state`)).json()).set;
-  const posed = async (count) => {
+  const until = async (what, condition) => {
     for (let i = 0; i < 1200; ++i) {
-      if ((await state()).summary?.posed === count) return;
+      if (await condition()) return;
       await new Promise((done) => setTimeout(done, 100));
     }
-    throw new Error(`${count} keyframes are not posed`);
+    throw new Error(`waited in vain until ${what}`);
   };
+  const posed = (count) => until(`${count} keyframes are posed`, async () => (await state()).summary?.posed === count);
   await posed(4);
   browser = await chromium.launch({ executablePath: process.env.CHROMIUM, args: process.getuid() === 0 ? ['--no-sandbox'] : [] });
   const page = await browser.newPage({ viewport: { width: 1366, height: 768 } });
@@ -53,36 +63,73 @@ try {
   // The table has the values that the server states, as a user sees them.
   const rows = (count) => page.waitForFunction((n) => document.querySelectorAll('.js-telemetry-table__content tr').length === n, count);
   await rows(4);
-  const request = (key) => page.evaluate(async (name) => {
+  const request = (key, bounds = {}) => page.evaluate(async ([name, start, end]) => {
     const object = await openmct.objects.get({ namespace: 'ilp', key: name });
-    return openmct.telemetry.request(object, { start: 0, end: 86400 });
-  }, key);
+    return openmct.telemetry.request(object, { start, end });
+  }, [key, bounds.start ?? 0, bounds.end ?? 86400]);
+  const numbers = (rows_) => rows_.map((row) => row.keyframe);
   const same = async (count) => {
     const told = await state();
     const found = await request('keyframes');
-    assert.equal(found.length, count);
+    assert.deepEqual(numbers(found), Array.from({ length: count }, (_, i) => i + 1), 'in the order of time');
     for (const row of found) {
       const k = told[`k/${row.keyframe}`];
-      assert.deepEqual([row.t, row.strip, row.x, row.y, row.z, row.error], [k.t, k.s, ...k.c, k.e]);
+      assert.deepEqual([row.t, row.strip, row.overlap, row.richness, row.error], [k.t, k.s, k.o, k.r, k.e]);
+      assert.deepEqual([row.x, row.y, row.z, row.image_bytes, row.depth_bytes], [...k.c, k.i[0], k.d?.[0]]);
     }
-    assert.deepEqual(found.map((row) => row.t), found.map((row) => row.t).sort((a, b) => a - b));
+    return told;
   };
   await same(4);
   // What comes later appears by itself.
-  deliver(5, 8);
-  await posed(8);
-  await rows(8);
-  await same(8);
+  deliver(5, 7);
+  await posed(7);
+  await rows(7);
+  await same(7);
   const shown = await page.locator('.c-telemetry-table').first().innerText();
   for (const name of ['Keyframe', 'Overlap', 'Reprojection error']) assert.ok(shown.includes(name), `${name} is no column of ${shown}`);
-  const told = await state();
-  assert.equal((await request('events')).length, Object.keys(told).filter((name) => name.startsWith('e/')).length);
+  // The server starts again, and the page finds it and what has come meanwhile.
+  await endOf(server);
+  deliver(8, keyframes);
+  await start(ground, 'serve', `${build}/box`, '--listen', flight);
+  const again = started.at(-1);
+  await posed(keyframes);
+  await rows(keyframes);
+  const told = await same(keyframes);
+  const events = Object.entries(told).filter(([name]) => name.startsWith('e/'));
+  assert.ok(events.length > 0, 'the flight has events');
+  const foundEvents = await request('events');
+  assert.equal(foundEvents.length, events.length);
+  for (const [name, e] of events) {
+    const row = foundEvents.find((one) => `e/${one.event}` === name);
+    assert.deepEqual([row.t, row.level, row.severity, row.name, row.component, row.text, row.advice],
+      [e.t, e.s, e.severity, e.n, e.c, e.text, e.advice]);
+  }
+  // The storage has the time of the newest keyframe.
+  const storage = await request('storage');
+  assert.equal(storage.at(-1).t, told[`k/${keyframes}`].t);
+  for (const name of ['frames', 'depth', 'structure', 'products', 'budget', 'database', 'products_held', 'acknowledged', 'dropped']) {
+    assert.equal(storage.at(-1)[name], told.storage[name], name);
+  }
   // Bounds are kept, as the conductor sets them.
-  const middle = told['k/4'].t;
-  const cut = await page.evaluate(async (end) => openmct.telemetry.request(await openmct.objects.get({ namespace: 'ilp', key: 'keyframes' }), { start: 0, end }), middle);
-  assert.deepEqual(cut.map((row) => row.keyframe), [1, 2, 3, 4]);
+  const [fourth, seventh] = [told['k/4'].t, told['k/7'].t];
+  assert.deepEqual(numbers(await request('keyframes', { start: fourth, end: seventh })), [4, 5, 6, 7]);
+  // Of another flight at this address nothing is mixed with the one before.
+  mkdirSync(`${build}/other-box`);
+  deliver(1, 3, `${build}/other-box`);
+  await endOf(again);
+  await start(ground, 'serve', `${build}/other-box`, '--listen', flight);
+  await posed(3);
+  await until('three keyframes are left', async () => (await request('keyframes')).length === 3);
+  await same(3);
+  // Of the computer's files only those of Open MCT are given.
+  assert.ok(existsSync(`${build}/node/package.json`));
+  const status = (path) => new Promise((done) => {
+    const [host, port] = address.split(':');
+    http.get({ host, port, path }, (answer) => { answer.resume(); done(answer.statusCode); });
+  });
+  assert.deepEqual([await status('/openmct/openmct.js'), await status('/openmct/../../../package.json')], [200, 404]);
   assert.deepEqual(complaints, [], 'no error, and nothing from elsewhere');
-  console.log(`${(await request('keyframes')).length} keyframes and ${(await request('events')).length} events in Open MCT are those of ilp-ground serve`);
+  console.log(`${keyframes} keyframes, ${events.length} events and the storage in Open MCT are those of ilp-ground serve`);
 } finally {
   await browser?.close();
   for (const child of started) child.kill('SIGKILL');

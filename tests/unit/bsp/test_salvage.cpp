@@ -17,6 +17,7 @@
 #include "bsp/flight/flight_store.hpp"
 #include "hal/store/sqlite/page_checksum.hpp"
 #include "hal/store/sqlite/set_aside.hpp"
+#include "tests/support/kill_after_changes.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -277,6 +278,7 @@ TEST_F(SalvageTest, CutOffAnywhereItIsBegunAgainOrGoneOnWith) {
   fs::copy_file(path_, kept);
   std::set<std::string> seen;
   bool finished = false;
+  int changes = 1;
   for (int round = 0; round < 60 && !finished; ++round) {
     for (const fs::directory_entry& entry : fs::directory_iterator(fs::path(path_).parent_path())) {
       if (entry.path() != kept) fs::remove_all(entry.path());
@@ -286,11 +288,8 @@ TEST_F(SalvageTest, CutOffAnywhereItIsBegunAgainOrGoneOnWith) {
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) _exit(make()->open(path_.c_str(), StoreTrouble::fly_on, mission_).ok() ? 0 : 1);
-    usleep(static_cast<useconds_t>(2000 + 3000 * round));
-    kill(child, SIGKILL);
-    int how = 0;
-    waitpid(child, &how, 0);
-    finished = !WIFSIGNALED(how);
+    finished = !test::kill_after_changes(child, fs::path(path_).parent_path(), changes);
+    changes += 1 + changes / 8;
     std::string state;
     for (const char* suffix : {"", ".salvage", ".saved", ".aside-1"}) state += fs::exists(path_ + suffix) ? '1' : '0';
     seen.insert(state);

@@ -42,7 +42,7 @@ Bytes next(PacketLink& link, Status* status = nullptr) {
   Bytes buffer(limits::max_packet_bytes);
   std::size_t size = 0;
   Status last;
-  for (int i = 0; i < 2000; ++i) {
+  for (int i = 0; i < 20'000; ++i) {
     last = link.receive(buffer, size);
     if (!last.is(StatusCode::not_ready)) break;
     ::usleep(500);

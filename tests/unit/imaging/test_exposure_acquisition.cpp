@@ -1,7 +1,8 @@
 // Exposure by the flight, as Acquisition drives it: from the image, the records and the parameters to the camera.
+#include <cmath>
 #include <cstring>
 #include <memory>
-#include <optional>
+#include <utility>
 
 #include "fsw/imaging/acquisition.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
@@ -32,11 +33,15 @@ class SettableCamera final : public Camera {
   }
   Status set_exposure(ExposureSetting& wanted) override {
     ++sets;
+    if (sets <= busy_sets) return StatusCode::not_ready;
+    if (refuses) return StatusCode::io_error;
     setting = wanted;
     return {};
   }
 
   bool settable = true;
+  bool refuses = false;
+  int busy_sets = 0;  ///< settings before it is ready for one
   ExposureSetting setting{500, 1000};
   std::int64_t taken = 0;
   int asked = 0;
@@ -58,17 +63,21 @@ class ExposureAcquisition : public test::ComponentTest {
     for (const Status& event : events) count += event.is(code) ? 1 : 0;
     return count;
   }
-  /// The overlap checker's result for the latest frame: the ground has moved by `pixels` since the first frame.
-  void see_ground_moving(double pixels) {
+  void make_first_frame_keyframe() {
     KeyframeRecord keyframe;
     keyframe.id = 1;
     keyframe.frame_id = 1;
     write(keyframe);
+  }
+  /// The overlap checker's result for the latest frame: the ground has moved by `pixels` since the first frame.
+  void see_ground_moving(double pixels, double rotation_rad = 0, double scale = 1) {
     OverlapRecord overlap;
     overlap.id = camera.taken;
     overlap.keyframe_id = 1;
     overlap.verdict = OverlapVerdict::ok;
     overlap.shift_x_px = pixels;
+    overlap.rotation_rad = rotation_rad;
+    overlap.scale = scale;
     write(overlap);
   }
 
@@ -96,14 +105,73 @@ TEST_F(ExposureAcquisition, ADarkImageGetsALongerExposureAndTheEventSaysWhich) {
   EXPECT_EQ(number_of<FrameRecord>(), 8);
 }
 
+TEST_F(ExposureAcquisition, TheMissionsGoalAndBoundsAreKept) {
+  mission.exposure_control = true;
+  mission.exposure_bright_grey = 100;
+  fly(8);
+  const double wanted_us = 4000.0 * 100 / 255;
+  EXPECT_NEAR(static_cast<double>(camera.setting.exposure_us), wanted_us, wanted_us / 7);
+  mission.exposure_longest_us = 600;
+  fly(4);
+  EXPECT_EQ(camera.setting.exposure_us, 600);
+  EXPECT_NEAR(1e-3 * static_cast<double>(camera.setting.gain_milli), wanted_us / 600, wanted_us / 600 / 7);
+  EXPECT_EQ(events_of(StatusCode::exposure_limited), 0U);
+  mission.exposure_most_gain = 2;
+  fly(4);
+  EXPECT_EQ(camera.setting, (ExposureSetting{600, 2000}));
+  EXPECT_EQ(events_of(StatusCode::exposure_limited), 1U);
+}
+
 TEST_F(ExposureAcquisition, TheMeasuredSpeedOfTheGroundBoundsTheExposure) {
   mission.exposure_control = true;
   mission.exposure_blur_px = 0.4;
   fly(8);
+  make_first_frame_keyframe();
   see_ground_moving(2800);  // 400 px/s in the seven seconds since the first frame
   fly(4);
+  const double wanted_us = 4000.0 * 190 / 255;
   EXPECT_EQ(camera.setting.exposure_us, 1000);
-  EXPECT_NEAR(static_cast<double>(camera.setting.gain_milli), 4000.0 * 190 / 255, 4000.0 * 190 / 255 / 7);
+  EXPECT_NEAR(static_cast<double>(camera.setting.gain_milli), wanted_us, wanted_us / 7);
+  // The ground stands still: less noise.
+  see_ground_moving(0);
+  fly(20);
+  EXPECT_NEAR(static_cast<double>(camera.setting.gain_milli), 1000, 1000.0 / 16) << "a smaller change is none";
+  EXPECT_NEAR(static_cast<double>(camera.setting.exposure_us), wanted_us, wanted_us / 7);
+}
+
+class TurningGround : public ExposureAcquisition, public testing::WithParamInterface<std::pair<double, double>> {};
+
+TEST_P(TurningGround, MovesTheCornersOfTheImage) {
+  mission.exposure_control = true;
+  mission.exposure_blur_px = 0.004;
+  fly(8);
+  make_first_frame_keyframe();
+  const auto [rotation_rad, scale] = GetParam();
+  see_ground_moving(0, rotation_rad, scale);
+  fly(4);
+  // The corner of 64 x 64 pixels lies 32 sqrt(2) px from the centre and has moved by half of that in seven seconds.
+  const double bound_us = 1e6 * 0.004 / (0.5 * 32 * std::sqrt(2.0) / 7);
+  EXPECT_NEAR(static_cast<double>(camera.setting.exposure_us), bound_us, 10);
+}
+INSTANTIATE_TEST_SUITE_P(ExposureAcquisition, TurningGround,
+                         testing::Values(std::pair{0.5, 1.0}, std::pair{-0.5, 1.0}, std::pair{0.0, 1.5},
+                                         std::pair{0.0, 0.5}));
+
+TEST_F(ExposureAcquisition, ACameraThatRefusesASettingIsReportedOnceAndTheFlightGoesOn) {
+  mission.exposure_control = true;
+  camera.refuses = true;
+  fly(6);
+  EXPECT_EQ(events_of(StatusCode::exposure_unsupported), 1U);
+  EXPECT_EQ(camera.sets, 1);
+  EXPECT_EQ(number_of<FrameRecord>(), 6);
+}
+
+TEST_F(ExposureAcquisition, ACameraThatIsNotReadyForASettingGetsItLater) {
+  mission.exposure_control = true;
+  camera.busy_sets = 3;
+  fly(10);
+  EXPECT_EQ(events_of(StatusCode::exposure_unsupported), 0U);
+  EXPECT_NEAR(static_cast<double>(camera.setting.exposure_us), 4000.0 * 190 / 255, 4000.0 * 190 / 255 / 7);
 }
 
 TEST_F(ExposureAcquisition, ACameraWithoutTheControlIsReportedOnceAndTheFlightGoesOn) {

@@ -15,6 +15,7 @@
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/catalogue.hpp"
 #include "sim/host/files.hpp"
+#include "tests/support/kill_after_changes.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::intake {
@@ -293,18 +294,16 @@ TEST_F(CatalogueTest, KilledAnywhereTheNextRunEndsInTheSameResult) {
   const auto expected = results(out_);
   const fs::path out = folder_.path() / "killed";
   const std::string program = ILP_GROUND_PROGRAM;
-  int killed = 0;
-  for (int milliseconds = 5; milliseconds < 400; milliseconds += 23) {
+  int killed = 0, changes = 1;
+  for (int round = 0; round < 12; ++round) {
     const pid_t child = fork();
     if (child == 0) {
       execl(program.c_str(), program.c_str(), box_.c_str(), "--out", out.c_str(), "--title", "Plane", nullptr);
       _exit(127);
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
-    kill(child, SIGKILL);
-    int status = 0;
-    waitpid(child, &status, 0);
-    killed += WIFSIGNALED(status) ? 1 : 0;
+    const bool in_the_middle = test::kill_after_changes(child, out, changes);
+    killed += in_the_middle ? 1 : 0;
+    changes = in_the_middle ? changes + changes / 2 + 1 : 1;
   }
   EXPECT_GT(killed, 2) << "no run was killed: nothing is shown";
   (void)run(out);

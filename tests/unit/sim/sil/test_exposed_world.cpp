@@ -158,6 +158,10 @@ TEST_F(ExposedWorld, FromADarkStartTheControlFindsTheLightOfRenderedGround) {
   for (int i = 0; i < 12; ++i) {
     take();
     seen = measure_brightness(image_->view());
+    if (i == 0) {
+      EXPECT_EQ(frame_.exposure, (ExposureSetting{20, 1000}));
+      EXPECT_LT(seen.bright, 10);
+    }
     ExposureSetting next;
     Status event;
     if (control.look_at(seen, frame_.exposure, {}, next, event) == ExposureControl::Answer::keep) continue;
