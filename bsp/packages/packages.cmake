@@ -59,6 +59,10 @@ function(ilp_package_tree component)
               COMPONENT ${component})
     endif()
   endforeach()
+  # Whatever mask the sources were checked out with, everybody may read, and run what can be run.
+  set(tree "\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/aerobot-ilp-${component}")
+  install(CODE "execute_process(COMMAND chmod -R u=rwX,go=rX \"${tree}\" COMMAND_ERROR_IS_FATAL ANY)"
+          COMPONENT ${component})
 endfunction()
 
 set(ILP_PACKAGE_VERSION ${PROJECT_VERSION} CACHE STRING "Version of the packages")
