@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "fsw/base/math.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/codec/wavelet53.hpp"
 
 namespace ilp {
@@ -28,6 +29,9 @@ constexpr std::size_t max_bit_length = 32;
 struct BitLengths {
   std::array<std::uint32_t, max_bit_length + 1> counts{};
 
+  void add(const BitLengths& more) {
+    for (std::size_t length = 0; length < counts.size(); ++length) counts[length] += more.counts[length];
+  }
   [[nodiscard]] double bytes(int dropped_planes) const {
     std::array<std::uint32_t, max_bit_length + 1> left{};
     std::uint32_t all = 0;
@@ -53,9 +57,14 @@ struct Rectangle {
   std::int32_t x0, y0, x1, y1;
 };
 
+/// Neighbours count in different histograms, because most of them count the same length, and one would wait for
+/// another.
+constexpr std::size_t histograms = 4;
+
 void count_band(ImageView<const std::int32_t> coefficients, ImageView<const std::uint8_t> mask, const Rectangle& band,
                 CoefficientCosts& costs) {
-  std::array<BitLengths, 2> lengths{};  // background, region
+  using Parts = std::array<BitLengths, 2>;  // background, region
+  std::array<Parts, histograms> counted{};
   std::array<std::uint32_t, 2> magnitudes{};
   for (std::int32_t y = band.y0; y < band.y1; ++y) {
     const std::int32_t* c = coefficients.row(y);
@@ -64,14 +73,32 @@ void count_band(ImageView<const std::int32_t> coefficients, ImageView<const std:
       const auto magnitude = static_cast<std::uint32_t>(c[x] < 0 ? -c[x] : c[x]);
       const std::size_t part = m != nullptr ? m[x] : 1U;
       magnitudes[part] |= magnitude;
-      ++lengths[part].counts[static_cast<std::size_t>(std::bit_width(magnitude))];
+      Parts& parts = counted[static_cast<std::size_t>(x) % histograms];
+      ++parts[part].counts[static_cast<std::size_t>(std::bit_width(magnitude))];
     }
+  }
+  Parts& lengths = counted[0];
+  for (std::size_t h = 1; h < histograms; ++h) {
+    for (std::size_t part = 0; part < lengths.size(); ++part) lengths[part].add(counted[h][part]);
   }
   // An OR of magnitudes has as many bits as the largest of them.
   costs.background_magnitude |= magnitudes[0];
   costs.region_magnitude |= magnitudes[1];
   costs.region += lengths[1].bytes(0);
   for (int q = 0; q <= max_dropped_planes; ++q) costs.background[static_cast<std::size_t>(q)] += lengths[0].bytes(q);
+}
+
+/// Multiplies the region's coefficients, and leaves the lowest planes of the others out, or all of them.
+void scale_row(const std::uint8_t* mask, std::int32_t width, std::int32_t factor, bool drop, int planes,
+               std::int32_t* __restrict c) {
+  const std::int32_t below = (std::int32_t{1} << planes) - 1;
+  const std::int32_t kept = drop ? 0 : ~std::int32_t{0};
+  for (std::int32_t x = 0; x < width; ++x) {
+    // Rounds towards zero, as a division does.
+    const std::int32_t outside = ((c[x] + ((c[x] >> 31) & below)) >> planes) & kept;
+    const std::int32_t inside = c[x] * factor;
+    c[x] = mask[x] != 0 ? inside : outside;
+  }
 }
 
 }  // namespace
@@ -119,15 +146,12 @@ void to_pre_image(ImageView<std::int32_t> coefficients, ImageView<const std::uin
   const bool drop = coding == RegionCoding::drop_background;
   if (mask.data != nullptr && (drop || shift.shift > 0)) {
     const std::int32_t factor = std::int32_t{1} << (shift.shift - shift.dropped_planes);
-    const std::int32_t divisor = std::int32_t{1} << shift.dropped_planes;
-    for (std::int32_t y = 0; y < coefficients.height; ++y) {
-      std::int32_t* c = coefficients.row(y);
-      const std::uint8_t* m = mask.row(y);
-      for (std::int32_t x = 0; x < coefficients.width; ++x) {
-        const std::int32_t outside = drop ? 0 : c[x] / divisor;
-        c[x] = m[x] != 0 ? c[x] * factor : outside;
+    const int planes = drop ? 0 : shift.dropped_planes;
+    with_widest_vectors([&] {
+      for (std::int32_t y = 0; y < coefficients.height; ++y) {
+        scale_row(mask.row(y), coefficients.width, factor, drop, planes, coefficients.row(y));
       }
-    }
+    });
   }
   inverse_wavelet53(coefficients, wavelet_levels, scratch);
 }
