@@ -1,6 +1,7 @@
 // The interface between the executive and a component.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -59,6 +60,20 @@ class LastingMemory {
     for (std::span<const std::byte>& kept : memory.kept_) {
       if (!kept.empty()) continue;
       kept = memory_between(&first, &last + 1);
+      break;
+    }
+    return memory;
+  }
+  /// Leaves bytes of the state out that hold nothing, such as the places of a vector beyond its size.
+  [[nodiscard]] LastingMemory without(std::span<const std::byte> unused) const {
+    LastingMemory memory = *this;
+    for (std::span<const std::byte>& part : memory.parts_) {
+      const std::byte* const end = part.data() + part.size();
+      if (part.empty() || unused.data() < part.data() || unused.data() + unused.size() > end) continue;
+      const auto free = std::find_if(memory.parts_.begin(), memory.parts_.end(), [](auto& p) { return p.empty(); });
+      if (free == memory.parts_.end()) break;
+      *free = {unused.data() + unused.size(), end};
+      part = {part.data(), unused.data()};
       break;
     }
     return memory;
