@@ -85,7 +85,15 @@ class LastingMemory {
     return memory;
   }
 
+  /// Declares that the next step changes neither cursor nor state.
+  [[nodiscard]] LastingMemory at_rest() const {
+    LastingMemory memory = *this;
+    memory.at_rest_ = true;
+    return memory;
+  }
+
   [[nodiscard]] bool changes_by_commits() const { return by_commits_; }
+  [[nodiscard]] bool is_at_rest() const { return at_rest_; }
   [[nodiscard]] std::uint64_t head_checksum() const { return memory_sum64(head_); }
   [[nodiscard]] std::uint64_t state_checksum() const {
     std::uint64_t sum = 0;
@@ -103,7 +111,7 @@ class LastingMemory {
   std::array<std::span<const std::byte>, 5> parts_{};
   std::span<const std::byte> head_, work_;
   std::array<std::span<const std::byte>, 2> kept_{};
-  bool by_commits_ = false;
+  bool by_commits_ = false, at_rest_ = false;
 };
 
 /// A component reads and writes records, and knows no other component.

@@ -210,8 +210,8 @@ void Executive::run_step(std::size_t i) {
   const LastingMemory after = components_[i]->lasting();
   const bool watched = steps_ != nullptr && after.changes_by_commits();
   const bool changed = watched && steps_->refused();
-  // Without a commit nothing has changed: if a bit has flipped meanwhile, it is found before the next step.
-  const bool same = watched && !steps_->committed();
+  // What has not changed keeps its checksum: if a bit has flipped meanwhile, it is found before the next step.
+  const bool same = memory.is_at_rest() || (watched && !steps_->committed());
   if (!changed) seal(i, after, same ? slot.state_checksum : after.state_checksum());
   if (result.set_parameters) accept_parameters();
   check_parameters();

@@ -335,6 +335,47 @@ class GrowingComponent final : public Component {
   int restores = 0;
 };
 
+/// Its steps say before whether they change the state.
+class RestingComponent final : public Component {
+ public:
+  [[nodiscard]] const char* name() const override { return "resting"; }
+  Status restore() override {
+    ++restores;
+    state = 0;
+    return {};
+  }
+  StepResult step() override {
+    if (!rests || flips) ++state;
+    return {};
+  }
+  [[nodiscard]] LastingMemory lasting() const override {
+    const LastingMemory memory(state);
+    return rests ? memory.at_rest() : memory;
+  }
+
+  std::uint32_t state = 0;
+  int restores = 0;
+  bool rests = false, flips = false;
+};
+
+TEST_F(CommittingTest, AStateThatFlipsInAStepThatDoesNotChangeItIsFoundBeforeTheNextStep) {
+  RestingComponent resting;
+  Component* components[1] = {&resting};
+  Executive executive({&stage_, 1}, components, store_, clock_);
+  ASSERT_TRUE(executive.start().ok());
+  executive.run_minor_frame();
+  resting.rests = true;
+  executive.run_minor_frame();
+  executive.run_minor_frame();
+  EXPECT_EQ(resting.state, 1U);
+  EXPECT_EQ(resting.restores, 1);
+  resting.flips = true;
+  executive.run_minor_frame();
+  executive.run_minor_frame();
+  EXPECT_EQ(resting.state, 0U) << "it took a step with the flipped state";
+  EXPECT_EQ(resting.restores, 2);
+}
+
 TEST_F(CommittingTest, OnlyElementsThatAreThereAreCompared) {
   GrowingComponent growing;
   Component* components[1] = {&growing};
