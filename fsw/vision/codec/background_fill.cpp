@@ -29,6 +29,7 @@ std::int32_t mean_of(std::int32_t a, std::int32_t b, std::int32_t c, std::int32_
 
 /// Takes the mean of the known samples in each square of four.
 void pull(const Level& fine, const Level& coarse) {
+  if (fine.data == nullptr) return;
   const std::ptrdiff_t whole = fine.width / 2;
   for (std::int32_t y = 0; y < coarse.height; ++y) {
     const std::int32_t* const upper = fine.row(2 * y);

@@ -29,9 +29,6 @@ constexpr std::size_t max_bit_length = 32;
 struct BitLengths {
   std::array<std::uint32_t, max_bit_length + 1> counts{};
 
-  void add(const BitLengths& more) {
-    for (std::size_t length = 0; length < counts.size(); ++length) counts[length] += more.counts[length];
-  }
   [[nodiscard]] double bytes(int dropped_planes) const {
     std::array<std::uint32_t, max_bit_length + 1> left{};
     std::uint32_t all = 0;
@@ -57,14 +54,9 @@ struct Rectangle {
   std::int32_t x0, y0, x1, y1;
 };
 
-/// Neighbours count in different histograms, because most of them count the same length, and one would wait for
-/// another.
-constexpr std::size_t histograms = 4;
-
 void count_band(ImageView<const std::int32_t> coefficients, ImageView<const std::uint8_t> mask, const Rectangle& band,
                 CoefficientCosts& costs) {
-  using Parts = std::array<BitLengths, 2>;  // background, region
-  std::array<Parts, histograms> counted{};
+  std::array<BitLengths, 2> lengths{};  // background, region
   std::array<std::uint32_t, 2> magnitudes{};
   for (std::int32_t y = band.y0; y < band.y1; ++y) {
     const std::int32_t* c = coefficients.row(y);
@@ -73,13 +65,8 @@ void count_band(ImageView<const std::int32_t> coefficients, ImageView<const std:
       const auto magnitude = static_cast<std::uint32_t>(c[x] < 0 ? -c[x] : c[x]);
       const std::size_t part = m != nullptr ? m[x] : 1U;
       magnitudes[part] |= magnitude;
-      Parts& parts = counted[static_cast<std::size_t>(x) % histograms];
-      ++parts[part].counts[static_cast<std::size_t>(std::bit_width(magnitude))];
+      ++lengths[part].counts[static_cast<std::size_t>(std::bit_width(magnitude))];
     }
-  }
-  Parts& lengths = counted[0];
-  for (std::size_t h = 1; h < histograms; ++h) {
-    for (std::size_t part = 0; part < lengths.size(); ++part) lengths[part].add(counted[h][part]);
   }
   // An OR of magnitudes has as many bits as the largest of them.
   costs.background_magnitude |= magnitudes[0];

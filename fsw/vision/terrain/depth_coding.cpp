@@ -30,7 +30,7 @@ bool encode_row(const float* inverse_depth, const float* sigma, const std::uint8
     const double above = above_code(inverse_depth[x], coding);
     const bool fits = has_code(above);
     wrong |= static_cast<std::int32_t>(known & !fits);
-    codes[x] = static_cast<std::uint16_t>(static_cast<std::int32_t>(known & fits ? above : 0.0));
+    codes[x] = static_cast<std::uint16_t>(static_cast<std::int32_t>((known & fits) ? above : 0.0));
   }
   return wrong == 0;
 }

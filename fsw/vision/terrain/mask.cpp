@@ -235,11 +235,12 @@ void mark_row(const float* sigma, const RowOfBytes& covered, const RowOfBytes& b
   std::uint32_t matched = 0, fresh = 0;
   for (std::int32_t x = 0; x < width; ++x) {
     const auto i = static_cast<std::size_t>(x);
-    const bool is_matched = sigma[x] > 0;
-    const bool is_fresh = is_matched & ((covered[i] == 0) | (better[i] != 0));
-    mask[x] = is_fresh ? 255 : 0;
-    matched += is_matched ? 1U : 0U;
-    fresh += is_fresh ? 1U : 0U;
+    const auto is_matched = static_cast<std::uint32_t>(sigma[x] > 0);
+    const auto is_new = static_cast<std::uint32_t>(covered[i] == 0) | static_cast<std::uint32_t>(better[i] != 0);
+    const std::uint32_t is_fresh = is_matched & is_new;
+    mask[x] = is_fresh != 0 ? 255 : 0;
+    matched += is_matched;
+    fresh += is_fresh;
   }
   counts.matched += matched;
   counts.newly_seen += fresh;
