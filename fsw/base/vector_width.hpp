@@ -42,4 +42,27 @@ void with_widest_vectors(const Work& work) {
 }
 #endif
 
+/// A width as a type, for code that lays its data out for it.
+template <VectorWidth width>
+struct KnownWidth {
+  static constexpr bool is_wide = width == VectorWidth::bytes32;
+};
+
+/// As with_widest_vectors(), for work whose instructions differ between the widths, but not its result: calls
+/// `work(KnownWidth<...>())`.
+template <typename Work>
+void with_known_vectors(const Work& work) {
+#if defined(__x86_64__) && !defined(__AVX2__)
+  if (vectors_in_use() == VectorWidth::bytes32) {
+    run_with_32_bytes([&] { work(KnownWidth<VectorWidth::bytes32>()); });
+  } else {
+    run_with_16_bytes([&] { work(KnownWidth<VectorWidth::bytes16>()); });
+  }
+#elif defined(__AVX2__)
+  work(KnownWidth<VectorWidth::bytes32>());
+#else
+  work(KnownWidth<VectorWidth::bytes16>());
+#endif
+}
+
 }  // namespace ilp

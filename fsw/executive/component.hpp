@@ -1,6 +1,7 @@
 // The interface between the executive and a component.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -63,6 +64,20 @@ class LastingMemory {
     }
     return memory;
   }
+  /// Leaves bytes of the state out that hold nothing, such as the places of a vector beyond its size.
+  [[nodiscard]] LastingMemory without(std::span<const std::byte> unused) const {
+    LastingMemory memory = *this;
+    for (std::span<const std::byte>& part : memory.parts_) {
+      const std::byte* const end = part.data() + part.size();
+      if (part.empty() || unused.data() < part.data() || unused.data() + unused.size() > end) continue;
+      const auto free = std::find_if(memory.parts_.begin(), memory.parts_.end(), [](auto& p) { return p.empty(); });
+      if (free == memory.parts_.end()) break;
+      *free = {unused.data() + unused.size(), end};
+      part = {part.data(), unused.data()};
+      break;
+    }
+    return memory;
+  }
   /// Declares that cursor and state change only after a commit of the step.
   [[nodiscard]] LastingMemory changed_by_commits() const {
     LastingMemory memory = *this;
@@ -70,7 +85,15 @@ class LastingMemory {
     return memory;
   }
 
+  /// Declares that the next step changes neither cursor nor state.
+  [[nodiscard]] LastingMemory at_rest() const {
+    LastingMemory memory = *this;
+    memory.at_rest_ = true;
+    return memory;
+  }
+
   [[nodiscard]] bool changes_by_commits() const { return by_commits_; }
+  [[nodiscard]] bool is_at_rest() const { return at_rest_; }
   [[nodiscard]] std::uint64_t head_checksum() const { return memory_sum64(head_); }
   [[nodiscard]] std::uint64_t state_checksum() const {
     std::uint64_t sum = 0;
@@ -88,7 +111,7 @@ class LastingMemory {
   std::array<std::span<const std::byte>, 5> parts_{};
   std::span<const std::byte> head_, work_;
   std::array<std::span<const std::byte>, 2> kept_{};
-  bool by_commits_ = false;
+  bool by_commits_ = false, at_rest_ = false;
 };
 
 /// A component reads and writes records, and knows no other component.

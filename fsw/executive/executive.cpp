@@ -165,11 +165,6 @@ bool Executive::sound(std::size_t i, const LastingMemory& memory) {
   return false;
 }
 
-bool Executive::changed_on_the_way(const LastingMemory& memory, bool differs) const {
-  if (steps_ == nullptr || !memory.changes_by_commits()) return false;
-  return steps_->refused() || (!steps_->committed() && differs);
-}
-
 void Executive::check_own() {
   const GuardFinding finding = own_guard_.check(own_);
   if (finding == GuardFinding::intact) return;
@@ -213,9 +208,11 @@ void Executive::run_step(std::size_t i) {
   slot.expected_ns = std::max(clock_.now() - begin_ns, slot.expected_ns - slot.expected_ns / forget_divisor);
   if (steps_ != nullptr) steps_->end_step();
   const LastingMemory after = components_[i]->lasting();
-  const std::uint64_t state = after.state_checksum();
-  const bool changed = changed_on_the_way(after, state != slot.state_checksum);
-  if (!changed) seal(i, after, state);
+  const bool watched = steps_ != nullptr && after.changes_by_commits();
+  const bool changed = watched && steps_->refused();
+  // What has not changed keeps its checksum: if a bit has flipped meanwhile, it is found before the next step.
+  const bool same = memory.is_at_rest() || (watched && !steps_->committed());
+  if (!changed) seal(i, after, same ? slot.state_checksum : after.state_checksum());
   if (result.set_parameters) accept_parameters();
   check_parameters();
 

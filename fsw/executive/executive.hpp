@@ -152,7 +152,6 @@ class Executive final : public Health {
   /// Returns false, after a restore, if its memory has changed since its last step.
   bool sound(std::size_t i, const LastingMemory& memory);
   /// The commit of the step was refused, or the step committed nothing and yet cursor and state differ.
-  [[nodiscard]] bool changed_on_the_way(const LastingMemory& memory, bool differs) const;
   void go_back(std::size_t i);
   void check_own();
   void check_parameters();

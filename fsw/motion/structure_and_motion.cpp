@@ -68,7 +68,14 @@ StructureAndMotion::StructureAndMotion(Tables store, const MissionParameters& mi
     : store_(store), mission_(mission), scratch_(scratch) {}
 
 LastingMemory StructureAndMotion::lasting() const {
-  const LastingMemory memory = LastingMemory(cursor_, state_).of(*this).at_work(camera_, patience_);
+  const Tracks& tracks = state_.sequence.tracks;
+  const LastingMemory whole = LastingMemory(cursor_, state_)
+                                  .of(*this)
+                                  .at_work(camera_, patience_)
+                                  .without(memory_between(tracks.end(), tracks.data() + Tracks::capacity()));
+  const bool at_rest =
+      phase_ == Phase::load || phase_ == Phase::detect || phase_ == Phase::begin_match || phase_ == Phase::match;
+  const LastingMemory memory = at_rest ? whole.at_rest() : whole;
   if (!keeps_) return memory;
   if (phase_ == Phase::detect) return keeping_corners(scratch_.as<FeatureScratch>(), memory);
   if (phase_ == Phase::match) return keeping_matches(scratch_.as<FeatureScratch>(), memory);

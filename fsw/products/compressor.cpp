@@ -26,6 +26,7 @@ Status Compressor::restore() {
   // Whatever the flags were, the worker says whether it still has the memory of the job.
   handed_over_ = true;
   wanted_ = stuck_ = loaded_ = false;
+  coded_mask_checksum_ = 0;
   const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   // A product on record was made. A product that the ground holds has left the store, and its keyframe with it.
@@ -43,8 +44,10 @@ Status Compressor::restore() {
 /// Loads what the product needs of the maps. If it cannot be read, all of the image counts as new.
 Status Compressor::load_depth(std::int64_t keyframe_id, ProductKind kind, Status& damage) {
   damage = get(store_, keyframe_id, subject_.depth);
-  if (damage.ok() && kind == ProductKind::depth) damage = load_maps(store_, subject_.depth, work().maps);
-  if (damage.ok() && kind == ProductKind::image) damage = load_mask(store_, subject_.depth, work().maps);
+  // A keyframe's second product has the mask of its first one.
+  const DecodedMask earlier{coding_.newly_seen(), coded_mask_checksum_};
+  if (damage.ok() && kind == ProductKind::depth) damage = load_maps(store_, subject_.depth, work().maps, earlier);
+  if (damage.ok() && kind == ProductKind::image) damage = load_mask(store_, subject_.depth, work().maps, earlier);
   if (damage.ok() || (is_transient(damage) && !patience_.given_up(keyframe_id))) return damage;
   DepthRecord none;
   none.id = keyframe_id;
@@ -152,6 +155,7 @@ Status Compressor::order(ProductKind kind) {
   coding_.width = mask.width;
   coding_.height = mask.height;
   std::copy_n(mask.data, mask.area(), coding_.mask.begin());
+  coded_mask_checksum_ = subject_.depth.mask.bytes == 0 ? 0 : checksum_of_mask(subject_.depth, work().maps);
   if (kind == ProductKind::depth) {
     std::copy_n(work().maps.codes.view().data, mask.area(), coding_.codes().data);
   } else {

@@ -92,6 +92,7 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
   bool handed_over_ = false;  ///< coding_ may be the worker's
   bool wanted_ = false;       ///< its result is that of order_
   bool stuck_ = false;
+  std::uint32_t coded_mask_checksum_ = 0;  ///< of the code of the mask in coding_; 0: it is of no code
   double interval_s_ = 0, mean_interval_s_ = 0;
   InlineWorker inline_worker_;
   ProductCoding coding_{};

@@ -15,9 +15,21 @@ struct MapBuffers {
   std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> bytes{};
 };
 
-/// The mask alone; the other maps stay as they are. `not_found` when it has been released.
-Status load_mask(Reader<DepthRecord> store, const DepthRecord& depth, MapBuffers& maps);
+/// A mask that was decoded earlier, and what checksum_of_mask() gave for its code.
+struct DecodedMask {
+  MaskView mask;
+  std::uint32_t checksum = 0;  ///< 0: there is none
+};
+
+/// Of the code of the mask that was loaded last.
+[[nodiscard]] std::uint32_t checksum_of_mask(const DepthRecord& depth, const MapBuffers& maps);
+
+/// The mask alone; the other maps stay as they are. A mask with the code of `earlier` is copied instead of decoded.
+/// `not_found` when it has been released.
+Status load_mask(Reader<DepthRecord> store, const DepthRecord& depth, MapBuffers& maps,
+                 const DecodedMask& earlier = {});
 /// Without depth, codes and sigma are all zero. `not_found` when the maps have been released.
-Status load_maps(Reader<DepthRecord> store, const DepthRecord& depth, MapBuffers& maps);
+Status load_maps(Reader<DepthRecord> store, const DepthRecord& depth, MapBuffers& maps,
+                 const DecodedMask& earlier = {});
 
 }  // namespace ilp

@@ -1,5 +1,6 @@
 #include "fsw/products/richness_scorer.hpp"
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/vision/terrain/depth_coding.hpp"
 #include "fsw/vision/terrain/sigma_map.hpp"
@@ -12,6 +13,16 @@ constexpr float px_per_sigma_code = 1.0F / static_cast<float>(sigma_codes_per_px
 
 double squash(const CueScale& scale, double cue) {
   return cue / (cue + scale.half);
+}
+
+void decode_sigma(const std::uint16_t* codes, const std::uint8_t* sigma_codes, std::size_t count, float unit,
+                  float* __restrict sigma) {
+  for (std::size_t i = 0; i < count; ++i) {
+    // A supported depth has no relief of its own.
+    const bool measured = (codes[i] != 0) & (sigma_codes[i] <= sigma_code_largest);
+    const float value = static_cast<float>(static_cast<std::int32_t>(sigma_codes[i])) * unit;
+    sigma[i] = measured ? value : 0.0F;
+  }
 }
 
 void fill(const RichnessCues& cues, const RichnessParams& params, RichnessRecord& record) {
@@ -78,15 +89,10 @@ Status RichnessScorer::decode_maps() {
   const DepthCoding coding{depth_.offset, depth_.verdict == DepthVerdict::ok ? depth_.step : 1.0};
   ILP_TRY(decode_depth(w.maps.codes.view(), coding, w.inverse_depth.view()));
   const ImageView<const std::uint16_t> codes = w.maps.codes.view();
-  const std::uint8_t* sigma_code = w.maps.sigma.view().data;
-  float* sigma = w.sigma.view().data;
   const double per_px = depth_.disparity_per_inverse_depth_px > 0 ? 1.0 / depth_.disparity_per_inverse_depth_px : 0;
   const float unit = static_cast<float>(per_px) * px_per_sigma_code;
-  for (std::size_t i = 0; i < codes.area(); ++i) {
-    // A supported depth has no relief of its own.
-    const bool measured = codes.data[i] != 0 && sigma_code[i] <= sigma_code_largest;
-    sigma[i] = measured ? static_cast<float>(sigma_code[i]) * unit : 0.0F;
-  }
+  with_widest_vectors(
+      [&] { decode_sigma(codes.data, w.maps.sigma.view().data, codes.area(), unit, w.sigma.view().data); });
   begin_richness(w.richness, w.cues);
   return {};
 }

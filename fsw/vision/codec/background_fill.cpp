@@ -1,8 +1,11 @@
 #include "fsw/vision/codec/background_fill.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <limits>
+
+#include "fsw/base/vector_width.hpp"
 
 namespace ilp {
 namespace {
@@ -12,33 +15,38 @@ constexpr int max_levels = 24;
 
 using Level = ImageView<std::int32_t>;
 
-struct Mean {
-  std::int32_t sum = 0;
-  std::int32_t count = 0;
-
-  void add(std::int32_t sample) {
-    if (sample == unknown_sample) return;
-    sum += sample;
-    ++count;
-  }
-  [[nodiscard]] std::int32_t value() const { return count == 0 ? unknown_sample : sum / count; }
-};
+/// The mean of the known ones of four samples; unknown if there are none.
+std::int32_t mean_of(std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d) {
+  // Without branches, and with all quotients, because these go in vectors.
+  const auto only_if = [](bool condition, std::int32_t value) { return value & -static_cast<std::int32_t>(condition); };
+  const auto known = [&](std::int32_t sample) { return only_if(sample != unknown_sample, sample); };
+  const auto one = [&](std::int32_t sample) { return only_if(sample != unknown_sample, 1); };
+  const std::int32_t sum = known(a) + known(b) + known(c) + known(d);
+  const std::int32_t count = one(a) + one(b) + one(c) + one(d);
+  return only_if(count == 0, unknown_sample) | only_if(count == 1, sum) | only_if(count == 2, sum / 2) |
+         only_if(count == 3, sum / 3) | only_if(count == 4, sum / 4);
+}
 
 /// Takes the mean of the known samples in each square of four.
 void pull(const Level& fine, const Level& coarse) {
+  if (fine.data == nullptr) return;
+  const std::ptrdiff_t whole = fine.width / 2;
   for (std::int32_t y = 0; y < coarse.height; ++y) {
-    const std::int32_t* upper = fine.row(2 * y);
-    const std::int32_t* lower = 2 * y + 1 < fine.height ? fine.row(2 * y + 1) : nullptr;
-    std::int32_t* out = coarse.row(y);
-    for (std::ptrdiff_t x = 0; x < coarse.width; ++x) {
-      const bool inner = 2 * x + 1 < fine.width;
-      Mean mean;
-      mean.add(upper[2 * x]);
-      if (inner) mean.add(upper[2 * x + 1]);
-      if (lower != nullptr) mean.add(lower[2 * x]);
-      if (lower != nullptr && inner) mean.add(lower[2 * x + 1]);
-      out[x] = mean.value();
+    const std::int32_t* const upper = fine.row(2 * y);
+    const std::int32_t* const lower = 2 * y + 1 < fine.height ? fine.row(2 * y + 1) : nullptr;
+    std::int32_t* const __restrict out = coarse.row(y);
+    if (lower != nullptr) {
+      for (std::ptrdiff_t x = 0; x < whole; ++x) {
+        out[x] = mean_of(upper[2 * x], upper[2 * x + 1], lower[2 * x], lower[2 * x + 1]);
+      }
+    } else {
+      for (std::ptrdiff_t x = 0; x < whole; ++x) {
+        out[x] = mean_of(upper[2 * x], upper[2 * x + 1], unknown_sample, unknown_sample);
+      }
     }
+    if (whole == coarse.width) continue;
+    out[whole] =
+        mean_of(upper[2 * whole], lower != nullptr ? lower[2 * whole] : unknown_sample, unknown_sample, unknown_sample);
   }
 }
 
@@ -46,17 +54,31 @@ std::int32_t clamped(std::int32_t i, std::int32_t size) {
   return i < 0 ? 0 : i < size ? i : size - 1;
 }
 
+/// Bilinear between the middles of four coarse samples, nearest to the first.
+std::int32_t between(std::int32_t nearest, std::int32_t beside, std::int32_t beyond, std::int32_t across) {
+  return (9 * nearest + 3 * (beside + beyond) + across + 8) >> 4;
+}
+
 /// Interpolates bilinearly from the coarse level, which is known everywhere, to the unknown samples of the fine one.
 void push(const Level& coarse, const Level& fine) {
   for (std::int32_t y = 0; y < fine.height; ++y) {
-    std::int32_t* out = fine.row(y);
-    const std::int32_t* near = coarse.row(y / 2);
-    const std::int32_t* far = coarse.row(clamped(y % 2 == 0 ? y / 2 - 1 : y / 2 + 1, coarse.height));
+    std::int32_t* const __restrict out = fine.row(y);
+    const std::int32_t* const near = coarse.row(y / 2);
+    const std::int32_t* const far = coarse.row(clamped(y % 2 == 0 ? y / 2 - 1 : y / 2 + 1, coarse.height));
+    const auto fill = [&](std::ptrdiff_t x, std::ptrdiff_t a, std::ptrdiff_t b) {
+      const std::int32_t value = between(near[a], near[b], far[a], far[b]);
+      out[x] = out[x] == unknown_sample ? value : out[x];
+    };
+    // Two samples inside of the border at a time: the left and the right half of a coarse one.
+    const std::ptrdiff_t inner = std::max(fine.width / 2 - 1, 0);
+    for (std::ptrdiff_t a = 1; a < inner; ++a) {
+      fill(2 * a, a, a - 1);
+      fill(2 * a + 1, a, a + 1);
+    }
     for (std::int32_t x = 0; x < fine.width; ++x) {
-      if (out[x] != unknown_sample) continue;
-      const std::int32_t a = x / 2;
-      const std::int32_t b = clamped(x % 2 == 0 ? a - 1 : a + 1, coarse.width);
-      out[x] = (9 * near[a] + 3 * (near[b] + far[a]) + far[b] + 8) >> 4;
+      if (x == 2) x = std::max(x, static_cast<std::int32_t>(2 * inner));
+      if (x >= fine.width) break;
+      fill(x, x / 2, clamped(x % 2 == 0 ? x / 2 - 1 : x / 2 + 1, coarse.width));
     }
   }
 }
@@ -83,10 +105,12 @@ void fill_background(ImageView<std::int32_t> samples, MaskView mask, std::int32_
     const Level& fine = levels[count - 1];
     const Level coarse(free, (fine.width + 1) / 2, (fine.height + 1) / 2);
     free += coarse.area();
-    pull(fine, coarse);
+    with_widest_vectors([&] { pull(fine, coarse); });
     levels[count++] = coarse;
   }
-  while (--count > 0) push(levels[count], levels[count - 1]);
+  with_widest_vectors([&] {
+    while (--count > 0) push(levels[count], levels[count - 1]);
+  });
 }
 
 }  // namespace ilp

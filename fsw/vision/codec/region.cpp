@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "fsw/base/math.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/codec/wavelet53.hpp"
 
 namespace ilp {
@@ -74,6 +75,19 @@ void count_band(ImageView<const std::int32_t> coefficients, ImageView<const std:
   for (int q = 0; q <= max_dropped_planes; ++q) costs.background[static_cast<std::size_t>(q)] += lengths[0].bytes(q);
 }
 
+/// Multiplies the region's coefficients, and leaves the lowest planes of the others out, or all of them.
+void scale_row(const std::uint8_t* mask, std::int32_t width, std::int32_t factor, bool drop, int planes,
+               std::int32_t* __restrict c) {
+  const std::int32_t below = (std::int32_t{1} << planes) - 1;
+  const std::int32_t kept = drop ? 0 : ~std::int32_t{0};
+  for (std::int32_t x = 0; x < width; ++x) {
+    // Rounds towards zero, as a division does.
+    const std::int32_t outside = ((c[x] + ((c[x] >> 31) & below)) >> planes) & kept;
+    const std::int32_t inside = c[x] * factor;
+    c[x] = mask[x] != 0 ? inside : outside;
+  }
+}
+
 }  // namespace
 
 void to_coefficients(ImageView<std::int32_t> samples, ImageView<std::uint8_t> mask, int wavelet_levels,
@@ -119,15 +133,12 @@ void to_pre_image(ImageView<std::int32_t> coefficients, ImageView<const std::uin
   const bool drop = coding == RegionCoding::drop_background;
   if (mask.data != nullptr && (drop || shift.shift > 0)) {
     const std::int32_t factor = std::int32_t{1} << (shift.shift - shift.dropped_planes);
-    const std::int32_t divisor = std::int32_t{1} << shift.dropped_planes;
-    for (std::int32_t y = 0; y < coefficients.height; ++y) {
-      std::int32_t* c = coefficients.row(y);
-      const std::uint8_t* m = mask.row(y);
-      for (std::int32_t x = 0; x < coefficients.width; ++x) {
-        const std::int32_t outside = drop ? 0 : c[x] / divisor;
-        c[x] = m[x] != 0 ? c[x] * factor : outside;
+    const int planes = drop ? 0 : shift.dropped_planes;
+    with_widest_vectors([&] {
+      for (std::int32_t y = 0; y < coefficients.height; ++y) {
+        scale_row(mask.row(y), coefficients.width, factor, drop, planes, coefficients.row(y));
       }
-    }
+    });
   }
   inverse_wavelet53(coefficients, wavelet_levels, scratch);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/image/box_sums.hpp"
 
 namespace ilp {
@@ -95,12 +96,14 @@ Status measure_repetition(GrayView image, RepetitionWorkspace& w, double& peak) 
     const std::int32_t at_shift = dy * columns + dx + reach_x;
     return w.correlation[static_cast<std::size_t>(at_shift)];
   };
-  for (std::int32_t dy = 0; dy <= reach_y; ++dy) {
-    for (std::int32_t dx = -reach_x; dx <= reach_x; ++dx) {
-      const bool enough = 5 * (detail.width - std::abs(dx)) * (detail.height - dy) >= detail.width * detail.height;
-      at(dx, dy) = enough ? correlate(detail, energy, dx, dy, small ? 1 : 4) : 0;
+  with_widest_vectors([&] {
+    for (std::int32_t dy = 0; dy <= reach_y; ++dy) {
+      for (std::int32_t dx = -reach_x; dx <= reach_x; ++dx) {
+        const bool enough = 5 * (detail.width - std::abs(dx)) * (detail.height - dy) >= detail.width * detail.height;
+        at(dx, dy) = enough ? correlate(detail, energy, dx, dy, small ? 1 : 4) : 0;
+      }
     }
-  }
+  });
   // The autocorrelation is symmetric about zero: the row above the first is the mirror of the one below.
   for (std::int32_t dy = 0; dy < reach_y; ++dy) {
     for (std::int32_t dx = -reach_x + 1; dx < reach_x; ++dx) {

@@ -3,11 +3,48 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/vector_width.hpp"
+
 namespace ilp {
 namespace {
 
 bool positive(double v) {
   return std::isfinite(v) && v > 0;
+}
+
+/// The code is the integer below.
+double above_code(float inverse_depth, const DepthCoding& coding) {
+  return (static_cast<double>(inverse_depth) - coding.offset) / coding.step + 0.5;
+}
+/// Whether the integer below is a code.
+bool has_code(double above) {
+  return (above >= 1) & (above < max_depth_code + 1);
+}
+
+/// False if a value has no code.
+bool encode_row(const float* inverse_depth, const float* sigma, const std::uint8_t* mask, std::int32_t width,
+                const DepthCoding coding, std::uint16_t* __restrict codes) {
+  std::int32_t wrong = 0;
+  for (std::int32_t x = 0; x < width; ++x) {
+    const bool known = (mask[x] != 0) & (sigma[x] > 0);
+    const double above = above_code(inverse_depth[x], coding);
+    const bool fits = has_code(above);
+    wrong |= static_cast<std::int32_t>(known & !fits);
+    codes[x] = static_cast<std::uint16_t>(static_cast<std::int32_t>((known & fits) ? above : 0.0));
+  }
+  return wrong == 0;
+}
+
+/// The largest code of the row; the values of a row with one above max_depth_code have no meaning.
+std::uint16_t decode_row(const std::uint16_t* codes, std::int32_t width, const DepthCoding coding,
+                         float* __restrict inverse_depth) {
+  std::uint16_t largest = 0;
+  for (std::int32_t x = 0; x < width; ++x) {
+    largest = codes[x] > largest ? codes[x] : largest;
+    const auto value = static_cast<float>(coding.offset + coding.step * static_cast<std::int32_t>(codes[x]));
+    inverse_depth[x] = codes[x] == 0 ? 0.0F : value;
+  }
+  return largest;
 }
 
 }  // namespace
@@ -43,16 +80,20 @@ Status encode_depth(ImageView<const float> inverse_depth, ImageView<const float>
     return {StatusCode::invalid_argument, 1};
   }
   if (!positive(coding.step) || !std::isfinite(coding.offset)) return {StatusCode::invalid_argument, 2};
-  for (std::int32_t y = 0; y < mask.height; ++y) {
-    for (std::int32_t x = 0; x < mask.width; ++x) {
-      codes.at(x, y) = 0;
-      if (mask.at(x, y) == 0 || !(sigma.at(x, y) > 0)) continue;
-      const double code = std::floor((static_cast<double>(inverse_depth.at(x, y)) - coding.offset) / coding.step + 0.5);
-      if (!(code >= 1 && code <= max_depth_code)) {
-        return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(std::clamp(code, -1e9, 1e9)), max_depth_code};
-      }
-      codes.at(x, y) = static_cast<std::uint16_t>(code);
+  std::int32_t y = 0;
+  with_widest_vectors([&] {
+    while (y < mask.height &&
+           encode_row(inverse_depth.row(y), sigma.row(y), mask.row(y), mask.width, coding, codes.row(y))) {
+      ++y;
     }
+  });
+  if (y == mask.height) return {};
+  for (std::int32_t x = 0; x < mask.width; ++x) {
+    if (mask.at(x, y) == 0 || !(sigma.at(x, y) > 0)) continue;
+    const double above = above_code(inverse_depth.at(x, y), coding);
+    if (has_code(above)) continue;
+    return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(std::clamp(std::floor(above), -1e9, 1e9)),
+            max_depth_code};
   }
   return {};
 }
@@ -61,14 +102,16 @@ Status decode_depth(ImageView<const std::uint16_t> codes, const DepthCoding& cod
                     const ImageView<float>& inverse_depth) {
   if (!same_size(codes, inverse_depth)) return {StatusCode::invalid_argument, 1};
   if (!positive(coding.step) || !std::isfinite(coding.offset)) return {StatusCode::invalid_argument, 2};
-  for (std::int32_t y = 0; y < codes.height; ++y) {
-    for (std::int32_t x = 0; x < codes.width; ++x) {
-      const std::uint16_t code = codes.at(x, y);
-      if (code > max_depth_code) return {StatusCode::parse_error, static_cast<std::int64_t>(y) * codes.width + x};
-      inverse_depth.at(x, y) = code == 0 ? 0.0F : static_cast<float>(coding.offset + coding.step * code);
+  std::int32_t y = 0;
+  with_widest_vectors([&] {
+    while (y < codes.height && decode_row(codes.row(y), codes.width, coding, inverse_depth.row(y)) <= max_depth_code) {
+      ++y;
     }
-  }
-  return {};
+  });
+  if (y == codes.height) return {};
+  std::int32_t x = 0;
+  while (codes.at(x, y) <= max_depth_code) ++x;
+  return {StatusCode::parse_error, static_cast<std::int64_t>(y) * codes.width + x};
 }
 
 }  // namespace ilp

@@ -1,6 +1,7 @@
 #include "fsw/vision/terrain/mask.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -209,27 +210,61 @@ void drop_uncertain_depths(double largest_sigma, const DepthView& depth) {
   }
 }
 
+namespace {
+
+using RowOfBytes = std::array<std::uint8_t, limits::max_image_width>;
+
+/// Whether each of `width` pixels from `first` on is covered.
+void unpack(const Coverage& coverage, std::size_t first, std::int32_t width, RowOfBytes& covered) {
+  static_assert(std::endian::native == std::endian::little);
+  std::int32_t x = 0;
+  for (; x + 8 <= width; x += 8) {
+    const std::size_t at = first + static_cast<std::size_t>(x), word = at >> 6U, shift = at & 63U;
+    std::uint64_t eight = coverage.bits[word] >> shift;
+    if (shift > 56) eight |= coverage.bits[word + 1] << (64 - shift);
+    // Byte k keeps bit k.
+    const std::uint64_t spread = ((eight & 255U) * 0x0101010101010101U) & 0x8040201008040201U;
+    std::memcpy(&covered[static_cast<std::size_t>(x)], &spread, sizeof(spread));
+  }
+  for (; x < width; ++x)
+    covered[static_cast<std::size_t>(x)] = coverage.at(first + static_cast<std::size_t>(x)) ? 1 : 0;
+}
+
+void mark_row(const float* sigma, const RowOfBytes& covered, const RowOfBytes& better, std::int32_t width,
+              std::uint8_t* __restrict mask, MaskCounts& counts) {
+  std::uint32_t matched = 0, fresh = 0;
+  for (std::int32_t x = 0; x < width; ++x) {
+    const auto i = static_cast<std::size_t>(x);
+    const auto is_matched = static_cast<std::uint32_t>(sigma[x] > 0);
+    const auto is_new = static_cast<std::uint32_t>(covered[i] == 0) | static_cast<std::uint32_t>(better[i] != 0);
+    const std::uint32_t is_fresh = is_matched & is_new;
+    mask[x] = is_fresh != 0 ? 255 : 0;
+    matched += is_matched;
+    fresh += is_fresh;
+  }
+  counts.matched += matched;
+  counts.newly_seen += fresh;
+}
+
+}  // namespace
+
 Status newly_seen_mask(ImageView<const float> sigma, const Coverage& coverage, const SeenCells& now,
                        std::int32_t finer_steps, const ImageView<std::uint8_t>& mask, MaskCounts& counts) {
   if (!same_size(sigma, coverage) || !same_size(sigma, mask)) return {StatusCode::invalid_argument, 1, sigma.width};
   counts = {};
-  std::array<bool, static_cast<std::size_t>(seen_cells_side(limits::max_image_width))> better{};
-  std::size_t pixel = 0;
-  for (std::int32_t y = 0; y < mask.height; ++y) {
-    const float* s = sigma.row(y);
-    std::uint8_t* m = mask.row(y);
-    for (std::int32_t x = 0; y % seen_cell_px == 0 && x < mask.width; x += seen_cell_px) {
-      better[static_cast<std::size_t>(x / seen_cell_px)] =
-          !at_least_as_well(coverage.seen.at(x, y), now.at(x, y), finer_steps);
+  RowOfBytes covered{}, better{};
+  with_widest_vectors([&] {
+    std::size_t pixel = 0;
+    for (std::int32_t y = 0; y < mask.height; ++y, pixel += static_cast<std::size_t>(mask.width)) {
+      for (std::int32_t x = 0; y % seen_cell_px == 0 && x < mask.width; x += seen_cell_px) {
+        const bool is_better = !at_least_as_well(coverage.seen.at(x, y), now.at(x, y), finer_steps);
+        std::fill_n(&better[static_cast<std::size_t>(x)], std::min(seen_cell_px, mask.width - x),
+                    static_cast<std::uint8_t>(is_better));
+      }
+      unpack(coverage, pixel, mask.width, covered);
+      mark_row(sigma.row(y), covered, better, mask.width, mask.row(y), counts);
     }
-    for (std::int32_t x = 0; x < mask.width; ++x, ++pixel) {
-      const bool matched = s[x] > 0;
-      const bool fresh = matched && (!coverage.at(pixel) || better[static_cast<std::size_t>(x / seen_cell_px)]);
-      m[x] = fresh ? 255 : 0;
-      counts.matched += matched ? 1 : 0;
-      counts.newly_seen += fresh ? 1 : 0;
-    }
-  }
+  });
   return {};
 }
 

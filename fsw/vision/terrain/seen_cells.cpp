@@ -28,7 +28,8 @@ std::uint8_t byte_of(const Quality& quality) {
 
 /// Rounded to the nearest level, before it repeats.
 std::int32_t level_of(double ratio) {
-  const double octaves = det_log(ratio) / det_log(2);
+  constexpr double ln2 = 0.69314718055994530942;  // as det_log(2)
+  const double octaves = det_log(ratio) / ln2;
   return static_cast<std::int32_t>(std::floor(sampling_levels_per_octave * std::clamp(octaves, -1e6, 1e6) + 0.5));
 }
 

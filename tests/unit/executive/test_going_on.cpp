@@ -310,8 +310,86 @@ TEST_F(CommittingTest, AStateThatFlipsInAStepWithoutACommitIsNotTakenForItsOwn) 
   component_.commits = false;
   component_.before_commit = [](CommittingComponent& c) { c.flip_state(); };
   executive_.run_minor_frame();
+  executive_.run_minor_frame();
+  EXPECT_EQ(component_.steps, 1) << "it took a step with the flipped state";
   EXPECT_EQ(component_.state(), 0U);
   EXPECT_EQ(told(), 1U);
+}
+
+/// Its state is a vector that is never full.
+class GrowingComponent final : public Component {
+ public:
+  [[nodiscard]] const char* name() const override { return "growing"; }
+  Status restore() override {
+    ++restores;
+    return {};
+  }
+  StepResult step() override { return {elements.push_back(7) ? Status{} : StatusCode::capacity_exceeded, false}; }
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(elements, restores)
+        .of(*this)
+        .without(memory_between(elements.end(), elements.data() + elements.capacity()));
+  }
+
+  FixedVector<std::uint32_t, 1000> elements;
+  int restores = 0;
+};
+
+/// Its steps say before whether they change the state.
+class RestingComponent final : public Component {
+ public:
+  [[nodiscard]] const char* name() const override { return "resting"; }
+  Status restore() override {
+    ++restores;
+    state = 0;
+    return {};
+  }
+  StepResult step() override {
+    if (!rests || flips) ++state;
+    return {};
+  }
+  [[nodiscard]] LastingMemory lasting() const override {
+    const LastingMemory memory(state);
+    return rests ? memory.at_rest() : memory;
+  }
+
+  std::uint32_t state = 0;
+  int restores = 0;
+  bool rests = false, flips = false;
+};
+
+TEST_F(CommittingTest, AStateThatFlipsInAStepThatDoesNotChangeItIsFoundBeforeTheNextStep) {
+  RestingComponent resting;
+  Component* components[1] = {&resting};
+  Executive executive({&stage_, 1}, components, store_, clock_);
+  ASSERT_TRUE(executive.start().ok());
+  executive.run_minor_frame();
+  resting.rests = true;
+  executive.run_minor_frame();
+  executive.run_minor_frame();
+  EXPECT_EQ(resting.state, 1U);
+  EXPECT_EQ(resting.restores, 1);
+  resting.flips = true;
+  executive.run_minor_frame();
+  executive.run_minor_frame();
+  EXPECT_EQ(resting.state, 0U) << "it took a step with the flipped state";
+  EXPECT_EQ(resting.restores, 2);
+}
+
+TEST_F(CommittingTest, OnlyElementsThatAreThereAreCompared) {
+  GrowingComponent growing;
+  Component* components[1] = {&growing};
+  Executive executive({&stage_, 1}, components, store_, clock_);
+  ASSERT_TRUE(executive.start().ok());
+  executive.run_minor_frame();
+  executive.run_minor_frame();
+  ASSERT_EQ(growing.restores, 1);
+  growing.elements.data()[2] ^= 1U << 9U;
+  executive.run_minor_frame();
+  EXPECT_EQ(growing.restores, 1) << "the third element is written before it is read";
+  growing.elements.data()[2] ^= 1U << 9U;
+  executive.run_minor_frame();
+  EXPECT_EQ(growing.restores, 2);
 }
 
 TEST_F(CommittingTest, WorkThatFlipsBetweenTwoStepsIsDoneAgain) {

@@ -51,6 +51,25 @@ TEST_F(CompressorTest, OfAKeyframeWithNothingNewNoProductIsMadeAndTheNextOneIs) 
   EXPECT_GT(read<ProductRecord>(product_id(6, ProductKind::image)).data.bytes, 0U);
 }
 
+TEST_F(CompressorTest, OnlyAMaskOfTheSameCodeIsTakenInsteadOfDecodingIt) {
+  write_keyframe(5, 0.4, 0.3);
+  write_keyframe(6, 0.4, 0.1);
+  const auto large = read<DepthRecord>(5), small = read<DepthRecord>(6);
+  const auto maps = std::make_unique<MapBuffers>();
+  const auto loaded = [&](const DepthRecord& depth, const DecodedMask& earlier) {
+    EXPECT_TRUE(load_mask(store, depth, *maps, earlier).ok());
+    const MaskView decoded = maps->mask.view();
+    return std::vector<std::uint8_t>(decoded.data, decoded.data + decoded.area());
+  };
+  const std::vector<std::uint8_t> of_large = loaded(large, {}), at_hand(of_large.size(), 1);
+  DecodedMask earlier{{at_hand.data(), large.width, large.height}, checksum_of_mask(large, *maps)};
+  const std::vector<std::uint8_t> of_small = loaded(small, {});
+  EXPECT_EQ(loaded(large, earlier), at_hand);
+  EXPECT_EQ(loaded(small, earlier), of_small);
+  earlier.checksum = 0;
+  EXPECT_EQ(loaded(large, earlier), of_large);
+}
+
 TEST_F(CompressorTest, NoDisparityIsFartherOffThanItsLayerStates) {
   for (const double asked : {0.0, 0.25}) {
     mission.depth_error_px = asked;

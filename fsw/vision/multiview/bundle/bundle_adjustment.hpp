@@ -166,6 +166,8 @@ class BundleAdjuster {
     Lanes y[3];  ///< L^-1 gradient
     Lanes damping[3];
   };
+  template <typename V>
+  struct Factors;
   /// Normal equations of one camera, its centre in its own axes.
   struct CameraNormal {
     Lanes gradient[6];  ///< reduced
@@ -196,16 +198,26 @@ class BundleAdjuster {
   void add_priors();
   void multiply_priors(const double* x, double* y) const;
   void pair_points();
-  void load_points(const Packet& packet, const BundlePoint* points, Lanes out[3]) const;
-  void load_observation(const Packet& packet, std::uint32_t k, Lanes& x, Lanes& y) const;
-  void accumulate_cost(const Packet& packet, const std::array<Camera, limits::max_bundle_cameras>& cameras,
-                       const Lanes point[3], Cost& cost) const;
+  template <typename Work>
+  void for_each_packet(const Work& work) const;
+  // Of packet p, or with wider lanes of it and the next one.
+  [[nodiscard]] const PointSpan& span_of(std::size_t p, std::size_t lane) const;
+  template <typename V>
+  void load_points(std::size_t p, const BundlePoint* points, V (&out)[3]) const;
+  template <typename V>
+  void load_observation(std::size_t p, std::uint32_t k, V& x, V& y) const;
+  template <typename V>
+  void accumulate_cost(std::size_t p, const std::array<Camera, limits::max_bundle_cameras>& cameras,
+                       const V (&point)[3], Cost& cost) const;
   bool linearise(double damping);
-  bool eliminate(const Packet& packet, double damping, Eliminated& out);
-  static void add_camera(bundle::View& at, const Eliminated& point, CameraNormal& normal, std::array<Lanes, 36>& block);
+  template <typename V>
+  bool eliminate(std::size_t p, double damping);
+  template <typename V>
+  static void add_camera(bundle::View<V>& at, const Factors<V>& point, CameraNormal& normal, bundle::Block& block);
   void finish_normal(std::size_t a);
   void world_block(std::size_t a, std::size_t b, double out[36]) const;
-  void step_points(const Packet& packet, const Eliminated& e, Lanes from[3], double& predicted_twice);
+  template <typename V>
+  void step_points(std::size_t p, V (&from)[3], double& predicted_twice);
   /// Into the trial; returns their cost with the trial's cameras.
   Cost step_all_points(double& predicted_twice);
   void assemble(double damping);
@@ -240,9 +252,9 @@ class BundleAdjuster {
   std::array<Eliminated, limits::max_bundle_points> eliminated_;
   std::array<BundlePoint, limits::max_bundle_points> trial_points_;
   std::array<CameraNormal, limits::max_bundle_cameras> normals_;
-  /// Upper blocks of the Schur complement, block (a, b) at a * max_bundle_cameras + b, 6x6 row-major, the centres in
-  /// their cameras' axes.
-  std::array<std::array<Lanes, 36>, limits::max_bundle_cameras * limits::max_bundle_cameras> blocks_;
+  /// Upper blocks of the Schur complement, block (a, b) at a * max_bundle_cameras + b, the centres in their cameras'
+  /// axes.
+  std::array<bundle::Block, limits::max_bundle_cameras * limits::max_bundle_cameras> blocks_;
   std::array<double, max_system> diagonal_;  ///< of the cameras' normal equations before any point is eliminated
   std::array<double, max_system> reduced_gradient_;
   std::array<double, max_system * max_system> system_;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
 #include "fsw/vision/multiview/bundle/dense_cholesky.hpp"
 
@@ -160,29 +161,31 @@ void BundleAdjuster::free_fixed_blocks(BundleCovariance& joint) {
   const std::size_t m = camera_size * joint.fixed_count;
   std::array<std::size_t, limits::max_bundle_cameras> column;
   for (std::size_t f = 0; f < joint.fixed_count; ++f) column[joint.fixed_camera[f]] = camera_size * f;
-  for (std::size_t p = 0; p < packet_count_; ++p) {
-    const Packet& packet = packets_[p];
-    for (int lane = 0; lane < (packet.a == packet.b ? 1 : 2); ++lane) {
-      const PointSpan& span = spans_[lane == 0 ? packet.a : packet.b];
-      double l[6];
-      for (int k = 0; k < 6; ++k) l[k] = eliminated_[p].l[k][lane];
-      double t[limits::max_bundle_cameras][18];
-      for (std::uint32_t i = span.first; i < span.last; ++i) {
-        const Observation& o = observations_[i];
-        couple(bundle::linearise(cameras_[o.camera], o, problem_->points[span.point].position, loss()), l,
-               t[i - span.first]);
-      }
-      for (std::uint32_t i = span.first; i < span.last; ++i) {
-        const std::int32_t a = cameras_[observations_[i].camera].free_index;
-        for (std::uint32_t j = span.first; a >= 0 && j < span.last; ++j) {
-          const std::uint16_t fixed = observations_[j].camera;
-          if (cameras_[fixed].free_index >= 0) continue;
-          const std::size_t row = camera_size * static_cast<std::size_t>(a);
-          add_product(t[i - span.first], t[j - span.first], m, &joint.transfer[row * m + column[fixed]]);
+  with_widest_vectors([&] {
+    for (std::size_t p = 0; p < packet_count_; ++p) {
+      const Packet& packet = packets_[p];
+      for (int lane = 0; lane < (packet.a == packet.b ? 1 : 2); ++lane) {
+        const PointSpan& span = spans_[lane == 0 ? packet.a : packet.b];
+        double l[6];
+        for (int k = 0; k < 6; ++k) l[k] = eliminated_[p].l[k][lane];
+        double t[limits::max_bundle_cameras][18];
+        for (std::uint32_t i = span.first; i < span.last; ++i) {
+          const Observation& o = observations_[i];
+          couple(bundle::linearise(cameras_[o.camera], o, problem_->points[span.point].position, loss()), l,
+                 t[i - span.first]);
+        }
+        for (std::uint32_t i = span.first; i < span.last; ++i) {
+          const std::int32_t a = cameras_[observations_[i].camera].free_index;
+          for (std::uint32_t j = span.first; a >= 0 && j < span.last; ++j) {
+            const std::uint16_t fixed = observations_[j].camera;
+            if (cameras_[fixed].free_index >= 0) continue;
+            const std::size_t row = camera_size * static_cast<std::size_t>(a);
+            add_product(t[i - span.first], t[j - span.first], m, &joint.transfer[row * m + column[fixed]]);
+          }
         }
       }
     }
-  }
+  });
   if (problem_->hold.origin >= 0) add_held_distance(joint);
 }
 

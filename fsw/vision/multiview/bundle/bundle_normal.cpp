@@ -9,8 +9,8 @@
 namespace ilp {
 namespace {
 
-using bundle::both;
-using bundle::Lanes;
+using bundle::lanes_of;
+using bundle::packets_of;
 using bundle::View;
 
 constexpr std::size_t max_cameras = limits::max_bundle_cameras;
@@ -20,33 +20,39 @@ constexpr double min_diagonal = 1e-6;
 double damped_diagonal(double value) {
   return value < min_diagonal ? min_diagonal : value;
 }
-Lanes damped_diagonal(Lanes value) {
-  return Lanes{damped_diagonal(value[0]), damped_diagonal(value[1])};
+template <typename V>
+[[gnu::always_inline]] inline V damped_diagonals(const V& value) {
+  return value < min_diagonal ? V{} + min_diagonal : value;
 }
 
 /// V + damping = L L^T; false if it is not positive definite. v: 00 01 02 11 12 22.
-bool factor(const Lanes v[6], const Lanes damping[3], Lanes l[6]) {
-  const Lanes p0 = v[0] + damping[0];
-  l[3] = 1.0 / bundle::square_root(p0);
+template <typename V>
+[[gnu::always_inline]] inline bool factor(const V (&v)[6], const V (&damping)[3], V (&l)[6]) {
+  const V p0 = v[0] + damping[0];
+  l[3] = 1.0 / bundle::square_root<V>(p0);
   l[0] = v[1] * l[3];
   l[1] = v[2] * l[3];
-  const Lanes p1 = v[3] + damping[1] - l[0] * l[0];
-  l[4] = 1.0 / bundle::square_root(p1);
+  const V p1 = v[3] + damping[1] - l[0] * l[0];
+  l[4] = 1.0 / bundle::square_root<V>(p1);
   l[2] = (v[4] - l[1] * l[0]) * l[4];
-  const Lanes p2 = v[5] + damping[2] - l[1] * l[1] - l[2] * l[2];
-  l[5] = 1.0 / bundle::square_root(p2);
-  return bundle::positive(p0) && bundle::positive(p1) && bundle::positive(p2) && std::isfinite(bundle::sum(p2));
+  const V p2 = v[5] + damping[2] - l[1] * l[1] - l[2] * l[2];
+  l[5] = 1.0 / bundle::square_root<V>(p2);
+  bool finite = true;
+  for (std::size_t lane = 0; lane < lanes_of<V>; lane += 2) finite &= std::isfinite(p2[lane] + p2[lane + 1]);
+  return bundle::positive<V>(p0) && bundle::positive<V>(p1) && bundle::positive<V>(p2) && finite;
 }
 
 /// x <- L^-1 x.
-void forward(const Lanes l[6], Lanes x[3]) {
+template <typename V>
+[[gnu::always_inline]] inline void forward(const V (&l)[6], V (&x)[3]) {
   x[0] = x[0] * l[3];
   x[1] = (x[1] - l[0] * x[0]) * l[4];
   x[2] = (x[2] - l[1] * x[0] - l[2] * x[1]) * l[5];
 }
 
 /// x <- L^-T x.
-void backward(const Lanes l[6], Lanes x[3]) {
+template <typename V>
+[[gnu::always_inline]] inline void backward(const V (&l)[6], V (&x)[3]) {
   x[2] = x[2] * l[5];
   x[1] = (x[1] - l[2] * x[2]) * l[4];
   x[0] = (x[0] - l[0] * x[1] - l[1] * x[2]) * l[3];
@@ -75,142 +81,209 @@ void BundleAdjuster::pair_points() {
   }
 }
 
-void BundleAdjuster::load_points(const Packet& packet, const BundlePoint* points, Lanes out[3]) const {
-  const double* a = points[spans_[packet.a].point].position;
-  const double* b = points[spans_[packet.b].point].position;
-  for (int k = 0; k < 3; ++k) out[k] = Lanes{a[k], b[k]};
-}
+/// The factors of a packet, or of two side by side.
+template <typename V>
+struct BundleAdjuster::Factors {
+  V l[6], y[3], damping[3];
 
-/// Observation k of both points.
-inline void BundleAdjuster::load_observation(const Packet& packet, std::uint32_t k, Lanes& x, Lanes& y) const {
-  const Observation& a = observations_[spans_[packet.a].first + k];
-  const Observation& b = observations_[spans_[packet.b].first + k];
-  x = Lanes{a.x, b.x};
-  y = Lanes{a.y, b.y};
-}
+  void load(const Eliminated* from) {
+    const auto join = [&](auto member) {
+      if constexpr (packets_of<V> == 1) {
+        return member(from[0]);
+      } else {
+        return __builtin_shufflevector(member(from[0]), member(from[1]), 0, 1, 2, 3);
+      }
+    };
+    for (std::size_t k = 0; k < 6; ++k) l[k] = join([k](const Eliminated& e) { return e.l[k]; });
+    for (std::size_t k = 0; k < 3; ++k) y[k] = join([k](const Eliminated& e) { return e.y[k]; });
+    for (std::size_t k = 0; k < 3; ++k) damping[k] = join([k](const Eliminated& e) { return e.damping[k]; });
+  }
+  template <std::size_t Packet>
+  void store_packet(Eliminated& to) const {
+    for (int k = 0; k < 6; ++k) to.l[k] = bundle::lanes_of_packet<Packet>(l[k]);
+    for (int k = 0; k < 3; ++k) to.y[k] = bundle::lanes_of_packet<Packet>(y[k]);
+    for (int k = 0; k < 3; ++k) to.damping[k] = bundle::lanes_of_packet<Packet>(damping[k]);
+  }
+  void store(Eliminated* to) const {
+    store_packet<0>(to[0]);
+    if constexpr (packets_of<V> == 2) store_packet<1>(to[1]);
+  }
+};
 
-void BundleAdjuster::accumulate_cost(const Packet& packet, const std::array<Camera, max_cameras>& cameras,
-                                     const Lanes point[3], Cost& cost) const {
-  const PointSpan& span = spans_[packet.a];
-  const int lanes = packet.a == packet.b ? 1 : 2;
-  const bundle::Loss robust = loss();
-  for (std::uint32_t k = 0; k < span.last - span.first; ++k) {
-    const Camera& camera = cameras[observations_[span.first + k].camera];
-    bundle::Projection p;
-    if (!bundle::project(camera, point, p)) {
-      cost.valid = false;
-      return;
+/// Calls `work` with each packet, or with two neighbours of the same cameras where vectors are wide enough.
+template <typename Work>
+void BundleAdjuster::for_each_packet(const Work& work) const {
+  with_known_vectors([&](auto width) {
+    for (std::size_t p = 0; p < packet_count_;) {
+      if constexpr (decltype(width)::is_wide) {
+        if (p + 1 < packet_count_ && spans_[packets_[p].a].cameras == spans_[packets_[p + 1].a].cameras) {
+          work.template operator()<bundle::WideLanes>(p);
+          p += 2;
+          continue;
+        }
+      }
+      work.template operator()<Lanes>(p);
+      ++p;
     }
-    Lanes observed_x, observed_y;
-    load_observation(packet, k, observed_x, observed_y);
-    const Lanes eu = camera.fx * p.x + camera.cx - observed_x;
-    const Lanes ev = camera.fy * p.y + camera.cy - observed_y;
-    const Lanes squared = eu * eu + ev * ev;
-    for (int lane = 0; lane < lanes; ++lane) {
-      cost.squared += squared[lane];
-      cost.robust += robust.cost(squared[lane]);
+  });
+}
+
+/// The span of a lane's point, counted from packet `p`.
+[[gnu::always_inline]] inline const BundleAdjuster::PointSpan& BundleAdjuster::span_of(std::size_t p,
+                                                                                       std::size_t lane) const {
+  const Packet& packet = packets_[p + lane / 2];
+  return spans_[lane % 2 == 0 ? packet.a : packet.b];
+}
+
+template <typename V>
+[[gnu::always_inline]] inline void BundleAdjuster::load_points(std::size_t p, const BundlePoint* points,
+                                                               V (&out)[3]) const {
+  for (int k = 0; k < 3; ++k) {
+    out[k] = bundle::gather<V>([&](std::size_t lane) { return points[span_of(p, lane).point].position[k]; });
+  }
+}
+
+/// Observation k of all points.
+template <typename V>
+[[gnu::always_inline]] inline void BundleAdjuster::load_observation(std::size_t p, std::uint32_t k, V& x, V& y) const {
+  x = bundle::gather<V>([&](std::size_t lane) { return observations_[span_of(p, lane).first + k].x; });
+  y = bundle::gather<V>([&](std::size_t lane) { return observations_[span_of(p, lane).first + k].y; });
+}
+
+/// Adds the lanes of all observations, one packet after the other. A packet ends where a point is not in front of a
+/// camera.
+template <typename V>
+[[gnu::always_inline]] inline void BundleAdjuster::accumulate_cost(std::size_t p,
+                                                                   const std::array<Camera, max_cameras>& cameras,
+                                                                   const V (&point)[3], Cost& cost) const {
+  const PointSpan& span = span_of(p, 0);
+  const std::uint32_t count = span.last - span.first;
+  const bundle::Loss robust = loss();
+  V squared[max_cameras], costs[max_cameras];
+  bool in_front = true;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const Camera& camera = cameras[observations_[span.first + k].camera];
+    bundle::Projection<V> at;
+    bundle::project<V>(camera, point, at);
+    in_front &= bundle::positive<V>(at.depth);
+    V observed_x, observed_y;
+    load_observation<V>(p, k, observed_x, observed_y);
+    const V eu = camera.fx * at.x + camera.cx - observed_x;
+    const V ev = camera.fy * at.y + camera.cy - observed_y;
+    squared[k] = eu * eu + ev * ev;
+    costs[k] = bundle::robust_cost<V>(squared[k], robust);
+  }
+  if (!in_front) cost.valid = false;
+  for (std::size_t i = 0; i < packets_of<V>; ++i) {
+    const std::size_t lanes = packets_[p + i].a == packets_[p + i].b ? 1 : 2;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      for (std::size_t lane = 2 * i; lane < 2 * i + lanes; ++lane) {
+        cost.squared += squared[k][lane];
+        cost.robust += costs[k][lane];
+      }
     }
   }
 }
 
 BundleAdjuster::Cost BundleAdjuster::evaluate() const {
   Cost cost;
-  with_widest_vectors([&] {
-    for (std::size_t p = 0; p < packet_count_; ++p) {
-      Lanes point[3];
-      load_points(packets_[p], problem_->points.data(), point);
-      accumulate_cost(packets_[p], cameras_, point, cost);
-    }
+  for_each_packet([&]<typename V>(std::size_t p) {
+    V point[3];
+    load_points<V>(p, problem_->points.data(), point);
+    accumulate_cost<V>(p, cameras_, point, cost);
   });
   cost.robust += prior_cost(cameras_);
   if (!std::isfinite(cost.robust)) cost.valid = false;
   return cost;
 }
 
-bool BundleAdjuster::eliminate(const Packet& packet, double damping, Eliminated& out) {
-  const PointSpan& span = spans_[packet.a];
-  const Lanes counts = {1, packet.a == packet.b ? 0.0 : 1.0};
+template <typename V>
+[[gnu::always_inline]] inline bool BundleAdjuster::eliminate(std::size_t p, double damping) {
+  const PointSpan& span = span_of(p, 0);
+  const std::size_t last = p + packets_of<V> - 1;
+  V counts = V{} + 1.0;
+  if (packets_[last].a == packets_[last].b) counts[lanes_of<V> - 1] = 0;
   const bundle::Loss robust = loss();
-  Lanes point[3];
-  load_points(packet, problem_->points.data(), point);
-  std::array<View, max_cameras> views;
+  V point[3];
+  load_points<V>(p, problem_->points.data(), point);
+  std::array<View<V>, max_cameras> views;
   std::array<std::size_t, max_cameras> free;
   std::size_t free_count = 0;
-  Lanes v[6] = {};
-  Lanes g[3] = {};
+  V v[6] = {};
+  V g[3] = {};
   for (std::uint32_t k = 0; k < span.last - span.first; ++k) {
     const Camera& camera = cameras_[observations_[span.first + k].camera];
     // A free camera's view is kept, a fixed one's is overwritten by the next.
-    View& at = views[free_count];
-    Lanes observed_x, observed_y;
-    load_observation(packet, k, observed_x, observed_y);
-    bundle::view(camera, observed_x, observed_y, point, robust, counts, at);
+    View<V>& at = views[free_count];
+    V observed_x, observed_y;
+    load_observation<V>(p, k, observed_x, observed_y);
+    bundle::view<V>(camera, observed_x, observed_y, point, robust, counts, at);
     for (std::size_t r = 0, i = 0; r < 3; ++r) {
       for (std::size_t c = r; c < 3; ++c, ++i) v[i] += at.pu[r] * at.pu[c] + at.pv[r] * at.pv[c];
       g[r] += at.pu[r] * at.eu + at.pv[r] * at.ev;
     }
     if (camera.free_index >= 0) free[free_count++] = static_cast<std::size_t>(camera.free_index);
   }
-  out.damping[0] = damping * damped_diagonal(v[0]);
-  out.damping[1] = damping * damped_diagonal(v[3]);
-  out.damping[2] = damping * damped_diagonal(v[5]);
-  if (!factor(v, out.damping, out.l)) return false;
-  forward(out.l, g);
+  Factors<V> out;
+  out.damping[0] = damping * damped_diagonals<V>(v[0]);
+  out.damping[1] = damping * damped_diagonals<V>(v[3]);
+  out.damping[2] = damping * damped_diagonals<V>(v[5]);
+  if (!factor<V>(v, out.damping, out.l)) return false;
+  forward<V>(out.l, g);
   for (int k = 0; k < 3; ++k) out.y[k] = g[k];
+  out.store(&eliminated_[p]);
   for (std::size_t i = 0; i < free_count; ++i) {
-    add_camera(views[i], out, normals_[free[i]], blocks_[free[i] * max_cameras + free[i]]);
+    add_camera<V>(views[i], out, normals_[free[i]], blocks_[free[i] * max_cameras + free[i]]);
     for (std::size_t j = 0; j < i; ++j) {
-      const View& a = views[j];
-      const View& b = views[i];
-      Lanes n0[6], n1[6];
+      const View<V>& a = views[j];
+      const View<V>& b = views[i];
+      V n0[6], n1[6];
       // The points' derivatives have been multiplied by L^-1 by now.
-      bundle::weigh(b, -(a.pu[0] * b.pu[0] + a.pu[1] * b.pu[1] + a.pu[2] * b.pu[2]),
-                    -(a.pu[0] * b.pv[0] + a.pu[1] * b.pv[1] + a.pu[2] * b.pv[2]),
-                    -(a.pv[0] * b.pu[0] + a.pv[1] * b.pu[1] + a.pv[2] * b.pu[2]),
-                    -(a.pv[0] * b.pv[0] + a.pv[1] * b.pv[1] + a.pv[2] * b.pv[2]), n0, n1);
-      bundle::add_block(a, n0, n1, blocks_[free[j] * max_cameras + free[i]].data());
+      bundle::weigh<V>(b, -(a.pu[0] * b.pu[0] + a.pu[1] * b.pu[1] + a.pu[2] * b.pu[2]),
+                       -(a.pu[0] * b.pv[0] + a.pu[1] * b.pv[1] + a.pu[2] * b.pv[2]),
+                       -(a.pv[0] * b.pu[0] + a.pv[1] * b.pu[1] + a.pv[2] * b.pu[2]),
+                       -(a.pv[0] * b.pv[0] + a.pv[1] * b.pv[1] + a.pv[2] * b.pv[2]), n0, n1);
+      bundle::add_block<false>(a, n0, n1, blocks_[free[j] * max_cameras + free[i]]);
     }
   }
   return true;
 }
 
 /// Turns the view's derivatives by the point into those of L^T times the point, and adds the camera's own block.
-inline void BundleAdjuster::add_camera(View& at, const Eliminated& point, CameraNormal& normal,
-                                       std::array<Lanes, 36>& block) {
-  forward(point.l, at.pu);
-  forward(point.l, at.pv);
-  const Lanes ru = at.eu - (at.pu[0] * point.y[0] + at.pu[1] * point.y[1] + at.pu[2] * point.y[2]);
-  const Lanes rv = at.ev - (at.pv[0] * point.y[0] + at.pv[1] * point.y[1] + at.pv[2] * point.y[2]);
+template <typename V>
+[[gnu::always_inline]] inline void BundleAdjuster::add_camera(View<V>& at, const Factors<V>& point,
+                                                              CameraNormal& normal, bundle::Block& block) {
+  using bundle::add_packets;
+  forward<V>(point.l, at.pu);
+  forward<V>(point.l, at.pv);
+  const V ru = at.eu - (at.pu[0] * point.y[0] + at.pu[1] * point.y[1] + at.pu[2] * point.y[2]);
+  const V rv = at.ev - (at.pv[0] * point.y[0] + at.pv[1] * point.y[1] + at.pv[2] * point.y[2]);
   for (int k = 0; k < 3; ++k) {
-    normal.gradient[k] += at.u[k] * ru + at.v[k] * rv;
-    normal.turn[k] += at.u[k] * at.u[k] + at.v[k] * at.v[k];
+    add_packets<V>(normal.gradient[k], at.u[k] * ru + at.v[k] * rv);
+    add_packets<V>(normal.turn[k], at.u[k] * at.u[k] + at.v[k] * at.v[k]);
   }
-  normal.gradient[3] += at.u[3] * ru;
-  normal.gradient[4] += at.v[4] * rv;
-  normal.gradient[5] += at.u[5] * ru + at.v[5] * rv;
-  normal.shift[0] += at.u[3] * at.u[3];
-  normal.shift[1] += at.u[3] * at.u[5];
-  normal.shift[2] += at.v[4] * at.v[4];
-  normal.shift[3] += at.v[4] * at.v[5];
-  normal.shift[4] += at.u[5] * at.u[5] + at.v[5] * at.v[5];
-  const Lanes cross = -(at.pu[0] * at.pv[0] + at.pu[1] * at.pv[1] + at.pu[2] * at.pv[2]);
-  Lanes n0[6], n1[6];
-  bundle::weigh(at, 1.0 - (at.pu[0] * at.pu[0] + at.pu[1] * at.pu[1] + at.pu[2] * at.pu[2]), cross, cross,
-                1.0 - (at.pv[0] * at.pv[0] + at.pv[1] * at.pv[1] + at.pv[2] * at.pv[2]), n0, n1);
-  bundle::add_diagonal_block(at, n0, n1, block.data());
+  add_packets<V>(normal.gradient[3], at.u[4] * ru);
+  add_packets<V>(normal.gradient[4], at.v[5] * rv);
+  add_packets<V>(normal.gradient[5], at.u[3] * ru + at.v[3] * rv);
+  add_packets<V>(normal.shift[0], at.u[4] * at.u[4]);
+  add_packets<V>(normal.shift[1], at.u[4] * at.u[3]);
+  add_packets<V>(normal.shift[2], at.v[5] * at.v[5]);
+  add_packets<V>(normal.shift[3], at.v[5] * at.v[3]);
+  add_packets<V>(normal.shift[4], at.u[3] * at.u[3] + at.v[3] * at.v[3]);
+  const V cross = -(at.pu[0] * at.pv[0] + at.pu[1] * at.pv[1] + at.pu[2] * at.pv[2]);
+  V n0[6], n1[6];
+  bundle::weigh<V>(at, 1.0 - (at.pu[0] * at.pu[0] + at.pu[1] * at.pu[1] + at.pu[2] * at.pu[2]), cross, cross,
+                   1.0 - (at.pv[0] * at.pv[0] + at.pv[1] * at.pv[1] + at.pv[2] * at.pv[2]), n0, n1);
+  bundle::add_block<true>(at, n0, n1, block);
 }
 
 bool BundleAdjuster::linearise(double damping) {
   for (std::size_t a = 0; a < free_count_; ++a) {
     normals_[a] = {};
-    for (std::size_t b = a; b < free_count_; ++b) blocks_[a * max_cameras + b].fill(both(0));
+    for (std::size_t b = a; b < free_count_; ++b) blocks_[a * max_cameras + b] = {};
   }
   bool solvable = true;
-  with_widest_vectors([&] {
-    for (std::size_t p = 0; p < packet_count_ && solvable; ++p) {
-      solvable = eliminate(packets_[p], damping, eliminated_[p]);
-    }
-  });
+  for_each_packet([&]<typename V>(std::size_t p) { solvable = solvable && eliminate<V>(p, damping); });
   if (!solvable) return false;
   for (std::size_t a = 0; a < free_count_; ++a) finish_normal(a);
   add_priors();
@@ -243,12 +316,11 @@ void BundleAdjuster::finish_normal(std::size_t a) {
 
 /// Block (a, b) with the centres in the world's axes.
 void BundleAdjuster::world_block(std::size_t a, std::size_t b, double out[36]) const {
-  const std::array<Lanes, 36>& lanes = blocks_[a * max_cameras + b];
+  const bundle::Block& lanes = blocks_[a * max_cameras + b];
   double block[36];
   for (std::size_t r = 0; r < camera_size; ++r) {
     for (std::size_t c = 0; c < camera_size; ++c) {
-      const std::size_t at = a == b && c < r ? camera_size * c + r : camera_size * r + c;
-      block[camera_size * r + c] = bundle::sum(lanes[at]);
+      block[camera_size * r + c] = bundle::sum(a == b && c < r ? lanes.at(c, r) : lanes.at(r, c));
     }
   }
   const double* ra = cameras_[camera_of_free_[a]].rotation;
@@ -332,47 +404,50 @@ bool BundleAdjuster::solve_cameras(double& predicted_twice) {
   return true;
 }
 
-void BundleAdjuster::step_points(const Packet& packet, const Eliminated& e, Lanes from[3], double& predicted_twice) {
-  const PointSpan& span = spans_[packet.a];
-  const Lanes counts = {1, 1};
+template <typename V>
+[[gnu::always_inline]] inline void BundleAdjuster::step_points(std::size_t p, V (&from)[3], double& predicted_twice) {
+  const PointSpan& span = span_of(p, 0);
+  const V counts = V{} + 1.0;
   const bundle::Loss robust = loss();
-  Lanes h[3] = {};
+  Factors<V> e;
+  e.load(&eliminated_[p]);
+  V h[3] = {};
   for (std::uint32_t k = 0; k < span.last - span.first; ++k) {
     const Camera& camera = cameras_[observations_[span.first + k].camera];
     if (camera.free_index < 0) continue;
-    Lanes observed_x, observed_y;
-    load_observation(packet, k, observed_x, observed_y);
-    View at;
-    bundle::view(camera, observed_x, observed_y, from, robust, counts, at);
+    V observed_x, observed_y;
+    load_observation<V>(p, k, observed_x, observed_y);
+    View<V> at;
+    bundle::view<V>(camera, observed_x, observed_y, from, robust, counts, at);
     const double* step = &own_step_[camera_size * static_cast<std::size_t>(camera.free_index)];
-    const Lanes du = at.u[0] * step[0] + at.u[1] * step[1] + at.u[2] * step[2] + at.u[3] * step[3] + at.u[5] * step[5];
-    const Lanes dv = at.v[0] * step[0] + at.v[1] * step[1] + at.v[2] * step[2] + at.v[4] * step[4] + at.v[5] * step[5];
+    const V du = at.u[0] * step[0] + at.u[1] * step[1] + at.u[2] * step[2] + at.u[4] * step[3] + at.u[3] * step[5];
+    const V dv = at.v[0] * step[0] + at.v[1] * step[1] + at.v[2] * step[2] + at.v[5] * step[4] + at.v[3] * step[5];
     for (int r = 0; r < 3; ++r) h[r] += at.pu[r] * du + at.pv[r] * dv;
   }
-  forward(e.l, h);
+  forward<V>(e.l, h);
   for (int k = 0; k < 3; ++k) h[k] = -(h[k] + e.y[k]);
-  backward(e.l, h);
-  Lanes gain = both(0);
+  backward<V>(e.l, h);
+  V gain = {};
   for (int k = 0; k < 3; ++k) {
     from[k] += h[k];
     gain += e.damping[k] * h[k] * h[k] + e.y[k] * e.y[k];
   }
-  predicted_twice += packet.a == packet.b ? gain[0] : bundle::sum(gain);
-  for (std::size_t k = 0; k < 3; ++k) {
-    trial_points_[spans_[packet.b].point].position[k] = from[k][1];
-    trial_points_[span.point].position[k] = from[k][0];
+  for (std::size_t i = 0; i < packets_of<V>; ++i) {
+    const Packet& packet = packets_[p + i];
+    predicted_twice += packet.a == packet.b ? gain[2 * i] : gain[2 * i] + gain[2 * i + 1];
+  }
+  for (std::size_t lane = 0; lane < lanes_of<V>; ++lane) {
+    for (int k = 0; k < 3; ++k) trial_points_[span_of(p, lane).point].position[k] = from[k][lane];
   }
 }
 
 BundleAdjuster::Cost BundleAdjuster::step_all_points(double& predicted_twice) {
   Cost cost;
-  with_widest_vectors([&] {
-    for (std::size_t p = 0; p < packet_count_; ++p) {
-      Lanes point[3];
-      load_points(packets_[p], problem_->points.data(), point);
-      step_points(packets_[p], eliminated_[p], point, predicted_twice);
-      accumulate_cost(packets_[p], trial_cameras_, point, cost);
-    }
+  for_each_packet([&]<typename V>(std::size_t p) {
+    V point[3];
+    load_points<V>(p, problem_->points.data(), point);
+    step_points<V>(p, point, predicted_twice);
+    accumulate_cost<V>(p, trial_cameras_, point, cost);
   });
   return cost;
 }

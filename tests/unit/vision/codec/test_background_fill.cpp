@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "fsw/base/rng.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/codec/background_fill.hpp"
 #include "tests/unit/vision/codec/product_fixture.hpp"
 
@@ -36,6 +37,28 @@ TEST(BackgroundFill, KeepsTheInsideAndStaysBetweenItsExtremes) {
         ASSERT_LE(samples.pixels[i], highest + 1);
       }
     }
+  }
+}
+
+// Every other size has a last column or row without a partner.
+TEST(BackgroundFill, VectorsOfBothWidthsFillTheSame) {
+  Rng rng(7);
+  std::vector<std::int32_t> scratch(limits::max_image_pixels);
+  for (int trial = 0; trial < 200; ++trial) {
+    const auto w = static_cast<std::int32_t>(1 + rng.below(90)), h = static_cast<std::int32_t>(1 + rng.below(40));
+    Decoded narrow(w, h);
+    Mask mask(w, h);
+    const std::uint32_t rarity = 1 + rng.below(20);
+    for (std::size_t i = 0; i < narrow.pixels.size(); ++i) {
+      narrow.pixels[i] = static_cast<std::int32_t>(rng.below(9000)) - 4000;
+      mask.pixels[i] = rng.below(rarity) == 0 ? 1 : 0;
+    }
+    Decoded wide = narrow;
+    use_vectors(VectorWidth::bytes16);
+    fill_background({narrow.pixels.data(), w, h}, mask.view(), scratch.data());
+    use_vectors(widest_vectors());
+    fill_background({wide.pixels.data(), w, h}, mask.view(), scratch.data());
+    ASSERT_EQ(narrow.pixels, wide.pixels) << w << " x " << h;
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <vector>
 
+#include "fsw/base/vector_width.hpp"
 #include "tests/unit/vision/overlap/ground_texture.hpp"
 #include "tests/unit/vision/place/place_images.hpp"
 
@@ -40,6 +41,19 @@ TEST(PlaceFeatures, FourTimesAsManyAreFoundWhereTheyAreWanted) {
                         [&](const PlaceFeature& g) { return std::memcmp(&f, &g, sizeof f) == 0; });
   }
   EXPECT_GT(kept, few.size() * 9 / 10);
+}
+
+TEST(PlaceFeatures, VectorsOfBothWidthsFindTheSame) {
+  const test::Image image = test::render_texture(width, height, {}, 1, 0, 1, 1);
+  use_vectors(VectorWidth::bytes16);
+  const PlaceFeatures narrow = test::features_of(image);
+  use_vectors(widest_vectors());
+  const PlaceFeatures wide = test::features_of(image);
+  ASSERT_EQ(narrow.size(), wide.size());
+  for (std::size_t i = 0; i < wide.size(); ++i) {
+    EXPECT_EQ(descriptor_distance(narrow[i], wide[i]), 0) << i;
+    EXPECT_TRUE(narrow[i].x == wide[i].x && narrow[i].y == wide[i].y && narrow[i].angle == wide[i].angle) << i;
+  }
 }
 
 TEST(PlaceFeatures, AnImageWithoutTextureOrTooSmallHasNone) {

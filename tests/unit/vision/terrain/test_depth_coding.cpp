@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fsw/base/rng.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/terrain/depth_coding.hpp"
 
 namespace ilp {
@@ -72,6 +73,22 @@ TEST(DepthCoding, StepIsASixteenthOfAPixelWhereTheRangeAllows) {
   DepthCoding coding;
   ASSERT_TRUE(choose_depth_coding(m.rho(), m.error(), m.inside(), focal_px, baseline, 16, coding).ok());
   EXPECT_DOUBLE_EQ(coding.step, 1 / (16 * focal_px * baseline));
+}
+
+TEST(DepthCoding, VectorsOfBothWidthsGiveTheSame) {
+  Map narrow = random_map(1000, 9000);
+  Map wide = narrow;
+  DepthCoding coding;
+  ASSERT_TRUE(choose_depth_coding(narrow.rho(), narrow.error(), narrow.inside(), focal_px, baseline, 16, coding).ok());
+  std::vector<float> from_narrow(pixels), from_wide(pixels);
+  use_vectors(VectorWidth::bytes16);
+  ASSERT_TRUE(encode_depth(narrow.rho(), narrow.error(), narrow.inside(), coding, narrow.out()).ok());
+  ASSERT_TRUE(decode_depth(narrow.out(), coding, {from_narrow.data(), width, height}).ok());
+  use_vectors(widest_vectors());
+  ASSERT_TRUE(encode_depth(wide.rho(), wide.error(), wide.inside(), coding, wide.out()).ok());
+  ASSERT_TRUE(decode_depth(wide.out(), coding, {from_wide.data(), width, height}).ok());
+  EXPECT_EQ(narrow.codes, wide.codes);
+  EXPECT_EQ(from_narrow, from_wide);
 }
 
 TEST(DepthCoding, NothingValidGivesZeroCodes) {

@@ -6,6 +6,8 @@
 #include <type_traits>
 
 #include "fsw/base/checksum.hpp"
+#include "fsw/base/rng.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/terrain/mask.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
 
@@ -121,6 +123,50 @@ std::vector<RigidTransform> track(const Vec3& step, const Vec3& turn, double spi
 INSTANTIATE_TEST_SUITE_P(Tracks, NewlySeen,
                          ::testing::Values(track({19, 0, 0}, {0, 0, 0}, 0), track({14, 13, 1}, {0.02, -0.02, 0}, 0.15),
                                            track({-18, 3, -5}, {0, 0.03, 0}, -0.1)));
+
+// Rows begin at any bit of the coverage, and end with any part of a cell.
+TEST(NewlySeenMask, IsWhatItsDefinitionSaysAtEveryPixelOfEveryWidth) {
+  Rng rng(11);
+  const auto coverage = std::make_unique<Coverage>();
+  const auto now = std::make_unique<SeenCells>();
+  constexpr std::int32_t height = 19, finer_steps = 3;
+  for (std::int32_t width = 1; width < 140; ++width) {
+    ASSERT_TRUE(clear_seen_cells(width, height, *now).ok());
+    *coverage = {};
+    coverage->width = width;
+    coverage->height = height;
+    coverage->seen = *now;
+    for (std::uint8_t& quality : now->quality) quality = static_cast<std::uint8_t>(rng.below(30));
+    for (std::uint8_t& quality : coverage->seen.quality) quality = static_cast<std::uint8_t>(rng.below(30));
+    std::vector<float> sigma(static_cast<std::size_t>(width) * height);
+    for (std::size_t i = 0; i < sigma.size(); ++i) {
+      sigma[i] = rng.below(4) == 0 ? 0.0F : 0.1F;
+      if (rng.below(2) == 0) coverage->set(i);
+    }
+    for (const VectorWidth vectors : {VectorWidth::bytes16, widest_vectors()}) {
+      use_vectors(vectors);
+      std::vector<std::uint8_t> mask(sigma.size(), 7);
+      MaskCounts counts;
+      ASSERT_TRUE(newly_seen_mask({sigma.data(), width, height}, *coverage, *now, finer_steps,
+                                  {mask.data(), width, height}, counts)
+                      .ok());
+      std::uint32_t fresh = 0;
+      for (std::int32_t y = 0; y < height; ++y) {
+        for (std::int32_t x = 0; x < width; ++x) {
+          const std::size_t i =
+              static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+          const bool known =
+              coverage->at(x, y) && at_least_as_well(coverage->seen.at(x, y), now->at(x, y), finer_steps);
+          const bool wanted = sigma[i] > 0 && !known;
+          ASSERT_EQ(mask[i], wanted ? 255 : 0) << "width " << width << ", pixel " << x << ' ' << y;
+          fresh += wanted ? 1U : 0U;
+        }
+      }
+      EXPECT_EQ(counts.newly_seen, fresh);
+    }
+    use_vectors(widest_vectors());
+  }
+}
 
 TEST(Coverage, EveryBitThatAnImageUsesIsInItsMemory) {
   const auto coverage = std::make_unique<Coverage>();

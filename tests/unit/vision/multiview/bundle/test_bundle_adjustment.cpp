@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <string>
 
+#include "fsw/base/vector_width.hpp"
 #include "tests/unit/vision/multiview/bundle/dubrovnik_window.hpp"
 #include "tests/unit/vision/multiview/bundle/reference_adjustment.hpp"
 #include "tests/unit/vision/multiview/bundle/synthetic_window.hpp"
@@ -41,6 +43,40 @@ TEST(BundleAdjustment, RecoversTheTruthFromExactObservations) {
   for (std::size_t i = 0; i < problem.cameras.size(); ++i) EXPECT_LT(centre_error(i), 1e-8);
   for (std::size_t i = 0; i < problem.points.size(); ++i) {
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(problem.points[i].position[k], truth.points[i].position[k], 1e-6);
+  }
+}
+
+/// Everything that an adjustment gives, as bytes.
+std::string bytes_of_adjustment(VectorWidth vectors, const BundleParams& params) {
+  static BundleCovariance covariance;
+  use_vectors(vectors);
+  problem = truth;
+  test::disturb(problem, 3, 7);
+  BundleResult result;
+  EXPECT_TRUE(adjuster.run(problem, params, result, &covariance).ok());
+  use_vectors(widest_vectors());
+  std::string bytes(reinterpret_cast<const char*>(&covariance), sizeof(covariance));
+  for (const BundleCamera& camera : problem.cameras) {
+    bytes.append(reinterpret_cast<const char*>(&camera.pose), sizeof(camera.pose));
+  }
+  bytes.append(reinterpret_cast<const char*>(problem.points.data()), problem.points.size() * sizeof(BundlePoint));
+  for (const double value : {result.initial_cost, result.final_cost, result.initial_rms_px, result.final_rms_px}) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  }
+  return bytes;
+}
+
+TEST(BundleAdjustment, VectorsOfBothWidthsGiveTheSameBytes) {
+  if (widest_vectors() == VectorWidth::bytes16) GTEST_SKIP() << "this processor has one width";
+  // Points that one, two, three or more others share their cameras with, and losses of every kind.
+  for (const int points : {1, 2, 3, 61, 400}) {
+    for (const BundleParams& params :
+         {BundleParams{}, BundleParams{.robust_px = 1}, BundleParams{.robust_px = 1, .loss = BundleLoss::cauchy}}) {
+      test::make_window({.cameras = 6, .points = points, .noise_px = 1}, truth);
+      EXPECT_TRUE(bytes_of_adjustment(VectorWidth::bytes16, params) ==
+                  bytes_of_adjustment(VectorWidth::bytes32, params))
+          << points << " points, bound " << params.robust_px << " px";
+    }
   }
 }
 
