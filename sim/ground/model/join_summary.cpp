@@ -14,7 +14,7 @@ double link_error_px(const Scene& scene, const Model& model, const TracksByView&
   for (const auto& [t, s] : seen_by[newer]) {
     const Track& track = scene.tracks[t];
     const Sighting& seen = track.seen[s];
-    if (!model.points[t].placed || model.points[t].refused[s] != 0 || scene.sighting(track, place) == nullptr) continue;
+    if (!model.points[t].placed || model.refuses(t, s) || scene.sighting(track, place) == nullptr) continue;
     const View& view = scene.views[newer];
     if (!by_flight) {
       errors.push_back(

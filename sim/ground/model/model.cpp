@@ -24,14 +24,13 @@ struct SeenFrom {
   [[nodiscard]] Vec3 centre() const { return centre_of(*camera_from_model); }
 };
 
-std::vector<SeenFrom> sightings_in(const Scene& scene, const Model& model, std::size_t track) {
-  std::vector<SeenFrom> from;
+void find_sightings(const Scene& scene, const Model& model, std::size_t track, std::vector<SeenFrom>& from) {
+  from.clear();
   for (std::size_t s = 0; s < scene.tracks[track].seen.size(); ++s) {
     const Sighting& seen = scene.tracks[track].seen[s];
     if (model.sees(scene, track, s))
       from.push_back({&model.views[seen.view].camera_from_model, &scene.views[seen.view].camera, &seen});
   }
-  return from;
 }
 
 /// The point nearest to all lines of sight by the algebraic error.
@@ -127,7 +126,18 @@ Model model_of_strip(const Scene& scene, std::int64_t strip_id) {
 
 void grow(const Scene& scene, Model& model) {
   model.points.resize(scene.tracks.size());
-  for (std::size_t t = 0; t < scene.tracks.size(); ++t) model.points[t].refused.resize(scene.tracks[t].seen.size(), 0);
+  std::vector<std::uint8_t> refused;
+  std::vector<std::size_t> first = {0};
+  first.reserve(scene.tracks.size() + 1);
+  for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
+    if (t + 1 < model.first.size())
+      refused.insert(refused.end(), model.refused.begin() + static_cast<std::ptrdiff_t>(model.first[t]),
+                     model.refused.begin() + static_cast<std::ptrdiff_t>(model.first[t + 1]));
+    first.push_back(first.back() + scene.tracks[t].seen.size());
+    refused.resize(first.back(), 0);
+  }
+  model.refused = std::move(refused);
+  model.first = std::move(first);
 }
 
 double reprojection_error(const RigidTransform& camera_from_model, const CameraModel& camera, const Vec3& point,
@@ -149,10 +159,12 @@ struct NewPoint {
 
 std::vector<NewPoint> new_points(const Scene& scene, const Model& model) {
   std::vector<NewPoint> points;
+  std::vector<SeenFrom> from;
   for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
     if (model.points[t].placed) continue;
-    NewPoint point{t, sightings_in(scene, model, t)};
-    if (point.from.size() < 2) continue;
+    find_sightings(scene, model, t, from);
+    if (from.size() < 2) continue;
+    NewPoint point{t, from};
     point.crossing =
         intersect(point.from, point.position) && largest_angle(point.from, point.position) >= least_angle_rad;
     points.push_back(std::move(point));
@@ -188,7 +200,7 @@ void refuse_outliers(const Scene& scene, double max_px, Model& model) {
       if (!model.views[seen.view].in) continue;
       const double error = reprojection_error(model.views[seen.view].camera_from_model, scene.views[seen.view].camera,
                                               point.position, seen);
-      point.refused[s] = error > max_px ? 1 : 0;
+      model.refuse(t, s, error > max_px);
       left += error > max_px ? 0 : 1;
     }
     if (left < 2) point.placed = false;
@@ -205,8 +217,8 @@ ModelExtent extent_of(const Scene& scene, const Model& model) {
       const Sighting& seen = scene.tracks[t].seen[s];
       if (!model.views[seen.view].in) continue;
       ++extent.sightings;
-      extent.refused += point.refused[s] != 0 || !point.placed ? 1 : 0;
-      if (point.refused[s] != 0 || !point.placed) continue;
+      extent.refused += model.refuses(t, s) || !point.placed ? 1 : 0;
+      if (model.refuses(t, s) || !point.placed) continue;
       const double error = reprojection_error(model.views[seen.view].camera_from_model, scene.views[seen.view].camera,
                                               point.position, seen);
       extent.largest_error_px = std::max(extent.largest_error_px, error);
@@ -248,11 +260,12 @@ ModelProblem problem_of(const Scene& scene, const Model& model) {
     problem.cameras.push_back(adjusted_camera(model.views[v].camera_from_model, scene.views[v].camera));
     problem.view_of.push_back(v);
   }
+  std::vector<SeenFrom> from;
   for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
     const ModelPoint& point = model.points[t];
     if (!point.placed) continue;
     const auto number = static_cast<std::uint32_t>(problem.points.size());
-    std::vector<SeenFrom> from = sightings_in(scene, model, t);
+    find_sightings(scene, model, t, from);
     std::erase_if(from, [&](const SeenFrom& one) { return !((*one.camera_from_model * point.position).z() > 0); });
     if (from.size() < 2) continue;
     for (const SeenFrom& one : from)

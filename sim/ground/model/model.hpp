@@ -22,18 +22,23 @@ struct ModelView {
 struct ModelPoint {
   bool placed = false;
   Vec3 position = Vec3::Zero();
-  bool by_depth = false;              ///< its views see it under too small an angle: depths of points near it help
-  std::vector<std::uint8_t> refused;  ///< by sighting of the track: it contradicts the others
+  bool by_depth = false;  ///< its views see it under too small an angle: depths of points near it help
 };
 
 struct Model {
-  std::vector<ModelView> views;    ///< by view of the scene
-  std::vector<ModelPoint> points;  ///< by track of the scene
-  bool by_sub_maps = false;        ///< adjusted in parts, and the errors of its views are stated
+  std::vector<ModelView> views;       ///< by view of the scene
+  std::vector<ModelPoint> points;     ///< by track of the scene
+  std::vector<std::uint8_t> refused;  ///< sightings that contradict the others of their tracks, track after track
+  std::vector<std::size_t> first;     ///< by track, of its sightings in `refused`; and the end
+  bool by_sub_maps = false;           ///< adjusted in parts, and the errors of its views are stated
 
   [[nodiscard]] std::size_t size() const;
+  [[nodiscard]] bool refuses(std::size_t track, std::size_t sighting) const {
+    return refused[first[track] + sighting] != 0;
+  }
+  void refuse(std::size_t track, std::size_t sighting, bool yes) { refused[first[track] + sighting] = yes ? 1 : 0; }
   [[nodiscard]] bool sees(const Scene& scene, std::size_t track, std::size_t sighting) const {
-    return views[scene.tracks[track].seen[sighting].view].in && points[track].refused[sighting] == 0;
+    return views[scene.tracks[track].seen[sighting].view].in && !refuses(track, sighting);
   }
 };
 

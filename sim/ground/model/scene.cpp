@@ -39,6 +39,7 @@ void add_points_of_flight(const intake::Keyframe& keyframe, Scene& scene) {
     track.strip_id = keyframe.strip_id;
     track.strip_position = Vec3(point.point.position[0], point.point.position[1], point.point.position[2]);
     if (!track.strip_position.allFinite()) continue;
+    track.seen.reserve(point.observations.size());
     std::vector<std::pair<std::uint32_t, Corner>> corners;
     for (const StructureObservation& seen : point.observations) {
       const std::int32_t index = scene.view_of(seen.keyframe_id);
@@ -168,7 +169,7 @@ const Sighting* Scene::sighting(const Track& track, std::uint32_t view) const {
 TracksByView tracks_by_view(const Scene& scene) {
   TracksByView by_view(scene.views.size());
   for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
-    const std::vector<Sighting>& seen = scene.tracks[t].seen;
+    const Sightings& seen = scene.tracks[t].seen;
     for (std::size_t s = 0; s < seen.size(); ++s) by_view[seen[s].view].push_back({t, s});
   }
   return by_view;

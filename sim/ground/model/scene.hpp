@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory_resource>
 #include <vector>
 
 #include "fsw/vision/features/feature_types.hpp"
@@ -34,11 +35,14 @@ struct Sighting {
   double x = 0, y = 0;  ///< ideal px
 };
 
+/// Its memory may be one block for many tracks, which then stand beside each other.
+using Sightings = std::pmr::vector<Sighting>;
+
 struct Track {
   bool of_flight = false;
   std::int64_t strip_id = 0;           ///< of the flight's point
   Vec3 strip_position = Vec3::Zero();  ///< likewise, in its strip's world
-  std::vector<Sighting> seen;          ///< by view, each once
+  Sightings seen;                      ///< by view, each once
 };
 
 struct Scene {

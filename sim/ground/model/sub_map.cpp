@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <memory_resource>
 #include <utility>
 
 #include "sim/ground/model/growth.hpp"
@@ -14,13 +16,16 @@ constexpr double robust_px = 0.5;
 
 /// The part of a scene that a plan names, with numbers of its own; its own tracks come first.
 struct PartOfScene {
+  std::unique_ptr<std::pmr::monotonic_buffer_resource> memory;  ///< of the tracks, which stand beside each other in it
   Scene scene;
   std::size_t own_tracks = 0;
-  std::vector<std::vector<std::size_t>> sighting_of;  ///< by track of the part: numbers in the whole
+  std::vector<std::uint32_t> sighting_of;  ///< its number in the whole track; sightings track after track
+  std::vector<std::size_t> first;          ///< by track, in `sighting_of`
 };
 
 PartOfScene part_of(const Scene& whole, const SubMapPlan& plan) {
   PartOfScene part;
+  part.memory = std::make_unique<std::pmr::monotonic_buffer_resource>();
   part.own_tracks = plan.tracks.size();
   std::vector<std::uint32_t> number(whole.views.size(), static_cast<std::uint32_t>(plan.views.size()));
   for (const std::uint32_t v : plan.views) {
@@ -35,13 +40,15 @@ PartOfScene part_of(const Scene& whole, const SubMapPlan& plan) {
   }
   for (std::size_t i = 0; i < plan.tracks.size() + plan.support.size(); ++i) {
     const Track& from = whole.tracks[i < plan.tracks.size() ? plan.tracks[i] : plan.support[i - plan.tracks.size()]];
-    Track& track = part.scene.tracks.emplace_back(Track{from.of_flight, from.strip_id, from.strip_position, {}});
-    std::vector<std::size_t>& sightings = part.sighting_of.emplace_back();
+    const auto in_part = [&](const Sighting& seen) { return number[seen.view] != plan.views.size(); };
+    Track& track = part.scene.tracks.emplace_back(
+        Track{from.of_flight, from.strip_id, from.strip_position, Sightings(part.memory.get())});
+    track.seen.reserve(static_cast<std::size_t>(std::count_if(from.seen.begin(), from.seen.end(), in_part)));
+    part.first.push_back(part.sighting_of.size());
     for (std::size_t s = 0; s < from.seen.size(); ++s) {
-      const std::uint32_t view = number[from.seen[s].view];
-      if (view == plan.views.size()) continue;
-      track.seen.push_back({view, from.seen[s].x, from.seen[s].y});
-      sightings.push_back(s);
+      if (!in_part(from.seen[s])) continue;
+      track.seen.push_back({number[from.seen[s].view], from.seen[s].x, from.seen[s].y});
+      part.sighting_of.push_back(static_cast<std::uint32_t>(s));
     }
   }
   return part;
@@ -83,8 +90,11 @@ Model grown_model(const Scene& part) {
   triangulate(part, placing_px, model);
   place_all(part, units, taken, model);
   close_loops(part, most_drift_px, model);
-  settle(part, adjusted_px, model);
-  const ModelExtent before = extent_of(part, model);
+  ModelExtent before = extent_of(part, model);
+  if (before.refused != 0 || before.largest_error_px > final_px) {
+    settle(part, adjusted_px, model);
+    before = extent_of(part, model);
+  }
   settle(part, final_px, model);
   if (!extent_of(part, model).same_parts(before)) settle(part, final_px, model);
   return model;
@@ -147,7 +157,7 @@ SubMap sub_map_of(const Scene& part, std::size_t own_tracks, const Model& model)
   add_equations(problem, model, *equations, map);
   for (std::size_t t = 0; t < own_tracks; ++t) {
     for (std::size_t s = 0; s < part.tracks[t].seen.size(); ++s) {
-      if (model.points[t].refused[s] != 0) map.refused.push_back({t, s});
+      if (model.refuses(t, s)) map.refused.push_back({t, s});
     }
     const ModelPoint& point = model.points[t];
     if (point.placed) map.points.push_back({t, point.by_depth, point.position});
@@ -231,7 +241,7 @@ bool fits(const PartOfScene& part, const SubMap& map) {
          std::all_of(map.points.begin(), map.points.end(),
                      [&](const SubMap::Point& point) { return point.track < part.own_tracks; }) &&
          std::all_of(map.refused.begin(), map.refused.end(), [&](const SubMap::Refused& one) {
-           return one.track < part.own_tracks && one.sighting < part.sighting_of[one.track].size();
+           return one.track < part.own_tracks && one.sighting < part.scene.tracks[one.track].seen.size();
          });
 }
 
@@ -257,7 +267,8 @@ std::optional<SubMap> adjusted_sub_map(const Scene& scene, const SubMapPlan& pla
   if (map.cameras.size() < 2) return std::nullopt;
   for (SubMapCamera& camera : map.cameras) camera.view = plan.views[camera.view];
   for (SubMap::Point& point : map.points) point.track = plan.tracks[point.track];
-  for (SubMap::Refused& one : map.refused) one = {plan.tracks[one.track], part.sighting_of[one.track][one.sighting]};
+  for (SubMap::Refused& one : map.refused)
+    one = {plan.tracks[one.track], part.sighting_of[part.first[one.track] + one.sighting]};
   return map;
 }
 

@@ -161,7 +161,7 @@ std::vector<std::vector<std::uint32_t>> neighbours(const Scene& scene, const std
   std::vector<std::uint32_t> common(views * views, 0);
   std::vector<std::vector<std::uint32_t>> near(views);
   for (const std::size_t t : tracks) {
-    const std::vector<Sighting>& seen = scene.tracks[t].seen;
+    const Sightings& seen = scene.tracks[t].seen;
     for (std::size_t i = 0; i < seen.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
         const auto [a, b] = std::minmax(place[seen[i].view], place[seen[j].view]);
@@ -215,7 +215,7 @@ void add_support(const Scene& scene, const TracksByView& seen_by, Division& divi
   for (std::uint32_t i = 0; i < division.views.size(); ++i) {
     if (division.stays[i] != 0 || division.near[i].empty()) continue;
     for (const SeenTrack& seen_track : seen_by[division.views[i]]) {
-      const std::vector<Sighting>& seen = scene.tracks[seen_track.track].seen;
+      const Sightings& seen = scene.tracks[seen_track.track].seen;
       const auto common = std::count_if(seen.begin(), seen.end(), [&](const Sighting& s) { return in_map(s.view); });
       if (common > 1 && !std::binary_search(division.tracks.begin(), division.tracks.end(), seen_track.track))
         division.support.push_back(seen_track.track);

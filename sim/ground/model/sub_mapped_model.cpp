@@ -65,7 +65,7 @@ bool place_views(const intake::Flight& flight, const Scene& scene, const Unit& u
 void place_points(const Scene& scene, const std::vector<const SubMap*>& maps, Model& model) {
   grow(scene, model);
   for (const SubMap* map : maps) {
-    for (const SubMap::Refused& one : map->refused) model.points[one.track].refused[one.sighting] = 1;
+    for (const SubMap::Refused& one : map->refused) model.refuse(one.track, one.sighting, true);
     const Similarity model_from_map = model_from_sub_map(*map, model).value_or(Similarity{});
     for (const SubMap::Point& point : map->points) {
       ModelPoint& placed = model.points[point.track];

@@ -10,6 +10,7 @@
 
 #include "sim/ground/intake/result_cache.hpp"
 #include "sim/ground/model/link_sightings.hpp"
+#include "sim/ground/model/model.hpp"
 #include "tests/unit/ground/model/noisy_flight.hpp"
 
 namespace ilp::model {
@@ -67,6 +68,23 @@ TEST(SubMapPlans, AreOfBoundedSizeHaveEveryViewAndShareNoTrack) {
   EXPECT_EQ(*std::max_element(of_track.begin(), of_track.end()), 1U);
   const auto left_out = std::count(of_track.begin(), of_track.end(), 0U);
   EXPECT_LT(static_cast<double>(left_out), 0.05 * static_cast<double>(of_track.size()));
+}
+
+TEST(ModelRefusals, StayWithTheirSightingsWhereTracksGrow) {
+  Scene scene;
+  scene.views.resize(3);
+  for (int t = 0; t < 2; ++t) scene.tracks.push_back({false, 0, Vec3::Zero(), {{0, 1, 2}, {1, 3, 4}}});
+  Model model;
+  grow(scene, model);
+  model.refuse(1, 0, true);
+  scene.tracks[0].seen.push_back({2, 5, 6});
+  scene.tracks.push_back(scene.tracks[1]);
+  grow(scene, model);
+  EXPECT_TRUE(model.refuses(1, 0));
+  for (const auto& [track, sightings] : {std::pair(0U, 3U), {2U, 2U}}) {
+    for (std::size_t s = 0; s < sightings; ++s) EXPECT_FALSE(model.refuses(track, s)) << track << " " << s;
+  }
+  EXPECT_FALSE(model.refuses(1, 1));
 }
 
 TEST(SubMaps, StandInOneModelThatIsNearTheTruth) {
