@@ -151,7 +151,7 @@ class Executive final : public Health {
   void seal(std::size_t i, const LastingMemory& memory, std::uint64_t state);
   /// Returns false, after a restore, if its memory has changed since its last step.
   bool sound(std::size_t i, const LastingMemory& memory);
-  /// The commit of the step was refused, or the step committed nothing and yet cursor and state differ.
+  /// Restores the component from its checkpoint, because its memory is damaged.
   void go_back(std::size_t i);
   void check_own();
   void check_parameters();

@@ -73,8 +73,9 @@ LastingMemory StructureAndMotion::lasting() const {
                                   .of(*this)
                                   .at_work(camera_, patience_)
                                   .without(memory_between(tracks.end(), tracks.data() + Tracks::capacity()));
-  const bool at_rest =
-      phase_ == Phase::load || phase_ == Phase::detect || phase_ == Phase::begin_match || phase_ == Phase::match;
+  // Where the last keyframe to be matched cannot be read, Phase::begin_match takes an earlier report back into the
+  // state.
+  const bool at_rest = phase_ == Phase::load || phase_ == Phase::detect || phase_ == Phase::match;
   const LastingMemory memory = at_rest ? whole.at_rest() : whole;
   if (!keeps_) return memory;
   if (phase_ == Phase::detect) return keeping_corners(scratch_.as<FeatureScratch>(), memory);

@@ -91,7 +91,11 @@ class Replay {
     rubbish_ = rubbish_ * 5 + 1;
     if (stage_ != ComponentId::scrubber && !keeps_)
       std::memset(&step_memory_->bytes, static_cast<int>(rubbish_ >> 24U), step_memory_->bytes.size());
+    const LastingMemory before = component().lasting();
+    const std::uint64_t state = before.is_at_rest() ? before.state_checksum() : 0;
     const StepResult result = component().step();
+    if (before.is_at_rest())
+      EXPECT_EQ(component().lasting().state_checksum(), state) << "it said that it would not change it";
     keeps_ = result.then == Then::keep;
     return result;
   }

@@ -245,6 +245,22 @@ TEST_F(OtherGround, EndsTheStripAndHasNoPose) {
   EXPECT_EQ(strip_ends_commanded(), 1);
 }
 
+TEST_F(OtherGround, WhereTheOldestOneCannotBeReadTheStateIsNotTakenForDamaged) {
+  test::ExecutedComponent run(*component, store);
+  ASSERT_TRUE(run.start().ok());
+  run_until(run, store, bad - 1);
+  // The bad one is tried against the newest posed keyframe, the one before, and this one.
+  release_image(bad - 3);
+  ASSERT_TRUE(run.run());
+  for (std::int64_t id = 1; id <= keyframes; ++id) {
+    EXPECT_EQ(state(id), id < bad ? PoseState::final : PoseState::failed) << id;
+  }
+  EventRecord event;
+  while (next(store, event.id, event).ok()) {
+    EXPECT_NE(event.code, static_cast<std::uint16_t>(StatusCode::memory_damaged));
+  }
+}
+
 TEST_F(OtherDunes, EndTheStripAndHaveNoPose) {
   fly();
   for (std::int64_t id = 1; id <= keyframes; ++id) {
