@@ -136,6 +136,15 @@ std::string SpreadFlight::output(std::size_t process) const {
   return processes_[process]->output();
 }
 
+std::size_t SpreadFlight::files_sent() const {
+  std::size_t files = 0;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder() / "outbox", error)) {
+    if (entry.path().extension() != ".part") ++files;
+  }
+  return files;
+}
+
 std::string SpreadFlight::digest() const {
   const ProgramResult result = run_program({ILP_STORE, "digest", store_});
   EXPECT_EQ(result.exit_status, 0) << result.output;

@@ -33,6 +33,8 @@ class SpreadFlight {
   /// Waits until all have ended, and returns their exit statuses; -1 for one that does not end.
   std::vector<int> wait();
   [[nodiscard]] std::string output(std::size_t process) const;
+  /// Whole files in the outbox: they tell how far the flight has come, on a machine of any speed.
+  [[nodiscard]] std::size_t files_sent() const;
 
   /// Its name on the server.
   [[nodiscard]] std::string database() const;

@@ -120,15 +120,6 @@ std::string sent_but_lost(const SpreadFlight& flight) {
   return lost;
 }
 
-std::size_t files_sent(const SpreadFlight& flight) {
-  std::size_t files = 0;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(flight.folder() / "outbox", error)) {
-    if (entry.path().extension() != ".part") ++files;
-  }
-  return files;
-}
-
 TEST(SpreadFlight, AfterPowerCutsTheProcessesMakeTheSameAndWhatWasSentIsThere) {
   if (SpreadFlight::on_server()) GTEST_SKIP() << "the log is that of a database file";
   std::mt19937_64 random(6);
@@ -142,7 +133,7 @@ TEST(SpreadFlight, AfterPowerCutsTheProcessesMakeTheSameAndWhatWasSentIsThere) {
     for (int waited = 0; !flight.keep_up(); waited += 2) {
       ASSERT_LT(waited, 60'000) << "no end; the head says: " << flight.output(0);
       sleep_ms(2);
-      const std::size_t sent = files_sent(flight);
+      const std::size_t sent = flight.files_sent();
       if (sent < next_cut || cuts >= 5 * (round + 1)) continue;
       sleep_ms(static_cast<int>(random() % 8));
       for (std::size_t process = 0; process < three.size(); ++process) {

@@ -35,10 +35,6 @@ class SpreadServer : public testing::Test {
   void SetUp() override {
     if (!SpreadFlight::on_server()) GTEST_SKIP() << "run it with tests/distributed/with_postgres";
   }
-  /// Files of the outbox tell how far the flight has come, on a machine of any speed.
-  static std::size_t files_sent(const SpreadFlight& flight) {
-    return test::files_of(flight.folder() / "outbox", {"product-", "records-", "points-"}).size();
-  }
   /// Flies to the end, and does this whenever the flight has sent another file, at most `most` times.
   template <typename Disturb>
   static int disturb_until_the_end(SpreadFlight& flight, int most, Disturb disturb) {
@@ -51,8 +47,8 @@ class SpreadServer : public testing::Test {
         break;
       }
       sleep_ms(4);
-      if (disturbances == most || files_sent(flight) <= sent) continue;
-      sent = files_sent(flight);
+      if (disturbances == most || flight.files_sent() <= sent) continue;
+      sent = flight.files_sent();
       disturb();
       ++disturbances;
     }

@@ -94,8 +94,9 @@ class Replay {
     const LastingMemory before = component().lasting();
     const std::uint64_t state = before.is_at_rest() ? before.state_checksum() : 0;
     const StepResult result = component().step();
-    if (before.is_at_rest())
+    if (before.is_at_rest()) {
       EXPECT_EQ(component().lasting().state_checksum(), state) << "it said that it would not change it";
+    }
     keeps_ = result.then == Then::keep;
     return result;
   }

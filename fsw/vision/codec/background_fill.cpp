@@ -29,7 +29,6 @@ std::int32_t mean_of(std::int32_t a, std::int32_t b, std::int32_t c, std::int32_
 
 /// Takes the mean of the known samples in each square of four.
 void pull(const Level& fine, const Level& coarse) {
-  if (fine.data == nullptr) return;
   const std::ptrdiff_t whole = fine.width / 2;
   for (std::int32_t y = 0; y < coarse.height; ++y) {
     const std::int32_t* const upper = fine.row(2 * y);
@@ -70,16 +69,18 @@ void push(const Level& coarse, const Level& fine) {
       out[x] = out[x] == unknown_sample ? value : out[x];
     };
     // Two samples inside of the border at a time: the left and the right half of a coarse one.
-    const std::ptrdiff_t inner = std::max(fine.width / 2 - 1, 0);
+    const std::int32_t inner = std::max(fine.width / 2 - 1, 0);
     for (std::ptrdiff_t a = 1; a < inner; ++a) {
       fill(2 * a, a, a - 1);
       fill(2 * a + 1, a, a + 1);
     }
-    for (std::int32_t x = 0; x < fine.width; ++x) {
-      if (x == 2) x = std::max(x, static_cast<std::int32_t>(2 * inner));
-      if (x >= fine.width) break;
-      fill(x, x / 2, clamped(x % 2 == 0 ? x / 2 - 1 : x / 2 + 1, coarse.width));
-    }
+    const auto fill_border = [&](std::int32_t begin, std::int32_t end) {
+      for (std::int32_t x = begin; x < end; ++x) {
+        fill(x, x / 2, clamped(x % 2 == 0 ? x / 2 - 1 : x / 2 + 1, coarse.width));
+      }
+    };
+    fill_border(0, std::min(2, fine.width));
+    fill_border(std::max(2, 2 * inner), fine.width);
   }
 }
 

@@ -150,8 +150,8 @@ template <typename V>
   y = bundle::gather<V>([&](std::size_t lane) { return observations_[span_of(p, lane).first + k].y; });
 }
 
-/// Adds the lanes of all observations, one packet after the other. A packet ends where a point is not in front of a
-/// camera.
+/// Adds the lanes of all observations, one packet after the other. The cost is not valid where a point is not in front
+/// of a camera.
 template <typename V>
 [[gnu::always_inline]] inline void BundleAdjuster::accumulate_cost(std::size_t p,
                                                                    const std::array<Camera, max_cameras>& cameras,
