@@ -99,6 +99,17 @@ TEST(DepthCoding, NothingValidGivesZeroCodes) {
   for (const std::uint16_t code : m.codes) ASSERT_EQ(code, 0);
 }
 
+TEST(DepthCoding, WhereNothingWasKnownNothingIsKnownAfterDecoding) {
+  Map m = random_map(80, 120);
+  DepthCoding coding;
+  ASSERT_TRUE(choose_depth_coding(m.rho(), m.error(), m.inside(), focal_px, baseline, 16, coding).ok());
+  ASSERT_NE(coding.offset, 0);
+  ASSERT_TRUE(encode_depth(m.rho(), m.error(), m.inside(), coding, m.out()).ok());
+  std::vector<float> back(pixels, 7);
+  ASSERT_TRUE(decode_depth(m.out(), coding, {back.data(), width, height}).ok());
+  for (std::size_t i = 0; i < pixels; ++i) ASSERT_EQ(back[i] > 0, m.mask[i] != 0 && m.sigma[i] > 0) << i;
+}
+
 TEST(DepthCoding, RefusesForeignRangesCodesAndParameters) {
   Map near = random_map(10, 12);
   Map far = random_map(80, 120);
