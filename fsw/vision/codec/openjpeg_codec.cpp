@@ -9,6 +9,7 @@
 
 #include "cfg/limits.hpp"
 #include "fsw/base/heap_gate.hpp"
+#include "fsw/vision/codec/wavelet53.hpp"
 
 // OpenJPEG cuts layers by sums of w * w * n, w being the norm of a band times a power of two and n an integer below
 // 2^31. A compiler may round the product before it is added, or not (fused multiply-add, as Debian has it for aarch64),
@@ -23,6 +24,82 @@ extern "C" double __wrap_opj_dwt_getnorm(std::uint32_t level, std::uint32_t orie
   const auto bits = std::bit_cast<std::uint64_t>(__real_opj_dwt_getnorm(level, orientation));
   const std::uint64_t rounded = bits + (std::uint64_t{1} << (dropped_bits - 1));
   return std::bit_cast<double>(rounded >> dropped_bits << dropped_bits);
+}
+
+// Where the samples are coefficients already, the library's own transform is left out.
+extern "C" int __real_opj_dwt_encode(void* coder, void* component);
+extern "C" int __wrap_opj_dwt_encode(void* coder, void* component);
+
+namespace ilp {
+namespace {
+
+thread_local bool samples_are_coefficients = false;
+
+}  // namespace
+}  // namespace ilp
+
+extern "C" int __wrap_opj_dwt_encode(void* coder, void* component) {
+  return ilp::samples_are_coefficients ? OPJ_TRUE : __real_opj_dwt_encode(coder, component);
+}
+
+// OpenJPEG starts its arithmetic coder for each code-block and asks it for the number of its bytes after each pass. The
+// coder begins with its registers C, A and CT; where they do not have their initial values there after the start, or
+// impossible ones later, nothing is recorded.
+extern "C" void __real_opj_mqc_init_enc(void* coder, std::uint8_t* data);
+extern "C" void __wrap_opj_mqc_init_enc(void* coder, std::uint8_t* data);
+extern "C" std::uint32_t __real_opj_mqc_numbytes(void* coder);
+extern "C" std::uint32_t __wrap_opj_mqc_numbytes(void* coder);
+
+namespace ilp {
+namespace {
+
+struct CoderRegisters {
+  std::uint32_t c, a, ct;
+};
+
+struct PassRecorder {
+  PassEnds* ends = nullptr;
+  const std::uint8_t* data = nullptr;  ///< of the code-block; null if the registers cannot be read
+};
+thread_local PassRecorder pass_recorder;
+
+CoderRegisters registers_of(const void* coder) {
+  CoderRegisters registers{};
+  std::memcpy(&registers, coder, sizeof(registers));
+  return registers;
+}
+
+PassEnd pass_end(const CoderRegisters& registers, std::uint32_t last, const std::uint8_t* data) {
+  constexpr std::uint32_t no_byte = 0xffffffff, most_bytes = 0xffff;
+  const bool possible = registers.a >= 0x8000 && registers.a <= 0xffff && registers.ct >= 1 && registers.ct <= 12 &&
+                        registers.c < (std::uint32_t{1} << 28U);
+  if (data == nullptr || !possible || (last != no_byte && last >= most_bytes)) return {};
+  PassEnd end;
+  end.top = (registers.c + registers.a) << registers.ct;
+  end.bytes = static_cast<std::uint16_t>(last + 1);
+  end.last_byte = last == no_byte ? 0 : data[last];
+  return end;
+}
+
+}  // namespace
+}  // namespace ilp
+
+extern "C" void __wrap_opj_mqc_init_enc(void* coder, std::uint8_t* data) {
+  __real_opj_mqc_init_enc(coder, data);
+  const ilp::CoderRegisters registers = ilp::registers_of(coder);
+  const bool initial = registers.c == 0 && registers.a == 0x8000 && registers.ct == 12;
+  ilp::pass_recorder.data = initial ? data : nullptr;
+}
+
+extern "C" std::uint32_t __wrap_opj_mqc_numbytes(void* coder) {
+  const std::uint32_t last = __real_opj_mqc_numbytes(coder);
+  ilp::PassEnds* const ends = ilp::pass_recorder.ends;
+  if (ends == nullptr) return last;
+  if (ends->count < ends->room.size()) {
+    ends->room[ends->count] = ilp::pass_end(ilp::registers_of(coder), last, ilp::pass_recorder.data);
+  }
+  ++ends->count;
+  return last;
 }
 
 // OpenJPEG finds the passes of a layer by 128 halvings of the interval from the least to the greatest slope, and puts
@@ -170,6 +247,23 @@ struct EncodeCall {
   Status status;
 };
 
+#ifdef ILP_OPENJPEG_IS_SHARED
+constexpr bool library_is_static = false;
+#else
+constexpr bool library_is_static = true;
+#endif
+
+/// A shared library transforms what it is given: it is given the image of the coefficients.
+bool undo_transform(const opj_image_comp_t& component, int levels) {
+  void* const scratch = opj_image_data_alloc(OPJ_SIZE_T{component.w} * component.h * sizeof(OPJ_INT32));
+  if (scratch == nullptr) return false;
+  const ImageView<std::int32_t> samples(component.data, static_cast<std::int32_t>(component.w),
+                                        static_cast<std::int32_t>(component.h));
+  inverse_wavelet53(samples, levels, static_cast<std::int32_t*>(scratch));
+  opj_image_data_free(scratch);
+  return true;
+}
+
 opj_image_t* make_image(ImageView<const std::int32_t> samples, int bits) {
   opj_image_cmptparm_t component = {};
   component.dx = 1;
@@ -217,6 +311,10 @@ Status run_encoder(EncodeCall& call, Handles& handles) {
   handles.codec = opj_create_compress(OPJ_CODEC_J2K);
   handles.stream = opj_stream_create(stream_buffer_bytes, OPJ_FALSE);
   if (handles.image == nullptr || handles.codec == nullptr || handles.stream == nullptr) {
+    return failed_at(CodecStage::setup);
+  }
+  if (call.params.transformed && !library_is_static &&
+      !undo_transform(handles.image->comps[0], call.params.wavelet_levels)) {
     return failed_at(CodecStage::setup);
   }
   silence(handles.codec);
@@ -299,13 +397,42 @@ void decode_call(void* context) {
   release(handles);
 }
 
+struct MemoryCall {
+  std::size_t bytes;
+  void (*body)(std::span<std::uint8_t> memory, void* context);
+  void* context;
+  Status status;
+};
+
+void memory_call(void* context) {
+  auto& call = *static_cast<MemoryCall*>(context);
+  void* const memory = opj_image_data_alloc(call.bytes);
+  if (memory == nullptr) {
+    call.status = StatusCode::arena_exhausted;
+    return;
+  }
+  call.body({static_cast<std::uint8_t*>(memory), call.bytes}, call.context);
+  opj_image_data_free(memory);
+}
+
 }  // namespace
 
+Status with_openjpeg_memory(std::size_t bytes, void (*body)(std::span<std::uint8_t> memory, void* context),
+                            void* context) {
+  MemoryCall call{bytes, body, context, {}};
+  ILP_TRY(call_in_heap_region(HeapRegion::openjpeg, memory_call, &call));
+  return call.status;
+}
+
 Status openjpeg_encode(ImageView<const std::int32_t> samples, const CodestreamParams& params,
-                       std::span<std::uint8_t> out, std::size_t& bytes) {
+                       std::span<std::uint8_t> out, std::size_t& bytes, PassEnds* pass_ends) {
+  if (pass_ends != nullptr) pass_ends->count = 0;
+  pass_recorder = {pass_ends, nullptr};
   layer_search = {};
+  samples_are_coefficients = params.transformed;
   EncodeCall call{samples, params, {out, 0, 0}, {}};
   ILP_TRY(call_in_heap_region(HeapRegion::openjpeg, encode_call, &call));
+  pass_recorder = {};
   bytes = call.out.end;
   return call.status;
 }

@@ -128,19 +128,17 @@ Status choose_shift(const CoefficientCosts& costs, int dropped_planes, RegionShi
   return {};
 }
 
-void to_pre_image(ImageView<std::int32_t> coefficients, ImageView<const std::uint8_t> mask, int wavelet_levels,
-                  RegionCoding coding, const RegionShift& shift, std::int32_t* scratch) {
+void scale_region(ImageView<std::int32_t> coefficients, ImageView<const std::uint8_t> mask, RegionCoding coding,
+                  const RegionShift& shift) {
   const bool drop = coding == RegionCoding::drop_background;
-  if (mask.data != nullptr && (drop || shift.shift > 0)) {
-    const std::int32_t factor = std::int32_t{1} << (shift.shift - shift.dropped_planes);
-    const int planes = drop ? 0 : shift.dropped_planes;
-    with_widest_vectors([&] {
-      for (std::int32_t y = 0; y < coefficients.height; ++y) {
-        scale_row(mask.row(y), coefficients.width, factor, drop, planes, coefficients.row(y));
-      }
-    });
-  }
-  inverse_wavelet53(coefficients, wavelet_levels, scratch);
+  if (mask.data == nullptr || (!drop && shift.shift == 0)) return;
+  const std::int32_t factor = std::int32_t{1} << (shift.shift - shift.dropped_planes);
+  const int planes = drop ? 0 : shift.dropped_planes;
+  with_widest_vectors([&] {
+    for (std::int32_t y = 0; y < coefficients.height; ++y) {
+      scale_row(mask.row(y), coefficients.width, factor, drop, planes, coefficients.row(y));
+    }
+  });
 }
 
 }  // namespace ilp

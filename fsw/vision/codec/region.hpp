@@ -1,5 +1,5 @@
-// Region of interest by its wavelet coefficients: makes of an image and its mask the pre-image of which an ordinary
-// reversible encoder codes the region first, or only the region (see jpeg2000.hpp).
+// Region of interest by its wavelet coefficients: makes of an image and its mask the coefficients of which an encoder
+// codes the region first, or only the region (see jpeg2000.hpp).
 #pragma once
 
 #include <array>
@@ -41,9 +41,9 @@ struct RegionShift {
 /// `coefficient_overflow` when a scaled coefficient would need more than 25 bits.
 Status choose_shift(const CoefficientCosts& costs, int dropped_planes, RegionShift& shift);
 
-/// Transforms coefficients to the pre-image, in place: the region's times 2^(shift - dropped_planes), the background's
+/// Scales the coefficients as they are coded, in place: the region's times 2^(shift - dropped_planes), the background's
 /// divided by 2^dropped_planes, or zero.
-void to_pre_image(ImageView<std::int32_t> coefficients, ImageView<const std::uint8_t> mask, int wavelet_levels,
-                  RegionCoding coding, const RegionShift& shift, std::int32_t* scratch);
+void scale_region(ImageView<std::int32_t> coefficients, ImageView<const std::uint8_t> mask, RegionCoding coding,
+                  const RegionShift& shift);
 
 }  // namespace ilp
