@@ -19,8 +19,9 @@ constexpr std::size_t aligned(std::size_t bytes) {
 }
 
 std::uint32_t magnitudes_of(ImageView<const std::int32_t> block) {
-  std::uint32_t all = 0;
+  std::uint32_t result = 0;
   with_widest_vectors([&] {
+    std::uint32_t all = 0;
     for (std::int32_t y = 0; y < block.height; ++y) {
       const std::int32_t* const row = block.row(y);
       for (std::ptrdiff_t x = 0; x < block.width; ++x) {
@@ -28,8 +29,9 @@ std::uint32_t magnitudes_of(ImageView<const std::int32_t> block) {
         all |= (static_cast<std::uint32_t>(row[x]) ^ sign) - sign;
       }
     }
+    result = all;
   });
-  return all;
+  return result;
 }
 
 }  // namespace

@@ -2,8 +2,10 @@
 
 #include <openjpeg.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
+#include <bitset>
 #include <cstring>
 #include <limits>
 
@@ -103,9 +105,12 @@ extern "C" std::uint32_t __wrap_opj_mqc_numbytes(void* coder) {
 }
 
 // OpenJPEG finds the passes of a layer by 128 halvings of the interval from the least to the greatest slope, and puts
-// all packets together at each of them, which takes longer than coding. After 64 halvings the interval is 2^-64 of the
-// greatest slope. From then on the answer is "too long": the last threshold that was short enough stays, and a layer
-// lacks at worst the passes whose slopes lie in that interval.
+// all packets together at each of them, which takes longer than coding. It is answered without that in two cases:
+// - Thirty-two halvings after the first threshold that was too low, and after 64 at most, the interval is 2^-32 of the
+//   threshold. From then on the answer is "too long": the last threshold that was short enough stays, and a layer lacks
+//   at worst the passes whose slopes lie in that interval.
+// - A layer has no passes of its own at the thresholds that were high enough for the layer before it. The search comes
+//   by them first, and all of them have the answer of the first one.
 extern "C" int __real_opj_t2_encode_packets(void* encoder, std::uint32_t tile_number, void* tile, std::uint32_t layers,
                                             std::uint8_t* bytes, std::uint32_t* written, std::uint32_t room,
                                             void* index, void* markers, std::uint32_t part, std::int32_t part_position,
@@ -118,9 +123,34 @@ extern "C" int __wrap_opj_t2_encode_packets(void* encoder, std::uint32_t tile_nu
 namespace ilp {
 namespace {
 
-struct LayerSearch {
-  std::uint32_t layers = 0;
-  int halvings = 0;
+class LayerSearch {
+ public:
+  void begin_layer(std::uint32_t layers) {
+    if (layers == layers_) return;
+    follows_ = layers == layers_ + 1 && answers_[0];
+    answers_before_ = answers_;
+    answers_.reset();
+    layers_ = layers;
+    step_ = 0;
+    last_step_ = most_halvings;
+  }
+  /// Nothing is put together any more.
+  [[nodiscard]] bool ended() const { return step_ >= last_step_; }
+  /// The threshold was high enough for the layer before, and an earlier one was so for this layer.
+  [[nodiscard]] bool adds_nothing() const { return follows_ && step_ > 0 && answers_before_[step_]; }
+  void answer(bool short_enough) {
+    if (!short_enough && last_step_ == most_halvings) last_step_ = std::min(most_halvings, step_ + 1 + more_halvings);
+    follows_ = follows_ && short_enough == answers_before_[step_];
+    answers_[step_] = short_enough;
+    ++step_;
+  }
+
+ private:
+  static constexpr std::size_t most_halvings = 64, more_halvings = 32;
+  std::uint32_t layers_ = 0;
+  std::size_t step_ = 0, last_step_ = most_halvings;
+  std::bitset<most_halvings> answers_, answers_before_;
+  bool follows_ = false;  ///< all answers were those for the layer before
 };
 thread_local LayerSearch layer_search;
 
@@ -131,16 +161,18 @@ extern "C" int __wrap_opj_t2_encode_packets(void* encoder, std::uint32_t tile_nu
                                             std::uint8_t* bytes, std::uint32_t* written, std::uint32_t room,
                                             void* index, void* markers, std::uint32_t part, std::int32_t part_position,
                                             std::uint32_t progression, unsigned mode, void* events) {
+  const auto put_together = [&] {
+    return __real_opj_t2_encode_packets(encoder, tile_number, tile, layers, bytes, written, room, index, markers, part,
+                                        part_position, progression, mode, events);
+  };
   constexpr unsigned searching = 0;
-  constexpr int most_halvings = 64;
+  if (mode != searching) return put_together();
   auto& search = ilp::layer_search;
-  if (mode == searching) {
-    if (layers != search.layers) search = {layers, 0};
-    if (search.halvings == most_halvings) return OPJ_FALSE;
-    ++search.halvings;
-  }
-  return __real_opj_t2_encode_packets(encoder, tile_number, tile, layers, bytes, written, room, index, markers, part,
-                                      part_position, progression, mode, events);
+  search.begin_layer(layers);
+  if (search.ended()) return OPJ_FALSE;
+  const int short_enough = search.adds_nothing() ? OPJ_TRUE : put_together();
+  search.answer(short_enough == OPJ_TRUE);
+  return short_enough;
 }
 // NOLINTEND(bugprone-reserved-identifier)
 
