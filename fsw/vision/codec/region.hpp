@@ -20,8 +20,7 @@ inline constexpr int max_dropped_planes = 6;
 struct CoefficientCosts {
   double region = 0;
   std::array<double, max_dropped_planes + 1> background{};  ///< without its q lowest planes
-  std::uint32_t region_magnitude = 0;  ///< OR of all magnitudes: it has as many bits as the largest
-  std::uint32_t background_magnitude = 0;
+  int region_bits = 0, background_bits = 0;                 ///< bit length of the largest magnitude
 };
 
 /// Replaces `samples` (signed, about zero) by their coefficients and `mask` (may be empty: everything) by the region's
