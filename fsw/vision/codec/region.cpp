@@ -87,8 +87,18 @@ void classify_row(const std::int32_t* __restrict c, const std::uint8_t* __restri
 class ByteCounts {
  public:
   void add_row(const std::uint8_t* bytes, std::ptrdiff_t count) {
-    for (; count >= lanes; count -= lanes, bytes += lanes) add_lanes(bytes);
-    for (std::ptrdiff_t i = 0; i < count; ++i) ++sums_[bytes[i] % values];
+    const std::ptrdiff_t groups = count / lanes;
+    if (added_ + groups > std::numeric_limits<std::uint8_t>::max()) finish();
+    added_ += groups;
+    std::uint8_t longest = 0, parts = 0;
+    for (std::ptrdiff_t i = 0; i < groups * lanes; ++i) {
+      const auto length = static_cast<std::uint8_t>(bytes[i] % of_background);
+      longest = length > longest ? length : longest;
+      parts |= bytes[i] >= of_background ? std::uint8_t{2} : std::uint8_t{1};
+    }
+    if ((parts & 1U) != 0) count_values(bytes, groups, 0, longest);
+    if ((parts & 2U) != 0) count_values(bytes, groups, of_background, longest);
+    for (std::ptrdiff_t i = groups * lanes; i < count; ++i) ++sums_[bytes[i] % values];
   }
   void finish() {
     for (std::size_t value = 0; value < values; ++value) {
@@ -102,27 +112,25 @@ class ByteCounts {
  private:
   static constexpr std::ptrdiff_t lanes = 32;
   static constexpr std::size_t values = 64;
+  static_assert(limits::max_image_side / lanes <= std::numeric_limits<std::uint8_t>::max());
 
-  void add_lanes(const std::uint8_t* __restrict bytes) {
-    std::uint8_t any = 0;
-    for (std::ptrdiff_t i = 0; i < lanes; ++i) any |= bytes[i];
-    const std::size_t lengths = any % of_background + 1U;
-    count_values(bytes, 0, lengths);
-    if (any >= of_background) count_values(bytes, of_background, lengths);
-    if (++added_ == std::numeric_limits<std::uint8_t>::max()) finish();
-  }
-  void count_values(const std::uint8_t* __restrict bytes, std::size_t first, std::size_t count) {
-    for (std::size_t value = first; value < first + count; ++value) {
-      std::uint8_t* const __restrict counters = counters_[value].data();
-      for (std::ptrdiff_t i = 0; i < lanes; ++i) {
-        counters[i] = static_cast<std::uint8_t>(counters[i] + (bytes[i] == value ? 1 : 0));
+  void count_values(const std::uint8_t* bytes, std::ptrdiff_t groups, std::uint8_t first, std::uint8_t longest) {
+    for (std::size_t length = 0; length <= longest; ++length) {
+      const auto value = static_cast<std::uint8_t>(first + length);
+      auto counters = counters_[value];
+      for (std::ptrdiff_t group = 0; group < groups; ++group) {
+        const std::uint8_t* const part = bytes + group * lanes;
+        for (std::size_t i = 0; i < counters.size(); ++i) {
+          counters[i] = static_cast<std::uint8_t>(counters[i] + (part[i] == value ? 1 : 0));
+        }
       }
+      counters_[value] = counters;
     }
   }
 
   std::array<std::array<std::uint8_t, lanes>, values> counters_{};
   std::array<std::uint32_t, values> sums_{};
-  int added_ = 0;
+  std::ptrdiff_t added_ = 0;
 };
 
 void count_band(ImageView<const std::int32_t> coefficients, ImageView<const std::uint8_t> mask, const Rectangle& band,
