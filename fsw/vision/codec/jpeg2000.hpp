@@ -61,6 +61,11 @@ struct Jpeg2000Workspace {
     static_assert(sizeof(scratch) >= limits::max_product_bytes);
     return {reinterpret_cast<std::uint8_t*>(scratch.data()), limits::max_product_bytes};
   }
+  /// The rest of `scratch`, aligned for 32-bit numbers.
+  [[nodiscard]] std::span<std::uint8_t> place_beside_file() {
+    static_assert(limits::max_product_bytes % alignof(std::int32_t) == 0);
+    return {place_of_file().data() + limits::max_product_bytes, sizeof(scratch) - limits::max_product_bytes};
+  }
 };
 
 inline constexpr int max_sample_bits = 16;

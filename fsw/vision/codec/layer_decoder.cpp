@@ -149,10 +149,26 @@ bool LayerDecoder::ends_well(const CodeBlock& block, std::size_t layer) const {
   return number + ((std::uint32_t{1} << static_cast<unsigned>(lowest)) - 1) < end.top;
 }
 
-/// Fills `to` with the decoded coefficients of a band, from its coefficient (x, y) on.
-bool LayerDecoder::fill(const Subband& band, int layer, std::int32_t x, std::int32_t y,
-                        ImageView<std::int32_t> to) const {
+/// Copies the part of a doubtful block from (x, y) on, if it is decoded; else it is to be.
+bool LayerDecoder::take_decoded(std::size_t index, const BlockPart& part, std::int32_t x, std::int32_t y,
+                                ImageView<std::int32_t> to, DoubtfulBlocks& doubtful) const {
+  for (const DoubtfulBlock& block : doubtful.view()) {
+    if (block.index != index || block.part.layers != part.layers) continue;
+    if (block.coefficients == nullptr) return false;
+    const ImageView<const std::int32_t> decoded(block.coefficients, part.width, part.height);
+    for (std::int32_t i = 0; i < to.height; ++i) std::copy_n(decoded.row(y + i) + x, to.width, to.row(i));
+    return true;
+  }
+  if (doubtful.count < doubtful.blocks.size()) doubtful.blocks[doubtful.count++] = {index, part, nullptr};
+  return false;
+}
+
+/// Fills `to` with the decoded coefficients of a band, from its coefficient (x, y) on. False where some are not known.
+bool LayerDecoder::fill(std::size_t subband, int layer, std::int32_t x, std::int32_t y, ImageView<std::int32_t> to,
+                        DoubtfulBlocks& doubtful) const {
   if (to.empty()) return true;
+  bool known = true;
+  const Subband& band = code_blocks_.subbands[subband];
   const std::int32_t right = x + to.width, bottom = y + to.height;
   for (std::int32_t by = y / code_block_side; by * code_block_side < bottom; ++by) {
     for (std::int32_t bx = x / code_block_side; bx * code_block_side < right; ++bx) {
@@ -161,20 +177,25 @@ bool LayerDecoder::fill(const Subband& band, int layer, std::int32_t x, std::int
       const std::int32_t y0 = std::max(y, top), y1 = std::min(bottom, top + code_block_side);
       const std::size_t index = band.first_block + static_cast<std::size_t>(by * band.blocks_wide + bx);
       const CodeBlock& block = code_blocks_.blocks[index];
-      if (!ends_well(block, static_cast<std::size_t>(layer))) return false;
-      KnownPasses known;
-      known.passes = block.passes[static_cast<std::size_t>(layer)];
-      known.planes = block.planes - dropped_;
-      known.dropped = dropped_;
-      known.shift = style_.shift;
+      const ImageView<const std::int32_t> coded = block_of(band, bx, by);
       const ImageView<std::int32_t> part(to.row(y0 - y) + (x0 - x), x1 - x0, y1 - y0, to.stride);
-      decode_passes(block_of(band, bx, by), known, x0 - left, y0 - top, part);
+      if (!ends_well(block, static_cast<std::size_t>(layer))) {
+        const BlockPart whole{block, subband, coded.width, coded.height, static_cast<std::size_t>(layer) + 1};
+        known = take_decoded(index, whole, x0 - left, y0 - top, part, doubtful) && known;
+        continue;
+      }
+      KnownPasses passes;
+      passes.passes = block.passes[static_cast<std::size_t>(layer)];
+      passes.planes = block.planes - dropped_;
+      passes.dropped = dropped_;
+      passes.shift = style_.shift;
+      if (known) decode_passes(coded, passes, x0 - left, y0 - top, part);
     }
   }
-  return true;
+  return known;
 }
 
-ImageView<const std::int32_t> LayerDecoder::decode(int layers) {
+ImageView<const std::int32_t> LayerDecoder::decode(int layers, DoubtfulBlocks& doubtful) {
   const int layer = layers - 1;
   std::int32_t* at = samples_;
   const auto view = [&](std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height) {
@@ -182,18 +203,17 @@ ImageView<const std::int32_t> LayerDecoder::decode(int layers) {
   };
   std::size_t band = 0;
   const SampleWindow& low = low_band_;
-  bool known = fill(code_blocks_.subbands[band++], layer, low.x0, low.y0, view(0, 0, low.x1 - low.x0, low.y1 - low.y0));
-  for (int i = style_.wavelet_levels - 1; i >= 0 && known; --i) {
+  bool known = fill(band++, layer, low.x0, low.y0, view(0, 0, low.x1 - low.x0, low.y1 - low.y0), doubtful);
+  for (int i = style_.wavelet_levels - 1; i >= 0; --i) {
     const Span& x = levels_[static_cast<std::size_t>(i)].x;
     const Span& y = levels_[static_cast<std::size_t>(i)].y;
     const ImageView<std::int32_t> parts[] = {view(x.lows(), 0, x.highs(), y.lows()),
                                              view(0, y.lows(), x.lows(), y.highs()),
                                              view(x.lows(), y.lows(), x.highs(), y.highs())};
     for (const ImageView<std::int32_t>& part : parts) {
-      known = known && fill(code_blocks_.subbands[band++], layer, x.first, y.first, part);
+      known = fill(band++, layer, x.first, y.first, part, doubtful) && known;
     }
-    if (!known) break;
-    inverse_wavelet53(view(0, 0, x.length, y.length), 1, scratch_);
+    if (known) inverse_wavelet53(view(0, 0, x.length, y.length), 1, scratch_);
     const Level* const next = i > 0 ? &levels_[static_cast<std::size_t>(i - 1)] : nullptr;
     const std::int32_t next_x = next != nullptr ? next->x.first : window_.x0;
     const std::int32_t next_y = next != nullptr ? next->y.first : window_.y0;

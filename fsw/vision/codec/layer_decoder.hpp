@@ -10,6 +10,7 @@
 #include "cfg/limits.hpp"
 #include "fsw/base/image_view.hpp"
 #include "fsw/base/status.hpp"
+#include "fsw/vision/codec/block_decoder.hpp"
 #include "fsw/vision/codec/openjpeg_codec.hpp"
 #include "fsw/vision/codec/packet_headers.hpp"
 
@@ -17,6 +18,20 @@ namespace ilp {
 
 struct SampleWindow {
   std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< not empty
+};
+
+/// A code-block of which some layers' last pass may lack a byte, so that a decoder gets some of its last decisions
+/// wrong.
+struct DoubtfulBlock {
+  std::size_t index = 0;  ///< of CodeBlocks::blocks
+  BlockPart part;
+  const std::int32_t* coefficients = nullptr;  ///< what the decoder has for it (block_decoder.hpp), if known
+};
+struct DoubtfulBlocks {
+  std::array<DoubtfulBlock, 24> blocks;
+  std::size_t count = 0;
+
+  [[nodiscard]] std::span<DoubtfulBlock> view() { return std::span(blocks).first(count); }
 };
 
 class LayerDecoder {
@@ -32,9 +47,10 @@ class LayerDecoder {
   Status begin(std::span<std::uint8_t> memory);
 
   [[nodiscard]] int layers() const { return code_blocks_.layers; }
+  [[nodiscard]] const CodingStyle& style() const { return style_; }
   /// The samples of the window, signed about zero and not limited to their number of bits, in the given memory. Empty
-  /// where the layers' last passes may lack a byte, so that a decoder gets some of their last decisions wrong.
-  [[nodiscard]] ImageView<const std::int32_t> decode(int layers);
+  /// where the coefficients of a doubtful block are missing: it is added to `doubtful`, as far as there is room.
+  [[nodiscard]] ImageView<const std::int32_t> decode(int layers, DoubtfulBlocks& doubtful);
 
  private:
   /// The part of a line that one level of the inverse transform works on.
@@ -52,7 +68,10 @@ class LayerDecoder {
 
   Status check_planes();
   [[nodiscard]] bool ends_well(const CodeBlock& block, std::size_t layer) const;
-  bool fill(const Subband& band, int layer, std::int32_t x, std::int32_t y, ImageView<std::int32_t> to) const;
+  bool fill(std::size_t subband, int layer, std::int32_t x, std::int32_t y, ImageView<std::int32_t> to,
+            DoubtfulBlocks& doubtful) const;
+  [[nodiscard]] bool take_decoded(std::size_t index, const BlockPart& part, std::int32_t x, std::int32_t y,
+                                  ImageView<std::int32_t> to, DoubtfulBlocks& doubtful) const;
   [[nodiscard]] ImageView<const std::int32_t> block_of(const Subband& band, std::int32_t x, std::int32_t y) const;
 
   std::span<const std::uint8_t> codestream_;

@@ -49,8 +49,8 @@ struct Comparison {
   SampleWindow window;  ///< around all pixels of the mask
   std::int32_t enough = -1;
 
-  /// `decoded` has the samples of the window. Returns whether they are good enough.
-  bool measure(ImageView<const std::int32_t> decoded, std::int32_t zero, int layer, LayerErrors& errors) const {
+  /// `decoded` has the samples of the window.
+  void measure(ImageView<const std::int32_t> decoded, std::int32_t zero, int layer, LayerErrors& errors) const {
     const std::int32_t most = (std::int32_t{1} << info.bits) - 1;
     const std::int32_t width = window.x1 - window.x0;
     ErrorSums sums;
@@ -68,7 +68,6 @@ struct Comparison {
     const auto i = static_cast<std::size_t>(layer);
     errors.largest[i] = sums.largest;
     errors.mean_square[i] = sums.pixels == 0 ? 0 : static_cast<double>(sums.squares) / static_cast<double>(sums.pixels);
-    return sums.largest <= enough;
   }
 };
 
@@ -102,17 +101,40 @@ struct LayersOfCoefficients {
   LayerDecoder decoder;
   LayerErrors& errors;
   Measured& measured;
+  DoubtfulBlocks doubtful;
   Status status;
 
+  /// Measures the layers that are not measured yet, as far as they are known.
   void run(std::span<std::uint8_t> memory) {
     status = decoder.begin(memory);
     if (!status.ok()) return;
     const std::int32_t zero = std::int32_t{1} << (comparison.info.bits - 1);
     for (int layer = 0; layer < decoder.layers(); ++layer) {
-      const ImageView<const std::int32_t> decoded = decoder.decode(layer + 1);
-      if (decoded.empty()) continue;
-      measured[static_cast<std::size_t>(layer)] = true;
-      if (comparison.measure(decoded, zero, layer, errors)) break;
+      const auto i = static_cast<std::size_t>(layer);
+      if (!measured[i]) {
+        const ImageView<const std::int32_t> decoded = decoder.decode(layer + 1, doubtful);
+        if (decoded.empty()) continue;
+        measured[i] = true;
+        comparison.measure(decoded, zero, layer, errors);
+      }
+      if (errors.largest[i] <= comparison.enough) break;
+    }
+  }
+
+  /// Lets OpenJPEG decode the doubtful blocks, in memory that holds neither the file nor the coefficients.
+  void decode_blocks(std::span<std::uint8_t> memory) {
+    constexpr std::size_t block_bytes = std::size_t{code_block_side} * code_block_side * sizeof(std::int32_t);
+    if (memory.size() < block_scratch_bytes) return;
+    const std::span<std::uint8_t> scratch = memory.first(block_scratch_bytes);
+    std::span<std::uint8_t> room = memory.subspan(block_scratch_bytes);
+    for (DoubtfulBlock& block : doubtful.view()) {
+      if (room.size() < block_bytes) return;
+      auto* const coefficients = reinterpret_cast<std::int32_t*>(room.data());
+      room = room.subspan(block_bytes);
+      const ImageView<std::int32_t> to(coefficients, block.part.width, block.part.height);
+      ++errors.decoded_blocks;
+      const Status decoded = decode_block(comparison.info.codestream, decoder.style(), block.part, scratch, to);
+      if (decoded.ok()) block.coefficients = coefficients;
     }
   }
 };
@@ -120,15 +142,20 @@ struct LayersOfCoefficients {
 template <typename Pixel>
 Status measure_coefficients(const Comparison<Pixel>& comparison, Jpeg2000Workspace& workspace, LayerErrors& errors,
                             Measured& measured) {
-  const std::span<const PassEnd> room = place_of_pass_ends(workspace);
-  if (!workspace.holds_coefficients || workspace.pass_ends > room.size()) return StatusCode::not_found;
-  LayersOfCoefficients<Pixel> layers{comparison, {}, errors, measured, {}};
+  const std::span<const PassEnd> pass_ends = place_of_pass_ends(workspace);
+  if (!workspace.holds_coefficients || workspace.pass_ends > pass_ends.size()) return StatusCode::not_found;
+  LayersOfCoefficients<Pixel> layers{comparison, {}, errors, measured, {}, {}};
   const Jpeg2000Info& info = comparison.info;
   const ImageView<const std::int32_t> coefficients(workspace.samples.data(), info.width, info.height);
-  ILP_TRY(layers.decoder.prepare(info.codestream, coefficients, room.first(workspace.pass_ends), comparison.window));
+  ILP_TRY(
+      layers.decoder.prepare(info.codestream, coefficients, pass_ends.first(workspace.pass_ends), comparison.window));
   const auto run = [](std::span<std::uint8_t> memory, void* context) {
     static_cast<LayersOfCoefficients<Pixel>*>(context)->run(memory);
   };
+  ILP_TRY(with_openjpeg_memory(layers.decoder.memory_bytes(), run, &layers));
+  ILP_TRY(layers.status);
+  if (layers.doubtful.count == 0) return {};
+  layers.decode_blocks(workspace.place_beside_file());
   ILP_TRY(with_openjpeg_memory(layers.decoder.memory_bytes(), run, &layers));
   return layers.status;
 }
