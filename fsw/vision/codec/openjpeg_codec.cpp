@@ -11,7 +11,6 @@
 
 #include "cfg/limits.hpp"
 #include "fsw/base/heap_gate.hpp"
-#include "fsw/vision/codec/wavelet53.hpp"
 
 // OpenJPEG cuts layers by sums of w * w * n, w being the norm of a band times a power of two and n an integer below
 // 2^31. A compiler may round the product before it is added, or not (fused multiply-add, as Debian has it for aarch64),
@@ -279,23 +278,6 @@ struct EncodeCall {
   Status status;
 };
 
-#ifdef ILP_OPENJPEG_IS_SHARED
-constexpr bool library_is_static = false;
-#else
-constexpr bool library_is_static = true;
-#endif
-
-/// A shared library transforms what it is given: it is given the image of the coefficients.
-bool undo_transform(const opj_image_comp_t& component, int levels) {
-  void* const scratch = opj_image_data_alloc(OPJ_SIZE_T{component.w} * component.h * sizeof(OPJ_INT32));
-  if (scratch == nullptr) return false;
-  const ImageView<std::int32_t> samples(component.data, static_cast<std::int32_t>(component.w),
-                                        static_cast<std::int32_t>(component.h));
-  inverse_wavelet53(samples, levels, static_cast<std::int32_t*>(scratch));
-  opj_image_data_free(scratch);
-  return true;
-}
-
 opj_image_t* make_image(ImageView<const std::int32_t> samples, int bits) {
   opj_image_cmptparm_t component = {};
   component.dx = 1;
@@ -343,10 +325,6 @@ Status run_encoder(EncodeCall& call, Handles& handles) {
   handles.codec = opj_create_compress(OPJ_CODEC_J2K);
   handles.stream = opj_stream_create(stream_buffer_bytes, OPJ_FALSE);
   if (handles.image == nullptr || handles.codec == nullptr || handles.stream == nullptr) {
-    return failed_at(CodecStage::setup);
-  }
-  if (call.params.transformed && !library_is_static &&
-      !undo_transform(handles.image->comps[0], call.params.wavelet_levels)) {
     return failed_at(CodecStage::setup);
   }
   silence(handles.codec);
