@@ -20,13 +20,12 @@
 namespace ilp {
 
 /// A keyframe has two products: its image, with the newly seen part as region of interest, and its inverse depth inside
-/// that part. Each is a JP2 file with a metadata box that describes it. The quality of each layer is measured by
-/// decoding it. Two steps load one product's image and maps and order it from the worker, and later ones ask
-/// for it and write it. The image comes last
-/// and completes the keyframe: where the image is on record, so is the depth if there is one. The scheme of an image
-/// depends on the rank of its index among those before it; if the checkpoint is older than the products, these
-/// keyframes are missing there. If the mask cannot be read the image is coded whole. A product whose own input cannot
-/// be read is on record as dropped, as is one whose job is stuck.
+/// that part. Each is a JP2 file with a metadata box that describes it. The quality of each layer is measured. Two
+/// steps load one product's image and maps and order it from the worker, and later ones ask for it and write it. The
+/// image comes last and completes the keyframe: where the image is on record, so is the depth if there is one. The
+/// scheme of an image depends on the rank of its index among those before it; if the checkpoint is older than the
+/// products, these keyframes are missing there. If the mask cannot be read the image is coded whole. A product whose
+/// own input cannot be read is on record as dropped, as is one whose job is stuck.
 class Compressor final : public StageComponent<ComponentId::compressor> {
  public:
   static const CheckpointForm checkpoint;

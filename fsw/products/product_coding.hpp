@@ -46,8 +46,8 @@ struct ProductCoding {
   [[nodiscard]] std::span<std::uint8_t> file() { return jpeg2000.place_of_file(); }
 };
 
-/// The function of the job; `coding` is a ProductCoding. It codes the product, decodes it to measure the quality of
-/// each layer, and writes the quality into the file.
+/// The function of the job; `coding` is a ProductCoding. It codes the product, measures the quality of each layer, and
+/// writes it into the file.
 void code_product(void* coding);
 
 }  // namespace ilp

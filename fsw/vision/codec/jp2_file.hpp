@@ -27,8 +27,8 @@ void write_jp2_boxes(std::int32_t width, std::int32_t height, int bits, std::spa
 /// Corrects the length in the codestream's box. `file` begins 8 bytes before the codestream.
 void write_codestream_box(std::size_t codestream_bytes, std::span<std::uint8_t> box);
 
-/// Corrects the codestream of a signed pre-image to describe the image: unsigned samples of `bits` bits (SIZ), bit
-/// planes without the region's shift (QCD). parse_error if it does not begin as our encoder's codestreams do.
+/// Corrects the codestream of signed, scaled coefficients to describe the image: unsigned samples of `bits` bits (SIZ),
+/// bit planes without the region's shift (QCD). parse_error if it does not begin as our encoder's codestreams do.
 Status correct_main_header(std::span<std::uint8_t> codestream, int bits, int shift);
 
 /// The packets of a codestream with one tile, one tile part, and one packet for each layer and resolution.
@@ -42,6 +42,19 @@ struct LayerTable {
 };
 /// `parse_error` unless the codestream is as described and holds its packet lengths in one PLT marker segment.
 Status read_layer_table(std::span<const std::uint8_t> codestream, LayerTable& table);
+
+/// How a codestream is coded, for one that is coded as ours are.
+struct CodingStyle {
+  std::int32_t width = 0, height = 0;
+  int layers = 0, wavelet_levels = 0;
+  int shift = 0;  ///< of the region, in bit planes
+  /// Bit planes of the magnitudes of each sub-band, from the low band on (T.800, equation E-2).
+  std::array<int, 3 * limits::max_wavelet_levels + 1> planes{};
+  std::size_t data = 0, data_end = 0;  ///< offsets of the first packet, and of the byte after the last one
+};
+/// `parse_error` for any other codestream: more than one tile or tile part, another order of packets, other
+/// code-blocks than of 64 by 64 samples, precincts, an irreversible transform, or marks between packets.
+Status read_coding_style(std::span<const std::uint8_t> codestream, CodingStyle& style);
 
 /// Cuts the codestream in place after `layers` layers, 1 to table.layers, and corrects its headers.
 void cut_codestream(std::span<std::uint8_t> codestream, const LayerTable& table, int layers);

@@ -106,9 +106,9 @@ struct LayerTargets {
 /// The encoder's rate control is only approximate, so the size of the result is checked.
 class CeilingEncoder {
  public:
-  CeilingEncoder(ImageView<const std::int32_t> pre_image, const CodestreamParams& params,
-                 std::span<std::uint8_t> codestream)
-      : pre_image_(pre_image), params_(params), codestream_(codestream) {}
+  CeilingEncoder(ImageView<const std::int32_t> coefficients, const CodestreamParams& params,
+                 Jpeg2000Workspace& workspace, std::span<std::uint8_t> codestream)
+      : coefficients_(coefficients), params_(params), workspace_(workspace), codestream_(codestream) {}
 
   /// Gives the codestream with up to `wanted` layers that fits its span, or grant_too_small with the nearest size.
   /// `expected` is the approximate size of everything.
@@ -156,7 +156,10 @@ class CeilingEncoder {
     params_.packet_lengths = targets.layers > 1;
     layers = targets.layers;
     ++encodings;
-    return openjpeg_encode(pre_image_, params_, codestream_, bytes);
+    PassEnds pass_ends{place_of_pass_ends(workspace_)};
+    const Status status = openjpeg_encode(coefficients_, params_, codestream_, bytes, &pass_ends);
+    workspace_.pass_ends = pass_ends.count;
+    return status;
   }
 
   /// The largest size of the marker segment with the lengths of all packets, which the encoder's rate control ignores.
@@ -183,8 +186,9 @@ class CeilingEncoder {
     return too_small(smallest);
   }
 
-  ImageView<const std::int32_t> pre_image_;
+  ImageView<const std::int32_t> coefficients_;
   CodestreamParams params_;
+  Jpeg2000Workspace& workspace_;
   std::span<std::uint8_t> codestream_;
 };
 
@@ -291,12 +295,13 @@ class ImageEncoder {
     if (treatment.coding == RegionCoding::shift && mask_.data != nullptr) {
       ILP_TRY(choose_shift(costs, treatment.dropped_planes, region));
     }
-    to_pre_image(samples_, region_, levels_, treatment.coding, region, workspace_.scratch.data());
+    scale_region(samples_, region_, treatment.coding, region);
     CodestreamParams coding;
     coding.bits = bits_ + region.shift - region.dropped_planes;
     coding.shift = region.shift;
     coding.wavelet_levels = levels_;
-    CeilingEncoder encoder(samples_, coding, codestream_);
+    coding.transformed = true;
+    CeilingEncoder encoder(samples_, coding, workspace_, codestream_);
     const Status status =
         encoder.encode({params_.layers, params_.layer_ratio}, params_.lossless, treatment.expected_bytes);
     bytes = encoder.bytes;
@@ -323,6 +328,7 @@ Status encode(ImageView<const Pixel> image, int bits, MaskView mask, const Jpeg2
               std::span<const std::uint8_t> metadata, Jpeg2000Workspace& workspace, std::span<std::uint8_t> out,
               Jpeg2000Product& product) {
   product = {};
+  workspace.holds_coefficients = false;
   ILP_TRY(check(image.width, image.height, bits, mask, params, metadata));
   const std::size_t overhead = jp2_overhead(metadata.size());
   const std::size_t ceiling = out.size() < params.max_bytes ? out.size() : params.max_bytes;
@@ -346,6 +352,7 @@ Status encode(ImageView<const Pixel> image, int bits, MaskView mask, const Jpeg2
   product.layers = 1;
   product.layer_bytes[0] = product.bytes;
   if (encoder.layers > 1) ILP_TRY(fill_layer_bytes(codestream, overhead, product));
+  workspace.holds_coefficients = true;
   return {};
 }
 

@@ -3,8 +3,8 @@
 //
 // Either the region's wavelet coefficients are scaled above all others (Maxshift, ITU-T T.800 annex H), so that the
 // rest is coded after them as far as the bytes reach, or the other coefficients are dropped. An encoder without masks
-// can do this: the 5/3 transform is a bijection of integer arrays, so the changed coefficients are transformed back to
-// a "pre-image", which the encoder takes as an ordinary image of more bits. Afterwards the main header is corrected.
+// can do this: it gets the changed coefficients, of more bits, instead of an image that it would transform. Afterwards
+// the main header is corrected.
 #pragma once
 
 #include <array>
@@ -50,14 +50,21 @@ struct Jpeg2000Product {
 
 /// Scratch of one encoding; a static object of its owner.
 struct Jpeg2000Workspace {
-  std::array<std::int32_t, limits::max_image_pixels> samples;
+  alignas(8) std::array<std::int32_t, limits::max_image_pixels> samples;
   std::array<std::int32_t, limits::max_image_pixels> scratch;
   std::array<std::uint8_t, limits::max_image_pixels> mask;
+  bool holds_coefficients = false;  ///< `samples` are those that were coded into the latest file
+  std::size_t pass_ends = 0;        ///< that the encoder recorded then (openjpeg_codec.hpp), in the place of `mask`
 
   /// A place for the file, where memory is short: the encoder writes it when it does not need `scratch` any more.
   [[nodiscard]] std::span<std::uint8_t> place_of_file() {
     static_assert(sizeof(scratch) >= limits::max_product_bytes);
     return {reinterpret_cast<std::uint8_t*>(scratch.data()), limits::max_product_bytes};
+  }
+  /// The rest of `scratch`, aligned for 32-bit numbers.
+  [[nodiscard]] std::span<std::uint8_t> place_beside_file() {
+    static_assert(limits::max_product_bytes % alignof(std::int32_t) == 0);
+    return {place_of_file().data() + limits::max_product_bytes, sizeof(scratch) - limits::max_product_bytes};
   }
 };
 

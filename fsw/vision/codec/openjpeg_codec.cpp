@@ -2,8 +2,10 @@
 
 #include <openjpeg.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
+#include <bitset>
 #include <cstring>
 #include <limits>
 
@@ -25,10 +27,89 @@ extern "C" double __wrap_opj_dwt_getnorm(std::uint32_t level, std::uint32_t orie
   return std::bit_cast<double>(rounded >> dropped_bits << dropped_bits);
 }
 
+// Where the samples are coefficients already, the library's own transform is left out.
+extern "C" int __real_opj_dwt_encode(void* coder, void* component);
+extern "C" int __wrap_opj_dwt_encode(void* coder, void* component);
+
+namespace ilp {
+namespace {
+
+thread_local bool samples_are_coefficients = false;
+
+}  // namespace
+}  // namespace ilp
+
+extern "C" int __wrap_opj_dwt_encode(void* coder, void* component) {
+  return ilp::samples_are_coefficients ? OPJ_TRUE : __real_opj_dwt_encode(coder, component);
+}
+
+// OpenJPEG starts its arithmetic coder for each code-block and asks it for the number of its bytes after each pass. The
+// coder begins with its registers C, A and CT; where they do not have their initial values there after the start, or
+// impossible ones later, nothing is recorded.
+extern "C" void __real_opj_mqc_init_enc(void* coder, std::uint8_t* data);
+extern "C" void __wrap_opj_mqc_init_enc(void* coder, std::uint8_t* data);
+extern "C" std::uint32_t __real_opj_mqc_numbytes(void* coder);
+extern "C" std::uint32_t __wrap_opj_mqc_numbytes(void* coder);
+
+namespace ilp {
+namespace {
+
+struct CoderRegisters {
+  std::uint32_t c, a, ct;
+};
+
+struct PassRecorder {
+  PassEnds* ends = nullptr;
+  const std::uint8_t* data = nullptr;  ///< of the code-block; null if the registers cannot be read
+};
+thread_local PassRecorder pass_recorder;
+
+CoderRegisters registers_of(const void* coder) {
+  CoderRegisters registers{};
+  std::memcpy(&registers, coder, sizeof(registers));
+  return registers;
+}
+
+PassEnd pass_end(const CoderRegisters& registers, std::uint32_t last, const std::uint8_t* data) {
+  constexpr std::uint32_t no_byte = 0xffffffff, most_bytes = 0xffff;
+  const bool possible = registers.a >= 0x8000 && registers.a <= 0xffff && registers.ct >= 1 && registers.ct <= 12 &&
+                        registers.c < (std::uint32_t{1} << 28U);
+  if (data == nullptr || !possible || (last != no_byte && last >= most_bytes)) return {};
+  PassEnd end;
+  end.top = (registers.c + registers.a) << registers.ct;
+  end.bytes = static_cast<std::uint16_t>(last + 1);
+  end.last_byte = last == no_byte ? 0 : data[last];
+  return end;
+}
+
+}  // namespace
+}  // namespace ilp
+
+extern "C" void __wrap_opj_mqc_init_enc(void* coder, std::uint8_t* data) {
+  __real_opj_mqc_init_enc(coder, data);
+  const ilp::CoderRegisters registers = ilp::registers_of(coder);
+  const bool initial = registers.c == 0 && registers.a == 0x8000 && registers.ct == 12;
+  ilp::pass_recorder.data = initial ? data : nullptr;
+}
+
+extern "C" std::uint32_t __wrap_opj_mqc_numbytes(void* coder) {
+  const std::uint32_t last = __real_opj_mqc_numbytes(coder);
+  ilp::PassEnds* const ends = ilp::pass_recorder.ends;
+  if (ends == nullptr) return last;
+  if (ends->count < ends->room.size()) {
+    ends->room[ends->count] = ilp::pass_end(ilp::registers_of(coder), last, ilp::pass_recorder.data);
+  }
+  ++ends->count;
+  return last;
+}
+
 // OpenJPEG finds the passes of a layer by 128 halvings of the interval from the least to the greatest slope, and puts
-// all packets together at each of them, which takes longer than coding. After 64 halvings the interval is 2^-64 of the
-// greatest slope. From then on the answer is "too long": the last threshold that was short enough stays, and a layer
-// lacks at worst the passes whose slopes lie in that interval.
+// all packets together at each of them, which takes longer than coding. It is answered without that in two cases:
+// - Thirty-two halvings after the first threshold that was too low, and after 64 at most, the interval is 2^-32 of the
+//   threshold. From then on the answer is "too long": the last threshold that was short enough stays, and a layer lacks
+//   at worst the passes whose slopes lie in that interval.
+// - A layer has no passes of its own at the thresholds that were high enough for the layer before it. The search comes
+//   by them first, and all of them have the answer of the first one.
 extern "C" int __real_opj_t2_encode_packets(void* encoder, std::uint32_t tile_number, void* tile, std::uint32_t layers,
                                             std::uint8_t* bytes, std::uint32_t* written, std::uint32_t room,
                                             void* index, void* markers, std::uint32_t part, std::int32_t part_position,
@@ -41,9 +122,34 @@ extern "C" int __wrap_opj_t2_encode_packets(void* encoder, std::uint32_t tile_nu
 namespace ilp {
 namespace {
 
-struct LayerSearch {
-  std::uint32_t layers = 0;
-  int halvings = 0;
+class LayerSearch {
+ public:
+  void begin_layer(std::uint32_t layers) {
+    if (layers == layers_) return;
+    follows_ = layers == layers_ + 1 && answers_[0];
+    answers_before_ = answers_;
+    answers_.reset();
+    layers_ = layers;
+    step_ = 0;
+    last_step_ = most_halvings;
+  }
+  /// Nothing is put together any more.
+  [[nodiscard]] bool ended() const { return step_ >= last_step_; }
+  /// The threshold was high enough for the layer before, and an earlier one was so for this layer.
+  [[nodiscard]] bool adds_nothing() const { return follows_ && step_ > 0 && answers_before_[step_]; }
+  void answer(bool short_enough) {
+    if (!short_enough && last_step_ == most_halvings) last_step_ = std::min(most_halvings, step_ + 1 + more_halvings);
+    follows_ = follows_ && short_enough == answers_before_[step_];
+    answers_[step_] = short_enough;
+    ++step_;
+  }
+
+ private:
+  static constexpr std::size_t most_halvings = 64, more_halvings = 32;
+  std::uint32_t layers_ = 0;
+  std::size_t step_ = 0, last_step_ = most_halvings;
+  std::bitset<most_halvings> answers_, answers_before_;
+  bool follows_ = false;  ///< all answers were those for the layer before
 };
 thread_local LayerSearch layer_search;
 
@@ -54,16 +160,18 @@ extern "C" int __wrap_opj_t2_encode_packets(void* encoder, std::uint32_t tile_nu
                                             std::uint8_t* bytes, std::uint32_t* written, std::uint32_t room,
                                             void* index, void* markers, std::uint32_t part, std::int32_t part_position,
                                             std::uint32_t progression, unsigned mode, void* events) {
+  const auto put_together = [&] {
+    return __real_opj_t2_encode_packets(encoder, tile_number, tile, layers, bytes, written, room, index, markers, part,
+                                        part_position, progression, mode, events);
+  };
   constexpr unsigned searching = 0;
-  constexpr int most_halvings = 64;
+  if (mode != searching) return put_together();
   auto& search = ilp::layer_search;
-  if (mode == searching) {
-    if (layers != search.layers) search = {layers, 0};
-    if (search.halvings == most_halvings) return OPJ_FALSE;
-    ++search.halvings;
-  }
-  return __real_opj_t2_encode_packets(encoder, tile_number, tile, layers, bytes, written, room, index, markers, part,
-                                      part_position, progression, mode, events);
+  search.begin_layer(layers);
+  if (search.ended()) return OPJ_FALSE;
+  const int short_enough = search.adds_nothing() ? OPJ_TRUE : put_together();
+  search.answer(short_enough == OPJ_TRUE);
+  return short_enough;
 }
 // NOLINTEND(bugprone-reserved-identifier)
 
@@ -299,13 +407,42 @@ void decode_call(void* context) {
   release(handles);
 }
 
+struct MemoryCall {
+  std::size_t bytes;
+  void (*body)(std::span<std::uint8_t> memory, void* context);
+  void* context;
+  Status status;
+};
+
+void memory_call(void* context) {
+  auto& call = *static_cast<MemoryCall*>(context);
+  void* const memory = opj_image_data_alloc(call.bytes);
+  if (memory == nullptr) {
+    call.status = StatusCode::arena_exhausted;
+    return;
+  }
+  call.body({static_cast<std::uint8_t*>(memory), call.bytes}, call.context);
+  opj_image_data_free(memory);
+}
+
 }  // namespace
 
+Status with_openjpeg_memory(std::size_t bytes, void (*body)(std::span<std::uint8_t> memory, void* context),
+                            void* context) {
+  MemoryCall call{bytes, body, context, {}};
+  ILP_TRY(call_in_heap_region(HeapRegion::openjpeg, memory_call, &call));
+  return call.status;
+}
+
 Status openjpeg_encode(ImageView<const std::int32_t> samples, const CodestreamParams& params,
-                       std::span<std::uint8_t> out, std::size_t& bytes) {
+                       std::span<std::uint8_t> out, std::size_t& bytes, PassEnds* pass_ends) {
+  if (pass_ends != nullptr) pass_ends->count = 0;
+  pass_recorder = {pass_ends, nullptr};
   layer_search = {};
+  samples_are_coefficients = params.transformed;
   EncodeCall call{samples, params, {out, 0, 0}, {}};
   ILP_TRY(call_in_heap_region(HeapRegion::openjpeg, encode_call, &call));
+  pass_recorder = {};
   bytes = call.out.end;
   return call.status;
 }

@@ -1,7 +1,9 @@
 #include "fsw/vision/codec/region.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
+#include <limits>
 
 #include "fsw/base/math.hpp"
 #include "fsw/base/vector_width.hpp"
@@ -23,14 +25,14 @@ void mark_coarsest(ImageView<std::uint8_t> mask, int levels, int resolutions) {
   }
 }
 
-constexpr std::size_t max_bit_length = 32;
+constexpr int max_bit_length = 32;
 
 /// Histogram of the coefficients of a band by the bit lengths of their magnitudes.
 struct BitLengths {
-  std::array<std::uint32_t, max_bit_length + 1> counts{};
+  std::array<std::uint32_t, std::size_t{max_bit_length} + 1> counts{};
 
   [[nodiscard]] double bytes(int dropped_planes) const {
-    std::array<std::uint32_t, max_bit_length + 1> left{};
+    std::array<std::uint32_t, std::size_t{max_bit_length} + 1> left{};
     std::uint32_t all = 0;
     for (std::size_t length = 0; length < counts.size(); ++length) {
       const auto dropped = static_cast<std::size_t>(dropped_planes);
@@ -47,6 +49,12 @@ struct BitLengths {
     return bits / 8;
   }
 
+  [[nodiscard]] int longest() const {
+    int length = max_bit_length;
+    while (length > 0 && counts[static_cast<std::size_t>(length)] == 0) --length;
+    return length;
+  }
+
   static constexpr double ln2 = 0.69314718055994530942;
 };
 
@@ -54,25 +62,99 @@ struct Rectangle {
   std::int32_t x0, y0, x1, y1;
 };
 
-void count_band(ImageView<const std::int32_t> coefficients, ImageView<const std::uint8_t> mask, const Rectangle& band,
-                CoefficientCosts& costs) {
-  std::array<BitLengths, 2> lengths{};  // background, region
-  std::array<std::uint32_t, 2> magnitudes{};
-  for (std::int32_t y = band.y0; y < band.y1; ++y) {
-    const std::int32_t* c = coefficients.row(y);
-    const std::uint8_t* m = mask.data != nullptr ? mask.row(y) : nullptr;
-    for (std::int32_t x = band.x0; x < band.x1; ++x) {
-      const auto magnitude = static_cast<std::uint32_t>(c[x] < 0 ? -c[x] : c[x]);
-      const std::size_t part = m != nullptr ? m[x] : 1U;
-      magnitudes[part] |= magnitude;
-      ++lengths[part].counts[static_cast<std::size_t>(std::bit_width(magnitude))];
+// The background's bytes are this much above those of the region.
+constexpr std::uint8_t of_background = 32;
+
+/// The bit lengths of magnitudes below 2^24, which are the exponents that floating point has for them.
+void classify_row(const std::int32_t* __restrict c, const std::uint8_t* __restrict mask, std::ptrdiff_t width,
+                  std::uint8_t* __restrict classes) {
+  constexpr std::int32_t exponent_of_half = 126, mantissa_bits = 23;
+  const auto length = [&](std::ptrdiff_t x) {
+    const std::int32_t magnitude = c[x] < 0 ? -c[x] : c[x];
+    const std::int32_t exponent = std::bit_cast<std::int32_t>(static_cast<float>(magnitude)) >> mantissa_bits;
+    return exponent > exponent_of_half ? exponent - exponent_of_half : 0;
+  };
+  if (mask == nullptr) {
+    for (std::ptrdiff_t x = 0; x < width; ++x) classes[x] = static_cast<std::uint8_t>(length(x));
+  } else {
+    for (std::ptrdiff_t x = 0; x < width; ++x) {
+      classes[x] = static_cast<std::uint8_t>(length(x) | (mask[x] != 0 ? 0 : of_background));
     }
   }
-  // An OR of magnitudes has as many bits as the largest of them.
-  costs.background_magnitude |= magnitudes[0];
-  costs.region_magnitude |= magnitudes[1];
-  costs.region += lengths[1].bytes(0);
-  for (int q = 0; q <= max_dropped_planes; ++q) costs.background[static_cast<std::size_t>(q)] += lengths[0].bytes(q);
+}
+
+/// Counts bytes below 64, with a counter of its own for each of 32 neighbours.
+class ByteCounts {
+ public:
+  void add_row(const std::uint8_t* bytes, std::ptrdiff_t count) {
+    const std::ptrdiff_t groups = count / lanes;
+    if (added_ + groups > std::numeric_limits<std::uint8_t>::max()) finish();
+    added_ += groups;
+    std::uint8_t longest = 0, parts = 0;
+    for (std::ptrdiff_t i = 0; i < groups * lanes; ++i) {
+      const auto length = static_cast<std::uint8_t>(bytes[i] % of_background);
+      longest = length > longest ? length : longest;
+      parts |= bytes[i] >= of_background ? std::uint8_t{2} : std::uint8_t{1};
+    }
+    if ((parts & 1U) != 0) count_values(bytes, groups, 0, longest);
+    if ((parts & 2U) != 0) count_values(bytes, groups, of_background, longest);
+    for (std::ptrdiff_t i = groups * lanes; i < count; ++i) ++sums_[bytes[i] % values];
+  }
+  void finish() {
+    for (std::size_t value = 0; value < values; ++value) {
+      for (const std::uint8_t counter : counters_[value]) sums_[value] += counter;
+      counters_[value] = {};
+    }
+    added_ = 0;
+  }
+  [[nodiscard]] std::uint32_t of(std::size_t value) const { return sums_[value]; }
+
+ private:
+  static constexpr std::ptrdiff_t lanes = 32;
+  static constexpr std::size_t values = 64;
+  static_assert(limits::max_image_side / lanes <= std::numeric_limits<std::uint8_t>::max());
+
+  void count_values(const std::uint8_t* bytes, std::ptrdiff_t groups, std::uint8_t first, std::uint8_t longest) {
+    for (std::size_t length = 0; length <= longest; ++length) {
+      const auto value = static_cast<std::uint8_t>(first + length);
+      auto counters = counters_[value];
+      for (std::ptrdiff_t group = 0; group < groups; ++group) {
+        const std::uint8_t* const part = bytes + group * lanes;
+        for (std::size_t i = 0; i < counters.size(); ++i) {
+          counters[i] = static_cast<std::uint8_t>(counters[i] + (part[i] == value ? 1 : 0));
+        }
+      }
+      counters_[value] = counters;
+    }
+  }
+
+  std::array<std::array<std::uint8_t, lanes>, values> counters_{};
+  std::array<std::uint32_t, values> sums_{};
+  std::ptrdiff_t added_ = 0;
+};
+
+void count_band(ImageView<const std::int32_t> coefficients, ImageView<const std::uint8_t> mask, const Rectangle& band,
+                CoefficientCosts& costs) {
+  ByteCounts counts;
+  const std::ptrdiff_t width = band.x1 - band.x0;
+  with_widest_vectors([&] {
+    std::array<std::uint8_t, static_cast<std::size_t>(limits::max_image_side)> classes;
+    for (std::int32_t y = band.y0; y < band.y1; ++y) {
+      const std::uint8_t* const m = mask.data != nullptr ? mask.row(y) + band.x0 : nullptr;
+      classify_row(coefficients.row(y) + band.x0, m, width, classes.data());
+      counts.add_row(classes.data(), width);
+    }
+    counts.finish();
+  });
+  BitLengths region, background;
+  for (std::size_t length = 0; length < of_background; ++length) {
+    region.counts[length] = counts.of(length);
+    background.counts[length] = counts.of(of_background + length);
+  }
+  costs.region_bits = std::max(costs.region_bits, region.longest());
+  costs.background_bits = std::max(costs.background_bits, background.longest());
+  costs.region += region.bytes(0);
+  for (int q = 0; q <= max_dropped_planes; ++q) costs.background[static_cast<std::size_t>(q)] += background.bytes(q);
 }
 
 /// Multiplies the region's coefficients, and leaves the lowest planes of the others out, or all of them.
@@ -118,29 +200,27 @@ CoefficientCosts measure_costs(ImageView<const std::int32_t> coefficients, Image
 
 Status choose_shift(const CoefficientCosts& costs, int dropped_planes, RegionShift& shift) {
   shift = {};
-  if (costs.background_magnitude == 0 || costs.region_magnitude == 0) return {};
+  if (costs.background_bits == 0 || costs.region_bits == 0) return {};
   // One more than the background's bit planes: OpenJPEG's decoder tells region from background by magnitudes that
   // carry one fractional bit.
-  shift.shift = static_cast<int>(std::bit_width(costs.background_magnitude)) + 1;
+  shift.shift = costs.background_bits + 1;
   shift.dropped_planes = dropped_planes < shift.shift ? dropped_planes : shift.shift - 1;
-  const int needed = static_cast<int>(std::bit_width(costs.region_magnitude)) + shift.shift - shift.dropped_planes;
+  const int needed = costs.region_bits + shift.shift - shift.dropped_planes;
   if (needed > max_coefficient_bits) return {StatusCode::coefficient_overflow, needed, max_coefficient_bits};
   return {};
 }
 
-void to_pre_image(ImageView<std::int32_t> coefficients, ImageView<const std::uint8_t> mask, int wavelet_levels,
-                  RegionCoding coding, const RegionShift& shift, std::int32_t* scratch) {
+void scale_region(ImageView<std::int32_t> coefficients, ImageView<const std::uint8_t> mask, RegionCoding coding,
+                  const RegionShift& shift) {
   const bool drop = coding == RegionCoding::drop_background;
-  if (mask.data != nullptr && (drop || shift.shift > 0)) {
-    const std::int32_t factor = std::int32_t{1} << (shift.shift - shift.dropped_planes);
-    const int planes = drop ? 0 : shift.dropped_planes;
-    with_widest_vectors([&] {
-      for (std::int32_t y = 0; y < coefficients.height; ++y) {
-        scale_row(mask.row(y), coefficients.width, factor, drop, planes, coefficients.row(y));
-      }
-    });
-  }
-  inverse_wavelet53(coefficients, wavelet_levels, scratch);
+  if (mask.data == nullptr || (!drop && shift.shift == 0)) return;
+  const std::int32_t factor = std::int32_t{1} << (shift.shift - shift.dropped_planes);
+  const int planes = drop ? 0 : shift.dropped_planes;
+  with_widest_vectors([&] {
+    for (std::int32_t y = 0; y < coefficients.height; ++y) {
+      scale_row(mask.row(y), coefficients.width, factor, drop, planes, coefficients.row(y));
+    }
+  });
 }
 
 }  // namespace ilp

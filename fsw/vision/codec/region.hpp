@@ -1,5 +1,5 @@
-// Region of interest by its wavelet coefficients: makes of an image and its mask the pre-image of which an ordinary
-// reversible encoder codes the region first, or only the region (see jpeg2000.hpp).
+// Region of interest by its wavelet coefficients: makes of an image and its mask the coefficients of which an encoder
+// codes the region first, or only the region (see jpeg2000.hpp).
 #pragma once
 
 #include <array>
@@ -20,8 +20,7 @@ inline constexpr int max_dropped_planes = 6;
 struct CoefficientCosts {
   double region = 0;
   std::array<double, max_dropped_planes + 1> background{};  ///< without its q lowest planes
-  std::uint32_t region_magnitude = 0;  ///< OR of all magnitudes: it has as many bits as the largest
-  std::uint32_t background_magnitude = 0;
+  int region_bits = 0, background_bits = 0;                 ///< bit length of the largest magnitude
 };
 
 /// Replaces `samples` (signed, about zero) by their coefficients and `mask` (may be empty: everything) by the region's
@@ -41,9 +40,9 @@ struct RegionShift {
 /// `coefficient_overflow` when a scaled coefficient would need more than 25 bits.
 Status choose_shift(const CoefficientCosts& costs, int dropped_planes, RegionShift& shift);
 
-/// Transforms coefficients to the pre-image, in place: the region's times 2^(shift - dropped_planes), the background's
+/// Scales the coefficients as they are coded, in place: the region's times 2^(shift - dropped_planes), the background's
 /// divided by 2^dropped_planes, or zero.
-void to_pre_image(ImageView<std::int32_t> coefficients, ImageView<const std::uint8_t> mask, int wavelet_levels,
-                  RegionCoding coding, const RegionShift& shift, std::int32_t* scratch);
+void scale_region(ImageView<std::int32_t> coefficients, ImageView<const std::uint8_t> mask, RegionCoding coding,
+                  const RegionShift& shift);
 
 }  // namespace ilp
