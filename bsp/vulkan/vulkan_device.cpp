@@ -46,6 +46,17 @@ bool find_family(VkPhysicalDevice device, std::uint32_t& family) {
   return false;
 }
 
+/// Whether products and differences of floating-point numbers have the one rounding that processors have.
+bool rounds_to_nearest(VkPhysicalDevice device) {
+  VkPhysicalDeviceFloatControlsProperties floats{};
+  floats.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FLOAT_CONTROLS_PROPERTIES;
+  VkPhysicalDeviceProperties2 properties{};
+  properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
+  properties.pNext = &floats;
+  vkGetPhysicalDeviceProperties2(device, &properties);
+  return floats.shaderRoundingModeRTEFloat32 == VK_TRUE;
+}
+
 }  // namespace
 
 bool VulkanDevice::list() {
@@ -70,7 +81,8 @@ bool VulkanDevice::choose(VkInstance instance, const char* name) {
     vkGetPhysicalDeviceProperties(devices[i], &properties_);
     const VkPhysicalDeviceLimits& limits = properties_.limits;
     const bool wanted = name == nullptr || std::strstr(properties_.deviceName, name) != nullptr;
-    const bool able = properties_.apiVersion >= VK_API_VERSION_1_1 && limits.maxComputeWorkGroupInvocations >= lanes &&
+    const bool able = properties_.apiVersion >= VK_API_VERSION_1_1 && rounds_to_nearest(devices[i]) &&
+                      limits.maxComputeWorkGroupInvocations >= lanes &&
                       limits.maxPerStageDescriptorStorageBuffers >= max_buffers;
     if (!wanted || !able || !find_family(devices[i], family_)) continue;
     physical_ = devices[i];
@@ -94,6 +106,10 @@ bool VulkanDevice::open(const char* name) {
   device.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
   device.queueCreateInfoCount = 1;
   device.pQueueCreateInfos = &queue;
+  // A part of Vulkan 1.2, an extension of 1.1.
+  const char* const extensions[] = {VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME};
+  device.enabledExtensionCount = 1;
+  device.ppEnabledExtensionNames = extensions;
   if (!good(vkCreateDevice(physical_, &device, nullptr, &device_), "vkCreateDevice")) return false;
   vkGetDeviceQueue(device_, family_, 0, &queue_);
   VkFenceCreateInfo fence{};
