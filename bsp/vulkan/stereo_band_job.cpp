@@ -6,6 +6,7 @@
 #include "bsp/vulkan/stereo_above.spv.hpp"
 #include "bsp/vulkan/stereo_along.spv.hpp"
 #include "bsp/vulkan/stereo_cost.spv.hpp"
+#include "bsp/vulkan/stereo_cost_rounded.spv.hpp"
 #include "bsp/vulkan/stereo_winner.spv.hpp"
 
 namespace ilp {
@@ -87,8 +88,10 @@ bool StereoBandDeviceJob::prepare(VulkanDevice& device) {
       !device.make_buffer(sizeof(StereoBandOutput), output_) || !device.make_set(buffers, layout, set)) {
     return false;
   }
-  const std::span<const std::uint32_t> shaders[] = {stereo_cost_spv, stereo_along_spv, stereo_above_spv,
-                                                    stereo_winner_spv};
+  // Without the promise the comparison at the start of a flight says whether the device rounds as processors do.
+  const std::span<const std::uint32_t> costs =
+      device.rounds_to_nearest() ? std::span<const std::uint32_t>(stereo_cost_rounded_spv) : stereo_cost_spv;
+  const std::span<const std::uint32_t> shaders[] = {costs, stereo_along_spv, stereo_above_spv, stereo_winner_spv};
   for (std::uint32_t step = 0; step < steps; ++step) {
     if (!device.make_pipeline(shaders[step], layout, pipelines_[step])) return false;
     for (std::uint32_t part = 0; part < parts; ++part) {

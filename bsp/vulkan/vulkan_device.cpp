@@ -46,8 +46,8 @@ bool find_family(VkPhysicalDevice device, std::uint32_t& family) {
   return false;
 }
 
-/// Whether products and differences of floating-point numbers have the one rounding that processors have.
-bool rounds_to_nearest(VkPhysicalDevice device) {
+/// Whether a shader may ask for the one rounding of floating-point numbers that processors have.
+bool has_rounding_to_nearest(VkPhysicalDevice device) {
   VkPhysicalDeviceFloatControlsProperties floats{};
   floats.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FLOAT_CONTROLS_PROPERTIES;
   VkPhysicalDeviceProperties2 properties{};
@@ -81,11 +81,11 @@ bool VulkanDevice::choose(VkInstance instance, const char* name) {
     vkGetPhysicalDeviceProperties(devices[i], &properties_);
     const VkPhysicalDeviceLimits& limits = properties_.limits;
     const bool wanted = name == nullptr || std::strstr(properties_.deviceName, name) != nullptr;
-    const bool able = properties_.apiVersion >= VK_API_VERSION_1_1 && rounds_to_nearest(devices[i]) &&
-                      limits.maxComputeWorkGroupInvocations >= lanes &&
+    const bool able = properties_.apiVersion >= VK_API_VERSION_1_1 && limits.maxComputeWorkGroupInvocations >= lanes &&
                       limits.maxPerStageDescriptorStorageBuffers >= max_buffers;
     if (!wanted || !able || !find_family(devices[i], family_)) continue;
     physical_ = devices[i];
+    rounds_to_nearest_ = has_rounding_to_nearest(devices[i]);
     return true;
   }
   std::fprintf(stderr, "ilp-compute-vulkan: none of %u devices can do the work%s%s\n", count,
@@ -108,7 +108,7 @@ bool VulkanDevice::open(const char* name) {
   device.pQueueCreateInfos = &queue;
   // A part of Vulkan 1.2, an extension of 1.1.
   const char* const extensions[] = {VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME};
-  device.enabledExtensionCount = 1;
+  device.enabledExtensionCount = rounds_to_nearest_ ? 1 : 0;
   device.ppEnabledExtensionNames = extensions;
   if (!good(vkCreateDevice(physical_, &device, nullptr, &device_), "vkCreateDevice")) return false;
   vkGetDeviceQueue(device_, family_, 0, &queue_);

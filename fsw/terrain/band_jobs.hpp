@@ -21,9 +21,10 @@ class BandJobs {
   /// Gets the band that the matcher wants. `there`: it has it. Otherwise `waits` says that only a device's answer is
   /// missing.
   Status get(StereoMatcher& matcher, StereoBandJob& job, bool& there, bool& waits);
-  void drop();
 
  private:
+  void drop();
+
   Compute* compute_ = nullptr;
   StereoBandWorkspace* workspace_ = nullptr;
   bool submitted_ = false;

@@ -58,7 +58,6 @@ void DenseMatcher::match_on(Compute& compute, StereoBandWorkspace& workspace) {
 Status DenseMatcher::restore() {
   cursor_ = {};
   phase_ = Phase::idle;
-  bands_.drop();
   ILP_TRY(load_camera(store_, camera_));
   const Status status = load_checkpoint(store_, checkpoint, cursor_, state_);
   const bool none = status.is(StatusCode::not_found) || status.is(StatusCode::checkpoint_lost);

@@ -5,8 +5,10 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_spirv_intrinsics : require
 #include "stereo_memory.glsl"
+#ifdef ASK_FOR_ROUNDING
 // RoundingModeRTE for 32 bits.
 spirv_execution_mode(extensions = ["SPV_KHR_float_controls"], capabilities = [4467], 4462, 32);
+#endif
 
 void main() {
   const uint i = gl_GlobalInvocationID.x, y = part.row + gl_WorkGroupID.y;

@@ -16,8 +16,8 @@ namespace ilp {
 inline constexpr std::int32_t stereo_band_rows = search_tile;
 /// Pairs with more disparities are matched without jobs.
 inline constexpr std::int32_t stereo_band_disparities = 128;
-/// Rows of the images that a band needs: those above its first window and up to the end of its last.
-inline constexpr std::int32_t stereo_band_held_rows = stereo_band_rows + 2 * max_window_radius + 1;
+/// Rows of the images that a band needs, those of all of its windows.
+inline constexpr std::int32_t stereo_band_held_rows = stereo_band_rows + 2 * max_window_radius;
 inline constexpr std::int32_t stereo_band_width = limits::max_rectified_width;
 inline constexpr std::int32_t stereo_band_peaks = 5;
 

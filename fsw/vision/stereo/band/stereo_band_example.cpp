@@ -69,7 +69,7 @@ void make_stereo_band_example(std::uint32_t number, StereoBandWorkspace& w, Ster
   in.rows = std::min(4 + up_to(rng, 8), stereo_band_rows);
   in.radius = 1 + up_to(rng, max_window_radius - 1);
   in.continues = static_cast<std::int32_t>(number & 1U);
-  in.first_row = in.continues != 0 ? in.radius + 1 : 0;
+  in.first_row = in.continues != 0 ? in.radius : 0;
   in.held_rows = in.first_row + in.rows + up_to(rng, in.radius);
   in.disparities = 17 + up_to(rng, stereo_band_disparities - 17);
   in.padded = whole_blocks(in.disparities);

@@ -184,7 +184,7 @@ void StereoMatcher::describe_band() {
   static_assert(stereo_band_rows == search_tile, "the rows of a band have one search");
   StereoBandInput& in = bands_->input;
   const std::int32_t height = rows_.left.height;
-  const std::int32_t held = std::max(row_ - 1 - rows_.radius, 0);
+  const std::int32_t held = std::max(row_ - rows_.radius, 0);
   in.serial = ++bands_described_;
   in.width = rows_.left.width;
   in.rows = std::min(height - row_, stereo_band_rows);
