@@ -137,7 +137,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
                           "fsw/packets/authentication.hpp", "hal/nonvolatile/nonvolatile.hpp"})},
     {"fsw/imaging/", room({"fsw/imaging/", "fsw/vision/", "hal/compute/compute.hpp"})},
     {"fsw/motion/", room({"fsw/motion/", "fsw/vision/"})},
-    {"fsw/terrain/", room({"fsw/terrain/", "fsw/vision/"})},
+    {"fsw/terrain/", room({"fsw/terrain/", "fsw/vision/", "hal/compute/compute.hpp"})},
     {"fsw/products/", room({"fsw/products/", "fsw/vision/", "hal/worker/worker.hpp", "hal/worker/inline_worker.hpp"})},
     {"fsw/storage/",
      room({"fsw/storage/", "fsw/vision/codec/", "fsw/vision/overlap/overlap.hpp", "hal/store/scrub.hpp"})},
