@@ -75,6 +75,7 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
   executive_.guard(mission_);
   executive_.watch_commits(steps_);
   overlap_checker_.search_on(compute_.compute());
+  dense_matcher_.match_on(compute_.compute(), compute_.bands());
   delivery_queue_.count_by(file_delivery_.backlog());
   // There is room for it.
   static_cast<void>(executive_.keep_constant(delivery_queue_.constants()));

@@ -61,6 +61,8 @@ class FlightSoftware {
 
   /// What does the jobs of components that have some.
   FlightCompute& compute() { return compute_; }
+  /// A device does jobs from now on, if it does them rightly. Call it before start().
+  Status accept(ComputeDevice& device) { return compute_.accept(device, dense_matcher_.spare_job()); }
 
   /// What cannot be cut into steps is done by `worker` (docs/worker.md), not in a step. Call it before start().
   void work_on(Worker& worker) { compressor_.work_on(worker); }

@@ -381,7 +381,7 @@ void Flight::prepare_compute() {
   device_.emplace(compute.forms());
   // Without it the flight is the same, only slower: the comparison says what is wrong.
   static_cast<void>(device_->open({options_.compute, first_job_limit_ns}));
-  const Status accepted = compute.accept(*device_);
+  const Status accepted = software_->accept(*device_);
   if (!accepted.ok()) static_cast<void>(fail(options_.compute, accepted));
   device_->limit(job_limit_ns);
 }

@@ -5,9 +5,11 @@
 #include <cstring>
 
 #include "bsp/vulkan/measure.hpp"
+#include "bsp/vulkan/stereo_band_job.hpp"
 #include "bsp/vulkan/vulkan_device.hpp"
 #include "bsp/vulkan/wide_search_job.hpp"
 #include "fsw/imaging/wide_overlap.hpp"
+#include "fsw/terrain/band_jobs.hpp"
 #include "hal/compute/shared/compute_server.hpp"
 
 namespace {
@@ -20,7 +22,7 @@ const char* const usage =
     "       ilp-compute-vulkan --list\n"
     "  --socket   the Unix socket at which a flight finds this program: ilp-onboard --compute PATH\n"
     "  --device   a part of the device's name; without it the first one that can do the work\n"
-    "  --measure  does one search on the device and on the processor, and prints both times\n"
+    "  --measure  does a search and a stereo pair on the device and on the processor, and prints all times\n"
     "  --list     prints the devices\n";
 
 struct Options {
@@ -55,18 +57,22 @@ int fail(const char* what, const Status& status) {
 }
 
 /// Serves one flight until it ends. Returns false when the device fails: the flight then goes on without it.
-bool serve(ComputeServer& server, WideSearchJob& search) {
+bool serve(ComputeServer& server, WideSearchJob& search, StereoBandDeviceJob& bands) {
   ComputeJob job;
   while (server.next(job).ok()) {
-    if (!search.run(job.input, job.output)) return false;
+    const bool done =
+        job.kind == ComputeKind::wide_search ? search.run(job.input, job.output) : bands.run(job.input, job.output);
+    if (!done) return false;
     if (!server.answer(job).ok()) return true;
   }
   return true;
 }
 
 WideWorkspace workspace;
+StereoBandWorkspace band_workspace;
 VulkanDevice device;
 WideSearchJob search;
+StereoBandDeviceJob bands;
 
 }  // namespace
 
@@ -77,12 +83,12 @@ int main(int argc, char** argv) {
     return 2;
   }
   if (options.list) return VulkanDevice::list() ? 0 : 1;
-  if (!device.open(options.device) || !search.prepare(device)) return 1;
+  if (!device.open(options.device) || !search.prepare(device) || !bands.prepare(device)) return 1;
   if (options.measure) {
     std::printf("%s\n", device.name());
-    return measure_wide_search(search) ? 0 : 1;
+    return measure_wide_search(search) && measure_stereo_pair(bands) ? 0 : 1;
   }
-  const ComputeForms forms{wide_search_form(workspace)};
+  const ComputeForms forms{wide_search_form(workspace), stereo_band_form(band_workspace)};
   static ComputeServer server(forms);
   const Status listening = server.listen(options.socket);
   if (!listening.ok()) return fail(options.socket, listening);
@@ -92,7 +98,7 @@ int main(int argc, char** argv) {
     if (accepted.is(StatusCode::io_error)) return fail(options.socket, accepted);
     if (!accepted.ok()) {
       static_cast<void>(fail("a flight of another build", accepted));
-    } else if (!serve(server, search)) {
+    } else if (!serve(server, search, bands)) {
       return 1;
     }
   }

@@ -46,6 +46,17 @@ bool find_family(VkPhysicalDevice device, std::uint32_t& family) {
   return false;
 }
 
+/// Whether a shader may ask for the one rounding of floating-point numbers that processors have.
+bool has_rounding_to_nearest(VkPhysicalDevice device) {
+  VkPhysicalDeviceFloatControlsProperties floats{};
+  floats.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FLOAT_CONTROLS_PROPERTIES;
+  VkPhysicalDeviceProperties2 properties{};
+  properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
+  properties.pNext = &floats;
+  vkGetPhysicalDeviceProperties2(device, &properties);
+  return floats.shaderRoundingModeRTEFloat32 == VK_TRUE;
+}
+
 }  // namespace
 
 bool VulkanDevice::list() {
@@ -74,6 +85,7 @@ bool VulkanDevice::choose(VkInstance instance, const char* name) {
                       limits.maxPerStageDescriptorStorageBuffers >= max_buffers;
     if (!wanted || !able || !find_family(devices[i], family_)) continue;
     physical_ = devices[i];
+    rounds_to_nearest_ = has_rounding_to_nearest(devices[i]);
     return true;
   }
   std::fprintf(stderr, "ilp-compute-vulkan: none of %u devices can do the work%s%s\n", count,
@@ -94,6 +106,10 @@ bool VulkanDevice::open(const char* name) {
   device.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
   device.queueCreateInfoCount = 1;
   device.pQueueCreateInfos = &queue;
+  // A part of Vulkan 1.2, an extension of 1.1.
+  const char* const extensions[] = {VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME};
+  device.enabledExtensionCount = rounds_to_nearest_ ? 1 : 0;
+  device.ppEnabledExtensionNames = extensions;
   if (!good(vkCreateDevice(physical_, &device, nullptr, &device_), "vkCreateDevice")) return false;
   vkGetDeviceQueue(device_, family_, 0, &queue_);
   VkFenceCreateInfo fence{};

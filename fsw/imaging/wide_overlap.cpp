@@ -22,7 +22,7 @@ void search_unit(void* workspace, std::span<const std::byte> input, std::size_t 
   std::memcpy(output.data(), best.data(), sizeof(best));
 }
 
-void write_example(std::uint32_t number, std::span<std::byte> input) {
+void write_example(void*, std::uint32_t number, std::span<std::byte> input) {
   make_wide_example(number, *reinterpret_cast<WideInput*>(input.data()));
 }
 

@@ -50,6 +50,11 @@ constexpr CheckpointForm DenseMatcher::checkpoint = checkpoint_form<State>(compo
 
 DenseMatcher::DenseMatcher(Tables store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
+void DenseMatcher::match_on(Compute& compute, StereoBandWorkspace& workspace) {
+  StereoMatcher::lend(work_.stereo, workspace);
+  bands_.use(compute, workspace);
+}
+
 Status DenseMatcher::restore() {
   cursor_ = {};
   phase_ = Phase::idle;
@@ -116,10 +121,6 @@ Status DenseMatcher::begin_pair(const PoseRecord& pose, DepthVerdict& verdict) {
 
   ILP_TRY(load_keyframe_image(store_, pose.id, left_));
   ILP_TRY(load_keyframe_image(store_, partner.id, right_));
-  ILP_TRY(inverse_depth_.resize(camera_.width, camera_.height));
-  ILP_TRY(sigma_.resize(camera_.width, camera_.height));
-  std::fill_n(inverse_depth_.view().data, inverse_depth_.view().area(), 0.0F);
-  std::fill_n(sigma_.view().data, sigma_.view().area(), 0.0F);
   pose_ = pose;
   panel_ = 0;
   residual_ = {};
@@ -185,13 +186,23 @@ Status DenseMatcher::resample_band() {
   params.matcher = mission_.matcher;
   params.min_ncc = mission_.min_correlation;
   phase_ = Phase::match;
-  return matcher_.begin(rectified_left_.view(), rectified_right_.view(), valid_left_.view(), valid_right_.view(),
-                        panel().range, params, work_.stereo, {disparity_.view(), disparity_sigma_.view()});
+  rows_matched_ = 0;
+  ILP_TRY(matcher_.begin(rectified_left_.view(), rectified_right_.view(), valid_left_.view(), valid_right_.view(),
+                         panel().range, params, work_.stereo, {disparity_.view(), disparity_sigma_.view()}));
+  // Later panels add to the maps, where jobs would lie.
+  if (panel_ == 0) bands_.begin(work_.stereo, maps_.band, matcher_);
+  return {};
 }
 
-Status DenseMatcher::match_band() {
-  bool more = false;
-  ILP_TRY(matcher_.step(band_rows, more));
+Status DenseMatcher::match_band(bool& waits) {
+  bool more = true;
+  for (; more && rows_matched_ < band_rows; ++rows_matched_) {
+    bool there = true;
+    if (matcher_.wants_band()) ILP_TRY(bands_.get(matcher_, maps_.band, there, waits));
+    if (!there) return {};
+    ILP_TRY(matcher_.step(1, more));
+  }
+  rows_matched_ = 0;
   if (!more) phase_ = Phase::residuals;
   return {};
 }
@@ -204,10 +215,19 @@ Status DenseMatcher::check_rows() {
   return {};
 }
 
+Status DenseMatcher::begin_depth() {
+  for (ImageBuffer<float>* map : {&maps_.depth.inverse, &maps_.depth.sigma}) {
+    ILP_TRY(map->resize(camera_.width, camera_.height));
+    std::fill_n(map->view().data, map->view().area(), 0.0F);
+  }
+  return {};
+}
+
 Status DenseMatcher::depth_band() {
+  if (panel_ == 0 && row_ == 0) ILP_TRY(begin_depth());
   const std::int32_t end = std::min(row_ + 4 * band_rows, camera_.height);
   ILP_TRY(depth_rows(panel().pair, camera_, disparity_.view(), disparity_sigma_.view(), row_, end,
-                     {inverse_depth_.view(), sigma_.view()}));
+                     {maps_.depth.inverse.view(), maps_.depth.sigma.view()}));
   row_ = end;
   if (row_ < camera_.height) return {};
   if (++panel_ < plan_.count) return begin_panel();
@@ -224,7 +244,7 @@ void DenseMatcher::state_geometry(DepthRecord& record) {
     record.epipole_y = epipole.y();
     record.blind_radius_px = plan_.blind_radius_px;
   }
-  const ImageView<const float> inverse_depth = static_cast<const ImageBuffer<float>&>(inverse_depth_).view();
+  const ImageView<const float> inverse_depth = static_cast<const ImageBuffer<float>&>(maps_.depth.inverse).view();
   record.pose_sigma =
       median_depth_error_of_poses(partner_from_this, partner_.step, camera_, inverse_depth, work_.record.pose_errors);
 }
@@ -240,7 +260,7 @@ Status DenseMatcher::state_errors() {
   record_.partner_id = partner_.pose.id;
   record_.baseline = distance(pose_, partner_.pose);
   record_.disparity_per_inverse_depth_px = plan_.disparity_per_inverse_depth_px;
-  drop_uncertain_depths(mission_.largest_depth_sigma, {inverse_depth_.view(), sigma_.view()});
+  drop_uncertain_depths(mission_.largest_depth_sigma, {maps_.depth.inverse.view(), maps_.depth.sigma.view()});
   state_geometry(record_);
   phase_ = Phase::quality;
   return {};
@@ -249,11 +269,11 @@ Status DenseMatcher::state_errors() {
 Status DenseMatcher::state_quality() {
   RecordWorkspace& w = work_.record;
   ILP_TRY(w.sigma_code.resize(camera_.width, camera_.height));
-  code_sigma(static_cast<const ImageBuffer<float>&>(sigma_).view(), record_.disparity_per_inverse_depth_px,
+  code_sigma(static_cast<const ImageBuffer<float>&>(maps_.depth.sigma).view(), record_.disparity_per_inverse_depth_px,
              w.sigma_code.view().data);
-  record_.supported = drop_signs(sigma_.view());
+  record_.supported = drop_signs(maps_.depth.sigma.view());
   phase_ = Phase::mask;
-  return seen_cells(inverse_depth_.view(), sigma_.view(), camera_.fx, 1, now_);
+  return seen_cells(maps_.depth.inverse.view(), maps_.depth.sigma.view(), camera_.fx, 1, now_);
 }
 
 /// The mask of the ground that is new.
@@ -264,7 +284,8 @@ Status DenseMatcher::claim_ground() {
   ILP_TRY(w.mask.resize(camera_.width, camera_.height));
   ILP_TRY(w.codes.resize(camera_.width, camera_.height));
   MaskCounts counts;
-  ILP_TRY(newly_seen_mask(sigma_.view(), after_.coverage, now_, partner_.finer_steps, w.mask.view(), counts));
+  ILP_TRY(
+      newly_seen_mask(maps_.depth.sigma.view(), after_.coverage, now_, partner_.finer_steps, w.mask.view(), counts));
   const auto area = static_cast<double>(w.mask.view().area());
   if (counts.matched < smallest_matched_share * area) {
     return give_up_partner(DepthVerdict::too_few_valid, {});
@@ -278,7 +299,7 @@ Status DenseMatcher::claim_ground() {
 Status DenseMatcher::choose_coding() {
   const RecordWorkspace& w = work_.record;
   DepthCoding coding;
-  ILP_TRY(choose_depth_coding(inverse_depth_.view(), sigma_.view(), w.mask.view(),
+  ILP_TRY(choose_depth_coding(maps_.depth.inverse.view(), maps_.depth.sigma.view(), w.mask.view(),
                               plan_.disparity_per_inverse_depth_px / plan_.baseline, plan_.baseline,
                               1.0 / mission_.depth_step_px, coding));
   record_.offset = coding.offset;
@@ -289,8 +310,8 @@ Status DenseMatcher::choose_coding() {
 
 Status DenseMatcher::code_depth() {
   RecordWorkspace& w = work_.record;
-  ILP_TRY(encode_depth(inverse_depth_.view(), sigma_.view(), w.mask.view(), {record_.offset, record_.step},
-                       w.codes.view()));
+  ILP_TRY(encode_depth(maps_.depth.inverse.view(), maps_.depth.sigma.view(), w.mask.view(),
+                       {record_.offset, record_.step}, w.codes.view()));
   state_median_sigma(record_);
   phase_ = Phase::mask_code;
   return {};
@@ -310,7 +331,7 @@ void DenseMatcher::state_median_sigma(DepthRecord& record) {
 }
 
 PairGround DenseMatcher::ground() const {
-  return {inverse_depth_.view(), sigma_.view(), work_.record.mask.view(), now_};
+  return {maps_.depth.inverse.view(), maps_.depth.sigma.view(), work_.record.mask.view(), now_};
 }
 
 Status DenseMatcher::begin_carry() {
@@ -354,7 +375,7 @@ Status DenseMatcher::give_up_partner(DepthVerdict verdict, Status reported) {
 
 /// Of cells with a few pixels of depth nobody can say later which part was seen.
 Status DenseMatcher::measure_cells(DepthRecord& record) {
-  ILP_TRY(cell_depths(inverse_depth_.view(), sigma_.view(), smallest_cell, cell_depths_));
+  ILP_TRY(cell_depths(maps_.depth.inverse.view(), maps_.depth.sigma.view(), smallest_cell, cell_depths_));
   const auto cells = static_cast<std::size_t>(now_.columns) * static_cast<std::size_t>(now_.rows);
   for (std::size_t i = 0; i < cells; ++i) {
     if (!(cell_depths_[i] > 0)) now_.quality[i] = 0;
@@ -385,7 +406,7 @@ Status DenseMatcher::cover_passed(std::int64_t first_id, std::int64_t second_id,
   ILP_TRY(plane_between(first_id, passed_id, passed_from_first));
   ILP_TRY(plane_between(passed_id, second_id, second_from_passed));
   ILP_TRY(clear_coverage(camera_.width, camera_.height, after_.passed));
-  const ImageView<const float> sigma = sigma_.view();
+  const ImageView<const float> sigma = maps_.depth.sigma.view();
   // The mask of an image without a pose depends on what is covered, not on how well that was seen.
   constexpr std::uint8_t covered = 1;
   const auto known = [&](std::int32_t x, std::int32_t y) {
@@ -505,7 +526,7 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
   return {};
 }
 
-Status DenseMatcher::advance(bool& picked) {
+Status DenseMatcher::advance(bool& picked, bool& waits) {
   switch (phase_) {
     case Phase::idle:
       return pick(picked);
@@ -514,7 +535,7 @@ Status DenseMatcher::advance(bool& picked) {
     case Phase::resample:
       return resample_band();
     case Phase::match:
-      return match_band();
+      return match_band(waits);
     case Phase::residuals:
       return check_rows();
     case Phase::depth:
@@ -547,9 +568,10 @@ Status DenseMatcher::advance(bool& picked) {
 StepResult DenseMatcher::step() {
   if (mission_.safe_mode) return {};
   bool pending = true;
+  bool waits = false;
   const Phase phase = phase_;
-  const Status status = advance(pending);
-  if (status.ok()) return {{}, pending};
+  const Status status = advance(pending, waits);
+  if (status.ok()) return {{}, pending, waits ? Then::wait : Then::go_on};
   // Of the pair, or of the next one that takes its place.
   const bool of_pair = phase == Phase::begin || phase >= Phase::errors;
   if (of_pair && (status.is(StatusCode::rectification_impossible) || status.is(StatusCode::disparity_range_exceeded))) {

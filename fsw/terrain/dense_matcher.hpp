@@ -7,6 +7,7 @@
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/patience.hpp"
 #include "fsw/shared/step_transaction.hpp"
+#include "fsw/terrain/band_jobs.hpp"
 #include "fsw/terrain/partner_choice.hpp"
 #include "fsw/vision/stereo/depth/depth.hpp"
 #include "fsw/vision/stereo/depth/pose_error.hpp"
@@ -36,6 +37,12 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   static const CheckpointForm checkpoint;
 
   DenseMatcher(Tables store, const MissionParameters& mission);
+
+  /// Has the rows of the full resolution matched by `compute` while it has a device; its processor's function works in
+  /// `workspace`, with this component's memory. The results are the same.
+  void match_on(Compute& compute, StereoBandWorkspace& workspace);
+  /// Memory for the comparison of a device with the processor, before the flight.
+  [[nodiscard]] StereoBandJob& spare_job() { return maps_.band; }
 
   Status restore() override;
   StepResult step() override;
@@ -93,6 +100,17 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
     RecordWorkspace record;
   };
 
+  /// The maps of a keyframe's depth. Nothing is in them until its first panel has been matched: jobs lie there until
+  /// then.
+  union DepthMaps {
+    DepthMaps() : depth() {}
+    struct Depth {
+      ImageBuffer<float> inverse, sigma;
+    } depth;
+    StereoBandJob band;
+  };
+  static_assert(sizeof(StereoBandJob) <= sizeof(DepthMaps::Depth), "jobs need no memory of their own");
+
   Status pick(bool& picked);
   Status begin();
   Status find_partner(const PoseRecord& pose, bool& decided, bool& found);
@@ -100,7 +118,8 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   Status begin_pair(const PoseRecord& pose, DepthVerdict& verdict);
   Status begin_panel();
   Status resample_band();
-  Status match_band();
+  Status match_band(bool& waits);
+  Status begin_depth();
   Status check_rows();
   Status depth_band();
   [[nodiscard]] const RectifiedPanel& panel() const { return plan_.panels[panel_]; }
@@ -114,7 +133,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   Status carry_ground();
   Status describe_cells();
   Status record_depth();
-  Status advance(bool& picked);
+  Status advance(bool& picked, bool& waits);
   Status give_up_partner(DepthVerdict verdict, Status reported);
   Status record_without_depth(const PoseRecord& pose, DepthVerdict verdict);
   Status record_given_up();
@@ -142,13 +161,15 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   RectificationPlan plan_;
   std::size_t panel_ = 0;
   VerticalResidual residual_;
-  DepthRecord record_;  ///< of the pair, as far as it is known
+  DepthRecord record_;             ///< of the pair, as far as it is known
+  std::int32_t rows_matched_ = 0;  ///< of a step that waits for a device
+  BandJobs bands_;
   std::int32_t row_ = 0;
   StereoMatcher matcher_;
   FrameImage left_, right_;
   RectifiedBuffer<std::uint8_t> rectified_left_, rectified_right_, valid_left_, valid_right_;
   RectifiedBuffer<float> disparity_, disparity_sigma_;
-  ImageBuffer<float> inverse_depth_, sigma_;
+  DepthMaps maps_;
   CellDepths cell_depths_{};
   SeenCells now_;  ///< how well the pair shows the ground
   Workspace work_;

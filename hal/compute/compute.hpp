@@ -10,7 +10,7 @@
 
 namespace ilp {
 
-enum class ComputeKind : std::uint32_t { wide_search, count };
+enum class ComputeKind : std::uint32_t { wide_search, stereo_band, count };
 inline constexpr std::size_t compute_kinds = static_cast<std::size_t>(ComputeKind::count);
 
 /// What the jobs of a kind are. The results of a job's units lie in its output one after another.
@@ -23,8 +23,9 @@ struct ComputeForm {
   void (*compute)(void* workspace, std::span<const std::byte> input, std::size_t unit,
                   std::span<std::byte> output) = nullptr;
   /// Writes input `number` of those with which a device is compared at the start.
-  void (*example)(std::uint32_t number, std::span<std::byte> input) = nullptr;
+  void (*example)(void* workspace, std::uint32_t number, std::span<std::byte> input) = nullptr;
   void* workspace = nullptr;
+  std::size_t jobs_per_check = 1;  ///< of a device's jobs: one of these is compared in one unit
 
   [[nodiscard]] constexpr std::size_t output_bytes() const { return units * unit_bytes; }
 };
@@ -53,6 +54,8 @@ class Compute {
   virtual Status submit(const ComputeJob& job) = 0;
   virtual ComputeProgress ask(ComputeKind kind) = 0;
   virtual void drop(ComputeKind kind) = 0;
+  /// Whether a device does the jobs.
+  [[nodiscard]] virtual bool on_device() const = 0;
 
  protected:
   ~Compute() = default;

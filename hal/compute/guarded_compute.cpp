@@ -23,7 +23,7 @@ ComputeFault GuardedCompute::compare(ComputeDevice& device, ComputeKind kind, st
                                      std::span<std::byte> output) {
   const ComputeForm& form = cpu_.form(kind);
   for (std::uint32_t number = 0; number < examples; ++number) {
-    form.example(number, input);
+    form.example(form.workspace, number, input);
     ComputeFault fault = device.begin({kind, input, output});
     bool done = false;
     while (fault == ComputeFault::none && !done) {
@@ -85,8 +85,10 @@ ComputeProgress GuardedCompute::ask_device(ComputeKind kind) {
   }
   if (fault == ComputeFault::none && !done) return ComputeProgress::waiting;
   if (fault == ComputeFault::none) {
-    const auto unit = static_cast<std::size_t>(mix64(++checks_) % cpu_.form(kind).units);
-    fault = check_unit(kind, unit, place.job.input, place.job.output);
+    const ComputeForm& form = cpu_.form(kind);
+    const std::uint64_t draw = mix64(++checks_);
+    const auto unit = static_cast<std::size_t>(draw / form.jobs_per_check % form.units);
+    if (draw % form.jobs_per_check == 0) fault = check_unit(kind, unit, place.job.input, place.job.output);
   }
   if (fault != ComputeFault::none) {
     give_up(kind, fault);

@@ -3,11 +3,13 @@
 
 #include <array>
 
+#include "cfg/limits.hpp"
 #include "hal/compute/cpu/cpu_compute.hpp"
 
 namespace ilp {
 
-inline constexpr std::size_t max_compute_unit_bytes = 4096;
+/// A row of results, 16 bytes for each pixel.
+inline constexpr std::size_t max_compute_unit_bytes = std::size_t{16} * limits::max_rectified_width;
 
 class GuardedCompute final : public Compute {
  public:
@@ -26,7 +28,7 @@ class GuardedCompute final : public Compute {
 
   /// `compute_ready`, `compute_refused` or `compute_lost` once, then ok.
   [[nodiscard]] Status take_news();
-  [[nodiscard]] bool on_device() const { return device_ != nullptr; }
+  [[nodiscard]] bool on_device() const override { return device_ != nullptr; }
 
  private:
   ComputeFault compare(ComputeDevice& device, ComputeKind kind, std::span<std::byte> input,
@@ -45,7 +47,7 @@ class GuardedCompute final : public Compute {
   CpuCompute cpu_;
   ComputeDevice* device_ = nullptr;
   bool patient_ = false;
-  std::uint64_t checks_ = 0;  ///< so that each job is checked in another unit
+  std::uint64_t checks_ = 0;  ///< jobs that a device has done: each is checked in another unit
   Status news_;
   std::array<Place, compute_kinds> places_{};
   std::array<std::byte, max_compute_unit_bytes> unit_{};

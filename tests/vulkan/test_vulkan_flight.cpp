@@ -1,5 +1,5 @@
-// A flight whose wide searches a Vulkan device does, all of them or until it is killed: the store has the same records
-// as with the processor alone.
+// A flight whose wide searches and stereo bands a Vulkan device does, all of them or until it is killed: the store has
+// the same records as with the processor alone.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -27,15 +27,15 @@ constexpr int frames = 7;
 // Between these two frames the camera turns by more than the coarse search covers.
 constexpr int turned_from = 4;
 
-/// A strip over one ground with a hole in the middle, where the camera has turned.
-void write_strip(const fs::path& folder) {
+/// A strip over one ground; from frame `turned` on the camera has turned.
+void write_strip(const fs::path& folder, int turned) {
   const test::GroundTexture ground(test::Ground::craters, 82001);
   std::ofstream index(folder / "index.txt");
   for (int i = 0; i < frames; ++i) {
     Rng rng(static_cast<std::uint64_t>(i), 93);
     test::Exposure exposure;
     exposure.noise = 1;
-    const double turn = i >= turned_from ? 2.2 : 0;
+    const double turn = i >= turned ? 2.2 : 0;
     const Similarity2 centred = test::about_centre(1.5, turn, 0, 0, width, height);
     const Similarity2 from{1.5, turn, 300 + centred.shift_x_px + 36 * i, 300 + centred.shift_y_px};
     const test::Image image = test::look_at(ground, {}, from, width, height, exposure, rng);
@@ -49,8 +49,6 @@ void write_strip(const fs::path& folder) {
 
 class VulkanFlight : public testing::Test {
  protected:
-  VulkanFlight() { write_strip(folder_ / "."); }
-
   /// Flies the strip; `digest` gets a checksum of each table of its results.
   std::vector<OverlapRecord> fly(const std::string& name, bool searches, const char* socket, std::string& digest) {
     const fs::path out = fs::path(std::string(folder_ / name));
@@ -75,6 +73,7 @@ class VulkanFlight : public testing::Test {
 };
 
 TEST_F(VulkanFlight, ADeviceOrOneThatIsKilledLeavesTheSameRecords) {
+  write_strip(folder_ / ".", turned_from);
   std::string without, cpu, device, killed;
   static_cast<void>(fly("without", false, nullptr, without));
   const std::vector<OverlapRecord> records = fly("cpu", true, nullptr, cpu);
@@ -103,6 +102,40 @@ TEST_F(VulkanFlight, ADeviceOrOneThatIsKilledLeavesTheSameRecords) {
     static_cast<void>(fly("killed", true, program.socket(), killed));
     killer.join();
     EXPECT_EQ(test::events_of(out / "killed", StatusCode::compute_lost), 1U);
+  }
+  EXPECT_EQ(device, cpu);
+  EXPECT_EQ(killed, cpu);
+}
+
+TEST_F(VulkanFlight, ADeviceThatMatchesPairsOrIsKilledInOneLeavesTheSameRecords) {
+  write_strip(folder_ / ".", frames);
+  std::string cpu, device, killed;
+  static_cast<void>(fly("cpu", false, nullptr, cpu));
+  const fs::path out = fs::path(std::string(folder_ / "."));
+  const auto matched = [&](const std::string& flight) {
+    int count = 0;
+    for (const DepthRecord& depth : test::records_of<DepthRecord>(out / flight)) {
+      count += depth.verdict == DepthVerdict::ok ? 1 : 0;
+    }
+    return count;
+  };
+  EXPECT_GE(matched("cpu"), 3);
+  {
+    const test::VulkanProgram program;
+    static_cast<void>(fly("device", false, program.socket(), device));
+    EXPECT_EQ(test::events_of(out / "device", StatusCode::compute_lost), 0U);
+  }
+  {
+    const test::VulkanProgram program;
+    std::thread killer([&] {
+      for (int i = 0; i < 60'000 && test::records_of<DepthRecord>(out / "killed").empty(); ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      }
+      program.send(SIGKILL);
+    });
+    static_cast<void>(fly("killed", false, program.socket(), killed));
+    killer.join();
+    EXPECT_EQ(test::events_of(out / "killed", StatusCode::compute_lost), 1U) << "no pair was matched by the device";
   }
   EXPECT_EQ(device, cpu);
   EXPECT_EQ(killed, cpu);

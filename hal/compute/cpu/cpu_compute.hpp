@@ -16,6 +16,7 @@ class CpuCompute final : public Compute {
   Status submit(const ComputeJob& job) override;
   ComputeProgress ask(ComputeKind kind) override;
   void drop(ComputeKind kind) override { places_[static_cast<std::size_t>(kind)].busy = false; }
+  [[nodiscard]] bool on_device() const override { return false; }
 
   [[nodiscard]] const ComputeForm& form(ComputeKind kind) const { return forms_[static_cast<std::size_t>(kind)]; }
   Status check(const ComputeJob& job) const;

@@ -15,7 +15,7 @@
 namespace ilp {
 
 inline constexpr std::uint32_t compute_memory_magic = 0x49504C43;  // "CLPI"
-inline constexpr std::uint32_t compute_memory_layout = 1;
+inline constexpr std::uint32_t compute_memory_layout = 2;
 
 struct ComputeMailbox {
   std::uint32_t asked = 0;      ///< number of the newest job; the flight writes it after the input

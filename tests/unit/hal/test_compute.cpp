@@ -28,18 +28,18 @@ void compute_unit(void*, std::span<const std::byte> input, std::size_t unit, std
   for (const std::byte byte : input) sum = mix64(sum + static_cast<std::uint64_t>(byte));
   for (std::byte& byte : output) byte = static_cast<std::byte>(sum = mix64(sum));
 }
-void example(std::uint32_t number, std::span<std::byte> input) {
+void example(void*, std::uint32_t number, std::span<std::byte> input) {
   for (std::size_t i = 0; i < input.size(); ++i) input[i] = static_cast<std::byte>(mix64(number * 7919 + i));
 }
 ComputeForms test_forms() {
   ComputeForms forms;
-  forms.fill({input_bytes, units, unit_bytes, 3, compute_unit, example, nullptr});
+  forms.fill({input_bytes, units, unit_bytes, 3, compute_unit, example, nullptr, 1});
   return forms;
 }
 
 Input input_of(std::uint32_t number) {
   Input input;
-  example(1000 + number, input);
+  example(nullptr, 1000 + number, input);
   return input;
 }
 Output answer_of(const Input& input) {
@@ -122,7 +122,7 @@ struct Flight {
 };
 
 constexpr TimeNs no_limit = 100 * ns_per_s;
-constexpr int compared = 2;  // jobs at the start
+constexpr int compared = 2 * static_cast<int>(compute_kinds);  // jobs at the start
 
 /// Ten jobs with a program that treats the third one after the start in its own way.
 void expect_lost(ComputeFault fault, TimeNs limit_ns, const Program::Turn& act) {

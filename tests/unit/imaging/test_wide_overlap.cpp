@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "fsw/imaging/overlap_checker.hpp"
-#include "hal/compute/cpu/cpu_compute.hpp"
+#include "tests/support/late_compute.hpp"
 #include "tests/support/step_memory.hpp"
 #include "tests/support/strip.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
@@ -15,22 +15,6 @@ namespace {
 
 constexpr std::int32_t width = 96, height = 72;
 constexpr double turn_rad = 2.2;
-
-/// The processor, as late as a device.
-class LateCompute final : public Compute {
- public:
-  explicit LateCompute(const ComputeForms& forms, int waits) : cpu_(forms), waits_(waits) {}
-  Status submit(const ComputeJob& job) override {
-    left_ = waits_;
-    return cpu_.submit(job);
-  }
-  ComputeProgress ask(ComputeKind kind) override { return left_-- > 0 ? ComputeProgress::waiting : cpu_.ask(kind); }
-  void drop(ComputeKind kind) override { cpu_.drop(kind); }
-
- private:
-  CpuCompute cpu_;
-  int waits_, left_ = 0;
-};
 
 class WideOverlapTest : public test::ComponentTest {
  protected:
@@ -68,7 +52,7 @@ class WideOverlapTest : public test::ComponentTest {
   OverlapRecord turned() { return read<OverlapRecord>(2); }
 
   std::unique_ptr<WideWorkspace> workspace_ = std::make_unique<WideWorkspace>();
-  ComputeForms forms_{wide_search_form(*workspace_)};
+  ComputeForms forms_{wide_search_form(*workspace_), ComputeForm{}};
 };
 
 TEST_F(WideOverlapTest, ItRelatesAFrameThatIsTurnedFartherThanTheCoarseSearchReaches) {
@@ -107,7 +91,7 @@ TEST_F(WideOverlapTest, WhoeverDoesTheJobsAndWheneverTheRecordIsTheSame) {
   ASSERT_EQ(at_once.verdict, OverlapVerdict::ok);
   for (const int restart_after : {0, 40}) {
     const auto again = std::make_unique<Again>();
-    LateCompute late(forms_, 3);
+    test::LateCompute late(forms_, 3);
     EXPECT_GT(again->choose(&late, restart_after), 3);
     const OverlapRecord later = again->turned();
     EXPECT_EQ(later.verdict, at_once.verdict);

@@ -221,7 +221,7 @@ void add_products(const RunOfRow& run) {
   with_16_bytes::add_products(run);
 }
 
-/// The sums of the row above the first: the first update then adds row `radius`.
+/// The sums of the window above row `next_row`.
 void start_columns(const NccRows& rows, NccWorkspace& w) {
   const std::int32_t radius = rows.radius;
   const std::int32_t columns = rows.left.width + 2 * radius;
@@ -229,7 +229,7 @@ void start_columns(const NccRows& rows, NccWorkspace& w) {
   for (auto* sums : {&w.right_sums, &w.right_squares}) std::fill_n(sums->begin(), mirrored_length(rows), 0);
   w.left_old.fill(grey_centre);
   w.right_old.fill(grey_centre);
-  for (std::int32_t y = -1 - radius; y < radius; ++y) {
+  for (std::int32_t y = rows.next_row - 1 - radius; y < rows.next_row + radius; ++y) {
     load_left(rows, y, w.left_new.data());
     load_right(rows, y, w.right_new.data());
     update_columns(w.left_new.data(), w.left_old.data(), columns, w.left_sums.data(), w.left_squares.data());
@@ -267,26 +267,38 @@ void start_products(const NccRows& rows, NccWorkspace& w) {
   }
 }
 
-void correlate_row(NccRows& rows, const SearchRow& search, NccWorkspace& w, std::int16_t* ncc, std::uint8_t* cost,
-                   float* variance) {
-  if (rows.next_row == 0) start_columns(rows, w);
-  if (rows.next_row == 0 || !(search == rows.search)) {
-    rows.search = search;
-    start_products(rows, w);
-  }
-  const std::int32_t radius = rows.radius;
-  const std::int32_t columns = rows.left.width + 2 * radius;
-  const std::int32_t y_new = rows.next_row + radius;
-  const std::int32_t y_old = rows.next_row - radius - 1;
+/// Whether the sums had to begin again.
+bool begin_columns(NccRows& rows, NccWorkspace& w) {
+  const bool begins = rows.next_row == 0 || !rows.begun;
+  if (begins) start_columns(rows, w);
+  rows.begun = true;
+  return begins;
+}
+
+/// The grey rows that enter the window of row `next_row` and leave it, and the sums of its columns.
+void advance_columns(const NccRows& rows, NccWorkspace& w) {
+  const std::int32_t y_new = rows.next_row + rows.radius;
+  const std::int32_t y_old = rows.next_row - rows.radius - 1;
   load_left(rows, y_new, w.left_new.data());
   load_left(rows, y_old, w.left_old.data());
   load_right(rows, y_new, w.right_new.data());
   load_right(rows, y_old, w.right_old.data());
-  make_pairs<-1>(w.left_new.data(), w.left_old.data(), columns, w.left_pairs.data());
-  make_pairs<1>(w.right_new.data(), w.right_old.data(), mirrored_length(rows), w.right_pairs.data());
-  update_columns(w.left_new.data(), w.left_old.data(), columns, w.left_sums.data(), w.left_squares.data());
+  update_columns(w.left_new.data(), w.left_old.data(), rows.left.width + 2 * rows.radius, w.left_sums.data(),
+                 w.left_squares.data());
   update_columns(w.right_new.data(), w.right_old.data(), mirrored_length(rows), w.right_sums.data(),
                  w.right_squares.data());
+}
+
+void correlate_row(NccRows& rows, const SearchRow& search, NccWorkspace& w, std::int16_t* ncc, std::uint8_t* cost,
+                   float* variance) {
+  if (begin_columns(rows, w) || !(search == rows.search)) {
+    rows.search = search;
+    start_products(rows, w);
+  }
+  const std::int32_t radius = rows.radius;
+  advance_columns(rows, w);
+  make_pairs<-1>(w.left_new.data(), w.left_old.data(), rows.left.width + 2 * radius, w.left_pairs.data());
+  make_pairs<1>(w.right_new.data(), w.right_old.data(), mirrored_length(rows), w.right_pairs.data());
   compute_moments(rows, w, variance);
 
   std::int32_t* products = w.column_products.data();
@@ -297,11 +309,32 @@ void correlate_row(NccRows& rows, const SearchRow& search, NccWorkspace& w, std:
   ++rows.next_row;
 }
 
+void moments_row(NccRows& rows, NccWorkspace& w, const RowMoments& out) {
+  begin_columns(rows, w);
+  advance_columns(rows, w);
+  compute_moments(rows, w, out.variance);
+  std::copy_n(w.left_sum.begin(), rows.left.width, out.left_sum);
+  std::copy_n(w.left_inverse_norm.begin(), rows.left.width, out.left_inverse_norm);
+  const std::int32_t end = mirrored_length(rows) - rows.radius;
+  for (std::int32_t x = 0; x < rows.right.width; ++x) {
+    const std::int32_t mirrored = first_mirrored(rows) - x;
+    const bool reached = mirrored >= rows.radius && mirrored < end;
+    const auto k = static_cast<std::size_t>(reached ? mirrored : rows.radius);
+    out.right_mean[x] = reached ? w.right_mean[k] : 0.0F;
+    out.right_inverse_norm[x] = reached ? w.right_inverse_norm[k] : 0.0F;
+  }
+  ++rows.next_row;
+}
+
 }  // namespace
 
 void compute_ncc_row(NccRows& rows, const SearchRow& search, NccWorkspace& w, std::int16_t* ncc, std::uint8_t* cost,
                      float* variance) {
   with_widest_vectors([&] { correlate_row(rows, search, w, ncc, cost, variance); });
+}
+
+void compute_moments_row(NccRows& rows, NccWorkspace& w, const RowMoments& out) {
+  with_widest_vectors([&] { moments_row(rows, w, out); });
 }
 
 }  // namespace ilp

@@ -46,7 +46,7 @@ struct NccWorkspace {
   LeftRow<float> left_sum, left_inverse_norm;
 };
 
-/// The images and the row state. Rows must be computed in order from the first.
+/// The images and the row state. Rows must be computed in order, from row 0 or from a `next_row` with `begun` = false.
 struct NccRows {
   GrayView left, right;
   MaskView left_valid, right_valid;
@@ -56,6 +56,7 @@ struct NccRows {
   float damping = 0;  ///< noise variance times window area, grey^2
   int out_of_view_cost = max_matching_cost;
   std::int32_t next_row = 0;
+  bool begun = false;
   SearchRow search;  ///< of the latest row
 };
 
@@ -66,5 +67,16 @@ struct NccRows {
 ///   ncc = (S_lr - S_l S_r / n) / sqrt((V_l + n s^2)(V_r + n s^2)), V = S_xx - S_x^2 / n, s = noise_grey.
 void compute_ncc_row(NccRows& rows, const SearchRow& search, NccWorkspace& workspace, std::int16_t* ncc,
                      std::uint8_t* cost, float* variance);
+
+/// What the correlations of a row are made of besides products, by column of the image: n is the window's area.
+struct RowMoments {
+  float* left_sum;            ///< S_l, of grey less 128
+  float* left_inverse_norm;   ///< 1 / sqrt(V_l + n s^2); 0 where the centre pixel is invalid
+  float* right_mean;          ///< S_r / n, likewise
+  float* right_inverse_norm;  ///< 0 where the centre pixel is invalid, or no disparity reaches it
+  float* variance;            ///< of the left window
+};
+/// The same row without its correlations, for whoever computes these elsewhere.
+void compute_moments_row(NccRows& rows, NccWorkspace& workspace, const RowMoments& out);
 
 }  // namespace ilp
