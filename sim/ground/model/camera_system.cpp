@@ -29,32 +29,85 @@ std::vector<Numbers> graph_of(const RelatedCameras& related) {
   return graph;
 }
 
-/// Without `camera`, all cameras that it was related to are related to each other.
-void eliminate(std::uint32_t camera, std::vector<Numbers>& graph) {
-  for (const std::uint32_t other : graph[camera]) {
-    Numbers together;
-    std::set_union(graph[other].begin(), graph[other].end(), graph[camera].begin(), graph[camera].end(),
-                   std::back_inserter(together));
-    std::erase_if(together, [&](std::uint32_t c) { return c == other || c == camera; });
-    graph[other] = std::move(together);
+/// Eliminates cameras one after the other; all those that one is related to are then related to each other. Next is the
+/// one that adds fewest relations.
+class Elimination {
+ public:
+  explicit Elimination(std::vector<Numbers>& graph) : graph_(graph), added_(graph.size()), changed_(graph.size(), 0) {
+    for (std::uint32_t c = 0; c < graph.size(); ++c) {
+      std::size_t related = 0;
+      for (const std::uint32_t other : graph[c]) related += in_common(c, other);
+      added_[c] = (graph[c].size() * (graph[c].size() - (graph[c].empty() ? 0 : 1)) - related) / 2;
+      next_.emplace(added_[c], c);
+    }
   }
-}
 
-/// The cameras in their order of elimination. `graph` holds then, by camera, those after it that it fills.
-Numbers least_degree(std::vector<Numbers>& graph) {
-  std::set<std::pair<std::size_t, std::uint32_t>> by_degree;
-  for (std::uint32_t c = 0; c < graph.size(); ++c) by_degree.emplace(graph[c].size(), c);
-  Numbers eliminated;
-  while (!by_degree.empty()) {
-    const std::uint32_t camera = by_degree.begin()->second;
-    by_degree.erase(by_degree.begin());
-    for (const std::uint32_t other : graph[camera]) by_degree.erase({graph[other].size(), other});
-    eliminate(camera, graph);
-    for (const std::uint32_t other : graph[camera]) by_degree.emplace(graph[other].size(), other);
-    eliminated.push_back(camera);
+  /// The cameras in their order. `graph` holds then, by camera, those after it that it fills.
+  Numbers order() {
+    Numbers eliminated;
+    while (!next_.empty()) {
+      eliminated.push_back(next_.begin()->second);
+      next_.erase(next_.begin());
+      eliminate(eliminated.back());
+    }
+    return eliminated;
   }
-  return eliminated;
-}
+
+ private:
+  [[nodiscard]] std::size_t in_common(std::uint32_t a, std::uint32_t b) {
+    common_.clear();
+    std::set_intersection(graph_[a].begin(), graph_[a].end(), graph_[b].begin(), graph_[b].end(),
+                          std::back_inserter(common_));
+    return common_.size();
+  }
+
+  void change(std::uint32_t camera) {
+    if (changed_[camera] != 0) return;
+    changed_[camera] = 1;
+    next_.erase({added_[camera], camera});
+    list_.push_back(camera);
+  }
+
+  void relate(std::uint32_t a, std::uint32_t b) {
+    const std::size_t common = in_common(a, b);
+    for (const std::uint32_t c : common_) {
+      change(c);
+      --added_[c];
+    }
+    added_[a] += graph_[a].size() - common;
+    added_[b] += graph_[b].size() - common;
+    graph_[a].insert(std::lower_bound(graph_[a].begin(), graph_[a].end(), b), b);
+    graph_[b].insert(std::lower_bound(graph_[b].begin(), graph_[b].end(), a), a);
+  }
+
+  void eliminate(std::uint32_t camera) {
+    list_.clear();
+    for (const std::uint32_t other : graph_[camera]) {
+      change(other);
+      added_[other] -= graph_[other].size() - 1 - in_common(other, camera);
+    }
+    for (const std::uint32_t other : graph_[camera])
+      graph_[other].erase(std::lower_bound(graph_[other].begin(), graph_[other].end(), camera));
+    for (const std::uint32_t other : graph_[camera]) {
+      Numbers unrelated;
+      std::set_difference(graph_[camera].begin(), graph_[camera].end(), graph_[other].begin(), graph_[other].end(),
+                          std::back_inserter(unrelated));
+      for (const std::uint32_t one : unrelated) {
+        if (one > other) relate(other, one);
+      }
+    }
+    for (const std::uint32_t c : list_) {
+      changed_[c] = 0;
+      next_.emplace(added_[c], c);
+    }
+  }
+
+  std::vector<Numbers>& graph_;
+  std::vector<std::size_t> added_;  ///< by camera, relations that its elimination adds
+  std::set<std::pair<std::size_t, std::uint32_t>> next_;
+  Numbers common_, list_;  ///< the latter: of those whose numbers change
+  std::vector<std::uint8_t> changed_;
+};
 
 /// Of orders that fill the same, the one in which columns that need each other stand beside each other: each camera
 /// comes right after all those that lead to it (Davis, 4.3).
@@ -90,7 +143,7 @@ void subtract_product(const Mat6& a, const Mat6& b, Mat6& c) {
 
 CameraSystem::CameraSystem(const RelatedCameras& related) : order_(related.size()), left_(related.size()) {
   std::vector<Numbers> graph = graph_of(related);
-  const Numbers eliminated = least_degree(graph), cameras = in_postorder(eliminated, graph);
+  const Numbers eliminated = Elimination(graph).order(), cameras = in_postorder(eliminated, graph);
   for (std::uint32_t i = 0; i < cameras.size(); ++i) order_[cameras[i]] = i;
   for (std::uint32_t column = 0; column < cameras.size(); ++column) {
     first_.push_back(rows_.size());

@@ -21,8 +21,8 @@ struct CameraBlock {
   Mat6 block;
 };
 
-/// Cholesky factors by blocks, the columns in the order of least degree (T. Davis, "Direct Methods for Sparse Linear
-/// Systems", 4 and 7). The same equations have the same bits of solution.
+/// Cholesky factors by blocks, the columns in the order in which each fills fewest blocks that were empty (T. Davis,
+/// "Direct Methods for Sparse Linear Systems", 4 and 7). The same equations have the same bits of solution.
 class CameraSystem {
  public:
   explicit CameraSystem(const RelatedCameras& related);

@@ -12,17 +12,17 @@ constexpr double idle_share = 1.0 / 16;
 
 }  // namespace
 
-void settle(const Scene& scene, double max_px, Model& model) {
+void settle(const Scene& scene, double max_px, Model& model, double tolerance) {
   triangulate(scene, max_px, model);
-  adjust_model(scene, std::max(0.5, max_px / 4), model);
+  adjust_model(scene, std::max(0.5, max_px / 4), model, tolerance);
   refuse_outliers(scene, max_px, model);
 }
 
-void close_loops(const Scene& scene, double drift_px, Model& model) {
+void close_loops(const Scene& scene, double drift_px, Model& model, double tolerance) {
   for (double bound = 2 * drift_px; bound > placing_px; bound /= 4) {
     const ModelExtent extent = extent_of(scene, model);
     if (extent.refused == 0 && extent.largest_error_px < idle_share * bound) continue;
-    settle(scene, bound, model);
+    settle(scene, bound, model, tolerance);
   }
 }
 

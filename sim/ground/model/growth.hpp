@@ -12,15 +12,15 @@ namespace ilp::model {
 /// Bounds on reprojection errors: while units are placed, after all have been adjusted once, and in the end.
 inline constexpr double placing_px = 6, adjusted_px = 3, final_px = 1.5;
 
-/// Triangulates, adjusts, and refuses what is off by more than `max_px`.
-void settle(const Scene& scene, double max_px, Model& model);
+/// Triangulates, adjusts, and refuses what is off by more than `max_px`. `tolerance`: as in AdjustmentParams.
+void settle(const Scene& scene, double max_px, Model& model, double tolerance = AdjustmentParams{}.tolerance);
 
 inline constexpr double most_drift_px = 120;
 
 /// A strip that has drifted sees its earlier ground many pixels from where its poses put it: settles the model in
 /// bounds that begin at twice as many. Bounds that are wider than the drift let wrong sightings lead a model whose
 /// strips hang together loosely into another minimum.
-void close_loops(const Scene& scene, double drift_px, Model& model);
+void close_loops(const Scene& scene, double drift_px, Model& model, double tolerance = AdjustmentParams{}.tolerance);
 
 /// Places one unit after the other, that with most common tracks first, as long as one finds its place. `taken`: by
 /// unit, not 0 if it stands in some model.

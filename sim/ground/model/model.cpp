@@ -283,10 +283,11 @@ ModelProblem problem_of(const Scene& scene, const Model& model) {
   return problem;
 }
 
-void adjust_model(const Scene& scene, double robust_px, Model& model) {
+void adjust_model(const Scene& scene, double robust_px, Model& model, double tolerance) {
   ModelProblem problem = problem_of(scene, model);
   AdjustmentParams params;
   params.robust_px = robust_px;
+  params.tolerance = tolerance;
   if (!adjust_once(problem, params, scene.results)) return;
   for (std::size_t p = 0; p < problem.points.size(); ++p)
     model.points[problem.track_of[p]].position = problem.points[p];

@@ -86,8 +86,8 @@ struct ModelProblem : AdjustmentProblem {
 [[nodiscard]] ModelProblem problem_of(const Scene& scene, const Model& model);
 
 /// Bundle adjustment of the whole model (adjustment.hpp). Points that stand by the depths about them keep these within
-/// a hundredth.
-void adjust_model(const Scene& scene, double robust_px, Model& model);
+/// a hundredth. `tolerance`: as in AdjustmentParams.
+void adjust_model(const Scene& scene, double robust_px, Model& model, double tolerance = AdjustmentParams{}.tolerance);
 
 /// The covariances of the views (pose_errors.hpp), as the model stands now.
 void state_errors(const Scene& scene, Model& model);

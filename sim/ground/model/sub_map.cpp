@@ -13,6 +13,8 @@ namespace ilp::model {
 namespace {
 
 constexpr double robust_px = 0.5;
+/// As of an adjustment that closes loops: what it leaves, the adjustment with the last bound takes in its first step.
+constexpr double closing_tolerance = 1e-2;
 
 /// The part of a scene that a plan names, with numbers of its own; its own tracks come first.
 struct PartOfScene {
@@ -55,7 +57,7 @@ PartOfScene part_of(const Scene& whole, const SubMapPlan& plan) {
 }
 
 std::uint64_t digest_of(const Scene& part, std::size_t own_tracks) {
-  intake::InputDigest digest("sub-map 2");
+  intake::InputDigest digest("sub-map 3");
   digest.add_value(part.views.size()).add_value(part.tracks.size()).add_value(own_tracks);
   std::vector<double> numbers;
   for (const View& view : part.views) {
@@ -89,7 +91,7 @@ Model grown_model(const Scene& part) {
   Model model = model_of_strip(part, seed->strip_id);
   triangulate(part, placing_px, model);
   place_all(part, units, taken, model);
-  close_loops(part, most_drift_px, model);
+  close_loops(part, most_drift_px, model, closing_tolerance);
   ModelExtent before = extent_of(part, model);
   if (before.refused != 0 || before.largest_error_px > final_px) {
     settle(part, adjusted_px, model);
