@@ -150,7 +150,7 @@ void sample_block(const RegistrationImage& b, const LocalWarp& warp, const Block
   const FixedCoordinate left = to_fixed(warp.x - half * (warp.xx + warp.xy) + 0.5 * (b.width() - 1));
   const FixedCoordinate top = to_fixed(warp.y - half * (warp.yx + warp.yy) + 0.5 * (b.height() - 1));
   std::uint16_t share_x[count], share_y[count];
-  std::int32_t offset[count];
+  std::uint32_t offset[count];
   std::uint32_t quads[count];
   const std::int32_t stride = b.width();
 #pragma GCC unroll 1
@@ -158,7 +158,7 @@ void sample_block(const RegistrationImage& b, const LocalWarp& warp, const Block
     const FixedCoordinate x = left + steps.x[i], y = top + steps.y[i];
     share_x[i] = static_cast<std::uint16_t>((x >> 8) & 255);
     share_y[i] = static_cast<std::uint16_t>((y >> 8) & 255);
-    offset[i] = (y >> 16) * stride + (x >> 16);
+    offset[i] = static_cast<std::uint32_t>((y >> 16) * stride + (x >> 16));
   }
   const std::uint32_t* const from = b.quads();
 #pragma GCC unroll 4
@@ -244,27 +244,43 @@ void add_own(const RegistrationTemplate::Block& t, double count, const Motion<N>
   n.detail_aa += aa - a * a / count;
 }
 
-/// What it adds together with b.
+using Two [[gnu::vector_size(16)]] = double;
+using Four [[gnu::vector_size(32)]] = double;
+
+/// What the blocks add together with b; vectors, because they add several sums at once.
 template <int N>
-void add_with_b(double a, double detail_aa, const BlockProducts& p, double count, const Motion<N>& m,
-                std::size_t region, NormalEquations<N>& n) {
-  const double gxb = 0.5 / value_unit * p.with_b[2], gyb = 0.5 / value_unit * p.with_b[3];
-  for (int i = 0; i < N; ++i) n.rhs[i] += gxb * m.along_x[i] + gyb * m.along_y[i];
-  const double b = p.b / value_unit, bb = p.with_b[0] / (value_unit * value_unit), ab = p.with_b[1] / value_unit;
-  n.count += count;
-  n.blocks += 1;
-  n.sum_b += b;
-  n.sum_bb += bb;
-  n.sum_ab += ab;
-  const double detail_bb = bb - b * b / count, detail_ab = ab - a * b / count;
-  n.detail_bb += detail_bb;
-  n.detail_ab += detail_ab;
-  auto& part = n.regions[region];
-  part.blocks += 1;
-  part.aa += detail_aa;
-  part.bb += detail_bb;
-  part.ab += detail_ab;
-}
+struct SumsWithB {
+  double blocks = 0, b = 0;
+  Two products{}, detail{};                         ///< bb, ab
+  Four regions[RegistrationFit::max_regions] = {};  ///< blocks and details: aa, bb, ab
+
+  void add(double a, double detail_aa, const BlockProducts& p, double count, const Motion<N>& m, std::size_t region,
+           NormalEquations<N>& n) {
+    const double gxb = 0.5 / value_unit * p.with_b[2], gyb = 0.5 / value_unit * p.with_b[3];
+    for (int i = 0; i < N; ++i) n.rhs[i] += gxb * m.along_x[i] + gyb * m.along_y[i];
+    const double block_b = p.b / value_unit;
+    const Two with_b = Two{static_cast<double>(p.with_b[0]), static_cast<double>(p.with_b[1])} *
+                       Two{1 / (value_unit * value_unit), 1 / value_unit};
+    const Two details = with_b - Two{block_b, a} * block_b / count;
+    blocks += 1;
+    b += block_b;
+    products += with_b;
+    detail += details;
+    regions[region] += Four{1, detail_aa, details[0], details[1]};
+  }
+  void put_into(double count, NormalEquations<N>& n) const {
+    n.count = count * blocks;
+    n.blocks = blocks;
+    n.sum_b = b;
+    n.sum_bb = products[0];
+    n.sum_ab = products[1];
+    n.detail_bb = detail[0];
+    n.detail_ab = detail[1];
+    for (std::size_t i = 0; i < RegistrationFit::max_regions; ++i) {
+      n.regions[i] = {regions[i][0], regions[i][1], regions[i][2], regions[i][3]};
+    }
+  }
+};
 
 /// Sums of RegistrationTemplate::SimilarityTerms, which are added to those of other blocks in the same order as theirs
 /// are in add_own().
@@ -314,6 +330,7 @@ void sum_blocks(const RegistrationTemplate& a, const RegistrationImage& b, const
   std::int16_t sampled[count];
   BlockSteps<Side> steps(Model::local(warp, 0, 0));
   SimilaritySums sums;
+  SumsWithB<Model::freedom> with_b;
   constexpr std::int32_t regions = RegistrationFit::region_columns;
   for (std::int32_t row = 0, i = 0; row < a.block_rows; ++row) {
     const std::int32_t first_region = row * regions / a.block_rows * regions;
@@ -333,10 +350,10 @@ void sum_blocks(const RegistrationTemplate& a, const RegistrationImage& b, const
       } else {
         add_own<Model::freedom>(block, count, motion, n);
       }
-      add_with_b<Model::freedom>(own.a, own.detail_aa, p, count, motion,
-                                 static_cast<std::size_t>(first_region + region), n);
+      with_b.add(own.a, own.detail_aa, p, count, motion, static_cast<std::size_t>(first_region + region), n);
     }
   }
+  with_b.put_into(count, n);
   if constexpr (Model::same_everywhere) sums.put_into(n);
 }
 
@@ -405,34 +422,38 @@ Status register_model(const RegistrationTemplate& a, const RegistrationImage& b,
     fit.ncc = correlation(n.count, n.sum_aa - n.sum_a * n.sum_a / n.count, n.sum_bb - n.sum_b * n.sum_b / n.count,
                           n.sum_ab - n.sum_a * n.sum_b / n.count);
     fit.detail_ncc = correlation(n.count, n.detail_aa, n.detail_bb, n.detail_ab);
-    compare_regions(n, all_blocks, a.block_px * a.block_px, fit);
-    if (!(fit.ncc > 0)) return {};
+    const auto finish = [&] { compare_regions(n, all_blocks, a.block_px * a.block_px, fit); };
+    if (!(fit.ncc > 0)) {
+      finish();
+      return {};
+    }
 
     double solution[N + 2];
     for (int k = 0; k < N + 2; ++k) solution[k] = n.rhs[k];
-    if (!factor_positive_definite<N + 2>(n.a, 1e-10)) return {};
-    solve_factored<N + 2>(n.a, solution);
-    if (!(solution[N] > 0)) return {};
-    double explained = 0;
-    for (int k = 0; k < N + 2; ++k) explained += n.rhs[k] * solution[k];
-    const double variance = std::max(n.sum_bb - explained, 0.0) / n.count * correlated_px;
+    const bool solvable = factor_positive_definite<N + 2>(n.a, 1e-10);
+    if (solvable) solve_factored<N + 2>(n.a, solution);
+    if (!solvable || !(solution[N] > 0)) {
+      finish();
+      return {};
+    }
     const double gain = solution[N];
-    fit.sigma_px =
-        std::sqrt(0.5 * variance *
-                  (inverse_diagonal<N + 2>(n.a, Model::shift_x) + inverse_diagonal<N + 2>(n.a, Model::shift_y))) /
-        gain;
-    if (iteration == max_iterations) return {};
-
     double step[N];
     for (int k = 0; k < N; ++k) step[k] = solution[k] / gain;
     const double moved =
         motion_length<N>(Model::motion(radius, 0), step) + motion_length<N>(Model::motion(0, radius), step);
-    if (!(moved < 0.5 * radius)) return {};  // far outside the range of the gradients
-    if (!Model::compose_inverse(step, warp)) return {};
-    if (moved < step_done_px) {
-      fit.converged = true;
-      return {};
-    }
+    // A step of more than that is far outside the range of the gradients.
+    const bool goes_on = iteration < max_iterations && moved < 0.5 * radius && Model::compose_inverse(step, warp);
+    fit.converged = goes_on && moved < step_done_px;
+    if (goes_on && !fit.converged) continue;
+    double explained = 0;
+    for (int k = 0; k < N + 2; ++k) explained += n.rhs[k] * solution[k];
+    const double variance = std::max(n.sum_bb - explained, 0.0) / n.count * correlated_px;
+    fit.sigma_px =
+        std::sqrt(0.5 * variance *
+                  (inverse_diagonal<N + 2>(n.a, Model::shift_x) + inverse_diagonal<N + 2>(n.a, Model::shift_y))) /
+        gain;
+    finish();
+    return {};
   }
   return {};
 }
