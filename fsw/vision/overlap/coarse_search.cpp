@@ -211,24 +211,37 @@ Shifts covering(std::int32_t shifts, std::int32_t min_covered, const CoarseWorks
   return s;
 }
 
+// Whole vectors of shifts need no loop for the rest; what lies beyond the last shift is not read.
+constexpr std::int32_t shifts_at_once = 16;
+static_assert(sizeof(CoarseWorkspace::sum_ab) / sizeof(std::int32_t) >= CoarseWorkspace::max_shifts + shifts_at_once);
+static_assert(sizeof(CoarseWorkspace::scores) / sizeof(float) >=
+              CoarseWorkspace::max_shifts * CoarseWorkspace::max_shifts + shifts_at_once);
+static_assert(pad + coarse_max_side + canvas_side + shifts_at_once <= prefix_stride);
+
 // Sums of b and b^2 under the inside part of the template.
 void sum_b_under_template(const Shifts& s, std::int32_t left, std::int32_t top, const Covered& rows,
                           CoarseWorkspace& w) {
-  std::int32_t* const __restrict sum_b = w.sum_b.data();
-  std::int32_t* const __restrict sum_bb = w.sum_bb.data();
-  std::fill(sum_b + s.begin, sum_b + s.end, 0);
-  std::fill(sum_bb + s.begin, sum_bb + s.end, 0);
-  for (std::int32_t y = rows.y0; y < rows.y1; ++y) {
-    const std::size_t row = static_cast<std::size_t>(y);
-    const std::int32_t start = (y + top) * prefix_stride + pad + left;
-    const std::int32_t* const from = w.prefix.data() + start + w.span_begin[row];
-    const std::int32_t* const to = w.prefix.data() + start + w.span_end[row];
-    const std::int32_t* const squares_from = w.prefix_squares.data() + start + w.span_begin[row];
-    const std::int32_t* const squares_to = w.prefix_squares.data() + start + w.span_end[row];
-    for (std::int32_t i = s.begin; i < s.end; ++i) {
-      sum_b[i] += to[i] - from[i];
-      sum_bb[i] += squares_to[i] - squares_from[i];
+  for (std::int32_t i = s.begin; i < s.end; i += shifts_at_once) {
+    constexpr std::int32_t vectors = 2, lanes = shifts_at_once / vectors;
+    using Lanes [[gnu::vector_size(lanes * sizeof(std::int32_t))]] = std::int32_t;
+    Lanes sum[vectors] = {}, squares[vectors] = {};
+    const auto add_differences = [](const std::int32_t* ends, const std::int32_t* begins, Lanes* sums) {
+      for (std::int32_t k = 0; k < vectors; ++k) {
+        Lanes end, begin;
+        std::memcpy(&end, ends + k * lanes, sizeof end);
+        std::memcpy(&begin, begins + k * lanes, sizeof begin);
+        sums[k] += end - begin;
+      }
+    };
+    for (std::int32_t y = rows.y0; y < rows.y1; ++y) {
+      const std::size_t row = static_cast<std::size_t>(y);
+      const std::int32_t start = (y + top) * prefix_stride + pad + left + i;
+      const std::int32_t from = start + w.span_begin[row], to = start + w.span_end[row];
+      add_differences(w.prefix.data() + to, w.prefix.data() + from, sum);
+      add_differences(w.prefix_squares.data() + to, w.prefix_squares.data() + from, squares);
     }
+    std::memcpy(w.sum_b.data() + i, sum, sizeof sum);
+    std::memcpy(w.sum_bb.data() + i, squares, sizeof squares);
   }
 }
 
@@ -274,9 +287,6 @@ struct PairProducts<KnownWidth<VectorWidth::bytes32>> {
   }
 };
 #endif
-
-constexpr std::int32_t shifts_at_once = 16;
-static_assert(sizeof(CoarseWorkspace::sum_ab) / sizeof(std::int32_t) >= CoarseWorkspace::max_shifts + shifts_at_once);
 
 // Sums of the products of the template and b. Columns beyond b or the template add nothing, because one of the factors
 // is zero there.
@@ -335,14 +345,16 @@ std::int32_t absolute_difference(const CoarseWorkspace& w, const Covered& c, std
 
 // There is no score if less than `min_covered` is covered, or if the contrast is below one grey level.
 void correlate(const Shifts& s, std::int32_t min_covered, const CoarseWorkspace& w, float* scores) {
-  for (std::int32_t i = s.begin; i < s.end; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const double n = w.count[k], a = w.sum_a[k], b = w.sum_b[k];
-    const double var_a = n * w.sum_aa[k] - a * a, var_b = n * w.sum_bb[k] - b * b;
-    const double floor = n * n * (0.25 * grey_level * grey_level);
-    const bool valid = (w.count[k] >= min_covered) & (var_a >= floor) & (var_b >= floor);
-    const double score = (n * w.sum_ab[k] - a * b) / std::sqrt(valid ? var_a * var_b : 1.0);
-    scores[i] = valid ? static_cast<float>(score) : no_score;
+  for (std::int32_t at = s.begin; at < s.end; at += shifts_at_once) {
+    const auto first = static_cast<std::size_t>(at);
+    for (std::size_t i = first; i < first + shifts_at_once; ++i) {
+      const double n = w.count[i], a = w.sum_a[i], b = w.sum_b[i];
+      const double var_a = n * w.sum_aa[i] - a * a, var_b = n * w.sum_bb[i] - b * b;
+      const double floor = n * n * (0.25 * grey_level * grey_level);
+      const bool valid = (w.count[i] >= min_covered) & (var_a >= floor) & (var_b >= floor);
+      const double score = (n * w.sum_ab[i] - a * b) / std::sqrt(valid ? var_a * var_b : 1.0);
+      scores[i] = valid ? static_cast<float>(score) : no_score;
+    }
   }
 }
 

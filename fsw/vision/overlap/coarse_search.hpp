@@ -47,7 +47,7 @@ struct CoarseWorkspace {
   } column_sums;
   /// Per shift along x, for one shift along y; room for whole vectors of shifts.
   std::array<std::int32_t, max_shifts + 16> count, sum_a, sum_aa, sum_b, sum_bb, sum_ab;
-  Grid<float, max_shifts, max_shifts> scores;
+  Grid<float, max_shifts + 1, max_shifts> scores;  ///< and room for a whole vector
 };
 
 /// Best distinct peaks, best first. Images have one size, with sides of at most coarse_max_side; grey values in units
