@@ -101,13 +101,53 @@ struct Region {
   std::int32_t x0, y0, x1, y1;
 };
 
-// True when no neighbour within `radius` is stronger; among equals the first in reading order wins.
+/// One row of a neighbourhood, in whole vectors; places outside of it are masked.
+struct Neighbours {
+  static constexpr std::int32_t lanes = 16;
+  std::int32_t in_all[lanes], on_left[lanes], on_right[lanes];  ///< all bits set inside
+
+  Neighbours(std::int32_t left, std::int32_t right) {
+    for (std::int32_t k = 0; k < lanes; ++k) {
+      in_all[k] = k <= left + right ? -1 : 0;
+      on_left[k] = k < left ? -1 : 0;
+      on_right[k] = k > left && k <= left + right ? -1 : 0;
+    }
+  }
+};
+
+template <typename Beats>
+bool any_of_row(const float* row, const std::int32_t* inside, Beats beats) {
+  std::int32_t found[Neighbours::lanes];
+  for (std::int32_t k = 0; k < Neighbours::lanes; ++k) found[k] = (beats(row[k]) ? -1 : 0) & inside[k];
+  std::int32_t any = 0;
+  for (std::int32_t k = 0; k < Neighbours::lanes; ++k) any |= found[k];
+  return any != 0;
+}
+
+// True when no neighbour within `radius` is stronger; among equals the first in reading order wins. The nearest rows
+// come first, because they decide most often.
 bool is_maximum(const ImageView<const float>& response, std::int32_t x, std::int32_t y, std::int32_t radius,
                 const Region& valid) {
   const float value = response.at(x, y);
-  for (std::int32_t v = std::max(y - radius, valid.y0); v < std::min(y + radius + 1, valid.y1); ++v) {
+  const auto stronger = [value](float other) { return other > value; };
+  const auto as_strong = [value](float other) { return other >= value; };
+  const std::int32_t left = std::min(radius, x - valid.x0), right = std::min(radius, valid.x1 - 1 - x);
+  const std::int32_t above = std::min(radius, y - valid.y0), below = std::min(radius, valid.y1 - 1 - y);
+  const std::int32_t x0 = x - left, end = response.width * response.height;
+  // A whole vector would leave the image only where its last rows are shorter than one.
+  if (left + right < Neighbours::lanes && (y + below) * response.width + x0 + Neighbours::lanes <= end) {
+    const Neighbours near(left, right);
+    if (any_of_row(response.row(y) + x0, near.on_left, as_strong)) return false;
+    if (any_of_row(response.row(y) + x0, near.on_right, stronger)) return false;
+    for (std::int32_t k = 1; k <= radius; ++k) {
+      if (k <= above && any_of_row(response.row(y - k) + x0, near.in_all, as_strong)) return false;
+      if (k <= below && any_of_row(response.row(y + k) + x0, near.in_all, stronger)) return false;
+    }
+    return true;
+  }
+  for (std::int32_t v = y - above; v <= y + below; ++v) {
     const float* const row = response.row(v);
-    for (std::int32_t u = std::max(x - radius, valid.x0); u < std::min(x + radius + 1, valid.x1); ++u) {
+    for (std::int32_t u = x - left; u <= x + right; ++u) {
       if (row[u] > value || (row[u] == value && (v < y || (v == y && u < x)))) return false;
     }
   }
@@ -158,7 +198,9 @@ std::size_t find_maxima(const ImageView<const float>& response, const Region& in
       if (!(best > threshold)) continue;
       std::int32_t x = 0, y = 0;
       find_place(response, maxima, best, x0, x1, y0, x, y);
-      if (!is_maximum(response, x, y, radius, valid)) continue;
+      bool maximum = false;
+      with_widest_vectors([&] { maximum = is_maximum(response, x, y, radius, valid); });
+      if (!maximum) continue;
       w.found[count++] = {best, static_cast<std::int16_t>(x), static_cast<std::int16_t>(y), 0};
     }
   }
