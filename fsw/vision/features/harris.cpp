@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
@@ -101,27 +102,49 @@ struct Region {
   std::int32_t x0, y0, x1, y1;
 };
 
-/// One row of a neighbourhood, in whole vectors; places outside of it are masked.
+using Lanes [[gnu::vector_size(32)]] = float;
+using Found [[gnu::vector_size(32)]] = std::int32_t;
+
+/// Masks of the places of a row of a neighbourhood, in whole vectors: those with the middle at `left`, those before it
+/// and those behind it.
 struct Neighbours {
-  static constexpr std::int32_t lanes = 16;
-  std::int32_t in_all[lanes], on_left[lanes], on_right[lanes];  ///< all bits set inside
+  static constexpr std::int32_t lanes = 8, vectors = 2;
+  Found all[vectors], before[vectors], behind[vectors];
 
   Neighbours(std::int32_t left, std::int32_t right) {
-    for (std::int32_t k = 0; k < lanes; ++k) {
-      in_all[k] = k <= left + right ? -1 : 0;
-      on_left[k] = k < left ? -1 : 0;
-      on_right[k] = k > left && k <= left + right ? -1 : 0;
+    for (std::int32_t k = 0; k < vectors; ++k) {
+      const Found place = Found{0, 1, 2, 3, 4, 5, 6, 7} + k * lanes;
+      all[k] = place <= left + right;
+      before[k] = place < left;
+      behind[k] = (place > left) & all[k];
     }
   }
 };
 
-template <typename Beats>
-bool any_of_row(const float* row, const std::int32_t* inside, Beats beats) {
-  std::int32_t found[Neighbours::lanes];
-  for (std::int32_t k = 0; k < Neighbours::lanes; ++k) found[k] = (beats(row[k]) ? -1 : 0) & inside[k];
-  std::int32_t any = 0;
-  for (std::int32_t k = 0; k < Neighbours::lanes; ++k) any |= found[k];
-  return any != 0;
+struct AsStrong {
+  static void find(const Lanes& other, float value, const Found& places, Found& found) {
+    found |= (other >= value) & places;
+  }
+};
+struct Stronger {
+  static void find(const Lanes& other, float value, const Found& places, Found& found) {
+    found |= (other > value) & places;
+  }
+};
+
+template <typename Rule>
+void compare_row(const float* row, float value, const Found* places, Found& found) {
+  for (std::int32_t k = 0; k < Neighbours::vectors; ++k) {
+    Lanes others;
+    std::memcpy(&others, row + k * Neighbours::lanes, sizeof others);
+    Rule::find(others, value, places[k], found);
+  }
+}
+
+bool any(const Found& found) {
+  std::uint64_t parts[4];
+  std::memcpy(parts, &found, sizeof parts);
+  return ((parts[0] | parts[1]) | (parts[2] | parts[3])) != 0;
 }
 
 // True when no neighbour within `radius` is stronger; among equals the first in reading order wins. The nearest rows
@@ -129,19 +152,20 @@ bool any_of_row(const float* row, const std::int32_t* inside, Beats beats) {
 bool is_maximum(const ImageView<const float>& response, std::int32_t x, std::int32_t y, std::int32_t radius,
                 const Region& valid) {
   const float value = response.at(x, y);
-  const auto stronger = [value](float other) { return other > value; };
-  const auto as_strong = [value](float other) { return other >= value; };
   const std::int32_t left = std::min(radius, x - valid.x0), right = std::min(radius, valid.x1 - 1 - x);
   const std::int32_t above = std::min(radius, y - valid.y0), below = std::min(radius, valid.y1 - 1 - y);
   const std::int32_t x0 = x - left, end = response.width * response.height;
-  // A whole vector would leave the image only where its last rows are shorter than one.
-  if (left + right < Neighbours::lanes && (y + below) * response.width + x0 + Neighbours::lanes <= end) {
+  constexpr std::int32_t whole = Neighbours::lanes * Neighbours::vectors;
+  // Whole vectors would leave the memory of the image only in its last row.
+  if (left + right < whole && (y + below) * response.width + x0 + whole <= end) {
     const Neighbours near(left, right);
-    if (any_of_row(response.row(y) + x0, near.on_left, as_strong)) return false;
-    if (any_of_row(response.row(y) + x0, near.on_right, stronger)) return false;
+    Found found{};
+    compare_row<AsStrong>(response.row(y) + x0, value, near.before, found);
+    compare_row<Stronger>(response.row(y) + x0, value, near.behind, found);
     for (std::int32_t k = 1; k <= radius; ++k) {
-      if (k <= above && any_of_row(response.row(y - k) + x0, near.in_all, as_strong)) return false;
-      if (k <= below && any_of_row(response.row(y + k) + x0, near.in_all, stronger)) return false;
+      if (k <= above) compare_row<AsStrong>(response.row(y - k) + x0, value, near.all, found);
+      if (k <= below) compare_row<Stronger>(response.row(y + k) + x0, value, near.all, found);
+      if (any(found)) return false;
     }
     return true;
   }
