@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/geometry/types.hpp"
@@ -36,6 +37,11 @@ std::int32_t average_cells(const CameraModel& camera, ImageView<const float> inv
       float sigma_sum = 0;
       std::int32_t count = 0;
       for (std::int32_t y = cy * cell; y < (cy + 1) * cell; ++y) {
+        // Most of an image has been seen before.
+        std::uint32_t row_of_cell;
+        static_assert(cell == sizeof row_of_cell);
+        std::memcpy(&row_of_cell, mask.row(y) + std::ptrdiff_t{cx} * cell, sizeof row_of_cell);
+        if (row_of_cell == 0) continue;
         for (std::int32_t x = cx * cell; x < (cx + 1) * cell; ++x) {
           if (mask.at(x, y) == 0 || !(sigma.at(x, y) > 0)) continue;
           sum += inverse_depth.at(x, y);
