@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
@@ -101,13 +102,76 @@ struct Region {
   std::int32_t x0, y0, x1, y1;
 };
 
-// True when no neighbour within `radius` is stronger; among equals the first in reading order wins.
+using Lanes [[gnu::vector_size(32)]] = float;
+using Found [[gnu::vector_size(32)]] = std::int32_t;
+
+/// Masks of the places of a row of a neighbourhood, in whole vectors: those with the middle at `left`, those before it
+/// and those behind it.
+struct Neighbours {
+  static constexpr std::int32_t lanes = 8, vectors = 2;
+  Found all[vectors], before[vectors], behind[vectors];
+
+  Neighbours(std::int32_t left, std::int32_t right) {
+    for (std::int32_t k = 0; k < vectors; ++k) {
+      const Found place = Found{0, 1, 2, 3, 4, 5, 6, 7} + k * lanes;
+      all[k] = place <= left + right;
+      before[k] = place < left;
+      behind[k] = (place > left) & all[k];
+    }
+  }
+};
+
+struct AsStrong {
+  static void find(const Lanes& other, float value, const Found& places, Found& found) {
+    found |= (other >= value) & places;
+  }
+};
+struct Stronger {
+  static void find(const Lanes& other, float value, const Found& places, Found& found) {
+    found |= (other > value) & places;
+  }
+};
+
+template <typename Rule>
+void compare_row(const float* row, float value, const Found* places, Found& found) {
+  for (std::int32_t k = 0; k < Neighbours::vectors; ++k) {
+    Lanes others;
+    std::memcpy(&others, row + k * Neighbours::lanes, sizeof others);
+    Rule::find(others, value, places[k], found);
+  }
+}
+
+bool any(const Found& found) {
+  std::uint64_t parts[4];
+  std::memcpy(parts, &found, sizeof parts);
+  return ((parts[0] | parts[1]) | (parts[2] | parts[3])) != 0;
+}
+
+// True when no neighbour within `radius` is stronger; among equals the first in reading order wins. The nearest rows
+// come first, because they decide most often.
 bool is_maximum(const ImageView<const float>& response, std::int32_t x, std::int32_t y, std::int32_t radius,
                 const Region& valid) {
   const float value = response.at(x, y);
-  for (std::int32_t v = std::max(y - radius, valid.y0); v < std::min(y + radius + 1, valid.y1); ++v) {
+  const std::int32_t left = std::min(radius, x - valid.x0), right = std::min(radius, valid.x1 - 1 - x);
+  const std::int32_t above = std::min(radius, y - valid.y0), below = std::min(radius, valid.y1 - 1 - y);
+  const std::int32_t x0 = x - left, end = response.width * response.height;
+  constexpr std::int32_t whole = Neighbours::lanes * Neighbours::vectors;
+  // Whole vectors would leave the memory of the image only in its last row.
+  if (left + right < whole && (y + below) * response.width + x0 + whole <= end) {
+    const Neighbours near(left, right);
+    Found found{};
+    compare_row<AsStrong>(response.row(y) + x0, value, near.before, found);
+    compare_row<Stronger>(response.row(y) + x0, value, near.behind, found);
+    for (std::int32_t k = 1; k <= radius; ++k) {
+      if (k <= above) compare_row<AsStrong>(response.row(y - k) + x0, value, near.all, found);
+      if (k <= below) compare_row<Stronger>(response.row(y + k) + x0, value, near.all, found);
+      if (any(found)) return false;
+    }
+    return true;
+  }
+  for (std::int32_t v = y - above; v <= y + below; ++v) {
     const float* const row = response.row(v);
-    for (std::int32_t u = std::max(x - radius, valid.x0); u < std::min(x + radius + 1, valid.x1); ++u) {
+    for (std::int32_t u = x - left; u <= x + right; ++u) {
       if (row[u] > value || (row[u] == value && (v < y || (v == y && u < x)))) return false;
     }
   }
@@ -158,7 +222,9 @@ std::size_t find_maxima(const ImageView<const float>& response, const Region& in
       if (!(best > threshold)) continue;
       std::int32_t x = 0, y = 0;
       find_place(response, maxima, best, x0, x1, y0, x, y);
-      if (!is_maximum(response, x, y, radius, valid)) continue;
+      bool maximum = false;
+      with_widest_vectors([&] { maximum = is_maximum(response, x, y, radius, valid); });
+      if (!maximum) continue;
       w.found[count++] = {best, static_cast<std::int16_t>(x), static_cast<std::int16_t>(y), 0};
     }
   }

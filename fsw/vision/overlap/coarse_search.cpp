@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/image/sampling.hpp"
@@ -14,7 +15,6 @@ constexpr std::int32_t padded_side = CoarseWorkspace::padded_side;
 constexpr std::int32_t sums_stride = canvas_side + 1;
 constexpr std::int32_t prefix_stride = padded_side + 1;
 constexpr std::int32_t pad = canvas_side;
-constexpr std::int32_t vector_px = 8;
 constexpr std::int32_t byte_vector_px = 16;
 constexpr float no_score = -2.0F;
 constexpr std::int32_t grey_level = 1 << coarse_value_bits;
@@ -61,22 +61,38 @@ std::uint8_t to_byte(std::int32_t centred) {
   return static_cast<std::uint8_t>(std::clamp(centred + 128, 0, 255));
 }
 
+std::uint32_t word_of(std::int32_t lower, std::int32_t upper) {
+  return (static_cast<std::uint32_t>(lower) & 0xFFFFU) | static_cast<std::uint32_t>(upper) << 16U;
+}
+
 // b with zeros around it, and its sums along rows, which outside of b continue with the last value.
-void prepare_b(CoarseView b, std::int32_t mean, double byte_gain, CoarseWorkspace& w) {
+void prepare_b(CoarseView b, std::int32_t mean, double byte_gain, OverlapMethod method, CoarseWorkspace& w) {
   for (std::int32_t y = 0; y < b.height; ++y) {
-    std::int16_t* const out = w.padded.data() + std::ptrdiff_t{y} * padded_side;
-    std::uint8_t* const bytes = w.padded_bytes.data() + std::ptrdiff_t{y} * padded_side;
-    std::uint8_t* const mask = w.padded_mask.data() + std::ptrdiff_t{y} * padded_side;
+    std::uint32_t* const words = w.padded.data() + std::ptrdiff_t{y} * padded_side;
     std::int32_t* const sums = w.prefix.data() + std::ptrdiff_t{y} * prefix_stride;
     std::int32_t* const squares = w.prefix_squares.data() + std::ptrdiff_t{y} * prefix_stride;
-    sums[0] = squares[0] = 0;
-    for (std::int32_t x = 0; x < padded_side; ++x) {
-      const bool inside = x >= pad && x < pad + b.width;
-      out[x] = static_cast<std::int16_t>(inside ? b.at(x - pad, y) - mean : 0);
-      bytes[x] = inside ? to_byte(static_cast<std::int32_t>(std::floor(byte_gain * out[x] + 0.5))) : std::uint8_t{0};
-      mask[x] = inside ? std::uint8_t{255} : std::uint8_t{0};
-      sums[x + 1] = sums[x] + out[x];
-      squares[x + 1] = squares[x] + out[x] * out[x];
+    const std::int16_t* const from = b.row(y);
+    std::fill_n(words, padded_side, 0U);
+    std::fill_n(sums, pad + 1, 0);
+    std::fill_n(squares, pad + 1, 0);
+    std::int32_t sum = 0, square_sum = 0;
+    for (std::int32_t x = 0; x < b.width; ++x) {
+      const std::int32_t value = from[x] - mean;
+      words[pad + x] = word_of(value, x + 1 < b.width ? from[x + 1] - mean : 0);
+      sums[pad + x + 1] = sum += value;
+      squares[pad + x + 1] = square_sum += value * value;
+    }
+    words[pad - 1] = word_of(0, from[0] - mean);
+    std::fill_n(sums + pad + b.width + 1, padded_side - pad - b.width, sum);
+    std::fill_n(squares + pad + b.width + 1, padded_side - pad - b.width, square_sum);
+    if (method == OverlapMethod::ncc) continue;
+    std::uint8_t* const bytes = w.padded_bytes.data() + std::ptrdiff_t{y} * padded_side;
+    std::uint8_t* const mask = w.padded_mask.data() + std::ptrdiff_t{y} * padded_side;
+    std::fill_n(bytes, padded_side, std::uint8_t{0});
+    std::fill_n(mask, padded_side, std::uint8_t{0});
+    std::fill_n(mask + pad, b.width, std::uint8_t{255});
+    for (std::int32_t x = 0; x < b.width; ++x) {
+      bytes[pad + x] = to_byte(static_cast<std::int32_t>(std::floor(byte_gain * (from[x] - mean) + 0.5)));
     }
   }
 }
@@ -91,8 +107,9 @@ std::int32_t sample(CoarseView image, FixedCoordinate x, FixedCoordinate y) {
 }
 
 // One row of the turned and scaled image, and its sums on top of those of the rows above.
-void draw_row(CoarseView a, std::int32_t mean, double byte_gain, FixedCoordinate ax, FixedCoordinate ay,
-              FixedCoordinate step_x, FixedCoordinate step_y, std::int32_t width, std::int32_t y, CoarseWorkspace& w) {
+void draw_row(CoarseView a, std::int32_t mean, double byte_gain, OverlapMethod method, FixedCoordinate ax,
+              FixedCoordinate ay, FixedCoordinate step_x, FixedCoordinate step_y, std::int32_t width, std::int32_t y,
+              CoarseWorkspace& w) {
   const auto end_x = static_cast<std::uint32_t>((a.width - 1) << 16);
   const auto end_y = static_cast<std::uint32_t>((a.height - 1) << 16);
   const std::ptrdiff_t at = std::ptrdiff_t{y} * canvas_side;
@@ -101,6 +118,7 @@ void draw_row(CoarseView a, std::int32_t mean, double byte_gain, FixedCoordinate
   const auto put = [&](std::int32_t x, std::int32_t value, bool is_inside) {
     const auto i = static_cast<std::size_t>(at + x);
     w.canvas[i] = static_cast<std::int16_t>(value);
+    if (method == OverlapMethod::ncc) return;
     w.canvas_mask[i] = is_inside ? std::uint8_t{255} : std::uint8_t{0};
     w.canvas_bytes[i] =
         is_inside ? to_byte(static_cast<std::int32_t>(std::floor(byte_gain * value + 0.5))) : std::uint8_t{0};
@@ -130,8 +148,8 @@ void draw_row(CoarseView a, std::int32_t mean, double byte_gain, FixedCoordinate
 }
 
 // Draws a, turned and scaled about its centre.
-void draw_template(CoarseView a, std::int32_t mean, double scale, double rotation_rad, Template& t,
-                   CoarseWorkspace& w) {
+void draw_template(CoarseView a, std::int32_t mean, double scale, double rotation_rad, OverlapMethod method,
+                   Template& t, CoarseWorkspace& w) {
   const double c = det_cos(rotation_rad), s = det_sin(rotation_rad);
   const double full_w = scale * (std::fabs(c) * a.width + std::fabs(s) * a.height);
   const double full_h = scale * (std::fabs(s) * a.width + std::fabs(c) * a.height);
@@ -144,7 +162,7 @@ void draw_template(CoarseView a, std::int32_t mean, double scale, double rotatio
   const FixedCoordinate step_x = to_fixed(c / scale), step_y = to_fixed(-s / scale);
   for (std::int32_t y = 0; y < t.height; ++y) {
     const double u = -0.5 * (t.width - 1) - t.phase_x, v = y - 0.5 * (t.height - 1) - t.phase_y;
-    draw_row(a, mean, t.gain_a, to_fixed((c * u + s * v) / scale + 0.5 * (a.width - 1)),
+    draw_row(a, mean, t.gain_a, method, to_fixed((c * u + s * v) / scale + 0.5 * (a.width - 1)),
              to_fixed((-s * u + c * v) / scale + 0.5 * (a.height - 1)), step_x, step_y, t.width, y, w);
   }
 }
@@ -154,69 +172,144 @@ struct Covered {
   std::int32_t x0, y0, x1, y1;
 };
 
+// Differences of two rows of sums, from the right end of the columns to the left one; columns outside of the template
+// have what its ends have.
+void sum_columns(const std::int32_t* lower, const std::int32_t* upper, std::int32_t width, std::int32_t first,
+                 std::int32_t count, std::int32_t* __restrict out) {
+  const std::int32_t right = std::clamp(first - width, 0, count), left = std::clamp(first + 1, right, count);
+  std::fill_n(out, right, lower[width] - upper[width]);
+  for (std::int32_t k = right; k < left; ++k) out[k] = lower[first - k] - upper[first - k];
+  std::fill(out + left, out + count, 0);
+}
+
 // Sums over the covered part of the template, for all shifts along x of one along y.
 void sum_template(CoarseView b, const Template& t, std::int32_t left, const Covered& rows, CoarseWorkspace& w) {
   const std::ptrdiff_t upper = std::ptrdiff_t{rows.y0} * sums_stride;
   const std::ptrdiff_t lower = std::ptrdiff_t{rows.y1} * sums_stride;
-  const auto column = [&](const auto& sums, std::int32_t x) {
-    return sums[static_cast<std::size_t>(lower + x)] - sums[static_cast<std::size_t>(upper + x)];
+  const std::int32_t shifts = 2 * t.shift_x + 1, first = b.width - left;
+  const auto sum = [&](const auto& sums, auto& columns, std::int32_t* __restrict out) {
+    sum_columns(sums.data() + lower, sums.data() + upper, t.width, first, shifts + b.width, columns.data());
+    const std::int32_t* const ends = columns.data();
+    const std::int32_t* const begins = ends + b.width;
+    for (std::int32_t i = 0; i < shifts; ++i) out[i] = ends[i] - begins[i];
   };
-  for (std::int32_t i = 0; i <= 2 * t.shift_x; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const std::int32_t x0 = std::clamp(-left - i, 0, t.width), x1 = std::clamp(b.width - left - i, 0, t.width);
-    w.count[k] = column(w.inside_sums, x1) - column(w.inside_sums, x0);
-    w.sum_a[k] = column(w.value_sums, x1) - column(w.value_sums, x0);
-    w.sum_aa[k] = column(w.square_sums, x1) - column(w.square_sums, x0);
-  }
+  sum(w.inside_sums, w.column_sums.inside, w.count.data());
+  sum(w.value_sums, w.column_sums.value, w.sum_a.data());
+  sum(w.square_sums, w.column_sums.square, w.sum_aa.data());
 }
 
-// Sums of b and b^2 under the inside part of the template, for all shifts along x of one along y.
-void sum_b_under_template(const Template& t, std::int32_t left, std::int32_t top, const Covered& rows,
+/// Shifts along x.
+struct Shifts {
+  std::int32_t begin, end;
+};
+
+/// From the first shift with enough of the template covered to the last one.
+Shifts covering(std::int32_t shifts, std::int32_t min_covered, const CoarseWorkspace& w) {
+  Shifts s{0, shifts};
+  while (s.begin < s.end && w.count[static_cast<std::size_t>(s.begin)] < min_covered) ++s.begin;
+  while (s.end > s.begin && w.count[static_cast<std::size_t>(s.end - 1)] < min_covered) --s.end;
+  return s;
+}
+
+// Whole vectors of shifts need no loop for the rest; what lies beyond the last shift is not read.
+constexpr std::int32_t shifts_at_once = 16;
+static_assert(sizeof(CoarseWorkspace::sum_ab) / sizeof(std::int32_t) >= CoarseWorkspace::max_shifts + shifts_at_once);
+static_assert(sizeof(CoarseWorkspace::scores) / sizeof(float) >=
+              CoarseWorkspace::max_shifts * CoarseWorkspace::max_shifts + shifts_at_once);
+static_assert(pad + coarse_max_side + canvas_side + shifts_at_once <= prefix_stride);
+
+// Sums of b and b^2 under the inside part of the template.
+void sum_b_under_template(const Shifts& s, std::int32_t left, std::int32_t top, const Covered& rows,
                           CoarseWorkspace& w) {
-  const std::int32_t shifts = 2 * t.shift_x + 1;
-  std::int32_t* const sum_b = w.sum_b.data();
-  std::int32_t* const sum_bb = w.sum_bb.data();
-  std::fill_n(sum_b, shifts, 0);
-  std::fill_n(sum_bb, shifts, 0);
-  for (std::int32_t y = rows.y0; y < rows.y1; ++y) {
-    const std::size_t row = static_cast<std::size_t>(y);
-    const std::int32_t start = (y + top) * prefix_stride + pad + left;
-    const std::int32_t* const from = w.prefix.data() + start + w.span_begin[row];
-    const std::int32_t* const to = w.prefix.data() + start + w.span_end[row];
-    const std::int32_t* const squares_from = w.prefix_squares.data() + start + w.span_begin[row];
-    const std::int32_t* const squares_to = w.prefix_squares.data() + start + w.span_end[row];
-    for (std::int32_t i = 0; i < shifts; ++i) {
-      sum_b[i] += to[i] - from[i];
-      sum_bb[i] += squares_to[i] - squares_from[i];
+  for (std::int32_t i = s.begin; i < s.end; i += shifts_at_once) {
+    constexpr std::int32_t vectors = 2, lanes = shifts_at_once / vectors;
+    using Lanes [[gnu::vector_size(lanes * sizeof(std::int32_t))]] = std::int32_t;
+    Lanes sum[vectors] = {}, squares[vectors] = {};
+    const auto add_differences = [](const std::int32_t* ends, const std::int32_t* begins, Lanes* sums) {
+      for (std::int32_t k = 0; k < vectors; ++k) {
+        Lanes end, begin;
+        std::memcpy(&end, ends + k * lanes, sizeof end);
+        std::memcpy(&begin, begins + k * lanes, sizeof begin);
+        sums[k] += end - begin;
+      }
+    };
+    for (std::int32_t y = rows.y0; y < rows.y1; ++y) {
+      const std::size_t row = static_cast<std::size_t>(y);
+      const std::int32_t start = (y + top) * prefix_stride + pad + left + i;
+      const std::int32_t from = start + w.span_begin[row], to = start + w.span_end[row];
+      add_differences(w.prefix.data() + to, w.prefix.data() + from, sum);
+      add_differences(w.prefix_squares.data() + to, w.prefix_squares.data() + from, squares);
     }
+    std::memcpy(w.sum_b.data() + i, sum, sizeof sum);
+    std::memcpy(w.sum_bb.data() + i, squares, sizeof squares);
   }
 }
 
-// The number of vectors per row is a constant, so that the compiler needs no remainder loop.
-template <std::int32_t Vectors>
-std::int32_t dot_rows(const std::int16_t* p, const std::int16_t* q, std::int32_t rows) {
-  std::int32_t sum = 0;
-  for (std::int32_t y = 0; y < rows; ++y, p += canvas_side, q += padded_side) {
-    for (std::int32_t x = 0; x < Vectors * vector_px; ++x) sum += p[x] * q[x];
-  }
-  return sum;
-}
+/// Products of words, both halves of each added.
+template <typename Width>
+struct PairProducts;
 
-// Columns beyond b or the template add nothing, because one of the factors is zero there.
-std::int32_t dot_product(const CoarseWorkspace& w, const Covered& c, std::int32_t left, std::int32_t top) {
-  const std::int16_t* const p = w.canvas.data() + std::ptrdiff_t{c.y0} * canvas_side + c.x0;
-  const std::int16_t* const q = w.padded.data() + std::ptrdiff_t{c.y0 + top} * padded_side + left + pad + c.x0;
-  const std::int32_t rows = c.y1 - c.y0;
-  static_assert(coarse_max_side <= 4 * vector_px);
-  switch ((c.x1 - c.x0 + vector_px - 1) / vector_px) {
-    case 1:
-      return dot_rows<1>(p, q, rows);
-    case 2:
-      return dot_rows<2>(p, q, rows);
-    case 3:
-      return dot_rows<3>(p, q, rows);
-    default:
-      return dot_rows<4>(p, q, rows);
+template <>
+struct PairProducts<KnownWidth<VectorWidth::bytes16>> {
+  static constexpr std::int32_t lanes = 4;
+  using Sums [[gnu::vector_size(16)]] = std::int32_t;
+
+  static void add(std::uint32_t pair, const std::uint32_t* words, Sums& sums) {
+#if defined(__SSE2__)
+    // GCC does not find this instruction by itself.
+    using Halves [[gnu::vector_size(16)]] = short;  // NOLINT(google-runtime-int)
+    Halves p;
+    Sums both = Sums{} + static_cast<std::int32_t>(pair);
+    std::memcpy(&p, words, sizeof p);
+    sums += reinterpret_cast<Sums>(__builtin_ia32_pmaddwd128(p, reinterpret_cast<Halves>(both)));
+#else
+    const std::int32_t lower = static_cast<std::int16_t>(pair & 0xFFFFU),
+                       upper = static_cast<std::int16_t>(pair >> 16U);
+    Sums p;
+    std::memcpy(&p, words, sizeof p);
+    sums += ((p << 16) >> 16) * lower + (p >> 16) * upper;
+#endif
+  }
+};
+
+#if defined(__x86_64__)
+template <>
+struct PairProducts<KnownWidth<VectorWidth::bytes32>> {
+  static constexpr std::int32_t lanes = 8;
+  using Sums [[gnu::vector_size(32)]] = std::int32_t;
+
+  [[gnu::target("avx2")]] static void add(std::uint32_t pair, const std::uint32_t* words, Sums& sums) {
+    using Halves [[gnu::vector_size(32)]] = short;  // NOLINT(google-runtime-int)
+    Halves p;
+    Sums both = Sums{} + static_cast<std::int32_t>(pair);
+    std::memcpy(&p, words, sizeof p);
+    sums += reinterpret_cast<Sums>(__builtin_ia32_pmaddwd256(p, reinterpret_cast<Halves>(both)));
+  }
+};
+#endif
+
+// Sums of the products of the template and b. Columns beyond b or the template add nothing, because one of the factors
+// is zero there.
+template <typename Width>
+void multiply_template(const Template& t, CoarseView b, const Shifts& s, std::int32_t left, std::int32_t top,
+                       const Covered& rows, CoarseWorkspace& w) {
+  using Products = PairProducts<Width>;
+  constexpr std::int32_t vectors = shifts_at_once / Products::lanes;
+  for (std::int32_t i = s.begin; i < s.end; i += shifts_at_once) {
+    const std::int32_t last = std::min(i + shifts_at_once, s.end) - 1;
+    const std::int32_t x0 = std::clamp(-left - last, 0, t.width), x1 = std::clamp(b.width - left - i, 0, t.width);
+    typename Products::Sums sums[vectors] = {};
+    for (std::int32_t y = rows.y0; y < rows.y1; ++y) {
+      const std::int16_t* const p = w.canvas.data() + std::ptrdiff_t{y} * canvas_side;
+      const std::uint32_t* const q = w.padded.data() + std::ptrdiff_t{y + top} * padded_side + left + pad + i;
+#pragma GCC unroll 2
+      for (std::int32_t x = x0; x < x1; x += 2) {
+        std::uint32_t pair;
+        std::memcpy(&pair, p + x, sizeof pair);
+        for (std::int32_t k = 0; k < vectors; ++k) Products::add(pair, q + x + k * Products::lanes, sums[k]);
+      }
+    }
+    std::memcpy(w.sum_ab.data() + i, sums, sizeof sums);
   }
 }
 
@@ -251,15 +344,17 @@ std::int32_t absolute_difference(const CoarseWorkspace& w, const Covered& c, std
 }
 
 // There is no score if less than `min_covered` is covered, or if the contrast is below one grey level.
-void correlate(std::int32_t shifts, std::int32_t min_covered, const CoarseWorkspace& w, float* scores) {
-  for (std::int32_t i = 0; i < shifts; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const double n = w.count[k], a = w.sum_a[k], b = w.sum_b[k];
-    const double var_a = n * w.sum_aa[k] - a * a, var_b = n * w.sum_bb[k] - b * b;
-    const double floor = n * n * (0.25 * grey_level * grey_level);
-    const bool valid = (w.count[k] >= min_covered) & (var_a >= floor) & (var_b >= floor);
-    const double score = (n * w.sum_ab[k] - a * b) / std::sqrt(valid ? var_a * var_b : 1.0);
-    scores[i] = valid ? static_cast<float>(score) : no_score;
+void correlate(const Shifts& s, std::int32_t min_covered, const CoarseWorkspace& w, float* scores) {
+  for (std::int32_t at = s.begin; at < s.end; at += shifts_at_once) {
+    const auto first = static_cast<std::size_t>(at);
+    for (std::size_t i = first; i < first + shifts_at_once; ++i) {
+      const double n = w.count[i], a = w.sum_a[i], b = w.sum_b[i];
+      const double var_a = n * w.sum_aa[i] - a * a, var_b = n * w.sum_bb[i] - b * b;
+      const double floor = n * n * (0.25 * grey_level * grey_level);
+      const bool valid = (w.count[i] >= min_covered) & (var_a >= floor) & (var_b >= floor);
+      const double score = (n * w.sum_ab[i] - a * b) / std::sqrt(valid ? var_a * var_b : 1.0);
+      scores[i] = valid ? static_cast<float>(score) : no_score;
+    }
   }
 }
 
@@ -274,9 +369,9 @@ constexpr double byte_stddev = 32;  // both images are brought to this contrast 
 
 // The correlation that Gaussian grey values with this mean absolute difference would have: E |d| = sqrt(2 / pi) sigma.
 // Contrast and mean are those of the covered part, or flat ground would match flat ground best.
-void correlate_differences(std::int32_t shifts, std::int32_t min_covered, double gain_a, double gain_b,
+void correlate_differences(const Shifts& s, std::int32_t min_covered, double gain_a, double gain_b,
                            const CoarseWorkspace& w, float* scores) {
-  for (std::int32_t i = 0; i < shifts; ++i) {
+  for (std::int32_t i = s.begin; i < s.end; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const double n = std::max(w.count[k], 1);
     const double mean_a = gain_a * w.sum_a[k] / n, mean_b = gain_b * w.sum_b[k] / n;
@@ -293,6 +388,7 @@ void correlate_differences(std::int32_t shifts, std::int32_t min_covered, double
 }
 
 // Scores of all shifts of one template.
+template <typename Width>
 void score_shifts(CoarseView b, const Template& t, OverlapMethod method, CoarseWorkspace& w) {
   const std::int32_t shifts = 2 * t.shift_x + 1;
   const std::int32_t left = (b.width - t.width) / 2 - t.shift_x;
@@ -301,21 +397,22 @@ void score_shifts(CoarseView b, const Template& t, OverlapMethod method, CoarseW
     float* const scores = w.scores.data() + std::ptrdiff_t{j} * shifts;
     Covered c{0, std::clamp(-top, 0, t.height), 0, std::clamp(b.height - top, 0, t.height)};
     sum_template(b, t, left, c, w);
-    for (std::int32_t i = 0; i < shifts; ++i) {
-      const auto k = static_cast<std::size_t>(i);
+    const Shifts s = covering(shifts, t.min_covered, w);
+    std::fill_n(scores, shifts, no_score);
+    if (s.begin == s.end) continue;
+    sum_b_under_template(s, left, top, c, w);
+    if (method == OverlapMethod::ncc) {
+      multiply_template<Width>(t, b, s, left, top, c, w);
+      correlate(s, t.min_covered, w, scores);
+      continue;
+    }
+    for (std::int32_t i = s.begin; i < s.end; ++i) {
       const std::int32_t x = left + i;
-      w.sum_ab[k] = 0;
-      if (w.count[k] < t.min_covered) continue;
       c.x0 = std::clamp(-x, 0, t.width);
       c.x1 = std::clamp(b.width - x, 0, t.width);
-      w.sum_ab[k] = method == OverlapMethod::ncc ? dot_product(w, c, x, top) : absolute_difference(w, c, x, top);
+      w.sum_ab[static_cast<std::size_t>(i)] = absolute_difference(w, c, x, top);
     }
-    sum_b_under_template(t, left, top, c, w);
-    if (method == OverlapMethod::ncc) {
-      correlate(shifts, t.min_covered, w, scores);
-    } else {
-      correlate_differences(shifts, t.min_covered, t.gain_a, t.gain_b, w, scores);
-    }
+    correlate_differences(s, t.min_covered, t.gain_a, t.gain_b, w, scores);
   }
 }
 
@@ -363,11 +460,12 @@ void collect_peaks(const Template& t, const CoarseCandidate& like, double offset
   }
 }
 
+template <typename Width>
 void search(CoarseView a, CoarseView b, const OverlapParams& params, CoarseWorkspace& w, CoarseCandidates& candidates) {
   const Grid grid = plan_grid(0.5 * std::sqrt(static_cast<double>(a.width * a.width + a.height * a.height)), params);
   const Moments of_a = moments(a), of_b = moments(b);
   const double gain_a = byte_stddev / std::max(of_a.stddev, 1.0), gain_b = byte_stddev / std::max(of_b.stddev, 1.0);
-  prepare_b(b, of_b.mean, gain_b, w);
+  prepare_b(b, of_b.mean, gain_b, params.method, w);
   // Turned templates also sample the ground between b's pixels; a single template must be moved there.
   const int phases = grid.rotations * grid.scales == 1 ? 2 : 1;
   for (int k = 0; k < grid.scales; ++k) {
@@ -383,13 +481,13 @@ void search(CoarseView a, CoarseView b, const OverlapParams& params, CoarseWorks
         t.phase_x = 0.5 * (phase % phases);
         const int phase_row = phase / phases;
         t.phase_y = 0.5 * phase_row;
-        draw_template(a, of_a.mean, like.scale, like.rotation_rad, t, w);
+        draw_template(a, of_a.mean, like.scale, like.rotation_rad, params.method, t, w);
         // A tenth of tolerance: the grid of rotations and scales misses the true overlap by about that.
         const double needed = 0.9 * params.min_overlap * like.scale * like.scale;
         t.min_covered = static_cast<std::int32_t>(needed * (a.width - 1) * (a.height - 1));
         t.shift_x = largest_shift(t.width, b.width, params.min_overlap);
         t.shift_y = largest_shift(t.height, b.height, params.min_overlap);
-        score_shifts(b, t, params.method, w);
+        score_shifts<Width>(b, t, params.method, w);
         // The first place of the template is a whole pixel; half a pixel remains if the difference is odd.
         const std::int32_t left = (b.width - t.width) / 2, top = (b.height - t.height) / 2;
         collect_peaks(t, like, left - 0.5 * (b.width - t.width) + t.phase_x,
@@ -407,7 +505,7 @@ Status search_coarse(CoarseView a, CoarseView b, const OverlapParams& params, Co
   candidates.clear();
   if (std::max(a.width, a.height) > coarse_max_side) return {StatusCode::invalid_argument, 1, a.width};
   if (b.width != a.width || b.height != a.height) return {StatusCode::image_size_changed, b.width, b.height};
-  with_widest_vectors([&] { search(a, b, params, w, candidates); });
+  with_known_vectors([&](auto width) { search<decltype(width)>(a, b, params, w, candidates); });
   return {};
 }
 

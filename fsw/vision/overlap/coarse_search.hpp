@@ -37,12 +37,17 @@ struct CoarseWorkspace {
   std::array<std::int16_t, canvas_side> span_begin, span_end;                  ///< inside columns of every canvas row
   /// Sums over the canvas left of x and above y: pixels inside, values, squares.
   Grid<std::int32_t, canvas_side + 1, canvas_side + 1> inside_sums, value_sums, square_sums;
-  Grid<std::int16_t, coarse_max_side, padded_side> padded;  ///< b minus its mean; 0 left and right of it
+  /// b minus its mean, each pixel in one word with its right neighbour, which is the upper half; 0 left and right of b.
+  Grid<std::uint32_t, coarse_max_side, padded_side> padded;
   Grid<std::uint8_t, coarse_max_side, padded_side> padded_bytes, padded_mask;
   Grid<std::int32_t, coarse_max_side, padded_side + 1> prefix, prefix_squares;  ///< along the rows of b
-  /// Per shift along x, for one shift along y.
-  std::array<std::int32_t, max_shifts> count, sum_a, sum_aa, sum_b, sum_bb, sum_ab;
-  Grid<float, max_shifts, max_shifts> scores;
+  /// Sums over the covered rows of the canvas left of a column: the column moves left from element to element.
+  struct ColumnSums {
+    std::array<std::int32_t, max_shifts + coarse_max_side> inside, value, square;
+  } column_sums;
+  /// Per shift along x, for one shift along y; room for whole vectors of shifts.
+  std::array<std::int32_t, max_shifts + 16> count, sum_a, sum_aa, sum_b, sum_bb, sum_ab;
+  Grid<float, max_shifts + 1, max_shifts> scores;  ///< and room for a whole vector
 };
 
 /// Best distinct peaks, best first. Images have one size, with sides of at most coarse_max_side; grey values in units

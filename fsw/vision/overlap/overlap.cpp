@@ -101,8 +101,8 @@ void insert_sorted(const Hypothesis& r, double side_px, Hypotheses& list) {
 }
 
 // Registers every hypothesis at one level. Those that end at the same peak become one. Best first.
-Status refine(const RegistrationTemplate& a, GrayView b, double to_level, int iterations, const OverlapParams& params,
-              Hypotheses& hypotheses) {
+Status refine(const RegistrationTemplate& a, const RegistrationImage& b, double to_level, int iterations,
+              const OverlapParams& params, Hypotheses& hypotheses) {
   Hypotheses refined;
   for (Hypothesis r : hypotheses) {
     r.b_from_a.d_x *= to_level;
@@ -223,13 +223,15 @@ void drop_hopeless(Hypotheses& hypotheses, double& dropped) {
   }
 }
 
-// Registers hypotheses level by level, from `from` on; they are in px of a level `to_level` times as coarse.
+// Registers hypotheses level by level, from `from` on; they are in px of a level `to_level` times as coarse. The finest
+// level remains in `w.registered`.
 Status refine_levels(const OverlapTemplate& a, int from, double to_level, int iterations, const OverlapParams& params,
                      OverlapWorkspace& w, Hypotheses& hypotheses, double& dropped) {
   std::size_t step = 0;
   for (int k = from; k >= a.finest; --k) {
     const RegistrationTemplate& level = a.levels[static_cast<std::size_t>(k - a.finest)];
-    ILP_TRY(refine(level, w.b.level(k), k == from ? to_level : 2, k == from ? iterations : max_iterations, params,
+    ILP_TRY(w.registered.build(w.b.level(k)));
+    ILP_TRY(refine(level, w.registered, k == from ? to_level : 2, k == from ? iterations : max_iterations, params,
                    hypotheses));
     while (hypotheses.size() > survivors[step]) hypotheses.pop_back();
     drop_hopeless(hypotheses, dropped);
@@ -344,7 +346,7 @@ Status conclude(const OverlapTemplate& a, const Hypotheses& hypotheses, double d
   // A tilt of the camera bends the footprint, so all eight parameters are used if they explain more than four do.
   CentredProjectivity plane(best.b_from_a);
   RegistrationFit fit;
-  ILP_TRY(register_projectivity(a.levels[0], w.b.level(a.finest), max_iterations, plane, fit));
+  ILP_TRY(register_projectivity(a.levels[0], w.registered, max_iterations, plane, fit));
   if (!(fit.converged && fit.detail_ncc > best.fit.detail_ncc)) {
     plane = CentredProjectivity(best.b_from_a);
     fit = best.fit;

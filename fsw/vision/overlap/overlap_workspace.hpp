@@ -30,6 +30,7 @@ struct OverlapWorkspace {
   OverlapTemplate a;
   Pyramid b;
   CoarseImage coarse_b{};
+  RegistrationImage registered;  ///< the level of b on which the registration is
   CoarseWorkspace coarse;
   CoarseCandidates candidates;
   RepetitionWorkspace repetition;

@@ -1,7 +1,6 @@
 #include "fsw/vision/overlap/registration.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -15,7 +14,7 @@ namespace {
 // Grey values of b carry three fractional bits: products with gradients summed over a block then fit 32 bits.
 constexpr int value_bits = 3;
 constexpr double value_unit = 1 << value_bits;
-constexpr std::int32_t small_image_px = 128;
+constexpr std::int32_t small_image_px = registration_max_side / 2;
 constexpr double step_done_px = 0.05;
 // Residuals of neighbouring pixels are alike (interpolation, relief): this many pixels count as one.
 constexpr double correlated_px = 9;
@@ -116,16 +115,14 @@ struct NormalEquations {
   } regions[RegistrationFit::max_regions];
 };
 
-struct BlockProducts {
-  std::int32_t b, bb, ab, gxb, gyb;
-};
+using I16 [[gnu::vector_size(16)]] = std::int16_t;
+using I32 [[gnu::vector_size(16)]] = std::int32_t;
 
-/// Two neighbours of a row, the left one in the lower byte.
-std::uint32_t load_pair(const std::uint8_t* at) {
-  std::uint16_t pair;
-  std::memcpy(&pair, at, sizeof(pair));
-  return std::endian::native == std::endian::little ? pair : (pair >> 8U) | ((pair & 255U) << 8U);
-}
+/// Sums of a block: b, and b^2, a b and the gradients times b.
+struct BlockProducts {
+  std::int32_t b;
+  I32 with_b;
+};
 
 /// From the first pixel of a block to the others, in b.
 template <std::int32_t Side>
@@ -146,32 +143,31 @@ struct BlockSteps {
 
 /// As sample_bilinear() at every pixel of a block. Only the loads go pixel by pixel.
 template <std::int32_t Side>
-void sample_block(GrayView b, const LocalWarp& warp, const BlockSteps<Side>& steps, std::int16_t* __restrict out) {
+void sample_block(const RegistrationImage& b, const LocalWarp& warp, const BlockSteps<Side>& steps,
+                  std::int16_t* __restrict out) {
   constexpr std::int32_t count = Side * Side;
   constexpr double half = 0.5 * (Side - 1);
-  const FixedCoordinate left = to_fixed(warp.x - half * (warp.xx + warp.xy) + 0.5 * (b.width - 1));
-  const FixedCoordinate top = to_fixed(warp.y - half * (warp.yx + warp.yy) + 0.5 * (b.height - 1));
+  const FixedCoordinate left = to_fixed(warp.x - half * (warp.xx + warp.xy) + 0.5 * (b.width() - 1));
+  const FixedCoordinate top = to_fixed(warp.y - half * (warp.yx + warp.yy) + 0.5 * (b.height() - 1));
   std::uint16_t share_x[count], share_y[count];
-  std::int32_t offset[count];
-  std::uint32_t pairs[count];  ///< of the upper row, and above them of the lower row
-  const auto stride = static_cast<std::int32_t>(b.stride);
+  std::uint32_t offset[count];
+  std::uint32_t quads[count];
+  const std::int32_t stride = b.width();
 #pragma GCC unroll 1
   for (std::int32_t i = 0; i < count; ++i) {
     const FixedCoordinate x = left + steps.x[i], y = top + steps.y[i];
     share_x[i] = static_cast<std::uint16_t>((x >> 8) & 255);
     share_y[i] = static_cast<std::uint16_t>((y >> 8) & 255);
-    offset[i] = (y >> 16) * stride + (x >> 16);
+    offset[i] = static_cast<std::uint32_t>((y >> 16) * stride + (x >> 16));
   }
-#pragma GCC unroll 1
-  for (std::int32_t i = 0; i < count; ++i) {
-    const std::uint8_t* const at = b.data + offset[i];
-    pairs[i] = load_pair(at) | load_pair(at + stride) << 16U;
-  }
+  const std::uint32_t* const from = b.quads();
+#pragma GCC unroll 4
+  for (std::int32_t i = 0; i < count; ++i) quads[i] = from[offset[i]];
 #pragma GCC unroll 1
   for (std::int32_t i = 0; i < count; ++i) {
     // 256 times a grey value, which fits 16 bits.
     const auto rest = static_cast<std::uint16_t>(256 - share_x[i]);
-    const auto upper = static_cast<std::uint16_t>(pairs[i]), lower = static_cast<std::uint16_t>(pairs[i] >> 16U);
+    const auto upper = static_cast<std::uint16_t>(quads[i]), lower = static_cast<std::uint16_t>(quads[i] >> 16U);
     const auto above = static_cast<std::uint16_t>((upper & 255U) * rest + (upper >> 8U) * share_x[i]);
     const auto below = static_cast<std::uint16_t>((lower & 255U) * rest + (lower >> 8U) * share_x[i]);
     const std::int32_t value = (above << 8) + share_y[i] * (below - above);
@@ -179,34 +175,61 @@ void sample_block(GrayView b, const LocalWarp& warp, const BlockSteps<Side>& ste
   }
 }
 
-template <std::int32_t Count>
-BlockProducts products(const std::int16_t* a, const std::int16_t* gx, const std::int16_t* gy, const std::int16_t* b) {
-  BlockProducts p{};
-#pragma GCC unroll 1
-  for (std::int32_t i = 0; i < Count; ++i) {
-    p.b += b[i];
-    p.bb += b[i] * b[i];
-    p.ab += a[i] * b[i];
-    p.gxb += gx[i] * b[i];
-    p.gyb += gy[i] * b[i];
-  }
-  return p;
+/// Products of eight words, added in pairs; which ones make a pair does not matter to their sum.
+[[gnu::always_inline]] inline I32 multiply_in_pairs(I16 p, I16 q) {
+#if defined(__SSE2__)
+  // GCC does not find this instruction by itself.
+  using I16OfCompiler [[gnu::vector_size(16)]] = short;  // NOLINT(google-runtime-int)
+  return reinterpret_cast<I32>(
+      __builtin_ia32_pmaddwd128(reinterpret_cast<I16OfCompiler>(p), reinterpret_cast<I16OfCompiler>(q)));
+#else
+  using Half [[gnu::vector_size(8)]] = std::int16_t;
+  const auto lower = [](I16 v) { return __builtin_convertvector(Half{v[0], v[1], v[2], v[3]}, I32); };
+  const auto upper = [](I16 v) { return __builtin_convertvector(Half{v[4], v[5], v[6], v[7]}, I32); };
+  return lower(p) * lower(q) + upper(p) * upper(q);
+#endif
 }
 
-bool block_inside(GrayView b, const LocalWarp& warp, double half) {
-  const double cx = 0.5 * (b.width - 1), cy = 0.5 * (b.height - 1);
+/// The sum of each of four vectors.
+[[gnu::always_inline]] inline I32 sums_of_four(I32 p, I32 q, I32 r, I32 s) {
+  const I32 pq = __builtin_shufflevector(p, q, 0, 4, 1, 5) + __builtin_shufflevector(p, q, 2, 6, 3, 7);
+  const I32 rs = __builtin_shufflevector(r, s, 0, 4, 1, 5) + __builtin_shufflevector(r, s, 2, 6, 3, 7);
+  return __builtin_shufflevector(pq, rs, 0, 1, 4, 5) + __builtin_shufflevector(pq, rs, 2, 3, 6, 7);
+}
+
+template <std::int32_t Count>
+BlockProducts products(const std::int16_t* a, const std::int16_t* gx, const std::int16_t* gy, const std::int16_t* b) {
+  constexpr I16 ones{1, 1, 1, 1, 1, 1, 1, 1};
+  const auto load = [](const std::int16_t* from) {
+    I16 v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+  };
+  I32 sum{}, bb{}, ab{}, gxb{}, gyb{};
+  for (std::int32_t i = 0; i < Count; i += 8) {
+    const I16 v = load(b + i);
+    sum += multiply_in_pairs(v, ones);
+    bb += multiply_in_pairs(v, v);
+    ab += multiply_in_pairs(v, load(a + i));
+    gxb += multiply_in_pairs(v, load(gx + i));
+    gyb += multiply_in_pairs(v, load(gy + i));
+  }
+  return {sum[0] + sum[1] + sum[2] + sum[3], sums_of_four(bb, ab, gxb, gyb)};
+}
+
+bool block_inside(const RegistrationImage& b, const LocalWarp& warp, double half) {
+  const double cx = 0.5 * (b.width() - 1), cy = 0.5 * (b.height() - 1);
   // Half a pixel of margin also pays for the rounding of the fixed-point steps.
   const double reach_x = half * (std::fabs(warp.xx) + std::fabs(warp.xy)) + 0.5;
   const double reach_y = half * (std::fabs(warp.yx) + std::fabs(warp.yy)) + 0.5;
   return warp.x - reach_x >= -cx && warp.x + reach_x <= cx && warp.y - reach_y >= -cy && warp.y + reach_y <= cy;
 }
 
+/// What a block of a adds to the normal equations for itself.
 template <int N>
-void accumulate(const RegistrationTemplate::Block& t, const BlockProducts& p, double count, const Motion<N>& m,
-                std::size_t region, NormalEquations<N>& n) {
+void add_own(const RegistrationTemplate::Block& t, double count, const Motion<N>& m, NormalEquations<N>& n) {
   const double gxx = 0.25 * t.gxx, gxy = 0.25 * t.gxy, gyy = 0.25 * t.gyy;
   const double gx = 0.5 * t.gx, gy = 0.5 * t.gy, gxa = 0.5 * t.gxa, gya = 0.5 * t.gya;
-  const double gxb = 0.5 / value_unit * p.gxb, gyb = 0.5 / value_unit * p.gyb;
   // Whole rows, because a vector unit adds them at once; the upper triangle is not used.
   for (int i = 0; i < N; ++i) {
     const double row_x = gxx * m.along_x[i] + gxy * m.along_y[i];
@@ -215,33 +238,99 @@ void accumulate(const RegistrationTemplate::Block& t, const BlockProducts& p, do
   }
   for (int i = 0; i < N; ++i) n.a[N][i] += gxa * m.along_x[i] + gya * m.along_y[i];
   for (int i = 0; i < N; ++i) n.a[N + 1][i] += gx * m.along_x[i] + gy * m.along_y[i];
-  for (int i = 0; i < N; ++i) n.rhs[i] += gxb * m.along_x[i] + gyb * m.along_y[i];
-  const double a = t.a, aa = t.aa, b = p.b / value_unit, bb = p.bb / (value_unit * value_unit), ab = p.ab / value_unit;
-  n.count += count;
-  n.blocks += 1;
+  const double a = t.a, aa = t.aa;
   n.sum_a += a;
   n.sum_aa += aa;
-  n.sum_b += b;
-  n.sum_bb += bb;
-  n.sum_ab += ab;
-  const double detail_aa = aa - a * a / count, detail_bb = bb - b * b / count, detail_ab = ab - a * b / count;
-  n.detail_aa += detail_aa;
-  n.detail_bb += detail_bb;
-  n.detail_ab += detail_ab;
-  auto& part = n.regions[region];
-  part.blocks += 1;
-  part.aa += detail_aa;
-  part.bb += detail_bb;
-  part.ab += detail_ab;
+  n.detail_aa += aa - a * a / count;
+}
+
+using Two [[gnu::vector_size(16)]] = double;
+using Four [[gnu::vector_size(32)]] = double;
+
+/// What the blocks add together with b; vectors, because they add several sums at once.
+template <int N>
+struct SumsWithB {
+  double blocks = 0, b = 0;
+  Two products{}, detail{};                         ///< bb, ab
+  Four regions[RegistrationFit::max_regions] = {};  ///< blocks and details: aa, bb, ab
+
+  void add(double a, double detail_aa, const BlockProducts& p, double count, const Motion<N>& m, std::size_t region,
+           NormalEquations<N>& n) {
+    const double gxb = 0.5 / value_unit * p.with_b[2], gyb = 0.5 / value_unit * p.with_b[3];
+    for (int i = 0; i < N; ++i) n.rhs[i] += gxb * m.along_x[i] + gyb * m.along_y[i];
+    const double block_b = p.b / value_unit;
+    const Two with_b = Two{static_cast<double>(p.with_b[0]), static_cast<double>(p.with_b[1])} *
+                       Two{1 / (value_unit * value_unit), 1 / value_unit};
+    const Two details = with_b - Two{block_b, a} * block_b / count;
+    blocks += 1;
+    b += block_b;
+    products += with_b;
+    detail += details;
+    regions[region] += Four{1, detail_aa, details[0], details[1]};
+  }
+  void put_into(double count, NormalEquations<N>& n) const {
+    n.count = count * blocks;
+    n.blocks = blocks;
+    n.sum_b = b;
+    n.sum_bb = products[0];
+    n.sum_ab = products[1];
+    n.detail_bb = detail[0];
+    n.detail_ab = detail[1];
+    for (std::size_t i = 0; i < RegistrationFit::max_regions; ++i) {
+      n.regions[i] = {regions[i][0], regions[i][1], regions[i][2], regions[i][3]};
+    }
+  }
+};
+
+/// Sums of RegistrationTemplate::SimilarityTerms, which are added to those of other blocks in the same order as theirs
+/// are in add_own().
+struct SimilaritySums {
+  RegistrationTemplate::SimilarityTerms terms{};
+
+  void add(const RegistrationTemplate::SimilarityTerms& block) {
+    for (int i = 0; i < 10; ++i) terms.step[i] += block.step[i];
+    for (int i = 0; i < 4; ++i) terms.gain[i] += block.gain[i];
+    for (int i = 0; i < 4; ++i) terms.offset[i] += block.offset[i];
+    terms.a += block.a;
+    terms.aa += block.aa;
+    terms.detail_aa += block.detail_aa;
+  }
+  void put_into(NormalEquations<4>& n) const {
+    for (int i = 0, at = 0; i < 4; ++i) {
+      for (int k = 0; k <= i; ++k, ++at) n.a[i][k] = terms.step[at];
+      n.a[4][i] = terms.gain[i];
+      n.a[5][i] = terms.offset[i];
+    }
+    n.sum_a = terms.a;
+    n.sum_aa = terms.aa;
+    n.detail_aa = terms.detail_aa;
+  }
+};
+
+RegistrationTemplate::SimilarityTerms similarity_terms(const RegistrationTemplate::Block& block, double count) {
+  NormalEquations<4> n{};
+  add_own<4>(block, count, SimilarityModel::motion(block.x, block.y), n);
+  RegistrationTemplate::SimilarityTerms terms;
+  for (int i = 0, at = 0; i < 4; ++i) {
+    for (int k = 0; k <= i; ++k, ++at) terms.step[at] = n.a[i][k];
+    terms.gain[i] = n.a[4][i];
+    terms.offset[i] = n.a[5][i];
+  }
+  terms.a = n.sum_a;
+  terms.aa = n.sum_aa;
+  terms.detail_aa = n.detail_aa;
+  return terms;
 }
 
 template <typename Model, std::int32_t Side>
-void sum_blocks(const RegistrationTemplate& a, GrayView b, const typename Model::Warp& warp,
+void sum_blocks(const RegistrationTemplate& a, const RegistrationImage& b, const typename Model::Warp& warp,
                 NormalEquations<Model::freedom>& n) {
   constexpr std::int32_t count = Side * Side;
   constexpr double half = 0.5 * (Side - 1);
   std::int16_t sampled[count];
   BlockSteps<Side> steps(Model::local(warp, 0, 0));
+  SimilaritySums sums;
+  SumsWithB<Model::freedom> with_b;
   constexpr std::int32_t regions = RegistrationFit::region_columns;
   for (std::int32_t row = 0, i = 0; row < a.block_rows; ++row) {
     const std::int32_t first_region = row * regions / a.block_rows * regions;
@@ -253,15 +342,23 @@ void sum_blocks(const RegistrationTemplate& a, GrayView b, const typename Model:
       if constexpr (!Model::same_everywhere) steps = BlockSteps<Side>(local);
       sample_block<Side>(b, local, steps, sampled);
       const std::size_t start = static_cast<std::size_t>(i) * static_cast<std::size_t>(count);
-      accumulate<Model::freedom>(
-          block, products<count>(&a.value[start], &a.gradient_x[start], &a.gradient_y[start], sampled), count,
-          Model::motion(block.x, block.y), static_cast<std::size_t>(first_region + region), n);
+      const BlockProducts p = products<count>(&a.value[start], &a.gradient_x[start], &a.gradient_y[start], sampled);
+      const auto motion = Model::motion(block.x, block.y);
+      const auto& own = a.similarity_terms[static_cast<std::size_t>(i)];
+      if constexpr (Model::same_everywhere) {
+        sums.add(own);
+      } else {
+        add_own<Model::freedom>(block, count, motion, n);
+      }
+      with_b.add(own.a, own.detail_aa, p, count, motion, static_cast<std::size_t>(first_region + region), n);
     }
   }
+  with_b.put_into(count, n);
+  if constexpr (Model::same_everywhere) sums.put_into(n);
 }
 
 template <typename Model>
-void build_equations(const RegistrationTemplate& a, GrayView b, const typename Model::Warp& warp,
+void build_equations(const RegistrationTemplate& a, const RegistrationImage& b, const typename Model::Warp& warp,
                      NormalEquations<Model::freedom>& n) {
   constexpr int N = Model::freedom;
   n = {};
@@ -309,11 +406,11 @@ double motion_length(const Motion<N>& m, const double (&step)[N]) {
 }
 
 template <typename Model>
-Status register_model(const RegistrationTemplate& a, GrayView b, int max_iterations, typename Model::Warp& warp,
-                      RegistrationFit& fit) {
+Status register_model(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
+                      typename Model::Warp& warp, RegistrationFit& fit) {
   constexpr int N = Model::freedom;
   fit = {};
-  if (b.width != a.width || b.height != a.height) return {StatusCode::image_size_changed, b.width, b.height};
+  if (b.width() != a.width || b.height() != a.height) return {StatusCode::image_size_changed, b.width(), b.height()};
   const double radius = 0.5 * std::max(a.width, a.height);
   const double all_blocks = std::max(a.block_columns * a.block_rows, 1);
   for (int iteration = 0; iteration <= max_iterations; ++iteration) {
@@ -325,39 +422,65 @@ Status register_model(const RegistrationTemplate& a, GrayView b, int max_iterati
     fit.ncc = correlation(n.count, n.sum_aa - n.sum_a * n.sum_a / n.count, n.sum_bb - n.sum_b * n.sum_b / n.count,
                           n.sum_ab - n.sum_a * n.sum_b / n.count);
     fit.detail_ncc = correlation(n.count, n.detail_aa, n.detail_bb, n.detail_ab);
-    compare_regions(n, all_blocks, a.block_px * a.block_px, fit);
-    if (!(fit.ncc > 0)) return {};
+    const auto finish = [&] { compare_regions(n, all_blocks, a.block_px * a.block_px, fit); };
+    if (!(fit.ncc > 0)) {
+      finish();
+      return {};
+    }
 
     double solution[N + 2];
     for (int k = 0; k < N + 2; ++k) solution[k] = n.rhs[k];
-    if (!factor_positive_definite<N + 2>(n.a, 1e-10)) return {};
-    solve_factored<N + 2>(n.a, solution);
-    if (!(solution[N] > 0)) return {};
-    double explained = 0;
-    for (int k = 0; k < N + 2; ++k) explained += n.rhs[k] * solution[k];
-    const double variance = std::max(n.sum_bb - explained, 0.0) / n.count * correlated_px;
+    const bool solvable = factor_positive_definite<N + 2>(n.a, 1e-10);
+    if (solvable) solve_factored<N + 2>(n.a, solution);
+    if (!solvable || !(solution[N] > 0)) {
+      finish();
+      return {};
+    }
     const double gain = solution[N];
-    fit.sigma_px =
-        std::sqrt(0.5 * variance *
-                  (inverse_diagonal<N + 2>(n.a, Model::shift_x) + inverse_diagonal<N + 2>(n.a, Model::shift_y))) /
-        gain;
-    if (iteration == max_iterations) return {};
-
     double step[N];
     for (int k = 0; k < N; ++k) step[k] = solution[k] / gain;
     const double moved =
         motion_length<N>(Model::motion(radius, 0), step) + motion_length<N>(Model::motion(0, radius), step);
-    if (!(moved < 0.5 * radius)) return {};  // far outside the range of the gradients
-    if (!Model::compose_inverse(step, warp)) return {};
-    if (moved < step_done_px) {
-      fit.converged = true;
-      return {};
-    }
+    // A step of more than that is far outside the range of the gradients.
+    const bool goes_on = iteration < max_iterations && moved < 0.5 * radius && Model::compose_inverse(step, warp);
+    fit.converged = goes_on && moved < step_done_px;
+    if (goes_on && !fit.converged) continue;
+    double explained = 0;
+    for (int k = 0; k < N + 2; ++k) explained += n.rhs[k] * solution[k];
+    const double variance = std::max(n.sum_bb - explained, 0.0) / n.count * correlated_px;
+    fit.sigma_px =
+        std::sqrt(0.5 * variance *
+                  (inverse_diagonal<N + 2>(n.a, Model::shift_x) + inverse_diagonal<N + 2>(n.a, Model::shift_y))) /
+        gain;
+    finish();
+    return {};
   }
   return {};
 }
 
+void join_rows(const std::uint8_t* upper, const std::uint8_t* lower, std::int32_t width,
+               std::uint32_t* __restrict out) {
+  for (std::ptrdiff_t x = 0; x < width; ++x) {
+    const auto above = static_cast<std::uint16_t>(upper[x] | upper[x + 1] << 8U);
+    const auto below = static_cast<std::uint16_t>(lower[x] | lower[x + 1] << 8U);
+    out[x] = above | std::uint32_t{below} << 16U;
+  }
+}
+
 }  // namespace
+
+Status RegistrationImage::build(GrayView image) {
+  if (std::max(image.width, image.height) > registration_max_side) {
+    return {StatusCode::image_too_large, image.width, image.height};
+  }
+  const std::int32_t width = width_ = image.width, height = height_ = image.height;
+  with_widest_vectors([&] {
+    for (std::int32_t y = 0; y + 1 < height; ++y) {
+      join_rows(image.row(y), image.row(y + 1), width - 1, quads_.data() + std::ptrdiff_t{y} * width);
+    }
+  });
+  return {};
+}
 
 Status prepare_registration(GrayView a, RegistrationTemplate& out) {
   const std::int32_t side = std::max(a.width, a.height);
@@ -397,17 +520,18 @@ Status prepare_registration(GrayView a, RegistrationTemplate& out) {
       }
       const std::int32_t block = row * out.block_columns + column;
       out.blocks[static_cast<std::size_t>(block)] = sums;
+      out.similarity_terms[static_cast<std::size_t>(block)] = similarity_terms(sums, bs * bs);
     }
   }
   return {};
 }
 
-Status register_similarity(const RegistrationTemplate& a, GrayView b, int max_iterations, CentredSimilarity& b_from_a,
-                           RegistrationFit& fit) {
+Status register_similarity(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
+                           CentredSimilarity& b_from_a, RegistrationFit& fit) {
   return register_model<SimilarityModel>(a, b, max_iterations, b_from_a, fit);
 }
 
-Status register_projectivity(const RegistrationTemplate& a, GrayView b, int max_iterations,
+Status register_projectivity(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
                              CentredProjectivity& b_from_a, RegistrationFit& fit) {
   return register_model<ProjectiveModel>(a, b, max_iterations, b_from_a, fit);
 }

@@ -15,25 +15,50 @@
 namespace ilp {
 
 inline constexpr std::int32_t registration_max_side = 256;  ///< px, of both images
-inline constexpr std::int32_t registration_block_px = 8;    ///< smaller images use half of it
+inline constexpr std::int32_t registration_block_px = 8;    ///< of images up to half of that side, half of it
 
 struct RegistrationTemplate {
   static constexpr std::size_t max_pixels =
       static_cast<std::size_t>(registration_max_side) * static_cast<std::size_t>(registration_max_side);
-  static constexpr std::size_t max_blocks = max_pixels / 16;
+  static constexpr std::size_t max_blocks = max_pixels / (registration_block_px * registration_block_px);
 
   /// Sums over one block of a; gradients are central differences without the division by 2.
   struct Block {
     float x, y;  ///< centre, from the image's centre
     std::int32_t gxx, gxy, gyy, gx, gy, gxa, gya, a, aa;
   };
+  /// What one block adds to the normal equations of a similarity, whatever image b is.
+  struct SimilarityTerms {
+    double step[10];   ///< lower triangle of the four unknowns of the step, row by row
+    double gain[4];    ///< of the gain and the step
+    double offset[4];  ///< of the offset and the step
+    double a, aa;      ///< sums of a and a^2
+    double detail_aa;  ///< with the block's mean removed
+  };
 
   std::int32_t width = 0, height = 0;
   std::int32_t block_px = 0;
   std::int32_t block_columns = 0, block_rows = 0;
   std::array<Block, max_blocks> blocks;
+  std::array<SimilarityTerms, max_blocks> similarity_terms;
   // Stored block by block, so that a block is contiguous in memory.
   std::array<std::int16_t, max_pixels> value, gradient_x, gradient_y;
+};
+
+/// Image b with each pixel in one word with its neighbours, so that a sample is one load: from the lowest byte on
+/// itself, the right one, the lower one, and the one below that to the right. The last column and row have none.
+class RegistrationImage {
+ public:
+  /// StatusCode::image_too_large beyond registration_max_side.
+  Status build(GrayView image);
+
+  [[nodiscard]] std::int32_t width() const { return width_; }
+  [[nodiscard]] std::int32_t height() const { return height_; }
+  [[nodiscard]] const std::uint32_t* quads() const { return quads_.data(); }  ///< rows of width()
+
+ private:
+  std::int32_t width_ = 0, height_ = 0;
+  std::array<std::uint32_t, RegistrationTemplate::max_pixels> quads_;
 };
 
 /// Projective mapping between the centred coordinates of two images; h[8] = 1.
@@ -75,10 +100,10 @@ Status prepare_registration(GrayView a, RegistrationTemplate& out);
 
 /// Refines `b_from_a` in place by at most `max_iterations` steps. A search that does not converge is no error: see
 /// RegistrationFit::converged.
-Status register_similarity(const RegistrationTemplate& a, GrayView b, int max_iterations, CentredSimilarity& b_from_a,
-                           RegistrationFit& fit);
+Status register_similarity(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
+                           CentredSimilarity& b_from_a, RegistrationFit& fit);
 /// The same with all eight degrees of freedom of a plane in two views.
-Status register_projectivity(const RegistrationTemplate& a, GrayView b, int max_iterations,
+Status register_projectivity(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
                              CentredProjectivity& b_from_a, RegistrationFit& fit);
 
 }  // namespace ilp

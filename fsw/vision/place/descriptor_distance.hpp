@@ -1,6 +1,7 @@
 // Differing bits of descriptors, in plain integers and vectors of GCC and Clang: the same on every processor.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <cstring>
 
@@ -34,32 +35,49 @@ inline constexpr std::size_t descriptor_words = 8;  ///< of 32 bits
   return static_cast<int>((sum * 0x0001000100010001ULL) >> 48);
 }
 
-/// The same word of four descriptors.
-using FourWords [[gnu::vector_size(16)]] = std::uint32_t;
+/// The same where the processor counts ones.
+template <typename Width>
+[[nodiscard]] inline int hamming_256_with(Width /*vectors*/, const std::uint32_t* a, const std::uint32_t* b) {
+  if constexpr (Width::is_wide) {
+    std::uint64_t p[4], q[4];
+    std::memcpy(p, a, sizeof p);
+    std::memcpy(q, b, sizeof q);
+    return std::popcount(p[0] ^ q[0]) + std::popcount(p[1] ^ q[1]) + std::popcount(p[2] ^ q[2]) +
+           std::popcount(p[3] ^ q[3]);
+  } else {
+    return hamming_256(a, b);
+  }
+}
+
+/// The same word of eight descriptors.
+using EightWords [[gnu::vector_size(32)]] = std::uint32_t;
 
 /// Whether any lane of a comparison is true.
 template <typename Lanes>
 [[nodiscard]] bool any(const Lanes& lanes) {
-  std::uint64_t halves[2];
-  static_assert(sizeof halves == sizeof lanes);
-  std::memcpy(halves, &lanes, sizeof halves);
-  return (halves[0] | halves[1]) != 0;
+  std::uint64_t parts[4];
+  static_assert(sizeof parts == sizeof lanes);
+  std::memcpy(parts, &lanes, sizeof parts);
+  return ((parts[0] | parts[1]) | (parts[2] | parts[3])) != 0;
 }
 
-/// Of one descriptor, each of whose words fills all lanes, and four others; each distance is 0 to 256.
-[[nodiscard]] inline FourWords hamming_256_of_four(const FourWords* one, const FourWords* others) {
-  const auto ones_of_nibbles = [&](std::size_t word) {
-    FourWords v = others[word] ^ one[word];
+/// Of one descriptor, each of whose words fills all lanes, and eight others; each distance is 0 to 256.
+inline void hamming_256_of_eight(const EightWords* one, const EightWords* others, EightWords& distances) {
+  const auto ones_of_nibbles = [&](std::size_t word, EightWords& sum) {
+    EightWords v = others[word] ^ one[word];
     v -= (v >> 1) & 0x55555555U;
-    return (v & 0x33333333U) + ((v >> 2) & 0x33333333U);
+    sum += (v & 0x33333333U) + ((v >> 2) & 0x33333333U);
   };
   // At most 12 in each of four bits, and 64 in each byte.
-  const auto ones_of_bytes = [](FourWords v) { return (v & 0x0F0F0F0FU) + ((v >> 4) & 0x0F0F0F0FU); };
-  const FourWords bytes = ones_of_bytes(ones_of_nibbles(0) + ones_of_nibbles(1) + ones_of_nibbles(2)) +
-                          ones_of_bytes(ones_of_nibbles(3) + ones_of_nibbles(4) + ones_of_nibbles(5)) +
-                          ones_of_bytes(ones_of_nibbles(6) + ones_of_nibbles(7));
-  const FourWords halves = (bytes & 0x00FF00FFU) + ((bytes >> 8) & 0x00FF00FFU);
-  return (halves & 0xFFFFU) + (halves >> 16);
+  EightWords first{}, second{}, third{};
+  for (std::size_t word = 0; word < 3; ++word) ones_of_nibbles(word, first);
+  for (std::size_t word = 3; word < 6; ++word) ones_of_nibbles(word, second);
+  for (std::size_t word = 6; word < 8; ++word) ones_of_nibbles(word, third);
+  const EightWords bytes = ((first & 0x0F0F0F0FU) + ((first >> 4) & 0x0F0F0F0FU)) +
+                           ((second & 0x0F0F0F0FU) + ((second >> 4) & 0x0F0F0F0FU)) +
+                           ((third & 0x0F0F0F0FU) + ((third >> 4) & 0x0F0F0F0FU));
+  const EightWords halves = (bytes & 0x00FF00FFU) + ((bytes >> 8) & 0x00FF00FFU);
+  distances = (halves & 0xFFFFU) + (halves >> 16);
 }
 
 }  // namespace ilp

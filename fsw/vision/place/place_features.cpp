@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 
 #include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
@@ -59,17 +60,40 @@ struct Pattern {
 };
 constexpr Pattern pattern;
 
-// Half the width of a disc's row, by its distance from the centre.
+// Distances from the middle of the pixels of a disc; 0 outside of it. Rows are filled up to whole vectors.
 struct Disc {
-  std::int32_t reach[orientation_radius_px + 1] = {};
+  static constexpr std::int32_t rows = 2 * orientation_radius_px + 1, stride = 32;
+  std::int16_t along_x[rows * stride] = {}, along_y[rows * stride] = {};
 
   constexpr Disc() {
-    for (std::int32_t y = 0; y <= orientation_radius_px; ++y) {
-      while ((reach[y] + 1) * (reach[y] + 1) + y * y <= orientation_radius_px * orientation_radius_px) ++reach[y];
+    for (std::int32_t y = -orientation_radius_px; y <= orientation_radius_px; ++y) {
+      for (std::int32_t x = -orientation_radius_px; x <= orientation_radius_px; ++x) {
+        if (x * x + y * y > orientation_radius_px * orientation_radius_px) continue;
+        const std::int32_t at = (y + orientation_radius_px) * stride + x + orientation_radius_px;
+        along_x[at] = static_cast<std::int16_t>(x);
+        along_y[at] = static_cast<std::int16_t>(y);
+      }
     }
   }
 };
 constexpr Disc disc;
+static_assert(Disc::rows <= Disc::stride && orientation_radius_px + 1 < border_px);
+
+// The points of all pairs, those of one kind side by side.
+struct PatternPoints {
+  static constexpr std::size_t count = std::size(pattern.pairs);
+  std::int32_t x[2 * count] = {}, y[2 * count] = {};  ///< first all points a, then all points b
+
+  constexpr PatternPoints() {
+    for (std::size_t k = 0; k < count; ++k) {
+      x[k] = pattern.pairs[k].ax;
+      y[k] = pattern.pairs[k].ay;
+      x[count + k] = pattern.pairs[k].bx;
+      y[count + k] = pattern.pairs[k].by;
+    }
+  }
+};
+constexpr PatternPoints points;
 
 /// Where the middle of pixel x of `to_side` lies among `from_side`, the outer borders of both on each other.
 FixedCoordinate position(std::int32_t x, std::int32_t from_side, std::int32_t to_side) {
@@ -104,8 +128,11 @@ std::uint32_t load_pair(const std::uint16_t* at) {
 // As sample_bilinear() without fractional bits at every pixel, down first. Only the loads go pixel by pixel.
 void resample(GrayView from, MutableGrayView to) {
   std::array<FixedCoordinate, limits::max_image_side> across;
+  std::array<std::uint32_t, limits::max_image_side> pixel;
   for (std::int32_t x = 0; x < to.width; ++x) {
-    across[static_cast<std::size_t>(x)] = position(x, from.width, to.width);
+    const auto i = static_cast<std::size_t>(x);
+    across[i] = position(x, from.width, to.width);
+    pixel[i] = static_cast<std::uint32_t>(across[i] >> 16);
   }
   std::array<std::uint16_t, limits::max_image_side> blended;
   std::array<std::uint32_t, limits::max_image_side> pairs;
@@ -114,9 +141,9 @@ void resample(GrayView from, MutableGrayView to) {
       const FixedCoordinate v = position(y, from.height, to.height);
       const std::uint8_t* const upper = from.row(v >> 16);
       blend(upper, upper + from.stride, from.width, (v >> 8) & 255, blended.data());
-      for (std::size_t x = 0; x < static_cast<std::size_t>(to.width); ++x) {
-        pairs[x] = load_pair(blended.data() + (across[x] >> 16));
-      }
+      const auto width = static_cast<std::size_t>(to.width);
+#pragma GCC unroll 4
+      for (std::size_t x = 0; x < width; ++x) pairs[x] = load_pair(blended.data() + pixel[x]);
       blend_across(pairs.data(), across.data(), to.width, to.row(y));
     }
   });
@@ -146,16 +173,15 @@ void smooth(GrayView image, PlaceFeatureWorkspace& w) {
 // Direction from the corner to the centroid of the grey values around it (P. Rosin, "Measuring corner properties",
 // 1999).
 std::uint8_t orientation(GrayView image, std::int32_t x, std::int32_t y) {
+  std::int16_t grey[Disc::rows * Disc::stride];
+  for (std::int32_t row = 0; row < Disc::rows; ++row) {
+    const std::uint8_t* const from = image.row(y + row - orientation_radius_px) + x - orientation_radius_px;
+    for (std::int32_t k = 0; k < Disc::stride; ++k) grey[row * Disc::stride + k] = from[k];
+  }
   std::int32_t moment_x = 0, moment_y = 0;
-  for (std::int32_t dy = -orientation_radius_px; dy <= orientation_radius_px; ++dy) {
-    const std::int32_t reach = disc.reach[std::abs(dy)];
-    const std::uint8_t* const row = image.row(y + dy) + x;
-    std::int32_t sum = 0;
-    for (std::int32_t dx = -reach; dx <= reach; ++dx) {
-      sum += row[dx];
-      moment_x += dx * row[dx];
-    }
-    moment_y += dy * sum;
+  for (std::int32_t i = 0; i < Disc::rows * Disc::stride; ++i) {
+    moment_x += disc.along_x[i] * grey[i];
+    moment_y += disc.along_y[i] * grey[i];
   }
   const double turns = det_atan2(moment_y, moment_x) * (128 / pi);
   return static_cast<std::uint8_t>(static_cast<std::int32_t>(std::floor(turns + 0.5)) & 255);
@@ -165,15 +191,18 @@ void describe(const std::uint16_t* centre, std::int32_t stride, PlaceFeature& fe
   const double angle = feature.angle * (pi / 128);
   const auto c = static_cast<std::int32_t>(std::floor(det_cos(angle) * 16384 + 0.5));
   const auto s = static_cast<std::int32_t>(std::floor(det_sin(angle) * 16384 + 0.5));
-  const auto at = [&](std::int32_t x, std::int32_t y) {
-    const std::int32_t u = (x * c - y * s + 8192) >> 14, v = (x * s + y * c + 8192) >> 14;
-    return centre[static_cast<std::ptrdiff_t>(v) * stride + u];
-  };
+  constexpr std::size_t count = PatternPoints::count;
+  std::int32_t offset[2 * count], value[2 * count];
+  for (std::size_t i = 0; i < 2 * count; ++i) {
+    const std::int32_t x = points.x[i], y = points.y[i];
+    offset[i] = ((x * s + y * c + 8192) >> 14) * stride + ((x * c - y * s + 8192) >> 14);
+  }
+#pragma GCC unroll 4
+  for (std::size_t i = 0; i < 2 * count; ++i) value[i] = centre[offset[i]];
   for (std::size_t word = 0; word < 8; ++word) {
     std::uint32_t bits = 0;
     for (std::size_t k = 0; k < 32; ++k) {
-      const PointPair& p = pattern.pairs[32 * word + k];
-      bits |= (at(p.ax, p.ay) < at(p.bx, p.by) ? 1U : 0U) << k;
+      bits |= (value[32 * word + k] < value[count + 32 * word + k] ? 1U : 0U) << k;
     }
     feature.descriptor[word] = bits;
   }
@@ -206,8 +235,10 @@ Status describe_corners(GrayView image, GrayView level, PlaceFeatureWorkspace& w
     feature.x = static_cast<float>((corner.x + 0.5) * x_scale - 0.5);
     feature.y = static_cast<float>((corner.y + 0.5) * y_scale - 0.5);
     feature.level = static_cast<std::uint8_t>(w.at_level);
-    feature.angle = orientation(level, x, y);
-    describe(w.smooth.data() + static_cast<std::ptrdiff_t>(y) * level.width + x, level.width, feature);
+    with_widest_vectors([&] {
+      feature.angle = orientation(level, x, y);
+      describe(w.smooth.data() + static_cast<std::ptrdiff_t>(y) * level.width + x, level.width, feature);
+    });
     ILP_ASSERT(features.push_back(feature), features.size());
   }
   return {};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/place/descriptor_distance.hpp"
 
 namespace ilp {
@@ -47,13 +48,15 @@ bool PlaceIndex::lists_are_sound() const {
 std::uint16_t PlaceIndex::nearest_word(const Descriptor& descriptor) const {
   int best = 257;
   std::uint16_t word = 0;
-  for (std::size_t w = 0; w < limits::place_vocabulary; ++w) {
-    const int distance = hamming_256(descriptor.bits, vocabulary_[w].bits);
-    if (distance < best && is_word_[w] != 0) {
-      best = distance;
-      word = static_cast<std::uint16_t>(w);
+  with_known_vectors([&](auto vectors) {
+    for (std::size_t w = 0; w < limits::place_vocabulary; ++w) {
+      const int distance = hamming_256_with(vectors, descriptor.bits, vocabulary_[w].bits);
+      if (distance < best && is_word_[w] != 0) {
+        best = distance;
+        word = static_cast<std::uint16_t>(w);
+      }
     }
-  }
+  });
   return word;
 }
 
@@ -61,17 +64,19 @@ PlaceIndex::NearestWords PlaceIndex::nearest_words(const PlaceFeature& feature) 
   std::array<int, words_per_feature> distances;
   NearestWords words{};
   distances.fill(257);
-  for (std::size_t w = 0; w < limits::place_vocabulary; ++w) {
-    const int distance = hamming_256(feature.descriptor, vocabulary_[w].bits);
-    if (distance >= distances.back() || is_word_[w] == 0) continue;
-    std::size_t at = words_per_feature - 1;
-    for (; at > 0 && distance < distances[at - 1]; --at) {
-      distances[at] = distances[at - 1];
-      words[at] = words[at - 1];
+  with_known_vectors([&](auto vectors) {
+    for (std::size_t w = 0; w < limits::place_vocabulary; ++w) {
+      const int distance = hamming_256_with(vectors, feature.descriptor, vocabulary_[w].bits);
+      if (distance >= distances.back() || is_word_[w] == 0) continue;
+      std::size_t at = words_per_feature - 1;
+      for (; at > 0 && distance < distances[at - 1]; --at) {
+        distances[at] = distances[at - 1];
+        words[at] = words[at - 1];
+      }
+      distances[at] = distance;
+      words[at] = static_cast<std::uint16_t>(w);
     }
-    distances[at] = distance;
-    words[at] = static_cast<std::uint16_t>(w);
-  }
+  });
   return words;
 }
 
@@ -146,25 +151,29 @@ void PlaceIndex::take_words(std::size_t slot, std::size_t kept) {
   }
   first_counts_[slot] = static_cast<std::uint16_t>(kept);
   ++first_places_;
-  const auto compare = [&](std::size_t entry, std::size_t begin, std::size_t end) {
+  const auto compare = [&](auto vectors, std::size_t entry, std::size_t begin, std::size_t end) {
     NearWord& nearest = first_words_[entry];
     for (std::size_t w = begin; w < end; ++w) {
       if (is_word_[w] == 0) continue;
-      const int distance = hamming_256(first_descriptors_[entry].bits, vocabulary_[w].bits);
+      const int distance = hamming_256_with(vectors, first_descriptors_[entry].bits, vocabulary_[w].bits);
       const NearWord found{static_cast<std::uint16_t>(distance), static_cast<std::uint16_t>(w)};
       if (found.distance < nearest.distance || (found.distance == nearest.distance && found.word < nearest.word)) {
         nearest = found;
       }
     }
   };
-  for (std::size_t k = 0; k < kept; ++k) {
-    first_words_[slot * stride + k] = {257, 0};
-    compare(slot * stride + k, 0, limits::place_vocabulary);
-  }
-  for (std::size_t s = 0; s < limits::place_vocabulary_places; ++s) {
-    if (s == slot) continue;
-    for (std::size_t k = 0; k < first_counts_[s]; ++k) compare(s * stride + k, first_word, first_word + words);
-  }
+  with_known_vectors([&](auto vectors) {
+    for (std::size_t k = 0; k < kept; ++k) {
+      first_words_[slot * stride + k] = {257, 0};
+      compare(vectors, slot * stride + k, 0, limits::place_vocabulary);
+    }
+    for (std::size_t s = 0; s < limits::place_vocabulary_places; ++s) {
+      if (s == slot) continue;
+      for (std::size_t k = 0; k < first_counts_[s]; ++k) {
+        compare(vectors, s * stride + k, first_word, first_word + words);
+      }
+    }
+  });
   if (has_vocabulary()) sort_first_entries();
 }
 

@@ -19,7 +19,7 @@ struct PlaceMatchWorkspace {
   };
   static constexpr std::size_t alike_of_few = limits::place_features * limits::place_features / 4;
   static_assert(n % 4 == 0);
-  std::array<FourWords, n / 4 * descriptor_words> words_of_b;  ///< of the descriptors of image b, four side by side
+  std::array<EightWords, n / 8 * descriptor_words> words_of_b;  ///< of the descriptors of image b, eight side by side
   FixedVector<Alike, n * n / 16> alike;   ///< pairs within the largest distance, by feature a, then b
   FixedVector<Alike, alike_of_few> near;  ///< of them, those that one map or one beside it may bring together
   FixedVector<Alike, n> matches;          ///< mutually best under some condition

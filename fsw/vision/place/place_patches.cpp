@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/features/harris.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 
@@ -34,30 +35,42 @@ bool prepare(const PlacePatch& patch, PlacePatchWorkspace& workspace) {
   return prepare_patch(smoothed, inside(patch.x), inside(patch.y), side, workspace.prepared);
 }
 
+/// Grey values in `grey_steps` steps from the darkest to the brightest.
+void keep_pixels(GrayView image, std::int32_t left, std::int32_t top, PlacePatch& patch) {
+  std::uint8_t lowest[kept_patch_side], highest[kept_patch_side];
+  std::fill_n(lowest, kept_patch_side, std::uint8_t{255});
+  std::fill_n(highest, kept_patch_side, std::uint8_t{0});
+  for (std::int32_t row = 0; row < kept_patch_side; ++row) {
+    const std::uint8_t* const from = image.row(top + row) + left;
+    for (std::int32_t x = 0; x < kept_patch_side; ++x) {
+      lowest[x] = from[x] < lowest[x] ? from[x] : lowest[x];
+      highest[x] = from[x] > highest[x] ? from[x] : highest[x];
+    }
+  }
+  patch.darkest = *std::min_element(lowest, lowest + kept_patch_side);
+  patch.brightest = *std::max_element(highest, highest + kept_patch_side);
+  const auto range = static_cast<std::uint32_t>(std::max(patch.brightest - patch.darkest, 1));
+  // Dividends are below 2^12 and divisors below 2^8, so that the product with this is the quotient exactly.
+  constexpr std::uint32_t bits = 20;
+  const std::uint32_t inverse = ((1U << bits) + range - 1) / range, half = range / 2, darkest = patch.darkest;
+  const auto step_of = [&](std::uint8_t grey) { return ((grey - darkest) * grey_steps + half) * inverse >> bits; };
+  std::uint8_t* const __restrict steps = patch.steps.data();
+  for (std::int32_t row = 0; row < kept_patch_side; ++row) {
+    const std::uint8_t* const from = image.row(top + row) + left;
+    for (std::int32_t k = 0; k < kept_patch_side / 2; ++k) {
+      steps[row * (kept_patch_side / 2) + k] =
+          static_cast<std::uint8_t>(step_of(from[2 * k]) | step_of(from[2 * k + 1]) << 4U);
+    }
+  }
+}
+
 bool cut(GrayView image, const Corner& corner, PlacePatch& patch) {
   const auto left = static_cast<std::int32_t>(std::floor(corner.x)) - middle;
   const auto top = static_cast<std::int32_t>(std::floor(corner.y)) - middle;
   if (left < 0 || top < 0 || left + kept_patch_side > image.width || top + kept_patch_side > image.height) return false;
   patch.x = corner.x;
   patch.y = corner.y;
-  patch.darkest = 255;
-  patch.brightest = 0;
-  for (std::int32_t row = 0; row < kept_patch_side; ++row) {
-    const std::uint8_t* const from = image.row(top + row) + left;
-    const auto [darkest, brightest] = std::minmax_element(from, from + kept_patch_side);
-    patch.darkest = std::min(patch.darkest, *darkest);
-    patch.brightest = std::max(patch.brightest, *brightest);
-  }
-  const std::int32_t range = std::max(patch.brightest - patch.darkest, 1);
-  std::size_t i = 0;
-  for (std::int32_t row = 0; row < kept_patch_side; ++row) {
-    const std::uint8_t* const from = image.row(top + row) + left;
-    for (std::int32_t column = 0; column < kept_patch_side; column += 2, ++i) {
-      const std::int32_t low = ((from[column] - patch.darkest) * grey_steps + range / 2) / range;
-      const std::int32_t high = ((from[column + 1] - patch.darkest) * grey_steps + range / 2) / range;
-      patch.steps[i] = static_cast<std::uint8_t>(low | (high << 4));
-    }
-  }
+  with_widest_vectors([&] { keep_pixels(image, left, top, patch); });
   return true;
 }
 

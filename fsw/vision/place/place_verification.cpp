@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "fsw/base/math.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/place/descriptor_distance.hpp"
 #include "fsw/vision/place/place_match_workspace.hpp"
 #include "fsw/vision/place/plane_map.hpp"
@@ -113,7 +114,7 @@ class Verification {
   void set_words_of_b() {
     for (std::size_t b = 0; b < b_.size(); ++b) {
       for (std::size_t word = 0; word < descriptor_words; ++word) {
-        w_.words_of_b[b / 4 * descriptor_words + word][b % 4] = b_[b].descriptor[word];
+        w_.words_of_b[b / 8 * descriptor_words + word][b % 8] = b_[b].descriptor[word];
       }
     }
   }
@@ -138,17 +139,20 @@ class Verification {
       (void)w_.alike.push_back({static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b),
                                 static_cast<std::uint8_t>(distance), turn_of(a, b)});
     };
-    for (std::size_t a = 0; a < a_.size(); ++a) {
-      FourWords one[descriptor_words];
-      for (std::size_t word = 0; word < descriptor_words; ++word) one[word] = FourWords{} + a_[a].descriptor[word];
-      for (std::size_t b = 0; b < b_.size(); b += 4) {
-        const FourWords distances = hamming_256_of_four(one, &w_.words_of_b[b / 4 * descriptor_words]);
-        if (!any(distances <= static_cast<std::uint32_t>(bits))) continue;
-        for (std::size_t k = 0; k < std::min<std::size_t>(4, b_.size() - b); ++k) {
-          consider(a, b + k, static_cast<int>(distances[k]));
+    with_widest_vectors([&] {
+      for (std::size_t a = 0; a < a_.size(); ++a) {
+        EightWords one[descriptor_words];
+        for (std::size_t word = 0; word < descriptor_words; ++word) one[word] = EightWords{} + a_[a].descriptor[word];
+        for (std::size_t b = 0; b < b_.size(); b += 8) {
+          EightWords distances;
+          hamming_256_of_eight(one, &w_.words_of_b[b / 8 * descriptor_words], distances);
+          if (!any(distances <= static_cast<std::uint32_t>(bits))) continue;
+          for (std::size_t k = 0; k < std::min<std::size_t>(8, b_.size() - b); ++k) {
+            consider(a, b + k, static_cast<int>(distances[k]));
+          }
         }
       }
-    }
+    });
   }
 
   void keep_alike(int bits) {

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 #include "fsw/base/math.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/terrain/richness_cues.hpp"
 
 namespace ilp {
@@ -65,8 +67,16 @@ double entropy_bits(GrayView image, MaskView mask, const GreySum& total) {
   for (std::int32_t y = 0; y < image.height; ++y) {
     const std::uint8_t* g = image.row(y);
     const std::uint8_t* m = mask.row(y);
-    for (std::int32_t x = 0; x < image.width; ++x) {
-      if (m[x] != 0) ++histogram[bin_of[g[x]]];
+    constexpr std::int32_t group = sizeof(std::uint64_t);
+    for (std::int32_t begin = 0; begin < image.width; begin += group) {
+      const std::int32_t end = std::min(begin + group, image.width);
+      std::uint64_t inside = 1;
+      if (end - begin == group) std::memcpy(&inside, m + begin, sizeof inside);
+      // Most of an image has been seen before.
+      if (inside == 0) continue;
+      for (std::int32_t x = begin; x < end; ++x) {
+        if (m[x] != 0) ++histogram[bin_of[g[x]]];
+      }
     }
   }
   double entropy = 0;
@@ -191,25 +201,38 @@ double gradient_ratio(const CellGrid& cells, double noise, double mean, Richness
   return std::sqrt(energy(striking_tiles) / energy(ordinary_tiles));
 }
 
+/// |half cell - mean of the 3x3 around it| / that mean; -1 where all of them are black.
+void spots_of_row(const CellGrid& half, std::int32_t y, const RichnessWorkspace& w, float* __restrict spots) {
+  const std::uint16_t* const s0 = &w.half_sum[half.at(0, y - 1)];
+  const std::uint16_t* const s1 = &w.half_sum[half.at(0, y)];
+  const std::uint16_t* const s2 = &w.half_sum[half.at(0, y + 1)];
+  const std::uint8_t* const c0 = &w.half_count[half.at(0, y - 1)];
+  const std::uint8_t* const c1 = &w.half_count[half.at(0, y)];
+  const std::uint8_t* const c2 = &w.half_count[half.at(0, y + 1)];
+  std::array<std::int32_t, static_cast<std::size_t>(limits::max_image_width / half_cell)> sums, counts;
+  std::int32_t* const __restrict sum = sums.data();
+  std::int32_t* const __restrict known = counts.data();
+  for (std::int32_t x = 0; x < half.columns; ++x) sum[x] = s0[x] + s1[x] + s2[x];
+  for (std::int32_t x = 0; x < half.columns; ++x) known[x] = c0[x] + c1[x] + c2[x];
+  for (std::int32_t x = 1; x + 1 < half.columns; ++x) {
+    const std::int32_t all = sum[x - 1] + sum[x] + sum[x + 1], pixels = known[x - 1] + known[x] + known[x + 1];
+    const float mean = static_cast<float>(all) / static_cast<float>(pixels);
+    const float here = static_cast<float>(s1[x]) / (half_cell * half_cell);
+    spots[x] = all == 0 ? -1.0F : std::fabs(here - mean) / mean;
+  }
+}
+
 /// |half cell - mean of the 3x3 around it| / that mean: its 99th percentile over its median. 3.8 for any Gaussian
 /// pattern or noise; stones and their shadows give more.
 double spot_contrast(const CellGrid& half, RichnessWorkspace& w) {
   std::size_t count = 0;
-  const auto stride = static_cast<std::size_t>(half.columns);
+  std::array<float, static_cast<std::size_t>(limits::max_image_width / half_cell)> spots;
   for (std::int32_t y = 1; y + 1 < half.rows; ++y) {
+    with_widest_vectors([&] { spots_of_row(half, y, w, spots.data()); });
+    const std::uint8_t* const inside = &w.half_count[half.at(0, y)];
     for (std::int32_t x = 1; x + 1 < half.columns; ++x) {
-      const std::size_t i = half.at(x, y);
-      if (w.half_count[i] != half_cell * half_cell) continue;
-      int sum = 0;
-      int known = 0;
-      for (const std::size_t row : {i - stride, i, i + stride}) {
-        sum += w.half_sum[row - 1] + w.half_sum[row] + w.half_sum[row + 1];
-        known += w.half_count[row - 1] + w.half_count[row] + w.half_count[row + 1];
-      }
-      if (sum == 0) continue;
-      const float mean = static_cast<float>(sum) / static_cast<float>(known);
-      const float here = static_cast<float>(w.half_sum[i]) / (half_cell * half_cell);
-      w.buffer[count++] = std::fabs(here - mean) / mean;
+      const float spot = spots[static_cast<std::size_t>(x)];
+      if (inside[x] == half_cell * half_cell && spot >= 0) w.buffer[count++] = spot;
     }
   }
   if (count == 0) return 0;
@@ -228,7 +251,8 @@ double quantile(float* values, std::size_t count, double share) {
 
 void measure_image_cues(std::int32_t part, GrayView image, MaskView mask, double noise_grey, RichnessWorkspace& w,
                         RichnessCues& cues) {
-  const GreySum total = sum_grey(image, mask);
+  GreySum total;
+  with_widest_vectors([&] { total = sum_grey(image, mask); });
   const double mean = total.mean();
   if (!(mean > 0)) return;
   const CellGrid cells{image.width / cell, image.height / cell};

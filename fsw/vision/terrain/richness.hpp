@@ -77,7 +77,12 @@ struct RichnessHistory {
 };
 
 struct RichnessWorkspace {
-  std::array<float, max_richness_cells> grey, energy, height, height_sigma, x, y;
+  std::array<float, max_richness_cells> grey, energy;
+  /// A cell on the plane, all in units of the camera's distance from it; side by side, because sums take all of them.
+  struct Raised {
+    float x, y, height, sigma;
+  };
+  std::array<Raised, max_richness_cells> raised;
   std::array<std::uint8_t, max_richness_cells> has_grey, has_energy, has_depth;
   /// Sums over squares of 2x2 px.
   std::array<std::uint16_t, 4 * max_richness_cells> half_sum;

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/geometry/types.hpp"
 #include "fsw/vision/stereo/depth/normalised_row.hpp"
 #include "fsw/vision/terrain/richness_cues.hpp"
@@ -35,6 +37,11 @@ std::int32_t average_cells(const CameraModel& camera, ImageView<const float> inv
       float sigma_sum = 0;
       std::int32_t count = 0;
       for (std::int32_t y = cy * cell; y < (cy + 1) * cell; ++y) {
+        // Most of an image has been seen before.
+        std::uint32_t row_of_cell;
+        static_assert(cell == sizeof row_of_cell);
+        std::memcpy(&row_of_cell, mask.row(y) + std::ptrdiff_t{cx} * cell, sizeof row_of_cell);
+        if (row_of_cell == 0) continue;
         for (std::int32_t x = cx * cell; x < (cx + 1) * cell; ++x) {
           if (mask.at(x, y) == 0 || !(sigma.at(x, y) > 0)) continue;
           sum += inverse_depth.at(x, y);
@@ -46,10 +53,10 @@ std::int32_t average_cells(const CameraModel& camera, ImageView<const float> inv
       const auto i = static_cast<std::size_t>(at_cell);
       const auto centre = static_cast<std::size_t>(at_centre);
       w.has_depth[i] = 2 * count >= cell * cell && sum > 0 ? 1 : 0;
-      w.height[i] = w.has_depth[i] != 0 ? sum / static_cast<float>(count) : 0.0F;
-      w.height_sigma[i] = w.has_depth[i] != 0 ? sigma_sum / static_cast<float>(count) : 0.0F;
-      w.x[i] = static_cast<float>(w.ray_x[centre]);
-      w.y[i] = static_cast<float>(w.ray_y[centre]);
+      w.raised[i].height = w.has_depth[i] != 0 ? sum / static_cast<float>(count) : 0.0F;
+      w.raised[i].sigma = w.has_depth[i] != 0 ? sigma_sum / static_cast<float>(count) : 0.0F;
+      w.raised[i].x = static_cast<float>(w.ray_x[centre]);
+      w.raised[i].y = static_cast<float>(w.ray_y[centre]);
       known_cells += w.has_depth[i];
     }
   }
@@ -63,9 +70,9 @@ bool fit_plane(const RichnessWorkspace& w, std::size_t cells, Vec3& plane) {
   Vec3 right = Vec3::Zero();
   for (std::size_t i = 0; i < cells; ++i) {
     if (w.has_depth[i] == 0) continue;
-    const Vec3 ray(static_cast<double>(w.x[i]), static_cast<double>(w.y[i]), 1);
+    const Vec3 ray(static_cast<double>(w.raised[i].x), static_cast<double>(w.raised[i].y), 1);
     normal += ray * ray.transpose();
-    right += static_cast<double>(w.height[i]) * ray;
+    right += static_cast<double>(w.raised[i].height) * ray;
   }
   const Vec3 c0 = normal.col(0);
   const Vec3 c1 = normal.col(1);
@@ -88,33 +95,31 @@ void raise_cells(std::size_t cells, const Vec3& plane, RichnessWorkspace& w) {
   const Vec3 across = up.cross(along);
   for (std::size_t i = 0; i < cells; ++i) {
     if (w.has_depth[i] == 0) continue;
-    const double inverse_depth = static_cast<double>(w.height[i]);
-    const Vec3 ray(static_cast<double>(w.x[i]), static_cast<double>(w.y[i]), 1);
+    const double inverse_depth = static_cast<double>(w.raised[i].height);
+    const Vec3 ray(static_cast<double>(w.raised[i].x), static_cast<double>(w.raised[i].y), 1);
     const double reach = plane.dot(ray) / inverse_depth;
     const double scale = inverse_distance / inverse_depth;
-    w.height[i] = static_cast<float>(1 - reach);
-    w.height_sigma[i] = static_cast<float>(std::fabs(reach) * static_cast<double>(w.height_sigma[i]) / inverse_depth);
-    w.x[i] = static_cast<float>(along.dot(ray) * scale);
-    w.y[i] = static_cast<float>(across.dot(ray) * scale);
+    w.raised[i].height = static_cast<float>(1 - reach);
+    w.raised[i].sigma = static_cast<float>(std::fabs(reach) * static_cast<double>(w.raised[i].sigma) / inverse_depth);
+    w.raised[i].x = static_cast<float>(along.dot(ray) * scale);
+    w.raised[i].y = static_cast<float>(across.dot(ray) * scale);
   }
 }
 
+using Four [[gnu::vector_size(32)]] = double;
+
 /// Sums over known cells, relative to a nearby place.
 struct Moments {
-  double n = 0, x = 0, y = 0, h = 0, xx = 0, xy = 0, yy = 0, xh = 0, yh = 0, hh = 0, noise = 0;
+  double n = 0;
+  Four first{};   ///< x, y, h, sigma
+  Four second{};  ///< xx, xy, yy, hh
+  Four third{};   ///< xh, yh, h sigma, sigma^2
 
-  void add(double at_x, double at_y, double at_h, double sigma) {
+  void add(const Four& at) {
     n += 1;
-    x += at_x;
-    y += at_y;
-    h += at_h;
-    xx += at_x * at_x;
-    xy += at_x * at_y;
-    yy += at_y * at_y;
-    xh += at_x * at_h;
-    yh += at_y * at_h;
-    hh += at_h * at_h;
-    noise += sigma * sigma;
+    first += at;
+    second += __builtin_shufflevector(at, at, 0, 0, 1, 2) * __builtin_shufflevector(at, at, 0, 1, 1, 2);
+    third += at * __builtin_shufflevector(at, at, 2, 2, 3, 3);
   }
 };
 
@@ -131,61 +136,72 @@ struct Window {
   std::int32_t x, y, size, core;
 };
 
+/// Sums over the known cells of a window and of its core, relative to its middle.
+struct WindowSums {
+  Moments all, core;
+};
+
+void sum_window(const RichnessWorkspace& w, std::int32_t columns, const Window& window, const Four& middle,
+                WindowSums& sums) {
+  const std::int32_t border = (window.size - window.core) / 2, core_end = window.size - border;
+  Moments all;
+  Four core{};
+  double core_n = 0;
+  for (std::int32_t dy = 0; dy < window.size; ++dy) {
+    const std::int32_t at_row = (window.y + dy) * columns + window.x;
+    const auto row = static_cast<std::size_t>(at_row);
+    const bool core_row = dy >= border && dy < core_end;
+    for (std::int32_t dx = 0; dx < window.size; ++dx) {
+      const std::size_t i = row + static_cast<std::size_t>(dx);
+      if (w.has_depth[i] == 0) continue;
+      const RichnessWorkspace::Raised& cell_at = w.raised[i];
+      const Four at = Four{static_cast<double>(cell_at.x), static_cast<double>(cell_at.y),
+                           static_cast<double>(cell_at.height), static_cast<double>(cell_at.sigma)} -
+                      middle;
+      all.add(at);
+      if (!core_row || dx < border || dx >= core_end) continue;
+      core_n += 1;
+      core += at;
+    }
+  }
+  sums.all = all;
+  sums.core.n = core_n;
+  sums.core.first = core;
+}
+
 /// Returns false if less than half of the window is known, or its known cells are on a line.
 bool fit_window(const RichnessWorkspace& w, std::int32_t columns, const Window& window, WindowFit& fit) {
   const std::int32_t size = window.size;
-  const std::int32_t border = (size - window.core) / 2;
   const std::int32_t at_middle = (window.y + size / 2) * columns + window.x + size / 2;
   const auto middle = static_cast<std::size_t>(at_middle);
   if (w.has_depth[middle] == 0) return false;
-  const double x0 = static_cast<double>(w.x[middle]);
-  const double y0 = static_cast<double>(w.y[middle]);
-  Moments all;
-  double core_n = 0;
-  double core_x = 0;
-  double core_y = 0;
-  double core_h = 0;
-  for (std::int32_t dy = 0; dy < size; ++dy) {
-    const std::int32_t at_row = (window.y + dy) * columns + window.x;
-    const auto row = static_cast<std::size_t>(at_row);
-    const bool core_row = dy >= border && dy < size - border;
-    for (std::int32_t dx = 0; dx < size; ++dx) {
-      const std::size_t i = row + static_cast<std::size_t>(dx);
-      if (w.has_depth[i] == 0) continue;
-      const double x = static_cast<double>(w.x[i]) - x0;
-      const double y = static_cast<double>(w.y[i]) - y0;
-      const double h = static_cast<double>(w.height[i]);
-      all.add(x, y, h, static_cast<double>(w.height_sigma[i]));
-      if (core_row && dx >= border && dx < size - border) {
-        core_n += 1;
-        core_x += x;
-        core_y += y;
-        core_h += h;
-      }
-    }
-  }
-  if (2 * all.n < size * size) return false;
-  const double cxx = all.xx - all.x * all.x / all.n;
-  const double cxy = all.xy - all.x * all.y / all.n;
-  const double cyy = all.yy - all.y * all.y / all.n;
-  const double cxh = all.xh - all.x * all.h / all.n;
-  const double cyh = all.yh - all.y * all.h / all.n;
-  const double chh = all.hh - all.h * all.h / all.n;
+  WindowSums sums;
+  sum_window(w, columns, window,
+             Four{static_cast<double>(w.raised[middle].x), static_cast<double>(w.raised[middle].y), 0, 0}, sums);
+  const Moments &all = sums.all, &core = sums.core;
+  const double n = all.n, x = all.first[0], y = all.first[1], h = all.first[2];
+  if (2 * n < size * size) return false;
+  const double cxx = all.second[0] - x * x / n;
+  const double cxy = all.second[1] - x * y / n;
+  const double cyy = all.second[2] - y * y / n;
+  const double cxh = all.third[0] - x * h / n;
+  const double cyh = all.third[1] - y * h / n;
+  const double chh = all.second[3] - h * h / n;
   const double determinant = cxx * cyy - cxy * cxy;
   if (!(determinant > 1e-3 * (cxx + cyy) * (cxx + cyy))) return false;
   const double slope_x = (cyy * cxh - cxy * cyh) / determinant;
   const double slope_y = (cxx * cyh - cxy * cxh) / determinant;
   // A square of side s has the variance s^2 / 12 in both directions.
-  fit.side = std::sqrt(12 * std::sqrt(determinant) / all.n);
+  fit.side = std::sqrt(12 * std::sqrt(determinant) / n);
   fit.slope = std::sqrt(slope_x * slope_x + slope_y * slope_y);
-  const double left_over = (chh - slope_x * cxh - slope_y * cyh) / (all.n - 3);
-  fit.roughness = std::sqrt(std::max(0.0, left_over - all.noise / all.n)) / fit.side;
+  const double left_over = (chh - slope_x * cxh - slope_y * cyh) / (n - 3);
+  fit.roughness = std::sqrt(std::max(0.0, left_over - all.third[3] / n)) / fit.side;
   fit.curvature = 0;
-  const double rest_n = all.n - core_n;
-  if (core_n > 0 && rest_n > 0) {
-    const double dx = core_x / core_n - (all.x - core_x) / rest_n;
-    const double dy = core_y / core_n - (all.y - core_y) / rest_n;
-    const double dh = core_h / core_n - (all.h - core_h) / rest_n;
+  const double rest_n = n - core.n;
+  if (core.n > 0 && rest_n > 0) {
+    const double dx = core.first[0] / core.n - (x - core.first[0]) / rest_n;
+    const double dy = core.first[1] / core.n - (y - core.first[1]) / rest_n;
+    const double dh = core.first[2] / core.n - (h - core.first[2]) / rest_n;
     fit.curvature = std::fabs(dh - slope_x * dx - slope_y * dy) / fit.side;
   }
   return true;
@@ -201,7 +217,9 @@ struct Grid {
     for (std::int32_t y = 0; y + size <= rows; y += stride) {
       for (std::int32_t x = 0; x + size <= columns; x += stride) {
         WindowFit fit;
-        if (fit_window(w, columns, {x, y, size, core}, fit)) use(fit);
+        bool fitted = false;
+        with_widest_vectors([&] { fitted = fit_window(w, columns, {x, y, size, core}, fit); });
+        if (fitted) use(fit);
       }
     }
   }
@@ -210,7 +228,7 @@ struct Grid {
 double relief(RichnessWorkspace& w, std::size_t cells) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < cells; ++i) {
-    if (w.has_depth[i] != 0) w.buffer[count++] = w.height[i];
+    if (w.has_depth[i] != 0) w.buffer[count++] = w.raised[i].height;
   }
   return quantile(w.buffer.data(), count, 0.95) - quantile(w.buffer.data(), count, 0.05);
 }
