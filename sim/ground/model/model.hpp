@@ -89,7 +89,8 @@ struct ModelProblem : AdjustmentProblem {
 /// a hundredth.
 void adjust_model(const Scene& scene, double robust_px, Model& model);
 
-/// The covariances of the views (pose_errors.hpp), as the model stands now.
+/// The covariances of the views (pose_errors.hpp), as the model stands now, larger by what neighbouring sightings have
+/// in common (common_errors.hpp).
 void state_errors(const Scene& scene, Model& model);
 
 /// Moves all views and points.
