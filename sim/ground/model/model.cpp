@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "fsw/vision/geometry/camera.hpp"
+#include "sim/ground/model/common_errors.hpp"
 #include "sim/ground/model/hanging.hpp"
 #include "sim/ground/model/kept_adjustment.hpp"
 #include "sim/ground/model/view_depths.hpp"
@@ -15,6 +16,8 @@ namespace ilp::model {
 namespace {
 
 constexpr double least_angle_rad = 0.0175;
+/// Of the last adjustment.
+constexpr double last_robust_px = 0.5;
 
 struct SeenFrom {
   const RigidTransform* camera_from_model = nullptr;
@@ -300,8 +303,12 @@ void adjust_model(const Scene& scene, double robust_px, Model& model, double tol
 
 void state_errors(const Scene& scene, Model& model) {
   const ModelProblem problem = problem_of(scene, model);
-  const std::vector<PoseCovariance> errors = pose_covariances(problem);
-  for (std::size_t c = 0; c < errors.size(); ++c) model.views[problem.view_of[c]].covariance = errors[c];
+  std::vector<PoseCovariance> errors = pose_covariances(problem);
+  const double factor = errors.empty() ? 1 : common_error_factor(problem, last_robust_px);
+  for (std::size_t c = 0; c < errors.size(); ++c) {
+    for (double& of_pose : errors[c]) of_pose *= factor;
+    model.views[problem.view_of[c]].covariance = errors[c];
+  }
 }
 
 void move(const Similarity& by, Model& model) {

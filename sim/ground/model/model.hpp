@@ -89,7 +89,8 @@ struct ModelProblem : AdjustmentProblem {
 /// a hundredth. `tolerance`: as in AdjustmentParams.
 void adjust_model(const Scene& scene, double robust_px, Model& model, double tolerance = AdjustmentParams{}.tolerance);
 
-/// The covariances of the views (pose_errors.hpp), as the model stands now.
+/// The covariances of the views (pose_errors.hpp), as the model stands now, larger by what neighbouring sightings have
+/// in common (common_errors.hpp).
 void state_errors(const Scene& scene, Model& model);
 
 /// Moves all views and points.

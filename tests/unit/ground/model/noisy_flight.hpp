@@ -87,6 +87,15 @@ struct NoisyFlight {
   }
   Vec2 noise() { return noise_px * Vec2(gauss(), gauss()); }
 
+  /// Each image is bent in its own way, by `bend_px` (root mean square of each axis), the same for all points in one
+  /// place.
+  [[nodiscard]] Vec2 bend(std::int64_t id, const Vec2& px) const {
+    const double phase = static_cast<double>(id) + bend_phase;
+    return 2 * bend_px *
+           Vec2(std::sin(px.x() / 45 + 2.4 * phase) * std::cos(px.y() / 200 + phase),
+                std::sin(px.y() / 40 + 1.7 * phase) * std::cos(px.x() / 200 + 2 * phase));
+  }
+
   /// Points of a grid. As in a flight, a point is followed from keyframe to keyframe: where it comes back into view, it
   /// is another one.
   void add_points(const StripTruth& strip) {
@@ -100,7 +109,7 @@ struct NoisyFlight {
         for (int j = on_grid(below.y() - reach); j <= on_grid(below.y() + reach); ++j) {
           Vec2 px;
           if (!see(pose, grid_point(i, j), px)) continue;
-          px += noise();
+          px += noise() + bend(id, px);
           std::vector<intake::StructureTrackPoint>& of_point = tracks[{i, j}];
           if (of_point.empty() || of_point.back().observations.back().keyframe_id + 1 < id) of_point.emplace_back();
           of_point.back().observations.push_back({id, static_cast<float>(px.x()), static_cast<float>(px.y())});
@@ -151,7 +160,8 @@ struct NoisyFlight {
       const Vec3 point(x, y, ground(x, y));
       Vec2 in_a, in_b;
       if (!see(a, point, in_a) || !see(b, point, in_b)) continue;
-      in_b += noise() + error_px * Vec2(gauss(), gauss());
+      in_a += bend(place, in_a);
+      in_b += noise() + error_px * Vec2(gauss(), gauss()) + bend(newer, in_b);
       points.push_back({unit(in_a.x()), unit(in_a.y()), unit(in_b.x()), unit(in_b.y())});
     }
     flight_.links.push_back(record);
@@ -296,6 +306,7 @@ struct NoisyFlight {
   intake::Flight flight_;
   std::vector<RigidTransform> truth_;  ///< by keyframe
   std::vector<StripTruth> strips_;
+  double bend_px = 0, bend_phase = 0;
   Rng rng_{7};
 };
 

@@ -231,6 +231,27 @@ TEST(JoinedModelErrors, AgreeWithTheTrueOnes) {
   EXPECT_GT(statistics.within_two, 0.88);
 }
 
+// Sightings in one place err together there, and many of them tell no more than few.
+TEST(JoinedModelErrors, OfBentImagesAreStated) {
+  std::vector<double> errors;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    NoisyFlight flight;
+    flight.rng_ = Rng(seed);
+    flight.bend_px = 0.14;
+    flight.bend_phase = 0.9 * static_cast<double>(seed);
+    flight.fly_two_lanes();
+    flight.link(5, 6);
+    flight.link(4, 7);
+    flight.link(1, 10);
+    ASSERT_EQ(flight.join().models.size(), 1U);
+    const std::vector<double> of_flight = normalised_errors(flight);
+    errors.insert(errors.end(), of_flight.begin(), of_flight.end());
+  }
+  const ErrorStatistics statistics(errors);
+  EXPECT_LT(statistics.mean_square, 2);
+  EXPECT_GT(statistics.mean_square, 0.3) << "no error is stated that says nothing";
+}
+
 // Errors of neighbours are nearly the same, so that one flight tells little.
 TEST(JoinedModelErrors, OfManyKeyframesAgreeWithTheTrueOnes) {
   std::vector<double> errors;
