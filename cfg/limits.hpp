@@ -116,7 +116,7 @@ inline constexpr std::size_t place_vocabulary_places = 32;  ///< the first keyfr
 inline constexpr std::size_t place_candidates = 8;          ///< by place, and by appearance, of a keyframe
 inline constexpr std::size_t max_place_candidates = 24;     ///< of one that the chain of pairs holds loosely
 inline constexpr std::size_t max_near_places = 32;          ///< whose ground is expected in the image of a new one
-inline constexpr std::int64_t max_links_per_keyframe = 8;   ///< link_id() counts with it
+inline constexpr std::int64_t max_links_per_keyframe = 16;  ///< of a loose one; link_id() counts with it
 
 // Products
 inline constexpr int max_quality_layers = 8;

@@ -77,8 +77,7 @@ ILP_REVEAL(DenseMatcher, valid_left_);
 ILP_REVEAL(DenseMatcher, valid_right_);
 ILP_REVEAL(DenseMatcher, disparity_);
 ILP_REVEAL(DenseMatcher, disparity_sigma_);
-ILP_REVEAL(DenseMatcher, inverse_depth_);
-ILP_REVEAL(DenseMatcher, sigma_);
+ILP_REVEAL(DenseMatcher, maps_);
 ILP_REVEAL(DenseMatcher, now_);
 ILP_REVEAL(DenseMatcher, work_);
 ILP_REVEAL(DenseMatcher, after_);
@@ -151,8 +150,8 @@ std::vector<MemoryPart> memory_parts() {
   add(parts, "dense_matcher", flight.*revealed(FlightSoftware_dense_matcher_{}), DenseMatcher_plan_{},
       DenseMatcher_matcher_{}, DenseMatcher_left_{}, DenseMatcher_right_{}, DenseMatcher_rectified_left_{},
       DenseMatcher_rectified_right_{}, DenseMatcher_valid_left_{}, DenseMatcher_valid_right_{},
-      DenseMatcher_disparity_{}, DenseMatcher_disparity_sigma_{}, DenseMatcher_inverse_depth_{}, DenseMatcher_sigma_{},
-      DenseMatcher_now_{}, DenseMatcher_work_{}, DenseMatcher_after_{}, DenseMatcher_before_{});
+      DenseMatcher_disparity_{}, DenseMatcher_disparity_sigma_{}, DenseMatcher_maps_{}, DenseMatcher_now_{},
+      DenseMatcher_work_{}, DenseMatcher_after_{}, DenseMatcher_before_{});
   add(parts, "richness_scorer", flight.*revealed(FlightSoftware_richness_scorer_{}));
   add(parts, "compressor", flight.*revealed(FlightSoftware_compressor_{}), Compressor_coding_{});
   add(parts, "storage_manager", flight.*revealed(FlightSoftware_storage_manager_{}));
