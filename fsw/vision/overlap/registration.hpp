@@ -20,7 +20,7 @@ inline constexpr std::int32_t registration_block_px = 8;    ///< of images up to
 struct RegistrationTemplate {
   static constexpr std::size_t max_pixels =
       static_cast<std::size_t>(registration_max_side) * static_cast<std::size_t>(registration_max_side);
-  static constexpr std::size_t max_blocks = max_pixels / (registration_block_px * registration_block_px);
+  static constexpr std::size_t max_blocks = max_pixels / (std::size_t{registration_block_px} * registration_block_px);
 
   /// Sums over one block of a; gradients are central differences without the division by 2.
   struct Block {
