@@ -212,17 +212,22 @@ struct ErrorStatistics {
   }
 };
 
+/// Of two lanes that three links join.
+std::vector<double> errors_of_linked_lanes(std::uint64_t seed, NoisyFlight& flight) {
+  flight.rng_ = Rng(seed);
+  flight.fly_two_lanes();
+  flight.link(5, 6);
+  flight.link(4, 7);
+  flight.link(1, 10);
+  EXPECT_EQ(flight.join().models.size(), 1U);
+  return normalised_errors(flight);
+}
+
 TEST(JoinedModelErrors, AgreeWithTheTrueOnes) {
   std::vector<double> errors;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     NoisyFlight flight;
-    flight.rng_ = Rng(seed);
-    flight.fly_two_lanes();
-    flight.link(5, 6);
-    flight.link(4, 7);
-    flight.link(1, 10);
-    ASSERT_EQ(flight.join().models.size(), 1U);
-    const std::vector<double> of_flight = normalised_errors(flight);
+    const std::vector<double> of_flight = errors_of_linked_lanes(seed, flight);
     ASSERT_EQ(of_flight.size(), 3 * 8U) << "one coordinate holds the scale";
     errors.insert(errors.end(), of_flight.begin(), of_flight.end());
   }
@@ -236,15 +241,9 @@ TEST(JoinedModelErrors, OfBentImagesAreStated) {
   std::vector<double> errors;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     NoisyFlight flight;
-    flight.rng_ = Rng(seed);
     flight.bend_px = 0.14;
     flight.bend_phase = 0.9 * static_cast<double>(seed);
-    flight.fly_two_lanes();
-    flight.link(5, 6);
-    flight.link(4, 7);
-    flight.link(1, 10);
-    ASSERT_EQ(flight.join().models.size(), 1U);
-    const std::vector<double> of_flight = normalised_errors(flight);
+    const std::vector<double> of_flight = errors_of_linked_lanes(seed, flight);
     errors.insert(errors.end(), of_flight.begin(), of_flight.end());
   }
   const ErrorStatistics statistics(errors);
