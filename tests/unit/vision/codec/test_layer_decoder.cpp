@@ -238,6 +238,25 @@ TEST_F(OtherFilesTest, WithoutTheRecordOfEveryPass) {
   expect_decoded(bytes());
 }
 
+// An interval that ends at zero says of every cut pass that a byte may be missing.
+TEST_F(OtherFilesTest, WithMoreDoubtfulBlocksThanThereIsRoomFor) {
+  width = 600, height = 400;
+  samples = depth_map(width, height, bits);
+  mask = disc_mask(width, height, 0.9);
+  params.max_bytes = 30000;
+  const auto encode_again = [&] { ASSERT_TRUE(encode(samples, bits, mask.view(), params).ok()); };
+  encode_again();
+  ASSERT_TRUE(measure_layer_errors(bytes(), samples.view(), mask.view(), *workspace, right).ok());
+  ASSERT_EQ(right.decodings, 0);
+  encode_again();
+  for (PassEnd& end : place_of_pass_ends(*workspace).first(workspace->pass_ends)) end.top = 0;
+  ASSERT_TRUE(measure_layer_errors(bytes(), samples.view(), mask.view(), *workspace, errors).ok());
+  EXPECT_EQ(errors.decoded_blocks, static_cast<int>(DoubtfulBlocks{}.blocks.size()));
+  EXPECT_GT(errors.decodings, 0) << "the layers of the other blocks are decoded whole";
+  EXPECT_EQ(errors.largest, right.largest);
+  EXPECT_EQ(errors.mean_square, right.mean_square);
+}
+
 // With one resolution and one layer the order of packets says nothing: the decoder takes any.
 TEST_F(OtherFilesTest, InAnotherOrderOfPackets) {
   params.layers = 1;
