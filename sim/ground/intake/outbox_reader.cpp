@@ -134,15 +134,15 @@ void OutboxBuilder::choose_versions() {
   outbox_.products = std::move(chosen);
 }
 
-/// Uses one refinement of the product, the one that brings most; false when there is none.
-bool OutboxBuilder::refine_once(ReceivedProduct& product) {
-  auto best = refinements_.end();
-  for (auto it = refinements_.begin(); it != refinements_.end(); ++it) {
-    if (it->header.product_id != product_id(product.keyframe_id, product.kind)) continue;
-    if (it->header.shorter_bytes != product.bytes.size()) continue;
-    if (best == refinements_.end() || it->header.last_layer > best->header.last_layer) best = it;
+/// Uses one of the product's refinements, the one that brings most; false when there is none.
+bool OutboxBuilder::refine_once(ReceivedProduct& product, std::span<Refinement* const> refinements) {
+  Refinement* best = nullptr;
+  for (Refinement* refinement : refinements) {
+    if (refinement->done || refinement->header.shorter_bytes != product.bytes.size()) continue;
+    if (best == nullptr || refinement->header.last_layer > best->header.last_layer) best = refinement;
   }
-  if (best == refinements_.end()) return false;
+  if (best == nullptr) return false;
+  best->done = true;
   std::vector<std::uint8_t> refined(best->header.bytes);
   const Status status = refine(best->header, best->own, product.bytes.bytes(), refined);
   if (status.ok()) {
@@ -152,23 +152,23 @@ bool OutboxBuilder::refine_once(ReceivedProduct& product) {
   } else {
     outbox_.files[best->file].fault = "does not refine what came down under its product's name";
   }
-  refinements_.erase(best);
   return true;
 }
 
 void OutboxBuilder::put_products_together() {
+  std::map<std::int64_t, std::vector<Refinement*>> of_product;
+  for (Refinement& refinement : refinements_) of_product[refinement.header.product_id].push_back(&refinement);
   for (ReceivedProduct& product : outbox_.products) {
-    while (refine_once(product)) {
+    const auto found = of_product.find(product_id(product.keyframe_id, product.kind));
+    if (found == of_product.end()) continue;
+    while (refine_once(product, found->second)) {
+    }
+    for (Refinement* refinement : found->second) {
+      if (product.bytes.size() >= refinement->header.bytes) refinement->done = true;
     }
   }
   for (const Refinement& refinement : refinements_) {
-    const std::int64_t id = refinement.header.product_id;
-    const bool passed =
-        std::any_of(outbox_.products.begin(), outbox_.products.end(), [&](const ReceivedProduct& product) {
-          return product_id(product.keyframe_id, product.kind) == id && product.bytes.size() >= refinement.header.bytes;
-        });
-    // The same layers came in other files too.
-    if (passed) continue;
+    if (refinement.done) continue;
     outbox_.waiting.push_back(outbox_.files[refinement.file].name + ": the layers before it have not come");
   }
 }

@@ -61,11 +61,12 @@ class OutboxBuilder {
     std::vector<std::uint8_t> bytes;
     RefinementHeader header;
     std::span<const std::uint8_t> own;  ///< in `bytes`
+    bool done = false;                  ///< used, found wrong, or its layers came in other files too
   };
   void put_away(RecordFile& records) const;
   void add_refinement(std::size_t file, std::vector<std::uint8_t> bytes);
   void choose_versions();
-  [[nodiscard]] bool refine_once(ReceivedProduct& product);
+  [[nodiscard]] bool refine_once(ReceivedProduct& product, std::span<Refinement* const> refinements);
   void put_products_together();
 
   void take_records();
