@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "fsw/base/vector_width.hpp"
+#include "fsw/base/word_lanes.hpp"
 #include "fsw/vision/image/sampling.hpp"
 
 namespace ilp {
@@ -12,10 +12,10 @@ namespace {
 
 constexpr std::int32_t canvas_side = CoarseWorkspace::canvas_side;
 constexpr std::int32_t padded_side = CoarseWorkspace::padded_side;
-constexpr std::int32_t sums_stride = canvas_side + 1;
+constexpr std::int32_t sums_stride = CoarseWorkspace::sums_stride;
 constexpr std::int32_t prefix_stride = padded_side + 1;
 constexpr std::int32_t pad = canvas_side;
-constexpr std::int32_t byte_vector_px = 16;
+constexpr std::int32_t byte_vector_px = CoarseWorkspace::byte_vector_px;
 constexpr float no_score = -2.0F;
 constexpr std::int32_t grey_level = 1 << coarse_value_bits;
 
@@ -53,6 +53,11 @@ struct Template {
   std::int32_t min_covered = 0;           ///< canvas pixels
   double gain_a = 1, gain_b = 1;          ///< from values to bytes
   double phase_x = 0, phase_y = 0;        ///< px by which a is drawn off the centre of the canvas
+};
+
+/// Of shifts or pixels along x.
+struct Shifts {
+  std::int32_t begin, end;
 };
 
 // Absolute differences are fastest on bytes. Values far from the mean are clipped, which does little harm to a sum of
@@ -97,57 +102,102 @@ void prepare_b(CoarseView b, std::int32_t mean, double byte_gain, OverlapMethod 
   }
 }
 
-std::int32_t sample(CoarseView image, FixedCoordinate x, FixedCoordinate y) {
-  const std::int16_t* const upper = image.row(y >> 16) + (x >> 16);
-  const std::int16_t* const lower = upper + image.stride;
-  const std::int32_t fx = (x >> 8) & 255, fy = (y >> 8) & 255;
-  const std::int32_t top = (upper[0] << 8) + fx * (upper[1] - upper[0]);
-  const std::int32_t bottom = (lower[0] << 8) + fx * (lower[1] - lower[0]);
-  return ((top << 8) + fy * (bottom - top) + 0x8000) >> 16;
+void join_neighbours(CoarseView a, CoarseWorkspace& w) {
+  for (std::int32_t y = 0; y < a.height; ++y) {
+    const std::int16_t* const from = a.row(y);
+    std::uint32_t* const pairs = w.pairs.data() + std::ptrdiff_t{y} * coarse_max_side;
+    for (std::int32_t x = 0; x + 1 < a.width; ++x) pairs[x] = word_of(from[x], from[x + 1]);
+    pairs[a.width - 1] = word_of(from[a.width - 1], 0);
+  }
+}
+
+/// One row of the turned and scaled image: the place of its first pixel in a, and the way to the next one.
+struct CanvasRow {
+  FixedCoordinate x, y, step_x, step_y;
+  std::int32_t width;
+};
+
+// Bilinear, minus the mean, and 0 outside. Returns which pixels are inside: they stand side by side.
+template <typename Width>
+Shifts sample_row(CoarseView a, std::int32_t mean, const CanvasRow& row, CoarseWorkspace& w) {
+  using Lanes = WordLanes<Width>;
+  using Sums = typename Lanes::Sums;
+  using Places = typename Lanes::UnsignedSums;
+  using Words = typename Lanes::Words;
+  const auto end_x = static_cast<std::uint32_t>((a.width - 1) << 16);
+  const auto end_y = static_cast<std::uint32_t>((a.height - 1) << 16);
+  Sums number{};
+  for (std::int32_t i = 0; i < Lanes::sum_count; ++i) number[i] = i;
+  Sums x = row.step_x * number + row.x, y = row.step_y * number + row.y;
+  Sums first = Sums{} + row.width, count{};
+  for (std::int32_t i = 0; i < row.width; i += Lanes::sum_count) {
+    const Sums inside =
+        (reinterpret_cast<Places>(x) < end_x) & (reinterpret_cast<Places>(y) < end_y) & (number < row.width);
+    const Sums at = ((y >> 16) * coarse_max_side + (x >> 16)) & inside;
+    Sums upper, lower;
+    Lanes::gather(w.pairs.data(), at, upper);
+    Lanes::gather(w.pairs.data() + coarse_max_side, at, lower);
+    const Sums share_x = (x >> 8) & 255, share_y = (y >> 8) & 255;
+    const Words shares = reinterpret_cast<Words>((share_x << 16) + 256 - share_x);
+    Sums top{}, bottom{};
+    Lanes::add_products(reinterpret_cast<Words>(upper), shares, top);
+    Lanes::add_products(reinterpret_cast<Words>(lower), shares, bottom);
+    const Sums value = ((((top << 8) + share_y * (bottom - top) + 0x8000) >> 16) - mean) & inside;
+    std::memcpy(w.row.data() + i, &value, sizeof value);
+    first = (inside & (number < first)) != 0 ? number : first;
+    count += inside;
+    number += Lanes::sum_count;
+    x += Lanes::sum_count * row.step_x;
+    y += Lanes::sum_count * row.step_y;
+  }
+  const std::int32_t pixels = -Lanes::sum_of(count);
+  std::int32_t begin = row.width;
+  for (std::int32_t i = 0; i < Lanes::sum_count; ++i) begin = std::min(begin, first[i]);
+  return pixels == 0 ? Shifts{0, 0} : Shifts{begin, begin + pixels};
 }
 
 // One row of the turned and scaled image, and its sums on top of those of the rows above.
-void draw_row(CoarseView a, std::int32_t mean, double byte_gain, OverlapMethod method, FixedCoordinate ax,
-              FixedCoordinate ay, FixedCoordinate step_x, FixedCoordinate step_y, std::int32_t width, std::int32_t y,
-              CoarseWorkspace& w) {
-  const auto end_x = static_cast<std::uint32_t>((a.width - 1) << 16);
-  const auto end_y = static_cast<std::uint32_t>((a.height - 1) << 16);
+template <typename Width>
+void draw_row(CoarseView a, std::int32_t mean, double byte_gain, OverlapMethod method, const CanvasRow& row,
+              std::int32_t y, CoarseWorkspace& w) {
+  const Shifts inside = sample_row<Width>(a, mean, row, w);
+  w.span_begin[static_cast<std::size_t>(y)] = static_cast<std::int16_t>(inside.begin);
+  w.span_end[static_cast<std::size_t>(y)] = static_cast<std::int16_t>(inside.end);
+  const std::int32_t width = row.width;
+  std::fill_n(w.row.data() + width, byte_vector_px, 0);
+  const std::int32_t* const values = w.row.data();
   const std::ptrdiff_t at = std::ptrdiff_t{y} * canvas_side;
-  const std::ptrdiff_t above = std::ptrdiff_t{y} * sums_stride, below = above + sums_stride;
-  std::int32_t begin = width, end = 0, inside_sum = 0, value_sum = 0, square_sum = 0;
-  const auto put = [&](std::int32_t x, std::int32_t value, bool is_inside) {
-    const auto i = static_cast<std::size_t>(at + x);
-    w.canvas[i] = static_cast<std::int16_t>(value);
-    if (method == OverlapMethod::ncc) return;
-    w.canvas_mask[i] = is_inside ? std::uint8_t{255} : std::uint8_t{0};
-    w.canvas_bytes[i] =
-        is_inside ? to_byte(static_cast<std::int32_t>(std::floor(byte_gain * value + 0.5))) : std::uint8_t{0};
-  };
-  w.inside_sums[static_cast<std::size_t>(below)] = 0;
+  std::int16_t* const __restrict canvas = w.canvas.data() + at;
+  for (std::int32_t x = 0; x < width + byte_vector_px; ++x) canvas[x] = static_cast<std::int16_t>(values[x]);
+
+  const std::ptrdiff_t above = std::ptrdiff_t{y} * sums_stride + width, below = above + sums_stride;
+  const std::int32_t* const inside_above = w.inside_sums.data() + above - width;
+  std::int32_t* const __restrict inside_sums = w.inside_sums.data() + below - width;
+  for (std::int32_t x = 0; x <= width; ++x) {
+    inside_sums[x] = inside_above[x] + std::clamp(width - x - inside.begin, 0, inside.end - inside.begin);
+  }
+  std::int32_t value_sum = 0, square_sum = 0;
   w.value_sums[static_cast<std::size_t>(below)] = 0;
   w.square_sums[static_cast<std::size_t>(below)] = 0;
-  for (std::int32_t x = 0; x < width; ++x, ax += step_x, ay += step_y) {
-    const bool is_inside = static_cast<std::uint32_t>(ax) < end_x && static_cast<std::uint32_t>(ay) < end_y;
-    const std::int32_t value = is_inside ? sample(a, ax, ay) - mean : 0;
-    put(x, value, is_inside);
-    if (is_inside) {
-      begin = std::min(begin, x);
-      end = x + 1;
-    }
-    inside_sum += is_inside ? 1 : 0;
-    value_sum += value;
-    square_sum += value * value;
-    const auto from = static_cast<std::size_t>(above + x + 1), to = static_cast<std::size_t>(below + x + 1);
-    w.inside_sums[to] = w.inside_sums[from] + inside_sum;
+  for (std::int32_t x = 0; x < width; ++x) {
+    value_sum += values[x];
+    square_sum += values[x] * values[x];
+    const auto from = static_cast<std::size_t>(above - x - 1), to = static_cast<std::size_t>(below - x - 1);
     w.value_sums[to] = w.value_sums[from] + value_sum;
     w.square_sums[to] = w.square_sums[from] + square_sum;
   }
-  for (std::int32_t x = width; x < std::min(width + byte_vector_px, canvas_side); ++x) put(x, 0, false);
-  w.span_begin[static_cast<std::size_t>(y)] = static_cast<std::int16_t>(std::min(begin, end));
-  w.span_end[static_cast<std::size_t>(y)] = static_cast<std::int16_t>(end);
+  if (method == OverlapMethod::ncc) return;
+  for (std::int32_t x = 0; x < std::min(width + byte_vector_px, canvas_side); ++x) {
+    const auto i = static_cast<std::size_t>(at + x);
+    const bool is_inside = x >= inside.begin && x < inside.end;
+    w.canvas_mask[i] = is_inside ? std::uint8_t{255} : std::uint8_t{0};
+    w.canvas_bytes[i] =
+        is_inside ? to_byte(static_cast<std::int32_t>(std::floor(byte_gain * values[x] + 0.5))) : std::uint8_t{0};
+  }
 }
 
 // Draws a, turned and scaled about its centre.
+template <typename Width>
 void draw_template(CoarseView a, std::int32_t mean, double scale, double rotation_rad, OverlapMethod method,
                    Template& t, CoarseWorkspace& w) {
   const double c = det_cos(rotation_rad), s = det_sin(rotation_rad);
@@ -162,8 +212,9 @@ void draw_template(CoarseView a, std::int32_t mean, double scale, double rotatio
   const FixedCoordinate step_x = to_fixed(c / scale), step_y = to_fixed(-s / scale);
   for (std::int32_t y = 0; y < t.height; ++y) {
     const double u = -0.5 * (t.width - 1) - t.phase_x, v = y - 0.5 * (t.height - 1) - t.phase_y;
-    draw_row(a, mean, t.gain_a, method, to_fixed((c * u + s * v) / scale + 0.5 * (a.width - 1)),
-             to_fixed((-s * u + c * v) / scale + 0.5 * (a.height - 1)), step_x, step_y, t.width, y, w);
+    const CanvasRow row{to_fixed((c * u + s * v) / scale + 0.5 * (a.width - 1)),
+                        to_fixed((-s * u + c * v) / scale + 0.5 * (a.height - 1)), step_x, step_y, t.width};
+    draw_row<Width>(a, mean, t.gain_a, method, row, y, w);
   }
 }
 
@@ -173,35 +224,47 @@ struct Covered {
 };
 
 // Differences of two rows of sums, from the right end of the columns to the left one; columns outside of the template
-// have what its ends have.
+// have what its ends have. Whole vectors, the end of each of the three parts under the beginning of the next one.
+template <typename Width>
 void sum_columns(const std::int32_t* lower, const std::int32_t* upper, std::int32_t width, std::int32_t first,
-                 std::int32_t count, std::int32_t* __restrict out) {
+                 std::int32_t count, std::int32_t* out) {
+  using Sums = typename WordLanes<Width>::Sums;
+  constexpr std::int32_t lanes = WordLanes<Width>::sum_count;
   const std::int32_t right = std::clamp(first - width, 0, count), left = std::clamp(first + 1, right, count);
-  std::fill_n(out, right, lower[width] - upper[width]);
-  for (std::int32_t k = right; k < left; ++k) out[k] = lower[first - k] - upper[first - k];
-  std::fill(out + left, out + count, 0);
+  const Sums whole = Sums{} + (lower[0] - upper[0]), none{};
+  for (std::int32_t k = 0; k < right; k += lanes) std::memcpy(out + k, &whole, sizeof whole);
+  for (std::int32_t k = right, x = width - first + right; k < left; k += lanes, x += lanes) {
+    Sums sums, above;
+    load_lanes(lower + x, sums);
+    load_lanes(upper + x, above);
+    sums -= above;
+    std::memcpy(out + k, &sums, sizeof sums);
+  }
+  for (std::int32_t k = left; k < count; k += lanes) std::memcpy(out + k, &none, sizeof none);
 }
 
 // Sums over the covered part of the template, for all shifts along x of one along y.
+template <typename Width>
 void sum_template(CoarseView b, const Template& t, std::int32_t left, const Covered& rows, CoarseWorkspace& w) {
   const std::ptrdiff_t upper = std::ptrdiff_t{rows.y0} * sums_stride;
   const std::ptrdiff_t lower = std::ptrdiff_t{rows.y1} * sums_stride;
   const std::int32_t shifts = 2 * t.shift_x + 1, first = b.width - left;
-  const auto sum = [&](const auto& sums, auto& columns, std::int32_t* __restrict out) {
-    sum_columns(sums.data() + lower, sums.data() + upper, t.width, first, shifts + b.width, columns.data());
+  const auto sum = [&](const auto& sums, auto& columns, std::int32_t* out) {
+    sum_columns<Width>(sums.data() + lower, sums.data() + upper, t.width, first, shifts + b.width, columns.data());
     const std::int32_t* const ends = columns.data();
     const std::int32_t* const begins = ends + b.width;
-    for (std::int32_t i = 0; i < shifts; ++i) out[i] = ends[i] - begins[i];
+    for (std::int32_t i = 0; i < shifts; i += WordLanes<Width>::sum_count) {
+      typename WordLanes<Width>::Sums end, begin;
+      load_lanes(ends + i, end);
+      load_lanes(begins + i, begin);
+      end -= begin;
+      std::memcpy(out + i, &end, sizeof end);
+    }
   };
   sum(w.inside_sums, w.column_sums.inside, w.count.data());
   sum(w.value_sums, w.column_sums.value, w.sum_a.data());
   sum(w.square_sums, w.column_sums.square, w.sum_aa.data());
 }
-
-/// Shifts along x.
-struct Shifts {
-  std::int32_t begin, end;
-};
 
 /// From the first shift with enough of the template covered to the last one.
 Shifts covering(std::int32_t shifts, std::int32_t min_covered, const CoarseWorkspace& w) {
@@ -245,68 +308,31 @@ void sum_b_under_template(const Shifts& s, std::int32_t left, std::int32_t top, 
   }
 }
 
-/// Products of words, both halves of each added.
-template <typename Width>
-struct PairProducts;
-
-template <>
-struct PairProducts<KnownWidth<VectorWidth::bytes16>> {
-  static constexpr std::int32_t lanes = 4;
-  using Sums [[gnu::vector_size(16)]] = std::int32_t;
-
-  static void add(std::uint32_t pair, const std::uint32_t* words, Sums& sums) {
-#if defined(__SSE2__)
-    // GCC does not find this instruction by itself.
-    using Halves [[gnu::vector_size(16)]] = short;  // NOLINT(google-runtime-int)
-    Halves p;
-    Sums both = Sums{} + static_cast<std::int32_t>(pair);
-    std::memcpy(&p, words, sizeof p);
-    sums += reinterpret_cast<Sums>(__builtin_ia32_pmaddwd128(p, reinterpret_cast<Halves>(both)));
-#else
-    const std::int32_t lower = static_cast<std::int16_t>(pair & 0xFFFFU),
-                       upper = static_cast<std::int16_t>(pair >> 16U);
-    Sums p;
-    std::memcpy(&p, words, sizeof p);
-    sums += ((p << 16) >> 16) * lower + (p >> 16) * upper;
-#endif
-  }
-};
-
-#if defined(__x86_64__)
-template <>
-struct PairProducts<KnownWidth<VectorWidth::bytes32>> {
-  static constexpr std::int32_t lanes = 8;
-  using Sums [[gnu::vector_size(32)]] = std::int32_t;
-
-  [[gnu::target("avx2")]] static void add(std::uint32_t pair, const std::uint32_t* words, Sums& sums) {
-    using Halves [[gnu::vector_size(32)]] = short;  // NOLINT(google-runtime-int)
-    Halves p;
-    Sums both = Sums{} + static_cast<std::int32_t>(pair);
-    std::memcpy(&p, words, sizeof p);
-    sums += reinterpret_cast<Sums>(__builtin_ia32_pmaddwd256(p, reinterpret_cast<Halves>(both)));
-  }
-};
-#endif
-
 // Sums of the products of the template and b. Columns beyond b or the template add nothing, because one of the factors
 // is zero there.
 template <typename Width>
 void multiply_template(const Template& t, CoarseView b, const Shifts& s, std::int32_t left, std::int32_t top,
                        const Covered& rows, CoarseWorkspace& w) {
-  using Products = PairProducts<Width>;
-  constexpr std::int32_t vectors = shifts_at_once / Products::lanes;
+  using Lanes = WordLanes<Width>;
+  using Words = typename Lanes::Words;
+  constexpr std::int32_t vectors = shifts_at_once / Lanes::sum_count;
   for (std::int32_t i = s.begin; i < s.end; i += shifts_at_once) {
     const std::int32_t last = std::min(i + shifts_at_once, s.end) - 1;
     const std::int32_t x0 = std::clamp(-left - last, 0, t.width), x1 = std::clamp(b.width - left - i, 0, t.width);
-    typename Products::Sums sums[vectors] = {};
+    typename Lanes::Sums sums[vectors] = {};
     for (std::int32_t y = rows.y0; y < rows.y1; ++y) {
       const std::int16_t* const p = w.canvas.data() + std::ptrdiff_t{y} * canvas_side;
       const std::uint32_t* const q = w.padded.data() + std::ptrdiff_t{y + top} * padded_side + left + pad + i;
 #pragma GCC unroll 2
       for (std::int32_t x = x0; x < x1; x += 2) {
-        std::uint32_t pair;
+        std::int32_t pair;
         std::memcpy(&pair, p + x, sizeof pair);
-        for (std::int32_t k = 0; k < vectors; ++k) Products::add(pair, q + x + k * Products::lanes, sums[k]);
+        const typename Lanes::Sums pairs = typename Lanes::Sums{} + pair;
+        for (std::int32_t k = 0; k < vectors; ++k) {
+          Words words;
+          load_lanes(q + x + k * Lanes::sum_count, words);
+          Lanes::add_products(words, reinterpret_cast<Words>(pairs), sums[k]);
+        }
       }
     }
     std::memcpy(w.sum_ab.data() + i, sums, sizeof sums);
@@ -396,7 +422,7 @@ void score_shifts(CoarseView b, const Template& t, OverlapMethod method, CoarseW
     const std::int32_t top = (b.height - t.height) / 2 + j - t.shift_y;
     float* const scores = w.scores.data() + std::ptrdiff_t{j} * shifts;
     Covered c{0, std::clamp(-top, 0, t.height), 0, std::clamp(b.height - top, 0, t.height)};
-    sum_template(b, t, left, c, w);
+    sum_template<Width>(b, t, left, c, w);
     const Shifts s = covering(shifts, t.min_covered, w);
     std::fill_n(scores, shifts, no_score);
     if (s.begin == s.end) continue;
@@ -465,6 +491,7 @@ void search(CoarseView a, CoarseView b, const OverlapParams& params, CoarseWorks
   const Grid grid = plan_grid(0.5 * std::sqrt(static_cast<double>(a.width * a.width + a.height * a.height)), params);
   const Moments of_a = moments(a), of_b = moments(b);
   const double gain_a = byte_stddev / std::max(of_a.stddev, 1.0), gain_b = byte_stddev / std::max(of_b.stddev, 1.0);
+  join_neighbours(a, w);
   prepare_b(b, of_b.mean, gain_b, params.method, w);
   // Turned templates also sample the ground between b's pixels; a single template must be moved there.
   const int phases = grid.rotations * grid.scales == 1 ? 2 : 1;
@@ -481,7 +508,7 @@ void search(CoarseView a, CoarseView b, const OverlapParams& params, CoarseWorks
         t.phase_x = 0.5 * (phase % phases);
         const int phase_row = phase / phases;
         t.phase_y = 0.5 * phase_row;
-        draw_template(a, of_a.mean, like.scale, like.rotation_rad, params.method, t, w);
+        draw_template<Width>(a, of_a.mean, like.scale, like.rotation_rad, params.method, t, w);
         // A tenth of tolerance: the grid of rotations and scales misses the true overlap by about that.
         const double needed = 0.9 * params.min_overlap * like.scale * like.scale;
         t.min_covered = static_cast<std::int32_t>(needed * (a.width - 1) * (a.height - 1));

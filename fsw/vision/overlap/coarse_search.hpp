@@ -23,11 +23,10 @@ using CoarseView = ImageView<const std::int16_t>;
 struct CoarseWorkspace {
   // 32 px turned by 45 degrees and enlarged by coarse_max_scale, rounded up to whole vectors of 16 bytes.
   static constexpr std::int32_t canvas_side = 80;
+  static constexpr std::int32_t byte_vector_px = 16;
   // b with room left and right for a canvas that just leaves it, and for the end of its last vector.
   static constexpr std::int32_t padded_side = coarse_max_side + 2 * canvas_side + 16;
   static constexpr std::int32_t max_shifts = coarse_max_side + canvas_side + 1;
-  static constexpr std::int32_t sums_side = canvas_side + 2 * max_shifts;
-
   template <typename T, std::int32_t Rows, std::int32_t Columns>
   using Grid = std::array<T, static_cast<std::size_t>(Rows) * static_cast<std::size_t>(Columns)>;
 
@@ -35,15 +34,21 @@ struct CoarseWorkspace {
   Grid<std::int16_t, canvas_side + 1, canvas_side> canvas;  ///< a, turned and scaled, minus its mean; 0 outside
   Grid<std::uint8_t, canvas_side + 1, canvas_side> canvas_bytes, canvas_mask;  ///< mask: 255 inside, 0 outside
   std::array<std::int16_t, canvas_side> span_begin, span_end;                  ///< inside columns of every canvas row
-  /// Sums over the canvas left of x and above y: pixels inside, values, squares.
-  Grid<std::int32_t, canvas_side + 1, canvas_side + 1> inside_sums, value_sums, square_sums;
+  /// a in its units, each pixel in one word with its right neighbour, which is the upper half.
+  Grid<std::uint32_t, coarse_max_side, coarse_max_side> pairs;
+  static constexpr std::int32_t most_lanes = 8;                ///< of sums
+  std::array<std::int32_t, canvas_side + byte_vector_px> row;  ///< of the canvas
+  /// Sums over the canvas left of x and above y: pixels inside, values, squares. Each row begins with that of the whole
+  /// width and ends with 0; then there is room for the end of a vector.
+  static constexpr std::int32_t sums_stride = canvas_side + 1 + most_lanes;
+  Grid<std::int32_t, canvas_side + 1, sums_stride> inside_sums, value_sums, square_sums;
   /// b minus its mean, each pixel in one word with its right neighbour, which is the upper half; 0 left and right of b.
   Grid<std::uint32_t, coarse_max_side, padded_side> padded;
   Grid<std::uint8_t, coarse_max_side, padded_side> padded_bytes, padded_mask;
   Grid<std::int32_t, coarse_max_side, padded_side + 1> prefix, prefix_squares;  ///< along the rows of b
   /// Sums over the covered rows of the canvas left of a column: the column moves left from element to element.
   struct ColumnSums {
-    std::array<std::int32_t, max_shifts + coarse_max_side> inside, value, square;
+    std::array<std::int32_t, max_shifts + coarse_max_side + 2 * most_lanes> inside, value, square;
   } column_sums;
   /// Per shift along x, for one shift along y; room for whole vectors of shifts.
   std::array<std::int32_t, max_shifts + 16> count, sum_a, sum_aa, sum_b, sum_bb, sum_ab;

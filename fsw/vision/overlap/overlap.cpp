@@ -17,6 +17,10 @@ constexpr std::size_t survivors[] = {6, 3, 2};
 constexpr int first_iterations = 3;
 constexpr double strong_ncc = 0.7;
 constexpr double hopeless_share = 0.4;
+// Of these the NCC of the second best peak is the highest.
+constexpr std::size_t rivals = 6;
+// In sides of the image: from nearer a hypothesis may still come to the same peak.
+constexpr double same_peak_reach = 0.06, far_from_peak = 0.2;
 constexpr int max_iterations = 8;
 // Quarter resolution: noise no longer counts, and a blur that affects only corner detection is accepted.
 constexpr int quality_level = 2;
@@ -39,6 +43,8 @@ static_assert((limits::max_image_side >> (limits::max_pyramid_levels - 1)) <= co
 struct Hypothesis {
   CentredSimilarity b_from_a;
   RegistrationFit fit;
+  int steps = 0;  ///< on this level
+  bool goes_on = true;
 };
 using Hypotheses = FixedVector<Hypothesis, coarse_max_candidates>;
 
@@ -69,11 +75,15 @@ OverlapVerdict judge_image(const ImageQuality& quality, const OverlapParams& par
   return OverlapVerdict::ok;
 }
 
-bool same_peak(const CentredSimilarity& p, const CentredSimilarity& q, double side_px) {
+double apart_px(const CentredSimilarity& p, const CentredSimilarity& q, double side_px) {
   const double half = 0.5 * side_px;
   const double turn = half * std::sqrt((p.m_re - q.m_re) * (p.m_re - q.m_re) + (p.m_im - q.m_im) * (p.m_im - q.m_im));
   const double shift = std::sqrt((p.d_x - q.d_x) * (p.d_x - q.d_x) + (p.d_y - q.d_y) * (p.d_y - q.d_y));
-  return turn + shift < 0.06 * side_px;
+  return turn + shift;
+}
+
+bool same_peak(const CentredSimilarity& p, const CentredSimilarity& q, double side_px) {
+  return apart_px(p, q, side_px) < same_peak_reach * side_px;
 }
 
 // A step of the refinement may leave the searched range a little, but a result far outside of it is not valid.
@@ -100,14 +110,68 @@ void insert_sorted(const Hypothesis& r, double side_px, Hypotheses& list) {
     std::swap(list[i], list[i - 1]);
 }
 
-// Registers every hypothesis at one level. Those that end at the same peak become one. Best first.
+// As register_similarity(), up to `last_step` of at most `iterations` steps.
+Status advance(const RegistrationTemplate& a, const RegistrationImage& b, int last_step, int iterations,
+               Hypothesis& r) {
+  for (; r.goes_on && r.steps <= last_step; ++r.steps) {
+    ILP_TRY(step_similarity(a, b, r.steps < iterations, r.b_from_a, r.fit, r.goes_on));
+  }
+  return {};
+}
+
+// Rivals far below a strong best match need no exact registration. `dropped` is the highest of their correlations.
+bool is_hopeless(const Hypothesis& r, const Hypothesis& best) {
+  return best.fit.detail_ncc >= strong_ncc && r.fit.detail_ncc < hopeless_share * best.fit.detail_ncc;
+}
+
+void drop_hopeless(Hypotheses& hypotheses, double& dropped) {
+  while (hypotheses.size() > 1 && is_hopeless(hypotheses.back(), hypotheses[0])) {
+    dropped = std::max(dropped, hypotheses.back().fit.detail_ncc);
+    hypotheses.pop_back();
+  }
+}
+
+// One step of each tells which ones are hopeless. Those that lie near the best one go on all the same, because they may
+// come to its peak, and so do the best rivals, because one of them is the second best peak.
+Status drop_after_one_step(const RegistrationTemplate& a, const RegistrationImage& b, int iterations,
+                           Hypotheses& hypotheses) {
+  FixedVector<double, coarse_max_candidates> agreement;
+  const Hypothesis* best = hypotheses.begin();
+  for (Hypothesis& r : hypotheses) {
+    ILP_TRY(advance(a, b, 1, iterations, r));
+    if (r.fit.detail_ncc > best->fit.detail_ncc) best = &r;
+    static_cast<void>(agreement.push_back(r.fit.detail_ncc));
+  }
+  std::sort(agreement.begin(), agreement.end(), [](double p, double q) { return p > q; });
+  const double rival = agreement[std::min(rivals, agreement.size()) - 1];
+  const Hypothesis leader = *best;
+  const double side_px = std::max(a.width, a.height);
+  const auto goes_on = [&](const Hypothesis& r) {
+    return r.fit.detail_ncc >= rival || !is_hopeless(r, leader) ||
+           apart_px(r.b_from_a, leader.b_from_a, side_px) <= far_from_peak * side_px;
+  };
+  std::size_t left = 0;
+  for (const Hypothesis& r : hypotheses) {
+    if (goes_on(r)) hypotheses[left++] = r;
+  }
+  while (hypotheses.size() > left) hypotheses.pop_back();
+  return {};
+}
+
+// Registers hypotheses at one level. Those that end at the same peak become one. Best first.
 Status refine(const RegistrationTemplate& a, const RegistrationImage& b, double to_level, int iterations,
               const OverlapParams& params, Hypotheses& hypotheses) {
-  Hypotheses refined;
-  for (Hypothesis r : hypotheses) {
+  for (Hypothesis& r : hypotheses) {
     r.b_from_a.d_x *= to_level;
     r.b_from_a.d_y *= to_level;
-    ILP_TRY(register_similarity(a, b, iterations, r.b_from_a, r.fit));
+    r.fit = {};
+    r.steps = 0;
+    r.goes_on = true;
+  }
+  if (hypotheses.size() > rivals) ILP_TRY(drop_after_one_step(a, b, iterations, hypotheses));
+  Hypotheses refined;
+  for (Hypothesis& r : hypotheses) {
+    ILP_TRY(advance(a, b, iterations, iterations, r));
     if (r.fit.ncc > 0 && r.fit.covered >= min_registered && inside_search(r.b_from_a, params)) {
       insert_sorted(r, std::max(a.width, a.height), refined);
     }
@@ -214,15 +278,6 @@ ImageQuality assess_image(GrayView image) {
 
 namespace {
 
-// Rivals far below a strong best match need no exact registration. `dropped` is the highest of their correlations.
-void drop_hopeless(Hypotheses& hypotheses, double& dropped) {
-  while (hypotheses.size() > 1 && hypotheses[0].fit.detail_ncc >= strong_ncc &&
-         hypotheses.back().fit.detail_ncc < hopeless_share * hypotheses[0].fit.detail_ncc) {
-    dropped = std::max(dropped, hypotheses.back().fit.detail_ncc);
-    hypotheses.pop_back();
-  }
-}
-
 // Registers hypotheses level by level, from `from` on; they are in px of a level `to_level` times as coarse. The finest
 // level remains in `w.registered`.
 Status refine_levels(const OverlapTemplate& a, int from, double to_level, int iterations, const OverlapParams& params,
@@ -243,7 +298,7 @@ Status refine_levels(const OverlapTemplate& a, int from, double to_level, int it
 void take(const CoarseCandidates& candidates, Hypotheses& hypotheses) {
   hypotheses.clear();
   for (const CoarseCandidate& candidate : candidates) {
-    if (!hypotheses.push_back({candidate.b_from_a, {}})) break;
+    if (!hypotheses.push_back({.b_from_a = candidate.b_from_a, .fit = {}})) break;
   }
 }
 

@@ -37,7 +37,7 @@ struct OverlapResult {
   double plane_b_from_a[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   double ncc = 0;         ///< best peak; the mean of every 8x8 block is removed first, so that shading and large dark
                           ///< patches alone do not correlate
-  double ncc_second = 0;  ///< best peak outside the neighbourhood of the first
+  double ncc_second = 0;  ///< best peak outside the neighbourhood of the first, of those that were registered
   double sigma_px = 0;    ///< one-sigma error of the shift, full-resolution pixels
   /// NCC of the plane in the parts (4 x 4 of image a) that both images show: the smaller of the lower quartile and of
   /// the least NCC of the parts with more than the median of contrast.

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "fsw/base/vector_width.hpp"
+#include "fsw/base/word_lanes.hpp"
 #include "fsw/vision/image/sampling.hpp"
 #include "fsw/vision/image/small_solver.hpp"
 
@@ -34,7 +34,6 @@ struct Motion {
 
 struct SimilarityModel {
   static constexpr int freedom = 4;
-  static constexpr bool same_everywhere = true;  ///< the derivatives
   using Warp = CentredSimilarity;
 
   static LocalWarp local(const Warp& w, double x, double y) {
@@ -63,7 +62,6 @@ constexpr double projective_unit = 128;
 
 struct ProjectiveModel {
   static constexpr int freedom = 8;
-  static constexpr bool same_everywhere = false;
   using Warp = CentredProjectivity;
 
   static LocalWarp local(const Warp& w, double x, double y) {
@@ -115,115 +113,116 @@ struct NormalEquations {
   } regions[RegistrationFit::max_regions];
 };
 
-using I16 [[gnu::vector_size(16)]] = std::int16_t;
-using I32 [[gnu::vector_size(16)]] = std::int32_t;
-
 /// Sums of a block: b, and b^2, a b and the gradients times b.
 struct BlockProducts {
+  using Products [[gnu::vector_size(16)]] = std::int32_t;
   std::int32_t b;
-  I32 with_b;
+  Products with_b;
 };
 
-/// From the first pixel of a block to the others, in b.
-template <std::int32_t Side>
+/// From the first pixel of a block to the others, in b. Of the pixels of a vector of words come first those with even
+/// numbers, then the odd ones, so that two vectors of sums make one of words.
+template <typename Width, std::int32_t Side>
 struct BlockSteps {
+  static constexpr std::int32_t lanes = WordLanes<Width>::sum_count, words = 2 * lanes;
   FixedCoordinate x[Side * Side], y[Side * Side];
 
   explicit BlockSteps(const LocalWarp& warp) {
     const FixedCoordinate xx = to_fixed(warp.xx), xy = to_fixed(warp.xy);
     const FixedCoordinate yx = to_fixed(warp.yx), yy = to_fixed(warp.yy);
-    for (std::int32_t r = 0; r < Side; ++r) {
-      for (std::int32_t c = 0; c < Side; ++c) {
-        x[r * Side + c] = r * xy + c * xx;
-        y[r * Side + c] = r * yy + c * yx;
-      }
+    for (std::int32_t i = 0; i < Side * Side; ++i) {
+      const std::int32_t pixel = i / words * words + 2 * (i % lanes) + i % words / lanes;
+      const std::int32_t r = pixel / Side, c = pixel % Side;
+      x[i] = r * xy + c * xx;
+      y[i] = r * yy + c * yx;
     }
   }
 };
 
-/// As sample_bilinear() at every pixel of a block. Only the loads go pixel by pixel.
+/// From the centre of a block to its outermost pixels.
 template <std::int32_t Side>
-void sample_block(const RegistrationImage& b, const LocalWarp& warp, const BlockSteps<Side>& steps,
-                  std::int16_t* __restrict out) {
-  constexpr std::int32_t count = Side * Side;
-  constexpr double half = 0.5 * (Side - 1);
-  const FixedCoordinate left = to_fixed(warp.x - half * (warp.xx + warp.xy) + 0.5 * (b.width() - 1));
-  const FixedCoordinate top = to_fixed(warp.y - half * (warp.yx + warp.yy) + 0.5 * (b.height() - 1));
-  std::uint16_t share_x[count], share_y[count];
-  std::uint32_t offset[count];
-  std::uint32_t quads[count];
-  const std::int32_t stride = b.width();
-#pragma GCC unroll 1
-  for (std::int32_t i = 0; i < count; ++i) {
-    const FixedCoordinate x = left + steps.x[i], y = top + steps.y[i];
-    share_x[i] = static_cast<std::uint16_t>((x >> 8) & 255);
-    share_y[i] = static_cast<std::uint16_t>((y >> 8) & 255);
-    offset[i] = static_cast<std::uint32_t>((y >> 16) * stride + (x >> 16));
+constexpr double half_side = 0.5 * (Side - 1);
+
+/// Of the first pixel of a block, in b.
+template <std::int32_t Side>
+FixedCoordinate first_x(const RegistrationImage& b, double centre_x, const LocalWarp& warp) {
+  return to_fixed(centre_x - half_side<Side> * (warp.xx + warp.xy) + 0.5 * (b.width() - 1));
+}
+template <std::int32_t Side>
+FixedCoordinate first_y(const RegistrationImage& b, double centre_y, const LocalWarp& warp) {
+  return to_fixed(centre_y - half_side<Side> * (warp.yx + warp.yy) + 0.5 * (b.height() - 1));
+}
+
+/// As sample_bilinear() with value_bits at places of b. Only the loads go pixel by pixel.
+template <typename Width>
+void sample(const RegistrationImage& b, const typename WordLanes<Width>::Sums& x,
+            const typename WordLanes<Width>::Sums& y, typename WordLanes<Width>::Sums& values) {
+  using Lanes = WordLanes<Width>;
+  using Sums = typename Lanes::Sums;
+  using Words = typename Lanes::UnsignedWords;
+  Sums quads;
+  Lanes::gather(b.quads(), (y >> 16) * b.width() + (x >> 16), quads);
+  // Each word is a pixel of the upper or of the lower row; along x their values are 256 times a grey value.
+  const Sums share_x = (x >> 8) & 255, share_y = (y >> 8) & 255;
+  const Words left = reinterpret_cast<Words>(quads) & 255, right = reinterpret_cast<Words>(quads) >> 8;
+  const Words rows = (left << 8) + (right - left) * reinterpret_cast<Words>(share_x | share_x << 16);
+  // As signed words they are 2^15 less.
+  values = Sums{} + ((1 << 23) + (1 << (15 - value_bits)));
+  Lanes::add_products(reinterpret_cast<typename Lanes::Words>(rows ^ 0x8000),
+                      reinterpret_cast<typename Lanes::Words>((share_y << 16) + 256 - share_y), values);
+  values >>= 16 - value_bits;
+}
+
+/// Of a block whose first pixel lies at (left, top) of b; `start` is its first pixel in the template.
+template <typename Width, std::int32_t Side>
+BlockProducts multiply_block(const RegistrationTemplate& a, std::size_t start, const RegistrationImage& b,
+                             FixedCoordinate left, FixedCoordinate top, const BlockSteps<Width, Side>& steps) {
+  using Lanes = WordLanes<Width>;
+  using Sums = typename Lanes::Sums;
+  using Words = typename Lanes::Words;
+  const Words ones = Words{} + 1;
+  Sums sum{}, bb{}, ab{}, gxb{}, gyb{};
+  for (std::int32_t i = 0; i < Side * Side; i += Lanes::word_count) {
+    Sums values[2];  // of the even and of the odd pixels
+    for (std::int32_t k = 0; k < 2; ++k) {
+      Sums x, y;
+      load_lanes(steps.x + i + k * Lanes::sum_count, x);
+      load_lanes(steps.y + i + k * Lanes::sum_count, y);
+      sample<Width>(b, x + left, y + top, values[k]);
+    }
+    const Words v = reinterpret_cast<Words>(values[0] | values[1] << 16);
+    const std::size_t at = start + static_cast<std::size_t>(i);
+    Words grey, gx, gy;
+    load_lanes(&a.value[at], grey);
+    load_lanes(&a.gradient_x[at], gx);
+    load_lanes(&a.gradient_y[at], gy);
+    Lanes::add_products(v, ones, sum);
+    Lanes::add_products(v, v, bb);
+    Lanes::add_products(v, grey, ab);
+    Lanes::add_products(v, gx, gxb);
+    Lanes::add_products(v, gy, gyb);
   }
-  const std::uint32_t* const from = b.quads();
-#pragma GCC unroll 4
-  for (std::int32_t i = 0; i < count; ++i) quads[i] = from[offset[i]];
-#pragma GCC unroll 1
-  for (std::int32_t i = 0; i < count; ++i) {
-    // 256 times a grey value, which fits 16 bits.
-    const auto rest = static_cast<std::uint16_t>(256 - share_x[i]);
-    const auto upper = static_cast<std::uint16_t>(quads[i]), lower = static_cast<std::uint16_t>(quads[i] >> 16U);
-    const auto above = static_cast<std::uint16_t>((upper & 255U) * rest + (upper >> 8U) * share_x[i]);
-    const auto below = static_cast<std::uint16_t>((lower & 255U) * rest + (lower >> 8U) * share_x[i]);
-    const std::int32_t value = (above << 8) + share_y[i] * (below - above);
-    out[i] = static_cast<std::int16_t>((value + (1 << (15 - value_bits))) >> (16 - value_bits));
+  return {Lanes::sum_of(sum), Lanes::sums_of_four(bb, ab, gxb, gyb)};
+}
+
+/// Where the centre of a block must lie in b.
+struct Inside {
+  double low_x, high_x, low_y, high_y;
+
+  Inside(const RegistrationImage& b, const LocalWarp& warp, double half) {
+    // Half a pixel of margin also pays for the rounding of the fixed-point steps.
+    const double reach_x = half * (std::fabs(warp.xx) + std::fabs(warp.xy)) + 0.5;
+    const double reach_y = half * (std::fabs(warp.yx) + std::fabs(warp.yy)) + 0.5;
+    const double cx = 0.5 * (b.width() - 1), cy = 0.5 * (b.height() - 1);
+    low_x = reach_x - cx;
+    high_x = cx - reach_x;
+    low_y = reach_y - cy;
+    high_y = cy - reach_y;
   }
-}
-
-/// Products of eight words, added in pairs; which ones make a pair does not matter to their sum.
-[[gnu::always_inline]] inline I32 multiply_in_pairs(I16 p, I16 q) {
-#if defined(__SSE2__)
-  // GCC does not find this instruction by itself.
-  using I16OfCompiler [[gnu::vector_size(16)]] = short;  // NOLINT(google-runtime-int)
-  return reinterpret_cast<I32>(
-      __builtin_ia32_pmaddwd128(reinterpret_cast<I16OfCompiler>(p), reinterpret_cast<I16OfCompiler>(q)));
-#else
-  using Half [[gnu::vector_size(8)]] = std::int16_t;
-  const auto lower = [](I16 v) { return __builtin_convertvector(Half{v[0], v[1], v[2], v[3]}, I32); };
-  const auto upper = [](I16 v) { return __builtin_convertvector(Half{v[4], v[5], v[6], v[7]}, I32); };
-  return lower(p) * lower(q) + upper(p) * upper(q);
-#endif
-}
-
-/// The sum of each of four vectors.
-[[gnu::always_inline]] inline I32 sums_of_four(I32 p, I32 q, I32 r, I32 s) {
-  const I32 pq = __builtin_shufflevector(p, q, 0, 4, 1, 5) + __builtin_shufflevector(p, q, 2, 6, 3, 7);
-  const I32 rs = __builtin_shufflevector(r, s, 0, 4, 1, 5) + __builtin_shufflevector(r, s, 2, 6, 3, 7);
-  return __builtin_shufflevector(pq, rs, 0, 1, 4, 5) + __builtin_shufflevector(pq, rs, 2, 3, 6, 7);
-}
-
-template <std::int32_t Count>
-BlockProducts products(const std::int16_t* a, const std::int16_t* gx, const std::int16_t* gy, const std::int16_t* b) {
-  constexpr I16 ones{1, 1, 1, 1, 1, 1, 1, 1};
-  const auto load = [](const std::int16_t* from) {
-    I16 v;
-    std::memcpy(&v, from, sizeof v);
-    return v;
-  };
-  I32 sum{}, bb{}, ab{}, gxb{}, gyb{};
-  for (std::int32_t i = 0; i < Count; i += 8) {
-    const I16 v = load(b + i);
-    sum += multiply_in_pairs(v, ones);
-    bb += multiply_in_pairs(v, v);
-    ab += multiply_in_pairs(v, load(a + i));
-    gxb += multiply_in_pairs(v, load(gx + i));
-    gyb += multiply_in_pairs(v, load(gy + i));
+  [[nodiscard]] bool has(double x, double y) const {
+    return (x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y);
   }
-  return {sum[0] + sum[1] + sum[2] + sum[3], sums_of_four(bb, ab, gxb, gyb)};
-}
-
-bool block_inside(const RegistrationImage& b, const LocalWarp& warp, double half) {
-  const double cx = 0.5 * (b.width() - 1), cy = 0.5 * (b.height() - 1);
-  // Half a pixel of margin also pays for the rounding of the fixed-point steps.
-  const double reach_x = half * (std::fabs(warp.xx) + std::fabs(warp.xy)) + 0.5;
-  const double reach_y = half * (std::fabs(warp.yx) + std::fabs(warp.yy)) + 0.5;
-  return warp.x - reach_x >= -cx && warp.x + reach_x <= cx && warp.y - reach_y >= -cy && warp.y + reach_y <= cy;
-}
+};
 
 /// What a block of a adds to the normal equations for itself.
 template <int N>
@@ -244,73 +243,12 @@ void add_own(const RegistrationTemplate::Block& t, double count, const Motion<N>
   n.detail_aa += aa - a * a / count;
 }
 
-using Two [[gnu::vector_size(16)]] = double;
-using Four [[gnu::vector_size(32)]] = double;
+using SimilarityTerms = RegistrationTemplate::SimilarityTerms;
 
-/// What the blocks add together with b; vectors, because they add several sums at once.
-template <int N>
-struct SumsWithB {
-  double blocks = 0, b = 0;
-  Two products{}, detail{};                         ///< bb, ab
-  Four regions[RegistrationFit::max_regions] = {};  ///< blocks and details: aa, bb, ab
-
-  void add(double a, double detail_aa, const BlockProducts& p, double count, const Motion<N>& m, std::size_t region,
-           NormalEquations<N>& n) {
-    const double gxb = 0.5 / value_unit * p.with_b[2], gyb = 0.5 / value_unit * p.with_b[3];
-    for (int i = 0; i < N; ++i) n.rhs[i] += gxb * m.along_x[i] + gyb * m.along_y[i];
-    const double block_b = p.b / value_unit;
-    const Two with_b = Two{static_cast<double>(p.with_b[0]), static_cast<double>(p.with_b[1])} *
-                       Two{1 / (value_unit * value_unit), 1 / value_unit};
-    const Two details = with_b - Two{block_b, a} * block_b / count;
-    blocks += 1;
-    b += block_b;
-    products += with_b;
-    detail += details;
-    regions[region] += Four{1, detail_aa, details[0], details[1]};
-  }
-  void put_into(double count, NormalEquations<N>& n) const {
-    n.count = count * blocks;
-    n.blocks = blocks;
-    n.sum_b = b;
-    n.sum_bb = products[0];
-    n.sum_ab = products[1];
-    n.detail_bb = detail[0];
-    n.detail_ab = detail[1];
-    for (std::size_t i = 0; i < RegistrationFit::max_regions; ++i) {
-      n.regions[i] = {regions[i][0], regions[i][1], regions[i][2], regions[i][3]};
-    }
-  }
-};
-
-/// Sums of RegistrationTemplate::SimilarityTerms, which are added to those of other blocks in the same order as theirs
-/// are in add_own().
-struct SimilaritySums {
-  RegistrationTemplate::SimilarityTerms terms{};
-
-  void add(const RegistrationTemplate::SimilarityTerms& block) {
-    for (int i = 0; i < 10; ++i) terms.step[i] += block.step[i];
-    for (int i = 0; i < 4; ++i) terms.gain[i] += block.gain[i];
-    for (int i = 0; i < 4; ++i) terms.offset[i] += block.offset[i];
-    terms.a += block.a;
-    terms.aa += block.aa;
-    terms.detail_aa += block.detail_aa;
-  }
-  void put_into(NormalEquations<4>& n) const {
-    for (int i = 0, at = 0; i < 4; ++i) {
-      for (int k = 0; k <= i; ++k, ++at) n.a[i][k] = terms.step[at];
-      n.a[4][i] = terms.gain[i];
-      n.a[5][i] = terms.offset[i];
-    }
-    n.sum_a = terms.a;
-    n.sum_aa = terms.aa;
-    n.detail_aa = terms.detail_aa;
-  }
-};
-
-RegistrationTemplate::SimilarityTerms similarity_terms(const RegistrationTemplate::Block& block, double count) {
+SimilarityTerms similarity_terms(const RegistrationTemplate::Block& block, double count) {
   NormalEquations<4> n{};
   add_own<4>(block, count, SimilarityModel::motion(block.x, block.y), n);
-  RegistrationTemplate::SimilarityTerms terms;
+  SimilarityTerms terms;
   for (int i = 0, at = 0; i < 4; ++i) {
     for (int k = 0; k <= i; ++k, ++at) terms.step[at] = n.a[i][k];
     terms.gain[i] = n.a[4][i];
@@ -322,51 +260,209 @@ RegistrationTemplate::SimilarityTerms similarity_terms(const RegistrationTemplat
   return terms;
 }
 
-template <typename Model, std::int32_t Side>
-void sum_blocks(const RegistrationTemplate& a, const RegistrationImage& b, const typename Model::Warp& warp,
-                NormalEquations<Model::freedom>& n) {
+/// sum += after - before
+void add_difference(const SimilarityTerms& after, const SimilarityTerms& before, SimilarityTerms& sum) {
+  for (int i = 0; i < 10; ++i) sum.step[i] += after.step[i] - before.step[i];
+  for (int i = 0; i < 4; ++i) sum.gain[i] += after.gain[i] - before.gain[i];
+  for (int i = 0; i < 4; ++i) sum.offset[i] += after.offset[i] - before.offset[i];
+  sum.a += after.a - before.a;
+  sum.aa += after.aa - before.aa;
+  sum.detail_aa += after.detail_aa - before.detail_aa;
+}
+
+void put_into(const SimilarityTerms& terms, NormalEquations<4>& n) {
+  for (int i = 0, at = 0; i < 4; ++i) {
+    for (int k = 0; k <= i; ++k, ++at) n.a[i][k] = terms.step[at];
+    n.a[4][i] = terms.gain[i];
+    n.a[5][i] = terms.offset[i];
+  }
+  n.sum_a = terms.a;
+  n.sum_aa = terms.aa;
+  n.detail_aa = terms.detail_aa;
+}
+
+using Two [[gnu::vector_size(16)]] = double;
+using Four [[gnu::vector_size(32)]] = double;
+
+constexpr std::int32_t region_columns = RegistrationFit::region_columns;
+
+/// The first column of blocks of each region, and the end of the last one.
+struct RegionColumns {
+  std::int32_t begin[region_columns + 1];
+
+  explicit RegionColumns(std::int32_t block_columns) {
+    for (std::int32_t i = 0; i <= region_columns; ++i)
+      begin[i] = (i * block_columns + region_columns - 1) / region_columns;
+  }
+};
+
+/// What the blocks add together with b, whose values are whole numbers of 1 / value_unit. All sums are exact, as those
+/// of RegistrationTemplate::SimilarityTerms.
+struct SumsWithB {
+  double b = 0;
+  Four products{};  ///< bb, ab, gxb, gyb, the gradients without the division by 2
+  struct Region {
+    double blocks = 0, detail_aa = 0;
+    Two details{};  ///< bb, ab
+  } regions[RegistrationFit::max_regions];
+
+  template <int N>
+  void put_into(double count, NormalEquations<N>& n) const {
+    constexpr Two units{1 / (value_unit * value_unit), 1 / value_unit};
+    double blocks = 0;
+    Two all{};
+    for (std::size_t i = 0; i < RegistrationFit::max_regions; ++i) {
+      const Two details = regions[i].details * units;
+      n.regions[i] = {regions[i].blocks, regions[i].detail_aa, details[0], details[1]};
+      blocks += regions[i].blocks;
+      all += details;
+    }
+    n.count = count * blocks;
+    n.blocks = blocks;
+    n.detail_bb = all[0];
+    n.detail_ab = all[1];
+    n.sum_b = b / value_unit;
+    n.sum_bb = products[0] * units[0];
+    n.sum_ab = products[1] * units[1];
+  }
+};
+
+/// The details of b and of a and b in one block.
+Two details_of(const BlockProducts& p, std::int32_t a, double count) {
+  const double b = p.b;
+  return Two{static_cast<double>(p.with_b[0]), static_cast<double>(p.with_b[1])} -
+         Two{b, static_cast<double>(a)} * b / count;
+}
+
+constexpr std::int32_t max_columns = RegistrationTemplate::max_columns;
+
+/// A row of blocks of a in b. Those that b covers stand side by side.
+template <std::int32_t Side>
+struct BlockRow {
+  static constexpr std::int32_t at_once = 4;
+  double x[max_columns];  ///< of the centres, in a
+  FixedCoordinate left[max_columns], top[max_columns];
+  std::int32_t begin = 0, end = 0;
+
+  BlockRow(const RegistrationTemplate::Block& first, std::int32_t columns, const RegistrationImage& b,
+           const CentredSimilarity& warp, const LocalWarp& local, const Inside& inside) {
+    double in_b_x[max_columns], in_b_y[max_columns];
+    std::int64_t is_inside[max_columns];
+    const double first_column = first.x, y = first.y;
+    // Whole vectors; what lies beyond the last column is not used.
+    const std::int32_t whole = (columns + at_once - 1) / at_once * at_once;
+    for (std::int32_t i = 0; i < whole; ++i) {
+      x[i] = first_column + i * Side;
+      warp.apply(x[i], y, in_b_x[i], in_b_y[i]);
+      is_inside[i] = inside.has(in_b_x[i], in_b_y[i]) ? 1 : 0;
+    }
+    end = columns;
+    while (begin < end && is_inside[begin] == 0) ++begin;
+    while (end > begin && is_inside[end - 1] == 0) --end;
+    const std::int32_t last = (end + at_once - 1) / at_once * at_once;
+    for (std::int32_t i = begin / at_once * at_once; i < last; ++i) {
+      left[i] = first_x<Side>(b, in_b_x[i], local);
+      top[i] = first_y<Side>(b, in_b_y[i], local);
+    }
+  }
+};
+static_assert(max_columns % BlockRow<1>::at_once == 0);
+
+template <typename Width, std::int32_t Side>
+void sum_blocks(const RegistrationTemplate& a, const RegistrationImage& b, const CentredSimilarity& warp,
+                NormalEquations<4>& n) {
   constexpr std::int32_t count = Side * Side;
-  constexpr double half = 0.5 * (Side - 1);
-  std::int16_t sampled[count];
-  BlockSteps<Side> steps(Model::local(warp, 0, 0));
-  SimilaritySums sums;
-  SumsWithB<Model::freedom> with_b;
-  constexpr std::int32_t regions = RegistrationFit::region_columns;
-  for (std::int32_t row = 0, i = 0; row < a.block_rows; ++row) {
-    const std::int32_t first_region = row * regions / a.block_rows * regions;
-    for (std::int32_t column = 0, region = 0; column < a.block_columns; ++column, ++i) {
-      if ((region + 1) * a.block_columns <= column * regions) ++region;
-      const auto& block = a.blocks[static_cast<std::size_t>(i)];
-      const LocalWarp local = Model::local(warp, block.x, block.y);
-      if (!block_inside(b, local, half)) continue;
-      if constexpr (!Model::same_everywhere) steps = BlockSteps<Side>(local);
-      sample_block<Side>(b, local, steps, sampled);
-      const std::size_t start = static_cast<std::size_t>(i) * static_cast<std::size_t>(count);
-      const BlockProducts p = products<count>(&a.value[start], &a.gradient_x[start], &a.gradient_y[start], sampled);
-      const auto motion = Model::motion(block.x, block.y);
-      const auto& own = a.similarity_terms[static_cast<std::size_t>(i)];
-      if constexpr (Model::same_everywhere) {
-        sums.add(own);
-      } else {
-        add_own<Model::freedom>(block, count, motion, n);
+  const LocalWarp local = SimilarityModel::local(warp, 0, 0);
+  const BlockSteps<Width, Side> steps(local);
+  const Inside inside(b, local, half_side<Side>);
+  const RegionColumns columns(a.block_columns);
+  SimilarityTerms own{};
+  SumsWithB with_b;
+  double rhs[4] = {};
+  for (std::int32_t row = 0; row < a.block_rows; ++row) {
+    const std::int32_t first = row * a.block_columns;
+    const RegistrationTemplate::Block* const blocks = &a.blocks[static_cast<std::size_t>(first)];
+    const SimilarityTerms* const own_sums = &a.similarity_sums[static_cast<std::size_t>(first + row)];
+    const BlockRow<Side> line(blocks[0], a.block_columns, b, warp, local, inside);
+    if (line.begin == line.end) continue;
+    add_difference(own_sums[line.end], own_sums[line.begin], own);
+    Four products_of_row{}, along_x{};
+    std::int32_t b_of_row = 0;
+    SumsWithB::Region* region = with_b.regions + row * region_columns / a.block_rows * region_columns;
+    for (std::int32_t k = 0; k < region_columns; ++k, ++region) {
+      const std::int32_t begin = std::max(line.begin, columns.begin[k]), end = std::min(line.end, columns.begin[k + 1]);
+      if (begin >= end) continue;
+      Two details{};
+      for (std::int32_t i = begin; i < end; ++i) {
+        const std::size_t start = static_cast<std::size_t>(first + i) * static_cast<std::size_t>(count);
+        const BlockProducts p = multiply_block<Width, Side>(a, start, b, line.left[i], line.top[i], steps);
+        const Four with_block = __builtin_convertvector(p.with_b, Four);
+        products_of_row += with_block;
+        along_x += with_block * line.x[i];
+        b_of_row += p.b;
+        details += details_of(p, blocks[i].a, count);
       }
-      with_b.add(own.a, own.detail_aa, p, count, motion, static_cast<std::size_t>(first_region + region), n);
+      region->blocks += end - begin;
+      region->detail_aa += own_sums[end].detail_aa - own_sums[begin].detail_aa;
+      region->details += details;
+    }
+    with_b.b += b_of_row;
+    with_b.products += products_of_row;
+    const double y = blocks[0].y, gxb = products_of_row[2], gyb = products_of_row[3];
+    rhs[0] += along_x[2] + gyb * y;
+    rhs[1] += along_x[3] - gxb * y;
+    rhs[2] += gxb;
+    rhs[3] += gyb;
+  }
+  for (int i = 0; i < 4; ++i) n.rhs[i] = rhs[i] * (0.5 / value_unit);
+  with_b.put_into(count, n);
+  put_into(own, n);
+}
+
+template <typename Width, std::int32_t Side>
+void sum_blocks(const RegistrationTemplate& a, const RegistrationImage& b, const CentredProjectivity& warp,
+                NormalEquations<8>& n) {
+  constexpr std::int32_t count = Side * Side;
+  const RegionColumns columns(a.block_columns);
+  SumsWithB with_b;
+  n = {};
+  for (std::int32_t row = 0, at = 0; row < a.block_rows; ++row) {
+    SumsWithB::Region* region = with_b.regions + row * region_columns / a.block_rows * region_columns;
+    for (std::int32_t k = 0; k < region_columns; ++k, ++region) {
+      for (std::int32_t i = columns.begin[k]; i < columns.begin[k + 1]; ++i, ++at) {
+        const auto& block = a.blocks[static_cast<std::size_t>(at)];
+        const LocalWarp local = ProjectiveModel::local(warp, block.x, block.y);
+        if (!Inside(b, local, half_side<Side>).has(local.x, local.y)) continue;
+        const std::size_t start = static_cast<std::size_t>(at) * static_cast<std::size_t>(count);
+        const BlockProducts p =
+            multiply_block<Width, Side>(a, start, b, first_x<Side>(b, local.x, local), first_y<Side>(b, local.y, local),
+                                        BlockSteps<Width, Side>(local));
+        const auto motion = ProjectiveModel::motion(block.x, block.y);
+        const double own_before = n.detail_aa;
+        add_own<8>(block, count, motion, n);
+        const Four with_block = __builtin_convertvector(p.with_b, Four);
+        const double gxb = 0.5 / value_unit * with_block[2], gyb = 0.5 / value_unit * with_block[3];
+        for (int j = 0; j < 8; ++j) n.rhs[j] += gxb * motion.along_x[j] + gyb * motion.along_y[j];
+        with_b.b += p.b;
+        with_b.products += with_block;
+        region->blocks += 1;
+        region->detail_aa += n.detail_aa - own_before;
+        region->details += details_of(p, block.a, count);
+      }
     }
   }
   with_b.put_into(count, n);
-  if constexpr (Model::same_everywhere) sums.put_into(n);
 }
 
 template <typename Model>
 void build_equations(const RegistrationTemplate& a, const RegistrationImage& b, const typename Model::Warp& warp,
                      NormalEquations<Model::freedom>& n) {
   constexpr int N = Model::freedom;
-  n = {};
-  with_widest_vectors([&] {
+  with_known_vectors([&](auto width) {
     if (a.block_px == registration_block_px) {
-      sum_blocks<Model, registration_block_px>(a, b, warp, n);
+      sum_blocks<decltype(width), registration_block_px>(a, b, warp, n);
     } else {
-      sum_blocks<Model, registration_block_px / 2>(a, b, warp, n);
+      sum_blocks<decltype(width), registration_block_px / 2>(a, b, warp, n);
     }
   });
   n.a[N][N] = n.sum_aa;
@@ -405,55 +501,66 @@ double motion_length(const Motion<N>& m, const double (&step)[N]) {
   return std::sqrt(x * x + y * y);
 }
 
+/// One step; see step_similarity().
 template <typename Model>
-Status register_model(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
-                      typename Model::Warp& warp, RegistrationFit& fit) {
+Status step_model(const RegistrationTemplate& a, const RegistrationImage& b, bool wanted, typename Model::Warp& warp,
+                  RegistrationFit& fit, bool& goes_on) {
   constexpr int N = Model::freedom;
-  fit = {};
+  goes_on = false;
   if (b.width() != a.width || b.height() != a.height) return {StatusCode::image_size_changed, b.width(), b.height()};
   const double radius = 0.5 * std::max(a.width, a.height);
   const double all_blocks = std::max(a.block_columns * a.block_rows, 1);
-  for (int iteration = 0; iteration <= max_iterations; ++iteration) {
-    NormalEquations<N> n;
-    build_equations<Model>(a, b, warp, n);
-    fit.covered = n.blocks / all_blocks;
-    fit.ncc = fit.detail_ncc = 0;
-    if (n.blocks < min_blocks) return {};
-    fit.ncc = correlation(n.count, n.sum_aa - n.sum_a * n.sum_a / n.count, n.sum_bb - n.sum_b * n.sum_b / n.count,
-                          n.sum_ab - n.sum_a * n.sum_b / n.count);
-    fit.detail_ncc = correlation(n.count, n.detail_aa, n.detail_bb, n.detail_ab);
-    const auto finish = [&] { compare_regions(n, all_blocks, a.block_px * a.block_px, fit); };
-    if (!(fit.ncc > 0)) {
-      finish();
-      return {};
-    }
-
-    double solution[N + 2];
-    for (int k = 0; k < N + 2; ++k) solution[k] = n.rhs[k];
-    const bool solvable = factor_positive_definite<N + 2>(n.a, 1e-10);
-    if (solvable) solve_factored<N + 2>(n.a, solution);
-    if (!solvable || !(solution[N] > 0)) {
-      finish();
-      return {};
-    }
-    const double gain = solution[N];
-    double step[N];
-    for (int k = 0; k < N; ++k) step[k] = solution[k] / gain;
-    const double moved =
-        motion_length<N>(Model::motion(radius, 0), step) + motion_length<N>(Model::motion(0, radius), step);
-    // A step of more than that is far outside the range of the gradients.
-    const bool goes_on = iteration < max_iterations && moved < 0.5 * radius && Model::compose_inverse(step, warp);
-    fit.converged = goes_on && moved < step_done_px;
-    if (goes_on && !fit.converged) continue;
-    double explained = 0;
-    for (int k = 0; k < N + 2; ++k) explained += n.rhs[k] * solution[k];
-    const double variance = std::max(n.sum_bb - explained, 0.0) / n.count * correlated_px;
-    fit.sigma_px =
-        std::sqrt(0.5 * variance *
-                  (inverse_diagonal<N + 2>(n.a, Model::shift_x) + inverse_diagonal<N + 2>(n.a, Model::shift_y))) /
-        gain;
+  NormalEquations<N> n;
+  build_equations<Model>(a, b, warp, n);
+  fit.covered = n.blocks / all_blocks;
+  fit.ncc = fit.detail_ncc = 0;
+  fit.converged = false;
+  if (n.blocks < min_blocks) return {};
+  fit.ncc = correlation(n.count, n.sum_aa - n.sum_a * n.sum_a / n.count, n.sum_bb - n.sum_b * n.sum_b / n.count,
+                        n.sum_ab - n.sum_a * n.sum_b / n.count);
+  fit.detail_ncc = correlation(n.count, n.detail_aa, n.detail_bb, n.detail_ab);
+  const auto finish = [&] { compare_regions(n, all_blocks, a.block_px * a.block_px, fit); };
+  if (!(fit.ncc > 0)) {
     finish();
     return {};
+  }
+
+  double solution[N + 2];
+  for (int k = 0; k < N + 2; ++k) solution[k] = n.rhs[k];
+  const bool solvable = factor_positive_definite<N + 2>(n.a, 1e-10);
+  if (solvable) solve_factored<N + 2>(n.a, solution);
+  if (!solvable || !(solution[N] > 0)) {
+    finish();
+    return {};
+  }
+  const double gain = solution[N];
+  double step[N];
+  for (int k = 0; k < N; ++k) step[k] = solution[k] / gain;
+  const double moved =
+      motion_length<N>(Model::motion(radius, 0), step) + motion_length<N>(Model::motion(0, radius), step);
+  // A step of more than that is far outside the range of the gradients.
+  const bool stepped = wanted && moved < 0.5 * radius && Model::compose_inverse(step, warp);
+  fit.converged = stepped && moved < step_done_px;
+  goes_on = stepped && !fit.converged;
+  if (goes_on) return {};
+  double explained = 0;
+  for (int k = 0; k < N + 2; ++k) explained += n.rhs[k] * solution[k];
+  const double variance = std::max(n.sum_bb - explained, 0.0) / n.count * correlated_px;
+  fit.sigma_px =
+      std::sqrt(0.5 * variance *
+                (inverse_diagonal<N + 2>(n.a, Model::shift_x) + inverse_diagonal<N + 2>(n.a, Model::shift_y))) /
+      gain;
+  finish();
+  return {};
+}
+
+template <typename Model>
+Status register_model(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
+                      typename Model::Warp& warp, RegistrationFit& fit) {
+  fit = {};
+  bool goes_on = true;
+  for (int iteration = 0; goes_on && iteration <= max_iterations; ++iteration) {
+    ILP_TRY(step_model<Model>(a, b, iteration < max_iterations, warp, fit, goes_on));
   }
   return {};
 }
@@ -494,7 +601,10 @@ Status prepare_registration(GrayView a, RegistrationTemplate& out) {
   out.block_rows = std::max((a.height - 2) / bs, 0);
   const std::int32_t left = (a.width - out.block_columns * bs) / 2, top = (a.height - out.block_rows * bs) / 2;
   std::size_t pixel = 0;
+  std::size_t sums_at = 0;
   for (std::int32_t row = 0; row < out.block_rows; ++row) {
+    SimilarityTerms own{};
+    out.similarity_sums[sums_at++] = own;
     for (std::int32_t column = 0; column < out.block_columns; ++column) {
       RegistrationTemplate::Block sums{};
       const std::int32_t x0 = left + column * bs, y0 = top + row * bs;
@@ -520,7 +630,8 @@ Status prepare_registration(GrayView a, RegistrationTemplate& out) {
       }
       const std::int32_t block = row * out.block_columns + column;
       out.blocks[static_cast<std::size_t>(block)] = sums;
-      out.similarity_terms[static_cast<std::size_t>(block)] = similarity_terms(sums, bs * bs);
+      add_difference(similarity_terms(sums, bs * bs), {}, own);
+      out.similarity_sums[sums_at++] = own;
     }
   }
   return {};
@@ -529,6 +640,11 @@ Status prepare_registration(GrayView a, RegistrationTemplate& out) {
 Status register_similarity(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
                            CentredSimilarity& b_from_a, RegistrationFit& fit) {
   return register_model<SimilarityModel>(a, b, max_iterations, b_from_a, fit);
+}
+
+Status step_similarity(const RegistrationTemplate& a, const RegistrationImage& b, bool wanted,
+                       CentredSimilarity& b_from_a, RegistrationFit& fit, bool& goes_on) {
+  return step_model<SimilarityModel>(a, b, wanted, b_from_a, fit, goes_on);
 }
 
 Status register_projectivity(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,

@@ -27,7 +27,8 @@ struct RegistrationTemplate {
     float x, y;  ///< centre, from the image's centre
     std::int32_t gxx, gxy, gyy, gx, gy, gxa, gya, a, aa;
   };
-  /// What one block adds to the normal equations of a similarity, whatever image b is.
+  /// What blocks add to the normal equations of a similarity, whatever image b is. All are whole numbers of sixteenths
+  /// below 2^53, so that sums are exact in any order.
   struct SimilarityTerms {
     double step[10];   ///< lower triangle of the four unknowns of the step, row by row
     double gain[4];    ///< of the gain and the step
@@ -35,12 +36,14 @@ struct RegistrationTemplate {
     double a, aa;      ///< sums of a and a^2
     double detail_aa;  ///< with the block's mean removed
   };
+  static constexpr std::int32_t max_columns = registration_max_side / registration_block_px;
 
   std::int32_t width = 0, height = 0;
   std::int32_t block_px = 0;
   std::int32_t block_columns = 0, block_rows = 0;
   std::array<Block, max_blocks> blocks;
-  std::array<SimilarityTerms, max_blocks> similarity_terms;
+  /// For every row of blocks, one after the other: sums over the blocks left of each, and at its end over all of them.
+  std::array<SimilarityTerms, max_blocks> similarity_sums;
   // Stored block by block, so that a block is contiguous in memory.
   std::array<std::int16_t, max_pixels> value, gradient_x, gradient_y;
 };
@@ -102,6 +105,10 @@ Status prepare_registration(GrayView a, RegistrationTemplate& out);
 /// RegistrationFit::converged.
 Status register_similarity(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
                            CentredSimilarity& b_from_a, RegistrationFit& fit);
+/// One step of that: `fit` says how well `b_from_a` agrees before the step. `wanted` is false if no step may follow;
+/// `goes_on` says whether there was a step and more may follow.
+Status step_similarity(const RegistrationTemplate& a, const RegistrationImage& b, bool wanted,
+                       CentredSimilarity& b_from_a, RegistrationFit& fit, bool& goes_on);
 /// The same with all eight degrees of freedom of a plane in two views.
 Status register_projectivity(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
                              CentredProjectivity& b_from_a, RegistrationFit& fit);

@@ -2,6 +2,7 @@
 // with the probability of each context learnt at two speeds.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -9,6 +10,7 @@
 namespace ilp {
 
 inline constexpr unsigned bit_coder_probability_bits = 15;
+inline constexpr std::uint32_t bit_coder_most_zero = (1U << bit_coder_probability_bits) - 1;
 
 /// Probability that the next bit of a context is 0, in 1/2^24: the mean of a fast and of a slow estimate.
 struct BitProbability {
@@ -19,8 +21,7 @@ struct BitProbability {
   /// In 1/2^15; never 0 and never 1.
   [[nodiscard]] std::uint32_t zero() const {
     const auto mean = static_cast<std::uint32_t>(quick + steady) >> (bits + 1 - bit_coder_probability_bits);
-    constexpr std::uint32_t most = (1U << bit_coder_probability_bits) - 1;
-    return mean < 1 ? 1 : mean > most ? most : mean;
+    return mean < 1 ? 1 : mean > bit_coder_most_zero ? bit_coder_most_zero : mean;
   }
   void learn(std::uint32_t bit) {
     const std::int32_t target = bit != 0 ? 0 : 1 << bits;
@@ -36,6 +37,40 @@ struct BitProbability {
 };
 
 inline constexpr std::uint32_t bit_coder_renewal = 1U << 24U;
+
+/// How the range goes on in a settled context, several usual bits at once; fewer than `most` if there is another case
+/// before.
+class SettledRange {
+ public:
+  /// Bits that are 0, with the highest probability: range := (range >> 15) (2^15 - 1), as long as the range stays at or
+  /// above `least`.
+  static std::size_t take_zeros(std::uint32_t& range, std::uint32_t least, std::size_t most) {
+    const std::uint32_t upper = range >> bit_coder_probability_bits;
+    // Every bit takes that much from the upper part: 1 for each 2^15 begun.
+    const std::uint32_t step = ((upper - 1) >> bit_coder_probability_bits) + 1;
+    const std::uint32_t last =
+        std::max((least - 1) / bit_coder_most_zero + 1, ((step - 1) << bit_coder_probability_bits) + 1);
+    if (upper < last) return 0;
+    const std::size_t count = std::min<std::size_t>((upper - last) / step + 1, most);
+    range = (upper - step * static_cast<std::uint32_t>(count - 1)) * bit_coder_most_zero;
+    return count;
+  }
+  /// Bits that are 1, where 0 has the least probability: range := range - (range >> 15), as long as not more than
+  /// `room` is taken in all and the range needs no renewal.
+  static std::size_t take_ones(std::uint32_t& range, std::uint32_t room, std::size_t most) {
+    constexpr std::size_t at_once = 8;
+    std::size_t count = 0;
+    for (; count + at_once <= most; count += at_once) {
+      const std::uint32_t taken = at_once * (range >> bit_coder_probability_bits);
+      if (taken > room || range - taken < bit_coder_renewal) break;
+      const std::uint32_t before = range;
+#pragma GCC unroll 8
+      for (std::size_t i = 0; i < at_once; ++i) range -= range >> bit_coder_probability_bits;
+      room -= before - range;
+    }
+    return count;
+  }
+};
 
 /// Writes into a fixed buffer; bytes that do not fit are only counted.
 template <std::size_t Contexts>
@@ -66,6 +101,14 @@ class BitEncoder {
     const std::uint32_t zero = probabilities_[context].zero();
     std::uint32_t range = range_;
     for (; done < count; ++done) {
+      const std::uint32_t before = range;
+      if (bit == 0 && zero == bit_coder_most_zero) {
+        done += SettledRange::take_zeros(range, bit_coder_renewal, count - done);
+      } else if (bit != 0 && zero == 1) {
+        done += SettledRange::take_ones(range, range, count - done);
+        low_ += before - range;
+      }
+      if (done == count) break;
       const std::uint32_t bound = (range >> bit_coder_probability_bits) * zero;
       if (bit == 0) {
         range = bound;
@@ -158,6 +201,14 @@ class BitDecoder {
     const std::uint32_t zero = probabilities_[context].zero();
     std::uint32_t range = range_, code = code_;
     for (; count < most; ++count) {
+      const std::uint32_t before = range;
+      if (usual == 0 && zero == bit_coder_most_zero) {
+        count += SettledRange::take_zeros(range, std::max(code + 1, bit_coder_renewal), most - count);
+      } else if (usual != 0 && zero == 1) {
+        count += SettledRange::take_ones(range, code, most - count);
+        code -= before - range;
+      }
+      if (count == most) break;
       const std::uint32_t bound = (range >> bit_coder_probability_bits) * zero;
       const std::uint32_t bit = code < bound ? 0U : 1U;
       if (bit != usual) break;
