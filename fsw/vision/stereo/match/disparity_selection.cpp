@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstring>
 
 #include "fsw/base/vector_width.hpp"
@@ -92,8 +93,10 @@ using Flags = std::array<std::uint8_t, static_cast<std::size_t>(limits::max_rect
 void find_agreeing(const std::int16_t* __restrict index, const SearchRun& run, std::uint8_t* __restrict agreeing) {
   static_assert(fit_support_radius == 2);
   std::fill(agreeing + run.begin, agreeing + run.end, std::uint8_t{0});
+  // Indices differ by less than a word holds. Words that are compared with words stay several in a vector.
   const auto about = [](std::int16_t a, std::int16_t b) {
-    return static_cast<int>(a - b <= 1) & static_cast<int>(b - a <= 1);
+    const auto away = static_cast<std::uint16_t>(a - b + 1);
+    return static_cast<std::uint16_t>(away <= std::uint16_t{2} ? 1 : 0);
   };
   for (std::int32_t x = run.begin + 2; x < run.end - 2; ++x) {
     const std::int16_t d = index[x];
@@ -135,6 +138,40 @@ void find_agreeing(const std::int16_t* __restrict index, const SearchRun& run, s
   return support;
 }
 
+/// The winners of eight pixels.
+struct EightWinners {
+  lanes::I16 cost, index, unique;
+};
+[[gnu::always_inline]] inline EightWinners load_winners(const RowWinner* winners) {
+  static_assert(sizeof(RowWinner) == 8 && offsetof(RowWinner, index) == 2 && offsetof(RowWinner, unique) == 4);
+  using lanes::I16;
+  using lanes::U64;
+  const I16 a = lanes::load<I16>(winners), b = lanes::load<I16>(winners + 2), c = lanes::load<I16>(winners + 4),
+            e = lanes::load<I16>(winners + 6);
+  const auto low = [](I16 v, I16 w) { return __builtin_shufflevector(v, w, 0, 8, 1, 9, 2, 10, 3, 11); };
+  const auto high = [](I16 v, I16 w) { return __builtin_shufflevector(v, w, 4, 12, 5, 13, 6, 14, 7, 15); };
+  const I16 ab = low(a, b), ab2 = high(a, b), ce = low(c, e), ce2 = high(c, e);
+  // Costs and indices of four pixels each, and whether they are unique.
+  const auto first = reinterpret_cast<U64>(low(ab, ab2)), second = reinterpret_cast<U64>(low(ce, ce2));
+  const auto first_unique = reinterpret_cast<U64>(high(ab, ab2)), second_unique = reinterpret_cast<U64>(high(ce, ce2));
+  return {reinterpret_cast<I16>(__builtin_shufflevector(first, second, 0, 2)),
+          reinterpret_cast<I16>(__builtin_shufflevector(first, second, 1, 3)),
+          reinterpret_cast<I16>(__builtin_shufflevector(first_unique, second_unique, 0, 2)) & std::int16_t{1}};
+}
+
+/// The same as claim() for eight pixels from x on with one disparity.
+[[gnu::always_inline]] inline void claim_level(SelectionWorkspace& w, std::int32_t x, std::int32_t padded,
+                                               std::int32_t index, lanes::I16 cost) {
+  const std::ptrdiff_t target = x + padded - index;
+  std::int16_t* best = w.right_best.data() + target;
+  std::int16_t* best_index = w.right_index.data() + target;
+  const lanes::I16 before = lanes::load<lanes::I16>(best);
+  const lanes::I16 cheaper = cost < before;
+  lanes::store(best, lanes::lower(cost, before));
+  const lanes::I16 index_before = lanes::load<lanes::I16>(best_index);
+  lanes::store(best_index, cheaper ? lanes::I16{} + static_cast<std::int16_t>(index) : index_before);
+}
+
 /// The right pixels that the winners of a run choose.
 void claim_run(const SearchRun& run, std::int32_t padded, std::int32_t count, const RowWinner* winners,
                SelectionWorkspace& w, Flags& unique) {
@@ -142,7 +179,20 @@ void claim_run(const SearchRun& run, std::int32_t padded, std::int32_t count, co
   const std::int32_t columns = run.end - run.begin;
   std::fill_n(w.first_inner.begin() + run.begin, columns, static_cast<std::int16_t>(run.first + 1));
   std::fill_n(w.last_inner.begin() + run.begin, columns, static_cast<std::int16_t>(run.first + searched - 2));
-  for (std::int32_t x = run.begin; x < run.end; ++x) {
+  std::int32_t x = run.begin;
+  for (; x + lanes::words <= run.end; x += lanes::words) {
+    const EightWinners eight = load_winners(winners + x);
+    lanes::store(w.best_index.data() + x, eight.index);
+    const auto flags = reinterpret_cast<lanes::U64>(lanes::bytes_of_words(eight.unique, eight.unique))[0];
+    std::memcpy(unique.data() + x, &flags, sizeof flags);
+    const std::int16_t index = winners[x].index;
+    if (!lanes::any(eight.index ^ index)) {
+      claim_level(w, x, padded, index, eight.cost);
+      continue;
+    }
+    for (std::int32_t i = x; i < x + lanes::words; ++i) claim(w, i, padded, winners[i]);
+  }
+  for (; x < run.end; ++x) {
     w.best_index[static_cast<std::size_t>(x)] = winners[x].index;
     unique[static_cast<std::size_t>(x)] = winners[x].unique ? 1 : 0;
     claim(w, x, padded, winners[x]);
