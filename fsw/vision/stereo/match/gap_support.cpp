@@ -80,21 +80,29 @@ auto gap_flag(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t
   };
 }
 
-/// Makes `line` that of the gap pixel (x, y). A line of gap pixels is searched for its end once.
+/// Where the gap that (x, y) begins along a line ends: the row of a match, or -1.
+[[gnu::always_inline]] inline std::int16_t end_of_line(MaskView left_valid, ImageView<const float> sigma_px,
+                                                       std::int32_t x, std::int32_t y, std::int32_t step) {
+  std::int32_t v = y + 1;
+  std::int32_t w = x + step;
+  while (v < sigma_px.height && w >= 0 && w < sigma_px.width && is_gap(left_valid, sigma_px, w, v)) {
+    ++v;
+    w += step;
+  }
+  const bool ends = v < sigma_px.height && w >= 0 && w < sigma_px.width && sigma_px.at(w, v) > 0;
+  return static_cast<std::int16_t>(ends ? v : -1);
+}
+
+/// Makes `line` that of the gap pixel (x, y). A line of gap pixels is searched for its end once, and only if a match is
+/// above them.
 [[gnu::always_inline]] inline void follow(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t x,
                                           std::int32_t y, std::int32_t step, GapLine& line) {
   if (line.latest + 1 != y) {
     const std::int32_t u = x - step;
     const bool inside = y > 0 && u >= 0 && u < sigma_px.width;
     line.above = static_cast<std::int16_t>(inside && sigma_px.at(u, y - 1) > 0 ? y - 1 : -1);
-    std::int32_t v = y + 1;
-    std::int32_t w = x + step;
-    while (v < sigma_px.height && w >= 0 && w < sigma_px.width && is_gap(left_valid, sigma_px, w, v)) {
-      ++v;
-      w += step;
-    }
-    const bool ends = v < sigma_px.height && w >= 0 && w < sigma_px.width && sigma_px.at(w, v) > 0;
-    line.below = static_cast<std::int16_t>(ends ? v : -1);
+    line.below = -1;
+    if (line.above >= 0) line.below = end_of_line(left_valid, sigma_px, x, y, step);
   }
   line.latest = static_cast<std::int16_t>(y);
 }
@@ -229,8 +237,10 @@ void propose_gap_row(const NccRows& rows, const StereoParams& params, std::int32
   with_widest_vectors([&] { propose_gaps(rows, params, y, disparity_px, sigma_px, workspace); });
 }
 
-void connect_gap_row(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t y, const StereoParams& params,
-                     PixelForest& workspace) {
+namespace {
+
+void connect_gaps(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t y, const StereoParams& params,
+                  PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
   for_each_flagged(0, sigma_px.width, gap_flag(left_valid, sigma_px, y), [&](std::int32_t x) {
     const std::int32_t pixel = y * sigma_px.width + x;
@@ -241,13 +251,24 @@ void connect_gap_row(MaskView left_valid, ImageView<const float> sigma_px, std::
   });
 }
 
-void accept_gap_row(ImageView<float> sigma_px, std::int32_t y, PixelForest& workspace) {
+void accept_gaps(ImageView<float> sigma_px, std::int32_t y, PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
   float* sigma = sigma_px.row(y);
   const auto is_proposed = [=](std::int32_t x) { return static_cast<int>(sigma[x] < 0); };
   for_each_flagged(0, sigma_px.width, is_proposed, [&](std::int32_t x) {
     if (-links[root_of(links, y * sigma_px.width + x)] < sum_offset + 100 * pixels_by_chance) sigma[x] = 0;
   });
+}
+
+}  // namespace
+
+void connect_gap_row(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t y, const StereoParams& params,
+                     PixelForest& workspace) {
+  with_widest_vectors([&] { connect_gaps(left_valid, sigma_px, y, params, workspace); });
+}
+
+void accept_gap_row(ImageView<float> sigma_px, std::int32_t y, PixelForest& workspace) {
+  with_widest_vectors([&] { accept_gaps(sigma_px, y, workspace); });
 }
 
 }  // namespace ilp
