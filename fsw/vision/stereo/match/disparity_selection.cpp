@@ -243,39 +243,80 @@ struct PixelRule {
 
 constexpr std::int32_t level_columns = lanes::words;
 
-/// The same for level_columns pixels from x on, all of them good, on ground that is level: they and their neighbours
-/// chose one disparity, so that one window slides over their correlations. False, and nothing is done, elsewhere.
-[[gnu::always_inline]] inline bool check_level_pixels(const PixelRule& r, std::int32_t x, SelectionWorkspace& w) {
+/// The correlations of a group of pixels and those beside it, from one before the group's lowest disparity on.
+struct LevelWindow {
   static_assert(fit_support_radius == 2);
-  constexpr std::int32_t columns = level_columns + 2 * fit_support_radius;
-  const std::int16_t* index = w.best_index.data() + x;
-  const lanes::I16 d = lanes::I16{} + index[0];
-  const lanes::I16 differ = (lanes::load<lanes::I16>(index - 2) ^ d) | (lanes::load<lanes::I16>(index + 2) ^ d);
-  const std::ptrdiff_t target = x + r.padded - index[0];
-  const lanes::I16 away = lanes::load<lanes::I16>(w.right_index.data() + target) - d;
-  const auto most = static_cast<std::int16_t>(r.most_away);
-  if (lanes::any(differ | (away > most) | (-away > most))) return false;
-  const std::int16_t* c = r.ncc + (x - fit_support_radius) * r.padded + index[0];
+  static constexpr std::int32_t columns = level_columns + 2 * fit_support_radius;
   PeakWords column[columns];
-  PeakWords unseen{};
+
+  /// `c`: of the first column. The result has bits in the disparities that are out of view in any column.
+  [[gnu::always_inline]] PeakWords load(const std::int16_t* c, std::ptrdiff_t padded) {
+    PeakWords unseen{};
 #pragma GCC unroll 16
-  for (std::int32_t i = 0; i < columns; ++i) {
-    column[i] = around(c + i * r.padded);
-    unseen |= column[i] == 0;
+    for (std::int32_t i = 0; i < columns; ++i) {
+      column[i] = around(c + i * padded);
+      unseen |= column[i] == 0;
+    }
+    return unseen;
   }
-  if (unseen[1] != 0) return false;
+  /// Calls `use(i, sums)` with the sums over the support of each pixel of the group, in the first three elements or in
+  /// the last three.
+  template <typename Use>
+  [[gnu::always_inline]] void slide(Use use) const {
+    PeakSums sums = widened(column[0]) + widened(column[1]) + widened(column[2]) + widened(column[3]);
+#pragma GCC unroll 8
+    for (std::int32_t i = 0; i < level_columns; ++i) {
+      sums += widened(column[i + 4]);
+      use(i, sums);
+      sums -= widened(column[i]);
+    }
+  }
+};
+
+/// The same for level_columns pixels from x on, all of them good, on ground that is nearly level: they and their
+/// neighbours chose one disparity or the next, so that one window slides over their correlations. False, and nothing is
+/// done, elsewhere.
+[[gnu::always_inline]] inline bool check_level_pixels(const PixelRule& r, std::int32_t x, SelectionWorkspace& w) {
+  using lanes::I16;
+  const std::int16_t* index = w.best_index.data() + x;
+  const I16 before = lanes::load<I16>(index - 2), after = lanes::load<I16>(index + 2);
+  constexpr std::int16_t more_than_one = ~1;
+  std::int16_t lowest = index[0];
+  if (lanes::any(((before - lowest) | (after - lowest)) & more_than_one)) {
+    --lowest;
+    if (lanes::any(((before - lowest) | (after - lowest)) & more_than_one)) return false;
+  }
+  const bool is_level = !lanes::any((before - lowest) | (after - lowest));
+  const I16 own = lanes::load<I16>(index);
+  const std::int16_t* right = w.right_index.data() + x + r.padded - lowest;
+  const I16 right_index = own > lowest ? lanes::load<I16>(right - 1) : lanes::load<I16>(right);
+  const I16 away = right_index - own;
+  const auto most = static_cast<std::int16_t>(r.most_away);
+  if (lanes::any((away > most) | (-away > most))) return false;
+  const std::int16_t* c = r.ncc + (x - fit_support_radius) * r.padded + lowest;
+  LevelWindow window;
+  const PeakWords unseen = window.load(c, r.padded);
+  if (unseen[1] != 0 || (!is_level && unseen[2] != 0)) return false;
   constexpr PeakSums sums_only = {-1, -1, -1, 0};
   constexpr PeakSums count = {0, 0, 0, 2 * fit_support_radius + 1};
-  PeakSums sums = widened(column[0]) + widened(column[1]) + widened(column[2]) + widened(column[3]);
-#pragma GCC unroll 8
-  for (std::int32_t i = 0; i < level_columns; ++i) {
-    sums += widened(column[i + 4]);
-    const PeakSums fit = (sums & sums_only) | count;
-    const auto k = static_cast<std::size_t>(x + i);
-    std::memcpy(w.fits.data() + 4 * k, &fit, sizeof fit);
-    std::memcpy(w.peaks.data() + 4 * k, &column[i + 2], sizeof(std::int16_t) * 4);
-    sums -= widened(column[i]);
+  std::int32_t* fits = w.fits.data() + std::ptrdiff_t{4} * x;
+  std::int16_t* peaks = w.peaks.data() + std::ptrdiff_t{4} * x;
+  if (is_level) {
+    window.slide([&](std::int32_t i, PeakSums sums) __attribute__((always_inline)) {
+      const PeakSums fit = (sums & sums_only) | count;
+      std::memcpy(fits + 4 * i, &fit, sizeof fit);
+      std::memcpy(peaks + 4 * i, &window.column[i + 2], sizeof(std::int16_t) * 4);
+    });
+    return true;
   }
+  const std::int16_t* own_peak = c + fit_support_radius * r.padded - 1;
+  window.slide([&](std::int32_t i, PeakSums sums) __attribute__((always_inline)) {
+    const std::int32_t next = index[i] - lowest;
+    const PeakSums of_next = __builtin_shufflevector(sums, sums, 1, 2, 3, 0);
+    const PeakSums fit = ((PeakSums{} + next > 0 ? of_next : sums) & sums_only) | count;
+    std::memcpy(fits + 4 * i, &fit, sizeof fit);
+    std::memcpy(peaks + 4 * i, own_peak + i * r.padded + next, sizeof(std::int16_t) * 4);
+  });
   return true;
 }
 
