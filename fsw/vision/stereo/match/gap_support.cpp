@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fsw/base/vector_width.hpp"
+#include "fsw/vision/stereo/cost/lanes.hpp"
 #include "fsw/vision/stereo/match/flagged_columns.hpp"
 
 namespace ilp {
@@ -123,41 +124,106 @@ struct Sums {
   std::int64_t left_squares = 0, right_squares = 0, products = 0;
 };
 
+/// What is compared over a gap: pixels as bright as the one in question, the right image at a disparity in quarters.
+struct GapWindow {
+  std::int32_t whole, fraction;    ///< of the disparity; whole pixels rounded up, so that the fraction adds to them
+  std::int32_t centre, same_grey;  ///< grey value and how far others may be from it
+  std::int32_t first, last;        ///< columns
+};
+
+/// One pixel of a row.
+[[gnu::always_inline]] inline void add_pixel(const GapWindow& g, const std::uint8_t* left, const std::uint8_t* right,
+                                             const std::uint8_t* valid, const float* sigma, std::int32_t u,
+                                             Sums& sums) {
+  const std::int32_t difference = left[u] - g.centre;
+  if (sigma[u] > 0 || valid[u] == 0 || difference > g.same_grey || difference < -g.same_grey) return;
+  const std::int32_t l = left[u];
+  const std::int32_t r = right[u - g.whole] * (quarters - g.fraction) + right[u - g.whole + 1] * g.fraction;
+  ++sums.count;
+  sums.left += l;
+  sums.right += r;
+  sums.left_squares += l * l;
+  sums.right_squares += r * r;
+  sums.products += l * r;
+}
+
+using lanes::I16;
+using lanes::I32;
+
+/// Eight columns, over the rows of a window: sums of words, and of products of pairs of columns.
+struct LaneSums {
+  I16 count{}, left{}, right{};
+  I32 left_squares{}, right_squares{}, products{};
+
+  /// Columns from u on, those of `in_window` only.
+  [[gnu::always_inline]] void add(const GapWindow& g, const std::uint8_t* left_row, const std::uint8_t* right_row,
+                                  const std::uint8_t* valid, const float* sigma, std::int32_t u, I16 in_window) {
+    using Floats [[gnu::vector_size(16)]] = float;
+    const I16 grey = lanes::words_at(left_row + u);
+    const I16 difference = grey - static_cast<std::int16_t>(g.centre);
+    const auto most = static_cast<std::int16_t>(g.same_grey);
+    const auto empty = lanes::words_of(lanes::load<Floats>(sigma + u) <= 0, lanes::load<Floats>(sigma + u + 4) <= 0);
+    const I16 takes = in_window & empty & (lanes::words_at(valid + u) != 0) & (difference <= most) &
+                      (difference >= static_cast<std::int16_t>(-most));
+    const I16 l = grey & takes;
+    const I16 r = (lanes::words_at(right_row + u - g.whole) * static_cast<std::int16_t>(quarters - g.fraction) +
+                   lanes::words_at(right_row + u - g.whole + 1) * static_cast<std::int16_t>(g.fraction)) &
+                  takes;
+    count -= takes;
+    left += l;
+    right += r;
+    left_squares += lanes::products_of(l, l);
+    right_squares += lanes::products_of(r, r);
+    products += lanes::products_of(l, r);
+  }
+  void add_to(Sums& sums) const {
+    for (int i = 0; i < lanes::words; ++i) {
+      sums.count += count[i];
+      sums.left += left[i];
+      sums.right += right[i];
+    }
+    for (int i = 0; i < lanes::words / 2; ++i) {
+      sums.left_squares += left_squares[i];
+      sums.right_squares += right_squares[i];
+      sums.products += products[i];
+    }
+  }
+};
+
 /// Over the gap pixels near (x, y) that are as bright as it; the right image is at `quarter_px` quarters.
 [[gnu::always_inline]] inline Sums sums_over_gap(const NccRows& rows, ImageView<const float> sigma_px, std::int32_t x,
                                                  std::int32_t y, std::int32_t quarter_px, std::int32_t same_grey) {
-  const std::int32_t whole = -(-quarter_px >> 2);  // rounded up, so that the fraction adds to it
-  const std::int32_t fraction = whole * quarters - quarter_px;
-  const std::int32_t centre = rows.left.at(x, y);
-  const std::int32_t first = std::max({0, x - support_radius, whole});
-  const std::int32_t last = std::min({rows.left.width - 1, x + support_radius, rows.left.width - 2 + whole});
+  GapWindow g;
+  g.whole = -(-quarter_px >> 2);
+  g.fraction = g.whole * quarters - quarter_px;
+  g.centre = rows.left.at(x, y);
+  g.same_grey = same_grey;
+  g.first = std::max({0, x - support_radius, g.whole});
+  g.last = std::min({rows.left.width - 1, x + support_radius, rows.left.width - 2 + g.whole});
   Sums sums;
+  // Sixteen columns as vectors, where both rows have them; the last column by itself.
+  constexpr std::int32_t in_vectors = 2 * lanes::words;
+  static_assert(2 * support_radius + 1 == in_vectors + 1);
+  const std::int32_t columns = g.last - g.first + 1;
+  const bool fits = g.first + in_vectors <= rows.left.width && g.first + in_vectors - g.whole < rows.right.width;
+  const std::int32_t single = fits ? std::min(g.first + in_vectors, g.last + 1) : g.first;
+  const I16 column = {0, 1, 2, 3, 4, 5, 6, 7};
+  const I16 in_first = column < static_cast<std::int16_t>(columns);
+  const I16 in_second = column + std::int16_t{lanes::words} < static_cast<std::int16_t>(columns);
+  LaneSums first, second;
   for (std::int32_t v = std::max(0, y - support_radius); v <= std::min(rows.left.height - 1, y + support_radius); ++v) {
     const std::uint8_t* left = rows.left.row(v);
     const std::uint8_t* right = rows.right.row(v);
     const std::uint8_t* valid = rows.left_valid.row(v);
     const float* sigma = sigma_px.row(v);
-    std::int32_t left_squares = 0;
-    std::int32_t right_squares = 0;
-    std::int32_t products = 0;
-    // Without branches, so that several pixels are taken at once.
-    for (std::int32_t u = first; u <= last; ++u) {
-      const std::int32_t difference = left[u] - centre;
-      const std::int32_t takes = -(std::int32_t{sigma[u] <= 0} & std::int32_t{valid[u] != 0} &
-                                   std::int32_t{difference <= same_grey} & std::int32_t{difference >= -same_grey});
-      const std::int32_t l = left[u] & takes;
-      const std::int32_t r = (right[u - whole] * (quarters - fraction) + right[u - whole + 1] * fraction) & takes;
-      sums.count -= takes;
-      sums.left += l;
-      sums.right += r;
-      left_squares += l * l;
-      right_squares += r * r;
-      products += l * r;
+    if (fits) {
+      first.add(g, left, right, valid, sigma, g.first, in_first);
+      second.add(g, left, right, valid, sigma, g.first + lanes::words, in_second);
     }
-    sums.left_squares += left_squares;
-    sums.right_squares += right_squares;
-    sums.products += products;
+    for (std::int32_t u = single; u <= g.last; ++u) add_pixel(g, left, right, valid, sigma, u, sums);
   }
+  first.add_to(sums);
+  second.add_to(sums);
   return sums;
 }
 
