@@ -308,12 +308,26 @@ namespace {
 void connect_gaps(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t y, const StereoParams& params,
                   PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
-  for_each_flagged(0, sigma_px.width, gap_flag(left_valid, sigma_px, y), [&](std::int32_t x) {
-    const std::int32_t pixel = y * sigma_px.width + x;
-    const bool proposed = sigma_px.at(x, y) < 0;
-    links[pixel] = -(sum_offset + (proposed ? 100 : 0) - params.gap_least_percent);
-    if (x > 0 && is_gap(left_valid, sigma_px, x - 1, y)) join(links, pixel, pixel - 1, sum_offset);
-    if (y > 0 && is_gap(left_valid, sigma_px, x, y - 1)) join(links, pixel, pixel - sigma_px.width, sum_offset);
+  const std::int32_t width = sigma_px.width;
+  const std::int32_t row = y * width;
+  const float* sigma = sigma_px.row(y);
+  std::int32_t end = 0;
+  for_each_flagged(0, width, gap_flag(left_valid, sigma_px, y), [&](std::int32_t begin) {
+    if (begin < end) return;
+    // A tree of every run of gap pixels.
+    std::int32_t proposed = 0;
+    for (end = begin; end < width && is_gap(left_valid, sigma_px, end, y); ++end) {
+      proposed += sigma[end] < 0 ? 1 : 0;
+      links[row + end] = row + begin;
+    }
+    links[row + begin] = -(sum_offset + 100 * proposed - params.gap_least_percent * (end - begin));
+    if (y == 0) return;
+    bool joined = false;
+    for (std::int32_t x = begin; x < end; ++x) {
+      const bool gap_above = is_gap(left_valid, sigma_px, x, y - 1);
+      if (gap_above && !joined) join(links, row + begin, row - width + x, sum_offset);
+      joined = gap_above;
+    }
   });
 }
 
