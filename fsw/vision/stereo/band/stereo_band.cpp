@@ -62,7 +62,8 @@ void begin_job(const StereoBandInput& in, StereoBandWorkspace& w) {
   w.rows = ncc_rows(in);
   w.penalties.small_step = in.small_step;
   for (std::size_t grey = 0; grey < in.large_step.size(); ++grey) {
-    std::fill_n(w.penalties.large_step.begin() + static_cast<std::ptrdiff_t>(16 * grey), 16, in.large_step[grey]);
+    std::fill_n(w.penalties.large_step.begin() + static_cast<std::ptrdiff_t>(large_step_copies * grey),
+                large_step_copies, in.large_step[grey]);
   }
   if (in.continues == 0) return;
   constexpr std::ptrdiff_t path_stride = std::ptrdiff_t{stereo_band_width} * stereo_band_disparities;

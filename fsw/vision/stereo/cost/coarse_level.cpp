@@ -4,6 +4,7 @@
 #include <array>
 
 #include "cfg/limits.hpp"
+#include "fsw/base/vector_width.hpp"
 
 namespace ilp {
 namespace {
@@ -59,11 +60,13 @@ CoarsePair make_coarse_pair(std::uint8_t* bytes, std::int32_t width, std::int32_
 }
 
 void reduce_row(const StereoPairView& pair, std::int32_t y, const CoarsePair& coarse) {
-  const std::int32_t width = coarse.left.width;
-  reduce_grey(pair.left, y, width, coarse.left.row(y));
-  reduce_grey(pair.right, y, width, coarse.right.row(y));
-  reduce_mask(pair.left_valid, y, width, coarse.left_valid.row(y));
-  reduce_mask(pair.right_valid, y, width, coarse.right_valid.row(y));
+  with_widest_vectors([&] {
+    const std::int32_t width = coarse.left.width;
+    reduce_grey(pair.left, y, width, coarse.left.row(y));
+    reduce_grey(pair.right, y, width, coarse.right.row(y));
+    reduce_mask(pair.left_valid, y, width, coarse.left_valid.row(y));
+    reduce_mask(pair.right_valid, y, width, coarse.right_valid.row(y));
+  });
 }
 
 }  // namespace ilp

@@ -10,6 +10,7 @@ namespace ilp::lanes {
 using U8 [[gnu::vector_size(16)]] = std::uint8_t;
 using I16 [[gnu::vector_size(16)]] = std::int16_t;
 using U16 [[gnu::vector_size(16)]] = std::uint16_t;
+using I32 [[gnu::vector_size(16)]] = std::int32_t;
 using U32 [[gnu::vector_size(16)]] = std::uint32_t;
 using U64 [[gnu::vector_size(16)]] = std::uint64_t;
 
@@ -48,6 +49,33 @@ static_assert(std::endian::native == std::endian::little);
 #else
   return __builtin_shufflevector(reinterpret_cast<U8>(first), reinterpret_cast<U8>(second), 0, 2, 4, 6, 8, 10, 12, 14,
                                  16, 18, 20, 22, 24, 26, 28, 30);
+#endif
+}
+
+/// Eight bytes as words.
+[[nodiscard, gnu::always_inline]] inline I16 words_at(const std::uint8_t* from) {
+  using Bytes [[gnu::vector_size(8)]] = std::uint8_t;
+  return __builtin_convertvector(load<Bytes>(from), I16);
+}
+
+/// Masks of both vectors as those of words, or values that words hold.
+[[nodiscard, gnu::always_inline]] inline I16 words_of(I32 first, I32 second) {
+#if defined(__SSE2__)
+  return reinterpret_cast<I16>(__builtin_ia32_packssdw128(first, second));
+#else
+  return __builtin_shufflevector(reinterpret_cast<I16>(first), reinterpret_cast<I16>(second), 0, 2, 4, 6, 8, 10, 12,
+                                 14);
+#endif
+}
+
+/// The sums of both products of each pair of words.
+[[nodiscard, gnu::always_inline]] inline I32 products_of(I16 a, I16 b) {
+#if defined(__SSE2__)
+  using Shorts [[gnu::vector_size(16)]] = short;
+  return reinterpret_cast<I32>(__builtin_ia32_pmaddwd128(reinterpret_cast<Shorts>(a), reinterpret_cast<Shorts>(b)));
+#else
+  const auto left = reinterpret_cast<I32>(a), right = reinterpret_cast<I32>(b);
+  return (left << 16 >> 16) * (right << 16 >> 16) + (left >> 16) * (right >> 16);
 #endif
 }
 

@@ -157,6 +157,7 @@ void compute_moments(const NccRows& rows, NccWorkspace& w, float* variance) {
 /// What the correlations of a run of a row are made of; pointers are for the run's first column and disparity.
 struct RunOfRow {
   std::int32_t columns, count, radius;
+  std::int32_t first_seen;  ///< column whose counterpart at the first disparity is the right image's first column
   std::ptrdiff_t padded;
   // Left columns count from the window's border; right ones fall while they grow, and grow with disparity.
   const std::int32_t *left, *right;
@@ -176,6 +177,7 @@ RunOfRow run_of_row(const NccRows& rows, const SearchRun& run, std::int32_t* pro
   return {run.end - run.begin,
           run.count,
           rows.radius,
+          rows.min_disparity + run.first - run.begin,
           rows.padded_disparities,
           w.left_pairs.data() + run.begin,
           w.right_pairs.data() + right,
@@ -214,11 +216,11 @@ void correlate(const RunOfRow& run) {
   with_16_bytes::correlate(run);
 }
 
-void add_products(const RunOfRow& run) {
+void add_products(const RunOfRow& run, bool is_first) {
 #ifdef ILP_NCC_WITH_32_BYTES
-  if (vectors_in_use() == VectorWidth::bytes32) return with_32_bytes::add_products(run);
+  if (vectors_in_use() == VectorWidth::bytes32) return with_32_bytes::add_products(run, is_first);
 #endif
-  with_16_bytes::add_products(run);
+  with_16_bytes::add_products(run, is_first);
 }
 
 /// The sums of the window above row `next_row`.
@@ -241,14 +243,9 @@ void start_columns(const NccRows& rows, NccWorkspace& w) {
 /// The products of the window above row `next_row`, of every run. Rows are added in pairs.
 void start_products(const NccRows& rows, NccWorkspace& w) {
   const std::int32_t columns = rows.left.width + 2 * rows.radius;
-  std::int32_t* products = w.column_products.data();
-  for (const SearchRun& run : rows.search) {
-    const std::int32_t entries = (run.end - run.begin + 2 * rows.radius) * run.count;
-    std::fill_n(products, entries, 0);
-    products += entries;
-  }
   const std::int32_t end = rows.next_row + rows.radius;
-  for (std::int32_t y = end - 1 - 2 * rows.radius; y < end; y += 2) {
+  const std::int32_t begin = end - 1 - 2 * rows.radius;
+  for (std::int32_t y = begin; y < end; y += 2) {
     load_left(rows, y, w.left_new.data());
     load_right(rows, y, w.right_new.data());
     if (y + 1 < end) {
@@ -259,9 +256,9 @@ void start_products(const NccRows& rows, NccWorkspace& w) {
     }
     make_pairs<1>(w.left_new.data(), w.left_old.data(), columns, w.left_pairs.data());
     make_pairs<1>(w.right_new.data(), w.right_old.data(), mirrored_length(rows), w.right_pairs.data());
-    products = w.column_products.data();
+    std::int32_t* products = w.column_products.data();
     for (const SearchRun& run : rows.search) {
-      add_products(run_of_row(rows, run, products, w, nullptr, nullptr));
+      add_products(run_of_row(rows, run, products, w, nullptr, nullptr), y == begin);
       products += static_cast<std::ptrdiff_t>(run.end - run.begin + 2 * rows.radius) * run.count;
     }
   }

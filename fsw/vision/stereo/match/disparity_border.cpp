@@ -1,7 +1,9 @@
 #include "fsw/vision/stereo/match/disparity_border.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <limits>
 
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/stereo/match/flagged_columns.hpp"
@@ -90,68 +92,103 @@ InnerRow inner_row(BorderWorkspace& w, std::int32_t y, std::int32_t width) {
   return {row_of(w.left_inner, y).data(), row_of(w.right_inner, y).data(), width};
 }
 
-/// Four columns as float, and as whole numbers or as masks.
-using Four [[gnu::vector_size(16)]] = float;
-using FourInts [[gnu::vector_size(16)]] = std::int32_t;
+constexpr std::int32_t group = 8;
+constexpr std::int32_t window_columns = group + 2 * border_reach;
+constexpr float not_inner = std::numeric_limits<float>::quiet_NaN();
 
-/// Takes columns `first` to `last`, four at a time. The inner columns of the right row are those of the span.
-[[gnu::always_inline]] inline void count_in_span(const InnerRow& row, const BorderWorkspace::Span& span,
-                                                 const float* disparity_px, const float* sigma_px, std::int32_t first,
-                                                 std::int32_t last, float lowest, float highest, FourInts& below,
-                                                 FourInts& about, FourInts& above) {
-  constexpr std::int32_t lift = InnerRow::lift;
-  for (std::int32_t u = first; u <= last; u += 4) {
-    // The last four may begin earlier; columns that were taken before are left out.
-    const std::int32_t begin = std::max(std::min(u, row.width - 4), 0);
-    Four d, sigma;
-    std::memcpy(&d, disparity_px + begin, sizeof d);
-    std::memcpy(&sigma, sigma_px + begin, sizeof sigma);
-    const std::uint8_t* left = row.left + begin;
-    const FourInts column = FourInts{0, 1, 2, 3} + begin;
-    const FourInts inner_left = FourInts{left[0], left[1], left[2], left[3]} != 0;
-    const Four lifted = __builtin_convertvector(column + lift, Four) - d + 0.5F;
-    const FourInts target = __builtin_convertvector(lifted, FourInts) - lift;
-    const FourInts inner =
-        (sigma > 0) & inner_left & (target >= span.begin) & (target < span.end) & (column >= u) & (column <= last);
-    below -= inner & (d < lowest);
-    above -= inner & (d > highest);
-    about -= inner;
+/// The disparities of the inner pixels in the columns around a group of pixels; not_inner at all others. Column
+/// `first` of the group is at border_reach.
+struct WindowRow {
+  // Whole windows that begin elsewhere, because the row ends, leave what is outside of it as it is.
+  std::array<float, window_columns + 2 * group> padded;
+  [[nodiscard]] float* columns() { return padded.data() + group; }
+};
+
+/// Takes the window_columns columns from `begin` on.
+[[gnu::always_inline]] inline void take_inner(const InnerRow& row, const BorderWorkspace::Span& span,
+                                              const float* __restrict disparity_px, const float* __restrict sigma_px,
+                                              std::int32_t begin, float* __restrict out) {
+  const float* __restrict d = disparity_px + begin;
+  const float* __restrict s = sigma_px + begin;
+  if (!span.all) {
+    for (std::int32_t i = 0; i < window_columns; ++i) {
+      out[i] = s[i] > 0 && row.holds(begin + i, d[i]) ? d[i] : not_inner;
+    }
+    return;
+  }
+  const std::uint8_t* __restrict left = row.left + begin;
+  for (std::int32_t i = 0; i < window_columns; ++i) {
+    const std::int32_t target = row.target_of(begin + i, d[i]);
+    const bool inner = static_cast<int>(s[i] > 0) & static_cast<int>(left[i] != 0) &
+                       static_cast<int>(target >= span.begin) & static_cast<int>(target < span.end);
+    out[i] = inner ? d[i] : not_inner;
   }
 }
 
-/// Whether the median of the inner pixels is further away than the step: more than half of them lie on one side.
-bool contradicted(ImageView<const float> disparity_px, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y,
-                  float step_px, BorderWorkspace& w) {
+/// Of a group of pixels: whether the median of the inner pixels around each is further away than the step, because
+/// more than half of them lie on one side.
+struct Contradicted {
+  std::int32_t first = -group;
+  std::array<std::uint8_t, group> pixels{};
+
+  [[nodiscard]] bool has(std::int32_t x) const { return x < first + group; }
+  [[nodiscard]] bool at(std::int32_t x) const { return pixels[static_cast<std::size_t>(x - first)] != 0; }
+};
+
+/// `first` is that of `group` columns of the row, which has at least window_columns.
+[[gnu::always_inline]] inline Contradicted find_contradicted(ImageView<const float> disparity_px,
+                                                             ImageView<const float> sigma_px, std::int32_t first,
+                                                             std::int32_t y, float step_px, BorderWorkspace& w) {
+  WindowRow window;
+  window.padded.fill(not_inner);
+  const std::int32_t begin = std::clamp(first - border_reach, 0, sigma_px.width - window_columns);
+  float* const taken = window.columns() + (begin - (first - border_reach));
+  using Floats [[gnu::vector_size(sizeof(float) * group)]] = float;
+  using Counts [[gnu::vector_size(sizeof(float) * group)]] = std::int32_t;
+  Floats own;
+  std::memcpy(&own, disparity_px.row(y) + first, sizeof own);
+  const Floats lowest = own - step_px, highest = own + step_px;
+  Counts below{}, about{}, above{};
+  const std::int32_t last_row = std::min(y + border_reach, sigma_px.height - 1);
+  for (std::int32_t v = std::max(y - border_reach, 0); v <= last_row; ++v) {
+    take_inner(inner_row(w, v, sigma_px.width), row_of(w.right_span, v), disparity_px.row(v), sigma_px.row(v), begin,
+               taken);
+    for (std::int32_t k = 0; k <= 2 * border_reach; ++k) {
+      Floats beside;
+      std::memcpy(&beside, window.columns() + k, sizeof beside);
+      below -= beside < lowest;
+      above -= beside > highest;
+      about -= beside == beside;
+    }
+  }
+  Contradicted found;
+  found.first = first;
+  const Counts is_most = (2 * below > about) | (2 * above > about);
+  for (std::size_t i = 0; i < group; ++i) found.pixels[i] = is_most[i] != 0 ? 1 : 0;
+  return found;
+}
+
+/// The same for one pixel of a narrower image.
+bool is_contradicted(ImageView<const float> disparity_px, ImageView<const float> sigma_px, std::int32_t x,
+                     std::int32_t y, float step_px, BorderWorkspace& w) {
   const float lowest = disparity_px.at(x, y) - step_px;
   const float highest = disparity_px.at(x, y) + step_px;
   std::int32_t below = 0;
   std::int32_t about = 0;
   std::int32_t above = 0;
-  FourInts below_of_four{}, about_of_four{}, above_of_four{};
   const std::int32_t last_row = std::min(y + border_reach, sigma_px.height - 1);
   const std::int32_t last_column = std::min(x + border_reach, sigma_px.width - 1);
   for (std::int32_t v = std::max(y - border_reach, 0); v <= last_row; ++v) {
     const InnerRow inner = inner_row(w, v, sigma_px.width);
-    const BorderWorkspace::Span& span = row_of(w.right_span, v);
-    const std::int32_t first_column = std::max(x - border_reach, 0);
     const float* disparity = disparity_px.row(v);
     const float* sigma = sigma_px.row(v);
-    if (span.all && inner.width >= 4) {
-      count_in_span(inner, span, disparity, sigma, first_column, last_column, lowest, highest, below_of_four,
-                    about_of_four, above_of_four);
-      continue;
-    }
-    for (std::int32_t u = first_column; u <= last_column; ++u) {
+    for (std::int32_t u = std::max(x - border_reach, 0); u <= last_column; ++u) {
       if (!(sigma[u] > 0) || !inner.holds(u, disparity[u])) continue;
       below += disparity[u] < lowest ? 1 : 0;
       above += disparity[u] > highest ? 1 : 0;
       ++about;
     }
   }
-  const auto sum = [](FourInts v) { return v[0] + v[1] + v[2] + v[3]; };
-  below += sum(below_of_four);
-  about += sum(about_of_four);
-  above += sum(above_of_four);
   return 2 * below > about || 2 * above > about;
 }
 
@@ -174,9 +211,18 @@ void check_border(MaskView left_valid, MaskView right_valid, const StereoParams&
                      static_cast<int>(target < span.end);
     return static_cast<int>(sigma[x] > 0) & (safe ^ 1);
   };
+  // What becomes empty is not inner, so that the pixels of a group do not depend on each other.
+  Contradicted contradicted;
   for_each_flagged(0, sigma_px.width, doubtful, [&](std::int32_t x) {
     if (inner.holds(x, disparity[x])) return;
-    if (contradicted(disparity_px, sigma_px, x, y, step_px, w)) sigma[x] = 0;
+    if (sigma_px.width < window_columns) {
+      if (is_contradicted(disparity_px, sigma_px, x, y, step_px, w)) sigma[x] = 0;
+      return;
+    }
+    if (!contradicted.has(x)) {
+      contradicted = find_contradicted(disparity_px, sigma_px, std::min(x, sigma_px.width - group), y, step_px, w);
+    }
+    if (contradicted.at(x)) sigma[x] = 0;
   });
 }
 

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 #include "fsw/base/vector_width.hpp"
+#include "fsw/vision/stereo/cost/lanes.hpp"
 #include "fsw/vision/stereo/match/correlation_peak.hpp"
 #include "fsw/vision/stereo/match/flagged_columns.hpp"
 
@@ -27,6 +29,19 @@ Neighbours neighbours_of(ImageView<const float> disparity_px, ImageView<const fl
     }
   }
   return found;
+}
+
+/// Whether any of the 3 x 3 pixels around (x, y) has a disparity: most empty pixels are inside a gap.
+bool has_neighbours(ImageView<const float> sigma_px, std::int32_t x, std::int32_t y) {
+  using Floats [[gnu::vector_size(16)]] = float;
+  if (sigma_px.width < 4) return true;
+  // Four columns that the row has; those beyond the three only make the answer less sharp.
+  const std::int32_t first = std::min(x - 1, sigma_px.width - 4);
+  Floats above, here, below;
+  std::memcpy(&above, sigma_px.row(y - 1) + first, sizeof above);
+  std::memcpy(&here, sigma_px.row(y) + first, sizeof here);
+  std::memcpy(&below, sigma_px.row(y + 1) + first, sizeof below);
+  return lanes::any(reinterpret_cast<lanes::I16>((above > 0) | (here > 0) | (below > 0)));
 }
 
 /// Eight at most: by insertion.
@@ -122,6 +137,7 @@ void recover(const NccRows& rows, const DisparityRange& range, const StereoParam
     return static_cast<int>(!(sigma[x] > 0)) & static_cast<int>(valid[x] != 0);
   };
   for_each_flagged(1, rows.left.width - 1, is_empty, [&](std::int32_t x) {
+    if (!has_neighbours(sigma_px, x, y)) return;
     Neighbours neighbours = neighbours_of(disparity_px, sigma_px, x, y);
     float expected = 0;
     if (!agreed_disparity(neighbours, params.recovery_neighbours, expected)) return;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstring>
 
 #include "fsw/base/vector_width.hpp"
@@ -92,8 +93,10 @@ using Flags = std::array<std::uint8_t, static_cast<std::size_t>(limits::max_rect
 void find_agreeing(const std::int16_t* __restrict index, const SearchRun& run, std::uint8_t* __restrict agreeing) {
   static_assert(fit_support_radius == 2);
   std::fill(agreeing + run.begin, agreeing + run.end, std::uint8_t{0});
+  // Indices differ by less than a word holds. Words that are compared with words stay several in a vector.
   const auto about = [](std::int16_t a, std::int16_t b) {
-    return static_cast<int>(a - b <= 1) & static_cast<int>(b - a <= 1);
+    const auto away = static_cast<std::uint16_t>(a - b + 1);
+    return static_cast<std::uint16_t>(away <= std::uint16_t{2} ? 1 : 0);
   };
   for (std::int32_t x = run.begin + 2; x < run.end - 2; ++x) {
     const std::int16_t d = index[x];
@@ -135,6 +138,40 @@ void find_agreeing(const std::int16_t* __restrict index, const SearchRun& run, s
   return support;
 }
 
+/// The winners of eight pixels.
+struct EightWinners {
+  lanes::I16 cost, index, unique;
+};
+[[gnu::always_inline]] inline EightWinners load_winners(const RowWinner* winners) {
+  static_assert(sizeof(RowWinner) == 8 && offsetof(RowWinner, index) == 2 && offsetof(RowWinner, unique) == 4);
+  using lanes::I16;
+  using lanes::U64;
+  const I16 a = lanes::load<I16>(winners), b = lanes::load<I16>(winners + 2), c = lanes::load<I16>(winners + 4),
+            e = lanes::load<I16>(winners + 6);
+  const auto low = [](I16 v, I16 w) { return __builtin_shufflevector(v, w, 0, 8, 1, 9, 2, 10, 3, 11); };
+  const auto high = [](I16 v, I16 w) { return __builtin_shufflevector(v, w, 4, 12, 5, 13, 6, 14, 7, 15); };
+  const I16 ab = low(a, b), ab2 = high(a, b), ce = low(c, e), ce2 = high(c, e);
+  // Costs and indices of four pixels each, and whether they are unique.
+  const auto first = reinterpret_cast<U64>(low(ab, ab2)), second = reinterpret_cast<U64>(low(ce, ce2));
+  const auto first_unique = reinterpret_cast<U64>(high(ab, ab2)), second_unique = reinterpret_cast<U64>(high(ce, ce2));
+  return {reinterpret_cast<I16>(__builtin_shufflevector(first, second, 0, 2)),
+          reinterpret_cast<I16>(__builtin_shufflevector(first, second, 1, 3)),
+          reinterpret_cast<I16>(__builtin_shufflevector(first_unique, second_unique, 0, 2)) & std::int16_t{1}};
+}
+
+/// The same as claim() for eight pixels from x on with one disparity.
+[[gnu::always_inline]] inline void claim_level(SelectionWorkspace& w, std::int32_t x, std::int32_t padded,
+                                               std::int32_t index, lanes::I16 cost) {
+  const std::ptrdiff_t target = x + padded - index;
+  std::int16_t* best = w.right_best.data() + target;
+  std::int16_t* best_index = w.right_index.data() + target;
+  const lanes::I16 before = lanes::load<lanes::I16>(best);
+  const lanes::I16 cheaper = cost < before;
+  lanes::store(best, lanes::lower(cost, before));
+  const lanes::I16 index_before = lanes::load<lanes::I16>(best_index);
+  lanes::store(best_index, cheaper ? lanes::I16{} + static_cast<std::int16_t>(index) : index_before);
+}
+
 /// The right pixels that the winners of a run choose.
 void claim_run(const SearchRun& run, std::int32_t padded, std::int32_t count, const RowWinner* winners,
                SelectionWorkspace& w, Flags& unique) {
@@ -142,7 +179,20 @@ void claim_run(const SearchRun& run, std::int32_t padded, std::int32_t count, co
   const std::int32_t columns = run.end - run.begin;
   std::fill_n(w.first_inner.begin() + run.begin, columns, static_cast<std::int16_t>(run.first + 1));
   std::fill_n(w.last_inner.begin() + run.begin, columns, static_cast<std::int16_t>(run.first + searched - 2));
-  for (std::int32_t x = run.begin; x < run.end; ++x) {
+  std::int32_t x = run.begin;
+  for (; x + lanes::words <= run.end; x += lanes::words) {
+    const EightWinners eight = load_winners(winners + x);
+    lanes::store(w.best_index.data() + x, eight.index);
+    const auto flags = reinterpret_cast<lanes::U64>(lanes::bytes_of_words(eight.unique, eight.unique))[0];
+    std::memcpy(unique.data() + x, &flags, sizeof flags);
+    const std::int16_t index = winners[x].index;
+    if (!lanes::any(eight.index ^ index)) {
+      claim_level(w, x, padded, index, eight.cost);
+      continue;
+    }
+    for (std::int32_t i = x; i < x + lanes::words; ++i) claim(w, i, padded, winners[i]);
+  }
+  for (; x < run.end; ++x) {
     w.best_index[static_cast<std::size_t>(x)] = winners[x].index;
     unique[static_cast<std::size_t>(x)] = winners[x].unique ? 1 : 0;
     claim(w, x, padded, winners[x]);
@@ -193,39 +243,80 @@ struct PixelRule {
 
 constexpr std::int32_t level_columns = lanes::words;
 
-/// The same for level_columns pixels from x on, all of them good, on ground that is level: they and their neighbours
-/// chose one disparity, so that one window slides over their correlations. False, and nothing is done, elsewhere.
-[[gnu::always_inline]] inline bool check_level_pixels(const PixelRule& r, std::int32_t x, SelectionWorkspace& w) {
+/// The correlations of a group of pixels and those beside it, from one before the group's lowest disparity on.
+struct LevelWindow {
   static_assert(fit_support_radius == 2);
-  constexpr std::int32_t columns = level_columns + 2 * fit_support_radius;
-  const std::int16_t* index = w.best_index.data() + x;
-  const lanes::I16 d = lanes::I16{} + index[0];
-  const lanes::I16 differ = (lanes::load<lanes::I16>(index - 2) ^ d) | (lanes::load<lanes::I16>(index + 2) ^ d);
-  const std::ptrdiff_t target = x + r.padded - index[0];
-  const lanes::I16 away = lanes::load<lanes::I16>(w.right_index.data() + target) - d;
-  const auto most = static_cast<std::int16_t>(r.most_away);
-  if (lanes::any(differ | (away > most) | (-away > most))) return false;
-  const std::int16_t* c = r.ncc + (x - fit_support_radius) * r.padded + index[0];
+  static constexpr std::int32_t columns = level_columns + 2 * fit_support_radius;
   PeakWords column[columns];
-  PeakWords unseen{};
+
+  /// `c`: of the first column. The result has bits in the disparities that are out of view in any column.
+  [[gnu::always_inline]] PeakWords load(const std::int16_t* c, std::ptrdiff_t padded) {
+    PeakWords unseen{};
 #pragma GCC unroll 16
-  for (std::int32_t i = 0; i < columns; ++i) {
-    column[i] = around(c + i * r.padded);
-    unseen |= column[i] == 0;
+    for (std::int32_t i = 0; i < columns; ++i) {
+      column[i] = around(c + i * padded);
+      unseen |= column[i] == 0;
+    }
+    return unseen;
   }
-  if (unseen[1] != 0) return false;
+  /// Calls `use(i, sums)` with the sums over the support of each pixel of the group, in the first three elements or in
+  /// the last three.
+  template <typename Use>
+  [[gnu::always_inline]] void slide(Use use) const {
+    PeakSums sums = widened(column[0]) + widened(column[1]) + widened(column[2]) + widened(column[3]);
+#pragma GCC unroll 8
+    for (std::int32_t i = 0; i < level_columns; ++i) {
+      sums += widened(column[i + 4]);
+      use(i, sums);
+      sums -= widened(column[i]);
+    }
+  }
+};
+
+/// The same for level_columns pixels from x on, all of them good, on ground that is nearly level: they and their
+/// neighbours chose one disparity or the next, so that one window slides over their correlations. False, and nothing is
+/// done, elsewhere.
+[[gnu::always_inline]] inline bool check_level_pixels(const PixelRule& r, std::int32_t x, SelectionWorkspace& w) {
+  using lanes::I16;
+  const std::int16_t* index = w.best_index.data() + x;
+  const I16 before = lanes::load<I16>(index - 2), after = lanes::load<I16>(index + 2);
+  constexpr std::int16_t more_than_one = ~1;
+  std::int16_t lowest = index[0];
+  if (lanes::any(((before - lowest) | (after - lowest)) & more_than_one)) {
+    --lowest;
+    if (lanes::any(((before - lowest) | (after - lowest)) & more_than_one)) return false;
+  }
+  const bool is_level = !lanes::any((before - lowest) | (after - lowest));
+  const I16 own = lanes::load<I16>(index);
+  const std::int16_t* right = w.right_index.data() + x + r.padded - lowest;
+  const I16 right_index = own > lowest ? lanes::load<I16>(right - 1) : lanes::load<I16>(right);
+  const I16 away = right_index - own;
+  const auto most = static_cast<std::int16_t>(r.most_away);
+  if (lanes::any((away > most) | (-away > most))) return false;
+  const std::int16_t* c = r.ncc + (x - fit_support_radius) * r.padded + lowest;
+  LevelWindow window;
+  const PeakWords unseen = window.load(c, r.padded);
+  if (unseen[1] != 0 || (!is_level && unseen[2] != 0)) return false;
   constexpr PeakSums sums_only = {-1, -1, -1, 0};
   constexpr PeakSums count = {0, 0, 0, 2 * fit_support_radius + 1};
-  PeakSums sums = widened(column[0]) + widened(column[1]) + widened(column[2]) + widened(column[3]);
-#pragma GCC unroll 8
-  for (std::int32_t i = 0; i < level_columns; ++i) {
-    sums += widened(column[i + 4]);
-    const PeakSums fit = (sums & sums_only) | count;
-    const auto k = static_cast<std::size_t>(x + i);
-    std::memcpy(w.fits.data() + 4 * k, &fit, sizeof fit);
-    std::memcpy(w.peaks.data() + 4 * k, &column[i + 2], sizeof(std::int16_t) * 4);
-    sums -= widened(column[i]);
+  std::int32_t* fits = w.fits.data() + std::ptrdiff_t{4} * x;
+  std::int16_t* peaks = w.peaks.data() + std::ptrdiff_t{4} * x;
+  if (is_level) {
+    window.slide([&](std::int32_t i, PeakSums sums) __attribute__((always_inline)) {
+      const PeakSums fit = (sums & sums_only) | count;
+      std::memcpy(fits + 4 * i, &fit, sizeof fit);
+      std::memcpy(peaks + 4 * i, &window.column[i + 2], sizeof(std::int16_t) * 4);
+    });
+    return true;
   }
+  const std::int16_t* own_peak = c + fit_support_radius * r.padded - 1;
+  window.slide([&](std::int32_t i, PeakSums sums) __attribute__((always_inline)) {
+    const std::int32_t next = index[i] - lowest;
+    const PeakSums of_next = __builtin_shufflevector(sums, sums, 1, 2, 3, 0);
+    const PeakSums fit = ((PeakSums{} + next > 0 ? of_next : sums) & sums_only) | count;
+    std::memcpy(fits + 4 * i, &fit, sizeof fit);
+    std::memcpy(peaks + 4 * i, own_peak + i * r.padded + next, sizeof(std::int16_t) * 4);
+  });
   return true;
 }
 

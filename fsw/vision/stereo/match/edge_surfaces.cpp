@@ -48,11 +48,15 @@ EdgeWorkspace::QuarterRow& row_of(EdgeWorkspace& w, std::int32_t y) {
 
 void take_row(ImageView<const float> disparity_px, ImageView<const float> sigma_px, std::int32_t y,
               EdgeWorkspace::QuarterRow& row) {
-  row.fill(none);
-  if (y < 0 || y >= sigma_px.height) return;
+  if (y < 0 || y >= sigma_px.height) {
+    row.fill(none);
+    return;
+  }
   const float* __restrict d = disparity_px.row(y);
   const float* __restrict s = sigma_px.row(y);
   std::int16_t* __restrict out = row.data() + edge_reach;
+  std::fill_n(row.begin(), edge_reach, none);
+  std::fill_n(out + sigma_px.width, edge_reach, none);
   // Made positive before truncation to a whole number, which rounds without a call of floor.
   constexpr float lift = limits::max_rectified_width;
   for (std::int32_t x = 0; x < sigma_px.width; ++x) {

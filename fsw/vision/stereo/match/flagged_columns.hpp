@@ -19,10 +19,13 @@ template <typename Flag, typename Use>
     const std::int32_t count = std::min(end - first, chunk);
     for (std::int32_t i = 0; i < count; ++i) flags[i] = static_cast<std::uint8_t>(flag(first + i));
     std::fill(flags + count, flags + chunk, std::uint8_t{0});
+    std::uint64_t words[chunk / word_bytes];
+    std::memcpy(words, flags, sizeof words);
+    std::uint64_t any = 0;
+    for (const std::uint64_t word : words) any |= word;
+    if (any == 0) continue;
     for (std::int32_t k = 0; k < chunk; k += word_bytes) {
-      std::uint64_t word;
-      std::memcpy(&word, flags + k, sizeof word);
-      if (word == 0) continue;
+      if (words[k / word_bytes] == 0) continue;
       for (std::int32_t i = k; i < k + word_bytes; ++i) {
         if (flags[i] != 0) use(first + i);
       }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fsw/base/vector_width.hpp"
+#include "fsw/vision/stereo/cost/lanes.hpp"
 #include "fsw/vision/stereo/match/flagged_columns.hpp"
 
 namespace ilp {
@@ -80,21 +81,29 @@ auto gap_flag(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t
   };
 }
 
-/// Makes `line` that of the gap pixel (x, y). A line of gap pixels is searched for its end once.
+/// Where the gap that (x, y) begins along a line ends: the row of a match, or -1.
+[[gnu::always_inline]] inline std::int16_t end_of_line(MaskView left_valid, ImageView<const float> sigma_px,
+                                                       std::int32_t x, std::int32_t y, std::int32_t step) {
+  std::int32_t v = y + 1;
+  std::int32_t w = x + step;
+  while (v < sigma_px.height && w >= 0 && w < sigma_px.width && is_gap(left_valid, sigma_px, w, v)) {
+    ++v;
+    w += step;
+  }
+  const bool ends = v < sigma_px.height && w >= 0 && w < sigma_px.width && sigma_px.at(w, v) > 0;
+  return static_cast<std::int16_t>(ends ? v : -1);
+}
+
+/// Makes `line` that of the gap pixel (x, y). A line of gap pixels is searched for its end once, and only if a match is
+/// above them.
 [[gnu::always_inline]] inline void follow(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t x,
                                           std::int32_t y, std::int32_t step, GapLine& line) {
   if (line.latest + 1 != y) {
     const std::int32_t u = x - step;
     const bool inside = y > 0 && u >= 0 && u < sigma_px.width;
     line.above = static_cast<std::int16_t>(inside && sigma_px.at(u, y - 1) > 0 ? y - 1 : -1);
-    std::int32_t v = y + 1;
-    std::int32_t w = x + step;
-    while (v < sigma_px.height && w >= 0 && w < sigma_px.width && is_gap(left_valid, sigma_px, w, v)) {
-      ++v;
-      w += step;
-    }
-    const bool ends = v < sigma_px.height && w >= 0 && w < sigma_px.width && sigma_px.at(w, v) > 0;
-    line.below = static_cast<std::int16_t>(ends ? v : -1);
+    line.below = -1;
+    if (line.above >= 0) line.below = end_of_line(left_valid, sigma_px, x, y, step);
   }
   line.latest = static_cast<std::int16_t>(y);
 }
@@ -115,41 +124,106 @@ struct Sums {
   std::int64_t left_squares = 0, right_squares = 0, products = 0;
 };
 
+/// What is compared over a gap: pixels as bright as the one in question, the right image at a disparity in quarters.
+struct GapWindow {
+  std::int32_t whole, fraction;    ///< of the disparity; whole pixels rounded up, so that the fraction adds to them
+  std::int32_t centre, same_grey;  ///< grey value and how far others may be from it
+  std::int32_t first, last;        ///< columns
+};
+
+/// One pixel of a row.
+[[gnu::always_inline]] inline void add_pixel(const GapWindow& g, const std::uint8_t* left, const std::uint8_t* right,
+                                             const std::uint8_t* valid, const float* sigma, std::int32_t u,
+                                             Sums& sums) {
+  const std::int32_t difference = left[u] - g.centre;
+  if (sigma[u] > 0 || valid[u] == 0 || difference > g.same_grey || difference < -g.same_grey) return;
+  const std::int32_t l = left[u];
+  const std::int32_t r = right[u - g.whole] * (quarters - g.fraction) + right[u - g.whole + 1] * g.fraction;
+  ++sums.count;
+  sums.left += l;
+  sums.right += r;
+  sums.left_squares += l * l;
+  sums.right_squares += r * r;
+  sums.products += l * r;
+}
+
+using lanes::I16;
+using lanes::I32;
+
+/// Eight columns, over the rows of a window: sums of words, and of products of pairs of columns.
+struct LaneSums {
+  I16 count{}, left{}, right{};
+  I32 left_squares{}, right_squares{}, products{};
+
+  /// Columns from u on, those of `in_window` only.
+  [[gnu::always_inline]] void add(const GapWindow& g, const std::uint8_t* left_row, const std::uint8_t* right_row,
+                                  const std::uint8_t* valid, const float* sigma, std::int32_t u, I16 in_window) {
+    using Floats [[gnu::vector_size(16)]] = float;
+    const I16 grey = lanes::words_at(left_row + u);
+    const I16 difference = grey - static_cast<std::int16_t>(g.centre);
+    const auto most = static_cast<std::int16_t>(g.same_grey);
+    const auto empty = lanes::words_of(lanes::load<Floats>(sigma + u) <= 0, lanes::load<Floats>(sigma + u + 4) <= 0);
+    const I16 takes = in_window & empty & (lanes::words_at(valid + u) != 0) & (difference <= most) &
+                      (difference >= static_cast<std::int16_t>(-most));
+    const I16 l = grey & takes;
+    const I16 r = (lanes::words_at(right_row + u - g.whole) * static_cast<std::int16_t>(quarters - g.fraction) +
+                   lanes::words_at(right_row + u - g.whole + 1) * static_cast<std::int16_t>(g.fraction)) &
+                  takes;
+    count -= takes;
+    left += l;
+    right += r;
+    left_squares += lanes::products_of(l, l);
+    right_squares += lanes::products_of(r, r);
+    products += lanes::products_of(l, r);
+  }
+  void add_to(Sums& sums) const {
+    for (int i = 0; i < lanes::words; ++i) {
+      sums.count += count[i];
+      sums.left += left[i];
+      sums.right += right[i];
+    }
+    for (int i = 0; i < lanes::words / 2; ++i) {
+      sums.left_squares += left_squares[i];
+      sums.right_squares += right_squares[i];
+      sums.products += products[i];
+    }
+  }
+};
+
 /// Over the gap pixels near (x, y) that are as bright as it; the right image is at `quarter_px` quarters.
 [[gnu::always_inline]] inline Sums sums_over_gap(const NccRows& rows, ImageView<const float> sigma_px, std::int32_t x,
                                                  std::int32_t y, std::int32_t quarter_px, std::int32_t same_grey) {
-  const std::int32_t whole = -(-quarter_px >> 2);  // rounded up, so that the fraction adds to it
-  const std::int32_t fraction = whole * quarters - quarter_px;
-  const std::int32_t centre = rows.left.at(x, y);
-  const std::int32_t first = std::max({0, x - support_radius, whole});
-  const std::int32_t last = std::min({rows.left.width - 1, x + support_radius, rows.left.width - 2 + whole});
+  GapWindow g;
+  g.whole = -(-quarter_px >> 2);
+  g.fraction = g.whole * quarters - quarter_px;
+  g.centre = rows.left.at(x, y);
+  g.same_grey = same_grey;
+  g.first = std::max({0, x - support_radius, g.whole});
+  g.last = std::min({rows.left.width - 1, x + support_radius, rows.left.width - 2 + g.whole});
   Sums sums;
+  // Sixteen columns as vectors, where both rows have them; the last column by itself.
+  constexpr std::int32_t in_vectors = 2 * lanes::words;
+  static_assert(2 * support_radius + 1 == in_vectors + 1);
+  const std::int32_t columns = g.last - g.first + 1;
+  const bool fits = g.first + in_vectors <= rows.left.width && g.first + in_vectors - g.whole < rows.right.width;
+  const std::int32_t single = fits ? std::min(g.first + in_vectors, g.last + 1) : g.first;
+  const I16 column = {0, 1, 2, 3, 4, 5, 6, 7};
+  const I16 in_first = column < static_cast<std::int16_t>(columns);
+  const I16 in_second = column + std::int16_t{lanes::words} < static_cast<std::int16_t>(columns);
+  LaneSums first, second;
   for (std::int32_t v = std::max(0, y - support_radius); v <= std::min(rows.left.height - 1, y + support_radius); ++v) {
     const std::uint8_t* left = rows.left.row(v);
     const std::uint8_t* right = rows.right.row(v);
     const std::uint8_t* valid = rows.left_valid.row(v);
     const float* sigma = sigma_px.row(v);
-    std::int32_t left_squares = 0;
-    std::int32_t right_squares = 0;
-    std::int32_t products = 0;
-    // Without branches, so that several pixels are taken at once.
-    for (std::int32_t u = first; u <= last; ++u) {
-      const std::int32_t difference = left[u] - centre;
-      const std::int32_t takes = -(std::int32_t{sigma[u] <= 0} & std::int32_t{valid[u] != 0} &
-                                   std::int32_t{difference <= same_grey} & std::int32_t{difference >= -same_grey});
-      const std::int32_t l = left[u] & takes;
-      const std::int32_t r = (right[u - whole] * (quarters - fraction) + right[u - whole + 1] * fraction) & takes;
-      sums.count -= takes;
-      sums.left += l;
-      sums.right += r;
-      left_squares += l * l;
-      right_squares += r * r;
-      products += l * r;
+    if (fits) {
+      first.add(g, left, right, valid, sigma, g.first, in_first);
+      second.add(g, left, right, valid, sigma, g.first + lanes::words, in_second);
     }
-    sums.left_squares += left_squares;
-    sums.right_squares += right_squares;
-    sums.products += products;
+    for (std::int32_t u = single; u <= g.last; ++u) add_pixel(g, left, right, valid, sigma, u, sums);
   }
+  first.add_to(sums);
+  second.add_to(sums);
   return sums;
 }
 
@@ -229,25 +303,52 @@ void propose_gap_row(const NccRows& rows, const StereoParams& params, std::int32
   with_widest_vectors([&] { propose_gaps(rows, params, y, disparity_px, sigma_px, workspace); });
 }
 
-void connect_gap_row(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t y, const StereoParams& params,
-                     PixelForest& workspace) {
+namespace {
+
+void connect_gaps(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t y, const StereoParams& params,
+                  PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
-  for_each_flagged(0, sigma_px.width, gap_flag(left_valid, sigma_px, y), [&](std::int32_t x) {
-    const std::int32_t pixel = y * sigma_px.width + x;
-    const bool proposed = sigma_px.at(x, y) < 0;
-    links[pixel] = -(sum_offset + (proposed ? 100 : 0) - params.gap_least_percent);
-    if (x > 0 && is_gap(left_valid, sigma_px, x - 1, y)) join(links, pixel, pixel - 1, sum_offset);
-    if (y > 0 && is_gap(left_valid, sigma_px, x, y - 1)) join(links, pixel, pixel - sigma_px.width, sum_offset);
+  const std::int32_t width = sigma_px.width;
+  const std::int32_t row = y * width;
+  const float* sigma = sigma_px.row(y);
+  std::int32_t end = 0;
+  for_each_flagged(0, width, gap_flag(left_valid, sigma_px, y), [&](std::int32_t begin) {
+    if (begin < end) return;
+    // A tree of every run of gap pixels.
+    std::int32_t proposed = 0;
+    for (end = begin; end < width && is_gap(left_valid, sigma_px, end, y); ++end) {
+      proposed += sigma[end] < 0 ? 1 : 0;
+      links[row + end] = row + begin;
+    }
+    links[row + begin] = -(sum_offset + 100 * proposed - params.gap_least_percent * (end - begin));
+    if (y == 0) return;
+    bool joined = false;
+    for (std::int32_t x = begin; x < end; ++x) {
+      const bool gap_above = is_gap(left_valid, sigma_px, x, y - 1);
+      if (gap_above && !joined) join(links, row + begin, row - width + x, sum_offset);
+      joined = gap_above;
+    }
   });
 }
 
-void accept_gap_row(ImageView<float> sigma_px, std::int32_t y, PixelForest& workspace) {
+void accept_gaps(ImageView<float> sigma_px, std::int32_t y, PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
   float* sigma = sigma_px.row(y);
   const auto is_proposed = [=](std::int32_t x) { return static_cast<int>(sigma[x] < 0); };
   for_each_flagged(0, sigma_px.width, is_proposed, [&](std::int32_t x) {
     if (-links[root_of(links, y * sigma_px.width + x)] < sum_offset + 100 * pixels_by_chance) sigma[x] = 0;
   });
+}
+
+}  // namespace
+
+void connect_gap_row(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t y, const StereoParams& params,
+                     PixelForest& workspace) {
+  with_widest_vectors([&] { connect_gaps(left_valid, sigma_px, y, params, workspace); });
+}
+
+void accept_gap_row(ImageView<float> sigma_px, std::int32_t y, PixelForest& workspace) {
+  with_widest_vectors([&] { accept_gaps(sigma_px, y, workspace); });
 }
 
 }  // namespace ilp

@@ -1,7 +1,5 @@
 #include "fsw/vision/stereo/match/patch_difference.hpp"
 
-#include <cstring>
-
 #include "fsw/vision/stereo/cost/lanes.hpp"
 
 namespace ilp {
@@ -10,6 +8,7 @@ namespace {
 using lanes::I16;
 using lanes::U16;
 using lanes::U32;
+using lanes::words_at;
 
 constexpr std::int32_t patch_side = 2 * patch_radius + 1;
 // A pixel whose grey value is so far from that of the centre has no weight.
@@ -18,13 +17,6 @@ constexpr std::int32_t same_surface = 50 * quarters_per_px;
 constexpr int weight_shift = 3;
 static_assert(patch_side == lanes::words - 1);
 static_assert((same_surface >> weight_shift) * (same_surface >> weight_shift) * most_difference < 1 << 16);
-
-[[gnu::always_inline]] inline I16 words_at(const std::uint8_t* grey) {
-  using Bytes [[gnu::vector_size(8)]] = std::uint8_t;
-  Bytes bytes;
-  std::memcpy(&bytes, grey, sizeof bytes);
-  return __builtin_convertvector(bytes, I16);
-}
 
 [[gnu::always_inline]] inline I16 magnitude(I16 v) {
   return v > 0 ? v : -v;

@@ -204,7 +204,7 @@ void StereoMatcher::describe_band() {
   in.reserved = 0;
   std::copy(search.begin(), search.end(), in.runs.begin());
   for (std::size_t grey = 0; grey < in.large_step.size(); ++grey) {
-    in.large_step[grey] = penalties_.large_step[16 * grey];
+    in.large_step[grey] = penalties_.large_step[large_step_copies * grey];
   }
   const auto hold = [&](const MaskView& from, StereoBandInput::Rows& to) {
     for (std::int32_t y = 0; y < in.held_rows; ++y) {

@@ -1,6 +1,7 @@
 #include "fsw/vision/stereo/semi_global/path_aggregation.hpp"
 
 #include <algorithm>
+#include <type_traits>
 
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/stereo/cost/lanes.hpp"
@@ -27,7 +28,6 @@ U8 every(int value) {
 constexpr std::int32_t key_group = 64;
 constexpr int key_bits = 6;
 static_assert(excluded_sum < 1 << (16 - key_bits));
-constexpr std::int16_t lowest_possible_key = -32768;
 
 /// The state before the first row: zero costs between guards.
 void clear(std::uint8_t* costs, std::int32_t columns, std::int32_t padded, std::uint8_t guard) {
@@ -188,7 +188,7 @@ PathPenalties make_path_penalties(const StereoParams& params) {
   for (int grey = 0; grey < 256; ++grey) {
     // Inverse to the gradient beyond edge_grey, as a depth edge is usually an image edge.
     const int penalty = grey <= params.edge_grey ? most : most * params.edge_grey / grey;
-    std::fill_n(penalties.large_step.begin() + std::ptrdiff_t{grey} * lanes::bytes, lanes::bytes,
+    std::fill_n(penalties.large_step.begin() + std::ptrdiff_t{grey} * large_step_copies, large_step_copies,
                 static_cast<std::uint8_t>(std::max(least, penalty)));
   }
   return penalties;

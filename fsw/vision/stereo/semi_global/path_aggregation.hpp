@@ -34,8 +34,8 @@ struct PathRow {
 
 struct PathWorkspace {
   PathRow from_above[2][3];  ///< [row parity][from above left, above, above right]
-  /// [row parity], per column 16 bytes: the lowest cost of the path along the row and of the three from above, four
-  /// times each.
+  /// [row parity], per column 16 bytes: four that are not used, and the lowest cost of each of the three paths from
+  /// above, four times.
   alignas(64) std::array<std::uint8_t, max_path_columns * 16> lowest[2];
   alignas(64) std::array<std::uint8_t, max_path_stride + path_guard> along[2];
   alignas(64) std::array<std::uint8_t, max_path_stride + path_guard> zero;
@@ -46,10 +46,11 @@ struct PathWorkspace {
   std::int32_t stale_rows = 0;  ///< rows of `from_above` that another search wrote
 };
 
+inline constexpr std::size_t large_step_copies = 4;
 struct PathPenalties {
   std::int32_t small_step = 0;
-  /// By grey difference of the two pixels, 16 times each.
-  alignas(64) std::array<std::uint8_t, std::size_t{256} * 16> large_step{};
+  /// By grey difference of the two pixels, large_step_copies times each.
+  alignas(64) std::array<std::uint8_t, std::size_t{256} * large_step_copies> large_step{};
 };
 [[nodiscard]] PathPenalties make_path_penalties(const StereoParams& params);
 
