@@ -26,6 +26,14 @@ constexpr double weak_correlation = 0.6;
 constexpr double least_overlap = 0.2;
 constexpr double least_shared_by_three = 0.04;
 
+// A camera that climbs sees ground all around that the keyframe does not show, while all of the keyframe stays in view:
+// a frame is due as well if so many times more of it is new than the target plans for. In level flight both shares are
+// alike within a twentieth.
+constexpr double most_unseen_of_planned = 1.5;
+// A camera that turns about its subject keeps it in view, and sees it from elsewhere. Over level ground the views of
+// frames above the target overlap differ by up to 1.25, with a swinging gondola by up to 1.3.
+constexpr double largest_view_turn = 1.5;
+
 // About the rotation of the last frame; between frames a balloon turns and climbs by less.
 constexpr double narrow_rotation_rad = 0.2;
 constexpr double narrow_scale = 1.12;
@@ -96,6 +104,31 @@ Status OverlapChecker::load_keyframe(std::int64_t frame_id) {
   ILP_TRY(prepare_overlap(keyframe_image_.view(), keyframe_, scratch_.as<OverlapWorkspace>()));
   loaded_frame_id_ = frame_id;
   return {};
+}
+
+/// Whether the frame sees the ground of the keyframe from so far elsewhere that the two are hard to match.
+bool OverlapChecker::turned(const OverlapResult& measured) const {
+  const GrayView image = image_.view();
+  return view_turn_of_plane(image.width, image.height, measured.plane_b_from_a) > largest_view_turn;
+}
+
+/// Whether the candidate lies between the views of the keyframe and of such a frame.
+bool OverlapChecker::candidate_halves_turn(const OverlapResult& measured) const {
+  if (state_.candidate.frame_id == 0) return false;
+  double keyframe_from_candidate[9], frame_from_candidate[9];
+  if (!invert_plane(state_.candidate.plane_from_keyframe, keyframe_from_candidate)) return false;
+  compose_planes(measured.plane_b_from_a, keyframe_from_candidate, frame_from_candidate);
+  const GrayView image = image_.view();
+  return view_turn_of_plane(image.width, image.height, frame_from_candidate) <= largest_view_turn;
+}
+
+/// Whether so much of the frame is new that it is due, although it shows enough of the keyframe.
+bool OverlapChecker::mostly_new(const OverlapResult& measured) const {
+  double keyframe_from_frame[9];
+  if (!invert_plane(measured.plane_b_from_a, keyframe_from_frame)) return false;
+  const GrayView image = image_.view();
+  const double known = footprint_overlap_of_plane(image.width, image.height, keyframe_from_frame);
+  return 1 - known >= most_unseen_of_planned * (1 - mission_.target_overlap);
 }
 
 void OverlapChecker::begin_strip(const FrameRecord& frame, Outcome& outcome) const {
@@ -440,13 +473,19 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
     outcome.event = {StatusCode::overlap_unknown, frame.id, static_cast<std::int64_t>(record.verdict)};
     return {};
   }
+  const bool is_turned = !bridged && turned(measured);
+  if (is_turned && candidate_halves_turn(measured)) {
+    outcome.has_overlap = false;
+    outcome.cursor = cursor_;
+    return select_candidate(outcome);
+  }
   after.unknown_frame_id = 0;
   after.last_rotation_rad = measured.b_from_a.rotation_rad;
   after.last_scale = measured.b_from_a.scale;
   after.motion_known = true;
   const double slack = mission_.capture_mode == CaptureMode::forecast ? mission_.selection_slack : 0;
   // Across a keyframe that nothing relates to the ground ahead, no later frame is compared.
-  if (across || measured.overlap <= mission_.target_overlap + slack) {
+  if (across || is_turned || measured.overlap <= mission_.target_overlap + slack || mostly_new(measured)) {
     record.decision = OverlapDecision::selected;
     select(frame, measured, outcome);
     return {};

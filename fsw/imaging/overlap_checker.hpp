@@ -15,7 +15,8 @@
 
 namespace ilp {
 
-/// The first frame at or below the target overlap with the latest keyframe becomes the next keyframe. If a frame has
+/// The first frame at or below the target overlap with the latest keyframe becomes the next keyframe, and so does one
+/// of which much is new because the camera climbs, and one that sees the ground from far elsewhere. If a frame has
 /// moved too far already, the frame before it is taken instead, provided that its overlap suffices; otherwise oriented
 /// features relate it, and it becomes the next keyframe if the structure can go on from the common ground. If nothing
 /// relates it to the latest keyframe, which may be a bad image, the same features are compared with the keyframe before
@@ -91,6 +92,9 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   Status bridge_across(OverlapResult& measured, bool& bridged);
   Status keyframe_before(KeyframeRecord& latest, KeyframeRecord& before, bool& found);
   Status relate(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured, bool& bridged, bool& across);
+  [[nodiscard]] bool turned(const OverlapResult& measured) const;
+  [[nodiscard]] bool candidate_halves_turn(const OverlapResult& measured) const;
+  [[nodiscard]] bool mostly_new(const OverlapResult& measured) const;
   /// Whether the frame is good enough for a comparison.
   Status judge_alone(const FrameRecord& frame, OverlapVerdict& verdict);
   Status look_at(const FrameRecord& frame, Outcome& outcome);

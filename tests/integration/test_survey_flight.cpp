@@ -1,4 +1,5 @@
-// Recorded surveys whose consecutive images share a fifth to a half of their ground, or are turned by any angle.
+// Recorded surveys whose consecutive images share a fifth to a half of their ground, or are turned by any angle, or
+// are taken around one subject.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -112,7 +113,10 @@ TEST_P(SurveyFlight, TheChainHoldsWhereImagesShareLittleGroundAndItsPosesAreRigh
 INSTANTIATE_TEST_SUITE_P(Recorded, SurveyFlight,
                          ::testing::Values(Survey{"revisit_boruszyn_kite", 25, 20, 0.2, 26, 0.05},
                                            Survey{"revisit_seneca_farm", 26, 7, 0.06, 37, 0.06},
-                                           Survey{"aerial_coal_oil_point", 18, 15, 0.03, 18, 0.03}),
+                                           Survey{"aerial_coal_oil_point", 18, 15, 0.03, 18, 0.03},
+                                           // Cameras that go around a doorway and a fountain.
+                                           Survey{"strecha_entry_p10", 9, 9, 0.05, 9, 0.05},
+                                           Survey{"strecha_fountain_p11", 10, 10, 0.03, 10, 0.03}),
                          [](const auto& survey) { return std::string(survey.param.name); });
 
 }  // namespace

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "fsw/base/math.hpp"
 #include "fsw/vision/overlap/centred_similarity.hpp"
@@ -97,6 +99,14 @@ Similarity2 similarity_at_centre(std::int32_t width, std::int32_t height, const 
   const double dx_dx = (h[0] - x * h[6]) * w, dx_dy = (h[1] - x * h[7]) * w;
   const double dy_dx = (h[3] - y * h[6]) * w, dy_dy = (h[4] - y * h[7]) * w;
   return about_origin({0.5 * (dx_dx + dy_dy), 0.5 * (dy_dx - dx_dy), x - cx, y - cy}, width, height);
+}
+
+double view_turn_of_plane(std::int32_t width, std::int32_t height, const double (&h)[9]) {
+  const double along_x = h[6] * (width - 1), along_y = h[7] * (height - 1);
+  const double corners[4] = {h[8], h[8] + along_x, h[8] + along_y, h[8] + along_x + along_y};
+  const double least = *std::min_element(corners, corners + 4);
+  const double most = *std::max_element(corners, corners + 4);
+  return least > 0 ? most / least : std::numeric_limits<double>::infinity();
 }
 
 bool invert_plane(const double (&h)[9], double (&a_from_b)[9]) {

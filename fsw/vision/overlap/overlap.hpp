@@ -81,6 +81,11 @@ struct ImageQuality {
 /// Share of the area of image a that the homographies (row-major) map into image b and from there into image c.
 [[nodiscard]] double footprint_shared_by_three(std::int32_t width, std::int32_t height, const double (&b_from_a)[9],
                                                const double (&c_from_b)[9]);
+/// How far the homography (row-major) turns the view of the ground's plane: the distances of its corners along the axis
+/// change by different factors from image a to image b, and this is the largest factor over the smallest one. It is 1
+/// where the camera moves parallel to the plane, climbs or rotates about its axis; infinity where the plane is seen
+/// edge-on. No focal length is needed.
+[[nodiscard]] double view_turn_of_plane(std::int32_t width, std::int32_t height, const double (&b_from_a)[9]);
 /// c_from_a = c_from_b b_from_a, scaled to a last element of 1; `c_from_a` may be one of the factors.
 void compose_planes(const double (&c_from_b)[9], const double (&b_from_a)[9], double (&c_from_a)[9]);
 /// a_from_b, scaled in the same way; false for a plane seen edge-on, which has no inverse.

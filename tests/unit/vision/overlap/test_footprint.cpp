@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "fsw/base/math.hpp"
 #include "fsw/vision/overlap/overlap.hpp"
 
@@ -46,6 +48,25 @@ TEST(Footprint, HomographyIgnoresWhatLiesBehindTheHorizon) {
   // x / (1 - x/320) <= 639.5 holds for x <= 213.2; y / (1 - x/320) <= 479.5 cuts a corner of that.
   EXPECT_GT(overlap, 0.15);
   EXPECT_LT(overlap, 0.334);
+}
+
+TEST(Footprint, TheViewTurnsWhereDistancesOfTheCornersChangeByDifferentFactors) {
+  // A camera that looks straight at the plane goes about its middle by an angle, at the same distance: H = R + t n'.
+  for (const double angle : {0.0, 0.1, 0.4}) {
+    const double f = 500, c = std::cos(angle), s = std::sin(angle);
+    const double cx = 0.5 * (width - 1), cy = 0.5 * (height - 1);
+    // x' = f c x / (f - s x), y' = f y / (f - s x), about the middle.
+    const double about_middle[9] = {f * c, 0, 0, 0, f, 0, -s, 0, f};
+    const double to_middle[9] = {1, 0, -cx, 0, 1, -cy, 0, 0, 1}, from_middle[9] = {1, 0, cx, 0, 1, cy, 0, 0, 1};
+    double plane[9];
+    compose_planes(about_middle, to_middle, plane);
+    compose_planes(from_middle, plane, plane);
+    EXPECT_NEAR(view_turn_of_plane(width, height, plane), (f + s * cx) / (f - s * cx), 1e-9) << angle;
+  }
+  const double climb[9] = {0.7, 0.1, 30, -0.1, 0.7, 20, 0, 0, 1};
+  EXPECT_DOUBLE_EQ(view_turn_of_plane(width, height, climb), 1);
+  const double edge_on[9] = {1, 0, 0, 0, 1, 0, -1.0 / 320, 0, 1};
+  EXPECT_EQ(view_turn_of_plane(width, height, edge_on), HUGE_VAL);
 }
 
 TEST(Footprint, GroundOfThreeImagesIsWhatBothHomographiesKeep) {
