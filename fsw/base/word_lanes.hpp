@@ -28,7 +28,7 @@ struct WordLanes<KnownWidth<VectorWidth::bytes16>> {
     sums += reinterpret_cast<Sums>(
         __builtin_ia32_pmaddwd128(reinterpret_cast<const Halves&>(p), reinterpret_cast<const Halves&>(q)));
 #else
-    const Sums both_p = reinterpret_cast<const Sums&>(p), both_q = reinterpret_cast<const Sums&>(q);
+    const Sums both_p = reinterpret_cast<Sums>(p), both_q = reinterpret_cast<Sums>(q);
     sums += ((both_p << 16) >> 16) * ((both_q << 16) >> 16) + (both_p >> 16) * (both_q >> 16);
 #endif
   }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "fsw/base/rng.hpp"
+#include "fsw/vision/terrain/bit_coder.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
 
 namespace ilp {
@@ -128,6 +129,61 @@ TEST(MaskCoding, RandomBytesNeverWriteOutside) {
       ASSERT_EQ(guarded[i], 0x5A);
       ASSERT_EQ(guarded[guarded.size() - 1 - i], 0x5A);
     }
+  }
+}
+
+struct RunOfBits {
+  std::uint32_t context, bit;
+  std::size_t count;
+};
+
+// Runs of up to 200 000 bits: several renewals of the range, and all sizes that it has meanwhile.
+std::vector<RunOfBits> runs_of_bits() {
+  std::vector<RunOfBits> runs;
+  Rng rng(5, 7);
+  for (int i = 0; i < 400; ++i) {
+    const auto context = static_cast<std::uint32_t>(rng.below(3)), bit = static_cast<std::uint32_t>(rng.below(2));
+    runs.push_back({context, bit, 1 + rng.below(i % 40 == 0 ? 200000 : 3000)});
+    // Only long runs of one bit settle a context, and only one other bit unsettles it.
+    if (i % 3 == 0) runs.push_back({context, bit, 4000});
+  }
+  return runs;
+}
+
+TEST(MaskCoding, ARunIsCodedAsItsSingleBits) {
+  const std::vector<RunOfBits> runs = runs_of_bits();
+  std::vector<std::uint8_t> single(1U << 20U), together(single.size());
+  BitEncoder<3> by_bits(single.data(), single.size()), by_runs(together.data(), together.size());
+  for (const RunOfBits& run : runs) {
+    for (std::size_t k = 0; k < run.count; ++k) by_bits.encode(run.context, run.bit);
+    by_runs.encode_run(run.context, run.bit, run.count);
+  }
+  const std::size_t bytes = by_bits.finish();
+  ASSERT_EQ(by_runs.finish(), bytes);
+  ASSERT_EQ(single, together);
+
+  BitDecoder<3> bits(single.data(), bytes), in_runs(single.data(), bytes);
+  for (const RunOfBits& run : runs) {
+    for (std::size_t k = 0; k < run.count; ++k) ASSERT_EQ(bits.decode(run.context), run.bit);
+    ASSERT_EQ(in_runs.decode_run(run.context, run.bit, run.count), run.count);
+  }
+  EXPECT_EQ(in_runs.used(), bits.used());
+}
+
+TEST(MaskCoding, ARunEndsAtTheOtherBit) {
+  std::vector<std::uint8_t> bytes(1U << 16U);
+  for (const std::uint32_t usual : {0U, 1U}) {
+    BitEncoder<1> coder(bytes.data(), bytes.size());
+    Rng rng(6, usual);
+    std::vector<std::size_t> lengths;
+    for (int i = 0; i < 60; ++i) lengths.push_back(rng.below(i % 2 == 0 ? 20000 : 3000));
+    for (const std::size_t length : lengths) {
+      for (std::size_t k = 0; k < length; ++k) coder.encode(0, usual);
+      coder.encode(0, usual ^ 1U);
+    }
+    const std::size_t size = coder.finish();
+    BitDecoder<1> decoder(bytes.data(), size);
+    for (const std::size_t length : lengths) ASSERT_EQ(decoder.decode_run(0, usual, 100000), length);
   }
 }
 
