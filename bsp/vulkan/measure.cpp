@@ -1,10 +1,10 @@
 #include "bsp/vulkan/measure.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstring>
 
+#include "bsp/vulkan/stopwatch.hpp"
 #include "fsw/base/checksum.hpp"
 
 namespace ilp {
@@ -30,11 +30,6 @@ std::int64_t compared_samples(const WidePose& pose) {
   return sum;
 }
 
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
 WideInput input;
 WideOutput by_device, by_processor;
 WideWorkspace workspace;
@@ -50,12 +45,12 @@ bool measure_wide_search(WideSearchJob& search) {
   std::int64_t samples = 0;
   for (std::int32_t job = 0; job < plan.jobs(); ++job) {
     fill_wide_job(plan, job, input);
-    Clock::time_point begin = Clock::now();
+    const Stopwatch of_device;
     if (!search.run(memory_of(input), std::as_writable_bytes(std::span(&by_device, 1)))) return false;
-    device_s += seconds_since(begin);
-    begin = Clock::now();
+    device_s += of_device.seconds();
+    const Stopwatch of_processor;
     for (std::size_t k = 0; k < wide_job_poses; ++k) search_wide_pose(input, k, workspace, by_processor.best[k]);
-    processor_s += seconds_since(begin);
+    processor_s += of_processor.seconds();
     for (const WidePose& pose : input.poses) samples += compared_samples(pose);
     if (std::memcmp(&by_device, &by_processor, sizeof(by_device)) != 0) {
       std::printf("job %d: the bytes of the device are not those of the processor\n", job);

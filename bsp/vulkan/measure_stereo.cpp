@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstring>
 
 #include "bsp/vulkan/measure.hpp"
+#include "bsp/vulkan/stopwatch.hpp"
 #include "fsw/base/checksum.hpp"
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/stereo/match/stereo_matcher.hpp"
@@ -12,11 +12,6 @@ namespace ilp {
 namespace {
 
 constexpr std::int32_t width = 640, height = 480, disparities = 64, shift = 29;
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 template <typename T>
 using Image = FixedImage<T, std::size_t{width} * height>;
@@ -62,16 +57,16 @@ bool measure_stereo_pair(StereoBandDeviceJob& bands) {
   while (pending) {
     if (matcher.wants_band()) {
       matcher.describe_band();
-      Clock::time_point begin = Clock::now();
+      const Stopwatch of_device;
       if (!bands.run(memory_of(job.input), std::as_writable_bytes(std::span(&job.output, 1)))) return false;
-      device_s += seconds_since(begin);
-      begin = Clock::now();
+      device_s += of_device.seconds();
+      const Stopwatch of_processor;
       for (std::size_t unit = 0; unit < stereo_band_units; ++unit) {
         compute_stereo_band_unit(job.input, unit, borrowed,
                                  std::as_writable_bytes(std::span(&by_processor, 1))
                                      .subspan(unit * stereo_band_unit_bytes, stereo_band_unit_bytes));
       }
-      processor_s += seconds_since(begin);
+      processor_s += of_processor.seconds();
       if (std::memcmp(&job.output, &by_processor, sizeof(by_processor)) != 0) {
         std::printf("band %d: the bytes of the device are not those of the processor\n", jobs);
         return false;

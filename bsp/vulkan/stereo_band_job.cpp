@@ -1,7 +1,6 @@
 #include "bsp/vulkan/stereo_band_job.hpp"
 
 #include <cstddef>
-#include <cstring>
 
 #include "bsp/vulkan/stereo_above.spv.hpp"
 #include "bsp/vulkan/stereo_along.spv.hpp"
@@ -47,15 +46,10 @@ constexpr auto width = static_cast<std::uint32_t>(stereo_band_width);
 
 }  // namespace
 
-bool StereoBandDeviceJob::record(Step step, std::uint32_t first_row, VkPipelineLayout layout, VkDescriptorSet set,
-                                 VkCommandBuffer& commands) {
-  if (!device_->begin_commands(commands)) return false;
-  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout, 0, 1, &set, 0, nullptr);
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_[step]);
+bool StereoBandDeviceJob::record(Step step, std::uint32_t first_row, VkCommandBuffer& commands) {
+  if (!job_.begin(commands)) return false;
   const auto dispatch = [&](std::uint32_t row, std::uint32_t x, std::uint32_t y) {
-    vkCmdPushConstants(commands, layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(row), &row);
-    vkCmdDispatch(commands, x, y, 1);
-    VulkanDevice::separate(commands, false);
+    job_.dispatch(commands, pipelines_[step], row, x, y);
   };
   switch (step) {
     case cost:
@@ -67,6 +61,7 @@ bool StereoBandDeviceJob::record(Step step, std::uint32_t first_row, VkPipelineL
       break;
     case above:
       for (std::uint32_t row = first_row; row < first_row + rows_per_submission; ++row) {
+        if (row > first_row) VulkanDevice::separate(commands, false);
         dispatch(row, groups_of(width, lines_per_group), handed_paths);
       }
       break;
@@ -75,43 +70,27 @@ bool StereoBandDeviceJob::record(Step step, std::uint32_t first_row, VkPipelineL
       dispatch(first_row, groups_of(width, VulkanDevice::lanes), rows_per_submission);
       break;
   }
-  VulkanDevice::separate(commands, true);
-  return VulkanDevice::end_commands(commands);
+  return DeviceJob::end(commands);
 }
 
 bool StereoBandDeviceJob::prepare(VulkanDevice& device) {
-  device_ = &device;
-  const VulkanBuffer* const buffers[] = {&input_, &scratch_, &output_};
-  VkPipelineLayout layout = VK_NULL_HANDLE;
-  VkDescriptorSet set = VK_NULL_HANDLE;
-  if (!device.make_buffer(sizeof(StereoBandInput), input_) || !device.make_buffer(scratch_bytes, scratch_) ||
-      !device.make_buffer(sizeof(StereoBandOutput), output_) || !device.make_set(buffers, layout, set)) {
+  // Without the promise the comparison at the start of a flight says whether the device rounds as processors do.
+  const DeviceJob::Shader costs =
+      device.rounds_to_nearest() ? DeviceJob::Shader(stereo_cost_rounded_spv) : stereo_cost_spv;
+  const DeviceJob::Shader shaders[] = {costs, stereo_along_spv, stereo_above_spv, stereo_winner_spv};
+  if (!job_.make(device, {sizeof(StereoBandInput), scratch_bytes, sizeof(StereoBandOutput)}, shaders, pipelines_)) {
     return false;
   }
-  // Without the promise the comparison at the start of a flight says whether the device rounds as processors do.
-  const std::span<const std::uint32_t> costs =
-      device.rounds_to_nearest() ? std::span<const std::uint32_t>(stereo_cost_rounded_spv) : stereo_cost_spv;
-  const std::span<const std::uint32_t> shaders[] = {costs, stereo_along_spv, stereo_above_spv, stereo_winner_spv};
   for (std::uint32_t step = 0; step < steps; ++step) {
-    if (!device.make_pipeline(shaders[step], layout, pipelines_[step])) return false;
     for (std::uint32_t part = 0; part < parts; ++part) {
-      if (!record(static_cast<Step>(step), part * rows_per_submission, layout, set, commands_[step * parts + part])) {
-        return false;
-      }
+      if (!record(static_cast<Step>(step), part * rows_per_submission, commands_[step * parts + part])) return false;
     }
   }
   return true;
 }
 
 bool StereoBandDeviceJob::run(std::span<const std::byte> input, std::span<std::byte> output) {
-  std::memcpy(input_.bytes, input.data(), input.size());
-  // What lies beyond the image is not written.
-  std::memset(output_.bytes, 0, output_.size);
-  for (const VkCommandBuffer commands : commands_) {
-    if (!device_->run(commands)) return false;
-  }
-  std::memcpy(output.data(), output_.bytes, output.size());
-  return true;
+  return job_.run(commands_, input, output);
 }
 
 }  // namespace ilp

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "bsp/vulkan/vulkan_device.hpp"
+#include "bsp/vulkan/device_job.hpp"
 #include "fsw/vision/stereo/band/stereo_band.hpp"
 
 namespace ilp {
@@ -21,11 +21,9 @@ class StereoBandDeviceJob {
   static constexpr std::uint32_t parts = stereo_band_rows / rows_per_submission;
 
   enum Step : std::uint32_t { cost, along, above, winner, steps };
-  bool record(Step step, std::uint32_t first_row, VkPipelineLayout layout, VkDescriptorSet set,
-              VkCommandBuffer& commands);
+  bool record(Step step, std::uint32_t first_row, VkCommandBuffer& commands);
 
-  VulkanDevice* device_ = nullptr;
-  VulkanBuffer input_, scratch_, output_;
+  DeviceJob job_;
   std::array<VkPipeline, steps> pipelines_{};
   std::array<VkCommandBuffer, std::size_t{steps} * parts> commands_{};  ///< step by step
 };

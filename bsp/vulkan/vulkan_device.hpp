@@ -42,7 +42,7 @@ class VulkanDevice {
   bool make_pipeline(std::span<const std::uint32_t> shader, VkPipelineLayout layout, VkPipeline& pipeline);
   bool begin_commands(VkCommandBuffer& commands);
   static bool end_commands(VkCommandBuffer commands);
-  /// What a shader wrote is there for the next one, or at the end for the processor.
+  /// What a shader wrote is there for the next one, and at the end for the processor, too.
   static void separate(VkCommandBuffer commands, bool last);
   /// Submits the commands and waits until they are done.
   bool run(VkCommandBuffer commands);

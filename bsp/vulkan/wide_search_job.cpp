@@ -1,7 +1,6 @@
 #include "bsp/vulkan/wide_search_job.hpp"
 
 #include <cstddef>
-#include <cstring>
 
 #include "bsp/vulkan/wide_draw.spv.hpp"
 #include "bsp/vulkan/wide_search.spv.hpp"
@@ -28,45 +27,28 @@ constexpr std::uint32_t canvas_groups =
 
 }  // namespace
 
-bool WideSearchJob::record(std::size_t submission, VkPipelineLayout layout, VkDescriptorSet set) {
+bool WideSearchJob::record(std::size_t submission) {
   VkCommandBuffer& commands = commands_[submission];
-  if (!device_->begin_commands(commands)) return false;
+  if (!job_.begin(commands)) return false;
   const auto first = static_cast<std::uint32_t>(submission * poses_per_submission);
-  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout, 0, 1, &set, 0, nullptr);
-  vkCmdPushConstants(commands, layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(first), &first);
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, draw_);
-  vkCmdDispatch(commands, canvas_groups, poses_per_submission, 1);
+  job_.dispatch(commands, pipelines_[draw], first, canvas_groups, poses_per_submission);
   VulkanDevice::separate(commands, false);
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, search_);
-  vkCmdDispatch(commands, wide_max_shifts, poses_per_submission, 1);
-  VulkanDevice::separate(commands, true);
-  return VulkanDevice::end_commands(commands);
+  job_.dispatch(commands, pipelines_[search], first, wide_max_shifts, poses_per_submission);
+  return DeviceJob::end(commands);
 }
 
 bool WideSearchJob::prepare(VulkanDevice& device) {
-  device_ = &device;
-  const VulkanBuffer* const buffers[] = {&input_, &canvases_, &output_};
-  VkPipelineLayout layout = VK_NULL_HANDLE;
-  VkDescriptorSet set = VK_NULL_HANDLE;
-  if (!device.make_buffer(sizeof(WideInput), input_) ||
-      !device.make_buffer(wide_job_poses * wide_canvas_side * canvas_words * word, canvases_) ||
-      !device.make_buffer(sizeof(WideOutput), output_) || !device.make_set(buffers, layout, set) ||
-      !device.make_pipeline(wide_draw_spv, layout, draw_) || !device.make_pipeline(wide_search_spv, layout, search_)) {
-    return false;
-  }
+  const DeviceJob::Shader shaders[] = {wide_draw_spv, wide_search_spv};
+  constexpr std::size_t canvases = wide_job_poses * wide_canvas_side * canvas_words * word;
+  if (!job_.make(device, {sizeof(WideInput), canvases, sizeof(WideOutput)}, shaders, pipelines_)) return false;
   for (std::size_t i = 0; i < submissions; ++i) {
-    if (!record(i, layout, set)) return false;
+    if (!record(i)) return false;
   }
   return true;
 }
 
 bool WideSearchJob::run(std::span<const std::byte> input, std::span<std::byte> output) {
-  std::memcpy(input_.bytes, input.data(), input.size());
-  for (const VkCommandBuffer commands : commands_) {
-    if (!device_->run(commands)) return false;
-  }
-  std::memcpy(output.data(), output_.bytes, output.size());
-  return true;
+  return job_.run(commands_, input, output);
 }
 
 }  // namespace ilp

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "bsp/vulkan/vulkan_device.hpp"
+#include "bsp/vulkan/device_job.hpp"
 #include "fsw/vision/overlap/wide_search.hpp"
 
 namespace ilp {
@@ -20,11 +20,11 @@ class WideSearchJob {
   static constexpr std::size_t poses_per_submission = 4;
   static constexpr std::size_t submissions = wide_job_poses / poses_per_submission;
 
-  bool record(std::size_t submission, VkPipelineLayout layout, VkDescriptorSet set);
+  enum Step : std::size_t { draw, search, steps };
+  bool record(std::size_t submission);
 
-  VulkanDevice* device_ = nullptr;
-  VulkanBuffer input_, canvases_, output_;
-  VkPipeline draw_ = VK_NULL_HANDLE, search_ = VK_NULL_HANDLE;
+  DeviceJob job_;
+  std::array<VkPipeline, steps> pipelines_{};
   std::array<VkCommandBuffer, submissions> commands_{};
 };
 
