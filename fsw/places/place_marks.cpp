@@ -19,8 +19,8 @@ constexpr double pose_sigmas = 3;
 constexpr double largest_pose_error_px = seen_cell_px;
 /// The cosine of 0.2 rad, by which a camera turns in a curve and not on a straight strip.
 constexpr double straight_on = 0.98;
-/// The cosine of 45 degrees between two parts of the way. Behind such a bend, ground beside the way comes into view
-/// again that the keyframe before does not show.
+/// The cosine of 45 degrees between two parts of the camera's way. Behind such a bend, ground beside the way comes into
+/// view again that the keyframe before does not show.
 constexpr double same_way = 0.7;
 
 }  // namespace
@@ -107,7 +107,8 @@ bool PlaceMemory::comes_back_to(const RememberedPlace& place, const RememberedPl
   const RigidTransform here = cam_from_world(pose_of(pose_));
   const Vec3 ground = ground_of(place);
   if ((ground_here() - ground).norm() < (ground_of(before) - ground).norm()) return true;
-  const Vec3 way = ground_of(before) - ground, next = ground_here() - ground_of(before);
+  const Vec3 middle = inverse(camera_at(before)).translation;
+  const Vec3 way = middle - inverse(camera_at(place)).translation, next = inverse(here).translation - middle;
   if (way.dot(next) < same_way * way.norm() * next.norm()) return true;
   const Mat3 turn = here.rotation * camera_at(place).rotation.transpose();
   return 0.5 * (turn.trace() - 1) < straight_on;
