@@ -9,8 +9,9 @@ namespace {
 
 constexpr std::uint64_t all_pixels = ~std::uint64_t{0};
 
-/// A rest of a mask that is smaller than a cell is not worth a product.
-constexpr std::uint32_t smallest_rest = seen_cell_px * seen_cell_px;
+/// A rest of a mask that is smaller than four cells is not worth a product: image and depth take 3 KB at least, 12
+/// bytes for each of its pixels.
+constexpr std::uint32_t smallest_rest = 4 * seen_cell_px * seen_cell_px;
 
 // Values of the mask while known ground is taken out of it.
 constexpr std::uint8_t outside = 0;

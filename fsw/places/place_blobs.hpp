@@ -6,11 +6,17 @@
 #include <span>
 
 #include "fsw/vision/place/place_features.hpp"
+#include "fsw/vision/terrain/seen_cells.hpp"
 
 namespace ilp {
 
 /// All features come first, then the inverse depths of their ground.
 inline constexpr std::size_t bytes_per_feature = sizeof(PlaceFeature) + sizeof(float);
+
+/// One byte each.
+inline std::size_t cell_count(const SeenCells& cells) {
+  return static_cast<std::size_t>(cells.columns) * static_cast<std::size_t>(cells.rows);
+}
 
 template <typename T>
 std::span<const std::uint8_t> octets(const T* items, std::size_t count) {

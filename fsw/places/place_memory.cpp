@@ -16,31 +16,17 @@ namespace {
 
 /// The reading of the places after a start, as an input for patience_.
 constexpr std::int64_t recall_subject = -1;
-/// Keyframes of a strip that the chain of pairs relates to each other, and whose ground its coverage knows.
-constexpr std::int64_t chained_keyframes = 8;
 /// Overlap from which the chain determines a keyframe's pose well.
 constexpr double closely_chained = 0.7;
 /// Where the chain is close, more links hardly make the poses better.
 constexpr std::size_t enough_links = 3;
-// Distances of places, in half sides of the image.
+/// A distance of places, in half sides of the image.
 constexpr double much_in_common = 1;
-constexpr double any_in_common = 3.4;  // corners touch
-/// Links and poses put ground within a pixel of its place.
-constexpr std::int32_t border_px = 2, sliver_px = 4;
-/// Poses of keyframes far apart in the strip say where ground lies if three sigmas are at most a cell.
-constexpr double pose_sigmas = 3;
-constexpr double largest_pose_error_px = seen_cell_px;
-/// The cosine of 0.2 rad, by which a camera turns in a curve and not on a straight strip.
-constexpr double straight_on = 0.98;
 /// 99.9 % of the squared errors of three coordinates lie below 16.3. The pose errors are stated along the strip only,
 /// so that three times the sigma is allowed.
 constexpr double largest_misfit = 3 * 3 * 16.3;
 /// Patches are registered to a tenth of a pixel; the depths of their cells add their relief.
 constexpr double registered_threshold_px = 2.5, registered_sigma_px = 0.3;
-
-std::size_t cell_count(const SeenCells& cells) {
-  return static_cast<std::size_t>(cells.columns) * static_cast<std::size_t>(cells.rows);
-}
 
 /// 0 where there is no ground.
 float depth_at(const CellDepths& depths, const SeenCells& cells, float x, float y) {
@@ -386,169 +372,6 @@ Status PlaceMemory::link_with(const RememberedPlace& place, const PlaceRecord& r
   }
   link.points.bytes = static_cast<std::uint32_t>(points.size() * sizeof(LinkPoint));
   static_cast<void>(links_.push_back(link));
-  return {};
-}
-
-Status PlaceMemory::load_seen(std::int64_t keyframe_id, SeenCells& cells) {
-  ILP_TRY(clear_seen_cells(camera_.width, camera_.height, cells));
-  PlaceRecord place;
-  const Status found = get(store_, keyframe_id, place);
-  if (!found.ok()) return is_transient(found) ? found : Status{};
-  const std::size_t count = cell_count(cells);
-  if (place.cells.bytes != count) return {};
-  const Status read =
-      read_blob<PlaceRecord>(store_, "cells", keyframe_id, 0, writable_octets(cells.quality.data(), count));
-  if (read.ok()) return {};
-  ILP_TRY(clear_seen_cells(camera_.width, camera_.height, cells));
-  return is_transient(read) ? read : Status{};
-}
-
-/// The image makes room for the mask. Where no earlier keyframe shows this ground, nobody needs it.
-Status PlaceMemory::load_mask() {
-  if (mask_loaded_) return {};
-  ILP_TRY(image_.resize(depth_.width, depth_.height));
-  ILP_TRY(read_blob<DepthRecord>(store_, "mask", depth_.id, 0, {mask_bytes_.data(), depth_.mask.bytes}));
-  ILP_TRY(decode_mask(mask_bytes_.data(), depth_.mask.bytes, image_.view()));
-  mask_loaded_ = true;
-  return {};
-}
-
-/// By one link all keyframes of the earlier strip that stand near say which ground they have seen.
-Status PlaceMemory::mark_by(const LinkRecord& link, std::size_t& left, bool& done) {
-  if (depth_.verdict != DepthVerdict::ok) {
-    if (left > 0) {
-      --left;
-      return {};
-    }
-    done = true;
-    ILP_TRY(load_mask());
-    ILP_TRY(load_seen(link.place_id, other_seen_));
-    Mat3 keyframe_from_place;
-    for (int i = 0; i < 9; ++i) keyframe_from_place(i / 3, i % 3) = link.keyframe_from_place_px[i];
-    const Mat3 place_from_keyframe = keyframe_from_place.inverse();
-    if (place_from_keyframe.allFinite()) {
-      mark_known_over_plane(image_.view(), place_from_keyframe, other_seen_, known_);
-    }
-    return {};
-  }
-  // Without a geometry nothing says how well the other keyframe saw the ground of this one.
-  if (link.verdict == LinkVerdict::images_only) return {};
-  PoseRecord place;
-  ILP_TRY(measured(link.place_id, place));
-  if (place.state != PoseState::final) return {};
-  const Similarity cam_from_strip = compose(similarity_of(link), similarity_from(cam_from_world(pose_of(place))));
-  const bool same = link.place_strip_id == keyframe_.strip_id;
-  NearPlaces near;
-  table_.find_near(link.place_strip_id, same ? first_chained() - 1 : keyframe_.id - 1, cam_from_strip, ground_distance_,
-                   any_in_common, camera_, near);
-  done = left < near.size();
-  if (done) return mark_seen_by(near[left], cam_from_strip, 0);
-  left -= near.size();
-  return {};
-}
-
-Status PlaceMemory::mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip, double error_px) {
-  const std::int64_t id = table_.at(near.slot).keyframe_id;
-  PoseRecord pose;
-  ILP_TRY(measured(id, pose));
-  if (pose.state != PoseState::final) return {};
-  ILP_TRY(load_mask());
-  ILP_TRY(load_seen(id, other_seen_));
-  const Similarity other_from_camera = compose(similarity_from(cam_from_world(pose_of(pose))), inverse(cam_from_strip));
-  mark_known({image_.view(), seen_, depths_, camera_}, {other_seen_, other_from_camera, error_px}, mission_.claim_ratio,
-             known_);
-  return {};
-}
-
-/// The ground before the camera, in the middle of the image, in the world of the strip.
-Vec3 PlaceMemory::ground_here() const {
-  return inverse(cam_from_world(pose_of(pose_))) * Vec3(0, 0, ground_distance_);
-}
-
-/// On a straight strip no keyframe comes nearer to an earlier one than the keyframe before it, and none turns.
-bool PlaceMemory::comes_back_to(const RememberedPlace& place, const RememberedPlace& before) const {
-  const RigidTransform here = cam_from_world(pose_of(pose_));
-  const Vec3 ground = ground_of(place);
-  if ((ground_here() - ground).norm() < (ground_of(before) - ground).norm()) return true;
-  const Mat3 turn = here.rotation * camera_at(place).rotation.transpose();
-  return 0.5 * (turn.trace() - 1) < straight_on;
-}
-
-/// The keyframe before shows all ground of this one, but for corners: as in a descent, nothing can come back.
-bool PlaceMemory::lies_inside(const RememberedPlace& before) const {
-  const double half = 0.5 * std::min(camera_.width / camera_.fx, camera_.height / camera_.fy);
-  const double apart = (ground_here() - ground_of(before)).norm();
-  return apart + half * ground_distance_ <= half * static_cast<double>(before.ground_distance);
-}
-
-/// How far the ground may lie from where the poses of this keyframe and an earlier one of the strip put it.
-Status PlaceMemory::error_by_poses(const RememberedPlace& place, double& error_px) {
-  error_px = 0;
-  if (place.keyframe_id > keyframe_.id - chained_keyframes) return {};
-  PoseRecord pose;
-  ILP_TRY(measured(place.keyframe_id, pose));
-  const bool first = place.keyframe_id == keyframe_.id - keyframe_.index;
-  const bool stated = pose.state == PoseState::final && has_covariance(pose_) && (first || has_covariance(pose));
-  error_px = stated ? pose_sigmas * camera_.fx * ground_error_of_poses(pose_, pose, ground_distance_) : HUGE_VAL;
-  return {};
-}
-
-/// Ground that left the images of the strip and comes back without a link: the poses say where it is.
-Status PlaceMemory::mark_by_poses(std::size_t& left, bool& done) {
-  const RememberedPlace* before = table_.newest();
-  const bool posed = pose_.state == PoseState::final && ground_distance_ > 0;
-  if (!posed || before == nullptr || before->strip_id != keyframe_.strip_id || lies_inside(*before)) return {};
-  const auto contradicts = [](const LinkRecord& link) { return link.verdict == LinkVerdict::contradicts_poses; };
-  if (std::any_of(links_.begin(), links_.end(), contradicts)) return {};
-  const Similarity cam_from_strip = similarity_from(cam_from_world(pose_of(pose_)));
-  NearPlaces near;
-  table_.find_near(keyframe_.strip_id, keyframe_.id - 2, cam_from_strip, ground_distance_, any_in_common, camera_,
-                   near);
-  for (const NearPlace& one : near) {
-    const RememberedPlace& place = table_.at(one.slot);
-    if (!comes_back_to(place, *before)) continue;
-    if (left > 0) {
-      --left;
-      continue;
-    }
-    done = true;
-    double error_px = 0;
-    ILP_TRY(error_by_poses(place, error_px));
-    return error_px <= largest_pose_error_px ? mark_seen_by(one, cam_from_strip, error_px) : Status{};
-  }
-  return {};
-}
-
-Status PlaceMemory::mark_next(bool& done) {
-  std::size_t left = marked_++;
-  done = false;
-  for (std::size_t i = 0; i < links_.size() && !done; ++i) ILP_TRY(mark_by(links_[i], left, done));
-  return done || depth_.verdict != DepthVerdict::ok ? Status{} : mark_by_poses(left, done);
-}
-
-/// By one earlier keyframe.
-Status PlaceMemory::mark_known_ground() {
-  const bool masked = depth_.mask.bytes != 0 && depth_.mask.bytes <= mask_bytes_.size();
-  bool done = false;
-  if (masked) ILP_TRY(mark_next(done));
-  if (done) return {};
-  marked_ = 0;
-  phase_ = mask_loaded_ ? Phase::cut : Phase::record;
-  return {};
-}
-
-/// Takes the ground that is known out of the mask.
-Status PlaceMemory::cut_mask() {
-  bool more = false;
-  known_before_ = take_known_slice(known_, sliver_px, border_px, image_.view(), marked_++, more);
-  if (more) return {};
-  phase_ = Phase::record;
-  mask_changed_ = known_before_ != 0;
-  if (!mask_changed_) return {};
-  std::size_t bytes = 0;
-  ILP_TRY(encode_mask(image_.view(), mask_bytes_.data(), mask_bytes_.size(), bytes));
-  depth_.mask.bytes = static_cast<std::uint32_t>(bytes);
-  depth_.newly_seen -= std::min(depth_.newly_seen, known_before_);
   return {};
 }
 

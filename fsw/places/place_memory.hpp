@@ -38,6 +38,9 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   [[nodiscard]] LastingMemory lasting() const override;
 
  private:
+  /// Keyframes of a strip that the chain of pairs relates to each other, and whose ground its coverage knows.
+  static constexpr std::int64_t chained_keyframes = 8;
+
   enum class Phase : std::uint8_t { recall, idle, load, features, patches, search, compare, narrow, cut, record };
 
   struct State {
@@ -86,6 +89,9 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   /// Each of these marks by one keyframe, the first after `left` of those that count; then `done` is set.
   Status mark_by(const LinkRecord& link, std::size_t& left, bool& done);
   Status mark_by_poses(std::size_t& left, bool& done);
+  Status mark_by_links_before(std::size_t& left, bool& done);
+  Status mark_by_link_of(std::int64_t linked_id, const LinkRecord& link, std::size_t& left, bool& done);
+  Status link_before(std::int64_t keyframe_id, std::int64_t number, LinkRecord& link, bool& found);
   Status mark_next(bool& done);
   Status mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip, double error_px);
   [[nodiscard]] Vec3 ground_here() const;

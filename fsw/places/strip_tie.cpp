@@ -93,6 +93,15 @@ SimilarityCovariance covariance_of(const LinkRecord& link, const PoseRecord& key
   return unpack_covariance(link.covariance) + covariance_of(similarity_of(link), keyframe, place);
 }
 
+/// How a point moves with the unknowns of SimilarityCovariance.
+Eigen::Matrix<double, 3, 7> moved_by_step(const Vec3& point) {
+  Eigen::Matrix<double, 3, 7> moved;
+  moved.block<3, 3>(0, 0) = -cross_matrix(point);
+  moved.block<3, 3>(0, 3) = Mat3::Identity();
+  moved.block<3, 1>(0, 6) = point;
+  return moved;
+}
+
 struct Consensus {
   std::size_t reference = 0;
   std::uint32_t links = 0;
@@ -210,12 +219,13 @@ bool has_covariance(const PoseRecord& pose) {
 }
 
 Eigen::Matrix<double, 3, 7> ground_by_step(double distance) {
-  const Vec3 ground(0, 0, distance);
-  Eigen::Matrix<double, 3, 7> moved;
-  moved.block<3, 3>(0, 0) = -cross_matrix(ground);
-  moved.block<3, 3>(0, 3) = Mat3::Identity();
-  moved.block<3, 1>(0, 6) = ground;
-  return moved;
+  return moved_by_step(Vec3(0, 0, distance));
+}
+
+double error_of_link_at(const LinkRecord& link, const Vec3& point) {
+  const Eigen::Matrix<double, 3, 7> moved = moved_by_step(point);
+  const Mat3 error = moved * unpack_covariance(link.covariance) * moved.transpose();
+  return std::sqrt(error.trace());
 }
 
 double ground_error_of_poses(const PoseRecord& keyframe, const PoseRecord& place, double distance) {

@@ -63,6 +63,9 @@ struct LoopError {
 /// covariances, as if they were independent.
 [[nodiscard]] double ground_error_of_poses(const PoseRecord& keyframe, const PoseRecord& place, double distance);
 
+/// One sigma of where the link puts a point, in the frame and the unit of its newer camera.
+[[nodiscard]] double error_of_link_at(const LinkRecord& link, const Vec3& point);
+
 [[nodiscard]] Similarity similarity_of(const LinkRecord& link);
 [[nodiscard]] Similarity similarity_of(const TieRecord& tie);
 

@@ -141,13 +141,13 @@ TEST_F(KnownGroundTest, ThinGroundFarFromKnownGroundStays) {
   for (int x = 0; x < 150; ++x) EXPECT_FALSE(taken(x, 70));
 }
 
-TEST_F(KnownGroundTest, ARestOfLessThanACellIsTakenAndASmallMaskWithoutKnownGroundIsNot) {
+TEST_F(KnownGroundTest, ARestOfLessThanFourCellsIsTakenAndASmallMaskWithoutKnownGroundIsNot) {
   const auto square = [](int side) { return [side](int x, int y) { return x / side == 3 && y / side == 3; }; };
-  know_all_but(square(6));
-  EXPECT_EQ(take(), mask_.size() - 6 * 6 - 4 * 2 * 6) << "with the border at its four sides";
+  know_all_but(square(13));
+  EXPECT_EQ(take(), mask_.size() - 13 * 13 - 4 * 2 * 13) << "with the border at its four sides";
   mask_.assign(mask_.size(), 255);
-  know_all_but(square(4));
-  EXPECT_EQ(take(), mask_.size()) << "48 pixels with the border";
+  know_all_but(square(12));
+  EXPECT_EQ(take(), mask_.size()) << "240 pixels with the border";
   known_->fill(0);
   mask_.assign(mask_.size(), 0);
   mask_[1000] = 255;

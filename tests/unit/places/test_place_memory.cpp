@@ -179,6 +179,46 @@ TEST_F(PlaceMemoryTest, InACurveGroundComesBackAndOnAStraightStripNothingChanges
   EXPECT_LT(new_pixels(8), 0.5 * 320 * 240);
 }
 
+TEST_F(PlaceMemoryTest, AKeyframeThatIsNotKnownAgainKnowsItsGroundByTheLinkOfOneJustBefore) {
+  const auto fly = [&](bool unlike, bool linked_before) {
+    begin_again();
+    fly_out();
+    const RigidTransform back = test::looking_down(Vec3(4 * step, 5, 1.1 * height), Vec3(0, 0, 2));
+    const Vec3 before = linked_before ? Vec3(5 * step, 5, 1.1 * height) : Vec3(5 * step, 500, 1.1 * height);
+    see(7, 2, 0, test::looking_down(before, Vec3(0, 0, 2)), second_, 7);
+    test::View view = view_of(back, 8);
+    if (unlike) view.image = view_of(test::looking_down(Vec3(900, 700, height)), 8).image;
+    show(8, 2, 1, view, back, second_);
+    run(*memory());
+    EXPECT_EQ(read<PlaceRecord>(7).links > 0, linked_before);
+    EXPECT_EQ(read<PlaceRecord>(8).links > 0, !unlike);
+    return new_pixels(8) / (320.0 * 240.0);
+  };
+  const double by_its_own_link = fly(false, true);
+  EXPECT_LT(by_its_own_link, 0.45);
+  const double by_the_one_before = fly(true, true);
+  EXPECT_GE(by_the_one_before, by_its_own_link - 0.002) << "errors of the link make a border";
+  EXPECT_LT(by_the_one_before, by_its_own_link + 0.05);
+  EXPECT_EQ(fly(true, false), 1) << "nothing leads to the first strip";
+}
+
+// The third keyframe stands farther from the first one than the second does, so that it may lie on a straight strip.
+TEST_F(PlaceMemoryTest, BehindABendGroundComesBackThatTheKeyframeBeforeDoesNotShow) {
+  const auto new_share = [&](const Vec3& third) {
+    begin_again();
+    see(1, 1, 0, test::looking_down(Vec3(0, 0, height)), Similarity{}, 1);
+    see(2, 1, 1, test::looking_down(Vec3(40, 0, height)), Similarity{}, 2);
+    see(3, 1, 2, test::looking_down(third), Similarity{}, 3);
+    run(*memory());
+    EXPECT_EQ(number_of<LinkRecord>(), 0);
+    return new_pixels(3) / (320.0 * 240.0);
+  };
+  // Of 105 x 79 m the images have 80 x 39 m in common.
+  EXPECT_NEAR(new_share(Vec3(25, 40, height)), 1 - 80 * 39 / (105.0 * 79), 0.05);
+  EXPECT_EQ(new_share(Vec3(80, 0, height)), 1);
+  EXPECT_EQ(new_share(Vec3(75, 20, height)), 1) << "a bend of 30 degrees";
+}
+
 // Keyframe 13 comes back to the ground of the first three, whose features are lost. Those between saw other ground.
 TEST_F(PlaceMemoryTest, WithoutALinkThePosesOfTheStripSayWhatIsKnownIfTheirErrorsAreSmall) {
   const auto state_errors = [&](std::int64_t id, double sigma) {
