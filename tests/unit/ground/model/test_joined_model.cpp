@@ -268,6 +268,7 @@ TEST(JoinedModelErrors, OfManyKeyframesAgreeWithTheTrueOnes) {
   EXPECT_GT(statistics.within_two, 0.88);
 }
 
+// Without what sightings have in common, the mean square is 2.06, and with it 0.50.
 TEST(JoinedModelErrors, OfBentImagesAreStatedInSubMaps) {
   std::vector<double> errors;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
@@ -282,7 +283,7 @@ TEST(JoinedModelErrors, OfBentImagesAreStatedInSubMaps) {
     errors.insert(errors.end(), of_flight.begin(), of_flight.end());
   }
   const ErrorStatistics statistics(errors);
-  EXPECT_LT(statistics.mean_square, 2);
+  EXPECT_LT(statistics.mean_square, 1.5);
   EXPECT_GT(statistics.mean_square, 0.3) << "no error is stated that says nothing";
 }
 
