@@ -39,6 +39,8 @@ class CameraSystem {
   /// False where the equations are not positive definite. Afterwards only solve() and inverse_diagonal() have a
   /// meaning.
   [[nodiscard]] bool factor();
+  /// Of 6 x 6 numbers, in the lower triangle of the factors: what factor() has to compute.
+  [[nodiscard]] std::size_t factor_blocks() const { return rows_.size(); }
   /// In place, by camera.
   void solve(std::vector<Vec6>& right) const;
   /// By camera, its block of the inverse (K. Takahashi et al. 1973): only blocks that the factors have are computed.

@@ -304,7 +304,7 @@ void adjust_model(const Scene& scene, double robust_px, Model& model, double tol
 void state_errors(const Scene& scene, Model& model) {
   const ModelProblem problem = problem_of(scene, model);
   std::vector<PoseCovariance> errors = pose_covariances(problem);
-  const double factor = errors.empty() ? 1 : common_error_factor(problem, last_robust_px);
+  const double factor = errors.empty() ? 1 : common_errors_of(problem, last_robust_px).factor();
   for (std::size_t c = 0; c < errors.size(); ++c) {
     for (double& of_pose : errors[c]) of_pose *= factor;
     model.views[problem.view_of[c]].covariance = errors[c];

@@ -1,14 +1,18 @@
 #include "sim/ground/model/point_refinement.hpp"
 
 #include <Eigen/LU>
+#include <optional>
 
 namespace ilp::model {
 namespace {
 
-constexpr int refinement_steps = 2;
+constexpr int least_refinements = 2, most_refinements = 6;
+/// A step that takes no more from the squares is the last one, px^2.
+constexpr double refined = 1e-4;
 
-/// False where the sightings do not determine the point, or it would leave the view.
-bool step_point(const Scene& scene, const Model& model, std::size_t track, double robust_px, Vec3& point) {
+/// By how much the squares fall, px^2. None where the sightings do not determine the point, or it would leave the view.
+std::optional<double> step_point(const Scene& scene, const Model& model, std::size_t track, double robust_px,
+                                 Vec3& point) {
   Mat3 normal = Mat3::Zero();
   Vec3 right = Vec3::Zero();
   for (std::size_t s = 0; s < scene.tracks[track].seen.size(); ++s) {
@@ -17,7 +21,7 @@ bool step_point(const Scene& scene, const Model& model, std::size_t track, doubl
     const CameraModel& camera = scene.views[seen.view].camera;
     const RigidTransform& pose = model.views[seen.view].camera_from_model;
     const Vec3 p = pose * point;
-    if (!(p.z() > 0)) return false;
+    if (!(p.z() > 0)) return std::nullopt;
     const double u = p.x() / p.z(), v = p.y() / p.z();
     const Vec2 error(camera.fx * u + camera.cx - seen.x, camera.fy * v + camera.cy - seen.y);
     Eigen::Matrix<double, 2, 3> by_point;
@@ -27,10 +31,10 @@ bool step_point(const Scene& scene, const Model& model, std::size_t track, doubl
     normal.noalias() += weight * by_point.transpose() * by_point;
     right.noalias() -= weight * by_point.transpose() * error;
   }
-  const Vec3 moved = point + normal.inverse() * right;
-  if (!moved.allFinite()) return false;
-  point = moved;
-  return true;
+  const Vec3 move = normal.inverse() * right;
+  if (!move.allFinite()) return std::nullopt;
+  point += move;
+  return move.dot(right);
 }
 
 }  // namespace
@@ -40,10 +44,12 @@ void refine_points(const Scene& scene, double robust_px, Model& model) {
     ModelPoint& point = model.points[t];
     if (!point.placed || point.by_depth) continue;
     Vec3 position = point.position;
-    bool determined = true;
-    for (int step = 0; step < refinement_steps && determined; ++step)
-      determined = step_point(scene, model, t, robust_px, position);
-    if (determined) point.position = position;
+    std::optional<double> fall;
+    for (int step = 0; step < most_refinements; ++step) {
+      fall = step_point(scene, model, t, robust_px, position);
+      if (!fall || (step + 1 >= least_refinements && *fall < refined)) break;
+    }
+    if (fall) point.position = position;
   }
 }
 

@@ -1,6 +1,7 @@
 #include "sim/ground/model/sub_map.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <memory_resource>
@@ -8,13 +9,16 @@
 
 #include "sim/ground/model/growth.hpp"
 #include "sim/ground/model/normal_equations.hpp"
+#include "sim/ground/model/thinned_closing.hpp"
 
 namespace ilp::model {
 namespace {
 
 constexpr double robust_px = 0.5;
-/// As of an adjustment that closes loops: what it leaves, the adjustment with the last bound takes in its first step.
+/// What an adjustment that closes loops leaves, the one with the last bound takes in its first step.
 constexpr double closing_tolerance = 1e-2;
+/// What the last adjustment leaves is in the equations, and the adjustment of all sub-maps takes it.
+constexpr double last_tolerance = 1e-2;
 
 /// The part of a scene that a plan names, with numbers of its own; its own tracks come first.
 struct PartOfScene {
@@ -57,7 +61,7 @@ PartOfScene part_of(const Scene& whole, const SubMapPlan& plan) {
 }
 
 std::uint64_t digest_of(const Scene& part, std::size_t own_tracks) {
-  intake::InputDigest digest("sub-map 3");
+  intake::InputDigest digest("sub-map 4");
   digest.add_value(part.views.size()).add_value(part.tracks.size()).add_value(own_tracks);
   std::vector<double> numbers;
   for (const View& view : part.views) {
@@ -91,14 +95,14 @@ Model grown_model(const Scene& part) {
   Model model = model_of_strip(part, seed->strip_id);
   triangulate(part, placing_px, model);
   place_all(part, units, taken, model);
-  close_loops(part, most_drift_px, model, closing_tolerance);
+  close_loops_by_few(part, most_drift_px, model, closing_tolerance);
   ModelExtent before = extent_of(part, model);
   if (before.refused != 0 || before.largest_error_px > final_px) {
-    settle(part, adjusted_px, model);
+    settle(part, adjusted_px, model, last_tolerance);
     before = extent_of(part, model);
   }
-  settle(part, final_px, model);
-  if (!extent_of(part, model).same_parts(before)) settle(part, final_px, model);
+  settle(part, final_px, model, last_tolerance);
+  if (!extent_of(part, model).same_parts(before)) settle(part, final_px, model, last_tolerance);
   return model;
 }
 
@@ -152,6 +156,7 @@ SubMap sub_map_of(const Scene& part, std::size_t own_tracks, const Model& model)
   map.redundancy = 2.0 * static_cast<double>(problem.observations.size()) + static_cast<double>(problem.depths.size()) -
                    3.0 * static_cast<double>(problem.points.size());
   map.weight = mean_weight(problem);
+  map.common = common_errors_of(problem, robust_px);
   const double free = map.redundancy - 6.0 * static_cast<double>(problem.cameras.size()) + 7;
   if (!(free > 0) || !std::isfinite(map.squares)) return {};
   const auto equations = NormalEquations(problem).of_cameras(problem, {robust_px, map.squares / free});
@@ -167,11 +172,24 @@ SubMap sub_map_of(const Scene& part, std::size_t own_tracks, const Model& model)
   return map;
 }
 
-constexpr std::size_t per_camera = 18, per_block = 36, per_point = 4;
+constexpr std::size_t per_map = 3 + sizeof(CommonErrors) / sizeof(double), per_camera = 18, per_block = 36,
+                      per_point = 4;
 
-void append(const SubMap& map, std::vector<std::uint8_t>& bytes) {
+/// Numbers of the whole map.
+std::array<double*, per_map> whole_numbers(SubMap& map) {
+  std::array<double*, per_map> numbers = {&map.squares, &map.weight, &map.redundancy};
+  std::size_t next = 3;
+  for (CommonErrors::InParts& parts : map.common.in_parts) {
+    for (double* one : {&parts.of_sums, &parts.independent, &parts.counts, &parts.squared_counts})
+      numbers[next++] = one;
+  }
+  return numbers;
+}
+
+void append(SubMap& map, std::vector<std::uint8_t>& bytes) {
   std::vector<std::uint32_t> numbers;
-  std::vector<double> values = {map.squares, map.weight, map.redundancy};
+  std::vector<double> values;
+  for (const double* one : whole_numbers(map)) values.push_back(*one);
   for (const SubMapCamera& camera : map.cameras) {
     numbers.push_back(camera.view);
     const RigidTransform& pose = camera.camera_from_map;
@@ -203,7 +221,8 @@ bool take(std::span<const std::uint8_t> bytes, SubMap& map) {
   std::vector<double> values;
   if (!intake::take(bytes, views) || !intake::take(bytes, places) || !intake::take(bytes, points) ||
       !intake::take(bytes, values) || !intake::take(bytes, map.refused) || places.size() % 2 != 0 ||
-      values.size() != 3 + per_camera * views.size() + per_block * (places.size() / 2) + per_point * points.size()) {
+      values.size() !=
+          per_map + per_camera * views.size() + per_block * (places.size() / 2) + per_point * points.size()) {
     return false;
   }
   const double* next = values.data();
@@ -211,7 +230,7 @@ bool take(std::span<const std::uint8_t> bytes, SubMap& map) {
     std::copy_n(next, count, to);
     next += count;
   };
-  for (double* one : {&map.squares, &map.weight, &map.redundancy}) copy(1, one);
+  for (double* one : whole_numbers(map)) copy(1, one);
   for (const std::uint32_t view : views) {
     SubMapCamera& camera = map.cameras.emplace_back();
     camera.view = view;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/ground/model/camera_system.hpp"
+#include "sim/ground/model/common_errors.hpp"
 #include "sim/ground/model/model.hpp"
 #include "sim/ground/model/sub_map_plan.hpp"
 
@@ -36,6 +37,7 @@ struct SubMap {
   // The squares of its residuals, how much robust weights lessen them in A, and how many there are more than points
   // have unknowns.
   double squares = 0, weight = 1, redundancy = 0;
+  CommonErrors common;  ///< of its residuals
 };
 
 /// Adjusts the views and tracks of the plan alone, of which those that support it leave no residuals in the result,

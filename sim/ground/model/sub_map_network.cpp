@@ -67,8 +67,11 @@ class Network {
 
   void state_errors(Model& model) const {
     const std::vector<Mat6> inverse = system_.inverse_diagonal();
+    CommonErrors common;
+    for (const SubMap* map : maps_) common.add(map->common);
+    const double factor = variance() * common.factor();
     for (std::size_t c = 0; c < views_.size(); ++c) {
-      Mat6 covariance = variance() * inverse[c];
+      Mat6 covariance = factor * inverse[c];
       for (int k = 0; k < 6; ++k) {
         if (!held(c, k)) continue;
         covariance.row(k).setZero();

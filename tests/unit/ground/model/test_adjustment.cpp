@@ -117,6 +117,29 @@ TEST(CameraSystemTest, RefusesEquationsThatLeaveSomethingFree) {
   EXPECT_FALSE(system.factor());
 }
 
+/// Of a field of 32 by 32 cameras, each with its neighbours along the lane and in the next one, the cameras in the
+/// order of their lanes or in another one.
+std::size_t factor_blocks_of_field(std::uint32_t stride) {
+  constexpr std::uint32_t side = 32;
+  const auto camera = [&](std::uint32_t x, std::uint32_t y) { return stride * (side * y + x) % (side * side); };
+  RelatedCameras related(side * side);
+  for (std::uint32_t y = 0; y < side; ++y) {
+    for (std::uint32_t x = 0; x < side; ++x) {
+      if (x + 1 < side) related[camera(x, y)].push_back(camera(x + 1, y));
+      if (y + 1 < side) related[camera(x, y)].push_back(camera(x, y + 1));
+    }
+  }
+  return CameraSystem(related).factor_blocks();
+}
+
+// Lane after lane, the cameras of a whole lane are related to each of the next one: 32 blocks in each column. In the
+// order of least fill there are 11.3, and the time of a long flight depends on it.
+TEST(CameraSystemTest, EliminatesAFieldOfCamerasWithFewBlocksInAnyOrderOfTheirNumbers) {
+  constexpr std::size_t cameras = 1024;
+  for (const std::uint32_t stride : {1U, 389U, 1023U})
+    EXPECT_LT(factor_blocks_of_field(stride), 12 * cameras) << stride;
+}
+
 #if defined(ILP_HAVE_CERES)
 
 test::PeerProblem for_peer(const AdjustmentProblem& problem) {
