@@ -21,7 +21,7 @@ struct WordLanes<KnownWidth<VectorWidth::bytes16>> {
   static constexpr std::int32_t word_count = 8, sum_count = 4;
 
   /// Adds products, two neighbours to one sum.
-  static void add_products(const Words& p, const Words& q, Sums& sums) {
+  [[gnu::always_inline]] static void add_products(const Words& p, const Words& q, Sums& sums) {
 #if defined(__SSE2__)
     // GCC does not find this instruction by itself.
     using Halves [[gnu::vector_size(16)]] = short;  // NOLINT(google-runtime-int)

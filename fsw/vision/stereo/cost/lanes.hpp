@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <cstring>
 
+#include "fsw/base/word_lanes.hpp"
+
 namespace ilp::lanes {
 
 using U8 [[gnu::vector_size(16)]] = std::uint8_t;
@@ -70,13 +72,9 @@ static_assert(std::endian::native == std::endian::little);
 
 /// The sums of both products of each pair of words.
 [[nodiscard, gnu::always_inline]] inline I32 products_of(I16 a, I16 b) {
-#if defined(__SSE2__)
-  using Shorts [[gnu::vector_size(16)]] = short;
-  return reinterpret_cast<I32>(__builtin_ia32_pmaddwd128(reinterpret_cast<Shorts>(a), reinterpret_cast<Shorts>(b)));
-#else
-  const auto left = reinterpret_cast<I32>(a), right = reinterpret_cast<I32>(b);
-  return (left << 16 >> 16) * (right << 16 >> 16) + (left >> 16) * (right >> 16);
-#endif
+  I32 sums{};
+  WordLanes<KnownWidth<VectorWidth::bytes16>>::add_products(a, b, sums);
+  return sums;
 }
 
 /// The lowest byte of each of four vectors, as four equal bytes each: aaaa bbbb cccc eeee.
