@@ -291,8 +291,8 @@ void sum_b_under_template(const Shifts& s, std::int32_t left, std::int32_t top, 
     const auto add_differences = [](const std::int32_t* ends, const std::int32_t* begins, Lanes* sums) {
       for (std::int32_t k = 0; k < vectors; ++k) {
         Lanes end, begin;
-        std::memcpy(&end, ends + k * lanes, sizeof end);
-        std::memcpy(&begin, begins + k * lanes, sizeof begin);
+        std::memcpy(&end, ends + std::ptrdiff_t{k} * lanes, sizeof end);
+        std::memcpy(&begin, begins + std::ptrdiff_t{k} * lanes, sizeof begin);
         sums[k] += end - begin;
       }
     };

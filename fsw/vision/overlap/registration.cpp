@@ -382,13 +382,13 @@ void sum_blocks(const RegistrationTemplate& a, const RegistrationImage& b, const
   for (std::int32_t row = 0; row < a.block_rows; ++row) {
     const std::int32_t first = row * a.block_columns;
     const RegistrationTemplate::Block* const blocks = &a.blocks[static_cast<std::size_t>(first)];
-    const SimilarityTerms* const own_sums = &a.similarity_sums[static_cast<std::size_t>(first + row)];
+    const SimilarityTerms* const own_sums = a.similarity_sums.data() + first + row;
     const BlockRow<Side> line(blocks[0], a.block_columns, b, warp, local, inside);
     if (line.begin == line.end) continue;
     add_difference(own_sums[line.end], own_sums[line.begin], own);
     Four products_of_row{}, along_x{};
     std::int32_t b_of_row = 0;
-    SumsWithB::Region* region = with_b.regions + row * region_columns / a.block_rows * region_columns;
+    SumsWithB::Region* region = with_b.regions + std::ptrdiff_t{row} * region_columns / a.block_rows * region_columns;
     for (std::int32_t k = 0; k < region_columns; ++k, ++region) {
       const std::int32_t begin = std::max(line.begin, columns.begin[k]), end = std::min(line.end, columns.begin[k + 1]);
       if (begin >= end) continue;
@@ -427,7 +427,7 @@ void sum_blocks(const RegistrationTemplate& a, const RegistrationImage& b, const
   SumsWithB with_b;
   n = {};
   for (std::int32_t row = 0, at = 0; row < a.block_rows; ++row) {
-    SumsWithB::Region* region = with_b.regions + row * region_columns / a.block_rows * region_columns;
+    SumsWithB::Region* region = with_b.regions + std::ptrdiff_t{row} * region_columns / a.block_rows * region_columns;
     for (std::int32_t k = 0; k < region_columns; ++k, ++region) {
       for (std::int32_t i = columns.begin[k]; i < columns.begin[k + 1]; ++i, ++at) {
         const auto& block = a.blocks[static_cast<std::size_t>(at)];

@@ -304,8 +304,8 @@ struct LevelWindow {
   if (is_level) {
     window.slide([&](std::int32_t i, PeakSums sums) __attribute__((always_inline)) {
       const PeakSums fit = (sums & sums_only) | count;
-      std::memcpy(fits + 4 * i, &fit, sizeof fit);
-      std::memcpy(peaks + 4 * i, &window.column[i + 2], sizeof(std::int16_t) * 4);
+      std::memcpy(fits + std::ptrdiff_t{4} * i, &fit, sizeof fit);
+      std::memcpy(peaks + std::ptrdiff_t{4} * i, &window.column[i + 2], sizeof(std::int16_t) * 4);
     });
     return true;
   }
@@ -314,8 +314,8 @@ struct LevelWindow {
     const std::int32_t next = index[i] - lowest;
     const PeakSums of_next = __builtin_shufflevector(sums, sums, 1, 2, 3, 0);
     const PeakSums fit = ((PeakSums{} + next > 0 ? of_next : sums) & sums_only) | count;
-    std::memcpy(fits + 4 * i, &fit, sizeof fit);
-    std::memcpy(peaks + 4 * i, own_peak + i * r.padded + next, sizeof(std::int16_t) * 4);
+    std::memcpy(fits + std::ptrdiff_t{4} * i, &fit, sizeof fit);
+    std::memcpy(peaks + std::ptrdiff_t{4} * i, own_peak + i * r.padded + next, sizeof(std::int16_t) * 4);
   });
   return true;
 }
@@ -405,10 +405,10 @@ void gather(const SelectionWorkspace& w, std::int32_t first, std::int32_t count,
     const std::int16_t* own = w.peaks.data() + std::ptrdiff_t{4} * (first + i);
     const auto sums_of = [sums](int n) {
       PeakSums v;
-      std::memcpy(&v, sums + 4 * n, sizeof v);
+      std::memcpy(&v, sums + std::ptrdiff_t{4} * n, sizeof v);
       return v;
     };
-    const auto own_of = [own](int n) { return widened(around(own + 4 * n + 1)); };
+    const auto own_of = [own](int n) { return widened(around(own + std::ptrdiff_t{4} * n + 1)); };
     separate(sums_of, &out.before[k], &out.at[k], &out.after[k], &out.count[k]);
     separate(own_of, &out.peak_before[k], &out.peak_at[k], &out.peak_after[k], nullptr);
   }

@@ -60,6 +60,7 @@ void take_row(ImageView<const float> disparity_px, ImageView<const float> sigma_
   // Made positive before truncation to a whole number, which rounds without a call of floor.
   constexpr float lift = limits::max_rectified_width;
   for (std::int32_t x = 0; x < sigma_px.width; ++x) {
+    // NOLINTNEXTLINE(bugprone-incorrect-roundings)
     const auto lifted = static_cast<std::int32_t>((d[x] + lift) * quarters_per_px + 0.5F);
     const std::int32_t quarter_px = lifted - quarters_per_px * limits::max_rectified_width;
     out[x] = s[x] > 0 ? static_cast<std::int16_t>(quarter_px) : none;

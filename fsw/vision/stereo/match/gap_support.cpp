@@ -142,9 +142,9 @@ struct GapWindow {
   ++sums.count;
   sums.left += l;
   sums.right += r;
-  sums.left_squares += l * l;
-  sums.right_squares += r * r;
-  sums.products += l * r;
+  sums.left_squares += std::int64_t{l} * l;
+  sums.right_squares += std::int64_t{r} * r;
+  sums.products += std::int64_t{l} * r;
 }
 
 using lanes::I16;

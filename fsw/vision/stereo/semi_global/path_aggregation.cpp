@@ -174,8 +174,9 @@ void take_handed_paths(std::int32_t width, std::int32_t y, std::int32_t padded, 
       const std::uint8_t* const costs = handed.costs + path * handed.path_stride + x * handed.column_stride;
       std::copy_n(costs, padded, w.from_above[parity][path].costs.data() + begin_of_column(x, padded));
       const std::uint8_t lowest = std::min(*std::min_element(costs, costs + padded), max_lowest);
-      std::fill_n(w.lowest[parity].data() + std::ptrdiff_t{x + 1} * lanes::bytes + 4 * (path + from_above_left), 4,
-                  lowest);
+      std::fill_n(
+          w.lowest[parity].data() + std::ptrdiff_t{x + 1} * lanes::bytes + std::ptrdiff_t{4} * (path + from_above_left),
+          4, lowest);
     }
   }
 }
