@@ -93,15 +93,6 @@ SimilarityCovariance covariance_of(const LinkRecord& link, const PoseRecord& key
   return unpack_covariance(link.covariance) + covariance_of(similarity_of(link), keyframe, place);
 }
 
-/// How a point moves with the unknowns of SimilarityCovariance.
-Eigen::Matrix<double, 3, 7> moved_by_step(const Vec3& point) {
-  Eigen::Matrix<double, 3, 7> moved;
-  moved.block<3, 3>(0, 0) = -cross_matrix(point);
-  moved.block<3, 3>(0, 3) = Mat3::Identity();
-  moved.block<3, 1>(0, 6) = point;
-  return moved;
-}
-
 struct Consensus {
   std::size_t reference = 0;
   std::uint32_t links = 0;
@@ -219,11 +210,11 @@ bool has_covariance(const PoseRecord& pose) {
 }
 
 Eigen::Matrix<double, 3, 7> ground_by_step(double distance) {
-  return moved_by_step(Vec3(0, 0, distance));
+  return change_by_step(Vec3(0, 0, distance));
 }
 
 double error_of_link_at(const LinkRecord& link, const Vec3& point) {
-  const Eigen::Matrix<double, 3, 7> moved = moved_by_step(point);
+  const Eigen::Matrix<double, 3, 7> moved = change_by_step(point);
   const Mat3 error = moved * unpack_covariance(link.covariance) * moved.transpose();
   return std::sqrt(error.trace());
 }

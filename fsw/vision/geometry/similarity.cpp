@@ -31,6 +31,14 @@ SimilarityStep step_between(const Similarity& from, const Similarity& to) {
   return step;
 }
 
+Eigen::Matrix<double, 3, 7> change_by_step(const Vec3& x) {
+  Eigen::Matrix<double, 3, 7> change;
+  change.block<3, 3>(0, 0) = -cross_matrix(x);
+  change.block<3, 3>(0, 3) = Mat3::Identity();
+  change.block<3, 1>(0, 6) = x;
+  return change;
+}
+
 SimilarityCovariance step_in_other_frame(const Similarity& b_from_a) {
   // With x_b = s R x_a + t, the step x_a + w * x_a + u + l x_a becomes
   // x_b + (R w) * x_b + (s R u - (R w) * t - l t) + l x_b.

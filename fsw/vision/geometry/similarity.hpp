@@ -30,6 +30,8 @@ inline constexpr int similarity_covariance_elements = 28;  ///< of the lower tri
 [[nodiscard]] SimilarityStep step_between(const Similarity& from, const Similarity& to);
 /// The matrix that takes a step in frame a to the same change in frame b.
 [[nodiscard]] SimilarityCovariance step_in_other_frame(const Similarity& b_from_a);
+/// The derivative of x + w * x + t + l x by the step.
+[[nodiscard]] Eigen::Matrix<double, 3, 7> change_by_step(const Vec3& x);
 
 void pack_covariance(const SimilarityCovariance& covariance, double (&lower)[similarity_covariance_elements]);
 [[nodiscard]] SimilarityCovariance unpack_covariance(const double (&lower)[similarity_covariance_elements]);

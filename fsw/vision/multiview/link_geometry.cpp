@@ -54,15 +54,6 @@ Vec3 ray(const CameraModel& camera, double x, double y) {
   return {normalised.x(), normalised.y(), 1};
 }
 
-/// The derivative of x + w * x + t + l x by the step.
-Eigen::Matrix<double, 3, 7> change_of(const Vec3& x) {
-  Eigen::Matrix<double, 3, 7> change;
-  change.block<3, 3>(0, 0) = -cross_matrix(x);
-  change.block<3, 3>(0, 3) = Mat3::Identity();
-  change.block<3, 1>(0, 6) = x;
-  return change;
-}
-
 struct Projected {
   Vec2 error;  ///< px
   Eigen::Matrix<double, 2, 3> derivative;
@@ -104,7 +95,7 @@ void add_match(const LinkMatch& match, const CameraModel& camera, const LinkGeom
   if (match.place_inverse_depth > 0) {
     const Vec3 x = b_from_a * Vec3(ray(camera, match.place_x, match.place_y) / match.place_inverse_depth);
     const Vec3 by_depth = x - b_from_a.translation;
-    const Eigen::Matrix<double, 3, 7> change = change_of(x);
+    const Eigen::Matrix<double, 3, 7> change = change_by_step(x);
     const Projected projected = project(camera, x, match.x, match.y);
     if (!(match.inverse_depth > 0)) {
       const Vec2 moved = projected.derivative * by_depth;
@@ -125,7 +116,7 @@ void add_match(const LinkMatch& match, const CameraModel& camera, const LinkGeom
     const Projected projected = project(camera, inverse(b_from_a) * seen, match.place_x, match.place_y);
     const Vec2 moved = projected.derivative * (back * seen);
     const Eigen::Matrix2d covariance = feature * Eigen::Matrix2d::Identity() + depth * moved * moved.transpose();
-    sums.add<2>(projected.error, -(projected.derivative * back) * change_of(seen), covariance);
+    sums.add<2>(projected.error, -(projected.derivative * back) * change_by_step(seen), covariance);
   }
 }
 

@@ -223,6 +223,30 @@ std::vector<double> errors_of_linked_lanes(std::uint64_t seed, NoisyFlight& flig
   return normalised_errors(flight);
 }
 
+/// Of lanes of 25 keyframes, so many keyframes that they are adjusted in sub-maps.
+std::vector<double> errors_of_many_keyframes(std::uint64_t seed, int lanes, NoisyFlight& flight) {
+  flight.rng_ = Rng(seed);
+  flight.fly_lanes(lanes, 25);
+  EXPECT_EQ(flight.join().models.size(), 1U);
+  const std::vector<double> errors = normalised_errors(flight);
+  EXPECT_EQ(errors.size(), 3 * (25 * static_cast<std::size_t>(lanes) - 2));
+  return errors;
+}
+
+/// Of flights whose images are bent, in each flight in another way.
+template <typename ErrorsOf>
+ErrorStatistics statistics_of_bent_flights(std::uint64_t seeds, ErrorsOf errors_of) {
+  std::vector<double> errors;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    NoisyFlight flight;
+    flight.bend_px = 0.14;
+    flight.bend_phase = 0.9 * static_cast<double>(seed);
+    const std::vector<double> of_flight = errors_of(seed, flight);
+    errors.insert(errors.end(), of_flight.begin(), of_flight.end());
+  }
+  return ErrorStatistics(errors);
+}
+
 TEST(JoinedModelErrors, AgreeWithTheTrueOnes) {
   std::vector<double> errors;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
@@ -238,15 +262,7 @@ TEST(JoinedModelErrors, AgreeWithTheTrueOnes) {
 
 // Sightings in one place err together there, and many of them tell no more than few.
 TEST(JoinedModelErrors, OfBentImagesAreStated) {
-  std::vector<double> errors;
-  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    NoisyFlight flight;
-    flight.bend_px = 0.14;
-    flight.bend_phase = 0.9 * static_cast<double>(seed);
-    const std::vector<double> of_flight = errors_of_linked_lanes(seed, flight);
-    errors.insert(errors.end(), of_flight.begin(), of_flight.end());
-  }
-  const ErrorStatistics statistics(errors);
+  const ErrorStatistics statistics = statistics_of_bent_flights(12, errors_of_linked_lanes);
   EXPECT_LT(statistics.mean_square, 2);
   EXPECT_GT(statistics.mean_square, 0.3) << "no error is stated that says nothing";
 }
@@ -256,11 +272,7 @@ TEST(JoinedModelErrors, OfManyKeyframesAgreeWithTheTrueOnes) {
   std::vector<double> errors;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     NoisyFlight flight;
-    flight.rng_ = Rng(seed);
-    flight.fly_lanes(18, 25);
-    ASSERT_EQ(flight.join().models.size(), 1U);
-    const std::vector<double> of_flight = normalised_errors(flight);
-    ASSERT_EQ(of_flight.size(), 3 * 448U);
+    const std::vector<double> of_flight = errors_of_many_keyframes(seed, 18, flight);
     errors.insert(errors.end(), of_flight.begin(), of_flight.end());
   }
   const ErrorStatistics statistics(errors);
@@ -270,19 +282,8 @@ TEST(JoinedModelErrors, OfManyKeyframesAgreeWithTheTrueOnes) {
 
 // Without what sightings have in common, the mean square is 2.06, and with it 0.50.
 TEST(JoinedModelErrors, OfBentImagesAreStatedInSubMaps) {
-  std::vector<double> errors;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    NoisyFlight flight;
-    flight.rng_ = Rng(seed);
-    flight.bend_px = 0.14;
-    flight.bend_phase = 0.9 * static_cast<double>(seed);
-    flight.fly_lanes(12, 25);
-    ASSERT_EQ(flight.join().models.size(), 1U);
-    const std::vector<double> of_flight = normalised_errors(flight);
-    ASSERT_EQ(of_flight.size(), 3 * 298U);
-    errors.insert(errors.end(), of_flight.begin(), of_flight.end());
-  }
-  const ErrorStatistics statistics(errors);
+  const ErrorStatistics statistics = statistics_of_bent_flights(
+      6, [](std::uint64_t seed, NoisyFlight& flight) { return errors_of_many_keyframes(seed, 12, flight); });
   EXPECT_LT(statistics.mean_square, 1.5);
   EXPECT_GT(statistics.mean_square, 0.3) << "no error is stated that says nothing";
 }
