@@ -280,6 +280,24 @@ TEST(Tidy, LinesFitThePageAndFilesHoldOneIdea) {
   }
 }
 
+// Dumps and results of runs have been committed by mistake.
+TEST(Tidy, OnlySourcesAreInTheRepository) {
+  static const std::regex source(
+      R"((.*\.(cpp|hpp|inc|txt|md|py|js|mjs|css|html|ini|json|cmake|comp|glsl|svg|sh|service|conf|cff)|docs/images/.*\.png|)"
+      R"(sim/demo/.*\.jpg|tests/fuzz/corpus/.*|bsp/packages/.*|(.*/)?\.[^/]*|LICENSE))");
+  std::istringstream files(output_of("git -C '" + root.string() + "' ls-files 2>/dev/null"));
+  std::size_t seen = 0;
+  for (std::string file; std::getline(files, file); ++seen) {
+    if (std::regex_match(file, source)) continue;
+    std::ifstream in(root / file);
+    std::string first;
+    std::getline(in, first);
+    EXPECT_TRUE(starts_with(first, "#!"))
+        << file << " is no source that the project knows: remove it, or name its kind here";
+  }
+  if (seen == 0) GTEST_SKIP() << "no git repository";
+}
+
 // Proof of "no heap, no exceptions, no RTTI" on what the compiler made of the flight libraries.
 TEST(Tidy, FlightLibrariesNameNoAllocatorAndNoUnwinder) {
   // Undefined symbols, demangled names avoided on purpose: new, delete, malloc's family, the unwinder, exceptions of
