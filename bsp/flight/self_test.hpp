@@ -14,6 +14,7 @@ enum class SelfTest : std::uint8_t {
   checksums,   ///< the check values of CRC-16 and CRC-32
   clock,       ///< it advances, and never goes back
   store,       ///< a record is written and read back, and a transaction rolled back
+  codec,       ///< a picture with a region is coded with the same octets as everywhere
   count
 };
 [[nodiscard]] const char* self_test_name(SelfTest test);
@@ -31,5 +32,9 @@ struct SelfTestResults {
 
 /// Digest of the arithmetic test's results: the same on every machine.
 [[nodiscard]] std::uint32_t arithmetic_digest();
+
+/// Digest of the codec test's octets and of the ends of its coding passes: the same on every machine, with every
+/// version of OpenJPEG that the build accepts. It is 0 where the picture cannot be coded.
+[[nodiscard]] std::uint32_t codec_digest();
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-# Debian 12 with systemd on the emulated board (qemu-system-aarch64 with Debian's arm64 kernel), for the tests of packages,
+# A Debian with systemd on the emulated board (qemu-system-aarch64 with Debian's arm64 kernel), for the tests of packages,
 # which source this file after root.sh. They fail by the board's clock only: a host that gives the board too little of its
 # time ends a test as skipped. $folder is the test's own; no port, name or file is shared with another board.
 board_s=900

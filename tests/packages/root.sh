@@ -1,10 +1,13 @@
-# A bare Debian 12 in a folder, for the tests of packages, which source this file. Root and the network are needed.
+# A bare Debian in a folder, for the tests of packages, which source this file. It is the Debian of this machine, for which
+# its packages are, unless $suite names another one. Root and the network are needed.
+suite=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
 skip() { echo "SKIPPED: $*"; exit 77; }
 fail() { echo "FAILED: $*" >&2; exit 1; }
 
 # need_root ARCHITECTURE: whether a root of this architecture can be made and entered.
 need_root() {
   [ "$(id -u)" = 0 ] || skip "a chroot needs root"
+  [ "$suite" = bookworm ] || [ "$suite" = trixie ] || skip "this machine is neither Debian 12 nor Debian 13"
   command -v debootstrap >/dev/null || skip "debootstrap is not installed (bsp/install-packages long)"
   [ "$1" != "$(dpkg --print-architecture)" ] || return 0
   [ "$1" = arm64 ] || skip "no emulator is known for $1"
@@ -30,7 +33,7 @@ make_root() {
     # Its installation starts thousands of processes, and nothing here needs it.
     [ "$architecture" = "$(dpkg --print-architecture)" ] || without=--exclude=tzdata
     source=$(awk '/^URIs:/{print $2; exit}' /etc/apt/sources.list.d/debian.sources 2>/dev/null || true)
-    debootstrap --arch "$architecture" --variant=minbase --include="$packages" $without bookworm "$root" \
+    debootstrap --arch "$architecture" --variant=minbase --include="$packages" $without "$suite" "$root" \
       "${source:-http://deb.debian.org/debian}" >"$log" 2>&1 || skip "debootstrap has no Debian to install: $log"
     tar -C "$root" --one-file-system --numeric-owner -cf "$root.tar.part" . && mv "$root.tar.part" "$root.tar"
     rm -rf --one-file-system "$root"

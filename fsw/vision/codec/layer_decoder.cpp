@@ -123,12 +123,13 @@ Status LayerDecoder::check_planes() {
 
 /// Whether a decoder that has only the block's bytes up to this layer decodes them all rightly. It takes ones for the
 /// bytes that it lacks: the number that it has then is too large if the end of the coder's interval is not above it.
+/// False where that end is not known.
 bool LayerDecoder::ends_well(const CodeBlock& block, std::size_t layer) const {
   const int passes = block.passes[layer];
   if (passes == 0 || passes == 3 * (block.planes - dropped_) - 2) return true;
   const PassEnd& end = pass_ends_[block.first_pass_end + static_cast<std::size_t>(passes - 1)];
   const std::uint32_t bytes = block.bytes[layer];
-  if (bytes < end.bytes) return false;
+  if (end.top == 0 || bytes < end.bytes) return false;
   const auto byte = [&](std::uint32_t i) -> std::uint32_t {
     std::size_t part = 0;
     while (i >= block.bytes[part]) ++part;

@@ -103,13 +103,16 @@ extern "C" std::uint32_t __wrap_opj_mqc_numbytes(void* coder) {
   return last;
 }
 
-// OpenJPEG finds the passes of a layer by 128 halvings of the interval from the least to the greatest slope, and puts
-// all packets together at each of them, which takes longer than coding. It is answered without that in two cases:
+#if OPJ_VERSION_BUILD == 0
+// OpenJPEG 2.5.0 finds the passes of a layer by 128 halvings of the interval from the least to the greatest slope, and
+// puts all packets together at each of them, which takes longer than coding. It is answered without that in two cases:
 // - Thirty-two halvings after the first threshold that was too low, and after 64 at most, the interval is 2^-32 of the
 //   threshold. From then on the answer is "too long": the last threshold that was short enough stays, and a layer lacks
 //   at worst the passes whose slopes lie in that interval.
 // - A layer has no passes of its own at the thresholds that were high enough for the layer before it. The search comes
 //   by them first, and all of them have the answer of the first one.
+// Later versions end the search when the interval is 1e-5 of the threshold, and put packets together only where other
+// passes are chosen.
 extern "C" int __real_opj_t2_encode_packets(void* encoder, std::uint32_t tile_number, void* tile, std::uint32_t layers,
                                             std::uint8_t* bytes, std::uint32_t* written, std::uint32_t room,
                                             void* index, void* markers, std::uint32_t part, std::int32_t part_position,
@@ -173,6 +176,7 @@ extern "C" int __wrap_opj_t2_encode_packets(void* encoder, std::uint32_t tile_nu
   search.answer(short_enough == OPJ_TRUE);
   return short_enough;
 }
+#endif
 // NOLINTEND(bugprone-reserved-identifier)
 
 namespace ilp {
@@ -438,7 +442,9 @@ Status openjpeg_encode(ImageView<const std::int32_t> samples, const CodestreamPa
                        std::span<std::uint8_t> out, std::size_t& bytes, PassEnds* pass_ends) {
   if (pass_ends != nullptr) pass_ends->count = 0;
   pass_recorder = {pass_ends, nullptr};
+#if OPJ_VERSION_BUILD == 0
   layer_search = {};
+#endif
   samples_are_coefficients = params.transformed;
   EncodeCall call{samples, params, {out, 0, 0}, {}};
   ILP_TRY(call_in_heap_region(HeapRegion::openjpeg, encode_call, &call));

@@ -58,7 +58,7 @@ Geometry geometry_of(const Shape& shape, const Placement& placed) {
   auto polygon = std::make_unique<OGRPolygon>();
   line->closeRings();
   auto* ring = static_cast<OGRLinearRing*>(line.release());
-  if (ring->isClockwise()) ring->reverseWindingOrder();
+  if (ring->isClockwise()) ring->reversePoints();
   polygon->addRingDirectly(ring);
   return polygon;
 }

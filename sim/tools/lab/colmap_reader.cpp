@@ -133,7 +133,8 @@ ColmapModel read_colmap_model(const fs::path& folder) {
   return model;
 }
 
-const ColmapImage& find_image(const ColmapModel& model, const fs::path& path) {
+const ColmapImage& find_image(const ColmapModel& model, const std::string& file) {
+  const fs::path path(file);
   for (const ColmapImage& image : model.images) {
     if (fs::path(image.name) == path) return image;
   }

@@ -28,7 +28,7 @@ struct ColmapModel {
 /// expected; an image with another camera than the file's first is refused.
 [[nodiscard]] ColmapModel read_colmap_model(const std::filesystem::path& folder);
 
-/// The image whose name is `path`, or has its file name. std::runtime_error when there is none.
-[[nodiscard]] const ColmapImage& find_image(const ColmapModel& model, const std::filesystem::path& path);
+/// The image whose name is `file`, or has its file name. std::runtime_error when there is none.
+[[nodiscard]] const ColmapImage& find_image(const ColmapModel& model, const std::string& file);
 
 }  // namespace ilp::lab

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "fsw/base/heap_gate.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/store/ram/ram_store.hpp"
 
@@ -24,8 +25,8 @@ TEST(SelfTests, AGoodBoardPassesAndItsStoreIsLeftEmpty) {
   VirtualClock clock;
   const SelfTestResults results = run_self_tests(store, clock);
   EXPECT_EQ(results.failed, 0U);
-  EXPECT_EQ(results.tested,
-            bit(SelfTest::arithmetic) | bit(SelfTest::checksums) | bit(SelfTest::clock) | bit(SelfTest::store));
+  EXPECT_EQ(results.tested, bit(SelfTest::arithmetic) | bit(SelfTest::checksums) | bit(SelfTest::clock) |
+                                bit(SelfTest::store) | bit(SelfTest::codec));
   std::int64_t starts = -1;
   ASSERT_TRUE(store.count(record_info(RecordType::start), starts).ok());
   EXPECT_EQ(starts, 0);
@@ -53,6 +54,16 @@ TEST(SelfTests, AStoreWithoutRoomFails) {
   RamStore store({memory().data(), 64});
   VirtualClock clock;
   EXPECT_EQ(run_self_tests(store, clock).failed, bit(SelfTest::store));
+}
+
+TEST(SelfTests, ACodecThatCannotCodeFails) {
+  RamStore store(memory());
+  VirtualClock clock;
+  install_heap_gate({nullptr, nullptr, [](HeapRegion) { return true; }});
+  const SelfTestResults results = run_self_tests(store, clock);
+  install_heap_gate({});
+  EXPECT_EQ(results.failed, bit(SelfTest::codec));
+  EXPECT_EQ(results.values[static_cast<std::size_t>(SelfTest::codec)], 0);
 }
 
 }  // namespace

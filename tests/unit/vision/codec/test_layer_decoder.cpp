@@ -238,6 +238,15 @@ TEST_F(OtherFilesTest, WithoutTheRecordOfEveryPass) {
   expect_decoded(bytes());
 }
 
+// A library whose arithmetic coder cannot be read.
+TEST_F(OtherFilesTest, WhoseCoderLeftNoRecordOfItsPasses) {
+  for (PassEnd& end : place_of_pass_ends(*workspace).first(workspace->pass_ends)) end = {};
+  ASSERT_TRUE(measure_layer_errors(bytes(), samples.view(), mask.view(), *workspace, errors).ok());
+  EXPECT_GT(errors.decoded_blocks + errors.decodings, 0);
+  EXPECT_EQ(errors.largest, right.largest);
+  EXPECT_EQ(errors.mean_square, right.mean_square);
+}
+
 // An interval that ends at zero says of every cut pass that a byte may be missing.
 TEST_F(OtherFilesTest, WithMoreDoubtfulBlocksThanThereIsRoomFor) {
   width = 600, height = 400;

@@ -1,0 +1,130 @@
+# What is needed to compile, and the least version of it. What is missing or too old is named before anything is compiled,
+# with Debian's package of it. bsp/install-packages reads the lines ilp_need(...) of this file too.
+include_guard()
+set(ilp_lacking "")
+
+# ilp_need(NAME LEAST PACKAGE FOUND): FOUND is the version that is here; empty: none, "any": it does not say.
+function(ilp_need name least package found)
+  if(found STREQUAL "")
+    set(lack "${name} ${least} or newer is missing")
+  elseif(NOT found STREQUAL "any" AND found VERSION_LESS least)
+    set(lack "${name} ${found} is too old: ${least} or newer is needed")
+  else()
+    return()
+  endif()
+  set(ilp_lacking "${ilp_lacking}\n  ${lack} (Debian: ${package})" PARENT_SCOPE)
+endfunction()
+
+# ilp_header_version(OUT HEADER DEFINE...): the numbers that a header defines under these names, joined by points.
+function(ilp_header_version out header)
+  set(version "")
+  if(EXISTS "${header}")
+    foreach(name ${ARGN})
+      file(STRINGS ${header} line REGEX "define[ \t]+${name}[ \t]")
+      string(REGEX MATCH "${name}[ \t]+\"?([0-9.]+)" line "${line}")
+      list(APPEND version ${CMAKE_MATCH_1})
+    endforeach()
+    list(JOIN version . version)
+    if(version STREQUAL "")
+      set(version any)
+    endif()
+  endif()
+  set(${out} "${version}" PARENT_SCOPE)
+endfunction()
+
+# ilp_library(OUT HEADER_VARIABLE LIBRARY_VARIABLE): both were found, or OUT is empty.
+function(ilp_library out header library)
+  if(NOT ${header} OR NOT ${library})
+    set(${out} "" PARENT_SCOPE)
+  endif()
+endfunction()
+
+# ilp_package_version(OUT NAME): the version of a package of CMake; without `REQUIRED`, so that all that lack are named.
+macro(ilp_package_version out name)
+  find_package(${name} QUIET ${ARGN})
+  set(${out} "")
+  if(${name}_FOUND)
+    set(${out} any)
+    if(${name}_VERSION)
+      set(${out} ${${name}_VERSION})
+    elseif(${name}_VERSION_STRING)
+      set(${out} ${${name}_VERSION_STRING})
+    endif()
+  endif()
+endmacro()
+
+# ---- what flies: static libraries, or what there is for programs of a host ----
+set(gnu "any")
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  set(gnu ${CMAKE_CXX_COMPILER_VERSION})
+endif()
+ilp_need("GCC" 12 g++ "${gnu}")
+ilp_package_version(eigen Eigen3 NO_MODULE)
+ilp_need("Eigen" 3.4 libeigen3-dev "${eigen}")
+
+find_path(OPENJPEG_INCLUDE_DIR openjpeg.h PATH_SUFFIXES openjpeg-2.5)
+# The static library: a flight binary has no shared ones, and tests should link what flies.
+find_library(OPENJPEG_LIBRARY NAMES libopenjp2.a)
+ilp_header_version(ILP_OPENJPEG_VERSION "${OPENJPEG_INCLUDE_DIR}/opj_config.h" OPJ_VERSION_MAJOR OPJ_VERSION_MINOR OPJ_VERSION_BUILD)
+ilp_library(ILP_OPENJPEG_VERSION OPENJPEG_INCLUDE_DIR OPENJPEG_LIBRARY)
+ilp_need("OpenJPEG (static library)" 2.5.0 libopenjp2-7-dev "${ILP_OPENJPEG_VERSION}")
+
+find_path(SQLITE3_INCLUDE sqlite3.h)
+find_library(SQLITE3_LIBRARY NAMES libsqlite3.a sqlite3)
+ilp_header_version(sqlite "${SQLITE3_INCLUDE}/sqlite3.h" SQLITE_VERSION)
+ilp_library(sqlite SQLITE3_INCLUDE SQLITE3_LIBRARY)
+ilp_need("SQLite" 3.40 libsqlite3-dev "${sqlite}")
+
+find_path(SODIUM_INCLUDE sodium.h)
+find_library(SODIUM_LIBRARY NAMES libsodium.a sodium)
+ilp_header_version(sodium "${SODIUM_INCLUDE}/sodium/version.h" SODIUM_VERSION_STRING)
+ilp_library(sodium SODIUM_INCLUDE SODIUM_LIBRARY)
+ilp_need("libsodium" 1.0.18 libsodium-dev "${sodium}")
+
+find_path(JPEG_INCLUDE_DIR jpeglib.h)
+find_library(JPEG_LIBRARY NAMES libjpeg.a jpeg)
+set(jpeg any)
+ilp_library(jpeg JPEG_INCLUDE_DIR JPEG_LIBRARY)
+ilp_need("libjpeg-turbo" 2.1 libjpeg62-turbo-dev "${jpeg}")
+
+# ---- simulator and ground segment ----
+if(ILP_HOST_PROGRAMS)
+  find_path(INIH_INCLUDE ini.h)
+  find_library(INIH_LIBRARY NAMES libinih.a inih)
+  set(inih any)
+  ilp_library(inih INIH_INCLUDE INIH_LIBRARY)
+  ilp_need("inih" 55 libinih-dev "${inih}")
+  find_path(MICROHTTPD_INCLUDE microhttpd.h)
+  find_library(MICROHTTPD_LIBRARY microhttpd)
+  set(microhttpd any)
+  ilp_library(microhttpd MICROHTTPD_INCLUDE MICROHTTPD_LIBRARY)
+  ilp_need("libmicrohttpd" 0.9.75 libmicrohttpd-dev "${microhttpd}")
+  ilp_package_version(png PNG)
+  ilp_need("libpng" 1.6 libpng-dev "${png}")
+  ilp_package_version(zlib ZLIB)
+  ilp_need("zlib" 1.2.13 zlib1g-dev "${zlib}")
+  ilp_package_version(gdal GDAL)
+  ilp_need("GDAL" 3.6 libgdal-dev "${gdal}")
+  ilp_package_version(proj PROJ)
+  ilp_need("PROJ" 9.1 libproj-dev "${proj}")
+  ilp_package_version(cli11 CLI11)
+  ilp_need("CLI11" 2.1 libcli11-dev "${cli11}")
+  ilp_package_version(json nlohmann_json)
+  ilp_need("nlohmann-json" 3.11 nlohmann-json3-dev "${json}")
+  ilp_package_version(gltf TinyGLTF)
+  ilp_need("tinygltf" 2.7 libtinygltf-dev "${gltf}")
+endif()
+
+# The codec replaces functions of OpenJPEG, and reads a structure of it, that another version may not have or may use
+# otherwise: the tests of the codec passed with these.
+set(ilp_openjpeg_tested 2.5.0 2.5.3)
+if(ILP_OPENJPEG_VERSION VERSION_GREATER_EQUAL 2.5.0 AND NOT ILP_OPENJPEG_VERSION IN_LIST ilp_openjpeg_tested)
+  list(JOIN ilp_openjpeg_tested " or " tested)
+  string(APPEND ilp_lacking "\n  OpenJPEG ${ILP_OPENJPEG_VERSION} (${OPENJPEG_INCLUDE_DIR}) has not passed the tests: "
+    "${tested} is needed (those of Debian 12 and 13); products of another one may be lost")
+endif()
+
+if(ilp_lacking)
+  message(FATAL_ERROR "What is needed to compile is not here:${ilp_lacking}\nOn Debian 12 and 13 bsp/install-packages installs "
+    "what is missing. Elsewhere install it by hand, and say where it is with -DCMAKE_PREFIX_PATH=DIR.")
+endif()
