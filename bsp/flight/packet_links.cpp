@@ -17,6 +17,15 @@ Status open_udp(const char* local, const char* peer, UdpLink& link, const char*&
 
 }  // namespace
 
+const char* PacketLinkOptions::reached_by_others() const {
+  for (const char* const text : {udp, tcp, cfdp}) {
+    SocketAddress address;
+    // What is no address is refused when it is opened.
+    if (text != nullptr && parse_address(text, address).ok() && address.host >> 24U != 127) return text;
+  }
+  return nullptr;
+}
+
 const char* link_advice(const Status& status) {
   if (status.is(StatusCode::parse_error))
     return "an address is written in numbers: 127.0.0.1:10025, with a port up to 65535";

@@ -16,6 +16,8 @@ struct PacketLinkOptions {
   const char* cfdp_peer = nullptr;
 
   [[nodiscard]] bool any() const { return udp != nullptr || tcp != nullptr || cfdp != nullptr; }
+  /// The first address at which other computers can reach a link: any but 127.x.x.x. The null pointer if there is none.
+  [[nodiscard]] const char* reached_by_others() const;
 };
 
 /// What to do about an option that `PacketLinks::open` has refused, in words; of the statuses of `open` only.

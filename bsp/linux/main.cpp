@@ -105,6 +105,7 @@ class Flight {
 
  private:
   bool prepare();
+  bool prepare_mission();
   bool prepare_store();
   bool prepare_configuration();
   bool prepare_links();
@@ -179,7 +180,7 @@ class Flight {
   bool stack_told_ = false;
 };
 
-bool Flight::prepare_store() {
+bool Flight::prepare_mission() {
   if (options_.mission != nullptr) {
     MissionEntry error;
     const Status status = read_mission_file(options_.mission, mission_, error);
@@ -189,6 +190,19 @@ bool Flight::prepare_store() {
     }
   }
   mission_of_file_ = mission_;
+  const char* const reached = options_.links.reached_by_others();
+  if (reached == nullptr || options_.without_authentication || mission_.authentication != Authentication::none) {
+    return true;
+  }
+  std::fprintf(stderr,
+               "ilp-onboard: link %s: other computers reach this address, and whoever does could command the flight: "
+               "give it --key FILE and [link] authentication = telecommands in the mission, or name 127.0.0.1, or say "
+               "--without-authentication\n",
+               reached);
+  return false;
+}
+
+bool Flight::prepare_store() {
   if (!good("SQLite's memory", configure_sqlite_memory(sqlite_arena))) return false;
   const Status opened = store_.open(options_, stages_, mission_);
   if (!opened.ok()) print_status(store_label(options_), opened, store_.message());
@@ -359,8 +373,8 @@ bool Flight::prepare() {
     std::fprintf(stderr, "ilp-onboard: --watchdog needs DEVICE or DEVICE:SECONDS, not %s\n", options_.watchdog);
     return false;
   }
-  return prepare_store() && prepare_links() && prepare_configuration() && prepare_time() && prepare_camera() &&
-         prepare_navigation();
+  return prepare_mission() && prepare_store() && prepare_links() && prepare_configuration() && prepare_time() &&
+         prepare_camera() && prepare_navigation();
 }
 
 void Flight::test_board() {
@@ -493,7 +507,7 @@ int Flight::finish() {
   }
   // On a full disk the end is not recorded, but it is in order otherwise.
   if (stop_requested != 0 && !configuration_.restart_wanted()) configuration_.end_in_order(clock().now());
-  bool well = good("housekeeping", software_->executive().write_housekeeping());
+  bool well = good("housekeeping", software_->executive().end());
   write_life();
   well = good("record of the end", life_->end()) && well;
   watchdog_.stop();
@@ -583,6 +597,8 @@ int main(int argc, char** argv) {
   use_instructions_of_processor();
   std::signal(SIGTERM, request_stop);
   std::signal(SIGINT, request_stop);
+  // A terminal that closes, or an order to read settings again, is no reason to end a flight.
+  std::signal(SIGHUP, SIG_IGN);
   Order order{options, stages};
   int result = 1;
   const int error = call_on_flight_stack(fly, &order, result);

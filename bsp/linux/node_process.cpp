@@ -230,7 +230,7 @@ int NodeProcess::finish() {
     std::fprintf(stderr, "ilp-onboard: %s is damaged: start again\n", store_.damaged() ? options_.store : "memory");
     return exit_restart;
   }
-  const bool well = software_->executive().write_housekeeping().ok();
+  const bool well = software_->executive().end().ok();
   store_.close();
   return well && !refused_ ? 0 : 1;
 }

@@ -14,7 +14,8 @@ const char* const usage =
     "                   [--camera \"W H FX FY CX CY [K1 K2 P1 P2]\" | --size WxH] --store STORE [--stages head,...]\n"
     "                   (--outbox DIR --acknowledgements DIR [--virtual-time] |\n"
     "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
-    "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]] [--key FILE])\n"
+    "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]]\n"
+    "                    [--key FILE | --without-authentication])\n"
     "                   [--navigation FILE.csv | --navigation-udp ADDRESS:PORT] [--mission FILE.ini]\n"
     "                   [--mission-epoch] [--fly-on] [--priority N] [--watchdog DEVICE[:SECONDS]] [--compute SOCKET]\n"
     "                   [--worker thread|inline] [--trap-heap]\n"
@@ -39,6 +40,8 @@ const char* const usage =
     "  --cfdp-udp      CFDP PDUs are sent bare on a port of their own, not in space packets\n"
     "  --...-peer      the only station that is sent to; without it all stations are that have sent something\n"
     "  --key           file with the keys of telecommand authentication; [link] authentication turns it on\n"
+    "  --without-authentication  whoever reaches the links may command the flight; without it, links that are not\n"
+    "                  authenticated have to be at 127.0.0.1 (docs/links.md)\n"
     "  --mission-epoch mission time counts from [link] mission_epoch_s, not from the first start\n"
     "  --virtual-time  fly as fast as the machine allows, and stop when all images are processed\n"
     "  --fly-on        set aside a database that is damaged or has another version; fly from memory without a disk\n"
@@ -58,8 +61,9 @@ bool joins_only(const Options& options) {
                            options.camera != nullptr || options.size != nullptr || options.outbox != nullptr ||
                            options.links.any() || options.navigation != nullptr || options.navigation_udp != nullptr ||
                            options.virtual_time || options.mission_epoch || options.fly_on || options.key != nullptr ||
-                           options.acknowledgements != nullptr || options.watchdog != nullptr ||
-                           options.state != nullptr || options.compute != nullptr || options.worker != nullptr;
+                           options.without_authentication || options.acknowledgements != nullptr ||
+                           options.watchdog != nullptr || options.state != nullptr || options.compute != nullptr ||
+                           options.worker != nullptr;
   return !of_the_head && options.store != nullptr && std::strcmp(options.store, "memory") != 0;
 }
 
@@ -122,6 +126,7 @@ bool read_words(int argc, char** argv, Options& options, CommandLineFault& fault
   const Flag flags[] = {{"--virtual-time", &options.virtual_time},
                         {"--mission-epoch", &options.mission_epoch},
                         {"--fly-on", &options.fly_on},
+                        {"--without-authentication", &options.without_authentication},
                         {"--trap-heap", &options.trap_heap},
                         {"--memory-map", &options.memory_map},
                         {"--version", &options.version},

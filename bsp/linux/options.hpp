@@ -29,6 +29,7 @@ struct Options {
   bool mission_epoch = false;
   bool virtual_time = false;
   bool fly_on = false;
+  bool without_authentication = false;  ///< links may be open to other computers all the same
   bool trap_heap = false;
   bool memory_map = false;
   bool version = false;

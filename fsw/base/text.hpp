@@ -52,6 +52,10 @@ class FixedText {
     while (n > 0) add(reversed[--n]);
     return *this;
   }
+  void clear() {
+    while (size_ > 0) text_[--size_] = 0;
+    overflow_ = false;
+  }
   [[nodiscard]] const char* c_str() const { return text_; }
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] bool overflow() const { return overflow_; }

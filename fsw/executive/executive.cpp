@@ -407,7 +407,7 @@ void Executive::run_minor_frame(TimeNs nominal) {
   woken_ran_ = false;
   if (!own_.taken_up) static_cast<void>(take_up());
   wake();
-  if (own_.frame % full_store_retry_frames == 0) events_.report_lost(begin);
+  if (own_.frame % full_store_retry_frames == 0) events_.report_due(begin);
   for (std::size_t i = 0; i < stages_.size(); ++i) own_.slots[i].suspended = false;
   first_ = longest_left_out();
   for (std::size_t i = 0; i < stages_.size(); ++i) {

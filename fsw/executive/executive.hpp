@@ -90,6 +90,11 @@ class Executive final : public Health {
   [[nodiscard]] bool restart_wanted() const { return restart_wanted_; }
   /// Writes one ComponentRecord per component, and the TimingRecord.
   Status write_housekeeping();
+  /// The flight ends: also reports events that were only counted so far.
+  Status end() {
+    events_.report_rest(clock_.now());
+    return write_housekeeping();
+  }
 
  private:
   static constexpr std::size_t nobody = limits::max_components;

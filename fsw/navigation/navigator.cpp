@@ -12,8 +12,6 @@ namespace {
 constexpr int samples_per_step = 512;
 /// A vehicle's measurements may arrive this much later than they were made.
 constexpr TimeNs latest_arrival_ns = 2 * ns_per_s;
-/// The first refused sample is reported, then each one after as many.
-constexpr std::int64_t refused_per_event = 1000;
 
 }  // namespace
 
@@ -37,22 +35,20 @@ void Navigator::keep(const NavigationSample& sample) {
   oldest_ = (oldest_ + 1) % samples_.size();
 }
 
-Status Navigator::take_samples(TimeNs until, bool& all) {
-  all = true;
-  if (source_ == nullptr) return {};
+bool Navigator::take_samples(TimeNs until) {
+  if (source_ == nullptr) return true;
   for (int i = 0; i < samples_per_step; ++i) {
     NavigationSample sample;
     const Status given = source_->next(until, sample);
-    if (given.is(StatusCode::not_ready) || given.is(StatusCode::end_of_stream)) return {};
+    if (given.is(StatusCode::not_ready) || given.is(StatusCode::end_of_stream)) return true;
     if (given.ok() && plausible(sample)) {
       keep(sample);
       continue;
     }
-    const auto reason = static_cast<std::int64_t>(given.ok() ? StatusCode::invalid_argument : given.code);
-    if (refused_++ % refused_per_event == 0) return {StatusCode::navigation_refused, refused_, reason};
+    ++refused_;
+    reason_ = given.ok() ? StatusCode::invalid_argument : given.code;
   }
-  all = false;
-  return {};
+  return false;
 }
 
 void Navigator::measure(const KeyframeRecord& keyframe, NavigationRecord& record) const {
@@ -90,8 +86,7 @@ Status Navigator::measure_keyframe(bool& worked) {
   if (!damaged) {
     const bool recorded = source_ == nullptr || source_->recorded();
     const TimeNs until = keyframe.time_ns + navigation::window_ns;
-    bool all = false;
-    ILP_TRY(take_samples(recorded ? until : clock_.now(), all));
+    const bool all = take_samples(recorded ? until : clock_.now());
     worked = !all;
     if (!all || (!recorded && clock_.now() < until + latest_arrival_ns)) return {};
     measure(keyframe, record);
@@ -205,15 +200,22 @@ Status Navigator::place_strip(bool& worked) {
 
 StepResult Navigator::step() {
   if (!mission_.use_navigation) return {};
+  StepResult result = work();
+  if (!result.status.ok() || refused_ == reported_refused_) return result;
+  reported_refused_ = refused_;
+  result.status = {StatusCode::navigation_refused, refused_, static_cast<std::int64_t>(reason_)};
+  return result;
+}
+
+StepResult Navigator::work() {
   bool worked = false;
   Status status = measure_keyframe(worked);
   if (!status.ok() || worked) return {status, true};
   status = place_strip(worked);
   if (!status.ok() || worked) return {status, true};
   // A live source is emptied also while no keyframe asks.
-  bool all = true;
-  if (source_ != nullptr && !source_->recorded()) status = take_samples(clock_.now(), all);
-  return {status, !all || !status.ok()};
+  const bool live = source_ != nullptr && !source_->recorded();
+  return {{}, live && !take_samples(clock_.now())};
 }
 
 }  // namespace ilp

@@ -40,8 +40,9 @@ class Navigator final : public StageComponent<ComponentId::navigator> {
     navigation::MeasuredKeyframes keyframes;
   };
 
-  /// Takes samples up to a time, a bounded number of them; `all`: there are no more up to that time.
-  Status take_samples(TimeNs until, bool& all);
+  StepResult work();
+  /// Takes samples up to a time, a bounded number of them. Returns whether there are no more up to that time.
+  bool take_samples(TimeNs until);
   void keep(const NavigationSample& sample);
   Status measure_keyframe(bool& worked);
   Status place_strip(bool& worked);
@@ -60,7 +61,8 @@ class Navigator final : public StageComponent<ComponentId::navigator> {
   // A ring: a restart begins it again.
   FixedVector<NavigationSample, limits::max_navigation_samples> samples_;
   std::size_t oldest_ = 0;
-  std::int64_t refused_ = 0;
+  std::int64_t refused_ = 0, reported_refused_ = 0;
+  StatusCode reason_ = StatusCode::ok;  ///< why the latest one was refused
 };
 
 }  // namespace ilp

@@ -291,7 +291,7 @@ void Flight::run() {
       end_standstill();
     }
     if (options_.real_time && (stop_requested() || configuration_.restart_wanted())) {
-      host::require(executive().write_housekeeping(), "writing the housekeeping");
+      host::require(executive().end(), "writing the housekeeping");
       configuration_.end_in_order(clock_.now());
       if (configuration_.restart_wanted())
         std::cerr << "ilp-sil: parameters were given up that act with the next start: go on with --resume\n";
@@ -301,7 +301,7 @@ void Flight::run() {
       if (software_->processed() && (contact.over || ++drain_frames > longest_drain_frames)) break;
       if (software_->drained()) {
         if (housekeeping) break;
-        housekeeping = executive().write_housekeeping().ok();
+        housekeeping = executive().end().ok();
       }
     }
     next = next_frame_begin(next, clock_.now());

@@ -263,7 +263,7 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
     traces.now_ns = next;
   }
   const bool done = drained_ns >= 0;
-  static_cast<void>(software.executive().write_housekeeping());
+  static_cast<void>(software.executive().end());
   static_cast<void>(life.end());
   if (disk.damaged()) return life_restart;
   receiver.receive();

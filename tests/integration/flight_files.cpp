@@ -101,6 +101,11 @@ void write_file(const fs::path& path, const std::string& text) {
   std::ofstream(path, std::ios::binary) << text;
 }
 
+void write_private_file(const fs::path& path, const std::string& text) {
+  write_file(path, text);
+  fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
+}
+
 std::map<std::string, Bytes> files_of(const fs::path& folder, const std::vector<std::string>& prefixes) {
   std::map<std::string, Bytes> files;
   std::error_code error;

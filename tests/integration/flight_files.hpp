@@ -35,6 +35,8 @@ bool run_and_kill(const std::vector<std::string>& arguments, int after_ms);
 using Bytes = std::vector<std::uint8_t>;
 [[nodiscard]] Bytes read_file(const std::filesystem::path& path);
 void write_file(const std::filesystem::path& path, const std::string& text);
+/// For its owner alone, as keys have to be.
+void write_private_file(const std::filesystem::path& path, const std::string& text);
 /// Files of the folder whose names begin with one of the prefixes.
 [[nodiscard]] std::map<std::string, Bytes> files_of(const std::filesystem::path& folder,
                                                     const std::vector<std::string>& prefixes);

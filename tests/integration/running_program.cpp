@@ -46,6 +46,14 @@ std::string RunningProgram::output() const {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+bool RunningProgram::says(const std::string& text) const {
+  for (int waited = 0; waited < patience_ms; waited += look_ms) {
+    if (output().find(text) != std::string::npos) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(look_ms));
+  }
+  return false;
+}
+
 SocketAddress RunningProgram::address(const std::string& what) const {
   SocketAddress address;
   for (int waited = 0; waited < patience_ms; waited += look_ms) {

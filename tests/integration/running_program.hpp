@@ -21,6 +21,8 @@ class RunningProgram {
   [[nodiscard]] std::string output() const;
   /// The address that follows `what` in the output, as soon as it is there; port 0 when it does not come.
   [[nodiscard]] SocketAddress address(const std::string& what) const;
+  /// Whether `text` is in the output, as soon as it is there.
+  [[nodiscard]] bool says(const std::string& text) const;
   void send(int signal) const;
   [[nodiscard]] bool runs();
   /// Waits for its end, a minute at most; the exit status, -1 if it was killed or does not end.

@@ -110,7 +110,7 @@ class AuthenticatedOperationTest : public testing::Test {
     test::write_file(path("mission.ini"), "[acquisition]\ncapture_mode = 2\n[link]\nauthentication = 2\n");
     std::string hex;
     for (std::size_t i = 0; i < key.size(); ++i) hex += "42";
-    test::write_file(path("keys"), std::to_string(spi) + " " + hex + "\n");
+    test::write_private_file(path("keys"), std::to_string(spi) + " " + hex + "\n");
     fs::create_directories(path("out"));
     write_strip();
   }

@@ -24,6 +24,10 @@ class ConsoleTest : public testing::Test {
   [[nodiscard]] fs::path path(const char* name) const { return fs::path(folder_ / name); }
 
   void write(const char* name, const std::string& text) const { std::ofstream(path(name)) << text; }
+  void write_keys(const std::string& text) const {
+    write("keys", text);
+    fs::permissions(path("keys"), fs::perms::owner_read | fs::perms::owner_write);
+  }
 
   [[nodiscard]] std::vector<std::string> flight(std::vector<std::string> more) const {
     write("mission.ini", mission_);
@@ -122,7 +126,7 @@ TEST_F(ConsoleTest, AStationWithoutAFolderTakesNoFileAndNothingIsDeletedOnBoard)
 TEST_F(ConsoleTest, AuthenticatedTelecommandsAreCarriedOut) {
   std::string key;
   for (int i = 0; i < 32; ++i) key += "5a";
-  write("keys", "# the station's\n7 " + key + "\n");
+  write_keys("# the station's\n7 " + key + "\n");
   mission_ += "[link]\nauthentication = 1\n";
   RunningProgram program(flight({"--link-udp", "127.0.0.1:0", "--key", path("keys").string()}), path("log"));
   const ToolResult result = operate(program, "UDP", "ping\n", "--key " + quoted(path("keys")));
@@ -133,7 +137,7 @@ TEST_F(ConsoleTest, AuthenticatedTelecommandsAreCarriedOut) {
 TEST_F(ConsoleTest, WithAuthenticatedFileTransfersFilesComeDownAndGoUpOverARestartOfTheConsole) {
   std::string key;
   for (int i = 0; i < 32; ++i) key += "5a";
-  write("keys", "7 " + key + "\n");
+  write_keys("7 " + key + "\n");
   write("wide.ini", "[overlap]\ntarget_overlap = 0.85\n");
   mission_ += "[link]\nauthentication = 2\n";
   RunningProgram program(flight({"--link-udp", "127.0.0.1:0", "--key", path("keys").string()}), path("log"));
@@ -187,7 +191,7 @@ TEST_F(ConsoleTest, WrongInputIsSaid) {
   EXPECT_EQ(silent.status, 1);
   EXPECT_TRUE(says(silent, "nothing has come from the flight: no program listens there")) << silent.output;
   EXPECT_TRUE(says(silent, "no report comes from the flight at 127.0.0.1")) << silent.output;
-  write("keys", "7 zz\n");
+  write_keys("7 zz\n");
   EXPECT_TRUE(says(run("127.0.0.1:9 --key " + quoted(path("keys"))), "hexadecimal"));
   EXPECT_TRUE(says(run("127.0.0.1:9 --tailoring other"), "standard, fsfw or yamcs"));
 }

@@ -72,11 +72,40 @@ const std::vector<Mistake> mistakes = {
     {"SIL --real-time --link-tcp 192.0.2.1:7 --out out", 1, {"192.0.2.1:7", "no such address", "0.0.0.0"}},
     {"GROUND console localhost", 1, {"an address is written 127.0.0.1:10025"}},
     {"GROUND console 127.0.0.1:9 --key no.keys", 1, {"cannot read the file of keys no.keys", "check the path"}},
+    {"GROUND console 127.0.0.1:9 --key open.keys", 1, {"others may read the file of keys open.keys", "chmod 600"}},
 #ifdef ILP_ONBOARD  // it is not built for the sanitizers
     {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --virtual-time --outbox no --acknowledgements empty "
      "--store memory",
      1,
      {"--outbox no", "there is no such folder", "mkdir -p"}},
+    {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --store memory --link-udp 0.0.0.0:0",
+     1,
+     {"link 0.0.0.0:0", "other computers", "--key FILE", "127.0.0.1", "--without-authentication"}},
+    {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --store memory --link-tcp 192.0.2.1:7",
+     1,
+     {"link 192.0.2.1:7", "other computers"}},
+    {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --store memory --link-udp 127.0.0.1:0 --cfdp-udp "
+     "0.0.0.0:0",
+     1,
+     {"link 0.0.0.0:0", "other computers"}},
+    {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --store memory --link-udp 0.0.0.0:0 --key keys",
+     1,
+     {"link 0.0.0.0:0", "[link] authentication = telecommands"}},
+    {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --store memory --link-tcp 192.0.2.1:7 "
+     "--without-authentication",
+     1,
+     {"link 192.0.2.1:7: this machine has no such address"}},
+    {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --store memory --link-tcp 192.0.2.1:7 --key keys "
+     "--mission sealed.ini",
+     1,
+     {"link 192.0.2.1:7: this machine has no such address"}},
+    {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --store memory --link-udp [::1]:10025",
+     1,
+     {"[::1]:10025", "written in numbers: 127.0.0.1:10025"}},
+    {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --store memory --link-udp 127.0.0.1:0 --key "
+     "open.keys",
+     1,
+     {"open.keys", "others than its owner may read", "chmod 600"}},
 #endif
     // Not called as it has to be: always status 2.
     {"SIL --imagse images", 2, {"--imagse", "--help"}},
@@ -115,6 +144,10 @@ class Mistakes : public testing::Test {
     write("words.txt", "these are words\n");
     write("film.mp4", "\0\0\0 ftypisom and so on");
     write("mission.ini", "[overlap]\ntarget_overlap = 1.8\n");
+    write("sealed.ini", "[link]\nauthentication = telecommands\n");
+    for (const char* name : {"keys", "open.keys"}) write(name, "1 " + std::string(32, 'a') + "\n");
+    fs::permissions(path("keys"), fs::perms::owner_read | fs::perms::owner_write);
+    fs::permissions(path("open.keys"), fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_read);
     write("typo.ini", "[overlap]\ntarget_overlop = 0.8\n");
     write("full/thesis.txt", "years of work");
     write("flight/flight.db", "");

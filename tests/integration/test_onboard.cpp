@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <sstream>
 
 #include "cfg/limits.hpp"
@@ -10,6 +11,7 @@
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/host/colmap.hpp"
 #include "tests/integration/flight_files.hpp"
+#include "tests/integration/running_program.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp {
@@ -472,6 +474,23 @@ TEST(OnboardTest, MissingFilesAndFoldersAreNamed) {
   const test::ProgramResult no_outbox = fly(index, folder / "b.db", folder / "none");
   EXPECT_EQ(no_outbox.exit_status, 1);
   EXPECT_NE(no_outbox.output.find("outbox"), std::string::npos) << no_outbox.output;
+}
+
+TEST(OnboardTest, ATerminalThatClosesEndsNeitherAFlightNorANode) {
+  const test::TemporaryFolder folder;
+  const std::string database = folder / "flight.db";
+  test::RunningProgram flight({ILP_ONBOARD, "--index", (plain / "index.txt").string(), "--camera",
+                               test::camera_numbers(plain), "--store", "memory", "--link-udp", "127.0.0.1:0"},
+                              folder / "flight.log");
+  EXPECT_NE(flight.address("packets over UDP").port, 0) << flight.output();
+  test::RunningProgram node({ILP_ONBOARD, "--stages", "dense_matcher", "--store", database}, folder / "node.log");
+  EXPECT_TRUE(node.says("waiting for the head of the flight")) << node.output();
+  for (test::RunningProgram* program : {&flight, &node}) {
+    program->send(SIGHUP);
+    program->send(SIGTERM);
+    // A flight that has not taken an image yet ends with 1; what a signal has killed has no status.
+    EXPECT_GE(program->wait(), 0) << program->output();
+  }
 }
 
 TEST(OnboardTest, AWrongOptionIsNamedWithTheNearestOne) {

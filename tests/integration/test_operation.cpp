@@ -268,7 +268,7 @@ TEST_F(OperationTest, WithoutAKeyNobodyCommandsAndNothingCountsTwiceOverARestart
   const Bytes key(32, 0x42);
   std::string hex;
   for (std::size_t i = 0; i < key.size(); ++i) hex += "42";
-  test::write_file(path("keys"), "7 " + hex + "\n");
+  test::write_private_file(path("keys"), "7 " + hex + "\n");
   test::write_file(path("mission.ini"), "[acquisition]\ncapture_mode = 2\n[link]\nauthentication = 1\n");
   std::vector<std::string> command = {ILP_SIL, "--real-time",        "--mission",  path("mission.ini").string(),
                                       "--out", path("out").string(), "--link-udp", "127.0.0.1:0",

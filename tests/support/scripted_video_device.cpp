@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cerrno>
 
+#include "fsw/base/text.hpp"
+
 namespace ilp::test {
 namespace {
 
@@ -166,6 +168,7 @@ int ScriptedVideoDevice::answer(unsigned long request, void* argument) {
   switch (request) {
     case VIDIOC_QUERYCAP: {
       auto& capability = *static_cast<v4l2_capability*>(argument);
+      copy_text(reinterpret_cast<char(&)[sizeof(capability.card)]>(capability.card), model.c_str());
       capability.capabilities = V4L2_CAP_DEVICE_CAPS | capabilities;
       capability.device_caps = capabilities;
       return 0;
@@ -197,7 +200,9 @@ int ScriptedVideoDevice::answer(unsigned long request, void* argument) {
     case VIDIOC_S_CTRL: {
       const auto& control = *static_cast<v4l2_control*>(argument);
       if (controls.count(control.id) == 0) return EINVAL;
-      controls[control.id].value = control.value;
+      Control& known = controls[control.id];
+      // As the kernel does it.
+      known.value = std::clamp(control.value, known.minimum, known.maximum);
       return 0;
     }
     case VIDIOC_G_CTRL: {

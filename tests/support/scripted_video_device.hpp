@@ -46,6 +46,7 @@ class ScriptedVideoDevice final : public VideoDevice {
   bool lists_formats = true;
   std::map<std::uint32_t, std::pair<std::uint32_t, std::uint32_t>> sizes;  ///< of formats that have one size only
   std::int32_t width = 0, height = 0;  ///< the only size that it has; 0: any size that is asked for
+  std::string model = "a camera";
   std::uint32_t capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
   std::uint32_t stride_padding = 0;
   std::uint32_t stated_stride_change = 0, stated_size_change = 0;  ///< added to what is true, modulo 2^32

@@ -118,6 +118,7 @@ class Flight:
         source = "--index /frames/index.txt" if self.options.recorded else "--v4l2 /dev/video0,format=GREY"
         return (f'{feeder}{pinger}{self.before}run ilp-onboard {source} --camera "{self.strip.camera()}" '
                 f"--database /data/flight.db --mission /flight/mission.ini --link-tcp 10.0.2.15:{rig.LINK_PORT} "
+                "--without-authentication "
                 f"--trap-heap {self.more_options}\n")
 
     def interval_ns(self):

@@ -321,10 +321,19 @@ void set_parameters(const EncodeCall& call, char* comment, opj_cparameters_t& pa
   }
 }
 
-Status run_encoder(EncodeCall& call, Handles& handles) {
+Status set_up_encoder(const EncodeCall& call, Handles& handles) {
   char comment[] = "ILP";
-  opj_cparameters_t parameters;
+  // Larger than what a stack should hold.
+  void* const memory = opj_image_data_alloc(sizeof(opj_cparameters_t));
+  if (memory == nullptr) return failed_at(CodecStage::setup);
+  auto& parameters = *static_cast<opj_cparameters_t*>(memory);
   set_parameters(call, comment, parameters);
+  const OPJ_BOOL taken = opj_setup_encoder(handles.codec, &parameters, handles.image);
+  opj_image_data_free(memory);
+  return taken == OPJ_FALSE ? failed_at(CodecStage::setup) : Status{};
+}
+
+Status run_encoder(EncodeCall& call, Handles& handles) {
   handles.image = make_image(call.samples, call.params.bits);
   handles.codec = opj_create_compress(OPJ_CODEC_J2K);
   handles.stream = opj_stream_create(stream_buffer_bytes, OPJ_FALSE);
@@ -336,7 +345,7 @@ Status run_encoder(EncodeCall& call, Handles& handles) {
   opj_stream_set_write_function(handles.stream, write_bytes);
   opj_stream_set_skip_function(handles.stream, skip_output);
   opj_stream_set_seek_function(handles.stream, seek_output);
-  if (opj_setup_encoder(handles.codec, &parameters, handles.image) == OPJ_FALSE) return failed_at(CodecStage::setup);
+  ILP_TRY(set_up_encoder(call, handles));
   const char* const options[] = {"PLT=YES", nullptr};
   if (call.params.packet_lengths && opj_encoder_set_extra_options(handles.codec, options) == OPJ_FALSE) {
     return failed_at(CodecStage::setup);

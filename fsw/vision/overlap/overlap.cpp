@@ -40,13 +40,8 @@ constexpr double distinct_region_ncc = 0.15;
 
 static_assert((limits::max_image_side >> (limits::max_pyramid_levels - 1)) <= coarse_max_side);
 
-struct Hypothesis {
-  CentredSimilarity b_from_a;
-  RegistrationFit fit;
-  int steps = 0;  ///< on this level
-  bool goes_on = true;
-};
-using Hypotheses = FixedVector<Hypothesis, coarse_max_candidates>;
+using Hypothesis = OverlapHypothesis;
+using Hypotheses = decltype(OverlapWorkspace::hypotheses);
 
 Status check_size(GrayView image) {
   if (std::min(image.width, image.height) < limits::min_image_side) {
@@ -97,16 +92,17 @@ bool inside_search(const CentredSimilarity& m, const OverlapParams& params) {
   return std::min(turn, 2 * pi - turn) <= params.max_rotation_rad + slack;
 }
 
-void insert_sorted(const Hypothesis& r, double side_px, Hypotheses& list) {
-  for (Hypothesis& other : list) {
-    if (!same_peak(other.b_from_a, r.b_from_a, side_px)) continue;
-    if (other.fit.detail_ncc < r.fit.detail_ncc) other = r;
-    for (std::size_t i = list.size() - 1; i > 0 && list[i].fit.detail_ncc > list[i - 1].fit.detail_ncc; --i)
-      std::swap(list[i], list[i - 1]);
-    return;
+// Into the first `count` of the list, which has room for one more.
+void insert_sorted(const Hypothesis& r, double side_px, Hypotheses& list, std::size_t& count) {
+  const auto same = std::find_if(list.begin(), list.begin() + count, [&](const Hypothesis& other) {
+    return same_peak(other.b_from_a, r.b_from_a, side_px);
+  });
+  if (same == list.begin() + count) {
+    list[count++] = r;
+  } else if (same->fit.detail_ncc < r.fit.detail_ncc) {
+    *same = r;
   }
-  if (!list.push_back(r)) return;
-  for (std::size_t i = list.size() - 1; i > 0 && list[i].fit.detail_ncc > list[i - 1].fit.detail_ncc; --i)
+  for (std::size_t i = count - 1; i > 0 && list[i].fit.detail_ncc > list[i - 1].fit.detail_ncc; --i)
     std::swap(list[i], list[i - 1]);
 }
 
@@ -169,14 +165,16 @@ Status refine(const RegistrationTemplate& a, const RegistrationImage& b, double 
     r.goes_on = true;
   }
   if (hypotheses.size() > rivals) ILP_TRY(drop_after_one_step(a, b, iterations, hypotheses));
-  Hypotheses refined;
-  for (Hypothesis& r : hypotheses) {
+  // Those that are registered take the places of those that have been.
+  std::size_t refined = 0;
+  for (std::size_t i = 0; i < hypotheses.size(); ++i) {
+    Hypothesis r = hypotheses[i];
     ILP_TRY(advance(a, b, iterations, iterations, r));
     if (r.fit.ncc > 0 && r.fit.covered >= min_registered && inside_search(r.b_from_a, params)) {
-      insert_sorted(r, std::max(a.width, a.height), refined);
+      insert_sorted(r, std::max(a.width, a.height), hypotheses, refined);
     }
   }
-  hypotheses = refined;
+  while (hypotheses.size() > refined) hypotheses.pop_back();
   return {};
 }
 
@@ -278,10 +276,11 @@ ImageQuality assess_image(GrayView image) {
 
 namespace {
 
-// Registers hypotheses level by level, from `from` on; they are in px of a level `to_level` times as coarse. The finest
-// level remains in `w.registered`.
+// Registers the hypotheses of `w` level by level, from `from` on; they are in px of a level `to_level` times as coarse.
+// The finest level remains in `w.registered`.
 Status refine_levels(const OverlapTemplate& a, int from, double to_level, int iterations, const OverlapParams& params,
-                     OverlapWorkspace& w, Hypotheses& hypotheses, double& dropped) {
+                     OverlapWorkspace& w, double& dropped) {
+  Hypotheses& hypotheses = w.hypotheses;
   std::size_t step = 0;
   for (int k = from; k >= a.finest; --k) {
     const RegistrationTemplate& level = a.levels[static_cast<std::size_t>(k - a.finest)];
@@ -302,15 +301,14 @@ void take(const CoarseCandidates& candidates, Hypotheses& hypotheses) {
   }
 }
 
-Status find_hypotheses(const OverlapTemplate& a, const OverlapParams& params, OverlapWorkspace& w,
-                       Hypotheses& hypotheses, double& dropped) {
+Status find_hypotheses(const OverlapTemplate& a, const OverlapParams& params, OverlapWorkspace& w, double& dropped) {
   const int coarsest = w.b.levels() - 1;
   const GrayView size = w.b.level(coarsest);
   (void)shrink_to_coarse(w.b, w.coarse_b);
   ILP_TRY(search_coarse({a.coarse.data(), size.width, size.height}, {w.coarse_b.data(), size.width, size.height},
                         params, w.coarse, w.candidates));
-  take(w.candidates, hypotheses);
-  return refine_levels(a, a.first, coarsest == a.first ? 1 : 2, first_iterations, params, w, hypotheses, dropped);
+  take(w.candidates, w.hypotheses);
+  return refine_levels(a, a.first, coarsest == a.first ? 1 : 2, first_iterations, params, w, dropped);
 }
 
 // The NCC that three quarters of the regions reach, and all of those with more than the median of contrast: noise may
@@ -420,10 +418,9 @@ Status measure_overlap(const OverlapTemplate& a, GrayView image_b, const Overlap
   ILP_TRY(begin(a, image_b, params, w, result));
   if (result.verdict != OverlapVerdict::ok) return {};
   result.verdict = OverlapVerdict::overlap_unknown;
-  Hypotheses hypotheses;
   double dropped = 0;
-  ILP_TRY(find_hypotheses(a, params, w, hypotheses, dropped));
-  return conclude(a, hypotheses, dropped, params, w, result);
+  ILP_TRY(find_hypotheses(a, params, w, dropped));
+  return conclude(a, w.hypotheses, dropped, params, w, result);
 }
 
 namespace {
@@ -455,13 +452,12 @@ Status measure_overlap_of(const OverlapTemplate& a, GrayView image_b, const Coar
   ILP_TRY(begin(a, image_b, params, w, result));
   if (result.verdict != OverlapVerdict::ok) return {};
   result.verdict = OverlapVerdict::overlap_unknown;
-  Hypotheses hypotheses;
+  Hypotheses& hypotheses = w.hypotheses;
   take(candidates, hypotheses);
   // A level coarser than that of the search, where the steps of its grid lie within the reach of the registration.
   const int searched = wide_search_level(a.pyramid), from = std::min(searched + 1, a.first);
   double dropped = 0;
-  ILP_TRY(refine_levels(a, from, from > searched ? 0.5 : 1 << (searched - from), max_iterations, params, w, hypotheses,
-                        dropped));
+  ILP_TRY(refine_levels(a, from, from > searched ? 0.5 : 1 << (searched - from), max_iterations, params, w, dropped));
   OverlapParams judged = params;
   if (stands_out(candidates) && !hypotheses.empty() && is_first(candidates, hypotheses[0], searched - a.finest, a)) {
     judged.min_region_ncc = std::min(judged.min_region_ncc, distinct_region_ncc);

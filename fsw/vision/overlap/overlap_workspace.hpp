@@ -26,6 +26,14 @@ struct OverlapTemplate {
   std::array<RegistrationTemplate, max_levels> levels;  ///< finest first
 };
 
+/// A candidate of the coarse search while it is registered.
+struct OverlapHypothesis {
+  CentredSimilarity b_from_a;
+  RegistrationFit fit;
+  int steps = 0;  ///< on this level
+  bool goes_on = true;
+};
+
 struct OverlapWorkspace {
   OverlapTemplate a;
   Pyramid b;
@@ -33,6 +41,7 @@ struct OverlapWorkspace {
   RegistrationImage registered;  ///< the level of b on which the registration is
   CoarseWorkspace coarse;
   CoarseCandidates candidates;
+  FixedVector<OverlapHypothesis, coarse_max_candidates> hypotheses;
   RepetitionWorkspace repetition;
 };
 

@@ -281,7 +281,7 @@ void carry_rows(const CameraModel& camera, const PairGround& ground, const Rigid
   for (std::int32_t y = w.next_row; y < end; ++y) {
     const float* s = sigma.row(y);
     const std::uint8_t* claimed = mask.row(y);
-    normalised_row(camera, y, w.ray_x.data(), w.ray_y.data());
+    normalised_row(camera, y, 0, camera.width, w.ray_x.data(), w.ray_y.data());
     fill_row(inverse_depth.row(y), s, width, w.fallback, w.inverse_depth.data());
     for (std::int32_t first = 0; first < width; first += run_length) {
       const std::int32_t count = std::min(run_length, width - first);

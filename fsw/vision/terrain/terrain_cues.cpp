@@ -31,7 +31,7 @@ std::int32_t average_cells(const CameraModel& camera, ImageView<const float> inv
   const std::int32_t columns = camera.width / cell;
   std::int32_t known_cells = 0;
   for (std::int32_t cy = 0; cy < camera.height / cell; ++cy) {
-    normalised_row(camera, cy * cell + cell / 2, w.ray_x.data(), w.ray_y.data());
+    normalised_row(camera, cy * cell + cell / 2, 0, camera.width, w.ray_x.data(), w.ray_y.data());
     for (std::int32_t cx = 0; cx < columns; ++cx) {
       float sum = 0;
       float sigma_sum = 0;

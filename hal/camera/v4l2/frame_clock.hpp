@@ -19,6 +19,11 @@ class FrameClock {
  public:
   /// Begins a stream. `stamp_delay_ns`: from start of exposure to stamp, negative when not known.
   void begin(TimeNs stated_period_ns, TimeNs stamp_delay_ns);
+  /// The driver is another one: nothing is known of its period and stamps.
+  void forget() {
+    period_ns_ = 0;
+    stamps_believed_ = false;
+  }
   void believe(const CameraVerdict& verdict);
 
   /// The arrival between the driver's last empty time and now, where the rhythm of the frames puts it. Frames that were

@@ -122,16 +122,29 @@ void V4l2Camera::tell_tallies(TimeNs now) {
   refused_ = stamps_ = gaps_ = {};
 }
 
+/// A device that comes back may be another one.
+void V4l2Camera::meet(const DeviceName& name) {
+  if (ever_delivered_ && name != name_) {
+    if (name != first_name_) tell(StatusCode::camera_changed);
+    known_ = false;
+    verdict_ = {};
+    frame_clock_.forget();
+  }
+  name_ = name;
+}
+
 Status V4l2Camera::advance_from(Stage stage, TimeNs now) {
-  // Reports of the first start also hold for later ones.
+  // Reports of a device's first start also hold for later ones.
   CameraNews known_already;
-  CameraNews& news = ever_delivered_ ? known_already : news_;
+  CameraNews& news = known_ ? known_already : news_;
   if (stage == Stage::closed) {
     const int error = device_.open(options_.device);
     if (error != 0) return {StatusCode::camera_absent, error};
     stage_ = Stage::open;
   } else if (stage == Stage::open) {
-    ILP_TRY(check_capabilities(device_));
+    DeviceName name;
+    ILP_TRY(check_capabilities(device_, name));
+    meet(name);
     ILP_TRY(negotiate(device_, options_, width_, height_, format_, news));
     stage_ = Stage::agreed;
   } else if (stage == Stage::agreed) {
@@ -202,7 +215,8 @@ Status V4l2Camera::fail(const Status& reason, TimeNs now) {
 }
 
 void V4l2Camera::recover(TimeNs now) {
-  ever_delivered_ = true;
+  if (!ever_delivered_) first_name_ = name_;
+  ever_delivered_ = known_ = true;
   if (!out_) return;
   tell({StatusCode::camera_recovered, (now - out_since_ns_) / ns_per_ms, attempts_});
   out_ = false;
@@ -404,6 +418,7 @@ Status V4l2Camera::exposure_range(ExposureRange& range) {
 
 Status V4l2Camera::set_exposure(ExposureSetting& setting) {
   if (stage_ != Stage::streaming) return StatusCode::not_ready;
+  asked_ = setting;
   ILP_TRY(write_exposure(device_, options_.gain_unit, setting));
   sets_exposure_ = true;
   exposure_before_ = exposure_;
@@ -415,10 +430,10 @@ Status V4l2Camera::set_exposure(ExposureSetting& setting) {
 void V4l2Camera::apply_exposure() {
   // After an outage the camera may have settings of its own again.
   ExposureRange range;
-  ExposureSetting setting = exposure_;
+  ExposureSetting setting = asked_;
+  exposure_before_ = exposure_ = {};
   if (!find_exposure_range(device_, options_.gain_unit, range).ok()) return;
   if (!write_exposure(device_, options_.gain_unit, setting).ok()) return;
-  exposure_before_ = {};
   exposure_ = setting;
   exposure_set_ns_ = clock_.now();
 }

@@ -17,9 +17,10 @@ namespace ilp {
 /// Opening takes one step per call.
 ///
 /// No report of the driver is trusted. Its first frames are graded (DriverGrade) before any is delivered. After an
-/// outage of any kind the stream, or the device, is started again at growing intervals. The Status of `capture` reports
-/// this: camera_fault, camera_absent, camera_silent, camera_recovered, camera_graded, camera_distrusted,
-/// camera_frames_refused, camera_stamps_refused, frame_gap and the reports of negotiation.
+/// outage of any kind the stream, or the device, is started again at growing intervals. A device with another name is
+/// graded and reported like a new one. The Status of `capture` reports this: camera_fault, camera_absent,
+/// camera_changed (another device than the first one), camera_silent, camera_recovered, camera_graded,
+/// camera_distrusted, camera_frames_refused, camera_stamps_refused, frame_gap and the reports of negotiation.
 class V4l2Camera final : public Camera {
  public:
   V4l2Camera(VideoDevice& device, Clock& clock) : clock_(clock), device_(device), pool_(device) {}
@@ -69,6 +70,7 @@ class V4l2Camera final : public Camera {
 
   Status advance(TimeNs now);
   Status advance_from(Stage stage, TimeNs now);
+  void meet(const DeviceName& name);
   void begin_stream(TimeNs now);
   Status fail(const Status& reason, TimeNs now);
   void recover(TimeNs now);
@@ -99,6 +101,7 @@ class V4l2Camera final : public Camera {
   TimeNs mission_minus_monotonic_ = 0;
 
   Stage stage_ = Stage::closed;
+  DeviceName first_name_, name_;  ///< of the first device that gave frames, and of the latest one
   VideoFormat format_;
   Reduction reduction_;
   GreyConverter converter_;
@@ -106,6 +109,7 @@ class V4l2Camera final : public Camera {
   // State of an outage, from the first failure to the first consistent frame.
   bool out_ = false;
   bool ever_delivered_ = false;
+  bool known_ = false;  ///< the latest device has delivered
   bool ever_recovered_ = false;
   TimeNs out_since_ns_ = 0;
   TimeNs recovered_ns_ = 0;
@@ -137,7 +141,7 @@ class V4l2Camera final : public Camera {
 
   // Once the flight sets the exposure.
   bool sets_exposure_ = false;
-  ExposureSetting exposure_before_, exposure_;
+  ExposureSetting asked_, exposure_before_, exposure_;
   TimeNs exposure_set_ns_ = 0;
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <iterator>
 
 #include "hal/camera/v4l2/buffer_pool.hpp"
 
@@ -149,10 +150,12 @@ void set_control(VideoDevice& device, std::uint32_t id, std::int64_t wanted, Cam
 
 }  // namespace
 
-Status check_capabilities(VideoDevice& device) {
+Status check_capabilities(VideoDevice& device, DeviceName& name) {
   v4l2_capability capability{};
   const int error = device.control(VIDIOC_QUERYCAP, &capability);
   if (error != 0) return driver_fault(error, VIDIOC_QUERYCAP);
+  std::copy(std::begin(capability.driver), std::end(capability.driver), name.driver.begin());
+  std::copy(std::begin(capability.card), std::end(capability.card), name.model.begin());
   const bool of_node = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0;
   const std::uint32_t can = of_node ? capability.device_caps : capability.capabilities;
   constexpr std::uint32_t needed = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;

@@ -1,6 +1,7 @@
 // Negotiates the delivered format with a video device.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -26,8 +27,14 @@ struct VideoFormat {
 /// Asks the device named in `options` for the picture size to which it is set at present. `camera_absent` (a = errno)
 /// if it cannot be opened, `camera_fault` for a failed call. The device is closed afterwards.
 Status present_size(VideoDevice& device, const V4l2Options& options, std::int32_t& width, std::int32_t& height);
+/// What a device calls itself: its driver and its model.
+struct DeviceName {
+  std::array<std::uint8_t, 16> driver{};
+  std::array<std::uint8_t, 32> model{};
+  bool operator==(const DeviceName&) const = default;
+};
 /// Returns ok for a camera that streams single planes, else `camera_incapable`.
-Status check_capabilities(VideoDevice& device);
+Status check_capabilities(VideoDevice& device, DeviceName& name);
 /// Sets input, format, size and rate and trusts only the values read back. The format is that of `options`, or the
 /// first of pixel_formats() that the device has in this size. `camera_size` with both sizes when the device gives
 /// another one, `unsupported_format` (a = four-character code that it offers), `camera_fault` for a failed call,

@@ -12,9 +12,12 @@ using namespace postgres;
 
 namespace {
 
-// A walk that goes on where it was asks for many rows; a single question for the next row and the one behind it.
+// A walk that goes on where it was asks for many rows.
 constexpr int rows_of_a_walk = 32;
-constexpr int rows_of_a_question = 4;
+
+Question question_of(RowVerb verb) {
+  return verb == RowVerb::get ? Question::get : verb == RowVerb::next ? Question::next : Question::last;
+}
 
 }  // namespace
 
@@ -27,21 +30,24 @@ Status PostgresStore::send_question(const Asked& asked, int most) {
 }
 
 bool PostgresStore::probably_known(const Asked& asked) {
-  const Question question = asked.verb == RowVerb::get    ? Question::get
-                            : asked.verb == RowVerb::next ? Question::next
-                                                          : Question::last;
   AnswerCache::Answer answer;
-  return asked.verb != RowVerb::count && answers_.find(record_info(asked.type), question, asked.key, answer);
+  return asked.verb != RowVerb::count &&
+         answers_.find(record_info(asked.type), question_of(asked.verb), asked.key, answer);
+}
+
+/// Whether a question can be asked; a transaction begins with it.
+Status PostgresStore::begin_question() {
+  if (!connected()) return StatusCode::store_lost;
+  if (in_transaction_ && !doomed_.ok()) return doomed_;
+  ILP_TRY(make_room());
+  return start();
 }
 
 /// Sends a question behind all other statements and collects its answer; in a transaction also the answers to the
 /// questions that will probably follow. Outside a look at the changes follows, so that what is known of other tables is
 /// never older than what this answer shows.
 Status PostgresStore::ask(const Asked& asked, int most) {
-  if (!connected()) return StatusCode::store_lost;
-  if (in_transaction_ && !doomed_.ok()) return doomed_;
   ILP_TRY(make_room());
-  ILP_TRY(start());
   const std::size_t place = connection_.next_place();
   awaited_.answer = place;
   ILP_TRY(send_question(asked, most));
@@ -70,7 +76,7 @@ void PostgresStore::keep_answer(const Asked& asked, std::size_t place, int most)
     keep_walk(info, asked.key, place, most);
     return;
   }
-  const Question question = asked.verb == RowVerb::get ? Question::get : Question::last;
+  const Question question = question_of(asked.verb);
   alignas(8) unsigned char row[limits::max_record_bytes];
   if (connection_.rows(place).count() == 0) {
     answers_.keep(info, question, asked.key, nullptr);
@@ -99,16 +105,17 @@ Status PostgresStore::collect_answer() {
 
 /// What is known inside a transaction is true as soon as the server has granted it. Outside, a process that does not
 /// poll has to look for changes once in a while.
-Status PostgresStore::known(const RecordInfo& info, Question question, std::int64_t key, void* record, bool& is_known) {
+Status PostgresStore::known(const Asked& asked, void* record, bool& is_known) {
   is_known = false;
   if (!connected()) return StatusCode::store_lost;
   if (in_transaction_ && !doomed_.ok()) return doomed_;
   const bool granted = started_ && awaited_.look == none;
   if (in_transaction_ ? !granted : steady_ms() - looked_ms_ >= postgres_look_ms) return {};
   AnswerCache::Answer answer;
-  is_known = answers_.find(info, question, key, answer);
+  const RecordInfo& info = record_info(asked.type);
+  is_known = answers_.find(info, question_of(asked.verb), asked.key, answer);
   if (!is_known) return {};
-  if (!answer.found) return {StatusCode::not_found, key};
+  if (!answer.found) return {StatusCode::not_found, asked.key};
   std::memcpy(record, answer.record, info.bytes);
   return {};
 }
@@ -128,10 +135,10 @@ Status PostgresStore::read_row(const RecordInfo& info, std::size_t place, int ro
 
 /// Before the transaction has the store to itself: what is known, as outside of a transaction. One that begins by
 /// asking for the newest record is about to put the next one, and others may be as well; so it takes the lock.
-Status PostgresStore::read_early(const Asked& asked, Question question, void* record, bool& is_known) {
+Status PostgresStore::read_early(const Asked& asked, void* record, bool& is_known) {
   if (!connected()) return StatusCode::store_lost;
   if (!doomed_.ok()) return doomed_;
-  if (early_.full() || (early_.empty() && question == Question::last)) return {};
+  if (early_.full() || (early_.empty() && asked.verb == RowVerb::last)) return {};
   if (early_.empty()) {
     ILP_TRY(connection_.receive());
     take_notifications();
@@ -140,7 +147,7 @@ Status PostgresStore::read_early(const Asked& asked, Question question, void* re
   if (look_now_ || steady_ms() - looked_ms_ >= postgres_look_ms) return {};
   const RecordInfo& info = record_info(asked.type);
   AnswerCache::Answer answer;
-  is_known = answers_.find(info, question, asked.key, answer);
+  is_known = answers_.find(info, question_of(asked.verb), asked.key, answer);
   if (!is_known) return {};
   early_.note(asked, info, answer.found ? answer.record : nullptr);
   if (!answer.found) return {StatusCode::not_found, asked.key};
@@ -148,31 +155,36 @@ Status PostgresStore::read_early(const Asked& asked, Question question, void* re
   return {};
 }
 
-Status PostgresStore::read(const Asked& asked, Question question, int most, void* record) {
-  const RecordInfo& info = record_info(asked.type);
+/// Outside of a transaction, or in one that has begun on the server.
+Status PostgresStore::read_granted(const Asked& asked, int most, void* record) {
   bool is_known = false;
-  if (in_transaction_ && !started_) {
-    const Status found = read_early(asked, question, record, is_known);
-    if (is_known || !found.ok()) return found;
-    ILP_TRY(start());
-  }
-  const Status found = known(info, question, asked.key, record, is_known);
+  const Status found = known(asked, record, is_known);
   if (is_known || !found.ok()) return found;
   ILP_TRY(ask(asked, most));
-  const Status status = read_row(info, awaited_.answer, 0, record);
+  const Status status = read_row(record_info(asked.type), awaited_.answer, 0, record);
   connection_.clear();
   return status;
 }
 
+Status PostgresStore::read(const Asked& asked, int most, void* record) {
+  if (in_transaction_ && !started_) {
+    bool is_known = false;
+    const Status found = read_early(asked, record, is_known);
+    if (is_known || !found.ok()) return found;
+    ILP_TRY(start());
+  }
+  return read_granted(asked, most, record);
+}
+
 Status PostgresStore::get(const RecordInfo& info, std::int64_t id, void* record) {
-  const Status status = read({info.type, RowVerb::get, id}, Question::get, 1, record);
+  const Status status = read({info.type, RowVerb::get, id}, 1, record);
   return status.is(StatusCode::not_found) ? Status{StatusCode::not_found, id} : status;
 }
 
 Status PostgresStore::next(const RecordInfo& info, std::int64_t after, void* record) {
   std::int64_t& walked_to = walked_to_[static_cast<std::size_t>(info.type)];
   const int most = after == walked_to ? rows_of_a_walk : rows_of_a_question;
-  const Status status = read({info.type, RowVerb::next, after}, Question::next, most, record);
+  const Status status = read({info.type, RowVerb::next, after}, most, record);
   if (status.is(StatusCode::not_found)) return StatusCode::not_found;
   const bool damaged = status.is(StatusCode::record_damaged);
   // In a damaged index a walk could run in a circle for ever.
@@ -184,11 +196,12 @@ Status PostgresStore::next(const RecordInfo& info, std::int64_t after, void* rec
 }
 
 Status PostgresStore::last(const RecordInfo& info, void* record) {
-  const Status status = read({info.type, RowVerb::last, 0}, Question::last, 1, record);
+  const Status status = read({info.type, RowVerb::last, 0}, 1, record);
   return status.is(StatusCode::not_found) ? Status{StatusCode::not_found} : status;
 }
 
 Status PostgresStore::count(const RecordInfo& info, std::int64_t& records) {
+  ILP_TRY(begin_question());
   ILP_TRY(ask({info.type, RowVerb::count, 0}, 1));
   const bool told = connection_.rows(awaited_.answer).integer(0, 0, records);
   connection_.clear();
@@ -196,10 +209,7 @@ Status PostgresStore::count(const RecordInfo& info, std::int64_t& records) {
 }
 
 Status PostgresStore::read_used_bytes(std::int64_t& bytes) {
-  if (!connected()) return StatusCode::store_lost;
-  if (in_transaction_ && !doomed_.ok()) return doomed_;
-  ILP_TRY(make_room());
-  ILP_TRY(start());
+  ILP_TRY(begin_question());
   if (in_transaction_) ILP_TRY(send_latest_sizes());
   awaited_.answer = connection_.next_place();
   ILP_TRY(send_special(2, used_bytes, {}));

@@ -105,26 +105,29 @@ Status PostgresStore::create_schema() {
   ILP_TRY(send_fixed(Fixed::lock));
   bool there = false;
   ILP_TRY(has_tables(there));
+  SqlText sql;
+  const auto send_text = [&] {
+    const Status status = connection_.send(sql.c_str(), false);
+    sql.clear();
+    return status;
+  };
   for (std::size_t t = 0; t < record_count && !there; ++t) {
     const RecordInfo& info = record_info(static_cast<RecordType>(t));
-    SqlText sql;
     create_table(info, sql);
-    Status status = connection_.send(sql.c_str(), false);
+    Status status = send_text();
     for_each_blob(info, [&](const FieldInfo& field, std::size_t) {
-      SqlText table, storage;
-      create_blob_table(info, field, table);
-      keep_blob_external(info, field, storage);
-      if (status.ok()) status = connection_.send(table.c_str(), false);
-      if (status.ok()) status = connection_.send(storage.c_str(), false);
+      create_blob_table(info, field, sql);
+      if (status.ok()) status = send_text();
+      keep_blob_external(info, field, sql);
+      if (status.ok()) status = send_text();
     });
     ILP_TRY(status);
   }
   if (!there) {
-    SqlText table, row;
-    create_store_table(table);
-    fill_store_table(row);
-    ILP_TRY(connection_.send(table.c_str(), false));
-    ILP_TRY(connection_.send(row.c_str(), false));
+    create_store_table(sql);
+    ILP_TRY(send_text());
+    fill_store_table(sql);
+    ILP_TRY(send_text());
   }
   ILP_TRY(send_fixed(Fixed::commit));
   ILP_TRY(send_fixed(Fixed::flush));
@@ -132,39 +135,46 @@ Status PostgresStore::create_schema() {
   return connection_.collect();
 }
 
-Status PostgresStore::send(RowVerb verb, const RecordInfo& info, const Parameters& parameters, bool keep) {
+/// Of its own, so that the text is not on the stack beside the parameters; the others likewise.
+[[gnu::noinline]] Status PostgresStore::prepare(std::size_t statement, RowVerb verb, const RecordInfo& info) {
   const auto table = static_cast<std::int64_t>(info.type);
+  SqlText sql;
+  row_statement(verb, info, sql);
+  ILP_ASSERT(!sql.overflow(), table);
+  return connection_.prepare(statement, sql.c_str(), table);
+}
+
+Status PostgresStore::send(RowVerb verb, const RecordInfo& info, const Parameters& parameters, bool keep) {
   const std::size_t statement = static_cast<std::size_t>(info.type) * of_record + static_cast<std::size_t>(verb);
-  if (!connection_.prepared(statement)) {
-    SqlText sql;
-    row_statement(verb, info, sql);
-    ILP_ASSERT(!sql.overflow(), table);
-    ILP_TRY(connection_.prepare(statement, sql.c_str(), table));
-  }
-  return connection_.send(statement, parameters, table, keep);
+  if (!connection_.prepared(statement)) ILP_TRY(prepare(statement, verb, info));
+  return connection_.send(statement, parameters, static_cast<std::int64_t>(info.type), keep);
+}
+
+[[gnu::noinline]] Status PostgresStore::prepare(std::size_t statement, BlobVerb verb, const RecordInfo& info,
+                                                std::size_t blob) {
+  SqlText sql;
+  blob_statement(verb, info, blob_field(info, blob), sql);
+  return connection_.prepare(statement, sql.c_str(), static_cast<std::int64_t>(info.type));
 }
 
 Status PostgresStore::send(BlobVerb verb, const RecordInfo& info, std::size_t blob, const Parameters& parameters,
                            bool keep) {
-  const auto table = static_cast<std::int64_t>(info.type);
   const std::size_t statement =
       static_cast<std::size_t>(info.type) * of_record + row_verbs + blob * blob_verbs + static_cast<std::size_t>(verb);
-  if (!connection_.prepared(statement)) {
-    SqlText sql;
-    blob_statement(verb, info, blob_field(info, blob), sql);
-    ILP_TRY(connection_.prepare(statement, sql.c_str(), table));
-  }
-  return connection_.send(statement, parameters, table, keep);
+  if (!connection_.prepared(statement)) ILP_TRY(prepare(statement, verb, info, blob));
+  return connection_.send(statement, parameters, static_cast<std::int64_t>(info.type), keep);
+}
+
+[[gnu::noinline]] Status PostgresStore::prepare(std::size_t statement, void (*text)(SqlText&)) {
+  SqlText sql;
+  text(sql);
+  ILP_ASSERT(!sql.overflow(), statement);
+  return connection_.prepare(statement, sql.c_str(), 0);
 }
 
 Status PostgresStore::send_special(std::size_t which, void (*text)(SqlText&), const Parameters& parameters) {
   const std::size_t statement = first_special + which;
-  if (!connection_.prepared(statement)) {
-    SqlText sql;
-    text(sql);
-    ILP_ASSERT(!sql.overflow(), which);
-    ILP_TRY(connection_.prepare(statement, sql.c_str(), 0));
-  }
+  if (!connection_.prepared(statement)) ILP_TRY(prepare(statement, text));
   return connection_.send(statement, parameters, 0, true);
 }
 
@@ -201,9 +211,7 @@ Status PostgresStore::check_early_reads() {
     if ((changed_early_ & mask_of(asked.type)) == 0) continue;
     const RecordInfo& info = record_info(asked.type);
     alignas(8) std::uint8_t record[limits::max_record_bytes];
-    const Status found = asked.verb == RowVerb::get    ? get(info, asked.key, record)
-                         : asked.verb == RowVerb::next ? next(info, asked.key, record)
-                                                       : last(info, record);
+    const Status found = read_granted(asked, rows_of_a_question, record);
     if (!found.ok() && !found.is(StatusCode::not_found)) return found;
     if (EarlyReads::check_of(info, found.ok() ? record : nullptr) == early_[i].check) continue;
     doomed_ = {StatusCode::store_error, changed_meanwhile, static_cast<std::int64_t>(asked.type)};

@@ -89,6 +89,8 @@ class PostgresStore final : public Store, public StoreSharing {
   static constexpr std::size_t record_count = static_cast<std::size_t>(RecordType::count);
   static constexpr std::size_t none = ~std::size_t{0};
   static constexpr std::size_t most_guesses = 3;
+  /// The next row and those behind it.
+  static constexpr int rows_of_a_question = 4;
 
   /// Enough for an image and a depth map with its errors, while others are written.
   static constexpr std::size_t most_held = 6;
@@ -127,6 +129,9 @@ class PostgresStore final : public Store, public StoreSharing {
   Status has_tables(bool& there);
   Status integer_of(const char* sql, std::int64_t& value);
 
+  Status prepare(std::size_t statement, postgres::RowVerb verb, const RecordInfo& info);
+  Status prepare(std::size_t statement, postgres::BlobVerb verb, const RecordInfo& info, std::size_t blob);
+  Status prepare(std::size_t statement, void (*text)(postgres::SqlText&));
   Status send(postgres::RowVerb verb, const RecordInfo& info, const postgres::Parameters& parameters, bool keep);
   Status send(postgres::BlobVerb verb, const RecordInfo& info, std::size_t blob, const postgres::Parameters& parameters,
               bool keep);
@@ -155,13 +160,15 @@ class PostgresStore final : public Store, public StoreSharing {
   Status send_question(const postgres::Asked& asked, int most);
   /// Whether it is worth no question.
   [[nodiscard]] bool probably_known(const postgres::Asked& asked);
+  Status begin_question();
   Status ask(const postgres::Asked& asked, int most);
   void keep_answer(const postgres::Asked& asked, std::size_t place, int most);
   void keep_walk(const RecordInfo& info, std::int64_t after, std::size_t place, int most);
-  Status known(const RecordInfo& info, postgres::Question question, std::int64_t key, void* record, bool& is_known);
+  Status known(const postgres::Asked& asked, void* record, bool& is_known);
   Status read_row(const RecordInfo& info, std::size_t place, int row, void* record) const;
-  Status read_early(const postgres::Asked& asked, postgres::Question question, void* record, bool& is_known);
-  Status read(const postgres::Asked& asked, postgres::Question question, int most, void* record);
+  Status read_early(const postgres::Asked& asked, void* record, bool& is_known);
+  Status read_granted(const postgres::Asked& asked, int most, void* record);
+  Status read(const postgres::Asked& asked, int most, void* record);
   Status read_used_bytes(std::int64_t& bytes);
   Status read_blob_sizes(const RecordInfo& info, std::int64_t id, std::int64_t& bytes);
 

@@ -287,7 +287,8 @@ void state_sum(FrameSum sum, Frame& frame) {
 
 /// Returns false if the flipped bit is not certain; then only the salts of the frame have changed. `next_fits`: the
 /// next frame continues from this one's real checksums, not from its stated ones.
-bool mend_frame(const LogFile& log, FrameSum before, bool next_fits, std::uint32_t max_page, Frame& frame) {
+[[gnu::noinline]] bool mend_frame(const LogFile& log, FrameSum before, bool next_fits, std::uint32_t max_page,
+                                  Frame& frame) {
   std::copy(log.salts().begin(), log.salts().end(), frame.begin() + 8);
   const FrameSum sum = frame_sum(before, frame, log.big_endian());
   if (sum == stated_frame_sum(head(frame))) return true;

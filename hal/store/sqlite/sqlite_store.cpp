@@ -326,36 +326,34 @@ Status SqliteStore::create_schema() {
 
 Status SqliteStore::prepare_record(const RecordInfo& info) {
   Statements& s = statements_[static_cast<std::size_t>(info.type)];
-  SqlText put_sql;
-  SqlText get_sql;
-  SqlText next_sql;
-  SqlText last_sql;
-  SqlText erase_sql;
-  SqlText count_sql;
-  insert_or_update(info, put_sql);
-  select(info, "WHERE id=?", get_sql);
-  select(info, "WHERE id>? ORDER BY id LIMIT 1", next_sql);
-  select(info, "ORDER BY id DESC LIMIT 1", last_sql);
-  erase_sql.add("DELETE FROM \"").add(info.name).add("\" WHERE id=?");
-  count_sql.add("SELECT count(*) FROM \"").add(info.name).add("\"");
-  ILP_ASSERT(!put_sql.overflow() && !get_sql.overflow(), static_cast<int>(info.type));
-  ILP_TRY(prepare(put_sql.c_str(), s.put));
-  ILP_TRY(prepare(get_sql.c_str(), s.get));
-  ILP_TRY(prepare(next_sql.c_str(), s.next));
-  ILP_TRY(prepare(last_sql.c_str(), s.last));
-  ILP_TRY(prepare(erase_sql.c_str(), s.erase));
-  ILP_TRY(prepare(count_sql.c_str(), s.count));
+  // One text after the other, so that the stack holds one of them.
+  SqlText sql;
+  const auto prepare_text = [&](sqlite3_stmt*& statement) -> Status {
+    ILP_ASSERT(!sql.overflow(), static_cast<int>(info.type));
+    const Status status = prepare(sql.c_str(), statement);
+    sql.clear();
+    return status;
+  };
+  insert_or_update(info, sql);
+  ILP_TRY(prepare_text(s.put));
+  select(info, "WHERE id=?", sql);
+  ILP_TRY(prepare_text(s.get));
+  select(info, "WHERE id>? ORDER BY id LIMIT 1", sql);
+  ILP_TRY(prepare_text(s.next));
+  select(info, "ORDER BY id DESC LIMIT 1", sql);
+  ILP_TRY(prepare_text(s.last));
+  sql.add("DELETE FROM \"").add(info.name).add("\" WHERE id=?");
+  ILP_TRY(prepare_text(s.erase));
+  sql.add("SELECT count(*) FROM \"").add(info.name).add("\"");
+  ILP_TRY(prepare_text(s.count));
   Status status;
   for_each_blob(info, [&](const FieldInfo& field, std::size_t index) {
-    SqlText size;
-    SqlText create;
-    SqlText drop;
-    blob_size(info, field, size);
-    replace_blob(info, field, create);
-    delete_blob(info, field, drop);
-    if (status.ok()) status = prepare(size.c_str(), s.blobs[index].size);
-    if (status.ok()) status = prepare(create.c_str(), s.blobs[index].create);
-    if (status.ok()) status = prepare(drop.c_str(), s.blobs[index].erase);
+    blob_size(info, field, sql);
+    if (status.ok()) status = prepare_text(s.blobs[index].size);
+    replace_blob(info, field, sql);
+    if (status.ok()) status = prepare_text(s.blobs[index].create);
+    delete_blob(info, field, sql);
+    if (status.ok()) status = prepare_text(s.blobs[index].erase);
   });
   return status;
 }

@@ -1,12 +1,13 @@
 #include "sim/ground/console/link_options.hpp"
 
+#include <array>
 #include <cerrno>
-#include <fstream>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
 
 #include "cfg/mission.hpp"
+#include "hal/posix/private_file.hpp"
 #include "sim/host/files.hpp"
 
 namespace ilp::console {
@@ -32,10 +33,23 @@ bool is_hex(const std::string& text) {
   return text.size() % 2 == 0 && text.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
 }
 
+std::string text_of_keys(const std::string& path) {
+  std::array<std::uint8_t, 4096> text{};
+  std::size_t size = 0;
+  const Status status = read_private_file(path.c_str(), text, size);
+  if (status.is(StatusCode::file_not_private)) {
+    throw std::runtime_error("others may read the file of keys " + path + ": run chmod 600 " + path);
+  }
+  if (!status.ok()) {
+    const int error = status.is(StatusCode::not_found) ? ENOENT : static_cast<int>(status.a);
+    throw std::runtime_error("cannot read the file of keys " + path + ": " + host::read_failure(error));
+  }
+  return {reinterpret_cast<const char*>(text.data()), size};
+}
+
 // The file has a line `SPI KEY` for each key, as the flight's has. The first key counts unless an SPI is given.
 void read_key(const LinkOptions& options, ConsoleSettings& settings) {
-  std::ifstream in(options.key);
-  if (!in) throw std::runtime_error("cannot read the file of keys " + options.key + ": " + host::read_failure(errno));
+  std::istringstream in(text_of_keys(options.key));
   for (std::string line; std::getline(in, line);) {
     std::istringstream words(line.substr(0, line.find('#')));
     std::uint16_t spi = 0;

@@ -1,9 +1,5 @@
 #include "sim/ground/serve/token_guard.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
@@ -11,6 +7,8 @@
 #include <random>
 #include <span>
 #include <stdexcept>
+
+#include "hal/posix/private_file.hpp"
 
 namespace ilp::serve {
 namespace {
@@ -20,21 +18,21 @@ constexpr const char* variable = "ILP_COMMAND_TOKEN";
 constexpr const char* how_to_make_one = "make one with: (umask 077; head -c 24 /dev/urandom | base64 >token)";
 
 std::string token_of_file(const std::string& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  if (file < 0) {
-    throw std::runtime_error("cannot read the token file " + path + ": " + std::strerror(errno) + "; " +
-                             how_to_make_one);
-  }
-  struct stat facts {};
-  std::array<char, longest_token + 3> text{};
-  const bool plain = ::fstat(file, &facts) == 0 && S_ISREG(facts.st_mode);
-  const ssize_t bytes = plain ? ::read(file, text.data(), text.size()) : -1;
-  ::close(file);
-  if (bytes < 0) throw std::runtime_error("the token file " + path + " is no plain file; " + how_to_make_one);
-  if ((facts.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
+  std::array<std::uint8_t, longest_token + 3> text{};
+  std::size_t bytes = 0;
+  const Status status = read_private_file(path.c_str(), text, bytes);
+  if (status.is(StatusCode::file_not_private)) {
     throw std::runtime_error("others may read the token file " + path + ": run chmod 600 " + path);
   }
-  const std::string_view content(text.data(), static_cast<std::size_t>(bytes));
+  if (status.is(StatusCode::io_error) && status.a == EINVAL) {
+    throw std::runtime_error("the token file " + path + " is no plain file; " + how_to_make_one);
+  }
+  if (!status.ok()) {
+    const int error = status.is(StatusCode::not_found) ? ENOENT : static_cast<int>(status.a);
+    throw std::runtime_error("cannot read the token file " + path + ": " + std::strerror(error) + "; " +
+                             how_to_make_one);
+  }
+  const std::string_view content(reinterpret_cast<const char*>(text.data()), bytes);
   return std::string(content.substr(0, content.find('\n')));
 }
 

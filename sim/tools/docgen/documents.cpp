@@ -5,6 +5,7 @@
 #include "cfg/mission.hpp"
 #include "cfg/schedule.hpp"
 #include "fsw/base/status.hpp"
+#include "fsw/executive/event_log.hpp"
 #include "fsw/records/records.hpp"
 #include "sim/tools/docgen/interface_document.hpp"
 #include "sim/tools/docgen/markdown.hpp"
@@ -50,7 +51,12 @@ std::string events_document() {
   text +=
       "This table has every code that a `Status` or an event report can carry. `%a` and `%b` in the text stand for the "
       "two values of the\nreport (columns `a` and `b` of the table `event`, whose column `code` holds the number). "
-      "Severities are those of ECSS-E-ST-70-41C,\nservice 5. The programs print the same texts.\n\n";
+      "Severities are those of ECSS-E-ST-70-41C,\nservice 5. The programs print the same texts.\n\n"
+      "Every event has a limit in time. Of what one component reports with one code, " +
+      std::to_string(EventLog::burst) + " events are written at once, and\nthen one every " +
+      std::to_string(EventLog::interval_ns / ns_per_s) +
+      " s of mission time; the others are counted, and `events_repeated` says how many they were.\nNo component and no "
+      "other code can use up this allowance, so a flood of one event pushes no other out of the history.\n\n";
   text += table_head({"code", "name", "severity", "text", "what to do"});
   for (std::size_t i = 0; i < status_code_limit; ++i) {
     if (!is_status_code(i)) continue;

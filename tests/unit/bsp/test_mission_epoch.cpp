@@ -132,9 +132,19 @@ TEST(KeyFileOnDiskTest, IsReadOrItsFaultNamed) {
   Authenticator keys;
   EXPECT_STATUS(read_key_file((folder / "none").c_str(), keys), not_found);
   EXPECT_STATUS(read_key_file("/", keys), io_error);
+  const auto permit = [](const std::string& path, unsigned bits) {
+    std::filesystem::permissions(path, static_cast<std::filesystem::perms>(bits));
+  };
   std::ofstream(folder / "long") << std::string(5000, '#');
+  permit(folder / "long", 0600);
   EXPECT_STATUS(read_key_file((folder / "long").c_str(), keys), capacity_exceeded);
   std::ofstream(folder / "keys") << "1 " << std::string(32, 'a') << "\n";
+  for (const unsigned bits : {0644U, 0640U, 0602U, 0601U, 0660U}) {
+    permit(folder / "keys", bits);
+    EXPECT_STATUS(read_key_file((folder / "keys").c_str(), keys), file_not_private);
+    EXPECT_TRUE(keys.empty());
+  }
+  permit(folder / "keys", 0600);
   EXPECT_OK(read_key_file((folder / "keys").c_str(), keys));
   EXPECT_FALSE(keys.empty());
 }

@@ -201,8 +201,10 @@ TEST_F(NavigatorTest, HostileSamplesAreRefusedAndTold) {
     pose_keyframe(id);
   }
   const std::vector<Status> told = run(*make());
-  ASSERT_EQ(told.size(), 1U) << "not one event per sample";
-  EXPECT_STATUS(told[0], navigation_refused);
+  ASSERT_GE(told.size(), 1U);
+  EXPECT_LE(told.size(), 8U) << "not one event per sample";
+  for (const Status& status : told) EXPECT_STATUS(status, navigation_refused);
+  EXPECT_GT(told.back().a, static_cast<std::int64_t>(10 * told.size())) << "with their number";
   EXPECT_NEAR(read<StripFrameRecord>(1).metres_per_unit, metres_per_unit, 0.01);
 }
 

@@ -1,7 +1,6 @@
 #include "fsw/vision/stereo/depth/depth.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "cfg/limits.hpp"
@@ -24,7 +23,7 @@ float between(float first, float second, float weight) {
 }
 
 /// Where pixels lie in the disparity map: the upper left one of the four around each, and the weights of the others.
-constexpr std::int32_t run_length = 64;  ///< pixels that are processed together
+constexpr std::int32_t run_length = 64;  ///< pixels that are processed together, a multiple of four
 struct Places {
   std::int32_t disparity_at[run_length], sigma_at[run_length];
   std::int32_t inside[run_length];
@@ -146,9 +145,9 @@ void behind_homography(const RectifiedPair& pair, ImageView<const float> dispari
   }
 }
 
-void depth_of_polar_row(const RectifiedPair& pair, ImageView<const float> disparity, ImageView<const float> sigma,
-                        const double* ray_x, const double* ray_y, std::int32_t width, float* out, float* out_sigma) {
-  for (std::int32_t x = 0; x < width; ++x) {
+void behind_polar_run(const RectifiedPair& pair, ImageView<const float> disparity, ImageView<const float> sigma,
+                      const double* ray_x, const double* ray_y, std::int32_t count, float* out, float* out_sigma) {
+  for (std::int32_t x = 0; x < count; ++x) {
     const Vec3 q = pair.rect_from_left * Vec3(ray_x[x], ray_y[x], 1);
     const double cotangent = cotangent_of(q);
     // It is cheaper than the azimuth, and most pixels belong to other rings.
@@ -173,20 +172,18 @@ Status depth_of(const RectifiedPair& pair, const CameraModel& camera, ImageView<
     return {StatusCode::invalid_argument, 2, disparity_px.width};
   }
   if (y_begin < 0 || y_end > camera.height || y_begin > y_end) return {StatusCode::invalid_argument, 3, y_begin};
-  std::array<double, static_cast<std::size_t>(limits::max_image_width)> ray_x;
-  std::array<double, static_cast<std::size_t>(limits::max_image_width)> ray_y;
+  double ray_x[run_length], ray_y[run_length];
   for (std::int32_t y = y_begin; y < y_end; ++y) {
     float* out = depth.inverse_depth.row(y);
     float* out_sigma = depth.sigma.row(y);
-    normalised_row(camera, y, ray_x.data(), ray_y.data());
-    if (pair.method == RectificationMethod::polar) {
-      depth_of_polar_row(pair, disparity_px, disparity_sigma_px, ray_x.data(), ray_y.data(), camera.width, out,
-                         out_sigma);
-      continue;
-    }
     for (std::int32_t first = 0; first < camera.width; first += run_length) {
-      behind_homography(pair, disparity_px, disparity_sigma_px, ray_x.data() + first, ray_y.data() + first,
-                        std::min(run_length, camera.width - first), out + first, out_sigma + first);
+      const std::int32_t count = std::min(run_length, camera.width - first);
+      normalised_row(camera, y, first, count, ray_x, ray_y);
+      if (pair.method == RectificationMethod::polar) {
+        behind_polar_run(pair, disparity_px, disparity_sigma_px, ray_x, ray_y, count, out + first, out_sigma + first);
+      } else {
+        behind_homography(pair, disparity_px, disparity_sigma_px, ray_x, ray_y, count, out + first, out_sigma + first);
+      }
     }
   }
   return {};

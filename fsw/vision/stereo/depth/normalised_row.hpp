@@ -7,8 +7,10 @@
 
 namespace ilp {
 
-/// Normalised coordinates (X/Z, Y/Z) of pixels (0, y) .. (camera.width - 1, y). Distortion is removed exactly at every
-/// fourth pixel and linearly between, which is off by less than 0.01 px for any lens in use.
-void normalised_row(const CameraModel& camera, std::int32_t y, double* x_out, double* y_out);
+/// Normalised coordinates (X/Z, Y/Z) of the `count` pixels from (first, y) on; `first` is a multiple of four.
+/// Distortion is removed exactly at every fourth pixel and linearly between, which is off by less than 0.01 px for any
+/// lens in use.
+void normalised_row(const CameraModel& camera, std::int32_t y, std::int32_t first, std::int32_t count, double* x_out,
+                    double* y_out);
 
 }  // namespace ilp
