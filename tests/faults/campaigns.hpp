@@ -21,6 +21,10 @@ struct CampaignOptions {
 
 /// Single bits of the database and its log flip, between two lives or beneath a running one.
 bool bits_in_storage(const Reference& reference, const CampaignOptions& options);
+/// Calls of the operating system on the flight's files fail, below SQLite's VFS: one, several, or all for seconds, in
+/// flight and at a start; with a reader or a held lock beside it; then an orderly end, a kill or a power cut, and a
+/// start without faults. And flips in the files between two lives.
+bool failing_files(const Reference& reference, const CampaignOptions& options);
 /// Single bits of the flight's static memory flip, between steps and within them.
 bool bits_in_memory(const Reference& reference, const CampaignOptions& options);
 /// Every call of the store fails once; then single calls and bursts at random, of one component or of all; then a

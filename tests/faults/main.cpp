@@ -17,13 +17,14 @@ int main(int argc, char** argv) {
   std::string world;
   bool packets = false;
   CLI::App app("Flies small flights with faults, and prints the results. Exit status 1: a promise is broken");
-  app.add_option("campaign", campaign)->required()->check(CLI::IsMember({"storage", "memory", "calls"}));
+  app.add_option("campaign", campaign)->required()->check(CLI::IsMember({"storage", "memory", "calls", "files"}));
   app.add_option("--trials", options.trials, "number of trials")->check(CLI::PositiveNumber);
   app.add_option("--seed", options.seed, "seed of all random numbers; each trial has its own seed");
   app.add_option("--trial", options.only, "number of a single trial, which is described in full");
   app.add_option("--jobs", options.jobs, "number of processes")->check(CLI::Range(1, 64));
   app.add_flag("--list", options.list, "print every trial that breaks the promise");
-  app.add_option("--part", options.part, "memory: only parts whose names begin so");
+  app.add_option("--part", options.part,
+                 "memory: only parts whose names begin so; files: only one, burst, seconds, full or flips");
   app.add_flag("--packets", packets, "send telemetry in packets and files by CFDP, not to an outbox");
   app.add_option("--world", world, "folder that keeps the rendered images");
   CLI11_PARSE(app, argc, argv);
@@ -47,7 +48,9 @@ int main(int argc, char** argv) {
                     reference.results.files.size());
         std::fflush(stdout);
       }
-      good = campaign == "storage" ? bits_in_storage(reference, options) : bits_in_memory(reference, options);
+      good = campaign == "storage" ? bits_in_storage(reference, options)
+             : campaign == "files" ? failing_files(reference, options)
+                                   : bits_in_memory(reference, options);
     }
   } catch (const std::exception& error) {
     std::fprintf(stderr, "ilp-faults: %s\n", error.what());

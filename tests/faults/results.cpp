@@ -217,6 +217,7 @@ Difference compare(const Results& expected, const std::set<RecordKey>& before, S
     const std::uint64_t bit = bit_of(key.first);
     if (status.is(StatusCode::not_found)) {
       note(difference, difference.missing, bit, "missing", name_of(key));
+      if (before.count(key) != 0) difference.gone |= bit;
     } else if (!status.ok()) {
       note(difference, difference.told, bit, "unreadable", name_of(key));
     } else if (!found.same(key.first, digest)) {

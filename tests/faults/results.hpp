@@ -58,6 +58,7 @@ struct Difference {
   std::uint64_t extra = 0;    ///< ... is there that was not
   std::uint64_t altered =
       0;  ///< of the changed ones: right in the store before the fault, or not on the ground though confirmed
+  std::uint64_t gone = 0;  ///< of the missing ones: in the store before the fault
   std::int32_t items = 0;
   char first[80] = {};  ///< one of them, for people
 

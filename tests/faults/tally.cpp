@@ -10,7 +10,7 @@ namespace ilp::faults {
 namespace {
 
 struct Row {
-  std::int64_t trials = 0, crashed = 0, hung = 0;
+  std::int64_t trials = 0, crashed = 0, hung = 0, refused_sound = 0, confirmed_lost = 0;
   std::array<std::int64_t, static_cast<std::size_t>(Outcome::kinds)> outcomes{};
 
   void add(const Verdict& verdict) {
@@ -18,11 +18,17 @@ struct Row {
     ++outcomes[static_cast<std::size_t>(verdict.outcome)];
     crashed += verdict.crashed ? 1 : 0;
     hung += verdict.hung ? 1 : 0;
+    refused_sound += verdict.refused_sound ? 1 : 0;
+    confirmed_lost += verdict.confirmed_lost ? 1 : 0;
   }
-  void print(const char* name) const {
+  void print(const char* name, bool below_the_store) const {
     std::printf("| %s | %lld |", name, static_cast<long long>(trials));
     for (const std::int64_t count : outcomes) std::printf(" %lld |", static_cast<long long>(count));
-    std::printf(" %lld | %lld |\n", static_cast<long long>(crashed), static_cast<long long>(hung));
+    std::printf(" %lld | %lld |", static_cast<long long>(crashed), static_cast<long long>(hung));
+    if (below_the_store) {
+      std::printf(" %lld | %lld |", static_cast<long long>(refused_sound), static_cast<long long>(confirmed_lost));
+    }
+    std::printf("\n");
   }
 };
 
@@ -30,6 +36,7 @@ bool kept(const TrialRecord& record, const TableOptions& options) {
   const Verdict& verdict = record.verdict;
   const std::string row = record.group;
   const bool measured = !options.measured.empty() && row.ends_with(options.measured);
+  if (verdict.refused_sound || verdict.confirmed_lost) return false;
   if (options.ends_are_faults && (verdict.crashed || verdict.hung)) return false;
   if (verdict.outcome == Outcome::silent) return measured;
   if (verdict.outcome == Outcome::lost) return !options.losses_are_faults;
@@ -44,6 +51,8 @@ void print_trial(std::int64_t number, const TrialRecord& record) {
               outcome_name(verdict.outcome));
   if (verdict.crashed) std::printf(", crashed by signal %d", verdict.signal);
   if (verdict.hung) std::printf(", hung");
+  if (verdict.refused_sound) std::printf(", a sound database refused");
+  if (verdict.confirmed_lost) std::printf(", confirmed data lost");
   if (verdict.overtime) std::printf(", not done in its time");
   std::printf(", %d lives", verdict.lives);
   const Difference& d = verdict.difference;
@@ -80,15 +89,17 @@ bool print_table(const TrialRecord* records, std::int64_t trials, const TableOpt
   for (std::size_t k = 0; k < static_cast<std::size_t>(Outcome::kinds); ++k) {
     std::printf(" %s |", outcome_name(static_cast<Outcome>(k)));
   }
-  std::printf(" crashed | hung |\n|---|---|---|---|---|---|---|---|---|---|\n");
+  std::printf(" crashed | hung |%s\n|---|---|---|---|---|---|---|---|---|---|%s\n",
+              options.below_the_store ? " sound refused | confirmed lost |" : "",
+              options.below_the_store ? "---|---|" : "");
   for (const std::string& name : options.order) {
     const auto row = rows.find(name);
     if (row == rows.end()) continue;
-    row->second.print(name.c_str());
+    row->second.print(name.c_str(), options.below_the_store);
     rows.erase(row);
   }
-  for (const auto& [name, row] : rows) row.print(name.c_str());
-  all.print("all");
+  for (const auto& [name, row] : rows) row.print(name.c_str(), options.below_the_store);
+  all.print("all", options.below_the_store);
   std::printf("\n| lost at the end | trials |\n|---|---|\n");
   for (const auto& [tables, count] : lost) {
     const std::string names = names_of(tables);
@@ -106,6 +117,7 @@ bool print_table(const TrialRecord* records, std::int64_t trials, const TableOpt
 bool run_campaign(const CampaignOptions& options, const TableOptions& table,
                   const std::function<void(std::int64_t, int, TrialRecord&)>& trial) {
   const bool alone = options.only >= 0;
+  lives_described = alone;
   const std::int64_t trials = alone ? 1 : options.trials;
   auto* const records = static_cast<TrialRecord*>(share(static_cast<std::size_t>(trials) * sizeof(TrialRecord)));
   for (std::int64_t n = 0; n < trials; ++n) new (records + n) TrialRecord;

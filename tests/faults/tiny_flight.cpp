@@ -73,6 +73,7 @@ class WatchedClock final : public Clock {
 alignas(MissionParameters) std::byte mission_place[sizeof(MissionParameters)];
 alignas(WatchedClock) std::byte clock_place[sizeof(WatchedClock)];
 alignas(FlightStore) std::byte disk_place[sizeof(FlightStore)];
+alignas(LedgerStore) std::byte ledger_place[sizeof(LedgerStore)];
 alignas(test::FailingStore) std::byte store_place[sizeof(test::FailingStore)];
 alignas(DirectoryCamera) std::byte camera_place[sizeof(DirectoryCamera)];
 alignas(OutboxLink) std::byte link_place[sizeof(OutboxLink)];
@@ -221,12 +222,16 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   auto& link = *reinterpret_cast<OutboxLink*>(link_place);
   const CameraModel model = tiny_camera(world);
   const std::string database = folder / "flight.db";
+  if (hooks.begin) hooks.begin();
   Status status = disk.open(database.c_str(), StoreTrouble::fly_on, *memory.mission);
   tell(traces, status);
   if (!status.ok()) return life_refused;
   tell(traces, disk.news());
   auto& clock = *new (clock_place) WatchedClock(traces.now_ns, hooks.step);
-  new (store_place) test::FailingStore(disk.store(), [&](const test::FailingStore::Call& call) {
+  const bool on_disk = !disk.news().is(StatusCode::store_in_memory);
+  Store* store = &disk.store();
+  if (hooks.ledger != nullptr && on_disk) store = new (ledger_place) LedgerStore(*store, *hooks.ledger);
+  new (store_place) test::FailingStore(*store, [&](const test::FailingStore::Call& call) {
     traces.calls = call.number;
     return hooks.call ? hooks.call(call) : Status{};
   });
@@ -236,11 +241,11 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   status = begin_configuration(database);
   if (status.ok()) status = software.start(model);
   tell(traces, status);
-  if (!status.ok()) return life_refused;
+  if (!status.ok()) return disk.damaged() ? life_restart : life_refused;
   Life life(disk.store(), clock);
   status = life.begin({});
   tell(traces, status);
-  if (!status.ok()) return life_refused;
+  if (!status.ok()) return disk.damaged() ? life_restart : life_refused;
   EventLog& events = software.executive().events();
   events.report(clock.now(), "board", {StatusCode::started, life.record().id});
   if (!disk.news().ok()) events.report(clock.now(), "board", disk.news());
@@ -249,7 +254,10 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   Receiver receiver(folder);
   TimeNs next = clock.now();
   TimeNs drained_ns = -1;
+  bool ends = false;
   for (traces.frames = 0; next < end_ns; ++traces.frames) {
+    ends = hooks.ends && hooks.ends();
+    if (ends) break;
     if (disk.damaged() || software.restart_wanted() || memory.configuration->restart_wanted()) return life_restart;
     if (hooks.frame) hooks.frame(traces.frames);
     software.executive().run_minor_frame(next);
@@ -269,6 +277,7 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   receiver.receive();
   if (disk.news().is(StatusCode::store_in_memory) && hooks.without_disk) hooks.without_disk(disk.store());
   disk.close();
+  if (ends) return life_ended;
   return done ? life_done : life_overtime;
 }
 

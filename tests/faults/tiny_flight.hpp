@@ -9,6 +9,7 @@
 
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/flight_store.hpp"
+#include "tests/faults/commit_ledger.hpp"
 #include "tests/support/failing_store.hpp"
 
 namespace ilp::faults {
@@ -23,7 +24,8 @@ enum LifeEnd : int {
   life_refused = 4,   ///< the flight did not start
   life_overtime = 5,  ///< the mission time that the trial grants is over
   life_broken = 6,    ///< the harness itself has failed
-  life_killed = 7     ///< by the trial
+  life_killed = 7,    ///< by the trial
+  life_ended = 8      ///< in order, by the trial's command
 };
 
 /// What a process leaves outside its store, however it ends: in memory that it shares with its parent.
@@ -37,10 +39,13 @@ struct Traces {
 
 /// Where a life can be looked at, or harmed. All may be empty.
 struct Hooks {
+  std::function<void()> begin;               ///< before the database is opened
   std::function<void()> started;             ///< the components are restored
   std::function<void(std::int64_t)> frame;   ///< before each minor frame, with its number in this life
   std::function<void()> step;                ///< before and after each step of a component
   test::FailingStore::Judge call;            ///< of the store, by the components
+  std::function<bool()> ends;                ///< before each minor frame: true ends the life in order
+  CommitLedger* ledger = nullptr;            ///< of what is committed to the disk
   std::function<void(Store&)> without_disk;  ///< at the end of a life whose store was in memory
 };
 

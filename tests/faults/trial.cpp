@@ -81,6 +81,15 @@ void look(const Reference& reference, const std::set<RecordKey>& settled, Store&
   for (const std::uint16_t code : events) add_code(verdict, reference, code);
 }
 
+void describe_life(int life, bool by_itself, int status, const Traces& traces) {
+  std::printf("life %d: %s %d at %.1f s", life, by_itself ? "status" : "signal", status,
+              1e-9 * static_cast<double>(traces.now_ns));
+  for (std::uint32_t n = 0; n < traces.news; ++n) {
+    std::printf("%s%s", n == 0 ? "; told: " : ", ", status_text(static_cast<StatusCode>(traces.statuses[n])));
+  }
+  std::printf("\n");
+}
+
 Outcome judge(const Verdict& verdict, bool noticed) {
   const bool told = noticed || verdict.codes != 0 || verdict.difference.told != 0;
   const bool ended = verdict.crashed || verdict.hung;
@@ -166,7 +175,7 @@ void copy_snapshot(const fs::path& from, const fs::path& to) {
 }
 
 Verdict fly_trial(const Reference& reference, const fs::path& folder, TimeNs now_ns, const std::set<RecordKey>& settled,
-                  Traces& traces, const Hooks& hooks) {
+                  Traces& traces, const Hooks& hooks, const std::function<void(int)>& between) {
   Verdict verdict;
   Verdict& seen = *static_cast<Verdict*>(share(sizeof(Verdict)));
   const std::unique_ptr<Verdict, void (*)(Verdict*)> keep(&seen, [](Verdict* v) { munmap(v, sizeof(*v)); });
@@ -186,6 +195,7 @@ Verdict fly_trial(const Reference& reference, const fs::path& folder, TimeNs now
     int status = 0;
     seen = {};
     const bool by_itself = run_apart([&] { return live(reference.world, folder, end_ns, traces, life_hooks); }, status);
+    if (lives_described) describe_life(verdict.lives, by_itself, status, traces);
     if (by_itself) {
       if (status == life_broken) return verdict;
       // The trial's own end of a life is no news.
@@ -200,6 +210,7 @@ Verdict fly_trial(const Reference& reference, const fs::path& folder, TimeNs now
     }
     noticed = noticed || traces.news != 0;
     for (std::uint32_t i = 0; i < traces.news; ++i) add_code(verdict, reference, traces.statuses[i]);
+    if (!ended && between) between(verdict.lives);
   }
   if (!ended) {
     verdict.outcome = Outcome::locked;

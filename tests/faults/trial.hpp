@@ -31,7 +31,9 @@ struct Verdict {
   bool crashed = false;
   bool hung = false;
   bool overtime = false;
-  int signal = 0;  ///< of the first crash
+  bool refused_sound = false;   ///< a start refused, mended or set aside a sound database (file_faults.cpp)
+  bool confirmed_lost = false;  ///< what a commit had confirmed, or counts as confirmed by the ground, was not there
+  int signal = 0;               ///< of the first crash
   Difference difference;
   std::uint32_t codes = 0;  ///< that the undisturbed flight does not have, in `code`
   std::uint16_t code[12]{};
@@ -75,9 +77,14 @@ inline constexpr int watchdog_seconds = 5;
 [[nodiscard]] void* share(std::size_t bytes);
 void unshare(void* memory, std::size_t bytes);
 
+/// For a trial that is repeated alone: prints how each life ended.
+inline bool lives_described = false;
+
 /// Flies `folder` on from `now_ns` with `hooks` in its first life, to its end.
+/// `between` is called after each life but the last, with the number of lives so far.
 Verdict fly_trial(const Reference& reference, const std::filesystem::path& folder, TimeNs now_ns,
-                  const std::set<RecordKey>& settled, Traces& traces, const Hooks& hooks);
+                  const std::set<RecordKey>& settled, Traces& traces, const Hooks& hooks,
+                  const std::function<void(int)>& between = {});
 
 /// Calls trial(number, worker) for all numbers, in `jobs` processes. Results lie in shared memory.
 void run_trials(std::int64_t trials, int jobs, const std::function<void(std::int64_t, int)>& trial);
