@@ -92,7 +92,9 @@ class V4l2Changes : public V4l2Flight {
     unplug();
     become(other);
     std::size_t before = given.size();
-    fly(8);
+    fly(1);
+    EXPECT_TRUE(!other.other_name || given.size() == before) << "not before its driver is graded: " << other.text();
+    fly(7);
     const bool flown = other.understood() && other.size_percent == 100;
     EXPECT_EQ(given.size() > before + 15, flown) << other.text() << ": " << given.size() - before << " frames";
     EXPECT_TRUE(flown || given.size() == before) << other.text();
@@ -101,6 +103,10 @@ class V4l2Changes : public V4l2Flight {
     EXPECT_EQ(events_of(StatusCode::camera_size).size(), other.size_percent != 100 && other.format != no_format_of_ours)
         << other.text();
     EXPECT_EQ(events_of(StatusCode::unsupported_format).size(), other.format == no_format_of_ours) << other.text();
+    if (other.other_name && flown) {
+      EXPECT_EQ(events_of(StatusCode::camera_graded).size() + events_of(StatusCode::camera_distrusted).size(), 1U)
+          << other.text();
+    }
     // What is known of one device says nothing of another.
     const bool news = other.other_name && other.format != no_format_of_ours && other.size_percent == 100;
     EXPECT_EQ(events_of(StatusCode::camera_control_missing).size(),
