@@ -28,6 +28,7 @@ EventLog::Allowance& EventLog::allowance_of(TimeNs time, const char* component, 
       state_.allowances.begin(), state_.allowances.end(),
       [](const Allowance& one, const Allowance& other) { return one.used_until_ns < other.used_until_ns; });
   report_counted(time, place);
+  if (place.counted > 0) lose(place.code, place.counted);
   place = {};
   copy_text(place.component, component);
   place.code = code;
@@ -41,25 +42,46 @@ bool EventLog::allows(Allowance& allowance, TimeNs time) {
   return allowance.used_until_ns - time <= (burst - 1) * interval_ns;
 }
 
+void EventLog::lose(StatusCode code, std::int64_t events) {
+  state_.lost += static_cast<std::uint32_t>(events);
+  if (state_.untold == 0) state_.first_untold = code;
+  state_.untold += static_cast<std::uint32_t>(events);
+}
+
+void EventLog::write_waiting() {
+  auto& waiting = state_.waiting;
+  std::size_t done = 0;
+  for (; done < waiting.size(); ++done) {
+    const Status written = write(waiting[done]);
+    if (written.is(StatusCode::store_locked)) break;
+    if (!written.ok()) lose(waiting[done].status.code, 1);
+  }
+  const std::size_t left = waiting.size() - done;
+  for (std::size_t i = 0; i < left; ++i) waiting[i] = waiting[done + i];
+  while (waiting.size() > left) waiting.pop_back();
+}
+
 void EventLog::report_lost(TimeNs time) {
-  if (state_.untold == 0) return;
+  write_waiting();
+  if (state_.untold == 0 || !state_.waiting.empty()) return;
   Allowance& allowance = allowance_of(time, own_name, StatusCode::events_lost);
   if (!allows(allowance, time)) return;
-  if (write(time, own_name,
-            {StatusCode::events_lost, state_.untold,
-             static_cast<std::int64_t>(static_cast<std::uint16_t>(state_.first_untold))})) {
-    state_.untold = 0;
-    allowance.used_until_ns += interval_ns;
-  }
+  const Waiting event{time,
+                      own_name,
+                      {StatusCode::events_lost, state_.untold,
+                       static_cast<std::int64_t>(static_cast<std::uint16_t>(state_.first_untold))}};
+  if (!write(event).ok()) return;
+  state_.untold = 0;
+  allowance.used_until_ns += interval_ns;
 }
 
 void EventLog::report_counted(TimeNs time, Allowance& allowance) {
   if (allowance.counted == 0) return;
-  if (write(time, allowance.component,
-            {StatusCode::events_repeated, allowance.counted,
-             static_cast<std::int64_t>(static_cast<std::uint16_t>(allowance.code))})) {
-    allowance.counted = 0;
-  }
+  const Waiting event{time,
+                      allowance.component,
+                      {StatusCode::events_repeated, allowance.counted,
+                       static_cast<std::int64_t>(static_cast<std::uint16_t>(allowance.code))}};
+  if (write(event).ok()) allowance.counted = 0;
 }
 
 void EventLog::report_due(TimeNs time) {
@@ -87,24 +109,25 @@ void EventLog::report(TimeNs time, const char* component, const Status& status) 
     if (allowance.counted++ == 0) allowance.counted_since_ns = time;
   } else {
     allowance.used_until_ns += interval_ns;
-    if (!write(time, component, status)) {
-      ++state_.lost;
-      if (state_.untold++ == 0) state_.first_untold = status.code;
-    }
+    const Waiting event{time, component, status};
+    const Status written = state_.waiting.empty() ? write(event) : Status{StatusCode::store_locked};
+    const bool waits = written.is(StatusCode::store_locked) && state_.waiting.push_back(event);
+    if (!written.ok() && !waits) lose(status.code, 1);
   }
   guard_.seal(state_);
 }
 
-bool EventLog::write(TimeNs time, const char* component, const Status& status) {
+Status EventLog::write(const Waiting& event) {
+  const Status& status = event.status;
   EventRecord record;
-  record.time_ns = time;
+  record.time_ns = event.time_ns;
   record.code = static_cast<std::uint16_t>(status.code);
   record.severity = static_cast<std::uint8_t>(status_severity(status.code));
-  copy_text(record.component, component);
+  copy_text(record.component, event.component);
   record.a = status.a;
   record.b = status.b;
   if (status.is(StatusCode::assertion_failed)) copy_text(record.place, base_name(last_assertion().file));
-  return write(record).ok();
+  return write(record);
 }
 
 /// Another process may write events too, so the number is drawn within the transaction.

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "fsw/base/checksum.hpp"
+#include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/base/time.hpp"
 #include "hal/store/store.hpp"
@@ -23,10 +24,11 @@ class EventLog {
   static constexpr std::size_t max_allowances = 32;
 
   explicit EventLog(Store& store) : store_(store) { guard_.seal(state_); }
-  /// Writes in a transaction of its own. If the store itself fails, the event is counted in `lost` and reported as soon
-  /// as the store takes events again.
+  /// Writes in a transaction of its own. While another process has the lock of the store, some events wait for it. If
+  /// they are more, or the store itself fails, the event is counted in `lost` and reported as soon as the store takes
+  /// events again. `component` outlives the log.
   void report(TimeNs time, const char* component, const Status& status);
-  /// Reports what is due: lost events, and the numbers of counted ones. Call it every few seconds.
+  /// Reports what is due: events that wait, lost ones, and the numbers of counted ones. Call it every few seconds.
   void report_due(TimeNs time);
   /// Reports all numbers of counted events: the flight ends.
   void report_rest(TimeNs time);
@@ -40,7 +42,14 @@ class EventLog {
     TimeNs counted_since_ns = 0;  ///< the first event that is among `counted`
     std::int64_t counted = 0;     ///< events that were not written and have not been reported
   };
+  static constexpr std::size_t most_waiting = 16;
+  struct Waiting {
+    TimeNs time_ns = 0;
+    const char* component = "";
+    Status status;
+  };
   struct State {
+    FixedVector<Waiting, most_waiting> waiting;  ///< for the lock of the store, in order
     std::uint32_t lost = 0;
     std::uint32_t untold = 0;  ///< lost events that have not been reported
     StatusCode first_untold = StatusCode::ok;
@@ -52,7 +61,9 @@ class EventLog {
   static bool allows(Allowance& allowance, TimeNs time);
   void report_lost(TimeNs time);
   void report_counted(TimeNs time, Allowance& allowance);
-  bool write(TimeNs time, const char* component, const Status& status);
+  void write_waiting();
+  void lose(StatusCode code, std::int64_t events);
+  Status write(const Waiting& event);
   Status write(EventRecord& record);
   void check();
 

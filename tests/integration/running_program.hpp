@@ -23,6 +23,8 @@ class RunningProgram {
   [[nodiscard]] SocketAddress address(const std::string& what) const;
   /// Whether `text` is in the output, as soon as it is there.
   [[nodiscard]] bool says(const std::string& text) const;
+  /// Its number; -1 when it has ended.
+  [[nodiscard]] int process() const { return process_; }
   void send(int signal) const;
   [[nodiscard]] bool runs();
   /// Waits for its end, a minute at most; the exit status, -1 if it was killed or does not end.
