@@ -16,8 +16,9 @@ namespace ilp {
 
 enum class StoreTrouble : std::uint8_t {
   refuse,  ///< open() fails, and nothing is touched
-  /// The readable part of a damaged database is saved into a new one; a database that cannot be used at all is set
-  /// aside; without a disk the flight has a store in memory.
+  /// The readable part of a damaged database is saved into a new one; a database of another version or build is set
+  /// aside for a new one. After any other fault, which says nothing about its content, a database stays where it is,
+  /// and the flight has a store in memory.
   fly_on
 };
 
@@ -64,6 +65,8 @@ class FlightStore final : public StoreSharing {
   /// `log_damaged`, if its log was damaged and is mended; else ok. The events of a salvaged database list the losses by
   /// table.
   [[nodiscard]] Status news() const { return news_; }
+  /// As SqliteStore::take_news().
+  [[nodiscard]] Status take_news() { return in_memory_ ? Status{} : disk_.take_news(); }
   /// Counts of the salvage at this start.
   [[nodiscard]] const SalvageCounts& salvaged() const { return salvaged_; }
   /// The database was found damaged in flight: nothing is safely stored until the next start, which reads the note of
@@ -73,8 +76,7 @@ class FlightStore final : public StoreSharing {
 
  private:
   Status open_database(const char* path);
-  Status start_over(const char* path, const Status& fault);
-  Status save(const char* path, const Status& fault, const MissionParameters& mission);
+  Status replace(const char* path, const Status& verdict, const MissionParameters& mission);
   Status put_saved_in_place(const char* path);
   Status open_usable(const char* path, StoreTrouble trouble, const MissionParameters& mission);
   Status begin_in_memory(const Status& fault, MissionParameters& mission);

@@ -27,6 +27,8 @@ class ChosenStore {
   /// As FlightStore::news() and damaged().
   [[nodiscard]] Status news() const { return file_.news(); }
   [[nodiscard]] bool damaged() const { return !server_ && file_.damaged(); }
+  /// As FlightStore::take_news().
+  [[nodiscard]] Status take_news() { return server_ ? Status{} : file_.take_news(); }
   /// Why the latest call of a server failed, in its own words; "" if it has none.
   [[nodiscard]] const char* message() const;
   /// The store in a file or in memory, also if a server is used.

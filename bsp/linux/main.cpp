@@ -468,6 +468,7 @@ void Flight::run() {
     report(watchdog_.kick());
     report(manager_.kick(clock().now()));
     report(software_->compute().compute().take_news());
+    report(store_.take_news());
     if (++frames % frames_between_entries == 0 && !options_.virtual_time) {
       write_life();
       report(life_->go_on());
