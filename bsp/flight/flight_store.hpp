@@ -60,6 +60,8 @@ class FlightStore final : public StoreSharing {
   /// Looks every millisecond.
   void wait(std::int32_t milliseconds) override;
 
+  /// The database, where there is one.
+  [[nodiscard]] SqliteStore* disk() { return in_memory_ ? nullptr : &disk_; }
   [[nodiscard]] Store& store() { return in_memory_ ? static_cast<Store&>(*ram_) : disk_; }
   /// The reason why the flight does not use its database: `store_salvaged`, `store_set_aside` or `store_in_memory`; or
   /// `log_damaged`, if its log was damaged and is mended; else ok. The events of a salvaged database list the losses by

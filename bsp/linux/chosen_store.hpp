@@ -24,6 +24,8 @@ class ChosenStore {
 
   [[nodiscard]] Store& store();
   [[nodiscard]] StoreSharing& sharing();
+  /// The database file; the null pointer for a server, or memory.
+  [[nodiscard]] SqliteStore* disk() { return server_ ? nullptr : file_.disk(); }
   /// As FlightStore::news() and damaged().
   [[nodiscard]] Status news() const { return file_.news(); }
   [[nodiscard]] bool damaged() const { return !server_ && file_.damaged(); }

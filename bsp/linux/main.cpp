@@ -6,12 +6,14 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <new>
 #include <optional>
 
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/key_file.hpp"
 #include "bsp/flight/life.hpp"
+#include "bsp/flight/lock_lease.hpp"
 #include "bsp/flight/mission_epoch.hpp"
 #include "bsp/flight/mission_file.hpp"
 #include "bsp/flight/self_test.hpp"
@@ -56,6 +58,10 @@ using namespace ilp;
 
 /// The flight continues with a new process: its database is damaged, or parameters need a new start.
 constexpr int exit_restart = 3;
+/// In real time a minor frame waits no longer for the transactions of other processes; else the end of theirs counts.
+constexpr std::int64_t longest_lock_wait_ms = minor_frame_ns / ns_per_ms;
+constexpr std::int64_t longest_lock_wait_at_end_ms = 2000;
+constexpr std::int32_t nap_for_lock_ms = 20;
 /// Minor frames between two entries of this life in the store.
 constexpr std::int64_t frames_between_entries = 100;
 /// Of a job on a compute device; before the flight a driver may still compile.
@@ -120,6 +126,8 @@ class Flight {
   void prepare_compute();
   void prepare_worker();
   bool done();
+  bool wait_for_lock();
+  void look_at_lock();
   void run();
   void write_life();
   void look_at_calendar();
@@ -128,9 +136,10 @@ class Flight {
   }
   int finish();
   bool good(const char* what, const Status& status) { return status.ok() || fail(what, status) == 0; }
-  /// Status ok is no event.
+  /// Status ok is no event. The executive reports a lock.
   void report(const Status& status) {
-    if (!status.ok()) software_->executive().events().report(clock().now(), "board", status);
+    if (!status.ok() && !status.is(StatusCode::store_locked))
+      software_->executive().events().report(clock().now(), "board", status);
   }
   Camera& source() {
     if (options_.v4l2 != nullptr) return video_;
@@ -147,6 +156,9 @@ class Flight {
   CameraModel model_;
   std::int32_t width_ = 0, height_ = 0;  ///< of the source's pictures, which may be larger than the images
   int priority_ = 0;
+  int lock_lease_s_ = usual_lock_lease_s;
+  LockWatch lock_watch_;
+  Status early_news_;  ///< of the lock, before the components have begun
   WatchdogOptions watchdog_options_;
   LinuxWatchdog linux_watchdog_;
   NullWatchdog no_watchdog_;
@@ -192,6 +204,8 @@ bool Flight::prepare_store() {
   if (!good("SQLite's memory", configure_sqlite_memory(sqlite_arena))) return false;
   const Status opened = store_.open(options_, stages_, mission_);
   if (!opened.ok()) print_status(store_label(options_), opened, store_.message());
+  // Whoever keeps the lock is told and, if it is of this flight, ended.
+  while (opened.ok() && stop_requested == 0 && wait_for_lock()) look_at_lock();
   return opened.ok();
 }
 
@@ -355,6 +369,11 @@ bool Flight::prepare() {
     std::fprintf(stderr, "ilp-onboard: --priority needs a number from 1 to 99, not %s\n", options_.priority);
     return false;
   }
+  if (options_.lock_lease != nullptr && !parse_lock_lease(options_.lock_lease, lock_lease_s_)) {
+    std::fprintf(stderr, "ilp-onboard: --lock-lease needs a number of seconds from 1 to 3600, not %s\n",
+                 options_.lock_lease);
+    return false;
+  }
   if (options_.watchdog != nullptr && !parse_watchdog(options_.watchdog, watchdog_options_)) {
     std::fprintf(stderr, "ilp-onboard: --watchdog needs DEVICE or DEVICE:SECONDS, not %s\n", options_.watchdog);
     return false;
@@ -418,6 +437,7 @@ bool Flight::start() {
   life_->record().configuration = configuration_.stage();
   report(armed);
   report({StatusCode::started, life_->record().id, static_cast<std::int64_t>(life_->record().reason)});
+  report(early_news_);
   report(time_begin_.news);
   report(store_.news());
   if (!store_.news().ok()) static_cast<void>(fail(store_label(options_), store_.news()));
@@ -453,12 +473,42 @@ bool Flight::done() {
   return !shared_ || shared_->done(software_->executive());
 }
 
+/// A try at the lock of the database; true, after a nap, while another process keeps it.
+bool Flight::wait_for_lock() {
+  if (store_.disk() == nullptr) return false;
+  Transaction transaction(store_.store());
+  if (!transaction.begin().is(StatusCode::store_locked)) return false;
+  timespec nap{0, nap_for_lock_ms * 1'000'000};
+  ::nanosleep(&nap, nullptr);
+  return true;
+}
+
+void Flight::look_at_lock() {
+  if (store_.disk() == nullptr) return;
+  const Status news = lock_watch_.look(*store_.disk(), lock_lease_s_);
+  if (news.ok()) return;
+  print_status(store_label(options_), news);
+  if (software_ != nullptr) {
+    report(news);
+  } else {
+    early_news_ = news;
+  }
+}
+
 void Flight::run() {
   TimeNs next = clock().now();
   std::int64_t frames = 0;
+  if (store_.disk() != nullptr && !options_.virtual_time) store_.disk()->wait_for_writers(longest_lock_wait_ms);
   while (stop_requested == 0 && !restart_wanted()) {
     if (shared_ && !shared_->connected(software_->executive())) {
       // The board is well: no reset would bring the server back.
+      static_cast<void>(watchdog_.kick());
+      static_cast<void>(manager_.kick(clock().now()));
+      continue;
+    }
+    look_at_lock();
+    if (options_.virtual_time && store_.disk() != nullptr && store_.disk()->locked_ms() > 0 && wait_for_lock()) {
+      // Mission time stands still.
       static_cast<void>(watchdog_.kick());
       static_cast<void>(manager_.kick(clock().now()));
       continue;
@@ -484,6 +534,7 @@ void Flight::run() {
 
 int Flight::finish() {
   manager_.stop();
+  if (store_.disk() != nullptr) store_.disk()->wait_for_writers(longest_lock_wait_at_end_ms);
   if (store_.damaged()) {
     std::fprintf(stderr, "ilp-onboard: %s is damaged: start again\n", options_.store);
     return exit_restart;

@@ -6,6 +6,7 @@
 #include <new>
 #include <optional>
 
+#include "bsp/flight/lock_lease.hpp"
 #include "bsp/flight/mission_file.hpp"
 #include "bsp/flight/node.hpp"
 #include "bsp/flight/shared_flight_store.hpp"
@@ -24,6 +25,7 @@ constexpr int exit_restart = 3;
 /// Longest wait for a change when nothing is to be done.
 constexpr std::int32_t nap_ms = 50;
 constexpr std::int32_t nap_before_head_ms = 50;
+constexpr std::int32_t nap_for_lock_ms = 20;
 constexpr TimeNs report_period = 2 * ns_per_s;
 
 /// What has no place in a process without camera and links.
@@ -50,6 +52,7 @@ class NodeProcess {
  private:
   bool read_mission();
   bool ask_for_priority();
+  bool read_lock_lease();
   bool wait_for_head();
   Status look_for_head(NodeRecord& head);
   bool start();
@@ -57,10 +60,11 @@ class NodeProcess {
   void look_at_head();
   void keep_alive();
   bool reconnect();
+  bool wait_for_lock();
   int finish();
 
   bool good(const char* what, const Status& status);
-  Store& database() { return store_.store(); }
+  Store& database() { return leased_ ? static_cast<Store&>(*leased_) : store_.store(); }
 
   const Options& options_;
   StageMask stages_;
@@ -69,6 +73,8 @@ class NodeProcess {
   MissionParameters file_;     ///< of the mission file
   MissionParameters mission_;  ///< in force
   ChosenStore& store_;
+  int lock_lease_s_ = usual_lock_lease_s;
+  std::optional<LeasedStore> leased_;  ///< a server has a lease of its own
   std::optional<SharedFlightStore> shared_;
   RealClock clock_;
   NoCamera no_camera_;
@@ -110,6 +116,13 @@ bool NodeProcess::ask_for_priority() {
   return true;
 }
 
+bool NodeProcess::read_lock_lease() {
+  if (options_.lock_lease == nullptr || parse_lock_lease(options_.lock_lease, lock_lease_s_)) return true;
+  std::fprintf(stderr, "ilp-onboard: --lock-lease needs a number of seconds from 1 to 3600, not %s\n",
+               options_.lock_lease);
+  return false;
+}
+
 /// `not_ready` while there is no head, or no camera yet.
 Status NodeProcess::look_for_head(NodeRecord& head) {
   const Status found = find_head(database(), head);
@@ -131,6 +144,7 @@ bool NodeProcess::wait_for_head() {
   while (stop_ == 0) {
     Status status = joined ? Status{} : store_.join(options_, stages_, file_);
     joined = status.ok();
+    if (joined && !leased_ && store_.disk() != nullptr) leased_.emplace(store_.store(), lock_lease_s_);
     NodeRecord head;
     RecordMask changed = 0;
     if (joined) status = database().poll(changed);
@@ -169,7 +183,12 @@ bool NodeProcess::start() {
   software_->executive().keep_real_time(mission_);
   shared_->follow(file_, mission_, software_->executive());
   if (!good("start", software_->join())) return false;
-  return good("record of the node", node_->begin(host_name().c_str(), file_));
+  Status begun = node_->begin(host_name().c_str(), file_);
+  while (begun.is(StatusCode::store_locked) && stop_ == 0) {
+    static_cast<void>(wait_for_lock());
+    begun = node_->begin(host_name().c_str(), file_);
+  }
+  return good("record of the node", begun);
 }
 
 void NodeProcess::keep_alive() {
@@ -225,6 +244,14 @@ bool NodeProcess::reconnect() {
   return started;
 }
 
+/// Nothing can be done while another process keeps the lock of the database; the head ends that process.
+bool NodeProcess::wait_for_lock() {
+  if (store_.disk() == nullptr || store_.disk()->locked_ms() == 0) return false;
+  static_cast<void>(::usleep(nap_for_lock_ms * 1000));
+  Transaction transaction(database());
+  return transaction.begin().is(StatusCode::store_locked);
+}
+
 int NodeProcess::finish() {
   if (store_.damaged() || software_->restart_wanted()) {
     std::fprintf(stderr, "ilp-onboard: %s is damaged: start again\n", store_.damaged() ? options_.store : "memory");
@@ -236,14 +263,14 @@ int NodeProcess::finish() {
 }
 
 int NodeProcess::run() {
-  if (!read_mission() || !ask_for_priority()) return 1;
+  if (!read_mission() || !read_lock_lease() || !ask_for_priority()) return 1;
   if (!good("SQLite's memory", configure_sqlite_memory(place_.sqlite))) return 1;
   if (!wait_for_head()) return stop_ != 0 ? 0 : 1;
   if (!start()) return store_.damaged() ? exit_restart : 1;
   std::fprintf(stderr, "ilp-onboard: running %s\n", stage_names(stages_).c_str());
   seal_heap(options_.trap_heap ? HeapTrapMode::strict : HeapTrapMode::report);
   while (stop_ == 0 && !ended_ && !refused_ && !store_.damaged() && !software_->restart_wanted()) {
-    if (!store_.sharing().connected() && !reconnect()) continue;
+    if ((!store_.sharing().connected() && !reconnect()) || wait_for_lock()) continue;
     step();
   }
   return finish();

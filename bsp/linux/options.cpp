@@ -17,8 +17,9 @@ const char* const usage =
     "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]] [--key FILE])\n"
     "                   [--navigation FILE.csv | --navigation-udp ADDRESS:PORT] [--mission FILE.ini]\n"
     "                   [--mission-epoch] [--fly-on] [--priority N] [--watchdog DEVICE[:SECONDS]] [--compute SOCKET]\n"
-    "                   [--worker thread|inline] [--trap-heap]\n"
-    "       ilp-onboard --stages STAGE,... --store STORE [--mission FILE.ini] [--priority N] [--trap-heap]\n"
+    "                   [--worker thread|inline] [--lock-lease SECONDS] [--trap-heap]\n"
+    "       ilp-onboard --stages STAGE,... --store STORE [--mission FILE.ini] [--priority N] [--lock-lease SECONDS]\n"
+    "                   [--trap-heap]\n"
     "       ilp-onboard --memory-map | --version | --help\n"
     "  --index         a recorded strip: one line `time_ns file.pgm [altitude_m]` per frame\n"
     "  --v4l2          a video device, such as /dev/video0; settings: format=NAME rate=HZ input=N exposure_us=N\n"
@@ -48,6 +49,8 @@ const char* const usage =
     "  --worker        products are coded in a thread below the flight's priority, as by default in real time, or "
     "inline\n"
     "                  in steps, as by default in virtual time (docs/worker.md)\n"
+    "  --lock-lease    a process of the flight that keeps the lock of the database file for longer is ended, so that\n"
+    "                  it is started again: 10 s by default (docs/several-machines.md)\n"
     "  --trap-heap     abort on any allocation after start-up\n";
 
 namespace {
@@ -113,6 +116,7 @@ bool read_words(int argc, char** argv, Options& options, CommandLineFault& fault
                         {"--link-udp-peer", &options.links.udp_peer},
                         {"--link-tcp", &options.links.tcp},
                         {"--key", &options.key},
+                        {"--lock-lease", &options.lock_lease},
                         {"--priority", &options.priority},
                         {"--watchdog", &options.watchdog},
                         {"--compute", &options.compute},
@@ -174,7 +178,7 @@ bool parse(int argc, char** argv, Options& options, CommandLineFault& fault) {
   if (joins_flight(options)) {
     return joins_only(options) || refuse(fault, "--stages",
                                          "without head takes only --store, which is no memory, "
-                                         "--mission, --priority and --trap-heap");
+                                         "--mission, --priority, --lock-lease and --trap-heap");
   }
   if (options.store == nullptr) return refuse(fault, "--store", "is missing");
   if (is_server(options.store) && options.state == nullptr) {
@@ -226,11 +230,23 @@ bool parse_size(const char* text, std::int32_t& width, std::int32_t& height) {
   return true;
 }
 
-bool parse_priority(const char* text, int& priority) {
+namespace {
+
+bool parse_number(const char* text, long most, int& number) {
   char* end = nullptr;
   const long value = std::strtol(text, &end, 10);
-  priority = static_cast<int>(value);
-  return end != text && *end == 0 && value >= 1 && value <= 99;
+  number = static_cast<int>(value);
+  return end != text && *end == 0 && value >= 1 && value <= most;
+}
+
+}  // namespace
+
+bool parse_priority(const char* text, int& priority) {
+  return parse_number(text, 99, priority);
+}
+
+bool parse_lock_lease(const char* text, int& seconds) {
+  return parse_number(text, 3600, seconds);
 }
 
 }  // namespace ilp

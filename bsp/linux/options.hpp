@@ -22,6 +22,7 @@ struct Options {
   const char* mission = nullptr;
   PacketLinkOptions links;
   const char* key = nullptr;
+  const char* lock_lease = nullptr;
   const char* priority = nullptr;
   const char* watchdog = nullptr;
   const char* compute = nullptr;  ///< socket of a compute device's program
@@ -57,5 +58,7 @@ extern const char* const usage;
 [[nodiscard]] bool parse_size(const char* text, std::int32_t& width, std::int32_t& height);
 /// Parses a real-time priority, 1 to 99.
 [[nodiscard]] bool parse_priority(const char* text, int& priority);
+/// Parses the lease of the lock of the writers, 1 to 3600 s.
+[[nodiscard]] bool parse_lock_lease(const char* text, int& seconds);
 
 }  // namespace ilp

@@ -15,7 +15,7 @@ enum class StatusCode : std::uint16_t {
 };
 /// All codes are below this limit. Numbers of removed codes are never used again, so that not every number below it is
 /// a code.
-inline constexpr std::uint16_t status_code_limit = 198;
+inline constexpr std::uint16_t status_code_limit = 224;
 /// Whether status_list.inc has a code of this number.
 [[nodiscard]] bool is_status_code(std::uint64_t number);
 
@@ -56,6 +56,7 @@ struct [[nodiscard]] Status {
     case StatusCode::io_error:
     case StatusCode::store_error:
     case StatusCode::store_lost:
+    case StatusCode::store_locked:
     case StatusCode::store_full:
     case StatusCode::store_damaged:  // of the whole database: it is set aside, or salvaged, by the next start
     case StatusCode::arena_exhausted:

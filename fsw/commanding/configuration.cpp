@@ -150,7 +150,7 @@ Status Configuration::step_down(const Status& fault) {
   const Use use(*this);
   const bool of_the_store = fault.is(StatusCode::store_error) || fault.is(StatusCode::io_error) ||
                             fault.is(StatusCode::store_full) || fault.is(StatusCode::store_damaged) ||
-                            fault.is(StatusCode::record_damaged);
+                            fault.is(StatusCode::store_locked) || fault.is(StatusCode::record_damaged);
   if (of_the_store || own_.trials == 0 || own_.stage != ConfigurationStage::as_set) return fault;
   revert(RevertReason::start_failed);
   enter(ConfigurationStage::last_good);

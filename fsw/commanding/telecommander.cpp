@@ -19,6 +19,8 @@ constexpr TimeNs latest_release_ns = 10 * minor_frame_ns;
 // not before its time.
 constexpr TimeNs capture_lead_ns = ns_per_s;
 constexpr std::uint32_t frames_between_counts = 50;
+// A slow disk holds up a transaction of another process now and then; what lasts longer is a fault.
+constexpr TimeNs longest_lock_wait_ns = 2 * ns_per_s;
 
 /// Whether the packet names a sender that can be answered.
 bool can_answer(const Status& fault, std::size_t bytes) {
@@ -47,6 +49,21 @@ const Telecommander::ServiceRow* Telecommander::find_service(std::uint8_t servic
     if (row.service == service) return &row;
   }
   return nullptr;
+}
+
+/// Neither in the store nor in the mission: tests, and reports of what the telecommander knows or reads.
+bool Telecommander::changes_nothing(const Telecommand& telecommand) {
+  switch (telecommand.service) {
+    case test_service::service:
+      return true;
+    case parameter_management::service:
+      return telecommand.subtype == parameter_management::report;
+    case scheduling::service:
+      return telecommand.subtype == scheduling::summary || telecommand.subtype == scheduling::summary_all ||
+             telecommand.subtype == scheduling::detail || telecommand.subtype == scheduling::detail_all;
+    default:
+      return false;
+  }
 }
 
 Status Telecommander::restore() {
@@ -129,11 +146,34 @@ Status Telecommander::write_counts() {
 
 void Telecommander::receive() {
   for (int i = 0; i < packets_per_step; ++i) {
-    std::size_t bytes = 0;
-    if (!router_.receive(Channel::commands, packet_, bytes).ok()) return;
+    std::size_t bytes = packet_bytes_;
+    if (bytes == 0 && !router_.receive(Channel::commands, packet_, bytes).ok()) return;
+    packet_bytes_ = 0;
+    if (waits_for_lock({packet_.data(), bytes})) {
+      packet_bytes_ = bytes;
+      return;
+    }
     carry_out({packet_.data(), bytes}, clock_.now(), nullptr);
     if (came_before_ > 0) --came_before_;
   }
+}
+
+Status Telecommander::try_store() {
+  Transaction transaction(store_);
+  const Status begun = transaction.begin();
+  if (!begun.is(StatusCode::store_locked)) {
+    locked_since_ns_ = -1;
+  } else if (locked_since_ns_ < 0) {
+    locked_since_ns_ = clock_.now();
+  }
+  return begun;
+}
+
+bool Telecommander::waits_for_lock(std::span<const std::uint8_t> packet) {
+  Telecommand telecommand;
+  if (!decode_telecommand(packet, writer_.settings().apid, telecommand).ok() || changes_nothing(telecommand))
+    return false;
+  return try_store().is(StatusCode::store_locked) && clock_.now() - locked_since_ns_ < longest_lock_wait_ns;
 }
 
 void Telecommander::release() {
@@ -144,7 +184,8 @@ void Telecommander::release() {
       const TimeNs lead = entry.ahead ? capture_lead_ns : 0;
       if (due == nullptr && entry.release_ns - lead <= now) due = &entry;
     }
-    if (due == nullptr) return;
+    // A request that cannot be carried out or removed now stays.
+    if (due == nullptr || try_store().is(StatusCode::store_locked)) return;
     const Entry entry = *due;
     release_one(entry, now);
   }
@@ -206,6 +247,10 @@ void Telecommander::carry_out(std::span<const std::uint8_t> packet, TimeNs nomin
     work_.nominal_ns = nominal_ns;
     if (nominal_ns > clock_.now()) answer.postpone();
     status = perform(telecommand, entry, answer, work_);
+    if (entry != nullptr && status.is(StatusCode::store_locked)) {
+      --counts.received;
+      return;
+    }
     settle(work_, status.ok());
     if (!status.ok() && entry != nullptr) drop_entry(entry->id);
   }
@@ -245,8 +290,11 @@ Status Telecommander::perform(const Telecommand& telecommand, const Entry* entry
   work.set = false;
   work.way = Configuration::Way::parameters;
   work.rescheduled = false;
+  if (entry == nullptr && changes_nothing(telecommand)) return serve(telecommand, answer, work);
   StepTransaction transaction(store_, checkpoint);
-  ILP_TRY(transaction.begin());
+  const Status begun = transaction.begin();
+  if (begun.is(StatusCode::store_locked) && entry == nullptr) answer.accept();
+  ILP_TRY(begun);
   if (entry != nullptr) {
     ILP_TRY(erase<ScheduledRecord>(store_, entry->id));
     forget_entry(entry->id);

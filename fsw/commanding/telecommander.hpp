@@ -23,7 +23,9 @@ namespace ilp {
 /// Services 1, 3, 5, 8, 11, 17 and 20 of ECSS-E-ST-70-41C (docs/commanding.md). Every telecommand whose primary header
 /// can be read is answered. What a telecommand changes is committed before its success is reported: it acts on the
 /// other components through records only, of which `command` carries most. Requests whose completion takes time, and
-/// the schedule, survive a restart.
+/// the schedule, survive a restart. While another process keeps the lock of the store, telecommands that change nothing
+/// are carried out; any other one waits for two seconds from the beginning of the lock, and then fails with
+/// `store_locked`.
 ///
 /// telecommander.cpp is the dispatcher; each service_N.cpp carries out the telecommands of one service, and
 /// open_requests.cpp follows those whose completion takes time.
@@ -137,6 +139,9 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
 
   // telecommander.cpp
   void receive();
+  /// Whether the telecommand waits for the lock of the store, and all later ones with it.
+  bool waits_for_lock(std::span<const std::uint8_t> packet);
+  Status try_store();
   void release();
   void release_one(const Entry& entry, TimeNs now);
   void carry_out(std::span<const std::uint8_t> packet, TimeNs nominal_ns, const Entry* entry);
@@ -145,6 +150,7 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   void settle(const Work& work, bool committed);
   void take_effect(bool accepted, const Status& status, bool from_the_link);
   [[nodiscard]] static const ServiceRow* find_service(std::uint8_t service);
+  [[nodiscard]] static bool changes_nothing(const Telecommand& telecommand);
   Status write_counts();
   Status news_of_configuration();
   void drop_entry(std::int64_t id);
@@ -228,6 +234,8 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   bool set_parameters_ = false;  ///< in this step
   std::array<std::uint8_t, limits::max_scheduled_bytes> scheduled_packet_{};
   std::array<std::uint8_t, limits::max_report_bytes> report_{};
+  std::size_t packet_bytes_ = 0;  ///< of a telecommand that waits for the lock of the store
+  TimeNs locked_since_ns_ = -1;   ///< the lock was first found taken; -1: it was free at the latest try
   std::array<std::uint8_t, limits::max_packet_bytes> packet_{};
 };
 

@@ -18,6 +18,9 @@ constexpr TimeNs forget_divisor = 16;
 /// left, no woken component begins a step, however short its latest ones were.
 constexpr TimeNs step_reserve_ns = 20 * ns_per_ms;
 
+/// Where several processes share a store, each has the lock for a moment now and then.
+constexpr TimeNs shortest_lock_told_ns = ns_per_s;
+
 // Second value of memory_damaged: the source of the restored bytes.
 constexpr std::int64_t from_checkpoint = 1, from_copy = 2, from_new_process = 3;
 
@@ -95,6 +98,33 @@ void Executive::wait_for_store(Slot& slot) const {
 void Executive::hold(Slot& slot) const {
   slot.pause = std::clamp<std::int64_t>(2 * slot.pause, 1, longest_pause_frames);
   slot.hold_frame = own_.frame + slot.pause;
+}
+
+/// The step has changed nothing and is repeated. The lock is reported once, when it is free again.
+void Executive::wait_for_lock(Slot& slot) {
+  slot.pending = slot.suspended = true;
+  if (!store_locked_) locked_since_ns_ = clock_.now();
+  store_locked_ = true;
+}
+
+void Executive::look_at_lock() {
+  if (!store_locked_) return;
+  {
+    Transaction transaction(store_);
+    if (transaction.begin().is(StatusCode::store_locked)) return;
+  }
+  store_locked_ = false;
+  const TimeNs now = clock_.now();
+  const TimeNs taken_ns = now - locked_since_ns_;
+  if (taken_ns < shortest_lock_told_ns) {
+    events_.report_lost(now);
+  } else {
+    events_.report(now, "executive", {StatusCode::store_locked, taken_ns / ns_per_ms});
+  }
+}
+
+void Executive::report_own(const Status& status) {
+  if (!status.ok() && !status.is(StatusCode::store_locked)) events_.report(clock_.now(), "executive", status);
 }
 
 bool Executive::restore(std::size_t i, Status& status) {
@@ -234,6 +264,10 @@ void Executive::run_step(std::size_t i) {
 
   if (result.status.ok()) {
     slot.faults_in_a_row = 0;
+  } else if (result.status.is(StatusCode::store_locked)) {
+    wait_for_lock(slot);
+    Status status;
+    if (result.then == Then::restore) restore(i, status);
   } else {
     // A report without severity is no fault.
     if (status_severity(result.status.code) != Severity::info) ++stats.faults;
@@ -334,8 +368,7 @@ void Executive::end_frame(TimeNs nominal, TimeNs begin) {
   if (mission_->housekeeping_period_s <= 0) return;
   if (now - own_.housekeeping_ns < ns_from_seconds(mission_->housekeeping_period_s)) return;
   own_.housekeeping_ns = now;
-  const Status written = write_housekeeping();
-  if (!written.ok()) events_.report(now, "executive", written);
+  report_own(write_housekeeping());
 }
 
 void Executive::count_load(TimeNs now, TimeNs over) {
@@ -367,8 +400,7 @@ Status Executive::measure_backlog(Backlog& backlog) {
 void Executive::judge_load(TimeNs now) {
   const std::uint8_t before = own_.work_level.level();
   Backlog backlog;
-  Status status = measure_backlog(backlog);
-  if (!status.ok()) events_.report(now, "executive", status);
+  report_own(measure_backlog(backlog));
   const LoadReason reason = own_.work_level.judge(own_.window, now, backlog, *mission_);
   own_.window = {};
   own_.window.begin_ns = now;
@@ -376,8 +408,7 @@ void Executive::judge_load(TimeNs now) {
   if (level == before) return;
   own_.timing.degraded = level;
   ++own_.timing.degraded_changes;
-  status = write_timing();
-  if (!status.ok()) events_.report(now, "executive", status);
+  report_own(write_timing());
   events_.report(now, "executive",
                  level > before ? Status{StatusCode::work_reduced, level, static_cast<std::int64_t>(reason)}
                                 : Status{StatusCode::work_restored, level});
@@ -405,6 +436,7 @@ void Executive::run_minor_frame(TimeNs nominal) {
   const TimeNs begin = clock_.now();
   const TimeNs end = nominal + minor_frame_ns;
   woken_ran_ = false;
+  look_at_lock();
   if (!own_.taken_up) static_cast<void>(take_up());
   wake();
   if (own_.frame % full_store_retry_frames == 0) events_.report_lost(begin);

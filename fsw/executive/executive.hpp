@@ -1,6 +1,7 @@
 // The cyclic executive: calls the components of a static table in fixed minor frames, gives the rest of a frame to
 // components with pending work, counts overruns and restarts what failed. It knows no concrete component. A component
-// steps only if it has been restored and its memory has not changed since its last step.
+// steps only if it has been restored and its memory has not changed since its last step. While another process keeps
+// the lock of the store, the others would work in vain, and only the time-driven ones step, when they are due.
 #pragma once
 
 #include <array>
@@ -138,13 +139,18 @@ class Executive final : public Health {
   /// Restores the components that the ground has commanded back to their checkpoints.
   void obey_commands();
   void wait_for_store(Slot& slot) const;
+  /// A step has found the lock of the store taken.
+  void wait_for_lock(Slot& slot);
+  void look_at_lock();
+  /// A fault in the executive's own use of the store.
+  void report_own(const Status& status);
   void hold(Slot& slot) const;
   [[nodiscard]] bool memory_is_free(std::size_t i) const {
     return own_.keeper == nobody || own_.keeper == i || !stages_[i].step_memory;
   }
   [[nodiscard]] bool may_run(std::size_t i) const {
     const Slot& slot = own_.slots[i];
-    return slot.restored && !slot.suspended && own_.frame >= slot.hold_frame && memory_is_free(i);
+    return slot.restored && !slot.suspended && !store_locked_ && own_.frame >= slot.hold_frame && memory_is_free(i);
   }
   /// Returns false, and reports it once, if the component has to wait.
   bool restore(std::size_t i, Status& status);
@@ -197,6 +203,8 @@ class Executive final : public Health {
   bool restart_wanted_ = false;
   bool shares_flight_ = false;
   bool late_work_waits_ = false;
+  bool store_locked_ = false;  ///< by another process, since
+  TimeNs locked_since_ns_ = 0;
   std::size_t first_ = nobody;                  ///< has waited for longest to fit into a frame: it runs in this one
   bool woken_ran_ = false;                      ///< in this frame
   const MissionParameters* mission_ = nullptr;  ///< null in virtual time

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "fsw/base/crc.hpp"
+#include "fsw/imaging/images_missed.hpp"
 #include "fsw/shared/new_command.hpp"
 #include "hal/store/newest_id.hpp"
 
@@ -63,7 +64,9 @@ Status Acquisition::restore() {
   silent_ = false;
   exposure_.reset();
   speed_px_s_ = 0;
-  exposure_event_ = {};
+  next_event_ = {};
+  locked_ns_ = unlocked_ns_ = seen_sequence_ = -1;
+  held_by_lock_ = false;
   return status;
 }
 
@@ -277,8 +280,12 @@ Status Acquisition::take(CameraFrame& taken, TimeNs now, Outcome& outcome) {
     outcome.event = in_time;
     return {};
   }
-  const std::int64_t missing = taken.sequence - state_.last_sequence - 1;
+  const std::int64_t missing = taken.sequence - std::max(state_.last_sequence, seen_sequence_) - 1;
   if (state_.any && missing > 0) outcome.event = {StatusCode::frame_gap, taken.sequence, missing};
+  const bool by_lock = locked_ns_ >= 0 && unlocked_ns_ >= state_.last_time_ns && every_frame();
+  if (state_.any && missing > 0 && by_lock) {
+    outcome.event = {StatusCode::images_lost, missing, (unlocked_ns_ - locked_ns_) / ns_per_ms};
+  }
   // A camera that runs freely shows the first frame unasked: it tells the period and begins the regular interval.
   const bool first = !camera_.triggered() && !after.any_kept && mission_.capture_mode != CaptureMode::telecommanded;
   if (!first || every_frame()) ILP_TRY(choose_capture(taken, doubt, outcome));
@@ -302,6 +309,24 @@ Status Acquisition::end_of_stream() {
 }
 
 Status Acquisition::write(const Outcome& outcome) {
+  const Status written = write_all(outcome);
+  if (written.is(StatusCode::store_locked)) {
+    if (locked_ns_ < 0 || unlocked_ns_ >= 0) locked_ns_ = clock_.now();
+    unlocked_ns_ = -1;
+  } else if (locked_ns_ >= 0 && unlocked_ns_ < 0) {
+    unlocked_ns_ = clock_.now();
+  }
+  return written;
+}
+
+void Acquisition::count_lost(Outcome& outcome) {
+  const std::int64_t lost = images_missed(mission_, taken_.time_ns, unlocked_ns_);
+  if (lost == 0) return;
+  Status& event = outcome.event.ok() ? outcome.event : next_event_;
+  event = {StatusCode::images_lost, lost, (unlocked_ns_ - locked_ns_) / ns_per_ms};
+}
+
+Status Acquisition::write_all(const Outcome& outcome) {
   StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   if (outcome.has_frame) {
@@ -375,7 +400,7 @@ bool Acquisition::begin_exposure_control() {
     return true;
   }
   exposure_.give_up();
-  exposure_event_ = {StatusCode::exposure_unsupported, static_cast<std::int64_t>(known.code), known.a};
+  next_event_ = {StatusCode::exposure_unsupported, static_cast<std::int64_t>(known.code), known.a};
   return false;
 }
 
@@ -391,25 +416,24 @@ void Acquisition::control_exposure() {
   goal.longest_us = longest_exposure_us(mission_.exposure_blur_px, speed_px_s_, mission_.exposure_longest_us);
   goal.most_gain_milli = static_cast<std::int64_t>(1000 * mission_.exposure_most_gain);
   ExposureSetting next;
-  const auto answer =
-      exposure_.look_at(measure_brightness(image_.view()), taken_.exposure, goal, next, exposure_event_);
+  const auto answer = exposure_.look_at(measure_brightness(image_.view()), taken_.exposure, goal, next, next_event_);
   if (answer == ExposureControl::Answer::keep) return;
   const Status set = camera_.set_exposure(next);
   if (set.is(StatusCode::not_ready)) return;
   if (!set.ok()) {
     exposure_.give_up();
-    exposure_event_ = {StatusCode::exposure_unsupported, static_cast<std::int64_t>(set.code), set.a};
+    next_event_ = {StatusCode::exposure_unsupported, static_cast<std::int64_t>(set.code), set.a};
     return;
   }
   exposure_.asked(next);
-  if (exposure_event_.ok()) exposure_event_ = {StatusCode::exposure_changed, next.exposure_us, next.gain_milli};
+  if (next_event_.ok()) next_event_ = {StatusCode::exposure_changed, next.exposure_us, next.gain_milli};
 }
 
 StepResult Acquisition::step() {
   if (state_.ended) return {};
-  if (!exposure_event_.ok()) {
-    const Status event = exposure_event_;
-    exposure_event_ = {};
+  if (!next_event_.ok()) {
+    const Status event = next_event_;
+    next_event_ = {};
     return {event, true};
   }
   Outcome outcome;
@@ -419,9 +443,11 @@ StepResult Acquisition::step() {
   Status status = learn_captures(outcome, changed);
   if (status.ok()) status = give_up_captures(outcome, changed);
   if (!status.ok()) return {status, false};
+  Status waiting;
   if (changed) {
-    const Status written = write(outcome);
-    return {written.ok() ? outcome.event : written, true};
+    waiting = write(outcome);
+    // An image that comes meanwhile is held.
+    if (!waiting.is(StatusCode::store_locked) || held_) return {waiting.ok() ? outcome.event : waiting, true};
   }
   if (held_) return store_taken();
   const TimeNs now = clock_.now();
@@ -429,7 +455,10 @@ StepResult Acquisition::step() {
   if (!triggered.ok()) return {triggered, false};
   status = camera_.capture(now, image_, taken_);
   taken_ns_ = now;
-  if (status.is(StatusCode::not_ready)) return {listen(now), false};
+  if (status.is(StatusCode::not_ready)) {
+    const Status silent = listen(now);
+    return {silent.ok() ? waiting : silent, false};
+  }
   if (status.is(StatusCode::end_of_stream)) return {end_of_stream(), false};
   heard_ns_ = now;
   silent_ = false;
@@ -447,6 +476,17 @@ StepResult Acquisition::store_taken() {
   CameraFrame taken = taken_;
   Status status = take(taken, taken_ns_, outcome);
   if (status.ok()) status = write(outcome);
+  // The camera is not asked while a frame is held.
+  if (held_) heard_ns_ = clock_.now();
+  const bool locked = status.is(StatusCode::store_locked);
+  if (locked && !outcome.has_frame && !outcome.has_capture) {
+    // It is not worth the place of one that is wanted.
+    seen_sequence_ = std::max(seen_sequence_, taken_.sequence);
+    held_ = false;
+    return {outcome.event.ok() ? status : outcome.event, false};
+  }
+  if (status.ok() && held_by_lock_) count_lost(outcome);
+  held_by_lock_ = locked || (held_by_lock_ && !status.ok());
   // An older frame is dropped for the next one, which is worth as much.
   held_ = is_transient(status) && clock_.now() - taken_ns_ < longest_hold_ns;
   return {status.ok() ? outcome.event : status, !held_};

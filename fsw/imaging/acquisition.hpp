@@ -78,6 +78,9 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   Status listen(TimeNs now);
   Status end_of_stream();
   Status write(const Outcome& outcome);
+  Status write_all(const Outcome& outcome);
+  /// What the lock of the store by another process has cost, once it is over.
+  void count_lost(Outcome& outcome);
   Status resume_after_records();
   StepResult store_taken();
   void control_exposure();
@@ -98,11 +101,16 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   bool unasked_ = false;  // the camera's present mode: it exposes at times of its own
   ExposureControl exposure_;
   double speed_px_s_ = 0;  ///< of the ground, the largest of the latest images
-  Status exposure_event_;  // that the next step reports
+  Status next_event_;      // that the next step reports
   // The frame at work; its pixels are in image_.
   CameraFrame taken_;
   TimeNs taken_ns_ = 0;
   bool held_ = false;  ///< it is not stored yet, and is tried again
+  bool held_by_lock_ = false;
+  // The latest time for which another process kept the lock of the store, by this component's attempts to write.
+  TimeNs locked_ns_ = -1;            ///< its beginning; -1: there was none
+  TimeNs unlocked_ns_ = -1;          ///< its end; -1: it lasts
+  std::int64_t seen_sequence_ = -1;  ///< of a frame that was not wanted and is not on record, because of the lock
   FrameImage image_;
 };
 

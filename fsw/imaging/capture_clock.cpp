@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "fsw/imaging/images_missed.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "hal/store/newest_id.hpp"
@@ -352,6 +353,12 @@ Status CaptureClock::write(const Outcome& outcome) {
   return transaction.commit(outcome.cursor, outcome.after, cursor_, state_);
 }
 
+void CaptureClock::note_lock(const Outcome& outcome) {
+  if (!outcome.has_capture || outcome.capture.source == CaptureSource::telecommand || refused_ns_ >= 0) return;
+  refused_ns_ = outcome.capture.requested_ns;
+  locked_ns_ = clock_.now();
+}
+
 StepResult CaptureClock::step() {
   Outcome outcome;
   outcome.after = state_;
@@ -370,7 +377,15 @@ StepResult CaptureClock::step() {
   }
   if (!changed && !outcome.has_capture) return {};
   const Status written = write(outcome);
+  if (written.is(StatusCode::store_locked)) note_lock(outcome);
   if (!written.ok()) return {written, true};
+  if (refused_ns_ >= 0 && outcome.has_capture) {
+    const std::int64_t lost = images_missed(mission_, refused_ns_, outcome.capture.requested_ns);
+    if (lost > 0 && outcome.event.ok()) {
+      outcome.event = {StatusCode::images_lost, lost, (clock_.now() - locked_ns_) / ns_per_ms};
+    }
+    refused_ns_ = -1;
+  }
   return {outcome.event, true};
 }
 

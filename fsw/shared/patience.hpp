@@ -17,7 +17,7 @@ class Patience {
   /// that memory was damaged, the input is tried as often as allowed. After that, and at once for any other fault,
   /// given_up(id) holds: a verdict is due.
   [[nodiscard]] StepResult failed(std::int64_t id, const Status& fault) {
-    const bool of_writing = writing_ && is_transient(fault);
+    const bool of_writing = (writing_ && is_transient(fault)) || fault.is(StatusCode::store_locked);
     writing_ = false;
     if (of_writing) return not_written(fault);
     const bool of_input = !fault.is(StatusCode::assertion_failed) && !fault.is(StatusCode::memory_damaged);

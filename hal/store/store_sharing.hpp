@@ -37,7 +37,9 @@ class StoreSharing {
   /// call makes up for it.
   Status flush_or_later() {
     const Status flushed = flush();
-    return flushed.is(StatusCode::store_lost) || flushed.is(StatusCode::not_ready) ? Status{} : flushed;
+    const bool later =
+        flushed.is(StatusCode::store_lost) || flushed.is(StatusCode::store_locked) || flushed.is(StatusCode::not_ready);
+    return later ? Status{} : flushed;
   }
   /// Waits until another process may have changed a table, and for this long at most.
   virtual void wait(std::int32_t milliseconds) = 0;

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <thread>
 
+#include "tests/distributed/stopped_program.hpp"
 #include "tests/integration/flight_files.hpp"
 
 namespace ilp::test {
@@ -76,14 +77,17 @@ std::vector<std::string> SpreadFlight::head_command(const std::string& name) con
                                     "--outbox",
                                     folder() / "outbox",
                                     "--acknowledgements",
-                                    folder() / "acknowledged"};
+                                    folder() / "acknowledged",
+                                    "--lock-lease",
+                                    std::to_string(lease_s_)};
   if (!split_[0].empty()) words.insert(words.end(), {"--stages", split_[0]});
   return words;
 }
 
 std::vector<std::string> SpreadFlight::node_command(const std::string& stages,
                                                     const std::vector<std::string>& more) const {
-  std::vector<std::string> words = {ILP_ONBOARD, "--stages", stages, "--store", store_, "--trap-heap"};
+  std::vector<std::string> words = {
+      ILP_ONBOARD, "--stages", stages, "--store", store_, "--lock-lease", std::to_string(lease_s_), "--trap-heap"};
   words.insert(words.end(), more.begin(), more.end());
   return words;
 }
@@ -110,6 +114,10 @@ void SpreadFlight::freeze(std::size_t process) {
 
 void SpreadFlight::thaw(std::size_t process) {
   processes_[process]->send(SIGCONT);
+}
+
+bool SpreadFlight::freeze_in_transaction(std::size_t process) {
+  return stop_in_transaction(*processes_[process], store_);
 }
 
 bool SpreadFlight::runs(std::size_t process) {

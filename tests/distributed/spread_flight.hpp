@@ -28,6 +28,8 @@ class SpreadFlight {
   void freeze(std::size_t process);
   void thaw(std::size_t process);
   [[nodiscard]] bool runs(std::size_t process);
+  /// SIGSTOP in the middle of a transaction; false when it has none within some seconds.
+  bool freeze_in_transaction(std::size_t process);
   /// Starts every process again that has ended otherwise than in order. True when the head has ended in order.
   bool keep_up();
   /// Waits until all have ended, and returns their exit statuses; -1 for one that does not end.
@@ -48,11 +50,14 @@ class SpreadFlight {
                                                       const std::vector<std::string>& more = {}) const;
   /// What must be the same however the stages are spread: `ilp-store digest`.
   [[nodiscard]] std::string digest() const;
+  /// For processes that are started from now on.
+  void lease(int seconds) { lease_s_ = seconds; }
   [[nodiscard]] const std::string& store() const { return store_; }
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_.path(); }
 
  private:
   TemporaryFolder folder_;
+  int lease_s_ = 10;
   std::string store_;
   std::vector<std::string> split_;
   std::vector<std::unique_ptr<RunningProgram>> processes_;

@@ -1,5 +1,6 @@
 // The flight in several processes makes the same records and products as in one, whatever happens to the processes.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -159,6 +160,64 @@ TEST(SpreadFlight, AProcessThatHangsForAWhileLosesNothing) {
     sleep_ms(300);
     flight.thaw(process);
   });
+}
+
+TEST(SpreadFlight, ProcessesThatAreStoppedInTransactionsAreEndedAndTheFlightIsTheSame) {
+  if (SpreadFlight::on_server()) GTEST_SKIP() << "the lock is that of a database file";
+  std::mt19937_64 random(7);
+  int stopped = 0;
+  SpreadFlight flight(three);
+  flight.lease(1);
+  flight.start_all();
+  std::size_t next_stop = 0;
+  for (int waited = 0; !flight.keep_up(); waited += 2) {
+    ASSERT_LT(waited, 120'000) << "no end; the head says: " << flight.output(0);
+    sleep_ms(2);
+    const std::size_t sent = flight.files_sent();
+    if (sent < next_stop || stopped >= 6) continue;
+    sleep_ms(static_cast<int>(random() % 20));
+    const std::size_t node = 1 + random() % 2;
+    if (!flight.runs(node) || flight.output(node).find("running ") == std::string::npos) continue;
+    if (!flight.freeze_in_transaction(node)) continue;
+    ++stopped;
+    next_stop = sent + 1 + random() % 3;
+    // Nobody but the head can end it.
+    for (int k = 0; k < 30'000 && flight.runs(node); ++k) sleep_ms(2);
+    ASSERT_FALSE(flight.runs(node)) << flight.output(0);
+  }
+  EXPECT_GE(stopped, 3);
+  EXPECT_EQ(flight.digest(), test::digest_of_one_process());
+  std::size_t named = 0;
+  for (const EventRecord& event : test::records_of<EventRecord>(flight.folder())) {
+    named += event.code == static_cast<std::uint16_t>(StatusCode::lock_holder) && event.b == 1 ? 1 : 0;
+  }
+  EXPECT_EQ(named, static_cast<std::size_t>(stopped));
+}
+
+TEST(SpreadFlight, WhileAnotherProgramKeepsTheLockTheFlightWaitsAndIsTheSame) {
+  if (SpreadFlight::on_server()) GTEST_SKIP() << "the lock is that of a database file";
+  SpreadFlight flight(two);
+  flight.lease(1);
+  flight.start_all();
+  int kept = 0;
+  for (int waited = 0; !flight.keep_up(); waited += 2) {
+    ASSERT_LT(waited, 120'000) << "no end; the head says: " << flight.output(0);
+    sleep_ms(2);
+    if (flight.files_sent() < static_cast<std::size_t>(2 * kept + 1) || kept >= 2) continue;
+    SqliteStore other;
+    ASSERT_TRUE(other.open(flight.store().c_str()).ok());
+    ASSERT_TRUE(other.synchronise(Synchronise::later).ok());
+    if (!other.begin().ok()) continue;
+    ++kept;
+    const std::string name = "process " + std::to_string(::getpid()) + " kept the writers' lock";
+    for (int k = 0; k < 30'000 && flight.output(0).find(name) == std::string::npos; ++k) sleep_ms(2);
+    EXPECT_NE(flight.output(0).find(name), std::string::npos) << flight.output(0);
+    // Longer than transactions are waited for.
+    sleep_ms(kept == 1 ? 2500 : 0);
+    other.rollback();
+  }
+  EXPECT_EQ(kept, 2);
+  EXPECT_EQ(flight.digest(), test::digest_of_one_process());
 }
 
 TEST(SpreadFlight, AStageRunsInOneProcess) {

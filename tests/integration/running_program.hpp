@@ -21,6 +21,8 @@ class RunningProgram {
   [[nodiscard]] std::string output() const;
   /// The address that follows `what` in the output, as soon as it is there; port 0 when it does not come.
   [[nodiscard]] SocketAddress address(const std::string& what) const;
+  /// Its number; -1 when it has ended.
+  [[nodiscard]] int process() const { return process_; }
   void send(int signal) const;
   [[nodiscard]] bool runs();
   /// Waits for its end, a minute at most; the exit status, -1 if it was killed or does not end.

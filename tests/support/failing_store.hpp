@@ -52,6 +52,12 @@ class FailingStore final : public ForwardingStore {
   void fail(std::int64_t first, std::int64_t calls = 1, const Status& fault = {StatusCode::store_error, 10}) {
     judge_ = [=](const Call& call) { return call.number >= first && call.number < first + calls ? fault : Status{}; };
   }
+  /// Another process keeps the lock of the writers, until recover().
+  void lock() {
+    judge_ = [](const Call& call) {
+      return call.kind == StoreCall::begin ? Status{StatusCode::store_locked} : Status{};
+    };
+  }
   void recover() { judge_ = {}; }
   /// A record that does not have its checksum any more, until it is put or erased; and its blobs, when `blobs`.
   void damage(RecordType type, std::int64_t id, bool blobs = true) { damaged_[{type, id}] = blobs; }

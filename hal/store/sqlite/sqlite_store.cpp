@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <ctime>
 #include <utility>
 
 #include "hal/store/checksums.hpp"
@@ -68,19 +69,27 @@ Status check_log_at_rest(const char* path) {
 /// Another process may hold the write lock for the length of a transaction, most often for less than a millisecond.
 /// SQLite's own waits grow to 100 ms, which is a step of many others.
 constexpr int lock_nap_us = 100;
-constexpr std::int64_t longest_lock_wait_us = 2'000'000;
 
-/// SQLite calls it while another connection has a lock; `attempt` counts from 0 for each lock. 0 gives up.
-int wait_for_lock(void* waited, int attempt) {
-  auto& waited_us = *static_cast<std::int64_t*>(waited);
-  if (attempt == 0) waited_us = 0;
-  if (waited_us >= longest_lock_wait_us) return 0;
-  sqlite3_vfs* disk = sqlite3_vfs_find(nullptr);
-  waited_us += std::max(disk->xSleep(disk, lock_nap_us), lock_nap_us);
-  return 1;
+constexpr std::int64_t ns_per_millisecond = 1'000'000;
+
+std::int64_t monotonic_ns() {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
 }  // namespace
+
+/// SQLite calls it while another connection has a lock; `attempt` counts from 0 for each lock. 0 gives up.
+int SqliteStore::wait_for_lock(void* lock, int attempt) {
+  auto& wait = *static_cast<LockWait*>(lock);
+  const std::int64_t now = monotonic_ns();
+  if (attempt == 0) wait.waits_since_ns = now;
+  if (wait.taken_since_ns != 0 || now - wait.waits_since_ns >= wait.longest_wait_ns) return 0;
+  sqlite3_vfs* disk = sqlite3_vfs_find(nullptr);
+  disk->xSleep(disk, lock_nap_us);
+  return 1;
+}
 
 SqliteStore::~SqliteStore() {
   close();
@@ -107,6 +116,8 @@ Status SqliteStore::fault(int code) {
       // There is no room for the index of the log, which is a file of its own.
       if (extended == SQLITE_IOERR_SHMSIZE) return {StatusCode::store_full, known_bytes_, known_bytes_};
       return {StatusCode::store_error, code, extended};
+    case SQLITE_BUSY:
+      return {StatusCode::store_locked, locked_ms()};
     default:
       return {StatusCode::store_error, code, extended};
   }
@@ -169,7 +180,7 @@ Status SqliteStore::check_database(bool may_create) {
 Status SqliteStore::open(const char* path) {
   ILP_TRY(check_log_at_rest(path));
   ILP_TRY(connect(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE));
-  sqlite3_busy_handler(database_, wait_for_lock, &lock_waited_us_);
+  sqlite3_busy_handler(database_, wait_for_lock, &lock_);
   Status status = check_database(true);
   if (status.ok() && sqlite3_db_readonly(database_, "main") != 0) status = {StatusCode::store_error, SQLITE_READONLY};
   for (const char* setting : settings) {
@@ -249,7 +260,7 @@ Status SqliteStore::connect_read_only(const char* path, bool sound) {
   if (!log_exists) unchanging_file(path, uri);
   const bool alone = !log_exists && !uri.overflow();
   ILP_TRY(connect(alone ? uri.c_str() : path, SQLITE_OPEN_READONLY | (alone ? SQLITE_OPEN_URI : 0)));
-  sqlite3_busy_handler(database_, wait_for_lock, &lock_waited_us_);
+  sqlite3_busy_handler(database_, wait_for_lock, &lock_);
   Status status = sound ? check_database(false) : Status{};
   if (status.ok()) status = prepare_all();
   if (!status.ok()) close();
@@ -292,6 +303,8 @@ void SqliteStore::close() {
   log_room_ = sqlite_log_bytes;
   disk_is_full_ = log_is_held_ = false;
   news_ = {};
+  lock_file_.close();
+  lock_ = {};
   damaged_ = false;
   synchronise_ = Synchronise::in_commit;
   unsynchronised_ = synchronising_failed_ = false;
@@ -422,7 +435,7 @@ Status SqliteStore::start_log_over() {
   // It does not wait for readers, which may stay for long.
   sqlite3_busy_handler(database_, nullptr, nullptr);
   const int code = sqlite3_wal_checkpoint_v2(database_, nullptr, SQLITE_CHECKPOINT_RESTART, &frames, &copied);
-  sqlite3_busy_handler(database_, wait_for_lock, &lock_waited_us_);
+  sqlite3_busy_handler(database_, wait_for_lock, &lock_);
   if (code == SQLITE_OK) {
     log_bytes_ = 0;
     log_is_held_ = false;
@@ -448,11 +461,26 @@ void SqliteStore::mind_reserve() {
 Status SqliteStore::begin() {
   if (database_ == nullptr || in_transaction_) return {StatusCode::invalid_argument, 1};
   ILP_TRY(make_room());
-  ILP_TRY(run(begin_));
+  const Status begun = run(begin_);
+  if (!begun.is(StatusCode::store_locked)) lock_.taken_since_ns = 0;
+  if (begun.is(StatusCode::store_locked) && lock_.taken_since_ns == 0) {
+    lock_.taken_since_ns = lock_.waits_since_ns;
+    return {StatusCode::store_locked, locked_ms()};
+  }
+  ILP_TRY(begun);
   in_transaction_ = true;
   doomed_ = {};
   uncommitted_ = 0;
   return {};
+}
+
+std::int64_t SqliteStore::locked_ms() const {
+  if (lock_.taken_since_ns == 0) return 0;
+  return std::max<std::int64_t>((monotonic_ns() - lock_.taken_since_ns) / ns_per_millisecond, 1);
+}
+
+int SqliteStore::lock_holder() {
+  return database_ == nullptr ? 0 : lock_file_.holder(sqlite3_db_filename(database_, "main"));
 }
 
 Status SqliteStore::commit() {

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "hal/store/record_bytes.hpp"
+#include "hal/store/sqlite/lock_file.hpp"
 #include "hal/store/store.hpp"
 
 struct sqlite3;
@@ -73,6 +74,14 @@ class SqliteStore final : public Store {
   Status flush_own() { return unsynchronised_ ? flush() : Status{}; }
   void close();
 
+  /// How long begin() waits for the transactions of other processes, at most, before it is `store_locked` (a = ms for
+  /// which the lock was taken); 2 s after open(). From then on it does not wait, until it has found the lock free.
+  void wait_for_writers(std::int64_t milliseconds) { lock_.longest_wait_ns = 1'000'000 * milliseconds; }
+  /// For how long begin() has not got the lock, in ms; 0: it had it at the latest call.
+  [[nodiscard]] std::int64_t locked_ms() const;
+  /// As LockFile::holder().
+  [[nodiscard]] int lock_holder();
+
   Status begin() override;
   Status commit() override;
   void rollback() override;
@@ -96,6 +105,14 @@ class SqliteStore final : public Store {
   Status mark_chunk_damaged(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset);
 
  private:
+  /// What SQLite's busy handler knows.
+  struct LockWait {
+    std::int64_t waits_since_ns = 0;  ///< on the monotonic clock, for the lock that it waited for last
+    std::int64_t longest_wait_ns = 2'000'000'000;
+    std::int64_t taken_since_ns = 0;  ///< 0: the lock of the writers is not known to be taken
+  };
+  static int wait_for_lock(void* lock, int attempt);
+
   struct BlobStatements {
     sqlite3_stmt* size = nullptr;
     sqlite3_stmt* create = nullptr;  ///< or replace, with zero bytes
@@ -147,7 +164,8 @@ class SqliteStore final : public Store {
   Status write_chunks(const BlobHandles& blob, std::size_t offset, std::span<const std::uint8_t> bytes);
 
   sqlite3* database_ = nullptr;
-  std::int64_t lock_waited_us_ = 0;  ///< for the lock that it waited for last
+  LockWait lock_;
+  LockFile lock_file_;
   bool damaged_ = false;
   std::int64_t refused_at_open_ = 0;
   Synchronise synchronise_ = Synchronise::in_commit;

@@ -346,5 +346,35 @@ TEST_F(TelecommandScheduleTest, ManyThatAreDueAtOnceAllRun) {
   EXPECT_EQ(run, limits::max_scheduled);
 }
 
+TEST_F(TelecommandScheduleTest, AScheduledRequestWaitsForTheLockOfTheStoreAndIsReportedWhenItIsTooLate) {
+  const std::uint16_t early = count;
+  insert({{5 * s, packet(8, 1, function("FLUSH"), 4)}});
+  const std::uint16_t late = count;
+  insert({{9 * s, packet(8, 1, function("FLUSH"), 4)}});
+  step();
+  heard();
+  failing.lock();
+  for (TimeNs now = 5 * s; now < 10 * s; now += minor_frame_ns) {
+    clock.set(now);
+    telecommander->step();
+  }
+  EXPECT_EQ(types(), "");
+  failing.recover();
+  step_at(9 * s + 9 * minor_frame_ns);
+  ASSERT_EQ(failure(), "1.4 release_missed");
+  int started = 0;
+  for (const Report& report : last_heard) {
+    if (report.service != 1) continue;
+    if (report.subtype == 4) {
+      EXPECT_EQ(request_of(report), request_of(early));
+    }
+    if (report.subtype != 3) continue;
+    ++started;
+    EXPECT_EQ(request_of(report), request_of(late));
+  }
+  EXPECT_EQ(started, 1) << "the other one is carried out, once";
+  EXPECT_EQ(number_of<ScheduledRecord>(), 0);
+}
+
 }  // namespace
 }  // namespace ilp::test

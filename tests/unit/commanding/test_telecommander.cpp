@@ -614,5 +614,53 @@ TEST_F(TelecommandTest, CountsAreKept) {
   EXPECT_EQ(counts.reports_sent, 4U + 1U + 2U);
 }
 
+TEST_F(TelecommandTest, WhileTheStoreIsLockedWhatChangesNothingIsCarriedOut) {
+  failing.lock();
+  send(17, 1);
+  EXPECT_TRUE(telecommander->step().status.ok());
+  EXPECT_EQ(types(), "1.1 1.3 17.2 1.7") << "in the same minor frame";
+  send(17, 3, {0x00, 0xEF});
+  send(20, 1, numbers({{1, 2}, {1, 2}}));
+  send(11, 17);
+  send(11, 16);
+  step();
+  EXPECT_EQ(types(), "1.1 1.3 17.4 1.7 1.1 1.3 20.2 1.7 1.1 1.3 11.13 1.7 1.1 1.3 11.10 1.7");
+}
+
+TEST_F(TelecommandTest, ATelecommandThatNeedsTheStoreWaitsForAShortLock) {
+  failing.lock();
+  send(8, 1, function("CAPTURE"));
+  send(17, 1);
+  for (int k = 0; k < 15; ++k) {
+    EXPECT_TRUE(telecommander->step().status.ok());
+    clock.set(clock.now() + minor_frame_ns);
+  }
+  EXPECT_EQ(types(), "") << "telecommands keep their order";
+  failing.recover();
+  step();
+  EXPECT_EQ(types(), "1.1 1.3 1.1 1.3 17.2 1.7");
+  EXPECT_EQ(last_command().kind, CommandKind::capture);
+}
+
+TEST_F(TelecommandTest, ATelecommandThatNeedsTheStoreFailsWithTheCauseWhenTheLockLasts) {
+  failing.lock();
+  send(8, 1, function("CAPTURE"));
+  for (int k = 0; k <= 20; ++k) {
+    EXPECT_TRUE(telecommander->step().status.ok());
+    clock.set(clock.now() + minor_frame_ns);
+  }
+  EXPECT_EQ(failure(), "1.4 store_locked");
+  send(8, 1, function("FLUSH"));
+  send(17, 1);
+  EXPECT_TRUE(telecommander->step().status.ok());
+  EXPECT_EQ(types(), "1.1 1.4 1.1 1.3 17.2 1.7") << "at once";
+  failing.recover();
+  step();
+  EXPECT_EQ(number_of<CommandRecord>(), 0) << "what was reported as failed is not carried out later";
+  send(8, 1, function("FLUSH"));
+  step();
+  EXPECT_EQ(last_command().kind, CommandKind::end_strip);
+}
+
 }  // namespace
 }  // namespace ilp::test

@@ -9,6 +9,7 @@
 
 #include "fsw/executive/executive.hpp"
 #include "hal/store/ram/ram_store.hpp"
+#include "tests/support/failing_store.hpp"
 #include "tests/support/fake_clock.hpp"
 
 namespace ilp::test {
@@ -86,6 +87,7 @@ class ExecutiveTest : public testing::Test {
 
   std::vector<std::byte> region = std::vector<std::byte>(std::size_t{8} << 20U);
   RamStore store{region};
+  FailingStore lockable{store};  ///< as executive and components see the store
   FakeClock clock;
   std::string diary;
   FakeComponent a{"a", diary}, b{"b", diary}, c{"c", diary};
@@ -100,7 +102,7 @@ class ExecutiveTest : public testing::Test {
             .budget_ns = budget},
   };
   MissionParameters mission;
-  Executive executive{stages, components, store, clock};
+  Executive executive{stages, components, lockable, clock};
 };
 
 }  // namespace ilp::test

@@ -218,10 +218,68 @@ TEST_F(SqliteStoreTest, ALockThatIsNeverReleasedIsAStatus) {
   ASSERT_OK(hung.begin());
   ASSERT_OK(put(hung, frame_of(1)));
   const auto begun = std::chrono::steady_clock::now();
-  EXPECT_STATUS(put_now(store, frame_of(2), 0), store_error);
+  EXPECT_STATUS(put_now(store, frame_of(2), 0), store_locked);
   EXPECT_GE(std::chrono::steady_clock::now() - begun, std::chrono::seconds(2)) << "others have two seconds to end";
   ASSERT_OK(hung.commit());
   EXPECT_OK(put_now(store, frame_of(2), 0));
+}
+
+TEST_F(SqliteStoreTest, OnlyTheFirstTransactionWaitsForALockThatIsKept) {
+  SqliteStore store;
+  SqliteStore hung;
+  ASSERT_OK(store.open(path_.c_str()));
+  ASSERT_OK(hung.open(path_.c_str()));
+  ASSERT_OK(hung.begin());
+  store.wait_for_writers(50);
+  EXPECT_EQ(store.locked_ms(), 0);
+  // Each of them waiting would take longer than the test may.
+  for (int i = 0; i < 20'000; ++i) ASSERT_EQ(store.begin().code, StatusCode::store_locked);
+  EXPECT_GE(store.locked_ms(), 50);
+  FrameRecord frame;
+  EXPECT_STATUS(get(store, 1, frame), not_found) << "reading goes on";
+  ASSERT_OK(put(hung, frame_of(1)));
+  ASSERT_OK(hung.commit());
+  EXPECT_OK(put_now(store, frame_of(2), 0));
+  EXPECT_OK(get(store, 1, frame));
+  EXPECT_EQ(store.locked_ms(), 0);
+}
+
+TEST_F(SqliteStoreTest, TheHolderOfTheLockIsFound) {
+  SqliteStore store;
+  ASSERT_OK(store.open(path_.c_str()));
+  EXPECT_EQ(store.lock_holder(), 0);
+  int begun[2], over[2];
+  ASSERT_EQ(pipe(begun), 0);
+  ASSERT_EQ(pipe(over), 0);
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    SqliteStore other;
+    if (!other.open(path_.c_str()).ok() || !other.begin().ok() || write(begun[1], "!", 1) != 1) _exit(1);
+    char word = 0;
+    _exit(read(over[0], &word, 1) == 1 ? 0 : 2);
+  }
+  char word = 0;
+  ASSERT_EQ(read(begun[0], &word, 1), 1);
+  EXPECT_EQ(store.lock_holder(), child);
+  ASSERT_EQ(write(over[1], "!", 1), 1);
+  int how = 0;
+  waitpid(child, &how, 0);
+  EXPECT_TRUE(WIFEXITED(how) && WEXITSTATUS(how) == 0) << how;
+  EXPECT_EQ(store.lock_holder(), 0);
+  // Looking has not cost this process its own locks.
+  ASSERT_OK(store.begin());
+  const pid_t rival = fork();
+  ASSERT_GE(rival, 0);
+  if (rival == 0) {
+    SqliteStore other;
+    if (!other.open(path_.c_str()).ok()) _exit(1);
+    other.wait_for_writers(1);
+    _exit(other.begin().is(StatusCode::store_locked) && other.lock_holder() == getppid() ? 0 : 2);
+  }
+  waitpid(rival, &how, 0);
+  EXPECT_TRUE(WIFEXITED(how) && WEXITSTATUS(how) == 0) << how;
+  for (const int end : {begun[0], begun[1], over[0], over[1]}) close(end);
 }
 
 TEST_F(SqliteStoreTest, ReadOnlyStoreReadsDuringTheFlightAndRefusesWrites) {

@@ -472,5 +472,85 @@ TEST_F(AcquisitionTest, NoFrameGetsTheNumberOfOneThatIsOnRecord) {
   }
 }
 
+TEST_F(AcquisitionTest, WhileTheStoreIsLockedOneImageIsHeldAndTheOthersAreCounted) {
+  mission.capture_mode = CaptureMode::regular;
+  mission.capture_interval_s = 2;
+  camera.is_triggered = true;
+  test::FailingStore failing(store);
+  acquisition = std::make_unique<Acquisition>(failing, camera, clock, mission);
+  ASSERT_TRUE(acquisition->restore().ok());
+  const std::int64_t capture = want(2);
+  step_at(1);
+  failing.lock();
+  for (int k = 20; k <= 120; ++k) {
+    clock.set(at_s(0.1 * k));
+    EXPECT_EQ(acquisition->step().status.code, StatusCode::store_locked) << k;
+  }
+  failing.recover();
+  for (int k = 121; k <= 125; ++k) step_at(0.1 * k);
+  EXPECT_EQ(frame_times(), (Times{at_s(2)})) << "the image in hand";
+  EXPECT_EQ(read<CaptureRecord>(capture).state, CaptureState::exposed);
+  ASSERT_EQ(events_of(StatusCode::images_lost), 1U);
+  for (const Status& event : events) {
+    if (!event.is(StatusCode::images_lost)) continue;
+    EXPECT_EQ(event.a, 5) << "those of 4, 6, 8, 10 and 12 s";
+    EXPECT_EQ(event.b, 10'100);
+  }
+}
+
+TEST_F(AcquisitionTest, FramesOfAFreeCameraThatTheLockHasCostAreCountedWithThisCause) {
+  mission.capture_interval_s = 0;
+  test::FailingStore failing(store);
+  acquisition = std::make_unique<Acquisition>(failing, camera, clock, mission);
+  ASSERT_TRUE(acquisition->restore().ok());
+  shoot(2, 1);
+  step_at(2);
+  failing.lock();
+  shoot(4, 2);
+  for (int k = 40; k < 100; ++k) {
+    clock.set(at_s(0.1 * k));
+    EXPECT_EQ(acquisition->step().status.code, StatusCode::store_locked) << k;
+  }
+  failing.recover();
+  shoot(12, 6);
+  shoot(14, 8);
+  for (const double now : {10.0, 12.0, 14.0}) step_at(now);
+  EXPECT_EQ(frame_times(), (Times{at_s(2), at_s(4), at_s(12), at_s(14)}));
+  ASSERT_EQ(events_of(StatusCode::images_lost), 1U);
+  ASSERT_EQ(events_of(StatusCode::frame_gap), 1U) << "the later gap has another cause";
+  for (const Status& event : events) {
+    if (event.is(StatusCode::images_lost)) {
+      EXPECT_EQ(event.a, 3);
+    }
+    if (event.is(StatusCode::frame_gap)) {
+      EXPECT_EQ(event.b, 1);
+    }
+  }
+}
+
+TEST_F(AcquisitionTest, AFrameThatNobodyWantsTakesNoPlaceWhileTheStoreIsLocked) {
+  mission.capture_mode = CaptureMode::telecommanded;
+  test::FailingStore failing(store);
+  acquisition = std::make_unique<Acquisition>(failing, camera, clock, mission);
+  ASSERT_TRUE(acquisition->restore().ok());
+  const std::int64_t capture = command(6);
+  for (int k = 1; k <= 4; ++k) {
+    shoot(k, k);
+    step_at(k);
+  }
+  failing.lock();
+  for (int k = 5; k <= 9; ++k) {
+    shoot(k, k);
+    clock.set(at_s(k));
+    EXPECT_EQ(acquisition->step().status.code, StatusCode::store_locked) << k;
+  }
+  failing.recover();
+  for (int k = 10; k <= 14; ++k) step_at(k);
+  EXPECT_EQ(frame_times(), (Times{at_s(6)}));
+  EXPECT_EQ(read<CaptureRecord>(capture).state, CaptureState::exposed);
+  EXPECT_EQ(events_of(StatusCode::frame_gap), 0U) << "none was lost";
+  EXPECT_EQ(events_of(StatusCode::camera_silent), 0U);
+}
+
 }  // namespace
 }  // namespace ilp

@@ -469,5 +469,26 @@ TEST_F(CaptureClockTest, ADamagedRecordKeepsItFromNothing) {
   }
 }
 
+TEST_F(CaptureClockTest, ImagesThatCouldNotBePlannedBecauseOfTheLockAreCounted) {
+  mission.capture_mode = CaptureMode::regular;
+  mission.capture_interval_s = 2;
+  test::FailingStore failing(store);
+  planner = std::make_unique<CaptureClock>(failing, camera, clock, mission);
+  ASSERT_TRUE(planner->restore().ok());
+  step_at(1);
+  expose(latest(), 0);
+  failing.lock();
+  for (int k = 11; k < 105; ++k) {
+    clock.set(at_s(0.1 * k));
+    EXPECT_EQ(planner->step().status.code, StatusCode::store_locked) << k;
+  }
+  failing.recover();
+  step_at(10.5);
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].code, StatusCode::images_lost);
+  EXPECT_EQ(faults[0].a, 4) << "those of 3, 5, 7 and 9 s";
+  EXPECT_EQ(latest().requested_ns, at_s(11));
+}
+
 }  // namespace
 }  // namespace ilp

@@ -574,5 +574,25 @@ TEST_F(TelemetryTest, TheTableOfMessagesHasWhatComesDown) {
   }
 }
 
+TEST_F(TelemetryTest, HousekeepingAndEventsGoOnWhileTheStoreIsLocked) {
+  send(3, 5, {0, 2, sid_status, sid_storage});
+  run_frame();
+  run_frame();
+  raise(StatusCode::frame_gap);
+  heard();
+  failing.lock();
+  std::size_t reports = 0, events = 0;
+  for (const TimeNs end = clock.now() + 30 * ns_per_s; clock.now() < end; clock.set(clock.now() + frame)) {
+    telecommander->step();
+    static_cast<void>(telemetry->step());
+    for (const Report& report : heard()) {
+      reports += report.service == 3 ? 1 : 0;
+      events += report.service == 5 ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(reports, 4U) << "two every ten seconds";
+  EXPECT_EQ(events, 1U) << "once";
+}
+
 }  // namespace
 }  // namespace ilp::test
