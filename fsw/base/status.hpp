@@ -15,7 +15,7 @@ enum class StatusCode : std::uint16_t {
 };
 /// All codes are below this limit. Numbers of removed codes are never used again, so that not every number below it is
 /// a code.
-inline constexpr std::uint16_t status_code_limit = 192;
+inline constexpr std::uint16_t status_code_limit = 224;
 /// Whether status_list.inc has a code of this number.
 [[nodiscard]] bool is_status_code(std::uint64_t number);
 
