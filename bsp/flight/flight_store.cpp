@@ -9,6 +9,7 @@
 #include <new>
 
 #include "bsp/flight/flight_software.hpp"
+#include "bsp/flight/life_merge.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/storage/storage_manager.hpp"
 #include "hal/store/checksums.hpp"
@@ -69,6 +70,12 @@ Status rename_whole(const Path& from, const Path& to) {
   ILP_TRY(look_for(log.c_str(), log_exists));
   if (log_exists) return StatusCode::store_error;
   return std::rename(from.c_str(), to.c_str()) == 0 ? Status{} : Status{StatusCode::io_error, errno};
+}
+
+/// Faults that pass; the others are verdicts on the content.
+bool may_pass(const Status& fault) {
+  return fault.is(StatusCode::store_error) || fault.is(StatusCode::io_error) || fault.is(StatusCode::store_full) ||
+         fault.is(StatusCode::store_locked);
 }
 
 std::int64_t total_saved(const SalvageCounts& counts) {
@@ -201,14 +208,68 @@ Status FlightStore::begin_in_memory(const Status& fault, MissionParameters& miss
   return {};
 }
 
-Status FlightStore::open(const char* path, StoreTrouble trouble, MissionParameters& mission) {
-  Status status = guard_.take(path);
+Status FlightStore::open_on_disk(const char* path, StoreTrouble trouble, const MissionParameters& mission,
+                                 DiskWait* wait) {
+  // The guard lies on the same disk.
+  ILP_TRY(guard_.take(path));
+  ILP_TRY(open_usable(path, trouble, mission));
+  ILP_TRY(take_in_copies(path, mission, wait));
+  return disk_.limit(database_limit_bytes(mission));
+}
+
+Status FlightStore::open(const char* path, StoreTrouble trouble, MissionParameters& mission, DiskWait* wait) {
+  Status status = open_on_disk(path, trouble, mission, wait);
+  const bool patient = trouble == StoreTrouble::fly_on && wait != nullptr;
+  for (int attempt = 1; attempt < start_attempts && patient && may_pass(status); ++attempt) {
+    const auto fault = static_cast<std::int64_t>(status.code);
+    wait->until_next_attempt(attempt, status);
+    status = open_on_disk(path, trouble, mission, wait);
+    if (status.ok()) opened_late_ = {StatusCode::store_opened_late, attempt, fault};
+  }
   if (status.is(StatusCode::store_in_use)) return status;
-  if (status.ok()) status = open_usable(path, trouble, mission);
-  if (status.ok()) status = disk_.limit(database_limit_bytes(mission));
   if (trouble == StoreTrouble::fly_on && !status.ok()) return begin_in_memory(status, mission);
   if (!status.ok()) guard_.release();
   return status;
+}
+
+/// The copies are lives of the flight that followed each other.
+Status FlightStore::take_in_copies(const char* path, const MissionParameters& mission, DiskWait* wait) {
+  for (std::int64_t number = 1; number <= max_memory_copies; ++number) {
+    const MemoryCopyPath copy = memory_copy_path(path, number);
+    bool exists = false;
+    ILP_TRY(look_for(copy.c_str(), exists));
+    if (exists) ILP_TRY(take_in(path, copy.c_str(), mission, wait));
+  }
+  return {};
+}
+
+Status FlightStore::take_in(const char* path, const char* copy, const MissionParameters& mission, DiskWait* wait) {
+  MemoryCopy records;
+  const Status readable = records.open(copy, wait);
+  if (may_pass(readable)) return readable;
+  if (!readable.ok()) {
+    // It is kept for the ground. The flight goes on with its database.
+    moved_ = {StatusCode::store_not_moved, static_cast<std::int64_t>(readable.code), readable.a};
+    return std::rename(copy, beside(copy, ".refused").c_str()) == 0 ? Status{} : Status{StatusCode::io_error, errno};
+  }
+  bool fits = false;
+  ILP_TRY(follows(disk_, records, fits));
+  if (!fits) {
+    disk_.close();
+    ILP_TRY(replace(path, StatusCode::store_not_moved, mission));
+  }
+  std::int64_t taken = 0;
+  ILP_TRY(merge_life(disk_, records, wait, taken));
+  records.close();
+  const std::int64_t before = moved_.is(StatusCode::store_back_on_disk) ? moved_.a : 0;
+  moved_ = {StatusCode::store_back_on_disk, before + taken, records.lost()};
+  return ::unlink(copy) == 0 ? Status{} : Status{StatusCode::io_error, errno};
+}
+
+Status FlightStore::leave_memory(const char* path, DiskWait* wait) {
+  if (!in_memory_) return {StatusCode::invalid_argument, 1};
+  MemoryCopyCounts counts;
+  return write_memory_copy(*ram_, path, wait, counts);
 }
 
 Status FlightStore::open_as_head(const char* path, StoreTrouble trouble, Synchronise when, MissionParameters& mission) {

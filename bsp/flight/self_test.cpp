@@ -77,7 +77,7 @@ void test_store(Store& store, SelfTestResults& results) {
 }  // namespace
 
 const char* self_test_name(SelfTest test) {
-  constexpr const char* names[] = {"arithmetic", "checksums", "clock", "store"};
+  constexpr const char* names[] = {"arithmetic", "checksums", "clock", "store", "disk"};
   static_assert(sizeof(names) / sizeof(names[0]) == static_cast<std::size_t>(SelfTest::count));
   return names[static_cast<std::size_t>(test)];
 }

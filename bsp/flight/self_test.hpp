@@ -14,6 +14,7 @@ enum class SelfTest : std::uint8_t {
   checksums,   ///< the check values of CRC-16 and CRC-32
   clock,       ///< it advances, and never goes back
   store,       ///< a record is written and read back, and a transaction rolled back
+  disk,        ///< noted by a flight that has its store in memory because its disk failed
   count
 };
 [[nodiscard]] const char* self_test_name(SelfTest test);

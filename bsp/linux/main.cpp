@@ -10,6 +10,7 @@
 #include <new>
 #include <optional>
 
+#include "bsp/flight/disk_look.hpp"
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/key_file.hpp"
 #include "bsp/flight/life.hpp"
@@ -56,7 +57,8 @@ namespace {
 
 using namespace ilp;
 
-/// The flight continues with a new process: its database is damaged, or parameters need a new start.
+/// The flight continues with a new process: its database is damaged, its records have left memory, or parameters need a
+/// new start.
 constexpr int exit_restart = 3;
 /// In real time a minor frame waits no longer for the transactions of other processes; else the end of theirs counts.
 constexpr std::int64_t longest_lock_wait_ms = minor_frame_ns / ns_per_ms;
@@ -100,6 +102,51 @@ Status open_links(const PacketLinkOptions& options, PacketLinks& links, const ch
   return {};
 }
 
+/// Keeps the watchdog quiet while a disk is waited for or written.
+class WatchedWait final : public DiskWait {
+ public:
+  WatchedWait(Watchdog& watchdog, ServiceWatchdog& manager, Clock& clock)
+      : watchdog_(watchdog), manager_(manager), clock_(clock) {}
+
+  /// The watchdog may still run from the process before: until end_start() it is armed when something is waited for.
+  void begin_start(LinuxWatchdog& watchdog, const WatchdogOptions& options) {
+    starting_ = &watchdog;
+    options_ = &options;
+  }
+  /// The rest of a start takes its time.
+  void end_start() {
+    if (armed_) starting_->stop();
+    starting_ = nullptr;
+  }
+
+  void until_next_attempt(int attempts, const Status& fault) override {
+    if (attempts == 1) {
+      print_status("the database", fault);
+      std::fprintf(stderr, "ilp-onboard: the disk is tried for %d s before the flight has its store in memory\n",
+                   start_attempts - 1);
+    }
+    at_work();
+    constexpr timespec second{1, 0};
+    ::nanosleep(&second, nullptr);
+  }
+  void at_work() override {
+    if (starting_ != nullptr && !armed_) {
+      armed_ = true;
+      static_cast<void>(starting_->open(*options_));
+    }
+    static_cast<void>(watchdog_.kick());
+    static_cast<void>(manager_.kick(clock_.now()));
+  }
+
+ private:
+  Watchdog& watchdog_;
+  ServiceWatchdog& manager_;
+  Clock& clock_;
+  LinuxWatchdog* starting_ = nullptr;
+  const WatchdogOptions* options_ = nullptr;
+  bool armed_ = false;
+};
+
 /// Opens everything that the options name, in the same way for a recorded strip and for a camera.
 class Flight {
  public:
@@ -125,14 +172,16 @@ class Flight {
   void test_board();
   void prepare_compute();
   void prepare_worker();
+  void prepare_look();
   bool done();
   bool wait_for_lock();
   void look_at_lock();
   void run();
+  void leave_memory();
   void write_life();
   void look_at_calendar();
   [[nodiscard]] bool restart_wanted() const {
-    return store_.damaged() || configuration_.restart_wanted() || software_->restart_wanted();
+    return left_memory_ || store_.damaged() || configuration_.restart_wanted() || software_->restart_wanted();
   }
   int finish();
   bool good(const char* what, const Status& status) { return status.ok() || fail(what, status) == 0; }
@@ -181,12 +230,15 @@ class Flight {
   NavigationFile navigation_;
   UdpLink vehicle_link_{real_clock_};
   VehiclePackets vehicle_{vehicle_link_, mission_};
+  WatchedWait wait_{watchdog_, manager_, clock()};
   PacketLinks links_{clock()};
   Authenticator keys_;
   PacketRouter* router_ = nullptr;
   FlightSoftware* software_ = nullptr;
   std::optional<SharedCompute> device_;
   FlightWorker worker_;
+  DiskLook look_;
+  bool left_memory_ = false;  ///< all records are on the disk, and the next start takes them into the database
   std::optional<Life> life_;
   bool stack_told_ = false;
 };
@@ -202,7 +254,10 @@ bool Flight::prepare_store() {
   }
   mission_of_file_ = mission_;
   if (!good("SQLite's memory", configure_sqlite_memory(sqlite_arena))) return false;
-  const Status opened = store_.open(options_, stages_, mission_);
+  if (options_.watchdog != nullptr) wait_.begin_start(linux_watchdog_, watchdog_options_);
+  // In virtual time nothing is waited for.
+  const Status opened = store_.open(options_, stages_, mission_, options_.virtual_time ? nullptr : &wait_);
+  wait_.end_start();
   if (!opened.ok()) print_status(store_label(options_), opened, store_.message());
   // Whoever keeps the lock is told and, if it is of this flight, ended.
   while (opened.ok() && stop_requested == 0 && wait_for_lock()) look_at_lock();
@@ -383,7 +438,8 @@ bool Flight::prepare() {
 }
 
 void Flight::test_board() {
-  const SelfTestResults results = run_self_tests(store_.store(), clock());
+  SelfTestResults results = run_self_tests(store_.store(), clock());
+  if (store_.news().is(StatusCode::store_in_memory)) results.note(SelfTest::disk, false, store_.news().a);
   life_->record().tested = results.tested;
   life_->record().failed = results.failed;
   for (std::size_t k = 0; k < results.values.size(); ++k) {
@@ -409,6 +465,12 @@ void Flight::prepare_worker() {
   const int error = worker_.begin(options_);
   if (error != 0) std::fprintf(stderr, "ilp-onboard: there is no worker: %s\n", std::strerror(error));
   if (worker_.worker() != nullptr) software_->work_on(*worker_.worker());
+}
+
+void Flight::prepare_look() {
+  if (options_.virtual_time || !store_.news().is(StatusCode::store_in_memory)) return;
+  const int error = look_.begin(options_.store, store_.store().usage().limit_bytes);
+  if (error != 0) std::fprintf(stderr, "ilp-onboard: the disk is not looked for: %s\n", std::strerror(error));
 }
 
 bool Flight::start() {
@@ -439,8 +501,11 @@ bool Flight::start() {
   report({StatusCode::started, life_->record().id, static_cast<std::int64_t>(life_->record().reason)});
   report(early_news_);
   report(time_begin_.news);
-  report(store_.news());
-  if (!store_.news().ok()) static_cast<void>(fail(store_label(options_), store_.news()));
+  for (const Status& news : {store_.opened_late(), store_.news(), store_.moved()}) {
+    report(news);
+    if (!news.ok()) static_cast<void>(fail(store_label(options_), news));
+  }
+  prepare_look();
   test_board();
   if (priority_ > 0) report(ask_for_real_time(priority_));
   if (shared_ && !good("record of the node", shared_->begin(mission_of_file_))) return false;
@@ -495,6 +560,19 @@ void Flight::look_at_lock() {
   }
 }
 
+/// Between two minor frames, no transaction is open.
+void Flight::leave_memory() {
+  // The copy tells the next start that this life has ended in order.
+  static_cast<void>(life_->end());
+  const Status left = store_.leave_memory(options_.store, &wait_);
+  left_memory_ = left.ok();
+  if (left_memory_) return;
+  life_->record().end_ns = 0;
+  report(life_->go_on());
+  report({StatusCode::store_not_moved, static_cast<std::int64_t>(left.code), left.a});
+  look_.look_again();
+}
+
 void Flight::run() {
   TimeNs next = clock().now();
   std::int64_t frames = 0;
@@ -524,6 +602,7 @@ void Flight::run() {
       report(life_->go_on());
       look_at_calendar();
     }
+    if (look_.found()) leave_memory();
     if (shared_) report(shared_->keep_alive(software_->executive()));
     // Others have to finish first, and mission time stands still.
     if (shared_ && shared_->waited(software_->executive())) continue;
@@ -535,6 +614,10 @@ void Flight::run() {
 int Flight::finish() {
   manager_.stop();
   if (store_.disk() != nullptr) store_.disk()->wait_for_writers(longest_lock_wait_at_end_ms);
+  if (left_memory_) {
+    std::fprintf(stderr, "ilp-onboard: the disk is back, and has all records of the flight in memory: start again\n");
+    return exit_restart;
+  }
   if (store_.damaged()) {
     std::fprintf(stderr, "ilp-onboard: %s is damaged: start again\n", options_.store);
     return exit_restart;
