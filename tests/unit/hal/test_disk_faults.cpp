@@ -30,7 +30,7 @@ TEST_F(DiskFaults, AfterAnyFaultOfWritingTheDatabaseOpensWithAllThatWasCommitted
   for (const Trouble& trouble : troubles) {
     bool failed = true;
     int n = 1;
-    for (; failed && n < test::most_calls; n += 1 + n / 12) {
+    for (; failed && n < test::most_calls; n += 1 + n / 8) {
       const std::string where = std::string(trouble.name) + ", call " + std::to_string(n);
       restore(before);
       std::set<std::int64_t> committed{1, 2, 3};
