@@ -147,6 +147,28 @@ TEST_F(DiskFaults, WhatCommitsLeaveThatFailedInARowIsNotTakenForCommits) {
   expect_sound({1, 3}, "killed again");
 }
 
+TEST_F(DiskFaults, APageThatIsTornWhileTheLogIsCopiedIsStillInTheLog) {
+  const Files before = dead(6);
+  std::set<std::string> torn;
+  bool failed = true;
+  for (int n = 2; failed; ++n) {
+    ASSERT_LT(n, test::most_calls);
+    restore(before);
+    {
+      SqliteStore store;
+      ASSERT_OK(store.open(path_.c_str()));
+      const FailingCalls disk(path_, {.calls = static_cast<unsigned>(Call::write), .first = n, .in_part = true});
+      store.close();
+      failed = disk.failed();
+    }
+    // Cut off in the middle of a page.
+    torn.insert(files()["flight.db"].substr(0, page_bytes));
+    expect_sound({1, 2, 3, 4, 5, 6}, "write " + std::to_string(n));
+    if (HasFailure()) return;
+  }
+  EXPECT_GE(torn.size(), 2U) << "the first page was never torn";
+}
+
 TEST_F(DiskFaults, ALogThatIsBegunAnewInPartIsNoDamage) {
   std::int64_t id = 0;
   bool begun = false;
