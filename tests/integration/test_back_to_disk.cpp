@@ -222,7 +222,7 @@ TEST_F(BackToDisk, LivesInMemoryFollowEachOtherIntoOneDatabase) {
   ASSERT_OK(board_.store->leave_memory(board_.database().c_str(), nullptr));
   ASSERT_OK(board_.restart());
   EXPECT_OK(board_.store->news());
-  EXPECT_EQ(board_.store->moved().code, static_cast<StatusCode>(200));
+  EXPECT_EQ(board_.store->moved().code, StatusCode::store_back_on_disk);
   EXPECT_GT(all<EventRecord>().size(), events);
   EXPECT_TRUE(board_.ping());
 }
