@@ -6,10 +6,13 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdint>
 #include <ctime>
+#include <span>
 
 #include "cfg/limits.hpp"
 #include "fsw/base/text.hpp"
+#include "hal/store/sqlite/disk_file.hpp"
 
 namespace ilp {
 namespace {
@@ -29,9 +32,16 @@ GuardPath guard_of(const char* path) {
   return name;
 }
 
-bool is_empty(int file) {
+Status look_at(int file, bool& empty) {
   struct stat state {};
-  return ::fstat(file, &state) == 0 && state.st_size == 0;
+  if (::fstat(file, &state) != 0) return {StatusCode::io_error, errno};
+  empty = state.st_size == 0;
+  return {};
+}
+
+/// Nothing can be made on such a disk, or not by us.
+bool is_no_place(int reason) {
+  return reason == ENOSPC || reason == EROFS || reason == EACCES || reason == EPERM;
 }
 
 /// The previous owner may have removed the file meanwhile.
@@ -66,8 +76,9 @@ Status DatabaseGuard::open(const char* path, bool alone) {
   const GuardPath name = guard_of(path);
   if (name.overflow()) return {};
   for (int attempt = 0; attempt < 3; ++attempt) {
-    const int file = ::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (file < 0) return {};
+    int file = -1;
+    const Status opened = open_disk_file(name.c_str(), O_RDWR | O_CREAT, file);
+    if (file < 0) return opened.ok() || is_no_place(static_cast<int>(opened.a)) ? Status{} : opened;
     if (!lock(file, alone ? LOCK_EX : LOCK_SH)) {
       ::close(file);
       return StatusCode::store_in_use;
@@ -77,8 +88,12 @@ Status DatabaseGuard::open(const char* path, bool alone) {
     ::close(file);
     file_ = -1;
   }
-  damaged_ = file_ >= 0 && !is_empty(file_);
-  return {};
+  if (file_ < 0) return {};
+  bool empty = true;
+  const Status status = look_at(file_, empty);
+  damaged_ = !empty;
+  if (!status.ok()) release();
+  return status;
 }
 
 void DatabaseGuard::admit_others() {
@@ -119,12 +134,15 @@ void DatabaseGuard::release() {
 void DatabaseGuard::note_damage() {
   if (file_ < 0 || damaged_) return;
   damaged_ = true;
-  static_cast<void>(::pwrite(file_, damaged_word, sizeof(damaged_word) - 1, 0) > 0 && ::fsync(file_) == 0);
+  const std::span word(reinterpret_cast<const std::uint8_t*>(damaged_word), sizeof(damaged_word) - 1);
+  static_cast<void>(write_at(file_, word, 0).ok() && ::fsync(file_) == 0);
 }
 
-void DatabaseGuard::forget_damage() {
-  if (file_ < 0 || !damaged_) return;
-  if (::ftruncate(file_, 0) == 0) damaged_ = false;
+Status DatabaseGuard::forget_damage() {
+  if (file_ < 0 || !damaged_) return {};
+  if (::ftruncate(file_, 0) != 0 || ::fsync(file_) != 0) return {StatusCode::io_error, errno};
+  damaged_ = false;
+  return {};
 }
 
 }  // namespace ilp

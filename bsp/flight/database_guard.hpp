@@ -15,7 +15,8 @@ class DatabaseGuard {
   ~DatabaseGuard() { release(); }
 
   /// `store_in_use` when another process holds it and does not end within two seconds. If no such file can be made
-  /// nothing is locked or noted, and the result is ok: there is no disk to guard then.
+  /// nothing is locked or noted, and the result is ok: there is no disk to guard then. `io_error` (a = errno) when it
+  /// is not known whether there is a note in it.
   Status take(const char* path);
   /// Locks it together with other processes that share it. `store_in_use` when a process holds it alone for two
   /// seconds.
@@ -31,7 +32,8 @@ class DatabaseGuard {
   /// The note outlives the process.
   [[nodiscard]] bool says_damaged() const { return damaged_; }
   void note_damage();
-  void forget_damage();
+  /// `io_error` (a = errno): the note may still be there.
+  Status forget_damage();
 
  private:
   Status open(const char* path, bool alone);

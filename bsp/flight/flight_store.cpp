@@ -9,9 +9,11 @@
 #include <new>
 
 #include "bsp/flight/flight_software.hpp"
+#include "bsp/flight/life_merge.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/storage/storage_manager.hpp"
 #include "hal/store/checksums.hpp"
+#include "hal/store/sqlite/disk_file.hpp"
 #include "hal/store/sqlite/log_mark.hpp"
 #include "hal/store/sqlite/set_aside.hpp"
 
@@ -46,16 +48,34 @@ Path beside(const char* path, const char* suffix) {
   return name;
 }
 
-bool exists(const char* path) {
-  return ::access(path, F_OK) == 0;
-}
-
-void remove_database(const Path& path) {
-  for (const char* const suffix : {"-sync", "-wal", "-shm", "-journal", ""}) {
+Status remove_database(const Path& path) {
+  for (const char* const suffix : {"-sync", "-wal", "-shm", "-journal", "-reserve", ""}) {
     Path name = path;
     name.add(suffix);
-    ::unlink(name.c_str());
+    if (::unlink(name.c_str()) != 0 && errno != ENOENT) return {StatusCode::io_error, errno};
   }
+  return {};
+}
+
+Status make_empty(const Path& path) {
+  SqliteStore store;
+  return store.open(path.c_str());
+}
+
+/// A database that was closed is whole in itself if it has no log.
+Status rename_whole(const Path& from, const Path& to) {
+  Path log = from;
+  log.add(log_suffix);
+  bool log_exists = true;
+  ILP_TRY(look_for(log.c_str(), log_exists));
+  if (log_exists) return StatusCode::store_error;
+  return std::rename(from.c_str(), to.c_str()) == 0 ? Status{} : Status{StatusCode::io_error, errno};
+}
+
+/// Faults that pass; the others are verdicts on the content.
+bool may_pass(const Status& fault) {
+  return fault.is(StatusCode::store_error) || fault.is(StatusCode::io_error) || fault.is(StatusCode::store_full) ||
+         fault.is(StatusCode::store_locked);
 }
 
 std::int64_t total_saved(const SalvageCounts& counts) {
@@ -113,67 +133,81 @@ Status FlightStore::open_database(const char* path) {
   return status;
 }
 
-Status FlightStore::start_over(const char* path, const Status& fault) {
-  std::int64_t number = 0;
-  ILP_TRY(set_database_aside(path, number));
-  guard_.forget_damage();
-  ILP_TRY(open_database(path));
-  news_ = {StatusCode::store_set_aside, number, static_cast<std::int64_t>(fault.code)};
-  return {};
-}
-
 /// The order of these steps lets the next start continue from any interruption: it removes an unfinished new database,
-/// and puts a complete one in its place.
-Status FlightStore::save(const char* path, const Status& fault, const MissionParameters& mission) {
+/// and puts a complete one in its place. Nothing is set aside before that is complete.
+Status FlightStore::replace(const char* path, const Status& verdict, const MissionParameters& mission) {
   const Path unfinished = beside(path, unfinished_suffix);
-  if (unfinished.overflow()) return start_over(path, fault);
-  remove_database(unfinished);
+  if (unfinished.overflow()) return {StatusCode::capacity_exceeded, 0, limits::max_path_bytes};
+  ILP_TRY(remove_database(unfinished));
   const std::span<std::uint8_t> scratch(reinterpret_cast<std::uint8_t*>(memory_.data() + memory_.size()) - piece_bytes,
                                         piece_bytes);
-  Status status = salvage(path, unfinished.c_str(), database_limit_bytes(mission), scratch, salvaged_);
+  const bool readable = verdict.is(StatusCode::store_damaged) || verdict.is(StatusCode::log_damaged);
+  salvaged_ = {};
+  Status status = readable ? salvage(path, unfinished.c_str(), database_limit_bytes(mission), scratch, salvaged_)
+                           : make_empty(unfinished);
   if (status.ok()) status = tell_losses(unfinished.c_str(), salvaged_);
-  const std::int64_t saved = total_saved(salvaged_);
-  if (!status.ok() || saved == 0) {
-    remove_database(unfinished);
-    return start_over(path, fault);
+  if (status.ok()) status = rename_whole(unfinished, beside(path, complete_suffix));
+  if (!status.ok()) {
+    static_cast<void>(remove_database(unfinished));
+    return status;
   }
-  if (std::rename(unfinished.c_str(), beside(path, complete_suffix).c_str()) != 0) return {StatusCode::io_error, errno};
   ILP_TRY(put_saved_in_place(path));
-  status = open_database(path);
-  return status.ok() ? status : start_over(path, status);
+  if (total_saved(salvaged_) == 0) {
+    news_ = {StatusCode::store_set_aside, news_.b, static_cast<std::int64_t>(verdict.code)};
+  }
+  return open_database(path);
 }
 
 Status FlightStore::put_saved_in_place(const char* path) {
   const Path complete = beside(path, complete_suffix);
-  if (!exists(complete.c_str())) return {};
+  bool is_complete = false;
+  bool exists = false;
+  ILP_TRY(look_for(complete.c_str(), is_complete));
+  if (!is_complete) return {};
   std::int64_t number = 0;
   // It is moved last. If it is missing, an earlier start has set it aside.
-  if (exists(path)) ILP_TRY(set_database_aside(path, number));
+  ILP_TRY(look_for(path, exists));
+  if (exists) ILP_TRY(set_database_aside(path, number));
+  // The note is about the one that was set aside.
+  ILP_TRY(guard_.forget_damage());
   if (std::rename(complete.c_str(), path) != 0) return {StatusCode::io_error, errno};
-  guard_.forget_damage();
   news_ = {StatusCode::store_salvaged, total_saved(salvaged_), number};
   return {};
 }
 
 Status FlightStore::open_usable(const char* path, StoreTrouble trouble, const MissionParameters& mission) {
   ILP_TRY(put_saved_in_place(path));
-  if (guard_.says_damaged() && !exists(path)) guard_.forget_damage();
+  bool exists = true;
+  if (guard_.says_damaged()) ILP_TRY(look_for(path, exists));
+  if (!exists) ILP_TRY(guard_.forget_damage());
   Status status = guard_.says_damaged() ? Status{StatusCode::store_damaged} : open_database(path);
   if (status.ok() && news_.is(StatusCode::store_salvaged)) news_.a = count_records(disk_);
   if (trouble == StoreTrouble::refuse) return status;
-  if (status.is(StatusCode::log_damaged) && mend_log(path).ok()) {
-    // Everything was recovered.
-    news_ = status;
-    status = open_database(path);
+  if (status.is(StatusCode::log_damaged)) {
+    const Status mended = mend_log(path);
+    if (mended.is(StatusCode::io_error)) return mended;
+    if (mended.ok()) {
+      // Everything was recovered.
+      news_ = status;
+      status = open_database(path);
+    }
   }
-  if (status.is(StatusCode::store_damaged) || status.is(StatusCode::log_damaged)) return save(path, status, mission);
-  if (status.is(StatusCode::store_schema) || status.is(StatusCode::store_build)) return start_over(path, status);
+  // A fault that is no verdict on its content leaves a database where it is.
+  if (is_verdict(status)) return replace(path, status, mission);
   return status;
 }
 
 Status FlightStore::begin_in_memory(const Status& fault, MissionParameters& mission) {
   disk_.close();
-  ram_ = new (ram_place_) RamStore(memory_);
+  std::span<std::byte> region = memory_;
+  if (!fault.ok()) {
+    // Whole pages at its end.
+    const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(memory_.data() + memory_.size());
+    const std::size_t behind = end % stack_page_bytes;
+    region = memory_.first(memory_.size() - behind - disk_look_stack_bytes);
+    look_stack_ = memory_.subspan(region.size(), disk_look_stack_bytes);
+  }
+  ram_ = new (ram_place_) RamStore(region);
   in_memory_ = true;
   const double room_mib = memory_share * static_cast<double>(memory_.size()) / 1048576.0;
   mission.storage_budget_mib = std::min(mission.storage_budget_mib, room_mib);
@@ -182,13 +216,68 @@ Status FlightStore::begin_in_memory(const Status& fault, MissionParameters& miss
   return {};
 }
 
-Status FlightStore::open(const char* path, StoreTrouble trouble, MissionParameters& mission) {
+Status FlightStore::open_on_disk(const char* path, StoreTrouble trouble, const MissionParameters& mission,
+                                 DiskWait* wait) {
+  // The guard lies on the same disk.
   ILP_TRY(guard_.take(path));
-  Status status = open_usable(path, trouble, mission);
-  if (status.ok()) status = disk_.limit(database_limit_bytes(mission));
+  ILP_TRY(open_usable(path, trouble, mission));
+  ILP_TRY(take_in_copies(path, mission, wait));
+  return disk_.limit(database_limit_bytes(mission));
+}
+
+Status FlightStore::open(const char* path, StoreTrouble trouble, MissionParameters& mission, DiskWait* wait) {
+  Status status = open_on_disk(path, trouble, mission, wait);
+  const bool patient = trouble == StoreTrouble::fly_on && wait != nullptr;
+  for (int attempt = 1; attempt < start_attempts && patient && may_pass(status); ++attempt) {
+    const auto fault = static_cast<std::int64_t>(status.code);
+    wait->until_next_attempt(attempt, status);
+    status = open_on_disk(path, trouble, mission, wait);
+    if (status.ok()) opened_late_ = {StatusCode::store_opened_late, attempt, fault};
+  }
+  if (status.is(StatusCode::store_in_use)) return status;
   if (trouble == StoreTrouble::fly_on && !status.ok()) return begin_in_memory(status, mission);
   if (!status.ok()) guard_.release();
   return status;
+}
+
+/// The copies are lives of the flight that followed each other.
+Status FlightStore::take_in_copies(const char* path, const MissionParameters& mission, DiskWait* wait) {
+  for (std::int64_t number = 1; number <= max_memory_copies; ++number) {
+    const MemoryCopyPath copy = memory_copy_path(path, number);
+    bool exists = false;
+    ILP_TRY(look_for(copy.c_str(), exists));
+    if (exists) ILP_TRY(take_in(path, copy.c_str(), mission, wait));
+  }
+  return {};
+}
+
+Status FlightStore::take_in(const char* path, const char* copy, const MissionParameters& mission, DiskWait* wait) {
+  MemoryCopy records;
+  const Status readable = records.open(copy, wait);
+  if (may_pass(readable)) return readable;
+  if (!readable.ok()) {
+    // It is kept for the ground. The flight goes on with its database.
+    moved_ = {StatusCode::store_not_moved, static_cast<std::int64_t>(readable.code), readable.a};
+    return std::rename(copy, beside(copy, ".refused").c_str()) == 0 ? Status{} : Status{StatusCode::io_error, errno};
+  }
+  bool fits = false;
+  ILP_TRY(follows(disk_, records, fits));
+  if (!fits) {
+    disk_.close();
+    ILP_TRY(replace(path, StatusCode::store_not_moved, mission));
+  }
+  std::int64_t taken = 0;
+  ILP_TRY(merge_life(disk_, records, wait, taken));
+  records.close();
+  const std::int64_t before = moved_.is(StatusCode::store_back_on_disk) ? moved_.a : 0;
+  moved_ = {StatusCode::store_back_on_disk, before + taken, records.lost()};
+  return ::unlink(copy) == 0 ? Status{} : Status{StatusCode::io_error, errno};
+}
+
+Status FlightStore::leave_memory(const char* path, DiskWait* wait) {
+  if (!in_memory_) return {StatusCode::invalid_argument, 1};
+  MemoryCopyCounts counts;
+  return write_memory_copy(*ram_, path, wait, counts);
 }
 
 Status FlightStore::open_as_head(const char* path, StoreTrouble trouble, Synchronise when, MissionParameters& mission) {
@@ -217,7 +306,9 @@ Status FlightStore::open_among_others(const char* path, const MissionParameters&
 }
 
 Status FlightStore::join(const char* path, const MissionParameters& mission) {
-  return exists(path) ? open_among_others(path, mission, Synchronise::later) : Status{StatusCode::not_found};
+  bool exists = false;
+  ILP_TRY(look_for(path, exists));
+  return exists ? open_among_others(path, mission, Synchronise::later) : Status{StatusCode::not_found};
 }
 
 void FlightStore::wait(std::int32_t milliseconds) {

@@ -5,6 +5,8 @@
 #include <span>
 
 #include "bsp/flight/database_guard.hpp"
+#include "bsp/flight/disk_look.hpp"
+#include "bsp/flight/memory_copy.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/base/arena.hpp"
 #include "hal/store/ram/ram_store.hpp"
@@ -16,10 +18,14 @@ namespace ilp {
 
 enum class StoreTrouble : std::uint8_t {
   refuse,  ///< open() fails, and nothing is touched
-  /// The readable part of a damaged database is saved into a new one; a database that cannot be used at all is set
-  /// aside; without a disk the flight has a store in memory.
+  /// The readable part of a damaged database is saved into a new one; a database of another version or build is set
+  /// aside for a new one. After any other fault, which says nothing about its content, a database stays where it is,
+  /// and the flight has a store in memory.
   fly_on
 };
+
+/// With `fly_on` a start tries a disk that fails this often, a second apart, before it flies in memory.
+inline constexpr int start_attempts = 10;
 
 class FlightStore final : public StoreSharing {
  public:
@@ -34,8 +40,9 @@ class FlightStore final : public StoreSharing {
   /// Refuses a database with the checkpoints of another build with `store_build`, and one that another flight has open
   /// with `store_in_use`. A database whose flight did not end in order is checked completely first (`store_damaged`),
   /// and one that was found damaged in flight is not opened again. The capacity of the flight is limited to the budget
-  /// of `mission`, which a store in memory reduces.
-  Status open(const char* path, StoreTrouble trouble, MissionParameters& mission);
+  /// of `mission`, which a store in memory reduces. Without `wait` the first fault of the disk counts. Records that a
+  /// flight in memory has left beside the database are taken into it.
+  Status open(const char* path, StoreTrouble trouble, MissionParameters& mission, DiskWait* wait = nullptr);
   /// The same for the head of a flight that several processes share. `when`: in real time `behind_commit`, so that its
   /// commits are on the disk when they are done; in virtual time `later`, because a recorded image can be read again.
   /// While others have the database open, nothing of it is saved or set aside:
@@ -46,6 +53,10 @@ class FlightStore final : public StoreSharing {
   Status join(const char* path, const MissionParameters& mission);
   /// No database: the records are in memory and end with the process.
   Status begin_in_memory(MissionParameters& mission) { return begin_in_memory(Status{}, mission); }
+  /// For a flight in memory, when its disk serves again (try_disk): writes all records beside the database at `path`,
+  /// synchronised. With ok the process ends, and the next start takes them in; otherwise the flight goes on in memory.
+  /// Outside of transactions. Faults as write_memory_copy().
+  Status leave_memory(const char* path, DiskWait* wait);
   void close();
 
   // StoreSharing
@@ -66,6 +77,15 @@ class FlightStore final : public StoreSharing {
   /// `log_damaged`, if its log was damaged and is mended; else ok. The events of a salvaged database list the losses by
   /// table.
   [[nodiscard]] Status news() const { return news_; }
+  /// As SqliteStore::take_news().
+  [[nodiscard]] Status take_news() { return in_memory_ ? Status{} : disk_.take_news(); }
+  /// The result of moving records of a flight in memory into the database at this start: ok if there were none,
+  /// `store_back_on_disk`, or `store_not_moved`.
+  [[nodiscard]] Status moved() const { return moved_; }
+  /// `store_opened_late` if the disk had failed at first.
+  [[nodiscard]] Status opened_late() const { return opened_late_; }
+  /// Of a flight in memory whose disk failed: the stack of a DiskLook. Its store leaves it free.
+  [[nodiscard]] std::span<std::byte> look_stack() const { return look_stack_; }
   /// Counts of the salvage at this start.
   [[nodiscard]] const SalvageCounts& salvaged() const { return salvaged_; }
   /// The database was found damaged in flight: nothing is safely stored until the next start, which reads the note of
@@ -75,10 +95,12 @@ class FlightStore final : public StoreSharing {
 
  private:
   Status open_database(const char* path);
-  Status start_over(const char* path, const Status& fault);
-  Status save(const char* path, const Status& fault, const MissionParameters& mission);
+  Status replace(const char* path, const Status& verdict, const MissionParameters& mission);
   Status put_saved_in_place(const char* path);
   Status open_usable(const char* path, StoreTrouble trouble, const MissionParameters& mission);
+  Status open_on_disk(const char* path, StoreTrouble trouble, const MissionParameters& mission, DiskWait* wait);
+  Status take_in_copies(const char* path, const MissionParameters& mission, DiskWait* wait);
+  Status take_in(const char* path, const char* copy, const MissionParameters& mission, DiskWait* wait);
   Status begin_in_memory(const Status& fault, MissionParameters& mission);
   Status open_among_others(const char* path, const MissionParameters& mission, Synchronise when);
 
@@ -91,6 +113,9 @@ class FlightStore final : public StoreSharing {
   mutable DatabaseGuard guard_;  ///< damaged() writes the note in it
   SalvageCounts salvaged_{};
   Status news_;
+  Status moved_;
+  Status opened_late_;
+  std::span<std::byte> look_stack_;
 };
 
 }  // namespace ilp

@@ -15,6 +15,7 @@ enum class SelfTest : std::uint8_t {
   clock,       ///< it advances, and never goes back
   store,       ///< a record is written and read back, and a transaction rolled back
   codec,       ///< a picture with a region is coded with the same octets as everywhere
+  disk,        ///< noted by a flight that has its store in memory because its disk failed
   count
 };
 [[nodiscard]] const char* self_test_name(SelfTest test);

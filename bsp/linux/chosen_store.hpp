@@ -16,8 +16,8 @@ class ChosenStore {
   ChosenStore(const Arena& sqlite, std::span<std::byte> memory) : file_(sqlite, memory) {}
 
   /// For the process that has the camera. It reserves `stages`; if these are not all, others may join. The store is
-  /// limited to the budget of `mission`, also for a process that joins.
-  Status open(const Options& options, StageMask stages, MissionParameters& mission);
+  /// limited to the budget of `mission`, also for a process that joins. `wait`: as FlightStore::open().
+  Status open(const Options& options, StageMask stages, MissionParameters& mission, DiskWait* wait);
   /// For another process of the flight: `not_found` until the head has made the store. It reserves `stages`.
   Status join(const Options& options, StageMask stages, const MissionParameters& mission);
   void close();
@@ -26,9 +26,15 @@ class ChosenStore {
   [[nodiscard]] StoreSharing& sharing();
   /// The database file; the null pointer for a server, or memory.
   [[nodiscard]] SqliteStore* disk() { return server_ ? nullptr : file_.disk(); }
-  /// As FlightStore::news() and damaged().
+  /// As FlightStore::look_stack(), leave_memory(), news(), moved(), opened_late() and damaged().
+  [[nodiscard]] std::span<std::byte> look_stack() const { return file_.look_stack(); }
+  Status leave_memory(const char* path, DiskWait* wait) { return file_.leave_memory(path, wait); }
   [[nodiscard]] Status news() const { return file_.news(); }
+  [[nodiscard]] Status moved() const { return file_.moved(); }
+  [[nodiscard]] Status opened_late() const { return file_.opened_late(); }
   [[nodiscard]] bool damaged() const { return !server_ && file_.damaged(); }
+  /// As FlightStore::take_news().
+  [[nodiscard]] Status take_news() { return server_ ? Status{} : file_.take_news(); }
   /// Why the latest call of a server failed, in its own words; "" if it has none.
   [[nodiscard]] const char* message() const;
   /// The store in a file or in memory, also if a server is used.

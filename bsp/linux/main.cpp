@@ -6,10 +6,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <new>
 #include <optional>
 
+#include "bsp/flight/disk_look.hpp"
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/key_file.hpp"
 #include "bsp/flight/life.hpp"
@@ -29,6 +29,7 @@
 #include "bsp/linux/timing_report.hpp"
 #include "bsp/linux/video_camera.hpp"
 #include "bsp/linux/video_stream.hpp"
+#include "bsp/linux/watched_wait.hpp"
 #include "bsp/memory/flight_heap.hpp"
 #include "bsp/version/build_version.hpp"
 #include "cfg/limits.hpp"
@@ -56,7 +57,8 @@ namespace {
 
 using namespace ilp;
 
-/// The flight continues with a new process: its database is damaged, or parameters need a new start.
+/// The flight continues with a new process: its database is damaged, its records have left memory, or parameters need a
+/// new start.
 constexpr int exit_restart = 3;
 /// In real time a minor frame waits no longer for the transactions of other processes; else the end of theirs counts.
 constexpr std::int64_t longest_lock_wait_ms = minor_frame_ns / ns_per_ms;
@@ -126,14 +128,16 @@ class Flight {
   void test_board();
   void prepare_compute();
   void prepare_worker();
+  void prepare_look();
   bool done();
   bool wait_for_lock();
   void look_at_lock();
   void run();
+  void leave_memory();
   void write_life();
   void look_at_calendar();
   [[nodiscard]] bool restart_wanted() const {
-    return store_.damaged() || configuration_.restart_wanted() || software_->restart_wanted();
+    return left_memory_ || store_.damaged() || configuration_.restart_wanted() || software_->restart_wanted();
   }
   int finish();
   bool good(const char* what, const Status& status) { return status.ok() || fail(what, status) == 0; }
@@ -182,12 +186,15 @@ class Flight {
   NavigationFile navigation_;
   UdpLink vehicle_link_{real_clock_};
   VehiclePackets vehicle_{vehicle_link_, mission_};
+  WatchedWait wait_{watchdog_, manager_, clock()};
   PacketLinks links_{clock()};
   Authenticator keys_;
   PacketRouter* router_ = nullptr;
   FlightSoftware* software_ = nullptr;
   std::optional<SharedCompute> device_;
   FlightWorker worker_;
+  DiskLook look_;
+  bool left_memory_ = false;  ///< all records are on the disk, and the next start takes them into the database
   std::optional<Life> life_;
   bool stack_told_ = false;
 };
@@ -216,7 +223,10 @@ bool Flight::prepare_mission() {
 
 bool Flight::prepare_store() {
   if (!good("SQLite's memory", configure_sqlite_memory(sqlite_arena))) return false;
-  const Status opened = store_.open(options_, stages_, mission_);
+  if (options_.watchdog != nullptr) wait_.begin_start(linux_watchdog_, watchdog_options_);
+  // In virtual time nothing is waited for.
+  const Status opened = store_.open(options_, stages_, mission_, options_.virtual_time ? nullptr : &wait_);
+  wait_.end_start();
   if (!opened.ok()) print_status(store_label(options_), opened, store_.message());
   // Whoever keeps the lock is told and, if it is of this flight, ended.
   while (opened.ok() && stop_requested == 0 && wait_for_lock()) look_at_lock();
@@ -397,7 +407,8 @@ bool Flight::prepare() {
 }
 
 void Flight::test_board() {
-  const SelfTestResults results = run_self_tests(store_.store(), clock());
+  SelfTestResults results = run_self_tests(store_.store(), clock());
+  if (store_.news().is(StatusCode::store_in_memory)) results.note(SelfTest::disk, false, store_.news().a);
   life_->record().tested = results.tested;
   life_->record().failed = results.failed;
   for (std::size_t k = 0; k < results.values.size(); ++k) {
@@ -423,6 +434,12 @@ void Flight::prepare_worker() {
   const int error = worker_.begin(options_);
   if (error != 0) std::fprintf(stderr, "ilp-onboard: there is no worker: %s\n", std::strerror(error));
   if (worker_.worker() != nullptr) software_->work_on(*worker_.worker());
+}
+
+void Flight::prepare_look() {
+  if (options_.virtual_time || !store_.news().is(StatusCode::store_in_memory)) return;
+  const int error = look_.begin(options_.store, store_.store().usage().limit_bytes, store_.look_stack());
+  if (error != 0) std::fprintf(stderr, "ilp-onboard: the disk is not looked for: %s\n", std::strerror(error));
 }
 
 bool Flight::start() {
@@ -453,8 +470,11 @@ bool Flight::start() {
   report({StatusCode::started, life_->record().id, static_cast<std::int64_t>(life_->record().reason)});
   report(early_news_);
   report(time_begin_.news);
-  report(store_.news());
-  if (!store_.news().ok()) static_cast<void>(fail(store_label(options_), store_.news()));
+  for (const Status& news : {store_.opened_late(), store_.news(), store_.moved()}) {
+    report(news);
+    if (!news.ok()) static_cast<void>(fail(store_label(options_), news));
+  }
+  prepare_look();
   test_board();
   if (priority_ > 0) report(ask_for_real_time(priority_));
   if (shared_ && !good("record of the node", shared_->begin(mission_of_file_))) return false;
@@ -509,6 +529,19 @@ void Flight::look_at_lock() {
   }
 }
 
+/// Between two minor frames, no transaction is open.
+void Flight::leave_memory() {
+  // The copy tells the next start that this life has ended in order.
+  static_cast<void>(life_->end());
+  const Status left = store_.leave_memory(options_.store, &wait_);
+  left_memory_ = left.ok();
+  if (left_memory_) return;
+  life_->record().end_ns = 0;
+  report(life_->go_on());
+  report({StatusCode::store_not_moved, static_cast<std::int64_t>(left.code), left.a});
+  look_.look_again();
+}
+
 void Flight::run() {
   TimeNs next = clock().now();
   std::int64_t frames = 0;
@@ -532,11 +565,13 @@ void Flight::run() {
     report(watchdog_.kick());
     report(manager_.kick(clock().now()));
     report(software_->compute().compute().take_news());
+    report(store_.take_news());
     if (++frames % frames_between_entries == 0 && !options_.virtual_time) {
       write_life();
       report(life_->go_on());
       look_at_calendar();
     }
+    if (look_.found()) leave_memory();
     if (shared_) report(shared_->keep_alive(software_->executive()));
     // Others have to finish first, and mission time stands still.
     if (shared_ && shared_->waited(software_->executive())) continue;
@@ -548,6 +583,10 @@ void Flight::run() {
 int Flight::finish() {
   manager_.stop();
   if (store_.disk() != nullptr) store_.disk()->wait_for_writers(longest_lock_wait_at_end_ms);
+  if (left_memory_) {
+    std::fprintf(stderr, "ilp-onboard: the disk is back, and has all records of the flight in memory: start again\n");
+    return exit_restart;
+  }
   if (store_.damaged()) {
     std::fprintf(stderr, "ilp-onboard: %s is damaged: start again\n", options_.store);
     return exit_restart;
@@ -556,6 +595,7 @@ int Flight::finish() {
     std::fprintf(stderr, "ilp-onboard: memory was damaged, or the worker is stuck: start again\n");
     return exit_restart;
   }
+  while (options_.virtual_time && stop_requested == 0 && wait_for_lock()) look_at_lock();
   // On a full disk the end is not recorded, but it is in order otherwise.
   if (stop_requested != 0 && !configuration_.restart_wanted()) configuration_.end_in_order(clock().now());
   bool well = good("housekeeping", software_->executive().end());

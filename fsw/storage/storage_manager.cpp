@@ -53,7 +53,8 @@ Status StorageManager::restore() {
   weighed_id_ = -1;
   const Status status = restore_checkpoint(whole_, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
-  if (!status.ok()) ILP_TRY(recount());
+  // Without a checkpoint the totals on record stay.
+  if (!status.ok() || state_.frames.counted_id == 0) ILP_TRY(recount());
   begin_ids<FrameRecord>(store_, state_.frames.passed_id);
   begin_ids<FrameRecord>(store_, state_.frames.counted_id);
   return status;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cerrno>
 #include <cstring>
 #include <initializer_list>
 
@@ -14,6 +15,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/base/little_endian.hpp"
 #include "fsw/base/text.hpp"
+#include "hal/store/sqlite/disk_file.hpp"
 
 namespace ilp {
 namespace {
@@ -27,12 +29,15 @@ constexpr std::uint32_t log_version = 3007000;
 
 /// Salts (8), frames (8), CRC-32C of both.
 constexpr std::size_t mark_bytes = 20;
-constexpr std::uint64_t loose_bit = std::uint64_t{1} << 63U;  ///< of the frames: LogMark::be_loose()
+// Flags in the highest bits of the frames.
+constexpr std::uint64_t loose_bit = std::uint64_t{1} << 63U;  ///< LogMark::be_loose()
+constexpr std::uint64_t begun_bit = std::uint64_t{1} << 62U;  ///< LogMark::begin()
 
 struct Mark {
   std::array<std::uint8_t, 8> salts{};
   std::int64_t frames = 0;  ///< 0: no length is known
   bool loose = false;
+  bool begun = false;
 };
 
 bool ends_with(const char* text, const char* end) {
@@ -76,20 +81,25 @@ class LogFile {
   LogFile(const LogFile&) = delete;
   LogFile& operator=(const LogFile&) = delete;
 
-  /// False if it has no frame.
-  bool open(const char* path, bool writable) {
+  Status open(const char* path, bool writable) {
     MarkPath name;
     name.add(path).add(log_suffix);
-    file_ = ::open(name.c_str(), (writable ? O_RDWR : O_RDONLY) | O_CLOEXEC);
+    ILP_TRY(open_disk_file(name.c_str(), writable ? O_RDWR : O_RDONLY, file_));
+    if (file_ < 0) return {};
     struct stat state {};
-    if (file_ < 0 || ::fstat(file_, &state) != 0) return false;
-    frames_ = (state.st_size - static_cast<off_t>(log_header_bytes)) / static_cast<off_t>(frame_bytes);
-    const bool read = ::pread(file_, header_.data(), header_.size(), 0) == static_cast<ssize_t>(header_.size());
-    if (!read || std::all_of(header_.begin(), header_.end(), [](std::uint8_t b) { return b == 0; })) return false;
+    if (::fstat(file_, &state) != 0) return {StatusCode::io_error, errno};
+    std::size_t got = 0;
+    ILP_TRY(read_at(file_, header_, 0, got));
     set_order();
-    return state.st_size > static_cast<off_t>(log_header_bytes);
+    const bool begun =
+        got == header_.size() && std::any_of(header_.begin(), header_.end(), [](std::uint8_t b) { return b != 0; });
+    empty_ = !begun || state.st_size <= static_cast<off_t>(log_header_bytes);
+    frames_ = begun ? (state.st_size - static_cast<off_t>(log_header_bytes)) / static_cast<off_t>(frame_bytes) : 0;
+    return {};
   }
 
+  /// It is not there, or has no frame.
+  [[nodiscard]] bool empty() const { return empty_; }
   [[nodiscard]] Header& header() { return header_; }
   [[nodiscard]] bool big_endian() const { return big_endian_; }
   [[nodiscard]] std::int64_t frames() const { return frames_; }
@@ -103,16 +113,16 @@ class LogFile {
   [[nodiscard]] bool of_our_pages() const { return word_at(header_.data() + 8) == page_bytes; }
   void set_order() { big_endian_ = (header_[3] & 1U) != 0; }
 
-  bool read(std::int64_t frame, Frame& to) const {
-    return ::pread(file_, to.data(), to.size(), place(frame)) == static_cast<ssize_t>(to.size());
+  /// `whole` is false at the end of the log.
+  Status read(std::int64_t frame, Frame& to, bool& whole) const {
+    std::size_t got = 0;
+    const Status status = read_at(file_, to, place(frame), got);
+    whole = status.ok() && got == to.size();
+    return status;
   }
-  bool write(std::int64_t frame, const Frame& from) const {
-    return ::pwrite(file_, from.data(), from.size(), place(frame)) == static_cast<ssize_t>(from.size());
-  }
-  bool write_header() const {
-    return ::pwrite(file_, header_.data(), header_.size(), 0) == static_cast<ssize_t>(header_.size());
-  }
-  bool synchronise() const { return ::fsync(file_) == 0; }
+  Status write(std::int64_t frame, const Frame& from) const { return write_at(file_, from, place(frame)); }
+  Status write_header() const { return write_at(file_, header_, 0); }
+  Status synchronise() const { return ::fsync(file_) == 0 ? Status{} : Status{StatusCode::io_error, errno}; }
 
  private:
   static off_t place(std::int64_t frame) {
@@ -120,6 +130,7 @@ class LogFile {
   }
   int file_ = -1;
   std::int64_t frames_ = 0;
+  bool empty_ = true;
   bool big_endian_ = false;
   Header header_{};
 };
@@ -140,12 +151,14 @@ struct Verdict {
 
 /// Compares every frame with the state that the previous frame declares, so that frames after a damaged one can be
 /// judged too.
-Verdict judge(const LogFile& log) {
-  Verdict verdict;
+Status judge(const LogFile& log, Verdict& verdict) {
   FrameSum stated = log.stated_header_sum();
   FrameSum computed = log.header_sum();
   Frame frame;
-  for (std::int64_t k = 0; k < log.frames() && log.read(k, frame); ++k) {
+  bool whole = true;
+  for (std::int64_t k = 0; k < log.frames(); ++k) {
+    ILP_TRY(log.read(k, frame, whole));
+    if (!whole) break;
     const bool own = of_this_generation(log, frame);
     const bool exact = own && flipped_bits(log.salts(), head(frame).subspan(8, 8)) == 0;
     const FrameSum follows = frame_sum(stated, frame, log.big_endian());
@@ -158,37 +171,42 @@ Verdict judge(const LogFile& log) {
     if (verdict.damaged >= 0 && end && (sound || k == verdict.damaged)) ++verdict.transactions;
     computed = follows;
   }
-  return verdict;
+  return {};
 }
 
-Mark read_mark(int file) {
-  Mark mark;
+/// Nothing is known from a mark that was written in part.
+Status read_mark(int file, Mark& mark) {
+  mark = {};
   std::uint8_t bytes[mark_bytes];
-  const bool whole = ::pread(file, bytes, sizeof(bytes), 0) == static_cast<ssize_t>(sizeof(bytes));
-  if (!whole || load_little_endian<std::uint32_t>(bytes + 16) != crc32c({bytes, 16})) return mark;
+  std::size_t got = 0;
+  ILP_TRY(read_at(file, bytes, 0, got));
+  if (got < sizeof(bytes) || load_little_endian<std::uint32_t>(bytes + 16) != crc32c({bytes, 16})) return {};
   std::copy_n(bytes, 8, mark.salts.begin());
   const auto frames = load_little_endian<std::uint64_t>(bytes + 8);
-  mark.frames = static_cast<std::int64_t>(frames & ~loose_bit);
+  mark.frames = static_cast<std::int64_t>(frames & ~(loose_bit | begun_bit));
   mark.loose = (frames & loose_bit) != 0;
-  return mark;
+  mark.begun = (frames & begun_bit) != 0;
+  return {};
 }
 
-Mark read_mark(const char* path) {
+Status read_mark(const char* path, Mark& mark) {
   MarkPath name;
   name.add(path).add(mark_suffix);
-  const int file = ::open(name.c_str(), O_RDONLY | O_CLOEXEC);
+  int file = -1;
+  ILP_TRY(open_disk_file(name.c_str(), O_RDONLY, file));
   if (file < 0) return {};
-  const Mark mark = read_mark(file);
+  const Status status = read_mark(file, mark);
   ::close(file);
-  return mark;
+  return status;
 }
 
-bool write_mark(int file, std::span<const std::uint8_t, 8> salts, std::int64_t frames, bool loose) {
+Status write_mark(int file, const Mark& mark) {
   std::uint8_t bytes[mark_bytes];
-  std::copy(salts.begin(), salts.end(), bytes);
-  store_little_endian(static_cast<std::uint64_t>(frames) | (loose ? loose_bit : 0), bytes + 8);
+  std::copy(mark.salts.begin(), mark.salts.end(), bytes);
+  const std::uint64_t flags = (mark.loose ? loose_bit : 0) | (mark.begun ? begun_bit : 0);
+  store_little_endian(static_cast<std::uint64_t>(mark.frames) | flags, bytes + 8);
   store_little_endian(crc32c({bytes, 16}), bytes + 16);
-  return ::pwrite(file, bytes, sizeof(bytes), 0) == static_cast<ssize_t>(sizeof(bytes));
+  return write_at(file, bytes, 0);
 }
 
 /// The first salt counts the restarts of the log.
@@ -209,11 +227,13 @@ bool flip_until(std::span<std::uint8_t> bytes, Fits fits) {
   return false;
 }
 
-bool mend_header(LogFile& log) {
-  if (log.header_is_sound()) return true;
+/// `log_damaged` if it cannot be mended.
+Status mend_header(LogFile& log) {
+  if (log.header_is_sound()) return {};
   // If several bits make its checksums right, the first frame decides which one.
   Frame frame;
-  const bool has_frame = log.read(0, frame);
+  bool has_frame = false;
+  ILP_TRY(log.read(0, frame, has_frame));
   const auto sound = [&] {
     log.set_order();
     return log.header_is_sound() && log.of_our_pages() &&
@@ -223,7 +243,7 @@ bool mend_header(LogFile& log) {
   };
   if (flip_until(log.header(), sound)) return log.write_header();
   log.set_order();
-  return false;
+  return {StatusCode::log_damaged, 0, log.frames()};
 }
 
 /// Sets the last 8 octets of the page, which nothing reads, so that the frame's stated checksums become right.
@@ -316,39 +336,53 @@ void state_sum(FrameSum sum, Frame& frame) {
 Status walk_log(const char* path, bool only_mend, std::int64_t& frames) {
   frames = 0;
   LogFile log;
-  if (!log.open(path, true) || !mend_header(log)) return {StatusCode::log_damaged, 0, log.frames()};
+  ILP_TRY(log.open(path, true));
+  if (log.empty()) return {StatusCode::log_damaged, 0, log.frames()};
+  ILP_TRY(mend_header(log));
   if (!log.of_our_pages()) return {};
-  const Mark mark = read_mark(path);
+  Mark mark;
+  Verdict verdict;
+  ILP_TRY(read_mark(path, mark));
+  ILP_TRY(judge(log, verdict));
   const bool marked = flipped_bits(log.salts(), mark.salts) == 0;
-  const std::int64_t end = std::min(log.frames(), std::max(marked ? mark.frames : 0, judge(log).last_end + 1));
+  const std::int64_t end = std::min(log.frames(), std::max(marked ? mark.frames : 0, verdict.last_end + 1));
   FrameSum before = log.stated_header_sum();
   Frame frame;
   Frame next;
-  const std::uint32_t max_page = end > 0 && log.read(end - 1, frame) ? word_at(frame.data() + 4) : 0;
-  for (std::int64_t k = 0; k < end && log.read(k, frame); ++k) {
+  bool whole = false;
+  if (end > 0) ILP_TRY(log.read(end - 1, frame, whole));
+  const std::uint32_t max_page = whole ? word_at(frame.data() + 4) : 0;
+  for (std::int64_t k = 0; k < end; ++k) {
+    ILP_TRY(log.read(k, frame, whole));
+    if (!whole) break;
     const FrameSum sum = frame_sum(before, frame, log.big_endian());
     const bool own = flipped_bits(log.salts(), head(frame).subspan(8, 8)) == 0;
     if (!own || sum != stated_frame_sum(head(frame))) {
-      const bool next_fits = k + 1 < end && log.read(k + 1, next) &&
-                             frame_sum(sum, next, log.big_endian()) == stated_frame_sum(head(next));
+      bool next_fits = false;
+      if (k + 1 < end) {
+        ILP_TRY(log.read(k + 1, next, next_fits));
+        next_fits = next_fits && frame_sum(sum, next, log.big_endian()) == stated_frame_sum(head(next));
+      }
       if (!mend_frame(log, before, next_fits, max_page, frame)) {
         if (only_mend) return {StatusCode::log_damaged, k, end};
         fit_to_checksum(before, log.big_endian(), frame);
       }
-      if (!log.write(k, frame)) return {StatusCode::io_error, 0};
+      ILP_TRY(log.write(k, frame));
       ++frames;
     }
     before = stated_frame_sum(head(frame));
   }
-  return log.synchronise() ? Status{} : Status{StatusCode::io_error, 0};
+  return log.synchronise();
 }
 
 }  // namespace
 
-void LogMark::open(const char* log) {
+bool LogMark::open(const char* log) {
   const MarkPath path = mark_of(log);
-  if (path.size() == 0 || path.overflow()) return;
-  file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (path.size() == 0 || path.overflow()) return true;
+  const Status status = open_disk_file(path.c_str(), O_RDWR | O_CREAT, file_);
+  // A disk without room for it has none that could be wrong.
+  return status.ok() || status.a == ENOSPC;
 }
 
 void LogMark::close() {
@@ -356,54 +390,77 @@ void LogMark::close() {
   file_ = -1;
 }
 
-void LogMark::note(std::span<const std::uint8_t, frame_header_bytes> header, std::int64_t frame) {
-  if (!ends_transaction(header)) return;
-  std::copy_n(header.begin() + 8, 8, salts_);
-  frames_ = frame + 1;
-  news_ = true;
+void LogMark::begin(std::span<const std::uint8_t, 8> salts) {
+  std::copy(salts.begin(), salts.end(), salts_);
+  frames_ = 0;
+  if (file_ < 0) return;
+  Mark mark;
+  std::copy_n(salts_, 8, mark.salts.begin());
+  mark.loose = loose_;
+  mark.begun = true;
+  static_cast<void>(write_mark(file_, mark));
+}
+
+bool LogMark::lower(std::span<const std::uint8_t, 8> salts, std::int64_t frames) {
+  if (std::equal(salts.begin(), salts.end(), salts_)) frames_ = std::min(frames_, frames);
+  if (file_ < 0) return true;
+  Mark mark;
+  if (!read_mark(file_, mark).ok()) return false;
+  if (mark.frames <= frames || !std::equal(salts.begin(), salts.end(), mark.salts.begin())) return true;
+  mark.frames = frames;
+  return write_mark(file_, mark).ok() && ::fdatasync(file_) == 0;
 }
 
 std::int64_t LogMark::frames_of(std::span<const std::uint8_t, 8> salts) const {
   return std::equal(salts.begin(), salts.end(), salts_) ? frames_ : 0;
 }
 
-void LogMark::write() {
-  if (file_ < 0 || !news_) return;
-  news_ = false;
-  static_cast<void>(write_mark(file_, salts_, frames_, loose_));
+void LogMark::write(std::span<const std::uint8_t, 8> salts, std::int64_t frames) {
+  if (frames <= frames_of(salts)) return;
+  std::copy(salts.begin(), salts.end(), salts_);
+  frames_ = frames;
+  if (file_ < 0) return;
+  Mark mark;
+  std::copy_n(salts_, 8, mark.salts.begin());
+  mark.frames = frames_;
+  mark.loose = loose_;
+  static_cast<void>(write_mark(file_, mark));
 }
 
 bool LogMark::be_loose() {
   if (file_ < 0) return false;
   loose_ = true;
-  const Mark mark = read_mark(file_);
-  return mark.loose || (write_mark(file_, mark.salts, mark.frames, true) && ::fdatasync(file_) == 0);
+  Mark mark;
+  if (!read_mark(file_, mark).ok()) return false;
+  if (mark.loose) return true;
+  mark.loose = true;
+  return write_mark(file_, mark).ok() && ::fdatasync(file_) == 0;
 }
 
-void remove_log_mark(const char* log) {
+bool remove_log_mark(const char* log) {
   const MarkPath path = mark_of(log);
-  if (path.size() > 0 && !path.overflow()) ::unlink(path.c_str());
+  return path.size() == 0 || path.overflow() || ::unlink(path.c_str()) == 0 || errno == ENOENT;
 }
 
-Status check_log(const char* path, bool* loose_end) {
-  if (loose_end != nullptr) *loose_end = false;
-  const Mark mark = read_mark(path);
+Status check_log(const char* path) {
+  Mark mark;
   LogFile log;
-  if (!log.open(path, false)) {
-    return mark.frames == 0 ? Status{} : Status{StatusCode::log_damaged, 0, mark.frames};
-  }
-  if (!log.header_is_sound()) return {StatusCode::log_damaged, 0, mark.frames};
+  ILP_TRY(read_mark(path, mark));
+  ILP_TRY(log.open(path, false));
+  if (log.empty()) return mark.frames == 0 ? Status{} : Status{StatusCode::log_damaged, 0, mark.frames};
+  // A log that is begun anew has been copied into the database, and its header may have been written in part.
+  if (!log.header_is_sound()) return mark.begun ? Status{} : Status{StatusCode::log_damaged, 0, mark.frames};
   if (!log.of_our_pages()) return {};
   if (mark.frames > 0 && is_older(log.salts(), mark.salts)) return {StatusCode::log_damaged, 0, mark.frames};
   const bool marked = flipped_bits(log.salts(), mark.salts) == 0;
   const std::int64_t written = marked ? mark.frames : 0;
-  const Verdict verdict = judge(log);
+  Verdict verdict;
+  ILP_TRY(judge(log, verdict));
   if (verdict.damaged < 0)
     return log.frames() >= written ? Status{} : Status{StatusCode::log_damaged, log.frames(), written};
   // A power cut may have interrupted the last transaction, or any that was not synchronised, unless it is known to be
   // complete.
   const bool lost = verdict.damaged < written || (verdict.transactions > 1 && !mark.loose);
-  if (loose_end != nullptr) *loose_end = mark.loose && verdict.transactions > 0;
   return lost ? Status{StatusCode::log_damaged, verdict.damaged, std::max(written, verdict.last_end + 1)} : Status{};
 }
 

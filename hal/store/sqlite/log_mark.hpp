@@ -13,41 +13,43 @@ namespace ilp {
 inline constexpr const char* log_suffix = "-wal";
 inline constexpr const char* mark_suffix = "-sync";
 
-/// Kept in a file beside the log. It is written after the log was synchronised and never synchronised itself: it may
-/// understate the length, but never overstate it. Faults are ignored.
+/// Kept in a file beside the log. It is written after the log was synchronised and not synchronised itself: it may
+/// understate the length, but never overstate it. It is made from the frames that are in the log, never from the calls
+/// that wrote them, because any of these may have failed. A frame is counted by its end, so a length is a number of
+/// frames.
 class LogMark {
  public:
-  /// `log` is the name of the log.
-  void open(const char* log);
+  /// `log` is the name of the log. False if there may be a mark that cannot be written.
+  [[nodiscard]] bool open(const char* log);
   void close();
-  /// Takes the header of a written frame.
-  void note(std::span<const std::uint8_t, frame_header_bytes> header, std::int64_t frame);
-  /// All frames noted so far are on the disk: writes the mark.
-  void write();
+  /// Before the header of a log is written that begins anew: nothing of it is needed yet. A fault is ignored.
+  void begin(std::span<const std::uint8_t, 8> salts);
+  /// Before frames are written in the place of others, which a transaction has left that was rolled back: the mark
+  /// states at most `frames` from now on, which is synchronised. If false, they must not be written.
+  [[nodiscard]] bool lower(std::span<const std::uint8_t, 8> salts, std::int64_t frames);
+  /// So many frames of the log with these salts are on the disk. A fault is ignored.
+  void write(std::span<const std::uint8_t, 8> salts, std::int64_t frames);
   /// From now on transactions are not synchronised one by one: several may be behind the mark, and after a power cut
   /// any part of them may be on the disk. The next check_log() has to know it, so this is written through.
   bool be_loose();
-  /// Other processes write the log too.
-  [[nodiscard]] bool loose() const { return loose_; }
-  /// Frames noted so far of the log that began with these salts.
+  /// Frames of the log with these salts that this process knows to be on the disk.
   [[nodiscard]] std::int64_t frames_of(std::span<const std::uint8_t, 8> salts) const;
 
  private:
   int file_ = -1;
-  bool news_ = false;
   bool loose_ = false;
   std::uint8_t salts_[8] = {};
-  std::int64_t frames_ = 0;  ///< frames up to the end of the last transaction
+  std::int64_t frames_ = 0;  ///< up to the end of a transaction
 };
 
-/// Does nothing for names that are not a log's.
-void remove_log_mark(const char* log);
+/// Does nothing for names that are not a log's. False if it is still there.
+[[nodiscard]] bool remove_log_mark(const char* log);
 
 /// Call it before the database at `path` is opened. `log_damaged` (a = frame, b = frames that are known to have been
 /// written) when its log has frames with wrong checksums, except those of a last transaction that was never finished.
-/// SQLite uses such a log up to the damage. No process may be writing. `loose_end`: behind its end there are frames of
-/// transactions that a power cut has undone. They must not stay behind new ones, which they would make look damaged.
-Status check_log(const char* path, bool* loose_end = nullptr);
+/// SQLite uses such a log up to the damage. No process may be writing. Here and below `io_error` (a = errno) says that
+/// it could not be read, which is no verdict.
+Status check_log(const char* path);
 
 /// Mends a log with single flipped bits, if the checksums determine them. `log_damaged` if they do not, or if more is
 /// wrong; correct data is never changed.

@@ -1,9 +1,12 @@
 #include "hal/store/sqlite/salvage.hpp"
 
+#include <sqlite3.h>
+
 #include <algorithm>
 #include <limits>
 
 #include "hal/store/record_bytes.hpp"
+#include "hal/store/sqlite/checked_vfs.hpp"
 #include "hal/store/sqlite/log_mark.hpp"
 #include "hal/store/sqlite/schema_pages.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
@@ -18,14 +21,19 @@ constexpr int batch_records = 200;
 /// If the end of a table is unknown, it is assumed after this many unreadable ids in a row.
 constexpr std::int64_t max_missing = 1000;
 
+/// For reads that fail, of all tables together: 2 s. What cannot be read after that counts as damaged.
+constexpr int most_naps = 100;
+constexpr int nap_ms = 20;
+
 constexpr std::int64_t smallest = std::numeric_limits<std::int64_t>::min();
 constexpr std::int64_t largest = std::numeric_limits<std::int64_t>::max();
 
 /// Copies one table.
 class Copy {
  public:
-  Copy(SqliteStore& from, SqliteStore& to, const RecordInfo& info, std::span<std::uint8_t> scratch, SalvageCount& count)
-      : from_(from), to_(to), info_(info), scratch_(scratch), count_(count) {}
+  Copy(SqliteStore& from, SqliteStore& to, const RecordInfo& info, std::span<std::uint8_t> scratch, int& naps,
+       SalvageCount& count)
+      : from_(from), to_(to), info_(info), scratch_(scratch), naps_(naps), count_(count) {}
 
   /// Returns faults of the new database.
   Status run() {
@@ -39,17 +47,22 @@ class Copy {
  private:
   static bool is_room(const Status& status) { return status.is(StatusCode::store_full); }
 
-  /// A fault that passes is no damage, so it is tried once more.
+  /// A fault that passes is no damage, so it is tried again.
   template <typename Read>
-  static Status read_twice(Read read) {
-    const Status status = read();
+  Status read_again(Read read) {
+    Status status = read();
     const bool final = status.ok() || status.is(StatusCode::not_found) || status.is(StatusCode::record_damaged);
-    return final ? status : read();
+    if (!final) status = read();
+    for (; status.is(StatusCode::store_error) && naps_ < most_naps; ++naps_) {
+      sqlite3_sleep(nap_ms);
+      status = read();
+    }
+    return status;
   }
 
   Status forwards(bool& complete) {
     for (;;) {
-      const Status found = read_twice([&] { return from_.next(info_, low_, record_); });
+      const Status found = read_again([&] { return from_.next(info_, low_, record_); });
       if (found.ok()) {
         low_ = id_of(record_);
         ILP_TRY(take());
@@ -66,7 +79,7 @@ class Copy {
   /// Walks from the end to the point that `forwards` has reached.
   Status backwards(bool& complete) {
     for (;;) {
-      const Status found = read_twice([&] { return from_.previous(info_, high_, high_known_, record_); });
+      const Status found = read_again([&] { return from_.previous(info_, high_, high_known_, record_); });
       const bool damaged = found.is(StatusCode::record_damaged);
       if (!found.ok() && !damaged) {
         complete = found.is(StatusCode::not_found);
@@ -93,7 +106,7 @@ class Copy {
     std::int64_t missing = 0;
     std::int64_t unreadable = 0;
     for (std::int64_t id = first, probes = 0; id < end && probes < max_salvage_probes; ++id, ++probes) {
-      const Status found = from_.get(info_, id, record_);
+      const Status found = read_again([&] { return from_.get(info_, id, record_); });
       if (found.ok()) {
         ILP_TRY(take());
         count_.lost += unreadable;
@@ -170,7 +183,7 @@ class Copy {
     for (std::size_t at = begin; at < begin + bytes; at += blob_chunk_bytes) {
       const auto chunk = scratch_.first(std::min(blob_chunk_bytes, begin + bytes - at));
       const std::int64_t id = id_of(record_);
-      if (read_twice([&] { return from_.read_blob(info_, field.name, id, at, chunk); }).ok()) {
+      if (read_again([&] { return from_.read_blob(info_, field.name, id, at, chunk); }).ok()) {
         ILP_TRY(to_.write_blob(info_, field.name, id, at, chunk));
       } else {
         damaged = true;
@@ -184,6 +197,7 @@ class Copy {
   SqliteStore& to_;
   const RecordInfo& info_;
   std::span<std::uint8_t> scratch_;
+  int& naps_;
   SalvageCount& count_;
   std::int64_t low_ = smallest;
   std::int64_t high_ = largest;
@@ -202,25 +216,34 @@ constexpr bool is_large(RecordType type) {
 Status salvage(const char* from, const char* to, std::int64_t limit_bytes, std::span<std::uint8_t> scratch,
                SalvageCounts& counts) {
   counts = {};
-  bool lossless = check_log(from).ok() || mend_log(from).ok();
+  Status log = check_log(from);
+  if (log.is(StatusCode::log_damaged)) log = mend_log(from);
+  if (!log.ok() && !log.is(StatusCode::log_damaged)) return log;
+  bool lossless = log.ok();
   SqliteStore saved;
   ILP_TRY(saved.open(to));
   saved.close();
   // The same build makes the same schema in the same pages.
   ILP_TRY(restore_schema_pages(from, to));
   std::int64_t frames = 0;
-  static_cast<void>(bridge_log(from, frames));
+  log = bridge_log(from, frames);
+  if (log.is(StatusCode::io_error)) return log;
   SqliteStore damaged;
+  const std::int64_t failed_before = failed_reads();
   const Status readable = damaged.open_damaged(from, cache_kib);
   ILP_TRY(saved.open(to));
   ILP_TRY(saved.limit(limit_bytes));
   ILP_TRY(saved.use_cache(cache_kib));
-  if (!readable.ok()) return {};
+  // Nothing can be read of it, or not at this time. Without one of its tables SQLite has no other word for it.
+  const bool without_table =
+      readable.is(StatusCode::store_error) && readable.a == SQLITE_ERROR && failed_reads() == failed_before;
+  if (!readable.ok()) return is_verdict(readable) || without_table ? Status{} : readable;
+  int naps = 0;
   for (const bool large : {false, true}) {
     for (std::size_t t = 0; t < counts.size(); ++t) {
       const RecordInfo& info = record_info(static_cast<RecordType>(t));
       if (is_large(info.type) != large || info.type == RecordType::identity) continue;
-      Copy copy(damaged, saved, info, scratch, counts[t]);
+      Copy copy(damaged, saved, info, scratch, naps, counts[t]);
       ILP_TRY(copy.run());
       lossless = lossless && counts[t].lost == 0;
     }
@@ -228,7 +251,7 @@ Status salvage(const char* from, const char* to, std::int64_t limit_bytes, std::
   // Numbers of lost records have been used: the flight begins another life (IdentityRecord).
   if (!lossless) return {};
   const auto identity = static_cast<std::size_t>(RecordType::identity);
-  Copy copy(damaged, saved, record_info(RecordType::identity), scratch, counts[identity]);
+  Copy copy(damaged, saved, record_info(RecordType::identity), scratch, naps, counts[identity]);
   return copy.run();
 }
 

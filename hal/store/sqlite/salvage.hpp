@@ -22,7 +22,8 @@ using SalvageCounts = std::array<SalvageCount, static_cast<std::size_t>(RecordTy
 /// max_salvage_probes. Images and depth maps come last: if there is too little room they are left out and counted as
 /// lost. The damaged database is written to only where it is unreadable: pages of the schema, and checksums of the log,
 /// so that SQLite reads it to its end. `scratch` is for pieces of blobs and has a multiple of `blob_chunk_bytes`. A
-/// fault of `to` ends the salvage.
+/// fault of `to` ends the salvage, and so does a database that cannot be opened or whose log cannot be read at this
+/// time. A record that cannot be read although it is tried for 2 s counts as lost.
 Status salvage(const char* from, const char* to, std::int64_t limit_bytes, std::span<std::uint8_t> scratch,
                SalvageCounts& counts);
 

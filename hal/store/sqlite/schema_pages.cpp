@@ -7,6 +7,7 @@
 #include <array>
 #include <cerrno>
 
+#include "hal/store/sqlite/disk_file.hpp"
 #include "hal/store/sqlite/page_checksum.hpp"
 
 namespace ilp {
@@ -16,32 +17,41 @@ using PageBytes = std::array<std::uint8_t, page_bytes>;
 
 class PageFile {
  public:
-  PageFile(const char* path, int how) : file_(::open(path, how | O_CLOEXEC)) {}
+  PageFile() = default;
   ~PageFile() {
     if (file_ >= 0) ::close(file_);
   }
   PageFile(const PageFile&) = delete;
   PageFile& operator=(const PageFile&) = delete;
 
-  [[nodiscard]] bool is_open() const { return file_ >= 0; }
-  [[nodiscard]] std::uint32_t pages() const {
+  Status open(const char* path, int how) {
+    ILP_TRY(open_disk_file(path, how, file_));
     struct stat state {};
-    return ::fstat(file_, &state) == 0 ? static_cast<std::uint32_t>(state.st_size / static_cast<off_t>(page_bytes)) : 0;
+    if (file_ >= 0 && ::fstat(file_, &state) != 0) return {StatusCode::io_error, errno};
+    pages_ = static_cast<std::uint32_t>(state.st_size / static_cast<off_t>(page_bytes));
+    return {};
   }
-  /// Whether it was read and has its checksum, possibly after mending.
-  bool read(std::uint32_t number, PageBytes& page) const {
-    return ::pread(file_, page.data(), page.size(), place(number)) == static_cast<ssize_t>(page.size()) &&
-           check_page(number, page) != PageState::damaged;
+  [[nodiscard]] bool is_open() const { return file_ >= 0; }
+  [[nodiscard]] std::uint32_t pages() const { return pages_; }
+  /// `sound`: it is there and has its checksum, possibly after mending.
+  Status read(std::uint32_t number, PageBytes& page, bool& sound) const {
+    std::size_t got = 0;
+    ILP_TRY(read_at(file_, page, place(number), got));
+    sound = got == page.size() && check_page(number, page) != PageState::damaged;
+    return {};
   }
-  bool write(std::uint32_t number, PageBytes& page) const {
+  Status write(std::uint32_t number, PageBytes& page) const {
     seal_page(number, page);
-    return ::pwrite(file_, page.data(), page.size(), place(number)) == static_cast<ssize_t>(page.size());
+    return write_at(file_, page, place(number));
   }
-  bool synchronise() const { return ::fsync(file_) == 0; }
+  Status synchronise() const { return ::fsync(file_) == 0 ? Status{} : Status{StatusCode::io_error, errno}; }
 
  private:
-  static off_t place(std::uint32_t number) { return static_cast<off_t>(number - 1) * static_cast<off_t>(page_bytes); }
-  int file_;
+  static std::int64_t place(std::uint32_t number) {
+    return (static_cast<std::int64_t>(number) - 1) * static_cast<std::int64_t>(page_bytes);
+  }
+  int file_ = -1;
+  std::uint32_t pages_ = 0;
 };
 
 std::uint32_t number_at(const PageBytes& page, std::size_t at, int bytes) {
@@ -66,18 +76,20 @@ void fit_first_page(std::uint32_t pages, PageBytes& page) {
   put_number(0, page, 36);
 }
 
-bool is_ours(const PageFile& file, std::uint32_t pages) {
+Status find_ours(const PageFile& file, bool& ours) {
   PageBytes page;
-  for (std::uint32_t number = 1; number <= pages; ++number) {
-    if (file.read(number, page)) return true;
-  }
-  return false;
+  ours = false;
+  for (std::uint32_t number = 1; number <= file.pages() && !ours; ++number) ILP_TRY(file.read(number, page, ours));
+  return {};
 }
 
-bool restore(const PageFile& damaged, const PageFile& fresh, std::uint32_t number) {
+Status restore(const PageFile& damaged, const PageFile& fresh, std::uint32_t number) {
   PageBytes page;
-  if (damaged.read(number, page)) return true;
-  if (!fresh.read(number, page)) return true;
+  bool sound = false;
+  ILP_TRY(damaged.read(number, page, sound));
+  if (sound) return {};
+  ILP_TRY(fresh.read(number, page, sound));
+  if (!sound) return {};
   if (number == 1) fit_first_page(damaged.pages(), page);
   return damaged.write(number, page);
 }
@@ -85,21 +97,27 @@ bool restore(const PageFile& damaged, const PageFile& fresh, std::uint32_t numbe
 }  // namespace
 
 Status restore_schema_pages(const char* damaged, const char* fresh) {
-  const PageFile from(fresh, O_RDONLY);
-  const PageFile to(damaged, O_RDWR);
+  PageFile from;
+  PageFile to;
   PageBytes first;
-  if (!from.is_open() || !from.read(1, first)) return {StatusCode::io_error, errno};
-  if (!to.is_open() || !is_ours(to, to.pages())) return {};
-  bool written = restore(to, from, 1);
+  bool sound = false;
+  bool ours = false;
+  ILP_TRY(from.open(fresh, O_RDONLY));
+  ILP_TRY(to.open(damaged, O_RDWR));
+  if (from.is_open()) ILP_TRY(from.read(1, first, sound));
+  if (!sound) return {StatusCode::io_error, ENOENT};
+  if (to.is_open()) ILP_TRY(find_ours(to, ours));
+  if (!ours) return {};
+  ILP_TRY(restore(to, from, 1));
   if (first[tree_begin] == interior_table) {
     const std::size_t cells = number_at(first, tree_begin + 3, 2);
     for (std::size_t c = 0; c < cells && cells_begin + 2 * c + 2 <= page_bytes; ++c) {
       const std::uint32_t cell = number_at(first, cells_begin + 2 * c, 2);
-      if (cell + 4 <= page_bytes) written = restore(to, from, number_at(first, cell, 4)) && written;
+      if (cell + 4 <= page_bytes) ILP_TRY(restore(to, from, number_at(first, cell, 4)));
     }
-    written = restore(to, from, number_at(first, tree_begin + 8, 4)) && written;
+    ILP_TRY(restore(to, from, number_at(first, tree_begin + 8, 4)));
   }
-  return written && to.synchronise() ? Status{} : Status{StatusCode::io_error, errno};
+  return to.synchronise();
 }
 
 }  // namespace ilp

@@ -2,11 +2,13 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 
 #include "cfg/limits.hpp"
 #include "fsw/base/text.hpp"
+#include "hal/store/sqlite/disk_file.hpp"
 
 namespace ilp {
 namespace {
@@ -17,10 +19,6 @@ Path aside(const char* path, std::int64_t number) {
   Path to;
   to.add(path).add(".aside-").add(number);
   return to;
-}
-
-bool exists(const Path& path) {
-  return ::access(path.c_str(), F_OK) == 0;
 }
 
 // The log is moved first, because a log without its database would be used for the next one. The mark of its length is
@@ -35,8 +33,7 @@ Path with(Path path, const char* suffix) {
 /// An interrupted start may have moved some of it already.
 Status move(const Path& from, const Path& to) {
   if (from.overflow() || to.overflow()) return {StatusCode::capacity_exceeded, 0, limits::max_path_bytes};
-  if (!exists(from)) return {};
-  return std::rename(from.c_str(), to.c_str()) == 0 ? Status{} : Status{StatusCode::io_error, errno};
+  return std::rename(from.c_str(), to.c_str()) == 0 || errno == ENOENT ? Status{} : Status{StatusCode::io_error, errno};
 }
 
 Status remove(const Path& path) {
@@ -46,10 +43,14 @@ Status remove(const Path& path) {
 }  // namespace
 
 Status set_database_aside(const char* path, std::int64_t& number) {
-  number = 1;
-  while (number < max_set_aside && exists(aside(path, number))) ++number;
+  bool taken = true;
+  for (number = 1; number <= max_set_aside; ++number) {
+    ILP_TRY(look_for(aside(path, number).c_str(), taken));
+    if (!taken) break;
+  }
+  number = std::min(number, max_set_aside);
   const Path to = aside(path, number);
-  if (exists(to)) {
+  if (taken) {
     for (const char* const suffix : suffixes) ILP_TRY(remove(with(to, suffix)));
   }
   Path from;

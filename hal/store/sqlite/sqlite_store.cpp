@@ -6,13 +6,16 @@
 #include <algorithm>
 #include <cstring>
 #include <ctime>
+#include <utility>
 
 #include "hal/store/checksums.hpp"
 #include "hal/store/record_bytes.hpp"
 #include "hal/store/sqlite/checked_vfs.hpp"
 #include "hal/store/sqlite/columns.hpp"
+#include "hal/store/sqlite/disk_file.hpp"
 #include "hal/store/sqlite/log_mark.hpp"
 #include "hal/store/sqlite/page_checksum.hpp"
+#include "hal/store/sqlite/reserve.hpp"
 #include "hal/store/sqlite/sql_text.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
 
@@ -21,19 +24,24 @@ namespace {
 
 // Pages kept in memory; with the statements and a large blob's handle this fits the arena of the flight profile.
 constexpr const char* settings[] = {
-    "PRAGMA page_size=4096",
-    "PRAGMA journal_mode=WAL",
-    "PRAGMA synchronous=FULL",
-    "PRAGMA cache_size=-3072",
-    "PRAGMA cache_spill=ON",
-    "PRAGMA journal_size_limit=8388608",
-    "PRAGMA temp_store=MEMORY",
-    "PRAGMA mmap_size=0",
-    "PRAGMA foreign_keys=OFF",
+    "PRAGMA page_size=4096",     "PRAGMA journal_mode=WAL", "PRAGMA synchronous=FULL",
+    "PRAGMA cache_size=-3072",   "PRAGMA cache_spill=ON",   "PRAGMA journal_size_limit=8388608",
+    "PRAGMA temp_store=MEMORY",  "PRAGMA mmap_size=0",      "PRAGMA foreign_keys=OFF",
     "PRAGMA trusted_schema=OFF",
-    // A commit that copies the log takes little longer than the others.
-    "PRAGMA wal_autocheckpoint=250",
 };
+
+/// The log is copied when it has so many frames: a commit that does it takes little longer than the others.
+constexpr int frames_to_copy = 250;
+
+/// Half of it is more than a log has that nobody holds, on any disk.
+constexpr std::int64_t least_log_room = 4 * frames_to_copy * static_cast<std::int64_t>(frame_bytes);
+
+/// SQLite calls it after every commit. If copying fails it is tried again after the next one.
+int note_commit(void* log_bytes, sqlite3* database, const char* name, int frames) {
+  *static_cast<std::int64_t*>(log_bytes) = std::int64_t{frames} * static_cast<std::int64_t>(frame_bytes);
+  if (frames >= frames_to_copy) static_cast<void>(sqlite3_wal_checkpoint(database, name));
+  return SQLITE_OK;
+}
 
 using UriText = FixedText<3 * limits::max_path_bytes + 32>;
 
@@ -52,11 +60,11 @@ void unchanging_file(const char* path, UriText& uri) {
 }
 
 /// A log that another process is writing may look damaged for a moment.
-Status check_log_at_rest(const char* path, bool* loose_end = nullptr) {
-  Status log = check_log(path, loose_end);
+Status check_log_at_rest(const char* path) {
+  Status log = check_log(path);
   for (int again = 0; again < 3 && !log.ok(); ++again) {
     sqlite3_sleep(20);
-    log = check_log(path, loose_end);
+    log = check_log(path);
   }
   return log;
 }
@@ -150,6 +158,7 @@ Status SqliteStore::integer_of(sqlite3_stmt* statement, std::int64_t& value) {
 Status SqliteStore::connect(const char* path, int flags) {
   close();
   refused_at_open_ = refused_reads();
+  full_at_look_ = writes_without_room();
   int code = register_checked_vfs();
   if (code == SQLITE_OK) code = sqlite3_open_v2(path, &database_, flags, checked_vfs);
   if (code == SQLITE_OK) return {};
@@ -172,8 +181,7 @@ Status SqliteStore::check_database(bool may_create) {
 }
 
 Status SqliteStore::open(const char* path) {
-  bool loose_end = false;
-  ILP_TRY(check_log_at_rest(path, &loose_end));
+  ILP_TRY(check_log_at_rest(path));
   ILP_TRY(connect(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE));
   sqlite3_busy_handler(database_, wait_for_lock, &lock_);
   Status status = check_database(true);
@@ -181,8 +189,7 @@ Status SqliteStore::open(const char* path) {
   for (const char* setting : settings) {
     if (status.ok()) status = execute(setting);
   }
-  // The log starts over with the next commit. While other processes write, it has no such end.
-  if (status.ok() && loose_end) status = execute("PRAGMA wal_checkpoint(RESTART)");
+  sqlite3_wal_hook(database_, note_commit, &log_bytes_);
   if (status.ok()) status = create_schema();
   if (status.ok()) status = prepare_all();
   if (!status.ok()) {
@@ -199,19 +206,21 @@ Status SqliteStore::limit(std::int64_t bytes) {
   const char* const path = sqlite3_db_filename(database_, "main");
   struct statvfs disk {};
   if (path != nullptr && *path != 0 && statvfs(path, &disk) == 0) {
-    const std::int64_t room =
-        known_bytes_ + static_cast<std::int64_t>(disk.f_bavail) * static_cast<std::int64_t>(disk.f_frsize);
-    const std::int64_t log = room / 2 < 2 * sqlite_log_bytes ? room / 2 : 2 * sqlite_log_bytes;
+    const std::int64_t room = known_bytes_ + reserved_bytes(path) +
+                              static_cast<std::int64_t>(disk.f_bavail) * static_cast<std::int64_t>(disk.f_frsize);
+    const std::int64_t log = std::min(room / 2, 2 * sqlite_log_bytes);
     if (limit_bytes_ > room - log) limit_bytes_ = room - log;
+    // One half is for the log, and the other one for copying it.
+    reserve_bytes_ = log / 2;
+    log_room_ = std::max(reserve_bytes_, least_log_room);
   }
-  FixedText<64> sql;
-  sql.add("PRAGMA max_page_count=").add((limit_bytes_ + page_bytes_ - 1) / page_bytes_);
-  return execute(sql.c_str());
+  return mind_reserve();
 }
 
 Status SqliteStore::check() {
   if (database_ == nullptr) return {StatusCode::invalid_argument, 1};
   sqlite3_stmt* statement = nullptr;
+  const std::int64_t failed_before = failed_reads();
   ILP_TRY(prepare("PRAGMA quick_check(1)", statement));
   const int code = sqlite3_step(statement);
   const auto* const verdict = code == SQLITE_ROW ? sqlite3_column_text(statement, 0) : nullptr;
@@ -219,6 +228,8 @@ Status SqliteStore::check() {
   const Status status = code == SQLITE_ROW ? Status{} : fault(code);
   sqlite3_finalize(statement);
   ILP_TRY(status);
+  // What could not be read has a place in its list of damage too.
+  if (!sound && failed_reads() != failed_before) return {StatusCode::store_error, SQLITE_IOERR, SQLITE_IOERR_READ};
   return sound ? Status{} : fault(SQLITE_CORRUPT);
 }
 
@@ -241,17 +252,14 @@ Status SqliteStore::use_cache(std::int64_t kib) {
 Status SqliteStore::connect_read_only(const char* path, bool sound) {
   FixedText<limits::max_path_bytes> log;
   log.add(path).add("-wal");
-  sqlite3_vfs* const disk = sqlite3_vfs_find(nullptr);
-  int log_exists = 1;
-  if (disk == nullptr || log.overflow() ||
-      disk->xAccess(disk, log.c_str(), SQLITE_ACCESS_EXISTS, &log_exists) != SQLITE_OK) {
-    log_exists = 1;
-  }
+  if (log.overflow()) return {StatusCode::capacity_exceeded, 0, limits::max_path_bytes};
+  bool log_exists = false;
+  ILP_TRY(look_for(log.c_str(), log_exists));
   // SQLite opens the log of every database that has one, and makes it if there is none, unless it is told that there is
   // no writer.
   UriText uri;
-  if (log_exists == 0) unchanging_file(path, uri);
-  const bool alone = log_exists == 0 && !uri.overflow();
+  if (!log_exists) unchanging_file(path, uri);
+  const bool alone = !log_exists && !uri.overflow();
   ILP_TRY(connect(alone ? uri.c_str() : path, SQLITE_OPEN_READONLY | (alone ? SQLITE_OPEN_URI : 0)));
   sqlite3_busy_handler(database_, wait_for_lock, &lock_);
   Status status = sound ? check_database(false) : Status{};
@@ -279,11 +287,25 @@ void SqliteStore::close() {
   for (sqlite3_stmt** statement : {&begin_, &commit_, &rollback_, &data_version_, &page_count_, &free_count_}) {
     finish(*statement);
   }
+  FixedText<limits::max_path_bytes> path;
+  const char* const name =
+      database_ != nullptr && reserve_bytes_ > 0 ? sqlite3_db_filename(database_, "main") : nullptr;
+  if (name != nullptr) path.add(name);
   sqlite3_close(database_);
   database_ = nullptr;
+  // The last one has copied the log and removed it.
+  bool log_exists = true;
+  FixedText<limits::max_path_bytes> log;
+  log.add(path.c_str()).add(log_suffix);
+  if (path.size() > 0 && !log.overflow() && look_for(log.c_str(), log_exists).ok() && !log_exists) {
+    give_up_reserve(path.c_str());
+  }
+  limit_bytes_ = reserve_bytes_ = log_bytes_ = 0;
+  log_room_ = sqlite_log_bytes;
+  disk_is_full_ = log_is_held_ = false;
+  news_ = {};
   lock_file_.close();
   lock_ = {};
-  limit_bytes_ = 0;
   damaged_ = false;
   synchronise_ = Synchronise::in_commit;
   unsynchronised_ = synchronising_failed_ = false;
@@ -390,8 +412,65 @@ Status SqliteStore::prepare_all() {
   return integer_of(data_version_, seen_version_);
 }
 
+Status SqliteStore::take_news() {
+  return std::exchange(news_, Status{});
+}
+
+/// Before every transaction.
+Status SqliteStore::make_room() {
+  const char* const path = sqlite3_db_filename(database_, "main");
+  const bool full = disk_is_full_ || writes_without_room() != full_at_look_ ||
+                    (reserve_bytes_ > 0 && path != nullptr && reserved_bytes(path) < reserve_bytes_);
+  Status status;
+  if (2 * log_bytes_ > log_room_ || (full && log_bytes_ > 0)) {
+    status = start_log_over();
+  } else {
+    log_is_held_ = false;
+  }
+  if (full || writes_without_room() != full_at_look_) ILP_TRY(mind_reserve());
+  return log_bytes_ > log_room_ ? status : Status{};
+}
+
+/// The room that the log has on the disk is then used again.
+Status SqliteStore::start_log_over() {
+  int frames = 0, copied = -1;
+  // It does not wait for readers, which may stay for long.
+  sqlite3_busy_handler(database_, nullptr, nullptr);
+  const int code = sqlite3_wal_checkpoint_v2(database_, nullptr, SQLITE_CHECKPOINT_RESTART, &frames, &copied);
+  sqlite3_busy_handler(database_, wait_for_lock, &lock_);
+  if (code == SQLITE_OK) {
+    log_bytes_ = 0;
+    log_is_held_ = false;
+    return {};
+  }
+  if (code != SQLITE_BUSY) return fault(code);
+  // Another process writes, or copies it itself.
+  if (copied < 0 || copied == frames) return {};
+  if (!log_is_held_ && 2 * log_bytes_ > log_room_) news_ = {StatusCode::store_log_held, log_bytes_, log_room_};
+  log_is_held_ = log_is_held_ || !news_.ok();
+  return {StatusCode::store_full, log_bytes_, log_room_};
+}
+
+/// Makes the reserve again when there is room for it. Without it the database does not grow: the log may need all there
+/// is.
+Status SqliteStore::mind_reserve() {
+  full_at_look_ = writes_without_room();
+  const char* const path = sqlite3_db_filename(database_, "main");
+  const Status made = reserve_bytes_ > 0 && path != nullptr ? make_reserve(path, reserve_bytes_) : Status{};
+  disk_is_full_ = made.is(StatusCode::store_full);
+  if (!made.ok() && !disk_is_full_) reserve_bytes_ = 0;
+  return limit_bytes_ > 0 ? limit_pages(disk_is_full_ ? usage().bytes : limit_bytes_) : Status{};
+}
+
+Status SqliteStore::limit_pages(std::int64_t bytes) {
+  FixedText<64> sql;
+  sql.add("PRAGMA max_page_count=").add(std::max<std::int64_t>((bytes + page_bytes_ - 1) / page_bytes_, 1));
+  return execute(sql.c_str());
+}
+
 Status SqliteStore::begin() {
   if (database_ == nullptr || in_transaction_) return {StatusCode::invalid_argument, 1};
+  ILP_TRY(make_room());
   const Status begun = run(begin_);
   if (!begun.is(StatusCode::store_locked)) lock_.taken_since_ns = 0;
   if (begun.is(StatusCode::store_locked) && lock_.taken_since_ns == 0) {

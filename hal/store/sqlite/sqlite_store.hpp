@@ -25,7 +25,15 @@ enum class Synchronise : std::uint8_t {
 };
 
 /// The write-ahead log is copied into the database and started over long before it reaches this size, and cut to it.
+/// While a reader prevents that, the log grows up to this size, and by one transaction more.
 inline constexpr std::int64_t sqlite_log_bytes = 8 << 20;
+
+/// The fault is a verdict on the content of a database that was read. Any other one may pass, and says nothing about
+/// it.
+[[nodiscard]] constexpr bool is_verdict(const Status& status) {
+  return status.is(StatusCode::store_damaged) || status.is(StatusCode::log_damaged) ||
+         status.is(StatusCode::store_schema) || status.is(StatusCode::store_build);
+}
 
 /// A database of another version of the field tables is refused with `store_schema` and left untouched. open() prepares
 /// all statements, so that in flight SQLite needs little memory beyond its page cache.
@@ -37,9 +45,12 @@ class SqliteStore final : public Store {
   /// A database that cannot be written (on a read-only disk) is refused with `store_error`.
   Status open(const char* path);
   /// Limits the size of the database to `bytes`, and to the present room on the disk minus the room that the log may
-  /// need. A write beyond it is `store_full`; erasing continues. On a completely full disk even erasing must wait for
-  /// room. Existing data stays.
+  /// need, and makes the reserve (reserve.hpp). A write beyond it is `store_full`; erasing continues. On a completely
+  /// full disk even erasing must wait for room. Existing data stays.
   Status limit(std::int64_t bytes);
+  /// Once, when the log has half of its room because somebody reads: `store_log_held` (a = octets of the log, b = its
+  /// room). When it has all of it, begin() is `store_full` until the reader has gone.
+  Status take_news();
   /// Reads the whole database, which takes long: `store_damaged` when its structure is damaged.
   Status check();
   /// A call has returned `store_damaged` since open(). Earlier writes may be lost: set the database aside.
@@ -134,6 +145,10 @@ class SqliteStore final : public Store {
   Status run(sqlite3_stmt* statement);
   [[nodiscard]] sqlite3_file* log_file();
   Status synchronise_log();
+  Status make_room();
+  Status start_log_over();
+  Status mind_reserve();
+  Status limit_pages(std::int64_t bytes);
   Status writable();
   /// Call it after every write: a fault makes a commit impossible.
   Status written(const RecordInfo& info, Status status);
@@ -170,6 +185,13 @@ class SqliteStore final : public Store {
   std::int64_t page_bytes_ = 4096;
   std::int64_t known_bytes_ = 0;  ///< size of the database at the last query
   std::int64_t limit_bytes_ = 0;  ///< 0: none
+  std::int64_t log_bytes_ = 0;    ///< of the log after the latest commit
+  std::int64_t log_room_ = sqlite_log_bytes;
+  std::int64_t reserve_bytes_ = 0;
+  bool disk_is_full_ = false;  ///< it has no room for the reserve
+  std::int64_t full_at_look_ = 0;
+  bool log_is_held_ = false;
+  Status news_;
   std::int64_t seen_version_ = 0;
   RecordMask uncommitted_ = 0;
   RecordMask changed_ = 0;
