@@ -97,7 +97,7 @@ int main(int argc, char** argv) {
     const Status accepted = server.accept();
     if (accepted.is(StatusCode::io_error)) return fail(options.socket, accepted);
     if (!accepted.ok()) {
-      static_cast<void>(fail("a flight of another build", accepted));
+      static_cast<void>(fail("no flight, or one of another build", accepted));
     } else if (!serve(server, search, bands)) {
       return 1;
     }

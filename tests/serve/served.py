@@ -55,6 +55,76 @@ class Server:
         self.process.stdout.close()
 
 
+def own_hosts(server):
+    """Names by which a server at 127.0.0.1 is served."""
+    return [f"{name}:{server.port}" for name in ("localhost", "127.0.0.1", "[::1]")]
+
+
+def foreign_hosts(server):
+    port = str(server.port)
+    other = str(server.port % 65535 + 1)
+    return ["evil.example", "evil.example:" + port, "1.2.3.4:" + port, "192.168.0.1:" + port, "127.0.0.2:" + port, "127.0.0.1",
+            "localhost", "localhost:" + other, "127.0.0.1:" + other, "[::1]:" + other, "localhost." + ":" + port,
+            "127.0.0.1.evil.example:" + port, "[::2]:" + port, "", ":" + port, "127.0.0.1:" + port + "@evil.example"]
+
+
+class SlowConnections:
+    """Connections that begin a request and never end it, but say something again and again."""
+
+    def __init__(self, server, beginnings):
+        self.server, self.beginnings, self.open_ones = server, beginnings, []
+
+    def open(self, count):
+        for i in range(count):
+            peer = socket.create_connection((self.server.host, self.server.port), timeout=patience_s)
+            peer.sendall(self.beginnings[i % len(self.beginnings)])
+            peer.setblocking(False)
+            self.open_ones.append(peer)
+
+    def drip(self):
+        """An octet more from each; how many are open."""
+        still = []
+        for peer in self.open_ones:
+            try:
+                peer.send(b"x")
+                # Nothing but its end comes from the server.
+                peer.recv(1)
+                peer.close()
+            except BlockingIOError:
+                still.append(peer)
+            except OSError:
+                peer.close()
+        self.open_ones = still
+        return len(still)
+
+
+class Flood:
+    """A thread that makes connections as fast as it can, the latest 100 of which stay open."""
+
+    def __init__(self, server):
+        self.server, self.made, self.going = server, 0, True
+        self.thread = threading.Thread(target=self.run, daemon=True)
+        self.thread.start()
+
+    def run(self):
+        peers = []
+        while self.going:
+            try:
+                peers.append(socket.create_connection((self.server.host, self.server.port), timeout=patience_s))
+                self.made += 1
+            except OSError:
+                time.sleep(0.01)
+            while len(peers) > 100:
+                peers.pop(0).close()
+        for peer in peers:
+            peer.close()
+
+    def end(self):
+        self.going = False
+        self.thread.join()
+        return self.made
+
+
 class Stream:
     """Follows /events as a page does: keeps the items and the place."""
 

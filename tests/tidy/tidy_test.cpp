@@ -299,6 +299,27 @@ TEST(Tidy, OnlySourcesAreInTheRepository) {
 }
 
 // Proof of "no heap, no exceptions, no RTTI" on what the compiler made of the flight libraries.
+// After a flight that did not end in order, such a shell copies the log into the database, without checksums.
+TEST(Tidy, NoPageRecommendsAShellOfSqliteThatMayWrite) {
+  static const std::regex shell(R"(\bsqlite3\s)"), reads_only(R"(-readonly|mode=ro)");
+  std::size_t pages = 0;
+  for (const char* folder : {"docs", "bsp", "sim", "tests", "."}) {
+    for (auto entry = fs::recursive_directory_iterator(root / folder); entry != fs::recursive_directory_iterator();
+         ++entry) {
+      // In the root only the pages themselves: builds lie there too.
+      if (std::string(folder) == "." && entry->is_directory()) entry.disable_recursion_pending();
+      if (entry->path().extension() != ".md") continue;
+      ++pages;
+      const std::vector<std::string> lines = lines_of(fs::relative(entry->path(), root).string());
+      for (std::size_t i = 0; i < lines.size(); ++i) {
+        if (!std::regex_search(lines[i], shell) || std::regex_search(lines[i], reads_only)) continue;
+        ADD_FAILURE() << entry->path() << ":" << i + 1 << ": recommend ilp-store, or sqlite3 -readonly";
+      }
+    }
+  }
+  EXPECT_GT(pages, 30U);
+}
+
 TEST(Tidy, FlightLibrariesNameNoAllocatorAndNoUnwinder) {
   // Undefined symbols, demangled names avoided on purpose: new, delete, malloc's family, the unwinder, exceptions of
   // ours and of the library, RTTI.

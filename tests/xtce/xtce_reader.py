@@ -1,6 +1,9 @@
 """A reader of XTCE 1.2 databases. It knows the standard and CCSDS packets, and nothing of any mission."""
 
+import contextlib
 import datetime
+import os
+import re
 import struct
 import xml.etree.ElementTree as ElementTree
 from fractions import Fraction
@@ -15,8 +18,33 @@ LEAP_DAYS = [datetime.date(*day) for day in (
     (2009, 1, 1), (2012, 7, 1), (2015, 7, 1), (2017, 1, 1))]
 
 
+MOST_FILE_BYTES = 64 << 20
+MOST_ENTRIES = 100_000  # of a packet
+# What an exact computation may be asked for: a Fraction of "1e999999999" would take all memory.
+NUMBER = re.compile(r"[-+]?\d{1,30}(/\d{1,30}|(\.\d{0,30})?([eE][-+]?\d{1,2})?)")
+MOST_EXPONENT = 16
+
+
 class XtceError(Exception):
-    pass
+    """Says where in the database, or in which packet, something is not as the standard has it."""
+
+
+@contextlib.contextmanager
+def errors_at(place):
+    """Whatever a database or a packet causes is an XtceError that names the place: `place()` at that time."""
+    try:
+        yield
+    except XtceError as fault:
+        raise XtceError("%s: %s" % (place(), fault)) from fault
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError, struct.error,
+            ElementTree.ParseError) as fault:
+        raise XtceError("%s: %s: %s" % (place(), type(fault).__name__, fault)) from fault
+
+
+def fraction(text):
+    if not NUMBER.fullmatch(text):
+        raise XtceError("%s is no number" % text[:40])
+    return Fraction(text)
 
 
 def leap_seconds(unix):
@@ -61,16 +89,28 @@ class Named:
 class Database:
     def __init__(self, file):
         self.items = {kind: {} for kind in ("type", "argument_type", "parameter", "container", "command")}
-        self._read_space(ElementTree.parse(file).getroot(), "")
         self.children = {}
-        for container in self.items["container"].values():
-            base = child(container.element, "BaseContainer")
-            if base is not None:
-                parent = self.find("container", base.get("containerRef"), container.space)
-                self.children.setdefault(parent.path, []).append(container)
+        self.place = ""
+        with errors_at(lambda: "%s %s" % (file, self.place)):
+            if os.path.getsize(file) > MOST_FILE_BYTES:
+                raise XtceError("%s has more than %d MiB" % (file, MOST_FILE_BYTES >> 20))
+            self._read_space(ElementTree.parse(file).getroot(), "")
+            for container in self.items["container"].values():
+                self.place = container.path
+                for below in self.chain("container", container, "BaseContainer", "containerRef")[1:2]:
+                    self.children.setdefault(below.path, []).append(container)
+
+    def chain(self, kind, item, base_name, reference):
+        """The item and what it is based on, one after the other."""
+        chain = [item]
+        while (base := child(chain[-1].element, base_name)) is not None:
+            chain.append(self.find(kind, base.get(reference), chain[-1].space))
+            if chain[-1] in chain[:-1]:
+                raise XtceError("%s is based on itself" % chain[-1].path)
+        return chain
 
     def _read_space(self, element, parent):
-        space = parent + "/" + element.get("name")
+        self.place = space = parent + "/" + element.get("name")
         sets = {"ParameterTypeSet": "type", "ArgumentTypeSet": "argument_type", "ParameterSet": "parameter",
                 "ContainerSet": "container", "MetaCommandSet": "command"}
         for part in element:
@@ -80,6 +120,7 @@ class Database:
                 for group in part:
                     for item in group:
                         named = Named(item, space)
+                        self.place = named.path
                         if named.path in self.items[sets[kind_of(group)]]:
                             raise XtceError(named.path + " is defined twice")
                         self.items[sets[kind_of(group)]][named.path] = named
@@ -120,10 +161,14 @@ class Decoder:
 
     def __init__(self, database, octets):
         self.database, self.octets, self.bits = database, octets, Bits(octets)
-        self.values, self.latest = [], {}
+        self.values, self.latest, self.entries, self.place = [], {}, 0, ""
 
     def decode(self, root):
         """Returns the path of the packet's container and its values, in the order of the packet."""
+        with errors_at(lambda: "a packet of %d octets, %s" % (len(self.octets), self.place)):
+            return self._decode_from(root)
+
+    def _decode_from(self, root):
         container = root
         while True:
             self._check(container)
@@ -141,6 +186,7 @@ class Decoder:
         return container.path, self.values
 
     def _check(self, container):
+        self.place = container.path
         encoding = child(container.element, "BinaryEncoding")
         if encoding is None:
             return
@@ -160,6 +206,9 @@ class Decoder:
             repeat = child(entry, "RepeatEntry")
             count = 1 if repeat is None else self._integer(child(repeat, "Count"), container.space)
             for _ in range(count):
+                self.entries += 1
+                if self.entries > MOST_ENTRIES:
+                    raise XtceError("%s has more than %d entries" % (self.place, MOST_ENTRIES))
                 if kind_of(entry) == "ContainerRefEntry":
                     self._entries(self.database.find("container", entry.get("containerRef"), container.space))
                 else:
@@ -190,9 +239,10 @@ class Decoder:
         adjustment = child(dynamic, "LinearAdjustment")
         if adjustment is None:
             return value
-        return int(Fraction(adjustment.get("slope")) * value + Fraction(adjustment.get("intercept")))
+        return int(fraction(adjustment.get("slope")) * value + fraction(adjustment.get("intercept")))
 
     def _parameter(self, parameter):
+        self.place = parameter.path
         kind = self.database.parameter_type(parameter)
         unit = child(kind.element, "UnitSet")
         raw, value = self._decode(kind)
@@ -238,13 +288,15 @@ class Decoder:
         if calibrator is None:
             return raw, raw
         terms = child(calibrator, "PolynomialCalibrator")
-        return raw, sum(Fraction(t.get("coefficient")) * Fraction(raw) ** int(t.get("exponent")) for t in terms)
+        if any(not 0 <= int(term.get("exponent")) <= MOST_EXPONENT for term in terms):
+            raise XtceError("%s has an exponent that is not from 0 to %d" % (self.place, MOST_EXPONENT))
+        return raw, sum(fraction(t.get("coefficient")) * Fraction(raw) ** int(t.get("exponent")) for t in terms)
 
     def _time(self, kind):
         """UTC in seconds since 1970 without leap seconds, exactly."""
         encoding, reference = child(kind.element, "Encoding"), child(kind.element, "ReferenceTime")
         raw = self._number(encoding)[0]
-        seconds = Fraction(encoding.get("scale", "1")) * raw + Fraction(encoding.get("offset", "0"))
+        seconds = fraction(encoding.get("scale", "1")) * raw + fraction(encoding.get("offset", "0"))
         origin = child(reference, "OffsetFrom")
         if origin is not None:
             return raw, self._value_of(origin, kind.space).value + seconds
@@ -271,14 +323,16 @@ class Encoder:
         self.database, self.count = database, 0
 
     def encode(self, path, arguments):
+        with errors_at(lambda: path):
+            return self._encode(path, arguments)
+
+    def _encode(self, path, arguments):
         command = self.database.items["command"][path]
         given = dict(arguments)
-        chain = [command]
-        while child(chain[0].element, "BaseMetaCommand") is not None:
-            base = child(chain[0].element, "BaseMetaCommand")
-            for assignment in base.iter(NAMESPACE + "ArgumentAssignment"):
+        chain = self.database.chain("command", command, "BaseMetaCommand", "metaCommandRef")[::-1]
+        for part in chain[::-1]:
+            for assignment in part.element.iter(NAMESPACE + "ArgumentAssignment"):
                 given[assignment.get("argumentName")] = assignment.get("argumentValue")
-            chain.insert(0, self.database.find("command", base.get("metaCommandRef"), chain[0].space))
         types = {}
         for part in chain:
             for argument in part.element.iter(NAMESPACE + "Argument"):
@@ -290,6 +344,8 @@ class Encoder:
         for part in chain:
             for entry in child(child(part.element, "CommandContainer"), "EntryList"):
                 number, width = self._entry(entry, types, given)
+                if not 0 <= width <= 8 * 65536 - size:
+                    raise XtceError("%s is larger than a packet" % part.path)
                 bits, size = bits << width | number, size + width
         packet = bytearray(bits.to_bytes(size // 8, "big"))
         packet[2:4] = struct.pack(">H", 0xC000 | self.count)

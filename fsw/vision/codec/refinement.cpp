@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "cfg/limits.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/little_endian.hpp"
 #include "fsw/vision/codec/jp2_file.hpp"
@@ -23,11 +24,13 @@ Unsigned take(const std::uint8_t*& at) {
   return load_little_endian<Unsigned>(from);
 }
 
+// Head and data of the shorter file do not overlap, so that the longer one has at most the bytes of the two files.
 bool consistent(const RefinementHeader& h, std::size_t own) {
   const std::uint64_t head = h.head_end, same = h.same_data;
-  return h.first_layer >= 2 && h.last_layer >= h.first_layer && h.same_head <= h.head_end &&
-         h.same_head <= h.shorter_bytes && std::uint64_t{h.shorter_data} + same <= h.shorter_bytes &&
-         head + same <= h.bytes && own == h.bytes - h.same_head - same;
+  return h.first_layer >= 2 && h.last_layer >= h.first_layer && h.last_layer <= limits::max_quality_layers &&
+         h.same_head <= h.head_end && h.same_head <= h.shorter_data &&
+         std::uint64_t{h.shorter_data} + same <= h.shorter_bytes && head + same <= h.bytes &&
+         own == h.bytes - h.same_head - same;
 }
 
 }  // namespace

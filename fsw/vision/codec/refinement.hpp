@@ -36,8 +36,9 @@ inline constexpr std::size_t refinement_tail_bytes = 4;  ///< CRC-32 of everythi
 
 void write_refinement_header(const RefinementHeader& header, std::span<std::uint8_t, refinement_header_bytes> out);
 
-/// Reads a whole file and checks its CRC and the consistency of its numbers. `own` gets its bytes of the refined file.
-/// `truncated`, `parse_error` (a: offset).
+/// Reads a whole file and checks its CRC and the consistency of its numbers: the refined file has at most as many bytes
+/// as the shorter one and this file together. `own` gets its bytes of the refined file. `truncated`, `parse_error` (a:
+/// offset).
 Status read_refinement(std::span<const std::uint8_t> file, RefinementHeader& header,
                        std::span<const std::uint8_t>& own);
 

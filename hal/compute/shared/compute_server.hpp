@@ -14,7 +14,7 @@ class ComputeServer {
   ~ComputeServer();
 
   Status listen(const char* path);
-  /// Waits for a flight, with which it goes on until that ends. `parse_error`: the flight has another layout.
+  /// Waits for a flight, with which it goes on until that ends. `parse_error`: it is none, or has another layout.
   Status accept();
   /// Waits for the next job. `end_of_stream`: the flight has ended. A job whose input does not have its checksum is
   /// left out.

@@ -1,6 +1,8 @@
 #include "hal/compute/shared/compute_socket.hpp"
 
 #include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -9,6 +11,8 @@
 
 namespace ilp {
 namespace {
+
+constexpr int patience_s = 1;
 
 Status address_of_path(const char* path, sockaddr_un& address) {
   address = {};
@@ -49,9 +53,15 @@ Status send_file(int socket, int file) {
   return {};
 }
 
+/// How long a call waits for the other end; 0: without end.
+void set_patience(int socket, int seconds) {
+  const timeval time{seconds, 0};
+  static_cast<void>(::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &time, sizeof(time)));
+}
+
 Status receive_file(int socket, int& file) {
   FileMessage received;
-  if (::recvmsg(socket, &received.message, MSG_CMSG_CLOEXEC) != 1) return {StatusCode::io_error, errno};
+  if (::recvmsg(socket, &received.message, MSG_CMSG_CLOEXEC) != 1) return StatusCode::parse_error;
   const cmsghdr* const header = CMSG_FIRSTHDR(&received.message);
   if (header == nullptr || header->cmsg_type != SCM_RIGHTS || header->cmsg_len != CMSG_LEN(sizeof(int))) {
     return StatusCode::parse_error;
@@ -82,7 +92,9 @@ Status listen_compute(const char* path, int& listener) {
   listener = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (listener < 0) return {StatusCode::io_error, errno};
   ::unlink(path);
-  if (::bind(listener, general_address(&address), sizeof(address)) != 0 || ::listen(listener, 1) != 0) {
+  // Linux gives the file the mode of its socket.
+  if (::fchmod(listener, S_IRUSR | S_IWUSR) != 0 || ::bind(listener, general_address(&address), sizeof(address)) != 0 ||
+      ::listen(listener, 1) != 0) {
     const Status status{StatusCode::io_error, errno};
     ::close(listener);
     listener = -1;
@@ -94,7 +106,9 @@ Status listen_compute(const char* path, int& listener) {
 Status accept_compute(int listener, int& socket, int& memory) {
   socket = ::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC);
   if (socket < 0) return {StatusCode::io_error, errno};
+  set_patience(socket, patience_s);
   const Status status = receive_file(socket, memory);
+  set_patience(socket, 0);
   if (status.ok()) return {};
   ::close(socket);
   socket = -1;

@@ -25,16 +25,22 @@ std::uint32_t sum_of_words(const std::vector<std::uint8_t>& bytes) {
   return sum;
 }
 
+constexpr std::uint8_t modular = 0, castagnoli = 2, ethernet = 3, null = 15;
+
+bool is_checksum_type(std::uint8_t type) {
+  return type == modular || type == castagnoli || type == ethernet || type == null;
+}
+
 bool checksum_agrees(std::uint8_t type, const std::vector<std::uint8_t>& file, std::uint32_t checksum) {
   switch (type) {
-    case 0:
+    case modular:
       return sum_of_words(file) == checksum;
-    case 2:
+    case castagnoli:
       return crc32c(file) == checksum;
-    case 3:
+    case ethernet:
       return crc32(file) == checksum;
     default:
-      return type == 15;
+      return type == null;
   }
 }
 
@@ -252,6 +258,8 @@ void CfdpReceiver::hear_metadata(Transaction& t, const cfdp::Metadata& metadata,
   t.metadata = told;
   if (told.file_bytes > settings_.max_file_bytes) {
     finish(t, Condition::file_size_error, FileStatus::discarded, now);
+  } else if (!is_checksum_type(told.checksum_type)) {
+    finish(t, Condition::unsupported_checksum_type, FileStatus::discarded, now);
   }
 }
 

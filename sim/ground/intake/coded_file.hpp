@@ -25,6 +25,8 @@ class Spool {
   /// Where the bytes are from now on.
   std::uint64_t append(std::span<const std::uint8_t> bytes);
   void read(std::uint64_t from, std::span<std::uint8_t> bytes) const;
+  /// Of the file.
+  [[nodiscard]] std::uint64_t size() const { return size_; }
 
  private:
   int file_ = -1;

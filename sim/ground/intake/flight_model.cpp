@@ -11,6 +11,7 @@
 #include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/ground/intake/level_strips.hpp"
 #include "sim/ground/intake/move_keyframe.hpp"
+#include "sim/ground/intake/sound_links.hpp"
 #include "sim/host/files.hpp"
 
 namespace ilp::intake {
@@ -348,6 +349,7 @@ void FlightBuilder::finish() {
   sort_by_id(flight_.components);
   sort_by_id(flight_.links);
   sort_by_id(flight_.ties);
+  leave_out_unsound_links(flight_);
   // The onboard database is read first, and files may come late: counts that only grow tell the order.
   const auto age = [](const HousekeepingReport& r) {
     return std::tuple(r.storage.frames_released, r.storage.rows_erased, r.busy_ns);

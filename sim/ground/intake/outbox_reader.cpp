@@ -134,25 +134,40 @@ void OutboxBuilder::choose_versions() {
   outbox_.products = std::move(chosen);
 }
 
-/// Uses one of the product's refinements, the one that brings most; false when there is none.
-bool OutboxBuilder::refine_once(ReceivedProduct& product, std::span<Refinement* const> refinements) {
+/// Uses one of the product's refinements, the one that brings most, for layers that the product does not have; false
+/// when there is none. Layers only grow, so that a product takes a few refinements at most, whatever their headers say.
+bool OutboxBuilder::refine_once(std::vector<std::uint8_t>& product, int& layers,
+                                std::span<Refinement* const> refinements) {
   Refinement* best = nullptr;
   for (Refinement* refinement : refinements) {
-    if (refinement->done || refinement->header.shorter_bytes != product.bytes.size()) continue;
-    if (best == nullptr || refinement->header.last_layer > best->header.last_layer) best = refinement;
+    const RefinementHeader& header = refinement->header;
+    if (refinement->done || header.shorter_bytes != product.size() || header.first_layer <= layers) continue;
+    if (best == nullptr || header.last_layer > best->header.last_layer) best = refinement;
   }
   if (best == nullptr) return false;
   best->done = true;
   std::vector<std::uint8_t> refined(best->header.bytes);
-  const Status status = refine(best->header, best->own, product.bytes.bytes(), refined);
-  if (status.ok()) {
-    product.bytes = std::move(refined);
-    if (spool_) product.bytes.put_away(spool_);
-    product.refined = true;
+  if (best->header.bytes <= max_file_bytes && refine(best->header, best->own, product, refined).ok()) {
+    product = std::move(refined);
+    layers = best->header.last_layer;
   } else {
     outbox_.files[best->file].fault = "does not refine what came down under its product's name";
   }
   return true;
+}
+
+void OutboxBuilder::refine_product(ReceivedProduct& product, std::span<Refinement* const> refinements) {
+  std::vector<std::uint8_t> bytes = product.bytes.bytes();
+  int layers = 1;
+  while (refine_once(bytes, layers, refinements)) {
+  }
+  for (Refinement* refinement : refinements) {
+    if (bytes.size() >= refinement->header.bytes) refinement->done = true;
+  }
+  if (layers == 1) return;
+  product.bytes = std::move(bytes);
+  if (spool_) product.bytes.put_away(spool_);
+  product.refined = true;
 }
 
 void OutboxBuilder::put_products_together() {
@@ -160,12 +175,7 @@ void OutboxBuilder::put_products_together() {
   for (Refinement& refinement : refinements_) of_product[refinement.header.product_id].push_back(&refinement);
   for (ReceivedProduct& product : outbox_.products) {
     const auto found = of_product.find(product_id(product.keyframe_id, product.kind));
-    if (found == of_product.end()) continue;
-    while (refine_once(product, found->second)) {
-    }
-    for (Refinement* refinement : found->second) {
-      if (product.bytes.size() >= refinement->header.bytes) refinement->done = true;
-    }
+    if (found != of_product.end()) refine_product(product, found->second);
   }
   for (const Refinement& refinement : refinements_) {
     if (refinement.done) continue;

@@ -66,7 +66,9 @@ class OutboxBuilder {
   void put_away(RecordFile& records) const;
   void add_refinement(std::size_t file, std::vector<std::uint8_t> bytes);
   void choose_versions();
-  [[nodiscard]] bool refine_once(ReceivedProduct& product, std::span<Refinement* const> refinements);
+  [[nodiscard]] bool refine_once(std::vector<std::uint8_t>& product, int& layers,
+                                 std::span<Refinement* const> refinements);
+  void refine_product(ReceivedProduct& product, std::span<Refinement* const> refinements);
   void put_products_together();
 
   void take_records();

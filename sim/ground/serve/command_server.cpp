@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "sim/ground/console/operator_command.hpp"
+#include "sim/ground/serve/connection_places.hpp"
 #include "sim/ground/serve/http_reply.hpp"
 
 namespace ilp::serve {
@@ -19,20 +20,17 @@ bool is_command_part(std::string_view name) {
   return name == "commands.html" || name == "commands.js" || name == "live.css";
 }
 
-std::string_view header(MHD_Connection* connection, const char* name) {
-  const char* value = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
-  return value == nullptr ? std::string_view() : value;
-}
-
 std::string argument(MHD_Connection* connection, const char* name) {
   const char* value = MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, name);
   return value == nullptr ? "" : value;
 }
 
-std::uint32_t client_of(MHD_Connection* connection) {
+std::string client_of(MHD_Connection* connection) {
   const MHD_ConnectionInfo* info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
-  if (info == nullptr || info->client_addr == nullptr || info->client_addr->sa_family != AF_INET) return 0;
-  return ntohl(reinterpret_cast<const sockaddr_in*>(info->client_addr)->sin_addr.s_addr);
+  if (info == nullptr || info->client_addr == nullptr || info->client_addr->sa_family != AF_INET) return "?";
+  const std::string text =
+      address_text({ntohl(reinterpret_cast<const sockaddr_in*>(info->client_addr)->sin_addr.s_addr), 0});
+  return text.substr(0, text.find(':'));
 }
 
 MHD_Result give_json(MHD_Connection* connection, const nlohmann::json& value) {
@@ -52,9 +50,11 @@ struct CommandServer::Inside {
   TokenGuard& guard;
   CommandLimits limits;
   SocketAddress address;
+  ConnectionPlaces places;
   MHD_Daemon* daemon = nullptr;
 
-  Inside(OperatorDesk& to, TokenGuard& by, const CommandLimits& bounds) : desk(to), guard(by), limits(bounds) {}
+  Inside(OperatorDesk& to, TokenGuard& by, const CommandLimits& bounds)
+      : desk(to), guard(by), limits(bounds), places(limits.connections, limits.request, [] {}) {}
 
   std::optional<MHD_Result> refuse_by_headers(MHD_Connection* connection, const std::string& path,
                                               std::string_view method);
@@ -66,7 +66,8 @@ struct CommandServer::Inside {
 
   static MHD_Result on_request(void* self, MHD_Connection* connection, const char* path, const char* method,
                                const char* version, const char* data, std::size_t* size, void** context);
-  static void on_end(void*, MHD_Connection*, void** context, MHD_RequestTerminationCode) {
+  static void on_end(void* self, MHD_Connection* connection, void** context, MHD_RequestTerminationCode) {
+    static_cast<Inside*>(self)->places.end_request(ConnectionPlaces::of(connection));
     delete static_cast<PostedRequest*>(*context);
     *context = nullptr;
   }
@@ -79,20 +80,16 @@ std::optional<MHD_Result> CommandServer::Inside::refuse_without_token(MHD_Connec
     return refuse(connection, MHD_HTTP_UNAUTHORIZED,
                   "the request has no token: it goes into the header Authorization, as Bearer TOKEN");
   }
-  const std::uint32_t client = client_of(connection);
-  const auto now = TokenGuard::Clock::now();
-  const TokenGuard::Verdict verdict = guard.check(given.substr(scheme.size()), client, now);
-  if (verdict == TokenGuard::Verdict::right) return std::nullopt;
-  if (verdict == TokenGuard::Verdict::wait) {
-    return refuse(connection, MHD_HTTP_TOO_MANY_REQUESTS,
-                  "too many wrong tokens came from this computer: it is heard again in " +
-                      std::to_string(guard.wait_s(client, now)) + " s");
+  if (guard.is_right(given.substr(scheme.size()))) {
+    places.trust(ConnectionPlaces::of(connection));
+    return std::nullopt;
   }
-  const std::string address_of_client = address_text({client, 0});
-  const std::string line = "a wrong token came from " + address_of_client.substr(0, address_of_client.find(':')) +
-                           "; " + std::to_string(guard.wrong()) + " since the start";
-  desk.say(line);
-  std::cerr << "ilp-ground serve: " << line << std::endl;
+  if (const auto wrong = guard.count_wrong(TokenGuard::Clock::now())) {
+    const std::string line =
+        "a wrong token came from " + client_of(connection) + "; " + std::to_string(*wrong) + " since the start";
+    desk.say(line);
+    std::cerr << "ilp-ground serve: " << line << std::endl;
+  }
   return refuse(connection, MHD_HTTP_FORBIDDEN, "the token is wrong: it is the one that the server was started with");
 }
 
@@ -125,10 +122,8 @@ std::optional<MHD_Result> CommandServer::Inside::refuse_post(MHD_Connection* con
 std::optional<MHD_Result> CommandServer::Inside::refuse_by_headers(MHD_Connection* connection, const std::string& path,
                                                                    std::string_view method) {
   const std::string_view host = header(connection, "Host");
-  if (!names_this_computer(host)) {
-    return refuse(connection, MHD_HTTP_FORBIDDEN,
-                  "the page of commands is opened by a number: " + address_text(address) + ", not " + shown(host));
-  }
+  const SocketAddress& local = ConnectionPlaces::of(connection).local;
+  if (!is_own_host(host, local)) return refuse_host(connection, host, local);
   const bool post = method == "POST";
   if (!post && method != "GET" && method != "HEAD") {
     return refuse_method(connection, "GET, HEAD, POST", "this server has no " + shown(method));
@@ -180,7 +175,10 @@ MHD_Result CommandServer::Inside::on_request(void* self, MHD_Connection* connect
   Inside& server = *static_cast<Inside*>(self);
   try {
     if (*context == nullptr) {
-      if (const auto refused = server.refuse_by_headers(connection, path, method)) return *refused;
+      if (const auto refused = server.refuse_by_headers(connection, path, method)) {
+        server.places.answer(ConnectionPlaces::of(connection));
+        return *refused;
+      }
       *context = new PostedRequest;
       return MHD_YES;
     }
@@ -191,6 +189,7 @@ MHD_Result CommandServer::Inside::on_request(void* self, MHD_Connection* connect
       *size = 0;
       return MHD_YES;
     }
+    server.places.answer(ConnectionPlaces::of(connection));
     return server.answer(connection, path, method, request.body);
   } catch (const std::exception&) {
     // No memory left for this client: its connection is closed.
@@ -204,12 +203,12 @@ CommandServer::CommandServer(const SocketAddress& address, OperatorDesk& desk, T
   inside_->address = address;
   int socket = listening_socket(inside_->address, "--commands");
   // The server closes the socket.
-  inside_->daemon =
-      MHD_start_daemon(MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, 0, nullptr,
-                       nullptr, &Inside::on_request, inside_.get(), MHD_OPTION_LISTEN_SOCKET, socket,
-                       MHD_OPTION_CONNECTION_LIMIT, limits.connections, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-                       limits.bytes_per_connection, MHD_OPTION_CONNECTION_TIMEOUT, limits.idle_s,
-                       MHD_OPTION_NOTIFY_COMPLETED, &Inside::on_end, nullptr, MHD_OPTION_END);
+  inside_->daemon = MHD_start_daemon(
+      MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, 0, nullptr, nullptr,
+      &Inside::on_request, inside_.get(), MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_CONNECTION_LIMIT,
+      inside_->places.library_limit(), MHD_OPTION_CONNECTION_MEMORY_LIMIT, limits.bytes_per_connection,
+      MHD_OPTION_CONNECTION_TIMEOUT, limits.idle_s, MHD_OPTION_NOTIFY_CONNECTION, &ConnectionPlaces::on_connection,
+      &inside_->places, MHD_OPTION_NOTIFY_COMPLETED, &Inside::on_end, inside_.get(), MHD_OPTION_END);
   if (inside_->daemon == nullptr) {
     close_socket(socket);
     throw std::runtime_error("cannot serve at " + address_text(address) +

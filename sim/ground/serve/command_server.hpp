@@ -1,6 +1,7 @@
 // The HTTP server of the page of commands.
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <string>
 
@@ -12,10 +13,11 @@ namespace ilp::serve {
 
 /// Bounds of what clients can take.
 struct CommandLimits {
-  unsigned connections = 16;                 ///< further ones are closed at once
+  unsigned connections = 64;                 ///< a further one takes the place of another (ConnectionPlaces)
   std::size_t bytes_per_connection = 16384;  ///< for a request's line and headers together
   std::size_t body_bytes = 2048;
-  unsigned idle_s = 30;  ///< after which a silent connection is closed
+  std::chrono::seconds request{10};  ///< within which a request is whole
+  unsigned idle_s = 30;              ///< after which a connection that takes nothing of its answer is closed
 };
 
 /// Answers:

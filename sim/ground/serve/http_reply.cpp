@@ -99,11 +99,22 @@ bool is_loopback(const SocketAddress& address) {
   return (address.host & mask) == first;
 }
 
-bool names_this_computer(std::string_view host) {
-  if (host.starts_with("[")) return host.starts_with("[::1]");
-  const std::string name(host.substr(0, host.find(':')));
-  in_addr number{};
-  return name == "localhost" || ::inet_pton(AF_INET, name.c_str(), &number) == 1;
+bool is_own_host(std::string_view host, const SocketAddress& local) {
+  const std::string own = address_text(local), port = own.substr(own.find(':'));
+  if (local.port == 80 && !host.ends_with(port)) return is_own_host(std::string(host) + port, local);
+  return host == own || host == "localhost" + port || host == "127.0.0.1" + port || host == "[::1]" + port;
+}
+
+MHD_Result refuse_host(MHD_Connection* connection, std::string_view host, const SocketAddress& local) {
+  const std::string own = address_text(local), port = own.substr(own.find(':'));
+  return refuse(connection, MHD_HTTP_FORBIDDEN,
+                "this server is not " + (host.empty() ? "without a name" : shown(host)) + ": open http://" + own +
+                    (is_loopback(local) ? " or http://localhost" + port + "; a tunnel keeps the port" : ""));
+}
+
+std::string_view header(MHD_Connection* connection, const char* name) {
+  const char* value = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
+  return value == nullptr ? std::string_view() : value;
 }
 
 std::string address_text(const SocketAddress& address) {

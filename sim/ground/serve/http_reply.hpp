@@ -32,9 +32,13 @@ MHD_Result give_page_file(MHD_Connection* connection, std::string_view name, boo
 
 [[nodiscard]] const char* content_type(std::string_view name);
 
-/// The header "Host" names this computer by a number or as localhost. A page of another site could otherwise reach the
-/// server under a name that leads here (DNS rebinding).
-[[nodiscard]] bool names_this_computer(std::string_view host);
+/// The header "Host" is a name by which the server at `local` is served: localhost, 127.0.0.1, [::1] or the number
+/// itself, with its port. A page of another site could otherwise reach it under a name that leads here (DNS rebinding).
+[[nodiscard]] bool is_own_host(std::string_view host, const SocketAddress& local);
+/// Answers a request with another Host (403).
+MHD_Result refuse_host(MHD_Connection* connection, std::string_view host, const SocketAddress& local);
+/// The value of a header; empty if there is none.
+[[nodiscard]] std::string_view header(MHD_Connection* connection, const char* name);
 [[nodiscard]] bool is_loopback(const SocketAddress& address);
 /// 127.0.0.1:8080
 [[nodiscard]] std::string address_text(const SocketAddress& address);

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "sim/ground/serve/connection_places.hpp"
 #include "sim/ground/serve/http_reply.hpp"
 
 namespace ilp::serve {
@@ -23,24 +24,25 @@ struct PageServer::Inside {
   // A page that listens.
   struct Stream {
     Inside& server;
+    const ConnectionPlaces::Connection& connection;
     std::optional<Place> place;
     std::string pending;  ///< of which `sent` bytes are sent
     std::size_t sent = 0;
     bool begun = false;
 
-    explicit Stream(Inside& inside) : server(inside) {}
-    ~Stream() { --server.streams; }
+    Stream(Inside& inside, const ConnectionPlaces::Connection& at) : server(inside), connection(at) {}
     void refill();
   };
 
   LiveFlight& flight;
   ServerLimits limits;
   SocketAddress address;
+  ConnectionPlaces places;
   MHD_Daemon* daemon = nullptr;
-  std::atomic<unsigned> streams = 0;
   std::atomic<bool> ending = false;
 
-  Inside(LiveFlight& of, const ServerLimits& bounds) : flight(of), limits(bounds) {}
+  Inside(LiveFlight& of, const ServerLimits& bounds)
+      : flight(of), limits(bounds), places(limits.connections, limits.request, [this] { flight.state().wake(); }) {}
 
   MHD_Result answer(MHD_Connection* connection, const std::string& path, std::string_view method);
   MHD_Result give_picture(MHD_Connection* connection, const std::string& path) const;
@@ -49,6 +51,7 @@ struct PageServer::Inside {
 
   static MHD_Result on_request(void* self, MHD_Connection* connection, const char* path, const char* method,
                                const char* version, const char* data, std::size_t* size, void** context);
+  static void on_end(void* self, MHD_Connection* connection, void** context, MHD_RequestTerminationCode code);
   static ssize_t read_stream(void* stream, std::uint64_t at, char* buffer, std::size_t most);
 };
 
@@ -57,8 +60,8 @@ void PageServer::Inside::Stream::refill() {
   pending.clear();
   // The first answer comes at once, so that a page knows that it is connected.
   if (!begun) pending = "retry: 2000\n\n";
-  const bool news = begun && place ? server.flight.state().wait(*place, alive_every) : true;
-  if (server.ending) return;
+  const bool news = begun && place ? server.flight.state().wait(*place, alive_every, connection.gone) : true;
+  if (server.ending || connection.gone) return;
   if (news) {
     const Update update = server.flight.state().since(place);
     place = update.place;
@@ -80,14 +83,8 @@ ssize_t PageServer::Inside::read_stream(void* stream, std::uint64_t, char* buffe
 }
 
 MHD_Result PageServer::Inside::give_events(MHD_Connection* connection) {
-  if (++streams > limits.streams) {
-    --streams;
-    return refuse(connection, MHD_HTTP_SERVICE_UNAVAILABLE,
-                  std::to_string(limits.streams) + " pages listen already: close one of them");
-  }
-  auto stream = std::make_unique<Stream>(*this);
-  const char* last = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, "Last-Event-ID");
-  if (last != nullptr) stream->place = place_of(last);
+  auto stream = std::make_unique<Stream>(*this, ConnectionPlaces::of(connection));
+  stream->place = place_of(header(connection, "Last-Event-ID"));
   MHD_Response* response = MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, stream_block, &read_stream, stream.get(),
                                                              [](void* ended) { delete static_cast<Stream*>(ended); });
   if (response != nullptr) (void)stream.release();
@@ -118,15 +115,12 @@ MHD_Result PageServer::Inside::give_file(MHD_Connection* connection, const std::
 }
 
 MHD_Result PageServer::Inside::answer(MHD_Connection* connection, const std::string& path, std::string_view method) {
+  const std::string_view host = header(connection, "Host");
+  const SocketAddress& local = ConnectionPlaces::of(connection).local;
+  if (!is_own_host(host, local)) return refuse_host(connection, host, local);
   if (method != "GET" && method != "HEAD") {
     return refuse_method(connection, "GET, HEAD",
                          "this server only shows a flight: it answers GET and HEAD, not " + shown(method));
-  }
-  const char* host = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, "Host");
-  if (is_loopback(address) && host != nullptr && !names_this_computer(host)) {
-    return refuse(connection, MHD_HTTP_FORBIDDEN,
-                  "the host " + shown(host) + " is not this computer; open http://" +
-                      "localhost:" + std::to_string(address.port));
   }
   if (path == "/") return give_page_file(connection, "index.html", is_live_part);
   if (path.starts_with("/page/")) return give_page_file(connection, std::string_view(path).substr(6), is_live_part);
@@ -148,6 +142,7 @@ MHD_Result PageServer::Inside::on_request(void* self, MHD_Connection* connection
     return MHD_YES;
   }
   if (*size > 0) return MHD_NO;
+  server.places.answer(ConnectionPlaces::of(connection));
   try {
     return server.answer(connection, path, method);
   } catch (const std::exception&) {
@@ -156,16 +151,22 @@ MHD_Result PageServer::Inside::on_request(void* self, MHD_Connection* connection
   }
 }
 
+void PageServer::Inside::on_end(void* self, MHD_Connection* connection, void** context, MHD_RequestTerminationCode) {
+  static_cast<Inside*>(self)->places.end_request(ConnectionPlaces::of(connection));
+  *context = nullptr;
+}
+
 PageServer::PageServer(const SocketAddress& address, LiveFlight& flight, const ServerLimits& limits)
     : inside_(std::make_unique<Inside>(flight, limits)) {
   inside_->address = address;
   int socket = listening_socket(inside_->address, "--listen");
   // The server closes the socket.
-  inside_->daemon =
-      MHD_start_daemon(MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, 0, nullptr,
-                       nullptr, &Inside::on_request, inside_.get(), MHD_OPTION_LISTEN_SOCKET, socket,
-                       MHD_OPTION_CONNECTION_LIMIT, limits.connections, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-                       limits.bytes_per_connection, MHD_OPTION_CONNECTION_TIMEOUT, limits.idle_s, MHD_OPTION_END);
+  inside_->daemon = MHD_start_daemon(
+      MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, 0, nullptr, nullptr,
+      &Inside::on_request, inside_.get(), MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_CONNECTION_LIMIT,
+      inside_->places.library_limit(), MHD_OPTION_CONNECTION_MEMORY_LIMIT, limits.bytes_per_connection,
+      MHD_OPTION_CONNECTION_TIMEOUT, limits.idle_s, MHD_OPTION_NOTIFY_CONNECTION, &ConnectionPlaces::on_connection,
+      &inside_->places, MHD_OPTION_NOTIFY_COMPLETED, &Inside::on_end, inside_.get(), MHD_OPTION_END);
   if (inside_->daemon == nullptr) {
     close_socket(socket);
     throw std::runtime_error("cannot serve at " + address_text(address) +

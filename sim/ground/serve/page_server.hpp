@@ -1,6 +1,7 @@
 // The HTTP server of the live page.
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <string>
 
@@ -11,10 +12,10 @@ namespace ilp::serve {
 
 /// Bounds of what clients can take.
 struct ServerLimits {
-  unsigned connections = 64;                 ///< further ones are closed at once
-  unsigned streams = 24;                     ///< of them, pages that listen; further ones are told so (503)
+  unsigned connections = 64;                 ///< a further one takes the place of another (ConnectionPlaces)
   std::size_t bytes_per_connection = 16384;  ///< for a request's line and headers together
-  unsigned idle_s = 30;                      ///< after which a silent connection is closed
+  std::chrono::seconds request{10};          ///< within which a request is whole
+  unsigned idle_s = 30;                      ///< after which a connection that takes nothing of its answer is closed
 };
 
 /// Answers GET and HEAD, everything else with a text that says what is wrong:

@@ -89,10 +89,15 @@ Update StateLog::update_since(const std::optional<Place>& place) const {
           items};
 }
 
-bool StateLog::wait(const Place& place, std::chrono::milliseconds longest) const {
+bool StateLog::wait(const Place& place, std::chrono::milliseconds longest, const std::atomic<bool>& stop) const {
   std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, longest, [&] { return ended_ || newest_.version != place.version; });
+  changed_.wait_for(lock, longest, [&] { return ended_ || stop || newest_.version != place.version; });
   return !ended_ && newest_.version != place.version;
+}
+
+void StateLog::wake() {
+  const std::lock_guard lock(mutex_);
+  changed_.notify_all();
 }
 
 void StateLog::end() {

@@ -1,6 +1,7 @@
 // The state of a live flight as items with names, and which of them have changed since a page last heard.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -42,8 +43,10 @@ class StateLog {
   void put(const std::string& name, const nlohmann::json& item);
   /// What is new since `place`; everything if it is none or of another process.
   [[nodiscard]] Update since(const std::optional<Place>& place) const;
-  /// Waits until there is something new since `place`, at most for `longest`. False when there is not, or at the end.
-  [[nodiscard]] bool wait(const Place& place, std::chrono::milliseconds longest) const;
+  /// Waits until there is something new since `place`, at most for `longest`, and no longer than until `stop` is true
+  /// and `wake` is called. False when there is nothing new, or at the end.
+  [[nodiscard]] bool wait(const Place& place, std::chrono::milliseconds longest, const std::atomic<bool>& stop) const;
+  void wake();
   /// All waiting threads return, and no thread waits any more.
   void end();
 

@@ -1,6 +1,7 @@
 #include "sim/ground/serve/token_guard.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -71,53 +72,15 @@ HmacSha256 TokenGuard::code_of(std::string_view token) const {
   return hmac_sha256(key_, std::span(&part, 1));
 }
 
-TokenGuard::Client* TokenGuard::find(std::uint32_t address) {
-  const auto found = std::find_if(clients_.begin(), clients_.end(),
-                                  [&](const Client& client) { return client.wrong > 0 && client.address == address; });
-  return found == clients_.end() ? nullptr : found;
+bool TokenGuard::is_right(std::string_view token) const {
+  return equal_in_constant_time(code_of(token), code_);
 }
 
-void TokenGuard::count_wrong(std::uint32_t address, Clock::time_point now) {
-  Client* client = find(address);
-  if (client == nullptr) {
-    client = std::min_element(clients_.begin(), clients_.end(),
-                              [](const Client& a, const Client& b) { return a.latest < b.latest; });
-    *client = {address, 0, now, now};
-  }
-  if (now - client->latest > memory) client->wrong = 0;
-  ++client->wrong;
-  client->latest = now;
-  if (client->wrong <= free_tries) return;
-  const unsigned doublings = std::min(client->wrong - free_tries - 1, 6U);
-  client->until = now + std::chrono::seconds(std::min(1 << doublings, longest_wait_s));
-}
-
-TokenGuard::Verdict TokenGuard::check(std::string_view token, std::uint32_t client, Clock::time_point now) {
-  const bool right = equal_in_constant_time(code_of(token), code_);
+std::optional<std::uint64_t> TokenGuard::count_wrong(Clock::time_point now) {
   const std::lock_guard lock(mutex_);
-  Client* known = find(client);
-  if (known != nullptr && now < known->until) {
-    if (!right) ++wrong_;
-    return Verdict::wait;
-  }
-  if (right) return Verdict::right;
-  ++wrong_;
-  count_wrong(client, now);
-  return Verdict::wrong;
-}
-
-std::uint64_t TokenGuard::wrong() const {
-  const std::lock_guard lock(mutex_);
+  if (++wrong_ > 1 && now - told_ < told_every) return std::nullopt;
+  told_ = now;
   return wrong_;
-}
-
-int TokenGuard::wait_s(std::uint32_t client, Clock::time_point now) const {
-  const std::lock_guard lock(mutex_);
-  for (const Client& known : clients_) {
-    if (known.wrong == 0 || known.address != client || known.until <= now) continue;
-    return static_cast<int>(std::chrono::ceil<std::chrono::seconds>(known.until - now).count());
-  }
-  return 0;
 }
 
 }  // namespace ilp::serve

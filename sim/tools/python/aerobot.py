@@ -3,6 +3,7 @@
 It needs Debian's python3-numpy and python3-gdal."""
 
 import csv
+import io
 import json
 import os
 from dataclasses import dataclass
@@ -11,6 +12,96 @@ import numpy
 from osgeo import gdal
 
 gdal.UseExceptions()
+
+# A file that says that it is larger than these is refused before memory is taken for it.
+MOST_CELLS = 1 << 28
+MOST_TEXT_BYTES = 64 << 20
+TEXTS = {"name", "state", "depth", "products", "unit"}  # columns of keyframes.csv; all others are numbers
+
+
+class BadResult(ValueError):
+    """A file is not what ilp-ground writes. The text names the file, and the place in it."""
+
+
+def read_text(path):
+    """A text of the results, UTF-8."""
+    if os.path.getsize(path) > MOST_TEXT_BYTES:
+        raise BadResult(f"{path}: has more than {MOST_TEXT_BYTES >> 20} MiB")
+    with open(path, "rb") as file:
+        octets = file.read(MOST_TEXT_BYTES + 1)
+    try:
+        return octets.decode("utf-8")
+    except UnicodeDecodeError as fault:
+        raise BadResult(f"{path}, octet {fault.start}: is no UTF-8") from fault
+
+
+def read_report(path):
+    try:
+        report = json.loads(read_text(path))
+    except json.JSONDecodeError as fault:
+        raise BadResult(f"{path}, line {fault.lineno}, column {fault.colno}: {fault.msg}") from fault
+    except RecursionError as fault:
+        raise BadResult(f"{path}: is nested too deeply") from fault
+    except ValueError as fault:
+        # Such as a number of more digits than Python reads.
+        raise fault if isinstance(fault, BadResult) else BadResult(f"{path}: {fault}") from fault
+    if not isinstance(report, dict):
+        raise BadResult(f"{path}: is no report, which is an object")
+    return report
+
+
+def read_table(path):
+    """A table with a line of names: a structured array, numbers as float (NaN where there is none)."""
+    rows = csv.reader(io.StringIO(read_text(path), newline=""), strict=True)
+    cells = []
+    try:
+        names = next(rows, [])
+        if len(set(names)) != len(names) or not all(names):
+            raise BadResult(f"{path}, line 1: two columns have one name, or a column has none")
+        for row in rows:
+            if len(row) != len(names):
+                raise BadResult(f"{path}, line {rows.line_num}: has {len(row)} values for {len(names)} columns")
+            cells.append(tuple(cell if name in TEXTS else number_of(path, rows.line_num, name, cell)
+                               for name, cell in zip(names, row)))
+    except csv.Error as fault:
+        raise BadResult(f"{path}, line {rows.line_num}: {fault}") from fault
+    return numpy.array(cells, dtype=[(name, "U64" if name in TEXTS else float) for name in names])
+
+
+def number_of(path, line, name, cell):
+    try:
+        return float(cell or "nan")
+    except ValueError as fault:
+        raise BadResult(f"{path}, line {line}, column {name}: {cell[:40]!r} is no number") from fault
+
+
+def open_map(path):
+    """A GeoTIFF of the results, opened by GDAL; no other kind of file, which might lead to further ones."""
+    if not os.path.isfile(path):
+        raise FileNotFoundError(f"there is no map {path}")
+    try:
+        data = gdal.OpenEx(path, gdal.OF_RASTER, allowed_drivers=["GTiff"])
+    except RuntimeError as fault:
+        raise BadResult(f"{path}: {fault}") from fault
+    if data.RasterCount < 1 or data.RasterXSize * data.RasterYSize > MOST_CELLS:
+        raise BadResult(f"{path}: has {data.RasterCount} bands of {data.RasterXSize} x {data.RasterYSize} cells")
+    if gdal.DataTypeIsComplex(data.GetRasterBand(1).DataType):
+        raise BadResult(f"{path}: its cells are complex numbers")
+    left, a, b, top, c, d = transform = data.GetGeoTransform()
+    if not numpy.isfinite(transform).all() or not abs(a * d - b * c) > 0:
+        raise BadResult(f"{path}: its cells have no size, {transform}")
+    return data
+
+
+def read_cells(path, band):
+    try:
+        values = band.ReadAsArray().astype(float)
+    except RuntimeError as fault:
+        raise BadResult(f"{path}: {fault}") from fault
+    if band.GetNoDataValue() is not None:
+        values[values == band.GetNoDataValue()] = numpy.nan
+    values[numpy.isinf(values)] = numpy.nan
+    return values
 
 
 @dataclass
@@ -104,8 +195,7 @@ class Flight:
         report = os.path.join(self.folder, "report.json")
         if not os.path.isfile(report):
             raise FileNotFoundError(f"{folder} has no report.json: give the folder that ilp-ground --out or sim/fly --out wrote")
-        with open(report, encoding="utf-8") as file:
-            self.report = json.load(file)
+        self.report = read_report(report)
         found = [name for name in sorted(os.listdir(self.folder)) if os.path.isfile(os.path.join(self.folder, name, "height.tif"))]
         # The only strip, or the model that joins all, is in the folder itself.
         self.maps = ([""] if os.path.isfile(os.path.join(self.folder, "height.tif")) else []) + found
@@ -115,12 +205,9 @@ class Flight:
         if not self.maps:
             raise FileNotFoundError(f"{self.folder} has no map: the flight has no strip with depth")
         path = os.path.join(self.folder, self.maps[0] if strip is None else strip, name + ".tif")
-        data = gdal.Open(path)
+        data = open_map(path)
         band = data.GetRasterBand(1)
-        values = band.ReadAsArray().astype(float)
-        if band.GetNoDataValue() is not None:
-            values[values == band.GetNoDataValue()] = numpy.nan
-        return Map(values, data.GetGeoTransform(), band.GetUnitType(), data.GetProjection(), path)
+        return Map(read_cells(path, band), data.GetGeoTransform(), band.GetUnitType(), data.GetProjection(), path)
 
     @property
     def height(self):
@@ -133,13 +220,7 @@ class Flight:
     @property
     def keyframes(self):
         """A structured array: a column for each of keyframes.csv, numbers as float (NaN where there is none)."""
-        with open(os.path.join(self.folder, "keyframes.csv"), encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
-        names = list(rows[0]) if rows else []
-        texts = {"name", "state", "depth", "products", "unit"}
-        types = [(name, "U64" if name in texts else float) for name in names]
-        cells = [tuple(row[n] if n in texts else float(row[n] or "nan") for n in names) for row in rows]
-        return numpy.array(cells, dtype=types)
+        return read_table(os.path.join(self.folder, "keyframes.csv"))
 
     def profile(self, begin, end, points=200, strip=None):
         """Heights along a line between two points (x, y) of the map."""

@@ -11,6 +11,7 @@
 #include "sim/tools/store/named_store.hpp"
 #include "sim/tools/store/role_grants.hpp"
 #include "sim/tools/store/store_digest.hpp"
+#include "sim/tools/store/table_rows.hpp"
 
 namespace {
 
@@ -31,6 +32,14 @@ int print_digest(const std::string& name, bool keyframes) {
     sound = sound && table.damaged == 0;
   }
   return sound ? 0 : 1;
+}
+
+/// Ends with 1 where something is damaged.
+int print_table(const std::string& name, const std::string& table, const std::vector<std::string>& fields) {
+  NamedStore named = NamedStore::for_reading(name);
+  const std::int64_t damaged = print_rows(named.store(), table, fields, std::cout);
+  if (damaged != 0) std::cerr << "ilp-store: " << damaged << " damaged records are left out\n";
+  return damaged == 0 ? 0 : 1;
 }
 
 void create(const std::string& name) {
@@ -89,6 +98,14 @@ int main(int argc, char** argv) {
       "digest", "prints for each table its rows and a checksum that is the same however the stages are spread");
   digest->add_option("store", name, "file or postgresql://...")->required();
   digest->add_flag("--keyframes", keyframes, "before them, a line per keyframe with the checksums of its results");
+  std::string table;
+  std::vector<std::string> fields;
+  CLI::App* const rows = app.add_subcommand(
+      "rows",
+      "prints the records of a table, with tabs between the values; a flight may work with the store meanwhile");
+  rows->add_option("store", name, "file or postgresql://...")->required();
+  rows->add_option("table", table, "one of docs/records.md, such as pose")->required();
+  rows->add_option("field", fields, "the fields to print (default: all)");
   CLI::App* const tables = app.add_subcommand("create", "makes the tables where there are none");
   tables->add_option("store", name, "file or postgresql://...")->required();
   CLI::App* const roles = app.add_subcommand("roles", "prints SQL for the roles of a flight's processes");
@@ -98,6 +115,7 @@ int main(int argc, char** argv) {
   if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   try {
     if (digest->parsed()) return print_digest(name, keyframes);
+    if (rows->parsed()) return print_table(name, table, fields);
     if (tables->parsed()) create(name);
     if (roles->parsed()) print_roles(processes);
   } catch (const std::exception& error) {

@@ -58,6 +58,7 @@ void ground_links(Octets input) {
   intake::Outbox outbox = builder.finish();
   intake::Flight sent = intake::index_flight(outbox);
   intake::Flight flight = known.flight();
+  require(input.size() > 1 || sent.links.size() == flight.links.size(), "links of a flight are left out");
   flight.links = std::move(sent.links);
   flight.link_points = std::move(sent.link_points);
   flight.ties = std::move(sent.ties);

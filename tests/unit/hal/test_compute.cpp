@@ -1,6 +1,8 @@
 // A compute device that is right, late, gone, damaged or wrong: the bytes are those of the processor, and an event
 // tells.
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <array>
@@ -303,6 +305,74 @@ TEST(Compute, NobodyCanShrinkTheSharedMemory) {
   EXPECT_NE(::ftruncate(memory, 0), 0);
   EXPECT_NE(::ftruncate(memory, 1 << 24), 0);
   for (const int file : {listener, socket, memory}) ::close(file);
+  std::filesystem::remove(path);
+}
+
+/// A program that goes on after each client that is no flight.
+class PatientProgram {
+ public:
+  PatientProgram() : path_("/tmp/ilp-compute-patient-" + std::to_string(getpid())), server_(forms_) {
+    EXPECT_TRUE(server_.listen(path_.c_str()).ok());
+    thread_ = std::thread([this] {
+      Status accepted;
+      while ((accepted = server_.accept()).is(StatusCode::parse_error)) ++refused_;
+      EXPECT_TRUE(accepted.ok());
+      for (ComputeJob job; server_.next(job).ok();) {
+        Program::do_job(job);
+        EXPECT_TRUE(server_.answer(job).ok());
+      }
+      server_.leave();
+    });
+  }
+  ~PatientProgram() {
+    thread_.join();
+    std::filesystem::remove(path_);
+  }
+  [[nodiscard]] const char* path() const { return path_.c_str(); }
+  [[nodiscard]] int refused() const { return refused_; }
+  [[nodiscard]] int connect() const {
+    const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path_.copy(address.sun_path, sizeof(address.sun_path) - 1);
+    EXPECT_EQ(::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+    return socket;
+  }
+
+ private:
+  std::string path_;
+  const ComputeForms forms_ = test_forms();
+  ComputeServer server_;
+  std::atomic<int> refused_ = 0;
+  std::thread thread_;
+};
+
+TEST(ComputeSocket, WhoSaysNothingKeepsNoFlightAway) {
+  PatientProgram program;
+  const int gone = program.connect();
+  ::close(gone);
+  const int without_file = program.connect();
+  EXPECT_EQ(::send(without_file, "x", 1, 0), 1);
+  while (program.refused() < 2) std::this_thread::yield();
+  const int silent = program.connect();
+  {
+    Flight flight;
+    ASSERT_TRUE(flight.begin(program.path(), no_limit).ok());
+    EXPECT_EQ(flight.does(input_of(1)), answer_of(input_of(1)));
+    EXPECT_TRUE(flight.compute.take_news().is(StatusCode::compute_ready));
+  }
+  EXPECT_EQ(program.refused(), 3);
+  ::close(silent);
+  ::close(without_file);
+}
+
+TEST(ComputeSocket, IsForItsOwnerAlone) {
+  const std::string path = "/tmp/ilp-compute-owner-" + std::to_string(getpid());
+  int listener = -1;
+  ASSERT_TRUE(listen_compute(path.c_str(), listener).ok());
+  EXPECT_EQ(std::filesystem::status(path).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+  ::close(listener);
   std::filesystem::remove(path);
 }
 

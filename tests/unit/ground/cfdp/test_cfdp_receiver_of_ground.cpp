@@ -53,9 +53,10 @@ class GroundReceiver : public testing::Test {
     pdu.kind = kind;
     return pdu;
   }
-  void metadata(std::uint64_t sequence, const std::string& name, std::uint64_t file_bytes) {
+  void metadata(std::uint64_t sequence, const std::string& name, std::uint64_t file_bytes,
+                std::uint8_t checksum_type = 3) {
     Pdu pdu = pdu_of(sequence, PduKind::metadata);
-    pdu.metadata.checksum_type = 3;
+    pdu.metadata.checksum_type = checksum_type;
     pdu.metadata.file_bytes = file_bytes;
     const auto* octets = reinterpret_cast<const std::uint8_t*>(name.data());
     pdu.metadata.source_name = pdu.metadata.destination_name = {octets, name.size()};
@@ -266,6 +267,30 @@ TEST_F(GroundReceiver, ManyGapsAreAskedForInPortions) {
   EXPECT_EQ(gaps_asked_for(1).size(), CfdpReceiverSettings{}.gaps_at_once);
   receiver->tick(now += 10);
   EXPECT_EQ(gaps_asked_for(1).size(), CfdpReceiverSettings{}.gaps_at_once);
+}
+
+// The condition codes of CCSDS 727.0-B-5. Of the checksum types in SANA's registry (0, 1, 2, 3, 15), type 1, that of
+// Proximity-1, is not implemented here.
+TEST_F(GroundReceiver, AChecksumOfAnUnknownTypeIsNotCalledAWrongChecksum) {
+  const Bytes file = contents(500, 1);
+  for (std::uint8_t type = 0; type < 16; ++type) {
+    SCOPED_TRACE(int{type});
+    const bool known = type == 0 || type == 2 || type == 3 || type == 15;
+    const std::uint64_t sequence = 100 + type;
+    metadata(sequence, "file-" + std::to_string(type), file.size(), type);
+    data(sequence, 0, file);
+    eof(sequence, file);
+    std::vector<cfdp::Condition> conditions;
+    for (const Pdu& pdu : take_answers(sequence)) {
+      if (pdu.kind == PduKind::finished) conditions.push_back(pdu.finished.condition);
+    }
+    ASSERT_FALSE(conditions.empty());
+    // The checksum of the EOF is the CRC-32.
+    const cfdp::Condition of_known =
+        type == 3 || type == 15 ? cfdp::Condition::no_error : cfdp::Condition::file_checksum_failure;
+    EXPECT_EQ(conditions.front(), known ? of_known : cfdp::Condition::unsupported_checksum_type);
+    EXPECT_EQ(files.count("file-" + std::to_string(type)), of_known == cfdp::Condition::no_error ? 1U : 0U);
+  }
 }
 
 TEST_F(GroundReceiver, AFileThatIsTooLargeIsRefusedAndNotWaitedForForEver) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <sstream>
 
+#include "cfg/limits.hpp"
 #include "fsw/base/crc.hpp"
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/flight_model.hpp"
@@ -179,6 +180,82 @@ TEST(Outbox, ARefinementOfANumberThatNoFlightHasIsRefused) {
                                 std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min()}) {
     EXPECT_NE(fault(id).find("no flight"), std::string::npos) << id;
   }
+}
+
+/// A whole .ilr file for product 1 (image) without bytes of its own: it begins with the first `same_head` bytes of a
+/// file of `shorter` and goes on with the bytes of that from `from`.
+std::vector<std::uint8_t> copying_refinement(std::span<const std::uint8_t> shorter, int layer, std::uint32_t same_head,
+                                             std::uint32_t from, std::vector<std::uint8_t>& refined) {
+  refined.assign(shorter.begin(), shorter.begin() + same_head);
+  refined.insert(refined.end(), shorter.begin() + from, shorter.end());
+  RefinementHeader header;
+  header.product_id = product_id(1, ProductKind::image);
+  header.first_layer = header.last_layer = static_cast<std::uint8_t>(layer);
+  header.shorter_bytes = static_cast<std::uint32_t>(shorter.size());
+  header.bytes = static_cast<std::uint32_t>(refined.size());
+  header.crc32 = crc32(refined);
+  header.same_head = header.head_end = same_head;
+  header.shorter_data = from;
+  header.same_data = header.shorter_bytes - from;
+  std::vector<std::uint8_t> file(refinement_header_bytes + refinement_tail_bytes);
+  write_refinement_header(header, std::span(file).first<refinement_header_bytes>());
+  repair_crc(file);
+  return file;
+}
+
+std::uint64_t bytes_of(const Outbox& outbox, bool of_products) {
+  std::uint64_t bytes = 0;
+  for (const ReceivedFile& file : outbox.files) bytes += of_products ? 0 : file.bytes;
+  for (const ReceivedProduct& product : outbox.products) bytes += of_products ? product.bytes.size() : 0;
+  return bytes;
+}
+
+TEST(Outbox, RefinementsThatTakeBytesTwiceAreRefusedAndMultiplyNothing) {
+  const TemporaryFolder folder;
+  const fs::path box = folder.path() / "outbox";
+  test::write_outbox(test::make_flight(false), box);
+  std::vector<std::uint8_t> product = host::read_file(box / "product-000001-image.jp2"), refined;
+  constexpr int many = 9;
+  for (int n = 0; n < many; ++n) {
+    const auto bytes = static_cast<std::uint32_t>(product.size());
+    // All but the last double the product; that has one byte in its head and in its data.
+    const bool last = n == many - 1;
+    host::write_file(box / ("refine-000001-image-bomb-" + std::to_string(n) + ".ilr"),
+                     copying_refinement(product, 2 + n % 7, last ? 9 : bytes, last ? 8 : 0, refined));
+    product = refined;
+  }
+  Outbox outbox = read_outbox(box);
+  EXPECT_LE(bytes_of(outbox, true), bytes_of(outbox, false));
+  for (int n = 0; n < many; ++n) {
+    const std::string fault = file_named(outbox, "refine-000001-image-bomb-" + std::to_string(n) + ".ilr").fault;
+    EXPECT_NE(fault.find("not a whole refinement"), std::string::npos) << n;
+  }
+  const Flight flight = build_flight(outbox);
+  EXPECT_EQ(flight.keyframes.size(), 5U);
+  for (const auto& [id, keyframe] : flight.keyframes) EXPECT_TRUE(keyframe.has_image()) << id;
+}
+
+TEST(Outbox, AProductTakesEachLayerOnceHoweverManyRefinementsComeForIt) {
+  const TemporaryFolder folder;
+  const fs::path box = folder.path() / "outbox";
+  test::write_outbox(test::make_flight(false), box);
+  std::vector<std::uint8_t> product = host::read_file(box / "product-000001-image.jp2"), refined;
+  const std::size_t received = product.size();
+  // Each gives a file of the size that it refines, so that all of them fit again and again.
+  constexpr int many = 500;
+  for (int n = 0; n < many; ++n) {
+    host::write_file(box / ("refine-000001-image-" + std::to_string(n) + ".ilr"),
+                     copying_refinement(product, 2 + n % (limits::max_quality_layers - 1), 8, 8, refined));
+  }
+  host::write_file(box / "refine-beyond.ilr",
+                   copying_refinement(product, limits::max_quality_layers + 1, 8, 8, refined));
+  const auto spool = std::make_shared<Spool>(folder.path());
+  OutboxBuilder builder(spool);
+  for (const fs::path& path : files_of(box)) builder.add(path.filename().string(), host::read_file(path));
+  Outbox outbox = builder.finish();
+  EXPECT_NE(file_named(outbox, "refine-beyond.ilr").fault.find("not a whole refinement"), std::string::npos);
+  EXPECT_LE(spool->size(), bytes_of(outbox, false) + received) << "what is refined is put away once more";
+  EXPECT_EQ(build_flight(outbox).keyframes.size(), 5U);
 }
 
 TEST(Outbox, UsesWhatIsWholeAndNamesTheRest) {
