@@ -17,9 +17,45 @@ namespace {
 
 namespace aruco = cv::aruco;
 
+// With OpenCV 4.7 dictionaries and boards became values, and the pattern of boards with an even number of rows another
+// one: the older one is meant.
+#if CV_VERSION_MAJOR * 100 + CV_VERSION_MINOR >= 407
+using DictionaryNumber = aruco::PredefinedDictionaryType;
+
+cv::Ptr<aruco::Dictionary> predefined(DictionaryNumber number) {
+  return cv::makePtr<aruco::Dictionary>(aruco::getPredefinedDictionary(number));
+}
+
+cv::Ptr<aruco::CharucoBoard> board_of_squares(int columns, int rows, float marker_share,
+                                              const cv::Ptr<aruco::Dictionary>& markers) {
+  auto board = cv::makePtr<aruco::CharucoBoard>(cv::Size(columns, rows), 1.0F, marker_share, *markers);
+  board->setLegacyPattern(true);
+  return board;
+}
+
+const std::vector<std::vector<cv::Point3f>>& marker_corners(const aruco::CharucoBoard& board) {
+  return board.getObjPoints();
+}
+#else
+using DictionaryNumber = aruco::PREDEFINED_DICTIONARY_NAME;
+
+cv::Ptr<aruco::Dictionary> predefined(DictionaryNumber number) {
+  return aruco::getPredefinedDictionary(number);
+}
+
+cv::Ptr<aruco::CharucoBoard> board_of_squares(int columns, int rows, float marker_share,
+                                              const cv::Ptr<aruco::Dictionary>& markers) {
+  return aruco::CharucoBoard::create(columns, rows, 1.0F, marker_share, markers);
+}
+
+const std::vector<std::vector<cv::Point3f>>& marker_corners(const aruco::CharucoBoard& board) {
+  return board.objPoints;
+}
+#endif
+
 struct NamedDictionary {
   const char* name;
-  aruco::PREDEFINED_DICTIONARY_NAME number;
+  DictionaryNumber number;
 };
 /// Of dictionaries with the same first markers, the smallest stands first.
 constexpr std::array<NamedDictionary, 21> dictionaries = {{{"4X4_50", aruco::DICT_4X4_50},
@@ -48,7 +84,7 @@ using Corners = std::vector<std::vector<cv::Point2f>>;
 
 cv::Ptr<aruco::Dictionary> dictionary_of(const std::string& name) {
   for (const NamedDictionary& known : dictionaries) {
-    if (known.name == name) return aruco::getPredefinedDictionary(known.number);
+    if (known.name == name) return predefined(known.number);
   }
   throw std::runtime_error("there is no dictionary " + name);
 }
@@ -65,7 +101,7 @@ bool lie_as_on(const aruco::CharucoBoard& board, const Corners& corners, const s
   if (ids.size() < 5) return true;
   std::vector<cv::Point2f> there, here;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const std::vector<cv::Point3f>& object = board.objPoints[static_cast<std::size_t>(ids[i])];
+    const std::vector<cv::Point3f>& object = marker_corners(board)[static_cast<std::size_t>(ids[i])];
     for (std::size_t k = 0; k < 4; ++k) {
       there.emplace_back(object[k].x, object[k].y);
       here.push_back(corners[i][k]);
@@ -109,11 +145,11 @@ std::optional<BoardCorners> find_charuco(const host::Raster<std::uint8_t>& pictu
                              " white squares of the board: check --board and --charuco");
   }
   const cv::Ptr<aruco::CharucoBoard> charuco =
-      aruco::CharucoBoard::create(board.columns + 1, board.rows + 1, 1.0F, static_cast<float>(marker_share), markers);
+      board_of_squares(board.columns + 1, board.rows + 1, static_cast<float>(marker_share), markers);
   auto [corners, ids] = markers_in(grey, markers);
   if (ids.empty()) return std::nullopt;
   const int largest = *std::max_element(ids.begin(), ids.end());
-  const auto of_board = static_cast<int>(charuco->ids.size());
+  const auto of_board = static_cast<int>(marker_corners(*charuco).size());
   const std::string wanted = std::to_string(board.columns) + "x" + std::to_string(board.rows) + " inner corners";
   if (largest >= of_board) {
     throw std::runtime_error("marker " + std::to_string(largest) + " is seen, a board of " + wanted +
@@ -139,7 +175,7 @@ std::string dictionary_in(const host::Raster<std::uint8_t>& picture) {
   std::string name;
   std::size_t most = 3;
   for (const NamedDictionary& known : dictionaries) {
-    const std::vector<int> ids = markers_in(grey, aruco::getPredefinedDictionary(known.number)).second;
+    const std::vector<int> ids = markers_in(grey, predefined(known.number)).second;
     const std::size_t count = std::set<int>(ids.begin(), ids.end()).size();
     if (count <= most) continue;
     most = count;
