@@ -61,9 +61,12 @@ Status Configuration::begin(Store& store, const ConfigurationStart& start) {
   if (!start.loaded.ok() && !start.loaded.is(StatusCode::not_found)) {
     report({StatusCode::memory_lost, static_cast<std::int64_t>(start.loaded.code), start.loaded.a});
   }
-  ILP_TRY(find_identity(start));
   FlightMemoryContent after = memory_.content();
-  ILP_TRY(take_settings(after));
+  bool lost = false;
+  ILP_TRY(find_identity(start, after, lost));
+  // The flight keeps the epoch that it began with, whatever the mission file says: a setting of it is on trial.
+  if (after.epoch_known != 0) own_.base.mission_epoch_s = after.mission_epoch_s;
+  ILP_TRY(take_settings(after, lost));
   own_.unconfirmed = after.starts_unconfirmed;
   if (own_.commanded) ++after.starts_unconfirmed;
   own_.trial_ns = after.trial_ns;
