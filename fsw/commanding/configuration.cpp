@@ -266,17 +266,16 @@ void Configuration::settle(const MissionParameters& wanted, Way way) {
 
 void Configuration::confirm() {
   const Use use(*this);
-  if (own_.proven && own_.trials == 0) return;
+  // A ground that cannot be answered does not know of it: repeated starts go on to count.
+  if ((own_.proven && own_.trials == 0) || mission_.link_bytes_per_s <= 0) return;
   FlightMemoryContent after = memory_.content();
   std::int64_t confirmed = 0;
-  // A ground that cannot be answered does not know of it.
-  const bool answered = mission_.link_bytes_per_s > 0;
-  for (std::size_t i = 0; answered && i < parameter_count(); ++i) {
+  for (std::size_t i = 0; i < parameter_count(); ++i) {
     if (!on_trial(after, i) || !acted(after, i)) continue;
     static_cast<void>(after.good.set(parameter_info(i).number, parameter_value(mission_, i)));
     ++confirmed;
   }
-  if (answered) after.trial_ns = own_.trial_ns = 0;
+  after.trial_ns = own_.trial_ns = 0;
   if (own_.proven && confirmed == 0) return;
   after.starts_unconfirmed = 0;
   own_.proven = true;

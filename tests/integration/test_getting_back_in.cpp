@@ -317,6 +317,21 @@ TEST_F(GettingBackIn, RepeatedStartsStepDownAndATelecommandStepsUp) {
   EXPECT_TRUE(board_->ping());
 }
 
+TEST_F(GettingBackIn, TelecommandsThatCannotBeAnsweredDoNotStopTheSteps) {
+  board_->send(board_->setting("downlink", "link_bytes_per_s", 0));
+  board_->fly(2);
+  // Shorter than what is kept of a trial, and the ground goes on to command.
+  for (int start = 1; start <= 2; ++start) {
+    ASSERT_OK(board_->restart());
+    EXPECT_EQ(board_->configuration->stage(), ConfigurationStage::as_set) << start;
+    for (int i = 0; i < 5; ++i) EXPECT_FALSE(board_->ping());
+  }
+  ASSERT_OK(board_->restart());
+  EXPECT_EQ(board_->configuration->stage(), ConfigurationStage::last_good);
+  EXPECT_TRUE(board_->ping());
+  EXPECT_EQ(reasons(), (std::vector<int>{3}));
+}
+
 TEST_F(GettingBackIn, BuiltInDefaultsListenWhateverTheMissionFileSays) {
   board_->mission_file.pass_period_s = 1000;
   board_->mission_file.pass_start_s = 1e9;
