@@ -51,7 +51,10 @@ Status begin_mission_time(Store& store, FlightMemory& memory, EpochChoice choice
   double epoch_s = found.ok() ? known.value : kept.epoch_known != 0 ? kept.mission_epoch_s : mission.mission_epoch_s;
   if (!found.ok() && kept.epoch_known == 0 && choice == EpochChoice::first_start) {
     const std::int64_t whole_seconds = utc / ns_per_s;
-    epoch_s = static_cast<double>(whole_seconds);
+    const ParameterInfo& info = parameter_info(find_parameter(section, key));
+    // A calendar clock that is later than any epoch is wrong.
+    const auto today_s = static_cast<double>(whole_seconds);
+    if (today_s <= info.maximum) epoch_s = today_s;
   }
   ILP_TRY(set_parameter(mission, section, key, epoch_s));
   TimeNs latest = 0;
@@ -59,6 +62,11 @@ Status begin_mission_time(Store& store, FlightMemory& memory, EpochChoice choice
   latest = std::max(latest, kept.latest_ns);
   const TimeNs told = MissionTime(epoch_s).mission(utc);
   begin = {};
+  if (told > longest_duration_ns) {
+    begin.now = latest;
+    begin.news = {StatusCode::time_out_of_range, utc / (seconds_per_day * ns_per_s), told / ns_per_s};
+    return found.ok() ? Status{} : keep(store, epoch_s);
+  }
   begin.now = std::max(told, latest);
   if (told < latest) begin.news = {StatusCode::clock_behind, (latest - told) / ns_per_s, latest / ns_per_s};
   return found.ok() ? Status{} : keep(store, epoch_s);
@@ -68,7 +76,7 @@ bool LateCalendar::caught_up(std::int64_t utc, const MissionParameters& mission,
                              Status& news) {
   if (!behind_) return false;
   time = MissionTime(mission.mission_epoch_s).mission(utc);
-  if (time <= now) return false;
+  if (time <= now || time > longest_duration_ns) return false;
   behind_ = false;
   news = {StatusCode::clock_caught_up, (time - now) / ns_per_s, time / ns_per_s};
   return true;

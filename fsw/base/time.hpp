@@ -11,7 +11,7 @@ inline constexpr TimeNs ns_per_us = 1'000;
 inline constexpr TimeNs ns_per_ms = 1'000'000;
 inline constexpr TimeNs ns_per_s = 1'000'000'000;
 
-/// 126 years. The sum of two such durations still fits into TimeNs.
+/// 126 years: the longest duration, and the latest mission time. The sum of two of them still fits into TimeNs.
 inline constexpr TimeNs longest_duration_ns = 4'000'000'000 * ns_per_s;
 
 /// Whole nanoseconds of a duration, cut towards zero. Longer durations become the longest one, and NaN becomes 0. This

@@ -61,9 +61,12 @@ Status Configuration::begin(Store& store, const ConfigurationStart& start) {
   if (!start.loaded.ok() && !start.loaded.is(StatusCode::not_found)) {
     report({StatusCode::memory_lost, static_cast<std::int64_t>(start.loaded.code), start.loaded.a});
   }
-  ILP_TRY(find_identity(start));
   FlightMemoryContent after = memory_.content();
-  ILP_TRY(take_settings(after));
+  bool lost = false;
+  ILP_TRY(find_identity(start, after, lost));
+  // The flight keeps the epoch that it began with, whatever the mission file says: a setting of it is on trial.
+  if (after.epoch_known != 0) own_.base.mission_epoch_s = after.mission_epoch_s;
+  ILP_TRY(take_settings(after, lost));
   own_.unconfirmed = after.starts_unconfirmed;
   if (own_.commanded) ++after.starts_unconfirmed;
   own_.trial_ns = after.trial_ns;
@@ -263,17 +266,16 @@ void Configuration::settle(const MissionParameters& wanted, Way way) {
 
 void Configuration::confirm() {
   const Use use(*this);
-  if (own_.proven && own_.trials == 0) return;
+  // A ground that cannot be answered does not know of it: repeated starts go on to count.
+  if ((own_.proven && own_.trials == 0) || mission_.link_bytes_per_s <= 0) return;
   FlightMemoryContent after = memory_.content();
   std::int64_t confirmed = 0;
-  // A ground that cannot be answered does not know of it.
-  const bool answered = mission_.link_bytes_per_s > 0;
-  for (std::size_t i = 0; answered && i < parameter_count(); ++i) {
+  for (std::size_t i = 0; i < parameter_count(); ++i) {
     if (!on_trial(after, i) || !acted(after, i)) continue;
     static_cast<void>(after.good.set(parameter_info(i).number, parameter_value(mission_, i)));
     ++confirmed;
   }
-  if (answered) after.trial_ns = own_.trial_ns = 0;
+  after.trial_ns = own_.trial_ns = 0;
   if (own_.proven && confirmed == 0) return;
   after.starts_unconfirmed = 0;
   own_.proven = true;

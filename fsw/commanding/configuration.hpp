@@ -79,9 +79,10 @@ class Configuration {
  private:
   static const ParameterInfo& epoch_info();
   // configuration_start.cpp
-  Status find_identity(const ConfigurationStart& start);
+  /// Nothing is kept before all of it is known. `lost`: the small memory has never known of this store.
+  Status find_identity(const ConfigurationStart& start, FlightMemoryContent& after, bool& lost);
   Status begin_life(const ConfigurationStart& start);
-  Status take_settings(FlightMemoryContent& after);
+  Status take_settings(FlightMemoryContent& after, bool lost);
   Status write_settings();
   // configuration.cpp
   void enter(ConfigurationStage stage);

@@ -15,25 +15,29 @@ constexpr std::int64_t most_lives = 50;
 /// assumes less than one keyframe per second, and less than a thousand other records.
 constexpr std::int64_t calendar_base = numbers_of_a_life * most_lives;
 constexpr std::int64_t calendar_begin_s = 2'145'916'800;  // 2026-01-01
+/// Mission time ends there. Names of files have room for keyframes of ten digits, which a thousand lives leave free.
+constexpr std::int64_t most_since_s = longest_duration_ns / ns_per_s;
+/// A calendar clock that stands or goes back brings no number again: a life begins so far behind the one before.
+constexpr std::int64_t least_of_a_life = 1'000'000;
 constexpr std::int64_t records_per_keyframe = 1000;
 constexpr std::int64_t transactions_per_s = 1024;
 constexpr std::int64_t calendar_transactions = std::int64_t{1} << 32U;
 
 }  // namespace
 
-Status Configuration::find_identity(const ConfigurationStart& start) {
+Status Configuration::find_identity(const ConfigurationStart& start, FlightMemoryContent& after, bool& lost) {
   Status found = get(*store_, 1, own_.identity);
   if (!found.ok() && !is_gone(found)) return found;
-  FlightMemoryContent after = memory_.content();
+  lost = after.configuration == 0 && (!found.ok() || after.life < own_.identity.life);
   if (found.is(StatusCode::not_found)) {
     ILP_TRY(begin_life(start));
+    after = memory_.content();
   } else if (found.ok()) {
     // A life that was numbered by the calendar, because the small memory could not be read, may have a low number.
     if (after.life < own_.identity.life || after.keyframe_base < own_.identity.keyframe_base) {
       after.life = std::max(after.life, own_.identity.life);
       after.keyframe_base = own_.identity.keyframe_base;
       after.record_base = own_.identity.record_base;
-      keep(after);
     }
   } else {
     // It is damaged: the small memory knows it, or else the keyframes themselves.
@@ -58,6 +62,7 @@ Status Configuration::find_identity(const ConfigurationStart& start) {
 Status Configuration::begin_life(const ConfigurationStart& start) {
   FlightMemoryContent after = memory_.content();
   const bool known = start.loaded.ok() || (start.loaded.is(StatusCode::not_found) && !start.another_before);
+  const std::int64_t before = after.keyframe_base;
   own_.identity = {};
   // What can be kept is tried first. The life itself is kept only after its identity is in the store, so that a start
   // that fails in between counts none.
@@ -70,8 +75,8 @@ Status Configuration::begin_life(const ConfigurationStart& start) {
   // A first life needs no memory of it. If the content could not be kept, numbers begin where the next start will not.
   const bool kept = memory_.kept().ok() || (known && after.life == 1 && !start.another_before);
   if ((!known || !kept || after.life > most_lives) && start.utc_s > 0) {
-    const std::int64_t since_s = std::max<std::int64_t>(start.utc_s - calendar_begin_s, 0);
-    after.keyframe_base = calendar_base + since_s;
+    const std::int64_t since_s = std::clamp<std::int64_t>(start.utc_s - calendar_begin_s, 0, most_since_s);
+    after.keyframe_base = std::max(calendar_base + since_s, before + least_of_a_life);
     after.record_base = after.keyframe_base * records_per_keyframe;
     memory_.skip_transactions(calendar_transactions + since_s * transactions_per_s);
   }
@@ -88,10 +93,9 @@ Status Configuration::begin_life(const ConfigurationStart& start) {
   return {};
 }
 
-Status Configuration::take_settings(FlightMemoryContent& after) {
+Status Configuration::take_settings(FlightMemoryContent& after, bool lost) {
   // The store is ahead when a telecommand was interrupted between the two writes, or when the small memory was lost.
   if (own_.identity.configuration <= after.configuration) return {};
-  const bool lost = after.configuration == 0;
   after.wanted = {};
   SettingRecord setting;
   // Bounded by the number of settings. A damaged one is left out and lost.

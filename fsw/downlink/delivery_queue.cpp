@@ -11,6 +11,9 @@
 namespace ilp {
 namespace {
 
+/// A telecommand has four octets for a transaction number. Those that are open at once differ in them.
+constexpr std::int64_t told_of_a_number = 0xFFFFFFFF;
+
 /// Records and events are small, and announce to the ground what to expect.
 std::uint8_t priority_of(const char* name) {
   const bool first = std::strncmp(name, "records-", 8) == 0 || std::strncmp(name, "events-", 7) == 0;
@@ -167,7 +170,8 @@ Status request_transfer(StorePart<Changes<TransferRecord>> store, std::int64_t s
     Found found{};
     ILP_TRY(find_next(store, record.id, record, found));
     if (found == Found::nothing) break;
-    const bool meant = found == Found::sound && (sequence == 0 || record.sequence == sequence);
+    const std::int64_t told = record.sequence & told_of_a_number;
+    const bool meant = found == Found::sound && (sequence == 0 || told == sequence);
     if (!meant || record.state == TransferState::delivered) continue;
     record.wish = wish;
     ILP_TRY(amend(store, record));

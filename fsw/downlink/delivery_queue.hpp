@@ -72,8 +72,8 @@ class DeliveryQueue final : public Link {
   std::size_t bytes_ = 0;
 };
 
-/// Sets the ground's request for the transfer with this transaction sequence number, or for all transfers (0). Call it
-/// within a transaction. `not_found` when there is none.
+/// Sets the ground's request for the transfer with this transaction sequence number (of a longer number its last four
+/// octets), or for all transfers (0). Call it within a transaction. `not_found` when there is none.
 Status request_transfer(StorePart<Changes<TransferRecord>> store, std::int64_t sequence, TransferWish wish);
 
 }  // namespace ilp

@@ -14,6 +14,10 @@ constexpr std::size_t shortest_pdu_bytes = 7;
 constexpr std::uint16_t unsegmented_word = unsegmented << 14U;
 constexpr std::uint16_t sequence_mask = 0x3FFF;
 constexpr double burst_s = 0.25;
+/// What a link may cost in one minor frame, in octets. A packet costs its length and what its authentication costs at
+/// least. What is left waits in the link. The datagram that goes beyond is taken whole.
+constexpr std::size_t most_work_per_pump = std::size_t{512} << 10U;
+constexpr std::size_t work_of_a_packet = 256;
 constexpr double ns_in_a_second = 1e9;
 
 std::uint16_t word(std::span<const std::uint8_t> bytes, std::size_t at) {
@@ -70,7 +74,8 @@ Status PacketRouter::pump() {
 
 Status PacketRouter::drain(PacketLink& link, bool whole_pdus) {
   const bool open = contact();
-  for (std::size_t i = 0; i < limits::max_datagrams_per_pump; ++i) {
+  work_ = 0;
+  for (std::size_t i = 0; i < limits::max_datagrams_per_pump && work_ < most_work_per_pump; ++i) {
     std::size_t bytes = 0;
     const Status status = link.receive(buffer_, bytes);
     if (status.is(StatusCode::not_ready)) return {};
@@ -105,6 +110,7 @@ void PacketRouter::sort(PacketLink& link, std::span<std::uint8_t> datagram) {
     const std::size_t length = length_of(datagram);
     const bool whole = length <= datagram.size();
     const auto packet = datagram.first(whole ? length : datagram.size());
+    work_ += packet.size() + work_of_a_packet;
     accepted = take_packet(packet, whole) || accepted;
     datagram = datagram.subspan(packet.size());
   }

@@ -40,10 +40,10 @@ class PacketRouter {
   /// be the null pointer if a flight has no packet link at all.
   PacketRouter(PacketLink* packets, PacketLink* files, Clock& clock, const MissionParameters& mission);
 
-  /// Receives a bounded number of datagrams. The Telecommander calls it in every minor frame. Out of contact everything
-  /// received is discarded, because the ground cannot have sent it. A telecommand that cannot be accepted, because it
-  /// is cut short, of an unknown APID or otherwise, is still passed to `commands` when its primary header identifies
-  /// its source.
+  /// Receives a bounded number of datagrams, and of packets in them. The Telecommander calls it in every minor frame.
+  /// Out of contact everything received is discarded, because the ground cannot have sent it. A telecommand that cannot
+  /// be accepted, because it is cut short, of an unknown APID or otherwise, is still passed to `commands` when its
+  /// primary header identifies its source.
   Status pump();
   /// The oldest waiting packet: a space packet for `commands`, a bare PDU for `files`. `not_ready` when there is none,
   /// or when the mission's rate of telecommands does not allow another one yet. `capacity_exceeded` for a buffer that
@@ -101,6 +101,7 @@ class PacketRouter {
   Bucket link_credit_;     ///< bytes; telemetry may overdraw it, and files wait until it is positive
   Bucket command_credit_;  ///< telecommands
   std::uint16_t file_packets_ = 0;
+  std::size_t work_ = 0;  ///< of the present pump on one link, in octets
   std::array<std::uint8_t, limits::max_packet_bytes> buffer_{};
   PacketRing<limits::command_ring_bytes> commands_;
   PacketRing<limits::pdu_ring_bytes> pdus_;

@@ -43,7 +43,7 @@ class TelemetryWriter {
   /// Message count of one type to one destination.
   struct Counter {
     std::uint32_t key = 0;  ///< destination, service, subtype
-    std::uint32_t used = 0;
+    std::uint64_t used = 0;
     std::uint16_t next = 0;
   };
   std::uint16_t count(std::uint8_t service, std::uint8_t subtype, std::uint16_t destination);
@@ -54,7 +54,7 @@ class TelemetryWriter {
   const MissionParameters& mission_;
   LinkSettings settings_;
   std::array<Counter, limits::message_counters> counters_{};
-  std::uint32_t uses_ = 0;
+  std::uint64_t uses_ = 0;
   std::uint16_t sequence_ = 0;
   std::uint32_t sent_ = 0, lost_ = 0, waiting_ = 0;
   std::array<std::uint8_t, limits::max_report_bytes> next_{};  ///< the oldest waiting packet

@@ -121,6 +121,67 @@ TEST_F(PostgresSharing, NotificationsOfStrangersDoNoHarm) {
   EXPECT_EQ(news_of(*b_) & mask_of(RecordType::frame), mask_of(RecordType::frame));
 }
 
+// A role without any right announces the next commit before there is one. What is read then is as it was before.
+TEST_F(PostgresSharing, ACommitThatAStrangerAnnouncedBeforeItWasIsSeenAllTheSame) {
+  sql("DROP ROLE IF EXISTS stranger; CREATE ROLE stranger LOGIN");
+  FrameRecord frame;
+  for (std::int64_t id = 1; id <= 5; ++id) {
+    const std::int64_t next_commit = std::stoll(sql("SELECT commits + 1 FROM ilp_store"));
+    sql("SET ROLE stranger; NOTIFY ilp, '" + std::to_string(next_commit) + " " +
+        std::to_string(mask_of(RecordType::frame)) + "'");
+    RecordMask changed = 0;
+    b_->wait(200);
+    ASSERT_OK(b_->poll(changed));
+    EXPECT_STATUS(get(*b_, id, frame), not_found);
+    ASSERT_OK(put_now(*a_, of_id<FrameRecord>(id)));
+    EXPECT_EQ(news_of(*b_) & mask_of(RecordType::frame), mask_of(RecordType::frame));
+    EXPECT_OK(get(*b_, id, frame)) << id;
+  }
+  sql("DROP ROLE stranger");
+}
+
+// Whoever owns the tables may lock them.
+TEST_F(PostgresSharing, ATableThatAnotherClientLocksIsWaitedForAndThenGivenUpWithItsName) {
+  ASSERT_OK(put_now(*a_, of_id<FrameRecord>(1)));
+  const auto lock_for = [](const char* seconds) {
+    return std::thread([seconds] {
+      const std::string locking = "echo 'BEGIN; LOCK TABLE frame IN ACCESS EXCLUSIVE MODE; SELECT pg_sleep(";
+      // Its session may be ended.
+      const std::string end = "); COMMIT' | " + environment("ILP_POSTGRES_SERVER") + " sql > /dev/null 2>&1 || true";
+      EXPECT_EQ(std::system((locking + seconds + end).c_str()), 0);
+    });
+  };
+  const auto await_lock = [] {
+    for (int i = 0; i < patience; ++i) {
+      if (sql("SELECT count(*) FROM pg_locks WHERE mode='AccessExclusiveLock' AND granted AND "
+              "relation='frame'::regclass") != "0") {
+        return;
+      }
+      usleep(100'000);
+    }
+    FAIL() << "the table is not locked";
+  };
+  FrameRecord frame;
+  PoseRecord pose;
+  std::thread stranger = lock_for("1");
+  await_lock();
+  EXPECT_STATUS(get(*b_, 7, frame), not_found) << "it waits, and then has the answer";
+  stranger.join();
+  stranger = lock_for("60");
+  await_lock();
+  const Status reading = get(*b_, 8, frame);
+  EXPECT_STATUS(reading, store_error);
+  EXPECT_EQ(reading.b, static_cast<std::int64_t>(RecordType::frame));
+  EXPECT_TRUE(b_->connected());
+  EXPECT_STATUS(get(*b_, 1, pose), not_found) << "other tables are as before";
+  EXPECT_OK(put_now(*b_, of_id<PoseRecord>(1)));
+  sql("SELECT pg_terminate_backend(pid) FROM pg_locks WHERE mode='AccessExclusiveLock' AND relation='frame'::regclass");
+  stranger.join();
+  EXPECT_STATUS(get(*b_, 8, frame), not_found);
+  EXPECT_OK(put_now(*b_, of_id<FrameRecord>(8)));
+  EXPECT_OK(get(*a_, 8, frame));
+}
+
 TEST_F(PostgresSharing, ATransactionReadsTheNewestStateWithoutAPoll) {
   CommandRecord command;
   EXPECT_STATUS(last(*b_, command), not_found);

@@ -78,7 +78,7 @@ class FlightBoard {
     started_ns_ = time.now;
     keys = Authenticator();
     for (const auto& [spi, key] : key_list) ILP_TRY(keys.add(spi, key));
-    router = std::make_unique<PacketRouter>(&link, nullptr, clock, mission);
+    router = std::make_unique<PacketRouter>(radio, nullptr, clock, mission);
     router->authenticate_with(keys);
     software = std::make_unique<FlightSoftware>(store->store(), *eye, outbox, *router, clock, mission, *configuration);
     ILP_TRY(software->start(model));
@@ -90,7 +90,7 @@ class FlightBoard {
   }
   /// Stops the flight as a power cut does, without notice.
   void stop() {
-    if (software != nullptr) calendar_s = started_s_ + (clock.now() - started_ns_) / ns_per_s;
+    if (software != nullptr) calendar_s = calendar_now();
     software.reset();
     router.reset();
     configuration.reset();
@@ -103,6 +103,12 @@ class FlightBoard {
     stop();
     return start();
   }
+  /// Mission time goes forward, between two minor frames, as when a calendar has become right.
+  void jump_to(TimeNs time) {
+    clock.set(time);
+    next_ = time;
+  }
+  [[nodiscard]] std::int64_t calendar_now() { return started_s_ + (clock.now() - started_ns_) / ns_per_s; }
   /// Minor frames; ends where the software asks for a start.
   void fly(double seconds) {
     const TimeNs end = clock.now() + ns_from_seconds(seconds);
@@ -202,6 +208,7 @@ class FlightBoard {
   MissionParameters mission;
   SetClock clock;
   QueueLink link;
+  PacketLink* radio = &link;
   NoCamera camera;
   Camera* eye = &camera;
   OutboxLink outbox;

@@ -105,6 +105,22 @@ TEST_F(GettingBackIn, AMissionEpochInTheFutureThatNobodyConfirmsIsGivenUp) {
   EXPECT_TRUE(board_->ping());
 }
 
+TEST_F(GettingBackIn, TheEpochOfTheMissionFileIsOnTrialWhereTheFlightHasAnother) {
+  const double epoch_s = board_->in_force("link", "mission_epoch_s");
+  ASSERT_NE(epoch_s, board_->mission_file.mission_epoch_s);
+  ASSERT_EQ(board_->set("link", "mission_epoch_s", board_->mission_file.mission_epoch_s), done);
+  ASSERT_OK(board_->restart());
+  EXPECT_EQ(board_->in_force("link", "mission_epoch_s"), board_->mission_file.mission_epoch_s);
+  board_->fly_on(70);
+  EXPECT_EQ(board_->in_force("link", "mission_epoch_s"), epoch_s);
+  EXPECT_EQ(reasons(), (std::vector<int>{2}));
+  ASSERT_EQ(board_->set("link", "mission_epoch_s", board_->mission_file.mission_epoch_s), done);
+  ASSERT_OK(board_->restart());
+  ASSERT_TRUE(board_->ping());
+  board_->fly_on(70);
+  EXPECT_EQ(board_->in_force("link", "mission_epoch_s"), board_->mission_file.mission_epoch_s) << "confirmed";
+}
+
 TEST_F(GettingBackIn, PassesWithoutAFutureContactAreGivenUp) {
   Octets octets(64);
   ByteWriter out(octets);
@@ -301,6 +317,21 @@ TEST_F(GettingBackIn, RepeatedStartsStepDownAndATelecommandStepsUp) {
   EXPECT_TRUE(board_->ping());
 }
 
+TEST_F(GettingBackIn, TelecommandsThatCannotBeAnsweredDoNotStopTheSteps) {
+  board_->send(board_->setting("downlink", "link_bytes_per_s", 0));
+  board_->fly(2);
+  // Shorter than what is kept of a trial, and the ground goes on to command.
+  for (int start = 1; start <= 2; ++start) {
+    ASSERT_OK(board_->restart());
+    EXPECT_EQ(board_->configuration->stage(), ConfigurationStage::as_set) << start;
+    for (int i = 0; i < 5; ++i) EXPECT_FALSE(board_->ping());
+  }
+  ASSERT_OK(board_->restart());
+  EXPECT_EQ(board_->configuration->stage(), ConfigurationStage::last_good);
+  EXPECT_TRUE(board_->ping());
+  EXPECT_EQ(reasons(), (std::vector<int>{3}));
+}
+
 TEST_F(GettingBackIn, BuiltInDefaultsListenWhateverTheMissionFileSays) {
   board_->mission_file.pass_period_s = 1000;
   board_->mission_file.pass_start_s = 1e9;
@@ -450,6 +481,25 @@ TEST_F(GettingBackIn, ASettingThatWasCutOffBeforeTheSmallMemoryIsOnTrial) {
   EXPECT_EQ(board_->in_force("motion", "corners"), 500);
 }
 
+TEST_F(GettingBackIn, TheFirstSettingOfAFlightThatWasCutOffBeforeTheSmallMemoryIsOnTrialToo) {
+  board_->stop();
+  for (const char* const file : {".keep-1", ".keep-2"}) {
+    fs::copy_file(board_->database() + file, board_->folder / ("before" + std::string(file)));
+  }
+  ASSERT_OK(board_->start());
+  ASSERT_EQ(board_->set("contact", "closed_until_s", 1e9), done);
+  board_->stop();
+  for (const char* const file : {".keep-1", ".keep-2"}) {
+    fs::copy_file(board_->folder / ("before" + std::string(file)), board_->database() + file,
+                  fs::copy_options::overwrite_existing);
+  }
+  ASSERT_OK(board_->start());
+  EXPECT_FALSE(board_->ping()) << "no contact";
+  board_->fly_on(100);
+  EXPECT_TRUE(board_->ping());
+  EXPECT_EQ(reasons(), (std::vector<int>{2}));
+}
+
 TEST_F(GettingBackIn, AFlippedBitInTheConfigurationIsMendedBeforeItActs) {
   ASSERT_EQ(board_->set("link", "telecommands_per_s", 50), done);
   auto& wanted = const_cast<MissionParameters&>(board_->configuration->wanted());
@@ -461,7 +511,94 @@ TEST_F(GettingBackIn, AFlippedBitInTheConfigurationIsMendedBeforeItActs) {
   EXPECT_TRUE(board_->ping());
 }
 
+// Clocks at their ends.
+
+TEST_F(GettingBackIn, UptimesAndCalendarsThatJumpForwardsLeaveTheFlightInReach) {
+  constexpr TimeNs two_to_31 = std::int64_t{1} << 31U, two_to_32 = std::int64_t{1} << 32U;
+  // Counts of milliseconds, of minor frames and of seconds in 31 and 32 bits, 10^9 s, and the latest mission time.
+  for (const TimeNs end :
+       {two_to_31 * ns_per_ms, two_to_32 * ns_per_ms, two_to_31 * minor_frame_ns, two_to_32 * minor_frame_ns,
+        1'000'000'000 * ns_per_s, two_to_31 * ns_per_s, longest_duration_ns - 100 * ns_per_s}) {
+    SCOPED_TRACE(end / ns_per_s);
+    board_->jump_to(end - 3 * ns_per_s);
+    EXPECT_TRUE(board_->ping());
+    board_->fly(2);
+    EXPECT_TRUE(board_->ping()) << "in flight";
+    EXPECT_EQ(board_->set("motion", "corners", 500), done);
+    ASSERT_OK(board_->restart());
+    EXPECT_TRUE(board_->ping()) << "at the next start";
+    EXPECT_GE(board_->clock.now(), end - 5 * ns_per_s);
+    board_->fly(62);
+    board_->stop();
+    board_->calendar_s = 378'691'200;
+    ASSERT_OK(board_->start());
+    EXPECT_GE(board_->clock.now(), end - 5 * ns_per_s) << "a calendar of 1970 does not take it back";
+    EXPECT_TRUE(board_->ping());
+    EXPECT_EQ(board_->in_force("motion", "corners"), 500);
+  }
+  EXPECT_TRUE(board_->events(StatusCode::memory_lost).empty());
+  EXPECT_TRUE(reasons().empty());
+}
+
+TEST_F(GettingBackIn, ACalendarThatNoFlightCanHaveCostsNothingThatIsKept) {
+  ASSERT_EQ(board_->set("link", "telecommands_per_s", 50), done);
+  ASSERT_TRUE(board_->ping());
+  board_->fly(70);
+  // 2232 is the latest year that Linux can be set to.
+  const std::int64_t right_s = board_->calendar_now();
+  for (const std::int64_t wrong_s : {std::int64_t{2'145'916'800} + 206 * std::int64_t{31'556'952}, std::int64_t{0}}) {
+    board_->stop();
+    board_->calendar_s = wrong_s;
+    ASSERT_OK(board_->start());
+    EXPECT_TRUE(board_->ping()) << wrong_s;
+    board_->fly(70);
+    EXPECT_LT(board_->clock.now(), 3600 * ns_per_s);
+    board_->stop();
+    board_->calendar_s = right_s + 600;
+    ASSERT_OK(board_->start());
+    EXPECT_TRUE(board_->ping());
+    EXPECT_EQ(board_->in_force("link", "telecommands_per_s"), 50);
+  }
+  EXPECT_TRUE(board_->events(StatusCode::memory_lost).empty());
+}
+
 // Numbers over lives.
+
+TEST_F(GettingBackIn, InTheLastLivesNumbersBeyondThirtyTwoBitsAreToldAndNamed) {
+  for (const std::int64_t life : {44, 50, 51, 52}) {
+    SCOPED_TRACE(life);
+    board_->stop();
+    {
+      FileNonvolatile medium;
+      ASSERT_TRUE(medium.open(board_->database().c_str()).ok());
+      FlightMemory memory(medium);
+      ASSERT_TRUE(memory.load().ok());
+      FlightMemoryContent content = memory.content();
+      content.life = std::max(content.life, life - 1);
+      ASSERT_TRUE(memory.keep(content).ok());
+    }
+    fs::remove(board_->database());
+    ASSERT_OK(board_->start());
+    EXPECT_TRUE(board_->ping());
+    EXPECT_EQ(board_->set("motion", "corners", 500), done);
+    board_->fly(150);
+    IdentityRecord identity;
+    ASSERT_OK(get(board_->store->store(), 1, identity));
+    EXPECT_EQ(identity.life, life);
+    EXPECT_GT(identity.keyframe_base, std::int64_t{1} << 32U);
+    const std::vector<EventRecord> begun = board_->events(StatusCode::life_begun);
+    ASSERT_EQ(begun.size(), 1U);
+    EXPECT_GT(begun[0].id, identity.record_base);
+    EXPECT_EQ(begun[0].a, life);
+    // A file of events has a number of this life in its name.
+    TransferRecord transfer;
+    ASSERT_OK(last(board_->store->store(), transfer));
+    EXPECT_GT(transfer.id, identity.record_base);
+    EXPECT_NE(std::string(transfer.name).find(".ilp"), std::string::npos) << transfer.name;
+    ASSERT_OK(board_->restart());
+    EXPECT_TRUE(board_->ping());
+  }
+}
 
 TEST_F(GettingBackIn, EveryDatabaseIsAnotherLifeWithNumbersOfItsOwn) {
   std::set<std::int64_t> events, starts, transactions;

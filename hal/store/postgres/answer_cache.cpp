@@ -21,7 +21,7 @@ std::uint64_t AnswerCache::check_of(const RecordInfo& info, std::size_t place) c
   const Head& head = heads_[place];
   const std::int64_t words[] = {head.key,
                                 head.id,
-                                std::int64_t{head.epoch},
+                                static_cast<std::int64_t>(head.epoch),
                                 static_cast<std::int64_t>(head.type),
                                 static_cast<std::int64_t>(head.question),
                                 head.found ? 1 : 0};

@@ -37,8 +37,8 @@ class AnswerCache {
     std::int64_t key = 0;
     std::int64_t id = 0;      ///< of the record
     std::uint64_t check = 0;  ///< of the rest and the record
-    std::uint32_t epoch = 0;  ///< of the table, when it was kept; 0: empty
-    std::uint32_t used = 0;   ///< larger: used later
+    std::uint64_t epoch = 0;  ///< of the table, when it was kept; 0: empty
+    std::uint64_t used = 0;   ///< larger: used later
     RecordType type = RecordType::count;
     Question question = Question::get;
     bool found = false;
@@ -50,7 +50,7 @@ class AnswerCache {
 
   [[nodiscard]] static std::size_t set_of(RecordType type, Question question, std::int64_t key);
   [[nodiscard]] std::uint64_t check_of(const RecordInfo& info, std::size_t place) const;
-  [[nodiscard]] std::uint32_t epoch_of(RecordType type) const { return epochs_[static_cast<std::size_t>(type)]; }
+  [[nodiscard]] std::uint64_t epoch_of(RecordType type) const { return epochs_[static_cast<std::size_t>(type)]; }
   [[nodiscard]] bool is_sound(const RecordInfo& info, std::size_t place) const {
     return heads_[place].check == check_of(info, place);
   }
@@ -58,12 +58,12 @@ class AnswerCache {
   [[nodiscard]] bool is_it(const Head& head, const RecordInfo& info, Question question, std::int64_t key) const;
   [[nodiscard]] std::size_t place_for(const RecordInfo& info, Question question, std::int64_t key) const;
 
-  std::array<std::uint32_t, tables> epochs_ = [] {
-    std::array<std::uint32_t, tables> ones{};
+  std::array<std::uint64_t, tables> epochs_ = [] {
+    std::array<std::uint64_t, tables> ones{};
     ones.fill(1);
     return ones;
   }();
-  std::uint32_t uses_ = 0;
+  std::uint64_t uses_ = 0;
   std::array<Head, sets * ways> heads_{};
   alignas(8) std::array<Record, sets * ways> records_{};
 };

@@ -101,7 +101,7 @@ class PostgresStore final : public Store, public StoreSharing {
   struct HeldBlob {
     BlobName name;           ///< type `count`: none
     bool changed = false;    ///< the server has yet to get it: true for one of them at most, the latest one
-    std::uint32_t used = 0;  ///< larger: used later
+    std::uint64_t used = 0;  ///< larger: used later
     std::array<std::uint8_t, 4 * (max_postgres_blob_bytes / blob_chunk_bytes)> sums;  ///< as they are stored
     std::array<std::uint8_t, max_postgres_blob_bytes> bytes;
 
@@ -224,7 +224,7 @@ class PostgresStore final : public Store, public StoreSharing {
   std::array<std::int64_t, record_count> walked_to_{};  ///< id that the latest next() has returned
   std::array<HeldBlob, most_held> blobs_;
   HeldBlob* held_ = blobs_.data();  ///< the latest one
-  std::uint32_t blob_uses_ = 0;
+  std::uint64_t blob_uses_ = 0;
 
   RecordMask changed_ = 0;                            ///< since the latest poll()
   RecordMask unread_ = 0;                             ///< changed by the look that came with an answer

@@ -127,6 +127,35 @@ TEST_F(MissionEpochTest, ACalendarThatBecomesRightTakesMissionTimeForwardsOnly) 
   EXPECT_FALSE(of_a_right_clock.caught_up(new_year + 9000 * ns_per_s, mission_, 0, time, news));
 }
 
+// The latest second that a Linux clock can be set to is in 2232.
+constexpr std::int64_t latest_calendar = (2232LL - 1958) * 31'556'952 * ns_per_s;
+
+TEST_F(MissionEpochTest, ACalendarBehindEveryEpochIsNotBelievedAtTheFirstStart) {
+  EXPECT_OK(begin(EpochChoice::first_start, latest_calendar, mission_));
+  EXPECT_EQ(mission_.mission_epoch_s, MissionParameters{}.mission_epoch_s);
+  EXPECT_EQ(now_, 0);
+  EXPECT_STATUS(news_, time_out_of_range);
+  LateCalendar calendar;
+  calendar.begin({now_, news_});
+  TimeNs time = 0;
+  Status news;
+  EXPECT_FALSE(calendar.caught_up(latest_calendar, mission_, 10 * ns_per_s, time, news));
+  EXPECT_TRUE(calendar.caught_up(new_year + 7000 * ns_per_s, mission_, 20 * ns_per_s, time, news)) << "it is right now";
+  EXPECT_EQ(time, 7000 * ns_per_s);
+}
+
+TEST_F(MissionEpochTest, MissionTimeNeverGoesBeyondWhatTwoDurationsNeed) {
+  EXPECT_OK(begin(EpochChoice::first_start, new_year, mission_));
+  fly_until(600 * ns_per_s);
+  EXPECT_OK(begin(EpochChoice::first_start, latest_calendar, mission_));
+  EXPECT_EQ(now_, 600 * ns_per_s) << "as with a clock that went back";
+  EXPECT_STATUS(news_, time_out_of_range);
+  EXPECT_EQ(news_.a, latest_calendar / ns_per_s / 86400);
+  EXPECT_OK(begin(EpochChoice::first_start, new_year + longest_duration_ns - ns_per_s, mission_));
+  EXPECT_EQ(now_, longest_duration_ns - ns_per_s) << "believed up to there";
+  EXPECT_OK(news_);
+}
+
 TEST(KeyFileOnDiskTest, IsReadOrItsFaultNamed) {
   const test::TemporaryFolder folder;
   Authenticator keys;

@@ -113,6 +113,20 @@ TEST_F(TelecommandTest, TwoGroundStationsHearTheirOwnReportsAndCounts) {
   EXPECT_EQ(seen[1], 3);
 }
 
+TEST_F(TelecommandTest, CountsOfReportsGoOnBehindTheirEnds) {
+  // The count of packets has 14 bits, that of messages of one kind 16.
+  for (std::uint32_t i = 0; i < 70'000; ++i) {
+    ASSERT_TRUE(writer->report(17, 2, 7, {}).ok());
+    const std::vector<Report> reports = heard();
+    ASSERT_EQ(reports.size(), 1U) << i;
+    ASSERT_EQ(reports[0].sequence, i % 16'384U);
+    ASSERT_EQ(reports[0].counter, i % 65'536U);
+    // The budget of the link.
+    clock.set(clock.now() + ns_per_ms);
+  }
+  EXPECT_EQ(writer->lost(), 0U);
+}
+
 TEST_F(TelecommandTest, ReportsWaitForContactAndTheOldestAreLost) {
   link.deaf = true;
   send(17, 1);
@@ -451,6 +465,25 @@ TEST_F(TelecommandTest, PassesBeginAndEndByCommand) {
   send(8, 1, function("PASSBEG", {0, 0, 0, 0}));
   step();
   EXPECT_EQ(failure(), "1.4 invalid_argument");
+}
+
+// 10^9 s are 31.7 years, 2^31 s are 68 years, and 2^31 ms are 25 days.
+TEST_F(TelecommandTest, PassesBeginAndEndByCommandUpToTheLatestMissionTime) {
+  for (const double begin_s : {2'147'483.0, 0.99e9, 1.01e9, 2'147'483'600.0, 3.99e9}) {
+    SCOPED_TRACE(begin_s);
+    clock.set(ns_from_seconds(begin_s));
+    send(8, 1, function("PASSEND"));
+    step();
+    EXPECT_EQ(types(), "1.1 1.3 1.7");
+    clock.set(clock.now() + ns_per_ms);
+    EXPECT_FALSE(router->contact());
+    clock.set(clock.now() + continuous_window_ns);
+    EXPECT_TRUE(router->contact());
+    send(8, 1, function("PASSBEG", {0, 0, 0, 60}));
+    step();
+    EXPECT_EQ(types(), "1.1 1.3 1.7");
+    EXPECT_NEAR(mission.opened_until_s, 1e-9 * static_cast<double>(clock.now()) + 60, 1e-3);
+  }
 }
 
 TEST_F(TelecommandTest, StripsEndWhenTheOverlapCheckerHasObeyed) {

@@ -155,6 +155,22 @@ TEST_F(FileDeliveryTest, SuspendsResumesAndCancelsAsTheGroundWishes) {
   EXPECT_TRUE(request_transfer(rig.store, 77, TransferWish::cancel).is(StatusCode::not_found));
 }
 
+// Behind the lives that are counted, transaction numbers begin by the calendar, beyond 2^32.
+TEST_F(FileDeliveryTest, ATransactionWithALongNumberIsNamedByItsLastOctets) {
+  TransferRecord transfer;
+  transfer.id = 1;
+  transfer.state = TransferState::sending;
+  for (const std::int64_t number : {std::int64_t{77}, (std::int64_t{1} << 32U) + 5, std::int64_t{6'500'000'000'000}}) {
+    transfer.sequence = number;
+    Transaction transaction(rig.store);
+    ASSERT_TRUE(transaction.begin().ok());
+    ASSERT_TRUE(put(rig.store, transfer).ok());
+    EXPECT_TRUE(request_transfer(rig.store, number & 0xFFFFFFFF, TransferWish::cancel).ok()) << number;
+    EXPECT_TRUE(request_transfer(rig.store, (number + 1) & 0xFFFFFFFF, TransferWish::cancel).is(StatusCode::not_found));
+    EXPECT_EQ(record().wish, TransferWish::cancel);
+  }
+}
+
 TEST_F(FileDeliveryTest, AFileThatTheGroundCouldNotKeepGoesAgainAsANewTransaction) {
   rig.mission.cfdp_rest_s = 5;
   rig.ground_keeps = false;

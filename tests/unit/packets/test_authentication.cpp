@@ -19,6 +19,7 @@
 #include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "tests/support/hex.hpp"
+#include "tests/support/queue_link.hpp"
 #include "tests/unit/executive/refusing_store.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 
@@ -286,6 +287,34 @@ TEST_F(GuardedLinkTest, OnlyWhatIsAuthenticGetsThroughAndRefusalsAreToldOnceInAW
   EXPECT_STATUS(event_, telecommands_refused);
   EXPECT_EQ(event_.a, 50);
   EXPECT_EQ(event_.b, static_cast<std::int64_t>(StatusCode::authentication_replay));
+}
+
+// 64 datagrams of a minor frame could hold 144 000 packets, each of which costs the check of its code.
+TEST_F(GuardedLinkTest, AFloodOfReplaysCostsABoundedNumberOfChecksInAMinorFrame) {
+  mission_.authentication = Authentication::telecommands;
+  test::QueueLink flooded;
+  router_ = std::make_unique<PacketRouter>(&flooded, nullptr, clock_, mission_);
+  router_->authenticate_with(keys_);
+  guard_ = std::make_unique<TelecommandGuard>(disk_, *router_, clock_);
+  ASSERT_OK(guard_->restore());
+  const Bytes replay = sealed(100);
+  flooded.up.push_back(replay);
+  EXPECT_EQ(received(), 1U);
+  Bytes datagram;
+  while (datagram.size() + replay.size() <= 65'000) datagram.insert(datagram.end(), replay.begin(), replay.end());
+  const auto replays = static_cast<std::uint32_t>(64 * (datagram.size() / replay.size()));
+  flooded.up.assign(64, datagram);
+  std::uint32_t before = 0, most = 0;
+  for (int frame = 0; frame < 64 && !flooded.up.empty(); ++frame) {
+    EXPECT_EQ(received(), 0U);
+    most = std::max(most, router_->counts().refused - before);
+    before = router_->counts().refused;
+  }
+  EXPECT_EQ(before, replays) << "what a minor frame has no time for waits in the link";
+  EXPECT_LE(most, 4200U);
+  EXPECT_GE(most, 1000U);
+  flooded.up.push_back(sealed(101));
+  EXPECT_EQ(received(), 1U);
 }
 
 TEST_F(GuardedLinkTest, NothingIsReleasedBeforeItsNumberIsOnDisk) {
