@@ -92,6 +92,7 @@ struct CampaignOptions {
   std::uint64_t seed = 1;
   std::int64_t only = -1;
   int jobs = 2;
+  std::int64_t seconds = 60;
 };
 
 /// Prints the table in Markdown and every trial that broke the promise. True when none did.
@@ -99,5 +100,9 @@ bool run_table(const TrialTable& table, std::int64_t trials, const CampaignOptio
 
 bool parameter_trials(const CampaignOptions& options);
 bool telecommand_trials(const CampaignOptions& options);
+/// `options.random` sequences of settings, kills and starts.
+bool restart_trials(const CampaignOptions& options);
+/// As many telecommands as the flight takes, with replays, for `options.seconds` of mission time.
+bool line_rate_trials(const CampaignOptions& options);
 
 }  // namespace ilp::faults

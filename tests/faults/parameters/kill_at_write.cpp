@@ -1,0 +1,69 @@
+#include "tests/faults/parameters/kill_at_write.hpp"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+namespace {
+
+std::int64_t calls_left = 0;
+
+/// True once, in the call that is the last one.
+bool is_last_call() {
+  return calls_left > 0 && --calls_left == 0;
+}
+
+[[noreturn]] void end() {
+  for (;;) ::kill(::getpid(), SIGKILL);
+}
+
+}  // namespace
+
+void ilp::faults::kill_at_write(std::int64_t call) {
+  calls_left = call;
+}
+
+// These stand before the C library's.
+extern "C" {
+
+ssize_t write(int file, const void* bytes, size_t size) {
+  if (!is_last_call()) return ::syscall(SYS_write, file, bytes, size);
+  ::syscall(SYS_write, file, bytes, size / 2);
+  end();
+}
+
+ssize_t pwrite64(int file, const void* bytes, size_t size, off64_t at) {
+  if (!is_last_call()) return ::syscall(SYS_pwrite64, file, bytes, size, at);
+  ::syscall(SYS_pwrite64, file, bytes, size / 2, at);
+  end();
+}
+
+ssize_t pwrite(int file, const void* bytes, size_t size, off_t at) {
+  return pwrite64(file, bytes, size, at);
+}
+
+// The system outlives the process, so nothing need be on the disk.
+int fsync(int) {
+  if (is_last_call()) end();
+  return 0;
+}
+
+int fdatasync(int file) {
+  return fsync(file);
+}
+
+int ftruncate64(int file, off64_t size) {
+  if (is_last_call()) end();
+  return static_cast<int>(::syscall(SYS_ftruncate, file, size));
+}
+
+int ftruncate(int file, off_t size) {
+  return ftruncate64(file, size);
+}
+
+int unlink(const char* path) {
+  if (is_last_call()) end();
+  return static_cast<int>(::syscall(SYS_unlinkat, AT_FDCWD, path, 0));
+}
+}

@@ -1,0 +1,12 @@
+// Ends a process in the middle of its work on the disk, at a place that a number names: the same in every run.
+#pragma once
+
+#include <cstdint>
+
+namespace ilp::faults {
+
+/// The calls of this process that change a file are counted from now on. Of call number `call` (from 1) the first half
+/// is carried out, if it writes, and then the process is killed. 0: it is not.
+void kill_at_write(std::int64_t call);
+
+}  // namespace ilp::faults
