@@ -25,6 +25,7 @@ class LinkedPoints {
   explicit LinkedPoints(Scene& scene) : scene_(scene) {}
 
   void add(std::uint32_t a, const Vec2& in_a, std::uint32_t b, const Vec2& in_b, const Eigen::Matrix2d& b_from_a) {
+    if (!is_about(a, in_a) || !is_about(b, in_b)) return;
     const bool taken = move_over(a, in_a, b, in_b, b_from_a);
     const bool returned = move_over(b, in_b, a, in_a, b_from_a.inverse());
     if (taken || returned) return;
@@ -40,6 +41,12 @@ class LinkedPoints {
   [[nodiscard]] Sighting sighting_at(std::uint32_t view, const Vec2& px) const {
     const Vec2 ideal = ideal_from_pixel(scene_.views[view].camera, px);
     return {view, ideal.x(), ideal.y()};
+  }
+
+  /// In the view's image or as far from it as it is wide: where a link's map is none, points go anywhere.
+  [[nodiscard]] bool is_about(std::uint32_t view, const Vec2& px) const {
+    const CameraModel& camera = scene_.views[view].camera;
+    return px.x() > -camera.width && px.x() < 2 * camera.width && px.y() > -camera.height && px.y() < 2 * camera.height;
   }
 
   /// The sighting is a corner of its view from now on: other links find it, and images are matched there.
@@ -64,8 +71,9 @@ class LinkedPoints {
       nearest = view.track_of_corner[i];
       offset = between;
     }
-    if (nearest < 0) return false;
-    see(static_cast<std::size_t>(nearest), to, there + to_from_from * offset);
+    const Vec2 moved = there + to_from_from * offset;
+    if (nearest < 0 || !is_about(to, moved)) return false;
+    see(static_cast<std::size_t>(nearest), to, moved);
     return true;
   }
 

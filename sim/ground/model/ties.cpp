@@ -7,11 +7,14 @@
 namespace ilp::model {
 namespace {
 
+/// More than units and distances of any two strips have between them; products of such numbers stay finite.
+constexpr double largest_scale = 1e6, largest_translation = 1e12;
+
 bool plausible(const TieRecord& tie) {
   const Eigen::Map<const Vec4> q(tie.q_to_from_this);
   const Similarity similarity = similarity_of(tie);
-  return std::fabs(q.squaredNorm() - 1) < 1e-3 && similarity.translation.allFinite() && similarity.scale > 0 &&
-         std::isfinite(similarity.scale);
+  return std::fabs(q.squaredNorm() - 1) < 1e-3 && (similarity.translation.array().abs() < largest_translation).all() &&
+         similarity.scale > 1 / largest_scale && similarity.scale < largest_scale;
 }
 
 bool levelled(const intake::Flight& flight, std::int64_t strip_id) {

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "tests/unit/ground/model/noisy_flight.hpp"
 
@@ -138,6 +139,23 @@ TEST_F(JoinedModelTest, ATieThatIsNoSimilarityPlacesNothing) {
     tie.q_to_from_this[0] = broken;
     flight_.ties = {tie};
     EXPECT_TRUE(join().models.empty()) << broken;
+  }
+  // Their squares and products are no numbers any more.
+  for (const double absurd : {5e-324, 1e-300, 1e300, std::numeric_limits<double>::infinity(), -1.0, std::nan("")}) {
+    TieRecord tie;
+    tie.id = 2;
+    tie.to_strip_id = 1;
+    tie.scale = absurd;
+    flight_.ties = {tie};
+    EXPECT_TRUE(join().models.empty()) << absurd;
+  }
+  for (const double absurd : {1e300, -1e200, std::nan("")}) {
+    TieRecord tie;
+    tie.id = 2;
+    tie.to_strip_id = 1;
+    tie.translation[1] = absurd;
+    flight_.ties = {tie};
+    EXPECT_TRUE(join().models.empty()) << absurd;
   }
 }
 
