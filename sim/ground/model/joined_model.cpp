@@ -1,6 +1,8 @@
 #include "sim/ground/model/joined_model.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <set>
 
 #include "sim/ground/model/growth.hpp"
 #include "sim/ground/model/hanging.hpp"
@@ -127,6 +129,23 @@ bool grow_from(const intake::Flight& flight, const std::vector<Unit>& units, std
   return true;
 }
 
+/// Links and sightings that hold anything may lead an adjustment to what is no place: no strip is moved there.
+bool is_sound(const Scene& scene, const Model& model) {
+  constexpr double largest_scale = 1e6;
+  std::set<std::int64_t> strips;
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    const ModelView& view = model.views[v];
+    if (!view.in) continue;
+    if (!view.camera_from_model.rotation.allFinite() || !view.camera_from_model.translation.allFinite()) return false;
+    const bool next_strip = scene.views[v].posed && strips.insert(scene.views[v].strip_id).second;
+    const auto similarity = next_strip ? model_from_strip(scene, model, scene.views[v].strip_id) : std::nullopt;
+    if (similarity && !(similarity->scale > 1 / largest_scale && similarity->scale < largest_scale)) return false;
+  }
+  return std::isfinite(median_error_px(scene, model)) &&
+         std::all_of(model.points.begin(), model.points.end(),
+                     [](const ModelPoint& point) { return !point.placed || point.position.allFinite(); });
+}
+
 Scene matched_scene(const intake::Flight& flight, intake::ResultCache* results, const JoinProgress& progress) {
   Scene scene = scene_of(flight);
   scene.results = results;
@@ -159,6 +178,7 @@ JoinedFlight join_strips(intake::Flight& flight, const JoinProgress& progress, i
     const bool tied = place_by_ties(flight, scene, units, taken, model);
     if (!adjusted && !tied) continue;
     const std::int64_t strip_id = reference_strip(flight, scene, model);
+    if (!is_sound(scene, model)) continue;
     if (const auto back = model_from_strip(scene, model, strip_id)) move(inverse(*back), model);
     if (adjusted && !model.by_sub_maps) state_errors(scene, model);
     joined.models.push_back(summary_of(flight, scene, model, strip_id));

@@ -26,7 +26,7 @@ double scale_of(const Scene& scene, const Model& model, const TracksByView& seen
     if (!track.of_flight || !model.points[t].placed || track.strip_id != scene.views[v].strip_id) continue;
     const double before = (scene.views[v].camera_from_strip * track.strip_position).z();
     const double after = (model.views[v].camera_from_model * model.points[t].position).z();
-    if (before > 0 && after > 0) ratios.push_back(after / before);
+    if (before > 0 && after > 0 && std::isfinite(after / before)) ratios.push_back(after / before);
   }
   return ratios.size() < 8 ? otherwise : host::median(std::move(ratios));
 }

@@ -221,7 +221,10 @@ class LyingFlight : public NoisyFlight {
 TEST(HostileLinks, OfAnyKindAreJoinedIntoSoundModelsOrNone) {
   const char* const more = std::getenv("ILP_HOSTILE_FLIGHTS");
   const unsigned flights = more == nullptr ? 60 : static_cast<unsigned>(std::stoul(more));
-  for (unsigned seed = 1; seed <= flights; ++seed) {
+  // In 598 and 624 an adjustment leads to what is no place.
+  std::vector<unsigned> seeds{598, 624};
+  for (unsigned seed = 1; seed <= flights; ++seed) seeds.push_back(seed);
+  for (const unsigned seed : seeds) {
     SCOPED_TRACE(seed);
     const LyingFlight flight(seed);
     if (HasFailure()) return;
