@@ -43,13 +43,19 @@ bool same_sector(const std::vector<std::uint8_t>& a, const std::vector<std::uint
   return one == other;
 }
 
+/// The reserve of the disk's room has no content.
+bool is_modelled(const fs::directory_entry& entry) {
+  const std::string name = entry.path().filename().string();
+  return entry.is_regular_file() && name.rfind("flight.db", 0) == 0 && !name.ends_with("-reserve");
+}
+
 }  // namespace
 
 CutDisk::CutDisk(const fs::path& folder) : folder_(folder) {
   Names names;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if (!entry.is_regular_file() || name.rfind("flight.db", 0) != 0) continue;
+    if (!is_modelled(entry)) continue;
     names[name] = inode_of(entry.path());
     files_[names[name]].durable = read_whole(entry.path());
   }

@@ -24,7 +24,8 @@ fs::path copy_of(const fs::path& folder, const char* name) {
   fs::create_directories(copy);
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string file = entry.path().filename().string();
-    if (entry.is_regular_file() && file.rfind("flight.db", 0) == 0) fs::copy(entry.path(), copy / file);
+    if (entry.is_regular_file() && file.rfind("flight.db", 0) == 0 && !file.ends_with("-reserve"))
+      fs::copy(entry.path(), copy / file);
   }
   return copy / "flight.db";
 }

@@ -34,6 +34,8 @@ int __real_rename(const char* from, const char* to);
 void* __real_mmap64(void* at, size_t bytes, int protection, int flags, int file, off_t offset);
 int __real_usleep(useconds_t microseconds);
 int __real_nanosleep(const timespec* time, timespec* rest);
+int __real_clock_gettime(clockid_t clock, timespec* to);
+int __real_posix_fallocate(int file, off_t at, off_t bytes);
 int __real_statvfs(const char* path, struct statvfs* to);
 }
 
@@ -51,6 +53,7 @@ SystemCallHooks hooks;
 std::array<OpenFile, 256> open_files;
 std::int64_t free_bytes = -1;
 bool sleepless = false;
+std::int64_t slept_ns = 0;
 
 /// False for a file that is none of the flight's.
 bool kind_of(const char* path, FileKind& kind) {
@@ -72,6 +75,7 @@ bool kind_of(const char* path, FileKind& kind) {
          : rest == "-shm"              ? FileKind::index
          : rest == "-sync"             ? FileKind::mark
          : rest == "-guard"            ? FileKind::guard
+         : rest == "-reserve"          ? FileKind::reserve
          : rest.rfind(".keep", 0) == 0 ? FileKind::memory
                                        : FileKind::successor;
   return true;
@@ -96,6 +100,26 @@ std::int64_t room_of(int file) {
 
 Answer judge(const SystemCall& call) {
   return hooks.judge ? hooks.judge(call) : Answer{};
+}
+
+/// Whether the model of the disk has it.
+bool modelled(FileKind kind) {
+  return hooks.disk != nullptr && kind != FileKind::folder && kind != FileKind::link && kind != FileKind::reserve;
+}
+
+int sleep_for(std::int64_t ns) {
+  constexpr std::int64_t as_if = 100;
+  slept_ns += as_if * ns;
+  return 0;
+}
+
+std::size_t size_at(const char* path) {
+  struct stat state {};
+  return stat(path, &state) == 0 ? static_cast<std::size_t>(state.st_size) : 0;
+}
+
+std::size_t octets(std::int64_t number) {
+  return static_cast<std::size_t>(std::max<std::int64_t>(number, 0));
 }
 
 /// After the call, if it is the last one of the process.
@@ -124,7 +148,7 @@ int open_file(Open real, const char* path, int flags, mode_t mode) {
   const int file = real(path, flags, mode);
   if (file >= 0 && static_cast<std::size_t>(file) < open_files.size()) {
     open_files[static_cast<std::size_t>(file)] = {true, kind};
-    if (hooks.disk != nullptr && kind != FileKind::folder && kind != FileKind::link) hooks.disk->opened(path, file);
+    if (modelled(kind)) hooks.disk->opened(path, file);
   }
   return answer(how, file);
 }
@@ -148,7 +172,7 @@ ssize_t write_file(int file, std::size_t bytes, std::int64_t at, Real real) {
       judge({.kind = CallKind::write, .file = found->kind, .grows = fits < bytes, .bytes = bytes, .fits = fits});
   if (how.error != 0) return fail<ssize_t>(how);
   const ssize_t done = real(std::min(bytes, how.most));
-  if (done > 0 && hooks.disk != nullptr) hooks.disk->wrote(file, at, static_cast<std::size_t>(done));
+  if (done > 0 && modelled(found->kind)) hooks.disk->wrote(file, at, static_cast<std::size_t>(done));
   return answer(how, done);
 }
 
@@ -156,7 +180,10 @@ template <typename Real>
 int truncate_file(int file, std::int64_t bytes, Real real) {
   const OpenFile* const found = watched(file);
   if (found == nullptr) return real();
-  const Answer how = judge({.kind = CallKind::truncate, .file = found->kind, .grows = bytes > room_of(file)});
+  const Answer how = judge({.kind = CallKind::truncate,
+                            .file = found->kind,
+                            .grows = bytes > room_of(file),
+                            .frees = octets(size_of(file) - bytes)});
   if (how.error != 0) return fail<int>(how);
   return answer(how, real());
 }
@@ -168,9 +195,7 @@ int synchronise_file(int file, Real real) {
   const Answer how = judge({.kind = CallKind::sync, .file = found->kind});
   // The disk that the trials lie on is memory.
   if (hooks.disk != nullptr && found->kind == FileKind::folder && how.error == 0) hooks.disk->synchronised_folder();
-  if (hooks.disk != nullptr && found->kind != FileKind::folder && found->kind != FileKind::link) {
-    hooks.disk->synchronised(file, how.error == 0);
-  }
+  if (modelled(found->kind)) hooks.disk->synchronised(file, how.error == 0);
   if (how.error != 0) return fail<int>(how);
   return answer(how, real());
 }
@@ -182,14 +207,14 @@ std::int64_t place_in(int file) {
 }  // namespace
 
 const char* call_name(CallKind kind) {
-  constexpr const char* names[] = {"open", "read", "write", "truncate", "sync", "unlink", "rename", "map"};
+  constexpr const char* names[] = {"open", "read", "write", "allocate", "truncate", "sync", "unlink", "rename", "map"};
   static_assert(std::size(names) == static_cast<std::size_t>(CallKind::kinds));
   return names[static_cast<std::size_t>(kind)];
 }
 
 const char* file_name(FileKind kind) {
-  constexpr const char* names[] = {
-      "database", "log", "index of the log", "mark of the log", "guard", "small memory", "successor", "folder", "link"};
+  constexpr const char* names[] = {"database",     "log",     "index of the log", "mark of the log", "guard",
+                                   "small memory", "reserve", "successor",        "folder",          "link"};
   static_assert(std::size(names) == static_cast<std::size_t>(FileKind::kinds));
   return names[static_cast<std::size_t>(kind)];
 }
@@ -285,9 +310,9 @@ int __wrap_unlink(const char* path) {
   using namespace ilp::faults;
   FileKind kind{};
   if (!kind_of(path, kind)) return __real_unlink(path);
-  const Answer how = judge({.kind = CallKind::unlink, .file = kind});
+  const Answer how = judge({.kind = CallKind::unlink, .file = kind, .frees = size_at(path)});
   if (how.error != 0) return fail<int>(how);
-  if (hooks.disk != nullptr && kind != FileKind::link) hooks.disk->unlinks(path);
+  if (modelled(kind)) hooks.disk->unlinks(path);
   return answer(how, __real_unlink(path));
 }
 
@@ -298,7 +323,7 @@ int __wrap_rename(const char* from, const char* to) {
   const Answer how = judge({.kind = CallKind::rename, .file = kind});
   if (how.error != 0) return fail<int>(how);
   const int done = __real_rename(from, to);
-  if (done == 0 && hooks.disk != nullptr && kind != FileKind::link) hooks.disk->renamed(from, to);
+  if (done == 0 && modelled(kind)) hooks.disk->renamed(from, to);
   return answer(how, done);
 }
 
@@ -316,11 +341,37 @@ void* __wrap_mmap64(void* at, size_t bytes, int protection, int flags, int file,
 }
 
 int __wrap_usleep(useconds_t microseconds) {
-  return ilp::faults::sleepless ? 0 : __real_usleep(microseconds);
+  return ilp::faults::sleepless ? ilp::faults::sleep_for(std::int64_t{1000} * microseconds)
+                                : __real_usleep(microseconds);
 }
 
 int __wrap_nanosleep(const timespec* time, timespec* rest) {
-  return ilp::faults::sleepless ? 0 : __real_nanosleep(time, rest);
+  return ilp::faults::sleepless ? ilp::faults::sleep_for(std::int64_t{1'000'000'000} * time->tv_sec + time->tv_nsec)
+                                : __real_nanosleep(time, rest);
+}
+
+int __wrap_clock_gettime(clockid_t clock, timespec* to) {
+  const int done = __real_clock_gettime(clock, to);
+  if (done == 0) {
+    const std::int64_t ns = to->tv_nsec + ilp::faults::slept_ns;
+    to->tv_sec += ns / 1'000'000'000;
+    to->tv_nsec = ns % 1'000'000'000;
+  }
+  return done;
+}
+
+/// Answers with the number of the fault.
+int __wrap_posix_fallocate(int file, off_t at, off_t bytes) {
+  using namespace ilp::faults;
+  if (const OpenFile* const found = watched(file)) {
+    const Answer how = judge({.kind = CallKind::allocate,
+                              .file = found->kind,
+                              .grows = at + bytes > room_of(file),
+                              .bytes = octets(at + bytes - room_of(file))});
+    if (how.dies) hooks.end();
+    if (how.error != 0) return how.error;
+  }
+  return __real_posix_fallocate(file, at, bytes);
 }
 
 int __wrap_statvfs(const char* path, struct statvfs* to) {

@@ -10,7 +10,7 @@
 
 namespace ilp::faults {
 
-enum class CallKind : std::uint8_t { open, read, write, truncate, sync, unlink, rename, map, kinds };
+enum class CallKind : std::uint8_t { open, read, write, allocate, truncate, sync, unlink, rename, map, kinds };
 [[nodiscard]] const char* call_name(CallKind kind);
 
 enum class FileKind : std::uint8_t {
@@ -20,6 +20,7 @@ enum class FileKind : std::uint8_t {
   mark,       ///< NAME-sync
   guard,      ///< NAME-guard
   memory,     ///< NAME.keep-*
+  reserve,    ///< NAME-reserve
   successor,  ///< a database that is being saved, or is set aside
   folder,
   link,  ///< outbox and confirmations
@@ -33,6 +34,7 @@ struct SystemCall {
   bool grows = false;     ///< takes more of the disk: makes a file, or writes behind the blocks that it has
   std::size_t bytes = 0;  ///< that are to be read or written
   std::size_t fits = 0;   ///< of these: in blocks that the file has
+  std::size_t frees = 0;  ///< octets that it gives back to the disk
 };
 
 /// How a call ends.
@@ -69,7 +71,7 @@ void watch_system_calls(const std::filesystem::path& folder, SystemCallHooks hoo
 void forget_system_calls();
 /// Octets that statvfs() reports as free; -1: the real ones.
 void set_room(std::int64_t bytes);
-/// From now on this process and its children return from usleep() and nanosleep() at once.
+/// From now on this process and its children sleep without waiting: their clocks advance by a hundred times as much.
 void sleep_no_more();
 
 }  // namespace ilp::faults

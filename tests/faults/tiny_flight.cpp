@@ -29,6 +29,9 @@ namespace {
 
 constexpr int images = 12;
 constexpr TimeNs interval_ns = 500 * ns_per_ms;
+constexpr std::int64_t longest_lock_wait_at_end_ms = 2000;
+/// Minor frames between two looks for the disk of a flight in memory.
+constexpr std::int64_t look_frames = 10;
 
 alignas(Arena::alignment) std::byte store_region[limits::ram_store_bytes];
 Arena sqlite_arena;
@@ -132,6 +135,17 @@ void give_back_zeros(std::span<std::byte> memory_of_flight) {
   }
 }
 
+/// Mission time goes on while a disk is tried again.
+class VirtualWait final : public DiskWait {
+ public:
+  explicit VirtualWait(Traces& traces) : traces_(traces) {}
+  void until_next_attempt(int, const Status&) override { traces_.now_ns += ns_per_s; }
+  void at_work() override {}
+
+ private:
+  Traces& traces_;
+};
+
 void tell(Traces& traces, const Status& status) {
   if (!status.ok() && traces.news < std::size(traces.statuses)) {
     traces.statuses[traces.news++] = static_cast<std::uint16_t>(status.code);
@@ -215,6 +229,21 @@ Status begin_configuration(const std::string& database) {
 
 }  // namespace
 
+namespace {
+
+/// Looks for the disk of a flight in memory. True when all of it is there: the process ends.
+bool leave_memory(const std::string& database, Life& life, DiskWait& wait) {
+  constexpr std::int64_t room_bytes = 1 << 16;
+  if (!try_disk(database.c_str(), room_bytes).ok()) return false;
+  static_cast<void>(life.end());
+  if (memory.store->leave_memory(database.c_str(), &wait).ok()) return true;
+  life.record().end_ns = 0;
+  static_cast<void>(life.go_on());
+  return false;
+}
+
+}  // namespace
+
 LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Traces& traces, const Hooks& hooks) {
   FlightStore& disk = *memory.store;
   FlightSoftware& software = *memory.software;
@@ -223,10 +252,11 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   const CameraModel model = tiny_camera(world);
   const std::string database = folder / "flight.db";
   if (hooks.begin) hooks.begin();
-  Status status = disk.open(database.c_str(), StoreTrouble::fly_on, *memory.mission);
+  VirtualWait wait(traces);
+  Status status = disk.open(database.c_str(), StoreTrouble::fly_on, *memory.mission, &wait);
   tell(traces, status);
   if (!status.ok()) return life_refused;
-  tell(traces, disk.news());
+  for (const Status& news : {disk.opened_late(), disk.news(), disk.moved()}) tell(traces, news);
   auto& clock = *new (clock_place) WatchedClock(traces.now_ns, hooks.step);
   const bool on_disk = !disk.news().is(StatusCode::store_in_memory);
   Store* store = &disk.store();
@@ -248,7 +278,11 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   if (!status.ok()) return disk.damaged() ? life_restart : life_refused;
   EventLog& events = software.executive().events();
   events.report(clock.now(), "board", {StatusCode::started, life.record().id});
-  if (!disk.news().ok()) events.report(clock.now(), "board", disk.news());
+  for (const Status& news : {disk.opened_late(), disk.news(), disk.moved()}) {
+    if (!news.ok()) events.report(clock.now(), "board", news);
+  }
+  // As in real time.
+  if (disk.disk() != nullptr) disk.disk()->wait_for_writers(minor_frame_ns / ns_per_ms);
   if (hooks.started) hooks.started();
 
   Receiver receiver(folder);
@@ -261,6 +295,9 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
     if (disk.damaged() || software.restart_wanted() || memory.configuration->restart_wanted()) return life_restart;
     if (hooks.frame) hooks.frame(traces.frames);
     software.executive().run_minor_frame(next);
+    const Status news = disk.take_news();
+    if (!news.ok()) events.report(clock.now(), "board", news);
+    if (!on_disk && (traces.frames + 1) % look_frames == 0 && leave_memory(database, life, wait)) return life_restart;
     if (traces.frames % 10 == 0) receiver.receive();
     receiver.listen();
     if (!software.drained()) drained_ns = -1;
@@ -271,6 +308,7 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
     traces.now_ns = next;
   }
   const bool done = drained_ns >= 0;
+  if (disk.disk() != nullptr) disk.disk()->wait_for_writers(longest_lock_wait_at_end_ms);
   static_cast<void>(software.executive().write_housekeeping());
   static_cast<void>(life.end());
   if (disk.damaged()) return life_restart;
