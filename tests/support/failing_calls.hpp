@@ -30,6 +30,8 @@ struct CallFault {
   int first = 1;         ///< number of the first call that fails, from 1
   int count = 1 << 30;   ///< that fail in a row
   int reason = 5;        ///< errno; EIO. With ENOSPC writes fail only where a file grows
+  bool ends = false;     ///< the process ends in the call instead, as if it were killed
+  bool nothing = false;  ///< the call reads 0 octets instead
   bool in_part = false;  ///< the call before them reads or writes only a half
 };
 

@@ -1,5 +1,9 @@
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <cstring>
 
+#include "hal/store/sqlite/page_checksum.hpp"
 #include "tests/unit/hal/disk_faults.hpp"
 
 namespace ilp {
@@ -95,6 +99,130 @@ TEST_F(DiskFaults, AReadThatFailsCondemnsNothingAndIsTriedAgain) {
       }
     }
   }
+}
+
+TEST_F(DiskFaults, AFileThatSeemsToEndIsAskedAgain) {
+  const Files before = dead(6);
+  bool failed = true;
+  for (int n = 1; failed; n += 1 + n / 8) {
+    ASSERT_LT(n, test::most_calls);
+    restore(before);
+    const FailingCalls disk(path_,
+                            {.calls = static_cast<unsigned>(Call::read), .first = n, .count = 1, .nothing = true});
+    expect_sound({1, 2, 3, 4, 5, 6}, "call " + std::to_string(n));
+    failed = disk.failed();
+    if (HasFailure()) return;
+  }
+}
+
+TEST_F(DiskFaults, WhatCommitsLeaveThatFailedInARowIsNotTakenForCommits) {
+  SqliteStore store;
+  ASSERT_OK(store.open(path_.c_str()));
+  ASSERT_OK(put_frame(store, 1));
+  {
+    // Their frames are whole, each time fewer.
+    const FailingCalls disk(path_, {.calls = static_cast<unsigned>(Call::synchronise)});
+    for (const std::uint32_t bytes : {40'000U, 30'000U, 20'000U}) {
+      ASSERT_OK(store.begin());
+      FrameRecord frame;
+      frame.id = 2;
+      frame.image.bytes = bytes;
+      ASSERT_OK(put(store, frame));
+      EXPECT_STATUS(store.commit(), store_error);
+    }
+  }
+  const Files after_faults = files();
+  ASSERT_OK(put_frame(store, 3));
+  const Files killed = files();
+  store.close();
+  restore(killed);
+  expect_sound({1, 3}, "killed");
+  // The same by a new process, which does not know of it.
+  restore(after_faults);
+  ASSERT_OK(store.open(path_.c_str()));
+  ASSERT_OK(put_frame(store, 3));
+  const Files killed_again = files();
+  store.close();
+  restore(killed_again);
+  expect_sound({1, 3}, "killed again");
+}
+
+TEST_F(DiskFaults, ALogThatIsBegunAnewInPartIsNoDamage) {
+  std::int64_t id = 0;
+  bool begun = false;
+  for (int n = 2; n < 6; ++n) {
+    restore({});
+    SqliteStore store;
+    ASSERT_OK(store.open(path_.c_str()));
+    std::set<std::int64_t> committed;
+    const auto log_bytes = [this] { return files()["flight.db-wal"].size(); };
+    for (id = 1; log_bytes() < 250 * frame_bytes; ++id) {
+      ASSERT_OK(put_frame(store, id));
+      committed.insert(id);
+    }
+    const std::string header = files()["flight.db-wal"].substr(0, log_header_bytes);
+    Files killed;
+    {
+      const FailingCalls disk(path_, {.calls = static_cast<unsigned>(Call::write), .first = n, .in_part = true});
+      EXPECT_FALSE(put_frame(store, id).ok());
+      killed = files();
+    }
+    const std::string torn = killed["flight.db-wal"].substr(0, log_header_bytes);
+    begun = begun || (torn != header && torn.substr(16) == header.substr(16));
+    store.close();
+    restore(killed);
+    expect_sound(committed, "call " + std::to_string(n));
+  }
+  EXPECT_TRUE(begun) << "no header was written in part";
+}
+
+TEST_F(DiskFaults, ACommitWhoseProcessIsKilledInItIsWrittenOverByTheOthers) {
+  SqliteStore store;
+  ASSERT_OK(store.open(path_.c_str()));
+  ASSERT_OK(store.synchronise(Synchronise::later));
+  ASSERT_OK(put_frame(store, 1));
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    SqliteStore other;
+    if (!other.open(path_.c_str()).ok()) _exit(1);
+    // All of it is in the log, and nobody has been told.
+    const FailingCalls disk(path_, {.calls = static_cast<unsigned>(Call::synchronise), .ends = true});
+    static_cast<void>(put_frame(other, 2));
+    _exit(1);
+  }
+  int ended = 1;
+  waitpid(child, &ended, 0);
+  ASSERT_EQ(ended, 0);
+  ASSERT_OK(store.flush());
+  ASSERT_FALSE(has_frame(store, 2));
+  ASSERT_OK(put_frame(store, 3));
+  const Files killed = files();
+  store.close();
+  restore(killed);
+  expect_sound({1, 3}, "killed");
+}
+
+TEST_F(DiskFaults, WhatTheDiskRefusedToSynchroniseIsNotTakenForWritten) {
+  SqliteStore store;
+  ASSERT_OK(store.open(path_.c_str()));
+  ASSERT_OK(put_frame(store, 1));
+  const std::size_t on_disk = files()["flight.db-wal"].size();
+  {
+    const FailingCalls disk(path_, {.calls = static_cast<unsigned>(Call::synchronise), .count = 1});
+    EXPECT_STATUS(put_frame(store, 2), store_error);
+  }
+  {
+    // The log cannot be copied, but it is synchronised.
+    const FailingCalls disk(path_, {.calls = static_cast<unsigned>(Call::write), .reason = ENOSPC});
+    store.close();
+  }
+  Files after_cut = files();
+  std::string& log = after_cut["flight.db-wal"];
+  ASSERT_GT(log.size(), on_disk + frame_bytes);
+  std::fill(log.begin() + static_cast<std::ptrdiff_t>(on_disk), log.end(), '\0');
+  restore(after_cut);
+  expect_sound({1}, "power cut");
 }
 
 }  // namespace
