@@ -626,6 +626,7 @@ int Flight::finish() {
     std::fprintf(stderr, "ilp-onboard: memory was damaged, or the worker is stuck: start again\n");
     return exit_restart;
   }
+  while (options_.virtual_time && stop_requested == 0 && wait_for_lock()) look_at_lock();
   // On a full disk the end is not recorded, but it is in order otherwise.
   if (stop_requested != 0 && !configuration_.restart_wanted()) configuration_.end_in_order(clock().now());
   bool well = good("housekeeping", software_->executive().write_housekeeping());

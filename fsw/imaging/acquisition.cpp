@@ -441,7 +441,8 @@ StepResult Acquisition::step() {
   outcome.cursor = cursor_;
   bool changed = false;
   Status status = learn_captures(outcome, changed);
-  if (status.ok()) status = give_up_captures(outcome, changed);
+  // The frame at hand may be the answer.
+  if (status.ok() && !held_) status = give_up_captures(outcome, changed);
   if (!status.ok()) return {status, false};
   Status waiting;
   if (changed) {

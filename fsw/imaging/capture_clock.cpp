@@ -39,6 +39,7 @@ Status CaptureClock::restore() {
   const Status status = restore_checkpoint(whole_, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   begin_ids<CaptureRecord>(whole_, state_.last_capture_id);
+  locked_ns_ = -1;
   if (!status.ok()) ILP_TRY(resume_after_records(status.is(StatusCode::checkpoint_lost)));
   return status;
 }
@@ -353,10 +354,11 @@ Status CaptureClock::write(const Outcome& outcome) {
   return transaction.commit(outcome.cursor, outcome.after, cursor_, state_);
 }
 
-void CaptureClock::note_lock(const Outcome& outcome) {
-  if (!outcome.has_capture || outcome.capture.source == CaptureSource::telecommand || refused_ns_ >= 0) return;
-  refused_ns_ = outcome.capture.requested_ns;
-  locked_ns_ = clock_.now();
+void CaptureClock::note_lock() {
+  CaptureRecord own;
+  const bool pending = state_.own.id != 0 && get(store_, state_.own.id, own).ok() && own.state == CaptureState::pending;
+  // Acquisition holds the image of a pending capture, and counts from there.
+  if (locked_ns_ < 0 && !pending) locked_ns_ = clock_.now();
 }
 
 StepResult CaptureClock::step() {
@@ -376,15 +378,17 @@ StepResult CaptureClock::step() {
     if (!status.ok()) return {status, false};
   }
   if (!changed && !outcome.has_capture) return {};
+  const bool regular = mission_.safe_mode || mission_.capture_mode == CaptureMode::regular;
+  const TimeNs wanted_before = regular && state_.any_regular ? state_.last_regular_ns : locked_ns_;
   const Status written = write(outcome);
-  if (written.is(StatusCode::store_locked)) note_lock(outcome);
+  if (written.is(StatusCode::store_locked)) note_lock();
   if (!written.ok()) return {written, true};
-  if (refused_ns_ >= 0 && outcome.has_capture) {
-    const std::int64_t lost = images_missed(mission_, refused_ns_, outcome.capture.requested_ns);
+  if (locked_ns_ >= 0 && outcome.has_capture) {
+    const std::int64_t lost = images_missed(mission_, wanted_before, outcome.capture.requested_ns - 1);
     if (lost > 0 && outcome.event.ok()) {
       outcome.event = {StatusCode::images_lost, lost, (clock_.now() - locked_ns_) / ns_per_ms};
     }
-    refused_ns_ = -1;
+    locked_ns_ = -1;
   }
   return {outcome.event, true};
 }

@@ -87,8 +87,8 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
   /// Continues after the records if the checkpoint is older than they are.
   Status resume_after_records(bool lost);
   Status write(const Outcome& outcome);
-  /// The mode's capture could not be written, because another process keeps the lock of the store.
-  void note_lock(const Outcome& outcome);
+  /// Nothing can be planned, because another process keeps the lock of the store.
+  void note_lock();
 
   Tables whole_;  ///< damaged records included: for the checkpoint
   SoundView<Tables::tables> store_;
@@ -98,8 +98,7 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
   Cursor cursor_;
   State state_;
   MotionForecast motion_;
-  TimeNs refused_ns_ = -1;  ///< the time of the first such capture; -1: there is none
-  TimeNs locked_ns_ = 0;    ///< when it was refused
+  TimeNs locked_ns_ = -1;  ///< nothing could be planned since, because of the lock of the store; -1: it can
 };
 
 }  // namespace ilp

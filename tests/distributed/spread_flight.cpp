@@ -117,7 +117,7 @@ void SpreadFlight::thaw(std::size_t process) {
 }
 
 bool SpreadFlight::freeze_in_transaction(std::size_t process) {
-  return stop_in_transaction(*processes_[process], store_);
+  return stop_in_transaction(*processes_[process], store_, 20'000);
 }
 
 bool SpreadFlight::runs(std::size_t process) {

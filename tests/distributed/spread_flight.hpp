@@ -28,7 +28,7 @@ class SpreadFlight {
   void freeze(std::size_t process);
   void thaw(std::size_t process);
   [[nodiscard]] bool runs(std::size_t process);
-  /// SIGSTOP in the middle of a transaction; false when it has none within some seconds.
+  /// SIGSTOP in the middle of a transaction; false when none is seen.
   bool freeze_in_transaction(std::size_t process);
   /// Starts every process again that has ended otherwise than in order. True when the head has ended in order.
   bool keep_up();

@@ -1,7 +1,8 @@
 // Stops a program where it does the most harm.
 #pragma once
 
-#include <chrono>
+#include <sys/wait.h>
+
 #include <csignal>
 #include <string>
 #include <thread>
@@ -11,15 +12,16 @@
 
 namespace ilp::test {
 
-/// Stops the program in the middle of a transaction on this database; false when it has none within some seconds.
-[[nodiscard]] inline bool stop_in_transaction(RunningProgram& program, const std::string& store) {
+/// Stops the program in the middle of a transaction on this database; false when none is seen in so many looks.
+[[nodiscard]] inline bool stop_in_transaction(RunningProgram& program, const std::string& store, int looks) {
   LockFile lock;
-  for (int attempt = 0; attempt < 100'000 && program.runs(); ++attempt) {
-    std::this_thread::sleep_for(std::chrono::microseconds(50));
+  for (int look = 0; look < looks && program.runs(); ++look) {
+    std::this_thread::yield();
     if (lock.holder(store.c_str()) != program.process()) continue;
     program.send(SIGSTOP);
     // It stops a moment after the signal.
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    siginfo_t stopped;
+    waitid(P_PID, static_cast<id_t>(program.process()), &stopped, WSTOPPED | WEXITED | WNOWAIT);
     if (lock.holder(store.c_str()) == program.process()) return true;
     program.send(SIGCONT);
   }

@@ -190,7 +190,7 @@ TEST_F(SpreadOperation, WhileAnotherProgramKeepsTheLockThePingIsAnsweredAndAllGo
 TEST_F(SpreadOperation, WhileANodeIsStoppedInATransactionThePingIsAnsweredUntilItIsEnded) {
   EXPECT_TRUE(wait_for_event(StatusCode::node_joined, matcher, 1)) << node_->output();
   enable_housekeeping();
-  ASSERT_TRUE(test::stop_in_transaction(*node_, store()));
+  ASSERT_TRUE(test::stop_in_transaction(*node_, store(), 30'000'000));
   const int stopped = node_->process();
   EXPECT_TRUE(ping()) << head_->output();
   EXPECT_TRUE(hear_housekeeping(1));

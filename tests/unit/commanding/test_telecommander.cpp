@@ -639,7 +639,7 @@ TEST_F(TelecommandTest, ATelecommandThatNeedsTheStoreWaitsForAShortLock) {
   failing.recover();
   step();
   EXPECT_EQ(types(), "1.1 1.3 1.1 1.3 17.2 1.7");
-  EXPECT_EQ(last_command().kind, CommandKind::capture);
+  EXPECT_EQ(last_command().kind, CommandKind::capture_soon);
 }
 
 TEST_F(TelecommandTest, ATelecommandThatNeedsTheStoreFailsWithTheCauseWhenTheLockLasts) {
