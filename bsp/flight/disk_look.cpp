@@ -5,17 +5,8 @@
 #include <csignal>
 #include <ctime>
 
-#include "cfg/limits.hpp"
-#include "hal/posix/measured_stack.hpp"
-
 namespace ilp {
-namespace {
-
-alignas(stack_page_bytes) std::byte stack[limits::worker_stack_bytes + stack_page_bytes];
-
-}  // namespace
-
-int DiskLook::begin(const char* path, std::int64_t room_bytes, TimeNs interval) {
+int DiskLook::begin(const char* path, std::int64_t room_bytes, std::span<std::byte> stack, TimeNs interval) {
   path_ = path;
   room_bytes_ = room_bytes;
   interval_ns_ = interval;
@@ -50,10 +41,6 @@ void DiskLook::look() {
     ::nanosleep(&nap, nullptr);
     if (!found() && try_disk(path_, room_bytes_).ok()) found_.store(true, std::memory_order_release);
   }
-}
-
-std::size_t disk_look_bytes() {
-  return sizeof(stack);
 }
 
 }  // namespace ilp

@@ -199,7 +199,15 @@ Status FlightStore::open_usable(const char* path, StoreTrouble trouble, const Mi
 
 Status FlightStore::begin_in_memory(const Status& fault, MissionParameters& mission) {
   disk_.close();
-  ram_ = new (ram_place_) RamStore(memory_);
+  std::span<std::byte> region = memory_;
+  if (!fault.ok()) {
+    // Whole pages at its end.
+    const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(memory_.data() + memory_.size());
+    const std::size_t behind = end % stack_page_bytes;
+    region = memory_.first(memory_.size() - behind - disk_look_stack_bytes);
+    look_stack_ = memory_.subspan(region.size(), disk_look_stack_bytes);
+  }
+  ram_ = new (ram_place_) RamStore(region);
   in_memory_ = true;
   const double room_mib = memory_share * static_cast<double>(memory_.size()) / 1048576.0;
   mission.storage_budget_mib = std::min(mission.storage_budget_mib, room_mib);

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "bsp/flight/database_guard.hpp"
+#include "bsp/flight/disk_look.hpp"
 #include "bsp/flight/memory_copy.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/base/arena.hpp"
@@ -83,6 +84,8 @@ class FlightStore final : public StoreSharing {
   [[nodiscard]] Status moved() const { return moved_; }
   /// `store_opened_late` if the disk had failed at first.
   [[nodiscard]] Status opened_late() const { return opened_late_; }
+  /// Of a flight in memory whose disk failed: the stack of a DiskLook. Its store leaves it free.
+  [[nodiscard]] std::span<std::byte> look_stack() const { return look_stack_; }
   /// Counts of the salvage at this start.
   [[nodiscard]] const SalvageCounts& salvaged() const { return salvaged_; }
   /// The database was found damaged in flight: nothing is safely stored until the next start, which reads the note of
@@ -112,6 +115,7 @@ class FlightStore final : public StoreSharing {
   Status news_;
   Status moved_;
   Status opened_late_;
+  std::span<std::byte> look_stack_;
 };
 
 }  // namespace ilp

@@ -75,7 +75,7 @@ Status write_all(int file, std::span<const std::uint8_t> bytes) {
 Status read_through(const char* path) {
   const int file = ::open(path, O_RDONLY | O_CLOEXEC);
   if (file < 0) return errno == ENOENT ? Status{} : fault(errno);
-  std::uint8_t piece[4 * copy_piece_bytes];
+  std::uint8_t piece[2 * copy_piece_bytes];
   std::int64_t got = 0;
   std::int64_t at = 0;
   while ((got = read_some(file, at, piece)) > 0) at += got;
@@ -211,7 +211,7 @@ Status try_disk(const char* path, std::int64_t room_bytes) {
   const MemoryCopyPath reserve = next_to(path, reserve_suffix);
   const int file = ::open(reserve.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
   if (file < 0) return fault(errno);
-  constexpr std::uint8_t piece[4 * copy_piece_bytes] = {};
+  constexpr std::uint8_t piece[2 * copy_piece_bytes] = {};
   Status status;
   for (std::int64_t at = 0; at < room_bytes && status.ok(); at += static_cast<std::int64_t>(sizeof(piece))) {
     status = write_all(file, piece);

@@ -469,7 +469,7 @@ void Flight::prepare_worker() {
 
 void Flight::prepare_look() {
   if (options_.virtual_time || !store_.news().is(StatusCode::store_in_memory)) return;
-  const int error = look_.begin(options_.store, store_.store().usage().limit_bytes);
+  const int error = look_.begin(options_.store, store_.store().usage().limit_bytes, store_.look_stack());
   if (error != 0) std::fprintf(stderr, "ilp-onboard: the disk is not looked for: %s\n", std::strerror(error));
 }
 

@@ -6,7 +6,6 @@
 #include "bsp/flight/packet_links.hpp"
 #include "bsp/linux/board.hpp"
 #include "bsp/linux/chosen_store.hpp"
-#include "bsp/flight/disk_look.hpp"
 #include "bsp/linux/flight_stack.hpp"
 #include "bsp/linux/flight_worker.hpp"
 #include "bsp/memory/flight_heap.hpp"
@@ -38,7 +37,6 @@ void print_memory_map() {
   row(heap_region_report(HeapRegion::early).bytes, "start-up heap");
   row(limits::flight_stack_bytes, "flight stack");
   row(worker_region_bytes, "worker stack");
-  row(disk_look_bytes(), "stack that looks for the disk");
   row(static_bytes() - total, "libraries, tables and the rest");
   std::printf("%12zu  total (%.1f MiB), all that is writable in the binary\n", total,
               static_cast<double>(total) / 1048576.0);
