@@ -115,6 +115,9 @@ int read_database(CheckedFile& file, std::span<std::uint8_t> bytes, std::int64_t
   const std::int64_t begin = at % size;
   if (begin + static_cast<std::int64_t>(bytes.size()) > size) return SQLITE_IOERR_DATA;
   const int code = read_page(file, page, at - begin);
+  // It does so before it looks into the log, which may have the page: one that was torn while the log was copied is no
+  // damage. Later it reads the whole page, from where it is.
+  if (code == SQLITE_IOERR_DATA && at < size) return read_disk(file, bytes, at);
   if (code != SQLITE_OK && code != SQLITE_IOERR_SHORT_READ) return code;
   std::copy_n(page.begin() + begin, bytes.size(), bytes.begin());
   return code;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "hal/store/record_bytes.hpp"
+#include "hal/store/sqlite/checked_vfs.hpp"
 #include "hal/store/sqlite/log_mark.hpp"
 #include "hal/store/sqlite/schema_pages.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
@@ -228,12 +229,15 @@ Status salvage(const char* from, const char* to, std::int64_t limit_bytes, std::
   log = bridge_log(from, frames);
   if (log.is(StatusCode::io_error)) return log;
   SqliteStore damaged;
+  const std::int64_t failed_before = failed_reads();
   const Status readable = damaged.open_damaged(from, cache_kib);
   ILP_TRY(saved.open(to));
   ILP_TRY(saved.limit(limit_bytes));
   ILP_TRY(saved.use_cache(cache_kib));
-  // Nothing can be read of it, or not at this time.
-  if (!readable.ok()) return is_verdict(readable) ? Status{} : readable;
+  // Nothing can be read of it, or not at this time. Without one of its tables SQLite has no other word for it.
+  const bool without_table =
+      readable.is(StatusCode::store_error) && readable.a == SQLITE_ERROR && failed_reads() == failed_before;
+  if (!readable.ok()) return is_verdict(readable) || without_table ? Status{} : readable;
   int naps = 0;
   for (const bool large : {false, true}) {
     for (std::size_t t = 0; t < counts.size(); ++t) {

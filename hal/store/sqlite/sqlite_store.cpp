@@ -33,6 +33,9 @@ constexpr const char* settings[] = {
 /// The log is copied when it has so many frames: a commit that does it takes little longer than the others.
 constexpr int frames_to_copy = 250;
 
+/// Half of it is more than a log has that nobody holds, on any disk.
+constexpr std::int64_t least_log_room = 4 * frames_to_copy * static_cast<std::int64_t>(frame_bytes);
+
 /// SQLite calls it after every commit. If copying fails it is tried again after the next one.
 int note_commit(void* log_bytes, sqlite3* database, const char* name, int frames) {
   *static_cast<std::int64_t*>(log_bytes) = std::int64_t{frames} * static_cast<std::int64_t>(frame_bytes);
@@ -208,12 +211,10 @@ Status SqliteStore::limit(std::int64_t bytes) {
     const std::int64_t log = std::min(room / 2, 2 * sqlite_log_bytes);
     if (limit_bytes_ > room - log) limit_bytes_ = room - log;
     // One half is for the log, and the other one for copying it.
-    log_room_ = reserve_bytes_ = log / 2;
-    mind_reserve();
+    reserve_bytes_ = log / 2;
+    log_room_ = std::max(reserve_bytes_, least_log_room);
   }
-  FixedText<64> sql;
-  sql.add("PRAGMA max_page_count=").add((limit_bytes_ + page_bytes_ - 1) / page_bytes_);
-  return execute(sql.c_str());
+  return mind_reserve();
 }
 
 Status SqliteStore::check() {
@@ -419,13 +420,16 @@ Status SqliteStore::take_news() {
 
 /// Before every transaction.
 Status SqliteStore::make_room() {
-  const bool full = disk_is_full_ || writes_without_room() != full_at_look_;
-  if (full) mind_reserve();
-  if (2 * log_bytes_ <= log_room_ && !(full && log_bytes_ > 0)) {
+  const char* const path = sqlite3_db_filename(database_, "main");
+  const bool full = disk_is_full_ || writes_without_room() != full_at_look_ ||
+                    (reserve_bytes_ > 0 && path != nullptr && reserved_bytes(path) < reserve_bytes_);
+  Status status;
+  if (2 * log_bytes_ > log_room_ || (full && log_bytes_ > 0)) {
+    status = start_log_over();
+  } else {
     log_is_held_ = false;
-    return {};
   }
-  const Status status = start_log_over();
+  if (full || writes_without_room() != full_at_look_) ILP_TRY(mind_reserve());
   return log_bytes_ > log_room_ ? status : Status{};
 }
 
@@ -449,13 +453,21 @@ Status SqliteStore::start_log_over() {
   return {StatusCode::store_full, log_bytes_, log_room_};
 }
 
-/// Makes the reserve again when there is room for it.
-void SqliteStore::mind_reserve() {
+/// Makes the reserve again when there is room for it. Without it the database does not grow: the log may need all there
+/// is.
+Status SqliteStore::mind_reserve() {
   full_at_look_ = writes_without_room();
   const char* const path = sqlite3_db_filename(database_, "main");
   const Status made = reserve_bytes_ > 0 && path != nullptr ? make_reserve(path, reserve_bytes_) : Status{};
   disk_is_full_ = made.is(StatusCode::store_full);
   if (!made.ok() && !disk_is_full_) reserve_bytes_ = 0;
+  return limit_bytes_ > 0 ? limit_pages(disk_is_full_ ? usage().bytes : limit_bytes_) : Status{};
+}
+
+Status SqliteStore::limit_pages(std::int64_t bytes) {
+  FixedText<64> sql;
+  sql.add("PRAGMA max_page_count=").add(std::max<std::int64_t>((bytes + page_bytes_ - 1) / page_bytes_, 1));
+  return execute(sql.c_str());
 }
 
 Status SqliteStore::begin() {

@@ -147,7 +147,8 @@ class SqliteStore final : public Store {
   Status synchronise_log();
   Status make_room();
   Status start_log_over();
-  void mind_reserve();
+  Status mind_reserve();
+  Status limit_pages(std::int64_t bytes);
   Status writable();
   /// Call it after every write: a fault makes a commit impossible.
   Status written(const RecordInfo& info, Status status);

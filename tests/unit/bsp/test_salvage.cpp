@@ -1,6 +1,7 @@
 // A damaged database: what can be read of it is in the new one, and the same damage is never opened twice.
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sqlite3.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "bsp/flight/flight_store.hpp"
+#include "hal/store/sqlite/checked_vfs.hpp"
 #include "hal/store/sqlite/page_checksum.hpp"
 #include "hal/store/sqlite/set_aside.hpp"
 #include "tests/support/kill_after_changes.hpp"
@@ -268,6 +270,20 @@ TEST_F(SalvageTest, WithoutItsFirstPagesTheRestIsSavedAllTheSame) {
   const Found found = judge(store->store());
   EXPECT_GE(found.images + found.strips, frames) << "both tables were lost with the schema";
   EXPECT_EQ(found.settings, 5);
+}
+
+TEST_F(SalvageTest, WithoutOneOfItsTablesItIsReplaced) {
+  fly();
+  ASSERT_EQ(register_checked_vfs(), SQLITE_OK);
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open_v2(path_.c_str(), &database, SQLITE_OPEN_READWRITE, checked_vfs), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, "DROP TABLE strip", nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(database);
+  std::ofstream(path_ + "-guard") << "damaged";
+  const auto store = make();
+  ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_));
+  EXPECT_STATUS(store->news(), store_set_aside);
+  EXPECT_TRUE(fs::exists(path_ + ".aside-1"));
 }
 
 TEST_F(SalvageTest, CutOffAnywhereItIsBegunAgainOrGoneOnWith) {

@@ -30,7 +30,7 @@ TEST_F(DiskFaults, AfterAnyFaultOfWritingTheDatabaseOpensWithAllThatWasCommitted
   for (const Trouble& trouble : troubles) {
     bool failed = true;
     int n = 1;
-    for (; failed && n < test::most_calls; n += 1 + n / 12) {
+    for (; failed && n < test::most_calls; n += 1 + n / 8) {
       const std::string where = std::string(trouble.name) + ", call " + std::to_string(n);
       restore(before);
       std::set<std::int64_t> committed{1, 2, 3};
@@ -145,6 +145,28 @@ TEST_F(DiskFaults, WhatCommitsLeaveThatFailedInARowIsNotTakenForCommits) {
   store.close();
   restore(killed_again);
   expect_sound({1, 3}, "killed again");
+}
+
+TEST_F(DiskFaults, APageThatIsTornWhileTheLogIsCopiedIsStillInTheLog) {
+  const Files before = dead(6);
+  std::set<std::string> torn;
+  bool failed = true;
+  for (int n = 2; failed; ++n) {
+    ASSERT_LT(n, test::most_calls);
+    restore(before);
+    {
+      SqliteStore store;
+      ASSERT_OK(store.open(path_.c_str()));
+      const FailingCalls disk(path_, {.calls = static_cast<unsigned>(Call::write), .first = n, .in_part = true});
+      store.close();
+      failed = disk.failed();
+    }
+    // Cut off in the middle of a page.
+    torn.insert(files()["flight.db"].substr(0, page_bytes));
+    expect_sound({1, 2, 3, 4, 5, 6}, "write " + std::to_string(n));
+    if (HasFailure()) return;
+  }
+  EXPECT_GE(torn.size(), 2U) << "the first page was never torn";
 }
 
 TEST_F(DiskFaults, ALogThatIsBegunAnewInPartIsNoDamage) {

@@ -161,8 +161,8 @@ class FullDisk : public StoreRoom {
 };
 
 TEST_F(FullDisk, ErasingGoesOnAndTheReserveIsMadeAgainWhenThereIsRoom) {
-  ASSERT_OK(put_image(store_, ++images_));
   for (std::int64_t id = 1; id <= 3; ++id) {
+    EXPECT_STATUS(put_image(store_, 900), store_full) << "its room is for the log";
     ASSERT_OK(store_.begin());
     EXPECT_OK(store_.erase(record_info<FrameRecord>(), id));
     EXPECT_OK(store_.commit());
