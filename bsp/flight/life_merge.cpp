@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <limits>
 
+#include "cfg/mission.hpp"
 #include "cfg/schedule.hpp"
+#include "fsw/base/time.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/shared/find_next.hpp"
 #include "hal/store/newest_id.hpp"
@@ -246,13 +248,14 @@ class Merge {
       }
     }
     newest = std::max(newest, copied_.identity.record_base);
-    ILP_TRY(for_each_earlier<KeyframeRecord>([&](KeyframeRecord& keyframe) -> Status {
+    const auto look_for_image = [&](KeyframeRecord& keyframe) -> Status {
       ProductRecord image;
       bool made = false;
       ILP_TRY(find(store_, product_id(keyframe.id, ProductKind::image), image, made));
       if (made) products_through = keyframe.id;
       return {};
-    }));
+    };
+    ILP_TRY(for_each_earlier<KeyframeRecord>(look_for_image));
     ILP_TRY(for_each_earlier<KeyframeRecord>(
         [&](KeyframeRecord& keyframe) -> Status {
           return keyframe.id <= products_through ? note(DownlinkKind::records, keyframe.id, newest) : Status{};

@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <new>
 #include <optional>
 
@@ -30,6 +29,7 @@
 #include "bsp/linux/timing_report.hpp"
 #include "bsp/linux/video_camera.hpp"
 #include "bsp/linux/video_stream.hpp"
+#include "bsp/linux/watched_wait.hpp"
 #include "bsp/memory/flight_heap.hpp"
 #include "bsp/version/build_version.hpp"
 #include "cfg/limits.hpp"
@@ -101,51 +101,6 @@ Status open_links(const PacketLinkOptions& options, PacketLinks& links, const ch
   print_address("CFDP over UDP", addresses.cfdp);
   return {};
 }
-
-/// Keeps the watchdog quiet while a disk is waited for or written.
-class WatchedWait final : public DiskWait {
- public:
-  WatchedWait(Watchdog& watchdog, ServiceWatchdog& manager, Clock& clock)
-      : watchdog_(watchdog), manager_(manager), clock_(clock) {}
-
-  /// The watchdog may still run from the process before: until end_start() it is armed when something is waited for.
-  void begin_start(LinuxWatchdog& watchdog, const WatchdogOptions& options) {
-    starting_ = &watchdog;
-    options_ = &options;
-  }
-  /// The rest of a start takes its time.
-  void end_start() {
-    if (armed_) starting_->stop();
-    starting_ = nullptr;
-  }
-
-  void until_next_attempt(int attempts, const Status& fault) override {
-    if (attempts == 1) {
-      print_status("the database", fault);
-      std::fprintf(stderr, "ilp-onboard: the disk is tried for %d s before the flight has its store in memory\n",
-                   start_attempts - 1);
-    }
-    at_work();
-    constexpr timespec second{1, 0};
-    ::nanosleep(&second, nullptr);
-  }
-  void at_work() override {
-    if (starting_ != nullptr && !armed_) {
-      armed_ = true;
-      static_cast<void>(starting_->open(*options_));
-    }
-    static_cast<void>(watchdog_.kick());
-    static_cast<void>(manager_.kick(clock_.now()));
-  }
-
- private:
-  Watchdog& watchdog_;
-  ServiceWatchdog& manager_;
-  Clock& clock_;
-  LinuxWatchdog* starting_ = nullptr;
-  const WatchdogOptions* options_ = nullptr;
-  bool armed_ = false;
-};
 
 /// Opens everything that the options name, in the same way for a recorded strip and for a camera.
 class Flight {

@@ -28,8 +28,9 @@ Status Configuration::find_identity(const ConfigurationStart& start) {
   if (found.is(StatusCode::not_found)) {
     ILP_TRY(begin_life(start));
   } else if (found.ok()) {
-    if (after.life < own_.identity.life) {
-      after.life = own_.identity.life;
+    // A life that was numbered by the calendar, because the small memory could not be read, may have a low number.
+    if (after.life < own_.identity.life || after.keyframe_base < own_.identity.keyframe_base) {
+      after.life = std::max(after.life, own_.identity.life);
       after.keyframe_base = own_.identity.keyframe_base;
       after.record_base = own_.identity.record_base;
       keep(after);
@@ -62,7 +63,10 @@ Status Configuration::begin_life(const ConfigurationStart& start) {
   // that fails in between counts none.
   keep(after);
   own_.identity.life = ++after.life;
-  after.keyframe_base = after.record_base = (after.life - 1) * numbers_of_a_life;
+  const std::int64_t begin = (after.life - 1) * numbers_of_a_life;
+  const std::int64_t numbers_before = after.life > 1 ? numbers_of_a_life : 0;
+  after.keyframe_base = std::max(begin, after.keyframe_base + numbers_before);
+  after.record_base = std::max(begin, after.record_base + numbers_before);
   // A first life needs no memory of it. If the content could not be kept, numbers begin where the next start will not.
   const bool kept = memory_.kept().ok() || (known && after.life == 1 && !start.another_before);
   if ((!known || !kept || after.life > most_lives) && start.utc_s > 0) {

@@ -190,5 +190,42 @@ TEST_F(BackToDisk, EveryImageOfThreeLivesIsExaminedAndCodedAndEveryFileIsSent) {
   }
 }
 
+TEST_F(BackToDisk, LivesInMemoryFollowEachOtherIntoOneDatabase) {
+  camera_.wanted = 0;
+  ASSERT_OK(board_.start());
+  board_.fly(1);
+  board_.stop();
+  unmount();
+  ASSERT_OK(board_.start());
+  board_.fly(1);
+  mount();
+  ASSERT_OK(board_.store->leave_memory(board_.database().c_str(), nullptr));
+  ASSERT_OK(board_.restart());
+  IdentityRecord first, second;
+  ASSERT_OK(get(board_.store->store(), 1, first));
+  EXPECT_EQ(board_.memory->content().keyframe_base, first.keyframe_base);
+  board_.fly(1);
+  const std::size_t events = all<EventRecord>().size();
+  board_.stop();
+
+  // The small memory can be read this time.
+  fs::rename(board_.database(), board_.database() + ".away");
+  fs::create_directory(board_.database());
+  ASSERT_OK(board_.start());
+  ASSERT_EQ(board_.store->news().code, StatusCode::store_in_memory);
+  ASSERT_OK(get(board_.store->store(), 1, second));
+  EXPECT_GT(second.keyframe_base, first.keyframe_base) << "or the two lives would not fit into one database";
+  EXPECT_GT(second.record_base, first.record_base);
+  board_.fly(1);
+  fs::remove(board_.database());
+  fs::rename(board_.database() + ".away", board_.database());
+  ASSERT_OK(board_.store->leave_memory(board_.database().c_str(), nullptr));
+  ASSERT_OK(board_.restart());
+  EXPECT_OK(board_.store->news());
+  EXPECT_EQ(board_.store->moved().code, StatusCode::store_back_on_disk);
+  EXPECT_GT(all<EventRecord>().size(), events);
+  EXPECT_TRUE(board_.ping());
+}
+
 }  // namespace
 }  // namespace ilp
