@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <limits>
@@ -98,6 +99,9 @@ class Disturber {
     Hooks hooks;
     hooks.begin = [this] { begin(); };
     hooks.started = [this] { started_ = true; };
+    hooks.again = [this] {
+      if (neighbour_ != nullptr) static_cast<void>(neighbour_->finish());
+    };
     hooks.frame = [this](std::int64_t frame) { look(frame); };
     hooks.ends = [this] {
       return fault_.end == End::in_order && met_ && traces_.frames >= met_frame_ + fault_.end_after;
@@ -304,8 +308,8 @@ Fault draw_fault(Class what, const Calls& calls, Rng& rng) {
   const std::uint32_t beside = rng.below(8);
   fault.beside = beside < 2 ? Beside::reader : beside < 3 ? Beside::lock : Beside::nobody;
   fault.beside_from = rng.below(first_frames);
-  const bool stays = fault.beside == Beside::reader && rng.below(2) == 0;
-  fault.beside_until = stays ? always : fault.beside_from + 1 + rng.below(fault.beside == Beside::lock ? 3 : 20);
+  // Who reads may stay until the next start.
+  fault.beside_until = fault.beside_from + 1 + rng.below(fault.beside == Beside::lock ? 3 : 100);
   return fault;
 }
 
@@ -521,6 +525,8 @@ void fly_with_flips(const Trial& trial, Rng& rng, const fs::path& folder, TrialR
 }  // namespace
 
 bool failing_files(const Reference& reference, const CampaignOptions& options) {
+  // A neighbour may be gone.
+  std::signal(SIGPIPE, SIG_IGN);
   // Nobody waits in virtual time.
   sleep_no_more();
   std::vector<Calls> calls;

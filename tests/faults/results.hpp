@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "cfg/limits.hpp"
 #include "fsw/records/records.hpp"
 #include "hal/store/store.hpp"
 
@@ -22,7 +23,7 @@ using RecordKey = std::pair<RecordType, std::int64_t>;
 /// Checksums of its fields and of its blobs, in their order.
 struct Digest {
   std::uint32_t fields = 0;
-  std::array<std::uint32_t, 3> blobs{};  ///< 0: none, or released
+  std::array<std::uint32_t, limits::max_blob_fields> blobs{};  ///< 0: none, or released
 
   [[nodiscard]] bool same(RecordType type, const Digest& other) const;
 };

@@ -41,6 +41,7 @@ struct Traces {
 struct Hooks {
   std::function<void()> begin;               ///< before the database is opened
   std::function<void()> started;             ///< the components are restored
+  std::function<void()> again;               ///< the same in the lives behind the one that is harmed
   std::function<void(std::int64_t)> frame;   ///< before each minor frame, with its number in this life
   std::function<void()> step;                ///< before and after each step of a component
   test::FailingStore::Judge call;            ///< of the store, by the components

@@ -188,6 +188,7 @@ Verdict fly_trial(const Reference& reference, const fs::path& folder, TimeNs now
   while (!ended && verdict.lives < max_lives) {
     const bool first = verdict.lives++ == 0;
     Hooks life_hooks = first ? hooks : Hooks{};
+    if (!first) life_hooks.started = hooks.again;
     life_hooks.without_disk = [&](Store& store) {
       look(reference, settled, store, folder, seen);
       seen.outcome = Outcome::harmless;
