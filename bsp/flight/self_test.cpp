@@ -126,7 +126,7 @@ std::uint32_t codec_digest() {
   params.shift = 6;
   params.bits = 8 + params.shift;
   // Coefficients of a slope and of noise; those of the region are above all others.
-  std::array<std::int32_t, side * side> samples;
+  std::array<std::int32_t, std::size_t{side} * side> samples;
   for (std::int32_t i = 0; i < side * side; ++i) {
     const std::int32_t x = i % side, y = i / side;
     const std::int32_t value =

@@ -107,7 +107,7 @@ Status LayerDecoder::check_planes() {
     for (std::int32_t y = 0; y < band.blocks_high; ++y) {
       for (std::int32_t x = 0; x < band.blocks_wide; ++x) {
         CodeBlock& block = code_blocks_.blocks[index++];
-        const int planes = std::bit_width(magnitudes_of(block_of(band, x, y)));
+        const auto planes = static_cast<int>(std::bit_width(magnitudes_of(block_of(band, x, y))));
         block.first_pass_end = static_cast<std::uint32_t>(ends);
         if (planes > 0) ends += static_cast<std::size_t>(3 * planes - 1);
         if (block.passes[last] == 0) continue;
