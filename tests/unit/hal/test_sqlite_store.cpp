@@ -249,10 +249,8 @@ TEST_F(SqliteStoreTest, TheHolderOfTheLockIsFound) {
   ASSERT_OK(store.open(path_.c_str()));
   EXPECT_EQ(store.lock_holder(), 0);
   int begun[2], over[2];
-  ASSERT_EQ(pipe(begun), 0);
-  ASSERT_EQ(pipe(over), 0);
+  ASSERT_TRUE(pipe(begun) == 0 && pipe(over) == 0);
   const pid_t child = fork();
-  ASSERT_GE(child, 0);
   if (child == 0) {
     SqliteStore other;
     if (!other.open(path_.c_str()).ok() || !other.begin().ok() || write(begun[1], "!", 1) != 1) _exit(1);
@@ -270,7 +268,6 @@ TEST_F(SqliteStoreTest, TheHolderOfTheLockIsFound) {
   // Looking has not cost this process its own locks.
   ASSERT_OK(store.begin());
   const pid_t rival = fork();
-  ASSERT_GE(rival, 0);
   if (rival == 0) {
     SqliteStore other;
     if (!other.open(path_.c_str()).ok()) _exit(1);
