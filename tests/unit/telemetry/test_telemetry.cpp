@@ -483,7 +483,12 @@ TEST_F(TelemetryTest, OutOfContactEventsWaitInTheStoreAndHousekeepingIsNotStacke
   run_frame();
   heard();
   link.deaf = true;
-  for (int i = 0; i < 500; ++i) raise(StatusCode::frame_gap, i);
+  // Of ten codes, because each has a limit in time (EventLog).
+  constexpr StatusCode codes[] = {StatusCode::frame_gap,        StatusCode::frame_overrun, StatusCode::camera_silent,
+                                  StatusCode::camera_fault,     StatusCode::camera_absent, StatusCode::camera_recovered,
+                                  StatusCode::camera_incapable, StatusCode::camera_size,   StatusCode::camera_graded,
+                                  StatusCode::camera_distrusted};
+  for (int i = 0; i < 500; ++i) raise(codes[i % 10], i);
   run_until(clock.now() + 60 * ns_per_s);
   EXPECT_LE(writer->waiting(), 20U);
   EXPECT_EQ(writer->lost(), 0U);
