@@ -3,6 +3,8 @@
 
 #include <fstream>
 #include <iterator>
+#include <string>
+#include <string_view>
 
 #include "cfg/schedule.hpp"
 #include "fsw/base/status.hpp"
@@ -24,11 +26,11 @@ namespace {
 
 const Tailoring tailoring = tailoring_of(GroundSystem::standard, false, 0);
 
-const ReportInfo& report_named(const std::string& name) {
+const ReportInfo& report_named(std::string_view name) {
   for (const ReportInfo& report : report_table()) {
     if (name == report.name) return report;
   }
-  throw std::logic_error(name);
+  throw std::logic_error(std::string(name));
 }
 
 template <typename Struct>

@@ -5,6 +5,8 @@
 #include <fstream>
 #include <map>
 #include <sstream>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "tests/unit/vision/place/place_images.hpp"
@@ -18,14 +20,14 @@ struct Survey {
   std::vector<PlaceFeatures> features;
 };
 
-const Survey& survey(const std::string& folder) {
+const Survey& survey(std::string_view folder) {
   static std::map<std::string, Survey> read;
-  Survey& s = read[folder];
+  Survey& s = read[std::string(folder)];
   if (!s.folder.empty()) return s;
   s.folder = folder;
-  s.images = test::read_strip(folder);
+  s.images = test::read_strip(s.folder);
   for (const test::StripImage& image : s.images) {
-    s.features.push_back(test::features_of(test::read_strip_image(folder, image.name)));
+    s.features.push_back(test::features_of(test::read_strip_image(s.folder, image.name)));
   }
   return s;
 }
