@@ -106,6 +106,8 @@ class Writer {
     ILP_TRY(write_all(file_, bytes));
     bytes_ += static_cast<std::int64_t>(bytes.size());
     if (wait_ != nullptr && bytes_ - kicked_ >= bytes_between_kicks) {
+      // The last synchronisation must not take longer than the watchdog waits.
+      if (::fdatasync(file_) != 0) return {StatusCode::io_error, errno};
       wait_->at_work();
       kicked_ = bytes_;
     }
@@ -222,10 +224,27 @@ Status try_disk(const char* path, std::int64_t room_bytes) {
   return status;
 }
 
+namespace {
+
+/// The copies that wait get the first numbers, in their order, so that the next one comes last.
+Status close_ranks(const char* path, std::int64_t& next) {
+  next = 1;
+  for (std::int64_t number = 1; number <= max_memory_copies; ++number) {
+    const MemoryCopyPath from = memory_copy_path(path, number);
+    if (::access(from.c_str(), F_OK) != 0) continue;
+    const MemoryCopyPath to = memory_copy_path(path, next);
+    if (number != next && std::rename(from.c_str(), to.c_str()) != 0) return fault(errno);
+    ++next;
+  }
+  return {};
+}
+
+}  // namespace
+
 Status write_memory_copy(Store& store, const char* path, DiskWait* wait, MemoryCopyCounts& counts) {
   counts = {};
   std::int64_t number = 1;
-  while (number <= max_memory_copies && ::access(memory_copy_path(path, number).c_str(), F_OK) == 0) ++number;
+  ILP_TRY(close_ranks(path, number));
   const MemoryCopyPath to = memory_copy_path(path, number);
   const MemoryCopyPath part = next_to(path, reserve_suffix);
   if (number > max_memory_copies || to.overflow()) return {StatusCode::capacity_exceeded, number, max_memory_copies};

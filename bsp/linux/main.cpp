@@ -532,8 +532,8 @@ void Flight::look_at_lock() {
 
 /// Between two minor frames, no transaction is open.
 void Flight::leave_memory() {
-  // The copy tells the next start that this life has ended in order.
-  static_cast<void>(life_->end());
+  static_cast<void>(software_->executive().end());
+  static_cast<void>(life_->end());  // The next start finds in the copy that this life has ended in order.
   const Status left = store_.leave_memory(options_.store, &wait_);
   left_memory_ = left.ok();
   if (left_memory_) return;

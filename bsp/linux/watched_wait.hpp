@@ -18,14 +18,14 @@ class WatchedWait final : public DiskWait {
   WatchedWait(Watchdog& watchdog, ServiceWatchdog& manager, Clock& clock)
       : watchdog_(watchdog), manager_(manager), clock_(clock) {}
 
-  /// The watchdog may still run from the process before: until end_start() it is armed when something is waited for.
+  /// The watchdog may still run from the process before: it is armed while something is waited for.
   void begin_start(LinuxWatchdog& watchdog, const WatchdogOptions& options) {
     starting_ = &watchdog;
     options_ = &options;
   }
   /// The rest of a start takes its time.
   void end_start() {
-    if (armed_) starting_->stop();
+    disarm();
     starting_ = nullptr;
   }
 
@@ -38,6 +38,8 @@ class WatchedWait final : public DiskWait {
     at_work();
     constexpr timespec second{1, 0};
     ::nanosleep(&second, nullptr);
+    // A check of the database takes its time.
+    disarm();
   }
   void at_work() override {
     if (starting_ != nullptr && !armed_) {
@@ -49,6 +51,11 @@ class WatchedWait final : public DiskWait {
   }
 
  private:
+  void disarm() {
+    if (armed_) starting_->stop();
+    armed_ = false;
+  }
+
   Watchdog& watchdog_;
   ServiceWatchdog& manager_;
   Clock& clock_;

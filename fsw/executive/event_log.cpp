@@ -109,7 +109,8 @@ void EventLog::report(TimeNs time, const char* component, const Status& status) 
     if (allowance.counted++ == 0) allowance.counted_since_ns = time;
   } else {
     allowance.used_until_ns += interval_ns;
-    const Waiting event{time, component, status};
+    const bool asserted = status.is(StatusCode::assertion_failed);
+    const Waiting event{time, component, status, asserted ? base_name(last_assertion().file) : ""};
     const Status written = state_.waiting.empty() ? write(event) : Status{StatusCode::store_locked};
     const bool waits = written.is(StatusCode::store_locked) && state_.waiting.push_back(event);
     if (!written.ok() && !waits) lose(status.code, 1);
@@ -126,7 +127,7 @@ Status EventLog::write(const Waiting& event) {
   copy_text(record.component, event.component);
   record.a = status.a;
   record.b = status.b;
-  if (status.is(StatusCode::assertion_failed)) copy_text(record.place, base_name(last_assertion().file));
+  copy_text(record.place, event.place);
   return write(record);
 }
 

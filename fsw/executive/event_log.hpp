@@ -47,6 +47,7 @@ class EventLog {
     TimeNs time_ns = 0;
     const char* component = "";
     Status status;
+    const char* place = "";  ///< file of a failed assertion
   };
   struct State {
     FixedVector<Waiting, most_waiting> waiting;  ///< for the lock of the store, in order

@@ -576,6 +576,25 @@ TEST_F(MemoryReturn, TwoLivesInMemoryFollowEachOther) {
   }
 }
 
+TEST_F(MemoryReturn, AnEarlierCopyThatStillWaitsIsTakenInFirst) {
+  fly_both(10);
+  // The one before it has been taken in.
+  fs::rename(memory_copy_path(path_.c_str(), 1).c_str(), memory_copy_path(path_.c_str(), 2).c_str());
+  {
+    const auto store = make();
+    MissionParameters mission;
+    ASSERT_OK(store->begin_in_memory(mission));
+    live_in_memory(store->store(), 12, 3, 2 * memory_base);
+    ASSERT_OK(store->leave_memory(path_.c_str(), &wait_));
+  }
+  const auto store = start();
+  EXPECT_TRUE(store->news().ok()) << "nothing is set aside";
+  EventRecord event;
+  for (const std::int64_t id : {std::int64_t{150}, memory_base + 10, 2 * memory_base + 12}) {
+    EXPECT_OK(get(store->store(), id, event));
+  }
+}
+
 TEST_F(MemoryReturn, AtMostFourCopiesWait) {
   const auto store = make();
   MissionParameters mission;
