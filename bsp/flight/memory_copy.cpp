@@ -227,7 +227,7 @@ Status try_disk(const char* path, std::int64_t room_bytes) {
 namespace {
 
 /// The copies that wait get the first numbers, in their order, so that the next one comes last.
-Status close_ranks(const char* path, std::int64_t& next) {
+Status renumber_copies(const char* path, std::int64_t& next) {
   next = 1;
   for (std::int64_t number = 1; number <= max_memory_copies; ++number) {
     const MemoryCopyPath from = memory_copy_path(path, number);
@@ -244,7 +244,7 @@ Status close_ranks(const char* path, std::int64_t& next) {
 Status write_memory_copy(Store& store, const char* path, DiskWait* wait, MemoryCopyCounts& counts) {
   counts = {};
   std::int64_t number = 1;
-  ILP_TRY(close_ranks(path, number));
+  ILP_TRY(renumber_copies(path, number));
   const MemoryCopyPath to = memory_copy_path(path, number);
   const MemoryCopyPath part = next_to(path, reserve_suffix);
   if (number > max_memory_copies || to.overflow()) return {StatusCode::capacity_exceeded, number, max_memory_copies};
