@@ -217,21 +217,25 @@ Status FlightStore::begin_in_memory(const Status& fault, MissionParameters& miss
 }
 
 Status FlightStore::open_on_disk(const char* path, StoreTrouble trouble, const MissionParameters& mission,
-                                 DiskWait* wait) {
+                                 DiskWait* wait, Unreadable copies) {
   // The guard lies on the same disk.
   ILP_TRY(guard_.take(path));
   ILP_TRY(open_usable(path, trouble, mission));
-  ILP_TRY(take_in_copies(path, mission, wait));
+  ILP_TRY(take_in_copies(path, mission, wait, copies));
   return disk_.limit(database_limit_bytes(mission));
 }
 
 Status FlightStore::open(const char* path, StoreTrouble trouble, MissionParameters& mission, DiskWait* wait) {
-  Status status = open_on_disk(path, trouble, mission, wait);
-  const bool patient = trouble == StoreTrouble::fly_on && wait != nullptr;
-  for (int attempt = 1; attempt < start_attempts && patient && may_pass(status); ++attempt) {
+  const int attempts = trouble == StoreTrouble::fly_on && wait != nullptr ? start_attempts : 1;
+  const auto try_to_open = [&](int attempt) {
+    return open_on_disk(path, trouble, mission, wait,
+                        attempt + 1 < attempts ? Unreadable::try_again : Unreadable::set_aside);
+  };
+  Status status = try_to_open(0);
+  for (int attempt = 1; attempt < attempts && may_pass(status); ++attempt) {
     const auto fault = static_cast<std::int64_t>(status.code);
     wait->until_next_attempt(attempt, status);
-    status = open_on_disk(path, trouble, mission, wait);
+    status = try_to_open(attempt);
     if (status.ok()) opened_late_ = {StatusCode::store_opened_late, attempt, fault};
   }
   if (status.is(StatusCode::store_in_use)) return status;
@@ -241,24 +245,27 @@ Status FlightStore::open(const char* path, StoreTrouble trouble, MissionParamete
 }
 
 /// The copies are lives of the flight that followed each other.
-Status FlightStore::take_in_copies(const char* path, const MissionParameters& mission, DiskWait* wait) {
+Status FlightStore::take_in_copies(const char* path, const MissionParameters& mission, DiskWait* wait,
+                                   Unreadable copies) {
+  ILP_TRY(remove_unfinished_copy(path));
   for (std::int64_t number = 1; number <= max_memory_copies; ++number) {
     const MemoryCopyPath copy = memory_copy_path(path, number);
     bool exists = false;
     ILP_TRY(look_for(copy.c_str(), exists));
-    if (exists) ILP_TRY(take_in(path, copy.c_str(), mission, wait));
+    if (exists) ILP_TRY(take_in(path, copy.c_str(), mission, wait, copies));
   }
   return {};
 }
 
-Status FlightStore::take_in(const char* path, const char* copy, const MissionParameters& mission, DiskWait* wait) {
+Status FlightStore::take_in(const char* path, const char* copy, const MissionParameters& mission, DiskWait* wait,
+                            Unreadable copies) {
   MemoryCopy records;
   const Status readable = records.open(copy, wait);
-  if (may_pass(readable)) return readable;
+  if (may_pass(readable) && copies == Unreadable::try_again) return readable;
   if (!readable.ok()) {
-    // It is kept for the ground. The flight goes on with its database.
-    moved_ = {StatusCode::store_not_moved, static_cast<std::int64_t>(readable.code), readable.a};
-    return std::rename(copy, beside(copy, ".refused").c_str()) == 0 ? Status{} : Status{StatusCode::io_error, errno};
+    // The flight goes on with its database.
+    not_moved_ = {StatusCode::store_not_moved, static_cast<std::int64_t>(readable.code), readable.a};
+    return refuse_copy(copy);
   }
   bool fits = false;
   ILP_TRY(follows(disk_, records, fits));
@@ -269,8 +276,7 @@ Status FlightStore::take_in(const char* path, const char* copy, const MissionPar
   std::int64_t taken = 0;
   ILP_TRY(merge_life(disk_, records, wait, taken));
   records.close();
-  const std::int64_t before = moved_.is(StatusCode::store_back_on_disk) ? moved_.a : 0;
-  moved_ = {StatusCode::store_back_on_disk, before + taken, records.lost()};
+  moved_ = {StatusCode::store_back_on_disk, moved_.a + taken, moved_.b + records.lost()};
   return ::unlink(copy) == 0 ? Status{} : Status{StatusCode::io_error, errno};
 }
 
@@ -285,6 +291,7 @@ Status FlightStore::open_as_head(const char* path, StoreTrouble trouble, Synchro
   if (taken.is(StatusCode::store_in_use)) return open_among_others(path, mission, when);
   ILP_TRY(taken);
   Status status = open_usable(path, trouble, mission);
+  if (status.ok()) status = take_in_copies(path, mission, nullptr, Unreadable::set_aside);
   if (status.ok()) status = disk_.limit(database_limit_bytes(mission));
   if (status.ok()) status = disk_.synchronise(when);
   if (status.ok()) {

@@ -79,9 +79,10 @@ class FlightStore final : public StoreSharing {
   [[nodiscard]] Status news() const { return news_; }
   /// As SqliteStore::take_news().
   [[nodiscard]] Status take_news() { return in_memory_ ? Status{} : disk_.take_news(); }
-  /// The result of moving records of a flight in memory into the database at this start: ok if there were none,
-  /// `store_back_on_disk`, or `store_not_moved`.
+  /// `store_back_on_disk` if this start has moved records of a flight in memory into the database.
   [[nodiscard]] Status moved() const { return moved_; }
+  /// `store_not_moved` if such records could not be used. Their file is kept for the ground.
+  [[nodiscard]] Status not_moved() const { return not_moved_; }
   /// `store_opened_late` if the disk had failed at first.
   [[nodiscard]] Status opened_late() const { return opened_late_; }
   /// Of a flight in memory whose disk failed: the stack of a DiskLook. Its store leaves it free.
@@ -98,9 +99,13 @@ class FlightStore final : public StoreSharing {
   Status replace(const char* path, const Status& verdict, const MissionParameters& mission);
   Status put_saved_in_place(const char* path);
   Status open_usable(const char* path, StoreTrouble trouble, const MissionParameters& mission);
-  Status open_on_disk(const char* path, StoreTrouble trouble, const MissionParameters& mission, DiskWait* wait);
-  Status take_in_copies(const char* path, const MissionParameters& mission, DiskWait* wait);
-  Status take_in(const char* path, const char* copy, const MissionParameters& mission, DiskWait* wait);
+  /// What to do with a copy of records in memory that cannot be read: on another attempt the disk may read it.
+  enum class Unreadable : std::uint8_t { try_again, set_aside };
+  Status open_on_disk(const char* path, StoreTrouble trouble, const MissionParameters& mission, DiskWait* wait,
+                      Unreadable copies);
+  Status take_in_copies(const char* path, const MissionParameters& mission, DiskWait* wait, Unreadable copies);
+  Status take_in(const char* path, const char* copy, const MissionParameters& mission, DiskWait* wait,
+                 Unreadable copies);
   Status begin_in_memory(const Status& fault, MissionParameters& mission);
   Status open_among_others(const char* path, const MissionParameters& mission, Synchronise when);
 
@@ -114,6 +119,7 @@ class FlightStore final : public StoreSharing {
   SalvageCounts salvaged_{};
   Status news_;
   Status moved_;
+  Status not_moved_;
   Status opened_late_;
   std::span<std::byte> look_stack_;
 };

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -69,6 +70,16 @@ Status write_all(int file, std::span<const std::uint8_t> bytes) {
     bytes = bytes.subspan(static_cast<std::size_t>(written));
   }
   return {};
+}
+
+/// Whether `file` and the free blocks of its disk have so many bytes.
+Status look_for_room(int file, std::int64_t bytes) {
+  struct statvfs disk {};
+  struct stat state {};
+  if (::fstatvfs(file, &disk) != 0 || ::fstat(file, &state) != 0) return fault(errno);
+  const auto free = static_cast<std::int64_t>(disk.f_bavail) * static_cast<std::int64_t>(disk.f_frsize);
+  // st_blocks counts in units of 512 bytes.
+  return free + 512 * static_cast<std::int64_t>(state.st_blocks) >= bytes ? Status{} : fault(ENOSPC);
 }
 
 /// A file that does not exist reads well.
@@ -207,14 +218,26 @@ std::int64_t count_memory_copies(const char* path) {
   return count;
 }
 
+Status remove_unfinished_copy(const char* path) {
+  return ::unlink(next_to(path, reserve_suffix).c_str()) == 0 || errno == ENOENT ? Status{} : fault(errno);
+}
+
+Status refuse_copy(const char* copy) {
+  MemoryCopyPath to = next_to(copy, ".refused");
+  for (std::int64_t number = 2; number <= max_memory_copies && ::access(to.c_str(), F_OK) == 0; ++number) {
+    to = next_to(copy, ".refused-").add(number);
+  }
+  return std::rename(copy, to.c_str()) == 0 ? Status{} : fault(errno);
+}
+
 Status try_disk(const char* path, std::int64_t room_bytes) {
   ILP_TRY(read_through(path));
   ILP_TRY(read_through(next_to(path, "-wal").c_str()));
   const MemoryCopyPath reserve = next_to(path, reserve_suffix);
   const int file = ::open(reserve.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
   if (file < 0) return fault(errno);
+  Status status = look_for_room(file, room_bytes);
   constexpr std::uint8_t piece[2 * copy_piece_bytes] = {};
-  Status status;
   for (std::int64_t at = 0; at < room_bytes && status.ok(); at += static_cast<std::int64_t>(sizeof(piece))) {
     status = write_all(file, piece);
   }

@@ -36,8 +36,15 @@ using MemoryCopyPath = FixedText<limits::max_path_bytes>;
 
 /// Whether the disk serves: reads the database at `path` and its log from beginning to end, if they exist, and writes
 /// `room_bytes` beside it, synchronised, which stay reserved for write_memory_copy(). `io_error` (a = errno) otherwise;
-/// nothing stays reserved then. It may take as long as the disk takes.
+/// nothing stays reserved then. A disk without so much room is not written. It may take as long as the disk takes.
 Status try_disk(const char* path, std::int64_t room_bytes);
+
+/// Removes the room that was reserved, or a file that a power cut has left unfinished. `io_error` (a = errno).
+Status remove_unfinished_copy(const char* path);
+
+/// Renames a copy that cannot be used to `COPY.refused`, or `COPY.refused-2` to `-4` if that exists; the last one is
+/// replaced. `io_error` (a = errno).
+Status refuse_copy(const char* copy);
 
 struct MemoryCopyCounts {
   std::int64_t records = 0;

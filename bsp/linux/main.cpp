@@ -471,7 +471,7 @@ bool Flight::start() {
   report({StatusCode::started, life_->record().id, static_cast<std::int64_t>(life_->record().reason)});
   report(early_news_);
   report(time_begin_.news);
-  for (const Status& news : {store_.opened_late(), store_.news(), store_.moved()}) {
+  for (const Status& news : {store_.opened_late(), store_.news(), store_.moved(), store_.not_moved()}) {
     report(news);
     if (!news.ok()) static_cast<void>(fail(store_label(options_), news));
   }
@@ -536,7 +536,7 @@ void Flight::leave_memory() {
   static_cast<void>(life_->end());  // The next start finds in the copy that this life has ended in order.
   const Status left = store_.leave_memory(options_.store, &wait_);
   left_memory_ = left.ok();
-  if (left_memory_) return;
+  if (left_memory_) return configuration_.end_in_order(clock().now());
   life_->record().end_ns = 0;
   report(life_->go_on());
   report({StatusCode::store_not_moved, static_cast<std::int64_t>(left.code), left.a});

@@ -614,10 +614,55 @@ TEST_F(MemoryReturn, ACopyThatIsNotWholeIsKeptAndNotUsed) {
     file.put('\x55');
   }
   const auto store = start();
-  EXPECT_EQ((store->moved()).code, StatusCode::store_not_moved);
-  EXPECT_EQ(store->moved().a, static_cast<std::int64_t>(StatusCode::record_damaged));
+  EXPECT_OK(store->moved());
+  EXPECT_STATUS(store->not_moved(), store_not_moved);
+  EXPECT_EQ(store->not_moved().a, static_cast<std::int64_t>(StatusCode::record_damaged));
   EXPECT_EQ(content_of(store->store()), on_disk_);
   EXPECT_TRUE(fs::exists(copy + ".refused"));
+}
+
+TEST_F(MemoryReturn, ACopyThatTheDiskDoesNotReadDoesNotKeepTheOthersFromTheDatabase) {
+  fly_both(10);
+  const std::string second = memory_copy_path(path_.c_str(), 2).c_str();
+  fs::rename(memory_copy_path(path_.c_str(), 1).c_str(), second);
+  const std::string first = memory_copy_path(path_.c_str(), 1).c_str();
+  for (int round = 0; round < 2; ++round) {
+    // A folder can be opened, and not read.
+    fs::create_directory(first);
+    const auto store = make();
+    MissionParameters mission;
+    ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission, &wait_));
+    EXPECT_OK(store->news()) << "it flies on the disk";
+    EXPECT_EQ(wait_.attempts_, start_attempts - 1);
+    EXPECT_STATUS(store->not_moved(), store_not_moved);
+    EXPECT_EQ(store->not_moved().a, static_cast<std::int64_t>(StatusCode::io_error));
+    EXPECT_EQ(store->moved().is(StatusCode::store_back_on_disk), round == 0);
+    expect_memory_in(content_of(store->store()));
+  }
+  EXPECT_TRUE(fs::exists(first + ".refused"));
+  EXPECT_TRUE(fs::exists(first + ".refused-2"));
+  EXPECT_FALSE(fs::exists(second));
+}
+
+TEST_F(MemoryReturn, TheHeadOfSeveralProcessesTakesCopiesInToo) {
+  fly_both(10, false);
+  const auto store = make();
+  MissionParameters mission;
+  ASSERT_OK(store->open_as_head(path_.c_str(), StoreTrouble::fly_on, Synchronise::behind_commit, mission));
+  EXPECT_STATUS(store->moved(), store_back_on_disk);
+  expect_memory_in(content_of(store->store()));
+}
+
+TEST_F(MemoryReturn, AStartRemovesWhatAPowerCutHasLeftUnfinished) {
+  std::ofstream(path_ + ".memory-part") << std::string(10'000, 'x');
+  const auto store = start();
+  EXPECT_OK(store->news());
+  EXPECT_FALSE(fs::exists(path_ + ".memory-part"));
+}
+
+TEST_F(MemoryReturn, ADiskWithoutTheRoomIsNotWritten) {
+  EXPECT_STATUS(try_disk(path_.c_str(), std::int64_t{1} << 60), io_error);
+  EXPECT_TRUE(fs::is_empty(disk_));
 }
 
 TEST_F(MemoryReturn, WhereNumbersWouldMeetTheEarlierDatabaseIsSetAside) {
