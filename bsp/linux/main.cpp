@@ -22,14 +22,13 @@
 #include "bsp/linux/chosen_store.hpp"
 #include "bsp/linux/flight_stack.hpp"
 #include "bsp/linux/flight_worker.hpp"
+#include "bsp/linux/image_sources.hpp"
 #include "bsp/linux/memory_report.hpp"
 #include "bsp/linux/node_process.hpp"
 #include "bsp/linux/options.hpp"
 #include "bsp/linux/shared_flight.hpp"
 #include "bsp/linux/status_line.hpp"
 #include "bsp/linux/timing_report.hpp"
-#include "bsp/linux/video_camera.hpp"
-#include "bsp/linux/video_stream.hpp"
 #include "bsp/linux/watched_wait.hpp"
 #include "bsp/memory/flight_heap.hpp"
 #include "bsp/version/build_version.hpp"
@@ -39,9 +38,7 @@
 #include "fsw/navigation/vehicle_packets.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/vision/geometry/camera.hpp"
-#include "hal/camera/directory/directory_camera.hpp"
 #include "hal/camera/picture/reduction.hpp"
-#include "hal/camera/v4l2/linux_video_device.hpp"
 #include "hal/clock/real_clock.hpp"
 #include "hal/clock/utc.hpp"
 #include "hal/clock/virtual_clock.hpp"
@@ -123,7 +120,6 @@ class Flight {
   bool prepare_intrinsics();
   bool reduce_camera();
   bool find_source_of(const CameraModel& camera);
-  Status find_size(std::int32_t& width, std::int32_t& height);
   bool prepare_navigation();
   bool start();
   void test_board();
@@ -147,12 +143,8 @@ class Flight {
     if (!status.ok() && !status.is(StatusCode::store_locked))
       software_->executive().events().report(clock().now(), "board", status);
   }
-  Camera& source() {
-    if (options_.v4l2 != nullptr) return video_;
-    return options_.y4m != nullptr ? static_cast<Camera&>(stream_) : camera_;
-  }
   Store& database() { return shared_ ? shared_->store() : store_.store(); }
-  Camera& camera() { return shared_ ? shared_->camera() : source(); }
+  Camera& camera() { return shared_ ? shared_->camera() : source_->camera(); }
   Clock& clock() { return options_.virtual_time ? static_cast<Clock&>(virtual_clock_) : real_clock_; }
 
   const Options& options_;
@@ -177,13 +169,10 @@ class Flight {
   Configuration configuration_{memory_, mission_};
   MissionTimeBegin time_begin_;
   LateCalendar calendar_;
-  DirectoryCamera camera_;
   OutboxLink outbox_;
   VirtualClock virtual_clock_;
   RealClock real_clock_;
-  LinuxVideoDevice video_device_;
-  V4l2Camera video_{video_device_, real_clock_};
-  Y4mCamera stream_;
+  ImageSources::Chosen source_;
   NavigationFile navigation_;
   UdpLink vehicle_link_{real_clock_};
   VehiclePackets vehicle_{vehicle_link_, mission_};
@@ -288,14 +277,6 @@ bool Flight::prepare_time() {
   return true;
 }
 
-Status Flight::find_size(std::int32_t& width, std::int32_t& height) {
-  if (options_.v4l2 != nullptr) return find_video_size(options_.v4l2, video_device_, width, height);
-  if (options_.index != nullptr) return camera_.find_size(options_.index, width, height);
-  width = stream_.width();
-  height = stream_.height();
-  return {};
-}
-
 /// From the camera of the source's pictures to that of the flight's images.
 bool Flight::reduce_camera() {
   Reduction reduction;
@@ -316,7 +297,7 @@ bool Flight::reduce_camera() {
 /// else the images' own.
 bool Flight::find_source_of(const CameraModel& camera) {
   const bool stated = options_.size != nullptr;
-  const Status found = stated ? Status{} : find_size(width_, height_);
+  const Status found = stated ? Status{} : source_->find_size(options_.source, width_, height_);
   Reduction reduction;
   const Status reduced = found.ok() ? find_reduction(width_, height_, reduction) : found;
   if (reduced.ok() && reduction.width == camera.width && reduction.height == camera.height) return true;
@@ -344,10 +325,10 @@ bool Flight::prepare_intrinsics() {
     std::fputs("ilp-onboard: without --camera the mission has to say [calibration] camera_known = false\n", stderr);
     return false;
   }
-  const Status found = options_.size != nullptr ? Status{} : find_size(width_, height_);
+  const Status found = options_.size != nullptr ? Status{} : source_->find_size(options_.source, width_, height_);
   if (!found.ok()) {
     std::fputs("ilp-onboard: without --camera the size of the images must be known: --size WIDTHxHEIGHT\n", stderr);
-    return good(options_.v4l2 != nullptr ? options_.v4l2 : options_.index, found);
+    return good(options_.source, found);
   }
   model_ = camera_of_field(width_, height_, mission_.field_of_view_rad);
   std::fprintf(stderr, "ilp-onboard: nominal camera: %d x %d, field of view %.4f rad, focal length %.1f px\n", width_,
@@ -356,19 +337,8 @@ bool Flight::prepare_intrinsics() {
 }
 
 bool Flight::prepare_camera() {
-  if (options_.y4m != nullptr &&
-      !good(options_.y4m, open_video_stream(options_.y4m, !options_.virtual_time, stream_))) {
-    return false;
-  }
-  if (!prepare_intrinsics()) return false;
-  if (options_.v4l2 != nullptr) {
-    return good(options_.v4l2, start_video_camera(options_.v4l2, width_, height_, real_clock_, video_));
-  }
-  if (options_.y4m != nullptr) {
-    const bool fits = stream_.width() == width_ && stream_.height() == height_;
-    return fits || good(options_.y4m, {StatusCode::image_size_changed, stream_.width(), stream_.height()});
-  }
-  return good(options_.index, camera_.open(options_.index, width_, height_, nullptr));
+  source_.make(*options_.source_kind, {real_clock_, !options_.virtual_time});
+  return prepare_intrinsics() && good(options_.source, source_->open(options_.source, width_, height_));
 }
 
 bool Flight::prepare_navigation() {
@@ -445,7 +415,7 @@ void Flight::prepare_look() {
 
 bool Flight::start() {
   if (stages_ != all_stages) {
-    const HeadDevices devices{source(), outbox_, links_.packets(), links_.files()};
+    const HeadDevices devices{source_->camera(), outbox_, links_.packets(), links_.files()};
     shared_.emplace(store_.store(), store_.sharing(), devices, clock(), stages_, options_.virtual_time);
   }
   router_ = new (router_region) PacketRouter(shared_ ? shared_->packets() : links_.packets(),
@@ -499,7 +469,7 @@ void Flight::look_at_calendar() {
   Status news;
   if (!calendar_.caught_up(utc_now(), mission_, clock().now(), time, news)) return;
   real_clock_.set(time);
-  video_.set_mission_minus_monotonic(real_clock_.mission_minus_monotonic());
+  source_->follow_clock();
   report(news);
 }
 
@@ -668,7 +638,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   if (options.help) {
-    std::fputs(usage, stdout);
+    print_usage();
     return 0;
   }
   if (names_password(options)) {

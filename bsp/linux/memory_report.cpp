@@ -8,11 +8,9 @@
 #include "bsp/linux/chosen_store.hpp"
 #include "bsp/linux/flight_stack.hpp"
 #include "bsp/linux/flight_worker.hpp"
+#include "bsp/linux/image_sources.hpp"
 #include "bsp/memory/flight_heap.hpp"
 #include "cfg/version.hpp"
-#include "hal/camera/directory/directory_camera.hpp"
-#include "hal/camera/v4l2/v4l2_camera.hpp"
-#include "hal/camera/y4m/y4m_camera.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
 
 namespace ilp {
@@ -30,8 +28,7 @@ void print_memory_map() {
     row(server, "store on a server");
     row(heap_region_report(HeapRegion::postgres).bytes, "PostgreSQL's library");
   }
-  row(sizeof(FlightStore) + sizeof(DirectoryCamera) + sizeof(V4l2Camera) + sizeof(Y4mCamera) + sizeof(OutboxLink) +
-          sizeof(PacketLinks),
+  row(sizeof(FlightStore) + sizeof(ImageSources::Chosen) + sizeof(OutboxLink) + sizeof(PacketLinks),
       "hardware abstraction layer");
   row(heap_region_report(HeapRegion::jpeg).bytes, "JPEG arena");
   row(heap_region_report(HeapRegion::early).bytes, "start-up heap");

@@ -1,16 +1,20 @@
 #include "bsp/linux/options.hpp"
 
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 
 #include "bsp/flight/stage_set.hpp"
+#include "bsp/linux/image_sources.hpp"
 #include "bsp/linux/nearest_word.hpp"
+#include "fsw/base/text.hpp"
 
 namespace ilp {
 
-const char* const usage =
-    "usage: ilp-onboard (--index FILE | --v4l2 DEVICE[,SETTING...] | --y4m FILE|-)\n"
+namespace {
+
+constexpr const char* usage_of_flight =
     "                   [--camera \"W H FX FY CX CY [K1 K2 P1 P2]\" | --size WxH] --store STORE [--stages head,...]\n"
     "                   (--outbox DIR --acknowledgements DIR [--virtual-time] |\n"
     "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
@@ -21,11 +25,8 @@ const char* const usage =
     "                   [--worker thread|inline] [--lock-lease SECONDS] [--trap-heap]\n"
     "       ilp-onboard --stages STAGE,... --store STORE [--mission FILE.ini] [--priority N] [--lock-lease SECONDS]\n"
     "                   [--trap-heap]\n"
-    "       ilp-onboard --memory-map | --version | --help\n"
-    "  --index         a recorded strip: one line `time_ns file.pgm [altitude_m]` per frame\n"
-    "  --v4l2          a video device, such as /dev/video0; settings: format=NAME rate=HZ input=N exposure_us=N\n"
-    "                  gain=N stamp_delay_us=N (docs/onboard.md)\n"
-    "  --y4m           a YUV4MPEG2 stream, - for standard input; times follow from the frame rate of the stream\n"
+    "       ilp-onboard --memory-map | --version | --help\n";
+constexpr const char* help_of_options =
     "  --camera        intrinsics in px, pixel centres at integers, Brown distortion; without it, the flight goes on\n"
     "                  with the camera on record, or begins with a nominal one if [calibration] camera_known = false\n"
     "  --size          size of the source's pictures in px, where no --camera says it and the source cannot; larger\n"
@@ -56,21 +57,30 @@ const char* const usage =
     "                  it is started again: 10 s by default (docs/several-machines.md)\n"
     "  --trap-heap     abort on any allocation after start-up\n";
 
-namespace {
-
 /// Camera, links and clock belong to the head.
 bool joins_only(const Options& options) {
-  const bool of_the_head = options.index != nullptr || options.v4l2 != nullptr || options.y4m != nullptr ||
-                           options.camera != nullptr || options.size != nullptr || options.outbox != nullptr ||
-                           options.links.any() || options.navigation != nullptr || options.navigation_udp != nullptr ||
-                           options.virtual_time || options.mission_epoch || options.fly_on || options.key != nullptr ||
-                           options.without_authentication || options.acknowledgements != nullptr ||
-                           options.watchdog != nullptr || options.state != nullptr || options.compute != nullptr ||
-                           options.worker != nullptr;
+  const bool of_the_head = options.source != nullptr || options.camera != nullptr || options.size != nullptr ||
+                           options.outbox != nullptr || options.links.any() || options.navigation != nullptr ||
+                           options.navigation_udp != nullptr || options.virtual_time || options.mission_epoch ||
+                           options.fly_on || options.key != nullptr || options.without_authentication ||
+                           options.acknowledgements != nullptr || options.watchdog != nullptr ||
+                           options.state != nullptr || options.compute != nullptr || options.worker != nullptr;
   return !of_the_head && options.store != nullptr && std::strcmp(options.store, "memory") != 0;
 }
 
 }  // namespace
+
+void print_usage() {
+  const char* before = "usage: ilp-onboard (";
+  for (const ImageSourceKind& kind : ImageSources::kinds) {
+    std::printf("%s%s %s", before, kind.option, kind.value);
+    before = " | ";
+  }
+  std::fputs(")\n", stdout);
+  std::fputs(usage_of_flight, stdout);
+  for (const ImageSourceKind& kind : ImageSources::kinds) std::fputs(kind.help, stdout);
+  std::fputs(help_of_options, stdout);
+}
 
 bool is_server(const char* store) {
   return std::strncmp(store, "postgresql://", 13) == 0 || std::strncmp(store, "postgres://", 11) == 0;
@@ -102,10 +112,7 @@ bool refuse(CommandLineFault& fault, const char* word, const char* reason) {
 
 /// Reads the words into `options`, each by itself.
 bool read_words(int argc, char** argv, Options& options, CommandLineFault& fault) {
-  const Text texts[] = {{"--index", &options.index},
-                        {"--v4l2", &options.v4l2},
-                        {"--y4m", &options.y4m},
-                        {"--camera", &options.camera},
+  const Text texts[] = {{"--camera", &options.camera},
                         {"--size", &options.size},
                         {"--navigation", &options.navigation},
                         {"--navigation-udp", &options.navigation_udp},
@@ -146,8 +153,19 @@ bool read_words(int argc, char** argv, Options& options, CommandLineFault& fault
       *text.to = argv[++i];
       known = true;
     }
+    for (const ImageSourceKind& kind : ImageSources::kinds) {
+      if (known || std::strcmp(argv[i], kind.option) != 0) continue;
+      if (i + 1 == argc) return refuse(fault, argv[i], "needs a value");
+      if (options.source_kind != nullptr && options.source_kind != &kind) {
+        return refuse(fault, argv[i], "does not go with another source of images");
+      }
+      options.source_kind = &kind;
+      options.source = argv[++i];
+      known = true;
+    }
     if (known) continue;
     NearestWord nearest(argv[i]);
+    for (const ImageSourceKind& kind : ImageSources::kinds) nearest.offer(kind.option);
     for (const Flag& flag : flags) nearest.offer(flag.name);
     for (const Text& text : texts) nearest.offer(text.name);
     fault = {argv[i], "is no option", nearest.found()};
@@ -167,11 +185,15 @@ bool check_links(const Options& options, CommandLineFault& fault) {
 
 /// There is one source of images, and a camera runs in real time.
 bool check_images(const Options& options, CommandLineFault& fault) {
-  const bool recorded = options.index != nullptr, video = options.v4l2 != nullptr, stream = options.y4m != nullptr;
-  if (recorded + video + stream != 1) {
-    return refuse(fault, "--index, --v4l2 or --y4m", "is needed: one of them, and one only");
+  static FixedText<128> names;
+  if (options.source == nullptr) {
+    for (const ImageSourceKind& kind : ImageSources::kinds)
+      names.add(&kind == ImageSources::kinds ? "" : ", ").add(kind.option);
+    return refuse(fault, names.c_str(), "are the sources of images: one is needed");
   }
-  if (video && options.virtual_time) return refuse(fault, "--virtual-time", "does not go with --v4l2");
+  if (options.source_kind->needs_real_time && options.virtual_time) {
+    return refuse(fault, options.source_kind->option, "does not go with --virtual-time");
+  }
   return options.camera == nullptr || options.size == nullptr || refuse(fault, "--size", "does not go with --camera");
 }
 

@@ -2,14 +2,14 @@
 #pragma once
 
 #include "bsp/flight/packet_links.hpp"
+#include "bsp/linux/image_source.hpp"
 #include "fsw/base/geometry.hpp"
 
 namespace ilp {
 
 struct Options {
-  const char* index = nullptr;
-  const char* v4l2 = nullptr;
-  const char* y4m = nullptr;
+  const ImageSourceKind* source_kind = nullptr;
+  const char* source = nullptr;  ///< value of its option
   const char* camera = nullptr;
   const char* size = nullptr;
   const char* navigation = nullptr;      ///< file
@@ -44,7 +44,7 @@ struct CommandLineFault {
   const char* nearest = nullptr;  ///< the option whose spelling is nearest, where `word` is none
 };
 
-extern const char* const usage;
+void print_usage();
 
 /// Whether `store` is the address of a PostgreSQL server.
 [[nodiscard]] bool is_server(const char* store);

@@ -508,9 +508,13 @@ TEST(OnboardTest, AWrongOptionIsNamedWithTheNearestOne) {
   expect({"--index", "a", "--outbox", "b", "--acknowledgements", "c"}, "--store is missing");
   expect({"--store", "memory", "--index", "a"}, "--outbox is missing, and no link is stated");
   expect({"--store", "memory", "--outbox", "b", "--acknowledgements", "c"},
-         "--index, --v4l2 or --y4m is needed: one of them, and one only");
+         "--index, --v4l2, --y4m are the sources of images: one is needed");
+  expect({"--store", "memory", "--index", "a", "--y4m", "b"}, "--y4m does not go with another source of images");
+  expect({"--store", "memory", "--virtual-time", "--outbox", "b", "--acknowledgements", "c", "--v4l2", "d"},
+         "--v4l2 does not go with --virtual-time");
   const test::ProgramResult help = test::run_program({ILP_ONBOARD, "--help"});
   EXPECT_EQ(help.exit_status, 0);
+  EXPECT_NE(help.output.find("(--index FILE | --v4l2 DEVICE[,SETTING...] | --y4m FILE|-)"), std::string::npos);
   EXPECT_NE(help.output.find("--acknowledgements DIR"), std::string::npos);
 }
 

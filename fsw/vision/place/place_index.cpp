@@ -225,69 +225,92 @@ Status PlaceIndex::remove(std::size_t slot) {
   return {};
 }
 
+void PlaceIndex::collect(const PlaceFeature& feature, std::size_t word, std::int64_t excluding_from_id,
+                         PlaceQueryWorkspace& w) const {
+  const std::uint64_t signature = feature.descriptor[0] | std::uint64_t{feature.descriptor[1]} << 32;
+  for (std::uint32_t e = word_begin_[word]; e < word_begin_[word + std::size_t{1}]; ++e) {
+    const Entry& entry = entries_[e];
+    const std::uint64_t other = entry.signature[0] | std::uint64_t{entry.signature[1]} << 32;
+    const int distance = count_ones(signature ^ other);
+    if (distance > max_signature_bits || feature.level > entry.level + max_level_step ||
+        entry.level > feature.level + max_level_step)
+      continue;
+    if (!holds(entry.slot) || keyframes_[entry.slot] >= excluding_from_id) continue;
+    // When there is no room for more, the feature tells next to nothing.
+    (void)w.alike.push_back({e, distance});
+  }
+}
+
+void PlaceIndex::collect(const PlaceFeature& feature, std::int64_t excluding_from_id, PlaceQueryWorkspace& w) const {
+  w.alike.clear();
+  if (!has_vocabulary()) return collect(feature, 0, excluding_from_id, w);
+  const std::size_t longest = std::max(min_long_list, max_list_ratio * entry_count_ / limits::place_vocabulary);
+  for (const std::uint16_t word : nearest_words(feature)) {
+    if (word_begin_[word + std::size_t{1}] - word_begin_[word] <= longest) {
+      collect(feature, word, excluding_from_id, w);
+    }
+  }
+}
+
+void PlaceIndex::vote(const PlaceFeature& feature, PlaceQueryWorkspace& w) const {
+  // What is found in many places tells little of any.
+  const double rarity = 1 / std::sqrt(1.0 + static_cast<double>(w.alike.size()));
+  for (const PlaceQueryWorkspace::Alike& alike : w.alike) {
+    const Entry& entry = entries_[alike.entry];
+    const auto step = static_cast<std::size_t>(feature.level - entry.level + max_level_step);
+    const auto rotation = static_cast<std::uint8_t>(feature.angle - entry.angle);
+    std::uint16_t& votes = w.votes[entry.slot][step][rotation / (256 / PlaceQueryWorkspace::rotations)];
+    const int nearness = max_signature_bits + 2 - alike.distance;
+    votes = static_cast<std::uint16_t>(std::min(votes + static_cast<int>(rarity * nearness * nearness), most_votes));
+  }
+}
+
+namespace {
+
+/// The most votes for one rotation, which may lie between two of them, and one step of levels.
+int most_for_one_view(const PlaceQueryWorkspace::PlaceVotes& votes) {
+  int most = 0;
+  for (std::size_t step = 0; step < PlaceQueryWorkspace::level_steps; ++step) {
+    for (std::size_t r = 0; r < PlaceQueryWorkspace::rotations; ++r) {
+      most = std::max(most, votes[step][r] + votes[step][(r + 1) % PlaceQueryWorkspace::rotations]);
+    }
+  }
+  return most;
+}
+
+/// Candidates are in order of their votes, the earlier slot first.
+void insert_by_votes(const PlaceCandidate& candidate, PlaceCandidates& best) {
+  if (best.full()) {
+    if (best.back().votes >= candidate.votes) return;
+    best.pop_back();
+  }
+  std::size_t at = best.size();
+  if (!best.push_back(candidate)) return;
+  for (; at > 0 && best[at - 1].votes < candidate.votes; --at) best[at] = best[at - 1];
+  best[at] = candidate;
+}
+
+}  // namespace
+
+void PlaceIndex::rank(const PlaceQueryWorkspace& w, PlaceCandidates& best) const {
+  for (std::size_t slot = 0; slot < limits::max_places; ++slot) {
+    if (taken_[slot] == 0) continue;
+    const int most = most_for_one_view(w.votes[slot]);
+    if (most > 0)
+      insert_by_votes({keyframes_[slot], static_cast<std::uint16_t>(slot), static_cast<std::uint16_t>(most)}, best);
+  }
+}
+
 Status PlaceIndex::query(std::span<const PlaceFeature> features, std::int64_t excluding_from_id, PlaceQueryWorkspace& w,
                          PlaceCandidates& best) const {
   best.clear();
   ILP_ASSERT(lists_are_sound(), entry_count_);
-  const std::size_t longest = std::max(min_long_list, max_list_ratio * entry_count_ / limits::place_vocabulary);
   std::memset(&w.votes, 0, sizeof w.votes);
-
-  const auto collect = [&](const PlaceFeature& feature, std::size_t word) {
-    const std::uint64_t signature = feature.descriptor[0] | std::uint64_t{feature.descriptor[1]} << 32;
-    for (std::uint32_t e = word_begin_[word]; e < word_begin_[word + std::size_t{1}]; ++e) {
-      const Entry& entry = entries_[e];
-      const std::uint64_t other = entry.signature[0] | std::uint64_t{entry.signature[1]} << 32;
-      const int distance = count_ones(signature ^ other);
-      if (distance > max_signature_bits || feature.level > entry.level + max_level_step ||
-          entry.level > feature.level + max_level_step)
-        continue;
-      if (!holds(entry.slot) || keyframes_[entry.slot] >= excluding_from_id) continue;
-      // When there is no room for more, the feature tells next to nothing.
-      (void)w.alike.push_back({e, distance});
-    }
-  };
   for (const PlaceFeature& feature : features) {
-    w.alike.clear();
-    if (has_vocabulary()) {
-      for (const std::uint16_t word : nearest_words(feature)) {
-        if (word_begin_[word + std::size_t{1}] - word_begin_[word] <= longest) collect(feature, word);
-      }
-    } else {
-      collect(feature, 0);
-    }
-    // What is found in many places tells little of any.
-    const double rarity = 1 / std::sqrt(1.0 + static_cast<double>(w.alike.size()));
-    for (const PlaceQueryWorkspace::Alike& alike : w.alike) {
-      const Entry& entry = entries_[alike.entry];
-      const auto step = static_cast<std::size_t>(feature.level - entry.level + max_level_step);
-      const auto rotation = static_cast<std::uint8_t>(feature.angle - entry.angle);
-      std::uint16_t& votes = w.votes[entry.slot][step][rotation / (256 / PlaceQueryWorkspace::rotations)];
-      const int nearness = max_signature_bits + 2 - alike.distance;
-      votes = static_cast<std::uint16_t>(std::min(votes + static_cast<int>(rarity * nearness * nearness), most_votes));
-    }
+    collect(feature, excluding_from_id, w);
+    vote(feature, w);
   }
-
-  for (std::size_t slot = 0; slot < limits::max_places; ++slot) {
-    if (taken_[slot] == 0) continue;
-    const auto& votes = w.votes[slot];
-    int most = 0;
-    for (std::size_t step = 0; step < PlaceQueryWorkspace::level_steps; ++step) {
-      for (std::size_t r = 0; r < PlaceQueryWorkspace::rotations; ++r) {
-        // A true rotation may lie between two of them.
-        most = std::max(most, votes[step][r] + votes[step][(r + 1) % PlaceQueryWorkspace::rotations]);
-      }
-    }
-    if (most == 0) continue;
-    const PlaceCandidate candidate{keyframes_[slot], static_cast<std::uint16_t>(slot),
-                                   static_cast<std::uint16_t>(most)};
-    const auto worse = [](const PlaceCandidate& p, const PlaceCandidate& q) { return p.votes < q.votes; };
-    if (best.full() && !worse(best.back(), candidate)) continue;
-    if (best.full()) best.pop_back();
-    std::size_t at = best.size();
-    if (!best.push_back(candidate)) continue;
-    for (; at > 0 && worse(best[at - 1], candidate); --at) best[at] = best[at - 1];
-    best[at] = candidate;
-  }
+  rank(w, best);
   return {};
 }
 

@@ -25,7 +25,8 @@ using PlaceCandidates = FixedVector<PlaceCandidate, limits::max_place_candidates
 struct PlaceQueryWorkspace {
   static constexpr std::size_t rotations = 16;
   static constexpr std::size_t level_steps = 2 * place_levels - 3;  ///< the two largest differences are not counted
-  std::array<std::array<std::array<std::uint16_t, rotations>, level_steps>, limits::max_places> votes;
+  using PlaceVotes = std::array<std::array<std::uint16_t, rotations>, level_steps>;
+  std::array<PlaceVotes, limits::max_places> votes;
   struct Alike {
     std::uint32_t entry;
     std::int32_t distance;  ///< bits of the signatures
@@ -89,6 +90,12 @@ class PlaceIndex {
   [[nodiscard]] bool lists_are_sound() const;
   [[nodiscard]] std::uint16_t nearest_word(const Descriptor& descriptor) const;
   [[nodiscard]] NearestWords nearest_words(const PlaceFeature& feature) const;
+  // The steps of a query for one feature: the entries that look like it, and what they say; then the best places.
+  void collect(const PlaceFeature& feature, std::int64_t excluding_from_id, PlaceQueryWorkspace& w) const;
+  void collect(const PlaceFeature& feature, std::size_t word, std::int64_t excluding_from_id,
+               PlaceQueryWorkspace& w) const;
+  void vote(const PlaceFeature& feature, PlaceQueryWorkspace& w) const;
+  void rank(const PlaceQueryWorkspace& w, PlaceCandidates& best) const;
   void insert_entries(std::span<NewEntry> added);
   void take_words(std::size_t slot, std::size_t kept);
   void sort_first_entries();
