@@ -20,7 +20,7 @@ template <typename... Components>
 struct ComponentList {
   static constexpr bool has_each_row_once() {
     std::array<int, stage_count> components{};
-    (++components[static_cast<std::size_t>(Components::component_id)], ...);
+    (++components[place_of(Components::component_id)], ...);
     for (const int count : components) {
       if (count != 1) return false;
     }
@@ -31,15 +31,13 @@ struct ComponentList {
   /// The components in the order in which the executive calls them.
   static std::array<Component*, stage_count> in_order(Components&... components) {
     std::array<Component*, stage_count> table{};
-    ((table[static_cast<std::size_t>(Components::component_id)] = &components), ...);
+    ((table[place_of(Components::component_id)] = &components), ...);
     return table;
   }
 
   static constexpr std::array<MemoryRegion, stage_count> memory() {
     std::array<MemoryRegion, stage_count> table{};
-    ((table[static_cast<std::size_t>(Components::component_id)] = {stage_of(Components::component_id).name,
-                                                                   sizeof(Components)}),
-     ...);
+    ((table[place_of(Components::component_id)] = {stage_of(Components::component_id).name, sizeof(Components)}), ...);
     return table;
   }
 

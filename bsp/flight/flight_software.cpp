@@ -22,7 +22,7 @@ std::array<std::remove_const_t<T>, stage_count> chosen(std::span<T, stage_count>
   std::array<std::remove_const_t<T>, stage_count> some{};
   std::size_t count = 0;
   for (std::size_t i = 0; i < stage_count; ++i) {
-    if ((stages >> i & 1U) != 0) some[count++] = all[i];
+    if (has_stage(stages, schedule[i].component)) some[count++] = all[i];
   }
   return some;
 }

@@ -68,7 +68,7 @@ class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
   Status write_values(const ReportInfo& report, ByteWriter& out);
   Status package_status(PackageStatus& status);
   [[nodiscard]] LinkCounts link_counts() const;
-  Status health(std::size_t component, ComponentHealth& values);
+  Status health(ComponentId component, ComponentHealth& values);
   Status next_node(NodeRecord& node, NodeHealth& values);
 
   Tables store_;

@@ -37,7 +37,7 @@ class Replay {
     make();
     for (std::size_t i = 0; i < flight_.events.size(); ++i) {
       const Event& event = flight_.events[i];
-      const bool own = event.stage == static_cast<std::size_t>(stage_);
+      const bool own = event.stage == place_of(stage_);
       if (event.kind == Event::Kind::commit) {
         if (own) continue;
         ASSERT_TRUE(apply_writes(ram_, event.writes).ok());
@@ -58,7 +58,7 @@ class Replay {
 
  private:
   [[nodiscard]] bool is_own_commit(const Event& event) const {
-    return event.kind == Event::Kind::commit && event.stage == static_cast<std::size_t>(stage_);
+    return event.kind == Event::Kind::commit && event.stage == place_of(stage_);
   }
 
   void call(Event::Kind kind, bool writes) {
