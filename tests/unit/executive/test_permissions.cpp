@@ -52,8 +52,7 @@ constexpr bool as_in_its_row() {
 template <std::size_t... numbers>
 constexpr bool all_as_in_their_rows(std::index_sequence<numbers...>) {
   bool all = true;
-#define RECORD(number, record, name, description) \
-  all = all && (as_in_its_row<schedule[numbers].component, record>() && ...);
+#define RECORD(number, record, name, ...) all = all && (as_in_its_row<schedule[numbers].component, record>() && ...);
 #include "fsw/records/records.inc"
   return all;
 }
