@@ -34,7 +34,10 @@ struct TelemetrySources {
 class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
  public:
   TelemetryReporter(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
-                    const MissionParameters& mission, TelemetrySources sources = {});
+                    const MissionParameters& mission);
+
+  /// Call it before restore().
+  void report_on(TelemetrySources sources) { sources_ = sources; }
 
   Status restore() override;
   StepResult step() override;
