@@ -9,25 +9,27 @@
 
 namespace ilp {
 
+/// The number of a component on the link and in stores (tests/unit/cfg/numbers.txt). No component gets a number that
+/// another one has had.
 enum class ComponentId : std::uint8_t {
-  telecommander,
-  capture_clock,
-  acquisition,
-  overlap_checker,
-  camera_calibrator,
-  structure_and_motion,
-  dense_matcher,
-  richness_scorer,
-  compressor,
-  storage_manager,
-  downlink,
-  file_delivery,
-  telecommand_guard,
-  telemetry,
-  scrubber,
-  navigator,
-  place_memory,
-  count
+  none,  ///< the executive, or the start of the flight
+  telecommander = 1,
+  capture_clock = 2,
+  acquisition = 3,
+  overlap_checker = 4,
+  camera_calibrator = 5,
+  structure_and_motion = 6,
+  dense_matcher = 7,
+  richness_scorer = 8,
+  compressor = 9,
+  storage_manager = 10,
+  downlink = 11,
+  file_delivery = 12,
+  telecommand_guard = 13,
+  telemetry = 14,
+  scrubber = 15,
+  navigator = 16,
+  place_memory = 17,
 };
 
 /// What happens to a checkpoint whose state has another layout or size than this build's.
@@ -52,7 +54,7 @@ struct StateLayout {
 /// A component of the flight. Everything else about it follows from its row: its place in the order and its time, its
 /// part of the store (which the compiler enforces, fsw/executive/stage_component.hpp), its checkpoints and its pages.
 struct Stage {
-  ComponentId component = ComponentId::count;
+  ComponentId component = ComponentId::none;
   const char* name = "";
   const char* page = "";   ///< folder of fsw whose design.md describes it
   RecordMask wakes = 0;    ///< a change of these tables wakes it
@@ -85,6 +87,7 @@ using enum RecordType;
 
 inline constexpr RecordMask every_table = mask_of(count) - 1;
 
+// In the order in which data flow, which is the order of steps.
 inline constexpr Stage rows[] = {
     // The first stages are driven by time, so that a command takes effect within the same minor frame.
     {.component = ComponentId::telecommander,
@@ -129,6 +132,17 @@ inline constexpr Stage rows[] = {
      .budget_ns = 20 * ns_per_ms,
      .step_memory = true,
      .state = {.number = 2}},
+    // Driven by time, because the vehicle's measurements arrive at any time.
+    {.component = ComponentId::navigator,
+     .name = "navigator",
+     .page = "navigation",
+     .wakes = mask_of(keyframe, pose),
+     .reads = mask_of(keyframe, pose),
+     .writes = mask_of(navigation, strip_frame),
+     .period = 1,
+     .budget_ns = 10 * ns_per_ms,
+     .state = {.number = 1, .old = OldState::dropped},
+     .runs_on = RunsOn::head},
     // Finds an unknown camera; afterwards it checks each strip against the camera.
     {.component = ComponentId::camera_calibrator,
      .name = "camera_calibrator",
@@ -156,6 +170,18 @@ inline constexpr Stage rows[] = {
      .writes = mask_of(depth),
      .budget_ns = 50 * ns_per_ms,
      .state = {.number = 3}},
+    // Between a keyframe's depth and everything that is made of its mask.
+    {.component = ComponentId::place_memory,
+     .name = "place_memory",
+     .page = "places",
+     .wakes = mask_of(depth, setting),
+     .reads = mask_of(keyframe, frame, camera, pose),
+     .writes = mask_of(place, link, tie),
+     .changes = mask_of(depth),
+     .erases = mask_of(place),
+     .budget_ns = 50 * ns_per_ms,
+     .step_memory = true,
+     .state = {.number = 2}},
     {.component = ComponentId::richness_scorer,
      .name = "richness_scorer",
      .page = "products",
@@ -222,6 +248,15 @@ inline constexpr Stage rows[] = {
      .budget_ns = 5 * ns_per_ms,
      .state = {.number = 1},
      .runs_on = RunsOn::head},
+    // Reads through what is stored and what is in memory, a little at a time.
+    {.component = ComponentId::scrubber,
+     .name = "scrubber",
+     .page = "storage",
+     .reads = every_table,
+     .period = 10,
+     .budget_ns = 10 * ns_per_ms,
+     .state = {.number = 1, .old = OldState::dropped},
+     .runs_on = RunsOn::head},
     // It runs after all other stages, so that its reports contain the results of the minor frame.
     {.component = ComponentId::telemetry,
      .name = "telemetry",
@@ -233,52 +268,38 @@ inline constexpr Stage rows[] = {
      .budget_ns = 10 * ns_per_ms,
      .state = {.number = 2, .old = OldState::dropped},
      .runs_on = RunsOn::head},
-    // Reads through what is stored and what is in memory, a little at a time.
-    {.component = ComponentId::scrubber,
-     .name = "scrubber",
-     .page = "storage",
-     .reads = every_table,
-     .period = 10,
-     .budget_ns = 10 * ns_per_ms,
-     .state = {.number = 1, .old = OldState::dropped},
-     .runs_on = RunsOn::head},
-    // Driven by time, because the vehicle's measurements arrive at any time.
-    {.component = ComponentId::navigator,
-     .name = "navigator",
-     .page = "navigation",
-     .wakes = mask_of(keyframe, pose),
-     .reads = mask_of(keyframe, pose),
-     .writes = mask_of(navigation, strip_frame),
-     .period = 1,
-     .budget_ns = 10 * ns_per_ms,
-     .state = {.number = 1, .old = OldState::dropped},
-     .runs_on = RunsOn::head},
-    // Between a keyframe's depth and everything that is made of its mask.
-    {.component = ComponentId::place_memory,
-     .name = "place_memory",
-     .page = "places",
-     .wakes = mask_of(depth, setting),
-     .reads = mask_of(keyframe, frame, camera, pose),
-     .writes = mask_of(place, link, tie),
-     .changes = mask_of(depth),
-     .erases = mask_of(place),
-     .budget_ns = 50 * ns_per_ms,
-     .step_memory = true,
-     .state = {.number = 2}},
 };
 }  // namespace stage_rows
 
 inline constexpr auto& schedule = stage_rows::rows;
 
 inline constexpr std::size_t stage_count = sizeof(schedule) / sizeof(schedule[0]);
-static_assert(stage_count == static_cast<std::size_t>(ComponentId::count), "every component has one stage");
-constexpr bool schedule_in_order() {
-  for (std::size_t i = 0; i < stage_count; ++i) {
-    if (static_cast<std::size_t>(schedule[i].component) != i) return false;
+/// The greatest number of a component.
+inline constexpr std::size_t component_numbers = [] {
+  ComponentId greatest = ComponentId::none;
+  for (const Stage& stage : schedule) greatest = stage.component > greatest ? stage.component : greatest;
+  return static_cast<std::size_t>(greatest);
+}();
+
+/// Null where no component has this number.
+[[nodiscard]] constexpr const Stage* find_stage(std::uint64_t number) {
+  for (const Stage& stage : schedule) {
+    if (static_cast<std::uint64_t>(stage.component) == number && number != 0) return &stage;
   }
-  return true;
+  return nullptr;
 }
-static_assert(schedule_in_order(), "a component's number is its place in the schedule");
+[[nodiscard]] constexpr const char* component_name(std::uint64_t number) {
+  const Stage* const stage = find_stage(number);
+  return stage == nullptr ? "package" : stage->name;
+}
+static_assert(
+    [] {
+      for (const Stage& stage : schedule) {
+        if (find_stage(static_cast<std::uint64_t>(stage.component)) != &stage) return false;
+      }
+      return true;
+    }(),
+    "two rows have the same number, or one has none");
 
 /// The head, and a process for every other stage.
 inline constexpr std::size_t most_nodes = [] {
@@ -288,7 +309,11 @@ inline constexpr std::size_t most_nodes = [] {
 }();
 
 [[nodiscard]] constexpr const Stage& stage_of(ComponentId component) {
-  return schedule[static_cast<std::size_t>(component)];
+  return *find_stage(static_cast<std::uint64_t>(component));
+}
+/// Where its row stands.
+[[nodiscard]] constexpr std::size_t place_of(ComponentId component) {
+  return static_cast<std::size_t>(&stage_of(component) - schedule);
 }
 
 }  // namespace ilp

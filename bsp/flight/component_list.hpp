@@ -1,12 +1,23 @@
-// Follows from the rows of the schedule for an assembled flight: the order of its components, the checkpoints that a
-// store must have, and the memory of each component.
+// Follows from the rows of the schedule for an assembled flight: the components and their order, the memory that they
+// share within a step, the checkpoints that a store must have, and the memory of each component.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <span>
+#include <type_traits>
+#include <utility>
 
+#include "cfg/mission.hpp"
 #include "fsw/executive/component.hpp"
+#include "fsw/packets/packet_router.hpp"
+#include "fsw/packets/telemetry_writer.hpp"
 #include "fsw/shared/checkpoint.hpp"
+#include "fsw/shared/step_memory.hpp"
+#include "hal/camera/camera.hpp"
+#include "hal/clock/clock.hpp"
+#include "hal/link/link.hpp"
+#include "hal/store/store.hpp"
 
 namespace ilp {
 
@@ -17,10 +28,10 @@ struct MemoryRegion {
 
 /// One type for each row of the schedule, in any order.
 template <typename... Components>
-struct ComponentList {
+class ComponentList {
   static constexpr bool has_each_row_once() {
     std::array<int, stage_count> components{};
-    (++components[static_cast<std::size_t>(Components::component_id)], ...);
+    (++components[place_of(Components::component_id)], ...);
     for (const int count : components) {
       if (count != 1) return false;
     }
@@ -28,18 +39,74 @@ struct ComponentList {
   }
   static_assert(has_each_row_once(), "a row of the schedule has no component, or has two");
 
-  /// The components in the order in which the executive calls them.
-  static std::array<Component*, stage_count> in_order(Components&... components) {
-    std::array<Component*, stage_count> table{};
-    ((table[static_cast<std::size_t>(Components::component_id)] = &components), ...);
-    return table;
+  template <typename C>
+  struct Holder {
+    C component;
+  };
+
+ public:
+  using SharedMemory = StepMemory<Components...>;
+
+  /// What components are made of. `camera` and `link` may be null where no component takes them.
+  struct Parts {
+    Store& stored;   ///< without a cache
+    Store& at_hand;  ///< the same records, with images at hand
+    Clock& clock;
+    MissionParameters& mission;
+    SharedMemory& step_memory;
+    PacketRouter& router;
+    TelemetryWriter& writer;
+    Camera* camera = nullptr;
+    Link* link = nullptr;
+  };
+
+  /// A component whose constructor takes a store and then, in any order, parts of these types. Only the scrubber reads
+  /// what is stored in any case.
+  template <typename C>
+  static C made_of(const Parts& parts) {
+    Store& store = C::component_id == ComponentId::scrubber ? parts.stored : parts.at_hand;
+    const Part part{parts};
+    if constexpr (std::is_constructible_v<C, Store&, Part, Part, Part, Part>) {
+      return C(store, part, part, part, part);
+    } else if constexpr (std::is_constructible_v<C, Store&, Part, Part, Part>) {
+      return C(store, part, part, part);
+    } else if constexpr (std::is_constructible_v<C, Store&, Part, Part>) {
+      return C(store, part, part);
+    } else {
+      return C(store, part);
+    }
   }
+
+  /// Calls `each` for every type.
+  template <typename Each>
+  static void for_each(Each each) {
+    (each.template operator()<Components>(), ...);
+  }
+
+  /// The components of one flight.
+  class Set : Holder<Components>... {
+   public:
+    explicit Set(const Parts& parts) : Holder<Components>{made_of<Components>(parts)}... {}
+
+    template <typename C>
+    [[nodiscard]] C& get() {
+      return static_cast<Holder<C>&>(*this).component;
+    }
+    template <typename C>
+    [[nodiscard]] const C& get() const {
+      return static_cast<const Holder<C>&>(*this).component;
+    }
+    /// In the order in which the executive calls them.
+    std::array<Component*, stage_count> in_order() {
+      std::array<Component*, stage_count> table{};
+      ((table[place_of(Components::component_id)] = &get<Components>()), ...);
+      return table;
+    }
+  };
 
   static constexpr std::array<MemoryRegion, stage_count> memory() {
     std::array<MemoryRegion, stage_count> table{};
-    ((table[static_cast<std::size_t>(Components::component_id)] = {stage_of(Components::component_id).name,
-                                                                   sizeof(Components)}),
-     ...);
+    ((table[place_of(Components::component_id)] = {stage_of(Components::component_id).name, sizeof(Components)}), ...);
     return table;
   }
 
@@ -56,6 +123,23 @@ struct ComponentList {
   }
 
  private:
+  /// An argument of a constructor: it becomes the part that has the argument's type.
+  struct Part {
+    const Parts& parts;
+    // NOLINTBEGIN(google-explicit-constructor): becoming these is all that it does.
+    operator Clock&() const { return parts.clock; }
+    operator MissionParameters&() const { return parts.mission; }
+    operator PacketRouter&() const { return parts.router; }
+    operator TelemetryWriter&() const { return parts.writer; }
+    operator Camera&() const { return *parts.camera; }
+    operator Link&() const { return *parts.link; }
+    template <typename... Types>
+    operator StepScratch<Types...>() const {
+      return parts.step_memory;
+    }
+    // NOLINTEND(google-explicit-constructor)
+  };
+
   template <typename C>
   static constexpr void add_forms(std::array<const CheckpointForm*, 2 * stage_count>& table, std::size_t& count) {
     constexpr const StateLayout& state = stage_of(C::component_id).state;

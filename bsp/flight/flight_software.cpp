@@ -11,18 +11,13 @@
 namespace ilp {
 namespace {
 
-using FlightComponents =
-    ComponentList<Telecommander, CaptureClock, Acquisition, OverlapChecker, CameraCalibrator, StructureAndMotion,
-                  DenseMatcher, RichnessScorer, Compressor, StorageManager, Downlink, FileDelivery, TelecommandGuard,
-                  TelemetryReporter, Scrubber, Navigator, PlaceMemory>;
-
 /// Those of a table with one element for each stage that belong to `stages`, in the same order.
 template <typename T>
 std::array<std::remove_const_t<T>, stage_count> chosen(std::span<T, stage_count> all, StageMask stages) {
   std::array<std::remove_const_t<T>, stage_count> some{};
   std::size_t count = 0;
   for (std::size_t i = 0; i < stage_count; ++i) {
-    if ((stages >> i & 1U) != 0) some[count++] = all[i];
+    if (has_stage(stages, schedule[i].component)) some[count++] = all[i];
   }
   return some;
 }
@@ -41,28 +36,17 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
       mission_(mission),
       configuration_(configuration),
       telemetry_writer_(router, clock, mission),
-      telecommander_(steps_, router, telemetry_writer_, clock, mission),
-      capture_clock_(steps_, camera, clock, mission),
-      acquisition_(images_, camera, clock, mission),
-      overlap_checker_(images_, mission, step_memory_),
-      camera_calibrator_(images_, mission, step_memory_),
-      structure_and_motion_(images_, mission, step_memory_),
-      dense_matcher_(images_, mission),
-      richness_scorer_(images_, mission, step_memory_),
-      compressor_(images_, mission, step_memory_),
-      storage_manager_(images_, mission, step_memory_),
       delivery_queue_(steps_, clock, mission, step_memory_),
-      downlink_(steps_, router.present() ? static_cast<Link&>(delivery_queue_) : link, clock, mission, step_memory_),
-      file_delivery_(steps_, router, clock, mission),
-      telecommand_guard_(steps_, router, clock),
-      telemetry_(steps_, router, telemetry_writer_, clock, mission, {&executive_, &file_delivery_.counts()}),
-      scrubber_(steps_, clock, mission),
-      navigator_(steps_, clock, mission),
-      place_memory_(images_, mission, step_memory_),
-      components_(FlightComponents::in_order(telecommander_, capture_clock_, acquisition_, overlap_checker_,
-                                             camera_calibrator_, structure_and_motion_, dense_matcher_,
-                                             richness_scorer_, compressor_, storage_manager_, downlink_, file_delivery_,
-                                             telecommand_guard_, telemetry_, scrubber_, navigator_, place_memory_)),
+      stages_({.stored = steps_,
+               .at_hand = images_,
+               .clock = clock,
+               .mission = mission,
+               .step_memory = step_memory_,
+               .router = router,
+               .writer = telemetry_writer_,
+               .camera = &camera,
+               .link = router.present() ? &delivery_queue_ : &link}),
+      components_(stages_.in_order()),
       rows_here_(chosen(std::span(schedule), stages)),
       components_here_(chosen(std::span(components_), stages)),
       // The whole table is a constant of the program, which the scrubber watches.
@@ -74,14 +58,16 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
   if (stages != all_stages) executive_.share_flight();
   executive_.guard(mission_);
   executive_.watch_commits(steps_);
-  overlap_checker_.search_on(compute_.compute());
-  dense_matcher_.match_on(compute_.compute(), compute_.bands());
-  delivery_queue_.count_by(file_delivery_.backlog());
+  stages_.get<OverlapChecker>().search_on(compute_.compute());
+  stages_.get<DenseMatcher>().match_on(compute_.compute(), compute_.bands());
+  auto& delivery = stages_.get<FileDelivery>();
+  delivery_queue_.count_by(delivery.backlog());
   // There is room for it.
   static_cast<void>(executive_.keep_constant(delivery_queue_.constants()));
-  telecommander_.put_on_trial_by(configuration_);
-  telecommand_guard_.keep_in(configuration_.memory());
-  file_delivery_.number_by(configuration_.memory());
+  delivery.number_by(configuration_.memory());
+  stages_.get<Telecommander>().put_on_trial_by(configuration_);
+  stages_.get<TelecommandGuard>().keep_in(configuration_.memory());
+  stages_.get<TelemetryReporter>().report_on({&executive_, &delivery.counts()});
 }
 
 Status FlightSoftware::write_camera(const CameraRecord& camera) {
@@ -131,7 +117,7 @@ Status FlightSoftware::start(const CameraModel& camera) {
 }
 
 bool FlightSoftware::processed() const {
-  return acquisition_.ended() && executive_.idle();
+  return stages_.get<Acquisition>().ended() && executive_.idle();
 }
 
 std::span<const CheckpointForm* const> checkpoint_forms() {
@@ -144,7 +130,7 @@ constexpr auto regions = [] {
   constexpr MemoryRegion others[] = {
       {"images at hand", sizeof(ImageCache)},
       {"telemetry writer", sizeof(TelemetryWriter)},
-      {"memory of one step", sizeof(FlightSoftware::SharedStepMemory)},
+      {"memory of one step", sizeof(FlightComponents::SharedMemory)},
       {"compute jobs", sizeof(FlightCompute)},
       {"delivery_queue", sizeof(DeliveryQueue)},
       {"executive", sizeof(Executive)},

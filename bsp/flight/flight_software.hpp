@@ -6,41 +6,21 @@
 #include <cstddef>
 #include <span>
 
-#include "bsp/flight/component_list.hpp"
+#include "bsp/flight/flight_components.hpp"
 #include "bsp/flight/flight_compute.hpp"
 #include "bsp/flight/stage_set.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/commanding/configuration.hpp"
-#include "fsw/commanding/telecommand_guard.hpp"
-#include "fsw/commanding/telecommander.hpp"
 #include "fsw/downlink/delivery_queue.hpp"
-#include "fsw/downlink/downlink.hpp"
-#include "fsw/downlink/file_delivery.hpp"
 #include "fsw/executive/executive.hpp"
-#include "fsw/imaging/acquisition.hpp"
-#include "fsw/imaging/capture_clock.hpp"
-#include "fsw/imaging/overlap_checker.hpp"
-#include "fsw/motion/camera_calibrator.hpp"
-#include "fsw/motion/structure_and_motion.hpp"
-#include "fsw/navigation/navigator.hpp"
 #include "fsw/packets/packet_router.hpp"
 #include "fsw/packets/telemetry_writer.hpp"
-#include "fsw/places/place_memory.hpp"
-#include "fsw/products/compressor.hpp"
-#include "fsw/products/richness_scorer.hpp"
 #include "fsw/shared/image_cache.hpp"
-#include "fsw/storage/scrubber.hpp"
-#include "fsw/storage/storage_manager.hpp"
-#include "fsw/telemetry/telemetry.hpp"
-#include "fsw/terrain/dense_matcher.hpp"
 
 namespace ilp {
 
 class FlightSoftware {
  public:
-  using SharedStepMemory = StepMemory<OverlapChecker, CameraCalibrator, StructureAndMotion, RichnessScorer, Compressor,
-                                      StorageManager, Downlink, PlaceMemory>;
-
   /// `router` carries packets, and files too if they travel by CFDP; if it has no link, `link` carries whole files.
   /// Telecommands change `mission`. `configuration` is that of the mission and has begun with the store. Only the
   /// components of `stages` run; if these are not all, other processes run the rest over the same store.
@@ -57,29 +37,30 @@ class FlightSoftware {
   Executive& executive() { return executive_; }
 
   /// The vehicle's measurements. Call it before start(), if there are any.
-  void navigate_by(NavigationSource& source) { navigator_.navigate_by(source); }
+  void navigate_by(NavigationSource& source) { stages_.get<Navigator>().navigate_by(source); }
 
   /// What does the jobs of components that have some.
   FlightCompute& compute() { return compute_; }
   /// A device does jobs from now on, if it does them rightly. Call it before start().
-  Status accept(ComputeDevice& device) { return compute_.accept(device, dense_matcher_.spare_job()); }
+  Status accept(ComputeDevice& device) { return compute_.accept(device, stages_.get<DenseMatcher>().spare_job()); }
 
   /// What cannot be cut into steps is done by `worker` (docs/worker.md), not in a step. Call it before start().
-  void work_on(Worker& worker) { compressor_.work_on(worker); }
+  void work_on(Worker& worker) { stages_.get<Compressor>().work_on(worker); }
 
   /// Code and constants of the program, which never change. Call it before start().
-  void watch(ImageRegions image) { scrubber_.watch(image); }
+  void watch(ImageRegions image) { stages_.get<Scrubber>().watch(image); }
   /// Memory was damaged, or the worker is stuck, so that only a new process goes on.
   [[nodiscard]] bool restart_wanted() const {
-    return scrubber_.image_damaged() || executive_.restart_wanted() || compressor_.worker_stuck();
+    return stages_.get<Scrubber>().image_damaged() || executive_.restart_wanted() ||
+           stages_.get<Compressor>().worker_stuck();
   }
 
   /// The source of images has ended and everything has been processed.
   [[nodiscard]] bool processed() const;
   /// Files that the ground holds, of those that went by CFDP.
-  [[nodiscard]] std::uint64_t files_delivered() const { return file_delivery_.counts().delivered; }
+  [[nodiscard]] std::uint64_t files_delivered() const { return stages_.get<FileDelivery>().counts().delivered; }
   /// ... and everything has been sent and confirmed.
-  [[nodiscard]] bool drained() const { return processed() && downlink_.drained(); }
+  [[nodiscard]] bool drained() const { return processed() && stages_.get<Downlink>().drained(); }
 
  private:
   /// Writes the camera and its copy. A camera that is not frozen is also the nominal one.
@@ -93,26 +74,10 @@ class FlightSoftware {
   MissionParameters& mission_;
   Configuration& configuration_;
   TelemetryWriter telemetry_writer_;
-  Telecommander telecommander_;
-  CaptureClock capture_clock_;
-  Acquisition acquisition_;
-  SharedStepMemory step_memory_;
+  FlightComponents::SharedMemory step_memory_;
   FlightCompute compute_;
-  OverlapChecker overlap_checker_;
-  CameraCalibrator camera_calibrator_;
-  StructureAndMotion structure_and_motion_;
-  DenseMatcher dense_matcher_;
-  RichnessScorer richness_scorer_;
-  Compressor compressor_;
-  StorageManager storage_manager_;
   DeliveryQueue delivery_queue_;
-  Downlink downlink_;
-  FileDelivery file_delivery_;
-  TelecommandGuard telecommand_guard_;
-  TelemetryReporter telemetry_;
-  Scrubber scrubber_;
-  Navigator navigator_;
-  PlaceMemory place_memory_;
+  FlightComponents::Set stages_;
   std::array<Component*, stage_count> components_;
   std::array<Stage, stage_count> rows_here_;  ///< of a part of the stages, as are the components; the rest is unused
   std::array<Component*, stage_count> components_here_;

@@ -359,9 +359,8 @@ class Merge {
   /// The storage manager counts what is held again. A search for a camera ends where one is known.
   static bool is_taken(std::int64_t checkpoint_id, bool camera_stays) {
     const std::int64_t number = checkpoint_id % 100;
-    const auto of = [](ComponentId component) { return static_cast<std::int64_t>(component) + 1; };
-    return number != of(ComponentId::storage_manager) &&
-           !(camera_stays && number == of(ComponentId::camera_calibrator));
+    const auto component = static_cast<ComponentId>(number);
+    return component != ComponentId::storage_manager && !(camera_stays && component == ComponentId::camera_calibrator);
   }
 
   /// Without the small memory a flight in memory has only the settings that it was given itself, and an epoch of its

@@ -1,6 +1,7 @@
 // Which stages of the schedule a process runs, when several share the flight (docs/several-machines.md).
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -11,14 +12,18 @@
 namespace ilp {
 
 [[nodiscard]] constexpr StageMask stage_bit(ComponentId component) {
-  return StageMask{1} << static_cast<unsigned>(component);
+  return StageMask{1} << (static_cast<unsigned>(component) - 1);
 }
 [[nodiscard]] constexpr bool has_stage(StageMask stages, ComponentId component) {
   return (stages & stage_bit(component)) != 0;
 }
 
-inline constexpr StageMask all_stages = (StageMask{1} << stage_count) - 1;
-static_assert(stage_count < 32);
+static_assert(component_numbers <= 32);
+inline constexpr StageMask all_stages = [] {
+  StageMask all = 0;
+  for (const Stage& stage : schedule) all |= stage_bit(stage.component);
+  return all;
+}();
 
 /// The stages that need the camera, a link or the memory of the process that has them: they run in one process, the
 /// head.
@@ -36,10 +41,7 @@ static_assert(has_stage(head_stages, ComponentId::telecommander), "the head's nu
 }
 /// The lowest number of a stage: the id of the process's record (NodeRecord). 0 if there is no stage.
 [[nodiscard]] constexpr std::int64_t node_number(StageMask stages) {
-  for (std::size_t i = 0; i < stage_count; ++i) {
-    if ((stages >> i & 1U) != 0) return static_cast<std::int64_t>(i) + 1;
-  }
-  return 0;
+  return stages == 0 ? 0 : std::countr_zero(stages) + 1;
 }
 
 using StageNames = FixedText<512>;

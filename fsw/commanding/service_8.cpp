@@ -211,7 +211,7 @@ Status Telecommander::end_pass(Call& call) {
 Status Telecommander::restart_component(Call& call) {
   OpenRequest& request = call.request;
   const std::uint8_t number = call.arguments.u8();
-  if (number == 0 || number > stage_count) return bad_argument(1, number);
+  if (find_stage(number) == nullptr) return bad_argument(1, number);
   request.subject_id = number;
   request.deadline_ns = clock_.now() + restart_patience_ns;
   ILP_TRY(newest_id<EventRecord>(store_, request.mark_id));

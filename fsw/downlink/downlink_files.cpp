@@ -284,7 +284,7 @@ Status Downlink::send_points(std::int64_t id, std::int64_t most, State& after, b
 
 void Downlink::housekeeping_fingerprint(std::int64_t& steps) {
   steps = 0;
-  for (std::int64_t id = 1; id <= static_cast<std::int64_t>(ComponentId::count); ++id) {
+  for (std::int64_t id = 1; id <= std::int64_t{component_numbers}; ++id) {
     ComponentRecord record;
     if (get(store_, id, record).ok()) steps += record.steps;
   }
@@ -318,7 +318,7 @@ Status Downlink::send_events(std::int64_t through, bool late, std::int64_t house
     through = damaged ? found.a : through + 1;
     event_ = {StatusCode::event_given_up, through, static_cast<std::int64_t>(found.code)};
   }
-  for (std::int64_t id = 1; id <= static_cast<std::int64_t>(ComponentId::count); ++id) {
+  for (std::int64_t id = 1; id <= std::int64_t{component_numbers}; ++id) {
     ILP_TRY(file_.write_if_present<ComponentRecord>(id));
   }
   ILP_TRY(file_.write_newest<StartRecord>());

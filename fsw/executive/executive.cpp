@@ -36,8 +36,10 @@ Executive::Executive(std::span<const Stage> stages, std::span<Component* const> 
 Status Executive::start() {
   ILP_ASSERT(stages_.size() == components_.size() && stages_.size() <= own_.slots.size(), stages_.size());
   accept_parameters();
-  // A process that shares the flight has a record of its own; that of the head is the flight's.
-  if (!stages_.empty()) own_.timing.id = number_of(0);
+  // A process that shares the flight has a record of its own, of its lowest number; that of the head is the flight's.
+  for (std::size_t i = 0; i < stages_.size(); ++i) {
+    own_.timing.id = i == 0 ? number_of(i) : std::min(own_.timing.id, number_of(i));
+  }
   own_.constants_checksum = sum_of_constants();
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     Status status;

@@ -77,11 +77,11 @@ class Executive final : public Health {
 
   [[nodiscard]] const ComponentStats& stats(ComponentId component) const override {
     static constexpr ComponentStats none;
-    const std::size_t place = place_of(static_cast<std::int64_t>(component) + 1);
+    const std::size_t place = place_of(static_cast<std::int64_t>(component));
     return place == nobody ? none : own_.slots[place].stats;
   }
   [[nodiscard]] bool runs(ComponentId component) const override {
-    return place_of(static_cast<std::int64_t>(component) + 1) != nobody;
+    return place_of(static_cast<std::int64_t>(component)) != nobody;
   }
   [[nodiscard]] std::uint32_t frame_overruns() const override { return own_.timing.overruns; }
   [[nodiscard]] std::int64_t frames_run() const override { return own_.frame; }
@@ -134,10 +134,7 @@ class Executive final : public Health {
     std::uint64_t constants_checksum = 0;
   };
 
-  /// The number of a component in the schedule, from 1.
-  [[nodiscard]] std::int64_t number_of(std::size_t i) const {
-    return static_cast<std::int64_t>(stages_[i].component) + 1;
-  }
+  [[nodiscard]] std::int64_t number_of(std::size_t i) const { return static_cast<std::int64_t>(stages_[i].component); }
   /// Where the component with this number stands in the table; or `nobody`.
   [[nodiscard]] std::size_t place_of(std::int64_t number) const;
   void wake();

@@ -15,7 +15,7 @@ namespace ilp {
 enum class ReportSource : std::uint8_t {
   status,      ///< PackageStatus
   link,        ///< LinkCounts
-  components,  ///< ComponentHealth of every component, in the order of the schedule
+  components,  ///< ComponentHealth of every component, in the order of their numbers
   nodes,       ///< NodeHealth of every process that shares the flight
   first,       ///< the record with id 1
   newest       ///< the record with the largest id

@@ -49,7 +49,7 @@ struct FieldInfo {
 
 /// In the order of fsw/records/records.inc.
 enum class RecordType : std::uint8_t {
-#define RECORD(number, record, name, description) name = (number),
+#define RECORD(number, record, name, ...) name = (number),
 #include "fsw/records/records.inc"
   count
 };
@@ -64,10 +64,17 @@ template <typename... Types>
   return mask_of(first) | (mask_of(rest) | ... | RecordMask{0});
 }
 
+/// After which number ids begin in a later life of the flight.
+enum class Numbering : std::uint8_t {
+  by_record,   ///< IdentityRecord::record_base
+  by_keyframe  ///< IdentityRecord::keyframe_base: it counts keyframes or strips
+};
+
 /// The first field of every record is `std::int64_t id`, its primary key, at offset 0.
 struct RecordInfo {
   RecordType type;
   const char* name;
+  Numbering numbering;
   const char* description;
   std::uint16_t bytes;  ///< sizeof the struct
   std::uint16_t field_count;

@@ -7,8 +7,8 @@ namespace ilp {
 
 template <typename Record>
 inline constexpr RecordType record_type = RecordType::count;
-#define RECORD(number, record, name, description) \
-  template <>                                     \
+#define RECORD(number, record, name, ...) \
+  template <>                             \
   inline constexpr RecordType record_type<record> = RecordType::name;
 #include "fsw/records/records.inc"
 

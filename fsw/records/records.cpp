@@ -21,13 +21,14 @@ constexpr std::size_t blob_fields() {
 }
 
 template <typename Record>
-constexpr RecordInfo describe(RecordType type, const char* name, const char* description) {
+constexpr RecordInfo describe(RecordType type, const char* name, Numbering numbering, const char* description) {
   static_assert(std::is_trivially_copyable_v<Record> && std::is_standard_layout_v<Record>);
   static_assert(sizeof(Record) <= limits::max_record_bytes);
   static_assert(std::size(Fields<Record>::table) <= limits::max_record_fields);
   static_assert(blob_fields<Record>() <= limits::max_blob_fields);
   return {type,
           name,
+          numbering,
           description,
           static_cast<std::uint16_t>(sizeof(Record)),
           static_cast<std::uint16_t>(std::size(Fields<Record>::table)),
@@ -35,7 +36,8 @@ constexpr RecordInfo describe(RecordType type, const char* name, const char* des
 }
 
 constexpr RecordInfo infos[] = {
-#define RECORD(number, record, name, description) describe<record>(RecordType::name, #name, description),
+#define RECORD(number, record, name, numbering, description) \
+  describe<record>(RecordType::name, #name, Numbering::numbering, description),
 #include "fsw/records/records.inc"
 };
 static_assert(std::size(infos) == static_cast<std::size_t>(RecordType::count));
@@ -54,10 +56,10 @@ const RecordInfo& record_info(RecordType type) {
   return infos[static_cast<std::size_t>(type)];
 }
 
-#define RECORD(number, record, name, description) \
-  template <>                                     \
-  const RecordInfo& record_info<record>() {       \
-    return infos[number];                         \
+#define RECORD(number, record, name, ...)   \
+  template <>                               \
+  const RecordInfo& record_info<record>() { \
+    return infos[number];                   \
   }
 #include "fsw/records/records.inc"
 

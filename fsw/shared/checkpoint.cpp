@@ -8,10 +8,10 @@ namespace ilp {
 namespace {
 
 constexpr std::int64_t other_place = 100;
-static_assert(limits::max_components < other_place);
+static_assert(component_numbers < other_place);
 
 std::int64_t number_of(ComponentId component) {
-  return static_cast<std::int64_t>(component) + 1;
+  return static_cast<std::int64_t>(component);
 }
 
 bool has_form(const CheckpointRecord& record, const CheckpointForm& form) {

@@ -15,18 +15,24 @@ namespace ilp {
 
 inline constexpr std::size_t step_memory_alignment = 64;
 
-/// The row of a stage says that it uses this memory; a class without a row is a part of a stage.
+/// What a stage needs of this memory, its member type `Scratch`. Its row says that it uses the memory; a class without
+/// a row is a part of a stage.
 template <typename User>
-[[nodiscard]] constexpr bool may_use_step_memory() {
-  if constexpr (requires { User::component_id; }) return stage_of(User::component_id).step_memory;
-  return true;
+[[nodiscard]] constexpr std::size_t scratch_bytes() {
+  constexpr bool used = requires {
+    typename User::Scratch;
+  };
+  if constexpr (requires { User::component_id; }) {
+    static_assert(used == stage_of(User::component_id).step_memory, "the executive must know it: Stage::step_memory");
+  }
+  if constexpr (used) return User::Scratch::bytes;
+  return 0;
 }
 
-/// The region, large enough for the scratch of each of these stages (their member type `Scratch`).
+/// The region, large enough for each of these stages.
 template <typename... Stages>
 struct StepMemory {
-  static_assert((may_use_step_memory<Stages>() && ...), "the executive must know it: see Stage::step_memory");
-  static constexpr std::size_t size = std::max({Stages::Scratch::bytes...});
+  static constexpr std::size_t size = std::max({scratch_bytes<Stages>()...});
   alignas(step_memory_alignment) std::array<std::byte, size> bytes;
 };
 

@@ -17,8 +17,7 @@ constexpr std::uint32_t most_waiting = 16;
 
 std::uint8_t number_of(const char* component) {
   for (const Stage& stage : schedule) {
-    if (std::strcmp(stage.name, component) == 0)
-      return static_cast<std::uint8_t>(static_cast<int>(stage.component) + 1);
+    if (std::strcmp(stage.name, component) == 0) return static_cast<std::uint8_t>(stage.component);
   }
   return 0;
 }
@@ -72,8 +71,8 @@ void read_version(const char* text, PackageStatus& status) {
 constexpr CheckpointForm TelemetryReporter::checkpoint = checkpoint_form<State>(component_id);
 
 TelemetryReporter::TelemetryReporter(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
-                                     const MissionParameters& mission, TelemetrySources sources)
-    : store_(store), router_(router), writer_(writer), clock_(clock), mission_(mission), sources_(sources) {}
+                                     const MissionParameters& mission)
+    : store_(store), router_(router), writer_(writer), clock_(clock), mission_(mission) {}
 
 Status TelemetryReporter::restore() {
   cursor_unsaved_ = false;
@@ -181,7 +180,7 @@ Status TelemetryReporter::write_values(const ReportInfo& report, ByteWriter& out
     case ReportSource::components:
       for (std::size_t i = 0; i < report.repeats; ++i) {
         ComponentHealth values;
-        ILP_TRY(health(i, values));
+        ILP_TRY(health(static_cast<ComponentId>(i + 1), values));
         write_report_values(report, &values, out);
       }
       return {};
@@ -251,17 +250,16 @@ LinkCounts TelemetryReporter::link_counts() const {
 }
 
 /// The component's process writes its counts now and then.
-Status TelemetryReporter::health(std::size_t component, ComponentHealth& values) {
+Status TelemetryReporter::health(ComponentId component, ComponentHealth& values) {
   values = {};
   if (sources_.health == nullptr) return {};
-  const auto id = static_cast<ComponentId>(component);
-  if (sources_.health->runs(id)) {
-    const ComponentStats& stats = sources_.health->stats(id);
+  if (sources_.health->runs(component)) {
+    const ComponentStats& stats = sources_.health->stats(component);
     values = {stats.steps, stats.overruns, stats.restarts, stats.faults, stats.busy_ns, stats.longest_ns};
     return {};
   }
   ComponentRecord kept;
-  const Status found = get(store_, static_cast<std::int64_t>(component) + 1, kept);
+  const Status found = get(store_, static_cast<std::int64_t>(component), kept);
   if (!found.ok()) return is_transient(found) ? found : Status{};
   values = {kept.steps, kept.overruns, kept.restarts, kept.faults, kept.busy_ns, kept.longest_ns};
   return {};

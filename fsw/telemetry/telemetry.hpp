@@ -34,7 +34,10 @@ struct TelemetrySources {
 class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
  public:
   TelemetryReporter(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
-                    const MissionParameters& mission, TelemetrySources sources = {});
+                    const MissionParameters& mission);
+
+  /// Call it before restore().
+  void report_on(TelemetrySources sources) { sources_ = sources; }
 
   Status restore() override;
   StepResult step() override;
@@ -68,7 +71,7 @@ class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
   Status write_values(const ReportInfo& report, ByteWriter& out);
   Status package_status(PackageStatus& status);
   [[nodiscard]] LinkCounts link_counts() const;
-  Status health(std::size_t component, ComponentHealth& values);
+  Status health(ComponentId component, ComponentHealth& values);
   Status next_node(NodeRecord& node, NodeHealth& values);
 
   Tables store_;

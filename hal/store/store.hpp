@@ -73,11 +73,7 @@ class Store : public Transactions {
     record_base_ = record_base;
   }
   [[nodiscard]] virtual std::int64_t id_base(RecordType type) const {
-    constexpr RecordMask of_keyframes =
-        mask_of(RecordType::keyframe, RecordType::strip, RecordType::calibration, RecordType::pose,
-                RecordType::structure, RecordType::depth, RecordType::richness, RecordType::navigation,
-                RecordType::strip_frame, RecordType::place, RecordType::tie);
-    return (mask_of(type) & of_keyframes) != 0 ? keyframe_base_ : record_base_;
+    return record_info(type).numbering == Numbering::by_keyframe ? keyframe_base_ : record_base_;
   }
 
  protected:

@@ -7,7 +7,7 @@
 
 namespace ilp {
 
-/// A set of stages: bit n is the stage of component n (cfg/schedule.hpp).
+/// A set of stages: bit n is that of the component with the number n + 1 (cfg/schedule.hpp).
 using StageMask = std::uint32_t;
 
 /// Beside the Store interface of the same object.
@@ -18,7 +18,7 @@ class StoreSharing {
   StoreSharing& operator=(const StoreSharing&) = delete;
 
   /// Reserves stages for this process until it ends or release() is called: a stage that ran in two processes would do
-  /// its work twice. `stage_claimed` (a = number of such a stage in the schedule, from 1) reserves none of them.
+  /// its work twice. `stage_claimed` (a = number of such a stage's component) reserves none of them.
   virtual Status claim(StageMask stages) = 0;
   virtual void release() = 0;
   /// False after a fault of the connection. The last commit may have been carried out or not, and the stages may be

@@ -169,9 +169,8 @@ class Station {
 
   static std::uint64_t steps_on_images(std::span<const std::uint8_t> report) {
     std::uint64_t steps = 0;
-    for (auto i = static_cast<std::size_t>(ComponentId::overlap_checker);
-         i <= static_cast<std::size_t>(ComponentId::compressor); ++i) {
-      const std::size_t offset = i * component_bytes;
+    for (std::size_t i = place_of(ComponentId::overlap_checker); i <= place_of(ComponentId::compressor); ++i) {
+      const std::size_t offset = (static_cast<std::size_t>(schedule[i].component) - 1) * component_bytes;
       if (offset < report.size()) steps += ByteReader(report.subspan(offset)).u32();
     }
     return steps;

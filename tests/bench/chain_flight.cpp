@@ -168,7 +168,7 @@ std::vector<PartTime> part_times(const Timed& timed, double all_ms, int keyframe
   std::vector<PartTime> parts;
   double rest = all_ms;
   for (const Stage& stage : schedule) {
-    const TimedComponent& component = *timed[static_cast<std::size_t>(stage.component)];
+    const TimedComponent& component = *timed[place_of(stage.component)];
     rest -= component.total_ms();
     parts.push_back({stage.name, component.total_ms() / keyframes});
     if (stage.component != ComponentId::dense_matcher) continue;
@@ -233,7 +233,7 @@ ChainTimes fly_chain(int frames, Reference& reference, std::vector<world::Scenar
   auto& components = (*flight).*revealed(faults::FlightSoftware_components_{});
   Timed timed;
   for (std::size_t i = 0; i < stage_count; ++i) {
-    timed.push_back(std::make_unique<TimedComponent>(*components[i], static_cast<ComponentId>(i), clock));
+    timed.push_back(std::make_unique<TimedComponent>(*components[i], schedule[i].component, clock));
     components[i] = timed.back().get();
   }
   host::require(flight->start(scenario.flight.camera), "the start of the flight");

@@ -29,7 +29,7 @@ using test::RunningProgram;
 
 constexpr std::uint8_t nodes_report = 21;
 constexpr int lease_s = 10;
-constexpr std::uint8_t matcher = static_cast<std::uint8_t>(ComponentId::dense_matcher) + 1;
+constexpr std::uint8_t matcher = static_cast<std::uint8_t>(ComponentId::dense_matcher);
 
 class SpreadOperation : public testing::Test {
  protected:

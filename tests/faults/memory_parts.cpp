@@ -8,25 +8,9 @@
 namespace ilp::faults {
 
 ILP_REVEAL(FlightSoftware, telemetry_writer_);
-ILP_REVEAL(FlightSoftware, telecommander_);
-ILP_REVEAL(FlightSoftware, capture_clock_);
-ILP_REVEAL(FlightSoftware, acquisition_);
-ILP_REVEAL(FlightSoftware, overlap_checker_);
+ILP_REVEAL(FlightSoftware, stages_);
 ILP_REVEAL(FlightSoftware, step_memory_);
-ILP_REVEAL(FlightSoftware, camera_calibrator_);
-ILP_REVEAL(FlightSoftware, structure_and_motion_);
-ILP_REVEAL(FlightSoftware, dense_matcher_);
-ILP_REVEAL(FlightSoftware, richness_scorer_);
-ILP_REVEAL(FlightSoftware, compressor_);
-ILP_REVEAL(FlightSoftware, storage_manager_);
 ILP_REVEAL(FlightSoftware, delivery_queue_);
-ILP_REVEAL(FlightSoftware, downlink_);
-ILP_REVEAL(FlightSoftware, file_delivery_);
-ILP_REVEAL(FlightSoftware, telecommand_guard_);
-ILP_REVEAL(FlightSoftware, telemetry_);
-ILP_REVEAL(FlightSoftware, scrubber_);
-ILP_REVEAL(FlightSoftware, navigator_);
-ILP_REVEAL(FlightSoftware, place_memory_);
 ILP_REVEAL(PlaceMemory, seen_);
 ILP_REVEAL(PlaceMemory, other_seen_);
 ILP_REVEAL(PlaceMemory, depths_);
@@ -118,10 +102,63 @@ void add(std::vector<MemoryPart>& parts, const char* name, MemoryPiece whole, st
   if (!workspaces.empty()) parts.push_back({std::string(name) + ": pixels, workspaces", false, std::move(workspaces)});
 }
 
-/// A component, with those of its members that are workspaces.
+using Pieces = std::vector<MemoryPiece>;
+
 template <typename Owner, typename... Tags>
-void add(std::vector<MemoryPart>& parts, const char* name, Owner& owner, Tags... workspaces) {
-  add(parts, name, piece_of(owner), {piece_of(owner.*revealed(workspaces))...});
+Pieces pieces_of(Owner& owner, Tags... members) {
+  return {piece_of(owner.*revealed(members))...};
+}
+
+/// Those members of a component that are workspaces; by default it has none.
+template <typename C>
+Pieces workspaces_of(C& /*component*/) {
+  return {};
+}
+Pieces workspaces_of(Telecommander& owner) {
+  return pieces_of(owner, Telecommander_scheduled_packet_{}, Telecommander_report_{}, Telecommander_packet_{});
+}
+Pieces workspaces_of(Acquisition& owner) {
+  return pieces_of(owner, Acquisition_image_{});
+}
+Pieces workspaces_of(OverlapChecker& owner) {
+  return pieces_of(owner, OverlapChecker_keyframe_image_{}, OverlapChecker_keyframe_{}, OverlapChecker_image_{});
+}
+Pieces workspaces_of(CameraCalibrator& owner) {
+  return pieces_of(owner, CameraCalibrator_workspace_{}, CameraCalibrator_images_{}, CameraCalibrator_corners_{},
+                   CameraCalibrator_matches_{}, CameraCalibrator_window_{});
+}
+Pieces workspaces_of(StructureAndMotion& owner) {
+  return pieces_of(owner, StructureAndMotion_images_{}, StructureAndMotion_corners_{}, StructureAndMotion_matches_{},
+                   StructureAndMotion_depths_{});
+}
+Pieces workspaces_of(DenseMatcher& owner) {
+  return pieces_of(owner, DenseMatcher_plan_{}, DenseMatcher_matcher_{}, DenseMatcher_left_{}, DenseMatcher_right_{},
+                   DenseMatcher_rectified_left_{}, DenseMatcher_rectified_right_{}, DenseMatcher_valid_left_{},
+                   DenseMatcher_valid_right_{}, DenseMatcher_disparity_{}, DenseMatcher_disparity_sigma_{},
+                   DenseMatcher_maps_{}, DenseMatcher_now_{}, DenseMatcher_work_{}, DenseMatcher_after_{},
+                   DenseMatcher_before_{});
+}
+Pieces workspaces_of(Compressor& owner) {
+  return pieces_of(owner, Compressor_coding_{});
+}
+Pieces workspaces_of(Downlink& owner) {
+  return pieces_of(owner, Downlink_file_{}, Downlink_candidates_{}, Downlink_plan_{}, Downlink_workspace_{});
+}
+Pieces workspaces_of(FileDelivery& owner) {
+  return pieces_of(owner, FileDelivery_pdu_{}, FileDelivery_data_{});
+}
+Pieces workspaces_of(TelemetryReporter& owner) {
+  return pieces_of(owner, TelemetryReporter_record_{}, TelemetryReporter_report_{});
+}
+Pieces workspaces_of(Navigator& owner) {
+  return pieces_of(owner, Navigator_after_{}, Navigator_samples_{});
+}
+Pieces workspaces_of(PlaceMemory& owner) {
+  return pieces_of(owner, PlaceMemory_seen_{}, PlaceMemory_other_seen_{}, PlaceMemory_depths_{}, PlaceMemory_known_{},
+                   PlaceMemory_features_{}, PlaceMemory_older_{}, PlaceMemory_feature_depths_{},
+                   PlaceMemory_older_depths_{}, PlaceMemory_patches_{}, PlaceMemory_older_patches_{},
+                   PlaceMemory_sightings_{}, PlaceMemory_match_{}, PlaceMemory_matches_{}, PlaceMemory_image_{},
+                   PlaceMemory_mask_bytes_{}, PlaceMemory_after_{}, PlaceMemory_table_{}, PlaceMemory_index_{});
 }
 
 }  // namespace
@@ -133,46 +170,17 @@ std::vector<MemoryPart> memory_parts() {
   add(parts, "mission parameters", piece_of(*memory.mission), {});
   add(parts, "small memory", piece_of(*memory.kept), {});
   add(parts, "configuration", piece_of(*memory.configuration), {});
-  add(parts, "telemetry writer", flight.*revealed(FlightSoftware_telemetry_writer_{}), TelemetryWriter_next_{},
-      TelemetryWriter_ring_{});
-  add(parts, "telecommander", flight.*revealed(FlightSoftware_telecommander_{}), Telecommander_scheduled_packet_{},
-      Telecommander_report_{}, Telecommander_packet_{});
-  add(parts, "capture_clock", flight.*revealed(FlightSoftware_capture_clock_{}));
-  add(parts, "acquisition", flight.*revealed(FlightSoftware_acquisition_{}), Acquisition_image_{});
-  add(parts, "overlap_checker", flight.*revealed(FlightSoftware_overlap_checker_{}), OverlapChecker_keyframe_image_{},
-      OverlapChecker_keyframe_{}, OverlapChecker_image_{});
-  add(parts, "camera_calibrator", flight.*revealed(FlightSoftware_camera_calibrator_{}), CameraCalibrator_workspace_{},
-      CameraCalibrator_images_{}, CameraCalibrator_corners_{}, CameraCalibrator_matches_{}, CameraCalibrator_window_{});
+  TelemetryWriter& writer = flight.*revealed(FlightSoftware_telemetry_writer_{});
+  add(parts, "telemetry writer", piece_of(writer), pieces_of(writer, TelemetryWriter_next_{}, TelemetryWriter_ring_{}));
+  FlightComponents::for_each([&]<typename C>() {
+    C& component = (flight.*revealed(FlightSoftware_stages_{})).template get<C>();
+    add(parts, stage_of(C::component_id).name, piece_of(component), workspaces_of(component));
+  });
   parts.push_back({"memory of one step", false, {piece_of(flight.*revealed(FlightSoftware_step_memory_{}))}});
-  add(parts, "structure_and_motion", flight.*revealed(FlightSoftware_structure_and_motion_{}),
-      StructureAndMotion_images_{}, StructureAndMotion_corners_{}, StructureAndMotion_matches_{},
-      StructureAndMotion_depths_{});
-  add(parts, "dense_matcher", flight.*revealed(FlightSoftware_dense_matcher_{}), DenseMatcher_plan_{},
-      DenseMatcher_matcher_{}, DenseMatcher_left_{}, DenseMatcher_right_{}, DenseMatcher_rectified_left_{},
-      DenseMatcher_rectified_right_{}, DenseMatcher_valid_left_{}, DenseMatcher_valid_right_{},
-      DenseMatcher_disparity_{}, DenseMatcher_disparity_sigma_{}, DenseMatcher_maps_{}, DenseMatcher_now_{},
-      DenseMatcher_work_{}, DenseMatcher_after_{}, DenseMatcher_before_{});
-  add(parts, "richness_scorer", flight.*revealed(FlightSoftware_richness_scorer_{}));
-  add(parts, "compressor", flight.*revealed(FlightSoftware_compressor_{}), Compressor_coding_{});
-  add(parts, "storage_manager", flight.*revealed(FlightSoftware_storage_manager_{}));
-  add(parts, "delivery_queue", flight.*revealed(FlightSoftware_delivery_queue_{}));
-  add(parts, "downlink", flight.*revealed(FlightSoftware_downlink_{}), Downlink_file_{}, Downlink_candidates_{},
-      Downlink_plan_{}, Downlink_workspace_{});
-  add(parts, "file_delivery", flight.*revealed(FlightSoftware_file_delivery_{}), FileDelivery_pdu_{},
-      FileDelivery_data_{});
-  add(parts, "telecommand_guard", flight.*revealed(FlightSoftware_telecommand_guard_{}));
-  add(parts, "telemetry", flight.*revealed(FlightSoftware_telemetry_{}), TelemetryReporter_record_{},
-      TelemetryReporter_report_{});
-  add(parts, "scrubber", flight.*revealed(FlightSoftware_scrubber_{}));
-  add(parts, "navigator", flight.*revealed(FlightSoftware_navigator_{}), Navigator_after_{}, Navigator_samples_{});
-  add(parts, "place_memory", flight.*revealed(FlightSoftware_place_memory_{}), PlaceMemory_seen_{},
-      PlaceMemory_other_seen_{}, PlaceMemory_depths_{}, PlaceMemory_known_{}, PlaceMemory_features_{},
-      PlaceMemory_older_{}, PlaceMemory_feature_depths_{}, PlaceMemory_older_depths_{}, PlaceMemory_patches_{},
-      PlaceMemory_older_patches_{}, PlaceMemory_sightings_{}, PlaceMemory_match_{}, PlaceMemory_matches_{},
-      PlaceMemory_image_{}, PlaceMemory_mask_bytes_{}, PlaceMemory_after_{}, PlaceMemory_table_{},
-      PlaceMemory_index_{});
-  add(parts, "executive", flight.*revealed(FlightSoftware_executive_{}));
-  add(parts, "packet router", *memory.router, PacketRouter_buffer_{}, PacketRouter_commands_{}, PacketRouter_pdus_{});
+  add(parts, "delivery_queue", piece_of(flight.*revealed(FlightSoftware_delivery_queue_{})), {});
+  add(parts, "executive", piece_of(flight.*revealed(FlightSoftware_executive_{})), {});
+  add(parts, "packet router", piece_of(*memory.router),
+      pieces_of(*memory.router, PacketRouter_buffer_{}, PacketRouter_commands_{}, PacketRouter_pdus_{}));
   add(parts, "store", piece_of(*memory.store), {});
   add(parts, "SQLite arena", {memory.sqlite.data(), memory.sqlite.size()}, {});
   return parts;

@@ -122,7 +122,9 @@ class Session {
           writer(router, s.clock_, s.mission_),
           telecommander(s.store_, router, writer, s.clock_, s.mission_),
           delivery(s.store_, router, s.clock_, s.mission_),
-          telemetry(s.store_, router, writer, s.clock_, s.mission_, {nullptr, &delivery.counts()}) {}
+          telemetry(s.store_, router, writer, s.clock_, s.mission_) {
+      telemetry.report_on({nullptr, &delivery.counts()});
+    }
     PacketRouter router;
     TelemetryWriter writer;
     Telecommander telecommander;

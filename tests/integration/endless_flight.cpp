@@ -219,8 +219,8 @@ namespace {
 
 constexpr Stage stages[] = {
     {.component = ComponentId::capture_clock, .name = "stub_stages", .period = 1, .budget_ns = 100 * ns_per_ms},
-    schedule[static_cast<std::size_t>(ComponentId::storage_manager)],
-    schedule[static_cast<std::size_t>(ComponentId::downlink)],
+    stage_of(ComponentId::storage_manager),
+    stage_of(ComponentId::downlink),
 };
 
 /// One life of the program, from start to restart.

@@ -59,7 +59,7 @@ class PricedClock final : public Clock {
   void charge() {
     if (executive == nullptr) return;
     for (std::size_t i = 0; i < stage_count; ++i) {
-      const auto component = static_cast<ComponentId>(i);
+      const ComponentId component = schedule[i].component;
       const std::uint32_t steps = executive->stats(component).steps;
       const TimeNs price = price_of(component) / (now_ < slow_until ? 1 : 10);
       now_ += static_cast<TimeNs>(steps - charged_[i]) * price;

@@ -159,7 +159,7 @@ Recording fly(CameraKnown known, Links links = Links::whole_files,
     recording.events.push_back({Event::Kind::commit, at_work, clock.now(), writes, {}, {}});
   };
   store.blob_is_read = [&](const RecordInfo& info, std::int64_t id) {
-    const bool scrubbing = at_work == static_cast<std::size_t>(ComponentId::scrubber);
+    const bool scrubbing = at_work == place_of(ComponentId::scrubber);
     if (info.type == RecordType::frame && !scrubbing) ++recording.image_reads[id];
   };
   RecordedCamera camera;

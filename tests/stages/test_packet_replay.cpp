@@ -91,7 +91,7 @@ class PacketReplay {
     for (std::size_t i = 0; i < flight_.events.size(); ++i) {
       const Event& event = flight_.events[i];
       clock_.sleep_until(event.time);
-      if (event.stage == static_cast<std::size_t>(stage_)) {
+      if (event.stage == place_of(stage_)) {
         if (event.kind == Event::Kind::restore) restore();
         if (event.kind == Event::Kind::step) step(i);
         if (testing::Test::HasFatalFailure()) return;
@@ -127,12 +127,12 @@ class PacketReplay {
         if (event.channel == Channel::commands) repeat_report(event.octets);
         break;
       case Event::Kind::step:
-        if (event.stage == static_cast<std::size_t>(ComponentId::telecommander)) {
+        if (event.stage == place_of(ComponentId::telecommander)) {
           feed(effects_of(i));
           EXPECT_TRUE(process_->router.pump().ok());
           drain(Channel::commands);
         }
-        if (event.stage == static_cast<std::size_t>(ComponentId::file_delivery)) drain(Channel::files);
+        if (event.stage == place_of(ComponentId::file_delivery)) drain(Channel::files);
         break;
       default:
         break;
@@ -163,7 +163,7 @@ class PacketReplay {
     std::vector<const Writes*> expected;
     std::vector<const Event*> packets;
     for (const Event& effect : effects) {
-      if (effect.stage != static_cast<std::size_t>(stage_)) continue;
+      if (effect.stage != place_of(stage_)) continue;
       if (effect.kind == Event::Kind::commit) expected.push_back(&effect.writes);
       if (effect.kind == Event::Kind::sent) packets.push_back(&effect);
     }

@@ -37,7 +37,7 @@ class Replay {
     make();
     for (std::size_t i = 0; i < flight_.events.size(); ++i) {
       const Event& event = flight_.events[i];
-      const bool own = event.stage == static_cast<std::size_t>(stage_);
+      const bool own = event.stage == place_of(stage_);
       if (event.kind == Event::Kind::commit) {
         if (own) continue;
         ASSERT_TRUE(apply_writes(ram_, event.writes).ok());
@@ -58,7 +58,7 @@ class Replay {
 
  private:
   [[nodiscard]] bool is_own_commit(const Event& event) const {
-    return event.kind == Event::Kind::commit && event.stage == static_cast<std::size_t>(stage_);
+    return event.kind == Event::Kind::commit && event.stage == place_of(stage_);
   }
 
   void call(Event::Kind kind, bool writes) {
@@ -90,7 +90,7 @@ class Replay {
   StepResult step() {
     rubbish_ = rubbish_ * 5 + 1;
     if (stage_ != ComponentId::scrubber && !keeps_)
-      std::memset(&step_memory_->bytes, static_cast<int>(rubbish_ >> 24U), step_memory_->bytes.size());
+      std::memset(&shared_->step.bytes, static_cast<int>(rubbish_ >> 24U), shared_->step.bytes.size());
     const LastingMemory before = component().lasting();
     const std::uint64_t state = before.is_at_rest() ? before.state_checksum() : 0;
     const StepResult result = component().step();
@@ -140,7 +140,7 @@ class Replay {
   void make() {
     camera_.go_to(camera_mark_);
     object_.reset();
-    object_.emplace(stage_, lab::StageWorld{store_, clock_, mission_, &camera_, &link_}, *step_memory_);
+    object_.emplace(stage_, lab::StageWorld{store_, clock_, mission_, &camera_, &link_}, *shared_);
     keeps_ = false;
   }
   [[nodiscard]] Component& component() { return object_->component(); }
@@ -158,7 +158,7 @@ class Replay {
   RecordedCamera camera_;
   std::size_t camera_mark_ = 0;
   ConfirmingLink link_;
-  std::unique_ptr<lab::RangeMemory> step_memory_ = std::make_unique<lab::RangeMemory>();
+  std::unique_ptr<lab::RangeMemory> shared_ = std::make_unique<lab::RangeMemory>(clock_, mission_);
   std::optional<lab::StageObject> object_;
   std::uint32_t rubbish_ = 1;
   bool cutting_ = false, keeps_ = false;

@@ -171,7 +171,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"sim/ground/console/", host({"sim/ground/console/", "sim/ground/cfdp/"})},
     {"sim/ground/serve/", host({"sim/ground/"})},
     {"sim/board/", host({"sim/ground/console/", "bsp/"})},
-    {"sim/tools/lab/", host({"sim/tools/lab/", "sim/ground/", "sim/world/"})},
+    {"sim/tools/lab/", host({"sim/tools/lab/", "sim/ground/", "sim/world/", "bsp/flight/"})},
     {"sim/tools/score/", host({"sim/tools/score/", "sim/ground/", "sim/world/"})},
     {"sim/tools/richness/", host({"sim/tools/richness/", "sim/ground/", "sim/world/"})},
     {"sim/tools/docgen/", host({"sim/tools/docgen/"})},

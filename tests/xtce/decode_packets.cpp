@@ -75,7 +75,7 @@ void housekeeping_values(const Tailoring& tailoring, const Telemetry& packet, js
   std::size_t next = 0;
   for (std::size_t repeat = 0; repeat < report->repeats; ++repeat) {
     std::string before = std::string("housekeeping/") + report->name + "/";
-    if (report->source == ReportSource::components) before += std::string(schedule[repeat].name) + "_";
+    if (report->source == ReportSource::components) before += std::string(component_name(repeat + 1)) + "_";
     if (report->source == ReportSource::nodes) before += std::to_string(repeat) + "_";
     for (const FieldInfo& field : std::span(report->fields, report->field_count)) {
       for (std::size_t i = 0; is_reported(field) && i < field.count; ++i) {
@@ -97,7 +97,7 @@ void event_values(const Tailoring& tailoring, const Telemetry& packet, json& val
   ByteReader in(packet.data);
   const std::uint64_t code = in.number(tailoring.event_id), component = in.number(tailoring.event_reporter);
   add(values, "event", code, "", code_name(code));
-  add(values, "component", component, "", component == 0 ? "package" : schedule[component - 1].name);
+  add(values, "component", component, "", component_name(component));
   for (const char* const name : {"event_a", "event_b"}) add(values, name, signed_number(in, tailoring.event_value));
   add(values, "number", in.u32());
   time_value(tailoring, "event_time", in, values);

@@ -98,12 +98,13 @@ std::string queue_line(const FlightView& view) {
 
 std::string health_line(const FlightView& view) {
   std::string trouble;
-  for (std::size_t i = 0; i < stage_count; ++i) {
-    const double faults = view.reports.value("components", "faults", 0, i).value_or(0);
-    const double restarts = view.reports.value("components", "restarts", 0, i).value_or(0);
+  for (const Stage& stage : schedule) {
+    const auto repeat = static_cast<std::size_t>(stage.component) - 1;
+    const double faults = view.reports.value("components", "faults", 0, repeat).value_or(0);
+    const double restarts = view.reports.value("components", "restarts", 0, repeat).value_or(0);
     if (faults + restarts == 0) continue;
-    trouble += std::string(trouble.empty() ? "" : "; ") + schedule[i].name + " " + decimal(faults, "%.0f") +
-               " faults, " + decimal(restarts, "%.0f") + " restarts";
+    trouble += std::string(trouble.empty() ? "" : "; ") + stage.name + " " + decimal(faults, "%.0f") + " faults, " +
+               decimal(restarts, "%.0f") + " restarts";
   }
   if (trouble.empty()) trouble = view.reports.of("components") ? "no fault" : "-";
   return "health    " + trouble + "; minor frames late: " + whole(view, "status", "frame_overruns") + " of " +
@@ -112,10 +113,10 @@ std::string health_line(const FlightView& view) {
 
 std::string stages_of(std::uint32_t bits) {
   std::string names;
-  for (std::size_t i = 0; i < stage_count; ++i) {
-    if ((bits >> i & 1U) == 0) continue;
+  for (const Stage& stage : schedule) {
+    if ((bits >> (static_cast<unsigned>(stage.component) - 1) & 1U) == 0) continue;
     // Those of the head go together.
-    const std::string name = schedule[i].runs_on == RunsOn::head ? "head" : schedule[i].name;
+    const std::string name = stage.runs_on == RunsOn::head ? "head" : stage.name;
     if (name != "head" || names.empty()) names += (names.empty() ? "" : ",") + name;
   }
   return names;

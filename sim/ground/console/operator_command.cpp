@@ -195,9 +195,9 @@ OperatorCommand safe(const Words& words, const Context&) {
 
 OperatorCommand restart(const Words& words, const Context&) {
   std::string names;
-  for (std::size_t i = 0; i < stage_count; ++i) {
-    if (words[0] == schedule[i].name) return call("RESTART", {static_cast<std::uint8_t>(i + 1)});
-    names += (names.empty() ? "" : ", ") + std::string(schedule[i].name);
+  for (const Stage& stage : schedule) {
+    if (words[0] == stage.name) return call("RESTART", {static_cast<std::uint8_t>(stage.component)});
+    names += (names.empty() ? "" : ", ") + std::string(stage.name);
   }
   refuse("a component is one of " + names);
 }

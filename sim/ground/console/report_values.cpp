@@ -24,10 +24,6 @@ bool known(std::uint32_t code) {
   return is_status_code(code);
 }
 
-std::string component_name(std::uint64_t number) {
-  return number >= 1 && number <= stage_count ? schedule[number - 1].name : "package";
-}
-
 // The meaning of an event, and its advice if it has one.
 std::string sentence(std::uint32_t code, std::int64_t a, std::int64_t b) {
   if (!known(code)) return "code " + std::to_string(code) + ", unknown to this program";
@@ -180,7 +176,7 @@ std::vector<std::string> ReportValues::lines(const std::string& report) const {
   std::vector<std::string> lines;
   std::size_t at = 0;
   for (std::size_t r = 0; r < info.repeats; ++r) {
-    std::string line = info.repeats > 1 && r < stage_count ? schedule[r].name + std::string(":") : std::string();
+    std::string line = info.repeats > 1 ? std::string(component_name(r + 1)) + ":" : std::string();
     for (const FieldInfo& field : fields(info)) {
       if (!is_reported(field)) continue;
       std::string text = field.name;

@@ -133,7 +133,7 @@ std::string report(const ReportInfo& info) {
                      text_of(report_bytes(info)) + " octets.";
   if (info.repeats > 1) {
     text += " " + text_of(info.repeats) + " times the following, " + text_of(report_bytes(info) / info.repeats) +
-            " octets each, in the order of [the schedule](schedule.md).";
+            " octets each, in the order of their numbers ([schedule.md](schedule.md)).";
   }
   text += "\n\n" + table_head({"octet", "value", "type", "unit", "meaning"});
   std::size_t offset = 0;
@@ -172,7 +172,7 @@ std::string codes() {
   text += "\nThe reporter of an event is a component:\n\n" + table_head({"number", "component"});
   text += table_row({"0", "the executive, or the start of the flight"});
   for (const Stage& stage : schedule) {
-    text += table_row({text_of(static_cast<std::size_t>(stage.component) + 1), code(stage.name)});
+    text += table_row({text_of(static_cast<std::size_t>(stage.component)), code(stage.name)});
   }
   return text;
 }

@@ -46,7 +46,8 @@ const Cells titles = {"stage", "woken by", "reads", "makes", "changes", "erases"
 
 /// What the picture leaves out: these wake many, or belong to the ground's side.
 bool drawn(const Stage& stage) {
-  return stage.component >= ComponentId::capture_clock && stage.component <= ComponentId::file_delivery;
+  const std::size_t place = place_of(stage.component);
+  return place >= place_of(ComponentId::capture_clock) && place <= place_of(ComponentId::file_delivery);
 }
 
 }  // namespace
@@ -95,7 +96,7 @@ std::string schedule_document() {
   text += table_head(head);
   for (const Stage& stage : schedule) {
     Cells cells = cells_of(stage);
-    cells.insert(cells.begin(), std::to_string(static_cast<unsigned>(stage.component) + 1));
+    cells.insert(cells.begin(), std::to_string(static_cast<unsigned>(stage.component)));
     const std::string page = stage.page;
     const char* const process = stage.runs_on == RunsOn::head ? "head" : "any";
     cells.insert(cells.end(), {state(stage.state), process, "[" + page + "](../fsw/" + page + "/design.md)"});

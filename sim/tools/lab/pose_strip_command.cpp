@@ -94,8 +94,7 @@ void collect(Store& store, intake::Outbox& outbox) {
   }
 }
 
-PosedStrip pose_strip(const fs::path& index, std::size_t frames, const CameraModel& model,
-                      const MissionParameters& mission) {
+PosedStrip pose_strip(const fs::path& index, std::size_t frames, const CameraModel& model, MissionParameters mission) {
   // Images stay, as nothing turns them into products. Only what is used becomes real memory.
   const std::size_t frame_bytes =
       2 * static_cast<std::size_t>(model.width) * static_cast<std::size_t>(model.height) + 65536;

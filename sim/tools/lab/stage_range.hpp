@@ -5,19 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "cfg/mission.hpp"
-#include "fsw/downlink/downlink.hpp"
+#include "bsp/flight/flight_components.hpp"
 #include "fsw/executive/executive.hpp"
-#include "fsw/imaging/overlap_checker.hpp"
-#include "fsw/motion/camera_calibrator.hpp"
-#include "fsw/motion/structure_and_motion.hpp"
-#include "fsw/places/place_memory.hpp"
-#include "fsw/products/compressor.hpp"
-#include "fsw/products/richness_scorer.hpp"
-#include "fsw/storage/storage_manager.hpp"
-#include "hal/camera/camera.hpp"
-#include "hal/clock/clock.hpp"
-#include "hal/link/link.hpp"
 #include "hal/navigation/navigation.hpp"
 
 namespace ilp::lab {
@@ -26,29 +15,31 @@ namespace ilp::lab {
 struct StageWorld {
   Store& store;
   Clock& clock;
-  const MissionParameters& mission;
+  MissionParameters& mission;
   Camera* camera = nullptr;
   Link* link = nullptr;
   NavigationSource* navigation = nullptr;
 };
 
-/// What the stages share within a step, as in a flight.
-using RangeMemory = StepMemory<OverlapChecker, CameraCalibrator, StructureAndMotion, RichnessScorer, Compressor,
-                               StorageManager, Downlink, PlaceMemory>;
+/// What the stages share, as in a flight without a link for packets.
+struct RangeMemory {
+  RangeMemory(Clock& clock, const MissionParameters& mission)
+      : router(nullptr, nullptr, clock, mission), writer(router, clock, mission) {}
+
+  FlightComponents::SharedMemory step;
+  PacketRouter router;
+  TelemetryWriter writer;
+};
 
 /// A component of the flight in memory that was zero, as the static memory of a process is.
 class StageObject {
  public:
-  /// Stages of the imaging chain, from the capture clock to the downlink, the scrubber and the navigator;
-  /// std::invalid_argument for another one.
+  /// std::invalid_argument for a stage that takes images, or sends files, in a world without a camera or link.
   StageObject(ComponentId stage, const StageWorld& world, RangeMemory& memory);
 
   [[nodiscard]] Component& component() const { return *component_; }
 
  private:
-  template <typename C, typename... Arguments>
-  void make(Arguments&&... arguments);
-
   std::shared_ptr<void> memory_;
   Component* component_ = nullptr;
 };
@@ -65,7 +56,7 @@ class StageRange {
   [[nodiscard]] bool camera_ended() const;
 
  private:
-  std::unique_ptr<RangeMemory> step_memory_;
+  std::unique_ptr<RangeMemory> memory_;
   std::vector<Stage> stages_;
   std::vector<StageObject> objects_;
   std::vector<Component*> components_;

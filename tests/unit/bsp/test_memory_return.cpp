@@ -259,7 +259,7 @@ class MemoryReturn : public testing::Test {
   }
   /// Records of the life in memory that are in the database as they were. The storage manager counts anew.
   void expect_memory_in(const Content& content) const {
-    const std::int64_t manager = static_cast<std::int64_t>(ComponentId::storage_manager) + 1;
+    const std::int64_t manager = static_cast<std::int64_t>(ComponentId::storage_manager);
     for (const auto& [key, bytes] : in_memory_) {
       const auto found = content.find(key);
       if (key.first == RecordType::checkpoint && key.second % 100 == manager) {

@@ -55,8 +55,7 @@ Numbers in_force() {
   for (const FunctionInfo& function : function_table()) {
     numbers["function"][static_cast<std::uint64_t>(function.function)] = function.name;
   }
-  for (const Stage& stage : schedule)
-    numbers["component"][static_cast<std::uint64_t>(stage.component) + 1] = stage.name;
+  for (const Stage& stage : schedule) numbers["component"][static_cast<std::uint64_t>(stage.component)] = stage.name;
   for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
     numbers["record"][t] = record_info(static_cast<RecordType>(t)).name;
   }

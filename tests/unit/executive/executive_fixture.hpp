@@ -83,7 +83,7 @@ class ExecutiveTest : public testing::Test {
     }
     return found;
   }
-  const ComponentStats& stats(std::size_t i) const { return executive.stats(static_cast<ComponentId>(i)); }
+  const ComponentStats& stats(std::size_t i) const { return executive.stats(static_cast<ComponentId>(i + 1)); }
 
   std::vector<std::byte> region = std::vector<std::byte>(std::size_t{8} << 20U);
   RamStore store{region};
@@ -93,9 +93,9 @@ class ExecutiveTest : public testing::Test {
   FakeComponent a{"a", diary}, b{"b", diary}, c{"c", diary};
   std::array<Component*, 3> components{&a, &b, &c};
   std::array<Stage, 3> stages{
-      Stage{.component = ComponentId{0}, .name = "a", .period = 1, .budget_ns = budget},
-      Stage{.component = ComponentId{1}, .name = "b", .wakes = mask_of(RecordType::frame), .budget_ns = budget},
-      Stage{.component = ComponentId{2},
+      Stage{.component = ComponentId{1}, .name = "a", .period = 1, .budget_ns = budget},
+      Stage{.component = ComponentId{2}, .name = "b", .wakes = mask_of(RecordType::frame), .budget_ns = budget},
+      Stage{.component = ComponentId{3},
             .name = "c",
             .wakes = mask_of(RecordType::overlap),
             .period = 3,

@@ -553,7 +553,7 @@ TEST_F(ExecutiveTest, EventsOfTwoProcessesDoNotReplaceEachOther) {
 
 TEST_F(ExecutiveTest, APartOfTheScheduleKeepsTheNumbersOfTheWhole) {
   const Stage row = stage_of(ComponentId::dense_matcher);
-  constexpr auto number = static_cast<std::int64_t>(ComponentId::dense_matcher) + 1;
+  constexpr auto number = static_cast<std::int64_t>(ComponentId::dense_matcher);
   Component* const part[] = {&c};
   Executive node(std::span(&row, 1), part, store, clock);
   node.share_flight();

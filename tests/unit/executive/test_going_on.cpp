@@ -288,7 +288,7 @@ class CommittingTest : public testing::Test {
   StepStore steps_{store_};
   test::FakeClock clock_;
   CommittingComponent component_{steps_};
-  Stage stage_{.component = ComponentId{0}, .name = "committing", .period = 1, .budget_ns = 20 * ns_per_ms};
+  Stage stage_{.component = ComponentId{1}, .name = "committing", .period = 1, .budget_ns = 20 * ns_per_ms};
   Component* components_[1] = {&component_};
   Executive executive_{{&stage_, 1}, components_, store_, clock_};
 };

@@ -52,8 +52,7 @@ constexpr bool as_in_its_row() {
 template <std::size_t... numbers>
 constexpr bool all_as_in_their_rows(std::index_sequence<numbers...>) {
   bool all = true;
-#define RECORD(number, record, name, description) \
-  all = all && (as_in_its_row<static_cast<ComponentId>(numbers), record>() && ...);
+#define RECORD(number, record, name, ...) all = all && (as_in_its_row<schedule[numbers].component, record>() && ...);
 #include "fsw/records/records.inc"
   return all;
 }
@@ -116,6 +115,40 @@ TEST(Permissions, WhatIsChangedOrReadIsMadeBySomebodyAndNobodyChangesItsOwn) {
               0U)
         << stage.name << " may read what it writes: the row need not say so";
   }
+}
+
+/// The tables of an image's life that lead back: what is known of later images, or of strips as a whole, wakes these.
+constexpr RecordMask leads_back_to(ComponentId stage) {
+  using enum RecordType;
+  switch (stage) {
+    case ComponentId::capture_clock:
+      return mask_of(frame, overlap, keyframe, pose);
+    case ComponentId::navigator:
+    case ComponentId::camera_calibrator:
+      return mask_of(pose);
+    case ComponentId::storage_manager:
+      return mask_of(downlink);
+    default:
+      return 0;
+  }
+}
+
+TEST(Schedule, RowsStandInTheOrderInWhichDataFlow) {
+  constexpr RecordMask of_many = mask_of(RecordType::command, RecordType::setting);
+  RecordMask made = mask_of(RecordType::event, RecordType::component);
+  for (const Stage& stage : schedule) {
+    EXPECT_EQ(stage.wakes & ~made & ~of_many & ~leads_back_to(stage.component), 0U)
+        << stage.name << " is woken by what a later row makes";
+    made |= stage.writes;
+  }
+}
+
+TEST(Schedule, ANumberFindsItsRowWhereverItStands) {
+  EXPECT_LT(place_of(ComponentId::place_memory), place_of(ComponentId::richness_scorer));
+  EXPECT_STREQ(component_name(17), "place_memory");
+  EXPECT_STREQ(component_name(8), "richness_scorer");
+  EXPECT_STREQ(component_name(0), "package");
+  EXPECT_EQ(find_stage(component_numbers + 1), nullptr);
 }
 
 }  // namespace

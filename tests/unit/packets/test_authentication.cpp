@@ -342,8 +342,7 @@ TEST_F(GuardedLinkTest, AReplayIsRefusedAfterTheDatabaseWasSetAside) {
   store_->number_from(0, 0);
   Transaction transaction(*store_);
   EXPECT_OK(transaction.begin());
-  EXPECT_OK(store_->erase(record_info<CheckpointRecord>(),
-                          std::int64_t{1} + static_cast<int>(ComponentId::telecommand_guard)));
+  EXPECT_OK(store_->erase(record_info<CheckpointRecord>(), static_cast<std::int64_t>(ComponentId::telecommand_guard)));
   EXPECT_OK(transaction.commit());
   start();
   EXPECT_EQ(after_sending(sealed(7)), 0U) << "recorded, and sent again";

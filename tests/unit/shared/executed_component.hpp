@@ -29,7 +29,7 @@ class ExecutedComponent {
  public:
   ExecutedComponent(Component& component, Store& store)
       : components_{&component},
-        stages_{Stage{.component = ComponentId{0},
+        stages_{Stage{.component = ComponentId{1},
                       .name = "alone",
                       .wakes = ~RecordMask{0} & ~mask_of(RecordType::event),
                       .budget_ns = 100 * ns_per_ms}},

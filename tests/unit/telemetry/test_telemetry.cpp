@@ -25,23 +25,23 @@ constexpr TimeNs frame = 100 * ns_per_ms;
 class FakeHealth final : public Health {
  public:
   [[nodiscard]] const ComponentStats& stats(ComponentId component) const override {
-    return stats_[static_cast<std::size_t>(component)];
+    return stats_[static_cast<std::size_t>(component) - 1];
   }
   [[nodiscard]] bool runs(ComponentId component) const override { return component != elsewhere; }
   [[nodiscard]] std::uint32_t frame_overruns() const override { return 3; }
   [[nodiscard]] std::int64_t frames_run() const override { return 1234; }
   FakeHealth() {
-    for (std::size_t i = 0; i < stage_count; ++i) {
+    for (std::size_t i = 0; i < component_numbers; ++i) {
       stats_[i].steps = static_cast<std::uint32_t>(100 + i);
       stats_[i].restarts = 7;
       stats_[i].longest_ns = 5 * ns_per_ms;
     }
   }
 
-  ComponentId elsewhere = ComponentId::count;  ///< it runs in another process
+  ComponentId elsewhere = ComponentId::none;  ///< it runs in another process
 
  private:
-  std::array<ComponentStats, stage_count> stats_;
+  std::array<ComponentStats, component_numbers> stats_;
 };
 
 class TelemetryTest : public TelecommandTest {
@@ -51,8 +51,8 @@ class TelemetryTest : public TelecommandTest {
     start();
   }
   void start() {
-    telemetry = std::make_unique<TelemetryReporter>(failing, *router, *writer, clock, mission,
-                                                    TelemetrySources{&health, &delivery});
+    telemetry = std::make_unique<TelemetryReporter>(failing, *router, *writer, clock, mission);
+    telemetry->report_on({&health, &delivery});
     ASSERT_TRUE(telemetry->restore().ok());
   }
   /// As after a power cut.
@@ -366,8 +366,8 @@ TEST_F(TelemetryTest, EveryReportFitsAPacketAndAllCanBeAskedForAtOnce) {
 
 TEST_F(TelemetryTest, HealthOfEveryComponentIsThere) {
   const Bytes data = one_shot(sid_components);
-  ASSERT_EQ(data.size(), 1 + stage_count * 32);
-  for (std::size_t i = 0; i < stage_count; ++i) {
+  ASSERT_EQ(data.size(), 1 + component_numbers * 32);
+  for (std::size_t i = 0; i < component_numbers; ++i) {
     EXPECT_EQ(at(data, 1 + i * 32, 4), 100 + i) << "steps";
     EXPECT_EQ(at(data, 1 + i * 32 + 8, 4), 7U) << "restarts";
     EXPECT_EQ(at(data, 1 + i * 32 + 24, 8), 5'000'000U) << "longest step";
@@ -379,7 +379,7 @@ TEST_F(TelemetryTest, HealthOfEveryComponentIsThere) {
 
 TEST_F(TelemetryTest, HealthOfAComponentInAnotherProcessIsThatOfItsRecord) {
   health.elsewhere = ComponentId::compressor;
-  constexpr auto place = static_cast<std::size_t>(ComponentId::compressor);
+  constexpr std::size_t place = static_cast<std::size_t>(ComponentId::compressor) - 1;
   ComponentRecord record;
   record.id = static_cast<std::int64_t>(place) + 1;
   record.steps = 5;
@@ -425,7 +425,7 @@ TEST_F(TelemetryTest, EventsAreToldBySeverity) {
     EXPECT_EQ(reports[i].subtype, static_cast<int>(i) + 1);
     EXPECT_EQ(reports[i].destination, 0);
     EXPECT_EQ(at(data, 0, 2), static_cast<std::uint64_t>(codes[i]));
-    EXPECT_EQ(at(data, 2, 1), static_cast<std::uint64_t>(ComponentId::acquisition) + 1);
+    EXPECT_EQ(at(data, 2, 1), static_cast<std::uint64_t>(ComponentId::acquisition));
     EXPECT_EQ(at(data, 3, 8), 258U);
     EXPECT_EQ(at(data, 11, 8), 0xFFFFFFFFFFFFFFFEU);
     EXPECT_EQ(at(data, 19, 4), i + 1);
@@ -523,7 +523,7 @@ TEST_F(TelemetryTest, WidthsFollowTheTailoring) {
   EXPECT_EQ(types(), "1.1 1.3 1.7 5.3");
   const Bytes data = last_heard[3].data;
   EXPECT_EQ(at(data, 0, 2), static_cast<std::uint64_t>(StatusCode::frame_gap));
-  EXPECT_EQ(at(data, 2, 4), static_cast<std::uint64_t>(ComponentId::acquisition) + 1) << "reporter";
+  EXPECT_EQ(at(data, 2, 4), static_cast<std::uint64_t>(ComponentId::acquisition)) << "reporter";
   EXPECT_EQ(at(data, 6, 4), 0x7FFFFFFFU) << "as near as it comes";
   EXPECT_EQ(at(data, 10, 4), 0xFFFFFFFDU);
 }

@@ -30,7 +30,7 @@ std::vector<Choice> code_choices(std::size_t octets) {
 std::vector<Choice> component_choices() {
   std::vector<Choice> choices = {{0, "package", "the executive, or the start of the flight"}};
   for (const Stage& stage : schedule) {
-    choices.push_back({static_cast<std::uint64_t>(stage.component) + 1, stage.name, ""});
+    choices.push_back({static_cast<std::uint64_t>(stage.component), stage.name, ""});
   }
   return choices;
 }

@@ -288,8 +288,8 @@ std::string field_type(const FieldInfo& field, SpaceSystem& root, SpaceSystem& o
 /// "" for a report of one record; otherwise the name of the component or the number of the process.
 std::string repeat_name(const ReportInfo& info, std::size_t repeat) {
   if (info.repeats == 1) return "";
-  if (info.source == ReportSource::components) return std::string(schedule[repeat].name) + "_";
-  return std::to_string(repeat) + "_";
+  const Stage* const stage = info.source == ReportSource::components ? find_stage(repeat + 1) : nullptr;
+  return (stage == nullptr ? std::to_string(repeat) : stage->name) + "_";
 }
 
 SpaceSystem report(const ReportInfo& info, SpaceSystem& root) {

@@ -63,9 +63,9 @@ TEST(FlightViewTest, ProcessesThatShareTheFlightAreShownAndSilentOnesStandOut) {
   EXPECT_EQ(all(panel(view)).find("nodes"), std::string::npos) << "a flight in one process has none";
   NodeHealth head, matcher;
   for (const Stage& stage : schedule) {
-    if (stage.runs_on == RunsOn::head) head.stages |= 1U << static_cast<unsigned>(stage.component);
+    if (stage.runs_on == RunsOn::head) head.stages |= 1U << (static_cast<unsigned>(stage.component) - 1);
   }
-  matcher.stages = 1U << static_cast<unsigned>(ComponentId::dense_matcher);
+  matcher.stages = 1U << (static_cast<unsigned>(ComponentId::dense_matcher) - 1);
   matcher.silent_ns = 42 * ns_per_s;
   const NodeHealth nodes[most_nodes] = {head, matcher};
   const ReportInfo& report = report_named("nodes");
