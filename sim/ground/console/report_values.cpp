@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "bsp/flight/status_text.hpp"
 #include "cfg/mission.hpp"
 #include "cfg/schedule.hpp"
 #include "fsw/base/status.hpp"
@@ -22,10 +23,6 @@ std::int64_t signed_number(ByteReader& in, std::size_t octets) {
 
 bool known(std::uint32_t code) {
   return is_status_code(code);
-}
-
-std::string component_name(std::uint64_t number) {
-  return number >= 1 && number <= stage_count ? schedule[number - 1].name : "package";
 }
 
 // The meaning of an event, and its advice if it has one.
@@ -81,8 +78,8 @@ std::string event_words(const Tailoring& tailoring, const Report& report) {
   const std::string place(in.rest().begin(), in.rest().end());
   return "event " + std::to_string(id) + " " +
          host::severity_name(static_cast<std::uint8_t>(report.header.subtype - event_reporting::informative)) + " at " +
-         clock_text(time) + " " + component_name(component) + " " + sentence(code, a, b) +
-         (place.empty() ? "" : " (" + place + ")");
+         clock_text(time) + " " + value_text(ValueType::component, static_cast<std::int64_t>(component)).c_str() + " " +
+         sentence(code, a, b) + (place.empty() ? "" : " (" + place + ")");
 }
 
 std::vector<std::string> parameter_words(const Tailoring& tailoring, const Report& report,
