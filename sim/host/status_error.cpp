@@ -41,6 +41,10 @@ std::string event_advice(std::uint16_t code) {
   return known(code) ? status_advice(static_cast<StatusCode>(code)) : "use the ground software of the flight's version";
 }
 
+std::string component_name(std::uint64_t number) {
+  return value_text(ValueType::component, static_cast<std::int64_t>(number)).c_str();
+}
+
 const char* severity_name(std::uint8_t severity) {
   return words_of(static_cast<Severity>(severity));
 }

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "bsp/flight/status_text.hpp"
 #include "cfg/mission.hpp"
 #include "cfg/schedule.hpp"
 #include "fsw/base/status.hpp"
@@ -78,8 +77,8 @@ std::string event_words(const Tailoring& tailoring, const Report& report) {
   const std::string place(in.rest().begin(), in.rest().end());
   return "event " + std::to_string(id) + " " +
          host::severity_name(static_cast<std::uint8_t>(report.header.subtype - event_reporting::informative)) + " at " +
-         clock_text(time) + " " + value_text(ValueType::component, static_cast<std::int64_t>(component)).c_str() + " " +
-         sentence(code, a, b) + (place.empty() ? "" : " (" + place + ")");
+         clock_text(time) + " " + host::component_name(component) + " " + sentence(code, a, b) +
+         (place.empty() ? "" : " (" + place + ")");
 }
 
 std::vector<std::string> parameter_words(const Tailoring& tailoring, const Report& report,
