@@ -5,6 +5,7 @@
 #include <iterator>
 #include <type_traits>
 
+#include "cfg/relations.hpp"
 #include "cfg/schedule.hpp"
 
 namespace ilp {
@@ -126,7 +127,7 @@ double parameter_value(const MissionParameters& mission, std::size_t index) {
 Status set_parameter(MissionParameters& mission, std::size_t index, double value) {
   if (index >= std::size(infos)) return {StatusCode::not_found, static_cast<std::int64_t>(index)};
   const ParameterInfo& info = infos[index];
-  if (!fits(info, value)) return {StatusCode::invalid_argument, static_cast<std::int64_t>(index)};
+  if (!fits(info, value)) return {StatusCode::parameter_out_of_range, info.number};
   void* const place = reinterpret_cast<unsigned char*>(&mission) + info.offset;
   switch (element_bytes(info.stored)) {
     case 1:
@@ -150,31 +151,31 @@ Status set_parameter(MissionParameters& mission, const char* section, const char
 }
 
 Status validate(const MissionParameters& mission) {
-  if (mission.min_overlap >= mission.target_overlap) return {StatusCode::invalid_argument, 1};
-  if (mission.image_bpp_floor > mission.image_bpp_ceiling) return {StatusCode::invalid_argument, 2};
-  if (mission.depth_bpp_floor > mission.depth_bpp_ceiling) return {StatusCode::invalid_argument, 3};
+  if (mission.min_overlap >= mission.target_overlap) return contradiction(Relation::overlaps);
+  if (mission.image_bpp_floor > mission.image_bpp_ceiling) return contradiction(Relation::image_bits);
+  if (mission.depth_bpp_floor > mission.depth_bpp_ceiling) return contradiction(Relation::depth_bits);
   if (mission.capture_safe_interval_s < mission.capture_min_interval_s ||
       mission.capture_max_interval_s < mission.capture_safe_interval_s) {
-    return {StatusCode::invalid_argument, 6};
+    return contradiction(Relation::capture_intervals);
   }
   if (mission.pass_period_s > 0 && mission.pass_length_s > mission.pass_period_s) {
-    return {StatusCode::invalid_argument, 7};
+    return contradiction(Relation::passes);
   }
-  if (mission.low_watermark >= mission.high_watermark) return {StatusCode::invalid_argument, 8};
+  if (mission.low_watermark >= mission.high_watermark) return contradiction(Relation::watermarks);
   const double weights = mission.gradient_fine_weight + mission.gradient_coarse_weight + mission.entropy_weight +
                          mission.contrast_weight + mission.relief_weight + mission.slope_steep_weight +
                          mission.slope_excess_weight + mission.roughness_fine_weight + mission.roughness_coarse_weight +
                          mission.curvature_weight + mission.novelty_weight;
-  if (!(weights > 0)) return {StatusCode::invalid_argument, 9};
+  if (!(weights > 0)) return contradiction(Relation::weights);
   const unsigned octets = mission.cfdp_sequence_octets;
-  if (octets != 1 && octets != 2 && octets != 4 && octets != 8) return {StatusCode::invalid_argument, 10};
-  if (mission.window_keyframes == 1 || mission.window_keyframes == 2) return {StatusCode::invalid_argument, 4};
+  if (octets != 1 && octets != 2 && octets != 4 && octets != 8) return contradiction(Relation::sequence_octets);
+  if (mission.window_keyframes == 1 || mission.window_keyframes == 2) return contradiction(Relation::window);
   for (const double interval_s : {mission.capture_interval_s, mission.housekeeping_period_s, mission.cfdp_prompt_s,
                                   mission.confirmation_timeout_s}) {
-    if (interval_s != 0 && interval_s < minor_frame_s) return {StatusCode::invalid_argument, 12};
+    if (interval_s != 0 && interval_s < minor_frame_s) return contradiction(Relation::minor_frame);
   }
   if (mission.capture_interval_s != 0 && mission.capture_interval_s < mission.capture_min_interval_s) {
-    return {StatusCode::invalid_argument, 13};
+    return contradiction(Relation::capture_interval);
   }
   return {};
 }

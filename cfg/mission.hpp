@@ -56,12 +56,12 @@ struct ParameterInfo {
 /// Any value as a number: the number of a choice, 0 or 1 for a flag.
 [[nodiscard]] double parameter_value(const MissionParameters& mission, std::size_t index);
 
-/// `not_found` for an unknown name; `invalid_argument` (a = index) for a value that is out of range or not a number, or
-/// that has a fraction where the type is a whole number, a choice or a flag.
+/// `not_found` for an unknown name; `parameter_out_of_range` for a value that is out of range or not a number, or that
+/// has a fraction where the type is a whole number, a choice or a flag.
 Status set_parameter(MissionParameters& mission, const char* section, const char* key, double value);
 Status set_parameter(MissionParameters& mission, std::size_t index, double value);
-/// Relations between parameters that a single range cannot state: `invalid_argument` with the relation's number
-/// (docs/commanding.md).
+/// `parameters_contradict` with the first relation between parameters that does not hold (cfg/relations.hpp). A single
+/// range cannot state these.
 Status validate(const MissionParameters& mission);
 
 /// decisions.md, 5: ceil(1 / (1 - target overlap)), unless the mission names a length.

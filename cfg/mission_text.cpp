@@ -70,17 +70,18 @@ bool parse_value(const ParameterInfo& info, const char* text, double& value) {
 
 Status MissionText::take_entry(const char* key, const char* text) {
   const std::size_t index = find_parameter(section_, key);
-  Status status = StatusCode::not_found;
+  Status status{StatusCode::not_found, line_};
   if (index < parameter_count()) {
     double value = 0;
-    const bool read = parse_value(parameter_info(index), text, value);
-    status = read ? set_parameter(mission_, index, value) : Status{StatusCode::invalid_argument};
+    const ParameterInfo& info = parameter_info(index);
+    const bool good = parse_value(info, text, value) && set_parameter(mission_, index, value).ok();
+    status = good ? Status{} : Status{StatusCode::parameter_out_of_range, info.number, line_};
   }
   if (status.ok() || !status_.ok()) return status;
   copy_text(fault_.section, section_);
   copy_text(fault_.key, key);
   copy_text(fault_.value, text);
-  return {status.code, line_};
+  return status;
 }
 
 Status MissionText::take_line() {
@@ -128,8 +129,7 @@ void MissionText::add(std::span<const std::uint8_t> text) {
 Status MissionText::finish(MissionParameters& mission) {
   end_line();
   ILP_TRY(status_);
-  const Status valid = validate(mission_);
-  if (!valid.ok()) return {valid.code, 0, valid.a};
+  ILP_TRY(validate(mission_));
   mission = mission_;
   return {};
 }

@@ -26,8 +26,8 @@ class MissionText {
 
   void add(std::span<const std::uint8_t> text);
   /// Call it after the last piece. `parse_error` (a = line) for a malformed line, `not_found` (a = line) for an unknown
-  /// parameter, `invalid_argument` for a value that the parameter cannot have (a = line) or for parameters that
-  /// contradict each other (a = 0, b = relation, see validate). `mission` changes only if the whole text is right.
+  /// parameter, `parameter_out_of_range` (b = line) for a value that the parameter cannot have, or the Status of
+  /// validate(). `mission` changes only if the whole text is right.
   Status finish(MissionParameters& mission);
   /// The entry of the first fault.
   [[nodiscard]] const MissionEntry& fault() const { return fault_; }

@@ -10,6 +10,7 @@
 
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/life_merge.hpp"
+#include "fsw/base/argument.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/storage/storage_manager.hpp"
 #include "hal/store/checksums.hpp"
@@ -281,7 +282,7 @@ Status FlightStore::take_in(const char* path, const char* copy, const MissionPar
 }
 
 Status FlightStore::leave_memory(const char* path, DiskWait* wait) {
-  if (!in_memory_) return {StatusCode::invalid_argument, 1};
+  if (!in_memory_) return out_of_range(Argument::store);
   MemoryCopyCounts counts;
   return write_memory_copy(*ram_, path, wait, counts);
 }

@@ -22,7 +22,6 @@ Status read_mission_file(const char* path, MissionParameters& mission, MissionEn
   if (failed) return StatusCode::io_error;
   const Status status = text.finish(mission);
   fault = text.fault();
-  if (status.is(StatusCode::invalid_argument) && status.a == 0) return {StatusCode::parameters_contradict, status.b};
   return status;
 }
 

@@ -6,8 +6,7 @@
 namespace ilp {
 
 /// `mission` changes only when the whole file is right. `not_found` (a = 0) if there is no file, `io_error` if it
-/// cannot be read, `parameters_contradict` (a = relation, docs/commanding.md), else the Status of MissionText, with a =
-/// line; `fault` names the wrong entry.
+/// cannot be read, else the Status of MissionText; `fault` names the wrong entry.
 Status read_mission_file(const char* path, MissionParameters& mission, MissionEntry& fault);
 
 }  // namespace ilp

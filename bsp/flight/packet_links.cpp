@@ -2,6 +2,8 @@
 
 #include <cerrno>
 
+#include "fsw/base/argument.hpp"
+
 namespace ilp {
 namespace {
 
@@ -41,9 +43,9 @@ Status PacketLinks::open(const PacketLinkOptions& options, const char*& culprit)
   options_ = options;
   packets_ = files_ = nullptr;
   culprit = options.udp_peer;
-  if (options.udp_peer != nullptr && options.udp == nullptr) return StatusCode::invalid_argument;
+  if (options.udp_peer != nullptr && options.udp == nullptr) return out_of_range(Argument::peer);
   culprit = options.cfdp_peer;
-  if (options.cfdp_peer != nullptr && options.cfdp == nullptr) return StatusCode::invalid_argument;
+  if (options.cfdp_peer != nullptr && options.cfdp == nullptr) return out_of_range(Argument::peer);
   if (options.udp != nullptr) {
     ILP_TRY(open_udp(options.udp, options.udp_peer, udp_, culprit));
     packets_ = &udp_;

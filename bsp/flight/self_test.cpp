@@ -84,12 +84,6 @@ void test_codec(SelfTestResults& results) {
 
 }  // namespace
 
-const char* self_test_name(SelfTest test) {
-  constexpr const char* names[] = {"arithmetic", "checksums", "clock", "store", "codec", "disk"};
-  static_assert(sizeof(names) / sizeof(names[0]) == static_cast<std::size_t>(SelfTest::count));
-  return names[static_cast<std::size_t>(test)];
-}
-
 void SelfTestResults::note(SelfTest test, bool passed, std::int64_t value) {
   const auto index = static_cast<std::size_t>(test);
   tested |= std::uint32_t{1} << index;

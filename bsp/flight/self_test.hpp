@@ -4,21 +4,17 @@
 #include <array>
 #include <cstdint>
 
+#include "fsw/base/enumeration.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/store/store.hpp"
 
 namespace ilp {
 
-enum class SelfTest : std::uint8_t {
-  arithmetic,  ///< elementary functions give the same bits as everywhere
-  checksums,   ///< the check values of CRC-16 and CRC-32
-  clock,       ///< it advances, and never goes back
-  store,       ///< a record is written and read back, and a transaction rolled back
-  codec,       ///< a picture with a region is coded with the same octets as everywhere
-  disk,        ///< noted by a flight that has its store in memory because its disk failed
-  count
-};
-[[nodiscard]] const char* self_test_name(SelfTest test);
+ILP_ENUMERATION(SelfTest, (0, arithmetic, "elementary functions give the same bits as everywhere"),
+                (1, checksums, "the check values of CRC-16 and CRC-32"), (2, clock, "it advances, and never goes back"),
+                (3, store, "a record is written and read back, and a transaction rolled back"),
+                (4, codec, "a picture with a region is coded with the same octets as everywhere"),
+                (5, disk, "noted by a flight that has its store in memory because its disk failed"))
 
 struct SelfTestResults {
   std::uint32_t tested = 0;  ///< bit k: test k was run

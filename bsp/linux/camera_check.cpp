@@ -84,7 +84,7 @@ class Check {
       const Status status = camera_.capture(now, image_, frame);
       if (status.is(StatusCode::not_ready)) return;
       if (!status.ok()) {
-        std::printf("%9.3f  %s: %s\n", seconds(now), status_name(status.code), status_sentence(status).c_str());
+        std::printf("%9.3f  %s: %s\n", seconds(now), status_name(status.code), status_words(status).c_str());
         continue;
       }
       if (answers_ < max_answers) errors_ns_[answers_++] = frame.time_ns - wanted_ns_;
@@ -128,7 +128,7 @@ int main(int argc, char** argv) {
   const Status status = check.start(argv[1], static_cast<std::int32_t>(std::strtol(argv[2], nullptr, 10)),
                                     static_cast<std::int32_t>(std::strtol(argv[3], nullptr, 10)));
   if (!status.ok()) {
-    std::fprintf(stderr, "ilp-camera-check: %s: %s\n", status_sentence(status).c_str(), status_advice(status.code));
+    std::fprintf(stderr, "ilp-camera-check: %s: %s\n", status_words(status).c_str(), status_advice(status.code));
     return 1;
   }
   check.run(ns_from_seconds(length_s), ns_from_seconds(interval_s));

@@ -384,7 +384,7 @@ void Flight::test_board() {
   life_->record().failed = results.failed;
   for (std::size_t k = 0; k < results.values.size(); ++k) {
     if ((results.failed >> k & 1U) == 0) continue;
-    std::fprintf(stderr, "ilp-onboard: self-test %s failed\n", self_test_name(static_cast<SelfTest>(k)));
+    std::fprintf(stderr, "ilp-onboard: self-test %s failed\n", name_of(static_cast<SelfTest>(k)));
     report({StatusCode::self_test_failed, static_cast<std::int64_t>(k), results.values[k]});
   }
 }

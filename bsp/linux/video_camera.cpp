@@ -18,7 +18,7 @@ void print_verdict(const V4l2Camera& camera) {
                format.width, format.height, verdict.period_ns > 0 ? 1e9 / static_cast<double>(verdict.period_ns) : 0.0,
                verdict.frames, static_cast<long long>(verdict.missing));
   for (int bit = 0; bit < finding::count; ++bit) {
-    if ((verdict.findings >> bit & 1U) != 0) std::fprintf(stderr, "camera: %s\n", finding_text(bit));
+    if ((verdict.findings >> bit & 1U) != 0) std::fprintf(stderr, "camera: %s\n", finding::texts[bit]);
   }
   if (!verdict.stamps_believed) std::fputs("camera: times are those of the frames' arrival\n", stderr);
 }
@@ -74,7 +74,7 @@ Status start_video_camera(const char* settings, std::int32_t width, std::int32_t
   if (status.ok()) {
     print_verdict(camera);
   } else {
-    std::fprintf(stderr, "camera: %s; the flight goes on and tries again\n", status_sentence(status).c_str());
+    std::fprintf(stderr, "camera: %s; the flight goes on and tries again\n", status_words(status).c_str());
   }
   return {};
 }

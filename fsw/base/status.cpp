@@ -4,6 +4,9 @@
 #include <cstddef>
 #include <iterator>
 
+#include "fsw/base/argument.hpp"
+#include "fsw/base/status_values.hpp"
+
 namespace ilp {
 namespace {
 
@@ -12,17 +15,26 @@ struct StatusEntry {
   Severity severity;
   const char* text;
   const char* advice;
+  StatusValues values;
 };
 
+#define ILP_STATUS_VALUE(name, type) {#name, ValueType::type},
 constexpr StatusEntry entries[] = {
-#define ILP_STATUS(number, name, severity, text, advice) {#name, Severity::severity, text, advice},
+#define ILP_STATUS(number, name, severity, text, advice, ...) \
+  {#name, Severity::severity, text, advice, {__VA_OPT__(ILP_ENUM_EACH(ILP_STATUS_VALUE, __VA_ARGS__))}},
 #include "fsw/base/status_list.inc"
 #undef ILP_STATUS
 };
 constexpr std::uint16_t numbers[] = {
-#define ILP_STATUS(number, name, severity, text, advice) number,
+#define ILP_STATUS(number, name, severity, text, advice, ...) number,
 #include "fsw/base/status_list.inc"
 #undef ILP_STATUS
+};
+
+constexpr ValueTypeInfo value_types[] = {
+#define ILP_VALUE_TYPE(name, unit, per_unit, meaning) {#name, unit, per_unit, meaning},
+    ILP_VALUE_TYPES(ILP_VALUE_TYPE)
+#undef ILP_VALUE_TYPE
 };
 
 constexpr std::uint8_t no_row = 0xFF;
@@ -65,6 +77,25 @@ const char* status_advice(StatusCode code) {
 }
 Severity status_severity(StatusCode code) {
   return entry(code).severity;
+}
+
+StatusValues status_values(StatusCode code) {
+  return entry(code).values;
+}
+const ValueTypeInfo& info_of(ValueType type) {
+  return value_types[type < ValueType::count ? static_cast<std::size_t>(type) : 0];
+}
+
+Status out_of_range(Argument argument, double value) {
+  constexpr double most = 9.2e18;
+  const double thousandths = value * 1000;
+  // This is false for what is not a number.
+  if (!(thousandths > -most && thousandths < most)) return out_of_range(argument);
+  return {StatusCode::invalid_argument, static_cast<std::int64_t>(argument),
+          static_cast<std::int64_t>(thousandths < 0 ? thousandths - 0.5 : thousandths + 0.5)};
+}
+Status out_of_range(Argument argument) {
+  return {StatusCode::invalid_argument, static_cast<std::int64_t>(argument), no_number};
 }
 
 AssertionPlace last_assertion() {

@@ -9,7 +9,7 @@
 namespace ilp {
 
 enum class StatusCode : std::uint16_t {
-#define ILP_STATUS(number, name, severity, text, advice) name = (number),
+#define ILP_STATUS(number, name, severity, text, advice, ...) name = (number),
 #include "fsw/base/status_list.inc"
 #undef ILP_STATUS
 };

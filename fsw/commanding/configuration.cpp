@@ -4,6 +4,7 @@
 #include <cstring>
 #include <iterator>
 
+#include "cfg/relations.hpp"
 #include "fsw/commanding/settings.hpp"
 #include "fsw/packets/link_settings.hpp"
 #include "fsw/packets/pass_schedule.hpp"
@@ -213,13 +214,13 @@ Status Configuration::check(const MissionParameters& wanted, TimeNs now) const {
   const std::int64_t utc_s = MissionTime(mission_.mission_epoch_s).utc(now) / ns_per_s;
   const auto later = [&](double epoch_s) { return epoch_s > static_cast<double>(utc_s); };
   if (wanted.mission_epoch_s != own_.wanted.mission_epoch_s && later(wanted.mission_epoch_s)) {
-    return {StatusCode::parameters_contradict, 14};
+    return contradiction(Relation::mission_epoch);
   }
   const bool changed = wanted.agency_epoch_s != own_.wanted.agency_epoch_s || wanted.cuc_time != own_.wanted.cuc_time ||
                        wanted.tailoring != own_.wanted.tailoring;
   const TimeFormat format = LinkSettings(wanted).tailoring.time;
   if (changed && format.code == TimeCode::cuc_agency && later(wanted.agency_epoch_s)) {
-    return {StatusCode::parameters_contradict, 15};
+    return contradiction(Relation::agency_epoch);
   }
   return {};
 }

@@ -4,18 +4,17 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/base/checksum.hpp"
+#include "fsw/base/enumeration.hpp"
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/shared/flight_memory.hpp"
 #include "hal/store/store.hpp"
 
 namespace ilp {
 
-/// The second value of the event configuration_reverted.
-enum class RevertReason : std::uint8_t {
-  start_failed = 1,   ///< the flight could not start with the configuration
-  not_confirmed = 2,  ///< no telecommand came for [contact] trial_s of contact
-  many_starts = 3     ///< the third start in a row without a telecommand
-};
+/// The first value of the event configuration_reverted.
+ILP_ENUMERATION(RevertReason, (1, start_failed, "the flight could not start with them"),
+                (2, not_confirmed, "no telecommand came for [contact] trial_s of contact"),
+                (3, many_starts, "it was the third start in a row without a telecommand"))
 
 /// What is known before a start.
 struct ConfigurationStart {
@@ -50,8 +49,7 @@ class Configuration {
   /// Mission time was tied to the calendar.
   void epoch_is(double epoch_s);
 
-  /// `parameters_contradict` (a = 14: mission time would begin in the future; 15: the agency's epoch of the time format
-  /// is in the future).
+  /// `parameters_contradict`: mission time, or the agency's epoch of the time format, would begin in the future.
   [[nodiscard]] Status check(const MissionParameters& wanted, TimeNs now) const;
   /// Writes records of what differs from wanted(), in an open transaction.
   Status write(const MissionParameters& wanted, TimeNs now);

@@ -64,8 +64,7 @@ Status Telecommander::set_parameters(const Telecommand& telecommand, Answer& ans
 }
 
 Status Telecommander::check_together(const MissionParameters& wanted) const {
-  const Status valid = validate(wanted);
-  if (!valid.ok()) return {StatusCode::parameters_contradict, valid.a};
+  ILP_TRY(validate(wanted));
   return configuration_ != nullptr ? configuration_->check(wanted, clock_.now()) : Status{};
 }
 

@@ -1,6 +1,7 @@
 // Service 8 of the Telecommander: the functions of fsw/commanding/functions.inc. Each takes effect by a record that
 // another component reads, or by a parameter.
 #include "cfg/schedule.hpp"
+#include "fsw/base/argument.hpp"
 #include "fsw/commanding/telecommander.hpp"
 #include "fsw/downlink/delivery_queue.hpp"
 #include "fsw/downlink/uplink.hpp"
@@ -18,10 +19,6 @@ constexpr TimeNs delete_patience_ns = 600 * ns_per_s;
 constexpr TimeNs restart_patience_ns = 10 * ns_per_s;
 constexpr TimeNs report_patience_ns = 10 * ns_per_s;
 constexpr std::int64_t longest_pass_s = 1'000'000;
-
-Status bad_argument(std::int64_t number, std::int64_t value) {
-  return {StatusCode::invalid_argument, number, value};
-}
 
 }  // namespace
 
@@ -117,10 +114,10 @@ Status Telecommander::capture_series(Call& call) {
   const std::uint16_t number = call.arguments.u16();
   request.interval_ns = interval_ms * ns_per_ms;
   if (number > 1 && request.interval_ns < ns_from_seconds(mission_.capture_min_interval_s)) {
-    return bad_argument(2, interval_ms);
+    return out_of_range(Argument::interval, interval_ms / 1000.0);
   }
-  if (number == 0) return bad_argument(3, number);
-  if (request.interval_ns > farthest_ns / number) return bad_argument(2, interval_ms);
+  if (number == 0) return out_of_range(Argument::repetitions, number);
+  if (request.interval_ns > farthest_ns / number) return out_of_range(Argument::interval, interval_ms / 1000.0);
   request.next_ns = call.time;
   request.left = number;
   request.deadline_ns = call.time + (number - 1) * request.interval_ns + ns_from_seconds(mission_.capture_timeout_s) +
@@ -177,7 +174,7 @@ Status Telecommander::delete_product(Call& call) {
   OpenRequest& request = call.request;
   const std::int64_t keyframe_id = number_of_this_life<KeyframeRecord>(store_, call.arguments.u32());
   const std::uint8_t kind = call.arguments.u8();
-  if (kind >= static_cast<std::uint8_t>(ProductKind::count)) return bad_argument(2, kind);
+  if (kind >= static_cast<std::uint8_t>(ProductKind::count)) return out_of_range(Argument::product_kind, kind);
   request.subject_id = product_id(keyframe_id, static_cast<ProductKind>(kind));
   request.deadline_ns = clock_.now() + delete_patience_ns;
   ProductRecord product;
@@ -194,7 +191,7 @@ Status Telecommander::delete_product(Call& call) {
 
 Status Telecommander::begin_pass(Call& call) {
   const std::uint32_t length_s = call.arguments.u32();
-  if (length_s == 0 || length_s > longest_pass_s) return bad_argument(1, length_s);
+  if (length_s == 0 || length_s > longest_pass_s) return out_of_range(Argument::pass_length, length_s);
   MissionParameters wanted = wanted_;
   open_contact(clock_.now(), length_s, wanted);
   call.work.way = Configuration::Way::bounded;
@@ -211,7 +208,7 @@ Status Telecommander::end_pass(Call& call) {
 Status Telecommander::restart_component(Call& call) {
   OpenRequest& request = call.request;
   const std::uint8_t number = call.arguments.u8();
-  if (find_stage(number) == nullptr) return bad_argument(1, number);
+  if (find_stage(number) == nullptr) return out_of_range(Argument::component, number);
   request.subject_id = number;
   request.deadline_ns = clock_.now() + restart_patience_ns;
   ILP_TRY(newest_id<EventRecord>(store_, request.mark_id));

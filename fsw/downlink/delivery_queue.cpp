@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/packets/cfdp_checksum.hpp"
@@ -60,7 +61,7 @@ Status DeliveryQueue::survey(std::uint64_t& bytes) {
 
 Status DeliveryQueue::begin_file(const char* name) {
   open_ = false;
-  if (name == nullptr || name[0] == 0 || std::strlen(name) >= sizeof(name_)) return {StatusCode::invalid_argument, 1};
+  if (name == nullptr || name[0] == 0 || std::strlen(name) >= sizeof(name_)) return out_of_range(Argument::file_name);
   std::uint64_t bytes = 0;
   ILP_TRY(survey(bytes));
   if (entries_.full() || static_cast<double>(bytes) >= 1024.0 * mission_.cfdp_queue_kib) {
@@ -74,7 +75,7 @@ Status DeliveryQueue::begin_file(const char* name) {
 }
 
 Status DeliveryQueue::write(std::span<const std::uint8_t> bytes) {
-  if (!open_) return {StatusCode::invalid_argument, 2};
+  if (!open_) return out_of_range(Argument::open_file);
   auto& file = scratch_.as<DownlinkBuffers>().file;
   if (bytes.size() > file.size() - bytes_) {
     open_ = false;
@@ -102,7 +103,7 @@ Status DeliveryQueue::erase_others_of(const char* name) {
 }
 
 Status DeliveryQueue::end_file() {
-  if (!open_) return {StatusCode::invalid_argument, 2};
+  if (!open_) return out_of_range(Argument::open_file);
   open_ = false;
   ILP_TRY(erase_others_of(name_));
   const std::span<const std::uint8_t> file{scratch_.as<DownlinkBuffers>().file.data(), bytes_};
@@ -128,7 +129,7 @@ Status DeliveryQueue::end_file() {
 }
 
 Status DeliveryQueue::acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) {
-  if (name == nullptr) return {StatusCode::invalid_argument, 1};
+  if (name == nullptr) return out_of_range(Argument::file_name);
   std::uint64_t unused = 0;
   if (!surveyed_) ILP_TRY(survey(unused));
   for (const Entry& entry : entries_) {

@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "cfg/mission_text.hpp"
+#include "fsw/base/argument.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/shared/find_next.hpp"
@@ -213,7 +214,7 @@ Status Uplink::check(const Receiver& receiver, UplinkRecord& record) {
   }
   record.state = verdict.ok() ? UplinkState::checked : UplinkState::rejected;
   record.fault = static_cast<std::uint16_t>(verdict.code);
-  record.fault_place = verdict.a != 0 ? verdict.a : verdict.b;
+  record.fault_place = verdict.is(StatusCode::parameter_out_of_range) ? verdict.b : verdict.a;
   // A rejected file is of no use.
   record.data.bytes = verdict.ok() ? static_cast<std::uint32_t>(file.size()) : 0;
   return {};
@@ -288,7 +289,7 @@ Status activate_uplink(StorePart<Changes<UplinkRecord>> store, std::int64_t id, 
                        MissionParameters& mission) {
   UplinkRecord record;
   ILP_TRY(get(store, id, record));
-  if (record.state == UplinkState::rejected) return {StatusCode::invalid_argument, 1, record.fault};
+  if (record.state == UplinkState::rejected) return out_of_range(Argument::uplinked_file, id);
   MissionText text(mission);
   for (std::size_t at = 0; at < record.data.bytes;) {
     std::uint8_t piece[256];

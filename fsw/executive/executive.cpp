@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "fsw/base/status_values.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/executive/frame_timing.hpp"
 #include "hal/store/newest_id.hpp"
@@ -21,8 +22,10 @@ constexpr TimeNs step_reserve_ns = 20 * ns_per_ms;
 /// Where several processes share a store, each has the lock for a moment now and then.
 constexpr TimeNs shortest_lock_told_ns = ns_per_s;
 
-// Second value of memory_damaged: the source of the restored bytes.
-constexpr std::int64_t from_checkpoint = 1, from_copy = 2, from_new_process = 3;
+// Second value of memory_damaged.
+constexpr auto from_checkpoint = static_cast<std::int64_t>(MemorySource::checkpoint);
+constexpr auto from_copy = static_cast<std::int64_t>(MemorySource::copy);
+constexpr auto from_new_process = static_cast<std::int64_t>(MemorySource::new_process);
 
 bool no_waiting_heals(const Status& status) {
   return status.is(StatusCode::store_build) || status.is(StatusCode::store_schema) ||

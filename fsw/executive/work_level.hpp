@@ -12,6 +12,7 @@
 #include <cstdint>
 
 #include "cfg/mission.hpp"
+#include "fsw/base/enumeration.hpp"
 #include "fsw/base/time.hpp"
 
 namespace ilp {
@@ -22,7 +23,8 @@ inline constexpr std::uint32_t settle_windows = 3;
 /// the processor, such as a calibration or room in the store, is no overload.
 inline constexpr double busy_share = 0.9;
 
-enum class LoadReason : std::uint8_t { none, overruns, frames, keyframes };
+ILP_ENUMERATION(LoadReason, (0, none, ""), (1, overruns, "minor frames overran"),
+                (2, frames, "frames wait for the overlap checker"), (3, keyframes, "keyframes wait for their richness"))
 
 /// Inputs that wait for a component.
 struct Backlog {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "fsw/base/status_values.hpp"
+
 namespace ilp {
 namespace {
 
@@ -148,8 +150,8 @@ ExposureSetting ExposureControl::share_out(std::int64_t product, const ExposureG
 void ExposureControl::judge_limits(std::int64_t wanted, const ExposureSetting& next, Status& event) {
   const std::int64_t given = product_of(next);
   std::int32_t limit = 0;
-  if (8 * given < 7 * wanted) limit = 1;
-  if (8 * wanted < 7 * given) limit = 2;
+  if (8 * given < 7 * wanted) limit = static_cast<std::int32_t>(Brightness::too_dark);
+  if (8 * wanted < 7 * given) limit = static_cast<std::int32_t>(Brightness::too_bright);
   if (limit != 0 && limit != limit_) event = {StatusCode::exposure_limited, limit, next.exposure_us};
   limit_ = limit;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
@@ -86,7 +87,7 @@ Status load_final_window(Reader<PoseRecord, StructureRecord> store, const Camera
     PoseRecord pose;
     ILP_TRY(get(store, id, pose));
     const BundleCamera bundle_camera{pose_of(pose), camera.fx, camera.fy, camera.cx, camera.cy, false};
-    if (!window.cameras.push_back(bundle_camera)) return {StatusCode::invalid_argument, 4};
+    if (!window.cameras.push_back(bundle_camera)) return out_of_range(Argument::window, window.cameras.size());
   }
   StructureRecord structure;
   std::int64_t id = keyframe_ids.front() - 1;

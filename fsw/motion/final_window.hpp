@@ -9,7 +9,7 @@
 namespace ilp {
 
 /// Loads the cameras of `keyframe_ids` (ascending, final), all free, and the points that at least two of them see, from
-/// the structure up to that of keyframe `through_id`, as far as there is room. `invalid_argument` (a = 4) for more
+/// the structure up to that of keyframe `through_id`, as far as there is room. `invalid_argument` for more
 /// keyframes than limits::max_bundle_cameras, `truncated` for a structure that ends within a point.
 Status load_final_window(Reader<PoseRecord, StructureRecord> store, const CameraModel& camera,
                          std::span<const std::int64_t> keyframe_ids, std::int64_t through_id, BundleProblem& window);

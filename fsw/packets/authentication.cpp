@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "fsw/base/argument.hpp"
+
 namespace ilp {
 namespace {
 
@@ -47,9 +49,9 @@ Authenticator::Association* Authenticator::find(std::uint16_t spi) {
 }
 
 Status Authenticator::add(std::uint16_t spi, std::span<const std::uint8_t> key) {
-  if (find(spi) != nullptr) return {StatusCode::invalid_argument, 0, spi};
+  if (find(spi) != nullptr) return out_of_range(Argument::security_parameter_index, spi);
   if (key.size() < min_key_bytes || key.size() > max_key_bytes) {
-    return {StatusCode::invalid_argument, 1, static_cast<std::int64_t>(key.size())};
+    return out_of_range(Argument::key_length, key.size());
   }
   Association association;
   association.spi = spi;

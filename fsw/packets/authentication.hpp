@@ -31,7 +31,7 @@ using SequenceMarks = FixedVector<SequenceMark, limits::max_security_association
 
 class Authenticator {
  public:
-  /// `invalid_argument` for a known SPI (a = 0) or a key of another length (a = 1), `capacity_exceeded`.
+  /// `invalid_argument` for a known SPI or a key of another length, `capacity_exceeded`.
   Status add(std::uint16_t spi, std::span<const std::uint8_t> key);
   /// Reads lines `SPI KEY`, the SPI from 1 to 65535, the key in hexadecimal; `#` begins a comment. `parse_error` (a =
   /// line).

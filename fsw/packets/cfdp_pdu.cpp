@@ -2,6 +2,7 @@
 
 #include <iterator>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/big_endian.hpp"
 #include "fsw/packets/bytes.hpp"
 #include "fsw/packets/crc16.hpp"
@@ -290,24 +291,7 @@ void write_data_field(const Pdu& pdu, Writer& writer) {
   }
 }
 
-constexpr const char* fault_names[] = {"none",
-                                       "header cut short",
-                                       "version",
-                                       "length of the data field",
-                                       "CRC",
-                                       "no directive code",
-                                       "unknown directive code",
-                                       "field cut short",
-                                       "octets after the last field",
-                                       "option cut short",
-                                       "ACK of what is never acknowledged"};
-static_assert(std::size(fault_names) == static_cast<std::size_t>(PduFault::count));
-
 }  // namespace
-
-const char* pdu_fault_name(PduFault fault) {
-  return fault < PduFault::count ? fault_names[static_cast<std::size_t>(fault)] : "unknown";
-}
 
 Status decode(std::span<const std::uint8_t> bytes, Pdu& pdu) {
   const PduFault fault = read_pdu(bytes, pdu);
@@ -317,17 +301,17 @@ Status decode(std::span<const std::uint8_t> bytes, Pdu& pdu) {
 
 Status encode(const Pdu& pdu, std::span<std::uint8_t> out, std::size_t& bytes) {
   const Header& header = pdu.header;
-  if (header.id_length < 1 || header.id_length > 8) return {StatusCode::invalid_argument, 1, header.id_length};
+  if (header.id_length < 1 || header.id_length > 8) return out_of_range(Argument::id_length, header.id_length);
   if (header.sequence_length < 1 || header.sequence_length > 8) {
-    return {StatusCode::invalid_argument, 2, header.sequence_length};
+    return out_of_range(Argument::sequence_length, header.sequence_length);
   }
-  if (pdu.kind >= PduKind::count) return {StatusCode::invalid_argument, 3, static_cast<std::int64_t>(pdu.kind)};
+  if (pdu.kind >= PduKind::count) return out_of_range(Argument::pdu_kind, static_cast<std::uint8_t>(pdu.kind));
   Writer writer(out);
   write_header(pdu, writer);
   write_data_field(pdu, writer);
   const std::size_t crc_place = writer.size();
   if (header.crc) writer.number(0, crc_bytes);
-  if (writer.unfit()) return {StatusCode::invalid_argument, 4};
+  if (writer.unfit()) return out_of_range(Argument::pdu_field);
   const std::size_t data_bytes = writer.size() - (writer.full() ? 0 : header_bytes(header));
   if (writer.full() || data_bytes > 0xFFFF) {
     return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(data_bytes),

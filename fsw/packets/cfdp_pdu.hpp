@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 
+#include "fsw/base/enumeration.hpp"
 #include "fsw/base/status.hpp"
 
 namespace ilp::cfdp {
@@ -13,22 +14,16 @@ namespace ilp::cfdp {
 enum class PduKind : std::uint8_t { metadata, file_data, eof, finished, ack, nak, prompt, keep_alive, count };
 
 /// Condition code of a transaction (table 5-5).
-enum class Condition : std::uint8_t {
-  no_error = 0,
-  ack_limit_reached = 1,
-  keep_alive_limit_reached = 2,
-  invalid_transmission_mode = 3,
-  filestore_rejection = 4,
-  file_checksum_failure = 5,
-  file_size_error = 6,
-  nak_limit_reached = 7,
-  inactivity_detected = 8,
-  invalid_file_structure = 9,
-  check_limit_reached = 10,
-  unsupported_checksum_type = 11,
-  suspend_request_received = 14,
-  cancel_request_received = 15
-};
+ILP_ENUMERATION(Condition, (0, no_error, "no error"), (1, ack_limit_reached, "ACK limit reached"),
+                (2, keep_alive_limit_reached, "keep alive limit reached"),
+                (3, invalid_transmission_mode, "invalid transmission mode"),
+                (4, filestore_rejection, "filestore rejection"), (5, file_checksum_failure, "file checksum failure"),
+                (6, file_size_error, "file size error"), (7, nak_limit_reached, "NAK limit reached"),
+                (8, inactivity_detected, "inactivity detected"), (9, invalid_file_structure, "invalid file structure"),
+                (10, check_limit_reached, "check limit reached"),
+                (11, unsupported_checksum_type, "unsupported checksum type"),
+                (14, suspend_request_received, "suspend request received"),
+                (15, cancel_request_received, "cancel request received"))
 
 /// The file's state at the receiver (table 5-7).
 enum class FileStatus : std::uint8_t { discarded = 0, rejected_by_filestore = 1, retained = 2, unreported = 3 };
@@ -127,27 +122,17 @@ struct Pdu {
 };
 
 /// The reason why bytes are no PDU.
-enum class PduFault : std::uint8_t {
-  none,
-  header_cut,            ///< ends within the header
-  version,               ///< not version 1 (727.0-B-5)
-  length,                ///< the data field is shorter or longer than the header says
-  crc,                   ///< the checksum is wrong
-  directive_missing,     ///< a file directive without a code
-  directive_unknown,     ///< a code that the standard reserves
-  field_cut,             ///< the data field ends within a field
-  trailing_octets,       ///< octets after the last field
-  tlv_cut,               ///< an option is longer than what is left
-  acknowledges_nothing,  ///< an ACK of a PDU that is never acknowledged
-  count
-};
-[[nodiscard]] const char* pdu_fault_name(PduFault fault);
+ILP_ENUMERATION(PduFault, (0, none, ""), (1, header_cut, "header cut short"), (2, version, "version"),
+                (3, length, "length of the data field"), (4, crc, "CRC"), (5, directive_missing, "no directive code"),
+                (6, directive_unknown, "unknown directive code"), (7, field_cut, "field cut short"),
+                (8, trailing_octets, "octets after the last field"), (9, tlv_cut, "option cut short"),
+                (10, acknowledges_nothing, "ACK of what is never acknowledged"))
 
 /// Total: any bytes give a PDU or `pdu_rejected` (a = PduFault, b = octets given), which leaves `pdu` undefined.
 /// Reserved or redundant fields (spare bits, the direction) are not checked.
 Status decode(std::span<const std::uint8_t> bytes, Pdu& pdu);
 
-/// `capacity_exceeded` if `out` or a field of the PDU is too small, `invalid_argument` (a = place of the value) for
+/// `capacity_exceeded` if `out` or a field of the PDU is too small, `invalid_argument` for
 /// values that its fields cannot hold, such as large sizes without the flag for large files.
 Status encode(const Pdu& pdu, std::span<std::uint8_t> out, std::size_t& bytes);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/packets/pass_schedule.hpp"
 #include "fsw/packets/space_packet.hpp"
 
@@ -169,7 +170,7 @@ bool PacketRouter::take_pdu(std::span<const std::uint8_t> pdu) {
 Status PacketRouter::receive(Channel channel, std::span<std::uint8_t> out, std::size_t& bytes) {
   bytes = 0;
   if (channel == Channel::files) return pdus_.pop(out, bytes);
-  if (channel != Channel::commands) return {StatusCode::invalid_argument, static_cast<std::int64_t>(channel)};
+  if (channel != Channel::commands) return out_of_range(Argument::channel, static_cast<std::uint8_t>(channel));
   if (authenticating() && released_ == 0) return StatusCode::not_ready;
   command_credit_.fill(clock_.now(), mission_.telecommands_per_s, mission_.telecommands_per_s);
   if (command_credit_.level < 1) return StatusCode::not_ready;
@@ -183,7 +184,7 @@ Status PacketRouter::receive(Channel channel, std::span<std::uint8_t> out, std::
 
 Status PacketRouter::send(Channel channel, std::span<const std::uint8_t> packet) {
   if (channel != Channel::commands && channel != Channel::files) {
-    return {StatusCode::invalid_argument, static_cast<std::int64_t>(channel)};
+    return out_of_range(Argument::channel, static_cast<std::uint8_t>(channel));
   }
   if (!contact()) return StatusCode::not_ready;
   const double rate = mission_.link_bytes_per_s;

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "fsw/base/argument.hpp"
+
 namespace ilp {
 namespace {
 
@@ -27,7 +29,7 @@ TimeNs read_interval(const Tailoring& tailoring, ByteReader& in) {
   return ms >= 0 && ms <= longest_interval_ms ? static_cast<TimeNs>(std::floor(ms + 0.5)) * ns_per_ms : -1;
 }
 
-/// `read_item` says whether an item is valid; `invalid_argument` (a = place in the list) if it is not.
+/// `read_item` says whether an item is valid; `invalid_argument` if it is not.
 template <typename List, typename ReadItem>
 Status decode_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, List& list,
                    const ReadItem& read_item) {
@@ -40,7 +42,7 @@ Status decode_list(const Tailoring& tailoring, std::span<const std::uint8_t> dat
     typename List::value_type item{};
     const bool good = read_item(in, item);
     if (!in.ok()) return malformed(in);
-    if (!good) return {StatusCode::invalid_argument, i};
+    if (!good) return out_of_range(Argument::interval);
     static_cast<void>(list.push_back(item));
   }
   return in.left() == 0 ? Status{} : malformed(in);

@@ -26,7 +26,7 @@ using IntervalList = FixedVector<ReportInterval, limits::max_list_items>;
 /// octets; `capacity_exceeded`.
 Status decode_report_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, ReportList& list);
 void encode_report_list(const Tailoring& tailoring, const ReportList& list, ByteWriter& out);
-/// TC[3,31]; also `invalid_argument` (a = item) for an interval that is no time.
+/// TC[3,31]; also `invalid_argument` for an interval that is no time.
 Status decode_interval_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, IntervalList& list);
 void encode_interval_list(const Tailoring& tailoring, const IntervalList& list, ByteWriter& out);
 /// The head of TM[3,25]; the values of the report's definition follow.

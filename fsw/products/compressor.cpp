@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/shared/calibration_wait.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/shared/frame_access.hpp"
@@ -161,7 +162,7 @@ Status Compressor::order(ProductKind kind) {
   } else {
     const GrayView image = work().image.view();
     if (image.width != mask.width || image.height != mask.height) {
-      return {StatusCode::invalid_argument, 2, image.width};
+      return out_of_range(Argument::mask_size, mask.width);
     }
     std::copy_n(image.data, image.area(), coding_.image().data);
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/status_values.hpp"
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/shared/work_level.hpp"
 #include "fsw/vision/geometry/camera.hpp"
@@ -19,9 +20,6 @@ constexpr double depth_margin = 1.15;
 constexpr double smallest_matched_share = 0.01;
 // Of the 64 pixels of a cell.
 constexpr std::int32_t smallest_cell = 32;
-
-// Second value of rectification_impossible, after those of planning: matches do not share rows.
-constexpr std::int64_t poses_contradict_images = 7;
 
 template <typename T>
 std::span<const std::uint8_t> bytes_of(ImageView<const T> view) {
@@ -252,7 +250,8 @@ void DenseMatcher::state_geometry(DepthRecord& record) {
 Status DenseMatcher::state_errors() {
   if (residual_.count >= min_vertical_residuals && residual_.median_px() > max_vertical_residual_px) {
     return give_up_partner(DepthVerdict::rectification_impossible,
-                           {StatusCode::rectification_impossible, pose_.id, poses_contradict_images});
+                           {StatusCode::rectification_impossible, pose_.id,
+                            static_cast<std::int64_t>(RectificationFault::poses_contradict)});
   }
   record_ = {};
   record_.id = pose_.id;

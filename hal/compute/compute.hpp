@@ -6,11 +6,14 @@
 #include <cstdint>
 #include <span>
 
+#include "fsw/base/enumeration.hpp"
 #include "fsw/base/status.hpp"
 
 namespace ilp {
 
 enum class ComputeKind : std::uint32_t { wide_search, stereo_band, count };
+inline constexpr EnumValue compute_kind_values[] = {{0, "wide_search", "wide search"},
+                                                    {1, "stereo_band", "stereo band"}};
 inline constexpr std::size_t compute_kinds = static_cast<std::size_t>(ComputeKind::count);
 
 /// What the jobs of a kind are. The results of a job's units lie in its output one after another.
@@ -49,8 +52,8 @@ class Compute {
   Compute(const Compute&) = delete;
   Compute& operator=(const Compute&) = delete;
 
-  /// There is one job of each kind at a time; another one takes its place. `invalid_argument` (1: the kind, 2: bytes of
-  /// input, 3: bytes of output).
+  /// There is one job of each kind at a time; another one takes its place. `invalid_argument` (the kind, bytes of
+  /// input, bytes of output).
   virtual Status submit(const ComputeJob& job) = 0;
   virtual ComputeProgress ask(ComputeKind kind) = 0;
   virtual void drop(ComputeKind kind) = 0;
@@ -62,14 +65,11 @@ class Compute {
 };
 
 /// Why a device is not used (reasons of the events compute_refused and compute_lost).
-enum class ComputeFault : std::uint8_t {
-  none,
-  late,         ///< no answer within the limit
-  gone,         ///< its program has ended, or cannot be reached
-  damaged,      ///< what it wrote does not have its checksum or its place
-  wrong,        ///< its bytes are not those of the processor
-  unreachable,  ///< no program listens, or the memory cannot be shared
-};
+ILP_ENUMERATION(ComputeFault, (0, none, ""), (1, late, "no answer within the limit"),
+                (2, gone, "its program has ended, or cannot be reached"),
+                (3, damaged, "what it wrote does not have its checksum or its place"),
+                (4, wrong, "its bytes are not those of the processor"),
+                (5, unreachable, "no program listens, or the memory cannot be shared"))
 
 /// A device that does jobs. It is never waited for in flight.
 class ComputeDevice {

@@ -7,6 +7,7 @@
 // instead of the store; only amend() differs from put().
 #pragma once
 
+#include "fsw/base/argument.hpp"
 #include "fsw/records/record_type.hpp"
 #include "hal/store/store.hpp"
 
@@ -91,17 +92,20 @@ class StoreView {
   /// For a table chosen at run time: the check is then at run time, and `invalid_argument` reports a table outside this
   /// part.
   Status get(const RecordInfo& info, std::int64_t id, void* record) const {
-    return has(info) ? store_->get(info, id, record) : StatusCode::invalid_argument;
+    return has(info) ? store_->get(info, id, record)
+                     : out_of_range(Argument::table, static_cast<std::uint8_t>(info.type));
   }
   Status next(const RecordInfo& info, std::int64_t after, void* record) const {
-    return has(info) ? store_->next(info, after, record) : StatusCode::invalid_argument;
+    return has(info) ? store_->next(info, after, record)
+                     : out_of_range(Argument::table, static_cast<std::uint8_t>(info.type));
   }
   Status last(const RecordInfo& info, void* record) const {
-    return has(info) ? store_->last(info, record) : StatusCode::invalid_argument;
+    return has(info) ? store_->last(info, record) : out_of_range(Argument::table, static_cast<std::uint8_t>(info.type));
   }
   Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                    std::span<std::uint8_t> bytes) const {
-    return has(info) ? store_->read_blob(info, field, id, offset, bytes) : StatusCode::invalid_argument;
+    return has(info) ? store_->read_blob(info, field, id, offset, bytes)
+                     : out_of_range(Argument::table, static_cast<std::uint8_t>(info.type));
   }
 
  private:

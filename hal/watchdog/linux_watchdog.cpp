@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "fsw/base/argument.hpp"
 #include "hal/posix/number.hpp"
 
 namespace ilp {
@@ -55,7 +56,7 @@ LinuxWatchdog::~LinuxWatchdog() {
 }
 
 Status LinuxWatchdog::open(const WatchdogOptions& options) {
-  if (file_ >= 0) return {StatusCode::invalid_argument, 1};
+  if (file_ >= 0) return out_of_range(Argument::watchdog);
   file_ = calls_.open(options.device);
   if (file_ < 0) return refused(options.timeout_s);
   int boot_status = 0;

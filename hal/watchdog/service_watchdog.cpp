@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstring>
 
+#include "fsw/base/argument.hpp"
+
 namespace ilp {
 
 ServiceWatchdog::~ServiceWatchdog() {
@@ -14,7 +16,7 @@ ServiceWatchdog::~ServiceWatchdog() {
 
 Status ServiceWatchdog::open(const char* address) {
   if (address == nullptr || address[0] == '\0') return {};
-  if (socket_ >= 0) return {StatusCode::invalid_argument, 1};
+  if (socket_ >= 0) return out_of_range(Argument::watchdog);
   const std::size_t length = std::strlen(address);
   if ((address[0] != '/' && address[0] != '@') || length >= sizeof(manager_.sun_path)) {
     return {StatusCode::watchdog_refused, ENAMETOOLONG};

@@ -134,18 +134,7 @@ CameraModel read_colmap_camera(const std::filesystem::path& path) {
     camera.width = static_cast<std::int32_t>(width);
     camera.height = static_cast<std::int32_t>(height);
     const Status status = validate(camera);
-    if (!status.ok()) {
-      static const char* const reasons[] = {
-          "",
-          "image too small",
-          ("absurd focal length: expected above 1 px, at most 1000 sides of the image, and "
-           "fx and fy within a factor of 10"),
-          "principal point far outside the image",
-          "distortion is not invertible over the image",
-          "a parameter is not finite"};
-      const bool explained = status.is(StatusCode::invalid_argument) && status.a >= 1 && status.a <= 5;
-      throw std::runtime_error(place + (explained ? reasons[status.a] : describe(status)));
-    }
+    if (!status.ok()) throw std::runtime_error(place + status_sentence(status));
     return camera;
   }
   throw std::runtime_error("camera file " + path.string() +

@@ -126,6 +126,11 @@ void update_file(const fs::path& path, const std::function<void(std::ostream&)>&
     file.close();
     if (!file) throw std::runtime_error("cannot write " + path.string() + ": " + write_failure(errno));
     move_into_place(temporary, path);
+  } catch (const std::runtime_error& fault) {
+    std::error_code ignored;
+    fs::remove(temporary, ignored);
+    const std::string what = fault.what();
+    throw std::runtime_error(what.find(path.string()) == std::string::npos ? path.string() + ": " + what : what);
   } catch (...) {
     std::error_code ignored;
     fs::remove(temporary, ignored);

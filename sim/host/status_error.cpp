@@ -1,11 +1,9 @@
 #include "sim/host/status_error.hpp"
 
-#include <cstring>
 #include <stdexcept>
 
+#include "bsp/flight/status_text.hpp"
 #include "fsw/base/status.hpp"
-#include "fsw/vision/multiview/sequence.hpp"
-#include "fsw/vision/overlap/overlap.hpp"
 
 namespace ilp::host {
 namespace {
@@ -16,32 +14,8 @@ bool known(std::uint16_t code) {
 
 }  // namespace
 
-namespace {
-
-/// A value that stands for an enumerated one is written in its words.
-std::string words_for(const Status& status, char value) {
-  const std::int64_t number = value == 'a' ? status.a : status.b;
-  if (status.is(StatusCode::io_error) && value == 'a' && number > 0)
-    return std::to_string(number) + ", " + std::strerror(static_cast<int>(number));
-  if (status.is(StatusCode::strip_broken) && value == 'b') return words_of(static_cast<StripEnd>(number));
-  if ((status.is(StatusCode::calibration_waiting) || status.is(StatusCode::camera_nominal)) && value == 'b')
-    return std::to_string(number) + ", " + words_of(static_cast<CalibrationVerdict>(number));
-  return std::to_string(number);
-}
-
-}  // namespace
-
 std::string status_sentence(const Status& status) {
-  std::string sentence;
-  for (const char* c = status_text(status.code); *c != '\0'; ++c) {
-    if (c[0] == '%' && (c[1] == 'a' || c[1] == 'b')) {
-      sentence += words_for(status, c[1]);
-      ++c;
-    } else {
-      sentence += *c;
-    }
-  }
-  return sentence;
+  return status_words(status).c_str();
 }
 
 std::string describe(const Status& status) {
@@ -65,6 +39,10 @@ std::string event_sentence(const EventRecord& event) {
 
 std::string event_advice(std::uint16_t code) {
   return known(code) ? status_advice(static_cast<StatusCode>(code)) : "use the ground software of the flight's version";
+}
+
+std::string component_name(std::uint64_t number) {
+  return value_text(ValueType::component, static_cast<std::int64_t>(number)).c_str();
 }
 
 const char* severity_name(std::uint8_t severity) {

@@ -21,6 +21,8 @@ void require(const Status& status, const std::string& what);
 [[nodiscard]] std::string event_name(std::uint16_t code);
 [[nodiscard]] std::string event_sentence(const EventRecord& event);
 [[nodiscard]] std::string event_advice(std::uint16_t code);
+/// The number is that of an event's reporter.
+[[nodiscard]] std::string component_name(std::uint64_t number);
 [[nodiscard]] const char* severity_name(std::uint8_t severity);
 
 }  // namespace ilp::host

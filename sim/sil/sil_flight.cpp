@@ -190,10 +190,13 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
       guard_(longest_standstill_ns +
              static_cast<TimeNs>(std::min(options.faults.store_full_for_s, longest_wait_for_store_s)) * ns_per_s) {
   host::require(disk_.open((out_ / "flight.db").c_str()), "opening " + (out_ / "flight.db").string());
-  host::require(disk_.limit(database_limit_bytes(mission_)), "limiting the database");
-  host::require(radio_.open((out_ / "outbox").c_str(), (out_ / "acknowledged").c_str()), "opening the outbox");
+  host::require(disk_.limit(database_limit_bytes(mission_)), "limiting " + (out_ / "flight.db").string());
+  host::require(radio_.open((out_ / "outbox").c_str(), (out_ / "acknowledged").c_str()),
+                "opening " + (out_ / "outbox").string());
   ConfigurationStart start;
-  if (options.real_time) host::require(on_disk_.open((out_ / "flight.db").c_str()), "opening the small memory");
+  if (options.real_time)
+    host::require(on_disk_.open((out_ / "flight.db").c_str()),
+                  "opening the small memory beside " + (out_ / "flight.db").string());
   start.loaded = memory_.load();
   start.utc_s = options.real_time ? utc_now() / ns_per_s : 0;
   start.commanded = !options.link_udp.empty() || !options.link_tcp.empty();

@@ -32,15 +32,7 @@ void validate_camera(const CameraModel& camera) {
   CameraModel copy = camera;
   check_parameters(parameters(copy), "camera");
   const Status status = ilp::validate(camera);
-  if (status.ok()) return;
-  static const char* const reasons[] = {"",
-                                        "a larger image",
-                                        "a longer focal length",
-                                        "a principal point within one image of its centre",
-                                        "a distortion that can be inverted over the whole image",
-                                        "finite numbers"};
-  const bool explained = status.is(StatusCode::invalid_argument) && status.a >= 1 && status.a <= 5;
-  throw std::invalid_argument("[camera]: expected " + (explained ? reasons[status.a] : host::describe(status)));
+  if (!status.ok()) throw std::invalid_argument("[camera]: " + host::status_sentence(status));
 }
 
 }  // namespace

@@ -83,18 +83,18 @@ double mirrored(double at, int last) {
 }  // namespace
 
 Heightmap::Heightmap(host::Raster<float> values, double spacing_x_m, double spacing_y_m, double first_x_m,
-                     double first_y_m)
+                     double first_y_m, const std::string& name)
     : values_(std::move(values)),
       spacing_x_(spacing_x_m),
       spacing_y_(spacing_y_m),
       first_x_(first_x_m),
       first_y_(first_y_m) {
-  if (values_.width < 2 || values_.height < 2) throw std::invalid_argument("heightmap: at least 2x2 values expected");
-  if (!(spacing_x_ > 0 && spacing_y_ > 0)) throw std::invalid_argument("heightmap: positive spacings expected");
+  if (values_.width < 2 || values_.height < 2) throw std::invalid_argument(name + ": at least 2x2 values expected");
+  if (!(spacing_x_ > 0 && spacing_y_ > 0)) throw std::invalid_argument(name + ": positive spacings expected");
   lowest_ = std::numeric_limits<double>::max();
   highest_ = -lowest_;
   for (const float value : values_.samples) {
-    if (!std::isfinite(value)) throw std::invalid_argument("heightmap: a value that is not a number");
+    if (!std::isfinite(value)) throw std::invalid_argument(name + ": a value that is not a number");
     lowest_ = std::min<double>(lowest_, value);
     highest_ = std::max<double>(highest_, value);
   }
@@ -175,7 +175,8 @@ ImportedGround load_ground(const WorldParams& world) {
       const auto level = static_cast<float>(mean_of(raster.values));
       for (float& value : raster.values.samples) value -= level;
     }
-    ground.heights.emplace(std::move(raster.values), place.spacing_x, place.spacing_y, corner.x, corner.y);
+    ground.heights.emplace(std::move(raster.values), place.spacing_x, place.spacing_y, corner.x, corner.y,
+                           world.heightmap);
   }
   if (world.albedo_map.empty()) return ground;
 
@@ -190,7 +191,8 @@ ImportedGround load_ground(const WorldParams& world) {
     const Heightmap& heights = *ground.heights;
     const double spacing_x = heights.width_m() / (raster.values.width - 1);
     const double spacing_y = heights.height_m() / (raster.values.height - 1);
-    ground.brightness.emplace(std::move(raster.values), spacing_x, spacing_y, heights.first_x(), heights.first_y());
+    ground.brightness.emplace(std::move(raster.values), spacing_x, spacing_y, heights.first_x(), heights.first_y(),
+                              world.albedo_map);
     return ground;
   }
   const host::RasterPlace& place = *raster.place;
@@ -201,7 +203,8 @@ ImportedGround load_ground(const WorldParams& world) {
   } else if (!world.map_georeferenced) {
     corner = corner_of(raster.values, place.spacing_x, place.spacing_y, world.map_x_m, world.map_y_m);
   }
-  ground.brightness.emplace(std::move(raster.values), place.spacing_x, place.spacing_y, corner.x, corner.y);
+  ground.brightness.emplace(std::move(raster.values), place.spacing_x, place.spacing_y, corner.x, corner.y,
+                            world.albedo_map);
   return ground;
 }
 

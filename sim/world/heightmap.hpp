@@ -15,7 +15,8 @@ class Heightmap {
  public:
   /// Every value finite, at least 2x2 of them, spacings positive; std::invalid_argument otherwise. (first_x, first_y)
   /// is the place of the first row's first pixel, m.
-  Heightmap(host::Raster<float> values, double spacing_x_m, double spacing_y_m, double first_x_m, double first_y_m);
+  Heightmap(host::Raster<float> values, double spacing_x_m, double spacing_y_m, double first_x_m, double first_y_m,
+            const std::string& name = "heightmap");
 
   [[nodiscard]] double at(double x, double y) const;
   [[nodiscard]] double lowest() const { return lowest_; }

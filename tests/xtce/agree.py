@@ -15,6 +15,7 @@ import socket
 import subprocess
 import sys
 import time
+from fractions import Fraction
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import xtce_reader  # noqa: E402
@@ -186,8 +187,8 @@ def operate(station):
 
 
 def same(decoded, own):
-    """A value of the database's reader and [name, value, unit, label] of the project's decoder."""
-    name, value, unit, label = own
+    """A value of the database's reader and [name, value, unit, label, values per unit] of the project's decoder."""
+    name, value, unit, label, *scale = own
     if unit == "utc":
         # The project keeps nanoseconds.
         return decoded.name == ROOT + "/" + name and abs(decoded.value - value * 1e-9 + UNIX_IN_1958) < 1e-6
@@ -200,6 +201,9 @@ def same(decoded, own):
         return False
     if isinstance(decoded.raw, bytes):
         return value in (decoded.raw.hex(), decoded.value)
+    # Values of events: so many of the packet are one of the unit.
+    if scale and not in_ns and isinstance(decoded.value, (int, float, Fraction)):
+        return decoded.raw == value and decoded.value * scale[0] == value
     if value == "nan":
         return math.isnan(decoded.raw)
     if in_ns and abs(float(decoded.value) - value * 1e-9) > 1e-9:

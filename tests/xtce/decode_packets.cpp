@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bsp/flight/status_text.hpp"
 #include "cfg/mission.hpp"
 #include "cfg/schedule.hpp"
 #include "fsw/packets/pus.hpp"
@@ -26,7 +27,7 @@ namespace {
 using namespace ilp;
 using nlohmann::json;
 
-/// name, value, unit, name of the enumerated value.
+/// name, value, unit, name of the enumerated value; for values of events also how many of them are one of the unit.
 void add(json& values, const std::string& name, const json& value, const std::string& unit = "",
          const std::string& label = "") {
   values.push_back({name, value, unit, label});
@@ -35,6 +36,16 @@ void add(json& values, const std::string& name, const json& value, const std::st
 std::string label_of(EnumValues choices, double value) {
   const EnumValue* const choice = find_value(choices, static_cast<std::uint64_t>(value));
   return choice != nullptr ? choice->name : "";
+}
+
+/// As the database has it: the own decoder writes names, and numbers with a unit.
+std::string label_of(ValueType type, std::int64_t value) {
+  if (type == ValueType::component && value == 0) return "package";
+  if (type == ValueType::component) return schedule[static_cast<std::size_t>(value) - 1].name;
+  if (type == ValueType::fault)
+    return is_status_code(static_cast<std::uint64_t>(value)) && value != 0 ? status_name(static_cast<StatusCode>(value))
+                                                                           : "";
+  return value < 0 ? "" : label_of(named_values(type), static_cast<double>(value));
 }
 
 void add_count(const Telemetry& packet, std::uint64_t count, json& values) {
@@ -98,7 +109,15 @@ void event_values(const Tailoring& tailoring, const Telemetry& packet, json& val
   const std::uint64_t code = in.number(tailoring.event_id), component = in.number(tailoring.event_reporter);
   add(values, "event", code, "", code_name(code));
   add(values, "component", component, "", component_name(component));
-  for (const char* const name : {"event_a", "event_b"}) add(values, name, signed_number(in, tailoring.event_value));
+  const StatusValues kinds = status_values(static_cast<StatusCode>(code));
+  for (const auto& [which, kind] : {std::pair('a', kinds.a), std::pair('b', kinds.b)}) {
+    const std::int64_t value = signed_number(in, tailoring.event_value);
+    const std::string name = kind.name[0] != 0 ? kind.name : std::string(1, which);
+    const bool size = kind.type == ValueType::size;
+    const ValueTypeInfo& info = info_of(kind.type);
+    values.push_back({"events/" + code_name(code) + "_" + name, value, size ? "" : info.unit,
+                      label_of(kind.type, value), info.per_unit});
+  }
   add(values, "number", in.u32());
   time_value(tailoring, "event_time", in, values);
   add(values, "text", std::string(in.rest().begin(), in.rest().end()));

@@ -3,6 +3,7 @@
 #include <cinttypes>
 #include <cstdio>
 
+#include "bsp/flight/status_text.hpp"
 #include "fsw/records/records.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
 #include "hal/store/store.hpp"
@@ -39,7 +40,7 @@ int main(int argc, char** argv) {
   static SqliteStore store;
   const Status status = store.open_read_only(argv[1]);
   if (!status.ok()) {
-    std::printf("figures: %s: %s\n", argv[1], status_text(status.code));
+    std::printf("figures: %s: %s\n", argv[1], status_words(status).c_str());
     return 1;
   }
   return print(store);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/vision/calibration/calibration_workspace.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
@@ -117,7 +118,7 @@ Status check_window(const BundleProblem& window) {
     const BundleObservation& o = window.observations[i];
     const bool inside = o.camera < window.cameras.size() && o.point < window.points.size();
     if (!inside || !std::isfinite(o.x) || !std::isfinite(o.y)) {
-      return {StatusCode::invalid_argument, 3, static_cast<std::int64_t>(i)};
+      return out_of_range(Argument::observation, i);
     }
   }
   return {};

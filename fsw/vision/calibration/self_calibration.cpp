@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/calibration/absolute_quadric.hpp"
@@ -28,7 +29,7 @@ Status check(const CalibrationParams& p) {
   const bool rest = p.min_gric_gain >= 0 && p.min_motion_px >= 0 && p.sigma_centre > 0 && p.noise_px > 0 &&
                     p.least_noise_px >= 0 && p.max_noise_px > 0 && p.max_sigma > 0 && p.max_sigma_of_few > 0 &&
                     p.max_consistency >= 1;
-  if (!views || !field || !rest) return {StatusCode::invalid_argument, 1};
+  if (!views || !field || !rest) return out_of_range(Argument::calibration_parameters);
   return {};
 }
 
@@ -41,13 +42,13 @@ Status check(const Matches& matches, std::size_t corners_a, const Corners& corne
     const Match& m = matches[i];
     const bool inside = m.a < corners_a && m.b < corners_b.size();
     if (!inside || seen_a[m.a] != 0 || seen_b[m.b] != 0 || !std::isfinite(m.xb) || !std::isfinite(m.yb)) {
-      return {StatusCode::invalid_argument, 2, static_cast<std::int64_t>(i)};
+      return out_of_range(Argument::match, i);
     }
     seen_a[m.a] = seen_b[m.b] = 1;
   }
   for (std::size_t i = 0; i < corners_b.size(); ++i) {
     if (!std::isfinite(corners_b[i].x) || !std::isfinite(corners_b[i].y)) {
-      return {StatusCode::invalid_argument, 3, static_cast<std::int64_t>(i)};
+      return out_of_range(Argument::corner, i);
     }
   }
   return {};

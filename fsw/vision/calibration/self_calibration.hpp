@@ -122,7 +122,7 @@ class SelfCalibration {
 
   /// Starts over. `nominal` gives the image size, the point about which the principal point is expected, the pixels'
   /// aspect and the distortion. Its focal length is not used as an estimate: it is only the unit of the distortion.
-  /// `invalid_argument` (a = 1) for parameters out of range; the Status of validate() for the camera.
+  /// `invalid_argument` for parameters out of range; the Status of validate() for the camera.
   Status begin(const CameraModel& nominal, const CalibrationParams& params);
 
   /// Ends the set. The next keyframe is the first of another set (a new strip).
@@ -130,7 +130,7 @@ class SelfCalibration {
 
   /// Takes a copy of a keyframe's corners (real px) and of its matches to the keyframe before (Match.a its corners,
   /// Match.b these; xb, yb the refined position), as Sequence::begin_keyframe does; the first keyframe of a set has no
-  /// matches. `not_ready` while another keyframe is at work, `invalid_argument` (a = 2, b = match; a = 3, b = corner)
+  /// matches. `not_ready` while another keyframe is at work, `invalid_argument` (match, corner)
   /// for an index out of range, a corner matched twice, or a position that is not finite.
   Status begin_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
                         std::uint64_t seed);

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstring>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/vision/codec/openjpeg_codec.hpp"
 #include "fsw/vision/codec/wavelet53.hpp"
 
@@ -129,7 +130,7 @@ void write_packets(const CodingStyle& style, const BlockPart& part, const Layout
 
 Status decode_block(std::span<const std::uint8_t> codestream, const CodingStyle& style, const BlockPart& part,
                     std::span<std::uint8_t> scratch, ImageView<std::int32_t> coefficients) {
-  if (scratch.size() < block_scratch_bytes) return {StatusCode::invalid_argument, 0};
+  if (scratch.size() < block_scratch_bytes) return out_of_range(Argument::scratch, scratch.size());
   const Layout layout = layout_of(part);
   const std::span<std::uint8_t> bytes = scratch.subspan(2 * block_samples_bytes, block_codestream_bytes);
   Writer writer(bytes);

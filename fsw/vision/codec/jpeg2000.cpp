@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/vision/codec/background_fill.hpp"
 #include "fsw/vision/codec/jp2_file.hpp"
 #include "fsw/vision/codec/openjpeg_codec.hpp"
@@ -17,24 +18,25 @@ constexpr std::size_t min_codestream_bytes = 128;
 
 Status check(std::int32_t width, std::int32_t height, int bits, MaskView mask, const Jpeg2000Params& params,
              std::span<const std::uint8_t> metadata) {
-  if (width < 1 || height < 1) return {StatusCode::invalid_argument, 0, width};
+  if (width < 1 || height < 1) return out_of_range(Argument::image_size, width);
   // Limits the sides too, because OpenJPEG needs many times the memory for long thin images.
   if (width > limits::max_image_side || height > limits::max_image_side ||
       static_cast<std::size_t>(width) * static_cast<std::size_t>(height) > limits::max_image_pixels) {
     return {StatusCode::image_too_large, width, height};
   }
-  if (bits < 1 || bits > max_sample_bits) return {StatusCode::invalid_argument, 1, bits};
+  if (bits < 1 || bits > max_sample_bits) return out_of_range(Argument::coding_parameters, bits);
   if (mask.data != nullptr && (mask.width != width || mask.height != height)) {
-    return {StatusCode::invalid_argument, 2, mask.width};
+    return out_of_range(Argument::mask_size, mask.width);
   }
   if (params.wavelet_levels < 0 || params.wavelet_levels > limits::max_wavelet_levels) {
-    return {StatusCode::invalid_argument, 3, params.wavelet_levels};
+    return out_of_range(Argument::coding_parameters, params.wavelet_levels);
   }
   if (params.layers < 1 || params.layers > limits::max_quality_layers) {
-    return {StatusCode::invalid_argument, 4, params.layers};
+    return out_of_range(Argument::layers, params.layers);
   }
-  if (!(params.layer_ratio > 0 && params.layer_ratio < 1)) return {StatusCode::invalid_argument, 7};
-  if (params.region_resolutions < 0) return {StatusCode::invalid_argument, 5, params.region_resolutions};
+  if (!(params.layer_ratio > 0 && params.layer_ratio < 1))
+    return out_of_range(Argument::coding_parameters, params.layer_ratio);
+  if (params.region_resolutions < 0) return out_of_range(Argument::coding_parameters, params.region_resolutions);
   if (metadata.size() > limits::max_metadata_bytes) {
     return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(metadata.size()),
             static_cast<std::int64_t>(limits::max_metadata_bytes)};
@@ -76,7 +78,7 @@ Status level_shift(ImageView<const std::uint16_t> image, int bits, ImageView<std
       row[x] = from[x] - half;
     }
   }
-  if ((all >> static_cast<unsigned>(bits)) != 0) return {StatusCode::invalid_argument, 6, all};
+  if ((all >> static_cast<unsigned>(bits)) != 0) return out_of_range(Argument::samples, all);
   return {};
 }
 
@@ -374,7 +376,7 @@ Status truncate_to_layers(std::span<std::uint8_t> file, int layers, std::size_t&
   Jpeg2000Info info;
   ILP_TRY(parse_jp2(file, info));
   const auto offset = static_cast<std::size_t>(info.codestream.data() - file.data());
-  if (layers < 1 || layers > info.layers) return {StatusCode::invalid_argument, layers, info.layers};
+  if (layers < 1 || layers > info.layers) return out_of_range(Argument::layers, layers);
   if (layers == info.layers) {
     bytes = offset + info.codestream.size();
     return {};

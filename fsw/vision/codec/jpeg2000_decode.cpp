@@ -1,5 +1,6 @@
 #include "fsw/vision/codec/jpeg2000_decode.hpp"
 
+#include "fsw/base/argument.hpp"
 #include "fsw/vision/codec/jp2_file.hpp"
 #include "fsw/vision/codec/openjpeg_codec.hpp"
 
@@ -13,7 +14,7 @@ Status decode_jpeg2000(std::span<const std::uint8_t> file, bool allow_truncated,
   Jpeg2000Info info;
   ILP_TRY(parse_jp2(file, info));
   if (samples.width != info.width || samples.height != info.height) {
-    return {StatusCode::invalid_argument, samples.width, samples.height};
+    return out_of_range(Argument::image_size, samples.width);
   }
   return openjpeg_decode(info.codestream, allow_truncated, 0, samples);
 }

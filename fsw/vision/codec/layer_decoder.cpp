@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/codec/coding_passes.hpp"
 #include "fsw/vision/codec/wavelet53.hpp"
@@ -50,7 +51,7 @@ Status LayerDecoder::prepare(std::span<const std::uint8_t> codestream, ImageView
                              std::span<const PassEnd> pass_ends, const SampleWindow& window) {
   ILP_TRY(read_coding_style(codestream, style_));
   if (style_.width != coefficients.width || style_.height != coefficients.height) {
-    return {StatusCode::invalid_argument, style_.width, style_.height};
+    return out_of_range(Argument::image_size, style_.width);
   }
   codestream_ = codestream;
   coefficients_ = coefficients;
@@ -77,7 +78,7 @@ std::size_t LayerDecoder::memory_bytes() const {
 }
 
 Status LayerDecoder::begin(std::span<std::uint8_t> memory) {
-  if (memory.size() < memory_bytes()) return {StatusCode::invalid_argument, 0};
+  if (memory.size() < memory_bytes()) return out_of_range(Argument::scratch, memory.size());
   const std::size_t plane =
       aligned(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(rows_) * sizeof(std::int32_t));
   samples_ = reinterpret_cast<std::int32_t*>(memory.data());
@@ -114,11 +115,11 @@ Status LayerDecoder::check_planes() {
         if (!known) dropped_ = block.planes - planes;
         known = true;
         const bool right = dropped_ >= 0 && planes > 0 && block.planes - planes == dropped_;
-        if (!right || block.passes[last] > 3 * planes - 2) return {StatusCode::invalid_argument, 1, block.planes};
+        if (!right || block.passes[last] > 3 * planes - 2) return out_of_range(Argument::samples, block.planes);
       }
     }
   }
-  return ends == pass_ends_.size() ? Status{} : Status{StatusCode::invalid_argument, 2};
+  return ends == pass_ends_.size() ? Status{} : out_of_range(Argument::samples);
 }
 
 /// Whether a decoder that has only the block's bytes up to this layer decodes them all rightly. It takes ones for the

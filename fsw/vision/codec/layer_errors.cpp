@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/codec/jp2_file.hpp"
@@ -182,10 +183,10 @@ Status measure(std::span<const std::uint8_t> file, ImageView<const Pixel> sample
   ILP_TRY(parse_jp2(file, info));
   if (samples.width != info.width || samples.height != info.height || info.bits > max_sample_bits ||
       info.layers > limits::max_quality_layers || samples.area() > limits::max_image_pixels) {
-    return {StatusCode::invalid_argument, samples.width, samples.height};
+    return out_of_range(Argument::image_size, samples.width);
   }
   if (mask.data != nullptr && (mask.width != info.width || mask.height != info.height)) {
-    return {StatusCode::invalid_argument, mask.width, mask.height};
+    return out_of_range(Argument::mask_size, mask.width);
   }
   comparison.window = window_of(mask, info.width, info.height);
   Measured measured{};

@@ -3,6 +3,8 @@
 #include <bit>
 #include <cmath>
 
+#include "fsw/base/argument.hpp"
+
 namespace ilp {
 namespace {
 
@@ -176,7 +178,7 @@ void MetadataWriter::put(std::string_view text) {
 bool MetadataWriter::begin(std::string_view key) {
   if (!status_.ok()) return false;
   if (!valid_key(key)) {
-    status_ = {StatusCode::invalid_argument, static_cast<std::int64_t>(size_)};
+    status_ = out_of_range(Argument::text, size_);
     return false;
   }
   put(key);
@@ -196,7 +198,7 @@ void MetadataWriter::end(std::size_t start) {
 void MetadataWriter::text(std::string_view key, std::string_view value) {
   const std::size_t start = size_;
   if (status_.ok() && !valid_value(value)) {
-    status_ = {StatusCode::invalid_argument, static_cast<std::int64_t>(start)};
+    status_ = out_of_range(Argument::text, start);
   }
   if (!begin(key)) return;
   put(value);

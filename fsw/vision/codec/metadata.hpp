@@ -28,7 +28,7 @@ class MetadataWriter {
   void real(std::string_view key, double value);
   void reals(std::string_view key, std::span<const double> values);
 
-  /// `capacity_exceeded` when a line did not fit; `invalid_argument` (a: length written before) for a key or value with
+  /// `capacity_exceeded` when a line did not fit; `invalid_argument` for a key or value with
   /// bytes that are not allowed.
   Status status() const { return status_; }
   [[nodiscard]] std::span<const std::uint8_t> bytes() const { return buffer_.first(size_); }

@@ -13,7 +13,7 @@
 namespace ilp {
 
 /// Stages that a codec_failed Status names in its second value.
-enum class CodecStage : std::uint8_t { setup, start, code, finish, header };
+ILP_ENUMERATION(CodecStage, (0, setup, ""), (1, start, ""), (2, code, ""), (3, finish, ""), (4, header, ""))
 
 struct CodestreamParams {
   int bits = 8;   ///< of the signed samples

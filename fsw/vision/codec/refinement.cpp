@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "cfg/limits.hpp"
+#include "fsw/base/argument.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/little_endian.hpp"
 #include "fsw/vision/codec/jp2_file.hpp"
@@ -39,7 +40,7 @@ Status compare_layers(std::span<const std::uint8_t> file, int layers, LayerPiece
   pieces = {};
   Jpeg2000Info info;
   ILP_TRY(parse_jp2(file, info));
-  if (layers < 1 || layers >= info.layers) return {StatusCode::invalid_argument, layers, info.layers};
+  if (layers < 1 || layers >= info.layers) return out_of_range(Argument::layers, layers);
   LayerTable table;
   ILP_TRY(read_layer_table(info.codestream, table));
   const auto offset = static_cast<std::size_t>(info.codestream.data() - file.data());
@@ -93,7 +94,7 @@ Status read_refinement(std::span<const std::uint8_t> file, RefinementHeader& hea
 Status refine(const RefinementHeader& header, std::span<const std::uint8_t> own, std::span<const std::uint8_t> shorter,
               std::span<std::uint8_t> out) {
   if (shorter.size() != header.shorter_bytes || out.size() != header.bytes || !consistent(header, own.size())) {
-    return {StatusCode::invalid_argument, static_cast<std::int64_t>(shorter.size()), header.shorter_bytes};
+    return out_of_range(Argument::samples, shorter.size());
   }
   std::uint8_t* at = out.data();
   const auto append = [&at](std::span<const std::uint8_t> bytes) {

@@ -1,5 +1,6 @@
 #include "fsw/vision/features/guided_matcher.hpp"
 
+#include "fsw/base/argument.hpp"
 #include "fsw/vision/features/match_steps.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
@@ -57,14 +58,14 @@ Status check(const MatchGuide& guide, const GuidedParams& p) {
   ILP_TRY(validate(guide.camera_b));
   bool zero = true;
   for (const double value : guide.matrix) {
-    if (!(std::fabs(value) < 1e12)) return {StatusCode::invalid_argument, 5};
+    if (!(std::fabs(value) < 1e12)) return out_of_range(Argument::guide, value);
     zero = zero && value == 0;
   }
-  if (zero) return {StatusCode::invalid_argument, 5};
+  if (zero) return out_of_range(Argument::guide, 0);
   const bool good = p.max_distance_px > 0 && p.max_distance_px <= 20 && p.search_radius_px > 0 &&
                     p.search_radius_px <= static_cast<float>(limits::max_image_side) && p.min_score > 0 &&
                     p.min_score <= 1 && p.max_second_ratio > 0 && p.max_second_ratio <= 1;
-  return good ? Status{} : Status{StatusCode::invalid_argument, 6};
+  return good ? Status{} : out_of_range(Argument::match_parameters);
 }
 
 struct GuidedPass {
@@ -85,7 +86,7 @@ struct GuidedPass {
     for (std::size_t k = 0; k < matches.size(); ++k) {
       const Match& m = matches[k];
       if (m.a >= corners_a.size() || m.b >= corners_b.size() || w.matched_a[m.a] || w.matched_b[m.b]) {
-        return {StatusCode::invalid_argument, 7, static_cast<std::int64_t>(k)};
+        return out_of_range(Argument::match, k);
       }
       if (!predict(plane, corners_a[m.a], w.predicted[m.a]) || !agrees(m)) continue;
       w.match_of_a[m.a] = m;

@@ -37,8 +37,8 @@ struct GuidedParams {
 /// they are searched along the line; such a match ends at a free corner of b or at a new one (response 0) appended to
 /// `corners_b` as long as there is room. Matches are in order of corner a, refined as in match_corners.
 ///
-/// `invalid_argument`: 1 to 4 as in match_corners, 5 the guide (not finite, or nothing but zeros), 6 a value of
-/// GuidedParams, 7 a match (b = which) with an index out of range or a corner used twice. `image_too_large`; the Status
+/// `invalid_argument`: as in match_corners, the guide (not finite, or nothing but zeros), a value of
+/// GuidedParams, a match with an index out of range or a corner used twice. `image_too_large`; the Status
 /// of validate() for a camera.
 Status match_guided(GrayView image_a, const Corners& corners_a, GrayView image_b, Corners& corners_b,
                     const double (&plane_b_from_a)[9], const MatchGuide& guide, const MatcherParams& params,

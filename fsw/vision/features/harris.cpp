@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 
@@ -353,12 +354,12 @@ Status choose_corners(GrayView image, const HarrisParams& params, HarrisWorkspac
 Status begin_corners(GrayView image, const HarrisParams& params, HarrisWorkspace& w, Corners& corners) {
   corners.clear();
   if (params.target_count < 1 || params.target_count > static_cast<std::int32_t>(limits::max_corners)) {
-    return {StatusCode::invalid_argument, 1, params.target_count};
+    return out_of_range(Argument::corner_count, params.target_count);
   }
   if (params.min_distance_px < 2 || params.min_distance_px > 64) {
-    return {StatusCode::invalid_argument, 2, params.min_distance_px};
+    return out_of_range(Argument::corner_distance, params.min_distance_px);
   }
-  if (!(params.kappa >= 0 && params.kappa < 0.25F)) return {StatusCode::invalid_argument, 3};
+  if (!(params.kappa >= 0 && params.kappa < 0.25F)) return out_of_range(Argument::harris_kappa, params.kappa);
   if (image.area() > limits::max_image_pixels || std::max(image.width, image.height) > limits::max_image_side) {
     return {StatusCode::image_too_large, image.width, image.height};
   }

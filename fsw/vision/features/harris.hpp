@@ -21,7 +21,7 @@ struct HarrisWorkspace;  // defined in harris_workspace.hpp: a component owns on
 /// Positions are refined to sub-pixel by a quadratic fit of the response. The image is divided into buckets of about
 /// eight corners each; every bucket gives its strongest corners, and the others make up for buckets with fewer.
 /// An image without texture gives no corners and ok. Corners come bucket by bucket, strongest first. `invalid_argument`
-/// (1 target count, 2 distance, 3 kappa), `image_too_large`.
+/// (target count, distance, kappa), `image_too_large`.
 Status detect_corners(GrayView image, const HarrisParams& params, HarrisWorkspace& workspace, Corners& corners);
 
 /// The same in slices: one call of begin_corners, then of detect_corners_slice with the same arguments while `more` is

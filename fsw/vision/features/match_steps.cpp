@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "fsw/base/argument.hpp"
+
 namespace ilp {
 namespace {
 
@@ -32,18 +34,18 @@ Status check_matching(GrayView a, GrayView b, const double (&plane_b_from_a)[9],
     }
   }
   if (params.patch_side_px < 7 || params.patch_side_px > limits::max_patch_side || params.patch_side_px % 2 == 0) {
-    return {StatusCode::invalid_argument, 1, params.patch_side_px};
+    return out_of_range(Argument::patch_side, params.patch_side_px);
   }
   if (!(params.search_radius_px > 0 && params.search_radius_px <= static_cast<float>(limits::max_image_side))) {
-    return {StatusCode::invalid_argument, 2};
+    return out_of_range(Argument::search_radius, params.search_radius_px);
   }
   for (const double value : plane_b_from_a) {
-    if (!(std::fabs(value) < 1e6)) return {StatusCode::invalid_argument, 3};
+    if (!(std::fabs(value) < 1e6)) return out_of_range(Argument::homography, value);
   }
   const auto share = [](float value) { return value > 0 && value <= 1; };
   if (!share(params.min_score) || !share(params.min_tracked_score) || !share(params.max_second_ratio) ||
       !(params.max_refinement_px > 0)) {
-    return {StatusCode::invalid_argument, 4};
+    return out_of_range(Argument::match_parameters);
   }
   return {};
 }

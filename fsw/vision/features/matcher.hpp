@@ -24,7 +24,7 @@ struct MatcherWorkspace;  // defined in matcher_workspace.hpp
 ///
 /// The refined position Match::xb, yb belongs to corner a's own position, which may lie between pixels: a patch around
 /// it is registered to image b with an affine warp, a gain and an offset (subpixel.hpp), so that errors of the corner
-/// detector have no effect. `invalid_argument` (1 patch side, 2 search radius, 3 prediction, 4 a score, a ratio or the
+/// detector have no effect. `invalid_argument` (patch side, search radius, prediction, a score, a ratio or the
 /// refinement), `image_too_large`.
 Status match_corners(GrayView image_a, const Corners& corners_a, GrayView image_b, const Corners& corners_b,
                      const Similarity2& b_from_a, const MatcherParams& params, MatcherWorkspace& workspace,

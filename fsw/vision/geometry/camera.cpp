@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cfg/limits.hpp"
+#include "fsw/base/argument.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/base/vector_width.hpp"
 
@@ -81,10 +82,10 @@ bool invertible_over_image(const CameraModel& camera) {
 Status validate(const CameraModel& camera) {
   const double values[] = {camera.fx, camera.fy, camera.cx, camera.cy, camera.k1, camera.k2, camera.p1, camera.p2};
   for (const double value : values) {
-    if (!std::isfinite(value)) return {StatusCode::invalid_argument, 5};
+    if (!std::isfinite(value)) return out_of_range(Argument::camera, value);
   }
   if (camera.width < limits::min_image_side || camera.height < limits::min_image_side) {
-    return {StatusCode::invalid_argument, 1, camera.width < camera.height ? camera.width : camera.height};
+    return out_of_range(Argument::image_size, camera.width < camera.height ? camera.width : camera.height);
   }
   if (camera.width > limits::max_image_width || camera.height > limits::max_image_height) {
     return {StatusCode::image_too_large, camera.width, camera.height};
@@ -93,13 +94,14 @@ Status validate(const CameraModel& camera) {
   const double aspect = camera.fy / camera.fx;
   if (camera.fx <= 1 || camera.fy <= 1 || camera.fx > longest || camera.fy > longest ||
       !(aspect > 1 / max_pixel_aspect && aspect < max_pixel_aspect)) {
-    return {StatusCode::invalid_argument, 2};
+    return out_of_range(Argument::focal_length, camera.fx <= 1 || camera.fx > longest ? camera.fx : camera.fy);
   }
   if (camera.cx < -camera.width || camera.cx > 2 * camera.width || camera.cy < -camera.height ||
       camera.cy > 2 * camera.height) {
-    return {StatusCode::invalid_argument, 3};
+    return out_of_range(Argument::principal_point,
+                        camera.cx < -camera.width || camera.cx > 2 * camera.width ? camera.cx : camera.cy);
   }
-  if (camera.has_distortion() && !invertible_over_image(camera)) return {StatusCode::invalid_argument, 4};
+  if (camera.has_distortion() && !invertible_over_image(camera)) return out_of_range(Argument::distortion, camera.k1);
   return {};
 }
 

@@ -13,7 +13,7 @@ inline constexpr double max_pixel_aspect = 10;
 
 /// Requires finite values, focal lengths above 1 px that differ by less than max_pixel_aspect and are at most
 /// max_focal_sides, a size inside the limits, a principal point within one image of the centre, and a distortion that
-/// is invertible over the whole image. `invalid_argument` (a = 1 size, 2 focal, 3 centre, 4 distortion, 5 not finite)
+/// is invertible over the whole image. `invalid_argument` (size, focal length, centre, distortion, not finite)
 /// otherwise.
 Status validate(const CameraModel& camera);
 

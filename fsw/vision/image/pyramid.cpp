@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/vector_width.hpp"
 
 namespace ilp {
@@ -29,8 +30,8 @@ void halve(GrayView image, MutableGrayView half) {
 
 Status Pyramid::build(GrayView image, std::int32_t coarsest_side_px) {
   levels_ = 0;
-  if (image.empty()) return {StatusCode::invalid_argument, 1, image.width};
-  if (coarsest_side_px < 1) return {StatusCode::invalid_argument, 2, coarsest_side_px};
+  if (image.empty()) return out_of_range(Argument::image_size, image.width);
+  if (coarsest_side_px < 1) return out_of_range(Argument::coarsest_side, coarsest_side_px);
   if (image.area() > limits::max_image_pixels) return {StatusCode::image_too_large, image.width, image.height};
   views_[0] = image;
   levels_ = 1;

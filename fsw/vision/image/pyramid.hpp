@@ -16,7 +16,7 @@ namespace ilp {
 class Pyramid {
  public:
   /// Halves `image` until its longer side is at most `coarsest_side_px` or the limit of levels is reached.
-  /// `image_too_large` beyond the limits, `invalid_argument` (1: empty image, 2: side below 1).
+  /// `image_too_large` beyond the limits, `invalid_argument` (empty image, side below 1).
   Status build(GrayView image, std::int32_t coarsest_side_px);
 
   [[nodiscard]] int levels() const { return levels_; }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/geometry/camera.hpp"
@@ -22,12 +23,12 @@ constexpr double smallest_spread = 4;  // of the inliers across a line, threshol
 
 Status check(const PointViews& views, const ResectionParams& params) {
   if (!(params.threshold_px > 0) || !(params.confidence > 0 && params.confidence < 1) || !(params.robust_px >= 0)) {
-    return {StatusCode::invalid_argument, 1};
+    return out_of_range(Argument::resection_parameters);
   }
   for (std::size_t i = 0; i < views.size(); ++i) {
     const PointView& v = views[i];
     const double sum = v.position[0] + v.position[1] + v.position[2] + v.x + v.y;
-    if (!std::isfinite(sum)) return {StatusCode::invalid_argument, 2, static_cast<std::int64_t>(i)};
+    if (!std::isfinite(sum)) return out_of_range(Argument::views, i);
   }
   const std::uint32_t needed = params.min_inliers > smallest_sample ? params.min_inliers : smallest_sample;
   if (views.size() < needed) return {StatusCode::too_few_matches, static_cast<std::int64_t>(views.size()), needed};

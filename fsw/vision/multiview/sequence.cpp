@@ -4,6 +4,7 @@
 #include <bitset>
 #include <cmath>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/base/median.hpp"
 #include "fsw/base/rng.hpp"
@@ -57,7 +58,7 @@ Status check(const SequenceParams& p) {
                     p.loss <= BundleLoss::cauchy && p.bundle_tolerance >= 0 && p.first_height >= 0 &&
                     p.max_first_depth_error > 0 && p.min_first_parallax_rad >= 0 && p.max_scale_step > 1 &&
                     p.max_tilt_step_rad > 0 && p.max_step_footprints > 0;
-  return good ? Status{} : Status{StatusCode::invalid_argument, 1};
+  return good ? Status{} : out_of_range(Argument::sequence_parameters);
 }
 
 Status check(const Matches& matches, std::size_t corners_a, std::size_t corners_b) {
@@ -65,8 +66,7 @@ Status check(const Matches& matches, std::size_t corners_a, std::size_t corners_
   std::bitset<limits::max_corners> seen_b;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const Match& m = matches[i];
-    const Status wrong{StatusCode::invalid_argument, 2, static_cast<std::int64_t>(i)};
-    if (m.a >= corners_a || m.b >= corners_b || seen_a[m.a] || seen_b[m.b]) return wrong;
+    if (m.a >= corners_a || m.b >= corners_b || seen_a[m.a] || seen_b[m.b]) return out_of_range(Argument::match, i);
     seen_a[m.a] = true;
     seen_b[m.b] = true;
   }
@@ -151,7 +151,7 @@ Status Sequence::begin_keyframe_on(std::uint32_t back, std::int64_t keyframe_id,
   refine_corners(s_.matches, s_.new_corners);
   for (std::size_t i = 0; i < s_.new_corners.size(); ++i) {
     if (!std::isfinite(s_.new_corners[i].x) || !std::isfinite(s_.new_corners[i].y)) {
-      return {StatusCode::invalid_argument, 3, static_cast<std::int64_t>(i)};
+      return out_of_range(Argument::corner, i);
     }
   }
   s_.report = {};

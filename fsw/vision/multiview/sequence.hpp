@@ -204,13 +204,13 @@ class Sequence {
  public:
   Sequence(SequenceState& state, SequenceWorkspace& workspace) : s_(state), w_(workspace) {}
 
-  /// Clears everything. `invalid_argument` (a = 1) for parameters out of range; the Status of validate() for the
+  /// Clears everything. `invalid_argument` for parameters out of range; the Status of validate() for the
   /// camera.
   Status begin_strip(const CameraModel& camera, const SequenceParams& params);
 
   /// Takes a copy of a keyframe's corners (real px) and of its matches to the newest posed keyframe (Match.a its
   /// corners, Match.b these; xb, yb the refined position). Final cameras and points must have been taken. `not_ready`
-  /// while another keyframe is at work, `invalid_argument` (a = 2, b = match) for an index out of range, a corner
+  /// while another keyframe is at work, `invalid_argument` for an index out of range, a corner
   /// matched twice, or a position that is not finite.
   Status begin_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
                         std::uint64_t seed) {

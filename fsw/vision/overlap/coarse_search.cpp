@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/word_lanes.hpp"
 #include "fsw/vision/image/sampling.hpp"
 
@@ -530,7 +531,7 @@ void search(CoarseView a, CoarseView b, const OverlapParams& params, CoarseWorks
 Status search_coarse(CoarseView a, CoarseView b, const OverlapParams& params, CoarseWorkspace& w,
                      CoarseCandidates& candidates) {
   candidates.clear();
-  if (std::max(a.width, a.height) > coarse_max_side) return {StatusCode::invalid_argument, 1, a.width};
+  if (std::max(a.width, a.height) > coarse_max_side) return out_of_range(Argument::image_size, a.width);
   if (b.width != a.width || b.height != a.height) return {StatusCode::image_size_changed, b.width, b.height};
   with_known_vectors([&](auto width) { search<decltype(width)>(a, b, params, w, candidates); });
   return {};

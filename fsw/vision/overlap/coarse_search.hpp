@@ -56,7 +56,7 @@ struct CoarseWorkspace {
 };
 
 /// Best distinct peaks, best first. Images have one size, with sides of at most coarse_max_side; grey values in units
-/// of 2^-coarse_value_bits. `invalid_argument` (1: too large), `image_size_changed`.
+/// of 2^-coarse_value_bits. `invalid_argument` (too large), `image_size_changed`.
 Status search_coarse(CoarseView a, CoarseView b, const OverlapParams& params, CoarseWorkspace& workspace,
                      CoarseCandidates& candidates);
 

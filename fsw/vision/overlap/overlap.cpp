@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "fsw/vision/overlap/wide_search.hpp"
@@ -45,7 +46,7 @@ using Hypotheses = decltype(OverlapWorkspace::hypotheses);
 
 Status check_size(GrayView image) {
   if (std::min(image.width, image.height) < limits::min_image_side) {
-    return {StatusCode::invalid_argument, 1, image.width};
+    return out_of_range(Argument::image_size, image.width);
   }
   if (image.area() > limits::max_image_pixels || std::max(image.width, image.height) > limits::max_image_side) {
     return {StatusCode::image_too_large, image.width, image.height};
@@ -54,12 +55,14 @@ Status check_size(GrayView image) {
 }
 
 Status check_params(const OverlapParams& p) {
-  if (!(p.min_overlap >= 0.1 && p.min_overlap <= 1)) return {StatusCode::invalid_argument, 2};
-  if (!(p.max_rotation_rad >= 0 && p.max_rotation_rad <= pi)) return {StatusCode::invalid_argument, 3};
-  if (!(p.max_scale >= 1 && p.predicted_scale > 0)) return {StatusCode::invalid_argument, 4};
+  if (!(p.min_overlap >= 0.1 && p.min_overlap <= 1)) return out_of_range(Argument::min_overlap, p.min_overlap);
+  if (!(p.max_rotation_rad >= 0 && p.max_rotation_rad <= pi))
+    return out_of_range(Argument::rotation, p.max_rotation_rad);
+  if (!(p.max_scale >= 1 && p.predicted_scale > 0)) return out_of_range(Argument::scale, p.predicted_scale);
   const double extreme = std::max(p.predicted_scale, 1 / p.predicted_scale) * p.max_scale;
-  if (!(extreme <= coarse_max_scale)) return {StatusCode::invalid_argument, 4};
-  if (!(std::fabs(p.predicted_rotation_rad) <= 2 * pi)) return {StatusCode::invalid_argument, 5};
+  if (!(extreme <= coarse_max_scale)) return out_of_range(Argument::scale, p.max_scale);
+  if (!(std::fabs(p.predicted_rotation_rad) <= 2 * pi))
+    return out_of_range(Argument::rotation, p.predicted_rotation_rad);
   return {};
 }
 

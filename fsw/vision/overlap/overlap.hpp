@@ -50,7 +50,7 @@ struct OverlapWorkspace;
 struct OverlapTemplate;
 
 /// Both images have the same size. Coarse to fine over subsampled images; deterministic, integer sums.
-/// `invalid_argument` (1: side below limits::min_image_side, 2: min_overlap, 3: max_rotation_rad, 4: scales, 5:
+/// `invalid_argument` (a side below limits::min_image_side, min_overlap, max_rotation_rad, scales,
 /// predicted_rotation_rad), `image_too_large`, `image_size_changed`.
 Status measure_overlap(GrayView image_a, GrayView image_b, const OverlapParams& params, OverlapWorkspace& workspace,
                        OverlapResult& result);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "cfg/limits.hpp"
+#include "fsw/base/argument.hpp"
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/image/sampling.hpp"
 
@@ -271,7 +272,7 @@ double distance_px(const CentredSimilarity& p, const CentredSimilarity& q, doubl
 
 Status prepare_wide_search(GrayView a, GrayView b, double min_overlap, WideInput& input, WidePlan& plan) {
   if (std::min(a.width, a.height) < limits::min_image_side / 2 || std::max(a.width, a.height) > wide_max_side) {
-    return {StatusCode::invalid_argument, 1, a.width};
+    return out_of_range(Argument::image_size, a.width);
   }
   if (b.width != a.width || b.height != a.height) return {StatusCode::image_size_changed, b.width, b.height};
   input = {};

@@ -68,7 +68,7 @@ struct WidePlan {
   }
 };
 
-/// Both images have one size. Writes all of `input` but the poses. `invalid_argument` (1: a side below
+/// Both images have one size. Writes all of `input` but the poses. `invalid_argument` (a side below
 /// limits::min_image_side / 2 or above wide_max_side), `image_size_changed`.
 Status prepare_wide_search(GrayView a, GrayView b, double min_overlap, WideInput& input, WidePlan& plan);
 /// The plan alone, for images of this size.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/place/descriptor_distance.hpp"
 
@@ -81,8 +82,8 @@ PlaceIndex::NearestWords PlaceIndex::nearest_words(const PlaceFeature& feature) 
 }
 
 Status PlaceIndex::insert(std::size_t slot, std::int64_t keyframe_id, std::span<const PlaceFeature> features) {
-  if (slot >= limits::max_places) return {StatusCode::invalid_argument, 1, static_cast<std::int64_t>(slot)};
-  if (taken_[slot] != 0) return {StatusCode::invalid_argument, 2, static_cast<std::int64_t>(slot)};
+  if (slot >= limits::max_places) return out_of_range(Argument::slot, slot);
+  if (taken_[slot] != 0) return out_of_range(Argument::slot, slot);
   ILP_ASSERT(lists_are_sound(), entry_count_);
   const bool first = slot < limits::place_vocabulary_places;
   if (!first && !has_vocabulary()) return StatusCode::not_ready;
@@ -204,7 +205,7 @@ void PlaceIndex::sort_first_entries() {
 
 Status PlaceIndex::remove(std::size_t slot) {
   if (slot >= limits::max_places || slot < limits::place_vocabulary_places) {
-    return {StatusCode::invalid_argument, 1, static_cast<std::int64_t>(slot)};
+    return out_of_range(Argument::slot, slot);
   }
   if (taken_[slot] == 0) return {StatusCode::not_found, static_cast<std::int64_t>(slot)};
   ILP_ASSERT(lists_are_sound(), entry_count_);

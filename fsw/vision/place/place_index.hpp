@@ -47,10 +47,10 @@ class PlaceIndex {
   void clear();
 
   /// Of the features, limits::indexed_place_features at most are kept, evenly chosen. A slot of the vocabulary may be
-  /// filled with no features, which stands for a keyframe whose features were lost. `invalid_argument` (1: no such
-  /// slot, 2: the slot is taken), `not_ready` (the first slots are not complete).
+  /// filled with no features, which stands for a keyframe whose features were lost. `invalid_argument` (no such
+  /// slot, or it is taken), `not_ready` (the first slots are not complete).
   Status insert(std::size_t slot, std::int64_t keyframe_id, std::span<const PlaceFeature> features);
-  /// `invalid_argument` (1: no such slot, or one of the vocabulary), `not_found` (the slot is free).
+  /// `invalid_argument` (no such slot, or one of the vocabulary), `not_found` (the slot is free).
   Status remove(std::size_t slot);
 
   /// At most limits::max_place_candidates keyframes with ids below `excluding_from_id`, the one with most votes first.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/features/harris.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
@@ -321,9 +322,10 @@ Status find_place_patches(std::span<const PlacePatch> patches, GrayView image,
                           const double (&plane_image_from_patches)[9], const PatchSearchParams& params,
                           PlacePatchWorkspace& workspace, PatchSightings& sightings) {
   sightings.clear();
-  if (params.radius_px < 0 || params.radius_px > max_patch_search_px) return {StatusCode::invalid_argument, 1};
+  if (params.radius_px < 0 || params.radius_px > max_patch_search_px)
+    return out_of_range(Argument::search_radius, params.radius_px);
   for (const double h : plane_image_from_patches) {
-    if (!std::isfinite(h)) return {StatusCode::invalid_argument, 2};
+    if (!std::isfinite(h)) return out_of_range(Argument::homography, h);
   }
   std::array<std::uint16_t, limits::max_place_patches> in_view;
   std::size_t visible = 0;

@@ -82,7 +82,7 @@ Status place_patches_slice(GrayView image, HarrisWorkspace& harris, PlacePatchWo
 /// predicts inside the image, at its rotation and scale: first at whole pixels by normalised cross correlation, then by
 /// registration with an affine warp. Where the image is finer than the patch, it is smoothed until both are equally
 /// sharp. Patches beyond the border, and those that are not found, have no sighting.
-/// `invalid_argument` (1: radius, 2: homography).
+/// `invalid_argument` (radius, homography).
 Status find_place_patches(std::span<const PlacePatch> patches, GrayView image,
                           const double (&plane_image_from_patches)[9], const PatchSearchParams& params,
                           PlacePatchWorkspace& workspace, PatchSightings& sightings);

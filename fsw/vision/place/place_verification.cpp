@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/place/descriptor_distance.hpp"
@@ -612,7 +613,8 @@ class Verification {
 Status verify_place(Features older, Features newer, const PlaceMatchParams& params, PlaceMatchWorkspace& workspace,
                     PlaceMatch& match) {
   match = {};
-  if (std::max(older.size(), newer.size()) > limits::max_place_features) return {StatusCode::invalid_argument, 1};
+  if (std::max(older.size(), newer.size()) > limits::max_place_features)
+    return out_of_range(Argument::features, std::max(older.size(), newer.size()));
   if (std::min(older.size(), newer.size()) < static_cast<std::size_t>(std::max(params.min_inliers, 2))) return {};
   Verification(older, newer, params, workspace).run(match);
   return {};

@@ -50,7 +50,7 @@ struct PlaceMatch {
 
 struct PlaceMatchWorkspace;  // place_match_workspace.hpp
 /// Deterministic: every pair of the best matches is tried, none is drawn. A pair of images that do not show the same
-/// ground is no error: see PlaceMatch::verdict. `invalid_argument` (1: more than limits::max_place_features).
+/// ground is no error: see PlaceMatch::verdict. `invalid_argument` (more than limits::max_place_features).
 Status verify_place(std::span<const PlaceFeature> older, std::span<const PlaceFeature> newer,
                     const PlaceMatchParams& params, PlaceMatchWorkspace& workspace, PlaceMatch& match);
 

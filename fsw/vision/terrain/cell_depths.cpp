@@ -2,12 +2,14 @@
 
 #include <algorithm>
 
+#include "fsw/base/argument.hpp"
+
 namespace ilp {
 
 Status cell_depths(ImageView<const float> inverse_depth, ImageView<const float> sigma, std::int32_t min_pixels,
                    CellDepths& depths) {
   if (inverse_depth.width != sigma.width || inverse_depth.height != sigma.height) {
-    return {StatusCode::invalid_argument, 1};
+    return out_of_range(Argument::depth_size, sigma.width);
   }
   const std::int32_t columns = seen_cells_side(sigma.width);
   const std::int32_t rows = seen_cells_side(sigma.height);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/vector_width.hpp"
 
 namespace ilp {
@@ -51,8 +52,10 @@ std::uint16_t decode_row(const std::uint16_t* codes, std::int32_t width, const D
 
 Status choose_depth_coding(ImageView<const float> inverse_depth, ImageView<const float> sigma, MaskView mask,
                            double focal_px, double baseline, double steps_per_px, DepthCoding& coding) {
-  if (!same_size(inverse_depth, sigma) || !same_size(inverse_depth, mask)) return {StatusCode::invalid_argument, 1};
-  if (!positive(focal_px) || !positive(baseline) || !positive(steps_per_px)) return {StatusCode::invalid_argument, 2};
+  if (!same_size(inverse_depth, sigma) || !same_size(inverse_depth, mask))
+    return out_of_range(Argument::depth_size, sigma.width);
+  if (!positive(focal_px) || !positive(baseline) || !positive(steps_per_px))
+    return out_of_range(Argument::depth_coding, steps_per_px);
   double lowest = 0;
   double highest = 0;
   bool any = false;
@@ -77,9 +80,9 @@ Status choose_depth_coding(ImageView<const float> inverse_depth, ImageView<const
 Status encode_depth(ImageView<const float> inverse_depth, ImageView<const float> sigma, MaskView mask,
                     const DepthCoding& coding, const ImageView<std::uint16_t>& codes) {
   if (!same_size(inverse_depth, sigma) || !same_size(inverse_depth, mask) || !same_size(inverse_depth, codes)) {
-    return {StatusCode::invalid_argument, 1};
+    return out_of_range(Argument::depth_size, sigma.width);
   }
-  if (!positive(coding.step) || !std::isfinite(coding.offset)) return {StatusCode::invalid_argument, 2};
+  if (!positive(coding.step) || !std::isfinite(coding.offset)) return out_of_range(Argument::depth_coding, coding.step);
   std::int32_t y = 0;
   with_widest_vectors([&] {
     while (y < mask.height &&
@@ -100,8 +103,8 @@ Status encode_depth(ImageView<const float> inverse_depth, ImageView<const float>
 
 Status decode_depth(ImageView<const std::uint16_t> codes, const DepthCoding& coding,
                     const ImageView<float>& inverse_depth) {
-  if (!same_size(codes, inverse_depth)) return {StatusCode::invalid_argument, 1};
-  if (!positive(coding.step) || !std::isfinite(coding.offset)) return {StatusCode::invalid_argument, 2};
+  if (!same_size(codes, inverse_depth)) return out_of_range(Argument::depth_size, codes.width);
+  if (!positive(coding.step) || !std::isfinite(coding.offset)) return out_of_range(Argument::depth_coding, coding.step);
   std::int32_t y = 0;
   with_widest_vectors([&] {
     while (y < codes.height && decode_row(codes.row(y), codes.width, coding, inverse_depth.row(y)) <= max_depth_code) {

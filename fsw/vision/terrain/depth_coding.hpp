@@ -20,12 +20,12 @@ struct DepthCoding {
 
 /// Finds the coding for the pixels inside `mask` with sigma > 0. The step is 1 / (steps_per_px * focal_px * baseline),
 /// doubled until the codes suffice; the offset is a multiple of the step. Without such pixels the codes start at 0.
-/// `invalid_argument`: a = 1 sizes, 2 focal length, baseline or steps not positive.
+/// `invalid_argument`: sizes, focal length, baseline or steps not positive.
 Status choose_depth_coding(ImageView<const float> inverse_depth, ImageView<const float> sigma, MaskView mask,
                            double focal_px, double baseline, double steps_per_px, DepthCoding& coding);
 
 /// Codes the pixels inside `mask` with sigma > 0, and 0 elsewhere; the error is at most step / 2. `capacity_exceeded`
-/// when a pixel lies outside the codes (a coding of other pixels), `invalid_argument` a = 1 for sizes, 2 for the
+/// when a pixel lies outside the codes (a coding of other pixels), `invalid_argument` for sizes, for the
 /// coding.
 Status encode_depth(ImageView<const float> inverse_depth, ImageView<const float> sigma, MaskView mask,
                     const DepthCoding& coding, const ImageView<std::uint16_t>& codes);

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <type_traits>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/stereo/depth/normalised_row.hpp"
 
@@ -250,7 +251,7 @@ void mark_row(const float* sigma, const RowOfBytes& covered, const RowOfBytes& b
 
 Status newly_seen_mask(ImageView<const float> sigma, const Coverage& coverage, const SeenCells& now,
                        std::int32_t finer_steps, const ImageView<std::uint8_t>& mask, MaskCounts& counts) {
-  if (!same_size(sigma, coverage) || !same_size(sigma, mask)) return {StatusCode::invalid_argument, 1, sigma.width};
+  if (!same_size(sigma, coverage) || !same_size(sigma, mask)) return out_of_range(Argument::depth_size, sigma.width);
   counts = {};
   RowOfBytes covered{}, better{};
   with_widest_vectors([&] {
@@ -313,7 +314,7 @@ Status begin_carrying(const CameraModel& camera, const PairGround& ground, Cover
   const auto& [inverse_depth, sigma, mask, now] = ground;
   if (!same_size(camera, coverage) || !same_size(camera, sigma) || !same_size(camera, inverse_depth) ||
       !same_size(camera, mask)) {
-    return {StatusCode::invalid_argument, 1, sigma.width};
+    return out_of_range(Argument::depth_size, sigma.width);
   }
   std::fill_n(w.hit.begin(), sigma.area(), std::uint8_t{0});
   w.fallback = mean_inverse_depth(inverse_depth, sigma);

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <limits>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/vision/terrain/bit_coder.hpp"
 
 namespace ilp {
@@ -256,7 +257,7 @@ Status read_contexts(const std::uint8_t* bytes, std::size_t size, const ImageVie
 
 Status encode_mask(MaskView mask, std::uint8_t* bytes, std::size_t capacity, std::size_t& size) {
   size = 0;
-  if (mask.empty()) return {StatusCode::invalid_argument, 1};
+  if (mask.empty()) return out_of_range(Argument::mask_size, 0);
   std::size_t run_bytes = 1;
   for_each_run(mask, [&](std::uint32_t length) { run_bytes += digits_of(length); });
   const std::size_t bit_bytes = max_mask_bytes(mask.area());
@@ -286,7 +287,7 @@ Status encode_mask(MaskView mask, std::uint8_t* bytes, std::size_t capacity, std
 }
 
 Status decode_mask(const std::uint8_t* bytes, std::size_t size, const ImageView<std::uint8_t>& mask) {
-  if (mask.empty()) return {StatusCode::invalid_argument, 1};
+  if (mask.empty()) return out_of_range(Argument::mask_size, 0);
   if (size < 1) return {StatusCode::truncated, 0, 1};
   if (bytes[0] == form_bits) return read_bits(bytes, size, mask);
   if (bytes[0] == form_runs) return read_runs(bytes, size, mask);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/vision/terrain/richness_cues.hpp"
 
 namespace ilp {
@@ -67,15 +68,15 @@ Status check(const CameraModel& camera, GrayView image, ImageView<const float> i
              ImageView<const float> sigma, MaskView mask, const RichnessParams& params, const RichnessCues& cues) {
   const auto fits = [&](const auto& view) { return view.width == camera.width && view.height == camera.height; };
   if (!fits(image) || !fits(inverse_depth) || !fits(sigma) || !fits(mask) || image.empty()) {
-    return {StatusCode::invalid_argument, 1, image.width};
+    return out_of_range(Argument::image_size, image.width);
   }
   if (camera.width > limits::max_image_width || camera.height > limits::max_image_height) {
     return {StatusCode::image_too_large, camera.width, camera.height};
   }
   for (const ScaledCue& cue : scaled(cues, params)) {
-    if (!sensible(cue.scale)) return {StatusCode::invalid_argument, 2};
+    if (!sensible(cue.scale)) return out_of_range(Argument::richness_parameters);
   }
-  return sensible(params.novelty) ? Status{} : Status{StatusCode::invalid_argument, 2};
+  return sensible(params.novelty) ? Status{} : out_of_range(Argument::richness_parameters);
 }
 
 std::uint32_t count_inside(MaskView mask) {

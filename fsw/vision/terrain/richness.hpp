@@ -94,7 +94,7 @@ struct RichnessWorkspace {
 
 /// Computes the cues of the pixels inside `mask`, and the index in [0, 1]: the weighted mean of the squashed cues.
 /// Depth as in stereo/depth.hpp (sigma 0 = none). The history is read, not changed: call `learn` once the score is
-/// committed, so that a repeated step gives the same score. `invalid_argument`: a = 1 sizes, 2 a half or weight out of
+/// committed, so that a repeated step gives the same score. `invalid_argument`: sizes, a half or weight out of
 /// its range.
 Status score_richness(const CameraModel& camera, GrayView image, ImageView<const float> inverse_depth,
                       ImageView<const float> sigma, MaskView mask, const RichnessParams& params,

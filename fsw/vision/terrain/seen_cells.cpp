@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/vision/terrain/sigma_map.hpp"
 
@@ -137,10 +138,10 @@ Status clear_seen_cells(std::int32_t width, std::int32_t height, SeenCells& cell
 }
 
 Status seen_cells(const StoredDepth& depth, double focal_px, std::int32_t min_pixels, SeenCells& cells) {
-  if (!same_size(depth.codes, depth.sigma_codes)) return {StatusCode::invalid_argument, 1, depth.codes.width};
+  if (!same_size(depth.codes, depth.sigma_codes)) return out_of_range(Argument::depth_size, depth.codes.width);
   if (!usable(focal_px) || !usable(depth.disparity_per_inverse_depth_px) || !usable(depth.coding.step) ||
       !std::isfinite(depth.coding.offset)) {
-    return {StatusCode::invalid_argument, 2};
+    return out_of_range(Argument::depth_coding, depth.coding.step);
   }
   const double sigma_step = 1 / (depth.disparity_per_inverse_depth_px * sigma_codes_per_px);
   const auto pixel_at = [&](std::int32_t x, std::int32_t y) {
@@ -153,8 +154,8 @@ Status seen_cells(const StoredDepth& depth, double focal_px, std::int32_t min_pi
 
 Status seen_cells(ImageView<const float> inverse_depth, ImageView<const float> sigma, double focal_px,
                   std::int32_t min_pixels, SeenCells& cells) {
-  if (!same_size(inverse_depth, sigma)) return {StatusCode::invalid_argument, 1, sigma.width};
-  if (!usable(focal_px)) return {StatusCode::invalid_argument, 2};
+  if (!same_size(inverse_depth, sigma)) return out_of_range(Argument::depth_size, sigma.width);
+  if (!usable(focal_px)) return out_of_range(Argument::focal_length, focal_px);
   const auto pixel_at = [&](std::int32_t x, std::int32_t y) {
     return SeenPixel{static_cast<double>(inverse_depth.at(x, y)), static_cast<double>(sigma.at(x, y))};
   };

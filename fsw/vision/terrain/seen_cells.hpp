@@ -74,7 +74,7 @@ struct StoredDepth {
 
 /// The quality of cells in which at least `min_pixels` pixels have depth: the sampling of their mean inverse depth, and
 /// their mean sigma. A cell whose pixels were matched but have no stored depth takes the mean depth of the keyframe.
-/// `invalid_argument`: a = 1 sizes, 2 focal length, scale of disparity or coding; `image_too_large`.
+/// `invalid_argument`: sizes, focal length, scale of disparity or coding; `image_too_large`.
 Status seen_cells(const StoredDepth& depth, double focal_px, std::int32_t min_pixels, SeenCells& cells);
 
 /// The same from inverse depth and its sigma; pixels with sigma <= 0 have no depth.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/vector_width.hpp"
 
 namespace ilp {
@@ -74,7 +75,7 @@ void code_sigma(ImageView<const float> sigma, double disparity_per_inverse_depth
 
 Status encode_sigma_map(ImageView<const std::uint8_t> codes, MaskView mask, std::span<char> out, std::size_t& size) {
   size = 0;
-  if (codes.width != mask.width || codes.height != mask.height) return {StatusCode::invalid_argument, 1, mask.width};
+  if (codes.width != mask.width || codes.height != mask.height) return out_of_range(Argument::mask_size, mask.width);
   const std::size_t needed =
       static_cast<std::size_t>(sigma_map_side(codes.width)) * static_cast<std::size_t>(sigma_map_side(codes.height));
   if (needed > out.size()) {

@@ -33,7 +33,7 @@ inline constexpr std::size_t max_sigma_map_bytes = static_cast<std::size_t>(sigm
                                                    static_cast<std::size_t>(sigma_map_side(limits::max_image_height));
 
 /// Blocks come row by row; a block stands for the median code of its pixels that lie in the mask and have a code.
-/// `size` characters are written. `invalid_argument` (1): mask of another size; `capacity_exceeded`.
+/// `size` characters are written. `invalid_argument`: mask of another size; `capacity_exceeded`.
 Status encode_sigma_map(ImageView<const std::uint8_t> codes, MaskView mask, std::span<char> out, std::size_t& size);
 
 /// The error in codes; 0 for a block without depth and for any other character.

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <span>
 
+#include "fsw/base/status_values.hpp"
 #include "hal/posix/buffered_reader.hpp"
 
 namespace ilp {
@@ -43,12 +44,12 @@ Status read_number(BufferedReader& reader, std::int32_t& value) {
 Status read_header(BufferedReader& reader, std::int32_t& width, std::int32_t& height) {
   std::uint8_t magic[2] = {};
   ILP_TRY(reader.fill(magic));
-  if (magic[0] != 'P' || magic[1] != '5') return {StatusCode::unsupported_format, 1};
+  if (magic[0] != 'P' || magic[1] != '5') return not_supported(FormatFault::not_pgm);
   std::int32_t maximum = 0;
   ILP_TRY(read_number(reader, width));
   ILP_TRY(read_number(reader, height));
   ILP_TRY(read_number(reader, maximum));
-  if (maximum != 255) return {StatusCode::unsupported_format, 2};
+  if (maximum != 255) return not_supported(FormatFault::pgm_depth);
   return width == 0 || height == 0 ? Status{StatusCode::parse_error, 0} : Status{};
 }
 

@@ -6,7 +6,7 @@
 
 namespace ilp {
 
-/// `not_found`, `unsupported_format` (a = 1 magic, 2 maximum value), `parse_error`, `image_too_large`, `truncated`.
+/// `not_found`, `unsupported_format`, `parse_error`, `image_too_large`, `truncated`.
 Status read_pgm(const char* path, FrameImage& image);
 /// Reads a picture of `width` x `height`, or of any size if they are 0, and reduces it if it is larger than the
 /// flight's images (find_reduction). Statuses as above, and `image_size_changed` (the picture's sides).

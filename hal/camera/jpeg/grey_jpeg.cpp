@@ -6,6 +6,7 @@
 #include <jpeglib.h>
 
 #include "fsw/base/heap_gate.hpp"
+#include "fsw/base/status_values.hpp"
 
 namespace ilp {
 namespace {
@@ -81,7 +82,7 @@ void check_header(Call& call) {
     give_up(call, {StatusCode::image_size_changed, header.image_width, header.image_height});
   }
   const bool whole_picture = header.progressive_mode != FALSE || jpeg_has_multiple_scans(&call.decoder) != FALSE;
-  if (whole_picture || header.arith_code != FALSE) give_up(call, {StatusCode::unsupported_format, 5});
+  if (whole_picture || header.arith_code != FALSE) give_up(call, not_supported(FormatFault::jpeg_coding));
 }
 
 void read_rows(void* context) {

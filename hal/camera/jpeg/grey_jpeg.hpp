@@ -15,7 +15,7 @@ namespace ilp {
 ///
 /// Nothing is guessed: a file in which the decoder finds anything wrong before the last row is refused, and `rows` then
 /// hold a part of a picture. `image_size_changed` (the file's sides) for another size than `width` x `height`,
-/// `truncated`, `unsupported_format` (a = 5) for progressive files, files in several scans and arithmetic codes,
+/// `truncated`, `unsupported_format` for progressive files, files in several scans and arithmetic codes,
 /// `parse_error` (a = libjpeg's number of the message), `arena_exhausted` (limits::jpeg_arena_bytes).
 ///
 /// The time is bounded by the bytes of the file and the pixels of the picture, and the memory by `width`: a whole

@@ -23,18 +23,6 @@ bool differs_by_a_tenth(TimeNs a, TimeNs b) {
 
 }  // namespace
 
-const char* finding_text(int bit) {
-  static constexpr const char* texts[finding::count] = {"time stamps ahead of the clock",
-                                                        "time stamps that do not increase",
-                                                        "time stamps of another clock than the monotonic one",
-                                                        "sequence numbers that do not increase",
-                                                        "frames missing",
-                                                        "damaged frames",
-                                                        "the same picture all the time",
-                                                        "another rate than stated"};
-  return bit >= 0 && bit < finding::count ? texts[bit] : "";
-}
-
 std::uint32_t doubt_of_stamp(const FrameArrival& frame, TimeNs previous_stamp_ns, TimeNs period_ns) {
   const TimeNs period = period_ns > 0 ? period_ns : unknown_period_ns;
   if (frame.stamp_ns > frame.now_ns + ahead_tolerance_ns) {

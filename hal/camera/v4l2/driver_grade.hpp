@@ -19,9 +19,16 @@ inline constexpr std::uint32_t frames_damaged = 32;   ///< flagged as wrong, or 
 inline constexpr std::uint32_t frames_stuck = 64;     ///< the picture never changes
 inline constexpr std::uint32_t rate_differs = 128;    ///< by more than a tenth from the driver's own value
 inline constexpr int count = 8;
+/// Bit by bit.
+inline constexpr const char* texts[count] = {"time stamps ahead of the clock",
+                                             "time stamps that do not increase",
+                                             "time stamps of another clock than the monotonic one",
+                                             "sequence numbers that do not increase",
+                                             "frames missing",
+                                             "damaged frames",
+                                             "the same picture all the time",
+                                             "another rate than stated"};
 }  // namespace finding
-/// The text for bit `bit` of a verdict.
-[[nodiscard]] const char* finding_text(int bit);
 
 struct CameraVerdict {
   std::uint32_t findings = 0;

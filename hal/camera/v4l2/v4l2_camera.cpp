@@ -35,8 +35,6 @@ constexpr TimeNs periods_until_exposed = 2;
 /// The exposure with which the flight's control begins on a camera that is not set to one.
 constexpr std::int64_t first_exposure_us = 5000;
 
-enum DamageReason : std::int64_t { flagged = 1, too_few_bytes = 2, too_many_bytes = 3, not_decoded = 4 };
-
 bool device_is_gone(const Status& status) {
   return status.is(StatusCode::camera_absent) ||
          (status.is(StatusCode::camera_fault) && (status.a == ENODEV || status.a == ENXIO || status.a == EBADF));
@@ -231,9 +229,9 @@ Status V4l2Camera::listen(TimeNs now) const {
   return {StatusCode::camera_silent, driver_sequence_, (now - heard_ns_) / ns_per_ms};
 }
 
-void V4l2Camera::refuse_frame(std::int64_t reason) {
+void V4l2Camera::refuse_frame(FrameDamage reason) {
   ++refused_.count;
-  refused_.latest = reason;
+  refused_.latest = static_cast<std::int64_t>(reason);
 }
 
 std::span<const std::uint8_t> V4l2Camera::bytes_of(const VideoBuffer& buffer) const {
@@ -242,18 +240,17 @@ std::span<const std::uint8_t> V4l2Camera::bytes_of(const VideoBuffer& buffer) co
 }
 
 bool V4l2Camera::damaged(const VideoBuffer& buffer) {
-  std::int64_t reason = 0;
   if ((buffer.flags & V4L2_BUF_FLAG_ERROR) != 0) {
-    reason = flagged;
+    refuse_frame(FrameDamage::flagged);
   } else if (buffer.bytes_used < format_.image_bytes) {
-    reason = too_few_bytes;
+    refuse_frame(FrameDamage::too_short);
   } else if (buffer.bytes_used > pool_.bytes(buffer.index).size()) {
-    reason = too_many_bytes;
+    refuse_frame(FrameDamage::too_long);
   } else if (format_.pixel.packing == Packing::jpeg && !begins_as_jpeg(pool_.bytes(buffer.index))) {
-    reason = not_decoded;
+    refuse_frame(FrameDamage::undecodable);
+  } else {
+    return false;
   }
-  if (reason == 0) return false;
-  refuse_frame(reason);
   return true;
 }
 
@@ -386,7 +383,7 @@ Status V4l2Camera::deliver(FrameImage& image, CameraFrame& frame) {
       {format_.pixel, bytes_of(taken.buffer), format_.width, format_.height, format_.stride}, reduction_, image.view());
   if (!converted.ok()) {
     // The nearest of the other frames is the answer.
-    refuse_frame(not_decoded);
+    refuse_frame(FrameDamage::undecodable);
     drop(chosen);
     return StatusCode::not_ready;
   }

@@ -1,6 +1,7 @@
 // A free-running camera driven through Linux's V4L2 interface, which selects the frames nearest to the wanted times.
 #pragma once
 
+#include "fsw/base/status_values.hpp"
 #include "hal/camera/camera.hpp"
 #include "hal/camera/v4l2/buffer_pool.hpp"
 #include "hal/camera/v4l2/driver_grade.hpp"
@@ -81,7 +82,7 @@ class V4l2Camera final : public Camera {
   /// True when `frame` may be delivered.
   bool look_at(const VideoBuffer& buffer, TimeNs now, Held& frame);
   bool damaged(const VideoBuffer& buffer);
-  void refuse_frame(std::int64_t reason);
+  void refuse_frame(FrameDamage reason);
   [[nodiscard]] std::span<const std::uint8_t> bytes_of(const VideoBuffer& buffer) const;
   [[nodiscard]] TimeNs mission_time(const VideoBuffer& buffer) const;
   void grade(const FrameArrival& arrival);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "fsw/base/status_values.hpp"
 #include "fsw/base/text.hpp"
 #include "hal/posix/number.hpp"
 
@@ -87,10 +88,10 @@ Status Y4mCamera::parse_header() {
   }
   if (width_ <= 0 || height_ <= 0) return {StatusCode::parse_error, 0};
   ILP_TRY(find_reduction(width_, height_, reduction_));
-  if (rate_numerator_ <= 0 || rate_denominator_ <= 0) return {StatusCode::unsupported_format, 4};
+  if (rate_numerator_ <= 0 || rate_denominator_ <= 0) return not_supported(FormatFault::y4m_rate);
   if (!chroma_plane_bytes(sampling, static_cast<std::size_t>(width_), static_cast<std::size_t>(height_),
                           chroma_bytes_)) {
-    return {StatusCode::unsupported_format, 3};
+    return not_supported(FormatFault::y4m_sampling);
   }
   return {};
 }
@@ -119,7 +120,7 @@ Status Y4mCamera::due_time(TimeNs& due) const {
   // In two steps, exact: the product of all three does not fit 64 bits.
   const std::int64_t ticks = sequence_ * rate_denominator_;
   const std::int64_t seconds = ticks / rate_numerator_ + begin_ns_ / ns_per_s;
-  if (seconds > max_seconds) return {StatusCode::unsupported_format, 4};
+  if (seconds > max_seconds) return not_supported(FormatFault::y4m_rate);
   due = seconds * ns_per_s + begin_ns_ % ns_per_s + ticks % rate_numerator_ * ns_per_s / rate_numerator_;
   return {};
 }

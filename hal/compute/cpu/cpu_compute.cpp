@@ -2,13 +2,15 @@
 
 #include <algorithm>
 
+#include "fsw/base/argument.hpp"
+
 namespace ilp {
 
 Status CpuCompute::check(const ComputeJob& job) const {
-  if (job.kind >= ComputeKind::count) return {StatusCode::invalid_argument, 1, static_cast<std::int64_t>(job.kind)};
+  if (job.kind >= ComputeKind::count) return out_of_range(Argument::job_kind, static_cast<std::uint32_t>(job.kind));
   const ComputeForm& form = forms_[static_cast<std::size_t>(job.kind)];
-  if (job.input.size() != form.input_bytes) return {StatusCode::invalid_argument, 2};
-  if (job.output.size() != form.output_bytes()) return {StatusCode::invalid_argument, 3};
+  if (job.input.size() != form.input_bytes) return out_of_range(Argument::job_input, job.input.size());
+  if (job.output.size() != form.output_bytes()) return out_of_range(Argument::job_output, job.output.size());
   return {};
 }
 

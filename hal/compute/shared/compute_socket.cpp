@@ -9,6 +9,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "fsw/base/argument.hpp"
+
 namespace ilp {
 namespace {
 
@@ -18,7 +20,7 @@ Status address_of_path(const char* path, sockaddr_un& address) {
   address = {};
   address.sun_family = AF_UNIX;
   const std::size_t length = std::strlen(path);
-  if (length == 0 || length >= sizeof(address.sun_path)) return StatusCode::invalid_argument;
+  if (length == 0 || length >= sizeof(address.sun_path)) return out_of_range(Argument::path, length);
   std::memcpy(address.sun_path, path, length);
   return {};
 }

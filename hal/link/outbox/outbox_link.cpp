@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/text.hpp"
 #include "hal/posix/file.hpp"
 #include "hal/posix/number.hpp"
@@ -93,7 +94,7 @@ void OutboxLink::abandon() {
 
 Status OutboxLink::begin_file(const char* name) {
   abandon();
-  if (outbox_[0] == 0 || !is_plain_name(name)) return {StatusCode::invalid_argument, 1};
+  if (outbox_[0] == 0 || !is_plain_name(name)) return out_of_range(Argument::file_name);
   const Path path = join(outbox_, name, ".part");
   if (path.overflow()) return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(path.size())};
   file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
@@ -103,14 +104,14 @@ Status OutboxLink::begin_file(const char* name) {
 }
 
 Status OutboxLink::write(std::span<const std::uint8_t> bytes) {
-  if (file_ < 0) return {StatusCode::invalid_argument, 2};
+  if (file_ < 0) return out_of_range(Argument::open_file);
   const Status status = write_all(file_, bytes);
   if (!status.ok()) abandon();
   return status;
 }
 
 Status OutboxLink::end_file() {
-  if (file_ < 0) return {StatusCode::invalid_argument, 2};
+  if (file_ < 0) return out_of_range(Argument::open_file);
   const Path part = join(outbox_, name_, ".part");
   const Path whole = join(outbox_, name_, "");
   if (fsync(file_) != 0 || rename(part.c_str(), whole.c_str()) != 0) {
@@ -124,7 +125,7 @@ Status OutboxLink::end_file() {
 }
 
 Status OutboxLink::acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) {
-  if (acknowledgements_[0] == 0 || !is_plain_name(name)) return {StatusCode::invalid_argument, 1};
+  if (acknowledgements_[0] == 0 || !is_plain_name(name)) return out_of_range(Argument::file_name);
   const Path path = join(acknowledgements_, name, ".ack");
   if (path.overflow()) return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(path.size())};
   const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/little_endian.hpp"
 #include "fsw/records/records.hpp"
 #include "hal/store/checksums.hpp"
@@ -132,7 +133,7 @@ Status PostgresStore::stated_size(const RecordInfo& info, const BlobName& blob, 
 Status PostgresStore::check_range(const RecordInfo& info, const BlobName& blob, std::size_t offset, std::size_t bytes) {
   if (offset <= blob.bytes && bytes <= blob.bytes - offset) return {};
   ILP_TRY(stated_size(info, blob, blob.bytes));
-  return {StatusCode::invalid_argument, 3, static_cast<std::int64_t>(blob.bytes)};
+  return out_of_range(Argument::blob_range, blob.bytes);
 }
 
 /// Takes the blob out of the answer.
@@ -233,7 +234,7 @@ Status PostgresStore::write_blob(const RecordInfo& info, const char* field, std:
                                  std::span<const std::uint8_t> bytes) {
   ILP_TRY(writable());
   BlobName blob{info.type, find_blob(info, field), id, 0};
-  if (blob.index == max_blob_fields) return {StatusCode::invalid_argument, 2};
+  if (blob.index == max_blob_fields) return out_of_range(Argument::blob_field);
   Status status = size_for_write(info, blob);
   if (status.ok()) status = check_range(info, blob, offset, bytes.size());
   if (status.is(StatusCode::invalid_argument) || status.is(StatusCode::not_found)) return status;
@@ -256,7 +257,7 @@ Status PostgresStore::read_part(std::size_t offset, std::span<std::uint8_t> byte
 Status PostgresStore::read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                                 std::span<std::uint8_t> bytes) {
   BlobName blob{info.type, find_blob(info, field), id, 0};
-  if (blob.index == max_blob_fields) return {StatusCode::invalid_argument, 2};
+  if (blob.index == max_blob_fields) return out_of_range(Argument::blob_field);
   const HeldBlob* const known = find_held(blob);
   const bool was_held = known != nullptr && !known->changed;
   ILP_TRY(hold_blob(info, blob));

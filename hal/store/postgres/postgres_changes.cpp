@@ -1,4 +1,5 @@
 // What processes that share a store know of each other: changes of tables, and who runs which stage.
+#include "fsw/base/argument.hpp"
 #include "fsw/records/records.hpp"
 #include "hal/store/postgres/postgres_store.hpp"
 #include "hal/store/postgres/settings.hpp"
@@ -154,7 +155,7 @@ Status PostgresStore::try_claim(StageMask stages, StageMask& taken) {
 }
 
 Status PostgresStore::claim(StageMask stages) {
-  if (in_transaction_) return {StatusCode::invalid_argument, 1};
+  if (in_transaction_) return out_of_range(Argument::transaction);
   const StageMask wanted = stages & ~claimed_;
   StageMask taken = 0;
   ILP_TRY(try_claim(wanted, taken));

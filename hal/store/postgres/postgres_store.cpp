@@ -1,5 +1,6 @@
 #include "hal/store/postgres/postgres_store.hpp"
 
+#include "fsw/base/argument.hpp"
 #include "fsw/records/records.hpp"
 #include "hal/store/postgres/columns.hpp"
 #include "hal/store/postgres/settings.hpp"
@@ -235,7 +236,7 @@ Status PostgresStore::collect() {
 }
 
 Status PostgresStore::begin() {
-  if (in_transaction_) return {StatusCode::invalid_argument, 1};
+  if (in_transaction_) return out_of_range(Argument::transaction);
   if (!connected()) return StatusCode::store_lost;
   in_transaction_ = true;
   guesses_.begin_transaction();
@@ -300,7 +301,7 @@ void PostgresStore::rollback() {
 }
 
 Status PostgresStore::writable() {
-  if (!in_transaction_) return {StatusCode::invalid_argument, 1};
+  if (!in_transaction_) return out_of_range(Argument::transaction);
   if (!connected() && doomed_.ok()) doomed_ = StatusCode::store_lost;
   return doomed_;
 }

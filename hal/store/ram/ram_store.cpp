@@ -5,6 +5,7 @@
 #include <limits>
 #include <new>
 
+#include "fsw/base/argument.hpp"
 #include "hal/store/checksums.hpp"
 
 namespace ilp {
@@ -156,7 +157,7 @@ Status RamStore::read(const RecordInfo& info, Version& version, std::int64_t id,
 }
 
 Status RamStore::begin() {
-  if (in_transaction_) return {StatusCode::invalid_argument, 1};
+  if (in_transaction_) return out_of_range(Argument::transaction);
   in_transaction_ = true;
   doomed_ = {};
   uncommitted_ = 0;
@@ -214,7 +215,7 @@ void RamStore::rollback() {
 }
 
 Status RamStore::writable() const {
-  return in_transaction_ ? doomed_ : Status{StatusCode::invalid_argument, 1};
+  return in_transaction_ ? doomed_ : out_of_range(Argument::transaction);
 }
 
 Status RamStore::doom(Status status) {
@@ -374,7 +375,7 @@ Status RamStore::count(const RecordInfo& info, std::int64_t& records) {
 Status RamStore::find_blob_block(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                                  std::size_t bytes, std::size_t& index, BlobBlock*& block) {
   index = find_blob(info, field);
-  if (index == max_blob_fields) return {StatusCode::invalid_argument, 2};
+  if (index == max_blob_fields) return out_of_range(Argument::blob_field);
   std::size_t position = 0;
   Version* version = nullptr;
   ILP_TRY(find(table_of(info), id, position, version));
@@ -384,7 +385,7 @@ Status RamStore::find_blob_block(const RecordInfo& info, const char* field, std:
   if (block == nullptr) return {StatusCode::not_found, id};
   if (!block->intact()) return damaged(info, id);
   if (offset > block->bytes || bytes > block->bytes - offset) {
-    return {StatusCode::invalid_argument, 3, static_cast<std::int64_t>(block->bytes)};
+    return out_of_range(Argument::blob_range, block->bytes);
   }
   return {};
 }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstring>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/little_endian.hpp"
 #include "hal/store/checksums.hpp"
 #include "hal/store/sql_columns.hpp"
@@ -114,9 +115,9 @@ Status SqliteStore::missing_blob(const RecordInfo& info, const char* field, std:
 
 Status SqliteStore::open_blob(const RecordInfo& info, const char* field, std::int64_t id, bool writable,
                               BlobHandles& blob) {
-  if (database_ == nullptr) return {StatusCode::invalid_argument, 1};
+  if (database_ == nullptr) return out_of_range(Argument::database);
   blob.name = {info.type, find_blob(info, field), id, 0};
-  if (blob.name.index == max_blob_fields) return {StatusCode::invalid_argument, 2};
+  if (blob.name.index == max_blob_fields) return out_of_range(Argument::blob_field);
   blob_table_name(info, field, blob.table);
   const Status opened = open_column(blob, "data", writable, blob.data);
   if (opened.is(StatusCode::not_found)) {
@@ -137,7 +138,7 @@ Status SqliteStore::check_range(const RecordInfo& info, const char* field, const
   const std::size_t size = blob.name.bytes;
   if (offset <= size && bytes <= size - offset) return {};
   ILP_TRY(missing_blob(info, field, blob.name.id, size));
-  return {StatusCode::invalid_argument, 3, static_cast<std::int64_t>(size)};
+  return out_of_range(Argument::blob_range, size);
 }
 
 /// Checks the chunks to which `bytes`, read at `offset`, belong.

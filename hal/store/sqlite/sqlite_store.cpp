@@ -8,6 +8,7 @@
 #include <ctime>
 #include <utility>
 
+#include "fsw/base/argument.hpp"
 #include "hal/store/checksums.hpp"
 #include "hal/store/record_bytes.hpp"
 #include "hal/store/sqlite/checked_vfs.hpp"
@@ -200,7 +201,7 @@ Status SqliteStore::open(const char* path) {
 }
 
 Status SqliteStore::limit(std::int64_t bytes) {
-  if (database_ == nullptr || bytes <= 0) return {StatusCode::invalid_argument, 1, bytes};
+  if (database_ == nullptr || bytes <= 0) return out_of_range(Argument::capacity, bytes);
   static_cast<void>(usage());
   limit_bytes_ = bytes;
   const char* const path = sqlite3_db_filename(database_, "main");
@@ -218,7 +219,7 @@ Status SqliteStore::limit(std::int64_t bytes) {
 }
 
 Status SqliteStore::check() {
-  if (database_ == nullptr) return {StatusCode::invalid_argument, 1};
+  if (database_ == nullptr) return out_of_range(Argument::database);
   sqlite3_stmt* statement = nullptr;
   const std::int64_t failed_before = failed_reads();
   ILP_TRY(prepare("PRAGMA quick_check(1)", statement));
@@ -469,7 +470,7 @@ Status SqliteStore::limit_pages(std::int64_t bytes) {
 }
 
 Status SqliteStore::begin() {
-  if (database_ == nullptr || in_transaction_) return {StatusCode::invalid_argument, 1};
+  if (database_ == nullptr || in_transaction_) return out_of_range(Argument::database);
   ILP_TRY(make_room());
   const Status begun = run(begin_);
   if (!begun.is(StatusCode::store_locked)) lock_.taken_since_ns = 0;
@@ -517,7 +518,7 @@ void SqliteStore::rollback() {
 }
 
 Status SqliteStore::writable() {
-  if (!in_transaction_) return {StatusCode::invalid_argument, 1};
+  if (!in_transaction_) return out_of_range(Argument::transaction);
   // On some faults SQLite rolls back by itself; without a transaction every further write would commit on its own.
   if (doomed_.ok() && sqlite3_get_autocommit(database_) != 0) doomed_ = {StatusCode::store_error, SQLITE_ABORT};
   return doomed_;

@@ -2,13 +2,14 @@
 
 #include <sqlite3.h>
 
+#include "fsw/base/argument.hpp"
 #include "hal/store/sqlite/checked_vfs.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
 
 namespace ilp {
 
 Status SqliteStore::synchronise(Synchronise when) {
-  if (database_ == nullptr || in_transaction_) return {StatusCode::invalid_argument, 1};
+  if (database_ == nullptr || in_transaction_) return out_of_range(Argument::database);
   ILP_TRY(execute(when == Synchronise::in_commit ? "PRAGMA synchronous=FULL" : "PRAGMA synchronous=NORMAL"));
   synchronise_ = when;
   if (when == Synchronise::in_commit) return {};
@@ -41,7 +42,7 @@ Status SqliteStore::synchronise_log() {
 }
 
 Status SqliteStore::flush() {
-  if (database_ == nullptr) return {StatusCode::invalid_argument, 1};
+  if (database_ == nullptr) return out_of_range(Argument::database);
   if (synchronise_ == Synchronise::in_commit) return {};
   std::int64_t version = 0;
   ILP_TRY(integer_of(data_version_, version));

@@ -149,7 +149,7 @@ class DifferenceWriter {
     }
     if (file_->GetRasterBand(1)->RasterIO(GF_Write, x0, y0, block.width, block.height, block.samples.data(),
                                           block.width, block.height, GDT_Float32, 0, 0, nullptr) != CE_None) {
-      throw host::gdal_error("cannot write the difference");
+      throw host::gdal_error(std::string("cannot write ") + file_->GetDescription());
     }
   }
 

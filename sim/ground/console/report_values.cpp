@@ -77,7 +77,7 @@ std::string event_words(const Tailoring& tailoring, const Report& report) {
   const std::string place(in.rest().begin(), in.rest().end());
   return "event " + std::to_string(id) + " " +
          host::severity_name(static_cast<std::uint8_t>(report.header.subtype - event_reporting::informative)) + " at " +
-         clock_text(time) + " " + component_name(component) + " " + sentence(code, a, b) +
+         clock_text(time) + " " + host::component_name(component) + " " + sentence(code, a, b) +
          (place.empty() ? "" : " (" + place + ")");
 }
 

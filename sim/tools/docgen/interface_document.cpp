@@ -198,7 +198,7 @@ std::string files() {
   }
   text += "\nA PDU that is rejected is an event `pdu_rejected` with the reason:\n\n" + table_head({"reason", ""});
   for (std::size_t i = 1; i < static_cast<std::size_t>(cfdp::PduFault::count); ++i) {
-    text += table_row({text_of(i), cell(cfdp::pdu_fault_name(static_cast<cfdp::PduFault>(i)))});
+    text += table_row({text_of(i), cell(words_of(static_cast<cfdp::PduFault>(i)))});
   }
   return text;
 }

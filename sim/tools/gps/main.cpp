@@ -10,6 +10,7 @@
 #include "hal/clock/real_clock.hpp"
 #include "hal/link/udp/udp_link.hpp"
 #include "sim/host/command_line.hpp"
+#include "sim/host/status_error.hpp"
 #include "sim/host/version_line.hpp"
 #include "sim/tools/gps/gps_sample.hpp"
 
@@ -83,7 +84,7 @@ void run(const Options& options) {
   const SocketAddress to = address_of(options.to), any = address_of("0.0.0.0:0");
   RealClock clock;
   UdpLink link(clock);
-  if (!link.open(any, &to).ok()) throw std::runtime_error("no socket can be opened");
+  host::require(link.open(any, &to), "--to " + options.to);
   Receiver receiver(options);
   std::uint16_t count = 0;
   UtcNs latest = 0;

@@ -53,7 +53,7 @@ class ImageMatching {
     if (!inputs.empty()) {
       require_same_size(image, path, previous_.width, previous_.height, inputs.front().name);
       double plane[9];
-      if (predict(image.view(), plane)) {
+      if (predict(image.view(), path, plane)) {
         host::require(match_and_track_corners(previous_.view(), corners_, image.view(), input.corners, plane,
                                               MatcherParams{}, matcher_, input.matches),
                       "matching " + path);
@@ -68,15 +68,15 @@ class ImageMatching {
   [[nodiscard]] int height() const { return previous_.height; }
 
  private:
-  bool predict(GrayView image, double (&plane)[9]) {
+  bool predict(GrayView image, const std::string& path, double (&plane)[9]) {
     OverlapParams params;
     params.min_overlap = 0.3;
     OverlapResult overlap;
-    host::require(measure_overlap(previous_.view(), image, params, overlap_, overlap), "overlap");
+    host::require(measure_overlap(previous_.view(), image, params, overlap_, overlap), "overlap of " + path);
     if (overlap.verdict == OverlapVerdict::overlap_unknown) {
       host::require(
           measure_overlap_by_features(previous_.view(), image, FeatureOverlapParams{}, feature_overlap_, overlap),
-          "overlap by features");
+          "overlap by features of " + path);
     }
     std::copy(std::begin(overlap.plane_b_from_a), std::end(overlap.plane_b_from_a), plane);
     return overlap.verdict == OverlapVerdict::ok;

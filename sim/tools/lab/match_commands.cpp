@@ -42,6 +42,10 @@ void read_pair(const OverlapOptions& options, GrayImage& a, GrayImage& b) {
   require_same_size(b, options.b, a.width, a.height, options.a);
 }
 
+std::string pair_of(const OverlapOptions& options) {
+  return options.a + " and " + options.b;
+}
+
 Json run_overlap(OverlapOptions& options, int repeat) {
   GrayImage a, b;
   read_pair(options, a, b);
@@ -51,7 +55,7 @@ Json run_overlap(OverlapOptions& options, int repeat) {
   Status status;
   const double kernel_ms = time_kernel(
       repeat, [] {}, [&] { status = measure_overlap(a.view(), b.view(), options.params, *workspace, result); });
-  host::require(status, "overlap");
+  host::require(status, "overlap of " + pair_of(options));
   return {{"verdict", name_of(result.verdict)},
           {"overlap", result.overlap},
           {"shift_px", {result.b_from_a.shift_x_px, result.b_from_a.shift_y_px}},
@@ -83,12 +87,13 @@ struct Prediction {
 Prediction predict(const OverlapOptions& options, GrayView a, GrayView b) {
   Prediction prediction;
   const auto workspace = std::make_unique<OverlapWorkspace>();
-  host::require(measure_overlap(a, b, options.params, *workspace, prediction.overlap), "overlap");
+  host::require(measure_overlap(a, b, options.params, *workspace, prediction.overlap),
+                "overlap of " + pair_of(options));
   if (prediction.overlap.verdict != OverlapVerdict::overlap_unknown) return prediction;
   const auto features = std::make_unique<FeatureOverlapWorkspace>();
   OverlapResult by_features;
   host::require(measure_overlap_by_features(a, b, FeatureOverlapParams{}, *features, by_features),
-                "overlap by features");
+                "overlap by features of " + pair_of(options));
   if (by_features.verdict == OverlapVerdict::ok) prediction = {by_features, "features"};
   return prediction;
 }
@@ -216,7 +221,7 @@ Json run_match(const MatchOptions& options, int repeat) {
     Status status;
     kernel_ms = time_kernel(
         repeat, [] {}, [&] { status = work->run(a.view(), b.view(), plane, options); });
-    host::require(status, "match");
+    host::require(status, "match of " + pair_of(options.overlap));
     if (options.guided) {
       guidance->relate(camera, !options.camera.empty(), *work);
       guidance->run(a.view(), b.view(), plane, options, repeat, *work);

@@ -181,7 +181,7 @@ Json run_rectify(const RectifyOptions& options, int repeat) {
           if (!status.ok()) return;
         }
       });
-  host::require(status, "rectify");
+  host::require(status, "rectify " + options.a + " and " + options.b);
   for (std::size_t i = 0; i < plan->count; ++i) write_pair(folder_of(*plan, i, options.out), images[i]);
 
   const VerticalErrors errors = vertical_errors(model, left, right, *plan);

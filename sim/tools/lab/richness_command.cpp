@@ -81,7 +81,7 @@ Json run_richness(const RichnessOptions& options, int repeat) {
         status = score_richness(camera, image.view(), depth.inverse.view(), depth.sigma.view(), mask.view(), params,
                                 RichnessHistory{}, *workspace, cues, index);
       });
-  host::require(status, "richness");
+  host::require(status, "richness of " + options.image);
   Json result = {{"verdict", "ok"}, {"index", index}};
   result.update(cues_json(cues));
   if (!options.depth.empty()) result["camera"] = options.camera.empty() ? "assumed: focal length 1.2 sides" : "given";

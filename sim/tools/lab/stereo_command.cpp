@@ -55,7 +55,7 @@ Json run_stereo(const StereoOptions& options, int repeat) {
         status = match(matcher, left.view(), right.view(), everywhere.view(), options.range, params, *workspace,
                        {disparity.view(), sigma.view()});
       });
-  host::require(status, "stereo");
+  host::require(status, "stereo of " + options.left + " and " + options.right);
   std::size_t valid = 0, supported = 0;
   for (std::size_t i = 0; i < sigma.samples.size(); ++i) {
     if (sigma.samples[i] == 0) {

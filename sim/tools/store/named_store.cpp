@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "sim/host/status_error.hpp"
+
 namespace ilp::store_tool {
 namespace {
 
@@ -10,20 +12,8 @@ bool is_server(const std::string& name) {
   return name.rfind("postgresql://", 0) == 0 || name.rfind("postgres://", 0) == 0;
 }
 
-/// The status's text with its values, and what to do.
-std::string explained(const Status& status) {
-  std::string text = status_text(status.code);
-  const auto replace = [&](const char* mark, std::int64_t value) {
-    const std::size_t at = text.find(mark);
-    if (at != std::string::npos) text.replace(at, 2, std::to_string(value));
-  };
-  replace("%a", status.a);
-  replace("%b", status.b);
-  return text + ": " + status_advice(status.code);
-}
-
 [[noreturn]] void fail(const std::string& what, const Status& status) {
-  throw std::runtime_error(what + ": " + explained(status));
+  throw std::runtime_error(what + ": " + host::describe(status));
 }
 
 #ifdef ILP_POSTGRES
@@ -36,15 +26,16 @@ std::unique_ptr<PostgresStore> connect(const std::string& name, bool create) {
   auto store = std::make_unique<PostgresStore>();
   const Status status = store->open(name.c_str(), 0, {.create = create});
   if (status.is(StatusCode::not_found)) {
-    throw std::runtime_error("the database has no tables of a flight: make them with `ilp-store create`");
+    throw std::runtime_error(name + ": the database has no tables of a flight: make them with `ilp-store create`");
   }
   if (status.is(StatusCode::store_schema) && status.a == -1) {
     throw std::runtime_error(
-        "the database does not take every byte in a text: make it with ENCODING 'SQL_ASCII' TEMPLATE template0");
+        name +
+        ": the database does not take every byte in a text: make it with ENCODING 'SQL_ASCII' TEMPLATE template0");
   }
   if (!status.ok()) {
     const std::string said = store->message();
-    fail(said.empty() ? "the database server" : "the database server says: " + said, status);
+    fail(name + (said.empty() ? "" : ": the database server says: " + said), status);
   }
   return store;
 }
@@ -60,7 +51,7 @@ NamedStore NamedStore::for_reading(const std::string& name) {
     named.store_ = named.server_.get();
     return named;
 #else
-    throw std::runtime_error("this program was built without PostgreSQL: install libpq-dev and build again");
+    throw std::runtime_error(name + ": this program was built without PostgreSQL: install libpq-dev and build again");
 #endif
   }
   if (!std::filesystem::exists(name)) throw std::runtime_error(name + ": there is no such file");
@@ -80,7 +71,7 @@ NamedStore NamedStore::with_tables(const std::string& name, bool& made) {
     named.store_ = named.server_.get();
     return named;
 #else
-    throw std::runtime_error("this program was built without PostgreSQL: install libpq-dev and build again");
+    throw std::runtime_error(name + ": this program was built without PostgreSQL: install libpq-dev and build again");
 #endif
   }
   made = !std::filesystem::exists(name);

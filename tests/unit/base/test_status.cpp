@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cctype>
+#include <regex>
 #include <set>
 #include <string>
+
+#include "fsw/base/status_values.hpp"
 
 namespace ilp {
 namespace {
@@ -30,6 +33,33 @@ TEST(StatusList, PlaceHoldersAreOnlyTheTwoValues) {
       ASSERT_LT(at + 1, text.size()) << text;
       EXPECT_TRUE(text[at + 1] == 'a' || text[at + 1] == 'b') << text;
     }
+  }
+}
+
+TEST(StatusList, EveryValueInATextHasANameAndATypeAndEachTypeIsUsed) {
+  std::set<ValueType> used = {ValueType::none};
+  for (int i = 0; i < status_code_limit; ++i) {
+    if (!is_status_code(static_cast<std::uint64_t>(i))) continue;
+    const auto code = static_cast<StatusCode>(i);
+    const StatusValues values = status_values(code);
+    for (const auto& [mark, value] : {std::pair("%a", values.a), std::pair("%b", values.b)}) {
+      const bool shown = std::string(status_text(code)).find(mark) != std::string::npos;
+      EXPECT_TRUE(!shown || value.type != ValueType::none) << status_name(code) << " " << mark;
+      EXPECT_EQ(value.name[0] == 0, value.type == ValueType::none) << status_name(code) << " " << mark;
+      used.insert(value.type);
+    }
+  }
+  EXPECT_EQ(used.size(), static_cast<std::size_t>(ValueType::count));
+}
+
+TEST(StatusList, TextsLeaveNamesAndUnitsToTheTypes) {
+  const std::regex number_of_a_name("(reason|fault|condition|verdict|component number|because of code) %[ab]");
+  const std::regex unit("%[ab](/1000)? (px|pixels?|ms|us|ns|s|milliseconds|microseconds|bytes|octets|bits)\\b");
+  for (int i = 0; i < status_code_limit; ++i) {
+    const std::string text = status_text(static_cast<StatusCode>(i));
+    EXPECT_FALSE(std::regex_search(text, number_of_a_name)) << text;
+    EXPECT_FALSE(std::regex_search(text, unit)) << text;
+    EXPECT_EQ(text.find("100000"), std::string::npos) << text;
   }
 }
 

@@ -35,7 +35,7 @@ class MissionFile : public testing::Test {
 TEST_F(MissionFile, NumbersThatAreNoneAreNamed) {
   for (const char* wrong : {"nan", "-nan", "NaN(123)", "inf", "-inf", "1e999", "-1", "1e308", "", "2x", "0x", "--1"}) {
     const Status status = read(std::string("[acquisition]\ncapture_interval_s = ") + wrong + "\n");
-    EXPECT_EQ(status.code, StatusCode::invalid_argument) << wrong;
+    EXPECT_EQ(status.code, StatusCode::parameter_out_of_range) << wrong;
     EXPECT_STREQ(error_.key, "capture_interval_s") << wrong;
     EXPECT_EQ(mission_.capture_interval_s, 0) << wrong;
     EXPECT_FALSE(uplinked(std::string("[acquisition]\ncapture_interval_s = ") + wrong + "\n").ok()) << wrong;

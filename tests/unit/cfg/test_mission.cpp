@@ -38,7 +38,7 @@ TEST(MissionRelations, AnIntervalIsZeroOrAtLeastAMinorFrame) {
     mission.capture_min_interval_s = 0.05;
     for (const double wrong : {1e-10, 0.0999, std::numeric_limits<double>::denorm_min()}) {
       mission.*interval = wrong;
-      EXPECT_EQ(validate(mission).code, StatusCode::invalid_argument) << wrong;
+      EXPECT_EQ(validate(mission).code, StatusCode::parameters_contradict) << wrong;
       EXPECT_EQ(validate(mission).a, 12) << wrong;
     }
     for (const double right : {0.0, 0.1, 3600.0}) {
@@ -60,7 +60,8 @@ TEST(MissionRelations, FramesAreNotWantedFasterThanTheCameraGivesThem) {
 TEST(MissionRelations, AFileThatContradictsItselfChangesNothing) {
   MissionParameters mission;
   const Status status = read("[acquisition]\ncapture_interval_s = 1e-10\n", mission);
-  EXPECT_EQ(status.code, StatusCode::invalid_argument);
+  EXPECT_EQ(status.code, StatusCode::parameters_contradict);
+  EXPECT_EQ(status.a, 12);
   EXPECT_EQ(mission.capture_interval_s, 0);
 }
 
@@ -87,8 +88,8 @@ TEST(MissionValues, ThatTheirTypeDoesNotHaveAreRefused) {
         "[motion]\ncorners = 1000.5", "[motion]\ncorners = forecast"}) {
     MissionParameters mission;
     const Status status = read(wrong, mission);
-    EXPECT_EQ(status.code, StatusCode::invalid_argument) << wrong;
-    EXPECT_EQ(status.a, 2) << wrong;
+    EXPECT_EQ(status.code, StatusCode::parameter_out_of_range) << wrong;
+    EXPECT_EQ(status.b, 2) << wrong;
   }
 }
 

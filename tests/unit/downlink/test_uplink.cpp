@@ -90,12 +90,12 @@ TEST_F(UplinkTest, AFileThatIsNotRightIsRejectedAndTheGroundHearsIt) {
     StatusCode fault;
     std::int64_t place;
   } cases[] = {
-      {"mission.ini", "[overlap]\ntarget_overlap = 9\n", StatusCode::invalid_argument, 2},
+      {"mission.ini", "[overlap]\ntarget_overlap = 9\n", StatusCode::parameter_out_of_range, 2},
       {"mission.ini", "[overlap]\n\nno_such_thing = 1\n", StatusCode::not_found, 3},
       {"mission.ini", "[overlap\n", StatusCode::parse_error, 1},
       {"mission.ini", "[overlap]\ntarget_overlap\n", StatusCode::parse_error, 2},
-      {"mission.ini", "[overlap]\ntarget_overlap = 0.9x\n", StatusCode::invalid_argument, 2},
-      {"mission.ini", "[overlap]\nmin_overlap = 0.95\n", StatusCode::invalid_argument, 1},
+      {"mission.ini", "[overlap]\ntarget_overlap = 0.9x\n", StatusCode::parameter_out_of_range, 2},
+      {"mission.ini", "[overlap]\nmin_overlap = 0.95\n", StatusCode::parameters_contradict, 1},
       {"firmware.bin", "anything", StatusCode::unsupported_format, 0},
       {".ini", "[overlap]\n", StatusCode::unsupported_format, 0},
       {"a b.ini", "[overlap]\n", StatusCode::unsupported_format, 0},
@@ -308,7 +308,7 @@ TEST(MissionText, AnyPiecesGiveTheSameAndAnyBytesAReason) {
     for (std::size_t at = 0; at < content.size(); at += piece) reader.add(text(content.substr(at, piece)));
     const Status status = reader.finish(mission);
     // "0.9#x": a comment needs a blank before it.
-    EXPECT_TRUE(status.is(StatusCode::invalid_argument) && status.a == 2);
+    EXPECT_TRUE(status.is(StatusCode::parameter_out_of_range) && status.b == 2);
     EXPECT_EQ(mission.link_bytes_per_s, MissionParameters{}.link_bytes_per_s) << "all or nothing";
   }
   std::mt19937 random(5);

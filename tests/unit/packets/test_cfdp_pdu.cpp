@@ -36,7 +36,7 @@ PduFault fault_of(const Bytes& bytes) {
 Pdu there_and_back(const Bytes& bytes) {
   Pdu pdu;
   const Status status = decode(bytes, pdu);
-  EXPECT_TRUE(status.ok()) << pdu_fault_name(static_cast<PduFault>(status.a));
+  EXPECT_TRUE(status.ok()) << words_of(static_cast<PduFault>(status.a));
   EXPECT_EQ(encoded(pdu), bytes);
   return pdu;
 }

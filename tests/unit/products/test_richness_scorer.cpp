@@ -186,7 +186,7 @@ TEST_F(RichnessScorerTest, AMissionThatLooksForReliefOnlyRanksByIt) {
   }
   EXPECT_TRUE(validate(mission).ok());
   mission.relief_weight = 0;
-  EXPECT_EQ(validate(mission).code, StatusCode::invalid_argument);
+  EXPECT_EQ(validate(mission).code, StatusCode::parameters_contradict);
 }
 
 TEST_F(RichnessScorerTest, ARestartAfterEveryImageChangesNothing) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 
 namespace ilp {
@@ -49,11 +50,11 @@ Status BundleAdjuster::load(BundleProblem& problem, const BundleParams& params) 
   if (!(params.relative_tolerance >= 0) || !(params.robust_px >= 0) || !std::isfinite(params.robust_px) ||
       !(params.initial_damping > 0) || !std::isfinite(params.initial_damping) || !(params.observation_sigma_px > 0) ||
       !std::isfinite(params.observation_sigma_px) || params.loss > BundleLoss::cauchy) {
-    return {StatusCode::invalid_argument, 4};
+    return out_of_range(Argument::adjustment_parameters);
   }
   free_count_ = 0;
   for (std::size_t i = 0; i < problem.cameras.size(); ++i) {
-    if (!usable(problem.cameras[i])) return {StatusCode::invalid_argument, 1, static_cast<std::int64_t>(i)};
+    if (!usable(problem.cameras[i])) return out_of_range(Argument::camera, i);
     cameras_[i].free_index = -1;
     if (!problem.cameras[i].fixed) {
       cameras_[i].free_index = static_cast<std::int32_t>(free_count_);
@@ -62,7 +63,7 @@ Status BundleAdjuster::load(BundleProblem& problem, const BundleParams& params) 
   }
   for (std::size_t i = 0; i < problem.points.size(); ++i) {
     if (!all_finite(problem.points[i].position, 3)) {
-      return {StatusCode::invalid_argument, 2, static_cast<std::int64_t>(i)};
+      return out_of_range(Argument::point, i);
     }
   }
   const auto count = static_cast<std::int32_t>(problem.cameras.size());
@@ -71,7 +72,7 @@ Status BundleAdjuster::load(BundleProblem& problem, const BundleParams& params) 
       (hold.origin >= 0 &&
        (free_count_ + 1 != problem.cameras.size() || !problem.cameras[static_cast<std::size_t>(hold.origin)].fixed ||
         hold.origin == hold.anchor))) {
-    return {StatusCode::invalid_argument, 5};
+    return out_of_range(Argument::scale_hold);
   }
   ILP_TRY(check_priors(problem));
   problem_ = &problem;
@@ -94,7 +95,7 @@ Status BundleAdjuster::sort_observations() {
   for (std::size_t i = 0; i < count; ++i) {
     const BundleObservation& o = problem_->observations[i];
     if (o.camera >= problem_->cameras.size() || o.point >= points || !std::isfinite(o.x) || !std::isfinite(o.y)) {
-      return {StatusCode::invalid_argument, 3, static_cast<std::int64_t>(i)};
+      return out_of_range(Argument::observation, i);
     }
     ++offsets_[o.point];
   }
@@ -120,7 +121,7 @@ Status BundleAdjuster::sort_observations() {
         observations_[at] = observations_[at - 1];
       observations_[at] = moving;
       if (at > first && observations_[at - 1].camera == moving.camera) {
-        return {StatusCode::invalid_argument, 3, static_cast<std::int64_t>(p)};
+        return out_of_range(Argument::observation, p);
       }
     }
     spans_[p] = {first, last, 0, static_cast<std::uint16_t>(p)};
@@ -175,7 +176,7 @@ Status BundleAdjuster::begin(BundleProblem& problem, const BundleParams& params)
     progress_.held_distance = distance(origin.centre, anchor.centre);
     if (!(progress_.held_distance > 0)) {
       problem_ = nullptr;
-      return {StatusCode::invalid_argument, 5};
+      return out_of_range(Argument::scale_hold, progress_.held_distance);
     }
   }
   return {};

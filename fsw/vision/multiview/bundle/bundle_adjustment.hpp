@@ -126,9 +126,9 @@ namespace bundle {
 /// `finish` the problem belongs to the adjuster. After each `step` its poses and points are the best so far.
 class BundleAdjuster {
  public:
-  /// `invalid_argument` (a = 1 camera, 2 point, 3 observation, 4 parameters, 5 scale hold, 6 height prior, 7 attitude
-  /// prior; b = index) for non-finite values, indices out of range, or two observations of a point in one camera;
-  /// `no_model` when no observation can be used.
+  /// `invalid_argument` (camera, point, observation, parameters, scale hold, height prior, attitude prior, where there
+  /// are several with the index) for non-finite values, indices out of range, or two observations of a point in one
+  /// camera; `no_model` when no observation can be used.
   Status begin(BundleProblem& problem, const BundleParams& params);
   /// Continues from `progress`, which an earlier `begin` or `step` left together with this problem. The observations
   /// that `begin` dropped must have been removed.

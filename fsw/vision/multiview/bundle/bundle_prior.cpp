@@ -1,6 +1,7 @@
 // Priors of a bundle adjustment: residuals that belong to one camera.
 #include <cmath>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
@@ -51,14 +52,14 @@ Status BundleAdjuster::check_priors(const BundleProblem& problem) const {
     const BundleHeightPrior& prior = problem.heights[i];
     if (prior.camera >= problem.cameras.size() || !is_unit(prior.direction, 3) || !std::isfinite(prior.value) ||
         !is_sigma(prior.sigma)) {
-      return {StatusCode::invalid_argument, 6, static_cast<std::int64_t>(i)};
+      return out_of_range(Argument::height_prior, i);
     }
   }
   for (std::size_t i = 0; i < problem.attitudes.size(); ++i) {
     const BundleAttitudePrior& prior = problem.attitudes[i];
     if (prior.camera >= problem.cameras.size() || !is_unit(prior.q_cam_from_world, 4) ||
         !is_sigma(prior.sigma_rad[0]) || !is_sigma(prior.sigma_rad[1]) || !is_sigma(prior.sigma_rad[2])) {
-      return {StatusCode::invalid_argument, 7, static_cast<std::int64_t>(i)};
+      return out_of_range(Argument::attitude_prior, i);
     }
   }
   return {};

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "cfg/limits.hpp"
+#include "fsw/base/argument.hpp"
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/stereo/depth/normalised_row.hpp"
 #include "fsw/vision/stereo/rectify/polar_coordinates.hpp"
@@ -164,14 +165,14 @@ Status depth_of(const RectifiedPair& pair, const CameraModel& camera, ImageView<
   if (camera.width > limits::max_image_width || depth.inverse_depth.width != camera.width ||
       depth.inverse_depth.height != camera.height || depth.sigma.width != camera.width ||
       depth.sigma.height != camera.height) {
-    return {StatusCode::invalid_argument, 1, depth.inverse_depth.width};
+    return out_of_range(Argument::depth_size, depth.inverse_depth.width);
   }
   if (disparity_px.width != pair.width || disparity_px.height != pair.height ||
       disparity_sigma_px.width != pair.width || disparity_sigma_px.height != pair.height || pair.width < 2 ||
       pair.height < 2) {
-    return {StatusCode::invalid_argument, 2, disparity_px.width};
+    return out_of_range(Argument::disparity_size, disparity_px.width);
   }
-  if (y_begin < 0 || y_end > camera.height || y_begin > y_end) return {StatusCode::invalid_argument, 3, y_begin};
+  if (y_begin < 0 || y_end > camera.height || y_begin > y_end) return out_of_range(Argument::rows, y_begin);
   double ray_x[run_length], ray_y[run_length];
   for (std::int32_t y = y_begin; y < y_end; ++y) {
     float* out = depth.inverse_depth.row(y);

@@ -23,7 +23,7 @@ struct DepthView {
 ///   inverse depth = rho (cot a - sinh r) / b,  sigma = rho cosh r sigma_d / (f b).
 /// A polar pair writes only the pixels of its sector: clear `depth` before the first panel of a plan.
 /// d is interpolated where its four neighbours are valid and differ by at most 1 px, else the nearest valid one is
-/// taken. `invalid_argument`: a = 1 output size is not the camera's, 2 disparity size is not the pair's, 3 rows
+/// taken. `invalid_argument`: output size is not the camera's, disparity size is not the pair's, rows
 /// outside.
 Status depth_rows(const RectifiedPair& pair, const CameraModel& camera, ImageView<const float> disparity_px,
                   ImageView<const float> disparity_sigma_px, std::int32_t y_begin, std::int32_t y_end,

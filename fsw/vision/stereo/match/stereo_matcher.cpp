@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/vision/stereo/match/disparity_recovery.hpp"
 #include "fsw/vision/stereo/ordered/slope_steps.hpp"
 
@@ -69,19 +70,19 @@ Status StereoMatcher::begin(GrayView left, GrayView right, MaskView left_valid, 
   bands_ = nullptr;
   if (left.empty() || !same_size(left, right) || !same_size(left, left_valid) || !same_size(left, right_valid) ||
       !same_size(left, result.disparity_px) || !same_size(left, result.sigma_px)) {
-    return {StatusCode::invalid_argument, 1, left.width};
+    return out_of_range(Argument::rectified_size, left.width);
   }
   if (left.width > limits::max_rectified_width || left.height > limits::max_rectified_height) {
     return {StatusCode::image_too_large, left.width, left.height};
   }
   if (range.max_px < range.min_px || range.min_px < -limits::max_rectified_width ||
       range.max_px > limits::max_rectified_width) {
-    return {StatusCode::invalid_argument, 2, range.max_px};
+    return out_of_range(Argument::disparity_range, range.max_px);
   }
   if (range.count() > limits::max_disparities) {
     return {StatusCode::disparity_range_exceeded, range.count(), limits::max_disparities};
   }
-  if (!sensible(params)) return {StatusCode::invalid_argument, 3};
+  if (!sensible(params)) return out_of_range(Argument::stereo_parameters);
   const StereoPairView pair{left, right, left_valid, right_valid};
   rows_ = make_rows(pair, range, params);
   range_ = range;
@@ -337,7 +338,7 @@ void StereoMatcher::advance() {
 Status StereoMatcher::step(std::int32_t rows, bool& pending) {
   pending = false;
   if (workspace_ == nullptr) return StatusCode::not_ready;
-  if (rows < 1) return {StatusCode::invalid_argument, 4, rows};
+  if (rows < 1) return out_of_range(Argument::rows, rows);
   for (std::int32_t i = 0; i < rows && phase_ != Phase::done && !wants_band(); ++i) {
     do_row();
     advance();

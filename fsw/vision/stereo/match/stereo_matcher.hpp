@@ -82,7 +82,7 @@ struct StereoBandJob {
 class StereoMatcher {
  public:
   /// Both images, the masks and the result have the same size. Grey outside a mask should continue the image
-  /// (resampling does so). Errors: `invalid_argument` (a = 1 sizes, 2 range empty, 3 parameters), `image_too_large`,
+  /// (resampling does so). Errors: `invalid_argument` (sizes, range empty, parameters), `image_too_large`,
   /// `disparity_range_exceeded` when the range holds more than limits::max_disparities.
   Status begin(GrayView left, GrayView right, MaskView left_valid, MaskView right_valid, const DisparityRange& range,
                const StereoParams& params, StereoWorkspace& workspace, const DisparityView& result);

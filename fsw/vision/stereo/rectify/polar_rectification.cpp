@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "cfg/limits.hpp"
+#include "fsw/base/argument.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/stereo/rectify/polar_coordinates.hpp"
@@ -316,7 +317,7 @@ Status plan_polar_rectification(const CameraModel& camera, const RigidTransform&
                                 const RectificationParams& params, RectificationPlan& plan) {
   plan.count = 0;
   if (!(depth.nearest > 0) || !(depth.farthest >= depth.nearest) || !std::isfinite(depth.farthest)) {
-    return {StatusCode::invalid_argument, 1};
+    return out_of_range(Argument::depth_range, depth.nearest);
   }
   StereoAxes axes;
   ILP_TRY(stereo_axes(left_from_world, right_from_world, depth.nearest, params.max_axes_angle_rad, axes));
@@ -332,7 +333,7 @@ Status plan_polar_rectification(const CameraModel& camera, const RigidTransform&
                        depth};
   const double focal = 0.5 * (camera.fx + camera.fy);
   const double sine = blind_sine(views, focal, params.min_parallax_px);
-  if (!(sine < 1)) return impossible(6);
+  if (!(sine < 1)) return impossible(RectificationFault::no_parallax);
   const double max_advance = det_log((1 + std::sqrt(1 - sine * sine)) / sine);
   plan.method = RectificationMethod::polar;
   plan.baseline = axes.baseline;
@@ -340,10 +341,11 @@ Status plan_polar_rectification(const CameraModel& camera, const RigidTransform&
 
   CommonView common;
   bound(views, max_advance, common);
-  if (!(common.advance.length() > 0) || !(common.azimuth.length() > 0)) return impossible(6);
+  if (!(common.advance.length() > 0) || !(common.azimuth.length() > 0))
+    return impossible(RectificationFault::no_parallax);
   mark(views, common);
   const CellRange seen = shrink(common, {0, cells, 0, cells});
-  if (seen.azimuth_end <= seen.azimuth_begin) return impossible(4);
+  if (seen.azimuth_end <= seen.azimuth_begin) return impossible(RectificationFault::no_common_ground);
   const double span = (seen.advance_end - seen.advance_begin) * common.advance_step();
   const int fewest = std::max(1, static_cast<int>(std::ceil(span / max_ring)));
   bool cut = false;
@@ -353,7 +355,7 @@ Status plan_polar_rectification(const CameraModel& camera, const RigidTransform&
                : Status{};
   }
   plan.count = 0;
-  return impossible(5);
+  return impossible(RectificationFault::too_large);
 }
 
 }  // namespace ilp

@@ -12,10 +12,9 @@ namespace ilp {
 
 /// Divides the common view into rings about the epipole and rings into sectors, so that each panel fits the limits with
 /// polar_scale of the image's resolution at its outer edge, at least min_scale, and more inwards. Errors:
-/// `rectification_impossible` with b = 1 no baseline, 2 optical axes too far apart, 4 no common ground, 5 more panels
-/// than max_rectified_panels, 6 no ground of the range moves by min_parallax_px; `invalid_argument` (a = 1) for an
-/// empty depth range. `disparity_range_exceeded` is a warning: the plan is usable, but the near end of a panel's range
-/// was cut.
+/// `rectification_impossible` (b = RectificationFault; too large: more panels than max_rectified_panels; no parallax:
+/// no ground of the range moves by min_parallax_px); `invalid_argument` for an empty depth range.
+/// `disparity_range_exceeded` is a warning: the plan is usable, but the near end of a panel's range was cut.
 Status plan_polar_rectification(const CameraModel& camera, const RigidTransform& left_from_world,
                                 const RigidTransform& right_from_world, const DepthRange& depth,
                                 const RectificationParams& params, RectificationPlan& plan);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cfg/limits.hpp"
+#include "fsw/base/argument.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/stereo/rectify/polar_coordinates.hpp"
@@ -62,11 +63,12 @@ Footprint footprint(const CameraModel& camera, const Mat3& rect_from_cam) {
 /// World to rectified: x along the baseline, z as near as possible to both optical axes.
 Status common_orientation(const StereoAxes& axes, const RectificationParams& params, Mat3& rect_from_world) {
   const Vec3 mean = axes.optical_left + axes.optical_right;
-  if (!((mean - mean.dot(axes.along) * axes.along).norm() > 1e-6)) return impossible(3);
+  if (!((mean - mean.dot(axes.along) * axes.along).norm() > 1e-6)) return impossible(RectificationFault::epipole_near);
   rect_from_world = frame_along_baseline(axes, mean);
   const Vec3 z = rect_from_world.row(2).transpose();
   const double min_cosine = det_cos(params.max_turn_rad);
-  if (z.dot(axes.optical_left) < min_cosine || z.dot(axes.optical_right) < min_cosine) return impossible(3);
+  if (z.dot(axes.optical_left) < min_cosine || z.dot(axes.optical_right) < min_cosine)
+    return impossible(RectificationFault::epipole_near);
   return {};
 }
 
@@ -165,7 +167,7 @@ Status plan_rectification(const CameraModel& camera, const RigidTransform& left_
                           const RigidTransform& right_from_world, const DepthRange& depth,
                           const RectificationParams& params, RectifiedPair& pair, DisparityRange& range) {
   if (!(depth.nearest > 0) || !(depth.farthest >= depth.nearest) || !std::isfinite(depth.farthest)) {
-    return {StatusCode::invalid_argument, 1};
+    return out_of_range(Argument::depth_range, depth.nearest);
   }
   pair = {};
   StereoAxes axes;
@@ -178,7 +180,7 @@ Status plan_rectification(const CameraModel& camera, const RigidTransform& left_
   pair.field_of_view = field_of_view(camera);
   const Footprint left = footprint(camera, pair.rect_from_left);
   const Footprint right = footprint(camera, pair.rect_from_right);
-  if (!left.in_front || !right.in_front) return impossible(3);
+  if (!left.in_front || !right.in_front) return impossible(RectificationFault::epipole_near);
 
   const Interval parallax{pair.baseline / (depth.farthest * left.depth_ratio.high),
                           pair.baseline / (depth.nearest * left.depth_ratio.low)};
@@ -189,10 +191,10 @@ Status plan_rectification(const CameraModel& camera, const RigidTransform& left_
   const double wanted = params.scale * full;
   if (v.length() * full < min_common_rows || left_u.length() * full < min_common_rows ||
       right_u.length() * full < min_common_rows) {
-    return impossible(4);
+    return impossible(RectificationFault::no_common_ground);
   }
   const double roomy = fitting_focal(wanted, left_u, right_u, v, {0, 0}, params.margin_px);
-  if (roomy < params.min_scale * wanted) return impossible(5);
+  if (roomy < params.min_scale * wanted) return impossible(RectificationFault::too_large);
   pair.focal_px =
       std::max(fitting_focal(wanted, left_u, right_u, v, parallax, params.margin_px), params.min_scale * wanted);
   // A direction is compressed most along the line through the rectified principal point.

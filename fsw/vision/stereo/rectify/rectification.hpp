@@ -69,10 +69,8 @@ struct RectifiedPair {
 };
 
 /// Plans by homographies. The pair is cropped to the common rows and to the columns that can have a match. Errors:
-/// `rectification_impossible` with b = 1 no baseline, 2 optical axes too far apart, 3 epipole in or near an image
-/// (forward motion), 4 no common ground, 5 too large for the limits even at min_scale; `invalid_argument` (a = 1) for
-/// an empty depth range. `disparity_range_exceeded` is a warning: pair and range are usable, but the near end of the
-/// range was cut.
+/// `rectification_impossible` (b = RectificationFault); `invalid_argument` for an empty depth range.
+/// `disparity_range_exceeded` is a warning: pair and range are usable, but the near end of the range was cut.
 Status plan_rectification(const CameraModel& camera, const RigidTransform& left_from_world,
                           const RigidTransform& right_from_world, const DepthRange& depth,
                           const RectificationParams& params, RectifiedPair& pair, DisparityRange& range);

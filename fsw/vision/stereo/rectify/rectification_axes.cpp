@@ -13,12 +13,12 @@ Status stereo_axes(const RigidTransform& left_from_world, const RigidTransform& 
   const Vec3 centre_right = -(right_from_world.rotation.transpose() * right_from_world.translation);
   const Vec3 along = centre_right - centre_left;
   axes.baseline = along.norm();
-  if (!(axes.baseline > 1e-7 * nearest)) return {StatusCode::rectification_impossible, 0, 1};
+  if (!(axes.baseline > 1e-7 * nearest)) return impossible(RectificationFault::no_baseline);
   axes.along = along / axes.baseline;
   axes.optical_left = left_from_world.rotation.row(2).transpose();
   axes.optical_right = right_from_world.rotation.row(2).transpose();
   if (axes.optical_left.dot(axes.optical_right) < det_cos(max_axes_angle_rad)) {
-    return {StatusCode::rectification_impossible, 0, 2};
+    return impossible(RectificationFault::axes_apart);
   }
   return {};
 }

@@ -4,14 +4,13 @@
 #include <algorithm>
 
 #include "fsw/base/geometry.hpp"
-#include "fsw/base/status.hpp"
+#include "fsw/base/status_values.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 
 namespace ilp {
 
-/// `rectification_impossible` with b = `reason`.
-[[nodiscard]] inline Status impossible(int reason) {
-  return {StatusCode::rectification_impossible, 0, reason};
+[[nodiscard]] inline Status impossible(RectificationFault fault) {
+  return {StatusCode::rectification_impossible, 0, static_cast<std::int64_t>(fault)};
 }
 
 /// The interval of the values included so far; empty before the first.
@@ -34,8 +33,8 @@ struct StereoAxes {
   double baseline = 0;
 };
 
-/// `rectification_impossible` with b = 1 no baseline (below 1e-7 of `nearest`, the depth of the nearest ground), 2
-/// optical axes further apart than `max_axes_angle_rad`.
+/// `rectification_impossible`: the baseline is below 1e-7 of `nearest`, the depth of the nearest ground, or the optical
+/// axes are further apart than `max_axes_angle_rad`.
 Status stereo_axes(const RigidTransform& left_from_world, const RigidTransform& right_from_world, double nearest,
                    double max_axes_angle_rad, StereoAxes& axes);
 

@@ -1,5 +1,6 @@
 #include "fsw/vision/stereo/rectify/rectification_plan.hpp"
 
+#include "fsw/base/status_values.hpp"
 #include "fsw/vision/stereo/rectify/polar_rectification.hpp"
 
 namespace ilp {
@@ -11,9 +12,9 @@ Status plan_panels(const CameraModel& camera, const RigidTransform& left_from_wo
   plan.count = 0;
   const Status planned =
       plan_rectification(camera, left_from_world, right_from_world, depth, params, first.pair, first.range);
-  constexpr std::int64_t epipole_near = 3;
-  constexpr std::int64_t too_large = 5;
-  if (planned.is(StatusCode::rectification_impossible) && (planned.b == epipole_near || planned.b == too_large)) {
+  const auto fault = static_cast<RectificationFault>(planned.b);
+  if (planned.is(StatusCode::rectification_impossible) &&
+      (fault == RectificationFault::epipole_near || fault == RectificationFault::too_large)) {
     return plan_polar_rectification(camera, left_from_world, right_from_world, depth, params, plan);
   }
   if (!planned.ok() && !planned.is(StatusCode::disparity_range_exceeded)) return planned;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cfg/limits.hpp"
+#include "fsw/base/argument.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/stereo/rectify/polar_coordinates.hpp"
@@ -116,14 +117,14 @@ void interpolate(GrayView source, const SourceRun& run, std::int32_t count, std:
 Status resample(const RectifiedPair& pair, Side side, const CameraModel& camera, GrayView source, std::int32_t y_begin,
                 std::int32_t y_end, const MutableGrayView& rectified, const ImageView<std::uint8_t>& valid) {
   if (source.width != camera.width || source.height != camera.height || source.width < 2 || source.height < 2) {
-    return {StatusCode::invalid_argument, 1, source.width};
+    return out_of_range(Argument::image_size, source.width);
   }
   if (rectified.width != pair.width || rectified.height != pair.height || valid.width != pair.width ||
       valid.height != pair.height) {
-    return {StatusCode::invalid_argument, 2, rectified.width};
+    return out_of_range(Argument::rectified_size, rectified.width);
   }
-  if (pair.width > limits::max_rectified_width) return {StatusCode::invalid_argument, 2, pair.width};
-  if (y_begin < 0 || y_end > pair.height || y_begin > y_end) return {StatusCode::invalid_argument, 3, y_begin};
+  if (pair.width > limits::max_rectified_width) return out_of_range(Argument::rectified_size, pair.width);
+  if (y_begin < 0 || y_end > pair.height || y_begin > y_end) return out_of_range(Argument::rows, y_begin);
   const Mat3 cam_from_rect = (side == Side::left ? pair.rect_from_left : pair.rect_from_right).transpose();
   const double cx = side == Side::left ? pair.cx_left : pair.cx_right;
   const Columns columns = columns_of(pair, cx);

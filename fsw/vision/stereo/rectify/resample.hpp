@@ -12,8 +12,8 @@ enum class Side : std::uint8_t { left, right };
 
 /// Resamples rows y_begin .. y_end - 1 of the rectified image of one side. `valid` is 255 if all four source pixels lie
 /// inside the image, else 0. Grey outside is that of the nearest border pixel, so that windows at the border contain no
-/// false edge. Coordinates and weights are rounded to 1/256 px. `invalid_argument`: a = 1 source size is not the
-/// camera's, 2 output size is not the pair's or beyond the limits, 3 rows outside.
+/// false edge. Coordinates and weights are rounded to 1/256 px. `invalid_argument`: source size is not the
+/// camera's, output size is not the pair's or beyond the limits, rows outside.
 Status resample_rows(const RectifiedPair& pair, Side side, const CameraModel& camera, GrayView source,
                      std::int32_t y_begin, std::int32_t y_end, const MutableGrayView& rectified,
                      const ImageView<std::uint8_t>& valid);

@@ -1,17 +1,21 @@
 #include "fsw/vision/twoview/robust/ransac_params.hpp"
 
 #include "cfg/limits.hpp"
+#include "fsw/base/argument.hpp"
 
 namespace ilp {
 
 Status validate(const RansacParams& params) {
-  if (!(params.threshold_px > 0) || !(params.threshold_px < 1000)) return {StatusCode::invalid_argument, 1};
-  if (!(params.confidence > 0) || !(params.confidence < 1)) return {StatusCode::invalid_argument, 2};
+  if (!(params.threshold_px > 0) || !(params.threshold_px < 1000))
+    return out_of_range(Argument::ransac_threshold, params.threshold_px);
+  if (!(params.confidence > 0) || !(params.confidence < 1))
+    return out_of_range(Argument::ransac_confidence, params.confidence);
   if (params.max_trials == 0 || params.max_trials > limits::max_ransac_trials) {
-    return {StatusCode::invalid_argument, 3, params.max_trials};
+    return out_of_range(Argument::ransac_trials, params.max_trials);
   }
-  if (!(params.min_parallax_px >= 0)) return {StatusCode::invalid_argument, 6};
-  if (!(params.max_sigma_direction_rad > 0)) return {StatusCode::invalid_argument, 7};
+  if (!(params.min_parallax_px >= 0)) return out_of_range(Argument::min_parallax, params.min_parallax_px);
+  if (!(params.max_sigma_direction_rad > 0))
+    return out_of_range(Argument::max_sigma_direction, params.max_sigma_direction_rad);
   return {};
 }
 

@@ -17,7 +17,7 @@ struct RansacParams {
   double max_sigma_direction_rad = 0.35;  ///< 20 degrees: with more, the direction is as good as unknown
 };
 
-/// `invalid_argument` with the ordinal of the field (from 1) that is out of range or not finite.
+/// `invalid_argument` with the name of the field that is out of range or not finite.
 Status validate(const RansacParams& params);
 
 }  // namespace ilp

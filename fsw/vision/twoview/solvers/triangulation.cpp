@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/symmetric_solver.hpp"
 
@@ -96,7 +97,7 @@ void refine(const RayView* views, std::size_t count, Vec3& position) {
 
 Status triangulate(const RayView* views, std::size_t count, TriangulatedPoint& point) {
   point = {};
-  if (count < 2) return {StatusCode::invalid_argument, 2, static_cast<std::int64_t>(count)};
+  if (count < 2) return out_of_range(Argument::views, count);
   point.angle_rad = largest_ray_angle(views, count);
   // Negated, so that NaN fails too.
   if (!(point.angle_rad > min_ray_angle) || !(point.angle_rad < pi - min_ray_angle)) {

@@ -13,6 +13,7 @@ std::string xtce_database(const MissionParameters& mission) {
   add_telemetry(chosen, root);
   add_telecommands(chosen, root);
   root.children.push_back(housekeeping(root));
+  root.children.push_back(events(chosen));
   root.children.push_back(parameters(chosen, root));
   Xml header(1);
   header.open("Header", {{"version", software_version}, {"validationStatus", "Released"}});

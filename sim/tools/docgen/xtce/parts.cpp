@@ -3,10 +3,12 @@
 #include <array>
 #include <cstdio>
 
+#include "bsp/flight/status_text.hpp"
 #include "cfg/mission.hpp"
 #include "cfg/schedule.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/packets/report_table.hpp"
+#include "fsw/records/records.hpp"
 
 namespace ilp::docgen {
 namespace {
@@ -44,6 +46,33 @@ std::vector<Choice> parameter_choices() {
   return choices;
 }
 
+std::vector<Choice> table_choices() {
+  std::vector<Choice> choices;
+  for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(RecordType::count); ++i)
+    choices.push_back({i, record_info(static_cast<RecordType>(i)).name, ""});
+  return choices;
+}
+
+std::vector<Choice> value_choices(ValueType type, std::size_t octets) {
+  switch (type) {
+    case ValueType::fault:
+      return code_choices(octets);
+    case ValueType::component:
+      return component_choices();
+    case ValueType::parameter:
+      return parameter_choices();
+    case ValueType::table:
+      return table_choices();
+    default:
+      return choices_of(named_values(type));
+  }
+}
+
+StatusValue value_of(StatusCode code, char which) {
+  const StatusValues values = status_values(code);
+  return which == 'a' ? values.a : values.b;
+}
+
 std::string hexadecimal(std::uint64_t value, std::size_t octets) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%0*llX", static_cast<int>(2 * octets),
@@ -66,6 +95,25 @@ std::string item_type(Side side, const LayoutItem& item, SpaceSystem& root) {
   form.is_float = item.is_float;
   form.unit = item.unit;
   return root.number_type(side, form);
+}
+
+std::string event_value_name(StatusCode code, char which) {
+  const StatusValue value = value_of(code, which);
+  return std::string(status_name(code)) + "_" + (*value.name != 0 ? std::string(value.name) : std::string(1, which));
+}
+
+std::string event_value_type(StatusCode code, char which, std::size_t octets, SpaceSystem& space) {
+  const ValueType type = value_of(code, which).type;
+  const ValueTypeInfo& info = info_of(type);
+  const std::vector<Choice> choices = value_choices(type, octets);
+  if (!choices.empty()) return space.choice_type(Side::parameter, info.name, 8 * octets, choices);
+  NumberForm form{.bits = 8 * octets, .is_signed = true, .unit = info.unit, .scale = 1.0 / info.per_unit};
+  if (type == ValueType::nanoseconds) {
+    form.unit = "s";
+    form.scale = 1e-9;
+  }
+  if (type == ValueType::size) form.unit = "";
+  return space.number_type(Side::parameter, info.name, form);
 }
 
 void comparison(const std::string& parameter, std::uint64_t value, Xml& xml) {

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "fsw/base/status.hpp"
 #include "fsw/packets/tailoring.hpp"
 #include "sim/tools/docgen/xtce/layout.hpp"
 #include "sim/tools/docgen/xtce/space_system.hpp"
@@ -15,12 +16,18 @@ struct XtceMission {
   std::uint16_t apid = 0;
 };
 
-/// Housekeeping values and mission parameters keep these names in their SpaceSystems.
+/// Housekeeping values, values of events and mission parameters keep these names in their SpaceSystems.
+inline constexpr const char* events_space = "events";
 inline constexpr const char* parameters_space = "parameters";
 inline constexpr const char* housekeeping_space = "housekeeping";
 
 /// The type of an item: an enumeration for SIDs, events, failure codes, components and parameters.
 [[nodiscard]] std::string item_type(Side side, const LayoutItem& item, SpaceSystem& root);
+
+/// The name of a value of an event in the SpaceSystem of events; `which` is 'a' or 'b'.
+[[nodiscard]] std::string event_value_name(StatusCode code, char which);
+/// Its type: an enumeration where its numbers have names.
+[[nodiscard]] std::string event_value_type(StatusCode code, char which, std::size_t octets, SpaceSystem& space);
 
 // Comparisons are made with the number of the packet, not with a label.
 void comparison(const std::string& parameter, std::uint64_t value, Xml& xml);
@@ -29,6 +36,8 @@ void comparison(const std::string& parameter, std::uint64_t value, Xml& xml);
 void add_telemetry(const XtceMission& mission, SpaceSystem& root);
 /// A SpaceSystem for each report of housekeeping.
 [[nodiscard]] SpaceSystem housekeeping(SpaceSystem& root);
+/// The two values of every event.
+[[nodiscard]] SpaceSystem events(const XtceMission& mission);
 /// The mission parameters, and a command for each that sets it.
 [[nodiscard]] SpaceSystem parameters(const XtceMission& mission, SpaceSystem& root);
 /// A command for each telecommand of the message table and each function of TC[8,1].

@@ -9,6 +9,7 @@
 #include "fsw/packets/packet_router.hpp"
 #include "fsw/packets/pus.hpp"
 #include "fsw/packets/report_table.hpp"
+#include "fsw/packets/service_events.hpp"
 #include "fsw/packets/service_housekeeping.hpp"
 #include "sim/tools/docgen/xtce/parts.hpp"
 
@@ -99,9 +100,26 @@ class Entries {
     }
   }
   void plain(const LayoutItem& item) {
+    if (item.width == "event value") return event_value(item);
     const std::string name = xtce_name(item.name);
     root_.parameter(name, item_type(Side::parameter, item, root_), item.name);
     entry(name, xml);
+    octets_ += item.octets;
+  }
+  /// The value of each event of this severity has a parameter of its own.
+  void event_value(const LayoutItem& item) {
+    const char which = item.name.back();
+    for (std::size_t i = 0; i < status_code_limit; ++i) {
+      const auto code = static_cast<StatusCode>(i);
+      const int subtype = event_reporting::informative + static_cast<int>(status_severity(code));
+      if (!is_status_code(i) || message_ != "TM_5_" + std::to_string(subtype)) continue;
+      const std::string name = event_value_name(code, which);
+      xml.open("ParameterRefEntry", {{"parameterRef", std::string(events_space) + "/" + name}});
+      xml.open("IncludeCondition");
+      comparison("event", i, xml);
+      xml.close();
+      xml.close();
+    }
     octets_ += item.octets;
   }
   /// A container of the items, repeated.
@@ -324,6 +342,19 @@ void add_telemetry(const XtceMission& mission, SpaceSystem& root) {
   for (const MessageInfo& info : message_table()) {
     if (!info.telecommand) message(mission, info, root);
   }
+}
+
+SpaceSystem events(const XtceMission& mission) {
+  SpaceSystem space(events_space, "values of the events of service 5");
+  for (std::size_t i = 0; i < status_code_limit; ++i) {
+    if (!is_status_code(i)) continue;
+    const auto code = static_cast<StatusCode>(i);
+    for (const char which : {'a', 'b'}) {
+      space.parameter(event_value_name(code, which),
+                      event_value_type(code, which, mission.tailoring.event_value, space), status_text(code));
+    }
+  }
+  return space;
 }
 
 SpaceSystem housekeeping(SpaceSystem& root) {

@@ -180,8 +180,7 @@ TEST(ReportWords, AnEventHasItsMeaningAndWhatToDo) {
     encode_event(tailoring, static_cast<std::uint32_t>(StatusCode::strip_broken), auxiliary, out);
   });
   EXPECT_EQ(event_words(tailoring, report),
-            "event 9 medium at 01:00:00 overlap_checker strip_broken: strip 17 ended, reason overlap lost "
-            "(docs/records.md, strip). To do: " +
+            "event 9 medium at 01:00:00 overlap_checker strip_broken: strip 17 ended: overlap lost. To do: " +
                 std::string(status_advice(StatusCode::strip_broken)));
   report.data.resize(report.data.size() - 3);
   EXPECT_EQ(event_words(tailoring, report), "an event report that is cut short");

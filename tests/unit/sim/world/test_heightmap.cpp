@@ -145,6 +145,21 @@ TEST(Heightmap, FilesThatAreNoMapsAreRefused) {
   EXPECT_TRUE(test::says(error(folder / "none.pfm"), "81 of 81"));
 }
 
+TEST(Heightmap, AFileWhoseHeightsOverflowIsNamed) {
+  const test::ScratchFolder folder;
+  host::write_pfm(folder / "huge.pfm", host::Raster<float>(9, 9, 3e38F).view());
+  WorldParams world = imported(folder / "huge.pfm");
+  world.map_spacing_m = 1;
+  world.map_height_unit_m = 10;
+  std::string said;
+  try {
+    const Terrain terrain(world);
+  } catch (const std::invalid_argument& fault) {
+    said = fault.what();
+  }
+  EXPECT_TRUE(test::says(said, "huge.pfm"));
+}
+
 // A picture without scale lies upon the heights; its mean becomes 1 and its halves keep their ratio.
 TEST(Heightmap, BrightnessComesFromTheAlbedoMap) {
   const test::ScratchFolder folder;

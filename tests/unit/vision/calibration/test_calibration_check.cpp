@@ -145,12 +145,12 @@ TEST_F(CalibrationCheckTest, TooFewCamerasCannotTellAndBadWindowsAreRefused) {
   problem->observations[7].point = static_cast<std::uint16_t>(problem->points.size());
   Status status = check_calibration(given, *problem, {}, *workspace_, result);
   EXPECT_TRUE(status.is(StatusCode::invalid_argument));
-  EXPECT_EQ(status.b, 7);
+  EXPECT_EQ(status.b, 7000);
   *problem = window.problem();
   problem->observations[9].x = std::numeric_limits<double>::quiet_NaN();
   status = check_calibration(given, *problem, {}, *workspace_, result);
   EXPECT_TRUE(status.is(StatusCode::invalid_argument));
-  EXPECT_EQ(status.b, 9);
+  EXPECT_EQ(status.b, 9000);
   CameraModel broken = given;
   broken.fx = -1;
   EXPECT_FALSE(check_calibration(broken, window.problem(), {}, *workspace_, result).ok());

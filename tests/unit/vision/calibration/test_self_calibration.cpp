@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/vision/calibration/calibration_workspace.hpp"
 #include "fsw/vision/calibration/self_calibration.hpp"
 #include "fsw/vision/multiview/sequence.hpp"
@@ -215,8 +216,8 @@ TEST_F(SelfCalibrationTest, RefusesBadInputByName) {
   twice[1].a = twice[0].a;
   const Status status = calibration.begin_keyframe(2, flight.keyframes[1].corners, twice, 1);
   EXPECT_TRUE(status.is(StatusCode::invalid_argument));
-  EXPECT_EQ(status.a, 2);
-  EXPECT_EQ(status.b, 1);
+  EXPECT_EQ(static_cast<Argument>(status.a), Argument::match);
+  EXPECT_EQ(status.b, 1000) << "the match with the number 1";
   ASSERT_TRUE(calibration.add_keyframe(2, flight.keyframes[1].corners, {}, 1, report).ok());
   EXPECT_EQ(report.verdict, CalibrationVerdict::too_few_matches);
 }

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <memory>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/vision/features/guided_matcher.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
@@ -168,22 +169,22 @@ TEST_F(Guided, GuideOfAPoseIsItsEpipolarGeometry) {
 
 TEST_F(Guided, RefusesBadArguments) {
   const Matches first = matches_;
-  const auto refused = [&](const MatchGuide& by, const GuidedParams& guided, std::int64_t which) {
+  const auto refused = [&](const MatchGuide& by, const GuidedParams& guided, Argument which) {
     const Status status = guide(by, guided);
     EXPECT_TRUE(status.is(StatusCode::invalid_argument)) << status_name(status.code);
-    EXPECT_EQ(status.a, which);
+    EXPECT_EQ(static_cast<Argument>(status.a), which);
     matches_ = first;
   };
   MatchGuide bad = scene().rows;
   bad.matrix[3] = std::nan("");
-  refused(bad, {}, 5);
-  refused(MatchGuide{GuideKind::line, {}, scene().camera, scene().camera}, {}, 5);
-  refused(scene().rows, {.max_distance_px = std::nanf("")}, 6);
-  refused(scene().rows, {.search_radius_px = 0}, 6);
+  refused(bad, {}, Argument::guide);
+  refused(MatchGuide{GuideKind::line, {}, scene().camera, scene().camera}, {}, Argument::guide);
+  refused(scene().rows, {.max_distance_px = std::nanf("")}, Argument::match_parameters);
+  refused(scene().rows, {.search_radius_px = 0}, Argument::match_parameters);
   matches_[3].b = matches_[2].b;
-  refused(scene().rows, {}, 7);
+  refused(scene().rows, {}, Argument::match);
   matches_[3].a = 2047;
-  refused(scene().rows, {}, 7);
+  refused(scene().rows, {}, Argument::match);
   bad = scene().rows;
   bad.camera_b.fx = 0;
   EXPECT_FALSE(guide(bad).ok());

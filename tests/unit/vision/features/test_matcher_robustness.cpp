@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
 #include "tests/unit/vision/features/known_pair.hpp"
@@ -211,7 +212,7 @@ TEST(BadInput, APredictionThatIsNotFiniteIsRefusedByNumber) {
       const Status status =
           match_and_track_corners(image.view(), corners, image.view(), corners, plane.b_from_a, {}, *matcher, matches);
       EXPECT_TRUE(status.is(StatusCode::invalid_argument));
-      EXPECT_EQ(status.a, 3);
+      EXPECT_EQ(static_cast<Argument>(status.a), Argument::homography);
     }
   }
   for (float MatcherParams::*field : {&MatcherParams::min_score, &MatcherParams::max_second_ratio,
@@ -221,7 +222,7 @@ TEST(BadInput, APredictionThatIsNotFiniteIsRefusedByNumber) {
     const Status status = match_and_track_corners(image.view(), corners, image.view(), corners,
                                                   test::Plane(Similarity2{}).b_from_a, params, *matcher, matches);
     EXPECT_TRUE(status.is(StatusCode::invalid_argument));
-    EXPECT_EQ(status.a, 4);
+    EXPECT_EQ(static_cast<Argument>(status.a), Argument::match_parameters);
   }
 }
 

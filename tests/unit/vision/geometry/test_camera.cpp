@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "cfg/limits.hpp"
+#include "fsw/base/argument.hpp"
 
 namespace ilp {
 namespace {
@@ -79,14 +80,14 @@ TEST(Camera, ValidateNamesTheFault) {
     change(camera);
     const Status status = validate(camera);
     EXPECT_TRUE(status.is(StatusCode::invalid_argument));
-    return status.a;
+    return static_cast<Argument>(status.a);
   };
-  EXPECT_EQ(fault([](CameraModel& c) { c.width = 10; }), 1);
-  EXPECT_EQ(fault([](CameraModel& c) { c.fy = -500; }), 2);
-  EXPECT_EQ(fault([](CameraModel& c) { c.cx = 5000; }), 3);
-  EXPECT_EQ(fault([](CameraModel& c) { c.k1 = -2; }), 4);  // folds the image over itself
-  EXPECT_EQ(fault([](CameraModel& c) { c.p2 = std::numeric_limits<double>::quiet_NaN(); }), 5);
-  EXPECT_EQ(fault([](CameraModel& c) { c.fx = std::numeric_limits<double>::infinity(); }), 5);
+  EXPECT_EQ(fault([](CameraModel& c) { c.width = 10; }), Argument::image_size);
+  EXPECT_EQ(fault([](CameraModel& c) { c.fy = -500; }), Argument::focal_length);
+  EXPECT_EQ(fault([](CameraModel& c) { c.cx = 5000; }), Argument::principal_point);
+  EXPECT_EQ(fault([](CameraModel& c) { c.k1 = -2; }), Argument::distortion);  // folds the image over itself
+  EXPECT_EQ(fault([](CameraModel& c) { c.p2 = std::numeric_limits<double>::quiet_NaN(); }), Argument::camera);
+  EXPECT_EQ(fault([](CameraModel& c) { c.fx = std::numeric_limits<double>::infinity(); }), Argument::camera);
   CameraModel large = wide_angle();
   large.width = limits::max_image_width + 1;
   EXPECT_TRUE(validate(large).is(StatusCode::image_too_large));

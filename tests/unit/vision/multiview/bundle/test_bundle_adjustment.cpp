@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 
+#include "fsw/base/argument.hpp"
 #include "fsw/base/vector_width.hpp"
 #include "tests/unit/vision/multiview/bundle/dubrovnik_window.hpp"
 #include "tests/unit/vision/multiview/bundle/reference_adjustment.hpp"
@@ -322,7 +323,7 @@ TEST(BundleAdjustment, RefusesMalformedParameters) {
         BundleParams{.observation_sigma_px = 0}}) {
     const Status status = adjuster.run(problem, params, result);
     EXPECT_TRUE(status.is(StatusCode::invalid_argument));
-    EXPECT_EQ(status.a, 4);
+    EXPECT_EQ(static_cast<Argument>(status.a), Argument::adjustment_parameters);
   }
 }
 
