@@ -79,7 +79,7 @@ void add_hexadecimal(std::int64_t value, StatusText& text) {
 
 void add_component(std::int64_t number, StatusText& text) {
   for (const Stage& stage : schedule) {
-    if (static_cast<std::int64_t>(stage.component) + 1 == number) {
+    if (static_cast<std::int64_t>(stage.component) == number) {
       text.add(stage.name);
       return;
     }
@@ -179,7 +179,7 @@ void add_value(ValueType type, std::int64_t value, StatusText& text) {
       return add_component(value, text);
     case ValueType::stages:
       return add_set(
-          value, stage_count, [&](int bit) { add_component(bit + 1, text); }, text);
+          value, component_numbers, [&](int bit) { add_component(bit + 1, text); }, text);
     case ValueType::table:
       return add_table(value, text);
     case ValueType::parameter:

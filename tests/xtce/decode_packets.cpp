@@ -40,8 +40,7 @@ std::string label_of(EnumValues choices, double value) {
 
 /// As the database has it: the own decoder writes names, and numbers with a unit.
 std::string label_of(ValueType type, std::int64_t value) {
-  if (type == ValueType::component && value == 0) return "package";
-  if (type == ValueType::component) return schedule[static_cast<std::size_t>(value) - 1].name;
+  if (type == ValueType::component) return component_name(static_cast<std::uint64_t>(value));
   if (type == ValueType::fault)
     return is_status_code(static_cast<std::uint64_t>(value)) && value != 0 ? status_name(static_cast<StatusCode>(value))
                                                                            : "";

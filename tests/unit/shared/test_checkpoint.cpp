@@ -65,7 +65,7 @@ class CheckpointTest : public testing::Test {
   }
 
   static constexpr CheckpointForm small_form = checkpoint_form<Small>(component, 2);
-  static constexpr std::int64_t first_row = static_cast<std::int64_t>(component) + 1, second_row = first_row + 100;
+  static constexpr std::int64_t first_row = static_cast<std::int64_t>(component), second_row = first_row + 100;
   std::vector<std::byte> memory_ = std::vector<std::byte>(1U << 20U);
   RamStore store_{memory_};
   Cursor cursor_{1, 1};
