@@ -9,15 +9,19 @@
 #include <utility>
 
 #include "cfg/mission.hpp"
+#include "fsw/commanding/configuration.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/packets/packet_router.hpp"
 #include "fsw/packets/telemetry_writer.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/step_memory.hpp"
+#include "fsw/storage/scrubber.hpp"
 #include "hal/camera/camera.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/link/link.hpp"
+#include "hal/navigation/navigation.hpp"
 #include "hal/store/store.hpp"
+#include "hal/worker/worker.hpp"
 
 namespace ilp {
 
@@ -47,7 +51,8 @@ class ComponentList {
  public:
   using SharedMemory = StepMemory<Components...>;
 
-  /// What components are made of. `camera` and `link` may be null where no component takes them.
+  /// What components are made of. `camera` and `link` may be null where no component takes them; what follows may be
+  /// missing.
   struct Parts {
     Store& stored;   ///< without a cache
     Store& at_hand;  ///< the same records, with images at hand
@@ -58,6 +63,11 @@ class ComponentList {
     TelemetryWriter& writer;
     Camera* camera = nullptr;
     Link* link = nullptr;
+    NavigationSource* navigation = nullptr;
+    Worker* worker = nullptr;
+    Configuration* configuration = nullptr;
+    FlightMemory* memory = nullptr;
+    ImageRegions image = {};  ///< code and constants of the program
   };
 
   /// A component whose constructor takes a store and then, in any order, parts of these types. Only the scrubber reads
@@ -66,7 +76,9 @@ class ComponentList {
   static C made_of(const Parts& parts) {
     Store& store = C::component_id == ComponentId::scrubber ? parts.stored : parts.at_hand;
     const Part part{parts};
-    if constexpr (std::is_constructible_v<C, Store&, Part, Part, Part, Part>) {
+    if constexpr (std::is_constructible_v<C, Store&, Part, Part, Part, Part, Part>) {
+      return C(store, part, part, part, part, part);
+    } else if constexpr (std::is_constructible_v<C, Store&, Part, Part, Part, Part>) {
       return C(store, part, part, part, part);
     } else if constexpr (std::is_constructible_v<C, Store&, Part, Part, Part>) {
       return C(store, part, part, part);
@@ -133,6 +145,11 @@ class ComponentList {
     operator TelemetryWriter&() const { return parts.writer; }
     operator Camera&() const { return *parts.camera; }
     operator Link&() const { return *parts.link; }
+    operator NavigationSource*() const { return parts.navigation; }
+    operator Worker*() const { return parts.worker; }
+    operator Configuration*() const { return parts.configuration; }
+    operator FlightMemory*() const { return parts.memory; }
+    operator ImageRegions() const { return parts.image; }
     template <typename... Types>
     operator StepScratch<Types...>() const {
       return parts.step_memory;

@@ -28,24 +28,29 @@ std::size_t count_of(StageMask stages) {
 
 }  // namespace
 
-FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
-                               MissionParameters& mission, Configuration& configuration, StageMask stages)
-    : store_(store),
-      steps_(store),
+FlightSoftware::FlightSoftware(const FlightDevices& devices, MissionParameters& mission, Configuration& configuration,
+                               StageMask stages)
+    : store_(devices.store),
+      steps_(devices.store),
       images_(steps_),
       mission_(mission),
       configuration_(configuration),
-      telemetry_writer_(router, clock, mission),
-      delivery_queue_(steps_, clock, mission, step_memory_),
+      telemetry_writer_(devices.router, devices.clock, mission),
+      delivery_queue_(steps_, devices.clock, mission, step_memory_),
       stages_({.stored = steps_,
                .at_hand = images_,
-               .clock = clock,
+               .clock = devices.clock,
                .mission = mission,
                .step_memory = step_memory_,
-               .router = router,
+               .router = devices.router,
                .writer = telemetry_writer_,
-               .camera = &camera,
-               .link = router.present() ? &delivery_queue_ : &link}),
+               .camera = &devices.camera,
+               .link = devices.router.present() ? &delivery_queue_ : &devices.link,
+               .navigation = devices.navigation,
+               .worker = devices.worker,
+               .configuration = &configuration,
+               .memory = &configuration.memory(),
+               .image = devices.image}),
       components_(stages_.in_order()),
       rows_here_(chosen(std::span(schedule), stages)),
       components_here_(chosen(std::span(components_), stages)),
@@ -54,7 +59,8 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
                                       : std::span<const Stage>(rows_here_).first(count_of(stages)),
                  stages == all_stages ? std::span<Component* const>(components_)
                                       : std::span<Component* const>(components_here_).first(count_of(stages)),
-                 store, clock) {
+                 devices.store, devices.clock) {
+  if (devices.real_time) executive_.keep_real_time(mission_);
   if (stages != all_stages) executive_.share_flight();
   executive_.guard(mission_);
   executive_.watch_commits(steps_);
@@ -64,9 +70,6 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
   delivery_queue_.count_by(delivery.backlog());
   // There is room for it.
   static_cast<void>(executive_.keep_constant(delivery_queue_.constants()));
-  delivery.number_by(configuration_.memory());
-  stages_.get<Telecommander>().put_on_trial_by(configuration_);
-  stages_.get<TelecommandGuard>().keep_in(configuration_.memory());
   stages_.get<TelemetryReporter>().report_on({&executive_, &delivery.counts()});
 }
 

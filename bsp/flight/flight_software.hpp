@@ -19,13 +19,27 @@
 
 namespace ilp {
 
+/// What a flight is connected to. All of it outlives the flight.
+struct FlightDevices {
+  Store& store;
+  Camera& camera;
+  Link& link;            ///< carries whole files, where the router has no link
+  PacketRouter& router;  ///< carries packets, and files too if they travel by CFDP
+  Clock& clock;
+  NavigationSource* navigation = nullptr;  ///< the vehicle's measurements, if there are any
+  /// Does what cannot be cut into steps (docs/worker.md); without it that is done in a step. It is for this flight
+  /// alone.
+  Worker* worker = nullptr;
+  ImageRegions image = {};  ///< code and constants of the program, which never change; may be unknown
+  bool real_time = false;   ///< time passes while components work (Executive::keep_real_time)
+};
+
 class FlightSoftware {
  public:
-  /// `router` carries packets, and files too if they travel by CFDP; if it has no link, `link` carries whole files.
   /// Telecommands change `mission`. `configuration` is that of the mission and has begun with the store. Only the
   /// components of `stages` run; if these are not all, other processes run the rest over the same store.
-  FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
-                 MissionParameters& mission, Configuration& configuration, StageMask stages = all_stages);
+  FlightSoftware(const FlightDevices& devices, MissionParameters& mission, Configuration& configuration,
+                 StageMask stages = all_stages);
 
   /// Writes the camera's intrinsics into a fresh store (nominal ones if the mission says that the camera is not known),
   /// or compares them with those of an existing store: `camera_changed` when the flight began with another camera, or
@@ -36,19 +50,11 @@ class FlightSoftware {
   Status join() { return executive_.start(); }
   Executive& executive() { return executive_; }
 
-  /// The vehicle's measurements. Call it before start(), if there are any.
-  void navigate_by(NavigationSource& source) { stages_.get<Navigator>().navigate_by(source); }
-
   /// What does the jobs of components that have some.
   FlightCompute& compute() { return compute_; }
   /// A device does jobs from now on, if it does them rightly. Call it before start().
   Status accept(ComputeDevice& device) { return compute_.accept(device, stages_.get<DenseMatcher>().spare_job()); }
 
-  /// What cannot be cut into steps is done by `worker` (docs/worker.md), not in a step. Call it before start().
-  void work_on(Worker& worker) { stages_.get<Compressor>().work_on(worker); }
-
-  /// Code and constants of the program, which never change. Call it before start().
-  void watch(ImageRegions image) { stages_.get<Scrubber>().watch(image); }
   /// Memory was damaged, or the worker is stuck, so that only a new process goes on.
   [[nodiscard]] bool restart_wanted() const {
     return stages_.get<Scrubber>().image_damaged() || executive_.restart_wanted() ||

@@ -404,7 +404,6 @@ void Flight::prepare_compute() {
 void Flight::prepare_worker() {
   const int error = worker_.begin(options_);
   if (error != 0) std::fprintf(stderr, "ilp-onboard: there is no worker: %s\n", std::strerror(error));
-  if (worker_.worker() != nullptr) software_->work_on(*worker_.worker());
 }
 
 void Flight::prepare_look() {
@@ -421,14 +420,19 @@ bool Flight::start() {
   router_ = new (router_region) PacketRouter(shared_ ? shared_->packets() : links_.packets(),
                                              shared_ ? shared_->files() : links_.files(), clock(), mission_);
   router_->authenticate_with(keys_);
-  software_ = new (flight_region) FlightSoftware(database(), camera(), shared_ ? shared_->link() : outbox_, *router_,
-                                                 clock(), mission_, configuration_, stages_);
-  if (!options_.virtual_time) software_->executive().keep_real_time(mission_);
-  software_->watch(program_image());
-  if (options_.navigation != nullptr) software_->navigate_by(navigation_);
-  if (options_.navigation_udp != nullptr) software_->navigate_by(vehicle_);
-  prepare_compute();
   prepare_worker();
+  NavigationSource* const live = options_.navigation_udp != nullptr ? &vehicle_ : nullptr;
+  software_ = new (flight_region) FlightSoftware({.store = database(),
+                                                  .camera = camera(),
+                                                  .link = shared_ ? shared_->link() : outbox_,
+                                                  .router = *router_,
+                                                  .clock = clock(),
+                                                  .navigation = options_.navigation != nullptr ? &navigation_ : live,
+                                                  .worker = worker_.worker(),
+                                                  .image = program_image(),
+                                                  .real_time = !options_.virtual_time},
+                                                 mission_, configuration_, stages_);
+  prepare_compute();
   if (!good("start", software_->start(model_))) return false;
   const Status armed = options_.watchdog != nullptr ? linux_watchdog_.open(watchdog_options_) : Status{};
   BoardState board = board_state();

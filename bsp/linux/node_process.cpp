@@ -178,9 +178,13 @@ bool NodeProcess::start() {
   shared_.emplace(database());
   node_.emplace(database(), clock_, stages_);
   auto* const router = new (place_.router) PacketRouter(nullptr, nullptr, clock_, mission_);
-  software_ = new (place_.software)
-      FlightSoftware(*shared_, no_camera_, no_link_, *router, clock_, mission_, configuration_, stages_);
-  software_->executive().keep_real_time(mission_);
+  software_ = new (place_.software) FlightSoftware({.store = *shared_,
+                                                    .camera = no_camera_,
+                                                    .link = no_link_,
+                                                    .router = *router,
+                                                    .clock = clock_,
+                                                    .real_time = true},
+                                                   mission_, configuration_, stages_);
   shared_->follow(file_, mission_, software_->executive());
   if (!good("start", software_->join())) return false;
   Status begun = node_->begin(host_name().c_str(), file_);

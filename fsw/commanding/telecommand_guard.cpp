@@ -16,8 +16,8 @@ bool same(const SequenceMarks& a, const SequenceMarks& b) {
 
 constexpr CheckpointForm TelecommandGuard::checkpoint = checkpoint_form<State>(component_id);
 
-TelecommandGuard::TelecommandGuard(Tables store, PacketRouter& router, Clock& clock)
-    : store_(store), router_(router), clock_(clock) {}
+TelecommandGuard::TelecommandGuard(Tables store, PacketRouter& router, Clock& clock, FlightMemory* memory)
+    : store_(store), router_(router), clock_(clock), memory_(memory) {}
 
 Status TelecommandGuard::restore() {
   const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);

@@ -19,9 +19,8 @@ class TelecommandGuard final : public StageComponent<ComponentId::telecommand_gu
  public:
   static const CheckpointForm checkpoint;
 
-  TelecommandGuard(Tables store, PacketRouter& router, Clock& clock);
-  /// In this memory the marks outlive the database.
-  void keep_in(FlightMemory& memory) { memory_ = &memory; }
+  /// In `memory` the marks outlive the database.
+  TelecommandGuard(Tables store, PacketRouter& router, Clock& clock, FlightMemory* memory = nullptr);
 
   Status restore() override;
   StepResult step() override;

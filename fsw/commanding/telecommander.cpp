@@ -32,8 +32,14 @@ bool can_answer(const Status& fault, std::size_t bytes) {
 constexpr CheckpointForm Telecommander::checkpoint = checkpoint_form<State>(component_id);
 
 Telecommander::Telecommander(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
-                             MissionParameters& mission)
-    : store_(store), router_(router), writer_(writer), clock_(clock), mission_(mission), wanted_(mission) {}
+                             MissionParameters& mission, Configuration* configuration)
+    : store_(store),
+      router_(router),
+      writer_(writer),
+      clock_(clock),
+      mission_(mission),
+      configuration_(configuration),
+      wanted_(mission) {}
 
 constexpr Telecommander::ServiceRow Telecommander::services[] = {
     {housekeeping::service, &Telecommander::service_3},

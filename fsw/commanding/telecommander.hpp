@@ -33,12 +33,10 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
  public:
   static const CheckpointForm checkpoint;
 
-  /// Parameters set by telecommand take effect in `mission`.
-  Telecommander(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock, MissionParameters& mission);
-
-  /// The configuration puts parameters on trial. Without it they are settings in the store and take effect in
-  /// `mission`.
-  void put_on_trial_by(Configuration& configuration) { configuration_ = &configuration; }
+  /// Parameters set by telecommand take effect in `mission`. The configuration puts them on trial; without it they are
+  /// settings in the store.
+  Telecommander(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock, MissionParameters& mission,
+                Configuration* configuration = nullptr);
 
   Status restore() override;
   StepResult step() override;

@@ -25,8 +25,14 @@ constexpr std::uint32_t most_lasting_faults = 3;
 
 constexpr CheckpointForm FileDelivery::checkpoint = checkpoint_form<State>(component_id);
 
-FileDelivery::FileDelivery(Tables store, PacketRouter& router, Clock& clock, const MissionParameters& mission)
-    : store_(store), router_(router), clock_(clock), mission_(mission), uplink_(store, clock, mission) {}
+FileDelivery::FileDelivery(Tables store, PacketRouter& router, Clock& clock, const MissionParameters& mission,
+                           FlightMemory* memory)
+    : store_(store),
+      router_(router),
+      clock_(clock),
+      mission_(mission),
+      memory_(memory),
+      uplink_(store, clock, mission) {}
 
 cfdp::SenderSettings FileDelivery::settings() const {
   cfdp::SenderSettings settings;

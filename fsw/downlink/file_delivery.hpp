@@ -37,10 +37,9 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
  public:
   static const CheckpointForm checkpoint;
 
-  FileDelivery(Tables store, PacketRouter& router, Clock& clock, const MissionParameters& mission);
-
   /// Takes transaction numbers from `memory`, where they outlive the database.
-  void number_by(FlightMemory& memory) { memory_ = &memory; }
+  FileDelivery(Tables store, PacketRouter& router, Clock& clock, const MissionParameters& mission,
+               FlightMemory* memory = nullptr);
 
   Status restore() override;
   StepResult step() override;

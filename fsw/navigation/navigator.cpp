@@ -17,8 +17,8 @@ constexpr TimeNs latest_arrival_ns = 2 * ns_per_s;
 
 constexpr CheckpointForm Navigator::checkpoint = checkpoint_form<State>(component_id);
 
-Navigator::Navigator(Tables store, Clock& clock, const MissionParameters& mission)
-    : store_(store), clock_(clock), mission_(mission) {}
+Navigator::Navigator(Tables store, Clock& clock, const MissionParameters& mission, NavigationSource* source)
+    : store_(store), clock_(clock), mission_(mission), source_(source) {}
 
 Status Navigator::restore() {
   const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);

@@ -21,10 +21,8 @@ class Navigator final : public StageComponent<ComponentId::navigator> {
  public:
   static const CheckpointForm checkpoint;
 
-  Navigator(Tables store, Clock& clock, const MissionParameters& mission);
-
   /// Without a source nothing is measured.
-  void navigate_by(NavigationSource& source) { source_ = &source; }
+  Navigator(Tables store, Clock& clock, const MissionParameters& mission, NavigationSource* source = nullptr);
 
   Status restore() override;
   StepResult step() override;

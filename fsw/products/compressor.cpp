@@ -20,8 +20,8 @@ constexpr std::int64_t mean_keyframes = 10;
 
 constexpr CheckpointForm Compressor::checkpoint = checkpoint_form<State>(component_id);
 
-Compressor::Compressor(Tables store, const MissionParameters& mission, Scratch scratch)
-    : store_(store), mission_(mission), scratch_(scratch), worker_(&inline_worker_) {}
+Compressor::Compressor(Tables store, const MissionParameters& mission, Scratch scratch, Worker* worker)
+    : store_(store), mission_(mission), scratch_(scratch), worker_(worker != nullptr ? worker : &inline_worker_) {}
 
 Status Compressor::restore() {
   // Whatever the flags were, the worker says whether it still has the memory of the job.

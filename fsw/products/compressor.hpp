@@ -37,11 +37,10 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
   };
   using Scratch = StepScratch<Workspace>;
 
-  Compressor(Tables store, const MissionParameters& mission, Scratch scratch);
+  /// Without a worker the jobs are run in the step that orders them. `worker` is for this component alone, and outlives
+  /// it or takes no job.
+  Compressor(Tables store, const MissionParameters& mission, Scratch scratch, Worker* worker = nullptr);
 
-  /// Without this the jobs are run in the step that orders them. `worker` is for this component alone, and outlives it
-  /// or takes no job. Call it before the flight.
-  void work_on(Worker& worker) { worker_ = &worker; }
   /// The worker is stuck in a job: only a new process makes products again.
   [[nodiscard]] bool worker_stuck() const { return stuck_; }
 

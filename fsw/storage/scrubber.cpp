@@ -23,11 +23,8 @@ std::uint64_t checksum_of(std::span<const std::byte> region) {
 
 constexpr CheckpointForm Scrubber::checkpoint = checkpoint_form<State>(component_id);
 
-Scrubber::Scrubber(Tables store, Clock& clock, const MissionParameters& mission)
-    : store_(store), clock_(clock), mission_(mission) {}
-
-void Scrubber::watch(ImageRegions image) {
-  image_ = image.first(std::min(image.size(), most_regions));
+Scrubber::Scrubber(Tables store, Clock& clock, const MissionParameters& mission, ImageRegions image)
+    : store_(store), clock_(clock), mission_(mission), image_(image.first(std::min(image.size(), most_regions))) {
   for (std::size_t i = 0; i < image_.size(); ++i) image_sums_[i] = checksum_of(image_[i]);
 }
 

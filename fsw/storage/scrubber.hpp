@@ -23,10 +23,8 @@ class Scrubber final : public StageComponent<ComponentId::scrubber> {
  public:
   static const CheckpointForm checkpoint;
 
-  Scrubber(Tables store, Clock& clock, const MissionParameters& mission);
-
-  /// The regions outlive the scrubber; the list is empty if they are not known. Call it before restore().
-  void watch(ImageRegions image);
+  /// The regions outlive the scrubber; the list is empty if they are not known.
+  Scrubber(Tables store, Clock& clock, const MissionParameters& mission, ImageRegions image = {});
 
   Status restore() override;
   StepResult step() override;

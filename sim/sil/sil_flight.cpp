@@ -206,13 +206,18 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
   read_keys(options, mission_, keys_);
   router_ = std::make_unique<PacketRouter>(links_->packets(), links_->files(), clock_, mission_);
   router_->authenticate_with(keys_);
-  software_ = std::make_unique<FlightSoftware>(store_, camera_, link_, *router_, clock_, mission_, configuration_);
-  if (options.real_time) executive().keep_real_time(mission_);
   if (!source.navigation.empty()) {
     host::require(navigation_.open(source.navigation.c_str()),
                   "navigation " + source.navigation + " (its columns: docs/navigation.md)");
-    software_->navigate_by(navigation_);
   }
+  const FlightDevices devices{.store = store_,
+                              .camera = camera_,
+                              .link = link_,
+                              .router = *router_,
+                              .clock = clock_,
+                              .navigation = source.navigation.empty() ? nullptr : &navigation_,
+                              .real_time = options.real_time};
+  software_ = std::make_unique<FlightSoftware>(devices, mission_, configuration_);
   host::require(software_->start(source.model), "starting the flight software");
   flown_before_ = count(RecordType::frame);
   plan_cuts(source.frames);

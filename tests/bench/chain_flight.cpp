@@ -229,7 +229,7 @@ ChainTimes fly_chain(int frames, Reference& reference, std::vector<world::Scenar
   host::require(configuration.begin(store, {.loaded = memory.load()}), "the configuration");
   // Zero, as the static memory of a process.
   const std::unique_ptr<void, decltype(&std::free)> place(std::calloc(1, sizeof(FlightSoftware)), &std::free);
-  auto* const flight = new (place.get()) FlightSoftware(store, camera, link, router, clock, mission, configuration);
+  auto* const flight = new (place.get()) FlightSoftware({store, camera, link, router, clock}, mission, configuration);
   auto& components = (*flight).*revealed(faults::FlightSoftware_components_{});
   Timed timed;
   for (std::size_t i = 0; i < stage_count; ++i) {

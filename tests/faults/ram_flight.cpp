@@ -132,7 +132,7 @@ bool RamFlight::start() {
     router_.emplace(ground_ ? &ground_->packets() : nullptr, ground_ ? &ground_->files() : nullptr, clock_, mission_);
     if (!configuration_.begin(failing_, {.loaded = memory_.load(), .commanded = router_->present()}).ok()) continue;
     software_ =
-        new (fresh_memory()) FlightSoftware(failing_, camera_, link_, *router_, clock_, mission_, configuration_);
+        new (fresh_memory()) FlightSoftware({failing_, camera_, link_, *router_, clock_}, mission_, configuration_);
     auto& components = software_->*revealed(FlightSoftware_components_{});
     probes_.clear();
     for (std::size_t i = 0; i < stage_count; ++i) {

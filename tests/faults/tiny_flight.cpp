@@ -205,7 +205,7 @@ void prepare_process(Downlinks downlinks) {
   auto* const kept = new (kept_place) ilp::FlightMemory(*new (small_memory_place) FileNonvolatile);
   auto* const configuration = new (configuration_place) Configuration(*kept, *mission);
   auto* const software =
-      new (software_place) FlightSoftware(store, *camera, *link, *router, clock, *mission, *configuration);
+      new (software_place) FlightSoftware({store, *camera, *link, *router, clock}, *mission, *configuration);
   memory = {disk, software, router, mission, kept, configuration, {store_region, limits::sqlite_arena_bytes}};
   give_back_zeros(software_place);
   give_back_zeros(disk_place);

@@ -80,7 +80,8 @@ class FlightBoard {
     for (const auto& [spi, key] : key_list) ILP_TRY(keys.add(spi, key));
     router = std::make_unique<PacketRouter>(radio, nullptr, clock, mission);
     router->authenticate_with(keys);
-    software = std::make_unique<FlightSoftware>(store->store(), *eye, outbox, *router, clock, mission, *configuration);
+    const FlightDevices devices{store->store(), *eye, outbox, *router, clock};
+    software = std::make_unique<FlightSoftware>(devices, mission, *configuration);
     ILP_TRY(software->start(model));
     Life life(store->store(), clock);
     ILP_TRY(life.begin({}));

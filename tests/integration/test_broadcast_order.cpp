@@ -258,7 +258,7 @@ TEST_F(BroadcastFlight, OverTwoPercentOfTheRawBitsProductsArriveInTheOrderOfThei
   Configuration configuration(memory, mission);
   ASSERT_TRUE(configuration.begin(store, {.loaded = memory.load(), .commanded = true}).ok());
   const std::unique_ptr<void, decltype(&std::free)> place(std::calloc(1, sizeof(FlightSoftware)), &std::free);
-  auto* const flight = new (place.get()) FlightSoftware(store, camera, unused, router, clock, mission, configuration);
+  auto* const flight = new (place.get()) FlightSoftware({store, camera, unused, router, clock}, mission, configuration);
   ASSERT_TRUE(flight->start(recorded_camera()).ok());
 
   Beginnings beginnings;

@@ -96,8 +96,9 @@ class SlowProcessorTest : public testing::Test {
     FlightMemory memory(small_memory);
     Configuration configuration(memory, mission);
     ASSERT_TRUE(configuration.begin(store, {.loaded = memory.load()}).ok());
-    const auto software = std::make_unique<FlightSoftware>(store, camera, link, *router, clock, mission, configuration);
-    software->executive().keep_real_time(mission);
+    const FlightDevices devices{
+        .store = store, .camera = camera, .link = link, .router = *router, .clock = clock, .real_time = true};
+    const auto software = std::make_unique<FlightSoftware>(devices, mission, configuration);
     ASSERT_TRUE(software->start(model).ok());
     clock.executive = &software->executive();
     for (TimeNs next = 0; next < end; next = next_frame_begin(next, clock.now())) {

@@ -178,7 +178,7 @@ Recording fly(CameraKnown known, Links links = Links::whole_files,
   EXPECT_TRUE(configuration.begin(store, {.loaded = memory.load()}).ok());
   // Zero, as the static memory of a process.
   const std::unique_ptr<void, decltype(&std::free)> place(std::calloc(1, sizeof(FlightSoftware)), &std::free);
-  auto* const flight = new (place.get()) FlightSoftware(store, camera, link, router, clock, mission, configuration);
+  auto* const flight = new (place.get()) FlightSoftware({store, camera, link, router, clock}, mission, configuration);
   auto& components = (*flight).*revealed(faults::FlightSoftware_components_{});
   std::vector<std::unique_ptr<Watched>> watched;
   for (std::size_t i = 0; i < stage_count; ++i) {

@@ -32,21 +32,15 @@ struct Process {
     const Status loaded = memory.load();
     EXPECT_TRUE(configuration.begin(store, {.loaded = loaded}).ok());
     switch (stage) {
-      case ComponentId::telecommander: {
-        auto made = place<Telecommander>(store, router, writer, clock, mission);
-        made->put_on_trial_by(configuration);
-        component = made;
+      case ComponentId::telecommander:
+        component = place<Telecommander>(store, router, writer, clock, mission, &configuration);
         break;
-      }
       case ComponentId::file_delivery:
         component = place<FileDelivery>(store, router, clock, mission);
         break;
-      case ComponentId::telecommand_guard: {
-        auto made = place<TelecommandGuard>(store, router, clock);
-        made->keep_in(memory);
-        component = made;
+      case ComponentId::telecommand_guard:
+        component = place<TelecommandGuard>(store, router, clock, &memory);
         break;
-      }
       default:
         component = place<TelemetryReporter>(store, router, writer, clock, mission);
     }

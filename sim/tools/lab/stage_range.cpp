@@ -20,7 +20,8 @@ StageObject::StageObject(ComponentId stage, const StageWorld& world, RangeMemory
                                       .router = memory.router,
                                       .writer = memory.writer,
                                       .camera = world.camera,
-                                      .link = world.link};
+                                      .link = world.link,
+                                      .navigation = world.navigation};
   FlightComponents::for_each([&]<typename C>() {
     if (C::component_id != stage) return;
     void* const place = ::operator new (sizeof(C), std::align_val_t{alignof(C)});
@@ -31,9 +32,6 @@ StageObject::StageObject(ComponentId stage, const StageWorld& world, RangeMemory
       made->~C();
       ::operator delete (zeroed, std::align_val_t{alignof(C)});
     });
-    if constexpr (std::is_same_v<C, Navigator>) {
-      if (world.navigation != nullptr) made->navigate_by(*world.navigation);
-    }
   });
 }
 

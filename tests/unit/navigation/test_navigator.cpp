@@ -79,9 +79,8 @@ class NavigatorTest : public test::ComponentTest {
     write(pose);
   }
   std::unique_ptr<Navigator> make() {
-    auto navigator = std::make_unique<Navigator>(store, clock, mission);
+    auto navigator = std::make_unique<Navigator>(store, clock, mission, &source);
     source.rewind();
-    navigator->navigate_by(source);
     EXPECT_TRUE(restored(navigator->restore()));
     return navigator;
   }
@@ -179,9 +178,8 @@ TEST_F(NavigatorTest, AStopAfterEachRecordChangesNothing) {
     }
     ASSERT_TRUE(transaction.commit().ok());
   }
-  Navigator whole(other, clock, mission);
+  Navigator whole(other, clock, mission, &source);
   source.rewind();
-  whole.navigate_by(source);
   ASSERT_TRUE(restored(whole.restore()));
   EXPECT_TRUE(run(whole).empty());
   StripFrameRecord expected;

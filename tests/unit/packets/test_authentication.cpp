@@ -224,10 +224,9 @@ class GuardedLinkTest : public testing::Test {
     EXPECT_OK(keys_.add(spi, key));
     router_ = std::make_unique<PacketRouter>(&link_->board(), &files_->board(), clock_, mission_);
     router_->authenticate_with(keys_);
-    guard_ = std::make_unique<TelecommandGuard>(disk_, *router_, clock_);
     memory_ = std::make_unique<FlightMemory>(medium_);
     static_cast<void>(memory_->load());
-    guard_->keep_in(*memory_);
+    guard_ = std::make_unique<TelecommandGuard>(disk_, *router_, clock_, memory_.get());
     EXPECT_OK(guard_->restore());
   }
   std::size_t received() {

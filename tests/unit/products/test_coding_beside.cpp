@@ -67,8 +67,7 @@ class CodingBeside : public test::CompressorTest {
     ASSERT_TRUE(transaction.commit().ok());
   }
   std::unique_ptr<Compressor> begin(Worker& worker) {
-    auto compressor = std::make_unique<Compressor>(store, mission, test::step_memory<Compressor>());
-    compressor->work_on(worker);
+    auto compressor = std::make_unique<Compressor>(store, mission, test::step_memory<Compressor>(), &worker);
     EXPECT_TRUE(compressor->restore().ok());
     return compressor;
   }

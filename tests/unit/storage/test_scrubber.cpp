@@ -93,8 +93,7 @@ TEST_F(ScrubberTest, AFlippedBitInCodeOrConstantsIsToldAndANewProcessAskedFor) {
   std::vector<std::byte> code(100'000, std::byte{0x90}), constants(9'001, std::byte{7});
   const std::span<const std::byte> regions[] = {code, constants};
   for (const std::size_t where : {std::size_t{0}, std::size_t{99'999}, std::size_t{100'000 + 9'000}}) {
-    Scrubber scrubber(failing, clock, mission);
-    scrubber.watch(regions);
+    Scrubber scrubber(failing, clock, mission, regions);
     ASSERT_OK(scrubber.restore());
     EXPECT_TRUE(scrub_for(scrubber, 10).empty());
     EXPECT_FALSE(scrubber.image_damaged());
