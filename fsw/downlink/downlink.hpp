@@ -130,6 +130,7 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
 
   // The files (downlink_files.cpp)
   Status send_records(std::int64_t keyframe_id, State& after, bool& sent);
+  Status write_depth(std::int64_t keyframe_id);
   Status write_mask(std::int64_t keyframe_id);
   Status write_link(std::int64_t id);
   Status write_products_of(std::int64_t keyframe_id, std::int64_t frame_id);

@@ -103,6 +103,7 @@ Status Downlink::send_records(std::int64_t keyframe_id, State& after, bool& sent
   for (std::int64_t number = 0; number < limits::max_links_per_keyframe; ++number) {
     ILP_TRY(write_link(link_id(keyframe_id, number)));
   }
+  ILP_TRY(write_depth(keyframe_id));
   ILP_TRY(write_mask(keyframe_id));
   ILP_TRY(file_.write_if_present<RichnessRecord>(keyframe_id));
   ILP_TRY(write_products_of(keyframe_id, keyframe.frame_id));
@@ -118,7 +119,7 @@ Status Downlink::send_records(std::int64_t keyframe_id, State& after, bool& sent
   return {};
 }
 
-Status Downlink::write_mask(std::int64_t keyframe_id) {
+Status Downlink::write_depth(std::int64_t keyframe_id) {
   DepthRecord depth;
   bool found = false;
   ILP_TRY(file_.take(get(store_, keyframe_id, depth), found));
@@ -126,16 +127,24 @@ Status Downlink::write_mask(std::int64_t keyframe_id) {
   depth.values.bytes = 0;
   depth.sigma.bytes = 0;
   depth.cells.bytes = 0;
+  return file_.write_record(depth);
+}
+
+Status Downlink::write_mask(std::int64_t keyframe_id) {
+  MaskRecord mask;
+  bool found = false;
+  ILP_TRY(file_.take(get(store_, keyframe_id, mask), found));
+  if (!found) return {};
   auto& buffer = scratch_.as<DownlinkBuffers>().product;
-  ILP_ASSERT(depth.mask.bytes <= buffer.size(), depth.mask.bytes);
-  // The record states the length of the mask, so the mask is read first.
-  const std::span<std::uint8_t> mask = std::span(buffer).first(depth.mask.bytes);
-  if (!mask.empty()) {
-    ILP_TRY(file_.take(read_blob<DepthRecord>(store_, "mask", keyframe_id, 0, mask), found));
-    if (!found) depth.mask.bytes = 0;
+  ILP_ASSERT(mask.code.bytes <= buffer.size(), mask.code.bytes);
+  // The record states the length of the code, so the code is read first.
+  const std::span<std::uint8_t> code = std::span(buffer).first(mask.code.bytes);
+  if (!code.empty()) {
+    ILP_TRY(file_.take(read_blob<MaskRecord>(store_, "code", keyframe_id, 0, code), found));
+    if (!found) mask.code.bytes = 0;
   }
-  ILP_TRY(file_.write_record(depth));
-  return file_.write(mask.first(depth.mask.bytes));
+  ILP_TRY(file_.write_record(mask));
+  return file_.write(code.first(mask.code.bytes));
 }
 
 Status Downlink::write_link(std::int64_t id) {

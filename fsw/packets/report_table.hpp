@@ -11,14 +11,12 @@
 
 namespace ilp {
 
-/// The source of a report's values.
+/// The source of a report's values: its own, by its name, or those of a record.
 enum class ReportSource : std::uint8_t {
-  status,      ///< PackageStatus
-  link,        ///< LinkCounts
-  components,  ///< ComponentHealth of every component, in the order of their numbers
-  nodes,       ///< NodeHealth of every process that shares the flight
-  first,       ///< the record with id 1
-  newest       ///< the record with the largest id
+#define REPORT_OF_VALUES(id, name, ...) name,
+#include "fsw/packets/reports.inc"
+  first,  ///< the record with id 1
+  newest  ///< the record with the largest id
 };
 
 #include "fsw/records/rows_as_structs.inc"

@@ -42,9 +42,9 @@ Status PlaceMemory::load_seen(std::int64_t keyframe_id, SeenCells& cells) {
 /// The image makes room for the mask. Where no earlier keyframe shows this ground, nobody needs it.
 Status PlaceMemory::load_mask() {
   if (mask_loaded_) return {};
-  ILP_TRY(image_.resize(depth_.width, depth_.height));
-  ILP_TRY(read_blob<DepthRecord>(store_, "mask", depth_.id, 0, {mask_bytes_.data(), depth_.mask.bytes}));
-  ILP_TRY(decode_mask(mask_bytes_.data(), depth_.mask.bytes, image_.view()));
+  ILP_TRY(image_.resize(mask_.width, mask_.height));
+  ILP_TRY(read_blob<MaskRecord>(store_, "code", mask_.id, 0, {mask_bytes_.data(), mask_.code.bytes}));
+  ILP_TRY(decode_mask(mask_bytes_.data(), mask_.code.bytes, image_.view()));
   mask_loaded_ = true;
   return {};
 }
@@ -223,7 +223,7 @@ Status PlaceMemory::mark_next(bool& done) {
 
 /// By one earlier keyframe.
 Status PlaceMemory::mark_known_ground() {
-  const bool masked = depth_.mask.bytes != 0 && depth_.mask.bytes <= mask_bytes_.size();
+  const bool masked = mask_.code.bytes != 0 && mask_.code.bytes <= mask_bytes_.size();
   bool done = false;
   if (masked) ILP_TRY(mark_next(done));
   if (done) return {};
@@ -242,8 +242,8 @@ Status PlaceMemory::cut_mask() {
   if (!mask_changed_) return {};
   std::size_t bytes = 0;
   ILP_TRY(encode_mask(image_.view(), mask_bytes_.data(), mask_bytes_.size(), bytes));
-  depth_.mask.bytes = static_cast<std::uint32_t>(bytes);
-  depth_.newly_seen -= std::min(depth_.newly_seen, known_before_);
+  mask_.code.bytes = static_cast<std::uint32_t>(bytes);
+  mask_.newly_seen -= std::min(mask_.newly_seen, known_before_);
   return {};
 }
 

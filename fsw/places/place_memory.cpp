@@ -83,6 +83,11 @@ Status PlaceMemory::pick(bool& picked) {
   } else {
     ILP_TRY(found);
   }
+  mask_ = {};
+  const Status masked = get(store_, depth_.id, mask_);
+  if (!masked.ok() && !is_gone(masked) && !patience_.given_up(depth_.id)) return masked;
+  // Nobody waits for a mask that is gone. One that was given up is superseded by an empty one.
+  if (!is_gone(masked)) mask_.id = depth_.id;
   picked = true;
   static_cast<void>(features_.resize(0));
   patches_.clear();
@@ -409,9 +414,11 @@ Status PlaceMemory::write_place(const PlaceRecord& place, std::size_t forgotten)
   }
   if (place.patches.bytes != 0)
     ILP_TRY(write_blob<PlaceRecord>(store_, "patches", place.id, 0, octets(patches_.data(), patches_.size())));
+  if (mask_.id == 0) return {};
+  mask_.scope = MaskScope::flight;
+  ILP_TRY(amend(store_, mask_));
   if (!mask_changed_) return {};
-  ILP_TRY(amend(store_, depth_));
-  return write_blob<DepthRecord>(store_, "mask", depth_.id, 0, {mask_bytes_.data(), depth_.mask.bytes});
+  return write_blob<MaskRecord>(store_, "code", mask_.id, 0, {mask_bytes_.data(), mask_.code.bytes});
 }
 
 Status PlaceMemory::write_ties(State& after) {

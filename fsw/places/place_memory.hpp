@@ -118,6 +118,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   Phase phase_ = Phase::recall;
   std::int64_t recalled_id_ = 0;
   DepthRecord depth_;
+  MaskRecord mask_;  ///< id 0: it is gone
   KeyframeRecord keyframe_;
   PoseRecord pose_;
   double ground_distance_ = 0;

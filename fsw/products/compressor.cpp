@@ -45,10 +45,13 @@ Status Compressor::restore() {
 /// Loads what the product needs of the maps. If it cannot be read, all of the image counts as new.
 Status Compressor::load_depth(std::int64_t keyframe_id, ProductKind kind, Status& damage) {
   damage = get(store_, keyframe_id, subject_.depth);
+  if (damage.ok()) damage = get(store_, keyframe_id, subject_.mask);
   // A keyframe's second product has the mask of its first one.
   const DecodedMask earlier{coding_.newly_seen(), coded_mask_checksum_};
-  if (damage.ok() && kind == ProductKind::depth) damage = load_maps(store_, subject_.depth, work().maps, earlier);
-  if (damage.ok() && kind == ProductKind::image) damage = load_mask(store_, subject_.depth, work().maps, earlier);
+  if (damage.ok() && kind == ProductKind::depth) {
+    damage = load_maps(store_, subject_.depth, subject_.mask, work().maps, earlier);
+  }
+  if (damage.ok() && kind == ProductKind::image) damage = load_mask(store_, subject_.mask, work().maps, earlier);
   if (damage.ok() || (is_transient(damage) && !patience_.given_up(keyframe_id))) return damage;
   DepthRecord none;
   none.id = keyframe_id;
@@ -60,7 +63,9 @@ Status Compressor::load_depth(std::int64_t keyframe_id, ProductKind kind, Status
   ILP_TRY(work().maps.mask.resize(none.width, none.height));
   const std::size_t area = work().maps.mask.view().area();
   std::fill_n(work().maps.mask.view().data, area, std::uint8_t{255});
-  subject_.depth.newly_seen = static_cast<std::uint32_t>(area);
+  subject_.mask = {};
+  subject_.mask.id = keyframe_id;
+  subject_.mask.newly_seen = static_cast<std::uint32_t>(area);
   return {};
 }
 
@@ -131,7 +136,7 @@ void Compressor::set_params(const BitPlan& plan) {
 Status Compressor::order(ProductKind kind) {
   const BitPlan plan =
       plan_bits(mission_, kind,
-                {subject_.richness.richness, subject_.depth.newly_seen, work().maps.mask.view().area(),
+                {subject_.richness.richness, subject_.mask.newly_seen, work().maps.mask.view().area(),
                  link_budget_bytes(mission_, interval_s_), link_budget_bytes(mission_, mean_interval_s_),
                  state_.ranks.rank(subject_.richness.richness)});
   ProductRecord& product = order_.product;
@@ -156,7 +161,7 @@ Status Compressor::order(ProductKind kind) {
   coding_.width = mask.width;
   coding_.height = mask.height;
   std::copy_n(mask.data, mask.area(), coding_.mask.begin());
-  coded_mask_checksum_ = subject_.depth.mask.bytes == 0 ? 0 : checksum_of_mask(subject_.depth, work().maps);
+  coded_mask_checksum_ = subject_.mask.code.bytes == 0 ? 0 : checksum_of_mask(subject_.mask, work().maps);
   if (kind == ProductKind::depth) {
     std::copy_n(work().maps.codes.view().data, mask.area(), coding_.codes().data);
   } else {
@@ -184,7 +189,7 @@ Status Compressor::write(const ProductRecord& product, const Cursor& cursor, con
 /// The product is on record, as abandoned where there is none.
 StepResult Compressor::finish(const Status& status, ProductRecord product) {
   const std::int64_t keyframe_id = subject_.richness.id;
-  if (!status.ok() || subject_.depth.newly_seen == 0) {
+  if (!status.ok() || subject_.mask.newly_seen == 0) {
     product.id = product_id(keyframe_id, order_.image ? ProductKind::image : ProductKind::depth);
     product.keyframe_id = keyframe_id;
     product.strip_id = subject_.richness.strip_id;
@@ -219,13 +224,13 @@ StepResult Compressor::pick() {
   Status damage;
   Status status = load(keyframe_id, kind, damage);
   if (is_transient(status) && !patience_.given_up(keyframe_id)) return patience_.failed(keyframe_id, status);
-  const bool no_depth = subject_.depth.verdict != DepthVerdict::ok || subject_.depth.newly_seen == 0;
+  const bool no_depth = subject_.depth.verdict != DepthVerdict::ok || subject_.mask.newly_seen == 0;
   if (status.ok() && damage.ok() && !order_.image && no_depth) {
     cursor_.second = keyframe_id;
     return {order_.unrated ? found : Status{}, true};
   }
   if (status.ok() && !order_.image) status = damage;
-  if (!status.ok() || subject_.depth.newly_seen == 0) return finish(status, order_.product);
+  if (!status.ok() || subject_.mask.newly_seen == 0) return finish(status, order_.product);
   loaded_ = true;
   return {{}, true, Then::keep};
 }

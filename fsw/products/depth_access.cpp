@@ -7,26 +7,27 @@
 
 namespace ilp {
 
-std::uint32_t checksum_of_mask(const DepthRecord& depth, const MapBuffers& maps) {
-  if (depth.mask.bytes > maps.bytes.size()) return 0;
-  return crc32c(std::span(maps.bytes).first(depth.mask.bytes));
+std::uint32_t checksum_of_mask(const MaskRecord& mask, const MapBuffers& maps) {
+  if (mask.code.bytes > maps.bytes.size()) return 0;
+  return crc32c(std::span(maps.bytes).first(mask.code.bytes));
 }
 
-Status load_mask(Reader<DepthRecord> store, const DepthRecord& depth, MapBuffers& maps, const DecodedMask& earlier) {
-  ILP_TRY(maps.mask.resize(depth.width, depth.height));
-  if (depth.mask.bytes == 0 || depth.mask.bytes > maps.bytes.size()) return {StatusCode::not_found, depth.id};
-  ILP_TRY(read_blob<DepthRecord>(store, "mask", depth.id, 0, {maps.bytes.data(), depth.mask.bytes}));
-  const ImageView<std::uint8_t> mask = maps.mask.view();
-  const bool same_size = earlier.mask.width == mask.width && earlier.mask.height == mask.height;
-  if (same_size && earlier.checksum != 0 && earlier.checksum == checksum_of_mask(depth, maps)) {
-    std::copy_n(earlier.mask.data, mask.area(), mask.data);
+Status load_mask(Reader<MaskRecord> store, const MaskRecord& mask, MapBuffers& maps, const DecodedMask& earlier) {
+  ILP_TRY(maps.mask.resize(mask.width, mask.height));
+  if (mask.code.bytes == 0 || mask.code.bytes > maps.bytes.size()) return {StatusCode::not_found, mask.id};
+  ILP_TRY(read_blob<MaskRecord>(store, "code", mask.id, 0, {maps.bytes.data(), mask.code.bytes}));
+  const ImageView<std::uint8_t> pixels = maps.mask.view();
+  const bool same_size = earlier.mask.width == pixels.width && earlier.mask.height == pixels.height;
+  if (same_size && earlier.checksum != 0 && earlier.checksum == checksum_of_mask(mask, maps)) {
+    std::copy_n(earlier.mask.data, pixels.area(), pixels.data);
     return {};
   }
-  return decode_mask(maps.bytes.data(), depth.mask.bytes, mask);
+  return decode_mask(maps.bytes.data(), mask.code.bytes, pixels);
 }
 
-Status load_maps(Reader<DepthRecord> store, const DepthRecord& depth, MapBuffers& maps, const DecodedMask& earlier) {
-  ILP_TRY(load_mask(store, depth, maps, earlier));
+Status load_maps(Reader<DepthRecord, MaskRecord> store, const DepthRecord& depth, const MaskRecord& mask,
+                 MapBuffers& maps, const DecodedMask& earlier) {
+  ILP_TRY(load_mask(store, mask, maps, earlier));
   ILP_TRY(maps.codes.resize(depth.width, depth.height));
   ILP_TRY(maps.sigma.resize(depth.width, depth.height));
   const std::size_t area = maps.mask.view().area();

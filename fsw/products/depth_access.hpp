@@ -22,14 +22,13 @@ struct DecodedMask {
 };
 
 /// Of the code of the mask that was loaded last.
-[[nodiscard]] std::uint32_t checksum_of_mask(const DepthRecord& depth, const MapBuffers& maps);
+[[nodiscard]] std::uint32_t checksum_of_mask(const MaskRecord& mask, const MapBuffers& maps);
 
 /// The mask alone; the other maps stay as they are. A mask with the code of `earlier` is copied instead of decoded.
 /// `not_found` when it has been released.
-Status load_mask(Reader<DepthRecord> store, const DepthRecord& depth, MapBuffers& maps,
-                 const DecodedMask& earlier = {});
-/// Without depth, codes and sigma are all zero. `not_found` when the maps have been released.
-Status load_maps(Reader<DepthRecord> store, const DepthRecord& depth, MapBuffers& maps,
-                 const DecodedMask& earlier = {});
+Status load_mask(Reader<MaskRecord> store, const MaskRecord& mask, MapBuffers& maps, const DecodedMask& earlier = {});
+/// Depth and mask. Without depth, codes and sigma are all zero. `not_found` when the mask has been released.
+Status load_maps(Reader<DepthRecord, MaskRecord> store, const DepthRecord& depth, const MaskRecord& mask,
+                 MapBuffers& maps, const DecodedMask& earlier = {});
 
 }  // namespace ilp

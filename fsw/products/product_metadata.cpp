@@ -127,7 +127,7 @@ Status write_product_metadata(const ProductRecord& product, const ProductSubject
   write_index(writer, subject.richness);
   writer.text("scheme", scheme_name(product.scheme));
   writer.integer("grant_bytes", product.grant_bytes);
-  writer.integer("mask_pixels", subject.depth.newly_seen);
+  writer.integer("mask_pixels", subject.mask.newly_seen);
   QualityText text{};
   const std::array<float, limits::max_quality_layers> unknown_yet{};
   const std::size_t layers = mission.quality_layers;

@@ -18,6 +18,7 @@ struct ProductSubject {
   KeyframeRecord keyframe;
   PoseRecord pose;
   DepthRecord depth;
+  MaskRecord mask;
   RichnessRecord richness;
   CameraModel camera;
 };

@@ -119,7 +119,7 @@ Status RichnessScorer::advance() {
       return load_image();
     case Phase::maps:
       phase_ = Phase::depth;
-      return load_maps(store_, depth_, scratch_.as<Workspace>().maps);
+      return load_maps(store_, depth_, mask_, scratch_.as<Workspace>().maps);
     case Phase::depth:
       phase_ = Phase::cues;
       return decode_maps();
@@ -155,14 +155,17 @@ StepResult RichnessScorer::pick() {
     depth_.id = found.a;
   }
   if (!found.ok() && !damaged) return {found, false};
-  // Until its place is on record the mask may still lose ground that was seen before.
-  std::int64_t placed_id = 0;
-  const Status placed = newest_id<PlaceRecord>(store_, placed_id);
-  if (!placed.ok() || placed_id < depth_.id) return {placed, false};
+  // Until then it may still lose ground that was seen before. Without a mask that can be read nothing has to be
+  // awaited.
+  mask_ = {};
+  const Status masked = get(store_, depth_.id, mask_);
+  const bool given_up = patience_.given_up(depth_.id);
+  if (!masked.ok() && !is_gone(masked) && !given_up) return patience_.failed(depth_.id, masked);
+  if (masked.ok() && mask_.scope != MaskScope::flight) return {};
   record_ = {};
   record_.id = depth_.id;
   record_.strip_id = depth_.strip_id;
-  if (damaged || patience_.given_up(depth_.id)) return record(found);
+  if (damaged || given_up) return record(found);
   phase_ = Phase::image;
   return {{}, true, Then::keep};
 }

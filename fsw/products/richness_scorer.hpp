@@ -66,6 +66,7 @@ class RichnessScorer final : public StageComponent<ComponentId::richness_scorer>
   CameraModel camera_;
   // The keyframe at work; a restart drops it.
   DepthRecord depth_;
+  MaskRecord mask_;
   RichnessRecord record_;
   Phase phase_ = Phase::idle;
 };

@@ -56,6 +56,10 @@ ILP_ENUMERATION(PoseVerdict, (0, ok, ""), (1, waiting, "waits for a pair that ca
 ILP_ENUMERATION(PoseState, (0, provisional, "later keyframes may still improve the pose"),
                 (1, final, "the pose never changes again"), (2, failed, "there is no pose"))
 
+/// A mask of the flight is final.
+ILP_ENUMERATION(MaskScope, (0, strip, "new to the strip; the memory of places has still to see it"),
+                (1, flight, "new to the whole flight: the mask is final"))
+
 ILP_ENUMERATION(DepthVerdict, (0, ok, ""), (1, no_partner, "no stereo partner"),
                 (2, rectification_impossible, "not rectifiable"), (3, too_few_valid, "too few valid depths"))
 

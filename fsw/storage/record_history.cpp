@@ -120,10 +120,10 @@ Status holds_bytes(HistoryStore store, std::int64_t keyframe_id, bool& held) {
   StructureRecord structure;
   const Status known = get(store, keyframe_id, structure);
   if (!known.ok() && !is_gone(known)) return known;
-  DepthRecord depth;
-  const Status mapped = get(store, keyframe_id, depth);
-  if (!mapped.ok() && !is_gone(mapped)) return mapped;
-  held = (known.ok() && structure.points.bytes != 0) || (mapped.ok() && depth.mask.bytes != 0);
+  MaskRecord mask;
+  const Status masked = get(store, keyframe_id, mask);
+  if (!masked.ok() && !is_gone(masked)) return masked;
+  held = (known.ok() && structure.points.bytes != 0) || (masked.ok() && mask.code.bytes != 0);
   for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
     ProductRecord product;
     const Status found = get(store, product_id(keyframe_id, static_cast<ProductKind>(kind)), product);
@@ -142,6 +142,7 @@ Status erase_keyframe(HistoryStore store, std::int64_t id, std::int64_t& erased)
   for (std::int64_t number = 0; number < limits::max_links_per_keyframe; ++number) {
     ILP_TRY(erase<LinkRecord>(store, link_id(id, number), erased));
   }
+  ILP_TRY(erase<MaskRecord>(store, id, erased));
   ILP_TRY(erase<DepthRecord>(store, id, erased));
   ILP_TRY(erase<StructureRecord>(store, id, erased));
   ILP_TRY(erase_but_last<CalibrationRecord>(store, id, erased));

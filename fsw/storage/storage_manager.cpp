@@ -12,7 +12,7 @@ std::int64_t blob_bytes(const FrameRecord& frame) {
   return frame.image.bytes;
 }
 std::int64_t blob_bytes(const DepthRecord& depth) {
-  return std::int64_t{depth.values.bytes} + depth.sigma.bytes + depth.mask.bytes + depth.cells.bytes;
+  return std::int64_t{depth.values.bytes} + depth.sigma.bytes + depth.cells.bytes;
 }
 std::int64_t blob_bytes(const StructureRecord& structure) {
   return structure.points.bytes;
@@ -93,17 +93,30 @@ Status StorageManager::weigh_places() {
   return {};
 }
 
+/// A depth map and its mask, once that is final.
+Status StorageManager::count_depth(Work& work) {
+  State& after = work.after;
+  DepthRecord depth;
+  bool found = false;
+  ILP_TRY(find_next(store_, after.counted_depth_id, depth, found));
+  if (!found) return {};
+  MaskRecord mask;
+  ILP_TRY(find_mask(depth.id, mask));
+  if (mask.scope != MaskScope::flight) return {};
+  after.counted_depth_id = depth.id;
+  const std::int64_t bytes = blob_bytes(depth) + mask.code.bytes;
+  after.account.depth_bytes += bytes;
+  if (bytes != 0) ++after.account.depths_held;
+  work.changed = true;
+  return {};
+}
+
 Status StorageManager::count_new(Work& work) {
   State& after = work.after;
   StorageRecord& account = after.account;
   bool& changed = work.changed;
   ILP_TRY(count_next<FrameRecord>(store_, after.frames.counted_id, account.frame_bytes, account.frames_held, changed));
-  // The mask of a keyframe changes until its place is on record.
-  std::int64_t placed_id = 0;
-  ILP_TRY(newest_id<PlaceRecord>(store_, placed_id));
-  if (after.counted_depth_id < placed_id) {
-    ILP_TRY(count_next<DepthRecord>(store_, after.counted_depth_id, account.depth_bytes, account.depths_held, changed));
-  }
+  ILP_TRY(count_depth(work));
   ILP_TRY(count_next<StructureRecord>(store_, after.counted_structure_id, account.structure_bytes,
                                       account.structures_held, changed));
   return count_next<ProductRecord>(store_, after.counted_product_id, account.product_bytes, account.products_held,

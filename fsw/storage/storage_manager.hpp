@@ -75,7 +75,9 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
   Status weigh_places();
   Status release(Work& work);
   Status release_depth(Work& work);
-  Status release_mask(DepthRecord depth, Work& work);
+  Status count_depth(Work& work);
+  Status find_mask(std::int64_t keyframe_id, MaskRecord& mask);
+  Status release_mask(MaskRecord mask, Work& work);
   Status release_points(StructureRecord structure, bool held, Work& work);
   Status age_points(Work& work);
   /// Releases the oldest points left: old ones according to the history, newer ones too if `full`.

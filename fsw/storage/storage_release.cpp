@@ -9,6 +9,13 @@ constexpr std::int64_t keyframes_with_points = 100;
 
 }  // namespace
 
+/// Where none can be read, there is nothing to release, and nothing changes any more.
+Status StorageManager::find_mask(std::int64_t keyframe_id, MaskRecord& mask) {
+  const Status found = get(store_, keyframe_id, mask);
+  if (is_gone(found)) mask.scope = MaskScope::flight;
+  return is_gone(found) ? Status{} : found;
+}
+
 Status StorageManager::release_depth(Work& work) {
   State& after = work.after;
   bool found = false;
@@ -19,8 +26,10 @@ Status StorageManager::release_depth(Work& work) {
       after.counted_product_id >= product_id(depth.id, ProductKind::image)) {
     after.coded_depth_id = depth.id;
     const std::int64_t coded_bytes = std::int64_t{depth.values.bytes} + depth.sigma.bytes + depth.cells.bytes;
+    MaskRecord mask;
+    ILP_TRY(find_mask(depth.id, mask));
     after.account.depth_bytes -= coded_bytes;
-    if (coded_bytes != 0 && depth.mask.bytes == 0) --after.account.depths_held;
+    if (coded_bytes != 0 && mask.code.bytes == 0) --after.account.depths_held;
     depth.values.bytes = 0;
     depth.sigma.bytes = 0;
     depth.cells.bytes = 0;
@@ -30,12 +39,12 @@ Status StorageManager::release_depth(Work& work) {
   return {};
 }
 
-Status StorageManager::release_mask(DepthRecord depth, Work& work) {
-  work.after.account.depth_bytes -= depth.mask.bytes;
+Status StorageManager::release_mask(MaskRecord mask, Work& work) {
+  work.after.account.depth_bytes -= mask.code.bytes;
   --work.after.account.depths_held;
-  depth.mask.bytes = 0;
+  mask.code.bytes = 0;
   work.changed = true;
-  return amend(store_, depth);
+  return amend(store_, mask);
 }
 
 Status StorageManager::release_points(StructureRecord structure, bool held, Work& work) {
@@ -117,16 +126,16 @@ Status StorageManager::release_oldest_mask(bool full, Work& work, bool& released
   if (sent.records_through > unneeded) unneeded = sent.records_through;
   for (int i = 0; i < batch && !released; ++i) {
     bool found = false;
-    DepthRecord depth;
-    ILP_TRY(find_next(store_, after.released_depth_id, depth, found));
-    if (!found || depth.id > after.coded_depth_id) return {};
-    if (depth.mask.bytes != 0 && depth.id > unneeded) return {};
-    released = depth.mask.bytes != 0;
-    after.released_depth_id = depth.id;
+    MaskRecord mask;
+    ILP_TRY(find_next(store_, after.released_depth_id, mask, found));
+    if (!found || mask.id > after.coded_depth_id) return {};
+    if (mask.code.bytes != 0 && mask.id > unneeded) return {};
+    released = mask.code.bytes != 0;
+    after.released_depth_id = mask.id;
     work.changed = true;
     if (!released) continue;
-    after.account.dropped_bytes += depth.mask.bytes;
-    ILP_TRY(release_mask(depth, work));
+    after.account.dropped_bytes += mask.code.bytes;
+    ILP_TRY(release_mask(mask, work));
   }
   return {};
 }
@@ -140,12 +149,12 @@ Status StorageManager::release(Work& work) {
 }
 
 Status StorageManager::settle_records(const DownlinkRecord& sent, Work& work, bool& settled) {
-  DepthRecord depth;
-  const Status found = get(store_, sent.subject_id, depth);
+  MaskRecord mask;
+  const Status found = get(store_, sent.subject_id, mask);
   if (is_gone(found)) return {};
   ILP_TRY(found);
-  settled = depth.id <= work.after.coded_depth_id;
-  return settled && depth.mask.bytes != 0 ? release_mask(depth, work) : Status{};
+  settled = mask.id <= work.after.coded_depth_id;
+  return settled && mask.code.bytes != 0 ? release_mask(mask, work) : Status{};
 }
 
 Status StorageManager::settle_points(const DownlinkRecord& sent, Work& work, bool& settled) {

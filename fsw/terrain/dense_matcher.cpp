@@ -254,6 +254,7 @@ Status DenseMatcher::state_errors() {
                             static_cast<std::int64_t>(RectificationFault::poses_contradict)});
   }
   record_ = {};
+  mask_ = {};
   record_.id = pose_.id;
   record_.strip_id = pose_.strip_id;
   record_.partner_id = partner_.pose.id;
@@ -290,7 +291,7 @@ Status DenseMatcher::claim_ground() {
     return give_up_partner(DepthVerdict::too_few_valid, {});
   }
   record_.valid = counts.matched;
-  record_.newly_seen = counts.newly_seen;
+  mask_.newly_seen = counts.newly_seen;
   phase_ = Phase::coding;
   return {};
 }
@@ -356,7 +357,7 @@ Status DenseMatcher::describe_cells() {
 }
 
 Status DenseMatcher::record_depth() {
-  return write(record_, next_.id);
+  return write(record_, mask_, next_.id);
 }
 
 /// The pair has given no depth: what is `reported` counts if the partner is the next keyframe, which is tried
@@ -442,6 +443,7 @@ Status DenseMatcher::carry_without_depth(const PoseRecord& pose, std::int64_t& n
 
 Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict verdict) {
   DepthRecord record;
+  MaskRecord new_ground;
   record.id = pose.id;
   record.strip_id = pose.strip_id;
   record.verdict = verdict;
@@ -454,12 +456,12 @@ Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict v
   for (std::size_t i = 0; i < mask.area(); ++i) {
     const bool covered = coverage.at(i);
     mask.data[i] = covered ? 0 : 255;
-    record.newly_seen += covered ? 0 : 1;
+    new_ground.newly_seen += covered ? 0 : 1;
   }
   std::int64_t next_id = after_.coverage_keyframe_id;
   if (!passed) ILP_TRY(carry_without_depth(pose, next_id));
-  ILP_TRY(code_mask(record));
-  return write(record, next_id);
+  ILP_TRY(code_mask(new_ground));
+  return write(record, new_ground, next_id);
 }
 
 /// A part of the pair, or of its coverage, cannot be read: the image of the keyframe is sent whole.
@@ -476,31 +478,33 @@ Status DenseMatcher::record_given_up() {
   const Status there = get(store_, id, keyframe);
   if (!there.ok() && is_transient(there)) return there;
   DepthRecord record;
+  MaskRecord new_ground;
   record.id = id;
   record.strip_id = there.ok() ? keyframe.strip_id : 0;
   record.verdict = DepthVerdict::too_few_valid;
   ILP_TRY(work_.record.mask.resize(camera_.width, camera_.height));
   const ImageView<std::uint8_t> mask = work_.record.mask.view();
   std::fill_n(mask.data, mask.area(), std::uint8_t{255});
-  record.newly_seen = static_cast<std::uint32_t>(mask.area());
+  new_ground.newly_seen = static_cast<std::uint32_t>(mask.area());
   after_ = state_;
   after_.passed_keyframe_id = 0;
-  ILP_TRY(code_mask(record));
-  return write(record, 0);
+  ILP_TRY(code_mask(new_ground));
+  return write(record, new_ground, 0);
 }
 
-Status DenseMatcher::code_mask(DepthRecord& record) {
+Status DenseMatcher::code_mask(MaskRecord& mask) {
   RecordWorkspace& w = work_.record;
   std::size_t size = 0;
   ILP_TRY(encode_mask(w.mask.view(), w.mask_bytes.data(), w.mask_bytes.size(), size));
-  record.mask.bytes = static_cast<std::uint32_t>(size);
+  mask.code.bytes = static_cast<std::uint32_t>(size);
   return {};
 }
 
-Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
+Status DenseMatcher::write(DepthRecord& record, MaskRecord& mask, std::int64_t next_coverage_id) {
   RecordWorkspace& w = work_.record;
-  record.width = camera_.width;
-  record.height = camera_.height;
+  mask.id = record.id;
+  mask.width = record.width = camera_.width;
+  mask.height = record.height = camera_.height;
   after_.coverage_keyframe_id = next_coverage_id;
 
   patience_.begin_writing();
@@ -518,7 +522,8 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
     ILP_TRY(write_blob<DepthRecord>(store_, "cells", record.id, 0, quality));
     ILP_TRY(write_blob<DepthRecord>(store_, "cells", record.id, cells, bytes_of(depths)));
   }
-  ILP_TRY(write_blob<DepthRecord>(store_, "mask", record.id, 0, {w.mask_bytes.data(), record.mask.bytes}));
+  ILP_TRY(put(store_, mask));
+  ILP_TRY(write_blob<MaskRecord>(store_, "code", mask.id, 0, {w.mask_bytes.data(), mask.code.bytes}));
   ILP_TRY(transaction.commit(Cursor{record.id, cursor_.second}, after_, cursor_, state_));
   patience_.end_writing();
   phase_ = Phase::idle;
@@ -551,7 +556,7 @@ Status DenseMatcher::advance(bool& picked, bool& waits) {
       return code_depth();
     case Phase::mask_code:
       phase_ = Phase::passed;
-      return code_mask(record_);
+      return code_mask(mask_);
     case Phase::passed:
       return begin_carry();
     case Phase::coverage:

@@ -140,8 +140,8 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   Status plane_between(std::int64_t from_keyframe_id, std::int64_t to_keyframe_id, Mat3& to_from_from);
   Status cover_passed(std::int64_t first_id, std::int64_t second_id, bool with_depth);
   Status carry_without_depth(const PoseRecord& pose, std::int64_t& next_id);
-  Status code_mask(DepthRecord& record);
-  Status write(DepthRecord& record, std::int64_t next_coverage_id);
+  Status code_mask(MaskRecord& mask);
+  Status write(DepthRecord& record, MaskRecord& mask, std::int64_t next_coverage_id);
   Status use_coverage_of(std::int64_t keyframe_id);
   void state_geometry(DepthRecord& record);
   void state_median_sigma(DepthRecord& record);
@@ -162,6 +162,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   std::size_t panel_ = 0;
   VerticalResidual residual_;
   DepthRecord record_;             ///< of the pair, as far as it is known
+  MaskRecord mask_;                ///< the same
   std::int32_t rows_matched_ = 0;  ///< of a step that waits for a device
   BandJobs bands_;
   std::int32_t row_ = 0;

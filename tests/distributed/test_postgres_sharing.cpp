@@ -330,9 +330,9 @@ TEST_F(PostgresSharing, ATransactionOfThousandsOfWritesIsCarriedOutWhole) {
   ASSERT_OK(a_->begin());
   for (std::int64_t id = 1; id <= records; ++id) {
     DepthRecord depth = of_id<DepthRecord>(id);
-    depth.mask.bytes = 10;
+    depth.cells.bytes = 10;
     ASSERT_OK(put(*a_, depth));
-    ASSERT_OK(write_blob<DepthRecord>(*a_, "mask", id, 0, Bytes(10, 1)));
+    ASSERT_OK(write_blob<DepthRecord>(*a_, "cells", id, 0, Bytes(10, 1)));
   }
   for (std::int64_t id = 1; id <= records; id += 2) ASSERT_OK(a_->erase(record_info<DepthRecord>(), id));
   ASSERT_OK(a_->commit());
@@ -340,7 +340,7 @@ TEST_F(PostgresSharing, ATransactionOfThousandsOfWritesIsCarriedOutWhole) {
   ASSERT_OK(b_->count(record_info<DepthRecord>(), found));
   EXPECT_EQ(found, records / 2);
   Bytes mask(10);
-  ASSERT_OK(read_blob<DepthRecord>(*b_, "mask", records, 0, mask));
+  ASSERT_OK(read_blob<DepthRecord>(*b_, "cells", records, 0, mask));
   EXPECT_EQ(mask, Bytes(10, 1));
 }
 

@@ -143,7 +143,9 @@ Status digest_of(Store& store, const RecordInfo& info, std::int64_t id, Digest& 
 bool Digest::same(RecordType type, const Digest& other) const {
   if (fields != other.fields) return false;
   // What is no longer needed is released now or later.
-  const bool released = type == RecordType::frame || type == RecordType::depth || type == RecordType::structure;
+  constexpr RecordMask of_needed_bytes =
+      mask_of(RecordType::frame, RecordType::depth, RecordType::mask, RecordType::structure);
+  const bool released = (mask_of(type) & of_needed_bytes) != 0;
   for (std::size_t i = 0; i < blobs.size(); ++i) {
     const bool one_is_gone = blobs[i] == 0 || other.blobs[i] == 0;
     if (blobs[i] != other.blobs[i] && !(released && one_is_gone)) return false;

@@ -96,7 +96,7 @@ std::string group_of(const std::string& owner) {
     if (name == "frame_image" || name == "product_data" || name == "structure_points" || name == "checkpoint_state") {
       return name;
     }
-    if (name.rfind("depth_", 0) == 0) return std::string("depth_values, depth_sigma, depth_mask");
+    if (name.rfind("depth_", 0) == 0 || name == "mask_code") return std::string("depth_values, depth_sigma, mask_code");
     if (name == "sqlite_schema" || name == "sqlite_master") return std::string("schema");
     if (name == "free pages" || name == "new pages" || name == "its header" || name == "headers of pages") return name;
     if (name.rfind("flight.db", 0) == 0) return name;

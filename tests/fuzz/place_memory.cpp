@@ -141,12 +141,13 @@ void judge(Store& store) {
   std::int64_t places = 0;
   must(store.count(record_info<PlaceRecord>(), places));
   require(places <= all_keyframes + 1, "places that lead nowhere");
-  DepthRecord depth;
-  for (std::int64_t id = 0; next(store, id, depth).ok(); id = depth.id) {
-    std::vector<std::uint8_t> coded(depth.mask.bytes);
-    must(read_blob<DepthRecord>(store, "mask", depth.id, 0, coded));
-    std::vector<std::uint8_t> mask(static_cast<std::size_t>(depth.width * depth.height));
-    must(decode_mask(coded.data(), coded.size(), {mask.data(), depth.width, depth.height}));
+  MaskRecord record;
+  for (std::int64_t id = 0; next(store, id, record).ok(); id = record.id) {
+    require(record.scope == MaskScope::flight, "a mask that is not final");
+    std::vector<std::uint8_t> coded(record.code.bytes);
+    must(read_blob<MaskRecord>(store, "code", record.id, 0, coded));
+    std::vector<std::uint8_t> mask(static_cast<std::size_t>(record.width * record.height));
+    must(decode_mask(coded.data(), coded.size(), {mask.data(), record.width, record.height}));
   }
 }
 

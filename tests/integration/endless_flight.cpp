@@ -176,11 +176,16 @@ Status StubStages::finish_keyframe(std::int64_t id) {
   depth.id = id;
   depth.strip_id = pose.strip_id;
   depth.width = depth.height = side;
-  depth.newly_seen = side * side / 4;
   depth.values.bytes = 2 * side * side;
   depth.sigma.bytes = side * side;
-  depth.mask.bytes = 100 + static_cast<std::uint32_t>(id % 50);
   ILP_TRY(put(store_, depth));
+  MaskRecord mask;
+  mask.id = id;
+  mask.scope = MaskScope::flight;
+  mask.width = mask.height = side;
+  mask.newly_seen = side * side / 4;
+  mask.code.bytes = 100 + static_cast<std::uint32_t>(id % 50);
+  ILP_TRY(put(store_, mask));
   PlaceRecord place;
   place.id = id;
   place.strip_id = pose.strip_id;
@@ -322,8 +327,10 @@ class Watch {
     std::int64_t depth_bytes = 0, frame_bytes = 0;
     DepthRecord depth;
     for (std::int64_t id = 0; next(store_, id, depth).ok(); id = depth.id) {
-      depth_bytes += std::int64_t{depth.values.bytes} + depth.sigma.bytes + depth.mask.bytes;
+      depth_bytes += std::int64_t{depth.values.bytes} + depth.sigma.bytes;
     }
+    MaskRecord mask;
+    for (std::int64_t id = 0; next(store_, id, mask).ok(); id = mask.id) depth_bytes += mask.code.bytes;
     FrameRecord frame;
     for (std::int64_t id = 0; next(store_, id, frame).ok(); id = frame.id) frame_bytes += frame.image.bytes;
     EXPECT_EQ(account.depth_bytes, depth_bytes);

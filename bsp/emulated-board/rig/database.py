@@ -8,14 +8,15 @@ import images
 NUMBERS_OF_A_LIFE = 100_000_000  # fsw/records/life_numbers.hpp
 STATUSES = os.path.join(images.ROOT, "fsw/base/status_list.inc")
 # What the images became. Blobs are deleted on board once they are used or confirmed; CRC-32 and size of products stay.
-RESULTS = ("camera", "strip", "keyframe", "overlap", "pose", "depth", "richness", "product", "calibration_check")
+RESULTS = ("camera", "strip", "keyframe", "overlap", "pose", "depth", "mask", "richness", "product", "calibration_check")
 # What does not follow from random numbers, which follow from the numbers of keyframes.
 CHOSEN = ("camera", "strip", "keyframe", "overlap")
 # How far a product has come down; what ended a strip, a telecommand or the end of the images. The checksum of a record
 # goes over these too.
 FATE = {"strip": {"end", "record_checksum"},
         "product": {"state", "layers_sent", "layers_held", "data_bytes", "record_checksum"},
-        "depth": {"values_bytes", "sigma_bytes", "mask_bytes", "record_checksum"}}
+        "depth": {"values_bytes", "sigma_bytes", "record_checksum"},
+        "mask": {"code_bytes", "record_checksum"}}
 
 
 def open_database(path):

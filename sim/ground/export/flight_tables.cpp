@@ -156,9 +156,9 @@ std::vector<Cell> keyframe_row(const intake::Keyframe& k, double unit_length) {
   }
   if (k.depth) {
     row[11] = std::string(words_of(k.depth->verdict));
-    const double pixels = static_cast<double>(k.camera.width) * k.camera.height;
-    if (pixels > 0) row[14] = k.depth->newly_seen / pixels;
   }
+  const double pixels = static_cast<double>(k.camera.width) * k.camera.height;
+  if (k.mask_record && pixels > 0) row[14] = k.mask_record->newly_seen / pixels;
   if (k.richness) {
     row[12] = k.richness->richness;
     row[13] = k.richness->novelty;

@@ -18,7 +18,7 @@ constexpr RecordType kinds[] = {RecordType::camera,     RecordType::frame,      
                                 RecordType::depth,      RecordType::richness,    RecordType::product,
                                 RecordType::event,      RecordType::component,   RecordType::storage,
                                 RecordType::capture,    RecordType::calibration, RecordType::calibration_check,
-                                RecordType::navigation, RecordType::strip_frame};
+                                RecordType::navigation, RecordType::strip_frame, RecordType::mask};
 
 }  // namespace
 

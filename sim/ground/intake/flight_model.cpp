@@ -82,7 +82,7 @@ class FlightBuilder {
   void add_strip(const StripRecord& record);
   void add_strip_frame(const StripFrameRecord& record);
   void add_structure(const RecordEntry& entry);
-  void add_depth(const RecordEntry& entry);
+  void add_mask(const RecordEntry& entry);
   void add_link(const RecordEntry& entry);
   void add_product_record(const ProductRecord& record);
   void check_depth(Keyframe& k, const ProductHeader& header);
@@ -114,11 +114,11 @@ void FlightBuilder::add_structure(const RecordEntry& entry) {
   }
 }
 
-void FlightBuilder::add_depth(const RecordEntry& entry) {
-  const auto record = record_of<DepthRecord>(entry);
+void FlightBuilder::add_mask(const RecordEntry& entry) {
+  const auto record = record_of<MaskRecord>(entry);
   Keyframe& k = keyframe(record.id);
-  k.depth = record;
-  const CodedFile& coded = entry.blobs[2];
+  k.mask_record = record;
+  const CodedFile& coded = entry.blobs[0];
   if (coded.empty() || record.width <= 0 || record.height <= 0 || record.width > limits::max_image_side ||
       record.height > limits::max_image_side) {
     return;
@@ -200,8 +200,13 @@ void FlightBuilder::add(const RecordEntry& entry) {
     case RecordType::structure:
       add_structure(entry);
       break;
-    case RecordType::depth:
-      add_depth(entry);
+    case RecordType::depth: {
+      const auto record = record_of<DepthRecord>(entry);
+      keyframe(record.id).depth = record;
+      break;
+    }
+    case RecordType::mask:
+      add_mask(entry);
       break;
     case RecordType::navigation: {
       const auto record = record_of<NavigationRecord>(entry);

@@ -50,6 +50,7 @@ struct Keyframe : KeyframeRasters {
   std::optional<PoseRecord> pose;
   std::optional<StructureRecord> structure;
   std::optional<DepthRecord> depth;
+  std::optional<MaskRecord> mask_record;
   std::optional<NavigationRecord> navigation;
   std::optional<RichnessRecord> richness;
   std::array<std::optional<ProductRecord>, 2> product_records;  ///< by ProductKind

@@ -62,7 +62,7 @@ Value sigma_value(const intake::Keyframe& k) {
 
 Value fresh_value(const intake::Keyframe& k) {
   const double pixels = static_cast<double>(k.camera.width) * k.camera.height;
-  return {k.depth && pixels > 0 ? host::fixed(100.0 * k.depth->newly_seen / pixels, 0) + " %" : "–"};
+  return {k.mask_record && pixels > 0 ? host::fixed(100.0 * k.mask_record->newly_seen / pixels, 0) + " %" : "–"};
 }
 
 Value verdict_value(const intake::Keyframe& k) {

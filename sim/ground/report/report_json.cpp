@@ -208,7 +208,7 @@ Json keyframe_json(const Report& report, const intake::Keyframe& k, const StripR
                                   {"baseline", k.depth->baseline},
                                   {"valid_px", k.depth->valid},
                                   {"supported_px", k.depth->supported},
-                                  {"newly_seen_px", k.depth->newly_seen},
+                                  {"newly_seen_px", k.mask_record ? Json(k.mask_record->newly_seen) : Json(nullptr)},
                                   {"median_sigma_px", k.depth->median_sigma_px}};
   json["richness"] = k.richness ? richness_json(*k.richness) : Json(nullptr);
   json["image_product"] = product_json(k.product(ProductKind::image));

@@ -109,7 +109,7 @@ json viewer_keyframe(const report::Report& report, const intake::Keyframe& k) {
     out["relief"] = k.richness->relief;
   }
   const double pixels = static_cast<double>(k.camera.width) * k.camera.height;
-  if (k.depth && pixels > 0) out["newly_seen"] = k.depth->newly_seen / pixels;
+  if (k.mask_record && pixels > 0) out["newly_seen"] = k.mask_record->newly_seen / pixels;
   if (const report::StripResult* strip = strip_of(report, k))
     out["footprint"] = outline_of(exports::footprint_of(k, *strip));
   return out;

@@ -84,7 +84,7 @@ class KeyframeReader {
     const std::int64_t id = keyframe.id;
     return "keyframe " + std::to_string(id) + " frame " + std::to_string(keyframe.frame_id) + " time_ns " +
            std::to_string(keyframe.time_ns) + " | " + digest_of(keyframe) + part<PoseRecord>(id) +
-           part<StructureRecord>(id) + part<DepthRecord>(id) + part<RichnessRecord>(id);
+           part<StructureRecord>(id) + part<DepthRecord>(id) + part<MaskRecord>(id) + part<RichnessRecord>(id);
   }
 
   Store& store_;

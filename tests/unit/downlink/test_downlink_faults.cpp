@@ -36,10 +36,10 @@ class DownlinkFaultsTest : public test::ComponentTest {
     PoseRecord pose;
     pose.id = id;
     write(pose);
-    DepthRecord depth;
-    depth.id = id;
-    depth.mask.bytes = 40;
-    write(depth, "mask", Bytes(40, static_cast<std::uint8_t>(id)));
+    MaskRecord mask;
+    mask.id = id;
+    mask.code.bytes = 40;
+    write(mask, "code", Bytes(40, static_cast<std::uint8_t>(id)));
     StructureRecord structure;
     structure.id = id;
     structure.points.bytes = static_cast<std::uint32_t>(points_bytes);
@@ -137,7 +137,7 @@ TEST_F(DownlinkFaultsTest, WhateverCannotBeReadIsTriedAgainAndGivenUpInTheEnd) {
        {Case{"the bytes of a product", RecordType::product, StoreCall::read_blob, StatusCode::product_damaged},
         Case{"a pose", RecordType::pose, StoreCall::get, StatusCode::records_incomplete},
         Case{"a keyframe", RecordType::keyframe, StoreCall::get, StatusCode::records_incomplete},
-        Case{"a mask", RecordType::depth, StoreCall::read_blob, StatusCode::records_incomplete},
+        Case{"a mask", RecordType::mask, StoreCall::read_blob, StatusCode::records_incomplete},
         Case{"points", RecordType::structure, StoreCall::read_blob, StatusCode::points_given_up}}) {
     for (const bool lasting : {false, true}) {
       SCOPED_TRACE(testing::Message() << c.what << (lasting ? ", damaged" : ", a fault that may pass"));

@@ -166,9 +166,15 @@ void write_products(const SyntheticFlight& flight, std::size_t index, std::vecto
   depth.height = c.height;
   depth.offset = depth_offset;
   depth.step = depth_step;
-  depth.newly_seen = inside;
-  depth.mask.bytes = static_cast<std::uint32_t>(coded.size());
-  entries.push_back(intake::entry_of(depth, {{}, {}, coded}));
+  entries.push_back(intake::entry_of(depth));
+  MaskRecord new_ground;
+  new_ground.id = view.keyframe_id;
+  new_ground.scope = MaskScope::flight;
+  new_ground.width = c.width;
+  new_ground.height = c.height;
+  new_ground.newly_seen = inside;
+  new_ground.code.bytes = static_cast<std::uint32_t>(coded.size());
+  entries.push_back(intake::entry_of(new_ground, {coded}));
   for (const ProductKind kind : {ProductKind::image, ProductKind::depth}) {
     const bool is_image = kind == ProductKind::image;
     const auto file = product_file(flight, view, kind, is_image ? grey : code, mask);

@@ -121,7 +121,7 @@ TEST_F(SqliteStoreTest, TablesAreWhatTheInterfaceDocumentSays) {
   EXPECT_EQ(plain.query("SELECT \"index\" FROM keyframe WHERE id=9"), "4|");
   EXPECT_EQ(plain.query("SELECT name, altitude, image_bytes FROM frame"), "a.png|NULL|3|");
   EXPECT_EQ(plain.query("SELECT hex(data) FROM frame_image WHERE id=1"), "0102FF|");
-  EXPECT_EQ(plain.query("SELECT type FROM pragma_table_info('depth') WHERE name IN ('id','offset','mask_bytes')"),
+  EXPECT_EQ(plain.query("SELECT type FROM pragma_table_info('depth') WHERE name IN ('id','offset','cells_bytes')"),
             "INTEGER|REAL|INTEGER|");
   EXPECT_EQ(plain.query("PRAGMA journal_mode"), "wal|");
   EXPECT_EQ(plain.query("PRAGMA page_size"), "4096|");

@@ -287,19 +287,19 @@ TYPED_TEST(StoreContract, BlobsOfARecordAreApart) {
   depth.id = 1;
   depth.values.bytes = 4;
   depth.sigma.bytes = 4;
-  depth.mask.bytes = 4;
+  depth.cells.bytes = 4;
   this->put_now(depth);
   ASSERT_OK(this->store_.begin());
   ASSERT_OK(write_blob<DepthRecord>(this->store_, "values", 1, 0, Bytes(4, 1)));
   ASSERT_OK(write_blob<DepthRecord>(this->store_, "sigma", 1, 0, Bytes(4, 2)));
-  ASSERT_OK(write_blob<DepthRecord>(this->store_, "mask", 1, 0, Bytes(4, 3)));
+  ASSERT_OK(write_blob<DepthRecord>(this->store_, "cells", 1, 0, Bytes(4, 3)));
   ASSERT_OK(this->store_.commit());
   depth.sigma.bytes = 0;
   this->put_now(depth);
   Bytes bytes(4);
   ASSERT_OK(read_blob<DepthRecord>(this->store_, "values", 1, 0, bytes));
   EXPECT_EQ(bytes, Bytes(4, 1));
-  ASSERT_OK(read_blob<DepthRecord>(this->store_, "mask", 1, 0, bytes));
+  ASSERT_OK(read_blob<DepthRecord>(this->store_, "cells", 1, 0, bytes));
   EXPECT_EQ(bytes, Bytes(4, 3));
   EXPECT_STATUS(read_blob<DepthRecord>(this->store_, "sigma", 1, 0, bytes), not_found);
 }
@@ -430,8 +430,8 @@ std::map<std::int64_t, Model::Row> contents(Store& store) {
   for (std::int64_t after = std::numeric_limits<std::int64_t>::min(); next(store, after, record).ok();) {
     after = record.id;
     Model::Row row = row_of(record);
-    const std::uint32_t sizes[3] = {record.values.bytes, record.sigma.bytes, record.mask.bytes};
-    const char* const names[3] = {"values", "sigma", "mask"};
+    const std::uint32_t sizes[3] = {record.values.bytes, record.sigma.bytes, record.cells.bytes};
+    const char* const names[3] = {"values", "sigma", "cells"};
     for (int b = 0; b < 3; ++b) {
       row.blobs[b].resize(sizes[b]);
       if (sizes[b] == 0) continue;
@@ -446,7 +446,7 @@ TYPED_TEST(StoreContract, AnySequenceOfWritesEndsAsInAPlainMap) {
   std::mt19937 random(20050905);
   const auto below = [&](unsigned bound) { return static_cast<unsigned>(random() % bound); };
   const std::uint32_t sizes[] = {0, 0, 10, 10, 10, 5000, 9000};
-  const char* const names[3] = {"values", "sigma", "mask"};
+  const char* const names[3] = {"values", "sigma", "cells"};
   Model committed;
   for (int transaction = 0; transaction < 150; ++transaction) {
     Model model = committed;
@@ -461,7 +461,7 @@ TYPED_TEST(StoreContract, AnySequenceOfWritesEndsAsInAPlainMap) {
           record.id = id;
           record.valid = static_cast<std::uint32_t>(random());
           record.offset = static_cast<double>(random()) / 7;
-          Blob* const blobs[3] = {&record.values, &record.sigma, &record.mask};
+          Blob* const blobs[3] = {&record.values, &record.sigma, &record.cells};
           for (Blob* blob : blobs) blob->bytes = sizes[below(7)];
           ASSERT_OK(put(this->store_, record));
           Model::Row row = row_of(record);

@@ -105,10 +105,15 @@ class PlaceFlight {
     depth.strip_id = strip;
     depth.width = camera_.width;
     depth.height = camera_.height;
-    depth.newly_seen = static_cast<std::uint32_t>(area);
-    depth.mask.bytes = static_cast<std::uint32_t>(coded.size());
     depth.cells.bytes = static_cast<std::uint32_t>(bytes.size());
-    record(depth, {{"mask", coded}, {"cells", bytes}});
+    record(depth, {{"cells", bytes}});
+    MaskRecord new_ground;
+    new_ground.id = id;
+    new_ground.width = camera_.width;
+    new_ground.height = camera_.height;
+    new_ground.newly_seen = static_cast<std::uint32_t>(area);
+    new_ground.code.bytes = static_cast<std::uint32_t>(coded.size());
+    record(new_ground, {{"code", coded}});
   }
 
   /// Keyframes 1 to 6 fly along x; 7 to 10 fly back over them, turned by 2 rad, as a strip with its own world.

@@ -41,11 +41,11 @@ class PlaceMemoryTest : public ComponentTest, protected PlaceFlight {
     return all;
   }
   std::vector<std::uint8_t> mask_of(std::int64_t id) {
-    const DepthRecord depth = read<DepthRecord>(id);
-    std::vector<std::uint8_t> coded(depth.mask.bytes);
-    EXPECT_TRUE(read_blob<DepthRecord>(store, "mask", id, 0, coded).ok());
-    std::vector<std::uint8_t> mask(static_cast<std::size_t>(depth.width * depth.height));
-    EXPECT_TRUE(decode_mask(coded.data(), coded.size(), {mask.data(), depth.width, depth.height}).ok());
+    const MaskRecord record = read<MaskRecord>(id);
+    std::vector<std::uint8_t> coded(record.code.bytes);
+    EXPECT_TRUE(read_blob<MaskRecord>(store, "code", id, 0, coded).ok());
+    std::vector<std::uint8_t> mask(static_cast<std::size_t>(record.width * record.height));
+    EXPECT_TRUE(decode_mask(coded.data(), coded.size(), {mask.data(), record.width, record.height}).ok());
     return mask;
   }
   std::uint32_t new_pixels(std::int64_t id) {

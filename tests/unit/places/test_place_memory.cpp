@@ -1,4 +1,5 @@
 // The memory of places over analytic ground that is flown over twice: links, ties, masks, restarts and damage.
+#include "tests/support/failing_store.hpp"
 #include "tests/unit/places/place_memory_fixture.hpp"
 
 namespace ilp {
@@ -15,10 +16,10 @@ TEST_F(PlaceMemoryTest, GroundOfAnEarlierStripIsKnownAgainAndTheStripsAreTied) {
   EXPECT_EQ(read<PlaceRecord>(6).links, 0U) << "neighbours in a strip are not compared";
   for (std::int64_t id = 7; id <= 10; ++id) {
     EXPECT_GE(read<PlaceRecord>(id).links, 2U) << id;
-    const DepthRecord depth = read<DepthRecord>(id);
-    EXPECT_EQ(depth.newly_seen, new_pixels(id));
-    EXPECT_LT(depth.newly_seen, 0.45 * 320 * 240) << id;
-    EXPECT_EQ(depth.newly_seen + read<PlaceRecord>(id).known_before, 320U * 240U);
+    const MaskRecord mask = read<MaskRecord>(id);
+    EXPECT_EQ(mask.newly_seen, new_pixels(id));
+    EXPECT_LT(mask.newly_seen, 0.45 * 320 * 240) << id;
+    EXPECT_EQ(mask.newly_seen + read<PlaceRecord>(id).known_before, 320U * 240U);
   }
   for (const LinkRecord& link : links()) {
     EXPECT_EQ(link.verdict, LinkVerdict::linked);
@@ -88,6 +89,42 @@ TEST_F(PlaceMemoryTest, OffEachKeyframeGetsABarePlaceAndKeepsItsMask) {
   EXPECT_EQ(read<PlaceRecord>(10).features.bytes, 0U);
   EXPECT_EQ(number_of<LinkRecord>(), 0);
   EXPECT_EQ(new_pixels(8), 320U * 240U);
+}
+
+TEST_F(PlaceMemoryTest, AMaskIsFinalWithItsPlaceWhetherItLosesGroundOrNot) {
+  for (const bool remembering : {true, false}) {
+    SCOPED_TRACE(remembering);
+    const std::int64_t first = remembering ? 1 : 7;
+    mission.place_memory = remembering;
+    if (remembering) {
+      fly_out();
+    } else {
+      fly_back();
+    }
+    EXPECT_EQ(read<MaskRecord>(first).scope, MaskScope::strip);
+    const std::vector<std::uint8_t> before = mask_of(first);
+    const DepthRecord depth = read<DepthRecord>(first);
+    run(*memory());
+    for (std::int64_t id = first; id < first + 4; ++id) EXPECT_EQ(read<MaskRecord>(id).scope, MaskScope::flight) << id;
+    EXPECT_EQ(mask_of(first), before) << "nothing was known";
+    EXPECT_EQ(read<DepthRecord>(first).cells.bytes, depth.cells.bytes) << "the depth record is another stage's";
+  }
+}
+
+TEST_F(PlaceMemoryTest, NobodyWaitsForAMaskThatCannotBeRead) {
+  fly_out();
+  test::FailingStore failing(store);
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool hit = call.kind == test::StoreCall::get && call.type == RecordType::mask && call.id == 3;
+    return hit ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  const auto stage = std::make_unique<PlaceMemory>(failing, mission, test::step_memory<PlaceMemory>());
+  EXPECT_TRUE(restored(stage->restore()));
+  PlaceRecord last_place;
+  for (int i = 0; i < 2000 && !get(store, 6, last_place).ok(); ++i) stage->step();
+  EXPECT_EQ(read<MaskRecord>(3).scope, MaskScope::flight);
+  EXPECT_EQ(read<MaskRecord>(3).code.bytes, 0U) << "the whole image counts as new";
+  EXPECT_NE(read<MaskRecord>(4).code.bytes, 0U);
 }
 
 TEST_F(PlaceMemoryTest, ARestartKnowsTheSamePlacesAgain) {

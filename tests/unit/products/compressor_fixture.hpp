@@ -79,6 +79,7 @@ class CompressorTest : public ComponentTest {
     inverse_depth.assign(pixels, 0.0F);
     std::vector<float> sigma(pixels, 0.0F);
     DepthRecord depth;
+    MaskRecord new_ground;
     for (std::int32_t y = 0; y < height; ++y) {
       for (std::int32_t x = 0; x < width; ++x) {
         const auto i = static_cast<std::size_t>(y * width + x);
@@ -87,7 +88,7 @@ class CompressorTest : public ComponentTest {
         const double outer = share * static_cast<double>(pixels) / 3.14159 + hollow_px * hollow_px;
         if (squared > outer || squared < hollow_px * hollow_px) continue;
         mask[i] = 255;
-        ++depth.newly_seen;
+        ++new_ground.newly_seen;
         sigma[i] = 1;
         inverse_depth[i] = static_cast<float>(0.05 + 0.01 * std::sin(x * 0.05) * std::cos(y * 0.04) +
                                               0.0003 * std::sin(x * 0.9 + y * 0.7));
@@ -110,15 +111,20 @@ class CompressorTest : public ComponentTest {
     depth.disparity_per_inverse_depth_px = disparity_per_inverse_depth_px;
     depth.values.bytes = 2 * pixels;
     depth.sigma.bytes = pixels;
-    depth.mask.bytes = static_cast<std::uint32_t>(mask_bytes);
+    new_ground.id = id;
+    new_ground.scope = MaskScope::flight;
+    new_ground.width = width;
+    new_ground.height = height;
+    new_ground.code.bytes = static_cast<std::uint32_t>(mask_bytes);
     const std::vector<std::uint8_t> sigma_codes(pixels, 9);
     Transaction transaction(store);
     ASSERT_TRUE(transaction.begin().ok());
     ASSERT_TRUE(put(store, depth).ok());
+    ASSERT_TRUE(put(store, new_ground).ok());
     const auto* values = reinterpret_cast<const std::uint8_t*>(codes.data());
     ASSERT_TRUE(write_blob<DepthRecord>(store, "values", id, 0, {values, 2 * pixels}).ok());
     ASSERT_TRUE(write_blob<DepthRecord>(store, "sigma", id, 0, sigma_codes).ok());
-    ASSERT_TRUE(write_blob<DepthRecord>(store, "mask", id, 0, {coded.data(), mask_bytes}).ok());
+    ASSERT_TRUE(write_blob<MaskRecord>(store, "code", id, 0, {coded.data(), mask_bytes}).ok());
     ASSERT_TRUE(transaction.commit().ok());
   }
 

@@ -54,10 +54,10 @@ TEST_F(CompressorTest, OfAKeyframeWithNothingNewNoProductIsMadeAndTheNextOneIs) 
 TEST_F(CompressorTest, OnlyAMaskOfTheSameCodeIsTakenInsteadOfDecodingIt) {
   write_keyframe(5, 0.4, 0.3);
   write_keyframe(6, 0.4, 0.1);
-  const auto large = read<DepthRecord>(5), small = read<DepthRecord>(6);
+  const auto large = read<MaskRecord>(5), small = read<MaskRecord>(6);
   const auto maps = std::make_unique<MapBuffers>();
-  const auto loaded = [&](const DepthRecord& depth, const DecodedMask& earlier) {
-    EXPECT_TRUE(load_mask(store, depth, *maps, earlier).ok());
+  const auto loaded = [&](const MaskRecord& record, const DecodedMask& earlier) {
+    EXPECT_TRUE(load_mask(store, record, *maps, earlier).ok());
     const MaskView decoded = maps->mask.view();
     return std::vector<std::uint8_t>(decoded.data, decoded.data + decoded.area());
   };
@@ -140,7 +140,7 @@ TEST_F(CompressorTest, TheFileSaysWhatItIs) {
                                      {"width", width},
                                      {"parameters", parameters_fingerprint(mission)},
                                      {"grant_bytes", product.grant_bytes},
-                                     {"mask_pixels", read<DepthRecord>(5).newly_seen}}) {
+                                     {"mask_pixels", read<MaskRecord>(5).newly_seen}}) {
       EXPECT_TRUE(reader.integer(key, integer).ok()) << key;
       EXPECT_EQ(integer, value) << key;
     }
@@ -304,7 +304,7 @@ TEST_F(CompressorTest, WhereTheMapsAreDamagedTheImageGoesWhole) {
   write_keyframe(1, 0.6, 0.1);
   test::FailingStore failing(store);
   failing.judge_by([&](const test::FailingStore::Call& call) {
-    const bool hit = call.kind == test::StoreCall::read_blob && call.type == RecordType::depth;
+    const bool hit = call.kind == test::StoreCall::read_blob && call.type == RecordType::mask;
     return hit ? Status{StatusCode::record_damaged, call.id, static_cast<std::int64_t>(call.type)} : Status{};
   });
   const auto compressor = std::make_unique<Compressor>(failing, mission, test::step_memory<Compressor>());

@@ -132,23 +132,40 @@ class RichnessScorerTest : public test::ComponentTest {
     record.offset = coding.offset;
     record.step = coding.step;
     record.disparity_per_inverse_depth_px = 150 * 20;
-    record.valid = record.newly_seen = static_cast<std::uint32_t>(pixels);
+    record.valid = static_cast<std::uint32_t>(pixels);
     record.values.bytes = static_cast<std::uint32_t>(codes.size());
     record.sigma.bytes = static_cast<std::uint32_t>(pixels);
-    record.mask.bytes = static_cast<std::uint32_t>(mask_size);
+    MaskRecord new_ground;
+    new_ground.id = id;
+    new_ground.scope = MaskScope::flight;
+    new_ground.width = width;
+    new_ground.height = height;
+    new_ground.newly_seen = static_cast<std::uint32_t>(pixels);
+    new_ground.code.bytes = static_cast<std::uint32_t>(mask_size);
     const std::vector<std::uint8_t> sigma_codes(pixels, 1);
     Transaction transaction(store);
     ASSERT_TRUE(transaction.begin().ok());
     ASSERT_TRUE(ilp::put(store, record).ok());
-    PlaceRecord place;
-    place.id = id;
-    ASSERT_TRUE(ilp::put(store, place).ok());
+    ASSERT_TRUE(ilp::put(store, new_ground).ok());
     ASSERT_TRUE(write_blob<DepthRecord>(store, "values", id, 0, codes).ok());
     ASSERT_TRUE(write_blob<DepthRecord>(store, "sigma", id, 0, sigma_codes).ok());
-    ASSERT_TRUE(write_blob<DepthRecord>(store, "mask", id, 0, mask_bytes).ok());
+    ASSERT_TRUE(write_blob<MaskRecord>(store, "code", id, 0, mask_bytes).ok());
     ASSERT_TRUE(transaction.commit().ok());
   }
 };
+
+TEST_F(RichnessScorerTest, AKeyframeIsScoredWhenItsMaskIsFinalAndNoLaterOneBeforeIt) {
+  see(3);
+  MaskRecord mask = read<MaskRecord>(2);
+  mask.scope = MaskScope::strip;
+  write(mask);
+  score();
+  EXPECT_EQ(number_of<RichnessRecord>(), 1);
+  mask.scope = MaskScope::flight;
+  write(mask);
+  score();
+  EXPECT_EQ(number_of<RichnessRecord>(), 3);
+}
 
 TEST_F(RichnessScorerTest, TheIndexOnRecordIsTheWeightedMeanOfTheTermsOnRecord) {
   see(4);
@@ -244,7 +261,7 @@ TEST_F(RichnessScorerTest, AReadThatFailsOnceCostsNoIndex) {
   const auto scorer = std::make_unique<RichnessScorer>(failing, mission, test::step_memory<RichnessScorer>());
   ASSERT_TRUE(scorer->restore().ok());
   run(*scorer);
-  EXPECT_EQ(failed.size(), 2 * wanted.size()) << "image and maps of each";
+  EXPECT_EQ(failed.size(), 3 * wanted.size()) << "image, mask and maps of each";
   const std::vector<RichnessRecord> found = scores();
   ASSERT_EQ(found.size(), wanted.size());
   for (std::size_t i = 0; i < wanted.size(); ++i) {

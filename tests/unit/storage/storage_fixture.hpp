@@ -41,11 +41,12 @@ class StorageManagerTest : public ComponentTest {
     depth.id = id;
     depth.values.bytes = 2 * map_bytes;
     depth.sigma.bytes = map_bytes;
-    depth.mask.bytes = 100;
     write(depth);
-    PlaceRecord place;
-    place.id = id;
-    write(place);
+    MaskRecord mask;
+    mask.id = id;
+    mask.scope = MaskScope::flight;
+    mask.code.bytes = 100;
+    write(mask);
   }
   void add_product(std::int64_t keyframe_id, ProductKind kind, double priority = 0.5, std::uint32_t bytes = 5000,
                    ProductState state = ProductState::stored) {
@@ -110,8 +111,10 @@ class StorageManagerTest : public ComponentTest {
     for (std::int64_t id = 0; next(store, id, frame).ok(); id = frame.id) frames_sum += frame.image.bytes;
     DepthRecord depth;
     for (std::int64_t id = 0; next(store, id, depth).ok(); id = depth.id) {
-      depth_sum += std::int64_t{depth.values.bytes} + depth.sigma.bytes + depth.mask.bytes;
+      depth_sum += std::int64_t{depth.values.bytes} + depth.sigma.bytes;
     }
+    MaskRecord mask;
+    for (std::int64_t id = 0; next(store, id, mask).ok(); id = mask.id) depth_sum += mask.code.bytes;
     ProductRecord product;
     for (std::int64_t id = 0; next(store, id, product).ok(); id = product.id) product_sum += product.data.bytes;
     const auto account = read<StorageRecord>(1);

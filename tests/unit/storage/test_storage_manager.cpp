@@ -40,16 +40,31 @@ TEST_F(StorageManagerTest, DepthMapsGoWhenTheyAreCodedAndMasksWhenTheirRecordsAr
   run(*manager);
   EXPECT_EQ(read<DepthRecord>(1).values.bytes, 0U);
   EXPECT_EQ(read<DepthRecord>(1).sigma.bytes, 0U);
-  EXPECT_NE(read<DepthRecord>(1).mask.bytes, 0U);
+  EXPECT_NE(read<MaskRecord>(1).code.bytes, 0U);
   EXPECT_NE(read<DepthRecord>(2).values.bytes, 0U);
   expect_account_is_right();
   add_downlink(1, DownlinkKind::records, 1, 1);
   run(*manager);
-  EXPECT_NE(read<DepthRecord>(1).mask.bytes, 0U) << "with the link is not confirmed";
+  EXPECT_NE(read<MaskRecord>(1).code.bytes, 0U) << "with the link is not confirmed";
   add_downlink(1, DownlinkKind::records, 1, 1, 5);
   run(*manager);
-  EXPECT_EQ(read<DepthRecord>(1).mask.bytes, 0U);
-  EXPECT_NE(read<DepthRecord>(2).mask.bytes, 0U);
+  EXPECT_EQ(read<MaskRecord>(1).code.bytes, 0U);
+  EXPECT_NE(read<MaskRecord>(2).code.bytes, 0U);
+  expect_account_is_right();
+}
+
+TEST_F(StorageManagerTest, AMaskIsCountedWhenItIsFinal) {
+  add_depth(1);
+  auto mask = read<MaskRecord>(1);
+  mask.scope = MaskScope::strip;
+  write(mask);
+  run(*manager);
+  EXPECT_EQ(read<StorageRecord>(1).depth_bytes, 0) << "its size may still change";
+  mask.scope = MaskScope::flight;
+  mask.code.bytes = 30;
+  write(mask);
+  run(*manager);
+  EXPECT_EQ(read<StorageRecord>(1).depth_bytes, 3 * test::map_bytes + 30);
   expect_account_is_right();
 }
 
@@ -111,8 +126,8 @@ TEST_F(StorageManagerTest, WithoutAnyConfirmationMasksAndPointsGoWithTheHistory)
     add_product(id, ProductKind::image, 0.5, 10);
   }
   for (int i = 0; i < 3; ++i) run(*manager);
-  EXPECT_EQ(read<DepthRecord>(1).mask.bytes, 0U);
-  EXPECT_NE(read<DepthRecord>(1002).mask.bytes, 0U);
+  EXPECT_EQ(read<MaskRecord>(1).code.bytes, 0U);
+  EXPECT_NE(read<MaskRecord>(1002).code.bytes, 0U);
   EXPECT_EQ(read<StructureRecord>(2).points.bytes, 0U);
   EXPECT_NE(read<StructureRecord>(1003).points.bytes, 0U);
   EXPECT_EQ(read<StorageRecord>(1).structures_dropped, 2U);

@@ -114,19 +114,27 @@ class DenseMatcherTest : public test::ComponentTest {
     for (std::int64_t id = 1; id <= static_cast<std::int64_t>(views_.size()); ++id) {
       const auto record = read<DepthRecord>(id);
       for (const auto& [name, size] : {std::pair("values", record.values.bytes), std::pair("sigma", record.sigma.bytes),
-                                       std::pair("mask", record.mask.bytes), std::pair("cells", record.cells.bytes)}) {
+                                       std::pair("cells", record.cells.bytes)}) {
         std::vector<std::uint8_t> bytes(size);
         EXPECT_TRUE(size == 0 || read_blob<DepthRecord>(store, name, id, 0, bytes).ok());
         all.insert(all.end(), bytes.begin(), bytes.end());
       }
+      const std::vector<std::uint8_t> code = mask_code(id);
+      all.insert(all.end(), code.begin(), code.end());
     }
     return all;
   }
 
+  std::vector<std::uint8_t> mask_code(std::int64_t id) {
+    const auto record = read<MaskRecord>(id);
+    EXPECT_EQ(record.scope, MaskScope::strip);
+    std::vector<std::uint8_t> bytes(record.code.bytes);
+    EXPECT_TRUE(read_blob<MaskRecord>(store, "code", id, 0, bytes).ok());
+    return bytes;
+  }
+
   std::vector<std::uint8_t> mask_of(std::int64_t id) {
-    const auto record = read<DepthRecord>(id);
-    std::vector<std::uint8_t> bytes(record.mask.bytes);
-    EXPECT_TRUE(read_blob<DepthRecord>(store, "mask", id, 0, bytes).ok());
+    const std::vector<std::uint8_t> bytes = mask_code(id);
     std::vector<std::uint8_t> mask(views_[0].image.pixels.size());
     EXPECT_TRUE(decode_mask(bytes.data(), bytes.size(), {mask.data(), camera_.width, camera_.height}).ok());
     return mask;
@@ -212,6 +220,8 @@ class DenseMatcherTest : public test::ComponentTest {
     for (std::size_t id = 1; id <= views_.size(); ++id) {
       const Status erased = store.erase(record_info<DepthRecord>(), static_cast<std::int64_t>(id));
       ASSERT_TRUE(erased.ok() || erased.is(StatusCode::not_found));
+      const Status mask_erased = store.erase(record_info<MaskRecord>(), static_cast<std::int64_t>(id));
+      ASSERT_EQ(mask_erased.code, erased.code);
     }
     CheckpointRecord checkpoint;
     while (next(store, 0, checkpoint).ok()) {
@@ -336,7 +346,9 @@ TEST_F(DenseMatcherTest, ARestartWhileThePartnerIsChosenChangesNothing) {
   fly(descent(7));
   match();
   std::vector<DepthRecord> wanted;
+  std::vector<std::uint32_t> newly_seen;
   for (std::int64_t id = 1; id <= 7; ++id) wanted.push_back(read<DepthRecord>(id));
+  for (const DepthRecord& depth : wanted) newly_seen.push_back(read<MaskRecord>(depth.id).newly_seen);
   EXPECT_GT(wanted[1].partner_id, 3);
   forget_depths();
   // Poses become final one by one, and the software restarts after each.
@@ -351,7 +363,7 @@ TEST_F(DenseMatcherTest, ARestartWhileThePartnerIsChosenChangesNothing) {
   for (const DepthRecord& depth : wanted) {
     const auto found = read<DepthRecord>(depth.id);
     EXPECT_EQ(found.partner_id, depth.partner_id) << depth.id;
-    EXPECT_EQ(found.newly_seen, depth.newly_seen) << depth.id;
+    EXPECT_EQ(read<MaskRecord>(depth.id).newly_seen, newly_seen[static_cast<std::size_t>(depth.id - 1)]) << depth.id;
     EXPECT_EQ(found.valid, depth.valid) << depth.id;
   }
 }
@@ -387,7 +399,7 @@ TEST_F(DenseMatcherTest, GroundThatIsSeenBadlyIsNotSentAndALaterKeyframeClaimsIt
   }
   const auto record = read<DepthRecord>(1);
   EXPECT_GT(static_cast<double>(dropped), 0.05 * static_cast<double>(all.size()));
-  EXPECT_EQ(record.newly_seen, record.valid);
+  EXPECT_EQ(read<MaskRecord>(1).newly_seen, record.valid);
   std::vector<std::uint8_t> sigma(record.sigma.bytes);
   ASSERT_TRUE(read_blob<DepthRecord>(store, "sigma", 1, 0, sigma).ok());
   EXPECT_EQ(record.valid, sigma.size() - static_cast<std::size_t>(std::count(sigma.begin(), sigma.end(), 0)));
@@ -621,6 +633,7 @@ TEST_F(DenseMatcherTest, WhatIsOnRecordIsNotMadeAgainBehindADamagedCheckpoint) {
   fly(line(4));
   EXPECT_TRUE(match().empty());
   std::vector<DepthRecord> wanted;
+  const std::vector<std::uint8_t> all = all_depths();
   for (std::int64_t id = 1; id <= 4; ++id) wanted.push_back(read<DepthRecord>(id));
   // Its products are made: nothing is left to make it again from.
   for (std::int64_t id = 1; id <= 4; ++id) {
@@ -635,8 +648,8 @@ TEST_F(DenseMatcherTest, WhatIsOnRecordIsNotMadeAgainBehindADamagedCheckpoint) {
     run(*matcher, 1000);
     for (const DepthRecord& depth : wanted) {
       EXPECT_EQ(read<DepthRecord>(depth.id).verdict, depth.verdict);
-      EXPECT_EQ(read<DepthRecord>(depth.id).newly_seen, depth.newly_seen);
     }
+    EXPECT_EQ(all_depths(), all);
   }
 }
 

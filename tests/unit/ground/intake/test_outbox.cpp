@@ -363,12 +363,12 @@ TEST(Outbox, HostileNumbersInRecordsAreNotPosesAndNotDepths) {
   structure.id = 1;
   structure.count = 0xFFFFFFFFU;
   structure.points.bytes = 40;
-  DepthRecord depth;
-  depth.id = 1;
-  depth.width = depth.height = 0x7FFFFFFF;
-  depth.mask.bytes = 3;
+  MaskRecord mask;
+  mask.id = 1;
+  mask.width = mask.height = 0x7FFFFFFF;
+  mask.code.bytes = 3;
   const std::vector<RecordEntry> entries{entry_of(pose), entry_of(structure, {std::vector<std::uint8_t>(40, 0xFF)}),
-                                         entry_of(depth, {{}, {}, {1, 255, 255}})};
+                                         entry_of(mask, {{1, 255, 255}})};
   host::write_file(folder.path() / "records-000001.ilp", write_record_file(entries));
   Outbox outbox = read_outbox(folder.path());
   const Flight flight = build_flight(outbox);
