@@ -130,7 +130,7 @@ void overlap_to_keyframe(benchmark::State& state, bool full_circle) {
   if (!prepare_overlap(image.view(), *keyframe, *workspace).ok()) return state.SkipWithError("no keyframe");
   OverlapResult result;
   compare(state, usual_sgbm(), [&] {
-    const Status status = measure_overlap(*keyframe, turned.view(), params, *workspace, result);
+    Status status = measure_overlap(*keyframe, turned.view(), params, *workspace, result);
     benchmark::DoNotOptimize(status);
   });
   state.SetLabel(name_of(result.verdict));

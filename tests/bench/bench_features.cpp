@@ -45,7 +45,7 @@ Status detect(GrayView image, std::int64_t count, Corners& corners) {
 void harris(benchmark::State& state) {
   Corners corners;
   for (auto _ : state) {
-    const Status status = detect(pair().a.view(), state.range(0), corners);
+    Status status = detect(pair().a.view(), state.range(0), corners);
     benchmark::DoNotOptimize(status);
   }
   state.counters["corners"] = static_cast<double>(corners.size());
@@ -59,7 +59,7 @@ void match(benchmark::State& state) {
   (void)detect(pair().b.view(), state.range(0), corners_b).ok();
   Matches matches;
   for (auto _ : state) {
-    const Status status =
+    Status status =
         match_corners(pair().a.view(), corners_a, pair().b.view(), corners_b, pair().b_from_a, {}, *workspace, matches);
     benchmark::DoNotOptimize(status);
   }
@@ -89,8 +89,8 @@ void match_and_track(benchmark::State& state) {
   Matches matches;
   for (auto _ : state) {
     longer_b = start.corners_b;
-    const Status status = match_and_track_corners(pair().a.view(), start.corners_a, pair().b.view(), longer_b,
-                                                  start.plane, {}, *workspace, matches);
+    Status status = match_and_track_corners(pair().a.view(), start.corners_a, pair().b.view(), longer_b, start.plane,
+                                            {}, *workspace, matches);
     benchmark::DoNotOptimize(status);
   }
   state.counters["matches"] = static_cast<double>(matches.size());
@@ -202,8 +202,8 @@ void guided(benchmark::State& state) {
   for (auto _ : state) {
     longer_b = first_b;
     matches = first;
-    const Status status = match_guided(pair().a.view(), start.corners_a, pair().b.view(), longer_b, start.plane, guide,
-                                       {}, {}, *workspace, matches);
+    Status status = match_guided(pair().a.view(), start.corners_a, pair().b.view(), longer_b, start.plane, guide, {},
+                                 {}, *workspace, matches);
     benchmark::DoNotOptimize(status);
   }
   state.counters["first_matches"] = static_cast<double>(first.size());

@@ -61,7 +61,7 @@ void overlap(benchmark::State& state) {
   const OverlapParams params = params_of(state);
   OverlapResult result;
   for (auto _ : state) {
-    const Status status = measure_overlap(pair().a.view(), second_image(state).view(), params, workspace(), result);
+    Status status = measure_overlap(pair().a.view(), second_image(state).view(), params, workspace(), result);
     benchmark::DoNotOptimize(status);
   }
   state.SetLabel(name_of(result.verdict));
@@ -75,7 +75,7 @@ void overlap_to_keyframe(benchmark::State& state) {
   if (!prepare_overlap(pair().a.view(), *keyframe, workspace()).ok()) state.SkipWithError("no keyframe");
   OverlapResult result;
   for (auto _ : state) {
-    const Status status = measure_overlap(*keyframe, second_image(state).view(), params, workspace(), result);
+    Status status = measure_overlap(*keyframe, second_image(state).view(), params, workspace(), result);
     benchmark::DoNotOptimize(status);
   }
   state.SetLabel(name_of(result.verdict));
@@ -89,7 +89,7 @@ BENCHMARK(overlap_to_keyframe)->Apply(searches);
 
 void pyramid(benchmark::State& state) {
   for (auto _ : state) {
-    const Status status = workspace().b.build(pair().a.view(), coarse_max_side);
+    Status status = workspace().b.build(pair().a.view(), coarse_max_side);
     benchmark::DoNotOptimize(status);
   }
 }
@@ -141,7 +141,7 @@ void opencv_phase_correlate(benchmark::State& state) {
     subsample(full_b, times, b);
     a.convertTo(float_a, CV_32F);
     b.convertTo(float_b, CV_32F);
-    const cv::Point2d shift = cv::phaseCorrelate(float_a, float_b, window);
+    cv::Point2d shift = cv::phaseCorrelate(float_a, float_b, window);
     benchmark::DoNotOptimize(shift);
   }
 }

@@ -35,8 +35,7 @@ void two_view(benchmark::State& state) {
   RansacParams params = params_for(state);
   TwoViewResult result;
   for (auto _ : state) {
-    const Status status =
-        estimate_two_view(scene.pairs, scene.camera_a, scene.camera_b, params, workspace, inliers, result);
+    Status status = estimate_two_view(scene.pairs, scene.camera_a, scene.camera_b, params, workspace, inliers, result);
     benchmark::DoNotOptimize(status);
     ++params.seed;
   }
@@ -49,7 +48,7 @@ void fundamental(benchmark::State& state) {
   RansacParams params = params_for(state);
   FundamentalResult result;
   for (auto _ : state) {
-    const Status status = estimate_fundamental(scene.pairs, params, workspace, inliers, result);
+    Status status = estimate_fundamental(scene.pairs, params, workspace, inliers, result);
     benchmark::DoNotOptimize(status);
     ++params.seed;
   }
@@ -63,7 +62,7 @@ void homography(benchmark::State& state) {
   params.threshold_px *= 1.4;
   HomographyResult result;
   for (auto _ : state) {
-    const Status status = estimate_homography(scene.pairs, params, workspace, inliers, result);
+    Status status = estimate_homography(scene.pairs, params, workspace, inliers, result);
     benchmark::DoNotOptimize(status);
     ++params.seed;
   }
@@ -102,7 +101,7 @@ void triangulate_two_views(benchmark::State& state) {
     const Vec3 y = scene.b_from_a * x;
     const RayView views[2] = {{x.head<2>() / x.z(), {}}, {y.head<2>() / y.z() + Vec2(1e-3, -1e-3), scene.b_from_a}};
     TriangulatedPoint point;
-    const Status status = triangulate(views, 2, point);
+    Status status = triangulate(views, 2, point);
     benchmark::DoNotOptimize(status);
     benchmark::DoNotOptimize(point);
     i = (i + 1) % scene.points.size();

@@ -82,7 +82,7 @@ void over_pairs(benchmark::State& state, Estimate estimate) {
 
 RigidTransform our_pose(const test::PoseCase& pair, const test::TrialCell& cell, std::uint64_t seed) {
   TwoViewResult result;
-  const Status status =
+  Status status =
       estimate_two_view(pair.pairs, pair.camera, pair.camera, params_of(cell, seed), workspace, inliers, result);
   benchmark::DoNotOptimize(status);
   return result.b_from_a;
@@ -101,7 +101,7 @@ void pose_ours(benchmark::State& state) {
 
 Mat3 our_fundamental(const test::PoseCase& pair, const test::TrialCell& cell, std::uint64_t seed) {
   FundamentalResult result;
-  const Status status = estimate_fundamental(pair.pairs, params_of(cell, seed), workspace, inliers, result);
+  Status status = estimate_fundamental(pair.pairs, params_of(cell, seed), workspace, inliers, result);
   benchmark::DoNotOptimize(status);
   return result.fundamental;
 }
@@ -122,7 +122,7 @@ void homography_ours(benchmark::State& state) {
   const test::TrialCell cell = cell_of(state);
   over_pairs(state, [&](const test::PoseCase& pair, std::uint64_t seed) {
     HomographyResult result;
-    const Status status = estimate_homography(pair.pairs, params_of(cell, seed), workspace, inliers, result);
+    Status status = estimate_homography(pair.pairs, params_of(cell, seed), workspace, inliers, result);
     benchmark::DoNotOptimize(status);
     benchmark::DoNotOptimize(result);
   });
