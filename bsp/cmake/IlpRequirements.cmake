@@ -115,13 +115,13 @@ if(ILP_HOST_PROGRAMS)
   ilp_need("tinygltf" 2.7 libtinygltf-dev "${gltf}")
 endif()
 
-# The codec replaces functions of OpenJPEG, and reads a structure of it, that another version may not have or may use
-# otherwise: the tests of the codec passed with these.
+# The codec replaces functions of OpenJPEG that another version may not have or may use otherwise: the tests of the codec
+# passed with these.
 set(ilp_openjpeg_tested 2.5.0 2.5.3)
 if(ILP_OPENJPEG_VERSION VERSION_GREATER_EQUAL 2.5.0 AND NOT ILP_OPENJPEG_VERSION IN_LIST ilp_openjpeg_tested)
   list(JOIN ilp_openjpeg_tested " or " tested)
   string(APPEND ilp_lacking "\n  OpenJPEG ${ILP_OPENJPEG_VERSION} (${OPENJPEG_INCLUDE_DIR}) has not passed the tests: "
-    "${tested} is needed (those of Debian 12 and 13); products of another one may be lost")
+    "${tested} is needed (those of Debian 12 and 13); products of another one would have no region")
 endif()
 
 if(ilp_lacking)

@@ -30,8 +30,4 @@ struct SelfTestResults {
 /// Digest of the arithmetic test's results: the same on every machine.
 [[nodiscard]] std::uint32_t arithmetic_digest();
 
-/// Digest of the codec test's octets and of the ends of its coding passes: the same on every machine, with every
-/// version of OpenJPEG that the build accepts. It is 0 where the picture cannot be coded.
-[[nodiscard]] std::uint32_t codec_digest();
-
 }  // namespace ilp

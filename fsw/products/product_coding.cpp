@@ -4,6 +4,7 @@
 #include "fsw/products/product_metadata.hpp"
 #include "fsw/shared/product_layers.hpp"
 #include "fsw/vision/codec/layer_errors.hpp"
+#include "fsw/vision/codec/openjpeg_codec.hpp"
 #include "fsw/vision/terrain/depth_coding.hpp"
 
 namespace ilp {
@@ -51,10 +52,10 @@ Status measure_layers(ProductCoding& job, const Jpeg2000Product& coded) {
   const bool depth = product.kind == ProductKind::depth;
   LayerErrors errors;
   if (depth) {
-    ILP_TRY(measure_layer_errors(file, job.codes(), job.newly_seen(), job.jpeg2000, errors, enough_codes(job)));
+    ILP_TRY(measure_layer_errors(file, job.codes(), job.newly_seen(), errors, enough_codes(job)));
   } else {
     const MaskView mask = product.scheme == ProductScheme::thumbnail ? MaskView{} : MaskView(job.newly_seen());
-    ILP_TRY(measure_layer_errors(file, job.image(), mask, job.jpeg2000, errors));
+    ILP_TRY(measure_layer_errors(file, job.image(), mask, errors));
   }
   for (std::size_t i = 0; i < product.layers; ++i) {
     product.layer_bytes[i] = static_cast<std::uint32_t>(coded.layer_bytes[i]);
@@ -81,8 +82,16 @@ Status leave_off_layers(ProductCoding& job) {
   return {};
 }
 
+void know_library(ProductCoding& job) {
+  if (job.library == CodecLibrary::untried) {
+    job.library = openjpeg_digest() == tested_openjpeg_digest ? CodecLibrary::as_tested : CodecLibrary::other;
+  }
+  job.params.library_transform = job.library == CodecLibrary::other;
+}
+
 Status code(ProductCoding& job) {
   Jpeg2000Product coded;
+  know_library(job);
   ILP_TRY(encode(job, coded));
   if (coded.bytes > job.product.grant_bytes) {
     return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(coded.bytes), job.product.grant_bytes};

@@ -20,6 +20,8 @@ struct ProductBox {
   [[nodiscard]] std::span<const std::uint8_t> view() const { return std::span(bytes).first(size); }
 };
 
+enum class CodecLibrary : std::uint8_t { untried, as_tested, other };
+
 /// All memory of the job. What it reads is in it, so that the records and parameters may change meanwhile.
 struct ProductCoding {
   /// The order. Quality layers, sizes, checksum, and the scheme if an exact region takes too many bytes, are the
@@ -34,6 +36,9 @@ struct ProductCoding {
   std::array<std::uint16_t, limits::max_image_pixels> samples;  ///< codes of depth; or an image, in its first half
   std::array<std::uint8_t, limits::max_image_pixels> mask;
 
+  /// Found out by the first job. With a library that does not work as in the tests everything is coded without a
+  /// region.
+  CodecLibrary library = CodecLibrary::untried;
   Status status;  ///< of the result
   Jpeg2000Workspace jpeg2000;
 

@@ -23,7 +23,7 @@ constexpr std::uint32_t box_codestream = box_type("jp2c");
 constexpr std::uint32_t brand = box_type("jp2 ");
 
 constexpr unsigned marker_soc = 0xff4f, marker_siz = 0xff51, marker_cod = 0xff52, marker_qcd = 0xff5c;
-constexpr unsigned marker_rgn = 0xff5e, marker_com = 0xff64, marker_eoc = 0xffd9;
+constexpr unsigned marker_eoc = 0xffd9;
 constexpr unsigned marker_plt = 0xff58, marker_sot = 0xff90, marker_sod = 0xff93;
 
 constexpr std::size_t box_head = 8;
@@ -279,72 +279,6 @@ Status read_layer_table(Bytes codestream, LayerTable& table) {
     const std::size_t dropped = (entry - entries) - table.lengths_bytes[i];
     table.bytes[i] = table.data - dropped + table.data_end[i] + 2;
   }
-  return {};
-}
-
-Status read_coding_style(Bytes codestream, CodingStyle& style) {
-  style = {};
-  Jpeg2000Info info;
-  ILP_TRY(parse_codestream(codestream, info));
-  Siz siz{};
-  ILP_TRY(read_siz(codestream, siz));
-  const bool one_tile = siz.x0 == 0 && siz.y0 == 0 && siz.tile_x0 == 0 && siz.tile_y0 == 0 &&
-                        siz.tile_width == siz.x1 && siz.tile_height == siz.y1 && siz.step_x == 1 && siz.step_y == 1;
-  if (!one_tile || info.layers > limits::max_quality_layers || info.wavelet_levels > limits::max_wavelet_levels) {
-    return malformed(2);
-  }
-  style.width = info.width;
-  style.height = info.height;
-  style.layers = info.layers;
-  style.wavelet_levels = info.wavelet_levels;
-  std::size_t at = 2, tile_part = 0;
-  bool quantized = false;
-  Segment segment;
-  while (at + 2 <= codestream.size() && get16(codestream, at) != marker_sod) {
-    ILP_TRY(segment_at(codestream, at, segment));
-    const Bytes content = codestream.subspan(at + 4, segment.length - 2);
-    switch (segment.marker) {
-      case marker_cod: {
-        // No precincts or marks between packets, layer by layer, no transform of components; code-blocks of 2^(4+2)
-        // samples per side in no special style; the reversible transform.
-        constexpr std::array<std::uint8_t, 2> order = {0, 0};
-        constexpr std::array<std::uint8_t, 4> blocks = {4, 4, 0, 1};
-        if (content.size() != 10 || std::memcmp(content.data(), order.data(), order.size()) != 0 || content[4] != 0 ||
-            std::memcmp(content.data() + 6, blocks.data(), blocks.size()) != 0) {
-          return malformed(at);
-        }
-        break;
-      }
-      case marker_qcd: {
-        const std::size_t bands = 3 * static_cast<std::size_t>(info.wavelet_levels) + 1;
-        if (quantized || content.size() != 1 + bands || (content[0] & 0x1fU) != 0) return malformed(at);
-        const int guard_bits = content[0] >> 5U;
-        for (std::size_t i = 0; i < bands; ++i) style.planes[i] = (content[i + 1] >> 3U) + guard_bits - 1;
-        quantized = true;
-        break;
-      }
-      case marker_rgn:
-        if (content.size() != 3 || content[1] != 0) return malformed(at);
-        style.shift = content[2];
-        break;
-      case marker_sot:
-        if (tile_part != 0 || content.size() != 8) return malformed(at);
-        tile_part = at;
-        break;
-      case marker_siz:
-      case marker_plt:
-      case marker_com:
-        break;
-      default:
-        return malformed(at);
-    }
-    at += 2 + segment.length;
-  }
-  const std::size_t end = tile_part + (tile_part == 0 ? 0 : get32(codestream, tile_part + 6));
-  if (tile_part == 0 || !quantized || end < at + 2 || end + 2 != codestream.size()) return malformed(at);
-  if (get16(codestream, end) != marker_eoc) return malformed(end);
-  style.data = at + 2;
-  style.data_end = end;
   return {};
 }
 

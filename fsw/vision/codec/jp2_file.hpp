@@ -43,19 +43,6 @@ struct LayerTable {
 /// `parse_error` unless the codestream is as described and holds its packet lengths in one PLT marker segment.
 Status read_layer_table(std::span<const std::uint8_t> codestream, LayerTable& table);
 
-/// How a codestream is coded, for one that is coded as ours are.
-struct CodingStyle {
-  std::int32_t width = 0, height = 0;
-  int layers = 0, wavelet_levels = 0;
-  int shift = 0;  ///< of the region, in bit planes
-  /// Bit planes of the magnitudes of each sub-band, from the low band on (T.800, equation E-2).
-  std::array<int, 3 * limits::max_wavelet_levels + 1> planes{};
-  std::size_t data = 0, data_end = 0;  ///< offsets of the first packet, and of the byte after the last one
-};
-/// `parse_error` for any other codestream: more than one tile or tile part, another order of packets, other
-/// code-blocks than of 64 by 64 samples, precincts, an irreversible transform, or marks between packets.
-Status read_coding_style(std::span<const std::uint8_t> codestream, CodingStyle& style);
-
 /// Cuts the codestream in place after `layers` layers, 1 to table.layers, and corrects its headers.
 void cut_codestream(std::span<std::uint8_t> codestream, const LayerTable& table, int layers);
 

@@ -109,8 +109,8 @@ struct LayerTargets {
 class CeilingEncoder {
  public:
   CeilingEncoder(ImageView<const std::int32_t> coefficients, const CodestreamParams& params,
-                 Jpeg2000Workspace& workspace, std::span<std::uint8_t> codestream)
-      : coefficients_(coefficients), params_(params), workspace_(workspace), codestream_(codestream) {}
+                 std::span<std::uint8_t> codestream)
+      : coefficients_(coefficients), params_(params), codestream_(codestream) {}
 
   /// Gives the codestream with up to `wanted` layers that fits its span, or grant_too_small with the nearest size.
   /// `expected` is the approximate size of everything.
@@ -158,10 +158,7 @@ class CeilingEncoder {
     params_.packet_lengths = targets.layers > 1;
     layers = targets.layers;
     ++encodings;
-    PassEnds pass_ends{place_of_pass_ends(workspace_)};
-    const Status status = openjpeg_encode(coefficients_, params_, codestream_, bytes, &pass_ends);
-    workspace_.pass_ends = pass_ends.count;
-    return status;
+    return openjpeg_encode(coefficients_, params_, codestream_, bytes);
   }
 
   /// The largest size of the marker segment with the lengths of all packets, which the encoder's rate control ignores.
@@ -190,7 +187,6 @@ class CeilingEncoder {
 
   ImageView<const std::int32_t> coefficients_;
   CodestreamParams params_;
-  Jpeg2000Workspace& workspace_;
   std::span<std::uint8_t> codestream_;
 };
 
@@ -247,7 +243,7 @@ class ImageEncoder {
                Jpeg2000Workspace& workspace, std::span<std::uint8_t> codestream)
       : image_(image),
         bits_(bits),
-        mask_(params.region == RegionCoding::none ? MaskView{} : mask),
+        mask_(params.region == RegionCoding::none || params.library_transform ? MaskView{} : mask),
         params_(params),
         workspace_(workspace),
         codestream_(codestream),
@@ -257,6 +253,7 @@ class ImageEncoder {
   Status encode() {
     ILP_TRY(transform());
     const CoefficientCosts costs = measure_costs(samples_, region_, levels_);
+    if (params_.library_transform) ILP_TRY(level_shift(image_, bits_, samples_));
     const auto ceiling = static_cast<double>(codestream_.size());
     const Treatment chosen = choose_treatment(costs, params_, ceiling);
     const Status status = run(costs, chosen);
@@ -302,8 +299,8 @@ class ImageEncoder {
     coding.bits = bits_ + region.shift - region.dropped_planes;
     coding.shift = region.shift;
     coding.wavelet_levels = levels_;
-    coding.transformed = true;
-    CeilingEncoder encoder(samples_, coding, workspace_, codestream_);
+    coding.transformed = !params_.library_transform;
+    CeilingEncoder encoder(samples_, coding, codestream_);
     const Status status =
         encoder.encode({params_.layers, params_.layer_ratio}, params_.lossless, treatment.expected_bytes);
     bytes = encoder.bytes;
@@ -330,7 +327,6 @@ Status encode(ImageView<const Pixel> image, int bits, MaskView mask, const Jpeg2
               std::span<const std::uint8_t> metadata, Jpeg2000Workspace& workspace, std::span<std::uint8_t> out,
               Jpeg2000Product& product) {
   product = {};
-  workspace.holds_coefficients = false;
   ILP_TRY(check(image.width, image.height, bits, mask, params, metadata));
   const std::size_t overhead = jp2_overhead(metadata.size());
   const std::size_t ceiling = out.size() < params.max_bytes ? out.size() : params.max_bytes;
@@ -354,7 +350,6 @@ Status encode(ImageView<const Pixel> image, int bits, MaskView mask, const Jpeg2
   product.layers = 1;
   product.layer_bytes[0] = product.bytes;
   if (encoder.layers > 1) ILP_TRY(fill_layer_bytes(codestream, overhead, product));
-  workspace.holds_coefficients = true;
   return {};
 }
 

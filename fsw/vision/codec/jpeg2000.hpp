@@ -37,6 +37,8 @@ struct Jpeg2000Params {
   /// Codes the region (everything without one) exactly, or returns `grant_too_small`. A shifted background is exact
   /// too, or dropped.
   bool lossless = false;
+  /// The library transforms the image, and the mask is ignored: for a library that does not take coefficients.
+  bool library_transform = false;
 };
 
 struct Jpeg2000Product {
@@ -53,18 +55,11 @@ struct Jpeg2000Workspace {
   alignas(8) std::array<std::int32_t, limits::max_image_pixels> samples;
   std::array<std::int32_t, limits::max_image_pixels> scratch;
   std::array<std::uint8_t, limits::max_image_pixels> mask;
-  bool holds_coefficients = false;  ///< `samples` are those that were coded into the latest file
-  std::size_t pass_ends = 0;        ///< that the encoder recorded then (openjpeg_codec.hpp), in the place of `mask`
 
   /// A place for the file, where memory is short: the encoder writes it when it does not need `scratch` any more.
   [[nodiscard]] std::span<std::uint8_t> place_of_file() {
     static_assert(sizeof(scratch) >= limits::max_product_bytes);
     return {reinterpret_cast<std::uint8_t*>(scratch.data()), limits::max_product_bytes};
-  }
-  /// The rest of `scratch`, aligned for 32-bit numbers.
-  [[nodiscard]] std::span<std::uint8_t> place_beside_file() {
-    static_assert(limits::max_product_bytes % alignof(std::int32_t) == 0);
-    return {place_of_file().data() + limits::max_product_bytes, sizeof(scratch) - limits::max_product_bytes};
   }
 };
 

@@ -2,14 +2,13 @@
 
 #include <openjpeg.h>
 
-#include <algorithm>
 #include <array>
 #include <bit>
-#include <bitset>
 #include <cstring>
 #include <limits>
 
 #include "cfg/limits.hpp"
+#include "fsw/base/crc.hpp"
 #include "fsw/base/heap_gate.hpp"
 
 // OpenJPEG cuts layers by sums of w * w * n, w being the norm of a band times a power of two and n an integer below
@@ -43,140 +42,6 @@ extern "C" int __wrap_opj_dwt_encode(void* coder, void* component) {
   return ilp::samples_are_coefficients ? OPJ_TRUE : __real_opj_dwt_encode(coder, component);
 }
 
-// OpenJPEG starts its arithmetic coder for each code-block and asks it for the number of its bytes after each pass. The
-// coder begins with its registers C, A and CT; where they do not have their initial values there after the start, or
-// impossible ones later, nothing is recorded.
-extern "C" void __real_opj_mqc_init_enc(void* coder, std::uint8_t* data);
-extern "C" void __wrap_opj_mqc_init_enc(void* coder, std::uint8_t* data);
-extern "C" std::uint32_t __real_opj_mqc_numbytes(void* coder);
-extern "C" std::uint32_t __wrap_opj_mqc_numbytes(void* coder);
-
-namespace ilp {
-namespace {
-
-struct CoderRegisters {
-  std::uint32_t c, a, ct;
-};
-
-struct PassRecorder {
-  PassEnds* ends = nullptr;
-  const std::uint8_t* data = nullptr;  ///< of the code-block; null if the registers cannot be read
-};
-thread_local PassRecorder pass_recorder;
-
-CoderRegisters registers_of(const void* coder) {
-  CoderRegisters registers{};
-  std::memcpy(&registers, coder, sizeof(registers));
-  return registers;
-}
-
-PassEnd pass_end(const CoderRegisters& registers, std::uint32_t last, const std::uint8_t* data) {
-  constexpr std::uint32_t no_byte = 0xffffffff, most_bytes = 0xffff;
-  const bool possible = registers.a >= 0x8000 && registers.a <= 0xffff && registers.ct >= 1 && registers.ct <= 12 &&
-                        registers.c < (std::uint32_t{1} << 28U);
-  if (data == nullptr || !possible || (last != no_byte && last >= most_bytes)) return {};
-  PassEnd end;
-  end.top = (registers.c + registers.a) << registers.ct;
-  end.bytes = static_cast<std::uint16_t>(last + 1);
-  end.last_byte = last == no_byte ? 0 : data[last];
-  return end;
-}
-
-}  // namespace
-}  // namespace ilp
-
-extern "C" void __wrap_opj_mqc_init_enc(void* coder, std::uint8_t* data) {
-  __real_opj_mqc_init_enc(coder, data);
-  const ilp::CoderRegisters registers = ilp::registers_of(coder);
-  const bool initial = registers.c == 0 && registers.a == 0x8000 && registers.ct == 12;
-  ilp::pass_recorder.data = initial ? data : nullptr;
-}
-
-extern "C" std::uint32_t __wrap_opj_mqc_numbytes(void* coder) {
-  const std::uint32_t last = __real_opj_mqc_numbytes(coder);
-  ilp::PassEnds* const ends = ilp::pass_recorder.ends;
-  if (ends == nullptr) return last;
-  if (ends->count < ends->room.size()) {
-    ends->room[ends->count] = ilp::pass_end(ilp::registers_of(coder), last, ilp::pass_recorder.data);
-  }
-  ++ends->count;
-  return last;
-}
-
-#if OPJ_VERSION_BUILD == 0
-// OpenJPEG 2.5.0 finds the passes of a layer by 128 halvings of the interval from the least to the greatest slope, and
-// puts all packets together at each of them, which takes longer than coding. It is answered without that in two cases:
-// - Thirty-two halvings after the first threshold that was too low, and after 64 at most, the interval is 2^-32 of the
-//   threshold. From then on the answer is "too long": the last threshold that was short enough stays, and a layer lacks
-//   at worst the passes whose slopes lie in that interval.
-// - A layer has no passes of its own at the thresholds that were high enough for the layer before it. The search comes
-//   by them first, and all of them have the answer of the first one.
-// Later versions end the search when the interval is 1e-5 of the threshold, and put packets together only where other
-// passes are chosen.
-extern "C" int __real_opj_t2_encode_packets(void* encoder, std::uint32_t tile_number, void* tile, std::uint32_t layers,
-                                            std::uint8_t* bytes, std::uint32_t* written, std::uint32_t room,
-                                            void* index, void* markers, std::uint32_t part, std::int32_t part_position,
-                                            std::uint32_t progression, unsigned mode, void* events);
-extern "C" int __wrap_opj_t2_encode_packets(void* encoder, std::uint32_t tile_number, void* tile, std::uint32_t layers,
-                                            std::uint8_t* bytes, std::uint32_t* written, std::uint32_t room,
-                                            void* index, void* markers, std::uint32_t part, std::int32_t part_position,
-                                            std::uint32_t progression, unsigned mode, void* events);
-
-namespace ilp {
-namespace {
-
-class LayerSearch {
- public:
-  void begin_layer(std::uint32_t layers) {
-    if (layers == layers_) return;
-    follows_ = layers == layers_ + 1 && answers_[0];
-    answers_before_ = answers_;
-    answers_.reset();
-    layers_ = layers;
-    step_ = 0;
-    last_step_ = most_halvings;
-  }
-  /// Nothing is put together any more.
-  [[nodiscard]] bool ended() const { return step_ >= last_step_; }
-  /// The threshold was high enough for the layer before, and an earlier one was so for this layer.
-  [[nodiscard]] bool adds_nothing() const { return follows_ && step_ > 0 && answers_before_[step_]; }
-  void answer(bool short_enough) {
-    if (!short_enough && last_step_ == most_halvings) last_step_ = std::min(most_halvings, step_ + 1 + more_halvings);
-    follows_ = follows_ && short_enough == answers_before_[step_];
-    answers_[step_] = short_enough;
-    ++step_;
-  }
-
- private:
-  static constexpr std::size_t most_halvings = 64, more_halvings = 32;
-  std::uint32_t layers_ = 0;
-  std::size_t step_ = 0, last_step_ = most_halvings;
-  std::bitset<most_halvings> answers_, answers_before_;
-  bool follows_ = false;  ///< all answers were those for the layer before
-};
-thread_local LayerSearch layer_search;
-
-}  // namespace
-}  // namespace ilp
-
-extern "C" int __wrap_opj_t2_encode_packets(void* encoder, std::uint32_t tile_number, void* tile, std::uint32_t layers,
-                                            std::uint8_t* bytes, std::uint32_t* written, std::uint32_t room,
-                                            void* index, void* markers, std::uint32_t part, std::int32_t part_position,
-                                            std::uint32_t progression, unsigned mode, void* events) {
-  const auto put_together = [&] {
-    return __real_opj_t2_encode_packets(encoder, tile_number, tile, layers, bytes, written, room, index, markers, part,
-                                        part_position, progression, mode, events);
-  };
-  constexpr unsigned searching = 0;
-  if (mode != searching) return put_together();
-  auto& search = ilp::layer_search;
-  search.begin_layer(layers);
-  if (search.ended()) return OPJ_FALSE;
-  const int short_enough = search.adds_nothing() ? OPJ_TRUE : put_together();
-  search.answer(short_enough == OPJ_TRUE);
-  return short_enough;
-}
-#endif
 // NOLINTEND(bugprone-reserved-identifier)
 
 namespace ilp {
@@ -369,29 +234,23 @@ void encode_call(void* context) {
 
 struct DecodeCall {
   InputBuffer in;
-  bool allow_truncated;
-  int layers;
-  ImageView<std::int32_t> samples;
+  const Decoding& decoding;
   Status status;
 };
 
-Status copy_component(const opj_image_t& image, ImageView<std::int32_t> samples) {
+Status hand_over(const opj_image_t& image, const Decoding& decoding) {
   if (image.numcomps != 1 || image.comps[0].data == nullptr) return failed_at(CodecStage::finish);
   const opj_image_comp_t& component = image.comps[0];
-  if (component.w != static_cast<OPJ_UINT32>(samples.width) || component.h != static_cast<OPJ_UINT32>(samples.height)) {
-    return failed_at(CodecStage::finish);
-  }
-  for (std::int32_t y = 0; y < samples.height; ++y) {
-    std::memcpy(samples.row(y), component.data + static_cast<std::ptrdiff_t>(y) * samples.width,
-                static_cast<std::size_t>(samples.width) * sizeof(std::int32_t));
-  }
+  const auto width = static_cast<OPJ_UINT32>(decoding.width), height = static_cast<OPJ_UINT32>(decoding.height);
+  if (component.w != width || component.h != height) return failed_at(CodecStage::finish);
+  decoding.take({component.data, decoding.width, decoding.height}, decoding.context);
   return {};
 }
 
 Status run_decoder(DecodeCall& call, Handles& handles) {
   opj_dparameters_t parameters;
   opj_set_default_decoder_parameters(&parameters);
-  parameters.cp_layer = static_cast<OPJ_UINT32>(call.layers);
+  parameters.cp_layer = static_cast<OPJ_UINT32>(call.decoding.layers);
   handles.codec = opj_create_decompress(OPJ_CODEC_J2K);
   handles.stream = opj_stream_create(stream_buffer_bytes, OPJ_TRUE);
   if (handles.codec == nullptr || handles.stream == nullptr) return failed_at(CodecStage::setup);
@@ -402,15 +261,15 @@ Status run_decoder(DecodeCall& call, Handles& handles) {
   opj_stream_set_skip_function(handles.stream, skip_input);
   opj_stream_set_seek_function(handles.stream, seek_input);
   if (opj_setup_decoder(handles.codec, &parameters) == OPJ_FALSE) return failed_at(CodecStage::setup);
-  if (opj_decoder_set_strict_mode(handles.codec, call.allow_truncated ? OPJ_FALSE : OPJ_TRUE) == OPJ_FALSE) {
+  if (opj_decoder_set_strict_mode(handles.codec, call.decoding.allow_truncated ? OPJ_FALSE : OPJ_TRUE) == OPJ_FALSE) {
     return failed_at(CodecStage::setup);
   }
   if (opj_read_header(handles.stream, handles.codec, &handles.image) == OPJ_FALSE) return failed_at(CodecStage::header);
   if (opj_decode(handles.codec, handles.stream, handles.image) == OPJ_FALSE) return failed_at(CodecStage::code);
-  if (opj_end_decompress(handles.codec, handles.stream) == OPJ_FALSE && !call.allow_truncated) {
+  if (opj_end_decompress(handles.codec, handles.stream) == OPJ_FALSE && !call.decoding.allow_truncated) {
     return failed_at(CodecStage::finish);
   }
-  return copy_component(*handles.image, call.samples);
+  return hand_over(*handles.image, call.decoding);
 }
 
 void decode_call(void* context) {
@@ -420,53 +279,49 @@ void decode_call(void* context) {
   release(handles);
 }
 
-struct MemoryCall {
-  std::size_t bytes;
-  void (*body)(std::span<std::uint8_t> memory, void* context);
-  void* context;
-  Status status;
-};
-
-void memory_call(void* context) {
-  auto& call = *static_cast<MemoryCall*>(context);
-  void* const memory = opj_image_data_alloc(call.bytes);
-  if (memory == nullptr) {
-    call.status = StatusCode::arena_exhausted;
-    return;
-  }
-  call.body({static_cast<std::uint8_t*>(memory), call.bytes}, call.context);
-  opj_image_data_free(memory);
-}
-
 }  // namespace
 
-Status with_openjpeg_memory(std::size_t bytes, void (*body)(std::span<std::uint8_t> memory, void* context),
-                            void* context) {
-  MemoryCall call{bytes, body, context, {}};
-  ILP_TRY(call_in_heap_region(HeapRegion::openjpeg, memory_call, &call));
-  return call.status;
-}
-
 Status openjpeg_encode(ImageView<const std::int32_t> samples, const CodestreamParams& params,
-                       std::span<std::uint8_t> out, std::size_t& bytes, PassEnds* pass_ends) {
-  if (pass_ends != nullptr) pass_ends->count = 0;
-  pass_recorder = {pass_ends, nullptr};
-#if OPJ_VERSION_BUILD == 0
-  layer_search = {};
-#endif
+                       std::span<std::uint8_t> out, std::size_t& bytes) {
   samples_are_coefficients = params.transformed;
   EncodeCall call{samples, params, {out, 0, 0}, {}};
   ILP_TRY(call_in_heap_region(HeapRegion::openjpeg, encode_call, &call));
-  pass_recorder = {};
   bytes = call.out.end;
   return call.status;
 }
 
-Status openjpeg_decode(std::span<const std::uint8_t> codestream, bool allow_truncated, int layers,
-                       ImageView<std::int32_t> samples) {
-  DecodeCall call{{codestream, 0}, allow_truncated, layers, samples, {}};
+Status openjpeg_decode(std::span<const std::uint8_t> codestream, const Decoding& decoding) {
+  DecodeCall call{{codestream, 0}, decoding, {}};
   ILP_TRY(call_in_heap_region(HeapRegion::openjpeg, decode_call, &call));
   return call.status;
+}
+
+std::uint32_t openjpeg_digest() {
+  static_assert(OPJ_VERSION_MAJOR < 10 && OPJ_VERSION_MINOR < 10 && OPJ_VERSION_BUILD < 10);
+  constexpr char version[] = {'0' + OPJ_VERSION_MAJOR, '.', '0' + OPJ_VERSION_MINOR, '.', '0' + OPJ_VERSION_BUILD, 0};
+  if (std::strcmp(opj_version(), version) != 0) return 0;
+  constexpr std::int32_t side = 32;
+  constexpr double layer_bytes[] = {100, 140, 200, 280, 400, 560};
+  CodestreamParams params;
+  params.wavelet_levels = 2;
+  params.transformed = true;
+  params.packet_lengths = true;
+  params.layer_bytes = layer_bytes;
+  params.shift = 6;
+  params.bits = 8 + params.shift;
+  // Coefficients of a slope and of noise; those of the region are above all others.
+  std::array<std::int32_t, std::size_t{side} * side> samples;
+  for (std::int32_t i = 0; i < side * side; ++i) {
+    const std::int32_t x = i % side, y = i / side;
+    const std::int32_t value =
+        (x * y * 37 + x * x * 11 + y * 5) % 61 - 30 + (x < side / 4 && y < side / 4 ? 3 * x + y : 0);
+    const bool region = (x / 2 + y) % 3 == 0;
+    samples[static_cast<std::size_t>(i)] = region ? value * (1 << params.shift) : value;
+  }
+  std::array<std::uint8_t, 2048> codestream;
+  std::size_t bytes = 0;
+  const Status status = openjpeg_encode({samples.data(), side, side}, params, codestream, bytes);
+  return status.ok() && bytes <= codestream.size() ? crc32(std::span(codestream).first(bytes)) : 0;
 }
 
 }  // namespace ilp

@@ -8,7 +8,6 @@
 
 #include "fsw/base/image_view.hpp"
 #include "fsw/base/status.hpp"
-#include "fsw/vision/codec/jpeg2000.hpp"
 
 namespace ilp {
 
@@ -25,38 +24,28 @@ struct CodestreamParams {
   std::span<const double> layer_bytes;
 };
 
-/// Where the arithmetic coder stood after a coding pass (T.800, annex C). From it follows whether a decoder that has
-/// only the pass's bytes decodes it rightly: OpenJPEG gives a pass three bytes more than are complete, which is one too
-/// few for some.
-struct PassEnd {
-  std::uint32_t top = 0;       ///< end of the interval, its lowest bits up to bit 27 after `bytes`; 0: not known
-  std::uint16_t bytes = 0;     ///< that are complete but for a carry into the last one
-  std::uint8_t last_byte = 0;  ///< before that carry
-};
-/// Of all code-blocks that are not zero, in the order of their sub-bands: 3 * planes - 1 each, of which the last two
-/// are of the terminated code-block.
-struct PassEnds {
-  std::span<PassEnd> room;
-  std::size_t count = 0;  ///< may be more than the room
-};
-
-/// The encoder does not need the mask of the workspace.
-[[nodiscard]] inline std::span<PassEnd> place_of_pass_ends(Jpeg2000Workspace& workspace) {
-  static_assert(offsetof(Jpeg2000Workspace, mask) % alignof(PassEnd) == 0);
-  return {reinterpret_cast<PassEnd*>(workspace.mask.data()), workspace.mask.size() / sizeof(PassEnd)};
-}
-
 /// Reversible, one tile, layer by layer, one precinct per resolution. `bytes` is the size of the codestream; bytes
 /// beyond the size of `out` are counted but not stored. `codec_failed`, `arena_exhausted`.
 Status openjpeg_encode(ImageView<const std::int32_t> samples, const CodestreamParams& params,
-                       std::span<std::uint8_t> out, std::size_t& bytes, PassEnds* pass_ends = nullptr);
+                       std::span<std::uint8_t> out, std::size_t& bytes);
 
-/// Calls `body(memory, context)` with memory of the encoder's region. `arena_exhausted`.
-Status with_openjpeg_memory(std::size_t bytes, void (*body)(std::span<std::uint8_t> memory, void* context),
-                            void* context);
+struct Decoding {
+  std::int32_t width = 0, height = 0;
+  bool allow_truncated = false;  ///< decodes as far as the codestream goes
+  int layers = 0;                ///< the first quality layers; 0: all
+  /// Gets the samples, in memory of the library.
+  void (*take)(ImageView<const std::int32_t> samples, void* context) = nullptr;
+  void* context = nullptr;
+};
 
-/// Decodes one component of exactly the size of `samples`: its first `layers` quality layers, or all for 0.
-Status openjpeg_decode(std::span<const std::uint8_t> codestream, bool allow_truncated, int layers,
-                       ImageView<std::int32_t> samples);
+/// Decodes one component of exactly this size. `codec_failed`, `arena_exhausted`.
+Status openjpeg_decode(std::span<const std::uint8_t> codestream, const Decoding& decoding);
+
+/// CRC-32 of a small picture with a region that is coded in layers. It is 0 where the picture cannot be coded, or the
+/// library is of another version than its header.
+[[nodiscard]] std::uint32_t openjpeg_digest();
+/// The digest on every machine and with every version that the build accepts. With another digest the functions that
+/// the build replaces in the library do not work as they should: `transformed` must not be used.
+inline constexpr std::uint32_t tested_openjpeg_digest = 0x73F4146C;
 
 }  // namespace ilp

@@ -5,7 +5,7 @@
 
 #include "fsw/base/vector_width.hpp"
 
-// Lifting (T.800, F.3.8.2 and F.4.8.2), with x the interleaved signal, d = x[2k+1] and s = x[2k] its high and low part:
+// Lifting (T.800, F.4.8.2), with x the interleaved signal, d = x[2k+1] and s = x[2k] its high and low part:
 //   d[k] = x[2k+1] - floor((x[2k] + x[2k+2]) / 2)
 //   s[k] = x[2k] + floor((d[k-1] + d[k] + 2) / 4)
 // Symmetric extension makes x[n] = x[n-2] and d[-1] = d[0]; a single sample is its own low band.
@@ -24,16 +24,6 @@ void predict(const std::int32_t* odd, const std::int32_t* left, const std::int32
 void update(const std::int32_t* even, const std::int32_t* before, const std::int32_t* after, std::int32_t* low,
             std::int32_t n) {
   for (std::int32_t i = 0; i < n; ++i) low[i] = even[i] + ((before[i] + after[i] + 2) >> 2);
-}
-
-void undo_update(const std::int32_t* low, const std::int32_t* before, const std::int32_t* after, std::int32_t* even,
-                 std::int32_t n) {
-  for (std::int32_t i = 0; i < n; ++i) even[i] = low[i] - ((before[i] + after[i] + 2) >> 2);
-}
-
-void undo_predict(const std::int32_t* high, const std::int32_t* left, const std::int32_t* right, std::int32_t* odd,
-                  std::int32_t n) {
-  for (std::int32_t i = 0; i < n; ++i) odd[i] = high[i] + ((left[i] + right[i]) >> 1);
 }
 
 /// The rows that a column's wavelet works on: low-pass rows come first in the transform, high-pass rows after them. At
@@ -65,18 +55,6 @@ void forward_columns(Image from, Image to) {
   }
 }
 
-void inverse_columns(Image from, Image to) {
-  const ColumnRows rows(from.height);
-  const std::int32_t w = from.width;
-  if (rows.highs == 0) return copy_row(from, to);
-  for (std::int32_t k = 0; k < rows.lows; ++k) {
-    undo_update(from.row(k), from.row(rows.high_before(k)), from.row(rows.high_after(k)), to.row(2 * k), w);
-  }
-  for (std::int32_t k = 0; k < rows.highs; ++k) {
-    undo_predict(from.row(rows.lows + k), to.row(2 * k), to.row(rows.even_below(k)), to.row(2 * k + 1), w);
-  }
-}
-
 void forward_row(const std::int32_t* x, std::int32_t* out, std::ptrdiff_t n) {
   const std::ptrdiff_t lows = (n + 1) / 2;
   const std::ptrdiff_t highs = n - lows;
@@ -91,28 +69,6 @@ void forward_row(const std::int32_t* x, std::int32_t* out, std::ptrdiff_t n) {
   out[0] = x[0] + ((2 * high[0] + 2) >> 2);
   for (std::ptrdiff_t k = 1; k < highs; ++k) out[k] = x[2 * k] + ((high[k - 1] + high[k] + 2) >> 2);
   if (highs < lows && highs > 0) out[highs] = x[2 * highs] + ((2 * high[highs - 1] + 2) >> 2);
-}
-
-// The low half of `row` is overwritten by the even samples.
-void inverse_row(std::int32_t* row, std::int32_t* x, std::ptrdiff_t n) {
-  const std::ptrdiff_t lows = (n + 1) / 2;
-  const std::ptrdiff_t highs = n - lows;
-  if (highs == 0) {
-    x[0] = row[0];
-    return;
-  }
-  const std::int32_t* high = row + lows;
-  std::int32_t* even = row;
-  even[0] -= (2 * high[0] + 2) >> 2;
-  for (std::ptrdiff_t k = 1; k < highs; ++k) even[k] -= (high[k - 1] + high[k] + 2) >> 2;
-  if (highs < lows) even[highs] -= (2 * high[highs - 1] + 2) >> 2;
-  const std::ptrdiff_t inner = n % 2 == 0 ? highs - 1 : highs;
-  for (std::ptrdiff_t k = 0; k < inner; ++k) {
-    x[2 * k] = even[k];
-    x[2 * k + 1] = high[k] + ((even[k] + even[k + 1]) >> 1);
-  }
-  if (inner < highs) x[2 * inner + 1] = high[inner] + even[inner];
-  x[2 * (lows - 1)] = even[lows - 1];
 }
 
 void mark_row(std::uint8_t* to, const std::uint8_t* from, std::int32_t n) {
@@ -168,17 +124,6 @@ void forward_wavelet53(Image image, int levels, std::int32_t* scratch) {
     with_widest_vectors([&] {
       forward_columns(band, columns);
       for (std::int32_t y = 0; y < band.height; ++y) forward_row(columns.row(y), band.row(y), band.width);
-    });
-  }
-}
-
-void inverse_wavelet53(Image image, int levels, std::int32_t* scratch) {
-  for (int level = levels - 1; level >= 0; --level) {
-    const Image band(image.data, low_band_side(image.width, level), low_band_side(image.height, level), image.stride);
-    const Image rows(scratch, band.width, band.height);
-    with_widest_vectors([&] {
-      for (std::int32_t y = 0; y < band.height; ++y) inverse_row(band.row(y), rows.row(y), band.width);
-      inverse_columns(rows, band);
     });
   }
 }

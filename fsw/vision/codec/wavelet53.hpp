@@ -1,4 +1,5 @@
-// The reversible 5/3 wavelet transform of JPEG 2000 (ITU-T T.800, annex F), integer to integer, without loss.
+// The reversible 5/3 wavelet transform of JPEG 2000 (ITU-T T.800, annex F), integer to integer, without loss. Decoders
+// have the inverse.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +14,6 @@ namespace ilp {
 /// borders; any size. `scratch` holds width * height samples. Exact when every intermediate sum fits 32 bits: |x| <
 /// 2^25 is safe.
 void forward_wavelet53(ImageView<std::int32_t> image, int levels, std::int32_t* scratch);
-void inverse_wavelet53(ImageView<std::int32_t> image, int levels, std::int32_t* scratch);
 
 /// Converts the mask of pixels to the mask of coefficients in the layout above, in place: a coefficient is 1 when a
 /// pixel inside (not 0) needs it for its reconstruction, else 0. The pixels inside then do not depend on the

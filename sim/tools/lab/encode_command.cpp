@@ -91,7 +91,7 @@ Json run_encode(const EncodeOptions& options, int repeat) {
     measure_quality(image, mask, coded, inside, outside);
     write_bytes(options.out, coded);
     LayerErrors errors;
-    host::require(measure_layer_errors(coded, image.view(), mask.view(), *workspace, errors),
+    host::require(measure_layer_errors(coded, image.view(), mask.view(), errors),
                   "measuring the layers of " + options.image);
     for (std::size_t i = 0; i < static_cast<std::size_t>(product.layers); ++i) {
       layers.push_back(product.layer_bytes[i]);

@@ -110,6 +110,8 @@ void codec_lives_in_its_region() {
   const Status shifted = encode_depth(RegionCoding::shift, product);
   expect(shifted.ok(), "10 noisy bits of 13, shifted region");
   print_region("13 bits with a shift");
+  expect(decode_jpeg2000(std::span(file).first(product.bytes), false, {decoded, width, height}).ok(), "decoded");
+  print_region("its decoding");
   fill_scene();
   expect(encode_image(width, height, pixels / 16, false, product).ok(), "scene at 0.5 bit per pixel");
   expect(heap_region_report(HeapRegion::openjpeg).in_use == 0, "region empty after the calls");

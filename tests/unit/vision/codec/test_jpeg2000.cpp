@@ -335,6 +335,35 @@ TEST_F(Jpeg2000Test, LayersFillTheBytesThatTheyMayHave) {
   }
 }
 
+// Our transform is the library's: the image goes through either to the same file.
+TEST_F(Jpeg2000Test, WhereTheLibraryTransformsTheFileIsThatWithoutARegion) {
+  const Depth depth = depth_map(211, 157, 13);
+  const Mask mask = disc_mask(211, 157, 0.2);
+  for (const std::size_t ceiling : {std::size_t{2500}, std::size_t{9000}, file.size()}) {
+    for (const RegionCoding coding : {RegionCoding::none, RegionCoding::shift, RegionCoding::drop_background}) {
+      for (const bool lossless : {false, true}) {
+        Jpeg2000Params params;
+        params.max_bytes = ceiling;
+        params.layers = 4;
+        params.lossless = lossless && ceiling == file.size();
+        params.region = coding;
+        params.library_transform = true;
+        ASSERT_TRUE(encode(depth, 13, mask.view(), params).ok());
+        EXPECT_EQ(product.shift, 0);
+        EXPECT_LE(product.bytes, ceiling);
+        const std::vector<std::uint8_t> with_library(bytes().begin(), bytes().end());
+        if (ceiling == file.size() && (params.lossless || coding != RegionCoding::shift)) {
+          const Decoded decoded = decode();
+          for (std::size_t i = 0; i < depth.pixels.size(); ++i) ASSERT_EQ(decoded.pixels[i], depth.pixels[i]);
+        }
+        params.library_transform = false;
+        ASSERT_TRUE(encode(depth, 13, {}, params).ok());
+        EXPECT_EQ(with_library, std::vector<std::uint8_t>(bytes().begin(), bytes().end()));
+      }
+    }
+  }
+}
+
 TEST_F(Jpeg2000Test, SameInputSameBytes) {
   const Image image = textured_image(200, 150);
   const Mask mask = disc_mask(200, 150, 0.4);

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "fsw/base/rng.hpp"
+#include "fsw/base/vector_width.hpp"
 #include "fsw/vision/codec/layer_errors.hpp"
 #include "tests/unit/vision/codec/product_fixture.hpp"
 
@@ -57,13 +58,19 @@ TEST_F(LayerErrorsTest, AreThoseOfTheFileCutThere) {
         params.layers = 4;
         params.region = coding;
         ASSERT_TRUE(encode(image.view(), mask.view(), params).ok());
-        ASSERT_TRUE(measure_layer_errors(bytes(), image.view(), mask.view(), *workspace, errors).ok());
+        ASSERT_TRUE(measure_layer_errors(bytes(), image.view(), mask.view(), errors).ok());
         ASSERT_EQ(errors.layers, product.layers);
         for (int layers = 1; layers <= product.layers; ++layers) {
           const auto i = static_cast<std::size_t>(layers - 1);
           expect_errors<std::uint8_t>(image.view(), decode(cut(layers)), mask.view(), errors.largest[i],
                                       errors.mean_square[i]);
         }
+        LayerErrors narrow;
+        use_vectors(VectorWidth::bytes16);
+        ASSERT_TRUE(measure_layer_errors(bytes(), image.view(), mask.view(), narrow).ok());
+        use_vectors(widest_vectors());
+        EXPECT_EQ(narrow.largest, errors.largest);
+        EXPECT_EQ(narrow.mean_square, errors.mean_square);
       }
     }
   }
@@ -102,7 +109,7 @@ TEST_F(LayerErrorsTest, NoPixelOfADepthMapIsWorseThanStated) {
         const Status status = encode(depth, 13, mask.view(), params);
         ASSERT_TRUE(status.ok()) << status_name(status.code);
         ASSERT_LE(product.bytes, grant);
-        ASSERT_TRUE(measure_layer_errors(bytes(), depth.view(), mask.view(), *workspace, errors).ok());
+        ASSERT_TRUE(measure_layer_errors(bytes(), depth.view(), mask.view(), errors).ok());
         for (int layers = 1; layers <= product.layers; ++layers) {
           const auto i = static_cast<std::size_t>(layers - 1);
           const std::vector<std::uint8_t> part = cut(layers);
@@ -136,12 +143,12 @@ TEST_F(LayerErrorsTest, LayersAfterOneThatIsGoodEnoughAreNotMeasured) {
   ASSERT_TRUE(encode(depth, 13, mask.view(), params).ok());
   ASSERT_EQ(product.layers, 4);
   LayerErrors all;
-  ASSERT_TRUE(measure_layer_errors(bytes(), depth.view(), mask.view(), *workspace, all).ok());
+  ASSERT_TRUE(measure_layer_errors(bytes(), depth.view(), mask.view(), all).ok());
   ASSERT_GT(all.largest[0], all.largest[1]);
   ASSERT_GT(all.largest[1], all.largest[2]);
   for (int enough = 0; enough < 4; ++enough) {
     const std::int32_t error = all.largest[static_cast<std::size_t>(enough)];
-    ASSERT_TRUE(measure_layer_errors(bytes(), depth.view(), mask.view(), *workspace, errors, error).ok());
+    ASSERT_TRUE(measure_layer_errors(bytes(), depth.view(), mask.view(), errors, error).ok());
     EXPECT_EQ(errors.layers, enough + 1);
     for (std::size_t i = 0; i <= static_cast<std::size_t>(enough); ++i) EXPECT_EQ(errors.largest[i], all.largest[i]);
   }
@@ -158,7 +165,7 @@ TEST_F(LayerErrorsTest, TheSmallestDepthMapsHaveTheirBoundsToo) {
       params.region = RegionCoding::drop_background;
       params.region_resolutions = 0;
       ASSERT_TRUE(encode(depth, 13, mask.view(), params).ok()) << w << "x" << h;
-      ASSERT_TRUE(measure_layer_errors(bytes(), depth.view(), mask.view(), *workspace, errors).ok());
+      ASSERT_TRUE(measure_layer_errors(bytes(), depth.view(), mask.view(), errors).ok());
       EXPECT_EQ(errors.largest[static_cast<std::size_t>(errors.layers - 1)], 0) << w << "x" << h << " " << share;
       expect_errors<std::uint16_t>(depth.view(), decode(), mask.view(), 0, 0);
     }
@@ -178,12 +185,11 @@ TEST_F(LayerErrorsTest, OtherSizesAndOtherFilesAreRefused) {
   Jpeg2000Params params;
   params.max_bytes = 4000;
   ASSERT_TRUE(encode(image.view(), {}, params).ok());
-  EXPECT_TRUE(measure_layer_errors(bytes(), other.view(), {}, *workspace, errors).is(StatusCode::invalid_argument));
+  EXPECT_TRUE(measure_layer_errors(bytes(), other.view(), {}, errors).is(StatusCode::invalid_argument));
   const Mask mask = disc_mask(64, 49, 0.5);
-  EXPECT_TRUE(
-      measure_layer_errors(bytes(), image.view(), mask.view(), *workspace, errors).is(StatusCode::invalid_argument));
-  EXPECT_FALSE(measure_layer_errors(bytes().first(40), image.view(), {}, *workspace, errors).ok());
-  EXPECT_FALSE(measure_layer_errors(bytes().first(product.bytes / 2), image.view(), {}, *workspace, errors).ok());
+  EXPECT_TRUE(measure_layer_errors(bytes(), image.view(), mask.view(), errors).is(StatusCode::invalid_argument));
+  EXPECT_FALSE(measure_layer_errors(bytes().first(40), image.view(), {}, errors).ok());
+  EXPECT_FALSE(measure_layer_errors(bytes().first(product.bytes / 2), image.view(), {}, errors).ok());
 }
 
 }  // namespace

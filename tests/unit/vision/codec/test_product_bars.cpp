@@ -45,7 +45,7 @@ TEST_F(ProductBarsTest, MoreBytesNeverLookWorseInsideAndNeverOneTooMany) {
         ASSERT_TRUE(status.ok()) << status_name(status.code);
         ASSERT_LE(product.bytes, params.max_bytes);
         LayerErrors errors;
-        ASSERT_TRUE(measure_layer_errors(bytes(), image.view(), mask.view(), *workspace, errors).ok());
+        ASSERT_TRUE(measure_layer_errors(bytes(), image.view(), mask.view(), errors).ok());
         double layer_before = 0;
         for (int i = 0; i < errors.layers; ++i) {
           const double quality = psnr_of(errors.mean_square[static_cast<std::size_t>(i)]);
