@@ -104,7 +104,8 @@ std::string schedule_document() {
   }
   return text +
          "\nThe rows stand in the order in which data flow. The number is the id of the component's rows in the tables "
-         "`component` and `checkpoint`, and no other component ever\ngets it. *Process* says where a stage may run when "
+         "`component` and `checkpoint`, and no other component ever\ngets it. *Process* says where a stage may run "
+         "when "
          "several processes share the flight: in any of them, or in the head, which has camera and "
          "links "
          "([several-machines.md](several-machines.md)).\n\n"
