@@ -67,8 +67,11 @@ Status put_depth(Store& store, std::int64_t id) {
   depth.id = id;
   depth.values.bytes = limits::max_image_pixels * 2;
   depth.sigma.bytes = limits::max_image_pixels;
-  depth.mask.bytes = limits::max_image_pixels / 8;
   ILP_TRY(put(store, depth));
+  MaskRecord mask;
+  mask.id = id;
+  mask.code.bytes = limits::max_image_pixels / 8;
+  ILP_TRY(put(store, mask));
   ILP_TRY(write_blob<DepthRecord>(store, "values", id, 0, Bytes(depth.values.bytes, 1)));
   ILP_TRY(write_blob<DepthRecord>(store, "sigma", id, 0, Bytes(depth.sigma.bytes, 2)));
   return transaction.commit();
@@ -87,6 +90,7 @@ TEST_F(SqliteMemory, AFlightFitsTheArena) {
     ASSERT_OK(transaction.begin());
     if (id > 5) {
       ASSERT_OK(store.erase(record_info<DepthRecord>(), id - 5));
+      ASSERT_OK(store.erase(record_info<MaskRecord>(), id - 5));
     }
     ASSERT_OK(transaction.commit());
   }
