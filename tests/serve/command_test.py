@@ -149,7 +149,8 @@ class Commands(unittest.TestCase):
         self.assertEqual(server.command("ping", Authorization="Basic " + token)[0], 401)
         for wrong in ("", "x", token[:-1], token + "x", token.upper(), "x" * 5000):
             status, headers, text = server.command("ping", Authorization="Bearer " + wrong)
-            self.assertEqual(status, 403, wrong)
+            # libmicrohttpd 1.0 takes blanks off the end of a header: what is left names no token.
+            self.assertIn(status, (401, 403) if wrong == "" else (403,), wrong)
             self.assertNotIn(token, text)
         self.assertEqual(server.command("ping")[0], 200)
         server.hears("done: ping")
