@@ -1,3 +1,4 @@
+#include "fsw/base/argument.hpp"
 #include "fsw/vision/multiview/sequence.hpp"
 
 #include <gtest/gtest.h>
@@ -376,15 +377,18 @@ TEST(Sequence, RefusesBadInput) {
   SequenceReport report;
   ASSERT_TRUE(sequence.add_keyframe(1, strip.keyframes[0].corners, {}, 1, report).ok());
   static Matches matches;
+  const auto refused = [&] {
+    return static_cast<Argument>(sequence.begin_keyframe(2, strip.keyframes[1].corners, matches, 2).a);
+  };
   matches = strip.keyframes[1].matches;
   matches[3].a = limits::max_corners;
-  EXPECT_EQ(sequence.begin_keyframe(2, strip.keyframes[1].corners, matches, 2).a, 2);
+  EXPECT_EQ(refused(), Argument::match);
   matches = strip.keyframes[1].matches;
   matches[3].b = matches[4].b;
-  EXPECT_EQ(sequence.begin_keyframe(2, strip.keyframes[1].corners, matches, 2).a, 2);
+  EXPECT_EQ(refused(), Argument::match);
   matches = strip.keyframes[1].matches;
   matches[3].xb = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_EQ(sequence.begin_keyframe(2, strip.keyframes[1].corners, matches, 2).a, 3);
+  EXPECT_EQ(refused(), Argument::corner);
   ASSERT_TRUE(sequence.add_keyframe(2, strip.keyframes[1].corners, strip.keyframes[1].matches, 2, report).ok());
   EXPECT_EQ(report.verdict, SequenceVerdict::ok) << "refused input must not disturb the strip";
 }
