@@ -270,7 +270,7 @@ TEST_F(OnboardFlight, AVideoStreamOfAnotherSizeOrOfNoneIsRefused) {
     EXPECT_NE(flown.output.find("strip.y4m"), std::string::npos) << flown.output;
     EXPECT_NE(flown.output.find(why), std::string::npos) << flown.output;
   };
-  expect_refused("YUV4MPEG2 W64 H48 F1:4 Cmono\n", "image of 64 x 48 pixels");
+  expect_refused("YUV4MPEG2 W64 H48 F1:4 Cmono\n", "image of 64 px x 48 px");
   expect_refused("RIFF....AVI \n", "malformed");
   words.push_back("--index");
   words.push_back((plain / "index.txt").string());

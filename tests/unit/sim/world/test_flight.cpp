@@ -357,7 +357,8 @@ TEST(Flight, ParametersThatContradictEachOtherAreNamed) {
       "suspension_m = 15");
   says([](FlightParams& p) { p.camera.fx = -1; }, "[camera] fx = -1");
   says([](FlightParams& p) { p.camera.width = 5000; }, "[camera] width = 5000");
-  says([](FlightParams& p) { p.camera.k1 = -3; }, "[camera]: argument distortion (expected: invertible over the whole image)");
+  says([](FlightParams& p) { p.camera.k1 = -3; },
+       "[camera]: argument distortion (expected: invertible over the whole image)");
 }
 
 TEST(Flight, NegativePrincipalPointIsTheCentreOfTheImage) {

@@ -179,7 +179,8 @@ TEST(Scenario, OverridesThatAreWrongAreNamed) {
   EXPECT_TRUE(says(load("effects.set=all"), "[effects] set = all: expected realistic or none"));
   EXPECT_TRUE(says(load("camera.width=9999"), "[camera] width = 9999: expected a whole number from 64 to"));
   EXPECT_TRUE(says(load("flight.kind=train"), "scenario mars-plains: [flight] kind = train: expected balloon"));
-  EXPECT_TRUE(says(load("camera.k1=-3"), "scenario mars-plains: [camera]: argument distortion (expected: invertible over the whole image)"));
+  EXPECT_TRUE(says(load("camera.k1=-3"),
+                   "scenario mars-plains: [camera]: argument distortion (expected: invertible over the whole image)"));
   EXPECT_TRUE(says(load("world.shortest_wavelength_m=0.01"), "shortest_wavelength_m"));
   EXPECT_TRUE(says(complaint([] { (void)load_scenario("pluto", {}); }), "scenario pluto: expected a file or one of "));
 }
