@@ -301,9 +301,9 @@ void SqliteStore::close() {
   if (path.size() > 0 && !log.overflow() && look_for(log.c_str(), log_exists).ok() && !log_exists) {
     give_up_reserve(path.c_str());
   }
-  limit_bytes_ = reserve_bytes_ = log_bytes_ = 0;
+  limit_bytes_ = reserve_bytes_ = log_bytes_ = held_log_bytes_ = 0;
   log_room_ = sqlite_log_bytes;
-  disk_is_full_ = log_is_held_ = false;
+  disk_is_full_ = false;
   news_ = {};
   lock_file_.close();
   lock_ = {};
@@ -422,12 +422,13 @@ Status SqliteStore::make_room() {
   const char* const path = sqlite3_db_filename(database_, "main");
   const bool full = disk_is_full_ || writes_without_room() != full_at_look_ ||
                     (reserve_bytes_ > 0 && path != nullptr && reserved_bytes(path) < reserve_bytes_);
+  const bool is_long = 2 * log_bytes_ > log_room_;
+  if (!is_long) held_log_bytes_ = 0;
+  // A try writes all that was copied to the disk: while the log has room, only after it has grown.
+  const bool was_tried =
+      held_log_bytes_ > 0 && log_bytes_ <= log_room_ && log_bytes_ - held_log_bytes_ < log_room_ / 32;
   Status status;
-  if (2 * log_bytes_ > log_room_ || (full && log_bytes_ > 0)) {
-    status = start_log_over();
-  } else {
-    log_is_held_ = false;
-  }
+  if ((is_long && !was_tried) || (full && log_bytes_ > 0)) status = start_log_over();
   if (full || writes_without_room() != full_at_look_) ILP_TRY(mind_reserve());
   return log_bytes_ > log_room_ ? status : Status{};
 }
@@ -440,15 +441,16 @@ Status SqliteStore::start_log_over() {
   const int code = sqlite3_wal_checkpoint_v2(database_, nullptr, SQLITE_CHECKPOINT_RESTART, &frames, &copied);
   sqlite3_busy_handler(database_, wait_for_lock, &lock_);
   if (code == SQLITE_OK) {
-    log_bytes_ = 0;
-    log_is_held_ = false;
+    log_bytes_ = held_log_bytes_ = 0;
     return {};
   }
   if (code != SQLITE_BUSY) return fault(code);
   // Another process writes, or copies it itself.
   if (copied < 0 || copied == frames) return {};
-  if (!log_is_held_ && 2 * log_bytes_ > log_room_) news_ = {StatusCode::store_log_held, log_bytes_, log_room_};
-  log_is_held_ = log_is_held_ || !news_.ok();
+  if (2 * log_bytes_ > log_room_) {
+    if (held_log_bytes_ == 0) news_ = {StatusCode::store_log_held, log_bytes_, log_room_};
+    held_log_bytes_ = log_bytes_;
+  }
   return {StatusCode::store_full, log_bytes_, log_room_};
 }
 

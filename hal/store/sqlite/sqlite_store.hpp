@@ -186,11 +186,11 @@ class SqliteStore final : public Store {
   std::int64_t known_bytes_ = 0;  ///< size of the database at the last query
   std::int64_t limit_bytes_ = 0;  ///< 0: none
   std::int64_t log_bytes_ = 0;    ///< of the log after the latest commit
+  std::int64_t held_log_bytes_ = 0;  ///< of the log when a reader last kept it; 0: it was not kept
   std::int64_t log_room_ = sqlite_log_bytes;
   std::int64_t reserve_bytes_ = 0;
   bool disk_is_full_ = false;  ///< it has no room for the reserve
   std::int64_t full_at_look_ = 0;
-  bool log_is_held_ = false;
   Status news_;
   std::int64_t seen_version_ = 0;
   RecordMask uncommitted_ = 0;
