@@ -28,28 +28,30 @@ std::size_t count_of(StageMask stages) {
 
 }  // namespace
 
-FlightSoftware::FlightSoftware(const FlightDevices& devices, MissionParameters& mission, Configuration& configuration,
-                               StageMask stages)
+FlightSoftware::FlightSoftware(const FlightDevices& devices, MissionParameters& mission, StageMask stages)
     : store_(devices.store),
       steps_(devices.store),
       images_(steps_),
       mission_(mission),
-      configuration_(configuration),
-      telemetry_writer_(devices.router, devices.clock, mission),
+      memory_(devices.small_memory),
+      configuration_(memory_, mission),
+      commanded_(devices.packets != nullptr),
+      router_(devices.packets, devices.files, devices.clock, mission),
+      telemetry_writer_(router_, devices.clock, mission),
       delivery_queue_(steps_, devices.clock, mission, step_memory_),
       stages_({.stored = steps_,
                .at_hand = images_,
                .clock = devices.clock,
                .mission = mission,
                .step_memory = step_memory_,
-               .router = devices.router,
+               .router = router_,
                .writer = telemetry_writer_,
                .camera = &devices.camera,
-               .link = devices.router.present() ? &delivery_queue_ : &devices.link,
+               .link = router_.present() ? &delivery_queue_ : &devices.link,
                .navigation = devices.navigation,
                .worker = devices.worker,
-               .configuration = &configuration,
-               .memory = &configuration.memory(),
+               .configuration = &configuration_,
+               .memory = &memory_,
                .image = devices.image}),
       components_(stages_.in_order()),
       rows_here_(chosen(std::span(schedule), stages)),
@@ -59,18 +61,30 @@ FlightSoftware::FlightSoftware(const FlightDevices& devices, MissionParameters& 
                                       : std::span<const Stage>(rows_here_).first(count_of(stages)),
                  stages == all_stages ? std::span<Component* const>(components_)
                                       : std::span<Component* const>(components_here_).first(count_of(stages)),
-                 devices.store, devices.clock) {
-  if (devices.real_time) executive_.keep_real_time(mission_);
-  if (stages != all_stages) executive_.share_flight();
-  executive_.guard(mission_);
-  executive_.watch_commits(steps_);
+                 devices.store, devices.clock,
+                 {.parameters = &mission,
+                  .real_time = devices.real_time,
+                  .shares_flight = stages != all_stages,
+                  .steps = &steps_,
+                  .constants = delivery_queue_.constants()}) {
   stages_.get<OverlapChecker>().search_on(compute_.compute());
   stages_.get<DenseMatcher>().match_on(compute_.compute(), compute_.bands());
   auto& delivery = stages_.get<FileDelivery>();
   delivery_queue_.count_by(delivery.backlog());
-  // There is room for it.
-  static_cast<void>(executive_.keep_constant(delivery_queue_.constants()));
   stages_.get<TelemetryReporter>().report_on({&executive_, &delivery.counts()});
+}
+
+Status FlightSoftware::configure(ConfigurationStart start) {
+  const Status loaded = memory_.load();
+  if (start.loaded.ok()) start.loaded = loaded;
+  start.commanded = commanded_;
+  return configuration_.begin(store_, start);
+}
+
+Status FlightSoftware::begin_time(EpochChoice choice, std::int64_t utc, MissionTimeBegin& begin) {
+  ILP_TRY(begin_mission_time(store_, memory_, choice, utc, mission_, begin));
+  configuration_.epoch_is(mission_.mission_epoch_s);
+  return {};
 }
 
 Status FlightSoftware::write_camera(const CameraRecord& camera) {

@@ -1,5 +1,6 @@
-// All components of the package, connected to one store, camera, link and clock. The same object flies on board and in
-// the simulator. It is static, and its size is the memory of the flight.
+// All components of the package, connected to one store, camera, link and clock. The same object flies on every board,
+// in a process with some of the stages, in the simulator and in tests. It is static, and its size is the memory of the
+// flight.
 #pragma once
 
 #include <array>
@@ -8,6 +9,7 @@
 
 #include "bsp/flight/flight_components.hpp"
 #include "bsp/flight/flight_compute.hpp"
+#include "bsp/flight/mission_epoch.hpp"
 #include "bsp/flight/stage_set.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/commanding/configuration.hpp"
@@ -23,24 +25,30 @@ namespace ilp {
 struct FlightDevices {
   Store& store;
   Camera& camera;
-  Link& link;            ///< carries whole files, where the router has no link
-  PacketRouter& router;  ///< carries packets, and files too if they travel by CFDP
+  Link& link;  ///< carries whole files, where there are no packets
   Clock& clock;
+  Nonvolatile& small_memory;               ///< what outlives the store (docs/getting-back-in.md)
+  PacketLink* packets = nullptr;           ///< carries packets, and files too if they travel by CFDP
+  PacketLink* files = nullptr;             ///< carries the PDUs of CFDP alone
   NavigationSource* navigation = nullptr;  ///< the vehicle's measurements, if there are any
   /// Does what cannot be cut into steps (docs/worker.md); without it that is done in a step. It is for this flight
   /// alone.
   Worker* worker = nullptr;
   ImageRegions image = {};  ///< code and constants of the program, which never change; may be unknown
-  bool real_time = false;   ///< time passes while components work (Executive::keep_real_time)
+  bool real_time = false;   ///< time passes while components work (ExecutiveSetup)
 };
 
 class FlightSoftware {
  public:
-  /// Telecommands change `mission`. `configuration` is that of the mission and has begun with the store. Only the
-  /// components of `stages` run; if these are not all, other processes run the rest over the same store.
-  FlightSoftware(const FlightDevices& devices, MissionParameters& mission, Configuration& configuration,
-                 StageMask stages = all_stages);
+  /// `mission` has the values of the mission file; telecommands change it. Only the components of `stages` run; if
+  /// these are not all, other processes run the rest over the same store. It uses no device before configure().
+  FlightSoftware(const FlightDevices& devices, MissionParameters& mission, StageMask stages = all_stages);
 
+  /// The first call of every start but that of a process that joins: Configuration::begin with what the small memory
+  /// holds. `start.loaded` is the status of opening the latter; whether the ground can command follows from the links.
+  Status configure(ConfigurationStart start);
+  /// Ties mission time to the calendar (begin_mission_time); `utc` in nanoseconds since 1958.
+  Status begin_time(EpochChoice choice, std::int64_t utc, MissionTimeBegin& begin);
   /// Writes the camera's intrinsics into a fresh store (nominal ones if the mission says that the camera is not known),
   /// or compares them with those of an existing store: `camera_changed` when the flight began with another camera, or
   /// with one that was known and now is not. Then restores every component. If that fails with parameters on trial, it
@@ -49,6 +57,8 @@ class FlightSoftware {
   /// The same for a process that is not the head: the head has written the camera.
   Status join() { return executive_.start(); }
   Executive& executive() { return executive_; }
+  Configuration& configuration() { return configuration_; }
+  PacketRouter& router() { return router_; }
 
   /// What does the jobs of components that have some.
   FlightCompute& compute() { return compute_; }
@@ -56,10 +66,12 @@ class FlightSoftware {
   Status accept(ComputeDevice& device) { return compute_.accept(device, stages_.get<DenseMatcher>().spare_job()); }
 
   /// Memory was damaged, or the worker is stuck, so that only a new process goes on.
-  [[nodiscard]] bool restart_wanted() const {
+  [[nodiscard]] bool damaged() const {
     return stages_.get<Scrubber>().image_damaged() || executive_.restart_wanted() ||
            stages_.get<Compressor>().worker_stuck();
   }
+  /// ... or parameters need a new start.
+  [[nodiscard]] bool restart_wanted() const { return damaged() || configuration_.restart_wanted(); }
 
   /// The source of images has ended and everything has been processed.
   [[nodiscard]] bool processed() const;
@@ -78,7 +90,10 @@ class FlightSoftware {
   StepStore steps_;
   ImageCache images_;  ///< in front of it, for all components that use frames
   MissionParameters& mission_;
-  Configuration& configuration_;
+  FlightMemory memory_;
+  Configuration configuration_;
+  const bool commanded_;  ///< the ground has a link for telecommands
+  PacketRouter router_;
   TelemetryWriter telemetry_writer_;
   FlightComponents::SharedMemory step_memory_;
   FlightCompute compute_;

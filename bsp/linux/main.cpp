@@ -70,7 +70,6 @@ constexpr TimeNs job_limit_ns = 10 * ns_per_s;
 
 alignas(Arena::alignment) std::byte store_region[limits::ram_store_bytes];
 Arena sqlite_arena;
-alignas(PacketRouter) std::byte router_region[sizeof(PacketRouter)];
 alignas(FlightSoftware) std::byte flight_region[sizeof(FlightSoftware)];
 char output_buffer[BUFSIZ];
 volatile std::sig_atomic_t stop_requested = 0;
@@ -115,6 +114,7 @@ class Flight {
   bool prepare_store();
   bool prepare_configuration();
   bool prepare_links();
+  bool assemble();
   bool prepare_time();
   bool prepare_camera();
   bool prepare_intrinsics();
@@ -124,7 +124,6 @@ class Flight {
   bool start();
   void test_board();
   void prepare_compute();
-  void prepare_worker();
   void prepare_look();
   bool done();
   bool wait_for_lock();
@@ -133,9 +132,7 @@ class Flight {
   void leave_memory();
   void write_life();
   void look_at_calendar();
-  [[nodiscard]] bool restart_wanted() const {
-    return left_memory_ || store_.damaged() || configuration_.restart_wanted() || software_->restart_wanted();
-  }
+  [[nodiscard]] bool restart_wanted() const { return left_memory_ || store_.damaged() || software_->restart_wanted(); }
   int finish();
   bool good(const char* what, const Status& status) { return status.ok() || fail(what, status) == 0; }
   /// Status ok is no event. The executive reports a lock.
@@ -165,8 +162,6 @@ class Flight {
   ChosenStore& store_;
   std::optional<SharedFlight> shared_;  ///< with other processes
   FileNonvolatile small_memory_;
-  FlightMemory memory_{small_memory_};
-  Configuration configuration_{memory_, mission_};
   MissionTimeBegin time_begin_;
   LateCalendar calendar_;
   OutboxLink outbox_;
@@ -179,7 +174,6 @@ class Flight {
   WatchedWait wait_{watchdog_, manager_, clock()};
   PacketLinks links_{clock()};
   Authenticator keys_;
-  PacketRouter* router_ = nullptr;
   FlightSoftware* software_ = nullptr;
   std::optional<SharedCompute> device_;
   FlightWorker worker_;
@@ -223,19 +217,43 @@ bool Flight::prepare_store() {
   return opened.ok();
 }
 
+/// Nothing of the devices is used yet.
+bool Flight::assemble() {
+  source_.make(*options_.source_kind, {real_clock_, !options_.virtual_time});
+  if (stages_ != all_stages) {
+    const HeadDevices devices{source_->camera(), outbox_, links_.packets(), links_.files()};
+    shared_.emplace(store_.store(), store_.sharing(), devices, clock(), stages_, options_.virtual_time);
+  }
+  const int error = worker_.begin(options_);
+  if (error != 0) std::fprintf(stderr, "ilp-onboard: there is no worker: %s\n", std::strerror(error));
+  NavigationSource* const live = options_.navigation_udp != nullptr ? &vehicle_ : nullptr;
+  software_ = new (flight_region) FlightSoftware({.store = database(),
+                                                  .camera = camera(),
+                                                  .link = shared_ ? shared_->link() : outbox_,
+                                                  .clock = clock(),
+                                                  .small_memory = small_memory_,
+                                                  .packets = shared_ ? shared_->packets() : links_.packets(),
+                                                  .files = shared_ ? shared_->files() : links_.files(),
+                                                  .navigation = options_.navigation != nullptr ? &navigation_ : live,
+                                                  .worker = worker_.worker(),
+                                                  .image = program_image(),
+                                                  .real_time = !options_.virtual_time},
+                                                 mission_, stages_);
+  software_->router().authenticate_with(keys_);
+  return true;
+}
+
 bool Flight::prepare_configuration() {
-  ConfigurationStart start;
   const bool no_file = std::strcmp(options_.store, "memory") == 0 && options_.state == nullptr;
   const char* const place = options_.state != nullptr ? options_.state : options_.store;
   const Status opened = no_file ? Status{StatusCode::not_found} : small_memory_.open(place);
   if (opened.is(StatusCode::io_error) && opened.a == EWOULDBLOCK) return good(place, StatusCode::store_in_use);
-  start.loaded = memory_.load();
-  if (!opened.ok()) start.loaded = opened;
+  ConfigurationStart start;
+  start.loaded = opened;
   start.utc_s = options_.virtual_time ? 0 : utc_now() / ns_per_s;
-  start.commanded = links_.packets() != nullptr;
   start.another_before = !store_.news().ok();
   if (store_.news().is(StatusCode::store_in_memory)) start.most_storage_mib = mission_.storage_budget_mib;
-  return good("settings", configuration_.begin(store_.store(), start));
+  return good("settings", software_->configure(start));
 }
 
 bool Flight::prepare_links() {
@@ -264,14 +282,12 @@ bool Flight::prepare_time() {
     TimeNs start = 0;
     if (!good("mission time", latest_known_time(store_.store(), start))) return false;
     // A new store knows nothing of the previous life.
-    if (!store_.news().ok()) start = std::max(start, memory_.content().latest_ns);
+    if (!store_.news().ok()) start = std::max(start, software_->configuration().memory().content().latest_ns);
     virtual_clock_.sleep_until(start);
     return true;
   }
   const EpochChoice epoch = options_.mission_epoch ? EpochChoice::mission : EpochChoice::first_start;
-  const Status begun = begin_mission_time(store_.store(), memory_, epoch, utc_now(), mission_, time_begin_);
-  if (!good("mission time", begun)) return false;
-  configuration_.epoch_is(mission_.mission_epoch_s);
+  if (!good("mission time", software_->begin_time(epoch, utc_now(), time_begin_))) return false;
   calendar_.begin(time_begin_);
   real_clock_.set(time_begin_.now);
   return true;
@@ -337,7 +353,6 @@ bool Flight::prepare_intrinsics() {
 }
 
 bool Flight::prepare_camera() {
-  source_.make(*options_.source_kind, {real_clock_, !options_.virtual_time});
   return prepare_intrinsics() && good(options_.source, source_->open(options_.source, width_, height_));
 }
 
@@ -373,8 +388,8 @@ bool Flight::prepare() {
     std::fprintf(stderr, "ilp-onboard: --watchdog needs DEVICE or DEVICE:SECONDS, not %s\n", options_.watchdog);
     return false;
   }
-  return prepare_mission() && prepare_store() && prepare_links() && prepare_configuration() && prepare_time() &&
-         prepare_camera() && prepare_navigation();
+  return prepare_mission() && prepare_store() && prepare_links() && assemble() && prepare_configuration() &&
+         prepare_time() && prepare_camera() && prepare_navigation();
 }
 
 void Flight::test_board() {
@@ -401,11 +416,6 @@ void Flight::prepare_compute() {
   device_->limit(job_limit_ns);
 }
 
-void Flight::prepare_worker() {
-  const int error = worker_.begin(options_);
-  if (error != 0) std::fprintf(stderr, "ilp-onboard: there is no worker: %s\n", std::strerror(error));
-}
-
 void Flight::prepare_look() {
   if (options_.virtual_time || !store_.news().is(StatusCode::store_in_memory)) return;
   const int error = look_.begin(options_.store, store_.store().usage().limit_bytes, store_.look_stack());
@@ -413,25 +423,6 @@ void Flight::prepare_look() {
 }
 
 bool Flight::start() {
-  if (stages_ != all_stages) {
-    const HeadDevices devices{source_->camera(), outbox_, links_.packets(), links_.files()};
-    shared_.emplace(store_.store(), store_.sharing(), devices, clock(), stages_, options_.virtual_time);
-  }
-  router_ = new (router_region) PacketRouter(shared_ ? shared_->packets() : links_.packets(),
-                                             shared_ ? shared_->files() : links_.files(), clock(), mission_);
-  router_->authenticate_with(keys_);
-  prepare_worker();
-  NavigationSource* const live = options_.navigation_udp != nullptr ? &vehicle_ : nullptr;
-  software_ = new (flight_region) FlightSoftware({.store = database(),
-                                                  .camera = camera(),
-                                                  .link = shared_ ? shared_->link() : outbox_,
-                                                  .router = *router_,
-                                                  .clock = clock(),
-                                                  .navigation = options_.navigation != nullptr ? &navigation_ : live,
-                                                  .worker = worker_.worker(),
-                                                  .image = program_image(),
-                                                  .real_time = !options_.virtual_time},
-                                                 mission_, configuration_, stages_);
   prepare_compute();
   if (!good("start", software_->start(model_))) return false;
   const Status armed = options_.watchdog != nullptr ? linux_watchdog_.open(watchdog_options_) : Status{};
@@ -439,8 +430,8 @@ bool Flight::start() {
   board.watchdog_had_bitten = watchdog_.bitten();
   life_.emplace(store_.store(), clock());
   if (!good("record of the start", life_->begin(board))) return false;
-  life_->record().unconfirmed = configuration_.unconfirmed();
-  life_->record().configuration = configuration_.stage();
+  life_->record().unconfirmed = software_->configuration().unconfirmed();
+  life_->record().configuration = software_->configuration().stage();
   report(armed);
   report({StatusCode::started, life_->record().id, static_cast<std::int64_t>(life_->record().reason)});
   report(early_news_);
@@ -510,7 +501,7 @@ void Flight::leave_memory() {
   static_cast<void>(life_->end());  // The next start finds in the copy that this life has ended in order.
   const Status left = store_.leave_memory(options_.store, &wait_);
   left_memory_ = left.ok();
-  if (left_memory_) return configuration_.end_in_order(clock().now());
+  if (left_memory_) return software_->configuration().end_in_order(clock().now());
   life_->record().end_ns = 0;
   report(life_->go_on());
   report({StatusCode::store_not_moved, static_cast<std::int64_t>(left.code), left.a});
@@ -566,13 +557,13 @@ int Flight::finish() {
     std::fprintf(stderr, "ilp-onboard: %s is damaged: start again\n", options_.store);
     return exit_restart;
   }
-  if (software_->restart_wanted()) {
+  if (software_->damaged()) {
     std::fprintf(stderr, "ilp-onboard: memory was damaged, or the worker is stuck: start again\n");
     return exit_restart;
   }
   while (options_.virtual_time && stop_requested == 0 && wait_for_lock()) look_at_lock();
   // On a full disk the end is not recorded, but it is in order otherwise.
-  if (stop_requested != 0 && !configuration_.restart_wanted()) configuration_.end_in_order(clock().now());
+  if (stop_requested != 0 && !software_->restart_wanted()) software_->configuration().end_in_order(clock().now());
   bool well = good("housekeeping", software_->executive().end());
   write_life();
   well = good("record of the end", life_->end()) && well;
@@ -585,7 +576,7 @@ int Flight::finish() {
   if (shared_) well = good("synchronising the store", store_.sharing().flush_or_later()) && well;
   store_.close();
   if (frames == 0) std::fprintf(stderr, "ilp-onboard: the source gave no usable frame; the events say why\n");
-  if (configuration_.restart_wanted()) {
+  if (software_->restart_wanted()) {
     std::fprintf(stderr, "ilp-onboard: parameters or memory need a start: start again\n");
     return exit_restart;
   }
@@ -615,7 +606,7 @@ int fly(void* argument) {
   sqlite_arena.init(store_region, limits::sqlite_arena_bytes);
   static ChosenStore store(sqlite_arena, store_region);
   if (!is_head(order.stages)) {
-    return run_node(order.options, order.stages, {sqlite_arena, store, router_region, flight_region}, stop_requested);
+    return run_node(order.options, order.stages, {sqlite_arena, store, flight_region}, stop_requested);
   }
   static Flight flight(order.options, order.stages, store);
   return flight.fly();

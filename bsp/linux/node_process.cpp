@@ -80,8 +80,6 @@ class NodeProcess {
   NoCamera no_camera_;
   NoLink no_link_;
   RamNonvolatile no_memory_;
-  FlightMemory memory_{no_memory_};
-  Configuration configuration_{memory_, mission_};
   FlightSoftware* software_ = nullptr;
   std::optional<Node> node_;
   std::int64_t question_ = 0;  ///< that is to be answered
@@ -177,14 +175,13 @@ bool NodeProcess::start() {
   if (!set.is(StatusCode::setting_ignored) && !good("settings", set)) return false;
   shared_.emplace(database());
   node_.emplace(database(), clock_, stages_);
-  auto* const router = new (place_.router) PacketRouter(nullptr, nullptr, clock_, mission_);
   software_ = new (place_.software) FlightSoftware({.store = *shared_,
                                                     .camera = no_camera_,
                                                     .link = no_link_,
-                                                    .router = *router,
                                                     .clock = clock_,
+                                                    .small_memory = no_memory_,
                                                     .real_time = true},
-                                                   mission_, configuration_, stages_);
+                                                   mission_, stages_);
   shared_->follow(file_, mission_, software_->executive());
   if (!good("start", software_->join())) return false;
   Status begun = node_->begin(host_name().c_str(), file_);

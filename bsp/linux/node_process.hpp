@@ -13,7 +13,6 @@ namespace ilp {
 struct FlightPlace {
   Arena& sqlite;
   ChosenStore& store;
-  void* router;    ///< for a PacketRouter
   void* software;  ///< for a FlightSoftware
 };
 

@@ -33,22 +33,24 @@ bool no_waiting_heals(const Status& status) {
 }
 }  // namespace
 
-Executive::Executive(std::span<const Stage> stages, std::span<Component* const> components, Store& store, Clock& clock)
-    : stages_(stages), components_(components), store_(store), clock_(clock), events_(store) {}
+Executive::Executive(std::span<const Stage> stages, std::span<Component* const> components, Store& store, Clock& clock,
+                     const ExecutiveSetup& setup)
+    : stages_(stages), components_(components), store_(store), clock_(clock), events_(store), setup_(setup) {}
 
 Status Executive::start() {
   ILP_ASSERT(stages_.size() == components_.size() && stages_.size() <= own_.slots.size(), stages_.size());
+  ILP_ASSERT(!setup_.real_time || setup_.parameters != nullptr, setup_.real_time);
   accept_parameters();
   // A process that shares the flight has a record of its own, of its lowest number; that of the head is the flight's.
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     own_.timing.id = i == 0 ? number_of(i) : std::min(own_.timing.id, number_of(i));
   }
-  own_.constants_checksum = sum_of_constants();
+  own_.constants_checksum = checksum64(setup_.constants);
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     Status status;
     restore(i, status);
     if (no_waiting_heals(status)) return status;
-    own_.slots[i].pending = true;
+    own_.slots[i].wake();
   }
   // After the components: if one of them refuses the store, nothing in it has changed.
   const Status status = take_up();
@@ -89,15 +91,9 @@ void Executive::wake() {
   const Status status = store_.poll(changed);
   if (!status.ok()) events_.report(clock_.now(), "executive", status);
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    if ((stages_[i].wakes & changed) != 0) own_.slots[i].pending = true;
+    if ((stages_[i].wakes & changed) != 0) own_.slots[i].wake();
   }
   if ((changed & mask_of(RecordType::command)) != 0) obey_commands();
-}
-
-void Executive::wait_for_store(Slot& slot) const {
-  // Nothing else would wake it: its input does not change while the store is full.
-  slot.pending = false;
-  slot.retry_frame = own_.frame + full_store_retry_frames;
 }
 
 void Executive::hold(Slot& slot) const {
@@ -107,7 +103,8 @@ void Executive::hold(Slot& slot) const {
 
 /// The step has changed nothing and is repeated. The lock is reported once, when it is free again.
 void Executive::wait_for_lock(Slot& slot) {
-  slot.pending = slot.suspended = true;
+  slot.wake();
+  slot.suspended = true;
   if (!store_locked_) locked_since_ns_ = clock_.now();
   store_locked_ = true;
 }
@@ -136,26 +133,27 @@ bool Executive::restore(std::size_t i, Status& status) {
   Slot& slot = own_.slots[i];
   if (own_.keeper == i) own_.keeper = nobody;
   status = components_[i]->restore();
-  slot.restored = restored(status);
   const std::int64_t number = number_of(i);
-  if (!slot.restored) {
+  const bool waited = slot.activity == Activity::waiting;
+  if (!restored(status)) {
     ++slot.attempts;
-    if (!slot.waiting) {
+    if (!waited) {
       events_.report(clock_.now(), components_[i]->name(),
                      {StatusCode::component_waiting, number, static_cast<std::int64_t>(status.code)});
     }
-    slot.waiting = true;
+    slot.activity = Activity::waiting;
     hold(slot);
     return false;
   }
   if (!status.ok()) events_.report(clock_.now(), components_[i]->name(), status);
-  if (slot.waiting) {
+  if (waited) {
     events_.report(clock_.now(), components_[i]->name(), {StatusCode::component_resumed, number, slot.attempts});
     slot.pause = slot.hold_frame = 0;
     // It is not known which inputs it has missed.
-    slot.pending = true;
+    slot.activity = Activity::ready;
+  } else if (slot.activity == Activity::stopped) {
+    slot.activity = Activity::idle;
   }
-  slot.waiting = false;
   slot.attempts = 0;
   const LastingMemory memory = components_[i]->lasting();
   seal(i, memory, memory.state_checksum());
@@ -183,7 +181,7 @@ void Executive::restart(std::size_t i) {
 void Executive::go_back(std::size_t i) {
   events_.report(clock_.now(), components_[i]->name(), {StatusCode::memory_damaged, number_of(i), from_checkpoint});
   restart(i);
-  own_.slots[i].pending = true;
+  own_.slots[i].wake();
 }
 
 bool Executive::sound(std::size_t i, const LastingMemory& memory) {
@@ -209,91 +207,104 @@ void Executive::check_own() {
 }
 
 void Executive::check_parameters() {
-  if (parameters_ == nullptr) return;
-  const GuardFinding finding = parameters_guard_.check(*parameters_);
+  if (setup_.parameters == nullptr) return;
+  const GuardFinding finding = parameters_guard_.check(*setup_.parameters);
   if (finding == GuardFinding::intact) return;
   restart_wanted_ = restart_wanted_ || finding == GuardFinding::lost;
   events_.report(clock_.now(), "parameters",
                  {StatusCode::memory_damaged, 0, finding == GuardFinding::mended ? from_copy : from_new_process});
 }
 
-std::uint64_t Executive::sum_of_constants() const {
-  std::uint64_t sum = 0;
-  for (const std::span<const std::byte> memory : constants_) sum = checksum64(memory, sum);
-  return sum;
-}
-
 void Executive::check_constants() {
-  if (restart_wanted_ || sum_of_constants() == own_.constants_checksum) return;
+  if (restart_wanted_ || checksum64(setup_.constants) == own_.constants_checksum) return;
   restart_wanted_ = true;
   events_.report(clock_.now(), "executive", {StatusCode::memory_damaged, 0, from_new_process});
 }
 
-void Executive::run_step(std::size_t i) {
+void Executive::count_step(std::size_t i, TimeNs used_ns) {
+  ComponentStats& stats = own_.slots[i].stats;
+  ++stats.steps;
+  stats.busy_ns += used_ns;
+  if (used_ns > stats.longest_ns) stats.longest_ns = used_ns;
+  if (used_ns > stages_[i].budget_ns) ++stats.overruns;
+}
+
+StepResult Executive::take_step(std::size_t i, const LastingMemory& memory, bool& intact) {
   Slot& slot = own_.slots[i];
-  check_parameters();
-  check_constants();
-  const LastingMemory memory = components_[i]->lasting();
-  if (!sound(i, memory)) return;
-  if (steps_ != nullptr) steps_->begin_step(memory, slot.state_checksum);
+  StepStore* const steps = setup_.steps;
+  if (steps != nullptr) steps->begin_step(memory, slot.state_checksum);
   const TimeNs begin_ns = clock_.now();
   const TimeNs begin = clock_.processor_time();
   const StepResult result = components_[i]->step();
-  const TimeNs used = clock_.processor_time() - begin;
+  count_step(i, clock_.processor_time() - begin);
   slot.expected_ns = std::max(clock_.now() - begin_ns, slot.expected_ns - slot.expected_ns / forget_divisor);
-  if (steps_ != nullptr) steps_->end_step();
+  if (steps != nullptr) steps->end_step();
   const LastingMemory after = components_[i]->lasting();
-  const bool watched = steps_ != nullptr && after.changes_by_commits();
-  const bool changed = watched && steps_->refused();
+  const bool watched = steps != nullptr && after.changes_by_commits();
+  intact = !watched || !steps->refused();
   // What has not changed keeps its checksum: if a bit has flipped meanwhile, it is found before the next step.
-  const bool same = memory.is_at_rest() || (watched && !steps_->committed());
-  if (!changed) seal(i, after, same ? slot.state_checksum : after.state_checksum());
+  const bool same = memory.is_at_rest() || (watched && !steps->committed());
+  if (intact) seal(i, after, same ? slot.state_checksum : after.state_checksum());
   if (result.set_parameters) accept_parameters();
   check_parameters();
+  return result;
+}
 
-  ComponentStats& stats = slot.stats;
-  ++stats.steps;
-  stats.busy_ns += used;
-  if (used > stats.longest_ns) stats.longest_ns = used;
-  if (used > stages_[i].budget_ns) ++stats.overruns;
-  slot.pending = result.pending;
-  slot.suspended = slot.suspended || result.then == Then::wait;
-  if (stages_[i].step_memory) own_.keeper = result.then == Then::keep && result.pending ? i : nobody;
-  slot.retry_frame = 0;
-  slot.left_out = 0;
-  if (changed) {
-    go_back(i);
-    wake();
-    return;
+bool Executive::follow_fault(std::size_t i, const Status& status) {
+  Slot& slot = own_.slots[i];
+  // A report without severity is no fault.
+  if (status_severity(status.code) != Severity::info) ++slot.stats.faults;
+  // A fault may be one of many bad inputs, which are processed; an endless series is the component's own.
+  if (++slot.faults_in_a_row >= max_faults_in_a_row) slot.suspended = true;
+  events_.report(clock_.now(), components_[i]->name(), status);
+  const bool bug = status.is(StatusCode::assertion_failed) || status.is(StatusCode::cursor_back);
+  if (bug) restart(i);
+  if (status.is(StatusCode::store_full)) {
+    // Nothing else would wake it: its input does not change while the store is full.
+    slot.activity = Activity::full;
+    slot.retry_frame = own_.frame + full_store_retry_frames;
+  } else if (is_transient(status)) {
+    // Its work is not done, and its input does not change because of that.
+    if (stages_[i].period == 0 || status.is(StatusCode::store_error)) slot.wake();
+    hold(slot);
   }
+  return bug;
+}
 
+void Executive::follow(std::size_t i, const StepResult& result) {
+  Slot& slot = own_.slots[i];
+  bool restarted = false;
   if (result.status.ok()) {
     slot.faults_in_a_row = 0;
   } else if (result.status.is(StatusCode::store_locked)) {
     wait_for_lock(slot);
-    Status status;
-    if (result.then == Then::restore) restore(i, status);
   } else {
-    // A report without severity is no fault.
-    if (status_severity(result.status.code) != Severity::info) ++stats.faults;
-    // A fault may be one of many bad inputs, which are processed; an endless series is the component's own.
-    if (++slot.faults_in_a_row >= max_faults_in_a_row) slot.suspended = true;
-    events_.report(clock_.now(), components_[i]->name(), result.status);
-    const bool bug = result.status.is(StatusCode::assertion_failed) || result.status.is(StatusCode::cursor_back);
-    if (bug) restart(i);
-    if (result.status.is(StatusCode::store_full)) {
-      wait_for_store(slot);
-    } else if (is_transient(result.status)) {
-      // Its work is not done, and its input does not change because of that.
-      slot.pending = slot.pending || stages_[i].period == 0 || result.status.is(StatusCode::store_error);
-      hold(slot);
-    }
-    if (result.then == Then::restore && !bug) {
-      Status status;
-      restore(i, status);
-    }
+    restarted = follow_fault(i, result.status);
   }
-  if (!is_transient(result.status) && slot.restored) slot.pause = slot.hold_frame = 0;
+  if (!result.status.ok() && result.then == Then::restore && !restarted) {
+    Status status;
+    restore(i, status);
+  }
+  if (!is_transient(result.status) && slot.restored()) slot.pause = slot.hold_frame = 0;
+}
+
+void Executive::run_step(std::size_t i) {
+  check_parameters();
+  check_constants();
+  const LastingMemory memory = components_[i]->lasting();
+  if (!sound(i, memory)) return;
+  bool intact = true;
+  const StepResult result = take_step(i, memory, intact);
+  Slot& slot = own_.slots[i];
+  slot.activity = result.pending ? Activity::ready : Activity::idle;
+  slot.suspended = slot.suspended || result.then == Then::wait;
+  slot.left_out = 0;
+  if (stages_[i].step_memory) own_.keeper = result.then == Then::keep && result.pending ? i : nobody;
+  if (intact) {
+    follow(i, result);
+  } else {
+    go_back(i);
+  }
   wake();
 }
 
@@ -313,7 +324,7 @@ std::size_t Executive::longest_left_out() const {
   if (own_.keeper != nobody && may_run(own_.keeper)) return own_.keeper;
   std::size_t longest = nobody;
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    if (!own_.slots[i].pending || !may_run(i) || own_.slots[i].left_out == 0) continue;
+    if (!has_work(i) || own_.slots[i].left_out == 0) continue;
     if (longest == nobody || own_.slots[i].left_out > own_.slots[longest].left_out) longest = i;
   }
   return longest;
@@ -337,7 +348,7 @@ bool Executive::run_awaited(TimeNs deadline, std::uint32_t& steps) {
   bool worked = false;
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     if (!others_wait_for(stages_[i])) continue;
-    while (own_.slots[i].pending && may_run(i) && steps < max_steps_per_frame && run_woken(i, deadline)) {
+    while (has_work(i) && steps < max_steps_per_frame && run_woken(i, deadline)) {
       ++steps;
       worked = true;
     }
@@ -351,8 +362,8 @@ void Executive::run_pending(TimeNs deadline) {
   while (worked && steps < max_steps_per_frame && clock_.now() < deadline) {
     worked = false;
     for (std::size_t i = 0; i < stages_.size(); ++i) {
-      if (!own_.slots[i].pending || !may_run(i) || is_put_off(i)) continue;
-      if (shares_flight_ && !others_wait_for(stages_[i]) && run_awaited(deadline, steps)) worked = true;
+      if (!has_work(i) || is_put_off(i)) continue;
+      if (setup_.shares_flight && !others_wait_for(stages_[i]) && run_awaited(deadline, steps)) worked = true;
       if (!may_run(i) || !run_woken(i, deadline)) continue;
       ++steps;
       worked = true;
@@ -368,10 +379,10 @@ void Executive::end_frame(TimeNs nominal, TimeNs begin) {
   const Status told = own_.overruns.note(own_.frame, over, now);
   if (!told.ok()) events_.report(now, "executive", told);
   ++own_.frame;
-  if (mission_ == nullptr) return;
+  if (!setup_.real_time) return;
   if (leads()) count_load(now, over);
-  if (mission_->housekeeping_period_s <= 0) return;
-  if (now - own_.housekeeping_ns < ns_from_seconds(mission_->housekeeping_period_s)) return;
+  if (setup_.parameters->housekeeping_period_s <= 0) return;
+  if (now - own_.housekeeping_ns < ns_from_seconds(setup_.parameters->housekeeping_period_s)) return;
   own_.housekeeping_ns = now;
   report_own(write_housekeeping());
 }
@@ -379,15 +390,15 @@ void Executive::end_frame(TimeNs nominal, TimeNs begin) {
 void Executive::count_load(TimeNs now, TimeNs over) {
   if (own_.window.begin_ns == 0) own_.window.begin_ns = now;
   // The work of other processes shows in the backlog only.
-  bool busy = shares_flight_;
+  bool busy = setup_.shares_flight;
   // Time-driven components always have work.
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    busy = busy || (stages_[i].period == 0 && own_.slots[i].pending && may_run(i));
+    busy = busy || (stages_[i].period == 0 && has_work(i));
   }
   ++own_.window.frames;
   own_.window.busy_frames += busy ? 1 : 0;
   own_.window.overrun_ns += std::max<TimeNs>(over, 0);
-  if (now - own_.window.begin_ns >= ns_from_seconds(mission_->load_window_s)) judge_load(now);
+  if (now - own_.window.begin_ns >= ns_from_seconds(setup_.parameters->load_window_s)) judge_load(now);
 }
 
 Status Executive::measure_backlog(Backlog& backlog) {
@@ -398,7 +409,7 @@ Status Executive::measure_backlog(Backlog& backlog) {
   ILP_TRY(newest_id<RichnessRecord>(store_, rated));
   backlog.frames = frame - looked_at;
   // This many wait for their final poses in any case.
-  backlog.keyframes = keyframe - rated - window_length(*mission_);
+  backlog.keyframes = keyframe - rated - window_length(*setup_.parameters);
   return {};
 }
 
@@ -406,7 +417,7 @@ void Executive::judge_load(TimeNs now) {
   const std::uint8_t before = own_.work_level.level();
   Backlog backlog;
   report_own(measure_backlog(backlog));
-  const LoadReason reason = own_.work_level.judge(own_.window, now, backlog, *mission_);
+  const LoadReason reason = own_.work_level.judge(own_.window, now, backlog, *setup_.parameters);
   own_.window = {};
   own_.window.begin_ns = now;
   const std::uint8_t level = own_.work_level.level();
@@ -424,7 +435,7 @@ Status Executive::take_up_level() {
   const Status found = leads() ? get(store_, own_.timing.id, before) : Status{StatusCode::not_found};
   if (found.is(StatusCode::not_found)) return {};
   ILP_TRY(found);
-  if (mission_ != nullptr) own_.work_level.restore(before.degraded);
+  if (setup_.real_time) own_.work_level.restore(before.degraded);
   own_.timing.degraded = own_.work_level.level();
   return own_.timing.degraded == before.degraded ? Status{} : write_timing();
 }
@@ -452,14 +463,14 @@ void Executive::run_minor_frame(TimeNs nominal) {
     slot.counted = false;
     slot.faults_in_a_row = 0;
     Status status;
-    if (!slot.restored && (own_.frame < slot.hold_frame || !restore(i, status))) continue;
-    if (slot.retry_frame != 0 && own_.frame >= slot.retry_frame) slot.pending = true;
+    if (!slot.restored() && (own_.frame < slot.hold_frame || !restore(i, status))) continue;
+    if (slot.activity == Activity::full && own_.frame >= slot.retry_frame) slot.wake();
     const bool due = stages_[i].period != 0 && own_.frame % stages_[i].period == 0;
     if (due && memory_is_free(i)) {
       run_work(i, end);
     } else if (due) {
-      slot.pending = true;
-    } else if (slot.pending && may_run(i) && !is_put_off(i)) {
+      slot.wake();
+    } else if (has_work(i) && !is_put_off(i)) {
       run_woken(i, end);
     }
   }
@@ -470,8 +481,7 @@ void Executive::run_minor_frame(TimeNs nominal) {
 
 bool Executive::idle() const {
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    const Slot& slot = own_.slots[i];
-    if (!slot.restored || slot.pending || slot.retry_frame != 0) return false;
+    if (own_.slots[i].activity != Activity::idle) return false;
   }
   return true;
 }

@@ -29,39 +29,38 @@ namespace ilp {
   return stage.runs_on == RunsOn::any && (stage.writes & mask_of(overlap, calibration, pose)) != 0;
 }
 
+/// What an executive may have. All of it outlives the executive.
+struct ExecutiveSetup {
+  /// Change only in steps that report it (StepResult). The executive reverts any other change at the end of a step or
+  /// before the next one.
+  MissionParameters* parameters = nullptr;
+  /// Time passes while components work: housekeeping is written periodically, and the level of work follows the load,
+  /// as [executive] of the parameters says. Never in virtual time.
+  bool real_time = false;
+  bool shares_flight = false;                 ///< other processes run the rest of the schedule
+  StepStore* steps = nullptr;                 ///< the components write through it
+  std::span<const std::byte> constants = {};  ///< never change from start() on; if they do, only a new process helps
+};
+
 class Executive final : public Health {
  public:
   /// `components` in the order of `stages`, which may be a part of the schedule; both outlive the executive.
-  Executive(std::span<const Stage> stages, std::span<Component* const> components, Store& store, Clock& clock);
+  Executive(std::span<const Stage> stages, std::span<Component* const> components, Store& store, Clock& clock,
+            const ExecutiveSetup& setup = {});
 
-  /// Time passes while components work: housekeeping is written periodically, and the level of work follows the load,
-  /// as [executive] of `mission` says. `mission` outlives the executive. Call it before start(), and never in virtual
-  /// time.
-  void keep_real_time(const MissionParameters& mission) { mission_ = &mission; }
-  /// `parameters` outlive the executive and change only in steps that report it (StepResult). The executive reverts any
-  /// other change at the end of a step or before the next one. Call it before start().
-  void guard(MissionParameters& parameters) { parameters_ = &parameters; }
   /// The guarded parameters were changed between two steps on purpose: other processes share the flight, and a setting
   /// came from one of them.
   void accept_parameters() {
-    if (parameters_ != nullptr) parameters_guard_.seal(*parameters_);
+    if (setup_.parameters != nullptr) parameters_guard_.seal(*setup_.parameters);
   }
-  /// Other processes run the rest of the schedule. Call it before start().
-  void share_flight() { shares_flight_ = true; }
   /// While it is set, a stage that runs only when woken waits, unless others_wait_for() it. For virtual time only.
   void put_off(bool late_work) { late_work_waits_ = late_work; }
-  /// The components write through `steps`, which outlives the executive. Call it before start().
-  void watch_commits(StepStore& steps) { steps_ = &steps; }
-  /// `memory` never changes from start() on. If it does, only a new process restores it. Call it before start().
-  Status keep_constant(std::span<const std::byte> memory) {
-    return constants_.push_back(memory) ? Status{} : Status{StatusCode::capacity_exceeded};
-  }
   /// Restores every component and wakes each of them once. A component that cannot be restored now waits and is tried
   /// again. Only faults that waiting cannot heal are returned: `store_build`, `store_schema`, `store_damaged`.
   Status start();
   /// Every component looks for work in the next minor frame, whatever was reported about changes.
   void wake_all() {
-    for (std::size_t i = 0; i < stages_.size(); ++i) own_.slots[i].pending = true;
+    for (std::size_t i = 0; i < stages_.size(); ++i) own_.slots[i].wake();
     seal_own();
   }
   /// Runs one minor frame, which should begin at `nominal` and end a minor frame later: every due component once in
@@ -100,13 +99,19 @@ class Executive final : public Health {
  private:
   static constexpr std::size_t nobody = limits::max_components;
 
+  /// docs/design.md draws the transitions.
+  enum class Activity : std::uint8_t {
+    stopped,  ///< before start()
+    waiting,  ///< it could not be restored, which was reported; it is tried again from `hold_frame` on
+    idle,     ///< nothing to do until it is woken
+    ready,    ///< it has work
+    full      ///< the store had no room for its work: it is ready again in `retry_frame`, or when it is woken
+  };
   struct Slot {
-    bool restored = false;
-    bool waiting = false;  ///< it is to be restored, and this has been reported
-    bool pending = false;
-    bool suspended = false;             ///< waits for the next minor frame
+    Activity activity = Activity::stopped;
+    bool suspended = false;             ///< it steps no more in this minor frame
     std::uint32_t faults_in_a_row = 0;  ///< in this minor frame
-    std::int64_t retry_frame = 0;       ///< the store was full: it is woken again in this minor frame; 0: it was not
+    std::int64_t retry_frame = 0;
     std::int64_t hold_frame = 0;  ///< after a fault that may pass: it is neither woken nor restored before this frame
     std::int64_t pause = 0;       ///< the latest pause, in minor frames
     std::int64_t attempts = 0;    ///< failed attempts to restore it
@@ -118,6 +123,11 @@ class Executive final : public Health {
     std::uint64_t head_checksum = 0;   ///< of the bytes in it that never change
     bool sealed = false;               ///< the checksums are known
     ComponentStats stats;
+
+    [[nodiscard]] bool restored() const { return activity > Activity::waiting; }
+    void wake() {
+      if (restored()) activity = Activity::ready;
+    }
   };
   /// State that lasts from one minor frame to the next.
   struct Own {
@@ -140,7 +150,6 @@ class Executive final : public Health {
   void wake();
   /// Restores the components that the ground has commanded back to their checkpoints.
   void obey_commands();
-  void wait_for_store(Slot& slot) const;
   /// A step has found the lock of the store taken.
   void wait_for_lock(Slot& slot);
   void look_at_lock();
@@ -152,8 +161,9 @@ class Executive final : public Health {
   }
   [[nodiscard]] bool may_run(std::size_t i) const {
     const Slot& slot = own_.slots[i];
-    return slot.restored && !slot.suspended && !store_locked_ && own_.frame >= slot.hold_frame && memory_is_free(i);
+    return slot.restored() && !slot.suspended && !store_locked_ && own_.frame >= slot.hold_frame && memory_is_free(i);
   }
+  [[nodiscard]] bool has_work(std::size_t i) const { return own_.slots[i].activity == Activity::ready && may_run(i); }
   /// Returns false, and reports it once, if the component has to wait.
   bool restore(std::size_t i, Status& status);
   void seal(std::size_t i, const LastingMemory& memory, std::uint64_t state);
@@ -163,10 +173,17 @@ class Executive final : public Health {
   void go_back(std::size_t i);
   void check_own();
   void check_parameters();
-  [[nodiscard]] std::uint64_t sum_of_constants() const;
   void check_constants();
   void seal_own() { own_guard_.seal(own_); }
+  /// Checks its memory, lets it step, and does what the result asks for.
   void run_step(std::size_t i);
+  /// The step itself, with its times. `memory` is what lasted before it. False in `intact`: its memory has changed, and
+  /// a commit was refused because of that.
+  StepResult take_step(std::size_t i, const LastingMemory& memory, bool& intact);
+  void count_step(std::size_t i, TimeNs used_ns);
+  void follow(std::size_t i, const StepResult& result);
+  /// Returns whether it was restarted.
+  bool follow_fault(std::size_t i, const Status& status);
   /// Whether its next step is expected to end before the deadline, with `reserved` to spare.
   [[nodiscard]] bool fits(std::size_t i, TimeNs reserved, TimeNs deadline);
   /// Runs a step, and the next ones while it keeps the shared memory and they fit.
@@ -198,18 +215,14 @@ class Executive final : public Health {
   EventLog events_;
   Own own_;
   Guarded<Own> own_guard_;
-  MissionParameters* parameters_ = nullptr;
-  StepStore* steps_ = nullptr;
-  FixedVector<std::span<const std::byte>, 4> constants_;
+  const ExecutiveSetup setup_;
   Guarded<MissionParameters> parameters_guard_;
   bool restart_wanted_ = false;
-  bool shares_flight_ = false;
   bool late_work_waits_ = false;
   bool store_locked_ = false;  ///< by another process, since
   TimeNs locked_since_ns_ = 0;
-  std::size_t first_ = nobody;                  ///< has waited for longest to fit into a frame: it runs in this one
-  bool woken_ran_ = false;                      ///< in this frame
-  const MissionParameters* mission_ = nullptr;  ///< null in virtual time
+  std::size_t first_ = nobody;  ///< has waited for longest to fit into a frame: it runs in this one
+  bool woken_ran_ = false;      ///< in this frame
 };
 
 }  // namespace ilp

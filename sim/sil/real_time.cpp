@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "bsp/flight/key_file.hpp"
-#include "bsp/flight/mission_epoch.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/rng.hpp"
 #include "hal/clock/utc.hpp"
@@ -50,11 +49,9 @@ std::uint64_t fingerprint_of(Store& store) {
 
 }  // namespace
 
-void FlightClock::begin(Store& store, Configuration& configuration, MissionParameters& mission) {
+void FlightClock::begin(FlightSoftware& software) {
   MissionTimeBegin begin;
-  host::require(begin_mission_time(store, configuration.memory(), EpochChoice::first_start, utc_now(), mission, begin),
-                "beginning mission time");
-  configuration.epoch_is(mission.mission_epoch_s);
+  host::require(software.begin_time(EpochChoice::first_start, utc_now(), begin), "beginning mission time");
   real_clock_.set(begin.now);
 }
 

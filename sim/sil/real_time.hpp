@@ -6,10 +6,10 @@
 #include <set>
 #include <string>
 
+#include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/packet_links.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/base/time.hpp"
-#include "fsw/commanding/configuration.hpp"
 #include "fsw/packets/authentication.hpp"
 #include "hal/clock/real_clock.hpp"
 #include "hal/clock/virtual_clock.hpp"
@@ -24,7 +24,7 @@ class FlightClock final : public Clock {
   FlightClock(bool real, TimeNs start) : real_(real), virtual_clock_(start) {}
 
   /// Real time: as on board (bsp/flight/mission_epoch.hpp). std::runtime_error when the store does not play along.
-  void begin(Store& store, Configuration& configuration, MissionParameters& mission);
+  void begin(FlightSoftware& software);
 
   TimeNs now() override { return clock().now(); }
   void sleep_until(TimeNs time) override { clock().sleep_until(time); }

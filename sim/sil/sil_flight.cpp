@@ -15,7 +15,6 @@
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/mission_file.hpp"
 #include "cfg/version.hpp"
-#include "fsw/commanding/configuration.hpp"
 #include "fsw/executive/frame_timing.hpp"
 #include "fsw/packets/pass_schedule.hpp"
 #include "hal/clock/utc.hpp"
@@ -158,11 +157,8 @@ class Flight {
   FaultyCamera camera_;
   std::unique_ptr<PacketLinks> links_;
   Authenticator keys_;
-  std::unique_ptr<PacketRouter> router_;
   FileNonvolatile on_disk_;
   RamNonvolatile in_memory_;
-  FlightMemory memory_{options_.real_time ? static_cast<Nonvolatile&>(on_disk_) : in_memory_};
-  Configuration configuration_{memory_, mission_};
   NavigationFile navigation_;
   std::unique_ptr<FlightSoftware> software_;
   Telecommands telecommands_;
@@ -193,31 +189,29 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
   host::require(disk_.limit(database_limit_bytes(mission_)), "limiting " + (out_ / "flight.db").string());
   host::require(radio_.open((out_ / "outbox").c_str(), (out_ / "acknowledged").c_str()),
                 "opening " + (out_ / "outbox").string());
-  ConfigurationStart start;
   if (options.real_time)
     host::require(on_disk_.open((out_ / "flight.db").c_str()),
                   "opening the small memory beside " + (out_ / "flight.db").string());
-  start.loaded = memory_.load();
-  start.utc_s = options.real_time ? utc_now() / ns_per_s : 0;
-  start.commanded = !options.link_udp.empty() || !options.link_tcp.empty();
-  host::require(configuration_.begin(store_, start), "taking up the settings");
-  if (options.real_time) clock_.begin(disk_, configuration_, mission_);
   links_ = open_links(options, clock_);
+  const FlightDevices devices{.store = store_,
+                              .camera = camera_,
+                              .link = link_,
+                              .clock = clock_,
+                              .small_memory = options.real_time ? static_cast<Nonvolatile&>(on_disk_) : in_memory_,
+                              .packets = links_->packets(),
+                              .files = links_->files(),
+                              .navigation = source.navigation.empty() ? nullptr : &navigation_,
+                              .real_time = options.real_time};
+  software_ = std::make_unique<FlightSoftware>(devices, mission_);
+  host::require(software_->configure({.utc_s = options.real_time ? utc_now() / ns_per_s : 0}),
+                "taking up the settings");
+  if (options.real_time) clock_.begin(*software_);
   read_keys(options, mission_, keys_);
-  router_ = std::make_unique<PacketRouter>(links_->packets(), links_->files(), clock_, mission_);
-  router_->authenticate_with(keys_);
+  software_->router().authenticate_with(keys_);
   if (!source.navigation.empty()) {
     host::require(navigation_.open(source.navigation.c_str()),
                   "navigation " + source.navigation + " (its columns: docs/navigation.md)");
   }
-  const FlightDevices devices{.store = store_,
-                              .camera = camera_,
-                              .link = link_,
-                              .router = *router_,
-                              .clock = clock_,
-                              .navigation = source.navigation.empty() ? nullptr : &navigation_,
-                              .real_time = options.real_time};
-  software_ = std::make_unique<FlightSoftware>(devices, mission_, configuration_);
   host::require(software_->start(source.model), "starting the flight software");
   flown_before_ = count(RecordType::frame);
   plan_cuts(source.frames);
@@ -298,10 +292,10 @@ void Flight::run() {
       show_progress();
       end_standstill();
     }
-    if (options_.real_time && (stop_requested() || configuration_.restart_wanted())) {
+    if (options_.real_time && (stop_requested() || software_->configuration().restart_wanted())) {
       host::require(executive().end(), "writing the housekeeping");
-      configuration_.end_in_order(clock_.now());
-      if (configuration_.restart_wanted())
+      software_->configuration().end_in_order(clock_.now());
+      if (software_->configuration().restart_wanted())
         std::cerr << "ilp-sil: parameters were given up that act with the next start: go on with --resume\n";
       break;
     }

@@ -7,20 +7,19 @@
 #include <ctime>
 #include <map>
 #include <memory>
-#include <new>
 #include <stdexcept>
 
 #include "bsp/flight/flight_software.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/executive/frame_timing.hpp"
 #include "hal/clock/virtual_clock.hpp"
-#include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "sim/host/parallel.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/world/flight_renderer.hpp"
 #include "sim/world/scenario.hpp"
 #include "tests/faults/reveal.hpp"
+#include "tests/support/flight_kit.hpp"
 
 namespace ilp::faults {
 ILP_REVEAL(FlightSoftware, components_);
@@ -222,21 +221,14 @@ ChainTimes fly_chain(int frames, Reference& reference, std::vector<world::Scenar
       store_bytes(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height)));
   RamStore store(region);
   ConfirmingLink link;
-  PacketRouter router(nullptr, nullptr, clock, mission);
-  RamNonvolatile medium;
-  FlightMemory memory(medium);
-  Configuration configuration(memory, mission);
-  host::require(configuration.begin(store, {.loaded = memory.load()}), "the configuration");
-  // Zero, as the static memory of a process.
-  const std::unique_ptr<void, decltype(&std::free)> place(std::calloc(1, sizeof(FlightSoftware)), &std::free);
-  auto* const flight = new (place.get()) FlightSoftware({store, camera, link, router, clock}, mission, configuration);
+  test::FlightKit flight({store, camera, link, clock}, mission);
   auto& components = (*flight).*revealed(faults::FlightSoftware_components_{});
   Timed timed;
   for (std::size_t i = 0; i < stage_count; ++i) {
     timed.push_back(std::make_unique<TimedComponent>(*components[i], schedule[i].component, clock));
     components[i] = timed.back().get();
   }
-  host::require(flight->start(scenario.flight.camera), "the start of the flight");
+  host::require(flight.start(scenario.flight.camera), "the start of the flight");
   ChainTimes times;
   std::vector<double> references;
   double all_ms = 0;

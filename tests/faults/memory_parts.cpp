@@ -168,8 +168,9 @@ std::vector<MemoryPart> memory_parts() {
   FlightSoftware& flight = *memory.software;
   std::vector<MemoryPart> parts;
   add(parts, "mission parameters", piece_of(*memory.mission), {});
-  add(parts, "small memory", piece_of(*memory.kept), {});
-  add(parts, "configuration", piece_of(*memory.configuration), {});
+  Configuration& configuration = flight.configuration();
+  add(parts, "small memory", piece_of(configuration.memory()), {});
+  add(parts, "configuration", piece_of(configuration), {});
   TelemetryWriter& writer = flight.*revealed(FlightSoftware_telemetry_writer_{});
   add(parts, "telemetry writer", piece_of(writer), pieces_of(writer, TelemetryWriter_next_{}, TelemetryWriter_ring_{}));
   FlightComponents::for_each([&]<typename C>() {
@@ -179,8 +180,9 @@ std::vector<MemoryPart> memory_parts() {
   parts.push_back({"memory of one step", false, {piece_of(flight.*revealed(FlightSoftware_step_memory_{}))}});
   add(parts, "delivery_queue", piece_of(flight.*revealed(FlightSoftware_delivery_queue_{})), {});
   add(parts, "executive", piece_of(flight.*revealed(FlightSoftware_executive_{})), {});
-  add(parts, "packet router", piece_of(*memory.router),
-      pieces_of(*memory.router, PacketRouter_buffer_{}, PacketRouter_commands_{}, PacketRouter_pdus_{}));
+  PacketRouter& router = flight.router();
+  add(parts, "packet router", piece_of(router),
+      pieces_of(router, PacketRouter_buffer_{}, PacketRouter_commands_{}, PacketRouter_pdus_{}));
   add(parts, "store", piece_of(*memory.store), {});
   add(parts, "SQLite arena", {memory.sqlite.data(), memory.sqlite.size()}, {});
   return parts;

@@ -129,10 +129,15 @@ bool RamFlight::start() {
     camera_.rewind();
     // As after the end of a process.
     failing_.rollback();
-    router_.emplace(ground_ ? &ground_->packets() : nullptr, ground_ ? &ground_->files() : nullptr, clock_, mission_);
-    if (!configuration_.begin(failing_, {.loaded = memory_.load(), .commanded = router_->present()}).ok()) continue;
-    software_ =
-        new (fresh_memory()) FlightSoftware({failing_, camera_, link_, *router_, clock_}, mission_, configuration_);
+    software_ = new (fresh_memory()) FlightSoftware({.store = failing_,
+                                                     .camera = camera_,
+                                                     .link = link_,
+                                                     .clock = clock_,
+                                                     .small_memory = small_memory_,
+                                                     .packets = ground_ ? &ground_->packets() : nullptr,
+                                                     .files = ground_ ? &ground_->files() : nullptr},
+                                                    mission_);
+    if (!software_->configure({}).ok()) continue;
     auto& components = software_->*revealed(FlightSoftware_components_{});
     probes_.clear();
     for (std::size_t i = 0; i < stage_count; ++i) {

@@ -107,10 +107,7 @@ class RamFlight {
   } clock_;
   MissionParameters mission_;
   RamNonvolatile small_memory_;
-  ilp::FlightMemory memory_{small_memory_};
-  Configuration configuration_{memory_, mission_};
   std::unique_ptr<PacketGround> ground_;  ///< null with an outbox
-  std::optional<PacketRouter> router_;
   FlightSoftware* software_ = nullptr;
   std::vector<Probe> probes_;
   std::size_t at_work_ = stage_count;

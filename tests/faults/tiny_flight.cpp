@@ -81,10 +81,7 @@ alignas(test::FailingStore) std::byte store_place[sizeof(test::FailingStore)];
 alignas(DirectoryCamera) std::byte camera_place[sizeof(DirectoryCamera)];
 alignas(OutboxLink) std::byte link_place[sizeof(OutboxLink)];
 alignas(PacketGround) std::byte ground_place[sizeof(PacketGround)];
-alignas(PacketRouter) std::byte router_place[sizeof(PacketRouter)];
 alignas(FileNonvolatile) std::byte small_memory_place[sizeof(FileNonvolatile)];
-alignas(ilp::FlightMemory) std::byte kept_place[sizeof(ilp::FlightMemory)];
-alignas(Configuration) std::byte configuration_place[sizeof(Configuration)];
 alignas(FlightSoftware) std::byte software_place[sizeof(FlightSoftware)];
 
 /// The far end of the link: confirms whole files, and keeps what it has confirmed. Of packets it knows nothing any
@@ -199,14 +196,16 @@ void prepare_process(Downlinks downlinks) {
   auto* const link = new (link_place) OutboxLink;
   with_packets = downlinks == Downlinks::packets;
   auto* const ground = new (ground_place) PacketGround(clock);
-  auto* const router = new (router_place) PacketRouter(with_packets ? &ground->packets() : nullptr,
-                                                       with_packets ? &ground->files() : nullptr, clock, *mission);
   auto& store = *reinterpret_cast<test::FailingStore*>(store_place);
-  auto* const kept = new (kept_place) ilp::FlightMemory(*new (small_memory_place) FileNonvolatile);
-  auto* const configuration = new (configuration_place) Configuration(*kept, *mission);
-  auto* const software =
-      new (software_place) FlightSoftware({store, *camera, *link, *router, clock}, *mission, *configuration);
-  memory = {disk, software, router, mission, kept, configuration, {store_region, limits::sqlite_arena_bytes}};
+  auto* const software = new (software_place) FlightSoftware({.store = store,
+                                                              .camera = *camera,
+                                                              .link = *link,
+                                                              .clock = clock,
+                                                              .small_memory = *new (small_memory_place) FileNonvolatile,
+                                                              .packets = with_packets ? &ground->packets() : nullptr,
+                                                              .files = with_packets ? &ground->files() : nullptr},
+                                                             *mission);
+  memory = {disk, software, mission, {store_region, limits::sqlite_arena_bytes}};
   give_back_zeros(software_place);
   give_back_zeros(disk_place);
   give_back_zeros(ground_place);
@@ -218,13 +217,12 @@ namespace {
 Status begin_configuration(const std::string& database) {
   const Status opened = reinterpret_cast<FileNonvolatile*>(small_memory_place)->open(database.c_str());
   ConfigurationStart start;
-  start.loaded = opened.ok() ? memory.kept->load() : opened;
-  start.commanded = with_packets;
+  start.loaded = opened;
   start.another_before = !memory.store->news().ok();
   if (memory.store->news().is(StatusCode::store_in_memory)) {
     start.most_storage_mib = memory.mission->storage_budget_mib;
   }
-  return memory.configuration->begin(*reinterpret_cast<test::FailingStore*>(store_place), start);
+  return memory.software->configure(start);
 }
 
 }  // namespace
@@ -292,7 +290,7 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   for (traces.frames = 0; next < end_ns; ++traces.frames) {
     ends = hooks.ends && hooks.ends();
     if (ends) break;
-    if (disk.damaged() || software.restart_wanted() || memory.configuration->restart_wanted()) return life_restart;
+    if (disk.damaged() || software.restart_wanted()) return life_restart;
     if (hooks.frame) hooks.frame(traces.frames);
     software.executive().run_minor_frame(next);
     const Status news = disk.take_news();

@@ -54,10 +54,7 @@ struct Hooks {
 struct StaticMemory {
   FlightStore* store = nullptr;
   FlightSoftware* software = nullptr;
-  PacketRouter* router = nullptr;
   MissionParameters* mission = nullptr;
-  FlightMemory* kept = nullptr;
-  Configuration* configuration = nullptr;
   std::span<std::byte> sqlite;
 };
 [[nodiscard]] const StaticMemory& static_memory();

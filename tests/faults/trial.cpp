@@ -42,7 +42,7 @@ void end_in_order(const fs::path& folder) {
 /// Records that only the ground makes: a parameter that is set, a telecommand that waits, an uplinked file.
 void write_what_the_ground_sent() {
   Store& store = static_memory().store->store();
-  Configuration& configuration = *static_memory().configuration;
+  Configuration& configuration = static_memory().software->configuration();
   MissionParameters wanted = configuration.wanted();
   wanted.overdue_passes = 5;
   const std::vector<std::uint8_t> octets(200, 0x5A);

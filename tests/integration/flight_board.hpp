@@ -57,31 +57,27 @@ class FlightBoard {
   /// Starts the flight as main.cpp does; the Status of what failed.
   Status start() {
     mission = mission_file;
+    started_s_ = calendar_s;
+    started_ns_ = clock.now();
     store = std::make_unique<FlightStore>(sqlite_, memory_region_);
     ILP_TRY(store->open(database().c_str(), StoreTrouble::fly_on, mission));
     small_memory = std::make_unique<FileNonvolatile>();
     const Status opened = small_memory->open(database().c_str());
-    memory = std::make_unique<FlightMemory>(*small_memory);
-    configuration = std::make_unique<Configuration>(*memory, mission);
-    ConfigurationStart begin;
-    begin.loaded = memory->load();
-    if (!opened.ok()) begin.loaded = opened;
-    begin.utc_s = calendar_s;
-    begin.commanded = true;
-    begin.another_before = !store->news().ok();
-    ILP_TRY(configuration->begin(store->store(), begin));
+    software = std::make_unique<FlightSoftware>(FlightDevices{.store = store->store(),
+                                                              .camera = *eye,
+                                                              .link = outbox,
+                                                              .clock = clock,
+                                                              .small_memory = *small_memory,
+                                                              .packets = radio},
+                                                mission);
+    ILP_TRY(software->configure({.loaded = opened, .utc_s = calendar_s, .another_before = !store->news().ok()}));
     MissionTimeBegin time;
-    ILP_TRY(begin_mission_time(store->store(), *memory, epoch_choice, calendar_s * ns_per_s, mission, time));
-    configuration->epoch_is(mission.mission_epoch_s);
+    ILP_TRY(software->begin_time(epoch_choice, calendar_s * ns_per_s, time));
     clock.set(time.now);
-    started_s_ = calendar_s;
     started_ns_ = time.now;
     keys = Authenticator();
     for (const auto& [spi, key] : key_list) ILP_TRY(keys.add(spi, key));
-    router = std::make_unique<PacketRouter>(radio, nullptr, clock, mission);
-    router->authenticate_with(keys);
-    const FlightDevices devices{store->store(), *eye, outbox, *router, clock};
-    software = std::make_unique<FlightSoftware>(devices, mission, *configuration);
+    software->router().authenticate_with(keys);
     ILP_TRY(software->start(model));
     Life life(store->store(), clock);
     ILP_TRY(life.begin({}));
@@ -93,9 +89,6 @@ class FlightBoard {
   void stop() {
     if (software != nullptr) calendar_s = calendar_now();
     software.reset();
-    router.reset();
-    configuration.reset();
-    memory.reset();
     small_memory.reset();
     if (store != nullptr) store->close();
     store.reset();
@@ -113,7 +106,7 @@ class FlightBoard {
   /// Minor frames; ends where the software asks for a start.
   void fly(double seconds) {
     const TimeNs end = clock.now() + ns_from_seconds(seconds);
-    while (clock.now() < end && !configuration->restart_wanted()) {
+    while (clock.now() < end && !configuration().restart_wanted()) {
       software->executive().run_minor_frame(next_);
       next_ = next_frame_begin(next_, clock.now());
       clock.sleep_until(next_);
@@ -124,7 +117,7 @@ class FlightBoard {
     const TimeNs end = clock.now() + ns_from_seconds(seconds);
     while (clock.now() < end) {
       fly(static_cast<double>(end - clock.now()) / 1e9);
-      if (configuration->restart_wanted()) {
+      if (configuration().restart_wanted()) {
         ++restarts;
         ASSERT_TRUE(restart().ok());
       }
@@ -184,6 +177,8 @@ class FlightBoard {
     return answers() == "1.1 1.3 17.2 1.7";
   }
 
+  Configuration& configuration() { return software->configuration(); }
+  FlightMemory& memory() { return configuration().memory(); }
   [[nodiscard]] std::string database() const { return folder / "flight.db"; }
   std::vector<EventRecord> events(StatusCode code) {
     std::vector<EventRecord> list;
@@ -216,9 +211,6 @@ class FlightBoard {
   Authenticator keys;
   std::unique_ptr<FlightStore> store;
   std::unique_ptr<FileNonvolatile> small_memory;
-  std::unique_ptr<FlightMemory> memory;
-  std::unique_ptr<Configuration> configuration;
-  std::unique_ptr<PacketRouter> router;
   std::unique_ptr<FlightSoftware> software;
 
  private:

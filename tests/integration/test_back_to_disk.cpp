@@ -203,7 +203,7 @@ TEST_F(BackToDisk, LivesInMemoryFollowEachOtherIntoOneDatabase) {
   ASSERT_OK(board_.restart());
   IdentityRecord first, second;
   ASSERT_OK(get(board_.store->store(), 1, first));
-  EXPECT_EQ(board_.memory->content().keyframe_base, first.keyframe_base);
+  EXPECT_EQ(board_.memory().content().keyframe_base, first.keyframe_base);
   board_.fly(1);
   const std::size_t events = all<EventRecord>().size();
   board_.stop();

@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <memory>
-#include <new>
 #include <set>
 #include <string>
 #include <vector>
@@ -15,10 +13,10 @@
 #include "fsw/downlink/downlink.hpp"
 #include "fsw/executive/frame_timing.hpp"
 #include "fsw/shared/product_layers.hpp"
-#include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "tests/faults/packet_ground.hpp"
 #include "tests/stages/recorded_flight.hpp"
 #include "tests/support/delivery_rig.hpp"
+#include "tests/support/flight_kit.hpp"
 #include "tests/support/step_memory.hpp"
 
 namespace ilp::test {
@@ -252,14 +250,8 @@ TEST_F(BroadcastFlight, OverTwoPercentOfTheRawBitsProductsArriveInTheOrderOfThei
   RecordedCamera camera;
   ConfirmingLink unused;
   const auto station = std::make_unique<faults::PacketGround>(clock);
-  PacketRouter router(&station->packets(), &station->files(), clock, mission);
-  RamNonvolatile medium;
-  FlightMemory memory(medium);
-  Configuration configuration(memory, mission);
-  ASSERT_TRUE(configuration.begin(store, {.loaded = memory.load(), .commanded = true}).ok());
-  const std::unique_ptr<void, decltype(&std::free)> place(std::calloc(1, sizeof(FlightSoftware)), &std::free);
-  auto* const flight = new (place.get()) FlightSoftware({store, camera, unused, router, clock}, mission, configuration);
-  ASSERT_TRUE(flight->start(recorded_camera()).ok());
+  FlightKit flight({store, camera, unused, clock, &station->packets(), &station->files()}, mission);
+  ASSERT_TRUE(flight.start(recorded_camera()).ok());
 
   Beginnings beginnings;
   std::vector<std::string> arrived;

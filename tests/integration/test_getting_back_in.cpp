@@ -261,7 +261,7 @@ TEST_F(GettingBackIn, ASettingOfAnUnknownNumberIsKeptAndToldOnce) {
   EXPECT_EQ(board_->in_force("motion", "corners"), 500);
   ASSERT_EQ(board_->events(StatusCode::setting_ignored).size(), 1U);
   EXPECT_EQ(board_->events(StatusCode::setting_ignored)[0].a, 60000);
-  EXPECT_EQ(board_->memory->content().wanted.find(60001)->value, 2) << "a software that knows it takes it up again";
+  EXPECT_EQ(board_->memory().content().wanted.find(60001)->value, 2) << "a software that knows it takes it up again";
 }
 
 TEST_F(GettingBackIn, ParametersThatDoNotConcernContactNeedNoTrial) {
@@ -291,19 +291,19 @@ TEST_F(GettingBackIn, RepeatedStartsStepDownAndATelecommandStepsUp) {
   // The present start was confirmed.
   for (int start = 1; start <= 2; ++start) {
     ASSERT_OK(board_->restart());
-    EXPECT_EQ(board_->configuration->stage(), ConfigurationStage::as_set) << start;
+    EXPECT_EQ(board_->configuration().stage(), ConfigurationStage::as_set) << start;
     EXPECT_EQ(rate(), 7) << start;
     board_->fly(5);
   }
   ASSERT_OK(board_->restart());
-  EXPECT_EQ(board_->configuration->stage(), ConfigurationStage::last_good);
+  EXPECT_EQ(board_->configuration().stage(), ConfigurationStage::last_good);
   EXPECT_EQ(rate(), 50);
   EXPECT_EQ(board_->in_force("motion", "corners"), 500);
   board_->fly(5);
   EXPECT_EQ(reasons(), (std::vector<int>{3}));
   for (int start = 4; start <= 6; ++start) {
     ASSERT_OK(board_->restart());
-    EXPECT_EQ(board_->configuration->stage(), ConfigurationStage::built_in) << start;
+    EXPECT_EQ(board_->configuration().stage(), ConfigurationStage::built_in) << start;
     EXPECT_EQ(rate(), 200);
     EXPECT_EQ(board_->in_force("motion", "corners"), 1000);
     board_->fly(5);
@@ -311,7 +311,7 @@ TEST_F(GettingBackIn, RepeatedStartsStepDownAndATelecommandStepsUp) {
   EXPECT_EQ(board_->events(StatusCode::defaults_in_force).size(), 3U);
   EXPECT_TRUE(board_->ping());
   ASSERT_OK(board_->restart());
-  EXPECT_EQ(board_->configuration->stage(), ConfigurationStage::as_set);
+  EXPECT_EQ(board_->configuration().stage(), ConfigurationStage::as_set);
   EXPECT_EQ(rate(), 50);
   EXPECT_EQ(board_->in_force("motion", "corners"), 500);
   EXPECT_TRUE(board_->ping());
@@ -323,11 +323,11 @@ TEST_F(GettingBackIn, TelecommandsThatCannotBeAnsweredDoNotStopTheSteps) {
   // Shorter than what is kept of a trial, and the ground goes on to command.
   for (int start = 1; start <= 2; ++start) {
     ASSERT_OK(board_->restart());
-    EXPECT_EQ(board_->configuration->stage(), ConfigurationStage::as_set) << start;
+    EXPECT_EQ(board_->configuration().stage(), ConfigurationStage::as_set) << start;
     for (int i = 0; i < 5; ++i) EXPECT_FALSE(board_->ping());
   }
   ASSERT_OK(board_->restart());
-  EXPECT_EQ(board_->configuration->stage(), ConfigurationStage::last_good);
+  EXPECT_EQ(board_->configuration().stage(), ConfigurationStage::last_good);
   EXPECT_TRUE(board_->ping());
   EXPECT_EQ(reasons(), (std::vector<int>{3}));
 }
@@ -342,7 +342,7 @@ TEST_F(GettingBackIn, BuiltInDefaultsListenWhateverTheMissionFileSays) {
     ASSERT_OK(board_->restart());
     board_->fly(3);
   }
-  EXPECT_EQ(board_->configuration->stage(), ConfigurationStage::built_in);
+  EXPECT_EQ(board_->configuration().stage(), ConfigurationStage::built_in);
   EXPECT_EQ(board_->in_force("storage", "storage_budget_mib"), 500) << "what is stored stays stored";
   board_->apid = 77;
   EXPECT_TRUE(board_->ping());
@@ -358,7 +358,7 @@ TEST_F(GettingBackIn, BuiltInDefaultsDemandTheKeysThatTheGroundUsesLast) {
     ASSERT_OK(board_->restart());
     board_->fly(3);
   }
-  EXPECT_EQ(board_->configuration->stage(), ConfigurationStage::built_in);
+  EXPECT_EQ(board_->configuration().stage(), ConfigurationStage::built_in);
   EXPECT_FALSE(board_->ping());
   board_->send(board_->sealed(board_->ping_packet(), 2));
   EXPECT_EQ(board_->answers(), "1.1 1.3 17.2 1.7");
@@ -368,13 +368,13 @@ TEST_F(GettingBackIn, AStartThatLastsOrAnOrderedEndIsInNoCircle) {
   for (int start = 0; start < 6; ++start) {
     ASSERT_OK(board_->restart());
     board_->fly(61);
-    EXPECT_EQ(board_->configuration->stage(), ConfigurationStage::as_set) << start;
+    EXPECT_EQ(board_->configuration().stage(), ConfigurationStage::as_set) << start;
   }
   for (int start = 0; start < 6; ++start) {
     ASSERT_OK(board_->restart());
     board_->fly(1);
-    board_->configuration->end_in_order(board_->clock.now());
-    EXPECT_EQ(board_->configuration->stage(), ConfigurationStage::as_set) << start;
+    board_->configuration().end_in_order(board_->clock.now());
+    EXPECT_EQ(board_->configuration().stage(), ConfigurationStage::as_set) << start;
   }
 }
 
@@ -502,12 +502,12 @@ TEST_F(GettingBackIn, TheFirstSettingOfAFlightThatWasCutOffBeforeTheSmallMemoryI
 
 TEST_F(GettingBackIn, AFlippedBitInTheConfigurationIsMendedBeforeItActs) {
   ASSERT_EQ(board_->set("link", "telecommands_per_s", 50), done);
-  auto& wanted = const_cast<MissionParameters&>(board_->configuration->wanted());
+  auto& wanted = const_cast<MissionParameters&>(board_->configuration().wanted());
   wanted.telecommands_per_s = 1;
   wanted.pass_start_s = 1e9;
   board_->fly(0.2);
-  EXPECT_EQ(board_->configuration->wanted().telecommands_per_s, 50);
-  EXPECT_EQ(board_->configuration->wanted().pass_start_s, 0);
+  EXPECT_EQ(board_->configuration().wanted().telecommands_per_s, 50);
+  EXPECT_EQ(board_->configuration().wanted().pass_start_s, 0);
   EXPECT_TRUE(board_->ping());
 }
 
@@ -628,7 +628,7 @@ TEST_F(GettingBackIn, EveryDatabaseIsAnotherLifeWithNumbersOfItsOwn) {
       const int known = life_of_transaction.emplace(number.number(width), life).first->second;
       EXPECT_EQ(known, life) << "a transaction number of another life";
     }
-    for (int i = 0; i < 10; ++i) EXPECT_TRUE(transactions.insert(board_->memory->next_transaction(0)).second);
+    for (int i = 0; i < 10; ++i) EXPECT_TRUE(transactions.insert(board_->memory().next_transaction(0)).second);
     board_->stop();
     fs::remove(board_->database());
     ASSERT_OK(board_->start());

@@ -7,15 +7,14 @@
 #include <vector>
 
 #include "bsp/flight/flight_software.hpp"
-#include "bsp/flight/packet_links.hpp"
 #include "fsw/executive/frame_timing.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/camera/directory/pgm.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
-#include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "sim/host/colmap.hpp"
 #include "tests/integration/flight_files.hpp"
+#include "tests/support/flight_kit.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp {
@@ -90,16 +89,9 @@ class SlowProcessorTest : public testing::Test {
     ASSERT_TRUE(camera.open((plain / "index.txt").c_str(), model.width, model.height, read_pgm).ok());
     OutboxLink link;
     ASSERT_TRUE(link.open((folder / "outbox").c_str(), (folder / "acknowledged").c_str()).ok());
-    PacketLinks links(clock);
-    const auto router = std::make_unique<PacketRouter>(links.packets(), links.files(), clock, mission);
-    RamNonvolatile small_memory;
-    FlightMemory memory(small_memory);
-    Configuration configuration(memory, mission);
-    ASSERT_TRUE(configuration.begin(store, {.loaded = memory.load()}).ok());
-    const FlightDevices devices{
-        .store = store, .camera = camera, .link = link, .router = *router, .clock = clock, .real_time = true};
-    const auto software = std::make_unique<FlightSoftware>(devices, mission, configuration);
-    ASSERT_TRUE(software->start(model).ok());
+    test::FlightKit software({.store = store, .camera = camera, .link = link, .clock = clock, .real_time = true},
+                             mission);
+    ASSERT_TRUE(software.start(model).ok());
     clock.executive = &software->executive();
     for (TimeNs next = 0; next < end; next = next_frame_begin(next, clock.now())) {
       clock.sleep_until(next);

@@ -3,10 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <memory>
-#include <new>
 #include <numbers>
 #include <optional>
 
@@ -14,11 +12,11 @@
 #include "fsw/executive/frame_timing.hpp"
 #include "fsw/records/serial.hpp"
 #include "hal/camera/directory/pgm.hpp"
-#include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "sim/world/render_flight.hpp"
 #include "tests/faults/reveal.hpp"
 #include "tests/stages/ground_station.hpp"
+#include "tests/support/flight_kit.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp::faults {
@@ -168,24 +166,17 @@ Recording fly(CameraKnown known, Links links = Links::whole_files,
   std::optional<WatchedLink> packets, files;
   if (station) packets.emplace(station->packets(), Channel::commands, recording, at_work, clock);
   if (station) files.emplace(station->files(), Channel::files, recording, at_work, clock);
-  PacketRouter router(packets ? &*packets : nullptr, files ? &*files : nullptr, clock, mission);
   Authenticator keys;
   EXPECT_TRUE(keys.add(station_spi, station_key).ok());
-  router.authenticate_with(keys);
-  RamNonvolatile medium;
-  FlightMemory memory(medium);
-  Configuration configuration(memory, mission);
-  EXPECT_TRUE(configuration.begin(store, {.loaded = memory.load()}).ok());
-  // Zero, as the static memory of a process.
-  const std::unique_ptr<void, decltype(&std::free)> place(std::calloc(1, sizeof(FlightSoftware)), &std::free);
-  auto* const flight = new (place.get()) FlightSoftware({store, camera, link, router, clock}, mission, configuration);
+  FlightKit flight({store, camera, link, clock, packets ? &*packets : nullptr, files ? &*files : nullptr}, mission);
+  flight->router().authenticate_with(keys);
   auto& components = (*flight).*revealed(faults::FlightSoftware_components_{});
   std::vector<std::unique_ptr<Watched>> watched;
   for (std::size_t i = 0; i < stage_count; ++i) {
     watched.push_back(std::make_unique<Watched>(*components[i], i, recording, at_work, clock));
     components[i] = watched.back().get();
   }
-  EXPECT_TRUE(flight->start(scenario().flight.camera).ok());
+  EXPECT_TRUE(flight.start(scenario().flight.camera).ok());
   int rest = 0;
   for (TimeNs next = 0; clock.now() < longest_flight_ns && rest < rest_frames;) {
     flight->executive().run_minor_frame(next);

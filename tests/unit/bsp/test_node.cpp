@@ -233,8 +233,7 @@ TEST_F(NodeTest, ASettingOfTheHeadIsInForceBeforeTheNextStep) {
   IdleComponent idle;
   Component* const components[] = {&idle};
   const Stage row = stage_of(ComponentId::dense_matcher);
-  Executive executive(std::span(&row, 1), components, shared, clock_);
-  executive.guard(in_force);
+  Executive executive(std::span(&row, 1), components, shared, clock_, {.parameters = &in_force});
   shared.follow(mission_, in_force, executive);
   ASSERT_TRUE(executive.start().ok());
   executive.run_minor_frame();

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -57,7 +58,13 @@ class ExecutiveTest : public testing::Test {
     next_frame();
     diary.clear();
   }
-  void next_frame() { clock.sleep_until(executive.frames_run() * minor_frame_ns); }
+  /// Another executive, from now on.
+  void assemble(const ExecutiveSetup& setup) {
+    std::destroy_at(&executive);
+    std::construct_at(&executive, stages, components, lockable, clock, setup);
+    begin_ns = clock.now();
+  }
+  void next_frame() { clock.sleep_until(begin_ns + executive.frames_run() * minor_frame_ns); }
   void run_frames(int count) {
     for (int i = 0; i < count; ++i) {
       executive.run_minor_frame();
@@ -102,6 +109,7 @@ class ExecutiveTest : public testing::Test {
             .budget_ns = budget},
   };
   MissionParameters mission;
+  TimeNs begin_ns = 0;
   Executive executive{stages, components, lockable, clock};
 };
 

@@ -254,7 +254,7 @@ TEST_F(ExecutiveTest, OverrunsInEveryFrameAreToldOnceAMinuteWithTheirNumber) {
 }
 
 TEST_F(ExecutiveTest, TimingTellsHowLateFramesBeginAndHowLongTheyTake) {
-  executive.keep_real_time(mission);
+  assemble({.parameters = &mission, .real_time = true});
   ASSERT_TRUE(executive.start().ok());
   // On time and empty; 5 us late; 300 us late and 100 ms long, which is too long.
   executive.run_minor_frame(0);
@@ -287,8 +287,8 @@ TEST_F(ExecutiveTest, HousekeepingIsWrittenEverySoOftenInRealTimeOnly) {
   std::int64_t count = -1;
   ASSERT_TRUE(store.count(record_info<ComponentRecord>(), count).ok());
   EXPECT_EQ(count, 0) << "its processor times would make flights differ";
-  executive.keep_real_time(mission);
-  run_frames(1);
+  assemble({.parameters = &mission, .real_time = true});
+  start();
   TimingRecord timing;
   ASSERT_TRUE(get(store, 1, timing).ok());
   const std::int64_t first = timing.frames;
@@ -304,7 +304,7 @@ TEST_F(ExecutiveTest, HousekeepingIsWrittenEverySoOftenInRealTimeOnly) {
 
 TEST_F(ExecutiveTest, OverloadLowersTheLevelOfWorkAndRestRestoresIt) {
   mission.recovery_windows = 2;
-  executive.keep_real_time(mission);
+  assemble({.parameters = &mission, .real_time = true});
   start();
   TimingRecord timing;
   a.on_step = [&] {
@@ -331,7 +331,7 @@ TEST_F(ExecutiveTest, OverloadLowersTheLevelOfWorkAndRestRestoresIt) {
 TEST_F(ExecutiveTest, FramesThatWaitWithoutRestLowerTheLevelOfWorkInRealTimeOnly) {
   stages[2].period = 0;
   for (const bool real_time : {false, true}) {
-    if (real_time) executive.keep_real_time(mission);
+    assemble({.parameters = &mission, .real_time = real_time});
     start();
     write<FrameRecord>(20);
     b.on_step = [&] {
@@ -351,8 +351,7 @@ TEST_F(ExecutiveTest, TheLevelOfWorkOutlivesARestartInRealTimeAndIsNoneInVirtual
   ASSERT_TRUE(transaction.begin().ok());
   ASSERT_TRUE(put(store, timing).ok());
   ASSERT_TRUE(transaction.commit().ok());
-  Executive on_board(stages, components, store, clock);
-  on_board.keep_real_time(mission);
+  Executive on_board(stages, components, store, clock, {.parameters = &mission, .real_time = true});
   ASSERT_TRUE(on_board.start().ok());
   EXPECT_EQ(on_board.timing().degraded, 2);
   ASSERT_TRUE(get(store, 1, timing).ok());
@@ -555,8 +554,7 @@ TEST_F(ExecutiveTest, APartOfTheScheduleKeepsTheNumbersOfTheWhole) {
   const Stage row = stage_of(ComponentId::dense_matcher);
   constexpr auto number = static_cast<std::int64_t>(ComponentId::dense_matcher);
   Component* const part[] = {&c};
-  Executive node(std::span(&row, 1), part, store, clock);
-  node.share_flight();
+  Executive node(std::span(&row, 1), part, store, clock, {.shares_flight = true});
   ASSERT_TRUE(node.start().ok());
   c.on_step = [] { return StepResult{StatusCode::assertion_failed, true}; };
   node.run_minor_frame();
@@ -572,7 +570,7 @@ TEST_F(ExecutiveTest, APartOfTheScheduleKeepsTheNumbersOfTheWhole) {
 TEST_F(ExecutiveTest, WhatOtherProcessesWaitForGoesBeforeTheRest) {
   stages[1].writes = mask_of(RecordType::pose);
   stages[2].period = 0;
-  executive.share_flight();
+  assemble({.shares_flight = true});
   start();
   int left_of_b = 2, left_of_c = 3;
   b.on_step = [&] { return StepResult{{}, --left_of_b > 0}; };
@@ -588,7 +586,7 @@ TEST_F(ExecutiveTest, WhatOtherProcessesWaitForGoesBeforeTheRest) {
 TEST_F(ExecutiveTest, WhatNobodyWaitsForCanBePutOff) {
   stages[1].writes = mask_of(RecordType::pose);
   stages[2].period = 0;
-  executive.share_flight();
+  assemble({.shares_flight = true});
   start();
   write<OverlapRecord>(1);
   write<FrameRecord>(1);

@@ -180,7 +180,7 @@ TEST_F(ExecutiveTest, AFlippedBitInTheExecutivesOwnMemoryIsMendedAndTold) {
 }
 
 TEST_F(ExecutiveTest, AParameterThatNobodySetIsMendedBeforeTheNextStepAndOneThatAStepSetIsKept) {
-  executive.guard(mission);
+  assemble({.parameters = &mission});
   start();
   const double wanted = mission.target_overlap;
   double seen = 0;
@@ -270,10 +270,7 @@ class CommittingComponent final : public Component {
 
 class CommittingTest : public testing::Test {
  protected:
-  CommittingTest() {
-    executive_.watch_commits(steps_);
-    EXPECT_TRUE(executive_.start().ok());
-  }
+  CommittingTest() { EXPECT_TRUE(executive_.start().ok()); }
   std::size_t told() {
     std::size_t count = 0;
     EventRecord event;
@@ -290,7 +287,7 @@ class CommittingTest : public testing::Test {
   CommittingComponent component_{steps_};
   Stage stage_{.component = ComponentId{1}, .name = "committing", .period = 1, .budget_ns = 20 * ns_per_ms};
   Component* components_[1] = {&component_};
-  Executive executive_{{&stage_, 1}, components_, store_, clock_};
+  Executive executive_{{&stage_, 1}, components_, store_, clock_, {.steps = &steps_}};
 };
 
 TEST_F(CommittingTest, AStateThatFlipsOnTheWayToACommitIsNotCommitted) {
@@ -432,8 +429,7 @@ TEST_F(CommittingTest, AReferenceThatFlipsIsNeverFollowedAndAsksForANewProcess) 
 
 TEST_F(CommittingTest, ConstantsThatFlipAskForANewProcess) {
   std::uint64_t constant = 5;
-  Executive executive({&stage_, 1}, components_, store_, clock_);
-  ASSERT_TRUE(executive.keep_constant(memory_of(constant)).ok());
+  Executive executive({&stage_, 1}, components_, store_, clock_, {.constants = memory_of(constant)});
   ASSERT_TRUE(executive.start().ok());
   executive.run_minor_frame();
   EXPECT_FALSE(executive.restart_wanted());

@@ -1,0 +1,53 @@
+// A flight for tests, in memory that is zero at first, as the static memory of a process is.
+#pragma once
+
+#include <cstdlib>
+#include <memory>
+#include <new>
+
+#include "bsp/flight/flight_software.hpp"
+#include "hal/nonvolatile/ram_nonvolatile.hpp"
+
+namespace ilp::test {
+
+/// What a flight is connected to, with a small memory that knows of no earlier start where none is given.
+struct KitDevices {
+  Store& store;
+  Camera& camera;
+  Link& link;
+  Clock& clock;
+  PacketLink* packets = nullptr;
+  PacketLink* files = nullptr;
+  bool real_time = false;
+};
+
+class FlightKit {
+ public:
+  FlightKit(const KitDevices& devices, MissionParameters& mission)
+      : memory_(std::calloc(1, sizeof(FlightSoftware)), &std::free),
+        flight_(new (memory_.get()) FlightSoftware({.store = devices.store,
+                                                    .camera = devices.camera,
+                                                    .link = devices.link,
+                                                    .clock = devices.clock,
+                                                    .small_memory = small_memory_,
+                                                    .packets = devices.packets,
+                                                    .files = devices.files,
+                                                    .real_time = devices.real_time},
+                                                   mission)) {}
+
+  /// As a board does it.
+  Status start(const CameraModel& camera) {
+    ILP_TRY(flight_->configure({}));
+    return flight_->start(camera);
+  }
+
+  FlightSoftware& operator*() { return *flight_; }
+  FlightSoftware* operator->() { return flight_; }
+
+ private:
+  RamNonvolatile small_memory_;
+  std::unique_ptr<void, decltype(&std::free)> memory_;
+  FlightSoftware* flight_;
+};
+
+}  // namespace ilp::test
