@@ -363,14 +363,14 @@ Status OverlapChecker::bridge_across(OverlapResult& measured, bool& bridged) {
 
 /// Measures the overlap with the latest keyframe. Where nothing relates the frame to it, the next step compares the
 /// frame with the keyframe before, because each comparison takes a large part of a step's time.
-Status OverlapChecker::relate(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured, bool& bridged,
-                              bool& across) {
-  bridged = across = false;
+Status OverlapChecker::relate(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured, Tie& tie) {
+  tie = Tie::overlap;
+  bool bridged = false;
   if (unrelated_frame_id_ == frame.id && unrelated_keyframe_id_ == state_.keyframe_id) {
     measured = unrelated_;
     ILP_TRY(load_frame_image(store_, frame.id, image_));
-    ILP_TRY(bridge_across(measured, across));
-    bridged = across;
+    ILP_TRY(bridge_across(measured, bridged));
+    if (bridged) tie = Tie::across_bad;
     return {};
   }
   const bool searching = wide_.at_work(frame.id, state_.keyframe_id);
@@ -383,6 +383,7 @@ Status OverlapChecker::relate(const FrameRecord& frame, Outcome& outcome, Overla
                        (measured.verdict == OverlapVerdict::ok && measured.overlap < mission_.min_overlap);
   if (!too_far || state_.candidate.frame_id != 0) return {};
   ILP_TRY(bridge(measured, bridged));
+  if (bridged) tie = Tie::bridge;
   if (measured.verdict != OverlapVerdict::overlap_unknown || !mission_.feature_overlap) return {};
   KeyframeRecord latest, before;
   ILP_TRY(keyframe_before(latest, before, outcome.open));
@@ -403,30 +404,104 @@ Status OverlapChecker::judge_alone(const FrameRecord& frame, OverlapVerdict& ver
   return {};
 }
 
+OverlapChecker::Choice OverlapChecker::classify(const OverlapResult& measured, Tie tie) const {
+  const bool measurable = measured.verdict == OverlapVerdict::ok;
+  const bool unrelated = measured.verdict == OverlapVerdict::overlap_unknown;
+  const bool by_overlap = measurable && tie == Tie::overlap;
+  const bool far = by_overlap && measured.overlap < mission_.min_overlap;
+  const bool is_turned = by_overlap && turned(measured);
+  const double slack = mission_.capture_mode == CaptureMode::forecast ? mission_.selection_slack : 0;
+
+  if ((far || unrelated) && state_.candidate.frame_id != 0) return Choice::candidate_first;
+  if (far) return Choice::begins_strip;
+  if (unrelated) return state_.unknown_frame_id != 0 ? Choice::waiting_begins : Choice::waits;
+  if (!measurable) return Choice::rejected;
+  if (is_turned && candidate_halves_turn(measured)) return Choice::candidate_first;
+  // Across a keyframe that nothing relates to the ground ahead, no later frame is compared.
+  if (tie == Tie::across_bad || is_turned) return Choice::selected;
+  if (measured.overlap <= mission_.target_overlap + slack || mostly_new(measured)) return Choice::selected;
+  return Choice::skipped;
+}
+
+Status OverlapChecker::apply(Choice choice, const FrameRecord& frame, const OverlapResult& measured,
+                             Outcome& outcome) const {
+  OverlapRecord& record = outcome.overlap;
+  State& after = outcome.after;
+  const bool related = choice == Choice::selected || choice == Choice::skipped;
+  if (related) {
+    after.unknown_frame_id = 0;
+    after.last_rotation_rad = measured.b_from_a.rotation_rad;
+    after.last_scale = measured.b_from_a.scale;
+    after.motion_known = true;
+  }
+  switch (choice) {
+    case Choice::waits:
+      after.unknown_frame_id = frame.id;
+      [[fallthrough]];
+    case Choice::rejected:
+      record.decision = OverlapDecision::rejected;
+      outcome.event = {StatusCode::overlap_unknown, frame.id, static_cast<std::int64_t>(measured.verdict)};
+      return {};
+    case Choice::waiting_begins: {
+      bool begun = false;
+      ILP_TRY(begin_strip_of_waiting(outcome, begun));
+      if (begun) break;
+      // This frame waits in its place.
+      record.decision = OverlapDecision::rejected;
+      after.unknown_frame_id = frame.id;
+      return {};
+    }
+    case Choice::candidate_first:
+      ILP_TRY(select_candidate(outcome));
+      break;
+    case Choice::begins_strip:
+      record.decision = OverlapDecision::new_strip;
+      end_strip(StripEnd::overlap_lost, outcome);
+      begin_strip(frame, outcome);
+      return {};
+    case Choice::selected:
+      record.decision = OverlapDecision::selected;
+      select(frame, measured, outcome);
+      return {};
+    case Choice::skipped:
+      record.decision = OverlapDecision::skipped;
+      if (state_.candidate.frame_id == 0 || measured.overlap <= state_.candidate.overlap) {
+        after.candidate.frame_id = frame.id;
+        after.candidate.overlap = measured.overlap;
+        std::memcpy(after.candidate.plane_from_keyframe, measured.plane_b_from_a, sizeof(measured.plane_b_from_a));
+      }
+      return {};
+  }
+  // The frame is compared again, with another keyframe.
+  outcome.has_overlap = false;
+  outcome.cursor = cursor_;
+  return {};
+}
+
+/// A frame while no strip is open.
+Status OverlapChecker::look_alone(const FrameRecord& frame, Outcome& outcome) {
+  OverlapRecord& record = outcome.overlap;
+  ILP_TRY(judge_alone(frame, record.verdict));
+  if (record.verdict != OverlapVerdict::ok) {
+    record.decision = OverlapDecision::rejected;
+    outcome.event = {StatusCode::overlap_unknown, frame.id, static_cast<std::int64_t>(record.verdict)};
+    return {};
+  }
+  record.decision = OverlapDecision::new_strip;
+  begin_strip(frame, outcome);
+  return {};
+}
+
 Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   outcome.has_overlap = true;
   OverlapRecord& record = outcome.overlap;
   record.id = frame.id;
   record.keyframe_id = state_.keyframe_id;
-  State& after = outcome.after;
-
-  if (state_.strip_id == 0) {
-    OverlapVerdict verdict = OverlapVerdict::ok;
-    ILP_TRY(judge_alone(frame, verdict));
-    record.verdict = verdict;
-    if (verdict != OverlapVerdict::ok) {
-      record.decision = OverlapDecision::rejected;
-      outcome.event = {StatusCode::overlap_unknown, frame.id, static_cast<std::int64_t>(record.verdict)};
-      return {};
-    }
-    record.decision = OverlapDecision::new_strip;
-    begin_strip(frame, outcome);
-    return {};
-  }
+  if (state_.strip_id == 0) return look_alone(frame, outcome);
 
   OverlapResult measured;
-  bool bridged = false, across = false;
-  ILP_TRY(relate(frame, outcome, measured, bridged, across));
+  Tie tie = Tie::overlap;
+  ILP_TRY(relate(frame, outcome, measured, tie));
   if (outcome.open) return {};
   record.verdict = measured.verdict;
   record.overlap = measured.overlap;
@@ -437,66 +512,7 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   record.ncc = measured.ncc;
   record.ncc_second = measured.ncc_second;
   record.sigma_px = measured.sigma_px;
-
-  const bool measurable = measured.verdict == OverlapVerdict::ok;
-  const bool far = measurable && !bridged && measured.overlap < mission_.min_overlap;
-  const bool unrelated = measured.verdict == OverlapVerdict::overlap_unknown;
-
-  if ((far || unrelated) && state_.candidate.frame_id != 0) {
-    // The frame before this one closes the gap, and this one is compared with it again.
-    outcome.has_overlap = false;
-    outcome.cursor = cursor_;
-    return select_candidate(outcome);
-  }
-  if (far) {
-    record.decision = OverlapDecision::new_strip;
-    end_strip(StripEnd::overlap_lost, outcome);
-    begin_strip(frame, outcome);
-    return {};
-  }
-  if (unrelated && state_.unknown_frame_id != 0) {
-    bool begun = false;
-    ILP_TRY(begin_strip_of_waiting(outcome, begun));
-    if (begun) {
-      outcome.has_overlap = false;
-      outcome.cursor = cursor_;
-    } else {
-      // This frame waits in its place.
-      record.decision = OverlapDecision::rejected;
-      after.unknown_frame_id = frame.id;
-    }
-    return {};
-  }
-  if (!measurable) {
-    record.decision = OverlapDecision::rejected;
-    if (unrelated) after.unknown_frame_id = frame.id;
-    outcome.event = {StatusCode::overlap_unknown, frame.id, static_cast<std::int64_t>(record.verdict)};
-    return {};
-  }
-  const bool is_turned = !bridged && turned(measured);
-  if (is_turned && candidate_halves_turn(measured)) {
-    outcome.has_overlap = false;
-    outcome.cursor = cursor_;
-    return select_candidate(outcome);
-  }
-  after.unknown_frame_id = 0;
-  after.last_rotation_rad = measured.b_from_a.rotation_rad;
-  after.last_scale = measured.b_from_a.scale;
-  after.motion_known = true;
-  const double slack = mission_.capture_mode == CaptureMode::forecast ? mission_.selection_slack : 0;
-  // Across a keyframe that nothing relates to the ground ahead, no later frame is compared.
-  if (across || is_turned || measured.overlap <= mission_.target_overlap + slack || mostly_new(measured)) {
-    record.decision = OverlapDecision::selected;
-    select(frame, measured, outcome);
-    return {};
-  }
-  record.decision = OverlapDecision::skipped;
-  if (state_.candidate.frame_id == 0 || measured.overlap <= state_.candidate.overlap) {
-    after.candidate.frame_id = frame.id;
-    after.candidate.overlap = measured.overlap;
-    std::memcpy(after.candidate.plane_from_keyframe, measured.plane_b_from_a, sizeof(measured.plane_b_from_a));
-  }
-  return {};
+  return apply(classify(measured, tie), frame, measured, outcome);
 }
 
 /// A damaged one is made again from known data: its keyframes are numbered without gaps.

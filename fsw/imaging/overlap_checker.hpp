@@ -91,10 +91,30 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   /// Whether the keyframe before the latest one is, where the latest one is not.
   Status bridge_across(OverlapResult& measured, bool& bridged);
   Status keyframe_before(KeyframeRecord& latest, KeyframeRecord& before, bool& found);
-  Status relate(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured, bool& bridged, bool& across);
+  /// What relates a frame to the open strip.
+  enum class Tie : std::uint8_t {
+    overlap,     ///< with the latest keyframe, by correlation or features; or nothing does
+    bridge,      ///< too far for that, but oriented features relate it to enough ground of the latest keyframe
+    across_bad,  ///< the same with the keyframe before the latest one
+  };
+  Status relate(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured, Tie& tie);
+  /// What becomes of a frame.
+  enum class Choice : std::uint8_t {
+    rejected,         ///< it cannot be compared
+    waits,            ///< nothing relates it to the strip; the next frame confirms that
+    waiting_begins,   ///< the frame that waited begins a strip, and this one is compared with it
+    candidate_first,  ///< the frame before it is selected, and this one is compared with that
+    begins_strip,
+    selected,
+    skipped,
+  };
+  /// A frame beside an open strip, by the first rule that applies.
+  [[nodiscard]] Choice classify(const OverlapResult& measured, Tie tie) const;
+  Status apply(Choice choice, const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const;
   [[nodiscard]] bool turned(const OverlapResult& measured) const;
   [[nodiscard]] bool candidate_halves_turn(const OverlapResult& measured) const;
   [[nodiscard]] bool mostly_new(const OverlapResult& measured) const;
+  Status look_alone(const FrameRecord& frame, Outcome& outcome);
   /// Whether the frame is good enough for a comparison.
   Status judge_alone(const FrameRecord& frame, OverlapVerdict& verdict);
   Status look_at(const FrameRecord& frame, Outcome& outcome);
