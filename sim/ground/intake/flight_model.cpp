@@ -79,6 +79,9 @@ class FlightBuilder {
     return k;
   }
   void add_camera(const CameraRecord& record);
+  void add_pose(const PoseRecord& record);
+  void add_component(const ComponentRecord& record);
+  void add_storage(const StorageRecord& record);
   void add_strip(const StripRecord& record);
   void add_strip_frame(const StripFrameRecord& record);
   void add_structure(const RecordEntry& entry);
@@ -169,97 +172,56 @@ void FlightBuilder::add_product_record(const ProductRecord& record) {
 }
 
 void FlightBuilder::add(const RecordEntry& entry) {
+  const auto into = [&entry]<typename Record>(std::map<std::int64_t, Record>& map) {
+    const auto record = record_of<Record>(entry);
+    map[record.id] = record;
+  };
+  const auto into_keyframe = [this, &entry]<typename Record>(std::optional<Record> Keyframe::*part) {
+    const auto record = record_of<Record>(entry);
+    keyframe(record.id).*part = record;
+  };
   switch (entry.type) {
-    case RecordType::camera:
-      add_camera(record_of<CameraRecord>(entry));
-      break;
-    case RecordType::calibration: {
-      const auto record = record_of<CalibrationRecord>(entry);
-      flight_.calibrations[record.id] = record;
-      break;
-    }
-    case RecordType::strip:
-      add_strip(record_of<StripRecord>(entry));
-      break;
-    case RecordType::keyframe: {
-      const auto record = record_of<KeyframeRecord>(entry);
-      keyframe(record.id).record = record;
-      break;
-    }
-    case RecordType::overlap: {
-      const auto record = record_of<OverlapRecord>(entry);
-      flight_.overlaps[record.id] = record;
-      break;
-    }
-    case RecordType::pose: {
-      const auto record = record_of<PoseRecord>(entry);
-      Keyframe& k = keyframe(record.id);
-      if (!k.posed()) k.pose = record;
-      break;
-    }
-    case RecordType::structure:
-      add_structure(entry);
-      break;
-    case RecordType::depth: {
-      const auto record = record_of<DepthRecord>(entry);
-      keyframe(record.id).depth = record;
-      break;
-    }
-    case RecordType::mask:
-      add_mask(entry);
-      break;
-    case RecordType::navigation: {
-      const auto record = record_of<NavigationRecord>(entry);
-      keyframe(record.id).navigation = record;
-      break;
-    }
-    case RecordType::strip_frame:
-      add_strip_frame(record_of<StripFrameRecord>(entry));
-      break;
-    case RecordType::richness: {
-      const auto record = record_of<RichnessRecord>(entry);
-      keyframe(record.id).richness = record;
-      break;
-    }
-    case RecordType::product:
-      add_product_record(record_of<ProductRecord>(entry));
-      break;
-    case RecordType::event:
-      keep_by_id(flight_.events, record_of<EventRecord>(entry), events_);
-      break;
-    case RecordType::component: {
-      const auto record = record_of<ComponentRecord>(entry);
-      busy_ns_[record.id] = record.busy_ns;
-      keep_by_id(flight_.components, record, components_);
-      break;
-    }
-    case RecordType::link:
-      add_link(entry);
-      break;
-    case RecordType::tie:
-      keep_by_id(flight_.ties, record_of<TieRecord>(entry), ties_);
-      break;
-    case RecordType::timing:
-      flight_.timing = record_of<TimingRecord>(entry);
-      break;
-    case RecordType::storage:
-      flight_.storage = record_of<StorageRecord>(entry);
-      // The components stand before it in a file.
-      flight_.housekeeping.push_back({*flight_.storage, all_busy_ns()});
-      break;
-    case RecordType::frame: {
-      const auto record = record_of<FrameRecord>(entry);
-      flight_.frames[record.id] = record;
-      break;
-    }
-    case RecordType::capture: {
-      const auto record = record_of<CaptureRecord>(entry);
-      flight_.captures[record.id] = record;
-      break;
-    }
-    default:
-      break;
+    // clang-format off
+    case RecordType::camera: return add_camera(record_of<CameraRecord>(entry));
+    case RecordType::calibration: return into(flight_.calibrations);
+    case RecordType::strip: return add_strip(record_of<StripRecord>(entry));
+    case RecordType::keyframe: return into_keyframe(&Keyframe::record);
+    case RecordType::overlap: return into(flight_.overlaps);
+    case RecordType::pose: return add_pose(record_of<PoseRecord>(entry));
+    case RecordType::structure: return add_structure(entry);
+    case RecordType::depth: return into_keyframe(&Keyframe::depth);
+    case RecordType::mask: return add_mask(entry);
+    case RecordType::navigation: return into_keyframe(&Keyframe::navigation);
+    case RecordType::strip_frame: return add_strip_frame(record_of<StripFrameRecord>(entry));
+    case RecordType::richness: return into_keyframe(&Keyframe::richness);
+    case RecordType::product: return add_product_record(record_of<ProductRecord>(entry));
+    case RecordType::event: return keep_by_id(flight_.events, record_of<EventRecord>(entry), events_);
+    case RecordType::component: return add_component(record_of<ComponentRecord>(entry));
+    case RecordType::link: return add_link(entry);
+    case RecordType::tie: return keep_by_id(flight_.ties, record_of<TieRecord>(entry), ties_);
+    case RecordType::timing: flight_.timing = record_of<TimingRecord>(entry); return;
+    case RecordType::storage: return add_storage(record_of<StorageRecord>(entry));
+    case RecordType::frame: return into(flight_.frames);
+    case RecordType::capture: return into(flight_.captures);
+    default: return;
+      // clang-format on
   }
+}
+
+void FlightBuilder::add_pose(const PoseRecord& record) {
+  Keyframe& k = keyframe(record.id);
+  if (!k.posed()) k.pose = record;
+}
+
+void FlightBuilder::add_component(const ComponentRecord& record) {
+  busy_ns_[record.id] = record.busy_ns;
+  keep_by_id(flight_.components, record, components_);
+}
+
+void FlightBuilder::add_storage(const StorageRecord& record) {
+  flight_.storage = record;
+  // The components stand before it in a file.
+  flight_.housekeeping.push_back({record, all_busy_ns()});
 }
 
 void FlightBuilder::add(ReceivedProduct& received, ReceivedFile& file) {
