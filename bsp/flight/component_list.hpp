@@ -10,14 +10,18 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/commanding/configuration.hpp"
+#include "fsw/downlink/delivery_queue.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/packets/packet_router.hpp"
 #include "fsw/packets/telemetry_writer.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/step_memory.hpp"
 #include "fsw/storage/scrubber.hpp"
+#include "fsw/telemetry/telemetry.hpp"
+#include "fsw/vision/stereo/band/stereo_band.hpp"
 #include "hal/camera/camera.hpp"
 #include "hal/clock/clock.hpp"
+#include "hal/compute/compute.hpp"
 #include "hal/link/link.hpp"
 #include "hal/navigation/navigation.hpp"
 #include "hal/store/store.hpp"
@@ -61,10 +65,14 @@ class ComponentList {
     SharedMemory& step_memory;
     PacketRouter& router;
     TelemetryWriter& writer;
+    DeliveryFigures& delivery;
+    const Health& health;
     Camera* camera = nullptr;
     Link* link = nullptr;
     NavigationSource* navigation = nullptr;
     Worker* worker = nullptr;
+    Compute* compute = nullptr;
+    StereoBandWorkspace* bands = nullptr;  ///< of the processor, for jobs of the stereo matcher
     Configuration* configuration = nullptr;
     FlightMemory* memory = nullptr;
     ImageRegions image = {};  ///< code and constants of the program
@@ -143,10 +151,14 @@ class ComponentList {
     operator MissionParameters&() const { return parts.mission; }
     operator PacketRouter&() const { return parts.router; }
     operator TelemetryWriter&() const { return parts.writer; }
+    operator DeliveryFigures&() const { return parts.delivery; }
+    operator TelemetrySources() const { return {&parts.health, &parts.delivery.counts}; }
     operator Camera&() const { return *parts.camera; }
     operator Link&() const { return *parts.link; }
     operator NavigationSource*() const { return parts.navigation; }
     operator Worker*() const { return parts.worker; }
+    operator Compute*() const { return parts.compute; }
+    operator StereoBandWorkspace*() const { return parts.bands; }
     operator Configuration*() const { return parts.configuration; }
     operator FlightMemory*() const { return parts.memory; }
     operator ImageRegions() const { return parts.image; }

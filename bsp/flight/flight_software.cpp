@@ -38,24 +38,8 @@ FlightSoftware::FlightSoftware(const FlightDevices& devices, MissionParameters& 
       commanded_(devices.packets != nullptr),
       router_(devices.packets, devices.files, devices.clock, mission),
       telemetry_writer_(router_, devices.clock, mission),
-      delivery_queue_(steps_, devices.clock, mission, step_memory_),
-      stages_({.stored = steps_,
-               .at_hand = images_,
-               .clock = devices.clock,
-               .mission = mission,
-               .step_memory = step_memory_,
-               .router = router_,
-               .writer = telemetry_writer_,
-               .camera = &devices.camera,
-               .link = router_.present() ? &delivery_queue_ : &devices.link,
-               .navigation = devices.navigation,
-               .worker = devices.worker,
-               .configuration = &configuration_,
-               .memory = &memory_,
-               .image = devices.image}),
-      components_(stages_.in_order()),
+      delivery_queue_(steps_, devices.clock, mission, step_memory_, &delivery_.backlog),
       rows_here_(chosen(std::span(schedule), stages)),
-      components_here_(chosen(std::span(components_), stages)),
       // The whole table is a constant of the program, which the scrubber watches.
       executive_(stages == all_stages ? std::span<const Stage>(schedule)
                                       : std::span<const Stage>(rows_here_).first(count_of(stages)),
@@ -66,12 +50,27 @@ FlightSoftware::FlightSoftware(const FlightDevices& devices, MissionParameters& 
                   .real_time = devices.real_time,
                   .shares_flight = stages != all_stages,
                   .steps = &steps_,
-                  .constants = delivery_queue_.constants()}) {
-  stages_.get<OverlapChecker>().search_on(compute_.compute());
-  stages_.get<DenseMatcher>().match_on(compute_.compute(), compute_.bands());
-  auto& delivery = stages_.get<FileDelivery>();
-  delivery_queue_.count_by(delivery.backlog());
-  stages_.get<TelemetryReporter>().report_on({&executive_, &delivery.counts()});
+                  .constants = delivery_queue_.constants()}),
+      stages_({.stored = steps_,
+               .at_hand = images_,
+               .clock = devices.clock,
+               .mission = mission,
+               .step_memory = step_memory_,
+               .router = router_,
+               .writer = telemetry_writer_,
+               .delivery = delivery_,
+               .health = executive_,
+               .camera = &devices.camera,
+               .link = router_.present() ? &delivery_queue_ : &devices.link,
+               .navigation = devices.navigation,
+               .worker = devices.worker,
+               .compute = &compute_.compute(),
+               .bands = &compute_.bands(),
+               .configuration = &configuration_,
+               .memory = &memory_,
+               .image = devices.image}) {
+  components_ = stages_.in_order();
+  components_here_ = chosen(std::span(components_), stages);
 }
 
 Status FlightSoftware::configure(ConfigurationStart start) {

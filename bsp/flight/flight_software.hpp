@@ -76,7 +76,7 @@ class FlightSoftware {
   /// The source of images has ended and everything has been processed.
   [[nodiscard]] bool processed() const;
   /// Files that the ground holds, of those that went by CFDP.
-  [[nodiscard]] std::uint64_t files_delivered() const { return stages_.get<FileDelivery>().counts().delivered; }
+  [[nodiscard]] std::uint64_t files_delivered() const { return delivery_.counts.delivered; }
   /// ... and everything has been sent and confirmed.
   [[nodiscard]] bool drained() const { return processed() && stages_.get<Downlink>().drained(); }
 
@@ -97,12 +97,13 @@ class FlightSoftware {
   TelemetryWriter telemetry_writer_;
   FlightComponents::SharedMemory step_memory_;
   FlightCompute compute_;
+  DeliveryFigures delivery_;
   DeliveryQueue delivery_queue_;
-  FlightComponents::Set stages_;
-  std::array<Component*, stage_count> components_;
+  std::array<Component*, stage_count> components_{};
   std::array<Stage, stage_count> rows_here_;  ///< of a part of the stages, as are the components; the rest is unused
-  std::array<Component*, stage_count> components_here_;
+  std::array<Component*, stage_count> components_here_{};
   Executive executive_;
+  FlightComponents::Set stages_;
 };
 
 /// The forms of all checkpoints that the flight needs. A store with other forms does not fit this build

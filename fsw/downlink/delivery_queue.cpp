@@ -23,8 +23,9 @@ std::uint8_t priority_of(const char* name) {
 
 }  // namespace
 
-DeliveryQueue::DeliveryQueue(Tables store, Clock& clock, const MissionParameters& mission, Scratch scratch)
-    : store_(store), clock_(clock), mission_(mission), scratch_(scratch) {}
+DeliveryQueue::DeliveryQueue(Tables store, Clock& clock, const MissionParameters& mission, Scratch scratch,
+                             const DeliveryBacklog* backlog)
+    : store_(store), clock_(clock), mission_(mission), scratch_(scratch), backlog_(backlog) {}
 
 Status DeliveryQueue::survey(std::uint64_t& bytes) {
   entries_.clear();

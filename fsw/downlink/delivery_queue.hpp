@@ -15,10 +15,25 @@
 
 namespace ilp {
 
+/// Counts for housekeeping.
+struct DeliveryCounts {
+  std::uint32_t pdus_in = 0, pdus_out = 0;
+  std::uint32_t rejected = 0;   ///< malformed PDUs
+  std::uint32_t ignored = 0;    ///< PDUs for another entity, or of an unknown transaction
+  std::uint32_t delivered = 0;  ///< files that the ground holds
+  std::uint32_t refused = 0;    ///< transactions that the ground ended without the file
+  std::uint32_t cancelled = 0;
+  std::uint32_t events_lost = 0;
+};
 /// What FileDelivery has left to send of the transfers that it knows. It counts this again in every step.
 struct DeliveryBacklog {
   std::int64_t known_through = 0;  ///< newest transfer that is counted
   std::int64_t bytes = 0;          ///< without transfers that are suspended, rest or wait after a fault
+};
+/// What FileDelivery states of its work, for others to read.
+struct DeliveryFigures {
+  DeliveryCounts counts;
+  DeliveryBacklog backlog;
 };
 
 /// Everything is written within the transaction that the caller has opened. A file is therefore queued exactly when the
@@ -28,8 +43,10 @@ class DeliveryQueue final : public Link {
   using Tables = StorePart<Writes<TransferRecord>, Erases<TransferRecord>>;
   using Scratch = StepScratch<DownlinkBuffers>;
 
-  /// A file lies in the memory of the downlink's step, in which it is begun and ended.
-  DeliveryQueue(Tables store, Clock& clock, const MissionParameters& mission, Scratch scratch);
+  /// A file lies in the memory of the downlink's step, in which it is begun and ended. The transfers that FileDelivery
+  /// knows are counted by its `backlog`, because their records state their progress only roughly.
+  DeliveryQueue(Tables store, Clock& clock, const MissionParameters& mission, Scratch scratch,
+                const DeliveryBacklog* backlog = nullptr);
 
   /// `transfer_queue_full` when limits::max_transfers files or cfdp_queue_kib of them are queued: try again later.
   Status begin_file(const char* name) override;
@@ -42,9 +59,6 @@ class DeliveryQueue final : public Link {
   Status acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) override;
   /// The backlog, and the files that it does not count yet.
   Status unsent(std::int64_t& bytes) override;
-
-  /// The transfers that FileDelivery knows are counted by it, because their records state their progress only roughly.
-  void count_by(const DeliveryBacklog& backlog) { backlog_ = &backlog; }
 
   /// The bytes that never change.
   [[nodiscard]] std::span<const std::byte> constants() const { return memory_between(this, &entries_); }
@@ -63,7 +77,7 @@ class DeliveryQueue final : public Link {
   Clock& clock_;
   const MissionParameters& mission_;
   Scratch scratch_;
-  const DeliveryBacklog* backlog_ = nullptr;
+  const DeliveryBacklog* backlog_;
   FixedVector<Entry, limits::max_transfers> entries_;
   bool surveyed_ = false;
   std::int64_t last_id_ = 0;  ///< ids of erased records are not used again while the software runs

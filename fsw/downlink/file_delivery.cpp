@@ -26,11 +26,13 @@ constexpr std::uint32_t most_lasting_faults = 3;
 constexpr CheckpointForm FileDelivery::checkpoint = checkpoint_form<State>(component_id);
 
 FileDelivery::FileDelivery(Tables store, PacketRouter& router, Clock& clock, const MissionParameters& mission,
-                           FlightMemory* memory)
+                           DeliveryFigures& figures, FlightMemory* memory)
     : store_(store),
       router_(router),
       clock_(clock),
       mission_(mission),
+      counts_(figures.counts),
+      backlog_(figures.backlog),
       memory_(memory),
       uplink_(store, clock, mission) {}
 

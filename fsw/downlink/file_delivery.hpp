@@ -15,17 +15,6 @@
 
 namespace ilp {
 
-/// Counts for housekeeping.
-struct DeliveryCounts {
-  std::uint32_t pdus_in = 0, pdus_out = 0;
-  std::uint32_t rejected = 0;   ///< malformed PDUs
-  std::uint32_t ignored = 0;    ///< PDUs for another entity, or of an unknown transaction
-  std::uint32_t delivered = 0;  ///< files that the ground holds
-  std::uint32_t refused = 0;    ///< transactions that the ground ended without the file
-  std::uint32_t cancelled = 0;
-  std::uint32_t events_lost = 0;
-};
-
 /// Runs several transactions at once, the most urgent first. Every minor frame it receives PDUs, runs timers, saves
 /// what has changed, then sends as much as the router takes. Everything reported to the ground is already on disk:
 /// Finished is acknowledged only after the commit.
@@ -39,14 +28,11 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
 
   /// Takes transaction numbers from `memory`, where they outlive the database.
   FileDelivery(Tables store, PacketRouter& router, Clock& clock, const MissionParameters& mission,
-               FlightMemory* memory = nullptr);
+               DeliveryFigures& figures, FlightMemory* memory = nullptr);
 
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_).of(*this); }
-
-  [[nodiscard]] const DeliveryCounts& counts() const { return counts_; }
-  [[nodiscard]] const DeliveryBacklog& backlog() const { return backlog_; }
 
  private:
   static constexpr std::size_t max_late_acknowledgements = 2 * limits::max_transfers;
@@ -130,6 +116,8 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
   PacketRouter& router_;
   Clock& clock_;
   const MissionParameters& mission_;
+  DeliveryCounts& counts_;
+  DeliveryBacklog& backlog_;
   FlightMemory* memory_ = nullptr;
   Cursor cursor_;
   State state_;
@@ -141,8 +129,6 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
   std::size_t save_from_ = 0;  ///< first transfer of the next single transactions, which rotate
   TimeNs rejection_reported_ns_ = -1;
   FixedVector<Status, 16> events_;
-  DeliveryCounts counts_;
-  DeliveryBacklog backlog_;
   Uplink uplink_;
   FixedVector<Slot, limits::max_transfers> slots_;
   FixedVector<LateAcknowledgement, max_late_acknowledgements> late_;

@@ -56,8 +56,8 @@ OverlapParams overlap_params(const MissionParameters& mission, double predicted_
 
 constexpr CheckpointForm OverlapChecker::checkpoint = checkpoint_form<State>(component_id);
 
-OverlapChecker::OverlapChecker(Tables store, const MissionParameters& mission, Scratch scratch)
-    : store_(store), mission_(mission), scratch_(scratch) {}
+OverlapChecker::OverlapChecker(Tables store, const MissionParameters& mission, Scratch scratch, Compute* compute)
+    : store_(store), mission_(mission), scratch_(scratch), compute_(compute) {}
 
 Status OverlapChecker::restore() {
   loaded_frame_id_ = 0;

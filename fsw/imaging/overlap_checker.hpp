@@ -30,10 +30,8 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   static const CheckpointForm checkpoint;
   using Scratch = StepScratch<OverlapWorkspace, FeatureOverlapWorkspace, PlaceScratch>;
 
-  OverlapChecker(Tables store, const MissionParameters& mission, Scratch scratch);
-
-  /// What does the jobs of the wide search; without it there is none. Call it before the first step.
-  void search_on(Compute& compute) { compute_ = &compute; }
+  /// `compute` does the jobs of the wide search; without it there is none.
+  OverlapChecker(Tables store, const MissionParameters& mission, Scratch scratch, Compute* compute = nullptr);
 
   Status restore() override;
   StepResult step() override;
@@ -130,7 +128,7 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   Tables store_;
   const MissionParameters& mission_;
   Scratch scratch_;
-  Compute* compute_ = nullptr;
+  Compute* compute_;
   Cursor cursor_;
   State state_;
   Patience patience_;

@@ -71,8 +71,8 @@ void read_version(const char* text, PackageStatus& status) {
 constexpr CheckpointForm TelemetryReporter::checkpoint = checkpoint_form<State>(component_id);
 
 TelemetryReporter::TelemetryReporter(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
-                                     const MissionParameters& mission)
-    : store_(store), router_(router), writer_(writer), clock_(clock), mission_(mission) {}
+                                     const MissionParameters& mission, TelemetrySources sources)
+    : store_(store), router_(router), writer_(writer), clock_(clock), mission_(mission), sources_(sources) {}
 
 Status TelemetryReporter::restore() {
   cursor_unsaved_ = false;

@@ -34,10 +34,7 @@ struct TelemetrySources {
 class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
  public:
   TelemetryReporter(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
-                    const MissionParameters& mission);
-
-  /// Call it before restore().
-  void report_on(TelemetrySources sources) { sources_ = sources; }
+                    const MissionParameters& mission, TelemetrySources sources = {});
 
   Status restore() override;
   StepResult step() override;

@@ -46,11 +46,12 @@ std::uint32_t drop_signs(const ImageView<float>& sigma) {
 
 constexpr CheckpointForm DenseMatcher::checkpoint = checkpoint_form<State>(component_id);
 
-DenseMatcher::DenseMatcher(Tables store, const MissionParameters& mission) : store_(store), mission_(mission) {}
-
-void DenseMatcher::match_on(Compute& compute, StereoBandWorkspace& workspace) {
-  StereoMatcher::lend(work_.stereo, workspace);
-  bands_.use(compute, workspace);
+DenseMatcher::DenseMatcher(Tables store, const MissionParameters& mission, Compute* compute,
+                           StereoBandWorkspace* workspace)
+    : store_(store), mission_(mission) {
+  if (compute == nullptr || workspace == nullptr) return;
+  StereoMatcher::lend(work_.stereo, *workspace);
+  bands_.use(*compute, *workspace);
 }
 
 Status DenseMatcher::restore() {

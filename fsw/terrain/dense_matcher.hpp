@@ -36,11 +36,10 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
  public:
   static const CheckpointForm checkpoint;
 
-  DenseMatcher(Tables store, const MissionParameters& mission);
-
   /// Has the rows of the full resolution matched by `compute` while it has a device; its processor's function works in
-  /// `workspace`, with this component's memory. The results are the same.
-  void match_on(Compute& compute, StereoBandWorkspace& workspace);
+  /// `workspace`, with this component's memory. The results are the same. Both are given, or none.
+  DenseMatcher(Tables store, const MissionParameters& mission, Compute* compute = nullptr,
+               StereoBandWorkspace* workspace = nullptr);
   /// Memory for the comparison of a device with the processor, before the flight.
   [[nodiscard]] StereoBandJob& spare_job() { return maps_.band; }
 

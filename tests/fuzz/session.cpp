@@ -121,13 +121,12 @@ class Session {
         : router(&s.packets_, &s.pdus_, s.clock_, s.mission_),
           writer(router, s.clock_, s.mission_),
           telecommander(s.store_, router, writer, s.clock_, s.mission_),
-          delivery(s.store_, router, s.clock_, s.mission_),
-          telemetry(s.store_, router, writer, s.clock_, s.mission_) {
-      telemetry.report_on({nullptr, &delivery.counts()});
-    }
+          delivery(s.store_, router, s.clock_, s.mission_, figures),
+          telemetry(s.store_, router, writer, s.clock_, s.mission_, {nullptr, &figures.counts}) {}
     PacketRouter router;
     TelemetryWriter writer;
     Telecommander telecommander;
+    DeliveryFigures figures;
     FileDelivery delivery;
     TelemetryReporter telemetry;
   };

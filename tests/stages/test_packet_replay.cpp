@@ -36,7 +36,7 @@ struct Process {
         component = place<Telecommander>(store, router, writer, clock, mission, &configuration);
         break;
       case ComponentId::file_delivery:
-        component = place<FileDelivery>(store, router, clock, mission);
+        component = place<FileDelivery>(store, router, clock, mission, figures);
         break;
       case ComponentId::telecommand_guard:
         component = place<TelecommandGuard>(store, router, clock, &memory);
@@ -60,6 +60,7 @@ struct Process {
   TelemetryWriter writer;
   FlightMemory memory;
   Authenticator keys;
+  DeliveryFigures figures;
   Configuration configuration{memory, mission};
   std::shared_ptr<Component> component;
 };

@@ -96,11 +96,10 @@ class DeliveryRig {
   struct Board {
     explicit Board(DeliveryRig& rig)
         : router(nullptr, &rig.link->board(), rig.clock, rig.mission),
-          queue(rig.store, rig.clock, rig.mission, step_memory<DeliveryQueue>()),
-          delivery(rig.failing, router, rig.clock, rig.mission) {
-      queue.count_by(delivery.backlog());
-    }
+          queue(rig.store, rig.clock, rig.mission, step_memory<DeliveryQueue>(), &figures.backlog),
+          delivery(rig.failing, router, rig.clock, rig.mission, figures) {}
     PacketRouter router;
+    DeliveryFigures figures;
     DeliveryQueue queue;
     FileDelivery delivery;
   };

@@ -399,7 +399,7 @@ TEST_F(FileDeliveryTest, RubbishIsCountedAndToldOnceAMinute) {
     }
     rig.step();
   }
-  EXPECT_GT(rig.board->delivery.counts().rejected, 1000U);
+  EXPECT_GT(rig.board->figures.counts.rejected, 1000U);
   EXPECT_EQ(rig.events.size(), 1U);
   rig.offer("product-1", rig.noise(20000));
   rig.run(100);
@@ -480,7 +480,8 @@ TEST_F(FileDeliveryTest, NumbersThatAreUsedUpGetLongerAndNeverComeAgain) {
 
 TEST_F(FileDeliveryTest, WithoutALinkItRests) {
   PacketRouter none(nullptr, nullptr, rig.clock, rig.mission);
-  FileDelivery delivery(rig.store, none, rig.clock, rig.mission);
+  DeliveryFigures figures;
+  FileDelivery delivery(rig.store, none, rig.clock, rig.mission, figures);
   ASSERT_TRUE(delivery.restore().ok());
   rig.ground_listens = false;
   EXPECT_TRUE(delivery.step().status.ok());

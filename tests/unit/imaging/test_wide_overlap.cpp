@@ -34,8 +34,7 @@ class WideOverlapTest : public test::ComponentTest {
   /// Runs a new checker; returns the number of steps that waited.
   int choose(Compute* compute, int restart_after = 0) {
     int waited = 0;
-    auto checker = std::make_unique<OverlapChecker>(store, mission, test::step_memory<OverlapChecker>());
-    if (compute != nullptr) checker->search_on(*compute);
+    auto checker = std::make_unique<OverlapChecker>(store, mission, test::step_memory<OverlapChecker>(), compute);
     EXPECT_TRUE(restored(checker->restore()));
     for (int i = 0; i < 20'000; ++i) {
       if (i == restart_after) {

@@ -51,8 +51,8 @@ class TelemetryTest : public TelecommandTest {
     start();
   }
   void start() {
-    telemetry = std::make_unique<TelemetryReporter>(failing, *router, *writer, clock, mission);
-    telemetry->report_on({&health, &delivery});
+    telemetry = std::make_unique<TelemetryReporter>(failing, *router, *writer, clock, mission,
+                                                    TelemetrySources{&health, &delivery});
     ASSERT_TRUE(telemetry->restore().ok());
   }
   /// As after a power cut.

@@ -92,8 +92,7 @@ class DenseMatcherTest : public test::ComponentTest {
 
   /// Matches with jobs done by `device`; returns the number of steps that waited for it.
   int match_on(Compute& device, StereoBandWorkspace& bands, int restart_after) {
-    const auto matcher = std::make_unique<DenseMatcher>(store, mission);
-    matcher->match_on(device, bands);
+    const auto matcher = std::make_unique<DenseMatcher>(store, mission, &device, &bands);
     EXPECT_TRUE(matcher->restore().ok());
     int waited = 0;
     for (int i = 1; i < 100000; ++i) {
