@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <type_traits>
 
 #include "cfg/schedule.hpp"
 #include "fsw/base/checksum.hpp"
@@ -29,37 +30,44 @@ struct StepResult {
   bool set_parameters = false;  ///< the step has changed the mission's parameters
 };
 
-/// Memory that only the component itself changes, in step() and restore(). The executive detects changes between steps.
-/// Workspaces, pixels and data that is derived again from records are not part of it.
+class Component;
+
+/// A group of members that a component does not have.
+struct NoMembers {};
+
+/// The memory of a component by what may change it. A component declares a struct for each group that it has, and no
+/// member beside the groups:
+/// - Wiring: what it was given at its construction. It never changes.
+/// - a cursor and a State: what the checkpoint holds. Only restore() and step() change it.
+/// - Work: of work that takes several steps, and counts. Only restore() and step() change it; restore() drops it.
+/// - Workspace: pixels, and data that is derived again from records. It is not checked.
+/// The executive detects other changes between steps.
 class LastingMemory {
  public:
-  /// Cursor and state: what the checkpoint holds.
-  template <typename... Things>
-  explicit LastingMemory(const Things&... things) : parts_{memory_of(things)...} {}
   LastingMemory() = default;
 
-  /// The bytes before cursor and state in their object never change once the flight has been put together.
-  template <typename Owner>
-  [[nodiscard]] LastingMemory of(const Owner& owner) const {
-    LastingMemory memory = *this;
-    memory.head_ = memory_between(&owner, parts_[0].data());
+  template <typename Owner, typename Wiring, typename Cursor, typename State, typename Work = NoMembers,
+            typename Workspace = NoMembers>
+  static LastingMemory of(const Owner& owner, const Wiring& wiring, const Cursor& cursor, const State& state,
+                          const Work& work = {}, const Workspace& workspace = {}) {
+    static_assert(
+        sizeof(Owner) == base_bytes + bytes<Wiring> + bytes<Cursor> + bytes<State> + bytes<Work> + bytes<Workspace>,
+        "the component has a member outside of its groups, or a group needs alignas(8)");
+    static_cast<void>(workspace);
+    LastingMemory memory;
+    memory.object_ = octets_of(owner).first(base_bytes);
+    memory.wiring_ = octets_of(wiring);
+    memory.parts_ = {octets_of(cursor), octets_of(state)};
+    if constexpr (!std::is_same_v<Work, NoMembers>) memory.work_ = octets_of(work);
     return memory;
   }
-  /// Adds the state of work that takes several steps: the members of one object from `first` to `last`.
-  template <typename First, typename Last>
-  [[nodiscard]] LastingMemory at_work(const First& first, const Last& last) const {
-    LastingMemory memory = *this;
-    memory.work_ = memory_between(&first, &last + 1);
-    return memory;
-  }
-  /// Adds what says where work is that keeps the memory of the step: members of one object in it from `first` to
-  /// `last`.
-  template <typename First, typename Last>
-  [[nodiscard]] LastingMemory keeping(const First& first, const Last& last) const {
+  /// Adds an object in the memory of the step that says where work is that keeps this memory.
+  template <typename Kept>
+  [[nodiscard]] LastingMemory keeping(const Kept& object) const {
     LastingMemory memory = *this;
     for (std::span<const std::byte>& kept : memory.kept_) {
       if (!kept.empty()) continue;
-      kept = memory_between(&first, &last + 1);
+      kept = octets_of(object);
       break;
     }
     return memory;
@@ -94,7 +102,8 @@ class LastingMemory {
 
   [[nodiscard]] bool changes_by_commits() const { return by_commits_; }
   [[nodiscard]] bool is_at_rest() const { return at_rest_; }
-  [[nodiscard]] std::uint64_t head_checksum() const { return memory_sum64(head_); }
+  /// Of what never changes.
+  [[nodiscard]] std::uint64_t wiring_checksum() const { return memory_sum64(wiring_, memory_sum64(object_)); }
   [[nodiscard]] std::uint64_t state_checksum() const {
     std::uint64_t sum = 0;
     for (const std::span<const std::byte> part : parts_) sum = memory_sum64(part, sum);
@@ -108,8 +117,16 @@ class LastingMemory {
   }
 
  private:
-  std::array<std::span<const std::byte>, 5> parts_{};
-  std::span<const std::byte> head_, work_;
+  template <typename Thing>
+  static std::span<const std::byte> octets_of(const Thing& thing) {
+    return std::as_bytes(std::span(&thing, 1));
+  }
+  static constexpr std::size_t base_bytes = sizeof(void*);  ///< of Component: what its virtual calls go through
+  template <typename Group>
+  static constexpr std::size_t bytes = std::is_same_v<Group, NoMembers> ? 0 : sizeof(Group);
+
+  std::array<std::span<const std::byte>, 3> parts_{};
+  std::span<const std::byte> object_, wiring_, work_;
   std::array<std::span<const std::byte>, 2> kept_{};
   bool by_commits_ = false, at_rest_ = false;
 };
@@ -135,6 +152,7 @@ class Component {
  protected:
   ~Component() = default;
 };
+static_assert(sizeof(Component) == sizeof(void*));
 
 struct ComponentStats {
   std::uint32_t steps = 0;

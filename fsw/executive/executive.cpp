@@ -165,7 +165,7 @@ void Executive::seal(std::size_t i, const LastingMemory& memory, std::uint64_t s
   slot.state_checksum = state;
   slot.checksum = memory.checksum(state);
   // Once: the damage stays until the next process.
-  if (!slot.sealed) slot.head_checksum = memory.head_checksum();
+  if (!slot.sealed) slot.wiring_checksum = memory.wiring_checksum();
   slot.sealed = true;
 }
 
@@ -186,7 +186,7 @@ void Executive::go_back(std::size_t i) {
 
 bool Executive::sound(std::size_t i, const LastingMemory& memory) {
   Slot& slot = own_.slots[i];
-  if (memory.head_checksum() != slot.head_checksum) {
+  if (memory.wiring_checksum() != slot.wiring_checksum) {
     // A restore would read its checkpoint through the damaged memory.
     events_.report(clock_.now(), "executive", {StatusCode::memory_damaged, number_of(i), from_new_process});
     restart_wanted_ = slot.suspended = true;

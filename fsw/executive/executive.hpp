@@ -119,9 +119,9 @@ class Executive final : public Health {
     std::uint32_t left_out = 0;   ///< frames since its last step in which it would not have fitted
     bool counted = false;         ///< the present frame is among them
     std::uint64_t checksum = 0;   ///< of its lasting memory, after its last step
-    std::uint64_t state_checksum = 0;  ///< of cursor and state alone
-    std::uint64_t head_checksum = 0;   ///< of the bytes in it that never change
-    bool sealed = false;               ///< the checksums are known
+    std::uint64_t state_checksum = 0;   ///< of cursor and state alone
+    std::uint64_t wiring_checksum = 0;  ///< of what in it never changes
+    bool sealed = false;                ///< the checksums are known
     ComponentStats stats;
 
     [[nodiscard]] bool restored() const { return activity > Activity::waiting; }

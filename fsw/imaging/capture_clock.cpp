@@ -33,28 +33,28 @@ bool is_forecast(CaptureSource source) {
 constexpr CheckpointForm CaptureClock::checkpoint = checkpoint_form<State>(component_id);
 
 CaptureClock::CaptureClock(Tables store, const Camera& camera, Clock& clock, const MissionParameters& mission)
-    : whole_(store), store_(store), camera_(camera), clock_(clock), mission_(mission) {}
+    : wiring_{store, SoundView<Tables::tables>(store), camera, clock, mission} {}
 
 Status CaptureClock::restore() {
-  const Status status = restore_checkpoint(whole_, checkpoint, cursor_, state_);
+  const Status status = restore_checkpoint(wiring_.whole, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
-  begin_ids<CaptureRecord>(whole_, state_.last_capture_id);
-  locked_ns_ = -1;
+  begin_ids<CaptureRecord>(wiring_.whole, state_.last_capture_id);
+  work_ = {};
   if (!status.ok()) ILP_TRY(resume_after_records(status.is(StatusCode::checkpoint_lost)));
   return status;
 }
 
 Status CaptureClock::resume_after_records(bool lost) {
   std::int64_t newest = 0;
-  ILP_TRY(newest_id<CaptureRecord>(whole_, newest));
+  ILP_TRY(newest_id<CaptureRecord>(wiring_.whole, newest));
   // The mode's captures since then may come in addition.
   if (newest > state_.last_capture_id) state_.own = {};
   state_.last_capture_id = std::max(state_.last_capture_id, newest);
   if (!lost) return {};
   // Commands from before the checkpoint are not carried out now.
-  ILP_TRY(newest_id<OverlapRecord>(whole_, cursor_.first));
-  ILP_TRY(newest_id<CommandRecord>(whole_, cursor_.second));
-  return newest_id<PoseRecord>(whole_, state_.last_pose_id);
+  ILP_TRY(newest_id<OverlapRecord>(wiring_.whole, cursor_.first));
+  ILP_TRY(newest_id<CommandRecord>(wiring_.whole, cursor_.second));
+  return newest_id<PoseRecord>(wiring_.whole, state_.last_pose_id);
 }
 
 void CaptureClock::want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const {
@@ -62,13 +62,13 @@ void CaptureClock::want(TimeNs time_ns, CaptureSource source, Outcome& outcome) 
   CaptureRecord& capture = outcome.capture;
   capture.id = ++outcome.after.last_capture_id;
   capture.requested_ns = time_ns;
-  capture.issued_ns = clock_.now();
+  capture.issued_ns = wiring_.clock.now();
   capture.source = source;
   if (source != CaptureSource::telecommand) outcome.after.own = {capture.id, time_ns};
 }
 
 bool CaptureClock::too_near(TimeNs time_ns, const State& state, TimeNs latest_exposure_ns) const {
-  const TimeNs least = ns_from_seconds(mission_.capture_min_interval_s);
+  const TimeNs least = ns_from_seconds(wiring_.mission.capture_min_interval_s);
   if (time_ns - latest_exposure_ns < least) return true;
   for (const Wanted& other : state.telecommanded) {
     if (time_ns - other.time_ns < least && other.time_ns - time_ns < least) return true;
@@ -77,9 +77,9 @@ bool CaptureClock::too_near(TimeNs time_ns, const State& state, TimeNs latest_ex
 }
 
 Status CaptureClock::accept_telecommand(const CommandRecord& command, Outcome& outcome) {
-  const TimeNs now = clock_.now();
+  const TimeNs now = wiring_.clock.now();
   FrameRecord latest;
-  const Status found = last(store_, latest);
+  const Status found = last(wiring_.store, latest);
   if (!found.ok() && !found.is(StatusCode::not_found)) return found;
   State& after = outcome.after;
   const bool soon = command.kind == CommandKind::capture_soon;
@@ -93,16 +93,18 @@ Status CaptureClock::accept_telecommand(const CommandRecord& command, Outcome& o
     return Status{};
   };
   if (at < now) return reject({StatusCode::capture_in_past, command.id, (now - at) / 1000});
-  const TimeNs latest_exposure = found.ok() ? latest.time_ns : now - ns_from_seconds(mission_.capture_min_interval_s);
+  const TimeNs latest_exposure =
+      found.ok() ? latest.time_ns : now - ns_from_seconds(wiring_.mission.capture_min_interval_s);
   if (too_near(at, after, latest_exposure)) {
-    return reject({StatusCode::capture_too_soon, command.id, ns_from_seconds(mission_.capture_min_interval_s) / 1000});
+    return reject(
+        {StatusCode::capture_too_soon, command.id, ns_from_seconds(wiring_.mission.capture_min_interval_s) / 1000});
   }
   if (!after.telecommanded.push_back({outcome.capture.id, at})) {
     return reject({StatusCode::capacity_exceeded, static_cast<std::int64_t>(after.telecommanded.size() + 1),
                    static_cast<std::int64_t>(max_telecommanded)});
   }
   if (after.own.id != 0 && too_near(after.own.time_ns, after, latest_exposure)) {
-    const Status own = get(store_, after.own.id, outcome.superseded);
+    const Status own = get(wiring_.store, after.own.id, outcome.superseded);
     if (!is_gone(own)) ILP_TRY(own);
     after.own = {};
     if (!own.ok() || outcome.superseded.state != CaptureState::pending) return {};
@@ -114,7 +116,7 @@ Status CaptureClock::accept_telecommand(const CommandRecord& command, Outcome& o
 
 Status CaptureClock::handle_command(Outcome& outcome, bool& handled) {
   CommandRecord command;
-  ILP_TRY(find_next(store_, cursor_.second, command, handled));
+  ILP_TRY(find_next(wiring_.store, cursor_.second, command, handled));
   if (!handled) return {};
   outcome.cursor.second = command.id;
   const bool wanted = command.kind == CommandKind::capture || command.kind == CommandKind::capture_soon;
@@ -133,14 +135,14 @@ Status CaptureClock::follow_keyframe(const OverlapRecord& overlap, const FrameRe
   // An earlier frame may have been chosen when this one had moved too far.
   if (overlap.keyframe_id != 0 && overlap.keyframe_id != after.keyframe_id) {
     KeyframeRecord keyframe;
-    ILP_TRY(get(store_, overlap.keyframe_id, keyframe));
+    ILP_TRY(get(wiring_.store, overlap.keyframe_id, keyframe));
     after.keyframe_id = keyframe.id;
     if (!select_place(keyframe.time_ns, after.path)) restart_path(keyframe, after);
   }
   const auto decision = overlap.decision;
   if (decision == OverlapDecision::new_strip) {
     KeyframeRecord keyframe;
-    ILP_TRY(last(store_, keyframe));
+    ILP_TRY(last(wiring_.store, keyframe));
     restart_path(keyframe, after);
     return {};
   }
@@ -150,7 +152,7 @@ Status CaptureClock::follow_keyframe(const OverlapRecord& overlap, const FrameRe
   if (!extend_path(frame.width, frame.height, frame.time_ns, moved, trusted, after.path)) return {};
   if (decision == OverlapDecision::selected) {
     KeyframeRecord keyframe;
-    ILP_TRY(last(store_, keyframe));
+    ILP_TRY(last(wiring_.store, keyframe));
     after.keyframe_id = keyframe.id;
     if (!select_place(frame.time_ns, after.path)) restart_path(keyframe, after);
   }
@@ -159,11 +161,11 @@ Status CaptureClock::follow_keyframe(const OverlapRecord& overlap, const FrameRe
 
 Status CaptureClock::follow_overlap(Outcome& outcome, bool& handled) {
   OverlapRecord overlap;
-  ILP_TRY(find_next(store_, cursor_.first, overlap, handled));
+  ILP_TRY(find_next(wiring_.store, cursor_.first, overlap, handled));
   if (!handled) return {};
   outcome.cursor.first = overlap.id;
   FrameRecord frame;
-  const Status known = get(store_, overlap.id, frame);
+  const Status known = get(wiring_.store, overlap.id, frame);
   if (!known.ok() && is_transient(known)) return known;
   if (!known.ok()) {
     outcome.event = known;
@@ -181,7 +183,7 @@ Status CaptureClock::follow_overlap(Outcome& outcome, bool& handled) {
 
 Status CaptureClock::take_attitude(const PoseRecord& pose, double focal_px, State& after) {
   KeyframeRecord keyframe;
-  ILP_TRY(get(store_, pose.id, keyframe));
+  ILP_TRY(get(wiring_.store, pose.id, keyframe));
   if (pose.id == after.first_keyframe_id) std::copy_n(pose.q_cam_from_world, 4, after.q_first_from_world);
   const double* const q = after.q_first_from_world;
   if (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] == 0) return {};
@@ -196,19 +198,19 @@ Status CaptureClock::take_attitude(const PoseRecord& pose, double focal_px, Stat
 
 Status CaptureClock::follow_pose(Outcome& outcome, bool& handled) {
   PoseRecord pose;
-  ILP_TRY(find_next(store_, state_.last_pose_id, pose, handled));
+  ILP_TRY(find_next(wiring_.store, state_.last_pose_id, pose, handled));
   if (!handled) return {};
   State& after = outcome.after;
   after.last_pose_id = pose.id;
-  if (mission_.capture_mode != CaptureMode::forecast) return {};
+  if (wiring_.mission.capture_mode != CaptureMode::forecast) return {};
   CameraRecord camera;
-  const Status seen = get_camera(store_, camera_id, camera);
+  const Status seen = get_camera(wiring_.store, camera_id, camera);
   if (is_gone(seen)) return {};
   ILP_TRY(seen);
   const std::int64_t oldest = std::max(after.first_keyframe_id, pose.id - attitude_memory);
   for (std::int64_t id = oldest; id <= pose.id; ++id) {
     PoseRecord known;
-    const Status read = get(store_, id, known);
+    const Status read = get(wiring_.store, id, known);
     if (is_gone(read)) continue;
     ILP_TRY(read);
     if (known.state == PoseState::failed) continue;
@@ -219,13 +221,13 @@ Status CaptureClock::follow_pose(Outcome& outcome, bool& handled) {
 }
 
 Status CaptureClock::forget_past_captures(State& after, bool& changed) {
-  const TimeNs now = clock_.now();
+  const TimeNs now = wiring_.clock.now();
   // A capture has no result before its time.
   const auto is_over = [&](const Wanted& wanted, bool& over) -> Status {
     over = false;
     if (wanted.id == 0 || wanted.time_ns > now) return {};
     CaptureRecord capture;
-    const Status found = get(store_, wanted.id, capture);
+    const Status found = get(wiring_.store, wanted.id, capture);
     if (!is_gone(found)) ILP_TRY(found);
     over = is_gone(found) || capture.state != CaptureState::pending;
     changed = changed || over;
@@ -249,7 +251,7 @@ void CaptureClock::plan_regular(double interval_s, const FrameRecord* latest, Ti
   // A camera that runs freely sets the beginning.
   if (!after.any_regular && latest != nullptr) after.last_regular_ns = latest->time_ns;
   if (!after.any_regular && latest == nullptr) {
-    if (!camera_.triggered()) return;
+    if (!wiring_.camera.triggered()) return;
     after.last_regular_ns = now - interval;
   }
   TimeNs time = after.last_regular_ns + interval;
@@ -257,42 +259,42 @@ void CaptureClock::plan_regular(double interval_s, const FrameRecord* latest, Ti
   after.last_regular_ns = time;
   after.any_regular = true;
   const TimeNs latest_exposure =
-      latest != nullptr ? latest->time_ns : time - ns_from_seconds(mission_.capture_min_interval_s);
+      latest != nullptr ? latest->time_ns : time - ns_from_seconds(wiring_.mission.capture_min_interval_s);
   if (too_near(time, after, latest_exposure)) return;
   want(time, CaptureSource::regular, outcome);
 }
 
 CaptureClock::ForecastTime CaptureClock::forecast_time(const FrameRecord& latest, TimeNs now, const State& state) {
-  const TimeNs earliest = std::max(latest.time_ns + ns_from_seconds(mission_.capture_min_interval_s), now);
+  const TimeNs earliest = std::max(latest.time_ns + ns_from_seconds(wiring_.mission.capture_min_interval_s), now);
   ForecastTime result;
-  result.time_ns = std::max(latest.time_ns + ns_from_seconds(mission_.capture_safe_interval_s), now);
-  motion_.fit(state.width, state.height, state.path, forecast_params(mission_));
-  if (!motion_.known()) return result;
+  result.time_ns = std::max(latest.time_ns + ns_from_seconds(wiring_.mission.capture_safe_interval_s), now);
+  workspace_.motion.fit(state.width, state.height, state.path, forecast_params(wiring_.mission));
+  if (!workspace_.motion.known()) return result;
   result.source = CaptureSource::forecast;
-  const TimeNs longest = latest.time_ns + ns_from_seconds(mission_.capture_max_interval_s);
-  result.time_ns = motion_.time_of_target(earliest, std::max(longest, earliest));
-  result.expected = motion_.overlap_at(result.time_ns);
+  const TimeNs longest = latest.time_ns + ns_from_seconds(wiring_.mission.capture_max_interval_s);
+  result.time_ns = workspace_.motion.time_of_target(earliest, std::max(longest, earliest));
+  result.expected = workspace_.motion.overlap_at(result.time_ns);
   const TimeNs part =
       latest.time_ns + ns_from_seconds(share_of_the_way * 1e-9 * static_cast<double>(result.time_ns - latest.time_ns));
-  if (result.expected.sigma > mission_.capture_max_sigma && part >= earliest) {
-    result = {part, CaptureSource::on_the_way, motion_.overlap_at(part)};
+  if (result.expected.sigma > wiring_.mission.capture_max_sigma && part >= earliest) {
+    result = {part, CaptureSource::on_the_way, workspace_.motion.overlap_at(part)};
   }
   return result;
 }
 
 void CaptureClock::want_forecast(const ForecastTime& forecast, Outcome& outcome) {
   want(forecast.time_ns, forecast.source, outcome);
-  if (!motion_.known()) return;
+  if (!workspace_.motion.known()) return;
   outcome.capture.overlap = forecast.expected.overlap;
   outcome.capture.overlap_sigma = forecast.expected.sigma;
-  outcome.capture.speed_px_s = motion_.speed_px_s();
+  outcome.capture.speed_px_s = workspace_.motion.speed_px_s();
 }
 
 Status CaptureClock::reconsider(const FrameRecord* latest, TimeNs now, Outcome& outcome) {
   State& after = outcome.after;
   if (latest == nullptr || latest->id > cursor_.first || after.own.time_ns - now < too_late_to_plan_ns) return {};
   CaptureRecord planned;
-  const Status found = get(store_, after.own.id, planned);
+  const Status found = get(wiring_.store, after.own.id, planned);
   if (is_gone(found)) after.own = {};
   if (is_gone(found)) return {};
   ILP_TRY(found);
@@ -310,12 +312,13 @@ Status CaptureClock::reconsider(const FrameRecord* latest, TimeNs now, Outcome& 
 
 void CaptureClock::plan_forecast(const FrameRecord* latest, TimeNs now, Outcome& outcome) {
   if (latest == nullptr) {
-    if (!camera_.triggered() || too_near(now, outcome.after, now - ns_from_seconds(mission_.capture_min_interval_s)))
+    if (!wiring_.camera.triggered() ||
+        too_near(now, outcome.after, now - ns_from_seconds(wiring_.mission.capture_min_interval_s)))
       return;
     want(now, CaptureSource::safe, outcome);
   } else if (latest->id > cursor_.first) {
     // The overlap of the last frame is not known yet, and may never be.
-    if (now - latest->time_ns < ns_from_seconds(mission_.capture_safe_interval_s)) return;
+    if (now - latest->time_ns < ns_from_seconds(wiring_.mission.capture_safe_interval_s)) return;
     if (!too_near(now, outcome.after, latest->time_ns)) want(now, CaptureSource::safe, outcome);
   } else {
     const ForecastTime forecast = forecast_time(*latest, now, outcome.after);
@@ -330,35 +333,36 @@ Status CaptureClock::plan(Outcome& outcome) {
   outcome.after.tilt_is_news = false;
   if (outcome.after.ended || (planned && !news)) return {};
   FrameRecord latest;
-  const Status found = last(store_, latest);
+  const Status found = last(wiring_.store, latest);
   if (!found.ok() && !found.is(StatusCode::not_found)) return found;
   const FrameRecord* const known = found.ok() ? &latest : nullptr;
-  const TimeNs now = clock_.now();
+  const TimeNs now = wiring_.clock.now();
   if (planned) return reconsider(known, now, outcome);
-  if (mission_.safe_mode) {
-    plan_regular(mission_.capture_safe_interval_s, known, now, outcome);
+  if (wiring_.mission.safe_mode) {
+    plan_regular(wiring_.mission.capture_safe_interval_s, known, now, outcome);
     return {};
   }
-  if (mission_.capture_mode == CaptureMode::regular && mission_.capture_interval_s > 0) {
-    plan_regular(mission_.capture_interval_s, known, now, outcome);
+  if (wiring_.mission.capture_mode == CaptureMode::regular && wiring_.mission.capture_interval_s > 0) {
+    plan_regular(wiring_.mission.capture_interval_s, known, now, outcome);
   }
-  if (mission_.capture_mode == CaptureMode::forecast) plan_forecast(known, now, outcome);
+  if (wiring_.mission.capture_mode == CaptureMode::forecast) plan_forecast(known, now, outcome);
   return {};
 }
 
-Status CaptureClock::write(const Outcome& outcome) {
-  StepTransaction transaction(whole_, checkpoint);
+Status CaptureClock::write(Outcome& outcome) {
+  StepTransaction transaction(wiring_.whole, checkpoint);
   ILP_TRY(transaction.begin());
-  if (outcome.has_superseded) ILP_TRY(put(store_, outcome.superseded));
-  if (outcome.has_capture) ILP_TRY(put(store_, outcome.capture));
+  if (outcome.has_superseded) ILP_TRY(put(wiring_.store, outcome.superseded));
+  if (outcome.has_capture) ILP_TRY(put(wiring_.store, outcome.capture));
   return transaction.commit(outcome.cursor, outcome.after, cursor_, state_);
 }
 
 void CaptureClock::note_lock() {
   CaptureRecord own;
-  const bool pending = state_.own.id != 0 && get(store_, state_.own.id, own).ok() && own.state == CaptureState::pending;
+  const bool pending =
+      state_.own.id != 0 && get(wiring_.store, state_.own.id, own).ok() && own.state == CaptureState::pending;
   // Acquisition holds the image of a pending capture, and counts from there.
-  if (locked_ns_ < 0 && !pending) locked_ns_ = clock_.now();
+  if (work_.locked_ns < 0 && !pending) work_.locked_ns = wiring_.clock.now();
 }
 
 StepResult CaptureClock::step() {
@@ -378,17 +382,17 @@ StepResult CaptureClock::step() {
     if (!status.ok()) return {status, false};
   }
   if (!changed && !outcome.has_capture) return {};
-  const bool regular = mission_.safe_mode || mission_.capture_mode == CaptureMode::regular;
-  const TimeNs wanted_before = regular && state_.any_regular ? state_.last_regular_ns : locked_ns_;
+  const bool regular = wiring_.mission.safe_mode || wiring_.mission.capture_mode == CaptureMode::regular;
+  const TimeNs wanted_before = regular && state_.any_regular ? state_.last_regular_ns : work_.locked_ns;
   const Status written = write(outcome);
   if (written.is(StatusCode::store_locked)) note_lock();
   if (!written.ok()) return {written, true};
-  if (locked_ns_ >= 0 && outcome.has_capture) {
-    const std::int64_t lost = images_missed(mission_, wanted_before, outcome.capture.requested_ns - 1);
+  if (work_.locked_ns >= 0 && outcome.has_capture) {
+    const std::int64_t lost = images_missed(wiring_.mission, wanted_before, outcome.capture.requested_ns - 1);
     if (lost > 0 && outcome.event.ok()) {
-      outcome.event = {StatusCode::images_lost, lost, (clock_.now() - locked_ns_) / ns_per_ms};
+      outcome.event = {StatusCode::images_lost, lost, (wiring_.clock.now() - work_.locked_ns) / ns_per_ms};
     }
-    locked_ns_ = -1;
+    work_.locked_ns = -1;
   }
   return {outcome.event, true};
 }

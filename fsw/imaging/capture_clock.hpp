@@ -26,7 +26,7 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_, state_).of(*this).changed_by_commits();
+    return LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_).changed_by_commits();
   }
 
   static constexpr std::size_t max_telecommanded = 32;  ///< future captures
@@ -35,6 +35,13 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
   struct Wanted {
     std::int64_t id = 0;
     TimeNs time_ns = 0;
+  };
+  struct Wiring {
+    Tables whole;  ///< damaged records included: for the checkpoint
+    SoundView<Tables::tables> store;
+    const Camera& camera;
+    Clock& clock;
+    const MissionParameters& mission;
   };
   struct State {
     ApparentPath path;
@@ -50,7 +57,12 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
     bool any_regular = false;
     bool ended = false;
     bool tilt_is_news = false;  ///< a forecast made before does not contain it
-    std::uint8_t padding[5] = {};
+  };
+  struct Work {
+    TimeNs locked_ns = -1;  ///< nothing could be planned since, because of the lock of the store; -1: it can
+  };
+  struct Workspace {
+    MotionForecast motion;
   };
   /// The decisions of one step, written in one transaction.
   struct Outcome {
@@ -86,19 +98,15 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
   [[nodiscard]] bool too_near(TimeNs time_ns, const State& state, TimeNs latest_exposure_ns) const;
   /// Continues after the records if the checkpoint is older than they are.
   Status resume_after_records(bool lost);
-  Status write(const Outcome& outcome);
+  Status write(Outcome& outcome);
   /// Nothing can be planned, because another process keeps the lock of the store.
   void note_lock();
 
-  Tables whole_;  ///< damaged records included: for the checkpoint
-  SoundView<Tables::tables> store_;
-  const Camera& camera_;
-  Clock& clock_;
-  const MissionParameters& mission_;
+  Wiring wiring_;
   Cursor cursor_;
   State state_;
-  MotionForecast motion_;
-  TimeNs locked_ns_ = -1;  ///< nothing could be planned since, because of the lock of the store; -1: it can
+  Work work_;
+  Workspace workspace_;
 };
 
 }  // namespace ilp

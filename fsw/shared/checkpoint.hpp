@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "cfg/schedule.hpp"
+#include "fsw/base/fields.hpp"
 #include "hal/store/store_view.hpp"
 
 namespace ilp {
@@ -21,8 +22,9 @@ struct Cursor {
 
 using CheckpointStore = StorePart<Writes<CheckpointRecord>, Erases<CheckpointRecord>>;
 
-/// What distinguishes the state of a component from that of another build. `layout` is raised with a change of meaning.
-/// The size also changes with the capacities of the profile.
+/// What distinguishes the state of a component from that of another build. The upper octet of `layout` is the number of
+/// the component's row, which is raised with a change of meaning; the rest changes with the fields' names, types and
+/// order (layout_digest). The size also changes with the capacities of the profile.
 struct CheckpointForm {
   ComponentId component;
   std::uint32_t layout;
@@ -30,7 +32,9 @@ struct CheckpointForm {
 };
 template <typename State>
 constexpr CheckpointForm checkpoint_form(ComponentId component, std::uint32_t layout) {
-  return {component, layout, sizeof(State)};
+  static_assert(!has_pointers<State>(), "an address means nothing to another process");
+  constexpr std::uint64_t digest = layout_digest<State>();
+  return {component, layout << 24U | static_cast<std::uint32_t>(digest >> 40U), sizeof(State)};
 }
 /// The form with the layout that the component's row has.
 template <typename State>
@@ -54,9 +58,11 @@ Status check_checkpoints(Reader<CheckpointRecord> store, std::span<const Checkpo
 /// The position of a component in its input; zeros if it has no readable checkpoint.
 Status saved_cursor(Reader<CheckpointRecord> store, ComponentId component, Cursor& cursor);
 
+/// Clears the padding of `state`, so that equal states are equal bytes.
 template <typename State>
-Status save_checkpoint(CheckpointStore store, const CheckpointForm& form, const Cursor& cursor, const State& state) {
+Status save_checkpoint(CheckpointStore store, const CheckpointForm& form, const Cursor& cursor, State& state) {
   static_assert(std::is_trivially_copyable_v<State>);
+  __builtin_clear_padding(&state);
   return save_checkpoint(store, form, cursor,
                          std::span<const std::uint8_t>(reinterpret_cast<const std::uint8_t*>(&state), sizeof(State)));
 }

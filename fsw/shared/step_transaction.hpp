@@ -17,14 +17,14 @@ class StepTransaction : private Transaction {
   using Transaction::commit;
 
   template <typename State>
-  Status commit(const Cursor& after_cursor, const State& after, Cursor& cursor, State& state) {
+  Status commit(const Cursor& after_cursor, State& after, Cursor& cursor, State& state) {
     ILP_TRY(commit(after_cursor, after, cursor));
     state = after;
     return {};
   }
   /// For a state that the component has in place already, or that is not kept in memory.
   template <typename State>
-  Status commit(const Cursor& after_cursor, const State& after, Cursor& cursor) {
+  Status commit(const Cursor& after_cursor, State& after, Cursor& cursor) {
     ILP_TRY(save_checkpoint(store_, form_, after_cursor, after));
     ILP_TRY(Transaction::commit());
     cursor = after_cursor;
