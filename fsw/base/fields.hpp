@@ -164,6 +164,17 @@ constexpr auto name_at() {
   return text.substr(before + 1, last - before);
 }
 
+/// `char` has a sign on some processors.
+template <typename T>
+constexpr std::uint64_t kind() {
+  if (std::is_floating_point_v<T>) return 1;
+  if (std::is_enum_v<T>) return 2;
+  if (std::is_same_v<T, bool>) return 3;
+  if (std::is_same_v<T, char>) return 7;
+  if (std::is_integral_v<T>) return std::is_signed_v<T> ? 4 : 5;
+  return 6;
+}
+
 constexpr std::uint64_t mixed(std::uint64_t digest, std::uint64_t value) {
   return (digest ^ value) * 0x100000001B3U;  // FNV-1a
 }
@@ -218,12 +229,7 @@ constexpr std::uint64_t layout_digest() {
       digest = mixed(digest, layout_digest<Field>());
     });
   } else {
-    digest = mixed(digest, std::is_floating_point_v<T> ? 1U
-                           : std::is_enum_v<T>         ? 2U
-                           : std::is_same_v<T, bool>   ? 3U
-                           : std::is_signed_v<T>       ? 4U
-                           : std::is_integral_v<T>     ? 5U
-                                                       : 6U);
+    digest = mixed(digest, fields_detail::kind<T>());
   }
   return digest;
 }

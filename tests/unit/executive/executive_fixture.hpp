@@ -32,7 +32,7 @@ class FakeComponent final : public Component {
   }
 
   [[nodiscard]] LastingMemory lasting() const override {
-    return keeps != nullptr ? LastingMemory(*keeps) : LastingMemory();
+    return keeps != nullptr ? LastingMemory().keeping(*keeps) : LastingMemory();
   }
 
   int steps = 0;

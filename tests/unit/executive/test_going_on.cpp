@@ -223,49 +223,57 @@ TEST_F(ExecutiveTest, ADamagedCommandKeepsNobodyFromTheNextOnes) {
   EXPECT_EQ(b.restores, restores + 1);
 }
 
-/// Its cursor and state change only after a commit; references precede them.
+/// Its cursor and state change only after a commit.
 class CommittingComponent final : public Component {
  public:
-  explicit CommittingComponent(Store& store) : store_(store) {}
+  explicit CommittingComponent(Store& store) : wiring_{store} {}
   [[nodiscard]] const char* name() const override { return "committing"; }
   Status restore() override {
-    ++restores;
-    state_ = saved;
+    ++outside.restores;
+    state_.count = outside.saved;
     return {};
   }
   StepResult step() override {
-    ++steps;
-    if (before_commit) before_commit(*this);
+    ++outside.steps;
+    if (outside.before_commit) outside.before_commit(*this);
     Status status;
-    if (commits) {
-      Transaction transaction(store_);
+    if (outside.commits) {
+      Transaction transaction(wiring_.store);
       status = transaction.begin();
       if (status.ok()) status = transaction.commit();
       if (!status.ok()) return {status, false};
-      saved = ++state_;
+      outside.saved = ++state_.count;
     }
     return {};
   }
   [[nodiscard]] LastingMemory lasting() const override {
-    const LastingMemory memory = LastingMemory(state_).of(*this).at_work(work_, work_).changed_by_commits();
-    return kept == nullptr ? memory : memory.keeping(*kept, *kept);
+    const LastingMemory memory =
+        LastingMemory::of(*this, wiring_, cursor_, state_, work_, outside).changed_by_commits();
+    return outside.kept == nullptr ? memory : memory.keeping(*outside.kept);
   }
-  void flip_state() { state_ ^= 1U << 9U; }
-  void flip_work() { work_ ^= 1U << 9U; }
+  void flip_state() { state_.count ^= 1U << 9U; }
+  void flip_work() { work_.count ^= 1U << 9U; }
   void flip_reference() { reinterpret_cast<std::byte*>(this)[sizeof(void*)] ^= std::byte{1}; }
-  [[nodiscard]] std::uint32_t state() const { return state_; }
+  [[nodiscard]] std::uint32_t state() const { return state_.count; }
 
  private:
-  Store& store_;
-  std::uint32_t state_ = 0;
-  std::uint32_t work_ = 0;
+  struct Wiring {
+    Store& store;
+  };
+  struct alignas(8) Counter {
+    std::uint32_t count = 0;
+  };
+  Wiring wiring_;
+  Counter cursor_, state_, work_;
 
  public:
-  std::uint32_t saved = 0;
-  int steps = 0, restores = 0;
-  bool commits = true;
-  std::uint32_t* kept = nullptr;  ///< where its work is in the memory of a step
-  std::function<void(CommittingComponent&)> before_commit;
+  struct Outside {
+    std::uint32_t saved = 0;
+    int steps = 0, restores = 0;
+    bool commits = true;
+    std::uint32_t* kept = nullptr;  ///< where its work is in the memory of a step
+    std::function<void(CommittingComponent&)> before_commit;
+  } outside;
 };
 
 class CommittingTest : public testing::Test {
@@ -293,22 +301,22 @@ class CommittingTest : public testing::Test {
 TEST_F(CommittingTest, AStateThatFlipsOnTheWayToACommitIsNotCommitted) {
   executive_.run_minor_frame();
   ASSERT_EQ(component_.state(), 1U);
-  component_.before_commit = [](CommittingComponent& c) { c.flip_state(); };
+  component_.outside.before_commit = [](CommittingComponent& c) { c.flip_state(); };
   executive_.run_minor_frame();
-  EXPECT_EQ(component_.saved, 1U) << "it was committed";
+  EXPECT_EQ(component_.outside.saved, 1U) << "it was committed";
   EXPECT_EQ(component_.state(), 1U) << "it has not gone back";
   EXPECT_EQ(told(), 1U);
-  component_.before_commit = {};
+  component_.outside.before_commit = {};
   executive_.run_minor_frame();
   EXPECT_EQ(component_.state(), 2U);
 }
 
 TEST_F(CommittingTest, AStateThatFlipsInAStepWithoutACommitIsNotTakenForItsOwn) {
-  component_.commits = false;
-  component_.before_commit = [](CommittingComponent& c) { c.flip_state(); };
+  component_.outside.commits = false;
+  component_.outside.before_commit = [](CommittingComponent& c) { c.flip_state(); };
   executive_.run_minor_frame();
   executive_.run_minor_frame();
-  EXPECT_EQ(component_.steps, 1) << "it took a step with the flipped state";
+  EXPECT_EQ(component_.outside.steps, 1) << "it took a step with the flipped state";
   EXPECT_EQ(component_.state(), 0U);
   EXPECT_EQ(told(), 1U);
 }
@@ -323,13 +331,12 @@ class GrowingComponent final : public Component {
   }
   StepResult step() override { return {elements.push_back(7) ? Status{} : StatusCode::capacity_exceeded, false}; }
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(elements, restores)
-        .of(*this)
+    return LastingMemory::of(*this, wiring, restores, elements)
         .without(memory_between(elements.end(), elements.data() + elements.capacity()));
   }
 
-  FixedVector<std::uint32_t, 1000> elements;
-  int restores = 0;
+  alignas(8) FixedVector<std::uint32_t, 1000> elements;
+  std::int64_t wiring = 0, restores = 0;
 };
 
 /// Its steps say before whether they change the state.
@@ -337,22 +344,24 @@ class RestingComponent final : public Component {
  public:
   [[nodiscard]] const char* name() const override { return "resting"; }
   Status restore() override {
-    ++restores;
+    ++outside.restores;
     state = 0;
     return {};
   }
   StepResult step() override {
-    if (!rests || flips) ++state;
+    if (!outside.rests || outside.flips) ++state;
     return {};
   }
   [[nodiscard]] LastingMemory lasting() const override {
-    const LastingMemory memory(state);
-    return rests ? memory.at_rest() : memory;
+    const LastingMemory memory = LastingMemory::of(*this, wiring, cursor, state, NoMembers{}, outside);
+    return outside.rests ? memory.at_rest() : memory;
   }
 
-  std::uint32_t state = 0;
-  int restores = 0;
-  bool rests = false, flips = false;
+  std::int64_t wiring = 0, cursor = 0, state = 0;
+  struct alignas(8) {
+    int restores = 0;
+    bool rests = false, flips = false;
+  } outside;
 };
 
 TEST_F(CommittingTest, AStateThatFlipsInAStepThatDoesNotChangeItIsFoundBeforeTheNextStep) {
@@ -361,16 +370,16 @@ TEST_F(CommittingTest, AStateThatFlipsInAStepThatDoesNotChangeItIsFoundBeforeThe
   Executive executive({&stage_, 1}, components, store_, clock_);
   ASSERT_TRUE(executive.start().ok());
   executive.run_minor_frame();
-  resting.rests = true;
+  resting.outside.rests = true;
   executive.run_minor_frame();
   executive.run_minor_frame();
   EXPECT_EQ(resting.state, 1U);
-  EXPECT_EQ(resting.restores, 1);
-  resting.flips = true;
+  EXPECT_EQ(resting.outside.restores, 1);
+  resting.outside.flips = true;
   executive.run_minor_frame();
   executive.run_minor_frame();
   EXPECT_EQ(resting.state, 0U) << "it took a step with the flipped state";
-  EXPECT_EQ(resting.restores, 2);
+  EXPECT_EQ(resting.outside.restores, 2);
 }
 
 TEST_F(CommittingTest, OnlyElementsThatAreThereAreCompared) {
@@ -391,24 +400,24 @@ TEST_F(CommittingTest, OnlyElementsThatAreThereAreCompared) {
 
 TEST_F(CommittingTest, WorkThatFlipsBetweenTwoStepsIsDoneAgain) {
   executive_.run_minor_frame();
-  const int restores = component_.restores;
+  const int restores = component_.outside.restores;
   component_.flip_work();
   executive_.run_minor_frame();
-  EXPECT_EQ(component_.restores, restores + 1);
+  EXPECT_EQ(component_.outside.restores, restores + 1);
   EXPECT_EQ(told(), 1U);
   EXPECT_FALSE(executive_.restart_wanted());
 }
 
 TEST_F(CommittingTest, WhereKeptWorkIsMayFlipOnlyWhileNobodyKeepsIt) {
   std::uint32_t place = 7;
-  component_.before_commit = [&](CommittingComponent& c) { c.kept = &place; };
+  component_.outside.before_commit = [&](CommittingComponent& c) { c.outside.kept = &place; };
   executive_.run_minor_frame();
-  const int restores = component_.restores;
+  const int restores = component_.outside.restores;
   place ^= 1U << 9U;
   executive_.run_minor_frame();
-  EXPECT_EQ(component_.restores, restores + 1);
+  EXPECT_EQ(component_.outside.restores, restores + 1);
   EXPECT_EQ(told(), 1U);
-  component_.before_commit = [](CommittingComponent& c) { c.kept = nullptr; };
+  component_.outside.before_commit = [](CommittingComponent& c) { c.outside.kept = nullptr; };
   executive_.run_minor_frame();
   place ^= 1U << 9U;
   executive_.run_minor_frame();
@@ -417,12 +426,12 @@ TEST_F(CommittingTest, WhereKeptWorkIsMayFlipOnlyWhileNobodyKeepsIt) {
 
 TEST_F(CommittingTest, AReferenceThatFlipsIsNeverFollowedAndAsksForANewProcess) {
   executive_.run_minor_frame();
-  const int steps = component_.steps, restores = component_.restores;
+  const int steps = component_.outside.steps, restores = component_.outside.restores;
   component_.flip_reference();
   executive_.run_minor_frame();
   executive_.run_minor_frame();
-  EXPECT_EQ(component_.steps, steps);
-  EXPECT_EQ(component_.restores, restores);
+  EXPECT_EQ(component_.outside.steps, steps);
+  EXPECT_EQ(component_.outside.restores, restores);
   EXPECT_TRUE(executive_.restart_wanted());
   component_.flip_reference();
 }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
 #include <new>
 #include <vector>
 
@@ -22,7 +24,7 @@ constexpr ComponentId component = ComponentId::dense_matcher;
 
 class CheckpointTest : public testing::Test {
  protected:
-  void save(const CheckpointForm& form, const Small& state) {
+  void save(const CheckpointForm& form, Small state) {
     Transaction transaction(store_);
     ASSERT_OK(transaction.begin());
     ASSERT_OK(save_checkpoint(store_, form, {5, 6}, state));
@@ -55,7 +57,8 @@ class CheckpointTest : public testing::Test {
   Status save_at(const Cursor& cursor, std::int64_t value) {
     Transaction transaction(store_);
     ILP_TRY(transaction.begin());
-    ILP_TRY(save_checkpoint(store_, small_form, cursor, Small{value}));
+    Small state{value};
+    ILP_TRY(save_checkpoint(store_, small_form, cursor, state));
     return transaction.commit();
   }
   std::int64_t loaded_value(StatusCode expected) {
@@ -92,6 +95,36 @@ TEST_F(CheckpointTest, OneOfAnotherBuildIsNoReasonToBeginAnew) {
   const Status refused = restore_checkpoint(store_, checkpoint_form<Large>(component, 2), cursor_, larger);
   EXPECT_STATUS(refused, store_build);
   EXPECT_EQ(refused.b, static_cast<std::int64_t>(sizeof(Small))) << "what is in the store";
+}
+
+TEST_F(CheckpointTest, AFormFollowsFromTheFields) {
+  struct Renamed {
+    std::int64_t worth = 0;
+  };
+  save(checkpoint_form<Small>(component, 2), {42});
+  Renamed renamed;
+  EXPECT_STATUS(restore_checkpoint(store_, checkpoint_form<Renamed>(component, 2), cursor_, renamed), store_build);
+  EXPECT_EQ(checkpoint_form<Small>(component, 2).layout >> 24U, 2U) << "the number of the row";
+}
+
+TEST_F(CheckpointTest, ThePaddingOfAStateIsZero) {
+  struct Padded {
+    bool yes;
+    std::int64_t value;
+  };
+  alignas(Padded) std::uint8_t memory[sizeof(Padded)];
+  std::fill(std::begin(memory), std::end(memory), std::uint8_t{0xA5});
+  auto& state = *new (memory) Padded;
+  state.yes = true;
+  state.value = 7;
+  Transaction transaction(store_);
+  ASSERT_OK(transaction.begin());
+  ASSERT_OK(save_checkpoint(store_, checkpoint_form<Padded>(component, 2), {5, 6}, state));
+  ASSERT_OK(transaction.commit());
+  std::uint8_t stored[sizeof(Padded)] = {};
+  ASSERT_OK(read_blob<CheckpointRecord>(store_, "state", first_row, 0, stored));
+  const std::uint8_t expected[] = {1, 0, 0, 0, 0, 0, 0, 0, 7, 0, 0, 0, 0, 0, 0, 0};
+  EXPECT_TRUE(std::equal(std::begin(stored), std::end(stored), std::begin(expected)));
 }
 
 TEST_F(CheckpointTest, AComponentWithSeveralFormsMayHaveAnyOfThem) {
