@@ -23,8 +23,15 @@ void write_example(void* workspace, std::uint32_t number, std::span<std::byte> i
 }  // namespace
 
 ComputeForm stereo_band_form(StereoBandWorkspace& workspace) {
-  return {sizeof(StereoBandInput), stereo_band_units, stereo_band_unit_bytes, units_per_call, match_unit,
-          write_example,           &workspace,        jobs_per_check};
+  return {sizeof(StereoBandInput),
+          stereo_band_units,
+          stereo_band_unit_bytes,
+          units_per_call,
+          match_unit,
+          write_example,
+          &workspace,
+          jobs_per_check,
+          job_layout<StereoBandInput, StereoBandOutput>()};
 }
 
 void BandJobs::begin(StereoWorkspace& memory, StereoBandJob& job, StereoMatcher& matcher) {

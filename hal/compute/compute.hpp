@@ -7,6 +7,7 @@
 #include <span>
 
 #include "fsw/base/enumeration.hpp"
+#include "fsw/base/fields.hpp"
 #include "fsw/base/status.hpp"
 
 namespace ilp {
@@ -29,9 +30,16 @@ struct ComputeForm {
   void (*example)(void* workspace, std::uint32_t number, std::span<std::byte> input) = nullptr;
   void* workspace = nullptr;
   std::size_t jobs_per_check = 1;  ///< of a device's jobs: one of these is compared in one unit
+  std::uint64_t layout = 0;        ///< job_layout() of input and output
 
   [[nodiscard]] constexpr std::size_t output_bytes() const { return units * unit_bytes; }
 };
+
+/// Changes with the fields of a job's input or output.
+template <typename Input, typename Output>
+constexpr std::uint64_t job_layout() {
+  return 3 * layout_digest<Input>() + layout_digest<Output>();
+}
 
 struct ComputeJob {
   ComputeKind kind = ComputeKind::count;

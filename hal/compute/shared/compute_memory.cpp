@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "fsw/base/checksum.hpp"
+#include "fsw/base/fields.hpp"
 #include "fsw/base/rng.hpp"
 
 namespace ilp {
@@ -24,10 +25,12 @@ std::size_t aligned(std::size_t bytes) {
 
 ComputeHeader compute_header(const ComputeForms& forms) {
   ComputeHeader header;
+  header.layout = static_cast<std::uint32_t>(layout_digest<ComputeHeader>());
   std::size_t end = aligned(sizeof(ComputeHeader));
   for (std::size_t k = 0; k < compute_kinds; ++k) {
     ComputeMailbox& box = header.boxes[k];
     box.input_bytes = forms[k].input_bytes;
+    box.layout = forms[k].layout;
     box.output_bytes = forms[k].output_bytes();
     box.input_offset = end;
     end += aligned(box.input_bytes);
@@ -82,7 +85,7 @@ Status ComputeMemory::map(int file, const ComputeHeader& expected) {
   for (std::size_t k = 0; k < compute_kinds; ++k) {
     const ComputeMailbox &p = there.boxes[k], &q = expected.boxes[k];
     same = same && p.input_offset == q.input_offset && p.output_offset == q.output_offset &&
-           p.input_bytes == q.input_bytes && p.output_bytes == q.output_bytes;
+           p.input_bytes == q.input_bytes && p.output_bytes == q.output_bytes && p.layout == q.layout;
   }
   if (same) return {};
   close();

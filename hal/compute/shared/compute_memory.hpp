@@ -15,7 +15,6 @@
 namespace ilp {
 
 inline constexpr std::uint32_t compute_memory_magic = 0x49504C43;  // "CLPI"
-inline constexpr std::uint32_t compute_memory_layout = 2;
 
 struct ComputeMailbox {
   std::uint32_t asked = 0;      ///< number of the newest job; the flight writes it after the input
@@ -24,12 +23,13 @@ struct ComputeMailbox {
   std::uint64_t output_sum = 0;
   std::uint64_t input_offset = 0, output_offset = 0;  ///< from the begin of the memory
   std::uint64_t input_bytes = 0, output_bytes = 0;
+  std::uint64_t layout = 0;  ///< ComputeForm::layout
 };
 
 struct ComputeHeader {
   std::uint32_t magic = compute_memory_magic;
-  std::uint32_t layout = compute_memory_layout;
-  std::uint64_t bytes = 0;  ///< of the whole memory
+  std::uint32_t layout = 0;  ///< of this struct (layout_digest)
+  std::uint64_t bytes = 0;   ///< of the whole memory
   ComputeMailbox boxes[compute_kinds];
 };
 

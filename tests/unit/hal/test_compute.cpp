@@ -308,6 +308,22 @@ TEST(Compute, NobodyCanShrinkTheSharedMemory) {
   std::filesystem::remove(path);
 }
 
+TEST(SharedCompute, AMemoryWithOtherFieldsOfEqualSizeIsRefused) {
+  struct Job {
+    std::int32_t width, rows;
+  };
+  struct Swapped {
+    std::int32_t rows, width;
+  };
+  ComputeForms forms = test_forms();
+  forms[0].layout = job_layout<Job, Job>();
+  ComputeMemory made, mapped;
+  ASSERT_TRUE(made.make(compute_header(forms)).ok());
+  EXPECT_TRUE(mapped.map(made.file(), compute_header(forms)).ok());
+  forms[0].layout = job_layout<Swapped, Job>();
+  EXPECT_TRUE(mapped.map(made.file(), compute_header(forms)).is(StatusCode::parse_error));
+}
+
 /// A program that goes on after each client that is no flight.
 class PatientProgram {
  public:
