@@ -55,8 +55,8 @@ class ComponentList {
  public:
   using SharedMemory = StepMemory<Components...>;
 
-  /// What components are made of. `camera` and `link` may be null where no component takes them; what follows may be
-  /// missing.
+  /// What components are made of. `camera`, `link` and `delivery` may be null where no component takes them; what
+  /// follows may be missing.
   struct Parts {
     Store& stored;   ///< without a cache
     Store& at_hand;  ///< the same records, with images at hand
@@ -65,10 +65,10 @@ class ComponentList {
     SharedMemory& step_memory;
     PacketRouter& router;
     TelemetryWriter& writer;
-    DeliveryFigures& delivery;
-    const Health& health;
     Camera* camera = nullptr;
     Link* link = nullptr;
+    DeliveryFigures* delivery = nullptr;
+    const Health* health = nullptr;
     NavigationSource* navigation = nullptr;
     Worker* worker = nullptr;
     Compute* compute = nullptr;
@@ -151,8 +151,10 @@ class ComponentList {
     operator MissionParameters&() const { return parts.mission; }
     operator PacketRouter&() const { return parts.router; }
     operator TelemetryWriter&() const { return parts.writer; }
-    operator DeliveryFigures&() const { return parts.delivery; }
-    operator TelemetrySources() const { return {&parts.health, &parts.delivery.counts}; }
+    operator DeliveryFigures&() const { return *parts.delivery; }
+    operator TelemetrySources() const {
+      return {parts.health, parts.delivery != nullptr ? &parts.delivery->counts : nullptr};
+    }
     operator Camera&() const { return *parts.camera; }
     operator Link&() const { return *parts.link; }
     operator NavigationSource*() const { return parts.navigation; }

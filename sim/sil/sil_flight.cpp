@@ -203,7 +203,7 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
                               .navigation = source.navigation.empty() ? nullptr : &navigation_,
                               .real_time = options.real_time};
   software_ = std::make_unique<FlightSoftware>(devices, mission_);
-  host::require(software_->configure({.utc_s = options.real_time ? utc_now() / ns_per_s : 0}),
+  host::require(software_->configure({.loaded = {}, .utc_s = options.real_time ? utc_now() / ns_per_s : 0}),
                 "taking up the settings");
   if (options.real_time) clock_.begin(*software_);
   read_keys(options, mission_, keys_);
