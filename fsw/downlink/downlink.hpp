@@ -53,11 +53,11 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_, state_).of(*this).at_work(event_, hear_alone_);
+    return LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_);
   }
 
   /// Everything has been sent and confirmed.
-  [[nodiscard]] bool drained() const { return drained_; }
+  [[nodiscard]] bool drained() const { return work_.drained; }
 
  private:
   static constexpr std::size_t max_late_files = 32;
@@ -72,6 +72,13 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   };
   using LateList = FixedVector<Late, max_late_files>;
 
+  struct Wiring {
+    Tables store;
+    Link& link;
+    Clock& clock;
+    const MissionParameters& mission;
+    Scratch scratch;
+  };
   struct State {
     std::int64_t credit_bytes = 0;  ///< bytes that the link can take now; negative after a large file
     TimeNs credited_ns = 0;
@@ -97,6 +104,30 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   struct Subject {
     FileClass kind = FileClass::count;  ///< `count`: nothing yet
     std::int64_t id = 0;
+  };
+  struct Work {
+    Status event;
+    bool drained = false;
+    bool contact_lost = false;
+    TimeNs contact_lost_ns = 0;
+    std::int64_t asked_through = 0;  ///< downlinks up to it have been queried in this round
+    TimeNs newest_sent_ns = 0;
+    std::int64_t room_bytes = 0;  ///< bytes that the link can still take in this pass
+    Subject subject;
+    bool store_failed = false;     ///< the store refused a write
+    bool something_waits = false;  ///< the class asked last has a file
+    bool changed = false;          ///< the state has changed without a file
+    int hear_alone = 0;
+    SetAsideList<32> set_aside;
+  };
+  struct Workspace {
+    Workspace(Tables store, Link& link) : file(store, link) {}
+
+    OutgoingFile file;
+    FixedVector<std::int64_t, limits::max_refine_requests> requests;  ///< keyframes
+    CandidateList candidates;
+    PassPlan plan;
+    PlanWorkspace planning;
   };
 
   void credit(State& after, const Contact& contact);
@@ -162,31 +193,11 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   [[nodiscard]] bool given_up(FileClass kind, std::int64_t id) const;
   [[nodiscard]] bool rests(FileClass kind, std::int64_t id) const;
 
-  Tables store_;
-  Link& link_;
-  Clock& clock_;
-  const MissionParameters& mission_;
-  Scratch scratch_;
+  Wiring wiring_;
   Cursor cursor_;
   State state_;
-  Status event_;
-  bool drained_ = false;
-  bool contact_lost_ = false;
-  TimeNs contact_lost_ns_ = 0;
-  std::int64_t asked_through_ = 0;  ///< downlinks up to it have been queried in this round
-  TimeNs newest_sent_ns_ = 0;
-  std::int64_t room_bytes_ = 0;  ///< bytes that the link can still take in this pass
-  Subject subject_;
-  bool store_failed_ = false;     ///< the store refused a write
-  bool something_waits_ = false;  ///< the class asked last has a file
-  bool changed_ = false;          ///< the state has changed without a file
-  int hear_alone_ = 0;
-  SetAsideList<32> set_aside_;
-  OutgoingFile file_;
-  FixedVector<std::int64_t, limits::max_refine_requests> requests_;  ///< keyframes
-  CandidateList candidates_;
-  PassPlan plan_;
-  PlanWorkspace workspace_;
+  Work work_;
+  Workspace workspace_;
 };
 
 }  // namespace ilp

@@ -49,20 +49,20 @@ PlanCandidate candidate_of(const ProductRecord& product, const ProductWorth& wor
 bool Downlink::fits(const State& after, std::int64_t bytes) const {
   // A file that is larger than a whole pass would never be sent. A pass may begin with it, at the cost of the files
   // after it.
-  return bytes <= room_bytes_ || after.pass_bytes == 0 || mission_.pass_period_s <= 0;
+  return bytes <= work_.room_bytes || after.pass_bytes == 0 || wiring_.mission.pass_period_s <= 0;
 }
 
 bool Downlink::may_go(const State& after, std::int64_t bytes, std::int64_t most) {
-  something_waits_ = true;
+  work_.something_waits = true;
   return bytes <= most && fits(after, bytes);
 }
 
 bool Downlink::rests(FileClass kind, std::int64_t id) const {
-  return set_aside_.rests(static_cast<std::uint8_t>(kind), id, clock_.now());
+  return work_.set_aside.rests(static_cast<std::uint8_t>(kind), id, wiring_.clock.now());
 }
 
 bool Downlink::given_up(FileClass kind, std::int64_t id) const {
-  return set_aside_.given_up(static_cast<std::uint8_t>(kind), id);
+  return work_.set_aside.given_up(static_cast<std::uint8_t>(kind), id);
 }
 
 std::int64_t Downlink::late_one(const State& after, FileClass kind) const {
@@ -73,22 +73,23 @@ std::int64_t Downlink::late_one(const State& after, FileClass kind) const {
 }
 
 Status Downlink::find_requests() {
-  requests_.clear();
+  workspace_.requests.clear();
   CommandRecord command;
   for (;;) {
     Found found{};
-    ILP_TRY(find_next(store_, command.id, command, found));
+    ILP_TRY(find_next(wiring_.store, command.id, command, found));
     if (found == Found::nothing) return {};
     const bool refine = found == Found::sound && command.kind == CommandKind::refine;
     if (!refine || requested(command.keyframe_id)) continue;
-    if (requests_.push_back(command.keyframe_id)) continue;
-    for (std::size_t i = 0; i + 1 < requests_.size(); ++i) requests_[i] = requests_[i + 1];
-    requests_.back() = command.keyframe_id;
+    if (workspace_.requests.push_back(command.keyframe_id)) continue;
+    for (std::size_t i = 0; i + 1 < workspace_.requests.size(); ++i)
+      workspace_.requests[i] = workspace_.requests[i + 1];
+    workspace_.requests.back() = command.keyframe_id;
   }
 }
 
 bool Downlink::requested(std::int64_t keyframe_id) const {
-  for (const std::int64_t id : requests_) {
+  for (const std::int64_t id : workspace_.requests) {
     if (id == keyframe_id) return true;
   }
   return false;
@@ -106,7 +107,7 @@ Status Downlink::next_waiting(const State& after, ProductRecord& product, bool& 
   found = false;
   for (;;) {
     Found any{};
-    ILP_TRY(find_next(store_, product.id, product, any));
+    ILP_TRY(find_next(wiring_.store, product.id, product, any));
     if (any == Found::nothing) return {};
     if (any == Found::damaged) continue;
     // The records of a keyframe are sent after its image is made.
@@ -118,7 +119,7 @@ Status Downlink::next_waiting(const State& after, ProductRecord& product, bool& 
 
 Status Downlink::gather(const State& after) {
   ILP_TRY(find_requests());
-  candidates_.clear();
+  workspace_.candidates.clear();
   ProductRecord product;
   RichnessRecord richness;
   for (;;) {
@@ -126,7 +127,7 @@ Status Downlink::gather(const State& after) {
     ILP_TRY(next_waiting(after, product, found));
     if (!found) return {};
     if (richness.id != product.keyframe_id) {
-      const Status rated = get(store_, product.keyframe_id, richness);
+      const Status rated = get(wiring_.store, product.keyframe_id, richness);
       // Unreadable richness has no weight: the product's own priority counts.
       if (!rated.ok()) richness = {};
       if (is_transient(rated)) return rated;
@@ -138,22 +139,23 @@ Status Downlink::gather(const State& after) {
     worth.newly_seen_share = richness.mask_fraction;
     worth.newly_seen_px = richness.mask_fraction * usual_pixels;
     worth.requested = requested(product.keyframe_id);
-    candidates_.offer(candidate_of(product, worth));
+    workspace_.candidates.offer(candidate_of(product, worth));
   }
 }
 
 Status Downlink::send_planned(std::int64_t most, State& after, bool& sent) {
   ILP_TRY(gather(after));
-  const std::span<const PlanCandidate> candidates = candidates_.all();
-  plan_pass(candidates, room_bytes_ > 0 ? static_cast<std::uint64_t>(room_bytes_) : 0, workspace_, plan_);
-  something_waits_ = something_waits_ || !candidates.empty();
+  const std::span<const PlanCandidate> candidates = workspace_.candidates.all();
+  plan_pass(candidates, work_.room_bytes > 0 ? static_cast<std::uint64_t>(work_.room_bytes) : 0, workspace_.planning,
+            workspace_.plan);
+  work_.something_waits = work_.something_waits || !candidates.empty();
   std::int64_t id = 0;
   std::int64_t bytes = 0;
   int last_layer = 0;
-  if (!plan_.files.empty()) {
-    id = plan_.files[0].id;
-    bytes = plan_.files[0].bytes;
-    last_layer = plan_.files[0].last_layer;
+  if (!workspace_.plan.files.empty()) {
+    id = workspace_.plan.files[0].id;
+    bytes = workspace_.plan.files[0].bytes;
+    last_layer = workspace_.plan.files[0].last_layer;
   } else {
     // Nothing fits. At the beginning of a pass, a file that is larger than the pass is sent.
     double best = 0;
@@ -172,21 +174,21 @@ Status Downlink::send_planned(std::int64_t most, State& after, bool& sent) {
     return {};
   }
   ProductRecord product;
-  ILP_TRY(get(store_, id, product));
+  ILP_TRY(get(wiring_.store, id, product));
   return send_layers(product, last_layer, after, sent);
 }
 
 Status Downlink::send_overdue(State& after, bool& sent) {
-  const std::size_t passes = mission_.overdue_passes;
+  const std::size_t passes = wiring_.mission.overdue_passes;
   const std::int64_t newest =
       after.product_at_pass[passes < limits::max_overdue_passes ? passes : limits::max_overdue_passes];
   ProductRecord product;
   while (product.id < newest) {
     Found found{};
-    ILP_TRY(find_next(store_, product.id, product, found));
+    ILP_TRY(find_next(wiring_.store, product.id, product, found));
     if (found == Found::nothing) return {};
     if (found == Found::damaged || product.id > newest || !waits(after, product) || product.layers_sent != 0) continue;
-    const std::int64_t pass_bytes = after.pass_bytes + (room_bytes_ > 0 ? room_bytes_ : 0);
+    const std::int64_t pass_bytes = after.pass_bytes + (work_.room_bytes > 0 ? work_.room_bytes : 0);
     const std::int64_t bytes = bytes_to(product, 1);
     const bool first = after.overdue_bytes == 0;
     if (!first && (after.overdue_bytes + bytes) * overdue_part > pass_bytes) return {};
@@ -222,11 +224,11 @@ Status Downlink::send_next_records(std::int64_t most, State& after, bool& sent) 
   for (std::size_t turn = 0; turn <= max_late_files; ++turn) {
     KeyframeRecord keyframe;
     Found found{};
-    ILP_TRY(find_next(store_, after.records_through, keyframe, found));
+    ILP_TRY(find_next(wiring_.store, after.records_through, keyframe, found));
     if (found == Found::nothing) return {};
     // The compressor works in order: an image of this or a later keyframe means that this one is done.
     ProductRecord product;
-    ILP_TRY(find_next(store_, product_id(keyframe.id, ProductKind::image) - 1, product, found));
+    ILP_TRY(find_next(wiring_.store, product_id(keyframe.id, ProductKind::image) - 1, product, found));
     if (found == Found::nothing) return {};
     if (!rests(FileClass::records, keyframe.id)) {
       return may_go(after, usual_records_bytes, most) ? send_records(keyframe.id, after, sent) : Status{};
@@ -244,7 +246,7 @@ Status Downlink::send_next_points(std::int64_t most, State& after, bool& sent) {
   for (;;) {
     StructureRecord structure;
     Found found{};
-    ILP_TRY(find_next(store_, after.points_through, structure, found));
+    ILP_TRY(find_next(wiring_.store, after.points_through, structure, found));
     if (found == Found::nothing) return {};
     if (structure.id > after.records_through) return {};
     if (rests(FileClass::points, structure.id)) {
@@ -262,20 +264,20 @@ Status Downlink::send_events_if_due(std::int64_t most, State& after, bool& sent)
   if (late != 0) {
     if (!may_go(after, usual_events_bytes, most)) return {};
     EventRecord event;
-    const Status any = next(store_, late - 1, event);
+    const Status any = next(wiring_.store, late - 1, event);
     const bool gone = any.is(StatusCode::not_found) || (any.ok() && event.id >= late + events_per_file);
     housekeeping_fingerprint(housekeeping_steps);
     if (!gone) return send_events(late - 1, true, housekeeping_steps, after, sent);
     drop_late({FileClass::events, late}, after);
   }
   EventRecord newest;
-  const Status any = last(store_, newest);
+  const Status any = last(wiring_.store, newest);
   if (any.is(StatusCode::record_damaged)) newest.id = any.a;
   if (is_transient(any)) return any;
   const bool new_events = newest.id > after.events_through;
   housekeeping_fingerprint(housekeeping_steps);
   const bool enough = new_events && newest.id - after.events_through >= events_per_file;
-  const bool old = new_events && clock_.now() - after.events_sent_ns >= events_period_ns;
+  const bool old = new_events && wiring_.clock.now() - after.events_sent_ns >= events_period_ns;
   if (!enough && !old && housekeeping_steps == after.housekeeping_steps) return {};
   if (!may_go(after, usual_events_bytes, most)) return {};
   // Events of a file that was set aside wait. Only later ones follow them.
@@ -286,8 +288,8 @@ Status Downlink::send_events_if_due(std::int64_t most, State& after, bool& sent)
 Status Downlink::send_class(FileClass kind, std::int64_t most, State& after, bool& sent) {
   switch (kind) {
     case FileClass::products:
-      return mission_.downlink_order == DownlinkOrder::origin ? send_in_order(most, after, sent)
-                                                              : send_planned(most, after, sent);
+      return wiring_.mission.downlink_order == DownlinkOrder::origin ? send_in_order(most, after, sent)
+                                                                     : send_planned(most, after, sent);
     case FileClass::records:
       return send_next_records(most, after, sent);
     case FileClass::points:
@@ -309,41 +311,41 @@ Status Downlink::send_owed(State& after, bool& sent) {
     }
     if (best == file_classes) return {};
     tried[best] = true;
-    something_waits_ = false;
+    work_.something_waits = false;
     ILP_TRY(send_class(static_cast<FileClass>(best), after.owed_bytes[best], after, sent));
     if (sent) return {};
     // No file waits, so there is nothing to save credit for.
-    if (!something_waits_) after.owed_bytes[best] = 0;
+    if (!work_.something_waits) after.owed_bytes[best] = 0;
   }
   return {};
 }
 
 Status Downlink::send_next(State& after, bool& sent) {
   sent = false;
-  drained_ = false;
-  const Contact contact = contact_at(mission_, clock_.now());
-  if (!contact.open || after.credit_bytes < 0 || mission_.link_bytes_per_s <= 0) return {};
+  work_.drained = false;
+  const Contact contact = contact_at(wiring_.mission, wiring_.clock.now());
+  if (!contact.open || after.credit_bytes < 0 || wiring_.mission.link_bytes_per_s <= 0) return {};
   std::int64_t unsent = 0;
-  ILP_TRY(link_.unsent(unsent));
-  if (static_cast<double>(unsent) >= lead_s * mission_.link_bytes_per_s) {
+  ILP_TRY(wiring_.link.unsent(unsent));
+  if (static_cast<double>(unsent) >= lead_s * wiring_.mission.link_bytes_per_s) {
     // The link needs its time for what it has: headers, telemetry and what was lost. None of it is saved up.
     if (after.credit_bytes > 0) after.credit_bytes = 0;
     return {};
   }
-  room_bytes_ -= unsent;
+  work_.room_bytes -= unsent;
   constexpr FileClass by_worth[] = {FileClass::records, FileClass::products, FileClass::points, FileClass::events};
   constexpr FileClass by_origin[] = {FileClass::products, FileClass::records, FileClass::points, FileClass::events};
-  const bool in_order = mission_.downlink_order == DownlinkOrder::origin;
+  const bool in_order = wiring_.mission.downlink_order == DownlinkOrder::origin;
   if (!in_order) ILP_TRY(send_overdue(after, sent));
   if (!sent) ILP_TRY(send_owed(after, sent));
-  something_waits_ = false;
+  work_.something_waits = false;
   for (std::size_t i = 0; i < file_classes && !sent; ++i) {
     ILP_TRY(send_class(in_order ? by_origin[i] : by_worth[i], no_limit_bytes, after, sent));
   }
   if (sent) return {};
   // Entries that were due and did not appear no longer exist.
-  if (!something_waits_) set_aside_.forget_due(clock_.now());
-  drained_ = after.acknowledged_through == after.last_downlink_id && after.late.empty() && set_aside_.empty();
+  if (!work_.something_waits) work_.set_aside.forget_due(wiring_.clock.now());
+  work_.drained = after.acknowledged_through == after.last_downlink_id && after.late.empty() && work_.set_aside.empty();
   return {};
 }
 

@@ -16,22 +16,22 @@ Status Downlink::hear_layers(const DownlinkRecord& record, ProductRecord product
     product.layers_held = static_cast<std::uint8_t>(product.layers_held | (1U << (layer - 1)));
   }
   if (product.layers_sent >= layers_of(product) && all_held(product)) product.state = ProductState::acknowledged;
-  return amend(store_, product);
+  return amend(wiring_.store, product);
 }
 
 Status Downlink::drop_if_lost(const DownlinkRecord& record, State& after, bool& settled, bool& heard) {
-  if (record.kind == DownlinkKind::product || mission_.confirmation_timeout_s <= 0) return {};
-  const double waited_s = 1e-9 * static_cast<double>(newest_sent_ns_ - record.sent_ns);
-  if (waited_s <= mission_.confirmation_timeout_s) return {};
+  if (record.kind == DownlinkKind::product || wiring_.mission.confirmation_timeout_s <= 0) return {};
+  const double waited_s = 1e-9 * static_cast<double>(work_.newest_sent_ns - record.sent_ns);
+  if (waited_s <= wiring_.mission.confirmation_timeout_s) return {};
   Late late{FileClass::records, record.subject_id};
   if (record.kind == DownlinkKind::points) late.kind = FileClass::points;
   if (record.subject_id < 0) late = {FileClass::events, -record.subject_id};
   bool again = record.subject_id == 0;
   for (const Late& one : after.late) again = again || one == late;
   if (!again && !after.late.push_back(late)) return {};
-  ILP_TRY(erase<DownlinkRecord>(store_, record.id));
+  ILP_TRY(erase<DownlinkRecord>(wiring_.store, record.id));
   heard = settled = true;
-  event_ = {StatusCode::file_lost, late.id, static_cast<std::int64_t>(late.kind)};
+  work_.event = {StatusCode::file_lost, late.id, static_cast<std::int64_t>(late.kind)};
   return {};
 }
 
@@ -39,19 +39,19 @@ Status Downlink::hear_one(DownlinkRecord record, State& after, bool& settled, bo
   ProductRecord product;
   bool known = false;
   if (record.kind == DownlinkKind::product) {
-    const Status found = get(store_, record.subject_id, product);
+    const Status found = get(wiring_.store, record.subject_id, product);
     // The link may report it only once: it is queried when the product can be updated.
     if (is_transient(found)) return {};
     known = found.ok();
   }
   std::uint32_t bytes = 0;
   std::uint32_t crc = 0;
-  const Status answer = link_.acknowledged(record.name, bytes, crc);
+  const Status answer = wiring_.link.acknowledged(record.name, bytes, crc);
   // A damaged copy on the ground is no confirmation; the file stays on board.
   if (!answer.ok() || bytes != record.bytes || crc != record.crc32) return drop_if_lost(record, after, settled, heard);
-  record.acknowledged_ns = clock_.now();
+  record.acknowledged_ns = wiring_.clock.now();
   heard = settled = true;
-  ILP_TRY(put(store_, record));
+  ILP_TRY(put(wiring_.store, record));
   return known ? hear_layers(record, product) : Status{};
 }
 
@@ -59,13 +59,13 @@ Status Downlink::hear(State& after, bool& heard) {
   heard = false;
   DownlinkRecord record;
   // A missing confirmation must not delay later ones, so all unconfirmed files take turns.
-  if (asked_through_ < after.acknowledged_through) asked_through_ = after.acknowledged_through;
-  std::int64_t id = asked_through_;
+  if (work_.asked_through < after.acknowledged_through) work_.asked_through = after.acknowledged_through;
+  std::int64_t id = work_.asked_through;
   bool all_before = id == after.acknowledged_through;
   bool ended = false;
-  for (int asked = 0; asked < acknowledgements_per_step && !(heard && hear_alone_ > 0); ++asked) {
+  for (int asked = 0; asked < acknowledgements_per_step && !(heard && work_.hear_alone > 0); ++asked) {
     Found found{};
-    ILP_TRY(find_next(store_, id, record, found));
+    ILP_TRY(find_next(wiring_.store, id, record, found));
     ended = found == Found::nothing;
     if (ended) break;
     id = record.id;
@@ -73,18 +73,18 @@ Status Downlink::hear(State& after, bool& heard) {
     if (found == Found::damaged) {
       heard = true;
       after.check_products_from = 1;
-      ILP_TRY(erase<DownlinkRecord>(store_, id));
+      ILP_TRY(erase<DownlinkRecord>(wiring_.store, id));
     } else {
       settled = record.acknowledged_ns != 0;
       // If this one fails, the earlier ones are committed without it.
-      asked_through_ = id;
+      work_.asked_through = id;
       if (!settled) ILP_TRY(hear_one(record, after, settled, heard));
     }
     all_before = all_before && settled;
     if (all_before) after.acknowledged_through = id;
   }
-  if (heard && hear_alone_ > 0) --hear_alone_;
-  asked_through_ = ended ? after.acknowledged_through : id;
+  if (heard && work_.hear_alone > 0) --work_.hear_alone;
+  work_.asked_through = ended ? after.acknowledged_through : id;
   return {};
 }
 
@@ -94,7 +94,7 @@ Status Downlink::check_products(State& after, bool& changed) {
   for (int i = 0; i < products_per_step && after.check_products_from > 0; ++i) {
     ProductRecord product;
     Found found{};
-    ILP_TRY(find_next(store_, after.check_products_from - 1, product, found));
+    ILP_TRY(find_next(wiring_.store, after.check_products_from - 1, product, found));
     after.check_products_from = found == Found::nothing ? 0 : product.id + 1;
     if (found != Found::sound) continue;
     const bool open = product.state == ProductState::stored || product.state == ProductState::sent;
@@ -103,7 +103,7 @@ Status Downlink::check_products(State& after, bool& changed) {
     if (!open || product.data.bytes == 0 || held == product.layers_sent) continue;
     product.layers_sent = static_cast<std::uint8_t>(held);
     product.state = ProductState::stored;
-    ILP_TRY(amend(store_, product));
+    ILP_TRY(amend(wiring_.store, product));
   }
   return {};
 }
@@ -112,12 +112,12 @@ Status Downlink::hear_all() {
   State after = state_;
   if (after.acknowledged_through == after.last_downlink_id) return {};
   bool heard = false;
-  StepTransaction transaction(store_, checkpoint);
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   Status status = hear(after, heard);
   if (status.ok() && heard) status = transaction.commit(cursor_, after, cursor_);
   if (status.ok()) state_ = after;
-  if (!status.ok()) hear_alone_ = heard_alone;
+  if (!status.ok()) work_.hear_alone = heard_alone;
   return status;
 }
 

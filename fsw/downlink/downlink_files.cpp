@@ -18,28 +18,28 @@ constexpr auto most_owed_bytes = static_cast<std::int64_t>(limits::max_transfer_
 
 Status Downlink::open(const char* name) {
   // If the store accepts no writes, it cannot record that the file was sent, and the file would be sent repeatedly.
-  const Status taken = save_checkpoint(store_, checkpoint, cursor_, state_);
-  store_failed_ = !taken.ok();
+  const Status taken = save_checkpoint(wiring_.store, checkpoint, cursor_, state_);
+  work_.store_failed = !taken.ok();
   ILP_TRY(taken);
-  const bool lenient = given_up(subject_.kind, subject_.id);
-  ILP_TRY(file_.begin(name));
-  if (lenient) file_.be_lenient();
+  const bool lenient = given_up(work_.subject.kind, work_.subject.id);
+  ILP_TRY(workspace_.file.begin(name));
+  if (lenient) workspace_.file.be_lenient();
   return {};
 }
 
 Status Downlink::close_file(DownlinkRecord sent, State& after) {
-  ILP_TRY(file_.end());
+  ILP_TRY(workspace_.file.end());
   sent.id = after.last_downlink_id + 1;
-  sent.bytes = file_.bytes();
-  sent.crc32 = file_.crc();
-  sent.sent_ns = clock_.now();
+  sent.bytes = workspace_.file.bytes();
+  sent.crc32 = workspace_.file.crc();
+  sent.sent_ns = wiring_.clock.now();
   sent.records_through = after.records_through;
   sent.points_through = after.points_through;
-  copy_text(sent.name, file_.name());
+  copy_text(sent.name, workspace_.file.name());
   after.last_downlink_id = sent.id;
   after.credit_bytes -= sent.bytes;
   after.pass_bytes += sent.bytes;
-  const auto own = static_cast<std::size_t>(subject_.kind);
+  const auto own = static_cast<std::size_t>(work_.subject.kind);
   for (std::size_t i = 0; i < file_classes; ++i) {
     std::int64_t& owed = after.owed_bytes[i];
     owed += link_share_permille[i] * sent.bytes / 1000;
@@ -48,12 +48,12 @@ Status Downlink::close_file(DownlinkRecord sent, State& after) {
     if (owed < 0) owed = 0;
     if (owed > most_owed_bytes) owed = most_owed_bytes;
   }
-  if (subject_.kind == FileClass::products) after.planned_bytes = sent.bytes;
-  drop_late({subject_.kind, subject_.id}, after);
-  set_aside_.remove(static_cast<std::uint8_t>(subject_.kind), subject_.id);
-  const Status kept = put(store_, sent);
-  store_failed_ = !kept.ok();
-  if (kept.ok()) newest_sent_ns_ = sent.sent_ns;
+  if (work_.subject.kind == FileClass::products) after.planned_bytes = sent.bytes;
+  drop_late({work_.subject.kind, work_.subject.id}, after);
+  work_.set_aside.remove(static_cast<std::uint8_t>(work_.subject.kind), work_.subject.id);
+  const Status kept = put(wiring_.store, sent);
+  work_.store_failed = !kept.ok();
+  if (kept.ok()) work_.newest_sent_ns = sent.sent_ns;
   return kept;
 }
 
@@ -62,15 +62,15 @@ void Downlink::drop_late(const Late& late, State& after) {
   for (const Late& one : after.late) {
     if (!(one == late)) after.late[kept++] = one;
   }
-  if (kept != after.late.size()) changed_ = true;
+  if (kept != after.late.size()) work_.changed = true;
   static_cast<void>(after.late.resize(kept));
 }
 
 Status Downlink::send_records(std::int64_t keyframe_id, State& after, bool& sent) {
-  subject_ = {FileClass::records, keyframe_id};
+  work_.subject = {FileClass::records, keyframe_id};
   const bool without = given_up(FileClass::records, keyframe_id);
   KeyframeRecord keyframe;
-  const Status known = get(store_, keyframe_id, keyframe);
+  const Status known = get(wiring_.store, keyframe_id, keyframe);
   if (known.is(StatusCode::not_found)) {
     // It was erased with the history.
     drop_late({FileClass::records, keyframe_id}, after);
@@ -80,98 +80,99 @@ Status Downlink::send_records(std::int64_t keyframe_id, State& after, bool& sent
   FixedText<32> name;
   name.add("records-").add(keyframe_id, 6).add(".ilp");
   ILP_TRY(open(name.c_str()));
-  ILP_TRY(file_.write_records_head());
+  ILP_TRY(workspace_.file.write_records_head());
   bool found = false;
   PoseRecord pose;
   bool posed = false;
-  ILP_TRY(file_.take(get(store_, keyframe_id, pose), posed));
+  ILP_TRY(workspace_.file.take(get(wiring_.store, keyframe_id, pose), posed));
   CameraRecord camera;
   bool seen = false;
-  ILP_TRY(file_.take(get_camera(store_, camera_id_of(pose), camera), seen));
-  if (seen) ILP_TRY(file_.write_record(camera));
-  ILP_TRY(file_.take(known, found));
+  ILP_TRY(workspace_.file.take(get_camera(wiring_.store, camera_id_of(pose), camera), seen));
+  if (seen) ILP_TRY(workspace_.file.write_record(camera));
+  ILP_TRY(workspace_.file.take(known, found));
   if (found) {
-    ILP_TRY(file_.write_if_present<StripRecord>(keyframe.strip_id));
-    ILP_TRY(file_.write_if_present<StripFrameRecord>(keyframe.strip_id));
-    ILP_TRY(file_.write_if_present<TieRecord>(keyframe.strip_id));
-    ILP_TRY(file_.write_if_present<NavigationRecord>(keyframe_id));
-    ILP_TRY(file_.write_record(keyframe));
-    ILP_TRY(file_.write_if_present<OverlapRecord>(keyframe.frame_id));
+    ILP_TRY(workspace_.file.write_if_present<StripRecord>(keyframe.strip_id));
+    ILP_TRY(workspace_.file.write_if_present<StripFrameRecord>(keyframe.strip_id));
+    ILP_TRY(workspace_.file.write_if_present<TieRecord>(keyframe.strip_id));
+    ILP_TRY(workspace_.file.write_if_present<NavigationRecord>(keyframe_id));
+    ILP_TRY(workspace_.file.write_record(keyframe));
+    ILP_TRY(workspace_.file.write_if_present<OverlapRecord>(keyframe.frame_id));
   }
-  if (posed) ILP_TRY(file_.write_record(pose));
-  ILP_TRY(file_.write_if_present<CalibrationRecord>(keyframe_id));
+  if (posed) ILP_TRY(workspace_.file.write_record(pose));
+  ILP_TRY(workspace_.file.write_if_present<CalibrationRecord>(keyframe_id));
   for (std::int64_t number = 0; number < limits::max_links_per_keyframe; ++number) {
     ILP_TRY(write_link(link_id(keyframe_id, number)));
   }
   ILP_TRY(write_depth(keyframe_id));
   ILP_TRY(write_mask(keyframe_id));
-  ILP_TRY(file_.write_if_present<RichnessRecord>(keyframe_id));
+  ILP_TRY(workspace_.file.write_if_present<RichnessRecord>(keyframe_id));
   ILP_TRY(write_products_of(keyframe_id, keyframe.frame_id));
-  ILP_TRY(file_.write_records_tail());
+  ILP_TRY(workspace_.file.write_records_tail());
   if (after.records_through < keyframe_id) after.records_through = keyframe_id;
   DownlinkRecord record;
   record.kind = DownlinkKind::records;
   record.subject_id = keyframe_id;
-  const std::int64_t left_out = file_.left_out();
+  const std::int64_t left_out = workspace_.file.left_out();
   ILP_TRY(close_file(record, after));
   sent = true;
-  if (left_out != 0) event_ = {StatusCode::records_incomplete, keyframe_id, left_out};
+  if (left_out != 0) work_.event = {StatusCode::records_incomplete, keyframe_id, left_out};
   return {};
 }
 
 Status Downlink::write_depth(std::int64_t keyframe_id) {
   DepthRecord depth;
   bool found = false;
-  ILP_TRY(file_.take(get(store_, keyframe_id, depth), found));
+  ILP_TRY(workspace_.file.take(get(wiring_.store, keyframe_id, depth), found));
   if (!found) return {};
   depth.values.bytes = 0;
   depth.sigma.bytes = 0;
   depth.cells.bytes = 0;
-  return file_.write_record(depth);
+  return workspace_.file.write_record(depth);
 }
 
 Status Downlink::write_mask(std::int64_t keyframe_id) {
   MaskRecord mask;
   bool found = false;
-  ILP_TRY(file_.take(get(store_, keyframe_id, mask), found));
+  ILP_TRY(workspace_.file.take(get(wiring_.store, keyframe_id, mask), found));
   if (!found) return {};
-  auto& buffer = scratch_.as<DownlinkBuffers>().product;
+  auto& buffer = wiring_.scratch.as<DownlinkBuffers>().product;
   ILP_ASSERT(mask.code.bytes <= buffer.size(), mask.code.bytes);
   // The record states the length of the code, so the code is read first.
   const std::span<std::uint8_t> code = std::span(buffer).first(mask.code.bytes);
   if (!code.empty()) {
-    ILP_TRY(file_.take(read_blob<MaskRecord>(store_, "code", keyframe_id, 0, code), found));
+    ILP_TRY(workspace_.file.take(read_blob<MaskRecord>(wiring_.store, "code", keyframe_id, 0, code), found));
     if (!found) mask.code.bytes = 0;
   }
-  ILP_TRY(file_.write_record(mask));
-  return file_.write(code.first(mask.code.bytes));
+  ILP_TRY(workspace_.file.write_record(mask));
+  return workspace_.file.write(code.first(mask.code.bytes));
 }
 
 Status Downlink::write_link(std::int64_t id) {
   LinkRecord link;
   bool found = false;
-  ILP_TRY(file_.take(get(store_, id, link), found));
+  ILP_TRY(workspace_.file.take(get(wiring_.store, id, link), found));
   if (!found) return {};
   std::array<std::uint8_t, limits::max_link_points * sizeof(LinkPoint)> bytes;
   ILP_ASSERT(link.points.bytes <= bytes.size(), link.points.bytes);
   // The record states the number of points, so they are read first.
   const std::span<std::uint8_t> points = std::span(bytes).first(link.points.bytes);
   if (!points.empty()) {
-    ILP_TRY(file_.take(read_blob<LinkRecord>(store_, "points", id, 0, points), found));
+    ILP_TRY(workspace_.file.take(read_blob<LinkRecord>(wiring_.store, "points", id, 0, points), found));
     if (!found) link.points.bytes = 0;
   }
-  ILP_TRY(file_.write_record(link));
-  return file_.write(points.first(link.points.bytes));
+  ILP_TRY(workspace_.file.write_record(link));
+  return workspace_.file.write(points.first(link.points.bytes));
 }
 
 Status Downlink::write_products_of(std::int64_t keyframe_id, std::int64_t frame_id) {
   for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
     ProductRecord product;
     bool found = false;
-    ILP_TRY(file_.take(get(store_, product_id(keyframe_id, static_cast<ProductKind>(kind)), product), found));
+    ILP_TRY(workspace_.file.take(get(wiring_.store, product_id(keyframe_id, static_cast<ProductKind>(kind)), product),
+                                 found));
     if (!found) continue;
     product.data.bytes = 0;
-    ILP_TRY(file_.write_record(product));
+    ILP_TRY(workspace_.file.write_record(product));
     const bool no_image = product.kind == ProductKind::image && product.state == ProductState::dropped;
     if (no_image) ILP_TRY(write_frame(frame_id));
   }
@@ -182,10 +183,10 @@ Status Downlink::write_products_of(std::int64_t keyframe_id, std::int64_t frame_
 Status Downlink::write_frame(std::int64_t id) {
   FrameRecord frame;
   bool found = false;
-  ILP_TRY(file_.take(get(store_, id, frame), found));
+  ILP_TRY(workspace_.file.take(get(wiring_.store, id, frame), found));
   if (!found) return {};
   frame.image.bytes = 0;
-  return file_.write_record(frame);
+  return workspace_.file.write_record(frame);
 }
 
 Status Downlink::write_refinement(const ProductRecord& product, std::span<const std::uint8_t> longer, int last_layer) {
@@ -208,15 +209,15 @@ Status Downlink::write_refinement(const ProductRecord& product, std::span<const 
   name.add("refine-").add(product.keyframe_id, 6).add("-").add(name_of(product.kind));
   name.add("-").add(header.first_layer, 1).add("-").add(header.last_layer, 1).add(".ilr");
   ILP_TRY(open(name.c_str()));
-  ILP_TRY(file_.write(head));
-  ILP_TRY(file_.write(longer.subspan(pieces.same_head, pieces.head_end - pieces.same_head)));
-  ILP_TRY(file_.write(longer.subspan(pieces.head_end + pieces.same_data)));
-  return file_.write_u32(file_.crc());
+  ILP_TRY(workspace_.file.write(head));
+  ILP_TRY(workspace_.file.write(longer.subspan(pieces.same_head, pieces.head_end - pieces.same_head)));
+  ILP_TRY(workspace_.file.write(longer.subspan(pieces.head_end + pieces.same_data)));
+  return workspace_.file.write_u32(workspace_.file.crc());
 }
 
 Status Downlink::send_layers(const ProductRecord& product, int last_layer, State& after, bool& sent) {
-  subject_ = {FileClass::products, product.id};
-  auto& buffer = scratch_.as<DownlinkBuffers>().product;
+  work_.subject = {FileClass::products, product.id};
+  auto& buffer = wiring_.scratch.as<DownlinkBuffers>().product;
   ILP_ASSERT(product.data.bytes <= buffer.size(), product.data.bytes);
   const std::span<std::uint8_t> whole{buffer.data(), product.data.bytes};
   ProductRecord changed = product;
@@ -224,25 +225,25 @@ Status Downlink::send_layers(const ProductRecord& product, int last_layer, State
   const int layers = layers_of(product);
   bool damaged = given_up(FileClass::products, product.id);
   if (!damaged) {
-    ILP_TRY(read_blob<ProductRecord>(store_, "data", product.id, 0, whole));
+    ILP_TRY(read_blob<ProductRecord>(wiring_.store, "data", product.id, 0, whole));
     // The bytes may have been damaged in memory or on disk since the compressor made them.
     damaged = crc32(whole) != product.crc32;
     if (!damaged && last_layer < layers) damaged = !truncate_to_layers(whole, last_layer, bytes).ok();
   }
   if (damaged) {
-    event_ = {StatusCode::product_damaged, product.id};
-    set_aside_.remove(static_cast<std::uint8_t>(subject_.kind), subject_.id);
+    work_.event = {StatusCode::product_damaged, product.id};
+    work_.set_aside.remove(static_cast<std::uint8_t>(work_.subject.kind), work_.subject.id);
     changed.state = ProductState::dropped;
-    changed_ = sent = true;
-    const Status kept = amend(store_, changed);
-    store_failed_ = !kept.ok();
+    work_.changed = sent = true;
+    const Status kept = amend(wiring_.store, changed);
+    work_.store_failed = !kept.ok();
     return kept;
   }
   if (product.layers_sent == 0) {
     FixedText<32> name;
     name.add("product-").add(product.keyframe_id, 6).add("-").add(name_of(product.kind)).add(".jp2");
     ILP_TRY(open(name.c_str()));
-    ILP_TRY(file_.write(whole.first(bytes)));
+    ILP_TRY(workspace_.file.write(whole.first(bytes)));
   } else {
     ILP_TRY(write_refinement(product, whole.first(bytes), last_layer));
   }
@@ -255,20 +256,20 @@ Status Downlink::send_layers(const ProductRecord& product, int last_layer, State
   sent = true;
   changed.layers_sent = static_cast<std::uint8_t>(last_layer);
   changed.state = last_layer >= layers ? ProductState::sent : ProductState::stored;
-  const Status kept = amend(store_, changed);
-  store_failed_ = !kept.ok();
+  const Status kept = amend(wiring_.store, changed);
+  work_.store_failed = !kept.ok();
   return kept;
 }
 
 Status Downlink::send_points(std::int64_t id, std::int64_t most, State& after, bool& sent) {
-  subject_ = {FileClass::points, id};
+  work_.subject = {FileClass::points, id};
   const bool without = given_up(FileClass::points, id);
   StructureRecord structure;
-  const Status found = get(store_, id, structure);
+  const Status found = get(wiring_.store, id, structure);
   const bool none = found.is(StatusCode::not_found) || (found.ok() && structure.points.bytes == 0);
   if (without || none) {
-    if (without && !none) event_ = {StatusCode::points_given_up, id, static_cast<std::int64_t>(found.code)};
-    set_aside_.remove(static_cast<std::uint8_t>(subject_.kind), id);
+    if (without && !none) work_.event = {StatusCode::points_given_up, id, static_cast<std::int64_t>(found.code)};
+    work_.set_aside.remove(static_cast<std::uint8_t>(work_.subject.kind), id);
     drop_late({FileClass::points, id}, after);
     if (after.points_through < id) after.points_through = id;
     return {};
@@ -278,10 +279,11 @@ Status Downlink::send_points(std::int64_t id, std::int64_t most, State& after, b
   FixedText<32> name;
   name.add("points-").add(structure.id, 6).add(".ilp");
   ILP_TRY(open(name.c_str()));
-  ILP_TRY(file_.write_records_head());
-  ILP_TRY(file_.write_record(structure));
-  ILP_TRY(file_.write_blob_of(record_info<StructureRecord>(), "points", structure.id, structure.points.bytes));
-  ILP_TRY(file_.write_records_tail());
+  ILP_TRY(workspace_.file.write_records_head());
+  ILP_TRY(workspace_.file.write_record(structure));
+  ILP_TRY(
+      workspace_.file.write_blob_of(record_info<StructureRecord>(), "points", structure.id, structure.points.bytes));
+  ILP_TRY(workspace_.file.write_records_tail());
   if (after.points_through < id) after.points_through = id;
   DownlinkRecord file;
   file.kind = DownlinkKind::points;
@@ -295,50 +297,50 @@ void Downlink::housekeeping_fingerprint(std::int64_t& steps) {
   steps = 0;
   for (std::int64_t id = 1; id <= std::int64_t{component_numbers}; ++id) {
     ComponentRecord record;
-    if (get(store_, id, record).ok()) steps += record.steps;
+    if (get(wiring_.store, id, record).ok()) steps += record.steps;
   }
 }
 
 Status Downlink::send_events(std::int64_t through, bool late, std::int64_t housekeeping_steps, State& after,
                              bool& sent) {
   const std::int64_t first_id = through + 1;
-  subject_ = {FileClass::events, first_id};
+  work_.subject = {FileClass::events, first_id};
   const bool without = given_up(FileClass::events, first_id);
   FixedText<32> name;
   name.add("events-").add(after.event_files + 1, 6).add(".ilp");
   ILP_TRY(open(name.c_str()));
   // Housekeeping is repeated in the next file: an unreadable part delays no event.
-  file_.be_lenient();
-  ILP_TRY(file_.write_records_head());
+  workspace_.file.be_lenient();
+  ILP_TRY(workspace_.file.write_records_head());
   std::int64_t first = 0;
   for (std::int64_t i = 0; i < events_per_file; ++i) {
     EventRecord event;
-    const Status found = next(store_, through, event);
+    const Status found = next(wiring_.store, through, event);
     const bool over = late && found.ok() && event.id >= first_id + events_per_file;
     if (found.is(StatusCode::not_found) || over) break;
     if (found.ok()) {
       through = event.id;
       if (first == 0) first = event.id;
-      ILP_TRY(file_.write_record(event));
+      ILP_TRY(workspace_.file.write_record(event));
       continue;
     }
     const bool damaged = found.is(StatusCode::record_damaged);
     if (!damaged && !without) return found;
     through = damaged ? found.a : through + 1;
-    event_ = {StatusCode::event_given_up, through, static_cast<std::int64_t>(found.code)};
+    work_.event = {StatusCode::event_given_up, through, static_cast<std::int64_t>(found.code)};
   }
   for (std::int64_t id = 1; id <= std::int64_t{component_numbers}; ++id) {
-    ILP_TRY(file_.write_if_present<ComponentRecord>(id));
+    ILP_TRY(workspace_.file.write_if_present<ComponentRecord>(id));
   }
-  ILP_TRY(file_.write_newest<StartRecord>());
-  ILP_TRY(file_.write_if_present<TimingRecord>(1));
-  ILP_TRY(file_.write_if_present<StorageRecord>(1));
-  ILP_TRY(file_.write_newest<CalibrationRecord>());
-  ILP_TRY(file_.write_newest<CalibrationCheckRecord>());
-  ILP_TRY(file_.write_records_tail());
+  ILP_TRY(workspace_.file.write_newest<StartRecord>());
+  ILP_TRY(workspace_.file.write_if_present<TimingRecord>(1));
+  ILP_TRY(workspace_.file.write_if_present<StorageRecord>(1));
+  ILP_TRY(workspace_.file.write_newest<CalibrationRecord>());
+  ILP_TRY(workspace_.file.write_newest<CalibrationCheckRecord>());
+  ILP_TRY(workspace_.file.write_records_tail());
   if (!late) after.events_through = through;
   after.event_files += 1;
-  after.events_sent_ns = clock_.now();
+  after.events_sent_ns = wiring_.clock.now();
   after.housekeeping_steps = housekeeping_steps;
   DownlinkRecord record;
   record.kind = DownlinkKind::records;

@@ -27,34 +27,28 @@ constexpr CheckpointForm FileDelivery::checkpoint = checkpoint_form<State>(compo
 
 FileDelivery::FileDelivery(Tables store, PacketRouter& router, Clock& clock, const MissionParameters& mission,
                            DeliveryFigures& figures, FlightMemory* memory)
-    : store_(store),
-      router_(router),
-      clock_(clock),
-      mission_(mission),
-      counts_(figures.counts),
-      backlog_(figures.backlog),
-      memory_(memory),
-      uplink_(store, clock, mission) {}
+    : wiring_{store, router, clock, mission, figures.counts, figures.backlog, memory},
+      workspace_(store, clock, mission) {}
 
 cfdp::SenderSettings FileDelivery::settings() const {
   cfdp::SenderSettings settings;
-  settings.segment_bytes = mission_.cfdp_segment_bytes;
-  settings.metadata_copies = mission_.cfdp_metadata_copies;
-  settings.timer_ns = ns_from_seconds(mission_.cfdp_timer_s);
-  settings.timer_limit = mission_.cfdp_timer_limit;
-  settings.rest_ns = ns_from_seconds(mission_.cfdp_rest_s);
-  settings.prompt_ns = ns_from_seconds(mission_.cfdp_prompt_s);
+  settings.segment_bytes = wiring_.mission.cfdp_segment_bytes;
+  settings.metadata_copies = wiring_.mission.cfdp_metadata_copies;
+  settings.timer_ns = ns_from_seconds(wiring_.mission.cfdp_timer_s);
+  settings.timer_limit = wiring_.mission.cfdp_timer_limit;
+  settings.rest_ns = ns_from_seconds(wiring_.mission.cfdp_rest_s);
+  settings.prompt_ns = ns_from_seconds(wiring_.mission.cfdp_prompt_s);
   return settings;
 }
 
 cfdp::SendOrder FileDelivery::order_of(const TransferRecord& record) const {
   cfdp::SendOrder order;
-  order.header.crc = mission_.cfdp_pdu_crc;
-  unsigned octets = mission_.cfdp_sequence_octets;
+  order.header.crc = wiring_.mission.cfdp_pdu_crc;
+  unsigned octets = wiring_.mission.cfdp_sequence_octets;
   // A transaction that began with longer numbers keeps them.
   while (octets < 8 && (record.sequence >> (8 * octets)) != 0) octets *= 2;
   order.header.sequence_length = static_cast<std::uint8_t>(octets);
-  order.header.source = mission_.cfdp_entity;
+  order.header.source = wiring_.mission.cfdp_entity;
   order.header.sequence = static_cast<std::uint64_t>(record.sequence);
   order.header.destination = static_cast<std::uint64_t>(record.destination);
   copy_text(order.name, record.name);
@@ -65,16 +59,15 @@ cfdp::SendOrder FileDelivery::order_of(const TransferRecord& record) const {
 }
 
 Status FileDelivery::restore() {
-  slots_.clear();
-  late_.clear();
-  closed_ = {};
-  adopted_through_ = 0;
-  backlog_ = {};
-  last_ns_ = clock_.now();
-  state_dirty_ = false;
-  const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  workspace_.slots.clear();
+  workspace_.late.clear();
+  workspace_.closed = {};
+  wiring_.backlog = {};
+  work_ = {};
+  work_.last_ns = wiring_.clock.now();
+  const Status loaded = restore_checkpoint(wiring_.store, checkpoint, cursor_, state_);
   if (!restored(loaded)) return loaded;
-  uplink_.restore(state_.uplinks, contact_ns_);
+  workspace_.uplink.restore(state_.uplinks, workspace_.contact_ns);
   return loaded;
 }
 
@@ -85,22 +78,23 @@ void FileDelivery::cancel(Slot& slot, const TransferRecord& record) {
   bool whole = true;
   for (std::uint32_t at = 0; whole && at < slot.sender.progress();) {
     const std::uint32_t left = slot.sender.progress() - at;
-    const std::span<std::uint8_t> piece = std::span(data_).first(left < data_.size() ? left : data_.size());
-    whole = read_blob<TransferRecord>(store_, "data", slot.id, at, piece).ok();
+    const std::span<std::uint8_t> piece =
+        std::span(workspace_.data).first(left < workspace_.data.size() ? left : workspace_.data.size());
+    whole = read_blob<TransferRecord>(wiring_.store, "data", slot.id, at, piece).ok();
     checksum.add(piece);
     at += static_cast<std::uint32_t>(piece.size());
   }
   // The receiver discards the file whatever the checksum is, so an unreadable file has none.
   if (whole) value = checksum.value();
   slot.not_before_ns = 0;
-  slot.sender.cancel(value, contact_ns_);
+  slot.sender.cancel(value, workspace_.contact_ns);
   slot.suspended = false;
 }
 
 void FileDelivery::set_aside(Slot& slot, const Status& fault, std::int64_t at) {
   if (slot.gone) return;
   const std::uint32_t doublings = slot.faults < most_doublings ? slot.faults : most_doublings;
-  slot.not_before_ns = contact_ns_ + (ns_from_seconds(mission_.cfdp_rest_s) << doublings);
+  slot.not_before_ns = workspace_.contact_ns + (ns_from_seconds(wiring_.mission.cfdp_rest_s) << doublings);
   if (slot.faults++ == 0) report({StatusCode::transfer_damaged, sequence_of(slot), at});
   const bool given_up = slot.faults >= (is_transient(fault) ? most_passing_faults : most_lasting_faults);
   if (!given_up) return;
@@ -108,10 +102,10 @@ void FileDelivery::set_aside(Slot& slot, const Status& fault, std::int64_t at) {
   slot.not_before_ns = 0;
   slot.dirty = true;
   TransferRecord record;
-  slot.lost = !get(store_, slot.id, record).ok();
+  slot.lost = !get(wiring_.store, slot.id, record).ok();
   // Without its record the content of a transaction is not known, so nothing is reported.
   if (slot.waiting || slot.lost) return close(slot);
-  slot.sender.cancel(0, contact_ns_);
+  slot.sender.cancel(0, workspace_.contact_ns);
   slot.suspended = false;
 }
 
@@ -125,7 +119,7 @@ void FileDelivery::wish(Slot& slot, const TransferRecord& record) {
       return;
     case TransferWish::resume:
       slot.suspended = false;
-      slot.sender.unsuspend(contact_ns_);
+      slot.sender.unsuspend(workspace_.contact_ns);
       return;
     case TransferWish::cancel:
       return cancel(slot, record);
@@ -135,12 +129,12 @@ void FileDelivery::wish(Slot& slot, const TransferRecord& record) {
 }
 
 void FileDelivery::read_wishes() {
-  for (Slot& slot : slots_) {
+  for (Slot& slot : workspace_.slots) {
     TransferRecord record;
     bool there = false;
     const Status found = find(slot, record, there);
     // A transfer that was set aside already fails again when its pause is over.
-    if (!found.ok() && slot.not_before_ns <= contact_ns_) set_aside(slot, found);
+    if (!found.ok() && slot.not_before_ns <= workspace_.contact_ns) set_aside(slot, found);
     if (there) wish(slot, record);
   }
 }
@@ -152,8 +146,8 @@ bool FileDelivery::start(Slot& slot) {
   if (!found.ok()) set_aside(slot, found);
   if (!there) return false;
   // A number is never used twice. When numbers of the requested length are used up, order_of takes the next longer one.
-  state_.sequence = memory_ != nullptr ? memory_->next_transaction(state_.sequence) : state_.sequence + 1;
-  state_dirty_ = true;
+  state_.sequence = wiring_.memory != nullptr ? wiring_.memory->next_transaction(state_.sequence) : state_.sequence + 1;
+  work_.state_dirty = true;
   record.sequence = state_.sequence;
   slot.sender.begin(order_of(record), settings());
   slot.waiting = false;
@@ -164,19 +158,19 @@ bool FileDelivery::start(Slot& slot) {
 }
 
 void FileDelivery::start_waiting() {
-  if (!router_.contact()) return;
-  const std::size_t most = mission_.cfdp_open_transfers;
+  if (!wiring_.router.contact()) return;
+  const std::size_t most = wiring_.mission.cfdp_open_transfers;
   std::size_t open = 0;
-  for (const Slot& slot : slots_) {
+  for (const Slot& slot : workspace_.slots) {
     // Resting, suspended and set-aside transfers delay no other.
     const bool runs = !slot.waiting && !slot.suspended && slot.sender.phase() != SendPhase::resting;
-    open += runs && slot.not_before_ns <= contact_ns_ ? 1U : 0U;
+    open += runs && slot.not_before_ns <= workspace_.contact_ns ? 1U : 0U;
   }
   // Each turn starts a transfer, or sets one aside.
-  for (std::size_t turn = 0; turn < slots_.size() && open < most; ++turn) {
+  for (std::size_t turn = 0; turn < workspace_.slots.size() && open < most; ++turn) {
     Slot* best = nullptr;
-    for (Slot& slot : slots_) {
-      if (!slot.waiting || slot.suspended || slot.gone || slot.not_before_ns > contact_ns_) continue;
+    for (Slot& slot : workspace_.slots) {
+      if (!slot.waiting || slot.suspended || slot.gone || slot.not_before_ns > workspace_.contact_ns) continue;
       if (best == nullptr || slot.priority < best->priority) best = &slot;
     }
     if (best == nullptr) return;
@@ -191,7 +185,7 @@ void FileDelivery::close(Slot& slot) {
 
 void FileDelivery::look_at(Slot& slot) {
   if (slot.waiting || slot.gone) return;
-  slot.sender.tick(contact_ns_);
+  slot.sender.tick(workspace_.contact_ns);
   const cfdp::SenderCounts& counts = slot.sender.counts();
   if (counts.rests > slot.stalls && slot.sender.phase() == SendPhase::resting) {
     // Reported once per silence.
@@ -208,46 +202,46 @@ void FileDelivery::look_at(Slot& slot) {
 
 void FileDelivery::drop_gone() {
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < slots_.size(); ++i) {
-    Slot& slot = slots_[i];
+  for (std::size_t i = 0; i < workspace_.slots.size(); ++i) {
+    Slot& slot = workspace_.slots[i];
     const bool over = slot.gone && !slot.dirty;
     if (over && !slot.waiting) {
       const cfdp::Sender& sender = slot.sender;
       const cfdp::Header& header = sender.order().header;
-      closed_[next_closed_] = {header.sequence, header.destination, sender.condition()};
-      next_closed_ = (next_closed_ + 1) % closed_.size();
+      workspace_.closed[workspace_.next_closed] = {header.sequence, header.destination, sender.condition()};
+      workspace_.next_closed = (workspace_.next_closed + 1) % workspace_.closed.size();
       SendItem item;
       Pdu pdu;
       if (sender.next(item) && item.kind == PduKind::ack) {
         sender.build(item, pdu);
-        static_cast<void>(late_.push_back({pdu.header, pdu.ack}));
+        static_cast<void>(workspace_.late.push_back({pdu.header, pdu.ack}));
       }
       const auto condition = static_cast<std::int64_t>(sender.condition());
-      if (sender.outcome() == SendOutcome::delivered) ++counts_.delivered;
+      if (sender.outcome() == SendOutcome::delivered) ++wiring_.counts.delivered;
       if (sender.outcome() == SendOutcome::cancelled) {
-        ++counts_.cancelled;
+        ++wiring_.counts.cancelled;
         report({StatusCode::transfer_cancelled, sequence_of(slot), condition});
       }
       const bool refused = sender.outcome() == SendOutcome::refused;
       const bool spent = sender.outcome() == SendOutcome::spent;
       if (refused || spent) {
-        ++counts_.refused;
+        ++wiring_.counts.refused;
         const StatusCode code = refused ? StatusCode::transfer_refused : StatusCode::transfer_spent;
         report({code, sequence_of(slot), condition});
         // The file counts as new for a later transaction.
         const std::uint32_t doublings = slot.attempts < most_doublings ? slot.attempts : most_doublings;
-        slot.not_before_ns = contact_ns_ + (ns_from_seconds(mission_.cfdp_rest_s) << doublings);
+        slot.not_before_ns = workspace_.contact_ns + (ns_from_seconds(wiring_.mission.cfdp_rest_s) << doublings);
         ++slot.attempts;
         slot.waiting = true;
         slot.gone = false;
       }
     }
     if (!slot.gone || slot.dirty) {
-      if (kept != i) slots_[kept] = slot;
+      if (kept != i) workspace_.slots[kept] = slot;
       ++kept;
     }
   }
-  static_cast<void>(slots_.resize(kept));
+  static_cast<void>(workspace_.slots.resize(kept));
 }
 
 std::int64_t FileDelivery::sequence_of(const Slot& slot) {
@@ -255,55 +249,56 @@ std::int64_t FileDelivery::sequence_of(const Slot& slot) {
 }
 
 void FileDelivery::report(Status event) {
-  if (!events_.push_back(event)) ++counts_.events_lost;
+  if (!workspace_.events.push_back(event)) ++wiring_.counts.events_lost;
 }
 
 Status FileDelivery::next_event() {
-  if (events_.empty()) return {};
-  const Status first = events_[0];
-  for (std::size_t i = 0; i + 1 < events_.size(); ++i) events_[i] = events_[i + 1];
-  events_.pop_back();
+  if (workspace_.events.empty()) return {};
+  const Status first = workspace_.events[0];
+  for (std::size_t i = 0; i + 1 < workspace_.events.size(); ++i) workspace_.events[i] = workspace_.events[i + 1];
+  workspace_.events.pop_back();
   return first;
 }
 
 void FileDelivery::count_backlog() {
-  backlog_ = {adopted_through_, 0};
-  for (const Slot& slot : slots_) {
-    if (slot.gone || slot.suspended || slot.not_before_ns > contact_ns_) continue;
+  wiring_.backlog = {work_.adopted_through, 0};
+  for (const Slot& slot : workspace_.slots) {
+    if (slot.gone || slot.suspended || slot.not_before_ns > workspace_.contact_ns) continue;
     const cfdp::Sender& sender = slot.sender;
     const bool begins = slot.waiting || sender.phase() == SendPhase::data;
-    if (begins) backlog_.bytes += slot.waiting ? slot.bytes : slot.bytes - sender.progress();
+    if (begins) wiring_.backlog.bytes += slot.waiting ? slot.bytes : slot.bytes - sender.progress();
     if (slot.waiting || (!begins && sender.phase() != SendPhase::answer)) continue;
-    for (const cfdp::Piece& gap : sender.gaps()) backlog_.bytes += gap.end - gap.begin;
+    for (const cfdp::Piece& gap : sender.gaps()) wiring_.backlog.bytes += gap.end - gap.begin;
   }
 }
 
 StepResult FileDelivery::step() {
-  if (!router_.present()) return {};
+  if (!wiring_.router.present()) return {};
   const StepResult result = deliver();
   count_backlog();
   return result;
 }
 
 StepResult FileDelivery::deliver() {
-  const TimeNs now = clock_.now();
-  const TimeNs passed = now - last_ns_;
-  last_ns_ = now;
-  if (router_.contact() && passed > 0) contact_ns_ += passed < longest_step_ns ? passed : longest_step_ns;
+  const TimeNs now = wiring_.clock.now();
+  const TimeNs passed = now - work_.last_ns;
+  work_.last_ns = now;
+  if (wiring_.router.contact() && passed > 0)
+    workspace_.contact_ns += passed < longest_step_ns ? passed : longest_step_ns;
   take_in();
   Status status = adopt_new();
-  if (steps_++ % wish_period_steps == 0) read_wishes();
+  if (workspace_.steps++ % wish_period_steps == 0) read_wishes();
   start_waiting();
-  for (Slot& slot : slots_) look_at(slot);
-  uplink_.tick(contact_ns_);
+  for (Slot& slot : workspace_.slots) look_at(slot);
+  workspace_.uplink.tick(workspace_.contact_ns);
   Status event;
-  const Status kept = uplink_.keep(contact_ns_, event);
+  const Status kept = workspace_.uplink.keep(workspace_.contact_ns, event);
   if (!event.ok()) report(event);
   if (status.ok()) status = kept;
   const Status saved = save();
   if (status.ok()) status = saved;
   // Before a commit nothing may be confirmed to the ground and no transaction may begin, so nothing unsaved is sent.
-  if (state_dirty_) return {status, false};
+  if (work_.state_dirty) return {status, false};
   drop_gone();
   send();
   return {status.ok() ? next_event() : status, false};

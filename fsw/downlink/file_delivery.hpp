@@ -32,11 +32,22 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
 
   Status restore() override;
   StepResult step() override;
-  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_).of(*this); }
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_);
+  }
 
  private:
   static constexpr std::size_t max_late_acknowledgements = 2 * limits::max_transfers;
 
+  struct Wiring {
+    Tables store;
+    PacketRouter& router;
+    Clock& clock;
+    const MissionParameters& mission;
+    DeliveryCounts& counts;
+    DeliveryBacklog& backlog;
+    FlightMemory* memory;
+  };
   struct State {
     std::int64_t sequence = 0;  ///< of the latest transaction
     Uplink::Open uplinks{};
@@ -68,6 +79,27 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
   struct LateAcknowledgement {
     cfdp::Header header;
     cfdp::Ack ack;
+  };
+  struct Work {
+    bool state_dirty = false;
+    std::int64_t adopted_through = 0;
+    TimeNs last_ns = 0;
+  };
+  struct Workspace {
+    Workspace(Tables store, Clock& clock, const MissionParameters& mission) : uplink(store, clock, mission) {}
+
+    TimeNs contact_ns = 0;  ///< time in contact so far; all timers run by it
+    std::uint32_t steps = 0;
+    std::size_t save_from = 0;  ///< first transfer of the next single transactions, which rotate
+    TimeNs rejection_reported_ns = -1;
+    FixedVector<Status, 16> events;
+    Uplink uplink;
+    FixedVector<Slot, limits::max_transfers> slots;
+    FixedVector<LateAcknowledgement, max_late_acknowledgements> late;
+    std::array<Closed, limits::max_closed_transfers> closed{};
+    std::size_t next_closed = 0;
+    std::array<std::uint8_t, limits::max_pdu_bytes> pdu{};
+    std::array<std::uint8_t, limits::max_pdu_bytes> data{};
   };
 
   // Input
@@ -112,30 +144,11 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
   void report(Status event);
   Status next_event();
 
-  Tables store_;
-  PacketRouter& router_;
-  Clock& clock_;
-  const MissionParameters& mission_;
-  DeliveryCounts& counts_;
-  DeliveryBacklog& backlog_;
-  FlightMemory* memory_ = nullptr;
+  Wiring wiring_;
   Cursor cursor_;
   State state_;
-  bool state_dirty_ = false;
-  std::int64_t adopted_through_ = 0;
-  TimeNs last_ns_ = 0;
-  TimeNs contact_ns_ = 0;  ///< time in contact so far; all timers run by it
-  std::uint32_t steps_ = 0;
-  std::size_t save_from_ = 0;  ///< first transfer of the next single transactions, which rotate
-  TimeNs rejection_reported_ns_ = -1;
-  FixedVector<Status, 16> events_;
-  Uplink uplink_;
-  FixedVector<Slot, limits::max_transfers> slots_;
-  FixedVector<LateAcknowledgement, max_late_acknowledgements> late_;
-  std::array<Closed, limits::max_closed_transfers> closed_{};
-  std::size_t next_closed_ = 0;
-  std::array<std::uint8_t, limits::max_pdu_bytes> pdu_{};
-  std::array<std::uint8_t, limits::max_pdu_bytes> data_{};
+  Work work_;
+  Workspace workspace_;
 };
 
 }  // namespace ilp

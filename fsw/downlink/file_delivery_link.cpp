@@ -18,13 +18,13 @@ constexpr TimeNs rejection_report_period_ns = 60 * ns_per_s;
 void FileDelivery::take_in() {
   for (int i = 0; i < pdus_in_per_step; ++i) {
     std::size_t bytes = 0;
-    const Status status = router_.receive(Channel::files, pdu_, bytes);
+    const Status status = wiring_.router.receive(Channel::files, workspace_.pdu, bytes);
     if (status.is(StatusCode::not_ready)) return;
-    ++counts_.pdus_in;
+    ++wiring_.counts.pdus_in;
     if (status.ok()) {
-      hear(std::span<const std::uint8_t>(pdu_).first(bytes));
+      hear(std::span<const std::uint8_t>(workspace_.pdu).first(bytes));
     } else {
-      ++counts_.rejected;
+      ++wiring_.counts.rejected;
     }
   }
 }
@@ -33,37 +33,38 @@ void FileDelivery::hear(std::span<const std::uint8_t> bytes) {
   Pdu pdu;
   const Status decoded = cfdp::decode(bytes, pdu);
   if (!decoded.ok()) {
-    ++counts_.rejected;
+    ++wiring_.counts.rejected;
     // Rejections are reported at most once a minute.
-    const bool told = rejection_reported_ns_ >= 0 && contact_ns_ - rejection_reported_ns_ < rejection_report_period_ns;
+    const bool told = workspace_.rejection_reported_ns >= 0 &&
+                      workspace_.contact_ns - workspace_.rejection_reported_ns < rejection_report_period_ns;
     if (!told) {
-      rejection_reported_ns_ = contact_ns_;
+      workspace_.rejection_reported_ns = workspace_.contact_ns;
       report(decoded);
     }
     return;
   }
-  const std::uint64_t own = mission_.cfdp_entity;
+  const std::uint64_t own = wiring_.mission.cfdp_entity;
   const bool to_sender = pdu.kind == PduKind::finished || pdu.kind == PduKind::nak || pdu.kind == PduKind::keep_alive ||
                          (pdu.kind == PduKind::ack && !pdu.ack.of_finished);
   if (to_sender && pdu.header.source == own) return hear_as_sender(pdu);
-  if (!to_sender && pdu.header.destination == own && uplink_.hear(pdu, contact_ns_)) return;
-  ++counts_.ignored;
+  if (!to_sender && pdu.header.destination == own && workspace_.uplink.hear(pdu, workspace_.contact_ns)) return;
+  ++wiring_.counts.ignored;
 }
 
 void FileDelivery::hear_as_sender(const Pdu& pdu) {
   const cfdp::Header& header = pdu.header;
-  for (Slot& slot : slots_) {
+  for (Slot& slot : workspace_.slots) {
     const cfdp::Header& own = slot.sender.order().header;
     if (slot.waiting || own.sequence != header.sequence || own.destination != header.destination) continue;
     // A transaction that is over but not on disk yet is answered when it is.
-    if (!slot.gone) slot.sender.receive(pdu, contact_ns_);
+    if (!slot.gone) slot.sender.receive(pdu, workspace_.contact_ns);
     return;
   }
   if (pdu.kind != PduKind::finished) {
-    ++counts_.ignored;
+    ++wiring_.counts.ignored;
     return;
   }
-  for (const Closed& closed : closed_) {
+  for (const Closed& closed : workspace_.closed) {
     if (closed.sequence != header.sequence || closed.destination != header.destination) continue;
     return answer_late(pdu, TransactionStatus::terminated);
   }
@@ -73,30 +74,31 @@ void FileDelivery::hear_as_sender(const Pdu& pdu) {
 void FileDelivery::answer_late(const Pdu& finished, TransactionStatus status) {
   LateAcknowledgement late{finished.header, {true, finished.finished.condition, status}};
   late.header.toward_sender = false;
-  late.header.crc = mission_.cfdp_pdu_crc;
+  late.header.crc = wiring_.mission.cfdp_pdu_crc;
   late.header.segment_metadata = false;
   late.header.record_boundaries = false;
-  for (const LateAcknowledgement& waiting : late_) {
+  for (const LateAcknowledgement& waiting : workspace_.late) {
     const cfdp::Header& header = waiting.header;
     if (header.sequence == late.header.sequence && header.destination == late.header.destination) return;
   }
   // Without room it is dropped, and the receiver repeats it.
-  if (!late_.push_back(late)) ++counts_.ignored;
+  if (!workspace_.late.push_back(late)) ++wiring_.counts.ignored;
 }
 
 bool FileDelivery::send_late() {
-  while (!late_.empty()) {
+  while (!workspace_.late.empty()) {
     Pdu pdu;
-    pdu.header = late_[0].header;
+    pdu.header = workspace_.late[0].header;
     pdu.kind = PduKind::ack;
-    pdu.ack = late_[0].ack;
+    pdu.ack = workspace_.late[0].ack;
     std::size_t bytes = 0;
-    if (cfdp::encode(pdu, pdu_, bytes).ok()) {
-      if (!router_.send(Channel::files, std::span<const std::uint8_t>(pdu_).first(bytes)).ok()) return false;
-      ++counts_.pdus_out;
+    if (cfdp::encode(pdu, workspace_.pdu, bytes).ok()) {
+      if (!wiring_.router.send(Channel::files, std::span<const std::uint8_t>(workspace_.pdu).first(bytes)).ok())
+        return false;
+      ++wiring_.counts.pdus_out;
     }
-    for (std::size_t i = 0; i + 1 < late_.size(); ++i) late_[i] = late_[i + 1];
-    late_.pop_back();
+    for (std::size_t i = 0; i + 1 < workspace_.late.size(); ++i) workspace_.late[i] = workspace_.late[i + 1];
+    workspace_.late.pop_back();
   }
   return true;
 }
@@ -105,21 +107,22 @@ bool FileDelivery::send_uplink_answers() {
   // Every answer settles one PDU, so there are at most this many.
   constexpr std::size_t most = 4 * limits::max_uplinks + 2 * limits::max_closed_transfers;
   Pdu pdu;
-  for (std::size_t i = 0; i < most && uplink_.next(pdu); ++i) {
+  for (std::size_t i = 0; i < most && workspace_.uplink.next(pdu); ++i) {
     std::size_t bytes = 0;
-    if (cfdp::encode(pdu, pdu_, bytes).ok()) {
-      if (!router_.send(Channel::files, std::span<const std::uint8_t>(pdu_).first(bytes)).ok()) return false;
-      ++counts_.pdus_out;
+    if (cfdp::encode(pdu, workspace_.pdu, bytes).ok()) {
+      if (!wiring_.router.send(Channel::files, std::span<const std::uint8_t>(workspace_.pdu).first(bytes)).ok())
+        return false;
+      ++wiring_.counts.pdus_out;
     }
-    uplink_.sent(contact_ns_);
+    workspace_.uplink.sent(workspace_.contact_ns);
   }
   return true;
 }
 
 FileDelivery::Slot* FileDelivery::most_urgent(SendItem& item) {
   Slot* best = nullptr;
-  for (Slot& slot : slots_) {
-    if (slot.waiting || slot.gone || slot.dirty || slot.not_before_ns > contact_ns_) continue;
+  for (Slot& slot : workspace_.slots) {
+    if (slot.waiting || slot.gone || slot.dirty || slot.not_before_ns > workspace_.contact_ns) continue;
     SendItem wanted;
     if (best != nullptr && slot.priority >= best->priority) continue;
     if (!slot.sender.next(wanted)) continue;
@@ -133,8 +136,8 @@ Status FileDelivery::send_item(Slot& slot, const SendItem& item) {
   Pdu pdu;
   slot.sender.build(item, pdu);
   if (item.kind == PduKind::file_data) {
-    const std::span<std::uint8_t> bytes = std::span(data_).first(item.piece.end - item.piece.begin);
-    const Status read = read_blob<TransferRecord>(store_, "data", slot.id, item.piece.begin, bytes);
+    const std::span<std::uint8_t> bytes = std::span(workspace_.data).first(item.piece.end - item.piece.begin);
+    const Status read = read_blob<TransferRecord>(wiring_.store, "data", slot.id, item.piece.begin, bytes);
     if (!read.ok()) {
       set_aside(slot, read, item.piece.begin);
       return {};
@@ -143,15 +146,15 @@ Status FileDelivery::send_item(Slot& slot, const SendItem& item) {
     pdu.file_data.bytes = bytes;
   }
   std::size_t bytes = 0;
-  ILP_TRY(cfdp::encode(pdu, pdu_, bytes));
-  ILP_TRY(router_.send(Channel::files, std::span<const std::uint8_t>(pdu_).first(bytes)));
-  ++counts_.pdus_out;
-  slot.sender.sent(item, contact_ns_);
+  ILP_TRY(cfdp::encode(pdu, workspace_.pdu, bytes));
+  ILP_TRY(wiring_.router.send(Channel::files, std::span<const std::uint8_t>(workspace_.pdu).first(bytes)));
+  ++wiring_.counts.pdus_out;
+  slot.sender.sent(item, workspace_.contact_ns);
   return {};
 }
 
 void FileDelivery::send() {
-  if (!router_.contact() || !send_late() || !send_uplink_answers()) return;
+  if (!wiring_.router.contact() || !send_late() || !send_uplink_answers()) return;
   for (int i = 0; i < pdus_out_per_step; ++i) {
     SendItem item;
     Slot* slot = most_urgent(item);

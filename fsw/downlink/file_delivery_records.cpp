@@ -32,46 +32,46 @@ Status FileDelivery::adopt(const TransferRecord& record) {
     if (count > gaps.size()) count = 0;
     // Gaps that cannot be read will be requested again.
     const auto bytes = bytes_of(gaps.data(), count);
-    if (count > 0 && !read_blob<TransferRecord>(store_, "gaps", record.id, 0, bytes).ok()) count = 0;
+    if (count > 0 && !read_blob<TransferRecord>(wiring_.store, "gaps", record.id, 0, bytes).ok()) count = 0;
     const bool all_sent = record.state == TransferState::sent;
     slot.sender.resume(order_of(record), settings(), record.progress, all_sent, std::span(gaps).first(count));
     if (slot.suspended) slot.sender.suspend();
     slot.waiting = false;
     slot.saved_progress = slot.sender.progress();
     slot.saved_phase = static_cast<std::uint8_t>(slot.sender.phase());
-    slot.saved_ns = contact_ns_;
+    slot.saved_ns = workspace_.contact_ns;
   }
-  ILP_ASSERT(slots_.push_back(slot), slots_.size());
+  ILP_ASSERT(workspace_.slots.push_back(slot), workspace_.slots.size());
   return {};
 }
 
 Status FileDelivery::drop_damaged(std::int64_t id) {
-  StepTransaction transaction(store_, checkpoint);
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(erase<TransferRecord>(store_, id));
+  ILP_TRY(erase<TransferRecord>(wiring_.store, id));
   return transaction.commit();
 }
 
 Status FileDelivery::adopt_new() {
   TransferRecord record;
-  while (!slots_.full()) {
-    const Status found = next(store_, adopted_through_, record);
+  while (!workspace_.slots.full()) {
+    const Status found = next(wiring_.store, work_.adopted_through, record);
     if (found.is(StatusCode::not_found)) return {};
     if (found.is(StatusCode::record_damaged)) {
       ILP_TRY(drop_damaged(found.a));
-      adopted_through_ = found.a;
+      work_.adopted_through = found.a;
       report({StatusCode::transfer_given_up, 0, static_cast<std::int64_t>(found.code)});
       continue;
     }
     ILP_TRY(found);
     if (record.state != TransferState::delivered) ILP_TRY(adopt(record));
-    adopted_through_ = record.id;
+    work_.adopted_through = record.id;
   }
   return {};
 }
 
 Status FileDelivery::find(Slot& slot, TransferRecord& record, bool& there) {
-  const Status found = get(store_, slot.id, record);
+  const Status found = get(wiring_.store, slot.id, record);
   there = found.ok();
   // A newer file of its name has replaced it.
   if (found.is(StatusCode::not_found)) slot.gone = true;
@@ -82,13 +82,13 @@ void FileDelivery::mark_changes(Slot& slot) {
   const std::uint32_t progress = slot.sender.progress();
   const bool other_phase = slot.saved_phase != static_cast<std::uint8_t>(slot.sender.phase());
   const bool much = progress - slot.saved_progress >= unsaved_bytes;
-  const bool old = progress != slot.saved_progress && contact_ns_ - slot.saved_ns >= unsaved_ns;
+  const bool old = progress != slot.saved_progress && workspace_.contact_ns - slot.saved_ns >= unsaved_ns;
   slot.dirty = slot.dirty || other_phase || much || old;
 }
 
 Status FileDelivery::save(Slot& slot) {
   if (slot.lost) {
-    const Status erased = erase<TransferRecord>(store_, slot.id);
+    const Status erased = erase<TransferRecord>(wiring_.store, slot.id);
     return erased.is(StatusCode::not_found) ? Status{} : erased;
   }
   TransferRecord record;
@@ -100,7 +100,7 @@ Status FileDelivery::save(Slot& slot) {
   record.wish = TransferWish::none;
   record.suspended = slot.suspended;
   if (slot.gone && outcome == SendOutcome::cancelled) {
-    return erase<TransferRecord>(store_, slot.id);
+    return erase<TransferRecord>(wiring_.store, slot.id);
   }
   if (!slot.waiting) {
     record.sequence = static_cast<std::int64_t>(sender.order().header.sequence);
@@ -112,7 +112,7 @@ Status FileDelivery::save(Slot& slot) {
   }
   if (slot.gone && outcome == SendOutcome::delivered) {
     record.state = TransferState::delivered;
-    record.delivered_ns = clock_.now();
+    record.delivered_ns = wiring_.clock.now();
     record.data.bytes = 0;
     record.gaps.bytes = 0;
   } else if (slot.gone) {
@@ -121,28 +121,28 @@ Status FileDelivery::save(Slot& slot) {
     record.progress = 0;
     record.gaps.bytes = 0;
   }
-  ILP_TRY(amend(store_, record));
+  ILP_TRY(amend(wiring_.store, record));
   if (record.gaps.bytes == 0) return {};
   cfdp::PieceList gaps = sender.gaps();
-  return write_blob<TransferRecord>(store_, "gaps", record.id, 0, bytes_of(gaps.data(), gaps.size()));
+  return write_blob<TransferRecord>(wiring_.store, "gaps", record.id, 0, bytes_of(gaps.data(), gaps.size()));
 }
 
 Status FileDelivery::save() {
-  const Uplink::Open uplinks = uplink_.open();
-  state_dirty_ = state_dirty_ || uplinks != state_.uplinks;
+  const Uplink::Open uplinks = workspace_.uplink.open();
+  work_.state_dirty = work_.state_dirty || uplinks != state_.uplinks;
   state_.uplinks = uplinks;
-  bool any = state_dirty_;
-  for (const Slot& slot : slots_) any = any || slot.dirty;
+  bool any = work_.state_dirty;
+  for (const Slot& slot : workspace_.slots) any = any || slot.dirty;
   if (!any) return {};
-  const Status together = save_checkpoint_and({slots_.data(), slots_.size()});
+  const Status together = save_checkpoint_and({workspace_.slots.data(), workspace_.slots.size()});
   if (together.ok()) return {};
-  if (state_dirty_) ILP_TRY(save_checkpoint_and({}));
+  if (work_.state_dirty) ILP_TRY(save_checkpoint_and({}));
   // A transfer that cannot be saved must not delay the others.
   std::size_t tried = 0;
   bool any_saved = false;
-  for (std::size_t i = 0; i < slots_.size() && tried < most_saved_alone; ++i) {
-    save_from_ = (save_from_ + 1) % slots_.size();
-    Slot& slot = slots_[save_from_];
+  for (std::size_t i = 0; i < workspace_.slots.size() && tried < most_saved_alone; ++i) {
+    workspace_.save_from = (workspace_.save_from + 1) % workspace_.slots.size();
+    Slot& slot = workspace_.slots[workspace_.save_from];
     if (!slot.dirty) continue;
     ++tried;
     const Status alone = save_checkpoint_and({&slot, 1});
@@ -154,20 +154,20 @@ Status FileDelivery::save() {
 }
 
 Status FileDelivery::save_checkpoint_and(std::span<Slot> slots) {
-  StepTransaction transaction(store_, checkpoint);
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   for (Slot& slot : slots) {
     if (slot.dirty) ILP_TRY(save(slot));
   }
   // The progress of a transfer is in its record.
-  ILP_TRY(state_dirty_ ? transaction.commit(cursor_, state_, cursor_) : transaction.commit());
-  state_dirty_ = false;
+  ILP_TRY(work_.state_dirty ? transaction.commit(cursor_, state_, cursor_) : transaction.commit());
+  work_.state_dirty = false;
   for (Slot& slot : slots) {
     if (!slot.dirty) continue;
     slot.dirty = false;
     slot.saved_progress = slot.sender.progress();
     slot.saved_phase = static_cast<std::uint8_t>(slot.sender.phase());
-    slot.saved_ns = contact_ns_;
+    slot.saved_ns = workspace_.contact_ns;
   }
   return {};
 }

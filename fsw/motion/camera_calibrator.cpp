@@ -52,57 +52,57 @@ constexpr CheckpointForm CameraCalibrator::second_checkpoint =
     checkpoint_form<CheckingState>(component_id, stage_of(component_id).state.second);
 
 CameraCalibrator::CameraCalibrator(Tables store, const MissionParameters& mission, Scratch scratch)
-    : store_(store), mission_(mission), scratch_(scratch) {}
+    : wiring_{store, mission, scratch} {}
 
 LastingMemory CameraCalibrator::lasting() const {
-  const LastingMemory memory =
-      LastingMemory(camera_, cursor_, calibrating_, checking_).of(*this).at_work(phase_, keyframe_);
-  if (!keeps_) return memory;
-  const auto& scratch = scratch_.as<FeatureScratch>();
-  return phase_ == Phase::detect ? keeping_corners(scratch, memory) : keeping_matches(scratch, memory);
+  const LastingMemory memory = LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_);
+  if (!work_.keeps) return memory;
+  const auto& scratch = wiring_.scratch.as<FeatureScratch>();
+  return work_.phase == Phase::detect ? keeping_corners(scratch, memory) : keeping_matches(scratch, memory);
 }
 
 Status CameraCalibrator::restore() {
-  phase_ = Phase::idle;
-  keeps_ = false;
-  images_.previous_id = 0;
-  checking_ = {};
-  ILP_TRY(get_camera(store_, camera_id, camera_));
+  work_.phase = Phase::idle;
+  work_.keeps = false;
+  workspace_.images.previous_id = 0;
+  state_.checking = {};
+  ILP_TRY(get_camera(wiring_.store, camera_id, work_.camera));
   Status loaded;
-  if (camera_.frozen) {
-    loaded = restore_checkpoint(store_, second_checkpoint, cursor_, checking_);
+  if (work_.camera.frozen) {
+    loaded = restore_checkpoint(wiring_.store, second_checkpoint, cursor_, state_.checking);
     if (loaded.is(StatusCode::checkpoint_lost)) ILP_TRY(resume_after_records());
     return loaded;
   }
-  loaded = load_checkpoint(store_, checkpoint, cursor_, calibrating_);
+  loaded = load_checkpoint(wiring_.store, checkpoint, cursor_, state_.calibrating);
   // The state is of a search for another camera, or for one that was found and is lost: the search starts over.
   const bool lost = loaded.is(StatusCode::checkpoint_lost) || loaded.is(StatusCode::store_build);
   if (!lost && !loaded.is(StatusCode::not_found)) return loaded;
   cursor_ = {};
-  if (lost) ILP_TRY(newest_id<CalibrationRecord>(store_, cursor_.first));
+  if (lost) ILP_TRY(newest_id<CalibrationRecord>(wiring_.store, cursor_.first));
   // In place: the state is too large for the stack.
-  new (&calibrating_) CalibratingState;
+  new (&state_.calibrating) CalibratingState;
   CalibrationParams params;
-  params.pair.threshold_px = mission_.ransac_threshold_px;
-  ILP_TRY(SelfCalibration(calibrating_.calibration, workspace_).begin(camera_model(camera_), params));
+  params.pair.threshold_px = wiring_.mission.ransac_threshold_px;
+  ILP_TRY(SelfCalibration(state_.calibrating.calibration, workspace_.calibration)
+              .begin(camera_model(work_.camera), params));
   return lost ? Status{StatusCode::checkpoint_lost, loaded.a, loaded.b} : Status{};
 }
 
 /// Strips that were checked are not checked again: their points may have been released since.
 Status CameraCalibrator::resume_after_records() {
-  ILP_TRY(newest_id<CalibrationRecord>(store_, cursor_.first));
+  ILP_TRY(newest_id<CalibrationRecord>(wiring_.store, cursor_.first));
   CalibrationCheckRecord check;
-  const Status found = last(store_, check);
+  const Status found = last(wiring_.store, check);
   if (found.is(StatusCode::not_found)) return {};
   if (!found.ok() && !found.is(StatusCode::record_damaged)) return found;
   if (found.ok()) {
     const bool at_end = check.id == calibration_check_id(check.strip_id, true);
     cursor_.second = at_end ? check.strip_id : check.strip_id - 1;
-    checking_.checked = !at_end;
+    state_.checking.checked = !at_end;
     return {};
   }
   StripRecord strip;
-  ILP_TRY(newest_id<StripRecord>(store_, strip.id));
+  ILP_TRY(newest_id<StripRecord>(wiring_.store, strip.id));
   cursor_.second = std::max<std::int64_t>(strip.id - 1, 0);
   return {};
 }
@@ -110,112 +110,115 @@ Status CameraCalibrator::resume_after_records() {
 Status CameraCalibrator::pick_keyframe(bool& picked) {
   picked = false;
   KeyframeRecord keyframe;
-  const Status found = next(store_, cursor_.first, keyframe);
+  const Status found = next(wiring_.store, cursor_.first, keyframe);
   if (found.is(StatusCode::not_found)) return end_flight(picked);
   const bool damaged = found.is(StatusCode::record_damaged);
   if (!damaged) ILP_TRY(found);
   if (damaged) keyframe.id = found.a;
-  keyframe_ = keyframe;
-  const bool no_use = damaged || patience_.given_up(keyframe_.id);
+  work_.keyframe = keyframe;
+  const bool no_use = damaged || work_.patience.given_up(work_.keyframe.id);
   bool waits = false;
-  if (!no_use) ILP_TRY(measured_at(store_, mission_, keyframe_.id, navigation_, waits));
+  if (!no_use) ILP_TRY(measured_at(wiring_.store, wiring_.mission, work_.keyframe.id, workspace_.navigation, waits));
   if (waits) return {};
   picked = true;
-  if (no_use || keyframe_.strip_id != calibrating_.strip_id) {
-    SelfCalibration(calibrating_.calibration, workspace_).begin_set();
-    calibrating_.strip_id = keyframe_.strip_id;
+  if (no_use || work_.keyframe.strip_id != state_.calibrating.strip_id) {
+    SelfCalibration(state_.calibrating.calibration, workspace_.calibration).begin_set();
+    state_.calibrating.strip_id = work_.keyframe.strip_id;
   }
   if (no_use) {
-    calibrating_.calibration.report = {};
-    calibrating_.calibration.report.verdict = CalibrationVerdict::too_few_matches;
+    state_.calibrating.calibration.report = {};
+    state_.calibrating.calibration.report.verdict = CalibrationVerdict::too_few_matches;
   }
-  phase_ = no_use ? Phase::record : Phase::load;
+  work_.phase = no_use ? Phase::record : Phase::load;
   return damaged ? found : Status{};
 }
 
 void CameraCalibrator::measure() {
-  phase_ = Phase::record;
-  if (!mission_.use_navigation) return;
-  add_keyframe(keyframe_, navigation_, calibrating_.calibration.report.plane, camera_model(camera_), mission_.body,
-               calibrating_.measured);
+  work_.phase = Phase::record;
+  if (!wiring_.mission.use_navigation) return;
+  add_keyframe(work_.keyframe, workspace_.navigation, state_.calibrating.calibration.report.plane,
+               camera_model(work_.camera), wiring_.mission.body, state_.calibrating.measured);
 }
 
 Status CameraCalibrator::load() {
   // The camera is calibrated once for the whole flight, so all corners are used.
-  ILP_TRY(begin_corners_of(store_, mission_, keyframe_.frame_id, 0, scratch_.as<FeatureScratch>(), images_, corners_));
-  matches_.clear();
-  phase_ = Phase::detect;
-  keeps_ = true;
+  ILP_TRY(begin_corners_of(wiring_.store, wiring_.mission, work_.keyframe.frame_id, 0,
+                           wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.corners));
+  workspace_.matches.clear();
+  work_.phase = Phase::detect;
+  work_.keeps = true;
   return {};
 }
 
 Status CameraCalibrator::detect() {
-  ILP_TRY(find_corners(mission_, 0, scratch_.as<FeatureScratch>(), images_, corners_, keeps_));
-  if (!keeps_) phase_ = calibrating_.calibration.keyframes.empty() ? Phase::relate : Phase::begin_match;
+  ILP_TRY(find_corners(wiring_.mission, 0, wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.corners,
+                       work_.keeps));
+  if (!work_.keeps) work_.phase = state_.calibrating.calibration.keyframes.empty() ? Phase::relate : Phase::begin_match;
   return {};
 }
 
 Status CameraCalibrator::begin_match() {
-  ILP_TRY(begin_matches_to(store_, mission_, cursor_.first, keyframe_.plane_from_previous,
-                           scratch_.as<FeatureScratch>(), images_, matches_));
-  phase_ = Phase::match;
-  keeps_ = true;
+  ILP_TRY(begin_matches_to(wiring_.store, wiring_.mission, cursor_.first, work_.keyframe.plane_from_previous,
+                           wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.matches));
+  work_.phase = Phase::match;
+  work_.keeps = true;
   return {};
 }
 
 Status CameraCalibrator::match() {
-  ILP_TRY(find_matches(mission_, calibrating_.calibration.corners, keyframe_.plane_from_previous,
-                       scratch_.as<FeatureScratch>(), images_, corners_, matches_, keeps_));
-  if (!keeps_) phase_ = Phase::relate;
+  ILP_TRY(find_matches(wiring_.mission, state_.calibrating.calibration.corners, work_.keyframe.plane_from_previous,
+                       wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.corners, workspace_.matches,
+                       work_.keeps));
+  if (!work_.keeps) work_.phase = Phase::relate;
   return {};
 }
 
 Status CameraCalibrator::relate() {
-  phase_ = Phase::calibrate;
-  return SelfCalibration(calibrating_.calibration, workspace_)
-      .begin_keyframe(keyframe_.id, corners_, matches_,
-                      mix64(mission_.seed) ^ static_cast<std::uint64_t>(keyframe_.id));
+  work_.phase = Phase::calibrate;
+  return SelfCalibration(state_.calibrating.calibration, workspace_.calibration)
+      .begin_keyframe(work_.keyframe.id, workspace_.corners, workspace_.matches,
+                      mix64(wiring_.mission.seed) ^ static_cast<std::uint64_t>(work_.keyframe.id));
 }
 
 Status CameraCalibrator::find_overdue(bool& overdue, std::int64_t& oldest_id) {
   KeyframeRecord oldest;
-  const Status first = next(store_, 0, oldest);
+  const Status first = next(wiring_.store, 0, oldest);
   if (!first.ok() && is_transient(first)) return first;
-  if (!first.ok()) oldest = keyframe_;
-  overdue = waited_out(mission_, camera_, oldest, keyframe_);
+  if (!first.ok()) oldest = work_.keyframe;
+  overdue = waited_out(wiring_.mission, work_.camera, oldest, work_.keyframe);
   oldest_id = oldest.id;
   return {};
 }
 
 /// Reports to the operator: once that keyframes wait in vain, and every other reason to wait.
 void CameraCalibrator::tell_why(CalibrationVerdict verdict, bool overdue, std::int64_t oldest_id, Status& event) {
-  if (!calibrating_.overdue_told && overdue) {
-    calibrating_.overdue_told = true;
-    event = {StatusCode::calibration_overdue, keyframe_.id, oldest_id};
+  if (!state_.calibrating.overdue_told && overdue) {
+    state_.calibrating.overdue_told = true;
+    event = {StatusCode::calibration_overdue, work_.keyframe.id, oldest_id};
     return;
   }
   const auto reason = static_cast<std::uint8_t>(verdict);
-  const bool known = calibrating_.reason_told && calibrating_.reason == reason;
+  const bool known = state_.calibrating.reason_told && state_.calibrating.reason == reason;
   if (known || verdict == CalibrationVerdict::collecting) return;
-  calibrating_.reason_told = true;
-  calibrating_.reason = reason;
-  event = {StatusCode::calibration_waiting, keyframe_.id, reason};
+  state_.calibrating.reason_told = true;
+  state_.calibrating.reason = reason;
+  event = {StatusCode::calibration_waiting, work_.keyframe.id, reason};
 }
 
 Status CameraCalibrator::record_waiting(const CalibrationRecord& said, bool overdue, std::int64_t oldest_id) {
-  const Cursor after{keyframe_.id, cursor_.second};
+  const Cursor after{work_.keyframe.id, cursor_.second};
   Status event;
   tell_why(said.verdict, overdue, oldest_id, event);
-  StepTransaction transaction(store_, checkpoint);
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(put(store_, said));
-  ILP_TRY(transaction.commit(after, calibrating_, cursor_));
-  event_ = event;
-  return keep_for_next(keyframe_.id, images_);
+  ILP_TRY(put(wiring_.store, said));
+  ILP_TRY(transaction.commit(after, state_.calibrating, cursor_));
+  work_.event = event;
+  return keep_for_next(work_.keyframe.id, workspace_.images);
 }
 
 CameraRecord CameraCalibrator::found_camera() const {
-  const CalibrationReport& report = calibrating_.calibration.report;
+  const CalibrationReport& report = state_.calibrating.calibration.report;
   CameraRecord camera = camera_record(report.camera);
   camera.source = CameraSource::calibrated;
   camera.sigma_focal_px = report.sigma_focal_px;
@@ -225,25 +228,25 @@ CameraRecord CameraCalibrator::found_camera() const {
 }
 
 CameraRecord CameraCalibrator::nominal_camera() const {
-  CameraRecord camera = camera_;
+  CameraRecord camera = work_.camera;
   camera.frozen = true;
   camera.source = CameraSource::nominal;
   camera.sigma_focal_px =
-      camera.fx * std::fabs(focal_per_field(camera_model(camera))) * mission_.field_of_view_sigma_rad;
+      camera.fx * std::fabs(focal_per_field(camera_model(camera))) * wiring_.mission.field_of_view_sigma_rad;
   camera.sigma_cx_px = camera.sigma_cy_px = CalibrationParams{}.sigma_centre * camera.width;
   return camera;
 }
 
 Status CameraCalibrator::freeze(const CameraRecord& frozen, const CalibrationRecord* said, const Status& event) {
   const Cursor after{said != nullptr ? said->id : cursor_.first, cursor_.second};
-  const CheckingState checking;
-  StepTransaction transaction(store_, second_checkpoint);
+  CheckingState checking;
+  StepTransaction transaction(wiring_.store, second_checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(put_camera(store_, frozen));
-  if (said != nullptr) ILP_TRY(put(store_, *said));
-  ILP_TRY(transaction.commit(after, checking, cursor_, checking_));
-  camera_ = frozen;
-  event_ = event;
+  ILP_TRY(put_camera(wiring_.store, frozen));
+  if (said != nullptr) ILP_TRY(put(wiring_.store, *said));
+  ILP_TRY(transaction.commit(after, checking, cursor_, state_.checking));
+  work_.camera = frozen;
+  work_.event = event;
   return {};
 }
 
@@ -254,54 +257,55 @@ Status CameraCalibrator::freeze_found(const CameraRecord& found, const Calibrati
 
 Status CameraCalibrator::freeze_nominal(const CalibrationRecord* said) {
   const bool newer = said != nullptr && said->verdict != CalibrationVerdict::collecting;
-  const auto reason = newer ? static_cast<std::uint8_t>(said->verdict) : calibrating_.reason;
+  const auto reason = newer ? static_cast<std::uint8_t>(said->verdict) : state_.calibrating.reason;
   const std::int64_t keyframe_id = said != nullptr ? said->id : cursor_.first;
   const CameraRecord nominal = nominal_camera();
   // A measured focal length that is not good enough by itself may still be better than the nominal one.
-  if (is_better_than(nominal.sigma_focal_px / nominal.fx, calibrating_.measured)) {
-    return freeze_found(measured_camera(camera_model(camera_), calibrating_.measured), said, keyframe_id);
+  if (is_better_than(nominal.sigma_focal_px / nominal.fx, state_.calibrating.measured)) {
+    return freeze_found(measured_camera(camera_model(work_.camera), state_.calibrating.measured), said, keyframe_id);
   }
   return freeze(nominal, said, {StatusCode::camera_nominal, keyframe_id, reason});
 }
 
 /// When no other keyframe will come, those that wait need the nominal camera.
 Status CameraCalibrator::end_flight(bool& frozen) {
-  if (cursor_.first == 0 || mission_.calibration_fallback != CalibrationFallback::nominal) return {};
+  if (cursor_.first == 0 || wiring_.mission.calibration_fallback != CalibrationFallback::nominal) return {};
   bool ended = false;
-  ILP_TRY(flight_has_ended(store_, cursor_.first, ended));
+  ILP_TRY(flight_has_ended(wiring_.store, cursor_.first, ended));
   if (!ended) return {};
-  patience_.begin_writing();
+  work_.patience.begin_writing();
   ILP_TRY(freeze_nominal(nullptr));
-  patience_.end_writing();
+  work_.patience.end_writing();
   frozen = true;
   return {};
 }
 
 Status CameraCalibrator::record() {
-  CalibrationRecord said = record_of(calibrating_.calibration.report, keyframe_);
-  const CameraModel nominal_model = camera_model(camera_);
+  CalibrationRecord said = record_of(state_.calibrating.calibration.report, work_.keyframe);
+  const CameraModel nominal_model = camera_model(work_.camera);
   const double unit_px = CentredFrame(nominal_model).unit_x_px;
-  said.measured_focal_px = calibrating_.measured.newest.focal * unit_px;
-  said.measured_sigma_px = calibrating_.measured.newest.sigma * unit_px;
+  said.measured_focal_px = state_.calibrating.measured.newest.focal * unit_px;
+  said.measured_sigma_px = state_.calibrating.measured.newest.sigma * unit_px;
   const bool calibrated = said.verdict == CalibrationVerdict::ok;
   bool overdue = false;
   std::int64_t oldest_id = 0;
-  patience_.begin_writing();
+  work_.patience.begin_writing();
   if (!calibrated) ILP_TRY(find_overdue(overdue, oldest_id));
-  const bool nominal = overdue && mission_.calibration_fallback == CalibrationFallback::nominal;
-  if (calibrated || suffices(calibrating_.measured)) {
-    const CameraRecord found = calibrated ? found_camera() : measured_camera(nominal_model, calibrating_.measured);
-    ILP_TRY(freeze_found(found, &said, keyframe_.id));
+  const bool nominal = overdue && wiring_.mission.calibration_fallback == CalibrationFallback::nominal;
+  if (calibrated || suffices(state_.calibrating.measured)) {
+    const CameraRecord found =
+        calibrated ? found_camera() : measured_camera(nominal_model, state_.calibrating.measured);
+    ILP_TRY(freeze_found(found, &said, work_.keyframe.id));
   } else {
     ILP_TRY(nominal ? freeze_nominal(&said) : record_waiting(said, overdue, oldest_id));
   }
-  patience_.end_writing();
-  phase_ = Phase::idle;
+  work_.patience.end_writing();
+  work_.phase = Phase::idle;
   return {};
 }
 
 Status CameraCalibrator::advance(bool& pending) {
-  switch (phase_) {
+  switch (work_.phase) {
     case Phase::load:
       return load();
     case Phase::detect:
@@ -314,8 +318,8 @@ Status CameraCalibrator::advance(bool& pending) {
       return relate();
     case Phase::calibrate: {
       bool more = false;
-      const Status status = SelfCalibration(calibrating_.calibration, workspace_).step(more);
-      if (!more) phase_ = Phase::measure;
+      const Status status = SelfCalibration(state_.calibrating.calibration, workspace_.calibration).step(more);
+      if (!more) work_.phase = Phase::measure;
       return status;
     }
     case Phase::measure:
@@ -330,126 +334,128 @@ Status CameraCalibrator::advance(bool& pending) {
 
 StepResult CameraCalibrator::calibrate() {
   bool pending = true;
-  keeps_ = false;
+  work_.keeps = false;
   const Status status = advance(pending);
-  keeps_ = keeps_ && status.ok();
-  if (status.ok()) return {event_, pending, keeps_ ? Then::keep : Then::go_on};
+  work_.keeps = work_.keeps && status.ok();
+  if (status.ok()) return {work_.event, pending, work_.keeps ? Then::keep : Then::go_on};
   // A permanently damaged record was handled, and is worth an event.
-  if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};
-  return patience_.failed(keyframe_.id, status);
+  if (status.is(StatusCode::record_damaged) && pending && work_.phase == Phase::record) return {status, true};
+  return work_.patience.failed(work_.keyframe.id, status);
 }
 
 Status CameraCalibrator::follow_strip(bool& picked) {
   picked = false;
   StripRecord strip;
-  const Status found = next(store_, cursor_.second, strip);
+  const Status found = next(wiring_.store, cursor_.second, strip);
   if (found.is(StatusCode::not_found)) return {};
-  if (found.is(StatusCode::record_damaged) || patience_.given_up(-(cursor_.second + 1))) {
+  if (found.is(StatusCode::record_damaged) || work_.patience.given_up(-(cursor_.second + 1))) {
     // The newest one may still be written again.
     const std::int64_t id = found.ok() ? strip.id : found.a;
     StripRecord later;
-    const Status more = next(store_, id, later);
+    const Status more = next(wiring_.store, id, later);
     if (more.is(StatusCode::not_found)) return {};
     picked = true;
     return end_strip(id);
   }
   ILP_TRY(found);
-  const std::int64_t id = checking_.pose_id == 0 ? strip.first_keyframe_id : checking_.pose_id + 1;
+  const std::int64_t id = state_.checking.pose_id == 0 ? strip.first_keyframe_id : state_.checking.pose_id + 1;
   if (id > strip.last_keyframe_id) {
     picked = strip.end != StripEnd::open;
     return picked ? begin_check(strip, true) : Status{};
   }
   PoseRecord pose;
   // Poses come in the order of ids, and the oldest leave the store in time.
-  const Status posed = next(store_, id - 1, pose);
+  const Status posed = next(wiring_.store, id - 1, pose);
   if (posed.is(StatusCode::not_found) || (posed.ok() && pose.state == PoseState::provisional)) return {};
   const bool damaged = posed.is(StatusCode::record_damaged);
   if (!damaged) ILP_TRY(posed);
   if (damaged) pose.id = posed.a;
   if (damaged) pose.state = PoseState::failed;
   picked = true;
-  checking_.pose_id = std::min(pose.id, strip.last_keyframe_id);
+  state_.checking.pose_id = std::min(pose.id, strip.last_keyframe_id);
   if (pose.id > strip.last_keyframe_id) return {};
-  if (pose.state == PoseState::final) ++checking_.posed;
+  if (pose.state == PoseState::final) ++state_.checking.posed;
   // The window after them may still see their points.
-  const std::uint32_t wanted = limits::max_calibration_views + window_length(mission_);
-  const bool window_full = !checking_.checked && checking_.posed == wanted;
+  const std::uint32_t wanted = limits::max_calibration_views + window_length(wiring_.mission);
+  const bool window_full = !state_.checking.checked && state_.checking.posed == wanted;
   return window_full ? begin_check(strip, false) : Status{};
 }
 
 Status CameraCalibrator::collect_keyframes(const StripRecord& strip, bool at_end) {
-  checked_ids_.clear();
+  workspace_.checked_ids.clear();
   const std::int64_t step = at_end ? -1 : 1;
   std::int64_t id = at_end ? strip.last_keyframe_id : strip.first_keyframe_id;
   while (id >= strip.first_keyframe_id && id <= strip.last_keyframe_id) {
     PoseRecord pose;
-    const Status known = get(store_, id, pose);
+    const Status known = get(wiring_.store, id, pose);
     if (!known.ok() && is_transient(known)) return known;
-    if (known.ok() && pose.state == PoseState::final && !checked_ids_.push_back(id)) break;
+    if (known.ok() && pose.state == PoseState::final && !workspace_.checked_ids.push_back(id)) break;
     id += step;
   }
-  std::sort(checked_ids_.begin(), checked_ids_.end());
+  std::sort(workspace_.checked_ids.begin(), workspace_.checked_ids.end());
   return {};
 }
 
 Status CameraCalibrator::begin_check(const StripRecord& strip, bool at_end) {
   ILP_TRY(collect_keyframes(strip, at_end));
-  if (checked_ids_.size() < least_views_to_check) return end_strip(strip.id);
-  check_ = {};
-  check_.id = calibration_check_id(strip.id, at_end);
-  check_.strip_id = strip.id;
-  check_.first_keyframe_id = checked_ids_[0];
-  check_.last_keyframe_id = checked_ids_.back();
-  const CameraModel camera = camera_model(camera_);
+  if (workspace_.checked_ids.size() < least_views_to_check) return end_strip(strip.id);
+  workspace_.check = {};
+  workspace_.check.id = calibration_check_id(strip.id, at_end);
+  workspace_.check.strip_id = strip.id;
+  workspace_.check.first_keyframe_id = workspace_.checked_ids[0];
+  workspace_.check.last_keyframe_id = workspace_.checked_ids.back();
+  const CameraModel camera = camera_model(work_.camera);
   const CalibrationCheckParams params;
   Status prepared =
-      load_final_window(store_, camera, {checked_ids_.data(), checked_ids_.size()}, checking_.pose_id, window_);
-  if (prepared.ok()) prepared = checker_.begin(camera, window_, params);
-  if (is_transient(prepared) && !patience_.given_up(-(cursor_.second + 1))) return prepared;
+      load_final_window(wiring_.store, camera, {workspace_.checked_ids.data(), workspace_.checked_ids.size()},
+                        state_.checking.pose_id, workspace_.window);
+  if (prepared.ok()) prepared = workspace_.checker.begin(camera, workspace_.window, params);
+  if (is_transient(prepared) && !work_.patience.given_up(-(cursor_.second + 1))) return prepared;
   if (!prepared.ok()) {
     // This strip gives no answer; an empty window expresses that.
-    ILP_TRY(load_final_window(store_, camera, {}, 0, window_));
-    ILP_TRY(checker_.begin(camera, window_, params));
-    event_ = prepared;
+    ILP_TRY(load_final_window(wiring_.store, camera, {}, 0, workspace_.window));
+    ILP_TRY(workspace_.checker.begin(camera, workspace_.window, params));
+    work_.event = prepared;
   }
-  phase_ = Phase::check;
+  work_.phase = Phase::check;
   return {};
 }
 
 Status CameraCalibrator::end_strip(std::int64_t strip_id) {
-  patience_.begin_writing();
+  work_.patience.begin_writing();
   const Cursor after{cursor_.first, strip_id};
-  StepTransaction transaction(store_, second_checkpoint);
+  StepTransaction transaction(wiring_.store, second_checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(transaction.commit(after, CheckingState{}, cursor_, checking_));
-  patience_.end_writing();
+  CheckingState next_strip;
+  ILP_TRY(transaction.commit(after, next_strip, cursor_, state_.checking));
+  work_.patience.end_writing();
   return {};
 }
 
 Status CameraCalibrator::write_check() {
-  const CalibrationCheck& said = checker_.result();
-  check_.verdict = said.verdict;
-  check_.views = said.views;
-  check_.points = said.points;
-  check_.focal_px = said.focal_px;
-  check_.sigma_px = said.sigma_px;
-  check_.deviation = said.deviation;
-  check_.noise_px = said.noise_px;
-  check_.consistency = said.consistency;
-  const bool at_end = check_.id == calibration_check_id(check_.strip_id, true);
-  CheckingState after_state = checking_;
+  const CalibrationCheck& said = workspace_.checker.result();
+  workspace_.check.verdict = said.verdict;
+  workspace_.check.views = said.views;
+  workspace_.check.points = said.points;
+  workspace_.check.focal_px = said.focal_px;
+  workspace_.check.sigma_px = said.sigma_px;
+  workspace_.check.deviation = said.deviation;
+  workspace_.check.noise_px = said.noise_px;
+  workspace_.check.consistency = said.consistency;
+  const bool at_end = workspace_.check.id == calibration_check_id(workspace_.check.strip_id, true);
+  CheckingState after_state = state_.checking;
   after_state.checked = true;
   if (at_end) after_state = {};
-  patience_.begin_writing();
-  const Cursor after{cursor_.first, at_end ? check_.strip_id : cursor_.second};
-  StepTransaction transaction(store_, second_checkpoint);
+  work_.patience.begin_writing();
+  const Cursor after{cursor_.first, at_end ? workspace_.check.strip_id : cursor_.second};
+  StepTransaction transaction(wiring_.store, second_checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(put(store_, check_));
-  ILP_TRY(transaction.commit(after, after_state, cursor_, checking_));
-  patience_.end_writing();
-  phase_ = Phase::idle;
+  ILP_TRY(put(wiring_.store, workspace_.check));
+  ILP_TRY(transaction.commit(after, after_state, cursor_, state_.checking));
+  work_.patience.end_writing();
+  work_.phase = Phase::idle;
   if (said.verdict == CalibrationCheckVerdict::contradicts) {
-    event_ = {StatusCode::calibration_contradicted, check_.strip_id, thousandths(said.focal_px)};
+    work_.event = {StatusCode::calibration_contradicted, workspace_.check.strip_id, thousandths(said.focal_px)};
   }
   return {};
 }
@@ -457,11 +463,11 @@ Status CameraCalibrator::write_check() {
 StepResult CameraCalibrator::check() {
   Status status;
   bool pending = true;
-  switch (phase_) {
+  switch (work_.phase) {
     case Phase::check: {
       bool more = false;
-      checker_.step(more);
-      if (!more) phase_ = Phase::write_check;
+      workspace_.checker.step(more);
+      if (!more) work_.phase = Phase::write_check;
       break;
     }
     case Phase::write_check:
@@ -471,14 +477,14 @@ StepResult CameraCalibrator::check() {
       status = follow_strip(pending);
       break;
   }
-  if (status.ok()) return {event_, pending};
+  if (status.ok()) return {work_.event, pending};
   // The strip counts as an input of its own that may be abandoned.
-  return patience_.failed(-(cursor_.second + 1), status);
+  return work_.patience.failed(-(cursor_.second + 1), status);
 }
 
 StepResult CameraCalibrator::step() {
-  event_ = {};
-  return camera_.frozen ? check() : calibrate();
+  work_.event = {};
+  return work_.camera.frozen ? check() : calibrate();
 }
 
 }  // namespace ilp

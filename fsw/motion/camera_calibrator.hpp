@@ -54,6 +54,11 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
     write_check
   };
 
+  struct Wiring {
+    Tables store;
+    const MissionParameters& mission;
+    Scratch scratch;
+  };
   struct CalibratingState {
     CalibrationState calibration;
     std::int64_t strip_id = 0;  ///< strip of the set's keyframes
@@ -67,6 +72,31 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
     std::int64_t pose_id = 0;  ///< newest one examined
     std::uint32_t posed = 0;   ///< posed keyframes up to it
     bool checked = false;      ///< the first keyframes were checked
+  };
+  /// A checkpoint holds one of them.
+  struct State {
+    CalibratingState calibrating;
+    CheckingState checking;
+  };
+  struct Work {
+    CameraRecord camera;
+    // The keyframe or the strip at work; a restart drops it.
+    Phase phase = Phase::idle;
+    bool keeps = false;  ///< the search for corners or matches goes on in the step's memory
+    Status event;
+    Patience patience;
+    KeyframeRecord keyframe;
+  };
+  struct Workspace {
+    CalibrationWorkspace calibration;
+    NavigationRecord navigation;  ///< what the vehicle measured at the keyframe
+    KeyframeImages images;
+    Corners corners;
+    Matches matches;
+    CalibrationChecker checker{calibration};
+    BundleProblem window;
+    FixedVector<std::int64_t, limits::max_calibration_views> checked_ids;
+    CalibrationCheckRecord check;
   };
 
   /// Continues after the records if the checkpoint is lost.
@@ -98,28 +128,11 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   Status write_check();
   Status end_strip(std::int64_t strip_id);
 
-  Tables store_;
-  const MissionParameters& mission_;
-  Scratch scratch_;
-  CameraRecord camera_;
+  Wiring wiring_;
   Cursor cursor_;  ///< first: the last keyframe examined; second: the last strip checked
-  CalibratingState calibrating_;
-  CheckingState checking_;
-  CalibrationWorkspace workspace_;
-  // The keyframe or the strip at work; a restart drops it.
-  Phase phase_ = Phase::idle;
-  bool keeps_ = false;  ///< the search for corners or matches goes on in the step's memory
-  Status event_;
-  Patience patience_;
-  KeyframeRecord keyframe_;
-  NavigationRecord navigation_;  ///< what the vehicle measured at it
-  KeyframeImages images_;
-  Corners corners_;
-  Matches matches_;
-  CalibrationChecker checker_{workspace_};
-  BundleProblem window_;
-  FixedVector<std::int64_t, limits::max_calibration_views> checked_ids_;
-  CalibrationCheckRecord check_;
+  State state_;
+  Work work_;
+  Workspace workspace_;
 };
 
 }  // namespace ilp

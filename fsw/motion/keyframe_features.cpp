@@ -53,11 +53,11 @@ Status find_matches(const MissionParameters& mission, const Corners& previous_co
 }
 
 LastingMemory keeping_corners(const FeatureScratch& scratch, const LastingMemory& memory) {
-  return memory.keeping(scratch.harris.next_row, scratch.harris.strongest);
+  return memory.keeping(scratch.harris.progress);
 }
 
 LastingMemory keeping_matches(const FeatureScratch& scratch, const LastingMemory& memory) {
-  return memory.keeping(scratch.matcher.part, scratch.matcher.first_new);
+  return memory.keeping(scratch.matcher.progress);
 }
 
 Status keep_for_next(std::int64_t keyframe_id, KeyframeImages& images) {

@@ -65,31 +65,29 @@ SequenceParams sequence_params(const MissionParameters& mission, double altitude
 constexpr CheckpointForm StructureAndMotion::checkpoint = checkpoint_form<State>(component_id);
 
 StructureAndMotion::StructureAndMotion(Tables store, const MissionParameters& mission, Scratch scratch)
-    : store_(store), mission_(mission), scratch_(scratch) {}
+    : wiring_{store, mission, scratch} {}
 
 LastingMemory StructureAndMotion::lasting() const {
   const Tracks& tracks = state_.sequence.tracks;
-  const LastingMemory whole = LastingMemory(cursor_, state_)
-                                  .of(*this)
-                                  .at_work(camera_, patience_)
+  const LastingMemory whole = LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_)
                                   .without(memory_between(tracks.end(), tracks.data() + Tracks::capacity()));
   // Where the last keyframe to be matched cannot be read, Phase::begin_match takes an earlier report back into the
   // state.
-  const bool at_rest = phase_ == Phase::load || phase_ == Phase::detect || phase_ == Phase::match;
+  const bool at_rest = work_.phase == Phase::load || work_.phase == Phase::detect || work_.phase == Phase::match;
   const LastingMemory memory = at_rest ? whole.at_rest() : whole;
-  if (!keeps_) return memory;
-  if (phase_ == Phase::detect) return keeping_corners(scratch_.as<FeatureScratch>(), memory);
-  if (phase_ == Phase::match) return keeping_matches(scratch_.as<FeatureScratch>(), memory);
-  const TwoViewProgress& pair = scratch_.as<SequenceWorkspace>().two_view.progress;
-  return state_.sequence.phase == SequencePhase::relating ? memory.keeping(pair, pair) : memory;
+  if (!work_.keeps) return memory;
+  if (work_.phase == Phase::detect) return keeping_corners(wiring_.scratch.as<FeatureScratch>(), memory);
+  if (work_.phase == Phase::match) return keeping_matches(wiring_.scratch.as<FeatureScratch>(), memory);
+  const TwoViewProgress& pair = wiring_.scratch.as<SequenceWorkspace>().two_view.progress;
+  return state_.sequence.phase == SequencePhase::relating ? memory.keeping(pair) : memory;
 }
 
 Status StructureAndMotion::restore() {
-  phase_ = Phase::idle;
-  keeps_ = false;
-  images_.previous_id = 0;
-  ILP_TRY(load_camera(store_, camera_));
-  const Status status = load_checkpoint(store_, checkpoint, cursor_, state_);
+  work_.phase = Phase::idle;
+  work_.keeps = false;
+  workspace_.images.previous_id = 0;
+  ILP_TRY(load_camera(wiring_.store, work_.camera));
+  const Status status = load_checkpoint(wiring_.store, checkpoint, cursor_, state_);
   const bool lost = status.is(StatusCode::checkpoint_lost);
   if (!lost && !status.is(StatusCode::not_found)) return status;
   // In place: a State is megabytes, too large for the stack.
@@ -101,8 +99,8 @@ Status StructureAndMotion::restore() {
 }
 
 Status StructureAndMotion::resume_after_records() {
-  ILP_TRY(newest_id<PoseRecord>(store_, cursor_.first));
-  StepTransaction transaction(store_, checkpoint);
+  ILP_TRY(newest_id<PoseRecord>(wiring_.store, cursor_.first));
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(fail_provisional_poses());
   return transaction.commit(cursor_, state_, cursor_);
@@ -111,11 +109,11 @@ Status StructureAndMotion::resume_after_records() {
 Status StructureAndMotion::fail_provisional_poses() {
   for (std::int64_t id = std::max<std::int64_t>(cursor_.first - looked_back, 1); id <= cursor_.first; ++id) {
     PoseRecord pose;
-    const Status found = get(store_, id, pose);
+    const Status found = get(wiring_.store, id, pose);
     if (!found.ok() && is_transient(found)) return found;
     if (!found.ok() || pose.state != PoseState::provisional) continue;
     pose.state = PoseState::failed;
-    ILP_TRY(put(store_, pose));
+    ILP_TRY(put(wiring_.store, pose));
   }
   return {};
 }
@@ -125,7 +123,7 @@ Status StructureAndMotion::has_world(const KeyframeRecord& keyframe, bool& has) 
   if (keyframe.index == 0) return {};
   for (std::int64_t id = std::max<std::int64_t>(keyframe.id - looked_back, 1); id < keyframe.id; ++id) {
     PoseRecord pose;
-    const Status found = get(store_, id, pose);
+    const Status found = get(wiring_.store, id, pose);
     if (!found.ok() && is_transient(found)) return found;
     has = has || (found.ok() && pose.strip_id == keyframe.strip_id && pose.state != PoseState::failed);
   }
@@ -143,10 +141,10 @@ void StructureAndMotion::begin_strip(std::int64_t strip_id, bool has_world) {
 }
 
 Status StructureAndMotion::begin_structure(const NavigationRecord& measured) {
-  const SequenceParams params = sequence_params(mission_, keyframe_.altitude, measured);
+  const SequenceParams params = sequence_params(wiring_.mission, work_.keyframe.altitude, measured);
   state_.scale_source = params.first_height > 0 ? ScaleSource::altimeter : ScaleSource::first_baseline;
-  Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
-  return sequence.begin_strip(camera_, params);
+  Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
+  return sequence.begin_strip(work_.camera, params);
 }
 
 Status StructureAndMotion::pick(bool& picked) {
@@ -154,7 +152,7 @@ Status StructureAndMotion::pick(bool& picked) {
   const bool open = state_.strip_id != 0;
   if (open) {
     StripRecord strip;
-    const Status known = get(store_, state_.strip_id, strip);
+    const Status known = get(wiring_.store, state_.strip_id, strip);
     // The overlap checker writes a damaged one again, with its next keyframe or its end.
     if (!known.ok() && is_transient(known)) return known;
     if (known.ok() && strip.end != StripEnd::open && strip.last_keyframe_id <= cursor_.first) {
@@ -163,7 +161,7 @@ Status StructureAndMotion::pick(bool& picked) {
     }
   }
   KeyframeRecord keyframe;
-  const Status found = next(store_, cursor_.first, keyframe);
+  const Status found = next(wiring_.store, cursor_.first, keyframe);
   if (found.is(StatusCode::not_found)) return {};
   const bool damaged = found.is(StatusCode::record_damaged);
   if (!damaged) ILP_TRY(found);
@@ -175,78 +173,81 @@ Status StructureAndMotion::pick(bool& picked) {
     picked = true;
     return finish_strip();
   }
-  keyframe_ = keyframe;
-  subject_ = keyframe.id;
+  work_.keyframe = keyframe;
+  work_.subject = keyframe.id;
   // Nothing else of it is read then, so that the verdict does not fail for the same reason.
-  const bool no_use = damaged || patience_.given_up(keyframe_.id);
+  const bool no_use = damaged || work_.patience.given_up(work_.keyframe.id);
   CalibrationWait wait = CalibrationWait::none;
-  if (!no_use) ILP_TRY(calibration_wait(store_, mission_, keyframe_, wait));
+  if (!no_use) ILP_TRY(calibration_wait(wiring_.store, wiring_.mission, work_.keyframe, wait));
   if (wait == CalibrationWait::wait) return {};
   NavigationRecord measured;
   bool waits = false;
-  if (!no_use) ILP_TRY(measured_at(store_, mission_, keyframe_.id, measured, waits));
+  if (!no_use) ILP_TRY(measured_at(wiring_.store, wiring_.mission, work_.keyframe.id, measured, waits));
   if (waits) return {};
   picked = true;
-  not_calibrated_ = wait == CalibrationWait::in_vain;
-  if (!no_use) ILP_TRY(load_camera(store_, camera_));
+  work_.not_calibrated = wait == CalibrationWait::in_vain;
+  if (!no_use) ILP_TRY(load_camera(wiring_.store, work_.camera));
   PoseRecord pose;
-  const Status before = get(store_, keyframe_.id, pose);
+  const Status before = get(wiring_.store, work_.keyframe.id, pose);
   if (!before.ok() && is_transient(before)) return before;
-  on_record_ = before.ok();
+  work_.on_record = before.ok();
   if (!open) {
     bool known_world = false;
-    ILP_TRY(has_world(keyframe_, known_world));
-    begin_strip(keyframe_.strip_id, known_world);
+    ILP_TRY(has_world(work_.keyframe, known_world));
+    begin_strip(work_.keyframe.strip_id, known_world);
   }
   if (no_use) {
     state_.sequence.report = {};
     state_.sequence.report.verdict = SequenceVerdict::too_few_matches;
   }
-  if (no_use || state_.lost || not_calibrated_) {
-    phase_ = Phase::record;
+  if (no_use || state_.lost || work_.not_calibrated) {
+    work_.phase = Phase::record;
     return damaged ? found : Status{};
   }
   if (state_.posed_keyframe_id == 0) ILP_TRY(begin_structure(measured));
-  phase_ = Phase::load;
+  work_.phase = Phase::load;
   return {};
 }
 
 Status StructureAndMotion::load() {
-  ILP_TRY(begin_corners_of(store_, mission_, keyframe_.frame_id, keyframe_.degraded, scratch_.as<FeatureScratch>(),
-                           images_, corners_));
-  matches_.clear();
-  phase_ = Phase::detect;
-  keeps_ = true;
+  ILP_TRY(begin_corners_of(wiring_.store, wiring_.mission, work_.keyframe.frame_id, work_.keyframe.degraded,
+                           wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.corners));
+  workspace_.matches.clear();
+  work_.phase = Phase::detect;
+  work_.keeps = true;
   return {};
 }
 
 Status StructureAndMotion::detect() {
-  ILP_TRY(find_corners(mission_, keyframe_.degraded, scratch_.as<FeatureScratch>(), images_, corners_, keeps_));
-  if (keeps_) return {};
-  detected_ = corners_.size();
-  const Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
-  newest_is_poor_ = sequence.can_go_back_to(1) && poor_share * sequence.count_corners(0) < sequence.count_corners(1);
-  attempt_ = 0;
-  phase_ = state_.posed_keyframe_id == 0 ? Phase::relate : Phase::begin_match;
+  ILP_TRY(find_corners(wiring_.mission, work_.keyframe.degraded, wiring_.scratch.as<FeatureScratch>(),
+                       workspace_.images, workspace_.corners, work_.keeps));
+  if (work_.keeps) return {};
+  work_.detected = workspace_.corners.size();
+  const Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
+  work_.newest_is_poor =
+      sequence.can_go_back_to(1) && poor_share * sequence.count_corners(0) < sequence.count_corners(1);
+  work_.attempt = 0;
+  work_.phase = state_.posed_keyframe_id == 0 ? Phase::relate : Phase::begin_match;
   return {};
 }
 
 Status StructureAndMotion::begin_match() {
-  ILP_TRY(corners_.resize(detected_) ? Status{} : Status{StatusCode::assertion_failed});
-  matches_.clear();
+  ILP_TRY(workspace_.corners.resize(work_.detected) ? Status{} : Status{StatusCode::assertion_failed});
+  workspace_.matches.clear();
   if (back() > 0) return begin_match_to_older();
-  compose_planes(keyframe_.plane_from_previous, state_.last_from_posed, predicted_);
-  ILP_TRY(begin_matches_to(store_, mission_, state_.posed_keyframe_id, predicted_, scratch_.as<FeatureScratch>(),
-                           images_, matches_));
-  phase_ = Phase::match;
-  keeps_ = true;
+  compose_planes(work_.keyframe.plane_from_previous, state_.last_from_posed, workspace_.predicted);
+  ILP_TRY(begin_matches_to(wiring_.store, wiring_.mission, state_.posed_keyframe_id, workspace_.predicted,
+                           wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.matches));
+  work_.phase = Phase::match;
+  work_.keeps = true;
   return {};
 }
 
 Status StructureAndMotion::match() {
-  const Corners& from = back() > 0 ? older_corners_ : state_.sequence.corners;
-  ILP_TRY(find_matches(mission_, from, predicted_, scratch_.as<FeatureScratch>(), images_, corners_, matches_, keeps_));
-  if (!keeps_) phase_ = Phase::relate;
+  const Corners& from = back() > 0 ? workspace_.older_corners : state_.sequence.corners;
+  ILP_TRY(find_matches(wiring_.mission, from, workspace_.predicted, wiring_.scratch.as<FeatureScratch>(),
+                       workspace_.images, workspace_.corners, workspace_.matches, work_.keeps));
+  if (!work_.keeps) work_.phase = Phase::relate;
   return {};
 }
 
@@ -258,7 +259,7 @@ Status StructureAndMotion::plane_to_newest(std::int64_t from_id, Plane& plane, b
   if (state_.posed_keyframe_id - from_id > most_steps) return {};
   for (std::int64_t id = from_id + 1; id <= state_.posed_keyframe_id; ++id) {
     KeyframeRecord keyframe;
-    const Status found = get(store_, id, keyframe);
+    const Status found = get(wiring_.store, id, keyframe);
     if (!found.ok()) return is_transient(found) ? found : Status{};
     compose_planes(keyframe.plane_from_previous, plane, plane);
   }
@@ -268,37 +269,37 @@ Status StructureAndMotion::plane_to_newest(std::int64_t from_id, Plane& plane, b
 
 /// An older keyframe that cannot be read is passed over.
 Status StructureAndMotion::begin_match_to_older() {
-  const Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
+  const Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
   const std::int64_t older_id = sequence.cameras()[sequence.cameras().size() - 1 - back()].keyframe_id;
   Plane to_newest;
   bool usable = false;
   ILP_TRY(plane_to_newest(older_id, to_newest, usable));
-  compose_planes(state_.last_from_posed, to_newest, predicted_);
-  compose_planes(keyframe_.plane_from_previous, predicted_, predicted_);
-  sequence.corners_of(back(), older_corners_);
+  compose_planes(state_.last_from_posed, to_newest, workspace_.predicted);
+  compose_planes(work_.keyframe.plane_from_previous, workspace_.predicted, workspace_.predicted);
+  sequence.corners_of(back(), workspace_.older_corners);
   if (usable) {
-    const Status begun =
-        begin_matches_to(store_, mission_, older_id, predicted_, scratch_.as<FeatureScratch>(), images_, matches_);
+    const Status begun = begin_matches_to(wiring_.store, wiring_.mission, older_id, workspace_.predicted,
+                                          wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.matches);
     if (!begun.ok() && is_transient(begun)) return begun;
     usable = begun.ok();
   }
-  keeps_ = usable;
-  phase_ = usable ? Phase::match : try_next() ? Phase::begin_match : Phase::record;
+  work_.keeps = usable;
+  work_.phase = usable ? Phase::match : try_next() ? Phase::begin_match : Phase::record;
   return {};
 }
 
 std::uint32_t StructureAndMotion::back() const {
-  return attempts[newest_is_poor_ ? 1 : 0][attempt_];
+  return attempts[work_.newest_is_poor ? 1 : 0][work_.attempt];
 }
 
 bool StructureAndMotion::try_next() {
-  const Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
-  if (back() == 0) newest_report_ = sequence.report();
-  while (attempt_ + 1 < most_attempts) {
-    ++attempt_;
+  const Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
+  if (back() == 0) work_.newest_report = sequence.report();
+  while (work_.attempt + 1 < most_attempts) {
+    ++work_.attempt;
     if (sequence.can_go_back_to(back())) return true;
   }
-  state_.sequence.report = newest_report_;
+  state_.sequence.report = work_.newest_report;
   return false;
 }
 
@@ -322,16 +323,16 @@ void StructureAndMotion::fill_from_report(PoseRecord& pose) const {
 
 Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final_pose) {
   PoseRecord pose;
-  const Status found = get(store_, camera.keyframe_id, pose);
+  const Status found = get(wiring_.store, camera.keyframe_id, pose);
   if (!found.is(StatusCode::not_found) && !found.is(StatusCode::record_damaged)) ILP_TRY(found);
   // Repeated after a damaged checkpoint: the result is the same, and other components have used it.
   if (found.ok() && pose.state == PoseState::final) return {};
   pose.id = camera.keyframe_id;
   pose.strip_id = state_.strip_id;
-  if (camera.keyframe_id == keyframe_.id && phase_ == Phase::record) fill_from_report(pose);
+  if (camera.keyframe_id == work_.keyframe.id && work_.phase == Phase::record) fill_from_report(pose);
   pose.scale_source = state_.scale_source;
   pose.state = final_pose ? PoseState::final : PoseState::provisional;
-  const Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
+  const Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
   const bool is_first = camera.keyframe_id == sequence.cameras()[0].keyframe_id;
   if (!is_first && pose.verdict == PoseVerdict::waiting && sequence.begun()) pose.verdict = PoseVerdict::ok;
   // No structure began. A strip of a single keyframe relates to nothing.
@@ -350,7 +351,7 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   for (int i = 0; i < 21; ++i) pose.step_covariance[i] = camera.step_covariance[i];
   for (int i = 0; i < 21; ++i) pose.covariance[i] = camera.covariance[i];
   DepthsSeen depths;
-  if (depths_seen(state_.sequence, camera, depths_, depths)) {
+  if (depths_seen(state_.sequence, camera, workspace_.depths, depths)) {
     pose.min_depth = depths.least;
     pose.max_depth = depths.largest;
   }
@@ -359,7 +360,7 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
     pose.ground_distance = ground.distance;
     pose.ground_distance_sigma = ground.sigma;
   }
-  return put(store_, pose);
+  return put(wiring_.store, pose);
 }
 
 Status StructureAndMotion::append_point(const FinalPoint& point, FinalsWorkspace& finals) const {
@@ -377,7 +378,7 @@ Status StructureAndMotion::append_point(const FinalPoint& point, FinalsWorkspace
   std::memcpy(to, &head, sizeof(head));
   to += sizeof(head);
   for (const FinalObservation& seen : point.observations) {
-    const Vec2 pixel = pixel_from_ideal(camera_, Vec2(static_cast<double>(seen.x), static_cast<double>(seen.y)));
+    const Vec2 pixel = pixel_from_ideal(work_.camera, Vec2(static_cast<double>(seen.x), static_cast<double>(seen.y)));
     StructureObservation observation{};
     observation.keyframe_id = seen.keyframe_id;
     observation.x = static_cast<float>(pixel.x());
@@ -390,7 +391,7 @@ Status StructureAndMotion::append_point(const FinalPoint& point, FinalsWorkspace
 }
 
 Status StructureAndMotion::write_finals() {
-  auto& finals = scratch_.as<FinalsWorkspace>();
+  auto& finals = wiring_.scratch.as<FinalsWorkspace>();
   Sequence sequence(state_.sequence, finals.sequence);
   SequenceCamera camera;
   std::int64_t newest_final = 0;
@@ -407,7 +408,7 @@ Status StructureAndMotion::write_finals() {
     if (!appended.ok() && !appended.is(StatusCode::capacity_exceeded)) return appended;
   }
   StructureRecord structure;
-  const Status found = get(store_, newest_final, structure);
+  const Status found = get(wiring_.store, newest_final, structure);
   if (!found.ok() && is_transient(found)) return found;
   // Repeated: its points may have been released since.
   if (found.ok()) return {};
@@ -415,34 +416,35 @@ Status StructureAndMotion::write_finals() {
   structure.strip_id = state_.strip_id;
   structure.count = finals.point_count;
   structure.points.bytes = static_cast<std::uint32_t>(finals.points.size());
-  ILP_TRY(put(store_, structure));
+  ILP_TRY(put(wiring_.store, structure));
   if (finals.points.empty()) return {};
-  return write_blob<StructureRecord>(store_, "points", structure.id, 0, {finals.points.data(), finals.points.size()});
+  return write_blob<StructureRecord>(wiring_.store, "points", structure.id, 0,
+                                     {finals.points.data(), finals.points.size()});
 }
 
 Status StructureAndMotion::record_success() {
-  Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
+  Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
   for (const SequenceCamera& camera : sequence.cameras()) {
     PoseRecord known;
-    const Status found = get(store_, camera.keyframe_id, known);
+    const Status found = get(wiring_.store, camera.keyframe_id, known);
     if (!found.ok() && is_transient(found)) return found;
     const bool handed_out = found.ok() && known.state == PoseState::final;
     if (!handed_out) ILP_TRY(write_camera(camera, false));
   }
   for (const std::int64_t id : sequence.dropped()) ILP_TRY(fail_pose(id));
-  state_.posed_keyframe_id = keyframe_.id;
+  state_.posed_keyframe_id = work_.keyframe.id;
   state_.failures = 0;
   set_identity(state_.last_from_posed);
-  ILP_TRY(keep_for_next(keyframe_.id, images_));
+  ILP_TRY(keep_for_next(work_.keyframe.id, workspace_.images));
   return write_finals();
 }
 
 Status StructureAndMotion::command_end(StripEnd reason) {
   CommandRecord command;
-  command.time_ns = keyframe_.time_ns;
+  command.time_ns = work_.keyframe.time_ns;
   command.reason = reason;
-  command.after_frame_id = keyframe_.frame_id;
-  return put_new_command(store_, command);
+  command.after_frame_id = work_.keyframe.frame_id;
+  return put_new_command(wiring_.store, command);
 }
 
 Status StructureAndMotion::give_up_strip(StripEnd reason) {
@@ -450,29 +452,30 @@ Status StructureAndMotion::give_up_strip(StripEnd reason) {
   if (state_.end_commanded) return {};
   state_.end_commanded = true;
   // The pose on record was made before, together with the command.
-  return on_record_ ? Status{} : command_end(reason);
+  return work_.on_record ? Status{} : command_end(reason);
 }
 
 Status StructureAndMotion::record_failure() {
   PoseRecord pose;
-  const bool final_before = on_record_ && get(store_, keyframe_.id, pose).ok() && pose.state == PoseState::final;
+  const bool final_before =
+      work_.on_record && get(wiring_.store, work_.keyframe.id, pose).ok() && pose.state == PoseState::final;
   pose = {};
-  pose.id = keyframe_.id;
+  pose.id = work_.keyframe.id;
   pose.strip_id = state_.strip_id;
   pose.state = PoseState::failed;
   pose.verdict = PoseVerdict::too_few_matches;
-  if (not_calibrated_) {
+  if (work_.not_calibrated) {
     pose.verdict = PoseVerdict::not_calibrated;
   } else if (!state_.lost) {
     fill_from_report(pose);
   }
-  if (!final_before) ILP_TRY(put(store_, pose));
+  if (!final_before) ILP_TRY(put(wiring_.store, pose));
   if (state_.lost) return give_up_strip(StripEnd::pose_lost);
   if (state_.posed_keyframe_id == 0) return {};
   ++state_.failures;
-  compose_planes(keyframe_.plane_from_previous, state_.last_from_posed, state_.last_from_posed);
+  compose_planes(work_.keyframe.plane_from_previous, state_.last_from_posed, state_.last_from_posed);
   if (state_.failures < failures_until_lost) return {};
-  const Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
+  const Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
   if (sequence.begun() || sequence.can_begin()) return give_up_strip(StripEnd::pose_lost);
   // There is no structure, and no pair to begin one: the keyframes so far are abandoned and the next one starts over.
   for (const SequenceCamera& camera : sequence.cameras()) ILP_TRY(fail_pose(camera.keyframe_id));
@@ -484,47 +487,48 @@ Status StructureAndMotion::record_failure() {
 
 Status StructureAndMotion::fail_pose(std::int64_t keyframe_id) {
   PoseRecord pose;
-  const Status found = get(store_, keyframe_id, pose);
+  const Status found = get(wiring_.store, keyframe_id, pose);
   if (!found.ok() && is_transient(found)) return found;
   if (found.ok() && pose.state == PoseState::final) return {};
   pose.id = keyframe_id;
   pose.strip_id = state_.strip_id;
   pose.state = PoseState::failed;
-  return put(store_, pose);
+  return put(wiring_.store, pose);
 }
 
 Status StructureAndMotion::record() {
   const SequenceVerdict verdict = state_.sequence.report.verdict;
   const bool success =
-      !state_.lost && !not_calibrated_ && (verdict == SequenceVerdict::ok || verdict == SequenceVerdict::waiting);
-  patience_.begin_writing();
-  StepTransaction transaction(store_, checkpoint);
+      !state_.lost && !work_.not_calibrated && (verdict == SequenceVerdict::ok || verdict == SequenceVerdict::waiting);
+  work_.patience.begin_writing();
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(success ? record_success() : record_failure());
-  ILP_TRY(transaction.commit({keyframe_.id, cursor_.second}, state_, cursor_));
-  patience_.end_writing();
-  phase_ = Phase::idle;
+  ILP_TRY(transaction.commit({work_.keyframe.id, cursor_.second}, state_, cursor_));
+  work_.patience.end_writing();
+  work_.phase = Phase::idle;
   return {};
 }
 
 /// The structure of a short strip may still have to begin.
 Status StructureAndMotion::finish_strip() {
-  subject_ = end_of(state_.strip_id);
-  const bool open = state_.posed_keyframe_id != 0 && !patience_.given_up(subject_);
-  if (!open || !Sequence(state_.sequence, scratch_.as<SequenceWorkspace>()).begin_with_best_pair()) return end_strip();
-  phase_ = Phase::finish;
+  work_.subject = end_of(state_.strip_id);
+  const bool open = state_.posed_keyframe_id != 0 && !work_.patience.given_up(work_.subject);
+  if (!open || !Sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>()).begin_with_best_pair())
+    return end_strip();
+  work_.phase = Phase::finish;
   return {};
 }
 
 Status StructureAndMotion::end_strip() {
-  subject_ = end_of(state_.strip_id);
-  patience_.begin_writing();
-  StepTransaction transaction(store_, checkpoint);
+  work_.subject = end_of(state_.strip_id);
+  work_.patience.begin_writing();
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  if (patience_.given_up(subject_)) {
+  if (work_.patience.given_up(work_.subject)) {
     ILP_TRY(fail_provisional_poses());
   } else if (state_.posed_keyframe_id != 0) {
-    Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
+    Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
     ILP_TRY(sequence.flush());
     for (const std::int64_t id : sequence.dropped()) ILP_TRY(fail_pose(id));
     ILP_TRY(write_finals());
@@ -532,29 +536,29 @@ Status StructureAndMotion::end_strip() {
   state_.strip_id = 0;
   state_.posed_keyframe_id = 0;
   ILP_TRY(transaction.commit(cursor_, state_, cursor_));
-  patience_.end_writing();
-  phase_ = Phase::idle;
+  work_.patience.end_writing();
+  work_.phase = Phase::idle;
   return {};
 }
 
 Status StructureAndMotion::extend_sequence() {
   bool more = false;
-  Sequence sequence(state_.sequence, scratch_.as<SequenceWorkspace>());
+  Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
   const Status status = sequence.step(more);
-  keeps_ = status.ok() && sequence.keeps();
+  work_.keeps = status.ok() && sequence.keeps();
   if (more) return status;
-  if (phase_ == Phase::finish) {
+  if (work_.phase == Phase::finish) {
     ILP_TRY(status);
     return end_strip();
   }
   const SequenceVerdict verdict = state_.sequence.report.verdict;
   const bool related = verdict == SequenceVerdict::ok || verdict == SequenceVerdict::waiting;
-  phase_ = status.ok() && !related && try_next() ? Phase::begin_match : Phase::record;
+  work_.phase = status.ok() && !related && try_next() ? Phase::begin_match : Phase::record;
   return status;
 }
 
 Status StructureAndMotion::advance(bool& picked) {
-  switch (phase_) {
+  switch (work_.phase) {
     case Phase::idle:
       return pick(picked);
     case Phase::load:
@@ -566,10 +570,10 @@ Status StructureAndMotion::advance(bool& picked) {
     case Phase::match:
       return match();
     case Phase::relate:
-      phase_ = Phase::sequence;
-      return Sequence(state_.sequence, scratch_.as<SequenceWorkspace>())
-          .begin_keyframe_on(back(), keyframe_.id, corners_, matches_,
-                             mix64(mission_.seed) ^ static_cast<std::uint64_t>(keyframe_.id));
+      work_.phase = Phase::sequence;
+      return Sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>())
+          .begin_keyframe_on(back(), work_.keyframe.id, workspace_.corners, workspace_.matches,
+                             mix64(wiring_.mission.seed) ^ static_cast<std::uint64_t>(work_.keyframe.id));
     case Phase::sequence:
     case Phase::finish:
       return extend_sequence();
@@ -581,14 +585,14 @@ Status StructureAndMotion::advance(bool& picked) {
 
 StepResult StructureAndMotion::step() {
   bool pending = true;
-  keeps_ = false;
+  work_.keeps = false;
   const Status status = advance(pending);
-  keeps_ = keeps_ && status.ok();
-  if (status.ok()) return {{}, pending, keeps_ ? Then::keep : Then::go_on};
+  work_.keeps = work_.keeps && status.ok();
+  if (status.ok()) return {{}, pending, work_.keeps ? Then::keep : Then::go_on};
   // A permanently damaged record was handled, and is worth an event.
-  if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};
+  if (status.is(StatusCode::record_damaged) && pending && work_.phase == Phase::record) return {status, true};
   // The verdict on a keyframe is a failed pose; the verdict on the end of a strip fails its poses that are not final.
-  return patience_.failed(subject_, status);
+  return work_.patience.failed(work_.subject, status);
 }
 
 }  // namespace ilp

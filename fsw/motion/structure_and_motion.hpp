@@ -44,6 +44,11 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
  private:
   enum class Phase : std::uint8_t { idle, load, detect, begin_match, match, relate, sequence, record, finish };
 
+  struct Wiring {
+    Tables store;
+    const MissionParameters& mission;
+    Scratch scratch;
+  };
   struct State {
     SequenceState sequence;
     std::int64_t strip_id = 0;           ///< 0: no strip is open
@@ -54,6 +59,29 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
     ScaleSource scale_source = ScaleSource::first_baseline;
     double last_from_posed[9] = {1, 0, 0, 0, 1,
                                  0, 0, 0, 1};  ///< predicts pixels of the posed keyframe in the last keyframe examined
+  };
+  struct Work {
+    CameraModel camera;
+    // The keyframe at work; a restart drops it.
+    Phase phase = Phase::idle;
+    KeyframeRecord keyframe;
+    bool not_calibrated = false;  ///< it waited in vain
+    bool on_record = false;       ///< it has a pose, made before the checkpoint was damaged
+    bool newest_is_poor = false;  ///< it is tried against the newest posed keyframe last
+    std::uint32_t attempt = 0;
+    std::size_t detected = 0;      ///< its corners without those of tracking
+    SequenceReport newest_report;  ///< on its relation to the newest posed keyframe
+    std::int64_t subject = 0;      ///< subject of the step for Patience: the keyframe, or the end of a strip
+    Patience patience;
+    bool keeps = false;  ///< the search for corners or matches goes on in the step's memory
+  };
+  struct Workspace {
+    double predicted[9]{};  ///< pixels of the keyframe that it is matched with in this one
+    KeyframeImages images;  ///< previous: image of a posed keyframe
+    Corners corners;
+    Corners older_corners;
+    Matches matches;
+    FixedVector<float, limits::max_tracks> depths;
   };
 
   Status advance(bool& picked);
@@ -91,30 +119,11 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   Status append_point(const FinalPoint& point, FinalsWorkspace& finals) const;
   Status command_end(StripEnd reason);
 
-  Tables store_;
-  const MissionParameters& mission_;
-  Scratch scratch_;
+  Wiring wiring_;
   Cursor cursor_;
   State state_;
-  CameraModel camera_;
-  // The keyframe at work; a restart drops it.
-  Phase phase_ = Phase::idle;
-  KeyframeRecord keyframe_;
-  bool not_calibrated_ = false;  ///< it waited in vain
-  bool on_record_ = false;       ///< it has a pose, made before the checkpoint was damaged
-  bool newest_is_poor_ = false;  ///< it is tried against the newest posed keyframe last
-  std::uint32_t attempt_ = 0;
-  std::size_t detected_ = 0;      ///< its corners without those of tracking
-  SequenceReport newest_report_;  ///< on its relation to the newest posed keyframe
-  std::int64_t subject_ = 0;      ///< subject of the step for patience_: the keyframe, or the end of a strip
-  Patience patience_;
-  bool keeps_ = false;     ///< the search for corners or matches goes on in the step's memory
-  double predicted_[9]{};  ///< pixels of the keyframe that it is matched with in this one
-  KeyframeImages images_;  ///< previous: image of a posed keyframe
-  Corners corners_;
-  Corners older_corners_;
-  Matches matches_;
-  FixedVector<float, limits::max_tracks> depths_;
+  Work work_;
+  Workspace workspace_;
 };
 
 }  // namespace ilp

@@ -26,44 +26,45 @@ constexpr double same_way = 0.7;
 }  // namespace
 
 Status PlaceMemory::load_seen(std::int64_t keyframe_id, SeenCells& cells) {
-  ILP_TRY(clear_seen_cells(camera_.width, camera_.height, cells));
+  ILP_TRY(clear_seen_cells(work_.camera.width, work_.camera.height, cells));
   PlaceRecord place;
-  const Status found = get(store_, keyframe_id, place);
+  const Status found = get(wiring_.store, keyframe_id, place);
   if (!found.ok()) return is_transient(found) ? found : Status{};
   const std::size_t count = cell_count(cells);
   if (place.cells.bytes != count) return {};
   const Status read =
-      read_blob<PlaceRecord>(store_, "cells", keyframe_id, 0, writable_octets(cells.quality.data(), count));
+      read_blob<PlaceRecord>(wiring_.store, "cells", keyframe_id, 0, writable_octets(cells.quality.data(), count));
   if (read.ok()) return {};
-  ILP_TRY(clear_seen_cells(camera_.width, camera_.height, cells));
+  ILP_TRY(clear_seen_cells(work_.camera.width, work_.camera.height, cells));
   return is_transient(read) ? read : Status{};
 }
 
 /// The image makes room for the mask. Where no earlier keyframe shows this ground, nobody needs it.
 Status PlaceMemory::load_mask() {
-  if (mask_loaded_) return {};
-  ILP_TRY(image_.resize(mask_.width, mask_.height));
-  ILP_TRY(read_blob<MaskRecord>(store_, "code", mask_.id, 0, {mask_bytes_.data(), mask_.code.bytes}));
-  ILP_TRY(decode_mask(mask_bytes_.data(), mask_.code.bytes, image_.view()));
-  mask_loaded_ = true;
+  if (work_.mask_loaded) return {};
+  ILP_TRY(workspace_.image.resize(work_.mask.width, work_.mask.height));
+  ILP_TRY(read_blob<MaskRecord>(wiring_.store, "code", work_.mask.id, 0,
+                                {workspace_.mask_bytes.data(), work_.mask.code.bytes}));
+  ILP_TRY(decode_mask(workspace_.mask_bytes.data(), work_.mask.code.bytes, workspace_.image.view()));
+  work_.mask_loaded = true;
   return {};
 }
 
 /// By one link all keyframes of the earlier strip that stand near say which ground they have seen.
 Status PlaceMemory::mark_by(const LinkRecord& link, std::size_t& left, bool& done) {
-  if (depth_.verdict != DepthVerdict::ok) {
+  if (work_.depth.verdict != DepthVerdict::ok) {
     if (left > 0) {
       --left;
       return {};
     }
     done = true;
     ILP_TRY(load_mask());
-    ILP_TRY(load_seen(link.place_id, other_seen_));
+    ILP_TRY(load_seen(link.place_id, workspace_.other_seen));
     Mat3 keyframe_from_place;
     for (int i = 0; i < 9; ++i) keyframe_from_place(i / 3, i % 3) = link.keyframe_from_place_px[i];
     const Mat3 place_from_keyframe = keyframe_from_place.inverse();
     if (place_from_keyframe.allFinite()) {
-      mark_known_over_plane(image_.view(), place_from_keyframe, other_seen_, known_);
+      mark_known_over_plane(workspace_.image.view(), place_from_keyframe, workspace_.other_seen, workspace_.known);
     }
     return {};
   }
@@ -73,10 +74,10 @@ Status PlaceMemory::mark_by(const LinkRecord& link, std::size_t& left, bool& don
   ILP_TRY(measured(link.place_id, place));
   if (place.state != PoseState::final) return {};
   const Similarity cam_from_strip = compose(similarity_of(link), similarity_from(cam_from_world(pose_of(place))));
-  const bool same = link.place_strip_id == keyframe_.strip_id;
+  const bool same = link.place_strip_id == work_.keyframe.strip_id;
   NearPlaces near;
-  table_.find_near(link.place_strip_id, same ? first_chained() - 1 : keyframe_.id - 1, cam_from_strip, ground_distance_,
-                   any_in_common, camera_, near);
+  workspace_.table.find_near(link.place_strip_id, same ? first_chained() - 1 : work_.keyframe.id - 1, cam_from_strip,
+                             work_.ground_distance, any_in_common, work_.camera, near);
   done = left < near.size();
   if (done) return mark_seen_by(near[left], cam_from_strip, 0);
   left -= near.size();
@@ -84,27 +85,27 @@ Status PlaceMemory::mark_by(const LinkRecord& link, std::size_t& left, bool& don
 }
 
 Status PlaceMemory::mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip, double error_px) {
-  const std::int64_t id = table_.at(near.slot).keyframe_id;
+  const std::int64_t id = workspace_.table.at(near.slot).keyframe_id;
   PoseRecord pose;
   ILP_TRY(measured(id, pose));
   if (pose.state != PoseState::final) return {};
   ILP_TRY(load_mask());
-  ILP_TRY(load_seen(id, other_seen_));
+  ILP_TRY(load_seen(id, workspace_.other_seen));
   const Similarity other_from_camera = compose(similarity_from(cam_from_world(pose_of(pose))), inverse(cam_from_strip));
-  mark_known({image_.view(), seen_, depths_, camera_}, {other_seen_, other_from_camera, error_px}, mission_.claim_ratio,
-             known_);
+  mark_known({workspace_.image.view(), workspace_.seen, workspace_.depths, work_.camera},
+             {workspace_.other_seen, other_from_camera, error_px}, wiring_.mission.claim_ratio, workspace_.known);
   return {};
 }
 
 /// The ground before the camera, in the middle of the image, in the world of the strip.
 Vec3 PlaceMemory::ground_here() const {
-  return inverse(cam_from_world(pose_of(pose_))) * Vec3(0, 0, ground_distance_);
+  return inverse(cam_from_world(pose_of(work_.pose))) * Vec3(0, 0, work_.ground_distance);
 }
 
 /// On a straight strip no keyframe comes nearer to an earlier one than the keyframe before it, none turns, and all go
 /// the same way.
 bool PlaceMemory::comes_back_to(const RememberedPlace& place, const RememberedPlace& before) const {
-  const RigidTransform here = cam_from_world(pose_of(pose_));
+  const RigidTransform here = cam_from_world(pose_of(work_.pose));
   const Vec3 ground = ground_of(place);
   if ((ground_here() - ground).norm() < (ground_of(before) - ground).norm()) return true;
   const Vec3 middle = inverse(camera_at(before)).translation;
@@ -116,36 +117,37 @@ bool PlaceMemory::comes_back_to(const RememberedPlace& place, const RememberedPl
 
 /// The keyframe before shows all ground of this one, but for corners: as in a descent, nothing can come back.
 bool PlaceMemory::lies_inside(const RememberedPlace& before) const {
-  const double half = 0.5 * std::min(camera_.width / camera_.fx, camera_.height / camera_.fy);
+  const double half = 0.5 * std::min(work_.camera.width / work_.camera.fx, work_.camera.height / work_.camera.fy);
   const double apart = (ground_here() - ground_of(before)).norm();
-  return apart + half * ground_distance_ <= half * static_cast<double>(before.ground_distance);
+  return apart + half * work_.ground_distance <= half * static_cast<double>(before.ground_distance);
 }
 
 /// How far the ground may lie from where the poses of this keyframe and an earlier one of the strip put it.
 Status PlaceMemory::error_by_poses(const RememberedPlace& place, double& error_px) {
   error_px = 0;
-  if (place.keyframe_id > keyframe_.id - chained_keyframes) return {};
+  if (place.keyframe_id > work_.keyframe.id - chained_keyframes) return {};
   PoseRecord pose;
   ILP_TRY(measured(place.keyframe_id, pose));
-  const bool first = place.keyframe_id == keyframe_.id - keyframe_.index;
-  const bool stated = pose.state == PoseState::final && has_covariance(pose_) && (first || has_covariance(pose));
-  error_px = stated ? pose_sigmas * camera_.fx * ground_error_of_poses(pose_, pose, ground_distance_) : HUGE_VAL;
+  const bool first = place.keyframe_id == work_.keyframe.id - work_.keyframe.index;
+  const bool stated = pose.state == PoseState::final && has_covariance(work_.pose) && (first || has_covariance(pose));
+  error_px = stated ? pose_sigmas * work_.camera.fx * ground_error_of_poses(work_.pose, pose, work_.ground_distance)
+                    : HUGE_VAL;
   return {};
 }
 
 /// Ground that left the images of the strip and comes back without a link: the poses say where it is.
 Status PlaceMemory::mark_by_poses(std::size_t& left, bool& done) {
-  const RememberedPlace* before = table_.newest();
-  const bool posed = pose_.state == PoseState::final && ground_distance_ > 0;
-  if (!posed || before == nullptr || before->strip_id != keyframe_.strip_id || lies_inside(*before)) return {};
+  const RememberedPlace* before = workspace_.table.newest();
+  const bool posed = work_.pose.state == PoseState::final && work_.ground_distance > 0;
+  if (!posed || before == nullptr || before->strip_id != work_.keyframe.strip_id || lies_inside(*before)) return {};
   const auto contradicts = [](const LinkRecord& link) { return link.verdict == LinkVerdict::contradicts_poses; };
-  if (std::any_of(links_.begin(), links_.end(), contradicts)) return {};
-  const Similarity cam_from_strip = similarity_from(cam_from_world(pose_of(pose_)));
+  if (std::any_of(work_.links.begin(), work_.links.end(), contradicts)) return {};
+  const Similarity cam_from_strip = similarity_from(cam_from_world(pose_of(work_.pose)));
   NearPlaces near;
-  table_.find_near(keyframe_.strip_id, keyframe_.id - 2, cam_from_strip, ground_distance_, any_in_common, camera_,
-                   near);
+  workspace_.table.find_near(work_.keyframe.strip_id, work_.keyframe.id - 2, cam_from_strip, work_.ground_distance,
+                             any_in_common, work_.camera, near);
   for (const NearPlace& one : near) {
-    const RememberedPlace& place = table_.at(one.slot);
+    const RememberedPlace& place = workspace_.table.at(one.slot);
     if (!comes_back_to(place, *before)) continue;
     if (left > 0) {
       --left;
@@ -160,7 +162,7 @@ Status PlaceMemory::mark_by_poses(std::size_t& left, bool& done) {
 }
 
 Status PlaceMemory::link_before(std::int64_t keyframe_id, std::int64_t number, LinkRecord& link, bool& found) {
-  const Status got = get(store_, link_id(keyframe_id, number), link);
+  const Status got = get(wiring_.store, link_id(keyframe_id, number), link);
   found = got.ok();
   return found || !is_transient(got) ? Status{} : got;
 }
@@ -168,14 +170,15 @@ Status PlaceMemory::link_before(std::int64_t keyframe_id, std::int64_t number, L
 /// Ground of another strip that no link of this keyframe leads to, where one of the keyframes just before does: the
 /// chain relates this keyframe to that one.
 Status PlaceMemory::mark_by_links_before(std::size_t& left, bool& done) {
-  const std::int64_t first = keyframe_.id - keyframe_.index;
-  if (pose_.state != PoseState::final || !(ground_distance_ > 0) || first <= 1) return {};
+  const std::int64_t first = work_.keyframe.id - work_.keyframe.index;
+  if (work_.pose.state != PoseState::final || !(work_.ground_distance > 0) || first <= 1) return {};
   FixedVector<std::int64_t, chained_keyframes + limits::max_links_per_keyframe> reached;
-  for (const LinkRecord& link : links_) {
+  for (const LinkRecord& link : work_.links) {
     if (link.verdict != LinkVerdict::images_only) static_cast<void>(reached.push_back(link.place_strip_id));
   }
-  static_cast<void>(reached.push_back(keyframe_.strip_id));
-  for (std::int64_t id = keyframe_.id - 1; id >= first && id > keyframe_.id - chained_keyframes && !done; --id) {
+  static_cast<void>(reached.push_back(work_.keyframe.strip_id));
+  for (std::int64_t id = work_.keyframe.id - 1; id >= first && id > work_.keyframe.id - chained_keyframes && !done;
+       --id) {
     LinkRecord link;
     bool found = true;
     for (std::int64_t number = 0; number < limits::max_links_per_keyframe && !done; ++number) {
@@ -195,17 +198,18 @@ Status PlaceMemory::mark_by_link_of(std::int64_t linked_id, const LinkRecord& li
   ILP_TRY(measured(linked_id, linked));
   ILP_TRY(measured(link.place_id, place));
   if (linked.state != PoseState::final || place.state != PoseState::final) return {};
-  const Similarity here_from_world = similarity_from(cam_from_world(pose_of(pose_)));
+  const Similarity here_from_world = similarity_from(cam_from_world(pose_of(work_.pose)));
   const Similarity linked_from_here =
       compose(similarity_from(cam_from_world(pose_of(linked))), inverse(here_from_world));
-  const double error_px = pose_sigmas * camera_.fx *
-                          error_of_link_at(link, linked_from_here * Vec3(0, 0, ground_distance_)) / ground_distance_;
+  const double error_px = pose_sigmas * work_.camera.fx *
+                          error_of_link_at(link, linked_from_here * Vec3(0, 0, work_.ground_distance)) /
+                          work_.ground_distance;
   if (!(error_px <= largest_pose_error_px)) return {};
   const Similarity cam_from_strip =
       compose(inverse(linked_from_here), compose(similarity_of(link), similarity_from(cam_from_world(pose_of(place)))));
   NearPlaces near;
-  table_.find_near(link.place_strip_id, keyframe_.id - 1, cam_from_strip, ground_distance_, any_in_common, camera_,
-                   near);
+  workspace_.table.find_near(link.place_strip_id, work_.keyframe.id - 1, cam_from_strip, work_.ground_distance,
+                             any_in_common, work_.camera, near);
   done = left < near.size();
   if (done) return mark_seen_by(near[left], cam_from_strip, error_px);
   left -= near.size();
@@ -213,37 +217,38 @@ Status PlaceMemory::mark_by_link_of(std::int64_t linked_id, const LinkRecord& li
 }
 
 Status PlaceMemory::mark_next(bool& done) {
-  std::size_t left = marked_++;
+  std::size_t left = work_.marked++;
   done = false;
-  for (std::size_t i = 0; i < links_.size() && !done; ++i) ILP_TRY(mark_by(links_[i], left, done));
-  if (done || depth_.verdict != DepthVerdict::ok) return {};
+  for (std::size_t i = 0; i < work_.links.size() && !done; ++i) ILP_TRY(mark_by(work_.links[i], left, done));
+  if (done || work_.depth.verdict != DepthVerdict::ok) return {};
   ILP_TRY(mark_by_links_before(left, done));
   return done ? Status{} : mark_by_poses(left, done);
 }
 
 /// By one earlier keyframe.
 Status PlaceMemory::mark_known_ground() {
-  const bool masked = mask_.code.bytes != 0 && mask_.code.bytes <= mask_bytes_.size();
+  const bool masked = work_.mask.code.bytes != 0 && work_.mask.code.bytes <= workspace_.mask_bytes.size();
   bool done = false;
   if (masked) ILP_TRY(mark_next(done));
   if (done) return {};
-  marked_ = 0;
-  phase_ = mask_loaded_ ? Phase::cut : Phase::record;
+  work_.marked = 0;
+  work_.phase = work_.mask_loaded ? Phase::cut : Phase::record;
   return {};
 }
 
 /// Takes the ground that is known out of the mask.
 Status PlaceMemory::cut_mask() {
   bool more = false;
-  known_before_ = take_known_slice(known_, sliver_px, border_px, image_.view(), marked_++, more);
+  work_.known_before =
+      take_known_slice(workspace_.known, sliver_px, border_px, workspace_.image.view(), work_.marked++, more);
   if (more) return {};
-  phase_ = Phase::record;
-  mask_changed_ = known_before_ != 0;
-  if (!mask_changed_) return {};
+  work_.phase = Phase::record;
+  work_.mask_changed = work_.known_before != 0;
+  if (!work_.mask_changed) return {};
   std::size_t bytes = 0;
-  ILP_TRY(encode_mask(image_.view(), mask_bytes_.data(), mask_bytes_.size(), bytes));
-  mask_.code.bytes = static_cast<std::uint32_t>(bytes);
-  mask_.newly_seen -= std::min(mask_.newly_seen, known_before_);
+  ILP_TRY(encode_mask(workspace_.image.view(), workspace_.mask_bytes.data(), workspace_.mask_bytes.size(), bytes));
+  work_.mask.code.bytes = static_cast<std::uint32_t>(bytes);
+  work_.mask.newly_seen -= std::min(work_.mask.newly_seen, work_.known_before);
   return {};
 }
 

@@ -14,7 +14,7 @@
 namespace ilp {
 namespace {
 
-/// The reading of the places after a start, as an input for patience_.
+/// The reading of the places after a start, as an input for work_.patience.
 constexpr std::int64_t recall_subject = -1;
 /// Overlap from which the chain determines a keyframe's pose well.
 constexpr double closely_chained = 0.7;
@@ -60,87 +60,92 @@ bool is_pose(const PoseRecord& pose) {
 constexpr CheckpointForm PlaceMemory::checkpoint = checkpoint_form<State>(component_id);
 
 PlaceMemory::PlaceMemory(Tables store, const MissionParameters& mission, Scratch scratch)
-    : store_(store), mission_(mission), scratch_(scratch) {}
+    : wiring_{store, mission, scratch} {}
 
 LastingMemory PlaceMemory::lasting() const {
   const LastingMemory memory =
-      LastingMemory(cursor_, state_).of(*this).at_work(patience_, mask_changed_).changed_by_commits();
-  if (!keeps_) return memory;
-  const auto& scratch = scratch_.as<PlaceScratch>();
-  const LastingMemory corners = memory.keeping(scratch.harris.next_row, scratch.harris.strongest);
-  return phase_ == Phase::features ? corners.keeping(scratch.features.at_level, scratch.features.corners_found)
-                                   : corners.keeping(scratch.patches.corners_found, scratch.patches.corners_found);
+      LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_).changed_by_commits();
+  if (!work_.keeps) return memory;
+  const auto& scratch = wiring_.scratch.as<PlaceScratch>();
+  const LastingMemory corners = memory.keeping(scratch.harris.progress);
+  return work_.phase == Phase::features ? corners.keeping(scratch.features.progress)
+                                        : corners.keeping(scratch.patches.corners_found);
 }
 
 Status PlaceMemory::pick(bool& picked) {
   ILP_TRY(forget_one(picked));
   if (picked) return {};
-  const Status found = next(store_, cursor_.first, depth_);
+  const Status found = next(wiring_.store, cursor_.first, work_.depth);
   if (found.is(StatusCode::not_found)) return {};
   if (found.is(StatusCode::record_damaged)) {
-    depth_ = {};
-    depth_.id = found.a;
+    work_.depth = {};
+    work_.depth.id = found.a;
   } else {
     ILP_TRY(found);
   }
-  mask_ = {};
-  const Status masked = get(store_, depth_.id, mask_);
-  if (!masked.ok() && !is_gone(masked) && !patience_.given_up(depth_.id)) return masked;
+  work_.mask = {};
+  const Status masked = get(wiring_.store, work_.depth.id, work_.mask);
+  if (!masked.ok() && !is_gone(masked) && !work_.patience.given_up(work_.depth.id)) return masked;
   // Nobody waits for a mask that is gone. One that was given up is superseded by an empty one.
-  if (!is_gone(masked)) mask_.id = depth_.id;
+  if (!is_gone(masked)) work_.mask.id = work_.depth.id;
   picked = true;
-  static_cast<void>(features_.resize(0));
-  patches_.clear();
-  links_.clear();
-  candidates_.clear();
-  compared_ = 0;
-  drift_ = {};
-  known_.fill(0);
-  known_before_ = 0;
-  marked_ = 0;
-  mask_loaded_ = mask_changed_ = false;
-  keyframe_ = {};
-  pose_ = {};
-  ground_distance_ = 0;
-  const bool bare = !found.ok() || !mission_.place_memory || patience_.given_up(depth_.id);
-  phase_ = bare ? Phase::record : Phase::load;
+  static_cast<void>(workspace_.features.resize(0));
+  workspace_.patches.clear();
+  work_.links.clear();
+  work_.candidates.clear();
+  work_.compared = 0;
+  work_.drift = {};
+  workspace_.known.fill(0);
+  work_.known_before = 0;
+  work_.marked = 0;
+  work_.mask_loaded = work_.mask_changed = false;
+  work_.keyframe = {};
+  work_.pose = {};
+  work_.ground_distance = 0;
+  const bool bare = !found.ok() || !wiring_.mission.place_memory || work_.patience.given_up(work_.depth.id);
+  work_.phase = bare ? Phase::record : Phase::load;
   return {};
 }
 
 Status PlaceMemory::load_cells() {
-  ILP_TRY(clear_seen_cells(camera_.width, camera_.height, seen_));
-  const std::size_t cells = cell_count(seen_);
-  depths_.fill(0);
-  if (depth_.cells.bytes != cells * (1 + sizeof(float))) return {};
-  ILP_TRY(read_blob<DepthRecord>(store_, "cells", depth_.id, 0, writable_octets(seen_.quality.data(), cells)));
-  return read_blob<DepthRecord>(store_, "cells", depth_.id, cells, writable_octets(depths_.data(), cells));
+  ILP_TRY(clear_seen_cells(work_.camera.width, work_.camera.height, workspace_.seen));
+  const std::size_t cells = cell_count(workspace_.seen);
+  workspace_.depths.fill(0);
+  if (work_.depth.cells.bytes != cells * (1 + sizeof(float))) return {};
+  ILP_TRY(read_blob<DepthRecord>(wiring_.store, "cells", work_.depth.id, 0,
+                                 writable_octets(workspace_.seen.quality.data(), cells)));
+  return read_blob<DepthRecord>(wiring_.store, "cells", work_.depth.id, cells,
+                                writable_octets(workspace_.depths.data(), cells));
 }
 
 void PlaceMemory::give_depths() {
   std::size_t deep = 0;
-  for (std::size_t i = 0; i < features_.size(); ++i)
-    feature_depths_[i] = depth_at(depths_, seen_, features_[i].x, features_[i].y);
-  for (PlacePatch& patch : patches_) patch.inverse_depth = depth_at(depths_, seen_, patch.x, patch.y);
+  for (std::size_t i = 0; i < workspace_.features.size(); ++i)
+    workspace_.feature_depths[i] =
+        depth_at(workspace_.depths, workspace_.seen, workspace_.features[i].x, workspace_.features[i].y);
+  for (PlacePatch& patch : workspace_.patches)
+    patch.inverse_depth = depth_at(workspace_.depths, workspace_.seen, patch.x, patch.y);
   double sum = 0;
-  for (std::size_t i = 0; i < cell_count(seen_); ++i) {
-    if (!(depths_[i] > 0)) continue;
-    sum += static_cast<double>(depths_[i]);
+  for (std::size_t i = 0; i < cell_count(workspace_.seen); ++i) {
+    if (!(workspace_.depths[i] > 0)) continue;
+    sum += static_cast<double>(workspace_.depths[i]);
     ++deep;
   }
-  ground_distance_ = deep != 0 ? static_cast<double>(deep) / sum : 0;
+  work_.ground_distance = deep != 0 ? static_cast<double>(deep) / sum : 0;
 }
 
 Status PlaceMemory::load() {
-  ILP_TRY(load_camera(store_, camera_));
-  ILP_TRY(get(store_, depth_.id, keyframe_));
-  const Status posed = get(store_, depth_.id, pose_);
+  ILP_TRY(load_camera(wiring_.store, work_.camera));
+  ILP_TRY(get(wiring_.store, work_.depth.id, work_.keyframe));
+  const Status posed = get(wiring_.store, work_.depth.id, work_.pose);
   if (!posed.ok() && is_transient(posed)) return posed;
-  if (!posed.ok() || pose_.state != PoseState::final || !is_pose(pose_)) pose_.state = PoseState::failed;
+  if (!posed.ok() || work_.pose.state != PoseState::final || !is_pose(work_.pose)) work_.pose.state = PoseState::failed;
   ILP_TRY(load_cells());
-  ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
-  keeps_ = true;
-  phase_ = Phase::features;
-  return begin_place_features(image_.view(), scratch_.as<PlaceScratch>().features, features_);
+  ILP_TRY(load_frame_image(wiring_.store, work_.keyframe.frame_id, workspace_.image));
+  work_.keeps = true;
+  work_.phase = Phase::features;
+  return begin_place_features(workspace_.image.view(), wiring_.scratch.as<PlaceScratch>().features,
+                              workspace_.features);
 }
 
 std::size_t PlaceMemory::features_wanted() const {
@@ -148,50 +153,52 @@ std::size_t PlaceMemory::features_wanted() const {
 }
 
 Status PlaceMemory::find_features() {
-  auto& scratch = scratch_.as<PlaceScratch>();
-  ILP_TRY(place_features_slice(image_.view(), features_wanted(), scratch.harris, scratch.features, features_, keeps_));
-  if (keeps_) return {};
-  keeps_ = true;
-  phase_ = Phase::patches;
-  return begin_place_patches(image_.view(), scratch.harris, scratch.patches, patches_);
+  auto& scratch = wiring_.scratch.as<PlaceScratch>();
+  ILP_TRY(place_features_slice(workspace_.image.view(), features_wanted(), scratch.harris, scratch.features,
+                               workspace_.features, work_.keeps));
+  if (work_.keeps) return {};
+  work_.keeps = true;
+  work_.phase = Phase::patches;
+  return begin_place_patches(workspace_.image.view(), scratch.harris, scratch.patches, workspace_.patches);
 }
 
 Status PlaceMemory::take_patches() {
-  auto& scratch = scratch_.as<PlaceScratch>();
-  ILP_TRY(place_patches_slice(image_.view(), scratch.harris, scratch.patches, patches_, keeps_));
-  if (keeps_) return {};
+  auto& scratch = wiring_.scratch.as<PlaceScratch>();
+  ILP_TRY(
+      place_patches_slice(workspace_.image.view(), scratch.harris, scratch.patches, workspace_.patches, work_.keeps));
+  if (work_.keeps) return {};
   give_depths();
-  phase_ = Phase::search;
+  work_.phase = Phase::search;
   return {};
 }
 
 /// Whether the chain of pairs says little about this keyframe: it begins a strip, shares less than planned with the
 /// keyframe before it, or has no pose.
 bool PlaceMemory::loosely_chained() const {
-  return !(keyframe_.overlap >= closely_chained) || pose_.state != PoseState::final;
+  return !(work_.keyframe.overlap >= closely_chained) || work_.pose.state != PoseState::final;
 }
 
 /// The first keyframe whose ground the coverage of this strip knows.
 std::int64_t PlaceMemory::first_chained() const {
-  return std::max(keyframe_.id - keyframe_.index, keyframe_.id - chained_keyframes + 1);
+  return std::max(work_.keyframe.id - work_.keyframe.index, work_.keyframe.id - chained_keyframes + 1);
 }
 
 /// The first keyframe that is not compared: the chain of this strip relates them.
 std::int64_t PlaceMemory::first_too_recent() const {
-  return loosely_chained() ? keyframe_.id : first_chained();
+  return loosely_chained() ? work_.keyframe.id : first_chained();
 }
 
 Status PlaceMemory::tied_to(std::int64_t strip_id, bool& tied, TieRecord& tie) const {
-  const Status found = get(store_, strip_id, tie);
+  const Status found = get(wiring_.store, strip_id, tie);
   tied = found.ok();
   return found.ok() || !is_transient(found) ? Status{} : found;
 }
 
 void PlaceMemory::add_candidate(std::size_t slot) {
   const auto number = static_cast<std::uint16_t>(slot);
-  if (table_.at(slot).keyframe_id == 0) return;
-  if (std::find(candidates_.begin(), candidates_.end(), number) == candidates_.end()) {
-    static_cast<void>(candidates_.push_back(number));
+  if (workspace_.table.at(slot).keyframe_id == 0) return;
+  if (std::find(work_.candidates.begin(), work_.candidates.end(), number) == work_.candidates.end()) {
+    static_cast<void>(work_.candidates.push_back(number));
   }
 }
 
@@ -204,56 +211,58 @@ void PlaceMemory::add_candidates(const Places& places) {
 
 Status PlaceMemory::search() {
   if (loosely_chained()) {
-    for (const std::size_t slot : table_.newest_slots()) {
+    for (const std::size_t slot : workspace_.table.newest_slots()) {
       if (slot < limits::max_places) add_candidate(slot);
     }
   }
-  if (pose_.state == PoseState::final) {
-    const Similarity cam_from_world = similarity_from(ilp::cam_from_world(pose_of(pose_)));
+  if (work_.pose.state == PoseState::final) {
+    const Similarity cam_from_world = similarity_from(ilp::cam_from_world(pose_of(work_.pose)));
     NearPlaces near;
-    table_.find_near(keyframe_.strip_id, first_too_recent() - 1, cam_from_world, ground_distance_, much_in_common,
-                     camera_, near);
+    workspace_.table.find_near(work_.keyframe.strip_id, first_too_recent() - 1, cam_from_world, work_.ground_distance,
+                               much_in_common, work_.camera, near);
     add_candidates(near);
     bool tied = false;
     TieRecord tie;
-    ILP_TRY(tied_to(keyframe_.strip_id, tied, tie));
+    ILP_TRY(tied_to(work_.keyframe.strip_id, tied, tie));
     if (tied) {
-      table_.find_near(tie.to_strip_id, keyframe_.id - 1, compose(cam_from_world, inverse(similarity_of(tie))),
-                       ground_distance_, much_in_common, camera_, near);
+      workspace_.table.find_near(tie.to_strip_id, work_.keyframe.id - 1,
+                                 compose(cam_from_world, inverse(similarity_of(tie))), work_.ground_distance,
+                                 much_in_common, work_.camera, near);
       add_candidates(near);
     }
   }
   PlaceCandidates alike;
-  ILP_TRY(index_.query(Features(features_.data(), features_.size()), first_too_recent(),
-                       scratch_.as<PlaceQueryWorkspace>(), alike));
+  ILP_TRY(workspace_.index.query(Features(workspace_.features.data(), workspace_.features.size()), first_too_recent(),
+                                 wiring_.scratch.as<PlaceQueryWorkspace>(), alike));
   add_candidates(alike);
-  phase_ = candidates_.empty() ? (features_.empty() ? Phase::record : Phase::narrow) : Phase::compare;
+  work_.phase =
+      work_.candidates.empty() ? (workspace_.features.empty() ? Phase::record : Phase::narrow) : Phase::compare;
   return {};
 }
 
 /// One candidate.
 Status PlaceMemory::compare() {
-  const RememberedPlace& place = table_.at(candidates_[compared_++]);
+  const RememberedPlace& place = workspace_.table.at(work_.candidates[work_.compared++]);
   PlaceRecord record;
-  const Status found = get(store_, place.keyframe_id, record);
+  const Status found = get(wiring_.store, place.keyframe_id, record);
   if (!found.ok() && is_transient(found)) return found;
   bool sound = false;
   if (found.ok()) ILP_TRY(load_features(record, sound));
   if (sound) ILP_TRY(link_with(place, record));
-  const std::size_t enough = loosely_chained() ? links_.capacity() : enough_links;
-  if (compared_ == candidates_.size() || links_.size() >= enough)
-    phase_ = (features_.empty() ? Phase::record : Phase::narrow);
+  const std::size_t enough = loosely_chained() ? work_.links.capacity() : enough_links;
+  if (work_.compared == work_.candidates.size() || work_.links.size() >= enough)
+    work_.phase = (workspace_.features.empty() ? Phase::record : Phase::narrow);
   return {};
 }
 
 /// The pose of an earlier keyframe; without its errors when its own record was erased with the history, and not final
 /// when neither record can be read.
 Status PlaceMemory::measured(std::int64_t keyframe_id, PoseRecord& pose) {
-  Status found = get(store_, keyframe_id, pose);
+  Status found = get(wiring_.store, keyframe_id, pose);
   if (!found.ok()) {
     if (is_transient(found)) return found;
     PlaceRecord place;
-    found = get(store_, keyframe_id, place);
+    found = get(wiring_.store, keyframe_id, place);
     if (!found.ok() && is_transient(found)) return found;
     pose = {};
     pose.id = place.id;
@@ -268,33 +277,35 @@ Status PlaceMemory::measured(std::int64_t keyframe_id, PoseRecord& pose) {
 
 /// Inside a strip: whether the link agrees with the poses, by where they put the ground in the middle of the image.
 void PlaceMemory::judge(LinkRecord& link, const PoseRecord& place) {
-  if (link.strip_id != link.place_strip_id || !(ground_distance_ > 0)) return;
-  const LoopError error = loop_error(link, pose_, place);
-  const Eigen::Matrix<double, 3, 7> ground = ground_by_step(ground_distance_);
+  if (link.strip_id != link.place_strip_id || !(work_.ground_distance > 0)) return;
+  const LoopError error = loop_error(link, work_.pose, place);
+  const Eigen::Matrix<double, 3, 7> ground = ground_by_step(work_.ground_distance);
   const Vec3 moved = ground * error.step;
   const Mat3 covariance = ground * error.covariance * ground.transpose();
   const Mat3 information = covariance.inverse();
-  link.closing_error = moved.norm() / ground_distance_;
-  link.closing_sigma = std::sqrt(covariance.trace()) / ground_distance_;
+  link.closing_error = moved.norm() / work_.ground_distance;
+  link.closing_sigma = std::sqrt(covariance.trace()) / work_.ground_distance;
   const double misfit = moved.dot(information * moved);
   if (!(misfit > largest_misfit)) return;
   link.verdict = LinkVerdict::contradicts_poses;
   const double sigmas = link.closing_sigma > 0 ? link.closing_error / link.closing_sigma : 0;
-  drift_ = {StatusCode::loop_contradicts, link.id, static_cast<std::int64_t>(std::min(sigmas, 1e6))};
+  work_.drift = {StatusCode::loop_contradicts, link.id, static_cast<std::int64_t>(std::min(sigmas, 1e6))};
 }
 
 /// Where the newer keyframe sees the ground of the older one's patches.
 Status PlaceMemory::register_patches(const PlaceRecord& place, LinkPoints& points) {
   points.clear();
-  const std::size_t count = std::min<std::size_t>(place.patches.bytes / sizeof(PlacePatch), older_patches_.capacity());
-  static_cast<void>(older_patches_.resize(count));
-  const Status read =
-      read_blob<PlaceRecord>(store_, "patches", place.id, 0, writable_octets(older_patches_.data(), count));
+  const std::size_t count =
+      std::min<std::size_t>(place.patches.bytes / sizeof(PlacePatch), workspace_.older_patches.capacity());
+  static_cast<void>(workspace_.older_patches.resize(count));
+  const Status read = read_blob<PlaceRecord>(wiring_.store, "patches", place.id, 0,
+                                             writable_octets(workspace_.older_patches.data(), count));
   if (!read.ok()) return is_transient(read) ? read : Status{};
-  ILP_TRY(find_place_patches({older_patches_.data(), count}, image_.view(), match_.plane_newer_from_older, {},
-                             scratch_.as<PlaceScratch>().patches, sightings_));
-  for (const PatchSighting& seen : sightings_) {
-    const PlacePatch& from = older_patches_[seen.patch];
+  ILP_TRY(find_place_patches({workspace_.older_patches.data(), count}, workspace_.image.view(),
+                             workspace_.match.plane_newer_from_older, {}, wiring_.scratch.as<PlaceScratch>().patches,
+                             workspace_.sightings));
+  for (const PatchSighting& seen : workspace_.sightings) {
+    const PlacePatch& from = workspace_.older_patches[seen.patch];
     LinkPoint point;
     if (in_link_units(from.x, point.place_x) && in_link_units(from.y, point.place_y) &&
         in_link_units(seen.x, point.x) && in_link_units(seen.y, point.y)) {
@@ -305,68 +316,72 @@ Status PlaceMemory::register_patches(const PlaceRecord& place, LinkPoints& point
 }
 
 void PlaceMemory::match_features() {
-  matches_.clear();
-  for (const PlacePair& pair : match_.pairs) {
-    const PlaceFeature& a = older_[pair.older];
-    const PlaceFeature& b = features_[pair.newer];
-    add_match(a.x, a.y, older_depths_[pair.older], b.x, b.y);
+  workspace_.matches.clear();
+  for (const PlacePair& pair : workspace_.match.pairs) {
+    const PlaceFeature& a = workspace_.older[pair.older];
+    const PlaceFeature& b = workspace_.features[pair.newer];
+    add_match(a.x, a.y, workspace_.older_depths[pair.older], b.x, b.y);
   }
 }
 
 void PlaceMemory::match_patches() {
-  matches_.clear();
-  for (const PatchSighting& seen : sightings_) {
-    const PlacePatch& patch = older_patches_[seen.patch];
+  workspace_.matches.clear();
+  for (const PatchSighting& seen : workspace_.sightings) {
+    const PlacePatch& patch = workspace_.older_patches[seen.patch];
     add_match(patch.x, patch.y, patch.inverse_depth, seen.x, seen.y);
   }
 }
 
 void PlaceMemory::add_match(float older_x, float older_y, float older_depth, float x, float y) {
-  const Vec2 from = ideal_from_pixel(camera_, Vec2(static_cast<double>(older_x), static_cast<double>(older_y)));
-  const Vec2 to = ideal_from_pixel(camera_, Vec2(static_cast<double>(x), static_cast<double>(y)));
-  static_cast<void>(matches_.push_back({from.x(), from.y(), static_cast<double>(older_depth), to.x(), to.y(),
-                                        static_cast<double>(depth_at(depths_, seen_, x, y))}));
+  const Vec2 from = ideal_from_pixel(work_.camera, Vec2(static_cast<double>(older_x), static_cast<double>(older_y)));
+  const Vec2 to = ideal_from_pixel(work_.camera, Vec2(static_cast<double>(x), static_cast<double>(y)));
+  static_cast<void>(
+      workspace_.matches.push_back({from.x(), from.y(), static_cast<double>(older_depth), to.x(), to.y(),
+                                    static_cast<double>(depth_at(workspace_.depths, workspace_.seen, x, y))}));
 }
 
 /// By registered patches, or by features where too few patches agree.
 Status PlaceMemory::relate(std::uint64_t link_id, LinkGeometry& geometry) {
   LinkGeometryParams params;
-  params.seed = mix64(mission_.seed) ^ link_id;
+  params.seed = mix64(wiring_.mission.seed) ^ link_id;
   match_patches();
   params.threshold_px = registered_threshold_px;
   params.feature_sigma_px = registered_sigma_px;
-  if (estimate_link(matches_, camera_, params, scratch_.as<LinkGeometryWorkspace>(), geometry).ok()) return {};
+  if (estimate_link(workspace_.matches, work_.camera, params, wiring_.scratch.as<LinkGeometryWorkspace>(), geometry)
+          .ok())
+    return {};
   match_features();
   params.threshold_px = LinkGeometryParams{}.threshold_px;
   params.feature_sigma_px = LinkGeometryParams{}.feature_sigma_px;
-  return estimate_link(matches_, camera_, params, scratch_.as<LinkGeometryWorkspace>(), geometry);
+  return estimate_link(workspace_.matches, work_.camera, params, wiring_.scratch.as<LinkGeometryWorkspace>(), geometry);
 }
 
 Status PlaceMemory::link_with(const RememberedPlace& place, const PlaceRecord& record) {
-  ILP_TRY(verify_place(Features(older_.data(), older_.size()), Features(features_.data(), features_.size()), {},
-                       scratch_.as<PlaceScratch>().match, match_));
-  if (match_.verdict != PlaceVerdict::verified) return {};
-  LinkPoints& points = link_points_[links_.size()];
+  ILP_TRY(verify_place(Features(workspace_.older.data(), workspace_.older.size()),
+                       Features(workspace_.features.data(), workspace_.features.size()), {},
+                       wiring_.scratch.as<PlaceScratch>().match, workspace_.match));
+  if (workspace_.match.verdict != PlaceVerdict::verified) return {};
+  LinkPoints& points = work_.link_points[work_.links.size()];
   ILP_TRY(register_patches(record, points));
   LinkRecord link;
-  link.id = link_id(keyframe_.id, static_cast<std::int64_t>(links_.size()));
-  link.keyframe_id = keyframe_.id;
+  link.id = link_id(work_.keyframe.id, static_cast<std::int64_t>(work_.links.size()));
+  link.keyframe_id = work_.keyframe.id;
   link.place_id = place.keyframe_id;
-  link.strip_id = keyframe_.strip_id;
+  link.strip_id = work_.keyframe.strip_id;
   link.place_strip_id = place.strip_id;
-  link.matches = static_cast<std::uint32_t>(match_.pairs.size());
-  link.inliers = static_cast<std::uint32_t>(std::max(match_.inliers, 0));
-  link.rms_px = match_.residual_px;
-  std::copy_n(match_.plane_newer_from_older, 9, link.keyframe_from_place_px);
+  link.matches = static_cast<std::uint32_t>(workspace_.match.pairs.size());
+  link.inliers = static_cast<std::uint32_t>(std::max(workspace_.match.inliers, 0));
+  link.rms_px = workspace_.match.residual_px;
+  std::copy_n(workspace_.match.plane_newer_from_older, 9, link.keyframe_from_place_px);
   link.verdict = LinkVerdict::images_only;
 
   LinkGeometry geometry;
   const Status related = relate(static_cast<std::uint64_t>(link.id), geometry);
   PoseRecord pose;
   ILP_TRY(measured(place.keyframe_id, pose));
-  if (related.ok() && pose_.state == PoseState::final && pose.state == PoseState::final) {
+  if (related.ok() && work_.pose.state == PoseState::final && pose.state == PoseState::final) {
     link.verdict = LinkVerdict::linked;
-    link.matches = static_cast<std::uint32_t>(matches_.size());
+    link.matches = static_cast<std::uint32_t>(workspace_.matches.size());
     link.inliers = geometry.inliers;
     link.rms_px = geometry.rms_px;
     quaternion_from_rotation(geometry.keyframe_from_place.rotation, link.q_keyframe_from_place);
@@ -376,19 +391,20 @@ Status PlaceMemory::link_with(const RememberedPlace& place, const PlaceRecord& r
     judge(link, pose);
   }
   link.points.bytes = static_cast<std::uint32_t>(points.size() * sizeof(LinkPoint));
-  static_cast<void>(links_.push_back(link));
+  static_cast<void>(work_.links.push_back(link));
   return {};
 }
 
 /// `forgotten`: the slot whose keyframe makes room; limits::max_places if there is room.
 Status PlaceMemory::choose_slot(PlaceRecord& place, std::size_t& forgotten) {
   forgotten = limits::max_places;
-  if (features_.empty()) return {};
+  if (workspace_.features.empty()) return {};
   std::size_t slot = 0;
-  while (slot < limits::max_places && (index_.holds(slot) || table_.at(slot).keyframe_id != 0)) ++slot;
-  const bool full = slot == limits::max_places || table_.count() >= places_with_room(mission_);
+  while (slot < limits::max_places && (workspace_.index.holds(slot) || workspace_.table.at(slot).keyframe_id != 0))
+    ++slot;
+  const bool full = slot == limits::max_places || workspace_.table.count() >= places_with_room(wiring_.mission);
   if (full) {
-    forgotten = table_.least_needed();
+    forgotten = workspace_.table.least_needed();
     if (forgotten == limits::max_places) return {};
     slot = forgotten;
   }
@@ -397,99 +413,104 @@ Status PlaceMemory::choose_slot(PlaceRecord& place, std::size_t& forgotten) {
 }
 
 Status PlaceMemory::write_place(const PlaceRecord& place, std::size_t forgotten) {
-  if (forgotten < limits::max_places) ILP_TRY(erase<PlaceRecord>(store_, table_.at(forgotten).keyframe_id));
+  if (forgotten < limits::max_places)
+    ILP_TRY(erase<PlaceRecord>(wiring_.store, workspace_.table.at(forgotten).keyframe_id));
   if (state_.bare_id != 0) {
-    const Status erased = erase<PlaceRecord>(store_, state_.bare_id);
+    const Status erased = erase<PlaceRecord>(wiring_.store, state_.bare_id);
     if (!erased.ok() && !erased.is(StatusCode::not_found)) return erased;
   }
-  ILP_TRY(put(store_, place));
+  ILP_TRY(put(wiring_.store, place));
   if (place.features.bytes != 0) {
-    const std::size_t count = features_.size();
-    ILP_TRY(write_blob<PlaceRecord>(store_, "features", place.id, 0, octets(features_.data(), count)));
-    ILP_TRY(write_blob<PlaceRecord>(store_, "features", place.id, count * sizeof(PlaceFeature),
-                                    octets(feature_depths_.data(), count)));
+    const std::size_t count = workspace_.features.size();
+    ILP_TRY(write_blob<PlaceRecord>(wiring_.store, "features", place.id, 0, octets(workspace_.features.data(), count)));
+    ILP_TRY(write_blob<PlaceRecord>(wiring_.store, "features", place.id, count * sizeof(PlaceFeature),
+                                    octets(workspace_.feature_depths.data(), count)));
   }
   if (place.cells.bytes != 0) {
-    ILP_TRY(write_blob<PlaceRecord>(store_, "cells", place.id, 0, octets(seen_.quality.data(), place.cells.bytes)));
+    ILP_TRY(write_blob<PlaceRecord>(wiring_.store, "cells", place.id, 0,
+                                    octets(workspace_.seen.quality.data(), place.cells.bytes)));
   }
   if (place.patches.bytes != 0)
-    ILP_TRY(write_blob<PlaceRecord>(store_, "patches", place.id, 0, octets(patches_.data(), patches_.size())));
-  if (mask_.id == 0) return {};
-  mask_.scope = MaskScope::flight;
-  ILP_TRY(amend(store_, mask_));
-  if (!mask_changed_) return {};
-  return write_blob<MaskRecord>(store_, "code", mask_.id, 0, {mask_bytes_.data(), mask_.code.bytes});
+    ILP_TRY(write_blob<PlaceRecord>(wiring_.store, "patches", place.id, 0,
+                                    octets(workspace_.patches.data(), workspace_.patches.size())));
+  if (work_.mask.id == 0) return {};
+  work_.mask.scope = MaskScope::flight;
+  ILP_TRY(amend(wiring_.store, work_.mask));
+  if (!work_.mask_changed) return {};
+  return write_blob<MaskRecord>(wiring_.store, "code", work_.mask.id, 0,
+                                {workspace_.mask_bytes.data(), work_.mask.code.bytes});
 }
 
 Status PlaceMemory::write_ties(State& after) {
   bool tied = false;
-  for (std::size_t i = 0; i < links_.size(); ++i) {
-    const LinkRecord& link = links_[i];
-    ILP_TRY(put(store_, link));
+  for (std::size_t i = 0; i < work_.links.size(); ++i) {
+    const LinkRecord& link = work_.links[i];
+    ILP_TRY(put(wiring_.store, link));
     if (link.points.bytes != 0)
-      ILP_TRY(
-          write_blob<LinkRecord>(store_, "points", link.id, 0, octets(link_points_[i].data(), link_points_[i].size())));
-    const bool other = link.place_strip_id != keyframe_.strip_id;
+      ILP_TRY(write_blob<LinkRecord>(wiring_.store, "points", link.id, 0,
+                                     octets(work_.link_points[i].data(), work_.link_points[i].size())));
+    const bool other = link.place_strip_id != work_.keyframe.strip_id;
     if (link.verdict != LinkVerdict::linked || !other) continue;
     PoseRecord place;
     ILP_TRY(measured(link.place_id, place));
     if (place.state != PoseState::final) continue;
-    add_link(keyframe_.strip_id, linked_world(link, pose_, place), after.links);
+    add_link(work_.keyframe.strip_id, linked_world(link, work_.pose, place), after.links);
     tied = true;
   }
   TieRecord tie;
   if (!tied || !tie_strip(after.links, tie)) return {};
-  return put(store_, tie);
+  return put(wiring_.store, tie);
 }
 
 void PlaceMemory::remember(const PlaceRecord& place, std::size_t forgotten) {
   if (forgotten < limits::max_places) {
-    table_.remove(forgotten);
-    static_cast<void>(index_.remove(forgotten));
+    workspace_.table.remove(forgotten);
+    static_cast<void>(workspace_.index.remove(forgotten));
   }
   if (place.slot < 0) return;
   const auto slot = static_cast<std::size_t>(place.slot);
   fill_vocabulary(slot);
-  if (!index_.insert(slot, place.id, Features(features_.data(), features_.size())).ok()) return;
-  if (!table_.add(slot, entry_of(place))) static_cast<void>(index_.remove(slot));
+  if (!workspace_.index.insert(slot, place.id, Features(workspace_.features.data(), workspace_.features.size())).ok())
+    return;
+  if (!workspace_.table.add(slot, entry_of(place))) static_cast<void>(workspace_.index.remove(slot));
 }
 
 Status PlaceMemory::record() {
   PlaceRecord place;
-  place.id = depth_.id;
-  place.strip_id = depth_.strip_id;
-  place.candidates = static_cast<std::uint32_t>(compared_);
-  place.links = static_cast<std::uint32_t>(links_.size());
+  place.id = work_.depth.id;
+  place.strip_id = work_.depth.strip_id;
+  place.candidates = static_cast<std::uint32_t>(work_.compared);
+  place.links = static_cast<std::uint32_t>(work_.links.size());
   std::size_t forgotten = limits::max_places;
-  if (!features_.empty()) {
-    place.posed = pose_.state == PoseState::final;
-    std::copy_n(pose_.q_cam_from_world, 4, place.q_cam_from_world);
-    std::copy_n(pose_.centre, 3, place.centre);
-    place.ground_distance = ground_distance_;
-    place.known_before = known_before_;
+  if (!workspace_.features.empty()) {
+    place.posed = work_.pose.state == PoseState::final;
+    std::copy_n(work_.pose.q_cam_from_world, 4, place.q_cam_from_world);
+    std::copy_n(work_.pose.centre, 3, place.centre);
+    place.ground_distance = work_.ground_distance;
+    place.known_before = work_.known_before;
     ILP_TRY(choose_slot(place, forgotten));
   }
   if (place.slot >= 0) {
-    place.features.bytes = static_cast<std::uint32_t>(features_.size() * bytes_per_feature);
-    place.cells.bytes = static_cast<std::uint32_t>(cell_count(seen_));
-    place.patches.bytes = static_cast<std::uint32_t>(patches_.size() * sizeof(PlacePatch));
+    place.features.bytes = static_cast<std::uint32_t>(workspace_.features.size() * bytes_per_feature);
+    place.cells.bytes = static_cast<std::uint32_t>(cell_count(workspace_.seen));
+    place.patches.bytes = static_cast<std::uint32_t>(workspace_.patches.size() * sizeof(PlacePatch));
   }
-  after_ = state_;
-  after_.bare_id = place.slot < 0 ? place.id : 0;
-  patience_.begin_writing();
-  StepTransaction transaction(store_, checkpoint);
+  workspace_.after = state_;
+  workspace_.after.bare_id = place.slot < 0 ? place.id : 0;
+  work_.patience.begin_writing();
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(write_place(place, forgotten));
-  ILP_TRY(write_ties(after_));
-  ILP_TRY(transaction.commit({place.id, cursor_.second}, after_, cursor_, state_));
-  patience_.end_writing();
+  ILP_TRY(write_ties(workspace_.after));
+  ILP_TRY(transaction.commit({place.id, cursor_.second}, workspace_.after, cursor_, state_));
+  work_.patience.end_writing();
   remember(place, forgotten);
-  phase_ = Phase::idle;
-  return drift_;
+  work_.phase = Phase::idle;
+  return work_.drift;
 }
 
 Status PlaceMemory::advance(bool& picked) {
-  switch (phase_) {
+  switch (work_.phase) {
     case Phase::recall:
       return recall();
     case Phase::idle:
@@ -516,15 +537,16 @@ Status PlaceMemory::advance(bool& picked) {
 
 StepResult PlaceMemory::step() {
   // What was found so far is lost then.
-  if (mission_.safe_mode && (phase_ == Phase::features || phase_ == Phase::patches)) phase_ = Phase::idle;
-  keeps_ = false;
-  if (mission_.safe_mode) return {};
+  if (wiring_.mission.safe_mode && (work_.phase == Phase::features || work_.phase == Phase::patches))
+    work_.phase = Phase::idle;
+  work_.keeps = false;
+  if (wiring_.mission.safe_mode) return {};
   bool pending = true;
   const Status status = advance(pending);
-  keeps_ = keeps_ && status.ok();
-  if (status.ok()) return {{}, pending, keeps_ ? Then::keep : Then::go_on};
+  work_.keeps = work_.keeps && status.ok();
+  if (status.ok()) return {{}, pending, work_.keeps ? Then::keep : Then::go_on};
   if (status.is(StatusCode::loop_contradicts)) return {status, true};
-  return patience_.failed(phase_ == Phase::recall ? recall_subject : depth_.id, status);
+  return work_.patience.failed(work_.phase == Phase::recall ? recall_subject : work_.depth.id, status);
 }
 
 }  // namespace ilp

@@ -43,6 +43,11 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
 
   enum class Phase : std::uint8_t { recall, idle, load, features, patches, search, compare, narrow, cut, record };
 
+  struct Wiring {
+    Tables store;
+    const MissionParameters& mission;
+    Scratch scratch;
+  };
   struct State {
     std::int64_t bare_id = 0;  ///< newest place without features: its record goes with the next one
     StripLinks links;          ///< of the newest strip
@@ -50,6 +55,45 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   using Links = FixedVector<LinkRecord, static_cast<std::size_t>(limits::max_links_per_keyframe)>;
   using LinkPoints = FixedVector<LinkPoint, limits::max_link_points>;
   using Features = std::span<const PlaceFeature>;
+  struct Work {
+    Patience patience;
+    CameraModel camera;
+    // The keyframe at work; a restart drops it.
+    Phase phase = Phase::recall;
+    std::int64_t recalled_id = 0;
+    DepthRecord depth;
+    MaskRecord mask;  ///< id 0: it is gone
+    KeyframeRecord keyframe;
+    PoseRecord pose;
+    double ground_distance = 0;
+    FixedVector<std::uint16_t, 3 * limits::max_place_candidates> candidates;
+    std::size_t compared = 0;
+    bool keeps = false;  ///< the search for features goes on in the step's memory
+    Links links;
+    std::array<LinkPoints, static_cast<std::size_t>(limits::max_links_per_keyframe)> link_points{};  ///< of each link
+    Status drift;
+    std::uint32_t known_before = 0;  ///< pixels that leave the mask
+    std::size_t marked = 0;          ///< slices that have marked known ground, then those that have cut it out
+    bool mask_loaded = false;        ///< the image holds the mask
+    bool mask_changed = false;
+  };
+  struct Workspace {
+    SeenCells seen, other_seen;
+    CellDepths depths{};
+    KnownGround known{};
+    PlaceFeatures features, older;
+    std::array<float, limits::max_place_features> feature_depths{}, older_depths{};
+    PlacePatches patches, older_patches;
+    PatchSightings sightings;
+    PlaceMatch match;
+    LinkMatches matches;
+    FrameImage image;  ///< first the keyframe's image, then its mask
+    std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> mask_bytes{};
+    State after;
+    // What is remembered: all of it follows from the records `place`.
+    PlaceTable table;
+    PlaceIndex index;
+  };
 
   Status advance(bool& picked);
   Status recall();
@@ -107,46 +151,11 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   void remember(const PlaceRecord& place, std::size_t forgotten);
   static RememberedPlace entry_of(const PlaceRecord& place);
 
-  Tables store_;
-  const MissionParameters& mission_;
-  Scratch scratch_;
+  Wiring wiring_;
   Cursor cursor_;
   State state_;
-  Patience patience_;
-  CameraModel camera_;
-  // The keyframe at work; a restart drops it.
-  Phase phase_ = Phase::recall;
-  std::int64_t recalled_id_ = 0;
-  DepthRecord depth_;
-  MaskRecord mask_;  ///< id 0: it is gone
-  KeyframeRecord keyframe_;
-  PoseRecord pose_;
-  double ground_distance_ = 0;
-  FixedVector<std::uint16_t, 3 * limits::max_place_candidates> candidates_;
-  std::size_t compared_ = 0;
-  bool keeps_ = false;  ///< the search for features goes on in the step's memory
-  Links links_;
-  std::array<LinkPoints, static_cast<std::size_t>(limits::max_links_per_keyframe)> link_points_{};  ///< of each link
-  Status drift_;
-  std::uint32_t known_before_ = 0;  ///< pixels that leave the mask
-  std::size_t marked_ = 0;          ///< slices that have marked known ground, then those that have cut it out
-  bool mask_loaded_ = false;        ///< the image holds the mask
-  bool mask_changed_ = false;
-  SeenCells seen_, other_seen_;
-  CellDepths depths_{};
-  KnownGround known_{};
-  PlaceFeatures features_, older_;
-  std::array<float, limits::max_place_features> feature_depths_{}, older_depths_{};
-  PlacePatches patches_, older_patches_;
-  PatchSightings sightings_;
-  PlaceMatch match_;
-  LinkMatches matches_;
-  FrameImage image_;  ///< first the keyframe's image, then its mask
-  std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> mask_bytes_{};
-  State after_;
-  // What is remembered: all of it follows from the records `place`.
-  PlaceTable table_;
-  PlaceIndex index_;
+  Work work_;
+  Workspace workspace_;
 };
 
 }  // namespace ilp

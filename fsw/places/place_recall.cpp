@@ -15,12 +15,12 @@ constexpr int recalled_per_step = 8;
 }  // namespace
 
 Status PlaceMemory::restore() {
-  phase_ = Phase::recall;
-  keeps_ = false;
-  recalled_id_ = 0;
-  table_.clear();
-  index_.clear();
-  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  work_.phase = Phase::recall;
+  work_.keeps = false;
+  work_.recalled_id = 0;
+  workspace_.table.clear();
+  workspace_.index.clear();
+  const Status status = restore_checkpoint(wiring_.store, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   std::int64_t newest = 0;
   ILP_TRY(newest_place(newest));
@@ -32,11 +32,11 @@ Status PlaceMemory::restore() {
 /// A place that is newer than all depths is none: after it no keyframe would get one.
 Status PlaceMemory::newest_place(std::int64_t& id) {
   std::int64_t newest_depth = 0;
-  ILP_TRY(newest_id<DepthRecord>(store_, newest_depth));
-  ILP_TRY(newest_id<PlaceRecord>(store_, id));
+  ILP_TRY(newest_id<DepthRecord>(wiring_.store, newest_depth));
+  ILP_TRY(newest_id<PlaceRecord>(wiring_.store, id));
   while (id > newest_depth) {
     ILP_TRY(erase_place(id));
-    ILP_TRY(newest_id<PlaceRecord>(store_, id));
+    ILP_TRY(newest_id<PlaceRecord>(wiring_.store, id));
   }
   return {};
 }
@@ -55,7 +55,7 @@ RememberedPlace PlaceMemory::entry_of(const PlaceRecord& place) {
 /// A place of the vocabulary whose record is lost stays empty.
 void PlaceMemory::fill_vocabulary(std::size_t through_slot) {
   for (std::size_t slot = 0; slot < through_slot && slot < PlaceTable::kept_for_ever; ++slot) {
-    if (!index_.holds(slot)) static_cast<void>(index_.insert(slot, 0, {}));
+    if (!workspace_.index.holds(slot)) static_cast<void>(workspace_.index.insert(slot, 0, {}));
   }
 }
 
@@ -63,24 +63,26 @@ void PlaceMemory::fill_vocabulary(std::size_t through_slot) {
 Status PlaceMemory::recall_place(const PlaceRecord& place, bool& sound) {
   sound = false;
   const auto slot = static_cast<std::size_t>(place.slot);
-  const std::size_t count = std::min<std::size_t>(place.features.bytes / bytes_per_feature, older_.capacity());
-  static_cast<void>(older_.resize(count));
-  const Status read = read_blob<PlaceRecord>(store_, "features", place.id, 0, writable_octets(older_.data(), count));
+  const std::size_t count =
+      std::min<std::size_t>(place.features.bytes / bytes_per_feature, workspace_.older.capacity());
+  static_cast<void>(workspace_.older.resize(count));
+  const Status read =
+      read_blob<PlaceRecord>(wiring_.store, "features", place.id, 0, writable_octets(workspace_.older.data(), count));
   if (!read.ok()) return is_transient(read) ? read : Status{};
   sound = slot < limits::max_places;
   fill_vocabulary(slot);
-  if (!table_.add(slot, entry_of(place))) return {};
-  const Status inserted = index_.insert(slot, place.id, Features(older_.data(), count));
-  if (!inserted.ok()) table_.remove(slot);
+  if (!workspace_.table.add(slot, entry_of(place))) return {};
+  const Status inserted = workspace_.index.insert(slot, place.id, Features(workspace_.older.data(), count));
+  if (!inserted.ok()) workspace_.table.remove(slot);
   return {};
 }
 
 Status PlaceMemory::recall() {
   for (int i = 0; i < recalled_per_step; ++i) {
     PlaceRecord place;
-    const Status found = next(store_, recalled_id_, place);
+    const Status found = next(wiring_.store, work_.recalled_id, place);
     if (found.is(StatusCode::not_found)) {
-      phase_ = Phase::idle;
+      work_.phase = Phase::idle;
       return {};
     }
     if (!found.ok() && !found.is(StatusCode::record_damaged)) return found;
@@ -90,31 +92,31 @@ Status PlaceMemory::recall() {
     if (known) ILP_TRY(recall_place(place, sound));
     // The newest one says how far the stage has come.
     if (!sound && id != cursor_.first) ILP_TRY(erase_place(id));
-    recalled_id_ = id;
+    work_.recalled_id = id;
   }
   return {};
 }
 
 Status PlaceMemory::erase_place(std::int64_t id) {
-  patience_.begin_writing();
-  Transaction transaction(store_);
+  work_.patience.begin_writing();
+  Transaction transaction(wiring_.store);
   ILP_TRY(transaction.begin());
-  const Status erased = erase<PlaceRecord>(store_, id);
+  const Status erased = erase<PlaceRecord>(wiring_.store, id);
   if (!erased.ok() && !erased.is(StatusCode::not_found)) return erased;
   ILP_TRY(transaction.commit());
-  patience_.end_writing();
+  work_.patience.end_writing();
   return {};
 }
 
 /// Where fewer places have room than there are, since the parameters have changed.
 Status PlaceMemory::forget_one(bool& forgotten) {
   forgotten = false;
-  if (table_.count() <= places_with_room(mission_)) return {};
-  const std::size_t slot = table_.least_needed();
+  if (workspace_.table.count() <= places_with_room(wiring_.mission)) return {};
+  const std::size_t slot = workspace_.table.least_needed();
   if (slot == limits::max_places) return {};
-  ILP_TRY(erase_place(table_.at(slot).keyframe_id));
-  table_.remove(slot);
-  static_cast<void>(index_.remove(slot));
+  ILP_TRY(erase_place(workspace_.table.at(slot).keyframe_id));
+  workspace_.table.remove(slot);
+  static_cast<void>(workspace_.index.remove(slot));
   forgotten = true;
   return {};
 }
@@ -122,20 +124,23 @@ Status PlaceMemory::forget_one(bool& forgotten) {
 /// Features outside the image, or depths that are none, are not what was written.
 Status PlaceMemory::load_features(const PlaceRecord& place, bool& sound) {
   sound = false;
-  const std::size_t count = std::min<std::size_t>(place.features.bytes / bytes_per_feature, older_.capacity());
+  const std::size_t count =
+      std::min<std::size_t>(place.features.bytes / bytes_per_feature, workspace_.older.capacity());
   if (count == 0) return {};
-  static_cast<void>(older_.resize(count));
-  Status read = read_blob<PlaceRecord>(store_, "features", place.id, 0, writable_octets(older_.data(), count));
+  static_cast<void>(workspace_.older.resize(count));
+  Status read =
+      read_blob<PlaceRecord>(wiring_.store, "features", place.id, 0, writable_octets(workspace_.older.data(), count));
   if (read.ok()) {
-    read = read_blob<PlaceRecord>(store_, "features", place.id, count * sizeof(PlaceFeature),
-                                  writable_octets(older_depths_.data(), count));
+    read = read_blob<PlaceRecord>(wiring_.store, "features", place.id, count * sizeof(PlaceFeature),
+                                  writable_octets(workspace_.older_depths.data(), count));
   }
   if (!read.ok()) return is_transient(read) ? read : Status{};
   const auto inside = [](float px, std::int32_t side) { return px >= 0 && px < static_cast<float>(side); };
   sound = true;
   for (std::size_t i = 0; i < count; ++i) {
-    sound = sound && inside(older_[i].x, camera_.width) && inside(older_[i].y, camera_.height) &&
-            older_depths_[i] >= 0 && std::isfinite(older_depths_[i]);
+    sound = sound && inside(workspace_.older[i].x, work_.camera.width) &&
+            inside(workspace_.older[i].y, work_.camera.height) && workspace_.older_depths[i] >= 0 &&
+            std::isfinite(workspace_.older_depths[i]);
   }
   return {};
 }

@@ -21,18 +21,18 @@ constexpr std::int64_t mean_keyframes = 10;
 constexpr CheckpointForm Compressor::checkpoint = checkpoint_form<State>(component_id);
 
 Compressor::Compressor(Tables store, const MissionParameters& mission, Scratch scratch, Worker* worker)
-    : store_(store), mission_(mission), scratch_(scratch), worker_(worker != nullptr ? worker : &inline_worker_) {}
+    : wiring_{store, mission, scratch, worker != nullptr ? worker : &workspace_.inline_worker} {}
 
 Status Compressor::restore() {
   // Whatever the flags were, the worker says whether it still has the memory of the job.
-  handed_over_ = true;
-  wanted_ = stuck_ = loaded_ = false;
-  coded_mask_checksum_ = 0;
-  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  work_.handed_over = true;
+  work_.wanted = work_.stuck = work_.loaded = false;
+  work_.coded_mask_checksum = 0;
+  const Status status = restore_checkpoint(wiring_.store, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   // A product on record was made. A product that the ground holds has left the store, and its keyframe with it.
   ProductRecord newest;
-  const Status found = last(store_, newest);
+  const Status found = last(wiring_.store, newest);
   if (found.ok() && newest.keyframe_id > cursor_.first) {
     const bool image = newest.kind == ProductKind::image;
     if (newest.keyframe_id > cursor_.second) cursor_.second = newest.keyframe_id;
@@ -44,51 +44,53 @@ Status Compressor::restore() {
 
 /// Loads what the product needs of the maps. If it cannot be read, all of the image counts as new.
 Status Compressor::load_depth(std::int64_t keyframe_id, ProductKind kind, Status& damage) {
-  damage = get(store_, keyframe_id, subject_.depth);
-  if (damage.ok()) damage = get(store_, keyframe_id, subject_.mask);
+  damage = get(wiring_.store, keyframe_id, work_.subject.depth);
+  if (damage.ok()) damage = get(wiring_.store, keyframe_id, work_.subject.mask);
   // A keyframe's second product has the mask of its first one.
-  const DecodedMask earlier{coding_.newly_seen(), coded_mask_checksum_};
+  const DecodedMask earlier{workspace_.coding.newly_seen(), work_.coded_mask_checksum};
   if (damage.ok() && kind == ProductKind::depth) {
-    damage = load_maps(store_, subject_.depth, subject_.mask, work().maps, earlier);
+    damage = load_maps(wiring_.store, work_.subject.depth, work_.subject.mask, loaded().maps, earlier);
   }
-  if (damage.ok() && kind == ProductKind::image) damage = load_mask(store_, subject_.mask, work().maps, earlier);
-  if (damage.ok() || (is_transient(damage) && !patience_.given_up(keyframe_id))) return damage;
+  if (damage.ok() && kind == ProductKind::image)
+    damage = load_mask(wiring_.store, work_.subject.mask, loaded().maps, earlier);
+  if (damage.ok() || (is_transient(damage) && !work_.patience.given_up(keyframe_id))) return damage;
   DepthRecord none;
   none.id = keyframe_id;
-  none.strip_id = subject_.keyframe.strip_id;
+  none.strip_id = work_.subject.keyframe.strip_id;
   none.verdict = DepthVerdict::too_few_valid;
-  none.width = subject_.frame.width;
-  none.height = subject_.frame.height;
-  subject_.depth = none;
-  ILP_TRY(work().maps.mask.resize(none.width, none.height));
-  const std::size_t area = work().maps.mask.view().area();
-  std::fill_n(work().maps.mask.view().data, area, std::uint8_t{255});
-  subject_.mask = {};
-  subject_.mask.id = keyframe_id;
-  subject_.mask.newly_seen = static_cast<std::uint32_t>(area);
+  none.width = work_.subject.frame.width;
+  none.height = work_.subject.frame.height;
+  work_.subject.depth = none;
+  ILP_TRY(loaded().maps.mask.resize(none.width, none.height));
+  const std::size_t area = loaded().maps.mask.view().area();
+  std::fill_n(loaded().maps.mask.view().data, area, std::uint8_t{255});
+  work_.subject.mask = {};
+  work_.subject.mask.id = keyframe_id;
+  work_.subject.mask.newly_seen = static_cast<std::uint32_t>(area);
   return {};
 }
 
 /// `damage`: the maps could not be read.
 Status Compressor::load(std::int64_t keyframe_id, ProductKind kind, Status& damage) {
-  ILP_TRY(get(store_, keyframe_id, subject_.keyframe));
-  ILP_TRY(get(store_, subject_.keyframe.frame_id, subject_.frame));
-  ILP_TRY(measure_interval(1, interval_s_));
-  ILP_TRY(measure_interval(mean_keyframes, mean_interval_s_));
-  const Status posed = get(store_, keyframe_id, subject_.pose);
+  ILP_TRY(get(wiring_.store, keyframe_id, work_.subject.keyframe));
+  ILP_TRY(get(wiring_.store, work_.subject.keyframe.frame_id, work_.subject.frame));
+  ILP_TRY(measure_interval(1, work_.interval_s));
+  ILP_TRY(measure_interval(mean_keyframes, work_.mean_interval_s));
+  const Status posed = get(wiring_.store, keyframe_id, work_.subject.pose);
   if (!posed.ok() && is_transient(posed)) return posed;
   if (!posed.ok()) {
-    subject_.pose = {};
-    subject_.pose.id = keyframe_id;
-    subject_.pose.strip_id = subject_.keyframe.strip_id;
-    subject_.pose.state = PoseState::failed;
+    work_.subject.pose = {};
+    work_.subject.pose.id = keyframe_id;
+    work_.subject.pose.strip_id = work_.subject.keyframe.strip_id;
+    work_.subject.pose.state = PoseState::failed;
   }
   CameraRecord camera;
-  ILP_TRY(get_camera(store_, camera_id_of(subject_.pose), camera));
-  subject_.camera = camera_model(camera);
+  ILP_TRY(get_camera(wiring_.store, camera_id_of(work_.subject.pose), camera));
+  work_.subject.camera = camera_model(camera);
   ILP_TRY(load_depth(keyframe_id, kind, damage));
   // A depth map is coded without the image.
-  return kind == ProductKind::depth ? Status{} : load_frame_image(store_, subject_.keyframe.frame_id, work().image);
+  return kind == ProductKind::depth ? Status{}
+                                    : load_frame_image(wiring_.store, work_.subject.keyframe.frame_id, loaded().image);
 }
 
 /// Mean interval of the last `keyframes` keyframes, 0 if their first one is not on record. From records alone: a power
@@ -96,36 +98,37 @@ Status Compressor::load(std::int64_t keyframe_id, ProductKind kind, Status& dama
 Status Compressor::measure_interval(std::int64_t keyframes, double& interval_s) {
   interval_s = 0;
   KeyframeRecord before;
-  const Status found = get(store_, subject_.keyframe.id - keyframes, before);
+  const Status found = get(wiring_.store, work_.subject.keyframe.id - keyframes, before);
   if (is_gone(found)) return {};
   ILP_TRY(found);
-  interval_s = 1e-9 * static_cast<double>(subject_.keyframe.time_ns - before.time_ns) / static_cast<double>(keyframes);
+  interval_s =
+      1e-9 * static_cast<double>(work_.subject.keyframe.time_ns - before.time_ns) / static_cast<double>(keyframes);
   return {};
 }
 
 Status Compressor::write_metadata(const ProductRecord& product, ProductBox& box) {
   std::size_t sigma_bytes = 0;
   if (product.kind == ProductKind::depth) {
-    ILP_TRY(encode_sigma_map(work().maps.sigma.view(), work().maps.mask.view(), work().sigma_map, sigma_bytes));
+    ILP_TRY(encode_sigma_map(loaded().maps.sigma.view(), loaded().maps.mask.view(), loaded().sigma_map, sigma_bytes));
   }
-  return write_product_metadata(product, subject_, mission_, {work().sigma_map.data(), sigma_bytes}, box.bytes,
-                                box.size);
+  return write_product_metadata(product, work_.subject, wiring_.mission, {loaded().sigma_map.data(), sigma_bytes},
+                                box.bytes, box.size);
 }
 
 void Compressor::set_params(const BitPlan& plan) {
-  coding_.region = mission_.region_coding;
-  coding_.params = {};
-  Jpeg2000Params& params = coding_.params;
+  workspace_.coding.region = wiring_.mission.region_coding;
+  workspace_.coding.params = {};
+  Jpeg2000Params& params = workspace_.coding.params;
   params.max_bytes = plan.grant_bytes;
   params.layers = plan.layers;
-  params.region_resolutions = mission_.region_resolutions;
-  if (order_.product.kind == ProductKind::depth) {
+  params.region_resolutions = wiring_.mission.region_resolutions;
+  if (work_.order.product.kind == ProductKind::depth) {
     params.region = RegionCoding::drop_background;
     params.region_resolutions = 0;
     params.layer_ratio = depth_layer_ratio;
   } else if (plan.scheme == ProductScheme::thumbnail) {
     params.region = RegionCoding::none;
-    coding_.region = false;
+    workspace_.coding.region = false;
   } else {
     params.region = plan.region_only ? RegionCoding::drop_background : RegionCoding::shift;
     params.lossless = plan.scheme == ProductScheme::lossless_region;
@@ -134,142 +137,144 @@ void Compressor::set_params(const BitPlan& plan) {
 
 /// Hands the worker all that it needs.
 Status Compressor::order(ProductKind kind) {
-  const BitPlan plan =
-      plan_bits(mission_, kind,
-                {subject_.richness.richness, subject_.mask.newly_seen, work().maps.mask.view().area(),
-                 link_budget_bytes(mission_, interval_s_), link_budget_bytes(mission_, mean_interval_s_),
-                 state_.ranks.rank(subject_.richness.richness)});
-  ProductRecord& product = order_.product;
-  product.id = product_id(subject_.keyframe.id, kind);
-  product.keyframe_id = subject_.keyframe.id;
-  product.strip_id = subject_.keyframe.strip_id;
+  const BitPlan plan = plan_bits(
+      wiring_.mission, kind,
+      {work_.subject.richness.richness, work_.subject.mask.newly_seen, loaded().maps.mask.view().area(),
+       link_budget_bytes(wiring_.mission, work_.interval_s), link_budget_bytes(wiring_.mission, work_.mean_interval_s),
+       state_.ranks.rank(work_.subject.richness.richness)});
+  ProductRecord& product = work_.order.product;
+  product.id = product_id(work_.subject.keyframe.id, kind);
+  product.keyframe_id = work_.subject.keyframe.id;
+  product.strip_id = work_.subject.keyframe.strip_id;
   product.kind = kind;
   product.scheme = plan.scheme;
   product.priority = plan.priority;
   product.grant_bytes = plan.grant_bytes;
   set_params(plan);
-  ILP_TRY(write_metadata(product, coding_.box));
-  if (coding_.params.lossless) {
+  ILP_TRY(write_metadata(product, workspace_.coding.box));
+  if (workspace_.coding.params.lossless) {
     ProductRecord lossy = product;
     lossy.scheme = ProductScheme::lossy_region;
-    ILP_TRY(write_metadata(lossy, coding_.box_if_lossy));
+    ILP_TRY(write_metadata(lossy, workspace_.coding.box_if_lossy));
   }
-  coding_.product = product;
-  coding_.depth_error_px = mission_.depth_error_px;
-  coding_.px_per_code = subject_.depth.step * subject_.depth.disparity_per_inverse_depth_px;
-  const MaskView mask = work().maps.mask.view();
-  coding_.width = mask.width;
-  coding_.height = mask.height;
-  std::copy_n(mask.data, mask.area(), coding_.mask.begin());
-  coded_mask_checksum_ = subject_.mask.code.bytes == 0 ? 0 : checksum_of_mask(subject_.mask, work().maps);
+  workspace_.coding.product = product;
+  workspace_.coding.depth_error_px = wiring_.mission.depth_error_px;
+  workspace_.coding.px_per_code = work_.subject.depth.step * work_.subject.depth.disparity_per_inverse_depth_px;
+  const MaskView mask = loaded().maps.mask.view();
+  workspace_.coding.width = mask.width;
+  workspace_.coding.height = mask.height;
+  std::copy_n(mask.data, mask.area(), workspace_.coding.mask.begin());
+  work_.coded_mask_checksum =
+      work_.subject.mask.code.bytes == 0 ? 0 : checksum_of_mask(work_.subject.mask, loaded().maps);
   if (kind == ProductKind::depth) {
-    std::copy_n(work().maps.codes.view().data, mask.area(), coding_.codes().data);
+    std::copy_n(loaded().maps.codes.view().data, mask.area(), workspace_.coding.codes().data);
   } else {
-    const GrayView image = work().image.view();
+    const GrayView image = loaded().image.view();
     if (image.width != mask.width || image.height != mask.height) {
       return out_of_range(Argument::mask_size, mask.width);
     }
-    std::copy_n(image.data, image.area(), coding_.image().data);
+    std::copy_n(image.data, image.area(), workspace_.coding.image().data);
   }
-  ILP_TRY(worker_->submit({code_product, &coding_}));
-  handed_over_ = wanted_ = true;
+  ILP_TRY(wiring_.worker->submit({code_product, &workspace_.coding}));
+  work_.handed_over = work_.wanted = true;
   return {};
 }
 
-Status Compressor::write(const ProductRecord& product, const Cursor& cursor, const State& after) {
-  StepTransaction transaction(store_, checkpoint);
+Status Compressor::write(const ProductRecord& product, const Cursor& cursor, State& after) {
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(put(store_, product));
+  ILP_TRY(put(wiring_.store, product));
   if (product.data.bytes != 0) {
-    ILP_TRY(write_blob<ProductRecord>(store_, "data", product.id, 0, coding_.file().first(product.bytes)));
+    ILP_TRY(
+        write_blob<ProductRecord>(wiring_.store, "data", product.id, 0, workspace_.coding.file().first(product.bytes)));
   }
   return transaction.commit(cursor, after, cursor_, state_);
 }
 
 /// The product is on record, as abandoned where there is none.
 StepResult Compressor::finish(const Status& status, ProductRecord product) {
-  const std::int64_t keyframe_id = subject_.richness.id;
-  if (!status.ok() || subject_.mask.newly_seen == 0) {
-    product.id = product_id(keyframe_id, order_.image ? ProductKind::image : ProductKind::depth);
+  const std::int64_t keyframe_id = work_.subject.richness.id;
+  if (!status.ok() || work_.subject.mask.newly_seen == 0) {
+    product.id = product_id(keyframe_id, work_.order.image ? ProductKind::image : ProductKind::depth);
     product.keyframe_id = keyframe_id;
-    product.strip_id = subject_.richness.strip_id;
-    product.kind = order_.image ? ProductKind::image : ProductKind::depth;
+    product.strip_id = work_.subject.richness.strip_id;
+    product.kind = work_.order.image ? ProductKind::image : ProductKind::depth;
     product.state = ProductState::dropped;
     product.bytes = 0;
     product.data.bytes = 0;
   }
   State learned = state_;
-  if (order_.image && !order_.unrated) learned.ranks.add(subject_.richness.richness);
-  const Status written = write(product, order_.after, learned);
+  if (work_.order.image && !work_.order.unrated) learned.ranks.add(work_.subject.richness.richness);
+  const Status written = write(product, work_.order.after, learned);
   if (!written.ok()) return Patience::not_written(written);
-  return {patience_.given_up(keyframe_id) ? Status{} : status, true};
+  return {work_.patience.given_up(keyframe_id) ? Status{} : status, true};
 }
 
 StepResult Compressor::pick() {
-  const Status found = next(store_, cursor_.first, subject_.richness);
+  const Status found = next(wiring_.store, cursor_.first, work_.subject.richness);
   if (found.is(StatusCode::not_found)) return {};
-  order_ = {};
-  order_.unrated = found.is(StatusCode::record_damaged);
-  if (!found.ok() && !order_.unrated) return {found, false};
-  if (order_.unrated) {
-    subject_.richness = {};
-    subject_.richness.id = found.a;
+  work_.order = {};
+  work_.order.unrated = found.is(StatusCode::record_damaged);
+  if (!found.ok() && !work_.order.unrated) return {found, false};
+  if (work_.order.unrated) {
+    work_.subject.richness = {};
+    work_.subject.richness.id = found.a;
   }
-  const std::int64_t keyframe_id = subject_.richness.id;
+  const std::int64_t keyframe_id = work_.subject.richness.id;
 
   // cursor.second is the keyframe whose depth is complete.
-  order_.image = cursor_.second == keyframe_id;
-  const ProductKind kind = order_.image ? ProductKind::image : ProductKind::depth;
-  order_.after = order_.image ? Cursor{keyframe_id, keyframe_id} : Cursor{cursor_.first, keyframe_id};
+  work_.order.image = cursor_.second == keyframe_id;
+  const ProductKind kind = work_.order.image ? ProductKind::image : ProductKind::depth;
+  work_.order.after = work_.order.image ? Cursor{keyframe_id, keyframe_id} : Cursor{cursor_.first, keyframe_id};
   Status damage;
   Status status = load(keyframe_id, kind, damage);
-  if (is_transient(status) && !patience_.given_up(keyframe_id)) return patience_.failed(keyframe_id, status);
-  const bool no_depth = subject_.depth.verdict != DepthVerdict::ok || subject_.mask.newly_seen == 0;
-  if (status.ok() && damage.ok() && !order_.image && no_depth) {
+  if (is_transient(status) && !work_.patience.given_up(keyframe_id)) return work_.patience.failed(keyframe_id, status);
+  const bool no_depth = work_.subject.depth.verdict != DepthVerdict::ok || work_.subject.mask.newly_seen == 0;
+  if (status.ok() && damage.ok() && !work_.order.image && no_depth) {
     cursor_.second = keyframe_id;
-    return {order_.unrated ? found : Status{}, true};
+    return {work_.order.unrated ? found : Status{}, true};
   }
-  if (status.ok() && !order_.image) status = damage;
-  if (!status.ok() || subject_.mask.newly_seen == 0) return finish(status, order_.product);
-  loaded_ = true;
+  if (status.ok() && !work_.order.image) status = damage;
+  if (!status.ok() || work_.subject.mask.newly_seen == 0) return finish(status, work_.order.product);
+  work_.loaded = true;
   return {{}, true, Then::keep};
 }
 
 StepResult Compressor::order_loaded() {
-  loaded_ = false;
-  const Status status = order(order_.image ? ProductKind::image : ProductKind::depth);
+  work_.loaded = false;
+  const Status status = order(work_.order.image ? ProductKind::image : ProductKind::depth);
   StepResult result;
   if (status.ok() && ask_worker(result)) return result;
-  return finish(status.ok() ? StatusCode::not_ready : status, order_.product);
+  return finish(status.ok() ? StatusCode::not_ready : status, work_.order.product);
 }
 
 /// Returns false if the worker has no product: one can be ordered.
 bool Compressor::ask_worker(StepResult& result) {
-  const WorkerProgress progress = worker_->ask();
+  const WorkerProgress progress = wiring_.worker->ask();
   if (progress == WorkerProgress::working) {
     result = {{}, true, Then::wait};
     return true;
   }
   if (progress == WorkerProgress::stuck) {
-    stuck_ = true;
-    const Status status{StatusCode::worker_stuck, order_.product.id, worker_limit_ns / ns_per_s};
-    result = wanted_ ? finish(status, order_.product) : StepResult{status, false};
+    work_.stuck = true;
+    const Status status{StatusCode::worker_stuck, work_.order.product.id, worker_limit_ns / ns_per_s};
+    result = work_.wanted ? finish(status, work_.order.product) : StepResult{status, false};
     return true;
   }
-  handed_over_ = false;
-  if (progress != WorkerProgress::done || !wanted_) return false;
-  result = finish(coding_.status, coding_.product);
+  work_.handed_over = false;
+  if (progress != WorkerProgress::done || !work_.wanted) return false;
+  result = finish(workspace_.coding.status, workspace_.coding.product);
   return true;
 }
 
 StepResult Compressor::step() {
   // Without a worker there is nothing to do until the new start.
-  const bool rests = mission_.safe_mode || stuck_;
-  if (rests) loaded_ = false;
+  const bool rests = wiring_.mission.safe_mode || work_.stuck;
+  if (rests) work_.loaded = false;
   if (rests) return {};
-  if (loaded_) return order_loaded();
+  if (work_.loaded) return order_loaded();
   StepResult result;
-  return handed_over_ && ask_worker(result) ? result : pick();
+  return work_.handed_over && ask_worker(result) ? result : pick();
 }
 
 }  // namespace ilp

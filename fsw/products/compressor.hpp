@@ -30,30 +30,34 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
  public:
   static const CheckpointForm checkpoint;
 
-  struct Workspace {
+  /// What a step reads to order a product.
+  struct Loaded {
     FrameImage image;
     MapBuffers maps;
     std::array<char, max_sigma_map_bytes> sigma_map;
   };
-  using Scratch = StepScratch<Workspace>;
+  using Scratch = StepScratch<Loaded>;
 
   /// Without a worker the jobs are run in the step that orders them. `worker` is for this component alone, and outlives
   /// it or takes no job.
   Compressor(Tables store, const MissionParameters& mission, Scratch scratch, Worker* worker = nullptr);
 
   /// The worker is stuck in a job: only a new process makes products again.
-  [[nodiscard]] bool worker_stuck() const { return stuck_; }
+  [[nodiscard]] bool worker_stuck() const { return work_.stuck; }
 
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_, state_).of(*this).at_work(patience_, mean_interval_s_);
+    return LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_);
   }
 
  private:
-  /// What a step reads to order a product.
-  [[nodiscard]] Workspace& work() const { return scratch_.as<Workspace>(); }
-
+  struct Wiring {
+    Tables store;
+    const MissionParameters& mission;
+    Scratch scratch;
+    Worker* worker;
+  };
   struct State {
     IndexRanks ranks;  ///< of the keyframes whose image is done
   };
@@ -64,6 +68,23 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
     bool unrated = false;   ///< the richness record is damaged
     bool image = false;
   };
+  struct Work {
+    Patience patience;
+    ProductSubject subject;
+    Order order;
+    bool loaded = false;       ///< what the order needs is in the step's memory
+    bool handed_over = false;  ///< Workspace::coding may be the worker's
+    bool wanted = false;       ///< its result is that of the order
+    bool stuck = false;
+    std::uint32_t coded_mask_checksum = 0;  ///< of the code of the mask in Workspace::coding; 0: it is of no code
+    double interval_s = 0, mean_interval_s = 0;
+  };
+  struct Workspace {
+    InlineWorker inline_worker;
+    ProductCoding coding{};
+  };
+
+  [[nodiscard]] Loaded& loaded() const { return wiring_.scratch.as<Loaded>(); }
 
   Status load(std::int64_t keyframe_id, ProductKind kind, Status& damage);
   Status load_depth(std::int64_t keyframe_id, ProductKind kind, Status& damage);
@@ -75,25 +96,13 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
   void set_params(const BitPlan& plan);
   bool ask_worker(StepResult& result);
   StepResult finish(const Status& status, ProductRecord product);
-  Status write(const ProductRecord& product, const Cursor& cursor, const State& after);
+  Status write(const ProductRecord& product, const Cursor& cursor, State& after);
 
-  Tables store_;
-  const MissionParameters& mission_;
-  Scratch scratch_;
-  Worker* worker_;
+  Wiring wiring_;
   Cursor cursor_;
   State state_;
-  Patience patience_;
-  ProductSubject subject_;
-  Order order_;
-  bool loaded_ = false;       ///< what order_ needs is in the step's memory
-  bool handed_over_ = false;  ///< coding_ may be the worker's
-  bool wanted_ = false;       ///< its result is that of order_
-  bool stuck_ = false;
-  std::uint32_t coded_mask_checksum_ = 0;  ///< of the code of the mask in coding_; 0: it is of no code
-  double interval_s_ = 0, mean_interval_s_ = 0;
-  InlineWorker inline_worker_;
-  ProductCoding coding_{};
+  Work work_;
+  Workspace workspace_;
 };
 
 }  // namespace ilp

@@ -64,32 +64,33 @@ RichnessParams richness_params(const MissionParameters& mission) {
 constexpr CheckpointForm RichnessScorer::checkpoint = checkpoint_form<State>(component_id);
 
 RichnessScorer::RichnessScorer(Tables store, const MissionParameters& mission, Scratch scratch)
-    : store_(store), mission_(mission), scratch_(scratch) {}
+    : wiring_{store, mission, scratch} {}
 
 Status RichnessScorer::restore() {
-  phase_ = Phase::idle;
-  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  work_.phase = Phase::idle;
+  const Status status = restore_checkpoint(wiring_.store, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   std::int64_t newest = 0;
-  ILP_TRY(newest_id<RichnessRecord>(store_, newest));
+  ILP_TRY(newest_id<RichnessRecord>(wiring_.store, newest));
   cursor_.first = std::max(cursor_.first, newest);
   return status;
 }
 
 Status RichnessScorer::load_image() {
-  ILP_TRY(load_camera(store_, camera_));
-  return load_keyframe_image(store_, depth_.id, scratch_.as<Workspace>().image);
+  ILP_TRY(load_camera(wiring_.store, work_.camera));
+  return load_keyframe_image(wiring_.store, work_.depth.id, wiring_.scratch.as<Workspace>().image);
 }
 
 Status RichnessScorer::decode_maps() {
-  auto& w = scratch_.as<Workspace>();
-  ILP_TRY(w.inverse_depth.resize(depth_.width, depth_.height));
-  ILP_TRY(w.sigma.resize(depth_.width, depth_.height));
+  auto& w = wiring_.scratch.as<Workspace>();
+  ILP_TRY(w.inverse_depth.resize(work_.depth.width, work_.depth.height));
+  ILP_TRY(w.sigma.resize(work_.depth.width, work_.depth.height));
   // Without depth every code is 0 and any coding reads them.
-  const DepthCoding coding{depth_.offset, depth_.verdict == DepthVerdict::ok ? depth_.step : 1.0};
+  const DepthCoding coding{work_.depth.offset, work_.depth.verdict == DepthVerdict::ok ? work_.depth.step : 1.0};
   ILP_TRY(decode_depth(w.maps.codes.view(), coding, w.inverse_depth.view()));
   const ImageView<const std::uint16_t> codes = w.maps.codes.view();
-  const double per_px = depth_.disparity_per_inverse_depth_px > 0 ? 1.0 / depth_.disparity_per_inverse_depth_px : 0;
+  const double per_px =
+      work_.depth.disparity_per_inverse_depth_px > 0 ? 1.0 / work_.depth.disparity_per_inverse_depth_px : 0;
   const float unit = static_cast<float>(per_px) * px_per_sigma_code;
   with_widest_vectors(
       [&] { decode_sigma(codes.data, w.maps.sigma.view().data, codes.area(), unit, w.sigma.view().data); });
@@ -98,30 +99,30 @@ Status RichnessScorer::decode_maps() {
 }
 
 Status RichnessScorer::score() {
-  auto& w = scratch_.as<Workspace>();
-  const RichnessParams params = richness_params(mission_);
+  auto& w = wiring_.scratch.as<Workspace>();
+  const RichnessParams params = richness_params(wiring_.mission);
   double index = 0;
   bool more = false;
-  ILP_TRY(score_richness_slice(camera_, w.image.view(), w.inverse_depth.view(), w.sigma.view(), w.maps.mask.view(),
+  ILP_TRY(score_richness_slice(work_.camera, w.image.view(), w.inverse_depth.view(), w.sigma.view(), w.maps.mask.view(),
                                params, state_.history, w.richness, w.cues, index, more));
   if (more) return {};
-  record_.richness = index;
-  record_.images_learned = state_.history.count;
-  fill(w.cues, params, record_);
-  phase_ = Phase::record;
+  work_.record.richness = index;
+  work_.record.images_learned = state_.history.count;
+  fill(w.cues, params, work_.record);
+  work_.phase = Phase::record;
   return {};
 }
 
 Status RichnessScorer::advance() {
-  switch (phase_) {
+  switch (work_.phase) {
     case Phase::image:
-      phase_ = Phase::maps;
+      work_.phase = Phase::maps;
       return load_image();
     case Phase::maps:
-      phase_ = Phase::depth;
-      return load_maps(store_, depth_, mask_, scratch_.as<Workspace>().maps);
+      work_.phase = Phase::depth;
+      return load_maps(wiring_.store, work_.depth, work_.mask, wiring_.scratch.as<Workspace>().maps);
     case Phase::depth:
-      phase_ = Phase::cues;
+      work_.phase = Phase::cues;
       return decode_maps();
     case Phase::cues:
       return score();
@@ -133,51 +134,51 @@ Status RichnessScorer::advance() {
 }
 
 StepResult RichnessScorer::record(const Status& scored) {
-  phase_ = Phase::idle;
+  work_.phase = Phase::idle;
   State after = state_;
-  if (scored.ok() && !patience_.given_up(depth_.id)) {
-    learn(scratch_.as<Workspace>().cues, richness_params(mission_), after.history);
+  if (scored.ok() && !work_.patience.given_up(work_.depth.id)) {
+    learn(wiring_.scratch.as<Workspace>().cues, richness_params(wiring_.mission), after.history);
   }
-  StepTransaction transaction(store_, checkpoint);
+  StepTransaction transaction(wiring_.store, checkpoint);
   Status status = transaction.begin();
-  if (status.ok()) status = put(store_, record_);
-  if (status.ok()) status = transaction.commit({depth_.id, cursor_.second}, after, cursor_, state_);
+  if (status.ok()) status = put(wiring_.store, work_.record);
+  if (status.ok()) status = transaction.commit({work_.depth.id, cursor_.second}, after, cursor_, state_);
   if (!status.ok()) return {status, false};
   return {scored, true};
 }
 
 StepResult RichnessScorer::pick() {
-  const Status found = next(store_, cursor_.first, depth_);
+  const Status found = next(wiring_.store, cursor_.first, work_.depth);
   if (found.is(StatusCode::not_found)) return {};
   const bool damaged = found.is(StatusCode::record_damaged);
   if (damaged) {
-    depth_ = {};
-    depth_.id = found.a;
+    work_.depth = {};
+    work_.depth.id = found.a;
   }
   if (!found.ok() && !damaged) return {found, false};
   // Until then it may still lose ground that was seen before. Without a mask that can be read nothing has to be
   // awaited.
-  mask_ = {};
-  const Status masked = get(store_, depth_.id, mask_);
-  const bool given_up = patience_.given_up(depth_.id);
-  if (!masked.ok() && !is_gone(masked) && !given_up) return patience_.failed(depth_.id, masked);
-  if (masked.ok() && mask_.scope != MaskScope::flight) return {};
-  record_ = {};
-  record_.id = depth_.id;
-  record_.strip_id = depth_.strip_id;
+  work_.mask = {};
+  const Status masked = get(wiring_.store, work_.depth.id, work_.mask);
+  const bool given_up = work_.patience.given_up(work_.depth.id);
+  if (!masked.ok() && !is_gone(masked) && !given_up) return work_.patience.failed(work_.depth.id, masked);
+  if (masked.ok() && work_.mask.scope != MaskScope::flight) return {};
+  work_.record = {};
+  work_.record.id = work_.depth.id;
+  work_.record.strip_id = work_.depth.strip_id;
   if (damaged || given_up) return record(found);
-  phase_ = Phase::image;
+  work_.phase = Phase::image;
   return {{}, true, Then::keep};
 }
 
 StepResult RichnessScorer::step() {
-  if (mission_.safe_mode) phase_ = Phase::idle;
-  if (mission_.safe_mode) return {};
-  if (phase_ == Phase::idle) return pick();
-  if (phase_ == Phase::record) return record({});
+  if (wiring_.mission.safe_mode) work_.phase = Phase::idle;
+  if (wiring_.mission.safe_mode) return {};
+  if (work_.phase == Phase::idle) return pick();
+  if (work_.phase == Phase::record) return record({});
   const Status status = advance();
   if (status.ok()) return {{}, true, Then::keep};
-  return is_transient(status) ? patience_.failed(depth_.id, status) : record(status);
+  return is_transient(status) ? work_.patience.failed(work_.depth.id, status) : record(status);
 }
 
 }  // namespace ilp

@@ -36,19 +36,32 @@ class RichnessScorer final : public StageComponent<ComponentId::richness_scorer>
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
-    const LastingMemory memory =
-        LastingMemory(cursor_, state_).of(*this).at_work(patience_, phase_).changed_by_commits();
-    if (phase_ < Phase::cues) return memory;
-    const auto& w = scratch_.as<Workspace>();
-    return memory.keeping(w.richness.part, w.cues);
+    const LastingMemory memory = LastingMemory::of(*this, wiring_, cursor_, state_, work_).changed_by_commits();
+    if (work_.phase < Phase::cues) return memory;
+    const auto& w = wiring_.scratch.as<Workspace>();
+    return memory.keeping(w.richness.part).keeping(w.cues);
   }
 
  private:
+  enum class Phase : std::uint8_t { idle, image, maps, depth, cues, record };
+
+  struct Wiring {
+    Tables store;
+    const MissionParameters& mission;
+    Scratch scratch;
+  };
   struct State {
     RichnessHistory history;
   };
-
-  enum class Phase : std::uint8_t { idle, image, maps, depth, cues, record };
+  struct Work {
+    Patience patience;
+    CameraModel camera;
+    // The keyframe at work; a restart drops it.
+    DepthRecord depth;
+    MaskRecord mask;
+    RichnessRecord record;
+    Phase phase = Phase::idle;
+  };
 
   StepResult pick();
   Status load_image();
@@ -57,18 +70,10 @@ class RichnessScorer final : public StageComponent<ComponentId::richness_scorer>
   Status advance();
   StepResult record(const Status& scored);
 
-  Tables store_;
-  const MissionParameters& mission_;
-  Scratch scratch_;
+  Wiring wiring_;
   Cursor cursor_;
   State state_;
-  Patience patience_;
-  CameraModel camera_;
-  // The keyframe at work; a restart drops it.
-  DepthRecord depth_;
-  MaskRecord mask_;
-  RichnessRecord record_;
-  Phase phase_ = Phase::idle;
+  Work work_;
 };
 
 }  // namespace ilp

@@ -11,24 +11,6 @@ ILP_REVEAL(FlightSoftware, telemetry_writer_);
 ILP_REVEAL(FlightSoftware, stages_);
 ILP_REVEAL(FlightSoftware, step_memory_);
 ILP_REVEAL(FlightSoftware, delivery_queue_);
-ILP_REVEAL(PlaceMemory, seen_);
-ILP_REVEAL(PlaceMemory, other_seen_);
-ILP_REVEAL(PlaceMemory, depths_);
-ILP_REVEAL(PlaceMemory, known_);
-ILP_REVEAL(PlaceMemory, features_);
-ILP_REVEAL(PlaceMemory, older_);
-ILP_REVEAL(PlaceMemory, feature_depths_);
-ILP_REVEAL(PlaceMemory, older_depths_);
-ILP_REVEAL(PlaceMemory, patches_);
-ILP_REVEAL(PlaceMemory, older_patches_);
-ILP_REVEAL(PlaceMemory, sightings_);
-ILP_REVEAL(PlaceMemory, match_);
-ILP_REVEAL(PlaceMemory, matches_);
-ILP_REVEAL(PlaceMemory, image_);
-ILP_REVEAL(PlaceMemory, mask_bytes_);
-ILP_REVEAL(PlaceMemory, after_);
-ILP_REVEAL(PlaceMemory, table_);
-ILP_REVEAL(PlaceMemory, index_);
 ILP_REVEAL(Navigator, after_);
 ILP_REVEAL(Navigator, samples_);
 ILP_REVEAL(FlightSoftware, executive_);
@@ -42,37 +24,13 @@ ILP_REVEAL(Acquisition, image_);
 ILP_REVEAL(OverlapChecker, keyframe_image_);
 ILP_REVEAL(OverlapChecker, keyframe_);
 ILP_REVEAL(OverlapChecker, image_);
+ILP_REVEAL(PlaceMemory, workspace_);
 ILP_REVEAL(CameraCalibrator, workspace_);
-ILP_REVEAL(CameraCalibrator, images_);
-ILP_REVEAL(CameraCalibrator, corners_);
-ILP_REVEAL(CameraCalibrator, matches_);
-ILP_REVEAL(CameraCalibrator, window_);
-ILP_REVEAL(StructureAndMotion, images_);
-ILP_REVEAL(StructureAndMotion, corners_);
-ILP_REVEAL(StructureAndMotion, matches_);
-ILP_REVEAL(StructureAndMotion, depths_);
-ILP_REVEAL(DenseMatcher, plan_);
-ILP_REVEAL(DenseMatcher, matcher_);
-ILP_REVEAL(DenseMatcher, left_);
-ILP_REVEAL(DenseMatcher, right_);
-ILP_REVEAL(DenseMatcher, rectified_left_);
-ILP_REVEAL(DenseMatcher, rectified_right_);
-ILP_REVEAL(DenseMatcher, valid_left_);
-ILP_REVEAL(DenseMatcher, valid_right_);
-ILP_REVEAL(DenseMatcher, disparity_);
-ILP_REVEAL(DenseMatcher, disparity_sigma_);
-ILP_REVEAL(DenseMatcher, maps_);
-ILP_REVEAL(DenseMatcher, now_);
-ILP_REVEAL(DenseMatcher, work_);
-ILP_REVEAL(DenseMatcher, after_);
-ILP_REVEAL(DenseMatcher, before_);
-ILP_REVEAL(Compressor, coding_);
-ILP_REVEAL(Downlink, file_);
-ILP_REVEAL(Downlink, candidates_);
-ILP_REVEAL(Downlink, plan_);
+ILP_REVEAL(StructureAndMotion, workspace_);
+ILP_REVEAL(DenseMatcher, workspace_);
+ILP_REVEAL(Compressor, workspace_);
 ILP_REVEAL(Downlink, workspace_);
-ILP_REVEAL(FileDelivery, pdu_);
-ILP_REVEAL(FileDelivery, data_);
+ILP_REVEAL(FileDelivery, workspace_);
 ILP_REVEAL(TelemetryReporter, record_);
 ILP_REVEAL(TelemetryReporter, report_);
 ILP_REVEAL(PacketRouter, buffer_);
@@ -124,28 +82,22 @@ Pieces workspaces_of(OverlapChecker& owner) {
   return pieces_of(owner, OverlapChecker_keyframe_image_{}, OverlapChecker_keyframe_{}, OverlapChecker_image_{});
 }
 Pieces workspaces_of(CameraCalibrator& owner) {
-  return pieces_of(owner, CameraCalibrator_workspace_{}, CameraCalibrator_images_{}, CameraCalibrator_corners_{},
-                   CameraCalibrator_matches_{}, CameraCalibrator_window_{});
+  return pieces_of(owner, CameraCalibrator_workspace_{});
 }
 Pieces workspaces_of(StructureAndMotion& owner) {
-  return pieces_of(owner, StructureAndMotion_images_{}, StructureAndMotion_corners_{}, StructureAndMotion_matches_{},
-                   StructureAndMotion_depths_{});
+  return pieces_of(owner, StructureAndMotion_workspace_{});
 }
 Pieces workspaces_of(DenseMatcher& owner) {
-  return pieces_of(owner, DenseMatcher_plan_{}, DenseMatcher_matcher_{}, DenseMatcher_left_{}, DenseMatcher_right_{},
-                   DenseMatcher_rectified_left_{}, DenseMatcher_rectified_right_{}, DenseMatcher_valid_left_{},
-                   DenseMatcher_valid_right_{}, DenseMatcher_disparity_{}, DenseMatcher_disparity_sigma_{},
-                   DenseMatcher_maps_{}, DenseMatcher_now_{}, DenseMatcher_work_{}, DenseMatcher_after_{},
-                   DenseMatcher_before_{});
+  return pieces_of(owner, DenseMatcher_workspace_{});
 }
 Pieces workspaces_of(Compressor& owner) {
-  return pieces_of(owner, Compressor_coding_{});
+  return pieces_of(owner, Compressor_workspace_{});
 }
 Pieces workspaces_of(Downlink& owner) {
-  return pieces_of(owner, Downlink_file_{}, Downlink_candidates_{}, Downlink_plan_{}, Downlink_workspace_{});
+  return pieces_of(owner, Downlink_workspace_{});
 }
 Pieces workspaces_of(FileDelivery& owner) {
-  return pieces_of(owner, FileDelivery_pdu_{}, FileDelivery_data_{});
+  return pieces_of(owner, FileDelivery_workspace_{});
 }
 Pieces workspaces_of(TelemetryReporter& owner) {
   return pieces_of(owner, TelemetryReporter_record_{}, TelemetryReporter_report_{});
@@ -154,11 +106,7 @@ Pieces workspaces_of(Navigator& owner) {
   return pieces_of(owner, Navigator_after_{}, Navigator_samples_{});
 }
 Pieces workspaces_of(PlaceMemory& owner) {
-  return pieces_of(owner, PlaceMemory_seen_{}, PlaceMemory_other_seen_{}, PlaceMemory_depths_{}, PlaceMemory_known_{},
-                   PlaceMemory_features_{}, PlaceMemory_older_{}, PlaceMemory_feature_depths_{},
-                   PlaceMemory_older_depths_{}, PlaceMemory_patches_{}, PlaceMemory_older_patches_{},
-                   PlaceMemory_sightings_{}, PlaceMemory_match_{}, PlaceMemory_matches_{}, PlaceMemory_image_{},
-                   PlaceMemory_mask_bytes_{}, PlaceMemory_after_{}, PlaceMemory_table_{}, PlaceMemory_index_{});
+  return pieces_of(owner, PlaceMemory_workspace_{});
 }
 
 }  // namespace

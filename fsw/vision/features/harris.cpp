@@ -79,7 +79,7 @@ float response_row(std::int32_t width, std::int32_t y, float kappa, const Harris
 
 // Response of the next rows, without a margin of reach_px around the image.
 void respond(GrayView image, float kappa, std::int32_t end, HarrisWorkspace& w) {
-  for (std::int32_t y = w.next_row; y < end; ++y) {
+  for (std::int32_t y = w.progress.next_row; y < end; ++y) {
     sobel_row(image, y, w);
     const std::size_t slot = static_cast<std::size_t>(y) % HarrisWorkspace::window;
     const std::int16_t* const gx = w.gradient_x.data();
@@ -90,9 +90,9 @@ void respond(GrayView image, float kappa, std::int32_t end, HarrisWorkspace& w) 
     const std::int32_t centre = y - 2;
     if (centre < reach_px) continue;
     float* const out = w.response.data() + static_cast<std::ptrdiff_t>(centre) * image.width;
-    w.strongest = std::max(w.strongest, response_row(image.width, centre, kappa, w, out));
+    w.progress.strongest = std::max(w.progress.strongest, response_row(image.width, centre, kappa, w, out));
   }
-  w.next_row = end;
+  w.progress.next_row = end;
 }
 
 void compute_response(GrayView image, float kappa, std::int32_t end, HarrisWorkspace& w) {
@@ -332,7 +332,7 @@ Status choose_corners(GrayView image, const HarrisParams& params, HarrisWorkspac
   // White noise of variance s^2 has Sobel gradients of variance 12 s^2, and the window weighs 256.
   const float noise_tensor = 256 * 12 * params.noise_grey_levels * params.noise_grey_levels;
   const float noise_response = (1 - 4 * params.kappa) * noise_tensor * noise_tensor;
-  const float threshold = std::max(params.relative_threshold * w.strongest, noise_response);
+  const float threshold = std::max(params.relative_threshold * w.progress.strongest, noise_response);
   const ImageView<const float> response(w.response.data(), image.width, image.height);
   const std::size_t count =
       find_maxima(response, inner_region(image, params), valid, params.min_distance_px, threshold, w);
@@ -342,7 +342,7 @@ Status choose_corners(GrayView image, const HarrisParams& params, HarrisWorkspac
   share_out(buckets, static_cast<std::uint32_t>(params.target_count), w);
   for (std::size_t b = 0; b < buckets.count(); ++b) {
     for (std::uint32_t i = 0; i < w.bucket_taken[b]; ++i) {
-      const Corner corner = refine_position(response, w.sorted[w.bucket_begin[b] + i], w.strongest);
+      const Corner corner = refine_position(response, w.sorted[w.bucket_begin[b] + i], w.progress.strongest);
       ILP_ASSERT(corners.push_back(corner), corners.size());
     }
   }
@@ -363,8 +363,8 @@ Status begin_corners(GrayView image, const HarrisParams& params, HarrisWorkspace
   if (image.area() > limits::max_image_pixels || std::max(image.width, image.height) > limits::max_image_side) {
     return {StatusCode::image_too_large, image.width, image.height};
   }
-  w.next_row = 1;
-  w.strongest = 0;
+  w.progress.next_row = 1;
+  w.progress.strongest = 0;
   return {};
 }
 
@@ -374,8 +374,8 @@ Status detect_corners_slice(GrayView image, const HarrisParams& params, HarrisWo
   const Region inner = inner_region(image, params);
   if (inner.x1 <= inner.x0 || inner.y1 <= inner.y0) return {};
   const std::int32_t last = image.height - 1;
-  if (w.next_row >= last) return choose_corners(image, params, w, corners);
-  compute_response(image, params.kappa, std::min(w.next_row + rows_of_a_slice, last), w);
+  if (w.progress.next_row >= last) return choose_corners(image, params, w, corners);
+  compute_response(image, params.kappa, std::min(w.progress.next_row + rows_of_a_slice, last), w);
   more = true;
   return {};
 }

@@ -30,8 +30,11 @@ struct HarrisWorkspace {
   std::array<CornerCandidate, max_candidates> found, sorted;
   std::array<std::uint32_t, max_buckets + 1> bucket_begin;
   std::array<std::uint32_t, max_buckets> bucket_taken;
-  std::int32_t next_row;  ///< of the response
-  float strongest;        ///< response so far
+  struct Progress {
+    std::int32_t next_row;  ///< of the response
+    float strongest;        ///< response so far
+  };
+  Progress progress;
 };
 
 }  // namespace ilp

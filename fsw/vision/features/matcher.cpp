@@ -86,7 +86,7 @@ void track_unmatched(const Pair& pair, std::size_t i) {
   Match& match = w.match_of_a[i];
   const float least = pair.params.min_tracked_score;
   if (!refine_match(i, pair.corners_a[i], x, y, least, pair.a(), pair.b(), pair.params, w, match)) return;
-  match.b = corner_at(match.xb, match.yb, w.first_new, *pair.tracked_b, w);
+  match.b = corner_at(match.xb, match.yb, w.progress.first_new, *pair.tracked_b, w);
   if (match.b == none) return;
   w.matched_a[i] = w.matched_b[match.b] = true;
 }
@@ -94,9 +94,9 @@ void track_unmatched(const Pair& pair, std::size_t i) {
 /// Does the next `most` of `count` corners; true when it was the last of them.
 template <typename Do>
 bool do_corners(const Pair& pair, std::size_t count, std::size_t most, Do one) {
-  const std::size_t end = std::min(count, pair.w.next + most);
-  for (std::size_t i = pair.w.next; i < end; ++i) one(pair, i);
-  pair.w.next = end;
+  const std::size_t end = std::min(count, pair.w.progress.next + most);
+  for (std::size_t i = pair.w.progress.next; i < end; ++i) one(pair, i);
+  pair.w.progress.next = end;
   return end == count;
 }
 
@@ -104,7 +104,7 @@ bool do_corners(const Pair& pair, std::size_t count, std::size_t most, Do one) {
 bool do_part(const Pair& pair) {
   MatcherWorkspace& w = pair.w;
   const std::size_t count_a = pair.corners_a.size();
-  switch (w.part) {
+  switch (w.progress.part) {
     case Part::smooth_a:
       smooth(pair.image_a, {w.smooth_a.data(), pair.image_a.width, pair.image_a.height});
       return true;
@@ -125,7 +125,7 @@ bool do_part(const Pair& pair) {
       return do_corners(pair, count_a, refinements_of_a_slice, match_mutual_best);
     case Part::begin_tracks:
       if (pair.tracked_b != nullptr) fill_grid(pair.image_a, pair.corners_a, w.matched_a, w.grid_a);
-      w.first_new = pair.corners_b.size();
+      w.progress.first_new = pair.corners_b.size();
       return true;
     case Part::track:
       return pair.tracked_b == nullptr || do_corners(pair, count_a, refinements_of_a_slice, track_unmatched);
@@ -139,11 +139,11 @@ Status do_slice(const Pair& pair, Matches& matches, bool& more) {
   MatcherWorkspace& w = pair.w;
   more = false;
   if (pair.image_a.empty() || pair.image_b.empty()) return {};
-  if (w.part == Part::list) return list_matches(pair.corners_a.size(), w, matches);
+  if (w.progress.part == Part::list) return list_matches(pair.corners_a.size(), w, matches);
   more = true;
   if (!do_part(pair)) return {};
-  w.part = static_cast<Part>(static_cast<std::uint8_t>(w.part) + 1);
-  w.next = 0;
+  w.progress.part = static_cast<Part>(static_cast<std::uint8_t>(w.progress.part) + 1);
+  w.progress.next = 0;
   return {};
 }
 
@@ -185,8 +185,8 @@ Status match_and_track_corners(GrayView image_a, const Corners& corners_a, GrayV
 Status begin_matching(GrayView image_a, GrayView image_b, const double (&plane_b_from_a)[9],
                       const MatcherParams& params, MatcherWorkspace& w, Matches& matches) {
   matches.clear();
-  w.part = Part::smooth_a;
-  w.next = 0;
+  w.progress.part = Part::smooth_a;
+  w.progress.next = 0;
   return check_matching(image_a, image_b, plane_b_from_a, params);
 }
 

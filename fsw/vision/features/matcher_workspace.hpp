@@ -54,9 +54,12 @@ struct MatcherWorkspace {
     track,
     list
   };
-  Part part;
-  std::size_t next;
-  std::size_t first_new;  ///< the first new corner of b
+  struct Progress {
+    Part part;
+    std::size_t next;
+    std::size_t first_new;  ///< the first new corner of b
+  };
+  Progress progress;
 
   PatchTemplate patch;
   NormalizedPatch candidate;  ///< of a search along a line

@@ -13,7 +13,7 @@ namespace ilp {
 /// The structure of a strip begins with a pair of its first keyframes, at most so many.
 inline constexpr std::size_t max_first_keyframes = 5;
 
-/// Plain numbers without gaps, because it is part of a checkpoint.
+/// Plain numbers, because it is part of a checkpoint.
 struct FirstPair {
   struct RivalCamera {
     double rotation[9] = {};     ///< camera from the structure's first one, row-major
@@ -31,7 +31,6 @@ struct FirstPair {
   std::uint32_t undecided = 0;     ///< keyframes that did not decide between the motion and its rival: at most 1
   bool begun = false;              ///< the cameras of the strip have poses
   bool ambiguous = false;          ///< there is a rival, and no later view has decided
-  std::uint8_t no_gap[2] = {};
   RivalCamera rival[2];     ///< the second and third camera if the rival is right; `undecided` + 1 of them are valid
   double plane[2][3] = {};  ///< of the motion taken and of its rival: plane . X = 1 in the frame of the newest
                             ///< camera, in baselines

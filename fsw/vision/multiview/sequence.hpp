@@ -32,12 +32,9 @@
 
 namespace ilp {
 
-/// They are a part of the checkpoint, so they have no gaps between members: the compiler would leave there what the
-/// stack held, and checkpoints would differ from run to run.
 struct SequenceParams {
   std::uint32_t window_keyframes = 5;  ///< paper 3.2.2; 2 to limits::max_window_keyframes
-  std::uint32_t no_gap_before = 0;
-  RansacParams two_view;  ///< its seed is mixed with that of the keyframe
+  RansacParams two_view;               ///< its seed is mixed with that of the keyframe
   double resection_threshold_px = 1.0;
   std::uint32_t resection_max_trials = 300;
   std::uint32_t min_resection_inliers = 15;
@@ -49,7 +46,6 @@ struct SequenceParams {
   /// The errors of matches have heavy tails, in real images and in rendered ones: no bound separates errors of several
   /// sigmas from good matches. Cauchy's function gives them little weight, Huber's does not.
   BundleLoss loss = BundleLoss::cauchy;
-  std::uint8_t no_gap[7] = {};
   double robust_px = 0.5;  ///< bound of the loss, and of Huber's in the resection
   /// Stated position errors are those of the matches' scatter times this factor. Registration errors that all matches
   /// of an image share leave no residual: on rendered relief under a low sun they are 0.02 to 0.04 px and smooth over

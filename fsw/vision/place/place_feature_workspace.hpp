@@ -17,9 +17,12 @@ struct PlaceFeatureWorkspace {
   std::array<std::uint16_t, max_level_pixels> smooth;  ///< sums over a box around each pixel
   std::array<std::uint16_t, limits::max_image_side> columns;
   Corners corners;
-  int at_level;        ///< in which features are looked for
-  bool level_begun;    ///< it is reduced, and its corners are looked for
-  bool corners_found;  ///< its corners are known
+  struct Progress {
+    int at_level;        ///< in which features are looked for
+    bool level_begun;    ///< it is reduced, and its corners are looked for
+    bool corners_found;  ///< its corners are known
+  };
+  Progress progress;
 };
 
 }  // namespace ilp

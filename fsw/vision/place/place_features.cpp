@@ -234,7 +234,7 @@ Status describe_corners(GrayView image, GrayView level, PlaceFeatureWorkspace& w
     PlaceFeature feature;
     feature.x = static_cast<float>((corner.x + 0.5) * x_scale - 0.5);
     feature.y = static_cast<float>((corner.y + 0.5) * y_scale - 0.5);
-    feature.level = static_cast<std::uint8_t>(w.at_level);
+    feature.level = static_cast<std::uint8_t>(w.progress.at_level);
     with_widest_vectors([&] {
       feature.angle = orientation(level, x, y);
       describe(w.smooth.data() + static_cast<std::ptrdiff_t>(y) * level.width + x, level.width, feature);
@@ -252,8 +252,8 @@ int descriptor_distance(const PlaceFeature& a, const PlaceFeature& b) {
 
 Status begin_place_features(GrayView image, PlaceFeatureWorkspace& w, PlaceFeatures& features) {
   features.clear();
-  w.at_level = 0;
-  w.level_begun = w.corners_found = false;
+  w.progress.at_level = 0;
+  w.progress.level_begun = w.progress.corners_found = false;
   if (image.area() > limits::max_image_pixels || std::max(image.width, image.height) > limits::max_image_side) {
     return {StatusCode::image_too_large, image.width, image.height};
   }
@@ -263,25 +263,25 @@ Status begin_place_features(GrayView image, PlaceFeatureWorkspace& w, PlaceFeatu
 Status place_features_slice(GrayView image, std::size_t wanted, HarrisWorkspace& harris, PlaceFeatureWorkspace& w,
                             PlaceFeatures& features, bool& more) {
   more = false;
-  if (w.at_level == place_levels) return {};
-  const MutableGrayView level = level_of(image, w.at_level, w);
+  if (w.progress.at_level == place_levels) return {};
+  const MutableGrayView level = level_of(image, w.progress.at_level, w);
   if (std::min(level.width, level.height) <= 2 * border_px) return {};
-  const HarrisParams params = corner_params(w.at_level, wanted);
+  const HarrisParams params = corner_params(w.progress.at_level, wanted);
   more = true;
-  if (!w.level_begun) {
-    resample(w.at_level == 0 ? image : GrayView(level_of(image, w.at_level - 1, w)), level);
-    w.level_begun = true;
+  if (!w.progress.level_begun) {
+    resample(w.progress.at_level == 0 ? image : GrayView(level_of(image, w.progress.at_level - 1, w)), level);
+    w.progress.level_begun = true;
     return begin_corners(level, params, harris, w.corners);
   }
-  if (!w.corners_found) {
+  if (!w.progress.corners_found) {
     bool more_corners = false;
     ILP_TRY(detect_corners_slice(level, params, harris, w.corners, more_corners));
-    w.corners_found = !more_corners;
+    w.progress.corners_found = !more_corners;
     return {};
   }
   ILP_TRY(describe_corners(image, level, w, features));
-  ++w.at_level;
-  w.level_begun = w.corners_found = false;
+  ++w.progress.at_level;
+  w.progress.level_begun = w.progress.corners_found = false;
   return {};
 }
 

@@ -110,8 +110,8 @@ TEST_F(StructureAndMotionTest, WhereKeptWorkIsInTheMemoryOfAStepIsComparedBetwee
     pending = result.pending;
     const bool keeps = result.then == Then::keep;
     kept += keeps ? 1 : 0;
-    corners += notices(features.harris.next_row) ? 1 : 0;
-    matches += notices(features.matcher.next) ? 1 : 0;
+    corners += notices(features.harris.progress.next_row) ? 1 : 0;
+    matches += notices(features.matcher.progress.next) ? 1 : 0;
     pairs += notices(sequence.two_view.progress.part) ? 1 : 0;
     EXPECT_LE(corners + matches + pairs, kept) << "where nothing is kept, others use the memory";
   }
