@@ -147,8 +147,9 @@ Status StructureAndMotion::begin_structure(const NavigationRecord& measured) {
   return sequence.begin_strip(work_.camera, params);
 }
 
-Status StructureAndMotion::pick(bool& picked) {
-  picked = false;
+/// The end of the open strip, or its next keyframe in `work_`, with the status of reading it.
+Status StructureAndMotion::look_for_work(Subject& subject, Status& found) {
+  subject = Subject::none;
   const bool open = state_.strip_id != 0;
   if (open) {
     StripRecord strip;
@@ -156,42 +157,48 @@ Status StructureAndMotion::pick(bool& picked) {
     // The overlap checker writes a damaged one again, with its next keyframe or its end.
     if (!known.ok() && is_transient(known)) return known;
     if (known.ok() && strip.end != StripEnd::open && strip.last_keyframe_id <= cursor_.first) {
-      picked = true;
-      return finish_strip();
+      subject = Subject::end_of_strip;
+      return {};
     }
   }
   KeyframeRecord keyframe;
-  const Status found = next(wiring_.store, cursor_.first, keyframe);
+  found = next(wiring_.store, cursor_.first, keyframe);
   if (found.is(StatusCode::not_found)) return {};
-  const bool damaged = found.is(StatusCode::record_damaged);
-  if (!damaged) ILP_TRY(found);
-  if (damaged) {
+  if (found.is(StatusCode::record_damaged)) {
     keyframe.id = found.a;
     keyframe.strip_id = state_.strip_id;
+  } else if (!found.ok()) {
+    return found;
   } else if (open && keyframe.strip_id != state_.strip_id) {
     // The end of the previous strip cannot be read.
-    picked = true;
-    return finish_strip();
+    subject = Subject::end_of_strip;
+    return {};
   }
+  subject = Subject::keyframe;
   work_.keyframe = keyframe;
   work_.subject = keyframe.id;
-  // Nothing else of it is read then, so that the verdict does not fail for the same reason.
-  const bool no_use = damaged || work_.patience.given_up(work_.keyframe.id);
+  return {};
+}
+
+/// What the keyframe needs from others. `ready` stays false while there is more to wait for.
+Status StructureAndMotion::take_inputs(NavigationRecord& measured, bool& ready) {
   CalibrationWait wait = CalibrationWait::none;
-  if (!no_use) ILP_TRY(calibration_wait(wiring_.store, wiring_.mission, work_.keyframe, wait));
+  ILP_TRY(calibration_wait(wiring_.store, wiring_.mission, work_.keyframe, wait));
   if (wait == CalibrationWait::wait) return {};
-  NavigationRecord measured;
   bool waits = false;
-  if (!no_use) ILP_TRY(measured_at(wiring_.store, wiring_.mission, work_.keyframe.id, measured, waits));
+  ILP_TRY(measured_at(wiring_.store, wiring_.mission, work_.keyframe.id, measured, waits));
   if (waits) return {};
-  picked = true;
+  ready = true;
   work_.not_calibrated = wait == CalibrationWait::in_vain;
-  if (!no_use) ILP_TRY(load_camera(wiring_.store, work_.camera));
+  return load_camera(wiring_.store, work_.camera);
+}
+
+Status StructureAndMotion::begin_keyframe(bool no_use, const NavigationRecord& measured) {
   PoseRecord pose;
   const Status before = get(wiring_.store, work_.keyframe.id, pose);
   if (!before.ok() && is_transient(before)) return before;
   work_.on_record = before.ok();
-  if (!open) {
+  if (state_.strip_id == 0) {
     bool known_world = false;
     ILP_TRY(has_world(work_.keyframe, known_world));
     begin_strip(work_.keyframe.strip_id, known_world);
@@ -202,11 +209,35 @@ Status StructureAndMotion::pick(bool& picked) {
   }
   if (no_use || state_.lost || work_.not_calibrated) {
     work_.phase = Phase::record;
-    return damaged ? found : Status{};
+    return {};
   }
   if (state_.posed_keyframe_id == 0) ILP_TRY(begin_structure(measured));
   work_.phase = Phase::load;
   return {};
+}
+
+Status StructureAndMotion::pick(bool& picked) {
+  picked = false;
+  Subject subject = Subject::none;
+  Status found;
+  ILP_TRY(look_for_work(subject, found));
+  if (subject == Subject::none) return {};
+  if (subject == Subject::end_of_strip) {
+    picked = true;
+    return finish_strip();
+  }
+  // Nothing else of it is read then, so that the verdict does not fail for the same reason.
+  const bool no_use = !found.ok() || work_.patience.given_up(work_.keyframe.id);
+  NavigationRecord measured;
+  if (no_use) {
+    picked = true;
+    work_.not_calibrated = false;
+  } else {
+    ILP_TRY(take_inputs(measured, picked));
+    if (!picked) return {};
+  }
+  ILP_TRY(begin_keyframe(no_use, measured));
+  return found;
 }
 
 Status StructureAndMotion::load() {

@@ -85,6 +85,10 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   };
 
   Status advance(bool& picked);
+  enum class Subject : std::uint8_t { none, end_of_strip, keyframe };
+  Status look_for_work(Subject& subject, Status& found);
+  Status take_inputs(NavigationRecord& measured, bool& ready);
+  Status begin_keyframe(bool no_use, const NavigationRecord& measured);
   Status pick(bool& picked);
   Status begin_structure(const NavigationRecord& measured);
   Status load();
