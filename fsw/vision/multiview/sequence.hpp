@@ -259,53 +259,8 @@ class Sequence {
   [[nodiscard]] const FixedVector<std::int64_t, max_first_keyframes>& dropped() const { return s_.dropped; }
 
  private:
-  Status relate();
-  Status go_on_relating();
-  Status take_relation(const TwoViewResult& pair);
-  Status begin_structure();
-  // The beginning, with more keyframes than two (sequence_beginning.cpp).
-  void gather(const TwoViewResult& pair);
-  void keep_candidate(std::size_t a, std::size_t b, const TwoViewResult& pair);
-  Status rank();
-  Status begin_with_candidate();
-  Status surround();
-  Status estimate_pair(std::size_t a, std::size_t b, std::uint64_t seed, TwoViewResult& pair);
-  Status decide_by_others(RigidTransform& b_from_a);
-  void fill_pairs(std::size_t a, std::size_t b);
-  [[nodiscard]] std::size_t next_to_surround();
-  void keep_waiting(bool candidate_failed);
-  void drop_camera(std::size_t index);
-  void lay_world();
-  [[nodiscard]] double focal_px() const { return std::max(s_.camera.fx, s_.camera.fy); }
-  Status decide();
-  Status resect_camera();
-  Status triangulate_tracks();
-  [[nodiscard]] BundleParams bundle_params(std::uint32_t max_iterations) const;
-  /// An iteration, or the covariance of the result, whose errors are stated next; without a result it goes to `next`.
-  Status adjust(std::uint32_t max_iterations, SequencePhase errors, SequencePhase next);
-  Status finish_adjustment();
-  void state_errors(std::uint32_t max_iterations, SequencePhase next);
-  Status prune();
   Status conclude();
-
-  void fail(SequenceVerdict verdict);
-  [[nodiscard]] RansacParams two_view_params(std::uint64_t seed) const;
-  [[nodiscard]] bool relates(const TwoViewResult& pair) const;
-  [[nodiscard]] double promise(const TwoViewResult& pair) const;
-  [[nodiscard]] ResectionParams resection_params(std::uint64_t seed) const;
-  Status take_rival_motion();
-  void scale_to_first_height();
-  void fill_pairs();
-  // The keyframe that the one at work is matched with (sequence_base.cpp).
-  [[nodiscard]] std::size_t base_index() const { return s_.cameras.size() - 1 - s_.back; }
-  std::size_t map_base();
-  [[nodiscard]] Vec2 seen_from_base(const Match& match) const;
-  void collect_known_points();
-  [[nodiscard]] bool plausible(const RigidTransform& cam_from_world);
-  void push_camera(const RigidTransform& cam_from_world, bool posed = true);
-  void extend_tracks();
-  void write_errors();
-  void finish_tracks();
+  /// Ordinal of the newest keyframe.
   [[nodiscard]] std::uint32_t newest() const { return s_.oldest + static_cast<std::uint32_t>(s_.cameras.size()) - 1; }
 
   SequenceState& s_;

@@ -1,12 +1,10 @@
-// The adjustment of a strip's window, an iteration at a time, and the errors of its result.
-#include <cmath>
+#include "fsw/vision/multiview/sequence_adjustment.hpp"
 
-#include "fsw/vision/multiview/sequence.hpp"
-#include "fsw/vision/multiview/sequence_workspace.hpp"
+#include <cmath>
 
 namespace ilp {
 
-BundleParams Sequence::bundle_params(std::uint32_t max_iterations) const {
+BundleParams SequenceAdjustment::bundle_params(std::uint32_t max_iterations) const {
   BundleParams params;
   params.max_iterations = max_iterations;
   params.relative_tolerance = s_.params.bundle_tolerance;
@@ -15,7 +13,7 @@ BundleParams Sequence::bundle_params(std::uint32_t max_iterations) const {
   return params;
 }
 
-Status Sequence::adjust(std::uint32_t max_iterations, SequencePhase errors, SequencePhase next) {
+Status SequenceAdjustment::adjust(std::uint32_t max_iterations, SequencePhase errors, SequencePhase next) {
   const BundleParams params = bundle_params(max_iterations);
   build_window(s_, w_.problem, w_.map);
   const Status begun =
@@ -39,7 +37,7 @@ Status Sequence::adjust(std::uint32_t max_iterations, SequencePhase errors, Sequ
   return {};
 }
 
-Status Sequence::finish_adjustment() {
+Status SequenceAdjustment::finish_adjustment() {
   BundleResult result;
   ILP_TRY(w_.adjuster.finish(result, &w_.errors.window));
   s_.report.rms_px = result.final_rms_px;
@@ -51,14 +49,14 @@ Status Sequence::finish_adjustment() {
   return {};
 }
 
-void Sequence::state_errors(std::uint32_t max_iterations, SequencePhase next) {
+void SequenceAdjustment::state_errors(std::uint32_t max_iterations, SequencePhase next) {
   allow_correlated_tracks(w_.problem, bundle_params(max_iterations), w_.errors);
   propagate_covariance(w_.problem, w_.map, w_.errors, s_.covariance);
   write_errors();
   s_.phase = next;
 }
 
-void Sequence::write_errors() {
+void SequenceAdjustment::write_errors() {
   for (std::size_t i = 0; i < w_.problem.cameras.size(); ++i) {
     if (w_.problem.cameras[i].fixed) continue;
     const std::size_t index = w_.map.camera[i];

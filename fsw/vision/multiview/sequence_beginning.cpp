@@ -1,6 +1,5 @@
-// The beginning of a structure with more than two keyframes (paper 3.2). Keyframes gather without poses, in tracks,
-// until a pair of them promises enough. The pair gives the points; the others get their poses from these, the keyframe
-// that sees most of them first, whether it was taken before the pair, between its two images, or after it.
+#include "fsw/vision/multiview/sequence_beginning.hpp"
+
 #include <array>
 #include <cmath>
 
@@ -8,13 +7,11 @@
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "fsw/vision/multiview/sequence.hpp"
-#include "fsw/vision/multiview/sequence_workspace.hpp"
 
 namespace ilp {
 namespace {
 
-// Streams that separate the random numbers of one keyframe's searches; sequence.cpp has 1 to 3.
+// Streams that separate the random numbers of one keyframe's searches; other parts have 1 to 3.
 constexpr std::uint64_t pair_stream = 4;
 constexpr std::uint64_t surround_stream = 5;
 constexpr std::uint64_t other_view_stream = 6;
@@ -34,7 +31,7 @@ Vec3 centre_of(const SequenceCamera& camera) {
 }  // namespace
 
 /// Before the structure begins, a rotation is a relation as well, and so is a baseline too short to have a direction.
-bool Sequence::relates(const TwoViewResult& pair) const {
+bool SequenceBeginning::relates(const TwoViewResult& pair) const {
   const bool without_direction = pair.verdict == TwoViewVerdict::ill_conditioned &&
                                  !(pair.sigma_direction_rad <= s_.params.two_view.max_sigma_direction_rad);
   return pair.verdict == TwoViewVerdict::ok || pair.verdict == TwoViewVerdict::planar ||
@@ -42,27 +39,46 @@ bool Sequence::relates(const TwoViewResult& pair) const {
 }
 
 /// What pairs are ranked by: less is better.
-double Sequence::promise(const TwoViewResult& pair) const {
+double SequenceBeginning::promise(const TwoViewResult& pair) const {
   const double error = expected_depth_error(pair, focal_px());
   const bool few_points = pair.inliers < s_.params.min_first_inliers ||
                           pair.median_parallax_px < s_.params.min_first_parallax_rad * focal_px();
   return few_points ? error + s_.params.max_first_depth_error : error;
 }
 
-void Sequence::gather(const TwoViewResult& pair) {
+Status SequenceBeginning::begin_structure() {
+  RigidTransform this_from_previous;
+  for (int i = 0; i < 9; ++i) this_from_previous.rotation(i / 3, i % 3) = s_.pair_rotation[i];
+  for (int i = 0; i < 3; ++i) this_from_previous.translation[i] = s_.pair_translation[i];
+  for (std::size_t i = 0; i < s_.matches.size(); ++i) w_.contradicts[i] = 0;
+  map_corners(s_.tracks, newest(), w_.track_of_corner);
+  push_camera(compose(this_from_previous, cam_from_world(s_.cameras[0].pose)));
+  tracks_.extend();
+  ILP_TRY(tracks_.triangulate());
+  if (s_.report.new_points < s_.params.min_resection_inliers) {
+    s_.cameras.pop_back();
+    s_.tracks.clear();
+    return {};
+  }
+  scale_to_first_height();
+  s_.first_pair.begun = true;
+  return {};
+}
+
+void SequenceBeginning::gather(const TwoViewResult& pair) {
   // The attitude is known but for small errors, the place is not.
   RigidTransform camera = cam_from_world(s_.cameras.back().pose);
   camera.rotation = pair.b_from_a.rotation * camera.rotation;
   for (std::size_t i = 0; i < s_.matches.size(); ++i) w_.contradicts[i] = 0;
   map_corners(s_.tracks, newest(), w_.track_of_corner);
   push_camera(camera, false);
-  extend_tracks();
+  tracks_.extend();
   keep_candidate(newest() - 1, newest(), pair);
   s_.first_pair.next = newest() - 1;
   s_.phase = SequencePhase::rank;
 }
 
-void Sequence::keep_candidate(std::size_t a, std::size_t b, const TwoViewResult& pair) {
+void SequenceBeginning::keep_candidate(std::size_t a, std::size_t b, const TwoViewResult& pair) {
   FirstPair::Candidate& best = s_.first_pair.best;
   const double error = promise(pair);
   if (!std::isfinite(error) || (best.error > 0 && best.error <= error)) return;
@@ -70,7 +86,7 @@ void Sequence::keep_candidate(std::size_t a, std::size_t b, const TwoViewResult&
 }
 
 /// The tracks that both cameras see; w_.match_of_view has their indices.
-void Sequence::fill_pairs(std::size_t a, std::size_t b) {
+void SequenceBeginning::fill_pairs(std::size_t a, std::size_t b) {
   w_.pairs.clear();
   for (std::size_t i = 0; i < s_.tracks.size(); ++i) {
     const Track& track = s_.tracks[i];
@@ -81,7 +97,7 @@ void Sequence::fill_pairs(std::size_t a, std::size_t b) {
   }
 }
 
-Status Sequence::estimate_pair(std::size_t a, std::size_t b, std::uint64_t seed, TwoViewResult& pair) {
+Status SequenceBeginning::estimate_pair(std::size_t a, std::size_t b, std::uint64_t seed, TwoViewResult& pair) {
   pair = {};
   fill_pairs(a, b);
   if (w_.pairs.size() < s_.params.two_view.min_inliers) return {};
@@ -92,7 +108,7 @@ Status Sequence::estimate_pair(std::size_t a, std::size_t b, std::uint64_t seed,
   return {};
 }
 
-Status Sequence::rank() {
+Status SequenceBeginning::rank() {
   FirstPair& first = s_.first_pair;
   if (first.next > 0) {
     --first.next;
@@ -111,7 +127,7 @@ Status Sequence::rank() {
 }
 
 /// The newest keyframe joins those without a pose. If they are as many as may wait, the oldest one leaves.
-void Sequence::keep_waiting(bool candidate_failed) {
+void SequenceBeginning::keep_waiting(bool candidate_failed) {
   for (SequenceCamera& camera : s_.cameras) camera.posed = false;
   for (Track& track : s_.tracks) {
     track.phase = TrackPhase::open;
@@ -125,7 +141,7 @@ void Sequence::keep_waiting(bool candidate_failed) {
 }
 
 /// The next camera has the attitude of the world if the first one leaves.
-void Sequence::drop_camera(std::size_t index) {
+void SequenceBeginning::drop_camera(std::size_t index) {
   (void)s_.dropped.push_back(s_.cameras[index].keyframe_id);
   if (index == 0) {
     for (int i = 0; i < 4; ++i) s_.params.q_first[i] = s_.cameras[1].pose.q_cam_from_world[i];
@@ -143,17 +159,8 @@ void Sequence::drop_camera(std::size_t index) {
   best.b -= best.b > index ? 1 : 0;
 }
 
-bool Sequence::begin_with_best_pair() {
-  if (!can_begin() || s_.phase != SequencePhase::idle) return false;
-  s_.strip_open = false;
-  s_.dropped.clear();
-  s_.report = {};
-  s_.phase = SequencePhase::begin;
-  return true;
-}
-
 /// Over a plane, each of the other keyframes is a third view.
-Status Sequence::decide_by_others(RigidTransform& b_from_a) {
+Status SequenceBeginning::decide_by_others(RigidTransform& b_from_a) {
   FirstPair& first = s_.first_pair;
   for (std::size_t c = 0; c < s_.cameras.size() && first.ambiguous; ++c) {
     if (c == first.best.a || c == first.best.b) continue;
@@ -169,7 +176,7 @@ Status Sequence::decide_by_others(RigidTransform& b_from_a) {
   return {};
 }
 
-Status Sequence::begin_with_candidate() {
+Status SequenceBeginning::begin_with_candidate() {
   FirstPair& first = s_.first_pair;
   const std::size_t a = first.best.a, b = first.best.b;
   TwoViewResult pair;
@@ -193,14 +200,14 @@ Status Sequence::begin_with_candidate() {
   if (s_.cameras.size() == max_first_keyframes) first.ambiguous = false;
   for (std::size_t i = 0; i < s_.cameras.size(); ++i) s_.cameras[i].posed = i == a || i == b;
   s_.cameras[b].pose = pose_from(compose(b_from_a, cam_from_world(s_.cameras[a].pose)));
-  ILP_TRY(triangulate_tracks());
+  ILP_TRY(tracks_.triangulate());
   s_.phase = SequencePhase::surround;
   if (s_.report.new_points < s_.params.min_resection_inliers) keep_waiting(true);
   return {};
 }
 
 /// The camera without a pose that sees most points.
-std::size_t Sequence::next_to_surround() {
+std::size_t SequenceBeginning::next_to_surround() {
   std::array<std::uint32_t, max_first_keyframes> points{};
   for (const Track& track : s_.tracks) {
     if (track.phase != TrackPhase::point) continue;
@@ -213,7 +220,7 @@ std::size_t Sequence::next_to_surround() {
   return most;
 }
 
-Status Sequence::surround() {
+Status SequenceBeginning::surround() {
   const std::size_t c = next_to_surround();
   if (c == none) {
     lay_world();
@@ -257,14 +264,14 @@ Status Sequence::surround() {
     track.used = static_cast<std::uint16_t>(track.used & ~(1U << (c - track.first)));
     if (c + 1 == end_of(track)) track.growing = false;
   }
-  ILP_TRY(triangulate_tracks());
+  ILP_TRY(tracks_.triangulate());
   s_.phase = SequencePhase::surround;
   return {};
 }
 
 /// Moves the structure to the strip's world: its first camera to the origin, with its attitude there. The unit is the
 /// distance to the first camera that is as far from it as half of the baseline of the best pair.
-void Sequence::lay_world() {
+void SequenceBeginning::lay_world() {
   RigidTransform down;
   down.rotation = rotation_from_quaternion(s_.params.q_first);
   const RigidTransform world_from_now = compose(inverse(down), cam_from_world(s_.cameras[0].pose));
