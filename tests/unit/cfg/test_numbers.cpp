@@ -8,7 +8,9 @@
 #include <string>
 
 #include "cfg/mission.hpp"
+#include "cfg/relations.hpp"
 #include "cfg/schedule.hpp"
+#include "fsw/base/argument.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/commanding/function_table.hpp"
 #include "fsw/packets/report_table.hpp"
@@ -59,6 +61,8 @@ Numbers in_force() {
   for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
     numbers["record"][t] = record_info(static_cast<RecordType>(t)).name;
   }
+  for (const EnumValue& value : values_of(Argument{})) numbers["argument"][value.number] = value.name;
+  for (const EnumValue& value : values_of(Relation{})) numbers["relation"][value.number] = value.name;
   return numbers;
 }
 
