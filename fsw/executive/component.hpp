@@ -44,15 +44,31 @@ struct NoMembers {};
 /// The executive detects other changes between steps.
 class LastingMemory {
  public:
+  /// Of Component: what its virtual calls go through.
+  static constexpr std::size_t base_bytes = sizeof(void*);
+  /// Of a component with these groups, without gaps but that before a group with a larger alignment.
+  template <typename... Groups>
+  static constexpr std::size_t bytes_with() {
+    std::size_t end = base_bytes;
+    const auto add = [&end](std::size_t bytes, std::size_t alignment) {
+      if (alignment > alignof(void*)) end = (end + alignment - 1) / alignment * alignment;
+      end += bytes;
+    };
+    ((std::is_same_v<Groups, NoMembers> ? void() : add(sizeof(Groups), alignof(Groups))), ...);
+    return end;
+  }
+  /// The component has these members and no other.
+  template <typename Owner, typename... Groups>
+  static constexpr bool holds_only = sizeof(Owner) == bytes_with<Groups...>();
+
   LastingMemory() = default;
 
   template <typename Owner, typename Wiring, typename Cursor, typename State, typename Work = NoMembers,
             typename Workspace = NoMembers>
   static LastingMemory of(const Owner& owner, const Wiring& wiring, const Cursor& cursor, const State& state,
                           const Work& work = {}, const Workspace& workspace = {}) {
-    static_assert(
-        sizeof(Owner) == base_bytes + bytes<Wiring> + bytes<Cursor> + bytes<State> + bytes<Work> + bytes<Workspace>,
-        "the component has a member outside of its groups, or a group needs alignas(8)");
+    static_assert(holds_only<Owner, Wiring, Cursor, State, Work, Workspace>,
+                  "the component has a member outside of its groups, or a group needs alignas(8)");
     static_cast<void>(workspace);
     LastingMemory memory;
     memory.object_ = octets_of(owner).first(base_bytes);
@@ -121,9 +137,6 @@ class LastingMemory {
   static std::span<const std::byte> octets_of(const Thing& thing) {
     return std::as_bytes(std::span(&thing, 1));
   }
-  static constexpr std::size_t base_bytes = sizeof(void*);  ///< of Component: what its virtual calls go through
-  template <typename Group>
-  static constexpr std::size_t bytes = std::is_same_v<Group, NoMembers> ? 0 : sizeof(Group);
 
   std::array<std::span<const std::byte>, 3> parts_{};
   std::span<const std::byte> object_, wiring_, work_;
