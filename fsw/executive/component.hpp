@@ -46,11 +46,20 @@ class LastingMemory {
  public:
   /// Of Component: what its virtual calls go through.
   static constexpr std::size_t base_bytes = sizeof(void*);
+  /// Of a component with these groups, without gaps but that before a group with a larger alignment.
+  template <typename... Groups>
+  static constexpr std::size_t bytes_with() {
+    std::size_t end = base_bytes;
+    const auto add = [&end](std::size_t bytes, std::size_t alignment) {
+      if (alignment > alignof(void*)) end = (end + alignment - 1) / alignment * alignment;
+      end += bytes;
+    };
+    ((std::is_same_v<Groups, NoMembers> ? void() : add(sizeof(Groups), alignof(Groups))), ...);
+    return end;
+  }
   /// The component has these members and no other.
   template <typename Owner, typename... Groups>
-  static constexpr bool holds_only = sizeof(Owner) == base_bytes +
-                                                          (0 + ... +
-                                                           (std::is_same_v<Groups, NoMembers> ? 0 : sizeof(Groups)));
+  static constexpr bool holds_only = sizeof(Owner) == bytes_with<Groups...>();
 
   LastingMemory() = default;
 

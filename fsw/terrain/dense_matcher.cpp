@@ -48,22 +48,22 @@ constexpr CheckpointForm DenseMatcher::checkpoint = checkpoint_form<State>(compo
 
 DenseMatcher::DenseMatcher(Tables store, const MissionParameters& mission, Compute* compute,
                            StereoBandWorkspace* workspace)
-    : store_(store), mission_(mission) {
+    : wiring_{store, mission} {
   if (compute == nullptr || workspace == nullptr) return;
-  StereoMatcher::lend(work_.stereo, *workspace);
-  bands_.use(*compute, *workspace);
+  StereoMatcher::lend(workspace_.shared.stereo, *workspace);
+  work_.bands.use(*compute, *workspace);
 }
 
 Status DenseMatcher::restore() {
   cursor_ = {};
-  phase_ = Phase::idle;
-  ILP_TRY(load_camera(store_, camera_));
-  const Status status = load_checkpoint(store_, checkpoint, cursor_, state_);
+  work_.phase = Phase::idle;
+  ILP_TRY(load_camera(wiring_.store, work_.camera));
+  const Status status = load_checkpoint(wiring_.store, checkpoint, cursor_, state_);
   const bool none = status.is(StatusCode::not_found) || status.is(StatusCode::checkpoint_lost);
   if (!none && !restored(status)) return status;
   if (none) cursor_ = {};
   std::int64_t newest = 0;
-  ILP_TRY(newest_id<DepthRecord>(store_, newest));
+  ILP_TRY(newest_id<DepthRecord>(wiring_.store, newest));
   if (none || newest > cursor_.first) {
     // Other components have used the records: they are not made again, although their coverage is lost.
     cursor_.first = std::max(cursor_.first, newest);
@@ -74,9 +74,9 @@ Status DenseMatcher::restore() {
 }
 
 Status DenseMatcher::use_coverage_of(std::int64_t keyframe_id) {
-  if (after_.coverage_keyframe_id == keyframe_id) return {};
-  after_.coverage_keyframe_id = keyframe_id;
-  return clear_coverage(camera_.width, camera_.height, after_.coverage);
+  if (workspace_.after.coverage_keyframe_id == keyframe_id) return {};
+  workspace_.after.coverage_keyframe_id = keyframe_id;
+  return clear_coverage(work_.camera.width, work_.camera.height, workspace_.after.coverage);
 }
 
 Status DenseMatcher::find_partner(const PoseRecord& pose, bool& decided, bool& found) {
@@ -84,45 +84,45 @@ Status DenseMatcher::find_partner(const PoseRecord& pose, bool& decided, bool& f
   found = false;
   if (pose.state == PoseState::failed) return {};
   Successor state = Successor::none;
-  ILP_TRY(next_with_pose(store_, pose, pose.id, next_, state));
+  ILP_TRY(next_with_pose(wiring_.store, pose, pose.id, work_.next, state));
   decided = state != Successor::not_yet;
   found = state == Successor::final;
   if (!found) return {};
-  after_ = state_;
+  workspace_.after = state_;
   ILP_TRY(use_coverage_of(pose.id));
   PairWorthParams params;
-  params.largest_sigma = mission_.largest_depth_sigma;
-  params.finer_steps = sampling_steps(mission_.claim_ratio);
-  return choose_partner(store_, camera_, pose, next_, after_.coverage, params, mission_.partner_reach, partner_,
-                        decided);
+  params.largest_sigma = wiring_.mission.largest_depth_sigma;
+  params.finer_steps = sampling_steps(wiring_.mission.claim_ratio);
+  return choose_partner(wiring_.store, work_.camera, pose, work_.next, workspace_.after.coverage, params,
+                        wiring_.mission.partner_reach, work_.partner, decided);
 }
 
 Status DenseMatcher::begin_with_partner(const PoseRecord& pose, DepthVerdict& verdict) {
   const Status begun = begin_pair(pose, verdict);
-  if (verdict == DepthVerdict::ok || partner_.pose.id == next_.id) return begun;
-  partner_ = partner_of(next_, sampling_steps(mission_.claim_ratio));
+  if (verdict == DepthVerdict::ok || work_.partner.pose.id == work_.next.id) return begun;
+  work_.partner = partner_of(work_.next, sampling_steps(wiring_.mission.claim_ratio));
   return begin_pair(pose, verdict);
 }
 
 Status DenseMatcher::begin_pair(const PoseRecord& pose, DepthVerdict& verdict) {
-  const PoseRecord& partner = partner_.pose;
+  const PoseRecord& partner = work_.partner.pose;
   const DepthRange depth{pose.min_depth / depth_margin, pose.max_depth * depth_margin};
   KeyframeRecord keyframe;
-  ILP_TRY(get(store_, pose.id, keyframe));
+  ILP_TRY(get(wiring_.store, pose.id, keyframe));
   RectificationParams params;
   params.scale = stereo_scale_at(keyframe.degraded);
   verdict = DepthVerdict::rectification_impossible;
-  const Status planned =
-      plan_panels(camera_, cam_from_world(pose_of(pose)), cam_from_world(pose_of(partner)), depth, params, plan_);
+  const Status planned = plan_panels(work_.camera, cam_from_world(pose_of(pose)), cam_from_world(pose_of(partner)),
+                                     depth, params, work_.plan);
   if (planned.is(StatusCode::rectification_impossible) || planned.is(StatusCode::invalid_argument)) return {};
   if (!planned.ok() && !planned.is(StatusCode::disparity_range_exceeded)) return planned;
   verdict = DepthVerdict::ok;
 
-  ILP_TRY(load_keyframe_image(store_, pose.id, left_));
-  ILP_TRY(load_keyframe_image(store_, partner.id, right_));
-  pose_ = pose;
-  panel_ = 0;
-  residual_ = {};
+  ILP_TRY(load_keyframe_image(wiring_.store, pose.id, workspace_.left));
+  ILP_TRY(load_keyframe_image(wiring_.store, partner.id, workspace_.right));
+  work_.pose = pose;
+  work_.panel = 0;
+  work_.residual = {};
   ILP_TRY(begin_panel());
   // The near end of the range was cut. This is worth an event, and the pair continues.
   return planned;
@@ -130,196 +130,204 @@ Status DenseMatcher::begin_pair(const PoseRecord& pose, DepthVerdict& verdict) {
 
 Status DenseMatcher::begin_panel() {
   const RectifiedPair& pair = panel().pair;
-  for (auto* image : {&rectified_left_, &rectified_right_, &valid_left_, &valid_right_}) {
+  for (auto* image :
+       {&workspace_.rectified_left, &workspace_.rectified_right, &workspace_.valid_left, &workspace_.valid_right}) {
     ILP_TRY(image->resize(pair.width, pair.height));
   }
-  ILP_TRY(disparity_.resize(pair.width, pair.height));
-  ILP_TRY(disparity_sigma_.resize(pair.width, pair.height));
-  row_ = 0;
-  phase_ = Phase::resample;
+  ILP_TRY(workspace_.disparity.resize(pair.width, pair.height));
+  ILP_TRY(workspace_.disparity_sigma.resize(pair.width, pair.height));
+  work_.row = 0;
+  work_.phase = Phase::resample;
   return {};
 }
 
 Status DenseMatcher::pick(bool& picked) {
   picked = false;
   const std::int64_t id = cursor_.first + 1;
-  if (patience_.given_up(id)) {
+  if (work_.patience.given_up(id)) {
     picked = true;
     return record_given_up();
   }
   PoseRecord pose;
-  const Status found = get(store_, id, pose);
+  const Status found = get(wiring_.store, id, pose);
   if (found.is(StatusCode::not_found) || (found.ok() && pose.state == PoseState::provisional)) return {};
   ILP_TRY(found);
   // It may have been calibrated since.
-  ILP_TRY(load_camera(store_, camera_));
+  ILP_TRY(load_camera(wiring_.store, work_.camera));
   bool decided = false;
   bool has_partner = false;
   ILP_TRY(find_partner(pose, decided, has_partner));
   if (!decided) return {};
   picked = true;
   if (!has_partner) return record_without_depth(pose, DepthVerdict::no_partner);
-  pose_ = pose;
-  phase_ = Phase::begin;
+  work_.pose = pose;
+  work_.phase = Phase::begin;
   return {};
 }
 
 Status DenseMatcher::begin() {
   DepthVerdict verdict = DepthVerdict::ok;
-  const Status warning = begin_with_partner(pose_, verdict);
+  const Status warning = begin_with_partner(work_.pose, verdict);
   if (!warning.ok() && !warning.is(StatusCode::disparity_range_exceeded)) return warning;
-  if (verdict != DepthVerdict::ok) return record_without_depth(pose_, verdict);
+  if (verdict != DepthVerdict::ok) return record_without_depth(work_.pose, verdict);
   return warning;
 }
 
 Status DenseMatcher::resample_band() {
   const RectifiedPair& pair = panel().pair;
-  const std::int32_t end = std::min(row_ + band_rows, pair.height);
-  ILP_TRY(
-      resample_rows(pair, Side::left, camera_, left_.view(), row_, end, rectified_left_.view(), valid_left_.view()));
-  ILP_TRY(resample_rows(pair, Side::right, camera_, right_.view(), row_, end, rectified_right_.view(),
-                        valid_right_.view()));
-  row_ = end;
-  if (row_ < pair.height) return {};
+  const std::int32_t end = std::min(work_.row + band_rows, pair.height);
+  ILP_TRY(resample_rows(pair, Side::left, work_.camera, workspace_.left.view(), work_.row, end,
+                        workspace_.rectified_left.view(), workspace_.valid_left.view()));
+  ILP_TRY(resample_rows(pair, Side::right, work_.camera, workspace_.right.view(), work_.row, end,
+                        workspace_.rectified_right.view(), workspace_.valid_right.view()));
+  work_.row = end;
+  if (work_.row < pair.height) return {};
   StereoParams params;
-  params.matcher = mission_.matcher;
-  params.min_ncc = mission_.min_correlation;
-  phase_ = Phase::match;
-  rows_matched_ = 0;
-  ILP_TRY(matcher_.begin(rectified_left_.view(), rectified_right_.view(), valid_left_.view(), valid_right_.view(),
-                         panel().range, params, work_.stereo, {disparity_.view(), disparity_sigma_.view()}));
+  params.matcher = wiring_.mission.matcher;
+  params.min_ncc = wiring_.mission.min_correlation;
+  work_.phase = Phase::match;
+  work_.rows_matched = 0;
+  ILP_TRY(workspace_.matcher.begin(workspace_.rectified_left.view(), workspace_.rectified_right.view(),
+                                   workspace_.valid_left.view(), workspace_.valid_right.view(), panel().range, params,
+                                   workspace_.shared.stereo,
+                                   {workspace_.disparity.view(), workspace_.disparity_sigma.view()}));
   // Later panels add to the maps, where jobs would lie.
-  if (panel_ == 0) bands_.begin(work_.stereo, maps_.band, matcher_);
+  if (work_.panel == 0) work_.bands.begin(workspace_.shared.stereo, workspace_.maps.band, workspace_.matcher);
   return {};
 }
 
 Status DenseMatcher::match_band(bool& waits) {
   bool more = true;
-  for (; more && rows_matched_ < band_rows; ++rows_matched_) {
+  for (; more && work_.rows_matched < band_rows; ++work_.rows_matched) {
     bool there = true;
-    if (matcher_.wants_band()) ILP_TRY(bands_.get(matcher_, maps_.band, there, waits));
+    if (workspace_.matcher.wants_band())
+      ILP_TRY(work_.bands.get(workspace_.matcher, workspace_.maps.band, there, waits));
     if (!there) return {};
-    ILP_TRY(matcher_.step(1, more));
+    ILP_TRY(workspace_.matcher.step(1, more));
   }
-  rows_matched_ = 0;
-  if (!more) phase_ = Phase::residuals;
+  work_.rows_matched = 0;
+  if (!more) work_.phase = Phase::residuals;
   return {};
 }
 
 Status DenseMatcher::check_rows() {
-  add_vertical_residuals(rectified_left_.view(), rectified_right_.view(), valid_right_.view(), disparity_.view(),
-                         disparity_sigma_.view(), residual_);
-  phase_ = Phase::depth;
-  row_ = 0;
+  add_vertical_residuals(workspace_.rectified_left.view(), workspace_.rectified_right.view(),
+                         workspace_.valid_right.view(), workspace_.disparity.view(), workspace_.disparity_sigma.view(),
+                         work_.residual);
+  work_.phase = Phase::depth;
+  work_.row = 0;
   return {};
 }
 
 Status DenseMatcher::begin_depth() {
-  for (ImageBuffer<float>* map : {&maps_.depth.inverse, &maps_.depth.sigma}) {
-    ILP_TRY(map->resize(camera_.width, camera_.height));
+  for (ImageBuffer<float>* map : {&workspace_.maps.depth.inverse, &workspace_.maps.depth.sigma}) {
+    ILP_TRY(map->resize(work_.camera.width, work_.camera.height));
     std::fill_n(map->view().data, map->view().area(), 0.0F);
   }
   return {};
 }
 
 Status DenseMatcher::depth_band() {
-  if (panel_ == 0 && row_ == 0) ILP_TRY(begin_depth());
-  const std::int32_t end = std::min(row_ + 4 * band_rows, camera_.height);
-  ILP_TRY(depth_rows(panel().pair, camera_, disparity_.view(), disparity_sigma_.view(), row_, end,
-                     {maps_.depth.inverse.view(), maps_.depth.sigma.view()}));
-  row_ = end;
-  if (row_ < camera_.height) return {};
-  if (++panel_ < plan_.count) return begin_panel();
-  phase_ = Phase::errors;
+  if (work_.panel == 0 && work_.row == 0) ILP_TRY(begin_depth());
+  const std::int32_t end = std::min(work_.row + 4 * band_rows, work_.camera.height);
+  ILP_TRY(depth_rows(panel().pair, work_.camera, workspace_.disparity.view(), workspace_.disparity_sigma.view(),
+                     work_.row, end, {workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view()}));
+  work_.row = end;
+  if (work_.row < work_.camera.height) return {};
+  if (++work_.panel < work_.plan.count) return begin_panel();
+  work_.phase = Phase::errors;
   return {};
 }
 
 void DenseMatcher::state_geometry(DepthRecord& record) {
   const RigidTransform partner_from_this =
-      compose(cam_from_world(pose_of(partner_.pose)), inverse(cam_from_world(pose_of(pose_))));
+      compose(cam_from_world(pose_of(work_.partner.pose)), inverse(cam_from_world(pose_of(work_.pose))));
   Vec2 epipole;
-  if (plan_.blind_radius_px > 0 && epipole_of(camera_, partner_from_this, epipole)) {
+  if (work_.plan.blind_radius_px > 0 && epipole_of(work_.camera, partner_from_this, epipole)) {
     record.epipole_x = epipole.x();
     record.epipole_y = epipole.y();
-    record.blind_radius_px = plan_.blind_radius_px;
+    record.blind_radius_px = work_.plan.blind_radius_px;
   }
-  const ImageView<const float> inverse_depth = static_cast<const ImageBuffer<float>&>(maps_.depth.inverse).view();
-  record.pose_sigma =
-      median_depth_error_of_poses(partner_from_this, partner_.step, camera_, inverse_depth, work_.record.pose_errors);
+  const ImageView<const float> inverse_depth =
+      static_cast<const ImageBuffer<float>&>(workspace_.maps.depth.inverse).view();
+  record.pose_sigma = median_depth_error_of_poses(partner_from_this, work_.partner.step, work_.camera, inverse_depth,
+                                                  workspace_.shared.record.pose_errors);
 }
 
 Status DenseMatcher::state_errors() {
-  if (residual_.count >= min_vertical_residuals && residual_.median_px() > max_vertical_residual_px) {
+  if (work_.residual.count >= min_vertical_residuals && work_.residual.median_px() > max_vertical_residual_px) {
     return give_up_partner(DepthVerdict::rectification_impossible,
-                           {StatusCode::rectification_impossible, pose_.id,
+                           {StatusCode::rectification_impossible, work_.pose.id,
                             static_cast<std::int64_t>(RectificationFault::poses_contradict)});
   }
-  record_ = {};
-  mask_ = {};
-  record_.id = pose_.id;
-  record_.strip_id = pose_.strip_id;
-  record_.partner_id = partner_.pose.id;
-  record_.baseline = distance(pose_, partner_.pose);
-  record_.disparity_per_inverse_depth_px = plan_.disparity_per_inverse_depth_px;
-  drop_uncertain_depths(mission_.largest_depth_sigma, {maps_.depth.inverse.view(), maps_.depth.sigma.view()});
-  state_geometry(record_);
-  phase_ = Phase::quality;
+  work_.record = {};
+  work_.mask = {};
+  work_.record.id = work_.pose.id;
+  work_.record.strip_id = work_.pose.strip_id;
+  work_.record.partner_id = work_.partner.pose.id;
+  work_.record.baseline = distance(work_.pose, work_.partner.pose);
+  work_.record.disparity_per_inverse_depth_px = work_.plan.disparity_per_inverse_depth_px;
+  drop_uncertain_depths(wiring_.mission.largest_depth_sigma,
+                        {workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view()});
+  state_geometry(work_.record);
+  work_.phase = Phase::quality;
   return {};
 }
 
 Status DenseMatcher::state_quality() {
-  RecordWorkspace& w = work_.record;
-  ILP_TRY(w.sigma_code.resize(camera_.width, camera_.height));
-  code_sigma(static_cast<const ImageBuffer<float>&>(maps_.depth.sigma).view(), record_.disparity_per_inverse_depth_px,
-             w.sigma_code.view().data);
-  record_.supported = drop_signs(maps_.depth.sigma.view());
-  phase_ = Phase::mask;
-  return seen_cells(maps_.depth.inverse.view(), maps_.depth.sigma.view(), camera_.fx, 1, now_);
+  RecordWorkspace& w = workspace_.shared.record;
+  ILP_TRY(w.sigma_code.resize(work_.camera.width, work_.camera.height));
+  code_sigma(static_cast<const ImageBuffer<float>&>(workspace_.maps.depth.sigma).view(),
+             work_.record.disparity_per_inverse_depth_px, w.sigma_code.view().data);
+  work_.record.supported = drop_signs(workspace_.maps.depth.sigma.view());
+  work_.phase = Phase::mask;
+  return seen_cells(workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view(), work_.camera.fx, 1,
+                    workspace_.now);
 }
 
 /// The mask of the ground that is new.
 Status DenseMatcher::claim_ground() {
-  RecordWorkspace& w = work_.record;
-  after_ = state_;
-  ILP_TRY(use_coverage_of(pose_.id));
-  ILP_TRY(w.mask.resize(camera_.width, camera_.height));
-  ILP_TRY(w.codes.resize(camera_.width, camera_.height));
+  RecordWorkspace& w = workspace_.shared.record;
+  workspace_.after = state_;
+  ILP_TRY(use_coverage_of(work_.pose.id));
+  ILP_TRY(w.mask.resize(work_.camera.width, work_.camera.height));
+  ILP_TRY(w.codes.resize(work_.camera.width, work_.camera.height));
   MaskCounts counts;
-  ILP_TRY(
-      newly_seen_mask(maps_.depth.sigma.view(), after_.coverage, now_, partner_.finer_steps, w.mask.view(), counts));
+  ILP_TRY(newly_seen_mask(workspace_.maps.depth.sigma.view(), workspace_.after.coverage, workspace_.now,
+                          work_.partner.finer_steps, w.mask.view(), counts));
   const auto area = static_cast<double>(w.mask.view().area());
   if (counts.matched < smallest_matched_share * area) {
     return give_up_partner(DepthVerdict::too_few_valid, {});
   }
-  record_.valid = counts.matched;
-  mask_.newly_seen = counts.newly_seen;
-  phase_ = Phase::coding;
+  work_.record.valid = counts.matched;
+  work_.mask.newly_seen = counts.newly_seen;
+  work_.phase = Phase::coding;
   return {};
 }
 
 Status DenseMatcher::choose_coding() {
-  const RecordWorkspace& w = work_.record;
+  const RecordWorkspace& w = workspace_.shared.record;
   DepthCoding coding;
-  ILP_TRY(choose_depth_coding(maps_.depth.inverse.view(), maps_.depth.sigma.view(), w.mask.view(),
-                              plan_.disparity_per_inverse_depth_px / plan_.baseline, plan_.baseline,
-                              1.0 / mission_.depth_step_px, coding));
-  record_.offset = coding.offset;
-  record_.step = coding.step;
-  phase_ = Phase::codes;
+  ILP_TRY(choose_depth_coding(workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view(), w.mask.view(),
+                              work_.plan.disparity_per_inverse_depth_px / work_.plan.baseline, work_.plan.baseline,
+                              1.0 / wiring_.mission.depth_step_px, coding));
+  work_.record.offset = coding.offset;
+  work_.record.step = coding.step;
+  work_.phase = Phase::codes;
   return {};
 }
 
 Status DenseMatcher::code_depth() {
-  RecordWorkspace& w = work_.record;
-  ILP_TRY(encode_depth(maps_.depth.inverse.view(), maps_.depth.sigma.view(), w.mask.view(),
-                       {record_.offset, record_.step}, w.codes.view()));
-  state_median_sigma(record_);
-  phase_ = Phase::mask_code;
+  RecordWorkspace& w = workspace_.shared.record;
+  ILP_TRY(encode_depth(workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view(), w.mask.view(),
+                       {work_.record.offset, work_.record.step}, w.codes.view()));
+  state_median_sigma(work_.record);
+  work_.phase = Phase::mask_code;
   return {};
 }
 
 void DenseMatcher::state_median_sigma(DepthRecord& record) {
-  const ImageView<const std::uint8_t> sigma_codes = work_.record.sigma_code.view();
+  const ImageView<const std::uint8_t> sigma_codes = workspace_.shared.record.sigma_code.view();
   std::array<std::uint32_t, sigma_code_largest + 1> histogram{};
   for (std::size_t i = 0; i < sigma_codes.area(); ++i) ++histogram[sigma_codes.data[i] & sigma_code_largest];
   std::uint32_t below = 0;
@@ -332,54 +340,57 @@ void DenseMatcher::state_median_sigma(DepthRecord& record) {
 }
 
 PairGround DenseMatcher::ground() const {
-  return {maps_.depth.inverse.view(), maps_.depth.sigma.view(), work_.record.mask.view(), now_};
+  return {workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view(),
+          workspace_.shared.record.mask.view(), workspace_.now};
 }
 
 Status DenseMatcher::begin_carry() {
-  after_ = state_;
-  ILP_TRY(use_coverage_of(pose_.id));
-  ILP_TRY(cover_passed(pose_.id, next_.id, true));
-  phase_ = Phase::coverage;
-  return begin_carrying(camera_, ground(), work_.record.coverage, after_.coverage);
+  workspace_.after = state_;
+  ILP_TRY(use_coverage_of(work_.pose.id));
+  ILP_TRY(cover_passed(work_.pose.id, work_.next.id, true));
+  work_.phase = Phase::coverage;
+  return begin_carrying(work_.camera, ground(), workspace_.shared.record.coverage, workspace_.after.coverage);
 }
 
 Status DenseMatcher::carry_ground() {
   const RigidTransform next_from_this =
-      compose(cam_from_world(pose_of(next_)), inverse(cam_from_world(pose_of(pose_))));
+      compose(cam_from_world(pose_of(work_.next)), inverse(cam_from_world(pose_of(work_.pose))));
   bool more = false;
-  ILP_TRY(carry_coverage_slice(camera_, ground(), next_from_this, work_.record.coverage, after_.coverage, more));
-  if (!more) phase_ = Phase::cells;
+  ILP_TRY(carry_coverage_slice(work_.camera, ground(), next_from_this, workspace_.shared.record.coverage,
+                               workspace_.after.coverage, more));
+  if (!more) work_.phase = Phase::cells;
   return {};
 }
 
 Status DenseMatcher::describe_cells() {
-  phase_ = Phase::record;
-  return measure_cells(record_);
+  work_.phase = Phase::record;
+  return measure_cells(work_.record);
 }
 
 Status DenseMatcher::record_depth() {
-  return write(record_, mask_, next_.id);
+  return write(work_.record, work_.mask, work_.next.id);
 }
 
 /// The pair has given no depth: what is `reported` counts if the partner is the next keyframe, which is tried
 /// otherwise.
 Status DenseMatcher::give_up_partner(DepthVerdict verdict, Status reported) {
-  if (partner_.pose.id != next_.id) {
-    partner_ = partner_of(next_, sampling_steps(mission_.claim_ratio));
-    const Status begun = begin_pair(pose_, verdict);
+  if (work_.partner.pose.id != work_.next.id) {
+    work_.partner = partner_of(work_.next, sampling_steps(wiring_.mission.claim_ratio));
+    const Status begun = begin_pair(work_.pose, verdict);
     if (verdict == DepthVerdict::ok) return begun;
     reported = {};
   }
-  ILP_TRY(record_without_depth(pose_, verdict));
+  ILP_TRY(record_without_depth(work_.pose, verdict));
   return reported;
 }
 
 /// Of cells with a few pixels of depth nobody can say later which part was seen.
 Status DenseMatcher::measure_cells(DepthRecord& record) {
-  ILP_TRY(cell_depths(maps_.depth.inverse.view(), maps_.depth.sigma.view(), smallest_cell, cell_depths_));
-  const auto cells = static_cast<std::size_t>(now_.columns) * static_cast<std::size_t>(now_.rows);
+  ILP_TRY(cell_depths(workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view(), smallest_cell,
+                      workspace_.cell_depths));
+  const auto cells = static_cast<std::size_t>(workspace_.now.columns) * static_cast<std::size_t>(workspace_.now.rows);
   for (std::size_t i = 0; i < cells; ++i) {
-    if (!(cell_depths_[i] > 0)) now_.quality[i] = 0;
+    if (!(workspace_.cell_depths[i] > 0)) workspace_.now.quality[i] = 0;
   }
   record.cells.bytes = static_cast<std::uint32_t>(cells * (1 + sizeof(float)));
   return {};
@@ -389,7 +400,7 @@ Status DenseMatcher::plane_between(std::int64_t from_keyframe_id, std::int64_t t
   to_from_from = Mat3::Identity();
   for (std::int64_t id = from_keyframe_id + 1; id <= to_keyframe_id; ++id) {
     KeyframeRecord keyframe;
-    ILP_TRY(get(store_, id, keyframe));
+    ILP_TRY(get(wiring_.store, id, keyframe));
     Mat3 plane;
     for (int i = 0; i < 9; ++i) plane(i / 3, i % 3) = keyframe.plane_from_previous[i];
     to_from_from = plane * to_from_from;
@@ -399,26 +410,26 @@ Status DenseMatcher::plane_between(std::int64_t from_keyframe_id, std::int64_t t
 
 /// A strip is abandoned after two failures in a row, so that a pair reaches across one keyframe at most.
 Status DenseMatcher::cover_passed(std::int64_t first_id, std::int64_t second_id, bool with_depth) {
-  after_.passed_keyframe_id = 0;
+  workspace_.after.passed_keyframe_id = 0;
   if (second_id != first_id + 2) return {};
   const std::int64_t passed_id = first_id + 1;
   Mat3 passed_from_first;
   Mat3 second_from_passed;
   ILP_TRY(plane_between(first_id, passed_id, passed_from_first));
   ILP_TRY(plane_between(passed_id, second_id, second_from_passed));
-  ILP_TRY(clear_coverage(camera_.width, camera_.height, after_.passed));
-  const ImageView<const float> sigma = maps_.depth.sigma.view();
+  ILP_TRY(clear_coverage(work_.camera.width, work_.camera.height, workspace_.after.passed));
+  const ImageView<const float> sigma = workspace_.maps.depth.sigma.view();
   // The mask of an image without a pose depends on what is covered, not on how well that was seen.
   constexpr std::uint8_t covered = 1;
   const auto known = [&](std::int32_t x, std::int32_t y) {
     // Without depth the image of the first is sent whole.
-    const bool sent = !with_depth || sigma.at(x, y) > 0 || after_.coverage.at(x, y);
+    const bool sent = !with_depth || sigma.at(x, y) > 0 || workspace_.after.coverage.at(x, y);
     return sent ? covered : std::uint8_t{0};
   };
-  cover_over_plane(passed_from_first.inverse(), known, after_.passed);
+  cover_over_plane(passed_from_first.inverse(), known, workspace_.after.passed);
   cover_over_plane(
-      second_from_passed, [](std::int32_t, std::int32_t) { return covered; }, after_.passed);
-  after_.passed_keyframe_id = passed_id;
+      second_from_passed, [](std::int32_t, std::int32_t) { return covered; }, workspace_.after.passed);
+  workspace_.after.passed_keyframe_id = passed_id;
   return {};
 }
 
@@ -427,17 +438,17 @@ Status DenseMatcher::carry_without_depth(const PoseRecord& pose, std::int64_t& n
   next_id = 0;
   PoseRecord next;
   Successor state = Successor::none;
-  if (pose.state != PoseState::failed) ILP_TRY(next_with_pose(store_, pose, pose.id, next, state));
+  if (pose.state != PoseState::failed) ILP_TRY(next_with_pose(wiring_.store, pose, pose.id, next, state));
   if (state != Successor::final) return {};
   ILP_TRY(cover_passed(pose.id, next.id, false));
   Mat3 next_from_this;
   ILP_TRY(plane_between(pose.id, next.id, next_from_this));
-  before_ = after_.coverage;
-  ILP_TRY(clear_coverage(camera_.width, camera_.height, after_.coverage));
+  workspace_.before = workspace_.after.coverage;
+  ILP_TRY(clear_coverage(work_.camera.width, work_.camera.height, workspace_.after.coverage));
   const auto known = [this](std::int32_t x, std::int32_t y) {
-    return before_.at(x, y) ? before_.seen.at(x, y) : std::uint8_t{0};
+    return workspace_.before.at(x, y) ? workspace_.before.seen.at(x, y) : std::uint8_t{0};
   };
-  cover_over_plane(next_from_this.inverse(), known, after_.coverage);
+  cover_over_plane(next_from_this.inverse(), known, workspace_.after.coverage);
   next_id = next.id;
   return {};
 }
@@ -448,18 +459,18 @@ Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict v
   record.id = pose.id;
   record.strip_id = pose.strip_id;
   record.verdict = verdict;
-  after_ = state_;
-  const bool passed = pose.id == after_.passed_keyframe_id;
+  workspace_.after = state_;
+  const bool passed = pose.id == workspace_.after.passed_keyframe_id;
   if (!passed) ILP_TRY(use_coverage_of(pose.id));
-  const Coverage& coverage = passed ? after_.passed : after_.coverage;
-  ILP_TRY(work_.record.mask.resize(camera_.width, camera_.height));
-  const ImageView<std::uint8_t> mask = work_.record.mask.view();
+  const Coverage& coverage = passed ? workspace_.after.passed : workspace_.after.coverage;
+  ILP_TRY(workspace_.shared.record.mask.resize(work_.camera.width, work_.camera.height));
+  const ImageView<std::uint8_t> mask = workspace_.shared.record.mask.view();
   for (std::size_t i = 0; i < mask.area(); ++i) {
     const bool covered = coverage.at(i);
     mask.data[i] = covered ? 0 : 255;
     new_ground.newly_seen += covered ? 0 : 1;
   }
-  std::int64_t next_id = after_.coverage_keyframe_id;
+  std::int64_t next_id = workspace_.after.coverage_keyframe_id;
   if (!passed) ILP_TRY(carry_without_depth(pose, next_id));
   ILP_TRY(code_mask(new_ground));
   return write(record, new_ground, next_id);
@@ -469,32 +480,32 @@ Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict v
 Status DenseMatcher::record_given_up() {
   const std::int64_t id = cursor_.first + 1;
   PoseRecord pose;
-  const Status known = get(store_, id, pose);
+  const Status known = get(wiring_.store, id, pose);
   if (!known.ok() && is_transient(known)) return known;
   if (known.ok()) {
     const Status recorded = record_without_depth(pose, DepthVerdict::too_few_valid);
     if (recorded.ok() || is_transient(recorded)) return recorded;
   }
   KeyframeRecord keyframe;
-  const Status there = get(store_, id, keyframe);
+  const Status there = get(wiring_.store, id, keyframe);
   if (!there.ok() && is_transient(there)) return there;
   DepthRecord record;
   MaskRecord new_ground;
   record.id = id;
   record.strip_id = there.ok() ? keyframe.strip_id : 0;
   record.verdict = DepthVerdict::too_few_valid;
-  ILP_TRY(work_.record.mask.resize(camera_.width, camera_.height));
-  const ImageView<std::uint8_t> mask = work_.record.mask.view();
+  ILP_TRY(workspace_.shared.record.mask.resize(work_.camera.width, work_.camera.height));
+  const ImageView<std::uint8_t> mask = workspace_.shared.record.mask.view();
   std::fill_n(mask.data, mask.area(), std::uint8_t{255});
   new_ground.newly_seen = static_cast<std::uint32_t>(mask.area());
-  after_ = state_;
-  after_.passed_keyframe_id = 0;
+  workspace_.after = state_;
+  workspace_.after.passed_keyframe_id = 0;
   ILP_TRY(code_mask(new_ground));
   return write(record, new_ground, 0);
 }
 
 Status DenseMatcher::code_mask(MaskRecord& mask) {
-  RecordWorkspace& w = work_.record;
+  RecordWorkspace& w = workspace_.shared.record;
   std::size_t size = 0;
   ILP_TRY(encode_mask(w.mask.view(), w.mask_bytes.data(), w.mask_bytes.size(), size));
   mask.code.bytes = static_cast<std::uint32_t>(size);
@@ -502,37 +513,37 @@ Status DenseMatcher::code_mask(MaskRecord& mask) {
 }
 
 Status DenseMatcher::write(DepthRecord& record, MaskRecord& mask, std::int64_t next_coverage_id) {
-  RecordWorkspace& w = work_.record;
+  RecordWorkspace& w = workspace_.shared.record;
   mask.id = record.id;
-  mask.width = record.width = camera_.width;
-  mask.height = record.height = camera_.height;
-  after_.coverage_keyframe_id = next_coverage_id;
+  mask.width = record.width = work_.camera.width;
+  mask.height = record.height = work_.camera.height;
+  workspace_.after.coverage_keyframe_id = next_coverage_id;
 
-  patience_.begin_writing();
-  StepTransaction transaction(store_, checkpoint);
+  work_.patience.begin_writing();
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(put(store_, record));
+  ILP_TRY(put(wiring_.store, record));
   if (record.values.bytes != 0) {
     const ImageView<const std::uint16_t> codes = w.codes.view();
     const ImageView<const std::uint8_t> sigma = w.sigma_code.view();
-    ILP_TRY(write_blob<DepthRecord>(store_, "values", record.id, 0, bytes_of(codes)));
-    ILP_TRY(write_blob<DepthRecord>(store_, "sigma", record.id, 0, bytes_of(sigma)));
+    ILP_TRY(write_blob<DepthRecord>(wiring_.store, "values", record.id, 0, bytes_of(codes)));
+    ILP_TRY(write_blob<DepthRecord>(wiring_.store, "sigma", record.id, 0, bytes_of(sigma)));
     const std::size_t cells = record.cells.bytes / (1 + sizeof(float));
-    const std::span<const std::uint8_t> quality(now_.quality.data(), cells);
-    const ImageView<const float> depths(cell_depths_.data(), static_cast<std::int32_t>(cells), 1);
-    ILP_TRY(write_blob<DepthRecord>(store_, "cells", record.id, 0, quality));
-    ILP_TRY(write_blob<DepthRecord>(store_, "cells", record.id, cells, bytes_of(depths)));
+    const std::span<const std::uint8_t> quality(workspace_.now.quality.data(), cells);
+    const ImageView<const float> depths(workspace_.cell_depths.data(), static_cast<std::int32_t>(cells), 1);
+    ILP_TRY(write_blob<DepthRecord>(wiring_.store, "cells", record.id, 0, quality));
+    ILP_TRY(write_blob<DepthRecord>(wiring_.store, "cells", record.id, cells, bytes_of(depths)));
   }
-  ILP_TRY(put(store_, mask));
-  ILP_TRY(write_blob<MaskRecord>(store_, "code", mask.id, 0, {w.mask_bytes.data(), mask.code.bytes}));
-  ILP_TRY(transaction.commit(Cursor{record.id, cursor_.second}, after_, cursor_, state_));
-  patience_.end_writing();
-  phase_ = Phase::idle;
+  ILP_TRY(put(wiring_.store, mask));
+  ILP_TRY(write_blob<MaskRecord>(wiring_.store, "code", mask.id, 0, {w.mask_bytes.data(), mask.code.bytes}));
+  ILP_TRY(transaction.commit(Cursor{record.id, cursor_.second}, workspace_.after, cursor_, state_));
+  work_.patience.end_writing();
+  work_.phase = Phase::idle;
   return {};
 }
 
 Status DenseMatcher::advance(bool& picked, bool& waits) {
-  switch (phase_) {
+  switch (work_.phase) {
     case Phase::idle:
       return pick(picked);
     case Phase::begin:
@@ -556,8 +567,8 @@ Status DenseMatcher::advance(bool& picked, bool& waits) {
     case Phase::codes:
       return code_depth();
     case Phase::mask_code:
-      phase_ = Phase::passed;
-      return code_mask(mask_);
+      work_.phase = Phase::passed;
+      return code_mask(work_.mask);
     case Phase::passed:
       return begin_carry();
     case Phase::coverage:
@@ -571,10 +582,10 @@ Status DenseMatcher::advance(bool& picked, bool& waits) {
 }
 
 StepResult DenseMatcher::step() {
-  if (mission_.safe_mode) return {};
+  if (wiring_.mission.safe_mode) return {};
   bool pending = true;
   bool waits = false;
-  const Phase phase = phase_;
+  const Phase phase = work_.phase;
   const Status status = advance(pending, waits);
   if (status.ok()) return {{}, pending, waits ? Then::wait : Then::go_on};
   // Of the pair, or of the next one that takes its place.
@@ -582,7 +593,7 @@ StepResult DenseMatcher::step() {
   if (of_pair && (status.is(StatusCode::rectification_impossible) || status.is(StatusCode::disparity_range_exceeded))) {
     return {status, true};
   }
-  return patience_.failed(cursor_.first + 1, status);
+  return work_.patience.failed(cursor_.first + 1, status);
 }
 
 }  // namespace ilp

@@ -41,16 +41,12 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   DenseMatcher(Tables store, const MissionParameters& mission, Compute* compute = nullptr,
                StereoBandWorkspace* workspace = nullptr);
   /// Memory for the comparison of a device with the processor, before the flight.
-  [[nodiscard]] StereoBandJob& spare_job() { return maps_.band; }
+  [[nodiscard]] StereoBandJob& spare_job() { return workspace_.maps.band; }
 
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_, state_.coverage_keyframe_id, state_.coverage, state_.passed_keyframe_id,
-                         state_.passed)
-        .of(*this)
-        .at_work(camera_, row_)
-        .changed_by_commits();
+    return LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_).changed_by_commits();
   }
 
  private:
@@ -73,6 +69,10 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
     record
   };
 
+  struct Wiring {
+    Tables store;
+    const MissionParameters& mission;
+  };
   struct State {
     std::int64_t coverage_keyframe_id = 0;  ///< the keyframe of this coverage; any other has none
     Coverage coverage;
@@ -93,8 +93,8 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
     PoseErrorScratch pose_errors;
   };
   /// Either begins with what it writes itself.
-  union Workspace {
-    Workspace() : stereo() {}
+  union Shared {
+    Shared() : stereo() {}
     StereoWorkspace stereo;
     RecordWorkspace record;
   };
@@ -109,6 +109,35 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
     StereoBandJob band;
   };
   static_assert(sizeof(StereoBandJob) <= sizeof(DepthMaps::Depth), "jobs need no memory of their own");
+  struct Work {
+    CameraModel camera;
+    // The pair at work; a restart drops it.
+    Phase phase = Phase::idle;
+    Patience patience;
+    PoseRecord pose;
+    PoseRecord next;  ///< the next keyframe with a pose, to which coverage is carried
+    Partner partner;
+    RectificationPlan plan;
+    std::size_t panel = 0;
+    VerticalResidual residual;
+    DepthRecord record;             ///< of the pair, as far as it is known
+    MaskRecord mask;                ///< the same
+    std::int32_t rows_matched = 0;  ///< of a step that waits for a device
+    BandJobs bands;
+    std::int32_t row = 0;
+  };
+  struct Workspace {
+    StereoMatcher matcher;
+    FrameImage left, right;
+    RectifiedBuffer<std::uint8_t> rectified_left, rectified_right, valid_left, valid_right;
+    RectifiedBuffer<float> disparity, disparity_sigma;
+    DepthMaps maps;
+    CellDepths cell_depths{};
+    SeenCells now;  ///< how well the pair shows the ground
+    Shared shared;
+    State after;  ///< the state after the record at work
+    Coverage before;
+  };
 
   Status pick(bool& picked);
   Status begin();
@@ -121,7 +150,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   Status begin_depth();
   Status check_rows();
   Status depth_band();
-  [[nodiscard]] const RectifiedPanel& panel() const { return plan_.panels[panel_]; }
+  [[nodiscard]] const RectifiedPanel& panel() const { return work_.plan.panels[work_.panel]; }
   Status state_errors();
   Status state_quality();
   Status claim_ground();
@@ -146,35 +175,11 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   void state_median_sigma(DepthRecord& record);
   Status measure_cells(DepthRecord& record);
 
-  Tables store_;
-  const MissionParameters& mission_;
+  Wiring wiring_;
   Cursor cursor_;
   State state_;
-  CameraModel camera_;
-  // The pair at work; a restart drops it.
-  Phase phase_ = Phase::idle;
-  Patience patience_;
-  PoseRecord pose_;
-  PoseRecord next_;  ///< the next keyframe with a pose, to which coverage is carried
-  Partner partner_;
-  RectificationPlan plan_;
-  std::size_t panel_ = 0;
-  VerticalResidual residual_;
-  DepthRecord record_;             ///< of the pair, as far as it is known
-  MaskRecord mask_;                ///< the same
-  std::int32_t rows_matched_ = 0;  ///< of a step that waits for a device
-  BandJobs bands_;
-  std::int32_t row_ = 0;
-  StereoMatcher matcher_;
-  FrameImage left_, right_;
-  RectifiedBuffer<std::uint8_t> rectified_left_, rectified_right_, valid_left_, valid_right_;
-  RectifiedBuffer<float> disparity_, disparity_sigma_;
-  DepthMaps maps_;
-  CellDepths cell_depths_{};
-  SeenCells now_;  ///< how well the pair shows the ground
-  Workspace work_;
-  State after_;  ///< the state after the record at work
-  Coverage before_;
+  Work work_;
+  Workspace workspace_;
 };
 
 }  // namespace ilp

@@ -23,7 +23,7 @@
 
 namespace ilp::faults {
 ILP_REVEAL(FlightSoftware, components_);
-ILP_REVEAL(DenseMatcher, phase_);
+ILP_REVEAL(DenseMatcher, work_);
 }  // namespace ilp::faults
 
 namespace ilp::bench {
@@ -153,7 +153,7 @@ class TimedComponent final : public Component {
   [[nodiscard]] std::size_t phase_now() const {
     if (id_ != ComponentId::dense_matcher) return 0;
     const auto& matcher = static_cast<const DenseMatcher&>(component_);
-    return static_cast<std::size_t>(matcher.*revealed(faults::DenseMatcher_phase_{}));
+    return static_cast<std::size_t>((matcher.*revealed(faults::DenseMatcher_work_{})).phase);
   }
 
   Component& component_;
