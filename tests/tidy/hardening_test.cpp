@@ -140,48 +140,6 @@ TEST_P(Hardening, FlightLibrariesWatchTheirStack) {
   }
 }
 
-/// Objects of a library.
-std::set<std::string> members_of(const fs::path& library) {
-  static const std::regex pattern(R"((\S+\.o):\n)");
-  const std::string text = output_of(std::string(ILP_NM) + " '" + library.string() + "' 2>/dev/null");
-  std::set<std::string> members;
-  for (auto i = std::sregex_iterator(text.begin(), text.end(), pattern); i != std::sregex_iterator(); ++i) {
-    members.insert((*i)[1]);
-  }
-  return members;
-}
-
-// What the compiler says of each function, those of templates and headers of other libraries too (-fstack-usage).
-TEST_P(Hardening, NoFunctionOfTheFlightTakesMoreThan16KiBOfStack) {
-#ifdef ILP_SANITIZED
-  if (!on_flight_computer()) GTEST_SKIP() << "the sanitizers enlarge all frames";
-#endif
-  std::size_t functions = 0;
-  for (const fs::path& library : libraries) {
-    const std::string name = library.stem().string().substr(3);
-    const std::set<std::string> members = members_of(library);
-    EXPECT_FALSE(members.empty()) << library;
-    std::set<std::string> read;
-    for (const auto& entry : fs::recursive_directory_iterator(library.parent_path() / "CMakeFiles" / (name + ".dir"))) {
-      // Others are those of sources that are gone.
-      const std::string object = entry.path().stem().string() + ".o";
-      if (entry.path().extension() != ".su" || members.count(object) == 0) continue;
-      read.insert(object);
-      std::ifstream in(entry.path());
-      for (std::string place, bytes, kind; std::getline(in, place, '\t') && std::getline(in, bytes, '\t') && in >> kind;
-           in.ignore()) {
-        ++functions;
-        EXPECT_LE(std::stoul(bytes), 16384U) << place;
-        // With matrices of fixed size, as all are here, its memory is in the frame of its caller.
-        const bool of_caller = place.find("Eigen/src/Core/products/TriangularSolverMatrix.h") != std::string::npos;
-        EXPECT_TRUE(kind == "static" || kind == "dynamic,bounded" || of_caller) << place << ": " << kind;
-      }
-    }
-    EXPECT_EQ(read, members) << "of " << library;
-  }
-  EXPECT_GT(functions, 1000U);
-}
-
 TEST_P(Hardening, FlightLibrariesMakeCheckedCallsOnly) {
 #ifdef ILP_SANITIZED
   if (!on_flight_computer()) GTEST_SKIP() << "the sanitizers look at these calls themselves";
