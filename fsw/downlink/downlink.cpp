@@ -1,5 +1,7 @@
 #include "fsw/downlink/downlink.hpp"
 
+#include "fsw/downlink/downlink_choice.hpp"
+#include "fsw/downlink/downlink_confirmations.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -9,7 +11,8 @@ constexpr std::int64_t credit_cap_s = 10;
 /// Faults of one file until it is abandoned: faults that may pass (in 17 minutes), and permanent ones.
 constexpr std::uint32_t most_passing_faults = 12;
 constexpr std::uint32_t most_lasting_faults = 3;
-
+/// After a fault of the store, this many confirmations are committed one by one.
+constexpr int heard_alone = 16;
 /// A slower link counts as one byte per second, so that it does not stop.
 std::int64_t link_rate(const MissionParameters& mission) {
   if (mission.link_bytes_per_s <= 0) return 0;
@@ -104,7 +107,7 @@ Status Downlink::begin_pass(State& after, const Contact& contact, bool& begun) {
 
 Status Downlink::send_in_contact(State& after, bool& sent) {
   const State before = after;
-  const Status status = send_next(after, sent);
+  const Status status = part<DownlinkChoice>().send_next(after, sent);
   if (status.is(StatusCode::transfer_queue_full)) {
     after = before;
     sent = work_.changed = false;
@@ -150,6 +153,19 @@ Status Downlink::set_aside(const Status& fault, bool& others) {
   return {StatusCode::file_set_aside, work_.subject.id, static_cast<std::int64_t>(fault.code)};
 }
 
+Status Downlink::hear_all() {
+  State after = state_;
+  if (after.acknowledged_through == after.last_downlink_id) return {};
+  bool heard = false;
+  StepTransaction transaction(wiring_.store, checkpoint);
+  ILP_TRY(transaction.begin());
+  Status status = part<DownlinkConfirmations>().hear(after, heard);
+  if (status.ok() && heard) status = transaction.commit(cursor_, after, cursor_);
+  if (status.ok()) state_ = after;
+  if (!status.ok()) work_.hear_alone = heard_alone;
+  return status;
+}
+
 StepResult Downlink::step() {
   work_.event = {};
   work_.subject = {};
@@ -173,7 +189,7 @@ StepResult Downlink::send_one() {
   StepTransaction transaction(wiring_.store, checkpoint);
   Status status = transaction.begin();
   if (status.ok()) status = begin_pass(after, contact, begun);
-  if (status.ok()) status = check_products(after, checked);
+  if (status.ok()) status = part<DownlinkConfirmations>().check_products(after, checked);
   if (!status.ok()) return {status, false};
   credit(after, contact);
   status = send_in_contact(after, sent);

@@ -1,4 +1,5 @@
-// Which file Downlink sends next.
+#include "fsw/downlink/downlink_choice.hpp"
+
 #include "fsw/downlink/downlink.hpp"
 #include "fsw/shared/product_layers.hpp"
 
@@ -46,33 +47,14 @@ PlanCandidate candidate_of(const ProductRecord& product, const ProductWorth& wor
 
 }  // namespace
 
-bool Downlink::fits(const State& after, std::int64_t bytes) const {
-  // A file that is larger than a whole pass would never be sent. A pass may begin with it, at the cost of the files
-  // after it.
-  return bytes <= work_.room_bytes || after.pass_bytes == 0 || wiring_.mission.pass_period_s <= 0;
-}
-
-bool Downlink::may_go(const State& after, std::int64_t bytes, std::int64_t most) {
-  work_.something_waits = true;
-  return bytes <= most && fits(after, bytes);
-}
-
-bool Downlink::rests(FileClass kind, std::int64_t id) const {
-  return work_.set_aside.rests(static_cast<std::uint8_t>(kind), id, wiring_.clock.now());
-}
-
-bool Downlink::given_up(FileClass kind, std::int64_t id) const {
-  return work_.set_aside.given_up(static_cast<std::uint8_t>(kind), id);
-}
-
-std::int64_t Downlink::late_one(const State& after, FileClass kind) const {
-  for (const Late& late : after.late) {
+std::int64_t DownlinkChoice::late_one(const State& after, FileClass kind) const {
+  for (const LateFile& late : after.late) {
     if (late.kind == kind && !rests(kind, late.id)) return late.id;
   }
   return 0;
 }
 
-Status Downlink::find_requests() {
+Status DownlinkChoice::find_requests() {
   workspace_.requests.clear();
   CommandRecord command;
   for (;;) {
@@ -88,22 +70,22 @@ Status Downlink::find_requests() {
   }
 }
 
-bool Downlink::requested(std::int64_t keyframe_id) const {
+bool DownlinkChoice::requested(std::int64_t keyframe_id) const {
   for (const std::int64_t id : workspace_.requests) {
     if (id == keyframe_id) return true;
   }
   return false;
 }
 
-bool Downlink::waits(const State& after, const ProductRecord& product) const {
+bool DownlinkChoice::waits(const State& after, const ProductRecord& product) const {
   if (!can_go(product) || rests(FileClass::products, product.id)) return false;
-  for (const Late& late : after.late) {
+  for (const LateFile& late : after.late) {
     if (late.kind == FileClass::records && late.id == product.keyframe_id) return false;
   }
   return true;
 }
 
-Status Downlink::next_waiting(const State& after, ProductRecord& product, bool& found) {
+Status DownlinkChoice::next_waiting(const State& after, ProductRecord& product, bool& found) {
   found = false;
   for (;;) {
     Found any{};
@@ -117,7 +99,7 @@ Status Downlink::next_waiting(const State& after, ProductRecord& product, bool& 
   }
 }
 
-Status Downlink::gather(const State& after) {
+Status DownlinkChoice::gather(const State& after) {
   ILP_TRY(find_requests());
   workspace_.candidates.clear();
   ProductRecord product;
@@ -143,7 +125,7 @@ Status Downlink::gather(const State& after) {
   }
 }
 
-Status Downlink::send_planned(std::int64_t most, State& after, bool& sent) {
+Status DownlinkChoice::send_planned(std::int64_t most, State& after, bool& sent) {
   ILP_TRY(gather(after));
   const std::span<const PlanCandidate> candidates = workspace_.candidates.all();
   plan_pass(candidates, work_.room_bytes > 0 ? static_cast<std::uint64_t>(work_.room_bytes) : 0, workspace_.planning,
@@ -175,10 +157,10 @@ Status Downlink::send_planned(std::int64_t most, State& after, bool& sent) {
   }
   ProductRecord product;
   ILP_TRY(get(wiring_.store, id, product));
-  return send_layers(product, last_layer, after, sent);
+  return files_.send_layers(product, last_layer, after, sent);
 }
 
-Status Downlink::send_overdue(State& after, bool& sent) {
+Status DownlinkChoice::send_overdue(State& after, bool& sent) {
   const std::size_t passes = wiring_.mission.overdue_passes;
   const std::int64_t newest =
       after.product_at_pass[passes < limits::max_overdue_passes ? passes : limits::max_overdue_passes];
@@ -196,14 +178,14 @@ Status Downlink::send_overdue(State& after, bool& sent) {
     const std::int64_t before = after.pass_bytes;
     // Records are sent in order, and those of an older keyframe have waited as long.
     const bool known = product.keyframe_id <= after.records_through;
-    ILP_TRY(known ? send_layers(product, 1, after, sent) : send_next_records(no_limit_bytes, after, sent));
+    ILP_TRY(known ? files_.send_layers(product, 1, after, sent) : send_next_records(no_limit_bytes, after, sent));
     after.overdue_bytes += after.pass_bytes - before;
     return {};
   }
   return {};
 }
 
-Status Downlink::send_in_order(std::int64_t most, State& after, bool& sent) {
+Status DownlinkChoice::send_in_order(std::int64_t most, State& after, bool& sent) {
   ProductRecord product;
   bool found = false;
   ILP_TRY(next_waiting(after, product, found));
@@ -214,12 +196,12 @@ Status Downlink::send_in_order(std::int64_t most, State& after, bool& sent) {
     if (bytes > most) after.planned_bytes = bytes;
     return {};
   }
-  return send_layers(product, layers, after, sent);
+  return files_.send_layers(product, layers, after, sent);
 }
 
-Status Downlink::send_next_records(std::int64_t most, State& after, bool& sent) {
+Status DownlinkChoice::send_next_records(std::int64_t most, State& after, bool& sent) {
   const std::int64_t late = late_one(after, FileClass::records);
-  if (late != 0) return may_go(after, usual_records_bytes, most) ? send_records(late, after, sent) : Status{};
+  if (late != 0) return may_go(after, usual_records_bytes, most) ? files_.send_records(late, after, sent) : Status{};
   // Each turn makes one more of them late.
   for (std::size_t turn = 0; turn <= max_late_files; ++turn) {
     KeyframeRecord keyframe;
@@ -231,7 +213,7 @@ Status Downlink::send_next_records(std::int64_t most, State& after, bool& sent) 
     ILP_TRY(find_next(wiring_.store, product_id(keyframe.id, ProductKind::image) - 1, product, found));
     if (found == Found::nothing) return {};
     if (!rests(FileClass::records, keyframe.id)) {
-      return may_go(after, usual_records_bytes, most) ? send_records(keyframe.id, after, sent) : Status{};
+      return may_go(after, usual_records_bytes, most) ? files_.send_records(keyframe.id, after, sent) : Status{};
     }
     // It is set aside, and the files after it are sent.
     if (!after.late.push_back({FileClass::records, keyframe.id})) return {};
@@ -240,9 +222,9 @@ Status Downlink::send_next_records(std::int64_t most, State& after, bool& sent) 
   return {};
 }
 
-Status Downlink::send_next_points(std::int64_t most, State& after, bool& sent) {
+Status DownlinkChoice::send_next_points(std::int64_t most, State& after, bool& sent) {
   const std::int64_t late = late_one(after, FileClass::points);
-  if (late != 0) return send_points(late, most, after, sent);
+  if (late != 0) return files_.send_points(late, most, after, sent);
   for (;;) {
     StructureRecord structure;
     Found found{};
@@ -252,13 +234,13 @@ Status Downlink::send_next_points(std::int64_t most, State& after, bool& sent) {
     if (rests(FileClass::points, structure.id)) {
       if (!after.late.push_back({FileClass::points, structure.id})) return {};
     } else if (found == Found::damaged || structure.points.bytes != 0) {
-      return send_points(structure.id, most, after, sent);
+      return files_.send_points(structure.id, most, after, sent);
     }
     after.points_through = structure.id;
   }
 }
 
-Status Downlink::send_events_if_due(std::int64_t most, State& after, bool& sent) {
+Status DownlinkChoice::send_events_if_due(std::int64_t most, State& after, bool& sent) {
   std::int64_t housekeeping_steps = 0;
   const std::int64_t late = late_one(after, FileClass::events);
   if (late != 0) {
@@ -266,26 +248,26 @@ Status Downlink::send_events_if_due(std::int64_t most, State& after, bool& sent)
     EventRecord event;
     const Status any = next(wiring_.store, late - 1, event);
     const bool gone = any.is(StatusCode::not_found) || (any.ok() && event.id >= late + events_per_file);
-    housekeeping_fingerprint(housekeeping_steps);
-    if (!gone) return send_events(late - 1, true, housekeeping_steps, after, sent);
-    drop_late({FileClass::events, late}, after);
+    files_.housekeeping_fingerprint(housekeeping_steps);
+    if (!gone) return files_.send_events(late - 1, true, housekeeping_steps, after, sent);
+    files_.drop_late({FileClass::events, late}, after);
   }
   EventRecord newest;
   const Status any = last(wiring_.store, newest);
   if (any.is(StatusCode::record_damaged)) newest.id = any.a;
   if (is_transient(any)) return any;
   const bool new_events = newest.id > after.events_through;
-  housekeeping_fingerprint(housekeeping_steps);
+  files_.housekeeping_fingerprint(housekeeping_steps);
   const bool enough = new_events && newest.id - after.events_through >= events_per_file;
   const bool old = new_events && wiring_.clock.now() - after.events_sent_ns >= events_period_ns;
   if (!enough && !old && housekeeping_steps == after.housekeeping_steps) return {};
   if (!may_go(after, usual_events_bytes, most)) return {};
   // Events of a file that was set aside wait. Only later ones follow them.
   if (rests(FileClass::events, after.events_through + 1)) return {};
-  return send_events(after.events_through, false, housekeeping_steps, after, sent);
+  return files_.send_events(after.events_through, false, housekeeping_steps, after, sent);
 }
 
-Status Downlink::send_class(FileClass kind, std::int64_t most, State& after, bool& sent) {
+Status DownlinkChoice::send_class(FileClass kind, std::int64_t most, State& after, bool& sent) {
   switch (kind) {
     case FileClass::products:
       return wiring_.mission.downlink_order == DownlinkOrder::origin ? send_in_order(most, after, sent)
@@ -299,7 +281,7 @@ Status Downlink::send_class(FileClass kind, std::int64_t most, State& after, boo
   }
 }
 
-Status Downlink::send_owed(State& after, bool& sent) {
+Status DownlinkChoice::send_owed(State& after, bool& sent) {
   // With less credit the next file of the class does not fit, by the sizes known so far.
   const std::int64_t least[file_classes] = {after.planned_bytes, usual_records_bytes, 1, usual_events_bytes};
   bool tried[file_classes] = {};
@@ -320,7 +302,7 @@ Status Downlink::send_owed(State& after, bool& sent) {
   return {};
 }
 
-Status Downlink::send_next(State& after, bool& sent) {
+Status DownlinkChoice::send_next(State& after, bool& sent) {
   sent = false;
   work_.drained = false;
   const Contact contact = contact_at(wiring_.mission, wiring_.clock.now());

@@ -1,17 +1,15 @@
-// What Downlink learns from the ground about the files that it has sent.
-#include "fsw/downlink/downlink.hpp"
+#include "fsw/downlink/downlink_confirmations.hpp"
+
 #include "fsw/shared/product_layers.hpp"
 
 namespace ilp {
 namespace {
 
 constexpr int acknowledgements_per_step = 16;
-/// After a fault of the store, this many confirmations are committed one by one.
-constexpr int heard_alone = 16;
 
 }  // namespace
 
-Status Downlink::hear_layers(const DownlinkRecord& record, ProductRecord product) {
+Status DownlinkConfirmations::hear_layers(const DownlinkRecord& record, ProductRecord product) {
   for (unsigned layer = record.first_layer; layer >= 1 && layer <= record.last_layer; ++layer) {
     product.layers_held = static_cast<std::uint8_t>(product.layers_held | (1U << (layer - 1)));
   }
@@ -19,15 +17,15 @@ Status Downlink::hear_layers(const DownlinkRecord& record, ProductRecord product
   return amend(wiring_.store, product);
 }
 
-Status Downlink::drop_if_lost(const DownlinkRecord& record, State& after, bool& settled, bool& heard) {
+Status DownlinkConfirmations::drop_if_lost(const DownlinkRecord& record, State& after, bool& settled, bool& heard) {
   if (record.kind == DownlinkKind::product || wiring_.mission.confirmation_timeout_s <= 0) return {};
   const double waited_s = 1e-9 * static_cast<double>(work_.newest_sent_ns - record.sent_ns);
   if (waited_s <= wiring_.mission.confirmation_timeout_s) return {};
-  Late late{FileClass::records, record.subject_id};
+  LateFile late{FileClass::records, record.subject_id};
   if (record.kind == DownlinkKind::points) late.kind = FileClass::points;
   if (record.subject_id < 0) late = {FileClass::events, -record.subject_id};
   bool again = record.subject_id == 0;
-  for (const Late& one : after.late) again = again || one == late;
+  for (const LateFile& one : after.late) again = again || one == late;
   if (!again && !after.late.push_back(late)) return {};
   ILP_TRY(erase<DownlinkRecord>(wiring_.store, record.id));
   heard = settled = true;
@@ -35,7 +33,7 @@ Status Downlink::drop_if_lost(const DownlinkRecord& record, State& after, bool& 
   return {};
 }
 
-Status Downlink::hear_one(DownlinkRecord record, State& after, bool& settled, bool& heard) {
+Status DownlinkConfirmations::hear_one(DownlinkRecord record, State& after, bool& settled, bool& heard) {
   ProductRecord product;
   bool known = false;
   if (record.kind == DownlinkKind::product) {
@@ -55,7 +53,7 @@ Status Downlink::hear_one(DownlinkRecord record, State& after, bool& settled, bo
   return known ? hear_layers(record, product) : Status{};
 }
 
-Status Downlink::hear(State& after, bool& heard) {
+Status DownlinkConfirmations::hear(State& after, bool& heard) {
   heard = false;
   DownlinkRecord record;
   // A missing confirmation must not delay later ones, so all unconfirmed files take turns.
@@ -88,7 +86,7 @@ Status Downlink::hear(State& after, bool& heard) {
   return {};
 }
 
-Status Downlink::check_products(State& after, bool& changed) {
+Status DownlinkConfirmations::check_products(State& after, bool& changed) {
   constexpr int products_per_step = 8;
   changed = after.check_products_from > 0;
   for (int i = 0; i < products_per_step && after.check_products_from > 0; ++i) {
@@ -106,19 +104,6 @@ Status Downlink::check_products(State& after, bool& changed) {
     ILP_TRY(amend(wiring_.store, product));
   }
   return {};
-}
-
-Status Downlink::hear_all() {
-  State after = state_;
-  if (after.acknowledged_through == after.last_downlink_id) return {};
-  bool heard = false;
-  StepTransaction transaction(wiring_.store, checkpoint);
-  ILP_TRY(transaction.begin());
-  Status status = hear(after, heard);
-  if (status.ok() && heard) status = transaction.commit(cursor_, after, cursor_);
-  if (status.ok()) state_ = after;
-  if (!status.ok()) work_.hear_alone = heard_alone;
-  return status;
 }
 
 }  // namespace ilp

@@ -1,4 +1,5 @@
-// The files that Downlink makes.
+#include "fsw/downlink/downlink_files.hpp"
+
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/downlink/downlink.hpp"
@@ -16,9 +17,9 @@ constexpr auto most_owed_bytes = static_cast<std::int64_t>(limits::max_transfer_
 
 }  // namespace
 
-Status Downlink::open(const char* name) {
+Status DownlinkFiles::open(const char* name) {
   // If the store accepts no writes, it cannot record that the file was sent, and the file would be sent repeatedly.
-  const Status taken = save_checkpoint(wiring_.store, checkpoint, cursor_, state_);
+  const Status taken = save_checkpoint(wiring_.store, Downlink::checkpoint, cursor_, state_);
   work_.store_failed = !taken.ok();
   ILP_TRY(taken);
   const bool lenient = given_up(work_.subject.kind, work_.subject.id);
@@ -27,7 +28,7 @@ Status Downlink::open(const char* name) {
   return {};
 }
 
-Status Downlink::close_file(DownlinkRecord sent, State& after) {
+Status DownlinkFiles::close_file(DownlinkRecord sent, State& after) {
   ILP_TRY(workspace_.file.end());
   sent.id = after.last_downlink_id + 1;
   sent.bytes = workspace_.file.bytes();
@@ -57,16 +58,16 @@ Status Downlink::close_file(DownlinkRecord sent, State& after) {
   return kept;
 }
 
-void Downlink::drop_late(const Late& late, State& after) {
+void DownlinkFiles::drop_late(const LateFile& late, State& after) {
   std::size_t kept = 0;
-  for (const Late& one : after.late) {
+  for (const LateFile& one : after.late) {
     if (!(one == late)) after.late[kept++] = one;
   }
   if (kept != after.late.size()) work_.changed = true;
   static_cast<void>(after.late.resize(kept));
 }
 
-Status Downlink::send_records(std::int64_t keyframe_id, State& after, bool& sent) {
+Status DownlinkFiles::send_records(std::int64_t keyframe_id, State& after, bool& sent) {
   work_.subject = {FileClass::records, keyframe_id};
   const bool without = given_up(FileClass::records, keyframe_id);
   KeyframeRecord keyframe;
@@ -119,7 +120,7 @@ Status Downlink::send_records(std::int64_t keyframe_id, State& after, bool& sent
   return {};
 }
 
-Status Downlink::write_depth(std::int64_t keyframe_id) {
+Status DownlinkFiles::write_depth(std::int64_t keyframe_id) {
   DepthRecord depth;
   bool found = false;
   ILP_TRY(workspace_.file.take(get(wiring_.store, keyframe_id, depth), found));
@@ -130,7 +131,7 @@ Status Downlink::write_depth(std::int64_t keyframe_id) {
   return workspace_.file.write_record(depth);
 }
 
-Status Downlink::write_mask(std::int64_t keyframe_id) {
+Status DownlinkFiles::write_mask(std::int64_t keyframe_id) {
   MaskRecord mask;
   bool found = false;
   ILP_TRY(workspace_.file.take(get(wiring_.store, keyframe_id, mask), found));
@@ -147,7 +148,7 @@ Status Downlink::write_mask(std::int64_t keyframe_id) {
   return workspace_.file.write(code.first(mask.code.bytes));
 }
 
-Status Downlink::write_link(std::int64_t id) {
+Status DownlinkFiles::write_link(std::int64_t id) {
   LinkRecord link;
   bool found = false;
   ILP_TRY(workspace_.file.take(get(wiring_.store, id, link), found));
@@ -164,7 +165,7 @@ Status Downlink::write_link(std::int64_t id) {
   return workspace_.file.write(points.first(link.points.bytes));
 }
 
-Status Downlink::write_products_of(std::int64_t keyframe_id, std::int64_t frame_id) {
+Status DownlinkFiles::write_products_of(std::int64_t keyframe_id, std::int64_t frame_id) {
   for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
     ProductRecord product;
     bool found = false;
@@ -180,7 +181,7 @@ Status Downlink::write_products_of(std::int64_t keyframe_id, std::int64_t frame_
 }
 
 /// An image tells what frame it is; without one the frame's record does.
-Status Downlink::write_frame(std::int64_t id) {
+Status DownlinkFiles::write_frame(std::int64_t id) {
   FrameRecord frame;
   bool found = false;
   ILP_TRY(workspace_.file.take(get(wiring_.store, id, frame), found));
@@ -189,7 +190,8 @@ Status Downlink::write_frame(std::int64_t id) {
   return workspace_.file.write_record(frame);
 }
 
-Status Downlink::write_refinement(const ProductRecord& product, std::span<const std::uint8_t> longer, int last_layer) {
+Status DownlinkFiles::write_refinement(const ProductRecord& product, std::span<const std::uint8_t> longer,
+                                       int last_layer) {
   LayerPieces pieces;
   ILP_TRY(compare_layers(longer, product.layers_sent, pieces));
   RefinementHeader header;
@@ -215,7 +217,7 @@ Status Downlink::write_refinement(const ProductRecord& product, std::span<const 
   return workspace_.file.write_u32(workspace_.file.crc());
 }
 
-Status Downlink::send_layers(const ProductRecord& product, int last_layer, State& after, bool& sent) {
+Status DownlinkFiles::send_layers(const ProductRecord& product, int last_layer, State& after, bool& sent) {
   work_.subject = {FileClass::products, product.id};
   auto& buffer = wiring_.scratch.as<DownlinkBuffers>().product;
   ILP_ASSERT(product.data.bytes <= buffer.size(), product.data.bytes);
@@ -261,7 +263,7 @@ Status Downlink::send_layers(const ProductRecord& product, int last_layer, State
   return kept;
 }
 
-Status Downlink::send_points(std::int64_t id, std::int64_t most, State& after, bool& sent) {
+Status DownlinkFiles::send_points(std::int64_t id, std::int64_t most, State& after, bool& sent) {
   work_.subject = {FileClass::points, id};
   const bool without = given_up(FileClass::points, id);
   StructureRecord structure;
@@ -293,7 +295,7 @@ Status Downlink::send_points(std::int64_t id, std::int64_t most, State& after, b
   return {};
 }
 
-void Downlink::housekeeping_fingerprint(std::int64_t& steps) {
+void DownlinkFiles::housekeeping_fingerprint(std::int64_t& steps) {
   steps = 0;
   for (std::int64_t id = 1; id <= std::int64_t{component_numbers}; ++id) {
     ComponentRecord record;
@@ -301,8 +303,8 @@ void Downlink::housekeeping_fingerprint(std::int64_t& steps) {
   }
 }
 
-Status Downlink::send_events(std::int64_t through, bool late, std::int64_t housekeeping_steps, State& after,
-                             bool& sent) {
+Status DownlinkFiles::send_events(std::int64_t through, bool late, std::int64_t housekeeping_steps, State& after,
+                                  bool& sent) {
   const std::int64_t first_id = through + 1;
   work_.subject = {FileClass::events, first_id};
   const bool without = given_up(FileClass::events, first_id);

@@ -1,0 +1,38 @@
+// Chooses the next file that Downlink sends, by the order that its header states, and has it made.
+#pragma once
+
+#include "fsw/downlink/downlink_files.hpp"
+
+namespace ilp {
+
+class DownlinkChoice : public DownlinkPart {
+ public:
+  DownlinkChoice(const DownlinkWiring& wiring, const Cursor& cursor, State& state, DownlinkWork& work,
+                 DownlinkWorkspace& workspace)
+      : DownlinkPart(wiring, cursor, state, work, workspace), files_(wiring, cursor, state, work, workspace) {}
+
+  Status send_next(State& after, bool& sent);
+
+ private:
+  // `most` limits the bytes of the file.
+  Status send_owed(State& after, bool& sent);
+  Status send_class(FileClass kind, std::int64_t most, State& after, bool& sent);
+  Status send_overdue(State& after, bool& sent);
+  Status send_planned(std::int64_t most, State& after, bool& sent);
+  Status send_in_order(std::int64_t most, State& after, bool& sent);
+  Status send_next_records(std::int64_t most, State& after, bool& sent);
+  Status send_next_points(std::int64_t most, State& after, bool& sent);
+  Status send_events_if_due(std::int64_t most, State& after, bool& sent);
+  /// The first of the late files of a class that is not set aside; 0: none.
+  [[nodiscard]] std::int64_t late_one(const State& after, FileClass kind) const;
+  Status find_requests();
+  [[nodiscard]] bool requested(std::int64_t keyframe_id) const;
+  /// The first waiting product after `product` whose records have been sent.
+  Status next_waiting(const State& after, ProductRecord& product, bool& found);
+  [[nodiscard]] bool waits(const State& after, const ProductRecord& product) const;
+  Status gather(const State& after);
+
+  DownlinkFiles files_;
+};
+
+}  // namespace ilp

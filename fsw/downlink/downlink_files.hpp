@@ -1,0 +1,31 @@
+// The files that Downlink makes. One of a class that cannot be made now is set aside by Downlink.
+#pragma once
+
+#include "fsw/downlink/downlink_part.hpp"
+
+namespace ilp {
+
+class DownlinkFiles : public DownlinkPart {
+ public:
+  using DownlinkPart::DownlinkPart;
+
+  Status send_records(std::int64_t keyframe_id, State& after, bool& sent);
+  Status send_points(std::int64_t id, std::int64_t most, State& after, bool& sent);
+  Status send_layers(const ProductRecord& product, int last_layer, State& after, bool& sent);
+  /// Sends the events after `through`; with `late`, the events of a file that was lost.
+  Status send_events(std::int64_t through, bool late, std::int64_t housekeeping_steps, State& after, bool& sent);
+  void housekeeping_fingerprint(std::int64_t& steps);
+  void drop_late(const LateFile& late, State& after);
+
+ private:
+  Status open(const char* name);
+  Status close_file(DownlinkRecord sent, State& after);
+  Status write_depth(std::int64_t keyframe_id);
+  Status write_mask(std::int64_t keyframe_id);
+  Status write_link(std::int64_t id);
+  Status write_products_of(std::int64_t keyframe_id, std::int64_t frame_id);
+  Status write_frame(std::int64_t id);
+  Status write_refinement(const ProductRecord& product, std::span<const std::uint8_t> longer, int last_layer);
+};
+
+}  // namespace ilp

@@ -1,0 +1,116 @@
+// What Downlink keeps, and what every part of its work has: confirmations, the choice of the next file, the files.
+#pragma once
+
+#include <array>
+
+#include "cfg/link_shares.hpp"
+#include "cfg/mission.hpp"
+#include "fsw/downlink/downlink_buffers.hpp"
+#include "fsw/downlink/outgoing_file.hpp"
+#include "fsw/downlink/pass_planner.hpp"
+#include "fsw/downlink/set_aside_list.hpp"
+#include "fsw/executive/stage_component.hpp"
+#include "fsw/shared/checkpoint.hpp"
+#include "fsw/shared/find_next.hpp"
+#include "hal/clock/clock.hpp"
+
+namespace ilp {
+
+using DownlinkTables = StageStore<ComponentId::downlink>;
+
+inline constexpr std::size_t max_late_files = 32;
+/// More bytes than any link carries, and few enough that sums of them do not overflow.
+inline constexpr std::int64_t no_limit_bytes = std::int64_t{1} << 50U;
+
+/// A file that must be sent although the cursors have passed it: it was set aside, or not confirmed in time.
+struct LateFile {
+  FileClass kind = FileClass::records;
+  std::int64_t id = 0;  ///< keyframe, structure, or the first event of the file
+  bool operator==(const LateFile&) const = default;
+};
+
+struct DownlinkWiring {
+  DownlinkTables store;
+  Link& link;
+  Clock& clock;
+  const MissionParameters& mission;
+  StepScratch<DownlinkBuffers> scratch;
+};
+
+struct DownlinkState {
+  std::int64_t credit_bytes = 0;  ///< bytes that the link can take now; negative after a large file
+  TimeNs credited_ns = 0;
+  std::int64_t last_downlink_id = 0;
+  std::int64_t records_through = 0;  ///< records of keyframes up to it have been sent, except late ones
+  std::int64_t points_through = 0;   ///< sparse points of keyframes up to it have been sent
+  std::int64_t events_through = 0;
+  std::int64_t event_files = 0;
+  std::int64_t housekeeping_steps = 0;  ///< fingerprint of the housekeeping last sent
+  TimeNs events_sent_ns = 0;
+  std::int64_t acknowledged_through = 0;  ///< downlinks up to it are all acknowledged
+  std::int64_t pass = -1;                 ///< number of the present pass
+  std::int64_t pass_bytes = 0;            ///< sent in it
+  std::int64_t overdue_bytes = 0;         ///< overdue first layers among them
+  /// Newest product when this pass began, when the previous pass began, ...
+  std::array<std::int64_t, limits::max_overdue_passes + 1> product_at_pass{};
+  std::array<std::int64_t, file_classes> owed_bytes{};  ///< bytes missing from the share of each class
+  std::int64_t planned_bytes = 0;                       ///< size of the next file of products, as far as it is known
+  std::int64_t check_products_from = 0;                 ///< 0: no product needs a check
+  FixedVector<LateFile, max_late_files> late;
+};
+/// The subject of a file.
+struct FileSubject {
+  FileClass kind = FileClass::count;  ///< `count`: nothing yet
+  std::int64_t id = 0;
+};
+struct DownlinkWork {
+  Status event;
+  bool drained = false;
+  bool contact_lost = false;
+  TimeNs contact_lost_ns = 0;
+  std::int64_t asked_through = 0;  ///< downlinks up to it have been queried in this round
+  TimeNs newest_sent_ns = 0;
+  std::int64_t room_bytes = 0;  ///< bytes that the link can still take in this pass
+  FileSubject subject;
+  bool store_failed = false;     ///< the store refused a write
+  bool something_waits = false;  ///< the class asked last has a file
+  bool changed = false;          ///< the state has changed without a file
+  int hear_alone = 0;
+  SetAsideList<32> set_aside;
+};
+struct DownlinkWorkspace {
+  DownlinkWorkspace(DownlinkTables store, Link& link) : file(store, link) {}
+
+  OutgoingFile file;
+  FixedVector<std::int64_t, limits::max_refine_requests> requests;  ///< keyframes
+  CandidateList candidates;
+  PassPlan plan;
+  PlanWorkspace planning;
+};
+
+/// `after` is the state that the step will leave.
+class DownlinkPart {
+ public:
+  using State = DownlinkState;
+
+  DownlinkPart(const DownlinkWiring& wiring, const Cursor& cursor, State& state, DownlinkWork& work,
+               DownlinkWorkspace& workspace)
+      : wiring_(wiring), cursor_(cursor), state_(state), work_(work), workspace_(workspace) {}
+
+ protected:
+  /// A file that was set aside is tried again later, and is abandoned in the end.
+  [[nodiscard]] bool given_up(FileClass kind, std::int64_t id) const;
+  [[nodiscard]] bool rests(FileClass kind, std::int64_t id) const;
+  /// Whether a file of this many bytes may be sent now. If not, its class has a file waiting.
+  bool may_go(const State& after, std::int64_t bytes, std::int64_t most);
+  /// Whether a file of this many bytes may be sent before the pass ends.
+  [[nodiscard]] bool fits(const State& after, std::int64_t bytes) const;
+
+  const DownlinkWiring& wiring_;
+  const Cursor& cursor_;
+  State& state_;
+  DownlinkWork& work_;
+  DownlinkWorkspace& workspace_;
+};
+
+}  // namespace ilp
