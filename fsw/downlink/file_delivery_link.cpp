@@ -1,5 +1,4 @@
-// FileDelivery's traffic with the router.
-#include "fsw/downlink/file_delivery.hpp"
+#include "fsw/downlink/file_delivery_link.hpp"
 
 namespace ilp {
 namespace {
@@ -15,7 +14,7 @@ constexpr TimeNs rejection_report_period_ns = 60 * ns_per_s;
 
 }  // namespace
 
-void FileDelivery::take_in() {
+void FileDeliveryLink::take_in() {
   for (int i = 0; i < pdus_in_per_step; ++i) {
     std::size_t bytes = 0;
     const Status status = wiring_.router.receive(Channel::files, workspace_.pdu, bytes);
@@ -29,7 +28,7 @@ void FileDelivery::take_in() {
   }
 }
 
-void FileDelivery::hear(std::span<const std::uint8_t> bytes) {
+void FileDeliveryLink::hear(std::span<const std::uint8_t> bytes) {
   Pdu pdu;
   const Status decoded = cfdp::decode(bytes, pdu);
   if (!decoded.ok()) {
@@ -51,7 +50,7 @@ void FileDelivery::hear(std::span<const std::uint8_t> bytes) {
   ++wiring_.counts.ignored;
 }
 
-void FileDelivery::hear_as_sender(const Pdu& pdu) {
+void FileDeliveryLink::hear_as_sender(const Pdu& pdu) {
   const cfdp::Header& header = pdu.header;
   for (Slot& slot : workspace_.slots) {
     const cfdp::Header& own = slot.sender.order().header;
@@ -64,14 +63,14 @@ void FileDelivery::hear_as_sender(const Pdu& pdu) {
     ++wiring_.counts.ignored;
     return;
   }
-  for (const Closed& closed : workspace_.closed) {
+  for (const ClosedTransfer& closed : workspace_.closed) {
     if (closed.sequence != header.sequence || closed.destination != header.destination) continue;
     return answer_late(pdu, TransactionStatus::terminated);
   }
   answer_late(pdu, TransactionStatus::unrecognized);
 }
 
-void FileDelivery::answer_late(const Pdu& finished, TransactionStatus status) {
+void FileDeliveryLink::answer_late(const Pdu& finished, TransactionStatus status) {
   LateAcknowledgement late{finished.header, {true, finished.finished.condition, status}};
   late.header.toward_sender = false;
   late.header.crc = wiring_.mission.cfdp_pdu_crc;
@@ -85,7 +84,7 @@ void FileDelivery::answer_late(const Pdu& finished, TransactionStatus status) {
   if (!workspace_.late.push_back(late)) ++wiring_.counts.ignored;
 }
 
-bool FileDelivery::send_late() {
+bool FileDeliveryLink::send_late() {
   while (!workspace_.late.empty()) {
     Pdu pdu;
     pdu.header = workspace_.late[0].header;
@@ -103,7 +102,7 @@ bool FileDelivery::send_late() {
   return true;
 }
 
-bool FileDelivery::send_uplink_answers() {
+bool FileDeliveryLink::send_uplink_answers() {
   // Every answer settles one PDU, so there are at most this many.
   constexpr std::size_t most = 4 * limits::max_uplinks + 2 * limits::max_closed_transfers;
   Pdu pdu;
@@ -119,7 +118,7 @@ bool FileDelivery::send_uplink_answers() {
   return true;
 }
 
-FileDelivery::Slot* FileDelivery::most_urgent(SendItem& item) {
+FileDeliveryLink::Slot* FileDeliveryLink::most_urgent(SendItem& item) {
   Slot* best = nullptr;
   for (Slot& slot : workspace_.slots) {
     if (slot.waiting || slot.gone || slot.dirty || slot.not_before_ns > workspace_.contact_ns) continue;
@@ -132,7 +131,7 @@ FileDelivery::Slot* FileDelivery::most_urgent(SendItem& item) {
   return best;
 }
 
-Status FileDelivery::send_item(Slot& slot, const SendItem& item) {
+Status FileDeliveryLink::send_item(Slot& slot, const SendItem& item) {
   Pdu pdu;
   slot.sender.build(item, pdu);
   if (item.kind == PduKind::file_data) {
@@ -153,7 +152,7 @@ Status FileDelivery::send_item(Slot& slot, const SendItem& item) {
   return {};
 }
 
-void FileDelivery::send() {
+void FileDeliveryLink::send() {
   if (!wiring_.router.contact() || !send_late() || !send_uplink_answers()) return;
   for (int i = 0; i < pdus_out_per_step; ++i) {
     SendItem item;

@@ -1,4 +1,5 @@
-// FileDelivery's transfers on record.
+#include "fsw/downlink/file_delivery_records.hpp"
+
 #include "fsw/downlink/file_delivery.hpp"
 
 namespace ilp {
@@ -19,7 +20,7 @@ std::span<std::uint8_t> bytes_of(cfdp::Piece* pieces, std::size_t count) {
 
 }  // namespace
 
-Status FileDelivery::adopt(const TransferRecord& record) {
+Status FileDeliveryRecords::adopt(const TransferRecord& record) {
   Slot slot;
   slot.id = record.id;
   slot.bytes = record.bytes;
@@ -45,14 +46,14 @@ Status FileDelivery::adopt(const TransferRecord& record) {
   return {};
 }
 
-Status FileDelivery::drop_damaged(std::int64_t id) {
-  StepTransaction transaction(wiring_.store, checkpoint);
+Status FileDeliveryRecords::drop_damaged(std::int64_t id) {
+  StepTransaction transaction(wiring_.store, FileDelivery::checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(erase<TransferRecord>(wiring_.store, id));
   return transaction.commit();
 }
 
-Status FileDelivery::adopt_new() {
+Status FileDeliveryRecords::adopt_new() {
   TransferRecord record;
   while (!workspace_.slots.full()) {
     const Status found = next(wiring_.store, work_.adopted_through, record);
@@ -70,7 +71,7 @@ Status FileDelivery::adopt_new() {
   return {};
 }
 
-Status FileDelivery::find(Slot& slot, TransferRecord& record, bool& there) {
+Status FileDeliveryRecords::find(Slot& slot, TransferRecord& record, bool& there) {
   const Status found = get(wiring_.store, slot.id, record);
   there = found.ok();
   // A newer file of its name has replaced it.
@@ -78,7 +79,7 @@ Status FileDelivery::find(Slot& slot, TransferRecord& record, bool& there) {
   return found.is(StatusCode::not_found) ? Status{} : found;
 }
 
-void FileDelivery::mark_changes(Slot& slot) {
+void FileDeliveryRecords::mark_changes(Slot& slot) {
   const std::uint32_t progress = slot.sender.progress();
   const bool other_phase = slot.saved_phase != static_cast<std::uint8_t>(slot.sender.phase());
   const bool much = progress - slot.saved_progress >= unsaved_bytes;
@@ -86,7 +87,7 @@ void FileDelivery::mark_changes(Slot& slot) {
   slot.dirty = slot.dirty || other_phase || much || old;
 }
 
-Status FileDelivery::save(Slot& slot) {
+Status FileDeliveryRecords::save(Slot& slot) {
   if (slot.lost) {
     const Status erased = erase<TransferRecord>(wiring_.store, slot.id);
     return erased.is(StatusCode::not_found) ? Status{} : erased;
@@ -127,7 +128,7 @@ Status FileDelivery::save(Slot& slot) {
   return write_blob<TransferRecord>(wiring_.store, "gaps", record.id, 0, bytes_of(gaps.data(), gaps.size()));
 }
 
-Status FileDelivery::save() {
+Status FileDeliveryRecords::save() {
   const Uplink::Open uplinks = workspace_.uplink.open();
   work_.state_dirty = work_.state_dirty || uplinks != state_.uplinks;
   state_.uplinks = uplinks;
@@ -153,8 +154,8 @@ Status FileDelivery::save() {
   return any_saved ? Status{} : together;
 }
 
-Status FileDelivery::save_checkpoint_and(std::span<Slot> slots) {
-  StepTransaction transaction(wiring_.store, checkpoint);
+Status FileDeliveryRecords::save_checkpoint_and(std::span<Slot> slots) {
+  StepTransaction transaction(wiring_.store, FileDelivery::checkpoint);
   ILP_TRY(transaction.begin());
   for (Slot& slot : slots) {
     if (slot.dirty) ILP_TRY(save(slot));
