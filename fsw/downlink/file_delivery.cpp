@@ -3,6 +3,9 @@
 namespace ilp {
 namespace {
 
+using cfdp::Pdu;
+using cfdp::PduKind;
+using cfdp::SendItem;
 using cfdp::SendOutcome;
 using cfdp::SendPhase;
 
