@@ -1,10 +1,9 @@
-// Takes ground that earlier keyframes have seen out of the mask of a keyframe.
+#include "fsw/places/place_marks.hpp"
+
 #include <algorithm>
 #include <cmath>
-
 #include "fsw/base/math.hpp"
 #include "fsw/places/place_blobs.hpp"
-#include "fsw/places/place_memory.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
@@ -25,7 +24,7 @@ constexpr double same_way = 0.7;
 
 }  // namespace
 
-Status PlaceMemory::load_seen(std::int64_t keyframe_id, SeenCells& cells) {
+Status PlaceMarks::load_seen(std::int64_t keyframe_id, SeenCells& cells) {
   ILP_TRY(clear_seen_cells(work_.camera.width, work_.camera.height, cells));
   PlaceRecord place;
   const Status found = get(wiring_.store, keyframe_id, place);
@@ -40,7 +39,7 @@ Status PlaceMemory::load_seen(std::int64_t keyframe_id, SeenCells& cells) {
 }
 
 /// The image makes room for the mask. Where no earlier keyframe shows this ground, nobody needs it.
-Status PlaceMemory::load_mask() {
+Status PlaceMarks::load_mask() {
   if (work_.mask_loaded) return {};
   ILP_TRY(workspace_.image.resize(work_.mask.width, work_.mask.height));
   ILP_TRY(read_blob<MaskRecord>(wiring_.store, "code", work_.mask.id, 0,
@@ -51,7 +50,7 @@ Status PlaceMemory::load_mask() {
 }
 
 /// By one link all keyframes of the earlier strip that stand near say which ground they have seen.
-Status PlaceMemory::mark_by(const LinkRecord& link, std::size_t& left, bool& done) {
+Status PlaceMarks::mark_by(const LinkRecord& link, std::size_t& left, bool& done) {
   if (work_.depth.verdict != DepthVerdict::ok) {
     if (left > 0) {
       --left;
@@ -84,7 +83,7 @@ Status PlaceMemory::mark_by(const LinkRecord& link, std::size_t& left, bool& don
   return {};
 }
 
-Status PlaceMemory::mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip, double error_px) {
+Status PlaceMarks::mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip, double error_px) {
   const std::int64_t id = workspace_.table.at(near.slot).keyframe_id;
   PoseRecord pose;
   ILP_TRY(measured(id, pose));
@@ -98,13 +97,13 @@ Status PlaceMemory::mark_seen_by(const NearPlace& near, const Similarity& cam_fr
 }
 
 /// The ground before the camera, in the middle of the image, in the world of the strip.
-Vec3 PlaceMemory::ground_here() const {
+Vec3 PlaceMarks::ground_here() const {
   return inverse(cam_from_world(pose_of(work_.pose))) * Vec3(0, 0, work_.ground_distance);
 }
 
 /// On a straight strip no keyframe comes nearer to an earlier one than the keyframe before it, none turns, and all go
 /// the same way.
-bool PlaceMemory::comes_back_to(const RememberedPlace& place, const RememberedPlace& before) const {
+bool PlaceMarks::comes_back_to(const RememberedPlace& place, const RememberedPlace& before) const {
   const RigidTransform here = cam_from_world(pose_of(work_.pose));
   const Vec3 ground = ground_of(place);
   if ((ground_here() - ground).norm() < (ground_of(before) - ground).norm()) return true;
@@ -116,14 +115,14 @@ bool PlaceMemory::comes_back_to(const RememberedPlace& place, const RememberedPl
 }
 
 /// The keyframe before shows all ground of this one, but for corners: as in a descent, nothing can come back.
-bool PlaceMemory::lies_inside(const RememberedPlace& before) const {
+bool PlaceMarks::lies_inside(const RememberedPlace& before) const {
   const double half = 0.5 * std::min(work_.camera.width / work_.camera.fx, work_.camera.height / work_.camera.fy);
   const double apart = (ground_here() - ground_of(before)).norm();
   return apart + half * work_.ground_distance <= half * static_cast<double>(before.ground_distance);
 }
 
 /// How far the ground may lie from where the poses of this keyframe and an earlier one of the strip put it.
-Status PlaceMemory::error_by_poses(const RememberedPlace& place, double& error_px) {
+Status PlaceMarks::error_by_poses(const RememberedPlace& place, double& error_px) {
   error_px = 0;
   if (place.keyframe_id > work_.keyframe.id - chained_keyframes) return {};
   PoseRecord pose;
@@ -136,7 +135,7 @@ Status PlaceMemory::error_by_poses(const RememberedPlace& place, double& error_p
 }
 
 /// Ground that left the images of the strip and comes back without a link: the poses say where it is.
-Status PlaceMemory::mark_by_poses(std::size_t& left, bool& done) {
+Status PlaceMarks::mark_by_poses(std::size_t& left, bool& done) {
   const RememberedPlace* before = workspace_.table.newest();
   const bool posed = work_.pose.state == PoseState::final && work_.ground_distance > 0;
   if (!posed || before == nullptr || before->strip_id != work_.keyframe.strip_id || lies_inside(*before)) return {};
@@ -161,7 +160,7 @@ Status PlaceMemory::mark_by_poses(std::size_t& left, bool& done) {
   return {};
 }
 
-Status PlaceMemory::link_before(std::int64_t keyframe_id, std::int64_t number, LinkRecord& link, bool& found) {
+Status PlaceMarks::link_before(std::int64_t keyframe_id, std::int64_t number, LinkRecord& link, bool& found) {
   const Status got = get(wiring_.store, link_id(keyframe_id, number), link);
   found = got.ok();
   return found || !is_transient(got) ? Status{} : got;
@@ -169,7 +168,7 @@ Status PlaceMemory::link_before(std::int64_t keyframe_id, std::int64_t number, L
 
 /// Ground of another strip that no link of this keyframe leads to, where one of the keyframes just before does: the
 /// chain relates this keyframe to that one.
-Status PlaceMemory::mark_by_links_before(std::size_t& left, bool& done) {
+Status PlaceMarks::mark_by_links_before(std::size_t& left, bool& done) {
   const std::int64_t first = work_.keyframe.id - work_.keyframe.index;
   if (work_.pose.state != PoseState::final || !(work_.ground_distance > 0) || first <= 1) return {};
   FixedVector<std::int64_t, chained_keyframes + limits::max_links_per_keyframe> reached;
@@ -193,7 +192,7 @@ Status PlaceMemory::mark_by_links_before(std::size_t& left, bool& done) {
   return {};
 }
 
-Status PlaceMemory::mark_by_link_of(std::int64_t linked_id, const LinkRecord& link, std::size_t& left, bool& done) {
+Status PlaceMarks::mark_by_link_of(std::int64_t linked_id, const LinkRecord& link, std::size_t& left, bool& done) {
   PoseRecord linked, place;
   ILP_TRY(measured(linked_id, linked));
   ILP_TRY(measured(link.place_id, place));
@@ -216,7 +215,7 @@ Status PlaceMemory::mark_by_link_of(std::int64_t linked_id, const LinkRecord& li
   return {};
 }
 
-Status PlaceMemory::mark_next(bool& done) {
+Status PlaceMarks::mark_next(bool& done) {
   std::size_t left = work_.marked++;
   done = false;
   for (std::size_t i = 0; i < work_.links.size() && !done; ++i) ILP_TRY(mark_by(work_.links[i], left, done));
@@ -226,7 +225,7 @@ Status PlaceMemory::mark_next(bool& done) {
 }
 
 /// By one earlier keyframe.
-Status PlaceMemory::mark_known_ground() {
+Status PlaceMarks::mark_known_ground() {
   const bool masked = work_.mask.code.bytes != 0 && work_.mask.code.bytes <= workspace_.mask_bytes.size();
   bool done = false;
   if (masked) ILP_TRY(mark_next(done));
@@ -237,7 +236,7 @@ Status PlaceMemory::mark_known_ground() {
 }
 
 /// Takes the ground that is known out of the mask.
-Status PlaceMemory::cut_mask() {
+Status PlaceMarks::cut_mask() {
   bool more = false;
   work_.known_before =
       take_known_slice(workspace_.known, sliver_px, border_px, workspace_.image.view(), work_.marked++, more);

@@ -1,9 +1,8 @@
-// What the memory of places reads of its records, after a start or to compare, and what it forgets.
+#include "fsw/places/place_recall.hpp"
+
 #include <algorithm>
 #include <cmath>
-
 #include "fsw/places/place_blobs.hpp"
-#include "fsw/places/place_memory.hpp"
 #include "fsw/shared/place_room.hpp"
 #include "hal/store/newest_id.hpp"
 
@@ -14,23 +13,8 @@ constexpr int recalled_per_step = 8;
 
 }  // namespace
 
-Status PlaceMemory::restore() {
-  work_.phase = Phase::recall;
-  work_.keeps = false;
-  work_.recalled_id = 0;
-  workspace_.table.clear();
-  workspace_.index.clear();
-  const Status status = restore_checkpoint(wiring_.store, checkpoint, cursor_, state_);
-  if (!restored(status)) return status;
-  std::int64_t newest = 0;
-  ILP_TRY(newest_place(newest));
-  // Other components have used the records: they are not made again.
-  cursor_.first = std::max(cursor_.first, newest);
-  return status;
-}
-
 /// A place that is newer than all depths is none: after it no keyframe would get one.
-Status PlaceMemory::newest_place(std::int64_t& id) {
+Status PlaceRecall::newest_place(std::int64_t& id) {
   std::int64_t newest_depth = 0;
   ILP_TRY(newest_id<DepthRecord>(wiring_.store, newest_depth));
   ILP_TRY(newest_id<PlaceRecord>(wiring_.store, id));
@@ -41,7 +25,7 @@ Status PlaceMemory::newest_place(std::int64_t& id) {
   return {};
 }
 
-RememberedPlace PlaceMemory::entry_of(const PlaceRecord& place) {
+RememberedPlace PlaceRecall::entry_of(const PlaceRecord& place) {
   RememberedPlace entry;
   entry.keyframe_id = place.id;
   entry.strip_id = place.strip_id;
@@ -53,14 +37,14 @@ RememberedPlace PlaceMemory::entry_of(const PlaceRecord& place) {
 }
 
 /// A place of the vocabulary whose record is lost stays empty.
-void PlaceMemory::fill_vocabulary(std::size_t through_slot) {
+void PlaceRecall::fill_vocabulary(std::size_t through_slot) {
   for (std::size_t slot = 0; slot < through_slot && slot < PlaceTable::kept_for_ever; ++slot) {
     if (!workspace_.index.holds(slot)) static_cast<void>(workspace_.index.insert(slot, 0, {}));
   }
 }
 
 /// Where the memory refuses a place it may be the memory that is wrong: the place stays on record.
-Status PlaceMemory::recall_place(const PlaceRecord& place, bool& sound) {
+Status PlaceRecall::recall_place(const PlaceRecord& place, bool& sound) {
   sound = false;
   const auto slot = static_cast<std::size_t>(place.slot);
   const std::size_t count =
@@ -77,7 +61,7 @@ Status PlaceMemory::recall_place(const PlaceRecord& place, bool& sound) {
   return {};
 }
 
-Status PlaceMemory::recall() {
+Status PlaceRecall::recall() {
   for (int i = 0; i < recalled_per_step; ++i) {
     PlaceRecord place;
     const Status found = next(wiring_.store, work_.recalled_id, place);
@@ -97,7 +81,7 @@ Status PlaceMemory::recall() {
   return {};
 }
 
-Status PlaceMemory::erase_place(std::int64_t id) {
+Status PlaceRecall::erase_place(std::int64_t id) {
   work_.patience.begin_writing();
   Transaction transaction(wiring_.store);
   ILP_TRY(transaction.begin());
@@ -109,7 +93,7 @@ Status PlaceMemory::erase_place(std::int64_t id) {
 }
 
 /// Where fewer places have room than there are, since the parameters have changed.
-Status PlaceMemory::forget_one(bool& forgotten) {
+Status PlaceRecall::forget_one(bool& forgotten) {
   forgotten = false;
   if (workspace_.table.count() <= places_with_room(wiring_.mission)) return {};
   const std::size_t slot = workspace_.table.least_needed();
@@ -122,7 +106,7 @@ Status PlaceMemory::forget_one(bool& forgotten) {
 }
 
 /// Features outside the image, or depths that are none, are not what was written.
-Status PlaceMemory::load_features(const PlaceRecord& place, bool& sound) {
+Status PlaceRecall::load_features(const PlaceRecord& place, bool& sound) {
   sound = false;
   const std::size_t count =
       std::min<std::size_t>(place.features.bytes / bytes_per_feature, workspace_.older.capacity());
