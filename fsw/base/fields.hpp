@@ -5,6 +5,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <iterator>
 #include <string_view>
 #include <tuple>
 #include <type_traits>
@@ -232,6 +234,41 @@ constexpr std::uint64_t layout_digest() {
     digest = mixed(digest, fields_detail::kind<T>());
   }
   return digest;
+}
+
+namespace fields_detail {
+template <typename T>
+void clear_between(T& object, std::size_t begin, std::size_t end) {
+  std::memset(reinterpret_cast<std::byte*>(&object) + begin, 0, end - begin);
+}
+}  // namespace fields_detail
+
+/// Zeroes the octets that belong to no field, at any depth; a class with private members stays as it is. (GCC 12 has
+/// __builtin_clear_padding, but that clears other octets behind an array of structs with arrays.)
+template <typename T>
+void clear_padding(T& object) {
+  using namespace fields_detail;
+  if constexpr (HasElements<T>) {
+    constexpr std::size_t capacity = ElementsOf<T>::capacity;
+    for (std::size_t i = 0; i < capacity; ++i) clear_padding(std::data(object)[i]);
+    if constexpr (requires { object.push_back(object[0]); }) {
+      constexpr std::size_t elements = capacity * sizeof(object[0]), size_at = (elements + 3) / 4 * 4;
+      clear_between(object, elements, size_at);
+      clear_between(object, size_at + sizeof(std::uint32_t), sizeof(T));
+    }
+  } else if constexpr (PlainStruct<T>) {
+    std::size_t end = 0;
+    const auto clear_next = [&]<typename Field>(const Field& field) {
+      const auto at = static_cast<std::size_t>(reinterpret_cast<const std::byte*>(&field) -
+                                               reinterpret_cast<const std::byte*>(&object));
+      clear_between(object, end, at);
+      clear_padding(const_cast<Field&>(field));
+      end = at + sizeof(field);
+    };
+    std::apply([&](const auto&... fields) { (clear_next(fields), ...); },
+               bind<count_from<T, initializers<T>()>()>(object));
+    clear_between(object, end, sizeof(T));
+  }
 }
 
 /// A pointer or an address of a function among the fields, at any depth.

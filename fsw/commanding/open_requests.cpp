@@ -45,20 +45,20 @@ Status Telecommander::follow_requests() {
     // No request waits; the place among the captures is kept with the next telecommand.
     return learn_captures(state_, changed);
   }
-  news_.clear();
-  work_.after = state_;
-  State& after = work_.after;
-  const TimeNs now = clock_.now();
-  StepTransaction transaction(store_, checkpoint);
+  workspace_.news.clear();
+  workspace_.change.after = state_;
+  State& after = workspace_.change.after;
+  const TimeNs now = wiring_.clock.now();
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(learn_captures(after, changed));
-  ILP_TRY(follow_captures(after, news_, changed));
+  ILP_TRY(follow_captures(after, workspace_.news, changed));
   ILP_TRY(command_series(after, now, changed));
-  ILP_TRY(follow_open(after, now, news_, changed));
+  ILP_TRY(follow_open(after, now, workspace_.news, changed));
   if (!changed) return {};
   ILP_TRY(transaction.commit(cursor_, after, cursor_, state_));
-  counts_changed_ = true;
-  for (const News& item : news_) report_news(item);
+  workspace_.counts_changed = true;
+  for (const News& item : workspace_.news) report_news(item);
   return {};
 }
 
@@ -66,12 +66,12 @@ Status Telecommander::learn_captures(State& after, bool& changed) {
   for (int i = 0; i < captures_per_step && !after.watched.full(); ++i) {
     CaptureRecord capture;
     Found found{};
-    ILP_TRY(find_next(store_, after.last_capture_id, capture, found));
+    ILP_TRY(find_next(wiring_.store, after.last_capture_id, capture, found));
     if (found == Found::nothing) return {};
     after.last_capture_id = capture.id;
     if (found == Found::damaged || capture.command_id == 0) continue;
     CommandRecord command;
-    const Status known = get(store_, capture.command_id, command);
+    const Status known = get(wiring_.store, capture.command_id, command);
     if (!known.ok() && !is_gone(known)) return known;
     if (!known.ok() || command.request_id == 0) continue;
     for (const OpenRequest& request : after.open) {
@@ -87,14 +87,14 @@ Status Telecommander::follow_captures(State& after, NewsList& news, bool& change
   std::size_t kept = 0;
   for (const Watched watched : after.watched) {
     CaptureRecord capture;
-    const Status found = get(store_, watched.capture_id, capture);
+    const Status found = get(wiring_.store, watched.capture_id, capture);
     if (!found.ok() && !is_gone(found)) return found;
     if (found.ok() && capture.state == CaptureState::pending) {
       after.watched[kept++] = watched;
       continue;
     }
     changed = true;
-    const Status fault = found.ok() ? fault_of(capture, mission_) : Status{StatusCode::no_completion, 0};
+    const Status fault = found.ok() ? fault_of(capture, wiring_.mission) : Status{StatusCode::no_completion, 0};
     for (OpenRequest& request : after.open) {
       if (request.id != watched.request_id) continue;
       if (request.outstanding > 0) --request.outstanding;
@@ -179,14 +179,14 @@ Status Telecommander::is_done(OpenRequest& request, bool& done) {
       done = request.left == 0 && request.outstanding == 0;
       return {};
     case OpenKind::end_strip:
-      return obeyed(store_, request.subject_id, done);
+      return obeyed(wiring_.store, request.subject_id, done);
     case OpenKind::flush:
-      ILP_TRY(obeyed(store_, request.subject_id, done));
+      ILP_TRY(obeyed(wiring_.store, request.subject_id, done));
       return done ? is_flushed(done) : Status{};
     case OpenKind::begin_strip: {
-      ILP_TRY(obeyed(store_, request.subject_id, done));
+      ILP_TRY(obeyed(wiring_.store, request.subject_id, done));
       StripRecord strip;
-      const Status found = last(store_, strip);
+      const Status found = last(wiring_.store, strip);
       if (!found.ok() && !is_gone(found)) return found;
       // A strip that is open now has begun after the command.
       done = done && found.ok() && strip.end == StripEnd::open;
@@ -194,7 +194,7 @@ Status Telecommander::is_done(OpenRequest& request, bool& done) {
     }
     case OpenKind::delete_product: {
       ProductRecord product;
-      const Status found = get(store_, request.subject_id, product);
+      const Status found = get(wiring_.store, request.subject_id, product);
       if (!found.ok() && !is_gone(found)) return found;
       done = found.is(StatusCode::not_found) || (found.ok() && product.state == ProductState::dropped);
       return {};
@@ -202,7 +202,7 @@ Status Telecommander::is_done(OpenRequest& request, bool& done) {
     case OpenKind::restart:
       return is_restarted(request, done);
     case OpenKind::report:
-      return obeyed(store_, request.subject_id, done, ComponentId::telemetry);
+      return obeyed(wiring_.store, request.subject_id, done, ComponentId::telemetry);
     case OpenKind::noted:
       done = true;
       return {};
@@ -212,14 +212,14 @@ Status Telecommander::is_done(OpenRequest& request, bool& done) {
 
 Status Telecommander::is_flushed(bool& done) {
   StripRecord strip;
-  Status found = last(store_, strip);
-  if (found.ok() && strip.end == StripEnd::open) found = get(store_, strip.id - 1, strip);
+  Status found = last(wiring_.store, strip);
+  if (found.ok() && strip.end == StripEnd::open) found = get(wiring_.store, strip.id - 1, strip);
   done = found.is(StatusCode::not_found);
   // The overlap checker writes a damaged strip again.
   if (is_gone(found)) return {};
   ILP_TRY(found);
   PoseRecord pose;
-  found = get(store_, strip.last_keyframe_id, pose);
+  found = get(wiring_.store, strip.last_keyframe_id, pose);
   if (!found.ok() && !is_gone(found)) return found;
   done = found.ok() && pose.state != PoseState::provisional;
   return {};
@@ -230,7 +230,7 @@ Status Telecommander::is_restarted(OpenRequest& request, bool& done) {
   for (int i = 0; i < events_per_step && !done; ++i) {
     EventRecord event;
     Found found{};
-    ILP_TRY(find_next(store_, request.mark_id, event, found));
+    ILP_TRY(find_next(wiring_.store, request.mark_id, event, found));
     if (found == Found::nothing) return {};
     request.mark_id = event.id;
     done = event.code == static_cast<std::uint16_t>(StatusCode::component_restarted) && event.a == request.subject_id;
@@ -239,7 +239,7 @@ Status Telecommander::is_restarted(OpenRequest& request, bool& done) {
 }
 
 void Telecommander::report_news(const News& news) {
-  Answer answer(writer_, {news.request.packet, news.request.source}, news.request.ack_flags);
+  Answer answer(wiring_.writer, {news.request.packet, news.request.source}, news.request.ack_flags);
   if (news.kind == News::Kind::begun) {
     answer.start();
     return;

@@ -46,31 +46,31 @@ Telecommander::Entry Telecommander::entry_of(const ScheduledRecord& scheduled) {
 }
 
 Status Telecommander::read_schedule() {
-  entries_.clear();
+  work_.entries.clear();
   ScheduledRecord scheduled;
-  while (!entries_.full()) {
+  while (!work_.entries.full()) {
     Found found{};
-    ILP_TRY(find_next(store_, scheduled.id, scheduled, found));
+    ILP_TRY(find_next(wiring_.store, scheduled.id, scheduled, found));
     if (found == Found::nothing) break;
     // A damaged request is never carried out, and does not hinder commanding.
     if (found == Found::damaged) continue;
     const Entry entry = entry_of(scheduled);
     // A longer one has never been inserted: the record is damaged.
-    if (entry.bytes <= scheduled_packet_.size()) insert_in_order(entries_, entry);
+    if (entry.bytes <= workspace_.scheduled_packet.size()) insert_in_order(work_.entries, entry);
   }
   return {};
 }
 
-Status Telecommander::service_11(const Telecommand& telecommand, Answer& answer, Work& work) {
+Status Telecommander::service_11(const Telecommand& telecommand, Answer& answer, Change& change) {
   switch (telecommand.subtype) {
     case scheduling::insert:
-      return insert(telecommand, answer, work);
+      return insert(telecommand, answer, change);
     case scheduling::remove:
-      return remove(telecommand, answer, work);
+      return remove(telecommand, answer, change);
     case scheduling::shift:
-      return shift(telecommand, false, answer, work);
+      return shift(telecommand, false, answer, change);
     case scheduling::shift_all:
-      return shift(telecommand, true, answer, work);
+      return shift(telecommand, true, answer, change);
     case scheduling::summary_all:
     case scheduling::summary:
       return report_schedule(telecommand, false, answer);
@@ -86,25 +86,25 @@ Status Telecommander::service_11(const Telecommand& telecommand, Answer& answer,
   }
   if (!telecommand.data.empty()) return {StatusCode::request_malformed, 0};
   answer.start();
-  work.after.counts.schedule_enabled = telecommand.subtype == scheduling::enable;
+  change.after.counts.schedule_enabled = telecommand.subtype == scheduling::enable;
   if (telecommand.subtype != scheduling::reset) return {};
-  for (const Entry& entry : entries_) ILP_TRY(erase<ScheduledRecord>(store_, entry.id));
-  entries_after_.clear();
-  work.rescheduled = true;
+  for (const Entry& entry : work_.entries) ILP_TRY(erase<ScheduledRecord>(wiring_.store, entry.id));
+  workspace_.entries_after.clear();
+  change.rescheduled = true;
   return {};
 }
 
 Status Telecommander::check_insert(const ScheduleItem& item, std::uint32_t index, TimeNs now,
                                    ScheduledRecord& scheduled) const {
   Telecommand request;
-  Status status = decode_telecommand(item.packet, writer_.settings().apid, request);
+  Status status = decode_telecommand(item.packet, wiring_.writer.settings().apid, request);
   if (!status.ok()) return {status.code, status.a, index};
   if (item.packet.size() > limits::max_scheduled_bytes) {
     return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(item.packet.size()),
             static_cast<std::int64_t>(limits::max_scheduled_bytes)};
   }
   if (find_service(request.service) == nullptr) return {StatusCode::service_unknown, request.service, index};
-  scheduled.release_ns = writer_.settings().time.mission(item.release);
+  scheduled.release_ns = wiring_.writer.settings().time.mission(item.release);
   if (scheduled.release_ns < now) return {StatusCode::release_in_past, (now - scheduled.release_ns) / ns_per_ms, index};
   if (scheduled.release_ns - now > farthest_ns) return {StatusCode::time_out_of_range, 0, index};
   const ScheduledId name = scheduled_id(request);
@@ -118,95 +118,95 @@ Status Telecommander::check_insert(const ScheduleItem& item, std::uint32_t index
   return {};
 }
 
-Status Telecommander::insert(const Telecommand& telecommand, Answer& answer, Work& work) {
-  const Tailoring& tailoring = writer_.settings().tailoring;
+Status Telecommander::insert(const Telecommand& telecommand, Answer& answer, Change& change) {
+  const Tailoring& tailoring = wiring_.writer.settings().tailoring;
   // The form of the whole request is checked first.
   InsertReader form(tailoring, telecommand.data);
   for (ScheduleItem item; form.next(item);) continue;
   ILP_TRY(form.status());
   answer.accept();
-  const std::size_t room = entries_.capacity() - entries_.size();
+  const std::size_t room = work_.entries.capacity() - work_.entries.size();
   if (form.count() > room) {
     return {StatusCode::schedule_full, static_cast<std::int64_t>(form.count()),
-            static_cast<std::int64_t>(entries_.capacity())};
+            static_cast<std::int64_t>(work_.entries.capacity())};
   }
-  entries_after_ = entries_;
+  workspace_.entries_after = work_.entries;
   InsertReader reader(tailoring, telecommand.data);
-  const TimeNs now = clock_.now();
+  const TimeNs now = wiring_.clock.now();
   std::uint32_t index = 0;
   for (ScheduleItem item; reader.next(item); ++index) {
     ScheduledRecord scheduled;
     ILP_TRY(check_insert(item, index, now, scheduled));
-    scheduled.id = ++work.after.last_scheduled_id;
-    ILP_TRY(put(store_, scheduled));
-    ILP_TRY(write_blob<ScheduledRecord>(store_, "packet", scheduled.id, 0, item.packet));
-    insert_in_order(entries_after_, entry_of(scheduled));
+    scheduled.id = ++change.after.last_scheduled_id;
+    ILP_TRY(put(wiring_.store, scheduled));
+    ILP_TRY(write_blob<ScheduledRecord>(wiring_.store, "packet", scheduled.id, 0, item.packet));
+    insert_in_order(workspace_.entries_after, entry_of(scheduled));
   }
   answer.start();
-  work.rescheduled = true;
+  change.rescheduled = true;
   return {};
 }
 
 Status Telecommander::check_known(const ScheduledIdList& ids) const {
   for (std::size_t i = 0; i < ids.size(); ++i) {
     bool known = false;
-    for (const Entry& entry : entries_) known = known || entry.name == ids[i];
+    for (const Entry& entry : work_.entries) known = known || entry.name == ids[i];
     if (!known) return {StatusCode::schedule_unknown, static_cast<std::int64_t>(i)};
   }
   return {};
 }
 
-Status Telecommander::remove(const Telecommand& telecommand, Answer& answer, Work& work) {
+Status Telecommander::remove(const Telecommand& telecommand, Answer& answer, Change& change) {
   ScheduledIdList ids;
-  ILP_TRY(decode_scheduled_ids(writer_.settings().tailoring, telecommand.data, ids));
+  ILP_TRY(decode_scheduled_ids(wiring_.writer.settings().tailoring, telecommand.data, ids));
   answer.accept();
   ILP_TRY(check_known(ids));
   answer.start();
-  entries_after_.clear();
-  for (const Entry& entry : entries_) {
+  workspace_.entries_after.clear();
+  for (const Entry& entry : work_.entries) {
     if (listed(ids, entry.name)) {
-      ILP_TRY(erase<ScheduledRecord>(store_, entry.id));
+      ILP_TRY(erase<ScheduledRecord>(wiring_.store, entry.id));
     } else {
-      static_cast<void>(entries_after_.push_back(entry));
+      static_cast<void>(workspace_.entries_after.push_back(entry));
     }
   }
-  work.rescheduled = true;
+  change.rescheduled = true;
   return {};
 }
 
-Status Telecommander::shift(const Telecommand& telecommand, bool all, Answer& answer, Work& work) {
+Status Telecommander::shift(const Telecommand& telecommand, bool all, Answer& answer, Change& change) {
   ScheduledIdList ids;
   std::int32_t ms = 0;
   if (all) {
     ILP_TRY(decode_shift_all(telecommand.data, ms));
   } else {
-    ILP_TRY(decode_shift(writer_.settings().tailoring, telecommand.data, ms, ids));
+    ILP_TRY(decode_shift(wiring_.writer.settings().tailoring, telecommand.data, ms, ids));
   }
   answer.accept();
   ILP_TRY(check_known(ids));
-  const TimeNs now = clock_.now();
-  entries_after_.clear();
+  const TimeNs now = wiring_.clock.now();
+  workspace_.entries_after.clear();
   std::int64_t index = 0;
-  for (Entry entry : entries_) {
+  for (Entry entry : work_.entries) {
     if (all || listed(ids, entry.name)) {
       entry.release_ns += ms * ns_per_ms;
       if (entry.release_ns < now) return {StatusCode::release_in_past, (now - entry.release_ns) / ns_per_ms, index};
       if (entry.release_ns - now > farthest_ns) return {StatusCode::time_out_of_range, 0, index};
       ScheduledRecord scheduled;
-      ILP_TRY(get(store_, entry.id, scheduled));
+      ILP_TRY(get(wiring_.store, entry.id, scheduled));
       scheduled.release_ns = entry.release_ns;
-      ILP_TRY(put(store_, scheduled));
+      ILP_TRY(put(wiring_.store, scheduled));
       ++index;
     }
-    insert_in_order(entries_after_, entry);
+    insert_in_order(workspace_.entries_after, entry);
   }
   answer.start();
-  work.rescheduled = true;
+  change.rescheduled = true;
   return {};
 }
 
 Status Telecommander::report_schedule(const Telecommand& telecommand, bool detail, Answer& answer) {
-  const LinkSettings& settings = writer_.settings();
+  const LinkSettings& settings = wiring_.writer.settings();
   const bool all = telecommand.subtype == scheduling::summary_all || telecommand.subtype == scheduling::detail_all;
   ScheduledIdList ids;
   if (all && !telecommand.data.empty()) return {StatusCode::request_malformed, 0};
@@ -218,31 +218,31 @@ Status Telecommander::report_schedule(const Telecommand& telecommand, bool detai
   // The items go in as many reports as they need; each report is complete by itself.
   const std::size_t head = settings.tailoring.schedule_count == 0 ? 2 : settings.tailoring.schedule_count;
   const std::size_t room =
-      report_.size() - (primary_header_bytes + telemetry_header_bytes + max_time_bytes + crc16_bytes);
-  const std::span<std::uint8_t> body = std::span<std::uint8_t>(report_).subspan(head, room - head);
+      workspace_.report.size() - (primary_header_bytes + telemetry_header_bytes + max_time_bytes + crc16_bytes);
+  const std::span<std::uint8_t> body = std::span<std::uint8_t>(workspace_.report).subspan(head, room - head);
   ByteWriter items(body);
   std::size_t count = 0;
   const auto send = [&]() -> Status {
-    ByteWriter front(report_);
+    ByteWriter front(workspace_.report);
     encode_report_head(settings.tailoring, count, front);
     ILP_ASSERT(items.ok(), items.size());
-    ILP_TRY(answer.report(scheduling::service, subtype, std::span(report_).first(head + items.size())));
+    ILP_TRY(answer.report(scheduling::service, subtype, std::span(workspace_.report).first(head + items.size())));
     items = ByteWriter(body);
     count = 0;
     return {};
   };
-  for (const Entry& entry : entries_) {
+  for (const Entry& entry : work_.entries) {
     if (!all && !listed(ids, entry.name)) continue;
     ScheduleItem item;
     ScheduledRecord scheduled;
-    ILP_TRY(get(store_, entry.id, scheduled));
+    ILP_TRY(get(wiring_.store, entry.id, scheduled));
     item.sub_schedule = scheduled.sub_schedule;
     item.group = scheduled.group;
-    item.release = writer_.stamp(entry.release_ns);
+    item.release = wiring_.writer.stamp(entry.release_ns);
     item.id = entry.name;
     if (detail) {
-      const std::span<std::uint8_t> packet = std::span(scheduled_packet_).first(entry.bytes);
-      ILP_TRY(read_blob<ScheduledRecord>(store_, "packet", entry.id, 0, packet));
+      const std::span<std::uint8_t> packet = std::span(workspace_.scheduled_packet).first(entry.bytes);
+      ILP_TRY(read_blob<ScheduledRecord>(wiring_.store, "packet", entry.id, 0, packet));
       item.packet = packet;
     }
     const std::size_t needed = item_overhead_bytes + item.packet.size();
@@ -251,7 +251,7 @@ Status Telecommander::report_schedule(const Telecommand& telecommand, bool detai
                    : encode_summary_item(settings.tailoring, item, items));
     ++count;
   }
-  return count > 0 || entries_.empty() ? send() : Status{};
+  return count > 0 || work_.entries.empty() ? send() : Status{};
 }
 
 }  // namespace ilp

@@ -3,8 +3,8 @@
 
 namespace ilp {
 
-Status Telecommander::service_17(const Telecommand& telecommand, Answer& answer, Work& work) {
-  static_cast<void>(work);
+Status Telecommander::service_17(const Telecommand& telecommand, Answer& answer, Change& change) {
+  static_cast<void>(change);
   if (telecommand.subtype == test_service::are_you_alive) {
     if (!telecommand.data.empty()) return {StatusCode::request_malformed, 0};
     answer.start();
@@ -16,8 +16,8 @@ Status Telecommander::service_17(const Telecommand& telecommand, Answer& answer,
   std::uint16_t application = 0;
   ILP_TRY(decode_connection(telecommand.data, application));
   answer.accept();
-  if (application != writer_.settings().apid) {
-    return {StatusCode::packet_apid, application, writer_.settings().apid};
+  if (application != wiring_.writer.settings().apid) {
+    return {StatusCode::packet_apid, application, wiring_.writer.settings().apid};
   }
   answer.start();
   return answer.report(test_service::service, test_service::connected, telecommand.data);

@@ -5,14 +5,14 @@
 
 namespace ilp {
 
-Status Telecommander::service_20(const Telecommand& telecommand, Answer& answer, Work& work) {
+Status Telecommander::service_20(const Telecommand& telecommand, Answer& answer, Change& change) {
   if (telecommand.subtype == parameter_management::report) return report_parameters(telecommand, answer);
-  if (telecommand.subtype == parameter_management::set) return set_parameters(telecommand, answer, work);
+  if (telecommand.subtype == parameter_management::set) return set_parameters(telecommand, answer, change);
   return {StatusCode::subtype_unknown, telecommand.service, telecommand.subtype};
 }
 
 Status Telecommander::report_parameters(const Telecommand& telecommand, Answer& answer) {
-  const Tailoring& tailoring = writer_.settings().tailoring;
+  const Tailoring& tailoring = wiring_.writer.settings().tailoring;
   ParameterList list;
   ILP_TRY(decode_parameter_list(tailoring, telecommand.data, list));
   answer.accept();
@@ -22,24 +22,24 @@ Status Telecommander::report_parameters(const Telecommand& telecommand, Answer& 
     }
   }
   answer.start();
-  ByteWriter out(report_);
+  ByteWriter out(workspace_.report);
   write_count(tailoring.parameter_count, list.size(), out);
   for (const std::uint32_t id : list) {
     const std::size_t index = find_parameter(id);
     out.number(id, tailoring.parameter_id);
-    write_value(parameter_info(index).type, parameter_value(wanted_, index), out);
+    write_value(parameter_info(index).type, parameter_value(work_.wanted, index), out);
   }
   ILP_ASSERT(out.ok(), list.size());
   return answer.report(parameter_management::service, parameter_management::values, out.written());
 }
 
-Status Telecommander::set_parameters(const Telecommand& telecommand, Answer& answer, Work& work) {
-  const Tailoring& tailoring = writer_.settings().tailoring;
+Status Telecommander::set_parameters(const Telecommand& telecommand, Answer& answer, Change& change) {
+  const Tailoring& tailoring = wiring_.writer.settings().tailoring;
   ByteReader in(telecommand.data);
   const std::uint32_t count = read_count(tailoring.parameter_count, in);
   if (!in.ok() || count == 0) return {StatusCode::request_malformed, static_cast<std::int64_t>(in.offset())};
   if (count > limits::max_list_items) return {StatusCode::capacity_exceeded, count, limits::max_list_items};
-  MissionParameters wanted = wanted_;
+  MissionParameters wanted = work_.wanted;
   Status fault;
   for (std::uint32_t i = 0; i < count; ++i) {
     const auto id = static_cast<std::uint32_t>(in.number(tailoring.parameter_id));
@@ -60,37 +60,37 @@ Status Telecommander::set_parameters(const Telecommand& telecommand, Answer& ans
   ILP_TRY(fault);
   ILP_TRY(check_together(wanted));
   answer.start();
-  return set_all(wanted, work);
+  return set_all(wanted, change);
 }
 
 Status Telecommander::check_together(const MissionParameters& wanted) const {
   ILP_TRY(validate(wanted));
-  return configuration_ != nullptr ? configuration_->check(wanted, clock_.now()) : Status{};
+  return wiring_.configuration != nullptr ? wiring_.configuration->check(wanted, wiring_.clock.now()) : Status{};
 }
 
-Status Telecommander::set_one(const char* section, const char* key, double value, Work& work) {
-  MissionParameters wanted = wanted_;
+Status Telecommander::set_one(const char* section, const char* key, double value, Change& change) {
+  MissionParameters wanted = work_.wanted;
   const std::size_t index = find_parameter(section, key);
   if (!ilp::set_parameter(wanted, index, value).ok()) {
     return {StatusCode::parameter_out_of_range, parameter_info(index).number};
   }
-  return set_all(wanted, work);
+  return set_all(wanted, change);
 }
 
-Status Telecommander::set_all(const MissionParameters& wanted, Work& work) {
+Status Telecommander::set_all(const MissionParameters& wanted, Change& change) {
   MissionParameters checked = wanted;
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     const double value = parameter_value(wanted, i);
     if (!ilp::set_parameter(checked, i, value).ok()) {
       return {StatusCode::parameter_out_of_range, parameter_info(i).number};
     }
-    if (configuration_ != nullptr || value == parameter_value(wanted_, i)) continue;
-    ILP_TRY(write_setting(store_, i, value, clock_.now()));
+    if (wiring_.configuration != nullptr || value == parameter_value(work_.wanted, i)) continue;
+    ILP_TRY(write_setting(wiring_.store, i, value, wiring_.clock.now()));
   }
   ILP_TRY(check_together(wanted));
-  if (configuration_ != nullptr) ILP_TRY(configuration_->write(wanted, clock_.now()));
-  work.wanted = wanted;
-  work.set = true;
+  if (wiring_.configuration != nullptr) ILP_TRY(wiring_.configuration->write(wanted, wiring_.clock.now()));
+  change.wanted = wanted;
+  change.set = true;
   return {};
 }
 

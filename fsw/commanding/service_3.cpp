@@ -6,11 +6,11 @@
 
 namespace ilp {
 
-Status Telecommander::service_3(const Telecommand& telecommand, Answer& answer, Work& work) {
+Status Telecommander::service_3(const Telecommand& telecommand, Answer& answer, Change& change) {
   CommandRecord command;
   switch (telecommand.subtype) {
     case housekeeping::set_interval:
-      return set_intervals(telecommand, answer, work);
+      return set_intervals(telecommand, answer, change);
     case housekeeping::enable:
       command.kind = CommandKind::report_enable;
       break;
@@ -23,9 +23,9 @@ Status Telecommander::service_3(const Telecommand& telecommand, Answer& answer, 
     default:
       return {StatusCode::subtype_unknown, telecommand.service, telecommand.subtype};
   }
-  command.request_id = ++work.after.last_request_id;
+  command.request_id = ++change.after.last_request_id;
   ReportList list;
-  ILP_TRY(decode_report_list(writer_.settings().tailoring, telecommand.data, list));
+  ILP_TRY(decode_report_list(wiring_.writer.settings().tailoring, telecommand.data, list));
   answer.accept();
   for (std::size_t i = 0; i < list.size(); ++i) {
     if (find_report(list[i]) == nullptr) {
@@ -37,14 +37,14 @@ Status Telecommander::service_3(const Telecommand& telecommand, Answer& answer, 
     command.subject_id = static_cast<std::int64_t>(sid);
     ILP_TRY(write_command(command, last_id));
   }
-  if (command.kind == CommandKind::report_once) return wait_for_telemetry(last_id, answer, work);
+  if (command.kind == CommandKind::report_once) return wait_for_telemetry(last_id, answer, change);
   answer.start();
   return {};
 }
 
-Status Telecommander::set_intervals(const Telecommand& telecommand, Answer& answer, Work& work) {
+Status Telecommander::set_intervals(const Telecommand& telecommand, Answer& answer, Change& change) {
   IntervalList list;
-  ILP_TRY(decode_interval_list(writer_.settings().tailoring, telecommand.data, list));
+  ILP_TRY(decode_interval_list(wiring_.writer.settings().tailoring, telecommand.data, list));
   answer.accept();
   for (std::size_t i = 0; i < list.size(); ++i) {
     const auto item = static_cast<std::int64_t>(i);
@@ -58,7 +58,7 @@ Status Telecommander::set_intervals(const Telecommand& telecommand, Answer& answ
   answer.start();
   CommandRecord command;
   command.kind = CommandKind::report_interval;
-  command.request_id = ++work.after.last_request_id;
+  command.request_id = ++change.after.last_request_id;
   std::int64_t id = 0;
   for (const ReportInterval& item : list) {
     command.subject_id = static_cast<std::int64_t>(item.report_id);

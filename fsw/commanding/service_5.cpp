@@ -5,9 +5,9 @@
 
 namespace ilp {
 
-Status Telecommander::service_5(const Telecommand& telecommand, Answer& answer, Work& work) {
+Status Telecommander::service_5(const Telecommand& telecommand, Answer& answer, Change& change) {
   CommandRecord command;
-  command.request_id = ++work.after.last_request_id;
+  command.request_id = ++change.after.last_request_id;
   std::int64_t id = 0;
   switch (telecommand.subtype) {
     case event_reporting::report_disabled:
@@ -15,7 +15,7 @@ Status Telecommander::service_5(const Telecommand& telecommand, Answer& answer, 
       command.kind = CommandKind::events_report;
       command.tag = answer.request().source;
       ILP_TRY(write_command(command, id));
-      return wait_for_telemetry(id, answer, work);
+      return wait_for_telemetry(id, answer, change);
     case event_reporting::enable:
       command.kind = CommandKind::event_enable;
       break;
@@ -26,7 +26,7 @@ Status Telecommander::service_5(const Telecommand& telecommand, Answer& answer, 
       return {StatusCode::subtype_unknown, telecommand.service, telecommand.subtype};
   }
   EventList list;
-  ILP_TRY(decode_event_list(writer_.settings().tailoring, telecommand.data, list));
+  ILP_TRY(decode_event_list(wiring_.writer.settings().tailoring, telecommand.data, list));
   answer.accept();
   for (std::size_t i = 0; i < list.ids.size(); ++i) {
     if (list.ids[i] == 0 || !is_status_code(list.ids[i])) {

@@ -17,30 +17,30 @@ bool same(const SequenceMarks& a, const SequenceMarks& b) {
 constexpr CheckpointForm TelecommandGuard::checkpoint = checkpoint_form<State>(component_id);
 
 TelecommandGuard::TelecommandGuard(Tables store, PacketRouter& router, Clock& clock, FlightMemory* memory)
-    : store_(store), router_(router), clock_(clock), memory_(memory) {}
+    : wiring_{store, router, clock, memory} {}
 
 Status TelecommandGuard::restore() {
-  const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
-  if (router_.authenticator() == nullptr) return loaded;
-  if (restored(loaded)) router_.authenticator()->resume(state_.marks);
-  if (memory_ == nullptr) return loaded;
+  const Status loaded = restore_checkpoint(wiring_.store, checkpoint, cursor_, state_);
+  if (wiring_.router.authenticator() == nullptr) return loaded;
+  if (restored(loaded)) wiring_.router.authenticator()->resume(state_.marks);
+  if (wiring_.memory == nullptr) return loaded;
   SequenceMarks marks;
-  for (const SequenceMark& mark : memory_->content().marks) {
+  for (const SequenceMark& mark : wiring_.memory->content().marks) {
     if (mark.spi != 0) static_cast<void>(marks.push_back(mark));
   }
-  router_.authenticator()->resume(marks);
+  wiring_.router.authenticator()->resume(marks);
   return loaded;
 }
 
-Status TelecommandGuard::keep_in_store(const State& after) {
-  StepTransaction transaction(store_, checkpoint);
+Status TelecommandGuard::keep_in_store(State& after) {
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   return transaction.commit(cursor_, after, cursor_);
 }
 
 Status TelecommandGuard::keep_in_memory(const SequenceMarks& marks) {
-  if (memory_ == nullptr) return StatusCode::not_ready;
-  FlightMemoryContent after = memory_->content();
+  if (wiring_.memory == nullptr) return StatusCode::not_ready;
+  FlightMemoryContent after = wiring_.memory->content();
   // Those of keys that are not in use now stay.
   for (const SequenceMark& mark : marks) {
     SequenceMark* place = nullptr;
@@ -57,13 +57,13 @@ Status TelecommandGuard::keep_in_memory(const SequenceMarks& marks) {
     if (place == nullptr) return {StatusCode::capacity_exceeded, mark.spi};
     *place = {std::max(mark.highest, place->spi == mark.spi ? place->highest : 0U), mark.spi, 0};
   }
-  return memory_->keep(after);
+  return wiring_.memory->keep(after);
 }
 
 Status TelecommandGuard::keep_marks() {
   State after;
-  after.marks = router_.authenticator()->marks();
-  if (!failing_ && same(after.marks, state_.marks)) return {};
+  after.marks = wiring_.router.authenticator()->marks();
+  if (!workspace_.failing && same(after.marks, state_.marks)) return {};
   const Status in_memory = keep_in_memory(after.marks);
   const Status in_store = keep_in_store(after);
   // Either of them is read at the next start.
@@ -73,41 +73,44 @@ Status TelecommandGuard::keep_marks() {
 }
 
 Status TelecommandGuard::go_before(const Status& fault) {
-  const TimeNs now = clock_.now();
-  if (!failing_) failing_ns_ = reported_failing_ns_ = now;
-  failing_ = true;
-  if (now - failing_ns_ < longest_wait_ns) return fault;
-  unkept_ += static_cast<std::int64_t>(router_.waiting() - router_.released());
-  router_.release();
-  if (unkept_ == 0 || (now - reported_failing_ns_ < between_news_ns && reported_failing_ns_ != failing_ns_)) return {};
-  const Status event{StatusCode::marks_not_kept, unkept_, (now - failing_ns_) / ns_per_s};
-  unkept_ = 0;
-  reported_failing_ns_ = now;
+  const TimeNs now = wiring_.clock.now();
+  if (!workspace_.failing) workspace_.failing_ns = workspace_.reported_failing_ns = now;
+  workspace_.failing = true;
+  if (now - workspace_.failing_ns < longest_wait_ns) return fault;
+  workspace_.unkept += static_cast<std::int64_t>(wiring_.router.waiting() - wiring_.router.released());
+  wiring_.router.release();
+  if (workspace_.unkept == 0 || (now - workspace_.reported_failing_ns < between_news_ns &&
+                                 workspace_.reported_failing_ns != workspace_.failing_ns))
+    return {};
+  const Status event{StatusCode::marks_not_kept, workspace_.unkept, (now - workspace_.failing_ns) / ns_per_s};
+  workspace_.unkept = 0;
+  workspace_.reported_failing_ns = now;
   return event;
 }
 
 Status TelecommandGuard::news() {
-  const std::uint32_t refused = router_.counts().refused;
-  const TimeNs now = clock_.now();
-  if (refused == reported_refused_ || (reported_ && now - reported_ns_ < between_news_ns)) return {};
-  const Status event{StatusCode::telecommands_refused, refused - reported_refused_,
-                     static_cast<std::int64_t>(router_.last_refusal().code)};
-  reported_refused_ = refused;
-  reported_ns_ = now;
-  reported_ = true;
+  const std::uint32_t refused = wiring_.router.counts().refused;
+  const TimeNs now = wiring_.clock.now();
+  if (refused == workspace_.reported_refused || (workspace_.reported && now - workspace_.reported_ns < between_news_ns))
+    return {};
+  const Status event{StatusCode::telecommands_refused, refused - workspace_.reported_refused,
+                     static_cast<std::int64_t>(wiring_.router.last_refusal().code)};
+  workspace_.reported_refused = refused;
+  workspace_.reported_ns = now;
+  workspace_.reported = true;
   return event;
 }
 
 StepResult TelecommandGuard::step() {
-  if (!router_.authenticating()) {
-    if (!router_.authentication_wanted() || reported_off_) return {};
-    reported_off_ = true;
+  if (!wiring_.router.authenticating()) {
+    if (!wiring_.router.authentication_wanted() || workspace_.reported_off) return {};
+    workspace_.reported_off = true;
     return {StatusCode::authentication_off, false};
   }
   const Status kept = keep_marks();
   if (!kept.ok()) return {go_before(kept), false};
-  failing_ = false;
-  router_.release();
+  workspace_.failing = false;
+  wiring_.router.release();
   return {news(), false};
 }
 

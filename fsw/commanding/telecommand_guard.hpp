@@ -24,33 +24,41 @@ class TelecommandGuard final : public StageComponent<ComponentId::telecommand_gu
 
   Status restore() override;
   StepResult step() override;
-  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_).of(*this); }
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory::of(*this, wiring_, cursor_, state_, NoMembers{}, workspace_);
+  }
 
  private:
-  struct State {
+  struct Wiring {
+    Tables store;
+    PacketRouter& router;
+    Clock& clock;
+    FlightMemory* memory;
+  };
+  struct alignas(8) State {
     SequenceMarks marks;
+  };
+  struct Workspace {
+    TimeNs reported_ns = 0;
+    TimeNs failing_ns = 0;
+    TimeNs reported_failing_ns = 0;
+    std::int64_t unkept = 0;  ///< telecommands released without marks since the last report of it
+    std::uint32_t reported_refused = 0;
+    bool reported = false;
+    bool reported_off = false;
+    bool failing = false;  ///< marks have not been kept since
   };
   Status keep_marks();
   Status keep_in_memory(const SequenceMarks& marks);
-  Status keep_in_store(const State& after);
+  Status keep_in_store(State& after);
   /// Releases telecommands though their marks cannot be kept.
   Status go_before(const Status& fault);
   Status news();
 
-  Tables store_;
-  PacketRouter& router_;
-  Clock& clock_;
-  FlightMemory* memory_ = nullptr;
+  Wiring wiring_;
   Cursor cursor_;
   State state_;
-  std::uint32_t reported_refused_ = 0;
-  TimeNs reported_ns_ = 0;
-  bool reported_ = false;
-  bool reported_off_ = false;
-  bool failing_ = false;  ///< marks have not been kept since
-  TimeNs failing_ns_ = 0;
-  TimeNs reported_failing_ns_ = 0;
-  std::int64_t unkept_ = 0;  ///< telecommands released without marks since the last report of it
+  Workspace workspace_;
 };
 
 }  // namespace ilp

@@ -33,13 +33,7 @@ constexpr CheckpointForm Telecommander::checkpoint = checkpoint_form<State>(comp
 
 Telecommander::Telecommander(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
                              MissionParameters& mission, Configuration* configuration)
-    : store_(store),
-      router_(router),
-      writer_(writer),
-      clock_(clock),
-      mission_(mission),
-      configuration_(configuration),
-      wanted_(mission) {}
+    : wiring_{store, router, writer, clock, mission, configuration}, work_{mission, {}} {}
 
 constexpr Telecommander::ServiceRow Telecommander::services[] = {
     {housekeeping::service, &Telecommander::service_3},
@@ -73,120 +67,122 @@ bool Telecommander::changes_nothing(const Telecommand& telecommand) {
 }
 
 Status Telecommander::restore() {
-  const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  const Status loaded = restore_checkpoint(wiring_.store, checkpoint, cursor_, state_);
   if (!restored(loaded)) return loaded;
-  begin_ids<CommandRecord>(store_, state_.last_request_id);
-  begin_ids<ScheduledRecord>(store_, state_.last_scheduled_id);
+  begin_ids<CommandRecord>(wiring_.store, state_.last_request_id);
+  begin_ids<ScheduledRecord>(wiring_.store, state_.last_scheduled_id);
   if (state_.open.empty()) {
     // No request waits for the existing captures.
     CaptureRecord newest;
-    const Status found = last(store_, newest);
+    const Status found = last(wiring_.store, newest);
     // A damaged record does not hinder commanding.
     const bool damaged = found.is(StatusCode::record_damaged);
     if (!found.ok() && !found.is(StatusCode::not_found) && !damaged) return found;
     if (found.ok()) state_.last_capture_id = newest.id;
     if (damaged) state_.last_capture_id = found.a;
   }
-  if (configuration_ != nullptr) {
-    wanted_ = configuration_->wanted();
+  if (wiring_.configuration != nullptr) {
+    work_.wanted = wiring_.configuration->wanted();
     ILP_TRY(read_schedule());
     return loaded;
   }
-  wanted_ = mission_;
-  const Status settings = load_settings(store_, wanted_);
+  work_.wanted = wiring_.mission;
+  const Status settings = load_settings(wiring_.store, work_.wanted);
   if (!settings.ok() && !settings.is(StatusCode::setting_ignored)) return settings;
   ILP_TRY(read_schedule());
   return loaded;
 }
 
 StepResult Telecommander::step() {
-  set_parameters_ = false;
-  Status status = router_.pump();
+  workspace_.set_parameters = false;
+  Status status = wiring_.router.pump();
   const StatusCode pump_fault = status.code;
-  if (status.is(pump_fault_)) status = {};
-  pump_fault_ = pump_fault;
+  if (status.is(workspace_.pump_fault)) status = {};
+  workspace_.pump_fault = pump_fault;
   const Status followed = follow_requests();
   if (status.ok() && !followed.ok()) status = followed;
   release();
   receive();
-  writer_.flush();
-  if (++frames_ % frames_between_counts == 0) {
+  wiring_.writer.flush();
+  if (++workspace_.frames % frames_between_counts == 0) {
     const Status written = write_counts();
     if (status.ok()) status = written;
   }
   const Status news = news_of_configuration();
   if (status.ok()) status = news;
-  if (status.ok() && writer_.waiting() == 0 && writer_.lost() != reported_lost_) {
-    status = {StatusCode::telemetry_lost, writer_.lost() - reported_lost_};
-    reported_lost_ = writer_.lost();
+  if (status.ok() && wiring_.writer.waiting() == 0 && wiring_.writer.lost() != workspace_.reported_lost) {
+    status = {StatusCode::telemetry_lost, wiring_.writer.lost() - workspace_.reported_lost};
+    workspace_.reported_lost = wiring_.writer.lost();
   }
-  return {status, false, Then::go_on, set_parameters_};
+  return {status, false, Then::go_on, workspace_.set_parameters};
 }
 
 Status Telecommander::news_of_configuration() {
-  if (configuration_ == nullptr) return {};
-  if (configuration_->step(clock_.now())) {
-    wanted_ = configuration_->wanted();
-    set_parameters_ = true;
+  if (wiring_.configuration == nullptr) return {};
+  if (wiring_.configuration->step(wiring_.clock.now())) {
+    work_.wanted = wiring_.configuration->wanted();
+    workspace_.set_parameters = true;
   }
-  return configuration_->news();
+  return wiring_.configuration->news();
 }
 
 Status Telecommander::write_counts() {
   CommandingRecord& counts = state_.counts;
-  const bool reports_changed = counts.reports_sent != writer_.sent() || counts.reports_lost != writer_.lost() ||
-                               counts.reports_waiting != writer_.waiting();
-  if (!counts_changed_ && !reports_changed) return {};
-  counts.reports_sent = writer_.sent();
-  counts.reports_lost = writer_.lost();
-  counts.reports_waiting = writer_.waiting();
+  const bool reports_changed = counts.reports_sent != wiring_.writer.sent() ||
+                               counts.reports_lost != wiring_.writer.lost() ||
+                               counts.reports_waiting != wiring_.writer.waiting();
+  if (!workspace_.counts_changed && !reports_changed) return {};
+  counts.reports_sent = wiring_.writer.sent();
+  counts.reports_lost = wiring_.writer.lost();
+  counts.reports_waiting = wiring_.writer.waiting();
   counts.open = static_cast<std::uint32_t>(state_.open.size());
-  counts.scheduled = static_cast<std::uint32_t>(entries_.size());
-  StepTransaction transaction(store_, checkpoint);
+  counts.scheduled = static_cast<std::uint32_t>(work_.entries.size());
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(put(store_, counts));
+  ILP_TRY(put(wiring_.store, counts));
   ILP_TRY(transaction.commit(cursor_, state_, cursor_));
-  counts_changed_ = false;
+  workspace_.counts_changed = false;
   return {};
 }
 
 void Telecommander::receive() {
   for (int i = 0; i < packets_per_step; ++i) {
-    std::size_t bytes = packet_bytes_;
-    if (bytes == 0 && !router_.receive(Channel::commands, packet_, bytes).ok()) return;
-    packet_bytes_ = 0;
-    if (waits_for_lock({packet_.data(), bytes})) {
-      packet_bytes_ = bytes;
+    std::size_t bytes = workspace_.packet_bytes;
+    if (bytes == 0 && !wiring_.router.receive(Channel::commands, workspace_.packet, bytes).ok()) return;
+    workspace_.packet_bytes = 0;
+    if (waits_for_lock({workspace_.packet.data(), bytes})) {
+      workspace_.packet_bytes = bytes;
       return;
     }
-    carry_out({packet_.data(), bytes}, clock_.now(), nullptr);
-    if (came_before_ > 0) --came_before_;
+    carry_out({workspace_.packet.data(), bytes}, wiring_.clock.now(), nullptr);
+    if (workspace_.came_before > 0) --workspace_.came_before;
   }
 }
 
 Status Telecommander::try_store() {
-  Transaction transaction(store_);
+  Transaction transaction(wiring_.store);
   const Status begun = transaction.begin();
   if (!begun.is(StatusCode::store_locked)) {
-    locked_since_ns_ = -1;
-  } else if (locked_since_ns_ < 0) {
-    locked_since_ns_ = clock_.now();
+    workspace_.locked_since_ns = -1;
+  } else if (workspace_.locked_since_ns < 0) {
+    workspace_.locked_since_ns = wiring_.clock.now();
   }
   return begun;
 }
 
 bool Telecommander::waits_for_lock(std::span<const std::uint8_t> packet) {
   Telecommand telecommand;
-  if (!decode_telecommand(packet, writer_.settings().apid, telecommand).ok() || changes_nothing(telecommand))
+  if (!decode_telecommand(packet, wiring_.writer.settings().apid, telecommand).ok() || changes_nothing(telecommand))
     return false;
-  return try_store().is(StatusCode::store_locked) && clock_.now() - locked_since_ns_ < longest_lock_wait_ns;
+  return try_store().is(StatusCode::store_locked) &&
+         wiring_.clock.now() - workspace_.locked_since_ns < longest_lock_wait_ns;
 }
 
 void Telecommander::release() {
-  const TimeNs now = clock_.now();
-  for (int i = 0; i < releases_per_step && !entries_.empty(); ++i) {
+  const TimeNs now = wiring_.clock.now();
+  for (int i = 0; i < releases_per_step && !work_.entries.empty(); ++i) {
     const Entry* due = nullptr;
-    for (const Entry& entry : entries_) {
+    for (const Entry& entry : work_.entries) {
       const TimeNs lead = entry.ahead ? capture_lead_ns : 0;
       if (due == nullptr && entry.release_ns - lead <= now) due = &entry;
     }
@@ -198,10 +194,10 @@ void Telecommander::release() {
 }
 
 void Telecommander::release_one(const Entry& entry, TimeNs now) {
-  const std::span<std::uint8_t> packet = std::span(scheduled_packet_).first(entry.bytes);
-  Status status = read_blob<ScheduledRecord>(store_, "packet", entry.id, 0, packet);
+  const std::span<std::uint8_t> packet = std::span(workspace_.scheduled_packet).first(entry.bytes);
+  Status status = read_blob<ScheduledRecord>(wiring_.store, "packet", entry.id, 0, packet);
   Telecommand telecommand;
-  if (status.ok()) status = decode_telecommand(packet, writer_.settings().apid, telecommand);
+  if (status.ok()) status = decode_telecommand(packet, wiring_.writer.settings().apid, telecommand);
   if (status.ok() && !state_.counts.schedule_enabled) status = {StatusCode::release_missed, 0};
   if (status.ok() && now - entry.release_ns > latest_release_ns) {
     status = {StatusCode::release_missed, (now - entry.release_ns) / ns_per_ms};
@@ -211,19 +207,19 @@ void Telecommander::release_one(const Entry& entry, TimeNs now) {
     return;
   }
   drop_entry(entry.id);
-  Answer answer(writer_, telecommand.request(), telecommand.ack_flags);
+  Answer answer(wiring_.writer, telecommand.request(), telecommand.ack_flags);
   answer.accept();
   answer.finish(status);
   ++state_.counts.received;
   ++state_.counts.accepted;
   ++state_.counts.failed;
-  counts_changed_ = true;
+  workspace_.counts_changed = true;
 }
 
 void Telecommander::drop_entry(std::int64_t id) {
   // A request that cannot be erased now is dropped from memory. After a restart it is too late to be carried out.
-  StepTransaction transaction(store_, checkpoint);
-  if (transaction.begin().ok() && erase<ScheduledRecord>(store_, id).ok()) {
+  StepTransaction transaction(wiring_.store, checkpoint);
+  if (transaction.begin().ok() && erase<ScheduledRecord>(wiring_.store, id).ok()) {
     static_cast<void>(transaction.commit());
   }
   forget_entry(id);
@@ -231,33 +227,33 @@ void Telecommander::drop_entry(std::int64_t id) {
 
 void Telecommander::forget_entry(std::int64_t id) {
   std::size_t kept = 0;
-  for (const Entry& entry : entries_) {
-    if (entry.id != id) entries_[kept++] = entry;
+  for (const Entry& entry : work_.entries) {
+    if (entry.id != id) work_.entries[kept++] = entry;
   }
-  while (entries_.size() > kept) entries_.pop_back();
+  while (work_.entries.size() > kept) work_.entries.pop_back();
 }
 
 void Telecommander::carry_out(std::span<const std::uint8_t> packet, TimeNs nominal_ns, const Entry* entry) {
   CommandingRecord& counts = state_.counts;
   ++counts.received;
-  counts_changed_ = true;
+  workspace_.counts_changed = true;
   Telecommand telecommand;
-  const Status decoded = decode_telecommand(packet, writer_.settings().apid, telecommand);
+  const Status decoded = decode_telecommand(packet, wiring_.writer.settings().apid, telecommand);
   if (!decoded.ok() && !can_answer(decoded, packet.size())) {
     ++counts.unanswerable;
     return;
   }
-  Answer answer(writer_, telecommand.request(), telecommand.ack_flags);
+  Answer answer(wiring_.writer, telecommand.request(), telecommand.ack_flags);
   Status status = decoded;
   if (decoded.ok()) {
-    work_.nominal_ns = nominal_ns;
-    if (nominal_ns > clock_.now()) answer.postpone();
-    status = perform(telecommand, entry, answer, work_);
+    workspace_.change.nominal_ns = nominal_ns;
+    if (nominal_ns > wiring_.clock.now()) answer.postpone();
+    status = perform(telecommand, entry, answer, workspace_.change);
     if (entry != nullptr && status.is(StatusCode::store_locked)) {
       --counts.received;
       return;
     }
-    settle(work_, status.ok());
+    settle(workspace_.change, status.ok());
     if (!status.ok() && entry != nullptr) drop_entry(entry->id);
   }
   if (answer.accepted() || status.ok()) {
@@ -274,55 +270,56 @@ void Telecommander::carry_out(std::span<const std::uint8_t> packet, TimeNs nomin
 
 void Telecommander::take_effect(bool accepted, const Status& status, bool from_the_link) {
   // A telecommand of the schedule, or one that had come before, shows nothing of the contact that there is now.
-  if (configuration_ != nullptr && accepted && from_the_link && came_before_ == 0) configuration_->confirm();
-  if (!status.ok() || !work_.set) return;
-  set_parameters_ = true;
-  if (configuration_ != nullptr) {
-    configuration_->settle(work_.wanted, work_.way);
+  if (wiring_.configuration != nullptr && accepted && from_the_link && workspace_.came_before == 0)
+    wiring_.configuration->confirm();
+  if (!status.ok() || !workspace_.change.set) return;
+  workspace_.set_parameters = true;
+  if (wiring_.configuration != nullptr) {
+    wiring_.configuration->settle(workspace_.change.wanted, workspace_.change.way);
     // One more: the present one is still to be counted.
-    came_before_ = router_.waiting() + 1;
+    workspace_.came_before = wiring_.router.waiting() + 1;
   } else {
     for (std::size_t i = 0; i < parameter_count(); ++i) {
-      const double value = parameter_value(work_.wanted, i);
-      if (value == parameter_value(wanted_, i)) continue;
-      if (parameter_info(i).acts == Acts::at_once) static_cast<void>(ilp::set_parameter(mission_, i, value));
+      const double value = parameter_value(workspace_.change.wanted, i);
+      if (value == parameter_value(work_.wanted, i)) continue;
+      if (parameter_info(i).acts == Acts::at_once) static_cast<void>(ilp::set_parameter(wiring_.mission, i, value));
     }
   }
-  wanted_ = work_.wanted;
+  work_.wanted = workspace_.change.wanted;
 }
 
-Status Telecommander::perform(const Telecommand& telecommand, const Entry* entry, Answer& answer, Work& work) {
-  work.after = state_;
-  work.set = false;
-  work.way = Configuration::Way::parameters;
-  work.rescheduled = false;
-  if (entry == nullptr && changes_nothing(telecommand)) return serve(telecommand, answer, work);
-  StepTransaction transaction(store_, checkpoint);
+Status Telecommander::perform(const Telecommand& telecommand, const Entry* entry, Answer& answer, Change& change) {
+  change.after = state_;
+  change.set = false;
+  change.way = Configuration::Way::parameters;
+  change.rescheduled = false;
+  if (entry == nullptr && changes_nothing(telecommand)) return serve(telecommand, answer, change);
+  StepTransaction transaction(wiring_.store, checkpoint);
   const Status begun = transaction.begin();
   if (begun.is(StatusCode::store_locked) && entry == nullptr) answer.accept();
   ILP_TRY(begun);
   if (entry != nullptr) {
-    ILP_TRY(erase<ScheduledRecord>(store_, entry->id));
+    ILP_TRY(erase<ScheduledRecord>(wiring_.store, entry->id));
     forget_entry(entry->id);
   }
-  ILP_TRY(serve(telecommand, answer, work));
-  return transaction.commit(cursor_, work.after, cursor_);
+  ILP_TRY(serve(telecommand, answer, change));
+  return transaction.commit(cursor_, change.after, cursor_);
 }
 
-void Telecommander::settle(const Work& work, bool committed) {
+void Telecommander::settle(const Change& change, bool committed) {
   if (!committed) return;
   const CommandingRecord counts = state_.counts;
-  const Flag enabled = work.after.counts.schedule_enabled;
-  state_ = work.after;
+  const Flag enabled = change.after.counts.schedule_enabled;
+  state_ = change.after;
   state_.counts = counts;
   state_.counts.schedule_enabled = enabled;
-  if (work.rescheduled) entries_ = entries_after_;
+  if (change.rescheduled) work_.entries = workspace_.entries_after;
 }
 
-Status Telecommander::serve(const Telecommand& telecommand, Answer& answer, Work& work) {
+Status Telecommander::serve(const Telecommand& telecommand, Answer& answer, Change& change) {
   const ServiceRow* const row = find_service(telecommand.service);
   if (row == nullptr) return {StatusCode::service_unknown, telecommand.service};
-  return (this->*row->carry_out)(telecommand, answer, work);
+  return (this->*row->carry_out)(telecommand, answer, change);
 }
 
 }  // namespace ilp

@@ -41,12 +41,20 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_, state_).of(*this).at_work(wanted_, entries_);
+    return LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_);
   }
 
   [[nodiscard]] const CommandingRecord& counts() const { return state_.counts; }
 
  private:
+  struct Wiring {
+    Tables store;
+    PacketRouter& router;
+    TelemetryWriter& writer;
+    Clock& clock;
+    MissionParameters& mission;
+    Configuration* configuration;
+  };
   /// What completes a telecommand. The values stand in checkpoints; `noted` is completed at once and never open.
   enum class OpenKind : std::uint8_t {
     captures,
@@ -98,8 +106,12 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
     std::uint32_t bytes = 0;
   };
   using Entries = FixedVector<Entry, limits::max_scheduled>;
-  /// What one telecommand changes, in memory only.
   struct Work {
+    MissionParameters wanted;  ///< with what takes effect at the next start only
+    Entries entries;
+  };
+  /// What one telecommand changes, in memory only.
+  struct Change {
     State after;
     MissionParameters wanted;
     bool set = false;  ///< parameters have been set
@@ -114,18 +126,34 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
     enum class Kind : std::uint8_t { begun, progress, finished } kind = Kind::finished;
   };
   using NewsList = FixedVector<News, 3 * limits::max_open_requests>;
+  struct Workspace {
+    std::size_t came_before = 0;  ///< telecommands that had come before the latest parameters took effect
+    Entries entries_after;        ///< of the telecommand at work
+    Change change;
+    NewsList news;
+    std::uint32_t frames = 0;
+    std::uint32_t reported_lost = 0;
+    StatusCode pump_fault = StatusCode::ok;  ///< reported once
+    bool counts_changed = false;
+    bool set_parameters = false;  ///< in this step
+    std::array<std::uint8_t, limits::max_scheduled_bytes> scheduled_packet{};
+    std::array<std::uint8_t, limits::max_report_bytes> report{};
+    std::size_t packet_bytes = 0;  ///< of a telecommand that waits for the lock of the store
+    TimeNs locked_since_ns = -1;   ///< the lock was first found taken; -1: it was free at the latest try
+    std::array<std::uint8_t, limits::max_packet_bytes> packet{};
+  };
 
   /// A function of service 8 at work.
   struct Call {
     TimeNs time = 0;
     ByteReader arguments;
     Answer& answer;
-    Work& work;
+    Change& change;
     OpenRequest request = {};  ///< filled by functions that are not completed at once
   };
   struct ServiceRow {
     std::uint8_t service;
-    Status (Telecommander::*carry_out)(const Telecommand& telecommand, Answer& answer, Work& work);
+    Status (Telecommander::*carry_out)(const Telecommand& telecommand, Answer& answer, Change& change);
   };
   static const ServiceRow services[];
   struct FunctionRow {
@@ -143,9 +171,9 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   void release();
   void release_one(const Entry& entry, TimeNs now);
   void carry_out(std::span<const std::uint8_t> packet, TimeNs nominal_ns, const Entry* entry);
-  Status perform(const Telecommand& telecommand, const Entry* entry, Answer& answer, Work& work);
-  Status serve(const Telecommand& telecommand, Answer& answer, Work& work);
-  void settle(const Work& work, bool committed);
+  Status perform(const Telecommand& telecommand, const Entry* entry, Answer& answer, Change& change);
+  Status serve(const Telecommand& telecommand, Answer& answer, Change& change);
+  void settle(const Change& change, bool committed);
   void take_effect(bool accepted, const Status& status, bool from_the_link);
   [[nodiscard]] static const ServiceRow* find_service(std::uint8_t service);
   [[nodiscard]] static bool changes_nothing(const Telecommand& telecommand);
@@ -156,41 +184,41 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   void forget_entry(std::int64_t id);
 
   // service_3.cpp: housekeeping
-  Status service_3(const Telecommand& telecommand, Answer& answer, Work& work);
-  Status set_intervals(const Telecommand& telecommand, Answer& answer, Work& work);
+  Status service_3(const Telecommand& telecommand, Answer& answer, Change& change);
+  Status set_intervals(const Telecommand& telecommand, Answer& answer, Change& change);
   // service_5.cpp: events
-  Status service_5(const Telecommand& telecommand, Answer& answer, Work& work);
+  Status service_5(const Telecommand& telecommand, Answer& answer, Change& change);
   /// Completed when telemetry has obeyed the command.
-  Status wait_for_telemetry(std::int64_t command_id, Answer& answer, Work& work);
+  Status wait_for_telemetry(std::int64_t command_id, Answer& answer, Change& change);
 
   // service_8.cpp: functions
-  Status service_8(const Telecommand& telecommand, Answer& answer, Work& work);
+  Status service_8(const Telecommand& telecommand, Answer& answer, Change& change);
 #define FUNCTION(number, effect, name, arguments, completion, meaning) Status effect(Call& call);
 #include "fsw/commanding/functions.inc"
   Status command_capture(CommandKind kind, TimeNs at, Call& call);
   Status command_end_of_strip(Call& call);
   Status write_command(CommandRecord command, std::int64_t& id);
-  Status open(OpenRequest request, Answer& answer, Work& work);
+  Status open(OpenRequest request, Answer& answer, Change& change);
 
   // service_20.cpp: parameters
-  Status service_20(const Telecommand& telecommand, Answer& answer, Work& work);
+  Status service_20(const Telecommand& telecommand, Answer& answer, Change& change);
   Status report_parameters(const Telecommand& telecommand, Answer& answer);
-  Status set_parameters(const Telecommand& telecommand, Answer& answer, Work& work);
-  Status set_one(const char* section, const char* key, double value, Work& work);
+  Status set_parameters(const Telecommand& telecommand, Answer& answer, Change& change);
+  Status set_one(const char* section, const char* key, double value, Change& change);
   /// Records of what differs from what was wanted so far; in range and without contradiction.
-  Status set_all(const MissionParameters& wanted, Work& work);
+  Status set_all(const MissionParameters& wanted, Change& change);
   /// Whether the parameters do not contradict each other, and do not lock the ground out.
   [[nodiscard]] Status check_together(const MissionParameters& wanted) const;
 
   // service_17.cpp: tests
-  Status service_17(const Telecommand& telecommand, Answer& answer, Work& work);
+  Status service_17(const Telecommand& telecommand, Answer& answer, Change& change);
 
   // service_11.cpp: the schedule
-  Status service_11(const Telecommand& telecommand, Answer& answer, Work& work);
-  Status insert(const Telecommand& telecommand, Answer& answer, Work& work);
+  Status service_11(const Telecommand& telecommand, Answer& answer, Change& change);
+  Status insert(const Telecommand& telecommand, Answer& answer, Change& change);
   Status check_insert(const ScheduleItem& item, std::uint32_t index, TimeNs now, ScheduledRecord& scheduled) const;
-  Status remove(const Telecommand& telecommand, Answer& answer, Work& work);
-  Status shift(const Telecommand& telecommand, bool all, Answer& answer, Work& work);
+  Status remove(const Telecommand& telecommand, Answer& answer, Change& change);
+  Status shift(const Telecommand& telecommand, bool all, Answer& answer, Change& change);
   Status report_schedule(const Telecommand& telecommand, bool detail, Answer& answer);
   static Entry entry_of(const ScheduledRecord& scheduled);
   Status read_schedule();
@@ -211,30 +239,11 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   /// Times are at most this far away, so that sums cannot overflow.
   static constexpr TimeNs farthest_ns = TimeNs{3'000'000'000} * ns_per_s;
 
-  Tables store_;
-  PacketRouter& router_;
-  TelemetryWriter& writer_;
-  Clock& clock_;
-  MissionParameters& mission_;
-  Configuration* configuration_ = nullptr;
+  Wiring wiring_;
   Cursor cursor_;
   State state_;
-  MissionParameters wanted_;  ///< with what takes effect at the next start only
-  Entries entries_;
-  std::size_t came_before_ = 0;  ///< telecommands that had come before the latest parameters took effect
-  Entries entries_after_;        ///< of the telecommand at work
   Work work_;
-  NewsList news_;
-  std::uint32_t frames_ = 0;
-  std::uint32_t reported_lost_ = 0;
-  StatusCode pump_fault_ = StatusCode::ok;  ///< reported once
-  bool counts_changed_ = false;
-  bool set_parameters_ = false;  ///< in this step
-  std::array<std::uint8_t, limits::max_scheduled_bytes> scheduled_packet_{};
-  std::array<std::uint8_t, limits::max_report_bytes> report_{};
-  std::size_t packet_bytes_ = 0;  ///< of a telecommand that waits for the lock of the store
-  TimeNs locked_since_ns_ = -1;   ///< the lock was first found taken; -1: it was free at the latest try
-  std::array<std::uint8_t, limits::max_packet_bytes> packet_{};
+  Workspace workspace_;
 };
 
 }  // namespace ilp

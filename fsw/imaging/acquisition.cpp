@@ -47,35 +47,28 @@ bool is_uniform(GrayView image) {
 constexpr CheckpointForm Acquisition::checkpoint = checkpoint_form<State>(component_id);
 
 Acquisition::Acquisition(Tables store, Camera& camera, Clock& clock, const MissionParameters& mission)
-    : store_(store), camera_(camera), clock_(clock), mission_(mission) {}
+    : wiring_{store, camera, clock, mission} {}
 
 Status Acquisition::restore() {
-  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  const Status status = restore_checkpoint(wiring_.store, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
-  begin_ids<FrameRecord>(store_, cursor_.first);
+  begin_ids<FrameRecord>(wiring_.store, cursor_.first);
   ILP_TRY(resume_after_records());
   // Counter and period of a previous life are not valid for this one.
-  if (camera_.restarts_counter()) {
+  if (wiring_.camera.restarts_counter()) {
     state_.any = false;
     state_.last_sequence = -1;
   }
-  restored_sequence_ = state_.last_sequence;
-  heard_ns_ = -1;
-  silent_ = false;
-  exposure_.reset();
-  speed_px_s_ = 0;
-  next_event_ = {};
-  locked_ns_ = unlocked_ns_ = seen_sequence_ = -1;
-  held_by_lock_ = false;
+  work_ = {.restored_sequence = state_.last_sequence, .frame = work_.frame};
   return status;
 }
 
 Status Acquisition::resume_after_records() {
   FrameRecord newest;
-  const Status found = last(store_, newest);
+  const Status found = last(wiring_.store, newest);
   if (!found.ok() && is_transient(found)) return found;
   const std::int64_t known = cursor_.first;
-  ILP_TRY(newest_id<FrameRecord>(store_, newest.id));
+  ILP_TRY(newest_id<FrameRecord>(wiring_.store, newest.id));
   cursor_.first = std::max(known, newest.id);
   if (!found.ok() || cursor_.first == known) return {};
   state_.last_sequence = newest.sequence;
@@ -95,7 +88,7 @@ Status Acquisition::learn_captures(Outcome& outcome, bool& changed) {
   // Bounded by the capacity: further captures wait.
   while (!after.pending.full()) {
     CaptureRecord capture;
-    const Status found = next(store_, outcome.cursor.second, capture);
+    const Status found = next(wiring_.store, outcome.cursor.second, capture);
     if (found.is(StatusCode::not_found)) return {};
     changed = true;
     if (found.is(StatusCode::record_damaged)) {
@@ -119,18 +112,20 @@ Status Acquisition::give_up_captures(Outcome& outcome, bool& changed) {
   if (after.pending.empty()) return {};
   const Pending first = after.pending[0];
   CaptureRecord capture;
-  const Status found = get(store_, first.id, capture);
+  const Status found = get(wiring_.store, first.id, capture);
   if (!found.ok() && is_transient(found)) return found;
   // No request waits for a capture that no longer exists.
   const bool superseded = !found.ok() || capture.state != CaptureState::pending;
-  if (!superseded && clock_.now() - first.time_ns <= ns_from_seconds(mission_.capture_timeout_s)) return {};
+  if (!superseded && wiring_.clock.now() - first.time_ns <= ns_from_seconds(wiring_.mission.capture_timeout_s))
+    return {};
   changed = true;
   remove_pending(0, after);
   if (superseded) return {};
   capture.state = CaptureState::no_frame;
   outcome.capture = capture;
   outcome.has_capture = true;
-  outcome.event = {StatusCode::capture_missed, first.id, ns_from_seconds(mission_.capture_timeout_s) / ns_per_ms};
+  outcome.event = {StatusCode::capture_missed, first.id,
+                   ns_from_seconds(wiring_.mission.capture_timeout_s) / ns_per_ms};
   return {};
 }
 
@@ -143,7 +138,7 @@ Status Acquisition::find_repetition(const CameraFrame& taken, Outcome& outcome, 
                      state_.last_sequence};
     return {};
   }
-  const GrayView pixels = image_.view();
+  const GrayView pixels = workspace_.image.view();
   const std::uint32_t crc = crc32({pixels.data, pixels.area()});
   // A sensor's noise never repeats: the same bytes are the same exposure, unless all pixels are black or saturated.
   repeated = state_.any && crc == state_.last_crc32 && !is_uniform(pixels);
@@ -169,7 +164,8 @@ Status Acquisition::judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt,
   doubt = TimeDoubt::none;
   const TimeNs stamp = taken.time_ns;
   // A camera that selects from its own exposures reports their times itself.
-  const bool commanded = camera_.triggered() && camera_.granularity() == 0 && !unasked_ && !after.pending.empty();
+  const bool commanded =
+      wiring_.camera.triggered() && wiring_.camera.granularity() == 0 && !work_.frame.unasked && !after.pending.empty();
   if (commanded) {
     TimeNs nearest = after.pending[0].time_ns;
     for (const Pending& wanted : after.pending) {
@@ -179,7 +175,7 @@ Status Acquisition::judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt,
       doubt = TimeDoubt::off_command;
       taken.time_ns = nearest;
     }
-  } else if (!camera_.triggered() && state_.any) {
+  } else if (!wiring_.camera.triggered() && state_.any) {
     const std::int64_t exposures = std::max<std::int64_t>(taken.sequence - state_.last_sequence, 1);
     // A counter that runs ahead of time is not evidence of lost frames.
     const TimeNs passed = now - state_.last_time_ns + state_.period_ns / 2 + clock_tolerance_ns;
@@ -200,7 +196,7 @@ Status Acquisition::judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt,
   after.last_time_ns = taken.time_ns;
   if (doubt != TimeDoubt::none) {
     outcome.event = {StatusCode::frame_mis_stamped, taken.sequence, (stamp - taken.time_ns) / 1000};
-  } else if (now - stamp > late_ns + camera_.granularity()) {
+  } else if (now - stamp > late_ns + wiring_.camera.granularity()) {
     outcome.event = {StatusCode::frame_late, taken.sequence, (now - stamp) / 1000};
   }
   return {};
@@ -212,21 +208,21 @@ void Acquisition::keep(const CameraFrame& taken, TimeDoubt doubt, std::int64_t c
   frame.id = ++outcome.cursor.first;
   frame.time_ns = taken.time_ns;
   frame.sequence = taken.sequence;
-  frame.width = image_.width();
-  frame.height = image_.height();
+  frame.width = workspace_.image.width();
+  frame.height = workspace_.image.height();
   frame.altitude = taken.altitude;
   frame.capture_id = capture_id;
   frame.time_doubt = doubt;
   std::memcpy(frame.name, taken.name, sizeof(frame.name));
   frame.name[sizeof(frame.name) - 1] = 0;
-  frame.image.bytes = static_cast<std::uint32_t>(image_.view().area());
+  frame.image.bytes = static_cast<std::uint32_t>(workspace_.image.view().area());
   outcome.after.any_kept = true;
 }
 
 Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Outcome& outcome) {
   State& after = outcome.after;
-  const bool free = !camera_.triggered();
-  const TimeNs period = state_.period_ns > 0 ? state_.period_ns : ns_from_seconds(mission_.capture_timeout_s);
+  const bool free = !wiring_.camera.triggered();
+  const TimeNs period = state_.period_ns > 0 ? state_.period_ns : ns_from_seconds(wiring_.mission.capture_timeout_s);
   // The next frame of a free camera comes a period later and may be the nearer one.
   const TimeNs early = free ? state_.period_ns / 2 : trigger_tolerance();
   const TimeNs late = free ? period : trigger_tolerance();
@@ -240,7 +236,7 @@ Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Ou
     const Pending wanted = after.pending[best];
     if (taken.time_ns + early < wanted.time_ns) return {};
     CaptureRecord capture;
-    const Status found = get(store_, wanted.id, capture);
+    const Status found = get(wiring_.store, wanted.id, capture);
     if (!found.ok() && is_transient(found)) return found;
     const bool commanded = found.ok() && capture.source == CaptureSource::telecommand;
     if (!commanded && taken.time_ns > wanted.time_ns + late) return {};
@@ -267,7 +263,7 @@ Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Ou
 }
 
 Status Acquisition::take(CameraFrame& taken, TimeNs now, Outcome& outcome) {
-  ILP_ASSERT(image_.width() > 0 && image_.height() > 0, taken.sequence);
+  ILP_ASSERT(workspace_.image.width() > 0 && workspace_.image.height() > 0, taken.sequence);
   bool repeated = false;
   ILP_TRY(find_repetition(taken, outcome, repeated));
   if (repeated) return {};
@@ -280,14 +276,15 @@ Status Acquisition::take(CameraFrame& taken, TimeNs now, Outcome& outcome) {
     outcome.event = in_time;
     return {};
   }
-  const std::int64_t missing = taken.sequence - std::max(state_.last_sequence, seen_sequence_) - 1;
+  const std::int64_t missing = taken.sequence - std::max(state_.last_sequence, work_.seen_sequence) - 1;
   if (state_.any && missing > 0) outcome.event = {StatusCode::frame_gap, taken.sequence, missing};
-  const bool by_lock = locked_ns_ >= 0 && unlocked_ns_ >= state_.last_time_ns && every_frame();
+  const bool by_lock = work_.locked_ns >= 0 && work_.unlocked_ns >= state_.last_time_ns && every_frame();
   if (state_.any && missing > 0 && by_lock) {
-    outcome.event = {StatusCode::images_lost, missing, (unlocked_ns_ - locked_ns_) / ns_per_ms};
+    outcome.event = {StatusCode::images_lost, missing, (work_.unlocked_ns - work_.locked_ns) / ns_per_ms};
   }
   // A camera that runs freely shows the first frame unasked: it tells the period and begins the regular interval.
-  const bool first = !camera_.triggered() && !after.any_kept && mission_.capture_mode != CaptureMode::telecommanded;
+  const bool first =
+      !wiring_.camera.triggered() && !after.any_kept && wiring_.mission.capture_mode != CaptureMode::telecommanded;
   if (!first || every_frame()) ILP_TRY(choose_capture(taken, doubt, outcome));
   if ((first || every_frame()) && !outcome.has_frame) keep(taken, doubt, 0, outcome);
   return {};
@@ -297,91 +294,92 @@ Status Acquisition::end_of_stream() {
   State after = state_;
   after.ended = true;
   CommandRecord command;
-  command.time_ns = clock_.now();
+  command.time_ns = wiring_.clock.now();
   command.kind = CommandKind::end_strip;
   command.reason = StripEnd::end_of_flight;
   command.after_frame_id = cursor_.first;
-  StepTransaction transaction(store_, checkpoint);
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(put_new_command(store_, command));
+  ILP_TRY(put_new_command(wiring_.store, command));
   ILP_TRY(transaction.commit(cursor_, after, cursor_, state_));
   return {StatusCode::flight_ended, cursor_.first};
 }
 
-Status Acquisition::write(const Outcome& outcome) {
+Status Acquisition::write(Outcome& outcome) {
   const Status written = write_all(outcome);
   if (written.is(StatusCode::store_locked)) {
-    if (locked_ns_ < 0 || unlocked_ns_ >= 0) locked_ns_ = clock_.now();
-    unlocked_ns_ = -1;
-  } else if (locked_ns_ >= 0 && unlocked_ns_ < 0) {
-    unlocked_ns_ = clock_.now();
+    if (work_.locked_ns < 0 || work_.unlocked_ns >= 0) work_.locked_ns = wiring_.clock.now();
+    work_.unlocked_ns = -1;
+  } else if (work_.locked_ns >= 0 && work_.unlocked_ns < 0) {
+    work_.unlocked_ns = wiring_.clock.now();
   }
   return written;
 }
 
 void Acquisition::count_lost(Outcome& outcome) {
-  const std::int64_t lost = images_missed(mission_, taken_.time_ns, unlocked_ns_);
+  const std::int64_t lost = images_missed(wiring_.mission, work_.frame.taken.time_ns, work_.unlocked_ns);
   if (lost == 0) return;
-  Status& event = outcome.event.ok() ? outcome.event : next_event_;
-  event = {StatusCode::images_lost, lost, (unlocked_ns_ - locked_ns_) / ns_per_ms};
+  Status& event = outcome.event.ok() ? outcome.event : work_.next_event;
+  event = {StatusCode::images_lost, lost, (work_.unlocked_ns - work_.locked_ns) / ns_per_ms};
 }
 
-Status Acquisition::write_all(const Outcome& outcome) {
-  StepTransaction transaction(store_, checkpoint);
+Status Acquisition::write_all(Outcome& outcome) {
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   if (outcome.has_frame) {
-    const GrayView pixels = image_.view();
-    ILP_TRY(put(store_, outcome.frame));
-    ILP_TRY(write_blob<FrameRecord>(store_, "image", outcome.frame.id, 0, {pixels.data, pixels.area()}));
+    const GrayView pixels = workspace_.image.view();
+    ILP_TRY(put(wiring_.store, outcome.frame));
+    ILP_TRY(write_blob<FrameRecord>(wiring_.store, "image", outcome.frame.id, 0, {pixels.data, pixels.area()}));
   }
-  if (outcome.has_capture) ILP_TRY(amend(store_, outcome.capture));
+  if (outcome.has_capture) ILP_TRY(amend(wiring_.store, outcome.capture));
   return transaction.commit(outcome.cursor, outcome.after, cursor_, state_);
 }
 
 Status Acquisition::listen(TimeNs now) {
-  if (heard_ns_ < 0) heard_ns_ = now;
-  if (camera_.triggered() || silent_) return {};
+  if (work_.heard_ns < 0) work_.heard_ns = now;
+  if (wiring_.camera.triggered() || work_.silent) return {};
   const TimeNs shortest = state_.period_ns == 0 ? unknown_silence_ns : shortest_silence_ns;
-  const TimeNs silence = now - heard_ns_;
+  const TimeNs silence = now - work_.heard_ns;
   if (silence < std::max(periods_until_silent * state_.period_ns, shortest)) return {};
-  silent_ = true;
+  work_.silent = true;
   return {StatusCode::camera_silent, state_.last_sequence, silence / ns_per_ms};
 }
 
 bool Acquisition::every_frame() const {
-  return !mission_.safe_mode && mission_.capture_mode == CaptureMode::regular && mission_.capture_interval_s <= 0;
+  return !wiring_.mission.safe_mode && wiring_.mission.capture_mode == CaptureMode::regular &&
+         wiring_.mission.capture_interval_s <= 0;
 }
 
 TimeNs Acquisition::trigger_tolerance() const {
-  return std::max(trigger_tolerance_ns, camera_.granularity());
+  return std::max(trigger_tolerance_ns, wiring_.camera.granularity());
 }
 
 TimeNs Acquisition::grain() const {
   // The nearest frame of a camera that runs freely, with a quarter of that for its unsteadiness.
-  return camera_.triggered() ? trigger_tolerance() : std::max(trigger_tolerance_ns, state_.period_ns / 8 * 5);
+  return wiring_.camera.triggered() ? trigger_tolerance() : std::max(trigger_tolerance_ns, state_.period_ns / 8 * 5);
 }
 
 Status Acquisition::trigger(TimeNs now) {
-  if (!camera_.triggered()) return {};
-  const TimeNs grain = camera_.granularity();
+  if (!wiring_.camera.triggered()) return {};
+  const TimeNs grain = wiring_.camera.granularity();
   const bool soon = !state_.pending.empty() && state_.pending[0].time_ns - now < trigger_lead_ns;
-  unasked_ = every_frame() && camera_.exposes_unasked() && (grain > 0 || !soon);
-  if (unasked_) return camera_.trigger(Camera::any_time);
+  work_.frame.unasked = every_frame() && wiring_.camera.exposes_unasked() && (grain > 0 || !soon);
+  if (work_.frame.unasked) return wiring_.camera.trigger(Camera::any_time);
   for (const Pending& wanted : state_.pending) {
     // If such a camera has shown no frame by now it will show none, and the captures after it need not wait.
     if (grain > 0 && now - wanted.time_ns > grain + late_ns) continue;
-    return camera_.trigger(wanted.time_ns);
+    return wiring_.camera.trigger(wanted.time_ns);
   }
   return {};
 }
 
 double Acquisition::ground_speed_px_s() const {
   OverlapRecord overlap;
-  if (!last(store_, overlap).ok() || overlap.verdict != OverlapVerdict::ok || overlap.keyframe_id == 0) return 0;
+  if (!last(wiring_.store, overlap).ok() || overlap.verdict != OverlapVerdict::ok || overlap.keyframe_id == 0) return 0;
   KeyframeRecord keyframe;
   FrameRecord first, second;
-  if (!get(store_, overlap.keyframe_id, keyframe).ok() || !get(store_, keyframe.frame_id, first).ok() ||
-      !get(store_, overlap.id, second).ok() || second.time_ns <= first.time_ns) {
+  if (!get(wiring_.store, overlap.keyframe_id, keyframe).ok() || !get(wiring_.store, keyframe.frame_id, first).ok() ||
+      !get(wiring_.store, overlap.id, second).ok() || second.time_ns <= first.time_ns) {
     return 0;
   }
   const double half_width = 0.5 * second.width, half_height = 0.5 * second.height;
@@ -393,47 +391,49 @@ double Acquisition::ground_speed_px_s() const {
 
 bool Acquisition::begin_exposure_control() {
   ExposureRange range;
-  const Status known = camera_.exposure_range(range);
+  const Status known = wiring_.camera.exposure_range(range);
   if (known.is(StatusCode::not_ready)) return false;
   if (known.ok()) {
-    exposure_.begin(range);
+    work_.exposure.begin(range);
     return true;
   }
-  exposure_.give_up();
-  next_event_ = {StatusCode::exposure_unsupported, static_cast<std::int64_t>(known.code), known.a};
+  work_.exposure.give_up();
+  work_.next_event = {StatusCode::exposure_unsupported, static_cast<std::int64_t>(known.code), known.a};
   return false;
 }
 
 void Acquisition::control_exposure() {
-  if (!mission_.exposure_control) {
-    if (exposure_.begun()) exposure_.reset();
+  if (!wiring_.mission.exposure_control) {
+    if (work_.exposure.begun()) work_.exposure.reset();
     return;
   }
-  if (exposure_.given_up() || (!exposure_.begun() && !begin_exposure_control())) return;
-  speed_px_s_ = std::max(ground_speed_px_s(), speed_px_s_ * (1 - speed_fading));
+  if (work_.exposure.given_up() || (!work_.exposure.begun() && !begin_exposure_control())) return;
+  work_.speed_px_s = std::max(ground_speed_px_s(), work_.speed_px_s * (1 - speed_fading));
   ExposureGoal goal;
-  goal.bright_grey = mission_.exposure_bright_grey;
-  goal.longest_us = longest_exposure_us(mission_.exposure_blur_px, speed_px_s_, mission_.exposure_longest_us);
-  goal.most_gain_milli = static_cast<std::int64_t>(1000 * mission_.exposure_most_gain);
+  goal.bright_grey = wiring_.mission.exposure_bright_grey;
+  goal.longest_us =
+      longest_exposure_us(wiring_.mission.exposure_blur_px, work_.speed_px_s, wiring_.mission.exposure_longest_us);
+  goal.most_gain_milli = static_cast<std::int64_t>(1000 * wiring_.mission.exposure_most_gain);
   ExposureSetting next;
-  const auto answer = exposure_.look_at(measure_brightness(image_.view()), taken_.exposure, goal, next, next_event_);
+  const auto answer = work_.exposure.look_at(measure_brightness(workspace_.image.view()), work_.frame.taken.exposure,
+                                             goal, next, work_.next_event);
   if (answer == ExposureControl::Answer::keep) return;
-  const Status set = camera_.set_exposure(next);
+  const Status set = wiring_.camera.set_exposure(next);
   if (set.is(StatusCode::not_ready)) return;
   if (!set.ok()) {
-    exposure_.give_up();
-    next_event_ = {StatusCode::exposure_unsupported, static_cast<std::int64_t>(set.code), set.a};
+    work_.exposure.give_up();
+    work_.next_event = {StatusCode::exposure_unsupported, static_cast<std::int64_t>(set.code), set.a};
     return;
   }
-  exposure_.asked(next);
-  if (next_event_.ok()) next_event_ = {StatusCode::exposure_changed, next.exposure_us, next.gain_milli};
+  work_.exposure.asked(next);
+  if (work_.next_event.ok()) work_.next_event = {StatusCode::exposure_changed, next.exposure_us, next.gain_milli};
 }
 
 StepResult Acquisition::step() {
   if (state_.ended) return {};
-  if (!next_event_.ok()) {
-    const Status event = next_event_;
-    next_event_ = {};
+  if (!work_.next_event.ok()) {
+    const Status event = work_.next_event;
+    work_.next_event = {};
     return {event, true};
   }
   Outcome outcome;
@@ -442,29 +442,32 @@ StepResult Acquisition::step() {
   bool changed = false;
   Status status = learn_captures(outcome, changed);
   // The frame at hand may be the answer.
-  if (status.ok() && !held_) status = give_up_captures(outcome, changed);
+  if (status.ok() && !work_.frame.held) status = give_up_captures(outcome, changed);
   if (!status.ok()) return {status, false};
   Status waiting;
   if (changed) {
     waiting = write(outcome);
     // An image that comes meanwhile is held.
-    if (!waiting.is(StatusCode::store_locked) || held_) return {waiting.ok() ? outcome.event : waiting, true};
+    if (!waiting.is(StatusCode::store_locked) || work_.frame.held)
+      return {waiting.ok() ? outcome.event : waiting, true};
   }
-  if (held_) return store_taken();
-  const TimeNs now = clock_.now();
+  if (work_.frame.held) return store_taken();
+  const TimeNs now = wiring_.clock.now();
   const Status triggered = trigger(now);
   if (!triggered.ok()) return {triggered, false};
-  status = camera_.capture(now, image_, taken_);
-  taken_ns_ = now;
+  status = wiring_.camera.capture(now, workspace_.image, work_.frame.taken);
+  work_.frame.taken_ns = now;
   if (status.is(StatusCode::not_ready)) {
     const Status silent = listen(now);
     return {silent.ok() ? waiting : silent, false};
   }
   if (status.is(StatusCode::end_of_stream)) return {end_of_stream(), false};
-  heard_ns_ = now;
-  silent_ = false;
+  work_.heard_ns = now;
+  work_.silent = false;
   // After a restart the source may begin again with frames that are already stored.
-  if (state_.any && taken_.sequence <= restored_sequence_ && (status.ok() || taken_.sequence > 0)) return {{}, true};
+  if (state_.any && work_.frame.taken.sequence <= work_.restored_sequence &&
+      (status.ok() || work_.frame.taken.sequence > 0))
+    return {{}, true};
   if (!status.ok()) return {status, true};
   control_exposure();
   return store_taken();
@@ -474,23 +477,23 @@ StepResult Acquisition::store_taken() {
   Outcome outcome;
   outcome.after = state_;
   outcome.cursor = cursor_;
-  CameraFrame taken = taken_;
-  Status status = take(taken, taken_ns_, outcome);
+  CameraFrame taken = work_.frame.taken;
+  Status status = take(taken, work_.frame.taken_ns, outcome);
   if (status.ok()) status = write(outcome);
   // The camera is not asked while a frame is held.
-  if (held_) heard_ns_ = clock_.now();
+  if (work_.frame.held) work_.heard_ns = wiring_.clock.now();
   const bool locked = status.is(StatusCode::store_locked);
   if (locked && !outcome.has_frame && !outcome.has_capture) {
     // It is not worth the place of one that is wanted.
-    seen_sequence_ = std::max(seen_sequence_, taken_.sequence);
-    held_ = false;
+    work_.seen_sequence = std::max(work_.seen_sequence, work_.frame.taken.sequence);
+    work_.frame.held = false;
     return {outcome.event.ok() ? status : outcome.event, false};
   }
-  if (status.ok() && held_by_lock_) count_lost(outcome);
-  held_by_lock_ = locked || (held_by_lock_ && !status.ok());
+  if (status.ok() && work_.held_by_lock) count_lost(outcome);
+  work_.held_by_lock = locked || (work_.held_by_lock && !status.ok());
   // An older frame is dropped for the next one, which is worth as much.
-  held_ = is_transient(status) && clock_.now() - taken_ns_ < longest_hold_ns;
-  return {status.ok() ? outcome.event : status, !held_};
+  work_.frame.held = is_transient(status) && wiring_.clock.now() - work_.frame.taken_ns < longest_hold_ns;
+  return {status.ok() ? outcome.event : status, !work_.frame.held};
 }
 
 }  // namespace ilp

@@ -27,7 +27,7 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_, state_).of(*this).at_work(restored_sequence_, held_).changed_by_commits();
+    return LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_).changed_by_commits();
   }
 
   [[nodiscard]] bool ended() const { return state_.ended; }
@@ -39,6 +39,12 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
     std::int64_t id = 0;
     TimeNs time_ns = 0;
   };
+  struct Wiring {
+    Tables store;
+    Camera& camera;
+    Clock& clock;
+    const MissionParameters& mission;
+  };
   struct State {
     std::int64_t last_sequence = 0;
     TimeNs last_time_ns = 0;      ///< time of the latest frame seen, taken or not
@@ -49,7 +55,31 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
     bool any = false;
     bool any_kept = false;
     bool ended = false;
-    std::uint8_t padding[5] = {};
+  };
+  /// The frame at work; its pixels are in the workspace.
+  struct FrameAtWork {
+    CameraFrame taken;
+    TimeNs taken_ns = 0;
+    bool held = false;     ///< it is not stored yet, and is tried again
+    bool unasked = false;  ///< the camera's present mode: it exposes at times of its own
+  };
+  struct Work {
+    /// The camera's counter at the restart. A source that gives earlier frames again is not reported.
+    std::int64_t restored_sequence = 0;
+    FrameAtWork frame;     ///< restore() keeps it
+    TimeNs heard_ns = -1;  ///< when the camera last gave a frame, or was first asked; -1: not yet
+    ExposureControl exposure = {};
+    double speed_px_s = 0;   ///< of the ground, the largest of the latest images
+    Status next_event = {};  ///< that the next step reports
+    // The latest time for which another process kept the lock of the store, by this component's attempts to write.
+    TimeNs locked_ns = -1;            ///< its beginning; -1: there was none
+    TimeNs unlocked_ns = -1;          ///< its end; -1: it lasts
+    std::int64_t seen_sequence = -1;  ///< of a frame that was not wanted and is not on record, because of the lock
+    bool held_by_lock = false;
+    bool silent = false;
+  };
+  struct Workspace {
+    FrameImage image;
   };
   struct Outcome {
     State after;
@@ -77,8 +107,8 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   void keep(const CameraFrame& taken, TimeDoubt doubt, std::int64_t capture_id, Outcome& outcome) const;
   Status listen(TimeNs now);
   Status end_of_stream();
-  Status write(const Outcome& outcome);
-  Status write_all(const Outcome& outcome);
+  Status write(Outcome& outcome);
+  Status write_all(Outcome& outcome);
   /// What the lock of the store by another process has cost, once it is over.
   void count_lost(Outcome& outcome);
   Status resume_after_records();
@@ -88,30 +118,11 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   /// Of the ground in the newest images: px/s, 0 when it is not known.
   [[nodiscard]] double ground_speed_px_s() const;
 
-  Tables store_;
-  Camera& camera_;
-  Clock& clock_;
-  const MissionParameters& mission_;
+  Wiring wiring_;
   Cursor cursor_;  // frames kept; captures seen
   State state_;
-  // The camera's counter at the restart. A source that gives earlier frames again is not reported.
-  std::int64_t restored_sequence_ = 0;
-  TimeNs heard_ns_ = -1;  // when the camera last gave a frame, or was first asked; -1: not yet
-  bool silent_ = false;
-  bool unasked_ = false;  // the camera's present mode: it exposes at times of its own
-  ExposureControl exposure_;
-  double speed_px_s_ = 0;  ///< of the ground, the largest of the latest images
-  Status next_event_;      // that the next step reports
-  // The frame at work; its pixels are in image_.
-  CameraFrame taken_;
-  TimeNs taken_ns_ = 0;
-  bool held_ = false;  ///< it is not stored yet, and is tried again
-  bool held_by_lock_ = false;
-  // The latest time for which another process kept the lock of the store, by this component's attempts to write.
-  TimeNs locked_ns_ = -1;            ///< its beginning; -1: there was none
-  TimeNs unlocked_ns_ = -1;          ///< its end; -1: it lasts
-  std::int64_t seen_sequence_ = -1;  ///< of a frame that was not wanted and is not on record, because of the lock
-  FrameImage image_;
+  Work work_;
+  Workspace workspace_;
 };
 
 }  // namespace ilp

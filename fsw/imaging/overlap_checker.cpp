@@ -57,29 +57,28 @@ OverlapParams overlap_params(const MissionParameters& mission, double predicted_
 constexpr CheckpointForm OverlapChecker::checkpoint = checkpoint_form<State>(component_id);
 
 OverlapChecker::OverlapChecker(Tables store, const MissionParameters& mission, Scratch scratch, Compute* compute)
-    : store_(store), mission_(mission), scratch_(scratch), compute_(compute) {}
+    : wiring_{store, mission, scratch, compute} {}
 
 Status OverlapChecker::restore() {
-  loaded_frame_id_ = 0;
-  unrelated_frame_id_ = 0;
-  if (compute_ != nullptr) wide_.drop(*compute_);
-  const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  work_ = {.patience = work_.patience};
+  if (wiring_.compute != nullptr) workspace_.wide.drop(*wiring_.compute);
+  const Status loaded = restore_checkpoint(wiring_.store, checkpoint, cursor_, state_);
   if (!restored(loaded)) return loaded;
-  begin_ids<StripRecord>(store_, state_.last_strip_id);
-  begin_ids<KeyframeRecord>(store_, state_.last_keyframe_id);
+  begin_ids<StripRecord>(wiring_.store, state_.last_strip_id);
+  begin_ids<KeyframeRecord>(wiring_.store, state_.last_keyframe_id);
   ILP_TRY(resume_after_records());
   return loaded;
 }
 
 Status OverlapChecker::resume_after_records() {
   std::int64_t overlap = 0, keyframe = 0;
-  ILP_TRY(newest_id<OverlapRecord>(store_, overlap));
-  ILP_TRY(newest_id<KeyframeRecord>(store_, keyframe));
+  ILP_TRY(newest_id<OverlapRecord>(wiring_.store, overlap));
+  ILP_TRY(newest_id<KeyframeRecord>(wiring_.store, keyframe));
   StripRecord strip;
-  const Status found = last(store_, strip);
+  const Status found = last(wiring_.store, strip);
   if (!found.ok() && is_transient(found)) return found;
   std::int64_t newest_strip = 0;
-  ILP_TRY(newest_id<StripRecord>(store_, newest_strip));
+  ILP_TRY(newest_id<StripRecord>(wiring_.store, newest_strip));
   const bool open = found.ok() && strip.end == StripEnd::open;
   const bool is_older = overlap > cursor_.first || keyframe > state_.last_keyframe_id ||
                         newest_strip > state_.last_strip_id || (found.ok() && open != (state_.strip_id != 0));
@@ -88,27 +87,28 @@ Status OverlapChecker::resume_after_records() {
   State state;
   state.last_strip_id = std::max(state_.last_strip_id, newest_strip);
   state.last_keyframe_id = std::max(state_.last_keyframe_id, keyframe);
-  StepTransaction transaction(store_, checkpoint);
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   if (open) {
     strip.end = StripEnd::overlap_lost;
-    ILP_TRY(put(store_, strip));
+    ILP_TRY(put(wiring_.store, strip));
   }
   return transaction.commit(after, state, cursor_, state_);
 }
 
 Status OverlapChecker::load_keyframe(std::int64_t frame_id) {
-  if (loaded_frame_id_ == frame_id) return {};
-  loaded_frame_id_ = 0;
-  ILP_TRY(load_frame_image(store_, frame_id, keyframe_image_));
-  ILP_TRY(prepare_overlap(keyframe_image_.view(), keyframe_, scratch_.as<OverlapWorkspace>()));
-  loaded_frame_id_ = frame_id;
+  if (work_.loaded_frame_id == frame_id) return {};
+  work_.loaded_frame_id = 0;
+  ILP_TRY(load_frame_image(wiring_.store, frame_id, workspace_.keyframe_image));
+  ILP_TRY(
+      prepare_overlap(workspace_.keyframe_image.view(), workspace_.keyframe, wiring_.scratch.as<OverlapWorkspace>()));
+  work_.loaded_frame_id = frame_id;
   return {};
 }
 
 /// Whether the frame sees the ground of the keyframe from so far elsewhere that the two are hard to match.
 bool OverlapChecker::turned(const OverlapResult& measured) const {
-  const GrayView image = image_.view();
+  const GrayView image = workspace_.image.view();
   return view_turn_of_plane(image.width, image.height, measured.plane_b_from_a) > largest_view_turn;
 }
 
@@ -118,7 +118,7 @@ bool OverlapChecker::candidate_halves_turn(const OverlapResult& measured) const 
   double keyframe_from_candidate[9], frame_from_candidate[9];
   if (!invert_plane(state_.candidate.plane_from_keyframe, keyframe_from_candidate)) return false;
   compose_planes(measured.plane_b_from_a, keyframe_from_candidate, frame_from_candidate);
-  const GrayView image = image_.view();
+  const GrayView image = workspace_.image.view();
   return view_turn_of_plane(image.width, image.height, frame_from_candidate) <= largest_view_turn;
 }
 
@@ -126,9 +126,9 @@ bool OverlapChecker::candidate_halves_turn(const OverlapResult& measured) const 
 bool OverlapChecker::mostly_new(const OverlapResult& measured) const {
   double keyframe_from_frame[9];
   if (!invert_plane(measured.plane_b_from_a, keyframe_from_frame)) return false;
-  const GrayView image = image_.view();
+  const GrayView image = workspace_.image.view();
   const double known = footprint_overlap_of_plane(image.width, image.height, keyframe_from_frame);
-  return 1 - known >= most_unseen_of_planned * (1 - mission_.target_overlap);
+  return 1 - known >= most_unseen_of_planned * (1 - wiring_.mission.target_overlap);
 }
 
 void OverlapChecker::begin_strip(const FrameRecord& frame, Outcome& outcome) const {
@@ -182,7 +182,7 @@ void OverlapChecker::select(const FrameRecord& frame, const OverlapResult& measu
 Status OverlapChecker::select_candidate(Outcome& outcome) const {
   const Candidate candidate = outcome.after.candidate;
   FrameRecord frame;
-  const Status found = get(store_, candidate.frame_id, frame);
+  const Status found = get(wiring_.store, candidate.frame_id, frame);
   if (!found.ok() && is_transient(found)) return found;
   if (!found.ok()) {
     // It no longer helps: the frame that needed it is examined again without it.
@@ -201,7 +201,7 @@ Status OverlapChecker::select_candidate(Outcome& outcome) const {
 Status OverlapChecker::begin_strip_of_waiting(Outcome& outcome, bool& begun) const {
   begun = false;
   FrameRecord frame;
-  const Status found = get(store_, outcome.after.unknown_frame_id, frame);
+  const Status found = get(wiring_.store, outcome.after.unknown_frame_id, frame);
   if (!found.ok() && is_transient(found)) return found;
   if (!found.ok()) {
     outcome.after.unknown_frame_id = 0;
@@ -218,7 +218,7 @@ Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
   handled = false;
   CommandRecord command;
   Found found{};
-  ILP_TRY(find_next(store_, cursor_.second, command, found));
+  ILP_TRY(find_next(wiring_.store, cursor_.second, command, found));
   if (found == Found::nothing) return {};
   if (found == Found::damaged) {
     // It may have ended the strip, and is not repeated: two strips are better than poses that never become final.
@@ -246,72 +246,76 @@ Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
 }
 
 Status OverlapChecker::correlate(OverlapResult& measured) {
-  const OverlapParams wide = overlap_params(mission_, state_.last_rotation_rad, state_.last_scale);
+  const OverlapParams wide = overlap_params(wiring_.mission, state_.last_rotation_rad, state_.last_scale);
   if (state_.motion_known) {
     OverlapParams narrow = wide;
     narrow.max_rotation_rad = std::min(wide.max_rotation_rad, narrow_rotation_rad);
     narrow.max_scale = std::min(wide.max_scale, narrow_scale);
-    ILP_TRY(measure_overlap(keyframe_, image_.view(), narrow, scratch_.as<OverlapWorkspace>(), measured));
+    ILP_TRY(measure_overlap(workspace_.keyframe, workspace_.image.view(), narrow,
+                            wiring_.scratch.as<OverlapWorkspace>(), measured));
     if (measured.verdict != OverlapVerdict::overlap_unknown) return {};
   }
-  return measure_overlap(keyframe_, image_.view(), wide, scratch_.as<OverlapWorkspace>(), measured);
+  return measure_overlap(workspace_.keyframe, workspace_.image.view(), wide, wiring_.scratch.as<OverlapWorkspace>(),
+                         measured);
 }
 
 Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured) {
-  ILP_TRY(load_frame_image(store_, frame.id, image_));
+  ILP_TRY(load_frame_image(wiring_.store, frame.id, workspace_.image));
   const Status loaded = load_keyframe(state_.keyframe_frame_id);
-  keyframe_unreadable_ = !loaded.ok();
+  work_.keyframe_unreadable = !loaded.ok();
   ILP_TRY(loaded);
   ILP_TRY(correlate(measured));
   const bool weak = measured.verdict == OverlapVerdict::overlap_unknown ||
                     (measured.verdict == OverlapVerdict::ok && measured.ncc < weak_correlation);
-  if (!weak || !mission_.feature_overlap) return {};
+  if (!weak || !wiring_.mission.feature_overlap) return {};
   FeatureOverlapParams params;
-  params.seed = mix64(mission_.seed) ^ static_cast<std::uint64_t>(frame.id);
+  params.seed = mix64(wiring_.mission.seed) ^ static_cast<std::uint64_t>(frame.id);
   OverlapResult by_features;
-  ILP_TRY(measure_overlap_by_features(keyframe_image_.view(), image_.view(), params,
-                                      scratch_.as<FeatureOverlapWorkspace>(), by_features));
+  ILP_TRY(measure_overlap_by_features(workspace_.keyframe_image.view(), workspace_.image.view(), params,
+                                      wiring_.scratch.as<FeatureOverlapWorkspace>(), by_features));
   if (by_features.verdict == OverlapVerdict::ok) measured = by_features;
   return {};
 }
 
 Status OverlapChecker::search_widely(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured) {
-  if (!wide_.at_work(frame.id, state_.keyframe_id)) {
+  if (!workspace_.wide.at_work(frame.id, state_.keyframe_id)) {
     // With a candidate the strip goes on without it.
-    if (!mission_.wide_search || compute_ == nullptr || state_.candidate.frame_id != 0) return {};
-    const Status begun = wide_.begin(frame.id, state_.keyframe_id, keyframe_, image_.view(), measured,
-                                     mission_.min_overlap - 0.05, scratch_.as<OverlapWorkspace>());
+    if (!wiring_.mission.wide_search || wiring_.compute == nullptr || state_.candidate.frame_id != 0) return {};
+    const Status begun =
+        workspace_.wide.begin(frame.id, state_.keyframe_id, workspace_.keyframe, workspace_.image.view(), measured,
+                              wiring_.mission.min_overlap - 0.05, wiring_.scratch.as<OverlapWorkspace>());
     // Narrow images have too few pixels at that size.
     if (begun.is(StatusCode::invalid_argument)) return {};
     ILP_TRY(begun);
   }
   ComputeProgress progress{};
-  ILP_TRY(wide_.go_on(*compute_, progress));
+  ILP_TRY(workspace_.wide.go_on(*wiring_.compute, progress));
   outcome.open = progress != ComputeProgress::done;
   outcome.waits = progress == ComputeProgress::waiting;
   if (outcome.open) return {};
-  ILP_TRY(load_frame_image(store_, frame.id, image_));
+  ILP_TRY(load_frame_image(wiring_.store, frame.id, workspace_.image));
   const Status loaded = load_keyframe(state_.keyframe_frame_id);
-  keyframe_unreadable_ = !loaded.ok();
+  work_.keyframe_unreadable = !loaded.ok();
   ILP_TRY(loaded);
-  return wide_.finish(keyframe_, image_.view(), scratch_.as<OverlapWorkspace>(), measured);
+  return workspace_.wide.finish(workspace_.keyframe, workspace_.image.view(), wiring_.scratch.as<OverlapWorkspace>(),
+                                measured);
 }
 
 Status OverlapChecker::bridge(OverlapResult& measured, bool& bridged) {
   bridged = false;
-  if (!mission_.feature_overlap) return {};
+  if (!wiring_.mission.feature_overlap) return {};
   if (measured.verdict != OverlapVerdict::ok) {
     OverlapResult by_places;
-    ILP_TRY(measure_overlap_by_places(keyframe_image_.view(), image_.view(), limits::max_place_features,
-                                      scratch_.as<PlaceScratch>(), by_places));
+    ILP_TRY(measure_overlap_by_places(workspace_.keyframe_image.view(), workspace_.image.view(),
+                                      limits::max_place_features, wiring_.scratch.as<PlaceScratch>(), by_places));
     if (by_places.verdict != OverlapVerdict::ok) return {};
     measured = by_places;
   }
   if (measured.overlap < least_overlap) return {};
   KeyframeRecord keyframe;
-  const Status found = get(store_, state_.keyframe_id, keyframe);
+  const Status found = get(wiring_.store, state_.keyframe_id, keyframe);
   if (!found.ok()) return is_transient(found) ? found : Status{};
-  const GrayView image = image_.view();
+  const GrayView image = workspace_.image.view();
   bridged = keyframe.index == 0 || footprint_shared_by_three(image.width, image.height, keyframe.plane_from_previous,
                                                              measured.plane_b_from_a) >= least_shared_by_three;
   return {};
@@ -319,11 +323,11 @@ Status OverlapChecker::bridge(OverlapResult& measured, bool& bridged) {
 
 Status OverlapChecker::keyframe_before(KeyframeRecord& latest, KeyframeRecord& before, bool& found) {
   found = false;
-  const Status known = get(store_, state_.keyframe_id, latest);
+  const Status known = get(wiring_.store, state_.keyframe_id, latest);
   if (!known.ok()) return is_transient(known) ? known : Status{};
   // Those of a strip are numbered without gaps.
   if (latest.index == 0) return {};
-  const Status known_before = get(store_, latest.id - 1, before);
+  const Status known_before = get(wiring_.store, latest.id - 1, before);
   if (!known_before.ok()) return is_transient(known_before) ? known_before : Status{};
   found = true;
   return {};
@@ -336,15 +340,15 @@ Status OverlapChecker::bridge_across(OverlapResult& measured, bool& bridged) {
   ILP_TRY(keyframe_before(latest, before, found));
   if (!found) return {};
   // Its image takes the place of the latest keyframe's, which is read again for the next frame.
-  loaded_frame_id_ = 0;
-  const Status loaded = load_frame_image(store_, before.frame_id, keyframe_image_);
+  work_.loaded_frame_id = 0;
+  const Status loaded = load_frame_image(wiring_.store, before.frame_id, workspace_.keyframe_image);
   if (!loaded.ok()) return is_transient(loaded) ? loaded : Status{};
   OverlapResult across;
   // What only many features find here is so little ground that a strip of its own is worth more.
-  ILP_TRY(measure_overlap_by_places(keyframe_image_.view(), image_.view(), limits::place_features,
-                                    scratch_.as<PlaceScratch>(), across));
+  ILP_TRY(measure_overlap_by_places(workspace_.keyframe_image.view(), workspace_.image.view(), limits::place_features,
+                                    wiring_.scratch.as<PlaceScratch>(), across));
   if (across.verdict != OverlapVerdict::ok || across.overlap < least_overlap) return {};
-  const GrayView image = image_.view();
+  const GrayView image = workspace_.image.view();
   const double shared =
       footprint_shared_by_three(image.width, image.height, before.plane_from_previous, across.plane_b_from_a);
   if (before.index > 0 && shared < least_shared_by_three) return {};
@@ -366,39 +370,39 @@ Status OverlapChecker::bridge_across(OverlapResult& measured, bool& bridged) {
 Status OverlapChecker::relate(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured, Tie& tie) {
   tie = Tie::overlap;
   bool bridged = false;
-  if (unrelated_frame_id_ == frame.id && unrelated_keyframe_id_ == state_.keyframe_id) {
-    measured = unrelated_;
-    ILP_TRY(load_frame_image(store_, frame.id, image_));
+  if (work_.unrelated_frame_id == frame.id && work_.unrelated_keyframe_id == state_.keyframe_id) {
+    measured = work_.unrelated;
+    ILP_TRY(load_frame_image(wiring_.store, frame.id, workspace_.image));
     ILP_TRY(bridge_across(measured, bridged));
     if (bridged) tie = Tie::across_bad;
     return {};
   }
-  const bool searching = wide_.at_work(frame.id, state_.keyframe_id);
+  const bool searching = workspace_.wide.at_work(frame.id, state_.keyframe_id);
   if (!searching) ILP_TRY(measure(frame, measured));
   if (searching || measured.verdict == OverlapVerdict::overlap_unknown) {
     ILP_TRY(search_widely(frame, outcome, measured));
     if (outcome.open) return {};
   }
   const bool too_far = measured.verdict == OverlapVerdict::overlap_unknown ||
-                       (measured.verdict == OverlapVerdict::ok && measured.overlap < mission_.min_overlap);
+                       (measured.verdict == OverlapVerdict::ok && measured.overlap < wiring_.mission.min_overlap);
   if (!too_far || state_.candidate.frame_id != 0) return {};
   ILP_TRY(bridge(measured, bridged));
   if (bridged) tie = Tie::bridge;
-  if (measured.verdict != OverlapVerdict::overlap_unknown || !mission_.feature_overlap) return {};
+  if (measured.verdict != OverlapVerdict::overlap_unknown || !wiring_.mission.feature_overlap) return {};
   KeyframeRecord latest, before;
   ILP_TRY(keyframe_before(latest, before, outcome.open));
   if (!outcome.open) return {};
-  unrelated_ = measured;
-  unrelated_frame_id_ = frame.id;
-  unrelated_keyframe_id_ = state_.keyframe_id;
+  work_.unrelated = measured;
+  work_.unrelated_frame_id = frame.id;
+  work_.unrelated_keyframe_id = state_.keyframe_id;
   return {};
 }
 
 Status OverlapChecker::judge_alone(const FrameRecord& frame, OverlapVerdict& verdict) {
-  ILP_TRY(load_frame_image(store_, frame.id, image_));
+  ILP_TRY(load_frame_image(wiring_.store, frame.id, workspace_.image));
   OverlapResult measured;
-  ILP_TRY(measure_overlap(image_.view(), image_.view(), overlap_params(mission_, 0, 1), scratch_.as<OverlapWorkspace>(),
-                          measured));
+  ILP_TRY(measure_overlap(workspace_.image.view(), workspace_.image.view(), overlap_params(wiring_.mission, 0, 1),
+                          wiring_.scratch.as<OverlapWorkspace>(), measured));
   // Repeating ground cannot be distinguished from its own copies. Another frame may resolve it.
   verdict = measured.verdict == OverlapVerdict::overlap_unknown ? OverlapVerdict::ok : measured.verdict;
   return {};
@@ -408,9 +412,9 @@ OverlapChecker::Choice OverlapChecker::classify(const OverlapResult& measured, T
   const bool measurable = measured.verdict == OverlapVerdict::ok;
   const bool unrelated = measured.verdict == OverlapVerdict::overlap_unknown;
   const bool by_overlap = measurable && tie == Tie::overlap;
-  const bool far = by_overlap && measured.overlap < mission_.min_overlap;
+  const bool far = by_overlap && measured.overlap < wiring_.mission.min_overlap;
   const bool is_turned = by_overlap && turned(measured);
-  const double slack = mission_.capture_mode == CaptureMode::forecast ? mission_.selection_slack : 0;
+  const double slack = wiring_.mission.capture_mode == CaptureMode::forecast ? wiring_.mission.selection_slack : 0;
 
   if ((far || unrelated) && state_.candidate.frame_id != 0) return Choice::candidate_first;
   if (far) return Choice::begins_strip;
@@ -419,7 +423,7 @@ OverlapChecker::Choice OverlapChecker::classify(const OverlapResult& measured, T
   if (is_turned && candidate_halves_turn(measured)) return Choice::candidate_first;
   // Across a keyframe that nothing relates to the ground ahead, no later frame is compared.
   if (tie == Tie::across_bad || is_turned) return Choice::selected;
-  if (measured.overlap <= mission_.target_overlap + slack || mostly_new(measured)) return Choice::selected;
+  if (measured.overlap <= wiring_.mission.target_overlap + slack || mostly_new(measured)) return Choice::selected;
   return Choice::skipped;
 }
 
@@ -517,7 +521,7 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
 
 /// A damaged one is made again from known data: its keyframes are numbered without gaps.
 Status OverlapChecker::load_strip(const Outcome& outcome, std::int64_t id, StripRecord& strip) {
-  const Status found = get(store_, id, strip);
+  const Status found = get(wiring_.store, id, strip);
   if (!found.is(StatusCode::record_damaged)) return found;
   strip = {};
   strip.id = id;
@@ -528,15 +532,15 @@ Status OverlapChecker::load_strip(const Outcome& outcome, std::int64_t id, Strip
   return {};
 }
 
-Status OverlapChecker::write(const Outcome& outcome) {
-  StepTransaction transaction(store_, checkpoint);
+Status OverlapChecker::write(Outcome& outcome) {
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  if (outcome.has_overlap) ILP_TRY(put(store_, outcome.overlap));
+  if (outcome.has_overlap) ILP_TRY(put(wiring_.store, outcome.overlap));
   if (outcome.has_ended) {
     StripRecord ended;
     ILP_TRY(load_strip(outcome, outcome.ended.id, ended));
     ended.end = outcome.ended.end;
-    ILP_TRY(put(store_, ended));
+    ILP_TRY(put(wiring_.store, ended));
   }
   if (outcome.has_keyframe) {
     StripRecord strip = outcome.strip;
@@ -544,10 +548,10 @@ Status OverlapChecker::write(const Outcome& outcome) {
       ILP_TRY(load_strip(outcome, strip.id, strip));
       strip.last_keyframe_id = outcome.keyframe.id;
     }
-    ILP_TRY(put(store_, strip));
+    ILP_TRY(put(wiring_.store, strip));
     KeyframeRecord keyframe = outcome.keyframe;
-    ILP_TRY(current_work_level(store_, keyframe.degraded));
-    ILP_TRY(put(store_, keyframe));
+    ILP_TRY(current_work_level(wiring_.store, keyframe.degraded));
+    ILP_TRY(put(wiring_.store, keyframe));
   }
   return transaction.commit(outcome.cursor, outcome.after, cursor_, state_);
 }
@@ -555,14 +559,14 @@ Status OverlapChecker::write(const Outcome& outcome) {
 /// The decision on the frame, or on the strip if its keyframe cannot be read.
 StepResult OverlapChecker::choose(const Status& found, const FrameRecord& frame, Outcome& outcome) {
   outcome.cursor.first = frame.id;
-  keyframe_unreadable_ = false;
+  work_.keyframe_unreadable = false;
   Status status = found.ok() ? look_at(frame, outcome) : found;
   if (status.ok()) return {{}, true, outcome.waits ? Then::wait : Then::go_on};
-  if (is_transient(status) && !patience_.given_up(frame.id)) return patience_.failed(frame.id, status);
+  if (is_transient(status) && !work_.patience.given_up(frame.id)) return work_.patience.failed(frame.id, status);
   outcome = Outcome{};
   outcome.after = state_;
   outcome.cursor = cursor_;
-  if (keyframe_unreadable_) {
+  if (work_.keyframe_unreadable) {
     // Nothing can be compared with it any more, so the frame is examined alone.
     end_strip(StripEnd::overlap_lost, outcome);
     return {{}, true};
@@ -573,7 +577,7 @@ StepResult OverlapChecker::choose(const Status& found, const FrameRecord& frame,
   outcome.overlap.id = frame.id;
   outcome.overlap.verdict = OverlapVerdict::overlap_unknown;
   outcome.overlap.decision = OverlapDecision::rejected;
-  outcome.event = patience_.given_up(frame.id) ? Status{} : status;
+  outcome.event = work_.patience.given_up(frame.id) ? Status{} : status;
   return {{}, true};
 }
 
@@ -587,7 +591,7 @@ StepResult OverlapChecker::step() {
   if (!status.ok()) return {status, false};
   if (!handled) {
     FrameRecord frame;
-    const Status found = next(store_, cursor_.first, frame);
+    const Status found = next(wiring_.store, cursor_.first, frame);
     if (found.is(StatusCode::not_found)) return {};
     if (found.is(StatusCode::record_damaged)) {
       frame.id = found.a;

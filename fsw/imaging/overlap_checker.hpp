@@ -36,10 +36,16 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_, state_).of(*this).at_work(patience_, loaded_frame_id_).changed_by_commits();
+    return LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_).changed_by_commits();
   }
 
  private:
+  struct Wiring {
+    Tables store;
+    const MissionParameters& mission;
+    Scratch scratch;
+    Compute* compute;
+  };
   /// Candidate: the latest frame that was measured and is not yet needed.
   struct Candidate {
     std::int64_t frame_id = 0;
@@ -58,7 +64,20 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
     double last_scale = 1;
     Candidate candidate;
     bool motion_known = false;  ///< some frame of this strip was measured
-    std::uint8_t padding[7] = {};
+  };
+  struct Work {
+    Patience patience;                    ///< restore() keeps it
+    bool keyframe_unreadable = false;     ///< as found in this step
+    std::int64_t unrelated_frame_id = 0;  ///< not related to the latest keyframe; the step before found so
+    std::int64_t unrelated_keyframe_id = 0;
+    OverlapResult unrelated = {};  ///< of that frame and that keyframe
+    std::int64_t loaded_frame_id = 0;
+  };
+  struct Workspace {
+    FrameImage keyframe_image;
+    OverlapTemplate keyframe;  ///< template of that image
+    FrameImage image;
+    WideOverlap wide;
   };
   /// The decisions of one step, written in one transaction.
   struct Outcome {
@@ -122,25 +141,14 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   Status begin_strip_of_waiting(Outcome& outcome, bool& begun) const;
   Status select_candidate(Outcome& outcome) const;
   Status load_strip(const Outcome& outcome, std::int64_t id, StripRecord& strip);
-  Status write(const Outcome& outcome);
+  Status write(Outcome& outcome);
   StepResult choose(const Status& found, const FrameRecord& frame, Outcome& outcome);
 
-  Tables store_;
-  const MissionParameters& mission_;
-  Scratch scratch_;
-  Compute* compute_;
+  Wiring wiring_;
   Cursor cursor_;
   State state_;
-  Patience patience_;
-  bool keyframe_unreadable_ = false;     ///< as found in this step
-  std::int64_t unrelated_frame_id_ = 0;  ///< not related to the latest keyframe; the step before found so
-  std::int64_t unrelated_keyframe_id_ = 0;
-  OverlapResult unrelated_;  ///< of that frame and that keyframe
-  std::int64_t loaded_frame_id_ = 0;
-  FrameImage keyframe_image_;
-  OverlapTemplate keyframe_;  // template of that image
-  FrameImage image_;
-  WideOverlap wide_;
+  Work work_;
+  Workspace workspace_;
 };
 
 }  // namespace ilp

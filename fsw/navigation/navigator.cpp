@@ -18,42 +18,42 @@ constexpr TimeNs latest_arrival_ns = 2 * ns_per_s;
 constexpr CheckpointForm Navigator::checkpoint = checkpoint_form<State>(component_id);
 
 Navigator::Navigator(Tables store, Clock& clock, const MissionParameters& mission, NavigationSource* source)
-    : store_(store), clock_(clock), mission_(mission), source_(source) {}
+    : wiring_{store, clock, mission, source} {}
 
 Status Navigator::restore() {
-  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  const Status status = restore_checkpoint(wiring_.store, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   std::int64_t newest = 0;
-  ILP_TRY(newest_id<NavigationRecord>(store_, newest));
+  ILP_TRY(newest_id<NavigationRecord>(wiring_.store, newest));
   cursor_.first = std::max(cursor_.first, newest);
   return status;
 }
 
 void Navigator::keep(const NavigationSample& sample) {
-  if (samples_.push_back(sample)) return;
-  samples_[oldest_] = sample;
-  oldest_ = (oldest_ + 1) % samples_.size();
+  if (workspace_.samples.push_back(sample)) return;
+  workspace_.samples[workspace_.oldest] = sample;
+  workspace_.oldest = (workspace_.oldest + 1) % workspace_.samples.size();
 }
 
 bool Navigator::take_samples(TimeNs until) {
-  if (source_ == nullptr) return true;
+  if (wiring_.source == nullptr) return true;
   for (int i = 0; i < samples_per_step; ++i) {
     NavigationSample sample;
-    const Status given = source_->next(until, sample);
+    const Status given = wiring_.source->next(until, sample);
     if (given.is(StatusCode::not_ready) || given.is(StatusCode::end_of_stream)) return true;
     if (given.ok() && plausible(sample)) {
       keep(sample);
       continue;
     }
-    ++refused_;
-    reason_ = given.ok() ? StatusCode::invalid_argument : given.code;
+    ++workspace_.refused;
+    workspace_.reason = given.ok() ? StatusCode::invalid_argument : given.code;
   }
   return false;
 }
 
 void Navigator::measure(const KeyframeRecord& keyframe, NavigationRecord& record) const {
   navigation::WindowSamples near;
-  for (const NavigationSample& sample : samples_) navigation::add_near(sample, keyframe.time_ns, near);
+  for (const NavigationSample& sample : workspace_.samples) navigation::add_near(sample, keyframe.time_ns, near);
   navigation::SampleCounts counts;
   const NavigationSample at = navigation::measure_at(near, keyframe.time_ns, counts);
   record.id = keyframe.id;
@@ -77,24 +77,24 @@ void Navigator::measure(const KeyframeRecord& keyframe, NavigationRecord& record
 Status Navigator::measure_keyframe(bool& worked) {
   worked = false;
   KeyframeRecord keyframe;
-  const Status found = next(store_, cursor_.first, keyframe);
+  const Status found = next(wiring_.store, cursor_.first, keyframe);
   if (found.is(StatusCode::not_found)) return {};
   const bool damaged = found.is(StatusCode::record_damaged);
   if (!found.ok() && !damaged) return found;
   NavigationRecord record;
   if (damaged) keyframe.id = record.id = found.a;
   if (!damaged) {
-    const bool recorded = source_ == nullptr || source_->recorded();
+    const bool recorded = wiring_.source == nullptr || wiring_.source->recorded();
     const TimeNs until = keyframe.time_ns + navigation::window_ns;
-    const bool all = take_samples(recorded ? until : clock_.now());
+    const bool all = take_samples(recorded ? until : wiring_.clock.now());
     worked = !all;
-    if (!all || (!recorded && clock_.now() < until + latest_arrival_ns)) return {};
+    if (!all || (!recorded && wiring_.clock.now() < until + latest_arrival_ns)) return {};
     measure(keyframe, record);
   }
   worked = true;
-  StepTransaction transaction(store_, checkpoint);
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(put(store_, record));
+  ILP_TRY(put(wiring_.store, record));
   ILP_TRY(transaction.commit({keyframe.id, cursor_.second}, state_, cursor_));
   return found;
 }
@@ -112,11 +112,11 @@ void Navigator::add(const PoseRecord& pose, const NavigationRecord& navigation, 
   std::copy_n(navigation.q_cam_from_level, 4, measured.q_cam_from_level);
   measured.tilt_sigma_rad = navigation.tilt_sigma_rad;
   measured.heading_sigma_rad = navigation.heading_sigma_rad;
-  if (navigation.horizontal_sigma_m > 0 && mission_.body != Body::none) {
+  if (navigation.horizontal_sigma_m > 0 && wiring_.mission.body != Body::none) {
     const BodyPlace place{navigation.longitude_deg, navigation.latitude_deg, navigation.elevation_m};
     if (!after.placed) after.origin = place;
     after.placed = true;
-    offset_from(mission_.body, after.origin, place, measured.place_m);
+    offset_from(wiring_.mission.body, after.origin, place, measured.place_m);
     measured.horizontal_sigma_m = navigation.horizontal_sigma_m;
     measured.vertical_sigma_m = navigation.vertical_sigma_m;
   }
@@ -141,8 +141,8 @@ StripFrameRecord Navigator::record_of(const navigation::StripFrame& frame, const
   record.heading_sigma_rad = frame.heading_sigma_rad;
   if (frame.horizontal_sigma_m > 0) {
     const BodyPlace place =
-        place_at(mission_.body, after.origin, {frame.origin_m.x(), frame.origin_m.y(), frame.origin_m.z()});
-    record.body = mission_.body;
+        place_at(wiring_.mission.body, after.origin, {frame.origin_m.x(), frame.origin_m.y(), frame.origin_m.z()});
+    record.body = wiring_.mission.body;
     record.longitude_deg = place.longitude_deg;
     record.latitude_deg = place.latitude_deg;
     record.elevation_m = place.elevation_m;
@@ -164,7 +164,7 @@ StripFrameRecord Navigator::record_of(const navigation::StripFrame& frame, const
 Status Navigator::place_strip(bool& worked) {
   worked = false;
   PoseRecord pose;
-  const Status found = next(store_, cursor_.second, pose);
+  const Status found = next(wiring_.store, cursor_.second, pose);
   if (found.is(StatusCode::not_found)) return {};
   const bool damaged = found.is(StatusCode::record_damaged);
   if (!found.ok() && !damaged) return found;
@@ -172,38 +172,39 @@ Status Navigator::place_strip(bool& worked) {
   if (damaged) pose.id = found.a;
   worked = true;
   NavigationRecord measured;
-  const Status known = get(store_, pose.id, measured);
+  const Status known = get(wiring_.store, pose.id, measured);
   if (!known.ok() && is_transient(known)) return known;
   const bool useful = !damaged && known.ok() && pose.state == PoseState::final;
-  after_ = state_;
+  workspace_.after = state_;
   navigation::StripFrame frame;
   if (useful) {
-    if (after_.strip_id != pose.strip_id) {
-      after_ = {};
-      after_.strip_id = pose.strip_id;
+    if (workspace_.after.strip_id != pose.strip_id) {
+      workspace_.after = {};
+      workspace_.after.strip_id = pose.strip_id;
     }
-    add(pose, measured, after_);
-    frame = navigation::estimate_strip_frame(after_.keyframes);
-    after_.verdict = frame.verdict;
+    add(pose, measured, workspace_.after);
+    frame = navigation::estimate_strip_frame(workspace_.after.keyframes);
+    workspace_.after.verdict = frame.verdict;
   }
-  const bool contradicts = after_.verdict != state_.verdict && after_.verdict > StripFrameVerdict::nothing_measured;
-  StepTransaction transaction(store_, checkpoint);
+  const bool contradicts =
+      workspace_.after.verdict != state_.verdict && workspace_.after.verdict > StripFrameVerdict::nothing_measured;
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   if (useful && frame.verdict != StripFrameVerdict::nothing_measured) {
-    ILP_TRY(put(store_, record_of(frame, after_, pose.id)));
+    ILP_TRY(put(wiring_.store, record_of(frame, workspace_.after, pose.id)));
   }
-  ILP_TRY(transaction.commit({cursor_.first, pose.id}, after_, cursor_, state_));
+  ILP_TRY(transaction.commit({cursor_.first, pose.id}, workspace_.after, cursor_, state_));
   if (damaged) return found;
   if (!contradicts) return {};
   return {StatusCode::navigation_contradicts, state_.strip_id, static_cast<std::int64_t>(state_.verdict)};
 }
 
 StepResult Navigator::step() {
-  if (!mission_.use_navigation) return {};
+  if (!wiring_.mission.use_navigation) return {};
   StepResult result = work();
-  if (!result.status.ok() || refused_ == reported_refused_) return result;
-  reported_refused_ = refused_;
-  result.status = {StatusCode::navigation_refused, refused_, static_cast<std::int64_t>(reason_)};
+  if (!result.status.ok() || workspace_.refused == workspace_.reported_refused) return result;
+  workspace_.reported_refused = workspace_.refused;
+  result.status = {StatusCode::navigation_refused, workspace_.refused, static_cast<std::int64_t>(workspace_.reason)};
   return result;
 }
 
@@ -214,8 +215,8 @@ StepResult Navigator::work() {
   status = place_strip(worked);
   if (!status.ok() || worked) return {status, true};
   // A live source is emptied also while no keyframe asks.
-  const bool live = source_ != nullptr && !source_->recorded();
-  return {{}, live && !take_samples(clock_.now())};
+  const bool live = wiring_.source != nullptr && !wiring_.source->recorded();
+  return {{}, live && !take_samples(wiring_.clock.now())};
 }
 
 }  // namespace ilp

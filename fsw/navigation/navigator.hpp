@@ -26,9 +26,17 @@ class Navigator final : public StageComponent<ComponentId::navigator> {
 
   Status restore() override;
   StepResult step() override;
-  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_).of(*this); }
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory::of(*this, wiring_, cursor_, state_, NoMembers{}, workspace_);
+  }
 
  private:
+  struct Wiring {
+    Tables store;
+    Clock& clock;
+    const MissionParameters& mission;
+    NavigationSource* source;
+  };
   /// The strip at work.
   struct State {
     std::int64_t strip_id = 0;
@@ -36,6 +44,14 @@ class Navigator final : public StageComponent<ComponentId::navigator> {
     BodyPlace origin;     ///< from where the places of the keyframes are counted
     StripFrameVerdict verdict = StripFrameVerdict::nothing_measured;
     navigation::MeasuredKeyframes keyframes;
+  };
+  struct Workspace {
+    State after;
+    // A ring: a restart begins it again.
+    FixedVector<NavigationSample, limits::max_navigation_samples> samples;
+    std::size_t oldest = 0;
+    std::int64_t refused = 0, reported_refused = 0;
+    StatusCode reason = StatusCode::ok;  ///< why the latest one was refused
   };
 
   StepResult work();
@@ -49,18 +65,10 @@ class Navigator final : public StageComponent<ComponentId::navigator> {
   [[nodiscard]] StripFrameRecord record_of(const navigation::StripFrame& frame, const State& after,
                                            std::int64_t keyframe_id) const;
 
-  Tables store_;
-  Clock& clock_;
-  const MissionParameters& mission_;
-  NavigationSource* source_ = nullptr;
+  Wiring wiring_;
   Cursor cursor_;  ///< newest keyframe measured, newest pose taken into account
   State state_;
-  State after_;
-  // A ring: a restart begins it again.
-  FixedVector<NavigationSample, limits::max_navigation_samples> samples_;
-  std::size_t oldest_ = 0;
-  std::int64_t refused_ = 0, reported_refused_ = 0;
-  StatusCode reason_ = StatusCode::ok;  ///< why the latest one was refused
+  Workspace workspace_;
 };
 
 }  // namespace ilp

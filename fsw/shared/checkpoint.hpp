@@ -62,7 +62,7 @@ Status saved_cursor(Reader<CheckpointRecord> store, ComponentId component, Curso
 template <typename State>
 Status save_checkpoint(CheckpointStore store, const CheckpointForm& form, const Cursor& cursor, State& state) {
   static_assert(std::is_trivially_copyable_v<State>);
-  __builtin_clear_padding(&state);
+  clear_padding(state);
   return save_checkpoint(store, form, cursor,
                          std::span<const std::uint8_t>(reinterpret_cast<const std::uint8_t*>(&state), sizeof(State)));
 }

@@ -24,14 +24,13 @@ std::uint64_t checksum_of(std::span<const std::byte> region) {
 constexpr CheckpointForm Scrubber::checkpoint = checkpoint_form<State>(component_id);
 
 Scrubber::Scrubber(Tables store, Clock& clock, const MissionParameters& mission, ImageRegions image)
-    : store_(store), clock_(clock), mission_(mission), image_(image.first(std::min(image.size(), most_regions))) {
-  for (std::size_t i = 0; i < image_.size(); ++i) image_sums_[i] = checksum_of(image_[i]);
+    : wiring_{store, clock, mission, image.first(std::min(image.size(), most_regions))} {
+  for (std::size_t i = 0; i < wiring_.image.size(); ++i) wiring_.image_sums[i] = checksum_of(wiring_.image[i]);
 }
 
 Status Scrubber::restore() {
-  stepped_ns_ = -1;
-  image_cursor_ = {};
-  const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  work_ = {};
+  const Status loaded = restore_checkpoint(wiring_.store, checkpoint, cursor_, state_);
   // The position does not matter: reading starts over.
   return loaded.is(StatusCode::store_build) ? Status{} : loaded;
 }
@@ -53,59 +52,59 @@ bool Scrubber::learn(const Damaged& damaged) {
   return state_.damaged.push_back(damaged);
 }
 
-Status Scrubber::save(const State& after) {
-  StepTransaction transaction(store_, checkpoint);
+Status Scrubber::save() {
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  return transaction.commit(Cursor{cursor_.first + 1, 0}, after, cursor_);
+  return transaction.commit(Cursor{cursor_.first + 1, 0}, state_, cursor_);
 }
 
 Status Scrubber::check_store(std::size_t bytes, TimeNs now) {
   if (bytes == 0) return {};
   // After a restart mission time may begin again.
   if (now < state_.begun_ns) state_.begun_ns = now;
-  if (state_.resting && now - state_.begun_ns < ns_from_seconds(mission_.scrub_period_s)) return {};
+  if (state_.resting && now - state_.begun_ns < ns_from_seconds(wiring_.mission.scrub_period_s)) return {};
   if (state_.resting) {
     state_.resting = false;
     state_.begun_ns = now;
   }
   const std::size_t table = state_.place.table;
-  const ScrubSlice slice = scrub(store_, bytes, scratch_, state_.place);
+  const ScrubSlice slice = scrub(wiring_.store, bytes, workspace_.scratch, state_.place);
   ILP_TRY(slice.fault);
   Status news = slice.damage;
   if (slice.damage.is(StatusCode::record_damaged) && !learn({slice.damage.b, slice.damage.a})) news = {};
   state_.resting = slice.round_complete;
   // Saved rarely: after a restart a slightly older position only repeats some reading.
   if (news.ok() && table == state_.place.table && !slice.round_complete) return {};
-  const Status saved = save(state_);
+  const Status saved = save();
   return news.ok() ? saved : news;
 }
 
 Status Scrubber::check_image(std::size_t bytes) {
-  ImageCursor& at = image_cursor_;
-  if (image_.empty() || image_damaged_) return {};
+  ImageCursor& at = work_.image;
+  if (wiring_.image.empty() || workspace_.image_damaged) return {};
   for (std::size_t read = 0; read < bytes; read += piece_bytes) {
-    const std::span<const std::byte> region = image_[at.region];
+    const std::span<const std::byte> region = wiring_.image[at.region];
     const std::size_t piece = std::min(piece_bytes, region.size() - at.offset);
     at.sum = checksum64(region.subspan(at.offset, piece), at.sum);
     at.offset += piece;
     if (at.offset < region.size()) continue;
-    const bool same = at.sum == image_sums_[at.region];
+    const bool same = at.sum == wiring_.image_sums[at.region];
     const auto number = static_cast<std::int64_t>(at.region);
-    at = {(at.region + 1) % image_.size(), 0, 0};
+    at = {(at.region + 1) % wiring_.image.size(), 0, 0};
     if (same) continue;
-    image_damaged_ = true;
+    workspace_.image_damaged = true;
     return {StatusCode::image_damaged, number};
   }
   return {};
 }
 
 StepResult Scrubber::step() {
-  const TimeNs now = clock_.now();
-  const TimeNs elapsed = stepped_ns_ < 0 ? 0 : now - stepped_ns_;
-  stepped_ns_ = now;
-  const Status image = check_image(grant(mission_.image_check_bytes_per_s, elapsed, most_image_bytes));
+  const TimeNs now = wiring_.clock.now();
+  const TimeNs elapsed = work_.stepped_ns < 0 ? 0 : now - work_.stepped_ns;
+  work_.stepped_ns = now;
+  const Status image = check_image(grant(wiring_.mission.image_check_bytes_per_s, elapsed, most_image_bytes));
   if (!image.ok()) return {image, false};
-  return {check_store(grant(mission_.scrub_bytes_per_s, elapsed, most_store_bytes), now), false};
+  return {check_store(grant(wiring_.mission.scrub_bytes_per_s, elapsed, most_store_bytes), now), false};
 }
 
 }  // namespace ilp

@@ -29,15 +29,22 @@ class Scrubber final : public StageComponent<ComponentId::scrubber> {
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_, state_, image_cursor_).of(*this);
+    return LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_);
   }
 
   /// Code or constants have changed since loading: only a new process restores them.
-  [[nodiscard]] bool image_damaged() const { return image_damaged_; }
+  [[nodiscard]] bool image_damaged() const { return workspace_.image_damaged; }
 
  private:
   static constexpr std::size_t most_regions = 8;
   static constexpr std::size_t most_known = 64;
+  struct Wiring {
+    Tables store;
+    Clock& clock;
+    const MissionParameters& mission;
+    ImageRegions image;
+    std::array<std::uint64_t, most_regions> image_sums{};  ///< of the first reading
+  };
   struct Damaged {
     std::int64_t table = 0;
     std::int64_t id = 0;
@@ -54,24 +61,26 @@ class Scrubber final : public StageComponent<ComponentId::scrubber> {
     std::size_t offset = 0;
     std::uint64_t sum = 0;
   };
+  struct Work {
+    TimeNs stepped_ns = -1;
+    ImageCursor image;
+  };
+  struct alignas(8) Workspace {
+    std::array<std::uint8_t, blob_chunk_bytes> scratch{};
+    bool image_damaged = false;
+  };
 
   [[nodiscard]] static std::size_t grant(double bytes_per_s, TimeNs elapsed, std::size_t most);
   Status check_image(std::size_t bytes);
   Status check_store(std::size_t bytes, TimeNs now);
   bool learn(const Damaged& damaged);
-  Status save(const State& after);
+  Status save();
 
-  Tables store_;
-  Clock& clock_;
-  const MissionParameters& mission_;
+  Wiring wiring_;
   Cursor cursor_;  // counts saves
   State state_;
-  TimeNs stepped_ns_ = -1;
-  std::array<std::uint8_t, blob_chunk_bytes> scratch_{};
-  ImageRegions image_;
-  std::array<std::uint64_t, most_regions> image_sums_{};
-  ImageCursor image_cursor_;
-  bool image_damaged_ = false;
+  Work work_;
+  Workspace workspace_;
 };
 
 }  // namespace ilp

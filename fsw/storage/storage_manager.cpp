@@ -41,29 +41,29 @@ Status count_next(Reader<Record> store, std::int64_t& counted_id, std::int64_t& 
 constexpr CheckpointForm StorageManager::checkpoint = checkpoint_form<State>(component_id);
 
 StorageManager::StorageManager(Tables store, const MissionParameters& mission, Scratch scratch)
-    : whole_(store), store_(store), mission_(mission), scratch_(scratch) {}
+    : wiring_{store, SoundView<Tables::tables>(store), mission, scratch} {}
 
 Status StorageManager::restore() {
-  search_.restart();
-  searching_ = false;
-  gave_up_ = false;
-  rounds_done_ = searches_done_ = false;
-  asked_id_ = 0;
-  swept_id_ = 0;
-  weighed_id_ = -1;
-  const Status status = restore_checkpoint(whole_, checkpoint, cursor_, state_);
+  work_.search.restart();
+  work_.searching = false;
+  work_.gave_up = false;
+  work_.rounds_done = work_.searches_done = false;
+  work_.asked_id = 0;
+  work_.swept_id = 0;
+  work_.weighed_id = -1;
+  const Status status = restore_checkpoint(wiring_.whole, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   // Without a checkpoint the totals on record stay.
   if (!status.ok() || state_.frames.counted_id == 0) ILP_TRY(recount());
-  begin_ids<FrameRecord>(store_, state_.frames.passed_id);
-  begin_ids<FrameRecord>(store_, state_.frames.counted_id);
+  begin_ids<FrameRecord>(wiring_.store, state_.frames.passed_id);
+  begin_ids<FrameRecord>(wiring_.store, state_.frames.counted_id);
   return status;
 }
 
 /// An account that is older than the records would stay wrong: held records are counted again, totals stay.
 Status StorageManager::recount() {
   StorageRecord known;
-  const Status found = get(store_, known.id, known);
+  const Status found = get(wiring_.store, known.id, known);
   if (!found.ok() && !is_gone(found)) return found;
   if (!found.ok()) known = {};
   known.frame_bytes = known.depth_bytes = known.structure_bytes = known.product_bytes = 0;
@@ -74,31 +74,32 @@ Status StorageManager::recount() {
 }
 
 double StorageManager::share(double part) const {
-  return part * mission_.storage_budget_mib * 1048576.0;
+  return part * wiring_.mission.storage_budget_mib * 1048576.0;
 }
 
 std::int64_t StorageManager::held_bytes(const StorageRecord& account) const {
-  return account.frame_bytes + account.depth_bytes + account.structure_bytes + account.product_bytes + place_bytes_;
+  return account.frame_bytes + account.depth_bytes + account.structure_bytes + account.product_bytes +
+         work_.place_bytes;
 }
 
 /// Counting takes time in proportion to the places, whose number changes when a new one comes.
 Status StorageManager::weigh_places() {
   std::int64_t newest = 0;
-  ILP_TRY(newest_id<PlaceRecord>(store_, newest));
-  if (newest == weighed_id_) return {};
+  ILP_TRY(newest_id<PlaceRecord>(wiring_.store, newest));
+  if (newest == work_.weighed_id) return {};
   std::int64_t places = 0;
-  ILP_TRY(store_.count<PlaceRecord>(places));
-  place_bytes_ = places * most_place_bytes;
-  weighed_id_ = newest;
+  ILP_TRY(wiring_.store.count<PlaceRecord>(places));
+  work_.place_bytes = places * most_place_bytes;
+  work_.weighed_id = newest;
   return {};
 }
 
 /// A depth map and its mask, once that is final.
-Status StorageManager::count_depth(Work& work) {
-  State& after = work.after;
+Status StorageManager::count_depth(Draft& draft) {
+  State& after = draft.after;
   DepthRecord depth;
   bool found = false;
-  ILP_TRY(find_next(store_, after.counted_depth_id, depth, found));
+  ILP_TRY(find_next(wiring_.store, after.counted_depth_id, depth, found));
   if (!found) return {};
   MaskRecord mask;
   ILP_TRY(find_mask(depth.id, mask));
@@ -107,164 +108,166 @@ Status StorageManager::count_depth(Work& work) {
   const std::int64_t bytes = blob_bytes(depth) + mask.code.bytes;
   after.account.depth_bytes += bytes;
   if (bytes != 0) ++after.account.depths_held;
-  work.changed = true;
+  draft.changed = true;
   return {};
 }
 
-Status StorageManager::count_new(Work& work) {
-  State& after = work.after;
+Status StorageManager::count_new(Draft& draft) {
+  State& after = draft.after;
   StorageRecord& account = after.account;
-  bool& changed = work.changed;
-  ILP_TRY(count_next<FrameRecord>(store_, after.frames.counted_id, account.frame_bytes, account.frames_held, changed));
-  ILP_TRY(count_depth(work));
-  ILP_TRY(count_next<StructureRecord>(store_, after.counted_structure_id, account.structure_bytes,
+  bool& changed = draft.changed;
+  ILP_TRY(count_next<FrameRecord>(wiring_.store, after.frames.counted_id, account.frame_bytes, account.frames_held,
+                                  changed));
+  ILP_TRY(count_depth(draft));
+  ILP_TRY(count_next<StructureRecord>(wiring_.store, after.counted_structure_id, account.structure_bytes,
                                       account.structures_held, changed));
-  return count_next<ProductRecord>(store_, after.counted_product_id, account.product_bytes, account.products_held,
-                                   changed);
+  return count_next<ProductRecord>(wiring_.store, after.counted_product_id, account.product_bytes,
+                                   account.products_held, changed);
 }
 
-Status StorageManager::obey_commands(Work& work) {
+Status StorageManager::obey_commands(Draft& draft) {
   // Bounded by the number of commands; one product a step.
   for (bool dropped = false; !dropped;) {
     CommandRecord command;
-    const Status found = next(store_, work.after.obeyed_command_id, command);
+    const Status found = next(wiring_.store, draft.after.obeyed_command_id, command);
     if (found.is(StatusCode::not_found)) return {};
     ILP_TRY(found);
     if (command.kind == CommandKind::delete_product) {
       ProductRecord product;
-      const Status held = get(store_, command.subject_id, product);
+      const Status held = get(wiring_.store, command.subject_id, product);
       if (!held.ok() && !is_gone(held)) return held;
       // Products that have not been counted yet are deleted after they are counted.
-      if (held.ok() && product.id > work.after.counted_product_id) return {};
+      if (held.ok() && product.id > draft.after.counted_product_id) return {};
       dropped = held.ok() && product.data.bytes != 0;
-      if (dropped) ILP_TRY(drop(product, work));
+      if (dropped) ILP_TRY(drop(product, draft));
     }
-    work.after.obeyed_command_id = command.id;
-    work.changed = true;
+    draft.after.obeyed_command_id = command.id;
+    draft.changed = true;
   }
   return {};
 }
 
-Status StorageManager::delete_acknowledged(Work& work) {
-  State& after = work.after;
-  if (asked_id_ < after.checked_downlink_id) asked_id_ = after.checked_downlink_id;
-  bool all_before = asked_id_ == after.checked_downlink_id;
-  round_done_ = false;
+Status StorageManager::delete_acknowledged(Draft& draft) {
+  State& after = draft.after;
+  if (work_.asked_id < after.checked_downlink_id) work_.asked_id = after.checked_downlink_id;
+  bool all_before = work_.asked_id == after.checked_downlink_id;
+  work_.round_done = false;
   DownlinkRecord newest;
-  const Status any = last(store_, newest);
+  const Status any = last(wiring_.store, newest);
   if (!any.ok() && !any.is(StatusCode::not_found)) return any;
   for (int asked = 0; asked < files_per_step; ++asked) {
     DownlinkRecord sent;
     bool found = false;
-    ILP_TRY(find_next(store_, asked_id_, sent, found));
+    ILP_TRY(find_next(wiring_.store, work_.asked_id, sent, found));
     if (!found) {
       // In turns over all files, so that a missing confirmation does not delay those after it.
-      asked_id_ = 0;
-      round_done_ = true;
+      work_.asked_id = 0;
+      work_.round_done = true;
       return {};
     }
-    asked_id_ = sent.id;
+    work_.asked_id = sent.id;
     bool settled = false;
-    ILP_TRY(settle(sent, newest.sent_ns, work, settled));
+    ILP_TRY(settle(sent, newest.sent_ns, draft, settled));
     all_before = all_before && settled;
     if (all_before) {
       after.checked_downlink_id = sent.id;
-      work.changed = true;
+      draft.changed = true;
     }
   }
   return {};
 }
 
-Status StorageManager::settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Work& work, bool& settled) {
+Status StorageManager::settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft, bool& settled) {
   settled = sent.acknowledged_ns != 0;
-  if (sent.kind == DownlinkKind::product) return settle_product(sent, newest_sent_ns, work);
+  if (sent.kind == DownlinkKind::product) return settle_product(sent, newest_sent_ns, draft);
   if (!settled) return {};
-  if (sent.kind == DownlinkKind::points) return settle_points(sent, work, settled);
-  return sent.subject_id > 0 ? settle_records(sent, work, settled) : Status{};
+  if (sent.kind == DownlinkKind::points) return settle_points(sent, draft, settled);
+  return sent.subject_id > 0 ? settle_records(sent, draft, settled) : Status{};
 }
 
-Status StorageManager::thin_frames(Work& work) {
-  StorageRecord& account = work.after.account;
-  const double quota = share(mission_.frame_share);
+Status StorageManager::thin_frames(Draft& draft) {
+  StorageRecord& account = draft.after.account;
+  const double quota = share(wiring_.mission.frame_share);
   bool began = false;
-  ILP_TRY(ilp::thin_frames(store_, static_cast<std::int64_t>(mission_.high_watermark * quota),
-                           static_cast<std::int64_t>(mission_.low_watermark * quota), work.after.frames, account,
-                           work.changed, began));
-  if (began) work.event = {StatusCode::frames_thinned, account.frame_bytes, static_cast<std::int64_t>(quota)};
+  ILP_TRY(ilp::thin_frames(wiring_.store, static_cast<std::int64_t>(wiring_.mission.high_watermark * quota),
+                           static_cast<std::int64_t>(wiring_.mission.low_watermark * quota), draft.after.frames,
+                           account, draft.changed, began));
+  if (began) draft.event = {StatusCode::frames_thinned, account.frame_bytes, static_cast<std::int64_t>(quota)};
   return {};
 }
 
-bool StorageManager::products_above(const Work& work, double watermark) const {
-  const StorageRecord& account = work.after.account;
-  const std::int64_t used = work.usage.bytes - work.usage.free_bytes;
-  const std::int64_t room = work.usage.limit_bytes > 0 ? work.usage.limit_bytes : database_limit_bytes(mission_);
+bool StorageManager::products_above(const Draft& draft, double watermark) const {
+  const StorageRecord& account = draft.after.account;
+  const std::int64_t used = draft.usage.bytes - draft.usage.free_bytes;
+  const std::int64_t room =
+      draft.usage.limit_bytes > 0 ? draft.usage.limit_bytes : database_limit_bytes(wiring_.mission);
   return static_cast<double>(held_bytes(account)) > watermark * share(1) ||
-         static_cast<double>(account.product_bytes) > watermark * share(mission_.product_share) ||
+         static_cast<double>(account.product_bytes) > watermark * share(wiring_.mission.product_share) ||
          static_cast<double>(used) > watermark * static_cast<double>(room);
 }
 
-Status StorageManager::note_mode(Work& work) {
-  StorageRecord& account = work.after.account;
+Status StorageManager::note_mode(Draft& draft) {
+  StorageRecord& account = draft.after.account;
   account.budget_bytes = static_cast<std::int64_t>(share(1));
   const bool was_full = account.full;
-  const double watermark = was_full ? mission_.low_watermark : mission_.high_watermark;
-  const bool full = products_above(work, watermark) ||
-                    static_cast<double>(account.depth_bytes) > watermark * share(mission_.depth_share);
+  const double watermark = was_full ? wiring_.mission.low_watermark : wiring_.mission.high_watermark;
+  const bool full = products_above(draft, watermark) ||
+                    static_cast<double>(account.depth_bytes) > watermark * share(wiring_.mission.depth_share);
   if (full == was_full) return {};
   account.full = full;
   if (full) ++account.times_full;
-  work.changed = true;
+  draft.changed = true;
   const StatusCode code = full ? StatusCode::storage_tight : StatusCode::storage_relieved;
-  work.event = {code, held_bytes(account), account.budget_bytes};
+  draft.event = {code, held_bytes(account), account.budget_bytes};
   return {};
 }
 
-Status StorageManager::work_through(Work& work) {
+Status StorageManager::work_through(Draft& draft) {
   for (int i = 0; i < batch; ++i) {
-    ILP_TRY(count_new(work));
-    ILP_TRY(release(work));
+    ILP_TRY(count_new(draft));
+    ILP_TRY(release(draft));
   }
   bool released = false;
-  ILP_TRY(release_oldest_points(false, work, released));
-  ILP_TRY(release_oldest_mask(false, work, released));
-  ILP_TRY(obey_commands(work));
-  ILP_TRY(delete_acknowledged(work));
-  ILP_TRY(sweep(work));
-  work.usage = store_.usage();
+  ILP_TRY(release_oldest_points(false, draft, released));
+  ILP_TRY(release_oldest_mask(false, draft, released));
+  ILP_TRY(obey_commands(draft));
+  ILP_TRY(delete_acknowledged(draft));
+  ILP_TRY(sweep(draft));
+  draft.usage = wiring_.store.usage();
   ILP_TRY(weigh_places());
-  ILP_TRY(note_mode(work));
-  if (work.event.ok()) ILP_TRY(thin_frames(work));
-  if (work.event.ok()) ILP_TRY(give_up_least(work));
-  const std::int64_t erased = work.after.account.rows_erased;
-  ILP_TRY(
-      erase_past(store_, mission_, work.after.frames.passed_id, work.after.history, work.after.account.rows_erased));
-  work.changed = work.changed || work.after.account.rows_erased != erased;
-  return work.changed ? find_oldest(work) : Status{};
+  ILP_TRY(note_mode(draft));
+  if (draft.event.ok()) ILP_TRY(thin_frames(draft));
+  if (draft.event.ok()) ILP_TRY(give_up_least(draft));
+  const std::int64_t erased = draft.after.account.rows_erased;
+  ILP_TRY(erase_past(wiring_.store, wiring_.mission, draft.after.frames.passed_id, draft.after.history,
+                     draft.after.account.rows_erased));
+  draft.changed = draft.changed || draft.after.account.rows_erased != erased;
+  return draft.changed ? find_oldest(draft) : Status{};
 }
 
 bool StorageManager::looked_through() {
-  rounds_done_ = rounds_done_ || round_done_;
-  searches_done_ = searches_done_ || !searching_;
-  if (!rounds_done_ || !searches_done_) return false;
-  rounds_done_ = searches_done_ = false;
+  work_.rounds_done = work_.rounds_done || work_.round_done;
+  work_.searches_done = work_.searches_done || !work_.searching;
+  if (!work_.rounds_done || !work_.searches_done) return false;
+  work_.rounds_done = work_.searches_done = false;
   return true;
 }
 
 StepResult StorageManager::step() {
-  Work work;
-  work.after = state_;
-  StepTransaction transaction(whole_, checkpoint);
+  Draft draft;
+  draft.after = state_;
+  StepTransaction transaction(wiring_.whole, checkpoint);
   Status status = transaction.begin();
-  if (status.ok()) status = work_through(work);
+  if (status.ok()) status = work_through(draft);
   if (!status.ok()) return {status, false};
-  if (!work.changed) return {{}, !looked_through()};
-  rounds_done_ = searches_done_ = false;
-  work.after.account.database_bytes = work.usage.bytes;
-  work.after.account.database_free_bytes = work.usage.free_bytes;
-  status = put(store_, work.after.account);
-  if (status.ok()) status = transaction.commit(cursor_, work.after, cursor_, state_);
+  if (!draft.changed) return {{}, !looked_through()};
+  work_.rounds_done = work_.searches_done = false;
+  draft.after.account.database_bytes = draft.usage.bytes;
+  draft.after.account.database_free_bytes = draft.usage.free_bytes;
+  status = put(wiring_.store, draft.after.account);
+  if (status.ok()) status = transaction.commit(cursor_, draft.after, cursor_, state_);
   if (!status.ok()) return {status, false};
-  return {work.event, true};
+  return {draft.event, true};
 }
 
 }  // namespace ilp

@@ -38,13 +38,19 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_, state_).of(*this).at_work(search_, swept_id_).changed_by_commits();
+    return LastingMemory::of(*this, wiring_, cursor_, state_, work_).changed_by_commits();
   }
 
  private:
   static constexpr std::int64_t points_window = 1024;
   static constexpr int batch = 8;  ///< records of a kind in one step
 
+  struct Wiring {
+    Tables whole;  ///< damaged records included: for the checkpoint
+    SoundView<Tables::tables> store;
+    const MissionParameters& mission;
+    Scratch scratch;
+  };
   struct State {
     FrameReleaseState frames;
     std::int64_t counted_depth_id = 0;
@@ -62,8 +68,20 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
     RecordHistory history;
     StorageRecord account;
   };
-  /// The work of one step, in memory only.
   struct Work {
+    VictimSearch search;
+    std::int64_t weighed_id = -1;  ///< newest place when place_bytes was found
+    std::int64_t place_bytes = 0;  ///< of all places on record, at most
+    std::int64_t asked_id = 0;     ///< files up to it have been examined in this round
+    std::int64_t swept_id = 0;     ///< products up to it have been examined in this round
+    bool searching = false;        ///< the search for data to erase is not complete
+    bool gave_up = false;          ///< this search has erased something
+    bool round_done = false;       ///< every file that is not confirmed has been examined
+    bool rounds_done = false;      ///< both rounds are done since the last change
+    bool searches_done = false;
+  };
+  /// What one step changes, in memory only.
+  struct Draft {
     State after;
     bool changed = false;
     Status event;
@@ -71,38 +89,38 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
   };
 
   Status recount();
-  Status count_new(Work& work);
+  Status count_new(Draft& draft);
   Status weigh_places();
-  Status release(Work& work);
-  Status release_depth(Work& work);
-  Status count_depth(Work& work);
+  Status release(Draft& draft);
+  Status release_depth(Draft& draft);
+  Status count_depth(Draft& draft);
   Status find_mask(std::int64_t keyframe_id, MaskRecord& mask);
-  Status release_mask(MaskRecord mask, Work& work);
-  Status release_points(StructureRecord structure, bool held, Work& work);
-  Status age_points(Work& work);
+  Status release_mask(MaskRecord mask, Draft& draft);
+  Status release_points(StructureRecord structure, bool held, Draft& draft);
+  Status age_points(Draft& draft);
   /// Releases the oldest points left: old ones according to the history, newer ones too if `full`.
-  Status release_oldest_points(bool full, Work& work, bool& released);
-  Status release_oldest_mask(bool full, Work& work, bool& released);
+  Status release_oldest_points(bool full, Draft& draft, bool& released);
+  Status release_oldest_mask(bool full, Draft& draft, bool& released);
   Status unneeded_before(std::int64_t& keyframe_id);
-  Status obey_commands(Work& work);
-  Status delete_acknowledged(Work& work);
+  Status obey_commands(Draft& draft);
+  Status delete_acknowledged(Draft& draft);
   /// `settled`: no further action on it is needed.
-  Status settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Work& work, bool& settled);
-  Status settle_records(const DownlinkRecord& sent, Work& work, bool& settled);
-  Status settle_points(const DownlinkRecord& sent, Work& work, bool& settled);
-  Status settle_product(const DownlinkRecord& sent, TimeNs newest_sent_ns, Work& work);
-  Status send_again(const DownlinkRecord& lost, ProductRecord product, Work& work);
-  Status sweep(Work& work);
-  Status delete_product(const ProductRecord& product, Work& work);
-  Status give_up(ProductRecord product, Work& work);
-  Status give_up_damaged(const ProductRecord& product, Work& work);
-  Status thin_frames(Work& work);
-  Status note_mode(Work& work);
-  Status give_up_least(Work& work);
-  Status cut_last_layer(ProductRecord product, Work& work, bool& done);
-  Status drop(const ProductRecord& product, Work& work);
-  Status find_oldest(Work& work);
-  Status work_through(Work& work);
+  Status settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft, bool& settled);
+  Status settle_records(const DownlinkRecord& sent, Draft& draft, bool& settled);
+  Status settle_points(const DownlinkRecord& sent, Draft& draft, bool& settled);
+  Status settle_product(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft);
+  Status send_again(const DownlinkRecord& lost, ProductRecord product, Draft& draft);
+  Status sweep(Draft& draft);
+  Status delete_product(const ProductRecord& product, Draft& draft);
+  Status give_up(ProductRecord product, Draft& draft);
+  Status give_up_damaged(const ProductRecord& product, Draft& draft);
+  Status thin_frames(Draft& draft);
+  Status note_mode(Draft& draft);
+  Status give_up_least(Draft& draft);
+  Status cut_last_layer(ProductRecord product, Draft& draft, bool& done);
+  Status drop(const ProductRecord& product, Draft& draft);
+  Status find_oldest(Draft& draft);
+  Status work_through(Draft& draft);
   /// Whether all files and, in a full store, all products have been examined since a change. The two rounds run step by
   /// step and independently: a complete round does not start again because the other is not complete.
   bool looked_through();
@@ -110,24 +128,12 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
   [[nodiscard]] std::int64_t held_bytes(const StorageRecord& account) const;
   /// Whether products exceed this fraction of the budget, of their share, or of the database's limit, whose pages small
   /// products do not fill.
-  [[nodiscard]] bool products_above(const Work& work, double watermark) const;
+  [[nodiscard]] bool products_above(const Draft& draft, double watermark) const;
 
-  Tables whole_;  ///< damaged records included: for the checkpoint
-  SoundView<Tables::tables> store_;
-  const MissionParameters& mission_;
-  Scratch scratch_;
+  Wiring wiring_;
   Cursor cursor_;
   State state_;
-  VictimSearch search_;
-  bool searching_ = false;    ///< the search for data to erase is not complete
-  bool gave_up_ = false;      ///< this search has erased something
-  bool round_done_ = false;   ///< every file that is not confirmed has been examined
-  bool rounds_done_ = false;  ///< both rounds are done since the last change
-  bool searches_done_ = false;
-  std::int64_t weighed_id_ = -1;  ///< newest place when place_bytes_ was found
-  std::int64_t place_bytes_ = 0;  ///< of all places on record, at most
-  std::int64_t asked_id_ = 0;     ///< files up to it have been examined in this round
-  std::int64_t swept_id_ = 0;     ///< products up to it have been examined in this round
+  Work work_;
 };
 
 }  // namespace ilp

@@ -11,57 +11,57 @@ constexpr int products_per_sweep = 8;
 
 }  // namespace
 
-Status StorageManager::delete_product(const ProductRecord& product, Work& work) {
+Status StorageManager::delete_product(const ProductRecord& product, Draft& draft) {
   // Products that have not been counted are not in the account.
-  if (product.id > work.after.counted_product_id) return {};
-  StorageRecord& account = work.after.account;
+  if (product.id > draft.after.counted_product_id) return {};
+  StorageRecord& account = draft.after.account;
   account.product_bytes -= product.data.bytes;
   account.acknowledged_bytes += product.data.bytes;
   if (product.data.bytes != 0) --account.products_held;
   ++account.products_acknowledged;
-  work.changed = true;
-  return erase<ProductRecord>(store_, product.id);
+  draft.changed = true;
+  return erase<ProductRecord>(wiring_.store, product.id);
 }
 
-Status StorageManager::give_up(ProductRecord product, Work& work) {
-  StorageRecord& account = work.after.account;
+Status StorageManager::give_up(ProductRecord product, Draft& draft) {
+  StorageRecord& account = draft.after.account;
   account.product_bytes -= product.data.bytes;
   account.dropped_bytes += product.data.bytes;
   --account.products_held;
   product.state = ProductState::dropped;
   product.data.bytes = 0;
-  work.changed = true;
-  return amend(store_, product);
+  draft.changed = true;
+  return amend(wiring_.store, product);
 }
 
-Status StorageManager::give_up_damaged(const ProductRecord& product, Work& work) {
-  if (product.id > work.after.counted_product_id || product.data.bytes == 0) return {};
-  ++work.after.account.products_damaged;
-  return give_up(product, work);
+Status StorageManager::give_up_damaged(const ProductRecord& product, Draft& draft) {
+  if (product.id > draft.after.counted_product_id || product.data.bytes == 0) return {};
+  ++draft.after.account.products_damaged;
+  return give_up(product, draft);
 }
 
-Status StorageManager::drop(const ProductRecord& product, Work& work) {
-  ++work.after.account.products_dropped;
-  work.event = {StatusCode::product_dropped, product.id, static_cast<std::int64_t>(product.priority * 1000)};
-  return give_up(product, work);
+Status StorageManager::drop(const ProductRecord& product, Draft& draft) {
+  ++draft.after.account.products_dropped;
+  draft.event = {StatusCode::product_dropped, product.id, static_cast<std::int64_t>(product.priority * 1000)};
+  return give_up(product, draft);
 }
 
-Status StorageManager::cut_last_layer(ProductRecord product, Work& work, bool& done) {
+Status StorageManager::cut_last_layer(ProductRecord product, Draft& draft, bool& done) {
   done = false;
   const std::size_t before = product.data.bytes;
-  auto& file = scratch_.as<File>();
+  auto& file = wiring_.scratch.as<File>();
   ILP_ASSERT(before <= file.size(), before);
   // Bytes that cannot be read stay: the disk may recover, and the downlink judges them itself.
-  if (!read_blob<ProductRecord>(store_, "data", product.id, 0, {file.data(), before}).ok()) return {};
+  if (!read_blob<ProductRecord>(wiring_.store, "data", product.id, 0, {file.data(), before}).ok()) return {};
   done = true;
   std::size_t bytes = 0;
   const bool sound = crc32({file.data(), before}) == product.crc32 &&
                      truncate_to_layers({file.data(), before}, product.layers - 1, bytes).ok() && bytes < before;
   if (!sound) {
-    work.event = {StatusCode::product_damaged, product.id};
-    return give_up_damaged(product, work);
+    draft.event = {StatusCode::product_damaged, product.id};
+    return give_up_damaged(product, draft);
   }
-  StorageRecord& account = work.after.account;
+  StorageRecord& account = draft.after.account;
   const auto freed = static_cast<std::int64_t>(before - bytes);
   account.product_bytes -= freed;
   account.cut_bytes += freed;
@@ -73,113 +73,113 @@ Status StorageManager::cut_last_layer(ProductRecord product, Work& work, bool& d
     // All remaining layers were sent.
     product.state = all_held(product) ? ProductState::acknowledged : ProductState::sent;
   }
-  work.changed = true;
-  ILP_TRY(amend(store_, product));
-  return write_blob<ProductRecord>(store_, "data", product.id, 0, {file.data(), bytes});
+  draft.changed = true;
+  ILP_TRY(amend(wiring_.store, product));
+  return write_blob<ProductRecord>(wiring_.store, "data", product.id, 0, {file.data(), bytes});
 }
 
-Status StorageManager::give_up_least(Work& work) {
-  const StorageRecord& account = work.after.account;
+Status StorageManager::give_up_least(Draft& draft) {
+  const StorageRecord& account = draft.after.account;
   // Erasing products makes no room for depth maps.
-  const bool wanted = account.full && products_above(work, mission_.low_watermark);
-  searching_ = false;
+  const bool wanted = account.full && products_above(draft, wiring_.mission.low_watermark);
+  work_.searching = false;
   if (!wanted) {
-    search_.restart();
+    work_.search.restart();
     return {};
   }
   // The last in the downlink's order are first here; then those that the ground probably holds.
   bool released = false;
-  ILP_TRY(release_oldest_points(true, work, released));
+  ILP_TRY(release_oldest_points(true, draft, released));
   if (released) return {};
-  ILP_TRY(release_oldest_mask(true, work, released));
+  ILP_TRY(release_oldest_mask(true, draft, released));
   if (released) return {};
-  if (!search_.complete()) {
-    ILP_TRY(search_.look(store_, work.after.counted_product_id));
-    searching_ = !search_.complete();
-    if (searching_) return {};
+  if (!work_.search.complete()) {
+    ILP_TRY(work_.search.look(wiring_.store, draft.after.counted_product_id));
+    work_.searching = !work_.search.complete();
+    if (work_.searching) return {};
   }
   VictimSearch::Victim victim;
   bool whole = false;
-  while (search_.take(victim, whole)) {
+  while (work_.search.take(victim, whole)) {
     ProductRecord product;
-    const Status found = get(store_, victim.product_id, product);
+    const Status found = get(wiring_.store, victim.product_id, product);
     if (is_gone(found)) continue;
     ILP_TRY(found);
     // It may have been sent since.
     bool done = false;
     if (whole && product_can_go(product)) {
       done = true;
-      ILP_TRY(drop(product, work));
+      ILP_TRY(drop(product, draft));
     } else if (!whole && last_layer_can_go(product)) {
-      ILP_TRY(cut_last_layer(product, work, done));
+      ILP_TRY(cut_last_layer(product, draft, done));
     }
-    gave_up_ = gave_up_ || done;
+    work_.gave_up = work_.gave_up || done;
     if (done) return {};
   }
-  search_.restart();
+  work_.search.restart();
   // A product that has lost its last layer has another last one.
-  searching_ = gave_up_;
-  gave_up_ = false;
+  work_.searching = work_.gave_up;
+  work_.gave_up = false;
   return {};
 }
 
-Status StorageManager::find_oldest(Work& work) {
-  State& after = work.after;
+Status StorageManager::find_oldest(Draft& draft) {
+  State& after = draft.after;
   ProductRecord product;
   bool found = false;
   for (int i = 0; i < batch; ++i) {
-    ILP_TRY(find_next(store_, after.oldest_product_id, product, found));
+    ILP_TRY(find_next(wiring_.store, after.oldest_product_id, product, found));
     if (!found || product.data.bytes != 0 || product.id > after.counted_product_id) break;
     after.oldest_product_id = product.id;
   }
   after.account.oldest_age_ns = 0;
   if (!found || product.data.bytes == 0) return {};
   KeyframeRecord newest, oldest;
-  Status known = last(store_, newest);
-  if (known.ok()) known = get(store_, product.keyframe_id, oldest);
+  Status known = last(wiring_.store, newest);
+  if (known.ok()) known = get(wiring_.store, product.keyframe_id, oldest);
   if (is_gone(known)) return {};
   ILP_TRY(known);
   if (newest.time_ns > oldest.time_ns) after.account.oldest_age_ns = newest.time_ns - oldest.time_ns;
   return {};
 }
 
-Status StorageManager::settle_product(const DownlinkRecord& sent, TimeNs newest_sent_ns, Work& work) {
+Status StorageManager::settle_product(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft) {
   ProductRecord product;
-  const Status held = get(store_, sent.subject_id, product);
+  const Status held = get(wiring_.store, sent.subject_id, product);
   if (is_gone(held)) return {};
   ILP_TRY(held);
   if (sent.acknowledged_ns != 0) {
     // The file may have held only some of its layers.
-    return product.state == ProductState::acknowledged ? delete_product(product, work) : Status{};
+    return product.state == ProductState::acknowledged ? delete_product(product, draft) : Status{};
   }
   const double waited_s = 1e-9 * static_cast<double>(newest_sent_ns - sent.sent_ns);
-  const bool lost = mission_.confirmation_timeout_s > 0 && waited_s > mission_.confirmation_timeout_s;
-  return lost ? send_again(sent, product, work) : Status{};
+  const bool lost = wiring_.mission.confirmation_timeout_s > 0 && waited_s > wiring_.mission.confirmation_timeout_s;
+  return lost ? send_again(sent, product, draft) : Status{};
 }
 
-Status StorageManager::send_again(const DownlinkRecord& lost, ProductRecord product, Work& work) {
-  ILP_TRY(erase<DownlinkRecord>(store_, lost.id));
-  ++work.after.account.files_lost;
-  work.changed = true;
+Status StorageManager::send_again(const DownlinkRecord& lost, ProductRecord product, Draft& draft) {
+  ILP_TRY(erase<DownlinkRecord>(wiring_.store, lost.id));
+  ++draft.after.account.files_lost;
+  draft.changed = true;
   const bool open = product.state == ProductState::stored || product.state == ProductState::sent;
   if (!open || product.data.bytes == 0) return {};
   // Layers on the ground stay sent; those of this file and after it are sent again.
   const int layers_before = lost.first_layer > 0 ? lost.first_layer - 1 : 0;
   if (product.layers_sent > layers_before) product.layers_sent = static_cast<std::uint8_t>(layers_before);
   product.state = ProductState::stored;
-  return amend(store_, product);
+  return amend(wiring_.store, product);
 }
 
-Status StorageManager::sweep(Work& work) {
+Status StorageManager::sweep(Draft& draft) {
   for (int i = 0; i < products_per_sweep; ++i) {
     ProductRecord product;
     bool found = false;
-    ILP_TRY(find_next(store_, swept_id_, product, found));
-    swept_id_ = found ? product.id : 0;
+    ILP_TRY(find_next(wiring_.store, work_.swept_id, product, found));
+    work_.swept_id = found ? product.id : 0;
     if (!found) return {};
-    if (product.state == ProductState::acknowledged) ILP_TRY(delete_product(product, work));
+    if (product.state == ProductState::acknowledged) ILP_TRY(delete_product(product, draft));
     // It was abandoned elsewhere, so its bytes are of no use.
-    if (product.state == ProductState::dropped) ILP_TRY(give_up_damaged(product, work));
+    if (product.state == ProductState::dropped) ILP_TRY(give_up_damaged(product, draft));
   }
   return {};
 }

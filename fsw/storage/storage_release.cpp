@@ -11,16 +11,16 @@ constexpr std::int64_t keyframes_with_points = 100;
 
 /// Where none can be read, there is nothing to release, and nothing changes any more.
 Status StorageManager::find_mask(std::int64_t keyframe_id, MaskRecord& mask) {
-  const Status found = get(store_, keyframe_id, mask);
+  const Status found = get(wiring_.store, keyframe_id, mask);
   if (is_gone(found)) mask.scope = MaskScope::flight;
   return is_gone(found) ? Status{} : found;
 }
 
-Status StorageManager::release_depth(Work& work) {
-  State& after = work.after;
+Status StorageManager::release_depth(Draft& draft) {
+  State& after = draft.after;
   bool found = false;
   DepthRecord depth;
-  ILP_TRY(find_next(store_, after.coded_depth_id, depth, found));
+  ILP_TRY(find_next(wiring_.store, after.coded_depth_id, depth, found));
   // The image of a keyframe is coded after its depth map.
   if (found && depth.id <= after.counted_depth_id &&
       after.counted_product_id >= product_id(depth.id, ProductKind::image)) {
@@ -33,36 +33,36 @@ Status StorageManager::release_depth(Work& work) {
     depth.values.bytes = 0;
     depth.sigma.bytes = 0;
     depth.cells.bytes = 0;
-    work.changed = true;
-    ILP_TRY(amend(store_, depth));
+    draft.changed = true;
+    ILP_TRY(amend(wiring_.store, depth));
   }
   return {};
 }
 
-Status StorageManager::release_mask(MaskRecord mask, Work& work) {
-  work.after.account.depth_bytes -= mask.code.bytes;
-  --work.after.account.depths_held;
+Status StorageManager::release_mask(MaskRecord mask, Draft& draft) {
+  draft.after.account.depth_bytes -= mask.code.bytes;
+  --draft.after.account.depths_held;
   mask.code.bytes = 0;
-  work.changed = true;
-  return amend(store_, mask);
+  draft.changed = true;
+  return amend(wiring_.store, mask);
 }
 
-Status StorageManager::release_points(StructureRecord structure, bool held, Work& work) {
-  StorageRecord& account = work.after.account;
+Status StorageManager::release_points(StructureRecord structure, bool held, Draft& draft) {
+  StorageRecord& account = draft.after.account;
   account.structure_bytes -= structure.points.bytes;
   --account.structures_held;
   if (!held) ++account.structures_dropped;
   if (!held) account.dropped_bytes += structure.points.bytes;
   structure.points.bytes = 0;
-  work.changed = true;
-  return amend(store_, structure);
+  draft.changed = true;
+  return amend(wiring_.store, structure);
 }
 
-Status StorageManager::age_points(Work& work) {
-  State& after = work.after;
+Status StorageManager::age_points(Draft& draft) {
+  State& after = draft.after;
   bool found = false;
   StructureRecord structure;
-  ILP_TRY(find_next(store_, after.aged_structure_id, structure, found));
+  ILP_TRY(find_next(wiring_.store, after.aged_structure_id, structure, found));
   if (!found || structure.id > after.counted_structure_id ||
       structure.id > after.frames.passed_keyframe_id - keyframes_with_points) {
     return {};
@@ -80,27 +80,27 @@ Status StorageManager::age_points(Work& work) {
     // Ids of a later life of the flight begin far after this: no bit is left to be moved.
     if (!any) after.aged_structure_id = structure.id - 1;
   }
-  work.changed = true;
-  return held && structure.points.bytes != 0 ? release_points(structure, true, work) : Status{};
+  draft.changed = true;
+  return held && structure.points.bytes != 0 ? release_points(structure, true, draft) : Status{};
 }
 
 Status StorageManager::unneeded_before(std::int64_t& keyframe_id) {
   // For as long as records without a confirmation stay: record_history.hpp.
   KeyframeRecord newest;
-  const Status any = last(store_, newest);
-  keyframe_id = any.ok() ? newest.id - unconfirmed_factor * mission_.history_keyframes : 0;
+  const Status any = last(wiring_.store, newest);
+  keyframe_id = any.ok() ? newest.id - unconfirmed_factor * wiring_.mission.history_keyframes : 0;
   return is_gone(any) ? Status{} : any;
 }
 
-Status StorageManager::release_oldest_points(bool full, Work& work, bool& released) {
+Status StorageManager::release_oldest_points(bool full, Draft& draft, bool& released) {
   released = false;
-  State& after = work.after;
+  State& after = draft.after;
   std::int64_t unneeded = 0;
   ILP_TRY(unneeded_before(unneeded));
   for (int i = 0; i < batch && !released; ++i) {
     bool found = false;
     StructureRecord structure;
-    ILP_TRY(find_next(store_, after.released_structure_id, structure, found));
+    ILP_TRY(find_next(wiring_.store, after.released_structure_id, structure, found));
     if (!found || structure.id > after.aged_structure_id) return {};
     released = structure.points.bytes != 0;
     if (released && !full && structure.id > unneeded) {
@@ -108,72 +108,72 @@ Status StorageManager::release_oldest_points(bool full, Work& work, bool& releas
       return {};
     }
     after.released_structure_id = structure.id;
-    work.changed = true;
-    if (released) ILP_TRY(release_points(structure, false, work));
+    draft.changed = true;
+    if (released) ILP_TRY(release_points(structure, false, draft));
   }
   return {};
 }
 
-Status StorageManager::release_oldest_mask(bool full, Work& work, bool& released) {
+Status StorageManager::release_oldest_mask(bool full, Draft& draft, bool& released) {
   released = false;
-  State& after = work.after;
+  State& after = draft.after;
   std::int64_t unneeded = 0;
   ILP_TRY(unneeded_before(unneeded));
   // The newest file shows how far records were sent.
   DownlinkRecord sent;
-  const Status any = full ? last(store_, sent) : Status{StatusCode::not_found};
+  const Status any = full ? last(wiring_.store, sent) : Status{StatusCode::not_found};
   if (!any.ok() && !any.is(StatusCode::not_found)) return any;
   if (sent.records_through > unneeded) unneeded = sent.records_through;
   for (int i = 0; i < batch && !released; ++i) {
     bool found = false;
     MaskRecord mask;
-    ILP_TRY(find_next(store_, after.released_depth_id, mask, found));
+    ILP_TRY(find_next(wiring_.store, after.released_depth_id, mask, found));
     if (!found || mask.id > after.coded_depth_id) return {};
     if (mask.code.bytes != 0 && mask.id > unneeded) return {};
     released = mask.code.bytes != 0;
     after.released_depth_id = mask.id;
-    work.changed = true;
+    draft.changed = true;
     if (!released) continue;
     after.account.dropped_bytes += mask.code.bytes;
-    ILP_TRY(release_mask(mask, work));
+    ILP_TRY(release_mask(mask, draft));
   }
   return {};
 }
 
-Status StorageManager::release(Work& work) {
-  State& after = work.after;
-  ILP_TRY(release_frame(store_, after.frames, after.account, work.changed));
-  ILP_TRY(release_keyframe_image(store_, after.counted_product_id, after.frames, after.account, work.changed));
-  ILP_TRY(release_depth(work));
-  return age_points(work);
+Status StorageManager::release(Draft& draft) {
+  State& after = draft.after;
+  ILP_TRY(release_frame(wiring_.store, after.frames, after.account, draft.changed));
+  ILP_TRY(release_keyframe_image(wiring_.store, after.counted_product_id, after.frames, after.account, draft.changed));
+  ILP_TRY(release_depth(draft));
+  return age_points(draft);
 }
 
-Status StorageManager::settle_records(const DownlinkRecord& sent, Work& work, bool& settled) {
+Status StorageManager::settle_records(const DownlinkRecord& sent, Draft& draft, bool& settled) {
   MaskRecord mask;
-  const Status found = get(store_, sent.subject_id, mask);
+  const Status found = get(wiring_.store, sent.subject_id, mask);
   if (is_gone(found)) return {};
   ILP_TRY(found);
-  settled = mask.id <= work.after.coded_depth_id;
-  return settled && mask.code.bytes != 0 ? release_mask(mask, work) : Status{};
+  settled = mask.id <= draft.after.coded_depth_id;
+  return settled && mask.code.bytes != 0 ? release_mask(mask, draft) : Status{};
 }
 
-Status StorageManager::settle_points(const DownlinkRecord& sent, Work& work, bool& settled) {
-  State& after = work.after;
+Status StorageManager::settle_points(const DownlinkRecord& sent, Draft& draft, bool& settled) {
+  State& after = draft.after;
   const std::int64_t place = sent.subject_id - after.aged_structure_id - 1;
   if (place >= 0) {
     settled = place < points_window;
     if (!settled) return {};
     std::uint64_t& bits = after.points_held[static_cast<std::size_t>(place / 64)];
     const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(place % 64);
-    work.changed = work.changed || (bits & bit) == 0;
+    draft.changed = draft.changed || (bits & bit) == 0;
     bits |= bit;
     return {};
   }
   StructureRecord structure;
-  const Status found = get(store_, sent.subject_id, structure);
+  const Status found = get(wiring_.store, sent.subject_id, structure);
   if (is_gone(found)) return {};
   ILP_TRY(found);
-  return structure.points.bytes != 0 ? release_points(structure, true, work) : Status{};
+  return structure.points.bytes != 0 ? release_points(structure, true, draft) : Status{};
 }
 
 }  // namespace ilp

@@ -72,22 +72,21 @@ constexpr CheckpointForm TelemetryReporter::checkpoint = checkpoint_form<State>(
 
 TelemetryReporter::TelemetryReporter(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
                                      const MissionParameters& mission, TelemetrySources sources)
-    : store_(store), router_(router), writer_(writer), clock_(clock), mission_(mission), sources_(sources) {}
+    : wiring_{store, router, writer, clock, mission, sources} {}
 
 Status TelemetryReporter::restore() {
-  cursor_unsaved_ = false;
-  due_ns_ = {};
-  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
-  begin_ids<EventRecord>(store_, cursor_.first);
-  begin_ids<CommandRecord>(store_, cursor_.second);
+  work_ = {};
+  const Status status = restore_checkpoint(wiring_.store, checkpoint, cursor_, state_);
+  begin_ids<EventRecord>(wiring_.store, cursor_.first);
+  begin_ids<CommandRecord>(wiring_.store, cursor_.second);
   if (!status.is(StatusCode::store_build)) return status;
   // A state of another layout is dropped, and with it what was commanded until now.
-  return newest_id<CommandRecord>(store_, cursor_.second);
+  return newest_id<CommandRecord>(wiring_.store, cursor_.second);
 }
 
 StepResult TelemetryReporter::step() {
   // Without a link no command for telemetry can come.
-  if (!router_.present()) return {};
+  if (!wiring_.router.present()) return {};
   Status status;
   for (Status (TelemetryReporter::*part)() : {&TelemetryReporter::obey_commands, &TelemetryReporter::report_events,
                                               &TelemetryReporter::save_cursor, &TelemetryReporter::send_due}) {
@@ -99,69 +98,69 @@ StepResult TelemetryReporter::step() {
 }
 
 Status TelemetryReporter::report_events() {
-  for (int i = 0; i < events_per_step && writer_.waiting() < most_waiting; ++i) {
+  for (int i = 0; i < events_per_step && wiring_.writer.waiting() < most_waiting; ++i) {
     EventRecord event;
     Found found{};
-    ILP_TRY(find_next(store_, cursor_.first, event, found));
+    ILP_TRY(find_next(wiring_.store, cursor_.first, event, found));
     if (found == Found::nothing) break;
     // The scrubber reports the damage; the next events are not kept waiting.
     if (found == Found::sound) ILP_TRY(report_event(event));
     cursor_.first = event.id;
-    cursor_unsaved_ = true;
+    work_.cursor_unsaved = true;
   }
   return {};
 }
 
 Status TelemetryReporter::save_cursor() {
-  if (!cursor_unsaved_) return {};
-  StepTransaction transaction(store_, checkpoint);
+  if (!work_.cursor_unsaved) return {};
+  StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(transaction.commit(cursor_, state_, cursor_));
-  cursor_unsaved_ = false;
+  work_.cursor_unsaved = false;
   return {};
 }
 
 Status TelemetryReporter::report_event(const EventRecord& event) {
   if (event.code < state_.disabled.size() && state_.disabled[event.code] != 0) return {};
-  const Tailoring& tailoring = writer_.settings().tailoring;
+  const Tailoring& tailoring = wiring_.writer.settings().tailoring;
   std::array<std::uint8_t, 128> octets{};
   ByteWriter auxiliary(octets);
   auxiliary.number(number_of(event.component), tailoring.event_reporter);
   write_signed(event.a, tailoring.event_value, auxiliary);
   write_signed(event.b, tailoring.event_value, auxiliary);
   auxiliary.u32(static_cast<std::uint32_t>(event.id));
-  ILP_TRY(encode_time(tailoring.time, writer_.stamp(event.time_ns), auxiliary));
+  ILP_TRY(encode_time(tailoring.time, wiring_.writer.stamp(event.time_ns), auxiliary));
   const std::size_t place_bytes = strnlen(event.place, sizeof(event.place));
   auxiliary.put({reinterpret_cast<const std::uint8_t*>(event.place), place_bytes});
-  ByteWriter out(report_);
+  ByteWriter out(workspace_.report);
   encode_event(tailoring, event.code, auxiliary.written(), out);
   ILP_ASSERT(auxiliary.ok() && out.ok(), event.code);
   const auto severity = static_cast<std::uint8_t>(event.severity & 3U);
-  return writer_.report(event_reporting::service, static_cast<std::uint8_t>(event_reporting::informative + severity), 0,
-                        out.written());
+  return wiring_.writer.report(event_reporting::service,
+                               static_cast<std::uint8_t>(event_reporting::informative + severity), 0, out.written());
 }
 
 Status TelemetryReporter::send_due() {
-  const TimeNs now = clock_.now();
+  const TimeNs now = wiring_.clock.now();
   Status status;
   for (const ReportInfo& report : report_table()) {
     const std::size_t i = report.id;
-    if (state_.enabled[i] == 0 || now < due_ns_[i]) continue;
-    if (writer_.waiting() != 0) break;
+    if (state_.enabled[i] == 0 || now < work_.due_ns[i]) continue;
+    if (wiring_.writer.waiting() != 0) break;
     const Status sent = send(report);
     if (status.ok()) status = sent;
-    due_ns_[i] += state_.interval_ns[i];
-    if (due_ns_[i] <= now) due_ns_[i] = now + state_.interval_ns[i];
+    work_.due_ns[i] += state_.interval_ns[i];
+    if (work_.due_ns[i] <= now) work_.due_ns[i] = now + state_.interval_ns[i];
   }
   return status;
 }
 
 Status TelemetryReporter::send(const ReportInfo& report) {
-  ByteWriter out(report_);
-  encode_report_id(writer_.settings().tailoring, report.id, out);
+  ByteWriter out(workspace_.report);
+  encode_report_id(wiring_.writer.settings().tailoring, report.id, out);
   ILP_TRY(write_values(report, out));
   ILP_ASSERT(out.ok(), report.id);
-  return writer_.report(housekeeping::service, housekeeping::report, 0, out.written());
+  return wiring_.writer.report(housekeeping::service, housekeeping::report, 0, out.written());
 }
 
 Status TelemetryReporter::write_values(const ReportInfo& report, ByteWriter& out) {
@@ -198,27 +197,27 @@ Status TelemetryReporter::write_values(const ReportInfo& report, ByteWriter& out
       break;
   }
   const RecordInfo& info = record_info(report.record);
-  const Status found =
-      report.source == ReportSource::first ? store_.get(info, 1, record_.data()) : store_.last(info, record_.data());
+  const Status found = report.source == ReportSource::first ? wiring_.store.get(info, 1, workspace_.record.data())
+                                                            : wiring_.store.last(info, workspace_.record.data());
   if (found.is(StatusCode::not_found)) {
-    record_ = {};
+    workspace_.record = {};
   } else {
     ILP_TRY(found);
   }
-  write_report_values(report, record_.data(), out);
+  write_report_values(report, workspace_.record.data(), out);
   return {};
 }
 
 Status TelemetryReporter::package_status(PackageStatus& status) {
   std::int64_t newest = 0;
-  ILP_TRY(newest_id<EventRecord>(store_, newest));
+  ILP_TRY(newest_id<EventRecord>(wiring_.store, newest));
   read_version(software_version, status);
-  status.mission_time_ns = clock_.now();
-  status.contact = router_.contact();
-  status.parameters_crc32 = fingerprint(mission_);
-  if (sources_.health != nullptr) {
-    status.frames_run = static_cast<std::uint32_t>(sources_.health->frames_run());
-    status.frame_overruns = sources_.health->frame_overruns();
+  status.mission_time_ns = wiring_.clock.now();
+  status.contact = wiring_.router.contact();
+  status.parameters_crc32 = fingerprint(wiring_.mission);
+  if (wiring_.sources.health != nullptr) {
+    status.frames_run = static_cast<std::uint32_t>(wiring_.sources.health->frames_run());
+    status.frame_overruns = wiring_.sources.health->frame_overruns();
   }
   status.events = static_cast<std::uint32_t>(newest);
   status.events_untold = static_cast<std::uint32_t>(newest > cursor_.first ? newest - cursor_.first : 0);
@@ -227,7 +226,7 @@ Status TelemetryReporter::package_status(PackageStatus& status) {
 }
 
 LinkCounts TelemetryReporter::link_counts() const {
-  const RouterCounts& router = router_.counts();
+  const RouterCounts& router = wiring_.router.counts();
   LinkCounts counts;
   counts.received = router.received;
   counts.sent = router.sent;
@@ -235,31 +234,31 @@ LinkCounts TelemetryReporter::link_counts() const {
   counts.unknown_apid = router.unknown_apid;
   counts.refused = router.refused;
   counts.dropped = router.dropped;
-  counts.reports_sent = writer_.sent();
-  counts.reports_lost = writer_.lost();
-  counts.reports_waiting = writer_.waiting();
-  if (sources_.delivery == nullptr) return counts;
-  counts.pdus_in = sources_.delivery->pdus_in;
-  counts.pdus_out = sources_.delivery->pdus_out;
-  counts.pdus_rejected = sources_.delivery->rejected;
-  counts.pdus_ignored = sources_.delivery->ignored;
-  counts.files_delivered = sources_.delivery->delivered;
-  counts.files_refused = sources_.delivery->refused;
-  counts.files_cancelled = sources_.delivery->cancelled;
+  counts.reports_sent = wiring_.writer.sent();
+  counts.reports_lost = wiring_.writer.lost();
+  counts.reports_waiting = wiring_.writer.waiting();
+  if (wiring_.sources.delivery == nullptr) return counts;
+  counts.pdus_in = wiring_.sources.delivery->pdus_in;
+  counts.pdus_out = wiring_.sources.delivery->pdus_out;
+  counts.pdus_rejected = wiring_.sources.delivery->rejected;
+  counts.pdus_ignored = wiring_.sources.delivery->ignored;
+  counts.files_delivered = wiring_.sources.delivery->delivered;
+  counts.files_refused = wiring_.sources.delivery->refused;
+  counts.files_cancelled = wiring_.sources.delivery->cancelled;
   return counts;
 }
 
 /// The component's process writes its counts now and then.
 Status TelemetryReporter::health(ComponentId component, ComponentHealth& values) {
   values = {};
-  if (sources_.health == nullptr) return {};
-  if (sources_.health->runs(component)) {
-    const ComponentStats& stats = sources_.health->stats(component);
+  if (wiring_.sources.health == nullptr) return {};
+  if (wiring_.sources.health->runs(component)) {
+    const ComponentStats& stats = wiring_.sources.health->stats(component);
     values = {stats.steps, stats.overruns, stats.restarts, stats.faults, stats.busy_ns, stats.longest_ns};
     return {};
   }
   ComponentRecord kept;
-  const Status found = get(store_, static_cast<std::int64_t>(component), kept);
+  const Status found = get(wiring_.store, static_cast<std::int64_t>(component), kept);
   if (!found.ok()) return is_transient(found) ? found : Status{};
   values = {kept.steps, kept.overruns, kept.restarts, kept.faults, kept.busy_ns, kept.longest_ns};
   return {};
@@ -268,9 +267,9 @@ Status TelemetryReporter::health(ComponentId component, ComponentHealth& values)
 /// `node` is the one before; afterwards it is this one. Zeros after the last one.
 Status TelemetryReporter::next_node(NodeRecord& node, NodeHealth& values) {
   values = {};
-  const Status found = next(store_, node.id, node);
+  const Status found = next(wiring_.store, node.id, node);
   if (!found.ok()) return is_transient(found) ? found : Status{};
-  values = {node.stages,      node.started_ns, clock_.now() - node.seen_ns,
+  values = {node.stages,      node.started_ns, wiring_.clock.now() - node.seen_ns,
             node.connections, node.overruns,   node.longest_ns};
   return {};
 }

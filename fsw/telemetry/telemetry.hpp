@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstddef>
-#include <type_traits>
 
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
@@ -38,20 +37,42 @@ class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
 
   Status restore() override;
   StepResult step() override;
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_);
+  }
 
  private:
   static constexpr TimeNs default_interval_ns = 10 * ns_per_s;
   static constexpr std::size_t event_count = status_code_limit;
-  /// Indexed by SID, and by code of the event; without padding.
+  static constexpr std::array<TimeNs, report_id_limit> default_intervals() {
+    std::array<TimeNs, report_id_limit> intervals{};
+    intervals.fill(default_interval_ns);
+    return intervals;
+  }
+  struct Wiring {
+    Tables store;
+    PacketRouter& router;
+    TelemetryWriter& writer;
+    Clock& clock;
+    const MissionParameters& mission;
+    TelemetrySources sources;
+  };
+  /// Indexed by SID, and by code of the event.
   struct State {
-    State() { interval_ns.fill(default_interval_ns); }
-    std::array<TimeNs, report_id_limit> interval_ns;
+    std::array<TimeNs, report_id_limit> interval_ns = default_intervals();
     std::array<std::uint8_t, report_id_limit> enabled{};
     std::array<std::uint8_t, 256> disabled{};
   };
+  struct Work {
+    std::array<TimeNs, report_id_limit> due_ns{};  ///< by SID
+    bool cursor_unsaved = false;
+  };
+  struct Workspace {
+    alignas(8) std::array<std::uint8_t, limits::max_record_bytes> record{};
+    std::array<std::uint8_t, limits::max_report_bytes> report{};
+  };
   static const CheckpointForm checkpoint;
   static_assert(report_count < report_id_limit && event_count <= 256);
-  static_assert(std::has_unique_object_representations_v<State>);
 
   // telemetry_commands.cpp
   Status obey_commands();
@@ -71,18 +92,11 @@ class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
   Status health(ComponentId component, ComponentHealth& values);
   Status next_node(NodeRecord& node, NodeHealth& values);
 
-  Tables store_;
-  PacketRouter& router_;
-  TelemetryWriter& writer_;
-  Clock& clock_;
-  const MissionParameters& mission_;
-  TelemetrySources sources_;
+  Wiring wiring_;
   Cursor cursor_;  ///< last event reported, last command obeyed
-  bool cursor_unsaved_ = false;
   State state_;
-  std::array<TimeNs, report_id_limit> due_ns_{};  ///< by SID
-  alignas(std::max_align_t) std::array<std::uint8_t, limits::max_record_bytes> record_{};
-  std::array<std::uint8_t, limits::max_report_bytes> report_{};
+  Work work_;
+  Workspace workspace_;
 };
 
 }  // namespace ilp

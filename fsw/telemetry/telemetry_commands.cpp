@@ -30,13 +30,13 @@ Status TelemetryReporter::obey_commands() {
   for (std::size_t i = 0; i < commands_per_step; ++i) {
     CommandRecord command;
     Found found{};
-    ILP_TRY(find_next(store_, cursor_.second, command, found));
+    ILP_TRY(find_next(wiring_.store, cursor_.second, command, found));
     if (found == Found::nothing) break;
     if (found == Found::sound && is_for_telemetry(command.kind)) {
       const Status obeyed = obey(command);
       if (is_transient(obeyed)) return obeyed;
       if (status.ok()) status = obeyed;
-      cursor_unsaved_ = true;
+      work_.cursor_unsaved = true;
     }
     cursor_.second = command.id;
   }
@@ -62,10 +62,10 @@ Status TelemetryReporter::obey(const CommandRecord& command) {
   const ReportInfo* const report = find_report(static_cast<std::uint64_t>(command.subject_id));
   if (report == nullptr) return {};
   if (command.kind == CommandKind::report_once) return send(*report);
-  const TimeNs now = clock_.now();
+  const TimeNs now = wiring_.clock.now();
   std::uint8_t& enabled = state_.enabled[report->id];
   TimeNs& interval = state_.interval_ns[report->id];
-  TimeNs& due = due_ns_[report->id];
+  TimeNs& due = work_.due_ns[report->id];
   if (command.kind == CommandKind::report_interval) {
     interval = command.at_ns;
   } else {
@@ -92,10 +92,10 @@ Status TelemetryReporter::report_disabled(std::uint16_t destination) {
   for (std::size_t id = 1; id < event_count; ++id) {
     if (state_.disabled[id] != 0) static_cast<void>(ids.push_back(static_cast<std::uint32_t>(id)));
   }
-  ByteWriter out(report_);
-  encode_disabled_events(writer_.settings().tailoring, {ids.data(), ids.size()}, out);
+  ByteWriter out(workspace_.report);
+  encode_disabled_events(wiring_.writer.settings().tailoring, {ids.data(), ids.size()}, out);
   ILP_ASSERT(out.ok(), ids.size());
-  return writer_.report(event_reporting::service, event_reporting::disabled, destination, out.written());
+  return wiring_.writer.report(event_reporting::service, event_reporting::disabled, destination, out.written());
 }
 
 }  // namespace ilp

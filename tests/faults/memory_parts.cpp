@@ -11,28 +11,24 @@ ILP_REVEAL(FlightSoftware, telemetry_writer_);
 ILP_REVEAL(FlightSoftware, stages_);
 ILP_REVEAL(FlightSoftware, step_memory_);
 ILP_REVEAL(FlightSoftware, delivery_queue_);
-ILP_REVEAL(Navigator, after_);
-ILP_REVEAL(Navigator, samples_);
+ILP_REVEAL(Navigator, workspace_);
 ILP_REVEAL(FlightSoftware, executive_);
 
 ILP_REVEAL(TelemetryWriter, next_);
 ILP_REVEAL(TelemetryWriter, ring_);
-ILP_REVEAL(Telecommander, scheduled_packet_);
-ILP_REVEAL(Telecommander, report_);
-ILP_REVEAL(Telecommander, packet_);
-ILP_REVEAL(Acquisition, image_);
-ILP_REVEAL(OverlapChecker, keyframe_image_);
-ILP_REVEAL(OverlapChecker, keyframe_);
-ILP_REVEAL(OverlapChecker, image_);
 ILP_REVEAL(PlaceMemory, workspace_);
+ILP_REVEAL(Telecommander, workspace_);
+ILP_REVEAL(Acquisition, workspace_);
+ILP_REVEAL(OverlapChecker, workspace_);
+ILP_REVEAL(TelecommandGuard, workspace_);
+ILP_REVEAL(Scrubber, workspace_);
 ILP_REVEAL(CameraCalibrator, workspace_);
 ILP_REVEAL(StructureAndMotion, workspace_);
 ILP_REVEAL(DenseMatcher, workspace_);
 ILP_REVEAL(Compressor, workspace_);
 ILP_REVEAL(Downlink, workspace_);
 ILP_REVEAL(FileDelivery, workspace_);
-ILP_REVEAL(TelemetryReporter, record_);
-ILP_REVEAL(TelemetryReporter, report_);
+ILP_REVEAL(TelemetryReporter, workspace_);
 ILP_REVEAL(PacketRouter, buffer_);
 ILP_REVEAL(PacketRouter, commands_);
 ILP_REVEAL(PacketRouter, pdus_);
@@ -73,13 +69,19 @@ Pieces workspaces_of(C& /*component*/) {
   return {};
 }
 Pieces workspaces_of(Telecommander& owner) {
-  return pieces_of(owner, Telecommander_scheduled_packet_{}, Telecommander_report_{}, Telecommander_packet_{});
+  return pieces_of(owner, Telecommander_workspace_{});
 }
 Pieces workspaces_of(Acquisition& owner) {
-  return pieces_of(owner, Acquisition_image_{});
+  return pieces_of(owner, Acquisition_workspace_{});
 }
 Pieces workspaces_of(OverlapChecker& owner) {
-  return pieces_of(owner, OverlapChecker_keyframe_image_{}, OverlapChecker_keyframe_{}, OverlapChecker_image_{});
+  return pieces_of(owner, OverlapChecker_workspace_{});
+}
+Pieces workspaces_of(Scrubber& owner) {
+  return pieces_of(owner, Scrubber_workspace_{});
+}
+Pieces workspaces_of(TelecommandGuard& owner) {
+  return pieces_of(owner, TelecommandGuard_workspace_{});
 }
 Pieces workspaces_of(CameraCalibrator& owner) {
   return pieces_of(owner, CameraCalibrator_workspace_{});
@@ -100,10 +102,10 @@ Pieces workspaces_of(FileDelivery& owner) {
   return pieces_of(owner, FileDelivery_workspace_{});
 }
 Pieces workspaces_of(TelemetryReporter& owner) {
-  return pieces_of(owner, TelemetryReporter_record_{}, TelemetryReporter_report_{});
+  return pieces_of(owner, TelemetryReporter_workspace_{});
 }
 Pieces workspaces_of(Navigator& owner) {
-  return pieces_of(owner, Navigator_after_{}, Navigator_samples_{});
+  return pieces_of(owner, Navigator_workspace_{});
 }
 Pieces workspaces_of(PlaceMemory& owner) {
   return pieces_of(owner, PlaceMemory_workspace_{});
