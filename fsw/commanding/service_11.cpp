@@ -122,7 +122,7 @@ Status Telecommander::insert(const Telecommand& telecommand, Answer& answer, Wor
   const Tailoring& tailoring = writer_.settings().tailoring;
   // The form of the whole request is checked first.
   InsertReader form(tailoring, telecommand.data);
-  for (ScheduleItem item; form.next(item);) continue;
+  for (ScheduleItem item; form.next(item);) continue;  // bound: the octets of the request
   ILP_TRY(form.status());
   answer.accept();
   const std::size_t room = entries_.capacity() - entries_.size();
@@ -134,7 +134,7 @@ Status Telecommander::insert(const Telecommand& telecommand, Answer& answer, Wor
   InsertReader reader(tailoring, telecommand.data);
   const TimeNs now = clock_.now();
   std::uint32_t index = 0;
-  for (ScheduleItem item; reader.next(item); ++index) {
+  for (ScheduleItem item; reader.next(item); ++index) {  // bound: the room in the schedule
     ScheduledRecord scheduled;
     ILP_TRY(check_insert(item, index, now, scheduled));
     scheduled.id = ++work.after.last_scheduled_id;

@@ -48,7 +48,7 @@ Status Downlink::catch_up() {
   begin_ids<EventRecord>(store_, state_.events_through);
   begin_ids<KeyframeRecord>(store_, state_.event_files);
   DownlinkRecord record;
-  for (;;) {
+  for (;;) {  // bound: the files since the checkpoint
     Found found{};
     ILP_TRY(find_next(store_, state_.last_downlink_id, record, found));
     if (found == Found::nothing) break;

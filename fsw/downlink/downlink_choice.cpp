@@ -75,7 +75,7 @@ std::int64_t Downlink::late_one(const State& after, FileClass kind) const {
 Status Downlink::find_requests() {
   requests_.clear();
   CommandRecord command;
-  for (;;) {
+  for (;;) {  // bound: limits::max_commands
     Found found{};
     ILP_TRY(find_next(store_, command.id, command, found));
     if (found == Found::nothing) return {};
@@ -104,7 +104,7 @@ bool Downlink::waits(const State& after, const ProductRecord& product) const {
 
 Status Downlink::next_waiting(const State& after, ProductRecord& product, bool& found) {
   found = false;
-  for (;;) {
+  for (;;) {  // bound: the products in the store; each turn reads a later one
     Found any{};
     ILP_TRY(find_next(store_, product.id, product, any));
     if (any == Found::nothing) return {};
@@ -121,7 +121,7 @@ Status Downlink::gather(const State& after) {
   candidates_.clear();
   ProductRecord product;
   RichnessRecord richness;
-  for (;;) {
+  for (;;) {  // bound: the products in the store; each turn reads a later one
     bool found = false;
     ILP_TRY(next_waiting(after, product, found));
     if (!found) return {};
@@ -181,7 +181,7 @@ Status Downlink::send_overdue(State& after, bool& sent) {
   const std::int64_t newest =
       after.product_at_pass[passes < limits::max_overdue_passes ? passes : limits::max_overdue_passes];
   ProductRecord product;
-  while (product.id < newest) {
+  while (product.id < newest) {  // bound: the products up to `newest`; each turn reads a later one
     Found found{};
     ILP_TRY(find_next(store_, product.id, product, found));
     if (found == Found::nothing) return {};
@@ -241,7 +241,7 @@ Status Downlink::send_next_records(std::int64_t most, State& after, bool& sent) 
 Status Downlink::send_next_points(std::int64_t most, State& after, bool& sent) {
   const std::int64_t late = late_one(after, FileClass::points);
   if (late != 0) return send_points(late, most, after, sent);
-  for (;;) {
+  for (;;) {  // bound: the keyframes up to `records_through`
     StructureRecord structure;
     Found found{};
     ILP_TRY(find_next(store_, after.points_through, structure, found));

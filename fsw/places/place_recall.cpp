@@ -34,7 +34,7 @@ Status PlaceMemory::newest_place(std::int64_t& id) {
   std::int64_t newest_depth = 0;
   ILP_TRY(newest_id<DepthRecord>(store_, newest_depth));
   ILP_TRY(newest_id<PlaceRecord>(store_, id));
-  while (id > newest_depth) {
+  while (id > newest_depth) {  // bound: the places in the store; each turn erases one
     ILP_TRY(erase_place(id));
     ILP_TRY(newest_id<PlaceRecord>(store_, id));
   }

@@ -100,7 +100,7 @@ Status StorageManager::give_up_least(Work& work) {
   }
   VictimSearch::Victim victim;
   bool whole = false;
-  while (search_.take(victim, whole)) {
+  while (search_.take(victim, whole)) {  // bound: the victims of one search
     ProductRecord product;
     const Status found = get(store_, victim.product_id, product);
     if (is_gone(found)) continue;
