@@ -65,9 +65,7 @@ function(ilp_flight_library name)
   cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
   add_library(${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PUBLIC ilp_settings ${ARG_DEPENDS})
-  target_compile_options(${name} PRIVATE -fno-exceptions -fno-rtti -fno-threadsafe-statics -ffunction-sections -fdata-sections
-    # How much stack each function uses: tests/tidy reads it.
-    $<$<CXX_COMPILER_ID:GNU>:-fstack-usage>)
+  target_compile_options(${name} PRIVATE -fno-exceptions -fno-rtti -fno-threadsafe-statics -ffunction-sections -fdata-sections)
   ilp_unity(${name} 8)
   set_property(GLOBAL APPEND PROPERTY ILP_FLIGHT_LIBRARIES ${name})
 endfunction()

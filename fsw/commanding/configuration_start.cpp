@@ -128,7 +128,7 @@ Status Configuration::write_settings() {
     return transaction.begin();
   };
   SettingRecord setting;
-  for (;;) {
+  for (;;) {  // bound: the settings; each turn reads a later one
     Found found{};
     ILP_TRY(find_next(*store_, setting.id, setting, found));
     if (found == Found::nothing) break;

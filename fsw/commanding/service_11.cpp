@@ -122,7 +122,7 @@ Status Telecommander::insert(const Telecommand& telecommand, Answer& answer, Cha
   const Tailoring& tailoring = wiring_.writer.settings().tailoring;
   // The form of the whole request is checked first.
   InsertReader form(tailoring, telecommand.data);
-  for (ScheduleItem item; form.next(item);) continue;
+  for (ScheduleItem item; form.next(item);) continue;  // bound: the octets of the request
   ILP_TRY(form.status());
   answer.accept();
   const std::size_t room = work_.entries.capacity() - work_.entries.size();
@@ -134,7 +134,7 @@ Status Telecommander::insert(const Telecommand& telecommand, Answer& answer, Cha
   InsertReader reader(tailoring, telecommand.data);
   const TimeNs now = wiring_.clock.now();
   std::uint32_t index = 0;
-  for (ScheduleItem item; reader.next(item); ++index) {
+  for (ScheduleItem item; reader.next(item); ++index) {  // bound: the room in the schedule
     ScheduledRecord scheduled;
     ILP_TRY(check_insert(item, index, now, scheduled));
     scheduled.id = ++change.after.last_scheduled_id;

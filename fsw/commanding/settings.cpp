@@ -18,7 +18,7 @@ Status load_settings(Reader<SettingRecord> store, MissionParameters& mission) {
   MissionParameters wanted = mission;
   Status ignored;
   SettingRecord setting;
-  for (;;) {
+  for (;;) {  // bound: the settings; each turn reads a later one
     Found found{};
     ILP_TRY(find_next(store, setting.id, setting, found));
     if (found == Found::nothing) break;

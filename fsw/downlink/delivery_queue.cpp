@@ -33,7 +33,7 @@ Status DeliveryQueue::survey(std::uint64_t& bytes) {
   begin_ids<TransferRecord>(store_, last_id_);
   std::int64_t oldest_delivered = 0;
   TransferRecord record;
-  for (;;) {
+  for (;;) {  // bound: limits::max_transfers records
     Found found{};
     ILP_TRY(find_next(store_, record.id, record, found));
     if (found == Found::nothing) break;
@@ -168,7 +168,7 @@ Status DeliveryQueue::unsent(std::int64_t& bytes) {
 Status request_transfer(StorePart<Changes<TransferRecord>> store, std::int64_t sequence, TransferWish wish) {
   TransferRecord record;
   bool any = false;
-  for (;;) {
+  for (;;) {  // bound: limits::max_transfers records
     Found found{};
     ILP_TRY(find_next(store, record.id, record, found));
     if (found == Found::nothing) break;

@@ -51,7 +51,7 @@ Status Downlink::catch_up() {
   begin_ids<EventRecord>(wiring_.store, state_.events_through);
   begin_ids<KeyframeRecord>(wiring_.store, state_.event_files);
   DownlinkRecord record;
-  for (;;) {
+  for (;;) {  // bound: the files since the checkpoint
     Found found{};
     ILP_TRY(find_next(wiring_.store, state_.last_downlink_id, record, found));
     if (found == Found::nothing) break;

@@ -57,7 +57,7 @@ std::int64_t DownlinkChoice::late_one(const State& after, FileClass kind) const 
 Status DownlinkChoice::find_requests() {
   workspace_.requests.clear();
   CommandRecord command;
-  for (;;) {
+  for (;;) {  // bound: limits::max_commands
     Found found{};
     ILP_TRY(find_next(wiring_.store, command.id, command, found));
     if (found == Found::nothing) return {};
@@ -87,7 +87,7 @@ bool DownlinkChoice::waits(const State& after, const ProductRecord& product) con
 
 Status DownlinkChoice::next_waiting(const State& after, ProductRecord& product, bool& found) {
   found = false;
-  for (;;) {
+  for (;;) {  // bound: the products in the store; each turn reads a later one
     Found any{};
     ILP_TRY(find_next(wiring_.store, product.id, product, any));
     if (any == Found::nothing) return {};
@@ -104,7 +104,7 @@ Status DownlinkChoice::gather(const State& after) {
   workspace_.candidates.clear();
   ProductRecord product;
   RichnessRecord richness;
-  for (;;) {
+  for (;;) {  // bound: the products in the store; each turn reads a later one
     bool found = false;
     ILP_TRY(next_waiting(after, product, found));
     if (!found) return {};
@@ -165,7 +165,7 @@ Status DownlinkChoice::send_overdue(State& after, bool& sent) {
   const std::int64_t newest =
       after.product_at_pass[passes < limits::max_overdue_passes ? passes : limits::max_overdue_passes];
   ProductRecord product;
-  while (product.id < newest) {
+  while (product.id < newest) {  // bound: the products up to `newest`; each turn reads a later one
     Found found{};
     ILP_TRY(find_next(wiring_.store, product.id, product, found));
     if (found == Found::nothing) return {};
@@ -225,7 +225,7 @@ Status DownlinkChoice::send_next_records(std::int64_t most, State& after, bool& 
 Status DownlinkChoice::send_next_points(std::int64_t most, State& after, bool& sent) {
   const std::int64_t late = late_one(after, FileClass::points);
   if (late != 0) return files_.send_points(late, most, after, sent);
-  for (;;) {
+  for (;;) {  // bound: the keyframes up to `records_through`
     StructureRecord structure;
     Found found{};
     ILP_TRY(find_next(wiring_.store, after.points_through, structure, found));

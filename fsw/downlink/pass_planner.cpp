@@ -40,7 +40,7 @@ Step best_step(const PlanCandidate& candidate, std::size_t index, int level, std
 
 /// Repeatedly takes the most efficient step that still fits.
 void raise(std::span<const PlanCandidate> candidates, std::uint64_t room, Levels& levels) {
-  for (;;) {
+  for (;;) {  // bound: the candidates' layers; each turn adds one or more
     Step best;
     for (std::size_t i = 0; i < candidates.size(); ++i) {
       const Step step = best_step(candidates[i], i, levels[i], room);

@@ -59,6 +59,7 @@ Status find_same(Reader<UplinkRecord> store, const Receiver& receiver, std::uint
   const auto sequence = static_cast<std::int64_t>(receiver.header().sequence);
   std::int64_t id = 0;
   Status found = next(store, id, record);
+  // bound: limits::max_uplink_records
   for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store, id, record)) {
     id = found.ok() ? record.id : found.a;
     if (!found.ok()) continue;
@@ -73,7 +74,7 @@ Status find_same(Reader<UplinkRecord> store, const Receiver& receiver, std::uint
 Status erase_oldest(StorePart<Erases<UplinkRecord>> store, std::int64_t newest) {
   constexpr auto kept = static_cast<std::int64_t>(limits::max_uplink_records);
   UplinkRecord record;
-  for (;;) {
+  for (;;) {  // bound: limits::max_uplink_records and the new one
     Found found{};
     ILP_TRY(find_next(store, record.id, record, found));
     if (found == Found::nothing || record.id + kept > newest) return {};
@@ -301,7 +302,7 @@ Status activate_uplink(StorePart<Changes<UplinkRecord>> store, std::int64_t id, 
   MissionParameters changed = mission;
   ILP_TRY(text.finish(changed));
   UplinkRecord other;
-  for (;;) {
+  for (;;) {  // bound: limits::max_uplink_records
     Found found{};
     ILP_TRY(find_next(store, other.id, other, found));
     if (found == Found::nothing) break;

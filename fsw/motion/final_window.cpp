@@ -91,11 +91,13 @@ Status load_final_window(Reader<PoseRecord, StructureRecord> store, const Camera
   }
   StructureRecord structure;
   std::int64_t id = keyframe_ids.front() - 1;
+  // bound: the keyframes up to `through_id`
   for (Status found = next(store, id, structure);; found = next(store, id, structure)) {
     if (found.is(StatusCode::not_found) || (found.ok() && structure.id > through_id)) return {};
     ILP_TRY(found);
     id = structure.id;
     StructureReader reader(store, structure);
+    // bound: the points of the record
     while (!reader.ended()) ILP_TRY(add_point(reader, camera, keyframe_ids, window));
   }
 }

@@ -426,7 +426,7 @@ Status StructureAndMotion::write_finals() {
   Sequence sequence(state_.sequence, finals.sequence);
   SequenceCamera camera;
   std::int64_t newest_final = 0;
-  while (sequence.take_final_camera(camera)) {
+  while (sequence.take_final_camera(camera)) {  // bound: the cameras of the window
     ILP_TRY(write_camera(camera, true));
     newest_final = camera.keyframe_id;
   }
@@ -434,7 +434,7 @@ Status StructureAndMotion::write_finals() {
   finals.points.clear();
   finals.point_count = 0;
   FinalPoint point;
-  while (sequence.take_final_point(point)) {
+  while (sequence.take_final_point(point)) {  // bound: limits::max_tracks
     const Status appended = append_point(point, finals);
     if (!appended.ok() && !appended.is(StatusCode::capacity_exceeded)) return appended;
   }

@@ -9,7 +9,7 @@ bool before(const Piece& a, const Piece& b) {
 
 /// Moves the element at `root` down to its place in the heap of the first `size` elements.
 void sift_down(std::span<Piece> pieces, std::size_t root, std::size_t size, std::uint32_t& steps) {
-  while (2 * root + 1 < size) {
+  while (2 * root + 1 < size) {  // bound: the levels of the heap
     std::size_t child = 2 * root + 1;
     ++steps;
     if (child + 1 < size && before(pieces[child], pieces[child + 1])) ++child;
@@ -54,7 +54,7 @@ MergeCounts merge_missing(PieceList& list, std::span<Piece> pieces) {
   for (const Piece& piece : pieces) {
     ++counts.steps;
     Piece part{piece.begin > covered_to ? piece.begin : covered_to, piece.end};
-    while (part.begin < piece.end) {
+    while (part.begin < piece.end) {  // bound: the pieces of `list` in this one; `begin` grows
       while (held < list.size() && list[held].begin <= part.begin) take_held();
       if (part.begin < covered_to) {
         part.begin = covered_to;

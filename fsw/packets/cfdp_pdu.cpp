@@ -40,7 +40,7 @@ PduFault read_options(ByteReader& reader, std::span<const std::uint8_t>& options
   options = take_all(reader);
   std::span<const std::uint8_t> rest = options;
   Tlv tlv;
-  while (next_tlv(rest, tlv)) continue;
+  while (next_tlv(rest, tlv)) continue;  // bound: the octets of the options
   return rest.empty() ? PduFault::none : PduFault::tlv_cut;
 }
 

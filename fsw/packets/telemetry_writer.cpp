@@ -29,7 +29,7 @@ std::uint16_t TelemetryWriter::count(std::uint8_t service, std::uint8_t subtype,
 }
 
 void TelemetryWriter::push(std::span<const std::uint8_t> packet) {
-  while (!ring_.push(packet)) {
+  while (!ring_.push(packet)) {  // bound: the packets in the ring; each turn drops one
     std::size_t bytes = 0;
     // The packet in next_ is older than the ring's.
     if (next_bytes_ != 0) {

@@ -335,6 +335,7 @@ std::uint32_t take_known(const KnownGround& known, std::int32_t sliver_px, std::
                          const ImageView<std::uint8_t>& mask) {
   std::uint32_t taken = 0;
   bool more = true;
+  // bound: the parts of the work
   for (std::size_t part = 0; more; ++part) taken = take_known_slice(known, sliver_px, border_px, mask, part, more);
   return taken;
 }

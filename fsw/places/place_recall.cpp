@@ -18,7 +18,7 @@ Status PlaceRecall::newest_place(std::int64_t& id) {
   std::int64_t newest_depth = 0;
   ILP_TRY(newest_id<DepthRecord>(wiring_.store, newest_depth));
   ILP_TRY(newest_id<PlaceRecord>(wiring_.store, id));
-  while (id > newest_depth) {
+  while (id > newest_depth) {  // bound: the places in the store; each turn erases one
     ILP_TRY(erase_place(id));
     ILP_TRY(newest_id<PlaceRecord>(wiring_.store, id));
   }

@@ -100,7 +100,7 @@ Status StorageManager::give_up_least(Draft& draft) {
   }
   VictimSearch::Victim victim;
   bool whole = false;
-  while (work_.search.take(victim, whole)) {
+  while (work_.search.take(victim, whole)) {  // bound: the victims of one search
     ProductRecord product;
     const Status found = get(wiring_.store, victim.product_id, product);
     if (is_gone(found)) continue;

@@ -69,7 +69,7 @@ Status next_with_pose(Reader<PoseRecord, StripRecord> store, const PoseRecord& p
   const Status known = get(store, pose.strip_id, strip);
   // A damaged one is written again with the next keyframe or the strip's end.
   if (!known.ok() && !known.is(StatusCode::record_damaged)) return known;
-  for (std::int64_t id = after_id + 1;; ++id) {
+  for (std::int64_t id = after_id + 1;; ++id) {  // bound: the poses after this one
     const Status found = get(store, id, successor);
     if (found.is(StatusCode::not_found)) {
       const bool ended = strip.end != StripEnd::open && strip.last_keyframe_id < id;

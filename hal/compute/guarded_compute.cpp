@@ -26,7 +26,7 @@ ComputeFault GuardedCompute::compare(ComputeDevice& device, ComputeKind kind, st
     form.example(form.workspace, number, input);
     ComputeFault fault = device.begin({kind, input, output});
     bool done = false;
-    while (fault == ComputeFault::none && !done) {
+    while (fault == ComputeFault::none && !done) {  // bound: the limit of time, after which the device is late
       device.pause();
       fault = device.ask(kind, done);
     }
@@ -79,6 +79,7 @@ ComputeProgress GuardedCompute::ask_device(ComputeKind kind) {
   Place& place = places_[static_cast<std::size_t>(kind)];
   bool done = false;
   ComputeFault fault = device_->ask(kind, done);
+  // bound: the limit of time, after which the device is late
   while (patient_ && fault == ComputeFault::none && !done) {
     device_->pause();
     fault = device_->ask(kind, done);

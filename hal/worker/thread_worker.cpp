@@ -18,7 +18,7 @@ constexpr int nice_value = 10;
 constexpr TimeNs look_ns = 20 * ns_per_ms;
 
 void wait(sem_t& semaphore) {
-  while (sem_wait(&semaphore) != 0 && errno == EINTR) {
+  while (sem_wait(&semaphore) != 0 && errno == EINTR) {  // bound: the signals that arrive
   }
 }
 
@@ -68,7 +68,7 @@ void* ThreadWorker::enter(void* worker) {
 }
 
 void ThreadWorker::work() {
-  for (;;) {
+  for (;;) {  // bound: the jobs; each turn waits for one, and stop() ends it
     wait(wake_);
     if (leaving_.load(std::memory_order_acquire)) return;
     if (state_.load(std::memory_order_acquire) != State::working) continue;
@@ -108,6 +108,7 @@ WorkerProgress ThreadWorker::ask() {
 }
 
 void ThreadWorker::finish() {
+  // bound: the job's longest time, after which it is stuck
   while (state_.load(std::memory_order_acquire) == State::working && !stuck()) wait_a_while(ended_);
 }
 

@@ -286,7 +286,7 @@ Status check_calibration(const CameraModel& given, const BundleProblem& window, 
   check = {};
   ILP_TRY(checker.begin(given, window, params));
   bool pending = true;
-  while (pending) checker.step(pending);
+  while (pending) checker.step(pending);  // bound: the steps of one check
   check = checker.result();
   return {};
 }

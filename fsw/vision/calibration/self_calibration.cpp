@@ -161,7 +161,7 @@ Status SelfCalibration::add_keyframe(std::int64_t keyframe_id, const Corners& co
                                      CalibrationReport& report) {
   ILP_TRY(begin_keyframe(keyframe_id, corners, matches_to_previous, seed));
   bool pending = true;
-  while (pending) ILP_TRY(step(pending));
+  while (pending) ILP_TRY(step(pending));  // bound: the steps of one keyframe
   report = s_.report;
   return {};
 }

@@ -150,7 +150,7 @@ Status parse_codestream(Bytes codestream, Jpeg2000Info& info) {
   ILP_TRY(describe_image(siz, info));
   std::size_t at = 2;
   Segment segment;
-  while (true) {
+  while (true) {  // bound: the codestream; `at` grows
     ILP_TRY(segment_at(codestream, at, segment));
     if (segment.marker == marker_sot) break;
     if (segment.marker == marker_cod) {
@@ -215,7 +215,7 @@ Status correct_main_header(std::span<std::uint8_t> codestream, int bits, int shi
   codestream[precision_at] = static_cast<std::uint8_t>(bits - 1);
   std::size_t at = 2;
   Segment segment;
-  while (true) {
+  while (true) {  // bound: the codestream; `at` grows
     ILP_TRY(segment_at(codestream, at, segment));
     if (segment.marker == marker_sot) return malformed(at);
     if (segment.marker == marker_qcd) break;
@@ -262,7 +262,7 @@ Status read_layer_table(Bytes codestream, LayerTable& table) {
       // Seven bits a byte, most significant first; the upper bit says that more follow.
       std::size_t length = 0;
       bool more = true;
-      while (more) {
+      while (more) {  // bound: the table; `entry` grows
         if (entry >= lengths_end || length > codestream.size()) return malformed(entry);
         length = (length << 7U) | (codestream[entry] & 0x7fU);
         more = (codestream[entry++] & 0x80U) != 0;

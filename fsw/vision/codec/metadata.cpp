@@ -97,7 +97,7 @@ bool scan_hexadecimal(Scanner& in, double& value) {
   in.skip();
   int exponent = 0;
   if (in.accept('.')) {
-    while (in.hex_value() < 16) {
+    while (in.hex_value() < 16) {  // bound: the octets of the text
       if (mantissa >> 56U != 0) return false;
       mantissa = (mantissa << 4U) | in.hex_value();
       exponent -= 4;
@@ -109,7 +109,7 @@ bool scan_hexadecimal(Scanner& in, double& value) {
   if (!negative && !in.accept('+')) return false;
   int power = 0;
   if (!in.at_digit()) return false;
-  while (in.at_digit()) {
+  while (in.at_digit()) {  // bound: the octets of the text
     power = power * 10 + static_cast<int>(in.digit());
     if (power > 2000) return false;
   }
@@ -132,7 +132,7 @@ bool scan_decimal(Scanner& in, double& value) {
   std::uint64_t digits = 0;
   int decimals = 0;
   bool fraction = false;
-  while (in.at_digit() || (!fraction && in.peek() == '.' && !in.done())) {
+  while (in.at_digit() || (!fraction && in.peek() == '.' && !in.done())) {  // bound: the octets of the text
     if (in.accept('.')) {
       fraction = true;
       continue;
@@ -292,7 +292,7 @@ Status MetadataReader::next(std::size_t& position, std::string_view& key, std::s
 Status MetadataReader::text(std::string_view key, std::string_view& value) const {
   std::size_t position = 0;
   std::string_view k;
-  while (next(position, k, value).ok()) {
+  while (next(position, k, value).ok()) {  // bound: the lines of the text
     if (k == key) return {};
   }
   value = {};
@@ -307,7 +307,7 @@ Status MetadataReader::integer(std::string_view key, std::int64_t& value) const 
   const std::uint64_t most = (std::uint64_t{1} << 63U) - (negative ? 0 : 1);
   std::uint64_t magnitude = 0;
   bool good = in.at_digit();
-  while (good && in.at_digit()) {
+  while (good && in.at_digit()) {  // bound: the octets of the text
     const unsigned digit = in.digit();
     good = magnitude <= (most - digit) / 10;
     magnitude = magnitude * 10 + digit;

@@ -249,7 +249,7 @@ Buckets choose_buckets(GrayView image, std::int32_t target) {
     b.columns = (image.width + b.side_px - 1) / b.side_px;
     b.rows = (image.height + b.side_px - 1) / b.side_px;
     b.side_px += b.side_px / 4;
-  } while (b.count() > HarrisWorkspace::max_buckets);
+  } while (b.count() > HarrisWorkspace::max_buckets);  // bound: the image; the side grows by a quarter
   b.side_px = (std::max((image.width + b.columns - 1) / b.columns, (image.height + b.rows - 1) / b.rows));
   return b;
 }
@@ -284,7 +284,7 @@ std::uint32_t bucket_size(const HarrisWorkspace& w, std::size_t b) {
 // target.
 void share_out(const Buckets& buckets, std::uint32_t target, HarrisWorkspace& w) {
   std::uint32_t quota = 0, total = 0;
-  for (;;) {
+  for (;;) {  // bound: the corners of the fullest bucket
     std::uint32_t next_total = 0, growing = 0;
     for (std::size_t b = 0; b < buckets.count(); ++b) {
       next_total += std::min(bucket_size(w, b), quota + 1);
@@ -383,7 +383,7 @@ Status detect_corners_slice(GrayView image, const HarrisParams& params, HarrisWo
 Status detect_corners(GrayView image, const HarrisParams& params, HarrisWorkspace& w, Corners& corners) {
   ILP_TRY(begin_corners(image, params, w, corners));
   bool more = true;
-  while (more) ILP_TRY(detect_corners_slice(image, params, w, corners, more));
+  while (more) ILP_TRY(detect_corners_slice(image, params, w, corners, more));  // bound: the slices of the image
   return {};
 }
 

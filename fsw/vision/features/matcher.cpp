@@ -153,7 +153,7 @@ Status match(GrayView image_a, const Corners& corners_a, GrayView image_b, const
              Matches& matches) {
   ILP_TRY(begin_matching(image_a, image_b, plane, params, w, matches));
   bool more = true;
-  while (more) {
+  while (more) {  // bound: the corners, a slice each
     ILP_TRY(do_slice({image_a, image_b, corners_a, corners_b, plane, params, w, tracked_b}, matches, more));
   }
   return {};

@@ -85,6 +85,7 @@ void MotionForecast::keep_best() {
     }
     std::swap(hypotheses_[i], hypotheses_[heaviest]);
   }
+  // bound: the hypotheses; the first one stays
   while (hypotheses_.size() > count || hypotheses_.back().weight < negligible * hypotheses_[0].weight) {
     hypotheses_.pop_back();
   }
@@ -190,7 +191,7 @@ TimeNs MotionForecast::time_of_target(TimeNs earliest_ns, TimeNs latest_ns) cons
     if (!reached) above = below;
   }
   if (!reached) return latest_ns;
-  while (below - above > resolution_ns) {
+  while (below - above > resolution_ns) {  // bound: 63 halves of the interval
     const TimeNs middle = above + (below - above) / 2;
     (overlap_at(middle).overlap <= params_.target_overlap ? below : above) = middle;
   }

@@ -169,7 +169,7 @@ Status Sequence::add_keyframe(std::int64_t keyframe_id, const Corners& corners, 
                               std::uint64_t seed, SequenceReport& report) {
   ILP_TRY(begin_keyframe(keyframe_id, corners, matches_to_previous, seed));
   bool pending = true;
-  while (pending) ILP_TRY(step(pending));
+  while (pending) ILP_TRY(step(pending));  // bound: the steps of one keyframe
   report = s_.report;
   return {};
 }

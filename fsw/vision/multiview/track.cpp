@@ -25,7 +25,7 @@ void extend(Track& track, std::uint16_t corner, double x, double y) {
 }
 
 void miss_until(Track& track, std::uint32_t ordinal) {
-  for (; end_of(track) < ordinal; ++track.count) {
+  for (; end_of(track) < ordinal; ++track.count) {  // bound: the window; `count` grows
     track.x[track.count] = track.y[track.count] = 0;
     track.missing = static_cast<std::uint16_t>(track.missing | (1U << track.count));
   }

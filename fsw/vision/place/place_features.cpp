@@ -289,6 +289,7 @@ Status find_place_features(GrayView image, std::size_t wanted, HarrisWorkspace& 
                            PlaceFeatures& features) {
   ILP_TRY(begin_place_features(image, w, features));
   bool more = true;
+  // bound: the slices of the image
   while (more) ILP_TRY(place_features_slice(image, wanted, harris, w, features, more));
   return {};
 }

@@ -314,7 +314,7 @@ Status take_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWor
                           PlacePatches& patches) {
   ILP_TRY(begin_place_patches(image, harris, workspace, patches));
   bool more = true;
-  while (more) ILP_TRY(place_patches_slice(image, harris, workspace, patches, more));
+  while (more) ILP_TRY(place_patches_slice(image, harris, workspace, patches, more));  // bound: the slices of the image
   return {};
 }
 

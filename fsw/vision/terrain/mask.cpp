@@ -340,6 +340,7 @@ Status carry_coverage(const CameraModel& camera, const PairGround& ground, const
                       CoverageWorkspace& workspace, Coverage& coverage) {
   ILP_TRY(begin_carrying(camera, ground, workspace, coverage));
   bool more = true;
+  // bound: the rows of the image
   while (more) ILP_TRY(carry_coverage_slice(camera, ground, next_from_reference, workspace, coverage, more));
   return {};
 }

@@ -94,7 +94,7 @@ Status read_runs(const std::uint8_t* bytes, std::size_t size, const ImageView<st
     std::uint64_t length = 0;
     std::uint32_t shift = 0;
     bool more = true;
-    while (more) {
+    while (more) {  // bound: five octets
       if (at >= size)
         return {StatusCode::truncated, static_cast<std::int64_t>(size), static_cast<std::int64_t>(size + 1)};
       if (shift > 28) return {StatusCode::parse_error, static_cast<std::int64_t>(at)};

@@ -123,7 +123,7 @@ Status score_richness(const CameraModel& camera, GrayView image, ImageView<const
                       const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues, double& index) {
   begin_richness(workspace, cues);
   bool more = true;
-  while (more) {
+  while (more) {  // bound: the parts of the cues
     ILP_TRY(
         score_richness_slice(camera, image, inverse_depth, sigma, mask, params, history, workspace, cues, index, more));
   }

@@ -307,6 +307,7 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
                          const RansacParams& params, TwoViewWorkspace& workspace, InlierMask& inliers,
                          TwoViewResult& result) {
   ILP_TRY(begin_two_view(pairs, camera_a, camera_b, params, workspace, inliers, result));
+  // bound: `max_trials` of each model
   for (bool more = true; more;) two_view_slice(camera_a, camera_b, params, workspace, inliers, result, more);
   return {};
 }

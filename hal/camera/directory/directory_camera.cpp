@@ -18,7 +18,7 @@ bool is_blank(char c) {
 }
 
 void skip_blanks(const char*& text) {
-  while (is_blank(*text)) ++text;
+  while (is_blank(*text)) ++text;  // bound: the text; its end is no blank
 }
 
 bool at_end_of_word(const char* text) {

@@ -36,6 +36,7 @@ Status find_reduction(std::int32_t width, std::int32_t height, Reduction& reduct
     ++factor;
     w = std::min(width / factor, limits::max_image_width);
     h = std::min(height / factor, limits::max_image_height);
+    // bound: the picture's sides; `factor` grows
   } while ((!enough(w * factor, width) || !enough(h * factor, height)) && w > 0 && h > 0);
   if (w == 0 || h == 0) return refused;
   reduction = {factor, (width - w * factor) / 2, (height - h * factor) / 2, w, h};

@@ -111,7 +111,7 @@ Status GreyConverter::convert(const RawPicture& picture, const Reduction& reduct
   }
   ILP_TRY(check(picture));
   values_of_.fill(-1);
-  while (reducer_.next_row() < picture.height) {
+  while (reducer_.next_row() < picture.height) {  // bound: one row a turn
     if (reducer_.wants_row()) {
       reducer_.add(grey_row(picture, reducer_.next_row()));
     } else {

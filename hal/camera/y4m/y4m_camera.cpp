@@ -84,7 +84,7 @@ Status Y4mCamera::parse_header() {
       sampling[size] = 0;
     }
     while (*text != 0 && *text != ' ') ++text;
-    while (*text == ' ') ++text;
+    while (*text == ' ') ++text;  // bound: the text; its end is no blank
   }
   if (width_ <= 0 || height_ <= 0) return {StatusCode::parse_error, 0};
   ILP_TRY(find_reduction(width_, height_, reduction_));
@@ -131,7 +131,7 @@ Status Y4mCamera::read_luma() {
     return reader_.fill({view.data, view.area()}, got_);
   }
   const std::span row(row_.data(), static_cast<std::size_t>(width_));
-  while (rows_.next_row() < height_) {
+  while (rows_.next_row() < height_) {  // bound: one row a turn
     ILP_TRY(reader_.fill(row, got_));
     rows_.add(row);
     got_ = 0;

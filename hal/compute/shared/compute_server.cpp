@@ -30,7 +30,7 @@ Status ComputeServer::accept() {
 }
 
 Status ComputeServer::next(ComputeJob& job) {
-  for (;;) {
+  for (;;) {  // bound: what arrives; each turn waits for an octet
     std::byte byte{};
     const ssize_t got = ::recv(socket_, &byte, 1, 0);
     if (got == 0) return StatusCode::end_of_stream;

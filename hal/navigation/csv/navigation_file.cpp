@@ -29,7 +29,7 @@ char* cut_cell(char*& text) {
   char* end = std::strchr(text, ',');
   char* const next = end != nullptr ? end + 1 : nullptr;
   if (end == nullptr) end = text + std::strlen(text);
-  while (*text == ' ' || *text == '\t') ++text;
+  while (*text == ' ' || *text == '\t') ++text;  // bound: the text; its end is no blank
   while (end > text && (end[-1] == ' ' || end[-1] == '\t' || end[-1] == '\r')) --end;
   *end = 0;
   return next;
@@ -77,7 +77,7 @@ Status NavigationFile::read_header() {
   ILP_TRY(status);
   std::array<bool, known_columns> present{};
   columns_ = 0;
-  for (char* text = line_; text != nullptr;) {
+  for (char* text = line_; text != nullptr;) {  // bound: the cells of the line
     char* const next = cut_cell(text);
     const std::size_t column = find_column(text);
     const Status wrong{StatusCode::parse_error, line_number_, static_cast<std::int64_t>(columns_) + 1};

@@ -63,6 +63,7 @@ Status status_of(const char* state, std::int64_t table) {
 
 /// The SQLSTATE in a message of verbosity PQERRORS_VERBOSE, which begins `FATAL:  28P01: `. nullptr: it has none.
 const char* state_in(const char* message) {
+  // bound: the text; `at` grows
   for (const char* at = std::strstr(message, ":  "); at != nullptr; at = std::strstr(at + 1, ":  ")) {
     const char* const state = at + 3;
     std::size_t length = 0;
@@ -152,7 +153,7 @@ Status Connection::connect() {
   PQsetErrorVerbosity(connection_, PQERRORS_VERBOSE);
   PQsetNoticeProcessor(connection_, ignore_notice, nullptr);
   PostgresPollingStatusType wanted = PGRES_POLLING_WRITING;
-  while (wanted != PGRES_POLLING_OK) {
+  while (wanted != PGRES_POLLING_OK) {  // bound: `connect_limit_ms`
     if (wanted == PGRES_POLLING_FAILED) return refused();
     const short events = wanted == PGRES_POLLING_READING ? POLLIN : POLLOUT;
     if (!wait_for(PQsocket(connection_), events, end - steady_ms())) return lost(0, ETIMEDOUT);
@@ -192,7 +193,7 @@ Status Connection::open(const char* conninfo) {
 
 Status Connection::await_result() {
   const std::int64_t end = steady_ms() + answer_limit_ms;
-  while (true) {
+  while (true) {  // bound: `answer_limit_ms`
     const int unsent = PQflush(connection_);
     if (unsent < 0) return lost(0, errno);
     if (PQisBusy(connection_) == 0) return {};

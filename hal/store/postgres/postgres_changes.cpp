@@ -70,7 +70,7 @@ void PostgresStore::take_change() {
 
 void PostgresStore::take_notifications() {
   Notification note;
-  while (connection_.next_notification(note)) {
+  while (connection_.next_notification(note)) {  // bound: what has been received
     // Those up to this commit came with an answer of the server.
     if (note.own || note.commit <= heard_) continue;
     if (note.commit != heard_ + 1) look_now_ = true;
@@ -107,7 +107,7 @@ Status PostgresStore::poll(RecordMask& changed) {
 
 void PostgresStore::wait(std::int32_t milliseconds) {
   const std::int64_t end = steady_ms() + milliseconds;
-  while (!in_transaction_ && receive().ok()) {
+  while (!in_transaction_ && receive().ok()) {  // bound: `milliseconds`
     take_notifications();
     const std::int64_t now = steady_ms();
     if (look_now_ || now - looked_ms_ >= postgres_look_ms) {

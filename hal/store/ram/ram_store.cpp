@@ -103,7 +103,7 @@ bool RamStore::sound(Row& row) {
 Status RamStore::position_of(const Table& table, std::int64_t id, std::size_t& position) {
   std::size_t begin = 0;
   std::size_t end = table.size;
-  while (begin < end) {
+  while (begin < end) {  // bound: halves of the table
     const std::size_t middle = begin + (end - begin) / 2;
     if (!sound(table.rows[middle])) return {StatusCode::store_damaged, static_cast<std::int64_t>(middle)};
     if (table.rows[middle].id < id) {
@@ -171,7 +171,7 @@ Status RamStore::commit() {
     rollback();
     return possible;
   }
-  while (undo_ != nullptr) {
+  while (undo_ != nullptr) {  // bound: the changes of the transaction
     Undo* const undo = undo_;
     undo_ = undo->next;
     if (undo->before != nullptr) {
@@ -191,7 +191,7 @@ Status RamStore::commit() {
 
 void RamStore::rollback() {
   // Latest first, because a record that was erased and written again is in the list twice.
-  while (undo_ != nullptr) {
+  while (undo_ != nullptr) {  // bound: the changes of the transaction
     Undo* const undo = undo_;
     undo_ = undo->next;
     Table& table = table_of(*undo->info);

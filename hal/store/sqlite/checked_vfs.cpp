@@ -274,7 +274,7 @@ LogEnd end_of_log(CheckedFile& file) {
   if (sum_before(file, end.frames, sum) != SQLITE_OK) return end;
   std::array<std::uint8_t, frame_bytes> frame;
   const auto header = std::span(frame).first<frame_header_bytes>();
-  // Ends with the log.
+  // Bounded by the log.
   for (std::int64_t k = end.frames; read_disk(file, frame, place_of(k)) == SQLITE_OK; ++k) {
     sum = frame_sum(sum, frame, big_endian);
     if (sum != stated_frame_sum(header) || !std::equal(end.salts.begin(), end.salts.end(), header.begin() + 8)) break;

@@ -61,7 +61,7 @@ class Copy {
   }
 
   Status forwards(bool& complete) {
-    for (;;) {
+    for (;;) {  // bound: the records of the table; `low_` grows
       const Status found = read_again([&] { return from_.next(info_, low_, record_); });
       if (found.ok()) {
         low_ = id_of(record_);
@@ -78,7 +78,7 @@ class Copy {
 
   /// Walks from the end to the point that `forwards` has reached.
   Status backwards(bool& complete) {
-    for (;;) {
+    for (;;) {  // bound: the records of the table; `high_` falls
       const Status found = read_again([&] { return from_.previous(info_, high_, high_known_, record_); });
       const bool damaged = found.is(StatusCode::record_damaged);
       if (!found.ok() && !damaged) {

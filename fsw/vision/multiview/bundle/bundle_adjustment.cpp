@@ -302,7 +302,7 @@ Status BundleAdjuster::finish(BundleResult& result, BundleCovariance* joint) {
 Status BundleAdjuster::run(BundleProblem& problem, const BundleParams& params, BundleResult& result,
                            BundleCovariance* joint) {
   ILP_TRY(begin(problem, params));
-  while (!progress_.done) ILP_TRY(step());
+  while (!progress_.done) ILP_TRY(step());  // bound: the steps of `max_iterations`
   return finish(result, joint);
 }
 

@@ -136,7 +136,7 @@ void compute_stereo_band_unit(const StereoBandInput& in, std::size_t unit, Stere
   const auto done = static_cast<std::size_t>(w.next_row);
   if (w.input != &in || w.serial != in.serial || done > end || (done == end && unit < rows)) begin_job(in, w);
   const SearchRow search = search_of(in);
-  while (static_cast<std::size_t>(w.next_row) < end) match_next_row(in, search, w);
+  while (static_cast<std::size_t>(w.next_row) < end) match_next_row(in, search, w);  // bound: one row a turn
   if (unit < rows) return write_row(in, search, w, output);
   write_paths(in, (unit - stereo_band_rows) * (stereo_band_unit_bytes / stereo_band_disparities), w, output);
 }

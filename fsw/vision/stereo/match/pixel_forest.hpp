@@ -16,7 +16,7 @@ struct PixelForest {
 
 /// Parents always have a smaller index, so the walk ends; halving keeps it short.
 inline std::int32_t root_of(std::int32_t* links, std::int32_t pixel) {
-  while (links[pixel] >= 0) {
+  while (links[pixel] >= 0) {  // bound: the pixels; parents have smaller indices
     const std::int32_t parent = links[pixel];
     if (links[parent] >= 0) links[pixel] = links[parent];
     pixel = parent;

@@ -31,7 +31,7 @@ void find_joined(const float* __restrict d, const float* __restrict s, float max
 
 /// Makes a tree of every run of joined pixels, whose first pixel has index `first` + its column.
 void link_runs(const Joined& joined, std::int32_t width, std::int32_t first, std::int32_t* links) {
-  for (std::int32_t begin = 0; begin < width;) {
+  for (std::int32_t begin = 0; begin < width;) {  // bound: the pixels of the row; a run has one or more
     const std::uint8_t* next = joined.data() + begin + 1;
     const void* gap = std::memchr(next, 0, static_cast<std::size_t>(width - begin - 1));
     const std::int32_t end =

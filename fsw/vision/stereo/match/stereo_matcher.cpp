@@ -332,7 +332,7 @@ void StereoMatcher::advance() {
   row_ = 0;
   do {
     phase_ = static_cast<Phase>(static_cast<std::uint8_t>(phase_) + 1);
-  } while (phase_ != Phase::done && rows_of(phase_) == 0);
+  } while (phase_ != Phase::done && rows_of(phase_) == 0);  // bound: the phases
 }
 
 Status StereoMatcher::step(std::int32_t rows, bool& pending) {

@@ -59,7 +59,7 @@ bool end_homography(const NormalisedPairs& pairs, const RansacParams& params, Pa
 bool find_homography(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& scratch, Mat3& homography) {
   RansacRun<Mat3> run;
   begin_homography(pairs, params, scratch, run);
-  while (homography_slice(pairs, params, scratch, run)) {
+  while (homography_slice(pairs, params, scratch, run)) {  // bound: `max_trials`
   }
   return end_homography(pairs, params, scratch, run, homography);
 }

@@ -82,7 +82,7 @@ RansacReport ransac(Problem& problem, const NormalisedPairs& pairs, const Ransac
                     typename Problem::Model& best) {
   RansacRun<typename Problem::Model> run;
   begin_ransac(problem, pairs, params, run);
-  while (ransac_slice(problem, pairs, params, params.max_trials, run)) {
+  while (ransac_slice(problem, pairs, params, params.max_trials, run)) {  // bound: `max_trials`
   }
   if (run.report.found) best = run.best;
   return run.report;
