@@ -32,16 +32,6 @@ double distance(const PoseRecord& a, const PoseRecord& b) {
   return std::sqrt(sum);
 }
 
-/// The number of supported depths, whose errors were negative.
-std::uint32_t drop_signs(const ImageView<float>& sigma) {
-  std::uint32_t count = 0;
-  for (std::size_t i = 0; i < sigma.area(); ++i) {
-    count += sigma.data[i] < 0 ? 1U : 0U;
-    sigma.data[i] = std::fabs(sigma.data[i]);
-  }
-  return count;
-}
-
 }  // namespace
 
 constexpr CheckpointForm DenseMatcher::checkpoint = checkpoint_form<State>(component_id);
@@ -206,8 +196,8 @@ Status DenseMatcher::match_band(bool& waits) {
 }
 
 Status DenseMatcher::check_rows() {
-  add_vertical_residuals(rectified_left_.view(), rectified_right_.view(), valid_right_.view(), disparity_.view(),
-                         disparity_sigma_.view(), residual_);
+  add_vertical_residuals(rectified_left_.view(), rectified_right_.view(), valid_right_.view(), matcher_.result(),
+                         residual_);
   phase_ = Phase::depth;
   row_ = 0;
   return {};
@@ -218,14 +208,15 @@ Status DenseMatcher::begin_depth() {
     ILP_TRY(map->resize(camera_.width, camera_.height));
     std::fill_n(map->view().data, map->view().area(), 0.0F);
   }
+  ILP_TRY(maps_.depth.supported.resize(supported_words(camera_.width), camera_.height));
+  std::fill_n(maps_.depth.supported.view().data, maps_.depth.supported.view().area(), std::uint64_t{0});
   return {};
 }
 
 Status DenseMatcher::depth_band() {
   if (panel_ == 0 && row_ == 0) ILP_TRY(begin_depth());
   const std::int32_t end = std::min(row_ + 4 * band_rows, camera_.height);
-  ILP_TRY(depth_rows(panel().pair, camera_, disparity_.view(), disparity_sigma_.view(), row_, end,
-                     {maps_.depth.inverse.view(), maps_.depth.sigma.view()}));
+  ILP_TRY(depth_rows(panel().pair, camera_, matcher_.result(), row_, end, maps_.depth.view()));
   row_ = end;
   if (row_ < camera_.height) return {};
   if (++panel_ < plan_.count) return begin_panel();
@@ -260,7 +251,7 @@ Status DenseMatcher::state_errors() {
   record_.partner_id = partner_.pose.id;
   record_.baseline = distance(pose_, partner_.pose);
   record_.disparity_per_inverse_depth_px = plan_.disparity_per_inverse_depth_px;
-  drop_uncertain_depths(mission_.largest_depth_sigma, {maps_.depth.inverse.view(), maps_.depth.sigma.view()});
+  drop_uncertain_depths(mission_.largest_depth_sigma, maps_.depth.view());
   state_geometry(record_);
   phase_ = Phase::quality;
   return {};
@@ -269,9 +260,7 @@ Status DenseMatcher::state_errors() {
 Status DenseMatcher::state_quality() {
   RecordWorkspace& w = work_.record;
   ILP_TRY(w.sigma_code.resize(camera_.width, camera_.height));
-  code_sigma(static_cast<const ImageBuffer<float>&>(maps_.depth.sigma).view(), record_.disparity_per_inverse_depth_px,
-             w.sigma_code.view().data);
-  record_.supported = drop_signs(maps_.depth.sigma.view());
+  record_.supported = code_sigma(maps_.depth.view(), record_.disparity_per_inverse_depth_px, w.sigma_code.view().data);
   phase_ = Phase::mask;
   return seen_cells(maps_.depth.inverse.view(), maps_.depth.sigma.view(), camera_.fx, 1, now_);
 }
