@@ -32,16 +32,6 @@ double distance(const PoseRecord& a, const PoseRecord& b) {
   return std::sqrt(sum);
 }
 
-/// The number of supported depths, whose errors were negative.
-std::uint32_t drop_signs(const ImageView<float>& sigma) {
-  std::uint32_t count = 0;
-  for (std::size_t i = 0; i < sigma.area(); ++i) {
-    count += sigma.data[i] < 0 ? 1U : 0U;
-    sigma.data[i] = std::fabs(sigma.data[i]);
-  }
-  return count;
-}
-
 }  // namespace
 
 constexpr CheckpointForm DenseMatcher::checkpoint = checkpoint_form<State>(component_id);
@@ -212,8 +202,7 @@ Status DenseMatcher::match_band(bool& waits) {
 
 Status DenseMatcher::check_rows() {
   add_vertical_residuals(workspace_.rectified_left.view(), workspace_.rectified_right.view(),
-                         workspace_.valid_right.view(), workspace_.disparity.view(), workspace_.disparity_sigma.view(),
-                         work_.residual);
+                         workspace_.valid_right.view(), workspace_.matcher.result(), work_.residual);
   work_.phase = Phase::depth;
   work_.row = 0;
   return {};
@@ -224,14 +213,17 @@ Status DenseMatcher::begin_depth() {
     ILP_TRY(map->resize(work_.camera.width, work_.camera.height));
     std::fill_n(map->view().data, map->view().area(), 0.0F);
   }
+  ILP_TRY(workspace_.maps.depth.supported.resize(supported_words(work_.camera.width), work_.camera.height));
+  std::fill_n(workspace_.maps.depth.supported.view().data, workspace_.maps.depth.supported.view().area(),
+              std::uint64_t{0});
   return {};
 }
 
 Status DenseMatcher::depth_band() {
   if (work_.panel == 0 && work_.row == 0) ILP_TRY(begin_depth());
   const std::int32_t end = std::min(work_.row + 4 * band_rows, work_.camera.height);
-  ILP_TRY(depth_rows(panel().pair, work_.camera, workspace_.disparity.view(), workspace_.disparity_sigma.view(),
-                     work_.row, end, {workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view()}));
+  ILP_TRY(depth_rows(panel().pair, work_.camera, workspace_.matcher.result(), work_.row, end,
+                     workspace_.maps.depth.view()));
   work_.row = end;
   if (work_.row < work_.camera.height) return {};
   if (++work_.panel < work_.plan.count) return begin_panel();
@@ -267,8 +259,7 @@ Status DenseMatcher::state_errors() {
   work_.record.partner_id = work_.partner.pose.id;
   work_.record.baseline = distance(work_.pose, work_.partner.pose);
   work_.record.disparity_per_inverse_depth_px = work_.plan.disparity_per_inverse_depth_px;
-  drop_uncertain_depths(wiring_.mission.largest_depth_sigma,
-                        {workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view()});
+  drop_uncertain_depths(wiring_.mission.largest_depth_sigma, workspace_.maps.depth.view());
   state_geometry(work_.record);
   work_.phase = Phase::quality;
   return {};
@@ -277,9 +268,8 @@ Status DenseMatcher::state_errors() {
 Status DenseMatcher::state_quality() {
   RecordWorkspace& w = workspace_.shared.record;
   ILP_TRY(w.sigma_code.resize(work_.camera.width, work_.camera.height));
-  code_sigma(static_cast<const ImageBuffer<float>&>(workspace_.maps.depth.sigma).view(),
-             work_.record.disparity_per_inverse_depth_px, w.sigma_code.view().data);
-  work_.record.supported = drop_signs(workspace_.maps.depth.sigma.view());
+  work_.record.supported =
+      code_sigma(workspace_.maps.depth.view(), work_.record.disparity_per_inverse_depth_px, w.sigma_code.view().data);
   work_.phase = Phase::mask;
   return seen_cells(workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view(), work_.camera.fx, 1,
                     workspace_.now);

@@ -105,6 +105,11 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
     DepthMaps() : depth() {}
     struct Depth {
       ImageBuffer<float> inverse, sigma;
+      FixedImage<std::uint64_t, static_cast<std::size_t>(supported_words(limits::max_image_width)) *
+                                    static_cast<std::size_t>(limits::max_image_height)>
+          supported;
+
+      DepthView view() { return {inverse.view(), sigma.view(), supported.view()}; }
     } depth;
     StereoBandJob band;
   };

@@ -181,14 +181,20 @@ BENCHMARK(resample_one_image_in_polar_panels)->Unit(benchmark::kMillisecond);
 
 void depth_of_one_image(benchmark::State& state) {
   const Rectified r;
-  const std::vector<float> disparity(r.pixels(), static_cast<float>(r.range.min_px) + 10.3F);
-  const std::vector<float> sigma(r.pixels(), 0.2F);
+  std::vector<float> disparity(r.pixels(), static_cast<float>(r.range.min_px) + 10.3F);
+  std::vector<float> sigma(r.pixels(), 0.2F);
+  std::vector<DisparityKind> kind(r.pixels(), DisparityKind::measured);
   std::vector<float> inverse_depth(static_cast<std::size_t>(width) * height);
   std::vector<float> depth_sigma(inverse_depth.size());
+  std::vector<std::uint64_t> supported(static_cast<std::size_t>(supported_words(width)) * height);
+  const DisparityView map{{disparity.data(), r.pair.width, r.pair.height},
+                          {sigma.data(), r.pair.width, r.pair.height},
+                          {kind.data(), r.pair.width, r.pair.height}};
   for (auto _ : state) {
-    (void)depth_rows(r.pair, r.camera, {disparity.data(), r.pair.width, r.pair.height},
-                     {sigma.data(), r.pair.width, r.pair.height}, 0, height,
-                     {{inverse_depth.data(), width, height}, {depth_sigma.data(), width, height}});
+    (void)depth_rows(r.pair, r.camera, map, 0, height,
+                     {{inverse_depth.data(), width, height},
+                      {depth_sigma.data(), width, height},
+                      {supported.data(), supported_words(width), height}});
     benchmark::DoNotOptimize(inverse_depth.data());
   }
 }

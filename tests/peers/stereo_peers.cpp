@@ -214,7 +214,6 @@ Answer ours(const Pair& pair, const StereoParams& params) {
   if (!status.ok()) throw std::runtime_error(pair.name + ": " + status_name(status.code));
   for (std::size_t i = 0; i < answer.disparity.samples.size(); ++i) {
     if (answer.sigma.samples[i] == 0) answer.disparity.samples[i] = none();
-    answer.sigma.samples[i] = std::fabs(answer.sigma.samples[i]);
   }
   return answer;
 }

@@ -204,7 +204,7 @@ void drop_uncertain_depths(double largest_sigma, const DepthView& depth) {
     float* inverse = depth.inverse_depth.row(y);
     float* sigma = depth.sigma.row(y);
     for (std::int32_t x = 0; x < depth.sigma.width; ++x) {
-      const bool seen = std::fabs(sigma[x]) <= largest * inverse[x];
+      const bool seen = sigma[x] <= largest * inverse[x];
       inverse[x] = seen ? inverse[x] : 0.0F;
       sigma[x] = seen ? sigma[x] : 0.0F;
     }

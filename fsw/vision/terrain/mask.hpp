@@ -48,8 +48,7 @@ struct Coverage {
 /// Covers nothing, as at the start of a strip. `image_too_large`.
 Status clear_coverage(std::int32_t width, std::int32_t height, Coverage& coverage);
 
-/// What is seen badly is not seen: takes away the depths whose sigma is above `largest_sigma` of their distance. A
-/// negative sigma is that of a supported depth.
+/// What is seen badly is not seen: takes away the depths whose sigma is above `largest_sigma` of their distance.
 void drop_uncertain_depths(double largest_sigma, const DepthView& depth);
 
 /// Sets 255 where the pair gave depth (sigma > 0) and the ground was not covered, or `now` is better than what covers

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "fsw/base/argument.hpp"
@@ -60,17 +61,29 @@ char block_character(ImageView<const std::uint8_t> codes, MaskView mask, std::in
 
 }  // namespace
 
-void code_sigma(ImageView<const float> sigma, double disparity_per_inverse_depth_px, std::uint8_t* codes) {
+std::uint32_t code_sigma(const DepthView& depth, double disparity_per_inverse_depth_px, std::uint8_t* codes) {
   const double factor = disparity_per_inverse_depth_px * sigma_codes_per_px;
   with_widest_vectors([&] {
-    const float* __restrict from = sigma.data;
+    const float* __restrict from = depth.sigma.data;
     std::uint8_t* __restrict to = codes;
-    for (std::size_t i = 0; i < sigma.area(); ++i) {
-      const double value = std::ceil(std::fabs(static_cast<double>(from[i])) * factor);
+    for (std::size_t i = 0; i < depth.sigma.area(); ++i) {
+      const double value = std::ceil(static_cast<double>(from[i]) * factor);
       const auto code = static_cast<std::int32_t>(value > sigma_code_largest ? sigma_code_largest : value);
-      to[i] = static_cast<std::uint8_t>(from[i] < 0 ? code | sigma_code_supported : code);
+      to[i] = static_cast<std::uint8_t>(code);
     }
   });
+  std::uint32_t count = 0;
+  for (std::int32_t y = 0; y < depth.sigma.height; ++y, codes += depth.sigma.width) {
+    for (std::int32_t word = 0; word < depth.supported.width; ++word) {
+      for (std::uint64_t left = depth.supported.at(word, y); left != 0; left &= left - 1) {
+        std::uint8_t& code = codes[word * supported_bits + std::countr_zero(left)];
+        if (code == 0) continue;
+        code |= sigma_code_supported;
+        ++count;
+      }
+    }
+  }
+  return count;
 }
 
 Status encode_sigma_map(ImageView<const std::uint8_t> codes, MaskView mask, std::span<char> out, std::size_t& size) {

@@ -8,6 +8,7 @@
 #include "cfg/limits.hpp"
 #include "fsw/base/image_view.hpp"
 #include "fsw/base/status.hpp"
+#include "fsw/vision/stereo/depth/depth.hpp"
 
 namespace ilp {
 
@@ -17,9 +18,9 @@ inline constexpr double sigma_codes_per_px = 64;
 inline constexpr std::uint8_t sigma_code_largest = 127, sigma_code_supported = 128;
 inline constexpr std::int32_t sigma_block_px = 32;
 /// Codes of the errors of inverse depths, rounded up, pixel by pixel; `codes` holds as many as there are errors. An
-/// inverse depth that changes by one moves its disparity by `disparity_per_inverse_depth_px`. A negative error is that
-/// of a supported depth.
-void code_sigma(ImageView<const float> sigma, double disparity_per_inverse_depth_px, std::uint8_t* codes);
+/// inverse depth that changes by one moves its disparity by `disparity_per_inverse_depth_px`. Returns the number of
+/// supported depths.
+std::uint32_t code_sigma(const DepthView& depth, double disparity_per_inverse_depth_px, std::uint8_t* codes);
 
 /// '!' stands for a block without depth; the n-th character after it for a sigma of 2^((n - 1) / 8) codes, so that a
 /// character is at most 9 % more than what it stands for.

@@ -1,6 +1,5 @@
 // stereo: a rectified pair to disparities.
 
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <string>
@@ -63,8 +62,7 @@ Json run_stereo(const StereoOptions& options, int repeat) {
       continue;
     }
     ++valid;
-    supported += sigma.samples[i] < 0 ? 1U : 0U;
-    sigma.samples[i] = std::fabs(sigma.samples[i]);
+    supported += matcher.result().kind.data[i] == DisparityKind::supported ? 1U : 0U;
   }
   host::write_pfm(options.out, disparity.view());
   if (!options.sigma.empty()) host::write_pfm(options.sigma, sigma.view());

@@ -178,6 +178,7 @@ DepthMap match(const PlantedWorld& planted, const View& a, const View& b, Stereo
   host::require(plan_panels(camera, a.cam_from_world(), b.cam_from_world(), range, RectificationParams{}, s.plan),
                 "rectification");
   DepthMap map{host::Raster<float>(camera.width, camera.height), host::Raster<float>(camera.width, camera.height)};
+  host::Raster<std::uint64_t> supported(supported_words(camera.width), camera.height);
   for (std::size_t p = 0; p < s.plan.count; ++p) {
     const RectifiedPair& pair = s.plan.panels[p].pair;
     host::Raster<std::uint8_t> left(pair.width, pair.height), right(pair.width, pair.height);
@@ -197,12 +198,17 @@ DepthMap match(const PlantedWorld& planted, const View& a, const View& b, Stereo
                   "stereo");
     bool pending = true;
     while (pending) host::require(s.matcher.step(pair.height, pending), "stereo");
-    host::require(depth_rows(pair, camera, constant(disparity), constant(sigma), 0, camera.height,
-                             {map.inverse.view(), map.sigma.view()}),
+    host::require(depth_rows(pair, camera, s.matcher.result(), 0, camera.height,
+                             {map.inverse.view(), map.sigma.view(), supported.view()}),
                   "depth");
   }
   // As the flight's scorer: a supported depth has no relief of its own.
-  for (float& error : map.sigma.samples) error = std::fmax(error, 0.0F);
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) {
+      const std::uint64_t word = supported.at(x / supported_bits, y);
+      if ((word >> (x % supported_bits) & 1U) != 0) map.sigma.at(x, y) = 0;
+    }
+  }
   return map;
 }
 

@@ -108,23 +108,23 @@ float stated_sigma(float sigma, float count, float scatter, float slope2) {
 }
 
 void finish_row(const float* __restrict centre, const float* __restrict above, const float* __restrict below,
-                const PairSums& sums, std::int32_t width, float* __restrict disparity_px, float* __restrict sigma_px) {
+                const PairSums& sums, std::int32_t width, const DisparityKind* __restrict kind,
+                float* __restrict disparity_px, float* __restrict sigma_px) {
   const float* __restrict sum = sums.sum;
   const float* __restrict count = sums.count;
   const float* __restrict scatter = sums.scatter;
   for (std::int32_t x = 0; x < width; ++x) {
     const float slope2 = squared_slope(centre[x - smoothing_radius], centre[x + smoothing_radius], above[x], below[x]);
-    const float settled = sigma_px[x] - settled_sigma_px;
     const float measured = stated_sigma(sigma_px[x], count[x], scatter[x], slope2);
-    const float stated = settled > 0 ? settled : measured;
+    const float stated = kind[x] == DisparityKind::settled ? sigma_px[x] : measured;
     const bool valid = sigma_px[x] > 0;
     disparity_px[x] = valid ? sum[x] / count[x] : 0.0F;
     sigma_px[x] = valid ? stated : 0.0F;
   }
 }
 
-void smooth(const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, std::int32_t y, float max_step_px,
-            SmoothingWorkspace& w) {
+void smooth(const DisparityView& map, std::int32_t y, float max_step_px, SmoothingWorkspace& w) {
+  const auto& [disparity_px, sigma_px, kind] = map;
   if (y == 0) {
     for (std::int32_t above = -smoothing_radius - 1; above < 0; ++above) {
       take_row(disparity_px, sigma_px, -1, row_of(w, above));
@@ -144,14 +144,13 @@ void smooth(const ImageView<float>& disparity_px, const ImageView<float>& sigma_
     add_pairs_across(centre, row_of(w, target - dy), row_of(w, target + dy), width, max_step_px, sums);
   }
   finish_row(centre, row_of(w, target - smoothing_radius), row_of(w, target + smoothing_radius), sums, width,
-             disparity_px.row(target), sigma_px.row(target));
+             kind.row(target), disparity_px.row(target), sigma_px.row(target));
 }
 
 }  // namespace
 
-void smooth_row(const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, std::int32_t y,
-                float max_step_px, SmoothingWorkspace& w) {
-  with_widest_vectors([&] { smooth(disparity_px, sigma_px, y, max_step_px, w); });
+void smooth_row(const DisparityView& map, std::int32_t y, float max_step_px, SmoothingWorkspace& w) {
+  with_widest_vectors([&] { smooth(map, y, max_step_px, w); });
 }
 
 }  // namespace ilp

@@ -5,14 +5,11 @@
 #include <cstdint>
 
 #include "cfg/limits.hpp"
-#include "fsw/base/image_view.hpp"
+#include "fsw/vision/stereo/disparity_map.hpp"
 
 namespace ilp {
 
 inline constexpr std::int32_t smoothing_radius = 2;
-/// Averaging takes this much from an error above it, and nothing else changes such an error: it is that of the choice
-/// between two surfaces, of which the neighbourhood says no more.
-inline constexpr float settled_sigma_px = 64;
 inline constexpr std::int32_t smoothing_rows = 2 * smoothing_radius + 1;
 
 struct SmoothingWorkspace {
@@ -28,10 +25,10 @@ struct SmoothingWorkspace {
 /// order. Neighbours enter in pairs on opposite sides, both valid and within `max_step_px` of the centre: on a plane
 /// their mean is the centre's true value, at a step they drop out. Valid pixels stay valid, invalid ones invalid.
 ///
-/// On input `sigma_px` is the error of each window alone (peak_sigma), or settled_sigma_px and the final error. On
-/// output it is the error of the average: the error of the windows counts less, and the neighbourhood adds to it by the
-/// scatter of the neighbours, by the number of those that disagree (an edge is near), and by the slope of the ground.
-void smooth_row(const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, std::int32_t y,
-                float max_step_px, SmoothingWorkspace& workspace);
+/// On input the error is that of each window alone (peak_sigma). On output it is the error of the average: the error of
+/// the windows counts less, and the neighbourhood adds to it by the scatter of the neighbours, by the number of those
+/// that disagree (an edge is near), and by the slope of the ground. That of a settled pixel stays as it is: it is that
+/// of the choice between two surfaces, of which the neighbourhood says no more.
+void smooth_row(const DisparityView& map, std::int32_t y, float max_step_px, SmoothingWorkspace& workspace);
 
 }  // namespace ilp

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "fsw/base/vector_width.hpp"
-#include "fsw/vision/stereo/match/disparity_smoothing.hpp"
 #include "fsw/vision/stereo/match/flagged_columns.hpp"
 #include "fsw/vision/stereo/match/patch_difference.hpp"
 
@@ -234,6 +233,12 @@ float share_around(std::int32_t x, std::int32_t y, std::int16_t chosen, std::int
   return static_cast<float>(same) / static_cast<float>(std::max(known, 1));
 }
 
+/// In whole steps of 2^-17 px, the last bit of the sum.
+float in_steps(float sigma_px) {
+  constexpr float sum_px = 64;
+  return (sum_px + sigma_px) - sum_px;
+}
+
 /// The error of a pixel that takes `choice`: of the surface where it surely belongs to it, else of the choice.
 float taken_sigma(std::int32_t x, std::int32_t y, std::int16_t own, const Choice& choice, std::int32_t step,
                   EdgeWorkspace& w) {
@@ -241,11 +246,11 @@ float taken_sigma(std::int32_t x, std::int32_t y, std::int16_t own, const Choice
   const float in_grey = 1.0F / quarters_per_px;
   const float window = own == none ? 0 : std::max(0.0F, window_grey - choice.lead * in_grey);
   const float doubt = choice.difference * in_grey + window + surroundings_grey * (1 - share);
-  if (doubt < most_doubt_grey) return right_surface_sigma_px;
+  if (doubt < most_doubt_grey) return in_steps(right_surface_sigma_px);
   const auto i = static_cast<std::size_t>(x);
   const std::int32_t farthest = std::max(w.highest[i] - choice.quarter_px, choice.quarter_px - (w.lowest[i] + 1));
   const float distance_px = static_cast<float>(farthest) / quarters_per_px;
-  return std::clamp(doubtful_share * distance_px, right_surface_sigma_px, most_sigma_px);
+  return in_steps(std::clamp(doubtful_share * distance_px, right_surface_sigma_px, most_sigma_px));
 }
 
 /// Sets the difference of (x, y), too.
@@ -325,9 +330,9 @@ void share_out(std::int32_t width, std::int32_t step, std::int16_t* own, float* 
   });
 }
 
-void decide_row(const NccRows& rows, const StereoParams& params, std::int32_t y, const ImageView<float>& disparity_px,
-                const ImageView<float>& sigma_px, EdgeWorkspace& w) {
-  const std::int32_t width = sigma_px.width;
+void decide_row(const NccRows& rows, const StereoParams& params, std::int32_t y, const DisparityView& map,
+                EdgeWorkspace& w) {
+  const std::int32_t width = map.sigma_px.width;
   const auto in_quarters = [](double value) { return static_cast<float>(value * quarters_per_px); };
   const double noise = params.noise_grey;
   const Rules rules{static_cast<std::int32_t>(in_quarters(params.surface_step_px)), in_quarters(margin_noises * noise),
@@ -349,35 +354,36 @@ void decide_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
     if (choice.quarter_px == none) return;
     if (choice.contradicted) {
       own[x] = none;
-      sigma_px.at(x, y) = 0;
+      map.sigma_px.at(x, y) = 0;
       return;
     }
-    sigma_px.at(x, y) = settled_sigma_px + taken_sigma(x, y, own[x], choice, rules.step, w);
+    map.sigma_px.at(x, y) = taken_sigma(x, y, own[x], choice, rules.step, w);
+    map.kind.at(x, y) = DisparityKind::settled;
     own[x] = choice.quarter_px;
-    disparity_px.at(x, y) = static_cast<float>(choice.quarter_px) / quarters_per_px;
+    map.disparity_px.at(x, y) = static_cast<float>(choice.quarter_px) / quarters_per_px;
   });
-  if (edges) share_out(width, rules.step, own, sigma_px.row(y), w);
+  if (edges) share_out(width, rules.step, own, map.sigma_px.row(y), w);
 }
 
-void decide_edges(const NccRows& rows, const StereoParams& params, std::int32_t y, const ImageView<float>& disparity_px,
-                  const ImageView<float>& sigma_px, EdgeWorkspace& w) {
+void decide_edges(const NccRows& rows, const StereoParams& params, std::int32_t y, const DisparityView& map,
+                  EdgeWorkspace& w) {
   if (!(params.surface_step_px > 0)) return;
   if (y == 0) {
     for (std::int32_t above = -edge_reach; above < 0; ++above) row_of(w, above).fill(none);
   }
-  take_row(disparity_px, sigma_px, y, row_of(w, y));
+  take_row(map.disparity_px, map.sigma_px, y, row_of(w, y));
   const std::int32_t target = y - edge_reach;
-  if (target < 0 || target >= sigma_px.height) return;
-  if (target % search_tile == 0) measure_brightness(rows, target, disparity_px, sigma_px, w);
-  if (target < patch_radius || target >= sigma_px.height - patch_radius) return;
-  decide_row(rows, params, target, disparity_px, sigma_px, w);
+  if (target < 0 || target >= map.sigma_px.height) return;
+  if (target % search_tile == 0) measure_brightness(rows, target, map.disparity_px, map.sigma_px, w);
+  if (target < patch_radius || target >= map.sigma_px.height - patch_radius) return;
+  decide_row(rows, params, target, map, w);
 }
 
 }  // namespace
 
-void decide_edges_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
-                      const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, EdgeWorkspace& w) {
-  with_widest_vectors([&] { decide_edges(rows, params, y, disparity_px, sigma_px, w); });
+void decide_edges_row(const NccRows& rows, const StereoParams& params, std::int32_t y, const DisparityView& map,
+                      EdgeWorkspace& w) {
+  with_widest_vectors([&] { decide_edges(rows, params, y, map, w); });
 }
 
 }  // namespace ilp

@@ -12,8 +12,8 @@
 #include <cstdint>
 
 #include "cfg/limits.hpp"
-#include "fsw/base/image_view.hpp"
 #include "fsw/vision/stereo/cost/ncc_cost.hpp"
+#include "fsw/vision/stereo/disparity_map.hpp"
 #include "fsw/vision/stereo/stereo_params.hpp"
 
 namespace ilp {
@@ -44,11 +44,11 @@ struct EdgeWorkspace {
 /// counterparts there differ less by twice the noise of the sensor, six times for a nearer surface. A pixel without a
 /// disparity takes one of two surfaces around it if its counterparts are alike there, and differ more in the other by
 /// twice the noise. What would be taken is left empty if counterparts `params.surface_step_px` away on either side are
-/// more alike. `sigma_px` of what is taken over is settled_sigma_px and an error: 0.4 px, or 0.6 of the distance to the
-/// farthest other surface where the choice is doubtful: counterparts differ, a window found another disparity, or the
-/// surroundings are mostly on other surfaces. Decided rows are part of the surroundings of the next ones. Larger
+/// more alike. What is taken over is settled, with an error of 0.4 px, or of 0.6 of the distance to the farthest other
+/// surface where the choice is doubtful: counterparts differ, a window found another disparity, or the surroundings are
+/// mostly on other surfaces. Decided rows are part of the surroundings of the next ones. Larger
 /// disparities are nearer. Of `rows` only sizes, masks and images are read.
-void decide_edges_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
-                      const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, EdgeWorkspace& workspace);
+void decide_edges_row(const NccRows& rows, const StereoParams& params, std::int32_t y, const DisparityView& map,
+                      EdgeWorkspace& workspace);
 
 }  // namespace ilp

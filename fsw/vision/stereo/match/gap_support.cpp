@@ -70,40 +70,41 @@ float sigma_of(const PlanesAcross& planes) {
   return std::sqrt(plane_sigma_px * plane_sigma_px + ends * ends + spread * spread + ground * ground + lonely * lonely);
 }
 
-bool is_gap(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y) {
-  return left_valid.at(x, y) != 0 && !(sigma_px.at(x, y) > 0);
+bool is_gap(MaskView left_valid, const DisparityView& map, std::int32_t x, std::int32_t y) {
+  return left_valid.at(x, y) != 0 && !is_matched(map.kind.at(x, y));
 }
 
 /// The same for the columns of a row, for for_each_flagged.
-auto gap_flag(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t y) {
-  return [valid = left_valid.row(y), sigma = sigma_px.row(y)](std::int32_t x) {
-    return static_cast<int>(valid[x] != 0) & static_cast<int>(!(sigma[x] > 0));
+auto gap_flag(MaskView left_valid, const DisparityView& map, std::int32_t y) {
+  return [valid = left_valid.row(y), kind = map.kind.row(y)](std::int32_t x) {
+    return static_cast<int>(valid[x] != 0) & static_cast<int>(!is_matched(kind[x]));
   };
 }
 
 /// Where the gap that (x, y) begins along a line ends: the row of a match, or -1.
-[[gnu::always_inline]] inline std::int16_t end_of_line(MaskView left_valid, ImageView<const float> sigma_px,
-                                                       std::int32_t x, std::int32_t y, std::int32_t step) {
+[[gnu::always_inline]] inline std::int16_t end_of_line(MaskView left_valid, const DisparityView& map, std::int32_t x,
+                                                       std::int32_t y, std::int32_t step) {
+  const std::int32_t width = map.sigma_px.width, height = map.sigma_px.height;
   std::int32_t v = y + 1;
   std::int32_t w = x + step;
-  while (v < sigma_px.height && w >= 0 && w < sigma_px.width && is_gap(left_valid, sigma_px, w, v)) {
+  while (v < height && w >= 0 && w < width && is_gap(left_valid, map, w, v)) {
     ++v;
     w += step;
   }
-  const bool ends = v < sigma_px.height && w >= 0 && w < sigma_px.width && sigma_px.at(w, v) > 0;
+  const bool ends = v < height && w >= 0 && w < width && is_matched(map.kind.at(w, v));
   return static_cast<std::int16_t>(ends ? v : -1);
 }
 
 /// Makes `line` that of the gap pixel (x, y). A line of gap pixels is searched for its end once, and only if a match is
 /// above them.
-[[gnu::always_inline]] inline void follow(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t x,
-                                          std::int32_t y, std::int32_t step, GapLine& line) {
+[[gnu::always_inline]] inline void follow(MaskView left_valid, const DisparityView& map, std::int32_t x, std::int32_t y,
+                                          std::int32_t step, GapLine& line) {
   if (line.latest + 1 != y) {
     const std::int32_t u = x - step;
-    const bool inside = y > 0 && u >= 0 && u < sigma_px.width;
-    line.above = static_cast<std::int16_t>(inside && sigma_px.at(u, y - 1) > 0 ? y - 1 : -1);
+    const bool inside = y > 0 && u >= 0 && u < map.sigma_px.width;
+    line.above = static_cast<std::int16_t>(inside && is_matched(map.kind.at(u, y - 1)) ? y - 1 : -1);
     line.below = -1;
-    if (line.above >= 0) line.below = end_of_line(left_valid, sigma_px, x, y, step);
+    if (line.above >= 0) line.below = end_of_line(left_valid, map, x, y, step);
   }
   line.latest = static_cast<std::int16_t>(y);
 }
@@ -133,10 +134,10 @@ struct GapWindow {
 
 /// One pixel of a row.
 [[gnu::always_inline]] inline void add_pixel(const GapWindow& g, const std::uint8_t* left, const std::uint8_t* right,
-                                             const std::uint8_t* valid, const float* sigma, std::int32_t u,
+                                             const std::uint8_t* valid, const DisparityKind* kind, std::int32_t u,
                                              Sums& sums) {
   const std::int32_t difference = left[u] - g.centre;
-  if (sigma[u] > 0 || valid[u] == 0 || difference > g.same_grey || difference < -g.same_grey) return;
+  if (is_matched(kind[u]) || valid[u] == 0 || difference > g.same_grey || difference < -g.same_grey) return;
   const std::int32_t l = left[u];
   const std::int32_t r = right[u - g.whole] * (quarters - g.fraction) + right[u - g.whole + 1] * g.fraction;
   ++sums.count;
@@ -157,14 +158,14 @@ struct LaneSums {
 
   /// Columns from u on, those of `in_window` only.
   [[gnu::always_inline]] void add(const GapWindow& g, const std::uint8_t* left_row, const std::uint8_t* right_row,
-                                  const std::uint8_t* valid, const float* sigma, std::int32_t u, I16 in_window) {
-    using Floats [[gnu::vector_size(16)]] = float;
+                                  const std::uint8_t* valid, const DisparityKind* kind, std::int32_t u, I16 in_window) {
     const I16 grey = lanes::words_at(left_row + u);
     const I16 difference = grey - static_cast<std::int16_t>(g.centre);
     const auto most = static_cast<std::int16_t>(g.same_grey);
-    const auto empty = lanes::words_of(lanes::load<Floats>(sigma + u) <= 0, lanes::load<Floats>(sigma + u + 4) <= 0);
-    const I16 takes = in_window & empty & (lanes::words_at(valid + u) != 0) & (difference <= most) &
-                      (difference >= static_cast<std::int16_t>(-most));
+    const I16 kinds = lanes::words_at(reinterpret_cast<const std::uint8_t*>(kind + u));
+    constexpr auto supported = static_cast<std::int16_t>(DisparityKind::supported);
+    const I16 takes = in_window & ((kinds & ~supported) == 0) & (lanes::words_at(valid + u) != 0) &
+                      (difference <= most) & (difference >= static_cast<std::int16_t>(-most));
     const I16 l = grey & takes;
     const I16 r = (lanes::words_at(right_row + u - g.whole) * static_cast<std::int16_t>(quarters - g.fraction) +
                    lanes::words_at(right_row + u - g.whole + 1) * static_cast<std::int16_t>(g.fraction)) &
@@ -191,7 +192,7 @@ struct LaneSums {
 };
 
 /// Over the gap pixels near (x, y) that are as bright as it; the right image is at `quarter_px` quarters.
-[[gnu::always_inline]] inline Sums sums_over_gap(const NccRows& rows, ImageView<const float> sigma_px, std::int32_t x,
+[[gnu::always_inline]] inline Sums sums_over_gap(const NccRows& rows, const DisparityView& map, std::int32_t x,
                                                  std::int32_t y, std::int32_t quarter_px, std::int32_t same_grey) {
   GapWindow g;
   g.whole = -(-quarter_px >> 2);
@@ -215,12 +216,12 @@ struct LaneSums {
     const std::uint8_t* left = rows.left.row(v);
     const std::uint8_t* right = rows.right.row(v);
     const std::uint8_t* valid = rows.left_valid.row(v);
-    const float* sigma = sigma_px.row(v);
+    const DisparityKind* kind = map.kind.row(v);
     if (fits) {
-      first.add(g, left, right, valid, sigma, g.first, in_first);
-      second.add(g, left, right, valid, sigma, g.first + lanes::words, in_second);
+      first.add(g, left, right, valid, kind, g.first, in_first);
+      second.add(g, left, right, valid, kind, g.first + lanes::words, in_second);
     }
-    for (std::int32_t u = single; u <= g.last; ++u) add_pixel(g, left, right, valid, sigma, u, sums);
+    for (std::int32_t u = single; u <= g.last; ++u) add_pixel(g, left, right, valid, kind, u, sums);
   }
   first.add_to(sums);
   second.add_to(sums);
@@ -228,12 +229,12 @@ struct LaneSums {
 }
 
 /// Whether the images confirm a disparity of the gap pixel (x, y).
-[[gnu::always_inline]] inline bool is_seen_again(const NccRows& rows, ImageView<const float> sigma_px, std::int32_t x,
+[[gnu::always_inline]] inline bool is_seen_again(const NccRows& rows, const DisparityView& map, std::int32_t x,
                                                  std::int32_t y, float d, std::int32_t same_grey) {
   const auto quarter_px = static_cast<std::int32_t>(std::floor(d * quarters + 0.5F));
   const std::int32_t target = x - ((quarter_px + 2) >> 2);
   if (target < 0 || target >= rows.right.width || rows.right_valid.at(target, y) == 0) return false;
-  const Sums sums = sums_over_gap(rows, sigma_px, x, y, quarter_px, same_grey);
+  const Sums sums = sums_over_gap(rows, map, x, y, quarter_px, same_grey);
   if (sums.count < least_support) return false;
   // Times the count, and grey values of the right image times four.
   const std::int64_t n = sums.count;
@@ -264,91 +265,94 @@ void begin_gaps(GapWorkspace& workspace) {
 
 namespace {
 
-void propose_gaps(const NccRows& rows, const StereoParams& params, std::int32_t y, const ImageView<float>& disparity_px,
-                  const ImageView<float>& sigma_px, GapWorkspace& workspace) {
-  const std::int32_t width = sigma_px.width;
+void propose_gaps(const NccRows& rows, const StereoParams& params, std::int32_t y, const DisparityView& map,
+                  GapWorkspace& workspace) {
+  const std::int32_t width = map.sigma_px.width;
   const auto same_grey = static_cast<std::int32_t>(std::lround(same_surface_sigmas * params.noise_grey));
   std::int32_t run_end = 0;
   std::int32_t run_begin = 0;
-  for_each_flagged(0, width, gap_flag(rows.left_valid, sigma_px, y), [&](std::int32_t x) {
+  for_each_flagged(0, width, gap_flag(rows.left_valid, map, y), [&](std::int32_t x) {
     if (x >= run_end) {
       run_begin = x;
-      for (run_end = x + 1; run_end < width && is_gap(rows.left_valid, sigma_px, run_end, y);) ++run_end;
+      for (run_end = x + 1; run_end < width && is_gap(rows.left_valid, map, run_end, y);) ++run_end;
     }
     PlanesAcross planes;
     Sides across;
-    if (run_begin > 0 && run_end < width && sigma_px.at(run_begin - 1, y) > 0 && sigma_px.at(run_end, y) > 0) {
-      across = {x - run_begin + 1, run_end - x, disparity_px.at(run_begin - 1, y), disparity_px.at(run_end, y)};
+    if (run_begin > 0 && run_end < width && is_matched(map.kind.at(run_begin - 1, y)) &&
+        is_matched(map.kind.at(run_end, y))) {
+      across = {x - run_begin + 1, run_end - x, map.disparity_px.at(run_begin - 1, y), map.disparity_px.at(run_end, y)};
     }
     consider(across, params, planes);
     for (std::size_t k = 0; k < steps_x.size(); ++k) {
       const std::int32_t step = steps_x[k];
       // Pixels of one line have one number.
-      const std::int32_t number = x - step * y + (step > 0 ? sigma_px.height - 1 : 0);
+      const std::int32_t number = x - step * y + (step > 0 ? map.sigma_px.height - 1 : 0);
       GapLine& line = workspace.down[k][static_cast<std::size_t>(number)];
-      follow(rows.left_valid, sigma_px, x, y, step, line);
-      consider(sides_down(disparity_px, x, y, step, line), params, planes);
+      follow(rows.left_valid, map, x, y, step, line);
+      consider(sides_down(map.disparity_px, x, y, step, line), params, planes);
     }
-    if (planes.count == 0 || !is_seen_again(rows, sigma_px, x, y, planes.disparity_px, same_grey)) return;
-    disparity_px.at(x, y) = planes.disparity_px;
-    sigma_px.at(x, y) = -sigma_of(planes);
+    if (planes.count == 0 || !is_seen_again(rows, map, x, y, planes.disparity_px, same_grey)) return;
+    map.disparity_px.at(x, y) = planes.disparity_px;
+    map.sigma_px.at(x, y) = sigma_of(planes);
+    map.kind.at(x, y) = DisparityKind::supported;
     ++workspace.proposals;
   });
 }
 
 }  // namespace
 
-void propose_gap_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
-                     const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, GapWorkspace& workspace) {
-  with_widest_vectors([&] { propose_gaps(rows, params, y, disparity_px, sigma_px, workspace); });
+void propose_gap_row(const NccRows& rows, const StereoParams& params, std::int32_t y, const DisparityView& map,
+                     GapWorkspace& workspace) {
+  with_widest_vectors([&] { propose_gaps(rows, params, y, map, workspace); });
 }
 
 namespace {
 
-void connect_gaps(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t y, const StereoParams& params,
+void connect_gaps(MaskView left_valid, const DisparityView& map, std::int32_t y, const StereoParams& params,
                   PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
-  const std::int32_t width = sigma_px.width;
+  const std::int32_t width = map.sigma_px.width;
   const std::int32_t row = y * width;
-  const float* sigma = sigma_px.row(y);
   std::int32_t end = 0;
-  for_each_flagged(0, width, gap_flag(left_valid, sigma_px, y), [&](std::int32_t begin) {
+  for_each_flagged(0, width, gap_flag(left_valid, map, y), [&](std::int32_t begin) {
     if (begin < end) return;
     // A tree of every run of gap pixels.
     std::int32_t proposed = 0;
-    for (end = begin; end < width && is_gap(left_valid, sigma_px, end, y); ++end) {
-      proposed += sigma[end] < 0 ? 1 : 0;
+    for (end = begin; end < width && is_gap(left_valid, map, end, y); ++end) {
+      proposed += map.kind.at(end, y) == DisparityKind::supported ? 1 : 0;
       links[row + end] = row + begin;
     }
     links[row + begin] = -(sum_offset + 100 * proposed - params.gap_least_percent * (end - begin));
     if (y == 0) return;
     bool joined = false;
     for (std::int32_t x = begin; x < end; ++x) {
-      const bool gap_above = is_gap(left_valid, sigma_px, x, y - 1);
+      const bool gap_above = is_gap(left_valid, map, x, y - 1);
       if (gap_above && !joined) join(links, row + begin, row - width + x, sum_offset);
       joined = gap_above;
     }
   });
 }
 
-void accept_gaps(ImageView<float> sigma_px, std::int32_t y, PixelForest& workspace) {
+void accept_gaps(const DisparityView& map, std::int32_t y, PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
-  float* sigma = sigma_px.row(y);
-  const auto is_proposed = [=](std::int32_t x) { return static_cast<int>(sigma[x] < 0); };
-  for_each_flagged(0, sigma_px.width, is_proposed, [&](std::int32_t x) {
-    if (-links[root_of(links, y * sigma_px.width + x)] < sum_offset + 100 * pixels_by_chance) sigma[x] = 0;
+  DisparityKind* const kind = map.kind.row(y);
+  const auto is_proposed = [kind](std::int32_t x) { return static_cast<int>(kind[x] == DisparityKind::supported); };
+  for_each_flagged(0, map.sigma_px.width, is_proposed, [&](std::int32_t x) {
+    if (-links[root_of(links, y * map.sigma_px.width + x)] >= sum_offset + 100 * pixels_by_chance) return;
+    kind[x] = DisparityKind::none;
+    map.sigma_px.at(x, y) = 0;
   });
 }
 
 }  // namespace
 
-void connect_gap_row(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t y, const StereoParams& params,
+void connect_gap_row(MaskView left_valid, const DisparityView& map, std::int32_t y, const StereoParams& params,
                      PixelForest& workspace) {
-  with_widest_vectors([&] { connect_gaps(left_valid, sigma_px, y, params, workspace); });
+  with_widest_vectors([&] { connect_gaps(left_valid, map, y, params, workspace); });
 }
 
-void accept_gap_row(ImageView<float> sigma_px, std::int32_t y, PixelForest& workspace) {
-  with_widest_vectors([&] { accept_gaps(sigma_px, y, workspace); });
+void accept_gap_row(const DisparityView& map, std::int32_t y, PixelForest& workspace) {
+  with_widest_vectors([&] { accept_gaps(map, y, workspace); });
 }
 
 }  // namespace ilp

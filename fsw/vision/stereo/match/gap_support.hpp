@@ -14,6 +14,7 @@
 #include "cfg/limits.hpp"
 #include "fsw/base/image_view.hpp"
 #include "fsw/vision/stereo/cost/ncc_cost.hpp"
+#include "fsw/vision/stereo/disparity_map.hpp"
 #include "fsw/vision/stereo/match/pixel_forest.hpp"
 #include "fsw/vision/stereo/stereo_params.hpp"
 
@@ -34,18 +35,18 @@ struct GapWorkspace {
 /// Before the first row.
 void begin_gaps(GapWorkspace& workspace);
 
-/// Proposes disparities for the gaps of row `y`: pixels inside the left mask with sigma 0. A proposal has minus its
-/// sigma. The map must be complete but for proposals; rows come in order. Only sizes, masks and images of `rows` are
-/// read.
-void propose_gap_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
-                     const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, GapWorkspace& workspace);
+/// Proposes disparities for the gaps of row `y`: pixels of the kind `none` inside the left mask. Proposals are of the
+/// kind `supported`. The map must be complete but for them; rows come in order. Only sizes, masks and images of `rows`
+/// are read.
+void propose_gap_row(const NccRows& rows, const StereoParams& params, std::int32_t y, const DisparityView& map,
+                     GapWorkspace& workspace);
 
 /// Joins the gap pixels of row `y` to their left and upper neighbours. Rows come in order, after their proposals.
-void connect_gap_row(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t y, const StereoParams& params,
+void connect_gap_row(MaskView left_valid, const DisparityView& map, std::int32_t y, const StereoParams& params,
                      PixelForest& workspace);
 
 /// After all rows are connected: takes the proposals of row `y` back where fewer of their gap have one than
 /// `params.gap_least_percent`, and a few by chance.
-void accept_gap_row(ImageView<float> sigma_px, std::int32_t y, PixelForest& workspace);
+void accept_gap_row(const DisparityView& map, std::int32_t y, PixelForest& workspace);
 
 }  // namespace ilp

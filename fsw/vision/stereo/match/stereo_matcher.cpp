@@ -88,7 +88,7 @@ Status StereoMatcher::begin(GrayView left, GrayView right, MaskView left_valid, 
   range_ = range;
   params_ = params;
   penalties_ = make_path_penalties(params);
-  result_ = result;
+  result_ = {result.disparity_px, result.sigma_px, {workspace.kinds.data(), left.width, left.height}};
   workspace_ = &workspace;
   phase_ = Phase::match;
   row_ = 0;
@@ -259,16 +259,23 @@ void StereoMatcher::filter_row(std::int32_t y) {
   const std::int32_t recovered = checked - 1;
   if (recovered < 0) return;
   recover_row(rows_, range_, params_, recovered, result_.disparity_px, result_.sigma_px);
-  decide_edges_row(rows_, params_, recovered, result_.disparity_px, result_.sigma_px, workspace_->edges);
+  if (recovered < rows_.left.height) {
+    std::fill_n(result_.kind.row(recovered), rows_.left.width, DisparityKind::measured);
+  }
+  decide_edges_row(rows_, params_, recovered, result_, workspace_->edges);
   const std::int32_t decided = recovered - edge_reach;
   if (decided < 0) return;
-  smooth_row(result_.disparity_px, result_.sigma_px, decided, static_cast<float>(params_.smoothing_step_px),
-             workspace_->smoothing);
+  smooth_row(result_, decided, static_cast<float>(params_.smoothing_step_px), workspace_->smoothing);
   const std::int32_t smoothed = decided - smoothing_radius;
-  if (params_.matcher != StereoMatcherChoice::ordered_scanline || smoothed < 0) return;
-  // The path had the order, but recovery and fractions of a pixel may break it.
-  keep_ordered_row(rows_.left.width, result_.disparity_px.row(smoothed), result_.sigma_px.row(smoothed),
-                   workspace_->matcher.semi_global.ordering);
+  if (smoothed < 0) return;
+  if (params_.matcher == StereoMatcherChoice::ordered_scanline) {
+    // The path had the order, but recovery and fractions of a pixel may break it.
+    keep_ordered_row(rows_.left.width, result_.disparity_px.row(smoothed), result_.sigma_px.row(smoothed),
+                     workspace_->matcher.semi_global.ordering);
+  }
+  const float* __restrict sigma = result_.sigma_px.row(smoothed);
+  DisparityKind* __restrict kind = result_.kind.row(smoothed);
+  for (std::int32_t x = 0; x < rows_.left.width; ++x) kind[x] = sigma[x] > 0 ? kind[x] : DisparityKind::none;
 }
 
 std::int32_t StereoMatcher::rows_of(Phase phase) const {
@@ -317,11 +324,11 @@ void StereoMatcher::do_row() {
       return filter_row(row_);
     case Phase::propose:
       if (row_ == 0) begin_gaps(w.gaps);
-      return propose_gap_row(rows_, params_, row_, result_.disparity_px, result_.sigma_px, w.gaps);
+      return propose_gap_row(rows_, params_, row_, result_, w.gaps);
     case Phase::connect:
-      return connect_gap_row(rows_.left_valid, result_.sigma_px, row_, params_, w.segments);
+      return connect_gap_row(rows_.left_valid, result_, row_, params_, w.segments);
     case Phase::accept:
-      return accept_gap_row(result_.sigma_px, row_, w.segments);
+      return accept_gap_row(result_, row_, w.segments);
     case Phase::done:
       return;
   }

@@ -11,6 +11,7 @@
 #include "fsw/vision/stereo/band/stereo_band.hpp"
 #include "fsw/vision/stereo/cost/coarse_level.hpp"
 #include "fsw/vision/stereo/cost/ncc_cost.hpp"
+#include "fsw/vision/stereo/disparity_map.hpp"
 #include "fsw/vision/stereo/disparity_range.hpp"
 #include "fsw/vision/stereo/match/disparity_border.hpp"
 #include "fsw/vision/stereo/match/disparity_selection.hpp"
@@ -50,7 +51,11 @@ struct MatchedRow {
 };
 
 struct StereoWorkspace {
-  NccWorkspace ncc;
+  union {
+    NccWorkspace ncc;
+    /// Of the result, when all rows are matched. They last until another pair is matched.
+    std::array<DisparityKind, limits::max_rectified_pixels> kinds;
+  };
   RowMatcherWorkspace matcher;
   SelectionWorkspace selection;
   PixelForest segments;
@@ -61,13 +66,6 @@ struct StereoWorkspace {
   std::array<MatchedRow, static_cast<std::size_t>(max_rows_at_once)> rows;
   alignas(64) std::array<std::uint8_t, max_cost_entries> cost_row;
   std::array<SearchRow, static_cast<std::size_t>(max_search_bands)> search;  ///< by band of search_tile rows
-};
-
-/// Disparities x_left - x_right on the left image's grid; sigma (one sigma, px) is 0 for pixels without a disparity,
-/// and minus the sigma for those that their surroundings support (gap_support.hpp).
-struct DisparityView {
-  ImageView<float> disparity_px;
-  ImageView<float> sigma_px;
 };
 
 /// A band of rows that somebody else matches.
@@ -81,14 +79,15 @@ struct StereoBandJob {
 /// search, then at the full one. Views must outlive the last step; until then the result holds intermediate values.
 class StereoMatcher {
  public:
-  /// Both images, the masks and the result have the same size. Grey outside a mask should continue the image
-  /// (resampling does so). Errors: `invalid_argument` (sizes, range empty, parameters), `image_too_large`,
-  /// `disparity_range_exceeded` when the range holds more than limits::max_disparities.
+  /// Both images, the masks and the result have the same size; the result's kinds are in the workspace. Grey outside a
+  /// mask should continue the image (resampling does so). Errors: `invalid_argument` (sizes, range empty, parameters),
+  /// `image_too_large`, `disparity_range_exceeded` when the range holds more than limits::max_disparities.
   Status begin(GrayView left, GrayView right, MaskView left_valid, MaskView right_valid, const DisparityRange& range,
                const StereoParams& params, StereoWorkspace& workspace, const DisparityView& result);
 
   /// Does up to `rows` scanlines of work. The result is final when `pending` is false.
   Status step(std::int32_t rows, bool& pending);
+  [[nodiscard]] const DisparityView& result() const { return result_; }
 
   /// The rows of the full resolution are matched by whoever does `job`, band by band: while wants_band(), no step is
   /// made. False, and all is as without, where the pair is not of a kind that jobs match. Call it after begin(); `job`

@@ -105,14 +105,14 @@ double VerticalResidual::median_px() const {
   return 0;
 }
 
-void add_vertical_residuals(GrayView left, GrayView right, MaskView right_valid, ImageView<const float> disparity_px,
-                            ImageView<const float> disparity_sigma_px, VerticalResidual& residual) {
+void add_vertical_residuals(GrayView left, GrayView right, MaskView right_valid, const DisparityView& map,
+                            VerticalResidual& residual) {
   constexpr std::int32_t border = radius + reach;
   with_widest_vectors([&] {
     for (std::int32_t y = grid_px; y < left.height - border; y += grid_px) {
       for (std::int32_t x = grid_px; x < left.width - radius; x += grid_px) {
-        if (!(disparity_sigma_px.at(x, y) > 0)) continue;
-        const auto xr = static_cast<std::int32_t>(std::floor(static_cast<float>(x) - disparity_px.at(x, y) + 0.5F));
+        if (!is_matched(map.kind.at(x, y))) continue;
+        const auto xr = static_cast<std::int32_t>(std::floor(static_cast<float>(x) - map.disparity_px.at(x, y) + 0.5F));
         if (xr < radius || xr >= right.width - radius) continue;
         if (right_valid.at(xr, y - border) == 0 || right_valid.at(xr, y + border) == 0) continue;
         const double distance = distance_of(left, x, y, right, xr);

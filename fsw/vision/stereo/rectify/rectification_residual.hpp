@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "fsw/base/image_view.hpp"
+#include "fsw/vision/stereo/disparity_map.hpp"
 
 namespace ilp {
 
@@ -23,10 +24,10 @@ struct VerticalResidual {
 inline constexpr double max_vertical_residual_px = 0.8;
 inline constexpr std::uint32_t min_vertical_residuals = 40;
 
-/// Takes every eighth pixel of every eighth row with a disparity (sigma > 0) and with structure along the column.
+/// Takes every eighth pixel of every eighth row that is matched and has structure along the column.
 /// Correlates a window of 7x7 px of the left image with the right one at the disparity, up to max_px above and below,
 /// and takes the vertex of the parabola through the best. All views have the same size.
-void add_vertical_residuals(GrayView left, GrayView right, MaskView right_valid, ImageView<const float> disparity_px,
-                            ImageView<const float> disparity_sigma_px, VerticalResidual& residual);
+void add_vertical_residuals(GrayView left, GrayView right, MaskView right_valid, const DisparityView& map,
+                            VerticalResidual& residual);
 
 }  // namespace ilp

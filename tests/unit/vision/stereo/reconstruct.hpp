@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <memory>
 
 #include "fsw/vision/stereo/depth/depth.hpp"
@@ -38,15 +37,18 @@ struct DepthMap {
 struct Disparities {
   std::int32_t width = 0, height = 0;
   std::vector<float> disparity, sigma;
+  std::vector<DisparityKind> kind;
 
-  [[nodiscard]] ImageView<const float> disparity_view() const { return {disparity.data(), width, height}; }
-  [[nodiscard]] ImageView<const float> sigma_view() const { return {sigma.data(), width, height}; }
+  [[nodiscard]] DisparityView view() {
+    return {{disparity.data(), width, height}, {sigma.data(), width, height}, {kind.data(), width, height}};
+  }
 };
 
 inline Disparities match(const Rectified& r, const DisparityRange& range) {
   static const auto workspace = std::make_unique<StereoWorkspace>();
   const std::int32_t width = r.left.view().width, height = r.left.view().height;
-  Disparities out{width, height, std::vector<float>(r.left.pixels.size()), std::vector<float>(r.left.pixels.size())};
+  Disparities out{
+      width, height, std::vector<float>(r.left.pixels.size()), std::vector<float>(r.left.pixels.size()), {}};
   StereoMatcher matcher;
   EXPECT_TRUE(matcher
                   .begin(r.left.view(), r.right.view(), r.left_valid.view(), r.right_valid.view(), range, {},
@@ -54,18 +56,21 @@ inline Disparities match(const Rectified& r, const DisparityRange& range) {
                   .ok());
   bool pending = true;
   while (pending) EXPECT_TRUE(matcher.step(50, pending).ok());
+  out.kind.assign(matcher.result().kind.data, matcher.result().kind.data + out.disparity.size());
   return out;
 }
 
 /// Adds what one pair gives to the map.
 inline void reconstruct(const View& a, const View& b, const RectifiedPair& pair, const DisparityRange& range,
                         DepthMap& map) {
-  const Disparities d = match(resample(pair, a, b), range);
-  EXPECT_TRUE(depth_rows(pair, a.camera, d.disparity_view(), d.sigma_view(), 0, a.camera.height,
+  Disparities d = match(resample(pair, a, b), range);
+  const std::int32_t words = supported_words(a.camera.width);
+  std::vector<std::uint64_t> supported(static_cast<std::size_t>(words * a.camera.height));
+  EXPECT_TRUE(depth_rows(pair, a.camera, d.view(), 0, a.camera.height,
                          {{map.inverse_depth.data(), a.camera.width, a.camera.height},
-                          {map.sigma.data(), a.camera.width, a.camera.height}})
+                          {map.sigma.data(), a.camera.width, a.camera.height},
+                          {supported.data(), words, a.camera.height}})
                   .ok());
-  for (float& sigma : map.sigma) sigma = std::fabs(sigma);
 }
 
 inline DepthMap empty_map(const View& a) {

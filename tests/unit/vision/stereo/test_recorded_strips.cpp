@@ -96,9 +96,12 @@ PairResult reconstruct(const std::string& folder, const StripImage& a, const Str
   const auto pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
   std::vector<float> inverse_depth(pixels);
   std::vector<float> depth_sigma(pixels);
-  EXPECT_TRUE(depth_rows(pair, camera, view.disparity_px, view.sigma_px, 0, camera.height,
+  const std::int32_t words = supported_words(camera.width);
+  std::vector<std::uint64_t> supported(static_cast<std::size_t>(words * camera.height));
+  EXPECT_TRUE(depth_rows(pair, camera, matcher.result(), 0, camera.height,
                          {{inverse_depth.data(), camera.width, camera.height},
-                          {depth_sigma.data(), camera.width, camera.height}})
+                          {depth_sigma.data(), camera.width, camera.height},
+                          {supported.data(), words, camera.height}})
                   .ok());
   for (const Vec3& p : seen) {
     const Vec2 pixel = project(camera, pose_a, p);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <memory>
 
@@ -148,21 +149,30 @@ TEST_F(VectorWidths, GiveTheSameDepthWithTheSameErrors) {
       const auto& [pair, range] = r.plan->panels[i];
       const auto pixels = static_cast<std::size_t>(pair.width) * static_cast<std::size_t>(pair.height);
       std::vector<float> disparity(pixels), sigma(pixels);
+      std::vector<DisparityKind> kind(pixels);
       Rng rng(3);
       for (std::size_t k = 0; k < pixels; ++k) {
-        // Also steps, empty pixels, and supported ones, which have a negative sigma.
+        // Also steps, empty pixels, and supported ones.
         const double chance = rng.uniform();
         disparity[k] = static_cast<float>(range.min_px + 0.4 * (range.max_px - range.min_px) + 1.2 * chance);
-        sigma[k] = chance < 0.1 ? 0.0F : static_cast<float>(chance < 0.2 ? -0.4 : 0.1 + chance);
+        sigma[k] = chance < 0.1 ? 0.0F : static_cast<float>(0.1 + chance);
+        if (chance < 0.2) kind[k] = DisparityKind::supported;
       }
       const std::size_t area = static_cast<std::size_t>(r.camera.width) * static_cast<std::size_t>(r.camera.height);
       expect_same([&] {
         std::vector<float> both(2 * area);
-        EXPECT_TRUE(depth_rows(pair, r.camera, {disparity.data(), pair.width, pair.height},
-                               {sigma.data(), pair.width, pair.height}, 0, r.camera.height,
+        const std::int32_t words = supported_words(r.camera.width);
+        std::vector<std::uint64_t> supported(static_cast<std::size_t>(words * r.camera.height));
+        EXPECT_TRUE(depth_rows(pair, r.camera,
+                               {{disparity.data(), pair.width, pair.height},
+                                {sigma.data(), pair.width, pair.height},
+                                {kind.data(), pair.width, pair.height}},
+                               0, r.camera.height,
                                {{both.data(), r.camera.width, r.camera.height},
-                                {both.data() + area, r.camera.width, r.camera.height}})
+                                {both.data() + area, r.camera.width, r.camera.height},
+                                {supported.data(), words, r.camera.height}})
                         .ok());
+        for (const std::uint64_t word : supported) both.push_back(static_cast<float>(std::popcount(word)));
         return both;
       });
     }

@@ -279,11 +279,11 @@ TEST(CarryCoverage, ADescendingCameraClaimsGroundAgainOnceItSeesItFinerByTheRati
 }
 
 TEST(DropUncertainDepths, TakesAwayWhatHasALargerSigmaThanItsShareOfTheDistanceAndNothingElse) {
-  std::vector<float> inverse{0.01F, 0.01F, 0.01F, 0.01F, 0.0F, -0.01F};
-  std::vector<float> sigma{0.0001F, 0.0003F, -0.0001F, -0.0003F, 0.0001F, 0.0001F};
-  drop_uncertain_depths(0.02, {{inverse.data(), 6, 1}, {sigma.data(), 6, 1}});
-  EXPECT_EQ(inverse, (std::vector<float>{0.01F, 0, 0.01F, 0, 0, 0}));
-  EXPECT_EQ(sigma, (std::vector<float>{0.0001F, 0, -0.0001F, 0, 0, 0}));
+  std::vector<float> inverse{0.01F, 0.01F, 0.0F, -0.01F};
+  std::vector<float> sigma{0.0001F, 0.0003F, 0.0001F, 0.0001F};
+  drop_uncertain_depths(0.02, {{inverse.data(), 4, 1}, {sigma.data(), 4, 1}, {}});
+  EXPECT_EQ(inverse, (std::vector<float>{0.01F, 0, 0, 0}));
+  EXPECT_EQ(sigma, (std::vector<float>{0.0001F, 0, 0, 0}));
 }
 
 TEST(CarryCoverage, RefusesSizesThatDoNotFit) {

@@ -131,7 +131,13 @@ TEST(SeenCells, FromStoredMapsAreThoseOfTheDepthItself) {
   ASSERT_TRUE(encode_depth(plane.inverse_depths(), plane.sigmas(), masks, stored.coding,
                            {codes.data(), Plane::width, Plane::height})
                   .ok());
-  code_sigma(plane.sigmas(), stored.disparity_per_inverse_depth_px, sigma_codes.data());
+  std::vector<std::uint64_t> supported(static_cast<std::size_t>(supported_words(Plane::width) * Plane::height));
+  std::vector<float> sigma = plane.sigma;
+  EXPECT_EQ(code_sigma({{},
+                        {sigma.data(), Plane::width, Plane::height},
+                        {supported.data(), supported_words(Plane::width), Plane::height}},
+                       stored.disparity_per_inverse_depth_px, sigma_codes.data()),
+            0U);
   stored.codes = {codes.data(), Plane::width, Plane::height};
   stored.sigma_codes = {sigma_codes.data(), Plane::width, Plane::height};
   const auto cells = std::make_unique<SeenCells>();

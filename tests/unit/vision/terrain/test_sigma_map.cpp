@@ -35,10 +35,26 @@ TEST(SigmaMap, EveryCodeComesBackWithinNinePercentAndNeverSmaller) {
 }
 
 TEST(SigmaMap, CodesAreRoundedUpAndSayWhatIsSupported) {
-  const std::vector<float> sigma = {0, 0.1F, -0.1F, 100, -100, 1.0F / 64};
-  std::vector<std::uint8_t> codes(sigma.size());
-  code_sigma({sigma.data(), static_cast<std::int32_t>(sigma.size()), 1}, 1, codes.data());
-  EXPECT_EQ(codes, (std::vector<std::uint8_t>{0, 7, 128 + 7, 127, 128 + 127, 1}));
+  // Two rows of 66 pixels, so that the last two of each are in a word of their own.
+  constexpr std::int32_t width = 66;
+  std::vector<float> sigma(2 * width);
+  std::vector<std::uint8_t> expected(sigma.size()), codes(sigma.size());
+  std::vector<std::uint64_t> supported(4);
+  const auto put = [&](std::size_t x, std::size_t y, float error, bool is_supported, int code) {
+    sigma[y * width + x] = error;
+    if (is_supported) supported[2 * y + x / 64] |= std::uint64_t{1} << (x % 64);
+    expected[y * width + x] = static_cast<std::uint8_t>(code);
+  };
+  put(1, 0, 0.1F, false, 7);
+  put(2, 0, 0.1F, true, 128 + 7);
+  put(3, 0, 100, false, 127);
+  put(63, 0, 100, true, 128 + 127);
+  put(64, 0, 1.0F / 64, false, 1);
+  put(65, 0, 1.0F / 64, true, 128 + 1);
+  put(0, 1, 1.0F / 64, true, 128 + 1);
+  put(65, 1, 0, true, 0);
+  EXPECT_EQ(code_sigma({{}, {sigma.data(), width, 2}, {supported.data(), 2, 2}}, 1, codes.data()), 4U);
+  EXPECT_EQ(codes, expected);
 }
 
 TEST(SigmaMap, ABlockSaysTheMedianOfWhatTheMaskClaims) {

@@ -17,17 +17,22 @@ namespace {
 struct Map {
   std::int32_t width, height;
   std::vector<float> disparity, sigma;
+  std::vector<DisparityKind> kind;
 
   Map(std::int32_t w, std::int32_t h)
-      : width(w), height(h), disparity(static_cast<std::size_t>(w * h), 0), sigma(disparity.size(), 1) {}
+      : width(w),
+        height(h),
+        disparity(static_cast<std::size_t>(w * h), 0),
+        sigma(disparity.size(), 1),
+        kind(disparity.size()) {}
   [[nodiscard]] ImageView<float> d() { return {disparity.data(), width, height}; }
   [[nodiscard]] ImageView<float> s() { return {sigma.data(), width, height}; }
+  [[nodiscard]] DisparityView view() { return {d(), s(), {kind.data(), width, height}}; }
 };
 
 void smooth(Map& map, float max_step_px) {
   const auto workspace = std::make_unique<SmoothingWorkspace>();
-  for (std::int32_t y = 0; y < map.height + smoothing_radius; ++y)
-    smooth_row(map.d(), map.s(), y, max_step_px, *workspace);
+  for (std::int32_t y = 0; y < map.height + smoothing_radius; ++y) smooth_row(map.view(), y, max_step_px, *workspace);
 }
 
 /// A slope seen by both images through masks with a slanted left end; disparities reach 8 to 14 px.
@@ -177,6 +182,16 @@ TEST(DisparitySmoothing, EdgesSlopesAndLonelyPixelsAreTrustedLess) {
   EXPECT_GT(map.s().at(4, 28), 3 * level);
 }
 
+TEST(DisparitySmoothing, ASettledErrorStaysAsItIs) {
+  Map map(60, 40);
+  std::fill(map.sigma.begin(), map.sigma.end(), 0.1F);
+  map.s().at(30, 20) = 2.5F;
+  map.view().kind.at(30, 20) = DisparityKind::settled;
+  smooth(map, 1.0F);
+  EXPECT_EQ(map.s().at(30, 20), 2.5F);
+  EXPECT_LT(map.s().at(31, 20), 0.1F);
+}
+
 TEST(SegmentFilter, RemovesSmallIslandsAndKeepsLargeOnesOfAnyShape) {
   Map map(80, 60);
   std::fill(map.sigma.begin(), map.sigma.end(), 0.0F);
@@ -232,10 +247,14 @@ TEST(DepthRows, AStepInDisparityMakesNoDepthInBetween) {
     for (std::int32_t x = 0; x < 120; ++x) map.d().at(x, y) = x < 60 ? 13.0F : 33.0F;
   }
   map.s().at(20, 20) = 0;
+  for (std::int32_t y = 0; y < 90; ++y) {
+    for (std::int32_t x = 90; x < 120; ++x) map.view().kind.at(x, y) = DisparityKind::supported;
+  }
   std::vector<float> inverse(8000);
   std::vector<float> sigma(8000);
-  const DepthView depth{{inverse.data(), 100, 80}, {sigma.data(), 100, 80}};
-  ASSERT_TRUE(depth_rows(pair, camera, map.d(), map.s(), 0, 80, depth).ok());
+  std::vector<std::uint64_t> supported(160);
+  const DepthView depth{{inverse.data(), 100, 80}, {sigma.data(), 100, 80}, {supported.data(), 2, 80}};
+  ASSERT_TRUE(depth_rows(pair, camera, map.view(), 0, 80, depth).ok());
   int far = 0;
   int near = 0;
   int invalid = 0;
@@ -254,7 +273,14 @@ TEST(DepthRows, AStepInDisparityMakesNoDepthInBetween) {
   EXPECT_GT(near, 3500);
   // One rectified pixel is the nearest of at most one reference pixel here.
   EXPECT_LE(invalid, 1);
-  EXPECT_EQ(depth_rows(pair, camera, map.d(), map.s(), 0, 81, depth).code, StatusCode::invalid_argument);
+  for (std::int32_t y = 0; y < 80; ++y) {
+    for (std::int32_t x = 0; x < 100; ++x) {
+      const auto column = static_cast<std::int32_t>(pair.focal_px * (x - camera.cx) / camera.fx + pair.cx_left);
+      const std::uint64_t word = depth.supported.at(x / supported_bits, y);
+      ASSERT_EQ((word >> (x % supported_bits) & 1U) != 0, column + 1 >= 90) << x;
+    }
+  }
+  EXPECT_EQ(depth_rows(pair, camera, map.view(), 0, 81, depth).code, StatusCode::invalid_argument);
 }
 
 }  // namespace

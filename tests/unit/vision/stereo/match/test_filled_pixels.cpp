@@ -38,7 +38,6 @@ DisparityMap match(const StereoPair& pair, std::int32_t disparities, const Stere
   bool pending = status.ok();
   while (pending) status = matcher.step(64, pending);
   EXPECT_TRUE(status.ok());
-  for (float& sigma : map.sigma_px) sigma = std::fabs(sigma);
   return map;
 }
 

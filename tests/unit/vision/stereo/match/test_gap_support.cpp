@@ -15,10 +15,11 @@ constexpr std::int32_t width = 120, height = 90;
 
 struct Map {
   std::vector<float> disparity_px = std::vector<float>(width * height), sigma_px = disparity_px;
+  std::vector<DisparityKind> kind;
 
-  [[nodiscard]] ImageView<float> disparity() { return {disparity_px.data(), width, height}; }
-  [[nodiscard]] ImageView<float> sigma() { return {sigma_px.data(), width, height}; }
-  [[nodiscard]] ImageView<const float> sigma() const { return {sigma_px.data(), width, height}; }
+  [[nodiscard]] DisparityView view() {
+    return {{disparity_px.data(), width, height}, {sigma_px.data(), width, height}, {kind.data(), width, height}};
+  }
 };
 
 /// Ground with the disparity 10 + slope x and a gap in it, whose texture both images see, or each its own noise only.
@@ -71,15 +72,19 @@ struct Scene {
     rows.right = {right.data(), width, height};
     rows.left_valid = {valid.data(), width, height};
     rows.right_valid = {valid.data(), width, height};
+    map.kind.assign(width * height, DisparityKind::measured);
+    for (std::size_t i = 0; i < map.kind.size(); ++i) {
+      if (map.sigma_px[i] == 0) map.kind[i] = DisparityKind::none;
+    }
     const StereoParams params;
     const auto gaps = std::make_unique<GapWorkspace>();
     const auto segments = std::make_unique<PixelForest>();
     begin_gaps(*gaps);
     for (std::int32_t y = 0; y < height; ++y) {
-      propose_gap_row(rows, params, y, map.disparity(), map.sigma(), *gaps);
-      connect_gap_row(rows.left_valid, static_cast<const Map&>(map).sigma(), y, params, *segments);
+      propose_gap_row(rows, params, y, map.view(), *gaps);
+      connect_gap_row(rows.left_valid, map.view(), y, params, *segments);
     }
-    for (std::int32_t y = 0; y < height; ++y) accept_gap_row(map.sigma(), y, *segments);
+    for (std::int32_t y = 0; y < height; ++y) accept_gap_row(map.view(), y, *segments);
   }
 
   /// Calls `see(x, disparity, sigma)` for each supported pixel; returns the number of gap pixels.
@@ -89,7 +94,8 @@ struct Scene {
     for (std::int32_t y = 0; y < height; ++y) {
       for (std::int32_t x = 0; x < width; ++x) {
         const auto i = static_cast<std::size_t>(y * width + x);
-        if (map.sigma_px[i] < 0) see(x, y, map.disparity_px[i], -map.sigma_px[i]);
+        EXPECT_EQ(map.sigma_px[i] > 0, map.kind[i] != DisparityKind::none);
+        if (map.kind[i] == DisparityKind::supported) see(x, y, map.disparity_px[i], map.sigma_px[i]);
         if (in_gap(x, y)) ++pixels;
       }
     }

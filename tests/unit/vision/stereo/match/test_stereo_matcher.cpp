@@ -36,8 +36,6 @@ Result match(const Image& left, const Image& right, const std::vector<std::uint8
                            {right_valid.data(), right.width, right.height}, range, params, workspace(), view);
   bool pending = r.status.ok();
   while (pending) r.status = matcher.step(band, pending);
-  // Supported ones are claimed like any other.
-  for (float& sigma : r.sigma_px) sigma = std::fabs(sigma);
   return r;
 }
 

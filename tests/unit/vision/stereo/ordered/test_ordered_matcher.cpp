@@ -45,7 +45,6 @@ Answer match(const Image& left, const Image& right, const DisparityRange& range)
                     {{a.disparity_px.data(), left.width, left.height}, {a.sigma_px.data(), left.width, left.height}});
   bool pending = a.status.ok();
   while (pending) a.status = matcher.step(32, pending);
-  for (float& sigma : a.sigma_px) sigma = std::fabs(sigma);
   return a;
 }
 

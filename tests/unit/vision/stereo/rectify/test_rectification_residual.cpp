@@ -30,9 +30,8 @@ VerticalResidual residual_of(const Vec3& baseline, const Vec3& error) {
   for (std::size_t i = 0; i < plan.count; ++i) {
     const RectifiedPanel& panel = plan.panels[i];
     const Rectified r = resample(panel.pair, a, b);
-    const Disparities d = match(r, panel.range);
-    add_vertical_residuals(r.left.view(), r.right.view(), std::as_const(r.right_valid).view(), d.disparity_view(),
-                           d.sigma_view(), residual);
+    Disparities d = match(r, panel.range);
+    add_vertical_residuals(r.left.view(), r.right.view(), std::as_const(r.right_valid).view(), d.view(), residual);
   }
   std::printf("baseline (%g %g %g), error (%g %g %g): median %.3f px of %u\n", baseline.x(), baseline.y(), baseline.z(),
               error.x(), error.y(), error.z(), residual.median_px(), residual.count);
