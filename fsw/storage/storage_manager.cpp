@@ -73,15 +73,6 @@ Status StorageManager::recount() {
   return {};
 }
 
-double StorageManager::share(double part) const {
-  return part * wiring_.mission.storage_budget_mib * 1048576.0;
-}
-
-std::int64_t StorageManager::held_bytes(const StorageRecord& account) const {
-  return account.frame_bytes + account.depth_bytes + account.structure_bytes + account.product_bytes +
-         work_.place_bytes;
-}
-
 /// Counting takes time in proportion to the places, whose number changes when a new one comes.
 Status StorageManager::weigh_places() {
   std::int64_t newest = 0;
@@ -102,7 +93,7 @@ Status StorageManager::count_depth(Draft& draft) {
   ILP_TRY(find_next(wiring_.store, after.counted_depth_id, depth, found));
   if (!found) return {};
   MaskRecord mask;
-  ILP_TRY(find_mask(depth.id, mask));
+  ILP_TRY(release_part().find_mask(depth.id, mask));
   if (mask.scope != MaskScope::flight) return {};
   after.counted_depth_id = depth.id;
   const std::int64_t bytes = blob_bytes(depth) + mask.code.bytes;
@@ -139,7 +130,7 @@ Status StorageManager::obey_commands(Draft& draft) {
       // Products that have not been counted yet are deleted after they are counted.
       if (held.ok() && product.id > draft.after.counted_product_id) return {};
       dropped = held.ok() && product.data.bytes != 0;
-      if (dropped) ILP_TRY(drop(product, draft));
+      if (dropped) ILP_TRY(products().drop(product, draft));
     }
     draft.after.obeyed_command_id = command.id;
     draft.changed = true;
@@ -179,15 +170,15 @@ Status StorageManager::delete_acknowledged(Draft& draft) {
 
 Status StorageManager::settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft, bool& settled) {
   settled = sent.acknowledged_ns != 0;
-  if (sent.kind == DownlinkKind::product) return settle_product(sent, newest_sent_ns, draft);
+  if (sent.kind == DownlinkKind::product) return products().settle_product(sent, newest_sent_ns, draft);
   if (!settled) return {};
-  if (sent.kind == DownlinkKind::points) return settle_points(sent, draft, settled);
-  return sent.subject_id > 0 ? settle_records(sent, draft, settled) : Status{};
+  if (sent.kind == DownlinkKind::points) return release_part().settle_points(sent, draft, settled);
+  return sent.subject_id > 0 ? release_part().settle_records(sent, draft, settled) : Status{};
 }
 
 Status StorageManager::thin_frames(Draft& draft) {
   StorageRecord& account = draft.after.account;
-  const double quota = share(wiring_.mission.frame_share);
+  const double quota = release_part().share(wiring_.mission.frame_share);
   bool began = false;
   ILP_TRY(ilp::thin_frames(wiring_.store, static_cast<std::int64_t>(wiring_.mission.high_watermark * quota),
                            static_cast<std::int64_t>(wiring_.mission.low_watermark * quota), draft.after.frames,
@@ -196,53 +187,44 @@ Status StorageManager::thin_frames(Draft& draft) {
   return {};
 }
 
-bool StorageManager::products_above(const Draft& draft, double watermark) const {
-  const StorageRecord& account = draft.after.account;
-  const std::int64_t used = draft.usage.bytes - draft.usage.free_bytes;
-  const std::int64_t room =
-      draft.usage.limit_bytes > 0 ? draft.usage.limit_bytes : database_limit_bytes(wiring_.mission);
-  return static_cast<double>(held_bytes(account)) > watermark * share(1) ||
-         static_cast<double>(account.product_bytes) > watermark * share(wiring_.mission.product_share) ||
-         static_cast<double>(used) > watermark * static_cast<double>(room);
-}
-
 Status StorageManager::note_mode(Draft& draft) {
   StorageRecord& account = draft.after.account;
-  account.budget_bytes = static_cast<std::int64_t>(share(1));
+  account.budget_bytes = static_cast<std::int64_t>(release_part().share(1));
   const bool was_full = account.full;
   const double watermark = was_full ? wiring_.mission.low_watermark : wiring_.mission.high_watermark;
-  const bool full = products_above(draft, watermark) ||
-                    static_cast<double>(account.depth_bytes) > watermark * share(wiring_.mission.depth_share);
+  const bool full =
+      release_part().products_above(draft, watermark) ||
+      static_cast<double>(account.depth_bytes) > watermark * release_part().share(wiring_.mission.depth_share);
   if (full == was_full) return {};
   account.full = full;
   if (full) ++account.times_full;
   draft.changed = true;
   const StatusCode code = full ? StatusCode::storage_tight : StatusCode::storage_relieved;
-  draft.event = {code, held_bytes(account), account.budget_bytes};
+  draft.event = {code, release_part().held_bytes(account), account.budget_bytes};
   return {};
 }
 
 Status StorageManager::work_through(Draft& draft) {
-  for (int i = 0; i < batch; ++i) {
+  for (int i = 0; i < storage_batch; ++i) {
     ILP_TRY(count_new(draft));
-    ILP_TRY(release(draft));
+    ILP_TRY(release_part().release(draft));
   }
   bool released = false;
-  ILP_TRY(release_oldest_points(false, draft, released));
-  ILP_TRY(release_oldest_mask(false, draft, released));
+  ILP_TRY(release_part().release_oldest_points(false, draft, released));
+  ILP_TRY(release_part().release_oldest_mask(false, draft, released));
   ILP_TRY(obey_commands(draft));
   ILP_TRY(delete_acknowledged(draft));
-  ILP_TRY(sweep(draft));
+  ILP_TRY(products().sweep(draft));
   draft.usage = wiring_.store.usage();
   ILP_TRY(weigh_places());
   ILP_TRY(note_mode(draft));
   if (draft.event.ok()) ILP_TRY(thin_frames(draft));
-  if (draft.event.ok()) ILP_TRY(give_up_least(draft));
+  if (draft.event.ok()) ILP_TRY(products().give_up_least(draft));
   const std::int64_t erased = draft.after.account.rows_erased;
   ILP_TRY(erase_past(wiring_.store, wiring_.mission, draft.after.frames.passed_id, draft.after.history,
                      draft.after.account.rows_erased));
   draft.changed = draft.changed || draft.after.account.rows_erased != erased;
-  return draft.changed ? find_oldest(draft) : Status{};
+  return draft.changed ? products().find_oldest(draft) : Status{};
 }
 
 bool StorageManager::looked_through() {

@@ -1,7 +1,9 @@
-// Products that the ground holds, that it lacks, and that a full store cannot keep.
+#include "fsw/storage/storage_products.hpp"
+
+#include "fsw/storage/storage_release.hpp"
+
 #include "fsw/base/crc.hpp"
 #include "fsw/shared/product_layers.hpp"
-#include "fsw/storage/storage_manager.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
 
 namespace ilp {
@@ -11,7 +13,7 @@ constexpr int products_per_sweep = 8;
 
 }  // namespace
 
-Status StorageManager::delete_product(const ProductRecord& product, Draft& draft) {
+Status StorageProducts::delete_product(const ProductRecord& product, Draft& draft) {
   // Products that have not been counted are not in the account.
   if (product.id > draft.after.counted_product_id) return {};
   StorageRecord& account = draft.after.account;
@@ -23,7 +25,7 @@ Status StorageManager::delete_product(const ProductRecord& product, Draft& draft
   return erase<ProductRecord>(wiring_.store, product.id);
 }
 
-Status StorageManager::give_up(ProductRecord product, Draft& draft) {
+Status StorageProducts::give_up(ProductRecord product, Draft& draft) {
   StorageRecord& account = draft.after.account;
   account.product_bytes -= product.data.bytes;
   account.dropped_bytes += product.data.bytes;
@@ -34,22 +36,22 @@ Status StorageManager::give_up(ProductRecord product, Draft& draft) {
   return amend(wiring_.store, product);
 }
 
-Status StorageManager::give_up_damaged(const ProductRecord& product, Draft& draft) {
+Status StorageProducts::give_up_damaged(const ProductRecord& product, Draft& draft) {
   if (product.id > draft.after.counted_product_id || product.data.bytes == 0) return {};
   ++draft.after.account.products_damaged;
   return give_up(product, draft);
 }
 
-Status StorageManager::drop(const ProductRecord& product, Draft& draft) {
+Status StorageProducts::drop(const ProductRecord& product, Draft& draft) {
   ++draft.after.account.products_dropped;
   draft.event = {StatusCode::product_dropped, product.id, static_cast<std::int64_t>(product.priority * 1000)};
   return give_up(product, draft);
 }
 
-Status StorageManager::cut_last_layer(ProductRecord product, Draft& draft, bool& done) {
+Status StorageProducts::cut_last_layer(ProductRecord product, Draft& draft, bool& done) {
   done = false;
   const std::size_t before = product.data.bytes;
-  auto& file = wiring_.scratch.as<File>();
+  auto& file = wiring_.scratch.as<StorageFile>();
   ILP_ASSERT(before <= file.size(), before);
   // Bytes that cannot be read stay: the disk may recover, and the downlink judges them itself.
   if (!read_blob<ProductRecord>(wiring_.store, "data", product.id, 0, {file.data(), before}).ok()) return {};
@@ -78,7 +80,7 @@ Status StorageManager::cut_last_layer(ProductRecord product, Draft& draft, bool&
   return write_blob<ProductRecord>(wiring_.store, "data", product.id, 0, {file.data(), bytes});
 }
 
-Status StorageManager::give_up_least(Draft& draft) {
+Status StorageProducts::give_up_least(Draft& draft) {
   const StorageRecord& account = draft.after.account;
   // Erasing products makes no room for depth maps.
   const bool wanted = account.full && products_above(draft, wiring_.mission.low_watermark);
@@ -89,9 +91,9 @@ Status StorageManager::give_up_least(Draft& draft) {
   }
   // The last in the downlink's order are first here; then those that the ground probably holds.
   bool released = false;
-  ILP_TRY(release_oldest_points(true, draft, released));
+  ILP_TRY(StorageRelease(wiring_, work_).release_oldest_points(true, draft, released));
   if (released) return {};
-  ILP_TRY(release_oldest_mask(true, draft, released));
+  ILP_TRY(StorageRelease(wiring_, work_).release_oldest_mask(true, draft, released));
   if (released) return {};
   if (!work_.search.complete()) {
     ILP_TRY(work_.search.look(wiring_.store, draft.after.counted_product_id));
@@ -123,7 +125,7 @@ Status StorageManager::give_up_least(Draft& draft) {
   return {};
 }
 
-Status StorageManager::find_oldest(Draft& draft) {
+Status StorageProducts::find_oldest(Draft& draft) {
   State& after = draft.after;
   ProductRecord product;
   bool found = false;
@@ -143,7 +145,7 @@ Status StorageManager::find_oldest(Draft& draft) {
   return {};
 }
 
-Status StorageManager::settle_product(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft) {
+Status StorageProducts::settle_product(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft) {
   ProductRecord product;
   const Status held = get(wiring_.store, sent.subject_id, product);
   if (is_gone(held)) return {};
@@ -157,7 +159,7 @@ Status StorageManager::settle_product(const DownlinkRecord& sent, TimeNs newest_
   return lost ? send_again(sent, product, draft) : Status{};
 }
 
-Status StorageManager::send_again(const DownlinkRecord& lost, ProductRecord product, Draft& draft) {
+Status StorageProducts::send_again(const DownlinkRecord& lost, ProductRecord product, Draft& draft) {
   ILP_TRY(erase<DownlinkRecord>(wiring_.store, lost.id));
   ++draft.after.account.files_lost;
   draft.changed = true;
@@ -170,7 +172,7 @@ Status StorageManager::send_again(const DownlinkRecord& lost, ProductRecord prod
   return amend(wiring_.store, product);
 }
 
-Status StorageManager::sweep(Draft& draft) {
+Status StorageProducts::sweep(Draft& draft) {
   for (int i = 0; i < products_per_sweep; ++i) {
     ProductRecord product;
     bool found = false;

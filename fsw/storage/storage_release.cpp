@@ -1,5 +1,4 @@
-// Depth maps, masks and points that nobody needs any more, or that a full store cannot keep.
-#include "fsw/storage/storage_manager.hpp"
+#include "fsw/storage/storage_release.hpp"
 
 namespace ilp {
 namespace {
@@ -10,13 +9,13 @@ constexpr std::int64_t keyframes_with_points = 100;
 }  // namespace
 
 /// Where none can be read, there is nothing to release, and nothing changes any more.
-Status StorageManager::find_mask(std::int64_t keyframe_id, MaskRecord& mask) {
+Status StorageRelease::find_mask(std::int64_t keyframe_id, MaskRecord& mask) {
   const Status found = get(wiring_.store, keyframe_id, mask);
   if (is_gone(found)) mask.scope = MaskScope::flight;
   return is_gone(found) ? Status{} : found;
 }
 
-Status StorageManager::release_depth(Draft& draft) {
+Status StorageRelease::release_depth(Draft& draft) {
   State& after = draft.after;
   bool found = false;
   DepthRecord depth;
@@ -39,7 +38,7 @@ Status StorageManager::release_depth(Draft& draft) {
   return {};
 }
 
-Status StorageManager::release_mask(MaskRecord mask, Draft& draft) {
+Status StorageRelease::release_mask(MaskRecord mask, Draft& draft) {
   draft.after.account.depth_bytes -= mask.code.bytes;
   --draft.after.account.depths_held;
   mask.code.bytes = 0;
@@ -47,7 +46,7 @@ Status StorageManager::release_mask(MaskRecord mask, Draft& draft) {
   return amend(wiring_.store, mask);
 }
 
-Status StorageManager::release_points(StructureRecord structure, bool held, Draft& draft) {
+Status StorageRelease::release_points(StructureRecord structure, bool held, Draft& draft) {
   StorageRecord& account = draft.after.account;
   account.structure_bytes -= structure.points.bytes;
   --account.structures_held;
@@ -58,7 +57,7 @@ Status StorageManager::release_points(StructureRecord structure, bool held, Draf
   return amend(wiring_.store, structure);
 }
 
-Status StorageManager::age_points(Draft& draft) {
+Status StorageRelease::age_points(Draft& draft) {
   State& after = draft.after;
   bool found = false;
   StructureRecord structure;
@@ -84,7 +83,7 @@ Status StorageManager::age_points(Draft& draft) {
   return held && structure.points.bytes != 0 ? release_points(structure, true, draft) : Status{};
 }
 
-Status StorageManager::unneeded_before(std::int64_t& keyframe_id) {
+Status StorageRelease::unneeded_before(std::int64_t& keyframe_id) {
   // For as long as records without a confirmation stay: record_history.hpp.
   KeyframeRecord newest;
   const Status any = last(wiring_.store, newest);
@@ -92,7 +91,7 @@ Status StorageManager::unneeded_before(std::int64_t& keyframe_id) {
   return is_gone(any) ? Status{} : any;
 }
 
-Status StorageManager::release_oldest_points(bool full, Draft& draft, bool& released) {
+Status StorageRelease::release_oldest_points(bool full, Draft& draft, bool& released) {
   released = false;
   State& after = draft.after;
   std::int64_t unneeded = 0;
@@ -114,7 +113,7 @@ Status StorageManager::release_oldest_points(bool full, Draft& draft, bool& rele
   return {};
 }
 
-Status StorageManager::release_oldest_mask(bool full, Draft& draft, bool& released) {
+Status StorageRelease::release_oldest_mask(bool full, Draft& draft, bool& released) {
   released = false;
   State& after = draft.after;
   std::int64_t unneeded = 0;
@@ -140,7 +139,7 @@ Status StorageManager::release_oldest_mask(bool full, Draft& draft, bool& releas
   return {};
 }
 
-Status StorageManager::release(Draft& draft) {
+Status StorageRelease::release(Draft& draft) {
   State& after = draft.after;
   ILP_TRY(release_frame(wiring_.store, after.frames, after.account, draft.changed));
   ILP_TRY(release_keyframe_image(wiring_.store, after.counted_product_id, after.frames, after.account, draft.changed));
@@ -148,7 +147,7 @@ Status StorageManager::release(Draft& draft) {
   return age_points(draft);
 }
 
-Status StorageManager::settle_records(const DownlinkRecord& sent, Draft& draft, bool& settled) {
+Status StorageRelease::settle_records(const DownlinkRecord& sent, Draft& draft, bool& settled) {
   MaskRecord mask;
   const Status found = get(wiring_.store, sent.subject_id, mask);
   if (is_gone(found)) return {};
@@ -157,7 +156,7 @@ Status StorageManager::settle_records(const DownlinkRecord& sent, Draft& draft, 
   return settled && mask.code.bytes != 0 ? release_mask(mask, draft) : Status{};
 }
 
-Status StorageManager::settle_points(const DownlinkRecord& sent, Draft& draft, bool& settled) {
+Status StorageRelease::settle_points(const DownlinkRecord& sent, Draft& draft, bool& settled) {
   State& after = draft.after;
   const std::int64_t place = sent.subject_id - after.aged_structure_id - 1;
   if (place >= 0) {

@@ -1,0 +1,86 @@
+// What StorageManager keeps, and what every part of its work has: products, and other data that are released.
+#pragma once
+
+#include <array>
+
+#include "cfg/mission.hpp"
+#include "fsw/executive/stage_component.hpp"
+#include "fsw/shared/checkpoint.hpp"
+#include "fsw/shared/sound_store.hpp"
+#include "fsw/shared/step_memory.hpp"
+#include "fsw/storage/frame_release.hpp"
+#include "fsw/storage/record_history.hpp"
+#include "fsw/storage/storage_victims.hpp"
+
+namespace ilp {
+
+using StorageTables = StageStore<ComponentId::storage_manager>;
+using StorageFile = std::array<std::uint8_t, limits::max_product_bytes>;
+
+inline constexpr std::int64_t points_window = 1024;
+inline constexpr int storage_batch = 8;  ///< records of a kind in one step
+
+struct StorageWiring {
+  StorageTables whole;  ///< damaged records included: for the checkpoint
+  SoundView<StorageTables::tables> store;
+  const MissionParameters& mission;
+  StepScratch<StorageFile> scratch;
+};
+struct StorageState {
+  FrameReleaseState frames;
+  std::int64_t counted_depth_id = 0;
+  std::int64_t counted_structure_id = 0;
+  std::int64_t counted_product_id = 0;
+  std::int64_t coded_depth_id = 0;         ///< depth maps up to it are coded and gone
+  std::int64_t released_depth_id = 0;      ///< no mask up to it is left
+  std::int64_t released_structure_id = 0;  ///< no points up to it are left
+  std::int64_t aged_structure_id = 0;      ///< no component needs points up to it any more
+  /// Bit k: the ground holds the points of aged_structure_id + 1 + k.
+  std::array<std::uint64_t, points_window / 64> points_held{};
+  std::int64_t checked_downlink_id = 0;  ///< every file up to it is confirmed and its product deleted
+  std::int64_t oldest_product_id = 0;    ///< products before it are erased
+  std::int64_t obeyed_command_id = 0;
+  RecordHistory history;
+  StorageRecord account;
+};
+struct StorageWork {
+  VictimSearch search;
+  std::int64_t weighed_id = -1;  ///< newest place when place_bytes was found
+  std::int64_t place_bytes = 0;  ///< of all places on record, at most
+  std::int64_t asked_id = 0;     ///< files up to it have been examined in this round
+  std::int64_t swept_id = 0;     ///< products up to it have been examined in this round
+  bool searching = false;        ///< the search for data to erase is not complete
+  bool gave_up = false;          ///< this search has erased something
+  bool round_done = false;       ///< every file that is not confirmed has been examined
+  bool rounds_done = false;      ///< both rounds are done since the last change
+  bool searches_done = false;
+};
+/// What one step changes, in memory only.
+struct StorageDraft {
+  StorageState after;
+  bool changed = false;
+  Status event;
+  StoreUsage usage;
+};
+
+class StoragePart {
+ public:
+  using Draft = StorageDraft;
+  using State = StorageState;
+
+  StoragePart(const StorageWiring& wiring, StorageWork& work) : wiring_(wiring), work_(work) {}
+
+  [[nodiscard]] double share(double part) const;
+  [[nodiscard]] std::int64_t held_bytes(const StorageRecord& account) const;
+  /// Whether products exceed this fraction of the budget, of their share, or of the database's limit, whose pages small
+  /// products do not fill.
+  [[nodiscard]] bool products_above(const Draft& draft, double watermark) const;
+
+ protected:
+  static constexpr int batch = storage_batch;
+
+  const StorageWiring& wiring_;
+  StorageWork& work_;
+};
+
+}  // namespace ilp
