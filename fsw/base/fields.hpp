@@ -46,6 +46,7 @@
 #define ILP_FIELDS_30 ILP_FIELDS_29, f30
 #define ILP_FIELDS_31 ILP_FIELDS_30, f31
 #define ILP_FIELDS_32 ILP_FIELDS_31, f32
+// NOLINTNEXTLINE(bugprone-macro-parentheses): it makes names.
 #define ILP_BIND(number)                   \
   if constexpr (count == number) {         \
     const auto& [ILP_FIELDS_##number] = t; \

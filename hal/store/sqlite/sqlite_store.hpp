@@ -183,9 +183,9 @@ class SqliteStore final : public Store {
   sqlite3_stmt* page_count_ = nullptr;
   sqlite3_stmt* free_count_ = nullptr;
   std::int64_t page_bytes_ = 4096;
-  std::int64_t known_bytes_ = 0;  ///< size of the database at the last query
-  std::int64_t limit_bytes_ = 0;  ///< 0: none
-  std::int64_t log_bytes_ = 0;    ///< of the log after the latest commit
+  std::int64_t known_bytes_ = 0;     ///< size of the database at the last query
+  std::int64_t limit_bytes_ = 0;     ///< 0: none
+  std::int64_t log_bytes_ = 0;       ///< of the log after the latest commit
   std::int64_t held_log_bytes_ = 0;  ///< of the log when a reader last kept it; 0: it was not kept
   std::int64_t log_room_ = sqlite_log_bytes;
   std::int64_t reserve_bytes_ = 0;
