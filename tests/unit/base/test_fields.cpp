@@ -51,66 +51,69 @@ struct Before {
   bool flag = false;
 };
 
+struct LayoutSame {
+  std::int64_t first = 7;
+  std::int64_t second = 0;
+  bool flag = true;
+};
+struct LayoutSwapped {
+  std::int64_t second = 0;
+  std::int64_t first = 0;
+  bool flag = false;
+};
+struct LayoutRenamed {
+  std::int64_t first = 0;
+  std::int64_t last = 0;
+  bool flag = false;
+};
+struct LayoutReal {
+  std::int64_t first = 0;
+  double second = 0;
+  bool flag = false;
+};
+struct LayoutUnsigned {
+  std::int64_t first = 0;
+  std::uint64_t second = 0;
+  bool flag = false;
+};
+struct LayoutMore {
+  std::int64_t first = 0;
+  std::int64_t second = 0;
+  bool flag = false, other = false;
+};
+struct LayoutHalved {
+  std::int64_t first = 0;
+  std::int32_t second[2] = {};
+  bool flag = false;
+};
+
 TEST(Fields, ADigestTellsEveryChangeOfALayoutOfEqualSize) {
-  struct Same {
-    std::int64_t first = 7;
-    std::int64_t second = 0;
-    bool flag = true;
-  };
-  EXPECT_EQ(layout_digest<Before>(), layout_digest<Same>()) << "values and the name of the struct are no layout";
-  struct Swapped {
-    std::int64_t second = 0;
-    std::int64_t first = 0;
-    bool flag = false;
-  };
-  struct Renamed {
-    std::int64_t first = 0;
-    std::int64_t last = 0;
-    bool flag = false;
-  };
-  struct Real {
-    std::int64_t first = 0;
-    double second = 0;
-    bool flag = false;
-  };
-  struct Unsigned {
-    std::int64_t first = 0;
-    std::uint64_t second = 0;
-    bool flag = false;
-  };
-  struct More {
-    std::int64_t first = 0;
-    std::int64_t second = 0;
-    bool flag = false, other = false;
-  };
-  struct Halved {
-    std::int64_t first = 0;
-    std::int32_t second[2] = {};
-    bool flag = false;
-  };
-  for (const std::uint64_t other : {layout_digest<Swapped>(), layout_digest<Renamed>(), layout_digest<Real>(),
-                                    layout_digest<Unsigned>(), layout_digest<More>(), layout_digest<Halved>()}) {
+  EXPECT_EQ(layout_digest<Before>(), layout_digest<LayoutSame>()) << "values and the name of the struct are no layout";
+  for (const std::uint64_t other :
+       {layout_digest<LayoutSwapped>(), layout_digest<LayoutRenamed>(), layout_digest<LayoutReal>(),
+        layout_digest<LayoutUnsigned>(), layout_digest<LayoutMore>(), layout_digest<LayoutHalved>()}) {
     EXPECT_NE(layout_digest<Before>(), other);
   }
 }
 
+struct WholeOf {
+  FixedVector<Before, 2> list;
+};
+struct WholeOfLonger {
+  FixedVector<Before, 3> list;
+};
+struct WholeRenamed {
+  std::int64_t first = 0;
+  std::int64_t last = 0;
+  bool flag = false;
+};
+struct WholeOfRenamed {
+  FixedVector<WholeRenamed, 2> list;
+};
+
 TEST(Fields, ADigestSeesWhatLiesWithin) {
-  struct Of {
-    FixedVector<Before, 2> list;
-  };
-  struct OfLonger {
-    FixedVector<Before, 3> list;
-  };
-  struct Renamed {
-    std::int64_t first = 0;
-    std::int64_t last = 0;
-    bool flag = false;
-  };
-  struct OfRenamed {
-    FixedVector<Renamed, 2> list;
-  };
-  EXPECT_NE(layout_digest<Of>(), layout_digest<OfLonger>());
-  EXPECT_NE(layout_digest<Of>(), layout_digest<OfRenamed>());
+  EXPECT_NE(layout_digest<WholeOf>(), layout_digest<WholeOfLonger>());
+  EXPECT_NE(layout_digest<WholeOf>(), layout_digest<WholeOfRenamed>());
 }
 
 TEST(Fields, ADigestIsTheSameForEveryCompilerAndProcessor) {
@@ -118,15 +121,16 @@ TEST(Fields, ADigestIsTheSameForEveryCompilerAndProcessor) {
   EXPECT_EQ(layout_digest<Before>(), 0x563043228ECB11DAU);
 }
 
+struct PointingDeep {
+  std::array<Inner, 2> inner{};
+  struct {
+    FixedVector<const char*, 2> texts;
+  } list;
+};
+
 TEST(Fields, PointersAreFoundAtAnyDepth) {
-  struct Deep {
-    std::array<Inner, 2> inner{};
-    struct {
-      FixedVector<const char*, 2> texts;
-    } list;
-  };
   EXPECT_FALSE(has_pointers<All>());
-  EXPECT_TRUE(has_pointers<Deep>());
+  EXPECT_TRUE(has_pointers<PointingDeep>());
 }
 
 }  // namespace

@@ -308,19 +308,20 @@ TEST(Compute, NobodyCanShrinkTheSharedMemory) {
   std::filesystem::remove(path);
 }
 
+struct SizeOfJob {
+  std::int32_t width, rows;
+};
+struct SwappedSize {
+  std::int32_t rows, width;
+};
+
 TEST(SharedCompute, AMemoryWithOtherFieldsOfEqualSizeIsRefused) {
-  struct Job {
-    std::int32_t width, rows;
-  };
-  struct Swapped {
-    std::int32_t rows, width;
-  };
   ComputeForms forms = test_forms();
-  forms[0].layout = job_layout<Job, Job>();
+  forms[0].layout = job_layout<SizeOfJob, SizeOfJob>();
   ComputeMemory made, mapped;
   ASSERT_TRUE(made.make(compute_header(forms)).ok());
   EXPECT_TRUE(mapped.map(made.file(), compute_header(forms)).ok());
-  forms[0].layout = job_layout<Swapped, Job>();
+  forms[0].layout = job_layout<SwappedSize, SizeOfJob>();
   EXPECT_TRUE(mapped.map(made.file(), compute_header(forms)).is(StatusCode::parse_error));
 }
 

@@ -20,6 +20,14 @@ struct Large {
   std::int64_t values[4] = {};
 };
 
+struct Renamed {
+  std::int64_t worth = 0;
+};
+struct Padded {
+  bool yes;
+  std::int64_t value;
+};
+
 constexpr ComponentId component = ComponentId::dense_matcher;
 
 class CheckpointTest : public testing::Test {
@@ -98,9 +106,6 @@ TEST_F(CheckpointTest, OneOfAnotherBuildIsNoReasonToBeginAnew) {
 }
 
 TEST_F(CheckpointTest, AFormFollowsFromTheFields) {
-  struct Renamed {
-    std::int64_t worth = 0;
-  };
   save(checkpoint_form<Small>(component, 2), {42});
   Renamed renamed;
   EXPECT_STATUS(restore_checkpoint(store_, checkpoint_form<Renamed>(component, 2), cursor_, renamed), store_build);
@@ -108,10 +113,6 @@ TEST_F(CheckpointTest, AFormFollowsFromTheFields) {
 }
 
 TEST_F(CheckpointTest, ThePaddingOfAStateIsZero) {
-  struct Padded {
-    bool yes;
-    std::int64_t value;
-  };
   alignas(Padded) std::uint8_t memory[sizeof(Padded)];
   std::fill(std::begin(memory), std::end(memory), std::uint8_t{0xA5});
   auto& state = *new (memory) Padded;
