@@ -335,7 +335,7 @@ class GrowingComponent final : public Component {
         .without(memory_between(elements.end(), elements.data() + elements.capacity()));
   }
 
-  alignas(8) FixedVector<std::uint32_t, 1000> elements;
+  FixedVector<std::uint64_t, 1000> elements;
   std::int64_t wiring = 0, restores = 0;
 };
 
