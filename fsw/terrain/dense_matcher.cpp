@@ -68,22 +68,17 @@ Status DenseMatcher::use_coverage_of(std::int64_t keyframe_id) {
   return clear_coverage(camera_.width, camera_.height, after_.coverage);
 }
 
-Status DenseMatcher::find_partner(const PoseRecord& pose, bool& decided, bool& found) {
-  decided = true;
-  found = false;
+Status DenseMatcher::find_partner(const PoseRecord& pose, Successor& state) {
+  state = Successor::none;
   if (pose.state == PoseState::failed) return {};
-  Successor state = Successor::none;
   ILP_TRY(next_with_pose(store_, pose, pose.id, next_, state));
-  decided = state != Successor::not_yet;
-  found = state == Successor::final;
-  if (!found) return {};
+  if (state != Successor::final) return {};
   after_ = state_;
   ILP_TRY(use_coverage_of(pose.id));
   PairWorthParams params;
   params.largest_sigma = mission_.largest_depth_sigma;
   params.finer_steps = sampling_steps(mission_.claim_ratio);
-  return choose_partner(store_, camera_, pose, next_, after_.coverage, params, mission_.partner_reach, partner_,
-                        decided);
+  return choose_partner(store_, camera_, pose, next_, after_.coverage, params, mission_.partner_reach, partner_, state);
 }
 
 Status DenseMatcher::begin_with_partner(const PoseRecord& pose, DepthVerdict& verdict) {
@@ -142,12 +137,11 @@ Status DenseMatcher::pick(bool& picked) {
   ILP_TRY(found);
   // It may have been calibrated since.
   ILP_TRY(load_camera(store_, camera_));
-  bool decided = false;
-  bool has_partner = false;
-  ILP_TRY(find_partner(pose, decided, has_partner));
-  if (!decided) return {};
+  Successor partner = Successor::none;
+  ILP_TRY(find_partner(pose, partner));
+  if (partner == Successor::not_yet) return {};
   picked = true;
-  if (!has_partner) return record_without_depth(pose, DepthVerdict::no_partner);
+  if (partner == Successor::none) return record_without_depth(pose, DepthVerdict::no_partner);
   pose_ = pose;
   phase_ = Phase::begin;
   return {};
@@ -185,9 +179,10 @@ Status DenseMatcher::resample_band() {
 Status DenseMatcher::match_band(bool& waits) {
   bool more = true;
   for (; more && rows_matched_ < band_rows; ++rows_matched_) {
-    bool there = true;
-    if (matcher_.wants_band()) ILP_TRY(bands_.get(matcher_, maps_.band, there, waits));
-    if (!there) return {};
+    ComputeProgress band = ComputeProgress::done;
+    if (matcher_.wants_band()) ILP_TRY(bands_.get(matcher_, maps_.band, band));
+    waits = band == ComputeProgress::waiting;
+    if (band != ComputeProgress::done) return {};
     ILP_TRY(matcher_.step(1, more));
   }
   rows_matched_ = 0;
@@ -458,14 +453,14 @@ Status DenseMatcher::record_given_up() {
   const std::int64_t id = cursor_.first + 1;
   PoseRecord pose;
   const Status known = get(store_, id, pose);
-  if (!known.ok() && is_transient(known)) return known;
+  if (is_transient(known)) return known;
   if (known.ok()) {
     const Status recorded = record_without_depth(pose, DepthVerdict::too_few_valid);
     if (recorded.ok() || is_transient(recorded)) return recorded;
   }
   KeyframeRecord keyframe;
   const Status there = get(store_, id, keyframe);
-  if (!there.ok() && is_transient(there)) return there;
+  if (is_transient(there)) return there;
   DepthRecord record;
   MaskRecord new_ground;
   record.id = id;
