@@ -73,7 +73,7 @@ Status Acquisition::restore() {
 Status Acquisition::resume_after_records() {
   FrameRecord newest;
   const Status found = last(store_, newest);
-  if (!found.ok() && is_transient(found)) return found;
+  if (is_transient(found)) return found;
   const std::int64_t known = cursor_.first;
   ILP_TRY(newest_id<FrameRecord>(store_, newest.id));
   cursor_.first = std::max(known, newest.id);
@@ -120,7 +120,7 @@ Status Acquisition::give_up_captures(Outcome& outcome, bool& changed) {
   const Pending first = after.pending[0];
   CaptureRecord capture;
   const Status found = get(store_, first.id, capture);
-  if (!found.ok() && is_transient(found)) return found;
+  if (is_transient(found)) return found;
   // No request waits for a capture that no longer exists.
   const bool superseded = !found.ok() || capture.state != CaptureState::pending;
   if (!superseded && clock_.now() - first.time_ns <= ns_from_seconds(mission_.capture_timeout_s)) return {};
@@ -241,7 +241,7 @@ Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Ou
     if (taken.time_ns + early < wanted.time_ns) return {};
     CaptureRecord capture;
     const Status found = get(store_, wanted.id, capture);
-    if (!found.ok() && is_transient(found)) return found;
+    if (is_transient(found)) return found;
     const bool commanded = found.ok() && capture.source == CaptureSource::telecommand;
     if (!commanded && taken.time_ns > wanted.time_ns + late) return {};
     remove_pending(best, after);

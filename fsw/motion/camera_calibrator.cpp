@@ -180,7 +180,7 @@ Status CameraCalibrator::relate() {
 Status CameraCalibrator::find_overdue(bool& overdue, std::int64_t& oldest_id) {
   KeyframeRecord oldest;
   const Status first = next(store_, 0, oldest);
-  if (!first.ok() && is_transient(first)) return first;
+  if (is_transient(first)) return first;
   if (!first.ok()) oldest = keyframe_;
   overdue = waited_out(mission_, camera_, oldest, keyframe_);
   oldest_id = oldest.id;
@@ -384,7 +384,7 @@ Status CameraCalibrator::collect_keyframes(const StripRecord& strip, bool at_end
   while (id >= strip.first_keyframe_id && id <= strip.last_keyframe_id) {
     PoseRecord pose;
     const Status known = get(store_, id, pose);
-    if (!known.ok() && is_transient(known)) return known;
+    if (is_transient(known)) return known;
     if (known.ok() && pose.state == PoseState::final && !checked_ids_.push_back(id)) break;
     id += step;
   }

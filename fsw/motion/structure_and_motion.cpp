@@ -112,7 +112,7 @@ Status StructureAndMotion::fail_provisional_poses() {
   for (std::int64_t id = std::max<std::int64_t>(cursor_.first - looked_back, 1); id <= cursor_.first; ++id) {
     PoseRecord pose;
     const Status found = get(store_, id, pose);
-    if (!found.ok() && is_transient(found)) return found;
+    if (is_transient(found)) return found;
     if (!found.ok() || pose.state != PoseState::provisional) continue;
     pose.state = PoseState::failed;
     ILP_TRY(put(store_, pose));
@@ -126,7 +126,7 @@ Status StructureAndMotion::has_world(const KeyframeRecord& keyframe, bool& has) 
   for (std::int64_t id = std::max<std::int64_t>(keyframe.id - looked_back, 1); id < keyframe.id; ++id) {
     PoseRecord pose;
     const Status found = get(store_, id, pose);
-    if (!found.ok() && is_transient(found)) return found;
+    if (is_transient(found)) return found;
     has = has || (found.ok() && pose.strip_id == keyframe.strip_id && pose.state != PoseState::failed);
   }
   return {};
@@ -156,7 +156,7 @@ Status StructureAndMotion::pick(bool& picked) {
     StripRecord strip;
     const Status known = get(store_, state_.strip_id, strip);
     // The overlap checker writes a damaged one again, with its next keyframe or its end.
-    if (!known.ok() && is_transient(known)) return known;
+    if (is_transient(known)) return known;
     if (known.ok() && strip.end != StripEnd::open && strip.last_keyframe_id <= cursor_.first) {
       picked = true;
       return finish_strip();
@@ -191,7 +191,7 @@ Status StructureAndMotion::pick(bool& picked) {
   if (!no_use) ILP_TRY(load_camera(store_, camera_));
   PoseRecord pose;
   const Status before = get(store_, keyframe_.id, pose);
-  if (!before.ok() && is_transient(before)) return before;
+  if (is_transient(before)) return before;
   on_record_ = before.ok();
   if (!open) {
     bool known_world = false;
@@ -279,7 +279,7 @@ Status StructureAndMotion::begin_match_to_older() {
   if (usable) {
     const Status begun =
         begin_matches_to(store_, mission_, older_id, predicted_, scratch_.as<FeatureScratch>(), images_, matches_);
-    if (!begun.ok() && is_transient(begun)) return begun;
+    if (is_transient(begun)) return begun;
     usable = begun.ok();
   }
   keeps_ = usable;
@@ -408,7 +408,7 @@ Status StructureAndMotion::write_finals() {
   }
   StructureRecord structure;
   const Status found = get(store_, newest_final, structure);
-  if (!found.ok() && is_transient(found)) return found;
+  if (is_transient(found)) return found;
   // Repeated: its points may have been released since.
   if (found.ok()) return {};
   structure.id = newest_final;
@@ -425,7 +425,7 @@ Status StructureAndMotion::record_success() {
   for (const SequenceCamera& camera : sequence.cameras()) {
     PoseRecord known;
     const Status found = get(store_, camera.keyframe_id, known);
-    if (!found.ok() && is_transient(found)) return found;
+    if (is_transient(found)) return found;
     const bool handed_out = found.ok() && known.state == PoseState::final;
     if (!handed_out) ILP_TRY(write_camera(camera, false));
   }
@@ -485,7 +485,7 @@ Status StructureAndMotion::record_failure() {
 Status StructureAndMotion::fail_pose(std::int64_t keyframe_id) {
   PoseRecord pose;
   const Status found = get(store_, keyframe_id, pose);
-  if (!found.ok() && is_transient(found)) return found;
+  if (is_transient(found)) return found;
   if (found.ok() && pose.state == PoseState::final) return {};
   pose.id = keyframe_id;
   pose.strip_id = state_.strip_id;

@@ -173,7 +173,7 @@ Status Navigator::place_strip(bool& worked) {
   worked = true;
   NavigationRecord measured;
   const Status known = get(store_, pose.id, measured);
-  if (!known.ok() && is_transient(known)) return known;
+  if (is_transient(known)) return known;
   const bool useful = !damaged && known.ok() && pose.state == PoseState::final;
   after_ = state_;
   navigation::StripFrame frame;

@@ -134,7 +134,7 @@ Status PlaceMemory::load() {
   ILP_TRY(load_camera(store_, camera_));
   ILP_TRY(get(store_, depth_.id, keyframe_));
   const Status posed = get(store_, depth_.id, pose_);
-  if (!posed.ok() && is_transient(posed)) return posed;
+  if (is_transient(posed)) return posed;
   if (!posed.ok() || pose_.state != PoseState::final || !is_pose(pose_)) pose_.state = PoseState::failed;
   ILP_TRY(load_cells());
   ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
@@ -236,7 +236,7 @@ Status PlaceMemory::compare() {
   const RememberedPlace& place = table_.at(candidates_[compared_++]);
   PlaceRecord record;
   const Status found = get(store_, place.keyframe_id, record);
-  if (!found.ok() && is_transient(found)) return found;
+  if (is_transient(found)) return found;
   bool sound = false;
   if (found.ok()) ILP_TRY(load_features(record, sound));
   if (sound) ILP_TRY(link_with(place, record));
@@ -254,7 +254,7 @@ Status PlaceMemory::measured(std::int64_t keyframe_id, PoseRecord& pose) {
     if (is_transient(found)) return found;
     PlaceRecord place;
     found = get(store_, keyframe_id, place);
-    if (!found.ok() && is_transient(found)) return found;
+    if (is_transient(found)) return found;
     pose = {};
     pose.id = place.id;
     pose.strip_id = place.strip_id;

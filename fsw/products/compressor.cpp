@@ -38,7 +38,7 @@ Status Compressor::restore() {
     if (newest.keyframe_id > cursor_.second) cursor_.second = newest.keyframe_id;
     cursor_.first = std::max(cursor_.first, image ? newest.keyframe_id : newest.keyframe_id - 1);
   }
-  if (!found.ok() && is_transient(found)) return found;
+  if (is_transient(found)) return found;
   return status;
 }
 
@@ -76,7 +76,7 @@ Status Compressor::load(std::int64_t keyframe_id, ProductKind kind, Status& dama
   ILP_TRY(measure_interval(1, interval_s_));
   ILP_TRY(measure_interval(mean_keyframes, mean_interval_s_));
   const Status posed = get(store_, keyframe_id, subject_.pose);
-  if (!posed.ok() && is_transient(posed)) return posed;
+  if (is_transient(posed)) return posed;
   if (!posed.ok()) {
     subject_.pose = {};
     subject_.pose.id = keyframe_id;
