@@ -66,7 +66,7 @@ Status Acquisition::restore() {
 Status Acquisition::resume_after_records() {
   FrameRecord newest;
   const Status found = last(wiring_.store, newest);
-  if (!found.ok() && is_transient(found)) return found;
+  if (is_transient(found)) return found;
   const std::int64_t known = cursor_.first;
   ILP_TRY(newest_id<FrameRecord>(wiring_.store, newest.id));
   cursor_.first = std::max(known, newest.id);
@@ -113,7 +113,7 @@ Status Acquisition::give_up_captures(Outcome& outcome, bool& changed) {
   const Pending first = after.pending[0];
   CaptureRecord capture;
   const Status found = get(wiring_.store, first.id, capture);
-  if (!found.ok() && is_transient(found)) return found;
+  if (is_transient(found)) return found;
   // No request waits for a capture that no longer exists.
   const bool superseded = !found.ok() || capture.state != CaptureState::pending;
   if (!superseded && wiring_.clock.now() - first.time_ns <= ns_from_seconds(wiring_.mission.capture_timeout_s))
@@ -237,7 +237,7 @@ Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Ou
     if (taken.time_ns + early < wanted.time_ns) return {};
     CaptureRecord capture;
     const Status found = get(wiring_.store, wanted.id, capture);
-    if (!found.ok() && is_transient(found)) return found;
+    if (is_transient(found)) return found;
     const bool commanded = found.ok() && capture.source == CaptureSource::telecommand;
     if (!commanded && taken.time_ns > wanted.time_ns + late) return {};
     remove_pending(best, after);

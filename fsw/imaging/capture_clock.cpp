@@ -166,7 +166,7 @@ Status CaptureClock::follow_overlap(Outcome& outcome, bool& handled) {
   outcome.cursor.first = overlap.id;
   FrameRecord frame;
   const Status known = get(wiring_.store, overlap.id, frame);
-  if (!known.ok() && is_transient(known)) return known;
+  if (is_transient(known)) return known;
   if (!known.ok()) {
     outcome.event = known;
     return {};

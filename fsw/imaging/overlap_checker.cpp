@@ -76,7 +76,7 @@ Status OverlapChecker::resume_after_records() {
   ILP_TRY(newest_id<KeyframeRecord>(wiring_.store, keyframe));
   StripRecord strip;
   const Status found = last(wiring_.store, strip);
-  if (!found.ok() && is_transient(found)) return found;
+  if (is_transient(found)) return found;
   std::int64_t newest_strip = 0;
   ILP_TRY(newest_id<StripRecord>(wiring_.store, newest_strip));
   const bool open = found.ok() && strip.end == StripEnd::open;
@@ -183,7 +183,7 @@ Status OverlapChecker::select_candidate(Outcome& outcome) const {
   const Candidate candidate = outcome.after.candidate;
   FrameRecord frame;
   const Status found = get(wiring_.store, candidate.frame_id, frame);
-  if (!found.ok() && is_transient(found)) return found;
+  if (is_transient(found)) return found;
   if (!found.ok()) {
     // It no longer helps: the frame that needed it is examined again without it.
     outcome.after.candidate = {};
@@ -202,7 +202,7 @@ Status OverlapChecker::begin_strip_of_waiting(Outcome& outcome, bool& begun) con
   begun = false;
   FrameRecord frame;
   const Status found = get(wiring_.store, outcome.after.unknown_frame_id, frame);
-  if (!found.ok() && is_transient(found)) return found;
+  if (is_transient(found)) return found;
   if (!found.ok()) {
     outcome.after.unknown_frame_id = 0;
     outcome.event = found;

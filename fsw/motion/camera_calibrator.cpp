@@ -183,7 +183,7 @@ Status CameraCalibrator::relate() {
 Status CameraCalibrator::find_overdue(bool& overdue, std::int64_t& oldest_id) {
   KeyframeRecord oldest;
   const Status first = next(wiring_.store, 0, oldest);
-  if (!first.ok() && is_transient(first)) return first;
+  if (is_transient(first)) return first;
   if (!first.ok()) oldest = work_.keyframe;
   overdue = waited_out(wiring_.mission, work_.camera, oldest, work_.keyframe);
   oldest_id = oldest.id;
@@ -388,7 +388,7 @@ Status CameraCalibrator::collect_keyframes(const StripRecord& strip, bool at_end
   while (id >= strip.first_keyframe_id && id <= strip.last_keyframe_id) {
     PoseRecord pose;
     const Status known = get(wiring_.store, id, pose);
-    if (!known.ok() && is_transient(known)) return known;
+    if (is_transient(known)) return known;
     if (known.ok() && pose.state == PoseState::final && !workspace_.checked_ids.push_back(id)) break;
     id += step;
   }

@@ -110,7 +110,7 @@ Status StructureAndMotion::fail_provisional_poses() {
   for (std::int64_t id = std::max<std::int64_t>(cursor_.first - looked_back, 1); id <= cursor_.first; ++id) {
     PoseRecord pose;
     const Status found = get(wiring_.store, id, pose);
-    if (!found.ok() && is_transient(found)) return found;
+    if (is_transient(found)) return found;
     if (!found.ok() || pose.state != PoseState::provisional) continue;
     pose.state = PoseState::failed;
     ILP_TRY(put(wiring_.store, pose));
@@ -124,7 +124,7 @@ Status StructureAndMotion::has_world(const KeyframeRecord& keyframe, bool& has) 
   for (std::int64_t id = std::max<std::int64_t>(keyframe.id - looked_back, 1); id < keyframe.id; ++id) {
     PoseRecord pose;
     const Status found = get(wiring_.store, id, pose);
-    if (!found.ok() && is_transient(found)) return found;
+    if (is_transient(found)) return found;
     has = has || (found.ok() && pose.strip_id == keyframe.strip_id && pose.state != PoseState::failed);
   }
   return {};
@@ -155,7 +155,7 @@ Status StructureAndMotion::look_for_work(Subject& subject, Status& found) {
     StripRecord strip;
     const Status known = get(wiring_.store, state_.strip_id, strip);
     // The overlap checker writes a damaged one again, with its next keyframe or its end.
-    if (!known.ok() && is_transient(known)) return known;
+    if (is_transient(known)) return known;
     if (known.ok() && strip.end != StripEnd::open && strip.last_keyframe_id <= cursor_.first) {
       subject = Subject::end_of_strip;
       return {};
@@ -196,7 +196,7 @@ Status StructureAndMotion::take_inputs(NavigationRecord& measured, bool& ready) 
 Status StructureAndMotion::begin_keyframe(bool no_use, const NavigationRecord& measured) {
   PoseRecord pose;
   const Status before = get(wiring_.store, work_.keyframe.id, pose);
-  if (!before.ok() && is_transient(before)) return before;
+  if (is_transient(before)) return before;
   work_.on_record = before.ok();
   if (state_.strip_id == 0) {
     bool known_world = false;
@@ -311,7 +311,7 @@ Status StructureAndMotion::begin_match_to_older() {
   if (usable) {
     const Status begun = begin_matches_to(wiring_.store, wiring_.mission, older_id, workspace_.predicted,
                                           wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.matches);
-    if (!begun.ok() && is_transient(begun)) return begun;
+    if (is_transient(begun)) return begun;
     usable = begun.ok();
   }
   work_.keeps = usable;
@@ -440,7 +440,7 @@ Status StructureAndMotion::write_finals() {
   }
   StructureRecord structure;
   const Status found = get(wiring_.store, newest_final, structure);
-  if (!found.ok() && is_transient(found)) return found;
+  if (is_transient(found)) return found;
   // Repeated: its points may have been released since.
   if (found.ok()) return {};
   structure.id = newest_final;
@@ -458,7 +458,7 @@ Status StructureAndMotion::record_success() {
   for (const SequenceCamera& camera : sequence.cameras()) {
     PoseRecord known;
     const Status found = get(wiring_.store, camera.keyframe_id, known);
-    if (!found.ok() && is_transient(found)) return found;
+    if (is_transient(found)) return found;
     const bool handed_out = found.ok() && known.state == PoseState::final;
     if (!handed_out) ILP_TRY(write_camera(camera, false));
   }
@@ -519,7 +519,7 @@ Status StructureAndMotion::record_failure() {
 Status StructureAndMotion::fail_pose(std::int64_t keyframe_id) {
   PoseRecord pose;
   const Status found = get(wiring_.store, keyframe_id, pose);
-  if (!found.ok() && is_transient(found)) return found;
+  if (is_transient(found)) return found;
   if (found.ok() && pose.state == PoseState::final) return {};
   pose.id = keyframe_id;
   pose.strip_id = state_.strip_id;

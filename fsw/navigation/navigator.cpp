@@ -173,7 +173,7 @@ Status Navigator::place_strip(bool& worked) {
   worked = true;
   NavigationRecord measured;
   const Status known = get(wiring_.store, pose.id, measured);
-  if (!known.ok() && is_transient(known)) return known;
+  if (is_transient(known)) return known;
   const bool useful = !damaged && known.ok() && pose.state == PoseState::final;
   workspace_.after = state_;
   navigation::StripFrame frame;

@@ -81,7 +81,7 @@ Status PlaceLinks::compare() {
   const RememberedPlace& place = workspace_.table.at(work_.candidates[work_.compared++]);
   PlaceRecord record;
   const Status found = get(wiring_.store, place.keyframe_id, record);
-  if (!found.ok() && is_transient(found)) return found;
+  if (is_transient(found)) return found;
   bool sound = false;
   if (found.ok()) ILP_TRY(recall_.load_features(record, sound));
   if (sound) ILP_TRY(link_with(place, record));

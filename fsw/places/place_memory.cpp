@@ -115,7 +115,7 @@ Status PlaceMemory::load() {
   ILP_TRY(load_camera(wiring_.store, work_.camera));
   ILP_TRY(get(wiring_.store, work_.depth.id, work_.keyframe));
   const Status posed = get(wiring_.store, work_.depth.id, work_.pose);
-  if (!posed.ok() && is_transient(posed)) return posed;
+  if (is_transient(posed)) return posed;
   if (!posed.ok() || work_.pose.state != PoseState::final || !is_pose(work_.pose)) work_.pose.state = PoseState::failed;
   ILP_TRY(load_cells());
   ILP_TRY(load_frame_image(wiring_.store, work_.keyframe.frame_id, workspace_.image));

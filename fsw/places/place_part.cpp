@@ -33,7 +33,7 @@ Status PlacePart::measured(std::int64_t keyframe_id, PoseRecord& pose) {
     if (is_transient(found)) return found;
     PlaceRecord place;
     found = get(wiring_.store, keyframe_id, place);
-    if (!found.ok() && is_transient(found)) return found;
+    if (is_transient(found)) return found;
     pose = {};
     pose.id = place.id;
     pose.strip_id = place.strip_id;

@@ -38,7 +38,7 @@ Status Compressor::restore() {
     if (newest.keyframe_id > cursor_.second) cursor_.second = newest.keyframe_id;
     cursor_.first = std::max(cursor_.first, image ? newest.keyframe_id : newest.keyframe_id - 1);
   }
-  if (!found.ok() && is_transient(found)) return found;
+  if (is_transient(found)) return found;
   return status;
 }
 
@@ -77,7 +77,7 @@ Status Compressor::load(std::int64_t keyframe_id, ProductKind kind, Status& dama
   ILP_TRY(measure_interval(1, work_.interval_s));
   ILP_TRY(measure_interval(mean_keyframes, work_.mean_interval_s));
   const Status posed = get(wiring_.store, keyframe_id, work_.subject.pose);
-  if (!posed.ok() && is_transient(posed)) return posed;
+  if (is_transient(posed)) return posed;
   if (!posed.ok()) {
     work_.subject.pose = {};
     work_.subject.pose.id = keyframe_id;

@@ -41,20 +41,18 @@ void BandJobs::begin(StereoWorkspace& memory, StereoBandJob& job, StereoMatcher&
   static_cast<void>(matcher.match_in_bands(job));
 }
 
-Status BandJobs::get(StereoMatcher& matcher, StereoBandJob& job, bool& there, bool& waits) {
-  there = false;
+Status BandJobs::get(StereoMatcher& matcher, StereoBandJob& job, ComputeProgress& progress) {
+  progress = ComputeProgress::none;
   if (!submitted_) {
     matcher.describe_band();
     ILP_TRY(compute_->submit(
         {ComputeKind::stereo_band, memory_of(job.input), std::as_writable_bytes(std::span(&job.output, 1))}));
     submitted_ = true;
   }
-  const ComputeProgress progress = compute_->ask(ComputeKind::stereo_band);
-  waits = progress == ComputeProgress::waiting;
+  progress = compute_->ask(ComputeKind::stereo_band);
   // A job that is gone begins again.
   if (progress == ComputeProgress::done || progress == ComputeProgress::none) submitted_ = false;
-  there = progress == ComputeProgress::done;
-  if (there) matcher.take_band();
+  if (progress == ComputeProgress::done) matcher.take_band();
   return {};
 }
 

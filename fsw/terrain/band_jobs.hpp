@@ -18,9 +18,8 @@ class BandJobs {
   }
   /// A pair begins: a device matches its bands if there is one.
   void begin(StereoWorkspace& memory, StereoBandJob& job, StereoMatcher& matcher);
-  /// Gets the band that the matcher wants. `there`: it has it. Otherwise `waits` says that only a device's answer is
-  /// missing.
-  Status get(StereoMatcher& matcher, StereoBandJob& job, bool& there, bool& waits);
+  /// Gets the band that the matcher wants; it has it when the job is `done`.
+  Status get(StereoMatcher& matcher, StereoBandJob& job, ComputeProgress& progress);
 
  private:
   void drop();

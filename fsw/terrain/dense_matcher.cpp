@@ -69,22 +69,18 @@ Status DenseMatcher::use_coverage_of(std::int64_t keyframe_id) {
   return clear_coverage(work_.camera.width, work_.camera.height, workspace_.after.coverage);
 }
 
-Status DenseMatcher::find_partner(const PoseRecord& pose, bool& decided, bool& found) {
-  decided = true;
-  found = false;
+Status DenseMatcher::find_partner(const PoseRecord& pose, Successor& state) {
+  state = Successor::none;
   if (pose.state == PoseState::failed) return {};
-  Successor state = Successor::none;
   ILP_TRY(next_with_pose(wiring_.store, pose, pose.id, work_.next, state));
-  decided = state != Successor::not_yet;
-  found = state == Successor::final;
-  if (!found) return {};
+  if (state != Successor::final) return {};
   workspace_.after = state_;
   ILP_TRY(use_coverage_of(pose.id));
   PairWorthParams params;
   params.largest_sigma = wiring_.mission.largest_depth_sigma;
   params.finer_steps = sampling_steps(wiring_.mission.claim_ratio);
   return choose_partner(wiring_.store, work_.camera, pose, work_.next, workspace_.after.coverage, params,
-                        wiring_.mission.partner_reach, work_.partner, decided);
+                        wiring_.mission.partner_reach, work_.partner, state);
 }
 
 Status DenseMatcher::begin_with_partner(const PoseRecord& pose, DepthVerdict& verdict) {
@@ -144,12 +140,11 @@ Status DenseMatcher::pick(bool& picked) {
   ILP_TRY(found);
   // It may have been calibrated since.
   ILP_TRY(load_camera(wiring_.store, work_.camera));
-  bool decided = false;
-  bool has_partner = false;
-  ILP_TRY(find_partner(pose, decided, has_partner));
-  if (!decided) return {};
+  Successor partner = Successor::none;
+  ILP_TRY(find_partner(pose, partner));
+  if (partner == Successor::not_yet) return {};
   picked = true;
-  if (!has_partner) return record_without_depth(pose, DepthVerdict::no_partner);
+  if (partner == Successor::none) return record_without_depth(pose, DepthVerdict::no_partner);
   work_.pose = pose;
   work_.phase = Phase::begin;
   return {};
@@ -189,10 +184,10 @@ Status DenseMatcher::resample_band() {
 Status DenseMatcher::match_band(bool& waits) {
   bool more = true;
   for (; more && work_.rows_matched < band_rows; ++work_.rows_matched) {
-    bool there = true;
-    if (workspace_.matcher.wants_band())
-      ILP_TRY(work_.bands.get(workspace_.matcher, workspace_.maps.band, there, waits));
-    if (!there) return {};
+    ComputeProgress band = ComputeProgress::done;
+    if (workspace_.matcher.wants_band()) ILP_TRY(work_.bands.get(workspace_.matcher, workspace_.maps.band, band));
+    waits = band == ComputeProgress::waiting;
+    if (band != ComputeProgress::done) return {};
     ILP_TRY(workspace_.matcher.step(1, more));
   }
   work_.rows_matched = 0;
@@ -471,14 +466,14 @@ Status DenseMatcher::record_given_up() {
   const std::int64_t id = cursor_.first + 1;
   PoseRecord pose;
   const Status known = get(wiring_.store, id, pose);
-  if (!known.ok() && is_transient(known)) return known;
+  if (is_transient(known)) return known;
   if (known.ok()) {
     const Status recorded = record_without_depth(pose, DepthVerdict::too_few_valid);
     if (recorded.ok() || is_transient(recorded)) return recorded;
   }
   KeyframeRecord keyframe;
   const Status there = get(wiring_.store, id, keyframe);
-  if (!there.ok() && is_transient(there)) return there;
+  if (is_transient(there)) return there;
   DepthRecord record;
   MaskRecord new_ground;
   record.id = id;

@@ -146,7 +146,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
 
   Status pick(bool& picked);
   Status begin();
-  Status find_partner(const PoseRecord& pose, bool& decided, bool& found);
+  Status find_partner(const PoseRecord& pose, Successor& state);
   Status begin_with_partner(const PoseRecord& pose, DepthVerdict& verdict);
   Status begin_pair(const PoseRecord& pose, DepthVerdict& verdict);
   Status begin_panel();

@@ -29,8 +29,8 @@ struct Search {
   std::uint32_t reach;
 };
 
-Status search_partner(const Search& search, const PairWorthParams& params, Partner& partner, bool& decided) {
-  decided = true;
+Status search_partner(const Search& search, const PairWorthParams& params, Partner& partner, Successor& state) {
+  state = Successor::final;
   Partner candidate = partner_of(search.next, params.finer_steps);
   partner = candidate;
   const double distance = distance_of(search.pose);
@@ -39,11 +39,11 @@ Status search_partner(const Search& search, const PairWorthParams& params, Partn
   if (best.median_sigma <= small_share * params.largest_sigma) return {};
   for (std::uint32_t place = 1; place < search.reach; ++place) {
     PoseRecord further;
-    Successor state = Successor::none;
     ILP_TRY(next_with_pose(search.store, search.pose, candidate.pose.id, further, state));
-    decided = state != Successor::not_yet;
+    if (state == Successor::not_yet) return {};
     partner.at_end = state == Successor::none;
-    if (state != Successor::final) return {};
+    state = Successor::final;
+    if (partner.at_end) return {};
     const RigidTransform step = between(candidate.pose, further);
     candidate.step = joined_steps(candidate_from_this, candidate.step, step, step_to(further));
     candidate.pose = further;
@@ -87,13 +87,13 @@ Status next_with_pose(Reader<PoseRecord, StripRecord> store, const PoseRecord& p
 
 Status choose_partner(Reader<PoseRecord, StripRecord> store, const CameraModel& camera, const PoseRecord& pose,
                       const PoseRecord& next, const Coverage& coverage, const PairWorthParams& params,
-                      std::uint32_t reach, Partner& partner, bool& decided) {
+                      std::uint32_t reach, Partner& partner, Successor& state) {
   const Search search{store, camera, pose, next, coverage, reach};
-  ILP_TRY(search_partner(search, params, partner, decided));
-  if (!decided || !partner.at_end) return {};
+  ILP_TRY(search_partner(search, params, partner, state));
+  if (state != Successor::final || !partner.at_end) return {};
   PairWorthParams at_end = params;
   at_end.finer_steps = finer_steps_at_end;
-  return search_partner(search, at_end, partner, decided);
+  return search_partner(search, at_end, partner, state);
 }
 
 }  // namespace ilp

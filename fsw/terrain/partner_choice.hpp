@@ -36,10 +36,10 @@ Status next_with_pose(Reader<PoseRecord, StripRecord> store, const PoseRecord& p
 
 /// Chooses among the keyframe `next`, which follows `pose`, and those after it. The next one is taken at once
 /// if its median sigma is at most an eighth of the largest one, as in level flight. Otherwise the choice waits until
-/// the poses of `reach` following keyframes are final or the strip has ended (`decided`), and the pair with the
-/// greatest worth is taken, the nearer one of equal ones.
+/// the poses of `reach` following keyframes are final or the strip has ended, and the pair with the greatest worth is
+/// taken, the nearer one of equal ones. `state` is `final`, or `not_yet` while it waits.
 Status choose_partner(Reader<PoseRecord, StripRecord> store, const CameraModel& camera, const PoseRecord& pose,
                       const PoseRecord& next, const Coverage& coverage, const PairWorthParams& params,
-                      std::uint32_t reach, Partner& partner, bool& decided);
+                      std::uint32_t reach, Partner& partner, Successor& state);
 
 }  // namespace ilp
