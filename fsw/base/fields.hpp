@@ -189,6 +189,7 @@ template <typename T, typename Each>
 constexpr void for_each_field(Each each) {
   using namespace fields_detail;
   constexpr std::size_t count = count_from<T, initializers<T>()>();
+  static_assert(count > 0 && count <= 32, "too many fields, or the class around the struct is not complete yet");
   [&]<std::size_t... at>(std::index_sequence<at...>) {
     (each.template operator()<std::remove_cvref_t<decltype(std::get<at>(bind<count>(example<T>)))>>(
          name_at<Address{&std::get<at>(bind<count>(example<T>))}>()),

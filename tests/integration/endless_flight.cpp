@@ -98,6 +98,8 @@ StubStages::StubStages(Store& store, Clock& clock, std::int64_t keyframes)
   }
 }
 
+constexpr CheckpointForm StubStages::form = checkpoint_form<State>(ComponentId::acquisition, 1);
+
 Status StubStages::restore() {
   Cursor cursor;
   return restore_checkpoint(store_, form, cursor, state_);

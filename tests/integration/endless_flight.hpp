@@ -78,7 +78,7 @@ class StubStages final : public Component {
     std::int64_t keyframe = 0, frame = 0, coded = 0;
     TimeNs next_ns = 0;
   };
-  static constexpr CheckpointForm form = checkpoint_form<State>(ComponentId::acquisition, 1);
+  static const CheckpointForm form;
   struct Coded {
     ProductRecord record;
     std::vector<std::uint8_t> file;

@@ -98,10 +98,10 @@ class Process {
     for (std::int64_t frame = 0; frame < frames && counts_.sent + per_frame <= most_; ++frame) {
       send(random);
       sent_by.push_back(counts_.sent);
-      const std::uint32_t refused = board_.router->counts().refused;
+      const std::uint32_t refused = board_.software->router().counts().refused;
       board_.fly(0.1);
       counts_.most_in_a_frame =
-          std::max<std::int64_t>(counts_.most_in_a_frame, board_.router->counts().refused - refused);
+          std::max<std::int64_t>(counts_.most_in_a_frame, board_.software->router().counts().refused - refused);
       ++counts_.frames;
       counts_.calendar_s = board_.calendar_now();
       // What was sent so long ago has been carried out.

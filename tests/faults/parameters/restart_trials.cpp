@@ -144,7 +144,7 @@ class Process {
     return false;
   }
   [[nodiscard]] double good(std::size_t index) {
-    const FlightMemoryContent& content = board_.memory->content();
+    const FlightMemoryContent& content = board_.memory().content();
     const KeptSetting* const kept = content.good.find(parameter_info(index).number);
     if (kept != nullptr) return kept->value;
     // The epoch is that of the first start.
@@ -159,7 +159,7 @@ class Process {
       if (first) truth_.allow_only(index, good(index));
       if (!truth_.allows(index, good(index))) return broken(choice.key, good(index), truth_.allowed[index][0]);
       truth_.allow_only(index, good(index));
-      const bool last_good = board_.configuration->stage() == ConfigurationStage::last_good;
+      const bool last_good = board_.configuration().stage() == ConfigurationStage::last_good;
       const double value = parameter_value(board_.mission, index);
       if (last_good && value != good(index) && !board_.software->executive().frames_run())
         return broken(choice.key, value, good(index));
@@ -196,7 +196,7 @@ class Process {
     } else {
       octets = board_.ping_packet();
     }
-    const bool built_in = board_.configuration->stage() == ConfigurationStage::built_in;
+    const bool built_in = board_.configuration().stage() == ConfigurationStage::built_in;
     // Its answer comes only if it makes the flight speak again.
     const bool silent = truth_.in_force[find_parameter("downlink", "link_bytes_per_s")] == 0;
     truth_.open = true;
@@ -226,7 +226,7 @@ class Process {
         if (truth_.set_index < most_parameters) truth_.latest_set[truth_.set_index] = truth_.set_value;
       }
     }
-    if (board_.configuration->restart_wanted() && !board_.restart().ok()) return broken("it does not restart", 0, 0);
+    if (board_.configuration().restart_wanted() && !board_.restart().ok()) return broken("it does not restart", 0, 0);
     return true;
   }
   /// A parameter that needs no trial is good as soon as it is set.
