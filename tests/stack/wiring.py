@@ -42,6 +42,8 @@ LOCAL = r"ilp::\(anonymous namespace\)::"
 STAGES = ("Acquisition CameraCalibrator CaptureClock Compressor DenseMatcher Downlink FileDelivery Navigator "
           "OverlapChecker PlaceMemory RichnessScorer Scrubber StorageManager StructureAndMotion TelecommandGuard "
           "Telecommander TelemetryReporter")
+PARTS = ("DownlinkChoice DownlinkConfirmations DownlinkFiles FileDeliveryLink FileDeliveryPart FileDeliveryRecords "
+         "PlaceLinks PlaceMarks PlacePart PlaceRecall StorageProducts StorageRelease")
 # Interfaces, and the classes that have their functions
 INTERFACES = {
     "Component": STAGES,
@@ -124,8 +126,9 @@ FLIGHT = [
           "SQLite's own functions for a file"),
     Calls(rf"{LOCAL}\w+\(sqlite3_vfs\*", [UNIX_VFS], "SQLite's own functions for files"),
     # The executive, stages and their parts
-    Calls(r"ilp::Executive::", ["Component", "Store", "Clock"], "fsw/executive/executive.hpp"),
-    Calls(rf"ilp::{one_of(STAGES)}::",
+    Calls(r"ilp::Executive::", ["Component", r"ilp::Component::lasting\(\).*", "Store", "Clock"],
+          "fsw/executive/executive.hpp"),
+    Calls(rf"ilp::{one_of(STAGES + ' ' + PARTS)}::",
           ["Store", "Clock", "Camera", "Compute", "Link", "PacketLink", "NavigationSource", "Worker", "Health",
            "Nonvolatile"], "what stages are given"),
     Calls(r"(ilp::Status )?ilp::OutgoingFile::", ["Store", "Link"], "records and the link that they go by"),

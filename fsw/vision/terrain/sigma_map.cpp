@@ -75,7 +75,8 @@ std::uint32_t code_sigma(const DepthView& depth, double disparity_per_inverse_de
   std::uint32_t count = 0;
   for (std::int32_t y = 0; y < depth.sigma.height; ++y, codes += depth.sigma.width) {
     for (std::int32_t word = 0; word < depth.supported.width; ++word) {
-      for (std::uint64_t left = depth.supported.at(word, y); left != 0; left &= left - 1) {
+      for (std::uint64_t left = depth.supported.at(word, y); left != 0;
+           left &= left - 1) {  // bound: the bits of a word
         std::uint8_t& code = codes[word * supported_bits + std::countr_zero(left)];
         if (code == 0) continue;
         code |= sigma_code_supported;
