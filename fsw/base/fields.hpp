@@ -270,6 +270,8 @@ void clear_padding(T& object) {
     std::apply([&](const auto&... fields) { (clear_next(fields), ...); },
                bind<count_from<T, initializers<T>()>()>(object));
     clear_between(object, end, sizeof(T));
+  } else {
+    static_assert(!std::is_class_v<T> || std::has_unique_object_representations_v<T>, "padding that nobody clears");
   }
 }
 

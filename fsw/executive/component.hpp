@@ -39,7 +39,8 @@ struct NoMembers {};
 /// member beside the groups:
 /// - Wiring: what it was given at its construction. It never changes.
 /// - a cursor and a State: what the checkpoint holds. Only restore() and step() change it.
-/// - Work: of work that takes several steps, and counts. Only restore() and step() change it; restore() drops it.
+/// - Work: of work that takes several steps, and counts. Only restore() and step() change it; restore() begins the work
+///   again, and keeps what has to last, such as Patience.
 /// - Workspace: pixels, and data that is derived again from records. It is not checked.
 /// The executive detects other changes between steps.
 class LastingMemory {

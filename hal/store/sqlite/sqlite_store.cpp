@@ -423,7 +423,8 @@ Status SqliteStore::make_room() {
   const bool full = disk_is_full_ || writes_without_room() != full_at_look_ ||
                     (reserve_bytes_ > 0 && path != nullptr && reserved_bytes(path) < reserve_bytes_);
   const bool is_long = 2 * log_bytes_ > log_room_;
-  if (!is_long) held_log_bytes_ = 0;
+  // Another process has started it over if it is shorter.
+  if (!is_long || log_bytes_ < held_log_bytes_) held_log_bytes_ = 0;
   // A try writes all that was copied to the disk: while the log has room, only after it has grown.
   const bool was_tried =
       held_log_bytes_ > 0 && log_bytes_ <= log_room_ && log_bytes_ - held_log_bytes_ < log_room_ / 32;
