@@ -6,7 +6,8 @@
 #include <vector>
 
 namespace ilp {
-namespace {
+// Named, because the compiler looks at the fields of structs with linkage only.
+namespace fields_test {
 
 enum class Colour : std::uint8_t { red };
 struct Inner {
@@ -133,5 +134,5 @@ TEST(Fields, PointersAreFoundAtAnyDepth) {
   EXPECT_TRUE(has_pointers<PointingDeep>());
 }
 
-}  // namespace
+}  // namespace fields_test
 }  // namespace ilp

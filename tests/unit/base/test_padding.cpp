@@ -8,7 +8,8 @@
 #include "fsw/base/fields.hpp"
 
 namespace ilp {
-namespace {
+// Named, because the compiler looks at the fields of structs with linkage only.
+namespace padding_test {
 
 struct Place {
   std::int64_t id;
@@ -61,5 +62,5 @@ TEST(Padding, IsClearedAtAnyDepthAndNothingElseIs) {
   EXPECT_TRUE(cleared_octets<Place>().empty());
 }
 
-}  // namespace
+}  // namespace padding_test
 }  // namespace ilp

@@ -19,6 +19,14 @@
 #include "hal/compute/shared/shared_compute.hpp"
 
 namespace ilp {
+/// The compiler looks at the fields of structs with linkage only.
+struct SizeOfJob {
+  std::int32_t width, rows;
+};
+struct SwappedSize {
+  std::int32_t rows, width;
+};
+
 namespace {
 
 constexpr std::size_t input_bytes = 1024, units = 8, unit_bytes = 64;
@@ -307,13 +315,6 @@ TEST(Compute, NobodyCanShrinkTheSharedMemory) {
   for (const int file : {listener, socket, memory}) ::close(file);
   std::filesystem::remove(path);
 }
-
-struct SizeOfJob {
-  std::int32_t width, rows;
-};
-struct SwappedSize {
-  std::int32_t rows, width;
-};
 
 TEST(SharedCompute, AMemoryWithOtherFieldsOfEqualSizeIsRefused) {
   ComputeForms forms = test_forms();

@@ -11,7 +11,8 @@
 #include "tests/unit/hal/expect_status.hpp"
 
 namespace ilp {
-namespace {
+// Named, because the compiler looks at the fields of structs with linkage only.
+namespace checkpoint_test {
 
 struct Small {
   std::int64_t value = 0;
@@ -217,5 +218,5 @@ TEST_F(CheckpointTest, HowFarAComponentHasComeIsReadFromTheNewerOne) {
   }
 }
 
-}  // namespace
+}  // namespace checkpoint_test
 }  // namespace ilp
