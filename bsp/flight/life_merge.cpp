@@ -7,7 +7,7 @@
 #include "cfg/schedule.hpp"
 #include "fsw/base/time.hpp"
 #include "fsw/shared/camera_on_record.hpp"
-#include "fsw/shared/find_next.hpp"
+#include "fsw/shared/find.hpp"
 #include "hal/store/newest_id.hpp"
 #include "hal/store/record_bytes.hpp"
 
@@ -172,8 +172,7 @@ class Merge {
   Status for_each_earlier(Visit visit, std::int64_t after = 0) {
     Record record;
     for (;;) {
-      Found found{};
-      ILP_TRY(find_next(store_, after, record, found));
+      ILP_TAKE(const Found found, find_next(store_, after, record));
       if (found == Found::nothing || !is_earlier(record_type<Record>, record.id)) return batches_.end();
       after = record.id;
       if (found == Found::sound) ILP_TRY(visit(record));
@@ -232,8 +231,7 @@ class Merge {
     std::int64_t newest = 0, records_through = 0, points_through = 0, event = 0, products_through = 0;
     DownlinkRecord file;
     for (;;) {
-      Found found{};
-      ILP_TRY(find_next(store_, newest, file, found));
+      ILP_TAKE(const Found found, find_next(store_, newest, file));
       if (found == Found::nothing) break;
       newest = file.id;
       if (found == Found::damaged) continue;
@@ -317,8 +315,7 @@ class Merge {
     coded = false;
     KeyframeRecord keyframe;
     for (;;) {
-      Found found{};
-      ILP_TRY(find_next(store_, keyframe_after, keyframe, found));
+      ILP_TAKE(const Found found, find_next(store_, keyframe_after, keyframe));
       if (found == Found::nothing || !is_earlier(RecordType::keyframe, keyframe.id)) return {};
       if (found == Found::sound && keyframe.frame_id > frame_id) return {};
       keyframe_after = keyframe.id;

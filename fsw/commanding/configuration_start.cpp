@@ -4,7 +4,7 @@
 #include "fsw/commanding/configuration.hpp"
 #include "fsw/commanding/settings.hpp"
 #include "fsw/records/life_numbers.hpp"
-#include "fsw/shared/find_next.hpp"
+#include "fsw/shared/find.hpp"
 
 namespace ilp {
 namespace {
@@ -100,8 +100,7 @@ Status Configuration::take_settings(FlightMemoryContent& after, bool lost) {
   SettingRecord setting;
   // Bounded by the number of settings. A damaged one is left out and lost.
   for (;;) {
-    Found found{};
-    ILP_TRY(find_next(*store_, setting.id, setting, found));
+    ILP_TAKE(const Found found, find_next(*store_, setting.id, setting));
     if (found == Found::nothing) break;
     if (found == Found::damaged) continue;
     const bool epoch = setting.id == epoch_info().number;
@@ -129,8 +128,7 @@ Status Configuration::write_settings() {
   };
   SettingRecord setting;
   for (;;) {  // bound: the settings; each turn reads a later one
-    Found found{};
-    ILP_TRY(find_next(*store_, setting.id, setting, found));
+    ILP_TAKE(const Found found, find_next(*store_, setting.id, setting));
     if (found == Found::nothing) break;
     const auto number = static_cast<std::uint64_t>(setting.id);
     const KeptSetting* const row = rows.find(number);

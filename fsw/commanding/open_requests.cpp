@@ -65,8 +65,7 @@ Status Telecommander::follow_requests() {
 Status Telecommander::learn_captures(State& after, bool& changed) {
   for (int i = 0; i < captures_per_step && !after.watched.full(); ++i) {
     CaptureRecord capture;
-    Found found{};
-    ILP_TRY(find_next(wiring_.store, after.last_capture_id, capture, found));
+    ILP_TAKE(const Found found, find_next(wiring_.store, after.last_capture_id, capture));
     if (found == Found::nothing) return {};
     after.last_capture_id = capture.id;
     if (found == Found::damaged || capture.command_id == 0) continue;
@@ -229,8 +228,7 @@ Status Telecommander::is_restarted(OpenRequest& request, bool& done) {
   // The mark moves on, so that each event is examined once, however many there are.
   for (int i = 0; i < events_per_step && !done; ++i) {
     EventRecord event;
-    Found found{};
-    ILP_TRY(find_next(wiring_.store, request.mark_id, event, found));
+    ILP_TAKE(const Found found, find_next(wiring_.store, request.mark_id, event));
     if (found == Found::nothing) return {};
     request.mark_id = event.id;
     done = event.code == static_cast<std::uint16_t>(StatusCode::component_restarted) && event.a == request.subject_id;

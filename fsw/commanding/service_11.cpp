@@ -49,8 +49,7 @@ Status Telecommander::read_schedule() {
   work_.entries.clear();
   ScheduledRecord scheduled;
   while (!work_.entries.full()) {
-    Found found{};
-    ILP_TRY(find_next(wiring_.store, scheduled.id, scheduled, found));
+    ILP_TAKE(const Found found, find_next(wiring_.store, scheduled.id, scheduled));
     if (found == Found::nothing) break;
     // A damaged request is never carried out, and does not hinder commanding.
     if (found == Found::damaged) continue;

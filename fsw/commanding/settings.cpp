@@ -1,7 +1,7 @@
 #include "fsw/commanding/settings.hpp"
 
 #include "fsw/base/text.hpp"
-#include "fsw/shared/find_next.hpp"
+#include "fsw/shared/find.hpp"
 
 namespace ilp {
 namespace {
@@ -19,8 +19,7 @@ Status load_settings(Reader<SettingRecord> store, MissionParameters& mission) {
   Status ignored;
   SettingRecord setting;
   for (;;) {  // bound: the settings; each turn reads a later one
-    Found found{};
-    ILP_TRY(find_next(store, setting.id, setting, found));
+    ILP_TAKE(const Found found, find_next(store, setting.id, setting));
     if (found == Found::nothing) break;
     const bool set = found == Found::sound &&
                      set_parameter(wanted, find_parameter(static_cast<std::uint64_t>(setting.id)), setting.value).ok();

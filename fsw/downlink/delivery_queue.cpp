@@ -6,7 +6,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/packets/cfdp_checksum.hpp"
-#include "fsw/shared/find_next.hpp"
+#include "fsw/shared/find.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -34,8 +34,7 @@ Status DeliveryQueue::survey(std::uint64_t& bytes) {
   std::int64_t oldest_delivered = 0;
   TransferRecord record;
   for (;;) {  // bound: limits::max_transfers records
-    Found found{};
-    ILP_TRY(find_next(store_, record.id, record, found));
+    ILP_TAKE(const Found found, find_next(store_, record.id, record));
     if (found == Found::nothing) break;
     if (last_id_ < record.id) last_id_ = record.id;
     if (found == Found::damaged) {
@@ -157,8 +156,7 @@ Status DeliveryQueue::unsent(std::int64_t& bytes) {
   }
   // Bounded by limits::max_transfers records.
   for (;;) {
-    Found found{};
-    ILP_TRY(find_next(store_, record.id, record, found));
+    ILP_TAKE(const Found found, find_next(store_, record.id, record));
     if (found == Found::nothing) return {};
     const bool begins = record.state == TransferState::waiting || record.state == TransferState::sending;
     if (found == Found::sound && begins && !record.suspended) bytes += record.bytes - record.progress;
@@ -169,8 +167,7 @@ Status request_transfer(StorePart<Changes<TransferRecord>> store, std::int64_t s
   TransferRecord record;
   bool any = false;
   for (;;) {  // bound: limits::max_transfers records
-    Found found{};
-    ILP_TRY(find_next(store, record.id, record, found));
+    ILP_TAKE(const Found found, find_next(store, record.id, record));
     if (found == Found::nothing) break;
     const std::int64_t told = record.sequence & told_of_a_number;
     const bool meant = found == Found::sound && (sequence == 0 || told == sequence);

@@ -52,8 +52,7 @@ Status Downlink::catch_up() {
   begin_ids<KeyframeRecord>(wiring_.store, state_.event_files);
   DownlinkRecord record;
   for (;;) {  // bound: the files since the checkpoint
-    Found found{};
-    ILP_TRY(find_next(wiring_.store, state_.last_downlink_id, record, found));
+    ILP_TAKE(const Found found, find_next(wiring_.store, state_.last_downlink_id, record));
     if (found == Found::nothing) break;
     state_.last_downlink_id = record.id;
     if (found == Found::damaged) continue;

@@ -58,8 +58,7 @@ Status DownlinkChoice::find_requests() {
   workspace_.requests.clear();
   CommandRecord command;
   for (;;) {  // bound: limits::max_commands
-    Found found{};
-    ILP_TRY(find_next(wiring_.store, command.id, command, found));
+    ILP_TAKE(const Found found, find_next(wiring_.store, command.id, command));
     if (found == Found::nothing) return {};
     const bool refine = found == Found::sound && command.kind == CommandKind::refine;
     if (!refine || requested(command.keyframe_id)) continue;
@@ -88,8 +87,7 @@ bool DownlinkChoice::waits(const State& after, const ProductRecord& product) con
 Status DownlinkChoice::next_waiting(const State& after, ProductRecord& product, bool& found) {
   found = false;
   for (;;) {  // bound: the products in the store; each turn reads a later one
-    Found any{};
-    ILP_TRY(find_next(wiring_.store, product.id, product, any));
+    ILP_TAKE(const Found any, find_next(wiring_.store, product.id, product));
     if (any == Found::nothing) return {};
     if (any == Found::damaged) continue;
     // The records of a keyframe are sent after its image is made.
@@ -166,8 +164,7 @@ Status DownlinkChoice::send_overdue(State& after, bool& sent) {
       after.product_at_pass[passes < limits::max_overdue_passes ? passes : limits::max_overdue_passes];
   ProductRecord product;
   while (product.id < newest) {  // bound: the products up to `newest`; each turn reads a later one
-    Found found{};
-    ILP_TRY(find_next(wiring_.store, product.id, product, found));
+    ILP_TAKE(const Found found, find_next(wiring_.store, product.id, product));
     if (found == Found::nothing) return {};
     if (found == Found::damaged || product.id > newest || !waits(after, product) || product.layers_sent != 0) continue;
     const std::int64_t pass_bytes = after.pass_bytes + (work_.room_bytes > 0 ? work_.room_bytes : 0);
@@ -205,13 +202,12 @@ Status DownlinkChoice::send_next_records(std::int64_t most, State& after, bool& 
   // Each turn makes one more of them late.
   for (std::size_t turn = 0; turn <= max_late_files; ++turn) {
     KeyframeRecord keyframe;
-    Found found{};
-    ILP_TRY(find_next(wiring_.store, after.records_through, keyframe, found));
+    ILP_TAKE(const Found found, find_next(wiring_.store, after.records_through, keyframe));
     if (found == Found::nothing) return {};
     // The compressor works in order: an image of this or a later keyframe means that this one is done.
     ProductRecord product;
-    ILP_TRY(find_next(wiring_.store, product_id(keyframe.id, ProductKind::image) - 1, product, found));
-    if (found == Found::nothing) return {};
+    ILP_TAKE(const Found made, find_next(wiring_.store, product_id(keyframe.id, ProductKind::image) - 1, product));
+    if (made == Found::nothing) return {};
     if (!rests(FileClass::records, keyframe.id)) {
       return may_go(after, usual_records_bytes, most) ? files_.send_records(keyframe.id, after, sent) : Status{};
     }
@@ -227,8 +223,7 @@ Status DownlinkChoice::send_next_points(std::int64_t most, State& after, bool& s
   if (late != 0) return files_.send_points(late, most, after, sent);
   for (;;) {  // bound: the keyframes up to `records_through`
     StructureRecord structure;
-    Found found{};
-    ILP_TRY(find_next(wiring_.store, after.points_through, structure, found));
+    ILP_TAKE(const Found found, find_next(wiring_.store, after.points_through, structure));
     if (found == Found::nothing) return {};
     if (structure.id > after.records_through) return {};
     if (rests(FileClass::points, structure.id)) {

@@ -62,8 +62,7 @@ Status DownlinkConfirmations::hear(State& after, bool& heard) {
   bool all_before = id == after.acknowledged_through;
   bool ended = false;
   for (int asked = 0; asked < acknowledgements_per_step && !(heard && work_.hear_alone > 0); ++asked) {
-    Found found{};
-    ILP_TRY(find_next(wiring_.store, id, record, found));
+    ILP_TAKE(const Found found, find_next(wiring_.store, id, record));
     ended = found == Found::nothing;
     if (ended) break;
     id = record.id;
@@ -91,8 +90,7 @@ Status DownlinkConfirmations::check_products(State& after, bool& changed) {
   changed = after.check_products_from > 0;
   for (int i = 0; i < products_per_step && after.check_products_from > 0; ++i) {
     ProductRecord product;
-    Found found{};
-    ILP_TRY(find_next(wiring_.store, after.check_products_from - 1, product, found));
+    ILP_TAKE(const Found found, find_next(wiring_.store, after.check_products_from - 1, product));
     after.check_products_from = found == Found::nothing ? 0 : product.id + 1;
     if (found != Found::sound) continue;
     const bool open = product.state == ProductState::stored || product.state == ProductState::sent;

@@ -11,7 +11,7 @@
 #include "fsw/downlink/set_aside_list.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/checkpoint.hpp"
-#include "fsw/shared/find_next.hpp"
+#include "fsw/shared/find.hpp"
 #include "hal/clock/clock.hpp"
 
 namespace ilp {

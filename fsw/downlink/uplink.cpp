@@ -6,7 +6,7 @@
 #include "fsw/base/argument.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
-#include "fsw/shared/find_next.hpp"
+#include "fsw/shared/find.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -75,8 +75,7 @@ Status erase_oldest(StorePart<Erases<UplinkRecord>> store, std::int64_t newest) 
   constexpr auto kept = static_cast<std::int64_t>(limits::max_uplink_records);
   UplinkRecord record;
   for (;;) {  // bound: limits::max_uplink_records and the new one
-    Found found{};
-    ILP_TRY(find_next(store, record.id, record, found));
+    ILP_TAKE(const Found found, find_next(store, record.id, record));
     if (found == Found::nothing || record.id + kept > newest) return {};
     // A damaged record does not say whether it is active, and is of no use.
     const bool active = found == Found::sound && record.state == UplinkState::active;
@@ -303,8 +302,7 @@ Status activate_uplink(StorePart<Changes<UplinkRecord>> store, std::int64_t id, 
   ILP_TRY(text.finish(changed));
   UplinkRecord other;
   for (;;) {  // bound: limits::max_uplink_records
-    Found found{};
-    ILP_TRY(find_next(store, other.id, other, found));
+    ILP_TAKE(const Found found, find_next(store, other.id, other));
     if (found == Found::nothing) break;
     if (found == Found::damaged || other.state != UplinkState::active) continue;
     other.state = UplinkState::superseded;

@@ -116,7 +116,7 @@ Status CaptureClock::accept_telecommand(const CommandRecord& command, Outcome& o
 
 Status CaptureClock::handle_command(Outcome& outcome, bool& handled) {
   CommandRecord command;
-  ILP_TRY(find_next(wiring_.store, cursor_.second, command, handled));
+  ILP_TAKE(handled, find_next_sound(wiring_.store, cursor_.second, command));
   if (!handled) return {};
   outcome.cursor.second = command.id;
   const bool wanted = command.kind == CommandKind::capture || command.kind == CommandKind::capture_soon;
@@ -161,7 +161,7 @@ Status CaptureClock::follow_keyframe(const OverlapRecord& overlap, const FrameRe
 
 Status CaptureClock::follow_overlap(Outcome& outcome, bool& handled) {
   OverlapRecord overlap;
-  ILP_TRY(find_next(wiring_.store, cursor_.first, overlap, handled));
+  ILP_TAKE(handled, find_next_sound(wiring_.store, cursor_.first, overlap));
   if (!handled) return {};
   outcome.cursor.first = overlap.id;
   FrameRecord frame;
@@ -198,7 +198,7 @@ Status CaptureClock::take_attitude(const PoseRecord& pose, double focal_px, Stat
 
 Status CaptureClock::follow_pose(Outcome& outcome, bool& handled) {
   PoseRecord pose;
-  ILP_TRY(find_next(wiring_.store, state_.last_pose_id, pose, handled));
+  ILP_TAKE(handled, find_next_sound(wiring_.store, state_.last_pose_id, pose));
   if (!handled) return {};
   State& after = outcome.after;
   after.last_pose_id = pose.id;

@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "fsw/base/rng.hpp"
-#include "fsw/shared/find_next.hpp"
+#include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/shared/work_level.hpp"
 #include "fsw/vision/overlap/coarse_search.hpp"
@@ -217,8 +217,7 @@ Status OverlapChecker::begin_strip_of_waiting(Outcome& outcome, bool& begun) con
 Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
   handled = false;
   CommandRecord command;
-  Found found{};
-  ILP_TRY(find_next(wiring_.store, cursor_.second, command, found));
+  ILP_TAKE(const Found found, find_next(wiring_.store, cursor_.second, command));
   if (found == Found::nothing) return {};
   if (found == Found::damaged) {
     // It may have ended the strip, and is not repeated: two strips are better than poses that never become final.

@@ -1,6 +1,7 @@
 // A view of the store that passes over damaged records, for housekeeping that must not stop at them.
 #pragma once
 
+#include "fsw/base/result.hpp"
 #include "hal/store/forwarding_store.hpp"
 #include "hal/store/store_view.hpp"
 
@@ -46,10 +47,11 @@ class SoundView : private detail::SoundBehind, public StoreView<access> {
 
 /// The record after `after` in such a view.
 template <typename Record>
-Status find_next(Reader<Record> store, std::int64_t after, Record& record, bool& found) {
+Result<bool> find_next_sound(Reader<Record> store, std::int64_t after, Record& record) {
   const Status status = next(store, after, record);
-  found = status.ok();
-  return status.is(StatusCode::not_found) ? Status{} : status;
+  if (status.is(StatusCode::not_found)) return false;
+  if (!status.ok()) return status;
+  return true;
 }
 
 }  // namespace ilp

@@ -26,8 +26,7 @@ template <typename Record>
 Status count_next(Reader<Record> store, std::int64_t& counted_id, std::int64_t& bytes, std::uint32_t& held,
                   bool& changed) {
   Record record;
-  bool found = false;
-  ILP_TRY(find_next(store, counted_id, record, found));
+  ILP_TAKE(const bool found, find_next_sound(store, counted_id, record));
   if (!found) return {};
   counted_id = record.id;
   bytes += blob_bytes(record);
@@ -89,8 +88,7 @@ Status StorageManager::weigh_places() {
 Status StorageManager::count_depth(Draft& draft) {
   State& after = draft.after;
   DepthRecord depth;
-  bool found = false;
-  ILP_TRY(find_next(wiring_.store, after.counted_depth_id, depth, found));
+  ILP_TAKE(const bool found, find_next_sound(wiring_.store, after.counted_depth_id, depth));
   if (!found) return {};
   MaskRecord mask;
   ILP_TRY(release_part().find_mask(depth.id, mask));
@@ -148,8 +146,7 @@ Status StorageManager::delete_acknowledged(Draft& draft) {
   if (!any.ok() && !any.is(StatusCode::not_found)) return any;
   for (int asked = 0; asked < files_per_step; ++asked) {
     DownlinkRecord sent;
-    bool found = false;
-    ILP_TRY(find_next(wiring_.store, work_.asked_id, sent, found));
+    ILP_TAKE(const bool found, find_next_sound(wiring_.store, work_.asked_id, sent));
     if (!found) {
       // In turns over all files, so that a missing confirmation does not delay those after it.
       work_.asked_id = 0;

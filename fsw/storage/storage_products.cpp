@@ -130,7 +130,7 @@ Status StorageProducts::find_oldest(Draft& draft) {
   ProductRecord product;
   bool found = false;
   for (int i = 0; i < batch; ++i) {
-    ILP_TRY(find_next(wiring_.store, after.oldest_product_id, product, found));
+    ILP_TAKE(found, find_next_sound(wiring_.store, after.oldest_product_id, product));
     if (!found || product.data.bytes != 0 || product.id > after.counted_product_id) break;
     after.oldest_product_id = product.id;
   }
@@ -175,8 +175,7 @@ Status StorageProducts::send_again(const DownlinkRecord& lost, ProductRecord pro
 Status StorageProducts::sweep(Draft& draft) {
   for (int i = 0; i < products_per_sweep; ++i) {
     ProductRecord product;
-    bool found = false;
-    ILP_TRY(find_next(wiring_.store, work_.swept_id, product, found));
+    ILP_TAKE(const bool found, find_next_sound(wiring_.store, work_.swept_id, product));
     work_.swept_id = found ? product.id : 0;
     if (!found) return {};
     if (product.state == ProductState::acknowledged) ILP_TRY(delete_product(product, draft));

@@ -17,9 +17,8 @@ Status StorageRelease::find_mask(std::int64_t keyframe_id, MaskRecord& mask) {
 
 Status StorageRelease::release_depth(Draft& draft) {
   State& after = draft.after;
-  bool found = false;
   DepthRecord depth;
-  ILP_TRY(find_next(wiring_.store, after.coded_depth_id, depth, found));
+  ILP_TAKE(const bool found, find_next_sound(wiring_.store, after.coded_depth_id, depth));
   // The image of a keyframe is coded after its depth map.
   if (found && depth.id <= after.counted_depth_id &&
       after.counted_product_id >= product_id(depth.id, ProductKind::image)) {
@@ -59,9 +58,8 @@ Status StorageRelease::release_points(StructureRecord structure, bool held, Draf
 
 Status StorageRelease::age_points(Draft& draft) {
   State& after = draft.after;
-  bool found = false;
   StructureRecord structure;
-  ILP_TRY(find_next(wiring_.store, after.aged_structure_id, structure, found));
+  ILP_TAKE(const bool found, find_next_sound(wiring_.store, after.aged_structure_id, structure));
   if (!found || structure.id > after.counted_structure_id ||
       structure.id > after.frames.passed_keyframe_id - keyframes_with_points) {
     return {};
@@ -97,9 +95,8 @@ Status StorageRelease::release_oldest_points(bool full, Draft& draft, bool& rele
   std::int64_t unneeded = 0;
   ILP_TRY(unneeded_before(unneeded));
   for (int i = 0; i < batch && !released; ++i) {
-    bool found = false;
     StructureRecord structure;
-    ILP_TRY(find_next(wiring_.store, after.released_structure_id, structure, found));
+    ILP_TAKE(const bool found, find_next_sound(wiring_.store, after.released_structure_id, structure));
     if (!found || structure.id > after.aged_structure_id) return {};
     released = structure.points.bytes != 0;
     if (released && !full && structure.id > unneeded) {
@@ -124,9 +121,8 @@ Status StorageRelease::release_oldest_mask(bool full, Draft& draft, bool& releas
   if (!any.ok() && !any.is(StatusCode::not_found)) return any;
   if (sent.records_through > unneeded) unneeded = sent.records_through;
   for (int i = 0; i < batch && !released; ++i) {
-    bool found = false;
     MaskRecord mask;
-    ILP_TRY(find_next(wiring_.store, after.released_depth_id, mask, found));
+    ILP_TAKE(const bool found, find_next_sound(wiring_.store, after.released_depth_id, mask));
     if (!found || mask.id > after.coded_depth_id) return {};
     if (mask.code.bytes != 0 && mask.id > unneeded) return {};
     released = mask.code.bytes != 0;

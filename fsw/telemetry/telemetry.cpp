@@ -100,8 +100,7 @@ StepResult TelemetryReporter::step() {
 Status TelemetryReporter::report_events() {
   for (int i = 0; i < events_per_step && wiring_.writer.waiting() < most_waiting; ++i) {
     EventRecord event;
-    Found found{};
-    ILP_TRY(find_next(wiring_.store, cursor_.first, event, found));
+    ILP_TAKE(const Found found, find_next(wiring_.store, cursor_.first, event));
     if (found == Found::nothing) break;
     // The scrubber reports the damage; the next events are not kept waiting.
     if (found == Found::sound) ILP_TRY(report_event(event));

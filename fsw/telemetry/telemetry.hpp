@@ -11,7 +11,7 @@
 #include "fsw/packets/service_events.hpp"
 #include "fsw/packets/service_housekeeping.hpp"
 #include "fsw/packets/telemetry_writer.hpp"
-#include "fsw/shared/find_next.hpp"
+#include "fsw/shared/find.hpp"
 #include "fsw/shared/step_transaction.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/store/store.hpp"

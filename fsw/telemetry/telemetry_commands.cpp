@@ -29,8 +29,7 @@ Status TelemetryReporter::obey_commands() {
   Status status;
   for (std::size_t i = 0; i < commands_per_step; ++i) {
     CommandRecord command;
-    Found found{};
-    ILP_TRY(find_next(wiring_.store, cursor_.second, command, found));
+    ILP_TAKE(const Found found, find_next(wiring_.store, cursor_.second, command));
     if (found == Found::nothing) break;
     if (found == Found::sound && is_for_telemetry(command.kind)) {
       const Status obeyed = obey(command);
