@@ -42,6 +42,7 @@ constexpr struct {
     {ValueType::flag, boolean_values},
     {ValueType::format, FormatFault_values},
     {ValueType::frame_damage, FrameDamage_values},
+    {ValueType::intrinsic, Intrinsic_values},
     {ValueType::load_reason, LoadReason_values},
     {ValueType::memory_source, MemorySource_values},
     {ValueType::overlap_verdict, OverlapVerdict_values},

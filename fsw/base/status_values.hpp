@@ -45,6 +45,7 @@ namespace ilp {
   ROW(file_kind, "", 1, "")                                                                               \
   ROW(flag, "", 1, "")                                                                                    \
   ROW(frame_damage, "", 1, "")                                                                            \
+  ROW(intrinsic, "", 1, "")                                                                               \
   ROW(load_reason, "", 1, "")                                                                             \
   ROW(memory_source, "", 1, "")                                                                           \
   ROW(overlap_verdict, "", 1, "")                                                                         \

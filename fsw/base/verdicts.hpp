@@ -48,8 +48,19 @@ ILP_ENUMERATION(PairModel, (0, none, "no pair, or too few matches"),
                 (1, fundamental, "the fundamental matrix is clearly better: the pair shows relief"),
                 (2, homography, "a homography explains the pair as well"))
 
-/// Verdict on a strip's agreement with the camera's focal length.
-ILP_ENUMERATION(CalibrationCheckVerdict, (0, agrees, ""), (1, contradicts, ""), (2, cannot_tell, "cannot tell"))
+/// The intrinsics of a camera with OpenCV's distortion.
+ILP_ENUMERATION(Intrinsic, (0, focal_length, "focal length"), (1, centre_x, "x of the principal point"),
+                (2, centre_y, "y of the principal point"), (3, k1, "radial distortion k1"),
+                (4, k2, "radial distortion k2"), (5, p1, "tangential distortion p1"),
+                (6, p2, "tangential distortion p2"))
+inline constexpr std::size_t intrinsic_count = values_of(Intrinsic{}).size();
+
+/// Verdict on a strip's agreement with its camera.
+ILP_ENUMERATION(CameraCheckVerdict, (0, fits, "the images ask for no other lens"),
+                (1, contradicts, "another lens explains the images better"),
+                (2, unexplained,
+                 "no lens explains the images: a rolling shutter, a zoom or focus that changes, a bent image"),
+                (3, nothing_seen, "too few points"))
 
 /// What the vehicle's measurements say about the world of a strip.
 ILP_ENUMERATION(StripFrameVerdict, (0, ok, "the measurements agree"),

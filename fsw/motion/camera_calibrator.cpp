@@ -5,7 +5,6 @@
 #include <new>
 
 #include "fsw/base/rng.hpp"
-#include "fsw/motion/final_window.hpp"
 #include "fsw/shared/calibration_wait.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/shared/navigation_on_record.hpp"
@@ -14,8 +13,6 @@
 
 namespace ilp {
 namespace {
-
-constexpr std::uint32_t least_views_to_check = 3;
 
 CalibrationRecord record_of(const CalibrationReport& report, const KeyframeRecord& keyframe) {
   CalibrationRecord record;
@@ -49,7 +46,7 @@ std::int64_t thousandths(double value) {
 
 constexpr CheckpointForm CameraCalibrator::checkpoint = checkpoint_form<CalibratingState>(component_id);
 constexpr CheckpointForm CameraCalibrator::second_checkpoint =
-    checkpoint_form<CheckingState>(component_id, stage_of(component_id).state.second);
+    checkpoint_form<StripCheckState>(component_id, stage_of(component_id).state.second);
 
 CameraCalibrator::CameraCalibrator(Tables store, const MissionParameters& mission, Scratch scratch)
     : wiring_{store, mission, scratch} {}
@@ -66,11 +63,15 @@ Status CameraCalibrator::restore() {
   work_.keeps = false;
   workspace_.images.previous_id = 0;
   state_.checking = {};
+  work_.check.window_loaded = false;
   ILP_TRY(get_camera(wiring_.store, camera_id, work_.camera));
   Status loaded;
   if (work_.camera.frozen) {
     loaded = restore_checkpoint(wiring_.store, second_checkpoint, cursor_, state_.checking);
-    if (loaded.is(StatusCode::checkpoint_lost)) ILP_TRY(resume_after_records());
+    if (loaded.is(StatusCode::checkpoint_lost)) {
+      ILP_TRY(newest_id<CalibrationRecord>(wiring_.store, cursor_.first));
+      ILP_TRY(strip_check().resume_after_records());
+    }
     return loaded;
   }
   loaded = load_checkpoint(wiring_.store, checkpoint, cursor_, state_.calibrating);
@@ -86,25 +87,6 @@ Status CameraCalibrator::restore() {
   ILP_TRY(SelfCalibration(state_.calibrating.calibration, workspace_.calibration)
               .begin(camera_model(work_.camera), params));
   return lost ? Status{StatusCode::checkpoint_lost, loaded.a, loaded.b} : Status{};
-}
-
-/// Strips that were checked are not checked again: their points may have been released since.
-Status CameraCalibrator::resume_after_records() {
-  ILP_TRY(newest_id<CalibrationRecord>(wiring_.store, cursor_.first));
-  CalibrationCheckRecord check;
-  const Status found = last(wiring_.store, check);
-  if (found.is(StatusCode::not_found)) return {};
-  if (!found.ok() && !found.is(StatusCode::record_damaged)) return found;
-  if (found.ok()) {
-    const bool at_end = check.id == calibration_check_id(check.strip_id, true);
-    cursor_.second = at_end ? check.strip_id : check.strip_id - 1;
-    state_.checking.checked = !at_end;
-    return {};
-  }
-  StripRecord strip;
-  ILP_TRY(newest_id<StripRecord>(wiring_.store, strip.id));
-  cursor_.second = std::max<std::int64_t>(strip.id - 1, 0);
-  return {};
 }
 
 Status CameraCalibrator::pick_keyframe(bool& picked) {
@@ -239,7 +221,7 @@ CameraRecord CameraCalibrator::nominal_camera() const {
 
 Status CameraCalibrator::freeze(const CameraRecord& frozen, const CalibrationRecord* said, const Status& event) {
   const Cursor after{said != nullptr ? said->id : cursor_.first, cursor_.second};
-  CheckingState checking;
+  StripCheckState checking;
   StepTransaction transaction(wiring_.store, second_checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(put_camera(wiring_.store, frozen));
@@ -343,143 +325,20 @@ StepResult CameraCalibrator::calibrate() {
   return work_.patience.failed(work_.keyframe.id, status);
 }
 
-Status CameraCalibrator::follow_strip(bool& picked) {
-  picked = false;
-  StripRecord strip;
-  const Status found = next(wiring_.store, cursor_.second, strip);
-  if (found.is(StatusCode::not_found)) return {};
-  if (found.is(StatusCode::record_damaged) || work_.patience.given_up(-(cursor_.second + 1))) {
-    // The newest one may still be written again.
-    const std::int64_t id = found.ok() ? strip.id : found.a;
-    StripRecord later;
-    const Status more = next(wiring_.store, id, later);
-    if (more.is(StatusCode::not_found)) return {};
-    picked = true;
-    return end_strip(id);
-  }
-  ILP_TRY(found);
-  const std::int64_t id = state_.checking.pose_id == 0 ? strip.first_keyframe_id : state_.checking.pose_id + 1;
-  if (id > strip.last_keyframe_id) {
-    picked = strip.end != StripEnd::open;
-    return picked ? begin_check(strip, true) : Status{};
-  }
-  PoseRecord pose;
-  // Poses come in the order of ids, and the oldest leave the store in time.
-  const Status posed = next(wiring_.store, id - 1, pose);
-  if (posed.is(StatusCode::not_found) || (posed.ok() && pose.state == PoseState::provisional)) return {};
-  const bool damaged = posed.is(StatusCode::record_damaged);
-  if (!damaged) ILP_TRY(posed);
-  if (damaged) pose.id = posed.a;
-  if (damaged) pose.state = PoseState::failed;
-  picked = true;
-  state_.checking.pose_id = std::min(pose.id, strip.last_keyframe_id);
-  if (pose.id > strip.last_keyframe_id) return {};
-  if (pose.state == PoseState::final) ++state_.checking.posed;
-  // The window after them may still see their points.
-  const std::uint32_t wanted = limits::max_calibration_views + window_length(wiring_.mission);
-  const bool window_full = !state_.checking.checked && state_.checking.posed == wanted;
-  return window_full ? begin_check(strip, false) : Status{};
-}
-
-Status CameraCalibrator::collect_keyframes(const StripRecord& strip, bool at_end) {
-  workspace_.checked_ids.clear();
-  const std::int64_t step = at_end ? -1 : 1;
-  std::int64_t id = at_end ? strip.last_keyframe_id : strip.first_keyframe_id;
-  while (id >= strip.first_keyframe_id && id <= strip.last_keyframe_id) {
-    PoseRecord pose;
-    const Status known = get(wiring_.store, id, pose);
-    if (is_transient(known)) return known;
-    if (known.ok() && pose.state == PoseState::final && !workspace_.checked_ids.push_back(id)) break;
-    id += step;
-  }
-  std::sort(workspace_.checked_ids.begin(), workspace_.checked_ids.end());
-  return {};
-}
-
-Status CameraCalibrator::begin_check(const StripRecord& strip, bool at_end) {
-  ILP_TRY(collect_keyframes(strip, at_end));
-  if (workspace_.checked_ids.size() < least_views_to_check) return end_strip(strip.id);
-  workspace_.check = {};
-  workspace_.check.id = calibration_check_id(strip.id, at_end);
-  workspace_.check.strip_id = strip.id;
-  workspace_.check.first_keyframe_id = workspace_.checked_ids[0];
-  workspace_.check.last_keyframe_id = workspace_.checked_ids.back();
-  const CameraModel camera = camera_model(work_.camera);
-  const CalibrationCheckParams params;
-  Status prepared =
-      load_final_window(wiring_.store, camera, {workspace_.checked_ids.data(), workspace_.checked_ids.size()},
-                        state_.checking.pose_id, workspace_.window);
-  if (prepared.ok()) prepared = workspace_.checker.begin(camera, workspace_.window, params);
-  if (is_transient(prepared) && !work_.patience.given_up(-(cursor_.second + 1))) return prepared;
-  if (!prepared.ok()) {
-    // This strip gives no answer; an empty window expresses that.
-    ILP_TRY(load_final_window(wiring_.store, camera, {}, 0, workspace_.window));
-    ILP_TRY(workspace_.checker.begin(camera, workspace_.window, params));
-    work_.event = prepared;
-  }
-  work_.phase = Phase::check;
-  return {};
-}
-
-Status CameraCalibrator::end_strip(std::int64_t strip_id) {
-  work_.patience.begin_writing();
-  const Cursor after{cursor_.first, strip_id};
-  StepTransaction transaction(wiring_.store, second_checkpoint);
-  ILP_TRY(transaction.begin());
-  CheckingState next_strip;
-  ILP_TRY(transaction.commit(after, next_strip, cursor_, state_.checking));
-  work_.patience.end_writing();
-  return {};
-}
-
-Status CameraCalibrator::write_check() {
-  const CalibrationCheck& said = workspace_.checker.result();
-  workspace_.check.verdict = said.verdict;
-  workspace_.check.views = said.views;
-  workspace_.check.points = said.points;
-  workspace_.check.focal_px = said.focal_px;
-  workspace_.check.sigma_px = said.sigma_px;
-  workspace_.check.deviation = said.deviation;
-  workspace_.check.noise_px = said.noise_px;
-  workspace_.check.consistency = said.consistency;
-  const bool at_end = workspace_.check.id == calibration_check_id(workspace_.check.strip_id, true);
-  CheckingState after_state = state_.checking;
-  after_state.checked = true;
-  if (at_end) after_state = {};
-  work_.patience.begin_writing();
-  const Cursor after{cursor_.first, at_end ? workspace_.check.strip_id : cursor_.second};
-  StepTransaction transaction(wiring_.store, second_checkpoint);
-  ILP_TRY(transaction.begin());
-  ILP_TRY(put(wiring_.store, workspace_.check));
-  ILP_TRY(transaction.commit(after, after_state, cursor_, state_.checking));
-  work_.patience.end_writing();
-  work_.phase = Phase::idle;
-  if (said.verdict == CalibrationCheckVerdict::contradicts) {
-    work_.event = {StatusCode::calibration_contradicted, workspace_.check.strip_id, thousandths(said.focal_px)};
-  }
-  return {};
+StripCheck CameraCalibrator::strip_check() {
+  return {{wiring_.store, wiring_.mission, second_checkpoint},
+          cursor_,
+          state_.checking,
+          work_.check,
+          work_.patience,
+          workspace_.check};
 }
 
 StepResult CameraCalibrator::check() {
-  Status status;
-  bool pending = true;
-  switch (work_.phase) {
-    case Phase::check: {
-      bool more = false;
-      workspace_.checker.step(more);
-      if (!more) work_.phase = Phase::write_check;
-      break;
-    }
-    case Phase::write_check:
-      status = write_check();
-      break;
-    default:
-      status = follow_strip(pending);
-      break;
-  }
-  if (status.ok()) return {work_.event, pending};
+  const Result<bool> pending = strip_check().step(camera_model(work_.camera), work_.event);
+  if (pending.ok()) return {work_.event, pending.value()};
   // The strip counts as an input of its own that may be abandoned.
-  return work_.patience.failed(-(cursor_.second + 1), status);
+  return work_.patience.failed(-(cursor_.second + 1), pending.status());
 }
 
 StepResult CameraCalibrator::step() {

@@ -6,10 +6,10 @@
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/motion/keyframe_features.hpp"
 #include "fsw/motion/measured_focal.hpp"
+#include "fsw/motion/strip_check.hpp"
 #include "fsw/shared/patience.hpp"
 #include "fsw/shared/step_memory.hpp"
 #include "fsw/shared/step_transaction.hpp"
-#include "fsw/vision/calibration/calibration_check.hpp"
 #include "fsw/vision/calibration/calibration_workspace.hpp"
 #include "fsw/vision/calibration/self_calibration.hpp"
 #include "hal/camera/camera.hpp"
@@ -23,9 +23,8 @@ namespace ilp {
 /// length. If the vehicle measures its attitude, the camera may also follow from that and from the plane of the ground;
 /// heights and places make it surer (measured_focal.hpp).
 ///
-/// After that, CalibrationChecker runs on the first keyframes of each strip, once their points are final, and on its
-/// last ones at its end. A contradiction is reported as an event and changes nothing. A keyframe that cannot be read
-/// shares nothing with its neighbours. A strip whose records cannot be read is not checked.
+/// After that, StripCheck compares the images of each strip with the camera. A keyframe that cannot be read shares
+/// nothing with its neighbours.
 class CameraCalibrator final : public StageComponent<ComponentId::camera_calibrator> {
  public:
   /// The first form is for the search for the camera, the second for the time after it is frozen.
@@ -40,19 +39,7 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   [[nodiscard]] LastingMemory lasting() const override;
 
  private:
-  enum class Phase : std::uint8_t {
-    idle,
-    load,
-    detect,
-    begin_match,
-    match,
-    relate,
-    calibrate,
-    measure,
-    record,
-    check,
-    write_check
-  };
+  enum class Phase : std::uint8_t { idle, load, detect, begin_match, match, relate, calibrate, measure, record };
 
   struct Wiring {
     Tables store;
@@ -67,16 +54,10 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
     bool overdue_told = false;
     MeasuredFocal measured;
   };
-  /// State of the strip after the last checked one.
-  struct CheckingState {
-    std::int64_t pose_id = 0;  ///< newest one examined
-    std::uint32_t posed = 0;   ///< posed keyframes up to it
-    bool checked = false;      ///< the first keyframes were checked
-  };
   /// A checkpoint holds one of them.
   struct State {
     CalibratingState calibrating;
-    CheckingState checking;
+    StripCheckState checking;
   };
   struct Work {
     CameraRecord camera;
@@ -86,6 +67,7 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
     Status event;
     Patience patience;
     KeyframeRecord keyframe;
+    StripCheckWork check;
   };
   struct Workspace {
     CalibrationWorkspace calibration;
@@ -93,14 +75,9 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
     KeyframeImages images;
     Corners corners;
     Matches matches;
-    CalibrationChecker checker{calibration};
-    BundleProblem window;
-    FixedVector<std::int64_t, limits::max_calibration_views> checked_ids;
-    CalibrationCheckRecord check;
+    StripCheckWorkspace check;
   };
 
-  /// Continues after the records if the checkpoint is lost.
-  Status resume_after_records();
   StepResult calibrate();
   Status advance(bool& pending);
   Status pick_keyframe(bool& picked);
@@ -121,12 +98,8 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   Status find_overdue(bool& overdue, std::int64_t& oldest_id);
   void tell_why(CalibrationVerdict verdict, bool overdue, std::int64_t oldest_id, Status& event);
 
+  StripCheck strip_check();
   StepResult check();
-  Status follow_strip(bool& picked);
-  Status begin_check(const StripRecord& strip, bool at_end);
-  Status collect_keyframes(const StripRecord& strip, bool at_end);
-  Status write_check();
-  Status end_strip(std::int64_t strip_id);
 
   Wiring wiring_;
   Cursor cursor_;  ///< first: the last keyframe examined; second: the last strip checked

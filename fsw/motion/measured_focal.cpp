@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "fsw/shared/camera_on_record.hpp"
-#include "fsw/vision/calibration/calibration_check.hpp"
+#include "fsw/vision/calibration/calibration_views.hpp"
 #include "fsw/vision/calibration/self_calibration.hpp"
 
 namespace ilp {

@@ -42,11 +42,6 @@ struct LinkPoint {
 };
 inline constexpr double link_points_per_px = 32;
 
-/// id = 2 * strip for its first keyframes, 2 * strip + 1 for its last ones.
-[[nodiscard]] constexpr std::int64_t calibration_check_id(std::int64_t strip_id, bool at_end) {
-  return 2 * strip_id + (at_end ? 1 : 0);
-}
-
 [[nodiscard]] constexpr std::int64_t product_id(std::int64_t keyframe_id, ProductKind kind) {
   return 4 * keyframe_id + static_cast<std::int64_t>(kind);
 }

@@ -108,8 +108,7 @@ Status erase_strip(HistoryStore store, RecordHistory& history, std::int64_t& era
   const Status any = next(store, strip.first_keyframe_id - 1, keyframe);
   if (!any.ok() && !any.is(StatusCode::not_found)) return any;
   if (strip.end == StripEnd::open || !any.ok() || keyframe.id <= strip.last_keyframe_id) return {};
-  ILP_TRY(erase_but_last<CalibrationCheckRecord>(store, calibration_check_id(strip.id, false), erased));
-  ILP_TRY(erase_but_last<CalibrationCheckRecord>(store, calibration_check_id(strip.id, true), erased));
+  ILP_TRY(erase_but_last<CalibrationCheckRecord>(store, strip.id, erased));
   ILP_TRY(erase<StripFrameRecord>(store, strip.id, erased));
   ILP_TRY(erase<TieRecord>(store, strip.id, erased));
   return erase<StripRecord>(store, strip.id, erased);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fsw/vision/calibration/calibration_check.hpp"
 #include "fsw/vision/calibration/self_calibration.hpp"
 #include "fsw/vision/multiview/sequence.hpp"
 #include "sim/ground/intake/flight_model.hpp"

@@ -78,4 +78,22 @@ struct CentredFrame {
   [[nodiscard]] constexpr double y_px(double v) const { return v * unit_y_px + middle_y_px; }
 };
 
+/// The nominal camera with the focal length and the principal point of `views`. The distortion is converted to the new
+/// unit. It bends the same pixels, except that its centre moves with the principal point: if that is many pixels and
+/// the distortion strong, calibrate again with this camera as the nominal one.
+[[nodiscard]] inline CameraModel calibrated_camera(const CameraModel& nominal, const MetricViews& views) {
+  const CentredFrame frame(nominal);
+  CameraModel out = nominal;
+  out.fx = views.focal * frame.unit_x_px;
+  out.fy = views.focal * frame.unit_y_px;
+  out.cx = frame.x_px(views.cx);
+  out.cy = frame.y_px(views.cy);
+  const double grown = out.fx / nominal.fx;
+  out.k1 = nominal.k1 * grown * grown;
+  out.k2 = nominal.k2 * grown * grown * grown * grown;
+  out.p1 = nominal.p1 * grown;
+  out.p2 = nominal.p2 * grown;
+  return out;
+}
+
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// Scratch of SelfCalibration and check_calibration: some megabytes, keep it static.
+// Scratch of SelfCalibration: some megabytes, keep it static.
 #pragma once
 
 #include <array>
@@ -12,7 +12,6 @@ namespace ilp {
 struct CalibrationWorkspace {
   ProjectiveWorkspace projective;
   VerificationWorkspace verification;
-  CalibrationTracks tracks;  ///< of check_calibration
   std::array<std::uint16_t, limits::max_corners> track_of_corner;
 };
 

@@ -7,7 +7,7 @@
 #include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/calibration/absolute_quadric.hpp"
-#include "fsw/vision/calibration/calibration_check.hpp"
+#include "fsw/vision/calibration/calibration_views.hpp"
 #include "fsw/vision/calibration/calibration_workspace.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/multiview/sequence.hpp"

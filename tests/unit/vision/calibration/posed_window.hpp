@@ -30,11 +30,13 @@ class PosedWindow {
     add_tracks(flight, first, given);
     BundleParams params;
     params.max_iterations = 60;
-    params.robust_px = 1;
+    params.robust_px = 0.5;
+    params.loss = BundleLoss::cauchy;
     const auto adjuster = std::make_unique<BundleAdjuster>();
     ok_ = adjuster->run(*problem_, params, result_).ok();
   }
   [[nodiscard]] bool ok() const { return ok_; }
+  [[nodiscard]] BundleProblem& problem() { return *problem_; }
   [[nodiscard]] const BundleProblem& problem() const { return *problem_; }
   [[nodiscard]] double rms_px() const { return result_.final_rms_px; }
 

@@ -1,0 +1,50 @@
+// Whether the images of a strip fit its camera: the evidence of all windows, and the verdict on it.
+#pragma once
+
+#include "fsw/vision/calibration/intrinsics_equations.hpp"
+
+namespace ilp {
+
+struct CameraCheckParams {
+  double error_factor = 3;            ///< of an observation's scatter, see reduce_to_intrinsics
+  double max_statistic = 2;           ///< the right camera stays below 1
+  double max_spread = 2;              ///< of windows about their sum, per degree of freedom
+  double spread_of_statistic = 0.05;  ///< that a wrong lens may leave of a large statistic
+  double field_of_statistic = 0.005;
+  double max_field = 1.6;  ///< see CameraCheck::field
+  std::uint32_t least_points = 50;
+};
+
+/// Sums over the windows of a strip.
+struct CameraEvidence {
+  std::array<double, intrinsic_count*(intrinsic_count + 1) / 2> information{};  ///< lower triangle
+  Intrinsics gradient{};
+  double gained = 0;  ///< of each window by its own correction
+  double noise2_px = 0;
+  std::uint32_t windows = 0, points = 0;
+  ResidualField field;
+};
+/// A window with too few points adds nothing.
+void add_window(const IntrinsicsEquations& window, const CameraCheckParams& params, CameraEvidence& evidence);
+
+struct CameraCheck {
+  CameraCheckVerdict verdict = CameraCheckVerdict::nothing_seen;
+  /// g^T I^-1 g / 7, I and g the summed information and gradient.
+  double statistic = 0;
+  /// Heterogeneity of the windows: their own gains less that of the sum, per degree of freedom; 0 for one window.
+  double spread = 0;
+  /// Root mean square of the mean residuals of the image's parts over what the residuals' scatter explains, after each
+  /// window's own correction: 1 where nothing is systematic.
+  double field = 0;
+  double noise_px = 0;
+  /// What the images ask for, all intrinsics together, and one sigma; a direction that they do not determine stays at
+  /// usual_errors.
+  Intrinsics corrections{}, sigmas{};
+  /// The intrinsic that alone explains most, its correction, and that over its sigma.
+  Intrinsic worst = Intrinsic::focal_length;
+  double worst_correction = 0, worst_sigmas = 0;
+};
+[[nodiscard]] CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given,
+                                const CameraCheckParams& params);
+
+}  // namespace ilp

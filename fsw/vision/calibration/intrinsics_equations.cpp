@@ -1,0 +1,394 @@
+#include "fsw/vision/calibration/intrinsics_equations.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/base/argument.hpp"
+#include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+#include "fsw/vision/multiview/bundle/dense_cholesky.hpp"
+
+namespace ilp {
+namespace {
+
+using Mat2x3 = Eigen::Matrix<double, 2, 3>;
+using Mat2x6 = Eigen::Matrix<double, 2, 6>;
+using Mat2xI = Eigen::Matrix<double, 2, static_cast<int>(intrinsic_count)>;
+using Mat6x3 = Eigen::Matrix<double, 6, 3>;
+using MatIx3 = Eigen::Matrix<double, static_cast<int>(intrinsic_count), 3>;
+
+constexpr std::size_t poses = IntrinsicsWorkspace::poses;
+constexpr std::size_t system_size = IntrinsicsWorkspace::size;
+constexpr int pose_steps = 2;         ///< of the poses before the equations are taken
+constexpr double loss_sigmas = 5;     ///< bound of the Cauchy weights, in sigmas of a coordinate
+constexpr double least_weight = 0.2;  ///< a point with one below it, at twice the bound, is a wrong match
+constexpr double least_sigma_px = 0.01;
+constexpr double pose_ridge = 1e-9;       ///< of the diagonal: the scale of a window is free
+constexpr double intrinsic_ridge = 1e-6;  ///< of the information of a usual error
+
+/// One observation with its derivatives.
+struct Seen {
+  std::size_t view = 0;
+  Vec2 pixel;  ///< of the real image
+  Vec2 residual;
+  double weight = 1;
+  Mat2x3 by_point;
+  Mat2x6 by_pose;  ///< rotation vector from the left, translation
+  Mat2xI by_intrinsics;
+};
+
+/// One point with its observations, in the order of the views.
+struct SeenPoint {
+  std::size_t count = 0;
+  std::array<Seen, limits::max_calibration_views> seen;
+};
+
+struct Window {
+  const CameraModel& camera;
+  BundleProblem& problem;
+  Intrinsics units;
+  std::array<RigidTransform, limits::max_calibration_views> cam_from_world;
+  double loss2 = 0;  ///< square of the bound of the Cauchy weights, px^2; 0: no weights
+};
+
+/// Residual and derivatives; false for a point that is not in front of the camera.
+bool linearise(const Window& window, const BundleObservation& o, Seen& out) {
+  const CameraModel& c = window.camera;
+  const RigidTransform& pose = window.cam_from_world[o.camera];
+  const double* point = window.problem.points[o.point].position;
+  const Vec3 at = pose * Vec3(point[0], point[1], point[2]);
+  if (!(at.z() > 1e-9)) return false;
+  const double inverse_z = 1 / at.z();
+  const double x = at.x() * inverse_z, y = at.y() * inverse_z, r2 = x * x + y * y;
+  const double radial = 1 + r2 * (c.k1 + r2 * c.k2), radial_by_r2 = c.k1 + 2 * c.k2 * r2;
+  const double distorted_x = x * radial + 2 * c.p1 * x * y + c.p2 * (r2 + 2 * x * x);
+  const double distorted_y = y * radial + c.p1 * (r2 + 2 * y * y) + 2 * c.p2 * x * y;
+  out.view = o.camera;
+  out.pixel = pixel_from_ideal(c, Vec2(o.x, o.y));
+  out.residual = Vec2(c.fx * distorted_x + c.cx, c.fy * distorted_y + c.cy) - out.pixel;
+  if (!out.residual.allFinite()) return false;
+  const double cross = 2 * x * y * radial_by_r2 + 2 * c.p1 * x + 2 * c.p2 * y;
+  const double along_x = radial + 2 * x * x * radial_by_r2 + 2 * c.p1 * y + 6 * c.p2 * x;
+  const double along_y = radial + 2 * y * y * radial_by_r2 + 6 * c.p1 * y + 2 * c.p2 * x;
+  Mat2x3 by_position;
+  by_position << c.fx * along_x, c.fx * cross, -c.fx * (along_x * x + cross * y),  //
+      c.fy * cross, c.fy * along_y, -c.fy * (cross * x + along_y * y);
+  by_position *= inverse_z;
+  out.by_point = by_position * pose.rotation;
+  out.by_pose.leftCols<3>() = -by_position * cross_matrix(at);
+  out.by_pose.rightCols<3>() = by_position;
+  const double x2 = c.fx * x, y2 = c.fy * y;
+  out.by_intrinsics << distorted_x, 1, 0, x2 * r2, x2 * r2 * r2, 2 * x2 * y, c.fx * (r2 + 2 * x * x),  //
+      distorted_y * c.fy / c.fx, 0, 1, y2 * r2, y2 * r2 * r2, c.fy * (r2 + 2 * y * y), 2 * y2 * x;
+  for (std::size_t i = 0; i < intrinsic_count; ++i) out.by_intrinsics.col(static_cast<int>(i)) *= window.units[i];
+  out.weight = window.loss2 > 0 ? 1 / (1 + out.residual.squaredNorm() / window.loss2) : 1;
+  return true;
+}
+
+/// The observations of the point of `first`; `first` moves to those of the next one.
+void collect(const Window& window, std::size_t& first, SeenPoint& out) {
+  const auto& observations = window.problem.observations;
+  const std::size_t point = observations[first].point;
+  out.count = 0;
+  // bound: the observations of the window
+  for (; first < observations.size() && observations[first].point == point; ++first) {
+    if (out.count == out.seen.size() || !linearise(window, observations[first], out.seen[out.count])) continue;
+    ++out.count;
+  }
+  std::sort(out.seen.begin(), out.seen.begin() + static_cast<std::ptrdiff_t>(out.count),
+            [](const Seen& a, const Seen& b) { return a.view < b.view; });
+}
+
+/// The point, eliminated: (its block)^-1 and gradient.
+struct Eliminated {
+  Mat3 inverse;
+  Vec3 gradient;
+};
+
+bool eliminate(const SeenPoint& point, Eliminated& out) {
+  if (point.count < 2) return false;
+  Mat3 block = Mat3::Zero();
+  out.gradient.setZero();
+  for (std::size_t i = 0; i < point.count; ++i) {
+    const Seen& s = point.seen[i];
+    if (s.weight < least_weight || (i > 0 && s.view == point.seen[i - 1].view)) return false;
+    block += s.weight * s.by_point.transpose() * s.by_point;
+    out.gradient += s.weight * s.by_point.transpose() * s.residual;
+  }
+  block.diagonal().array() += 1e-12 * block.trace() + 1e-300;
+  const Eigen::LLT<Mat3> factor(block);
+  if (factor.info() != Eigen::Success) return false;
+  out.inverse = factor.solve(Mat3::Identity());
+  return out.inverse.allFinite();
+}
+
+/// The lower triangle of the system, intrinsics last.
+struct System {
+  IntrinsicsWorkspace& w;
+
+  template <typename Block>
+  void add(std::size_t row, std::size_t column, const Block& block) {
+    for (int r = 0; r < block.rows(); ++r) {
+      double* out = w.system.data() + (row + static_cast<std::size_t>(r)) * system_size + column;
+      for (int c = 0; c < block.cols(); ++c) out[c] += block(r, c);
+    }
+  }
+  template <typename Column>
+  void add_right(std::size_t row, const Column& column) {
+    for (int r = 0; r < column.rows(); ++r) w.right[row + static_cast<std::size_t>(r)] += column(r);
+  }
+};
+
+std::size_t row_of(const Seen& seen) {
+  return 6 * (seen.view - 1);  // the first view does not move
+}
+
+void add_point(const SeenPoint& point, const Eliminated& own, System& system) {
+  std::array<Mat6x3, limits::max_calibration_views> with_pose;
+  MatIx3 with_intrinsics = MatIx3::Zero();
+  for (std::size_t i = 0; i < point.count; ++i) {
+    const Seen& s = point.seen[i];
+    const Mat2x3 weighted = s.weight * s.by_point;
+    with_intrinsics += s.by_intrinsics.transpose() * weighted;
+    system.add(poses, poses, (s.weight * s.by_intrinsics.transpose() * s.by_intrinsics).eval());
+    system.add_right(poses, (s.weight * s.by_intrinsics.transpose() * s.residual).eval());
+    if (s.view == 0) continue;
+    with_pose[i] = s.by_pose.transpose() * weighted;
+    system.add(row_of(s), row_of(s), (s.weight * s.by_pose.transpose() * s.by_pose).eval());
+    system.add(poses, row_of(s), (s.weight * s.by_intrinsics.transpose() * s.by_pose).eval());
+    system.add_right(row_of(s), (s.weight * s.by_pose.transpose() * s.residual).eval());
+  }
+  const MatIx3 of_intrinsics = with_intrinsics * own.inverse;
+  system.add(poses, poses, (-of_intrinsics * with_intrinsics.transpose()).eval());
+  system.add_right(poses, (-of_intrinsics * own.gradient).eval());
+  for (std::size_t i = 0; i < point.count; ++i) {
+    if (point.seen[i].view == 0) continue;
+    const Mat6x3 of_pose = with_pose[i] * own.inverse;
+    system.add_right(row_of(point.seen[i]), (-of_pose * own.gradient).eval());
+    system.add(poses, row_of(point.seen[i]), (-of_intrinsics * with_pose[i].transpose()).eval());
+    for (std::size_t k = 0; k <= i; ++k) {
+      if (point.seen[k].view == 0) continue;
+      system.add(row_of(point.seen[i]), row_of(point.seen[k]), (-of_pose * with_pose[k].transpose()).eval());
+    }
+  }
+}
+
+Status check(const BundleProblem& window) {
+  if (window.cameras.size() > limits::max_calibration_views) {
+    return out_of_range(Argument::window, window.cameras.size());
+  }
+  for (std::size_t i = 0; i < window.observations.size(); ++i) {
+    const BundleObservation& o = window.observations[i];
+    if (o.camera >= window.cameras.size() || o.point >= window.points.size() || !std::isfinite(o.x) ||
+        !std::isfinite(o.y)) {
+      return out_of_range(Argument::observation, i);
+    }
+  }
+  return {};
+}
+
+/// Standard deviation of a coordinate, by the median of a sample of squared residuals.
+double scatter(const Window& window, std::array<double, IntrinsicsWorkspace::samples>& squared) {
+  const auto& observations = window.problem.observations;
+  const std::size_t stride = (observations.size() + squared.size() - 1) / squared.size();
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < observations.size(); i += stride) {
+    Seen seen;
+    if (linearise(window, observations[i], seen)) squared[count++] = seen.residual.squaredNorm();
+  }
+  if (count == 0) return least_sigma_px;
+  std::nth_element(squared.begin(), squared.begin() + static_cast<std::ptrdiff_t>(count / 2),
+                   squared.begin() + static_cast<std::ptrdiff_t>(count));
+  constexpr double median_of_squares = 1.386;  // of a residual with two coordinates, in variances of one
+  return std::fmax(std::sqrt(squared[count / 2] / median_of_squares), least_sigma_px);
+}
+
+/// x <- L^-1 x, and x <- L^-T x for the unknowns before `size`.
+void solve_lower(const double* l, std::size_t size, double* x) {
+  for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t k = 0; k < i; ++k) x[i] -= l[i * system_size + k] * x[k];
+    x[i] /= l[i * system_size + i];
+  }
+}
+void solve_upper(const double* l, std::size_t size, double* x) {
+  for (std::size_t i = size; i-- > 0;) {
+    x[i] /= l[i * system_size + i];
+    for (std::size_t k = 0; k < i; ++k) x[k] -= l[i * system_size + k] * x[i];
+  }
+}
+
+/// The residuals of a point after the steps of poses and intrinsics, and its own step.
+struct Stepped {
+  std::array<Vec2, limits::max_calibration_views> left;
+  Vec3 moved;
+};
+
+Stepped after_step(const SeenPoint& point, const Eliminated& own, const IntrinsicsWorkspace& w) {
+  using Step6 = Eigen::Map<const Eigen::Matrix<double, 6, 1>>;
+  const Eigen::Map<const Eigen::Matrix<double, static_cast<int>(intrinsic_count), 1>> lens(w.right.data() + poses);
+  Stepped out;
+  Vec3 right = Vec3::Zero();
+  for (std::size_t i = 0; i < point.count; ++i) {
+    const Seen& s = point.seen[i];
+    out.left[i] = s.residual + s.by_intrinsics * lens;
+    if (s.view != 0) out.left[i] += s.by_pose * Step6(w.right.data() + row_of(s));
+    right += s.weight * s.by_point.transpose() * out.left[i];
+  }
+  out.moved = -(own.inverse * right);
+  for (std::size_t i = 0; i < point.count; ++i) out.left[i] += point.seen[i].by_point * out.moved;
+  return out;
+}
+
+void add_to_field(const CameraModel& camera, const SeenPoint& point, const Stepped& stepped, ResidualField& field) {
+  const auto part = [](double at, std::int32_t side, std::size_t parts) {
+    const double place = at / side * static_cast<double>(parts);
+    return place < 0 ? 0 : std::min(parts - 1, static_cast<std::size_t>(place));
+  };
+  for (std::size_t i = 0; i < point.count; ++i) {
+    const Seen& s = point.seen[i];
+    const std::size_t column = part(s.pixel.x(), camera.width, ResidualField::columns);
+    const std::size_t row = part(s.pixel.y(), camera.height, ResidualField::rows);
+    ResidualField::Cell& cell = field.cells[row * ResidualField::columns + column];
+    cell.weight += s.weight;
+    cell.x += s.weight * stepped.left[i].x();
+    cell.y += s.weight * stepped.left[i].y();
+    field.weight += s.weight;
+    field.squared += s.weight * stepped.left[i].squaredNorm();
+  }
+}
+
+/// What the points of a window add up to.
+struct WindowSums {
+  std::uint32_t points = 0, observations = 0;
+  double weight = 0, squared = 0;
+  double explained = 0;  ///< of `squared`, by points and poses
+  double variance = 0;   ///< of a coordinate, by the median
+};
+
+/// Sums the system up, factors it and solves L y = right. False where there is nothing to solve.
+bool assemble(Window& window, IntrinsicsWorkspace& w, double error_factor, WindowSums& sums) {
+  sums = {};
+  window.loss2 = 0;
+  const double sigma = scatter(window, w.squared);
+  window.loss2 = loss_sigmas * loss_sigmas * sigma * sigma;
+  sums.variance = sigma * sigma;
+  System system{w};
+  w.system.fill(0);
+  w.right.fill(0);
+  SeenPoint point;
+  Eliminated own;
+  for (std::size_t i = 0; i < window.problem.observations.size();) {  // collect moves on
+    collect(window, i, point);
+    if (!eliminate(point, own)) continue;
+    ++sums.points;
+    sums.observations += static_cast<std::uint32_t>(point.count);
+    for (std::size_t k = 0; k < point.count; ++k) {
+      sums.weight += point.seen[k].weight;
+      sums.squared += point.seen[k].weight * point.seen[k].residual.squaredNorm();
+    }
+    sums.explained += own.gradient.dot(own.inverse * own.gradient);
+    add_point(point, own, system);
+  }
+  if (sums.points == 0) return false;
+  const std::size_t moving = 6 * (window.problem.cameras.size() - 1);
+  for (std::size_t i = 0; i < system_size; ++i) {
+    double& diagonal = w.system[i * system_size + i];
+    if (i < moving) diagonal += pose_ridge * diagonal;
+    if (i >= moving && i < poses) diagonal = 1;  // of views that the window lacks
+    if (i >= poses) diagonal += intrinsic_ridge * error_factor * error_factor * sums.variance;
+  }
+  if (!cholesky_factor(w.system.data(), system_size)) return false;
+  solve_lower(w.system.data(), system_size, w.right.data());
+  for (std::size_t i = 0; i < poses; ++i) sums.explained += w.right[i] * w.right[i];
+  return true;
+}
+
+/// Moves poses and points by one step with the intrinsics as they are.
+void adjust(Window& window, IntrinsicsWorkspace& w) {
+  for (double& value : w.right) value = -value;
+  std::fill(w.right.begin() + poses, w.right.end(), 0);
+  solve_upper(w.system.data(), poses, w.right.data());
+  SeenPoint point;
+  Eliminated own;
+  for (std::size_t i = 0; i < window.problem.observations.size();) {  // collect moves on
+    BundlePoint& moved = window.problem.points[window.problem.observations[i].point];
+    collect(window, i, point);
+    if (!eliminate(point, own)) continue;
+    const Vec3 step = after_step(point, own, w).moved;
+    for (int k = 0; k < 3; ++k) moved.position[k] += step[k];
+  }
+  for (std::size_t view = 1; view < window.problem.cameras.size(); ++view) {
+    RigidTransform& pose = window.cam_from_world[view];
+    const double* step = w.right.data() + 6 * (view - 1);
+    const Mat3 turn = rotation_from_vector(Vec3(step[0], step[1], step[2]));
+    pose = {turn * pose.rotation, turn * pose.translation + Vec3(step[3], step[4], step[5])};
+    window.problem.cameras[view].pose = pose_from(pose);
+  }
+}
+
+}  // namespace
+
+Intrinsics usual_errors(const CameraModel& nominal) {
+  return {0.115 * nominal.fx, 0.02 * nominal.width, 0.02 * nominal.width, 0.3, 0.15, 0.002, 0.002};
+}
+
+CameraModel corrected(const CameraModel& camera, const Intrinsics& corrections) {
+  CameraModel out = camera;
+  out.fx += corrections[0];
+  out.fy += corrections[0] * camera.fy / camera.fx;
+  out.cx += corrections[1];
+  out.cy += corrections[2];
+  out.k1 += corrections[3];
+  out.k2 += corrections[4];
+  out.p1 += corrections[5];
+  out.p2 += corrections[6];
+  return out;
+}
+
+Status reduce_to_intrinsics(const CameraModel& camera, double error_factor, BundleProblem& window,
+                            IntrinsicsWorkspace& workspace, IntrinsicsEquations& equations, ResidualField& field) {
+  equations = {};
+  ILP_TRY(validate(camera));
+  ILP_TRY(check(window));
+  if (window.cameras.size() < 3) return {};
+  Window of{camera, window, usual_errors(camera), {}, 0};
+  for (std::size_t i = 0; i < window.cameras.size(); ++i) {
+    of.cam_from_world[i] = cam_from_world(window.cameras[i].pose);
+  }
+  WindowSums sums;
+  for (int step = 0; step < pose_steps; ++step) {
+    if (!assemble(of, workspace, error_factor, sums)) return {};
+    adjust(of, workspace);
+  }
+  if (!assemble(of, workspace, error_factor, sums)) return {};
+  equations.points = sums.points;
+  equations.observations = sums.observations;
+  equations.noise_px = std::sqrt(std::fmax(sums.squared - sums.explained, 0) / (2 * sums.weight));
+  const double unit = std::fmax(error_factor * equations.noise_px, least_sigma_px);
+  double* x = workspace.right.data();
+  const double* l = workspace.system.data();
+  for (std::size_t a = 0; a < intrinsic_count; ++a) {
+    const double* row_a = l + (poses + a) * system_size + poses;
+    equations.gained += x[poses + a] * x[poses + a] / (unit * unit);
+    for (std::size_t b = 0; b <= a; ++b) {
+      const double* row_b = l + (poses + b) * system_size + poses;
+      double sum = 0;
+      for (std::size_t k = 0; k <= b; ++k) sum += row_a[k] * row_b[k];
+      equations.information[a][b] = equations.information[b][a] = sum / (unit * unit);
+      equations.gradient[a] += row_a[b] * x[poses + b] / (unit * unit);
+    }
+  }
+  for (double& value : workspace.right) value = -value;
+  solve_upper(l, system_size, x);
+  std::copy_n(x + poses, intrinsic_count, equations.correction.begin());
+  SeenPoint point;
+  Eliminated own;
+  for (std::size_t i = 0; i < window.observations.size();) {  // collect moves on
+    collect(of, i, point);
+    if (eliminate(point, own)) add_to_field(camera, point, after_step(point, own, workspace), field);
+  }
+  return {};
+}
+
+}  // namespace ilp

@@ -1,0 +1,61 @@
+// What the images of posed keyframes ask of the intrinsics of their camera: the normal equations of a window in its
+// poses, points and the seven intrinsics, reduced to the intrinsics (B. Triggs et al., "Bundle Adjustment - A Modern
+// Synthesis", 2000, section 6).
+#pragma once
+
+#include <array>
+
+#include "fsw/base/status.hpp"
+#include "fsw/base/verdicts.hpp"
+#include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
+
+namespace ilp {
+
+/// In the order of Intrinsic; focal length and principal point in px.
+using Intrinsics = std::array<double, intrinsic_count>;
+
+/// One sigma of each intrinsic of a lens that nobody has calibrated: the unit of the equations.
+[[nodiscard]] Intrinsics usual_errors(const CameraModel& nominal);
+/// The camera with these corrections; both focal lengths change in proportion.
+[[nodiscard]] CameraModel corrected(const CameraModel& camera, const Intrinsics& corrections);
+
+/// Mean residuals of the parts of an image, over many windows.
+struct ResidualField {
+  static constexpr std::size_t columns = 8, rows = 6;
+  struct Cell {
+    double weight = 0, x = 0, y = 0;  ///< sums of weights, and of weights times residuals in px
+  };
+  std::array<Cell, columns * rows> cells{};
+  double weight = 0, squared = 0;  ///< of all residuals, which have two coordinates each
+};
+
+struct IntrinsicsEquations {
+  std::uint32_t points = 0, observations = 0;
+  double noise_px = 0;  ///< weighted root mean square of a residual's coordinate, with poses and points at their best
+  /// Information and gradient, divided by the variance of an observation. `correction` solves them.
+  std::array<Intrinsics, intrinsic_count> information{};
+  Intrinsics gradient{};
+  Intrinsics correction{};  ///< in units of usual_errors
+  double gained = 0;        ///< twice what the correction takes off the cost
+};
+
+/// Scratch; it carries nothing from call to call.
+struct IntrinsicsWorkspace {
+  static constexpr std::size_t poses = 6 * (limits::max_calibration_views - 1);
+  static constexpr std::size_t size = poses + intrinsic_count;
+  static constexpr std::size_t samples = 4096;
+  std::array<double, size * size> system;
+  std::array<double, size> right;
+  std::array<double, samples> squared;
+};
+
+/// Adjusts poses and points of the window with the camera as it is, and takes the equations there. Its observations are
+/// ideal px of `camera`, all those of a point one after the other; residuals are in px of the real image, with Cauchy
+/// weights. An observation counts with error_factor times the scatter of the residuals, as in the stated errors of
+/// poses. A direction that the window does not determine has no information and adds nothing. The residuals that the
+/// step leaves are added to `field`. `invalid_argument` for a window that is out of range; no points where it has fewer
+/// than three cameras.
+Status reduce_to_intrinsics(const CameraModel& camera, double error_factor, BundleProblem& window,
+                            IntrinsicsWorkspace& workspace, IntrinsicsEquations& equations, ResidualField& field);
+
+}  // namespace ilp
