@@ -17,8 +17,8 @@
 #include "sim/ground/kept_map.hpp"
 #include "sim/ground/received_flight.hpp"
 #include "sim/ground/report/accuracy.hpp"
+#include "sim/ground/report/camera_lines.hpp"
 #include "sim/ground/report/report.hpp"
-#include "sim/ground/report/unknown_camera.hpp"
 #include "sim/ground/result_files.hpp"
 #include "sim/ground/run_record.hpp"
 #include "sim/ground/tasks/work_result.hpp"
@@ -222,13 +222,12 @@ std::string mission_of(const GroundOptions& options) {
 
 std::vector<std::string> summary_of(const GroundOptions& options, const report::Report& report) {
   const report::ReportTotals sums = report::totals(report);
-  std::vector<std::string> lines{std::to_string(sums.posed) + " of " + host::counted(sums.keyframes, "keyframe") +
-                                 " posed, " + std::to_string(sums.with_depth) + " with depth, " +
-                                 host::counted(report.strips.size(), "strip")};
+  std::vector<std::string> lines = report::camera_lines(report.flight);
+  lines.push_back(std::to_string(sums.posed) + " of " + host::counted(sums.keyframes, "keyframe") + " posed, " +
+                  std::to_string(sums.with_depth) + " with depth, " + host::counted(report.strips.size(), "strip"));
   if (!options.control.empty()) {
     for (std::string& line : control::lines_of(report.control)) lines.push_back(std::move(line));
   }
-  for (std::string& line : report::unknown_camera_lines(report.flight)) lines.push_back(std::move(line));
   if (report.score) {
     for (std::string& line : report::score_lines(*report.score)) lines.push_back(std::move(line));
   }

@@ -33,7 +33,8 @@ namespace {
 /// The camera as it is given to the flight software.
 CameraModel simulated_camera(const SourceOptions& options) {
   const CameraModel& truth = options.scenario.flight.camera;
-  return options.camera_known ? truth : nominal_camera(truth, options.seed);
+  return options.camera_known ? world::given_camera(truth, options.scenario.given, options.seed)
+                              : nominal_camera(truth, options.seed);
 }
 
 /// The flight's event about an image that cannot be read has no name in it.

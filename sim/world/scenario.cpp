@@ -202,6 +202,7 @@ std::vector<ScenarioSection> sections(Scenario& s) {
           {"flight", parameters(s.flight)},
           {"camera", parameters(s.flight.camera)},
           {"effects", parameters(s.effects)},
+          {"given", parameters(s.given)},
           {"navigation", parameters(s.navigation)},
           {"mission",
            {{"file", &s.mission_file, "",
@@ -251,6 +252,7 @@ Scenario load_scenario(const std::string& name_or_file, const std::vector<Scenar
     validate(scenario.world);
     validate(scenario.flight);
     check_parameters(parameters(scenario.effects), "effects");
+    check_parameters(parameters(scenario.given), "given");
     check_parameters(parameters(scenario.navigation), "navigation");
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument("scenario " + name_or_file + ": " + error.what());

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sim/world/camera_effects.hpp"
+#include "sim/world/given_camera.hpp"
 #include "sim/world/flight_params.hpp"
 #include "sim/world/parameter.hpp"
 #include "sim/world/vehicle_sensors.hpp"
@@ -37,6 +38,7 @@ struct Scenario {
   WorldParams world;
   FlightParams flight;
   CameraEffects effects;
+  GivenCameraErrors given;
   VehicleSensors navigation;
   std::string mission_file;           ///< parameters of the flight software; empty: its defaults
   std::vector<ScenarioEntry> faults;  ///< for the program that flies it, uninterpreted; each name once
@@ -48,7 +50,7 @@ struct ScenarioSection {
   std::vector<Parameter> parameters;
 };
 
-/// [scenario], [world], [flight], [camera], [effects], [navigation] and [mission], with the fields of this scenario.
+/// [scenario], [world], [flight], [camera], [effects], [given], [navigation] and [mission], with the fields of this scenario.
 [[nodiscard]] std::vector<ScenarioSection> sections(Scenario& scenario);
 
 inline constexpr std::string_view default_scenario = "mars-plains";

@@ -184,6 +184,7 @@ void FlightBuilder::add(const RecordEntry& entry) {
     // clang-format off
     case RecordType::camera: return add_camera(record_of<CameraRecord>(entry));
     case RecordType::calibration: return into(flight_.calibrations);
+    case RecordType::calibration_check: return into(flight_.camera_checks);
     case RecordType::strip: return add_strip(record_of<StripRecord>(entry));
     case RecordType::keyframe: return into_keyframe(&Keyframe::record);
     case RecordType::overlap: return into(flight_.overlaps);

@@ -107,13 +107,14 @@ struct Flight {
   std::map<std::int64_t, Keyframe> keyframes;
   std::map<std::int64_t, Strip> strips;
   std::optional<CameraModel> camera;
-  std::optional<CameraRecord> camera_record;                   ///< what `camera` comes from: frozen or only nominal
-  std::map<std::int64_t, CalibrationRecord> calibrations;      ///< only where the camera was not known
-  std::vector<EventRecord> events;                             ///< by id
-  std::vector<ComponentRecord> components;                     ///< by id
-  std::vector<LinkRecord> links;                               ///< by id
-  std::map<std::int64_t, std::vector<LinkPoint>> link_points;  ///< by link
-  std::vector<TieRecord> ties;                                 ///< by strip
+  std::optional<CameraRecord> camera_record;                     ///< what `camera` comes from: frozen or only nominal
+  std::map<std::int64_t, CalibrationRecord> calibrations;        ///< only where the camera was not known
+  std::map<std::int64_t, CalibrationCheckRecord> camera_checks;  ///< by strip
+  std::vector<EventRecord> events;                               ///< by id
+  std::vector<ComponentRecord> components;                       ///< by id
+  std::vector<LinkRecord> links;                                 ///< by id
+  std::map<std::int64_t, std::vector<LinkPoint>> link_points;    ///< by link
+  std::vector<TieRecord> ties;                                   ///< by strip
   std::optional<StorageRecord> storage;
   std::vector<HousekeepingReport> housekeeping;  ///< in the order of the flight
   std::optional<TimingRecord> timing;

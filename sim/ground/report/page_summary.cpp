@@ -4,7 +4,7 @@
 
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/report/page_sections.hpp"
-#include "sim/ground/report/unknown_camera.hpp"
+#include "sim/ground/report/camera_lines.hpp"
 #include "sim/host/statistics.hpp"
 #include "sim/host/text_format.hpp"
 
@@ -240,10 +240,10 @@ std::string page_summary(const Report& report) {
   std::string html = "<header><p class=\"kicker\">Aerobot imaging and localization: flight report</p><h1>" +
                      host::escaped(report.title) + "</h1><div class=\"sub\">" + subtitle(report) + "</div>" +
                      viewer_link(report) + "</header>\n";
+  for (const std::string& line : camera_lines(report.flight))
+    html += "<p class=\"warn\">" + host::escaped(line) + "</p>\n";
   html += "<p class=\"lede\">" + coverage_sentence(report, t) + accuracy_sentence(report) +
           trouble_sentence(report, t) + "</p>\n";
-  for (const std::string& line : unknown_camera_lines(report.flight))
-    html += "<p class=\"warn\">" + host::escaped(line) + "</p>\n";
   html += "<div class=\"tiles\">\n";
   const bool all = t.posed == t.keyframes && t.keyframes > 0;
   html += tile("Keyframes with final pose",

@@ -49,6 +49,7 @@ export function flightTab({ flight }) {
   const confirmed = timeline.link.filter((l) => l[2] >= 0).length;
   const problems = [...flight.remarks, ...flight.skipped.map((f) => `${f.name}: ${f.why}`)];
   return [
+    ...flight.warnings.map((line) => element('p', { class: 'warn' }, line)),
     element('p', { class: 'muted' }, 'Click the ground for a place, a camera for its keyframe; drag in the timeline for a span of time.'),
     ...flight.strips.flatMap(stripFacts),
     element('h3', {}, 'Link'),

@@ -3,6 +3,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "sim/ground/report/camera_lines.hpp"
+
 namespace ilp::viewer {
 namespace {
 
@@ -55,6 +57,7 @@ nlohmann::json viewer_data_but_keyframes(const report::Report& report, const Vie
           {"strips", std::move(strips)},
           {"links", viewer_links(report)},
           {"timeline", viewer_timeline(report, budget)},
+          {"warnings", report::camera_lines(report.flight)},
           {"remarks", report.flight.remarks},
           {"skipped", std::move(skipped)}};
 }

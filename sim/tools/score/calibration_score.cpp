@@ -19,10 +19,21 @@ std::optional<CameraModel> true_camera(const std::filesystem::path& truth) {
 
 std::map<std::string, double> calibration_summary(const intake::Flight& flight,
                                                   const std::optional<CameraModel>& truth) {
-  std::map<std::string, double> summary = {{"camera_calibrated", unknown},
-                                           {"calibration_keyframe", unknown},
-                                           {"focal_error_percent", unknown},
-                                           {"focal_error_sigmas", unknown}};
+  std::map<std::string, double> summary = {{"camera_calibrated", unknown},   {"calibration_keyframe", unknown},
+                                           {"focal_error_percent", unknown}, {"focal_error_sigmas", unknown},
+                                           {"camera_alarm", unknown},        {"camera_statistic", unknown},
+                                           {"camera_spread", unknown},       {"camera_field", unknown}};
+  for (const auto& [strip, check] : flight.camera_checks) {
+    if (check.verdict == CameraCheckVerdict::nothing_seen) continue;
+    const auto raise = [&](const char* name, double value) {
+      double& worst = summary[name];
+      if (!(worst >= value)) worst = value;
+    };
+    raise("camera_alarm", check.verdict == CameraCheckVerdict::fits ? 0 : 1);
+    raise("camera_statistic", check.statistic);
+    raise("camera_spread", check.spread);
+    raise("camera_field", check.field);
+  }
   if (!flight.camera_record || flight.calibrations.empty()) return summary;
   const CameraRecord& camera = *flight.camera_record;
   const bool calibrated = camera.frozen && camera.source != CameraSource::nominal;

@@ -19,6 +19,9 @@ namespace ilp::score {
 ///   calibration_keyframe  at which it did
 ///   focal_error_percent   of the true focal length, absolute
 ///   focal_error_sigmas    the same error over the stated one
+/// Of the strip with the largest value, whether the camera was known or not:
+///   camera_alarm          1 when the images do not fit the camera
+///   camera_statistic, camera_spread, camera_field   as in the record `calibration_check`
 [[nodiscard]] std::map<std::string, double> calibration_summary(const intake::Flight& flight,
                                                                 const std::optional<CameraModel>& truth);
 

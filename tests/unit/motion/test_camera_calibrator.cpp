@@ -376,7 +376,7 @@ TEST_F(CameraCalibratorTest, AFrozenFocalLengthThatIsWrongIsContradictedAndARigh
     ASSERT_TRUE(check.start().ok());
     ASSERT_TRUE(check.run());
     EXPECT_GE(number_of<CalibrationCheckRecord>(), 1);
-    EXPECT_EQ(events(StatusCode::calibration_contradicted) > 0, factor != 1.0);
+    EXPECT_EQ(events(StatusCode::camera_contradicted) > 0, factor != 1.0);
     EXPECT_EQ(read<CameraRecord>(camera_id).fx, factor * true_camera().fx) << "a contradiction changes nothing";
     renew_store();
   }

@@ -113,7 +113,7 @@ class RecordHistoryTest : public test::StorageManagerTest {
     strip.end = k % 10 == 0 ? StripEnd::overlap_lost : StripEnd::open;
     write(strip);
     CalibrationCheckRecord check;
-    check.id = calibration_check_id(strip.id, true);
+    check.id = strip.id;
     write(check);
     PoseRecord pose;
     pose.id = k;

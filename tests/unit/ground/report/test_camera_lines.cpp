@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "sim/ground/report/unknown_camera.hpp"
+#include "sim/ground/report/camera_lines.hpp"
 
 namespace ilp::report {
 namespace {
@@ -22,7 +22,7 @@ intake::Flight flight_with(CalibrationVerdict verdict, bool frozen, CameraSource
 
 std::string text_of(const intake::Flight& flight) {
   std::string text;
-  for (const std::string& line : unknown_camera_lines(flight)) text += line + "\n";
+  for (const std::string& line : camera_lines(flight)) text += line + "\n";
   return text;
 }
 
@@ -30,29 +30,51 @@ bool says(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-TEST(UnknownCamera, OverFlatGroundTheFindingAndThreeWaysOutAreTold) {
+TEST(CameraLines, OverFlatGroundTheFindingAndThreeWaysOutAreTold) {
   const std::string text = text_of(flight_with(CalibrationVerdict::planar, false, CameraSource::nominal));
   for (const char* part : {"planar", "6 keyframes", "--camera", "calibration_fallback = nominal", "--navigation"})
     EXPECT_TRUE(says(text, part)) << part << "\n" << text;
 }
 
-TEST(UnknownCamera, TheWayOutFollowsFromTheFinding) {
+TEST(CameraLines, TheWayOutFollowsFromTheFinding) {
   EXPECT_TRUE(says(text_of(flight_with(CalibrationVerdict::critical_motion, false, CameraSource::nominal)), "0.1 rad"));
   EXPECT_TRUE(says(text_of(flight_with(CalibrationVerdict::too_few_matches, false, CameraSource::nominal)), "texture"));
   EXPECT_FALSE(says(text_of(flight_with(CalibrationVerdict::critical_motion, false, CameraSource::nominal)), "relief"));
 }
 
-TEST(UnknownCamera, AFlightThatWentOnWithTheNominalCameraIsToldWhatThatMeans) {
+TEST(CameraLines, AFlightThatWentOnWithTheNominalCameraIsToldWhatThatMeans) {
   const std::string text = text_of(flight_with(CalibrationVerdict::planar, true, CameraSource::nominal));
   EXPECT_TRUE(says(text, "heights are as wrong as its focal length")) << text;
   EXPECT_FALSE(says(text, "calibration_fallback")) << text;
 }
 
-TEST(UnknownCamera, NothingIsSaidOfACameraThatWasFoundOrGiven) {
+TEST(CameraLines, NothingIsSaidOfACameraThatWasFoundOrGiven) {
   EXPECT_EQ(text_of(flight_with(CalibrationVerdict::ok, true, CameraSource::calibrated)), "");
   intake::Flight given = flight_with(CalibrationVerdict::ok, true, CameraSource::given);
   given.calibrations.clear();
   EXPECT_EQ(text_of(given), "");
+}
+
+TEST(CameraLines, ACameraThatTheImagesContradictIsNamedWithTheValueThatTheyAskFor) {
+  intake::Flight flight;
+  CameraRecord camera;
+  camera.k1 = -0.07;
+  flight.camera_record = camera;
+  CalibrationCheckRecord& check = flight.camera_checks[2];
+  EXPECT_EQ(text_of(flight), "") << "nothing seen";
+  check.verdict = CameraCheckVerdict::fits;
+  EXPECT_EQ(text_of(flight), "");
+  check.verdict = CameraCheckVerdict::contradicts;
+  check.worst = Intrinsic::k1;
+  check.worst_correction = -0.01;
+  check.worst_sigmas = 9.25;
+  const std::string text = text_of(flight);
+  for (const char* part : {"strip 2", "k1 -0.08 instead of -0.07", "9.25 sigmas", "camera file"})
+    EXPECT_TRUE(says(text, part)) << part << "\n" << text;
+  check.verdict = CameraCheckVerdict::unexplained;
+  check.spread = 59;
+  EXPECT_TRUE(says(text_of(flight), "59 times as far apart")) << text_of(flight);
+  EXPECT_TRUE(says(text_of(flight), "rolling shutter"));
 }
 
 }  // namespace

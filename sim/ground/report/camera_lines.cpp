@@ -1,4 +1,4 @@
-#include "sim/ground/report/unknown_camera.hpp"
+#include "sim/ground/report/camera_lines.hpp"
 
 #include <map>
 
@@ -34,9 +34,7 @@ const char* remedy_of(CalibrationVerdict verdict) {
   }
 }
 
-}  // namespace
-
-std::vector<std::string> unknown_camera_lines(const intake::Flight& flight) {
+std::vector<std::string> not_found_lines(const intake::Flight& flight) {
   if (!flight.camera_record || flight.calibrations.empty()) return {};
   const bool frozen = flight.camera_record->frozen;
   if (frozen && flight.camera_record->source != CameraSource::nominal) return {};
@@ -57,6 +55,45 @@ std::vector<std::string> unknown_camera_lines(const intake::Flight& flight) {
   if (!frozen)
     remedy += "; or fly with the nominal camera ([calibration] calibration_fallback = nominal in the mission)";
   lines.push_back(remedy + "; or " + remedy_of(verdict) + ".");
+  return lines;
+}
+
+/// "k1 is -0.0812 +- 0.0007 instead of -0.09", for the intrinsic that alone explains most.
+std::string asked_for(const CalibrationCheckRecord& check, const CameraRecord& camera) {
+  const double given[] = {camera.fx, camera.cx, camera.cy, camera.k1, camera.k2, camera.p1, camera.p2};
+  const auto worst = static_cast<std::size_t>(check.worst);
+  if (worst >= std::size(given)) return "";
+  const double correction = check.worst_correction;
+  const char* const unit = worst < 3 ? " px" : "";
+  return std::string(words_of(check.worst)) + " " + host::brief(given[worst] + correction) + unit + " instead of " +
+         host::brief(given[worst]) + unit + ", by " + host::brief(check.worst_sigmas) + " sigmas";
+}
+
+std::vector<std::string> contradiction_lines(const intake::Flight& flight) {
+  std::vector<std::string> lines;
+  for (const auto& [strip, check] : flight.camera_checks) {
+    const std::string images = "The images of strip " + std::to_string(strip);
+    if (check.verdict == CameraCheckVerdict::contradicts && flight.camera_record) {
+      lines.push_back(images + " contradict the camera: they ask for " + asked_for(check, *flight.camera_record) +
+                      ". Positions, heights and their stated errors are wrong until the camera is right.");
+    } else if (check.verdict == CameraCheckVerdict::unexplained) {
+      lines.push_back(images + " fit no lens: their parts ask for different ones, " + host::brief(check.spread) +
+                      " times as far apart as they should be. A rolling shutter on a vehicle that swings, a zoom or "
+                      "focus that moved, or images that something has bent; stated errors are too small.");
+    }
+  }
+  if (!lines.empty()) {
+    lines.emplace_back(
+        "What to do: check the camera file (size, focus, zoom), or measure the camera (ilp-lab calibrate-target).");
+  }
+  return lines;
+}
+
+}  // namespace
+
+std::vector<std::string> camera_lines(const intake::Flight& flight) {
+  std::vector<std::string> lines = not_found_lines(flight);
+  for (std::string& line : contradiction_lines(flight)) lines.push_back(std::move(line));
   return lines;
 }
 
