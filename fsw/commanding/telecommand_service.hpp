@@ -7,6 +7,7 @@
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/commanding/configuration.hpp"
 #include "fsw/commanding/telecommand_answer.hpp"
+#include "fsw/executive/lock_times.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/packets/packet_router.hpp"
 #include "fsw/packets/service_schedule.hpp"
@@ -98,8 +99,7 @@ struct CommandingWorkspace {
   std::array<std::uint8_t, limits::max_scheduled_bytes> scheduled_packet{};
   std::array<std::uint8_t, limits::max_report_bytes> report{};
   std::size_t packet_bytes = 0;  ///< of a telecommand that waits for the lock of the store
-  bool locked = false;           ///< the latest try found the lock taken, since
-  TimeNs locked_since_ns = 0;
+  LockTimes lock;                ///< by the latest try
   std::array<std::uint8_t, limits::max_packet_bytes> packet{};
 };
 

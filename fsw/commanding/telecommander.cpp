@@ -166,9 +166,7 @@ void Telecommander::receive() {
 Status Telecommander::try_store() {
   Transaction transaction(wiring_.store);
   const Status begun = transaction.begin();
-  const bool locked = begun.is(StatusCode::store_locked);
-  if (locked && !workspace_.locked) workspace_.locked_since_ns = wiring_.clock.now();
-  workspace_.locked = locked;
+  workspace_.lock.note(begun.is(StatusCode::store_locked), wiring_.clock.now());
   return begun;
 }
 
@@ -177,7 +175,7 @@ bool Telecommander::waits_for_lock(std::span<const std::uint8_t> packet) {
   if (!decode_telecommand(packet, wiring_.writer.settings().apid, telecommand).ok() || changes_nothing(telecommand))
     return false;
   return try_store().is(StatusCode::store_locked) &&
-         wiring_.clock.now() - workspace_.locked_since_ns < longest_lock_wait_ns;
+         wiring_.clock.now() - workspace_.lock.begin_ns < longest_lock_wait_ns;
 }
 
 void Telecommander::release() {
