@@ -58,7 +58,7 @@ bool turned(GrayView image, const OverlapResult& measured) {
 }
 
 /// Whether the candidate lies between the views of the keyframe and of such a frame.
-bool halves_turn(GrayView image, const OverlapResult& measured, const double* candidate_from_keyframe) {
+bool halves_turn(GrayView image, const OverlapResult& measured, const double (&candidate_from_keyframe)[9]) {
   double keyframe_from_candidate[9], frame_from_candidate[9];
   if (!invert_plane(candidate_from_keyframe, keyframe_from_candidate)) return false;
   compose_planes(measured.plane_b_from_a, keyframe_from_candidate, frame_from_candidate);
