@@ -83,10 +83,7 @@ Status command_series(Look& look) {
     // Bounded by the captures that can be watched.
     while (request.kind == OpenKind::captures && request.left > 0 && request.next_ns - now < series_lead_ns &&
            request.outstanding + after.watched.size() < after.watched.capacity()) {
-      CommandRecord command;
-      command.kind = CommandKind::capture;
-      command.at_ns = request.next_ns;
-      command.request_id = request.id;
+      CommandRecord command{.kind = CommandKind::capture, .at_ns = request.next_ns, .request_id = request.id};
       ILP_TRY(write_command(wiring, command));
       request.subject_id = command.id;
       request.next_ns += request.interval_ns;
@@ -198,12 +195,11 @@ Status keep_open(OpenRequest request, ServiceCall& call) {
 }
 
 Status wait_for_telemetry(std::int64_t command_id, ServiceCall& call) {
-  OpenRequest request;
-  request.kind = OpenKind::report;
-  request.id = call.change.after.last_request_id;
-  request.subject_id = command_id;
-  request.deadline_ns = call.now() + report_patience_ns;
-  return keep_open(request, call);
+  return keep_open({.id = call.change.after.last_request_id,
+                    .deadline_ns = call.now() + report_patience_ns,
+                    .subject_id = command_id,
+                    .kind = OpenKind::report},
+                   call);
 }
 
 Result<bool> learn_captures(const CommandingWiring& wiring, CommandingState& after) {

@@ -1,4 +1,7 @@
 // Service 11: telecommands that wait for their time.
+#include <algorithm>
+#include <utility>
+
 #include "fsw/commanding/function_table.hpp"
 #include "fsw/commanding/telecommand_service.hpp"
 #include "fsw/packets/service_functions.hpp"
@@ -14,17 +17,12 @@ using Entries = decltype(CommandingWork::entries);
 void insert_in_order(Entries& entries, const ScheduleEntry& entry) {
   if (!entries.push_back(entry)) return;
   for (std::size_t i = entries.size() - 1; i > 0 && entries[i].release_ns < entries[i - 1].release_ns; --i) {
-    const ScheduleEntry later = entries[i - 1];
-    entries[i - 1] = entries[i];
-    entries[i] = later;
+    std::swap(entries[i], entries[i - 1]);
   }
 }
 
 bool listed(const ScheduledIdList& ids, const ScheduledId& name) {
-  for (const ScheduledId& id : ids) {
-    if (id == name) return true;
-  }
-  return false;
+  return std::find(ids.begin(), ids.end(), name) != ids.end();
 }
 
 /// Whether the request is a capture, which is given to the camera before its time.
@@ -37,13 +35,8 @@ bool goes_ahead(const Telecommand& request) {
 }
 
 ScheduleEntry entry_of(const ScheduledRecord& scheduled) {
-  ScheduleEntry entry;
-  entry.id = scheduled.id;
-  entry.release_ns = scheduled.release_ns;
-  entry.name = {scheduled.source, scheduled.apid, scheduled.count};
-  entry.ahead = scheduled.ahead;
-  entry.bytes = scheduled.packet.bytes;
-  return entry;
+  const ScheduledId name{scheduled.source, scheduled.apid, scheduled.count};
+  return {scheduled.id, scheduled.release_ns, name, scheduled.ahead, scheduled.packet.bytes};
 }
 
 Status check_insert(const ScheduleItem& item, std::uint32_t index, TimeNs now, const LinkSettings& settings,
@@ -186,13 +179,13 @@ Status report(bool detail, ServiceCall& call) {
   };
   for (const ScheduleEntry& entry : call.work.entries) {
     if (!all && !listed(ids, entry.name)) continue;
-    ScheduleItem item;
     ScheduledRecord scheduled;
     ILP_TRY(get(call.wiring.store, entry.id, scheduled));
-    item.sub_schedule = scheduled.sub_schedule;
-    item.group = scheduled.group;
-    item.release = call.wiring.writer.stamp(entry.release_ns);
-    item.id = entry.name;
+    ScheduleItem item{.sub_schedule = scheduled.sub_schedule,
+                      .group = scheduled.group,
+                      .release = call.wiring.writer.stamp(entry.release_ns),
+                      .packet = {},
+                      .id = entry.name};
     if (detail) {
       const std::span<std::uint8_t> packet = std::span(call.workspace.scheduled_packet).first(entry.bytes);
       ILP_TRY(read_blob<ScheduledRecord>(call.wiring.store, "packet", entry.id, 0, packet));

@@ -21,9 +21,7 @@ Status set_intervals(ServiceCall& call) {
     }
   }
   call.answer.start();
-  CommandRecord command;
-  command.kind = CommandKind::report_interval;
-  command.request_id = ++call.change.after.last_request_id;
+  CommandRecord command{.kind = CommandKind::report_interval, .request_id = ++call.change.after.last_request_id};
   for (const ReportInterval& item : list) {
     command.subject_id = static_cast<std::int64_t>(item.report_id);
     command.at_ns = item.interval_ns;

@@ -5,8 +5,7 @@
 namespace ilp {
 
 Status serve_events(ServiceCall& call) {
-  CommandRecord command;
-  command.request_id = ++call.change.after.last_request_id;
+  CommandRecord command{.request_id = ++call.change.after.last_request_id};
   switch (call.telecommand.subtype) {
     case event_reporting::report_disabled:
       if (!call.telecommand.data.empty()) return {StatusCode::request_malformed, 0};

@@ -29,10 +29,7 @@ struct ActiveFunction : ServiceCall {
 Status command_capture(CommandKind kind, TimeNs at, ActiveFunction& call) {
   call.request.outstanding = 1;
   call.request.deadline_ns = at + ns_from_seconds(call.wiring.mission.capture_timeout_s) + capture_patience_ns;
-  CommandRecord command;
-  command.kind = kind;
-  command.at_ns = at;
-  command.request_id = call.request.id;
+  CommandRecord command{.kind = kind, .at_ns = at, .request_id = call.request.id};
   command.tag = static_cast<std::int64_t>(call.arguments.number(call.arguments.left()));
   ILP_TRY(write_command(call.wiring, command));
   call.request.subject_id = command.id;
@@ -75,10 +72,7 @@ Status safe_mode(ActiveFunction& call) {
 
 Status command_end_of_strip(ActiveFunction& call) {
   call.request.deadline_ns = call.now() + strip_patience_ns;
-  CommandRecord command;
-  command.kind = CommandKind::end_strip;
-  command.reason = StripEnd::commanded;
-  command.request_id = call.request.id;
+  CommandRecord command{.kind = CommandKind::end_strip, .reason = StripEnd::commanded, .request_id = call.request.id};
   ILP_TRY(newest_id<FrameRecord>(call.wiring.store, command.after_frame_id));
   ILP_TRY(write_command(call.wiring, command));
   call.request.subject_id = command.id;
@@ -105,10 +99,8 @@ Status refine_product(ActiveFunction& call) {
     found = get(call.wiring.store, product_id(keyframe_id, ProductKind::depth), product);
   if (found.is(StatusCode::not_found)) return {StatusCode::not_found, keyframe_id};
   ILP_TRY(found);
-  CommandRecord command;
-  command.kind = CommandKind::refine;
-  command.keyframe_id = keyframe_id;
-  command.request_id = ++call.change.after.last_request_id;
+  CommandRecord command{
+      .kind = CommandKind::refine, .keyframe_id = keyframe_id, .request_id = ++call.change.after.last_request_id};
   return write_command(call.wiring, command);
 }
 
@@ -123,10 +115,8 @@ Status delete_product(ActiveFunction& call) {
   const Status found = get(call.wiring.store, request.subject_id, product);
   if (found.is(StatusCode::not_found)) return {StatusCode::not_found, request.subject_id};
   ILP_TRY(found);
-  CommandRecord command;
-  command.kind = CommandKind::delete_product;
-  command.subject_id = request.subject_id;
-  command.request_id = request.id;
+  CommandRecord command{
+      .kind = CommandKind::delete_product, .subject_id = request.subject_id, .request_id = request.id};
   return write_command(call.wiring, command);
 }
 
@@ -153,10 +143,7 @@ Status restart_component(ActiveFunction& call) {
   request.subject_id = number;
   request.deadline_ns = call.now() + restart_patience_ns;
   ILP_TRY(newest_id<EventRecord>(call.wiring.store, request.mark_id));
-  CommandRecord command;
-  command.kind = CommandKind::restart;
-  command.subject_id = number;
-  command.request_id = request.id;
+  CommandRecord command{.kind = CommandKind::restart, .subject_id = number, .request_id = request.id};
   return write_command(call.wiring, command);
 }
 

@@ -301,11 +301,10 @@ Status Acquisition::take(CameraFrame& taken, TimeNs now, Outcome& outcome) {
 Status Acquisition::end_of_stream() {
   State after = state_;
   after.ended = true;
-  CommandRecord command;
-  command.time_ns = wiring_.clock.now();
-  command.kind = CommandKind::end_strip;
-  command.reason = StripEnd::end_of_flight;
-  command.after_frame_id = cursor_.first;
+  CommandRecord command{.time_ns = wiring_.clock.now(),
+                        .kind = CommandKind::end_strip,
+                        .reason = StripEnd::end_of_flight,
+                        .after_frame_id = cursor_.first};
   StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(put_new_command(wiring_.store, command));
@@ -421,9 +420,7 @@ StepResult Acquisition::step() {
     work_.next_event = {};
     return {event, true};
   }
-  Outcome outcome;
-  outcome.after = state_;
-  outcome.cursor = cursor_;
+  Outcome outcome{.after = state_, .cursor = cursor_};
   const Result<bool> learned = learn_captures(outcome);
   if (!learned.ok()) return {learned.status(), false};
   // The frame at hand may be the answer.
@@ -460,9 +457,7 @@ StepResult Acquisition::step() {
 }
 
 StepResult Acquisition::store_taken() {
-  Outcome outcome;
-  outcome.after = state_;
-  outcome.cursor = cursor_;
+  Outcome outcome{.after = state_, .cursor = cursor_};
   CameraFrame taken = work_.frame.taken;
   Status status = take(taken, work_.frame.taken_ns, outcome);
   if (status.ok()) status = write(outcome);

@@ -83,13 +83,13 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
     FrameImage image;
   };
   struct Outcome {
-    State after;
-    Cursor cursor;
-    FrameRecord frame;
-    CaptureRecord capture;
+    State after = {};
+    Cursor cursor = {};
+    FrameRecord frame = {};
+    CaptureRecord capture = {};
     bool has_frame = false;
     bool has_capture = false;
-    Status event;
+    Status event = {};
   };
 
   Result<bool> learn_captures(Outcome& outcome) const;

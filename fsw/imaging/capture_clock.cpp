@@ -358,9 +358,7 @@ void CaptureClock::note_lock() {
 }
 
 StepResult CaptureClock::step() {
-  Outcome outcome;
-  outcome.after = state_;
-  outcome.cursor = cursor_;
+  Outcome outcome{.after = state_, .cursor = cursor_};
   Result<bool> handled = handle_command(outcome);
   if (handled.ok() && !handled.value()) handled = follow_overlap(outcome);
   if (handled.ok() && !handled.value()) handled = follow_pose(outcome);

@@ -68,13 +68,13 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
   };
   /// The decisions of one step, written in one transaction.
   struct Outcome {
-    State after;
-    Cursor cursor;
-    CaptureRecord capture;
-    CaptureRecord superseded;
+    State after = {};
+    Cursor cursor = {};
+    CaptureRecord capture = {};
+    CaptureRecord superseded = {};
     bool has_capture = false;
     bool has_superseded = false;
-    Status event;
+    Status event = {};
   };
 
   Result<bool> handle_command(Outcome& outcome);

@@ -540,9 +540,7 @@ StepResult OverlapChecker::choose(const Status& found, const FrameRecord& frame,
   Status status = found.ok() ? look_at(frame, outcome) : found;
   if (status.ok()) return {{}, true, outcome.waits ? Then::wait : Then::go_on};
   if (is_transient(status) && !work_.patience.given_up(frame.id)) return work_.patience.failed(frame.id, status);
-  outcome = Outcome{};
-  outcome.after = state_;
-  outcome.cursor = cursor_;
+  outcome = {.after = state_, .cursor = cursor_};
   if (work_.keyframe_unreadable) {
     // Nothing can be compared with it any more, so the frame is examined alone.
     end_strip(StripEnd::overlap_lost, outcome);
@@ -559,9 +557,7 @@ StepResult OverlapChecker::choose(const Status& found, const FrameRecord& frame,
 }
 
 StepResult OverlapChecker::step() {
-  Outcome outcome;
-  outcome.after = state_;
-  outcome.cursor = cursor_;
+  Outcome outcome{.after = state_, .cursor = cursor_};
 
   const Result<bool> handled = handle_command(outcome);
   if (!handled.ok()) return {handled.status(), false};

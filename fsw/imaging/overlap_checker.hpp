@@ -81,18 +81,18 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   };
   /// The decisions of one step, written in one transaction.
   struct Outcome {
-    State after;
-    Cursor cursor;
-    OverlapRecord overlap;
-    KeyframeRecord keyframe;
-    StripRecord ended;
-    StripRecord strip;
+    State after = {};
+    Cursor cursor = {};
+    OverlapRecord overlap = {};
+    KeyframeRecord keyframe = {};
+    StripRecord ended = {};
+    StripRecord strip = {};
     bool has_overlap = false;
     bool has_keyframe = false;
     bool has_ended = false;
     bool open = false;   ///< nothing is decided yet: the next step goes on with the frame
     bool waits = false;  ///< for a compute device
-    Status event;
+    Status event = {};
   };
 
   /// Frames that were chosen after the checkpoint are not chosen again.

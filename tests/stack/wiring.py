@@ -124,8 +124,8 @@ FLIGHT = [
           "SQLite's own functions for a file"),
     Calls(rf"{LOCAL}\w+\(sqlite3_vfs\*", [UNIX_VFS], "SQLite's own functions for files"),
     # The executive, stages and their parts
-    Calls(r"ilp::Executive::", ["Component", r"ilp::Component::lasting\(\).*", "Store", "Clock"],
-          "fsw/executive/executive.hpp"),
+    Calls(rf"ilp::Executive::|.*\(.*({LOCAL}Frame|ilp::ComponentTable)\b",
+          ["Component", r"ilp::Component::lasting\(\).*", "Store", "Clock"], "fsw/executive"),
     Calls(rf"ilp::{one_of(STAGES + ' ' + PARTS)}::",
           ["Store", "Clock", "Camera", "Compute", "Link", "PacketLink", "NavigationSource", "Worker", "Health",
            "Nonvolatile"], "what stages are given"),
