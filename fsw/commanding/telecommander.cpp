@@ -1,5 +1,8 @@
 #include "fsw/commanding/telecommander.hpp"
 
+#include <algorithm>
+#include <utility>
+
 #include "fsw/commanding/settings.hpp"
 #include "fsw/packets/service_events.hpp"
 #include "fsw/packets/service_functions.hpp"
@@ -51,22 +54,18 @@ Status serve(ServiceCall& call) {
 }  // namespace
 
 Service* find_service(std::uint8_t number) {
-  switch (number) {
-    case housekeeping::service:
-      return serve_housekeeping;
-    case event_reporting::service:
-      return serve_events;
-    case function_management::service:
-      return serve_functions;
-    case scheduling::service:
-      return serve_schedule;
-    case test_service::service:
-      return serve_tests;
-    case parameter_management::service:
-      return serve_parameters;
-    default:
-      return nullptr;
+  constexpr std::pair<std::uint8_t, Service*> services[] = {
+      {housekeeping::service, serve_housekeeping},
+      {event_reporting::service, serve_events},
+      {function_management::service, serve_functions},
+      {scheduling::service, serve_schedule},
+      {test_service::service, serve_tests},
+      {parameter_management::service, serve_parameters},
+  };
+  for (const auto& [known, service] : services) {
+    if (known == number) return service;
   }
+  return nullptr;
 }
 
 constexpr CheckpointForm Telecommander::checkpoint = checkpoint_form<State>(component_id);
@@ -181,13 +180,11 @@ bool Telecommander::waits_for_lock(std::span<const std::uint8_t> packet) {
 void Telecommander::release() {
   const TimeNs now = wiring_.clock.now();
   for (int i = 0; i < releases_per_step && !work_.entries.empty(); ++i) {
-    const ScheduleEntry* due = nullptr;
-    for (const ScheduleEntry& entry : work_.entries) {
-      const TimeNs lead = entry.ahead ? capture_lead_ns : 0;
-      if (due == nullptr && entry.release_ns - lead <= now) due = &entry;
-    }
+    const auto* const due = std::find_if(work_.entries.begin(), work_.entries.end(), [&](const ScheduleEntry& entry) {
+      return entry.release_ns - (entry.ahead ? capture_lead_ns : 0) <= now;
+    });
     // A request that cannot be carried out or removed now stays.
-    if (due == nullptr || try_store().is(StatusCode::store_locked)) return;
+    if (due == work_.entries.end() || try_store().is(StatusCode::store_locked)) return;
     const ScheduleEntry entry = *due;
     release_one(entry, now);
   }

@@ -56,7 +56,7 @@ class Executive final : public Health {
   Status write_housekeeping() { return ilp::write_housekeeping(table_); }
   /// The flight ends: also reports events that were only counted so far.
   Status end() {
-    table_.events.report_rest(table_.clock.now());
+    table_.events.report_due(table_.clock.now(), true);
     return write_housekeeping();
   }
 

@@ -59,12 +59,9 @@ Status CaptureClock::resume_after_records(bool lost) {
 
 void CaptureClock::want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const {
   outcome.has_capture = true;
-  CaptureRecord& capture = outcome.capture;
-  capture.id = ++outcome.after.last_capture_id;
-  capture.requested_ns = time_ns;
-  capture.issued_ns = wiring_.clock.now();
-  capture.source = source;
-  if (source != CaptureSource::telecommand) outcome.after.own = {capture.id, time_ns};
+  const std::int64_t id = ++outcome.after.last_capture_id;
+  outcome.capture = {.id = id, .requested_ns = time_ns, .issued_ns = wiring_.clock.now(), .source = source};
+  if (source != CaptureSource::telecommand) outcome.after.own = {id, time_ns};
 }
 
 bool CaptureClock::too_near(TimeNs time_ns, const State& state, TimeNs latest_exposure_ns) const {
