@@ -5,9 +5,9 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/base/fixed_vector.hpp"
+#include "fsw/base/lock_times.hpp"
 #include "fsw/commanding/configuration.hpp"
 #include "fsw/commanding/telecommand_answer.hpp"
-#include "fsw/executive/lock_times.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/packets/packet_router.hpp"
 #include "fsw/packets/service_schedule.hpp"

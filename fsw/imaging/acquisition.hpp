@@ -3,7 +3,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/base/fixed_vector.hpp"
-#include "fsw/executive/lock_times.hpp"
+#include "fsw/base/lock_times.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/imaging/exposure_control.hpp"
 #include "fsw/shared/find.hpp"

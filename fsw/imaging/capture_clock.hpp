@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cfg/mission.hpp"
-#include "fsw/executive/lock_times.hpp"
+#include "fsw/base/lock_times.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/find.hpp"
 #include "fsw/shared/sound_store.hpp"
