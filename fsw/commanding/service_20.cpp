@@ -79,7 +79,7 @@ Status set_parameter(const char* section, const char* key, double value, Service
   return set_parameters(wanted, call);
 }
 
-Status set_parameters(const MissionParameters& wanted, ServiceCall& call) {
+Status set_parameters(const MissionParameters& wanted, ServiceCall& call, Configuration::Way way) {
   Configuration* const configuration = call.wiring.configuration;
   MissionParameters checked = wanted;
   for (std::size_t i = 0; i < parameter_count(); ++i) {
@@ -93,6 +93,7 @@ Status set_parameters(const MissionParameters& wanted, ServiceCall& call) {
   ILP_TRY(check_together(wanted, call));
   if (configuration != nullptr) ILP_TRY(configuration->write(wanted, call.now()));
   call.change.wanted = wanted;
+  call.change.way = way;
   call.change.set = true;
   return {};
 }

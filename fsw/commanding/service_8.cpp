@@ -79,17 +79,10 @@ Status command_end_of_strip(ActiveFunction& call) {
   return {};
 }
 
-Status flush_window(ActiveFunction& call) {
-  return command_end_of_strip(call);
-}
-
-Status begin_strip(ActiveFunction& call) {
-  return command_end_of_strip(call);
-}
-
-Status end_strip(ActiveFunction& call) {
-  return command_end_of_strip(call);
-}
+// They differ in what completes them.
+constexpr auto* flush_window = command_end_of_strip;
+constexpr auto* begin_strip = command_end_of_strip;
+constexpr auto* end_strip = command_end_of_strip;
 
 Status refine_product(ActiveFunction& call) {
   const std::int64_t keyframe_id = number_of_this_life<KeyframeRecord>(call.wiring.store, call.arguments.u32());
@@ -125,15 +118,13 @@ Status begin_pass(ActiveFunction& call) {
   if (length_s == 0 || length_s > longest_pass_s) return out_of_range(Argument::pass_length, length_s);
   MissionParameters wanted = call.work.wanted;
   open_contact(call.now(), length_s, wanted);
-  call.change.way = Configuration::Way::bounded;
-  return set_parameters(wanted, call);
+  return set_parameters(wanted, call, Configuration::Way::bounded);
 }
 
 Status end_pass(ActiveFunction& call) {
   MissionParameters wanted = call.work.wanted;
   close_contact(call.now(), wanted);
-  call.change.way = Configuration::Way::bounded;
-  return set_parameters(wanted, call);
+  return set_parameters(wanted, call, Configuration::Way::bounded);
 }
 
 Status restart_component(ActiveFunction& call) {
@@ -163,8 +154,7 @@ Status activate_file(ActiveFunction& call) {
   MissionParameters wanted = call.work.wanted;
   const std::int64_t id = number_of_this_life<UplinkRecord>(call.wiring.store, call.arguments.u32());
   ILP_TRY(activate_uplink(call.wiring.store, id, call.now(), wanted));
-  call.change.way = Configuration::Way::file;
-  return set_parameters(wanted, call);
+  return set_parameters(wanted, call, Configuration::Way::file);
 }
 
 struct Effect {

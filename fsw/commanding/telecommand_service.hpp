@@ -127,7 +127,8 @@ Service serve_housekeeping, serve_events, serve_functions, serve_schedule, serve
 // service_20.cpp
 Status set_parameter(const char* section, const char* key, double value, ServiceCall& call);
 /// Records of what differs from what was wanted so far; in range and without contradiction.
-Status set_parameters(const MissionParameters& wanted, ServiceCall& call);
+Status set_parameters(const MissionParameters& wanted, ServiceCall& call,
+                      Configuration::Way way = Configuration::Way::parameters);
 
 // service_11.cpp
 Status read_schedule(const CommandingWiring& wiring, CommandingWork& work);

@@ -290,7 +290,6 @@ Status Telecommander::perform(const ScheduleEntry* entry, ServiceCall& call) {
   TelecommandChange& change = call.change;
   change.after = state_;
   change.set = false;
-  change.way = Configuration::Way::parameters;
   change.rescheduled = false;
   if (entry == nullptr && changes_nothing(call.telecommand)) return serve(call);
   StepTransaction transaction(wiring_.store, checkpoint);
