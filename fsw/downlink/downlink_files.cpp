@@ -17,11 +17,14 @@ constexpr auto most_owed_bytes = static_cast<std::int64_t>(limits::max_transfer_
 
 }  // namespace
 
+Status DownlinkFiles::stored(const Status& answer) {
+  work_.store_failed = !answer.ok();
+  return answer;
+}
+
 Status DownlinkFiles::open(const char* name) {
   // If the store accepts no writes, it cannot record that the file was sent, and the file would be sent repeatedly.
-  const Status taken = save_checkpoint(wiring_.store, Downlink::checkpoint, cursor_, state_);
-  work_.store_failed = !taken.ok();
-  ILP_TRY(taken);
+  ILP_TRY(stored(save_checkpoint(wiring_.store, Downlink::checkpoint, cursor_, state_)));
   const bool lenient = given_up(work_.subject.kind, work_.subject.id);
   ILP_TRY(workspace_.file.begin(name));
   if (lenient) workspace_.file.be_lenient();
@@ -52,10 +55,9 @@ Status DownlinkFiles::close_file(DownlinkRecord sent, State& after) {
   if (work_.subject.kind == FileClass::products) after.planned_bytes = sent.bytes;
   drop_late({work_.subject.kind, work_.subject.id}, after);
   work_.set_aside.remove(static_cast<std::uint8_t>(work_.subject.kind), work_.subject.id);
-  const Status kept = put(wiring_.store, sent);
-  work_.store_failed = !kept.ok();
-  if (kept.ok()) work_.newest_sent_ns = sent.sent_ns;
-  return kept;
+  ILP_TRY(stored(put(wiring_.store, sent)));
+  work_.newest_sent_ns = sent.sent_ns;
+  return {};
 }
 
 void DownlinkFiles::drop_late(const LateFile& late, State& after) {
@@ -67,7 +69,7 @@ void DownlinkFiles::drop_late(const LateFile& late, State& after) {
   static_cast<void>(after.late.resize(kept));
 }
 
-Status DownlinkFiles::send_records(std::int64_t keyframe_id, State& after, bool& sent) {
+Result<bool> DownlinkFiles::send_records(std::int64_t keyframe_id, State& after) {
   work_.subject = {FileClass::records, keyframe_id};
   const bool without = given_up(FileClass::records, keyframe_id);
   KeyframeRecord keyframe;
@@ -75,22 +77,19 @@ Status DownlinkFiles::send_records(std::int64_t keyframe_id, State& after, bool&
   if (known.is(StatusCode::not_found)) {
     // It was erased with the history.
     drop_late({FileClass::records, keyframe_id}, after);
-    return {};
+    return false;
   }
   if (!known.ok() && !without) return known;
   FixedText<32> name;
   name.add("records-").add(keyframe_id, 6).add(".ilp");
   ILP_TRY(open(name.c_str()));
   ILP_TRY(workspace_.file.write_records_head());
-  bool found = false;
   PoseRecord pose;
-  bool posed = false;
-  ILP_TRY(workspace_.file.take(get(wiring_.store, keyframe_id, pose), posed));
+  ILP_TAKE(const bool posed, workspace_.file.take(get(wiring_.store, keyframe_id, pose)));
   CameraRecord camera;
-  bool seen = false;
-  ILP_TRY(workspace_.file.take(get_camera(wiring_.store, camera_id_of(pose), camera), seen));
+  ILP_TAKE(const bool seen, workspace_.file.take(get_camera(wiring_.store, camera_id_of(pose), camera)));
   if (seen) ILP_TRY(workspace_.file.write_record(camera));
-  ILP_TRY(workspace_.file.take(known, found));
+  ILP_TAKE(const bool found, workspace_.file.take(known));
   if (found) {
     ILP_TRY(workspace_.file.write_if_present<StripRecord>(keyframe.strip_id));
     ILP_TRY(workspace_.file.write_if_present<StripFrameRecord>(keyframe.strip_id));
@@ -115,15 +114,13 @@ Status DownlinkFiles::send_records(std::int64_t keyframe_id, State& after, bool&
   record.subject_id = keyframe_id;
   const std::int64_t left_out = workspace_.file.left_out();
   ILP_TRY(close_file(record, after));
-  sent = true;
   if (left_out != 0) work_.event = {StatusCode::records_incomplete, keyframe_id, left_out};
-  return {};
+  return true;
 }
 
 Status DownlinkFiles::write_depth(std::int64_t keyframe_id) {
   DepthRecord depth;
-  bool found = false;
-  ILP_TRY(workspace_.file.take(get(wiring_.store, keyframe_id, depth), found));
+  ILP_TAKE(const bool found, workspace_.file.take(get(wiring_.store, keyframe_id, depth)));
   if (!found) return {};
   depth.values.bytes = 0;
   depth.sigma.bytes = 0;
@@ -133,16 +130,16 @@ Status DownlinkFiles::write_depth(std::int64_t keyframe_id) {
 
 Status DownlinkFiles::write_mask(std::int64_t keyframe_id) {
   MaskRecord mask;
-  bool found = false;
-  ILP_TRY(workspace_.file.take(get(wiring_.store, keyframe_id, mask), found));
+  ILP_TAKE(const bool found, workspace_.file.take(get(wiring_.store, keyframe_id, mask)));
   if (!found) return {};
   auto& buffer = wiring_.scratch.as<DownlinkBuffers>().product;
   ILP_ASSERT(mask.code.bytes <= buffer.size(), mask.code.bytes);
   // The record states the length of the code, so the code is read first.
   const std::span<std::uint8_t> code = std::span(buffer).first(mask.code.bytes);
   if (!code.empty()) {
-    ILP_TRY(workspace_.file.take(read_blob<MaskRecord>(wiring_.store, "code", keyframe_id, 0, code), found));
-    if (!found) mask.code.bytes = 0;
+    ILP_TAKE(const bool whole,
+             workspace_.file.take(read_blob<MaskRecord>(wiring_.store, "code", keyframe_id, 0, code)));
+    if (!whole) mask.code.bytes = 0;
   }
   ILP_TRY(workspace_.file.write_record(mask));
   return workspace_.file.write(code.first(mask.code.bytes));
@@ -150,16 +147,15 @@ Status DownlinkFiles::write_mask(std::int64_t keyframe_id) {
 
 Status DownlinkFiles::write_link(std::int64_t id) {
   LinkRecord link;
-  bool found = false;
-  ILP_TRY(workspace_.file.take(get(wiring_.store, id, link), found));
+  ILP_TAKE(const bool found, workspace_.file.take(get(wiring_.store, id, link)));
   if (!found) return {};
   std::array<std::uint8_t, limits::max_link_points * sizeof(LinkPoint)> bytes;
   ILP_ASSERT(link.points.bytes <= bytes.size(), link.points.bytes);
   // The record states the number of points, so they are read first.
   const std::span<std::uint8_t> points = std::span(bytes).first(link.points.bytes);
   if (!points.empty()) {
-    ILP_TRY(workspace_.file.take(read_blob<LinkRecord>(wiring_.store, "points", id, 0, points), found));
-    if (!found) link.points.bytes = 0;
+    ILP_TAKE(const bool whole, workspace_.file.take(read_blob<LinkRecord>(wiring_.store, "points", id, 0, points)));
+    if (!whole) link.points.bytes = 0;
   }
   ILP_TRY(workspace_.file.write_record(link));
   return workspace_.file.write(points.first(link.points.bytes));
@@ -168,9 +164,8 @@ Status DownlinkFiles::write_link(std::int64_t id) {
 Status DownlinkFiles::write_products_of(std::int64_t keyframe_id, std::int64_t frame_id) {
   for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
     ProductRecord product;
-    bool found = false;
-    ILP_TRY(workspace_.file.take(get(wiring_.store, product_id(keyframe_id, static_cast<ProductKind>(kind)), product),
-                                 found));
+    const std::int64_t id = product_id(keyframe_id, static_cast<ProductKind>(kind));
+    ILP_TAKE(const bool found, workspace_.file.take(get(wiring_.store, id, product)));
     if (!found) continue;
     product.data.bytes = 0;
     ILP_TRY(workspace_.file.write_record(product));
@@ -183,8 +178,7 @@ Status DownlinkFiles::write_products_of(std::int64_t keyframe_id, std::int64_t f
 /// An image tells what frame it is; without one the frame's record does.
 Status DownlinkFiles::write_frame(std::int64_t id) {
   FrameRecord frame;
-  bool found = false;
-  ILP_TRY(workspace_.file.take(get(wiring_.store, id, frame), found));
+  ILP_TAKE(const bool found, workspace_.file.take(get(wiring_.store, id, frame)));
   if (!found) return {};
   frame.image.bytes = 0;
   return workspace_.file.write_record(frame);
@@ -217,7 +211,7 @@ Status DownlinkFiles::write_refinement(const ProductRecord& product, std::span<c
   return workspace_.file.write_u32(workspace_.file.crc());
 }
 
-Status DownlinkFiles::send_layers(const ProductRecord& product, int last_layer, State& after, bool& sent) {
+Result<bool> DownlinkFiles::send_layers(const ProductRecord& product, int last_layer, State& after) {
   work_.subject = {FileClass::products, product.id};
   auto& buffer = wiring_.scratch.as<DownlinkBuffers>().product;
   ILP_ASSERT(product.data.bytes <= buffer.size(), product.data.bytes);
@@ -236,10 +230,9 @@ Status DownlinkFiles::send_layers(const ProductRecord& product, int last_layer, 
     work_.event = {StatusCode::product_damaged, product.id};
     work_.set_aside.remove(static_cast<std::uint8_t>(work_.subject.kind), work_.subject.id);
     changed.state = ProductState::dropped;
-    work_.changed = sent = true;
-    const Status kept = amend(wiring_.store, changed);
-    work_.store_failed = !kept.ok();
-    return kept;
+    work_.changed = true;
+    ILP_TRY(stored(amend(wiring_.store, changed)));
+    return true;
   }
   if (product.layers_sent == 0) {
     FixedText<32> name;
@@ -255,15 +248,13 @@ Status DownlinkFiles::send_layers(const ProductRecord& product, int last_layer, 
   record.first_layer = static_cast<std::uint8_t>(product.layers_sent + 1);
   record.last_layer = static_cast<std::uint8_t>(last_layer);
   ILP_TRY(close_file(record, after));
-  sent = true;
   changed.layers_sent = static_cast<std::uint8_t>(last_layer);
   changed.state = last_layer >= layers ? ProductState::sent : ProductState::stored;
-  const Status kept = amend(wiring_.store, changed);
-  work_.store_failed = !kept.ok();
-  return kept;
+  ILP_TRY(stored(amend(wiring_.store, changed)));
+  return true;
 }
 
-Status DownlinkFiles::send_points(std::int64_t id, std::int64_t most, State& after, bool& sent) {
+Result<bool> DownlinkFiles::send_points(std::int64_t id, std::int64_t most, State& after) {
   work_.subject = {FileClass::points, id};
   const bool without = given_up(FileClass::points, id);
   StructureRecord structure;
@@ -274,10 +265,10 @@ Status DownlinkFiles::send_points(std::int64_t id, std::int64_t most, State& aft
     work_.set_aside.remove(static_cast<std::uint8_t>(work_.subject.kind), id);
     drop_late({FileClass::points, id}, after);
     if (after.points_through < id) after.points_through = id;
-    return {};
+    return false;
   }
   ILP_TRY(found);
-  if (!may_go(after, structure.points.bytes, most)) return {};
+  if (!may_go(after, structure.points.bytes, most)) return false;
   FixedText<32> name;
   name.add("points-").add(structure.id, 6).add(".ilp");
   ILP_TRY(open(name.c_str()));
@@ -291,20 +282,20 @@ Status DownlinkFiles::send_points(std::int64_t id, std::int64_t most, State& aft
   file.kind = DownlinkKind::points;
   file.subject_id = id;
   ILP_TRY(close_file(file, after));
-  sent = true;
-  return {};
+  return true;
 }
 
-void DownlinkFiles::housekeeping_fingerprint(std::int64_t& steps) {
-  steps = 0;
+std::int64_t DownlinkFiles::housekeeping_fingerprint() const {
+  std::int64_t steps = 0;
   for (std::int64_t id = 1; id <= std::int64_t{component_numbers}; ++id) {
     ComponentRecord record;
     if (get(wiring_.store, id, record).ok()) steps += record.steps;
   }
+  return steps;
 }
 
-Status DownlinkFiles::send_events(std::int64_t through, bool late, std::int64_t housekeeping_steps, State& after,
-                                  bool& sent) {
+Result<bool> DownlinkFiles::send_events(std::int64_t through, bool late, std::int64_t housekeeping_steps,
+                                        State& after) {
   const std::int64_t first_id = through + 1;
   work_.subject = {FileClass::events, first_id};
   const bool without = given_up(FileClass::events, first_id);
@@ -348,8 +339,7 @@ Status DownlinkFiles::send_events(std::int64_t through, bool late, std::int64_t 
   record.kind = DownlinkKind::records;
   record.subject_id = -first;
   ILP_TRY(close_file(record, after));
-  sent = true;
-  return {};
+  return true;
 }
 
 }  // namespace ilp

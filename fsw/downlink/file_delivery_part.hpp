@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "cfg/mission.hpp"
 #include "fsw/downlink/delivery_queue.hpp"
@@ -73,7 +74,7 @@ struct DeliveryWorkspace {
   TimeNs contact_ns = 0;  ///< time in contact so far; all timers run by it
   std::uint32_t steps = 0;
   std::size_t save_from = 0;  ///< first transfer of the next single transactions, which rotate
-  TimeNs rejection_reported_ns = -1;
+  std::optional<TimeNs> rejection_reported_ns;
   FixedVector<Status, 16> events;
   Uplink uplink;
   FixedVector<TransferSlot, limits::max_transfers> slots;
