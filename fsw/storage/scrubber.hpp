@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 
 #include "cfg/mission.hpp"
@@ -62,7 +63,7 @@ class Scrubber final : public StageComponent<ComponentId::scrubber> {
     std::uint64_t sum = 0;
   };
   struct Work {
-    TimeNs stepped_ns = -1;
+    std::optional<TimeNs> stepped_ns;
     ImageCursor image;
   };
   struct alignas(8) Workspace {
