@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "fsw/base/geometry.hpp"
 #include "fsw/vision/geometry/similarity.hpp"
@@ -44,9 +45,8 @@ void mark_known_over_plane(MaskView mask, const Mat3& other_from_keyframe, const
 /// pixel is known. Returns the number of pixels taken.
 std::uint32_t take_known(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
                          const ImageView<std::uint8_t>& mask);
-/// The same in slices, from part 0 on while `more` is true; the last one returns the number. Between them the mask
-/// holds marks.
-std::uint32_t take_known_slice(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
-                               const ImageView<std::uint8_t>& mask, std::size_t part, bool& more);
+/// The same in slices, from part 0 on until one returns the number. Between them the mask holds marks.
+std::optional<std::uint32_t> take_known_slice(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
+                                              const ImageView<std::uint8_t>& mask, std::size_t part);
 
 }  // namespace ilp
