@@ -6,6 +6,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/downlink/file_delivery.hpp"
+#include "fsw/shared/find.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -257,17 +258,16 @@ Status TelemetryReporter::health(ComponentId component, ComponentHealth& values)
     return {};
   }
   ComponentRecord kept;
-  const Status found = get(wiring_.store, static_cast<std::int64_t>(component), kept);
-  if (!found.ok()) return is_transient(found) ? found : Status{};
-  values = {kept.steps, kept.overruns, kept.restarts, kept.faults, kept.busy_ns, kept.longest_ns};
+  ILP_TAKE(const bool found, find(wiring_.store, static_cast<std::int64_t>(component), kept));
+  if (found) values = {kept.steps, kept.overruns, kept.restarts, kept.faults, kept.busy_ns, kept.longest_ns};
   return {};
 }
 
 /// `node` is the one before; afterwards it is this one. Zeros after the last one.
 Status TelemetryReporter::next_node(NodeRecord& node, NodeHealth& values) {
   values = {};
-  const Status found = next(wiring_.store, node.id, node);
-  if (!found.ok()) return is_transient(found) ? found : Status{};
+  ILP_TAKE(const bool found, found_by(next(wiring_.store, node.id, node)));
+  if (!found) return {};
   values = {node.stages,      node.started_ns, wiring_.clock.now() - node.seen_ns,
             node.connections, node.overruns,   node.longest_ns};
   return {};
