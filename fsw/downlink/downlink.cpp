@@ -136,8 +136,8 @@ StepResult Downlink::set_aside(const Status& fault) {
   }
   std::uint32_t faults = 0;
   const std::uint32_t most = is_transient(fault) ? most_passing_faults : most_lasting_faults;
-  const auto kind = static_cast<std::uint8_t>(work_.subject.kind);
-  if (!work_.set_aside.add(kind, work_.subject.id, wiring_.clock.now(), !of_link, most, faults)) return {fault};
+  if (!work_.set_aside.add(work_.subject.kind, work_.subject.id, wiring_.clock.now(), !of_link, most, faults))
+    return {fault};
   if (faults > 1) return {{}, true};
   return {{StatusCode::file_set_aside, work_.subject.id, static_cast<std::int64_t>(fault.code)}, true};
 }

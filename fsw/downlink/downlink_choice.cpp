@@ -47,11 +47,11 @@ PlanCandidate candidate_of(const ProductRecord& product, const ProductWorth& wor
 
 }  // namespace
 
-std::int64_t DownlinkChoice::late_one(const State& after, FileClass kind) const {
+std::optional<std::int64_t> DownlinkChoice::late_one(const State& after, FileClass kind) const {
   for (const LateFile& late : after.late) {
     if (late.kind == kind && !rests(kind, late.id)) return late.id;
   }
-  return 0;
+  return {};
 }
 
 Status DownlinkChoice::find_requests() {
@@ -125,33 +125,28 @@ Result<bool> DownlinkChoice::send_planned(std::int64_t most, State& after) {
   plan_pass(candidates, work_.room_bytes > 0 ? static_cast<std::uint64_t>(work_.room_bytes) : 0, workspace_.planning,
             workspace_.plan);
   work_.something_waits = work_.something_waits || !candidates.empty();
-  std::int64_t id = 0;
-  std::int64_t bytes = 0;
-  int last_layer = 0;
+  PlannedFile file;
   if (!workspace_.plan.files.empty()) {
-    id = workspace_.plan.files[0].id;
-    bytes = workspace_.plan.files[0].bytes;
-    last_layer = workspace_.plan.files[0].last_layer;
+    file = workspace_.plan.files[0];
   } else {
     // Nothing fits. At the beginning of a pass, a file that is larger than the pass is sent.
     double best = 0;
     for (const PlanCandidate& candidate : candidates) {
       const double efficiency = best_efficiency(candidate);
-      if ((id != 0 && efficiency <= best) || !fits(after, candidate.bytes[candidate.sent])) continue;
+      const std::uint32_t bytes = candidate.bytes[candidate.sent];
+      if ((file.id != 0 && efficiency <= best) || !fits(after, bytes)) continue;
       best = efficiency;
-      id = candidate.id;
-      bytes = candidate.bytes[candidate.sent];
-      last_layer = candidate.sent + 1;
+      file = {candidate.id, 0, static_cast<std::uint8_t>(candidate.sent + 1), bytes};
     }
   }
-  if (id == 0) return false;
-  if (bytes > most) {
-    after.planned_bytes = bytes;
+  if (file.id == 0) return false;
+  if (file.bytes > most) {
+    after.planned_bytes = file.bytes;
     return false;
   }
   ProductRecord product;
-  ILP_TRY(get(wiring_.store, id, product));
-  return files_.send_layers(product, last_layer, after);
+  ILP_TRY(get(wiring_.store, file.id, product));
+  return files_.send_layers(product, file.last_layer, after);
 }
 
 Result<bool> DownlinkChoice::send_overdue(State& after) {
@@ -192,9 +187,9 @@ Result<bool> DownlinkChoice::send_in_order(std::int64_t most, State& after) {
 }
 
 Result<bool> DownlinkChoice::send_next_records(std::int64_t most, State& after) {
-  const std::int64_t late = late_one(after, FileClass::records);
-  if (late != 0 && !may_go(after, usual_records_bytes, most)) return false;
-  if (late != 0) return files_.send_records(late, after);
+  const std::optional<std::int64_t> late = late_one(after, FileClass::records);
+  if (late && !may_go(after, usual_records_bytes, most)) return false;
+  if (late) return files_.send_records(*late, after);
   // Each turn makes one more of them late.
   for (std::size_t turn = 0; turn <= max_late_files; ++turn) {
     KeyframeRecord keyframe;
@@ -216,8 +211,8 @@ Result<bool> DownlinkChoice::send_next_records(std::int64_t most, State& after) 
 }
 
 Result<bool> DownlinkChoice::send_next_points(std::int64_t most, State& after) {
-  const std::int64_t late = late_one(after, FileClass::points);
-  if (late != 0) return files_.send_points(late, most, after);
+  const std::optional<std::int64_t> late = late_one(after, FileClass::points);
+  if (late) return files_.send_points(*late, most, after);
   for (;;) {  // bound: the keyframes up to `records_through`
     StructureRecord structure;
     ILP_TAKE(const Found found, find_next(wiring_.store, after.points_through, structure));
@@ -233,14 +228,14 @@ Result<bool> DownlinkChoice::send_next_points(std::int64_t most, State& after) {
 }
 
 Result<bool> DownlinkChoice::send_events_if_due(std::int64_t most, State& after) {
-  const std::int64_t late = late_one(after, FileClass::events);
-  if (late != 0) {
+  const std::optional<std::int64_t> late = late_one(after, FileClass::events);
+  if (late) {
     if (!may_go(after, usual_events_bytes, most)) return false;
     EventRecord event;
-    const Status any = next(wiring_.store, late - 1, event);
-    const bool gone = any.is(StatusCode::not_found) || (any.ok() && event.id >= late + events_per_file);
-    if (!gone) return files_.send_events(late - 1, true, files_.housekeeping_fingerprint(), after);
-    files_.drop_late({FileClass::events, late}, after);
+    const Status any = next(wiring_.store, *late - 1, event);
+    const bool gone = any.is(StatusCode::not_found) || (any.ok() && event.id >= *late + events_per_file);
+    if (!gone) return files_.send_events(*late - 1, true, files_.housekeeping_fingerprint(), after);
+    files_.drop_late({FileClass::events, *late}, after);
   }
   EventRecord newest;
   const Status any = last(wiring_.store, newest);

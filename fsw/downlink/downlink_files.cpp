@@ -26,20 +26,20 @@ Status DownlinkFiles::open(const char* name) {
   // If the store accepts no writes, it cannot record that the file was sent, and the file would be sent repeatedly.
   ILP_TRY(stored(save_checkpoint(wiring_.store, Downlink::checkpoint, cursor_, state_)));
   const bool lenient = given_up(work_.subject.kind, work_.subject.id);
-  ILP_TRY(workspace_.file.begin(name));
-  if (lenient) workspace_.file.be_lenient();
+  ILP_TRY(file_.begin(name));
+  if (lenient) file_.be_lenient();
   return {};
 }
 
 Status DownlinkFiles::close_file(DownlinkRecord sent, State& after) {
-  ILP_TRY(workspace_.file.end());
+  ILP_TRY(file_.end());
   sent.id = after.last_downlink_id + 1;
-  sent.bytes = workspace_.file.bytes();
-  sent.crc32 = workspace_.file.crc();
+  sent.bytes = file_.bytes();
+  sent.crc32 = file_.crc();
   sent.sent_ns = wiring_.clock.now();
   sent.records_through = after.records_through;
   sent.points_through = after.points_through;
-  copy_text(sent.name, workspace_.file.name());
+  copy_text(sent.name, file_.name());
   after.last_downlink_id = sent.id;
   after.credit_bytes -= sent.bytes;
   after.pass_bytes += sent.bytes;
@@ -54,7 +54,7 @@ Status DownlinkFiles::close_file(DownlinkRecord sent, State& after) {
   }
   if (work_.subject.kind == FileClass::products) after.planned_bytes = sent.bytes;
   drop_late({work_.subject.kind, work_.subject.id}, after);
-  work_.set_aside.remove(static_cast<std::uint8_t>(work_.subject.kind), work_.subject.id);
+  work_.set_aside.remove(work_.subject.kind, work_.subject.id);
   ILP_TRY(stored(put(wiring_.store, sent)));
   work_.newest_sent_ns = sent.sent_ns;
   return {};
@@ -83,36 +83,36 @@ Result<bool> DownlinkFiles::send_records(std::int64_t keyframe_id, State& after)
   FixedText<32> name;
   name.add("records-").add(keyframe_id, 6).add(".ilp");
   ILP_TRY(open(name.c_str()));
-  ILP_TRY(workspace_.file.write_records_head());
+  ILP_TRY(file_.write_records_head());
   PoseRecord pose;
-  ILP_TAKE(const bool posed, workspace_.file.take(get(wiring_.store, keyframe_id, pose)));
+  ILP_TAKE(const bool posed, file_.take(get(wiring_.store, keyframe_id, pose)));
   CameraRecord camera;
-  ILP_TAKE(const bool seen, workspace_.file.take(get_camera(wiring_.store, camera_id_of(pose), camera)));
-  if (seen) ILP_TRY(workspace_.file.write_record(camera));
-  ILP_TAKE(const bool found, workspace_.file.take(known));
+  ILP_TAKE(const bool seen, file_.take(get_camera(wiring_.store, camera_id_of(pose), camera)));
+  if (seen) ILP_TRY(file_.write_record(camera));
+  ILP_TAKE(const bool found, file_.take(known));
   if (found) {
-    ILP_TRY(workspace_.file.write_if_present<StripRecord>(keyframe.strip_id));
-    ILP_TRY(workspace_.file.write_if_present<StripFrameRecord>(keyframe.strip_id));
-    ILP_TRY(workspace_.file.write_if_present<TieRecord>(keyframe.strip_id));
-    ILP_TRY(workspace_.file.write_if_present<NavigationRecord>(keyframe_id));
-    ILP_TRY(workspace_.file.write_record(keyframe));
-    ILP_TRY(workspace_.file.write_if_present<OverlapRecord>(keyframe.frame_id));
+    ILP_TRY(file_.write_if_present<StripRecord>(keyframe.strip_id));
+    ILP_TRY(file_.write_if_present<StripFrameRecord>(keyframe.strip_id));
+    ILP_TRY(file_.write_if_present<TieRecord>(keyframe.strip_id));
+    ILP_TRY(file_.write_if_present<NavigationRecord>(keyframe_id));
+    ILP_TRY(file_.write_record(keyframe));
+    ILP_TRY(file_.write_if_present<OverlapRecord>(keyframe.frame_id));
   }
-  if (posed) ILP_TRY(workspace_.file.write_record(pose));
-  ILP_TRY(workspace_.file.write_if_present<CalibrationRecord>(keyframe_id));
+  if (posed) ILP_TRY(file_.write_record(pose));
+  ILP_TRY(file_.write_if_present<CalibrationRecord>(keyframe_id));
   for (std::int64_t number = 0; number < limits::max_links_per_keyframe; ++number) {
     ILP_TRY(write_link(link_id(keyframe_id, number)));
   }
   ILP_TRY(write_depth(keyframe_id));
   ILP_TRY(write_mask(keyframe_id));
-  ILP_TRY(workspace_.file.write_if_present<RichnessRecord>(keyframe_id));
+  ILP_TRY(file_.write_if_present<RichnessRecord>(keyframe_id));
   ILP_TRY(write_products_of(keyframe_id, keyframe.frame_id));
-  ILP_TRY(workspace_.file.write_records_tail());
+  ILP_TRY(file_.write_records_tail());
   if (after.records_through < keyframe_id) after.records_through = keyframe_id;
   DownlinkRecord record;
   record.kind = DownlinkKind::records;
   record.subject_id = keyframe_id;
-  const std::int64_t left_out = workspace_.file.left_out();
+  const std::int64_t left_out = file_.left_out();
   ILP_TRY(close_file(record, after));
   if (left_out != 0) work_.event = {StatusCode::records_incomplete, keyframe_id, left_out};
   return true;
@@ -120,55 +120,54 @@ Result<bool> DownlinkFiles::send_records(std::int64_t keyframe_id, State& after)
 
 Status DownlinkFiles::write_depth(std::int64_t keyframe_id) {
   DepthRecord depth;
-  ILP_TAKE(const bool found, workspace_.file.take(get(wiring_.store, keyframe_id, depth)));
+  ILP_TAKE(const bool found, file_.take(get(wiring_.store, keyframe_id, depth)));
   if (!found) return {};
   depth.values.bytes = 0;
   depth.sigma.bytes = 0;
   depth.cells.bytes = 0;
-  return workspace_.file.write_record(depth);
+  return file_.write_record(depth);
 }
 
 Status DownlinkFiles::write_mask(std::int64_t keyframe_id) {
   MaskRecord mask;
-  ILP_TAKE(const bool found, workspace_.file.take(get(wiring_.store, keyframe_id, mask)));
+  ILP_TAKE(const bool found, file_.take(get(wiring_.store, keyframe_id, mask)));
   if (!found) return {};
   auto& buffer = wiring_.scratch.as<DownlinkBuffers>().product;
   ILP_ASSERT(mask.code.bytes <= buffer.size(), mask.code.bytes);
   // The record states the length of the code, so the code is read first.
   const std::span<std::uint8_t> code = std::span(buffer).first(mask.code.bytes);
   if (!code.empty()) {
-    ILP_TAKE(const bool whole,
-             workspace_.file.take(read_blob<MaskRecord>(wiring_.store, "code", keyframe_id, 0, code)));
+    ILP_TAKE(const bool whole, file_.take(read_blob<MaskRecord>(wiring_.store, "code", keyframe_id, 0, code)));
     if (!whole) mask.code.bytes = 0;
   }
-  ILP_TRY(workspace_.file.write_record(mask));
-  return workspace_.file.write(code.first(mask.code.bytes));
+  ILP_TRY(file_.write_record(mask));
+  return file_.write(code.first(mask.code.bytes));
 }
 
 Status DownlinkFiles::write_link(std::int64_t id) {
   LinkRecord link;
-  ILP_TAKE(const bool found, workspace_.file.take(get(wiring_.store, id, link)));
+  ILP_TAKE(const bool found, file_.take(get(wiring_.store, id, link)));
   if (!found) return {};
   std::array<std::uint8_t, limits::max_link_points * sizeof(LinkPoint)> bytes;
   ILP_ASSERT(link.points.bytes <= bytes.size(), link.points.bytes);
   // The record states the number of points, so they are read first.
   const std::span<std::uint8_t> points = std::span(bytes).first(link.points.bytes);
   if (!points.empty()) {
-    ILP_TAKE(const bool whole, workspace_.file.take(read_blob<LinkRecord>(wiring_.store, "points", id, 0, points)));
+    ILP_TAKE(const bool whole, file_.take(read_blob<LinkRecord>(wiring_.store, "points", id, 0, points)));
     if (!whole) link.points.bytes = 0;
   }
-  ILP_TRY(workspace_.file.write_record(link));
-  return workspace_.file.write(points.first(link.points.bytes));
+  ILP_TRY(file_.write_record(link));
+  return file_.write(points.first(link.points.bytes));
 }
 
 Status DownlinkFiles::write_products_of(std::int64_t keyframe_id, std::int64_t frame_id) {
   for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
     ProductRecord product;
     const std::int64_t id = product_id(keyframe_id, static_cast<ProductKind>(kind));
-    ILP_TAKE(const bool found, workspace_.file.take(get(wiring_.store, id, product)));
+    ILP_TAKE(const bool found, file_.take(get(wiring_.store, id, product)));
     if (!found) continue;
     product.data.bytes = 0;
-    ILP_TRY(workspace_.file.write_record(product));
+    ILP_TRY(file_.write_record(product));
     const bool no_image = product.kind == ProductKind::image && product.state == ProductState::dropped;
     if (no_image) ILP_TRY(write_frame(frame_id));
   }
@@ -178,10 +177,10 @@ Status DownlinkFiles::write_products_of(std::int64_t keyframe_id, std::int64_t f
 /// An image tells what frame it is; without one the frame's record does.
 Status DownlinkFiles::write_frame(std::int64_t id) {
   FrameRecord frame;
-  ILP_TAKE(const bool found, workspace_.file.take(get(wiring_.store, id, frame)));
+  ILP_TAKE(const bool found, file_.take(get(wiring_.store, id, frame)));
   if (!found) return {};
   frame.image.bytes = 0;
-  return workspace_.file.write_record(frame);
+  return file_.write_record(frame);
 }
 
 Status DownlinkFiles::write_refinement(const ProductRecord& product, std::span<const std::uint8_t> longer,
@@ -205,10 +204,10 @@ Status DownlinkFiles::write_refinement(const ProductRecord& product, std::span<c
   name.add("refine-").add(product.keyframe_id, 6).add("-").add(name_of(product.kind));
   name.add("-").add(header.first_layer, 1).add("-").add(header.last_layer, 1).add(".ilr");
   ILP_TRY(open(name.c_str()));
-  ILP_TRY(workspace_.file.write(head));
-  ILP_TRY(workspace_.file.write(longer.subspan(pieces.same_head, pieces.head_end - pieces.same_head)));
-  ILP_TRY(workspace_.file.write(longer.subspan(pieces.head_end + pieces.same_data)));
-  return workspace_.file.write_u32(workspace_.file.crc());
+  ILP_TRY(file_.write(head));
+  ILP_TRY(file_.write(longer.subspan(pieces.same_head, pieces.head_end - pieces.same_head)));
+  ILP_TRY(file_.write(longer.subspan(pieces.head_end + pieces.same_data)));
+  return file_.write_u32(file_.crc());
 }
 
 Result<bool> DownlinkFiles::send_layers(const ProductRecord& product, int last_layer, State& after) {
@@ -228,7 +227,7 @@ Result<bool> DownlinkFiles::send_layers(const ProductRecord& product, int last_l
   }
   if (damaged) {
     work_.event = {StatusCode::product_damaged, product.id};
-    work_.set_aside.remove(static_cast<std::uint8_t>(work_.subject.kind), work_.subject.id);
+    work_.set_aside.remove(work_.subject.kind, work_.subject.id);
     changed.state = ProductState::dropped;
     work_.changed = true;
     ILP_TRY(stored(amend(wiring_.store, changed)));
@@ -238,7 +237,7 @@ Result<bool> DownlinkFiles::send_layers(const ProductRecord& product, int last_l
     FixedText<32> name;
     name.add("product-").add(product.keyframe_id, 6).add("-").add(name_of(product.kind)).add(".jp2");
     ILP_TRY(open(name.c_str()));
-    ILP_TRY(workspace_.file.write(whole.first(bytes)));
+    ILP_TRY(file_.write(whole.first(bytes)));
   } else {
     ILP_TRY(write_refinement(product, whole.first(bytes), last_layer));
   }
@@ -262,7 +261,7 @@ Result<bool> DownlinkFiles::send_points(std::int64_t id, std::int64_t most, Stat
   const bool none = found.is(StatusCode::not_found) || (found.ok() && structure.points.bytes == 0);
   if (without || none) {
     if (without && !none) work_.event = {StatusCode::points_given_up, id, static_cast<std::int64_t>(found.code)};
-    work_.set_aside.remove(static_cast<std::uint8_t>(work_.subject.kind), id);
+    work_.set_aside.remove(work_.subject.kind, id);
     drop_late({FileClass::points, id}, after);
     if (after.points_through < id) after.points_through = id;
     return false;
@@ -272,11 +271,10 @@ Result<bool> DownlinkFiles::send_points(std::int64_t id, std::int64_t most, Stat
   FixedText<32> name;
   name.add("points-").add(structure.id, 6).add(".ilp");
   ILP_TRY(open(name.c_str()));
-  ILP_TRY(workspace_.file.write_records_head());
-  ILP_TRY(workspace_.file.write_record(structure));
-  ILP_TRY(
-      workspace_.file.write_blob_of(record_info<StructureRecord>(), "points", structure.id, structure.points.bytes));
-  ILP_TRY(workspace_.file.write_records_tail());
+  ILP_TRY(file_.write_records_head());
+  ILP_TRY(file_.write_record(structure));
+  ILP_TRY(file_.write_blob_of(record_info<StructureRecord>(), "points", structure.id, structure.points.bytes));
+  ILP_TRY(file_.write_records_tail());
   if (after.points_through < id) after.points_through = id;
   DownlinkRecord file;
   file.kind = DownlinkKind::points;
@@ -303,8 +301,8 @@ Result<bool> DownlinkFiles::send_events(std::int64_t through, bool late, std::in
   name.add("events-").add(after.event_files + 1, 6).add(".ilp");
   ILP_TRY(open(name.c_str()));
   // Housekeeping is repeated in the next file: an unreadable part delays no event.
-  workspace_.file.be_lenient();
-  ILP_TRY(workspace_.file.write_records_head());
+  file_.be_lenient();
+  ILP_TRY(file_.write_records_head());
   std::int64_t first = 0;
   for (std::int64_t i = 0; i < events_per_file; ++i) {
     EventRecord event;
@@ -314,7 +312,7 @@ Result<bool> DownlinkFiles::send_events(std::int64_t through, bool late, std::in
     if (found.ok()) {
       through = event.id;
       if (first == 0) first = event.id;
-      ILP_TRY(workspace_.file.write_record(event));
+      ILP_TRY(file_.write_record(event));
       continue;
     }
     const bool damaged = found.is(StatusCode::record_damaged);
@@ -323,14 +321,14 @@ Result<bool> DownlinkFiles::send_events(std::int64_t through, bool late, std::in
     work_.event = {StatusCode::event_given_up, through, static_cast<std::int64_t>(found.code)};
   }
   for (std::int64_t id = 1; id <= std::int64_t{component_numbers}; ++id) {
-    ILP_TRY(workspace_.file.write_if_present<ComponentRecord>(id));
+    ILP_TRY(file_.write_if_present<ComponentRecord>(id));
   }
-  ILP_TRY(workspace_.file.write_newest<StartRecord>());
-  ILP_TRY(workspace_.file.write_if_present<TimingRecord>(1));
-  ILP_TRY(workspace_.file.write_if_present<StorageRecord>(1));
-  ILP_TRY(workspace_.file.write_newest<CalibrationRecord>());
-  ILP_TRY(workspace_.file.write_newest<CalibrationCheckRecord>());
-  ILP_TRY(workspace_.file.write_records_tail());
+  ILP_TRY(file_.write_newest<StartRecord>());
+  ILP_TRY(file_.write_if_present<TimingRecord>(1));
+  ILP_TRY(file_.write_if_present<StorageRecord>(1));
+  ILP_TRY(file_.write_newest<CalibrationRecord>());
+  ILP_TRY(file_.write_newest<CalibrationCheckRecord>());
+  ILP_TRY(file_.write_records_tail());
   if (!late) after.events_through = through;
   after.event_files += 1;
   after.events_sent_ns = wiring_.clock.now();

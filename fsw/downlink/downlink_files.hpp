@@ -28,6 +28,8 @@ class DownlinkFiles : public DownlinkPart {
   Status write_products_of(std::int64_t keyframe_id, std::int64_t frame_id);
   Status write_frame(std::int64_t id);
   Status write_refinement(const ProductRecord& product, std::span<const std::uint8_t> longer, int last_layer);
+
+  OutgoingFile& file_ = workspace_.file;
 };
 
 }  // namespace ilp

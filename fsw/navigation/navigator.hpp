@@ -3,6 +3,7 @@
 
 #include "cfg/limits.hpp"
 #include "cfg/mission.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/body_figure.hpp"
 #include "fsw/shared/step_transaction.hpp"

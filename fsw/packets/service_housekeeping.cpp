@@ -1,6 +1,7 @@
 #include "fsw/packets/service_housekeeping.hpp"
 
 #include <cmath>
+#include <optional>
 
 #include "fsw/base/argument.hpp"
 
@@ -22,11 +23,12 @@ Status check_count(std::uint32_t count) {
   return {};
 }
 
-/// Milliseconds, rounded to whole nanoseconds; negative when it is no time.
-TimeNs read_interval(const Tailoring& tailoring, ByteReader& in) {
+/// Milliseconds, rounded to whole nanoseconds.
+std::optional<TimeNs> read_interval(const Tailoring& tailoring, ByteReader& in) {
   if (!tailoring.interval_in_seconds) return in.u32() * ns_per_ms;
   const double ms = static_cast<double>(in.f32()) * ms_per_s;
-  return ms >= 0 && ms <= longest_interval_ms ? static_cast<TimeNs>(std::floor(ms + 0.5)) * ns_per_ms : -1;
+  if (!(ms >= 0 && ms <= longest_interval_ms)) return {};
+  return static_cast<TimeNs>(std::floor(ms + 0.5)) * ns_per_ms;
 }
 
 /// `read_item` says whether an item is valid; `invalid_argument` if it is not.
@@ -65,8 +67,9 @@ void encode_report_list(const Tailoring& tailoring, const ReportList& list, Byte
 Status decode_interval_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, IntervalList& list) {
   return decode_list(tailoring, data, list, [&](ByteReader& in, ReportInterval& item) {
     item.report_id = in.number(tailoring.report_id);
-    item.interval_ns = read_interval(tailoring, in);
-    return item.interval_ns >= 0;
+    const std::optional<TimeNs> interval = read_interval(tailoring, in);
+    item.interval_ns = interval.value_or(0);
+    return interval.has_value();
   });
 }
 

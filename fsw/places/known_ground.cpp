@@ -319,12 +319,4 @@ std::optional<std::uint32_t> take_known_slice(const KnownGround& known, std::int
   return taken + left;
 }
 
-std::uint32_t take_known(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
-                         const ImageView<std::uint8_t>& mask) {
-  std::optional<std::uint32_t> taken;
-  // bound: the parts of the work
-  for (std::size_t part = 0; !taken; ++part) taken = take_known_slice(known, sliver_px, border_px, mask, part);
-  return *taken;
-}
-
 }  // namespace ilp

@@ -43,18 +43,22 @@ void PlaceRecall::fill_vocabulary(std::size_t through_slot) {
   }
 }
 
-/// Where the memory refuses a place it may be the memory that is wrong: the place stays on record.
-Result<bool> PlaceRecall::recall_place(const PlaceRecord& place) {
-  const auto slot = static_cast<std::size_t>(place.slot);
+Result<bool> PlaceRecall::read_features(const PlaceRecord& place) {
   const std::size_t count =
       std::min<std::size_t>(place.features.bytes / bytes_per_feature, workspace_.older.capacity());
   static_cast<void>(workspace_.older.resize(count));
-  ILP_TAKE(const bool whole, found_by(read_blob<PlaceRecord>(wiring_.store, "features", place.id, 0,
-                                                             writable_octets(workspace_.older.data(), count))));
+  return found_by(
+      read_blob<PlaceRecord>(wiring_.store, "features", place.id, 0, writable_octets(workspace_.older.data(), count)));
+}
+
+/// Where the memory refuses a place it may be the memory that is wrong: the place stays on record.
+Result<bool> PlaceRecall::recall_place(const PlaceRecord& place) {
+  const auto slot = static_cast<std::size_t>(place.slot);
+  ILP_TAKE(const bool whole, read_features(place));
   if (!whole) return false;
   fill_vocabulary(slot);
   if (workspace_.table.add(slot, entry_of(place)) &&
-      !workspace_.index.insert(slot, place.id, Features(workspace_.older.data(), count)).ok())
+      !workspace_.index.insert(slot, place.id, Features(workspace_.older.data(), workspace_.older.size())).ok())
     workspace_.table.remove(slot);
   return slot < limits::max_places;
 }
@@ -101,18 +105,14 @@ Result<bool> PlaceRecall::forget_one() {
 
 /// Features outside the image, or depths that are none, are not what was written.
 Result<bool> PlaceRecall::load_features(const PlaceRecord& place) {
-  const std::size_t count =
-      std::min<std::size_t>(place.features.bytes / bytes_per_feature, workspace_.older.capacity());
-  if (count == 0) return false;
-  static_cast<void>(workspace_.older.resize(count));
-  Status read =
-      read_blob<PlaceRecord>(wiring_.store, "features", place.id, 0, writable_octets(workspace_.older.data(), count));
-  if (read.ok()) {
-    read = read_blob<PlaceRecord>(wiring_.store, "features", place.id, count * sizeof(PlaceFeature),
-                                  writable_octets(workspace_.older_depths.data(), count));
-  }
-  ILP_TAKE(const bool whole, found_by(read));
+  if (place.features.bytes < bytes_per_feature) return false;
+  ILP_TAKE(const bool whole, read_features(place));
   if (!whole) return false;
+  const std::size_t count = workspace_.older.size();
+  ILP_TAKE(const bool deep,
+           found_by(read_blob<PlaceRecord>(wiring_.store, "features", place.id, count * sizeof(PlaceFeature),
+                                           writable_octets(workspace_.older_depths.data(), count))));
+  if (!deep) return false;
   const auto inside = [](float px, std::int32_t side) { return px >= 0 && px < static_cast<float>(side); };
   for (std::size_t i = 0; i < count; ++i) {
     if (!inside(workspace_.older[i].x, work_.camera.width) || !inside(workspace_.older[i].y, work_.camera.height) ||

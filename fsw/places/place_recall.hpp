@@ -12,6 +12,7 @@ class PlaceRecall : public PlacePart {
   Status newest_place(std::int64_t& id);
   static RememberedPlace entry_of(const PlaceRecord& place);
   void fill_vocabulary(std::size_t through_slot);
+  Result<bool> read_features(const PlaceRecord& place);
   /// False where its features cannot be read.
   Result<bool> recall_place(const PlaceRecord& place);
   Status recall();

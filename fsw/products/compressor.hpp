@@ -4,6 +4,7 @@
 #include <array>
 
 #include "cfg/mission.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/products/bit_plan.hpp"
 #include "fsw/products/depth_access.hpp"
