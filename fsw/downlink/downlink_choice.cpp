@@ -47,11 +47,11 @@ PlanCandidate candidate_of(const ProductRecord& product, const ProductWorth& wor
 
 }  // namespace
 
-std::optional<std::int64_t> DownlinkChoice::late_one(const State& after, FileClass kind) const {
+const LateFile* DownlinkChoice::late_one(const State& after, FileClass kind) const {
   for (const LateFile& late : after.late) {
-    if (late.kind == kind && !rests(kind, late.id)) return late.id;
+    if (late.kind == kind && !rests(kind, late.id)) return &late;
   }
-  return {};
+  return nullptr;
 }
 
 Status DownlinkChoice::find_requests() {
@@ -187,9 +187,9 @@ Result<bool> DownlinkChoice::send_in_order(std::int64_t most, State& after) {
 }
 
 Result<bool> DownlinkChoice::send_next_records(std::int64_t most, State& after) {
-  const std::optional<std::int64_t> late = late_one(after, FileClass::records);
-  if (late && !may_go(after, usual_records_bytes, most)) return false;
-  if (late) return files_.send_records(*late, after);
+  const LateFile* const late = late_one(after, FileClass::records);
+  if (late != nullptr && !may_go(after, usual_records_bytes, most)) return false;
+  if (late != nullptr) return files_.send_records(late->id, after);
   // Each turn makes one more of them late.
   for (std::size_t turn = 0; turn <= max_late_files; ++turn) {
     KeyframeRecord keyframe;
@@ -211,8 +211,8 @@ Result<bool> DownlinkChoice::send_next_records(std::int64_t most, State& after) 
 }
 
 Result<bool> DownlinkChoice::send_next_points(std::int64_t most, State& after) {
-  const std::optional<std::int64_t> late = late_one(after, FileClass::points);
-  if (late) return files_.send_points(*late, most, after);
+  const LateFile* const late = late_one(after, FileClass::points);
+  if (late != nullptr) return files_.send_points(late->id, most, after);
   for (;;) {  // bound: the keyframes up to `records_through`
     StructureRecord structure;
     ILP_TAKE(const Found found, find_next(wiring_.store, after.points_through, structure));
@@ -228,14 +228,14 @@ Result<bool> DownlinkChoice::send_next_points(std::int64_t most, State& after) {
 }
 
 Result<bool> DownlinkChoice::send_events_if_due(std::int64_t most, State& after) {
-  const std::optional<std::int64_t> late = late_one(after, FileClass::events);
-  if (late) {
+  const LateFile* const late = late_one(after, FileClass::events);
+  if (late != nullptr) {
     if (!may_go(after, usual_events_bytes, most)) return false;
     EventRecord event;
-    const Status any = next(wiring_.store, *late - 1, event);
-    const bool gone = any.is(StatusCode::not_found) || (any.ok() && event.id >= *late + events_per_file);
-    if (!gone) return files_.send_events(*late - 1, true, files_.housekeeping_fingerprint(), after);
-    files_.drop_late({FileClass::events, *late}, after);
+    const Status any = next(wiring_.store, late->id - 1, event);
+    const bool gone = any.is(StatusCode::not_found) || (any.ok() && event.id >= late->id + events_per_file);
+    if (!gone) return files_.send_events(late->id - 1, true, files_.housekeeping_fingerprint(), after);
+    files_.drop_late(LateFile(*late), after);
   }
   EventRecord newest;
   const Status any = last(wiring_.store, newest);

@@ -1,8 +1,6 @@
 // Chooses the next file that Downlink sends, by the order that its header states, and has it made.
 #pragma once
 
-#include <optional>
-
 #include "fsw/downlink/downlink_files.hpp"
 
 namespace ilp {
@@ -25,8 +23,8 @@ class DownlinkChoice : public DownlinkPart {
   Result<bool> send_next_records(std::int64_t most, State& after);
   Result<bool> send_next_points(std::int64_t most, State& after);
   Result<bool> send_events_if_due(std::int64_t most, State& after);
-  /// The first of the late files of a class that is not set aside.
-  [[nodiscard]] std::optional<std::int64_t> late_one(const State& after, FileClass kind) const;
+  /// The first of the late files of a class that is not set aside; null: none.
+  [[nodiscard]] const LateFile* late_one(const State& after, FileClass kind) const;
   Status find_requests();
   [[nodiscard]] bool requested(std::int64_t keyframe_id) const;
   /// The first waiting product after `product` whose records have been sent.

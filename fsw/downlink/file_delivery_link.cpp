@@ -34,9 +34,8 @@ void FileDeliveryLink::hear(std::span<const std::uint8_t> bytes) {
   if (!decoded.ok()) {
     ++wiring_.counts.rejected;
     // Rejections are reported at most once a minute.
-    const std::optional<TimeNs>& reported_ns = workspace_.rejection_reported_ns;
-    if (reported_ns && workspace_.contact_ns - *reported_ns < rejection_report_period_ns) return;
-    workspace_.rejection_reported_ns = workspace_.contact_ns;
+    if (workspace_.contact_ns < workspace_.silent_until_ns) return;
+    workspace_.silent_until_ns = workspace_.contact_ns + rejection_report_period_ns;
     return report(decoded);
   }
   const std::uint64_t own = wiring_.mission.cfdp_entity;

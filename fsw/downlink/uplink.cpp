@@ -140,9 +140,8 @@ void Uplink::displace(Receiver& receiver, TimeNs now) {
   const bool concluded = receiver.phase() == ReceivePhase::finished;
   if (concluded) remember(receiver);
   // Forged transactions are many, so they are reported at most once a minute.
-  const bool told = displaced_reported_ns_ && now - *displaced_reported_ns_ < displaced_report_period_ns;
-  if (!concluded && receiver.shown() && !told) {
-    displaced_reported_ns_ = now;
+  if (!concluded && receiver.shown() && now >= silent_until_ns_) {
+    silent_until_ns_ = now + displaced_report_period_ns;
     given_up_ = {StatusCode::uplink_displaced, static_cast<std::int64_t>(receiver.header().source),
                  static_cast<std::int64_t>(receiver.octets())};
   }

@@ -1,9 +1,9 @@
 #include "fsw/packets/authentication.hpp"
 
 #include <algorithm>
-#include <optional>
 
 #include "fsw/base/argument.hpp"
+#include "fsw/base/result.hpp"
 
 namespace ilp {
 namespace {
@@ -33,11 +33,11 @@ std::span<const char> without_blanks(std::span<const char> text) {
   while (!text.empty() && is_blank(text.back())) text = text.first(text.size() - 1);
   return text;
 }
-std::optional<int> digit(char c) {
+Result<int> digit(char c) {
   if (c >= '0' && c <= '9') return c - '0';
   if (c >= 'a' && c <= 'f') return c - 'a' + 10;
   if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return {};
+  return StatusCode::parse_error;
 }
 
 }  // namespace
@@ -76,9 +76,8 @@ Status Authenticator::add_line(std::span<const char> line) {
   std::array<std::uint8_t, max_key_bytes> key{};
   if (hex.size() % 2 != 0 || hex.size() > 2 * key.size()) return StatusCode::parse_error;
   for (std::size_t i = 0; i < hex.size(); ++i) {
-    const std::optional<int> value = digit(hex[i]);
-    if (!value) return StatusCode::parse_error;
-    key[i / 2] = static_cast<std::uint8_t>((key[i / 2] << 4U) | *value);
+    ILP_TAKE(const int value, digit(hex[i]));
+    key[i / 2] = static_cast<std::uint8_t>((key[i / 2] << 4U) | value);
   }
   return add(static_cast<std::uint16_t>(spi), std::span(key).first(hex.size() / 2));
 }

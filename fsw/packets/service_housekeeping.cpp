@@ -1,9 +1,9 @@
 #include "fsw/packets/service_housekeeping.hpp"
 
 #include <cmath>
-#include <optional>
 
 #include "fsw/base/argument.hpp"
+#include "fsw/base/result.hpp"
 
 namespace ilp {
 namespace {
@@ -24,10 +24,10 @@ Status check_count(std::uint32_t count) {
 }
 
 /// Milliseconds, rounded to whole nanoseconds.
-std::optional<TimeNs> read_interval(const Tailoring& tailoring, ByteReader& in) {
+Result<TimeNs> read_interval(const Tailoring& tailoring, ByteReader& in) {
   if (!tailoring.interval_in_seconds) return in.u32() * ns_per_ms;
   const double ms = static_cast<double>(in.f32()) * ms_per_s;
-  if (!(ms >= 0 && ms <= longest_interval_ms)) return {};
+  if (!(ms >= 0 && ms <= longest_interval_ms)) return StatusCode::invalid_argument;
   return static_cast<TimeNs>(std::floor(ms + 0.5)) * ns_per_ms;
 }
 
@@ -67,9 +67,9 @@ void encode_report_list(const Tailoring& tailoring, const ReportList& list, Byte
 Status decode_interval_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, IntervalList& list) {
   return decode_list(tailoring, data, list, [&](ByteReader& in, ReportInterval& item) {
     item.report_id = in.number(tailoring.report_id);
-    const std::optional<TimeNs> interval = read_interval(tailoring, in);
-    item.interval_ns = interval.value_or(0);
-    return interval.has_value();
+    const Result<TimeNs> interval = read_interval(tailoring, in);
+    item.interval_ns = interval.value();
+    return interval.ok();
   });
 }
 

@@ -284,29 +284,29 @@ void mark_known_over_plane(MaskView mask, const Mat3& other_from_keyframe, const
   }
 }
 
-std::optional<std::uint32_t> take_known_slice(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
-                                              const ImageView<std::uint8_t>& mask, std::size_t part) {
+bool take_known_slice(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
+                      const ImageView<std::uint8_t>& mask, std::size_t part, std::uint32_t& taken) {
+  taken = 0;
   switch (part) {
     case 0:
-      if (classify(known, mask)) return {};
+      if (classify(known, mask)) return true;
       for (std::size_t i = 0; i < mask.area(); ++i) mask.data[i] = mask.data[i] == outside ? 0 : 255;
-      return 0;
+      return false;
     case 1:
       find_squares(mask, sliver_px);
-      return {};
+      return true;
     case 2:
       find_thin_ground(mask, sliver_px);
-      return {};
+      return true;
     case 3:
       know_slivers(mask, sliver_px);
-      return {};
+      return true;
     case 4:
       mark_near(mask, border_px, is_new, is_known, is_known_at_border);
-      return {};
+      return true;
     default:
       break;
   }
-  std::uint32_t taken = 0;
   std::uint32_t left = 0;
   for (std::size_t i = 0; i < mask.area(); ++i) {
     std::uint8_t& pixel = mask.data[i];
@@ -314,9 +314,10 @@ std::optional<std::uint32_t> take_known_slice(const KnownGround& known, std::int
     pixel = pixel == is_known || pixel == outside ? 0 : 255;
     left += pixel != 0 ? 1U : 0U;
   }
-  if (left >= smallest_rest) return taken;
+  if (left >= smallest_rest) return false;
   std::fill_n(mask.data, mask.area(), std::uint8_t{0});
-  return taken + left;
+  taken += left;
+  return false;
 }
 
 }  // namespace ilp

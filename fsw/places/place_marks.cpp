@@ -228,9 +228,9 @@ Status PlaceMarks::mark_known_ground() {
 
 /// Takes the ground that is known out of the mask.
 Status PlaceMarks::cut_mask() {
-  const auto taken = take_known_slice(workspace_.known, sliver_px, border_px, workspace_.image.view(), work_.marked++);
-  if (!taken) return {};
-  work_.known_before = *taken;
+  if (take_known_slice(workspace_.known, sliver_px, border_px, workspace_.image.view(), work_.marked++,
+                       work_.known_before))
+    return {};
   work_.phase = Phase::record;
   work_.mask_changed = work_.known_before != 0;
   if (!work_.mask_changed) return {};

@@ -137,23 +137,24 @@ Status PlaceMemory::take_patches() {
   return {};
 }
 
-/// Returns the slot whose keyframe makes room, where there is none.
-std::optional<std::size_t> PlaceMemory::choose_slot(PlaceRecord& place) const {
+/// Returns the slot whose keyframe makes room; limits::max_places if there is room.
+std::size_t PlaceMemory::choose_slot(PlaceRecord& place) const {
   std::size_t slot = 0;
   while (slot < limits::max_places && (workspace_.index.holds(slot) || workspace_.table.at(slot).keyframe_id != 0))
     ++slot;
-  std::optional<std::size_t> forgotten;
+  std::size_t forgotten = limits::max_places;
   if (slot == limits::max_places || workspace_.table.count() >= places_with_room(wiring_.mission)) {
     slot = workspace_.table.least_needed();
-    if (slot == limits::max_places) return {};
+    if (slot == limits::max_places) return slot;
     forgotten = slot;
   }
   place.slot = static_cast<std::int32_t>(slot);
   return forgotten;
 }
 
-Status PlaceMemory::write_place(const PlaceRecord& place, std::optional<std::size_t> forgotten) {
-  if (forgotten) ILP_TRY(erase<PlaceRecord>(wiring_.store, workspace_.table.at(*forgotten).keyframe_id));
+Status PlaceMemory::write_place(const PlaceRecord& place, std::size_t forgotten) {
+  if (forgotten < limits::max_places)
+    ILP_TRY(erase<PlaceRecord>(wiring_.store, workspace_.table.at(forgotten).keyframe_id));
   if (state_.bare_id != 0) {
     const Status erased = erase<PlaceRecord>(wiring_.store, state_.bare_id);
     if (!erased.ok() && !erased.is(StatusCode::not_found)) return erased;
@@ -201,10 +202,10 @@ Status PlaceMemory::write_ties(State& after) {
   return put(wiring_.store, tie);
 }
 
-void PlaceMemory::remember(const PlaceRecord& place, std::optional<std::size_t> forgotten) {
-  if (forgotten) {
-    workspace_.table.remove(*forgotten);
-    static_cast<void>(workspace_.index.remove(*forgotten));
+void PlaceMemory::remember(const PlaceRecord& place, std::size_t forgotten) {
+  if (forgotten < limits::max_places) {
+    workspace_.table.remove(forgotten);
+    static_cast<void>(workspace_.index.remove(forgotten));
   }
   if (place.slot < 0) return;
   const auto slot = static_cast<std::size_t>(place.slot);
@@ -220,7 +221,7 @@ Status PlaceMemory::record() {
   place.strip_id = work_.depth.strip_id;
   place.candidates = static_cast<std::uint32_t>(work_.compared);
   place.links = static_cast<std::uint32_t>(work_.links.size());
-  std::optional<std::size_t> forgotten;
+  std::size_t forgotten = limits::max_places;
   if (!workspace_.features.empty()) {
     place.posed = work_.pose.state == PoseState::final;
     std::copy_n(work_.pose.q_cam_from_world, 4, place.q_cam_from_world);

@@ -2,8 +2,6 @@
 // ground (docs/one-map.md).
 #pragma once
 
-#include <optional>
-
 #include "fsw/places/place_links.hpp"
 #include "fsw/places/place_marks.hpp"
 #include "fsw/shared/step_transaction.hpp"
@@ -39,10 +37,10 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   Status load();
   Status find_features();
   Status take_patches();
-  [[nodiscard]] std::optional<std::size_t> choose_slot(PlaceRecord& place) const;
-  Status write_place(const PlaceRecord& place, std::optional<std::size_t> forgotten);
+  [[nodiscard]] std::size_t choose_slot(PlaceRecord& place) const;
+  Status write_place(const PlaceRecord& place, std::size_t forgotten);
   Status write_ties(State& after);
-  void remember(const PlaceRecord& place, std::optional<std::size_t> forgotten);
+  void remember(const PlaceRecord& place, std::size_t forgotten);
   Status record();
   template <typename Part>
   Part part() {

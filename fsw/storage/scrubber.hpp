@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <span>
 
 #include "cfg/mission.hpp"
@@ -63,7 +62,8 @@ class Scrubber final : public StageComponent<ComponentId::scrubber> {
     std::uint64_t sum = 0;
   };
   struct Work {
-    std::optional<TimeNs> stepped_ns;
+    bool stepped = false;
+    TimeNs stepped_ns = 0;
     ImageCursor image;
   };
   struct alignas(8) Workspace {

@@ -50,7 +50,7 @@ Status StorageManager::restore() {
   work_.rounds_done = work_.searches_done = false;
   work_.asked_id = 0;
   work_.swept_id = 0;
-  work_.weighed_id.reset();
+  work_.weighed = false;
   const Status status = restore_checkpoint(wiring_.whole, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   // Without a checkpoint the totals on record stay.
@@ -76,10 +76,11 @@ Status StorageManager::recount() {
 Status StorageManager::weigh_places() {
   std::int64_t newest = 0;
   ILP_TRY(newest_id<PlaceRecord>(wiring_.store, newest));
-  if (newest == work_.weighed_id) return {};
+  if (work_.weighed && newest == work_.weighed_id) return {};
   std::int64_t places = 0;
   ILP_TRY(wiring_.store.count<PlaceRecord>(places));
   work_.place_bytes = places * most_place_bytes;
+  work_.weighed = true;
   work_.weighed_id = newest;
   return {};
 }

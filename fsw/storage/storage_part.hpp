@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <optional>
 
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
@@ -46,14 +45,15 @@ struct StorageState {
 };
 struct StorageWork {
   VictimSearch search;
-  std::optional<std::int64_t> weighed_id;  ///< newest place when place_bytes was found
-  std::int64_t place_bytes = 0;            ///< of all places on record, at most
-  std::int64_t asked_id = 0;               ///< files up to it have been examined in this round
-  std::int64_t swept_id = 0;               ///< products up to it have been examined in this round
-  bool searching = false;                  ///< the search for data to erase is not complete
-  bool gave_up = false;                    ///< this search has erased something
-  bool round_done = false;                 ///< every file that is not confirmed has been examined
-  bool rounds_done = false;                ///< both rounds are done since the last change
+  bool weighed = false;          ///< place_bytes is found
+  std::int64_t weighed_id = 0;   ///< newest place when it was found
+  std::int64_t place_bytes = 0;  ///< of all places on record, at most
+  std::int64_t asked_id = 0;     ///< files up to it have been examined in this round
+  std::int64_t swept_id = 0;     ///< products up to it have been examined in this round
+  bool searching = false;        ///< the search for data to erase is not complete
+  bool gave_up = false;          ///< this search has erased something
+  bool round_done = false;       ///< every file that is not confirmed has been examined
+  bool rounds_done = false;      ///< both rounds are done since the last change
   bool searches_done = false;
 };
 /// What one step changes, in memory only.
