@@ -27,7 +27,7 @@ Status check_count(std::uint32_t count) {
 Result<TimeNs> read_interval(const Tailoring& tailoring, ByteReader& in) {
   if (!tailoring.interval_in_seconds) return in.u32() * ns_per_ms;
   const double ms = static_cast<double>(in.f32()) * ms_per_s;
-  if (!(ms >= 0 && ms <= longest_interval_ms)) return StatusCode::invalid_argument;
+  if (!(ms >= 0 && ms <= longest_interval_ms)) return out_of_range(Argument::interval);
   return static_cast<TimeNs>(std::floor(ms + 0.5)) * ns_per_ms;
 }
 
