@@ -14,8 +14,6 @@
 namespace ilp {
 namespace {
 
-/// The third start in a row without a confirmation takes the last good configuration, later ones built-in parameters.
-constexpr std::uint32_t start_of_last_good = 3;
 constexpr TimeNs between_keeping_ns = 60 * ns_per_s;
 /// A longer gap between two steps is a freeze, in which nothing could be received.
 constexpr TimeNs longest_step_ns = ns_per_s;
@@ -24,10 +22,57 @@ constexpr TimeNs longest_step_ns = ns_per_s;
 constexpr const char* deciding[] = {"link_bytes_per_s", "pass_period_s",      "pass_length_s", "pass_start_s",
                                     "pass_count",       "telecommands_per_s", "authentication"};
 
+bool on_trial(const FlightMemoryContent& content, std::size_t index, const MissionParameters& base) {
+  const KeptSetting* const wanted = content.wanted.find(parameter_info(index).number);
+  const KeptSetting* const good = content.good.find(parameter_info(index).number);
+  return wanted != nullptr && wanted->value != (good != nullptr ? good->value : parameter_value(base, index));
+}
+
+/// Whether what is wanted is in force.
+bool acts(const FlightMemoryContent& content, std::size_t index, const MissionParameters& mission) {
+  const KeptSetting* const wanted = content.wanted.find(parameter_info(index).number);
+  return wanted != nullptr && parameter_value(mission, index) == wanted->value;
+}
+
+/// Parameters of the software itself, with what the ground knows the package by. `own` is the state of Configuration.
+MissionParameters built_in(const auto& own, Reader<CameraRecord> store) {
+  const MissionParameters& good = own.good;
+  MissionParameters mission;
+  // The ground identifies the package by these names and keys.
+  mission.cfdp_entity = good.cfdp_entity;
+  mission.cfdp_ground_entity = good.cfdp_ground_entity;
+  mission.apid = good.apid;
+  mission.tailoring = good.tailoring;
+  mission.cuc_time = good.cuc_time;
+  mission.mission_epoch_s = good.mission_epoch_s;
+  mission.agency_epoch_s = good.agency_epoch_s;
+  mission.authentication = good.authentication;
+  mission.seed = good.seed;
+  if (own.base.link_bytes_per_s > 0) mission.link_bytes_per_s = own.base.link_bytes_per_s;
+  // The stored data stays stored.
+  const auto keep = [&](auto MissionParameters::*value) {
+    mission.*value = std::max(mission.*value, own.wanted.*value);
+  };
+  keep(&MissionParameters::storage_budget_mib);
+  keep(&MissionParameters::frame_share);
+  keep(&MissionParameters::depth_share);
+  keep(&MissionParameters::product_share);
+  keep(&MissionParameters::history_frames);
+  keep(&MissionParameters::history_keyframes);
+  if (own.most_storage_mib > 0) mission.storage_budget_mib = std::min(mission.storage_budget_mib, own.most_storage_mib);
+  // The flight continues with the camera with which it began.
+  CameraRecord camera;
+  mission.camera_known = own.base.camera_known;
+  if (get_camera(store, camera_id, camera).ok()) {
+    mission.camera_known = get(store, nominal_camera_id, camera).is(StatusCode::not_found);
+  }
+  return mission;
+}
+
 }  // namespace
 
-const ParameterInfo& Configuration::epoch_info() {
-  return parameter_info(find_parameter("link", "mission_epoch_s"));
+std::uint64_t epoch_number() {
+  return parameter_info(find_parameter("link", "mission_epoch_s")).number;
 }
 
 bool needs_trial(std::size_t parameter) {
@@ -44,43 +89,11 @@ void Configuration::keep(const FlightMemoryContent& content) {
   report({StatusCode::memory_not_kept, static_cast<std::int64_t>(kept.code), kept.a});
 }
 
-void Configuration::check_own() {
-  if (guard_.check(own_) != GuardFinding::lost) return;
+Configuration::Use::Use(Configuration& user) : configuration(user) {
+  if (configuration.guard_.check(configuration.own_) != GuardFinding::lost) return;
   // Both copies are damaged. The small memory has most of the content, and a start restores the rest.
-  own_.restart_wanted = true;
-  report({StatusCode::memory_lost, 0});
-}
-
-Status Configuration::begin(Store& store, const ConfigurationStart& start) {
-  const Use use(*this);
-  store_ = &store;
-  own_ = {};
-  own_.base = mission_;
-  own_.most_storage_mib = start.most_storage_mib;
-  own_.commanded = start.commanded;
-  news_.clear();
-  if (!start.loaded.ok() && !start.loaded.is(StatusCode::not_found)) {
-    report({StatusCode::memory_lost, static_cast<std::int64_t>(start.loaded.code), start.loaded.a});
-  }
-  FlightMemoryContent after = memory_.content();
-  bool lost = false;
-  ILP_TRY(find_identity(start, after, lost));
-  // The flight keeps the epoch that it began with, whatever the mission file says: a setting of it is on trial.
-  if (after.epoch_known != 0) own_.base.mission_epoch_s = after.mission_epoch_s;
-  ILP_TRY(take_settings(after, lost));
-  own_.unconfirmed = after.starts_unconfirmed;
-  if (own_.commanded) ++after.starts_unconfirmed;
-  own_.trial_ns = after.trial_ns;
-  keep(after);
-  const std::uint32_t number = own_.commanded ? own_.unconfirmed + 1 : 1;
-  look_at_trial();
-  if (number == start_of_last_good && own_.trials > 0) revert(RevertReason::many_starts);
-  enter(number < start_of_last_good    ? ConfigurationStage::as_set
-        : number == start_of_last_good ? ConfigurationStage::last_good
-                                       : ConfigurationStage::built_in);
-  // The settings come from the small memory. The store's records of them are only for the ground.
-  static_cast<void>(write_settings());
-  return {};
+  configuration.own_.restart_wanted = true;
+  configuration.report({StatusCode::memory_lost, 0});
 }
 
 MissionParameters Configuration::put_above(const KeptSettings& settings, bool report_ignored) {
@@ -102,48 +115,13 @@ MissionParameters Configuration::put_above(const KeptSettings& settings, bool re
   return mission;
 }
 
-MissionParameters Configuration::built_in() {
-  const MissionParameters& good = own_.good;
-  MissionParameters mission;
-  // The ground identifies the package by these names and keys.
-  mission.cfdp_entity = good.cfdp_entity;
-  mission.cfdp_ground_entity = good.cfdp_ground_entity;
-  mission.apid = good.apid;
-  mission.tailoring = good.tailoring;
-  mission.cuc_time = good.cuc_time;
-  mission.mission_epoch_s = good.mission_epoch_s;
-  mission.agency_epoch_s = good.agency_epoch_s;
-  mission.authentication = good.authentication;
-  mission.seed = good.seed;
-  if (own_.base.link_bytes_per_s > 0) mission.link_bytes_per_s = own_.base.link_bytes_per_s;
-  // The stored data stays stored.
-  const auto keep = [&](auto MissionParameters::*value) {
-    mission.*value = std::max(mission.*value, own_.wanted.*value);
-  };
-  keep(&MissionParameters::storage_budget_mib);
-  keep(&MissionParameters::frame_share);
-  keep(&MissionParameters::depth_share);
-  keep(&MissionParameters::product_share);
-  keep(&MissionParameters::history_frames);
-  keep(&MissionParameters::history_keyframes);
-  if (own_.most_storage_mib > 0)
-    mission.storage_budget_mib = std::min(mission.storage_budget_mib, own_.most_storage_mib);
-  // The flight continues with the camera with which it began.
-  CameraRecord camera;
-  mission.camera_known = own_.base.camera_known;
-  if (get_camera(*store_, camera_id, camera).ok()) {
-    mission.camera_known = get(*store_, nominal_camera_id, camera).is(StatusCode::not_found);
-  }
-  return mission;
-}
-
 void Configuration::enter(ConfigurationStage stage) {
   own_.stage = stage;
   const FlightMemoryContent& content = memory_.content();
   own_.good = put_above(content.good, false);
   own_.wanted = put_above(content.wanted, true);
   if (stage == ConfigurationStage::built_in) {
-    own_.wanted = built_in();
+    own_.wanted = built_in(own_, *store_);
     report({StatusCode::defaults_in_force, own_.unconfirmed + 1});
   }
   mission_ = own_.wanted;
@@ -165,7 +143,7 @@ Status Configuration::step_down(const Status& fault) {
 void Configuration::epoch_is(double epoch_s) {
   const Use use(*this);
   FlightMemoryContent after = memory_.content();
-  if (after.wanted.find(epoch_info().number) == nullptr) {
+  if (after.wanted.find(epoch_number()) == nullptr) {
     own_.base.mission_epoch_s = own_.good.mission_epoch_s = own_.wanted.mission_epoch_s = epoch_s;
     if (after.epoch_known == 0 || after.mission_epoch_s != epoch_s) {
       after.mission_epoch_s = epoch_s;
@@ -176,26 +154,14 @@ void Configuration::epoch_is(double epoch_s) {
   mission_.mission_epoch_s = epoch_s;
 }
 
-bool Configuration::on_trial(const FlightMemoryContent& content, std::size_t index) const {
-  const KeptSetting* const wanted = content.wanted.find(parameter_info(index).number);
-  if (wanted == nullptr) return false;
-  const KeptSetting* const good = content.good.find(parameter_info(index).number);
-  return wanted->value != (good != nullptr ? good->value : parameter_value(own_.base, index));
-}
-
-bool Configuration::acted(const FlightMemoryContent& content, std::size_t index) const {
-  const KeptSetting* const wanted = content.wanted.find(parameter_info(index).number);
-  return wanted != nullptr && parameter_value(mission_, index) == wanted->value;
-}
-
 void Configuration::look_at_trial() {
   own_.trials = 0;
   own_.trial_acts = false;
   const FlightMemoryContent& content = memory_.content();
   for (std::size_t i = 0; i < parameter_count(); ++i) {
-    if (!on_trial(content, i)) continue;
+    if (!on_trial(content, i, own_.base)) continue;
     ++own_.trials;
-    own_.trial_acts = own_.trial_acts || acted(content, i);
+    own_.trial_acts = own_.trial_acts || acts(content, i, mission_);
   }
 }
 
@@ -272,7 +238,7 @@ void Configuration::confirm() {
   FlightMemoryContent after = memory_.content();
   std::int64_t confirmed = 0;
   for (std::size_t i = 0; i < parameter_count(); ++i) {
-    if (!on_trial(after, i) || !acted(after, i)) continue;
+    if (!on_trial(after, i, own_.base) || !acts(after, i, mission_)) continue;
     static_cast<void>(after.good.set(parameter_info(i).number, parameter_value(mission_, i)));
     ++confirmed;
   }

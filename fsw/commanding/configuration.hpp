@@ -6,6 +6,7 @@
 #include "fsw/base/checksum.hpp"
 #include "fsw/base/enumeration.hpp"
 #include "fsw/base/fixed_vector.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/shared/flight_memory.hpp"
 #include "hal/store/store.hpp"
 
@@ -32,7 +33,9 @@ struct ConfigurationStart {
 class Configuration {
  public:
   /// `mission` is the one that all components read.
-  Configuration(FlightMemory& memory, MissionParameters& mission) : memory_(memory), mission_(mission) { seal(); }
+  Configuration(FlightMemory& memory, MissionParameters& mission) : memory_(memory), mission_(mission) {
+    guard_.seal(own_);
+  }
 
   /// The first call of every start, when `mission` has the values of the mission file. It counts the start, finds out
   /// which life of the flight the store belongs to, makes the settings in the store those of the stage, and puts them
@@ -75,21 +78,16 @@ class Configuration {
   [[nodiscard]] FlightMemory& memory() { return memory_; }
 
  private:
-  static const ParameterInfo& epoch_info();
   // configuration_start.cpp
-  /// Nothing is kept before all of it is known. `lost`: the small memory has never known of this store.
-  Status find_identity(const ConfigurationStart& start, FlightMemoryContent& after, bool& lost);
+  /// Nothing is kept before all of it is known. Whether the small memory has never known of this store.
+  Result<bool> find_identity(const ConfigurationStart& start, FlightMemoryContent& after);
   Status begin_life(const ConfigurationStart& start);
-  Status take_settings(FlightMemoryContent& after, bool lost);
   Status write_settings();
   // configuration.cpp
   void enter(ConfigurationStage stage);
   MissionParameters put_above(const KeptSettings& settings, bool report_ignored);
-  MissionParameters built_in();
   void revert(RevertReason reason);
   void look_at_trial();
-  [[nodiscard]] bool acted(const FlightMemoryContent& content, std::size_t index) const;
-  [[nodiscard]] bool on_trial(const FlightMemoryContent& content, std::size_t index) const;
   void keep(const FlightMemoryContent& content);
   void report(const Status& event) { static_cast<void>(news_.push_back(event)); }
 
@@ -113,18 +111,14 @@ class Configuration {
     bool reported_not_kept = false;
   };
   /// Guards every call that changes lasting state: checks it first and seals it afterwards.
-  class Use {
-   public:
-    explicit Use(Configuration& configuration) : configuration_(configuration) { configuration_.check_own(); }
+  struct Use {
+    explicit Use(Configuration& user);
     Use(const Use&) = delete;
     Use& operator=(const Use&) = delete;
-    ~Use() { configuration_.seal(); }
+    ~Use() { configuration.guard_.seal(configuration.own_); }
 
-   private:
-    Configuration& configuration_;
+    Configuration& configuration;
   };
-  void check_own();
-  void seal() { guard_.seal(own_); }
 
   FlightMemory& memory_;
   MissionParameters& mission_;
@@ -134,6 +128,8 @@ class Configuration {
   FixedVector<Status, 8> news_;
 };
 
+/// Of the parameter that says when mission time begins.
+[[nodiscard]] std::uint64_t epoch_number();
 /// Whether a parameter is put on trial when it is set.
 [[nodiscard]] bool needs_trial(std::size_t parameter);
 

@@ -23,12 +23,73 @@ constexpr std::int64_t records_per_keyframe = 1000;
 constexpr std::int64_t transactions_per_s = 1024;
 constexpr std::int64_t calendar_transactions = std::int64_t{1} << 32U;
 
+/// The third start in a row without a confirmation takes the last good configuration, later ones built-in parameters.
+constexpr std::uint32_t start_of_last_good = 3;
+
+Status write_alone(Store& store, const IdentityRecord& identity) {
+  Transaction transaction(store);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put(store, identity));
+  return transaction.commit();
+}
+
+Status take_settings(Store& store, const IdentityRecord& identity, FlightMemoryContent& after, bool lost) {
+  // The store is ahead when a telecommand was interrupted between the two writes, or when the small memory was lost.
+  if (identity.configuration <= after.configuration) return {};
+  after.wanted = {};
+  SettingRecord setting;
+  // Bounded by the number of settings. A damaged one is left out and lost.
+  for (;;) {
+    ILP_TAKE(const Found found, find_next(store, setting.id, setting));
+    if (found == Found::nothing) break;
+    if (found == Found::damaged) continue;
+    const bool epoch = static_cast<std::uint64_t>(setting.id) == epoch_number();
+    if (epoch && (lost || after.epoch_known == 0 || setting.value == after.mission_epoch_s)) continue;
+    static_cast<void>(after.wanted.set(static_cast<std::uint64_t>(setting.id), setting.value));
+  }
+  // It is not known what was confirmed. All settings count as good, because the flight has flown with them.
+  if (lost) after.good = after.wanted;
+  after.configuration = identity.configuration;
+  return {};
+}
+
 }  // namespace
 
-Status Configuration::find_identity(const ConfigurationStart& start, FlightMemoryContent& after, bool& lost) {
+Status Configuration::begin(Store& store, const ConfigurationStart& start) {
+  const Use use(*this);
+  store_ = &store;
+  own_ = {};
+  own_.base = mission_;
+  own_.most_storage_mib = start.most_storage_mib;
+  own_.commanded = start.commanded;
+  news_.clear();
+  if (!start.loaded.ok() && !start.loaded.is(StatusCode::not_found)) {
+    report({StatusCode::memory_lost, static_cast<std::int64_t>(start.loaded.code), start.loaded.a});
+  }
+  FlightMemoryContent after = memory_.content();
+  ILP_TAKE(const bool lost, find_identity(start, after));
+  // The flight keeps the epoch that it began with, whatever the mission file says: a setting of it is on trial.
+  if (after.epoch_known != 0) own_.base.mission_epoch_s = after.mission_epoch_s;
+  ILP_TRY(take_settings(store, own_.identity, after, lost));
+  own_.unconfirmed = after.starts_unconfirmed;
+  if (own_.commanded) ++after.starts_unconfirmed;
+  own_.trial_ns = after.trial_ns;
+  keep(after);
+  const std::uint32_t number = own_.commanded ? own_.unconfirmed + 1 : 1;
+  look_at_trial();
+  if (number == start_of_last_good && own_.trials > 0) revert(RevertReason::many_starts);
+  enter(number < start_of_last_good    ? ConfigurationStage::as_set
+        : number == start_of_last_good ? ConfigurationStage::last_good
+                                       : ConfigurationStage::built_in);
+  // The settings come from the small memory. The store's records of them are only for the ground.
+  static_cast<void>(write_settings());
+  return {};
+}
+
+Result<bool> Configuration::find_identity(const ConfigurationStart& start, FlightMemoryContent& after) {
   Status found = get(*store_, 1, own_.identity);
   if (!found.ok() && !is_gone(found)) return found;
-  lost = after.configuration == 0 && (!found.ok() || after.life < own_.identity.life);
+  const bool lost = after.configuration == 0 && (!found.ok() || after.life < own_.identity.life);
   if (found.is(StatusCode::not_found)) {
     ILP_TRY(begin_life(start));
     after = memory_.content();
@@ -50,13 +111,10 @@ Status Configuration::find_identity(const ConfigurationStart& start, FlightMemor
       own_.identity.keyframe_base = own_.identity.record_base = newest.id - newest.id % numbers_of_a_life;
       own_.identity.life = own_.identity.keyframe_base / numbers_of_a_life + 1;
     }
-    Transaction transaction(*store_);
-    ILP_TRY(transaction.begin());
-    ILP_TRY(put(*store_, own_.identity));
-    ILP_TRY(transaction.commit());
+    ILP_TRY(write_alone(*store_, own_.identity));
   }
   store_->number_from(own_.identity.keyframe_base, own_.identity.record_base);
-  return {};
+  return lost;
 }
 
 Status Configuration::begin_life(const ConfigurationStart& start) {
@@ -83,40 +141,17 @@ Status Configuration::begin_life(const ConfigurationStart& start) {
   own_.identity.keyframe_base = after.keyframe_base;
   own_.identity.record_base = after.record_base;
   own_.identity.configuration = after.configuration;
-  Transaction transaction(*store_);
-  ILP_TRY(transaction.begin());
-  ILP_TRY(put(*store_, own_.identity));
-  ILP_TRY(transaction.commit());
+  ILP_TRY(write_alone(*store_, own_.identity));
   keep(after);
   if (own_.identity.keyframe_base > 0)
     report({StatusCode::life_begun, own_.identity.life, own_.identity.keyframe_base + 1});
   return {};
 }
 
-Status Configuration::take_settings(FlightMemoryContent& after, bool lost) {
-  // The store is ahead when a telecommand was interrupted between the two writes, or when the small memory was lost.
-  if (own_.identity.configuration <= after.configuration) return {};
-  after.wanted = {};
-  SettingRecord setting;
-  // Bounded by the number of settings. A damaged one is left out and lost.
-  for (;;) {
-    ILP_TAKE(const Found found, find_next(*store_, setting.id, setting));
-    if (found == Found::nothing) break;
-    if (found == Found::damaged) continue;
-    const bool epoch = setting.id == epoch_info().number;
-    if (epoch && (lost || after.epoch_known == 0 || setting.value == after.mission_epoch_s)) continue;
-    static_cast<void>(after.wanted.set(static_cast<std::uint64_t>(setting.id), setting.value));
-  }
-  // It is not known what was confirmed. All settings count as good, because the flight has flown with them.
-  if (lost) after.good = after.wanted;
-  after.configuration = own_.identity.configuration;
-  return {};
-}
-
 Status Configuration::write_settings() {
   const FlightMemoryContent& content = memory_.content();
   KeptSettings rows = content.wanted;
-  const std::uint64_t epoch = epoch_info().number;
+  const std::uint64_t epoch = epoch_number();
   if (rows.find(epoch) == nullptr && content.epoch_known != 0)
     static_cast<void>(rows.set(epoch, content.mission_epoch_s));
   Transaction transaction(*store_);

@@ -1,5 +1,7 @@
 // Requests whose completion takes time. It is found in the records of the components that carry them out.
-#include "fsw/commanding/telecommander.hpp"
+#include "fsw/commanding/telecommand_service.hpp"
+#include "fsw/shared/checkpoint.hpp"
+#include "fsw/shared/new_command.hpp"
 
 namespace ilp {
 namespace {
@@ -8,6 +10,16 @@ constexpr int captures_per_step = 64;
 constexpr int events_per_step = 256;
 // Captures of a series are commanded this long before their time: the capture clock holds a limited number.
 constexpr TimeNs series_lead_ns = 2 * ns_per_s;
+constexpr TimeNs report_patience_ns = 10 * ns_per_s;
+
+/// One look at the open requests.
+struct Look {
+  const CommandingWiring& wiring;
+  CommandingState& after;
+  RequestNewsList& news;
+  TimeNs now;
+  bool changed;
+};
 
 Status fault_of(const CaptureRecord& capture, const MissionParameters& mission) {
   switch (capture.state) {
@@ -29,71 +41,25 @@ Status fault_of(const CaptureRecord& capture, const MissionParameters& mission) 
 }
 
 /// The second cursor of the overlap checker and of telemetry is the last command that they have obeyed.
-Status obeyed(Reader<CheckpointRecord> store, std::int64_t command_id, bool& done,
-              ComponentId component = ComponentId::overlap_checker) {
+Result<bool> obeyed(Reader<CheckpointRecord> store, std::int64_t command_id,
+                    ComponentId component = ComponentId::overlap_checker) {
   Cursor cursor;
   ILP_TRY(saved_cursor(store, component, cursor));
-  done = cursor.second >= command_id;
-  return {};
+  return cursor.second >= command_id;
 }
 
-}  // namespace
-
-Status Telecommander::follow_requests() {
-  bool changed = false;
-  if (state_.open.empty()) {
-    // No request waits; the place among the captures is kept with the next telecommand.
-    return learn_captures(state_, changed);
-  }
-  workspace_.news.clear();
-  workspace_.change.after = state_;
-  State& after = workspace_.change.after;
-  const TimeNs now = wiring_.clock.now();
-  StepTransaction transaction(wiring_.store, checkpoint);
-  ILP_TRY(transaction.begin());
-  ILP_TRY(learn_captures(after, changed));
-  ILP_TRY(follow_captures(after, workspace_.news, changed));
-  ILP_TRY(command_series(after, now, changed));
-  ILP_TRY(follow_open(after, now, workspace_.news, changed));
-  if (!changed) return {};
-  ILP_TRY(transaction.commit(cursor_, after, cursor_, state_));
-  workspace_.counts_changed = true;
-  for (const News& item : workspace_.news) report_news(item);
-  return {};
-}
-
-Status Telecommander::learn_captures(State& after, bool& changed) {
-  for (int i = 0; i < captures_per_step && !after.watched.full(); ++i) {
-    CaptureRecord capture;
-    ILP_TAKE(const Found found, find_next(wiring_.store, after.last_capture_id, capture));
-    if (found == Found::nothing) return {};
-    after.last_capture_id = capture.id;
-    if (found == Found::damaged || capture.command_id == 0) continue;
-    CommandRecord command;
-    const Status known = get(wiring_.store, capture.command_id, command);
-    if (!known.ok() && !is_gone(known)) return known;
-    if (!known.ok() || command.request_id == 0) continue;
-    for (const OpenRequest& request : after.open) {
-      if (request.id != command.request_id) continue;
-      static_cast<void>(after.watched.push_back({capture.id, request.id}));
-      changed = true;
-    }
-  }
-  return {};
-}
-
-Status Telecommander::follow_captures(State& after, NewsList& news, bool& changed) {
+Status follow_captures(Look& look) {
+  auto& [wiring, after, news, now, changed] = look;
   std::size_t kept = 0;
-  for (const Watched watched : after.watched) {
+  for (const WatchedCapture watched : after.watched) {
     CaptureRecord capture;
-    const Status found = get(wiring_.store, watched.capture_id, capture);
-    if (!found.ok() && !is_gone(found)) return found;
-    if (found.ok() && capture.state == CaptureState::pending) {
+    ILP_TAKE(const bool found, find(wiring.store, watched.capture_id, capture));
+    if (found && capture.state == CaptureState::pending) {
       after.watched[kept++] = watched;
       continue;
     }
     changed = true;
-    const Status fault = found.ok() ? fault_of(capture, wiring_.mission) : Status{StatusCode::no_completion, 0};
+    const Status fault = found ? fault_of(capture, wiring.mission) : Status{StatusCode::no_completion, 0};
     for (OpenRequest& request : after.open) {
       if (request.id != watched.request_id) continue;
       if (request.outstanding > 0) --request.outstanding;
@@ -104,23 +70,22 @@ Status Telecommander::follow_captures(State& after, NewsList& news, bool& change
         request.fault_b = fault.b;
       }
       if (fault.ok() && request.interval_ns != 0)
-        static_cast<void>(news.push_back({request, {}, News::Kind::progress}));
+        static_cast<void>(news.push_back({request, {}, RequestNews::Kind::progress}));
     }
   }
   while (after.watched.size() > kept) after.watched.pop_back();
   return {};
 }
 
-Status Telecommander::command_series(State& after, TimeNs now, bool& changed) {
+Status command_series(Look& look) {
+  auto& [wiring, after, news, now, changed] = look;
   for (OpenRequest& request : after.open) {
     // Bounded by the captures that can be watched.
     while (request.kind == OpenKind::captures && request.left > 0 && request.next_ns - now < series_lead_ns &&
            request.outstanding + after.watched.size() < after.watched.capacity()) {
-      CommandRecord command;
-      command.kind = CommandKind::capture;
-      command.at_ns = request.next_ns;
-      command.request_id = request.id;
-      ILP_TRY(write_command(command, request.subject_id));
+      CommandRecord command{.kind = CommandKind::capture, .at_ns = request.next_ns, .request_id = request.id};
+      ILP_TRY(write_command(wiring, command));
+      request.subject_id = command.id;
       request.next_ns += request.interval_ns;
       --request.left;
       ++request.outstanding;
@@ -130,120 +95,154 @@ Status Telecommander::command_series(State& after, TimeNs now, bool& changed) {
   return {};
 }
 
-Status Telecommander::follow_one(OpenRequest& request, TimeNs now, NewsList& news, bool& over, bool& changed) {
-  over = false;
-  if (request.begin_ns > now || news.size() + 2 > news.capacity()) return {};
-  if (request.begin_ns != 0) {
-    request.begin_ns = 0;
-    changed = true;
-    static_cast<void>(news.push_back({request, {}, News::Kind::begun}));
-  }
-  const std::int64_t mark_id = request.mark_id;
-  ILP_TRY(is_done(request, over));
-  changed = changed || request.mark_id - mark_id >= events_per_step;
-  Status status{static_cast<StatusCode>(request.fault), request.fault_a, request.fault_b};
-  if (!over && now > request.deadline_ns) {
-    over = true;
-    status = {StatusCode::no_completion, (now - request.deadline_ns) / ns_per_s};
-  }
-  if (over) static_cast<void>(news.push_back({request, status, News::Kind::finished}));
-  return {};
+Result<bool> is_flushed(Reader<StripRecord, PoseRecord> store) {
+  StripRecord strip;
+  Status status = last(store, strip);
+  if (status.ok() && strip.end == StripEnd::open) status = get(store, strip.id - 1, strip);
+  if (status.is(StatusCode::not_found)) return true;
+  PoseRecord pose;
+  // The overlap checker writes a damaged strip again.
+  ILP_TAKE(const bool any, found_by(status));
+  if (!any) return false;
+  ILP_TAKE(const bool known, find(store, strip.last_keyframe_id, pose));
+  return known && pose.state != PoseState::provisional;
 }
 
-Status Telecommander::follow_open(State& after, TimeNs now, NewsList& news, bool& changed) {
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < after.open.size(); ++i) {
-    OpenRequest request = after.open[i];
-    bool over = false;
-    ILP_TRY(follow_one(request, now, news, over, changed));
-    if (!over) {
-      after.open[kept++] = request;
-      continue;
-    }
-    changed = true;
-    if (news.back().status.ok()) {
-      ++after.counts.completed;
-    } else {
-      ++after.counts.failed;
-    }
+Result<bool> is_restarted(Reader<EventRecord> store, OpenRequest& request) {
+  // The mark moves on, so that each event is examined once, however many there are.
+  for (int i = 0; i < events_per_step; ++i) {
+    EventRecord event;
+    ILP_TAKE(const Found found, find_next(store, request.mark_id, event));
+    if (found == Found::nothing) return false;
+    request.mark_id = event.id;
+    if (event.code == static_cast<std::uint16_t>(StatusCode::component_restarted) && event.a == request.subject_id)
+      return true;
   }
-  while (after.open.size() > kept) after.open.pop_back();
-  return {};
+  return false;
 }
 
-Status Telecommander::is_done(OpenRequest& request, bool& done) {
-  done = false;
+Result<bool> is_done(const CommandingWiring& wiring, OpenRequest& request) {
   switch (request.kind) {
     case OpenKind::captures:
-      done = request.left == 0 && request.outstanding == 0;
-      return {};
+      return request.left == 0 && request.outstanding == 0;
     case OpenKind::end_strip:
-      return obeyed(wiring_.store, request.subject_id, done);
-    case OpenKind::flush:
-      ILP_TRY(obeyed(wiring_.store, request.subject_id, done));
-      return done ? is_flushed(done) : Status{};
+      return obeyed(wiring.store, request.subject_id);
+    case OpenKind::flush: {
+      ILP_TAKE(const bool ended, obeyed(wiring.store, request.subject_id));
+      return ended ? is_flushed(wiring.store) : false;
+    }
     case OpenKind::begin_strip: {
-      ILP_TRY(obeyed(wiring_.store, request.subject_id, done));
+      ILP_TAKE(const bool ended, obeyed(wiring.store, request.subject_id));
       StripRecord strip;
-      const Status found = last(wiring_.store, strip);
-      if (!found.ok() && !is_gone(found)) return found;
+      ILP_TAKE(const bool found, found_by(last(wiring.store, strip)));
       // A strip that is open now has begun after the command.
-      done = done && found.ok() && strip.end == StripEnd::open;
-      return {};
+      return ended && found && strip.end == StripEnd::open;
     }
     case OpenKind::delete_product: {
       ProductRecord product;
-      const Status found = get(wiring_.store, request.subject_id, product);
-      if (!found.ok() && !is_gone(found)) return found;
-      done = found.is(StatusCode::not_found) || (found.ok() && product.state == ProductState::dropped);
-      return {};
+      const Status status = get(wiring.store, request.subject_id, product);
+      ILP_TAKE(const bool found, found_by(status));
+      return status.is(StatusCode::not_found) || (found && product.state == ProductState::dropped);
     }
     case OpenKind::restart:
-      return is_restarted(request, done);
+      return is_restarted(wiring.store, request);
     case OpenKind::report:
-      return obeyed(wiring_.store, request.subject_id, done, ComponentId::telemetry);
+      return obeyed(wiring.store, request.subject_id, ComponentId::telemetry);
     case OpenKind::noted:
-      done = true;
-      return {};
+      return true;
   }
-  return {};
+  return false;
 }
 
-Status Telecommander::is_flushed(bool& done) {
-  StripRecord strip;
-  Status found = last(wiring_.store, strip);
-  if (found.ok() && strip.end == StripEnd::open) found = get(wiring_.store, strip.id - 1, strip);
-  done = found.is(StatusCode::not_found);
-  // The overlap checker writes a damaged strip again.
-  if (is_gone(found)) return {};
-  ILP_TRY(found);
-  PoseRecord pose;
-  found = get(wiring_.store, strip.last_keyframe_id, pose);
-  if (!found.ok() && !is_gone(found)) return found;
-  done = found.ok() && pose.state != PoseState::provisional;
-  return {};
-}
-
-Status Telecommander::is_restarted(OpenRequest& request, bool& done) {
-  // The mark moves on, so that each event is examined once, however many there are.
-  for (int i = 0; i < events_per_step && !done; ++i) {
-    EventRecord event;
-    ILP_TAKE(const Found found, find_next(wiring_.store, request.mark_id, event));
-    if (found == Found::nothing) return {};
-    request.mark_id = event.id;
-    done = event.code == static_cast<std::uint16_t>(StatusCode::component_restarted) && event.a == request.subject_id;
+/// Whether the request is over.
+Result<bool> follow_one(OpenRequest& request, Look& look) {
+  auto& [wiring, after, news, now, changed] = look;
+  if (request.begin_ns > now || news.size() + 2 > news.capacity()) return false;
+  if (request.begin_ns != 0) {
+    request.begin_ns = 0;
+    changed = true;
+    static_cast<void>(news.push_back({request, {}, RequestNews::Kind::begun}));
   }
+  const std::int64_t mark_id = request.mark_id;
+  ILP_TAKE(const bool done, is_done(wiring, request));
+  changed = changed || request.mark_id - mark_id >= events_per_step;
+  if (!done && now <= request.deadline_ns) return false;
+  Status status{static_cast<StatusCode>(request.fault), request.fault_a, request.fault_b};
+  if (!done) status = {StatusCode::no_completion, (now - request.deadline_ns) / ns_per_s};
+  static_cast<void>(news.push_back({request, status}));
+  ++(status.ok() ? after.counts.completed : after.counts.failed);
+  changed = true;
+  return true;
+}
+
+}  // namespace
+
+Status write_command(const CommandingWiring& wiring, CommandRecord& command) {
+  command.time_ns = wiring.clock.now();
+  return put_new_command(wiring.store, command);
+}
+
+Status keep_open(OpenRequest request, ServiceCall& call) {
+  request.packet = call.answer.request().packet;
+  request.source = call.answer.request().source;
+  request.ack_flags = call.answer.ack_flags();
+  if (call.answer.postponed()) request.begin_ns = call.change.nominal_ns;
+  auto& open = call.change.after.open;
+  if (!open.push_back(request)) return {StatusCode::requests_full, static_cast<std::int64_t>(open.size())};
+  call.answer.start();
+  call.answer.keep_open();
   return {};
 }
 
-void Telecommander::report_news(const News& news) {
-  Answer answer(wiring_.writer, {news.request.packet, news.request.source}, news.request.ack_flags);
-  if (news.kind == News::Kind::begun) {
+Status wait_for_telemetry(std::int64_t command_id, ServiceCall& call) {
+  return keep_open({.id = call.change.after.last_request_id,
+                    .deadline_ns = call.now() + report_patience_ns,
+                    .subject_id = command_id,
+                    .kind = OpenKind::report},
+                   call);
+}
+
+Result<bool> learn_captures(const CommandingWiring& wiring, CommandingState& after) {
+  bool any = false;
+  for (int i = 0; i < captures_per_step && !after.watched.full(); ++i) {
+    CaptureRecord capture;
+    ILP_TAKE(const Found next, find_next(wiring.store, after.last_capture_id, capture));
+    if (next == Found::nothing) break;
+    after.last_capture_id = capture.id;
+    if (next == Found::damaged || capture.command_id == 0) continue;
+    CommandRecord command;
+    ILP_TAKE(const bool known, find(wiring.store, capture.command_id, command));
+    if (!known || command.request_id == 0) continue;
+    for (const OpenRequest& request : after.open) {
+      if (request.id == command.request_id) any = after.watched.push_back({capture.id, request.id}) || any;
+    }
+  }
+  return any;
+}
+
+Result<bool> follow_requests(const CommandingWiring& wiring, CommandingState& after, RequestNewsList& news) {
+  ILP_TAKE(const bool learned, learn_captures(wiring, after));
+  Look look{wiring, after, news, wiring.clock.now(), learned};
+  ILP_TRY(follow_captures(look));
+  ILP_TRY(command_series(look));
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < after.open.size(); ++i) {
+    OpenRequest request = after.open[i];
+    ILP_TAKE(const bool over, follow_one(request, look));
+    if (!over) after.open[kept++] = request;
+  }
+  while (after.open.size() > kept) after.open.pop_back();
+  return look.changed;
+}
+
+void report_news(const RequestNews& news, TelemetryWriter& writer) {
+  Answer answer(writer, {news.request.packet, news.request.source}, news.request.ack_flags);
+  if (news.kind == RequestNews::Kind::begun) {
     answer.start();
     return;
   }
   answer.continue_started();
-  if (news.kind == News::Kind::progress) {
+  if (news.kind == RequestNews::Kind::progress) {
     answer.progress(news.request.settled % 256U);
   } else {
     answer.finish(news.status);

@@ -1,5 +1,10 @@
-// Service 11 of the Telecommander: telecommands that wait for their time.
-#include "fsw/commanding/telecommander.hpp"
+// Service 11: telecommands that wait for their time.
+#include <algorithm>
+#include <utility>
+
+#include "fsw/commanding/function_table.hpp"
+#include "fsw/commanding/telecommand_service.hpp"
+#include "fsw/packets/service_functions.hpp"
 
 namespace ilp {
 namespace {
@@ -7,21 +12,17 @@ namespace {
 /// One item of a report without its packet: sub-schedule, group, time and identifier, as wide as they can be.
 constexpr std::size_t item_overhead_bytes = 8 + max_time_bytes + 8;
 
-template <typename Entries, typename Entry>
-void insert_in_order(Entries& entries, const Entry& entry) {
+using Entries = decltype(CommandingWork::entries);
+
+void insert_in_order(Entries& entries, const ScheduleEntry& entry) {
   if (!entries.push_back(entry)) return;
   for (std::size_t i = entries.size() - 1; i > 0 && entries[i].release_ns < entries[i - 1].release_ns; --i) {
-    const Entry later = entries[i - 1];
-    entries[i - 1] = entries[i];
-    entries[i] = later;
+    std::swap(entries[i], entries[i - 1]);
   }
 }
 
 bool listed(const ScheduledIdList& ids, const ScheduledId& name) {
-  for (const ScheduledId& id : ids) {
-    if (id == name) return true;
-  }
-  return false;
+  return std::find(ids.begin(), ids.end(), name) != ids.end();
 }
 
 /// Whether the request is a capture, which is given to the camera before its time.
@@ -33,77 +34,22 @@ bool goes_ahead(const Telecommand& request) {
   return function != nullptr && function->function == Function::capture;
 }
 
-}  // namespace
-
-Telecommander::Entry Telecommander::entry_of(const ScheduledRecord& scheduled) {
-  Entry entry;
-  entry.id = scheduled.id;
-  entry.release_ns = scheduled.release_ns;
-  entry.name = {scheduled.source, scheduled.apid, scheduled.count};
-  entry.ahead = scheduled.ahead;
-  entry.bytes = scheduled.packet.bytes;
-  return entry;
+ScheduleEntry entry_of(const ScheduledRecord& scheduled) {
+  const ScheduledId name{scheduled.source, scheduled.apid, scheduled.count};
+  return {scheduled.id, scheduled.release_ns, name, scheduled.ahead, scheduled.packet.bytes};
 }
 
-Status Telecommander::read_schedule() {
-  work_.entries.clear();
-  ScheduledRecord scheduled;
-  while (!work_.entries.full()) {
-    ILP_TAKE(const Found found, find_next(wiring_.store, scheduled.id, scheduled));
-    if (found == Found::nothing) break;
-    // A damaged request is never carried out, and does not hinder commanding.
-    if (found == Found::damaged) continue;
-    const Entry entry = entry_of(scheduled);
-    // A longer one has never been inserted: the record is damaged.
-    if (entry.bytes <= workspace_.scheduled_packet.size()) insert_in_order(work_.entries, entry);
-  }
-  return {};
-}
-
-Status Telecommander::service_11(const Telecommand& telecommand, Answer& answer, Change& change) {
-  switch (telecommand.subtype) {
-    case scheduling::insert:
-      return insert(telecommand, answer, change);
-    case scheduling::remove:
-      return remove(telecommand, answer, change);
-    case scheduling::shift:
-      return shift(telecommand, false, answer, change);
-    case scheduling::shift_all:
-      return shift(telecommand, true, answer, change);
-    case scheduling::summary_all:
-    case scheduling::summary:
-      return report_schedule(telecommand, false, answer);
-    case scheduling::detail_all:
-    case scheduling::detail:
-      return report_schedule(telecommand, true, answer);
-    case scheduling::enable:
-    case scheduling::disable:
-    case scheduling::reset:
-      break;
-    default:
-      return {StatusCode::subtype_unknown, telecommand.service, telecommand.subtype};
-  }
-  if (!telecommand.data.empty()) return {StatusCode::request_malformed, 0};
-  answer.start();
-  change.after.counts.schedule_enabled = telecommand.subtype == scheduling::enable;
-  if (telecommand.subtype != scheduling::reset) return {};
-  for (const Entry& entry : work_.entries) ILP_TRY(erase<ScheduledRecord>(wiring_.store, entry.id));
-  workspace_.entries_after.clear();
-  change.rescheduled = true;
-  return {};
-}
-
-Status Telecommander::check_insert(const ScheduleItem& item, std::uint32_t index, TimeNs now,
-                                   ScheduledRecord& scheduled) const {
+Status check_insert(const ScheduleItem& item, std::uint32_t index, TimeNs now, const LinkSettings& settings,
+                    ScheduledRecord& scheduled) {
   Telecommand request;
-  Status status = decode_telecommand(item.packet, wiring_.writer.settings().apid, request);
+  Status status = decode_telecommand(item.packet, settings.apid, request);
   if (!status.ok()) return {status.code, status.a, index};
   if (item.packet.size() > limits::max_scheduled_bytes) {
     return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(item.packet.size()),
             static_cast<std::int64_t>(limits::max_scheduled_bytes)};
   }
   if (find_service(request.service) == nullptr) return {StatusCode::service_unknown, request.service, index};
-  scheduled.release_ns = wiring_.writer.settings().time.mission(item.release);
+  scheduled.release_ns = settings.time.mission(item.release);
   if (scheduled.release_ns < now) return {StatusCode::release_in_past, (now - scheduled.release_ns) / ns_per_ms, index};
   if (scheduled.release_ns - now > farthest_ns) return {StatusCode::time_out_of_range, 0, index};
   const ScheduledId name = scheduled_id(request);
@@ -117,131 +63,132 @@ Status Telecommander::check_insert(const ScheduleItem& item, std::uint32_t index
   return {};
 }
 
-Status Telecommander::insert(const Telecommand& telecommand, Answer& answer, Change& change) {
-  const Tailoring& tailoring = wiring_.writer.settings().tailoring;
+Status insert(ServiceCall& call) {
   // The form of the whole request is checked first.
-  InsertReader form(tailoring, telecommand.data);
+  InsertReader form(call.tailoring(), call.telecommand.data);
   for (ScheduleItem item; form.next(item);) continue;  // bound: the octets of the request
   ILP_TRY(form.status());
-  answer.accept();
-  const std::size_t room = work_.entries.capacity() - work_.entries.size();
+  call.answer.accept();
+  const std::size_t room = call.work.entries.capacity() - call.work.entries.size();
   if (form.count() > room) {
     return {StatusCode::schedule_full, static_cast<std::int64_t>(form.count()),
-            static_cast<std::int64_t>(work_.entries.capacity())};
+            static_cast<std::int64_t>(call.work.entries.capacity())};
   }
-  workspace_.entries_after = work_.entries;
-  InsertReader reader(tailoring, telecommand.data);
-  const TimeNs now = wiring_.clock.now();
+  call.workspace.entries_after = call.work.entries;
+  InsertReader reader(call.tailoring(), call.telecommand.data);
+  const TimeNs now = call.now();
   std::uint32_t index = 0;
   for (ScheduleItem item; reader.next(item); ++index) {  // bound: the room in the schedule
     ScheduledRecord scheduled;
-    ILP_TRY(check_insert(item, index, now, scheduled));
-    scheduled.id = ++change.after.last_scheduled_id;
-    ILP_TRY(put(wiring_.store, scheduled));
-    ILP_TRY(write_blob<ScheduledRecord>(wiring_.store, "packet", scheduled.id, 0, item.packet));
-    insert_in_order(workspace_.entries_after, entry_of(scheduled));
+    ILP_TRY(check_insert(item, index, now, call.wiring.writer.settings(), scheduled));
+    scheduled.id = ++call.change.after.last_scheduled_id;
+    ILP_TRY(put(call.wiring.store, scheduled));
+    ILP_TRY(write_blob<ScheduledRecord>(call.wiring.store, "packet", scheduled.id, 0, item.packet));
+    insert_in_order(call.workspace.entries_after, entry_of(scheduled));
   }
-  answer.start();
-  change.rescheduled = true;
+  call.answer.start();
+  call.change.rescheduled = true;
   return {};
 }
 
-Status Telecommander::check_known(const ScheduledIdList& ids) const {
+Status check_known(const ScheduledIdList& ids, const CommandingWork& work) {
   for (std::size_t i = 0; i < ids.size(); ++i) {
     bool known = false;
-    for (const Entry& entry : work_.entries) known = known || entry.name == ids[i];
+    for (const ScheduleEntry& entry : work.entries) known = known || entry.name == ids[i];
     if (!known) return {StatusCode::schedule_unknown, static_cast<std::int64_t>(i)};
   }
   return {};
 }
 
-Status Telecommander::remove(const Telecommand& telecommand, Answer& answer, Change& change) {
+Status remove(ServiceCall& call) {
   ScheduledIdList ids;
-  ILP_TRY(decode_scheduled_ids(wiring_.writer.settings().tailoring, telecommand.data, ids));
-  answer.accept();
-  ILP_TRY(check_known(ids));
-  answer.start();
-  workspace_.entries_after.clear();
-  for (const Entry& entry : work_.entries) {
+  ILP_TRY(decode_scheduled_ids(call.tailoring(), call.telecommand.data, ids));
+  call.answer.accept();
+  ILP_TRY(check_known(ids, call.work));
+  call.answer.start();
+  call.workspace.entries_after.clear();
+  for (const ScheduleEntry& entry : call.work.entries) {
     if (listed(ids, entry.name)) {
-      ILP_TRY(erase<ScheduledRecord>(wiring_.store, entry.id));
+      ILP_TRY(erase<ScheduledRecord>(call.wiring.store, entry.id));
     } else {
-      static_cast<void>(workspace_.entries_after.push_back(entry));
+      static_cast<void>(call.workspace.entries_after.push_back(entry));
     }
   }
-  change.rescheduled = true;
+  call.change.rescheduled = true;
   return {};
 }
 
-Status Telecommander::shift(const Telecommand& telecommand, bool all, Answer& answer, Change& change) {
+Status shift(bool all, ServiceCall& call) {
   ScheduledIdList ids;
   std::int32_t ms = 0;
   if (all) {
-    ILP_TRY(decode_shift_all(telecommand.data, ms));
+    ILP_TRY(decode_shift_all(call.telecommand.data, ms));
   } else {
-    ILP_TRY(decode_shift(wiring_.writer.settings().tailoring, telecommand.data, ms, ids));
+    ILP_TRY(decode_shift(call.tailoring(), call.telecommand.data, ms, ids));
   }
-  answer.accept();
-  ILP_TRY(check_known(ids));
-  const TimeNs now = wiring_.clock.now();
-  workspace_.entries_after.clear();
+  call.answer.accept();
+  ILP_TRY(check_known(ids, call.work));
+  const TimeNs now = call.now();
+  call.workspace.entries_after.clear();
   std::int64_t index = 0;
-  for (Entry entry : work_.entries) {
+  for (ScheduleEntry entry : call.work.entries) {
     if (all || listed(ids, entry.name)) {
       entry.release_ns += ms * ns_per_ms;
       if (entry.release_ns < now) return {StatusCode::release_in_past, (now - entry.release_ns) / ns_per_ms, index};
       if (entry.release_ns - now > farthest_ns) return {StatusCode::time_out_of_range, 0, index};
       ScheduledRecord scheduled;
-      ILP_TRY(get(wiring_.store, entry.id, scheduled));
+      ILP_TRY(get(call.wiring.store, entry.id, scheduled));
       scheduled.release_ns = entry.release_ns;
-      ILP_TRY(put(wiring_.store, scheduled));
+      ILP_TRY(put(call.wiring.store, scheduled));
       ++index;
     }
-    insert_in_order(workspace_.entries_after, entry);
+    insert_in_order(call.workspace.entries_after, entry);
   }
-  answer.start();
-  change.rescheduled = true;
+  call.answer.start();
+  call.change.rescheduled = true;
   return {};
 }
 
-Status Telecommander::report_schedule(const Telecommand& telecommand, bool detail, Answer& answer) {
-  const LinkSettings& settings = wiring_.writer.settings();
-  const bool all = telecommand.subtype == scheduling::summary_all || telecommand.subtype == scheduling::detail_all;
+Status report(bool detail, ServiceCall& call) {
+  const LinkSettings& settings = call.wiring.writer.settings();
+  const bool all =
+      call.telecommand.subtype == scheduling::summary_all || call.telecommand.subtype == scheduling::detail_all;
   ScheduledIdList ids;
-  if (all && !telecommand.data.empty()) return {StatusCode::request_malformed, 0};
-  if (!all) ILP_TRY(decode_scheduled_ids(settings.tailoring, telecommand.data, ids));
-  answer.accept();
-  ILP_TRY(check_known(ids));
-  answer.start();
+  if (all && !call.telecommand.data.empty()) return {StatusCode::request_malformed, 0};
+  if (!all) ILP_TRY(decode_scheduled_ids(settings.tailoring, call.telecommand.data, ids));
+  call.answer.accept();
+  ILP_TRY(check_known(ids, call.work));
+  call.answer.start();
   const std::uint8_t subtype = detail ? scheduling::detail_report : scheduling::summary_report;
   // The items go in as many reports as they need; each report is complete by itself.
   const std::size_t head = settings.tailoring.schedule_count == 0 ? 2 : settings.tailoring.schedule_count;
   const std::size_t room =
-      workspace_.report.size() - (primary_header_bytes + telemetry_header_bytes + max_time_bytes + crc16_bytes);
-  const std::span<std::uint8_t> body = std::span<std::uint8_t>(workspace_.report).subspan(head, room - head);
+      call.workspace.report.size() - (primary_header_bytes + telemetry_header_bytes + max_time_bytes + crc16_bytes);
+  const std::span<std::uint8_t> body = std::span<std::uint8_t>(call.workspace.report).subspan(head, room - head);
   ByteWriter items(body);
   std::size_t count = 0;
   const auto send = [&]() -> Status {
-    ByteWriter front(workspace_.report);
+    ByteWriter front(call.workspace.report);
     encode_report_head(settings.tailoring, count, front);
     ILP_ASSERT(items.ok(), items.size());
-    ILP_TRY(answer.report(scheduling::service, subtype, std::span(workspace_.report).first(head + items.size())));
+    ILP_TRY(
+        call.answer.report(scheduling::service, subtype, std::span(call.workspace.report).first(head + items.size())));
     items = ByteWriter(body);
     count = 0;
     return {};
   };
-  for (const Entry& entry : work_.entries) {
+  for (const ScheduleEntry& entry : call.work.entries) {
     if (!all && !listed(ids, entry.name)) continue;
-    ScheduleItem item;
     ScheduledRecord scheduled;
-    ILP_TRY(get(wiring_.store, entry.id, scheduled));
-    item.sub_schedule = scheduled.sub_schedule;
-    item.group = scheduled.group;
-    item.release = wiring_.writer.stamp(entry.release_ns);
-    item.id = entry.name;
+    ILP_TRY(get(call.wiring.store, entry.id, scheduled));
+    ScheduleItem item{.sub_schedule = scheduled.sub_schedule,
+                      .group = scheduled.group,
+                      .release = call.wiring.writer.stamp(entry.release_ns),
+                      .packet = {},
+                      .id = entry.name};
     if (detail) {
-      const std::span<std::uint8_t> packet = std::span(workspace_.scheduled_packet).first(entry.bytes);
-      ILP_TRY(read_blob<ScheduledRecord>(wiring_.store, "packet", entry.id, 0, packet));
+      const std::span<std::uint8_t> packet = std::span(call.workspace.scheduled_packet).first(entry.bytes);
+      ILP_TRY(read_blob<ScheduledRecord>(call.wiring.store, "packet", entry.id, 0, packet));
       item.packet = packet;
     }
     const std::size_t needed = item_overhead_bytes + item.packet.size();
@@ -250,7 +197,57 @@ Status Telecommander::report_schedule(const Telecommand& telecommand, bool detai
                    : encode_summary_item(settings.tailoring, item, items));
     ++count;
   }
-  return count > 0 || work_.entries.empty() ? send() : Status{};
+  return count > 0 || call.work.entries.empty() ? send() : Status{};
+}
+
+}  // namespace
+
+Status read_schedule(const CommandingWiring& wiring, CommandingWork& work) {
+  work.entries.clear();
+  ScheduledRecord scheduled;
+  while (!work.entries.full()) {
+    ILP_TAKE(const Found found, find_next(wiring.store, scheduled.id, scheduled));
+    if (found == Found::nothing) break;
+    // A damaged request is never carried out, and does not hinder commanding.
+    if (found == Found::damaged) continue;
+    const ScheduleEntry entry = entry_of(scheduled);
+    // A longer one has never been inserted: the record is damaged.
+    if (entry.bytes <= limits::max_scheduled_bytes) insert_in_order(work.entries, entry);
+  }
+  return {};
+}
+
+Status serve_schedule(ServiceCall& call) {
+  switch (call.telecommand.subtype) {
+    case scheduling::insert:
+      return insert(call);
+    case scheduling::remove:
+      return remove(call);
+    case scheduling::shift:
+      return shift(false, call);
+    case scheduling::shift_all:
+      return shift(true, call);
+    case scheduling::summary_all:
+    case scheduling::summary:
+      return report(false, call);
+    case scheduling::detail_all:
+    case scheduling::detail:
+      return report(true, call);
+    case scheduling::enable:
+    case scheduling::disable:
+    case scheduling::reset:
+      break;
+    default:
+      return call.subtype_unknown();
+  }
+  if (!call.telecommand.data.empty()) return {StatusCode::request_malformed, 0};
+  call.answer.start();
+  call.change.after.counts.schedule_enabled = call.telecommand.subtype == scheduling::enable;
+  if (call.telecommand.subtype != scheduling::reset) return {};
+  for (const ScheduleEntry& entry : call.work.entries) ILP_TRY(erase<ScheduledRecord>(call.wiring.store, entry.id));
+  call.workspace.entries_after.clear();
+  call.change.rescheduled = true;
+  return {};
 }
 
 }  // namespace ilp

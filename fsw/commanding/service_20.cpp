@@ -1,96 +1,100 @@
-// Service 20 of the Telecommander: mission parameters, all or none of a request.
+// Service 20: mission parameters, all or none of a request.
 #include "fsw/commanding/settings.hpp"
-#include "fsw/commanding/telecommander.hpp"
+#include "fsw/commanding/telecommand_service.hpp"
 #include "fsw/packets/service_parameters.hpp"
 
 namespace ilp {
+namespace {
 
-Status Telecommander::service_20(const Telecommand& telecommand, Answer& answer, Change& change) {
-  if (telecommand.subtype == parameter_management::report) return report_parameters(telecommand, answer);
-  if (telecommand.subtype == parameter_management::set) return set_parameters(telecommand, answer, change);
-  return {StatusCode::subtype_unknown, telecommand.service, telecommand.subtype};
-}
-
-Status Telecommander::report_parameters(const Telecommand& telecommand, Answer& answer) {
-  const Tailoring& tailoring = wiring_.writer.settings().tailoring;
+Status report(ServiceCall& call) {
   ParameterList list;
-  ILP_TRY(decode_parameter_list(tailoring, telecommand.data, list));
-  answer.accept();
+  ILP_TRY(decode_parameter_list(call.tailoring(), call.telecommand.data, list));
+  call.answer.accept();
   for (std::size_t i = 0; i < list.size(); ++i) {
     if (find_parameter(list[i]) == parameter_count()) {
       return {StatusCode::parameter_unknown, list[i], static_cast<std::int64_t>(i)};
     }
   }
-  answer.start();
-  ByteWriter out(workspace_.report);
-  write_count(tailoring.parameter_count, list.size(), out);
+  call.answer.start();
+  ByteWriter out(call.workspace.report);
+  write_count(call.tailoring().parameter_count, list.size(), out);
   for (const std::uint32_t id : list) {
     const std::size_t index = find_parameter(id);
-    out.number(id, tailoring.parameter_id);
-    write_value(parameter_info(index).type, parameter_value(work_.wanted, index), out);
+    out.number(id, call.tailoring().parameter_id);
+    write_value(parameter_info(index).type, parameter_value(call.work.wanted, index), out);
   }
   ILP_ASSERT(out.ok(), list.size());
-  return answer.report(parameter_management::service, parameter_management::values, out.written());
+  return call.answer.report(parameter_management::service, parameter_management::values, out.written());
 }
 
-Status Telecommander::set_parameters(const Telecommand& telecommand, Answer& answer, Change& change) {
-  const Tailoring& tailoring = wiring_.writer.settings().tailoring;
-  ByteReader in(telecommand.data);
-  const std::uint32_t count = read_count(tailoring.parameter_count, in);
+/// Whether the parameters do not contradict each other, and do not lock the ground out.
+Status check_together(const MissionParameters& wanted, const ServiceCall& call) {
+  ILP_TRY(validate(wanted));
+  Configuration* const configuration = call.wiring.configuration;
+  return configuration != nullptr ? configuration->check(wanted, call.now()) : Status{};
+}
+
+Status set(ServiceCall& call) {
+  ByteReader in(call.telecommand.data);
+  const std::uint32_t count = read_count(call.tailoring().parameter_count, in);
   if (!in.ok() || count == 0) return {StatusCode::request_malformed, static_cast<std::int64_t>(in.offset())};
   if (count > limits::max_list_items) return {StatusCode::capacity_exceeded, count, limits::max_list_items};
-  MissionParameters wanted = work_.wanted;
+  MissionParameters wanted = call.work.wanted;
   Status fault;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const auto id = static_cast<std::uint32_t>(in.number(tailoring.parameter_id));
+    const auto id = static_cast<std::uint32_t>(in.number(call.tailoring().parameter_id));
     const std::size_t index = find_parameter(id);
     const bool known = in.ok() && index < parameter_count();
     if (in.ok() && !known) {
       // The length of an unknown value is not known, so that the rest of the request cannot be read.
-      answer.accept();
+      call.answer.accept();
       return {StatusCode::parameter_unknown, id, i};
     }
     const double value = known ? read_value(parameter_info(index).type, in) : 0;
     if (!in.ok()) return {StatusCode::request_malformed, static_cast<std::int64_t>(in.offset())};
-    if (fault.ok() && !ilp::set_parameter(wanted, index, value).ok())
-      fault = {StatusCode::parameter_out_of_range, id, i};
+    if (fault.ok() && !set_parameter(wanted, index, value).ok()) fault = {StatusCode::parameter_out_of_range, id, i};
   }
   if (in.left() != 0) return {StatusCode::request_malformed, static_cast<std::int64_t>(in.offset())};
-  answer.accept();
+  call.answer.accept();
   ILP_TRY(fault);
-  ILP_TRY(check_together(wanted));
-  answer.start();
-  return set_all(wanted, change);
+  ILP_TRY(check_together(wanted, call));
+  call.answer.start();
+  return set_parameters(wanted, call);
 }
 
-Status Telecommander::check_together(const MissionParameters& wanted) const {
-  ILP_TRY(validate(wanted));
-  return wiring_.configuration != nullptr ? wiring_.configuration->check(wanted, wiring_.clock.now()) : Status{};
+}  // namespace
+
+Status serve_parameters(ServiceCall& call) {
+  if (call.telecommand.subtype == parameter_management::report) return report(call);
+  if (call.telecommand.subtype == parameter_management::set) return set(call);
+  return call.subtype_unknown();
 }
 
-Status Telecommander::set_one(const char* section, const char* key, double value, Change& change) {
-  MissionParameters wanted = work_.wanted;
+Status set_parameter(const char* section, const char* key, double value, ServiceCall& call) {
+  MissionParameters wanted = call.work.wanted;
   const std::size_t index = find_parameter(section, key);
-  if (!ilp::set_parameter(wanted, index, value).ok()) {
+  if (!set_parameter(wanted, index, value).ok()) {
     return {StatusCode::parameter_out_of_range, parameter_info(index).number};
   }
-  return set_all(wanted, change);
+  return set_parameters(wanted, call);
 }
 
-Status Telecommander::set_all(const MissionParameters& wanted, Change& change) {
+Status set_parameters(const MissionParameters& wanted, ServiceCall& call, Configuration::Way way) {
+  Configuration* const configuration = call.wiring.configuration;
   MissionParameters checked = wanted;
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     const double value = parameter_value(wanted, i);
-    if (!ilp::set_parameter(checked, i, value).ok()) {
+    if (!set_parameter(checked, i, value).ok()) {
       return {StatusCode::parameter_out_of_range, parameter_info(i).number};
     }
-    if (wiring_.configuration != nullptr || value == parameter_value(work_.wanted, i)) continue;
-    ILP_TRY(write_setting(wiring_.store, i, value, wiring_.clock.now()));
+    if (configuration != nullptr || value == parameter_value(call.work.wanted, i)) continue;
+    ILP_TRY(write_setting(call.wiring.store, i, value, call.now()));
   }
-  ILP_TRY(check_together(wanted));
-  if (wiring_.configuration != nullptr) ILP_TRY(wiring_.configuration->write(wanted, wiring_.clock.now()));
-  change.wanted = wanted;
-  change.set = true;
+  ILP_TRY(check_together(wanted, call));
+  if (configuration != nullptr) ILP_TRY(configuration->write(wanted, call.now()));
+  call.change.wanted = wanted;
+  call.change.way = way;
+  call.change.set = true;
   return {};
 }
 

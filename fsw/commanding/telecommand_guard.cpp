@@ -43,18 +43,16 @@ Status TelecommandGuard::keep_in_memory(const SequenceMarks& marks) {
   FlightMemoryContent after = wiring_.memory->content();
   // Those of keys that are not in use now stay.
   for (const SequenceMark& mark : marks) {
-    SequenceMark* place = nullptr;
-    for (SequenceMark& kept : after.marks) {
-      if (kept.spi == mark.spi) place = &kept;
-    }
-    for (SequenceMark& kept : after.marks) {
-      if (place == nullptr && kept.spi == 0) place = &kept;
-    }
-    for (SequenceMark& kept : after.marks) {
-      const bool in_use = std::any_of(marks.begin(), marks.end(), [&](const auto& m) { return m.spi == kept.spi; });
-      if (place == nullptr && !in_use) place = &kept;
-    }
-    if (place == nullptr) return {StatusCode::capacity_exceeded, mark.spi};
+    const auto place_where = [&](const auto& fits) {
+      return std::find_if(after.marks.begin(), after.marks.end(), fits);
+    };
+    const auto in_use = [&](const SequenceMark& kept) {
+      return std::any_of(marks.begin(), marks.end(), [&](const auto& m) { return m.spi == kept.spi; });
+    };
+    auto place = place_where([&](const SequenceMark& kept) { return kept.spi == mark.spi; });
+    if (place == after.marks.end()) place = place_where([](const SequenceMark& kept) { return kept.spi == 0; });
+    if (place == after.marks.end()) place = place_where([&](const SequenceMark& kept) { return !in_use(kept); });
+    if (place == after.marks.end()) return {StatusCode::capacity_exceeded, mark.spi};
     *place = {std::max(mark.highest, place->spi == mark.spi ? place->highest : 0U), mark.spi, 0};
   }
   return wiring_.memory->keep(after);

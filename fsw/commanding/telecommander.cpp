@@ -1,7 +1,11 @@
 #include "fsw/commanding/telecommander.hpp"
 
+#include <algorithm>
+#include <utility>
+
 #include "fsw/commanding/settings.hpp"
 #include "fsw/packets/service_events.hpp"
+#include "fsw/packets/service_functions.hpp"
 #include "fsw/packets/service_housekeeping.hpp"
 #include "fsw/packets/service_parameters.hpp"
 #include "hal/store/newest_id.hpp"
@@ -27,32 +31,8 @@ bool can_answer(const Status& fault, std::size_t bytes) {
   return bytes >= primary_header_bytes && !fault.is(StatusCode::packet_type);
 }
 
-}  // namespace
-
-constexpr CheckpointForm Telecommander::checkpoint = checkpoint_form<State>(component_id);
-
-Telecommander::Telecommander(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
-                             MissionParameters& mission, Configuration* configuration)
-    : wiring_{store, router, writer, clock, mission, configuration}, work_{mission, {}} {}
-
-constexpr Telecommander::ServiceRow Telecommander::services[] = {
-    {housekeeping::service, &Telecommander::service_3},
-    {event_reporting::service, &Telecommander::service_5},
-    {function_management::service, &Telecommander::service_8},
-    {scheduling::service, &Telecommander::service_11},
-    {test_service::service, &Telecommander::service_17},
-    {parameter_management::service, &Telecommander::service_20},
-};
-
-const Telecommander::ServiceRow* Telecommander::find_service(std::uint8_t service) {
-  for (const ServiceRow& row : services) {
-    if (row.service == service) return &row;
-  }
-  return nullptr;
-}
-
 /// Neither in the store nor in the mission: tests, and reports of what the telecommander knows or reads.
-bool Telecommander::changes_nothing(const Telecommand& telecommand) {
+bool changes_nothing(const Telecommand& telecommand) {
   switch (telecommand.service) {
     case test_service::service:
       return true;
@@ -66,6 +46,34 @@ bool Telecommander::changes_nothing(const Telecommand& telecommand) {
   }
 }
 
+Status serve(ServiceCall& call) {
+  Service* const service = find_service(call.telecommand.service);
+  return service != nullptr ? service(call) : Status{StatusCode::service_unknown, call.telecommand.service};
+}
+
+}  // namespace
+
+Service* find_service(std::uint8_t number) {
+  constexpr std::pair<std::uint8_t, Service*> services[] = {
+      {housekeeping::service, serve_housekeeping},
+      {event_reporting::service, serve_events},
+      {function_management::service, serve_functions},
+      {scheduling::service, serve_schedule},
+      {test_service::service, serve_tests},
+      {parameter_management::service, serve_parameters},
+  };
+  for (const auto& [known, service] : services) {
+    if (known == number) return service;
+  }
+  return nullptr;
+}
+
+constexpr CheckpointForm Telecommander::checkpoint = checkpoint_form<State>(component_id);
+
+Telecommander::Telecommander(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
+                             MissionParameters& mission, Configuration* configuration)
+    : wiring_{store, router, writer, clock, mission, configuration}, work_{mission, {}} {}
+
 Status Telecommander::restore() {
   const Status loaded = restore_checkpoint(wiring_.store, checkpoint, cursor_, state_);
   if (!restored(loaded)) return loaded;
@@ -76,20 +84,15 @@ Status Telecommander::restore() {
     CaptureRecord newest;
     const Status found = last(wiring_.store, newest);
     // A damaged record does not hinder commanding.
-    const bool damaged = found.is(StatusCode::record_damaged);
-    if (!found.ok() && !found.is(StatusCode::not_found) && !damaged) return found;
-    if (found.ok()) state_.last_capture_id = newest.id;
-    if (damaged) state_.last_capture_id = found.a;
+    if (!found.ok() && !is_gone(found)) return found;
+    if (!found.is(StatusCode::not_found)) state_.last_capture_id = found.ok() ? newest.id : found.a;
   }
-  if (wiring_.configuration != nullptr) {
-    work_.wanted = wiring_.configuration->wanted();
-    ILP_TRY(read_schedule());
-    return loaded;
+  work_.wanted = wiring_.configuration != nullptr ? wiring_.configuration->wanted() : wiring_.mission;
+  if (wiring_.configuration == nullptr) {
+    const Status settings = load_settings(wiring_.store, work_.wanted);
+    if (!settings.ok() && !settings.is(StatusCode::setting_ignored)) return settings;
   }
-  work_.wanted = wiring_.mission;
-  const Status settings = load_settings(wiring_.store, work_.wanted);
-  if (!settings.ok() && !settings.is(StatusCode::setting_ignored)) return settings;
-  ILP_TRY(read_schedule());
+  ILP_TRY(read_schedule(wiring_, work_));
   return loaded;
 }
 
@@ -99,7 +102,7 @@ StepResult Telecommander::step() {
   const StatusCode pump_fault = status.code;
   if (status.is(workspace_.pump_fault)) status = {};
   workspace_.pump_fault = pump_fault;
-  const Status followed = follow_requests();
+  const Status followed = follow_open_requests();
   if (status.ok() && !followed.ok()) status = followed;
   release();
   receive();
@@ -162,11 +165,7 @@ void Telecommander::receive() {
 Status Telecommander::try_store() {
   Transaction transaction(wiring_.store);
   const Status begun = transaction.begin();
-  if (!begun.is(StatusCode::store_locked)) {
-    workspace_.locked_since_ns = -1;
-  } else if (workspace_.locked_since_ns < 0) {
-    workspace_.locked_since_ns = wiring_.clock.now();
-  }
+  workspace_.lock.note(begun.is(StatusCode::store_locked), wiring_.clock.now());
   return begun;
 }
 
@@ -175,25 +174,23 @@ bool Telecommander::waits_for_lock(std::span<const std::uint8_t> packet) {
   if (!decode_telecommand(packet, wiring_.writer.settings().apid, telecommand).ok() || changes_nothing(telecommand))
     return false;
   return try_store().is(StatusCode::store_locked) &&
-         wiring_.clock.now() - workspace_.locked_since_ns < longest_lock_wait_ns;
+         wiring_.clock.now() - workspace_.lock.begin_ns < longest_lock_wait_ns;
 }
 
 void Telecommander::release() {
   const TimeNs now = wiring_.clock.now();
   for (int i = 0; i < releases_per_step && !work_.entries.empty(); ++i) {
-    const Entry* due = nullptr;
-    for (const Entry& entry : work_.entries) {
-      const TimeNs lead = entry.ahead ? capture_lead_ns : 0;
-      if (due == nullptr && entry.release_ns - lead <= now) due = &entry;
-    }
+    const auto* const due = std::find_if(work_.entries.begin(), work_.entries.end(), [&](const ScheduleEntry& entry) {
+      return entry.release_ns - (entry.ahead ? capture_lead_ns : 0) <= now;
+    });
     // A request that cannot be carried out or removed now stays.
-    if (due == nullptr || try_store().is(StatusCode::store_locked)) return;
-    const Entry entry = *due;
+    if (due == work_.entries.end() || try_store().is(StatusCode::store_locked)) return;
+    const ScheduleEntry entry = *due;
     release_one(entry, now);
   }
 }
 
-void Telecommander::release_one(const Entry& entry, TimeNs now) {
+void Telecommander::release_one(const ScheduleEntry& entry, TimeNs now) {
   const std::span<std::uint8_t> packet = std::span(workspace_.scheduled_packet).first(entry.bytes);
   Status status = read_blob<ScheduledRecord>(wiring_.store, "packet", entry.id, 0, packet);
   Telecommand telecommand;
@@ -227,13 +224,13 @@ void Telecommander::drop_entry(std::int64_t id) {
 
 void Telecommander::forget_entry(std::int64_t id) {
   std::size_t kept = 0;
-  for (const Entry& entry : work_.entries) {
+  for (const ScheduleEntry& entry : work_.entries) {
     if (entry.id != id) work_.entries[kept++] = entry;
   }
   while (work_.entries.size() > kept) work_.entries.pop_back();
 }
 
-void Telecommander::carry_out(std::span<const std::uint8_t> packet, TimeNs nominal_ns, const Entry* entry) {
+void Telecommander::carry_out(std::span<const std::uint8_t> packet, TimeNs nominal_ns, const ScheduleEntry* entry) {
   CommandingRecord& counts = state_.counts;
   ++counts.received;
   workspace_.counts_changed = true;
@@ -248,12 +245,13 @@ void Telecommander::carry_out(std::span<const std::uint8_t> packet, TimeNs nomin
   if (decoded.ok()) {
     workspace_.change.nominal_ns = nominal_ns;
     if (nominal_ns > wiring_.clock.now()) answer.postpone();
-    status = perform(telecommand, entry, answer, workspace_.change);
+    ServiceCall call{wiring_, work_, workspace_, telecommand, answer, workspace_.change};
+    status = perform(entry, call);
     if (entry != nullptr && status.is(StatusCode::store_locked)) {
       --counts.received;
       return;
     }
-    settle(workspace_.change, status.ok());
+    if (status.ok()) settle(workspace_.change);
     if (!status.ok() && entry != nullptr) drop_entry(entry->id);
   }
   if (answer.accepted() || status.ok()) {
@@ -288,38 +286,45 @@ void Telecommander::take_effect(bool accepted, const Status& status, bool from_t
   work_.wanted = workspace_.change.wanted;
 }
 
-Status Telecommander::perform(const Telecommand& telecommand, const Entry* entry, Answer& answer, Change& change) {
+Status Telecommander::perform(const ScheduleEntry* entry, ServiceCall& call) {
+  TelecommandChange& change = call.change;
   change.after = state_;
   change.set = false;
-  change.way = Configuration::Way::parameters;
   change.rescheduled = false;
-  if (entry == nullptr && changes_nothing(telecommand)) return serve(telecommand, answer, change);
+  if (entry == nullptr && changes_nothing(call.telecommand)) return serve(call);
   StepTransaction transaction(wiring_.store, checkpoint);
   const Status begun = transaction.begin();
-  if (begun.is(StatusCode::store_locked) && entry == nullptr) answer.accept();
+  if (begun.is(StatusCode::store_locked) && entry == nullptr) call.answer.accept();
   ILP_TRY(begun);
   if (entry != nullptr) {
     ILP_TRY(erase<ScheduledRecord>(wiring_.store, entry->id));
     forget_entry(entry->id);
   }
-  ILP_TRY(serve(telecommand, answer, change));
+  ILP_TRY(serve(call));
   return transaction.commit(cursor_, change.after, cursor_);
 }
 
-void Telecommander::settle(const Change& change, bool committed) {
-  if (!committed) return;
+void Telecommander::settle(const TelecommandChange& change) {
   const CommandingRecord counts = state_.counts;
-  const Flag enabled = change.after.counts.schedule_enabled;
   state_ = change.after;
   state_.counts = counts;
-  state_.counts.schedule_enabled = enabled;
+  state_.counts.schedule_enabled = change.after.counts.schedule_enabled;
   if (change.rescheduled) work_.entries = workspace_.entries_after;
 }
 
-Status Telecommander::serve(const Telecommand& telecommand, Answer& answer, Change& change) {
-  const ServiceRow* const row = find_service(telecommand.service);
-  if (row == nullptr) return {StatusCode::service_unknown, telecommand.service};
-  return (this->*row->carry_out)(telecommand, answer, change);
+Status Telecommander::follow_open_requests() {
+  // No request waits; the place among the captures is kept with the next telecommand.
+  if (state_.open.empty()) return learn_captures(wiring_, state_).status();
+  workspace_.news.clear();
+  State& after = workspace_.change.after = state_;
+  StepTransaction transaction(wiring_.store, checkpoint);
+  ILP_TRY(transaction.begin());
+  ILP_TAKE(const bool changed, follow_requests(wiring_, after, workspace_.news));
+  if (!changed) return {};
+  ILP_TRY(transaction.commit(cursor_, after, cursor_, state_));
+  workspace_.counts_changed = true;
+  for (const RequestNews& item : workspace_.news) report_news(item, wiring_.writer);
+  return {};
 }
 
 }  // namespace ilp

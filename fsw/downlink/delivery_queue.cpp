@@ -1,5 +1,6 @@
 #include "fsw/downlink/delivery_queue.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 #include "fsw/base/argument.hpp"
@@ -51,10 +52,8 @@ Status DeliveryQueue::survey(std::uint64_t& bytes) {
   surveyed_ = true;
   if (!entries_.full() || oldest_delivered == 0) return {};
   // A delivery that was not queried in all this time: its file counts as lost and comes again.
-  std::size_t kept = 0;
-  for (const Entry& entry : entries_) {
-    if (entry.id != oldest_delivered) entries_[kept++] = entry;
-  }
+  const auto is_oldest = [&](const Entry& entry) { return entry.id == oldest_delivered; };
+  static_cast<void>(std::remove_if(entries_.begin(), entries_.end(), is_oldest));
   entries_.pop_back();
   return erase<TransferRecord>(store_, oldest_delivered);
 }

@@ -61,9 +61,9 @@ Status Downlink::catch_up() {
     // Its number is in use; its events are sent once more.
     if (record.kind == DownlinkKind::records && record.subject_id <= 0) ++state_.event_files;
   }
-  const Status newest = last(wiring_.store, record);
-  work_.newest_sent_ns = newest.ok() ? record.sent_ns : 0;
-  return is_transient(newest) ? newest : Status{};
+  const Result<bool> newest = found_by(last(wiring_.store, record));
+  work_.newest_sent_ns = newest.value() ? record.sent_ns : 0;
+  return newest.status();
 }
 
 void Downlink::credit(State& after, const Contact& contact) {
@@ -86,9 +86,8 @@ void Downlink::credit(State& after, const Contact& contact) {
   work_.room_bytes = contact.open ? after.credit_bytes + bytes_in(rate, left_ns, no_limit_bytes) : 0;
 }
 
-Status Downlink::begin_pass(State& after, const Contact& contact, bool& begun) {
-  begun = contact.open && contact.pass != after.pass;
-  if (!begun) return {};
+Result<bool> Downlink::begin_pass(State& after, const Contact& contact) {
+  if (!contact.open || contact.pass == after.pass) return false;
   after.pass = contact.pass;
   after.pass_bytes = 0;
   after.overdue_bytes = 0;
@@ -97,69 +96,60 @@ Status Downlink::begin_pass(State& after, const Contact& contact, bool& begun) {
   for (std::size_t i = after.product_at_pass.size(); --i > 0;) after.product_at_pass[i] = after.product_at_pass[i - 1];
   ProductRecord newest;
   const Status any = last(wiring_.store, newest);
-  if (any.is(StatusCode::not_found)) return {};
-  if (any.is(StatusCode::record_damaged)) newest.id = any.a;
-  if (!any.is(StatusCode::record_damaged)) ILP_TRY(any);
-  after.product_at_pass[0] = newest.id;
-  return {};
+  const bool damaged = any.is(StatusCode::record_damaged);
+  if (any.ok() || damaged) after.product_at_pass[0] = damaged ? any.a : newest.id;
+  if (!any.ok() && !is_gone(any)) return any;
+  return true;
 }
 
-Status Downlink::send_in_contact(State& after, bool& sent) {
+Result<bool> Downlink::send_in_contact(State& after) {
   const State before = after;
-  const Status status = part<DownlinkChoice>().send_next(after, sent);
-  if (status.is(StatusCode::transfer_queue_full)) {
-    after = before;
-    sent = work_.changed = false;
-    work_.event = {};
-    return {};
-  }
+  const Result<bool> sent = part<DownlinkChoice>().send_next(after);
   // The store answers not_found for missing records: only a link is not ready.
-  if (status.is(StatusCode::not_ready)) {
+  const bool lost = sent.status().is(StatusCode::not_ready);
+  if (lost || sent.status().is(StatusCode::transfer_queue_full)) {
     after = before;
-    sent = work_.changed = false;
+    work_.changed = false;
     work_.event = {};
-    if (work_.contact_lost) return {};
+    if (!lost || work_.contact_lost) return false;
     work_.contact_lost = true;
     work_.contact_lost_ns = wiring_.clock.now();
     work_.event = {StatusCode::link_lost, after.last_downlink_id};
-    return {};
+    return false;
   }
-  if (status.ok() && sent && work_.contact_lost) {
+  if (sent.value() && work_.contact_lost) {
     work_.contact_lost = false;
     if (work_.event.ok())
       work_.event = {StatusCode::link_restored, (wiring_.clock.now() - work_.contact_lost_ns) / ns_per_ms};
   }
-  return status;
+  return sent;
 }
 
-Status Downlink::set_aside(const Status& fault, bool& others) {
-  others = false;
+StepResult Downlink::set_aside(const Status& fault) {
   if (work_.subject.kind == FileClass::count || work_.store_failed || fault.is(StatusCode::assertion_failed))
-    return fault;
+    return {fault};
   const bool of_link = workspace_.file.link_failed();
   if (!of_link && is_transient(fault)) {
     // A fault of the whole store is no statement about this file.
     CameraRecord any;
-    const Status answer = last(wiring_.store, any);
-    if (is_transient(answer)) return fault;
+    if (is_transient(last(wiring_.store, any))) return {fault};
   }
   std::uint32_t faults = 0;
   const std::uint32_t most = is_transient(fault) ? most_passing_faults : most_lasting_faults;
-  const auto kind = static_cast<std::uint8_t>(work_.subject.kind);
-  if (!work_.set_aside.add(kind, work_.subject.id, wiring_.clock.now(), !of_link, most, faults)) return fault;
-  others = true;
-  if (faults > 1) return {};
-  return {StatusCode::file_set_aside, work_.subject.id, static_cast<std::int64_t>(fault.code)};
+  if (!work_.set_aside.add(work_.subject.kind, work_.subject.id, wiring_.clock.now(), !of_link, most, faults))
+    return {fault};
+  if (faults > 1) return {{}, true};
+  return {{StatusCode::file_set_aside, work_.subject.id, static_cast<std::int64_t>(fault.code)}, true};
 }
 
 Status Downlink::hear_all() {
   State after = state_;
   if (after.acknowledged_through == after.last_downlink_id) return {};
-  bool heard = false;
   StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  Status status = part<DownlinkConfirmations>().hear(after, heard);
-  if (status.ok() && heard) status = transaction.commit(cursor_, after, cursor_);
+  const Result<bool> heard = part<DownlinkConfirmations>().hear(after);
+  Status status = heard.status();
+  if (heard.value()) status = transaction.commit(cursor_, after, cursor_);
   if (status.ok()) state_ = after;
   if (!status.ok()) work_.hear_alone = heard_alone;
   return status;
@@ -181,28 +171,23 @@ StepResult Downlink::step() {
 StepResult Downlink::send_one() {
   State after = state_;
   const Contact contact = contact_at(wiring_.mission, wiring_.clock.now());
-  bool sent = false;
-  bool begun = false;
-  bool checked = false;
   wiring_.link.prepare();
   StepTransaction transaction(wiring_.store, checkpoint);
-  Status status = transaction.begin();
-  if (status.ok()) status = begin_pass(after, contact, begun);
-  if (status.ok()) status = part<DownlinkConfirmations>().check_products(after, checked);
-  if (!status.ok()) return {status, false};
+  const Status open = transaction.begin();
+  if (!open.ok()) return {open};
+  const Result<bool> begun = begin_pass(after, contact);
+  if (!begun.ok()) return {begun.status()};
+  const Result<bool> checked = part<DownlinkConfirmations>().check_products(after);
+  if (!checked.ok()) return {checked.status()};
   credit(after, contact);
-  status = send_in_contact(after, sent);
-  if (!status.ok()) {
-    bool others = false;
-    status = set_aside(status, others);
-    return {status, others};
-  }
-  if (sent || begun || checked || work_.changed) {
-    status = transaction.commit(cursor_, after, cursor_);
-    if (!status.ok()) return {status, false};
+  const Result<bool> sent = send_in_contact(after);
+  if (!sent.ok()) return set_aside(sent.status());
+  if (sent.value() || begun.value() || checked.value() || work_.changed) {
+    const Status kept = transaction.commit(cursor_, after, cursor_);
+    if (!kept.ok()) return {kept};
   }
   state_ = after;
-  return {work_.event, sent || work_.changed};
+  return {work_.event, sent.value() || work_.changed};
 }
 
 }  // namespace ilp

@@ -53,16 +53,16 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   using State = DownlinkState;
 
   void credit(State& after, const Contact& contact);
-  Status begin_pass(State& after, const Contact& contact, bool& begun);
+  Result<bool> begin_pass(State& after, const Contact& contact);
   /// After an older checkpoint was loaded, takes in what is on record after it.
   Status catch_up();
 
   Status hear_all();
   /// Sends the next file if there is contact. Loss and return of contact are events.
-  Status send_in_contact(State& after, bool& sent);
+  Result<bool> send_in_contact(State& after);
   StepResult send_one();
   /// A file could not be made or handed over: writes an event, or returns a fault that concerns all files.
-  Status set_aside(const Status& fault, bool& others);
+  StepResult set_aside(const Status& fault);
   template <typename Part>
   Part part() {
     return Part(wiring_, cursor_, state_, work_, workspace_);

@@ -11,24 +11,24 @@ class DownlinkChoice : public DownlinkPart {
                  DownlinkWorkspace& workspace)
       : DownlinkPart(wiring, cursor, state, work, workspace), files_(wiring, cursor, state, work, workspace) {}
 
-  Status send_next(State& after, bool& sent);
+  Result<bool> send_next(State& after);
 
  private:
   // `most` limits the bytes of the file.
-  Status send_owed(State& after, bool& sent);
-  Status send_class(FileClass kind, std::int64_t most, State& after, bool& sent);
-  Status send_overdue(State& after, bool& sent);
-  Status send_planned(std::int64_t most, State& after, bool& sent);
-  Status send_in_order(std::int64_t most, State& after, bool& sent);
-  Status send_next_records(std::int64_t most, State& after, bool& sent);
-  Status send_next_points(std::int64_t most, State& after, bool& sent);
-  Status send_events_if_due(std::int64_t most, State& after, bool& sent);
-  /// The first of the late files of a class that is not set aside; 0: none.
-  [[nodiscard]] std::int64_t late_one(const State& after, FileClass kind) const;
+  Result<bool> send_owed(State& after);
+  Result<bool> send_class(FileClass kind, std::int64_t most, State& after);
+  Result<bool> send_overdue(State& after);
+  Result<bool> send_planned(std::int64_t most, State& after);
+  Result<bool> send_in_order(std::int64_t most, State& after);
+  Result<bool> send_next_records(std::int64_t most, State& after);
+  Result<bool> send_next_points(std::int64_t most, State& after);
+  Result<bool> send_events_if_due(std::int64_t most, State& after);
+  /// The first of the late files of a class that is not set aside; null: none.
+  [[nodiscard]] const LateFile* late_one(const State& after, FileClass kind) const;
   Status find_requests();
   [[nodiscard]] bool requested(std::int64_t keyframe_id) const;
   /// The first waiting product after `product` whose records have been sent.
-  Status next_waiting(const State& after, ProductRecord& product, bool& found);
+  Result<bool> next_waiting(const State& after, ProductRecord& product);
   [[nodiscard]] bool waits(const State& after, const ProductRecord& product) const;
   Status gather(const State& after);
 

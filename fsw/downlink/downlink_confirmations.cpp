@@ -17,44 +17,43 @@ Status DownlinkConfirmations::hear_layers(const DownlinkRecord& record, ProductR
   return amend(wiring_.store, product);
 }
 
-Status DownlinkConfirmations::drop_if_lost(const DownlinkRecord& record, State& after, bool& settled, bool& heard) {
-  if (record.kind == DownlinkKind::product || wiring_.mission.confirmation_timeout_s <= 0) return {};
+Result<bool> DownlinkConfirmations::drop_if_lost(const DownlinkRecord& record, State& after) {
+  if (record.kind == DownlinkKind::product || wiring_.mission.confirmation_timeout_s <= 0) return false;
   const double waited_s = 1e-9 * static_cast<double>(work_.newest_sent_ns - record.sent_ns);
-  if (waited_s <= wiring_.mission.confirmation_timeout_s) return {};
+  if (waited_s <= wiring_.mission.confirmation_timeout_s) return false;
   LateFile late{FileClass::records, record.subject_id};
   if (record.kind == DownlinkKind::points) late.kind = FileClass::points;
   if (record.subject_id < 0) late = {FileClass::events, -record.subject_id};
   bool again = record.subject_id == 0;
   for (const LateFile& one : after.late) again = again || one == late;
-  if (!again && !after.late.push_back(late)) return {};
+  if (!again && !after.late.push_back(late)) return false;
   ILP_TRY(erase<DownlinkRecord>(wiring_.store, record.id));
-  heard = settled = true;
   work_.event = {StatusCode::file_lost, late.id, static_cast<std::int64_t>(late.kind)};
-  return {};
+  return true;
 }
 
-Status DownlinkConfirmations::hear_one(DownlinkRecord record, State& after, bool& settled, bool& heard) {
+Result<bool> DownlinkConfirmations::hear_one(DownlinkRecord record, State& after) {
   ProductRecord product;
   bool known = false;
   if (record.kind == DownlinkKind::product) {
-    const Status found = get(wiring_.store, record.subject_id, product);
+    const Result<bool> found = find(wiring_.store, record.subject_id, product);
     // The link may report it only once: it is queried when the product can be updated.
-    if (is_transient(found)) return {};
-    known = found.ok();
+    if (!found.ok()) return false;
+    known = found.value();
   }
   std::uint32_t bytes = 0;
   std::uint32_t crc = 0;
   const Status answer = wiring_.link.acknowledged(record.name, bytes, crc);
   // A damaged copy on the ground is no confirmation; the file stays on board.
-  if (!answer.ok() || bytes != record.bytes || crc != record.crc32) return drop_if_lost(record, after, settled, heard);
+  if (!answer.ok() || bytes != record.bytes || crc != record.crc32) return drop_if_lost(record, after);
   record.acknowledged_ns = wiring_.clock.now();
-  heard = settled = true;
   ILP_TRY(put(wiring_.store, record));
-  return known ? hear_layers(record, product) : Status{};
+  if (known) ILP_TRY(hear_layers(record, product));
+  return true;
 }
 
-Status DownlinkConfirmations::hear(State& after, bool& heard) {
-  heard = false;
+Result<bool> DownlinkConfirmations::hear(State& after) {
+  bool heard = false;
   DownlinkRecord record;
   // A missing confirmation must not delay later ones, so all unconfirmed files take turns.
   if (work_.asked_through < after.acknowledged_through) work_.asked_through = after.acknowledged_through;
@@ -75,19 +74,22 @@ Status DownlinkConfirmations::hear(State& after, bool& heard) {
       settled = record.acknowledged_ns != 0;
       // If this one fails, the earlier ones are committed without it.
       work_.asked_through = id;
-      if (!settled) ILP_TRY(hear_one(record, after, settled, heard));
+      if (!settled) {
+        ILP_TAKE(settled, hear_one(record, after));
+        heard = heard || settled;
+      }
     }
     all_before = all_before && settled;
     if (all_before) after.acknowledged_through = id;
   }
   if (heard && work_.hear_alone > 0) --work_.hear_alone;
   work_.asked_through = ended ? after.acknowledged_through : id;
-  return {};
+  return heard;
 }
 
-Status DownlinkConfirmations::check_products(State& after, bool& changed) {
+Result<bool> DownlinkConfirmations::check_products(State& after) {
   constexpr int products_per_step = 8;
-  changed = after.check_products_from > 0;
+  const bool changed = after.check_products_from > 0;
   for (int i = 0; i < products_per_step && after.check_products_from > 0; ++i) {
     ProductRecord product;
     ILP_TAKE(const Found found, find_next(wiring_.store, after.check_products_from - 1, product));
@@ -101,7 +103,7 @@ Status DownlinkConfirmations::check_products(State& after, bool& changed) {
     product.state = ProductState::stored;
     ILP_TRY(amend(wiring_.store, product));
   }
-  return {};
+  return changed;
 }
 
 }  // namespace ilp

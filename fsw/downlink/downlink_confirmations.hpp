@@ -9,14 +9,15 @@ class DownlinkConfirmations : public DownlinkPart {
  public:
   using DownlinkPart::DownlinkPart;
 
-  Status hear(State& after, bool& heard);
+  Result<bool> hear(State& after);
   /// The record of a file was damaged: everything that was sent and is not confirmed is sent again.
-  Status check_products(State& after, bool& changed);
+  Result<bool> check_products(State& after);
 
  private:
-  Status hear_one(DownlinkRecord record, State& after, bool& settled, bool& heard);
+  /// Whether nothing more is expected of the file.
+  Result<bool> hear_one(DownlinkRecord record, State& after);
   Status hear_layers(const DownlinkRecord& record, ProductRecord product);
-  Status drop_if_lost(const DownlinkRecord& record, State& after, bool& settled, bool& heard);
+  Result<bool> drop_if_lost(const DownlinkRecord& record, State& after);
 };
 
 }  // namespace ilp

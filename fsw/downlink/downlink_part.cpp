@@ -3,11 +3,11 @@
 namespace ilp {
 
 bool DownlinkPart::rests(FileClass kind, std::int64_t id) const {
-  return work_.set_aside.rests(static_cast<std::uint8_t>(kind), id, wiring_.clock.now());
+  return work_.set_aside.rests(kind, id, wiring_.clock.now());
 }
 
 bool DownlinkPart::given_up(FileClass kind, std::int64_t id) const {
-  return work_.set_aside.given_up(static_cast<std::uint8_t>(kind), id);
+  return work_.set_aside.given_up(kind, id);
 }
 
 bool DownlinkPart::fits(const State& after, std::int64_t bytes) const {

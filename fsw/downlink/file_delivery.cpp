@@ -58,20 +58,18 @@ void FileDelivery::wish(Slot& slot, const TransferRecord& record) {
 void FileDelivery::read_wishes() {
   for (Slot& slot : workspace_.slots) {
     TransferRecord record;
-    bool there = false;
-    const Status found = records().find(slot, record, there);
+    const Result<bool> found = records().find(slot, record);
     // A transfer that was set aside already fails again when its pause is over.
-    if (!found.ok() && slot.not_before_ns <= workspace_.contact_ns) records().set_aside(slot, found);
-    if (there) wish(slot, record);
+    if (!found.ok() && slot.not_before_ns <= workspace_.contact_ns) records().set_aside(slot, found.status());
+    if (found.value()) wish(slot, record);
   }
 }
 
 bool FileDelivery::start(Slot& slot) {
   TransferRecord record;
-  bool there = false;
-  const Status found = records().find(slot, record, there);
-  if (!found.ok()) records().set_aside(slot, found);
-  if (!there) return false;
+  const Result<bool> found = records().find(slot, record);
+  if (!found.ok()) records().set_aside(slot, found.status());
+  if (!found.value()) return false;
   // A number is never used twice. When numbers of the requested length are used up, order_of takes the next longer one.
   state_.sequence = wiring_.memory != nullptr ? wiring_.memory->next_transaction(state_.sequence) : state_.sequence + 1;
   work_.state_dirty = true;

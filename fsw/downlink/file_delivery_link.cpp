@@ -34,13 +34,9 @@ void FileDeliveryLink::hear(std::span<const std::uint8_t> bytes) {
   if (!decoded.ok()) {
     ++wiring_.counts.rejected;
     // Rejections are reported at most once a minute.
-    const bool told = workspace_.rejection_reported_ns >= 0 &&
-                      workspace_.contact_ns - workspace_.rejection_reported_ns < rejection_report_period_ns;
-    if (!told) {
-      workspace_.rejection_reported_ns = workspace_.contact_ns;
-      report(decoded);
-    }
-    return;
+    if (workspace_.contact_ns < workspace_.silent_until_ns) return;
+    workspace_.silent_until_ns = workspace_.contact_ns + rejection_report_period_ns;
+    return report(decoded);
   }
   const std::uint64_t own = wiring_.mission.cfdp_entity;
   const bool to_sender = pdu.kind == PduKind::finished || pdu.kind == PduKind::nak || pdu.kind == PduKind::keep_alive ||
@@ -84,18 +80,24 @@ void FileDeliveryLink::answer_late(const Pdu& finished, TransactionStatus status
   if (!workspace_.late.push_back(late)) ++wiring_.counts.ignored;
 }
 
+Status FileDeliveryLink::send_pdu(std::size_t bytes) {
+  ILP_TRY(wiring_.router.send(Channel::files, std::span<const std::uint8_t>(workspace_.pdu).first(bytes)));
+  ++wiring_.counts.pdus_out;
+  return {};
+}
+
+bool FileDeliveryLink::answer(const Pdu& pdu) {
+  std::size_t bytes = 0;
+  return !cfdp::encode(pdu, workspace_.pdu, bytes).ok() || send_pdu(bytes).ok();
+}
+
 bool FileDeliveryLink::send_late() {
   while (!workspace_.late.empty()) {
     Pdu pdu;
     pdu.header = workspace_.late[0].header;
     pdu.kind = PduKind::ack;
     pdu.ack = workspace_.late[0].ack;
-    std::size_t bytes = 0;
-    if (cfdp::encode(pdu, workspace_.pdu, bytes).ok()) {
-      if (!wiring_.router.send(Channel::files, std::span<const std::uint8_t>(workspace_.pdu).first(bytes)).ok())
-        return false;
-      ++wiring_.counts.pdus_out;
-    }
+    if (!answer(pdu)) return false;
     for (std::size_t i = 0; i + 1 < workspace_.late.size(); ++i) workspace_.late[i] = workspace_.late[i + 1];
     workspace_.late.pop_back();
   }
@@ -107,12 +109,7 @@ bool FileDeliveryLink::send_uplink_answers() {
   constexpr std::size_t most = 4 * limits::max_uplinks + 2 * limits::max_closed_transfers;
   Pdu pdu;
   for (std::size_t i = 0; i < most && workspace_.uplink.next(pdu); ++i) {
-    std::size_t bytes = 0;
-    if (cfdp::encode(pdu, workspace_.pdu, bytes).ok()) {
-      if (!wiring_.router.send(Channel::files, std::span<const std::uint8_t>(workspace_.pdu).first(bytes)).ok())
-        return false;
-      ++wiring_.counts.pdus_out;
-    }
+    if (!answer(pdu)) return false;
     workspace_.uplink.sent(workspace_.contact_ns);
   }
   return true;
@@ -146,8 +143,7 @@ Status FileDeliveryLink::send_item(Slot& slot, const SendItem& item) {
   }
   std::size_t bytes = 0;
   ILP_TRY(cfdp::encode(pdu, workspace_.pdu, bytes));
-  ILP_TRY(wiring_.router.send(Channel::files, std::span<const std::uint8_t>(workspace_.pdu).first(bytes)));
-  ++wiring_.counts.pdus_out;
+  ILP_TRY(send_pdu(bytes));
   slot.sender.sent(item, workspace_.contact_ns);
   return {};
 }

@@ -16,6 +16,10 @@ class FileDeliveryLink : public FileDeliveryPart {
   void hear(std::span<const std::uint8_t> bytes);
   void hear_as_sender(const cfdp::Pdu& pdu);
   void answer_late(const cfdp::Pdu& finished, cfdp::TransactionStatus status);
+  /// The bytes in the workspace.
+  Status send_pdu(std::size_t bytes);
+  /// False when the router takes no more. What cannot be encoded is left out.
+  bool answer(const cfdp::Pdu& pdu);
   bool send_late();
   bool send_uplink_answers();
   Status send_item(Slot& slot, const cfdp::SendItem& item);

@@ -72,8 +72,8 @@ struct DeliveryWorkspace {
 
   TimeNs contact_ns = 0;  ///< time in contact so far; all timers run by it
   std::uint32_t steps = 0;
-  std::size_t save_from = 0;  ///< first transfer of the next single transactions, which rotate
-  TimeNs rejection_reported_ns = -1;
+  std::size_t save_from = 0;   ///< first transfer of the next single transactions, which rotate
+  TimeNs silent_until_ns = 0;  ///< about PDUs that are rejected
   FixedVector<Status, 16> events;
   Uplink uplink;
   FixedVector<TransferSlot, limits::max_transfers> slots;

@@ -1,6 +1,7 @@
 #include "fsw/downlink/file_delivery_records.hpp"
 
 #include "fsw/downlink/file_delivery.hpp"
+#include "fsw/shared/find.hpp"
 
 namespace ilp {
 namespace {
@@ -56,27 +57,25 @@ Status FileDeliveryRecords::drop_damaged(std::int64_t id) {
 Status FileDeliveryRecords::adopt_new() {
   TransferRecord record;
   while (!workspace_.slots.full()) {
-    const Status found = next(wiring_.store, work_.adopted_through, record);
-    if (found.is(StatusCode::not_found)) return {};
-    if (found.is(StatusCode::record_damaged)) {
-      ILP_TRY(drop_damaged(found.a));
-      work_.adopted_through = found.a;
-      report({StatusCode::transfer_given_up, 0, static_cast<std::int64_t>(found.code)});
-      continue;
-    }
-    ILP_TRY(found);
-    if (record.state != TransferState::delivered) ILP_TRY(adopt(record));
+    ILP_TAKE(const Found found, find_next(wiring_.store, work_.adopted_through, record));
+    if (found == Found::nothing) return {};
+    if (found == Found::damaged) {
+      ILP_TRY(drop_damaged(record.id));
+      report({StatusCode::transfer_given_up, 0, static_cast<std::int64_t>(StatusCode::record_damaged)});
+    } else if (record.state != TransferState::delivered)
+      ILP_TRY(adopt(record));
     work_.adopted_through = record.id;
   }
   return {};
 }
 
-Status FileDeliveryRecords::find(Slot& slot, TransferRecord& record, bool& there) {
+Result<bool> FileDeliveryRecords::find(Slot& slot, TransferRecord& record) {
   const Status found = get(wiring_.store, slot.id, record);
-  there = found.ok();
+  if (found.ok()) return true;
+  if (!found.is(StatusCode::not_found)) return found;
   // A newer file of its name has replaced it.
-  if (found.is(StatusCode::not_found)) slot.gone = true;
-  return found.is(StatusCode::not_found) ? Status{} : found;
+  slot.gone = true;
+  return false;
 }
 
 void FileDeliveryRecords::mark_changes(Slot& slot) {
@@ -93,8 +92,7 @@ Status FileDeliveryRecords::save(Slot& slot) {
     return erased.is(StatusCode::not_found) ? Status{} : erased;
   }
   TransferRecord record;
-  bool there = false;
-  ILP_TRY(find(slot, record, there));
+  ILP_TAKE(const bool there, find(slot, record));
   if (!there) return {};
   const cfdp::Sender& sender = slot.sender;
   const SendOutcome outcome = slot.waiting ? SendOutcome::cancelled : sender.outcome();

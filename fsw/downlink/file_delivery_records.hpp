@@ -1,6 +1,7 @@
 // The transfers of FileDelivery and their records.
 #pragma once
 
+#include "fsw/base/result.hpp"
 #include "fsw/downlink/file_delivery_part.hpp"
 
 namespace ilp {
@@ -12,7 +13,7 @@ class FileDeliveryRecords : public FileDeliveryPart {
   Status adopt_new();
   Status drop_damaged(std::int64_t id);
   /// A transfer that is no longer in the store is marked as gone.
-  Status find(Slot& slot, TransferRecord& record, bool& there);
+  Result<bool> find(Slot& slot, TransferRecord& record);
   void mark_changes(Slot& slot);
   /// Saves in one transaction. If that fails, saves some of the transfers in one transaction each.
   Status save();

@@ -29,12 +29,12 @@ Status OutgoingFile::ask_link(const Status& answer) {
   return answer;
 }
 
-Status OutgoingFile::take(const Status& answer, bool& found) {
-  found = answer.ok();
-  if (answer.ok() || answer.is(StatusCode::not_found)) return {};
+Result<bool> OutgoingFile::take(const Status& answer) {
+  if (answer.ok()) return true;
+  if (answer.is(StatusCode::not_found)) return false;
   if (!lenient_) return answer;
   ++left_out_;
-  return {};
+  return false;
 }
 
 Status OutgoingFile::write(std::span<const std::uint8_t> bytes) {

@@ -1,6 +1,7 @@
 // A file being written to the link, with its size and checksum (docs/outbox.md).
 #pragma once
 
+#include "fsw/base/result.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "hal/link/link.hpp"
 #include "hal/store/store_view.hpp"
@@ -38,19 +39,17 @@ class OutgoingFile {
   template <typename Record>
   Status write_if_present(std::int64_t id) {
     Record record;
-    bool found = false;
-    ILP_TRY(take(get(store_, id, record), found));
+    ILP_TAKE(const bool found, take(get(store_, id, record)));
     return found ? write_record(record) : Status{};
   }
   template <typename Record>
   Status write_newest() {
     Record record;
-    bool found = false;
-    ILP_TRY(take(last(store_, record), found));
+    ILP_TAKE(const bool found, take(last(store_, record)));
     return found ? write_record(record) : Status{};
   }
   /// Evaluates the store's answer for a record: a fault, unless the file omits the record.
-  Status take(const Status& answer, bool& found);
+  Result<bool> take(const Status& answer);
 
   void be_lenient() { lenient_ = true; }
   [[nodiscard]] std::int64_t left_out() const { return left_out_; }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "cfg/link_shares.hpp"
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/base/time.hpp"
@@ -20,32 +21,24 @@ class SetAsideList {
   void clear() { list_.clear(); }
   [[nodiscard]] bool empty() const { return list_.empty(); }
   /// Whether the entry still waits at this time.
-  [[nodiscard]] bool rests(std::uint8_t kind, std::int64_t id, TimeNs now) const {
+  [[nodiscard]] bool rests(FileClass kind, std::int64_t id, TimeNs now) const {
     const Entry* entry = find(kind, id);
     return entry != nullptr && entry->until_ns > now;
   }
-  [[nodiscard]] bool given_up(std::uint8_t kind, std::int64_t id) const {
+  [[nodiscard]] bool given_up(FileClass kind, std::int64_t id) const {
     const Entry* entry = find(kind, id);
     return entry != nullptr && entry->given_up;
   }
   /// Drops the entries whose time has come.
   void forget_due(TimeNs now) {
-    std::size_t kept = 0;
-    for (const Entry& entry : list_) {
-      if (entry.until_ns > now) list_[kept++] = entry;
-    }
-    static_cast<void>(list_.resize(kept));
+    keep_if([&](const Entry& entry) { return entry.until_ns > now; });
   }
-  void remove(std::uint8_t kind, std::int64_t id) {
-    std::size_t kept = 0;
-    for (const Entry& entry : list_) {
-      if (entry.kind != kind || entry.id != id) list_[kept++] = entry;
-    }
-    static_cast<void>(list_.resize(kept));
+  void remove(FileClass kind, std::int64_t id) {
+    keep_if([&](const Entry& entry) { return entry.kind != kind || entry.id != id; });
   }
   /// Adds a fault. Faults that count make the entry abandoned after `most` of them; `faults` returns their number.
   /// False when the list is full.
-  bool add(std::uint8_t kind, std::int64_t id, TimeNs now, bool counts, std::uint32_t most, std::uint32_t& faults) {
+  bool add(FileClass kind, std::int64_t id, TimeNs now, bool counts, std::uint32_t most, std::uint32_t& faults) {
     Entry* entry = find(kind, id);
     if (entry == nullptr) {
       if (!list_.push_back({})) return false;
@@ -62,25 +55,33 @@ class SetAsideList {
 
  private:
   struct Entry {
-    std::uint8_t kind = 0;
+    FileClass kind = FileClass::count;
     bool given_up = false;
     std::uint32_t faults = 0, counted = 0;
     std::int64_t id = 0;
     TimeNs until_ns = 0;
   };
 
+  template <typename Condition>
+  void keep_if(Condition condition) {
+    std::size_t kept = 0;
+    for (const Entry& entry : list_) {
+      if (condition(entry)) list_[kept++] = entry;
+    }
+    static_cast<void>(list_.resize(kept));
+  }
   static TimeNs pause_after(std::uint32_t faults) {
     TimeNs pause = faults < 2 ? 0 : ns_per_s;
     for (std::uint32_t i = 2; i < faults && pause < longest_pause_ns; ++i) pause *= 2;
     return pause < longest_pause_ns ? pause : longest_pause_ns;
   }
-  [[nodiscard]] const Entry* find(std::uint8_t kind, std::int64_t id) const {
+  [[nodiscard]] const Entry* find(FileClass kind, std::int64_t id) const {
     for (const Entry& entry : list_) {
       if (entry.kind == kind && entry.id == id) return &entry;
     }
     return nullptr;
   }
-  Entry* find(std::uint8_t kind, std::int64_t id) {
+  Entry* find(FileClass kind, std::int64_t id) {
     for (Entry& entry : list_) {
       if (entry.kind == kind && entry.id == id) return &entry;
     }

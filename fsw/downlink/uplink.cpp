@@ -52,23 +52,18 @@ cfdp::ReceiverSettings settings_of(const MissionParameters& mission) {
 }
 
 /// The record of the same file of the same transaction, made before a restart.
-Status find_same(Reader<UplinkRecord> store, const Receiver& receiver, std::uint32_t crc, UplinkRecord& record) {
+Result<bool> find_same(Reader<UplinkRecord> store, const Receiver& receiver, std::uint32_t crc, UplinkRecord& record) {
   UplinkRecord same;
   copy_text(same.name, base_name(receiver.name()));
   const auto source = static_cast<std::int64_t>(receiver.header().source);
   const auto sequence = static_cast<std::int64_t>(receiver.header().sequence);
-  std::int64_t id = 0;
-  Status found = next(store, id, record);
-  // bound: limits::max_uplink_records
-  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store, id, record)) {
-    id = found.ok() ? record.id : found.a;
-    if (!found.ok()) continue;
-    if (record.source == source && record.sequence == sequence && record.crc32 == crc &&
-        std::strcmp(record.name, same.name) == 0) {
-      return {};
-    }
+  for (;;) {  // bound: limits::max_uplink_records
+    ILP_TAKE(const Found found, find_next(store, record.id, record));
+    if (found == Found::nothing) return false;
+    if (found == Found::sound && record.source == source && record.sequence == sequence && record.crc32 == crc &&
+        std::strcmp(record.name, same.name) == 0)
+      return true;
   }
-  return found;
 }
 
 Status erase_oldest(StorePart<Erases<UplinkRecord>> store, std::int64_t newest) {
@@ -145,9 +140,8 @@ void Uplink::displace(Receiver& receiver, TimeNs now) {
   const bool concluded = receiver.phase() == ReceivePhase::finished;
   if (concluded) remember(receiver);
   // Forged transactions are many, so they are reported at most once a minute.
-  const bool told = displaced_reported_ns_ >= 0 && now - displaced_reported_ns_ < displaced_report_period_ns;
-  if (!concluded && receiver.shown() && !told) {
-    displaced_reported_ns_ = now;
+  if (!concluded && receiver.shown() && now >= silent_until_ns_) {
+    silent_until_ns_ = now + displaced_report_period_ns;
     given_up_ = {StatusCode::uplink_displaced, static_cast<std::int64_t>(receiver.header().source),
                  static_cast<std::int64_t>(receiver.octets())};
   }
@@ -239,9 +233,8 @@ Status Uplink::keep(TimeNs now, Status& event) {
     if (receiver.phase() != ReceivePhase::whole) continue;
     UplinkRecord record;
     const std::uint32_t crc = crc32(receiver.file());
-    const Status known = find_same(store_, receiver, crc, record);
-    if (!known.ok() && !known.is(StatusCode::not_found)) return known;
-    if (!known.ok()) {
+    ILP_TAKE(const bool known, find_same(store_, receiver, crc, record));
+    if (!known) {
       record = {};
       ILP_TRY(check(receiver, record));
       ILP_TRY(store_file(receiver, record));

@@ -71,8 +71,8 @@ class Uplink {
   std::array<Closed, limits::max_closed_transfers> closed_{};
   std::size_t next_closed_ = 0;
   Status given_up_;
-  TimeNs displaced_reported_ns_ = -1;
-  std::size_t going_ = 0;  ///< index of what next() gave, in receivers_, then in closed_
+  TimeNs silent_until_ns_ = 0;  ///< about transactions that gave way
+  std::size_t going_ = 0;       ///< index of what next() gave, in receivers_, then in closed_
   cfdp::PduKind going_kind_ = cfdp::PduKind::count;
 };
 

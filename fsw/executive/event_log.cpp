@@ -66,38 +66,26 @@ void EventLog::report_lost(TimeNs time) {
   if (state_.untold == 0 || !state_.waiting.empty()) return;
   Allowance& allowance = allowance_of(time, own_name, StatusCode::events_lost);
   if (!allows(allowance, time)) return;
-  const Waiting event{time,
-                      own_name,
-                      {StatusCode::events_lost, state_.untold,
-                       static_cast<std::int64_t>(static_cast<std::uint16_t>(state_.first_untold))}};
-  if (!write(event).ok()) return;
+  const Status lost{StatusCode::events_lost, state_.untold, static_cast<std::int64_t>(state_.first_untold)};
+  if (!write({time, own_name, lost}).ok()) return;
   state_.untold = 0;
   allowance.used_until_ns += interval_ns;
 }
 
 void EventLog::report_counted(TimeNs time, Allowance& allowance) {
   if (allowance.counted == 0) return;
-  const Waiting event{time,
-                      allowance.component,
-                      {StatusCode::events_repeated, allowance.counted,
-                       static_cast<std::int64_t>(static_cast<std::uint16_t>(allowance.code))}};
-  if (write(event).ok()) allowance.counted = 0;
+  const auto code = static_cast<std::int64_t>(allowance.code);
+  const Status repeated{StatusCode::events_repeated, allowance.counted, code};
+  if (write({time, allowance.component, repeated}).ok()) allowance.counted = 0;
 }
 
-void EventLog::report_due(TimeNs time) {
+void EventLog::report_due(TimeNs time, bool ends) {
   check();
   report_lost(time);
   for (Allowance& allowance : state_.allowances) {
     const TimeNs since = allowance.counted_since_ns;
-    if (time < since || time - since >= interval_ns) report_counted(time, allowance);
+    if (ends || time < since || time - since >= interval_ns) report_counted(time, allowance);
   }
-  guard_.seal(state_);
-}
-
-void EventLog::report_rest(TimeNs time) {
-  check();
-  report_lost(time);
-  for (Allowance& allowance : state_.allowances) report_counted(time, allowance);
   guard_.seal(state_);
 }
 
@@ -128,11 +116,7 @@ Status EventLog::write(const Waiting& event) {
   record.a = status.a;
   record.b = status.b;
   copy_text(record.place, event.place);
-  return write(record);
-}
-
-/// Another process may write events too, so the number is drawn within the transaction.
-Status EventLog::write(EventRecord& record) {
+  // Another process may write events too, so the number is drawn within the transaction.
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   ILP_TRY(newest_id<EventRecord>(store_, record.id));

@@ -28,10 +28,9 @@ class EventLog {
   /// they are more, or the store itself fails, the event is counted in `lost` and reported as soon as the store takes
   /// events again. `component` outlives the log.
   void report(TimeNs time, const char* component, const Status& status);
-  /// Reports what is due: events that wait, lost ones, and the numbers of counted ones. Call it every few seconds.
-  void report_due(TimeNs time);
-  /// Reports all numbers of counted events: the flight ends.
-  void report_rest(TimeNs time);
+  /// Reports what is due: events that wait, lost ones, and the numbers of counted ones, all of them where the flight
+  /// `ends`. Call it every few seconds.
+  void report_due(TimeNs time, bool ends = false);
   [[nodiscard]] std::uint32_t lost() const { return state_.lost; }
 
  private:
@@ -65,7 +64,6 @@ class EventLog {
   void write_waiting();
   void lose(StatusCode code, std::int64_t events);
   Status write(const Waiting& event);
-  Status write(EventRecord& record);
   void check();
 
   Store& store_;

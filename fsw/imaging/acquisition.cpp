@@ -33,6 +33,10 @@ constexpr TimeNs longest_hold_ns = 3600 * ns_per_s;
 /// The vehicle swings: the largest speed of the ground counts, and fades by this share with every image.
 constexpr double speed_fading = 0.125;
 
+TimeNs trigger_tolerance(const Camera& camera) {
+  return std::max(trigger_tolerance_ns, camera.granularity());
+}
+
 bool is_uniform(GrayView image) {
   for (std::int32_t y = 0; y < image.height; ++y) {
     for (std::int32_t x = 0; x < image.width; ++x) {
@@ -40,6 +44,28 @@ bool is_uniform(GrayView image) {
     }
   }
   return true;
+}
+
+void remove_at(std::size_t at, auto& list) {
+  for (std::size_t i = at + 1; i < list.size(); ++i) list[i - 1] = list[i];
+  list.pop_back();
+}
+
+/// Of the ground in the newest images: px/s, 0 when it is not known.
+double ground_speed_px_s(Reader<OverlapRecord, KeyframeRecord, FrameRecord> store) {
+  OverlapRecord overlap;
+  if (!last(store, overlap).ok() || overlap.verdict != OverlapVerdict::ok || overlap.keyframe_id == 0) return 0;
+  KeyframeRecord keyframe;
+  FrameRecord first, second;
+  if (!get(store, overlap.keyframe_id, keyframe).ok() || !get(store, keyframe.frame_id, first).ok() ||
+      !get(store, overlap.id, second).ok() || second.time_ns <= first.time_ns) {
+    return 0;
+  }
+  const double half_width = 0.5 * second.width, half_height = 0.5 * second.height;
+  const double corner = std::sqrt(half_width * half_width + half_height * half_height);
+  const double shift = std::sqrt(overlap.shift_x_px * overlap.shift_x_px + overlap.shift_y_px * overlap.shift_y_px);
+  const double moved = shift + corner * (std::fabs(overlap.rotation_rad) + std::fabs(overlap.scale - 1));
+  return moved * static_cast<double>(ns_per_s) / static_cast<double>(second.time_ns - first.time_ns);
 }
 
 }  // namespace
@@ -65,12 +91,11 @@ Status Acquisition::restore() {
 
 Status Acquisition::resume_after_records() {
   FrameRecord newest;
-  const Status found = last(wiring_.store, newest);
-  if (is_transient(found)) return found;
+  ILP_TAKE(const bool found, found_by(last(wiring_.store, newest)));
   const std::int64_t known = cursor_.first;
   ILP_TRY(newest_id<FrameRecord>(wiring_.store, newest.id));
   cursor_.first = std::max(known, newest.id);
-  if (!found.ok() || cursor_.first == known) return {};
+  if (!found || cursor_.first == known) return {};
   state_.last_sequence = newest.sequence;
   state_.last_time_ns = newest.time_ns;
   state_.any = true;
@@ -78,73 +103,60 @@ Status Acquisition::resume_after_records() {
   return {};
 }
 
-void Acquisition::remove_pending(std::size_t at, State& after) {
-  for (std::size_t i = at + 1; i < after.pending.size(); ++i) after.pending[i - 1] = after.pending[i];
-  after.pending.pop_back();
-}
-
-Status Acquisition::learn_captures(Outcome& outcome, bool& changed) {
+Result<bool> Acquisition::learn_captures(Outcome& outcome) const {
   State& after = outcome.after;
+  bool changed = false;
   // Bounded by the capacity: further captures wait.
   while (!after.pending.full()) {
     CaptureRecord capture;
-    const Status found = next(wiring_.store, outcome.cursor.second, capture);
-    if (found.is(StatusCode::not_found)) return {};
+    ILP_TAKE(const Found found, find_next(wiring_.store, outcome.cursor.second, capture));
+    if (found == Found::nothing) break;
     changed = true;
-    if (found.is(StatusCode::record_damaged)) {
-      outcome.cursor.second = found.a;
-      outcome.event = found;
-      continue;
-    }
-    ILP_TRY(found);
     outcome.cursor.second = capture.id;
-    if (capture.state != CaptureState::pending) continue;
+    const bool damaged = found == Found::damaged;
+    if (damaged) outcome.event = {StatusCode::record_damaged, capture.id, static_cast<int>(RecordType::capture)};
+    if (damaged || capture.state != CaptureState::pending) continue;
     static_cast<void>(after.pending.push_back({capture.id, capture.requested_ns}));
     for (std::size_t i = after.pending.size() - 1; i > 0 && after.pending[i].time_ns < after.pending[i - 1].time_ns;
          --i)
       std::swap(after.pending[i], after.pending[i - 1]);
   }
-  return {};
+  return changed;
 }
 
-Status Acquisition::give_up_captures(Outcome& outcome, bool& changed) {
+Result<bool> Acquisition::give_up_captures(Outcome& outcome) const {
   State& after = outcome.after;
-  if (after.pending.empty()) return {};
+  if (after.pending.empty()) return false;
   const Pending first = after.pending[0];
+  const TimeNs timeout = ns_from_seconds(wiring_.mission.capture_timeout_s);
   CaptureRecord capture;
-  const Status found = get(wiring_.store, first.id, capture);
-  if (is_transient(found)) return found;
+  ILP_TAKE(const bool found, find(wiring_.store, first.id, capture));
   // No request waits for a capture that no longer exists.
-  const bool superseded = !found.ok() || capture.state != CaptureState::pending;
-  if (!superseded && wiring_.clock.now() - first.time_ns <= ns_from_seconds(wiring_.mission.capture_timeout_s))
-    return {};
-  changed = true;
-  remove_pending(0, after);
-  if (superseded) return {};
+  const bool superseded = !found || capture.state != CaptureState::pending;
+  if (!superseded && wiring_.clock.now() - first.time_ns <= timeout) return false;
+  remove_at(0, after.pending);
+  if (superseded) return true;
   capture.state = CaptureState::no_frame;
   outcome.capture = capture;
   outcome.has_capture = true;
-  outcome.event = {StatusCode::capture_missed, first.id,
-                   ns_from_seconds(wiring_.mission.capture_timeout_s) / ns_per_ms};
-  return {};
+  outcome.event = {StatusCode::capture_missed, first.id, timeout / ns_per_ms};
+  return true;
 }
 
-Status Acquisition::find_repetition(const CameraFrame& taken, Outcome& outcome, bool& repeated) {
-  State& after = outcome.after;
-  repeated = state_.any && taken.sequence <= state_.last_sequence;
-  if (repeated) {
+bool Acquisition::repeats(const CameraFrame& taken, Outcome& outcome) const {
+  if (state_.any && taken.sequence <= state_.last_sequence) {
     const bool again = taken.sequence == state_.last_sequence;
     outcome.event = {again ? StatusCode::frame_duplicated : StatusCode::frame_out_of_order, taken.sequence,
                      state_.last_sequence};
-    return {};
+    return true;
   }
   const GrayView pixels = workspace_.image.view();
   const std::uint32_t crc = crc32({pixels.data, pixels.area()});
+  outcome.after.last_crc32 = crc;
   // A sensor's noise never repeats: the same bytes are the same exposure, unless all pixels are black or saturated.
-  repeated = state_.any && crc == state_.last_crc32 && !is_uniform(pixels);
+  const bool repeated = state_.any && crc == state_.last_crc32 && !is_uniform(pixels);
   if (repeated) outcome.event = {StatusCode::frame_duplicated, taken.sequence, state_.last_sequence};
-  after.last_crc32 = crc;
-  return {};
+  return repeated;
 }
 
 void Acquisition::learn_period(TimeNs since_last, std::int64_t exposures, State& after) const {
@@ -159,9 +171,9 @@ void Acquisition::learn_period(TimeNs since_last, std::int64_t exposures, State&
   if (after.steadiness == 0 && interval > 0) after.period_ns = interval;
 }
 
-Status Acquisition::judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt, Outcome& outcome) const {
+Result<TimeDoubt> Acquisition::judge_time(CameraFrame& taken, TimeNs now, Outcome& outcome) const {
   State& after = outcome.after;
-  doubt = TimeDoubt::none;
+  TimeDoubt doubt = TimeDoubt::none;
   const TimeNs stamp = taken.time_ns;
   // A camera that selects from its own exposures reports their times itself.
   const bool commanded =
@@ -189,17 +201,16 @@ Status Acquisition::judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt,
     learn_period(stamp - state_.last_time_ns, exposures, after);
   }
   // If it were accepted, every later frame would seem to come from the past.
-  if (taken.time_ns > now + clock_tolerance_ns) return {StatusCode::time_ahead, taken.sequence, taken.time_ns - now};
-  if (state_.any && taken.time_ns <= state_.last_time_ns) {
-    return {StatusCode::time_not_monotonic, taken.sequence, state_.last_time_ns - taken.time_ns};
-  }
+  const TimeNs ahead = taken.time_ns - now, back = state_.last_time_ns - taken.time_ns;
+  if (ahead > clock_tolerance_ns) return Status{StatusCode::time_ahead, taken.sequence, ahead};
+  if (state_.any && back >= 0) return Status{StatusCode::time_not_monotonic, taken.sequence, back};
   after.last_time_ns = taken.time_ns;
   if (doubt != TimeDoubt::none) {
     outcome.event = {StatusCode::frame_mis_stamped, taken.sequence, (stamp - taken.time_ns) / 1000};
   } else if (now - stamp > late_ns + wiring_.camera.granularity()) {
     outcome.event = {StatusCode::frame_late, taken.sequence, (now - stamp) / 1000};
   }
-  return {};
+  return doubt;
 }
 
 void Acquisition::keep(const CameraFrame& taken, TimeDoubt doubt, std::int64_t capture_id, Outcome& outcome) const {
@@ -224,8 +235,8 @@ Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Ou
   const bool free = !wiring_.camera.triggered();
   const TimeNs period = state_.period_ns > 0 ? state_.period_ns : ns_from_seconds(wiring_.mission.capture_timeout_s);
   // The next frame of a free camera comes a period later and may be the nearer one.
-  const TimeNs early = free ? state_.period_ns / 2 : trigger_tolerance();
-  const TimeNs late = free ? period : trigger_tolerance();
+  const TimeNs early = free ? state_.period_ns / 2 : trigger_tolerance(wiring_.camera);
+  const TimeNs late = free ? period : trigger_tolerance(wiring_.camera);
   while (!after.pending.empty()) {
     std::size_t best = 0;
     for (std::size_t i = 1; i < after.pending.size(); ++i) {
@@ -236,12 +247,11 @@ Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Ou
     const Pending wanted = after.pending[best];
     if (taken.time_ns + early < wanted.time_ns) return {};
     CaptureRecord capture;
-    const Status found = get(wiring_.store, wanted.id, capture);
-    if (is_transient(found)) return found;
-    const bool commanded = found.ok() && capture.source == CaptureSource::telecommand;
+    ILP_TAKE(const bool found, find(wiring_.store, wanted.id, capture));
+    const bool commanded = found && capture.source == CaptureSource::telecommand;
     if (!commanded && taken.time_ns > wanted.time_ns + late) return {};
-    remove_pending(best, after);
-    if (!found.ok() || capture.state != CaptureState::pending) continue;  // superseded
+    remove_at(best, after.pending);
+    if (!found || capture.state != CaptureState::pending) continue;  // superseded
     const TimeNs off = distance(taken.time_ns, wanted.time_ns);
     capture.exposed_ns = taken.time_ns;
     outcome.has_capture = true;
@@ -264,40 +274,37 @@ Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Ou
 
 Status Acquisition::take(CameraFrame& taken, TimeNs now, Outcome& outcome) {
   ILP_ASSERT(workspace_.image.width() > 0 && workspace_.image.height() > 0, taken.sequence);
-  bool repeated = false;
-  ILP_TRY(find_repetition(taken, outcome, repeated));
-  if (repeated) return {};
+  if (repeats(taken, outcome)) return {};
   State& after = outcome.after;
   after.last_sequence = taken.sequence;
   after.any = true;
-  TimeDoubt doubt = TimeDoubt::none;
-  const Status in_time = judge_time(taken, now, doubt, outcome);
-  if (!in_time.ok()) {
-    outcome.event = in_time;
+  const Result<TimeDoubt> doubt = judge_time(taken, now, outcome);
+  if (!doubt.ok()) {
+    outcome.event = doubt.status();
     return {};
   }
   const std::int64_t missing = taken.sequence - std::max(state_.last_sequence, work_.seen_sequence) - 1;
-  if (state_.any && missing > 0) outcome.event = {StatusCode::frame_gap, taken.sequence, missing};
-  const bool by_lock = work_.locked_ns >= 0 && work_.unlocked_ns >= state_.last_time_ns && every_frame();
-  if (state_.any && missing > 0 && by_lock) {
-    outcome.event = {StatusCode::images_lost, missing, (work_.unlocked_ns - work_.locked_ns) / ns_per_ms};
+  const LockTimes& lock = work_.lock;
+  const bool by_lock = lock.is == LockTimes::Is::free_again && lock.end_ns >= state_.last_time_ns && every_frame();
+  if (state_.any && missing > 0) {
+    outcome.event = by_lock ? Status{StatusCode::images_lost, missing, (lock.end_ns - lock.begin_ns) / ns_per_ms}
+                            : Status{StatusCode::frame_gap, taken.sequence, missing};
   }
   // A camera that runs freely shows the first frame unasked: it tells the period and begins the regular interval.
   const bool first =
       !wiring_.camera.triggered() && !after.any_kept && wiring_.mission.capture_mode != CaptureMode::telecommanded;
-  if (!first || every_frame()) ILP_TRY(choose_capture(taken, doubt, outcome));
-  if ((first || every_frame()) && !outcome.has_frame) keep(taken, doubt, 0, outcome);
+  if (!first || every_frame()) ILP_TRY(choose_capture(taken, doubt.value(), outcome));
+  if ((first || every_frame()) && !outcome.has_frame) keep(taken, doubt.value(), 0, outcome);
   return {};
 }
 
 Status Acquisition::end_of_stream() {
   State after = state_;
   after.ended = true;
-  CommandRecord command;
-  command.time_ns = wiring_.clock.now();
-  command.kind = CommandKind::end_strip;
-  command.reason = StripEnd::end_of_flight;
-  command.after_frame_id = cursor_.first;
+  CommandRecord command{.time_ns = wiring_.clock.now(),
+                        .kind = CommandKind::end_strip,
+                        .reason = StripEnd::end_of_flight,
+                        .after_frame_id = cursor_.first};
   StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(put_new_command(wiring_.store, command));
@@ -307,20 +314,15 @@ Status Acquisition::end_of_stream() {
 
 Status Acquisition::write(Outcome& outcome) {
   const Status written = write_all(outcome);
-  if (written.is(StatusCode::store_locked)) {
-    if (work_.locked_ns < 0 || work_.unlocked_ns >= 0) work_.locked_ns = wiring_.clock.now();
-    work_.unlocked_ns = -1;
-  } else if (work_.locked_ns >= 0 && work_.unlocked_ns < 0) {
-    work_.unlocked_ns = wiring_.clock.now();
-  }
+  work_.lock.note(written.is(StatusCode::store_locked), wiring_.clock.now());
   return written;
 }
 
 void Acquisition::count_lost(Outcome& outcome) {
-  const std::int64_t lost = images_missed(wiring_.mission, work_.frame.taken.time_ns, work_.unlocked_ns);
+  const std::int64_t lost = images_missed(wiring_.mission, work_.frame.taken.time_ns, work_.lock.end_ns);
   if (lost == 0) return;
   Status& event = outcome.event.ok() ? outcome.event : work_.next_event;
-  event = {StatusCode::images_lost, lost, (work_.unlocked_ns - work_.locked_ns) / ns_per_ms};
+  event = {StatusCode::images_lost, lost, (work_.lock.end_ns - work_.lock.begin_ns) / ns_per_ms};
 }
 
 Status Acquisition::write_all(Outcome& outcome) {
@@ -336,7 +338,8 @@ Status Acquisition::write_all(Outcome& outcome) {
 }
 
 Status Acquisition::listen(TimeNs now) {
-  if (work_.heard_ns < 0) work_.heard_ns = now;
+  if (!work_.asked) work_.heard_ns = now;
+  work_.asked = true;
   if (wiring_.camera.triggered() || work_.silent) return {};
   const TimeNs shortest = state_.period_ns == 0 ? unknown_silence_ns : shortest_silence_ns;
   const TimeNs silence = now - work_.heard_ns;
@@ -350,13 +353,10 @@ bool Acquisition::every_frame() const {
          wiring_.mission.capture_interval_s <= 0;
 }
 
-TimeNs Acquisition::trigger_tolerance() const {
-  return std::max(trigger_tolerance_ns, wiring_.camera.granularity());
-}
-
 TimeNs Acquisition::grain() const {
   // The nearest frame of a camera that runs freely, with a quarter of that for its unsteadiness.
-  return wiring_.camera.triggered() ? trigger_tolerance() : std::max(trigger_tolerance_ns, state_.period_ns / 8 * 5);
+  return wiring_.camera.triggered() ? trigger_tolerance(wiring_.camera)
+                                    : std::max(trigger_tolerance_ns, state_.period_ns / 8 * 5);
 }
 
 Status Acquisition::trigger(TimeNs now) {
@@ -371,22 +371,6 @@ Status Acquisition::trigger(TimeNs now) {
     return wiring_.camera.trigger(wanted.time_ns);
   }
   return {};
-}
-
-double Acquisition::ground_speed_px_s() const {
-  OverlapRecord overlap;
-  if (!last(wiring_.store, overlap).ok() || overlap.verdict != OverlapVerdict::ok || overlap.keyframe_id == 0) return 0;
-  KeyframeRecord keyframe;
-  FrameRecord first, second;
-  if (!get(wiring_.store, overlap.keyframe_id, keyframe).ok() || !get(wiring_.store, keyframe.frame_id, first).ok() ||
-      !get(wiring_.store, overlap.id, second).ok() || second.time_ns <= first.time_ns) {
-    return 0;
-  }
-  const double half_width = 0.5 * second.width, half_height = 0.5 * second.height;
-  const double corner = std::sqrt(half_width * half_width + half_height * half_height);
-  const double shift = std::sqrt(overlap.shift_x_px * overlap.shift_x_px + overlap.shift_y_px * overlap.shift_y_px);
-  const double moved = shift + corner * (std::fabs(overlap.rotation_rad) + std::fabs(overlap.scale - 1));
-  return moved * static_cast<double>(ns_per_s) / static_cast<double>(second.time_ns - first.time_ns);
 }
 
 bool Acquisition::begin_exposure_control() {
@@ -408,7 +392,7 @@ void Acquisition::control_exposure() {
     return;
   }
   if (work_.exposure.given_up() || (!work_.exposure.begun() && !begin_exposure_control())) return;
-  work_.speed_px_s = std::max(ground_speed_px_s(), work_.speed_px_s * (1 - speed_fading));
+  work_.speed_px_s = std::max(ground_speed_px_s(wiring_.store), work_.speed_px_s * (1 - speed_fading));
   ExposureGoal goal;
   goal.bright_grey = wiring_.mission.exposure_bright_grey;
   goal.longest_us =
@@ -436,16 +420,14 @@ StepResult Acquisition::step() {
     work_.next_event = {};
     return {event, true};
   }
-  Outcome outcome;
-  outcome.after = state_;
-  outcome.cursor = cursor_;
-  bool changed = false;
-  Status status = learn_captures(outcome, changed);
+  Outcome outcome{.after = state_, .cursor = cursor_};
+  const Result<bool> learned = learn_captures(outcome);
+  if (!learned.ok()) return {learned.status(), false};
   // The frame at hand may be the answer.
-  if (status.ok() && !work_.frame.held) status = give_up_captures(outcome, changed);
-  if (!status.ok()) return {status, false};
+  const Result<bool> given_up = work_.frame.held ? Result<bool>(false) : give_up_captures(outcome);
+  if (!given_up.ok()) return {given_up.status(), false};
   Status waiting;
-  if (changed) {
+  if (learned.value() || given_up.value()) {
     waiting = write(outcome);
     // An image that comes meanwhile is held.
     if (!waiting.is(StatusCode::store_locked) || work_.frame.held)
@@ -455,7 +437,7 @@ StepResult Acquisition::step() {
   const TimeNs now = wiring_.clock.now();
   const Status triggered = trigger(now);
   if (!triggered.ok()) return {triggered, false};
-  status = wiring_.camera.capture(now, workspace_.image, work_.frame.taken);
+  const Status status = wiring_.camera.capture(now, workspace_.image, work_.frame.taken);
   work_.frame.taken_ns = now;
   if (status.is(StatusCode::not_ready)) {
     const Status silent = listen(now);
@@ -463,6 +445,7 @@ StepResult Acquisition::step() {
   }
   if (status.is(StatusCode::end_of_stream)) return {end_of_stream(), false};
   work_.heard_ns = now;
+  work_.asked = true;
   work_.silent = false;
   // After a restart the source may begin again with frames that are already stored.
   if (state_.any && work_.frame.taken.sequence <= work_.restored_sequence &&
@@ -474,14 +457,13 @@ StepResult Acquisition::step() {
 }
 
 StepResult Acquisition::store_taken() {
-  Outcome outcome;
-  outcome.after = state_;
-  outcome.cursor = cursor_;
+  Outcome outcome{.after = state_, .cursor = cursor_};
   CameraFrame taken = work_.frame.taken;
   Status status = take(taken, work_.frame.taken_ns, outcome);
   if (status.ok()) status = write(outcome);
   // The camera is not asked while a frame is held.
   if (work_.frame.held) work_.heard_ns = wiring_.clock.now();
+  work_.asked = true;
   const bool locked = status.is(StatusCode::store_locked);
   if (locked && !outcome.has_frame && !outcome.has_capture) {
     // It is not worth the place of one that is wanted.

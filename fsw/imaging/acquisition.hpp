@@ -3,8 +3,10 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/base/fixed_vector.hpp"
+#include "fsw/base/lock_times.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/imaging/exposure_control.hpp"
+#include "fsw/shared/find.hpp"
 #include "fsw/shared/step_transaction.hpp"
 #include "hal/camera/camera.hpp"
 #include "hal/clock/clock.hpp"
@@ -66,15 +68,14 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   struct Work {
     /// The camera's counter at the restart. A source that gives earlier frames again is not reported.
     std::int64_t restored_sequence = 0;
-    FrameAtWork frame;     ///< restore() keeps it
-    TimeNs heard_ns = -1;  ///< when the camera last gave a frame, or was first asked; -1: not yet
+    FrameAtWork frame;    ///< restore() keeps it
+    TimeNs heard_ns = 0;  ///< when the camera last gave a frame, or was first asked
     ExposureControl exposure = {};
-    double speed_px_s = 0;   ///< of the ground, the largest of the latest images
-    Status next_event = {};  ///< that the next step reports
-    // The latest time for which another process kept the lock of the store, by this component's attempts to write.
-    TimeNs locked_ns = -1;            ///< its beginning; -1: there was none
-    TimeNs unlocked_ns = -1;          ///< its end; -1: it lasts
-    std::int64_t seen_sequence = -1;  ///< of a frame that was not wanted and is not on record, because of the lock
+    double speed_px_s = 0;           ///< of the ground, the largest of the latest images
+    Status next_event = {};          ///< that the next step reports
+    LockTimes lock = {};             ///< by this component's attempts to write
+    std::int64_t seen_sequence = 0;  ///< of a frame that was not wanted and is not on record, because of the lock
+    bool asked = false;              ///< the camera has been
     bool held_by_lock = false;
     bool silent = false;
   };
@@ -82,25 +83,24 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
     FrameImage image;
   };
   struct Outcome {
-    State after;
-    Cursor cursor;
-    FrameRecord frame;
-    CaptureRecord capture;
+    State after = {};
+    Cursor cursor = {};
+    FrameRecord frame = {};
+    CaptureRecord capture = {};
     bool has_frame = false;
     bool has_capture = false;
-    Status event;
+    Status event = {};
   };
 
-  static void remove_pending(std::size_t at, State& after);
-  Status learn_captures(Outcome& outcome, bool& changed);
-  Status give_up_captures(Outcome& outcome, bool& changed);
+  Result<bool> learn_captures(Outcome& outcome) const;
+  Result<bool> give_up_captures(Outcome& outcome) const;
   [[nodiscard]] bool every_frame() const;
-  [[nodiscard]] TimeNs trigger_tolerance() const;
   /// A commanded image farther from its time is a failure.
   [[nodiscard]] TimeNs grain() const;
   Status trigger(TimeNs now);
-  Status find_repetition(const CameraFrame& taken, Outcome& outcome, bool& repeated);
-  Status judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt, Outcome& outcome) const;
+  bool repeats(const CameraFrame& taken, Outcome& outcome) const;
+  /// The fault is an event: no image has this time.
+  Result<TimeDoubt> judge_time(CameraFrame& taken, TimeNs now, Outcome& outcome) const;
   void learn_period(TimeNs since_last, std::int64_t exposures, State& after) const;
   Status choose_capture(const CameraFrame& taken, TimeDoubt doubt, Outcome& outcome);
   Status take(CameraFrame& taken, TimeNs now, Outcome& outcome);
@@ -115,8 +115,6 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   StepResult store_taken();
   void control_exposure();
   bool begin_exposure_control();
-  /// Of the ground in the newest images: px/s, 0 when it is not known.
-  [[nodiscard]] double ground_speed_px_s() const;
 
   Wiring wiring_;
   Cursor cursor_;  // frames kept; captures seen

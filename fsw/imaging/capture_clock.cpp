@@ -59,12 +59,9 @@ Status CaptureClock::resume_after_records(bool lost) {
 
 void CaptureClock::want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const {
   outcome.has_capture = true;
-  CaptureRecord& capture = outcome.capture;
-  capture.id = ++outcome.after.last_capture_id;
-  capture.requested_ns = time_ns;
-  capture.issued_ns = wiring_.clock.now();
-  capture.source = source;
-  if (source != CaptureSource::telecommand) outcome.after.own = {capture.id, time_ns};
+  const std::int64_t id = ++outcome.after.last_capture_id;
+  outcome.capture = {.id = id, .requested_ns = time_ns, .issued_ns = wiring_.clock.now(), .source = source};
+  if (source != CaptureSource::telecommand) outcome.after.own = {id, time_ns};
 }
 
 bool CaptureClock::too_near(TimeNs time_ns, const State& state, TimeNs latest_exposure_ns) const {
@@ -104,25 +101,24 @@ Status CaptureClock::accept_telecommand(const CommandRecord& command, Outcome& o
                    static_cast<std::int64_t>(max_telecommanded)});
   }
   if (after.own.id != 0 && too_near(after.own.time_ns, after, latest_exposure)) {
-    const Status own = get(wiring_.store, after.own.id, outcome.superseded);
-    if (!is_gone(own)) ILP_TRY(own);
+    ILP_TAKE(const bool found_own, find(wiring_.store, after.own.id, outcome.superseded));
     after.own = {};
-    if (!own.ok() || outcome.superseded.state != CaptureState::pending) return {};
+    if (!found_own || outcome.superseded.state != CaptureState::pending) return {};
     outcome.superseded.state = CaptureState::superseded;
     outcome.has_superseded = true;
   }
   return {};
 }
 
-Status CaptureClock::handle_command(Outcome& outcome, bool& handled) {
+Result<bool> CaptureClock::handle_command(Outcome& outcome) {
   CommandRecord command;
-  ILP_TAKE(handled, find_next_sound(wiring_.store, cursor_.second, command));
-  if (!handled) return {};
+  ILP_TAKE(const bool found, find_next_sound(wiring_.store, cursor_.second, command));
+  if (!found) return false;
   outcome.cursor.second = command.id;
   const bool wanted = command.kind == CommandKind::capture || command.kind == CommandKind::capture_soon;
-  if (wanted) return accept_telecommand(command, outcome);
+  if (wanted) ILP_TRY(accept_telecommand(command, outcome));
   if (command.kind == CommandKind::end_strip && command.reason == StripEnd::end_of_flight) outcome.after.ended = true;
-  return {};
+  return true;
 }
 
 void CaptureClock::restart_path(const KeyframeRecord& keyframe, State& state) {
@@ -159,26 +155,27 @@ Status CaptureClock::follow_keyframe(const OverlapRecord& overlap, const FrameRe
   return {};
 }
 
-Status CaptureClock::follow_overlap(Outcome& outcome, bool& handled) {
+Result<bool> CaptureClock::follow_overlap(Outcome& outcome) {
   OverlapRecord overlap;
-  ILP_TAKE(handled, find_next_sound(wiring_.store, cursor_.first, overlap));
-  if (!handled) return {};
+  ILP_TAKE(const bool found, find_next_sound(wiring_.store, cursor_.first, overlap));
+  if (!found) return false;
   outcome.cursor.first = overlap.id;
   FrameRecord frame;
-  const Status known = get(wiring_.store, overlap.id, frame);
-  if (is_transient(known)) return known;
-  if (!known.ok()) {
-    outcome.event = known;
-    return {};
+  const Status read = get(wiring_.store, overlap.id, frame);
+  ILP_TAKE(const bool known, found_by(read));
+  if (!known) {
+    outcome.event = read;
+    return true;
   }
   outcome.after.width = frame.width;
   outcome.after.height = frame.height;
   const Status followed = follow_keyframe(overlap, frame, outcome.after);
-  if (!is_gone(followed)) return followed;
+  ILP_TAKE(const bool complete, found_by(followed));
+  if (complete) return true;
   // The overlap is damaged, so this frame adds nothing to the path.
   outcome.after = state_;
   outcome.event = followed;
-  return {};
+  return true;
 }
 
 Status CaptureClock::take_attitude(const PoseRecord& pose, double focal_px, State& after) {
@@ -196,53 +193,47 @@ Status CaptureClock::take_attitude(const PoseRecord& pose, double focal_px, Stat
   return {};
 }
 
-Status CaptureClock::follow_pose(Outcome& outcome, bool& handled) {
+Result<bool> CaptureClock::follow_pose(Outcome& outcome) {
   PoseRecord pose;
-  ILP_TAKE(handled, find_next_sound(wiring_.store, state_.last_pose_id, pose));
-  if (!handled) return {};
+  ILP_TAKE(const bool found, find_next_sound(wiring_.store, state_.last_pose_id, pose));
+  if (!found) return false;
   State& after = outcome.after;
   after.last_pose_id = pose.id;
-  if (wiring_.mission.capture_mode != CaptureMode::forecast) return {};
+  if (wiring_.mission.capture_mode != CaptureMode::forecast) return true;
   CameraRecord camera;
-  const Status seen = get_camera(wiring_.store, camera_id, camera);
-  if (is_gone(seen)) return {};
-  ILP_TRY(seen);
+  ILP_TAKE(const bool seen, found_by(get_camera(wiring_.store, camera_id, camera)));
+  if (!seen) return true;
   const std::int64_t oldest = std::max(after.first_keyframe_id, pose.id - attitude_memory);
   for (std::int64_t id = oldest; id <= pose.id; ++id) {
     PoseRecord known;
-    const Status read = get(wiring_.store, id, known);
-    if (is_gone(read)) continue;
-    ILP_TRY(read);
-    if (known.state == PoseState::failed) continue;
-    const Status taken = take_attitude(known, camera.fx, after);
-    if (!is_gone(taken)) ILP_TRY(taken);
+    ILP_TAKE(const bool read, find(wiring_.store, id, known));
+    if (!read || known.state == PoseState::failed) continue;
+    ILP_TRY(found_by(take_attitude(known, camera.fx, after)).status());
   }
-  return {};
+  return true;
 }
 
-Status CaptureClock::forget_past_captures(State& after, bool& changed) {
+Result<bool> CaptureClock::forget_past_captures(State& after) {
+  bool changed = false;
   const TimeNs now = wiring_.clock.now();
-  // A capture has no result before its time.
-  const auto is_over = [&](const Wanted& wanted, bool& over) -> Status {
-    over = false;
-    if (wanted.id == 0 || wanted.time_ns > now) return {};
+  const auto is_over = [&](const Wanted& wanted) -> Result<bool> {
+    // A capture has no result before its time.
+    if (wanted.id == 0 || wanted.time_ns > now) return false;
     CaptureRecord capture;
-    const Status found = get(wiring_.store, wanted.id, capture);
-    if (!is_gone(found)) ILP_TRY(found);
-    over = is_gone(found) || capture.state != CaptureState::pending;
+    ILP_TAKE(const bool found, find(wiring_.store, wanted.id, capture));
+    const bool over = !found || capture.state != CaptureState::pending;
     changed = changed || over;
-    return {};
+    return over;
   };
-  bool over = false;
-  ILP_TRY(is_over(after.own, over));
-  if (over) after.own = {};
+  ILP_TAKE(const bool own_is_over, is_over(after.own));
+  if (own_is_over) after.own = {};
   std::size_t kept = 0;
   for (const Wanted& wanted : after.telecommanded) {
-    ILP_TRY(is_over(wanted, over));
+    ILP_TAKE(const bool over, is_over(wanted));
     if (!over) after.telecommanded[kept++] = wanted;
   }
   while (after.telecommanded.size() > kept) after.telecommanded.pop_back();
-  return {};
+  return changed;
 }
 
 void CaptureClock::plan_regular(double interval_s, const FrameRecord* latest, TimeNs now, Outcome& outcome) const {
@@ -294,11 +285,9 @@ Status CaptureClock::reconsider(const FrameRecord* latest, TimeNs now, Outcome& 
   State& after = outcome.after;
   if (latest == nullptr || latest->id > cursor_.first || after.own.time_ns - now < too_late_to_plan_ns) return {};
   CaptureRecord planned;
-  const Status found = get(wiring_.store, after.own.id, planned);
-  if (is_gone(found)) after.own = {};
-  if (is_gone(found)) return {};
-  ILP_TRY(found);
-  if (planned.state != CaptureState::pending || !is_forecast(planned.source)) return {};
+  ILP_TAKE(const bool found, find(wiring_.store, after.own.id, planned));
+  if (!found) after.own = {};
+  if (!found || planned.state != CaptureState::pending || !is_forecast(planned.source)) return {};
   const ForecastTime better = forecast_time(*latest, now, after);
   const TimeNs change = better.time_ns - planned.requested_ns;
   if (change < worth_another_plan_ns && -change < worth_another_plan_ns) return {};
@@ -362,37 +351,34 @@ void CaptureClock::note_lock() {
   const bool pending =
       state_.own.id != 0 && get(wiring_.store, state_.own.id, own).ok() && own.state == CaptureState::pending;
   // Acquisition holds the image of a pending capture, and counts from there.
-  if (work_.locked_ns < 0 && !pending) work_.locked_ns = wiring_.clock.now();
+  if (!pending) work_.lock.note(true, wiring_.clock.now());
 }
 
 StepResult CaptureClock::step() {
-  Outcome outcome;
-  outcome.after = state_;
-  outcome.cursor = cursor_;
-  bool handled = false;
-  Status status = handle_command(outcome, handled);
-  if (status.ok() && !handled) status = follow_overlap(outcome, handled);
-  if (status.ok() && !handled) status = follow_pose(outcome, handled);
-  if (!status.ok()) return {status, false};
-  bool changed = handled;
-  if (!handled) {
-    changed = state_.tilt_is_news;
-    status = forget_past_captures(outcome.after, changed);
-    if (status.ok()) status = plan(outcome);
-    if (!status.ok()) return {status, false};
+  Outcome outcome{.after = state_, .cursor = cursor_};
+  Result<bool> handled = handle_command(outcome);
+  if (handled.ok() && !handled.value()) handled = follow_overlap(outcome);
+  if (handled.ok() && !handled.value()) handled = follow_pose(outcome);
+  if (!handled.ok()) return {handled.status(), false};
+  bool changed = handled.value();
+  if (!changed) {
+    const Result<bool> forgotten = forget_past_captures(outcome.after);
+    const Status planned = forgotten.ok() ? plan(outcome) : forgotten.status();
+    if (!planned.ok()) return {planned, false};
+    changed = state_.tilt_is_news || forgotten.value();
   }
   if (!changed && !outcome.has_capture) return {};
   const bool regular = wiring_.mission.safe_mode || wiring_.mission.capture_mode == CaptureMode::regular;
-  const TimeNs wanted_before = regular && state_.any_regular ? state_.last_regular_ns : work_.locked_ns;
+  const TimeNs wanted_before = regular && state_.any_regular ? state_.last_regular_ns : work_.lock.begin_ns;
   const Status written = write(outcome);
   if (written.is(StatusCode::store_locked)) note_lock();
   if (!written.ok()) return {written, true};
-  if (work_.locked_ns >= 0 && outcome.has_capture) {
+  if (work_.lock.taken() && outcome.has_capture) {
     const std::int64_t lost = images_missed(wiring_.mission, wanted_before, outcome.capture.requested_ns - 1);
     if (lost > 0 && outcome.event.ok()) {
-      outcome.event = {StatusCode::images_lost, lost, (wiring_.clock.now() - work_.locked_ns) / ns_per_ms};
+      outcome.event = {StatusCode::images_lost, lost, (wiring_.clock.now() - work_.lock.begin_ns) / ns_per_ms};
     }
-    work_.locked_ns = -1;
+    work_.lock = {};
   }
   return {outcome.event, true};
 }

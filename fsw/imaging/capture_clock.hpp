@@ -2,7 +2,9 @@
 #pragma once
 
 #include "cfg/mission.hpp"
+#include "fsw/base/lock_times.hpp"
 #include "fsw/executive/stage_component.hpp"
+#include "fsw/shared/find.hpp"
 #include "fsw/shared/sound_store.hpp"
 #include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/forecast/capture_forecast.hpp"
@@ -59,31 +61,31 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
     bool tilt_is_news = false;  ///< a forecast made before does not contain it
   };
   struct Work {
-    TimeNs locked_ns = -1;  ///< nothing could be planned since, because of the lock of the store; -1: it can
+    LockTimes lock;  ///< taken: nothing could be planned since
   };
   struct Workspace {
     MotionForecast motion;
   };
   /// The decisions of one step, written in one transaction.
   struct Outcome {
-    State after;
-    Cursor cursor;
-    CaptureRecord capture;
-    CaptureRecord superseded;
+    State after = {};
+    Cursor cursor = {};
+    CaptureRecord capture = {};
+    CaptureRecord superseded = {};
     bool has_capture = false;
     bool has_superseded = false;
-    Status event;
+    Status event = {};
   };
 
-  Status handle_command(Outcome& outcome, bool& handled);
+  Result<bool> handle_command(Outcome& outcome);
   Status accept_telecommand(const CommandRecord& command, Outcome& outcome);
-  Status follow_overlap(Outcome& outcome, bool& handled);
+  Result<bool> follow_overlap(Outcome& outcome);
   static void restart_path(const KeyframeRecord& keyframe, State& state);
-  Status follow_pose(Outcome& outcome, bool& handled);
+  Result<bool> follow_pose(Outcome& outcome);
   Status take_attitude(const PoseRecord& pose, double focal_px, State& after);
   Status reconsider(const FrameRecord* latest, TimeNs now, Outcome& outcome);
   Status follow_keyframe(const OverlapRecord& overlap, const FrameRecord& frame, State& after);
-  Status forget_past_captures(State& after, bool& changed);
+  Result<bool> forget_past_captures(State& after);
   Status plan(Outcome& outcome);
   void plan_regular(double interval_s, const FrameRecord* latest, TimeNs now, Outcome& outcome) const;
   void plan_forecast(const FrameRecord* latest, TimeNs now, Outcome& outcome);

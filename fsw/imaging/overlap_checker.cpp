@@ -52,6 +52,35 @@ OverlapParams overlap_params(const MissionParameters& mission, double predicted_
   return params;
 }
 
+/// Whether the frame sees the ground of the keyframe from so far elsewhere that the two are hard to match.
+bool turned(GrayView image, const OverlapResult& measured) {
+  return view_turn_of_plane(image.width, image.height, measured.plane_b_from_a) > largest_view_turn;
+}
+
+/// Whether the candidate lies between the views of the keyframe and of such a frame.
+bool halves_turn(GrayView image, const OverlapResult& measured, const double (&candidate_from_keyframe)[9]) {
+  double keyframe_from_candidate[9], frame_from_candidate[9];
+  if (!invert_plane(candidate_from_keyframe, keyframe_from_candidate)) return false;
+  compose_planes(measured.plane_b_from_a, keyframe_from_candidate, frame_from_candidate);
+  return view_turn_of_plane(image.width, image.height, frame_from_candidate) <= largest_view_turn;
+}
+
+/// Whether so much of the frame is new that it is due, although it shows enough of the keyframe.
+bool mostly_new(GrayView image, const OverlapResult& measured, double target_overlap) {
+  double keyframe_from_frame[9];
+  if (!invert_plane(measured.plane_b_from_a, keyframe_from_frame)) return false;
+  const double known = footprint_overlap_of_plane(image.width, image.height, keyframe_from_frame);
+  return 1 - known >= most_unseen_of_planned * (1 - target_overlap);
+}
+
+/// The keyframe of this id, and the one before it in its strip.
+Result<bool> find_pair(Reader<KeyframeRecord> store, std::int64_t id, KeyframeRecord& latest, KeyframeRecord& before) {
+  ILP_TAKE(const bool known, find(store, id, latest));
+  // Those of a strip are numbered without gaps.
+  if (!known || latest.index == 0) return false;
+  return find(store, latest.id - 1, before);
+}
+
 }  // namespace
 
 constexpr CheckpointForm OverlapChecker::checkpoint = checkpoint_form<State>(component_id);
@@ -75,13 +104,12 @@ Status OverlapChecker::resume_after_records() {
   ILP_TRY(newest_id<OverlapRecord>(wiring_.store, overlap));
   ILP_TRY(newest_id<KeyframeRecord>(wiring_.store, keyframe));
   StripRecord strip;
-  const Status found = last(wiring_.store, strip);
-  if (is_transient(found)) return found;
+  ILP_TAKE(const bool found, found_by(last(wiring_.store, strip)));
   std::int64_t newest_strip = 0;
   ILP_TRY(newest_id<StripRecord>(wiring_.store, newest_strip));
-  const bool open = found.ok() && strip.end == StripEnd::open;
+  const bool open = found && strip.end == StripEnd::open;
   const bool is_older = overlap > cursor_.first || keyframe > state_.last_keyframe_id ||
-                        newest_strip > state_.last_strip_id || (found.ok() && open != (state_.strip_id != 0));
+                        newest_strip > state_.last_strip_id || (found && open != (state_.strip_id != 0));
   if (!is_older) return {};
   const Cursor after{std::max(cursor_.first, overlap), cursor_.second};
   State state;
@@ -104,31 +132,6 @@ Status OverlapChecker::load_keyframe(std::int64_t frame_id) {
       prepare_overlap(workspace_.keyframe_image.view(), workspace_.keyframe, wiring_.scratch.as<OverlapWorkspace>()));
   work_.loaded_frame_id = frame_id;
   return {};
-}
-
-/// Whether the frame sees the ground of the keyframe from so far elsewhere that the two are hard to match.
-bool OverlapChecker::turned(const OverlapResult& measured) const {
-  const GrayView image = workspace_.image.view();
-  return view_turn_of_plane(image.width, image.height, measured.plane_b_from_a) > largest_view_turn;
-}
-
-/// Whether the candidate lies between the views of the keyframe and of such a frame.
-bool OverlapChecker::candidate_halves_turn(const OverlapResult& measured) const {
-  if (state_.candidate.frame_id == 0) return false;
-  double keyframe_from_candidate[9], frame_from_candidate[9];
-  if (!invert_plane(state_.candidate.plane_from_keyframe, keyframe_from_candidate)) return false;
-  compose_planes(measured.plane_b_from_a, keyframe_from_candidate, frame_from_candidate);
-  const GrayView image = workspace_.image.view();
-  return view_turn_of_plane(image.width, image.height, frame_from_candidate) <= largest_view_turn;
-}
-
-/// Whether so much of the frame is new that it is due, although it shows enough of the keyframe.
-bool OverlapChecker::mostly_new(const OverlapResult& measured) const {
-  double keyframe_from_frame[9];
-  if (!invert_plane(measured.plane_b_from_a, keyframe_from_frame)) return false;
-  const GrayView image = workspace_.image.view();
-  const double known = footprint_overlap_of_plane(image.width, image.height, keyframe_from_frame);
-  return 1 - known >= most_unseen_of_planned * (1 - wiring_.mission.target_overlap);
 }
 
 void OverlapChecker::begin_strip(const FrameRecord& frame, Outcome& outcome) const {
@@ -182,12 +185,12 @@ void OverlapChecker::select(const FrameRecord& frame, const OverlapResult& measu
 Status OverlapChecker::select_candidate(Outcome& outcome) const {
   const Candidate candidate = outcome.after.candidate;
   FrameRecord frame;
-  const Status found = get(wiring_.store, candidate.frame_id, frame);
-  if (is_transient(found)) return found;
-  if (!found.ok()) {
+  const Status read = get(wiring_.store, candidate.frame_id, frame);
+  ILP_TAKE(const bool found, found_by(read));
+  if (!found) {
     // It no longer helps: the frame that needed it is examined again without it.
     outcome.after.candidate = {};
-    outcome.event = found;
+    outcome.event = read;
     return {};
   }
   OverlapResult measured;
@@ -198,50 +201,47 @@ Status OverlapChecker::select_candidate(Outcome& outcome) const {
 }
 
 /// The frame that waits is unlike the keyframe: a strip begins with it. Where it cannot be read, the event says why.
-Status OverlapChecker::begin_strip_of_waiting(Outcome& outcome, bool& begun) const {
-  begun = false;
+Result<bool> OverlapChecker::begin_strip_of_waiting(Outcome& outcome) const {
   FrameRecord frame;
-  const Status found = get(wiring_.store, outcome.after.unknown_frame_id, frame);
-  if (is_transient(found)) return found;
-  if (!found.ok()) {
+  const Status read = get(wiring_.store, outcome.after.unknown_frame_id, frame);
+  ILP_TAKE(const bool found, found_by(read));
+  if (!found) {
     outcome.after.unknown_frame_id = 0;
-    outcome.event = found;
-    return {};
+    outcome.event = read;
+    return false;
   }
   end_strip(StripEnd::overlap_unknown, outcome);
   begin_strip(frame, outcome);
-  begun = true;
-  return {};
+  return true;
 }
 
-Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
-  handled = false;
+Result<bool> OverlapChecker::handle_command(Outcome& outcome) {
   CommandRecord command;
   ILP_TAKE(const Found found, find_next(wiring_.store, cursor_.second, command));
-  if (found == Found::nothing) return {};
+  if (found == Found::nothing) return false;
   if (found == Found::damaged) {
     // It may have ended the strip, and is not repeated: two strips are better than poses that never become final.
     command.reason = StripEnd::commanded;
   }
-  if (command.after_frame_id > cursor_.first) return {};
-  handled = true;
-  if (command.kind != CommandKind::end_strip || state_.strip_id == 0) {
-    outcome.cursor.second = command.id;
-    return {};
-  }
+  if (command.after_frame_id > cursor_.first) return false;
+  const bool ends_strip = command.kind == CommandKind::end_strip && state_.strip_id != 0;
   const Candidate& candidate = state_.candidate;
   const bool last_ground_unseen = candidate.frame_id != 0 && candidate.overlap <= largest_overlap_of_last_keyframe;
   // The command is consumed by the next step, after the last keyframe is stored.
-  if (last_ground_unseen && command.reason != StripEnd::pose_lost) return select_candidate(outcome);
-  if (state_.unknown_frame_id != 0 && command.reason != StripEnd::pose_lost) {
+  if (ends_strip && last_ground_unseen && command.reason != StripEnd::pose_lost) {
+    ILP_TRY(select_candidate(outcome));
+    return true;
+  }
+  if (ends_strip && state_.unknown_frame_id != 0 && command.reason != StripEnd::pose_lost) {
     // None that follows can tell whether a strip begins with it: its ground is seen for the first time.
-    bool begun = false;
-    return begin_strip_of_waiting(outcome, begun);
+    ILP_TRY(begin_strip_of_waiting(outcome).status());
+    return true;
   }
   outcome.cursor.second = command.id;
+  if (!ends_strip) return true;
   end_strip(command.reason, outcome);
   if (command.reason == StripEnd::end_of_flight) outcome.event = {};
-  return {};
+  return true;
 }
 
 Status OverlapChecker::correlate(OverlapResult& measured) {
@@ -287,8 +287,7 @@ Status OverlapChecker::search_widely(const FrameRecord& frame, Outcome& outcome,
     if (begun.is(StatusCode::invalid_argument)) return {};
     ILP_TRY(begun);
   }
-  ComputeProgress progress{};
-  ILP_TRY(workspace_.wide.go_on(*wiring_.compute, progress));
+  ILP_TAKE(const ComputeProgress progress, workspace_.wide.go_on(*wiring_.compute));
   outcome.open = progress != ComputeProgress::done;
   outcome.waits = progress == ComputeProgress::waiting;
   if (outcome.open) return {};
@@ -300,129 +299,105 @@ Status OverlapChecker::search_widely(const FrameRecord& frame, Outcome& outcome,
                                 measured);
 }
 
-Status OverlapChecker::bridge(OverlapResult& measured, bool& bridged) {
-  bridged = false;
-  if (!wiring_.mission.feature_overlap) return {};
+Result<bool> OverlapChecker::bridge(OverlapResult& measured) {
+  if (!wiring_.mission.feature_overlap) return false;
   if (measured.verdict != OverlapVerdict::ok) {
     OverlapResult by_places;
     ILP_TRY(measure_overlap_by_places(workspace_.keyframe_image.view(), workspace_.image.view(),
                                       limits::max_place_features, wiring_.scratch.as<PlaceScratch>(), by_places));
-    if (by_places.verdict != OverlapVerdict::ok) return {};
+    if (by_places.verdict != OverlapVerdict::ok) return false;
     measured = by_places;
   }
-  if (measured.overlap < least_overlap) return {};
+  if (measured.overlap < least_overlap) return false;
   KeyframeRecord keyframe;
-  const Status found = get(wiring_.store, state_.keyframe_id, keyframe);
-  if (!found.ok()) return is_transient(found) ? found : Status{};
+  ILP_TAKE(const bool found, find(wiring_.store, state_.keyframe_id, keyframe));
+  if (!found) return false;
   const GrayView image = workspace_.image.view();
-  bridged = keyframe.index == 0 || footprint_shared_by_three(image.width, image.height, keyframe.plane_from_previous,
-                                                             measured.plane_b_from_a) >= least_shared_by_three;
-  return {};
+  return keyframe.index == 0 || footprint_shared_by_three(image.width, image.height, keyframe.plane_from_previous,
+                                                          measured.plane_b_from_a) >= least_shared_by_three;
 }
 
-Status OverlapChecker::keyframe_before(KeyframeRecord& latest, KeyframeRecord& before, bool& found) {
-  found = false;
-  const Status known = get(wiring_.store, state_.keyframe_id, latest);
-  if (!known.ok()) return is_transient(known) ? known : Status{};
-  // Those of a strip are numbered without gaps.
-  if (latest.index == 0) return {};
-  const Status known_before = get(wiring_.store, latest.id - 1, before);
-  if (!known_before.ok()) return is_transient(known_before) ? known_before : Status{};
-  found = true;
-  return {};
-}
-
-Status OverlapChecker::bridge_across(OverlapResult& measured, bool& bridged) {
-  bridged = false;
+Result<bool> OverlapChecker::bridge_across(OverlapResult& measured) {
   KeyframeRecord latest, before;
-  bool found = false;
-  ILP_TRY(keyframe_before(latest, before, found));
-  if (!found) return {};
+  ILP_TAKE(const bool found, find_pair(wiring_.store, state_.keyframe_id, latest, before));
+  if (!found) return false;
   // Its image takes the place of the latest keyframe's, which is read again for the next frame.
   work_.loaded_frame_id = 0;
-  const Status loaded = load_frame_image(wiring_.store, before.frame_id, workspace_.keyframe_image);
-  if (!loaded.ok()) return is_transient(loaded) ? loaded : Status{};
+  ILP_TAKE(const bool loaded, found_by(load_frame_image(wiring_.store, before.frame_id, workspace_.keyframe_image)));
+  if (!loaded) return false;
   OverlapResult across;
   // What only many features find here is so little ground that a strip of its own is worth more.
   ILP_TRY(measure_overlap_by_places(workspace_.keyframe_image.view(), workspace_.image.view(), limits::place_features,
                                     wiring_.scratch.as<PlaceScratch>(), across));
-  if (across.verdict != OverlapVerdict::ok || across.overlap < least_overlap) return {};
+  if (across.verdict != OverlapVerdict::ok || across.overlap < least_overlap) return false;
   const GrayView image = workspace_.image.view();
   const double shared =
       footprint_shared_by_three(image.width, image.height, before.plane_from_previous, across.plane_b_from_a);
-  if (before.index > 0 && shared < least_shared_by_three) return {};
+  if (before.index > 0 && shared < least_shared_by_three) return false;
   // The record of a keyframe has the plane from the one before it: those who compose the two planes get this one again.
   double before_from_latest[9];
-  if (!invert_plane(latest.plane_from_previous, before_from_latest)) return {};
+  if (!invert_plane(latest.plane_from_previous, before_from_latest)) return false;
   compose_planes(across.plane_b_from_a, before_from_latest, across.plane_b_from_a);
   across.b_from_a = similarity_at_centre(image.width, image.height, across.plane_b_from_a);
   across.overlap = footprint_overlap_of_plane(image.width, image.height, across.plane_b_from_a);
   // Where the latest keyframe does not reach, it is no bad image: the camera has turned away, and a pose would be weak.
-  bridged = across.overlap >= least_overlap && std::isfinite(across.b_from_a.shift_x_px) &&
-            std::isfinite(across.b_from_a.shift_y_px);
+  const bool bridged = across.overlap >= least_overlap && std::isfinite(across.b_from_a.shift_x_px) &&
+                       std::isfinite(across.b_from_a.shift_y_px);
   if (bridged) measured = across;
-  return {};
+  return bridged;
 }
 
 /// Measures the overlap with the latest keyframe. Where nothing relates the frame to it, the next step compares the
 /// frame with the keyframe before, because each comparison takes a large part of a step's time.
-Status OverlapChecker::relate(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured, Tie& tie) {
-  tie = Tie::overlap;
-  bool bridged = false;
+Result<OverlapChecker::Tie> OverlapChecker::relate(const FrameRecord& frame, Outcome& outcome,
+                                                   OverlapResult& measured) {
   if (work_.unrelated_frame_id == frame.id && work_.unrelated_keyframe_id == state_.keyframe_id) {
     measured = work_.unrelated;
     ILP_TRY(load_frame_image(wiring_.store, frame.id, workspace_.image));
-    ILP_TRY(bridge_across(measured, bridged));
-    if (bridged) tie = Tie::across_bad;
-    return {};
+    ILP_TAKE(const bool bridged, bridge_across(measured));
+    return bridged ? Tie::across_bad : Tie::overlap;
   }
   const bool searching = workspace_.wide.at_work(frame.id, state_.keyframe_id);
   if (!searching) ILP_TRY(measure(frame, measured));
   if (searching || measured.verdict == OverlapVerdict::overlap_unknown) {
     ILP_TRY(search_widely(frame, outcome, measured));
-    if (outcome.open) return {};
+    if (outcome.open) return Tie::overlap;
   }
   const bool too_far = measured.verdict == OverlapVerdict::overlap_unknown ||
                        (measured.verdict == OverlapVerdict::ok && measured.overlap < wiring_.mission.min_overlap);
-  if (!too_far || state_.candidate.frame_id != 0) return {};
-  ILP_TRY(bridge(measured, bridged));
-  if (bridged) tie = Tie::bridge;
-  if (measured.verdict != OverlapVerdict::overlap_unknown || !wiring_.mission.feature_overlap) return {};
+  if (!too_far || state_.candidate.frame_id != 0) return Tie::overlap;
+  ILP_TAKE(const bool bridged, bridge(measured));
+  const Tie tie = bridged ? Tie::bridge : Tie::overlap;
+  if (measured.verdict != OverlapVerdict::overlap_unknown || !wiring_.mission.feature_overlap) return tie;
   KeyframeRecord latest, before;
-  ILP_TRY(keyframe_before(latest, before, outcome.open));
-  if (!outcome.open) return {};
+  ILP_TAKE(outcome.open, find_pair(wiring_.store, state_.keyframe_id, latest, before));
+  if (!outcome.open) return tie;
   work_.unrelated = measured;
   work_.unrelated_frame_id = frame.id;
   work_.unrelated_keyframe_id = state_.keyframe_id;
-  return {};
-}
-
-Status OverlapChecker::judge_alone(const FrameRecord& frame, OverlapVerdict& verdict) {
-  ILP_TRY(load_frame_image(wiring_.store, frame.id, workspace_.image));
-  OverlapResult measured;
-  ILP_TRY(measure_overlap(workspace_.image.view(), workspace_.image.view(), overlap_params(wiring_.mission, 0, 1),
-                          wiring_.scratch.as<OverlapWorkspace>(), measured));
-  // Repeating ground cannot be distinguished from its own copies. Another frame may resolve it.
-  verdict = measured.verdict == OverlapVerdict::overlap_unknown ? OverlapVerdict::ok : measured.verdict;
-  return {};
+  return tie;
 }
 
 OverlapChecker::Choice OverlapChecker::classify(const OverlapResult& measured, Tie tie) const {
+  const GrayView image = workspace_.image.view();
   const bool measurable = measured.verdict == OverlapVerdict::ok;
   const bool unrelated = measured.verdict == OverlapVerdict::overlap_unknown;
   const bool by_overlap = measurable && tie == Tie::overlap;
   const bool far = by_overlap && measured.overlap < wiring_.mission.min_overlap;
-  const bool is_turned = by_overlap && turned(measured);
+  const bool is_turned = by_overlap && turned(image, measured);
   const double slack = wiring_.mission.capture_mode == CaptureMode::forecast ? wiring_.mission.selection_slack : 0;
 
   if ((far || unrelated) && state_.candidate.frame_id != 0) return Choice::candidate_first;
   if (far) return Choice::begins_strip;
   if (unrelated) return state_.unknown_frame_id != 0 ? Choice::waiting_begins : Choice::waits;
   if (!measurable) return Choice::rejected;
-  if (is_turned && candidate_halves_turn(measured)) return Choice::candidate_first;
+  if (is_turned && state_.candidate.frame_id != 0 && halves_turn(image, measured, state_.candidate.plane_from_keyframe))
+    return Choice::candidate_first;
   // Across a keyframe that nothing relates to the ground ahead, no later frame is compared.
   if (tie == Tie::across_bad || is_turned) return Choice::selected;
-  if (measured.overlap <= wiring_.mission.target_overlap + slack || mostly_new(measured)) return Choice::selected;
+  if (measured.overlap <= wiring_.mission.target_overlap + slack ||
+      mostly_new(image, measured, wiring_.mission.target_overlap))
+    return Choice::selected;
   return Choice::skipped;
 }
 
@@ -446,8 +421,7 @@ Status OverlapChecker::apply(Choice choice, const FrameRecord& frame, const Over
       outcome.event = {StatusCode::overlap_unknown, frame.id, static_cast<std::int64_t>(measured.verdict)};
       return {};
     case Choice::waiting_begins: {
-      bool begun = false;
-      ILP_TRY(begin_strip_of_waiting(outcome, begun));
+      ILP_TAKE(const bool begun, begin_strip_of_waiting(outcome));
       if (begun) break;
       // This frame waits in its place.
       record.decision = OverlapDecision::rejected;
@@ -481,10 +455,15 @@ Status OverlapChecker::apply(Choice choice, const FrameRecord& frame, const Over
   return {};
 }
 
-/// A frame while no strip is open.
+/// A frame while no strip is open: whether it is good enough for a comparison.
 Status OverlapChecker::look_alone(const FrameRecord& frame, Outcome& outcome) {
   OverlapRecord& record = outcome.overlap;
-  ILP_TRY(judge_alone(frame, record.verdict));
+  ILP_TRY(load_frame_image(wiring_.store, frame.id, workspace_.image));
+  OverlapResult measured;
+  ILP_TRY(measure_overlap(workspace_.image.view(), workspace_.image.view(), overlap_params(wiring_.mission, 0, 1),
+                          wiring_.scratch.as<OverlapWorkspace>(), measured));
+  // Repeating ground cannot be distinguished from its own copies. Another frame may resolve it.
+  record.verdict = measured.verdict == OverlapVerdict::overlap_unknown ? OverlapVerdict::ok : measured.verdict;
   if (record.verdict != OverlapVerdict::ok) {
     record.decision = OverlapDecision::rejected;
     outcome.event = {StatusCode::overlap_unknown, frame.id, static_cast<std::int64_t>(record.verdict)};
@@ -503,8 +482,7 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   if (state_.strip_id == 0) return look_alone(frame, outcome);
 
   OverlapResult measured;
-  Tie tie = Tie::overlap;
-  ILP_TRY(relate(frame, outcome, measured, tie));
+  ILP_TAKE(const Tie tie, relate(frame, outcome, measured));
   if (outcome.open) return {};
   record.verdict = measured.verdict;
   record.overlap = measured.overlap;
@@ -562,9 +540,7 @@ StepResult OverlapChecker::choose(const Status& found, const FrameRecord& frame,
   Status status = found.ok() ? look_at(frame, outcome) : found;
   if (status.ok()) return {{}, true, outcome.waits ? Then::wait : Then::go_on};
   if (is_transient(status) && !work_.patience.given_up(frame.id)) return work_.patience.failed(frame.id, status);
-  outcome = Outcome{};
-  outcome.after = state_;
-  outcome.cursor = cursor_;
+  outcome = {.after = state_, .cursor = cursor_};
   if (work_.keyframe_unreadable) {
     // Nothing can be compared with it any more, so the frame is examined alone.
     end_strip(StripEnd::overlap_lost, outcome);
@@ -581,23 +557,17 @@ StepResult OverlapChecker::choose(const Status& found, const FrameRecord& frame,
 }
 
 StepResult OverlapChecker::step() {
-  Outcome outcome;
-  outcome.after = state_;
-  outcome.cursor = cursor_;
+  Outcome outcome{.after = state_, .cursor = cursor_};
 
-  bool handled = false;
-  const Status status = handle_command(outcome, handled);
-  if (!status.ok()) return {status, false};
-  if (!handled) {
+  const Result<bool> handled = handle_command(outcome);
+  if (!handled.ok()) return {handled.status(), false};
+  if (!handled.value()) {
     FrameRecord frame;
-    const Status found = next(wiring_.store, cursor_.first, frame);
-    if (found.is(StatusCode::not_found)) return {};
-    if (found.is(StatusCode::record_damaged)) {
-      frame.id = found.a;
-    } else if (!found.ok()) {
-      return {found, false};
-    }
-    const StepResult chosen = choose(found, frame, outcome);
+    const Status read = next(wiring_.store, cursor_.first, frame);
+    if (read.is(StatusCode::not_found)) return {};
+    if (!read.ok() && !read.is(StatusCode::record_damaged)) return {read, false};
+    if (!read.ok()) frame.id = read.a;
+    const StepResult chosen = choose(read, frame, outcome);
     if (!chosen.status.ok() || outcome.open) return chosen;
   }
   const Status written = write(outcome);

@@ -81,40 +81,39 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   };
   /// The decisions of one step, written in one transaction.
   struct Outcome {
-    State after;
-    Cursor cursor;
-    OverlapRecord overlap;
-    KeyframeRecord keyframe;
-    StripRecord ended;
-    StripRecord strip;
+    State after = {};
+    Cursor cursor = {};
+    OverlapRecord overlap = {};
+    KeyframeRecord keyframe = {};
+    StripRecord ended = {};
+    StripRecord strip = {};
     bool has_overlap = false;
     bool has_keyframe = false;
     bool has_ended = false;
     bool open = false;   ///< nothing is decided yet: the next step goes on with the frame
     bool waits = false;  ///< for a compute device
-    Status event;
+    Status event = {};
   };
 
   /// Frames that were chosen after the checkpoint are not chosen again.
   Status resume_after_records();
   Status load_keyframe(std::int64_t frame_id);
   Status correlate(OverlapResult& measured);
-  Status handle_command(Outcome& outcome, bool& handled);
+  Result<bool> handle_command(Outcome& outcome);
   Status measure(const FrameRecord& frame, OverlapResult& measured);
   /// The wide search where `measured` is unknown, one step of it at a time.
   Status search_widely(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured);
   /// Whether the keyframe is related to the frame, and shares enough ground with it to continue the strip.
-  Status bridge(OverlapResult& measured, bool& bridged);
+  Result<bool> bridge(OverlapResult& measured);
   /// Whether the keyframe before the latest one is, where the latest one is not.
-  Status bridge_across(OverlapResult& measured, bool& bridged);
-  Status keyframe_before(KeyframeRecord& latest, KeyframeRecord& before, bool& found);
+  Result<bool> bridge_across(OverlapResult& measured);
   /// What relates a frame to the open strip.
   enum class Tie : std::uint8_t {
     overlap,     ///< with the latest keyframe, by correlation or features; or nothing does
     bridge,      ///< too far for that, but oriented features relate it to enough ground of the latest keyframe
     across_bad,  ///< the same with the keyframe before the latest one
   };
-  Status relate(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured, Tie& tie);
+  Result<Tie> relate(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured);
   /// What becomes of a frame.
   enum class Choice : std::uint8_t {
     rejected,         ///< it cannot be compared
@@ -128,17 +127,12 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   /// A frame beside an open strip, by the first rule that applies.
   [[nodiscard]] Choice classify(const OverlapResult& measured, Tie tie) const;
   Status apply(Choice choice, const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const;
-  [[nodiscard]] bool turned(const OverlapResult& measured) const;
-  [[nodiscard]] bool candidate_halves_turn(const OverlapResult& measured) const;
-  [[nodiscard]] bool mostly_new(const OverlapResult& measured) const;
   Status look_alone(const FrameRecord& frame, Outcome& outcome);
-  /// Whether the frame is good enough for a comparison.
-  Status judge_alone(const FrameRecord& frame, OverlapVerdict& verdict);
   Status look_at(const FrameRecord& frame, Outcome& outcome);
   void select(const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const;
   void begin_strip(const FrameRecord& frame, Outcome& outcome) const;
   void end_strip(StripEnd reason, Outcome& outcome) const;
-  Status begin_strip_of_waiting(Outcome& outcome, bool& begun) const;
+  Result<bool> begin_strip_of_waiting(Outcome& outcome) const;
   Status select_candidate(Outcome& outcome) const;
   Status load_strip(const Outcome& outcome, std::int64_t id, StripRecord& strip);
   Status write(Outcome& outcome);

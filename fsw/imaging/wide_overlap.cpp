@@ -54,24 +54,21 @@ Status WideOverlap::begin(std::int64_t frame_id, std::int64_t keyframe_id, const
   return {};
 }
 
-Status WideOverlap::go_on(Compute& compute, ComputeProgress& progress) {
-  progress = ComputeProgress::working;
+Result<ComputeProgress> WideOverlap::go_on(Compute& compute) {
   if (!submitted_) {
     fill_wide_job(plan_, job_, input_);
     ILP_TRY(
         compute.submit({ComputeKind::wide_search, memory_of(input_), std::as_writable_bytes(std::span(&output_, 1))}));
     submitted_ = true;
-    return {};
+    return ComputeProgress::working;
   }
-  progress = compute.ask(ComputeKind::wide_search);
+  const ComputeProgress progress = compute.ask(ComputeKind::wide_search);
   // A job that is gone begins again.
   if (progress == ComputeProgress::none) submitted_ = false;
-  if (progress == ComputeProgress::none) progress = ComputeProgress::working;
-  if (progress != ComputeProgress::done) return {};
+  if (progress != ComputeProgress::done) return submitted_ ? progress : ComputeProgress::working;
   collect_wide_peaks(plan_, job_, input_, output_, candidates_);
   submitted_ = false;
-  if (++job_ < plan_.jobs()) progress = ComputeProgress::working;
-  return {};
+  return ++job_ < plan_.jobs() ? ComputeProgress::working : ComputeProgress::done;
 }
 
 Status WideOverlap::finish(const OverlapTemplate& keyframe, GrayView image, OverlapWorkspace& w,

@@ -1,6 +1,7 @@
 // The wide search for the overlap of one pair, job by job, on whatever does the jobs (docs/compute.md).
 #pragma once
 
+#include "fsw/base/result.hpp"
 #include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "fsw/vision/overlap/wide_search.hpp"
 #include "hal/compute/compute.hpp"
@@ -22,7 +23,7 @@ class WideOverlap {
   Status begin(std::int64_t frame_id, std::int64_t keyframe_id, const OverlapTemplate& keyframe, GrayView image,
                const OverlapResult& before, double min_overlap, OverlapWorkspace& workspace);
   /// One step. `done`: no job is left.
-  Status go_on(Compute& compute, ComputeProgress& progress);
+  Result<ComputeProgress> go_on(Compute& compute);
   /// The answer: that of the search if it is one, otherwise the one before it. The search is over.
   Status finish(const OverlapTemplate& keyframe, GrayView image, OverlapWorkspace& workspace, OverlapResult& result);
   void drop(Compute& compute);

@@ -99,9 +99,10 @@ Status CameraCalibrator::pick_keyframe(bool& picked) {
   if (damaged) keyframe.id = found.a;
   work_.keyframe = keyframe;
   const bool no_use = damaged || work_.patience.given_up(work_.keyframe.id);
-  bool waits = false;
-  if (!no_use) ILP_TRY(measured_at(wiring_.store, wiring_.mission, work_.keyframe.id, workspace_.navigation, waits));
-  if (waits) return {};
+  if (!no_use) {
+    ILP_TAKE(const bool known, measured_at(wiring_.store, wiring_.mission, work_.keyframe.id, workspace_.navigation));
+    if (!known) return {};
+  }
   picked = true;
   if (no_use || work_.keyframe.strip_id != state_.calibrating.strip_id) {
     SelfCalibration(state_.calibrating.calibration, workspace_.calibration).begin_set();
@@ -252,8 +253,7 @@ Status CameraCalibrator::freeze_nominal(const CalibrationRecord* said) {
 /// When no other keyframe will come, those that wait need the nominal camera.
 Status CameraCalibrator::end_flight(bool& frozen) {
   if (cursor_.first == 0 || wiring_.mission.calibration_fallback != CalibrationFallback::nominal) return {};
-  bool ended = false;
-  ILP_TRY(flight_has_ended(wiring_.store, cursor_.first, ended));
+  ILP_TAKE(const bool ended, flight_has_ended(wiring_.store, cursor_.first));
   if (!ended) return {};
   work_.patience.begin_writing();
   ILP_TRY(freeze_nominal(nullptr));

@@ -182,12 +182,10 @@ Status StructureAndMotion::look_for_work(Subject& subject, Status& found) {
 
 /// What the keyframe needs from others. `ready` stays false while there is more to wait for.
 Status StructureAndMotion::take_inputs(NavigationRecord& measured, bool& ready) {
-  CalibrationWait wait = CalibrationWait::none;
-  ILP_TRY(calibration_wait(wiring_.store, wiring_.mission, work_.keyframe, wait));
+  ILP_TAKE(const CalibrationWait wait, calibration_wait(wiring_.store, wiring_.mission, work_.keyframe));
   if (wait == CalibrationWait::wait) return {};
-  bool waits = false;
-  ILP_TRY(measured_at(wiring_.store, wiring_.mission, work_.keyframe.id, measured, waits));
-  if (waits) return {};
+  ILP_TAKE(const bool known, measured_at(wiring_.store, wiring_.mission, work_.keyframe.id, measured));
+  if (!known) return {};
   ready = true;
   work_.not_calibrated = wait == CalibrationWait::in_vain;
   return load_camera(wiring_.store, work_.camera);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/shared/find.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "hal/store/newest_id.hpp"
 
@@ -74,11 +75,10 @@ void Navigator::measure(const KeyframeRecord& keyframe, NavigationRecord& record
   record.velocity_sigma_m_s = at.velocity_sigma_m_s;
 }
 
-Status Navigator::measure_keyframe(bool& worked) {
-  worked = false;
+Result<bool> Navigator::measure_keyframe() {
   KeyframeRecord keyframe;
   const Status found = next(wiring_.store, cursor_.first, keyframe);
-  if (found.is(StatusCode::not_found)) return {};
+  if (found.is(StatusCode::not_found)) return false;
   const bool damaged = found.is(StatusCode::record_damaged);
   if (!found.ok() && !damaged) return found;
   NavigationRecord record;
@@ -86,17 +86,16 @@ Status Navigator::measure_keyframe(bool& worked) {
   if (!damaged) {
     const bool recorded = wiring_.source == nullptr || wiring_.source->recorded();
     const TimeNs until = keyframe.time_ns + navigation::window_ns;
-    const bool all = take_samples(recorded ? until : wiring_.clock.now());
-    worked = !all;
-    if (!all || (!recorded && wiring_.clock.now() < until + latest_arrival_ns)) return {};
+    if (!take_samples(recorded ? until : wiring_.clock.now())) return true;
+    if (!recorded && wiring_.clock.now() < until + latest_arrival_ns) return false;
     measure(keyframe, record);
   }
-  worked = true;
   StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(put(wiring_.store, record));
   ILP_TRY(transaction.commit({keyframe.id, cursor_.second}, state_, cursor_));
-  return found;
+  if (damaged) return found;
+  return true;
 }
 
 void Navigator::add(const PoseRecord& pose, const NavigationRecord& navigation, State& after) const {
@@ -161,20 +160,17 @@ StripFrameRecord Navigator::record_of(const navigation::StripFrame& frame, const
 }
 
 /// Poses become final in order of keyframes, so the first one that is provisional stops the walk.
-Status Navigator::place_strip(bool& worked) {
-  worked = false;
+Result<bool> Navigator::place_strip() {
   PoseRecord pose;
   const Status found = next(wiring_.store, cursor_.second, pose);
-  if (found.is(StatusCode::not_found)) return {};
+  if (found.is(StatusCode::not_found)) return false;
   const bool damaged = found.is(StatusCode::record_damaged);
   if (!found.ok() && !damaged) return found;
-  if (!damaged && pose.state == PoseState::provisional) return {};
+  if (!damaged && pose.state == PoseState::provisional) return false;
   if (damaged) pose.id = found.a;
-  worked = true;
   NavigationRecord measured;
-  const Status known = get(wiring_.store, pose.id, measured);
-  if (is_transient(known)) return known;
-  const bool useful = !damaged && known.ok() && pose.state == PoseState::final;
+  ILP_TAKE(const bool known, find(wiring_.store, pose.id, measured));
+  const bool useful = !damaged && known && pose.state == PoseState::final;
   workspace_.after = state_;
   navigation::StripFrame frame;
   if (useful) {
@@ -195,8 +191,8 @@ Status Navigator::place_strip(bool& worked) {
   }
   ILP_TRY(transaction.commit({cursor_.first, pose.id}, workspace_.after, cursor_, state_));
   if (damaged) return found;
-  if (!contradicts) return {};
-  return {StatusCode::navigation_contradicts, state_.strip_id, static_cast<std::int64_t>(state_.verdict)};
+  if (!contradicts) return true;
+  return Status{StatusCode::navigation_contradicts, state_.strip_id, static_cast<std::int64_t>(state_.verdict)};
 }
 
 StepResult Navigator::step() {
@@ -209,11 +205,10 @@ StepResult Navigator::step() {
 }
 
 StepResult Navigator::work() {
-  bool worked = false;
-  Status status = measure_keyframe(worked);
-  if (!status.ok() || worked) return {status, true};
-  status = place_strip(worked);
-  if (!status.ok() || worked) return {status, true};
+  const Result<bool> measured = measure_keyframe();
+  if (!measured.ok() || measured.value()) return {measured.status(), true};
+  const Result<bool> placed = place_strip();
+  if (!placed.ok() || placed.value()) return {placed.status(), true};
   // A live source is emptied also while no keyframe asks.
   const bool live = wiring_.source != nullptr && !wiring_.source->recorded();
   return {{}, live && !take_samples(wiring_.clock.now())};

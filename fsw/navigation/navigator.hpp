@@ -3,6 +3,7 @@
 
 #include "cfg/limits.hpp"
 #include "cfg/mission.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/body_figure.hpp"
 #include "fsw/shared/step_transaction.hpp"
@@ -58,8 +59,9 @@ class Navigator final : public StageComponent<ComponentId::navigator> {
   /// Takes samples up to a time, a bounded number of them. Returns whether there are no more up to that time.
   bool take_samples(TimeNs until);
   void keep(const NavigationSample& sample);
-  Status measure_keyframe(bool& worked);
-  Status place_strip(bool& worked);
+  /// Whether there was something to do, here and below.
+  Result<bool> measure_keyframe();
+  Result<bool> place_strip();
   void measure(const KeyframeRecord& keyframe, NavigationRecord& record) const;
   void add(const PoseRecord& pose, const NavigationRecord& navigation, State& after) const;
   [[nodiscard]] StripFrameRecord record_of(const navigation::StripFrame& frame, const State& after,

@@ -43,31 +43,29 @@ Status VehiclePackets::receive() {
   return {};
 }
 
-Status VehiclePackets::take(std::span<const std::uint8_t> packet, TimeNs now, NavigationSample& sample, bool& ours) {
-  ours = false;
+Result<bool> VehiclePackets::take(std::span<const std::uint8_t> packet, TimeNs now, NavigationSample& sample) {
   PrimaryHeader header;
   ILP_TRY(decode_primary(packet, header));
-  if (header.apid != mission_.vehicle_apid || header.telecommand) return {};
+  if (header.apid != mission_.vehicle_apid || header.telecommand) return false;
   Telemetry telemetry;
   ILP_TRY(decode_telemetry(packet, mission_.vehicle_apid, vehicle_time, telemetry));
-  if (telemetry.service != housekeeping || telemetry.subtype != housekeeping_report) return {};
+  if (telemetry.service != housekeeping || telemetry.subtype != housekeeping_report) return false;
   ByteReader in(telemetry.data);
-  if (in.u8() != navigation_report_id || !in.ok()) return {};
+  if (in.u8() != navigation_report_id || !in.ok()) return false;
   if (telemetry.data.size() != report_bytes) {
-    return {StatusCode::packet_length, static_cast<std::int64_t>(report_bytes),
-            static_cast<std::int64_t>(telemetry.data.size())};
+    return Status{StatusCode::packet_length, static_cast<std::int64_t>(report_bytes),
+                  static_cast<std::int64_t>(telemetry.data.size())};
   }
   NavigationSample read;
   read.time_ns = MissionTime(mission_.mission_epoch_s).mission(telemetry.time);
   for (const NavigationColumn& column : navigation_columns()) {
     if (column.value != nullptr) *column.value(read) = in.f64();
   }
-  if (read.time_ns > now + most_ahead_ns) return {StatusCode::time_in_future, read.time_ns - now};
-  if (read.time_ns <= latest_ns_) return {StatusCode::time_not_monotonic, 0, latest_ns_ - read.time_ns};
+  if (read.time_ns > now + most_ahead_ns) return Status{StatusCode::time_in_future, read.time_ns - now};
+  if (read.time_ns <= latest_ns_) return Status{StatusCode::time_not_monotonic, 0, latest_ns_ - read.time_ns};
   latest_ns_ = read.time_ns;
   sample = read;
-  ours = true;
-  return {};
+  return true;
 }
 
 Status VehiclePackets::next(TimeNs now, NavigationSample& sample) {
@@ -78,8 +76,7 @@ Status VehiclePackets::next(TimeNs now, NavigationSample& sample) {
     const Status cut = first_packet(left, packet);
     begin_ = cut.ok() ? begin_ + packet.size() : end_;
     ILP_TRY(cut);
-    bool ours = false;
-    ILP_TRY(take(packet, now, sample, ours));
+    ILP_TAKE(const bool ours, take(packet, now, sample));
     if (ours) return {};
   }
   return StatusCode::not_ready;

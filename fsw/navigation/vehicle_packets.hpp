@@ -10,6 +10,7 @@
 #include "cfg/limits.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/base/navigation_sample.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/packets/pus.hpp"
 #include "fsw/packets/space_packet.hpp"
 #include "fsw/packets/time_code.hpp"
@@ -50,7 +51,8 @@ class VehiclePackets final : public NavigationSource {
 
  private:
   Status receive();
-  Status take(std::span<const std::uint8_t> packet, TimeNs now, NavigationSample& sample, bool& ours);
+  /// False for a packet that is not meant for the flight.
+  Result<bool> take(std::span<const std::uint8_t> packet, TimeNs now, NavigationSample& sample);
 
   PacketLink& link_;
   const MissionParameters& mission_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "fsw/base/argument.hpp"
+#include "fsw/base/result.hpp"
 
 namespace ilp {
 namespace {
@@ -32,11 +33,11 @@ std::span<const char> without_blanks(std::span<const char> text) {
   while (!text.empty() && is_blank(text.back())) text = text.first(text.size() - 1);
   return text;
 }
-/// Returns -1 if `c` is no digit.
-int digit(char c) {
+Result<int> digit(char c) {
   if (c >= '0' && c <= '9') return c - '0';
   if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return StatusCode::parse_error;
 }
 
 }  // namespace
@@ -75,8 +76,7 @@ Status Authenticator::add_line(std::span<const char> line) {
   std::array<std::uint8_t, max_key_bytes> key{};
   if (hex.size() % 2 != 0 || hex.size() > 2 * key.size()) return StatusCode::parse_error;
   for (std::size_t i = 0; i < hex.size(); ++i) {
-    const int value = digit(hex[i]);
-    if (value < 0) return StatusCode::parse_error;
+    ILP_TAKE(const int value, digit(hex[i]));
     key[i / 2] = static_cast<std::uint8_t>((key[i / 2] << 4U) | value);
   }
   return add(static_cast<std::uint16_t>(spi), std::span(key).first(hex.size() / 2));

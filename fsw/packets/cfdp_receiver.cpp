@@ -37,8 +37,8 @@ void Receiver::begin(const Header& first, const ReceiverSettings& settings, Time
   condition_ = Condition::no_error;
   file_status_ = FileStatus::discarded;
   metadata_ = shown_ = eof_ = false;
-  owes_eof_ack_ = owes_nak_ = owes_finished_ = owes_keep_alive_ = false;
-  file_bytes_ = end_ = nak_from_ = repeats_ = 0;
+  owed_ = {};
+  file_bytes_ = end_ = repeats_ = 0;
   carried_ = {};
   deadline_ns_ = heard_ns_ = progressed_ns_ = now;
   missing_.clear();
@@ -64,7 +64,7 @@ void Receiver::resume(const OpenReception& open, const ReceiverSettings& setting
   carried_.checksum = open.checksum;
   carried_.file_bytes = open.file_bytes;
   hear_eof({Condition::no_error, open.checksum, open.file_bytes, {}}, now);
-  owes_eof_ack_ = false;
+  owed_.eof_ack = false;
 }
 
 OpenReception Receiver::open() const {
@@ -87,7 +87,7 @@ OpenReception Receiver::open() const {
 
 void Receiver::abandon() {
   phase_ = ReceivePhase::closed;
-  owes_eof_ack_ = owes_nak_ = owes_finished_ = owes_keep_alive_ = false;
+  owed_ = {};
 }
 
 void Receiver::conclude(Condition condition, FileStatus status, TimeNs now) {
@@ -95,15 +95,10 @@ void Receiver::conclude(Condition condition, FileStatus status, TimeNs now) {
   phase_ = ReceivePhase::finished;
   condition_ = condition;
   file_status_ = status;
-  owes_nak_ = false;
-  owes_finished_ = true;
+  owed_.nak = false;
+  owed_.finished = true;
   repeats_ = 0;
   deadline_ns_ = now + settings_.timer_ns;
-}
-
-void Receiver::owe_nak(bool all) {
-  owes_nak_ = true;
-  if (all) nak_from_ = 0;
 }
 
 void Receiver::hear_metadata(const Metadata& metadata, TimeNs now) {
@@ -139,7 +134,7 @@ void Receiver::hear_data(const FileData& data, TimeNs now) {
   if (end > end_ || octets_in(missing_) < missed) progressed_ns_ = now;
   if (leaves_gap) {
     static_cast<void>(missing_.push_back({end_, begin}));
-    owe_nak(false);
+    owed_.nak = true;
   }
   if (end > end_) end_ = end;
   std::memcpy(&file_[begin], data.bytes.data(), data.bytes.size());
@@ -148,7 +143,7 @@ void Receiver::hear_data(const FileData& data, TimeNs now) {
 }
 
 void Receiver::hear_eof(const EndOfFile& eof, TimeNs now) {
-  owes_eof_ack_ = true;
+  owed_.eof_ack = true;
   eof_condition_ = eof.condition;
   if (phase_ != ReceivePhase::data) return;
   if (eof.condition != Condition::no_error) {
@@ -170,14 +165,14 @@ void Receiver::hear_eof(const EndOfFile& eof, TimeNs now) {
   if (end_ < file_bytes_ && !missing_.push_back({end_, file_bytes_})) missing_.back().end = file_bytes_;
   end_ = file_bytes_;
   deadline_ns_ = now + settings_.timer_ns;
-  if (!missing_.empty() || !metadata_) owe_nak(true);
+  if (!missing_.empty() || !metadata_) owed_.request_all();
 }
 
 void Receiver::complete_if_whole(TimeNs now) {
   if (phase_ != ReceivePhase::data || !metadata_ || !eof_ || !missing_.empty()) return;
   FileChecksum checksum(static_cast<ChecksumType>(checksum_type_));
   checksum.add(file());
-  owes_nak_ = false;
+  owed_.nak = false;
   // The null checksum always agrees.
   if (checksum.value() == checksum_ || checksum_type_ == static_cast<std::uint8_t>(ChecksumType::null)) {
     phase_ = ReceivePhase::whole;
@@ -198,12 +193,12 @@ void Receiver::receive(const Pdu& pdu, TimeNs now) {
     if (pdu.kind == PduKind::file_data) hear_data(pdu.file_data, now);
     if (pdu.kind == PduKind::prompt) {
       if (pdu.prompt.keep_alive)
-        owes_keep_alive_ = true;
+        owed_.keep_alive = true;
       else
-        owe_nak(true);
+        owed_.request_all();
     }
     // Without the metadata the purpose of the data is not known.
-    if (phase_ == ReceivePhase::data && !metadata_ && end_ > 0 && nak_from_ == 0) owe_nak(true);
+    if (phase_ == ReceivePhase::data && !metadata_ && end_ > 0 && owed_.nak_from == 0) owed_.request_all();
   }
   complete_if_whole(now);
 }
@@ -214,13 +209,13 @@ void Receiver::tick(TimeNs now) {
     return;
   }
   const bool waits = phase_ == ReceivePhase::finished || (phase_ == ReceivePhase::data && eof_);
-  if (!waits || now < deadline_ns_ || owes_finished_ || owes_nak_) return;
+  if (!waits || now < deadline_ns_ || owed_.finished || owed_.nak) return;
   deadline_ns_ = now + settings_.timer_ns;
   if (repeats_++ < settings_.timer_limit) {
     if (phase_ == ReceivePhase::finished)
-      owes_finished_ = true;
+      owed_.finished = true;
     else
-      owe_nak(true);
+      owed_.request_all();
     return;
   }
   if (phase_ == ReceivePhase::finished)
@@ -230,13 +225,13 @@ void Receiver::tick(TimeNs now) {
 }
 
 bool Receiver::next(PduKind& kind) const {
-  if (owes_eof_ack_) {
+  if (owed_.eof_ack) {
     kind = PduKind::ack;
-  } else if (owes_finished_) {
+  } else if (owed_.finished) {
     kind = PduKind::finished;
-  } else if (owes_nak_) {
+  } else if (owed_.nak) {
     kind = PduKind::nak;
-  } else if (owes_keep_alive_) {
+  } else if (owed_.keep_alive) {
     kind = PduKind::keep_alive;
   } else {
     return false;
@@ -268,9 +263,9 @@ void Receiver::build(PduKind kind, Pdu& pdu) {
       break;
   }
   nak_through_ = end_;
-  if (!metadata_ && nak_from_ == 0) size += write_gap(header_, {}, options_.data());
+  if (!metadata_ && owed_.nak_from == 0) size += write_gap(header_, {}, options_.data());
   for (const Piece& piece : missing_) {
-    if (piece.begin < nak_from_) continue;
+    if (piece.begin < owed_.nak_from) continue;
     if (options_.size() - size < 16) {
       nak_through_ = piece.begin;
       break;
@@ -284,18 +279,18 @@ void Receiver::build(PduKind kind, Pdu& pdu) {
 void Receiver::sent(PduKind kind, TimeNs now) {
   switch (kind) {
     case PduKind::ack:
-      owes_eof_ack_ = false;
+      owed_.eof_ack = false;
       return;
     case PduKind::finished:
-      owes_finished_ = false;
+      owed_.finished = false;
       break;
     case PduKind::keep_alive:
-      owes_keep_alive_ = false;
+      owed_.keep_alive = false;
       return;
     default:
       // The gaps that do not fit into one PDU follow in the next.
-      owes_nak_ = nak_through_ < end_;
-      nak_from_ = nak_through_ > 0 ? nak_through_ : 1;
+      owed_.nak = nak_through_ < end_;
+      owed_.nak_from = nak_through_ > 0 ? nak_through_ : 1;
       break;
   }
   deadline_ns_ = now + settings_.timer_ns;

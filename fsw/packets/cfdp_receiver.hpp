@@ -59,6 +59,19 @@ enum class ReceivePhase : std::uint8_t {
   closed
 };
 
+struct OwedAnswers {
+  bool eof_ack = false;
+  bool nak = false;
+  bool finished = false;
+  bool keep_alive = false;
+  std::uint32_t nak_from = 0;  ///< gaps that begin before it have been requested
+
+  void request_all() {
+    nak = true;
+    nak_from = 0;
+  }
+};
+
 /// All times are of a clock that stops out of contact. The object has about 70 KiB.
 class Receiver {
  public:
@@ -102,7 +115,6 @@ class Receiver {
   void hear_data(const FileData& data, TimeNs now);
   void hear_eof(const EndOfFile& eof, TimeNs now);
   void complete_if_whole(TimeNs now);
-  void owe_nak(bool all);
 
   Header header_;
   ReceiverSettings settings_;
@@ -112,16 +124,12 @@ class Receiver {
   bool metadata_ = false;
   bool shown_ = false;
   bool eof_ = false;
-  bool owes_eof_ack_ = false;
-  bool owes_nak_ = false;
-  bool owes_finished_ = false;
-  bool owes_keep_alive_ = false;
+  OwedAnswers owed_;
   Condition eof_condition_ = Condition::no_error;
   std::uint8_t checksum_type_ = 0;
   std::uint32_t checksum_ = 0;
   std::uint32_t file_bytes_ = 0;   ///< known after the EOF
   std::uint32_t end_ = 0;          ///< end of the received data
-  std::uint32_t nak_from_ = 0;     ///< gaps that begin before it have been requested
   std::uint32_t nak_through_ = 0;  ///< end of the request in the NAK that was built
   std::uint32_t repeats_ = 0;
   TimeNs deadline_ns_ = 0;

@@ -228,7 +228,6 @@ void Sender::receive(const Pdu& pdu, TimeNs now) {
       break;
     case PduKind::keep_alive:
       shown_ = true;
-      received_bytes_ = pdu.keep_alive.progress_bytes;
       break;
     case PduKind::ack:
       hear_ack(pdu.ack, now);

@@ -97,13 +97,10 @@ class Sender {
   [[nodiscard]] SendPhase phase() const { return phase_; }
   [[nodiscard]] SendOutcome outcome() const { return outcome_; }
   [[nodiscard]] Condition condition() const { return condition_; }
-  [[nodiscard]] bool suspended() const { return suspended_; }
   /// All bytes before it were sent once.
   [[nodiscard]] std::uint32_t progress() const { return progress_; }
   [[nodiscard]] const PieceList& gaps() const { return gaps_; }
   [[nodiscard]] const SenderCounts& counts() const { return counts_; }
-  /// Bytes received, by the receiver's latest keep-alive.
-  [[nodiscard]] std::uint64_t received_bytes() const { return received_bytes_; }
 
  private:
   void hear_nak(const Pdu& pdu, TimeNs now);
@@ -132,7 +129,6 @@ class Sender {
   std::uint32_t cancel_checksum_ = 0;
   TimeNs deadline_ns_ = 0;
   TimeNs heard_ns_ = 0;
-  std::uint64_t received_bytes_ = 0;
   PieceList gaps_;
   SenderCounts counts_;
   std::uint8_t fault_location_[10] = {};

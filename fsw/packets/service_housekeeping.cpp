@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "fsw/base/argument.hpp"
+#include "fsw/base/result.hpp"
 
 namespace ilp {
 namespace {
@@ -22,11 +23,12 @@ Status check_count(std::uint32_t count) {
   return {};
 }
 
-/// Milliseconds, rounded to whole nanoseconds; negative when it is no time.
-TimeNs read_interval(const Tailoring& tailoring, ByteReader& in) {
+/// Milliseconds, rounded to whole nanoseconds.
+Result<TimeNs> read_interval(const Tailoring& tailoring, ByteReader& in) {
   if (!tailoring.interval_in_seconds) return in.u32() * ns_per_ms;
   const double ms = static_cast<double>(in.f32()) * ms_per_s;
-  return ms >= 0 && ms <= longest_interval_ms ? static_cast<TimeNs>(std::floor(ms + 0.5)) * ns_per_ms : -1;
+  if (!(ms >= 0 && ms <= longest_interval_ms)) return out_of_range(Argument::interval);
+  return static_cast<TimeNs>(std::floor(ms + 0.5)) * ns_per_ms;
 }
 
 /// `read_item` says whether an item is valid; `invalid_argument` if it is not.
@@ -65,8 +67,9 @@ void encode_report_list(const Tailoring& tailoring, const ReportList& list, Byte
 Status decode_interval_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, IntervalList& list) {
   return decode_list(tailoring, data, list, [&](ByteReader& in, ReportInterval& item) {
     item.report_id = in.number(tailoring.report_id);
-    item.interval_ns = read_interval(tailoring, in);
-    return item.interval_ns >= 0;
+    const Result<TimeNs> interval = read_interval(tailoring, in);
+    item.interval_ns = interval.value();
+    return interval.ok();
   });
 }
 

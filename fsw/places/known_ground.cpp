@@ -150,21 +150,6 @@ std::uint64_t known_in_cell(const NewView& view, const CellRange& cell, const Ce
   return bits;
 }
 
-/// Marks known ground within `border_px` of new ground along one line of pixels.
-template <typename At>
-void mark_border(std::int32_t length, std::int32_t border_px, At at) {
-  std::int32_t near = 0;
-  for (std::int32_t i = 0; i < length; ++i) {
-    near = (at(i) & is_new) != 0 ? border_px + 1 : near - 1;
-    if (near > 0 && at(i) == is_known) at(i) = is_known_at_border;
-  }
-  near = 0;
-  for (std::int32_t i = length - 1; i >= 0; --i) {
-    near = (at(i) & is_new) != 0 ? border_px + 1 : near - 1;
-    if (near > 0 && at(i) == is_known) at(i) = is_known_at_border;
-  }
-}
-
 /// Adds `to` where `side` pixels in a row, this one last, have `from`.
 template <typename At>
 void mark_ends(std::int32_t length, std::int32_t side, std::uint8_t from, std::uint8_t to, At at) {
@@ -199,17 +184,25 @@ void each_column(const ImageView<std::uint8_t>& mask, Each each) {
   }
 }
 
-/// Marks what has `from` within `reach` pixels of known ground, along one line of pixels.
+/// Marks what has `from` within `reach` pixels of what has `beside`, along one line of pixels.
 template <typename At>
-void mark_beside_known(std::int32_t length, std::int32_t reach, std::uint8_t from, std::uint8_t to, At at) {
+void mark_near(std::int32_t length, std::int32_t reach, std::uint8_t beside, std::uint8_t from, std::uint8_t to,
+               At at) {
   const auto forth = [&](std::int32_t i, std::int32_t& near) {
-    near = at(i) == is_known ? reach + 1 : near - 1;
+    near = at(i) == beside ? reach + 1 : near - 1;
     if (near > 0 && at(i) == from) at(i) = to;
   };
   std::int32_t near = 0;
   for (std::int32_t i = 0; i < length; ++i) forth(i, near);
   near = 0;
   for (std::int32_t i = length - 1; i >= 0; --i) forth(i, near);
+}
+
+void mark_near(const ImageView<std::uint8_t>& mask, std::int32_t reach, std::uint8_t beside, std::uint8_t from,
+               std::uint8_t to) {
+  const auto mark = [&](std::int32_t length, auto at) { mark_near(length, reach, beside, from, to, at); };
+  each_row(mask, mark);
+  each_column(mask, mark);
 }
 
 // New ground beside known ground that no square of new ground with sides of `side` px contains counts as known: these
@@ -228,8 +221,7 @@ void find_thin_ground(const ImageView<std::uint8_t>& mask, std::int32_t side) {
 }
 
 void know_slivers(const ImageView<std::uint8_t>& mask, std::int32_t side) {
-  each_row(mask, [&](std::int32_t length, auto at) { mark_beside_known(length, side, is_thin, is_sliver, at); });
-  each_column(mask, [&](std::int32_t length, auto at) { mark_beside_known(length, side, is_thin, is_sliver, at); });
+  mark_near(mask, side, is_known, is_thin, is_sliver);
   for (std::size_t i = 0; i < mask.area(); ++i) {
     std::uint8_t& pixel = mask.data[i];
     if (pixel == is_thin) pixel = is_new;
@@ -292,33 +284,29 @@ void mark_known_over_plane(MaskView mask, const Mat3& other_from_keyframe, const
   }
 }
 
-std::uint32_t take_known_slice(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
-                               const ImageView<std::uint8_t>& mask, std::size_t part, bool& more) {
-  more = true;
+bool take_known_slice(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
+                      const ImageView<std::uint8_t>& mask, std::size_t part, std::uint32_t& taken) {
+  taken = 0;
   switch (part) {
     case 0:
-      more = classify(known, mask);
-      if (more) return 0;
+      if (classify(known, mask)) return true;
       for (std::size_t i = 0; i < mask.area(); ++i) mask.data[i] = mask.data[i] == outside ? 0 : 255;
-      return 0;
+      return false;
     case 1:
       find_squares(mask, sliver_px);
-      return 0;
+      return true;
     case 2:
       find_thin_ground(mask, sliver_px);
-      return 0;
+      return true;
     case 3:
       know_slivers(mask, sliver_px);
-      return 0;
+      return true;
     case 4:
-      each_row(mask, [&](std::int32_t length, auto at) { mark_border(length, border_px, at); });
-      each_column(mask, [&](std::int32_t length, auto at) { mark_border(length, border_px, at); });
-      return 0;
+      mark_near(mask, border_px, is_new, is_known, is_known_at_border);
+      return true;
     default:
       break;
   }
-  more = false;
-  std::uint32_t taken = 0;
   std::uint32_t left = 0;
   for (std::size_t i = 0; i < mask.area(); ++i) {
     std::uint8_t& pixel = mask.data[i];
@@ -326,18 +314,10 @@ std::uint32_t take_known_slice(const KnownGround& known, std::int32_t sliver_px,
     pixel = pixel == is_known || pixel == outside ? 0 : 255;
     left += pixel != 0 ? 1U : 0U;
   }
-  if (left >= smallest_rest) return taken;
+  if (left >= smallest_rest) return false;
   std::fill_n(mask.data, mask.area(), std::uint8_t{0});
-  return taken + left;
-}
-
-std::uint32_t take_known(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
-                         const ImageView<std::uint8_t>& mask) {
-  std::uint32_t taken = 0;
-  bool more = true;
-  // bound: the parts of the work
-  for (std::size_t part = 0; more; ++part) taken = take_known_slice(known, sliver_px, border_px, mask, part, more);
-  return taken;
+  taken += left;
+  return false;
 }
 
 }  // namespace ilp

@@ -41,12 +41,9 @@ void mark_known_over_plane(MaskView mask, const Mat3& other_from_keyframe, const
 /// Takes known pixels out of the mask, and with them slivers: pixels that no square of new pixels with sides of
 /// `sliver_px` contains. Known pixels within `border_px` of new ground that is not known stay: errors of the poses do
 /// not open gaps in the map. What is left of the mask goes too if it is less than a cell. Nothing changes where no
-/// pixel is known. Returns the number of pixels taken.
-std::uint32_t take_known(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
-                         const ImageView<std::uint8_t>& mask);
-/// The same in slices, from part 0 on while `more` is true; the last one returns the number. Between them the mask
-/// holds marks.
-std::uint32_t take_known_slice(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
-                               const ImageView<std::uint8_t>& mask, std::size_t part, bool& more);
+/// pixel is known. In slices, from part 0 on while they return true; between them the mask holds marks. `taken` is the
+/// number of pixels.
+bool take_known_slice(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
+                      const ImageView<std::uint8_t>& mask, std::size_t part, std::uint32_t& taken);
 
 }  // namespace ilp

@@ -57,9 +57,8 @@ Status PlaceLinks::search() {
     workspace_.table.find_near(work_.keyframe.strip_id, first_too_recent() - 1, cam_from_world, work_.ground_distance,
                                much_in_common, work_.camera, near);
     add_candidates(near);
-    bool tied = false;
     TieRecord tie;
-    ILP_TRY(tied_to(work_.keyframe.strip_id, tied, tie));
+    ILP_TAKE(const bool tied, find(wiring_.store, work_.keyframe.strip_id, tie));
     if (tied) {
       workspace_.table.find_near(tie.to_strip_id, work_.keyframe.id - 1,
                                  compose(cam_from_world, inverse(similarity_of(tie))), work_.ground_distance,
@@ -80,10 +79,8 @@ Status PlaceLinks::search() {
 Status PlaceLinks::compare() {
   const RememberedPlace& place = workspace_.table.at(work_.candidates[work_.compared++]);
   PlaceRecord record;
-  const Status found = get(wiring_.store, place.keyframe_id, record);
-  if (is_transient(found)) return found;
-  bool sound = false;
-  if (found.ok()) ILP_TRY(recall_.load_features(record, sound));
+  ILP_TAKE(const bool found, find(wiring_.store, place.keyframe_id, record));
+  ILP_TAKE(const bool sound, found ? recall_.load_features(record) : Result<bool>(false));
   if (sound) ILP_TRY(link_with(place, record));
   const std::size_t enough = loosely_chained() ? work_.links.capacity() : enough_links;
   if (work_.compared == work_.candidates.size() || work_.links.size() >= enough)
@@ -114,9 +111,9 @@ Status PlaceLinks::register_patches(const PlaceRecord& place, LinkPoints& points
   const std::size_t count =
       std::min<std::size_t>(place.patches.bytes / sizeof(PlacePatch), workspace_.older_patches.capacity());
   static_cast<void>(workspace_.older_patches.resize(count));
-  const Status read = read_blob<PlaceRecord>(wiring_.store, "patches", place.id, 0,
-                                             writable_octets(workspace_.older_patches.data(), count));
-  if (!read.ok()) return is_transient(read) ? read : Status{};
+  ILP_TAKE(const bool whole, found_by(read_blob<PlaceRecord>(wiring_.store, "patches", place.id, 0,
+                                                             writable_octets(workspace_.older_patches.data(), count))));
+  if (!whole) return {};
   ILP_TRY(find_place_patches({workspace_.older_patches.data(), count}, workspace_.image.view(),
                              workspace_.match.plane_newer_from_older, {}, wiring_.scratch.as<PlaceScratch>().patches,
                              workspace_.sightings));

@@ -27,15 +27,12 @@ constexpr double same_way = 0.7;
 Status PlaceMarks::load_seen(std::int64_t keyframe_id, SeenCells& cells) {
   ILP_TRY(clear_seen_cells(work_.camera.width, work_.camera.height, cells));
   PlaceRecord place;
-  const Status found = get(wiring_.store, keyframe_id, place);
-  if (!found.ok()) return is_transient(found) ? found : Status{};
+  ILP_TAKE(const bool found, find(wiring_.store, keyframe_id, place));
   const std::size_t count = cell_count(cells);
-  if (place.cells.bytes != count) return {};
-  const Status read =
-      read_blob<PlaceRecord>(wiring_.store, "cells", keyframe_id, 0, writable_octets(cells.quality.data(), count));
-  if (read.ok()) return {};
-  ILP_TRY(clear_seen_cells(work_.camera.width, work_.camera.height, cells));
-  return is_transient(read) ? read : Status{};
+  if (!found || place.cells.bytes != count) return {};
+  ILP_TAKE(const bool whole, found_by(read_blob<PlaceRecord>(wiring_.store, "cells", keyframe_id, 0,
+                                                             writable_octets(cells.quality.data(), count))));
+  return whole ? Status{} : clear_seen_cells(work_.camera.width, work_.camera.height, cells);
 }
 
 /// The image makes room for the mask. Where no earlier keyframe shows this ground, nobody needs it.
@@ -50,13 +47,12 @@ Status PlaceMarks::load_mask() {
 }
 
 /// By one link all keyframes of the earlier strip that stand near say which ground they have seen.
-Status PlaceMarks::mark_by(const LinkRecord& link, std::size_t& left, bool& done) {
+Result<bool> PlaceMarks::mark_by(const LinkRecord& link, std::size_t& left) {
   if (work_.depth.verdict != DepthVerdict::ok) {
     if (left > 0) {
       --left;
-      return {};
+      return false;
     }
-    done = true;
     ILP_TRY(load_mask());
     ILP_TRY(load_seen(link.place_id, workspace_.other_seen));
     Mat3 keyframe_from_place;
@@ -65,22 +61,29 @@ Status PlaceMarks::mark_by(const LinkRecord& link, std::size_t& left, bool& done
     if (place_from_keyframe.allFinite()) {
       mark_known_over_plane(workspace_.image.view(), place_from_keyframe, workspace_.other_seen, workspace_.known);
     }
-    return {};
+    return true;
   }
   // Without a geometry nothing says how well the other keyframe saw the ground of this one.
-  if (link.verdict == LinkVerdict::images_only) return {};
+  if (link.verdict == LinkVerdict::images_only) return false;
   PoseRecord place;
   ILP_TRY(measured(link.place_id, place));
-  if (place.state != PoseState::final) return {};
+  if (place.state != PoseState::final) return false;
   const Similarity cam_from_strip = compose(similarity_of(link), similarity_from(cam_from_world(pose_of(place))));
   const bool same = link.place_strip_id == work_.keyframe.strip_id;
   NearPlaces near;
   workspace_.table.find_near(link.place_strip_id, same ? first_chained() - 1 : work_.keyframe.id - 1, cam_from_strip,
                              work_.ground_distance, any_in_common, work_.camera, near);
-  done = left < near.size();
-  if (done) return mark_seen_by(near[left], cam_from_strip, 0);
-  left -= near.size();
-  return {};
+  return mark_by_one_of(near, cam_from_strip, 0, left);
+}
+
+Result<bool> PlaceMarks::mark_by_one_of(const NearPlaces& near, const Similarity& cam_from_strip, double error_px,
+                                        std::size_t& left) {
+  if (left >= near.size()) {
+    left -= near.size();
+    return false;
+  }
+  ILP_TRY(mark_seen_by(near[left], cam_from_strip, error_px));
+  return true;
 }
 
 Status PlaceMarks::mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip, double error_px) {
@@ -122,25 +125,23 @@ bool PlaceMarks::lies_inside(const RememberedPlace& before) const {
 }
 
 /// How far the ground may lie from where the poses of this keyframe and an earlier one of the strip put it.
-Status PlaceMarks::error_by_poses(const RememberedPlace& place, double& error_px) {
-  error_px = 0;
-  if (place.keyframe_id > work_.keyframe.id - chained_keyframes) return {};
+Result<double> PlaceMarks::error_by_poses(const RememberedPlace& place) {
+  if (place.keyframe_id > work_.keyframe.id - chained_keyframes) return 0.0;
   PoseRecord pose;
   ILP_TRY(measured(place.keyframe_id, pose));
   const bool first = place.keyframe_id == work_.keyframe.id - work_.keyframe.index;
   const bool stated = pose.state == PoseState::final && has_covariance(work_.pose) && (first || has_covariance(pose));
-  error_px = stated ? pose_sigmas * work_.camera.fx * ground_error_of_poses(work_.pose, pose, work_.ground_distance)
-                    : HUGE_VAL;
-  return {};
+  if (!stated) return HUGE_VAL;
+  return pose_sigmas * work_.camera.fx * ground_error_of_poses(work_.pose, pose, work_.ground_distance);
 }
 
 /// Ground that left the images of the strip and comes back without a link: the poses say where it is.
-Status PlaceMarks::mark_by_poses(std::size_t& left, bool& done) {
+Result<bool> PlaceMarks::mark_by_poses(std::size_t& left) {
   const RememberedPlace* before = workspace_.table.newest();
   const bool posed = work_.pose.state == PoseState::final && work_.ground_distance > 0;
-  if (!posed || before == nullptr || before->strip_id != work_.keyframe.strip_id || lies_inside(*before)) return {};
+  if (!posed || before == nullptr || before->strip_id != work_.keyframe.strip_id || lies_inside(*before)) return false;
   const auto contradicts = [](const LinkRecord& link) { return link.verdict == LinkVerdict::contradicts_poses; };
-  if (std::any_of(work_.links.begin(), work_.links.end(), contradicts)) return {};
+  if (std::any_of(work_.links.begin(), work_.links.end(), contradicts)) return false;
   const Similarity cam_from_strip = similarity_from(cam_from_world(pose_of(work_.pose)));
   NearPlaces near;
   workspace_.table.find_near(work_.keyframe.strip_id, work_.keyframe.id - 2, cam_from_strip, work_.ground_distance,
@@ -152,84 +153,74 @@ Status PlaceMarks::mark_by_poses(std::size_t& left, bool& done) {
       --left;
       continue;
     }
-    done = true;
-    double error_px = 0;
-    ILP_TRY(error_by_poses(place, error_px));
-    return error_px <= largest_pose_error_px ? mark_seen_by(one, cam_from_strip, error_px) : Status{};
+    ILP_TAKE(const double error_px, error_by_poses(place));
+    if (error_px <= largest_pose_error_px) ILP_TRY(mark_seen_by(one, cam_from_strip, error_px));
+    return true;
   }
-  return {};
-}
-
-Status PlaceMarks::link_before(std::int64_t keyframe_id, std::int64_t number, LinkRecord& link, bool& found) {
-  const Status got = get(wiring_.store, link_id(keyframe_id, number), link);
-  found = got.ok();
-  return found || !is_transient(got) ? Status{} : got;
+  return false;
 }
 
 /// Ground of another strip that no link of this keyframe leads to, where one of the keyframes just before does: the
 /// chain relates this keyframe to that one.
-Status PlaceMarks::mark_by_links_before(std::size_t& left, bool& done) {
+Result<bool> PlaceMarks::mark_by_links_before(std::size_t& left) {
   const std::int64_t first = work_.keyframe.id - work_.keyframe.index;
-  if (work_.pose.state != PoseState::final || !(work_.ground_distance > 0) || first <= 1) return {};
+  if (work_.pose.state != PoseState::final || !(work_.ground_distance > 0) || first <= 1) return false;
   FixedVector<std::int64_t, chained_keyframes + limits::max_links_per_keyframe> reached;
   for (const LinkRecord& link : work_.links) {
     if (link.verdict != LinkVerdict::images_only) static_cast<void>(reached.push_back(link.place_strip_id));
   }
   static_cast<void>(reached.push_back(work_.keyframe.strip_id));
-  for (std::int64_t id = work_.keyframe.id - 1; id >= first && id > work_.keyframe.id - chained_keyframes && !done;
-       --id) {
+  for (std::int64_t id = work_.keyframe.id - 1; id >= first && id > work_.keyframe.id - chained_keyframes; --id) {
     LinkRecord link;
-    bool found = true;
-    for (std::int64_t number = 0; number < limits::max_links_per_keyframe && !done; ++number) {
-      ILP_TRY(link_before(id, number, link, found));
+    for (std::int64_t number = 0; number < limits::max_links_per_keyframe; ++number) {
+      ILP_TAKE(const bool found, find(wiring_.store, link_id(id, number), link));
       if (!found) break;
       const bool known = std::find(reached.begin(), reached.end(), link.place_strip_id) != reached.end();
       if (known || link.verdict != LinkVerdict::linked || reached.size() == reached.capacity()) continue;
       static_cast<void>(reached.push_back(link.place_strip_id));
-      ILP_TRY(mark_by_link_of(id, link, left, done));
+      ILP_TAKE(const bool marked, mark_by_link_of(id, link, left));
+      if (marked) return true;
     }
   }
-  return {};
+  return false;
 }
 
-Status PlaceMarks::mark_by_link_of(std::int64_t linked_id, const LinkRecord& link, std::size_t& left, bool& done) {
+Result<bool> PlaceMarks::mark_by_link_of(std::int64_t linked_id, const LinkRecord& link, std::size_t& left) {
   PoseRecord linked, place;
   ILP_TRY(measured(linked_id, linked));
   ILP_TRY(measured(link.place_id, place));
-  if (linked.state != PoseState::final || place.state != PoseState::final) return {};
+  if (linked.state != PoseState::final || place.state != PoseState::final) return false;
   const Similarity here_from_world = similarity_from(cam_from_world(pose_of(work_.pose)));
   const Similarity linked_from_here =
       compose(similarity_from(cam_from_world(pose_of(linked))), inverse(here_from_world));
   const double error_px = pose_sigmas * work_.camera.fx *
                           error_of_link_at(link, linked_from_here * Vec3(0, 0, work_.ground_distance)) /
                           work_.ground_distance;
-  if (!(error_px <= largest_pose_error_px)) return {};
+  if (!(error_px <= largest_pose_error_px)) return false;
   const Similarity cam_from_strip =
       compose(inverse(linked_from_here), compose(similarity_of(link), similarity_from(cam_from_world(pose_of(place)))));
   NearPlaces near;
   workspace_.table.find_near(link.place_strip_id, work_.keyframe.id - 1, cam_from_strip, work_.ground_distance,
                              any_in_common, work_.camera, near);
-  done = left < near.size();
-  if (done) return mark_seen_by(near[left], cam_from_strip, error_px);
-  left -= near.size();
-  return {};
+  return mark_by_one_of(near, cam_from_strip, error_px, left);
 }
 
-Status PlaceMarks::mark_next(bool& done) {
+Result<bool> PlaceMarks::mark_next() {
   std::size_t left = work_.marked++;
-  done = false;
-  for (std::size_t i = 0; i < work_.links.size() && !done; ++i) ILP_TRY(mark_by(work_.links[i], left, done));
-  if (done || work_.depth.verdict != DepthVerdict::ok) return {};
-  ILP_TRY(mark_by_links_before(left, done));
-  return done ? Status{} : mark_by_poses(left, done);
+  for (const LinkRecord& link : work_.links) {
+    ILP_TAKE(const bool marked, mark_by(link, left));
+    if (marked) return true;
+  }
+  if (work_.depth.verdict != DepthVerdict::ok) return false;
+  ILP_TAKE(const bool marked, mark_by_links_before(left));
+  return marked ? Result<bool>(true) : mark_by_poses(left);
 }
 
 /// By one earlier keyframe.
 Status PlaceMarks::mark_known_ground() {
   const bool masked = work_.mask.code.bytes != 0 && work_.mask.code.bytes <= workspace_.mask_bytes.size();
-  bool done = false;
-  if (masked) ILP_TRY(mark_next(done));
-  if (done) return {};
+  ILP_TAKE(const bool marked, masked ? mark_next() : Result<bool>(false));
+  if (marked) return {};
   work_.marked = 0;
   work_.phase = work_.mask_loaded ? Phase::cut : Phase::record;
   return {};
@@ -237,10 +228,9 @@ Status PlaceMarks::mark_known_ground() {
 
 /// Takes the ground that is known out of the mask.
 Status PlaceMarks::cut_mask() {
-  bool more = false;
-  work_.known_before =
-      take_known_slice(workspace_.known, sliver_px, border_px, workspace_.image.view(), work_.marked++, more);
-  if (more) return {};
+  if (take_known_slice(workspace_.known, sliver_px, border_px, workspace_.image.view(), work_.marked++,
+                       work_.known_before))
+    return {};
   work_.phase = Phase::record;
   work_.mask_changed = work_.known_before != 0;
   if (!work_.mask_changed) return {};

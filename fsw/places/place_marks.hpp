@@ -16,18 +16,19 @@ class PlaceMarks : public PlacePart {
  private:
   Status load_seen(std::int64_t keyframe_id, SeenCells& cells);
   Status load_mask();
-  /// Each of these marks by one keyframe, the first after `left` of those that count; then `done` is set.
-  Status mark_by(const LinkRecord& link, std::size_t& left, bool& done);
+  /// Each of these marks by one keyframe, the first after `left` of those that count; false if there are not so many.
+  Result<bool> mark_by(const LinkRecord& link, std::size_t& left);
+  Result<bool> mark_by_one_of(const NearPlaces& near, const Similarity& cam_from_strip, double error_px,
+                              std::size_t& left);
   Status mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip, double error_px);
   [[nodiscard]] Vec3 ground_here() const;
   [[nodiscard]] bool comes_back_to(const RememberedPlace& place, const RememberedPlace& before) const;
   [[nodiscard]] bool lies_inside(const RememberedPlace& before) const;
-  Status error_by_poses(const RememberedPlace& place, double& error_px);
-  Status mark_by_poses(std::size_t& left, bool& done);
-  Status link_before(std::int64_t keyframe_id, std::int64_t number, LinkRecord& link, bool& found);
-  Status mark_by_links_before(std::size_t& left, bool& done);
-  Status mark_by_link_of(std::int64_t linked_id, const LinkRecord& link, std::size_t& left, bool& done);
-  Status mark_next(bool& done);
+  Result<double> error_by_poses(const RememberedPlace& place);
+  Result<bool> mark_by_poses(std::size_t& left);
+  Result<bool> mark_by_links_before(std::size_t& left);
+  Result<bool> mark_by_link_of(std::int64_t linked_id, const LinkRecord& link, std::size_t& left);
+  Result<bool> mark_next();
 };
 
 }  // namespace ilp

@@ -49,23 +49,16 @@ LastingMemory PlaceMemory::lasting() const {
                                         : corners.keeping(scratch.patches.corners_found);
 }
 
-Status PlaceMemory::pick(bool& picked) {
-  ILP_TRY(part<PlaceRecall>().forget_one(picked));
-  if (picked) return {};
-  const Status found = next(wiring_.store, cursor_.first, work_.depth);
-  if (found.is(StatusCode::not_found)) return {};
-  if (found.is(StatusCode::record_damaged)) {
-    work_.depth = {};
-    work_.depth.id = found.a;
-  } else {
-    ILP_TRY(found);
-  }
+Result<bool> PlaceMemory::pick() {
+  ILP_TAKE(const bool forgotten, part<PlaceRecall>().forget_one());
+  if (forgotten) return true;
+  ILP_TAKE(const Found found, find_next(wiring_.store, cursor_.first, work_.depth));
+  if (found == Found::nothing) return false;
   work_.mask = {};
   const Status masked = get(wiring_.store, work_.depth.id, work_.mask);
   if (!masked.ok() && !is_gone(masked) && !work_.patience.given_up(work_.depth.id)) return masked;
   // Nobody waits for a mask that is gone. One that was given up is superseded by an empty one.
   if (!is_gone(masked)) work_.mask.id = work_.depth.id;
-  picked = true;
   static_cast<void>(workspace_.features.resize(0));
   workspace_.patches.clear();
   work_.links.clear();
@@ -79,9 +72,9 @@ Status PlaceMemory::pick(bool& picked) {
   work_.keyframe = {};
   work_.pose = {};
   work_.ground_distance = 0;
-  const bool bare = !found.ok() || !wiring_.mission.place_memory || work_.patience.given_up(work_.depth.id);
+  const bool bare = found == Found::damaged || !wiring_.mission.place_memory || work_.patience.given_up(work_.depth.id);
   work_.phase = bare ? Phase::record : Phase::load;
-  return {};
+  return true;
 }
 
 Status PlaceMemory::load_cells() {
@@ -114,9 +107,8 @@ void PlaceMemory::give_depths() {
 Status PlaceMemory::load() {
   ILP_TRY(load_camera(wiring_.store, work_.camera));
   ILP_TRY(get(wiring_.store, work_.depth.id, work_.keyframe));
-  const Status posed = get(wiring_.store, work_.depth.id, work_.pose);
-  if (is_transient(posed)) return posed;
-  if (!posed.ok() || work_.pose.state != PoseState::final || !is_pose(work_.pose)) work_.pose.state = PoseState::failed;
+  ILP_TAKE(const bool posed, find(wiring_.store, work_.depth.id, work_.pose));
+  if (!posed || work_.pose.state != PoseState::final || !is_pose(work_.pose)) work_.pose.state = PoseState::failed;
   ILP_TRY(load_cells());
   ILP_TRY(load_frame_image(wiring_.store, work_.keyframe.frame_id, workspace_.image));
   work_.keeps = true;
@@ -145,21 +137,19 @@ Status PlaceMemory::take_patches() {
   return {};
 }
 
-/// `forgotten`: the slot whose keyframe makes room; limits::max_places if there is room.
-Status PlaceMemory::choose_slot(PlaceRecord& place, std::size_t& forgotten) {
-  forgotten = limits::max_places;
-  if (workspace_.features.empty()) return {};
+/// Returns the slot whose keyframe makes room; limits::max_places if there is room.
+std::size_t PlaceMemory::choose_slot(PlaceRecord& place) const {
   std::size_t slot = 0;
   while (slot < limits::max_places && (workspace_.index.holds(slot) || workspace_.table.at(slot).keyframe_id != 0))
     ++slot;
-  const bool full = slot == limits::max_places || workspace_.table.count() >= places_with_room(wiring_.mission);
-  if (full) {
-    forgotten = workspace_.table.least_needed();
-    if (forgotten == limits::max_places) return {};
-    slot = forgotten;
+  std::size_t forgotten = limits::max_places;
+  if (slot == limits::max_places || workspace_.table.count() >= places_with_room(wiring_.mission)) {
+    slot = workspace_.table.least_needed();
+    if (slot == limits::max_places) return slot;
+    forgotten = slot;
   }
   place.slot = static_cast<std::int32_t>(slot);
-  return {};
+  return forgotten;
 }
 
 Status PlaceMemory::write_place(const PlaceRecord& place, std::size_t forgotten) {
@@ -238,7 +228,7 @@ Status PlaceMemory::record() {
     std::copy_n(work_.pose.centre, 3, place.centre);
     place.ground_distance = work_.ground_distance;
     place.known_before = work_.known_before;
-    ILP_TRY(choose_slot(place, forgotten));
+    forgotten = choose_slot(place);
   }
   if (place.slot >= 0) {
     place.features.bytes = static_cast<std::uint32_t>(workspace_.features.size() * bytes_per_feature);
@@ -259,12 +249,12 @@ Status PlaceMemory::record() {
   return work_.drift;
 }
 
-Status PlaceMemory::advance(bool& picked) {
+Status PlaceMemory::advance() {
   switch (work_.phase) {
     case Phase::recall:
       return part<PlaceRecall>().recall();
     case Phase::idle:
-      return pick(picked);
+      break;
     case Phase::load:
       return load();
     case Phase::features:
@@ -291,10 +281,11 @@ StepResult PlaceMemory::step() {
     work_.phase = Phase::idle;
   work_.keeps = false;
   if (wiring_.mission.safe_mode) return {};
-  bool pending = true;
-  const Status status = advance(pending);
+  const bool idle = work_.phase == Phase::idle;
+  const Result<bool> picked = idle ? pick() : Result<bool>(true);
+  const Status status = idle ? picked.status() : advance();
   work_.keeps = work_.keeps && status.ok();
-  if (status.ok()) return {{}, pending, work_.keeps ? Then::keep : Then::go_on};
+  if (status.ok()) return {{}, picked.value(), work_.keeps ? Then::keep : Then::go_on};
   if (status.is(StatusCode::loop_contradicts)) return {status, true};
   return work_.patience.failed(work_.phase == Phase::recall ? recall_subject : work_.depth.id, status);
 }

@@ -30,14 +30,14 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   using State = PlaceState;
   using Features = PlacePart::Features;
 
-  Status advance(bool& picked);
-  Status pick(bool& picked);
+  Status advance();
+  Result<bool> pick();
   Status load_cells();
   void give_depths();
   Status load();
   Status find_features();
   Status take_patches();
-  Status choose_slot(PlaceRecord& place, std::size_t& forgotten);
+  [[nodiscard]] std::size_t choose_slot(PlaceRecord& place) const;
   Status write_place(const PlaceRecord& place, std::size_t forgotten);
   Status write_ties(State& after);
   void remember(const PlaceRecord& place, std::size_t forgotten);

@@ -28,16 +28,14 @@ bool is_pose(const PoseRecord& pose) {
 /// The pose of an earlier keyframe; without its errors when its own record was erased with the history, and not final
 /// when neither record can be read.
 Status PlacePart::measured(std::int64_t keyframe_id, PoseRecord& pose) {
-  Status found = get(wiring_.store, keyframe_id, pose);
-  if (!found.ok()) {
-    if (is_transient(found)) return found;
+  ILP_TAKE(const bool found, find(wiring_.store, keyframe_id, pose));
+  if (!found) {
     PlaceRecord place;
-    found = get(wiring_.store, keyframe_id, place);
-    if (is_transient(found)) return found;
+    ILP_TAKE(const bool kept, find(wiring_.store, keyframe_id, place));
     pose = {};
     pose.id = place.id;
     pose.strip_id = place.strip_id;
-    pose.state = found.ok() && place.posed ? PoseState::final : PoseState::failed;
+    pose.state = kept && place.posed ? PoseState::final : PoseState::failed;
     std::copy_n(place.q_cam_from_world, 4, pose.q_cam_from_world);
     std::copy_n(place.centre, 3, pose.centre);
   }
@@ -59,12 +57,6 @@ std::int64_t PlacePart::first_chained() const {
 /// The first keyframe that is not compared: the chain of this strip relates them.
 std::int64_t PlacePart::first_too_recent() const {
   return loosely_chained() ? work_.keyframe.id : first_chained();
-}
-
-Status PlacePart::tied_to(std::int64_t strip_id, bool& tied, TieRecord& tie) const {
-  const Status found = get(wiring_.store, strip_id, tie);
-  tied = found.ok();
-  return found.ok() || !is_transient(found) ? Status{} : found;
 }
 
 std::size_t PlacePart::features_wanted() const {

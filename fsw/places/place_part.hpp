@@ -7,6 +7,7 @@
 #include "fsw/places/place_table.hpp"
 #include "fsw/places/strip_tie.hpp"
 #include "fsw/shared/checkpoint.hpp"
+#include "fsw/shared/find.hpp"
 #include "fsw/shared/patience.hpp"
 #include "fsw/shared/step_memory.hpp"
 #include "fsw/vision/multiview/link_geometry.hpp"
@@ -96,7 +97,6 @@ class PlacePart {
   [[nodiscard]] bool loosely_chained() const;
   [[nodiscard]] std::int64_t first_chained() const;
   [[nodiscard]] std::int64_t first_too_recent() const;
-  Status tied_to(std::int64_t strip_id, bool& tied, TieRecord& tie) const;
   [[nodiscard]] std::size_t features_wanted() const;
 
  protected:

@@ -43,40 +43,40 @@ void PlaceRecall::fill_vocabulary(std::size_t through_slot) {
   }
 }
 
-/// Where the memory refuses a place it may be the memory that is wrong: the place stays on record.
-Status PlaceRecall::recall_place(const PlaceRecord& place, bool& sound) {
-  sound = false;
-  const auto slot = static_cast<std::size_t>(place.slot);
+Result<bool> PlaceRecall::read_features(const PlaceRecord& place) {
   const std::size_t count =
       std::min<std::size_t>(place.features.bytes / bytes_per_feature, workspace_.older.capacity());
   static_cast<void>(workspace_.older.resize(count));
-  const Status read =
-      read_blob<PlaceRecord>(wiring_.store, "features", place.id, 0, writable_octets(workspace_.older.data(), count));
-  if (!read.ok()) return is_transient(read) ? read : Status{};
-  sound = slot < limits::max_places;
+  return found_by(
+      read_blob<PlaceRecord>(wiring_.store, "features", place.id, 0, writable_octets(workspace_.older.data(), count)));
+}
+
+/// Where the memory refuses a place it may be the memory that is wrong: the place stays on record.
+Result<bool> PlaceRecall::recall_place(const PlaceRecord& place) {
+  const auto slot = static_cast<std::size_t>(place.slot);
+  ILP_TAKE(const bool whole, read_features(place));
+  if (!whole) return false;
   fill_vocabulary(slot);
-  if (!workspace_.table.add(slot, entry_of(place))) return {};
-  const Status inserted = workspace_.index.insert(slot, place.id, Features(workspace_.older.data(), count));
-  if (!inserted.ok()) workspace_.table.remove(slot);
-  return {};
+  if (workspace_.table.add(slot, entry_of(place)) &&
+      !workspace_.index.insert(slot, place.id, Features(workspace_.older.data(), workspace_.older.size())).ok())
+    workspace_.table.remove(slot);
+  return slot < limits::max_places;
 }
 
 Status PlaceRecall::recall() {
   for (int i = 0; i < recalled_per_step; ++i) {
     PlaceRecord place;
-    const Status found = next(wiring_.store, work_.recalled_id, place);
-    if (found.is(StatusCode::not_found)) {
+    ILP_TAKE(const Found found, find_next(wiring_.store, work_.recalled_id, place));
+    if (found == Found::nothing) {
       work_.phase = Phase::idle;
       return {};
     }
-    if (!found.ok() && !found.is(StatusCode::record_damaged)) return found;
-    const std::int64_t id = found.ok() ? place.id : found.a;
-    const bool known = found.ok() && place.slot >= 0 && place.features.bytes != 0 && id <= cursor_.first;
-    bool sound = false;
-    if (known) ILP_TRY(recall_place(place, sound));
+    const bool known =
+        found == Found::sound && place.slot >= 0 && place.features.bytes != 0 && place.id <= cursor_.first;
+    ILP_TAKE(const bool sound, known ? recall_place(place) : Result<bool>(false));
     // The newest one says how far the stage has come.
-    if (!sound && id != cursor_.first) ILP_TRY(erase_place(id));
-    work_.recalled_id = id;
+    if (!sound && place.id != cursor_.first) ILP_TRY(erase_place(place.id));
+    work_.recalled_id = place.id;
   }
   return {};
 }
@@ -93,40 +93,33 @@ Status PlaceRecall::erase_place(std::int64_t id) {
 }
 
 /// Where fewer places have room than there are, since the parameters have changed.
-Status PlaceRecall::forget_one(bool& forgotten) {
-  forgotten = false;
-  if (workspace_.table.count() <= places_with_room(wiring_.mission)) return {};
+Result<bool> PlaceRecall::forget_one() {
+  if (workspace_.table.count() <= places_with_room(wiring_.mission)) return false;
   const std::size_t slot = workspace_.table.least_needed();
-  if (slot == limits::max_places) return {};
+  if (slot == limits::max_places) return false;
   ILP_TRY(erase_place(workspace_.table.at(slot).keyframe_id));
   workspace_.table.remove(slot);
   static_cast<void>(workspace_.index.remove(slot));
-  forgotten = true;
-  return {};
+  return true;
 }
 
 /// Features outside the image, or depths that are none, are not what was written.
-Status PlaceRecall::load_features(const PlaceRecord& place, bool& sound) {
-  sound = false;
-  const std::size_t count =
-      std::min<std::size_t>(place.features.bytes / bytes_per_feature, workspace_.older.capacity());
-  if (count == 0) return {};
-  static_cast<void>(workspace_.older.resize(count));
-  Status read =
-      read_blob<PlaceRecord>(wiring_.store, "features", place.id, 0, writable_octets(workspace_.older.data(), count));
-  if (read.ok()) {
-    read = read_blob<PlaceRecord>(wiring_.store, "features", place.id, count * sizeof(PlaceFeature),
-                                  writable_octets(workspace_.older_depths.data(), count));
-  }
-  if (!read.ok()) return is_transient(read) ? read : Status{};
+Result<bool> PlaceRecall::load_features(const PlaceRecord& place) {
+  if (place.features.bytes < bytes_per_feature) return false;
+  ILP_TAKE(const bool whole, read_features(place));
+  if (!whole) return false;
+  const std::size_t count = workspace_.older.size();
+  ILP_TAKE(const bool deep,
+           found_by(read_blob<PlaceRecord>(wiring_.store, "features", place.id, count * sizeof(PlaceFeature),
+                                           writable_octets(workspace_.older_depths.data(), count))));
+  if (!deep) return false;
   const auto inside = [](float px, std::int32_t side) { return px >= 0 && px < static_cast<float>(side); };
-  sound = true;
   for (std::size_t i = 0; i < count; ++i) {
-    sound = sound && inside(workspace_.older[i].x, work_.camera.width) &&
-            inside(workspace_.older[i].y, work_.camera.height) && workspace_.older_depths[i] >= 0 &&
-            std::isfinite(workspace_.older_depths[i]);
+    if (!inside(workspace_.older[i].x, work_.camera.width) || !inside(workspace_.older[i].y, work_.camera.height) ||
+        !(workspace_.older_depths[i] >= 0) || !std::isfinite(workspace_.older_depths[i]))
+      return false;
   }
-  return {};
+  return true;
 }
 
 }  // namespace ilp

@@ -12,11 +12,13 @@ class PlaceRecall : public PlacePart {
   Status newest_place(std::int64_t& id);
   static RememberedPlace entry_of(const PlaceRecord& place);
   void fill_vocabulary(std::size_t through_slot);
-  Status recall_place(const PlaceRecord& place, bool& sound);
+  Result<bool> read_features(const PlaceRecord& place);
+  /// False where its features cannot be read.
+  Result<bool> recall_place(const PlaceRecord& place);
   Status recall();
   Status erase_place(std::int64_t id);
-  Status forget_one(bool& forgotten);
-  Status load_features(const PlaceRecord& place, bool& sound);
+  Result<bool> forget_one();
+  Result<bool> load_features(const PlaceRecord& place);
 };
 
 }  // namespace ilp

@@ -56,13 +56,6 @@ void PlaceTable::clear() {
   newest_ = 0;
 }
 
-std::size_t PlaceTable::free_slot() const {
-  if (count_ == places_.size()) return places_.size();
-  std::size_t slot = 0;
-  while (slot < places_.size() && places_[slot].keyframe_id != 0) ++slot;
-  return slot;
-}
-
 bool PlaceTable::add(std::size_t slot, const RememberedPlace& place) {
   if (slot >= places_.size() || places_[slot].keyframe_id != 0 || place.keyframe_id <= 0) return false;
   if (const RememberedPlace* last = newest(); last != nullptr && last->keyframe_id >= place.keyframe_id) return false;

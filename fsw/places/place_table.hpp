@@ -46,8 +46,6 @@ class PlaceTable {
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] const RememberedPlace& at(std::size_t slot) const { return places_[slot]; }
 
-  /// The first slot that is free; limits::max_places if there is none.
-  [[nodiscard]] std::size_t free_slot() const;
   /// Adds the newest keyframe. False if the slot is taken or outside the memory, or the keyframe is not the newest.
   [[nodiscard]] bool add(std::size_t slot, const RememberedPlace& place);
   void remove(std::size_t slot);

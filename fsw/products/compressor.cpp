@@ -5,6 +5,7 @@
 #include "fsw/base/argument.hpp"
 #include "fsw/shared/calibration_wait.hpp"
 #include "fsw/shared/camera_on_record.hpp"
+#include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
 
 namespace ilp {
@@ -32,13 +33,12 @@ Status Compressor::restore() {
   if (!restored(status)) return status;
   // A product on record was made. A product that the ground holds has left the store, and its keyframe with it.
   ProductRecord newest;
-  const Status found = last(wiring_.store, newest);
-  if (found.ok() && newest.keyframe_id > cursor_.first) {
+  ILP_TAKE(const bool found, found_by(last(wiring_.store, newest)));
+  if (found && newest.keyframe_id > cursor_.first) {
     const bool image = newest.kind == ProductKind::image;
     if (newest.keyframe_id > cursor_.second) cursor_.second = newest.keyframe_id;
     cursor_.first = std::max(cursor_.first, image ? newest.keyframe_id : newest.keyframe_id - 1);
   }
-  if (is_transient(found)) return found;
   return status;
 }
 
@@ -74,11 +74,10 @@ Status Compressor::load_depth(std::int64_t keyframe_id, ProductKind kind, Status
 Status Compressor::load(std::int64_t keyframe_id, ProductKind kind, Status& damage) {
   ILP_TRY(get(wiring_.store, keyframe_id, work_.subject.keyframe));
   ILP_TRY(get(wiring_.store, work_.subject.keyframe.frame_id, work_.subject.frame));
-  ILP_TRY(measure_interval(1, work_.interval_s));
-  ILP_TRY(measure_interval(mean_keyframes, work_.mean_interval_s));
-  const Status posed = get(wiring_.store, keyframe_id, work_.subject.pose);
-  if (is_transient(posed)) return posed;
-  if (!posed.ok()) {
+  ILP_TAKE(work_.interval_s, measure_interval(1));
+  ILP_TAKE(work_.mean_interval_s, measure_interval(mean_keyframes));
+  ILP_TAKE(const bool posed, find(wiring_.store, keyframe_id, work_.subject.pose));
+  if (!posed) {
     work_.subject.pose = {};
     work_.subject.pose.id = keyframe_id;
     work_.subject.pose.strip_id = work_.subject.keyframe.strip_id;
@@ -95,15 +94,11 @@ Status Compressor::load(std::int64_t keyframe_id, ProductKind kind, Status& dama
 
 /// Mean interval of the last `keyframes` keyframes, 0 if their first one is not on record. From records alone: a power
 /// cut does not change what a keyframe is granted.
-Status Compressor::measure_interval(std::int64_t keyframes, double& interval_s) {
-  interval_s = 0;
+Result<double> Compressor::measure_interval(std::int64_t keyframes) {
   KeyframeRecord before;
-  const Status found = get(wiring_.store, work_.subject.keyframe.id - keyframes, before);
-  if (is_gone(found)) return {};
-  ILP_TRY(found);
-  interval_s =
-      1e-9 * static_cast<double>(work_.subject.keyframe.time_ns - before.time_ns) / static_cast<double>(keyframes);
-  return {};
+  ILP_TAKE(const bool found, find(wiring_.store, work_.subject.keyframe.id - keyframes, before));
+  if (!found) return 0.0;
+  return 1e-9 * static_cast<double>(work_.subject.keyframe.time_ns - before.time_ns) / static_cast<double>(keyframes);
 }
 
 Status Compressor::write_metadata(const ProductRecord& product, ProductBox& box) {

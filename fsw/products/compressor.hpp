@@ -4,6 +4,7 @@
 #include <array>
 
 #include "cfg/mission.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/products/bit_plan.hpp"
 #include "fsw/products/depth_access.hpp"
@@ -88,7 +89,7 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
 
   Status load(std::int64_t keyframe_id, ProductKind kind, Status& damage);
   Status load_depth(std::int64_t keyframe_id, ProductKind kind, Status& damage);
-  Status measure_interval(std::int64_t keyframes, double& interval_s);
+  Result<double> measure_interval(std::int64_t keyframes);
   StepResult pick();
   StepResult order_loaded();
   Status order(ProductKind kind);

@@ -13,47 +13,33 @@ bool waited_out(const MissionParameters& mission, const CameraRecord& camera, co
          held_bytes > 0.5 * mission.storage_budget_mib * 1048576;
 }
 
-Status flight_has_ended(Reader<StripRecord> store, std::int64_t looked_at, bool& ended) {
-  ended = false;
+Result<bool> flight_has_ended(Reader<StripRecord> store, std::int64_t looked_at) {
   StripRecord strip;
   ILP_TRY(last(store, strip));
-  ended = strip.end == StripEnd::end_of_flight && strip.last_keyframe_id == looked_at;
-  return {};
+  return strip.end == StripEnd::end_of_flight && strip.last_keyframe_id == looked_at;
 }
 
-Status calibration_wait(CalibrationWaitStore store, const MissionParameters& mission, const KeyframeRecord& keyframe,
-                        CalibrationWait& wait) {
-  wait = CalibrationWait::none;
+Result<CalibrationWait> calibration_wait(CalibrationWaitStore store, const MissionParameters& mission,
+                                         const KeyframeRecord& keyframe) {
   CameraRecord camera;
   ILP_TRY(get_camera(store, camera_id, camera));
   CalibrationRecord said;
   const Status found = last(store, said);
   // The latest record is damaged. The camera itself shows whether it was found.
-  if (is_gone(found)) {
-    if (!camera.frozen) wait = CalibrationWait::wait;
-    return {};
-  }
+  if (is_gone(found)) return camera.frozen ? CalibrationWait::none : CalibrationWait::wait;
   ILP_TRY(found);
   const bool calibrated = said.verdict == CalibrationVerdict::ok || camera.frozen;
   const std::int64_t newest_in_vain = calibrated ? said.id - 1 : said.id;
   if (newest_in_vain > keyframe.id) {
     KeyframeRecord newest;
     ILP_TRY(get(store, newest_in_vain, newest));
-    if (waited_out(mission, camera, keyframe, newest)) {
-      wait = CalibrationWait::in_vain;
-      return {};
-    }
+    if (waited_out(mission, camera, keyframe, newest)) return CalibrationWait::in_vain;
   }
-  if (calibrated) return {};
+  if (calibrated) return CalibrationWait::none;
   // The calibrator freezes the nominal camera then.
-  if (mission.calibration_fallback == CalibrationFallback::nominal) {
-    wait = CalibrationWait::wait;
-    return {};
-  }
-  bool ended = false;
-  ILP_TRY(flight_has_ended(store, said.id, ended));
-  wait = ended ? CalibrationWait::in_vain : CalibrationWait::wait;
-  return {};
+  if (mission.calibration_fallback == CalibrationFallback::nominal) return CalibrationWait::wait;
+  ILP_TAKE(const bool ended, flight_has_ended(store, said.id));
+  return ended ? CalibrationWait::in_vain : CalibrationWait::wait;
 }
 
 bool waited_in_vain(const PoseRecord& pose) {

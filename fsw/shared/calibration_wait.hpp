@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cfg/mission.hpp"
+#include "fsw/base/result.hpp"
 #include "hal/store/store_view.hpp"
 
 namespace ilp {
@@ -18,11 +19,11 @@ enum class CalibrationWait : std::uint8_t {
                               const KeyframeRecord& oldest, const KeyframeRecord& newest);
 
 /// The flight has ended, and keyframe `looked_at` is its last one.
-Status flight_has_ended(Reader<StripRecord> store, std::int64_t looked_at, bool& ended);
+Result<bool> flight_has_ended(Reader<StripRecord> store, std::int64_t looked_at);
 
 using CalibrationWaitStore = Reader<CameraRecord, CalibrationRecord, KeyframeRecord, StripRecord>;
-Status calibration_wait(CalibrationWaitStore store, const MissionParameters& mission, const KeyframeRecord& keyframe,
-                        CalibrationWait& wait);
+Result<CalibrationWait> calibration_wait(CalibrationWaitStore store, const MissionParameters& mission,
+                                         const KeyframeRecord& keyframe);
 
 /// The keyframe was processed without intrinsics.
 [[nodiscard]] bool waited_in_vain(const PoseRecord& pose);

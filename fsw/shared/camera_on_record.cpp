@@ -1,13 +1,15 @@
 #include "fsw/shared/camera_on_record.hpp"
 
+#include "fsw/shared/find.hpp"
+
 namespace ilp {
 
 Status get_camera(Reader<CameraRecord> store, std::int64_t id, CameraRecord& camera) {
   const Status found = get(store, id, camera);
   if (id != camera_id || !found.is(StatusCode::record_damaged)) return found;
   CameraRecord copy;
-  const Status kept = get(store, camera_copy_id, copy);
-  if (!kept.ok()) return is_transient(kept) ? kept : found;
+  ILP_TAKE(const bool kept, find(store, camera_copy_id, copy));
+  if (!kept) return found;
   camera = copy;
   camera.id = camera_id;
   return {};

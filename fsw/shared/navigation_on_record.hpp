@@ -2,21 +2,21 @@
 #pragma once
 
 #include "cfg/mission.hpp"
-#include "hal/store/store_view.hpp"
+#include "fsw/shared/find.hpp"
 
 namespace ilp {
 
-/// `measured` is empty if the mission uses no navigation, or if the record is damaged. `waits`: the navigator has not
+/// `measured` is empty if the mission uses no navigation, or if the record is damaged. False: the navigator has not
 /// written the keyframe's record yet. Returns only faults that may pass.
-inline Status measured_at(Reader<NavigationRecord> store, const MissionParameters& mission, std::int64_t keyframe_id,
-                          NavigationRecord& measured, bool& waits) {
-  waits = false;
+inline Result<bool> measured_at(Reader<NavigationRecord> store, const MissionParameters& mission,
+                                std::int64_t keyframe_id, NavigationRecord& measured) {
   measured = {};
-  if (!mission.use_navigation) return {};
+  if (!mission.use_navigation) return true;
   const Status known = get(store, keyframe_id, measured);
-  waits = known.is(StatusCode::not_found);
-  if (!known.ok()) measured = {};
-  return is_transient(known) && !waits ? known : Status{};
+  if (known.is(StatusCode::not_found)) return false;
+  ILP_TAKE(const bool found, found_by(known));
+  if (!found) measured = {};
+  return true;
 }
 
 }  // namespace ilp

@@ -1,5 +1,6 @@
 #include "fsw/storage/frame_release.hpp"
 
+#include "fsw/shared/find.hpp"
 #include "fsw/shared/sound_store.hpp"
 #include "fsw/vision/overlap/overlap.hpp"
 #include "hal/store/newest_id.hpp"
@@ -10,23 +11,21 @@ namespace {
 constexpr std::uint32_t most_thinning = 6;
 constexpr int frames_per_look = 64;
 
-Status take_image(FrameReleaseStore store, std::int64_t frame_id, StorageRecord& account, std::uint32_t& bytes) {
-  bytes = 0;
+/// The bytes of the image that was taken.
+Result<std::uint32_t> take_image(FrameReleaseStore store, std::int64_t frame_id, StorageRecord& account) {
   FrameRecord frame;
-  const Status found = get(store, frame_id, frame);
-  if (is_gone(found)) return {};
-  ILP_TRY(found);
-  if (frame.image.bytes == 0) return {};
-  bytes = frame.image.bytes;
+  ILP_TAKE(const bool found, find(store, frame_id, frame));
+  const std::uint32_t bytes = found ? frame.image.bytes : 0;
+  if (bytes == 0) return bytes;
   account.frame_bytes -= bytes;
   --account.frames_held;
   frame.image.bytes = 0;
-  return amend(store, frame);
+  ILP_TRY(amend(store, frame));
+  return bytes;
 }
 
 Status release_image(FrameReleaseStore store, std::int64_t frame_id, StorageRecord& account) {
-  std::uint32_t bytes = 0;
-  ILP_TRY(take_image(store, frame_id, account, bytes));
+  ILP_TAKE(const std::uint32_t bytes, take_image(store, frame_id, account));
   if (bytes != 0) ++account.frames_released;
   return {};
 }
@@ -85,93 +84,85 @@ Status judge(FrameReleaseStore store, const OverlapRecord& seen, FrameReleaseSta
 
 }  // namespace
 
-Status release_frame(FrameReleaseStore store, FrameReleaseState& state, StorageRecord& account, bool& changed) {
+Result<bool> release_frame(FrameReleaseStore store, FrameReleaseState& state, StorageRecord& account) {
   KeyframeRecord keyframe;
-  const Status chosen = next(store, state.passed_keyframe_id, keyframe);
-  if (!chosen.ok() && !chosen.is(StatusCode::not_found)) return chosen;
-  if (chosen.ok() && keyframe.frame_id <= state.passed_id) {
+  ILP_TAKE(const bool chosen, find_next_sound(store, state.passed_keyframe_id, keyframe));
+  if (chosen && keyframe.frame_id <= state.passed_id) {
     // A held-back frame has become the keyframe.
     state.passed_keyframe_id = keyframe.id;
-    changed = true;
-    return release_held(store, keyframe.frame_id, state, account);
+    ILP_TRY(release_held(store, keyframe.frame_id, state, account));
+    return true;
   }
   const std::int64_t frame_id = state.passed_id + 1;
-  if (frame_id > state.counted_id) return {};
-  if (chosen.ok()) {
-    changed = true;
-    state.passed_id = frame_id;
-    if (keyframe.frame_id > frame_id) return release_image(store, frame_id, account);
+  if (frame_id > state.counted_id) return false;
+  if (chosen && keyframe.frame_id > frame_id) {
+    ILP_TRY(release_image(store, frame_id, account));
+  } else if (chosen) {
     state.passed_keyframe_id = keyframe.id;
-    return release_held(store, 0, state, account);
+    ILP_TRY(release_held(store, 0, state, account));
+  } else {
+    OverlapRecord seen;
+    const Status looked_at = get(store, frame_id, seen);
+    if (looked_at.is(StatusCode::not_found)) return false;
+    // The decision of a damaged one is not known: the image is kept.
+    if (!looked_at.is(StatusCode::record_damaged)) {
+      ILP_TRY(looked_at);
+      ILP_TRY(judge(store, seen, state, account));
+    }
   }
-  OverlapRecord seen;
-  const Status looked_at = get(store, frame_id, seen);
-  if (looked_at.is(StatusCode::not_found)) return {};
-  const bool damaged = looked_at.is(StatusCode::record_damaged);
-  if (!damaged) ILP_TRY(looked_at);
-  changed = true;
   state.passed_id = frame_id;
-  // The decision is not known: the image is kept.
-  if (damaged) return {};
-  return judge(store, seen, state, account);
+  return true;
 }
 
-Status release_keyframe_image(FrameReleaseStore store, std::int64_t products_through, FrameReleaseState& state,
-                              StorageRecord& account, bool& changed) {
-  KeyframeRecord newest;
-  const Status any = last(store, newest);
-  if (any.is(StatusCode::not_found)) return {};
-  ILP_TRY(any);
-  KeyframeRecord keyframe;
-  const Status found = next(store, state.released_keyframe_id, keyframe);
-  if (found.is(StatusCode::not_found)) return {};
-  ILP_TRY(found);
+Result<bool> release_keyframe_image(FrameReleaseStore store, std::int64_t products_through, FrameReleaseState& state,
+                                    StorageRecord& account) {
+  KeyframeRecord newest, keyframe;
+  ILP_TAKE(const bool any, found_by(last(store, newest)));
+  if (!any) return false;
+  ILP_TAKE(const bool found, find_next_sound(store, state.released_keyframe_id, keyframe));
   // The overlap checker compares with the newest one.
-  const bool needed = keyframe.id >= newest.id || keyframe.id > state.passed_keyframe_id ||
+  const bool needed = !found || keyframe.id >= newest.id || keyframe.id > state.passed_keyframe_id ||
                       products_through < product_id(keyframe.id, ProductKind::image);
-  if (needed) return {};
+  if (needed) return false;
   state.released_keyframe_id = keyframe.id;
-  changed = true;
-  return release_image(store, keyframe.frame_id, account);
+  ILP_TRY(release_image(store, keyframe.frame_id, account));
+  return true;
 }
 
-Status thin_frames(FrameReleaseStore store, std::int64_t high_bytes, std::int64_t low_bytes, FrameReleaseState& state,
-                   StorageRecord& account, bool& changed, bool& began) {
-  began = false;
-  if (state.thinning == 0 && account.frame_bytes <= high_bytes) return {};
+Result<Thinning> thin_frames(FrameReleaseStore store, std::int64_t high_bytes, std::int64_t low_bytes,
+                             FrameReleaseState& state, StorageRecord& account) {
+  if (state.thinning == 0 && account.frame_bytes <= high_bytes) return Thinning::idle;
   if (state.thinning != 0 && account.frame_bytes <= low_bytes) {
     state.thinning = 0;
-    changed = true;
-    return {};
+    return Thinning::under_way;
   }
   std::int64_t seen_id = 0;
   ILP_TRY(newest_id<OverlapRecord>(store, seen_id));
   // The next one may be in work.
   const std::int64_t first = seen_id + 2;
+  Thinning thinning = Thinning::idle;
   if (state.thinning == 0) {
     state.thinning = 1;
     state.thinned_id = 0;
-    began = true;
-    changed = true;
+    thinning = Thinning::begun;
   }
   if (state.thinned_id + 1 < first) state.thinned_id = first - 1;
   for (int looks = 0; looks < frames_per_look && state.thinned_id < state.counted_id; ++looks) {
     const std::int64_t frame_id = ++state.thinned_id;
-    changed = true;
+    if (thinning == Thinning::idle) thinning = Thinning::under_way;
     if ((frame_id & ((std::int64_t{1} << state.thinning) - 1)) == 0) continue;
-    std::uint32_t bytes = 0;
-    ILP_TRY(take_image(store, frame_id, account, bytes));
+    ILP_TAKE(const std::uint32_t bytes, take_image(store, frame_id, account));
     if (bytes == 0) continue;
     ++account.frames_skipped;
     account.skipped_bytes += bytes;
-    return {};
+    return thinning;
   }
   if (state.thinned_id >= state.counted_id && state.thinning < most_thinning && first <= state.counted_id) {
     ++state.thinning;
     state.thinned_id = first - 1;
-    changed = true;
+    if (thinning == Thinning::idle) thinning = Thinning::under_way;
   }
-  return {};
+  return thinning;
 }
 
 }  // namespace ilp

@@ -1,6 +1,7 @@
 // Decides when the image of a frame is no longer needed (decisions.md, 12).
 #pragma once
 
+#include "fsw/base/result.hpp"
 #include "hal/store/store_view.hpp"
 
 namespace ilp {
@@ -21,18 +22,22 @@ struct FrameReleaseState {
   std::uint32_t thinning = 0;  ///< 0: off; else frames whose id 2^thinning does not divide are released
 };
 
-/// Advances by one frame; `changed` stays as it is when there is none.
+/// Advances by one frame, if there is one.
 using FrameReleaseStore = StorePart<Reads<KeyframeRecord, OverlapRecord>, Changes<FrameRecord>>;
-Status release_frame(FrameReleaseStore store, FrameReleaseState& state, StorageRecord& account, bool& changed);
+Result<bool> release_frame(FrameReleaseStore store, FrameReleaseState& state, StorageRecord& account);
 
-/// Advances by one keyframe; `products_through` is the newest product that has been made.
-Status release_keyframe_image(FrameReleaseStore store, std::int64_t products_through, FrameReleaseState& state,
-                              StorageRecord& account, bool& changed);
+/// Advances by one keyframe, if there is one; `products_through` is the newest product that has been made.
+Result<bool> release_keyframe_image(FrameReleaseStore store, std::int64_t products_through, FrameReleaseState& state,
+                                    StorageRecord& account);
 
+enum class Thinning : std::uint8_t {
+  idle,       ///< the state is as it was
+  begun,      ///< the first release of a period
+  under_way,  ///< the state has changed
+};
 /// Above `high_bytes` of frames, and until `low_bytes` are left, releases the image of one frame that the overlap
-/// checker has not judged: every other one first, then more, so that the rest stays evenly spread. `began` marks the
-/// first release of a period.
-Status thin_frames(FrameReleaseStore store, std::int64_t high_bytes, std::int64_t low_bytes, FrameReleaseState& state,
-                   StorageRecord& account, bool& changed, bool& began);
+/// checker has not judged: every other one first, then more, so that the rest stays evenly spread.
+Result<Thinning> thin_frames(FrameReleaseStore store, std::int64_t high_bytes, std::int64_t low_bytes,
+                             FrameReleaseState& state, StorageRecord& account);
 
 }  // namespace ilp

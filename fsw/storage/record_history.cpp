@@ -1,5 +1,6 @@
 #include "fsw/storage/record_history.hpp"
 
+#include "fsw/shared/find.hpp"
 #include "fsw/shared/sound_store.hpp"
 #include "hal/store/newest_id.hpp"
 
@@ -43,10 +44,8 @@ Status erase_oldest(HistoryStore store, std::int64_t kept, May may, std::int64_t
   ILP_TRY(newest_that_counts<Record>(store, kept, newest));
   for (int i = 0; i < rows_per_step; ++i) {
     Record oldest;
-    const Status found = next(store, 0, oldest);
-    if (found.is(StatusCode::not_found)) return {};
-    ILP_TRY(found);
-    if (oldest.id > newest - kept || !may(oldest)) return {};
+    ILP_TAKE(const bool found, find_next_sound(store, 0, oldest));
+    if (!found || oldest.id > newest - kept || !may(oldest)) return {};
     ILP_TRY(erase<Record>(store, oldest.id, erased));
   }
   return {};
@@ -66,18 +65,16 @@ Status erase_frames(HistoryStore store, std::int64_t kept, std::int64_t passed_i
   const std::int64_t oldest_kept = newest - kept;
   for (int i = 0; i < rows_per_step; ++i) {
     FrameRecord frame;
-    Status found = next(store, history.frame_id, frame);
-    if (found.is(StatusCode::not_found) || (found.ok() && (frame.id > oldest_kept || frame.id > passed_id))) return {};
-    ILP_TRY(found);
+    ILP_TAKE(const bool any, find_next_sound(store, history.frame_id, frame));
+    if (!any || frame.id > oldest_kept || frame.id > passed_id) return {};
     KeyframeRecord keyframe;
-    found = next(store, history.keyframe_id, keyframe);
-    if (!found.ok() && !found.is(StatusCode::not_found)) return found;
-    if (found.ok() && keyframe.frame_id < frame.id) {
+    ILP_TAKE(const bool found, find_next_sound(store, history.keyframe_id, keyframe));
+    if (found && keyframe.frame_id < frame.id) {
       history.keyframe_id = keyframe.id;
       continue;
     }
     history.frame_id = frame.id;
-    const bool chosen = found.ok() && keyframe.frame_id == frame.id;
+    const bool chosen = found && keyframe.frame_id == frame.id;
     if (!chosen && frame.image.bytes == 0) ILP_TRY(erase_frame(store, frame, erased));
   }
   return {};
@@ -88,10 +85,8 @@ Status erase_frames_before(HistoryStore store, const KeyframeRecord& oldest, std
                            std::int64_t& erased) {
   for (int i = 0; i < rows_per_step; ++i) {
     FrameRecord frame;
-    const Status found = next(store, 0, frame);
-    if (found.is(StatusCode::not_found)) return {};
-    ILP_TRY(found);
-    if (frame.id >= oldest.frame_id || frame.id > passed_id || frame.image.bytes != 0) return {};
+    ILP_TAKE(const bool found, find_next_sound(store, 0, frame));
+    if (!found || frame.id >= oldest.frame_id || frame.id > passed_id || frame.image.bytes != 0) return {};
     ILP_TRY(erase_frame(store, frame, erased));
   }
   return {};
@@ -100,14 +95,12 @@ Status erase_frames_before(HistoryStore store, const KeyframeRecord& oldest, std
 /// Examines one more strip, in turns: it is erased when it has no keyframe left.
 Status erase_strip(HistoryStore store, RecordHistory& history, std::int64_t& erased) {
   StripRecord strip;
-  const Status found = next(store, history.asked_strip_id, strip);
-  history.asked_strip_id = found.ok() ? strip.id : 0;
-  if (found.is(StatusCode::not_found)) return {};
-  ILP_TRY(found);
+  ILP_TAKE(const bool found, find_next_sound(store, history.asked_strip_id, strip));
+  history.asked_strip_id = found ? strip.id : 0;
+  if (!found) return {};
   KeyframeRecord keyframe;
-  const Status any = next(store, strip.first_keyframe_id - 1, keyframe);
-  if (!any.ok() && !any.is(StatusCode::not_found)) return any;
-  if (strip.end == StripEnd::open || !any.ok() || keyframe.id <= strip.last_keyframe_id) return {};
+  ILP_TAKE(const bool any, find_next_sound(store, strip.first_keyframe_id - 1, keyframe));
+  if (strip.end == StripEnd::open || !any || keyframe.id <= strip.last_keyframe_id) return {};
   ILP_TRY(erase_but_last<CalibrationCheckRecord>(store, strip.id, erased));
   ILP_TRY(erase<StripFrameRecord>(store, strip.id, erased));
   ILP_TRY(erase<TieRecord>(store, strip.id, erased));
@@ -115,21 +108,18 @@ Status erase_strip(HistoryStore store, RecordHistory& history, std::int64_t& era
 }
 
 /// Whether products, points or a mask exist that the ground may not hold yet.
-Status holds_bytes(HistoryStore store, std::int64_t keyframe_id, bool& held) {
+Result<bool> holds_bytes(HistoryStore store, std::int64_t keyframe_id) {
   StructureRecord structure;
-  const Status known = get(store, keyframe_id, structure);
-  if (!known.ok() && !is_gone(known)) return known;
+  ILP_TAKE(const bool known, find(store, keyframe_id, structure));
   MaskRecord mask;
-  const Status masked = get(store, keyframe_id, mask);
-  if (!masked.ok() && !is_gone(masked)) return masked;
-  held = (known.ok() && structure.points.bytes != 0) || (masked.ok() && mask.code.bytes != 0);
+  ILP_TAKE(const bool masked, find(store, keyframe_id, mask));
+  bool held = (known && structure.points.bytes != 0) || (masked && mask.code.bytes != 0);
   for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
     ProductRecord product;
-    const Status found = get(store, product_id(keyframe_id, static_cast<ProductKind>(kind)), product);
-    if (!found.ok() && !is_gone(found)) return found;
-    held = held || (found.ok() && product.data.bytes != 0);
+    ILP_TAKE(const bool found, find(store, product_id(keyframe_id, static_cast<ProductKind>(kind)), product));
+    held = held || (found && product.data.bytes != 0);
   }
-  return {};
+  return held;
 }
 
 Status erase_keyframe(HistoryStore store, std::int64_t id, std::int64_t& erased) {
@@ -147,31 +137,27 @@ Status erase_keyframe(HistoryStore store, std::int64_t id, std::int64_t& erased)
   ILP_TRY(erase_but_last<CalibrationRecord>(store, id, erased));
   ILP_TRY(erase<PoseRecord>(store, id, erased));
   KeyframeRecord keyframe;
-  const Status found = get(store, id, keyframe);
-  if (found.is(StatusCode::not_found)) return {};
-  if (found.is(StatusCode::record_damaged)) return erase<KeyframeRecord>(store, id, erased);
-  ILP_TRY(found);
-  FrameRecord frame;
-  const Status framed = get(store, keyframe.frame_id, frame);
-  if (framed.ok()) ILP_TRY(erase_frame(store, frame, erased));
-  if (!framed.ok() && !is_gone(framed)) return framed;
+  ILP_TAKE(const bool found, find(store, id, keyframe));
+  if (found) {
+    FrameRecord frame;
+    ILP_TAKE(const bool framed, find(store, keyframe.frame_id, frame));
+    if (framed) ILP_TRY(erase_frame(store, frame, erased));
+  }
   return erase<KeyframeRecord>(store, id, erased);
 }
 
 /// A file older than the history: its subject is erased, if nothing of it is still needed, and then its record.
 Status retire(HistoryStore store, const DownlinkRecord& sent, bool waited_long, std::int64_t& erased) {
   const bool settled = sent.acknowledged_ns != 0 || waited_long;
-  bool held = false;
   if (sent.kind == DownlinkKind::product) {
     ProductRecord product;
-    const Status found = get(store, sent.subject_id, product);
-    if (!found.ok() && !is_gone(found)) return found;
-    if (found.ok() && product.data.bytes != 0) return {};
+    ILP_TAKE(const bool found, find(store, sent.subject_id, product));
+    if (found && product.data.bytes != 0) return {};
     return erase<DownlinkRecord>(store, sent.id, erased);
   }
   if (!settled) return {};
   if (sent.kind == DownlinkKind::records && sent.subject_id > 0) {
-    ILP_TRY(holds_bytes(store, sent.subject_id, held));
+    ILP_TAKE(const bool held, holds_bytes(store, sent.subject_id));
     if (held) return {};
     ILP_TRY(erase_keyframe(store, sent.subject_id, erased));
   }
@@ -187,10 +173,9 @@ Status erase_keyframes(HistoryStore store, std::int64_t kept, RecordHistory& his
   bool from_the_first = history.asked_downlink_id == 0;
   for (int i = 0; i < rows_per_step && erased == before; ++i) {
     DownlinkRecord sent;
-    const Status found = next(store, history.asked_downlink_id, sent);
-    if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+    ILP_TAKE(const bool found, find_next_sound(store, history.asked_downlink_id, sent));
     // In turns, so that a waiting one does not delay those after it.
-    if (!found.ok() || sent.records_through > newest - kept || sent.id == newest_file) {
+    if (!found || sent.records_through > newest - kept || sent.id == newest_file) {
       history.asked_downlink_id = 0;
       if (from_the_first) return {};
       from_the_first = true;
@@ -211,11 +196,8 @@ Status erase_past(HistoryStore store, const MissionParameters& mission, std::int
   ILP_TRY(erase_keyframes(store, keyframes, history, erased));
   ILP_TRY(erase_frames(store, frames, passed_frame_id, history, erased));
   KeyframeRecord oldest;
-  const Status found = next(store, 0, oldest);
-  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
-  if (found.ok() && oldest.id > 1) {
-    ILP_TRY(erase_frames_before(store, oldest, passed_frame_id, erased));
-  }
+  ILP_TAKE(const bool found, find_next_sound(store, 0, oldest));
+  if (found && oldest.id > 1) ILP_TRY(erase_frames_before(store, oldest, passed_frame_id, erased));
   ILP_TRY(erase_strip(store, history, erased));
   const auto any = [](const auto&) { return true; };
   const auto over = [](const CaptureRecord& capture) { return capture.state != CaptureState::pending; };

@@ -100,7 +100,8 @@ Status Scrubber::check_image(std::size_t bytes) {
 
 StepResult Scrubber::step() {
   const TimeNs now = wiring_.clock.now();
-  const TimeNs elapsed = work_.stepped_ns < 0 ? 0 : now - work_.stepped_ns;
+  const TimeNs elapsed = work_.stepped ? now - work_.stepped_ns : 0;
+  work_.stepped = true;
   work_.stepped_ns = now;
   const Status image = check_image(grant(wiring_.mission.image_check_bytes_per_s, elapsed, most_image_bytes));
   if (!image.ok()) return {image, false};

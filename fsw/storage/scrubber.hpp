@@ -62,7 +62,8 @@ class Scrubber final : public StageComponent<ComponentId::scrubber> {
     std::uint64_t sum = 0;
   };
   struct Work {
-    TimeNs stepped_ns = -1;
+    bool stepped = false;
+    TimeNs stepped_ns = 0;
     ImageCursor image;
   };
   struct alignas(8) Workspace {

@@ -1,5 +1,6 @@
 #include "fsw/storage/storage_manager.hpp"
 
+#include "fsw/shared/find.hpp"
 #include "fsw/shared/place_room.hpp"
 #include "hal/store/newest_id.hpp"
 
@@ -23,15 +24,15 @@ std::int64_t blob_bytes(const ProductRecord& product) {
 
 /// Takes the next record into the account.
 template <typename Record>
-Status count_next(Reader<Record> store, std::int64_t& counted_id, std::int64_t& bytes, std::uint32_t& held,
-                  bool& changed) {
+Status count_next(StorageDraft& draft, Reader<Record> store, std::int64_t& counted_id, std::int64_t& bytes,
+                  std::uint32_t& held) {
   Record record;
   ILP_TAKE(const bool found, find_next_sound(store, counted_id, record));
   if (!found) return {};
   counted_id = record.id;
   bytes += blob_bytes(record);
   if (blob_bytes(record) != 0) ++held;
-  changed = true;
+  draft.changed = true;
   return {};
 }
 
@@ -49,7 +50,7 @@ Status StorageManager::restore() {
   work_.rounds_done = work_.searches_done = false;
   work_.asked_id = 0;
   work_.swept_id = 0;
-  work_.weighed_id = -1;
+  work_.weighed = false;
   const Status status = restore_checkpoint(wiring_.whole, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   // Without a checkpoint the totals on record stay.
@@ -62,9 +63,8 @@ Status StorageManager::restore() {
 /// An account that is older than the records would stay wrong: held records are counted again, totals stay.
 Status StorageManager::recount() {
   StorageRecord known;
-  const Status found = get(wiring_.store, known.id, known);
-  if (!found.ok() && !is_gone(found)) return found;
-  if (!found.ok()) known = {};
+  ILP_TAKE(const bool found, find(wiring_.store, known.id, known));
+  if (!found) known = {};
   known.frame_bytes = known.depth_bytes = known.structure_bytes = known.product_bytes = 0;
   known.frames_held = known.depths_held = known.structures_held = known.products_held = 0;
   state_ = {};
@@ -76,10 +76,11 @@ Status StorageManager::recount() {
 Status StorageManager::weigh_places() {
   std::int64_t newest = 0;
   ILP_TRY(newest_id<PlaceRecord>(wiring_.store, newest));
-  if (newest == work_.weighed_id) return {};
+  if (work_.weighed && newest == work_.weighed_id) return {};
   std::int64_t places = 0;
   ILP_TRY(wiring_.store.count<PlaceRecord>(places));
   work_.place_bytes = places * most_place_bytes;
+  work_.weighed = true;
   work_.weighed_id = newest;
   return {};
 }
@@ -104,30 +105,27 @@ Status StorageManager::count_depth(Draft& draft) {
 Status StorageManager::count_new(Draft& draft) {
   State& after = draft.after;
   StorageRecord& account = after.account;
-  bool& changed = draft.changed;
-  ILP_TRY(count_next<FrameRecord>(wiring_.store, after.frames.counted_id, account.frame_bytes, account.frames_held,
-                                  changed));
+  ILP_TRY(
+      count_next<FrameRecord>(draft, wiring_.store, after.frames.counted_id, account.frame_bytes, account.frames_held));
   ILP_TRY(count_depth(draft));
-  ILP_TRY(count_next<StructureRecord>(wiring_.store, after.counted_structure_id, account.structure_bytes,
-                                      account.structures_held, changed));
-  return count_next<ProductRecord>(wiring_.store, after.counted_product_id, account.product_bytes,
-                                   account.products_held, changed);
+  ILP_TRY(count_next<StructureRecord>(draft, wiring_.store, after.counted_structure_id, account.structure_bytes,
+                                      account.structures_held));
+  return count_next<ProductRecord>(draft, wiring_.store, after.counted_product_id, account.product_bytes,
+                                   account.products_held);
 }
 
 Status StorageManager::obey_commands(Draft& draft) {
   // Bounded by the number of commands; one product a step.
   for (bool dropped = false; !dropped;) {
     CommandRecord command;
-    const Status found = next(wiring_.store, draft.after.obeyed_command_id, command);
-    if (found.is(StatusCode::not_found)) return {};
-    ILP_TRY(found);
+    ILP_TAKE(const bool any, find_next_sound(wiring_.store, draft.after.obeyed_command_id, command));
+    if (!any) return {};
     if (command.kind == CommandKind::delete_product) {
       ProductRecord product;
-      const Status held = get(wiring_.store, command.subject_id, product);
-      if (!held.ok() && !is_gone(held)) return held;
+      ILP_TAKE(const bool held, find(wiring_.store, command.subject_id, product));
       // Products that have not been counted yet are deleted after they are counted.
-      if (held.ok() && product.id > draft.after.counted_product_id) return {};
-      dropped = held.ok() && product.data.bytes != 0;
+      if (held && product.id > draft.after.counted_product_id) return {};
+      dropped = held && product.data.bytes != 0;
       if (dropped) ILP_TRY(products().drop(product, draft));
     }
     draft.after.obeyed_command_id = command.id;
@@ -142,8 +140,7 @@ Status StorageManager::delete_acknowledged(Draft& draft) {
   bool all_before = work_.asked_id == after.checked_downlink_id;
   work_.round_done = false;
   DownlinkRecord newest;
-  const Status any = last(wiring_.store, newest);
-  if (!any.ok() && !any.is(StatusCode::not_found)) return any;
+  ILP_TRY(found_by(last(wiring_.store, newest)).status());
   for (int asked = 0; asked < files_per_step; ++asked) {
     DownlinkRecord sent;
     ILP_TAKE(const bool found, find_next_sound(wiring_.store, work_.asked_id, sent));
@@ -154,8 +151,7 @@ Status StorageManager::delete_acknowledged(Draft& draft) {
       return {};
     }
     work_.asked_id = sent.id;
-    bool settled = false;
-    ILP_TRY(settle(sent, newest.sent_ns, draft, settled));
+    ILP_TAKE(const bool settled, settle(sent, newest.sent_ns, draft));
     all_before = all_before && settled;
     if (all_before) {
       after.checked_downlink_id = sent.id;
@@ -165,22 +161,28 @@ Status StorageManager::delete_acknowledged(Draft& draft) {
   return {};
 }
 
-Status StorageManager::settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft, bool& settled) {
-  settled = sent.acknowledged_ns != 0;
-  if (sent.kind == DownlinkKind::product) return products().settle_product(sent, newest_sent_ns, draft);
-  if (!settled) return {};
-  if (sent.kind == DownlinkKind::points) return release_part().settle_points(sent, draft, settled);
-  return sent.subject_id > 0 ? release_part().settle_records(sent, draft, settled) : Status{};
+Result<bool> StorageManager::settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft) {
+  const bool confirmed = sent.acknowledged_ns != 0;
+  if (sent.kind == DownlinkKind::product) {
+    ILP_TRY(products().settle_product(sent, newest_sent_ns, draft));
+  } else if (confirmed && sent.kind == DownlinkKind::points) {
+    return release_part().settle_points(sent, draft);
+  } else if (confirmed && sent.subject_id > 0) {
+    return release_part().settle_records(sent, draft);
+  }
+  return confirmed;
 }
 
 Status StorageManager::thin_frames(Draft& draft) {
   StorageRecord& account = draft.after.account;
   const double quota = release_part().share(wiring_.mission.frame_share);
-  bool began = false;
-  ILP_TRY(ilp::thin_frames(wiring_.store, static_cast<std::int64_t>(wiring_.mission.high_watermark * quota),
-                           static_cast<std::int64_t>(wiring_.mission.low_watermark * quota), draft.after.frames,
-                           account, draft.changed, began));
-  if (began) draft.event = {StatusCode::frames_thinned, account.frame_bytes, static_cast<std::int64_t>(quota)};
+  ILP_TAKE(
+      const Thinning thinning,
+      ilp::thin_frames(wiring_.store, static_cast<std::int64_t>(wiring_.mission.high_watermark * quota),
+                       static_cast<std::int64_t>(wiring_.mission.low_watermark * quota), draft.after.frames, account));
+  draft.changed = draft.changed || thinning != Thinning::idle;
+  if (thinning == Thinning::begun)
+    draft.event = {StatusCode::frames_thinned, account.frame_bytes, static_cast<std::int64_t>(quota)};
   return {};
 }
 
@@ -206,9 +208,8 @@ Status StorageManager::work_through(Draft& draft) {
     ILP_TRY(count_new(draft));
     ILP_TRY(release_part().release(draft));
   }
-  bool released = false;
-  ILP_TRY(release_part().release_oldest_points(false, draft, released));
-  ILP_TRY(release_part().release_oldest_mask(false, draft, released));
+  ILP_TRY(release_part().release_oldest_points(false, draft).status());
+  ILP_TRY(release_part().release_oldest_mask(false, draft).status());
   ILP_TRY(obey_commands(draft));
   ILP_TRY(delete_acknowledged(draft));
   ILP_TRY(products().sweep(draft));

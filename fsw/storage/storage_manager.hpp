@@ -43,8 +43,8 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
   Status count_depth(Draft& draft);
   Status obey_commands(Draft& draft);
   Status delete_acknowledged(Draft& draft);
-  /// `settled`: no further action on it is needed.
-  Status settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft, bool& settled);
+  /// Whether no further action on it is needed.
+  Result<bool> settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft);
   Status thin_frames(Draft& draft);
   Status note_mode(Draft& draft);
   Status work_through(Draft& draft);

@@ -45,7 +45,8 @@ struct StorageState {
 };
 struct StorageWork {
   VictimSearch search;
-  std::int64_t weighed_id = -1;  ///< newest place when place_bytes was found
+  bool weighed = false;          ///< place_bytes is found
+  std::int64_t weighed_id = 0;   ///< newest place when it was found
   std::int64_t place_bytes = 0;  ///< of all places on record, at most
   std::int64_t asked_id = 0;     ///< files up to it have been examined in this round
   std::int64_t swept_id = 0;     ///< products up to it have been examined in this round

@@ -3,6 +3,7 @@
 #include "fsw/storage/storage_release.hpp"
 
 #include "fsw/base/crc.hpp"
+#include "fsw/shared/find.hpp"
 #include "fsw/shared/product_layers.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
 
@@ -48,20 +49,19 @@ Status StorageProducts::drop(const ProductRecord& product, Draft& draft) {
   return give_up(product, draft);
 }
 
-Status StorageProducts::cut_last_layer(ProductRecord product, Draft& draft, bool& done) {
-  done = false;
+Result<bool> StorageProducts::cut_last_layer(ProductRecord product, Draft& draft) {
   const std::size_t before = product.data.bytes;
   auto& file = wiring_.scratch.as<StorageFile>();
   ILP_ASSERT(before <= file.size(), before);
   // Bytes that cannot be read stay: the disk may recover, and the downlink judges them itself.
-  if (!read_blob<ProductRecord>(wiring_.store, "data", product.id, 0, {file.data(), before}).ok()) return {};
-  done = true;
+  if (!read_blob<ProductRecord>(wiring_.store, "data", product.id, 0, {file.data(), before}).ok()) return false;
   std::size_t bytes = 0;
   const bool sound = crc32({file.data(), before}) == product.crc32 &&
                      truncate_to_layers({file.data(), before}, product.layers - 1, bytes).ok() && bytes < before;
   if (!sound) {
     draft.event = {StatusCode::product_damaged, product.id};
-    return give_up_damaged(product, draft);
+    ILP_TRY(give_up_damaged(product, draft));
+    return true;
   }
   StorageRecord& account = draft.after.account;
   const auto freed = static_cast<std::int64_t>(before - bytes);
@@ -77,7 +77,8 @@ Status StorageProducts::cut_last_layer(ProductRecord product, Draft& draft, bool
   }
   draft.changed = true;
   ILP_TRY(amend(wiring_.store, product));
-  return write_blob<ProductRecord>(wiring_.store, "data", product.id, 0, {file.data(), bytes});
+  ILP_TRY(write_blob<ProductRecord>(wiring_.store, "data", product.id, 0, {file.data(), bytes}));
+  return true;
 }
 
 Status StorageProducts::give_up_least(Draft& draft) {
@@ -90,33 +91,31 @@ Status StorageProducts::give_up_least(Draft& draft) {
     return {};
   }
   // The last in the downlink's order are first here; then those that the ground probably holds.
-  bool released = false;
-  ILP_TRY(StorageRelease(wiring_, work_).release_oldest_points(true, draft, released));
-  if (released) return {};
-  ILP_TRY(StorageRelease(wiring_, work_).release_oldest_mask(true, draft, released));
-  if (released) return {};
+  ILP_TAKE(const bool points_went, StorageRelease(wiring_, work_).release_oldest_points(true, draft));
+  if (points_went) return {};
+  ILP_TAKE(const bool mask_went, StorageRelease(wiring_, work_).release_oldest_mask(true, draft));
+  if (mask_went) return {};
   if (!work_.search.complete()) {
     ILP_TRY(work_.search.look(wiring_.store, draft.after.counted_product_id));
     work_.searching = !work_.search.complete();
     if (work_.searching) return {};
   }
+  const bool whole = work_.search.of_whole_products();
   VictimSearch::Victim victim;
-  bool whole = false;
-  while (work_.search.take(victim, whole)) {  // bound: the victims of one search
+  while (work_.search.take(victim)) {  // bound: the victims of one search
     ProductRecord product;
-    const Status found = get(wiring_.store, victim.product_id, product);
-    if (is_gone(found)) continue;
-    ILP_TRY(found);
+    ILP_TAKE(const bool found, find(wiring_.store, victim.product_id, product));
     // It may have been sent since.
-    bool done = false;
-    if (whole && product_can_go(product)) {
-      done = true;
+    if (!found || !(whole ? product_can_go(product) : last_layer_can_go(product))) continue;
+    bool done = whole;
+    if (whole) {
       ILP_TRY(drop(product, draft));
-    } else if (!whole && last_layer_can_go(product)) {
-      ILP_TRY(cut_last_layer(product, draft, done));
+    } else {
+      ILP_TAKE(done, cut_last_layer(product, draft));
     }
-    work_.gave_up = work_.gave_up || done;
-    if (done) return {};
+    if (!done) continue;
+    work_.gave_up = true;
+    return {};
   }
   work_.search.restart();
   // A product that has lost its last layer has another last one.
@@ -137,19 +136,17 @@ Status StorageProducts::find_oldest(Draft& draft) {
   after.account.oldest_age_ns = 0;
   if (!found || product.data.bytes == 0) return {};
   KeyframeRecord newest, oldest;
-  Status known = last(wiring_.store, newest);
-  if (known.ok()) known = get(wiring_.store, product.keyframe_id, oldest);
-  if (is_gone(known)) return {};
-  ILP_TRY(known);
-  if (newest.time_ns > oldest.time_ns) after.account.oldest_age_ns = newest.time_ns - oldest.time_ns;
+  ILP_TAKE(const bool any, found_by(last(wiring_.store, newest)));
+  if (!any) return {};
+  ILP_TAKE(const bool known, find(wiring_.store, product.keyframe_id, oldest));
+  if (known && newest.time_ns > oldest.time_ns) after.account.oldest_age_ns = newest.time_ns - oldest.time_ns;
   return {};
 }
 
 Status StorageProducts::settle_product(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft) {
   ProductRecord product;
-  const Status held = get(wiring_.store, sent.subject_id, product);
-  if (is_gone(held)) return {};
-  ILP_TRY(held);
+  ILP_TAKE(const bool held, find(wiring_.store, sent.subject_id, product));
+  if (!held) return {};
   if (sent.acknowledged_ns != 0) {
     // The file may have held only some of its layers.
     return product.state == ProductState::acknowledged ? delete_product(product, draft) : Status{};

@@ -13,7 +13,8 @@ class StorageProducts : public StoragePart {
   Status give_up(ProductRecord product, Draft& draft);
   Status give_up_damaged(const ProductRecord& product, Draft& draft);
   Status drop(const ProductRecord& product, Draft& draft);
-  Status cut_last_layer(ProductRecord product, Draft& draft, bool& done);
+  /// False where its bytes cannot be read.
+  Result<bool> cut_last_layer(ProductRecord product, Draft& draft);
   Status give_up_least(Draft& draft);
   Status find_oldest(Draft& draft);
   Status settle_product(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft);

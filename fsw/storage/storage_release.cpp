@@ -1,5 +1,7 @@
 #include "fsw/storage/storage_release.hpp"
 
+#include "fsw/shared/find.hpp"
+
 namespace ilp {
 namespace {
 
@@ -10,9 +12,9 @@ constexpr std::int64_t keyframes_with_points = 100;
 
 /// Where none can be read, there is nothing to release, and nothing changes any more.
 Status StorageRelease::find_mask(std::int64_t keyframe_id, MaskRecord& mask) {
-  const Status found = get(wiring_.store, keyframe_id, mask);
-  if (is_gone(found)) mask.scope = MaskScope::flight;
-  return is_gone(found) ? Status{} : found;
+  ILP_TAKE(const bool found, find(wiring_.store, keyframe_id, mask));
+  if (!found) mask.scope = MaskScope::flight;
+  return {};
 }
 
 Status StorageRelease::release_depth(Draft& draft) {
@@ -81,94 +83,87 @@ Status StorageRelease::age_points(Draft& draft) {
   return held && structure.points.bytes != 0 ? release_points(structure, true, draft) : Status{};
 }
 
-Status StorageRelease::unneeded_before(std::int64_t& keyframe_id) {
+Result<std::int64_t> StorageRelease::unneeded_before() {
   // For as long as records without a confirmation stay: record_history.hpp.
   KeyframeRecord newest;
-  const Status any = last(wiring_.store, newest);
-  keyframe_id = any.ok() ? newest.id - unconfirmed_factor * wiring_.mission.history_keyframes : 0;
-  return is_gone(any) ? Status{} : any;
+  ILP_TAKE(const bool any, found_by(last(wiring_.store, newest)));
+  return any ? newest.id - unconfirmed_factor * wiring_.mission.history_keyframes : std::int64_t{0};
 }
 
-Status StorageRelease::release_oldest_points(bool full, Draft& draft, bool& released) {
-  released = false;
+Result<bool> StorageRelease::release_oldest_points(bool full, Draft& draft) {
   State& after = draft.after;
-  std::int64_t unneeded = 0;
-  ILP_TRY(unneeded_before(unneeded));
-  for (int i = 0; i < batch && !released; ++i) {
+  ILP_TAKE(const std::int64_t unneeded, unneeded_before());
+  for (int i = 0; i < batch; ++i) {
     StructureRecord structure;
     ILP_TAKE(const bool found, find_next_sound(wiring_.store, after.released_structure_id, structure));
-    if (!found || structure.id > after.aged_structure_id) return {};
-    released = structure.points.bytes != 0;
-    if (released && !full && structure.id > unneeded) {
-      released = false;
-      return {};
-    }
+    if (!found || structure.id > after.aged_structure_id) return false;
+    const bool held = structure.points.bytes != 0;
+    if (held && !full && structure.id > unneeded) return false;
     after.released_structure_id = structure.id;
     draft.changed = true;
-    if (released) ILP_TRY(release_points(structure, false, draft));
+    if (!held) continue;
+    ILP_TRY(release_points(structure, false, draft));
+    return true;
   }
-  return {};
+  return false;
 }
 
-Status StorageRelease::release_oldest_mask(bool full, Draft& draft, bool& released) {
-  released = false;
+Result<bool> StorageRelease::release_oldest_mask(bool full, Draft& draft) {
   State& after = draft.after;
-  std::int64_t unneeded = 0;
-  ILP_TRY(unneeded_before(unneeded));
+  ILP_TAKE(std::int64_t unneeded, unneeded_before());
   // The newest file shows how far records were sent.
   DownlinkRecord sent;
-  const Status any = full ? last(wiring_.store, sent) : Status{StatusCode::not_found};
-  if (!any.ok() && !any.is(StatusCode::not_found)) return any;
+  if (full) ILP_TRY(found_by(last(wiring_.store, sent)).status());
   if (sent.records_through > unneeded) unneeded = sent.records_through;
-  for (int i = 0; i < batch && !released; ++i) {
+  for (int i = 0; i < batch; ++i) {
     MaskRecord mask;
     ILP_TAKE(const bool found, find_next_sound(wiring_.store, after.released_depth_id, mask));
-    if (!found || mask.id > after.coded_depth_id) return {};
-    if (mask.code.bytes != 0 && mask.id > unneeded) return {};
-    released = mask.code.bytes != 0;
+    if (!found || mask.id > after.coded_depth_id) return false;
+    if (mask.code.bytes != 0 && mask.id > unneeded) return false;
     after.released_depth_id = mask.id;
     draft.changed = true;
-    if (!released) continue;
+    if (mask.code.bytes == 0) continue;
     after.account.dropped_bytes += mask.code.bytes;
     ILP_TRY(release_mask(mask, draft));
+    return true;
   }
-  return {};
+  return false;
 }
 
 Status StorageRelease::release(Draft& draft) {
   State& after = draft.after;
-  ILP_TRY(release_frame(wiring_.store, after.frames, after.account, draft.changed));
-  ILP_TRY(release_keyframe_image(wiring_.store, after.counted_product_id, after.frames, after.account, draft.changed));
+  ILP_TAKE(const bool passed, release_frame(wiring_.store, after.frames, after.account));
+  ILP_TAKE(const bool released,
+           release_keyframe_image(wiring_.store, after.counted_product_id, after.frames, after.account));
+  draft.changed = draft.changed || passed || released;
   ILP_TRY(release_depth(draft));
   return age_points(draft);
 }
 
-Status StorageRelease::settle_records(const DownlinkRecord& sent, Draft& draft, bool& settled) {
+Result<bool> StorageRelease::settle_records(const DownlinkRecord& sent, Draft& draft) {
   MaskRecord mask;
-  const Status found = get(wiring_.store, sent.subject_id, mask);
-  if (is_gone(found)) return {};
-  ILP_TRY(found);
-  settled = mask.id <= draft.after.coded_depth_id;
-  return settled && mask.code.bytes != 0 ? release_mask(mask, draft) : Status{};
+  ILP_TAKE(const bool found, find(wiring_.store, sent.subject_id, mask));
+  if (!found) return true;
+  if (mask.id > draft.after.coded_depth_id) return false;
+  if (mask.code.bytes != 0) ILP_TRY(release_mask(mask, draft));
+  return true;
 }
 
-Status StorageRelease::settle_points(const DownlinkRecord& sent, Draft& draft, bool& settled) {
+Result<bool> StorageRelease::settle_points(const DownlinkRecord& sent, Draft& draft) {
   State& after = draft.after;
   const std::int64_t place = sent.subject_id - after.aged_structure_id - 1;
+  if (place >= points_window) return false;
   if (place >= 0) {
-    settled = place < points_window;
-    if (!settled) return {};
     std::uint64_t& bits = after.points_held[static_cast<std::size_t>(place / 64)];
     const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(place % 64);
     draft.changed = draft.changed || (bits & bit) == 0;
     bits |= bit;
-    return {};
+    return true;
   }
   StructureRecord structure;
-  const Status found = get(wiring_.store, sent.subject_id, structure);
-  if (is_gone(found)) return {};
-  ILP_TRY(found);
-  return structure.points.bytes != 0 ? release_points(structure, true, draft) : Status{};
+  ILP_TAKE(const bool found, find(wiring_.store, sent.subject_id, structure));
+  if (found && structure.points.bytes != 0) ILP_TRY(release_points(structure, true, draft));
+  return true;
 }
 
 }  // namespace ilp

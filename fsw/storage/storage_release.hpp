@@ -14,13 +14,13 @@ class StorageRelease : public StoragePart {
   Status release_mask(MaskRecord mask, Draft& draft);
   Status release_points(StructureRecord structure, bool held, Draft& draft);
   Status age_points(Draft& draft);
-  Status unneeded_before(std::int64_t& keyframe_id);
+  Result<std::int64_t> unneeded_before();
   /// Releases the oldest points left: old ones according to the history, newer ones too if `full`.
-  Status release_oldest_points(bool full, Draft& draft, bool& released);
-  Status release_oldest_mask(bool full, Draft& draft, bool& released);
+  Result<bool> release_oldest_points(bool full, Draft& draft);
+  Result<bool> release_oldest_mask(bool full, Draft& draft);
   Status release(Draft& draft);
-  Status settle_records(const DownlinkRecord& sent, Draft& draft, bool& settled);
-  Status settle_points(const DownlinkRecord& sent, Draft& draft, bool& settled);
+  Result<bool> settle_records(const DownlinkRecord& sent, Draft& draft);
+  Result<bool> settle_points(const DownlinkRecord& sent, Draft& draft);
 };
 
 }  // namespace ilp

@@ -1,6 +1,7 @@
 #include "fsw/storage/storage_victims.hpp"
 
 #include "fsw/base/math.hpp"
+#include "fsw/shared/sound_store.hpp"
 
 namespace ilp {
 namespace {
@@ -64,12 +65,9 @@ void VictimSearch::insert(const Victim& victim, Victims& victims) {
 Status VictimSearch::look(Reader<ProductRecord> store, std::int64_t through_id) {
   ProductRecord product;
   for (int looks = 0; looks < products_per_look; ++looks) {
-    const Status found = next(store, looked_at_id_, product);
-    if (found.is(StatusCode::not_found) || (found.ok() && product.id > through_id)) {
-      complete_ = true;
-      return {};
-    }
-    ILP_TRY(found);
+    ILP_TAKE(const bool found, find_next_sound(store, looked_at_id_, product));
+    complete_ = !found || product.id > through_id;
+    if (complete_) return {};
     looked_at_id_ = product.id;
     if (last_layer_can_go(product)) {
       any_layer_ = true;
@@ -80,9 +78,8 @@ Status VictimSearch::look(Reader<ProductRecord> store, std::int64_t through_id) 
   return {};
 }
 
-bool VictimSearch::take(Victim& victim, bool& whole) {
-  whole = !any_layer_;
-  const Victims& victims = whole ? products_ : layers_;
+bool VictimSearch::take(Victim& victim) {
+  const Victims& victims = of_whole_products() ? products_ : layers_;
   if (!complete_ || taken_ == victims.size()) return false;
   victim = victims[taken_++];
   return true;

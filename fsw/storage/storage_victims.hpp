@@ -27,9 +27,10 @@ class VictimSearch {
   /// Examines some more of the products up to `through_id`.
   Status look(Reader<ProductRecord> store, std::int64_t through_id);
   [[nodiscard]] bool complete() const { return complete_; }
-  /// Takes the victim of least worth: last layers first, whole products only when the table has no last layer to take.
-  /// False: no more.
-  bool take(Victim& victim, bool& whole);
+  /// Last layers go first, whole products only when the table has no last layer to take.
+  [[nodiscard]] bool of_whole_products() const { return !any_layer_; }
+  /// Takes the victim of least worth. False: no more.
+  bool take(Victim& victim);
 
  private:
   static constexpr std::size_t capacity = 1024;

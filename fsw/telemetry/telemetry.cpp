@@ -6,6 +6,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/downlink/file_delivery.hpp"
+#include "fsw/shared/find.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -177,16 +178,14 @@ Status TelemetryReporter::write_values(const ReportInfo& report, ByteWriter& out
     }
     case ReportSource::components:
       for (std::size_t i = 0; i < report.repeats; ++i) {
-        ComponentHealth values;
-        ILP_TRY(health(static_cast<ComponentId>(i + 1), values));
+        ILP_TAKE(const ComponentHealth values, health(static_cast<ComponentId>(i + 1)));
         write_report_values(report, &values, out);
       }
       return {};
     case ReportSource::nodes: {
       NodeRecord node;
       for (std::size_t i = 0; i < report.repeats; ++i) {
-        NodeHealth values;
-        ILP_TRY(next_node(node, values));
+        ILP_TAKE(const NodeHealth values, next_node(node));
         write_report_values(report, &values, out);
       }
       return {};
@@ -248,29 +247,24 @@ LinkCounts TelemetryReporter::link_counts() const {
 }
 
 /// The component's process writes its counts now and then.
-Status TelemetryReporter::health(ComponentId component, ComponentHealth& values) {
-  values = {};
-  if (wiring_.sources.health == nullptr) return {};
+Result<ComponentHealth> TelemetryReporter::health(ComponentId component) {
+  if (wiring_.sources.health == nullptr) return ComponentHealth{};
   if (wiring_.sources.health->runs(component)) {
     const ComponentStats& stats = wiring_.sources.health->stats(component);
-    values = {stats.steps, stats.overruns, stats.restarts, stats.faults, stats.busy_ns, stats.longest_ns};
-    return {};
+    return ComponentHealth{stats.steps, stats.overruns, stats.restarts, stats.faults, stats.busy_ns, stats.longest_ns};
   }
   ComponentRecord kept;
-  const Status found = get(wiring_.store, static_cast<std::int64_t>(component), kept);
-  if (!found.ok()) return is_transient(found) ? found : Status{};
-  values = {kept.steps, kept.overruns, kept.restarts, kept.faults, kept.busy_ns, kept.longest_ns};
-  return {};
+  ILP_TAKE(const bool found, find(wiring_.store, static_cast<std::int64_t>(component), kept));
+  if (!found) return ComponentHealth{};
+  return ComponentHealth{kept.steps, kept.overruns, kept.restarts, kept.faults, kept.busy_ns, kept.longest_ns};
 }
 
 /// `node` is the one before; afterwards it is this one. Zeros after the last one.
-Status TelemetryReporter::next_node(NodeRecord& node, NodeHealth& values) {
-  values = {};
-  const Status found = next(wiring_.store, node.id, node);
-  if (!found.ok()) return is_transient(found) ? found : Status{};
-  values = {node.stages,      node.started_ns, wiring_.clock.now() - node.seen_ns,
-            node.connections, node.overruns,   node.longest_ns};
-  return {};
+Result<NodeHealth> TelemetryReporter::next_node(NodeRecord& node) {
+  ILP_TAKE(const bool found, found_by(next(wiring_.store, node.id, node)));
+  if (!found) return NodeHealth{};
+  return NodeHealth{node.stages,      node.started_ns, wiring_.clock.now() - node.seen_ns,
+                    node.connections, node.overruns,   node.longest_ns};
 }
 
 }  // namespace ilp

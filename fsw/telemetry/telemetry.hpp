@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "cfg/mission.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/packets/packet_router.hpp"
 #include "fsw/packets/report_table.hpp"
@@ -89,8 +90,8 @@ class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
   Status write_values(const ReportInfo& report, ByteWriter& out);
   Status package_status(PackageStatus& status);
   [[nodiscard]] LinkCounts link_counts() const;
-  Status health(ComponentId component, ComponentHealth& values);
-  Status next_node(NodeRecord& node, NodeHealth& values);
+  Result<ComponentHealth> health(ComponentId component);
+  Result<NodeHealth> next_node(NodeRecord& node);
 
   Wiring wiring_;
   Cursor cursor_;  ///< last event reported, last command obeyed

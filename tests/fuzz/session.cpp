@@ -13,6 +13,7 @@
 #include "fsw/downlink/file_delivery.hpp"
 #include "fsw/executive/event_log.hpp"
 #include "fsw/packets/message_table.hpp"
+#include "fsw/packets/service_functions.hpp"
 #include "fsw/telemetry/telemetry.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "tests/fuzz/pdu_choices.hpp"

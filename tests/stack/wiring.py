@@ -98,11 +98,9 @@ FLIGHT = [
           "the camera behind it"),
     Calls(r"ilp::Camera::", ["NoCamera", "DirectoryCamera", "V4l2Camera", "Y4mCamera"], "its own other functions"),
     # Functions in tables and parameters
-    Calls(r"ilp::Telecommander::service_8\(",
-          [r"ilp::Telecommander::\w+\(ilp::Telecommander::Call&\)", "Store", "Clock"],
-          "Telecommander::functions"),
-    Calls(r"ilp::Telecommander::serve\(", [r"ilp::Telecommander::service_\d+\(.*", "Store", "Clock"],
-          "Telecommander::services"),
+    Calls(r"ilp::serve_functions\(", [rf"{LOCAL}\w+\({LOCAL}ActiveFunction&\)", "Store", "Clock"], "effects"),
+    Calls(rf"ilp::Telecommander::(carry_out|perform)\(|{LOCAL}serve\(",
+          [r"ilp::serve_\w+\(ilp::ServiceCall&\)", "Store", "Clock"], "find_service"),
     Calls(r"ilp::TelemetryReporter::step\(",
           [r"ilp::TelemetryReporter::(obey_commands|report_events|save_cursor|send_due)\(\)", "Store", "Clock"],
           "the parts of a step"),
@@ -126,8 +124,8 @@ FLIGHT = [
           "SQLite's own functions for a file"),
     Calls(rf"{LOCAL}\w+\(sqlite3_vfs\*", [UNIX_VFS], "SQLite's own functions for files"),
     # The executive, stages and their parts
-    Calls(r"ilp::Executive::", ["Component", r"ilp::Component::lasting\(\).*", "Store", "Clock"],
-          "fsw/executive/executive.hpp"),
+    Calls(rf"ilp::Executive::|.*\(.*({LOCAL}Frame|ilp::ComponentTable)\b",
+          ["Component", r"ilp::Component::lasting\(\).*", "Store", "Clock"], "fsw/executive"),
     Calls(rf"ilp::{one_of(STAGES + ' ' + PARTS)}::",
           ["Store", "Clock", "Camera", "Compute", "Link", "PacketLink", "NavigationSource", "Worker", "Health",
            "Nonvolatile"], "what stages are given"),
@@ -148,6 +146,8 @@ FLIGHT = [
           ["Store", "StoreSharing", "Clock", "Nonvolatile", "DiskWait", "Watchdog"], "bsp/flight, bsp/linux"),
     # Free functions call what they are given.
     Calls(r".*\(.*ilp::(Store&|StoreView<)", ["Store", "DiskWait", "Clock", "Nonvolatile"], "parameters"),
+    Calls(rf".*\(.*({LOCAL}(ActiveFunction|Look)|ilp::(ServiceCall|CommandingWiring))\b", ["Store", "Clock"],
+          "services and open requests"),
     Calls(r".*\(.*ilp::(VideoDevice|Compute)&", ["VideoDevice", "Compute"], "parameters"),
 ]
 

@@ -41,7 +41,7 @@ TEST_F(EventLogTest, AFloodIsCountedOnceAMinuteAndPushesNothingOut) {
   ASSERT_EQ(count(StatusCode::assertion_failed), 1);
   EXPECT_EQ(events(StatusCode::assertion_failed)[0].time_ns, 90 * ns_per_s);
   EXPECT_STREQ(events(StatusCode::events_repeated)[0].component, "navigator");
-  log.report_rest(seconds * ns_per_s);
+  log.report_due(seconds * ns_per_s, true);
   EXPECT_EQ(count(StatusCode::navigation_refused) - 1 + told(StatusCode::navigation_refused), per_s * seconds);
   std::int64_t all = 0;
   ASSERT_TRUE(newest_id<EventRecord>(store, all).ok());
@@ -76,7 +76,7 @@ TEST_F(EventLogTest, WhatWasCountedIsToldWithoutAnotherEvent) {
   log.report_due(minute);
   EXPECT_EQ(told(StatusCode::image_too_large), 100 - EventLog::burst);
   log.report_due(5 * minute);
-  log.report_rest(6 * minute);
+  log.report_due(6 * minute, true);
   EXPECT_EQ(count(StatusCode::events_repeated), 1) << "once";
 }
 
@@ -90,7 +90,7 @@ TEST_F(EventLogTest, TheFirstEventWithACodeIsWrittenHoweverManyOthersFlood) {
   }
   log.report(0, "board", {StatusCode::memory_damaged, 5});
   EXPECT_EQ(count(StatusCode::memory_damaged), 1);
-  log.report_rest(0);
+  log.report_due(0, true);
   EXPECT_EQ(count(StatusCode::io_error) + told(StatusCode::io_error), names * rounds * each) << "none is hidden";
 }
 
@@ -130,7 +130,7 @@ TEST_F(EventLogTest, AStoreThatFailsEverySecondTimeIsToldWithinTheLimit) {
   }
   EXPECT_LE(count(StatusCode::events_lost), EventLog::burst);
   refusing.full = false;
-  failing.report_rest(EventLog::interval_ns);
+  failing.report_due(EventLog::interval_ns, true);
   std::int64_t lost = 0;
   for (const EventRecord& event : events(StatusCode::events_lost)) lost += event.a;
   EXPECT_EQ(count(StatusCode::io_error) + told(StatusCode::io_error) + lost, 1000);

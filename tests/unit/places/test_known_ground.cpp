@@ -49,7 +49,10 @@ class KnownGroundTest : public testing::Test {
   }
   [[nodiscard]] MaskView mask() const { return {mask_.data(), camera_.width, camera_.height}; }
   std::uint32_t take() {
-    return take_known(*known_, 4, 2, ImageView<std::uint8_t>(mask_.data(), camera_.width, camera_.height));
+    const ImageView<std::uint8_t> pixels(mask_.data(), camera_.width, camera_.height);
+    std::uint32_t count = 0;
+    for (std::size_t part = 0; take_known_slice(*known_, 4, 2, pixels, part, count);) ++part;
+    return count;
   }
   [[nodiscard]] bool taken(int x, int y) const { return mask_[static_cast<std::size_t>(y * camera_.width + x)] == 0; }
 

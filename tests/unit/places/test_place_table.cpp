@@ -43,7 +43,8 @@ class PlaceTableTest : public testing::Test {
   }
   /// As the stage does it.
   void remember(const RememberedPlace& place) {
-    std::size_t slot = table_->free_slot();
+    std::size_t slot = 0;
+    while (slot < limits::max_places && table_->at(slot).keyframe_id != 0) ++slot;
     if (slot == limits::max_places) {
       slot = table_->least_needed();
       ASSERT_LT(slot, limits::max_places);

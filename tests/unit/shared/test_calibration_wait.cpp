@@ -42,9 +42,9 @@ class CalibrationWaitTest : public test::ComponentTest {
     if (verdict == CalibrationVerdict::ok) write(camera_record(lens));
   }
   CalibrationWait wait_of(std::int64_t keyframe_id) {
-    CalibrationWait wait = CalibrationWait::none;
-    EXPECT_TRUE(calibration_wait(store, mission, read<KeyframeRecord>(keyframe_id), wait).ok());
-    return wait;
+    const auto wait = calibration_wait(store, mission, read<KeyframeRecord>(keyframe_id));
+    EXPECT_TRUE(wait.ok());
+    return wait.value();
   }
 
  private:
