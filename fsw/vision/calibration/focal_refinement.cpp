@@ -12,7 +12,6 @@ constexpr std::uint32_t part_iterations = 12;  // parts start at the whole's sol
 constexpr std::uint32_t restart_iterations = 40;
 // The covariance assumes white noise; errors that follow a track from image to image have a larger effect.
 constexpr double least_inflation = 1.25;
-constexpr std::size_t sample_tracks = 96;  // of the other starts, where parts are estimated
 constexpr double restart_factor[2] = {0.8, 1.25};
 
 /// Sets another focal length, and the depths that compensate for it as far as parallel axes would allow.
@@ -29,46 +28,6 @@ AdjustmentParams without_view(std::size_t view, AdjustmentParams params) {
   params.views &= static_cast<ViewSet>(~only_view(view));
   params.fixed_view = view == 0 ? 1 : 0;
   return params;
-}
-
-/// Chooses tracks evenly among those that take part.
-double take_sample(const CalibrationTracks& tracks, const AdjustmentParams& params, CalibrationTracks& sample) {
-  const auto takes_part = [&](const CalibrationTrack& track) {
-    return track.known && view_count(track.used & params.views) >= params.min_views;
-  };
-  std::size_t count = 0;
-  for (const CalibrationTrack& track : tracks) count += takes_part(track) ? 1 : 0;
-  const std::size_t wanted = std::min(count, sample_tracks);
-  sample.clear();
-  std::size_t at = 0;
-  for (const CalibrationTrack& track : tracks) {
-    if (!takes_part(track)) continue;
-    if (sample.size() * count <= at * wanted) static_cast<void>(sample.push_back(track));
-    ++at;
-  }
-  return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(sample.size(), 1));
-}
-
-/// Searches with a sample from another focal length; before that once from the whole's, to compare with.
-void search_sample(double factor, const CalibrationTracks& tracks, const MetricViews& views,
-                   const AdjustmentParams& params, VerificationWorkspace& workspace, VerificationSlice& out,
-                   bool& pending) {
-  constexpr int iterations_per_call = 10;
-  const bool reference = !workspace.sample.told;
-  AdjustmentProgress& progress = workspace.progress;
-  if (progress.iterations == 0) {
-    workspace.sample_scale = take_sample(tracks, params, workspace.tracks);
-    workspace.part = views;
-    if (!reference) stretch(factor, workspace.tracks, workspace.part);
-  }
-  for (int i = 0; i < iterations_per_call; ++i) {
-    adjust_metric(workspace.tracks, workspace.part, params, workspace.adjustment, progress);
-  }
-  pending = reference || !progress.done;
-  if (!progress.done) return;
-  out = {true, workspace.part.focal, 0, progress.cost};
-  progress = {};
-  if (reference) workspace.sample = out;
 }
 
 double mean_square_of_differences(const VerificationSlice* slices, std::size_t count, double focal, double sigma) {
@@ -122,32 +81,6 @@ void verify_focal(std::size_t slice, const CalibrationTracks& tracks, const Metr
   metric_covariance(workspace.tracks, workspace.part, params, workspace.adjustment, covariance);
   out = {covariance.valid, workspace.part.focal, covariance.sigma_focal, workspace.progress.cost};
   workspace.progress = {};
-}
-
-void estimate_focal(std::size_t slice, const CalibrationTracks& tracks, const MetricViews& views,
-                    const RefinementSetup& setup, double cost, VerificationWorkspace& workspace, VerificationSlice& out,
-                    bool& pending) {
-  pending = false;
-  const AdjustmentParams params = metric_adjustment(setup, 0, restart_iterations);
-  const std::size_t blocks_end = setup.views + static_cast<std::size_t>(track_blocks);
-  if (slice >= blocks_end) {
-    search_sample(restart_factor[slice - blocks_end], tracks, views, params, workspace, out, pending);
-    if (pending) return;
-    out.focal += views.focal - workspace.sample.focal;
-    out.cost = cost + workspace.sample_scale * (out.cost - workspace.sample.cost);
-    return;
-  }
-  FocalStep part;
-  if (slice < setup.views) {
-    workspace.sample = {};
-    focal_of_views(tracks, views, without_view(slice, params), workspace.adjustment, part);
-  } else {
-    const bool first = slice == setup.views;
-    if (first && !assemble_whole(tracks, views, params, workspace.adjustment, workspace.whole)) return;
-    focal_without_block(static_cast<std::int32_t>(slice - setup.views), tracks, views, params, workspace.whole,
-                        workspace.adjustment, part);
-  }
-  out = {part.valid, part.focal, part.sigma, 0};
 }
 
 FocalJudgement judge_focal(const Verification& verification, std::size_t views, const MetricViews& whole,

@@ -42,9 +42,6 @@ struct VerificationWorkspace {
   CalibrationTracks tracks;
   MetricViews part;
   AdjustmentProgress progress;  ///< of the part at work; set it to {} before the first one
-  WholeSystem whole;
-  VerificationSlice sample;  ///< where the sample of estimate_focal ends without another start
-  double sample_scale = 1;   ///< tracks of the whole over those of the sample
 };
 
 /// Adjusts a copy without one part, one iteration a call. `tracks` and `views` are the adjusted whole. `pending`: call
@@ -52,13 +49,6 @@ struct VerificationWorkspace {
 void verify_focal(std::size_t slice, const CalibrationTracks& tracks, const MetricViews& views,
                   const RefinementSetup& setup, VerificationWorkspace& workspace, VerificationSlice& out,
                   bool& pending);
-
-/// The same at a twentieth of the time: parts are estimated by one Gauss-Newton step from the whole, and the other
-/// starts search with a sample of the tracks. Their ends are told relative to that of the sample's own search, and
-/// their costs are scaled to all tracks. `cost` is that of the whole. Slices must come in their order.
-void estimate_focal(std::size_t slice, const CalibrationTracks& tracks, const MetricViews& views,
-                    const RefinementSetup& setup, double cost, VerificationWorkspace& workspace, VerificationSlice& out,
-                    bool& pending);
 
 struct FocalJudgement {
   double consistency = 0;  ///< spread of the parts' focal lengths over the predicted spread: near 1

@@ -145,7 +145,6 @@ struct MetricModel {
 
 bool takes_part(const CalibrationTrack& track, const AdjustmentParams& params) {
   if (!track.known || view_count(track.used & params.views) < params.min_views) return false;
-  if (params.only >= 0 && track_block(track) != params.only) return false;
   return params.left_out < 0 || track_block(track) != params.left_out;
 }
 
@@ -241,15 +240,6 @@ bool invert_damped(const double (&v)[6], double damping, double (&inverse)[9]) {
   return solved.allFinite();
 }
 
-/// g^T V^-1 g.
-double explained_by(const AdjustmentWorkspace::Eliminated& point) {
-  double sum = 0;
-  for (std::size_t a = 0; a < 3; ++a) {
-    for (std::size_t b = 0; b < 3; ++b) sum += point.gradient[a] * point.inverse[3 * a + b] * point.gradient[b];
-  }
-  return sum;
-}
-
 /// out -= y W^T for the `count` unknowns from `place` on.
 template <std::size_t count, class Model>
 void subtract_products(const double (&y)[3], const Coupling<Model>& coupling, std::size_t place, double* out) {
@@ -300,8 +290,6 @@ bool collect_track(const typename Model::State& state, const CalibrationTrack& t
     Linearised d;
     if (!Model::linearise(state, view, track, d)) return false;
     const double squared = d.residual[0] * d.residual[0] + d.residual[1] * d.residual[1];
-    ws.sums.squared += squared;
-    ++ws.sums.observations;
     const std::size_t camera_row = view == params.fixed_view ? no_row : layout.of_view[view];
     add_observation<Model>(d, huber_weight(squared, params.robust), camera_row, layout.size, ws, v, g, coupling);
   }
@@ -313,10 +301,8 @@ bool assemble(const CalibrationTracks& tracks, const typename Model::State& stat
               const Layout<Model>& layout, double damping, AdjustmentWorkspace& ws) {
   for (std::size_t i = 0; i < layout.size * layout.size; ++i) ws.system[i] = 0;
   for (std::size_t i = 0; i < layout.size; ++i) ws.gradient[i] = 0;
-  ws.sums = {};
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     if (!takes_part(tracks[i], params)) continue;
-    ++ws.sums.points;
     AdjustmentWorkspace::Eliminated& point = ws.eliminated[i];
     double v[6] = {};
     for (double& value : point.gradient) value = 0;
@@ -324,7 +310,6 @@ bool assemble(const CalibrationTracks& tracks, const typename Model::State& stat
     if (!collect_track<Model>(state, tracks[i], params, layout, ws, v, point.gradient, coupling)) return false;
     if (!invert_damped(v, damping, point.inverse)) return false;
     eliminate<Model>(coupling, point, layout.size, ws);
-    ws.sums.explained += explained_by(point);
   }
   return true;
 }
@@ -510,26 +495,6 @@ void iterate(CalibrationTracks& tracks, typename Model::State& state, const Adju
   }
 }
 
-/// Solves the assembled system for the focal length, its sigma and the residuals that the step leaves.
-void step_to_focal(const MetricViews& views, const AdjustmentParams& params, const Layout<MetricModel>& layout,
-                   AdjustmentWorkspace& ws, FocalStep& out) {
-  const double unknowns = 3.0 * ws.sums.points + static_cast<double>(layout.size) - 1;
-  const double freedom = 2.0 * ws.sums.observations - unknowns;
-  if (!(freedom > 0)) return;
-  add_priors(views, params, layout, ws);
-  if (!cholesky_factor(ws.system.data(), layout.size)) return;
-  for (std::size_t i = 0; i < layout.size; ++i) ws.step[i] = -ws.gradient[i];
-  cholesky_solve(ws.system.data(), layout.size, ws.step.data());
-  double explained = ws.sums.explained;
-  for (std::size_t i = 0; i < layout.size; ++i) explained -= ws.step[i] * ws.gradient[i];
-  out.focal = views.focal + ws.step[0];
-  for (std::size_t i = 0; i < layout.size; ++i) ws.step[i] = i == 0 ? 1 : 0;
-  cholesky_solve(ws.system.data(), layout.size, ws.step.data());
-  out.noise = std::sqrt(std::fmax(ws.sums.squared - explained, 0) / freedom);
-  out.sigma = out.noise * std::sqrt(ws.step[0]);
-  out.valid = ws.step[0] > 0 && std::isfinite(out.focal) && std::isfinite(out.sigma);
-}
-
 }  // namespace
 
 std::int32_t track_block(const CalibrationTrack& track) {
@@ -584,44 +549,6 @@ void metric_covariance(const CalibrationTracks& tracks, const MetricViews& views
   covariance.sigma_cx = covariance.noise * std::sqrt(variance[1]);
   covariance.sigma_cy = covariance.noise * std::sqrt(variance[2]);
   covariance.valid = true;
-}
-
-bool assemble_whole(const CalibrationTracks& tracks, const MetricViews& views, const AdjustmentParams& params,
-                    AdjustmentWorkspace& workspace, WholeSystem& whole) {
-  const Layout<MetricModel> layout(params);
-  if (!assemble<MetricModel>(tracks, views, params, layout, 0, workspace)) return false;
-  std::copy_n(workspace.system.data(), layout.size * layout.size, whole.system.data());
-  std::copy_n(workspace.gradient.data(), layout.size, whole.gradient.data());
-  whole.sums = workspace.sums;
-  return true;
-}
-
-void focal_without_block(std::int32_t block, const CalibrationTracks& tracks, const MetricViews& views,
-                         const AdjustmentParams& params, const WholeSystem& whole, AdjustmentWorkspace& workspace,
-                         FocalStep& out) {
-  out = {};
-  AdjustmentParams of_block = params;
-  of_block.only = block;
-  const Layout<MetricModel> layout(params);
-  if (!assemble<MetricModel>(tracks, views, of_block, layout, 0, workspace)) return;
-  for (std::size_t i = 0; i < layout.size * layout.size; ++i) {
-    workspace.system[i] = whole.system[i] - workspace.system[i];
-  }
-  for (std::size_t i = 0; i < layout.size; ++i) workspace.gradient[i] = whole.gradient[i] - workspace.gradient[i];
-  NormalSums& sums = workspace.sums;
-  sums.points = whole.sums.points - sums.points;
-  sums.observations = whole.sums.observations - sums.observations;
-  sums.squared = whole.sums.squared - sums.squared;
-  sums.explained = whole.sums.explained - sums.explained;
-  step_to_focal(views, params, layout, workspace, out);
-}
-
-void focal_of_views(const CalibrationTracks& tracks, const MetricViews& views, const AdjustmentParams& params,
-                    AdjustmentWorkspace& workspace, FocalStep& out) {
-  out = {};
-  const Layout<MetricModel> layout(params);
-  if (!assemble<MetricModel>(tracks, views, params, layout, 0, workspace)) return;
-  step_to_focal(views, params, layout, workspace, out);
 }
 
 double squared_residual(const double (&p)[12], const CalibrationTrack& track, std::size_t view) {

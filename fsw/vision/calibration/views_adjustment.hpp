@@ -22,7 +22,6 @@ struct AdjustmentParams {
   std::size_t fixed_view = 0;   ///< the view that never moves
   std::uint32_t min_views = 2;  ///< least number of views for a track to take part
   std::int32_t left_out = -1;   ///< tracks of this block are left out, see track_block
-  std::int32_t only = -1;       ///< only tracks of this block take part; -1: of all blocks
   std::uint32_t max_iterations = 30;
   double relative_tolerance = 1e-7;
   double robust = 0;  ///< Huber bound, centred units; 0: none
@@ -35,13 +34,6 @@ inline constexpr std::size_t shared_unknowns = 3;
 inline constexpr std::size_t max_adjustment_system =
     shared_unknowns + max_camera_unknowns * (limits::max_calibration_views - 1);
 
-/// What the tracks of a system add up to.
-struct NormalSums {
-  std::uint32_t points = 0, observations = 0;
-  double squared = 0;    ///< sum of squared residuals, without Huber's bound
-  double explained = 0;  ///< the part of it that the points alone can still take away
-};
-
 /// Scratch; it carries nothing from call to call.
 struct AdjustmentWorkspace {
   std::array<double, max_adjustment_system * max_adjustment_system> system;
@@ -52,7 +44,6 @@ struct AdjustmentWorkspace {
   };
   std::array<Eliminated, limits::max_calibration_tracks> eliminated;
   std::array<std::array<double, 3>, limits::max_calibration_tracks> trial_points;
-  NormalSums sums;
 };
 
 /// The block of neighbouring points, of 8, that a track belongs to by its place in its first view.
@@ -76,31 +67,6 @@ struct MetricCovariance {
 };
 void metric_covariance(const CalibrationTracks& tracks, const MetricViews& views, const AdjustmentParams& params,
                        AdjustmentWorkspace& workspace, MetricCovariance& covariance);
-
-/// The focal length that a part of the tracks supports, by one Gauss-Newton step from the whole's solution.
-struct FocalStep {
-  bool valid = false;
-  double focal = 0, sigma = 0;  ///< centred units
-  double noise = 0;             ///< standard deviation of a coordinate, centred units; `sigma` is proportional to it
-};
-
-/// The system of all tracks, from which those of a block are subtracted.
-struct WholeSystem {
-  static constexpr std::size_t size = shared_unknowns + 6 * (limits::max_calibration_views - 1);
-  std::array<double, size * size> system;
-  std::array<double, size> gradient;
-  NormalSums sums;
-};
-/// False when an observation cannot be projected or a point is not determined.
-[[nodiscard]] bool assemble_whole(const CalibrationTracks& tracks, const MetricViews& views,
-                                  const AdjustmentParams& params, AdjustmentWorkspace& workspace, WholeSystem& whole);
-/// Without the tracks of one block of track_block. `params` are those of the whole.
-void focal_without_block(std::int32_t block, const CalibrationTracks& tracks, const MetricViews& views,
-                         const AdjustmentParams& params, const WholeSystem& whole, AdjustmentWorkspace& workspace,
-                         FocalStep& out);
-/// With the views of `params`.
-void focal_of_views(const CalibrationTracks& tracks, const MetricViews& views, const AdjustmentParams& params,
-                    AdjustmentWorkspace& workspace, FocalStep& out);
 
 /// Squared distance between projection and observation, centred units; huge behind the camera.
 [[nodiscard]] double squared_residual(const double (&p)[12], const CalibrationTrack& track, std::size_t view);
