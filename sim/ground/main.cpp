@@ -12,7 +12,9 @@
 #include "sim/ground/console/console_main.hpp"
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
+#include "sim/ground/map/damaged_catalogue.hpp"
 #include "sim/ground/merge_command.hpp"
+#include "sim/ground/received_flight.hpp"
 #include "sim/ground/serve/serve_main.hpp"
 #include "sim/ground/tasks/worker.hpp"
 #include "sim/ground/work_steps.hpp"
@@ -27,7 +29,10 @@ using ground::GroundOptions;
 int run_once(const GroundOptions& options) {
   try {
     std::optional<std::vector<std::string>> lines = ground::summary_if_unchanged(options, std::cerr);
-    if (!lines) lines = ground::summary_of(options, ground::run_ground(options, std::cerr));
+    if (!lines) {
+      ground::naming_catalogue(options,
+                               [&] { lines = ground::summary_of(options, ground::run_ground(options, std::cerr)); });
+    }
     for (const std::string& line : *lines) std::cout << line << "\n";
     return 0;
   } catch (const std::exception& error) {
@@ -38,7 +43,8 @@ int run_once(const GroundOptions& options) {
 
 int plan(const GroundOptions& options, const std::string& kind, std::size_t count) {
   try {
-    std::cout << ground::plan_work(options, *tasks::kind_of(kind), count, std::cerr) << "\n";
+    ground::naming_catalogue(
+        options, [&] { std::cout << ground::plan_work(options, *tasks::kind_of(kind), count, std::cerr) << "\n"; });
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "ilp-ground: " << error.what() << "\n";
@@ -59,6 +65,9 @@ int work_main(int argc, char** argv) {
     const tasks::WorkDone done = tasks::do_work(package, out, params);
     std::cout << host::counted(done.pieces, "piece") << " of work done, " << done.before << " of them before\n";
     return 0;
+  } catch (const map::DamagedCatalogue& part) {
+    std::cerr << "ilp-ground: " << package << " is damaged: " << part.what() << "; plan the work again\n";
+    return 1;
   } catch (const std::exception& error) {
     std::cerr << "ilp-ground: " << error.what() << "\n";
     return 1;

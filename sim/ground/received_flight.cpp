@@ -7,6 +7,7 @@
 #include "sim/ground/export/look_round.hpp"
 #include "sim/ground/export/shared_catalogue.hpp"
 #include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/map/damaged_catalogue.hpp"
 #include "sim/ground/model/height_steps.hpp"
 #include "sim/ground/model/joined_model.hpp"
 #include "sim/ground/tasks/work_result.hpp"
@@ -108,6 +109,16 @@ void take_in_work(const fs::path& out, intake::Catalogue& catalogue, std::ostrea
 }
 
 }  // namespace
+
+void naming_catalogue(const GroundOptions& options, const std::function<void()>& step) {
+  try {
+    step();
+  } catch (const map::DamagedCatalogue& part) {
+    const std::string place =
+        options.catalogue.empty() ? (options.out / intake::catalogue_name).string() : options.catalogue;
+    throw std::runtime_error(place + " is damaged: " + part.what() + "; --afresh makes it again from the outbox");
+  }
+}
 
 std::unique_ptr<intake::Catalogue> open_catalogue(const GroundOptions& options, bool known_sound) {
   if (options.catalogue.empty())

@@ -1,6 +1,7 @@
 // The flight as the catalogue holds it: what every step of the ground's work begins with.
 #pragma once
 
+#include <functional>
 #include <iosfwd>
 #include <memory>
 
@@ -13,6 +14,9 @@ namespace ilp::ground {
 
 /// The catalogue of the results: a file in their folder, or the mission's part of the database that the options name.
 [[nodiscard]] std::unique_ptr<intake::Catalogue> open_catalogue(const GroundOptions& options, bool known_sound);
+
+/// Does `step`. A part of the catalogue that cannot be read back is told with the catalogue's file or address.
+void naming_catalogue(const GroundOptions& options, const std::function<void()>& step);
 
 /// Opens the catalogue of the results and takes in what is new in the outbox, and what tasks have left. Throws
 /// std::runtime_error when there is nothing at all; `report` has the title for the page that says so.

@@ -5,6 +5,7 @@
 
 #include "sim/ground/export/strip_exports.hpp"
 #include "sim/ground/intake/keyframe_rasters.hpp"
+#include "sim/ground/map/damaged_catalogue.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/parallel.hpp"
 #include "sim/host/progress.hpp"
@@ -39,7 +40,7 @@ map::KeyframeLook known_look(const intake::Flight& flight, std::int64_t id, cons
   const std::int32_t width_px = map::look_width_px(flight.keyframes.size());
   const auto bytes = catalogue.look(id, look.digest ^ static_cast<std::uint64_t>(width_px));
   auto whole = bytes ? map::look_from(*bytes) : std::nullopt;
-  if (!whole) throw std::runtime_error("the catalogue is damaged: a look at a keyframe cannot be read back");
+  if (!whole) throw map::DamagedCatalogue("a look at a keyframe cannot be read back");
   return std::move(*whole);
 }
 

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "sim/ground/intake/result_cache.hpp"
+#include "sim/ground/map/damaged_catalogue.hpp"
 
 namespace ilp::exports {
 namespace {
@@ -144,7 +145,7 @@ void put_halved(std::span<const std::uint8_t> packed, std::int32_t right, std::i
   const uLongf expected = size;
   if (uncompress(reinterpret_cast<Bytef*>(plain.data()), &size, packed.data(), packed.size()) != Z_OK ||
       size != expected) {
-    throw std::runtime_error("the catalogue is damaged: a block of the map cannot be read back");
+    throw map::DamagedCatalogue("a block of the map cannot be read back");
   }
   const std::size_t first = static_cast<std::size_t>(down) * half * side + static_cast<std::size_t>(right) * half;
   for (std::size_t y = 0; y < half; ++y) std::copy_n(plain.data() + y * half, half, samples.data() + first + y * side);

@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "sim/ground/export/raster_block.hpp"
+#include "sim/ground/map/damaged_catalogue.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/gdal_session.hpp"
 #include "sim/host/parallel.hpp"
@@ -117,7 +118,7 @@ class Blocks {
   }
   [[nodiscard]] RasterBlock known(std::uint64_t key) const {
     auto block = find(key);
-    if (!block) throw std::runtime_error("the catalogue is damaged: a block of the map cannot be read back");
+    if (!block) throw map::DamagedCatalogue("a block of the map cannot be read back");
     return std::move(*block);
   }
 

@@ -8,6 +8,7 @@
 
 #include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/ground/intake/result_cache.hpp"
+#include "sim/ground/map/damaged_catalogue.hpp"
 #include "sim/ground/map/surface_tile.hpp"
 #include "sim/ground/map/tile_steps.hpp"
 #include "sim/host/digest.hpp"
@@ -19,7 +20,7 @@ namespace {
 /// A map of at most this number of tiles has no empty columns or rows at its left and top edges.
 constexpr std::size_t most_trimmed_tiles = 64;
 
-constexpr const char* damaged_tile = "the catalogue is damaged: a tile of the map cannot be read back";
+constexpr const char* damaged_tile = "a tile of the map cannot be read back";
 
 /// Brings every tile of the plan into the cache; the summaries in the order of the plan.
 class Merge {
@@ -95,7 +96,7 @@ void finish_tiles(std::int64_t strip_id, double cell, const std::vector<TileFini
         const intake::TileKey key{strip_id, tile.place, intake::TileStage::finished};
         if (cache.summary(key, tile.digest)) return;
         const auto painted = cache.cells({strip_id, tile.place}, tile.painted);
-        if (!painted) throw std::runtime_error(damaged_tile);
+        if (!painted) throw DamagedCatalogue(damaged_tile);
         cache.put(key, tile.digest, finished_summary(), finished_cells(*painted, tile, cell));
       },
       threads);
@@ -151,10 +152,10 @@ class TileReader {
     if (found == tiles_.end()) return std::nullopt;
     const auto bytes = cache_->cells({strip_id_, place, intake::TileStage::finished}, found->second.digest);
     auto tile = bytes ? cells_from(*bytes, tile_side_cells) : std::nullopt;
-    if (!tile) throw std::runtime_error(damaged_tile);
+    if (!tile) throw DamagedCatalogue(damaged_tile);
     const std::vector<std::int64_t>& keyframes = found->second.keyframes;
     for (std::uint16_t& s : tile->source.samples) {
-      if (s > keyframes.size()) throw std::runtime_error("the catalogue is damaged: a tile names no keyframe");
+      if (s > keyframes.size()) throw DamagedCatalogue("a tile names no keyframe");
       if (s > 0) s = places_.at(keyframes[s - 1U]);
     }
     return cut(place, *tile);

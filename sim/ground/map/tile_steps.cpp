@@ -4,6 +4,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "sim/ground/map/damaged_catalogue.hpp"
 #include "sim/host/digest.hpp"
 
 namespace ilp::map {
@@ -85,9 +86,9 @@ std::vector<std::uint8_t> finished_summary() {
 
 std::vector<std::uint8_t> finished_cells(std::span<const std::uint8_t> painted, const TileFinish& tile, double cell) {
   const std::optional<MapTile> cells = cells_from(painted, painted_side_cells);
-  if (!cells) throw std::runtime_error("the catalogue is damaged: a tile of the map cannot be read back");
+  if (!cells) throw DamagedCatalogue("a tile of the map cannot be read back");
   for (const std::uint16_t s : cells->source.samples) {
-    if (s > tile.gains.size()) throw std::runtime_error("the catalogue is damaged: a tile names no keyframe");
+    if (s > tile.gains.size()) throw DamagedCatalogue("a tile names no keyframe");
   }
   return bytes_of(finish_tile(*cells, tile.gains, cell));
 }

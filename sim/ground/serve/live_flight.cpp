@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 
+#include "sim/ground/received_flight.hpp"
 #include "sim/ground/result_files.hpp"
 #include "sim/ground/run_record.hpp"
 #include "sim/ground/serve/live_items.hpp"
@@ -37,7 +38,8 @@ std::set<std::string> served_files(const report::Report& report) {
 
 void LiveFlight::run(std::ostream& messages) {
   const auto begin = std::chrono::steady_clock::now();
-  const report::Report report = ground::run_ground(options_, messages);
+  report::Report report;
+  ground::naming_catalogue(options_, [&] { report = ground::run_ground(options_, messages); });
   options_.afresh = false;
   const std::set<std::string> files = served_files(report);
   Pictures pictures;

@@ -4,6 +4,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "sim/ground/map/damaged_catalogue.hpp"
 #include "sim/ground/tasks/work_result.hpp"
 #include "sim/host/files.hpp"
 
@@ -87,7 +88,7 @@ FinishBlock finish_block(const StripFinish& strip, const std::vector<Piece>& pie
   for (std::size_t i = begin; i < end; ++i) {
     const map::TileFinish& tile = strip.tiles[pieces[i].tile];
     auto cells = catalogue.cells({strip.strip_id, tile.place}, tile.painted);
-    if (!cells) throw std::runtime_error("the catalogue is damaged: a tile of the map cannot be read back");
+    if (!cells) throw map::DamagedCatalogue("a tile of the map cannot be read back");
     block.tiles.push_back(tile);
     block.painted.push_back(std::move(*cells));
   }

@@ -8,6 +8,8 @@
 
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
+#include "sim/ground/map/damaged_catalogue.hpp"
+#include "sim/ground/received_flight.hpp"
 #include "sim/ground/run_record.hpp"
 #include "sim/host/files.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
@@ -264,6 +266,23 @@ TEST_F(UnchangedRun, MissingAcknowledgementsAreWrittenAgain) {
   fs::remove(files[2]);
   EXPECT_TRUE(run());
   EXPECT_EQ(host::read_file(files[2]), expected);
+}
+
+TEST(DamagedCatalogue, IsNamedByItsFileOrItsAddress) {
+  ground::GroundOptions options;
+  options.out = "results";
+  const auto told = [&] {
+    try {
+      ground::naming_catalogue(options, [] { throw map::DamagedCatalogue("a tile cannot be read back"); });
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(told(),
+            "results/catalogue.db is damaged: a tile cannot be read back; --afresh makes it again from the outbox");
+  options.catalogue = "dbname=missions";
+  EXPECT_EQ(told().find("dbname=missions is damaged"), 0U);
 }
 
 }  // namespace
