@@ -188,7 +188,7 @@ Status DenseMatcher::match_band(bool& waits) {
     if (workspace_.matcher.wants_band()) ILP_TRY(work_.bands.get(workspace_.matcher, workspace_.maps.band, band));
     waits = band == ComputeProgress::waiting;
     if (band != ComputeProgress::done) return {};
-    ILP_TRY(workspace_.matcher.step(1, more));
+    ILP_TAKE(more, workspace_.matcher.step(1));
   }
   work_.rows_matched = 0;
   if (!more) work_.phase = Phase::residuals;
@@ -340,9 +340,8 @@ Status DenseMatcher::begin_carry() {
 Status DenseMatcher::carry_ground() {
   const RigidTransform next_from_this =
       compose(cam_from_world(pose_of(work_.next)), inverse(cam_from_world(pose_of(work_.pose))));
-  bool more = false;
-  ILP_TRY(carry_coverage_slice(work_.camera, ground(), next_from_this, workspace_.shared.record.coverage,
-                               workspace_.after.coverage, more));
+  ILP_TAKE(const bool more, carry_coverage_slice(work_.camera, ground(), next_from_this,
+                                                 workspace_.shared.record.coverage, workspace_.after.coverage));
   if (!more) work_.phase = Phase::cells;
   return {};
 }

@@ -58,9 +58,9 @@ class RecordedWindows {
 
   void relate(std::size_t k) {
     good_ = good_ && sequence_.begin_keyframe(static_cast<std::int64_t>(k), corners_, matches_, k).ok();
-    for (bool pending = true; good_ && pending;) {
+    while (good_ && !sequence_.idle()) {
       if (state_->phase == SequencePhase::adjust && !state_->adjusting) keep_window();
-      good_ = sequence_.step(pending).ok();
+      good_ = sequence_.step().ok();
     }
     SequenceCamera camera;
     FinalPoint point;
