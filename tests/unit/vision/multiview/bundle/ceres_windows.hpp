@@ -72,7 +72,7 @@ class RecordedWindows {
     auto problem = std::make_unique<BundleProblem>();
     build_window(*state_, *problem, workspace_->map);
     if (problem->cameras.size() < min_cameras_) return;
-    if (problem->hold.anchor >= 0) problem->cameras[static_cast<std::size_t>(problem->hold.anchor)].fixed = true;
+    if (problem->hold.held) problem->cameras[problem->hold.anchor].fixed = true;
     problem->hold = {};
     windows_.push_back(std::move(problem));
   }
