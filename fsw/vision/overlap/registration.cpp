@@ -553,17 +553,6 @@ Result<bool> step_model(const RegistrationTemplate& a, const RegistrationImage& 
   return false;
 }
 
-template <typename Model>
-Status register_model(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
-                      typename Model::Warp& warp, RegistrationFit& fit) {
-  fit = {};
-  bool goes_on = true;
-  for (int iteration = 0; goes_on && iteration <= max_iterations; ++iteration) {
-    ILP_TAKE(goes_on, step_model<Model>(a, b, iteration < max_iterations, warp, fit));
-  }
-  return {};
-}
-
 void join_rows(const std::uint8_t* upper, const std::uint8_t* lower, std::int32_t width,
                std::uint32_t* __restrict out) {
   for (std::ptrdiff_t x = 0; x < width; ++x) {
@@ -636,11 +625,6 @@ Status prepare_registration(GrayView a, RegistrationTemplate& out) {
   return {};
 }
 
-Status register_similarity(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
-                           CentredSimilarity& b_from_a, RegistrationFit& fit) {
-  return register_model<SimilarityModel>(a, b, max_iterations, b_from_a, fit);
-}
-
 Result<bool> step_similarity(const RegistrationTemplate& a, const RegistrationImage& b, bool wanted,
                              CentredSimilarity& b_from_a, RegistrationFit& fit) {
   return step_model<SimilarityModel>(a, b, wanted, b_from_a, fit);
@@ -648,7 +632,12 @@ Result<bool> step_similarity(const RegistrationTemplate& a, const RegistrationIm
 
 Status register_projectivity(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
                              CentredProjectivity& b_from_a, RegistrationFit& fit) {
-  return register_model<ProjectiveModel>(a, b, max_iterations, b_from_a, fit);
+  fit = {};
+  bool goes_on = true;
+  for (int iteration = 0; goes_on && iteration <= max_iterations; ++iteration) {
+    ILP_TAKE(goes_on, step_model<ProjectiveModel>(a, b, iteration < max_iterations, b_from_a, fit));
+  }
+  return {};
 }
 
 }  // namespace ilp
