@@ -74,7 +74,7 @@ bool measure_stereo_pair(StereoBandDeviceJob& bands) {
       matcher.take_band();
       ++jobs;
     }
-    static_cast<void>(matcher.step(stereo_band_rows, pending));
+    pending = matcher.step(stereo_band_rows).value();
   }
   std::printf("a pair of %d x %d px in %d jobs, %zu bytes in and %zu bytes out per job\n", width, height, jobs,
               sizeof(StereoBandInput), sizeof(StereoBandOutput));

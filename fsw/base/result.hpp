@@ -39,3 +39,16 @@ class [[nodiscard]] Result {
   const auto ILP_RESULT_NAME(__LINE__) = (__VA_ARGS__);                           \
   if (!ILP_RESULT_NAME(__LINE__).ok()) return ILP_RESULT_NAME(__LINE__).status(); \
   declaration = ILP_RESULT_NAME(__LINE__).value()
+
+namespace ilp {
+
+/// Calls `slice` until it answers that there is no more to do.
+template <typename Slice>
+Status do_all(Slice slice) {
+  for (bool more = true; more;) {  // bound: the slices of the caller's work
+    ILP_TAKE(more, slice());
+  }
+  return {};
+}
+
+}  // namespace ilp

@@ -134,8 +134,8 @@ Status CameraCalibrator::load() {
 }
 
 Status CameraCalibrator::detect() {
-  ILP_TRY(find_corners(wiring_.mission, 0, wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.corners,
-                       work_.keeps));
+  ILP_TAKE(work_.keeps, find_corners(wiring_.mission, 0, wiring_.scratch.as<FeatureScratch>(), workspace_.images,
+                                     workspace_.corners));
   if (!work_.keeps) work_.phase = state_.calibrating.calibration.keyframes.empty() ? Phase::relate : Phase::begin_match;
   return {};
 }
@@ -149,9 +149,9 @@ Status CameraCalibrator::begin_match() {
 }
 
 Status CameraCalibrator::match() {
-  ILP_TRY(find_matches(wiring_.mission, state_.calibrating.calibration.corners, work_.keyframe.plane_from_previous,
-                       wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.corners, workspace_.matches,
-                       work_.keeps));
+  ILP_TAKE(work_.keeps, find_matches(wiring_.mission, state_.calibrating.calibration.corners,
+                                     work_.keyframe.plane_from_previous, wiring_.scratch.as<FeatureScratch>(),
+                                     workspace_.images, workspace_.corners, workspace_.matches));
   if (!work_.keeps) work_.phase = Phase::relate;
   return {};
 }

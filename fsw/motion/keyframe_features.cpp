@@ -28,9 +28,9 @@ Status begin_corners_of(Reader<FrameRecord> store, const MissionParameters& miss
   return begin_corners(images.current.view(), harris_params(mission, level), scratch.harris, corners);
 }
 
-Status find_corners(const MissionParameters& mission, std::uint8_t level, FeatureScratch& scratch,
-                    const KeyframeImages& images, Corners& corners, bool& more) {
-  return detect_corners_slice(images.current.view(), harris_params(mission, level), scratch.harris, corners, more);
+Result<bool> find_corners(const MissionParameters& mission, std::uint8_t level, FeatureScratch& scratch,
+                          const KeyframeImages& images, Corners& corners) {
+  return detect_corners_slice(images.current.view(), harris_params(mission, level), scratch.harris, corners);
 }
 
 Status begin_matches_to(Reader<KeyframeRecord, FrameRecord> store, const MissionParameters& mission,
@@ -45,11 +45,11 @@ Status begin_matches_to(Reader<KeyframeRecord, FrameRecord> store, const Mission
                         scratch.matcher, matches);
 }
 
-Status find_matches(const MissionParameters& mission, const Corners& previous_corners,
-                    const double (&plane_from_previous)[9], FeatureScratch& scratch, const KeyframeImages& images,
-                    Corners& corners, Matches& matches, bool& more) {
+Result<bool> find_matches(const MissionParameters& mission, const Corners& previous_corners,
+                          const double (&plane_from_previous)[9], FeatureScratch& scratch, const KeyframeImages& images,
+                          Corners& corners, Matches& matches) {
   return match_and_track_slice(images.previous.view(), previous_corners, images.current.view(), corners,
-                               plane_from_previous, matcher_params(mission), scratch.matcher, matches, more);
+                               plane_from_previous, matcher_params(mission), scratch.matcher, matches);
 }
 
 LastingMemory keeping_corners(const FeatureScratch& scratch, const LastingMemory& memory) {

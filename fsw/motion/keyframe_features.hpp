@@ -27,9 +27,9 @@ struct KeyframeImages {
 /// allows.
 Status begin_corners_of(Reader<FrameRecord> store, const MissionParameters& mission, std::int64_t frame_id,
                         std::uint8_t level, FeatureScratch& scratch, KeyframeImages& images, Corners& corners);
-/// A slice of detect_corners on the current image.
-Status find_corners(const MissionParameters& mission, std::uint8_t level, FeatureScratch& scratch,
-                    const KeyframeImages& images, Corners& corners, bool& more);
+/// A slice of detect_corners on the current image; whether there is more to do.
+Result<bool> find_corners(const MissionParameters& mission, std::uint8_t level, FeatureScratch& scratch,
+                          const KeyframeImages& images, Corners& corners);
 
 /// Begins match_and_track_corners from keyframe `previous_id` to the current image. The keyframe's image is loaded only
 /// if it is not in memory.
@@ -37,9 +37,9 @@ Status begin_matches_to(Reader<KeyframeRecord, FrameRecord> store, const Mission
                         std::int64_t previous_id, const double (&plane_from_previous)[9], FeatureScratch& scratch,
                         KeyframeImages& images, Matches& matches);
 /// A slice of it.
-Status find_matches(const MissionParameters& mission, const Corners& previous_corners,
-                    const double (&plane_from_previous)[9], FeatureScratch& scratch, const KeyframeImages& images,
-                    Corners& corners, Matches& matches, bool& more);
+Result<bool> find_matches(const MissionParameters& mission, const Corners& previous_corners,
+                          const double (&plane_from_previous)[9], FeatureScratch& scratch, const KeyframeImages& images,
+                          Corners& corners, Matches& matches);
 
 /// Adds where the search for corners, or for matches, is in the memory of the step.
 [[nodiscard]] LastingMemory keeping_corners(const FeatureScratch& scratch, const LastingMemory& memory);

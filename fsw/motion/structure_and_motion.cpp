@@ -7,6 +7,7 @@
 
 #include "fsw/base/rng.hpp"
 #include "fsw/shared/calibration_wait.hpp"
+#include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/shared/navigation_on_record.hpp"
 #include "fsw/shared/new_command.hpp"
@@ -60,6 +61,104 @@ SequenceParams sequence_params(const MissionParameters& mission, double altitude
   return params;
 }
 
+/// The overlap checker writes a damaged record of the strip again, with its next keyframe or its end.
+Result<bool> has_ended(Reader<StripRecord> store, std::int64_t strip_id, std::int64_t looked_at) {
+  if (strip_id == 0) return false;
+  StripRecord strip;
+  ILP_TAKE(const bool known, find<StripRecord>(store, strip_id, strip));
+  return known && strip.end != StripEnd::open && strip.last_keyframe_id <= looked_at;
+}
+
+/// Whether the strip of `keyframe` has poses already.
+Result<bool> has_world(Reader<PoseRecord> store, const KeyframeRecord& keyframe) {
+  if (keyframe.index == 0) return false;
+  for (std::int64_t id = std::max<std::int64_t>(keyframe.id - looked_back, 1); id < keyframe.id; ++id) {
+    PoseRecord pose;
+    ILP_TAKE(const bool known, find(store, id, pose));
+    if (known && pose.strip_id == keyframe.strip_id && pose.state != PoseState::failed) return true;
+  }
+  return false;
+}
+
+/// Predicts pixels of the posed keyframe `from_id` in the posed one `to_id`; false where a record is missing.
+Result<bool> plane_between(Reader<KeyframeRecord> store, std::int64_t from_id, std::int64_t to_id, Plane& plane) {
+  set_identity(plane);
+  // At most one keyframe between two posed ones has failed.
+  constexpr std::int64_t most_steps = (most_attempts - 1) * static_cast<std::int64_t>(failures_until_lost);
+  if (to_id - from_id > most_steps) return false;
+  for (std::int64_t id = from_id + 1; id <= to_id; ++id) {
+    KeyframeRecord keyframe;
+    ILP_TAKE(const bool known, find(store, id, keyframe));
+    if (!known) return false;
+    compose_planes(keyframe.plane_from_previous, plane, plane);
+  }
+  return true;
+}
+
+/// A final pose never changes.
+Status fail_pose(StorePart<Writes<PoseRecord>> store, std::int64_t strip_id, std::int64_t keyframe_id) {
+  PoseRecord pose;
+  ILP_TAKE(const bool known, find<PoseRecord>(store, keyframe_id, pose));
+  if (known && pose.state == PoseState::final) return {};
+  pose.id = keyframe_id;
+  pose.strip_id = strip_id;
+  pose.state = PoseState::failed;
+  return put(store, pose);
+}
+
+Status fail_provisional_poses(StorePart<Writes<PoseRecord>> store, std::int64_t newest) {
+  for (std::int64_t id = std::max<std::int64_t>(newest - looked_back, 1); id <= newest; ++id) {
+    PoseRecord pose;
+    ILP_TAKE(const bool known, find<PoseRecord>(store, id, pose));
+    if (known && pose.state == PoseState::provisional) ILP_TRY(fail_pose(store, pose.strip_id, id));
+  }
+  return {};
+}
+
+void fill(const SequenceReport& report, PoseRecord& pose) {
+  pose.verdict = verdict_of(report.verdict);
+  pose.matches = report.matches;
+  pose.pair_inliers = report.two_view.inliers;
+  pose.known_points = report.known_points;
+  pose.inliers = report.resection_inliers > 0 ? report.resection_inliers : report.two_view.inliers;
+  pose.points = report.points;
+  pose.rms_px = report.rms_px;
+  pose.gric_e = report.two_view.gric_e;
+  pose.gric_h = report.two_view.gric_h;
+  pose.parallax_px = report.two_view.median_parallax_px;
+  pose.sigma_rotation_rad = report.two_view.sigma_rotation_rad;
+  pose.sigma_direction_rad = report.two_view.sigma_direction_rad;
+  pose.scale_step = report.scale_step;
+  pose.two_view_verdict = report.two_view.verdict;
+}
+
+Status append_point(const CameraModel& camera, const FinalPoint& point, StructureAndMotion::FinalsWorkspace& finals) {
+  StructurePoint head{};
+  for (int i = 0; i < 3; ++i) head.position[i] = point.position[i];
+  head.error_px = point.error_px;
+  head.observations = static_cast<std::uint32_t>(point.observations.size());
+  const std::size_t size = sizeof(head) + head.observations * sizeof(StructureObservation);
+  const std::size_t begin = finals.points.size();
+  // A batch that is too large loses its last points; the count on record says how many there are.
+  if (!finals.points.resize(begin + size))
+    return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(begin + size),
+            static_cast<std::int64_t>(limits::max_structure_bytes)};
+  std::uint8_t* to = finals.points.data() + begin;
+  std::memcpy(to, &head, sizeof(head));
+  to += sizeof(head);
+  for (const FinalObservation& seen : point.observations) {
+    const Vec2 pixel = pixel_from_ideal(camera, Vec2(static_cast<double>(seen.x), static_cast<double>(seen.y)));
+    StructureObservation observation{};
+    observation.keyframe_id = seen.keyframe_id;
+    observation.x = static_cast<float>(pixel.x());
+    observation.y = static_cast<float>(pixel.y());
+    std::memcpy(to, &observation, sizeof(observation));
+    to += sizeof(observation);
+  }
+  ++finals.point_count;
+  return {};
+}
+
 }  // namespace
 
 constexpr CheckpointForm StructureAndMotion::checkpoint = checkpoint_form<State>(component_id);
@@ -94,113 +193,40 @@ Status StructureAndMotion::restore() {
   new (&state_) State;
   cursor_ = {};
   if (!lost) return {};
-  ILP_TRY(resume_after_records());
-  return status;
-}
-
-Status StructureAndMotion::resume_after_records() {
   ILP_TRY(newest_id<PoseRecord>(wiring_.store, cursor_.first));
   StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(fail_provisional_poses());
-  return transaction.commit(cursor_, state_, cursor_);
+  ILP_TRY(fail_provisional_poses(wiring_.store, cursor_.first));
+  ILP_TRY(transaction.commit(cursor_, state_, cursor_));
+  return status;
 }
 
-Status StructureAndMotion::fail_provisional_poses() {
-  for (std::int64_t id = std::max<std::int64_t>(cursor_.first - looked_back, 1); id <= cursor_.first; ++id) {
-    PoseRecord pose;
-    const Status found = get(wiring_.store, id, pose);
-    if (is_transient(found)) return found;
-    if (!found.ok() || pose.state != PoseState::provisional) continue;
-    pose.state = PoseState::failed;
-    ILP_TRY(put(wiring_.store, pose));
-  }
-  return {};
+Result<bool> StructureAndMotion::take_inputs(NavigationRecord& measured) {
+  ILP_TAKE(const CalibrationWait wait, calibration_wait(wiring_.store, wiring_.mission, work_.keyframe));
+  if (wait == CalibrationWait::wait) return false;
+  ILP_TAKE(const bool known, measured_at(wiring_.store, wiring_.mission, work_.keyframe.id, measured));
+  if (!known) return false;
+  work_.not_calibrated = wait == CalibrationWait::in_vain;
+  ILP_TRY(load_camera(wiring_.store, work_.camera));
+  return true;
 }
 
-Status StructureAndMotion::has_world(const KeyframeRecord& keyframe, bool& has) {
-  has = false;
-  if (keyframe.index == 0) return {};
-  for (std::int64_t id = std::max<std::int64_t>(keyframe.id - looked_back, 1); id < keyframe.id; ++id) {
-    PoseRecord pose;
-    const Status found = get(wiring_.store, id, pose);
-    if (is_transient(found)) return found;
-    has = has || (found.ok() && pose.strip_id == keyframe.strip_id && pose.state != PoseState::failed);
-  }
-  return {};
-}
-
-void StructureAndMotion::begin_strip(std::int64_t strip_id, bool has_world) {
-  state_.strip_id = strip_id;
+Status StructureAndMotion::begin_strip() {
+  ILP_TAKE(const bool known_world, has_world(wiring_.store, work_.keyframe));
+  state_.strip_id = work_.keyframe.strip_id;
   state_.posed_keyframe_id = 0;
   state_.failures = 0;
   // A strip has one world. If it is lost, the rest of the strip cannot be placed in it.
-  state_.lost = has_world;
+  state_.lost = known_world;
   state_.end_commanded = false;
   set_identity(state_.last_from_posed);
-}
-
-Status StructureAndMotion::begin_structure(const NavigationRecord& measured) {
-  const SequenceParams params = sequence_params(wiring_.mission, work_.keyframe.altitude, measured);
-  state_.scale_source = params.first_height > 0 ? ScaleSource::altimeter : ScaleSource::first_baseline;
-  Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
-  return sequence.begin_strip(work_.camera, params);
-}
-
-/// The end of the open strip, or its next keyframe in `work_`, with the status of reading it.
-Status StructureAndMotion::look_for_work(Subject& subject, Status& found) {
-  subject = Subject::none;
-  const bool open = state_.strip_id != 0;
-  if (open) {
-    StripRecord strip;
-    const Status known = get(wiring_.store, state_.strip_id, strip);
-    // The overlap checker writes a damaged one again, with its next keyframe or its end.
-    if (is_transient(known)) return known;
-    if (known.ok() && strip.end != StripEnd::open && strip.last_keyframe_id <= cursor_.first) {
-      subject = Subject::end_of_strip;
-      return {};
-    }
-  }
-  KeyframeRecord keyframe;
-  found = next(wiring_.store, cursor_.first, keyframe);
-  if (found.is(StatusCode::not_found)) return {};
-  if (found.is(StatusCode::record_damaged)) {
-    keyframe.id = found.a;
-    keyframe.strip_id = state_.strip_id;
-  } else if (!found.ok()) {
-    return found;
-  } else if (open && keyframe.strip_id != state_.strip_id) {
-    // The end of the previous strip cannot be read.
-    subject = Subject::end_of_strip;
-    return {};
-  }
-  subject = Subject::keyframe;
-  work_.keyframe = keyframe;
-  work_.subject = keyframe.id;
   return {};
-}
-
-/// What the keyframe needs from others. `ready` stays false while there is more to wait for.
-Status StructureAndMotion::take_inputs(NavigationRecord& measured, bool& ready) {
-  ILP_TAKE(const CalibrationWait wait, calibration_wait(wiring_.store, wiring_.mission, work_.keyframe));
-  if (wait == CalibrationWait::wait) return {};
-  ILP_TAKE(const bool known, measured_at(wiring_.store, wiring_.mission, work_.keyframe.id, measured));
-  if (!known) return {};
-  ready = true;
-  work_.not_calibrated = wait == CalibrationWait::in_vain;
-  return load_camera(wiring_.store, work_.camera);
 }
 
 Status StructureAndMotion::begin_keyframe(bool no_use, const NavigationRecord& measured) {
   PoseRecord pose;
-  const Status before = get(wiring_.store, work_.keyframe.id, pose);
-  if (is_transient(before)) return before;
-  work_.on_record = before.ok();
-  if (state_.strip_id == 0) {
-    bool known_world = false;
-    ILP_TRY(has_world(work_.keyframe, known_world));
-    begin_strip(work_.keyframe.strip_id, known_world);
-  }
+  ILP_TAKE(work_.on_record, find<PoseRecord>(wiring_.store, work_.keyframe.id, pose));
+  if (state_.strip_id == 0) ILP_TRY(begin_strip());
   if (no_use) {
     state_.sequence.report = {};
     state_.sequence.report.verdict = SequenceVerdict::too_few_matches;
@@ -209,33 +235,47 @@ Status StructureAndMotion::begin_keyframe(bool no_use, const NavigationRecord& m
     work_.phase = Phase::record;
     return {};
   }
-  if (state_.posed_keyframe_id == 0) ILP_TRY(begin_structure(measured));
+  if (state_.posed_keyframe_id == 0) {
+    const SequenceParams params = sequence_params(wiring_.mission, work_.keyframe.altitude, measured);
+    state_.scale_source = params.first_height > 0 ? ScaleSource::altimeter : ScaleSource::first_baseline;
+    Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
+    ILP_TRY(sequence.begin_strip(work_.camera, params));
+  }
   work_.phase = Phase::load;
   return {};
 }
 
-Status StructureAndMotion::pick(bool& picked) {
-  picked = false;
-  Subject subject = Subject::none;
-  Status found;
-  ILP_TRY(look_for_work(subject, found));
-  if (subject == Subject::none) return {};
-  if (subject == Subject::end_of_strip) {
-    picked = true;
-    return finish_strip();
+Result<bool> StructureAndMotion::pick() {
+  ILP_TAKE(const bool at_end, has_ended(wiring_.store, state_.strip_id, cursor_.first));
+  KeyframeRecord keyframe;
+  const Status found = at_end ? Status{} : next(wiring_.store, cursor_.first, keyframe);
+  if (found.is(StatusCode::not_found)) return false;
+  const bool damaged = found.is(StatusCode::record_damaged);
+  if (damaged) {
+    keyframe.id = found.a;
+    keyframe.strip_id = state_.strip_id;
+  } else {
+    ILP_TRY(found);
   }
+  // Where the strips differ, the end of the open one cannot be read.
+  if (at_end || (state_.strip_id != 0 && keyframe.strip_id != state_.strip_id)) {
+    ILP_TRY(finish_strip());
+    return true;
+  }
+  work_.keyframe = keyframe;
+  work_.subject = keyframe.id;
   // Nothing else of it is read then, so that the verdict does not fail for the same reason.
-  const bool no_use = !found.ok() || work_.patience.given_up(work_.keyframe.id);
+  const bool no_use = damaged || work_.patience.given_up(keyframe.id);
   NavigationRecord measured;
   if (no_use) {
-    picked = true;
     work_.not_calibrated = false;
   } else {
-    ILP_TRY(take_inputs(measured, picked));
-    if (!picked) return {};
+    ILP_TAKE(const bool ready, take_inputs(measured));
+    if (!ready) return false;
   }
   ILP_TRY(begin_keyframe(no_use, measured));
-  return found;
+  ILP_TRY(found);
+  return true;
 }
 
 Status StructureAndMotion::load() {
@@ -248,8 +288,8 @@ Status StructureAndMotion::load() {
 }
 
 Status StructureAndMotion::detect() {
-  ILP_TRY(find_corners(wiring_.mission, work_.keyframe.degraded, wiring_.scratch.as<FeatureScratch>(),
-                       workspace_.images, workspace_.corners, work_.keeps));
+  ILP_TAKE(work_.keeps, find_corners(wiring_.mission, work_.keyframe.degraded, wiring_.scratch.as<FeatureScratch>(),
+                                     workspace_.images, workspace_.corners));
   if (work_.keeps) return {};
   work_.detected = workspace_.corners.size();
   const Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
@@ -274,25 +314,9 @@ Status StructureAndMotion::begin_match() {
 
 Status StructureAndMotion::match() {
   const Corners& from = back() > 0 ? workspace_.older_corners : state_.sequence.corners;
-  ILP_TRY(find_matches(wiring_.mission, from, workspace_.predicted, wiring_.scratch.as<FeatureScratch>(),
-                       workspace_.images, workspace_.corners, workspace_.matches, work_.keeps));
+  ILP_TAKE(work_.keeps, find_matches(wiring_.mission, from, workspace_.predicted, wiring_.scratch.as<FeatureScratch>(),
+                                     workspace_.images, workspace_.corners, workspace_.matches));
   if (!work_.keeps) work_.phase = Phase::relate;
-  return {};
-}
-
-Status StructureAndMotion::plane_to_newest(std::int64_t from_id, Plane& plane, bool& known) {
-  known = false;
-  set_identity(plane);
-  // At most one keyframe between two posed ones has failed.
-  constexpr std::int64_t most_steps = (most_attempts - 1) * static_cast<std::int64_t>(failures_until_lost);
-  if (state_.posed_keyframe_id - from_id > most_steps) return {};
-  for (std::int64_t id = from_id + 1; id <= state_.posed_keyframe_id; ++id) {
-    KeyframeRecord keyframe;
-    const Status found = get(wiring_.store, id, keyframe);
-    if (!found.ok()) return is_transient(found) ? found : Status{};
-    compose_planes(keyframe.plane_from_previous, plane, plane);
-  }
-  known = true;
   return {};
 }
 
@@ -301,16 +325,14 @@ Status StructureAndMotion::begin_match_to_older() {
   const Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
   const std::int64_t older_id = sequence.cameras()[sequence.cameras().size() - 1 - back()].keyframe_id;
   Plane to_newest;
-  bool usable = false;
-  ILP_TRY(plane_to_newest(older_id, to_newest, usable));
+  ILP_TAKE(bool usable, plane_between(wiring_.store, older_id, state_.posed_keyframe_id, to_newest));
   compose_planes(state_.last_from_posed, to_newest, workspace_.predicted);
   compose_planes(work_.keyframe.plane_from_previous, workspace_.predicted, workspace_.predicted);
   sequence.corners_of(back(), workspace_.older_corners);
   if (usable) {
-    const Status begun = begin_matches_to(wiring_.store, wiring_.mission, older_id, workspace_.predicted,
-                                          wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.matches);
-    if (is_transient(begun)) return begun;
-    usable = begun.ok();
+    ILP_TAKE(usable,
+             found_by(begin_matches_to(wiring_.store, wiring_.mission, older_id, workspace_.predicted,
+                                       wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.matches)));
   }
   work_.keeps = usable;
   work_.phase = usable ? Phase::match : try_next() ? Phase::begin_match : Phase::record;
@@ -332,33 +354,14 @@ bool StructureAndMotion::try_next() {
   return false;
 }
 
-void StructureAndMotion::fill_from_report(PoseRecord& pose) const {
-  const SequenceReport& report = state_.sequence.report;
-  pose.verdict = verdict_of(report.verdict);
-  pose.matches = report.matches;
-  pose.pair_inliers = report.two_view.inliers;
-  pose.known_points = report.known_points;
-  pose.inliers = report.resection_inliers > 0 ? report.resection_inliers : report.two_view.inliers;
-  pose.points = report.points;
-  pose.rms_px = report.rms_px;
-  pose.gric_e = report.two_view.gric_e;
-  pose.gric_h = report.two_view.gric_h;
-  pose.parallax_px = report.two_view.median_parallax_px;
-  pose.sigma_rotation_rad = report.two_view.sigma_rotation_rad;
-  pose.sigma_direction_rad = report.two_view.sigma_direction_rad;
-  pose.scale_step = report.scale_step;
-  pose.two_view_verdict = report.two_view.verdict;
-}
-
 Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final_pose) {
   PoseRecord pose;
-  const Status found = get(wiring_.store, camera.keyframe_id, pose);
-  if (!found.is(StatusCode::not_found) && !found.is(StatusCode::record_damaged)) ILP_TRY(found);
+  ILP_TAKE(const bool known, find<PoseRecord>(wiring_.store, camera.keyframe_id, pose));
   // Repeated after a damaged checkpoint: the result is the same, and other components have used it.
-  if (found.ok() && pose.state == PoseState::final) return {};
+  if (known && pose.state == PoseState::final) return {};
   pose.id = camera.keyframe_id;
   pose.strip_id = state_.strip_id;
-  if (camera.keyframe_id == work_.keyframe.id && work_.phase == Phase::record) fill_from_report(pose);
+  if (camera.keyframe_id == work_.keyframe.id && work_.phase == Phase::record) fill(state_.sequence.report, pose);
   pose.scale_source = state_.scale_source;
   pose.state = final_pose ? PoseState::final : PoseState::provisional;
   const Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
@@ -392,33 +395,6 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   return put(wiring_.store, pose);
 }
 
-Status StructureAndMotion::append_point(const FinalPoint& point, FinalsWorkspace& finals) const {
-  StructurePoint head{};
-  for (int i = 0; i < 3; ++i) head.position[i] = point.position[i];
-  head.error_px = point.error_px;
-  head.observations = static_cast<std::uint32_t>(point.observations.size());
-  const std::size_t size = sizeof(head) + head.observations * sizeof(StructureObservation);
-  const std::size_t begin = finals.points.size();
-  // A batch that is too large loses its last points; the count on record says how many there are.
-  if (!finals.points.resize(begin + size))
-    return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(begin + size),
-            static_cast<std::int64_t>(limits::max_structure_bytes)};
-  std::uint8_t* to = finals.points.data() + begin;
-  std::memcpy(to, &head, sizeof(head));
-  to += sizeof(head);
-  for (const FinalObservation& seen : point.observations) {
-    const Vec2 pixel = pixel_from_ideal(work_.camera, Vec2(static_cast<double>(seen.x), static_cast<double>(seen.y)));
-    StructureObservation observation{};
-    observation.keyframe_id = seen.keyframe_id;
-    observation.x = static_cast<float>(pixel.x());
-    observation.y = static_cast<float>(pixel.y());
-    std::memcpy(to, &observation, sizeof(observation));
-    to += sizeof(observation);
-  }
-  ++finals.point_count;
-  return {};
-}
-
 Status StructureAndMotion::write_finals() {
   auto& finals = wiring_.scratch.as<FinalsWorkspace>();
   Sequence sequence(state_.sequence, finals.sequence);
@@ -433,14 +409,13 @@ Status StructureAndMotion::write_finals() {
   finals.point_count = 0;
   FinalPoint point;
   while (sequence.take_final_point(point)) {  // bound: limits::max_tracks
-    const Status appended = append_point(point, finals);
+    const Status appended = append_point(work_.camera, point, finals);
     if (!appended.ok() && !appended.is(StatusCode::capacity_exceeded)) return appended;
   }
   StructureRecord structure;
-  const Status found = get(wiring_.store, newest_final, structure);
-  if (is_transient(found)) return found;
-  // Repeated: its points may have been released since.
-  if (found.ok()) return {};
+  ILP_TAKE(const bool repeated, find<StructureRecord>(wiring_.store, newest_final, structure));
+  // Its points may have been released since.
+  if (repeated) return {};
   structure.id = newest_final;
   structure.strip_id = state_.strip_id;
   structure.count = finals.point_count;
@@ -453,14 +428,8 @@ Status StructureAndMotion::write_finals() {
 
 Status StructureAndMotion::record_success() {
   Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
-  for (const SequenceCamera& camera : sequence.cameras()) {
-    PoseRecord known;
-    const Status found = get(wiring_.store, camera.keyframe_id, known);
-    if (is_transient(found)) return found;
-    const bool handed_out = found.ok() && known.state == PoseState::final;
-    if (!handed_out) ILP_TRY(write_camera(camera, false));
-  }
-  for (const std::int64_t id : sequence.dropped()) ILP_TRY(fail_pose(id));
+  for (const SequenceCamera& camera : sequence.cameras()) ILP_TRY(write_camera(camera, false));
+  for (const std::int64_t id : sequence.dropped()) ILP_TRY(fail_pose(wiring_.store, state_.strip_id, id));
   state_.posed_keyframe_id = work_.keyframe.id;
   state_.failures = 0;
   set_identity(state_.last_from_posed);
@@ -468,20 +437,17 @@ Status StructureAndMotion::record_success() {
   return write_finals();
 }
 
-Status StructureAndMotion::command_end(StripEnd reason) {
-  CommandRecord command;
-  command.time_ns = work_.keyframe.time_ns;
-  command.reason = reason;
-  command.after_frame_id = work_.keyframe.frame_id;
-  return put_new_command(wiring_.store, command);
-}
-
-Status StructureAndMotion::give_up_strip(StripEnd reason) {
+Status StructureAndMotion::give_up_strip() {
   state_.lost = true;
   if (state_.end_commanded) return {};
   state_.end_commanded = true;
   // The pose on record was made before, together with the command.
-  return work_.on_record ? Status{} : command_end(reason);
+  if (work_.on_record) return {};
+  CommandRecord command;
+  command.time_ns = work_.keyframe.time_ns;
+  command.reason = StripEnd::pose_lost;
+  command.after_frame_id = work_.keyframe.frame_id;
+  return put_new_command(wiring_.store, command);
 }
 
 Status StructureAndMotion::record_failure() {
@@ -496,33 +462,23 @@ Status StructureAndMotion::record_failure() {
   if (work_.not_calibrated) {
     pose.verdict = PoseVerdict::not_calibrated;
   } else if (!state_.lost) {
-    fill_from_report(pose);
+    fill(state_.sequence.report, pose);
   }
   if (!final_before) ILP_TRY(put(wiring_.store, pose));
-  if (state_.lost) return give_up_strip(StripEnd::pose_lost);
+  if (state_.lost) return give_up_strip();
   if (state_.posed_keyframe_id == 0) return {};
   ++state_.failures;
   compose_planes(work_.keyframe.plane_from_previous, state_.last_from_posed, state_.last_from_posed);
   if (state_.failures < failures_until_lost) return {};
   const Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
-  if (sequence.begun() || sequence.can_begin()) return give_up_strip(StripEnd::pose_lost);
+  if (sequence.begun() || sequence.can_begin()) return give_up_strip();
   // There is no structure, and no pair to begin one: the keyframes so far are abandoned and the next one starts over.
-  for (const SequenceCamera& camera : sequence.cameras()) ILP_TRY(fail_pose(camera.keyframe_id));
+  for (const SequenceCamera& camera : sequence.cameras())
+    ILP_TRY(fail_pose(wiring_.store, state_.strip_id, camera.keyframe_id));
   state_.posed_keyframe_id = 0;
   state_.failures = 0;
   set_identity(state_.last_from_posed);
   return {};
-}
-
-Status StructureAndMotion::fail_pose(std::int64_t keyframe_id) {
-  PoseRecord pose;
-  const Status found = get(wiring_.store, keyframe_id, pose);
-  if (is_transient(found)) return found;
-  if (found.ok() && pose.state == PoseState::final) return {};
-  pose.id = keyframe_id;
-  pose.strip_id = state_.strip_id;
-  pose.state = PoseState::failed;
-  return put(wiring_.store, pose);
 }
 
 Status StructureAndMotion::record() {
@@ -555,11 +511,11 @@ Status StructureAndMotion::end_strip() {
   StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   if (work_.patience.given_up(work_.subject)) {
-    ILP_TRY(fail_provisional_poses());
+    ILP_TRY(fail_provisional_poses(wiring_.store, cursor_.first));
   } else if (state_.posed_keyframe_id != 0) {
     Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
     ILP_TRY(sequence.flush());
-    for (const std::int64_t id : sequence.dropped()) ILP_TRY(fail_pose(id));
+    for (const std::int64_t id : sequence.dropped()) ILP_TRY(fail_pose(wiring_.store, state_.strip_id, id));
     ILP_TRY(write_finals());
   }
   state_.strip_id = 0;
@@ -571,11 +527,10 @@ Status StructureAndMotion::end_strip() {
 }
 
 Status StructureAndMotion::extend_sequence() {
-  bool more = false;
   Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
-  const Status status = sequence.step(more);
+  const Status status = sequence.step();
   work_.keeps = status.ok() && sequence.keeps();
-  if (more) return status;
+  if (!sequence.idle()) return status;
   if (work_.phase == Phase::finish) {
     ILP_TRY(status);
     return end_strip();
@@ -586,10 +541,10 @@ Status StructureAndMotion::extend_sequence() {
   return status;
 }
 
-Status StructureAndMotion::advance(bool& picked) {
+Status StructureAndMotion::advance() {
   switch (work_.phase) {
     case Phase::idle:
-      return pick(picked);
+      break;
     case Phase::load:
       return load();
     case Phase::detect:
@@ -613,13 +568,14 @@ Status StructureAndMotion::advance(bool& picked) {
 }
 
 StepResult StructureAndMotion::step() {
-  bool pending = true;
   work_.keeps = false;
-  const Status status = advance(pending);
+  const bool idle = work_.phase == Phase::idle;
+  const Result<bool> picked = idle ? pick() : true;
+  const Status status = idle ? picked.status() : advance();
   work_.keeps = work_.keeps && status.ok();
-  if (status.ok()) return {{}, pending, work_.keeps ? Then::keep : Then::go_on};
+  if (status.ok()) return {{}, picked.value(), work_.keeps ? Then::keep : Then::go_on};
   // A permanently damaged record was handled, and is worth an event.
-  if (status.is(StatusCode::record_damaged) && pending && work_.phase == Phase::record) return {status, true};
+  if (status.is(StatusCode::record_damaged) && work_.phase == Phase::record) return {status, true};
   // The verdict on a keyframe is a failed pose; the verdict on the end of a strip fails its poses that are not final.
   return work_.patience.failed(work_.subject, status);
 }

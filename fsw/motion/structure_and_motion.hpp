@@ -84,13 +84,11 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
     FixedVector<float, limits::max_tracks> depths;
   };
 
-  Status advance(bool& picked);
-  enum class Subject : std::uint8_t { none, end_of_strip, keyframe };
-  Status look_for_work(Subject& subject, Status& found);
-  Status take_inputs(NavigationRecord& measured, bool& ready);
+  Status advance();
+  /// What the keyframe needs from others; false while there is more to wait for.
+  Result<bool> take_inputs(NavigationRecord& measured);
   Status begin_keyframe(bool no_use, const NavigationRecord& measured);
-  Status pick(bool& picked);
-  Status begin_structure(const NavigationRecord& measured);
+  Result<bool> pick();
   Status load();
   Status detect();
   Status begin_match();
@@ -100,28 +98,16 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   [[nodiscard]] std::uint32_t back() const;
   /// Whether there is another keyframe to be tried against.
   bool try_next();
-  /// Predicts pixels of the posed keyframe `from_id` in the newest posed one; false where a record is missing.
-  Status plane_to_newest(std::int64_t from_id, double (&plane)[9], bool& known);
   Status extend_sequence();
   Status record();
   Status record_success();
   Status record_failure();
-  Status fail_pose(std::int64_t keyframe_id);
   Status finish_strip();
   Status end_strip();
-  void begin_strip(std::int64_t strip_id, bool has_world);
-  /// Continues after the records if the checkpoint is lost.
-  Status resume_after_records();
-  Status fail_provisional_poses();
-  /// Whether the strip of `keyframe` has poses already.
-  Status has_world(const KeyframeRecord& keyframe, bool& has);
-  Status give_up_strip(StripEnd reason);
-
+  Status begin_strip();
+  Status give_up_strip();
   Status write_camera(const SequenceCamera& camera, bool final_pose);
   Status write_finals();
-  void fill_from_report(PoseRecord& pose) const;
-  Status append_point(const FinalPoint& point, FinalsWorkspace& finals) const;
-  Status command_end(StripEnd reason);
 
   Wiring wiring_;
   Cursor cursor_;

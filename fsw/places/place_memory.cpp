@@ -119,8 +119,8 @@ Status PlaceMemory::load() {
 
 Status PlaceMemory::find_features() {
   auto& scratch = wiring_.scratch.as<PlaceScratch>();
-  ILP_TRY(place_features_slice(workspace_.image.view(), part<PlacePart>().features_wanted(), scratch.harris,
-                               scratch.features, workspace_.features, work_.keeps));
+  ILP_TAKE(work_.keeps, place_features_slice(workspace_.image.view(), part<PlacePart>().features_wanted(),
+                                             scratch.harris, scratch.features, workspace_.features));
   if (work_.keeps) return {};
   work_.keeps = true;
   work_.phase = Phase::patches;
@@ -129,8 +129,8 @@ Status PlaceMemory::find_features() {
 
 Status PlaceMemory::take_patches() {
   auto& scratch = wiring_.scratch.as<PlaceScratch>();
-  ILP_TRY(
-      place_patches_slice(workspace_.image.view(), scratch.harris, scratch.patches, workspace_.patches, work_.keeps));
+  ILP_TAKE(work_.keeps,
+           place_patches_slice(workspace_.image.view(), scratch.harris, scratch.patches, workspace_.patches));
   if (work_.keeps) return {};
   give_depths();
   work_.phase = Phase::search;

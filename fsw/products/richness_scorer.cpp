@@ -102,9 +102,9 @@ Status RichnessScorer::score() {
   auto& w = wiring_.scratch.as<Workspace>();
   const RichnessParams params = richness_params(wiring_.mission);
   double index = 0;
-  bool more = false;
-  ILP_TRY(score_richness_slice(work_.camera, w.image.view(), w.inverse_depth.view(), w.sigma.view(), w.maps.mask.view(),
-                               params, state_.history, w.richness, w.cues, index, more));
+  ILP_TAKE(const bool more,
+           score_richness_slice(work_.camera, w.image.view(), w.inverse_depth.view(), w.sigma.view(),
+                                w.maps.mask.view(), params, state_.history, w.richness, w.cues, index));
   if (more) return {};
   work_.record.richness = index;
   work_.record.images_learned = state_.history.count;

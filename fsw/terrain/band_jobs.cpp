@@ -35,30 +35,24 @@ ComputeForm stereo_band_form(StereoBandWorkspace& workspace) {
 }
 
 void BandJobs::begin(StereoWorkspace& memory, StereoBandJob& job, StereoMatcher& matcher) {
-  drop();
+  if (submitted()) compute_->drop(ComputeKind::stereo_band);
+  progress_ = ComputeProgress::none;
   if (compute_ == nullptr || !compute_->on_device()) return;
   StereoMatcher::lend(memory, *workspace_);
   static_cast<void>(matcher.match_in_bands(job));
 }
 
-Status BandJobs::get(StereoMatcher& matcher, StereoBandJob& job, ComputeProgress& progress) {
-  progress = ComputeProgress::none;
-  if (!submitted_) {
+Result<bool> BandJobs::get(StereoMatcher& matcher, StereoBandJob& job) {
+  // A job that is gone begins again.
+  if (!submitted()) {
     matcher.describe_band();
     ILP_TRY(compute_->submit(
         {ComputeKind::stereo_band, memory_of(job.input), std::as_writable_bytes(std::span(&job.output, 1))}));
-    submitted_ = true;
   }
-  progress = compute_->ask(ComputeKind::stereo_band);
-  // A job that is gone begins again.
-  if (progress == ComputeProgress::done || progress == ComputeProgress::none) submitted_ = false;
-  if (progress == ComputeProgress::done) matcher.take_band();
-  return {};
-}
-
-void BandJobs::drop() {
-  if (submitted_) compute_->drop(ComputeKind::stereo_band);
-  submitted_ = false;
+  progress_ = compute_->ask(ComputeKind::stereo_band);
+  if (progress_ != ComputeProgress::done) return false;
+  matcher.take_band();
+  return true;
 }
 
 }  // namespace ilp

@@ -18,15 +18,17 @@ class BandJobs {
   }
   /// A pair begins: a device matches its bands if there is one.
   void begin(StereoWorkspace& memory, StereoBandJob& job, StereoMatcher& matcher);
-  /// Gets the band that the matcher wants; it has it when the job is `done`.
-  Status get(StereoMatcher& matcher, StereoBandJob& job, ComputeProgress& progress);
+  /// Gets the band that the matcher wants; whether it has it.
+  Result<bool> get(StereoMatcher& matcher, StereoBandJob& job);
+  /// A device does the job.
+  [[nodiscard]] bool waits() const { return progress_ == ComputeProgress::waiting; }
 
  private:
-  void drop();
+  [[nodiscard]] bool submitted() const { return progress_ == ComputeProgress::working || waits(); }
 
   Compute* compute_ = nullptr;
   StereoBandWorkspace* workspace_ = nullptr;
-  bool submitted_ = false;
+  ComputeProgress progress_ = ComputeProgress::none;  ///< of the last job
 };
 
 }  // namespace ilp

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "fsw/base/status_values.hpp"
+#include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/shared/work_level.hpp"
 #include "fsw/vision/geometry/camera.hpp"
@@ -30,6 +32,124 @@ double distance(const PoseRecord& a, const PoseRecord& b) {
   double sum = 0;
   for (int i = 0; i < 3; ++i) sum += (a.centre[i] - b.centre[i]) * (a.centre[i] - b.centre[i]);
   return std::sqrt(sum);
+}
+
+Status use_coverage_of(std::int64_t keyframe_id, const CameraModel& camera, DenseMatcher::State& carried) {
+  if (carried.coverage_keyframe_id == keyframe_id) return {};
+  carried.coverage_keyframe_id = keyframe_id;
+  return clear_coverage(camera.width, camera.height, carried.coverage);
+}
+
+Status clear(const CameraModel& camera, DenseMatcher::DepthMaps::Depth& depth) {
+  for (auto* map : {&depth.inverse, &depth.sigma}) {
+    ILP_TRY(map->resize(camera.width, camera.height));
+    std::fill_n(map->view().data, map->view().area(), 0.0F);
+  }
+  ILP_TRY(depth.supported.resize(supported_words(camera.width), camera.height));
+  std::fill_n(depth.supported.view().data, depth.supported.view().area(), std::uint64_t{0});
+  return {};
+}
+
+void state_geometry(const DenseMatcher::Work& work, DenseMatcher::Workspace& w, DepthRecord& record) {
+  const RigidTransform partner_from_this =
+      compose(cam_from_world(pose_of(work.partner.pose)), inverse(cam_from_world(pose_of(work.pose))));
+  Vec2 epipole;
+  if (work.plan.blind_radius_px > 0 && epipole_of(work.camera, partner_from_this, epipole)) {
+    record.epipole_x = epipole.x();
+    record.epipole_y = epipole.y();
+    record.blind_radius_px = work.plan.blind_radius_px;
+  }
+  const ImageView<const float> inverse_depth = std::as_const(w.maps.depth.inverse).view();
+  record.pose_sigma = median_depth_error_of_poses(partner_from_this, work.partner.step, work.camera, inverse_depth,
+                                                  w.shared.record.pose_errors);
+}
+
+void state_median_sigma(ImageView<const std::uint8_t> sigma_codes, DepthRecord& record) {
+  std::array<std::uint32_t, sigma_code_largest + 1> histogram{};
+  for (std::size_t i = 0; i < sigma_codes.area(); ++i) ++histogram[sigma_codes.data[i] & sigma_code_largest];
+  std::uint32_t below = 0;
+  std::size_t median = 1;
+  for (; median < sigma_code_largest && 2 * (below + histogram[median]) < record.valid; ++median)
+    below += histogram[median];
+  record.median_sigma_px = static_cast<double>(median) / sigma_codes_per_px;
+  record.values.bytes = static_cast<std::uint32_t>(2 * sigma_codes.area());
+  record.sigma.bytes = static_cast<std::uint32_t>(sigma_codes.area());
+}
+
+/// Of cells with a few pixels of depth nobody can say later which part was seen.
+Status describe_cells(DenseMatcher::Workspace& w, DepthRecord& record) {
+  ILP_TRY(cell_depths(w.maps.depth.inverse.view(), w.maps.depth.sigma.view(), smallest_cell, w.cell_depths));
+  const auto cells = static_cast<std::size_t>(w.now.columns) * static_cast<std::size_t>(w.now.rows);
+  for (std::size_t i = 0; i < cells; ++i) {
+    if (!(w.cell_depths[i] > 0)) w.now.quality[i] = 0;
+  }
+  record.cells.bytes = static_cast<std::uint32_t>(cells * (1 + sizeof(float)));
+  return {};
+}
+
+Status plane_between(Reader<KeyframeRecord> store, std::int64_t from_keyframe_id, std::int64_t to_keyframe_id,
+                     Mat3& to_from_from) {
+  to_from_from = Mat3::Identity();
+  for (std::int64_t id = from_keyframe_id + 1; id <= to_keyframe_id; ++id) {
+    KeyframeRecord keyframe;
+    ILP_TRY(get(store, id, keyframe));
+    Mat3 plane;
+    for (int i = 0; i < 9; ++i) plane(i / 3, i % 3) = keyframe.plane_from_previous[i];
+    to_from_from = plane * to_from_from;
+  }
+  return {};
+}
+
+/// A strip is abandoned after two failures in a row, so that a pair reaches across one keyframe at most.
+Status cover_passed(Reader<KeyframeRecord> store, const CameraModel& camera, std::int64_t first_id,
+                    std::int64_t second_id, ImageView<const float> sigma, DenseMatcher::State& carried) {
+  carried.passed_keyframe_id = 0;
+  if (second_id != first_id + 2) return {};
+  const std::int64_t passed_id = first_id + 1;
+  Mat3 passed_from_first;
+  Mat3 second_from_passed;
+  ILP_TRY(plane_between(store, first_id, passed_id, passed_from_first));
+  ILP_TRY(plane_between(store, passed_id, second_id, second_from_passed));
+  ILP_TRY(clear_coverage(camera.width, camera.height, carried.passed));
+  // The mask of an image without a pose depends on what is covered, not on how well that was seen.
+  constexpr std::uint8_t covered = 1;
+  const auto known = [&](std::int32_t x, std::int32_t y) {
+    // Without depth the image of the first is sent whole.
+    const bool sent = sigma.empty() || sigma.at(x, y) > 0 || carried.coverage.at(x, y);
+    return sent ? covered : std::uint8_t{0};
+  };
+  cover_over_plane(passed_from_first.inverse(), known, carried.passed);
+  cover_over_plane(
+      second_from_passed, [](std::int32_t, std::int32_t) { return covered; }, carried.passed);
+  carried.passed_keyframe_id = passed_id;
+  return {};
+}
+
+/// Carries the ground that earlier pairs have reconstructed to the next keyframe with a pose; 0 when there is none.
+Result<std::int64_t> carry_without_depth(Reader<PoseRecord, StripRecord, KeyframeRecord> store,
+                                         const CameraModel& camera, const PoseRecord& pose,
+                                         DenseMatcher::State& carried, Coverage& before) {
+  if (pose.state == PoseState::failed) return std::int64_t{0};
+  PoseRecord next;
+  ILP_TAKE(const Successor state, next_with_pose(store, pose, pose.id, next));
+  if (state != Successor::final) return std::int64_t{0};
+  ILP_TRY(cover_passed(store, camera, pose.id, next.id, {}, carried));
+  Mat3 next_from_this;
+  ILP_TRY(plane_between(store, pose.id, next.id, next_from_this));
+  before = carried.coverage;
+  ILP_TRY(clear_coverage(camera.width, camera.height, carried.coverage));
+  const auto known = [&before](std::int32_t x, std::int32_t y) {
+    return before.at(x, y) ? before.seen.at(x, y) : std::uint8_t{0};
+  };
+  cover_over_plane(next_from_this.inverse(), known, carried.coverage);
+  return next.id;
+}
+
+Status code_mask(DenseMatcher::RecordWorkspace& w, MaskRecord& mask) {
+  std::size_t size = 0;
+  ILP_TRY(encode_mask(w.mask.view(), w.mask_bytes.data(), w.mask_bytes.size(), size));
+  mask.code.bytes = static_cast<std::uint32_t>(size);
+  return {};
 }
 
 }  // namespace
@@ -63,59 +183,42 @@ Status DenseMatcher::restore() {
   return status.is(StatusCode::not_found) ? Status{} : status;
 }
 
-Status DenseMatcher::use_coverage_of(std::int64_t keyframe_id) {
-  if (workspace_.after.coverage_keyframe_id == keyframe_id) return {};
-  workspace_.after.coverage_keyframe_id = keyframe_id;
-  return clear_coverage(work_.camera.width, work_.camera.height, workspace_.after.coverage);
-}
-
-Status DenseMatcher::find_partner(const PoseRecord& pose, Successor& state) {
-  state = Successor::none;
-  if (pose.state == PoseState::failed) return {};
-  ILP_TRY(next_with_pose(wiring_.store, pose, pose.id, work_.next, state));
-  if (state != Successor::final) return {};
+Result<Successor> DenseMatcher::find_partner() {
+  if (work_.pose.state == PoseState::failed) return Successor::none;
+  ILP_TAKE(const Successor next, next_with_pose(wiring_.store, work_.pose, work_.pose.id, work_.next));
+  if (next != Successor::final) return next;
   workspace_.after = state_;
-  ILP_TRY(use_coverage_of(pose.id));
+  ILP_TRY(use_coverage_of(work_.pose.id, work_.camera, workspace_.after));
   PairWorthParams params;
   params.largest_sigma = wiring_.mission.largest_depth_sigma;
   params.finer_steps = sampling_steps(wiring_.mission.claim_ratio);
-  return choose_partner(wiring_.store, work_.camera, pose, work_.next, workspace_.after.coverage, params,
-                        wiring_.mission.partner_reach, work_.partner, state);
+  return choose_partner(wiring_.store, work_.camera, work_.pose, work_.next, workspace_.after.coverage, params,
+                        wiring_.mission.partner_reach, work_.partner);
 }
 
-Status DenseMatcher::begin_with_partner(const PoseRecord& pose, DepthVerdict& verdict) {
-  const Status begun = begin_pair(pose, verdict);
-  if (verdict == DepthVerdict::ok || work_.partner.pose.id == work_.next.id) return begun;
-  work_.partner = partner_of(work_.next, sampling_steps(wiring_.mission.claim_ratio));
-  return begin_pair(pose, verdict);
-}
-
-Status DenseMatcher::begin_pair(const PoseRecord& pose, DepthVerdict& verdict) {
+Result<DepthVerdict> DenseMatcher::begin_pair() {
   const PoseRecord& partner = work_.partner.pose;
-  const DepthRange depth{pose.min_depth / depth_margin, pose.max_depth * depth_margin};
+  const DepthRange depth{work_.pose.min_depth / depth_margin, work_.pose.max_depth * depth_margin};
   KeyframeRecord keyframe;
-  ILP_TRY(get(wiring_.store, pose.id, keyframe));
+  ILP_TRY(get(wiring_.store, work_.pose.id, keyframe));
   RectificationParams params;
   params.scale = stereo_scale_at(keyframe.degraded);
-  verdict = DepthVerdict::rectification_impossible;
-  const Status planned = plan_panels(work_.camera, cam_from_world(pose_of(pose)), cam_from_world(pose_of(partner)),
-                                     depth, params, work_.plan);
-  if (planned.is(StatusCode::rectification_impossible) || planned.is(StatusCode::invalid_argument)) return {};
-  if (!planned.ok() && !planned.is(StatusCode::disparity_range_exceeded)) return planned;
-  verdict = DepthVerdict::ok;
-
-  ILP_TRY(load_keyframe_image(wiring_.store, pose.id, workspace_.left));
+  const Status planned = plan_panels(work_.camera, cam_from_world(pose_of(work_.pose)),
+                                     cam_from_world(pose_of(partner)), depth, params, work_.plan);
+  const bool cut = planned.is(StatusCode::disparity_range_exceeded);
+  if (!planned.ok() && !cut) return DepthVerdict::rectification_impossible;
+  ILP_TRY(load_keyframe_image(wiring_.store, work_.pose.id, workspace_.left));
   ILP_TRY(load_keyframe_image(wiring_.store, partner.id, workspace_.right));
-  work_.pose = pose;
   work_.panel = 0;
   work_.residual = {};
   ILP_TRY(begin_panel());
-  // The near end of the range was cut. This is worth an event, and the pair continues.
-  return planned;
+  // The near end of the range was cut: the pair continues.
+  work_.event = planned;
+  return DepthVerdict::ok;
 }
 
 Status DenseMatcher::begin_panel() {
-  const RectifiedPair& pair = panel().pair;
+  const RectifiedPair& pair = work_.at_panel().pair;
   for (auto* image :
        {&workspace_.rectified_left, &workspace_.rectified_right, &workspace_.valid_left, &workspace_.valid_right}) {
     ILP_TRY(image->resize(pair.width, pair.height));
@@ -127,39 +230,25 @@ Status DenseMatcher::begin_panel() {
   return {};
 }
 
-Status DenseMatcher::pick(bool& picked) {
-  picked = false;
+Result<bool> DenseMatcher::pick() {
   const std::int64_t id = cursor_.first + 1;
   if (work_.patience.given_up(id)) {
-    picked = true;
-    return record_given_up();
+    ILP_TRY(record_given_up());
+    return true;
   }
-  PoseRecord pose;
-  const Status found = get(wiring_.store, id, pose);
-  if (found.is(StatusCode::not_found) || (found.ok() && pose.state == PoseState::provisional)) return {};
+  const Status found = get(wiring_.store, id, work_.pose);
+  if (found.is(StatusCode::not_found) || (found.ok() && work_.pose.state == PoseState::provisional)) return false;
   ILP_TRY(found);
   // It may have been calibrated since.
   ILP_TRY(load_camera(wiring_.store, work_.camera));
-  Successor partner = Successor::none;
-  ILP_TRY(find_partner(pose, partner));
-  if (partner == Successor::not_yet) return {};
-  picked = true;
-  if (partner == Successor::none) return record_without_depth(pose, DepthVerdict::no_partner);
-  work_.pose = pose;
-  work_.phase = Phase::begin;
-  return {};
-}
-
-Status DenseMatcher::begin() {
-  DepthVerdict verdict = DepthVerdict::ok;
-  const Status warning = begin_with_partner(work_.pose, verdict);
-  if (!warning.ok() && !warning.is(StatusCode::disparity_range_exceeded)) return warning;
-  if (verdict != DepthVerdict::ok) return record_without_depth(work_.pose, verdict);
-  return warning;
+  ILP_TAKE(const Successor partner, find_partner());
+  if (partner == Successor::none) ILP_TRY(record_without_depth(work_.pose, DepthVerdict::no_partner));
+  if (partner == Successor::final) work_.phase = Phase::begin;
+  return partner != Successor::not_yet;
 }
 
 Status DenseMatcher::resample_band() {
-  const RectifiedPair& pair = panel().pair;
+  const RectifiedPair& pair = work_.at_panel().pair;
   const std::int32_t end = std::min(work_.row + band_rows, pair.height);
   ILP_TRY(resample_rows(pair, Side::left, work_.camera, workspace_.left.view(), work_.row, end,
                         workspace_.rectified_left.view(), workspace_.valid_left.view()));
@@ -173,22 +262,22 @@ Status DenseMatcher::resample_band() {
   work_.phase = Phase::match;
   work_.rows_matched = 0;
   ILP_TRY(workspace_.matcher.begin(workspace_.rectified_left.view(), workspace_.rectified_right.view(),
-                                   workspace_.valid_left.view(), workspace_.valid_right.view(), panel().range, params,
-                                   workspace_.shared.stereo,
+                                   workspace_.valid_left.view(), workspace_.valid_right.view(), work_.at_panel().range,
+                                   params, workspace_.shared.stereo,
                                    {workspace_.disparity.view(), workspace_.disparity_sigma.view()}));
   // Later panels add to the maps, where jobs would lie.
   if (work_.panel == 0) work_.bands.begin(workspace_.shared.stereo, workspace_.maps.band, workspace_.matcher);
   return {};
 }
 
-Status DenseMatcher::match_band(bool& waits) {
+Status DenseMatcher::match_band() {
   bool more = true;
   for (; more && work_.rows_matched < band_rows; ++work_.rows_matched) {
-    ComputeProgress band = ComputeProgress::done;
-    if (workspace_.matcher.wants_band()) ILP_TRY(work_.bands.get(workspace_.matcher, workspace_.maps.band, band));
-    waits = band == ComputeProgress::waiting;
-    if (band != ComputeProgress::done) return {};
-    ILP_TRY(workspace_.matcher.step(1, more));
+    if (workspace_.matcher.wants_band()) {
+      ILP_TAKE(const bool matched, work_.bands.get(workspace_.matcher, workspace_.maps.band));
+      if (!matched) return {};
+    }
+    ILP_TAKE(more, workspace_.matcher.step(1));
   }
   work_.rows_matched = 0;
   if (!more) work_.phase = Phase::residuals;
@@ -203,42 +292,16 @@ Status DenseMatcher::check_rows() {
   return {};
 }
 
-Status DenseMatcher::begin_depth() {
-  for (ImageBuffer<float>* map : {&workspace_.maps.depth.inverse, &workspace_.maps.depth.sigma}) {
-    ILP_TRY(map->resize(work_.camera.width, work_.camera.height));
-    std::fill_n(map->view().data, map->view().area(), 0.0F);
-  }
-  ILP_TRY(workspace_.maps.depth.supported.resize(supported_words(work_.camera.width), work_.camera.height));
-  std::fill_n(workspace_.maps.depth.supported.view().data, workspace_.maps.depth.supported.view().area(),
-              std::uint64_t{0});
-  return {};
-}
-
 Status DenseMatcher::depth_band() {
-  if (work_.panel == 0 && work_.row == 0) ILP_TRY(begin_depth());
+  if (work_.panel == 0 && work_.row == 0) ILP_TRY(clear(work_.camera, workspace_.maps.depth));
   const std::int32_t end = std::min(work_.row + 4 * band_rows, work_.camera.height);
-  ILP_TRY(depth_rows(panel().pair, work_.camera, workspace_.matcher.result(), work_.row, end,
+  ILP_TRY(depth_rows(work_.at_panel().pair, work_.camera, workspace_.matcher.result(), work_.row, end,
                      workspace_.maps.depth.view()));
   work_.row = end;
   if (work_.row < work_.camera.height) return {};
   if (++work_.panel < work_.plan.count) return begin_panel();
   work_.phase = Phase::errors;
   return {};
-}
-
-void DenseMatcher::state_geometry(DepthRecord& record) {
-  const RigidTransform partner_from_this =
-      compose(cam_from_world(pose_of(work_.partner.pose)), inverse(cam_from_world(pose_of(work_.pose))));
-  Vec2 epipole;
-  if (work_.plan.blind_radius_px > 0 && epipole_of(work_.camera, partner_from_this, epipole)) {
-    record.epipole_x = epipole.x();
-    record.epipole_y = epipole.y();
-    record.blind_radius_px = work_.plan.blind_radius_px;
-  }
-  const ImageView<const float> inverse_depth =
-      static_cast<const ImageBuffer<float>&>(workspace_.maps.depth.inverse).view();
-  record.pose_sigma = median_depth_error_of_poses(partner_from_this, work_.partner.step, work_.camera, inverse_depth,
-                                                  workspace_.shared.record.pose_errors);
 }
 
 Status DenseMatcher::state_errors() {
@@ -255,7 +318,7 @@ Status DenseMatcher::state_errors() {
   work_.record.baseline = distance(work_.pose, work_.partner.pose);
   work_.record.disparity_per_inverse_depth_px = work_.plan.disparity_per_inverse_depth_px;
   drop_uncertain_depths(wiring_.mission.largest_depth_sigma, workspace_.maps.depth.view());
-  state_geometry(work_.record);
+  state_geometry(work_, workspace_, work_.record);
   work_.phase = Phase::quality;
   return {};
 }
@@ -274,7 +337,7 @@ Status DenseMatcher::state_quality() {
 Status DenseMatcher::claim_ground() {
   RecordWorkspace& w = workspace_.shared.record;
   workspace_.after = state_;
-  ILP_TRY(use_coverage_of(work_.pose.id));
+  ILP_TRY(use_coverage_of(work_.pose.id, work_.camera, workspace_.after));
   ILP_TRY(w.mask.resize(work_.camera.width, work_.camera.height));
   ILP_TRY(w.codes.resize(work_.camera.width, work_.camera.height));
   MaskCounts counts;
@@ -306,54 +369,28 @@ Status DenseMatcher::code_depth() {
   RecordWorkspace& w = workspace_.shared.record;
   ILP_TRY(encode_depth(workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view(), w.mask.view(),
                        {work_.record.offset, work_.record.step}, w.codes.view()));
-  state_median_sigma(work_.record);
+  state_median_sigma(w.sigma_code.view(), work_.record);
   work_.phase = Phase::mask_code;
   return {};
 }
 
-void DenseMatcher::state_median_sigma(DepthRecord& record) {
-  const ImageView<const std::uint8_t> sigma_codes = workspace_.shared.record.sigma_code.view();
-  std::array<std::uint32_t, sigma_code_largest + 1> histogram{};
-  for (std::size_t i = 0; i < sigma_codes.area(); ++i) ++histogram[sigma_codes.data[i] & sigma_code_largest];
-  std::uint32_t below = 0;
-  std::size_t median = 1;
-  for (; median < sigma_code_largest && 2 * (below + histogram[median]) < record.valid; ++median)
-    below += histogram[median];
-  record.median_sigma_px = static_cast<double>(median) / sigma_codes_per_px;
-  record.values.bytes = static_cast<std::uint32_t>(2 * sigma_codes.area());
-  record.sigma.bytes = static_cast<std::uint32_t>(sigma_codes.area());
-}
-
-PairGround DenseMatcher::ground() const {
-  return {workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view(),
-          workspace_.shared.record.mask.view(), workspace_.now};
-}
-
 Status DenseMatcher::begin_carry() {
   workspace_.after = state_;
-  ILP_TRY(use_coverage_of(work_.pose.id));
-  ILP_TRY(cover_passed(work_.pose.id, work_.next.id, true));
+  ILP_TRY(use_coverage_of(work_.pose.id, work_.camera, workspace_.after));
+  ILP_TRY(cover_passed(wiring_.store, work_.camera, work_.pose.id, work_.next.id, workspace_.maps.depth.sigma.view(),
+                       workspace_.after));
   work_.phase = Phase::coverage;
-  return begin_carrying(work_.camera, ground(), workspace_.shared.record.coverage, workspace_.after.coverage);
+  return begin_carrying(work_.camera, workspace_.ground(), workspace_.shared.record.coverage,
+                        workspace_.after.coverage);
 }
 
 Status DenseMatcher::carry_ground() {
   const RigidTransform next_from_this =
       compose(cam_from_world(pose_of(work_.next)), inverse(cam_from_world(pose_of(work_.pose))));
-  bool more = false;
-  ILP_TRY(carry_coverage_slice(work_.camera, ground(), next_from_this, workspace_.shared.record.coverage,
-                               workspace_.after.coverage, more));
+  ILP_TAKE(const bool more, carry_coverage_slice(work_.camera, workspace_.ground(), next_from_this,
+                                                 workspace_.shared.record.coverage, workspace_.after.coverage));
   if (!more) work_.phase = Phase::cells;
   return {};
-}
-
-Status DenseMatcher::describe_cells() {
-  work_.phase = Phase::record;
-  return measure_cells(work_.record);
-}
-
-Status DenseMatcher::record_depth() {
-  return write(work_.record, work_.mask, work_.next.id);
 }
 
 /// The pair has given no depth: what is `reported` counts if the partner is the next keyframe, which is tried
@@ -361,80 +398,12 @@ Status DenseMatcher::record_depth() {
 Status DenseMatcher::give_up_partner(DepthVerdict verdict, Status reported) {
   if (work_.partner.pose.id != work_.next.id) {
     work_.partner = partner_of(work_.next, sampling_steps(wiring_.mission.claim_ratio));
-    const Status begun = begin_pair(work_.pose, verdict);
-    if (verdict == DepthVerdict::ok) return begun;
+    ILP_TAKE(verdict, begin_pair());
+    if (verdict == DepthVerdict::ok) return {};
     reported = {};
   }
   ILP_TRY(record_without_depth(work_.pose, verdict));
-  return reported;
-}
-
-/// Of cells with a few pixels of depth nobody can say later which part was seen.
-Status DenseMatcher::measure_cells(DepthRecord& record) {
-  ILP_TRY(cell_depths(workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view(), smallest_cell,
-                      workspace_.cell_depths));
-  const auto cells = static_cast<std::size_t>(workspace_.now.columns) * static_cast<std::size_t>(workspace_.now.rows);
-  for (std::size_t i = 0; i < cells; ++i) {
-    if (!(workspace_.cell_depths[i] > 0)) workspace_.now.quality[i] = 0;
-  }
-  record.cells.bytes = static_cast<std::uint32_t>(cells * (1 + sizeof(float)));
-  return {};
-}
-
-Status DenseMatcher::plane_between(std::int64_t from_keyframe_id, std::int64_t to_keyframe_id, Mat3& to_from_from) {
-  to_from_from = Mat3::Identity();
-  for (std::int64_t id = from_keyframe_id + 1; id <= to_keyframe_id; ++id) {
-    KeyframeRecord keyframe;
-    ILP_TRY(get(wiring_.store, id, keyframe));
-    Mat3 plane;
-    for (int i = 0; i < 9; ++i) plane(i / 3, i % 3) = keyframe.plane_from_previous[i];
-    to_from_from = plane * to_from_from;
-  }
-  return {};
-}
-
-/// A strip is abandoned after two failures in a row, so that a pair reaches across one keyframe at most.
-Status DenseMatcher::cover_passed(std::int64_t first_id, std::int64_t second_id, bool with_depth) {
-  workspace_.after.passed_keyframe_id = 0;
-  if (second_id != first_id + 2) return {};
-  const std::int64_t passed_id = first_id + 1;
-  Mat3 passed_from_first;
-  Mat3 second_from_passed;
-  ILP_TRY(plane_between(first_id, passed_id, passed_from_first));
-  ILP_TRY(plane_between(passed_id, second_id, second_from_passed));
-  ILP_TRY(clear_coverage(work_.camera.width, work_.camera.height, workspace_.after.passed));
-  const ImageView<const float> sigma = workspace_.maps.depth.sigma.view();
-  // The mask of an image without a pose depends on what is covered, not on how well that was seen.
-  constexpr std::uint8_t covered = 1;
-  const auto known = [&](std::int32_t x, std::int32_t y) {
-    // Without depth the image of the first is sent whole.
-    const bool sent = !with_depth || sigma.at(x, y) > 0 || workspace_.after.coverage.at(x, y);
-    return sent ? covered : std::uint8_t{0};
-  };
-  cover_over_plane(passed_from_first.inverse(), known, workspace_.after.passed);
-  cover_over_plane(
-      second_from_passed, [](std::int32_t, std::int32_t) { return covered; }, workspace_.after.passed);
-  workspace_.after.passed_keyframe_id = passed_id;
-  return {};
-}
-
-/// Carries the ground that earlier pairs have reconstructed to the next keyframe with a pose; 0 when there is none.
-Status DenseMatcher::carry_without_depth(const PoseRecord& pose, std::int64_t& next_id) {
-  next_id = 0;
-  PoseRecord next;
-  Successor state = Successor::none;
-  if (pose.state != PoseState::failed) ILP_TRY(next_with_pose(wiring_.store, pose, pose.id, next, state));
-  if (state != Successor::final) return {};
-  ILP_TRY(cover_passed(pose.id, next.id, false));
-  Mat3 next_from_this;
-  ILP_TRY(plane_between(pose.id, next.id, next_from_this));
-  workspace_.before = workspace_.after.coverage;
-  ILP_TRY(clear_coverage(work_.camera.width, work_.camera.height, workspace_.after.coverage));
-  const auto known = [this](std::int32_t x, std::int32_t y) {
-    return workspace_.before.at(x, y) ? workspace_.before.seen.at(x, y) : std::uint8_t{0};
-  };
-  cover_over_plane(next_from_this.inverse(), known, workspace_.after.coverage);
-  next_id = next.id;
+  work_.event = reported;
   return {};
 }
 
@@ -446,7 +415,7 @@ Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict v
   record.verdict = verdict;
   workspace_.after = state_;
   const bool passed = pose.id == workspace_.after.passed_keyframe_id;
-  if (!passed) ILP_TRY(use_coverage_of(pose.id));
+  if (!passed) ILP_TRY(use_coverage_of(work_.pose.id, work_.camera, workspace_.after));
   const Coverage& coverage = passed ? workspace_.after.passed : workspace_.after.coverage;
   ILP_TRY(workspace_.shared.record.mask.resize(work_.camera.width, work_.camera.height));
   const ImageView<std::uint8_t> mask = workspace_.shared.record.mask.view();
@@ -455,9 +424,10 @@ Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict v
     mask.data[i] = covered ? 0 : 255;
     new_ground.newly_seen += covered ? 0 : 1;
   }
-  std::int64_t next_id = workspace_.after.coverage_keyframe_id;
-  if (!passed) ILP_TRY(carry_without_depth(pose, next_id));
-  ILP_TRY(code_mask(new_ground));
+  ILP_TAKE(const std::int64_t next_id,
+           passed ? workspace_.after.coverage_keyframe_id
+                  : carry_without_depth(wiring_.store, work_.camera, pose, workspace_.after, workspace_.before));
+  ILP_TRY(code_mask(workspace_.shared.record, new_ground));
   return write(record, new_ground, next_id);
 }
 
@@ -465,19 +435,17 @@ Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict v
 Status DenseMatcher::record_given_up() {
   const std::int64_t id = cursor_.first + 1;
   PoseRecord pose;
-  const Status known = get(wiring_.store, id, pose);
-  if (is_transient(known)) return known;
-  if (known.ok()) {
-    const Status recorded = record_without_depth(pose, DepthVerdict::too_few_valid);
-    if (recorded.ok() || is_transient(recorded)) return recorded;
+  ILP_TAKE(const bool posed, find<PoseRecord>(wiring_.store, id, pose));
+  if (posed) {
+    ILP_TAKE(const bool recorded, found_by(record_without_depth(pose, DepthVerdict::too_few_valid)));
+    if (recorded) return {};
   }
   KeyframeRecord keyframe;
-  const Status there = get(wiring_.store, id, keyframe);
-  if (is_transient(there)) return there;
+  ILP_TAKE(const bool known, find<KeyframeRecord>(wiring_.store, id, keyframe));
   DepthRecord record;
   MaskRecord new_ground;
   record.id = id;
-  record.strip_id = there.ok() ? keyframe.strip_id : 0;
+  record.strip_id = known ? keyframe.strip_id : 0;
   record.verdict = DepthVerdict::too_few_valid;
   ILP_TRY(workspace_.shared.record.mask.resize(work_.camera.width, work_.camera.height));
   const ImageView<std::uint8_t> mask = workspace_.shared.record.mask.view();
@@ -485,16 +453,8 @@ Status DenseMatcher::record_given_up() {
   new_ground.newly_seen = static_cast<std::uint32_t>(mask.area());
   workspace_.after = state_;
   workspace_.after.passed_keyframe_id = 0;
-  ILP_TRY(code_mask(new_ground));
+  ILP_TRY(code_mask(workspace_.shared.record, new_ground));
   return write(record, new_ground, 0);
-}
-
-Status DenseMatcher::code_mask(MaskRecord& mask) {
-  RecordWorkspace& w = workspace_.shared.record;
-  std::size_t size = 0;
-  ILP_TRY(encode_mask(w.mask.view(), w.mask_bytes.data(), w.mask_bytes.size(), size));
-  mask.code.bytes = static_cast<std::uint32_t>(size);
-  return {};
 }
 
 Status DenseMatcher::write(DepthRecord& record, MaskRecord& mask, std::int64_t next_coverage_id) {
@@ -527,16 +487,18 @@ Status DenseMatcher::write(DepthRecord& record, MaskRecord& mask, std::int64_t n
   return {};
 }
 
-Status DenseMatcher::advance(bool& picked, bool& waits) {
+Status DenseMatcher::advance() {
   switch (work_.phase) {
     case Phase::idle:
-      return pick(picked);
-    case Phase::begin:
-      return begin();
+      break;
+    case Phase::begin: {
+      ILP_TAKE(const DepthVerdict verdict, begin_pair());
+      return verdict == DepthVerdict::ok ? Status{} : give_up_partner(verdict, {});
+    }
     case Phase::resample:
       return resample_band();
     case Phase::match:
-      return match_band(waits);
+      return match_band();
     case Phase::residuals:
       return check_rows();
     case Phase::depth:
@@ -553,32 +515,29 @@ Status DenseMatcher::advance(bool& picked, bool& waits) {
       return code_depth();
     case Phase::mask_code:
       work_.phase = Phase::passed;
-      return code_mask(work_.mask);
+      return code_mask(workspace_.shared.record, work_.mask);
     case Phase::passed:
       return begin_carry();
     case Phase::coverage:
       return carry_ground();
     case Phase::cells:
-      return describe_cells();
+      work_.phase = Phase::record;
+      return describe_cells(workspace_, work_.record);
     case Phase::record:
-      return record_depth();
+      return write(work_.record, work_.mask, work_.next.id);
   }
   return {};
 }
 
 StepResult DenseMatcher::step() {
   if (wiring_.mission.safe_mode) return {};
-  bool pending = true;
-  bool waits = false;
-  const Phase phase = work_.phase;
-  const Status status = advance(pending, waits);
-  if (status.ok()) return {{}, pending, waits ? Then::wait : Then::go_on};
-  // Of the pair, or of the next one that takes its place.
-  const bool of_pair = phase == Phase::begin || phase >= Phase::errors;
-  if (of_pair && (status.is(StatusCode::rectification_impossible) || status.is(StatusCode::disparity_range_exceeded))) {
-    return {status, true};
-  }
-  return work_.patience.failed(cursor_.first + 1, status);
+  work_.event = {};
+  const bool idle = work_.phase == Phase::idle;
+  const Result<bool> picked = idle ? pick() : true;
+  const Status status = idle ? picked.status() : advance();
+  if (!status.ok()) return work_.patience.failed(cursor_.first + 1, status);
+  const bool waits = work_.phase == Phase::match && work_.bands.waits();
+  return {work_.event, picked.value(), waits ? Then::wait : Then::go_on};
 }
 
 }  // namespace ilp

@@ -36,20 +36,6 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
  public:
   static const CheckpointForm checkpoint;
 
-  /// Has the rows of the full resolution matched by `compute` while it has a device; its processor's function works in
-  /// `workspace`, with this component's memory. The results are the same. Both are given, or none.
-  DenseMatcher(Tables store, const MissionParameters& mission, Compute* compute = nullptr,
-               StereoBandWorkspace* workspace = nullptr);
-  /// Memory for the comparison of a device with the processor, before the flight.
-  [[nodiscard]] StereoBandJob& spare_job() { return workspace_.maps.band; }
-
-  Status restore() override;
-  StepResult step() override;
-  [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_).changed_by_commits();
-  }
-
- private:
   enum class Phase : std::uint8_t {
     idle,
     begin,
@@ -69,10 +55,6 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
     record
   };
 
-  struct Wiring {
-    Tables store;
-    const MissionParameters& mission;
-  };
   struct State {
     std::int64_t coverage_keyframe_id = 0;  ///< the keyframe of this coverage; any other has none
     Coverage coverage;
@@ -130,6 +112,9 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
     std::int32_t rows_matched = 0;  ///< of a step that waits for a device
     BandJobs bands;
     std::int32_t row = 0;
+    Status event;  ///< of the step
+
+    [[nodiscard]] const RectifiedPanel& at_panel() const { return plan.panels[panel]; }
   };
   struct Workspace {
     StereoMatcher matcher;
@@ -142,43 +127,52 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
     Shared shared;
     State after;  ///< the state after the record at work
     Coverage before;
+
+    [[nodiscard]] PairGround ground() const {
+      return {maps.depth.inverse.view(), maps.depth.sigma.view(), shared.record.mask.view(), now};
+    }
   };
 
-  Status pick(bool& picked);
-  Status begin();
-  Status find_partner(const PoseRecord& pose, Successor& state);
-  Status begin_with_partner(const PoseRecord& pose, DepthVerdict& verdict);
-  Status begin_pair(const PoseRecord& pose, DepthVerdict& verdict);
+  /// Has the rows of the full resolution matched by `compute` while it has a device; its processor's function works in
+  /// `workspace`, with this component's memory. The results are the same. Both are given, or none.
+  DenseMatcher(Tables store, const MissionParameters& mission, Compute* compute = nullptr,
+               StereoBandWorkspace* workspace = nullptr);
+  /// Memory for the comparison of a device with the processor, before the flight.
+  [[nodiscard]] StereoBandJob& spare_job() { return workspace_.maps.band; }
+
+  Status restore() override;
+  StepResult step() override;
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_).changed_by_commits();
+  }
+
+ private:
+  struct Wiring {
+    Tables store;
+    const MissionParameters& mission;
+  };
+
+  Result<bool> pick();
+  /// Of the keyframe at work.
+  Result<Successor> find_partner();
+  Result<DepthVerdict> begin_pair();
   Status begin_panel();
   Status resample_band();
-  Status match_band(bool& waits);
-  Status begin_depth();
+  Status match_band();
   Status check_rows();
   Status depth_band();
-  [[nodiscard]] const RectifiedPanel& panel() const { return work_.plan.panels[work_.panel]; }
   Status state_errors();
   Status state_quality();
   Status claim_ground();
   Status choose_coding();
   Status code_depth();
-  [[nodiscard]] PairGround ground() const;
   Status begin_carry();
   Status carry_ground();
-  Status describe_cells();
-  Status record_depth();
-  Status advance(bool& picked, bool& waits);
+  Status advance();
   Status give_up_partner(DepthVerdict verdict, Status reported);
   Status record_without_depth(const PoseRecord& pose, DepthVerdict verdict);
   Status record_given_up();
-  Status plane_between(std::int64_t from_keyframe_id, std::int64_t to_keyframe_id, Mat3& to_from_from);
-  Status cover_passed(std::int64_t first_id, std::int64_t second_id, bool with_depth);
-  Status carry_without_depth(const PoseRecord& pose, std::int64_t& next_id);
-  Status code_mask(MaskRecord& mask);
   Status write(DepthRecord& record, MaskRecord& mask, std::int64_t next_coverage_id);
-  Status use_coverage_of(std::int64_t keyframe_id);
-  void state_geometry(DepthRecord& record);
-  void state_median_sigma(DepthRecord& record);
-  Status measure_cells(DepthRecord& record);
 
   Wiring wiring_;
   Cursor cursor_;

@@ -29,21 +29,19 @@ struct Search {
   std::uint32_t reach;
 };
 
-Status search_partner(const Search& search, const PairWorthParams& params, Partner& partner, Successor& state) {
-  state = Successor::final;
+Result<Successor> search_partner(const Search& search, const PairWorthParams& params, Partner& partner) {
   Partner candidate = partner_of(search.next, params.finer_steps);
   partner = candidate;
   const double distance = distance_of(search.pose);
   RigidTransform candidate_from_this = between(search.pose, candidate.pose);
   PairWorth best = pair_worth(search.camera, candidate_from_this, distance, search.coverage, params);
-  if (best.median_sigma <= small_share * params.largest_sigma) return {};
+  if (best.median_sigma <= small_share * params.largest_sigma) return Successor::final;
   for (std::uint32_t place = 1; place < search.reach; ++place) {
     PoseRecord further;
-    ILP_TRY(next_with_pose(search.store, search.pose, candidate.pose.id, further, state));
-    if (state == Successor::not_yet) return {};
-    partner.at_end = state == Successor::none;
-    state = Successor::final;
-    if (partner.at_end) return {};
+    ILP_TAKE(const Successor found, next_with_pose(search.store, search.pose, candidate.pose.id, further));
+    if (found == Successor::not_yet) return found;
+    partner.at_end = found == Successor::none;
+    if (partner.at_end) return Successor::final;
     const RigidTransform step = between(candidate.pose, further);
     candidate.step = joined_steps(candidate_from_this, candidate.step, step, step_to(further));
     candidate.pose = further;
@@ -53,7 +51,7 @@ Status search_partner(const Search& search, const PairWorthParams& params, Partn
     best = promised;
     partner = candidate;
   }
-  return {};
+  return Successor::final;
 }
 
 }  // namespace
@@ -62,9 +60,8 @@ Partner partner_of(const PoseRecord& next, std::int32_t finer_steps) {
   return {next, step_to(next), false, finer_steps};
 }
 
-Status next_with_pose(Reader<PoseRecord, StripRecord> store, const PoseRecord& pose, std::int64_t after_id,
-                      PoseRecord& successor, Successor& state) {
-  state = Successor::none;
+Result<Successor> next_with_pose(Reader<PoseRecord, StripRecord> store, const PoseRecord& pose, std::int64_t after_id,
+                                 PoseRecord& successor) {
   StripRecord strip;
   const Status known = get(store, pose.strip_id, strip);
   // A damaged one is written again with the next keyframe or the strip's end.
@@ -73,27 +70,25 @@ Status next_with_pose(Reader<PoseRecord, StripRecord> store, const PoseRecord& p
     const Status found = get(store, id, successor);
     if (found.is(StatusCode::not_found)) {
       const bool ended = strip.end != StripEnd::open && strip.last_keyframe_id < id;
-      state = ended ? Successor::none : Successor::not_yet;
-      return {};
+      return ended ? Successor::none : Successor::not_yet;
     }
     if (found.is(StatusCode::record_damaged)) continue;
     ILP_TRY(found);
-    if (successor.strip_id != pose.strip_id) return {};
+    if (successor.strip_id != pose.strip_id) return Successor::none;
     if (successor.state == PoseState::failed) continue;
-    state = successor.state == PoseState::final ? Successor::final : Successor::not_yet;
-    return {};
+    return successor.state == PoseState::final ? Successor::final : Successor::not_yet;
   }
 }
 
-Status choose_partner(Reader<PoseRecord, StripRecord> store, const CameraModel& camera, const PoseRecord& pose,
-                      const PoseRecord& next, const Coverage& coverage, const PairWorthParams& params,
-                      std::uint32_t reach, Partner& partner, Successor& state) {
+Result<Successor> choose_partner(Reader<PoseRecord, StripRecord> store, const CameraModel& camera,
+                                 const PoseRecord& pose, const PoseRecord& next, const Coverage& coverage,
+                                 const PairWorthParams& params, std::uint32_t reach, Partner& partner) {
   const Search search{store, camera, pose, next, coverage, reach};
-  ILP_TRY(search_partner(search, params, partner, state));
-  if (state != Successor::final || !partner.at_end) return {};
+  ILP_TAKE(const Successor found, search_partner(search, params, partner));
+  if (found != Successor::final || !partner.at_end) return found;
   PairWorthParams at_end = params;
   at_end.finer_steps = finer_steps_at_end;
-  return search_partner(search, at_end, partner, state);
+  return search_partner(search, at_end, partner);
 }
 
 }  // namespace ilp

@@ -1,6 +1,7 @@
 // The keyframe that another one is matched with: the one of the next few of its strip that promises most.
 #pragma once
 
+#include "fsw/base/result.hpp"
 #include "fsw/records/records.hpp"
 #include "fsw/vision/stereo/depth/pose_error.hpp"
 #include "fsw/vision/terrain/pair_worth.hpp"
@@ -31,15 +32,15 @@ enum class Successor : std::uint8_t {
 /// The first keyframe after `after_id` that belongs to the same strip as `pose` and has one. Keyframes whose pose
 /// failed or whose record is damaged are passed over. The loop is bounded by the keyframes of the strip that failed in
 /// a row.
-Status next_with_pose(Reader<PoseRecord, StripRecord> store, const PoseRecord& pose, std::int64_t after_id,
-                      PoseRecord& successor, Successor& state);
+Result<Successor> next_with_pose(Reader<PoseRecord, StripRecord> store, const PoseRecord& pose, std::int64_t after_id,
+                                 PoseRecord& successor);
 
 /// Chooses among the keyframe `next`, which follows `pose`, and those after it. The next one is taken at once
 /// if its median sigma is at most an eighth of the largest one, as in level flight. Otherwise the choice waits until
 /// the poses of `reach` following keyframes are final or the strip has ended, and the pair with the greatest worth is
-/// taken, the nearer one of equal ones. `state` is `final`, or `not_yet` while it waits.
-Status choose_partner(Reader<PoseRecord, StripRecord> store, const CameraModel& camera, const PoseRecord& pose,
-                      const PoseRecord& next, const Coverage& coverage, const PairWorthParams& params,
-                      std::uint32_t reach, Partner& partner, Successor& state);
+/// taken, the nearer one of equal ones. The answer is `final`, or `not_yet` while it waits.
+Result<Successor> choose_partner(Reader<PoseRecord, StripRecord> store, const CameraModel& camera,
+                                 const PoseRecord& pose, const PoseRecord& next, const Coverage& coverage,
+                                 const PairWorthParams& params, std::uint32_t reach, Partner& partner);
 
 }  // namespace ilp

@@ -145,9 +145,9 @@ void keyframe(benchmark::State& state) {
       const bool last = k + 1 == strip.keyframes.size();
       good = sequence.begin_keyframe(static_cast<std::int64_t>(k), frame.corners, frame.matches, k).ok();
       if (last) state.ResumeTiming();
-      for (bool pending = true; good && pending;) {
+      while (good && !sequence.idle()) {
         const auto begun = std::chrono::steady_clock::now();
-        good = sequence.step(pending).ok();
+        good = sequence.step().ok();
         const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begun;
         if (last) worst_step = std::max(worst_step, spent.count());
       }

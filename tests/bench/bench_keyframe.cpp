@@ -179,11 +179,11 @@ class Chain {
       charge(guided);
     }
     const auto id = static_cast<std::int64_t>(k);
-    bool pending = sequence_.begin_keyframe(id, corners_, matches_, k).ok();
+    static_cast<void>(sequence_.begin_keyframe(id, corners_, matches_, k));
     charge(bookkeeping);
-    while (pending) {
+    while (!sequence_.idle()) {
       const Stage stage = stage_of(state_->phase);
-      if (!sequence_.step(pending).ok()) return false;
+      if (!sequence_.step().ok()) return false;
       charge(stage);
     }
     const SequenceReport& report = sequence_.report();

@@ -208,8 +208,7 @@ Answer ours(const Pair& pair, const StereoParams& params) {
   StereoMatcher matcher;
   Status status = matcher.begin(pair.left.view(), pair.right.view(), pair.left_valid.view(), pair.right_valid.view(),
                                 pair.range, params, *workspace, {answer.disparity.view(), answer.sigma.view()});
-  bool pending = status.ok();
-  while (pending) status = matcher.step(64, pending);
+  if (status.ok()) status = do_all([&] { return matcher.step(64); });
   answer.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (!status.ok()) throw std::runtime_error(pair.name + ": " + status_name(status.code));
   for (std::size_t i = 0; i < answer.disparity.samples.size(); ++i) {

@@ -158,7 +158,9 @@ TEST_F(VulkanCompute, StereoBandsOfARecordedPairHaveTheProcessorsBytes) {
       matcher.take_band();
       ++bands;
     }
-    ASSERT_TRUE(matcher.step(stereo_band_rows, pending).ok());
+    const Result<bool> stepped = matcher.step(stereo_band_rows);
+    ASSERT_TRUE(stepped.ok());
+    pending = stepped.value();
   }
   EXPECT_EQ(bands, 4);
 }

@@ -368,23 +368,21 @@ Status begin_corners(GrayView image, const HarrisParams& params, HarrisWorkspace
   return {};
 }
 
-Status detect_corners_slice(GrayView image, const HarrisParams& params, HarrisWorkspace& w, Corners& corners,
-                            bool& more) {
-  more = false;
+Result<bool> detect_corners_slice(GrayView image, const HarrisParams& params, HarrisWorkspace& w, Corners& corners) {
   const Region inner = inner_region(image, params);
-  if (inner.x1 <= inner.x0 || inner.y1 <= inner.y0) return {};
+  if (inner.x1 <= inner.x0 || inner.y1 <= inner.y0) return false;
   const std::int32_t last = image.height - 1;
-  if (w.progress.next_row >= last) return choose_corners(image, params, w, corners);
-  compute_response(image, params.kappa, std::min(w.progress.next_row + rows_of_a_slice, last), w);
-  more = true;
-  return {};
+  if (w.progress.next_row < last) {
+    compute_response(image, params.kappa, std::min(w.progress.next_row + rows_of_a_slice, last), w);
+    return true;
+  }
+  ILP_TRY(choose_corners(image, params, w, corners));
+  return false;
 }
 
 Status detect_corners(GrayView image, const HarrisParams& params, HarrisWorkspace& w, Corners& corners) {
   ILP_TRY(begin_corners(image, params, w, corners));
-  bool more = true;
-  while (more) ILP_TRY(detect_corners_slice(image, params, w, corners, more));  // bound: the slices of the image
-  return {};
+  return do_all([&] { return detect_corners_slice(image, params, w, corners); });
 }
 
 }  // namespace ilp

@@ -3,7 +3,7 @@
 
 #include "cfg/limits.hpp"
 #include "fsw/base/image_view.hpp"
-#include "fsw/base/status.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/vision/features/feature_types.hpp"
 
 namespace ilp {
@@ -24,10 +24,10 @@ struct HarrisWorkspace;  // defined in harris_workspace.hpp: a component owns on
 /// (target count, distance, kappa), `image_too_large`.
 Status detect_corners(GrayView image, const HarrisParams& params, HarrisWorkspace& workspace, Corners& corners);
 
-/// The same in slices: one call of begin_corners, then of detect_corners_slice with the same arguments while `more` is
-/// true. A slice computes the response of a band of rows; the last one chooses the corners.
+/// The same in slices: one call of begin_corners, then of detect_corners_slice with the same arguments while there
+/// is more. A slice computes the response of a band of rows; the last one chooses the corners.
 Status begin_corners(GrayView image, const HarrisParams& params, HarrisWorkspace& workspace, Corners& corners);
-Status detect_corners_slice(GrayView image, const HarrisParams& params, HarrisWorkspace& workspace, Corners& corners,
-                            bool& more);
+Result<bool> detect_corners_slice(GrayView image, const HarrisParams& params, HarrisWorkspace& workspace,
+                                  Corners& corners);
 
 }  // namespace ilp

@@ -135,16 +135,17 @@ bool do_part(const Pair& pair) {
   return true;
 }
 
-Status do_slice(const Pair& pair, Matches& matches, bool& more) {
+Result<bool> do_slice(const Pair& pair, Matches& matches) {
   MatcherWorkspace& w = pair.w;
-  more = false;
-  if (pair.image_a.empty() || pair.image_b.empty()) return {};
-  if (w.progress.part == Part::list) return list_matches(pair.corners_a.size(), w, matches);
-  more = true;
-  if (!do_part(pair)) return {};
+  if (pair.image_a.empty() || pair.image_b.empty()) return false;
+  if (w.progress.part == Part::list) {
+    ILP_TRY(list_matches(pair.corners_a.size(), w, matches));
+    return false;
+  }
+  if (!do_part(pair)) return true;
   w.progress.part = static_cast<Part>(static_cast<std::uint8_t>(w.progress.part) + 1);
   w.progress.next = 0;
-  return {};
+  return true;
 }
 
 /// Matches the corners of both images, which end in the workspace.
@@ -152,11 +153,8 @@ Status match(GrayView image_a, const Corners& corners_a, GrayView image_b, const
              const double (&plane)[9], const MatcherParams& params, MatcherWorkspace& w, Corners* tracked_b,
              Matches& matches) {
   ILP_TRY(begin_matching(image_a, image_b, plane, params, w, matches));
-  bool more = true;
-  while (more) {  // bound: the corners, a slice each
-    ILP_TRY(do_slice({image_a, image_b, corners_a, corners_b, plane, params, w, tracked_b}, matches, more));
-  }
-  return {};
+  const Pair pair{image_a, image_b, corners_a, corners_b, plane, params, w, tracked_b};
+  return do_all([&] { return do_slice(pair, matches); });
 }
 
 }  // namespace
@@ -190,10 +188,10 @@ Status begin_matching(GrayView image_a, GrayView image_b, const double (&plane_b
   return check_matching(image_a, image_b, plane_b_from_a, params);
 }
 
-Status match_and_track_slice(GrayView image_a, const Corners& corners_a, GrayView image_b, Corners& corners_b,
-                             const double (&plane_b_from_a)[9], const MatcherParams& params, MatcherWorkspace& w,
-                             Matches& matches, bool& more) {
-  return do_slice({image_a, image_b, corners_a, corners_b, plane_b_from_a, params, w, &corners_b}, matches, more);
+Result<bool> match_and_track_slice(GrayView image_a, const Corners& corners_a, GrayView image_b, Corners& corners_b,
+                                   const double (&plane_b_from_a)[9], const MatcherParams& params, MatcherWorkspace& w,
+                                   Matches& matches) {
+  return do_slice({image_a, image_b, corners_a, corners_b, plane_b_from_a, params, w, &corners_b}, matches);
 }
 
 }  // namespace ilp

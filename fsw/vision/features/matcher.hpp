@@ -4,7 +4,7 @@
 
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/image_view.hpp"
-#include "fsw/base/status.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/vision/features/feature_types.hpp"
 
 namespace ilp {
@@ -44,12 +44,12 @@ Status match_and_track_corners(GrayView image_a, const Corners& corners_a, GrayV
                                const double (&plane_b_from_a)[9], const MatcherParams& params,
                                MatcherWorkspace& workspace, Matches& matches);
 
-/// The same in slices: one call of begin_matching, then of match_and_track_slice with the same arguments while `more`
-/// is true. A slice smooths an image, or works on some of the corners.
+/// The same in slices: one call of begin_matching, then of match_and_track_slice with the same arguments while there
+/// is more. A slice smooths an image, or works on some of the corners.
 Status begin_matching(GrayView image_a, GrayView image_b, const double (&plane_b_from_a)[9],
                       const MatcherParams& params, MatcherWorkspace& workspace, Matches& matches);
-Status match_and_track_slice(GrayView image_a, const Corners& corners_a, GrayView image_b, Corners& corners_b,
-                             const double (&plane_b_from_a)[9], const MatcherParams& params,
-                             MatcherWorkspace& workspace, Matches& matches, bool& more);
+Result<bool> match_and_track_slice(GrayView image_a, const Corners& corners_a, GrayView image_b, Corners& corners_b,
+                                   const double (&plane_b_from_a)[9], const MatcherParams& params,
+                                   MatcherWorkspace& workspace, Matches& matches);
 
 }  // namespace ilp

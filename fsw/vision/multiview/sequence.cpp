@@ -108,52 +108,39 @@ bool Sequence::can_go_back_to(std::uint32_t back) const {
   return back == 0 || (back < s_.cameras.size() && begun() && !s_.first_pair.ambiguous);
 }
 
-Status Sequence::step(bool& pending) {
+Status Sequence::step() {
   SequenceTracks tracks(s_, w_);
   SequenceRelation relation(s_, w_);
   SequenceBeginning beginning(s_, w_);
   SequenceAdjustment adjustment(s_, w_);
-  Status status;
   switch (s_.phase) {
     case SequencePhase::idle:
       break;
     case SequencePhase::relate:
-      status = relation.relate();
-      break;
+      return relation.relate();
     case SequencePhase::rank:
-      status = beginning.rank();
-      break;
+      return beginning.rank();
     case SequencePhase::begin:
-      status = beginning.begin_with_candidate();
-      break;
+      return beginning.begin_with_candidate();
     case SequencePhase::surround:
-      status = beginning.surround();
-      break;
+      return beginning.surround();
     case SequencePhase::decide:
-      status = relation.decide();
-      break;
+      return relation.decide();
     case SequencePhase::resect:
-      status = relation.resect_camera();
-      break;
+      return relation.resect_camera();
     case SequencePhase::triangulate:
-      status = tracks.triangulate();
-      break;
+      return tracks.triangulate();
     case SequencePhase::adjust:
-      status = adjustment.adjust(s_.params.max_bundle_iterations, SequencePhase::state_errors, SequencePhase::prune);
-      break;
+      return adjustment.adjust(s_.params.max_bundle_iterations, SequencePhase::state_errors, SequencePhase::prune);
     case SequencePhase::prune:
-      status = tracks.prune();
-      break;
+      return tracks.prune();
     case SequencePhase::readjust:
-      status =
-          adjustment.adjust(s_.params.max_readjust_iterations, SequencePhase::restate_errors, SequencePhase::conclude);
-      break;
+      return adjustment.adjust(s_.params.max_readjust_iterations, SequencePhase::restate_errors,
+                               SequencePhase::conclude);
     case SequencePhase::conclude:
-      status = conclude();
-      break;
+      return conclude();
     case SequencePhase::relating:
-      status = relation.go_on_relating();
-      break;
+      return relation.go_on_relating();
     case SequencePhase::state_errors:
       adjustment.state_errors(s_.params.max_bundle_iterations, SequencePhase::prune);
       break;
@@ -161,15 +148,13 @@ Status Sequence::step(bool& pending) {
       adjustment.state_errors(s_.params.max_readjust_iterations, SequencePhase::conclude);
       break;
   }
-  pending = s_.phase != SequencePhase::idle;
-  return status;
+  return {};
 }
 
 Status Sequence::add_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
                               std::uint64_t seed, SequenceReport& report) {
   ILP_TRY(begin_keyframe(keyframe_id, corners, matches_to_previous, seed));
-  bool pending = true;
-  while (pending) ILP_TRY(step(pending));  // bound: the steps of one keyframe
+  while (!idle()) ILP_TRY(step());  // bound: the steps of one keyframe
   report = s_.report;
   return {};
 }

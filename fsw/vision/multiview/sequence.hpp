@@ -226,7 +226,7 @@ class Sequence {
   /// or conclude. A keyframe that fails (see report().verdict) leaves the strip with its newest keyframe and tracks
   /// unchanged, so that it may be tried against another one. A keyframe with the verdict `waiting` belongs to the
   /// strip, and gets its pose when the structure begins.
-  Status step(bool& pending);
+  Status step();
   /// Runs begin_keyframe and all its steps.
   Status add_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
                       std::uint64_t seed, SequenceReport& report);

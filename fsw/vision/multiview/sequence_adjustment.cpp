@@ -45,7 +45,7 @@ Status SequenceAdjustment::finish_adjustment() {
   s_.report.bundle_observations = result.observations;
   s_.report.bundle_iterations += result.iterations;
   s_.report.unadjusted_points = w_.map.left_out;
-  s_.report.scale_held = w_.problem.hold.origin >= 0;
+  s_.report.scale_held = w_.problem.hold.held;
   return {};
 }
 

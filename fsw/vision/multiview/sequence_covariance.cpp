@@ -136,9 +136,9 @@ void fill_derivative(const BundleProblem& problem, const WindowMap& map, const B
       derivative[strip_size * r + column] = window.transfer[m * r + c];
     }
   }
-  if (problem.hold.origin < 0) return;
-  const auto origin = static_cast<std::size_t>(problem.hold.origin);
-  const auto anchor = static_cast<std::size_t>(problem.hold.anchor);
+  if (!problem.hold.held) return;
+  const auto origin = std::size_t{problem.hold.origin};
+  const auto anchor = std::size_t{problem.hold.anchor};
   double along[3];
   double squared = 0;
   for (int k = 0; k < 3; ++k) {

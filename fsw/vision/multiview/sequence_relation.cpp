@@ -76,9 +76,8 @@ Status SequenceRelation::relate() {
 
 Status SequenceRelation::go_on_relating() {
   TwoViewResult pair;
-  bool more = false;
-  two_view_slice(s_.camera, s_.camera, two_view_params(s_.seed), w_.two_view, w_.pair_inliers, pair, more);
-  return more ? Status{} : take_relation(pair);
+  if (two_view_slice(s_.camera, s_.camera, two_view_params(s_.seed), w_.two_view, w_.pair_inliers, pair)) return {};
+  return take_relation(pair);
 }
 
 Status SequenceRelation::take_relation(const TwoViewResult& pair) {

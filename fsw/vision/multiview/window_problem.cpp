@@ -91,7 +91,7 @@ void build_window(const SequenceState& state, BundleProblem& problem, WindowMap&
   }
   if (fixed_count == 1 && problem.cameras.size() > 1) {
     const bool from_first = state.oldest == 0 && map.camera[0] == 0;
-    problem.hold = {0, from_first ? static_cast<std::int32_t>(index_of_camera[state.first_pair.scale_camera]) : 1};
+    problem.hold = {true, 0, from_first ? index_of_camera[state.first_pair.scale_camera] : std::uint16_t{1}};
   }
 
   for (std::size_t i = 0; i < state.tracks.size(); ++i) {

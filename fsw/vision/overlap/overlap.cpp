@@ -109,11 +109,11 @@ void insert_sorted(const Hypothesis& r, double side_px, Hypotheses& list, std::s
     std::swap(list[i], list[i - 1]);
 }
 
-// As register_similarity(), up to `last_step` of at most `iterations` steps.
+// Up to `last_step` of at most `iterations` steps.
 Status advance(const RegistrationTemplate& a, const RegistrationImage& b, int last_step, int iterations,
                Hypothesis& r) {
   for (; r.goes_on && r.steps <= last_step; ++r.steps) {
-    ILP_TRY(step_similarity(a, b, r.steps < iterations, r.b_from_a, r.fit, r.goes_on));
+    ILP_TAKE(r.goes_on, step_similarity(a, b, r.steps < iterations, r.b_from_a, r.fit));
   }
   return {};
 }

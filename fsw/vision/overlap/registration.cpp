@@ -503,11 +503,11 @@ double motion_length(const Motion<N>& m, const double (&step)[N]) {
 
 /// One step; see step_similarity().
 template <typename Model>
-Status step_model(const RegistrationTemplate& a, const RegistrationImage& b, bool wanted, typename Model::Warp& warp,
-                  RegistrationFit& fit, bool& goes_on) {
+Result<bool> step_model(const RegistrationTemplate& a, const RegistrationImage& b, bool wanted,
+                        typename Model::Warp& warp, RegistrationFit& fit) {
   constexpr int N = Model::freedom;
-  goes_on = false;
-  if (b.width() != a.width || b.height() != a.height) return {StatusCode::image_size_changed, b.width(), b.height()};
+  if (b.width() != a.width || b.height() != a.height)
+    return Status{StatusCode::image_size_changed, b.width(), b.height()};
   const double radius = 0.5 * std::max(a.width, a.height);
   const double all_blocks = std::max(a.block_columns * a.block_rows, 1);
   NormalEquations<N> n;
@@ -515,14 +515,14 @@ Status step_model(const RegistrationTemplate& a, const RegistrationImage& b, boo
   fit.covered = n.blocks / all_blocks;
   fit.ncc = fit.detail_ncc = 0;
   fit.converged = false;
-  if (n.blocks < min_blocks) return {};
+  if (n.blocks < min_blocks) return false;
   fit.ncc = correlation(n.count, n.sum_aa - n.sum_a * n.sum_a / n.count, n.sum_bb - n.sum_b * n.sum_b / n.count,
                         n.sum_ab - n.sum_a * n.sum_b / n.count);
   fit.detail_ncc = correlation(n.count, n.detail_aa, n.detail_bb, n.detail_ab);
   const auto finish = [&] { compare_regions(n, all_blocks, a.block_px * a.block_px, fit); };
   if (!(fit.ncc > 0)) {
     finish();
-    return {};
+    return false;
   }
 
   double solution[N + 2];
@@ -531,7 +531,7 @@ Status step_model(const RegistrationTemplate& a, const RegistrationImage& b, boo
   if (solvable) solve_factored<N + 2>(n.a, solution);
   if (!solvable || !(solution[N] > 0)) {
     finish();
-    return {};
+    return false;
   }
   const double gain = solution[N];
   double step[N];
@@ -541,8 +541,7 @@ Status step_model(const RegistrationTemplate& a, const RegistrationImage& b, boo
   // A step of more than that is far outside the range of the gradients.
   const bool stepped = wanted && moved < 0.5 * radius && Model::compose_inverse(step, warp);
   fit.converged = stepped && moved < step_done_px;
-  goes_on = stepped && !fit.converged;
-  if (goes_on) return {};
+  if (stepped && !fit.converged) return true;
   double explained = 0;
   for (int k = 0; k < N + 2; ++k) explained += n.rhs[k] * solution[k];
   const double variance = std::max(n.sum_bb - explained, 0.0) / n.count * correlated_px;
@@ -551,18 +550,7 @@ Status step_model(const RegistrationTemplate& a, const RegistrationImage& b, boo
                 (inverse_diagonal<N + 2>(n.a, Model::shift_x) + inverse_diagonal<N + 2>(n.a, Model::shift_y))) /
       gain;
   finish();
-  return {};
-}
-
-template <typename Model>
-Status register_model(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
-                      typename Model::Warp& warp, RegistrationFit& fit) {
-  fit = {};
-  bool goes_on = true;
-  for (int iteration = 0; goes_on && iteration <= max_iterations; ++iteration) {
-    ILP_TRY(step_model<Model>(a, b, iteration < max_iterations, warp, fit, goes_on));
-  }
-  return {};
+  return false;
 }
 
 void join_rows(const std::uint8_t* upper, const std::uint8_t* lower, std::int32_t width,
@@ -637,19 +625,19 @@ Status prepare_registration(GrayView a, RegistrationTemplate& out) {
   return {};
 }
 
-Status register_similarity(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
-                           CentredSimilarity& b_from_a, RegistrationFit& fit) {
-  return register_model<SimilarityModel>(a, b, max_iterations, b_from_a, fit);
-}
-
-Status step_similarity(const RegistrationTemplate& a, const RegistrationImage& b, bool wanted,
-                       CentredSimilarity& b_from_a, RegistrationFit& fit, bool& goes_on) {
-  return step_model<SimilarityModel>(a, b, wanted, b_from_a, fit, goes_on);
+Result<bool> step_similarity(const RegistrationTemplate& a, const RegistrationImage& b, bool wanted,
+                             CentredSimilarity& b_from_a, RegistrationFit& fit) {
+  return step_model<SimilarityModel>(a, b, wanted, b_from_a, fit);
 }
 
 Status register_projectivity(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
                              CentredProjectivity& b_from_a, RegistrationFit& fit) {
-  return register_model<ProjectiveModel>(a, b, max_iterations, b_from_a, fit);
+  fit = {};
+  bool goes_on = true;
+  for (int iteration = 0; goes_on && iteration <= max_iterations; ++iteration) {
+    ILP_TAKE(goes_on, step_model<ProjectiveModel>(a, b, iteration < max_iterations, b_from_a, fit));
+  }
+  return {};
 }
 
 }  // namespace ilp

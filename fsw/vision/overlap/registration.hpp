@@ -9,7 +9,7 @@
 
 #include "cfg/limits.hpp"
 #include "fsw/base/image_view.hpp"
-#include "fsw/base/status.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/vision/overlap/centred_similarity.hpp"
 
 namespace ilp {
@@ -101,15 +101,12 @@ struct RegistrationFit {
 
 Status prepare_registration(GrayView a, RegistrationTemplate& out);
 
-/// Refines `b_from_a` in place by at most `max_iterations` steps. A search that does not converge is no error: see
+/// A step that refines `b_from_a` in place: `fit` says how well it agrees before the step. `wanted` is false if no step
+/// may follow. Whether there was a step and more may follow; a search that does not converge is no error: see
 /// RegistrationFit::converged.
-Status register_similarity(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
-                           CentredSimilarity& b_from_a, RegistrationFit& fit);
-/// One step of that: `fit` says how well `b_from_a` agrees before the step. `wanted` is false if no step may follow;
-/// `goes_on` says whether there was a step and more may follow.
-Status step_similarity(const RegistrationTemplate& a, const RegistrationImage& b, bool wanted,
-                       CentredSimilarity& b_from_a, RegistrationFit& fit, bool& goes_on);
-/// The same with all eight degrees of freedom of a plane in two views.
+Result<bool> step_similarity(const RegistrationTemplate& a, const RegistrationImage& b, bool wanted,
+                             CentredSimilarity& b_from_a, RegistrationFit& fit);
+/// At most `max_iterations` steps with all eight degrees of freedom of a plane in two views.
 Status register_projectivity(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
                              CentredProjectivity& b_from_a, RegistrationFit& fit);
 

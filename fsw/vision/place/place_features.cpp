@@ -260,38 +260,33 @@ Status begin_place_features(GrayView image, PlaceFeatureWorkspace& w, PlaceFeatu
   return {};
 }
 
-Status place_features_slice(GrayView image, std::size_t wanted, HarrisWorkspace& harris, PlaceFeatureWorkspace& w,
-                            PlaceFeatures& features, bool& more) {
-  more = false;
-  if (w.progress.at_level == place_levels) return {};
+Result<bool> place_features_slice(GrayView image, std::size_t wanted, HarrisWorkspace& harris, PlaceFeatureWorkspace& w,
+                                  PlaceFeatures& features) {
+  if (w.progress.at_level == place_levels) return false;
   const MutableGrayView level = level_of(image, w.progress.at_level, w);
-  if (std::min(level.width, level.height) <= 2 * border_px) return {};
+  if (std::min(level.width, level.height) <= 2 * border_px) return false;
   const HarrisParams params = corner_params(w.progress.at_level, wanted);
-  more = true;
   if (!w.progress.level_begun) {
     resample(w.progress.at_level == 0 ? image : GrayView(level_of(image, w.progress.at_level - 1, w)), level);
     w.progress.level_begun = true;
-    return begin_corners(level, params, harris, w.corners);
+    ILP_TRY(begin_corners(level, params, harris, w.corners));
+    return true;
   }
   if (!w.progress.corners_found) {
-    bool more_corners = false;
-    ILP_TRY(detect_corners_slice(level, params, harris, w.corners, more_corners));
-    w.progress.corners_found = !more_corners;
-    return {};
+    ILP_TAKE(const bool more, detect_corners_slice(level, params, harris, w.corners));
+    w.progress.corners_found = !more;
+    return true;
   }
   ILP_TRY(describe_corners(image, level, w, features));
   ++w.progress.at_level;
   w.progress.level_begun = w.progress.corners_found = false;
-  return {};
+  return true;
 }
 
 Status find_place_features(GrayView image, std::size_t wanted, HarrisWorkspace& harris, PlaceFeatureWorkspace& w,
                            PlaceFeatures& features) {
   ILP_TRY(begin_place_features(image, w, features));
-  bool more = true;
-  // bound: the slices of the image
-  while (more) ILP_TRY(place_features_slice(image, wanted, harris, w, features, more));
-  return {};
+  return do_all([&] { return place_features_slice(image, wanted, harris, w, features); });
 }
 
 }  // namespace ilp

@@ -7,7 +7,7 @@
 #include "cfg/limits.hpp"
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/image_view.hpp"
-#include "fsw/base/status.hpp"
+#include "fsw/base/result.hpp"
 
 namespace ilp {
 
@@ -37,10 +37,10 @@ Status find_place_features(GrayView image, std::size_t wanted, HarrisWorkspace& 
                            PlaceFeatureWorkspace& workspace, PlaceFeatures& features);
 
 /// The same in slices: one call of begin_place_features, then of place_features_slice with the same arguments while
-/// `more` is true. A slice reduces a level, finds some of its corners, or describes them.
+/// there is more. A slice reduces a level, finds some of its corners, or describes them.
 Status begin_place_features(GrayView image, PlaceFeatureWorkspace& workspace, PlaceFeatures& features);
-Status place_features_slice(GrayView image, std::size_t wanted, HarrisWorkspace& harris,
-                            PlaceFeatureWorkspace& workspace, PlaceFeatures& features, bool& more);
+Result<bool> place_features_slice(GrayView image, std::size_t wanted, HarrisWorkspace& harris,
+                                  PlaceFeatureWorkspace& workspace, PlaceFeatures& features);
 
 /// Number of bits in which two descriptors differ, 0 to 256. Unrelated features differ in 74 (smooth
 /// ground) to 112 (rough ground) on average, fewer than 128, because the comparisons are relative to the angle.

@@ -293,29 +293,25 @@ Status begin_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWo
   return begin_corners(image, corner_params(), harris, workspace.corners);
 }
 
-Status place_patches_slice(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
-                           PlacePatches& patches, bool& more) {
-  more = !workspace.corners_found;
-  if (more) {
-    bool more_corners = false;
-    ILP_TRY(detect_corners_slice(image, corner_params(), harris, workspace.corners, more_corners));
-    workspace.corners_found = !more_corners;
-    return {};
+Result<bool> place_patches_slice(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
+                                 PlacePatches& patches) {
+  if (!workspace.corners_found) {
+    ILP_TAKE(const bool more, detect_corners_slice(image, corner_params(), harris, workspace.corners));
+    workspace.corners_found = !more;
+    return true;
   }
   for (const Corner& corner : workspace.corners) {
     PlacePatch patch;
     if (!cut(image, corner, patch) || !prepare(patch, workspace)) continue;
     if (!patches.push_back(patch)) break;
   }
-  return {};
+  return false;
 }
 
 Status take_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
                           PlacePatches& patches) {
   ILP_TRY(begin_place_patches(image, harris, workspace, patches));
-  bool more = true;
-  while (more) ILP_TRY(place_patches_slice(image, harris, workspace, patches, more));  // bound: the slices of the image
-  return {};
+  return do_all([&] { return place_patches_slice(image, harris, workspace, patches); });
 }
 
 Status find_place_patches(std::span<const PlacePatch> patches, GrayView image,

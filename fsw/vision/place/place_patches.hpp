@@ -11,7 +11,7 @@
 #include "cfg/limits.hpp"
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/image_view.hpp"
-#include "fsw/base/status.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/vision/features/feature_types.hpp"
 #include "fsw/vision/features/subpixel.hpp"
 
@@ -72,11 +72,11 @@ Status take_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWor
                           PlacePatches& patches);
 
 /// The same in slices: one call of begin_place_patches, then of place_patches_slice with the same arguments while
-/// `more` is true. A slice finds some of the corners; the last one cuts out the patches.
+/// there is more. A slice finds some of the corners; the last one cuts out the patches.
 Status begin_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
                            PlacePatches& patches);
-Status place_patches_slice(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
-                           PlacePatches& patches, bool& more);
+Result<bool> place_patches_slice(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
+                                 PlacePatches& patches);
 
 /// Seeks each patch about the place that the homography (row-major, px of the patches' image to px of `image`)
 /// predicts inside the image, at its rotation and scale: first at whole pixels by normalised cross correlation, then by

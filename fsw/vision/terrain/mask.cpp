@@ -322,27 +322,23 @@ Status begin_carrying(const CameraModel& camera, const PairGround& ground, Cover
   return {};
 }
 
-Status carry_coverage_slice(const CameraModel& camera, const PairGround& ground,
-                            const RigidTransform& next_from_reference, CoverageWorkspace& w, Coverage& coverage,
-                            bool& more) {
-  more = w.next_row < camera.height;
-  if (!more) {
-    Status status;
-    with_widest_vectors([&] { status = cover_hits(camera, w, coverage); });
-    return status;
+Result<bool> carry_coverage_slice(const CameraModel& camera, const PairGround& ground,
+                                  const RigidTransform& next_from_reference, CoverageWorkspace& w, Coverage& coverage) {
+  if (w.next_row < camera.height) {
+    const std::int32_t end = std::min(w.next_row + rows_of_a_slice, camera.height);
+    with_widest_vectors([&] { carry_rows(camera, ground, next_from_reference, end, w, coverage); });
+    return true;
   }
-  const std::int32_t end = std::min(w.next_row + rows_of_a_slice, camera.height);
-  with_widest_vectors([&] { carry_rows(camera, ground, next_from_reference, end, w, coverage); });
-  return {};
+  Status status;
+  with_widest_vectors([&] { status = cover_hits(camera, w, coverage); });
+  ILP_TRY(status);
+  return false;
 }
 
 Status carry_coverage(const CameraModel& camera, const PairGround& ground, const RigidTransform& next_from_reference,
                       CoverageWorkspace& workspace, Coverage& coverage) {
   ILP_TRY(begin_carrying(camera, ground, workspace, coverage));
-  bool more = true;
-  // bound: the rows of the image
-  while (more) ILP_TRY(carry_coverage_slice(camera, ground, next_from_reference, workspace, coverage, more));
-  return {};
+  return do_all([&] { return carry_coverage_slice(camera, ground, next_from_reference, workspace, coverage); });
 }
 
 }  // namespace ilp

@@ -10,7 +10,7 @@
 #include "cfg/limits.hpp"
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/image_view.hpp"
-#include "fsw/base/status.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "fsw/vision/stereo/depth/depth.hpp"
 #include "fsw/vision/terrain/seen_cells.hpp"
@@ -85,13 +85,13 @@ struct PairGround {
 Status carry_coverage(const CameraModel& camera, const PairGround& ground, const RigidTransform& next_from_reference,
                       CoverageWorkspace& workspace, Coverage& coverage);
 
-/// The same in slices: one call of begin_carrying, then of carry_coverage_slice with the same arguments while `more` is
-/// true. The coverage changes in the last one.
+/// The same in slices: one call of begin_carrying, then of carry_coverage_slice with the same arguments while
+/// there is more. The coverage changes in the last one.
 Status begin_carrying(const CameraModel& camera, const PairGround& ground, CoverageWorkspace& workspace,
                       const Coverage& coverage);
-Status carry_coverage_slice(const CameraModel& camera, const PairGround& ground,
-                            const RigidTransform& next_from_reference, CoverageWorkspace& workspace, Coverage& coverage,
-                            bool& more);
+Result<bool> carry_coverage_slice(const CameraModel& camera, const PairGround& ground,
+                                  const RigidTransform& next_from_reference, CoverageWorkspace& workspace,
+                                  Coverage& coverage);
 
 /// Coverage over a plane, for an image without a pose, or after a pair without depth: a pixel is covered with the
 /// quality `known(x, y)` of the reference's nearest pixel, unless that is 0. `reference_from_image` is the plane's

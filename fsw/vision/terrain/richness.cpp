@@ -95,39 +95,35 @@ void begin_richness(RichnessWorkspace& workspace, RichnessCues& cues) {
   cues = {};
 }
 
-Status score_richness_slice(const CameraModel& camera, GrayView image, ImageView<const float> inverse_depth,
-                            ImageView<const float> sigma, MaskView mask, const RichnessParams& params,
-                            const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues,
-                            double& index, bool& more) {
-  more = false;
+Result<bool> score_richness_slice(const CameraModel& camera, GrayView image, ImageView<const float> inverse_depth,
+                                  ImageView<const float> sigma, MaskView mask, const RichnessParams& params,
+                                  const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues,
+                                  double& index) {
   index = 0;
   const std::int32_t part = workspace.part++;
   if (part == 0) {
     ILP_TRY(check(camera, image, inverse_depth, sigma, mask, params, cues));
     const std::uint32_t inside = count_inside(mask);
     cues.mask_fraction = inside / static_cast<double>(mask.area());
-    if (inside < params.min_pixels) return {};
+    if (inside < params.min_pixels) return false;
   }
   if (part < image_cue_parts) {
     measure_image_cues(part, image, mask, params.noise_grey, workspace, cues);
   } else {
     measure_terrain_cues(part - image_cue_parts, camera, inverse_depth, sigma, mask, workspace, cues);
   }
-  more = part + 1 < image_cue_parts + terrain_cue_parts;
-  if (!more) index = richness_index(params, history, cues);
-  return {};
+  if (part + 1 < image_cue_parts + terrain_cue_parts) return true;
+  index = richness_index(params, history, cues);
+  return false;
 }
 
 Status score_richness(const CameraModel& camera, GrayView image, ImageView<const float> inverse_depth,
                       ImageView<const float> sigma, MaskView mask, const RichnessParams& params,
                       const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues, double& index) {
   begin_richness(workspace, cues);
-  bool more = true;
-  while (more) {  // bound: the parts of the cues
-    ILP_TRY(
-        score_richness_slice(camera, image, inverse_depth, sigma, mask, params, history, workspace, cues, index, more));
-  }
-  return {};
+  return do_all([&] {
+    return score_richness_slice(camera, image, inverse_depth, sigma, mask, params, history, workspace, cues, index);
+  });
 }
 
 double richness_index(const RichnessParams& params, const RichnessHistory& history, RichnessCues& cues) {

@@ -9,7 +9,7 @@
 #include "cfg/limits.hpp"
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/image_view.hpp"
-#include "fsw/base/status.hpp"
+#include "fsw/base/result.hpp"
 
 namespace ilp {
 
@@ -100,13 +100,13 @@ Status score_richness(const CameraModel& camera, GrayView image, ImageView<const
                       ImageView<const float> sigma, MaskView mask, const RichnessParams& params,
                       const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues, double& index);
 
-/// The same in slices: one call of begin_richness, then of score_richness_slice with the same arguments while `more` is
-/// true.
+/// The same in slices: one call of begin_richness, then of score_richness_slice with the same arguments while there
+/// is more.
 void begin_richness(RichnessWorkspace& workspace, RichnessCues& cues);
-Status score_richness_slice(const CameraModel& camera, GrayView image, ImageView<const float> inverse_depth,
-                            ImageView<const float> sigma, MaskView mask, const RichnessParams& params,
-                            const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues,
-                            double& index, bool& more);
+Result<bool> score_richness_slice(const CameraModel& camera, GrayView image, ImageView<const float> inverse_depth,
+                                  ImageView<const float> sigma, MaskView mask, const RichnessParams& params,
+                                  const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues,
+                                  double& index);
 
 /// The second half of `score_richness`: novelty and index of cues that were measured before.
 [[nodiscard]] double richness_index(const RichnessParams& params, const RichnessHistory& history, RichnessCues& cues);

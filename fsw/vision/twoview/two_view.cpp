@@ -266,41 +266,40 @@ Status begin_two_view(const PointPairs& pairs, const CameraModel& camera_a, cons
   return {};
 }
 
-void two_view_slice(const CameraModel& camera_a, const CameraModel& camera_b, const RansacParams& params,
-                    TwoViewWorkspace& workspace, InlierMask& inliers, TwoViewResult& result, bool& more) {
+bool two_view_slice(const CameraModel& camera_a, const CameraModel& camera_b, const RansacParams& params,
+                    TwoViewWorkspace& workspace, InlierMask& inliers, TwoViewResult& result) {
   using Part = TwoViewProgress::Part;
   TwoViewProgress& now = workspace.progress;
-  more = true;
   switch (now.part) {
     case Part::search: {
       EssentialProblem problem{workspace.pairs, params.threshold_px, workspace.selected};
-      if (ransac_slice(problem, workspace.pairs, params, trials_of_a_slice, now.poses)) return;
+      if (ransac_slice(problem, workspace.pairs, params, trials_of_a_slice, now.poses)) return true;
       now.part = now.poses.report.found ? Part::support : Part::turn;
       if (now.part == Part::turn) begin_homography(workspace.pairs, params, workspace.selected, now.planes);
-      return;
+      return true;
     }
     case Part::support:
       gather_support(params, workspace);
       now.part = Part::plane;
-      return;
+      return true;
     case Part::plane:
-      if (homography_slice(workspace.subset, params, workspace.subset_selected, now.planes)) return;
+      if (homography_slice(workspace.subset, params, workspace.subset_selected, now.planes)) return true;
       now.plane_found = end_homography(workspace.subset, params, workspace.subset_selected, now.planes, now.homography);
       now.part = Part::compare;
-      return;
+      return true;
     case Part::compare:
       compare_with_plane(camera_b, params, workspace);
       now.part = Part::judge;
-      return;
+      return true;
     case Part::turn:
-      if (homography_slice(workspace.pairs, params, workspace.selected, now.planes)) return;
+      if (homography_slice(workspace.pairs, params, workspace.selected, now.planes)) return true;
       explain_by_rotation(params, workspace, inliers, result);
       break;
     case Part::judge:
       describe_pose(camera_a, camera_b, params, workspace, inliers, result);
       break;
   }
-  more = false;
+  return false;
 }
 
 Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, const CameraModel& camera_b,
@@ -308,7 +307,8 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
                          TwoViewResult& result) {
   ILP_TRY(begin_two_view(pairs, camera_a, camera_b, params, workspace, inliers, result));
   // bound: `max_trials` of each model
-  for (bool more = true; more;) two_view_slice(camera_a, camera_b, params, workspace, inliers, result, more);
+  while (two_view_slice(camera_a, camera_b, params, workspace, inliers, result)) {
+  }
   return {};
 }
 

@@ -35,11 +35,11 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
                          TwoViewResult& result);
 
 /// The same in slices of about 10 ms on a processor of 1000 MIPS: one call of begin_two_view, then of two_view_slice,
-/// with the same arguments, while `more` is true. The workspace must not be used otherwise meanwhile.
+/// with the same arguments, while it says that there is more. The workspace must not be used otherwise meanwhile.
 Status begin_two_view(const PointPairs& pairs, const CameraModel& camera_a, const CameraModel& camera_b,
                       const RansacParams& params, TwoViewWorkspace& workspace, InlierMask& inliers,
                       TwoViewResult& result);
-void two_view_slice(const CameraModel& camera_a, const CameraModel& camera_b, const RansacParams& params,
-                    TwoViewWorkspace& workspace, InlierMask& inliers, TwoViewResult& result, bool& more);
+[[nodiscard]] bool two_view_slice(const CameraModel& camera_a, const CameraModel& camera_b, const RansacParams& params,
+                                  TwoViewWorkspace& workspace, InlierMask& inliers, TwoViewResult& result);
 
 }  // namespace ilp

@@ -22,9 +22,7 @@ struct StereoOptions {
 Status match(StereoMatcher& matcher, GrayView left, GrayView right, MaskView valid, const DisparityRange& range,
              const StereoParams& params, StereoWorkspace& workspace, const DisparityView& result) {
   ILP_TRY(matcher.begin(left, right, valid, valid, range, params, workspace, result));
-  bool pending = true;
-  while (pending) ILP_TRY(matcher.step(left.height, pending));
-  return {};
+  return do_all([&] { return matcher.step(left.height); });
 }
 
 void check_range(const DisparityRange& range) {

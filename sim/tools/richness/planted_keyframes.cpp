@@ -196,8 +196,7 @@ DepthMap match(const PlantedWorld& planted, const View& a, const View& b, Stereo
     host::require(s.matcher.begin(constant(left), constant(right), constant(left_valid), constant(right_valid),
                                   s.plan.panels[p].range, StereoParams{}, s.stereo, {disparity.view(), sigma.view()}),
                   "stereo");
-    bool pending = true;
-    while (pending) host::require(s.matcher.step(pair.height, pending), "stereo");
+    host::require(do_all([&] { return s.matcher.step(pair.height); }), "stereo");
     host::require(depth_rows(pair, camera, s.matcher.result(), 0, camera.height,
                              {map.inverse.view(), map.sigma.view(), supported.view()}),
                   "depth");

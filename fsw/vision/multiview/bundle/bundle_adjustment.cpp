@@ -5,10 +5,9 @@
 #include "fsw/base/argument.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 
-namespace ilp {
+namespace ilp::bundle {
 namespace {
 
-constexpr double max_damping = 1e16;
 bool all_finite(const double* values, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     if (!std::isfinite(values[i])) return false;
@@ -29,9 +28,170 @@ double distance(const double a[3], const double b[3]) {
   return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
 }
 
+Status sort_observations(Equations& eq) {
+  const std::size_t points = eq.problem->points.size();
+  const std::size_t count = eq.problem->observations.size();
+  for (std::size_t p = 0; p <= points; ++p) eq.offsets[p] = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const BundleObservation& o = eq.problem->observations[i];
+    if (o.camera >= eq.problem->cameras.size() || o.point >= points || !std::isfinite(o.x) || !std::isfinite(o.y)) {
+      return out_of_range(Argument::observation, i);
+    }
+    ++eq.offsets[o.point];
+  }
+  std::uint32_t sum = 0;
+  for (std::size_t p = 0; p <= points; ++p) {
+    const std::uint32_t here = eq.offsets[p];
+    eq.offsets[p] = sum;
+    sum += here;
+  }
+  // Counting sort by point: each offset advances to the end of its point. Then insertion by camera inside a point, so
+  // that free cameras come in ascending order.
+  for (std::size_t i = 0; i < count; ++i) {
+    const BundleObservation& o = eq.problem->observations[i];
+    eq.observations[eq.offsets[o.point]++] = {o.x, o.y, o.camera};
+  }
+  std::uint32_t first = 0;
+  for (std::size_t p = 0; p < points; ++p) {
+    const std::uint32_t last = eq.offsets[p];
+    for (std::uint32_t i = first + 1; i < last; ++i) {
+      const Observation moving = eq.observations[i];
+      std::uint32_t at = i;
+      for (; at > first && eq.observations[at - 1].camera > moving.camera; --at)
+        eq.observations[at] = eq.observations[at - 1];
+      eq.observations[at] = moving;
+      if (at > first && eq.observations[at - 1].camera == moving.camera) {
+        return out_of_range(Argument::observation, p);
+      }
+    }
+    eq.spans[p] = {first, last, 0, static_cast<std::uint16_t>(p)};
+    first = last;
+  }
+  eq.span_count = points;
+  return {};
+}
+
+void choose_active(Equations& eq) {
+  std::size_t kept_spans = 0;
+  std::uint32_t kept = 0;
+  for (std::size_t s = 0; s < eq.span_count; ++s) {
+    const PointSpan span = eq.spans[s];
+    const double* x = eq.problem->points[span.point].position;
+    const std::uint32_t first = kept;
+    std::uint32_t cameras = 0;
+    for (std::uint32_t i = span.first; i < span.last; ++i) {
+      const Camera& camera = eq.cameras[eq.observations[i].camera];
+      double depth = 0;
+      for (int k = 0; k < 3; ++k) depth += camera.rotation[6 + k] * (x[k] - camera.centre[k]);
+      if (!(depth > 0)) continue;
+      cameras |= 1U << eq.observations[i].camera;
+      eq.observations[kept++] = eq.observations[i];
+    }
+    if (kept - first < 2) {
+      kept = first;
+      continue;
+    }
+    eq.spans[kept_spans++] = {first, kept, cameras, span.point};
+  }
+  eq.span_count = kept_spans;
+  eq.active_observations = kept;
+}
+
+Status load(Equations& eq, BundleProblem& problem, const BundleParams& params) {
+  eq.problem = nullptr;
+  eq.params = params;
+  if (!(params.relative_tolerance >= 0) || !(params.robust_px >= 0) || !std::isfinite(params.robust_px) ||
+      !(params.initial_damping > 0) || !std::isfinite(params.initial_damping) || !(params.observation_sigma_px > 0) ||
+      !std::isfinite(params.observation_sigma_px) || params.loss > BundleLoss::cauchy) {
+    return out_of_range(Argument::adjustment_parameters);
+  }
+  eq.free_count = 0;
+  for (std::size_t i = 0; i < problem.cameras.size(); ++i) {
+    if (!usable(problem.cameras[i])) return out_of_range(Argument::camera, i);
+    eq.cameras[i].free_index = -1;
+    if (!problem.cameras[i].fixed) {
+      eq.cameras[i].free_index = static_cast<std::int32_t>(eq.free_count);
+      eq.camera_of_free[eq.free_count++] = static_cast<std::uint16_t>(i);
+    }
+  }
+  for (std::size_t i = 0; i < problem.points.size(); ++i) {
+    if (!all_finite(problem.points[i].position, 3)) {
+      return out_of_range(Argument::point, i);
+    }
+  }
+  const std::size_t count = problem.cameras.size();
+  const BundleScaleHold& hold = problem.hold;
+  if (hold.held && (hold.origin >= count || hold.anchor >= count || hold.origin == hold.anchor ||
+                    eq.free_count + 1 != count || !problem.cameras[hold.origin].fixed)) {
+    return out_of_range(Argument::scale_hold);
+  }
+  ILP_TRY(check_priors(problem));
+  eq.problem = &problem;
+  for (std::size_t i = 0; i < problem.cameras.size(); ++i)
+    eq.cameras[i] = camera_from(problem.cameras[i], eq.cameras[i].free_index);
+  const Status sorted = sort_observations(eq);
+  if (!sorted.ok()) {
+    eq.problem = nullptr;
+    return sorted;
+  }
+  choose_active(eq);
+  pair_points(eq);
+  return {};
+}
+
+Cost try_step(Equations& eq, double& predicted_twice) {
+  for (std::size_t a = 0; a < eq.problem->cameras.size(); ++a) eq.trial_cameras[a] = eq.cameras[a];
+  for (std::size_t a = 0; a < eq.free_count; ++a) {
+    Camera& camera = eq.trial_cameras[eq.camera_of_free[a]];
+    const double* step = &eq.camera_step[camera_size * a];
+    Mat3 rotation;
+    for (int i = 0; i < 9; ++i) rotation(i / 3, i % 3) = camera.rotation[i];
+    // Uses the quaternion that the problem stores, so that a resumed adjustment starts from the same bits.
+    double q[4];
+    quaternion_from_rotation(rotation_from_vector(Vec3(step[0], step[1], step[2])) * rotation, q);
+    rotation = rotation_from_quaternion(q);
+    for (int i = 0; i < 4; ++i) eq.trial_quaternions[a][static_cast<std::size_t>(i)] = q[i];
+    for (int i = 0; i < 9; ++i) camera.rotation[i] = rotation(i / 3, i % 3);
+    for (int i = 0; i < 3; ++i) camera.centre[i] += step[3 + i];
+  }
+  Cost cost = step_all_points(eq, predicted_twice);
+  cost.robust += prior_cost(eq, eq.trial_cameras);
+  if (!std::isfinite(cost.robust) || !std::isfinite(predicted_twice)) cost.valid = false;
+  return cost;
+}
+
+void accept(Equations& eq) {
+  for (std::size_t a = 0; a < eq.free_count; ++a) {
+    const std::uint16_t index = eq.camera_of_free[a];
+    eq.cameras[index] = eq.trial_cameras[index];
+    Pose& pose = eq.problem->cameras[index].pose;
+    for (std::size_t i = 0; i < 4; ++i) pose.q_cam_from_world[i] = eq.trial_quaternions[a][i];
+    for (int i = 0; i < 3; ++i) pose.centre[i] = eq.cameras[index].centre[i];
+  }
+  for (std::size_t s = 0; s < eq.span_count; ++s) {
+    const std::uint16_t point = eq.spans[s].point;
+    eq.problem->points[point] = eq.trial_points[point];
+  }
+}
+
+void hold_scale(Equations& eq, double held_distance) {
+  if (!eq.problem->hold.held) return;
+  const double* origin = eq.cameras[eq.problem->hold.origin].centre;
+  const double factor = held_distance / distance(origin, eq.cameras[eq.problem->hold.anchor].centre);
+  for (std::size_t a = 0; a < eq.free_count; ++a) {
+    Camera& camera = eq.cameras[eq.camera_of_free[a]];
+    double* stored = eq.problem->cameras[eq.camera_of_free[a]].pose.centre;
+    for (int k = 0; k < 3; ++k) stored[k] = camera.centre[k] = origin[k] + factor * (camera.centre[k] - origin[k]);
+  }
+  for (std::size_t s = 0; s < eq.span_count; ++s) {
+    double* x = eq.problem->points[eq.spans[s].point].position;
+    for (int k = 0; k < 3; ++k) x[k] = origin[k] + factor * (x[k] - origin[k]);
+  }
+}
+
 }  // namespace
 
-bundle::Camera bundle::camera_from(const BundleCamera& camera, std::int32_t free_index) {
+Camera camera_from(const BundleCamera& camera, std::int32_t free_index) {
   Camera to{};
   const Mat3 rotation = rotation_from_quaternion(camera.pose.q_cam_from_world);
   for (int i = 0; i < 9; ++i) to.rotation[i] = rotation(i / 3, i % 3);
@@ -44,138 +204,34 @@ bundle::Camera bundle::camera_from(const BundleCamera& camera, std::int32_t free
   return to;
 }
 
-Status BundleAdjuster::load(BundleProblem& problem, const BundleParams& params) {
-  problem_ = nullptr;
-  params_ = params;
-  if (!(params.relative_tolerance >= 0) || !(params.robust_px >= 0) || !std::isfinite(params.robust_px) ||
-      !(params.initial_damping > 0) || !std::isfinite(params.initial_damping) || !(params.observation_sigma_px > 0) ||
-      !std::isfinite(params.observation_sigma_px) || params.loss > BundleLoss::cauchy) {
-    return out_of_range(Argument::adjustment_parameters);
-  }
-  free_count_ = 0;
-  for (std::size_t i = 0; i < problem.cameras.size(); ++i) {
-    if (!usable(problem.cameras[i])) return out_of_range(Argument::camera, i);
-    cameras_[i].free_index = -1;
-    if (!problem.cameras[i].fixed) {
-      cameras_[i].free_index = static_cast<std::int32_t>(free_count_);
-      camera_of_free_[free_count_++] = static_cast<std::uint16_t>(i);
-    }
-  }
-  for (std::size_t i = 0; i < problem.points.size(); ++i) {
-    if (!all_finite(problem.points[i].position, 3)) {
-      return out_of_range(Argument::point, i);
-    }
-  }
-  const auto count = static_cast<std::int32_t>(problem.cameras.size());
-  const BundleScaleHold& hold = problem.hold;
-  if (hold.origin >= count || hold.anchor >= count || (hold.origin < 0) != (hold.anchor < 0) ||
-      (hold.origin >= 0 &&
-       (free_count_ + 1 != problem.cameras.size() || !problem.cameras[static_cast<std::size_t>(hold.origin)].fixed ||
-        hold.origin == hold.anchor))) {
-    return out_of_range(Argument::scale_hold);
-  }
-  ILP_TRY(check_priors(problem));
-  problem_ = &problem;
-  for (std::size_t i = 0; i < problem.cameras.size(); ++i)
-    cameras_[i] = bundle::camera_from(problem.cameras[i], cameras_[i].free_index);
-  const Status sorted = sort_observations();
-  if (!sorted.ok()) {
-    problem_ = nullptr;
-    return sorted;
-  }
-  choose_active();
-  pair_points();
-  return {};
-}
+}  // namespace ilp::bundle
 
-Status BundleAdjuster::sort_observations() {
-  const std::size_t points = problem_->points.size();
-  const std::size_t count = problem_->observations.size();
-  for (std::size_t p = 0; p <= points; ++p) offsets_[p] = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const BundleObservation& o = problem_->observations[i];
-    if (o.camera >= problem_->cameras.size() || o.point >= points || !std::isfinite(o.x) || !std::isfinite(o.y)) {
-      return out_of_range(Argument::observation, i);
-    }
-    ++offsets_[o.point];
-  }
-  std::uint32_t sum = 0;
-  for (std::size_t p = 0; p <= points; ++p) {
-    const std::uint32_t here = offsets_[p];
-    offsets_[p] = sum;
-    sum += here;
-  }
-  // Counting sort by point: each offset advances to the end of its point. Then insertion by camera inside a point, so
-  // that free cameras come in ascending order.
-  for (std::size_t i = 0; i < count; ++i) {
-    const BundleObservation& o = problem_->observations[i];
-    observations_[offsets_[o.point]++] = {o.x, o.y, o.camera};
-  }
-  std::uint32_t first = 0;
-  for (std::size_t p = 0; p < points; ++p) {
-    const std::uint32_t last = offsets_[p];
-    for (std::uint32_t i = first + 1; i < last; ++i) {
-      const Observation moving = observations_[i];
-      std::uint32_t at = i;
-      for (; at > first && observations_[at - 1].camera > moving.camera; --at)
-        observations_[at] = observations_[at - 1];
-      observations_[at] = moving;
-      if (at > first && observations_[at - 1].camera == moving.camera) {
-        return out_of_range(Argument::observation, p);
-      }
-    }
-    spans_[p] = {first, last, 0, static_cast<std::uint16_t>(p)};
-    first = last;
-  }
-  span_count_ = points;
-  return {};
-}
+namespace ilp {
+namespace {
 
-void BundleAdjuster::choose_active() {
-  std::size_t kept_spans = 0;
-  std::uint32_t kept = 0;
-  for (std::size_t s = 0; s < span_count_; ++s) {
-    const PointSpan span = spans_[s];
-    const double* x = problem_->points[span.point].position;
-    const std::uint32_t first = kept;
-    std::uint32_t cameras = 0;
-    for (std::uint32_t i = span.first; i < span.last; ++i) {
-      const Camera& camera = cameras_[observations_[i].camera];
-      double depth = 0;
-      for (int k = 0; k < 3; ++k) depth += camera.rotation[6 + k] * (x[k] - camera.centre[k]);
-      if (!(depth > 0)) continue;
-      cameras |= 1U << observations_[i].camera;
-      observations_[kept++] = observations_[i];
-    }
-    if (kept - first < 2) {
-      kept = first;
-      continue;
-    }
-    spans_[kept_spans++] = {first, kept, cameras, span.point};
-  }
-  span_count_ = kept_spans;
-  active_observations_ = kept;
-}
+constexpr double max_damping = 1e16;
+
+}  // namespace
 
 Status BundleAdjuster::begin(BundleProblem& problem, const BundleParams& params) {
-  ILP_TRY(load(problem, params));
+  ILP_TRY(bundle::load(equations_, problem, params));
   progress_ = {};
   progress_.damping = params.initial_damping;
-  const Cost cost = evaluate();
-  if (active_observations_ == 0 || !cost.valid) {
-    problem_ = nullptr;
+  const bundle::Cost cost = bundle::evaluate(equations_);
+  if (equations_.active_observations == 0 || !cost.valid) {
+    equations_.problem = nullptr;
     return {StatusCode::no_model, 0, static_cast<std::int64_t>(problem.observations.size())};
   }
   progress_.cost = progress_.initial_cost = 0.5 * cost.robust;
-  progress_.initial_rms_px = std::sqrt(cost.squared / (2.0 * static_cast<double>(active_observations_)));
+  progress_.initial_rms_px = std::sqrt(cost.squared / (2.0 * static_cast<double>(equations_.active_observations)));
   progress_.done = params.max_iterations == 0 || cost.robust == 0;
   progress_.converged = cost.robust == 0;
-  if (problem.hold.origin >= 0) {
-    const Camera& origin = cameras_[static_cast<std::size_t>(problem.hold.origin)];
-    const Camera& anchor = cameras_[static_cast<std::size_t>(problem.hold.anchor)];
-    progress_.held_distance = distance(origin.centre, anchor.centre);
+  if (problem.hold.held) {
+    const bundle::Camera& origin = equations_.cameras[problem.hold.origin];
+    const bundle::Camera& anchor = equations_.cameras[problem.hold.anchor];
+    progress_.held_distance = bundle::distance(origin.centre, anchor.centre);
     if (!(progress_.held_distance > 0)) {
-      problem_ = nullptr;
+      equations_.problem = nullptr;
       return out_of_range(Argument::scale_hold, progress_.held_distance);
     }
   }
@@ -183,66 +239,31 @@ Status BundleAdjuster::begin(BundleProblem& problem, const BundleParams& params)
 }
 
 Status BundleAdjuster::resume(BundleProblem& problem, const BundleParams& params, const BundleProgress& progress) {
-  ILP_TRY(load(problem, params));
+  ILP_TRY(bundle::load(equations_, problem, params));
   progress_ = progress;
   return {};
 }
 
-BundleAdjuster::Cost BundleAdjuster::try_step(double& predicted_twice) {
-  for (std::size_t a = 0; a < problem_->cameras.size(); ++a) trial_cameras_[a] = cameras_[a];
-  for (std::size_t a = 0; a < free_count_; ++a) {
-    Camera& camera = trial_cameras_[camera_of_free_[a]];
-    const double* step = &camera_step_[camera_size * a];
-    Mat3 rotation;
-    for (int i = 0; i < 9; ++i) rotation(i / 3, i % 3) = camera.rotation[i];
-    // Uses the quaternion that the problem stores, so that a resumed adjustment starts from the same bits.
-    double q[4];
-    quaternion_from_rotation(rotation_from_vector(Vec3(step[0], step[1], step[2])) * rotation, q);
-    rotation = rotation_from_quaternion(q);
-    for (int i = 0; i < 4; ++i) trial_quaternions_[a][static_cast<std::size_t>(i)] = q[i];
-    for (int i = 0; i < 9; ++i) camera.rotation[i] = rotation(i / 3, i % 3);
-    for (int i = 0; i < 3; ++i) camera.centre[i] += step[3 + i];
-  }
-  Cost cost = step_all_points(predicted_twice);
-  cost.robust += prior_cost(trial_cameras_);
-  if (!std::isfinite(cost.robust) || !std::isfinite(predicted_twice)) cost.valid = false;
-  return cost;
-}
-
-void BundleAdjuster::accept(double cost) {
-  progress_.cost = cost;
-  for (std::size_t a = 0; a < free_count_; ++a) {
-    const std::uint16_t index = camera_of_free_[a];
-    cameras_[index] = trial_cameras_[index];
-    Pose& pose = problem_->cameras[index].pose;
-    for (std::size_t i = 0; i < 4; ++i) pose.q_cam_from_world[i] = trial_quaternions_[a][i];
-    for (int i = 0; i < 3; ++i) pose.centre[i] = cameras_[index].centre[i];
-  }
-  for (std::size_t s = 0; s < span_count_; ++s) {
-    const std::uint16_t point = spans_[s].point;
-    problem_->points[point] = trial_points_[point];
-  }
-}
-
 Status BundleAdjuster::step() {
-  ILP_ASSERT(problem_ != nullptr, 0);
+  ILP_ASSERT(equations_.problem != nullptr, 0);
   if (progress_.done) return {};
   ++progress_.iterations;
   double predicted_twice = 0;
   bool accepted = false;
-  bool solved = linearise(progress_.damping);
+  bool solved = bundle::linearise(equations_, progress_.damping);
   if (solved) {
-    assemble(progress_.damping);
-    solved = solve_cameras(predicted_twice);
+    bundle::assemble(equations_, progress_.damping);
+    solved = bundle::solve_cameras(equations_, progress_.damping, predicted_twice);
   }
   if (solved) {
-    const Cost trial = try_step(predicted_twice);
+    const bundle::Cost trial = bundle::try_step(equations_, predicted_twice);
     const double gain = progress_.cost - 0.5 * trial.robust;
     const double predicted = 0.5 * predicted_twice;
-    const double negligible = params_.relative_tolerance * progress_.cost;
+    const double negligible = equations_.params.relative_tolerance * progress_.cost;
     if (trial.valid && gain >= 0) {
       accepted = true;
-      accept(0.5 * trial.robust);
+      bundle::accept(equations_);
+      progress_.cost = 0.5 * trial.robust;
       const double ratio = predicted > 0 ? gain / predicted : 1;
       const double centred = 2 * ratio - 1;
       const double shrink = 1 - centred * centred * centred;
@@ -258,44 +279,29 @@ Status BundleAdjuster::step() {
     progress_.damping *= progress_.damping_growth;
     progress_.damping_growth *= 2;
   }
-  progress_.done =
-      progress_.converged || progress_.iterations >= params_.max_iterations || !(progress_.damping < max_damping);
+  progress_.done = progress_.converged || progress_.iterations >= equations_.params.max_iterations ||
+                   !(progress_.damping < max_damping);
   return {};
 }
 
-void BundleAdjuster::hold_scale() {
-  if (problem_->hold.origin < 0) return;
-  const double* origin = cameras_[static_cast<std::size_t>(problem_->hold.origin)].centre;
-  const double factor =
-      progress_.held_distance / distance(origin, cameras_[static_cast<std::size_t>(problem_->hold.anchor)].centre);
-  for (std::size_t a = 0; a < free_count_; ++a) {
-    Camera& camera = cameras_[camera_of_free_[a]];
-    double* stored = problem_->cameras[camera_of_free_[a]].pose.centre;
-    for (int k = 0; k < 3; ++k) stored[k] = camera.centre[k] = origin[k] + factor * (camera.centre[k] - origin[k]);
-  }
-  for (std::size_t s = 0; s < span_count_; ++s) {
-    double* x = problem_->points[spans_[s].point].position;
-    for (int k = 0; k < 3; ++k) x[k] = origin[k] + factor * (x[k] - origin[k]);
-  }
-}
-
 Status BundleAdjuster::finish(BundleResult& result, BundleCovariance* joint) {
-  ILP_ASSERT(problem_ != nullptr, 0);
+  ILP_ASSERT(equations_.problem != nullptr, 0);
   result = {};
-  hold_scale();
-  const Cost cost = evaluate();
-  const auto observations = static_cast<double>(active_observations_);
+  bundle::hold_scale(equations_, progress_.held_distance);
+  const bundle::Cost cost = bundle::evaluate(equations_);
+  const auto observations = static_cast<double>(equations_.active_observations);
   result.initial_cost = progress_.initial_cost;
   result.final_cost = 0.5 * cost.robust;
   result.initial_rms_px = progress_.initial_rms_px;
   result.final_rms_px = std::sqrt(cost.squared / (2 * observations));
   result.iterations = progress_.iterations;
   result.converged = progress_.converged;
-  result.points = static_cast<std::uint32_t>(span_count_);
-  result.observations = static_cast<std::uint32_t>(active_observations_);
-  result.dropped_observations = static_cast<std::uint32_t>(problem_->observations.size() - active_observations_);
-  covariances(result, joint);
-  problem_ = nullptr;
+  result.points = static_cast<std::uint32_t>(equations_.span_count);
+  result.observations = static_cast<std::uint32_t>(equations_.active_observations);
+  result.dropped_observations =
+      static_cast<std::uint32_t>(equations_.problem->observations.size() - equations_.active_observations);
+  bundle::covariances(equations_, result, joint);
+  equations_.problem = nullptr;
   return {};
 }
 

@@ -3,10 +3,10 @@
 #include <cmath>
 
 #include "fsw/base/vector_width.hpp"
-#include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
+#include "fsw/vision/multiview/bundle/bundle_equations.hpp"
 #include "fsw/vision/multiview/bundle/dense_cholesky.hpp"
 
-namespace ilp {
+namespace ilp::bundle {
 namespace {
 
 // Just enough that a point on parallel rays does not stop the elimination.
@@ -14,7 +14,7 @@ constexpr double damping = 1e-10;
 
 /// T = W L^-T, the coupling of a camera with a point whose V is L L^T (`l` as the elimination leaves it): three columns
 /// of six.
-void couple(const bundle::Linearised& at, const double l[6], double t[18]) {
+void couple(const Linearised& at, const double l[6], double t[18]) {
   for (std::size_t a = 0; a < 3; ++a) {
     double w[3];
     double c[3];
@@ -41,32 +41,29 @@ void add_product(const double a[18], const double b[18], std::size_t m, double* 
   }
 }
 
-}  // namespace
-
-double BundleAdjuster::covariance_factor() const {
+double covariance_factor(const Equations& eq) {
   double influence = 0;  // squares of weighted residuals
   double weights = 0;
   double slopes = 0;  // mean derivative of a weighted residual by the residual
   double squared_slopes = 0;
-  for (std::size_t s = 0; s < span_count_; ++s) {
-    const PointSpan& span = spans_[s];
+  for (std::size_t s = 0; s < eq.span_count; ++s) {
+    const PointSpan& span = eq.spans[s];
     for (std::uint32_t i = span.first; i < span.last; ++i) {
-      const Observation& o = observations_[i];
-      const bundle::Linearised at =
-          bundle::linearise(cameras_[o.camera], o, problem_->points[span.point].position, {0, false});
+      const Observation& o = eq.observations[i];
+      const Linearised at = linearise(eq.cameras[o.camera], o, eq.problem->points[span.point].position, {0, false});
       const double squared = at.eu * at.eu + at.ev * at.ev;
       double weight = 1;
-      (void)loss()(squared, weight);
+      (void)eq.loss()(squared, weight);
       influence += weight * weight * squared;
       weights += weight;
-      const double slope = loss().slope(weight);
+      const double slope = eq.loss().slope(weight);
       slopes += slope;
       squared_slopes += slope * slope;
     }
   }
-  const auto observations = static_cast<double>(active_observations_);
-  const double unknowns = 3.0 * static_cast<double>(span_count_) + 6.0 * static_cast<double>(free_count_) -
-                          (problem_->hold.origin >= 0 ? 1 : 0);
+  const auto observations = static_cast<double>(eq.active_observations);
+  const double unknowns = 3.0 * static_cast<double>(eq.span_count) + 6.0 * static_cast<double>(eq.free_count) -
+                          (eq.problem->hold.held ? 1 : 0);
   const double redundancy = 2 * observations - unknowns;
   if (!(redundancy > 0) || !(slopes > 0)) return 0;
   // P. J. Huber, Robust Statistics, 1981, section 7.6: variance of the weighted residuals over the square of their mean
@@ -77,52 +74,41 @@ double BundleAdjuster::covariance_factor() const {
   return correction * correction * influence / redundancy * (weights / observations) / (mean_slope * mean_slope);
 }
 
-void BundleAdjuster::covariances(BundleResult& result, BundleCovariance* joint) {
-  if (joint != nullptr) *joint = {};
-  if (free_count_ == 0 || !frame_is_fixed()) return;
-  const double factor = covariance_factor();
-  if (!(factor > 0) || !linearise(damping)) return;
-  assemble(damping);
-  if (!cholesky_factor(system_.data(), camera_size * free_count_)) return;
-  position_covariances(factor, result);
-  if (joint != nullptr) joint_covariance(factor, *joint);
-}
-
-bool BundleAdjuster::frame_is_fixed() const {
-  const std::size_t fixed = problem_->cameras.size() - free_count_;
-  if (fixed != 1 || problem_->hold.origin >= 0) return fixed > 0;
-  for (const BundleHeightPrior& prior : problem_->heights) {
-    if (cameras_[prior.camera].free_index >= 0) return true;
+bool frame_is_fixed(const Equations& eq) {
+  const std::size_t fixed = eq.problem->cameras.size() - eq.free_count;
+  if (fixed != 1 || eq.problem->hold.held) return fixed > 0;
+  for (const BundleHeightPrior& prior : eq.problem->heights) {
+    if (eq.cameras[prior.camera].free_index >= 0) return true;
   }
   return false;
 }
 
-/// Column of the covariance into camera_step_. The normal equations M carry priors P with the weight w that the
+/// Column of the covariance into eq.camera_step. The normal equations M carry priors P with the weight w that the
 /// adjustment gave them; observations of another variance v than that make the covariance
 /// M^-1 (v (M - w P) + w^2 P) M^-1 = v M^-1 + w (w - v) M^-1 P M^-1.
-void BundleAdjuster::covariance_column(double factor, std::size_t column) {
-  const std::size_t n = camera_size * free_count_;
-  for (std::size_t k = 0; k < n; ++k) camera_step_[k] = 0;
-  camera_step_[column] = 1;
-  cholesky_solve(system_.data(), n, camera_step_.data());
-  if (problem_->heights.empty() && problem_->attitudes.empty()) {
-    for (std::size_t k = 0; k < n; ++k) camera_step_[k] *= factor;
+void covariance_column(Equations& eq, double factor, std::size_t column) {
+  const std::size_t n = camera_size * eq.free_count;
+  for (std::size_t k = 0; k < n; ++k) eq.camera_step[k] = 0;
+  eq.camera_step[column] = 1;
+  cholesky_solve(eq.system.data(), n, eq.camera_step.data());
+  if (eq.problem->heights.empty() && eq.problem->attitudes.empty()) {
+    for (std::size_t k = 0; k < n; ++k) eq.camera_step[k] *= factor;
     return;
   }
-  multiply_priors(camera_step_.data(), column_.data());
-  cholesky_solve(system_.data(), n, column_.data());
-  const double weight = params_.observation_sigma_px * params_.observation_sigma_px;
+  multiply_priors(eq, eq.camera_step.data(), eq.column.data());
+  cholesky_solve(eq.system.data(), n, eq.column.data());
+  const double weight = eq.params.observation_sigma_px * eq.params.observation_sigma_px;
   for (std::size_t k = 0; k < n; ++k) {
-    camera_step_[k] = factor * camera_step_[k] + weight * (weight - factor) * column_[k];
+    eq.camera_step[k] = factor * eq.camera_step[k] + weight * (weight - factor) * eq.column[k];
   }
 }
 
-void BundleAdjuster::position_covariances(double factor, BundleResult& result) {
-  for (std::size_t a = 0; a < free_count_; ++a) {
-    BundleResult::PositionCovariance& out = result.cameras[camera_of_free_[a]];
+void position_covariances(Equations& eq, double factor, BundleResult& result) {
+  for (std::size_t a = 0; a < eq.free_count; ++a) {
+    BundleResult::PositionCovariance& out = result.cameras[eq.camera_of_free[a]];
     for (std::size_t c = 0; c < 3; ++c) {
-      covariance_column(factor, camera_size * a + 3 + c);
-      for (std::size_t r = 0; r < 3; ++r) out.matrix[3 * r + c] = camera_step_[camera_size * a + 3 + r];
+      covariance_column(eq, factor, camera_size * a + 3 + c);
+      for (std::size_t r = 0; r < 3; ++r) out.matrix[3 * r + c] = eq.camera_step[camera_size * a + 3 + r];
       const double variance = out.matrix[4 * c];
       out.sigma[c] = variance > 0 ? std::sqrt(variance) : 0;
     }
@@ -130,68 +116,9 @@ void BundleAdjuster::position_covariances(double factor, BundleResult& result) {
   result.covariance_valid = true;
 }
 
-void BundleAdjuster::joint_covariance(double factor, BundleCovariance& joint) {
-  for (std::size_t i = 0; i < problem_->cameras.size(); ++i) {
-    const auto index = static_cast<std::uint16_t>(i);
-    if (cameras_[i].free_index >= 0) {
-      joint.free_camera[joint.free_count++] = index;
-    } else {
-      joint.fixed_camera[joint.fixed_count++] = index;
-    }
-  }
-  joint.variance = factor;
-  const std::size_t n = camera_size * joint.free_count;
-  const std::size_t m = camera_size * joint.fixed_count;
-  for (std::size_t c = 0; c < n; ++c) {
-    covariance_column(factor, c);
-    // Both triangles from one, so that the matrix is symmetric to the last bit.
-    for (std::size_t r = c; r < n; ++r) joint.conditional[n * r + c] = joint.conditional[n * c + r] = camera_step_[r];
-  }
-  free_fixed_blocks(joint);
-  for (std::size_t c = 0; c < m; ++c) {
-    for (std::size_t r = 0; r < n; ++r) camera_step_[r] = joint.transfer[m * r + c];
-    cholesky_solve(system_.data(), n, camera_step_.data());
-    for (std::size_t r = 0; r < n; ++r) joint.transfer[m * r + c] = camera_step_[r];
-  }
-  joint.valid = true;
-}
-
-/// Writes -S_fm into the transfer. A free and a fixed camera are coupled only by the points and by the held distance.
-void BundleAdjuster::free_fixed_blocks(BundleCovariance& joint) {
-  const std::size_t m = camera_size * joint.fixed_count;
-  std::array<std::size_t, limits::max_bundle_cameras> column;
-  for (std::size_t f = 0; f < joint.fixed_count; ++f) column[joint.fixed_camera[f]] = camera_size * f;
-  with_widest_vectors([&] {
-    for (std::size_t p = 0; p < packet_count_; ++p) {
-      const Packet& packet = packets_[p];
-      for (int lane = 0; lane < (packet.a == packet.b ? 1 : 2); ++lane) {
-        const PointSpan& span = spans_[lane == 0 ? packet.a : packet.b];
-        double l[6];
-        for (int k = 0; k < 6; ++k) l[k] = eliminated_[p].l[k][lane];
-        double t[limits::max_bundle_cameras][18];
-        for (std::uint32_t i = span.first; i < span.last; ++i) {
-          const Observation& o = observations_[i];
-          couple(bundle::linearise(cameras_[o.camera], o, problem_->points[span.point].position, loss()), l,
-                 t[i - span.first]);
-        }
-        for (std::uint32_t i = span.first; i < span.last; ++i) {
-          const std::int32_t a = cameras_[observations_[i].camera].free_index;
-          for (std::uint32_t j = span.first; a >= 0 && j < span.last; ++j) {
-            const std::uint16_t fixed = observations_[j].camera;
-            if (cameras_[fixed].free_index >= 0) continue;
-            const std::size_t row = camera_size * static_cast<std::size_t>(a);
-            add_product(t[i - span.first], t[j - span.first], m, &joint.transfer[row * m + column[fixed]]);
-          }
-        }
-      }
-    }
-  });
-  if (problem_->hold.origin >= 0) add_held_distance(joint);
-}
-
 /// The origin of a held distance is the only fixed camera.
-void BundleAdjuster::add_held_distance(BundleCovariance& joint) {
-  const HeldDistance held = held_distance();
+void add_held_distance(Equations& eq, BundleCovariance& joint) {
+  const HeldDistance held = held_distance(eq);
   for (std::size_t r = 0; r < 3; ++r) {
     for (std::size_t c = 0; c < 3; ++c) {
       joint.transfer[camera_size * (camera_size * held.block + 3 + r) + 3 + c] +=
@@ -201,7 +128,79 @@ void BundleAdjuster::add_held_distance(BundleCovariance& joint) {
   for (std::size_t k = 0; k < 3; ++k) {
     joint.scale[camera_size * held.block + 3 + k] = held.stiffness * held.length * held.direction[k];
   }
-  cholesky_solve(system_.data(), camera_size * free_count_, joint.scale.data());
+  cholesky_solve(eq.system.data(), camera_size * eq.free_count, joint.scale.data());
 }
 
-}  // namespace ilp
+/// Writes -S_fm into the transfer. A free and a fixed camera are coupled only by the points and by the held distance.
+void free_fixed_blocks(Equations& eq, BundleCovariance& joint) {
+  const std::size_t m = camera_size * joint.fixed_count;
+  std::array<std::size_t, max_cameras> column;
+  for (std::size_t f = 0; f < joint.fixed_count; ++f) column[joint.fixed_camera[f]] = camera_size * f;
+  with_widest_vectors([&] {
+    for (std::size_t p = 0; p < eq.packet_count; ++p) {
+      const Packet& packet = eq.packets[p];
+      for (int lane = 0; lane < (packet.a == packet.b ? 1 : 2); ++lane) {
+        const PointSpan& span = eq.spans[lane == 0 ? packet.a : packet.b];
+        double l[6];
+        for (int k = 0; k < 6; ++k) l[k] = eq.eliminated[p].l[k][lane];
+        double t[max_cameras][18];
+        for (std::uint32_t i = span.first; i < span.last; ++i) {
+          const Observation& o = eq.observations[i];
+          couple(linearise(eq.cameras[o.camera], o, eq.problem->points[span.point].position, eq.loss()), l,
+                 t[i - span.first]);
+        }
+        for (std::uint32_t i = span.first; i < span.last; ++i) {
+          const std::int32_t a = eq.cameras[eq.observations[i].camera].free_index;
+          for (std::uint32_t j = span.first; a >= 0 && j < span.last; ++j) {
+            const std::uint16_t fixed = eq.observations[j].camera;
+            if (eq.cameras[fixed].free_index >= 0) continue;
+            const std::size_t row = camera_size * static_cast<std::size_t>(a);
+            add_product(t[i - span.first], t[j - span.first], m, &joint.transfer[row * m + column[fixed]]);
+          }
+        }
+      }
+    }
+  });
+  if (eq.problem->hold.held) add_held_distance(eq, joint);
+}
+
+void joint_covariance(Equations& eq, double factor, BundleCovariance& joint) {
+  for (std::size_t i = 0; i < eq.problem->cameras.size(); ++i) {
+    const auto index = static_cast<std::uint16_t>(i);
+    if (eq.cameras[i].free_index >= 0) {
+      joint.free_camera[joint.free_count++] = index;
+    } else {
+      joint.fixed_camera[joint.fixed_count++] = index;
+    }
+  }
+  joint.variance = factor;
+  const std::size_t n = camera_size * joint.free_count;
+  const std::size_t m = camera_size * joint.fixed_count;
+  for (std::size_t c = 0; c < n; ++c) {
+    covariance_column(eq, factor, c);
+    // Both triangles from one, so that the matrix is symmetric to the last bit.
+    for (std::size_t r = c; r < n; ++r) joint.conditional[n * r + c] = joint.conditional[n * c + r] = eq.camera_step[r];
+  }
+  free_fixed_blocks(eq, joint);
+  for (std::size_t c = 0; c < m; ++c) {
+    for (std::size_t r = 0; r < n; ++r) eq.camera_step[r] = joint.transfer[m * r + c];
+    cholesky_solve(eq.system.data(), n, eq.camera_step.data());
+    for (std::size_t r = 0; r < n; ++r) joint.transfer[m * r + c] = eq.camera_step[r];
+  }
+  joint.valid = true;
+}
+
+}  // namespace
+
+void covariances(Equations& eq, BundleResult& result, BundleCovariance* joint) {
+  if (joint != nullptr) *joint = {};
+  if (eq.free_count == 0 || !frame_is_fixed(eq)) return;
+  const double factor = covariance_factor(eq);
+  if (!(factor > 0) || !linearise(eq, damping)) return;
+  assemble(eq, damping);
+  if (!cholesky_factor(eq.system.data(), camera_size * eq.free_count)) return;
+  position_covariances(eq, factor, result);
+  if (joint != nullptr) joint_covariance(eq, factor, *joint);
+}
+
+}  // namespace ilp::bundle

@@ -4,9 +4,9 @@
 #include "fsw/base/argument.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
+#include "fsw/vision/multiview/bundle/bundle_equations.hpp"
 
-namespace ilp {
+namespace ilp::bundle {
 namespace {
 
 bool is_unit(const double* v, int size) {
@@ -19,14 +19,14 @@ bool is_sigma(double sigma) {
   return sigma > 0 && std::isfinite(sigma);
 }
 
-double height_residual(const BundleHeightPrior& prior, const bundle::Camera& camera) {
+double height_residual(const BundleHeightPrior& prior, const Camera& camera) {
   double along = 0;
   for (int k = 0; k < 3; ++k) along += prior.direction[k] * camera.centre[k];
   return (along - prior.value) / prior.sigma;
 }
 
 /// Rotation vector from the prior's attitude to the camera's.
-Vec3 turn_from_prior(const BundleAttitudePrior& prior, const bundle::Camera& camera) {
+Vec3 turn_from_prior(const BundleAttitudePrior& prior, const Camera& camera) {
   Mat3 rotation;
   for (int i = 0; i < 9; ++i) rotation(i / 3, i % 3) = camera.rotation[i];
   return vector_from_rotation(rotation * rotation_from_quaternion(prior.q_cam_from_world).transpose());
@@ -47,7 +47,7 @@ Mat3 inverse_left_jacobian(const Vec3& v) {
 
 }  // namespace
 
-Status BundleAdjuster::check_priors(const BundleProblem& problem) const {
+Status check_priors(const BundleProblem& problem) {
   for (std::size_t i = 0; i < problem.heights.size(); ++i) {
     const BundleHeightPrior& prior = problem.heights[i];
     if (prior.camera >= problem.cameras.size() || !is_unit(prior.direction, 3) || !std::isfinite(prior.value) ||
@@ -65,40 +65,40 @@ Status BundleAdjuster::check_priors(const BundleProblem& problem) const {
   return {};
 }
 
-double BundleAdjuster::prior_cost(const std::array<Camera, limits::max_bundle_cameras>& cameras) const {
+double prior_cost(const Equations& eq, const Cameras& cameras) {
   double squared = 0;
-  for (const BundleHeightPrior& prior : problem_->heights) {
+  for (const BundleHeightPrior& prior : eq.problem->heights) {
     const double residual = height_residual(prior, cameras[prior.camera]);
     squared += residual * residual;
   }
-  for (const BundleAttitudePrior& prior : problem_->attitudes) {
+  for (const BundleAttitudePrior& prior : eq.problem->attitudes) {
     const Vec3 turn = turn_from_prior(prior, cameras[prior.camera]);
     for (int k = 0; k < 3; ++k) squared += (turn[k] / prior.sigma_rad[k]) * (turn[k] / prior.sigma_rad[k]);
   }
-  return params_.observation_sigma_px * params_.observation_sigma_px * squared;
+  return eq.params.observation_sigma_px * eq.params.observation_sigma_px * squared;
 }
 
-void BundleAdjuster::add_priors() {
-  const double weight = params_.observation_sigma_px * params_.observation_sigma_px;
-  for (std::size_t k = 0; k < 36 * free_count_; ++k) prior_blocks_[k] = 0;
+void add_priors(Equations& eq) {
+  const double weight = eq.params.observation_sigma_px * eq.params.observation_sigma_px;
+  for (std::size_t k = 0; k < 36 * eq.free_count; ++k) eq.prior_blocks[k] = 0;
   const auto add = [&](std::size_t block, const double derivative[6], double residual) {
     for (std::size_t r = 0; r < camera_size; ++r) {
-      reduced_gradient_[camera_size * block + r] += weight * derivative[r] * residual;
-      diagonal_[camera_size * block + r] += weight * derivative[r] * derivative[r];
+      eq.reduced_gradient[camera_size * block + r] += weight * derivative[r] * residual;
+      eq.diagonal[camera_size * block + r] += weight * derivative[r] * derivative[r];
       for (std::size_t c = 0; c < camera_size; ++c) {
-        prior_blocks_[36 * block + camera_size * r + c] += derivative[r] * derivative[c];
+        eq.prior_blocks[36 * block + camera_size * r + c] += derivative[r] * derivative[c];
       }
     }
   };
-  for (const BundleHeightPrior& prior : problem_->heights) {
-    const Camera& camera = cameras_[prior.camera];
+  for (const BundleHeightPrior& prior : eq.problem->heights) {
+    const Camera& camera = eq.cameras[prior.camera];
     if (camera.free_index < 0) continue;
     double derivative[6] = {0, 0, 0, 0, 0, 0};
     for (int k = 0; k < 3; ++k) derivative[3 + k] = prior.direction[k] / prior.sigma;
     add(static_cast<std::size_t>(camera.free_index), derivative, height_residual(prior, camera));
   }
-  for (const BundleAttitudePrior& prior : problem_->attitudes) {
-    const Camera& camera = cameras_[prior.camera];
+  for (const BundleAttitudePrior& prior : eq.problem->attitudes) {
+    const Camera& camera = eq.cameras[prior.camera];
     if (camera.free_index < 0) continue;
     const Vec3 turn = turn_from_prior(prior, camera);
     const Mat3 by_turn = inverse_left_jacobian(turn);
@@ -110,16 +110,16 @@ void BundleAdjuster::add_priors() {
   }
 }
 
-void BundleAdjuster::multiply_priors(const double* x, double* y) const {
-  for (std::size_t a = 0; a < free_count_; ++a) {
+void multiply_priors(const Equations& eq, const double* x, double* y) {
+  for (std::size_t a = 0; a < eq.free_count; ++a) {
     for (std::size_t r = 0; r < camera_size; ++r) {
       double sum = 0;
       for (std::size_t c = 0; c < camera_size; ++c) {
-        sum += prior_blocks_[36 * a + camera_size * r + c] * x[camera_size * a + c];
+        sum += eq.prior_blocks[36 * a + camera_size * r + c] * x[camera_size * a + c];
       }
       y[camera_size * a + r] = sum;
     }
   }
 }
 
-}  // namespace ilp
+}  // namespace ilp::bundle

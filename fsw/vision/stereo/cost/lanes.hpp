@@ -34,14 +34,8 @@ template <typename V>
   return a < b ? a : b;
 }
 
-// The even and the odd bytes of a vector, as words.
+// Of those who take the even and the odd bytes of a word.
 static_assert(std::endian::native == std::endian::little);
-[[nodiscard, gnu::always_inline]] inline I16 even_bytes(U8 v) {
-  return reinterpret_cast<I16>(v) & 0xFF;
-}
-[[nodiscard, gnu::always_inline]] inline I16 odd_bytes(U8 v) {
-  return reinterpret_cast<I16>(reinterpret_cast<U16>(v) >> 8);
-}
 
 /// The words of both vectors as bytes; all of them must be 0 to 255.
 [[nodiscard, gnu::always_inline]] inline U8 bytes_of_words(I16 first, I16 second) {
@@ -75,25 +69,6 @@ static_assert(std::endian::native == std::endian::little);
   I32 sums{};
   WordLanes<KnownWidth<VectorWidth::bytes16>>::add_products(a, b, sums);
   return sums;
-}
-
-/// The lowest byte of each of four vectors, as four equal bytes each: aaaa bbbb cccc eeee.
-[[nodiscard, gnu::always_inline]] inline U8 lowest_of_each(U8 a, U8 b, U8 c, U8 e) {
-  const auto interleaved_lower = [](U8 v, U8 w) {
-    return lower(__builtin_shufflevector(v, w, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23),
-                 __builtin_shufflevector(v, w, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31));
-  };
-  const auto ab = reinterpret_cast<U16>(interleaved_lower(a, b));
-  const auto ce = reinterpret_cast<U16>(interleaved_lower(c, e));
-  const U8 all = lower(reinterpret_cast<U8>(__builtin_shufflevector(ab, ce, 0, 8, 1, 9, 2, 10, 3, 11)),
-                       reinterpret_cast<U8>(__builtin_shufflevector(ab, ce, 4, 12, 5, 13, 6, 14, 7, 15)));
-  const auto halves = reinterpret_cast<U32>(all);
-  const U8 two = lower(all, reinterpret_cast<U8>(__builtin_shufflevector(halves, halves, 2, 3, 0, 1)));
-  const auto quarters = reinterpret_cast<U32>(two);
-  const U8 one = lower(two, reinterpret_cast<U8>(__builtin_shufflevector(quarters, quarters, 1, 0, 3, 2)));
-  const auto pairs =
-      reinterpret_cast<U16>(__builtin_shufflevector(one, one, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23));
-  return reinterpret_cast<U8>(__builtin_shufflevector(pairs, pairs, 0, 8, 1, 9, 2, 10, 3, 11));
 }
 
 /// Four bytes, or all, of a vector.

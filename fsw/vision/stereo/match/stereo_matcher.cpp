@@ -342,16 +342,14 @@ void StereoMatcher::advance() {
   } while (phase_ != Phase::done && rows_of(phase_) == 0);  // bound: the phases
 }
 
-Status StereoMatcher::step(std::int32_t rows, bool& pending) {
-  pending = false;
+Result<bool> StereoMatcher::step(std::int32_t rows) {
   if (workspace_ == nullptr) return StatusCode::not_ready;
   if (rows < 1) return out_of_range(Argument::rows, rows);
   for (std::int32_t i = 0; i < rows && phase_ != Phase::done && !wants_band(); ++i) {
     do_row();
     advance();
   }
-  pending = phase_ != Phase::done;
-  return {};
+  return phase_ != Phase::done;
 }
 
 }  // namespace ilp

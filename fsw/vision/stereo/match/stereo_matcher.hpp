@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "fsw/base/image_view.hpp"
-#include "fsw/base/status.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/vision/stereo/band/stereo_band.hpp"
 #include "fsw/vision/stereo/cost/coarse_level.hpp"
 #include "fsw/vision/stereo/cost/ncc_cost.hpp"
@@ -85,8 +85,8 @@ class StereoMatcher {
   Status begin(GrayView left, GrayView right, MaskView left_valid, MaskView right_valid, const DisparityRange& range,
                const StereoParams& params, StereoWorkspace& workspace, const DisparityView& result);
 
-  /// Does up to `rows` scanlines of work. The result is final when `pending` is false.
-  Status step(std::int32_t rows, bool& pending);
+  /// Does up to `rows` scanlines of work. The result is final when it answers that there is no more.
+  Result<bool> step(std::int32_t rows);
   [[nodiscard]] const DisparityView& result() const { return result_; }
 
   /// The rows of the full resolution are matched by whoever does `job`, band by band: while wants_band(), no step is

@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "fsw/vision/twoview/solvers/singular_values.hpp"
-
 namespace ilp {
 namespace {
 
@@ -45,13 +43,6 @@ bool decompose_essential(const Mat3& essential, RigidTransform poses[4]) {
   poses[1] = {first, -t};
   poses[2] = {second, t};
   poses[3] = {second, -t};
-  return true;
-}
-
-bool project_to_essential(const Mat3& matrix, Mat3& essential) {
-  SingularValues svd;
-  if (!singular_values(matrix, svd)) return false;
-  essential = svd.u.col(0) * svd.v.col(0).transpose() + svd.u.col(1) * svd.v.col(1).transpose();
   return true;
 }
 

@@ -13,9 +13,6 @@ namespace ilp {
 /// decomposition.
 bool decompose_essential(const Mat3& essential, RigidTransform poses[4]);
 
-/// Nearest essential matrix: singular values (1, 1, 0). False when `matrix` has rank below two or is not finite.
-bool project_to_essential(const Mat3& matrix, Mat3& essential);
-
 /// E with b^T E a = 0 for rays of the two cameras.
 [[nodiscard]] Mat3 essential_from_pose(const RigidTransform& b_from_a);
 

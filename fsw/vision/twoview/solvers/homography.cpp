@@ -3,7 +3,6 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "fsw/vision/twoview/solvers/homogeneous_system.hpp"
 #include "fsw/vision/twoview/solvers/singular_values.hpp"
 
 namespace ilp {
@@ -47,19 +46,6 @@ bool homography_from_four(const NormalisedPairs& pairs, const std::uint16_t samp
   homography /= homography.norm();
   // Positive depths: H x_a is a positive multiple of x_b.
   if ((homography * a[0]).z() < 0) homography = -homography;
-  return homography.allFinite();
-}
-
-bool fit_homography(const NormalisedPairs& pairs, const PairSelection& selection, Mat3& homography) {
-  if (selection.count < 4) return false;
-  HomogeneousSystem system;
-  for (std::size_t i = 0; i < selection.count; ++i) {
-    const NormalisedPair& p = pairs.exact[selection.indices[i]];
-    system.add({p.xa, p.ya, 1, 0, 0, 0, -p.xb * p.xa, -p.xb * p.ya, -p.xb});
-    system.add({0, 0, 0, p.xa, p.ya, 1, -p.yb * p.xa, -p.yb * p.ya, -p.yb});
-  }
-  if (!system.solve(homography)) return false;
-  if ((homography * pairs.exact[selection.indices[0]].ray_a()).z() < 0) homography = -homography;
   return homography.allFinite();
 }
 

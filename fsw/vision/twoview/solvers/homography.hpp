@@ -10,10 +10,6 @@ namespace ilp {
 /// image, or when the map turns one of the triangles inside out: no plane that both cameras see does that.
 bool homography_from_four(const NormalisedPairs& pairs, const std::uint16_t sample[4], Mat3& homography);
 
-/// Least squares over four matches or more by direct linear transform (R. Hartley, A. Zisserman, "Multiple View
-/// Geometry", 4.1); `pairs` are normalised already. False when the matches leave more than one solution.
-bool fit_homography(const NormalisedPairs& pairs, const PairSelection& selection, Mat3& homography);
-
 /// A homography between normalised coordinates may come from two motions, each with both signs of t and of the plane.
 /// Returns 4, or 0 when H is a rotation (no baseline) or degenerate. Source: Y. Ma, S. Soatto, J. Kosecka, S.
 /// Sastry, "An Invitation to 3-D Vision", 5.3.3.

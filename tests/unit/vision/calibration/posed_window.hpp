@@ -26,7 +26,7 @@ class PosedWindow {
       const RigidTransform pose{truth.rotation, -(truth.rotation * truth.centre)};
       (void)problem_->cameras.push_back({pose_from(pose), given.fx, given.fy, given.cx, given.cy, i == 0});
     }
-    problem_->hold = {0, static_cast<std::int32_t>(views) - 1};
+    problem_->hold = {true, 0, static_cast<std::uint16_t>(views - 1)};
     add_tracks(flight, first, given);
     BundleParams params;
     params.max_iterations = 60;

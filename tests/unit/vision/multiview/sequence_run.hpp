@@ -29,8 +29,8 @@ inline void collect(Sequence& sequence, Collected& out) {
 
 /// Ends the strip as the flight does.
 inline void end(Sequence& sequence) {
-  bool pending = sequence.begin_with_best_pair();
-  while (pending) ASSERT_TRUE(sequence.step(pending).ok());
+  static_cast<void>(sequence.begin_with_best_pair());
+  while (!sequence.idle()) ASSERT_TRUE(sequence.step().ok());
   ASSERT_TRUE(sequence.flush().ok());
 }
 

@@ -197,13 +197,12 @@ TEST(Sequence, ContinuesToTheLastBitFromACopyOfAnyStep) {
     ASSERT_TRUE(now.begin_keyframe(static_cast<std::int64_t>(100 + k), strip.keyframes[k].corners,
                                    strip.keyframes[k].matches, k)
                     .ok());
-    bool pending = true;
-    while (pending) {
+    while (!now.idle()) {
       std::memcpy(&copy, &state, sizeof state);
       std::memset(static_cast<void*>(&state), 0xA5, sizeof state);
       std::memcpy(&state, &copy, sizeof state);
       Sequence next(state, swap ? *other_workspace : workspace);
-      ASSERT_TRUE(next.step(pending).ok());
+      ASSERT_TRUE(next.step().ok());
       swap = swap != !next.keeps();
     }
     collect(now, out);
@@ -233,9 +232,8 @@ TEST(Sequence, StepsAreBounded) {
     EXPECT_TRUE(sequence.begin_keyframe(7, strip.keyframes[k].corners, strip.keyframes[k].matches, k)
                     .is(StatusCode::not_ready));
     EXPECT_TRUE(sequence.flush().is(StatusCode::not_ready));
-    bool pending = true;
     int steps = 0;
-    for (; pending && steps < 100; ++steps) ASSERT_TRUE(sequence.step(pending).ok());
+    for (; !sequence.idle() && steps < 100; ++steps) ASSERT_TRUE(sequence.step().ok());
     EXPECT_LE(steps, 5 + 20 + 5 + 2 + most_slices_of_a_pair);
     Collected out;
     collect(sequence, out);

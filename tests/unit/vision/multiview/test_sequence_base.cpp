@@ -70,8 +70,7 @@ class OlderKeyframe : public ::testing::Test {
     EXPECT_TRUE(
         sequence_.begin_keyframe_on(1, static_cast<std::int64_t>(100 + k), strip_->keyframes[k].corners, matches, k)
             .ok());
-    bool pending = true;
-    while (pending) EXPECT_TRUE(sequence_.step(pending).ok());
+    while (!sequence_.idle()) EXPECT_TRUE(sequence_.step().ok());
     collect(sequence_, out_);
     return sequence_.report();
   }

@@ -192,7 +192,7 @@ TEST(SequenceBeginning, ACopyOfTheStateFromAnyStepContinuesWithTheSameResult) {
       EXPECT_TRUE(Sequence(*now, test::sequence_workspace)
                       .begin_keyframe(static_cast<std::int64_t>(k), frame.corners, frame.matches, k)
                       .ok());
-      for (bool pending = true; pending; ++steps) {
+      for (; !Sequence(*now, test::sequence_workspace).idle(); ++steps) {
         if (steps == copy_at && !Sequence(*now, test::sequence_workspace).keeps()) {
           std::memcpy(&copied, now, sizeof(copied));
           now = &copied;
@@ -204,7 +204,7 @@ TEST(SequenceBeginning, ACopyOfTheStateFromAnyStepContinuesWithTheSameResult) {
           test::sequence_workspace.contradicts.fill(1);
           test::sequence_workspace.track_of_corner.fill(0);
         }
-        EXPECT_TRUE(Sequence(*now, test::sequence_workspace).step(pending).ok());
+        EXPECT_TRUE(Sequence(*now, test::sequence_workspace).step().ok());
       }
       test::Collected ignored;
       Sequence sequence(*now, test::sequence_workspace);

@@ -54,8 +54,7 @@ inline Disparities match(const Rectified& r, const DisparityRange& range) {
                   .begin(r.left.view(), r.right.view(), r.left_valid.view(), r.right_valid.view(), range, {},
                          *workspace, {{out.disparity.data(), width, height}, {out.sigma.data(), width, height}})
                   .ok());
-  bool pending = true;
-  while (pending) EXPECT_TRUE(matcher.step(50, pending).ok());
+  EXPECT_TRUE(do_all([&] { return matcher.step(50); }).ok());
   out.kind.assign(matcher.result().kind.data, matcher.result().kind.data + out.disparity.size());
   return out;
 }

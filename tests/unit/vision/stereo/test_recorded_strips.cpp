@@ -91,8 +91,7 @@ PairResult reconstruct(const std::string& folder, const StripImage& a, const Str
   EXPECT_TRUE(
       matcher.begin(left.view(), right.view(), left_valid.view(), right_valid.view(), range, params, *workspace, view)
           .ok());
-  bool pending = true;
-  while (pending) EXPECT_TRUE(matcher.step(64, pending).ok());
+  EXPECT_TRUE(do_all([&] { return matcher.step(64); }).ok());
   const auto pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
   std::vector<float> inverse_depth(pixels);
   std::vector<float> depth_sigma(pixels);

@@ -74,14 +74,11 @@ std::vector<float> matched(const Pair& pair, StereoMatcherChoice choice, std::in
   params.matcher = choice;
   params.window_radius = radius;
   StereoMatcher matcher;
-  bool pending =
-      matcher
-          .begin(pair.left.view(), pair.right.view(), {pair.left_valid.data(), Pair::width, Pair::height},
-                 {pair.right_valid.data(), Pair::width, Pair::height}, {0, disparities - 1}, params, *workspace,
-                 {{both.data(), Pair::width, Pair::height}, {both.data() + pixels, Pair::width, Pair::height}})
-          .ok();
-  EXPECT_TRUE(pending);
-  while (pending) EXPECT_TRUE(matcher.step(16, pending).ok());
+  const Status begun =
+      matcher.begin(pair.left.view(), pair.right.view(), {pair.left_valid.data(), Pair::width, Pair::height},
+                    {pair.right_valid.data(), Pair::width, Pair::height}, {0, disparities - 1}, params, *workspace,
+                    {{both.data(), Pair::width, Pair::height}, {both.data() + pixels, Pair::width, Pair::height}});
+  EXPECT_TRUE(begun.ok() && do_all([&] { return matcher.step(16); }).ok());
   return both;
 }
 

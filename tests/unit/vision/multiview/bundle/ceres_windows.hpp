@@ -58,9 +58,9 @@ class RecordedWindows {
 
   void relate(std::size_t k) {
     good_ = good_ && sequence_.begin_keyframe(static_cast<std::int64_t>(k), corners_, matches_, k).ok();
-    for (bool pending = true; good_ && pending;) {
+    while (good_ && !sequence_.idle()) {
       if (state_->phase == SequencePhase::adjust && !state_->adjusting) keep_window();
-      good_ = sequence_.step(pending).ok();
+      good_ = sequence_.step().ok();
     }
     SequenceCamera camera;
     FinalPoint point;
@@ -72,7 +72,7 @@ class RecordedWindows {
     auto problem = std::make_unique<BundleProblem>();
     build_window(*state_, *problem, workspace_->map);
     if (problem->cameras.size() < min_cameras_) return;
-    if (problem->hold.anchor >= 0) problem->cameras[static_cast<std::size_t>(problem->hold.anchor)].fixed = true;
+    if (problem->hold.held) problem->cameras[problem->hold.anchor].fixed = true;
     problem->hold = {};
     windows_.push_back(std::move(problem));
   }

@@ -183,7 +183,7 @@ TEST(BundleAdjustment, SigmaPredictsTheScatterOfTheErrors) {
 TEST(BundleAdjustment, HoldsTheScaleWhenOneCameraIsFixed) {
   test::make_window({.fixed = 1}, problem);
   test::disturb(problem, 2, 5);
-  problem.hold = {0, 1};
+  problem.hold = {true, 0, 1};
   const auto baseline = [] {
     double sum = 0;
     for (int k = 0; k < 3; ++k) {
@@ -308,7 +308,7 @@ TEST(BundleAdjustment, RefusesMalformedProblems) {
   (void)problem.observations.push_back(problem.observations[0]);
   EXPECT_EQ(refused(), Argument::observation) << "two observations of a point in one camera";
   reset();
-  problem.hold = {0, 2};
+  problem.hold = {true, 0, 2};
   EXPECT_EQ(refused(), Argument::scale_hold) << "two cameras are fixed: nothing to hold";
   problem = {};
   EXPECT_TRUE(status().is(StatusCode::no_model));

@@ -206,7 +206,7 @@ TEST(BundleCovariance, TransferIsTheDerivativeByTheFixedCameras) {
 
 TEST(BundleCovariance, WindowWithHeldScaleFollowsItsFixedCameraAsARigidBody) {
   test::make_window({.fixed = 1, .points = 120}, problem);
-  problem.hold = {0, 2};
+  problem.hold = {true, 0, 2};
   BundleResult result;
   ASSERT_TRUE(adjuster.run(problem, to_the_end, result, &joint).ok());
   ASSERT_TRUE(joint.valid);
@@ -228,7 +228,7 @@ TEST(BundleCovariance, WindowWithHeldScaleFollowsItsFixedCameraAsARigidBody) {
 
 TEST(BundleCovariance, ScaleIsTheDerivativeByTheHeldDistance) {
   test::make_window({.fixed = 1, .points = 120}, truth);
-  truth.hold = {0, 1};
+  truth.hold = {true, 0, 1};
   problem = truth;
   BundleResult result;
   ASSERT_TRUE(adjuster.run(problem, to_the_end, result, &joint).ok());

@@ -72,9 +72,8 @@ Status begin(const Pair& pair, const Case& c, const StereoParams& params, Stereo
 Maps matched(const Pair& pair, const Case& c) {
   Maps maps;
   StereoMatcher matcher;
-  bool pending = begin(pair, c, params_of(c), matcher, maps).ok();
-  EXPECT_TRUE(pending);
-  while (pending) EXPECT_TRUE(matcher.step(16, pending).ok());
+  EXPECT_TRUE(begin(pair, c, params_of(c), matcher, maps).ok());
+  EXPECT_TRUE(do_all([&] { return matcher.step(16); }).ok());
   return maps;
 }
 
@@ -94,7 +93,9 @@ Maps matched_in_bands(const Pair& pair, const Case& c, Answer answer) {
       matcher.take_band();
       ++bands;
     }
-    EXPECT_TRUE(matcher.step(7, pending).ok());
+    const Result<bool> stepped = matcher.step(7);
+    EXPECT_TRUE(stepped.ok());
+    pending = stepped.value();
   }
   EXPECT_EQ(bands, (height + stereo_band_rows - 1) / stereo_band_rows);
   return maps;
@@ -170,8 +171,7 @@ TEST_F(StereoBand, PairsThatJobsDoNotMatchAreMatchedWithoutThem) {
   ordered.matcher = StereoMatcherChoice::ordered_scanline;
   ASSERT_TRUE(begin(pair, narrow, ordered, matcher, maps).ok());
   EXPECT_FALSE(matcher.match_in_bands(memory().job));
-  bool pending = true;
-  while (pending) ASSERT_TRUE(matcher.step(16, pending).ok());
+  ASSERT_TRUE(do_all([&] { return matcher.step(16); }).ok());
   EXPECT_FALSE(matcher.wants_band());
 }
 

@@ -35,8 +35,7 @@ DisparityMap match(const StereoPair& pair, std::int32_t disparities, const Stere
   Status status =
       matcher.begin(pair.left.view(), pair.right.view(), valid, valid, {0, disparities - 1}, params, *workspace,
                     {{map.disparity_px.data(), width, height}, {map.sigma_px.data(), width, height}});
-  bool pending = status.ok();
-  while (pending) status = matcher.step(64, pending);
+  if (status.ok()) status = do_all([&] { return matcher.step(64); });
   EXPECT_TRUE(status.ok());
   return map;
 }

@@ -147,14 +147,10 @@ Found match_boulders(const Boulders& boulders, bool coarse_to_fine) {
   StereoParams params;
   params.coarse_to_fine = coarse_to_fine;
   StereoMatcher matcher;
-  bool pending =
-      matcher
-          .begin(left.view(), right.view(), {whole.data(), width, height}, {whole.data(), width, height}, range, params,
-                 *workspace, {{disparity.data(), width, height}, {sigma.data(), width, height}})
-          .ok();
-  EXPECT_TRUE(pending);
-  while (pending && matcher.step(32, pending).ok()) {
-  }
+  const Status begun =
+      matcher.begin(left.view(), right.view(), {whole.data(), width, height}, {whole.data(), width, height}, range,
+                    params, *workspace, {{disparity.data(), width, height}, {sigma.data(), width, height}});
+  EXPECT_TRUE(begun.ok() && do_all([&] { return matcher.step(32); }).ok());
   Found found;
   double all = 0;
   for (std::int32_t y = 0; y < height; ++y) {

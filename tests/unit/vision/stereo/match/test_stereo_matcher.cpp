@@ -34,8 +34,7 @@ Result match(const Image& left, const Image& right, const std::vector<std::uint8
                            {r.sigma_px.data(), left.width, left.height}};
   r.status = matcher.begin(left.view(), right.view(), {left_valid.data(), left.width, left.height},
                            {right_valid.data(), right.width, right.height}, range, params, workspace(), view);
-  bool pending = r.status.ok();
-  while (pending) r.status = matcher.step(band, pending);
+  if (r.status.ok()) r.status = do_all([&] { return matcher.step(band); });
   return r;
 }
 
@@ -315,9 +314,7 @@ TEST_P(EitherMatcher, RefusesWhatItCannotHold) {
   const Image huge(limits::max_rectified_width + 1, 70);
   EXPECT_EQ(match(huge, huge, {0, 15}).status.code, StatusCode::image_too_large);
   StereoMatcher idle;
-  bool pending = true;
-  EXPECT_EQ(idle.step(1, pending).code, StatusCode::not_ready);
-  EXPECT_FALSE(pending);
+  EXPECT_TRUE(idle.step(1).status().is(StatusCode::not_ready));
 }
 
 }  // namespace

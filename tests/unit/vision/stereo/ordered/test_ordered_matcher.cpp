@@ -43,8 +43,7 @@ Answer match(const Image& left, const Image& right, const DisparityRange& range)
   a.status =
       matcher.begin(left.view(), right.view(), mask, mask, range, params, *workspace,
                     {{a.disparity_px.data(), left.width, left.height}, {a.sigma_px.data(), left.width, left.height}});
-  bool pending = a.status.ok();
-  while (pending) a.status = matcher.step(32, pending);
+  if (a.status.ok()) a.status = do_all([&] { return matcher.step(32); });
   return a;
 }
 

@@ -1,0 +1,111 @@
+// What a bundle adjustment is given, and what it answers.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/fixed_vector.hpp"
+#include "fsw/base/geometry.hpp"
+
+namespace ilp {
+
+struct BundleCamera {
+  Pose pose;
+  double fx = 0, fy = 0;  ///< px
+  double cx = 0, cy = 0;  ///< px
+  bool fixed = false;     ///< takes part with its observations, never moves, and its pose is not written
+};
+
+struct BundlePoint {
+  double position[3] = {0, 0, 0};  ///< world
+};
+
+struct BundleObservation {
+  std::uint16_t camera = 0;
+  std::uint16_t point = 0;
+  double x = 0, y = 0;  ///< ideal px
+};
+
+/// Holds the distance of camera `anchor` (free) from camera `origin` (the only fixed one) when nothing else determines
+/// the scale.
+struct BundleScaleHold {
+  bool held = false;
+  std::uint16_t origin = 0, anchor = 0;
+};
+
+/// A barometer or satellite navigation: direction . C = value. It constrains one camera only, so that points stay
+/// independent of each other given the cameras. To use a height over ground, add the height of the ground.
+struct BundleHeightPrior {
+  std::uint16_t camera = 0;
+  double direction[3] = {0, 0, 1};  ///< world, unit length
+  double value = 0;                 ///< world units
+  double sigma = 1;                 ///< same
+};
+
+/// An attitude sensor: the turn from the given to the adjusted attitude, as a rotation vector in the camera's axes,
+/// should be zero. A sensor with a less accurate heading has a larger sigma about the axis that looks down.
+struct BundleAttitudePrior {
+  std::uint16_t camera = 0;
+  double q_cam_from_world[4] = {1, 0, 0, 0};
+  double sigma_rad[3] = {1, 1, 1};  ///< about the camera's axes
+};
+
+struct BundleProblem {
+  FixedVector<BundleCamera, limits::max_bundle_cameras> cameras;
+  FixedVector<BundlePoint, limits::max_bundle_points> points;
+  FixedVector<BundleObservation, limits::max_bundle_observations> observations;  ///< in any order
+  BundleScaleHold hold;
+  /// Priors of free cameras. Those of fixed cameras only change the cost.
+  FixedVector<BundleHeightPrior, limits::max_bundle_cameras> heights;
+  FixedVector<BundleAttitudePrior, limits::max_bundle_cameras> attitudes;
+};
+
+enum class BundleLoss : std::uint8_t { huber, cauchy };
+
+struct BundleParams {
+  std::uint32_t max_iterations = 20;
+  double relative_tolerance = 1e-6;  ///< of the cost: the adjustment ends when one step gains less
+  double robust_px = 0;              ///< bound of the loss; 0 = plain least squares
+  BundleLoss loss = BundleLoss::huber;
+  double initial_damping =
+      1e-4;  ///< times the diagonal of the normal equations; small, because windows start near the solution
+  double observation_sigma_px = 0.5;  ///< weight of the observations relative to the sigmas of priors
+};
+
+/// The state of an adjustment between iterations, in addition to the problem itself. With it the adjustment can be
+/// interrupted, stored and resumed with the same result to the last bit.
+struct BundleProgress {
+  double damping = 0;
+  double damping_growth = 2;
+  double initial_cost = 0;  ///< half the sum of squared residuals, px^2; the loss of them if robust; and priors'
+  double cost = 0;          ///< same, now
+  double initial_rms_px = 0;
+  double held_distance = 0;
+  std::uint32_t iterations = 0;  ///< accepted and rejected ones
+  bool converged = false;
+  bool done = false;
+};
+
+struct BundleResult {
+  /// Half the sum of squared residuals (their loss if robust), and for every prior half of
+  /// (observation_sigma_px * residual / sigma)^2; px^2.
+  double initial_cost = 0, final_cost = 0;
+  double initial_rms_px = 0, final_rms_px = 0;  ///< per residual coordinate, no robust weights
+  std::uint32_t iterations = 0;
+  bool converged = false;
+  std::uint32_t points = 0, observations = 0;  ///< those that took part
+  std::uint32_t dropped_observations = 0;      ///< behind their camera at the start, or alone on their point
+  /// From the inverse of the reduced normal equations and the variance of the residuals (bundle_covariance.hpp),
+  /// relative to the fixed cameras. Valid only if two cameras are fixed, or if one is fixed and a held distance or a
+  /// height prior determines the scale.
+  bool covariance_valid = false;
+  struct PositionCovariance {
+    double sigma[3] = {0, 0, 0};  ///< one sigma, world axes; 0 for fixed cameras
+    double matrix[9] = {};
+  };
+  std::array<PositionCovariance, limits::max_bundle_cameras> cameras{};
+};
+
+}  // namespace ilp
