@@ -7,6 +7,7 @@
 #include "fsw/base/rng.hpp"
 #include "fsw/shared/calibration_wait.hpp"
 #include "fsw/shared/camera_on_record.hpp"
+#include "fsw/shared/find.hpp"
 #include "fsw/shared/navigation_on_record.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "hal/store/newest_id.hpp"
@@ -89,11 +90,10 @@ Status CameraCalibrator::restore() {
   return lost ? Status{StatusCode::checkpoint_lost, loaded.a, loaded.b} : Status{};
 }
 
-Status CameraCalibrator::pick_keyframe(bool& picked) {
-  picked = false;
+Result<bool> CameraCalibrator::pick_keyframe() {
   KeyframeRecord keyframe;
   const Status found = next(wiring_.store, cursor_.first, keyframe);
-  if (found.is(StatusCode::not_found)) return end_flight(picked);
+  if (found.is(StatusCode::not_found)) return end_flight();
   const bool damaged = found.is(StatusCode::record_damaged);
   if (!damaged) ILP_TRY(found);
   if (damaged) keyframe.id = found.a;
@@ -101,9 +101,8 @@ Status CameraCalibrator::pick_keyframe(bool& picked) {
   const bool no_use = damaged || work_.patience.given_up(work_.keyframe.id);
   if (!no_use) {
     ILP_TAKE(const bool known, measured_at(wiring_.store, wiring_.mission, work_.keyframe.id, workspace_.navigation));
-    if (!known) return {};
+    if (!known) return false;
   }
-  picked = true;
   if (no_use || work_.keyframe.strip_id != state_.calibrating.strip_id) {
     SelfCalibration(state_.calibrating.calibration, workspace_.calibration).begin_set();
     state_.calibrating.strip_id = work_.keyframe.strip_id;
@@ -113,7 +112,8 @@ Status CameraCalibrator::pick_keyframe(bool& picked) {
     state_.calibrating.calibration.report.verdict = CalibrationVerdict::too_few_matches;
   }
   work_.phase = no_use ? Phase::record : Phase::load;
-  return damaged ? found : Status{};
+  if (damaged) return found;
+  return true;
 }
 
 void CameraCalibrator::measure() {
@@ -161,16 +161,6 @@ Status CameraCalibrator::relate() {
   return SelfCalibration(state_.calibrating.calibration, workspace_.calibration)
       .begin_keyframe(work_.keyframe.id, workspace_.corners, workspace_.matches,
                       mix64(wiring_.mission.seed) ^ static_cast<std::uint64_t>(work_.keyframe.id));
-}
-
-Status CameraCalibrator::find_overdue(bool& overdue, std::int64_t& oldest_id) {
-  KeyframeRecord oldest;
-  const Status first = next(wiring_.store, 0, oldest);
-  if (is_transient(first)) return first;
-  if (!first.ok()) oldest = work_.keyframe;
-  overdue = waited_out(wiring_.mission, work_.camera, oldest, work_.keyframe);
-  oldest_id = oldest.id;
-  return {};
 }
 
 /// Reports to the operator: once that keyframes wait in vain, and every other reason to wait.
@@ -251,15 +241,14 @@ Status CameraCalibrator::freeze_nominal(const CalibrationRecord* said) {
 }
 
 /// When no other keyframe will come, those that wait need the nominal camera.
-Status CameraCalibrator::end_flight(bool& frozen) {
-  if (cursor_.first == 0 || wiring_.mission.calibration_fallback != CalibrationFallback::nominal) return {};
+Result<bool> CameraCalibrator::end_flight() {
+  if (cursor_.first == 0 || wiring_.mission.calibration_fallback != CalibrationFallback::nominal) return false;
   ILP_TAKE(const bool ended, flight_has_ended(wiring_.store, cursor_.first));
-  if (!ended) return {};
+  if (!ended) return false;
   work_.patience.begin_writing();
   ILP_TRY(freeze_nominal(nullptr));
   work_.patience.end_writing();
-  frozen = true;
-  return {};
+  return true;
 }
 
 Status CameraCalibrator::record() {
@@ -269,60 +258,70 @@ Status CameraCalibrator::record() {
   said.measured_focal_px = state_.calibrating.measured.newest.focal * unit_px;
   said.measured_sigma_px = state_.calibrating.measured.newest.sigma * unit_px;
   const bool calibrated = said.verdict == CalibrationVerdict::ok;
-  bool overdue = false;
-  std::int64_t oldest_id = 0;
+  KeyframeRecord oldest;
   work_.patience.begin_writing();
-  if (!calibrated) ILP_TRY(find_overdue(overdue, oldest_id));
+  ILP_TAKE(const bool known, found_by(next(wiring_.store, 0, oldest)));
+  if (!known) oldest = work_.keyframe;
+  const bool overdue = !calibrated && waited_out(wiring_.mission, work_.camera, oldest, work_.keyframe);
   const bool nominal = overdue && wiring_.mission.calibration_fallback == CalibrationFallback::nominal;
   if (calibrated || suffices(state_.calibrating.measured)) {
     const CameraRecord found =
         calibrated ? found_camera() : measured_camera(nominal_model, state_.calibrating.measured);
     ILP_TRY(freeze_found(found, &said, work_.keyframe.id));
   } else {
-    ILP_TRY(nominal ? freeze_nominal(&said) : record_waiting(said, overdue, oldest_id));
+    ILP_TRY(nominal ? freeze_nominal(&said) : record_waiting(said, overdue, oldest.id));
   }
   work_.patience.end_writing();
   work_.phase = Phase::idle;
   return {};
 }
 
-Status CameraCalibrator::advance(bool& pending) {
+Result<bool> CameraCalibrator::advance() {
+  Status status;
   switch (work_.phase) {
     case Phase::load:
-      return load();
+      status = load();
+      break;
     case Phase::detect:
-      return detect();
+      status = detect();
+      break;
     case Phase::begin_match:
-      return begin_match();
+      status = begin_match();
+      break;
     case Phase::match:
-      return match();
+      status = match();
+      break;
     case Phase::relate:
-      return relate();
+      status = relate();
+      break;
     case Phase::calibrate: {
-      bool more = false;
-      const Status status = SelfCalibration(state_.calibrating.calibration, workspace_.calibration).step(more);
-      if (!more) work_.phase = Phase::measure;
-      return status;
+      const Result<bool> more = SelfCalibration(state_.calibrating.calibration, workspace_.calibration).step();
+      if (!more.value()) work_.phase = Phase::measure;
+      status = more.status();
+      break;
     }
     case Phase::measure:
       measure();
-      return {};
+      break;
     case Phase::record:
-      return record();
+      status = record();
+      break;
     default:
-      return pick_keyframe(pending);
+      return pick_keyframe();
   }
+  ILP_TRY(status);
+  return true;
 }
 
 StepResult CameraCalibrator::calibrate() {
-  bool pending = true;
   work_.keeps = false;
-  const Status status = advance(pending);
-  work_.keeps = work_.keeps && status.ok();
-  if (status.ok()) return {work_.event, pending, work_.keeps ? Then::keep : Then::go_on};
+  const Result<bool> pending = advance();
+  work_.keeps = work_.keeps && pending.ok();
+  if (pending.ok()) return {work_.event, pending.value(), work_.keeps ? Then::keep : Then::go_on};
+  const Status& fault = pending.status();
   // A permanently damaged record was handled, and is worth an event.
-  if (status.is(StatusCode::record_damaged) && pending && work_.phase == Phase::record) return {status, true};
-  return work_.patience.failed(work_.keyframe.id, status);
+  if (fault.is(StatusCode::record_damaged) && work_.phase == Phase::record) return {fault, true};
+  return work_.patience.failed(work_.keyframe.id, fault);
 }
 
 StripCheck CameraCalibrator::strip_check() {

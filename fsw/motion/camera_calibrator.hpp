@@ -79,8 +79,8 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   };
 
   StepResult calibrate();
-  Status advance(bool& pending);
-  Status pick_keyframe(bool& picked);
+  Result<bool> advance();
+  Result<bool> pick_keyframe();
   Status load();
   Status detect();
   Status begin_match();
@@ -94,8 +94,7 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   [[nodiscard]] CameraRecord nominal_camera() const;
   Status freeze_found(const CameraRecord& found, const CalibrationRecord* said, std::int64_t keyframe_id);
   Status freeze_nominal(const CalibrationRecord* said);
-  Status end_flight(bool& frozen);
-  Status find_overdue(bool& overdue, std::int64_t& oldest_id);
+  Result<bool> end_flight();
   void tell_why(CalibrationVerdict verdict, bool overdue, std::int64_t oldest_id, Status& event);
 
   StripCheck strip_check();

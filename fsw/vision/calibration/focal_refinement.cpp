@@ -58,9 +58,8 @@ AdjustmentParams metric_adjustment(const RefinementSetup& setup, double robust, 
   return params;
 }
 
-void verify_focal(std::size_t slice, const CalibrationTracks& tracks, const MetricViews& views,
-                  const RefinementSetup& setup, VerificationWorkspace& workspace, VerificationSlice& out,
-                  bool& pending) {
+bool verify_focal(std::size_t slice, const CalibrationTracks& tracks, const MetricViews& views,
+                  const RefinementSetup& setup, VerificationWorkspace& workspace, VerificationSlice& out) {
   const std::size_t blocks_end = setup.views + static_cast<std::size_t>(track_blocks);
   const bool restart = slice >= blocks_end;
   AdjustmentParams params = metric_adjustment(setup, 0, restart ? restart_iterations : part_iterations);
@@ -75,12 +74,12 @@ void verify_focal(std::size_t slice, const CalibrationTracks& tracks, const Metr
     if (restart) stretch(restart_factor[slice - blocks_end], workspace.tracks, workspace.part);
   }
   adjust_metric(workspace.tracks, workspace.part, params, workspace.adjustment, workspace.progress);
-  pending = !workspace.progress.done;
-  if (pending) return;
+  if (!workspace.progress.done) return true;
   MetricCovariance covariance;
   metric_covariance(workspace.tracks, workspace.part, params, workspace.adjustment, covariance);
   out = {covariance.valid, workspace.part.focal, covariance.sigma_focal, workspace.progress.cost};
   workspace.progress = {};
+  return false;
 }
 
 FocalJudgement judge_focal(const Verification& verification, std::size_t views, const MetricViews& whole,

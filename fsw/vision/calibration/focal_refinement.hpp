@@ -44,11 +44,10 @@ struct VerificationWorkspace {
   AdjustmentProgress progress;  ///< of the part at work; set it to {} before the first one
 };
 
-/// Adjusts a copy without one part, one iteration a call. `tracks` and `views` are the adjusted whole. `pending`: call
-/// it again for the same slice.
-void verify_focal(std::size_t slice, const CalibrationTracks& tracks, const MetricViews& views,
-                  const RefinementSetup& setup, VerificationWorkspace& workspace, VerificationSlice& out,
-                  bool& pending);
+/// Adjusts a copy without one part, one iteration a call. `tracks` and `views` are the adjusted whole. Yes: call it
+/// again for the same slice.
+bool verify_focal(std::size_t slice, const CalibrationTracks& tracks, const MetricViews& views,
+                  const RefinementSetup& setup, VerificationWorkspace& workspace, VerificationSlice& out);
 
 struct FocalJudgement {
   double consistency = 0;  ///< spread of the parts' focal lengths over the predicted spread: near 1

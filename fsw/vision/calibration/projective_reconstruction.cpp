@@ -161,9 +161,8 @@ std::size_t choose_second_view(const CalibrationTracks& tracks, std::size_t view
   return best;
 }
 
-Status reconstruct_pair(const CentredFrame& frame, std::size_t second, const RansacParams& params,
-                        CalibrationTracks& tracks, ProjectiveWorkspace& ws, ProjectiveCameras& cameras, bool& found) {
-  found = false;
+Result<bool> reconstruct_pair(const CentredFrame& frame, std::size_t second, const RansacParams& params,
+                              CalibrationTracks& tracks, ProjectiveWorkspace& ws, ProjectiveCameras& cameras) {
   ws.pairs.clear();
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     CalibrationTrack& track = tracks[i];
@@ -175,12 +174,12 @@ Status reconstruct_pair(const CentredFrame& frame, std::size_t second, const Ran
   }
   FundamentalResult pair;
   ILP_TRY(estimate_fundamental(ws.pairs, params, ws.two_view, ws.inliers, pair));
-  if (!pair.found || pair.gric_inliers >= pair.gric_homography) return {};
+  if (!pair.found || pair.gric_inliers >= pair.gric_homography) return false;
   Mat3 pixel_from_centred;
   pixel_from_centred << frame.unit_x_px, 0, frame.middle_x_px, 0, frame.unit_y_px, frame.middle_y_px, 0, 0, 1;
   const Mat3 fundamental = pixel_from_centred.transpose() * pair.fundamental * pixel_from_centred;
   cameras = {};
-  if (!camera_from_fundamental(fundamental, cameras[second])) return {};
+  if (!camera_from_fundamental(fundamental, cameras[second])) return false;
   const auto both = static_cast<ViewSet>(only_view(0) | only_view(second));
   for (std::size_t k = 0; k < ws.pairs.size(); ++k) {
     CalibrationTrack& track = tracks[ws.selected[k]];
@@ -188,11 +187,10 @@ Status reconstruct_pair(const CentredFrame& frame, std::size_t second, const Ran
   }
   Vec3 plane;
   double unit = 1;
-  if (!fit_plane(tracks, ws, plane, unit)) return {};
+  if (!fit_plane(tracks, ws, plane, unit)) return false;
   change_plane(plane, unit, second, tracks, cameras);
   normalise(cameras[second]);
-  found = true;
-  return {};
+  return true;
 }
 
 bool resect_projective(std::size_t view, ViewSet posed, double bound, std::uint32_t min_inliers, std::uint64_t seed,

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdint>
 
-#include "fsw/base/status.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/vision/calibration/calibration_views.hpp"
 #include "fsw/vision/twoview/robust/robust_models.hpp"
 #include "fsw/vision/twoview/robust/two_view_workspace.hpp"
@@ -26,9 +26,8 @@ struct ProjectiveWorkspace {
 /// Cameras of view 0 and `second`, and the points that both see; w = 0 is the plane nearest to them, and w has unit
 /// root mean square. False when the common tracks support no fundamental matrix, or one that a plane explains.
 /// `invalid_argument` for the parameters of RANSAC (px).
-Status reconstruct_pair(const CentredFrame& frame, std::size_t second, const RansacParams& params,
-                        CalibrationTracks& tracks, ProjectiveWorkspace& workspace, ProjectiveCameras& cameras,
-                        bool& found);
+Result<bool> reconstruct_pair(const CentredFrame& frame, std::size_t second, const RansacParams& params,
+                              CalibrationTracks& tracks, ProjectiveWorkspace& workspace, ProjectiveCameras& cameras);
 
 /// Estimates the camera of `view` from the known points that it sees: 6-point RANSAC, then linearly from all inliers.
 /// Outlier tracks lose their observation there, and tracks that can now be triangulated become known. False when fewer

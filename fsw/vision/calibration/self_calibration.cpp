@@ -160,13 +160,12 @@ Status SelfCalibration::add_keyframe(std::int64_t keyframe_id, const Corners& co
                                      const Matches& matches_to_previous, std::uint64_t seed,
                                      CalibrationReport& report) {
   ILP_TRY(begin_keyframe(keyframe_id, corners, matches_to_previous, seed));
-  bool pending = true;
-  while (pending) ILP_TRY(step(pending));  // bound: the steps of one keyframe
+  ILP_TRY(do_all([this] { return step(); }));
   report = s_.report;
   return {};
 }
 
-Status SelfCalibration::step(bool& pending) {
+Result<bool> SelfCalibration::step() {
   Status status;
   switch (s_.phase) {
     case CalibrationPhase::idle:
@@ -197,8 +196,8 @@ Status SelfCalibration::step(bool& pending) {
       break;
   }
   if (!status.ok()) s_.phase = CalibrationPhase::idle;
-  pending = s_.phase != CalibrationPhase::idle;
-  return status;
+  ILP_TRY(status);
+  return s_.phase != CalibrationPhase::idle;
 }
 
 void SelfCalibration::end(CalibrationVerdict verdict) {
@@ -336,8 +335,8 @@ Status SelfCalibration::reconstruct() {
   }
   RansacParams params = s_.params.pair;
   params.seed = mix64(s_.seed);
-  bool found = false;
-  ILP_TRY(reconstruct_pair(CentredFrame(s_.nominal), second, params, s_.tracks, w_.projective, s_.projective, found));
+  ILP_TAKE(const bool found,
+           reconstruct_pair(CentredFrame(s_.nominal), second, params, s_.tracks, w_.projective, s_.projective));
   if (!found) {
     end(CalibrationVerdict::inconsistent);
     return {};
@@ -449,9 +448,8 @@ void SelfCalibration::verify() {
   // A result that the covariance already refuses needs no second test.
   const bool hopeless = !s_.covariance.valid || s_.covariance.sigma_focal > max_sigma() * s_.metric.focal;
   if (!hopeless && s_.slice < verification_slices(s_.keyframes.size())) {
-    bool pending = false;
-    verify_focal(s_.slice, s_.tracks, s_.metric, setup(), w_.verification, s_.verification[s_.slice], pending);
-    if (!pending) ++s_.slice;
+    const bool more = verify_focal(s_.slice, s_.tracks, s_.metric, setup(), w_.verification, s_.verification[s_.slice]);
+    if (!more) ++s_.slice;
     return;
   }
   conclude();

@@ -135,7 +135,7 @@ class SelfCalibration {
   Status begin_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
                         std::uint64_t seed);
   /// Does one bounded slice of work: relate a pair, resect a view, one iteration of an adjustment.
-  Status step(bool& pending);
+  Result<bool> step();
   /// Runs begin_keyframe and all its steps.
   Status add_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
                       std::uint64_t seed, CalibrationReport& report);
