@@ -17,7 +17,7 @@
 
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/geometry.hpp"
-#include "fsw/base/status.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/base/verdicts.hpp"
 #include "fsw/vision/calibration/calibration_views.hpp"
 #include "fsw/vision/calibration/focal_refinement.hpp"
