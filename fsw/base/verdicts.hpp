@@ -55,6 +55,14 @@ ILP_ENUMERATION(Intrinsic, (0, focal_length, "focal length"), (1, centre_x, "x o
                 (6, p2, "tangential distortion p2"))
 inline constexpr std::size_t intrinsic_count = values_of(Intrinsic{}).size();
 
+/// What makes a given camera improbable before an image is seen.
+ILP_ENUMERATION(
+    CameraDoubt, (0, none, ""),
+    (1, field_of_view,
+     "its field of view is below 3 or above 130 degrees: is the focal length in px, and for this size?"),
+    (2, principal_point,
+     "its principal point is outside the middle third of the image: is it that of another size, or of a part?"))
+
 /// Verdict on a strip's agreement with its camera.
 ILP_ENUMERATION(CameraCheckVerdict, (0, fits, "the images ask for no other lens"),
                 (1, contradicts, "another lens explains the images better"),

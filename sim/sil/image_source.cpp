@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -147,6 +148,18 @@ void print_lines(const std::string& lines) {
   for (std::string line; std::getline(text, line);) std::cerr << "ilp-sil: " << line << "\n";
 }
 
+/// What makes the given camera improbable, by itself and beside what EXIF states.
+void tell_doubts(const CameraModel& camera, const std::optional<double>& field_of_view_rad) {
+  const CameraDoubt doubt = doubt_about(camera);
+  if (doubt != CameraDoubt::none) std::cerr << "ilp-sil: the camera is improbable: " << words_of(doubt) << "\n";
+  if (!field_of_view_rad) return;
+  constexpr double most_apart = 0.2;
+  const double stated = camera_of_field(camera.width, camera.height, *field_of_view_rad).fx;
+  if (std::fabs(camera.fx / stated - 1) <= most_apart) return;
+  std::cerr << "ilp-sil: the camera is improbable: its focal length is " << host::brief(camera.fx)
+            << " px, EXIF states " << host::brief(stated) << " px: is it that of another lens, zoom or size?\n";
+}
+
 /// A camera of the images as they are, or of those that fly.
 CameraModel fitting_camera(const CameraModel& given, const std::vector<host::StripFrame>& source, int binning) {
   for (const host::StripFrame& frame : source) {
@@ -177,6 +190,7 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
   if (given && flyable.binning > 1) given = fitting_camera(*given, source, flyable.binning);
   const std::optional<ImageSize> size = size_of_images(strip);
   if (given && size) check_size(*size, *given);
+  if (given) tell_doubts(*given, flyable.field_of_view_rad);
   if (!given && !size) {
     throw std::runtime_error(
         "none of the images can be read: --camera cameras.txt is needed, the intrinsics in "

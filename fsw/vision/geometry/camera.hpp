@@ -3,6 +3,7 @@
 
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/status.hpp"
+#include "fsw/base/verdicts.hpp"
 #include "fsw/vision/geometry/types.hpp"
 
 namespace ilp {
@@ -16,6 +17,9 @@ inline constexpr double max_pixel_aspect = 10;
 /// is invertible over the whole image. `invalid_argument` (size, focal length, centre, distortion, not finite)
 /// otherwise.
 Status validate(const CameraModel& camera);
+
+/// For a camera that passes validate().
+[[nodiscard]] CameraDoubt doubt_about(const CameraModel& camera);
 
 /// A nominal camera: this horizontal field of view, square pixels, the principal point in the middle, no distortion.
 [[nodiscard]] CameraModel camera_of_field(std::int32_t width, std::int32_t height, double field_of_view_rad);
