@@ -35,6 +35,15 @@ void for_each_column(const RecordInfo& info, Visit visit) {
   }
 }
 
+/// Calls visit(field, offset) for the same columns; offset is that of the element in the record.
+template <typename Visit>
+void for_each_element(const RecordInfo& info, Visit visit) {
+  for (std::size_t f = 0; f < info.field_count; ++f) {
+    const FieldInfo& field = info.fields[f];
+    for (std::size_t i = 0; i < column_count(field); ++i) visit(field, field.offset + i * element_bytes(field.type));
+  }
+}
+
 template <std::size_t capacity>
 void add_columns(const RecordInfo& info, FixedText<capacity>& sql) {
   for_each_column(info, [&](const FieldInfo&, const char* column, std::int64_t) { sql.add(column).add(','); });

@@ -129,7 +129,7 @@ Status PostgresStore::read_row(const RecordInfo& info, std::size_t place, int ro
     return {};
   }
   std::int64_t id = 0;
-  if (!rows.integer(row, 0, id)) return {StatusCode::store_damaged, 0, static_cast<std::int64_t>(info.type)};
+  if (!rows.number(row, 0, id)) return {StatusCode::store_damaged, 0, static_cast<std::int64_t>(info.type)};
   return {StatusCode::record_damaged, id, static_cast<std::int64_t>(info.type)};
 }
 
@@ -203,7 +203,7 @@ Status PostgresStore::last(const RecordInfo& info, void* record) {
 Status PostgresStore::count(const RecordInfo& info, std::int64_t& records) {
   ILP_TRY(begin_question());
   ILP_TRY(ask({info.type, RowVerb::count, 0}, 1));
-  const bool told = connection_.rows(awaited_.answer).integer(0, 0, records);
+  const bool told = connection_.rows(awaited_.answer).number(0, 0, records);
   connection_.clear();
   return told ? Status{} : Status{StatusCode::store_damaged, 0, static_cast<std::int64_t>(info.type)};
 }
@@ -214,7 +214,7 @@ Status PostgresStore::read_used_bytes(std::int64_t& bytes) {
   awaited_.answer = connection_.next_place();
   ILP_TRY(send_special(2, used_bytes, {}));
   ILP_TRY(collect_answer());
-  const bool told = connection_.rows(awaited_.answer).integer(0, 0, bytes);
+  const bool told = connection_.rows(awaited_.answer).number(0, 0, bytes);
   connection_.clear();
   return told ? Status{} : Status{StatusCode::store_damaged};
 }
@@ -231,7 +231,7 @@ Status PostgresStore::read_blob_sizes(const RecordInfo& info, std::int64_t id, s
     status = send(BlobVerb::read, info, blob, parameters, true);
     if (status.ok()) status = collect_answer();
     std::int64_t size = 0;
-    if (status.ok() && connection_.rows(awaited_.answer).integer(0, 0, size) && size > 0 &&
+    if (status.ok() && connection_.rows(awaited_.answer).number(0, 0, size) && size > 0 &&
         size <= std::int64_t{max_postgres_blob_bytes}) {
       bytes += size;
     }

@@ -76,7 +76,7 @@ Status PostgresStore::set_up() {
 Status PostgresStore::integer_of(const char* sql, std::int64_t& value) {
   ILP_TRY(connection_.send(sql, true));
   ILP_TRY(connection_.collect());
-  return connection_.rows(0).integer(0, 0, value) ? Status{} : Status{StatusCode::store_damaged};
+  return connection_.rows(0).number(0, 0, value) ? Status{} : Status{StatusCode::store_damaged};
 }
 
 /// Functions that look a name up, such as to_regclass, may answer what was true before this process waited for the
