@@ -11,6 +11,7 @@
 #include "fsw/base/argument.hpp"
 #include "hal/store/checksums.hpp"
 #include "hal/store/record_bytes.hpp"
+#include "hal/store/sql_columns.hpp"
 #include "hal/store/sqlite/checked_vfs.hpp"
 #include "hal/store/sqlite/columns.hpp"
 #include "hal/store/sqlite/disk_file.hpp"
@@ -346,7 +347,8 @@ Status SqliteStore::create_schema() {
     status = execute(sql.c_str());
     for_each_blob(info, [&](const FieldInfo& field, std::size_t) {
       SqlText blob_sql;
-      create_blob_table(info, field, blob_sql);
+      add_blob_table("CREATE TABLE ", info, field, "(\"id\" INTEGER PRIMARY KEY, \"checksums\" BLOB, \"data\" BLOB)",
+                     blob_sql);
       if (status.ok()) status = execute(blob_sql.c_str());
     });
   }
@@ -384,11 +386,13 @@ Status SqliteStore::prepare_record(const RecordInfo& info) {
   ILP_TRY(prepare_text(s.count));
   Status status;
   for_each_blob(info, [&](const FieldInfo& field, std::size_t index) {
-    blob_size(info, field, sql);
+    add_blob_table("SELECT length(data) FROM ", info, field, " WHERE id=?", sql);
     if (status.ok()) status = prepare_text(s.blobs[index].size);
-    replace_blob(info, field, sql);
+    // Id, bytes of the checksums, bytes of the data.
+    add_blob_table("INSERT OR REPLACE INTO ", info, field, "(id, checksums, data) VALUES(?, zeroblob(?), zeroblob(?))",
+                   sql);
     if (status.ok()) status = prepare_text(s.blobs[index].create);
-    delete_blob(info, field, sql);
+    add_blob_table("DELETE FROM ", info, field, " WHERE id=?", sql);
     if (status.ok()) status = prepare_text(s.blobs[index].erase);
   });
   return status;
