@@ -16,6 +16,7 @@
 #include "fsw/base/little_endian.hpp"
 #include "fsw/records/serial.hpp"
 #include "fsw/shared/checkpoint.hpp"
+#include "hal/posix/file.hpp"
 #include "hal/store/record_bytes.hpp"
 #include "hal/store/sqlite/sql_text.hpp"
 
@@ -62,16 +63,6 @@ std::int64_t read_some(int file, std::int64_t at, std::span<std::uint8_t> bytes)
   }
 }
 
-Status write_all(int file, std::span<const std::uint8_t> bytes) {
-  while (!bytes.empty()) {
-    const auto written = ::write(file, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return fault(written < 0 ? errno : ENOSPC);
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
-  return {};
-}
-
 /// Whether `file` and the free blocks of its disk have so many bytes.
 Status look_for_room(int file, std::int64_t bytes) {
   struct statvfs disk {};
@@ -93,18 +84,6 @@ Status read_through(const char* path) {
   const int error = got < 0 ? errno : 0;
   ::close(file);
   return error == 0 ? Status{} : fault(error);
-}
-
-/// Whether the names in the folder of `path` are on the disk as well.
-Status synchronise_folder(const char* path) {
-  MemoryCopyPath folder;
-  const auto length = static_cast<std::size_t>(base_name(path) - path);
-  for (std::size_t i = 0; i < length; ++i) folder.add(path[i]);
-  const int file = ::open(length == 0 ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (file < 0) return fault(errno);
-  const Status synchronised = ::fsync(file) == 0 ? Status{} : fault(errno);
-  ::close(file);
-  return synchronised;
 }
 
 /// The file while it is written.
@@ -276,7 +255,7 @@ Status write_memory_copy(Store& store, const char* path, DiskWait* wait, MemoryC
   Status status = write_content(store, file, wait, counts);
   if (::close(file) != 0 && status.ok()) status = fault(errno);
   if (status.ok() && std::rename(part.c_str(), to.c_str()) != 0) status = fault(errno);
-  if (status.ok()) status = synchronise_folder(path);
+  if (status.ok()) status = synchronise_folder_of(path);
   if (!status.ok()) {
     ::unlink(part.c_str());
     ::unlink(to.c_str());

@@ -255,8 +255,7 @@ Status SqliteStore::connect_read_only(const char* path, bool sound) {
   FixedText<limits::max_path_bytes> log;
   log.add(path).add("-wal");
   if (log.overflow()) return {StatusCode::capacity_exceeded, 0, limits::max_path_bytes};
-  bool log_exists = false;
-  ILP_TRY(look_for(log.c_str(), log_exists));
+  ILP_TAKE(const bool log_exists, look_for(log.c_str()));
   // SQLite opens the log of every database that has one, and makes it if there is none, unless it is told that there is
   // no writer.
   UriText uri;
@@ -296,11 +295,11 @@ void SqliteStore::close() {
   sqlite3_close(database_);
   database_ = nullptr;
   // The last one has copied the log and removed it.
-  bool log_exists = true;
   FixedText<limits::max_path_bytes> log;
   log.add(path.c_str()).add(log_suffix);
-  if (path.size() > 0 && !log.overflow() && look_for(log.c_str(), log_exists).ok() && !log_exists) {
-    give_up_reserve(path.c_str());
+  if (path.size() > 0 && !log.overflow()) {
+    const Result<bool> log_exists = look_for(log.c_str());
+    if (log_exists.ok() && !log_exists.value()) give_up_reserve(path.c_str());
   }
   limit_bytes_ = reserve_bytes_ = log_bytes_ = held_log_bytes_ = 0;
   log_room_ = sqlite_log_bytes;
