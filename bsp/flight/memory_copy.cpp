@@ -14,6 +14,7 @@
 #include "bsp/flight/flight_software.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/little_endian.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/records/serial.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "hal/posix/file.hpp"
@@ -121,10 +122,10 @@ class Writer {
   std::uint32_t crc_ = 0;
 };
 
-/// `readable` is false if a part of the record is damaged in memory.
-Status write_record(Store& store, const RecordInfo& info, const void* record, Writer& out, bool& readable) {
+/// False if a part of the record is damaged in memory.
+Result<bool> write_record(Store& store, const RecordInfo& info, const void* record, Writer& out) {
   std::uint8_t bytes[1 + limits::max_record_bytes];
-  readable = true;
+  bool readable = true;
   const std::size_t size = serial_bytes(info);
   bytes[0] = static_cast<std::uint8_t>(info.type);
   ILP_TRY(serialize(info, record, std::span(bytes).subspan(1)));
@@ -139,7 +140,8 @@ Status write_record(Store& store, const RecordInfo& info, const void* record, Wr
       if (readable) status = out.add(part);
     }
   });
-  return status;
+  ILP_TRY(status);
+  return readable;
 }
 
 Status write_table(Store& store, const RecordInfo& info, Writer& out, MemoryCopyCounts& counts) {
@@ -155,8 +157,7 @@ Status write_table(Store& store, const RecordInfo& info, Writer& out, MemoryCopy
     if (!found.ok()) continue;
     const std::int64_t mark = out.bytes();
     const std::uint32_t crc = out.crc();
-    bool readable = false;
-    ILP_TRY(write_record(store, info, record, out, readable));
+    ILP_TAKE(const bool readable, write_record(store, info, record, out));
     if (readable) ++counts.records;
     if (readable) continue;
     ++counts.lost;

@@ -76,6 +76,10 @@ std::uint32_t row_check(const Row& row) {
   return crc32c({reinterpret_cast<const std::uint8_t*>(&row), offsetof(Row, check)});
 }
 
+Version* version_at(const Row& row, std::byte* region) {
+  return reinterpret_cast<Version*>(region + row.place);
+}
+
 Row row_for(const Version& version, const std::byte* region) {
   Row row{version.id, static_cast<std::uint32_t>(reinterpret_cast<const std::byte*>(&version) - region), 0};
   row.check = row_check(row);
@@ -191,15 +195,11 @@ RamStore::RamStore(std::span<std::byte> region) : region_(region.data()) {
   arena_.init(region.data(), region.size());
 }
 
-Version* RamStore::version_at(const Row& row) const {
-  return reinterpret_cast<Version*>(region_ + row.place);
-}
-
 Result<Place> RamStore::find(const Table& table, std::int64_t id) const {
   ILP_TAKE(const std::size_t position, position_of(table, id));
   // The search has checked the row at which it ends.
   const bool there = position < table.size && table.rows[position].id == id;
-  return Place{position, there ? version_at(table.rows[position]) : nullptr};
+  return Place{position, there ? version_at(table.rows[position], region_) : nullptr};
 }
 
 Status RamStore::begin() {
@@ -369,7 +369,7 @@ Status RamStore::next(const RecordInfo& info, std::int64_t after, void* record) 
   if (after == std::numeric_limits<std::int64_t>::max()) return StatusCode::not_found;
   ILP_TAKE(const std::size_t position, position_of(table, after + 1));
   if (position == table.size) return StatusCode::not_found;
-  return read(info, *version_at(table.rows[position]), table.rows[position].id, record);
+  return read(info, *version_at(table.rows[position], region_), table.rows[position].id, record);
 }
 
 Status RamStore::last(const RecordInfo& info, void* record) {
@@ -377,7 +377,7 @@ Status RamStore::last(const RecordInfo& info, void* record) {
   if (table.size == 0) return StatusCode::not_found;
   Row& row = table.rows[table.size - 1];
   if (!sound(row)) return {StatusCode::store_damaged, static_cast<std::int64_t>(table.size)};
-  return read(info, *version_at(row), row.id, record);
+  return read(info, *version_at(row, region_), row.id, record);
 }
 
 Status RamStore::count(const RecordInfo& info, std::int64_t& records) {

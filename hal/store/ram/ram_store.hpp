@@ -67,7 +67,6 @@ class RamStore final : public Store {
 
  private:
   ram::Table& table_of(const RecordInfo& info) { return tables_[static_cast<std::size_t>(info.type)]; }
-  [[nodiscard]] ram::Version* version_at(const ram::Row& row) const;
   /// Where the version of this id is or would be.
   [[nodiscard]] Result<ram::Place> find(const ram::Table& table, std::int64_t id) const;
 
