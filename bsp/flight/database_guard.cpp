@@ -32,11 +32,10 @@ GuardPath guard_of(const char* path) {
   return name;
 }
 
-Status look_at(int file, bool& empty) {
+Result<bool> is_empty(int file) {
   struct stat state {};
-  if (::fstat(file, &state) != 0) return {StatusCode::io_error, errno};
-  empty = state.st_size == 0;
-  return {};
+  if (::fstat(file, &state) != 0) return Status{StatusCode::io_error, errno};
+  return state.st_size == 0;
 }
 
 /// Nothing can be made on such a disk, or not by us.
@@ -89,11 +88,10 @@ Status DatabaseGuard::open(const char* path, bool alone) {
     file_ = -1;
   }
   if (file_ < 0) return {};
-  bool empty = true;
-  const Status status = look_at(file_, empty);
-  damaged_ = !empty;
-  if (!status.ok()) release();
-  return status;
+  const Result<bool> empty = is_empty(file_);
+  damaged_ = empty.ok() && !empty.value();
+  if (!empty.ok()) release();
+  return empty.status();
 }
 
 void DatabaseGuard::admit_others() {

@@ -25,11 +25,11 @@ namespace {
 // transactions.
 constexpr double memory_share = 0.5;
 
-Status ended_in_order(Store& store, bool& in_order) {
+Result<bool> ended_in_order(Store& store) {
   StartRecord life;
   const Status found = last(store, life);
-  in_order = found.is(StatusCode::not_found) || (found.ok() && life.end_ns != 0);
-  return is_gone(found) ? Status{} : found;
+  if (!found.ok() && !is_gone(found)) return found;
+  return found.is(StatusCode::not_found) || (found.ok() && life.end_ns != 0);
 }
 
 using Path = FixedText<limits::max_path_bytes>;
@@ -67,8 +67,7 @@ Status make_empty(const Path& path) {
 Status rename_whole(const Path& from, const Path& to) {
   Path log = from;
   log.add(log_suffix);
-  bool log_exists = true;
-  ILP_TRY(look_for(log.c_str(), log_exists));
+  ILP_TAKE(const bool log_exists, look_for(log.c_str()));
   if (log_exists) return StatusCode::store_error;
   return std::rename(from.c_str(), to.c_str()) == 0 ? Status{} : Status{StatusCode::io_error, errno};
 }
@@ -126,10 +125,10 @@ Status tell_losses(const char* path, const SalvageCounts& counts) {
 
 Status FlightStore::open_database(const char* path) {
   ILP_TRY(disk_.open(path));
-  bool in_order = false;
   Status status = check_checkpoints(disk_, checkpoint_forms());
-  if (status.ok()) status = ended_in_order(disk_, in_order);
-  if (status.ok() && !in_order) status = disk_.check();
+  const Result<bool> in_order = status.ok() ? ended_in_order(disk_) : status;
+  status = in_order.status();
+  if (status.ok() && !in_order.value()) status = disk_.check();
   if (!status.ok()) disk_.close();
   return status;
 }
@@ -161,13 +160,11 @@ Status FlightStore::replace(const char* path, const Status& verdict, const Missi
 
 Status FlightStore::put_saved_in_place(const char* path) {
   const Path complete = beside(path, complete_suffix);
-  bool is_complete = false;
-  bool exists = false;
-  ILP_TRY(look_for(complete.c_str(), is_complete));
+  ILP_TAKE(const bool is_complete, look_for(complete.c_str()));
   if (!is_complete) return {};
   std::int64_t number = 0;
   // It is moved last. If it is missing, an earlier start has set it aside.
-  ILP_TRY(look_for(path, exists));
+  ILP_TAKE(const bool exists, look_for(path));
   if (exists) ILP_TRY(set_database_aside(path, number));
   // The note is about the one that was set aside.
   ILP_TRY(guard_.forget_damage());
@@ -178,9 +175,10 @@ Status FlightStore::put_saved_in_place(const char* path) {
 
 Status FlightStore::open_usable(const char* path, StoreTrouble trouble, const MissionParameters& mission) {
   ILP_TRY(put_saved_in_place(path));
-  bool exists = true;
-  if (guard_.says_damaged()) ILP_TRY(look_for(path, exists));
-  if (!exists) ILP_TRY(guard_.forget_damage());
+  if (guard_.says_damaged()) {
+    ILP_TAKE(const bool exists, look_for(path));
+    if (!exists) ILP_TRY(guard_.forget_damage());
+  }
   Status status = guard_.says_damaged() ? Status{StatusCode::store_damaged} : open_database(path);
   if (status.ok() && news_.is(StatusCode::store_salvaged)) news_.a = count_records(disk_);
   if (trouble == StoreTrouble::refuse) return status;
@@ -251,8 +249,7 @@ Status FlightStore::take_in_copies(const char* path, const MissionParameters& mi
   ILP_TRY(remove_unfinished_copy(path));
   for (std::int64_t number = 1; number <= max_memory_copies; ++number) {
     const MemoryCopyPath copy = memory_copy_path(path, number);
-    bool exists = false;
-    ILP_TRY(look_for(copy.c_str(), exists));
+    ILP_TAKE(const bool exists, look_for(copy.c_str()));
     if (exists) ILP_TRY(take_in(path, copy.c_str(), mission, wait, copies));
   }
   return {};
@@ -268,8 +265,7 @@ Status FlightStore::take_in(const char* path, const char* copy, const MissionPar
     not_moved_ = {StatusCode::store_not_moved, static_cast<std::int64_t>(readable.code), readable.a};
     return refuse_copy(copy);
   }
-  bool fits = false;
-  ILP_TRY(follows(disk_, records, fits));
+  ILP_TAKE(const bool fits, follows(disk_, records));
   if (!fits) {
     disk_.close();
     ILP_TRY(replace(path, StatusCode::store_not_moved, mission));
@@ -314,8 +310,7 @@ Status FlightStore::open_among_others(const char* path, const MissionParameters&
 }
 
 Status FlightStore::join(const char* path, const MissionParameters& mission) {
-  bool exists = false;
-  ILP_TRY(look_for(path, exists));
+  ILP_TAKE(const bool exists, look_for(path));
   return exists ? open_among_others(path, mission, Synchronise::later) : Status{StatusCode::not_found};
 }
 

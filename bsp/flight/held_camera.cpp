@@ -6,26 +6,23 @@
 namespace ilp {
 
 Status HeldCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
-  bool ready = false;
-  const Status read = caught_up(ready);
-  held_ = !read.ok() || !ready;
-  if (!read.ok()) return is_transient(read) ? Status{StatusCode::not_ready} : read;
-  return ready ? camera_.capture(now, image, frame) : Status{StatusCode::not_ready};
+  const Result<bool> ready = caught_up();
+  held_ = !ready.value();
+  if (!ready.ok() && !is_transient(ready.status())) return ready.status();
+  return held_ ? Status{StatusCode::not_ready} : camera_.capture(now, image, frame);
 }
 
-Status HeldCamera::caught_up(bool& ready) {
-  ready = false;
+Result<bool> HeldCamera::caught_up() {
   std::int64_t frame = 0, overlap = 0, keyframe = 0, said = 0;
   ILP_TRY(newest_id<OverlapRecord>(store_, overlap));
   ILP_TRY(newest_id<FrameRecord>(store_, frame));
-  if (overlap < frame) return {};
+  if (overlap < frame) return false;
   ILP_TRY(newest_id<KeyframeRecord>(store_, keyframe));
   CameraRecord camera;
   ILP_TRY(get_camera(store_, camera_id, camera));
   // A camera that is not frozen gives no poses: the calibrator judges every keyframe.
   ILP_TRY(camera.frozen ? newest_id<PoseRecord>(store_, said) : newest_id<CalibrationRecord>(store_, said));
-  ready = said >= keyframe;
-  return {};
+  return said >= keyframe;
 }
 
 }  // namespace ilp

@@ -1,6 +1,7 @@
 // The camera of a flight in virtual time whose stages run in several processes.
 #pragma once
 
+#include "fsw/base/result.hpp"
 #include "hal/camera/camera.hpp"
 #include "hal/store/store.hpp"
 
@@ -28,7 +29,7 @@ class HeldCamera final : public Camera {
   [[nodiscard]] bool held() const { return held_; }
 
  private:
-  Status caught_up(bool& ready);
+  Result<bool> caught_up();
 
   Camera& camera_;
   Store& store_;

@@ -94,13 +94,6 @@ bool same_life(const IdentityRecord& a, const IdentityRecord& b) {
   return a.life == b.life && a.keyframe_base == b.keyframe_base && a.record_base == b.record_base;
 }
 
-template <typename Record>
-Status find(Store& store, std::int64_t id, Record& record, bool& found) {
-  const Status status = get(store, id, record);
-  found = status.ok();
-  return status.ok() || is_gone(status) ? Status{} : status;
-}
-
 Status erase_if_there(Store& store, const RecordInfo& info, std::int64_t id) {
   const Status erased = store.erase(info, id);
   return erased.is(StatusCode::not_found) ? Status{} : erased;
@@ -248,8 +241,7 @@ class Merge {
     newest = std::max(newest, copied_.identity.record_base);
     const auto look_for_image = [&](KeyframeRecord& keyframe) -> Status {
       ProductRecord image;
-      bool made = false;
-      ILP_TRY(find(store_, product_id(keyframe.id, ProductKind::image), image, made));
+      ILP_TAKE(const bool made, find(store_, product_id(keyframe.id, ProductKind::image), image));
       if (made) products_through = keyframe.id;
       return {};
     };
@@ -282,8 +274,7 @@ class Merge {
     newest = std::max(newest, copied_.identity.record_base);
     return for_each_earlier<FrameRecord>([&](FrameRecord& frame) -> Status {
       if (frame.image.bytes == 0) return {};
-      bool coded = false;
-      ILP_TRY(is_coded(frame.id, keyframe_after, coded));
+      ILP_TAKE(const bool coded, is_coded(frame.id, keyframe_after));
       ILP_TRY(batches_.begin(coded ? 0 : frame.image.bytes));
       const std::int64_t before = frame.id;
       if (!coded) ILP_TRY(hand_in(frame, ++newest));
@@ -311,29 +302,26 @@ class Merge {
   }
 
   /// Whether the frame is a keyframe whose image is coded. Frames are asked for in ascending order.
-  Status is_coded(std::int64_t frame_id, std::int64_t& keyframe_after, bool& coded) {
-    coded = false;
+  Result<bool> is_coded(std::int64_t frame_id, std::int64_t& keyframe_after) {
     KeyframeRecord keyframe;
     for (;;) {
       ILP_TAKE(const Found found, find_next(store_, keyframe_after, keyframe));
-      if (found == Found::nothing || !is_earlier(RecordType::keyframe, keyframe.id)) return {};
-      if (found == Found::sound && keyframe.frame_id > frame_id) return {};
+      if (found == Found::nothing || !is_earlier(RecordType::keyframe, keyframe.id)) return false;
+      if (found == Found::sound && keyframe.frame_id > frame_id) return false;
       keyframe_after = keyframe.id;
       if (found == Found::damaged || keyframe.frame_id < frame_id) continue;
       ProductRecord image;
-      return find(store_, product_id(keyframe.id, ProductKind::image), image, coded);
+      return find(store_, product_id(keyframe.id, ProductKind::image), image);
     }
   }
 
   Status take_state(std::int64_t& records) {
     IdentityRecord before;
-    bool known = false;
-    ILP_TRY(find(store_, 1, before, known));
+    ILP_TAKE(const bool known, find(store_, 1, before));
     const bool settings_known = !known || copied_.identity.configuration >= before.configuration;
     CameraRecord frozen;
-    bool camera_stays = false;
-    ILP_TRY(find(store_, camera_id, frozen, camera_stays));
-    camera_stays = camera_stays && frozen.frozen && !copied_.camera.frozen;
+    ILP_TAKE(const bool camera_known, find(store_, camera_id, frozen));
+    const bool camera_stays = camera_known && frozen.frozen && !copied_.camera.frozen;
     ILP_TRY(erase_state(settings_known, camera_stays));
     ILP_TRY(take(
         [&](const RecordInfo& info, const std::uint8_t* record) {
@@ -393,47 +381,39 @@ class Merge {
   const Copied& copied_;
 };
 
-Status is_merged(Store& database, const Copied& copied, bool& yes) {
+Result<bool> is_merged(Store& database, const Copied& copied) {
   IdentityRecord identity;
   StartRecord start;
-  ILP_TRY(find(database, 1, identity, yes));
-  if (!yes || !same_life(identity, copied.identity)) {
-    yes = false;
-    return {};
-  }
-  ILP_TRY(find(database, copied.start.id, start, yes));
-  yes = yes && start.time_ns == copied.start.time_ns && start.alive_ns == copied.start.alive_ns;
-  return {};
+  ILP_TAKE(const bool known, find(database, 1, identity));
+  if (!known || !same_life(identity, copied.identity)) return false;
+  ILP_TAKE(const bool started, find(database, copied.start.id, start));
+  return started && start.time_ns == copied.start.time_ns && start.alive_ns == copied.start.alive_ns;
 }
 
 }  // namespace
 
-Status follows(Store& database, MemoryCopy& copy, bool& yes) {
+Result<bool> follows(Store& database, MemoryCopy& copy) {
   Copied copied;
   ILP_TRY(look_through(copy, copied));
-  ILP_TRY(is_merged(database, copied, yes));
-  if (yes) return {};
+  ILP_TAKE(const bool merged, is_merged(database, copied));
+  if (merged) return true;
   IdentityRecord identity;
-  bool known = false;
-  ILP_TRY(find(database, 1, identity, known));
+  ILP_TAKE(const bool known, find(database, 1, identity));
   if (known && !same_life(identity, copied.identity) && identity.keyframe_base >= copied.identity.keyframe_base) {
-    return {};
+    return false;
   }
   std::int64_t newest = 0;
   ILP_TRY(newest_id<KeyframeRecord>(database, newest));
   const bool of_the_copy = newest >= copied.first_keyframe_id && newest <= copied.last_keyframe_id;
-  yes = newest <= copied.identity.keyframe_base || of_the_copy;
-  return {};
+  return newest <= copied.identity.keyframe_base || of_the_copy;
 }
 
 Status merge_life(Store& database, MemoryCopy& copy, DiskWait* wait, std::int64_t& records) {
   records = 0;
   Copied copied;
   ILP_TRY(look_through(copy, copied));
-  bool merged = false;
-  ILP_TRY(is_merged(database, copied, merged));
-  if (merged) return {};
-  return Merge(database, copy, wait, copied).run(records);
+  ILP_TAKE(const bool merged, is_merged(database, copied));
+  return merged ? Status{} : Merge(database, copy, wait, copied).run(records);
 }
 
 }  // namespace ilp

@@ -14,8 +14,10 @@
 #include "bsp/flight/flight_software.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/little_endian.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/records/serial.hpp"
 #include "fsw/shared/checkpoint.hpp"
+#include "hal/posix/file.hpp"
 #include "hal/store/record_bytes.hpp"
 #include "hal/store/sqlite/sql_text.hpp"
 
@@ -62,16 +64,6 @@ std::int64_t read_some(int file, std::int64_t at, std::span<std::uint8_t> bytes)
   }
 }
 
-Status write_all(int file, std::span<const std::uint8_t> bytes) {
-  while (!bytes.empty()) {
-    const auto written = ::write(file, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return fault(written < 0 ? errno : ENOSPC);
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
-  return {};
-}
-
 /// Whether `file` and the free blocks of its disk have so many bytes.
 Status look_for_room(int file, std::int64_t bytes) {
   struct statvfs disk {};
@@ -93,18 +85,6 @@ Status read_through(const char* path) {
   const int error = got < 0 ? errno : 0;
   ::close(file);
   return error == 0 ? Status{} : fault(error);
-}
-
-/// Whether the names in the folder of `path` are on the disk as well.
-Status synchronise_folder(const char* path) {
-  MemoryCopyPath folder;
-  const auto length = static_cast<std::size_t>(base_name(path) - path);
-  for (std::size_t i = 0; i < length; ++i) folder.add(path[i]);
-  const int file = ::open(length == 0 ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (file < 0) return fault(errno);
-  const Status synchronised = ::fsync(file) == 0 ? Status{} : fault(errno);
-  ::close(file);
-  return synchronised;
 }
 
 /// The file while it is written.
@@ -142,10 +122,10 @@ class Writer {
   std::uint32_t crc_ = 0;
 };
 
-/// `readable` is false if a part of the record is damaged in memory.
-Status write_record(Store& store, const RecordInfo& info, const void* record, Writer& out, bool& readable) {
+/// False if a part of the record is damaged in memory.
+Result<bool> write_record(Store& store, const RecordInfo& info, const void* record, Writer& out) {
   std::uint8_t bytes[1 + limits::max_record_bytes];
-  readable = true;
+  bool readable = true;
   const std::size_t size = serial_bytes(info);
   bytes[0] = static_cast<std::uint8_t>(info.type);
   ILP_TRY(serialize(info, record, std::span(bytes).subspan(1)));
@@ -160,7 +140,8 @@ Status write_record(Store& store, const RecordInfo& info, const void* record, Wr
       if (readable) status = out.add(part);
     }
   });
-  return status;
+  ILP_TRY(status);
+  return readable;
 }
 
 Status write_table(Store& store, const RecordInfo& info, Writer& out, MemoryCopyCounts& counts) {
@@ -176,8 +157,7 @@ Status write_table(Store& store, const RecordInfo& info, Writer& out, MemoryCopy
     if (!found.ok()) continue;
     const std::int64_t mark = out.bytes();
     const std::uint32_t crc = out.crc();
-    bool readable = false;
-    ILP_TRY(write_record(store, info, record, out, readable));
+    ILP_TAKE(const bool readable, write_record(store, info, record, out));
     if (readable) ++counts.records;
     if (readable) continue;
     ++counts.lost;
@@ -276,7 +256,7 @@ Status write_memory_copy(Store& store, const char* path, DiskWait* wait, MemoryC
   Status status = write_content(store, file, wait, counts);
   if (::close(file) != 0 && status.ok()) status = fault(errno);
   if (status.ok() && std::rename(part.c_str(), to.c_str()) != 0) status = fault(errno);
-  if (status.ok()) status = synchronise_folder(path);
+  if (status.ok()) status = synchronise_folder_of(path);
   if (!status.ok()) {
     ::unlink(part.c_str());
     ::unlink(to.c_str());

@@ -76,8 +76,7 @@ Status Node::answer(std::int64_t number, std::int64_t commits) {
   return write();
 }
 
-Status Node::ask_whether_done(std::int64_t commits, bool& done) {
-  done = false;
+Result<bool> Node::ask_whether_done(std::int64_t commits) {
   StageMask answered = stages_;
   bool all_idle = asked_ && commits == answered_commits_;
   NodeRecord other;
@@ -88,12 +87,13 @@ Status Node::ask_whether_done(std::int64_t commits, bool& done) {
     all_idle = all_idle && other.idle;
   }
   const bool complete = answered == all_stages;
-  done = complete && all_idle;
-  if (done || (!complete && asked_)) return {};
+  if (complete && all_idle) return true;
+  if (!complete && asked_) return false;
   ++record_.question;
   asked_ = true;
   answered_commits_ = commits;
-  return write();
+  ILP_TRY(write());
+  return false;
 }
 
 Status Node::tell_end() {

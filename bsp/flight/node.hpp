@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bsp/flight/stage_set.hpp"
+#include "fsw/base/result.hpp"
 #include "fsw/executive/executive.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/store/store.hpp"
@@ -29,9 +30,9 @@ class Node {
   /// SharedFlightStore::waking_commits().
   Status answer(std::int64_t number, std::int64_t commits);
 
-  /// For the head, when it has no work: asks, or asks again if somebody was not idle. `done` when all others were idle
+  /// For the head, when it has no work: asks, or asks again if somebody was not idle. True when all others were idle
   /// on the latest question, they run all stages that the head does not run, and it has changed nothing since.
-  Status ask_whether_done(std::int64_t commits, bool& done);
+  Result<bool> ask_whether_done(std::int64_t commits);
   /// For the head: the flight is done, and the other processes end.
   Status tell_end();
 

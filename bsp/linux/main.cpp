@@ -367,28 +367,14 @@ bool Flight::prepare_navigation() {
 }
 
 bool Flight::prepare() {
-  if (options_.camera != nullptr && !parse_camera(options_.camera, model_)) {
-    std::fprintf(stderr, "ilp-onboard: --camera needs 6 or 10 numbers\n");
-    return false;
-  }
-  if (options_.size != nullptr && !parse_size(options_.size, width_, height_)) {
-    std::fprintf(stderr, "ilp-onboard: --size needs WIDTHxHEIGHT, not %s\n", options_.size);
-    return false;
-  }
-  if (options_.priority != nullptr && !parse_priority(options_.priority, priority_)) {
-    std::fprintf(stderr, "ilp-onboard: --priority needs a number from 1 to 99, not %s\n", options_.priority);
-    return false;
-  }
-  if (options_.lock_lease != nullptr && !parse_lock_lease(options_.lock_lease, lock_lease_s_)) {
-    std::fprintf(stderr, "ilp-onboard: --lock-lease needs a number of seconds from 1 to 3600, not %s\n",
-                 options_.lock_lease);
-    return false;
-  }
-  if (options_.watchdog != nullptr && !parse_watchdog(options_.watchdog, watchdog_options_)) {
-    std::fprintf(stderr, "ilp-onboard: --watchdog needs DEVICE or DEVICE:SECONDS, not %s\n", options_.watchdog);
-    return false;
-  }
-  return prepare_mission() && prepare_store() && prepare_links() && assemble() && prepare_configuration() &&
+  return (options_.camera == nullptr || parse_camera(options_.camera, model_) ||
+          refused("--camera needs 6 or 10 numbers", options_.camera)) &&
+         (options_.size == nullptr || parse_size(options_.size, width_, height_) ||
+          refused("--size needs WIDTHxHEIGHT", options_.size)) &&
+         read_priority(options_, priority_) && read_lock_lease(options_, lock_lease_s_) &&
+         (options_.watchdog == nullptr || parse_watchdog(options_.watchdog, watchdog_options_) ||
+          refused("--watchdog needs DEVICE or DEVICE:SECONDS", options_.watchdog)) &&
+         prepare_mission() && prepare_store() && prepare_links() && assemble() && prepare_configuration() &&
          prepare_time() && prepare_camera() && prepare_navigation();
 }
 

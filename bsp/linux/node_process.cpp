@@ -52,7 +52,6 @@ class NodeProcess {
  private:
   bool read_mission();
   bool ask_for_priority();
-  bool read_lock_lease();
   bool wait_for_head();
   Status look_for_head(NodeRecord& head);
   bool start();
@@ -103,22 +102,11 @@ bool NodeProcess::read_mission() {
 }
 
 bool NodeProcess::ask_for_priority() {
-  if (options_.priority == nullptr) return true;
   int priority = 0;
-  if (!parse_priority(options_.priority, priority)) {
-    std::fprintf(stderr, "ilp-onboard: --priority needs a number from 1 to 99, not %s\n", options_.priority);
-    return false;
-  }
+  if (!read_priority(options_, priority)) return false;
   // The flight goes on without it.
-  static_cast<void>(good("--priority", ask_for_real_time(priority)));
+  if (priority > 0) static_cast<void>(good("--priority", ask_for_real_time(priority)));
   return true;
-}
-
-bool NodeProcess::read_lock_lease() {
-  if (options_.lock_lease == nullptr || parse_lock_lease(options_.lock_lease, lock_lease_s_)) return true;
-  std::fprintf(stderr, "ilp-onboard: --lock-lease needs a number of seconds from 1 to 3600, not %s\n",
-               options_.lock_lease);
-  return false;
 }
 
 /// `not_ready` while there is no head, or no camera yet.
@@ -264,7 +252,7 @@ int NodeProcess::finish() {
 }
 
 int NodeProcess::run() {
-  if (!read_mission() || !read_lock_lease() || !ask_for_priority()) return 1;
+  if (!read_mission() || !read_lock_lease(options_, lock_lease_s_) || !ask_for_priority()) return 1;
   if (!good("SQLite's memory", configure_sqlite_memory(place_.sqlite))) return 1;
   if (!wait_for_head()) return stop_ != 0 ? 0 : 1;
   if (!start()) return store_.damaged() ? exit_restart : 1;

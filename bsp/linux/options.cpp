@@ -257,23 +257,30 @@ bool parse_size(const char* text, std::int32_t& width, std::int32_t& height) {
   return true;
 }
 
+bool refused(const char* needs, const char* text) {
+  std::fprintf(stderr, "ilp-onboard: %s, not %s\n", needs, text);
+  return false;
+}
+
 namespace {
 
-bool parse_number(const char* text, long most, int& number) {
+bool read_number(const char* text, long most, const char* needs, int& number) {
+  if (text == nullptr) return true;
   char* end = nullptr;
   const long value = std::strtol(text, &end, 10);
+  if (end == text || *end != 0 || value < 1 || value > most) return refused(needs, text);
   number = static_cast<int>(value);
-  return end != text && *end == 0 && value >= 1 && value <= most;
+  return true;
 }
 
 }  // namespace
 
-bool parse_priority(const char* text, int& priority) {
-  return parse_number(text, 99, priority);
+bool read_priority(const Options& options, int& priority) {
+  return read_number(options.priority, 99, "--priority needs a number from 1 to 99", priority);
 }
 
-bool parse_lock_lease(const char* text, int& seconds) {
-  return parse_number(text, 3600, seconds);
+bool read_lock_lease(const Options& options, int& seconds) {
+  return read_number(options.lock_lease, 3600, "--lock-lease needs a number of seconds from 1 to 3600", seconds);
 }
 
 }  // namespace ilp

@@ -57,9 +57,11 @@ void print_usage();
 [[nodiscard]] bool parse_camera(const char* text, CameraModel& camera);
 /// Parses `WIDTHxHEIGHT`.
 [[nodiscard]] bool parse_size(const char* text, std::int32_t& width, std::int32_t& height);
-/// Parses a real-time priority, 1 to 99.
-[[nodiscard]] bool parse_priority(const char* text, int& priority);
-/// Parses the lease of the lock of the writers, 1 to 3600 s.
-[[nodiscard]] bool parse_lock_lease(const char* text, int& seconds);
+/// Says what an option needs instead of `text`; false.
+bool refused(const char* needs, const char* text);
+/// Reads a real-time priority, 1 to 99, and the lease of the lock of the writers, 1 to 3600 s, if they are given.
+/// False, with a message, where one is no such number.
+[[nodiscard]] bool read_priority(const Options& options, int& priority);
+[[nodiscard]] bool read_lock_lease(const Options& options, int& seconds);
 
 }  // namespace ilp

@@ -72,8 +72,7 @@ bool SharedFlight::waited(Executive& executive) {
 
 bool SharedFlight::done(Executive& executive) {
   waits_for_end_ = true;
-  bool all = false;
-  if (!node_.ask_whether_done(store_.waking_commits(), all).ok() || !all) {
+  if (!node_.ask_whether_done(store_.waking_commits()).value()) {
     executive.wake_all();
     return false;
   }

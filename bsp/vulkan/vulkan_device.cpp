@@ -19,13 +19,18 @@ bool good(VkResult result, const char* what) {
   return false;
 }
 
+template <typename Info>
+Info of_type(VkStructureType type) {
+  Info info{};
+  info.sType = type;
+  return info;
+}
+
 bool make_instance(VkInstance& instance) {
-  VkApplicationInfo application{};
-  application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
+  auto application = of_type<VkApplicationInfo>(VK_STRUCTURE_TYPE_APPLICATION_INFO);
   application.pApplicationName = "ilp-compute-vulkan";
   application.apiVersion = VK_API_VERSION_1_1;
-  VkInstanceCreateInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
+  auto info = of_type<VkInstanceCreateInfo>(VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO);
   info.pApplicationInfo = &application;
   return good(vkCreateInstance(&info, nullptr, &instance), "vkCreateInstance");
 }
@@ -48,10 +53,9 @@ bool find_family(VkPhysicalDevice device, std::uint32_t& family) {
 
 /// Whether a shader may ask for the one rounding of floating-point numbers that processors have.
 bool has_rounding_to_nearest(VkPhysicalDevice device) {
-  VkPhysicalDeviceFloatControlsProperties floats{};
-  floats.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FLOAT_CONTROLS_PROPERTIES;
-  VkPhysicalDeviceProperties2 properties{};
-  properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
+  auto floats =
+      of_type<VkPhysicalDeviceFloatControlsProperties>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FLOAT_CONTROLS_PROPERTIES);
+  auto properties = of_type<VkPhysicalDeviceProperties2>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2);
   properties.pNext = &floats;
   vkGetPhysicalDeviceProperties2(device, &properties);
   return floats.shaderRoundingModeRTEFloat32 == VK_TRUE;
@@ -97,13 +101,11 @@ bool VulkanDevice::open(const char* name) {
   VkInstance instance = VK_NULL_HANDLE;
   if (!make_instance(instance) || !choose(instance, name)) return false;
   const float priority = 1;
-  VkDeviceQueueCreateInfo queue{};
-  queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+  auto queue = of_type<VkDeviceQueueCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO);
   queue.queueFamilyIndex = family_;
   queue.queueCount = 1;
   queue.pQueuePriorities = &priority;
-  VkDeviceCreateInfo device{};
-  device.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+  auto device = of_type<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO);
   device.queueCreateInfoCount = 1;
   device.pQueueCreateInfos = &queue;
   // A part of Vulkan 1.2, an extension of 1.1.
@@ -112,14 +114,11 @@ bool VulkanDevice::open(const char* name) {
   device.ppEnabledExtensionNames = extensions;
   if (!good(vkCreateDevice(physical_, &device, nullptr, &device_), "vkCreateDevice")) return false;
   vkGetDeviceQueue(device_, family_, 0, &queue_);
-  VkFenceCreateInfo fence{};
-  fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
-  VkCommandPoolCreateInfo commands{};
-  commands.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
+  auto fence = of_type<VkFenceCreateInfo>(VK_STRUCTURE_TYPE_FENCE_CREATE_INFO);
+  auto commands = of_type<VkCommandPoolCreateInfo>(VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO);
   commands.queueFamilyIndex = family_;
   const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, max_sets * max_buffers};
-  VkDescriptorPoolCreateInfo sets{};
-  sets.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
+  auto sets = of_type<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
   sets.maxSets = max_sets;
   sets.poolSizeCount = 1;
   sets.pPoolSizes = &size;
@@ -142,15 +141,13 @@ std::uint32_t VulkanDevice::memory_type(std::uint32_t allowed) const {
 }
 
 bool VulkanDevice::make_buffer(std::size_t bytes, VulkanBuffer& buffer) {
-  VkBufferCreateInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+  auto info = of_type<VkBufferCreateInfo>(VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO);
   info.size = bytes;
   info.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
   if (!good(vkCreateBuffer(device_, &info, nullptr, &buffer.buffer), "vkCreateBuffer")) return false;
   VkMemoryRequirements needs;
   vkGetBufferMemoryRequirements(device_, buffer.buffer, &needs);
-  VkMemoryAllocateInfo allocation{};
-  allocation.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
+  auto allocation = of_type<VkMemoryAllocateInfo>(VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO);
   allocation.allocationSize = needs.size;
   allocation.memoryTypeIndex = memory_type(needs.memoryTypeBits);
   void* mapped = nullptr;
@@ -173,8 +170,7 @@ bool VulkanDevice::make_set(std::span<const VulkanBuffer* const> buffers, VkPipe
     bindings[i] = {i, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
     infos[i] = {buffers[i]->buffer, 0, VK_WHOLE_SIZE};
   }
-  VkDescriptorSetLayoutCreateInfo form{};
-  form.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
+  auto form = of_type<VkDescriptorSetLayoutCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO);
   form.bindingCount = count;
   form.pBindings = bindings;
   VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
@@ -182,14 +178,12 @@ bool VulkanDevice::make_set(std::span<const VulkanBuffer* const> buffers, VkPipe
     return false;
   }
   const VkPushConstantRange constant{VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(std::uint32_t)};
-  VkPipelineLayoutCreateInfo pipelines{};
-  pipelines.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
+  auto pipelines = of_type<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
   pipelines.setLayoutCount = 1;
   pipelines.pSetLayouts = &set_layout;
   pipelines.pushConstantRangeCount = 1;
   pipelines.pPushConstantRanges = &constant;
-  VkDescriptorSetAllocateInfo allocation{};
-  allocation.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
+  auto allocation = of_type<VkDescriptorSetAllocateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO);
   allocation.descriptorPool = sets_;
   allocation.descriptorSetCount = 1;
   allocation.pSetLayouts = &set_layout;
@@ -197,8 +191,7 @@ bool VulkanDevice::make_set(std::span<const VulkanBuffer* const> buffers, VkPipe
       !good(vkAllocateDescriptorSets(device_, &allocation, &set), "vkAllocateDescriptorSets")) {
     return false;
   }
-  VkWriteDescriptorSet write{};
-  write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+  auto write = of_type<VkWriteDescriptorSet>(VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
   write.dstSet = set;
   write.descriptorCount = count;
   write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
@@ -208,14 +201,12 @@ bool VulkanDevice::make_set(std::span<const VulkanBuffer* const> buffers, VkPipe
 }
 
 bool VulkanDevice::make_pipeline(std::span<const std::uint32_t> shader, VkPipelineLayout layout, VkPipeline& pipeline) {
-  VkShaderModuleCreateInfo code{};
-  code.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
+  auto code = of_type<VkShaderModuleCreateInfo>(VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
   code.codeSize = shader.size_bytes();
   code.pCode = shader.data();
   VkShaderModule module = VK_NULL_HANDLE;
   if (!good(vkCreateShaderModule(device_, &code, nullptr, &module), "vkCreateShaderModule")) return false;
-  VkComputePipelineCreateInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
+  auto info = of_type<VkComputePipelineCreateInfo>(VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO);
   info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
   info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
   info.stage.module = module;
@@ -227,13 +218,11 @@ bool VulkanDevice::make_pipeline(std::span<const std::uint32_t> shader, VkPipeli
 }
 
 bool VulkanDevice::begin_commands(VkCommandBuffer& commands) {
-  VkCommandBufferAllocateInfo allocation{};
-  allocation.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
+  auto allocation = of_type<VkCommandBufferAllocateInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO);
   allocation.commandPool = commands_;
   allocation.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
   allocation.commandBufferCount = 1;
-  VkCommandBufferBeginInfo begin{};
-  begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
+  auto begin = of_type<VkCommandBufferBeginInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO);
   return good(vkAllocateCommandBuffers(device_, &allocation, &commands), "vkAllocateCommandBuffers") &&
          good(vkBeginCommandBuffer(commands, &begin), "vkBeginCommandBuffer");
 }
@@ -243,8 +232,7 @@ bool VulkanDevice::end_commands(VkCommandBuffer commands) {
 }
 
 void VulkanDevice::separate(VkCommandBuffer commands, bool last) {
-  VkMemoryBarrier barrier{};
-  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
+  auto barrier = of_type<VkMemoryBarrier>(VK_STRUCTURE_TYPE_MEMORY_BARRIER);
   barrier.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT;
   barrier.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT;
   VkPipelineStageFlags next = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
@@ -256,8 +244,7 @@ void VulkanDevice::separate(VkCommandBuffer commands, bool last) {
 }
 
 bool VulkanDevice::run(VkCommandBuffer commands) {
-  VkSubmitInfo submission{};
-  submission.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
+  auto submission = of_type<VkSubmitInfo>(VK_STRUCTURE_TYPE_SUBMIT_INFO);
   submission.commandBufferCount = 1;
   submission.pCommandBuffers = &commands;
   return good(vkResetFences(device_, 1, &fence_), "vkResetFences") &&

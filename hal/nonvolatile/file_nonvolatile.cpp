@@ -34,19 +34,6 @@ Status failure() {
   return {StatusCode::io_error, errno};
 }
 
-/// A new file survives a power cut only when its folder was synchronised too.
-Status synchronise_folder(const Path& file) {
-  char folder[limits::max_path_bytes] = {};
-  copy_text(folder, file.c_str());
-  char* const slash = std::strrchr(folder, '/');
-  if (slash != nullptr) slash[slash == folder ? 1 : 0] = 0;
-  const int descriptor = ::open(slash != nullptr ? folder : ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return failure();
-  const Status status = ::fsync(descriptor) == 0 ? Status{} : failure();
-  ::close(descriptor);
-  return status;
-}
-
 }  // namespace
 
 Status FileNonvolatile::open_one(const char* path, std::size_t file) {
@@ -73,7 +60,8 @@ Status FileNonvolatile::open_one(const char* path, std::size_t file) {
     size += static_cast<off_t>(piece);
   }
   if (::fsync(descriptor) != 0) return failure();
-  return synchronise_folder(name);
+  // A new file survives a power cut only when its folder was synchronised too.
+  return synchronise_folder_of(name.c_str());
 }
 
 Status FileNonvolatile::open(const char* path) {

@@ -1,9 +1,13 @@
 #include "hal/posix/file.hpp"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <unistd.h>
 
 #include <cerrno>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/text.hpp"
 
 namespace ilp {
 namespace {
@@ -16,7 +20,7 @@ Status write_all(int file, std::span<const std::uint8_t> bytes) {
   while (!bytes.empty()) {
     const ssize_t n = ::write(file, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR && ++interruptions < max_interruptions) continue;
-    if (n <= 0) return {StatusCode::io_error, errno};
+    if (n <= 0) return {StatusCode::io_error, n < 0 ? errno : ENOSPC};
     bytes = bytes.subspan(static_cast<std::size_t>(n));
   }
   return {};
@@ -43,6 +47,17 @@ Status read_some(int file, std::span<std::uint8_t> bytes, std::size_t& size) {
     size += more;
   }
   return {};
+}
+
+Status synchronise_folder_of(const char* path) {
+  FixedText<limits::max_path_bytes> folder;
+  const char* const name = base_name(path);
+  for (const char* c = path; c != name; ++c) folder.add(*c);
+  const int file = ::open(name == path ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file < 0) return {StatusCode::io_error, errno};
+  const Status status = ::fsync(file) == 0 ? Status{} : Status{StatusCode::io_error, errno};
+  ::close(file);
+  return status;
 }
 
 bool wait_readable(int file, int milliseconds) {

@@ -7,33 +7,17 @@
 #include <cstring>
 #include <limits>
 #include <span>
+#include <type_traits>
 
 #include "cfg/limits.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/little_endian.hpp"
 #include "fsw/records/field.hpp"
+#include "hal/store/record_bytes.hpp"
 #include "hal/store/store.hpp"
 
 namespace ilp {
 namespace detail {
-
-template <typename Unsigned>
-inline void add_number(const std::uint8_t* from, std::uint8_t* to) {
-  Unsigned value;
-  std::memcpy(&value, from, sizeof(value));
-  store_little_endian(value, to);
-}
-
-/// All NaNs become one, and so do the two zeros.
-template <typename Float, typename Unsigned>
-inline void add_float(const std::uint8_t* from, std::uint8_t* to) {
-  static_assert(sizeof(Float) == sizeof(Unsigned));
-  Float value;
-  std::memcpy(&value, from, sizeof(value));
-  if (value != value) value = std::numeric_limits<Float>::quiet_NaN();
-  if (value == 0) value = 0;
-  store_little_endian(std::bit_cast<Unsigned>(value), to);
-}
 
 /// Writes the canonical form of a field, which does not depend on the backend; returns its length.
 inline std::size_t canonical_field(const FieldInfo& field, const std::uint8_t* from, std::uint8_t* to) {
@@ -45,27 +29,18 @@ inline std::size_t canonical_field(const FieldInfo& field, const std::uint8_t* f
   }
   const std::size_t size = element_bytes(field.type);
   for (std::size_t i = 0; i < field.count; ++i, from += size, to += size) {
-    switch (field.type) {
-      case FieldType::u16:
-        add_number<std::uint16_t>(from, to);
-        break;
-      case FieldType::u32:
-      case FieldType::i32:
-      case FieldType::blob:
-        add_number<std::uint32_t>(from, to);
-        break;
-      case FieldType::i64:
-        add_number<std::uint64_t>(from, to);
-        break;
-      case FieldType::f32:
-        add_float<float, std::uint32_t>(from, to);
-        break;
-      case FieldType::f64:
-        add_float<double, std::uint64_t>(from, to);
-        break;
-      default:
-        *to = *from;
-    }
+    visit_number(field.type, from, [to](auto number) {
+      using Number = decltype(number);
+      if constexpr (std::is_floating_point_v<Number>) {
+        // All NaNs become one, and so do the two zeros.
+        if (number != number) number = std::numeric_limits<Number>::quiet_NaN();
+        if (number == 0) number = 0;
+        using Bits = std::conditional_t<sizeof(number) == 4, std::uint32_t, std::uint64_t>;
+        store_little_endian(std::bit_cast<Bits>(number), to);
+      } else {
+        store_little_endian(static_cast<std::make_unsigned_t<Number>>(number), to);
+      }
+    });
   }
   return size * field.count;
 }

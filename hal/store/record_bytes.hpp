@@ -23,6 +23,32 @@ using limits::max_blob_fields;
   return blob.bytes;
 }
 
+/// Calls visit(number) with the element at `from` of a field that is no text, as its type; that of a blob is its size.
+template <typename Visit>
+auto visit_number(FieldType type, const void* from, Visit visit) {
+  const auto as = [&](auto number) {
+    std::memcpy(&number, from, sizeof(number));
+    return visit(number);
+  };
+  switch (type) {
+    case FieldType::u16:
+      return as(std::uint16_t{});
+    case FieldType::u32:
+    case FieldType::blob:
+      return as(std::uint32_t{});
+    case FieldType::i32:
+      return as(std::int32_t{});
+    case FieldType::i64:
+      return as(std::int64_t{});
+    case FieldType::f32:
+      return as(float{});
+    case FieldType::f64:
+      return as(double{});
+    default:
+      return as(std::uint8_t{});
+  }
+}
+
 /// Calls visit(field, index) for the blob fields in order; index counts from 0.
 template <typename Visit>
 void for_each_blob(const RecordInfo& info, Visit visit) {

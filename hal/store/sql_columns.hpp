@@ -7,8 +7,9 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
-#include "fsw/records/field.hpp"
+#include "fsw/records/records.hpp"
 
 namespace ilp {
 
@@ -32,6 +33,15 @@ void for_each_column(const RecordInfo& info, Visit visit) {
       if (column_count(field) > 1) column.add('_').add(std::int64_t{i});
       visit(field, column.add('"').c_str(), number++);
     }
+  }
+}
+
+/// Calls visit(field, offset) for the same columns; offset is that of the element in the record.
+template <typename Visit>
+void for_each_element(const RecordInfo& info, Visit visit) {
+  for (std::size_t f = 0; f < info.field_count; ++f) {
+    const FieldInfo& field = info.fields[f];
+    for (std::size_t i = 0; i < column_count(field); ++i) visit(field, field.offset + i * element_bytes(field.type));
   }
 }
 
@@ -66,11 +76,30 @@ inline void blob_table_name(const RecordInfo& info, const char* field, FixedText
   name.add(info.name).add('_').add(field);
 }
 
+/// Between two words of a statement.
 template <std::size_t capacity>
-void add_blob_table(const RecordInfo& info, const FieldInfo& field, FixedText<capacity>& sql) {
+void add_blob_table(const char* before, const RecordInfo& info, const FieldInfo& field, const char* behind,
+                    FixedText<capacity>& sql) {
   FixedText<96> name;
   blob_table_name(info, field.name, name);
-  sql.add('"').add(name.c_str()).add('"');
+  sql.add(before).add('"').add(name.c_str()).add('"').add(behind);
+}
+
+/// A number that changes with any field of any table; `sql` has room for the definition of one.
+template <std::size_t capacity>
+[[nodiscard]] std::uint32_t table_fingerprint(const char* (*type)(FieldType), FixedText<capacity>& sql) {
+  auto crc = static_cast<std::uint32_t>(schema_version);
+  for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
+    const RecordInfo& info = record_info(static_cast<RecordType>(t));
+    sql.clear();
+    add_table_definition(info, type, sql);
+    // The columns do not show the width of a number or the capacity of a text.
+    for (std::size_t f = 0; f < info.field_count; ++f) {
+      sql.add(' ').add(static_cast<std::int64_t>(info.fields[f].type)).add(' ').add(std::int64_t{info.fields[f].count});
+    }
+    crc = crc32({reinterpret_cast<const std::uint8_t*>(sql.c_str()), sql.size()}, crc);
+  }
+  return crc;
 }
 
 }  // namespace ilp

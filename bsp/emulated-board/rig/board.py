@@ -5,6 +5,7 @@ import selectors
 import signal
 import socket
 import subprocess
+import sys
 import time
 
 MEMORY_MIB = 512
@@ -15,6 +16,22 @@ LINK_PORT = 5000  # of the board, where ilp-onboard listens
 
 class BoardError(Exception):
     """The board did not do what was expected; the text says what its console said last."""
+
+
+def report(problems, most=None, well="0 problems"):
+    """Prints what went wrong; the program's exit status."""
+    for problem in problems[:most]:
+        print(f"PROBLEM: {problem}")
+    print(f"{len(problems)} problems" if problems else well)
+    return 1 if problems else 0
+
+
+def run(main, name):
+    """Runs a program of the rig, which says in one line why the board has failed it."""
+    try:
+        sys.exit(main())
+    except BoardError as error:
+        sys.exit(f"{name}: {error}")
 
 
 def free_port():

@@ -78,10 +78,7 @@ def main():
     for number, check in enumerate(CHECKS):
         if options.only in check.name:
             problems += carry_out(check, base, os.path.join(options.out, str(number)))
-    for problem in problems:
-        print(f"PROBLEM: {problem}")
-    print(f"{len(problems)} problems")
-    return 1 if problems else 0
+    return rig.report(problems)
 
 
 if __name__ == "__main__":

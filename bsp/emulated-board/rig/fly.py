@@ -6,7 +6,6 @@ import random
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
 import time
 
@@ -358,15 +357,8 @@ def main():
     options = parse()
     flight = Flight(options)
     flight.fly()
-    problems = Comparison(flight).run()
-    for problem in problems[:20]:
-        print(f"PROBLEM: {problem}")
-    print("the board's flight is the host's flight" if not problems else f"{len(problems)} problems")
-    return 1 if problems else 0
+    return rig.report(Comparison(flight).run(), 20, "the board's flight is the host's flight")
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except rig.BoardError as error:
-        sys.exit(f"fly: {error}")
+    rig.run(main, "fly")

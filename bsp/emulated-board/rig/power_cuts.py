@@ -8,7 +8,6 @@ import random
 import shutil
 import sqlite3
 import subprocess
-import sys
 
 import board as rig
 import database
@@ -177,7 +176,4 @@ def main():
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except rig.BoardError as error:
-        sys.exit(f"power-cuts: {error}")
+    rig.run(main, "power-cuts")

@@ -2,8 +2,6 @@
 
 The table says when, and what the minor frames were like. It is a problem when no work was reduced, when it is not
 restored, when an overrun was not reported, or when a picture or a product is missing."""
-import sys
-
 import board as rig
 import database
 import fly
@@ -95,15 +93,8 @@ def main():
     options = parse()
     flight = Saturated(options)
     flight.fly()
-    problems = Account(flight).tell()
-    for problem in problems:
-        print(f"PROBLEM: {problem}")
-    print(f"{len(problems)} problems")
-    return 1 if problems else 0
+    return rig.report(Account(flight).tell())
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except rig.BoardError as error:
-        sys.exit(f"saturation: {error}")
+    rig.run(main, "saturation")

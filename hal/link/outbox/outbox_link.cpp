@@ -55,15 +55,6 @@ Status parse_acknowledgement(const char* text, std::uint32_t& bytes, std::uint32
   return {};
 }
 
-/// Makes the renaming itself survive a power cut.
-Status synchronise_folder(const char* folder) {
-  const int file = ::open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (file < 0) return errno_status();
-  const Status status = fsync(file) == 0 ? Status{} : errno_status();
-  close(file);
-  return status;
-}
-
 }  // namespace
 
 OutboxLink::~OutboxLink() {
@@ -121,7 +112,7 @@ Status OutboxLink::end_file() {
   }
   close(file_);
   file_ = -1;
-  return synchronise_folder(outbox_);
+  return synchronise_folder_of(whole.c_str());
 }
 
 Status OutboxLink::acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) {

@@ -143,7 +143,7 @@ Status PostgresStore::take_blob(BlobName& blob) {
   std::int64_t length = 0;
   std::span<const std::uint8_t> sums;
   std::span<const std::uint8_t> bytes;
-  if (!rows.integer(0, 0, size) || !rows.bytes(0, 1, sums) || !rows.bytes(0, 2, bytes) || !rows.integer(0, 3, length)) {
+  if (!rows.number(0, 0, size) || !rows.bytes(0, 1, sums) || !rows.bytes(0, 2, bytes) || !rows.number(0, 3, length)) {
     return damaged(blob);
   }
   const bool fits = size > 0 && size <= std::int64_t{max_postgres_blob_bytes};

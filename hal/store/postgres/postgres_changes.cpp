@@ -36,11 +36,11 @@ void PostgresStore::note_changes(RecordMask tables, std::int64_t commit) {
 Status PostgresStore::take_look() {
   const Rows& rows = connection_.rows(awaited_.look);
   std::int64_t commits = 0;
-  bool whole = rows.count() == 1 && rows.integer(0, 0, commits);
+  bool whole = rows.count() == 1 && rows.number(0, 0, commits);
   RecordMask changed = 0;
   for (std::size_t t = 0; t < record_count && whole; ++t) {
     std::int64_t number = 0;
-    whole = rows.integer(0, static_cast<int>(t) + 1, number);
+    whole = rows.number(0, static_cast<int>(t) + 1, number);
     if (number != numbers_[t]) changed |= RecordMask{1} << t;
     numbers_[t] = number;
   }
@@ -58,7 +58,7 @@ Status PostgresStore::take_look() {
 /// The number of our own commit. What is known of its tables is known as they are now.
 void PostgresStore::take_change() {
   std::int64_t commit = 0;
-  if (!connection_.rows(awaited_.change).integer(0, 0, commit)) {
+  if (!connection_.rows(awaited_.change).number(0, 0, commit)) {
     look_now_ = true;
     return;
   }
@@ -147,7 +147,7 @@ Status PostgresStore::try_claim(StageMask stages, StageMask& taken) {
   for (unsigned stage = 0; stage < max_stages; ++stage) {
     std::int64_t granted = 0;
     if (!has(stages, stage)) continue;
-    if (!connection_.rows(0).integer(0, ++column, granted)) return {StatusCode::store_damaged};
+    if (!connection_.rows(0).number(0, ++column, granted)) return {StatusCode::store_damaged};
     if (granted != 0) taken |= StageMask{1} << stage;
   }
   connection_.clear();

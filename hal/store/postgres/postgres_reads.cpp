@@ -105,16 +105,14 @@ Status PostgresStore::collect_answer() {
 
 /// What is known inside a transaction is true as soon as the server has granted it. Outside, a process that does not
 /// poll has to look for changes once in a while.
-Status PostgresStore::known(const Asked& asked, void* record, bool& is_known) {
-  is_known = false;
+Status PostgresStore::known(const Asked& asked, void* record) {
   if (!connected()) return StatusCode::store_lost;
   if (in_transaction_ && !doomed_.ok()) return doomed_;
   const bool granted = started_ && awaited_.look == none;
-  if (in_transaction_ ? !granted : steady_ms() - looked_ms_ >= postgres_look_ms) return {};
+  if (in_transaction_ ? !granted : steady_ms() - looked_ms_ >= postgres_look_ms) return StatusCode::not_ready;
   AnswerCache::Answer answer;
   const RecordInfo& info = record_info(asked.type);
-  is_known = answers_.find(info, question_of(asked.verb), asked.key, answer);
-  if (!is_known) return {};
+  if (!answers_.find(info, question_of(asked.verb), asked.key, answer)) return StatusCode::not_ready;
   if (!answer.found) return {StatusCode::not_found, asked.key};
   std::memcpy(record, answer.record, info.bytes);
   return {};
@@ -129,26 +127,25 @@ Status PostgresStore::read_row(const RecordInfo& info, std::size_t place, int ro
     return {};
   }
   std::int64_t id = 0;
-  if (!rows.integer(row, 0, id)) return {StatusCode::store_damaged, 0, static_cast<std::int64_t>(info.type)};
+  if (!rows.number(row, 0, id)) return {StatusCode::store_damaged, 0, static_cast<std::int64_t>(info.type)};
   return {StatusCode::record_damaged, id, static_cast<std::int64_t>(info.type)};
 }
 
 /// Before the transaction has the store to itself: what is known, as outside of a transaction. One that begins by
 /// asking for the newest record is about to put the next one, and others may be as well; so it takes the lock.
-Status PostgresStore::read_early(const Asked& asked, void* record, bool& is_known) {
+Status PostgresStore::read_early(const Asked& asked, void* record) {
   if (!connected()) return StatusCode::store_lost;
   if (!doomed_.ok()) return doomed_;
-  if (early_.full() || (early_.empty() && asked.verb == RowVerb::last)) return {};
+  if (early_.full() || (early_.empty() && asked.verb == RowVerb::last)) return StatusCode::not_ready;
   if (early_.empty()) {
     ILP_TRY(connection_.receive());
     take_notifications();
     changed_early_ = 0;
   }
-  if (look_now_ || steady_ms() - looked_ms_ >= postgres_look_ms) return {};
+  if (look_now_ || steady_ms() - looked_ms_ >= postgres_look_ms) return StatusCode::not_ready;
   const RecordInfo& info = record_info(asked.type);
   AnswerCache::Answer answer;
-  is_known = answers_.find(info, question_of(asked.verb), asked.key, answer);
-  if (!is_known) return {};
+  if (!answers_.find(info, question_of(asked.verb), asked.key, answer)) return StatusCode::not_ready;
   early_.note(asked, info, answer.found ? answer.record : nullptr);
   if (!answer.found) return {StatusCode::not_found, asked.key};
   std::memcpy(record, answer.record, info.bytes);
@@ -157,9 +154,8 @@ Status PostgresStore::read_early(const Asked& asked, void* record, bool& is_know
 
 /// Outside of a transaction, or in one that has begun on the server.
 Status PostgresStore::read_granted(const Asked& asked, int most, void* record) {
-  bool is_known = false;
-  const Status found = known(asked, record, is_known);
-  if (is_known || !found.ok()) return found;
+  const Status found = known(asked, record);
+  if (!found.is(StatusCode::not_ready)) return found;
   ILP_TRY(ask(asked, most));
   const Status status = read_row(record_info(asked.type), awaited_.answer, 0, record);
   connection_.clear();
@@ -168,9 +164,8 @@ Status PostgresStore::read_granted(const Asked& asked, int most, void* record) {
 
 Status PostgresStore::read(const Asked& asked, int most, void* record) {
   if (in_transaction_ && !started_) {
-    bool is_known = false;
-    const Status found = read_early(asked, record, is_known);
-    if (is_known || !found.ok()) return found;
+    const Status found = read_early(asked, record);
+    if (!found.is(StatusCode::not_ready)) return found;
     ILP_TRY(start());
   }
   return read_granted(asked, most, record);
@@ -203,7 +198,7 @@ Status PostgresStore::last(const RecordInfo& info, void* record) {
 Status PostgresStore::count(const RecordInfo& info, std::int64_t& records) {
   ILP_TRY(begin_question());
   ILP_TRY(ask({info.type, RowVerb::count, 0}, 1));
-  const bool told = connection_.rows(awaited_.answer).integer(0, 0, records);
+  const bool told = connection_.rows(awaited_.answer).number(0, 0, records);
   connection_.clear();
   return told ? Status{} : Status{StatusCode::store_damaged, 0, static_cast<std::int64_t>(info.type)};
 }
@@ -214,7 +209,7 @@ Status PostgresStore::read_used_bytes(std::int64_t& bytes) {
   awaited_.answer = connection_.next_place();
   ILP_TRY(send_special(2, used_bytes, {}));
   ILP_TRY(collect_answer());
-  const bool told = connection_.rows(awaited_.answer).integer(0, 0, bytes);
+  const bool told = connection_.rows(awaited_.answer).number(0, 0, bytes);
   connection_.clear();
   return told ? Status{} : Status{StatusCode::store_damaged};
 }
@@ -231,7 +226,7 @@ Status PostgresStore::read_blob_sizes(const RecordInfo& info, std::int64_t id, s
     status = send(BlobVerb::read, info, blob, parameters, true);
     if (status.ok()) status = collect_answer();
     std::int64_t size = 0;
-    if (status.ok() && connection_.rows(awaited_.answer).integer(0, 0, size) && size > 0 &&
+    if (status.ok() && connection_.rows(awaited_.answer).number(0, 0, size) && size > 0 &&
         size <= std::int64_t{max_postgres_blob_bytes}) {
       bytes += size;
     }

@@ -76,22 +76,20 @@ Status PostgresStore::set_up() {
 Status PostgresStore::integer_of(const char* sql, std::int64_t& value) {
   ILP_TRY(connection_.send(sql, true));
   ILP_TRY(connection_.collect());
-  return connection_.rows(0).integer(0, 0, value) ? Status{} : Status{StatusCode::store_damaged};
+  return connection_.rows(0).number(0, 0, value) ? Status{} : Status{StatusCode::store_damaged};
 }
 
 /// Functions that look a name up, such as to_regclass, may answer what was true before this process waited for the
 /// lock.
-Status PostgresStore::has_tables(bool& there) {
+Result<bool> PostgresStore::has_tables() {
   std::int64_t found = 0;
   ILP_TRY(integer_of("SELECT count(*) FROM pg_class WHERE relname='ilp_store' AND pg_table_is_visible(oid)", found));
-  there = found != 0;
-  return {};
+  return found != 0;
 }
 
 Status PostgresStore::check_schema() {
   if (!connection_.texts_are_bytes()) return {StatusCode::store_schema, -1, schema_fingerprint()};
-  bool there = false;
-  ILP_TRY(has_tables(there));
+  ILP_TAKE(const bool there, has_tables());
   if (!there && !options_.create) return StatusCode::not_found;
   if (!there) ILP_TRY(create_schema());
   std::int64_t fingerprint = 0;
@@ -104,8 +102,7 @@ Status PostgresStore::check_schema() {
 Status PostgresStore::create_schema() {
   ILP_TRY(send_fixed(Fixed::begin));
   ILP_TRY(send_fixed(Fixed::lock));
-  bool there = false;
-  ILP_TRY(has_tables(there));
+  ILP_TAKE(const bool there, has_tables());
   SqlText sql;
   const auto send_text = [&] {
     const Status status = connection_.send(sql.c_str(), false);
@@ -369,7 +366,7 @@ Status PostgresStore::put(const RecordInfo& info, const void* record) {
   return written(info, put_record(info, record));
 }
 
-Status PostgresStore::erase_record(const RecordInfo& info, std::int64_t id, bool& there) {
+Result<bool> PostgresStore::erase_record(const RecordInfo& info, std::int64_t id) {
   ILP_TRY(send_latest_sizes());
   ILP_TRY(send_held_blob());
   ILP_TRY(start());
@@ -385,21 +382,20 @@ Status PostgresStore::erase_record(const RecordInfo& info, std::int64_t id, bool
   ILP_TRY(status);
   AnswerCache::Answer answer;
   ILP_TRY(send(RowVerb::erase, info, parameters, false));
-  there = awaited_.look == none && answers_.find(info, Question::get, id, answer) && answer.found;
+  bool there = awaited_.look == none && answers_.find(info, Question::get, id, answer) && answer.found;
   if (!there) {
     ILP_TRY(collect());
     there = connection_.rows_changed() != 0;
   }
   answers_.erase(info, id);
-  return {};
+  return there;
 }
 
 Status PostgresStore::erase(const RecordInfo& info, std::int64_t id) {
   ILP_TRY(writable());
-  bool there = false;
-  const Status status = erase_record(info, id, there);
-  if (status.ok() && !there) return {StatusCode::not_found, id};
-  return written(info, status);
+  const Result<bool> there = erase_record(info, id);
+  if (there.ok() && !there.value()) return {StatusCode::not_found, id};
+  return written(info, there.status());
 }
 
 }  // namespace ilp

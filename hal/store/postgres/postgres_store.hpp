@@ -5,6 +5,7 @@
 #include <array>
 #include <span>
 
+#include "fsw/base/result.hpp"
 #include "hal/store/checksums.hpp"
 #include "hal/store/postgres/answer_cache.hpp"
 #include "hal/store/postgres/connection.hpp"
@@ -126,7 +127,7 @@ class PostgresStore final : public Store, public StoreSharing {
   Status set_up();
   Status check_schema();
   Status create_schema();
-  Status has_tables(bool& there);
+  Result<bool> has_tables();
   Status integer_of(const char* sql, std::int64_t& value);
 
   Status prepare(std::size_t statement, postgres::RowVerb verb, const RecordInfo& info);
@@ -154,7 +155,8 @@ class PostgresStore final : public Store, public StoreSharing {
   Status send_commit();
   Status check_limit(const RecordInfo& info, const void* record);
   Status put_record(const RecordInfo& info, const void* record);
-  Status erase_record(const RecordInfo& info, std::int64_t id, bool& there);
+  /// Whether there was one.
+  Result<bool> erase_record(const RecordInfo& info, std::int64_t id);
   void end_transaction();
 
   Status send_question(const postgres::Asked& asked, int most);
@@ -164,9 +166,10 @@ class PostgresStore final : public Store, public StoreSharing {
   Status ask(const postgres::Asked& asked, int most);
   void keep_answer(const postgres::Asked& asked, std::size_t place, int most);
   void keep_walk(const RecordInfo& info, std::int64_t after, std::size_t place, int most);
-  Status known(const postgres::Asked& asked, void* record, bool& is_known);
+  /// `not_ready`: the server has to be asked; so does read_early().
+  Status known(const postgres::Asked& asked, void* record);
   Status read_row(const RecordInfo& info, std::size_t place, int row, void* record) const;
-  Status read_early(const postgres::Asked& asked, void* record, bool& is_known);
+  Status read_early(const postgres::Asked& asked, void* record);
   Status read_granted(const postgres::Asked& asked, int most, void* record);
   Status read(const postgres::Asked& asked, int most, void* record);
   Status read_used_bytes(std::int64_t& bytes);

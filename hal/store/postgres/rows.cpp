@@ -30,36 +30,28 @@ const std::uint8_t* Rows::value_at(int row, int column) const {
   return reinterpret_cast<const std::uint8_t*>(PQgetvalue(result_, row, column));
 }
 
-template <typename Unsigned>
-bool Rows::number(int row, int column, std::uint32_t type, Unsigned& value) const {
+template <typename Bits, typename Number>
+bool Rows::read(int row, int column, std::uint32_t type, Number& value) const {
   const std::uint8_t* const from = value_at(row, column);
   if (from == nullptr || PQftype(result_, column) != type || PQgetlength(result_, row, column) != sizeof(value)) {
     return false;
   }
-  value = 0;
-  for (std::size_t i = 0; i < sizeof(value); ++i) value = static_cast<Unsigned>(value << 8U | from[i]);
+  Bits bits = 0;
+  for (std::size_t i = 0; i < sizeof(bits); ++i) bits = static_cast<Bits>(bits << 8U | from[i]);
+  value = std::bit_cast<Number>(bits);
   return true;
 }
 
-bool Rows::integer(int row, int column, std::int64_t& value) const {
-  std::uint64_t bits = 0;
-  if (!number(row, column, type_int8, bits)) return false;
-  value = static_cast<std::int64_t>(bits);
-  return true;
+bool Rows::number(int row, int column, std::int64_t& value) const {
+  return read<std::uint64_t>(row, column, type_int8, value);
 }
 
-bool Rows::real(int row, int column, float& value) const {
-  std::uint32_t bits = 0;
-  if (!number(row, column, type_float4, bits)) return false;
-  value = std::bit_cast<float>(bits);
-  return true;
+bool Rows::number(int row, int column, float& value) const {
+  return read<std::uint32_t>(row, column, type_float4, value);
 }
 
-bool Rows::real(int row, int column, double& value) const {
-  std::uint64_t bits = 0;
-  if (!number(row, column, type_float8, bits)) return false;
-  value = std::bit_cast<double>(bits);
-  return true;
+bool Rows::number(int row, int column, double& value) const {
+  return read<std::uint64_t>(row, column, type_float8, value);
 }
 
 bool Rows::bytes(int row, int column, std::span<const std::uint8_t>& value) const {

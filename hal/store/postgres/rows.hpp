@@ -21,14 +21,14 @@ class Rows {
 
   [[nodiscard]] int count() const;
   /// False for NULL, for another type, and for a place that does not exist.
-  [[nodiscard]] bool integer(int row, int column, std::int64_t& value) const;
-  [[nodiscard]] bool real(int row, int column, float& value) const;
-  [[nodiscard]] bool real(int row, int column, double& value) const;
+  [[nodiscard]] bool number(int row, int column, std::int64_t& value) const;
+  [[nodiscard]] bool number(int row, int column, float& value) const;
+  [[nodiscard]] bool number(int row, int column, double& value) const;
   [[nodiscard]] bool bytes(int row, int column, std::span<const std::uint8_t>& value) const;
 
  private:
-  template <typename Unsigned>
-  [[nodiscard]] bool number(int row, int column, std::uint32_t type, Unsigned& value) const;
+  template <typename Bits, typename Number>
+  [[nodiscard]] bool read(int row, int column, std::uint32_t type, Number& value) const;
   [[nodiscard]] const std::uint8_t* value_at(int row, int column) const;
 
   pg_result* result_ = nullptr;

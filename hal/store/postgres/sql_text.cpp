@@ -1,7 +1,5 @@
 #include "hal/store/postgres/sql_text.hpp"
 
-#include "fsw/base/crc.hpp"
-#include "fsw/records/records.hpp"
 #include "hal/store/record_bytes.hpp"
 #include "hal/store/sql_columns.hpp"
 
@@ -52,21 +50,12 @@ void select(const RecordInfo& info, const char* where, SqlText& sql) {
 
 // A row that has this size already is left alone, because its bytes stay.
 void resize_blob(const RecordInfo& info, const FieldInfo& field, SqlText& sql) {
-  sql.add("INSERT INTO ");
-  add_blob_table(info, field, sql);
-  sql.add(" SELECT $1::bigint,$2::bigint,''::bytea,''::bytea WHERE NOT EXISTS(SELECT FROM ");
-  add_blob_table(info, field, sql);
-  sql.add(
-      " WHERE id=$1::bigint AND bytes=$2::bigint) ON CONFLICT(id) DO UPDATE SET bytes=excluded.bytes,"
-      "checksums=excluded.checksums,data=excluded.data");
-}
-
-void fill_blob(const RecordInfo& info, const FieldInfo& field, SqlText& sql) {
-  sql.add("INSERT INTO ");
-  add_blob_table(info, field, sql);
-  sql.add(
-      " VALUES($1,$2,$3,$4) ON CONFLICT(id) DO UPDATE SET bytes=excluded.bytes,checksums=excluded.checksums,"
-      "data=excluded.data");
+  add_blob_table("INSERT INTO ", info, field, " SELECT $1::bigint,$2::bigint,''::bytea,''::bytea WHERE NOT EXISTS(",
+                 sql);
+  add_blob_table("SELECT FROM ", info, field,
+                 " WHERE id=$1::bigint AND bytes=$2::bigint) ON CONFLICT(id) DO UPDATE SET bytes=excluded.bytes,"
+                 "checksums=excluded.checksums,data=excluded.data",
+                 sql);
 }
 
 }  // namespace
@@ -76,16 +65,14 @@ void create_table(const RecordInfo& info, SqlText& sql) {
 }
 
 void create_blob_table(const RecordInfo& info, const FieldInfo& field, SqlText& sql) {
-  sql.add("CREATE TABLE ");
-  add_blob_table(info, field, sql);
-  sql.add("(id bigint PRIMARY KEY, bytes bigint, checksums bytea, data bytea)");
+  add_blob_table("CREATE TABLE ", info, field, "(id bigint PRIMARY KEY, bytes bigint, checksums bytea, data bytea)",
+                 sql);
 }
 
 // External: they are not compressed.
 void keep_blob_external(const RecordInfo& info, const FieldInfo& field, SqlText& sql) {
-  sql.add("ALTER TABLE ");
-  add_blob_table(info, field, sql);
-  sql.add(" ALTER data SET STORAGE EXTERNAL, ALTER checksums SET STORAGE EXTERNAL");
+  add_blob_table("ALTER TABLE ", info, field, " ALTER data SET STORAGE EXTERNAL, ALTER checksums SET STORAGE EXTERNAL",
+                 sql);
 }
 
 void row_statement(RowVerb verb, const RecordInfo& info, SqlText& sql) {
@@ -114,16 +101,16 @@ void blob_statement(BlobVerb verb, const RecordInfo& info, const FieldInfo& fiel
     case BlobVerb::resize:
       return resize_blob(info, field, sql);
     case BlobVerb::fill:
-      return fill_blob(info, field, sql);
+      return add_blob_table("INSERT INTO ", info, field,
+                            " VALUES($1,$2,$3,$4) ON CONFLICT(id) DO UPDATE SET bytes=excluded.bytes,"
+                            "checksums=excluded.checksums,data=excluded.data",
+                            sql);
     case BlobVerb::read:
-      sql.add("SELECT bytes,checksums,substring(data FROM 1 FOR $2::bigint::int),octet_length(data)::bigint FROM ");
-      add_blob_table(info, field, sql);
-      sql.add(" WHERE id=$1");
-      return;
+      return add_blob_table(
+          "SELECT bytes,checksums,substring(data FROM 1 FOR $2::bigint::int),octet_length(data)::bigint FROM ", info,
+          field, " WHERE id=$1", sql);
     default:
-      sql.add("DELETE FROM ");
-      add_blob_table(info, field, sql);
-      sql.add(" WHERE id=$1");
+      return add_blob_table("DELETE FROM ", info, field, " WHERE id=$1", sql);
   }
 }
 
@@ -170,29 +157,16 @@ void used_bytes(SqlText& sql) {
     add_table(info, sql);
     sql.add("')");
     for_each_blob(info, [&](const FieldInfo& field, std::size_t) {
-      sql.add("+pg_relation_size('");
-      add_blob_table(info, field, sql);
-      sql.add("')+(SELECT coalesce(sum(bytes),0) FROM ");
-      add_blob_table(info, field, sql);
-      sql.add(')');
+      add_blob_table("+pg_relation_size('", info, field, "')+(SELECT coalesce(sum(bytes),0) FROM ", sql);
+      add_blob_table("", info, field, ")", sql);
     });
   }
   sql.add(")::bigint");
 }
 
 std::int64_t schema_fingerprint() {
-  auto crc = static_cast<std::uint32_t>(schema_version);
-  for (std::size_t t = 0; t < record_count; ++t) {
-    const RecordInfo& info = record_info(static_cast<RecordType>(t));
-    SqlText sql;
-    create_table(info, sql);
-    // The columns do not show the width of a number or the capacity of a text.
-    for (std::size_t f = 0; f < info.field_count; ++f) {
-      sql.add(' ').add(static_cast<std::int64_t>(info.fields[f].type)).add(' ').add(std::int64_t{info.fields[f].count});
-    }
-    crc = crc32({reinterpret_cast<const std::uint8_t*>(sql.c_str()), sql.size()}, crc);
-  }
-  return crc;
+  SqlText sql;
+  return table_fingerprint(sql_type, sql);
 }
 
 }  // namespace ilp::postgres

@@ -9,9 +9,10 @@
 #include "hal/store/checksums.hpp"
 
 namespace ilp {
+namespace ram {
 
 /// The checksums of its chunks follow, then its bytes.
-struct RamStore::BlobBlock {
+struct BlobBlock {
   std::uint64_t stamp;  ///< transaction that allocated it; only this one may write into it
   std::size_t bytes;
   std::uint64_t check;  ///< of the two numbers
@@ -35,7 +36,7 @@ struct RamStore::BlobBlock {
 };
 
 /// One state of a record; its bytes follow.
-struct RamStore::Version {
+struct Version {
   std::int64_t id;
   std::uint64_t stamp;  ///< transaction that made it
   BlobBlock* blobs[max_blob_fields];
@@ -45,12 +46,16 @@ struct RamStore::Version {
 };
 
 /// The version at this id before the transaction changed it; nullptr for none.
-struct RamStore::Undo {
+struct Undo {
   Undo* next;
   const RecordInfo* info;
   std::int64_t id;
   Version* before;
 };
+
+}  // namespace ram
+
+using namespace ram;
 
 namespace {
 
@@ -71,24 +76,18 @@ std::uint32_t row_check(const Row& row) {
   return crc32c({reinterpret_cast<const std::uint8_t*>(&row), offsetof(Row, check)});
 }
 
-}  // namespace
-
-RamStore::RamStore(std::span<std::byte> region) : region_(region.data()) {
-  arena_.init(region.data(), region.size());
+Version* version_at(const Row& row, std::byte* region) {
+  return reinterpret_cast<Version*>(region + row.place);
 }
 
-RamStore::Version* RamStore::version_at(const Row& row) {
-  return reinterpret_cast<Version*>(region_ + row.place);
-}
-
-RamStore::Row RamStore::row_for(const Version& version) const {
-  Row row{version.id, static_cast<std::uint32_t>(reinterpret_cast<const std::byte*>(&version) - region_), 0};
+Row row_for(const Version& version, const std::byte* region) {
+  Row row{version.id, static_cast<std::uint32_t>(reinterpret_cast<const std::byte*>(&version) - region), 0};
   row.check = row_check(row);
   return row;
 }
 
 /// Mends a row with one flipped bit: of the rows that differ in one bit, only the right one has its check.
-bool RamStore::sound(Row& row) {
+bool sound(Row& row) {
   if (row.check == row_check(row)) return true;
   auto* const bytes = reinterpret_cast<std::uint8_t*>(&row);
   for (std::size_t bit = 0; bit < 8 * sizeof(Row); ++bit) {
@@ -100,60 +99,107 @@ bool RamStore::sound(Row& row) {
   return false;
 }
 
-Status RamStore::position_of(const Table& table, std::int64_t id, std::size_t& position) {
+/// Position of the first row whose id is not less.
+Result<std::size_t> position_of(const Table& table, std::int64_t id) {
   std::size_t begin = 0;
   std::size_t end = table.size;
   while (begin < end) {  // bound: halves of the table
     const std::size_t middle = begin + (end - begin) / 2;
-    if (!sound(table.rows[middle])) return {StatusCode::store_damaged, static_cast<std::int64_t>(middle)};
+    if (!sound(table.rows[middle])) {
+      return Status{StatusCode::store_damaged, static_cast<std::int64_t>(middle)};
+    }
     if (table.rows[middle].id < id) {
       begin = middle + 1;
     } else {
       end = middle;
     }
   }
-  position = begin;
-  return {};
+  return begin;
 }
 
-Status RamStore::find(const Table& table, std::int64_t id, std::size_t& position, Version*& version) {
-  version = nullptr;
-  ILP_TRY(position_of(table, id, position));
-  // The search has checked the row at which it ends.
-  if (position < table.size && table.rows[position].id == id) version = version_at(table.rows[position]);
-  return {};
-}
-
-void RamStore::remove_at(Table& table, std::size_t position) {
+void remove_at(Table& table, std::size_t position) {
   std::copy(table.rows + position + 1, table.rows + table.size, table.rows + position);
   --table.size;
 }
 
-void RamStore::insert_at(Table& table, std::size_t position, Row row) {
+void insert_at(Table& table, std::size_t position, Row row) {
   std::copy_backward(table.rows + position, table.rows + table.size, table.rows + table.size + 1);
   table.rows[position] = row;
   ++table.size;
 }
 
-bool RamStore::intact(const RecordInfo& info, Version& version) {
-  return version.check == checksum(info, version);
-}
-
-std::uint32_t RamStore::checksum(const RecordInfo& info, Version& version) {
+std::uint32_t checksum(const RecordInfo& info, Version& version) {
   const auto type = static_cast<std::uint8_t>(info.type);
   const std::uint32_t head =
       crc32c({reinterpret_cast<const std::uint8_t*>(&version), offsetof(Version, check)}, crc32c({&type, 1}));
   return crc32c({version.record(), info.bytes}, head);
 }
 
-Status RamStore::damaged(const RecordInfo& info, std::int64_t id) {
+bool intact(const RecordInfo& info, Version& version) {
+  return version.check == checksum(info, version);
+}
+
+Status damaged(const RecordInfo& info, std::int64_t id) {
   return {StatusCode::record_damaged, id, static_cast<std::int64_t>(info.type)};
 }
 
-Status RamStore::read(const RecordInfo& info, Version& version, std::int64_t id, void* record) {
+Status read(const RecordInfo& info, Version& version, std::int64_t id, void* record) {
   if (!intact(info, version) || version.id != id) return damaged(info, id);
   std::memcpy(record, version.record(), info.bytes);
   return {};
+}
+
+Status full(const Arena& arena) {
+  return {StatusCode::store_full, static_cast<std::int64_t>(arena.stats().in_use),
+          static_cast<std::int64_t>(arena.stats().capacity)};
+}
+
+/// Releases the version and those of its blobs that do not belong to its heir and that transactions from `since` on
+/// have allocated. The blob references of a damaged version are not trusted: their memory is lost until the next
+/// start.
+void release_version(Arena& arena, const RecordInfo& info, Version* version, Version* heir, std::uint64_t since) {
+  const bool known = intact(info, *version) && (heir == nullptr || intact(info, *heir));
+  for (std::size_t b = 0; b < max_blob_fields && known; ++b) {
+    BlobBlock* const block = version->blobs[b];
+    const bool inherited = heir != nullptr && heir->blobs[b] == block;
+    if (block != nullptr && !inherited && block->intact() && block->stamp >= since) arena.release(block);
+  }
+  arena.release(version);
+}
+
+Status reserve(Arena& arena, Table& table) {
+  if (table.size < table.capacity) return {};
+  const std::size_t capacity = table.capacity == 0 ? 16 : 2 * table.capacity;
+  void* rows = arena.reallocate(table.rows, capacity * sizeof(Row));
+  if (rows == nullptr) return full(arena);
+  table.rows = static_cast<Row*>(rows);
+  table.capacity = capacity;
+  return {};
+}
+
+Status check_chunks(const BlobName& blob, BlobBlock& block, std::size_t offset, std::size_t bytes) {
+  if (bytes == 0) return {};
+  for (std::size_t c = offset / blob_chunk_bytes; c <= (offset + bytes - 1) / blob_chunk_bytes; ++c) {
+    ChunkSum sum(blob, c);
+    sum.add(block.chunk(c));
+    if (!sum.matches(block.sums()[c])) {
+      return {StatusCode::record_damaged, blob.id, static_cast<std::int64_t>(blob.type)};
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+RamStore::RamStore(std::span<std::byte> region) : region_(region.data()) {
+  arena_.init(region.data(), region.size());
+}
+
+Result<Place> RamStore::find(const Table& table, std::int64_t id) const {
+  ILP_TAKE(const std::size_t position, position_of(table, id));
+  // The search has checked the row at which it ends.
+  const bool there = position < table.size && table.rows[position].id == id;
+  return Place{position, there ? version_at(table.rows[position], region_) : nullptr};
 }
 
 Status RamStore::begin() {
@@ -175,12 +221,9 @@ Status RamStore::commit() {
     Undo* const undo = undo_;
     undo_ = undo->next;
     if (undo->before != nullptr) {
-      std::size_t position = 0;
-      Version* heir = nullptr;
       // A table that cannot be searched any more releases nothing.
-      if (find(table_of(*undo->info), undo->id, position, heir).ok()) {
-        release_version(*undo->info, undo->before, heir, 0);
-      }
+      const Result<Place> heir = find(table_of(*undo->info), undo->id);
+      if (heir.ok()) release_version(arena_, *undo->info, undo->before, heir.value().version, 0);
     }
     arena_.release(undo);
   }
@@ -195,15 +238,15 @@ void RamStore::rollback() {
     Undo* const undo = undo_;
     undo_ = undo->next;
     Table& table = table_of(*undo->info);
-    std::size_t position = 0;
-    Version* written = nullptr;
-    if (find(table, undo->id, position, written).ok()) {
+    const Result<Place> found = find(table, undo->id);
+    if (found.ok()) {
+      const auto [position, written] = found.value();
       if (written != nullptr) {
-        release_version(*undo->info, written, nullptr, transaction_);
+        release_version(arena_, *undo->info, written, nullptr, transaction_);
         remove_at(table, position);
       }
       if (undo->before != nullptr) {
-        Row row = row_for(*undo->before);
+        Row row = row_for(*undo->before, region_);
         row.id = undo->id;
         row.check = row_check(row);
         insert_at(table, position, row);
@@ -223,44 +266,19 @@ Status RamStore::doom(Status status) {
   return status;
 }
 
-Status RamStore::full() const {
-  return {StatusCode::store_full, static_cast<std::int64_t>(arena_.stats().in_use),
-          static_cast<std::int64_t>(arena_.stats().capacity)};
-}
-
-void RamStore::release_version(const RecordInfo& info, Version* version, Version* heir, std::uint64_t since) {
-  const bool known = intact(info, *version) && (heir == nullptr || intact(info, *heir));
-  for (std::size_t b = 0; b < max_blob_fields && known; ++b) {
-    BlobBlock* const block = version->blobs[b];
-    const bool inherited = heir != nullptr && heir->blobs[b] == block;
-    if (block != nullptr && !inherited && block->intact() && block->stamp >= since) arena_.release(block);
-  }
-  arena_.release(version);
-}
-
-Status RamStore::reserve(Table& table) {
-  if (table.size < table.capacity) return {};
-  const std::size_t capacity = table.capacity == 0 ? 16 : 2 * table.capacity;
-  void* rows = arena_.reallocate(table.rows, capacity * sizeof(Row));
-  if (rows == nullptr) return full();
-  table.rows = static_cast<Row*>(rows);
-  table.capacity = capacity;
-  return {};
-}
-
-Status RamStore::make_blob(std::size_t bytes, BlobBlock*& block) {
+Result<BlobBlock*> RamStore::make_blob(std::size_t bytes) {
   void* const room = arena_.allocate(BlobBlock::total_bytes(bytes));
-  if (room == nullptr) return full();
-  block = new (room) BlobBlock{transaction_, bytes, 0};
+  if (room == nullptr) return full(arena_);
+  auto* const block = new (room) BlobBlock{transaction_, bytes, 0};
   block->check = block->right_check();
   std::memset(block->sums(), 0, BlobBlock::sum_bytes(bytes) + bytes);
-  return {};
+  return block;
 }
 
-Status RamStore::make_version(const RecordInfo& info, const void* record, Version* before, Version*& version) {
+Result<Version*> RamStore::make_version(const RecordInfo& info, const void* record, Version* before) {
   void* const place = arena_.allocate(sizeof(Version) + info.bytes);
-  if (place == nullptr) return full();
-  version = new (place) Version{id_of(record), transaction_, {}, 0};
+  if (place == nullptr) return full(arena_);
+  auto* const version = new (place) Version{id_of(record), transaction_, {}, 0};
   std::memcpy(version->record(), record, info.bytes);
   end_texts(info, version->record());
   Status status;
@@ -271,19 +289,20 @@ Status RamStore::make_version(const RecordInfo& info, const void* record, Versio
     if (old != nullptr && old->intact() && old->bytes == bytes) {
       version->blobs[index] = old;
     } else {
-      status = make_blob(bytes, version->blobs[index]);
+      const Result<BlobBlock*> made = make_blob(bytes);
+      version->blobs[index] = made.value();
+      status = made.status();
     }
   });
   version->check = checksum(info, *version);
-  if (status.ok()) return {};
-  release_version(info, version, before, transaction_);
-  version = nullptr;
+  if (status.ok()) return version;
+  release_version(arena_, info, version, before, transaction_);
   return status;
 }
 
 Status RamStore::make_undo(const RecordInfo& info, std::int64_t id, Version* before) {
   void* const place = arena_.allocate(sizeof(Undo));
-  if (place == nullptr) return full();
+  if (place == nullptr) return full(arena_);
   undo_ = new (place) Undo{undo_, &info, id, before};
   return {};
 }
@@ -291,27 +310,25 @@ Status RamStore::make_undo(const RecordInfo& info, std::int64_t id, Version* bef
 Status RamStore::write_record(const RecordInfo& info, const void* record) {
   Table& table = table_of(info);
   const std::int64_t id = id_of(record);
-  std::size_t position = 0;
-  Version* before = nullptr;
-  ILP_TRY(find(table, id, position, before));
-  Version* version = nullptr;
-  if (before == nullptr) ILP_TRY(reserve(table));
+  ILP_TAKE(const Place at, find(table, id));
+  Version* const before = at.version;
+  if (before == nullptr) ILP_TRY(reserve(arena_, table));
   // The blobs of a damaged record are unknown: the new one has its own.
   Version* const heritage = before != nullptr && intact(info, *before) ? before : nullptr;
-  ILP_TRY(make_version(info, record, heritage, version));
+  ILP_TAKE(Version* const version, make_version(info, record, heritage));
   const bool first_touch = before == nullptr || heritage == nullptr || before->stamp != transaction_;
   if (first_touch) {
     const Status status = make_undo(info, id, before);
     if (!status.ok()) {
-      release_version(info, version, heritage, transaction_);
+      release_version(arena_, info, version, heritage, transaction_);
       return status;
     }
   }
   if (before == nullptr) {
-    insert_at(table, position, row_for(*version));
+    insert_at(table, at.position, row_for(*version, region_));
   } else {
-    table.rows[position] = row_for(*version);
-    if (!first_touch) release_version(info, before, version, transaction_);
+    table.rows[at.position] = row_for(*version, region_);
+    if (!first_touch) release_version(arena_, info, before, version, transaction_);
   }
   return {};
 }
@@ -327,10 +344,9 @@ Status RamStore::put(const RecordInfo& info, const void* record) {
 Status RamStore::erase(const RecordInfo& info, std::int64_t id) {
   ILP_TRY(writable());
   Table& table = table_of(info);
-  std::size_t position = 0;
-  Version* version = nullptr;
-  const Status found = find(table, id, position, version);
-  if (!found.ok()) return doom(found);
+  const Result<Place> found = find(table, id);
+  if (!found.ok()) return doom(found.status());
+  const auto [position, version] = found.value();
   if (version == nullptr) return {StatusCode::not_found, id};
   const bool own = intact(info, *version) && version->stamp == transaction_;
   if (!own) {
@@ -338,25 +354,22 @@ Status RamStore::erase(const RecordInfo& info, std::int64_t id) {
     if (!status.ok()) return doom(status);
   }
   remove_at(table, position);
-  if (own) release_version(info, version, nullptr, transaction_);
+  if (own) release_version(arena_, info, version, nullptr, transaction_);
   uncommitted_ |= mask_of(info.type);
   return {};
 }
 
 Status RamStore::get(const RecordInfo& info, std::int64_t id, void* record) {
-  std::size_t position = 0;
-  Version* version = nullptr;
-  ILP_TRY(find(table_of(info), id, position, version));
-  return version != nullptr ? read(info, *version, id, record) : Status{StatusCode::not_found, id};
+  ILP_TAKE(const Place at, find(table_of(info), id));
+  return at.version != nullptr ? read(info, *at.version, id, record) : Status{StatusCode::not_found, id};
 }
 
 Status RamStore::next(const RecordInfo& info, std::int64_t after, void* record) {
   const Table& table = table_of(info);
   if (after == std::numeric_limits<std::int64_t>::max()) return StatusCode::not_found;
-  std::size_t position = 0;
-  ILP_TRY(position_of(table, after + 1, position));
+  ILP_TAKE(const std::size_t position, position_of(table, after + 1));
   if (position == table.size) return StatusCode::not_found;
-  return read(info, *version_at(table.rows[position]), table.rows[position].id, record);
+  return read(info, *version_at(table.rows[position], region_), table.rows[position].id, record);
 }
 
 Status RamStore::last(const RecordInfo& info, void* record) {
@@ -364,7 +377,7 @@ Status RamStore::last(const RecordInfo& info, void* record) {
   if (table.size == 0) return StatusCode::not_found;
   Row& row = table.rows[table.size - 1];
   if (!sound(row)) return {StatusCode::store_damaged, static_cast<std::int64_t>(table.size)};
-  return read(info, *version_at(row), row.id, record);
+  return read(info, *version_at(row, region_), row.id, record);
 }
 
 Status RamStore::count(const RecordInfo& info, std::int64_t& records) {
@@ -372,68 +385,50 @@ Status RamStore::count(const RecordInfo& info, std::int64_t& records) {
   return {};
 }
 
-Status RamStore::find_blob_block(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
-                                 std::size_t bytes, std::size_t& index, BlobBlock*& block) {
-  index = find_blob(info, field);
+Result<BlobPlace> RamStore::find_blob_block(const RecordInfo& info, const char* field, std::int64_t id,
+                                            std::size_t offset, std::size_t bytes) {
+  const std::size_t index = find_blob(info, field);
   if (index == max_blob_fields) return out_of_range(Argument::blob_field);
-  std::size_t position = 0;
-  Version* version = nullptr;
-  ILP_TRY(find(table_of(info), id, position, version));
-  if (version == nullptr) return {StatusCode::not_found, id};
-  if (!intact(info, *version)) return damaged(info, id);
-  block = version->blobs[index];
-  if (block == nullptr) return {StatusCode::not_found, id};
+  ILP_TAKE(const Place at, find(table_of(info), id));
+  if (at.version != nullptr && !intact(info, *at.version)) return damaged(info, id);
+  BlobBlock* const block = at.version != nullptr ? at.version->blobs[index] : nullptr;
+  if (block == nullptr) return Status{StatusCode::not_found, id};
   if (!block->intact()) return damaged(info, id);
   if (offset > block->bytes || bytes > block->bytes - offset) {
     return out_of_range(Argument::blob_range, block->bytes);
   }
-  return {};
+  return BlobPlace{index, block};
 }
 
-Status RamStore::own_blob(const RecordInfo& info, std::int64_t id, std::size_t index, BlobBlock*& block) {
-  if (block->stamp == transaction_) return {};
+Result<BlobBlock*> RamStore::own_blob(const RecordInfo& info, std::int64_t id, const BlobPlace& place) {
+  BlobBlock* const block = place.block;
+  if (block->stamp == transaction_) return block;
   Table& table = table_of(info);
-  std::size_t position = 0;
-  Version* version = nullptr;
-  ILP_TRY(find(table, id, position, version));
-  if (version != nullptr && version->stamp != transaction_) {
-    ILP_TRY(write_record(info, version->record()));
-    ILP_TRY(find(table, id, position, version));
+  ILP_TAKE(Place at, find(table, id));
+  if (at.version != nullptr && at.version->stamp != transaction_) {
+    ILP_TRY(write_record(info, at.version->record()));
+    ILP_TAKE(at, find(table, id));
   }
-  if (version == nullptr) return {StatusCode::not_found, id};
-  BlobBlock* own = nullptr;
-  ILP_TRY(make_blob(block->bytes, own));
+  if (at.version == nullptr) return Status{StatusCode::not_found, id};
+  ILP_TAKE(BlobBlock* const own, make_blob(block->bytes));
   std::memcpy(own->sums(), block->sums(), BlobBlock::sum_bytes(block->bytes) + block->bytes);
-  version->blobs[index] = own;
-  version->check = checksum(info, *version);
-  block = own;
-  return {};
-}
-
-Status RamStore::check_chunks(const BlobName& blob, BlobBlock& block, std::size_t offset, std::size_t bytes) {
-  if (bytes == 0) return {};
-  for (std::size_t c = offset / blob_chunk_bytes; c <= (offset + bytes - 1) / blob_chunk_bytes; ++c) {
-    ChunkSum sum(blob, c);
-    sum.add(block.chunk(c));
-    if (!sum.matches(block.sums()[c])) {
-      return {StatusCode::record_damaged, blob.id, static_cast<std::int64_t>(blob.type)};
-    }
-  }
-  return {};
+  at.version->blobs[place.index] = own;
+  at.version->check = checksum(info, *at.version);
+  return own;
 }
 
 Status RamStore::write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                             std::span<const std::uint8_t> bytes) {
   ILP_TRY(writable());
-  std::size_t index = 0;
-  BlobBlock* block = nullptr;
-  Status status = find_blob_block(info, field, id, offset, bytes.size(), index, block);
+  const Result<BlobPlace> found = find_blob_block(info, field, id, offset, bytes.size());
+  Status status = found.status();
   if (status.is(StatusCode::invalid_argument) || status.is(StatusCode::not_found)) return status;
-  if (status.ok()) status = own_blob(info, id, index, block);
-  if (!status.ok()) return doom(status);
+  const Result<BlobBlock*> own = status.ok() ? own_blob(info, id, found.value()) : status;
+  if (!own.ok()) return doom(own.status());
+  BlobBlock* const block = own.value();
   uncommitted_ |= mask_of(info.type);
   if (bytes.empty()) return {};
-  const BlobName blob{info.type, index, id, block->bytes};
+  const BlobName blob{info.type, found.value().index, id, block->bytes};
   const std::size_t end = offset + bytes.size();
   const std::size_t first = offset / blob_chunk_bytes;
   const std::size_t last = (end - 1) / blob_chunk_bytes;
@@ -452,10 +447,9 @@ Status RamStore::write_blob(const RecordInfo& info, const char* field, std::int6
 
 Status RamStore::read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                            std::span<std::uint8_t> bytes) {
-  std::size_t index = 0;
-  BlobBlock* block = nullptr;
-  ILP_TRY(find_blob_block(info, field, id, offset, bytes.size(), index, block));
-  const Status status = check_chunks({info.type, index, id, block->bytes}, *block, offset, bytes.size());
+  ILP_TAKE(const auto place, find_blob_block(info, field, id, offset, bytes.size()));
+  BlobBlock* const block = place.block;
+  const Status status = check_chunks({info.type, place.index, id, block->bytes}, *block, offset, bytes.size());
   if (!status.ok()) {
     std::fill(bytes.begin(), bytes.end(), std::uint8_t{0});
     return status;

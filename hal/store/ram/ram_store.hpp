@@ -5,11 +5,38 @@
 #include <cstddef>
 
 #include "fsw/base/arena.hpp"
+#include "fsw/base/result.hpp"
 #include "hal/store/checksums.hpp"
 #include "hal/store/record_bytes.hpp"
 #include "hal/store/store.hpp"
 
 namespace ilp {
+namespace ram {
+
+struct BlobBlock;
+struct Version;
+struct Undo;
+/// A row of the index. It has a check, so that a search never goes wrong unnoticed.
+struct Row {
+  std::int64_t id;
+  std::uint32_t place;  ///< place of the version in the region
+  std::uint32_t check;
+};
+struct Table {
+  Row* rows = nullptr;  ///< sorted by ascending id
+  std::size_t size = 0;
+  std::size_t capacity = 0;
+};
+struct Place {
+  std::size_t position = 0;
+  Version* version = nullptr;  ///< nullptr: none
+};
+struct BlobPlace {
+  std::size_t index = 0;  ///< among the blobs of the record
+  BlobBlock* block = nullptr;
+};
+
+}  // namespace ram
 
 /// A transaction never overwrites committed data: the first access to a record in it makes a new version, and the old
 /// one is kept until the end. A rollback therefore allocates nothing and cannot fail, and a commit only releases
@@ -39,58 +66,25 @@ class RamStore final : public Store {
   [[nodiscard]] const ArenaStats& memory() const { return arena_.stats(); }
 
  private:
-  struct BlobBlock;
-  struct Version;
-  struct Undo;
-  /// A row of the index. It has a check, so that a search never goes wrong unnoticed.
-  struct Row {
-    std::int64_t id;
-    std::uint32_t place;  ///< place of the version in the region
-    std::uint32_t check;
-  };
-  struct Table {
-    Row* rows = nullptr;  ///< sorted by ascending id
-    std::size_t size = 0;
-    std::size_t capacity = 0;
-  };
-
-  Table& table_of(const RecordInfo& info) { return tables_[static_cast<std::size_t>(info.type)]; }
-  Version* version_at(const Row& row);
-  Row row_for(const Version& version) const;
-  static bool sound(Row& row);
-  /// Position of the first row whose id is not less.
-  static Status position_of(const Table& table, std::int64_t id, std::size_t& position);
-  /// `version` is nullptr when there is none.
-  Status find(const Table& table, std::int64_t id, std::size_t& position, Version*& version);
-  static void remove_at(Table& table, std::size_t position);
-  static void insert_at(Table& table, std::size_t position, Row row);
-  static std::uint32_t checksum(const RecordInfo& info, Version& version);
-  static bool intact(const RecordInfo& info, Version& version);
-  static Status damaged(const RecordInfo& info, std::int64_t id);
-  Status read(const RecordInfo& info, Version& version, std::int64_t id, void* record);
+  ram::Table& table_of(const RecordInfo& info) { return tables_[static_cast<std::size_t>(info.type)]; }
+  /// Where the version of this id is or would be.
+  [[nodiscard]] Result<ram::Place> find(const ram::Table& table, std::int64_t id) const;
 
   Status writable() const;
   Status doom(Status status);
-  Status full() const;
-  Status reserve(Table& table);
   Status write_record(const RecordInfo& info, const void* record);
-  Status make_version(const RecordInfo& info, const void* record, Version* before, Version*& version);
-  Status make_blob(std::size_t bytes, BlobBlock*& block);
-  static Status check_chunks(const BlobName& blob, BlobBlock& block, std::size_t offset, std::size_t bytes);
-  Status make_undo(const RecordInfo& info, std::int64_t id, Version* before);
-  Status find_blob_block(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
-                         std::size_t bytes, std::size_t& index, BlobBlock*& block);
-  /// Makes `block` writable by this transaction.
-  Status own_blob(const RecordInfo& info, std::int64_t id, std::size_t index, BlobBlock*& block);
-  /// Releases the version and those of its blobs that do not belong to its heir and that transactions from `since` on
-  /// have allocated. The blob references of a damaged version are not trusted: their memory is lost until the next
-  /// start.
-  void release_version(const RecordInfo& info, Version* version, Version* heir, std::uint64_t since);
+  Result<ram::Version*> make_version(const RecordInfo& info, const void* record, ram::Version* before);
+  Result<ram::BlobBlock*> make_blob(std::size_t bytes);
+  Status make_undo(const RecordInfo& info, std::int64_t id, ram::Version* before);
+  Result<ram::BlobPlace> find_blob_block(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
+                                         std::size_t bytes);
+  /// The block, or a copy of it that this transaction may write.
+  Result<ram::BlobBlock*> own_blob(const RecordInfo& info, std::int64_t id, const ram::BlobPlace& place);
 
   std::byte* region_;
   Arena arena_;
-  std::array<Table, static_cast<std::size_t>(RecordType::count)> tables_{};
-  Undo* undo_ = nullptr;
+  std::array<ram::Table, static_cast<std::size_t>(RecordType::count)> tables_{};
+  ram::Undo* undo_ = nullptr;
   std::uint64_t transaction_ = 0;
   bool in_transaction_ = false;
   Status doomed_;

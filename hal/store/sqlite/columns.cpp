@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 #include "hal/store/checksums.hpp"
 #include "hal/store/sql_columns.hpp"
@@ -12,45 +13,20 @@
 namespace ilp {
 namespace {
 
-template <typename T>
-T value_at(const unsigned char* from) {
-  T value;
-  std::memcpy(&value, from, sizeof(value));
-  return value;
-}
-
 void bind_element(sqlite3_stmt* statement, int column, const FieldInfo& field, const unsigned char* from) {
-  switch (field.type) {
-    case FieldType::u8:
-      sqlite3_bind_int64(statement, column, *from);
-      return;
-    case FieldType::u16:
-      sqlite3_bind_int64(statement, column, value_at<std::uint16_t>(from));
-      return;
-    case FieldType::blob:
-    case FieldType::u32:
-      sqlite3_bind_int64(statement, column, value_at<std::uint32_t>(from));
-      return;
-    case FieldType::i32:
-      sqlite3_bind_int64(statement, column, value_at<std::int32_t>(from));
-      return;
-    case FieldType::i64:
-      sqlite3_bind_int64(statement, column, value_at<std::int64_t>(from));
-      return;
-    case FieldType::f32:
-      // SQLite stores a NaN as NULL.
-      sqlite3_bind_double(statement, column, static_cast<double>(value_at<float>(from)));
-      return;
-    case FieldType::f64:
-      sqlite3_bind_double(statement, column, value_at<double>(from));
-      return;
-    case FieldType::text: {
-      const auto* text = reinterpret_cast<const char*>(from);
-      const auto length = static_cast<int>(strnlen(text, field.count - 1U));
-      sqlite3_bind_text(statement, column, text, length, SQLITE_STATIC);
-      return;
-    }
+  if (field.type == FieldType::text) {
+    const auto* text = reinterpret_cast<const char*>(from);
+    sqlite3_bind_text(statement, column, text, static_cast<int>(strnlen(text, field.count - 1U)), SQLITE_STATIC);
+    return;
   }
+  visit_number(field.type, from, [&](auto number) {
+    if constexpr (std::is_floating_point_v<decltype(number)>) {
+      // SQLite stores a NaN as NULL.
+      sqlite3_bind_double(statement, column, static_cast<double>(number));
+    } else {
+      sqlite3_bind_int64(statement, column, number);
+    }
+  });
 }
 
 template <typename Integer>
@@ -85,26 +61,14 @@ bool read_text(sqlite3_stmt* statement, int column, const FieldInfo& field, unsi
 }
 
 bool read_element(sqlite3_stmt* statement, int column, const FieldInfo& field, unsigned char* to) {
-  switch (field.type) {
-    case FieldType::u8:
-      return read_integer<std::uint8_t>(statement, column, to);
-    case FieldType::u16:
-      return read_integer<std::uint16_t>(statement, column, to);
-    case FieldType::blob:
-    case FieldType::u32:
-      return read_integer<std::uint32_t>(statement, column, to);
-    case FieldType::i32:
-      return read_integer<std::int32_t>(statement, column, to);
-    case FieldType::i64:
-      return read_integer<std::int64_t>(statement, column, to);
-    case FieldType::f32:
-      return read_float<float>(statement, column, to);
-    case FieldType::f64:
-      return read_float<double>(statement, column, to);
-    case FieldType::text:
-      return read_text(statement, column, field, to);
-  }
-  return false;
+  if (field.type == FieldType::text) return read_text(statement, column, field, to);
+  return visit_number(field.type, to, [&](auto number) {
+    if constexpr (std::is_floating_point_v<decltype(number)>) {
+      return read_float<decltype(number)>(statement, column, to);
+    } else {
+      return read_integer<decltype(number)>(statement, column, to);
+    }
+  });
 }
 
 }  // namespace
@@ -112,12 +76,9 @@ bool read_element(sqlite3_stmt* statement, int column, const FieldInfo& field, u
 void bind_record(sqlite3_stmt* statement, const RecordInfo& info, const void* record) {
   int column = 1;
   const auto* const from = static_cast<const unsigned char*>(record);
-  for (std::size_t f = 0; f < info.field_count; ++f) {
-    const FieldInfo& field = info.fields[f];
-    for (std::size_t i = 0; i < column_count(field); ++i) {
-      bind_element(statement, column++, field, from + field.offset + i * element_bytes(field.type));
-    }
-  }
+  for_each_element(info, [&](const FieldInfo& field, std::size_t offset) {
+    bind_element(statement, column++, field, from + offset);
+  });
   sqlite3_bind_int64(statement, column, record_checksum(info, record));
 }
 
@@ -125,12 +86,9 @@ bool read_record(sqlite3_stmt* statement, const RecordInfo& info, void* record) 
   int column = 0;
   bool fits = true;
   auto* const to = static_cast<unsigned char*>(record);
-  for (std::size_t f = 0; f < info.field_count && fits; ++f) {
-    const FieldInfo& field = info.fields[f];
-    for (std::size_t i = 0; i < column_count(field) && fits; ++i) {
-      fits = read_element(statement, column++, field, to + field.offset + i * element_bytes(field.type));
-    }
-  }
+  for_each_element(info, [&](const FieldInfo& field, std::size_t offset) {
+    fits = fits && read_element(statement, column++, field, to + offset);
+  });
   return fits && sqlite3_column_type(statement, column) == SQLITE_INTEGER &&
          sqlite3_column_int64(statement, column) == static_cast<std::int64_t>(record_checksum(info, record));
 }

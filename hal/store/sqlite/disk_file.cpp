@@ -62,15 +62,15 @@ Status write_at(int file, std::span<const std::uint8_t> from, std::int64_t at) {
   return {StatusCode::io_error, reason};
 }
 
-Status look_for(const char* path, bool& exists) {
+Result<bool> look_for(const char* path) {
   struct stat state {};
   int reason = 0;
   for (int failed = 0; failed < disk_attempts; ++failed) {
-    exists = ::stat(path, &state) == 0;
+    if (::stat(path, &state) == 0) return true;
     reason = errno;
-    if (exists || reason == ENOENT || reason == ENOTDIR) return {};
+    if (reason == ENOENT || reason == ENOTDIR) return false;
   }
-  return {StatusCode::io_error, reason};
+  return Status{StatusCode::io_error, reason};
 }
 
 }  // namespace ilp

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "fsw/base/status.hpp"
+#include "fsw/base/result.hpp"
 
 namespace ilp {
 
@@ -20,6 +20,6 @@ Status read_at(int file, std::span<std::uint8_t> to, std::int64_t at, std::size_
 /// `io_error` (a = errno): any part of it may have been written.
 Status write_at(int file, std::span<const std::uint8_t> from, std::int64_t at);
 /// Whether there is a file of this name. `io_error` (a = errno) when that cannot be found out.
-Status look_for(const char* path, bool& exists);
+Result<bool> look_for(const char* path);
 
 }  // namespace ilp

@@ -113,12 +113,11 @@ class LogFile {
   [[nodiscard]] bool of_our_pages() const { return word_at(header_.data() + 8) == page_bytes; }
   void set_order() { big_endian_ = (header_[3] & 1U) != 0; }
 
-  /// `whole` is false at the end of the log.
-  Status read(std::int64_t frame, Frame& to, bool& whole) const {
+  /// False at the end of the log.
+  Result<bool> read(std::int64_t frame, Frame& to) const {
     std::size_t got = 0;
-    const Status status = read_at(file_, to, place(frame), got);
-    whole = status.ok() && got == to.size();
-    return status;
+    ILP_TRY(read_at(file_, to, place(frame), got));
+    return got == to.size();
   }
   Status write(std::int64_t frame, const Frame& from) const { return write_at(file_, from, place(frame)); }
   Status write_header() const { return write_at(file_, header_, 0); }
@@ -155,9 +154,8 @@ Status judge(const LogFile& log, Verdict& verdict) {
   FrameSum stated = log.stated_header_sum();
   FrameSum computed = log.header_sum();
   Frame frame;
-  bool whole = true;
   for (std::int64_t k = 0; k < log.frames(); ++k) {
-    ILP_TRY(log.read(k, frame, whole));
+    ILP_TAKE(const bool whole, log.read(k, frame));
     if (!whole) break;
     const bool own = of_this_generation(log, frame);
     const bool exact = own && flipped_bits(log.salts(), head(frame).subspan(8, 8)) == 0;
@@ -232,8 +230,7 @@ Status mend_header(LogFile& log) {
   if (log.header_is_sound()) return {};
   // If several bits make its checksums right, the first frame decides which one.
   Frame frame;
-  bool has_frame = false;
-  ILP_TRY(log.read(0, frame, has_frame));
+  ILP_TAKE(const bool has_frame, log.read(0, frame));
   const auto sound = [&] {
     log.set_order();
     return log.header_is_sound() && log.of_our_pages() &&
@@ -349,19 +346,21 @@ Status walk_log(const char* path, bool only_mend, std::int64_t& frames) {
   FrameSum before = log.stated_header_sum();
   Frame frame;
   Frame next;
-  bool whole = false;
-  if (end > 0) ILP_TRY(log.read(end - 1, frame, whole));
-  const std::uint32_t max_page = whole ? word_at(frame.data() + 4) : 0;
+  std::uint32_t max_page = 0;
+  if (end > 0) {
+    ILP_TAKE(const bool whole, log.read(end - 1, frame));
+    if (whole) max_page = word_at(frame.data() + 4);
+  }
   for (std::int64_t k = 0; k < end; ++k) {
-    ILP_TRY(log.read(k, frame, whole));
+    ILP_TAKE(const bool whole, log.read(k, frame));
     if (!whole) break;
     const FrameSum sum = frame_sum(before, frame, log.big_endian());
     const bool own = flipped_bits(log.salts(), head(frame).subspan(8, 8)) == 0;
     if (!own || sum != stated_frame_sum(head(frame))) {
       bool next_fits = false;
       if (k + 1 < end) {
-        ILP_TRY(log.read(k + 1, next, next_fits));
-        next_fits = next_fits && frame_sum(sum, next, log.big_endian()) == stated_frame_sum(head(next));
+        ILP_TAKE(const bool whole_next, log.read(k + 1, next));
+        next_fits = whole_next && frame_sum(sum, next, log.big_endian()) == stated_frame_sum(head(next));
       }
       if (!mend_frame(log, before, next_fits, max_page, frame)) {
         if (only_mend) return {StatusCode::log_damaged, k, end};

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "fsw/base/result.hpp"
 #include "hal/store/record_bytes.hpp"
 #include "hal/store/sqlite/checked_vfs.hpp"
 #include "hal/store/sqlite/log_mark.hpp"
@@ -37,9 +38,10 @@ class Copy {
 
   /// Returns faults of the new database.
   Status run() {
-    bool complete = false;
-    ILP_TRY(forwards(complete));
-    if (!complete) ILP_TRY(backwards(complete));
+    ILP_TAKE(bool complete, forwards());
+    if (!complete) {
+      ILP_TAKE(complete, backwards());
+    }
     if (!complete) ILP_TRY(between());
     return finish_batch();
   }
@@ -60,7 +62,8 @@ class Copy {
     return status;
   }
 
-  Status forwards(bool& complete) {
+  /// True at the end of the table; so does backwards() where it meets what this has reached.
+  Result<bool> forwards() {
     for (;;) {  // bound: the records of the table; `low_` grows
       const Status found = read_again([&] { return from_.next(info_, low_, record_); });
       if (found.ok()) {
@@ -70,26 +73,19 @@ class Copy {
         low_ = found.a;
         ++count_.lost;
       } else {
-        complete = found.is(StatusCode::not_found);
-        return {};
+        return found.is(StatusCode::not_found);
       }
     }
   }
 
   /// Walks from the end to the point that `forwards` has reached.
-  Status backwards(bool& complete) {
+  Result<bool> backwards() {
     for (;;) {  // bound: the records of the table; `high_` falls
       const Status found = read_again([&] { return from_.previous(info_, high_, high_known_, record_); });
       const bool damaged = found.is(StatusCode::record_damaged);
-      if (!found.ok() && !damaged) {
-        complete = found.is(StatusCode::not_found);
-        return {};
-      }
+      if (!found.ok() && !damaged) return found.is(StatusCode::not_found);
       const std::int64_t id = damaged ? found.a : id_of(record_);
-      if (id <= low_ || (high_known_ && id >= high_)) {
-        complete = id <= low_;
-        return {};
-      }
+      if (id <= low_ || (high_known_ && id >= high_)) return id <= low_;
       high_ = id;
       high_known_ = true;
       if (damaged) {
@@ -129,9 +125,10 @@ class Copy {
     std::int64_t damaged_blobs = 0;
     Status status = to_.put(info_, record_);
     for_each_blob(info_, [&](const FieldInfo& field, std::size_t) {
-      bool damaged = false;
-      if (status.ok()) status = copy_blob(field, damaged);
-      if (damaged) ++damaged_blobs;
+      if (!status.ok()) return;
+      const Result<bool> whole = copy_blob(field);
+      status = whole.status();
+      if (whole.ok() && !whole.value()) ++damaged_blobs;
     });
     ++batch_;
     if (status.ok()) {
@@ -166,31 +163,35 @@ class Copy {
     return is_room(status) ? Status{} : status;
   }
 
-  Status copy_blob(const FieldInfo& field, bool& damaged) {
+  /// False where a part of it is damaged; so does copy_chunks().
+  Result<bool> copy_blob(const FieldInfo& field) {
+    bool whole = true;
     const std::size_t size = blob_bytes(record_, field);
     for (std::size_t at = 0; at < size; at += scratch_.size()) {
       const auto piece = scratch_.first(std::min(scratch_.size(), size - at));
       if (from_.read_blob(info_, field.name, id_of(record_), at, piece).ok()) {
         ILP_TRY(to_.write_blob(info_, field.name, id_of(record_), at, piece));
       } else {
-        ILP_TRY(copy_chunks(field, at, piece.size(), damaged));
+        ILP_TAKE(const bool sound, copy_chunks(field, at, piece.size()));
+        whole = whole && sound;
       }
     }
-    return {};
+    return whole;
   }
 
-  Status copy_chunks(const FieldInfo& field, std::size_t begin, std::size_t bytes, bool& damaged) {
+  Result<bool> copy_chunks(const FieldInfo& field, std::size_t begin, std::size_t bytes) {
+    bool whole = true;
     for (std::size_t at = begin; at < begin + bytes; at += blob_chunk_bytes) {
       const auto chunk = scratch_.first(std::min(blob_chunk_bytes, begin + bytes - at));
       const std::int64_t id = id_of(record_);
       if (read_again([&] { return from_.read_blob(info_, field.name, id, at, chunk); }).ok()) {
         ILP_TRY(to_.write_blob(info_, field.name, id, at, chunk));
       } else {
-        damaged = true;
+        whole = false;
         ILP_TRY(to_.mark_chunk_damaged(info_, field.name, id, at));
       }
     }
-    return {};
+    return whole;
   }
 
   SqliteStore& from_;

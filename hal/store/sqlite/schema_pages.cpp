@@ -33,12 +33,11 @@ class PageFile {
   }
   [[nodiscard]] bool is_open() const { return file_ >= 0; }
   [[nodiscard]] std::uint32_t pages() const { return pages_; }
-  /// `sound`: it is there and has its checksum, possibly after mending.
-  Status read(std::uint32_t number, PageBytes& page, bool& sound) const {
+  /// Whether it is there and has its checksum, possibly after mending.
+  Result<bool> read(std::uint32_t number, PageBytes& page) const {
     std::size_t got = 0;
     ILP_TRY(read_at(file_, page, place(number), got));
-    sound = got == page.size() && check_page(number, page) != PageState::damaged;
-    return {};
+    return got == page.size() && check_page(number, page) != PageState::damaged;
   }
   Status write(std::uint32_t number, PageBytes& page) const {
     seal_page(number, page);
@@ -76,20 +75,22 @@ void fit_first_page(std::uint32_t pages, PageBytes& page) {
   put_number(0, page, 36);
 }
 
-Status find_ours(const PageFile& file, bool& ours) {
+/// Whether any page has the checksum that ours have.
+Result<bool> has_ours(const PageFile& file) {
   PageBytes page;
-  ours = false;
-  for (std::uint32_t number = 1; number <= file.pages() && !ours; ++number) ILP_TRY(file.read(number, page, ours));
-  return {};
+  for (std::uint32_t number = 1; number <= file.pages(); ++number) {
+    ILP_TAKE(const bool ours, file.read(number, page));
+    if (ours) return true;
+  }
+  return false;
 }
 
 Status restore(const PageFile& damaged, const PageFile& fresh, std::uint32_t number) {
   PageBytes page;
-  bool sound = false;
-  ILP_TRY(damaged.read(number, page, sound));
+  ILP_TAKE(const bool sound, damaged.read(number, page));
   if (sound) return {};
-  ILP_TRY(fresh.read(number, page, sound));
-  if (!sound) return {};
+  ILP_TAKE(const bool known, fresh.read(number, page));
+  if (!known) return {};
   if (number == 1) fit_first_page(damaged.pages(), page);
   return damaged.write(number, page);
 }
@@ -100,14 +101,13 @@ Status restore_schema_pages(const char* damaged, const char* fresh) {
   PageFile from;
   PageFile to;
   PageBytes first;
-  bool sound = false;
-  bool ours = false;
   ILP_TRY(from.open(fresh, O_RDONLY));
   ILP_TRY(to.open(damaged, O_RDWR));
-  if (from.is_open()) ILP_TRY(from.read(1, first, sound));
-  if (!sound) return {StatusCode::io_error, ENOENT};
-  if (to.is_open()) ILP_TRY(find_ours(to, ours));
-  if (!ours) return {};
+  const Result<bool> sound = from.is_open() ? from.read(1, first) : false;
+  ILP_TRY(sound.status());
+  if (!sound.value()) return {StatusCode::io_error, ENOENT};
+  const Result<bool> ours = to.is_open() ? has_ours(to) : false;
+  if (!ours.ok() || !ours.value()) return ours.status();
   ILP_TRY(restore(to, from, 1));
   if (first[tree_begin] == interior_table) {
     const std::size_t cells = number_at(first, tree_begin + 3, 2);

@@ -45,7 +45,7 @@ Status remove(const Path& path) {
 Status set_database_aside(const char* path, std::int64_t& number) {
   bool taken = true;
   for (number = 1; number <= max_set_aside; ++number) {
-    ILP_TRY(look_for(aside(path, number).c_str(), taken));
+    ILP_TAKE(taken, look_for(aside(path, number).c_str()));
     if (!taken) break;
   }
   number = std::min(number, max_set_aside);

@@ -13,11 +13,6 @@ using SqlText = FixedText<6144>;
 /// hal/store/sql_columns.hpp has the columns. The table of a blob is `record_name(id, checksums, data)`; `checksums` is
 /// a sequence of u32, one for each chunk of `data`.
 void create_table(const RecordInfo& info, SqlText& sql);
-void create_blob_table(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
-/// Parameters: id, bytes of the checksums, bytes of the data.
-void replace_blob(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
-void blob_size(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
-void delete_blob(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
 void insert_or_update(const RecordInfo& info, SqlText& sql);
 /// Selects all columns, with `where` appended.
 void select(const RecordInfo& info, const char* where, SqlText& sql);

@@ -11,6 +11,7 @@
 #include "fsw/base/argument.hpp"
 #include "hal/store/checksums.hpp"
 #include "hal/store/record_bytes.hpp"
+#include "hal/store/sql_columns.hpp"
 #include "hal/store/sqlite/checked_vfs.hpp"
 #include "hal/store/sqlite/columns.hpp"
 #include "hal/store/sqlite/disk_file.hpp"
@@ -254,8 +255,7 @@ Status SqliteStore::connect_read_only(const char* path, bool sound) {
   FixedText<limits::max_path_bytes> log;
   log.add(path).add("-wal");
   if (log.overflow()) return {StatusCode::capacity_exceeded, 0, limits::max_path_bytes};
-  bool log_exists = false;
-  ILP_TRY(look_for(log.c_str(), log_exists));
+  ILP_TAKE(const bool log_exists, look_for(log.c_str()));
   // SQLite opens the log of every database that has one, and makes it if there is none, unless it is told that there is
   // no writer.
   UriText uri;
@@ -295,11 +295,11 @@ void SqliteStore::close() {
   sqlite3_close(database_);
   database_ = nullptr;
   // The last one has copied the log and removed it.
-  bool log_exists = true;
   FixedText<limits::max_path_bytes> log;
   log.add(path.c_str()).add(log_suffix);
-  if (path.size() > 0 && !log.overflow() && look_for(log.c_str(), log_exists).ok() && !log_exists) {
-    give_up_reserve(path.c_str());
+  if (path.size() > 0 && !log.overflow()) {
+    const Result<bool> log_exists = look_for(log.c_str());
+    if (log_exists.ok() && !log_exists.value()) give_up_reserve(path.c_str());
   }
   limit_bytes_ = reserve_bytes_ = log_bytes_ = held_log_bytes_ = 0;
   log_room_ = sqlite_log_bytes;
@@ -346,7 +346,8 @@ Status SqliteStore::create_schema() {
     status = execute(sql.c_str());
     for_each_blob(info, [&](const FieldInfo& field, std::size_t) {
       SqlText blob_sql;
-      create_blob_table(info, field, blob_sql);
+      add_blob_table("CREATE TABLE ", info, field, "(\"id\" INTEGER PRIMARY KEY, \"checksums\" BLOB, \"data\" BLOB)",
+                     blob_sql);
       if (status.ok()) status = execute(blob_sql.c_str());
     });
   }
@@ -384,11 +385,13 @@ Status SqliteStore::prepare_record(const RecordInfo& info) {
   ILP_TRY(prepare_text(s.count));
   Status status;
   for_each_blob(info, [&](const FieldInfo& field, std::size_t index) {
-    blob_size(info, field, sql);
+    add_blob_table("SELECT length(data) FROM ", info, field, " WHERE id=?", sql);
     if (status.ok()) status = prepare_text(s.blobs[index].size);
-    replace_blob(info, field, sql);
+    // Id, bytes of the checksums, bytes of the data.
+    add_blob_table("INSERT OR REPLACE INTO ", info, field, "(id, checksums, data) VALUES(?, zeroblob(?), zeroblob(?))",
+                   sql);
     if (status.ok()) status = prepare_text(s.blobs[index].create);
-    delete_blob(info, field, sql);
+    add_blob_table("DELETE FROM ", info, field, " WHERE id=?", sql);
     if (status.ok()) status = prepare_text(s.blobs[index].erase);
   });
   return status;

@@ -37,9 +37,9 @@ class NodeTest : public testing::Test {
     }
   }
   bool done(std::int64_t commits = 0) {
-    bool all = false;
-    EXPECT_TRUE(head_.ask_whether_done(commits, all).ok());
-    return all;
+    const Result<bool> all = head_.ask_whether_done(commits);
+    EXPECT_TRUE(all.ok());
+    return all.value();
   }
   void begin_all() {
     ASSERT_TRUE(head_.begin("a", mission_).ok());
@@ -123,11 +123,11 @@ TEST_F(NodeTest, AnswersToAnEarlierHeadDoNotCount) {
   answer(two_);
   Node next_head(store_, clock_, head_stages);
   ASSERT_TRUE(next_head.begin("a", mission_).ok());
-  bool all = false;
-  ASSERT_TRUE(next_head.ask_whether_done(0, all).ok());
-  EXPECT_FALSE(all);
-  ASSERT_TRUE(next_head.ask_whether_done(0, all).ok());
-  EXPECT_FALSE(all);
+  for (int asked = 0; asked < 2; ++asked) {
+    const Result<bool> all = next_head.ask_whether_done(0);
+    ASSERT_TRUE(all.ok());
+    EXPECT_FALSE(all.value());
+  }
 }
 
 TEST_F(NodeTest, TheHeadNoticesWhoComesWhoFallsSilentAndWhoComesBack) {
