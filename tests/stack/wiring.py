@@ -137,7 +137,7 @@ FLIGHT = [
     Calls(r"ilp::(BufferPool|V4l2Camera)::", ["VideoDevice", "Clock"], "the driver"),
     Calls(r"ilp::(TcpLink|UdpLink)::", ["Clock"], "times of packets"),
     # The board
-    Calls(r"ilp::(FlightStore|ChosenStore)::",
+    Calls(r"ilp::(FlightDatabase|FlightStore|ChosenStore)::",
           ["SqliteStore", "RamStore", "PostgresStore", "SoundStore", "LeasedStore", "DiskWait"], "the stores it opens"),
     Calls(r"ilp::WatchedWait::", ["Watchdog", "Clock"], "bsp/linux/watched_wait.hpp"),
     Calls(rf"\(anonymous namespace\)::(Flight::|fly\()|{LOCAL}NodeProcess::",
