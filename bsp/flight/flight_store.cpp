@@ -1,22 +1,11 @@
 #include "bsp/flight/flight_store.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
 #include <ctime>
 #include <new>
 
-#include "bsp/flight/flight_software.hpp"
-#include "bsp/flight/life_merge.hpp"
 #include "fsw/base/argument.hpp"
-#include "fsw/base/text.hpp"
-#include "fsw/storage/storage_manager.hpp"
-#include "hal/store/checksums.hpp"
 #include "hal/store/sqlite/disk_file.hpp"
-#include "hal/store/sqlite/log_mark.hpp"
-#include "hal/store/sqlite/set_aside.hpp"
 
 namespace ilp {
 namespace {
@@ -25,179 +14,10 @@ namespace {
 // transactions.
 constexpr double memory_share = 0.5;
 
-Result<bool> ended_in_order(Store& store) {
-  StartRecord life;
-  const Status found = last(store, life);
-  if (!found.ok() && !is_gone(found)) return found;
-  return found.is(StatusCode::not_found) || (found.ok() && life.end_ns != 0);
-}
-
-using Path = FixedText<limits::max_path_bytes>;
-
-/// Suffixes of a salvaged database: while it is being written, and when it is complete.
-constexpr const char* unfinished_suffix = ".salvage";
-constexpr const char* complete_suffix = ".saved";
-
-/// Piece of a blob that is copied at once; it lies at the end of the flight's memory, where SQLite's arena does not
-/// reach.
-constexpr std::size_t piece_bytes = 16 * blob_chunk_bytes;
-static_assert(limits::sqlite_arena_bytes + piece_bytes <= limits::ram_store_bytes);
-
-Path beside(const char* path, const char* suffix) {
-  Path name;
-  name.add(path).add(suffix);
-  return name;
-}
-
-Status remove_database(const Path& path) {
-  for (const char* const suffix : {"-sync", "-wal", "-shm", "-journal", "-reserve", ""}) {
-    Path name = path;
-    name.add(suffix);
-    if (::unlink(name.c_str()) != 0 && errno != ENOENT) return {StatusCode::io_error, errno};
-  }
-  return {};
-}
-
-Status make_empty(const Path& path) {
-  SqliteStore store;
-  return store.open(path.c_str());
-}
-
-/// A database that was closed is whole in itself if it has no log.
-Status rename_whole(const Path& from, const Path& to) {
-  Path log = from;
-  log.add(log_suffix);
-  ILP_TAKE(const bool log_exists, look_for(log.c_str()));
-  if (log_exists) return StatusCode::store_error;
-  return std::rename(from.c_str(), to.c_str()) == 0 ? Status{} : Status{StatusCode::io_error, errno};
-}
-
-/// Faults that pass; the others are verdicts on the content.
-bool may_pass(const Status& fault) {
-  return fault.is(StatusCode::store_error) || fault.is(StatusCode::io_error) || fault.is(StatusCode::store_full) ||
-         fault.is(StatusCode::store_locked);
-}
-
-std::int64_t total_saved(const SalvageCounts& counts) {
-  std::int64_t saved = 0;
-  for (const SalvageCount& count : counts) saved += count.saved;
-  return saved;
-}
-
-std::int64_t count_records(Store& store) {
-  std::int64_t total = 0;
-  for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
-    std::int64_t records = 0;
-    if (store.count(record_info(static_cast<RecordType>(t)), records).ok()) total += records;
-  }
-  return total;
-}
-
-/// Writes an event for each table with losses into the new database itself, so that no interrupted start loses them.
-Status tell_losses(const char* path, const SalvageCounts& counts) {
-  SqliteStore store;
-  ILP_TRY(store.open(path));
-  EventRecord event;
-  const Status found = last(store, event);
-  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
-  Transaction transaction(store);
-  ILP_TRY(transaction.begin());
-  for (std::size_t t = 0; t < counts.size(); ++t) {
-    const Status losses[] = {{StatusCode::records_lost, counts[t].lost, static_cast<std::int64_t>(t)},
-                             {StatusCode::blobs_damaged, counts[t].damaged_blobs, static_cast<std::int64_t>(t)}};
-    for (const Status& loss : losses) {
-      if (loss.a == 0) continue;
-      EventRecord told;
-      told.id = ++event.id;
-      told.time_ns = event.time_ns;
-      told.code = static_cast<std::uint16_t>(loss.code);
-      told.severity = static_cast<std::uint8_t>(status_severity(loss.code));
-      copy_text(told.component, "board");
-      told.a = loss.a;
-      told.b = loss.b;
-      ILP_TRY(put(store, told));
-    }
-  }
-  return transaction.commit();
-}
-
 }  // namespace
 
-Status FlightStore::open_database(const char* path) {
-  ILP_TRY(disk_.open(path));
-  Status status = check_checkpoints(disk_, checkpoint_forms());
-  const Result<bool> in_order = status.ok() ? ended_in_order(disk_) : status;
-  status = in_order.status();
-  if (status.ok() && !in_order.value()) status = disk_.check();
-  if (!status.ok()) disk_.close();
-  return status;
-}
-
-/// The order of these steps lets the next start continue from any interruption: it removes an unfinished new database,
-/// and puts a complete one in its place. Nothing is set aside before that is complete.
-Status FlightStore::replace(const char* path, const Status& verdict, const MissionParameters& mission) {
-  const Path unfinished = beside(path, unfinished_suffix);
-  if (unfinished.overflow()) return {StatusCode::capacity_exceeded, 0, limits::max_path_bytes};
-  ILP_TRY(remove_database(unfinished));
-  const std::span<std::uint8_t> scratch(reinterpret_cast<std::uint8_t*>(memory_.data() + memory_.size()) - piece_bytes,
-                                        piece_bytes);
-  const bool readable = verdict.is(StatusCode::store_damaged) || verdict.is(StatusCode::log_damaged);
-  salvaged_ = {};
-  Status status = readable ? salvage(path, unfinished.c_str(), database_limit_bytes(mission), scratch, salvaged_)
-                           : make_empty(unfinished);
-  if (status.ok()) status = tell_losses(unfinished.c_str(), salvaged_);
-  if (status.ok()) status = rename_whole(unfinished, beside(path, complete_suffix));
-  if (!status.ok()) {
-    static_cast<void>(remove_database(unfinished));
-    return status;
-  }
-  ILP_TRY(put_saved_in_place(path));
-  if (total_saved(salvaged_) == 0) {
-    news_ = {StatusCode::store_set_aside, news_.b, static_cast<std::int64_t>(verdict.code)};
-  }
-  return open_database(path);
-}
-
-Status FlightStore::put_saved_in_place(const char* path) {
-  const Path complete = beside(path, complete_suffix);
-  ILP_TAKE(const bool is_complete, look_for(complete.c_str()));
-  if (!is_complete) return {};
-  std::int64_t number = 0;
-  // It is moved last. If it is missing, an earlier start has set it aside.
-  ILP_TAKE(const bool exists, look_for(path));
-  if (exists) ILP_TRY(set_database_aside(path, number));
-  // The note is about the one that was set aside.
-  ILP_TRY(guard_.forget_damage());
-  if (std::rename(complete.c_str(), path) != 0) return {StatusCode::io_error, errno};
-  news_ = {StatusCode::store_salvaged, total_saved(salvaged_), number};
-  return {};
-}
-
-Status FlightStore::open_usable(const char* path, StoreTrouble trouble, const MissionParameters& mission) {
-  ILP_TRY(put_saved_in_place(path));
-  if (guard_.says_damaged()) {
-    ILP_TAKE(const bool exists, look_for(path));
-    if (!exists) ILP_TRY(guard_.forget_damage());
-  }
-  Status status = guard_.says_damaged() ? Status{StatusCode::store_damaged} : open_database(path);
-  if (status.ok() && news_.is(StatusCode::store_salvaged)) news_.a = count_records(disk_);
-  if (trouble == StoreTrouble::refuse) return status;
-  if (status.is(StatusCode::log_damaged)) {
-    const Status mended = mend_log(path);
-    if (mended.is(StatusCode::io_error)) return mended;
-    if (mended.ok()) {
-      // Everything was recovered.
-      news_ = status;
-      status = open_database(path);
-    }
-  }
-  // A fault that is no verdict on its content leaves a database where it is.
-  if (is_verdict(status)) return replace(path, status, mission);
-  return status;
-}
-
 Status FlightStore::begin_in_memory(const Status& fault, MissionParameters& mission) {
-  disk_.close();
+  database_.store().close();
   std::span<std::byte> region = memory_;
   if (!fault.ok()) {
     // Whole pages at its end.
@@ -211,70 +31,28 @@ Status FlightStore::begin_in_memory(const Status& fault, MissionParameters& miss
   const double room_mib = memory_share * static_cast<double>(memory_.size()) / 1048576.0;
   mission.storage_budget_mib = std::min(mission.storage_budget_mib, room_mib);
   // Where memory was asked for, nothing has happened.
-  if (!fault.ok()) news_ = {StatusCode::store_in_memory, static_cast<std::int64_t>(fault.code), fault.a};
+  if (!fault.ok())
+    database_.news().database = {StatusCode::store_in_memory, static_cast<std::int64_t>(fault.code), fault.a};
   return {};
-}
-
-Status FlightStore::open_on_disk(const char* path, StoreTrouble trouble, const MissionParameters& mission,
-                                 DiskWait* wait, Unreadable copies) {
-  // The guard lies on the same disk.
-  ILP_TRY(guard_.take(path));
-  ILP_TRY(open_usable(path, trouble, mission));
-  ILP_TRY(take_in_copies(path, mission, wait, copies));
-  return disk_.limit(database_limit_bytes(mission));
 }
 
 Status FlightStore::open(const char* path, StoreTrouble trouble, MissionParameters& mission, DiskWait* wait) {
   const int attempts = trouble == StoreTrouble::fly_on && wait != nullptr ? start_attempts : 1;
   const auto try_to_open = [&](int attempt) {
-    return open_on_disk(path, trouble, mission, wait,
-                        attempt + 1 < attempts ? Unreadable::try_again : Unreadable::set_aside);
+    return database_.open(path, trouble, mission, wait,
+                          attempt + 1 < attempts ? UnreadableCopy::try_again : UnreadableCopy::set_aside);
   };
   Status status = try_to_open(0);
   for (int attempt = 1; attempt < attempts && may_pass(status); ++attempt) {
     const auto fault = static_cast<std::int64_t>(status.code);
     wait->until_next_attempt(attempt, status);
     status = try_to_open(attempt);
-    if (status.ok()) opened_late_ = {StatusCode::store_opened_late, attempt, fault};
+    if (status.ok()) database_.news().opened_late = {StatusCode::store_opened_late, attempt, fault};
   }
   if (status.is(StatusCode::store_in_use)) return status;
   if (trouble == StoreTrouble::fly_on && !status.ok()) return begin_in_memory(status, mission);
-  if (!status.ok()) guard_.release();
+  if (!status.ok()) database_.guard().release();
   return status;
-}
-
-/// The copies are lives of the flight that followed each other.
-Status FlightStore::take_in_copies(const char* path, const MissionParameters& mission, DiskWait* wait,
-                                   Unreadable copies) {
-  ILP_TRY(remove_unfinished_copy(path));
-  for (std::int64_t number = 1; number <= max_memory_copies; ++number) {
-    const MemoryCopyPath copy = memory_copy_path(path, number);
-    ILP_TAKE(const bool exists, look_for(copy.c_str()));
-    if (exists) ILP_TRY(take_in(path, copy.c_str(), mission, wait, copies));
-  }
-  return {};
-}
-
-Status FlightStore::take_in(const char* path, const char* copy, const MissionParameters& mission, DiskWait* wait,
-                            Unreadable copies) {
-  MemoryCopy records;
-  const Status readable = records.open(copy, wait);
-  if (may_pass(readable) && copies == Unreadable::try_again) return readable;
-  if (!readable.ok()) {
-    // The flight goes on with its database.
-    not_moved_ = {StatusCode::store_not_moved, static_cast<std::int64_t>(readable.code), readable.a};
-    return refuse_copy(copy);
-  }
-  ILP_TAKE(const bool fits, follows(disk_, records));
-  if (!fits) {
-    disk_.close();
-    ILP_TRY(replace(path, StatusCode::store_not_moved, mission));
-  }
-  std::int64_t taken = 0;
-  ILP_TRY(merge_life(disk_, records, wait, taken));
-  records.close();
-  moved_ = {StatusCode::store_back_on_disk, moved_.a + taken, moved_.b + records.lost()};
-  return ::unlink(copy) == 0 ? Status{} : Status{StatusCode::io_error, errno};
 }
 
 Status FlightStore::leave_memory(const char* path, DiskWait* wait) {
@@ -283,35 +61,9 @@ Status FlightStore::leave_memory(const char* path, DiskWait* wait) {
   return write_memory_copy(*ram_, path, wait, counts);
 }
 
-Status FlightStore::open_as_head(const char* path, StoreTrouble trouble, Synchronise when, MissionParameters& mission) {
-  const Status taken = guard_.take(path);
-  if (taken.is(StatusCode::store_in_use)) return open_among_others(path, mission, when);
-  ILP_TRY(taken);
-  Status status = open_usable(path, trouble, mission);
-  if (status.ok()) status = take_in_copies(path, mission, nullptr, Unreadable::set_aside);
-  if (status.ok()) status = disk_.limit(database_limit_bytes(mission));
-  if (status.ok()) status = disk_.synchronise(when);
-  if (status.ok()) {
-    guard_.admit_others();
-  } else {
-    guard_.release();
-  }
-  return status;
-}
-
-Status FlightStore::open_among_others(const char* path, const MissionParameters& mission, Synchronise when) {
-  ILP_TRY(guard_.share(path));
-  Status status = guard_.says_damaged() ? Status{StatusCode::store_damaged} : disk_.open(path);
-  if (status.ok()) status = check_checkpoints(disk_, checkpoint_forms());
-  if (status.ok()) status = disk_.limit(database_limit_bytes(mission));
-  if (status.ok()) status = disk_.synchronise(when);
-  if (!status.ok()) close();
-  return status;
-}
-
 Status FlightStore::join(const char* path, const MissionParameters& mission) {
   ILP_TAKE(const bool exists, look_for(path));
-  return exists ? open_among_others(path, mission, Synchronise::later) : Status{StatusCode::not_found};
+  return exists ? database_.open_among_others(path, mission, Synchronise::later) : Status{StatusCode::not_found};
 }
 
 void FlightStore::wait(std::int32_t milliseconds) {
@@ -319,19 +71,8 @@ void FlightStore::wait(std::int32_t milliseconds) {
   constexpr timespec short_nap{0, 100'000};
   constexpr timespec nap{0, 1'000'000};
   constexpr int short_naps = 10;
-  for (int i = 0; i < short_naps && !disk_.changed_by_others(); ++i) ::nanosleep(&short_nap, nullptr);
-  for (std::int32_t i = 1; i < milliseconds && !disk_.changed_by_others(); ++i) ::nanosleep(&nap, nullptr);
-}
-
-bool FlightStore::damaged() const {
-  if (disk_.damaged()) guard_.note_damage();
-  return disk_.damaged();
-}
-
-void FlightStore::close() {
-  if (disk_.damaged()) guard_.note_damage();
-  disk_.close();
-  guard_.release();
+  for (int i = 0; i < short_naps && !database_.store().changed_by_others(); ++i) ::nanosleep(&short_nap, nullptr);
+  for (std::int32_t i = 1; i < milliseconds && !database_.store().changed_by_others(); ++i) ::nanosleep(&nap, nullptr);
 }
 
 }  // namespace ilp

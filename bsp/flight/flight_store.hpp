@@ -4,25 +4,13 @@
 #include <cstddef>
 #include <span>
 
-#include "bsp/flight/database_guard.hpp"
 #include "bsp/flight/disk_look.hpp"
-#include "bsp/flight/memory_copy.hpp"
-#include "cfg/mission.hpp"
+#include "bsp/flight/flight_database.hpp"
 #include "fsw/base/arena.hpp"
 #include "hal/store/ram/ram_store.hpp"
-#include "hal/store/sqlite/salvage.hpp"
-#include "hal/store/sqlite/sqlite_store.hpp"
 #include "hal/store/store_sharing.hpp"
 
 namespace ilp {
-
-enum class StoreTrouble : std::uint8_t {
-  refuse,  ///< open() fails, and nothing is touched
-  /// The readable part of a damaged database is saved into a new one; a database of another version or build is set
-  /// aside for a new one. After any other fault, which says nothing about its content, a database stays where it is,
-  /// and the flight has a store in memory.
-  fly_on
-};
 
 /// With `fly_on` a start tries a disk that fails this often, a second apart, before it flies in memory.
 inline constexpr int start_attempts = 10;
@@ -31,11 +19,9 @@ class FlightStore final : public StoreSharing {
  public:
   /// SQLite uses `sqlite` (configure_sqlite_memory), which lies in `memory`. Without a disk the records take all of
   /// `memory`. Both outlive the store.
-  FlightStore(const Arena& sqlite, std::span<std::byte> memory) : sqlite_(sqlite), memory_(memory) {}
+  FlightStore(const Arena& sqlite, std::span<std::byte> memory) : sqlite_(sqlite), memory_(memory), database_(memory) {}
   /// Notes damage, as close() does.
   ~FlightStore() { close(); }
-  FlightStore(const FlightStore&) = delete;
-  FlightStore& operator=(const FlightStore&) = delete;
 
   /// Refuses a database with the checkpoints of another build with `store_build`, and one that another flight has open
   /// with `store_in_use`. A database whose flight did not end in order is checked completely first (`store_damaged`),
@@ -47,7 +33,9 @@ class FlightStore final : public StoreSharing {
   /// commits are on the disk when they are done; in virtual time `later`, because a recorded image can be read again.
   /// While others have the database open, nothing of it is saved or set aside:
   /// a database that cannot be used is refused. There is no sharing of a store in memory.
-  Status open_as_head(const char* path, StoreTrouble trouble, Synchronise when, MissionParameters& mission);
+  Status open_as_head(const char* path, StoreTrouble trouble, Synchronise when, const MissionParameters& mission) {
+    return database_.open_as_head(path, trouble, when, mission);
+  }
   /// The same for another process of the flight. `not_found` until a head has made the database. Its commits wait for
   /// no disk: what it makes follows from earlier records, and nobody outside has been told of it (StoreSharing::flush).
   Status join(const char* path, const MissionParameters& mission);
@@ -57,70 +45,42 @@ class FlightStore final : public StoreSharing {
   /// synchronised. With ok the process ends, and the next start takes them in; otherwise the flight goes on in memory.
   /// Outside of transactions. Faults as write_memory_copy().
   Status leave_memory(const char* path, DiskWait* wait);
-  void close();
+  void close() { database_.close(); }
 
   // StoreSharing
-  Status claim(StageMask stages) override { return guard_.claim(stages); }
+  Status claim(StageMask stages) override { return database_.guard().claim(stages); }
   void release() override { close(); }
   /// A database in a file has no connection that could be lost. See damaged().
   [[nodiscard]] bool connected() const override { return true; }
   Status reconnect() override { return {}; }
-  Status flush() override { return in_memory_ ? Status{} : disk_.flush(); }
-  Status flush_own() override { return in_memory_ ? Status{} : disk_.flush_own(); }
+  Status flush() override { return in_memory_ ? Status{} : database_.store().flush(); }
+  Status flush_own() override { return in_memory_ ? Status{} : database_.store().flush_own(); }
   /// Looks every millisecond.
   void wait(std::int32_t milliseconds) override;
 
   /// The database, where there is one.
-  [[nodiscard]] SqliteStore* disk() { return in_memory_ ? nullptr : &disk_; }
-  [[nodiscard]] Store& store() { return in_memory_ ? static_cast<Store&>(*ram_) : disk_; }
-  /// The reason why the flight does not use its database: `store_salvaged`, `store_set_aside` or `store_in_memory`; or
-  /// `log_damaged`, if its log was damaged and is mended; else ok. The events of a salvaged database list the losses by
-  /// table.
-  [[nodiscard]] Status news() const { return news_; }
+  [[nodiscard]] SqliteStore* disk() { return in_memory_ ? nullptr : &database_.store(); }
+  [[nodiscard]] Store& store() { return in_memory_ ? static_cast<Store&>(*ram_) : database_.store(); }
+  [[nodiscard]] const StoreNews& start() const { return database_.news(); }
+  [[nodiscard]] Status news() const { return start().database; }
   /// As SqliteStore::take_news().
-  [[nodiscard]] Status take_news() { return in_memory_ ? Status{} : disk_.take_news(); }
-  /// `store_back_on_disk` if this start has moved records of a flight in memory into the database.
-  [[nodiscard]] Status moved() const { return moved_; }
-  /// `store_not_moved` if such records could not be used. Their file is kept for the ground.
-  [[nodiscard]] Status not_moved() const { return not_moved_; }
-  /// `store_opened_late` if the disk had failed at first.
-  [[nodiscard]] Status opened_late() const { return opened_late_; }
+  [[nodiscard]] Status take_news() { return in_memory_ ? Status{} : database_.store().take_news(); }
   /// Of a flight in memory whose disk failed: the stack of a DiskLook. Its store leaves it free.
   [[nodiscard]] std::span<std::byte> look_stack() const { return look_stack_; }
-  /// Counts of the salvage at this start.
-  [[nodiscard]] const SalvageCounts& salvaged() const { return salvaged_; }
   /// The database was found damaged in flight: nothing is safely stored until the next start, which reads the note of
   /// it.
-  [[nodiscard]] bool damaged() const;
+  [[nodiscard]] bool damaged() const { return database_.damaged(); }
   [[nodiscard]] const ArenaStats& memory_use() const { return in_memory_ ? ram_->memory() : sqlite_.stats(); }
 
  private:
-  Status open_database(const char* path);
-  Status replace(const char* path, const Status& verdict, const MissionParameters& mission);
-  Status put_saved_in_place(const char* path);
-  Status open_usable(const char* path, StoreTrouble trouble, const MissionParameters& mission);
-  /// What to do with a copy of records in memory that cannot be read: on another attempt the disk may read it.
-  enum class Unreadable : std::uint8_t { try_again, set_aside };
-  Status open_on_disk(const char* path, StoreTrouble trouble, const MissionParameters& mission, DiskWait* wait,
-                      Unreadable copies);
-  Status take_in_copies(const char* path, const MissionParameters& mission, DiskWait* wait, Unreadable copies);
-  Status take_in(const char* path, const char* copy, const MissionParameters& mission, DiskWait* wait,
-                 Unreadable copies);
   Status begin_in_memory(const Status& fault, MissionParameters& mission);
-  Status open_among_others(const char* path, const MissionParameters& mission, Synchronise when);
 
   const Arena& sqlite_;
   std::span<std::byte> memory_;
-  SqliteStore disk_;
+  FlightDatabase database_;
   alignas(RamStore) std::byte ram_place_[sizeof(RamStore)];
   RamStore* ram_ = nullptr;
   bool in_memory_ = false;
-  mutable DatabaseGuard guard_;  ///< damaged() writes the note in it
-  SalvageCounts salvaged_{};
-  Status news_;
-  Status moved_;
-  Status not_moved_;
-  Status opened_late_;
   std::span<std::byte> look_stack_;
 };
 

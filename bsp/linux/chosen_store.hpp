@@ -26,13 +26,11 @@ class ChosenStore {
   [[nodiscard]] StoreSharing& sharing();
   /// The database file; the null pointer for a server, or memory.
   [[nodiscard]] SqliteStore* disk() { return server_ ? nullptr : file_.disk(); }
-  /// As FlightStore::look_stack(), leave_memory(), news(), moved(), not_moved(), opened_late() and damaged().
+  /// As FlightStore::look_stack(), leave_memory(), news(), start() and damaged().
   [[nodiscard]] std::span<std::byte> look_stack() const { return file_.look_stack(); }
   Status leave_memory(const char* path, DiskWait* wait) { return file_.leave_memory(path, wait); }
   [[nodiscard]] Status news() const { return file_.news(); }
-  [[nodiscard]] Status moved() const { return file_.moved(); }
-  [[nodiscard]] Status not_moved() const { return file_.not_moved(); }
-  [[nodiscard]] Status opened_late() const { return file_.opened_late(); }
+  [[nodiscard]] const StoreNews& start() const { return file_.start(); }
   [[nodiscard]] bool damaged() const { return !server_ && file_.damaged(); }
   /// As FlightStore::take_news().
   [[nodiscard]] Status take_news() { return server_ ? Status{} : file_.take_news(); }

@@ -422,7 +422,8 @@ bool Flight::start() {
   report({StatusCode::started, life_->record().id, static_cast<std::int64_t>(life_->record().reason)});
   report(early_news_);
   report(time_begin_.news);
-  for (const Status& news : {store_.opened_late(), store_.news(), store_.moved(), store_.not_moved()}) {
+  for (const Status& news :
+       {store_.start().opened_late, store_.news(), store_.start().moved, store_.start().not_moved}) {
     report(news);
     if (!news.ok()) static_cast<void>(fail(store_label(options_), news));
   }

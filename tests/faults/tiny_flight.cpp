@@ -254,7 +254,8 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   Status status = disk.open(database.c_str(), StoreTrouble::fly_on, *memory.mission, &wait);
   tell(traces, status);
   if (!status.ok()) return life_refused;
-  for (const Status& news : {disk.opened_late(), disk.news(), disk.moved(), disk.not_moved()}) tell(traces, news);
+  for (const Status& news : {disk.start().opened_late, disk.news(), disk.start().moved, disk.start().not_moved})
+    tell(traces, news);
   auto& clock = *new (clock_place) WatchedClock(traces.now_ns, hooks.step);
   const bool on_disk = !disk.news().is(StatusCode::store_in_memory);
   Store* store = &disk.store();
@@ -276,7 +277,7 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   if (!status.ok()) return disk.damaged() ? life_restart : life_refused;
   EventLog& events = software.executive().events();
   events.report(clock.now(), "board", {StatusCode::started, life.record().id});
-  for (const Status& news : {disk.opened_late(), disk.news(), disk.moved(), disk.not_moved()}) {
+  for (const Status& news : {disk.start().opened_late, disk.news(), disk.start().moved, disk.start().not_moved}) {
     if (!news.ok()) events.report(clock.now(), "board", news);
   }
   // As in real time.

@@ -122,7 +122,7 @@ TEST_F(BackToDisk, EveryImageOfThreeLivesIsExaminedAndCodedAndEveryFileIsSent) {
   mount();
   ASSERT_OK(board_.store->leave_memory(board_.database().c_str(), nullptr));
   ASSERT_OK(board_.restart());
-  EXPECT_EQ(board_.store->moved().code, StatusCode::store_back_on_disk);
+  EXPECT_EQ(board_.store->start().moved.code, StatusCode::store_back_on_disk);
   EXPECT_OK(board_.store->news());
   EXPECT_TRUE(board_.ping());
   StorageRecord storage;
@@ -135,7 +135,7 @@ TEST_F(BackToDisk, EveryImageOfThreeLivesIsExaminedAndCodedAndEveryFileIsSent) {
   board_.fly(30);
   fly_without_camera(300);
   ASSERT_OK(board_.restart()) << "as any other flight";
-  EXPECT_OK(board_.store->moved());
+  EXPECT_OK(board_.store->start().moved);
   fly_without_camera(30);
 
   // The storage manager has counted what is held.
@@ -222,7 +222,7 @@ TEST_F(BackToDisk, LivesInMemoryFollowEachOtherIntoOneDatabase) {
   ASSERT_OK(board_.store->leave_memory(board_.database().c_str(), nullptr));
   ASSERT_OK(board_.restart());
   EXPECT_OK(board_.store->news());
-  EXPECT_EQ(board_.store->moved().code, StatusCode::store_back_on_disk);
+  EXPECT_EQ(board_.store->start().moved.code, StatusCode::store_back_on_disk);
   EXPECT_GT(all<EventRecord>().size(), events);
   EXPECT_TRUE(board_.ping());
 }

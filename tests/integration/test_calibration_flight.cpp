@@ -234,11 +234,11 @@ TEST_F(CalibrationFlightTest, AGivenCameraThatIsWrongIsContradictedWhileTheStrip
   EXPECT_EQ(cameras[0].fx, cameras[1].fx);
   // It is said before anything else.
   const test::ProgramResult map =
-      test::run_program({ILP_GROUND, (out / "outbox").string(), "--out", (folder / "map").string()});
+      test::run_program({ILP_GROUND, (out / "outbox").string(), "--out", folder / "map"});
   ASSERT_EQ(map.exit_status, 0) << map.output;
   const std::size_t said = map.output.find("contradict the camera: they ask for focal length");
   EXPECT_LT(said, map.output.find("posed,")) << map.output;
-  const test::Bytes bytes = test::read_file(folder / "map" / "report.html");
+  const test::Bytes bytes = test::read_file(fs::path(folder / "map") / "report.html");
   const std::string page(bytes.begin(), bytes.end());
   EXPECT_LT(page.find("contradict the camera"), page.find("class=\"lede\""));
 }

@@ -137,7 +137,7 @@ FLIGHT = [
     Calls(r"ilp::(BufferPool|V4l2Camera)::", ["VideoDevice", "Clock"], "the driver"),
     Calls(r"ilp::(TcpLink|UdpLink)::", ["Clock"], "times of packets"),
     # The board
-    Calls(r"ilp::(FlightStore|ChosenStore)::",
+    Calls(r"ilp::(FlightDatabase|FlightStore|ChosenStore)::",
           ["SqliteStore", "RamStore", "PostgresStore", "SoundStore", "LeasedStore", "DiskWait"], "the stores it opens"),
     Calls(r"ilp::WatchedWait::", ["Watchdog", "Clock"], "bsp/linux/watched_wait.hpp"),
     Calls(rf"\(anonymous namespace\)::(Flight::|fly\()|{LOCAL}NodeProcess::",
@@ -145,7 +145,7 @@ FLIGHT = [
     Calls(rf"ilp::(Configuration|FlightSoftware|Life|MemoryCopy|Node|SharedFlight|SharedCompute)::|{LOCAL}Merge::",
           ["Store", "StoreSharing", "Clock", "Nonvolatile", "DiskWait", "Watchdog"], "bsp/flight, bsp/linux"),
     # Free functions call what they are given.
-    Calls(r".*\(.*ilp::(Store&|StoreView<)", ["Store", "DiskWait", "Clock", "Nonvolatile"], "parameters"),
+    Calls(r".*\(.*ilp::((Sqlite)?Store&|StoreView<)", ["Store", "DiskWait", "Clock", "Nonvolatile"], "parameters"),
     Calls(rf".*\(.*({LOCAL}(ActiveFunction|Look)|ilp::(ServiceCall|CommandingWiring))\b", ["Store", "Clock"],
           "services and open requests"),
     Calls(r".*\(.*ilp::(VideoDevice|Compute)&", ["VideoDevice", "Compute"], "parameters"),

@@ -163,18 +163,6 @@ Status Connection::connect() {
   return start_pipeline();
 }
 
-bool Connection::names_password(const char* conninfo) {
-  const HeapGateScope heap(HeapRegion::postgres);
-  PQconninfoOption* const words = PQconninfoParse(conninfo, nullptr);
-  bool found = false;
-  for (const PQconninfoOption* word = words; word != nullptr && word->keyword != nullptr; ++word) {
-    const bool secret = std::strcmp(word->keyword, "password") == 0 || std::strcmp(word->keyword, "sslpassword") == 0;
-    found = found || (secret && word->val != nullptr);
-  }
-  PQconninfoFree(words);
-  return found;
-}
-
 Status Connection::open(const char* conninfo) {
   const HeapGateScope heap(HeapRegion::postgres);
   finish();
@@ -353,3 +341,15 @@ void Connection::wait(std::int64_t milliseconds) const {
 }
 
 }  // namespace ilp::postgres
+
+bool ilp::holds_password(const char* conninfo) {
+  const HeapGateScope heap(HeapRegion::postgres);
+  PQconninfoOption* const words = PQconninfoParse(conninfo, nullptr);
+  bool found = false;
+  for (const PQconninfoOption* word = words; word != nullptr && word->keyword != nullptr; ++word) {
+    const bool secret = std::strcmp(word->keyword, "password") == 0 || std::strcmp(word->keyword, "sslpassword") == 0;
+    found = found || (secret && word->val != nullptr);
+  }
+  PQconninfoFree(words);
+  return found;
+}

@@ -14,6 +14,13 @@
 struct pg_conn;
 struct pg_result;
 
+namespace ilp {
+
+/// Whether the text names a password, which does not belong on a command line: other users can read it there.
+[[nodiscard]] bool holds_password(const char* conninfo);
+
+}  // namespace ilp
+
 namespace ilp::postgres {
 
 /// After this time without an answer the connection counts as lost. A transaction that waits for another process's is
@@ -40,7 +47,6 @@ class Connection {
   Connection& operator=(const Connection&) = delete;
   ~Connection() { close(); }
 
-  [[nodiscard]] static bool names_password(const char* conninfo);
   /// `conninfo` as libpq takes it; keep-alives that it does not set are ours.
   Status open(const char* conninfo);
   void close();

@@ -28,10 +28,6 @@ const FieldInfo& blob_field(const RecordInfo& info, std::size_t blob) {
 
 }  // namespace
 
-bool holds_password(const char* conninfo) {
-  return Connection::names_password(conninfo);
-}
-
 void PostgresStore::close() {
   connection_.close();
   flusher_.close();

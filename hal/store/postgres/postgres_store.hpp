@@ -32,9 +32,6 @@ inline constexpr std::int64_t changed_meanwhile = 4 * 36 * 36 * 36 * 36 + 1;
 inline constexpr std::size_t max_postgres_blob_bytes = std::max(
     (limits::max_transfer_bytes + blob_chunk_bytes - 1) / blob_chunk_bytes * blob_chunk_bytes, std::size_t{1} << 20U);
 
-/// Whether the text names a password, which does not belong on a command line: other users can read it there.
-[[nodiscard]] bool holds_password(const char* conninfo);
-
 /// A transaction has the store to itself, as in SQLite, from its first write or its first question whose answer
 /// is not known (also from last() as its first question): the others wait for it, up to 15 s (`store_error`). What it
 /// has read before has to be true still, or it is refused (`store_error`, a = changed_meanwhile). Writes are sent

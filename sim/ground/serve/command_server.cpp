@@ -5,7 +5,6 @@
 #include <charconv>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "sim/ground/console/operator_command.hpp"
 #include "sim/ground/serve/connection_places.hpp"
@@ -201,19 +200,10 @@ CommandServer::CommandServer(const SocketAddress& address, OperatorDesk& desk, T
                              const CommandLimits& limits)
     : inside_(std::make_unique<Inside>(desk, guard, limits)) {
   inside_->address = address;
-  int socket = listening_socket(inside_->address, "--commands");
-  // The server closes the socket.
-  inside_->daemon = MHD_start_daemon(
-      MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, 0, nullptr, nullptr,
-      &Inside::on_request, inside_.get(), MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_CONNECTION_LIMIT,
-      inside_->places.library_limit(), MHD_OPTION_CONNECTION_MEMORY_LIMIT, limits.bytes_per_connection,
-      MHD_OPTION_CONNECTION_TIMEOUT, limits.idle_s, MHD_OPTION_NOTIFY_CONNECTION, &ConnectionPlaces::on_connection,
-      &inside_->places, MHD_OPTION_NOTIFY_COMPLETED, &Inside::on_end, inside_.get(), MHD_OPTION_END);
-  if (inside_->daemon == nullptr) {
-    close_socket(socket);
-    throw std::runtime_error("cannot serve at " + address_text(address) +
-                             ": no thread can be started; end other programs");
-  }
+  inside_->daemon =
+      start_daemon(inside_->address, "--commands",
+                   {&Inside::on_request, &Inside::on_end, inside_.get(), limits.bytes_per_connection, limits.idle_s},
+                   inside_->places);
 }
 
 CommandServer::~CommandServer() {

@@ -2,8 +2,13 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/syscall.h>
+#include <sys/wait.h>
 #include <unistd.h>
+
+#include <cstdio>
+#include <stdexcept>
 
 namespace {
 
@@ -66,4 +71,21 @@ int unlink(const char* path) {
   if (is_last_call()) end();
   return static_cast<int>(::syscall(SYS_unlinkat, AT_FDCWD, path, 0));
 }
+}
+
+ilp::faults::End ilp::faults::run_life(std::int64_t kill, const std::function<void()>& life, int& status) {
+  std::fflush(stdout);
+  const pid_t child = fork();
+  if (child < 0) throw std::runtime_error("no process");
+  if (child == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    kill_at_write(kill);
+    life();
+    _exit(1);
+  }
+  int state = 0;
+  waitpid(child, &state, 0);
+  status = WEXITSTATUS(state);
+  if (WIFSIGNALED(state) && WTERMSIG(state) == SIGKILL && kill > 0) return End::killed;
+  return WIFEXITED(state) ? End::exited : End::crashed;
 }

@@ -1,12 +1,9 @@
 // Telecommands as fast as they are carried out, in some disorder, between replays of what was recorded, forged ones and
 // ones of unknown keys, through kills and starts: each is carried out once or, in a kill, not at all.
 #include <sys/mman.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
 #include <cstdio>
 #include <stdexcept>
 
@@ -174,25 +171,16 @@ Fate fly(const CampaignOptions& options, Counts& counts, Reported* reported, std
     const bool killed = random.below(4) != 0;
     const std::int64_t kill = killed ? 1 + std::int64_t{random.below(static_cast<std::uint32_t>(30 * frames))} : 0;
     const std::uint64_t seed = random.next();
-    std::fflush(stdout);
-    const pid_t child = fork();
-    if (child < 0) throw std::runtime_error("no process");
-    if (child == 0) {
-      prctl(PR_SET_PDEATHSIG, SIGKILL);
+    const auto life = [&] {
       Rng own(seed, options.seed);
-      kill_at_write(kill);
       Process process(board, counts, reported, most);
       _exit(process.fly(frames, own) ? 0 : 1);
-    }
-    int state = 0;
-    waitpid(child, &state, 0);
-    if (WIFSIGNALED(state) && WTERMSIG(state) == SIGKILL && kill > 0) {
-      ++counts.kills;
-    } else if (!WIFEXITED(state)) {
-      return Fate::crash;
-    } else if (WEXITSTATUS(state) != 0) {
-      return Fate::no_start;
-    }
+    };
+    int status = 0;
+    const End end = run_life(kill, life, status);
+    if (end == End::crashed) return Fate::crash;
+    if (end == End::killed) ++counts.kills;
+    if (end == End::exited && status != 0) return Fate::no_start;
   }
   const std::int64_t wrong = counts.twice + counts.foreign + counts.refused;
   return wrong == 0 ? Fate::answered : Fate::other_answer;

@@ -1,11 +1,8 @@
 // Operators who set what decides about contact, kills at any call that changes a file, and calendars that jump: the
 // ground gets back in with the last good configuration, and no other one ever takes its place.
 #include <sys/mman.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <csignal>
 #include <cstdio>
 #include <stdexcept>
 
@@ -276,30 +273,24 @@ Fate fly(std::int64_t trial, const CampaignOptions& options, Truth& truth) {
     const std::uint32_t kill = last || random.below(4) == 0 ? 0 : 1 + random.below(farthest_kill);
     const std::uint32_t actions = 1 + random.below(6);
     const std::uint64_t seed = (std::uint64_t{random.next()} << 32U) | life;
-    std::fflush(stdout);
-    const pid_t child = fork();
-    if (child < 0) throw std::runtime_error("no process");
-    if (child == 0) {
-      prctl(PR_SET_PDEATHSIG, SIGKILL);
+    const auto live = [&] {
       Rng own(seed, options.seed);
-      kill_at_write(kill);
       Process process(board, truth);
       if (!process.start()) _exit(1);
       for (std::uint32_t i = 0; i < actions && !last; ++i) {
         if (!process.act(own)) _exit(1);
       }
       _exit(last ? 10 + static_cast<int>(process.reach()) : 0);
-    }
-    int state = 0;
-    waitpid(child, &state, 0);
-    if (WIFSIGNALED(state) && WTERMSIG(state) == SIGKILL && kill > 0) {
+    };
+    int status = 0;
+    const End end = run_life(kill, live, status);
+    if (end == End::killed) {
       ++truth.kills;
-    } else if (!WIFEXITED(state)) {
+    } else if (end == End::crashed) {
       return Fate::crash;
     } else if (last) {
-      return WEXITSTATUS(state) >= 10 && truth.fault[0] == 0 ? static_cast<Fate>(WEXITSTATUS(state) - 10)
-                                                             : Fate::other_answer;
-    } else if (WEXITSTATUS(state) != 0) {
+      return status >= 10 && truth.fault[0] == 0 ? static_cast<Fate>(status - 10) : Fate::other_answer;
+    } else if (status != 0) {
       return Fate::other_answer;
     }
     jump(random, truth);

@@ -289,8 +289,8 @@ TEST_F(MemoryReturn, AStartWaitsForADiskThatComesSoon) {
   MissionParameters mission;
   ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission, &wait_));
   EXPECT_OK(store->news());
-  EXPECT_EQ((store->opened_late()).code, StatusCode::store_opened_late);
-  EXPECT_EQ(store->opened_late().a, 3);
+  EXPECT_EQ((store->start().opened_late).code, StatusCode::store_opened_late);
+  EXPECT_EQ(store->start().opened_late.a, 3);
   EXPECT_EQ(wait_.faults_, (std::set<StatusCode>{StatusCode::store_error}));
   live_on_disk(store->store());
   EXPECT_TRUE(fs::exists(path_ + "-wal")) << "it flies on the disk";
@@ -303,7 +303,7 @@ TEST_F(MemoryReturn, ADiskThatStaysAwayIsTriedForALimitedTime) {
   ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission, &wait_));
   EXPECT_EQ(wait_.attempts_, start_attempts - 1);
   EXPECT_STATUS(store->news(), store_in_memory);
-  EXPECT_OK(store->opened_late());
+  EXPECT_OK(store->start().opened_late);
 }
 
 TEST_F(MemoryReturn, AVerdictOnTheContentIsNotWaitedFor) {
@@ -318,11 +318,11 @@ TEST_F(MemoryReturn, AVerdictOnTheContentIsNotWaitedFor) {
 TEST_F(MemoryReturn, WithoutAnEarlierLifeTheDatabaseIsWhatWasInMemory) {
   fly_both(20, false);
   const auto store = start();
-  EXPECT_EQ((store->moved()).code, StatusCode::store_back_on_disk);
-  EXPECT_EQ(store->moved().b, 0);
+  EXPECT_EQ((store->start().moved).code, StatusCode::store_back_on_disk);
+  EXPECT_EQ(store->start().moved.b, 0);
   const Content content = content_of(store->store());
   expect_memory_in(content);
-  EXPECT_EQ(store->moved().a, static_cast<std::int64_t>(content.size()));
+  EXPECT_EQ(store->start().moved.a, static_cast<std::int64_t>(content.size()));
   EXPECT_EQ(count_memory_copies(path_.c_str()), 0);
   // What comes now is on the disk.
   {
@@ -333,7 +333,7 @@ TEST_F(MemoryReturn, WithoutAnEarlierLifeTheDatabaseIsWhatWasInMemory) {
   }
   store->close();
   const auto again = start();
-  EXPECT_OK(again->moved());
+  EXPECT_OK(again->start().moved);
   EventRecord event;
   EXPECT_OK(get(again->store(), memory_base + 1000, event));
 }
@@ -342,7 +342,7 @@ TEST_F(MemoryReturn, BothLivesAreInTheDatabaseAndTheLaterOneGoesOn) {
   fly_both(20);
   const auto store = start();
   Store& database = store->store();
-  EXPECT_EQ((store->moved()).code, StatusCode::store_back_on_disk);
+  EXPECT_EQ((store->start().moved).code, StatusCode::store_back_on_disk);
   const Content content = content_of(database);
   expect_memory_in(content);
   // Nothing of the earlier life has changed but what is stated here.
@@ -486,9 +486,9 @@ TEST_F(MemoryReturn, APowerCutWhileTheRecordsLeaveMemoryLeavesTheDiskAsItWasOrHa
     }
     finished = !test::kill_after_changes(child, disk_, changes);
     const auto store = start();
-    const bool all = store->moved().is(StatusCode::store_back_on_disk);
+    const bool all = store->start().moved.is(StatusCode::store_back_on_disk);
     seen.insert(all);
-    EXPECT_TRUE(all || store->moved().ok()) << "a part of a copy has the name of a whole one";
+    EXPECT_TRUE(all || store->start().moved.ok()) << "a part of a copy has the name of a whole one";
     EventRecord event;
     EXPECT_EQ(get(store->store(), memory_base + 300, event).ok(), all);
     if (!all) {
@@ -525,7 +525,7 @@ TEST_F(MemoryReturn, ADiskThatFailsAgainLeavesTheFlightInMemory) {
   ASSERT_OK(store->leave_memory(path_.c_str(), &wait_));
   EXPECT_GT(wait_.kicks_, 0);
   const auto back = start();
-  EXPECT_EQ((back->moved()).code, StatusCode::store_back_on_disk);
+  EXPECT_EQ((back->start().moved).code, StatusCode::store_back_on_disk);
   expect_memory_in(content_of(back->store()));
 }
 
@@ -565,7 +565,7 @@ TEST_F(MemoryReturn, TwoLivesInMemoryFollowEachOther) {
   }
   EXPECT_EQ(count_memory_copies(path_.c_str()), 2);
   const auto store = start();
-  EXPECT_EQ((store->moved()).code, StatusCode::store_back_on_disk);
+  EXPECT_EQ((store->start().moved).code, StatusCode::store_back_on_disk);
   EXPECT_EQ(count_memory_copies(path_.c_str()), 0);
   IdentityRecord identity;
   ASSERT_OK(get(store->store(), 1, identity));
@@ -614,9 +614,9 @@ TEST_F(MemoryReturn, ACopyThatIsNotWholeIsKeptAndNotUsed) {
     file.put('\x55');
   }
   const auto store = start();
-  EXPECT_OK(store->moved());
-  EXPECT_STATUS(store->not_moved(), store_not_moved);
-  EXPECT_EQ(store->not_moved().a, static_cast<std::int64_t>(StatusCode::record_damaged));
+  EXPECT_OK(store->start().moved);
+  EXPECT_STATUS(store->start().not_moved, store_not_moved);
+  EXPECT_EQ(store->start().not_moved.a, static_cast<std::int64_t>(StatusCode::record_damaged));
   EXPECT_EQ(content_of(store->store()), on_disk_);
   EXPECT_TRUE(fs::exists(copy + ".refused"));
 }
@@ -634,9 +634,9 @@ TEST_F(MemoryReturn, ACopyThatTheDiskDoesNotReadDoesNotKeepTheOthersFromTheDatab
     ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission, &wait_));
     EXPECT_OK(store->news()) << "it flies on the disk";
     EXPECT_EQ(wait_.attempts_, start_attempts - 1);
-    EXPECT_STATUS(store->not_moved(), store_not_moved);
-    EXPECT_EQ(store->not_moved().a, static_cast<std::int64_t>(StatusCode::io_error));
-    EXPECT_EQ(store->moved().is(StatusCode::store_back_on_disk), round == 0);
+    EXPECT_STATUS(store->start().not_moved, store_not_moved);
+    EXPECT_EQ(store->start().not_moved.a, static_cast<std::int64_t>(StatusCode::io_error));
+    EXPECT_EQ(store->start().moved.is(StatusCode::store_back_on_disk), round == 0);
     expect_memory_in(content_of(store->store()));
   }
   EXPECT_TRUE(fs::exists(first + ".refused"));
@@ -649,7 +649,7 @@ TEST_F(MemoryReturn, TheHeadOfSeveralProcessesTakesCopiesInToo) {
   const auto store = make();
   MissionParameters mission;
   ASSERT_OK(store->open_as_head(path_.c_str(), StoreTrouble::fly_on, Synchronise::behind_commit, mission));
-  EXPECT_STATUS(store->moved(), store_back_on_disk);
+  EXPECT_STATUS(store->start().moved, store_back_on_disk);
   expect_memory_in(content_of(store->store()));
 }
 
@@ -673,7 +673,7 @@ TEST_F(MemoryReturn, WhereNumbersWouldMeetTheEarlierDatabaseIsSetAside) {
   fly_both(10, false);
   const auto store = start();
   EXPECT_STATUS(store->news(), store_set_aside);
-  EXPECT_EQ((store->moved()).code, StatusCode::store_back_on_disk);
+  EXPECT_EQ((store->start().moved).code, StatusCode::store_back_on_disk);
   expect_memory_in(content_of(store->store()));
   EXPECT_TRUE(fs::exists(path_ + ".aside-1"));
 }

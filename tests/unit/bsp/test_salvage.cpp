@@ -202,7 +202,7 @@ TEST_F(SalvageTest, WhatCanBeReadIsSavedAndWhatCannotIsCounted) {
     EXPECT_TRUE(std::equal(chunk.begin(), chunk.end(), image.begin() + static_cast<std::ptrdiff_t>(at)));
   }
   EXPECT_GE(readable, 1);
-  const auto lost = store->salvaged()[static_cast<std::size_t>(RecordType::strip)].lost;
+  const auto lost = store->start().salvaged[static_cast<std::size_t>(RecordType::strip)].lost;
   EXPECT_EQ(lost, strips - found.strips);
   std::map<std::uint16_t, EventRecord> told;
   EventRecord event;
