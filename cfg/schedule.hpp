@@ -263,9 +263,9 @@ inline constexpr Stage rows[] = {
      .name = "telemetry",
      .page = "telemetry",
      .wakes = mask_of(event, command),
-     .reads =
-         mask_of(event, command, commanding, storage, capture, frame, overlap, strip, keyframe, camera, calibration,
-                 pose, depth, mask, richness, product, downlink, transfer, uplink, timing, node, component),
+     .reads = mask_of(event, command, commanding, storage, capture, frame, overlap, strip, keyframe, camera,
+                      calibration, calibration_check, pose, depth, mask, richness, product, downlink, transfer, uplink,
+                      timing, node, component),
      .period = 1,
      .budget_ns = 10 * ns_per_ms,
      .state = {.number = 2, .old = OldState::dropped},

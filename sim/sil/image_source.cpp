@@ -189,8 +189,8 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
   print_lines(messages.str());
   if (given && flyable.binning > 1) given = fitting_camera(*given, source, flyable.binning);
   const std::optional<ImageSize> size = size_of_images(strip);
-  if (given && size) check_size(*size, *given);
   if (given) tell_doubts(*given, flyable.field_of_view_rad);
+  if (given && size) check_size(*size, *given);
   if (!given && !size) {
     throw std::runtime_error(
         "none of the images can be read: --camera cameras.txt is needed, the intrinsics in "

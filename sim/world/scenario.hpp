@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "sim/world/camera_effects.hpp"
-#include "sim/world/given_camera.hpp"
 #include "sim/world/flight_params.hpp"
+#include "sim/world/given_camera.hpp"
 #include "sim/world/parameter.hpp"
 #include "sim/world/vehicle_sensors.hpp"
 #include "sim/world/world_params.hpp"
@@ -50,7 +50,8 @@ struct ScenarioSection {
   std::vector<Parameter> parameters;
 };
 
-/// [scenario], [world], [flight], [camera], [effects], [given], [navigation] and [mission], with the fields of this scenario.
+/// [scenario], [world], [flight], [camera], [effects], [given], [navigation] and [mission], with the fields of this
+/// scenario.
 [[nodiscard]] std::vector<ScenarioSection> sections(Scenario& scenario);
 
 inline constexpr std::string_view default_scenario = "mars-plains";

@@ -233,8 +233,7 @@ TEST_F(CalibrationFlightTest, AGivenCameraThatIsWrongIsContradictedWhileTheStrip
   ASSERT_EQ(cameras.size(), 2U) << "the camera and its copy";
   EXPECT_EQ(cameras[0].fx, cameras[1].fx);
   // It is said before anything else.
-  const test::ProgramResult map =
-      test::run_program({ILP_GROUND, (out / "outbox").string(), "--out", folder / "map"});
+  const test::ProgramResult map = test::run_program({ILP_GROUND, (out / "outbox").string(), "--out", folder / "map"});
   ASSERT_EQ(map.exit_status, 0) << map.output;
   const std::size_t said = map.output.find("contradict the camera: they ask for focal length");
   EXPECT_LT(said, map.output.find("posed,")) << map.output;

@@ -51,8 +51,8 @@ const std::vector<Mistake> mistakes = {
     {"SIL --images images --camera poses.txt --out out", 1, {"line of reference poses (--reference)", "1 PINHOLE"}},
     {"SIL --images images --camera words.txt --out out", 1, {"words.txt, line 1", "1 PINHOLE 640 480"}},
     {"SIL --images images --camera large-camera.txt --out out", 1, {"64x48", "640x480", "use the camera file of"}},
-    {"SIL --images images --camera millimetres.txt --out out", 0, {"improbable", "is the focal length in px"}},
-    {"SIL --images images --camera corner.txt --out out", 0, {"improbable", "outside the middle third"}},
+    {"SIL --images images --camera millimetres.txt --out out", 1, {"improbable", "is the focal length in px"}},
+    {"SIL --images images --camera corner.txt --out out", 1, {"improbable", "outside the middle third"}},
     {"SIL --images images --out out --reference camera.txt", 1, {"this is a camera file (--camera)", "R(9) C(3)"}},
     {"SIL --images images --out out --reference poses.txt", 1, {"name no image of images", "1.png"}},
     {"SIL --y4m film.mp4 --out out", 1, {"film.mp4 is no YUV4MPEG2 stream", "ffmpeg -i film.mp4"}},
@@ -140,8 +140,8 @@ class Mistakes : public testing::Test {
     for (const char* name : {"images/1.png", "images/2.png", "images/3.png"})
       host::write_png(path(name), host::Raster<std::uint8_t>(64, 48, 90).view());
     write("camera.txt", "1 PINHOLE 64 48 55 55 32 24\n");
-    write("millimetres.txt", "1 PINHOLE 64 48 5.5 5.5 32 24\n");
-    write("corner.txt", "1 PINHOLE 64 48 55 55 50 24\n");
+    write("millimetres.txt", "1 PINHOLE 640 480 55 55 320 240\n");
+    write("corner.txt", "1 PINHOLE 640 480 550 550 500 240\n");
     write("large-camera.txt", "1 PINHOLE 640 480 550 550 320 240\n");
     write("poses.txt", "other.png 64 48 55 55 32 24 1 0 0 0 1 0 0 0 1 0 0 0\n");
     write("index.txt", "0 images/1.png\n");

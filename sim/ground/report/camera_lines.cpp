@@ -65,8 +65,10 @@ std::string asked_for(const CalibrationCheckRecord& check, const CameraRecord& c
   if (worst >= std::size(given)) return "";
   const double correction = check.worst_correction;
   const char* const unit = worst < 3 ? " px" : "";
-  return std::string(words_of(check.worst)) + " " + host::brief(given[worst] + correction) + unit + " instead of " +
-         host::brief(given[worst]) + unit + ", by " + host::brief(check.worst_sigmas) + " sigmas";
+  const int decimals = worst < 3 ? 1 : worst < 5 ? 4 : 5;
+  return std::string(words_of(check.worst)) + " " + host::fixed(given[worst] + correction, decimals) + unit +
+         " instead of " + host::fixed(given[worst], decimals) + unit + ", by " + host::brief(check.worst_sigmas) +
+         " sigmas";
 }
 
 std::vector<std::string> contradiction_lines(const intake::Flight& flight) {

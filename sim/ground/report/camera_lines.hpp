@@ -8,7 +8,8 @@
 
 namespace ilp::report {
 
-/// Sentences: what was found out, what follows from it, and what to do. Empty where nothing is known against the camera.
+/// Sentences: what was found out, what follows from it, and what to do. Empty where nothing is known against the
+/// camera.
 [[nodiscard]] std::vector<std::string> camera_lines(const intake::Flight& flight);
 
 }  // namespace ilp::report

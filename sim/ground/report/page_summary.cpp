@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "sim/ground/intake/flight_model.hpp"
-#include "sim/ground/report/page_sections.hpp"
 #include "sim/ground/report/camera_lines.hpp"
+#include "sim/ground/report/page_sections.hpp"
 #include "sim/host/statistics.hpp"
 #include "sim/host/text_format.hpp"
 
