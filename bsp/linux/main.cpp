@@ -328,6 +328,8 @@ bool Flight::prepare_intrinsics() {
   if (options_.camera != nullptr) {
     width_ = model_.width;
     height_ = model_.height;
+    const CameraDoubt doubt = doubt_about(model_);
+    if (doubt != CameraDoubt::none) std::fprintf(stderr, "ilp-onboard: --camera is improbable: %s\n", words_of(doubt));
     return reduce_camera();
   }
   CameraRecord first;
