@@ -128,7 +128,8 @@ Status StripCheck::end_window(const CameraModel& camera, Status& event) {
     event = event_of(said);
     after.told = said.verdict;
   }
-  ILP_TRY(commit(cursor_, after, &said));
+  // Windows without points say nothing, and must not take the place of what an earlier life has found.
+  ILP_TRY(commit(cursor_, after, after.evidence.windows > 0 ? &said : nullptr));
   work_.window_loaded = false;
   return {};
 }
