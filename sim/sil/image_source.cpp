@@ -109,11 +109,19 @@ class VideoSource final : public ImageSource {
   Y4mCamera camera_;
 };
 
+/// Tells what makes the camera improbable by itself.
+CameraModel read_camera(const fs::path& file) {
+  CameraModel camera = host::read_colmap_camera(file);
+  const CameraDoubt doubt = doubt_about(camera);
+  if (doubt != CameraDoubt::none) std::cerr << "ilp-sil: the camera is improbable: " << words_of(doubt) << "\n";
+  return camera;
+}
+
 /// The intrinsics that are named, or those that a strip brings along.
 std::optional<CameraModel> camera_for(const SourceOptions& options, const fs::path& beside) {
-  if (!options.camera.empty()) return host::read_colmap_camera(options.camera);
+  if (!options.camera.empty()) return read_camera(options.camera);
   for (const fs::path& place : {beside / "colmap" / "cameras.txt", beside.parent_path() / "colmap" / "cameras.txt"}) {
-    if (!beside.empty() && fs::exists(place)) return host::read_colmap_camera(place);
+    if (!beside.empty() && fs::exists(place)) return read_camera(place);
   }
   return std::nullopt;
 }
@@ -148,10 +156,8 @@ void print_lines(const std::string& lines) {
   for (std::string line; std::getline(text, line);) std::cerr << "ilp-sil: " << line << "\n";
 }
 
-/// What makes the given camera improbable, by itself and beside what EXIF states.
-void tell_doubts(const CameraModel& camera, const std::optional<double>& field_of_view_rad) {
-  const CameraDoubt doubt = doubt_about(camera);
-  if (doubt != CameraDoubt::none) std::cerr << "ilp-sil: the camera is improbable: " << words_of(doubt) << "\n";
+/// Tells where the given camera is not what EXIF states.
+void compare_with_exif(const CameraModel& camera, const std::optional<double>& field_of_view_rad) {
   if (!field_of_view_rad) return;
   constexpr double most_apart = 0.2;
   const double stated = camera_of_field(camera.width, camera.height, *field_of_view_rad).fx;
@@ -189,7 +195,7 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
   print_lines(messages.str());
   if (given && flyable.binning > 1) given = fitting_camera(*given, source, flyable.binning);
   const std::optional<ImageSize> size = size_of_images(strip);
-  if (given) tell_doubts(*given, flyable.field_of_view_rad);
+  if (given) compare_with_exif(*given, flyable.field_of_view_rad);
   if (given && size) check_size(*size, *given);
   if (!given && !size) {
     throw std::runtime_error(

@@ -79,7 +79,7 @@ CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given, cons
   }
   out.field = field_of(evidence.field);
   out.noise_px = std::sqrt(evidence.noise2_px / evidence.windows);
-  const bool accused = out.statistic > params.max_statistic;
+  const bool accused = !(out.statistic <= params.max_statistic);
   // A large correction is found only roughly by one step, which leaves something in windows and residuals.
   const bool no_lens = out.spread > std::fmax(params.max_spread, params.spread_of_statistic * out.statistic) ||
                        out.field > params.max_field * (1 + params.field_of_statistic * out.statistic);

@@ -61,26 +61,22 @@ bool linearise(const Window& window, const BundleObservation& o, Seen& out) {
   if (!(at.z() > 1e-9)) return false;
   const double inverse_z = 1 / at.z();
   const double x = at.x() * inverse_z, y = at.y() * inverse_z, r2 = x * x + y * y;
-  const double radial = 1 + r2 * (c.k1 + r2 * c.k2), radial_by_r2 = c.k1 + 2 * c.k2 * r2;
-  const double distorted_x = x * radial + 2 * c.p1 * x * y + c.p2 * (r2 + 2 * x * x);
-  const double distorted_y = y * radial + c.p1 * (r2 + 2 * y * y) + 2 * c.p2 * x * y;
+  const Vec2 distorted = distort(c, Vec2(x, y));
+  const DistortionJacobian j = distortion_jacobian(c, x, y);
   out.view = o.camera;
   out.pixel = pixel_from_ideal(c, Vec2(o.x, o.y));
-  out.residual = Vec2(c.fx * distorted_x + c.cx, c.fy * distorted_y + c.cy) - out.pixel;
+  out.residual = Vec2(c.fx * distorted.x() + c.cx, c.fy * distorted.y() + c.cy) - out.pixel;
   if (!out.residual.allFinite()) return false;
-  const double cross = 2 * x * y * radial_by_r2 + 2 * c.p1 * x + 2 * c.p2 * y;
-  const double along_x = radial + 2 * x * x * radial_by_r2 + 2 * c.p1 * y + 6 * c.p2 * x;
-  const double along_y = radial + 2 * y * y * radial_by_r2 + 6 * c.p1 * y + 2 * c.p2 * x;
   Mat2x3 by_position;
-  by_position << c.fx * along_x, c.fx * cross, -c.fx * (along_x * x + cross * y),  //
-      c.fy * cross, c.fy * along_y, -c.fy * (cross * x + along_y * y);
+  by_position << c.fx * j.a, c.fx * j.b, -c.fx * (j.a * x + j.b * y),  //
+      c.fy * j.c, c.fy * j.d, -c.fy * (j.c * x + j.d * y);
   by_position *= inverse_z;
   out.by_point = by_position * pose.rotation;
   out.by_pose.leftCols<3>() = -by_position * cross_matrix(at);
   out.by_pose.rightCols<3>() = by_position;
   const double x2 = c.fx * x, y2 = c.fy * y;
-  out.by_intrinsics << distorted_x, 1, 0, x2 * r2, x2 * r2 * r2, 2 * x2 * y, c.fx * (r2 + 2 * x * x),  //
-      distorted_y * c.fy / c.fx, 0, 1, y2 * r2, y2 * r2 * r2, c.fy * (r2 + 2 * y * y), 2 * y2 * x;
+  out.by_intrinsics << distorted.x(), 1, 0, x2 * r2, x2 * r2 * r2, 2 * x2 * y, c.fx * (r2 + 2 * x * x),  //
+      distorted.y() * c.fy / c.fx, 0, 1, y2 * r2, y2 * r2 * r2, c.fy * (r2 + 2 * y * y), 2 * y2 * x;
   for (std::size_t i = 0; i < intrinsic_count; ++i) out.by_intrinsics.col(static_cast<int>(i)) *= window.units[i];
   out.weight = window.loss2 > 0 ? 1 / (1 + out.residual.squaredNorm() / window.loss2) : 1;
   return true;
@@ -204,20 +200,6 @@ double scatter(const Window& window, std::array<double, IntrinsicsWorkspace::sam
   return std::fmax(std::sqrt(squared[count / 2] / median_of_squares), least_sigma_px);
 }
 
-/// x <- L^-1 x, and x <- L^-T x for the unknowns before `size`.
-void solve_lower(const double* l, std::size_t size, double* x) {
-  for (std::size_t i = 0; i < size; ++i) {
-    for (std::size_t k = 0; k < i; ++k) x[i] -= l[i * system_size + k] * x[k];
-    x[i] /= l[i * system_size + i];
-  }
-}
-void solve_upper(const double* l, std::size_t size, double* x) {
-  for (std::size_t i = size; i-- > 0;) {
-    x[i] /= l[i * system_size + i];
-    for (std::size_t k = 0; k < i; ++k) x[k] -= l[i * system_size + k] * x[i];
-  }
-}
-
 /// The residuals of a point after the steps of poses and intrinsics, and its own step.
 struct Stepped {
   std::array<Vec2, limits::max_calibration_views> left;
@@ -299,7 +281,7 @@ bool assemble(Window& window, IntrinsicsWorkspace& w, double error_factor, Windo
     if (i >= poses) diagonal += intrinsic_ridge * error_factor * error_factor * sums.variance;
   }
   if (!cholesky_factor(w.system.data(), system_size)) return false;
-  solve_lower(w.system.data(), system_size, w.right.data());
+  cholesky_solve_lower(w.system.data(), system_size, w.right.data());
   for (std::size_t i = 0; i < poses; ++i) sums.explained += w.right[i] * w.right[i];
   return true;
 }
@@ -308,7 +290,7 @@ bool assemble(Window& window, IntrinsicsWorkspace& w, double error_factor, Windo
 void adjust(Window& window, IntrinsicsWorkspace& w) {
   for (double& value : w.right) value = -value;
   std::fill(w.right.begin() + poses, w.right.end(), 0);
-  solve_upper(w.system.data(), poses, w.right.data());
+  cholesky_solve_upper(w.system.data(), system_size, w.right.data());
   SeenPoint point;
   Eliminated own;
   for (std::size_t i = 0; i < window.problem.observations.size();) {  // collect moves on
@@ -380,8 +362,7 @@ Status reduce_to_intrinsics(const CameraModel& camera, double error_factor, Bund
     }
   }
   for (double& value : workspace.right) value = -value;
-  solve_upper(l, system_size, x);
-  std::copy_n(x + poses, intrinsic_count, equations.correction.begin());
+  cholesky_solve_upper(l, system_size, x);
   SeenPoint point;
   Eliminated own;
   for (std::size_t i = 0; i < window.observations.size();) {  // collect moves on

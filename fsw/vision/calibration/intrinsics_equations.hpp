@@ -32,11 +32,10 @@ struct ResidualField {
 struct IntrinsicsEquations {
   std::uint32_t points = 0, observations = 0;
   double noise_px = 0;  ///< weighted root mean square of a residual's coordinate, with poses and points at their best
-  /// Information and gradient, divided by the variance of an observation. `correction` solves them.
+  /// Of intrinsics in units of usual_errors, divided by the variance of an observation.
   std::array<Intrinsics, intrinsic_count> information{};
   Intrinsics gradient{};
-  Intrinsics correction{};  ///< in units of usual_errors
-  double gained = 0;        ///< twice what the correction takes off the cost
+  double gained = 0;  ///< twice what the correction takes off the cost
 };
 
 /// Scratch; it carries nothing from call to call.

@@ -10,20 +10,8 @@
 #include "fsw/base/vector_width.hpp"
 
 namespace ilp {
+
 namespace {
-
-struct Jacobian2 {
-  double a, b, c, d;  ///< [a b; c d]
-};
-
-Jacobian2 distortion_jacobian(const CameraModel& camera, double x, double y) {
-  const double r2 = x * x + y * y;
-  const double radial = 1 + r2 * (camera.k1 + r2 * camera.k2);
-  const double radial_by_r2 = camera.k1 + 2 * camera.k2 * r2;
-  const double cross = 2 * x * y * radial_by_r2 + 2 * camera.p1 * x + 2 * camera.p2 * y;
-  return {radial + 2 * x * x * radial_by_r2 + 2 * camera.p1 * y + 6 * camera.p2 * x, cross, cross,
-          radial + 2 * y * y * radial_by_r2 + 6 * camera.p1 * y + 2 * camera.p2 * x};
-}
 
 constexpr int max_undistort_steps = 20;
 constexpr double undistorted_within2 = 1e-26;  // squared
@@ -46,7 +34,7 @@ bool undistort_step(const CameraModel& camera, std::int32_t count, const double*
     const double xy2 = 2 * x * y;
     const double residual_x = x * radial + camera.p1 * xy2 + camera.p2 * (r2 + 2 * x * x) - x_distorted[i];
     const double residual_y = y * radial + camera.p1 * (r2 + 2 * y * y) + camera.p2 * xy2 - y_distorted[i];
-    const Jacobian2 j = distortion_jacobian(camera, x, y);
+    const DistortionJacobian j = distortion_jacobian(camera, x, y);
     const double determinant = j.a * j.d - j.b * j.c;
     const int away = static_cast<int>(!(residual_x * residual_x + residual_y * residual_y < undistorted_within2));
     const int regular = static_cast<int>(std::fabs(determinant) > smallest_determinant);
@@ -69,7 +57,7 @@ bool invertible_over_image(const CameraModel& camera) {
       const Vec2 pixel(-0.5 + camera.width * ix / double{steps}, -0.5 + camera.height * iy / double{steps});
       const Vec2 distorted((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy);
       const Vec2 ideal = undistort(camera, distorted);
-      const Jacobian2 j = distortion_jacobian(camera, ideal.x(), ideal.y());
+      const DistortionJacobian j = distortion_jacobian(camera, ideal.x(), ideal.y());
       if (!(j.a * j.d - j.b * j.c > 0.05)) return false;
       if (!((distort(camera, ideal) - distorted).norm() < 1e-9)) return false;
     }
@@ -148,7 +136,7 @@ Vec2 undistort(const CameraModel& camera, const Vec2& distorted) {
   for (int step = 0; step < max_undistort_steps; ++step) {
     const Vec2 residual = distort(camera, x) - distorted;
     if (residual.squaredNorm() < undistorted_within2) break;
-    const Jacobian2 j = distortion_jacobian(camera, x.x(), x.y());
+    const DistortionJacobian j = distortion_jacobian(camera, x.x(), x.y());
     const double determinant = j.a * j.d - j.b * j.c;
     if (!(std::fabs(determinant) > smallest_determinant)) break;
     x -= Vec2((j.d * residual.x() - j.b * residual.y()) / determinant,

@@ -28,6 +28,19 @@ Status validate(const CameraModel& camera);
 
 /// Maps normalised image coordinates (X/Z, Y/Z) to distorted ones.
 [[nodiscard]] Vec2 distort(const CameraModel& camera, const Vec2& normalised);
+/// [a b; c d], the derivatives of distort().
+struct DistortionJacobian {
+  double a, b, c, d;
+};
+// Here, because loops over many points have it in line.
+[[nodiscard]] inline DistortionJacobian distortion_jacobian(const CameraModel& camera, double x, double y) {
+  const double r2 = x * x + y * y;
+  const double radial = 1 + r2 * (camera.k1 + r2 * camera.k2);
+  const double radial_by_r2 = camera.k1 + 2 * camera.k2 * r2;
+  const double cross = 2 * x * y * radial_by_r2 + 2 * camera.p1 * x + 2 * camera.p2 * y;
+  return {radial + 2 * x * x * radial_by_r2 + 2 * camera.p1 * y + 6 * camera.p2 * x, cross, cross,
+          radial + 2 * y * y * radial_by_r2 + 6 * camera.p1 * y + 2 * camera.p2 * x};
+}
 /// The inverse, by Newton's method on the two distortion polynomials; at most 20 steps, to 1e-13.
 [[nodiscard]] Vec2 undistort(const CameraModel& camera, const Vec2& distorted);
 /// The same for `count` points at once, in place, with the same bits.

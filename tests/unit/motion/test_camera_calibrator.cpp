@@ -382,5 +382,27 @@ TEST_F(CameraCalibratorTest, AFrozenFocalLengthThatIsWrongIsContradictedAndARigh
   }
 }
 
+TEST_F(CameraCalibratorTest, WhatAnEarlierLifeFoundStaysWhereThePointsAreGone) {
+  mission.camera_known = 1;
+  fly(rugged_views(), 1.2, true);
+  const auto motion = std::make_unique<StructureAndMotion>(store, mission, test::step_memory<StructureAndMotion>());
+  ASSERT_TRUE(motion->restore().ok());
+  run(*motion, 100'000);
+  run_undisturbed();
+  const auto said = read<CalibrationCheckRecord>(1);
+  ASSERT_EQ(said.verdict, CameraCheckVerdict::contradicts);
+  Transaction transaction(store);
+  ASSERT_TRUE(transaction.begin().ok());
+  for (std::int64_t id = 1; id <= keyframes; ++id) static_cast<void>(store.erase(record_info<StructureRecord>(), id));
+  for (CheckpointRecord lost; next(store, 0, lost).ok();) {
+    ASSERT_TRUE(store.erase(record_info<CheckpointRecord>(), lost.id).ok());
+  }
+  ASSERT_TRUE(transaction.commit().ok());
+  component = std::make_unique<CameraCalibrator>(failing, mission, test::step_memory<CameraCalibrator>());
+  run_undisturbed();
+  EXPECT_EQ(read<CalibrationCheckRecord>(1).verdict, said.verdict);
+  EXPECT_EQ(read<CalibrationCheckRecord>(1).points, said.points);
+}
+
 }  // namespace
 }  // namespace ilp

@@ -23,16 +23,24 @@ bool cholesky_factor(double* a, std::size_t n) {
   return true;
 }
 
-void cholesky_solve(const double* l, std::size_t n, double* x) {
+void cholesky_solve_lower(const double* l, std::size_t n, double* x) {
   for (std::size_t i = 0; i < n; ++i) {
     double sum = x[i];
     for (std::size_t k = 0; k < i; ++k) sum -= l[i * n + k] * x[k];
     x[i] = sum / l[i * n + i];
   }
+}
+
+void cholesky_solve_upper(const double* l, std::size_t n, double* x) {
   for (std::size_t i = n; i-- > 0;) {
     x[i] /= l[i * n + i];
     for (std::size_t k = 0; k < i; ++k) x[k] -= l[i * n + k] * x[i];
   }
+}
+
+void cholesky_solve(const double* l, std::size_t n, double* x) {
+  cholesky_solve_lower(l, n, x);
+  cholesky_solve_upper(l, n, x);
 }
 
 }  // namespace ilp

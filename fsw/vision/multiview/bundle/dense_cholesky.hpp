@@ -8,7 +8,10 @@ namespace ilp {
 /// Replaces the lower triangle of the row-major n x n matrix `a` (row stride n) by L, A = L L^T. False if A is not
 /// positive definite to working precision, or not finite.
 [[nodiscard]] bool cholesky_factor(double* a, std::size_t n);
-/// x <- (L L^T)^-1 x.
+/// x <- L^-1 x, and x <- L^-T x.
+void cholesky_solve_lower(const double* l, std::size_t n, double* x);
+void cholesky_solve_upper(const double* l, std::size_t n, double* x);
+/// x <- (L L^T)^-1 x: both.
 void cholesky_solve(const double* l, std::size_t n, double* x);
 
 }  // namespace ilp

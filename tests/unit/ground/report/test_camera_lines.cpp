@@ -75,6 +75,10 @@ TEST(CameraLines, ACameraThatTheImagesContradictIsNamedWithTheValueThatTheyAskFo
   check.spread = 59;
   EXPECT_TRUE(says(text_of(flight), "59.0 times as far apart")) << text_of(flight);
   EXPECT_TRUE(says(text_of(flight), "rolling shutter"));
+  check.spread = 0.5;
+  check.field = 2.3;
+  EXPECT_TRUE(says(text_of(flight), "residuals stay 2.30 times")) << text_of(flight);
+  EXPECT_FALSE(says(text_of(flight), "far apart"));
 }
 
 }  // namespace
