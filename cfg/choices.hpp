@@ -16,10 +16,6 @@ ILP_ENUMERATION(DownlinkOrder, (0, worth, "the products of most worth for their 
 ILP_ENUMERATION(StereoMatcherChoice, (0, semi_global, "semi-global matching along five paths"),
                 (1, ordered_scanline, "the cheapest ordered path through each scanline"))
 
-/// What follows when the patience for an unknown camera has run out (docs/structure-and-motion.md).
-ILP_ENUMERATION(CalibrationFallback, (0, wait, "the search goes on, and the keyframes that waited longest get no pose"),
-                (1, nominal, "the flight goes on with the nominal camera, and says how uncertain it is"))
-
 /// What must be authenticated on the link (docs/links.md).
 ILP_ENUMERATION(Authentication, (0, none, "nothing is"), (1, telecommands, "telecommands are"),
                 (2, telecommands_and_files, "telecommands and CFDP PDUs are"))

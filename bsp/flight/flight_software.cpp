@@ -99,7 +99,7 @@ Status FlightSoftware::write_camera(const CameraRecord& camera) {
 }
 
 Status FlightSoftware::check_camera(const CameraModel& camera) {
-  const bool camera_known = mission_.camera_known;
+  const bool camera_known = mission_.camera_known && mission_.lens_known;
   const CameraRecord wanted = camera_known ? camera_record(camera) : nominal_camera_record(camera);
   CameraRecord known;
   Status found = get_camera(store_, camera_id, known);

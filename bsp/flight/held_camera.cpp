@@ -1,6 +1,7 @@
 #include "bsp/flight/held_camera.hpp"
 
 #include "fsw/shared/camera_on_record.hpp"
+#include "fsw/shared/find.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -20,9 +21,11 @@ Result<bool> HeldCamera::caught_up() {
   ILP_TRY(newest_id<KeyframeRecord>(store_, keyframe));
   CameraRecord camera;
   ILP_TRY(get_camera(store_, camera_id, camera));
-  // A camera that is not frozen gives no poses: the calibrator judges every keyframe.
-  ILP_TRY(camera.frozen ? newest_id<PoseRecord>(store_, said) : newest_id<CalibrationRecord>(store_, said));
-  return said >= keyframe;
+  ILP_TRY(newest_id<PoseRecord>(store_, said));
+  PoseRecord pose;
+  ILP_TAKE(const bool known, find(store_, keyframe, pose));
+  // A camera that was changed makes all poses anew.
+  return said >= keyframe && (!known || pose.camera_revision == camera.revision);
 }
 
 }  // namespace ilp

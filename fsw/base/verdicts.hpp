@@ -22,17 +22,13 @@ ILP_ENUMERATION(SequenceVerdict, (0, ok, ""), (1, waiting, "waits for a pair tha
                 (2, too_few_matches, "too few matches"), (3, two_view_failed, "pair gives no pose"),
                 (4, resection_failed, "resection failed"), (5, implausible, "implausible step"))
 
-/// Verdict on self-calibration from a set of keyframes.
-ILP_ENUMERATION(
-    CalibrationVerdict, (0, collecting, "fewer keyframes than a set needs"),
-    (1, ok, "covariance, parts of the data and other starts of the search agree on the focal length"),
-    (2, too_few_matches, "too few points are common to the images"),
-    (3, planar, "planar: a plane explains a pair of images as well as a scene with depth"),
-    (4, too_little_parallax,
-     "too little parallax: a camera that only turns, or none that moves, explains a pair of images"),
-    (5, critical_motion,
-     "critical motion: the optical axes are too nearly parallel (pure translation, say) to tell the focal length"),
-    (6, inconsistent, "inconsistent: parts of the data disagree on the focal length, or no metric scene explains them"))
+/// Verdict on the search for a camera in flight.
+ILP_ENUMERATION(CalibrationVerdict, (0, searching, "more keyframes will say more"),
+                (1, ok, "the images determine the camera"),
+                (2, partly, "the images leave some of the intrinsics as uncertain as they were given"),
+                (3, unexplained,
+                 "no lens explains the images: a rolling shutter, a zoom or focus that changes, a bent image"),
+                (4, nothing_seen, "no keyframes with common points: the camera stays as it was given"))
 
 /// Verdict on whether two keyframes show the same ground.
 ILP_ENUMERATION(PlaceVerdict, (0, verified, "both show the same ground"),

@@ -63,9 +63,11 @@ MissionParameters built_in(const auto& own, Reader<CameraRecord> store) {
   // The flight continues with the camera with which it began.
   CameraRecord camera;
   mission.camera_known = own.base.camera_known;
-  if (get_camera(store, camera_id, camera).ok()) {
-    mission.camera_known = get(store, nominal_camera_id, camera).is(StatusCode::not_found);
-  }
+  mission.lens_known = own.base.lens_known;
+  if (!get_camera(store, camera_id, camera).ok()) return mission;
+  const bool known = get(store, nominal_camera_id, camera).is(StatusCode::not_found);
+  if (known) mission.camera_known = mission.lens_known = true;
+  if (!known && mission.lens_known) mission.camera_known = false;
   return mission;
 }
 

@@ -105,7 +105,7 @@ Result<bool> is_flushed(Reader<StripRecord, PoseRecord> store) {
   ILP_TAKE(const bool any, found_by(status));
   if (!any) return false;
   ILP_TAKE(const bool known, find(store, strip.last_keyframe_id, pose));
-  return known && pose.state != PoseState::provisional;
+  return known && !is_open(pose.state);
 }
 
 Result<bool> is_restarted(Reader<EventRecord> store, OpenRequest& request) {

@@ -3,7 +3,6 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/downlink/downlink.hpp"
-#include "fsw/shared/calibration_wait.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/shared/product_layers.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
@@ -87,7 +86,7 @@ Result<bool> DownlinkFiles::send_records(std::int64_t keyframe_id, State& after)
   PoseRecord pose;
   ILP_TAKE(const bool posed, file_.take(get(wiring_.store, keyframe_id, pose)));
   CameraRecord camera;
-  ILP_TAKE(const bool seen, file_.take(get_camera(wiring_.store, camera_id_of(pose), camera)));
+  ILP_TAKE(const bool seen, file_.take(get_camera(wiring_.store, camera_id, camera)));
   if (seen) ILP_TRY(file_.write_record(camera));
   ILP_TAKE(const bool found, file_.take(known));
   if (found) {

@@ -207,7 +207,7 @@ Result<bool> CaptureClock::follow_pose(Outcome& outcome) {
   for (std::int64_t id = oldest; id <= pose.id; ++id) {
     PoseRecord known;
     ILP_TAKE(const bool read, find(wiring_.store, id, known));
-    if (!read || known.state == PoseState::failed) continue;
+    if (!read || known.state == PoseState::failed || known.state == PoseState::trial_failed) continue;
     ILP_TRY(found_by(take_attitude(known, camera.fx, after)).status());
   }
   return true;

@@ -10,9 +10,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::size_t least_views = 3;
-constexpr CameraCheckParams params;
-
 CalibrationCheckRecord record_of(const CameraCheck& check, const CameraEvidence& evidence) {
   CalibrationCheckRecord record;
   record.verdict = check.verdict;
@@ -72,7 +69,7 @@ Result<bool> StripCheck::follow_strip(const CameraModel& camera, Status& event) 
   PoseRecord pose;
   // Poses come in the order of ids, and the oldest leave the store in time.
   const Status posed = next(wiring_.store, id - 1, pose);
-  if (posed.is(StatusCode::not_found) || (posed.ok() && pose.state == PoseState::provisional)) return false;
+  if (posed.is(StatusCode::not_found) || (posed.ok() && is_open(pose.state))) return false;
   const bool damaged = posed.is(StatusCode::record_damaged);
   if (!damaged) ILP_TRY(posed);
   if (damaged) pose.id = posed.a;
@@ -98,7 +95,7 @@ Status StripCheck::collect_keyframes() {
 
 Status StripCheck::begin_window(const CameraModel& camera, Status& event) {
   ILP_TRY(collect_keyframes());
-  if (workspace_.ids.size() < least_views) return end_strip(work_.strip.id);
+  if (workspace_.ids.size() < least_window_views) return end_strip(work_.strip.id);
   const Status loaded = load_final_window(wiring_.store, camera, {workspace_.ids.data(), workspace_.ids.size()},
                                           state_.pose_id, workspace_.window);
   if (is_transient(loaded) && !patience_.given_up(input())) return loaded;
@@ -113,13 +110,13 @@ Status StripCheck::begin_window(const CameraModel& camera, Status& event) {
 Status StripCheck::end_window(const CameraModel& camera, Status& event) {
   StripCheckState after = state_;
   IntrinsicsEquations equations;
-  const Status reduced = reduce_to_intrinsics(camera, params.error_factor, workspace_.window, workspace_.equations,
-                                              equations, after.evidence.field);
-  if (reduced.ok()) add_window(equations, params, after.evidence);
+  const Status reduced = reduce_to_intrinsics(camera, {camera_check_params.error_factor}, workspace_.window,
+                                              workspace_.equations, equations, after.evidence.field);
+  if (reduced.ok()) add_window(equations, camera_check_params, after.evidence);
   if (!reduced.ok()) event = reduced;
   after.window_first_id = workspace_.ids.back();
   after.posed -= std::min(after.posed, static_cast<std::uint32_t>(workspace_.ids.size() - 1));
-  CalibrationCheckRecord said = record_of(judge(after.evidence, camera, params), after.evidence);
+  CalibrationCheckRecord said = record_of(judge(after.evidence, camera, camera_check_params), after.evidence);
   said.id = work_.strip.id;
   said.first_keyframe_id = work_.strip.first_keyframe_id;
   said.last_keyframe_id = workspace_.ids.back();

@@ -12,6 +12,9 @@
 
 namespace ilp {
 
+inline constexpr CameraCheckParams camera_check_params;
+inline constexpr std::size_t least_window_views = 3;
+
 /// The strip after the last checked one.
 struct StripCheckState {
   std::int64_t pose_id = 0;                            ///< newest one examined

@@ -6,7 +6,7 @@
 #include <new>
 
 #include "fsw/base/rng.hpp"
-#include "fsw/shared/calibration_wait.hpp"
+#include "fsw/shared/camera_on_record.hpp"
 #include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/shared/navigation_on_record.hpp"
@@ -69,13 +69,14 @@ Result<bool> has_ended(Reader<StripRecord> store, std::int64_t strip_id, std::in
   return known && strip.end != StripEnd::open && strip.last_keyframe_id <= looked_at;
 }
 
-/// Whether the strip of `keyframe` has poses already.
-Result<bool> has_world(Reader<PoseRecord> store, const KeyframeRecord& keyframe) {
+/// Whether the strip of `keyframe` has poses by this revision of the camera already.
+Result<bool> has_world(Reader<PoseRecord> store, const KeyframeRecord& keyframe, std::int32_t revision) {
   if (keyframe.index == 0) return false;
   for (std::int64_t id = std::max<std::int64_t>(keyframe.id - looked_back, 1); id < keyframe.id; ++id) {
     PoseRecord pose;
     ILP_TAKE(const bool known, find(store, id, pose));
-    if (known && pose.strip_id == keyframe.strip_id && pose.state != PoseState::failed) return true;
+    const bool posed = pose.state != PoseState::failed && pose.state != PoseState::trial_failed;
+    if (known && posed && pose.strip_id == keyframe.strip_id && pose.camera_revision == revision) return true;
   }
   return false;
 }
@@ -95,22 +96,29 @@ Result<bool> plane_between(Reader<KeyframeRecord> store, std::int64_t from_id, s
   return true;
 }
 
-/// A final pose never changes.
-Status fail_pose(StorePart<Writes<PoseRecord>> store, std::int64_t strip_id, std::int64_t keyframe_id) {
+/// It never changes, as long as the camera does not.
+bool is_settled(const PoseRecord& pose) {
+  return pose.state == PoseState::final || pose.state == PoseState::trial;
+}
+
+Status fail_pose(StorePart<Writes<PoseRecord>> store, std::int64_t strip_id, std::int64_t keyframe_id,
+                 const CameraRecord& camera) {
   PoseRecord pose;
   ILP_TAKE(const bool known, find<PoseRecord>(store, keyframe_id, pose));
-  if (known && pose.state == PoseState::final) return {};
+  if (pose.camera_revision != camera.revision) pose = {};
+  if (known && is_settled(pose)) return {};
   pose.id = keyframe_id;
   pose.strip_id = strip_id;
-  pose.state = PoseState::failed;
+  pose.state = camera.frozen ? PoseState::failed : PoseState::trial_failed;
+  pose.camera_revision = camera.revision;
   return put(store, pose);
 }
 
-Status fail_provisional_poses(StorePart<Writes<PoseRecord>> store, std::int64_t newest) {
+Status fail_provisional_poses(StorePart<Writes<PoseRecord>> store, std::int64_t newest, const CameraRecord& camera) {
   for (std::int64_t id = std::max<std::int64_t>(newest - looked_back, 1); id <= newest; ++id) {
     PoseRecord pose;
     ILP_TAKE(const bool known, find<PoseRecord>(store, id, pose));
-    if (known && pose.state == PoseState::provisional) ILP_TRY(fail_pose(store, pose.strip_id, id));
+    if (known && pose.state == PoseState::provisional) ILP_TRY(fail_pose(store, pose.strip_id, id, camera));
   }
   return {};
 }
@@ -185,34 +193,50 @@ Status StructureAndMotion::restore() {
   work_.phase = Phase::idle;
   work_.keeps = false;
   workspace_.images.previous_id = 0;
-  ILP_TRY(load_camera(wiring_.store, work_.camera));
+  ILP_TRY(get_camera(wiring_.store, camera_id, work_.camera));
   const Status status = load_checkpoint(wiring_.store, checkpoint, cursor_, state_);
   const bool lost = status.is(StatusCode::checkpoint_lost);
   if (!lost && !status.is(StatusCode::not_found)) return status;
   // In place: a State is megabytes, too large for the stack.
   new (&state_) State;
+  state_.camera_revision = work_.camera.revision;
   cursor_ = {};
   if (!lost) return {};
   ILP_TRY(newest_id<PoseRecord>(wiring_.store, cursor_.first));
+  state_.examined_id = cursor_.first;
+  if (!work_.camera.frozen) {
+    ILP_TRY(start_over());
+    return status;
+  }
   StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(fail_provisional_poses(wiring_.store, cursor_.first));
+  ILP_TRY(fail_provisional_poses(wiring_.store, cursor_.first, work_.camera));
   ILP_TRY(transaction.commit(cursor_, state_, cursor_));
   return status;
 }
 
-Result<bool> StructureAndMotion::take_inputs(NavigationRecord& measured) {
-  ILP_TAKE(const CalibrationWait wait, calibration_wait(wiring_.store, wiring_.mission, work_.keyframe));
-  if (wait == CalibrationWait::wait) return false;
-  ILP_TAKE(const bool known, measured_at(wiring_.store, wiring_.mission, work_.keyframe.id, measured));
-  if (!known) return false;
-  work_.not_calibrated = wait == CalibrationWait::in_vain;
-  ILP_TRY(load_camera(wiring_.store, work_.camera));
-  return true;
+/// The camera was changed: all poses so far were trials.
+Status StructureAndMotion::start_over() {
+  work_.patience.begin_writing();
+  StepTransaction transaction(wiring_.store, checkpoint);
+  ILP_TRY(transaction.begin());
+  StructureRecord structure;
+  // bound: the keyframes so far
+  for (Status found = next(wiring_.store, 0, structure); !found.is(StatusCode::not_found);
+       found = next(wiring_.store, 0, structure)) {
+    if (found.is(StatusCode::record_damaged)) structure.id = found.a;
+    if (!found.is(StatusCode::record_damaged)) ILP_TRY(found);
+    ILP_TRY(erase<StructureRecord>(wiring_.store, structure.id));
+  }
+  new (&state_) State;
+  state_.camera_revision = work_.camera.revision;
+  ILP_TRY(transaction.commit(cursor_, state_, cursor_));
+  work_.patience.end_writing();
+  return {};
 }
 
 Status StructureAndMotion::begin_strip() {
-  ILP_TAKE(const bool known_world, has_world(wiring_.store, work_.keyframe));
+  ILP_TAKE(const bool known_world, has_world(wiring_.store, work_.keyframe, state_.camera_revision));
   state_.strip_id = work_.keyframe.strip_id;
   state_.posed_keyframe_id = 0;
   state_.failures = 0;
@@ -225,13 +249,14 @@ Status StructureAndMotion::begin_strip() {
 
 Status StructureAndMotion::begin_keyframe(bool no_use, const NavigationRecord& measured) {
   PoseRecord pose;
-  ILP_TAKE(work_.on_record, find<PoseRecord>(wiring_.store, work_.keyframe.id, pose));
+  ILP_TAKE(const bool known, find<PoseRecord>(wiring_.store, work_.keyframe.id, pose));
+  work_.on_record = known && pose.camera_revision == state_.camera_revision;
   if (state_.strip_id == 0) ILP_TRY(begin_strip());
   if (no_use) {
     state_.sequence.report = {};
     state_.sequence.report.verdict = SequenceVerdict::too_few_matches;
   }
-  if (no_use || state_.lost || work_.not_calibrated) {
+  if (no_use || state_.lost) {
     work_.phase = Phase::record;
     return {};
   }
@@ -239,16 +264,21 @@ Status StructureAndMotion::begin_keyframe(bool no_use, const NavigationRecord& m
     const SequenceParams params = sequence_params(wiring_.mission, work_.keyframe.altitude, measured);
     state_.scale_source = params.first_height > 0 ? ScaleSource::altimeter : ScaleSource::first_baseline;
     Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
-    ILP_TRY(sequence.begin_strip(work_.camera, params));
+    ILP_TRY(sequence.begin_strip(camera_model(work_.camera), params));
   }
   work_.phase = Phase::load;
   return {};
 }
 
 Result<bool> StructureAndMotion::pick() {
-  ILP_TAKE(const bool at_end, has_ended(wiring_.store, state_.strip_id, cursor_.first));
+  ILP_TRY(get_camera(wiring_.store, camera_id, work_.camera));
+  if (work_.camera.revision != state_.camera_revision) {
+    ILP_TRY(start_over());
+    return true;
+  }
+  ILP_TAKE(const bool at_end, has_ended(wiring_.store, state_.strip_id, state_.examined_id));
   KeyframeRecord keyframe;
-  const Status found = at_end ? Status{} : next(wiring_.store, cursor_.first, keyframe);
+  const Status found = at_end ? Status{} : next(wiring_.store, state_.examined_id, keyframe);
   if (found.is(StatusCode::not_found)) return false;
   const bool damaged = found.is(StatusCode::record_damaged);
   if (damaged) {
@@ -267,11 +297,9 @@ Result<bool> StructureAndMotion::pick() {
   // Nothing else of it is read then, so that the verdict does not fail for the same reason.
   const bool no_use = damaged || work_.patience.given_up(keyframe.id);
   NavigationRecord measured;
-  if (no_use) {
-    work_.not_calibrated = false;
-  } else {
-    ILP_TAKE(const bool ready, take_inputs(measured));
-    if (!ready) return false;
+  if (!no_use) {
+    ILP_TAKE(const bool known, measured_at(wiring_.store, wiring_.mission, work_.keyframe.id, measured));
+    if (!known) return false;
   }
   ILP_TRY(begin_keyframe(no_use, measured));
   ILP_TRY(found);
@@ -357,24 +385,26 @@ bool StructureAndMotion::try_next() {
 Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final_pose) {
   PoseRecord pose;
   ILP_TAKE(const bool known, find<PoseRecord>(wiring_.store, camera.keyframe_id, pose));
+  if (pose.camera_revision != state_.camera_revision) pose = {};
   // Repeated after a damaged checkpoint: the result is the same, and other components have used it.
-  if (known && pose.state == PoseState::final) return {};
+  if (known && is_settled(pose)) return {};
+  pose.camera_revision = state_.camera_revision;
   pose.id = camera.keyframe_id;
   pose.strip_id = state_.strip_id;
   if (camera.keyframe_id == work_.keyframe.id && work_.phase == Phase::record) fill(state_.sequence.report, pose);
   pose.scale_source = state_.scale_source;
-  pose.state = final_pose ? PoseState::final : PoseState::provisional;
+  pose.state = !final_pose ? PoseState::provisional : work_.camera.frozen ? PoseState::final : PoseState::trial;
   const Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
   const bool is_first = camera.keyframe_id == sequence.cameras()[0].keyframe_id;
   if (!is_first && pose.verdict == PoseVerdict::waiting && sequence.begun()) pose.verdict = PoseVerdict::ok;
   // No structure began. A strip of a single keyframe relates to nothing.
   if (final_pose && !sequence.begun()) {
-    pose.state = PoseState::failed;
+    pose.state = failed_state();
     if (!is_first) pose.verdict = PoseVerdict::two_view_failed;
   }
   // The same holds for a pair whose motion is ambiguous.
   if (final_pose && state_.sequence.first_pair.ambiguous) {
-    pose.state = PoseState::failed;
+    pose.state = failed_state();
     pose.verdict = PoseVerdict::ambiguous;
   }
   for (int i = 0; i < 4; ++i) pose.q_cam_from_world[i] = camera.pose.q_cam_from_world[i];
@@ -408,8 +438,9 @@ Status StructureAndMotion::write_finals() {
   finals.points.clear();
   finals.point_count = 0;
   FinalPoint point;
+  const CameraModel model = camera_model(work_.camera);
   while (sequence.take_final_point(point)) {  // bound: limits::max_tracks
-    const Status appended = append_point(work_.camera, point, finals);
+    const Status appended = append_point(model, point, finals);
     if (!appended.ok() && !appended.is(StatusCode::capacity_exceeded)) return appended;
   }
   StructureRecord structure;
@@ -429,7 +460,9 @@ Status StructureAndMotion::write_finals() {
 Status StructureAndMotion::record_success() {
   Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
   for (const SequenceCamera& camera : sequence.cameras()) ILP_TRY(write_camera(camera, false));
-  for (const std::int64_t id : sequence.dropped()) ILP_TRY(fail_pose(wiring_.store, state_.strip_id, id));
+  for (const std::int64_t id : sequence.dropped()) {
+    ILP_TRY(fail_pose(wiring_.store, state_.strip_id, id, work_.camera));
+  }
   state_.posed_keyframe_id = work_.keyframe.id;
   state_.failures = 0;
   set_identity(state_.last_from_posed);
@@ -441,8 +474,8 @@ Status StructureAndMotion::give_up_strip() {
   state_.lost = true;
   if (state_.end_commanded) return {};
   state_.end_commanded = true;
-  // The pose on record was made before, together with the command.
-  if (work_.on_record) return {};
+  // The pose on record was made before, together with the command. A trial may fail by its camera.
+  if (work_.on_record || !work_.camera.frozen) return {};
   CommandRecord command;
   command.time_ns = work_.keyframe.time_ns;
   command.reason = StripEnd::pose_lost;
@@ -452,19 +485,15 @@ Status StructureAndMotion::give_up_strip() {
 
 Status StructureAndMotion::record_failure() {
   PoseRecord pose;
-  const bool final_before =
-      work_.on_record && get(wiring_.store, work_.keyframe.id, pose).ok() && pose.state == PoseState::final;
+  const bool settled_before = work_.on_record && get(wiring_.store, work_.keyframe.id, pose).ok() && is_settled(pose);
   pose = {};
   pose.id = work_.keyframe.id;
   pose.strip_id = state_.strip_id;
-  pose.state = PoseState::failed;
+  pose.state = failed_state();
+  pose.camera_revision = state_.camera_revision;
   pose.verdict = PoseVerdict::too_few_matches;
-  if (work_.not_calibrated) {
-    pose.verdict = PoseVerdict::not_calibrated;
-  } else if (!state_.lost) {
-    fill(state_.sequence.report, pose);
-  }
-  if (!final_before) ILP_TRY(put(wiring_.store, pose));
+  if (!state_.lost) fill(state_.sequence.report, pose);
+  if (!settled_before) ILP_TRY(put(wiring_.store, pose));
   if (state_.lost) return give_up_strip();
   if (state_.posed_keyframe_id == 0) return {};
   ++state_.failures;
@@ -474,7 +503,7 @@ Status StructureAndMotion::record_failure() {
   if (sequence.begun() || sequence.can_begin()) return give_up_strip();
   // There is no structure, and no pair to begin one: the keyframes so far are abandoned and the next one starts over.
   for (const SequenceCamera& camera : sequence.cameras())
-    ILP_TRY(fail_pose(wiring_.store, state_.strip_id, camera.keyframe_id));
+    ILP_TRY(fail_pose(wiring_.store, state_.strip_id, camera.keyframe_id, work_.camera));
   state_.posed_keyframe_id = 0;
   state_.failures = 0;
   set_identity(state_.last_from_posed);
@@ -483,13 +512,13 @@ Status StructureAndMotion::record_failure() {
 
 Status StructureAndMotion::record() {
   const SequenceVerdict verdict = state_.sequence.report.verdict;
-  const bool success =
-      !state_.lost && !work_.not_calibrated && (verdict == SequenceVerdict::ok || verdict == SequenceVerdict::waiting);
+  const bool success = !state_.lost && (verdict == SequenceVerdict::ok || verdict == SequenceVerdict::waiting);
   work_.patience.begin_writing();
   StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(success ? record_success() : record_failure());
-  ILP_TRY(transaction.commit({work_.keyframe.id, cursor_.second}, state_, cursor_));
+  state_.examined_id = work_.keyframe.id;
+  ILP_TRY(transaction.commit({std::max(cursor_.first, state_.examined_id), cursor_.second}, state_, cursor_));
   work_.patience.end_writing();
   work_.phase = Phase::idle;
   return {};
@@ -511,11 +540,13 @@ Status StructureAndMotion::end_strip() {
   StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   if (work_.patience.given_up(work_.subject)) {
-    ILP_TRY(fail_provisional_poses(wiring_.store, cursor_.first));
+    ILP_TRY(fail_provisional_poses(wiring_.store, state_.examined_id, work_.camera));
   } else if (state_.posed_keyframe_id != 0) {
     Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
     ILP_TRY(sequence.flush());
-    for (const std::int64_t id : sequence.dropped()) ILP_TRY(fail_pose(wiring_.store, state_.strip_id, id));
+    for (const std::int64_t id : sequence.dropped()) {
+      ILP_TRY(fail_pose(wiring_.store, state_.strip_id, id, work_.camera));
+    }
     ILP_TRY(write_finals());
   }
   state_.strip_id = 0;

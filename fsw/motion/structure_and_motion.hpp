@@ -19,8 +19,8 @@ namespace ilp {
 /// verdict, and the next one is related to the last keyframe before it; after two failures in a row the strip is
 /// abandoned. Before a keyframe fails, it is tried against the two posed keyframes before the newest one, whose points
 /// it may see though the newest one is a bad image; where the newest one holds few points, these two come first. When a
-/// strip has ended, its last poses become final. Keyframes wait until the camera is frozen. Those that waited in vain
-/// (calibration_wait.hpp) get a failed pose with the verdict not_calibrated. A keyframe whose image cannot be read
+/// strip has ended, its last poses become final. While the camera is not frozen, poses are trials, for the search for
+/// the camera, and every change of the camera begins them anew. A keyframe whose image cannot be read
 /// counts as one that cannot be related. If the checkpoint is lost, the poses that were not final fail, and so does the
 /// rest of the strip, whose end is commanded. A final pose never changes.
 class StructureAndMotion final : public StageComponent<ComponentId::structure_and_motion> {
@@ -51,6 +51,8 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   };
   struct State {
     SequenceState sequence;
+    std::int32_t camera_revision = 0;    ///< by which all poses so far were made
+    std::int64_t examined_id = 0;        ///< newest keyframe examined with it; the cursor is the newest of all
     std::int64_t strip_id = 0;           ///< 0: no strip is open
     std::int64_t posed_keyframe_id = 0;  ///< newest keyframe of the strip that has a pose or waits for it
     std::uint32_t failures = 0;          ///< failures in a row
@@ -61,11 +63,10 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
                                  0, 0, 0, 1};  ///< predicts pixels of the posed keyframe in the last keyframe examined
   };
   struct Work {
-    CameraModel camera;
+    CameraRecord camera;
     // The keyframe at work; a restart drops it.
     Phase phase = Phase::idle;
     KeyframeRecord keyframe;
-    bool not_calibrated = false;  ///< it waited in vain
     bool on_record = false;       ///< it has a pose, made before the checkpoint was damaged
     bool newest_is_poor = false;  ///< it is tried against the newest posed keyframe last
     std::uint32_t attempt = 0;
@@ -85,8 +86,10 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   };
 
   Status advance();
-  /// What the keyframe needs from others; false while there is more to wait for.
-  Result<bool> take_inputs(NavigationRecord& measured);
+  Status start_over();
+  [[nodiscard]] PoseState failed_state() const {
+    return work_.camera.frozen ? PoseState::failed : PoseState::trial_failed;
+  }
   Status begin_keyframe(bool no_use, const NavigationRecord& measured);
   Result<bool> pick();
   Status load();

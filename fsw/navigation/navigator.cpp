@@ -166,7 +166,7 @@ Result<bool> Navigator::place_strip() {
   if (found.is(StatusCode::not_found)) return false;
   const bool damaged = found.is(StatusCode::record_damaged);
   if (!found.ok() && !damaged) return found;
-  if (!damaged && pose.state == PoseState::provisional) return false;
+  if (!damaged && is_open(pose.state)) return false;
   if (damaged) pose.id = found.a;
   NavigationRecord measured;
   ILP_TAKE(const bool known, find(wiring_.store, pose.id, measured));

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "fsw/base/argument.hpp"
-#include "fsw/shared/calibration_wait.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
@@ -84,7 +83,7 @@ Status Compressor::load(std::int64_t keyframe_id, ProductKind kind, Status& dama
     work_.subject.pose.state = PoseState::failed;
   }
   CameraRecord camera;
-  ILP_TRY(get_camera(wiring_.store, camera_id_of(work_.subject.pose), camera));
+  ILP_TRY(get_camera(wiring_.store, camera_id, camera));
   work_.subject.camera = camera_model(camera);
   ILP_TRY(load_depth(keyframe_id, kind, damage));
   // A depth map is coded without the image.

@@ -7,7 +7,6 @@
 #include "cfg/version.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/little_endian.hpp"
-#include "fsw/shared/calibration_wait.hpp"
 #include "fsw/vision/codec/jpeg2000_decode.hpp"
 #include "fsw/vision/codec/metadata.hpp"
 
@@ -94,7 +93,7 @@ void write_camera_and_pose(MetadataWriter& writer, const ProductSubject& subject
   const CameraModel& c = subject.camera;
   const double camera[] = {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2};
   // It follows the pose, not the present camera, whose state depends on timing.
-  writer.reals(waited_in_vain(pose) ? "camera_nominal" : "camera", camera);
+  writer.reals("camera", camera);
   if (pose.state != PoseState::final) return;
   writer.reals("q_cam_from_world", pose.q_cam_from_world);
   writer.reals("centre", pose.centre);

@@ -54,7 +54,14 @@ ILP_ENUMERATION(PoseVerdict, (0, ok, ""), (1, waiting, "waits for a pair that ca
                 (6, not_calibrated, "camera not calibrated"), (7, ambiguous, "two motions explain the pair"))
 
 ILP_ENUMERATION(PoseState, (0, provisional, "later keyframes may still improve the pose"),
-                (1, final, "the pose never changes again"), (2, failed, "there is no pose"))
+                (1, final, "the pose never changes again"), (2, failed, "there is no pose"),
+                (3, trial, "by a camera that is still looked for: the keyframe is posed again once it is found"),
+                (4, trial_failed, "that camera gives no pose: the keyframe is tried again once it is found"))
+
+/// A later record of this pose may say something else.
+[[nodiscard]] constexpr bool is_open(PoseState state) {
+  return state != PoseState::final && state != PoseState::failed;
+}
 
 /// A mask of the flight is final.
 ILP_ENUMERATION(MaskScope, (0, strip, "new to the strip; the memory of places has still to see it"),

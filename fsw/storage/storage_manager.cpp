@@ -36,6 +36,16 @@ Status count_next(StorageDraft& draft, Reader<Record> store, std::int64_t& count
   return {};
 }
 
+/// Poses by a camera that is still looked for are made anew, and their points with them.
+Result<bool> is_trial(Reader<StructureRecord, PoseRecord> store, std::int64_t after) {
+  StructureRecord structure;
+  PoseRecord pose;
+  ILP_TAKE(const bool any, find_next_sound(store, after, structure));
+  if (!any) return false;
+  ILP_TAKE(const bool known, find(store, structure.id, pose));
+  return known && is_open(pose.state);
+}
+
 }  // namespace
 
 constexpr CheckpointForm StorageManager::checkpoint = checkpoint_form<State>(component_id);
@@ -108,8 +118,11 @@ Status StorageManager::count_new(Draft& draft) {
   ILP_TRY(
       count_next<FrameRecord>(draft, wiring_.store, after.frames.counted_id, account.frame_bytes, account.frames_held));
   ILP_TRY(count_depth(draft));
-  ILP_TRY(count_next<StructureRecord>(draft, wiring_.store, after.counted_structure_id, account.structure_bytes,
-                                      account.structures_held));
+  ILP_TAKE(const bool made_anew, is_trial(wiring_.store, after.counted_structure_id));
+  if (!made_anew) {
+    ILP_TRY(count_next<StructureRecord>(draft, wiring_.store, after.counted_structure_id, account.structure_bytes,
+                                        account.structures_held));
+  }
   return count_next<ProductRecord>(draft, wiring_.store, after.counted_product_id, account.product_bytes,
                                    account.products_held);
 }

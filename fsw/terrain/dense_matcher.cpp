@@ -237,7 +237,7 @@ Result<bool> DenseMatcher::pick() {
     return true;
   }
   const Status found = get(wiring_.store, id, work_.pose);
-  if (found.is(StatusCode::not_found) || (found.ok() && work_.pose.state == PoseState::provisional)) return false;
+  if (found.is(StatusCode::not_found) || (found.ok() && is_open(work_.pose.state))) return false;
   ILP_TRY(found);
   // It may have been calibrated since.
   ILP_TRY(load_camera(wiring_.store, work_.camera));

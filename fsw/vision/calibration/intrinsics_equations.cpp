@@ -20,7 +20,6 @@ using MatIx3 = Eigen::Matrix<double, static_cast<int>(intrinsic_count), 3>;
 
 constexpr std::size_t poses = IntrinsicsWorkspace::poses;
 constexpr std::size_t system_size = IntrinsicsWorkspace::size;
-constexpr int pose_steps = 2;         ///< of the poses before the equations are taken
 constexpr double loss_sigmas = 5;     ///< bound of the Cauchy weights, in sigmas of a coordinate
 constexpr double least_weight = 0.2;  ///< a point with one below it, at twice the bound, is a wrong match
 constexpr double least_sigma_px = 0.01;
@@ -328,7 +327,7 @@ CameraModel corrected(const CameraModel& camera, const Intrinsics& corrections) 
   return out;
 }
 
-Status reduce_to_intrinsics(const CameraModel& camera, double error_factor, BundleProblem& window,
+Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& params, BundleProblem& window,
                             IntrinsicsWorkspace& workspace, IntrinsicsEquations& equations, ResidualField& field) {
   equations = {};
   ILP_TRY(validate(camera));
@@ -339,15 +338,15 @@ Status reduce_to_intrinsics(const CameraModel& camera, double error_factor, Bund
     of.cam_from_world[i] = cam_from_world(window.cameras[i].pose);
   }
   WindowSums sums;
-  for (int step = 0; step < pose_steps; ++step) {
-    if (!assemble(of, workspace, error_factor, sums)) return {};
+  for (std::uint32_t step = 0; step < params.steps; ++step) {
+    if (!assemble(of, workspace, params.error_factor, sums)) return {};
     adjust(of, workspace);
   }
-  if (!assemble(of, workspace, error_factor, sums)) return {};
+  if (!assemble(of, workspace, params.error_factor, sums)) return {};
   equations.points = sums.points;
   equations.observations = sums.observations;
   equations.noise_px = std::sqrt(std::fmax(sums.squared - sums.explained, 0) / (2 * sums.weight));
-  const double unit = std::fmax(error_factor * equations.noise_px, least_sigma_px);
+  const double unit = std::fmax(params.error_factor * equations.noise_px, least_sigma_px);
   double* x = workspace.right.data();
   const double* l = workspace.system.data();
   for (std::size_t a = 0; a < intrinsic_count; ++a) {

@@ -48,13 +48,18 @@ struct IntrinsicsWorkspace {
   std::array<double, samples> squared;
 };
 
+struct ReductionParams {
+  double error_factor = 3;  ///< of an observation's scatter
+  std::uint32_t steps = 2;  ///< of poses and points before the equations are taken
+};
+
 /// Adjusts poses and points of the window with the camera as it is, and takes the equations there. Its observations are
 /// ideal px of `camera`, all those of a point one after the other; residuals are in px of the real image, with Cauchy
 /// weights. An observation counts with error_factor times the scatter of the residuals, as in the stated errors of
 /// poses. A direction that the window does not determine has no information and adds nothing. The residuals that the
 /// step leaves are added to `field`. `invalid_argument` for a window that is out of range; no points where it has fewer
 /// than three cameras.
-Status reduce_to_intrinsics(const CameraModel& camera, double error_factor, BundleProblem& window,
+Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& params, BundleProblem& window,
                             IntrinsicsWorkspace& workspace, IntrinsicsEquations& equations, ResidualField& field);
 
 }  // namespace ilp

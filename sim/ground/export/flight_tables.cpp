@@ -18,6 +18,8 @@ std::string state_of(const intake::Keyframe& keyframe) {
     case PoseState::final:
       return "posed";
     case PoseState::provisional:
+    case PoseState::trial:
+    case PoseState::trial_failed:
       return "provisional pose only";
     case PoseState::failed:
       return std::string("no pose: ") + words_of(keyframe.pose->verdict);

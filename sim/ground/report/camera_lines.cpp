@@ -1,61 +1,47 @@
 #include "sim/ground/report/camera_lines.hpp"
 
-#include <map>
-
 #include "fsw/vision/calibration/camera_check.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace ilp::report {
 namespace {
 
-/// The verdict that most keyframes ended with; those with too few keyframes for a set have none.
-CalibrationVerdict usual_verdict(const intake::Flight& flight) {
-  std::map<CalibrationVerdict, std::size_t> counts;
-  CalibrationVerdict usual = CalibrationVerdict::collecting;
-  for (const auto& [id, record] : flight.calibrations) {
-    if (record.verdict == CalibrationVerdict::collecting || record.verdict == CalibrationVerdict::ok) continue;
-    if (++counts[record.verdict] > counts[usual]) usual = record.verdict;
-  }
-  return usual;
-}
-
-const char* remedy_of(CalibrationVerdict verdict) {
-  switch (verdict) {
-    case CalibrationVerdict::planar:
-      return "fly over relief, or let the vehicle measure attitude and height (--navigation): with them level ground "
-             "determines the focal length too";
-    case CalibrationVerdict::critical_motion:
-      return "let the camera tilt, so that its optical axes spread by about 0.1 rad over four to six keyframes";
-    case CalibrationVerdict::too_little_parallax:
-      return "move the camera across the ground";
-    case CalibrationVerdict::too_few_matches:
-      return "take images that overlap more and show more texture";
+/// What would determine it.
+const char* remedy_of(Intrinsic open) {
+  switch (open) {
+    case Intrinsic::focal_length:
+      return "relief, or a camera that tilts, or heights and attitudes of the vehicle (--navigation)";
+    case Intrinsic::centre_x:
+    case Intrinsic::centre_y:
+    case Intrinsic::p1:
+    case Intrinsic::p2:
+      return "turns about the vertical, or a camera that tilts";
     default:
-      return "take more images, with relief and a camera that tilts";
+      return "a camera that tilts, relief, or attitudes of the vehicle (--navigation)";
   }
 }
 
-std::vector<std::string> not_found_lines(const intake::Flight& flight) {
+/// The intrinsics whose error is hardly smaller than before an image was seen.
+std::vector<std::string> found_lines(const intake::Flight& flight) {
   if (!flight.camera_record || flight.calibrations.empty()) return {};
-  const bool frozen = flight.camera_record->frozen;
-  if (frozen && flight.camera_record->source != CameraSource::nominal) return {};
-  const CalibrationVerdict verdict = usual_verdict(flight);
-  std::vector<std::string> lines = {"The camera was not known, and the images of " +
-                                    host::counted(flight.calibrations.size(), "keyframe") +
-                                    " do not determine it. Found out: " + words_of(verdict) + "."};
-  if (frozen) {
-    lines.push_back(
-        "The flight went on with the nominal camera: shapes are right, heights are as wrong as its focal "
-        "length.");
-  } else {
-    lines.emplace_back("Without a camera no keyframe gets a pose or a depth; only images came down.");
+  const CalibrationRecord& said = flight.calibrations.rbegin()->second;
+  std::vector<std::string> lines;
+  if (!flight.camera_record->frozen) {
+    lines.emplace_back(
+        "The camera was not known, and the flight ended before it was found: no keyframe has a final pose.");
+    return lines;
   }
-  std::string remedy =
-      "What to do: give the intrinsics (--camera; ilp-lab calibrate finds them from other images of "
-      "this camera)";
-  if (!frozen)
-    remedy += "; or fly with the nominal camera ([calibration] calibration_fallback = nominal in the mission)";
-  lines.push_back(remedy + "; or " + remedy_of(verdict) + ".");
+  if (said.verdict == CalibrationVerdict::ok) return {};
+  lines.push_back("The camera was not known. Of what " + host::counted(said.keyframes, "keyframe") +
+                  " say of it: " + words_of(said.verdict) + ".");
+  constexpr double hardly = 0.5;
+  for (const Intrinsic intrinsic : {Intrinsic::focal_length, Intrinsic::k1}) {
+    const auto i = static_cast<std::size_t>(intrinsic);
+    if (!(said.sigmas[i] > hardly * said.prior_sigmas[i])) continue;
+    lines.push_back(std::string("Its ") + words_of(intrinsic) + " is as uncertain as it was given, by " +
+                    host::brief(said.sigmas[i]) + (intrinsic == Intrinsic::focal_length ? " px" : "") +
+                    ". What would determine it: " + remedy_of(intrinsic) + ".");
+  }
   return lines;
 }
 
@@ -101,7 +87,7 @@ std::vector<std::string> contradiction_lines(const intake::Flight& flight) {
 }  // namespace
 
 std::vector<std::string> camera_lines(const intake::Flight& flight) {
-  std::vector<std::string> lines = not_found_lines(flight);
+  std::vector<std::string> lines = found_lines(flight);
   for (std::string& line : contradiction_lines(flight)) lines.push_back(std::move(line));
   return lines;
 }

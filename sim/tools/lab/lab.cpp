@@ -60,7 +60,6 @@ int run_lab(int argc, char** argv, std::ostream& out, std::ostream& err) {
   add_match_commands(lab);
   add_two_view_commands(lab);
   add_bundle_command(lab);
-  add_calibrate_command(lab);
   add_calibrate_target_command(lab);
   add_rectify_command(lab);
   add_stereo_command(lab);

@@ -63,7 +63,6 @@ double time_kernel(int repeat, const std::function<void()>& prepare, const std::
 void add_match_commands(Lab& lab);
 void add_two_view_commands(Lab& lab);
 void add_bundle_command(Lab& lab);
-void add_calibrate_command(Lab& lab);
 void add_calibrate_target_command(Lab& lab);
 void add_rectify_command(Lab& lab);
 void add_stereo_command(Lab& lab);

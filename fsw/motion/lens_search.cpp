@@ -1,0 +1,197 @@
+#include "fsw/motion/lens_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/motion/final_window.hpp"
+#include "fsw/shared/camera_on_record.hpp"
+#include "fsw/shared/find.hpp"
+#include "fsw/vision/geometry/camera.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::array<std::uint32_t, 3> poses_of_pass = {6, 16, 36};
+constexpr std::uint32_t most_rounds = 20;
+constexpr std::uint32_t pose_steps = 5;
+constexpr double short_step = 0.05;        ///< sigmas
+constexpr double sufficient_lens = 0.002;  ///< one sigma of k1 with which the search ends early
+constexpr double undetermined = 0.5;       ///< of the error before, that is left
+constexpr double sigma_of_given_focal = 0.002;
+
+bool flight_has_ended(const StripRecord& newest, std::int64_t looked_at) {
+  return newest.end == StripEnd::end_of_flight && newest.last_keyframe_id == looked_at;
+}
+
+}  // namespace
+
+LensPrior LensSearch::prior(const CameraModel& nominal) const {
+  const MissionParameters& mission = wiring_.mission;
+  return prior_of(nominal, mission.camera_known
+                               ? sigma_of_given_focal
+                               : std::fabs(focal_per_field(nominal)) * mission.field_of_view_sigma_rad);
+}
+
+bool LensSearch::has_enough(const CameraRecord& camera) const {
+  const auto pass = static_cast<std::size_t>(camera.revision);
+  return pass < poses_of_pass.size() && work_.posed >= poses_of_pass[pass];
+}
+
+Result<bool> LensSearch::follow_poses(const CameraRecord& camera) {
+  KeyframeRecord keyframe;
+  ILP_TAKE(const Found found, find_next<KeyframeRecord>(wiring_.store, work_.looked_id, keyframe));
+  if (found == Found::nothing) {
+    StripRecord newest;
+    ILP_TAKE(const bool any, found_by(last(wiring_.store, newest)));
+    work_.last = any && work_.looked_id > 0 && flight_has_ended(newest, work_.looked_id);
+  } else {
+    PoseRecord pose;
+    ILP_TAKE(const bool posed, find(wiring_.store, keyframe.id, pose));
+    const bool settled = pose.state == PoseState::trial || pose.state == PoseState::trial_failed;
+    if (!posed || !settled || pose.camera_revision != camera.revision) return false;
+    work_.looked_id = keyframe.id;
+    if (work_.first_id == 0) work_.first_id = keyframe.id, work_.first_frame_id = keyframe.frame_id;
+    if (pose.state == PoseState::trial) ++work_.posed;
+    const double held = static_cast<double>(keyframe.frame_id - work_.first_frame_id) * camera.width * camera.height;
+    work_.last = static_cast<double>(keyframe.id - work_.first_id) >= wiring_.mission.calibration_patience_keyframes ||
+                 held > 0.5 * wiring_.mission.storage_budget_mib * 1048576;
+  }
+  if (work_.last || has_enough(camera)) {
+    work_.solving = true;
+    work_.round = 0;
+    begin_round(camera_model(camera));
+    return true;
+  }
+  return found != Found::nothing;
+}
+
+void LensSearch::begin_round(const CameraModel& camera) {
+  work_.camera = camera;
+  work_.window_id = 1;
+  work_.evidence = {};
+}
+
+/// The next six keyframes of a strip with a pose, or what is left of them.
+Status LensSearch::collect_window(const CameraRecord& camera) {
+  workspace_.ids.clear();
+  std::int64_t strip_id = 0;
+  for (std::int64_t id = work_.window_id; id <= work_.looked_id; ++id) {
+    PoseRecord pose;
+    ILP_TAKE(const bool known, find(wiring_.store, id, pose));
+    work_.window_id = id + 1;
+    if (!known || pose.state != PoseState::trial || pose.camera_revision != camera.revision) continue;
+    if (strip_id != 0 && pose.strip_id != strip_id) {
+      work_.window_id = id;
+      return {};
+    }
+    strip_id = pose.strip_id;
+    static_cast<void>(workspace_.ids.push_back(id));
+    if (workspace_.ids.size() < workspace_.ids.capacity()) continue;
+    work_.window_id = id;
+    return {};
+  }
+  return {};
+}
+
+Status LensSearch::add_window_to_round(const CameraRecord& camera, Status& event) {
+  const std::int64_t begin = work_.window_id;
+  ILP_TRY(collect_window(camera));
+  if (workspace_.ids.size() < least_window_views) return {};
+  const Status loaded = load_final_window(wiring_.store, work_.camera, {workspace_.ids.data(), workspace_.ids.size()},
+                                          work_.looked_id, workspace_.window);
+  if (is_transient(loaded) && !patience_.given_up(input())) {
+    work_.window_id = begin;
+    return loaded;
+  }
+  if (!loaded.ok()) {
+    event = loaded;
+    return {};
+  }
+  IntrinsicsEquations equations;
+  const Status reduced = reduce_to_intrinsics(work_.camera, {camera_check_params.error_factor, pose_steps},
+                                              workspace_.window, workspace_.equations, equations, work_.evidence.field);
+  if (reduced.ok()) add_window(equations, camera_check_params, work_.evidence);
+  if (!reduced.ok()) event = reduced;
+  return {};
+}
+
+Status LensSearch::end_round(CameraRecord& camera, Status& event) {
+  CameraRecord nominal;
+  ILP_TRY(get_first_camera(wiring_.store, nominal));
+  const LensPrior before = prior(camera_model(nominal));
+  const CameraCheck check = judge(work_.evidence, work_.camera, camera_check_params);
+  const bool apart = check.spread > std::fmax(camera_check_params.max_spread,
+                                              camera_check_params.spread_of_statistic * check.statistic);
+  const LensStep found = step_towards_lens(work_.evidence, work_.camera, before, apart ? check.spread : 1);
+  ++work_.round;
+  const bool there = !found.shortened && found.length < short_step;
+  if (work_.evidence.windows > 0 && !there && work_.round < most_rounds) {
+    begin_round(found.camera);
+    return {};
+  }
+  return conclude(before, found, check, camera, event);
+}
+
+Status LensSearch::conclude(const LensPrior& prior, const LensStep& found, const CameraCheck& check,
+                            CameraRecord& camera, Status& event) {
+  CalibrationRecord said;
+  said.id = work_.looked_id;
+  said.revision = camera.revision + 1;
+  said.keyframes = work_.posed;
+  said.windows = work_.evidence.windows;
+  said.points = work_.evidence.points;
+  said.rounds = work_.round;
+  said.spread = check.spread;
+  said.field = check.field;
+  said.noise_px = check.noise_px;
+  const CameraModel& c = found.camera;
+  const Intrinsics values = {c.fx, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2};
+  std::copy_n(values.begin(), intrinsic_count, said.intrinsics);
+  std::copy_n(found.sigmas.begin(), intrinsic_count, said.sigmas);
+  std::copy_n(prior.sigmas.begin(), intrinsic_count, said.prior_sigmas);
+  const bool nothing = said.windows == 0;
+  const bool open_focal = found.sigmas[0] > undetermined * prior.sigmas[0];
+  const bool determined = found.lens_sigma < sufficient_lens && check.spread < camera_check_params.max_spread;
+  CameraRecord after = camera_record(c);
+  after.revision = said.revision;
+  after.frozen = nothing || (camera.revision > 0 &&
+                             (work_.last || determined || said.revision > static_cast<int>(poses_of_pass.size())));
+  after.source = open_focal ? CameraSource::nominal : CameraSource::calibrated;
+  after.sigma_focal_px = found.sigmas[0];
+  after.sigma_cx_px = found.sigmas[1];
+  after.sigma_cy_px = found.sigmas[2];
+  std::copy(found.covariance.begin(), found.covariance.end(), after.covariance);
+  const bool bent = check.spread > camera_check_params.max_spread || check.field > camera_check_params.max_field;
+  said.verdict = nothing         ? CalibrationVerdict::nothing_seen
+                 : !after.frozen ? CalibrationVerdict::searching
+                 : bent          ? CalibrationVerdict::unexplained
+                 : open_focal    ? CalibrationVerdict::partly
+                                 : CalibrationVerdict::ok;
+  patience_.begin_writing();
+  StepTransaction transaction(wiring_.store, wiring_.checkpoint);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put_camera(wiring_.store, after));
+  ILP_TRY(put(wiring_.store, said));
+  ILP_TRY(transaction.commit(cursor_, state_, cursor_, state_));
+  patience_.end_writing();
+  if (after.frozen && said.verdict == CalibrationVerdict::ok) {
+    event = {StatusCode::camera_calibrated, said.id, std::llround(1000 * after.fx)};
+  } else if (after.frozen) {
+    event = {StatusCode::camera_nominal, said.id, static_cast<std::int64_t>(said.verdict)};
+  }
+  camera = after;
+  work_ = {};
+  return {};
+}
+
+Result<bool> LensSearch::step(CameraRecord& camera, Status& event) {
+  if (!work_.solving) return follow_poses(camera);
+  if (work_.window_id <= work_.looked_id) {
+    ILP_TRY(add_window_to_round(camera, event));
+  } else {
+    ILP_TRY(end_round(camera, event));
+  }
+  return true;
+}
+
+}  // namespace ilp
