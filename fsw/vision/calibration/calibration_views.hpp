@@ -15,6 +15,7 @@
 #include "cfg/limits.hpp"
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/geometry.hpp"
+#include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
 
@@ -83,16 +84,11 @@ struct CentredFrame {
 /// the distortion strong, calibrate again with this camera as the nominal one.
 [[nodiscard]] inline CameraModel calibrated_camera(const CameraModel& nominal, const MetricViews& views) {
   const CentredFrame frame(nominal);
-  CameraModel out = nominal;
+  CameraModel out = with_focal_length(nominal, views.focal * frame.unit_x_px / nominal.fx);
   out.fx = views.focal * frame.unit_x_px;
   out.fy = views.focal * frame.unit_y_px;
   out.cx = frame.x_px(views.cx);
   out.cy = frame.y_px(views.cy);
-  const double grown = out.fx / nominal.fx;
-  out.k1 = nominal.k1 * grown * grown;
-  out.k2 = nominal.k2 * grown * grown * grown * grown;
-  out.p1 = nominal.p1 * grown;
-  out.p2 = nominal.p2 * grown;
   return out;
 }
 

@@ -12,6 +12,7 @@
 #include "fsw/vision/multiview/sequence.hpp"
 #include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "fsw/vision/twoview/feature_overlap.hpp"
+#include "sim/host/camera_file.hpp"
 #include "sim/host/colmap.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/tools/lab/input_files.hpp"
@@ -188,7 +189,7 @@ Json run_calibrate(CalibrateOptions& options, int repeat) {
     throw UsageError("--min-field must be below --max-field");
   }
   CameraModel nominal;
-  if (!options.camera.empty()) nominal = host::read_colmap_camera(options.camera);
+  if (!options.camera.empty()) nominal = host::read_camera_file(options.camera);
   if (options.camera.empty() && !options.size.empty()) nominal = camera_of_size(options.size[0], options.size[1]);
   const std::vector<CalibrationInput> inputs =
       options.matches.empty() ? inputs_from_images(options, nominal) : inputs_from_matches(options.matches, nominal);
