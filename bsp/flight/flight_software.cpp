@@ -111,10 +111,7 @@ Status FlightSoftware::check_camera(const CameraModel& camera) {
   if (!get(store_, camera_id, there).ok() || !get(store_, camera_copy_id, there).ok()) ILP_TRY(write_camera(known));
   found = get(store_, nominal_camera_id, known);
   if (!found.ok() && !found.is(StatusCode::not_found)) return found;
-  const bool same = known.width == wanted.width && known.height == wanted.height && known.fx == wanted.fx &&
-                    known.fy == wanted.fy && known.cx == wanted.cx && known.cy == wanted.cy && known.k1 == wanted.k1 &&
-                    known.k2 == wanted.k2 && known.p1 == wanted.p1 && known.p2 == wanted.p2 &&
-                    known.frozen == wanted.frozen;
+  const bool same = camera_model(known) == camera_model(wanted) && known.frozen == wanted.frozen;
   return same ? Status{} : StatusCode::camera_changed;
 }
 

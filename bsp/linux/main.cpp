@@ -370,7 +370,7 @@ bool Flight::prepare_navigation() {
 
 bool Flight::prepare() {
   return (options_.camera == nullptr || parse_camera(options_.camera, model_) ||
-          refused("--camera needs 6 or 10 numbers", options_.camera)) &&
+          refused("--camera needs 6, 10, 11 or 14 numbers, or 6, fisheye and 4", options_.camera)) &&
          (options_.size == nullptr || parse_size(options_.size, width_, height_) ||
           refused("--size needs WIDTHxHEIGHT", options_.size)) &&
          read_priority(options_, priority_) && read_lock_lease(options_, lock_lease_s_) &&

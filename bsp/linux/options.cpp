@@ -15,7 +15,7 @@ namespace ilp {
 namespace {
 
 constexpr const char* usage_of_flight =
-    "                   [--camera \"W H FX FY CX CY [K1 K2 P1 P2]\" | --size WxH] --store STORE [--stages head,...]\n"
+    "                   [--camera \"W H FX FY CX CY [LENS]\" | --size WxH] --store STORE [--stages head,...]\n"
     "                   (--outbox DIR --acknowledgements DIR [--virtual-time] |\n"
     "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
     "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]]\n"
@@ -27,7 +27,8 @@ constexpr const char* usage_of_flight =
     "                   [--trap-heap]\n"
     "       ilp-onboard --memory-map | --version | --help\n";
 constexpr const char* help_of_options =
-    "  --camera        intrinsics in px, pixel centres at integers, Brown distortion; without it, the flight goes on\n"
+    "  --camera        intrinsics in px, pixel centres at integers; LENS is K1 K2 P1 P2 [K3 [K4 K5 K6]] in the order of\n"
+    "                  OpenCV, or fisheye K1 K2 K3 K4; without --camera, the flight goes on\n"
     "                  with the camera on record, or begins with a nominal one if [calibration] camera_known = false\n"
     "  --size          size of the source's pictures in px, where no --camera says it and the source cannot; larger\n"
     "                  pictures than the profile's images are reduced, and the camera with them (docs/onboard.md)\n"
@@ -225,23 +226,45 @@ bool parse(int argc, char** argv, Options& options, CommandLineFault& fault) {
 }
 
 bool parse_camera(const char* text, CameraModel& camera) {
-  double numbers[10] = {};
+  constexpr int before_lens = 6, most = 14;
+  double numbers[most] = {};
   int count = 0;
-  for (char* end = nullptr; count < 10; ++count, text = end) {
+  Lens lens = Lens::brown;
+  for (char* end = nullptr; count < most; ++count, text = end) {
+    if (count == before_lens) {
+      const char* const word = text + std::strspn(text, " ");
+      const std::size_t length = std::strlen(name_of(Lens::fisheye));
+      if (std::strncmp(word, name_of(Lens::fisheye), length) == 0) {
+        lens = Lens::fisheye;
+        text = word + length;
+      }
+    }
     numbers[count] = std::strtod(text, &end);
     if (end == text) break;
   }
-  if (count != 6 && count != 10) return false;
+  const bool known = lens == Lens::fisheye ? count == 10 : count == 6 || count == 10 || count == 11 || count == most;
+  if (!known || text[std::strspn(text, " \n")] != 0) return false;
+  const double* const k = numbers + before_lens;
   camera = {static_cast<std::int32_t>(numbers[0]),
             static_cast<std::int32_t>(numbers[1]),
             numbers[2],
             numbers[3],
             numbers[4],
             numbers[5],
-            numbers[6],
-            numbers[7],
-            numbers[8],
-            numbers[9]};
+            k[0],
+            k[1],
+            k[2],
+            k[3],
+            k[4],
+            k[5],
+            k[6],
+            k[7],
+            lens};
+  if (lens == Lens::fisheye) {
+    camera.p1 = camera.p2 = 0;
+    camera.k3 = k[2];
+    camera.k4 = k[3];
+  }
   return true;
 }
 

@@ -53,7 +53,7 @@ void print_usage();
 
 /// Returns false and sets `fault` if an option is unknown, lacks its value, contradicts another one, or is missing.
 [[nodiscard]] bool parse(int argc, char** argv, Options& options, CommandLineFault& fault);
-/// Parses 6 or 10 numbers: see `usage`.
+/// Parses 6, 10, 11 or 14 numbers, or 6, the word fisheye and 4: see `usage`.
 [[nodiscard]] bool parse_camera(const char* text, CameraModel& camera);
 /// Parses `WIDTHxHEIGHT`.
 [[nodiscard]] bool parse_size(const char* text, std::int32_t& width, std::int32_t& height);

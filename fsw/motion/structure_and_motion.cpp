@@ -50,8 +50,10 @@ static_assert(verdict_of(SequenceVerdict::waiting) == PoseVerdict::waiting &&
               verdict_of(SequenceVerdict::resection_failed) == PoseVerdict::resection_failed &&
               verdict_of(SequenceVerdict::implausible) == PoseVerdict::implausible);
 
-SequenceParams sequence_params(const MissionParameters& mission, double altitude, const NavigationRecord& measured) {
+SequenceParams sequence_params(const MissionParameters& mission, const CameraRecord& camera, double altitude,
+                               const NavigationRecord& measured) {
   SequenceParams params;
+  std::copy(std::begin(camera.covariance), std::end(camera.covariance), params.lens_covariance.begin());
   params.window_keyframes = window_length(mission);
   params.two_view.threshold_px = mission.ransac_threshold_px;
   params.resection_threshold_px = mission.resection_threshold_px;
@@ -261,7 +263,7 @@ Status StructureAndMotion::begin_keyframe(bool no_use, const NavigationRecord& m
     return {};
   }
   if (state_.posed_keyframe_id == 0) {
-    const SequenceParams params = sequence_params(wiring_.mission, work_.keyframe.altitude, measured);
+    const SequenceParams params = sequence_params(wiring_.mission, work_.camera, work_.keyframe.altitude, measured);
     state_.scale_source = params.first_height > 0 ? ScaleSource::altimeter : ScaleSource::first_baseline;
     Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
     ILP_TRY(sequence.begin_strip(camera_model(work_.camera), params));

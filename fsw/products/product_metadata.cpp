@@ -90,10 +90,8 @@ void write_covariance(MetadataWriter& writer, const PoseRecord& pose) {
 
 void write_camera_and_pose(MetadataWriter& writer, const ProductSubject& subject) {
   const PoseRecord& pose = subject.pose;
-  const CameraModel& c = subject.camera;
-  const double camera[] = {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2};
   // It follows the pose, not the present camera, whose state depends on timing.
-  writer.reals("camera", camera);
+  writer.reals("camera", camera_numbers(subject.camera).span());
   if (pose.state != PoseState::final) return;
   writer.reals("q_cam_from_world", pose.q_cam_from_world);
   writer.reals("centre", pose.centre);

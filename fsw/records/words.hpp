@@ -3,6 +3,7 @@
 
 #include "cfg/choices.hpp"
 #include "fsw/base/enumeration.hpp"
+#include "fsw/base/geometry.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/base/verdicts.hpp"
 

@@ -1,12 +1,12 @@
 #include "sim/host/colmap.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <iomanip>
 #include <iterator>
-#include <map>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -30,16 +30,34 @@ std::ptrdiff_t word_count(const std::string& line) {
   return std::distance(std::istream_iterator<std::string>(words), std::istream_iterator<std::string>());
 }
 
+struct Model {
+  const char* name;
+  std::size_t count;
+};
+constexpr Model models[] = {{"PINHOLE", 4},        {"OPENCV", 8},         {"FULL_OPENCV", 12},
+                            {"OPENCV_FISHEYE", 8}, {"RADIAL", 5},         {"SIMPLE_RADIAL", 4},
+                            {"SIMPLE_PINHOLE", 3}, {"RADIAL_FISHEYE", 5}, {"SIMPLE_RADIAL_FISHEYE", 4}};
+
+std::string model_names() {
+  std::string names;
+  for (const Model& model : models) names += (names.empty() ? "" : ", ") + std::string(model.name);
+  return names;
+}
+
 CameraModel from_parameters(const std::string& model, const std::vector<double>& p) {
   CameraModel camera;
-  const bool one_focal = model.rfind("SIMPLE_", 0) == 0 || model == "RADIAL";
+  const bool one_focal = model.starts_with("SIMPLE_") || model.starts_with("RADIAL");
   std::size_t i = 0;
   camera.fx = p[i++];
   camera.fy = one_focal ? camera.fx : p[i++];
   camera.cx = p[i++] - colmap_pixel_centre;
   camera.cy = p[i++] - colmap_pixel_centre;
-  double* const distortion[] = {&camera.k1, &camera.k2, &camera.p1, &camera.p2};
-  for (std::size_t d = 0; i < p.size(); ++i, ++d) *distortion[d] = p[i];
+  double* const brown[] = {&camera.k1, &camera.k2, &camera.p1, &camera.p2,
+                           &camera.k3, &camera.k4, &camera.k5, &camera.k6};
+  double* const fisheye[] = {&camera.k1, &camera.k2, &camera.k3, &camera.k4};
+  if (model.ends_with("_FISHEYE")) camera.lens = Lens::fisheye;
+  double* const* coefficients = camera.lens == Lens::fisheye ? fisheye : brown;
+  for (std::size_t d = 0; i < p.size(); ++i, ++d) *coefficients[d] = p[i];
   return camera;
 }
 
@@ -84,71 +102,91 @@ std::string points_text(const ColmapText& model) {
   return text;
 }
 
+CameraModel camera_of_line(const std::string& line, const std::string& place) {
+  std::istringstream words(line);
+  std::string id, model;
+  long width = 0;
+  long height = 0;
+  if (!(words >> id >> model >> width >> height)) {
+    throw std::runtime_error(place + "expected CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS..., for example " + example);
+  }
+  if (word_count(line) == words_of_reference_pose)
+    throw std::runtime_error(place + "this is a line of reference poses (--reference); a camera is written " + example);
+  const auto* known = std::ranges::find_if(models, [&](const Model& m) { return model == m.name; });
+  if (known == std::end(models))
+    throw std::runtime_error(place + "camera model " + model + " is not supported; " + model_names() + " are");
+  std::vector<double> parameters;
+  for (std::string word; words >> word;) {
+    std::size_t used = 0;
+    double value = std::nan("");
+    try {
+      value = std::stod(word, &used);
+    } catch (const std::exception&) {
+      used = 0;
+    }
+    if (used != word.size() || !std::isfinite(value))
+      throw std::runtime_error(place + "'" + word + "' is not a finite number");
+    parameters.push_back(value);
+  }
+  if (parameters.size() != known->count) {
+    throw std::runtime_error(place + model + " has " + std::to_string(known->count) + " parameters, found " +
+                             std::to_string(parameters.size()));
+  }
+  if (width <= 0 || height <= 0 || width > 1000000 || height > 1000000)
+    throw std::runtime_error(place + "bad image size");
+  CameraModel camera = from_parameters(model, parameters);
+  camera.width = static_cast<std::int32_t>(width);
+  camera.height = static_cast<std::int32_t>(height);
+  const Status status = validate(camera);
+  if (!status.ok()) throw std::runtime_error(place + status_sentence(status));
+  return camera;
+}
+
 }  // namespace
 
 CameraModel read_colmap_camera(const std::filesystem::path& path) {
-  static const std::map<std::string, std::size_t> parameter_counts = {
-      {"SIMPLE_PINHOLE", 3}, {"PINHOLE", 4}, {"SIMPLE_RADIAL", 4}, {"RADIAL", 5}, {"OPENCV", 8}};
   std::ifstream in(path);
-  if (!in) throw std::runtime_error("camera file " + path.string() + " cannot be read: check the path");
-  std::string line;
+  const std::string file = "camera file " + path.string();
+  if (!in) throw std::runtime_error(file + " cannot be read: check the path");
+  std::optional<CameraModel> camera;
+  std::string line, first_id;
   for (int number = 1; std::getline(in, line); ++number) {
-    const std::string place = "camera file " + path.string() + ", line " + std::to_string(number) + ": ";
     std::istringstream words(line);
     std::string id;
     if (!(words >> id) || id[0] == '#') continue;
-    std::string model;
-    long width = 0;
-    long height = 0;
-    if (!(words >> model >> width >> height)) {
-      throw std::runtime_error(place + "expected CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS..., for example " + example);
+    if (camera) {
+      throw std::runtime_error(file + " has several cameras (" + first_id + ", " + id +
+                               ", ...): a flight has one; keep the line of its camera, and only that one's images");
     }
-    if (word_count(line) == words_of_reference_pose)
-      throw std::runtime_error(place + "this is a line of reference poses (--reference); a camera is written " +
-                               example);
-    const auto known = parameter_counts.find(model);
-    if (known == parameter_counts.end()) {
-      throw std::runtime_error(place + "camera model " + model +
-                               " is not supported; PINHOLE, OPENCV, RADIAL, SIMPLE_RADIAL, SIMPLE_PINHOLE are");
-    }
-    std::vector<double> parameters;
-    for (std::string word; words >> word;) {
-      std::size_t used = 0;
-      double value = std::nan("");
-      try {
-        value = std::stod(word, &used);
-      } catch (const std::exception&) {
-        used = 0;
-      }
-      if (used != word.size() || !std::isfinite(value))
-        throw std::runtime_error(place + "'" + word + "' is not a finite number");
-      parameters.push_back(value);
-    }
-    if (parameters.size() != known->second) {
-      throw std::runtime_error(place + model + " has " + std::to_string(known->second) + " parameters, found " +
-                               std::to_string(parameters.size()));
-    }
-    if (width <= 0 || height <= 0 || width > 1000000 || height > 1000000)
-      throw std::runtime_error(place + "bad image size");
-    CameraModel camera = from_parameters(model, parameters);
-    camera.width = static_cast<std::int32_t>(width);
-    camera.height = static_cast<std::int32_t>(height);
-    const Status status = validate(camera);
-    if (!status.ok()) throw std::runtime_error(place + status_sentence(status));
-    return camera;
+    first_id = id;
+    camera = camera_of_line(line, file + ", line " + std::to_string(number) + ": ");
   }
-  throw std::runtime_error("camera file " + path.string() +
-                           " holds no camera: expected a line CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS...");
+  if (!camera)
+    throw std::runtime_error(file + " holds no camera: expected a line CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS...");
+  return *camera;
+}
+
+std::string colmap_camera_line(const CameraModel& c) {
+  std::vector<double> p = {c.fx, c.fy, c.cx + colmap_pixel_centre, c.cy + colmap_pixel_centre};
+  std::string line = "1 PINHOLE ";
+  if (c.lens == Lens::fisheye) {
+    line = "1 OPENCV_FISHEYE ";
+    p.insert(p.end(), {c.k1, c.k2, c.k3, c.k4});
+  } else if (!c.is_plain()) {
+    line = "1 FULL_OPENCV ";
+    p.insert(p.end(), {c.k1, c.k2, c.p1, c.p2, c.k3, c.k4, c.k5, c.k6});
+  } else if (c.has_distortion()) {
+    line = "1 OPENCV ";
+    p.insert(p.end(), {c.k1, c.k2, c.p1, c.p2});
+  }
+  line += std::to_string(c.width) + " " + std::to_string(c.height);
+  for (const double value : p) line += text_of(value);
+  return line + "\n";
 }
 
 void write_colmap_camera(const std::filesystem::path& path, const CameraModel& camera) {
   std::ofstream out(path);
-  out << "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS (pixel centres at 0.5)\n"
-      << std::setprecision(17) << "1 " << (camera.has_distortion() ? "OPENCV " : "PINHOLE ") << camera.width << " "
-      << camera.height << " " << camera.fx << " " << camera.fy << " " << camera.cx + colmap_pixel_centre << " "
-      << camera.cy + colmap_pixel_centre;
-  if (camera.has_distortion()) out << " " << camera.k1 << " " << camera.k2 << " " << camera.p1 << " " << camera.p2;
-  out << "\n";
+  out << "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS (pixel centres at 0.5)\n" << colmap_camera_line(camera);
   if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written: " + host::write_failure(errno));
 }
 

@@ -14,7 +14,7 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/camera/y4m/y4m_camera.hpp"
-#include "sim/host/colmap.hpp"
+#include "sim/host/camera_file.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/host/photograph.hpp"
 #include "sim/host/progress.hpp"
@@ -91,13 +91,10 @@ class VideoSource final : public ImageSource {
                                (file == "-" ? "VIDEO" : file) +
                                " -pix_fmt gray -f yuv4mpegpipe - | ilp-sil --y4m - ...");
     }
-    model = given ? *given : camera_of_field(camera_.width(), camera_.height(), field_of_view_rad);
+    model = given
+                ? host::camera_for_size(*given, camera_.width(), camera_.height(), "video " + file + " has", std::cerr)
+                : camera_of_field(camera_.width(), camera_.height(), field_of_view_rad);
     camera_known = known && given;
-    if (camera_.width() != model.width || camera_.height() != model.height) {
-      throw std::runtime_error("video " + file + " has " + host::size_text(camera_.width(), camera_.height()) +
-                               " pixels, the camera file says " + host::size_text(model.width, model.height) +
-                               ": scale the video, or use its camera file");
-    }
   }
   ~VideoSource() override {
     if (descriptor_ > STDIN_FILENO) close(descriptor_);
@@ -111,7 +108,7 @@ class VideoSource final : public ImageSource {
 
 /// Tells what makes the camera improbable by itself.
 CameraModel read_camera(const fs::path& file) {
-  CameraModel camera = host::read_colmap_camera(file);
+  const CameraModel camera = host::read_camera_file(file);
   const CameraDoubt doubt = doubt_about(camera);
   if (doubt != CameraDoubt::none) std::cerr << "ilp-sil: the camera is improbable: " << words_of(doubt) << "\n";
   return camera;
@@ -142,13 +139,6 @@ std::optional<ImageSize> size_of_images(const std::vector<host::StripFrame>& str
     }
   }
   return std::nullopt;
-}
-
-void check_size(const ImageSize& image, const CameraModel& camera) {
-  if (image.width == camera.width && image.height == camera.height) return;
-  throw std::runtime_error(image.file.string() + " has " + host::size_text(image.width, image.height) +
-                           " pixels, the camera file says " + host::size_text(camera.width, camera.height) +
-                           ": use the camera file of these images");
 }
 
 void print_lines(const std::string& lines) {
@@ -195,8 +185,10 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
   print_lines(messages.str());
   if (given && flyable.binning > 1) given = fitting_camera(*given, source, flyable.binning);
   const std::optional<ImageSize> size = size_of_images(strip);
+  if (given && size) {
+    given = host::camera_for_size(*given, size->width, size->height, size->file.string() + " has", std::cerr);
+  }
   if (given) compare_with_exif(*given, flyable.field_of_view_rad);
-  if (given && size) check_size(*size, *given);
   if (!given && !size) {
     throw std::runtime_error(
         "none of the images can be read: --camera cameras.txt is needed, the intrinsics in "

@@ -1,6 +1,7 @@
 #include "sim/sil/nominal_camera.hpp"
 
 #include "fsw/base/rng.hpp"
+#include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp::sil {
 namespace {
@@ -15,15 +16,9 @@ CameraModel nominal_camera(const CameraModel& truth, std::uint64_t seed) {
   Rng rng(seed, nominal_stream);
   const auto symmetric = [&rng](double bound) { return bound * (2 * rng.uniform() - 1); };
   const double factor = 1 + symmetric(focal_error);
-  CameraModel out = truth;
-  out.fx *= factor;
-  out.fy *= factor;
+  CameraModel out = with_focal_length(truth, factor);
   out.cx += symmetric(centre_error * truth.width);
   out.cy += symmetric(centre_error * truth.width);
-  out.k1 *= factor * factor;
-  out.k2 *= factor * factor * factor * factor;
-  out.p1 *= factor;
-  out.p2 *= factor;
   return out;
 }
 

@@ -132,10 +132,15 @@ std::vector<Parameter> parameters(CameraModel& c) {
       {"fy", &c.fy, "px", "focal length along y", 1, 1e5},
       {"cx", &c.cx, "px", "principal point, from the middle of the first pixel; negative: the image's centre", -1, 1e5},
       {"cy", &c.cy, "px", "principal point, from the middle of the first pixel; negative: the image's centre", -1, 1e5},
-      {"k1", &c.k1, "", "Brown distortion, radial", -10, 10},
-      {"k2", &c.k2, "", "Brown distortion, radial", -10, 10},
-      {"p1", &c.p1, "", "Brown distortion, tangential", -1, 1},
-      {"p2", &c.p2, "", "Brown distortion, tangential", -1, 1},
+      {"k1", &c.k1, "", "distortion, radial", -10, 10},
+      {"k2", &c.k2, "", "distortion, radial", -10, 10},
+      {"p1", &c.p1, "", "distortion, tangential", -1, 1},
+      {"p2", &c.p2, "", "distortion, tangential", -1, 1},
+      {"k3", &c.k3, "", "distortion, radial", -10, 10},
+      {"k4", &c.k4, "", "distortion, radial, below the line; of a fisheye above it", -10, 10},
+      {"k5", &c.k5, "", "distortion, radial, below the line", -10, 10},
+      {"k6", &c.k6, "", "distortion, radial, below the line", -10, 10},
+      {"lens", &c.lens, "", "brown or fisheye: what the numbers mean"},
   };
 }
 

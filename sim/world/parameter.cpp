@@ -66,6 +66,10 @@ void set_parameter(const std::vector<Parameter>& parameters, std::string_view se
           using Field = std::remove_pointer_t<decltype(field)>;
           if constexpr (std::is_same_v<Field, std::string>) {
             *field = text;
+          } else if constexpr (std::is_same_v<Field, Lens>) {
+            const EnumValue* const value = find_value(values_of(Lens{}), std::string(text).c_str());
+            if (value == nullptr) refuse(parameter, section, std::string(text), "brown or fisheye");
+            *field = static_cast<Lens>(value->number);
           } else if constexpr (std::is_same_v<Field, bool>) {
             if (text != "true" && text != "false") refuse(parameter, section, std::string(text), "true or false");
             *field = text == "true";
@@ -89,6 +93,8 @@ std::string parameter_text(const Parameter& parameter) {
         using Field = std::remove_cv_t<std::remove_pointer_t<decltype(field)>>;
         if constexpr (std::is_same_v<Field, std::string>) {
           return *field;
+        } else if constexpr (std::is_same_v<Field, Lens>) {
+          return name_of(*field);
         } else if constexpr (std::is_same_v<Field, bool>) {
           return *field ? "true" : "false";
         } else if constexpr (std::is_same_v<Field, double>) {
@@ -105,7 +111,8 @@ void check_parameters(const std::vector<Parameter>& parameters, std::string_view
     std::visit(
         [&](const auto* field) {
           using Field = std::remove_cv_t<std::remove_pointer_t<decltype(field)>>;
-          if constexpr (!std::is_same_v<Field, std::string> && !std::is_same_v<Field, bool>) {
+          if constexpr (!std::is_same_v<Field, std::string> && !std::is_same_v<Field, bool> &&
+                        !std::is_same_v<Field, Lens>) {
             const auto value = static_cast<double>(*field);
             if (!(value >= parameter.lowest && value <= parameter.highest)) {
               refuse(parameter, section, parameter_text(parameter), "a number" + range_text(parameter));

@@ -8,12 +8,14 @@
 #include <variant>
 #include <vector>
 
+#include "fsw/base/geometry.hpp"
+
 namespace ilp::world {
 
 /// One field of a parameter struct. Range and unit count for numbers only.
 struct Parameter {
   std::string_view name;
-  std::variant<double*, int*, std::uint64_t*, bool*, std::string*> field;
+  std::variant<double*, int*, std::uint64_t*, bool*, std::string*, Lens*> field;
   std::string_view unit;     ///< empty: none
   std::string_view meaning;  ///< a few words
   double lowest = -std::numeric_limits<double>::max();

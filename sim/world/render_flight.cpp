@@ -46,7 +46,8 @@ std::string index_text(const Scenario& scenario, const Terrain& terrain, const s
 
 std::vector<host::ReferenceCamera> true_cameras(const std::vector<CameraState>& states, const CameraModel& camera) {
   CameraModel ideal = camera;  // the format has no distortion; cameras.txt has it
-  ideal.k1 = ideal.k2 = ideal.p1 = ideal.p2 = 0;
+  ideal.k1 = ideal.k2 = ideal.p1 = ideal.p2 = ideal.k3 = ideal.k4 = ideal.k5 = ideal.k6 = 0;
+  ideal.lens = Lens::brown;
   std::vector<host::ReferenceCamera> cameras;
   for (std::size_t k = 0; k < states.size(); ++k) {
     cameras.push_back({image_name(k + 1), ideal, states[k].rotation, states[k].centre});

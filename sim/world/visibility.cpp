@@ -68,7 +68,8 @@ bool project_anywhere(const TrueFrame& frame, const Vec3& point, Vec2& pixel, do
   const CameraModel& c = frame.camera;
   const double reach_x = 1.5 * std::max(c.cx, c.width - c.cx) / c.fx;
   const double reach_y = 1.5 * std::max(c.cy, c.height - c.cy) / c.fy;
-  if (std::fabs(pixel.x()) > reach_x || std::fabs(pixel.y()) > reach_y) return false;
+  const bool bounded = c.lens != Lens::fisheye;
+  if (bounded && (std::fabs(pixel.x()) > reach_x || std::fabs(pixel.y()) > reach_y)) return false;
   pixel = pixel_from_normalised(c, pixel);
   return true;
 }

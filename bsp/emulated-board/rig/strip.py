@@ -22,11 +22,16 @@ class Strip:
             words = [line for line in cameras if line.strip() and line[0] != "#"][0].split()
         model, width, height, *numbers = words[1:]
         values = [float(number) for number in numbers]
-        if model == "SIMPLE_PINHOLE":
+        if model.startswith(("SIMPLE_", "RADIAL")):
             values = [values[0]] + values
         values[2] -= 0.5
         values[3] -= 0.5
-        return " ".join([width, height] + [repr(value) for value in values])
+        coefficients = values[4:]
+        while coefficients and len(coefficients) < 4:
+            coefficients.append(0.0)
+        lens = ["fisheye"] if model.endswith("FISHEYE") else []
+        return " ".join([width, height] + [repr(value) for value in values[:4]] + lens +
+                        [repr(value) for value in coefficients])
 
     def copy_for_disk(self, folder):
         """Index and images only, all in one folder: what the board's disk of frames holds."""

@@ -59,7 +59,7 @@ bool linearise(const Window& window, const BundleObservation& o, Seen& out) {
   const Vec3 at = pose * Vec3(point[0], point[1], point[2]);
   if (!(at.z() > 1e-9)) return false;
   const double inverse_z = 1 / at.z();
-  const double x = at.x() * inverse_z, y = at.y() * inverse_z, r2 = x * x + y * y;
+  const double x = at.x() * inverse_z, y = at.y() * inverse_z;
   const Vec2 distorted = distort(c, Vec2(x, y));
   const DistortionJacobian j = distortion_jacobian(c, x, y);
   out.view = o.camera;
@@ -73,9 +73,7 @@ bool linearise(const Window& window, const BundleObservation& o, Seen& out) {
   out.by_point = by_position * pose.rotation;
   out.by_pose.leftCols<3>() = -by_position * cross_matrix(at);
   out.by_pose.rightCols<3>() = by_position;
-  const double x2 = c.fx * x, y2 = c.fy * y;
-  out.by_intrinsics << distorted.x(), 1, 0, x2 * r2, x2 * r2 * r2, 2 * x2 * y, c.fx * (r2 + 2 * x * x),  //
-      distorted.y() * c.fy / c.fx, 0, 1, y2 * r2, y2 * r2 * r2, c.fy * (r2 + 2 * y * y), 2 * y2 * x;
+  out.by_intrinsics = pixel_by_intrinsics(c, Vec2(x, y));
   for (std::size_t i = 0; i < intrinsic_count; ++i) out.by_intrinsics.col(static_cast<int>(i)) *= window.units[i];
   out.weight = window.loss2 > 0 ? 1 / (1 + out.residual.squaredNorm() / window.loss2) : 1;
   return true;

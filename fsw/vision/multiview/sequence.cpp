@@ -203,10 +203,14 @@ bool Sequence::take_final_camera(SequenceCamera& camera) {
   const double factor = s_.params.error_factor * s_.params.error_factor;
   covariance_of_camera(s_.covariance, index, camera.covariance);
   for (double& x : camera.covariance) x *= factor;
+  const IntrinsicsCovariance lens = intrinsics_covariance(s_.params.lens_covariance);
+  add_error_of_lens(s_.covariance, index, lens, camera.covariance);
   if (index > 0) {
     covariance_of_step(s_.covariance, index, cam_from_world(s_.cameras[index - 1].pose), cam_from_world(camera.pose),
                        camera.step_covariance);
     for (double& x : camera.step_covariance) x *= factor;
+    add_error_of_lens(s_.covariance, index, cam_from_world(s_.cameras[index - 1].pose), cam_from_world(camera.pose),
+                      lens, camera.step_covariance);
   }
   ++s_.taken_count;
   return true;

@@ -50,6 +50,11 @@ Status SequenceAdjustment::finish_adjustment() {
 }
 
 void SequenceAdjustment::state_errors(std::uint32_t max_iterations, SequencePhase next) {
+  if (s_.params.lens_covariance[0] > 0) {
+    derive_by_intrinsics(w_.problem, bundle_params(max_iterations), s_.camera, w_.errors);
+  } else {
+    w_.errors.by_intrinsics.fill(0);
+  }
   allow_correlated_tracks(w_.problem, bundle_params(max_iterations), w_.errors);
   propagate_covariance(w_.problem, w_.map, w_.errors, s_.covariance);
   write_errors();
@@ -61,9 +66,14 @@ void SequenceAdjustment::write_errors() {
     if (w_.problem.cameras[i].fixed) continue;
     const std::size_t index = w_.map.camera[i];
     const bool known = ((s_.covariance.known >> index) & 1U) != 0;
+    double by_lens[21] = {};
+    add_error_of_lens(s_.covariance, index, intrinsics_covariance(s_.params.lens_covariance), by_lens);
     for (std::size_t k = 0; k < 3; ++k) {
       const double variance = known ? s_.covariance.variance_of_centre(index, k) : 0;
-      s_.cameras[index].sigma_position[k] = variance > 0 ? s_.params.error_factor * std::sqrt(variance) : 0;
+      const std::size_t diagonal = (k + 3) * (k + 4) / 2 + k + 3;
+      const double factor = s_.params.error_factor;
+      s_.cameras[index].sigma_position[k] =
+          variance > 0 ? std::sqrt(factor * factor * variance + by_lens[diagonal]) : 0;
     }
   }
 }

@@ -1,8 +1,12 @@
 #include "fsw/vision/multiview/sequence_covariance.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "cfg/limits.hpp"
+#include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
 #include "fsw/vision/multiview/bundle/bundle_observation.hpp"
 #include "fsw/vision/multiview/window_problem.hpp"
@@ -97,6 +101,60 @@ double scatter_of_tracks(const BundleProblem& problem, const bundle::Loss& loss,
   return overrated.factor(3.0 * static_cast<double>(problem.points.size()) + static_cast<double>(n));
 }
 
+using MatIntrinsics = Eigen::Matrix<double, 2, static_cast<int>(intrinsic_count)>;
+using MatByPoint = Eigen::Matrix<double, 3, static_cast<int>(intrinsic_count)>;
+
+/// Normal equations of one track: its point, what it has in common with the free cameras, and the intrinsics.
+struct TrackEquations {
+  struct Seen {
+    std::size_t first;  ///< parameters of the camera; `none` for a fixed one
+    Eigen::Matrix<double, 6, 3> with_point;
+    Eigen::Matrix<double, 6, static_cast<int>(intrinsic_count)> with_intrinsics;
+  };
+  static constexpr std::size_t none = strip_size;
+  Mat3 point = Mat3::Zero();
+  MatByPoint point_with_intrinsics = MatByPoint::Zero();
+  std::array<Seen, limits::max_bundle_cameras> seen;
+  std::size_t count = 0;
+
+  void add(std::size_t first, const bundle::Linearised& at, const MatIntrinsics& by_intrinsics) {
+    Eigen::Matrix<double, 2, 3> by_point;
+    Eigen::Matrix<double, 2, 6> by_camera;
+    by_point << at.pu[0], at.pu[1], at.pu[2], at.pv[0], at.pv[1], at.pv[2];
+    by_camera << at.wu[0], at.wu[1], at.wu[2], -by_point.row(0), at.wv[0], at.wv[1], at.wv[2], -by_point.row(1);
+    point += by_point.transpose() * by_point;
+    point_with_intrinsics += by_point.transpose() * by_intrinsics;
+    if (first == none || count == seen.size()) return;
+    seen[count++] = {first, by_camera.transpose() * by_point, by_camera.transpose() * by_intrinsics};
+  }
+
+  /// Adds its part of the equations without the point to `sums` (parameters x intrinsics, row-major).
+  void scatter_into(double* sums) const {
+    Mat3 held = point;
+    held.diagonal().array() += 1e-12 * point.trace() + 1e-300;
+    const Eigen::LLT<Mat3> factor(held);
+    if (factor.info() != Eigen::Success) return;
+    const MatByPoint moved = factor.solve(point_with_intrinsics);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto reduced = (seen[i].with_intrinsics - seen[i].with_point * moved).eval();
+      for (int r = 0; r < 6; ++r) {
+        for (int c = 0; c < static_cast<int>(intrinsic_count); ++c) {
+          sums[(seen[i].first + static_cast<std::size_t>(r)) * intrinsic_count + static_cast<std::size_t>(c)] +=
+              reduced(r, c);
+        }
+      }
+    }
+  }
+};
+
+/// How an ideal pixel moves where the intrinsics change and the pixel of the image stays, with the opposite sign.
+MatIntrinsics ideal_by_intrinsics(const CameraModel& camera, const Vec2& normalised) {
+  const DistortionJacobian j = distortion_jacobian(camera, normalised.x(), normalised.y());
+  Mat2 by_normalised;
+  by_normalised << j.a, j.b * camera.fx / camera.fy, j.c * camera.fy / camera.fx, j.d;
+  return by_normalised.inverse() * pixel_by_intrinsics(camera, normalised);
+}
+
 /// to (rows x columns) = a (rows x inner) times b (inner x columns), row-major.
 void multiply(const double* a, const double* b, std::size_t rows, std::size_t inner, std::size_t columns, double* to) {
   for (std::size_t r = 0; r < rows; ++r) {
@@ -154,6 +212,33 @@ void fill_derivative(const BundleProblem& problem, const WindowMap& map, const B
   }
 }
 
+/// Derivative of a step by both cameras: rotation w_c - R w_p, place R_p (c_c - c_p) + w_p x place.
+Eigen::Matrix<double, 6, 12> step_by_cameras(const RigidTransform& previous, const RigidTransform& camera) {
+  const RigidTransform step = compose(camera, inverse(previous));
+  const Vec3 place = -(step.rotation.transpose() * step.translation);
+  Eigen::Matrix<double, 6, 12> by_cameras = Eigen::Matrix<double, 6, 12>::Zero();
+  by_cameras.block<3, 3>(0, 0) = -step.rotation;
+  by_cameras.block<3, 3>(0, 6).setIdentity();
+  by_cameras.block<3, 3>(3, 0) = -cross_matrix(place);
+  by_cameras.block<3, 3>(3, 3) = -previous.rotation;
+  by_cameras.block<3, 3>(3, 9) = previous.rotation;
+  return by_cameras;
+}
+
+using SixByIntrinsics = Eigen::Matrix<double, 6, static_cast<int>(intrinsic_count)>;
+
+SixByIntrinsics derivative_of(const StripCovariance& strip, std::size_t index) {
+  return Eigen::Map<const Eigen::Matrix<double, 6, static_cast<int>(intrinsic_count), Eigen::RowMajor>>(
+      strip.by_intrinsics.data() + camera_size * index * intrinsic_count);
+}
+
+void add_transformed(const SixByIntrinsics& j, const IntrinsicsCovariance& lens, double (&lower)[21]) {
+  const SixByIntrinsics half = j.lazyProduct(lens);
+  for (int row = 0, k = 0; row < 6; ++row) {
+    for (int column = 0; column <= row; ++column, ++k) lower[k] += half.row(row).dot(j.row(column));
+  }
+}
+
 bool knows_all(const StripCovariance& strip, const WindowMap& map, const BundleCovariance& window) {
   bool all = window.valid;
   for (std::size_t f = 0; f < window.fixed_count; ++f)
@@ -177,15 +262,7 @@ void covariance_of_step(const StripCovariance& strip, std::size_t index, const R
                         const RigidTransform& camera, double (&lower)[21]) {
   for (double& x : lower) x = 0;
   if (index == 0 || ((strip.known >> index) & 1U) == 0 || ((strip.known >> (index - 1)) & 1U) == 0) return;
-  const RigidTransform step = compose(camera, inverse(previous));
-  const Vec3 place = -(step.rotation.transpose() * step.translation);
-  // Error of the step by the errors of both cameras: rotation w_c - R w_p, place R_p (c_c - c_p) + w_p x place.
-  Eigen::Matrix<double, 6, 12> by_cameras = Eigen::Matrix<double, 6, 12>::Zero();
-  by_cameras.block<3, 3>(0, 0) = -step.rotation;
-  by_cameras.block<3, 3>(0, 6).setIdentity();
-  by_cameras.block<3, 3>(3, 0) = -cross_matrix(place);
-  by_cameras.block<3, 3>(3, 3) = -previous.rotation;
-  by_cameras.block<3, 3>(3, 9) = previous.rotation;
+  const Eigen::Matrix<double, 6, 12> by_cameras = step_by_cameras(previous, camera);
   Eigen::Matrix<double, 12, 12> joint;
   const std::size_t first = camera_size * (index - 1);
   for (int row = 0; row < 12; ++row) {
@@ -202,6 +279,7 @@ void covariance_of_step(const StripCovariance& strip, std::size_t index, const R
 
 void begin_covariance(StripCovariance& strip) {
   strip.matrix.fill(0);
+  strip.by_intrinsics.fill(0);
   strip.known = 1;
 }
 
@@ -212,7 +290,70 @@ void drop_oldest_camera(StripCovariance& strip) {
       strip.matrix[strip_size * r + c] = kept ? strip.matrix[strip_size * (r + camera_size) + c + camera_size] : 0;
     }
   }
+  std::copy(strip.by_intrinsics.begin() + camera_size * intrinsic_count, strip.by_intrinsics.end(),
+            strip.by_intrinsics.begin());
+  std::fill(strip.by_intrinsics.end() - camera_size * intrinsic_count, strip.by_intrinsics.end(), 0);
   strip.known >>= 1U;
+}
+
+IntrinsicsCovariance intrinsics_covariance(const std::array<double, intrinsic_count*(intrinsic_count + 1) / 2>& lower) {
+  IntrinsicsCovariance whole;
+  std::size_t k = 0;
+  for (int row = 0; row < static_cast<int>(intrinsic_count); ++row) {
+    for (int column = 0; column <= row; ++column, ++k) whole(row, column) = whole(column, row) = lower[k];
+  }
+  return whole;
+}
+
+void add_error_of_lens(const StripCovariance& strip, std::size_t index, const IntrinsicsCovariance& lens,
+                       double (&pose)[21]) {
+  if (((strip.known >> index) & 1U) == 0) return;
+  add_transformed(derivative_of(strip, index), lens, pose);
+}
+
+void add_error_of_lens(const StripCovariance& strip, std::size_t index, const RigidTransform& previous,
+                       const RigidTransform& camera, const IntrinsicsCovariance& lens, double (&step)[21]) {
+  if (index == 0 || ((strip.known >> (index - 1)) & 3U) != 3U) return;
+  Eigen::Matrix<double, 12, static_cast<int>(intrinsic_count)> both;
+  both << derivative_of(strip, index - 1), derivative_of(strip, index);
+  add_transformed((step_by_cameras(previous, camera) * both).eval(), lens, step);
+}
+
+void derive_by_intrinsics(const BundleProblem& problem, const BundleParams& params, const CameraModel& camera,
+                          StripCovarianceWorkspace& workspace) {
+  const BundleCovariance& window = workspace.window;
+  workspace.by_intrinsics.fill(0);
+  if (!window.valid || !(window.variance > 0)) return;
+  std::array<bundle::Camera, limits::max_bundle_cameras> cameras;
+  for (std::size_t i = 0; i < problem.cameras.size(); ++i)
+    cameras[i] = bundle::camera_from(problem.cameras[i], not_free);
+  for (std::size_t f = 0; f < window.free_count; ++f) {
+    cameras[window.free_camera[f]].free_index = static_cast<std::int32_t>(f);
+  }
+  const bundle::Loss loss{params.robust_px, params.loss == BundleLoss::cauchy};
+  double* sums = workspace.product.data();
+  const std::size_t n = camera_size * window.free_count;
+  std::fill_n(sums, n * intrinsic_count, 0.0);
+  TrackEquations track;
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    const BundleObservation& o = problem.observations[i];
+    const bundle::Camera& seen_by = cameras[o.camera];
+    const double* point = problem.points[o.point].position;
+    if (in_front(seen_by, point)) {
+      const bundle::Linearised at = bundle::linearise(seen_by, {o.x, o.y, o.camera}, point, loss);
+      const double weight = loss.weight(at.eu * at.eu + at.ev * at.ev);
+      const MatIntrinsics by_intrinsics =
+          std::sqrt(weight) * ideal_by_intrinsics(camera, normalised_from_ideal(camera, Vec2(o.x, o.y)));
+      track.add(seen_by.free_index == not_free ? TrackEquations::none
+                                               : camera_size * static_cast<std::size_t>(seen_by.free_index),
+                at, by_intrinsics);
+    }
+    if (i + 1 < problem.observations.size() && problem.observations[i + 1].point == o.point) continue;
+    track.scatter_into(sums);
+    track = {};
+  }
+  multiply(window.conditional.data(), sums, n, n, intrinsic_count, workspace.by_intrinsics.data());
+  for (std::size_t k = 0; k < n * intrinsic_count; ++k) workspace.by_intrinsics[k] /= -window.variance;
 }
 
 void allow_correlated_tracks(const BundleProblem& problem, const BundleParams& params,
@@ -250,6 +391,13 @@ void propagate_covariance(const BundleProblem& problem, const WindowMap& map, St
   double* derivative = workspace.derivative.data();
   double* product = workspace.product.data();
   fill_derivative(problem, map, window, n, derivative);
+  multiply(derivative, strip.by_intrinsics.data(), n, strip_size, intrinsic_count, product);
+  for (std::size_t r = 0; r < n; ++r) {
+    for (std::size_t c = 0; c < intrinsic_count; ++c) {
+      strip.by_intrinsics[intrinsic_count * row[r] + c] =
+          product[intrinsic_count * r + c] + workspace.by_intrinsics[intrinsic_count * r + c];
+    }
+  }
   multiply(derivative, strip.matrix.data(), n, strip_size, strip_size, product);
   for (std::size_t r = 0; r < n; ++r) {
     for (std::size_t c = 0; c < strip_size; ++c) set_both(strip, row[r], c, product[strip_size * r + c]);

@@ -26,6 +26,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "fsw/base/verdicts.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "fsw/vision/multiview/bundle/bundle_covariance.hpp"
 
@@ -42,6 +43,8 @@ struct StripCovariance {
   static constexpr std::size_t size = BundleCovariance::max_system;
   std::array<double, size * size> matrix{};  ///< row-major, symmetric
   std::uint32_t known = 0;                   ///< bit i: the errors of camera i are known
+  /// Derivative of the poses by the seven intrinsics (Intrinsic), as the strip is built with another lens.
+  std::array<double, size * intrinsic_count> by_intrinsics{};
 
   [[nodiscard]] double variance_of_centre(std::size_t camera, std::size_t axis) const {
     return matrix[(camera_size * camera + 3 + axis) * (size + 1)];
@@ -54,7 +57,21 @@ struct StripCovarianceWorkspace {
   /// Derivative of the window's free parameters by all kept cameras as they were before it.
   std::array<double, StripCovariance::size * StripCovariance::size> derivative;
   std::array<double, StripCovariance::size * StripCovariance::size> product;
+  /// Derivative of the window's free parameters by the intrinsics, with the fixed cameras as they are.
+  std::array<double, StripCovariance::size * intrinsic_count> by_intrinsics;
 };
+
+/// Covariance of the intrinsics, in the order of Intrinsic; 0 for a camera that is known.
+using IntrinsicsCovariance =
+    Eigen::Matrix<double, static_cast<int>(intrinsic_count), static_cast<int>(intrinsic_count)>;
+[[nodiscard]] IntrinsicsCovariance intrinsics_covariance(
+    const std::array<double, intrinsic_count*(intrinsic_count + 1) / 2>& lower);
+/// Lower triangle `pose` += J C J^T, J the derivative of this camera by the intrinsics.
+void add_error_of_lens(const StripCovariance& strip, std::size_t index, const IntrinsicsCovariance& lens,
+                       double (&pose)[21]);
+/// The same for the step from the camera before.
+void add_error_of_lens(const StripCovariance& strip, std::size_t index, const RigidTransform& previous,
+                       const RigidTransform& camera, const IntrinsicsCovariance& lens, double (&step)[21]);
 
 /// Covariance of camera `index`, lower triangle. All 0 if it is not known.
 void covariance_of_camera(const StripCovariance& strip, std::size_t index, double (&lower)[21]);
@@ -68,6 +85,10 @@ void covariance_of_step(const StripCovariance& strip, std::size_t index, const R
 void begin_covariance(StripCovariance& strip);
 /// Camera i + 1 becomes camera i.
 void drop_oldest_camera(StripCovariance& strip);
+/// The window's derivative by the intrinsics of `camera`, whose ideal pixels it has. Call it before
+/// allow_correlated_tracks().
+void derive_by_intrinsics(const BundleProblem& problem, const BundleParams& params, const CameraModel& camera,
+                          StripCovarianceWorkspace& workspace);
 /// Replaces window.conditional of a finished adjustment by the covariance for correlated tracks; leaves it unchanged if
 /// there are too few tracks. `params` are those of the adjustment. The observations of a point are consecutive, as
 /// build_window leaves them.

@@ -9,6 +9,7 @@
 
 #include "fsw/base/argument.hpp"
 #include "fsw/base/vector_width.hpp"
+#include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/stereo/depth/normalised_row.hpp"
 
 namespace ilp {
@@ -85,6 +86,7 @@ struct Footprints {
   std::int32_t column[run_length], column_end[run_length], row[run_length], row_end[run_length];
 };
 
+template <bool plain>
 void project(const CameraModel& camera, const RigidTransform& next_from_reference, const double* __restrict ray_x,
              const double* __restrict ray_y, const float* __restrict inverse_depth, std::int32_t count,
              Footprints& out) {
@@ -104,11 +106,9 @@ void project(const CameraModel& camera, const RigidTransform& next_from_referenc
     const double z = in_front != 0 ? p_z : 1.0;
     const double x = p_x / z;
     const double y = p_y / z;
-    const double r2 = x * x + y * y;
-    const double radial = 1 + r2 * (camera.k1 + r2 * camera.k2);
-    const double xy2 = 2 * x * y;
-    const double u = camera.fx * (x * radial + camera.p1 * xy2 + camera.p2 * (r2 + 2 * x * x)) + camera.cx;
-    const double v = camera.fy * (y * radial + camera.p1 * (r2 + 2 * y * y) + camera.p2 * xy2) + camera.cy;
+    const Distorted d = distort_point<plain>(camera, x, y);
+    const double u = camera.fx * d.x + camera.cx;
+    const double v = camera.fy * d.y + camera.cy;
     const int in = in_front & static_cast<int>(u > -0.5) & static_cast<int>(v > -0.5) & static_cast<int>(u < right) &
                    static_cast<int>(v < bottom);
     // The ray has depth one: from a shorter distance the pixel is larger.
@@ -286,8 +286,14 @@ void carry_rows(const CameraModel& camera, const PairGround& ground, const Rigid
     fill_row(inverse_depth.row(y), s, width, w.fallback, w.inverse_depth.data());
     for (std::int32_t first = 0; first < width; first += run_length) {
       const std::int32_t count = std::min(run_length, width - first);
-      project(camera, next_from_reference, w.ray_x.data() + first, w.ray_y.data() + first,
-              w.inverse_depth.data() + first, count, prints);
+      const double* ray_x = w.ray_x.data() + first;
+      const double* ray_y = w.ray_y.data() + first;
+      const float* inverse = w.inverse_depth.data() + first;
+      if (camera.is_plain()) {
+        project<true>(camera, next_from_reference, ray_x, ray_y, inverse, count, prints);
+      } else {
+        project<false>(camera, next_from_reference, ray_x, ray_y, inverse, count, prints);
+      }
       for (std::int32_t i = 0; i < count; ++i, ++pixel) {
         const std::int32_t x = first + i;
         if (!(s[x] > 0) && !coverage.at(pixel)) continue;

@@ -96,13 +96,7 @@ Model collect(const intake::Flight& flight, const intake::Strip& strip) {
 
 std::string cameras_text(const CameraModel& c) {
   std::string text = "# Camera list with one line of data per camera:\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
-  text += std::string("1 ") + (c.has_distortion() ? "OPENCV " : "PINHOLE ") + std::to_string(c.width) + " " +
-          std::to_string(c.height);
-  for (const double p : {c.fx, c.fy, c.cx + 0.5, c.cy + 0.5}) text += " " + text_of(p);
-  if (c.has_distortion()) {
-    for (const double p : {c.k1, c.k2, c.p1, c.p2}) text += " " + text_of(p);
-  }
-  return text + "\n";
+  return text + host::colmap_camera_line(c);
 }
 
 }  // namespace

@@ -16,7 +16,8 @@
 namespace ilp::intake {
 namespace {
 
-using CameraKey = std::array<double, 10>;
+/// Width, height and intrinsics.
+using CameraKey = std::array<double, 2 + CameraNumbers::most>;
 
 struct Moment {
   std::int64_t id = 0;
@@ -37,8 +38,9 @@ std::optional<CameraKey> frozen_camera(const RecordFile& file) {
   for (const CameraRecord& record : records_in<CameraRecord>(file)) {
     if (!record.frozen) continue;
     const CameraModel c = camera_model(record);
-    return CameraKey{
-        static_cast<double>(c.width), static_cast<double>(c.height), c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2};
+    CameraKey key{static_cast<double>(c.width), static_cast<double>(c.height)};
+    std::ranges::copy(camera_numbers(c).values, key.begin() + 2);
+    return key;
   }
   return std::nullopt;
 }

@@ -68,20 +68,13 @@ Product decode_product(std::span<const std::uint8_t> file) {
 
 std::optional<CameraModel> camera_of(const Metadata& metadata) {
   const auto width = metadata.integer("width"), height = metadata.integer("height");
-  const auto c = metadata.numbers("camera", 8);
+  auto c = metadata.numbers("camera", CameraNumbers::plain);
+  if (!c) c = metadata.numbers("camera", CameraNumbers::most);
   if (!width || !height || !c || *width <= 0 || *height <= 0 || *width > max_side || *height > max_side) {
     return std::nullopt;
   }
-  const CameraModel camera{static_cast<std::int32_t>(*width),
-                           static_cast<std::int32_t>(*height),
-                           (*c)[0],
-                           (*c)[1],
-                           (*c)[2],
-                           (*c)[3],
-                           (*c)[4],
-                           (*c)[5],
-                           (*c)[6],
-                           (*c)[7]};
+  const CameraModel camera =
+      camera_of_numbers(static_cast<std::int32_t>(*width), static_cast<std::int32_t>(*height), *c);
   if (!(camera.fx > 0) || !(camera.fy > 0)) return std::nullopt;
   return camera;
 }

@@ -99,7 +99,8 @@ std::uint64_t keyframe_digest(const intake::Keyframe& keyframe) {
   add(keyframe.mask_width, state);
   add(keyframe.mask_height, state);
   const CameraModel& c = keyframe.camera;
-  for (const double value : {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2}) add(value, state);
+  const CameraNumbers numbers = camera_numbers(c);
+  for (const double value : numbers.span()) add(value, state);
   add(c.width, state);
   add(c.height, state);
   add(keyframe.depth_scale, state);

@@ -89,7 +89,8 @@ bool may_see(const View& view, const RigidTransform& pose, const Surroundings& s
   const CameraModel& camera = view.camera;
   const double across = std::max(camera.cx, camera.width - camera.cx) / camera.fx,
                down = std::max(camera.cy, camera.height - camera.cy) / camera.fy;
-  const double half_angle = std::atan(with_distortion * std::hypot(across, down));
+  const double half_angle = std::atan(camera.lens == Lens::fisheye ? undistort(camera, Vec2(across, down)).norm()
+                                                                   : with_distortion * std::hypot(across, down));
   const Vec3 p = pose * sphere.middle;
   return std::hypot(p.x(), p.y()) * std::cos(half_angle) - p.z() * std::sin(half_angle) <= sphere.radius;
 }

@@ -17,8 +17,12 @@ Json number(const std::optional<double>& value) {
 }
 
 Json camera_json(const CameraModel& c) {
-  return {{"width", c.width}, {"height", c.height}, {"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx},
-          {"cy", c.cy},       {"k1", c.k1},         {"k2", c.k2}, {"p1", c.p1}, {"p2", c.p2}};
+  Json json = {{"width", c.width}, {"height", c.height}, {"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx},
+               {"cy", c.cy},       {"k1", c.k1},         {"k2", c.k2}, {"p1", c.p1}, {"p2", c.p2}};
+  if (!c.is_plain()) {
+    json.update({{"k3", c.k3}, {"k4", c.k4}, {"k5", c.k5}, {"k6", c.k6}, {"lens", name_of(c.lens)}});
+  }
+  return json;
 }
 
 /// Whether the flight knew it, found it, or only had nominal values.

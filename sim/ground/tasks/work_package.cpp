@@ -3,6 +3,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "sim/ground/map/keyframe_look.hpp"
 #include "sim/ground/tasks/sealed_block.hpp"
@@ -17,12 +19,13 @@ constexpr std::array<const char*, 3> kind_names = {"looks", "tiles", "finish"};
 
 json told(const Keyframe& keyframe) {
   const CameraModel& c = keyframe.camera;
+  const CameraNumbers numbers = camera_numbers(c);
   json value = {
       {"id", keyframe.id},
       {"products", {json::binary(keyframe.product_files[0].bytes()), json::binary(keyframe.product_files[1].bytes())}},
       {"mask", json::binary(keyframe.coded_mask.bytes())},
       {"mask_size", {keyframe.mask_width, keyframe.mask_height}},
-      {"camera", {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2}},
+      {"camera", std::vector<double>(numbers.span().begin(), numbers.span().end())},
       {"size", {c.width, c.height}},
       {"depth_scale", keyframe.depth_scale},
       {"digest", map::keyframe_digest(keyframe)}};
@@ -31,12 +34,10 @@ json told(const Keyframe& keyframe) {
 }
 
 CameraModel camera_from(const json& numbers, const json& size) {
-  CameraModel c;
-  std::size_t i = 0;
-  for (double* value : {&c.fx, &c.fy, &c.cx, &c.cy, &c.k1, &c.k2, &c.p1, &c.p2}) numbers.at(i++).get_to(*value);
-  size.at(0).get_to(c.width);
-  size.at(1).get_to(c.height);
-  return c;
+  const auto values = numbers.get<std::vector<double>>();
+  if (values.size() != CameraNumbers::plain && values.size() != CameraNumbers::most)
+    throw std::runtime_error("a camera has 8 or 13 numbers, not " + std::to_string(values.size()));
+  return camera_of_numbers(size.at(0).get<std::int32_t>(), size.at(1).get<std::int32_t>(), values);
 }
 
 Keyframe keyframe_from(const json& value) {

@@ -72,7 +72,10 @@ json thumbnails(const map::KeyframeLook& look) {
 }
 
 json camera_facts(const CameraModel& c) {
-  return {c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2};
+  json facts = {c.width, c.height};
+  const CameraNumbers numbers = camera_numbers(c);
+  for (const double number : numbers.span()) facts.push_back(number);
+  return facts;
 }
 
 json outline_of(const std::vector<Vec3>& points) {

@@ -9,7 +9,7 @@
 #include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "fsw/vision/twoview/feature_overlap.hpp"
 #include "fsw/vision/twoview/robust/robust_models.hpp"
-#include "sim/host/colmap.hpp"
+#include "sim/host/camera_file.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
@@ -209,7 +209,7 @@ Json run_match(const MatchOptions& options, int repeat) {
   read_pair(options.overlap, a, b);
   CameraModel camera = centred_camera(a.width, a.height, std::max(a.width, a.height));
   if (!options.camera.empty()) {
-    camera = host::read_colmap_camera(options.camera);
+    camera = host::read_camera_file(options.camera);
     require_same_size(a, options.overlap.a, camera.width, camera.height, options.camera);
   }
   const Prediction prediction = predict(options.overlap, a.view(), b.view());

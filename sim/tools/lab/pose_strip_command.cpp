@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iostream>
 #include <memory>
 
 #include "cfg/mission.hpp"
@@ -12,7 +13,7 @@
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "sim/ground/export/colmap_model.hpp"
-#include "sim/host/colmap.hpp"
+#include "sim/host/camera_file.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/host/mission_input.hpp"
 #include "sim/host/status_error.hpp"
@@ -156,13 +157,10 @@ Json write_models(const intake::Flight& flight, const fs::path& folder) {
   return strips;
 }
 
-void require_camera_size(const std::vector<host::StripFrame>& frames, const CameraModel& model,
-                         const std::string& camera) {
+CameraModel camera_of(const std::vector<host::StripFrame>& frames, const std::string& file) {
+  const CameraModel camera = host::read_camera_file(file);
   const host::ImageSize size = host::read_image_size(frames.front().file);
-  if (size.width != model.width || size.height != model.height) {
-    throw std::runtime_error(frames.front().file.string() + " has " + host::size_text(size.width, size.height) +
-                             " pixels, " + camera + " has " + host::size_text(model.width, model.height));
-  }
+  return host::camera_for_size(camera, size.width, size.height, frames.front().file.string() + " has", std::cerr);
 }
 
 bool is_blank(char c) {
@@ -186,10 +184,9 @@ void give_flyable_paths(std::vector<host::StripFrame>& frames, const fs::path& f
 }
 
 Json run_pose_strip(const PoseStripOptions& options, int repeat) {
-  const CameraModel model = host::read_colmap_camera(options.camera);
   const MissionParameters mission = mission_for(options);
   std::vector<host::StripFrame> frames = host::list_strip(options.folder);
-  require_camera_size(frames, model, options.camera);
+  const CameraModel model = camera_of(frames, options.camera);
   const TemporaryFolder temporary;
   give_flyable_paths(frames, temporary.path());
   const fs::path index = temporary.path() / "frames.txt";

@@ -6,7 +6,7 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/twoview/robust/robust_models.hpp"
 #include "fsw/vision/twoview/robust/two_view_workspace.hpp"
-#include "sim/host/colmap.hpp"
+#include "sim/host/camera_file.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
@@ -66,8 +66,8 @@ Json json_of(const PlaneSolution& solution) {
 
 Json run_relpose(const TwoViewOptions& options, int repeat) {
   const auto data = std::make_unique<TwoViewData>();
-  const CameraModel camera_a = host::read_colmap_camera(options.camera);
-  const CameraModel camera_b = options.camera_b.empty() ? camera_a : host::read_colmap_camera(options.camera_b);
+  const CameraModel camera_a = host::read_camera_file(options.camera);
+  const CameraModel camera_b = options.camera_b.empty() ? camera_a : host::read_camera_file(options.camera_b);
   read_matches(options.matches, data->pairs);
   remove_distortion(camera_a, camera_b, data->pairs);
   TwoViewResult result;

@@ -48,6 +48,25 @@ TEST(ColmapCamera, ReadsEveryModelWithItsOwnOrderOfParameters) {
   EXPECT_EQ(c.k2, 0.02);
   EXPECT_EQ(c.p1, 0.001);
   EXPECT_EQ(c.p2, -0.002);
+
+  c = read(folder, "1 FULL_OPENCV 640 480 500 510 320 240 -0.1 0.02 0.001 -0.002 0.03 0.04 0.05 0.06\n");
+  EXPECT_EQ(c.p2, -0.002);
+  EXPECT_EQ(c.k3, 0.03);
+  EXPECT_EQ(c.k4, 0.04);
+  EXPECT_EQ(c.k6, 0.06);
+  EXPECT_EQ(c.lens, Lens::brown);
+
+  c = read(folder, "1 OPENCV_FISHEYE 640 480 500 510 320 240 -0.02 0.013 -0.006 0.0011\n");
+  EXPECT_EQ(c.lens, Lens::fisheye);
+  EXPECT_EQ(c.k2, 0.013);
+  EXPECT_EQ(c.k3, -0.006);
+  EXPECT_EQ(c.k4, 0.0011);
+  EXPECT_EQ(c.p1, 0);
+
+  c = read(folder, "1 RADIAL_FISHEYE 640 480 500 320 240 -0.02 0.013\n");
+  EXPECT_EQ(c.lens, Lens::fisheye);
+  EXPECT_EQ(c.fy, 500);
+  EXPECT_EQ(c.k2, 0.013);
 }
 
 TEST(ColmapCamera, WrittenFileReadsBackTheSame) {
@@ -66,6 +85,13 @@ TEST(ColmapCamera, WrittenFileReadsBackTheSame) {
   EXPECT_EQ(back.k2, 0);
   EXPECT_EQ(back.p1, 0);
   EXPECT_EQ(back.p2, c.p2);
+  for (const Lens lens : {Lens::brown, Lens::fisheye}) {
+    // Pixel centres of 0.5 in the file: exact with these.
+    CameraModel more{640, 480, 500, 501, 319.25, 240.75, -0.07, 0.01, 0, 0, 0.003, -0.0004, 0, 0, lens};
+    if (lens == Lens::brown) more.p1 = more.k6 = 1.0 / 1024;
+    write_colmap_camera(folder / "more.txt", more);
+    EXPECT_TRUE(read_colmap_camera(folder / "more.txt") == more);
+  }
 }
 
 TEST(ColmapCamera, BadFilesAreRefusedWithTheLineAndTheReason) {
@@ -99,6 +125,9 @@ TEST(ColmapCamera, BadFilesAreRefusedWithTheLineAndTheReason) {
       {"1 PINHOLE 99999999999999999999 480 500 500 320 240\n", "expected CAMERA_ID MODEL WIDTH HEIGHT"},
       {"1 PINHOLE 640 480 500 500 1e9 240\n", "principal point"},
       {"1 RADIAL 640 480 500 320 240 -3 0\n", "distortion"},
+      {"1 OPENCV_FISHEYE 640 480 200 200 320 240 0 0 0 0\n", "75 deg from the optical axis"},
+      {"1 THIN_PRISM_FISHEYE 640 480 500 500 320 240 0 0 0 0 0 0 0 0\n", "THIN_PRISM_FISHEYE is not supported"},
+      {"1 PINHOLE 640 480 500 500 320 240\n\n2 PINHOLE 640 480 500 500 320 240\n", "has several cameras (1, 2"},
   };
   for (const Case& bad : cases) {
     EXPECT_TRUE(says(error_of([&] { (void)read(folder, bad.text); }), bad.reason)) << bad.text;

@@ -8,6 +8,7 @@
 #include "fsw/base/argument.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/base/vector_width.hpp"
+#include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/stereo/rectify/polar_coordinates.hpp"
 
 namespace ilp {
@@ -32,6 +33,7 @@ struct SourceRun {
   std::uint8_t inside[run_length];
 };
 
+template <bool plain>
 void locate(const RayRow& ray, const double* columns, std::int32_t count, const CameraModel& camera,
             const FieldOfView& view, SourceRun& run) {
   const double right = camera.width - 1;
@@ -45,11 +47,9 @@ void locate(const RayRow& ray, const double* columns, std::int32_t count, const 
     // Beyond the field of view the distortion polynomial may fold back into the image.
     const double x = std::min(std::max(x_ray, view.min_x), view.max_x);
     const double y = std::min(std::max(y_ray, view.min_y), view.max_y);
-    const double r2 = x * x + y * y;
-    const double radial = 1 + r2 * (camera.k1 + r2 * camera.k2);
-    const double xy2 = 2 * x * y;
-    const double u = camera.fx * (x * radial + camera.p1 * xy2 + camera.p2 * (r2 + 2 * x * x)) + camera.cx;
-    const double v = camera.fy * (y * radial + camera.p1 * (r2 + 2 * y * y) + camera.p2 * xy2) + camera.cy;
+    const Distorted d = distort_point<plain>(camera, x, y);
+    const double u = camera.fx * d.x + camera.cx;
+    const double v = camera.fy * d.y + camera.cy;
     const double u_in = std::min(std::max(u, 0.0), right);
     const double v_in = std::min(std::max(v, 0.0), bottom);
     const int inside = static_cast<int>(u == u_in) & static_cast<int>(v == v_in) & static_cast<int>(x == x_ray) &
@@ -133,7 +133,11 @@ Status resample(const RectifiedPair& pair, Side side, const CameraModel& camera,
     const RayRow ray = row_of(pair, cam_from_rect, cx, y);
     for (std::int32_t first = 0; first < pair.width; first += run_length) {
       const std::int32_t count = std::min(run_length, pair.width - first);
-      locate(ray, columns.data() + first, count, camera, pair.field_of_view, run);
+      if (camera.is_plain()) {
+        locate<true>(ray, columns.data() + first, count, camera, pair.field_of_view, run);
+      } else {
+        locate<false>(ray, columns.data() + first, count, camera, pair.field_of_view, run);
+      }
       std::uint8_t* out = rectified.row(y) + first;
       interpolate(source, run, count, out);
       std::copy_n(run.inside, count, valid.row(y) + first);
