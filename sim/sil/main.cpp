@@ -58,7 +58,7 @@ void describe_options(CLI::App& app, CommandLine& line) {
       "seconds apart");
   app.add_option("--y4m", source.y4m, "YUV4MPEG2 file, - for standard input");
   app.add_option("--camera", source.camera,
-                 "intrinsics in COLMAP's cameras.txt format (PINHOLE, OPENCV, ...); without them the flight "
+                 "intrinsics: COLMAP's cameras.txt, or YAML of OpenCV, ROS or Kalibr; without them the flight "
                  "estimates them from the images, which works over relief only");
   app.add_option("--reference", line.reference,
                  "reference poses, with which others compare the flight; only checked here, before it begins");
