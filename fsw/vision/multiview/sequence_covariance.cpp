@@ -150,7 +150,7 @@ struct TrackEquations {
 /// How an ideal pixel moves where the intrinsics change and the pixel of the image stays, with the opposite sign.
 MatIntrinsics ideal_by_intrinsics(const CameraModel& camera, const Vec2& normalised) {
   const DistortionJacobian j = distortion_jacobian(camera, normalised.x(), normalised.y());
-  Mat2 by_normalised;
+  Eigen::Matrix2d by_normalised;
   by_normalised << j.a, j.b * camera.fx / camera.fy, j.c * camera.fy / camera.fx, j.d;
   return by_normalised.inverse() * pixel_by_intrinsics(camera, normalised);
 }
