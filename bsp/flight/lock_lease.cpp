@@ -50,8 +50,8 @@ void LeasedStore::rollback() {
 }
 
 Status LockWatch::look(SqliteStore& store, int lease_s) {
-  const std::int64_t now_ms = store.locked_ms();
-  const int holder = now_ms > 0 ? store.lock_holder() : 0;
+  const std::int64_t now_ms = sqlite::locked_ms(store.session());
+  const int holder = now_ms > 0 ? sqlite::lock_holder(store.session()) : 0;
   if (holder != holder_) {
     holder_ = holder;
     since_ms_ = now_ms;

@@ -500,7 +500,8 @@ void Flight::leave_memory() {
 void Flight::run() {
   TimeNs next = clock().now();
   std::int64_t frames = 0;
-  if (store_.disk() != nullptr && !options_.virtual_time) store_.disk()->wait_for_writers(longest_lock_wait_ms);
+  if (store_.disk() != nullptr && !options_.virtual_time)
+    sqlite::wait_for_writers(store_.disk()->session(), longest_lock_wait_ms);
   while (stop_requested == 0 && !restart_wanted()) {
     if (shared_ && !shared_->connected(software_->executive())) {
       // The board is well: no reset would bring the server back.
@@ -509,7 +510,8 @@ void Flight::run() {
       continue;
     }
     look_at_lock();
-    if (options_.virtual_time && store_.disk() != nullptr && store_.disk()->locked_ms() > 0 && wait_for_lock()) {
+    if (options_.virtual_time && store_.disk() != nullptr && sqlite::locked_ms(store_.disk()->session()) > 0 &&
+        wait_for_lock()) {
       // Mission time stands still.
       static_cast<void>(watchdog_.kick());
       static_cast<void>(manager_.kick(clock().now()));
@@ -537,7 +539,7 @@ void Flight::run() {
 
 int Flight::finish() {
   manager_.stop();
-  if (store_.disk() != nullptr) store_.disk()->wait_for_writers(longest_lock_wait_at_end_ms);
+  if (store_.disk() != nullptr) sqlite::wait_for_writers(store_.disk()->session(), longest_lock_wait_at_end_ms);
   if (left_memory_) {
     std::fprintf(stderr, "ilp-onboard: the disk is back, and has all records of the flight in memory: start again\n");
     return exit_restart;

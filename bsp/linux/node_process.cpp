@@ -235,7 +235,7 @@ bool NodeProcess::reconnect() {
 
 /// Nothing can be done while another process keeps the lock of the database; the head ends that process.
 bool NodeProcess::wait_for_lock() {
-  if (store_.disk() == nullptr || store_.disk()->locked_ms() == 0) return false;
+  if (store_.disk() == nullptr || sqlite::locked_ms(store_.disk()->session()) == 0) return false;
   static_cast<void>(::usleep(nap_for_lock_ms * 1000));
   Transaction transaction(database());
   return transaction.begin().is(StatusCode::store_locked);

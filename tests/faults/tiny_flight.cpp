@@ -281,7 +281,7 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
     if (!news.ok()) events.report(clock.now(), "board", news);
   }
   // As in real time.
-  if (disk.disk() != nullptr) disk.disk()->wait_for_writers(minor_frame_ns / ns_per_ms);
+  if (disk.disk() != nullptr) sqlite::wait_for_writers(disk.disk()->session(), minor_frame_ns / ns_per_ms);
   if (hooks.started) hooks.started();
 
   Receiver receiver(folder);
@@ -307,7 +307,7 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
     traces.now_ns = next;
   }
   const bool done = drained_ns >= 0;
-  if (disk.disk() != nullptr) disk.disk()->wait_for_writers(longest_lock_wait_at_end_ms);
+  if (disk.disk() != nullptr) sqlite::wait_for_writers(disk.disk()->session(), longest_lock_wait_at_end_ms);
   static_cast<void>(software.executive().end());
   static_cast<void>(life.end());
   if (disk.damaged()) return life_restart;
