@@ -114,8 +114,8 @@ FLIGHT = [
           "ComputeForm; the device"),
     Calls(r"ilp::DirectoryCamera::", [rf"{LOCAL}decode\w*\(char const\*.*"], "DecodeImage"),
     Calls(r"ilp::LinuxWatchdog::", [rf"{LOCAL}kernel_calls::\{{lambda.*"], "WatchdogCalls"),
-    Calls(r"ilp::postgres::|ilp::PostgresStore::(prepare|send_special)|.*add_table_definition",
-          [r"ilp::postgres::(look_at_changes|note_changes|used_bytes)\(.*",
+    Calls(r"ilp::postgres::|.*add_table_definition",
+          [r"ilp::postgres::(look_at_changes|note_changes|used_bytes)\(ilp::FixedText.*",
            r"ilp::(postgres::)?\(anonymous namespace\)::sql_type\(.*"], "texts of statements, types of columns"),
     # SQLite's files, with checksums (hal/store/sqlite/checked_vfs.cpp)
     Calls(r"ilp::sqlite::(\(anonymous namespace\)::)?(synchronise|flush\()", [rf"{LOCAL}on_sync\(sqlite3_file\*.*"],
