@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <ctime>
 
 #include "fsw/base/text.hpp"
 
@@ -47,6 +48,15 @@ Status LeasedStore::commit() {
 void LeasedStore::rollback() {
   inner_.rollback();
   ::alarm(0);
+}
+
+bool wait_for_lock(SqliteStore* database) {
+  if (database == nullptr) return false;
+  Transaction transaction(*database);
+  if (!transaction.begin().is(StatusCode::store_locked)) return false;
+  constexpr timespec nap{0, 20'000'000};
+  ::nanosleep(&nap, nullptr);
+  return true;
 }
 
 Status LockWatch::look(SqliteStore& store, int lease_s) {
