@@ -146,7 +146,7 @@ FLIGHT = [
     Calls(rf"ilp::(Configuration|FlightSoftware|Life|MemoryCopy|Node|SharedFlight|SharedCompute)::|{LOCAL}Merge::",
           ["Store", "StoreSharing", "Clock", "Nonvolatile", "DiskWait", "Watchdog"], "bsp/flight, bsp/linux"),
     # Free functions call what they are given.
-    Calls(r".*\(.*ilp::((Sqlite)?Store&|StoreView<)", ["Store", "DiskWait", "Clock", "Nonvolatile"], "parameters"),
+    Calls(r".*\(.*ilp::((Sqlite)?Store[&*]|StoreView<)", ["Store", "DiskWait", "Clock", "Nonvolatile"], "parameters"),
     Calls(rf".*\(.*({LOCAL}(ActiveFunction|Look)|ilp::(ServiceCall|CommandingWiring))\b", ["Store", "Clock"],
           "services and open requests"),
     Calls(r".*\(.*ilp::(VideoDevice|Compute)&", ["VideoDevice", "Compute"], "parameters"),
