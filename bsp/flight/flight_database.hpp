@@ -1,6 +1,7 @@
 // The database file of a flight: opened, saved or set aside, with what flights in memory have left beside it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <span>
 
@@ -32,6 +33,8 @@ struct StoreNews {
   Status not_moved;    ///< `store_not_moved`: such records could not be used. Their file is kept for the ground
   Status opened_late;  ///< `store_opened_late`: the disk had failed at first
   SalvageCounts salvaged{};
+
+  [[nodiscard]] std::array<Status, 4> in_order() const { return {opened_late, database, moved, not_moved}; }
 };
 
 /// A fault of the disk that passes; the others are verdicts on the content.

@@ -54,7 +54,7 @@ class FlightStore final : public StoreSharing {
   [[nodiscard]] bool connected() const override { return true; }
   Status reconnect() override { return {}; }
   Status flush() override { return in_memory_ ? Status{} : database_.store().flush(); }
-  Status flush_own() override { return in_memory_ ? Status{} : database_.store().flush_own(); }
+  Status flush_own() override { return in_memory_ ? Status{} : sqlite::flush_own(database_.store().session()); }
   /// Looks every millisecond.
   void wait(std::int32_t milliseconds) override;
 

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <ctime>
 
 #include "fsw/base/text.hpp"
 
@@ -49,9 +50,18 @@ void LeasedStore::rollback() {
   ::alarm(0);
 }
 
+bool wait_for_lock(SqliteStore* database) {
+  if (database == nullptr) return false;
+  Transaction transaction(*database);
+  if (!transaction.begin().is(StatusCode::store_locked)) return false;
+  constexpr timespec nap{0, 20'000'000};
+  ::nanosleep(&nap, nullptr);
+  return true;
+}
+
 Status LockWatch::look(SqliteStore& store, int lease_s) {
-  const std::int64_t now_ms = store.locked_ms();
-  const int holder = now_ms > 0 ? store.lock_holder() : 0;
+  const std::int64_t now_ms = sqlite::locked_ms(store.session());
+  const int holder = now_ms > 0 ? sqlite::lock_holder(store.session()) : 0;
   if (holder != holder_) {
     holder_ = holder;
     since_ms_ = now_ms;

@@ -22,6 +22,14 @@ class LeasedStore final : public ForwardingStore {
   unsigned lease_s_;
 };
 
+/// Whether the latest transaction had to give up because another process kept the lock; not without a database
+/// (nullptr).
+[[nodiscard]] inline bool is_locked(SqliteStore* database) {
+  return database != nullptr && sqlite::locked_ms(database->session()) > 0;
+}
+/// Tries the lock; true, after a nap of 20 ms, while another process keeps it. Not within a transaction.
+bool wait_for_lock(SqliteStore* database);
+
 /// For the head: names the process that keeps the lock for longer than the lease. If it runs the same program it is a
 /// process of this flight, because it has passed the guard of the database: it is ended, also one that is stopped.
 class LockWatch {

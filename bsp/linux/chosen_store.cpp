@@ -65,14 +65,15 @@ Status ChosenStore::connect(const Options& options, bool is_head, const MissionP
 #endif
 }
 
-Status ChosenStore::open(const Options& options, StageMask stages, MissionParameters& mission, DiskWait* wait) {
+Status ChosenStore::open(const Options& options, StageMask stages, MissionParameters& mission, DiskWait& wait) {
   const StoreTrouble trouble = options.fly_on ? StoreTrouble::fly_on : StoreTrouble::refuse;
   if (is_server(options.store)) {
     ILP_TRY(connect(options, true, mission));
   } else if (std::strcmp(options.store, "memory") == 0) {
     return file_.begin_in_memory(mission);
   } else if (stages == all_stages) {
-    return file_.open(options.store, trouble, mission, wait);
+    // In virtual time nothing is waited for.
+    return file_.open(options.store, trouble, mission, options.virtual_time ? nullptr : &wait);
   } else {
     const Synchronise when = options.virtual_time ? Synchronise::later : Synchronise::behind_commit;
     ILP_TRY(file_.open_as_head(options.store, trouble, when, mission));

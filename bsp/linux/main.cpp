@@ -61,7 +61,6 @@ constexpr int exit_restart = 3;
 /// In real time a minor frame waits no longer for the transactions of other processes; else the end of theirs counts.
 constexpr std::int64_t longest_lock_wait_ms = minor_frame_ns / ns_per_ms;
 constexpr std::int64_t longest_lock_wait_at_end_ms = 2000;
-constexpr std::int32_t nap_for_lock_ms = 20;
 /// Minor frames between two entries of this life in the store.
 constexpr std::int64_t frames_between_entries = 100;
 /// Of a job on a compute device; before the flight a driver may still compile.
@@ -126,7 +125,6 @@ class Flight {
   void prepare_compute();
   void prepare_look();
   bool done();
-  bool wait_for_lock();
   void look_at_lock();
   void run();
   void leave_memory();
@@ -208,12 +206,11 @@ bool Flight::prepare_mission() {
 bool Flight::prepare_store() {
   if (!good("SQLite's memory", configure_sqlite_memory(sqlite_arena))) return false;
   if (options_.watchdog != nullptr) wait_.begin_start(linux_watchdog_, watchdog_options_);
-  // In virtual time nothing is waited for.
-  const Status opened = store_.open(options_, stages_, mission_, options_.virtual_time ? nullptr : &wait_);
+  const Status opened = store_.open(options_, stages_, mission_, wait_);
   wait_.end_start();
   if (!opened.ok()) print_status(store_label(options_), opened, store_.message());
   // Whoever keeps the lock is told and, if it is of this flight, ended.
-  while (opened.ok() && stop_requested == 0 && wait_for_lock()) look_at_lock();
+  while (opened.ok() && stop_requested == 0 && wait_for_lock(store_.disk())) look_at_lock();
   return opened.ok();
 }
 
@@ -248,12 +245,8 @@ bool Flight::prepare_configuration() {
   const char* const place = options_.state != nullptr ? options_.state : options_.store;
   const Status opened = no_file ? Status{StatusCode::not_found} : small_memory_.open(place);
   if (opened.is(StatusCode::io_error) && opened.a == EWOULDBLOCK) return good(place, StatusCode::store_in_use);
-  ConfigurationStart start;
-  start.loaded = opened;
-  start.utc_s = options_.virtual_time ? 0 : utc_now() / ns_per_s;
-  start.another_before = !store_.news().ok();
-  if (store_.news().is(StatusCode::store_in_memory)) start.most_storage_mib = mission_.storage_budget_mib;
-  return good("settings", software_->configure(start));
+  const std::int64_t utc_s = options_.virtual_time ? 0 : utc_now() / ns_per_s;
+  return good("settings", software_->configure({.loaded = opened, .utc_s = utc_s, .store = store_.news()}));
 }
 
 bool Flight::prepare_links() {
@@ -424,8 +417,7 @@ bool Flight::start() {
   report({StatusCode::started, life_->record().id, static_cast<std::int64_t>(life_->record().reason)});
   report(early_news_);
   report(time_begin_.news);
-  for (const Status& news :
-       {store_.start().opened_late, store_.news(), store_.start().moved, store_.start().not_moved}) {
+  for (const Status& news : store_.start().in_order()) {
     report(news);
     if (!news.ok()) static_cast<void>(fail(store_label(options_), news));
   }
@@ -462,16 +454,6 @@ bool Flight::done() {
   return !shared_ || shared_->done(software_->executive());
 }
 
-/// A try at the lock of the database; true, after a nap, while another process keeps it.
-bool Flight::wait_for_lock() {
-  if (store_.disk() == nullptr) return false;
-  Transaction transaction(store_.store());
-  if (!transaction.begin().is(StatusCode::store_locked)) return false;
-  timespec nap{0, nap_for_lock_ms * 1'000'000};
-  ::nanosleep(&nap, nullptr);
-  return true;
-}
-
 void Flight::look_at_lock() {
   if (store_.disk() == nullptr) return;
   const Status news = lock_watch_.look(*store_.disk(), lock_lease_s_);
@@ -500,7 +482,8 @@ void Flight::leave_memory() {
 void Flight::run() {
   TimeNs next = clock().now();
   std::int64_t frames = 0;
-  if (store_.disk() != nullptr && !options_.virtual_time) store_.disk()->wait_for_writers(longest_lock_wait_ms);
+  if (store_.disk() != nullptr && !options_.virtual_time)
+    sqlite::wait_for_writers(store_.disk()->session(), longest_lock_wait_ms);
   while (stop_requested == 0 && !restart_wanted()) {
     if (shared_ && !shared_->connected(software_->executive())) {
       // The board is well: no reset would bring the server back.
@@ -509,7 +492,7 @@ void Flight::run() {
       continue;
     }
     look_at_lock();
-    if (options_.virtual_time && store_.disk() != nullptr && store_.disk()->locked_ms() > 0 && wait_for_lock()) {
+    if (options_.virtual_time && is_locked(store_.disk()) && wait_for_lock(store_.disk())) {
       // Mission time stands still.
       static_cast<void>(watchdog_.kick());
       static_cast<void>(manager_.kick(clock().now()));
@@ -537,7 +520,7 @@ void Flight::run() {
 
 int Flight::finish() {
   manager_.stop();
-  if (store_.disk() != nullptr) store_.disk()->wait_for_writers(longest_lock_wait_at_end_ms);
+  if (store_.disk() != nullptr) sqlite::wait_for_writers(store_.disk()->session(), longest_lock_wait_at_end_ms);
   if (left_memory_) {
     std::fprintf(stderr, "ilp-onboard: the disk is back, and has all records of the flight in memory: start again\n");
     return exit_restart;
@@ -550,7 +533,7 @@ int Flight::finish() {
     std::fprintf(stderr, "ilp-onboard: memory was damaged, or the worker is stuck: start again\n");
     return exit_restart;
   }
-  while (options_.virtual_time && stop_requested == 0 && wait_for_lock()) look_at_lock();
+  while (options_.virtual_time && stop_requested == 0 && wait_for_lock(store_.disk())) look_at_lock();
   // On a full disk the end is not recorded, but it is in order otherwise.
   if (stop_requested != 0 && !software_->restart_wanted()) software_->configuration().end_in_order(clock().now());
   bool well = good("housekeeping", software_->executive().end());

@@ -25,7 +25,6 @@ constexpr int exit_restart = 3;
 /// Longest wait for a change when nothing is to be done.
 constexpr std::int32_t nap_ms = 50;
 constexpr std::int32_t nap_before_head_ms = 50;
-constexpr std::int32_t nap_for_lock_ms = 20;
 constexpr TimeNs report_period = 2 * ns_per_s;
 
 /// What has no place in a process without camera and links.
@@ -59,7 +58,6 @@ class NodeProcess {
   void look_at_head();
   void keep_alive();
   bool reconnect();
-  bool wait_for_lock();
   int finish();
 
   bool good(const char* what, const Status& status);
@@ -174,7 +172,7 @@ bool NodeProcess::start() {
   if (!good("start", software_->join())) return false;
   Status begun = node_->begin(host_name().c_str(), file_);
   while (begun.is(StatusCode::store_locked) && stop_ == 0) {
-    static_cast<void>(wait_for_lock());
+    static_cast<void>(wait_for_lock(store_.disk()));
     begun = node_->begin(host_name().c_str(), file_);
   }
   return good("record of the node", begun);
@@ -233,14 +231,6 @@ bool NodeProcess::reconnect() {
   return started;
 }
 
-/// Nothing can be done while another process keeps the lock of the database; the head ends that process.
-bool NodeProcess::wait_for_lock() {
-  if (store_.disk() == nullptr || store_.disk()->locked_ms() == 0) return false;
-  static_cast<void>(::usleep(nap_for_lock_ms * 1000));
-  Transaction transaction(database());
-  return transaction.begin().is(StatusCode::store_locked);
-}
-
 int NodeProcess::finish() {
   if (store_.damaged() || software_->restart_wanted()) {
     std::fprintf(stderr, "ilp-onboard: %s is damaged: start again\n", store_.damaged() ? options_.store : "memory");
@@ -259,7 +249,9 @@ int NodeProcess::run() {
   std::fprintf(stderr, "ilp-onboard: running %s\n", stage_names(stages_).c_str());
   seal_heap(options_.trap_heap ? HeapTrapMode::strict : HeapTrapMode::report);
   while (stop_ == 0 && !ended_ && !refused_ && !store_.damaged() && !software_->restart_wanted()) {
-    if ((!store_.sharing().connected() && !reconnect()) || wait_for_lock()) continue;
+    if (!store_.sharing().connected() && !reconnect()) continue;
+    // Nothing can be done while another process keeps the lock of the database; the head ends that process.
+    if (is_locked(store_.disk()) && wait_for_lock(store_.disk())) continue;
     step();
   }
   return finish();

@@ -34,8 +34,8 @@ bool acts(const FlightMemoryContent& content, std::size_t index, const MissionPa
   return wanted != nullptr && parameter_value(mission, index) == wanted->value;
 }
 
-/// Parameters of the software itself, with what the ground knows the package by. `own` is the state of Configuration.
-MissionParameters built_in(const auto& own, Reader<CameraRecord> store) {
+/// Parameters of the software itself, with what the ground knows the package by.
+MissionParameters built_in(const ConfigurationState& own, Reader<CameraRecord> store) {
   const MissionParameters& good = own.good;
   MissionParameters mission;
   // The ground identifies the package by these names and keys.

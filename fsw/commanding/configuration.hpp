@@ -19,11 +19,32 @@ ILP_ENUMERATION(RevertReason, (1, start_failed, "the flight could not start with
 
 /// What is known before a start.
 struct ConfigurationStart {
-  Status loaded;                ///< result of FlightMemory::load
-  std::int64_t utc_s = 0;       ///< the calendar, seconds since 1958; 0: none
-  bool commanded = false;       ///< there is a link for telecommands, so that the ground can confirm
-  bool another_before = false;  ///< the store replaces another one
-  double most_storage_mib = 0;  ///< capacity of the store; 0: as the parameters say
+  Status loaded;           ///< result of FlightMemory::load
+  std::int64_t utc_s = 0;  ///< the calendar, seconds since 1958; 0: none
+  bool commanded = false;  ///< there is a link for telecommands, so that the ground can confirm
+  /// Why the store replaces another one; ok: it does not. With `store_in_memory` it holds no more than the budget of
+  /// the parameters that begin() finds.
+  Status store = {};
+};
+
+/// Lasting state. Its checksum is kept, so that a flipped bit is detected before it acts.
+struct ConfigurationState {
+  MissionParameters base;    ///< of the mission file
+  MissionParameters good;    ///< with confirmed settings
+  MissionParameters wanted;  ///< with all settings
+  IdentityRecord identity;
+  double most_storage_mib = 0;
+  std::uint64_t trials = 0;  ///< parameters on trial
+  TimeNs begin_ns = 0, last_ns = 0, kept_ns = 0;
+  TimeNs trial_ns = 0;  ///< time in contact while a setting on trial was in force
+  std::uint32_t unconfirmed = 0;
+  ConfigurationStage stage = ConfigurationStage::as_set;
+  bool trial_acts = false;  ///< a setting on trial is in force
+  bool commanded = false;
+  bool proven = false;  ///< this start needs no confirmation any more
+  bool running = false;
+  bool restart_wanted = false;
+  bool reported_not_kept = false;
 };
 
 /// A parameter that affects contact, or takes effect at a start, is on trial after it was set by telecommand. Any
@@ -91,25 +112,6 @@ class Configuration {
   void keep(const FlightMemoryContent& content);
   void report(const Status& event) { static_cast<void>(news_.push_back(event)); }
 
-  /// Lasting state. Its checksum is kept, so that a flipped bit is detected before it acts.
-  struct Own {
-    MissionParameters base;    ///< of the mission file
-    MissionParameters good;    ///< with confirmed settings
-    MissionParameters wanted;  ///< with all settings
-    IdentityRecord identity;
-    double most_storage_mib = 0;
-    std::uint64_t trials = 0;  ///< parameters on trial
-    TimeNs begin_ns = 0, last_ns = 0, kept_ns = 0;
-    TimeNs trial_ns = 0;  ///< time in contact while a setting on trial was in force
-    std::uint32_t unconfirmed = 0;
-    ConfigurationStage stage = ConfigurationStage::as_set;
-    bool trial_acts = false;  ///< a setting on trial is in force
-    bool commanded = false;
-    bool proven = false;  ///< this start needs no confirmation any more
-    bool running = false;
-    bool restart_wanted = false;
-    bool reported_not_kept = false;
-  };
   /// Guards every call that changes lasting state: checks it first and seals it afterwards.
   struct Use {
     explicit Use(Configuration& user);
@@ -123,8 +125,8 @@ class Configuration {
   FlightMemory& memory_;
   MissionParameters& mission_;
   Store* store_ = nullptr;
-  Own own_;
-  Guarded<Own> guard_;
+  ConfigurationState own_;
+  Guarded<ConfigurationState> guard_;
   FixedVector<Status, 8> news_;
 };
 

@@ -60,7 +60,7 @@ Status Configuration::begin(Store& store, const ConfigurationStart& start) {
   store_ = &store;
   own_ = {};
   own_.base = mission_;
-  own_.most_storage_mib = start.most_storage_mib;
+  own_.most_storage_mib = start.store.is(StatusCode::store_in_memory) ? mission_.storage_budget_mib : 0;
   own_.commanded = start.commanded;
   news_.clear();
   if (!start.loaded.ok() && !start.loaded.is(StatusCode::not_found)) {
@@ -119,7 +119,7 @@ Result<bool> Configuration::find_identity(const ConfigurationStart& start, Fligh
 
 Status Configuration::begin_life(const ConfigurationStart& start) {
   FlightMemoryContent after = memory_.content();
-  const bool known = start.loaded.ok() || (start.loaded.is(StatusCode::not_found) && !start.another_before);
+  const bool known = start.loaded.ok() || (start.loaded.is(StatusCode::not_found) && start.store.ok());
   const std::int64_t before = after.keyframe_base;
   own_.identity = {};
   // What can be kept is tried first. The life itself is kept only after its identity is in the store, so that a start
@@ -131,7 +131,7 @@ Status Configuration::begin_life(const ConfigurationStart& start) {
   after.keyframe_base = std::max(begin, after.keyframe_base + numbers_before);
   after.record_base = std::max(begin, after.record_base + numbers_before);
   // A first life needs no memory of it. If the content could not be kept, numbers begin where the next start will not.
-  const bool kept = memory_.kept().ok() || (known && after.life == 1 && !start.another_before);
+  const bool kept = memory_.kept().ok() || (known && after.life == 1 && start.store.ok());
   if ((!known || !kept || after.life > most_lives) && start.utc_s > 0) {
     const std::int64_t since_s = std::clamp<std::int64_t>(start.utc_s - calendar_begin_s, 0, most_since_s);
     after.keyframe_base = std::max(calendar_base + since_s, before + least_of_a_life);

@@ -102,7 +102,7 @@ Result<bool> is_flushed(Reader<StripRecord, PoseRecord> store) {
   if (status.is(StatusCode::not_found)) return true;
   PoseRecord pose;
   // The overlap checker writes a damaged strip again.
-  ILP_TAKE(const bool any, found_by(status));
+  ILP_TAKE(const bool any, read_by(status));
   if (!any) return false;
   ILP_TAKE(const bool known, find(store, strip.last_keyframe_id, pose));
   return known && !is_open(pose.state);
@@ -134,14 +134,14 @@ Result<bool> is_done(const CommandingWiring& wiring, OpenRequest& request) {
     case OpenKind::begin_strip: {
       ILP_TAKE(const bool ended, obeyed(wiring.store, request.subject_id));
       StripRecord strip;
-      ILP_TAKE(const bool found, found_by(last(wiring.store, strip)));
+      ILP_TAKE(const bool found, read_by(last(wiring.store, strip)));
       // A strip that is open now has begun after the command.
       return ended && found && strip.end == StripEnd::open;
     }
     case OpenKind::delete_product: {
       ProductRecord product;
       const Status status = get(wiring.store, request.subject_id, product);
-      ILP_TAKE(const bool found, found_by(status));
+      ILP_TAKE(const bool found, read_by(status));
       return status.is(StatusCode::not_found) || (found && product.state == ProductState::dropped);
     }
     case OpenKind::restart:

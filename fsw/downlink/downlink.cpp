@@ -87,8 +87,8 @@ void Downlink::credit(State& after, const Contact& contact) {
 }
 
 Result<bool> Downlink::begin_pass(State& after, const Contact& contact) {
-  if (!contact.open || contact.pass == after.pass) return false;
-  after.pass = contact.pass;
+  if (!contact.open || contact.pass + 1 == after.next_pass) return false;
+  after.next_pass = contact.pass + 1;
   after.pass_bytes = 0;
   after.overdue_bytes = 0;
   // The unused part of a pass is lost; an overdraft stays as a debt.

@@ -48,7 +48,7 @@ struct DownlinkState {
   std::int64_t housekeeping_steps = 0;  ///< fingerprint of the housekeeping last sent
   TimeNs events_sent_ns = 0;
   std::int64_t acknowledged_through = 0;  ///< downlinks up to it are all acknowledged
-  std::int64_t pass = -1;                 ///< number of the present pass
+  std::int64_t next_pass = 0;             ///< number of the pass after the present one
   std::int64_t pass_bytes = 0;            ///< sent in it
   std::int64_t overdue_bytes = 0;         ///< overdue first layers among them
   /// Newest product when this pass began, when the previous pass began, ...

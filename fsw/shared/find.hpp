@@ -1,5 +1,5 @@
-// Records that a stage can do without. A fault that may pass is returned, so that the stage waits; a record that is
-// gone or damaged is none, so that the stage skips it. Patience says when a stage gives up.
+// Records that a stage can do without. One that is gone or damaged is none, so that the stage skips it. Any other fault
+// of a read says nothing about the record: the stage waits. Patience says when a stage gives up.
 #pragma once
 
 #include "fsw/base/result.hpp"
@@ -7,7 +7,12 @@
 
 namespace ilp {
 
-/// `status` of a read: yes, no, or a fault that may pass.
+/// `status` of a read: yes, no, or a fault that is none of the record's own.
+[[nodiscard]] inline Result<bool> read_by(const Status& status) {
+  if (!status.ok() && !is_gone(status)) return status;
+  return status.ok();
+}
+/// `status` of work on what was read: every final fault is a no, because the same input would meet it again.
 [[nodiscard]] inline Result<bool> found_by(const Status& status) {
   if (is_transient(status)) return status;
   return status.ok();
@@ -16,7 +21,7 @@ namespace ilp {
 /// The record of this id. It is written only where it is found.
 template <typename Record>
 Result<bool> find(Reader<Record> store, std::int64_t id, Record& record) {
-  return found_by(get(store, id, record));
+  return read_by(get(store, id, record));
 }
 
 enum class Found : std::uint8_t {

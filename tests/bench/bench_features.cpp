@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "fsw/base/math.hpp"
-#include "fsw/vision/features/guided_matcher.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
+#include "sim/tools/lab/guided_matcher.hpp"
 #include "tests/support/strip.hpp"
 
 #ifdef ILP_HAVE_OPENCV

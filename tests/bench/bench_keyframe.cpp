@@ -8,12 +8,12 @@
 #include <ctime>
 #include <memory>
 
-#include "fsw/vision/features/guided_matcher.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/multiview/sequence_workspace.hpp"
 #include "fsw/vision/overlap/overlap_workspace.hpp"
+#include "sim/tools/lab/guided_matcher.hpp"
 #include "sim/world/flight.hpp"
 #include "sim/world/renderer.hpp"
 #include "sim/world/world_params.hpp"

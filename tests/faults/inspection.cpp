@@ -82,7 +82,7 @@ Inspection inspect(const fs::path& folder, const CommitLedger* ledger) {
     const bool ok = register_checked_vfs() == SQLITE_OK && integrity_is_ok(copy_of(folder, "look"), "unix") &&
                     integrity_is_ok(copy_of(folder, "look"), checked_vfs);
     constexpr std::int64_t cache_kib = 1024;
-    if (!store.open_damaged(copy_of(folder, "look").c_str(), cache_kib).ok()) return 0;
+    if (!sqlite::open_damaged(store.session(), copy_of(folder, "look").c_str(), cache_kib).ok()) return 0;
     seen.sound = read_all(store, seen.content) && ok;
     if (ledger != nullptr) seen.missing = ledger->missing(store, seen.missing_type, seen.missing_id);
     return 0;

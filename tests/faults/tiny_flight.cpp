@@ -216,13 +216,7 @@ namespace {
 /// As the board does it in virtual time.
 Status begin_configuration(const std::string& database) {
   const Status opened = reinterpret_cast<FileNonvolatile*>(small_memory_place)->open(database.c_str());
-  ConfigurationStart start;
-  start.loaded = opened;
-  start.another_before = !memory.store->news().ok();
-  if (memory.store->news().is(StatusCode::store_in_memory)) {
-    start.most_storage_mib = memory.mission->storage_budget_mib;
-  }
-  return memory.software->configure(start);
+  return memory.software->configure({.loaded = opened, .store = memory.store->news()});
 }
 
 }  // namespace
@@ -254,8 +248,7 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   Status status = disk.open(database.c_str(), StoreTrouble::fly_on, *memory.mission, &wait);
   tell(traces, status);
   if (!status.ok()) return life_refused;
-  for (const Status& news : {disk.start().opened_late, disk.news(), disk.start().moved, disk.start().not_moved})
-    tell(traces, news);
+  for (const Status& news : disk.start().in_order()) tell(traces, news);
   auto& clock = *new (clock_place) WatchedClock(traces.now_ns, hooks.step);
   const bool on_disk = !disk.news().is(StatusCode::store_in_memory);
   Store* store = &disk.store();
@@ -277,11 +270,11 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   if (!status.ok()) return disk.damaged() ? life_restart : life_refused;
   EventLog& events = software.executive().events();
   events.report(clock.now(), "board", {StatusCode::started, life.record().id});
-  for (const Status& news : {disk.start().opened_late, disk.news(), disk.start().moved, disk.start().not_moved}) {
+  for (const Status& news : disk.start().in_order()) {
     if (!news.ok()) events.report(clock.now(), "board", news);
   }
   // As in real time.
-  if (disk.disk() != nullptr) disk.disk()->wait_for_writers(minor_frame_ns / ns_per_ms);
+  if (disk.disk() != nullptr) sqlite::wait_for_writers(disk.disk()->session(), minor_frame_ns / ns_per_ms);
   if (hooks.started) hooks.started();
 
   Receiver receiver(folder);
@@ -307,7 +300,7 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
     traces.now_ns = next;
   }
   const bool done = drained_ns >= 0;
-  if (disk.disk() != nullptr) disk.disk()->wait_for_writers(longest_lock_wait_at_end_ms);
+  if (disk.disk() != nullptr) sqlite::wait_for_writers(disk.disk()->session(), longest_lock_wait_at_end_ms);
   static_cast<void>(software.executive().end());
   static_cast<void>(life.end());
   if (disk.damaged()) return life_restart;

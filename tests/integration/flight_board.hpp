@@ -70,7 +70,7 @@ class FlightBoard {
                                                               .small_memory = *small_memory,
                                                               .packets = radio},
                                                 mission);
-    ILP_TRY(software->configure({.loaded = opened, .utc_s = calendar_s, .another_before = !store->news().ok()}));
+    ILP_TRY(software->configure({.loaded = opened, .utc_s = calendar_s, .store = store->news()}));
     MissionTimeBegin time;
     ILP_TRY(software->begin_time(epoch_choice, calendar_s * ns_per_s, time));
     clock.set(time.now);

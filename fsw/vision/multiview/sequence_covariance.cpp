@@ -16,7 +16,6 @@ namespace {
 
 constexpr std::size_t camera_size = StripCovariance::camera_size;
 constexpr std::size_t strip_size = StripCovariance::size;
-constexpr std::int32_t not_free = -1;
 
 bool in_front(const bundle::Camera& camera, const double point[3]) {
   double z = 0;
@@ -90,9 +89,7 @@ double scatter_of_tracks(const BundleProblem& problem, const bundle::Loss& loss,
       const bundle::Linearised at = bundle::linearise(camera, {o.x, o.y, o.camera}, point, 0);
       const double weight = loss.weight(at.eu * at.eu + at.ev * at.ev);
       overrated.add(weight, loss.slope(weight));
-      if (camera.free_index != not_free) {
-        gradient.add(camera_size * static_cast<std::size_t>(camera.free_index), weight, at);
-      }
+      if (camera.free) gradient.add(camera_size * camera.block, weight, at);
     }
     if (i + 1 < problem.observations.size() && problem.observations[i + 1].point == o.point) continue;
     gradient.scatter_into(scatter, n);
@@ -363,10 +360,10 @@ void allow_correlated_tracks(const BundleProblem& problem, const BundleParams& p
   const std::size_t tracks = problem.points.size();
   if (!window.valid || tracks <= n) return;
   std::array<bundle::Camera, limits::max_bundle_cameras> cameras;
-  for (std::size_t i = 0; i < problem.cameras.size(); ++i)
-    cameras[i] = bundle::camera_from(problem.cameras[i], not_free);
+  for (std::size_t i = 0; i < problem.cameras.size(); ++i) cameras[i] = bundle::camera_from(problem.cameras[i]);
   for (std::size_t f = 0; f < window.free_count; ++f) {
-    cameras[window.free_camera[f]].free_index = static_cast<std::int32_t>(f);
+    cameras[window.free_camera[f]].free = true;
+    cameras[window.free_camera[f]].block = static_cast<std::uint32_t>(f);
   }
   double* scatter = workspace.scatter.data();
   const bundle::Loss loss{params.robust_px, params.loss == BundleLoss::cauchy};

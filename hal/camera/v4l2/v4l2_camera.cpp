@@ -72,6 +72,128 @@ bool begins_as_jpeg(std::span<const std::uint8_t> bytes) {
   return bytes.size() >= 2 && bytes[0] == 0xFF && bytes[1] == 0xD8;
 }
 
+void tell(CameraReports& reports, const Status& status) {
+  // The first reports matter most.
+  static_cast<void>(reports.news.push_back(status));
+}
+
+bool next_news(CameraReports& reports, Status& news) {
+  if (reports.news.empty()) return false;
+  news = reports.news[0];
+  for (std::size_t i = 1; i < reports.news.size(); ++i) reports.news[i - 1] = reports.news[i];
+  reports.news.pop_back();
+  return true;
+}
+
+void tell_tallies(CameraReports& reports, TimeNs now) {
+  const bool any = reports.refused.count > 0 || reports.stamps.count > 0 || reports.gaps.count > 0;
+  if (!any || (reports.tallied && now - reports.tallied_ns < between_tallies_ns)) return;
+  reports.tallied = true;
+  reports.tallied_ns = now;
+  if (reports.refused.count > 0)
+    tell(reports, {StatusCode::camera_frames_refused, reports.refused.count, reports.refused.latest});
+  if (reports.stamps.count > 0)
+    tell(reports, {StatusCode::camera_stamps_refused, reports.stamps.count, reports.stamps.latest});
+  if (reports.gaps.count > 0) tell(reports, {StatusCode::frame_gap, reports.gaps.latest, reports.gaps.count});
+  reports.refused = reports.stamps = reports.gaps = {};
+}
+
+void refuse_frame(CameraReports& reports, FrameDamage reason) {
+  ++reports.refused.count;
+  reports.refused.latest = static_cast<std::int64_t>(reason);
+}
+
+void recover(CameraOutage& outage, CameraReports& reports, TimeNs now) {
+  if (!outage.out) return;
+  tell(reports, {StatusCode::camera_recovered, (now - outage.since_ns) / ns_per_ms, outage.attempts});
+  outage.out = false;
+  outage.ever_recovered = true;
+  outage.recovered_ns = now;
+}
+
+std::span<const std::uint8_t> bytes_of(const BufferPool& pool, const VideoFormat& format, const VideoBuffer& buffer) {
+  const std::span<const std::uint8_t> bytes = pool.bytes(buffer.index);
+  return format.pixel.packing == Packing::jpeg ? bytes.first(std::min(buffer.bytes_used, bytes.size())) : bytes;
+}
+
+bool damaged(const BufferPool& pool, const VideoFormat& format, const VideoBuffer& buffer, CameraReports& reports) {
+  if ((buffer.flags & V4L2_BUF_FLAG_ERROR) != 0) {
+    refuse_frame(reports, FrameDamage::flagged);
+  } else if (buffer.bytes_used < format.image_bytes) {
+    refuse_frame(reports, FrameDamage::too_short);
+  } else if (buffer.bytes_used > pool.bytes(buffer.index).size()) {
+    refuse_frame(reports, FrameDamage::too_long);
+  } else if (format.pixel.packing == Packing::jpeg && !begins_as_jpeg(pool.bytes(buffer.index))) {
+    refuse_frame(reports, FrameDamage::undecodable);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+TimeNs mission_time(const VideoBuffer& buffer, TimeNs mission_minus_monotonic) {
+  const bool sane = buffer.stamp_s >= 0 && buffer.stamp_s < stamp_seconds_limit && buffer.stamp_us >= 0 &&
+                    buffer.stamp_us < 1'000'000;
+  if (!sane) return no_stamp;
+  return buffer.stamp_s * ns_per_s + buffer.stamp_us * ns_per_us + mission_minus_monotonic;
+}
+
+void drop(HeldFrames& held, BufferPool& pool, std::size_t which) {
+  pool.give_back(held.frames[which].buffer.index);
+  for (std::size_t i = which + 1; i < held.frames.size(); ++i) held.frames[i - 1] = held.frames[i];
+  held.frames.pop_back();
+}
+
+std::size_t nearest_to_wanted(const HeldFrames& held) {
+  std::size_t best = 0;
+  if (held.wanted_ns == Camera::any_time) return best;
+  for (std::size_t i = 1; i < held.frames.size(); ++i) {
+    if (distance(held.frames[i].time_ns, held.wanted_ns) < distance(held.frames[best].time_ns, held.wanted_ns))
+      best = i;
+  }
+  return best;
+}
+
+ExposureSetting exposure_at(const OwnExposure& exposure, TimeNs exposed_ns, TimeNs period_ns) {
+  if (!exposure.set) return {};
+  if (exposed_ns < exposure.set_ns) return exposure.before;
+  const bool sure = exposed_ns >= exposure.set_ns + periods_until_exposed * period_ns;
+  return sure ? exposure.now : ExposureSetting{};
+}
+
+Status listen(TimeNs heard_ns, TimeNs now, TimeNs period, std::uint32_t sequence) {
+  const TimeNs limit = period > 0 ? std::max(periods_until_silent * period, shortest_silence_ns) : unknown_silence_ns;
+  if (now - heard_ns < limit) return {};
+  return {StatusCode::camera_silent, sequence, (now - heard_ns) / ns_per_ms};
+}
+
+void count_gap(DriverSequence& driver, std::uint32_t sequence, bool believed, CameraTally& gaps) {
+  const std::uint32_t step = sequence - driver.latest;
+  const bool forward = driver.any && step != 0 && step < 0x8000'0000U;
+  if (believed && forward && step > 1) {
+    gaps.count += step - 1;
+    gaps.latest = sequence;
+  }
+  driver = {sequence, true};
+}
+
+bool decided(const HeldFrames& held, TimeNs empty_ns, TimeNs granularity) {
+  if (!held.wanted || held.frames.empty()) return false;
+  // If the driver has no frame after the wanted time, the earlier ones are all there are.
+  return held.frames.back().time_ns >= held.wanted_ns || empty_ns > held.wanted_ns + granularity;
+}
+
+void apply_exposure(VideoDevice& device, std::int64_t gain_unit, Clock& clock, OwnExposure& exposure) {
+  // After an outage the camera may have settings of its own again.
+  ExposureRange range;
+  ExposureSetting setting = exposure.asked;
+  exposure.before = exposure.now = {};
+  if (!find_exposure_range(device, gain_unit, range).ok()) return;
+  if (!write_exposure(device, gain_unit, setting).ok()) return;
+  exposure.now = setting;
+  exposure.set_ns = clock.now();
+}
+
 }  // namespace
 
 bool is_refusal(const Status& status) {
@@ -96,34 +218,10 @@ Status V4l2Camera::configure(const V4l2Options& options, std::int32_t width, std
   return {};
 }
 
-void V4l2Camera::tell(const Status& status) {
-  // The first reports matter most.
-  static_cast<void>(news_.push_back(status));
-}
-
-bool V4l2Camera::next_news(Status& news) {
-  if (news_.empty()) return false;
-  news = news_[0];
-  for (std::size_t i = 1; i < news_.size(); ++i) news_[i - 1] = news_[i];
-  news_.pop_back();
-  return true;
-}
-
-void V4l2Camera::tell_tallies(TimeNs now) {
-  const bool any = refused_.count > 0 || stamps_.count > 0 || gaps_.count > 0;
-  if (!any || (tallied_ && now - tallied_ns_ < between_tallies_ns)) return;
-  tallied_ = true;
-  tallied_ns_ = now;
-  if (refused_.count > 0) tell({StatusCode::camera_frames_refused, refused_.count, refused_.latest});
-  if (stamps_.count > 0) tell({StatusCode::camera_stamps_refused, stamps_.count, stamps_.latest});
-  if (gaps_.count > 0) tell({StatusCode::frame_gap, gaps_.latest, gaps_.count});
-  refused_ = stamps_ = gaps_ = {};
-}
-
 /// A device that comes back may be another one.
 void V4l2Camera::meet(const DeviceName& name) {
   if (ever_delivered_ && name != name_) {
-    if (name != first_name_) tell(StatusCode::camera_changed);
+    if (name != first_name_) tell(reports_, StatusCode::camera_changed);
     known_ = false;
     verdict_ = {};
     frame_clock_.forget();
@@ -134,7 +232,7 @@ void V4l2Camera::meet(const DeviceName& name) {
 Status V4l2Camera::advance_from(Stage stage, TimeNs now) {
   // Reports of a device's first start also hold for later ones.
   CameraNews known_already;
-  CameraNews& news = known_ ? known_already : news_;
+  CameraNews& news = known_ ? known_already : reports_.news;
   if (stage == Stage::closed) {
     const int error = device_.open(options_.device);
     if (error != 0) return {StatusCode::camera_absent, error};
@@ -147,7 +245,7 @@ Status V4l2Camera::advance_from(Stage stage, TimeNs now) {
     stage_ = Stage::agreed;
   } else if (stage == Stage::agreed) {
     set_controls(device_, options_, news);
-    if (sets_exposure_) apply_exposure();
+    if (exposure_.set) apply_exposure(device_, options_.gain_unit, clock_, exposure_);
     ILP_TRY(pool_.allocate(format_.image_bytes));
     stage_ = Stage::mapped;
   } else if (stage == Stage::mapped) {
@@ -164,101 +262,52 @@ void V4l2Camera::begin_stream(TimeNs now) {
   grade_.begin(format_.period_ns);
   grading_ = true;
   consistent_ = 0;
-  any_sequence_ = false;
+  driver_sequence_.any = false;
   heard_ns_ = empty_ns_ = now;
 }
 
 Status V4l2Camera::advance(TimeNs now) {
-  if (now < retry_ns_) return StatusCode::not_ready;
+  if (now < outage_.retry_ns) return StatusCode::not_ready;
   const Status status = advance_from(stage_, now);
   return status.ok() ? Status{StatusCode::not_ready} : fail(status, now);
 }
 
 void V4l2Camera::let_go() {
-  held_.clear();
+  held_.frames.clear();
   pool_.release();
   device_.close();
   stage_ = Stage::closed;
 }
 
 Status V4l2Camera::fail(const Status& reason, TimeNs now) {
-  latest_failure_ = reason;
-  if (!out_) {
-    out_ = true;
-    out_since_ns_ = now;
-    const bool another = !ever_recovered_ || now - recovered_ns_ > pauses_of_health * pause_ns_;
+  outage_.latest = reason;
+  if (!outage_.out) {
+    outage_.out = true;
+    outage_.since_ns = now;
+    const bool another = !outage_.ever_recovered || now - outage_.recovered_ns > pauses_of_health * outage_.pause_ns;
     if (another) {
-      attempts_ = 0;
-      pause_ns_ = first_pause_ns;
-      told_failure_ = {};
+      outage_.attempts = 0;
+      outage_.pause_ns = first_pause_ns;
+      outage_.told = {};
     }
   }
-  ++attempts_;
-  const bool close = device_is_gone(reason) || is_refusal(reason) || attempts_ > restarts_before_reopening;
+  ++outage_.attempts;
+  const bool close = device_is_gone(reason) || is_refusal(reason) || outage_.attempts > restarts_before_reopening;
   if (close) {
     let_go();
   } else {
-    held_.clear();
+    held_.frames.clear();
     pool_.release();
     stage_ = Stage::open;
   }
-  retry_ns_ = now;
-  if (attempts_ > 1 || device_is_gone(reason)) {
-    retry_ns_ = now + pause_ns_;
-    pause_ns_ = std::min(2 * pause_ns_, longest_pause_ns);
+  outage_.retry_ns = now;
+  if (outage_.attempts > 1 || device_is_gone(reason)) {
+    outage_.retry_ns = now + outage_.pause_ns;
+    outage_.pause_ns = std::min(2 * outage_.pause_ns, longest_pause_ns);
   }
-  if (same_news(reason, told_failure_)) return StatusCode::not_ready;
-  told_failure_ = reason;
+  if (same_news(reason, outage_.told)) return StatusCode::not_ready;
+  outage_.told = reason;
   return reason;
-}
-
-void V4l2Camera::recover(TimeNs now) {
-  if (!ever_delivered_) first_name_ = name_;
-  ever_delivered_ = known_ = true;
-  if (!out_) return;
-  tell({StatusCode::camera_recovered, (now - out_since_ns_) / ns_per_ms, attempts_});
-  out_ = false;
-  ever_recovered_ = true;
-  recovered_ns_ = now;
-}
-
-Status V4l2Camera::listen(TimeNs now) const {
-  const TimeNs period = frame_clock_.period();
-  const TimeNs limit = period > 0 ? std::max(periods_until_silent * period, shortest_silence_ns) : unknown_silence_ns;
-  if (now - heard_ns_ < limit) return {};
-  return {StatusCode::camera_silent, driver_sequence_, (now - heard_ns_) / ns_per_ms};
-}
-
-void V4l2Camera::refuse_frame(FrameDamage reason) {
-  ++refused_.count;
-  refused_.latest = static_cast<std::int64_t>(reason);
-}
-
-std::span<const std::uint8_t> V4l2Camera::bytes_of(const VideoBuffer& buffer) const {
-  const std::span<const std::uint8_t> bytes = pool_.bytes(buffer.index);
-  return format_.pixel.packing == Packing::jpeg ? bytes.first(std::min(buffer.bytes_used, bytes.size())) : bytes;
-}
-
-bool V4l2Camera::damaged(const VideoBuffer& buffer) {
-  if ((buffer.flags & V4L2_BUF_FLAG_ERROR) != 0) {
-    refuse_frame(FrameDamage::flagged);
-  } else if (buffer.bytes_used < format_.image_bytes) {
-    refuse_frame(FrameDamage::too_short);
-  } else if (buffer.bytes_used > pool_.bytes(buffer.index).size()) {
-    refuse_frame(FrameDamage::too_long);
-  } else if (format_.pixel.packing == Packing::jpeg && !begins_as_jpeg(pool_.bytes(buffer.index))) {
-    refuse_frame(FrameDamage::undecodable);
-  } else {
-    return false;
-  }
-  return true;
-}
-
-TimeNs V4l2Camera::mission_time(const VideoBuffer& buffer) const {
-  const bool sane = buffer.stamp_s >= 0 && buffer.stamp_s < stamp_seconds_limit && buffer.stamp_us >= 0 &&
-                    buffer.stamp_us < 1'000'000;
-  if (!sane) return no_stamp;
-  return buffer.stamp_s * ns_per_s + buffer.stamp_us * ns_per_us + mission_minus_monotonic_;
 }
 
 void V4l2Camera::grade(const FrameArrival& arrival) {
@@ -270,39 +319,32 @@ void V4l2Camera::grade(const FrameArrival& arrival) {
   frame_clock_.believe(verdict_);
   if (before.frames > 0 && before.findings == verdict_.findings) return;
   const bool believed = verdict_.stamps_believed && verdict_.sequence_believed;
-  tell({believed ? StatusCode::camera_graded : StatusCode::camera_distrusted, verdict_.findings,
-        verdict_.period_ns / ns_per_us});
+  tell(reports_, {believed ? StatusCode::camera_graded : StatusCode::camera_distrusted, verdict_.findings,
+                  verdict_.period_ns / ns_per_us});
 }
 
-void V4l2Camera::count_gap(std::uint32_t sequence) {
-  const std::uint32_t step = sequence - driver_sequence_;
-  const bool forward = any_sequence_ && step != 0 && step < 0x8000'0000U;
-  if (verdict_.sequence_believed && forward && step > 1) {
-    gaps_.count += step - 1;
-    gaps_.latest = sequence;
-  }
-  driver_sequence_ = sequence;
-  any_sequence_ = true;
-}
-
-bool V4l2Camera::look_at(const VideoBuffer& buffer, TimeNs now, Held& frame) {
+bool V4l2Camera::look_at(const VideoBuffer& buffer, TimeNs now, HeldFrame& frame) {
   heard_ns_ = now;
   FrameArrival arrival;
-  arrival.stamp_ns = mission_time(buffer);
+  arrival.stamp_ns = mission_time(buffer, mission_minus_monotonic_);
   arrival.empty_ns = empty_ns_;
   arrival.now_ns = now;
   arrival.arrival_ns = frame_clock_.arrival(empty_ns_, now);
   arrival.sequence = buffer.sequence;
-  arrival.damaged = damaged(buffer);
+  arrival.damaged = damaged(pool_, format_, buffer, reports_);
   if (consistent_ < consistent_frames) {
     consistent_ = arrival.damaged ? 0 : consistent_ + 1;
-    if (consistent_ == consistent_frames) recover(now);
+    if (consistent_ == consistent_frames) {
+      if (!ever_delivered_) first_name_ = name_;
+      ever_delivered_ = known_ = true;
+      recover(outage_, reports_, now);
+    }
     return false;
   }
-  count_gap(buffer.sequence);
+  count_gap(driver_sequence_, buffer.sequence, verdict_.sequence_believed, reports_.gaps);
   if (grading_) {
     if (!arrival.damaged && format_.pixel.packing == Packing::jpeg) {
-      sample_file(bytes_of(buffer), arrival);
+      sample_file(bytes_of(pool_, format_, buffer), arrival);
     } else if (!arrival.damaged) {
       sample(pool_.bytes(buffer.index), format_, arrival);
     }
@@ -314,35 +356,29 @@ bool V4l2Camera::look_at(const VideoBuffer& buffer, TimeNs now, Held& frame) {
   frame.buffer = buffer;
   frame.time_ns = frame_clock_.exposure(arrival, end_of_frame, frame.meaning, refused);
   if (refused) {
-    ++stamps_.count;
-    stamps_.latest = (arrival.stamp_ns - arrival.arrival_ns) / ns_per_us;
+    ++reports_.stamps.count;
+    reports_.stamps.latest = (arrival.stamp_ns - arrival.arrival_ns) / ns_per_us;
   }
   return true;
 }
 
 Status V4l2Camera::collect() {
   const std::size_t most = std::min(limits::max_held_frames, pool_.count() - 1);
-  for (std::size_t i = 0; i < pool_.count() && !decided(); ++i) {
+  for (std::size_t i = 0; i < pool_.count() && !decided(held_, empty_ns_, granularity()); ++i) {
     const TimeNs asked = clock_.now();
     VideoBuffer buffer;
     const Status taken = pool_.take(buffer);
     if (taken.is(StatusCode::not_ready)) {
       empty_ns_ = asked;
-      return listen(asked);
+      return listen(heard_ns_, asked, frame_clock_.period(), driver_sequence_.latest);
     }
     ILP_TRY(taken);
-    Held frame;
-    if (!look_at(buffer, clock_.now(), frame) || !held_.push_back(frame)) pool_.give_back(buffer.index);
+    HeldFrame frame;
+    if (!look_at(buffer, clock_.now(), frame) || !held_.frames.push_back(frame)) pool_.give_back(buffer.index);
     // Once it is decided, one more is held until the nearest has been delivered.
-    if (held_.size() > most && !decided()) drop(0);
+    if (held_.frames.size() > most && !decided(held_, empty_ns_, granularity())) drop(held_, pool_, 0);
   }
   return {};
-}
-
-void V4l2Camera::drop(std::size_t which) {
-  pool_.give_back(held_[which].buffer.index);
-  for (std::size_t i = which + 1; i < held_.size(); ++i) held_[i - 1] = held_[i];
-  held_.pop_back();
 }
 
 TimeNs V4l2Camera::granularity() const {
@@ -350,52 +386,38 @@ TimeNs V4l2Camera::granularity() const {
 }
 
 Status V4l2Camera::trigger(TimeNs time) {
-  wanted_ = time == any_time || time != hopeless_ns_;
-  wanted_ns_ = time;
+  held_.wanted = time == any_time || time != held_.hopeless_ns;
+  held_.wanted_ns = time;
   return {};
 }
 
-bool V4l2Camera::decided() const {
-  if (!wanted_ || held_.empty()) return false;
-  // If the driver has no frame after the wanted time, the earlier ones are all there are.
-  return held_.back().time_ns >= wanted_ns_ || empty_ns_ > wanted_ns_ + granularity();
-}
-
-std::size_t V4l2Camera::nearest_to_wanted() const {
-  std::size_t best = 0;
-  if (wanted_ns_ == any_time) return best;
-  for (std::size_t i = 1; i < held_.size(); ++i) {
-    if (distance(held_[i].time_ns, wanted_ns_) < distance(held_[best].time_ns, wanted_ns_)) best = i;
-  }
-  return best;
-}
-
 Status V4l2Camera::deliver(FrameImage& image, CameraFrame& frame) {
-  const std::size_t chosen = nearest_to_wanted();
-  if (wanted_ns_ != any_time && distance(held_[chosen].time_ns, wanted_ns_) > granularity()) {
-    hopeless_ns_ = wanted_ns_;
-    wanted_ = false;
+  const std::size_t chosen = nearest_to_wanted(held_);
+  if (held_.wanted_ns != any_time && distance(held_.frames[chosen].time_ns, held_.wanted_ns) > granularity()) {
+    held_.hopeless_ns = held_.wanted_ns;
+    held_.wanted = false;
     return StatusCode::not_ready;
   }
-  const Held taken = held_[chosen];
+  const HeldFrame taken = held_.frames[chosen];
   ILP_TRY(image.resize(reduction_.width, reduction_.height));
   const Status converted = converter_.convert(
-      {format_.pixel, bytes_of(taken.buffer), format_.width, format_.height, format_.stride}, reduction_, image.view());
+      {format_.pixel, bytes_of(pool_, format_, taken.buffer), format_.width, format_.height, format_.stride},
+      reduction_, image.view());
   if (!converted.ok()) {
     // The nearest of the other frames is the answer.
-    refuse_frame(FrameDamage::undecodable);
-    drop(chosen);
+    refuse_frame(reports_, FrameDamage::undecodable);
+    drop(held_, pool_, chosen);
     return StatusCode::not_ready;
   }
-  wanted_ = false;
-  for (std::size_t i = 0; i <= chosen; ++i) drop(0);
+  held_.wanted = false;
+  for (std::size_t i = 0; i <= chosen; ++i) drop(held_, pool_, 0);
   frame = {};
   frame.time_ns = taken.time_ns;
   frame.sequence = ++sequence_;
   FixedText<sizeof(frame.name)> name;
   name.add("video-").add(static_cast<std::int64_t>(taken.buffer.sequence), 6).add('-');
   name.add(time_meaning_text(taken.meaning));
-  frame.exposure = exposure_at(taken.time_ns);
+  frame.exposure = exposure_at(exposure_, taken.time_ns, frame_clock_.period());
   if (frame.exposure.known()) {
     name.add('-').add(frame.exposure.exposure_us).add("us-gain").add(frame.exposure.gain_milli);
   }
@@ -406,8 +428,8 @@ Status V4l2Camera::deliver(FrameImage& image, CameraFrame& frame) {
 Status V4l2Camera::exposure_range(ExposureRange& range) {
   if (stage_ != Stage::streaming) return StatusCode::not_ready;
   ILP_TRY(find_exposure_range(device_, options_.gain_unit, range));
-  if (sets_exposure_) return {};
-  exposure_ = {};
+  if (exposure_.set) return {};
+  exposure_.now = {};
   const std::int64_t named = options_.exposure_us == V4l2Options::as_it_is ? first_exposure_us : options_.exposure_us;
   ExposureSetting first{std::clamp(named, range.least_us, range.most_us), range.least_gain_milli};
   return set_exposure(first);
@@ -415,50 +437,32 @@ Status V4l2Camera::exposure_range(ExposureRange& range) {
 
 Status V4l2Camera::set_exposure(ExposureSetting& setting) {
   if (stage_ != Stage::streaming) return StatusCode::not_ready;
-  asked_ = setting;
+  exposure_.asked = setting;
   ILP_TRY(write_exposure(device_, options_.gain_unit, setting));
-  sets_exposure_ = true;
-  exposure_before_ = exposure_;
-  exposure_ = setting;
-  exposure_set_ns_ = clock_.now();
+  exposure_.set = true;
+  exposure_.before = exposure_.now;
+  exposure_.now = setting;
+  exposure_.set_ns = clock_.now();
   return {};
-}
-
-void V4l2Camera::apply_exposure() {
-  // After an outage the camera may have settings of its own again.
-  ExposureRange range;
-  ExposureSetting setting = asked_;
-  exposure_before_ = exposure_ = {};
-  if (!find_exposure_range(device_, options_.gain_unit, range).ok()) return;
-  if (!write_exposure(device_, options_.gain_unit, setting).ok()) return;
-  exposure_ = setting;
-  exposure_set_ns_ = clock_.now();
-}
-
-ExposureSetting V4l2Camera::exposure_at(TimeNs exposed_ns) const {
-  if (!sets_exposure_) return {};
-  if (exposed_ns < exposure_set_ns_) return exposure_before_;
-  const bool sure = exposed_ns >= exposure_set_ns_ + periods_until_exposed * frame_clock_.period();
-  return sure ? exposure_ : ExposureSetting{};
 }
 
 Status V4l2Camera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
   frame = {};
-  tell_tallies(now);
+  tell_tallies(reports_, now);
   Status status;
-  if (next_news(status)) return status;
+  if (next_news(reports_, status)) return status;
   if (stage_ != Stage::streaming) return advance(now);
   status = collect();
   if (!status.ok()) return fail(status, now);
-  if (!decided()) return StatusCode::not_ready;
+  if (!decided(held_, empty_ns_, granularity())) return StatusCode::not_ready;
   return deliver(image, frame);
 }
 
 Status V4l2Camera::prepare(TimeNs limit) {
   const TimeNs end = clock_.now() + limit;
-  latest_failure_ = {};
+  outage_.latest = {};
   // Bounded even if the clock stops: every turn examines a frame or sleeps.
-  for (TimeNs turn = 0; turn < limit / ns_per_ms && verdict_.frames == 0 && !is_refusal(latest_failure_); ++turn) {
+  for (TimeNs turn = 0; turn < limit / ns_per_ms && verdict_.frames == 0 && !is_refusal(outage_.latest); ++turn) {
     const TimeNs now = clock_.now();
     if (now >= end) break;
     Status status;
@@ -469,12 +473,12 @@ Status V4l2Camera::prepare(TimeNs limit) {
       if (!status.ok()) status = fail(status, now);
     } else {
       status = advance(now);
-      if (now < retry_ns_) clock_.sleep_until(now + start_up_step_ns);
+      if (now < outage_.retry_ns) clock_.sleep_until(now + start_up_step_ns);
     }
-    if (!status.ok() && !status.is(StatusCode::not_ready)) tell(status);
+    if (!status.ok() && !status.is(StatusCode::not_ready)) tell(reports_, status);
   }
   if (verdict_.frames > 0) return {};
-  return latest_failure_.ok() ? Status{StatusCode::not_ready} : latest_failure_;
+  return outage_.latest.ok() ? Status{StatusCode::not_ready} : outage_.latest;
 }
 
 }  // namespace ilp

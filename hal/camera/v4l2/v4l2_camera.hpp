@@ -12,6 +12,57 @@
 
 namespace ilp {
 
+/// Counts that are reported together at intervals, so that a camera that is always wrong does not fill the store with
+/// events.
+struct CameraTally {
+  std::int64_t count = 0;
+  std::int64_t latest = 0;
+};
+struct CameraReports {
+  CameraNews news;
+  CameraTally refused, stamps, gaps;
+  bool tallied = false;
+  TimeNs tallied_ns = 0;
+};
+
+/// From the first failure to the first consistent frame.
+struct CameraOutage {
+  bool out = false;
+  bool ever_recovered = false;
+  TimeNs since_ns = 0;
+  TimeNs recovered_ns = 0;
+  TimeNs retry_ns = std::numeric_limits<TimeNs>::min();
+  TimeNs pause_ns = 0;
+  std::int32_t attempts = 0;
+  Status told;
+  Status latest;
+};
+
+/// Numbers that the driver gives its frames.
+struct DriverSequence {
+  std::uint32_t latest = 0;
+  bool any = false;
+};
+
+struct HeldFrame {
+  VideoBuffer buffer;
+  TimeNs time_ns = 0;
+  TimeMeaning meaning = TimeMeaning::arrival;
+};
+struct HeldFrames {
+  FixedVector<HeldFrame, limits::max_held_frames + 1> frames;  ///< in order of time
+  bool wanted = false;
+  TimeNs wanted_ns = 0;
+  TimeNs hopeless_ns = Camera::any_time;  ///< a wanted time without a frame that is near enough
+};
+
+/// Once the flight sets the exposure.
+struct OwnExposure {
+  bool set = false;
+  ExposureSetting asked, before, now;
+  TimeNs set_ns = 0;
+};
+
 /// To the flight it is a triggered camera with a coarse granularity: the answer to a trigger is the frame whose
 /// exposure began nearest to its time. The newest frames stay in the driver's buffers until that one is known; all
 /// others are returned unread. No call blocks: an unfinished one returns `not_ready` and the next call continues it.
@@ -53,46 +104,19 @@ class V4l2Camera final : public Camera {
 
  private:
   enum class Stage : std::uint8_t { closed, open, agreed, mapped, streaming };
-  struct Held {
-    VideoBuffer buffer;
-    TimeNs time_ns = 0;
-    TimeMeaning meaning = TimeMeaning::arrival;
-  };
-  /// Counts that are reported together at intervals, so that a camera that is always wrong does not fill the store with
-  /// events.
-  struct Tally {
-    std::int64_t count = 0;
-    std::int64_t latest = 0;
-  };
-
-  void tell(const Status& status);
-  bool next_news(Status& news);
-  void tell_tallies(TimeNs now);
 
   Status advance(TimeNs now);
   Status advance_from(Stage stage, TimeNs now);
   void meet(const DeviceName& name);
   void begin_stream(TimeNs now);
   Status fail(const Status& reason, TimeNs now);
-  void recover(TimeNs now);
   void let_go();
-  [[nodiscard]] Status listen(TimeNs now) const;
 
   Status collect();
   /// True when `frame` may be delivered.
-  bool look_at(const VideoBuffer& buffer, TimeNs now, Held& frame);
-  bool damaged(const VideoBuffer& buffer);
-  void refuse_frame(FrameDamage reason);
-  [[nodiscard]] std::span<const std::uint8_t> bytes_of(const VideoBuffer& buffer) const;
-  [[nodiscard]] TimeNs mission_time(const VideoBuffer& buffer) const;
+  bool look_at(const VideoBuffer& buffer, TimeNs now, HeldFrame& frame);
   void grade(const FrameArrival& arrival);
-  void count_gap(std::uint32_t sequence);
-  void drop(std::size_t which);
-  [[nodiscard]] bool decided() const;
-  [[nodiscard]] std::size_t nearest_to_wanted() const;
   Status deliver(FrameImage& image, CameraFrame& frame);
-  void apply_exposure();
-  [[nodiscard]] ExposureSetting exposure_at(TimeNs exposed_ns) const;
 
   Clock& clock_;
   VideoDevice& device_;
@@ -106,19 +130,10 @@ class V4l2Camera final : public Camera {
   VideoFormat format_;
   Reduction reduction_;
   GreyConverter converter_;
-  CameraNews news_;
-  // State of an outage, from the first failure to the first consistent frame.
-  bool out_ = false;
+  CameraReports reports_;
+  CameraOutage outage_;
   bool ever_delivered_ = false;
   bool known_ = false;  ///< the latest device has delivered
-  bool ever_recovered_ = false;
-  TimeNs out_since_ns_ = 0;
-  TimeNs recovered_ns_ = 0;
-  TimeNs retry_ns_ = std::numeric_limits<TimeNs>::min();
-  TimeNs pause_ns_ = 0;
-  std::int32_t attempts_ = 0;
-  Status told_failure_;
-  Status latest_failure_;
 
   DriverGrade grade_;
   bool grading_ = false;
@@ -127,23 +142,11 @@ class V4l2Camera final : public Camera {
   std::int32_t consistent_ = 0;
   TimeNs heard_ns_ = 0;  ///< when the driver last gave a frame
   TimeNs empty_ns_ = 0;  ///< when the driver last had no frame
-  std::uint32_t driver_sequence_ = 0;
-  bool any_sequence_ = false;
+  DriverSequence driver_sequence_;
 
-  Tally refused_, stamps_, gaps_;
-  bool tallied_ = false;
-  TimeNs tallied_ns_ = 0;
-
-  FixedVector<Held, limits::max_held_frames + 1> held_;  ///< in order of time
-  bool wanted_ = false;
-  TimeNs wanted_ns_ = 0;
-  TimeNs hopeless_ns_ = any_time;  ///< a wanted time without a frame that is near enough
+  HeldFrames held_;
   std::int64_t sequence_ = 0;
-
-  // Once the flight sets the exposure.
-  bool sets_exposure_ = false;
-  ExposureSetting asked_, exposure_before_, exposure_;
-  TimeNs exposure_set_ns_ = 0;
+  OwnExposure exposure_;
 };
 
 /// The camera cannot deliver what was requested, and further attempts cannot change that.

@@ -94,6 +94,87 @@ void take_message(const char* from, FixedText<512>& to) {
   for (; from != nullptr && *from != 0; ++from) to.add(*from == '\n' || *from == '\t' ? ' ' : *from);
 }
 
+Status lost(Wire& wire, std::int64_t a, std::int64_t b) {
+  // libpq does not always say so.
+  if (a == 0 && heap_region_exhausted(HeapRegion::postgres)) b = ENOMEM;
+  if (wire.connection != nullptr) take_message(PQerrorMessage(wire.connection), wire.message);
+  PQfinish(wire.connection);
+  wire.connection = nullptr;
+  wire.sent = 0;
+  return {StatusCode::store_lost, a, b};
+}
+
+/// The server, or libpq for it, has said no.
+Status refused(Wire& wire) {
+  take_message(PQerrorMessage(wire.connection), wire.message);
+  const char* const state = state_in(PQerrorMessage(wire.connection));
+  const bool no_password = PQconnectionNeedsPassword(wire.connection) != 0;
+  const Status status = state != nullptr ? status_of(state, 0)
+                        : no_password    ? Status{StatusCode::store_denied}
+                                         : Status{StatusCode::store_lost};
+  PQfinish(wire.connection);
+  wire.connection = nullptr;
+  return status;
+}
+
+Status start_pipeline(Wire& wire) {
+  const bool ready = PQsetnonblocking(wire.connection, 1) == 0 && PQenterPipelineMode(wire.connection) == 1;
+  return ready ? Status{} : lost(wire, 0, EPROTO);
+}
+
+Status connect(Wire& wire) {
+  const std::int64_t end = steady_ms() + connect_limit_ms;
+  PQsetErrorVerbosity(wire.connection, PQERRORS_VERBOSE);
+  PQsetNoticeProcessor(wire.connection, ignore_notice, nullptr);
+  PostgresPollingStatusType wanted = PGRES_POLLING_WRITING;
+  while (wanted != PGRES_POLLING_OK) {  // bound: `connect_limit_ms`
+    if (wanted == PGRES_POLLING_FAILED) return refused(wire);
+    const short events = wanted == PGRES_POLLING_READING ? POLLIN : POLLOUT;
+    if (!wait_for(PQsocket(wire.connection), events, end - steady_ms())) return lost(wire, 0, ETIMEDOUT);
+    wanted = PQconnectPoll(wire.connection);
+  }
+  expect_the_end();
+  return start_pipeline(wire);
+}
+
+Status await_result(Wire& wire) {
+  const std::int64_t end = steady_ms() + answer_limit_ms;
+  while (true) {  // bound: `answer_limit_ms`
+    const int unsent = PQflush(wire.connection);
+    if (unsent < 0) return lost(wire, 0, errno);
+    if (PQisBusy(wire.connection) == 0) return {};
+    const short events = unsent > 0 ? POLLIN | POLLOUT : POLLIN;
+    if (!wait_for(PQsocket(wire.connection), events, end - steady_ms())) return lost(wire, 0, ETIMEDOUT);
+    if (PQconsumeInput(wire.connection) == 0) return lost(wire, 0, errno);
+  }
+}
+
+Status next_result(Wire& wire, PGresult*& result) {
+  // Between the answers of two statements there is a null.
+  result = nullptr;
+  for (int attempt = 0; attempt < 3 && result == nullptr; ++attempt) {
+    ILP_TRY(await_result(wire));
+    result = PQgetResult(wire.connection);
+  }
+  return result != nullptr ? Status{} : lost(wire, 0, EPROTO);
+}
+
+Status fault_of(Wire& wire, const PGresult* result, std::int64_t table) {
+  take_message(PQresultErrorMessage(result), wire.message);
+  const char* const state = PQresultErrorField(result, PG_DIAG_SQLSTATE);
+  if (state == nullptr || PQstatus(wire.connection) != CONNECTION_OK)
+    return lost(wire, state != nullptr ? number_of(state) : 0, 0);
+  const Status status = status_of(state, table);
+  // The server ends the connection after such an answer.
+  return status.is(StatusCode::store_lost) ? lost(wire, status.a, 0) : status;
+}
+
+FixedText<8> name_of(std::size_t statement) {
+  FixedText<8> name;
+  name.add('s').add(static_cast<std::int64_t>(statement));
+  return name;
+}
+
 }  // namespace
 
 std::int64_t steady_ms() {
@@ -102,22 +183,12 @@ std::int64_t steady_ms() {
   return std::int64_t{now.tv_sec} * 1000 + now.tv_nsec / 1'000'000;
 }
 
-Status Connection::lost(std::int64_t a, std::int64_t b) {
-  // libpq does not always say so.
-  if (a == 0 && heap_region_exhausted(HeapRegion::postgres)) b = ENOMEM;
-  if (connection_ != nullptr) take_message(PQerrorMessage(connection_), message_);
-  PQfinish(connection_);
-  connection_ = nullptr;
-  sent_ = 0;
-  return {StatusCode::store_lost, a, b};
-}
-
 void Connection::finish() {
   clear();
-  PQfinish(connection_);
-  connection_ = nullptr;
+  PQfinish(wire_.connection);
+  wire_.connection = nullptr;
   prepared_.reset();
-  sent_ = 0;
+  wire_.sent = 0;
   kept_ahead_ = 0;
 }
 
@@ -127,124 +198,52 @@ void Connection::close() {
 }
 
 bool Connection::alive() const {
-  return connection_ != nullptr && PQstatus(connection_) == CONNECTION_OK;
+  return wire_.connection != nullptr && PQstatus(wire_.connection) == CONNECTION_OK;
 }
 
 bool Connection::texts_are_bytes() const {
-  const char* const encoding = connection_ != nullptr ? PQparameterStatus(connection_, "server_encoding") : nullptr;
+  const char* const encoding =
+      wire_.connection != nullptr ? PQparameterStatus(wire_.connection, "server_encoding") : nullptr;
   return encoding != nullptr && std::strcmp(encoding, "SQL_ASCII") == 0;
-}
-
-/// The server, or libpq for it, has said no.
-Status Connection::refused() {
-  take_message(PQerrorMessage(connection_), message_);
-  const char* const state = state_in(PQerrorMessage(connection_));
-  const bool no_password = PQconnectionNeedsPassword(connection_) != 0;
-  const Status status = state != nullptr ? status_of(state, 0)
-                        : no_password    ? Status{StatusCode::store_denied}
-                                         : Status{StatusCode::store_lost};
-  PQfinish(connection_);
-  connection_ = nullptr;
-  return status;
-}
-
-Status Connection::connect() {
-  const std::int64_t end = steady_ms() + connect_limit_ms;
-  PQsetErrorVerbosity(connection_, PQERRORS_VERBOSE);
-  PQsetNoticeProcessor(connection_, ignore_notice, nullptr);
-  PostgresPollingStatusType wanted = PGRES_POLLING_WRITING;
-  while (wanted != PGRES_POLLING_OK) {  // bound: `connect_limit_ms`
-    if (wanted == PGRES_POLLING_FAILED) return refused();
-    const short events = wanted == PGRES_POLLING_READING ? POLLIN : POLLOUT;
-    if (!wait_for(PQsocket(connection_), events, end - steady_ms())) return lost(0, ETIMEDOUT);
-    wanted = PQconnectPoll(connection_);
-  }
-  expect_the_end();
-  return start_pipeline();
 }
 
 Status Connection::open(const char* conninfo) {
   const HeapGateScope heap(HeapRegion::postgres);
   finish();
-  message_ = {};
+  wire_.message = {};
   // Of two values of a word the later one counts, so that `conninfo` may have others than ours.
   const char* const words[] = {"keepalives_idle",  "keepalives_interval",
                                "keepalives_count", "tcp_user_timeout",
                                "application_name", "dbname",
                                "client_encoding",  nullptr};
   const char* const values[] = {"2", "1", "3", "5000", "ilp", conninfo, "SQL_ASCII", nullptr};
-  connection_ = PQconnectStartParams(words, values, 1);
-  if (connection_ == nullptr) return {StatusCode::arena_exhausted, 0, 0};
-  if (PQstatus(connection_) == CONNECTION_BAD) return refused();
-  return connect();
-}
-
-Status Connection::await_result() {
-  const std::int64_t end = steady_ms() + answer_limit_ms;
-  while (true) {  // bound: `answer_limit_ms`
-    const int unsent = PQflush(connection_);
-    if (unsent < 0) return lost(0, errno);
-    if (PQisBusy(connection_) == 0) return {};
-    const short events = unsent > 0 ? POLLIN | POLLOUT : POLLIN;
-    if (!wait_for(PQsocket(connection_), events, end - steady_ms())) return lost(0, ETIMEDOUT);
-    if (PQconsumeInput(connection_) == 0) return lost(0, errno);
-  }
-}
-
-Status Connection::next_result(PGresult*& result) {
-  // Between the answers of two statements there is a null.
-  result = nullptr;
-  for (int attempt = 0; attempt < 3 && result == nullptr; ++attempt) {
-    ILP_TRY(await_result());
-    result = PQgetResult(connection_);
-  }
-  return result != nullptr ? Status{} : lost(0, EPROTO);
-}
-
-Status Connection::fault_of(const PGresult* result, std::int64_t table) {
-  take_message(PQresultErrorMessage(result), message_);
-  const char* const state = PQresultErrorField(result, PG_DIAG_SQLSTATE);
-  if (state == nullptr || PQstatus(connection_) != CONNECTION_OK)
-    return lost(state != nullptr ? number_of(state) : 0, 0);
-  const Status status = status_of(state, table);
-  // The server ends the connection after such an answer.
-  return status.is(StatusCode::store_lost) ? lost(status.a, 0) : status;
-}
-
-Status Connection::start_pipeline() {
-  const bool ready = PQsetnonblocking(connection_, 1) == 0 && PQenterPipelineMode(connection_) == 1;
-  return ready ? Status{} : lost(0, EPROTO);
+  wire_.connection = PQconnectStartParams(words, values, 1);
+  if (wire_.connection == nullptr) return {StatusCode::arena_exhausted, 0, 0};
+  if (PQstatus(wire_.connection) == CONNECTION_BAD) return refused(wire_);
+  return connect(wire_);
 }
 
 Status Connection::note_sent(int accepted, const Sent& sent) {
-  if (accepted == 0) return lost(0, errno);
-  queue_[sent_++] = sent;
+  if (accepted == 0) return lost(wire_, 0, errno);
+  queue_[wire_.sent++] = sent;
   if (sent.keep) ++kept_ahead_;
   return {};
 }
 
-namespace {
-FixedText<8> name_of(std::size_t statement) {
-  FixedText<8> name;
-  name.add('s').add(static_cast<std::int64_t>(statement));
-  return name;
-}
-}  // namespace
-
 Status Connection::prepare(std::size_t statement, const char* sql, std::int64_t table) {
   const HeapGateScope heap(HeapRegion::postgres);
   if (!alive()) return StatusCode::store_lost;
-  ILP_ASSERT(sent_ < max_sent, sent_);
+  ILP_ASSERT(wire_.sent < max_sent, wire_.sent);
   prepared_[statement] = true;
-  return note_sent(PQsendPrepare(connection_, name_of(statement).c_str(), sql, 0, nullptr),
+  return note_sent(PQsendPrepare(wire_.connection, name_of(statement).c_str(), sql, 0, nullptr),
                    {table, statement, false, false});
 }
 
 Status Connection::send(std::size_t statement, const Parameters& parameters, std::int64_t table, bool keep) {
   const HeapGateScope heap(HeapRegion::postgres);
   if (!alive()) return StatusCode::store_lost;
-  ILP_ASSERT(!parameters.overflow() && sent_ < max_sent, sent_);
-  const int accepted = PQsendQueryPrepared(connection_, name_of(statement).c_str(), parameters.count(),
+  ILP_ASSERT(!parameters.overflow() && wire_.sent < max_sent, wire_.sent);
+  const int accepted = PQsendQueryPrepared(wire_.connection, name_of(statement).c_str(), parameters.count(),
                                            parameters.values(), parameters.lengths(), all_binary.data(), 1);
   return note_sent(accepted, {table, max_statements, keep, false});
 }
@@ -252,19 +251,19 @@ Status Connection::send(std::size_t statement, const Parameters& parameters, std
 Status Connection::send(const char* sql, bool keep) {
   const HeapGateScope heap(HeapRegion::postgres);
   if (!alive()) return StatusCode::store_lost;
-  ILP_ASSERT(sent_ < max_sent, sent_);
-  const int accepted = PQsendQueryParams(connection_, sql, 0, nullptr, nullptr, nullptr, nullptr, 1);
+  ILP_ASSERT(wire_.sent < max_sent, wire_.sent);
+  const int accepted = PQsendQueryParams(wire_.connection, sql, 0, nullptr, nullptr, nullptr, nullptr, 1);
   return note_sent(accepted, {0, max_statements, keep, false});
 }
 
 /// Takes the answer of one statement. `aborted`: an earlier one has failed.
 Status Connection::answer(const Sent& sent, bool aborted) {
   PGresult* result = nullptr;
-  ILP_TRY(next_result(result));
+  ILP_TRY(next_result(wire_, result));
   const ExecStatusType kind = PQresultStatus(result);
   if (sent.is_push || kind == PGRES_PIPELINE_SYNC) {
     PQclear(result);
-    return sent.is_push && kind == PGRES_PIPELINE_SYNC ? Status{} : lost(0, EPROTO);
+    return sent.is_push && kind == PGRES_PIPELINE_SYNC ? Status{} : lost(wire_, 0, EPROTO);
   }
   const bool good = kind == PGRES_COMMAND_OK || kind == PGRES_TUPLES_OK;
   if (good && sent.prepares == max_statements) {
@@ -277,16 +276,17 @@ Status Connection::answer(const Sent& sent, bool aborted) {
     return {};
   }
   if (!good && sent.prepares != max_statements) prepared_[sent.prepares] = false;
-  const Status status = good || (aborted && kind == PGRES_PIPELINE_ABORTED) ? Status{} : fault_of(result, sent.table);
+  const Status status =
+      good || (aborted && kind == PGRES_PIPELINE_ABORTED) ? Status{} : fault_of(wire_, result, sent.table);
   PQclear(result);
   return status;
 }
 
 Status Connection::push_sent() {
   if (!alive()) return StatusCode::store_lost;
-  ILP_ASSERT(sent_ < max_sent, sent_);
-  ILP_TRY(note_sent(PQpipelineSync(connection_), {0, max_statements, false, true}));
-  return PQflush(connection_) < 0 ? lost(0, errno) : Status{};
+  ILP_ASSERT(wire_.sent < max_sent, wire_.sent);
+  ILP_TRY(note_sent(PQpipelineSync(wire_.connection), {0, max_statements, false, true}));
+  return PQflush(wire_.connection) < 0 ? lost(wire_, 0, errno) : Status{};
 }
 
 Status Connection::push() {
@@ -301,14 +301,14 @@ Status Connection::collect() {
   ILP_TRY(push_sent());
   Status first;
   bool aborted = false;
-  const std::size_t count = sent_;
+  const std::size_t count = wire_.sent;
   for (std::size_t i = 0; i < count; ++i) {
     const Status status = answer(queue_[i], aborted);
-    if (connection_ == nullptr) return status;
+    if (wire_.connection == nullptr) return status;
     if (first.ok()) first = status;
     aborted = !queue_[i].is_push && (aborted || !status.ok());
   }
-  sent_ = 0;
+  wire_.sent = 0;
   return first;
 }
 
@@ -320,15 +320,15 @@ void Connection::clear() {
 Status Connection::receive() {
   const HeapGateScope heap(HeapRegion::postgres);
   if (!alive()) return StatusCode::store_lost;
-  return PQconsumeInput(connection_) != 0 ? Status{} : lost(0, errno);
+  return PQconsumeInput(wire_.connection) != 0 ? Status{} : lost(wire_, 0, errno);
 }
 
 bool Connection::next_notification(Notification& notification) {
   const HeapGateScope heap(HeapRegion::postgres);
-  PGnotify* const note = connection_ != nullptr ? PQnotifies(connection_) : nullptr;
+  PGnotify* const note = wire_.connection != nullptr ? PQnotifies(wire_.connection) : nullptr;
   if (note == nullptr) return false;
   notification = {};
-  notification.own = note->be_pid == PQbackendPID(connection_);
+  notification.own = note->be_pid == PQbackendPID(wire_.connection);
   const char* const end = note->extra + std::strlen(note->extra);
   const char* const rest = std::from_chars(note->extra, end, notification.commit).ptr;
   if (rest < end) std::from_chars(rest + 1, end, notification.tables);
@@ -337,7 +337,7 @@ bool Connection::next_notification(Notification& notification) {
 }
 
 void Connection::wait(std::int64_t milliseconds) const {
-  if (connection_ != nullptr) static_cast<void>(wait_for(PQsocket(connection_), POLLIN, milliseconds));
+  if (wire_.connection != nullptr) static_cast<void>(wait_for(PQsocket(wire_.connection), POLLIN, milliseconds));
 }
 
 }  // namespace ilp::postgres

@@ -36,15 +36,19 @@ struct Notification {
   bool own = false;         ///< this process has announced it
 };
 
+/// What libpq has of a connection.
+struct Wire {
+  pg_conn* connection = nullptr;
+  std::size_t sent = 0;    ///< statements whose answer was not taken
+  FixedText<512> message;  ///< why the latest call failed
+};
+
 /// Statuses: `store_lost` for a fault of the connection (a = a number of the server, b = 0; or a = 0, b = errno or 0);
 /// `store_denied` (a = number of the table, 0: none); `store_full` without room on the server's disk; `store_damaged`
 /// when a table or its content is not as it should be; `store_error` otherwise (a = SQLSTATE as a number to base 36, b
 /// = number of the table). After store_lost every call fails until open().
 class Connection {
  public:
-  Connection() = default;
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
   ~Connection() { close(); }
 
   /// `conninfo` as libpq takes it; keep-alives that it does not set are ours.
@@ -53,7 +57,7 @@ class Connection {
   [[nodiscard]] bool alive() const;
   [[nodiscard]] bool texts_are_bytes() const;
   /// Says in a sentence why the latest call failed. It holds no password.
-  [[nodiscard]] const char* message() const { return message_.c_str(); }
+  [[nodiscard]] const char* message() const { return wire_.message.c_str(); }
 
   static constexpr std::size_t max_statements = 1024;
   [[nodiscard]] bool prepared(std::size_t statement) const { return prepared_[statement]; }
@@ -73,8 +77,8 @@ class Connection {
   void clear();
   /// Of the latest statement, after collect().
   [[nodiscard]] std::int64_t rows_changed() const { return rows_changed_; }
-  [[nodiscard]] bool anything_sent() const { return sent_ != 0; }
-  [[nodiscard]] bool is_full() const { return sent_ + 24 > max_sent; }
+  [[nodiscard]] bool anything_sent() const { return wire_.sent != 0; }
+  [[nodiscard]] bool is_full() const { return wire_.sent + 24 > max_sent; }
 
   /// False when there is none. Reads from the socket and never waits.
   bool next_notification(Notification& notification);
@@ -92,26 +96,17 @@ class Connection {
   };
 
   void finish();
-  Status lost(std::int64_t a, std::int64_t b);
-  Status refused();
-  Status connect();
-  Status start_pipeline();
   Status push_sent();
-  Status await_result();
-  Status next_result(pg_result*& result);
-  Status fault_of(const pg_result* result, std::int64_t table);
   Status answer(const Sent& sent, bool aborted);
   Status note_sent(int accepted, const Sent& sent);
 
-  pg_conn* connection_ = nullptr;
+  Wire wire_;
   std::bitset<max_statements> prepared_;
   std::array<Sent, max_sent> queue_{};
-  std::size_t sent_ = 0;
   std::array<Rows, 8> kept_;
   std::size_t held_ = 0;
   std::size_t kept_ahead_ = 0;  ///< answers that the next collect() keeps
   std::int64_t rows_changed_ = 0;
-  FixedText<512> message_;
 };
 
 /// Milliseconds of a clock that never goes back.

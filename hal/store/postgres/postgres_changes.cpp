@@ -1,13 +1,10 @@
 // What processes that share a store know of each other: changes of tables, and who runs which stage.
 #include "fsw/base/argument.hpp"
 #include "fsw/records/records.hpp"
-#include "hal/store/postgres/postgres_store.hpp"
+#include "hal/store/postgres/session.hpp"
 #include "hal/store/postgres/settings.hpp"
 
-namespace ilp {
-
-using namespace postgres;
-
+namespace ilp::postgres {
 namespace {
 
 constexpr RecordMask every_table = mask_of(RecordType::count) - 1;
@@ -17,123 +14,29 @@ bool has(StageMask stages, unsigned stage) {
   return (stages >> stage & 1U) != 0;
 }
 
-}  // namespace
-
 /// Tables that a commit has changed.
-void PostgresStore::note_changes(RecordMask tables, std::int64_t commit) {
+void note_changes(Session& s, RecordMask tables, std::int64_t commit) {
   for (std::size_t t = 0; t < record_count; ++t) {
-    if ((tables >> t & 1U) != 0) numbers_[t] = commit;
+    if ((tables >> t & 1U) != 0) s.changes.numbers[t] = commit;
   }
-  changed_ |= tables;
-  changed_early_ |= tables;
-  heard_others_ = true;
-  answers_.forget(tables);
-  drop_held(tables);
-  used_is_known_ = false;
-}
-
-/// Compares the numbers of commits with those that are known.
-Status PostgresStore::take_look() {
-  const Rows& rows = connection_.rows(awaited_.look);
-  std::int64_t commits = 0;
-  bool whole = rows.count() == 1 && rows.number(0, 0, commits);
-  RecordMask changed = 0;
-  for (std::size_t t = 0; t < record_count && whole; ++t) {
-    std::int64_t number = 0;
-    whole = rows.number(0, static_cast<int>(t) + 1, number);
-    if (number != numbers_[t]) changed |= RecordMask{1} << t;
-    numbers_[t] = number;
-  }
-  if (!whole) return {StatusCode::store_damaged};
-  for (std::size_t t = 0; t < record_count; ++t) {
-    if ((changed >> t & 1U) != 0) note_changes(RecordMask{1} << t, numbers_[t]);
-  }
-  heard_ = commits;
-  unread_ |= changed;
-  look_now_ = false;
-  looked_ms_ = steady_ms();
-  return {};
-}
-
-/// The number of our own commit. What is known of its tables is known as they are now.
-void PostgresStore::take_change() {
-  std::int64_t commit = 0;
-  if (!connection_.rows(awaited_.change).number(0, 0, commit)) {
-    look_now_ = true;
-    return;
-  }
-  for (std::size_t t = 0; t < record_count; ++t) {
-    if ((uncommitted_ >> t & 1U) != 0) numbers_[t] = commit;
-  }
-  heard_ = commit;
-}
-
-void PostgresStore::take_notifications() {
-  Notification note;
-  while (connection_.next_notification(note)) {  // bound: what has been received
-    // Those up to this commit came with an answer of the server.
-    if (note.own || note.commit <= heard_) continue;
-    if (note.commit != heard_ + 1) look_now_ = true;
-    note_changes(static_cast<RecordMask>(note.tables) & every_table, note.commit);
-    heard_ = note.commit;
-  }
-}
-
-Status PostgresStore::look() {
-  if (!connected()) return StatusCode::store_lost;
-  ILP_TRY(send_look());
-  const Status status = collect();
-  connection_.clear();
-  return status;
+  s.changes.changed |= tables;
+  s.transaction.changed_early |= tables;
+  s.changes.heard_others = true;
+  s.answers.forget(tables);
+  drop_held(s, tables);
+  s.room.used_is_known = false;
 }
 
 /// Notifications come behind the answer to a rollback, which nobody has waited for.
-Status PostgresStore::receive() {
-  if (in_transaction_ || !connection_.anything_sent()) return connection_.receive();
-  const Status status = collect();
-  connection_.clear();
+Status receive(Session& s) {
+  if (s.transaction.open || !s.connection.anything_sent()) return s.connection.receive();
+  const Status status = collect(s);
+  s.connection.clear();
   return status;
 }
 
-Status PostgresStore::poll(RecordMask& changed) {
-  changed = 0;
-  ILP_TRY(receive());
-  take_notifications();
-  if (!in_transaction_ && (look_now_ || steady_ms() - looked_ms_ >= postgres_look_ms)) ILP_TRY(look());
-  changed = changed_;
-  changed_ = 0;
-  return {};
-}
-
-void PostgresStore::wait(std::int32_t milliseconds) {
-  const std::int64_t end = steady_ms() + milliseconds;
-  while (!in_transaction_ && receive().ok()) {  // bound: `milliseconds`
-    take_notifications();
-    const std::int64_t now = steady_ms();
-    if (look_now_ || now - looked_ms_ >= postgres_look_ms) {
-      if (!look().ok()) return;
-    }
-    if ((changed_ & watched_) != 0 || now >= end) return;
-    const std::int64_t next_look = looked_ms_ + postgres_look_ms;
-    connection_.wait((end < next_look ? end : next_look) - now);
-  }
-}
-
-/// No answer is newer than the numbers of commits that come behind it, so whatever was read of others is known of.
-Status PostgresStore::flush() {
-  if (!connected()) return StatusCode::store_lost;
-  if (!heard_others_) return {};
-  heard_others_ = false;
-  Status status = flusher_.alive() ? Status{} : flusher_.open(conninfo_.c_str());
-  if (status.ok()) status = flusher_.send(flush_statement, false);
-  if (status.ok()) status = flusher_.collect();
-  heard_others_ = !status.ok();
-  // This connection is not the one that is lost.
-  return status.is(StatusCode::store_lost) ? Status{StatusCode::not_ready} : status;
-}
-
 /// `taken`: those that were free. The others are with another process.
-Status PostgresStore::try_claim(StageMask stages, StageMask& taken) {
+Status try_claim(Session& s, StageMask stages, StageMask& taken) {
   SqlText sql;
   sql.add("SELECT 0::bigint");
   for (unsigned stage = 0; stage < max_stages; ++stage) {
@@ -141,26 +44,119 @@ Status PostgresStore::try_claim(StageMask stages, StageMask& taken) {
     sql.add(",pg_try_advisory_lock(").add(lock_class).add(',').add(std::int64_t{stage} + 1).add(")::int::bigint");
   }
   taken = 0;
-  ILP_TRY(connection_.send(sql.c_str(), true));
-  ILP_TRY(connection_.collect());
+  ILP_TRY(s.connection.send(sql.c_str(), true));
+  ILP_TRY(s.connection.collect());
   int column = 0;
   for (unsigned stage = 0; stage < max_stages; ++stage) {
     std::int64_t granted = 0;
     if (!has(stages, stage)) continue;
-    if (!connection_.rows(0).number(0, ++column, granted)) return {StatusCode::store_damaged};
+    if (!s.connection.rows(0).number(0, ++column, granted)) return {StatusCode::store_damaged};
     if (granted != 0) taken |= StageMask{1} << stage;
   }
-  connection_.clear();
+  s.connection.clear();
   return {};
 }
 
-Status PostgresStore::claim(StageMask stages) {
-  if (in_transaction_) return out_of_range(Argument::transaction);
-  const StageMask wanted = stages & ~claimed_;
+}  // namespace
+
+Status take_look(Session& s) {
+  const Rows& rows = s.connection.rows(s.awaited.look);
+  std::int64_t commits = 0;
+  bool whole = rows.count() == 1 && rows.number(0, 0, commits);
+  RecordMask changed = 0;
+  for (std::size_t t = 0; t < record_count && whole; ++t) {
+    std::int64_t number = 0;
+    whole = rows.number(0, static_cast<int>(t) + 1, number);
+    if (number != s.changes.numbers[t]) changed |= RecordMask{1} << t;
+    s.changes.numbers[t] = number;
+  }
+  if (!whole) return {StatusCode::store_damaged};
+  for (std::size_t t = 0; t < record_count; ++t) {
+    if ((changed >> t & 1U) != 0) note_changes(s, RecordMask{1} << t, s.changes.numbers[t]);
+  }
+  s.changes.heard = commits;
+  s.changes.unread |= changed;
+  s.changes.look_now = false;
+  s.changes.looked_ms = steady_ms();
+  return {};
+}
+
+void take_change(Session& s) {
+  std::int64_t commit = 0;
+  if (!s.connection.rows(s.awaited.change).number(0, 0, commit)) {
+    s.changes.look_now = true;
+    return;
+  }
+  for (std::size_t t = 0; t < record_count; ++t) {
+    if ((s.transaction.uncommitted >> t & 1U) != 0) s.changes.numbers[t] = commit;
+  }
+  s.changes.heard = commit;
+}
+
+void take_notifications(Session& s) {
+  Notification note;
+  while (s.connection.next_notification(note)) {  // bound: what has been received
+    // Those up to this commit came with an answer of the server.
+    if (note.own || note.commit <= s.changes.heard) continue;
+    if (note.commit != s.changes.heard + 1) s.changes.look_now = true;
+    note_changes(s, static_cast<RecordMask>(note.tables) & every_table, note.commit);
+    s.changes.heard = note.commit;
+  }
+}
+
+Status look(Session& s) {
+  if (!s.connection.alive()) return StatusCode::store_lost;
+  ILP_TRY(send_look(s));
+  const Status status = collect(s);
+  s.connection.clear();
+  return status;
+}
+
+Status poll(Session& s, RecordMask& changed) {
+  changed = 0;
+  ILP_TRY(receive(s));
+  take_notifications(s);
+  if (!s.transaction.open && (s.changes.look_now || steady_ms() - s.changes.looked_ms >= postgres_look_ms))
+    ILP_TRY(look(s));
+  changed = s.changes.changed;
+  s.changes.changed = 0;
+  return {};
+}
+
+void wait(Session& s, std::int32_t milliseconds) {
+  const std::int64_t end = steady_ms() + milliseconds;
+  while (!s.transaction.open && receive(s).ok()) {  // bound: `milliseconds`
+    take_notifications(s);
+    const std::int64_t now = steady_ms();
+    if (s.changes.look_now || now - s.changes.looked_ms >= postgres_look_ms) {
+      if (!look(s).ok()) return;
+    }
+    if ((s.changes.changed & s.watched) != 0 || now >= end) return;
+    const std::int64_t next_look = s.changes.looked_ms + postgres_look_ms;
+    s.connection.wait((end < next_look ? end : next_look) - now);
+  }
+}
+
+/// No answer is newer than the numbers of commits that come behind it, so whatever was read of others is known of.
+Status flush(Session& s) {
+  if (!s.connection.alive()) return StatusCode::store_lost;
+  if (!s.changes.heard_others) return {};
+  s.changes.heard_others = false;
+  Status status = s.flusher.alive() ? Status{} : s.flusher.open(s.conninfo.c_str());
+  if (status.ok()) status = s.flusher.send(flush_statement, false);
+  if (status.ok()) status = s.flusher.collect();
+  s.changes.heard_others = !status.ok();
+  // This connection is not the one that is lost.
+  return status.is(StatusCode::store_lost) ? Status{StatusCode::not_ready} : status;
+}
+
+Status claim(Session& s, StageMask stages) {
+  if (s.transaction.open) return out_of_range(Argument::transaction);
+  const StageMask wanted = stages & ~s.claimed;
   StageMask taken = 0;
-  ILP_TRY(try_claim(wanted, taken));
+  ILP_TRY(try_claim(s, wanted, taken));
   if (taken == wanted) {
-    claimed_ |= stages;
+    s.claimed |= stages;
     return {};
   }
   std::int64_t first = 0;
@@ -169,29 +165,29 @@ Status PostgresStore::claim(StageMask stages) {
     if (!has(taken, stage)) continue;
     FixedText<96> sql;
     sql.add("SELECT pg_advisory_unlock(").add(lock_class).add(',').add(std::int64_t{stage} + 1).add(')');
-    ILP_TRY(connection_.send(sql.c_str(), false));
+    ILP_TRY(s.connection.send(sql.c_str(), false));
   }
-  ILP_TRY(connection_.collect());
+  ILP_TRY(s.connection.collect());
   return {StatusCode::stage_claimed, first};
 }
 
-void PostgresStore::release() {
-  claimed_ = 0;
-  if (in_transaction_ || !connected()) return;
-  if (connection_.send("SELECT pg_advisory_unlock_all()", false).ok()) static_cast<void>(connection_.collect());
+void release(Session& s) {
+  s.claimed = 0;
+  if (s.transaction.open || !s.connection.alive()) return;
+  if (s.connection.send("SELECT pg_advisory_unlock_all()", false).ok()) static_cast<void>(s.connection.collect());
 }
 
 // The server may not have noticed yet that the old connection is gone, and still hold the stages for it:
 // `stage_claimed` until it has.
-Status PostgresStore::reconnect() {
-  const StageMask claimed = claimed_;
-  Status status = connect();
-  claimed_ = 0;
-  if (status.ok()) status = claim(claimed);
-  claimed_ = claimed;
-  changed_ = ~RecordMask{0};
-  if (!status.ok()) connection_.close();
+Status reconnect(Session& s) {
+  const StageMask claimed = s.claimed;
+  Status status = connect(s);
+  s.claimed = 0;
+  if (status.ok()) status = claim(s, claimed);
+  s.claimed = claimed;
+  s.changes.changed = ~RecordMask{0};
+  if (!status.ok()) s.connection.close();
   return status;
 }
 
-}  // namespace ilp
+}  // namespace ilp::postgres

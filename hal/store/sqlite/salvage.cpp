@@ -81,7 +81,8 @@ class Copy {
   /// Walks from the end to the point that `forwards` has reached.
   Result<bool> backwards() {
     for (;;) {  // bound: the records of the table; `high_` falls
-      const Status found = read_again([&] { return from_.previous(info_, high_, high_known_, record_); });
+      const Status found =
+          read_again([&] { return sqlite::previous(from_.session(), info_, high_, high_known_, record_); });
       const bool damaged = found.is(StatusCode::record_damaged);
       if (!found.ok() && !damaged) return found.is(StatusCode::not_found);
       const std::int64_t id = damaged ? found.a : id_of(record_);
@@ -188,7 +189,7 @@ class Copy {
         ILP_TRY(to_.write_blob(info_, field.name, id, at, chunk));
       } else {
         whole = false;
-        ILP_TRY(to_.mark_chunk_damaged(info_, field.name, id, at));
+        ILP_TRY(sqlite::mark_chunk_damaged(to_.session(), info_, field.name, id, at));
       }
     }
     return whole;
@@ -231,10 +232,10 @@ Status salvage(const char* from, const char* to, std::int64_t limit_bytes, std::
   if (log.is(StatusCode::io_error)) return log;
   SqliteStore damaged;
   const std::int64_t failed_before = failed_reads();
-  const Status readable = damaged.open_damaged(from, cache_kib);
+  const Status readable = sqlite::open_damaged(damaged.session(), from, cache_kib);
   ILP_TRY(saved.open(to));
   ILP_TRY(saved.limit(limit_bytes));
-  ILP_TRY(saved.use_cache(cache_kib));
+  ILP_TRY(sqlite::use_cache(saved.session(), cache_kib));
   // Nothing can be read of it, or not at this time. Without one of its tables SQLite has no other word for it.
   const bool without_table =
       readable.is(StatusCode::store_error) && readable.a == SQLITE_ERROR && failed_reads() == failed_before;

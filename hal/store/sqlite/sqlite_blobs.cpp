@@ -9,10 +9,11 @@
 #include "fsw/base/little_endian.hpp"
 #include "hal/store/checksums.hpp"
 #include "hal/store/sql_columns.hpp"
+#include "hal/store/sqlite/session.hpp"
 #include "hal/store/sqlite/sql_text.hpp"
-#include "hal/store/sqlite/sqlite_store.hpp"
 
-namespace ilp {
+namespace ilp::sqlite {
+namespace {
 
 /// An open blob and its checksums.
 struct BlobHandles {
@@ -33,8 +34,6 @@ struct BlobHandles {
     return code != SQLITE_OK ? code : also;
   }
 };
-
-namespace {
 
 using Chunk = std::array<std::uint8_t, blob_chunk_bytes>;
 
@@ -89,13 +88,11 @@ Status not_its_checksum(const BlobHandles& blob) {
   return {StatusCode::record_damaged, blob.name.id, static_cast<std::int64_t>(blob.name.type)};
 }
 
-}  // namespace
-
-Status SqliteStore::open_column(const BlobHandles& blob, const char* column, bool writable, sqlite3_blob*& handle) {
+Status open_column(Session& s, const BlobHandles& blob, const char* column, bool writable, sqlite3_blob*& handle) {
   const int code =
-      sqlite3_blob_open(database_, "main", blob.table.c_str(), column, blob.name.id, writable ? 1 : 0, &handle);
+      sqlite3_blob_open(s.database, "main", blob.table.c_str(), column, blob.name.id, writable ? 1 : 0, &handle);
   if (code == SQLITE_OK) return {};
-  const Status status = fault(code);
+  const Status status = fault(s, code);
   sqlite3_blob_close(handle);
   handle = nullptr;
   // SQLite answers a missing row, and a value that is no blob, with its general error.
@@ -103,9 +100,9 @@ Status SqliteStore::open_column(const BlobHandles& blob, const char* column, boo
 }
 
 /// The blob of a record does not have the size that the record states.
-Status SqliteStore::missing_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t bytes) {
+Status missing_blob(Session& s, const RecordInfo& info, const char* field, std::int64_t id, std::size_t bytes) {
   alignas(8) unsigned char record[limits::max_record_bytes];
-  ILP_TRY(get(info, id, record));
+  ILP_TRY(get(s, info, id, record));
   std::size_t stated = 0;
   for_each_blob(info, [&](const FieldInfo& candidate, std::size_t) {
     if (std::strcmp(candidate.name, field) == 0) stated = blob_bytes(record, candidate);
@@ -113,36 +110,36 @@ Status SqliteStore::missing_blob(const RecordInfo& info, const char* field, std:
   return stated == bytes ? Status{} : Status{StatusCode::record_damaged, id, static_cast<std::int64_t>(info.type)};
 }
 
-Status SqliteStore::open_blob(const RecordInfo& info, const char* field, std::int64_t id, bool writable,
-                              BlobHandles& blob) {
-  if (database_ == nullptr) return out_of_range(Argument::database);
+Status open_blob(Session& s, const RecordInfo& info, const char* field, std::int64_t id, bool writable,
+                 BlobHandles& blob) {
+  if (s.database == nullptr) return out_of_range(Argument::database);
   blob.name = {info.type, find_blob(info, field), id, 0};
   if (blob.name.index == max_blob_fields) return out_of_range(Argument::blob_field);
   blob_table_name(info, field, blob.table);
-  const Status opened = open_column(blob, "data", writable, blob.data);
+  const Status opened = open_column(s, blob, "data", writable, blob.data);
   if (opened.is(StatusCode::not_found)) {
-    ILP_TRY(missing_blob(info, field, id, 0));
+    ILP_TRY(missing_blob(s, info, field, id, 0));
     return opened;
   }
   ILP_TRY(opened);
   blob.name.bytes = size_of(blob);
-  const Status with_sums = open_column(blob, "checksums", writable, blob.sums);
+  const Status with_sums = open_column(s, blob, "checksums", writable, blob.sums);
   const bool missing = with_sums.is(StatusCode::not_found);
   if (!with_sums.ok() && !missing) return with_sums;
   const auto sums = missing ? 0 : static_cast<std::size_t>(sqlite3_blob_bytes(blob.sums));
   return sums == 4 * chunk_count(blob.name.bytes) ? Status{} : not_its_checksum(blob);
 }
 
-Status SqliteStore::check_range(const RecordInfo& info, const char* field, const BlobHandles& blob, std::size_t offset,
-                                std::size_t bytes) {
+Status check_range(Session& s, const RecordInfo& info, const char* field, const BlobHandles& blob, std::size_t offset,
+                   std::size_t bytes) {
   const std::size_t size = blob.name.bytes;
   if (offset <= size && bytes <= size - offset) return {};
-  ILP_TRY(missing_blob(info, field, blob.name.id, size));
+  ILP_TRY(missing_blob(s, info, field, blob.name.id, size));
   return out_of_range(Argument::blob_range, size);
 }
 
 /// Checks the chunks to which `bytes`, read at `offset`, belong.
-Status SqliteStore::check_chunks(const BlobHandles& blob, std::size_t offset, std::span<const std::uint8_t> bytes) {
+Status check_chunks(Session& s, const BlobHandles& blob, std::size_t offset, std::span<const std::uint8_t> bytes) {
   if (bytes.empty()) return {};
   const std::size_t first = offset / blob_chunk_bytes;
   const std::size_t last = (offset + bytes.size() - 1) / blob_chunk_bytes;
@@ -156,7 +153,7 @@ Status SqliteStore::check_chunks(const BlobHandles& blob, std::size_t offset, st
     int code = sums.next(stored);
     if (code == SQLITE_OK) code = read_piece(blob.data, part.begin, prefix);
     if (code == SQLITE_OK) code = read_piece(blob.data, part.outside, suffix);
-    if (code != SQLITE_OK) return fault(code);
+    if (code != SQLITE_OK) return fault(s, code);
     ChunkSum sum(blob.name, chunk);
     sum.add(prefix);
     sum.add(bytes.subspan(part.inside - offset, part.outside - part.inside));
@@ -167,7 +164,7 @@ Status SqliteStore::check_chunks(const BlobHandles& blob, std::size_t offset, st
 }
 
 /// Writes the bytes and the checksums of their chunks. The rest of a partly written chunk must have its checksum.
-Status SqliteStore::write_chunks(const BlobHandles& blob, std::size_t offset, std::span<const std::uint8_t> bytes) {
+Status write_chunks(Session& s, const BlobHandles& blob, std::size_t offset, std::span<const std::uint8_t> bytes) {
   if (bytes.empty()) return {};
   const std::size_t first = offset / blob_chunk_bytes;
   const std::size_t last = (offset + bytes.size() - 1) / blob_chunk_bytes;
@@ -181,51 +178,53 @@ Status SqliteStore::write_chunks(const BlobHandles& blob, std::size_t offset, st
     } else {
       const auto old = std::span(rest).first(part.end - part.begin);
       const int code = read_piece(blob.data, part.begin, old);
-      if (code != SQLITE_OK) return fault(code);
-      ILP_TRY(check_chunks(blob, part.begin, old));
+      if (code != SQLITE_OK) return fault(s, code);
+      ILP_TRY(check_chunks(s, blob, part.begin, old));
       std::copy(fresh.begin(), fresh.end(), old.begin() + static_cast<std::ptrdiff_t>(part.inside - part.begin));
       sum.add(old);
     }
     std::uint8_t value[4];
     store_little_endian(sum.value(), value);
     const int code = sqlite3_blob_write(blob.sums, value, sizeof(value), static_cast<int>(4 * chunk));
-    if (code != SQLITE_OK) return fault(code);
+    if (code != SQLITE_OK) return fault(s, code);
   }
   const int code =
       sqlite3_blob_write(blob.data, bytes.data(), static_cast<int>(bytes.size()), static_cast<int>(offset));
-  return code == SQLITE_OK ? Status{} : fault(code);
+  return code == SQLITE_OK ? Status{} : fault(s, code);
 }
 
-Status SqliteStore::write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
-                               std::span<const std::uint8_t> bytes) {
-  ILP_TRY(writable());
+}  // namespace
+
+Status write_blob(Session& s, const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
+                  std::span<const std::uint8_t> bytes) {
+  ILP_TRY(writable(s));
   BlobHandles blob;
-  Status status = open_blob(info, field, id, true, blob);
-  if (status.ok()) status = check_range(info, field, blob, offset, bytes.size());
+  Status status = open_blob(s, info, field, id, true, blob);
+  if (status.ok()) status = check_range(s, info, field, blob, offset, bytes.size());
   if (status.is(StatusCode::invalid_argument) || status.is(StatusCode::not_found)) return status;
-  if (status.ok()) status = write_chunks(blob, offset, bytes);
+  if (status.ok()) status = write_chunks(s, blob, offset, bytes);
   const int closed = blob.close();
-  if (status.ok() && closed != SQLITE_OK) status = fault(closed);
-  return written(info, status);
+  if (status.ok() && closed != SQLITE_OK) status = fault(s, closed);
+  return written(s, info, status);
 }
 
-Status SqliteStore::read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
-                              std::span<std::uint8_t> bytes) {
+Status read_blob(Session& s, const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
+                 std::span<std::uint8_t> bytes) {
   BlobHandles blob;
-  ILP_TRY(open_blob(info, field, id, false, blob));
-  ILP_TRY(check_range(info, field, blob, offset, bytes.size()));
+  ILP_TRY(open_blob(s, info, field, id, false, blob));
+  ILP_TRY(check_range(s, info, field, blob, offset, bytes.size()));
   const int code = read_piece(blob.data, offset, bytes);
-  const Status status = code == SQLITE_OK ? check_chunks(blob, offset, bytes) : fault(code);
+  const Status status = code == SQLITE_OK ? check_chunks(s, blob, offset, bytes) : fault(s, code);
   if (!status.ok()) std::fill(bytes.begin(), bytes.end(), std::uint8_t{0});
   return status;
 }
 
-Status SqliteStore::mark_chunk_damaged(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset) {
-  ILP_TRY(writable());
+Status mark_chunk_damaged(Session& s, const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset) {
+  ILP_TRY(writable(s));
   BlobHandles blob;
-  Status status = open_blob(info, field, id, true, blob);
-  if (status.ok()) status = check_range(info, field, blob, offset, 1);
-  if (!status.ok()) return written(info, status);
+  Status status = open_blob(s, info, field, id, true, blob);
+  if (status.ok()) status = check_range(s, info, field, blob, offset, 1);
+  if (!status.ok()) return written(s, info, status);
   const std::size_t chunk = offset / blob_chunk_bytes;
   const Part part(chunk, blob.name.bytes, offset, 1);
   Chunk content;
@@ -238,7 +237,7 @@ Status SqliteStore::mark_chunk_damaged(const RecordInfo& info, const char* field
   if (code == SQLITE_OK) code = sqlite3_blob_write(blob.sums, other, sizeof(other), static_cast<int>(4 * chunk));
   const int closed = blob.close();
   if (code == SQLITE_OK) code = closed;
-  return written(info, code == SQLITE_OK ? Status{} : fault(code));
+  return written(s, info, code == SQLITE_OK ? Status{} : fault(s, code));
 }
 
-}  // namespace ilp
+}  // namespace ilp::sqlite

@@ -2,7 +2,6 @@
 
 #include <memory>
 
-#include "fsw/vision/features/guided_matcher.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
 #include "fsw/vision/geometry/camera.hpp"
@@ -11,6 +10,7 @@
 #include "fsw/vision/twoview/robust/robust_models.hpp"
 #include "sim/host/camera_file.hpp"
 #include "sim/host/status_error.hpp"
+#include "sim/tools/lab/guided_matcher.hpp"
 #include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
 

@@ -67,7 +67,7 @@ NamedStore NamedStore::with_tables(const std::string& name, bool& made) {
   if (is_server(name)) {
 #ifdef ILP_POSTGRES
     named.server_ = connect(name, true);
-    made = named.server_->made_tables();
+    made = named.server_->session().made_tables;
     named.store_ = named.server_.get();
     return named;
 #else

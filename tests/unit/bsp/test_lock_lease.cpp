@@ -65,7 +65,7 @@ class LockLeaseTest : public testing::Test {
  protected:
   void SetUp() override {
     ASSERT_OK(store_.open(path_.c_str()));
-    store_.wait_for_writers(1);
+    sqlite::wait_for_writers(store_.session(), 1);
   }
   /// The news of the watch until there are some, or the lock is free.
   Status news() {

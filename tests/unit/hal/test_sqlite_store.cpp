@@ -230,24 +230,24 @@ TEST_F(SqliteStoreTest, OnlyTheFirstTransactionWaitsForALockThatIsKept) {
   ASSERT_OK(store.open(path_.c_str()));
   ASSERT_OK(hung.open(path_.c_str()));
   ASSERT_OK(hung.begin());
-  store.wait_for_writers(50);
-  EXPECT_EQ(store.locked_ms(), 0);
+  sqlite::wait_for_writers(store.session(), 50);
+  EXPECT_EQ(sqlite::locked_ms(store.session()), 0);
   // Each of them waiting would take longer than the test may.
   for (int i = 0; i < 20'000; ++i) ASSERT_EQ(store.begin().code, StatusCode::store_locked);
-  EXPECT_GE(store.locked_ms(), 50);
+  EXPECT_GE(sqlite::locked_ms(store.session()), 50);
   FrameRecord frame;
   EXPECT_STATUS(get(store, 1, frame), not_found) << "reading goes on";
   ASSERT_OK(put(hung, frame_of(1)));
   ASSERT_OK(hung.commit());
   EXPECT_OK(put_now(store, frame_of(2), 0));
   EXPECT_OK(get(store, 1, frame));
-  EXPECT_EQ(store.locked_ms(), 0);
+  EXPECT_EQ(sqlite::locked_ms(store.session()), 0);
 }
 
 TEST_F(SqliteStoreTest, TheHolderOfTheLockIsFound) {
   SqliteStore store;
   ASSERT_OK(store.open(path_.c_str()));
-  EXPECT_EQ(store.lock_holder(), 0);
+  EXPECT_EQ(sqlite::lock_holder(store.session()), 0);
   int begun[2], over[2];
   ASSERT_TRUE(pipe(begun) == 0 && pipe(over) == 0);
   const pid_t child = fork();
@@ -259,20 +259,20 @@ TEST_F(SqliteStoreTest, TheHolderOfTheLockIsFound) {
   }
   char word = 0;
   ASSERT_EQ(read(begun[0], &word, 1), 1);
-  EXPECT_EQ(store.lock_holder(), child);
+  EXPECT_EQ(sqlite::lock_holder(store.session()), child);
   ASSERT_EQ(write(over[1], "!", 1), 1);
   int how = 0;
   waitpid(child, &how, 0);
   EXPECT_TRUE(WIFEXITED(how) && WEXITSTATUS(how) == 0) << how;
-  EXPECT_EQ(store.lock_holder(), 0);
+  EXPECT_EQ(sqlite::lock_holder(store.session()), 0);
   // Looking has not cost this process its own locks.
   ASSERT_OK(store.begin());
   const pid_t rival = fork();
   if (rival == 0) {
     SqliteStore other;
     if (!other.open(path_.c_str()).ok()) _exit(1);
-    other.wait_for_writers(1);
-    _exit(other.begin().is(StatusCode::store_locked) && other.lock_holder() == getppid() ? 0 : 2);
+    sqlite::wait_for_writers(other.session(), 1);
+    _exit(other.begin().is(StatusCode::store_locked) && sqlite::lock_holder(other.session()) == getppid() ? 0 : 2);
   }
   waitpid(rival, &how, 0);
   EXPECT_TRUE(WIFEXITED(how) && WEXITSTATUS(how) == 0) << how;

@@ -434,7 +434,7 @@ TEST_F(SqliteDamage, AFlippedBitInTheLogIsNeverTakenForItsEnd) {
     EXPECT_OK(bridge_log(path_.c_str(), bridged)) << where;
     SqliteStore salvaged;
     // A high bit of a word of the schema itself cannot be found: then nothing can be read, which is reported.
-    if (!salvaged.open_damaged(path_.c_str(), 512).ok()) {
+    if (!sqlite::open_damaged(salvaged.session(), path_.c_str(), 512).ok()) {
       ++unreadable;
       continue;
     }

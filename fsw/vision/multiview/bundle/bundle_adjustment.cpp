@@ -108,11 +108,11 @@ Status load(Equations& eq, BundleProblem& problem, const BundleParams& params) {
   eq.free_count = 0;
   for (std::size_t i = 0; i < problem.cameras.size(); ++i) {
     if (!usable(problem.cameras[i])) return out_of_range(Argument::camera, i);
-    eq.cameras[i].free_index = -1;
-    if (!problem.cameras[i].fixed) {
-      eq.cameras[i].free_index = static_cast<std::int32_t>(eq.free_count);
-      eq.camera_of_free[eq.free_count++] = static_cast<std::uint16_t>(i);
-    }
+    eq.cameras[i] = camera_from(problem.cameras[i]);
+    if (problem.cameras[i].fixed) continue;
+    eq.cameras[i].free = true;
+    eq.cameras[i].block = static_cast<std::uint32_t>(eq.free_count);
+    eq.camera_of_free[eq.free_count++] = static_cast<std::uint16_t>(i);
   }
   for (std::size_t i = 0; i < problem.points.size(); ++i) {
     if (!all_finite(problem.points[i].position, 3)) {
@@ -127,8 +127,6 @@ Status load(Equations& eq, BundleProblem& problem, const BundleParams& params) {
   }
   ILP_TRY(check_priors(problem));
   eq.problem = &problem;
-  for (std::size_t i = 0; i < problem.cameras.size(); ++i)
-    eq.cameras[i] = camera_from(problem.cameras[i], eq.cameras[i].free_index);
   const Status sorted = sort_observations(eq);
   if (!sorted.ok()) {
     eq.problem = nullptr;
@@ -191,7 +189,7 @@ void hold_scale(Equations& eq, double held_distance) {
 
 }  // namespace
 
-Camera camera_from(const BundleCamera& camera, std::int32_t free_index) {
+Camera camera_from(const BundleCamera& camera) {
   Camera to{};
   const Mat3 rotation = rotation_from_quaternion(camera.pose.q_cam_from_world);
   for (int i = 0; i < 9; ++i) to.rotation[i] = rotation(i / 3, i % 3);
@@ -200,7 +198,6 @@ Camera camera_from(const BundleCamera& camera, std::int32_t free_index) {
   to.fy = camera.fy;
   to.cx = camera.cx;
   to.cy = camera.cy;
-  to.free_index = free_index;
   return to;
 }
 

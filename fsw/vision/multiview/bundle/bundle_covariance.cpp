@@ -78,7 +78,7 @@ bool frame_is_fixed(const Equations& eq) {
   const std::size_t fixed = eq.problem->cameras.size() - eq.free_count;
   if (fixed != 1 || eq.problem->hold.held) return fixed > 0;
   for (const BundleHeightPrior& prior : eq.problem->heights) {
-    if (eq.cameras[prior.camera].free_index >= 0) return true;
+    if (eq.cameras[prior.camera].free) return true;
   }
   return false;
 }
@@ -150,11 +150,11 @@ void free_fixed_blocks(Equations& eq, BundleCovariance& joint) {
                  t[i - span.first]);
         }
         for (std::uint32_t i = span.first; i < span.last; ++i) {
-          const std::int32_t a = eq.cameras[eq.observations[i].camera].free_index;
-          for (std::uint32_t j = span.first; a >= 0 && j < span.last; ++j) {
+          const Camera& a = eq.cameras[eq.observations[i].camera];
+          for (std::uint32_t j = span.first; a.free && j < span.last; ++j) {
             const std::uint16_t fixed = eq.observations[j].camera;
-            if (eq.cameras[fixed].free_index >= 0) continue;
-            const std::size_t row = camera_size * static_cast<std::size_t>(a);
+            if (eq.cameras[fixed].free) continue;
+            const std::size_t row = camera_size * a.block;
             add_product(t[i - span.first], t[j - span.first], m, &joint.transfer[row * m + column[fixed]]);
           }
         }
@@ -167,7 +167,7 @@ void free_fixed_blocks(Equations& eq, BundleCovariance& joint) {
 void joint_covariance(Equations& eq, double factor, BundleCovariance& joint) {
   for (std::size_t i = 0; i < eq.problem->cameras.size(); ++i) {
     const auto index = static_cast<std::uint16_t>(i);
-    if (eq.cameras[i].free_index >= 0) {
+    if (eq.cameras[i].free) {
       joint.free_camera[joint.free_count++] = index;
     } else {
       joint.fixed_camera[joint.fixed_count++] = index;

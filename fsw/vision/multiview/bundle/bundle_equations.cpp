@@ -188,7 +188,7 @@ template <typename V>
       for (std::size_t c = r; c < 3; ++c, ++i) v[i] += at.pu[r] * at.pu[c] + at.pv[r] * at.pv[c];
       g[r] += at.pu[r] * at.eu + at.pv[r] * at.ev;
     }
-    if (camera.free_index >= 0) free[free_count++] = static_cast<std::size_t>(camera.free_index);
+    if (camera.free) free[free_count++] = camera.block;
   }
   Factors<V> out;
   out.damping[0] = damping * damped_diagonals<V>(v[0]);
@@ -303,12 +303,12 @@ template <typename V>
   V h[3] = {};
   for (std::uint32_t k = 0; k < span.last - span.first; ++k) {
     const Camera& camera = eq.cameras[eq.observations[span.first + k].camera];
-    if (camera.free_index < 0) continue;
+    if (!camera.free) continue;
     V observed_x, observed_y;
     load_observation<V>(eq, p, k, observed_x, observed_y);
     View<V> at;
     view<V>(camera, observed_x, observed_y, from, robust, counts, at);
-    const double* step = &eq.own_step[camera_size * static_cast<std::size_t>(camera.free_index)];
+    const double* step = &eq.own_step[camera_size * camera.block];
     const V du = at.u[0] * step[0] + at.u[1] * step[1] + at.u[2] * step[2] + at.u[4] * step[3] + at.u[3] * step[5];
     const V dv = at.v[0] * step[0] + at.v[1] * step[1] + at.v[2] * step[2] + at.v[5] * step[4] + at.v[3] * step[5];
     for (int r = 0; r < 3; ++r) h[r] += at.pu[r] * du + at.pv[r] * dv;
@@ -401,7 +401,7 @@ HeldDistance held_distance(const Equations& eq) {
   const Camera& origin = eq.cameras[eq.problem->hold.origin];
   const Camera& anchor = eq.cameras[eq.problem->hold.anchor];
   HeldDistance held;
-  held.block = static_cast<std::size_t>(anchor.free_index);
+  held.block = anchor.block;
   const double* h = &eq.diagonal[camera_size * held.block + 3];
   held.stiffness = 1e6 * (h[0] + h[1] + h[2]);
   double squared = 0;

@@ -82,8 +82,8 @@ struct Equations {
   [[nodiscard]] Loss loss() const { return {params.robust_px, params.loss == BundleLoss::cauchy}; }
 };
 
-/// The camera in the form of the inner loops; `free_index` -1 = fixed.
-[[nodiscard]] Camera camera_from(const BundleCamera& camera, std::int32_t free_index);
+/// The camera in the form of the inner loops, as a fixed one.
+[[nodiscard]] Camera camera_from(const BundleCamera& camera);
 
 /// Of points with the same cameras.
 void pair_points(Equations& eq);

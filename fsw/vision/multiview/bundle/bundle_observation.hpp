@@ -16,7 +16,8 @@ struct Camera {
   double rotation[9];  ///< row-major, cam_from_world
   double centre[3];
   double fx, fy, cx, cy;
-  std::int32_t free_index;  ///< -1 = fixed
+  bool free;            ///< not fixed
+  std::uint32_t block;  ///< of a free one: its number among them
 };
 
 struct Observation {

@@ -143,7 +143,7 @@ template <typename V>
     out.pu[k] = au * (r[k] - x * r[6 + k]);
     out.pv[k] = av * (r[3 + k] - y * r[6 + k]);
   }
-  if (camera.free_index < 0) return;
+  if (!camera.free) return;
   fu *= counts;
   fv *= counts;
   const V xy = x * y;

@@ -92,20 +92,20 @@ void add_priors(Equations& eq) {
   };
   for (const BundleHeightPrior& prior : eq.problem->heights) {
     const Camera& camera = eq.cameras[prior.camera];
-    if (camera.free_index < 0) continue;
+    if (!camera.free) continue;
     double derivative[6] = {0, 0, 0, 0, 0, 0};
     for (int k = 0; k < 3; ++k) derivative[3 + k] = prior.direction[k] / prior.sigma;
-    add(static_cast<std::size_t>(camera.free_index), derivative, height_residual(prior, camera));
+    add(camera.block, derivative, height_residual(prior, camera));
   }
   for (const BundleAttitudePrior& prior : eq.problem->attitudes) {
     const Camera& camera = eq.cameras[prior.camera];
-    if (camera.free_index < 0) continue;
+    if (!camera.free) continue;
     const Vec3 turn = turn_from_prior(prior, camera);
     const Mat3 by_turn = inverse_left_jacobian(turn);
     for (int row = 0; row < 3; ++row) {
       double derivative[6] = {0, 0, 0, 0, 0, 0};
       for (int k = 0; k < 3; ++k) derivative[k] = by_turn(row, k) / prior.sigma_rad[row];
-      add(static_cast<std::size_t>(camera.free_index), derivative, turn[row] / prior.sigma_rad[row]);
+      add(camera.block, derivative, turn[row] / prior.sigma_rad[row]);
     }
   }
 }

@@ -81,9 +81,9 @@ auto gap_flag(MaskView left_valid, const DisparityView& map, std::int32_t y) {
   };
 }
 
-/// Where the gap that (x, y) begins along a line ends: the row of a match, or -1.
-[[gnu::always_inline]] inline std::int16_t end_of_line(MaskView left_valid, const DisparityView& map, std::int32_t x,
-                                                       std::int32_t y, std::int32_t step) {
+/// Whether the gap that (x, y) begins along a line ends at a match, whose row is `below`.
+[[gnu::always_inline]] inline bool find_end(MaskView left_valid, const DisparityView& map, std::int32_t x,
+                                            std::int32_t y, std::int32_t step, std::int16_t& below) {
   const std::int32_t width = map.sigma_px.width, height = map.sigma_px.height;
   std::int32_t v = y + 1;
   std::int32_t w = x + step;
@@ -91,28 +91,27 @@ auto gap_flag(MaskView left_valid, const DisparityView& map, std::int32_t y) {
     ++v;
     w += step;
   }
-  const bool ends = v < height && w >= 0 && w < width && is_matched(map.kind.at(w, v));
-  return static_cast<std::int16_t>(ends ? v : -1);
+  below = static_cast<std::int16_t>(v);
+  return v < height && w >= 0 && w < width && is_matched(map.kind.at(w, v));
 }
 
 /// Makes `line` that of the gap pixel (x, y). A line of gap pixels is searched for its end once, and only if a match is
 /// above them.
 [[gnu::always_inline]] inline void follow(MaskView left_valid, const DisparityView& map, std::int32_t x, std::int32_t y,
                                           std::int32_t step, GapLine& line) {
-  if (line.latest + 1 != y) {
+  if (line.next != y) {
     const std::int32_t u = x - step;
     const bool inside = y > 0 && u >= 0 && u < map.sigma_px.width;
-    line.above = static_cast<std::int16_t>(inside && is_matched(map.kind.at(u, y - 1)) ? y - 1 : -1);
-    line.below = -1;
-    if (line.above >= 0) line.below = end_of_line(left_valid, map, x, y, step);
+    line.above = static_cast<std::int16_t>(y - 1);
+    line.closed = inside && is_matched(map.kind.at(u, y - 1)) && find_end(left_valid, map, x, y, step, line.below);
   }
-  line.latest = static_cast<std::int16_t>(y);
+  line.next = static_cast<std::int16_t>(y + 1);
 }
 
 Sides sides_down(ImageView<const float> disparity_px, std::int32_t x, std::int32_t y, std::int32_t step,
                  const GapLine& line) {
   Sides sides;
-  if (line.above < 0 || line.below < 0) return sides;
+  if (!line.closed) return sides;
   sides.before = y - line.above;
   sides.after = line.below - y;
   sides.before_px = disparity_px.at(x - step * sides.before, line.above);

@@ -22,8 +22,9 @@ namespace ilp {
 
 /// The gap along one line of pixels down the image: where its matches begin again above and below.
 struct GapLine {
-  std::int16_t latest = -2;             ///< row of the newest gap pixel
-  std::int16_t above = -1, below = -1;  ///< rows of matches; -1: none
+  std::int16_t next = 0;  ///< row below the newest gap pixel
+  bool closed = false;    ///< there are matches at both ends, in the rows `above` and `below`
+  std::int16_t above = 0, below = 0;
 };
 struct GapWorkspace {
   static constexpr std::size_t lines = limits::max_rectified_width + limits::max_rectified_height;

@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "fsw/base/argument.hpp"
-#include "fsw/vision/features/guided_matcher.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
+#include "sim/tools/lab/guided_matcher.hpp"
 #include "tests/unit/vision/features/known_pair.hpp"
 
 namespace ilp {

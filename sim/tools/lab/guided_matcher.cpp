@@ -1,4 +1,4 @@
-#include "fsw/vision/features/guided_matcher.hpp"
+#include "sim/tools/lab/guided_matcher.hpp"
 
 #include "fsw/base/argument.hpp"
 #include "fsw/vision/features/match_steps.hpp"
