@@ -16,12 +16,6 @@
 namespace ilp::exports {
 namespace {
 
-std::string text_of(double value) {
-  std::array<char, 40> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.17g", value);
-  return buffer.data();
-}
-
 struct Model {
   host::ColmapText text;
   std::map<std::int64_t, std::size_t> views;  // by keyframe, index in text.views
