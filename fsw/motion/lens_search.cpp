@@ -12,7 +12,7 @@ namespace ilp {
 namespace {
 
 constexpr std::array<std::uint32_t, 3> poses_of_pass = {6, 16, 36};
-constexpr std::uint32_t most_rounds = 20;
+constexpr std::uint32_t most_rounds = 12;
 constexpr std::uint32_t pose_steps = 5;
 constexpr double short_step = 0.05;        ///< sigmas
 constexpr double sufficient_lens = 0.002;  ///< one sigma of k1 with which the search ends early
@@ -59,6 +59,7 @@ Result<bool> LensSearch::follow_poses(const CameraRecord& camera) {
   if (work_.last || has_enough(camera)) {
     work_.solving = true;
     work_.round = 0;
+    work_.before = {};
     begin_round(camera_model(camera));
     return true;
   }
@@ -118,28 +119,36 @@ Status LensSearch::add_window_to_round(const CameraRecord& camera, Status& event
 Status LensSearch::end_round(CameraRecord& camera, Status& event) {
   CameraRecord nominal;
   ILP_TRY(get_first_camera(wiring_.store, nominal));
-  const LensPrior before = prior(camera_model(nominal));
-  const CameraCheck check = judge(work_.evidence, work_.camera, camera_check_params);
-  const bool apart = check.spread > std::fmax(camera_check_params.max_spread,
-                                              camera_check_params.spread_of_statistic * check.statistic);
-  const LensStep found = step_towards_lens(work_.evidence, work_.camera, before, apart ? check.spread : 1);
+  const LensPrior given = prior(camera_model(nominal));
   ++work_.round;
-  const bool there = !found.shortened && found.length < short_step;
-  if (work_.evidence.windows > 0 && !there && work_.round < most_rounds) {
-    begin_round(found.camera);
-    return {};
+  if (work_.evidence.windows == 0 && work_.before.windows > 0) {
+    // The step led too far from the poses: the camera before it stands, and the next pass has better ones.
+    work_.before.step.camera = work_.stepped_from;
+    return conclude(given, work_.before, camera, event);
   }
-  return conclude(before, found, check, camera, event);
+  LensSearchWork::Solution found{
+      {}, judge(work_.evidence, work_.camera, camera_check_params), work_.evidence.windows, work_.evidence.points};
+  const double explained = camera_check_params.spread_of_statistic * found.check.statistic;
+  const bool apart = found.check.spread > std::fmax(camera_check_params.max_spread, explained);
+  found.step = step_towards_lens(work_.evidence, work_.camera, given, apart ? found.check.spread : 1);
+  const bool there = !found.step.shortened && found.step.length < short_step;
+  if (found.windows == 0 || there || work_.round >= most_rounds) return conclude(given, found, camera, event);
+  work_.before = found;
+  work_.stepped_from = work_.camera;
+  begin_round(found.step.camera);
+  return {};
 }
 
-Status LensSearch::conclude(const LensPrior& prior, const LensStep& found, const CameraCheck& check,
-                            CameraRecord& camera, Status& event) {
+Status LensSearch::conclude(const LensPrior& prior, const LensSearchWork::Solution& solution, CameraRecord& camera,
+                            Status& event) {
+  const LensStep& found = solution.step;
+  const CameraCheck& check = solution.check;
   CalibrationRecord said;
   said.id = work_.looked_id;
   said.revision = camera.revision + 1;
   said.keyframes = work_.posed;
-  said.windows = work_.evidence.windows;
-  said.points = work_.evidence.points;
+  said.windows = solution.windows;
+  said.points = solution.points;
   said.rounds = work_.round;
   said.spread = check.spread;
   said.field = check.field;

@@ -21,6 +21,13 @@ struct LensSearchWork {
   std::uint32_t round = 0;
   CameraModel camera;  ///< of the round
   CameraEvidence evidence;
+  /// What the round before has said of its camera.
+  struct Solution {
+    LensStep step;
+    CameraCheck check;
+    std::uint32_t windows = 0, points = 0;
+  } before;
+  CameraModel stepped_from;  ///< the camera of the round before
 };
 
 /// Structure and motion poses the keyframes by the camera as it is; each pose is a trial. Once a pass has enough of
@@ -51,8 +58,7 @@ class LensSearch {
   Status add_window_to_round(const CameraRecord& camera, Status& event);
   Status end_round(CameraRecord& camera, Status& event);
   [[nodiscard]] LensPrior prior(const CameraModel& nominal) const;
-  Status conclude(const LensPrior& prior, const LensStep& found, const CameraCheck& check, CameraRecord& camera,
-                  Status& event);
+  Status conclude(const LensPrior& prior, const LensSearchWork::Solution& found, CameraRecord& camera, Status& event);
   void begin_round(const CameraModel& camera);
 
   const Wiring wiring_;

@@ -75,6 +75,16 @@ class Overrated {
   double coordinates_ = 0;
 };
 
+/// The cameras of a problem, and which parameters of the window each free one has.
+void free_cameras(const BundleProblem& problem, const BundleCovariance& window,
+                  std::array<bundle::Camera, limits::max_bundle_cameras>& cameras) {
+  for (std::size_t i = 0; i < problem.cameras.size(); ++i) cameras[i] = bundle::camera_from(problem.cameras[i]);
+  for (std::size_t f = 0; f < window.free_count; ++f) {
+    cameras[window.free_camera[f]].free = true;
+    cameras[window.free_camera[f]].block = static_cast<std::uint32_t>(f);
+  }
+}
+
 /// Sum of g g^T over the tracks. Returns the factor by which the normal equations of the n unknowns overrate them.
 double scatter_of_tracks(const BundleProblem& problem, const bundle::Loss& loss, const bundle::Camera* cameras,
                          std::size_t n, double* scatter) {
@@ -322,11 +332,7 @@ void derive_by_intrinsics(const BundleProblem& problem, const BundleParams& para
   workspace.by_intrinsics.fill(0);
   if (!window.valid || !(window.variance > 0)) return;
   std::array<bundle::Camera, limits::max_bundle_cameras> cameras;
-  for (std::size_t i = 0; i < problem.cameras.size(); ++i)
-    cameras[i] = bundle::camera_from(problem.cameras[i], not_free);
-  for (std::size_t f = 0; f < window.free_count; ++f) {
-    cameras[window.free_camera[f]].free_index = static_cast<std::int32_t>(f);
-  }
+  free_cameras(problem, window, cameras);
   const bundle::Loss loss{params.robust_px, params.loss == BundleLoss::cauchy};
   double* sums = workspace.product.data();
   const std::size_t n = camera_size * window.free_count;
@@ -341,9 +347,7 @@ void derive_by_intrinsics(const BundleProblem& problem, const BundleParams& para
       const double weight = loss.weight(at.eu * at.eu + at.ev * at.ev);
       const MatIntrinsics by_intrinsics =
           std::sqrt(weight) * ideal_by_intrinsics(camera, normalised_from_ideal(camera, Vec2(o.x, o.y)));
-      track.add(seen_by.free_index == not_free ? TrackEquations::none
-                                               : camera_size * static_cast<std::size_t>(seen_by.free_index),
-                at, by_intrinsics);
+      track.add(seen_by.free ? camera_size * seen_by.block : TrackEquations::none, at, by_intrinsics);
     }
     if (i + 1 < problem.observations.size() && problem.observations[i + 1].point == o.point) continue;
     track.scatter_into(sums);
@@ -360,11 +364,7 @@ void allow_correlated_tracks(const BundleProblem& problem, const BundleParams& p
   const std::size_t tracks = problem.points.size();
   if (!window.valid || tracks <= n) return;
   std::array<bundle::Camera, limits::max_bundle_cameras> cameras;
-  for (std::size_t i = 0; i < problem.cameras.size(); ++i) cameras[i] = bundle::camera_from(problem.cameras[i]);
-  for (std::size_t f = 0; f < window.free_count; ++f) {
-    cameras[window.free_camera[f]].free = true;
-    cameras[window.free_camera[f]].block = static_cast<std::uint32_t>(f);
-  }
+  free_cameras(problem, window, cameras);
   double* scatter = workspace.scatter.data();
   const bundle::Loss loss{params.robust_px, params.loss == BundleLoss::cauchy};
   const double overrated = scatter_of_tracks(problem, loss, cameras.data(), n, scatter);
