@@ -114,6 +114,7 @@ Status FlightSoftware::check_camera(const CameraModel& camera) {
   const bool same = known.width == wanted.width && known.height == wanted.height && known.fx == wanted.fx &&
                     known.fy == wanted.fy && known.cx == wanted.cx && known.cy == wanted.cy && known.k1 == wanted.k1 &&
                     known.k2 == wanted.k2 && known.p1 == wanted.p1 && known.p2 == wanted.p2 &&
+                    known.readout_s == wanted.readout_s &&
                     known.frozen == wanted.frozen;
   return same ? Status{} : StatusCode::camera_changed;
 }

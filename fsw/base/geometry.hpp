@@ -17,6 +17,9 @@ struct CameraModel {
   double fx = 0, fy = 0;    ///< px
   double cx = 0, cy = 0;    ///< px
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
+  /// Rolling shutter: from the first row's exposure to the last row's, s; negative: the last row comes first; 0: all
+  /// rows at once. A frame's time and pose are those of its middle row.
+  double readout_s = 0;
 
   [[nodiscard]] bool has_distortion() const { return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0; }
 };

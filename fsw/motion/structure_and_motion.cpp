@@ -6,6 +6,7 @@
 #include <new>
 
 #include "fsw/base/rng.hpp"
+#include "fsw/motion/keyframe_motion.hpp"
 #include "fsw/shared/calibration_wait.hpp"
 #include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
@@ -208,7 +209,7 @@ Result<bool> StructureAndMotion::take_inputs(NavigationRecord& measured) {
   if (!known) return false;
   work_.not_calibrated = wait == CalibrationWait::in_vain;
   ILP_TRY(load_camera(wiring_.store, work_.camera));
-  return true;
+  return keyframe_motion(wiring_.store, work_.camera, work_.keyframe, work_.shutter);
 }
 
 Status StructureAndMotion::begin_strip() {
@@ -269,6 +270,7 @@ Result<bool> StructureAndMotion::pick() {
   NavigationRecord measured;
   if (no_use) {
     work_.not_calibrated = false;
+    work_.shutter = {};
   } else {
     ILP_TAKE(const bool ready, take_inputs(measured));
     if (!ready) return false;
@@ -280,7 +282,7 @@ Result<bool> StructureAndMotion::pick() {
 
 Status StructureAndMotion::load() {
   ILP_TRY(begin_corners_of(wiring_.store, wiring_.mission, work_.keyframe.frame_id, work_.keyframe.degraded,
-                           wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.corners));
+                           wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.corners, work_.shutter));
   workspace_.matches.clear();
   work_.phase = Phase::detect;
   work_.keeps = true;
@@ -488,6 +490,7 @@ Status StructureAndMotion::record() {
   work_.patience.begin_writing();
   StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
+  if (work_.shutter.id != 0) ILP_TRY(put(wiring_.store, work_.shutter));
   ILP_TRY(success ? record_success() : record_failure());
   ILP_TRY(transaction.commit({work_.keyframe.id, cursor_.second}, state_, cursor_));
   work_.patience.end_writing();

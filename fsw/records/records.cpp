@@ -64,12 +64,12 @@ const RecordInfo& record_info(RecordType type) {
 #include "fsw/records/records.inc"
 
 CameraModel camera_model(const CameraRecord& r) {
-  return {r.width, r.height, r.fx, r.fy, r.cx, r.cy, r.k1, r.k2, r.p1, r.p2};
+  return {r.width, r.height, r.fx, r.fy, r.cx, r.cy, r.k1, r.k2, r.p1, r.p2, r.readout_s};
 }
 
 CameraRecord camera_record(const CameraModel& c) {
-  return {camera_id, c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1,
-          c.k2,      c.p1,    c.p2,     1,    0,    0,    0,    CameraSource::given};
+  return {camera_id, c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, 1, 0, 0, 0,
+          CameraSource::given, c.readout_s};
 }
 
 CameraRecord nominal_camera_record(const CameraModel& camera) {

@@ -84,6 +84,22 @@ std::string points_text(const ColmapText& model) {
   return text;
 }
 
+/// COLMAP's format has no place for a rolling shutter: a comment "# readout_s 0.03" before the camera.
+void read_readout(const std::string& comment, const std::string& place, double& readout_s) {
+  std::istringstream words(comment);
+  std::string name, value, more;
+  if (!(words >> name) || name != "readout_s") return;
+  words >> value;
+  std::size_t used = 0;
+  try {
+    readout_s = std::stod(value, &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  if (value.empty() || used != value.size() || !std::isfinite(readout_s) || words >> more)
+    throw std::runtime_error(place + "readout_s takes one finite number, the seconds from the first row to the last");
+}
+
 }  // namespace
 
 CameraModel read_colmap_camera(const std::filesystem::path& path) {
@@ -92,11 +108,16 @@ CameraModel read_colmap_camera(const std::filesystem::path& path) {
   std::ifstream in(path);
   if (!in) throw std::runtime_error("camera file " + path.string() + " cannot be read: check the path");
   std::string line;
+  double readout_s = 0;
   for (int number = 1; std::getline(in, line); ++number) {
     const std::string place = "camera file " + path.string() + ", line " + std::to_string(number) + ": ";
     std::istringstream words(line);
     std::string id;
-    if (!(words >> id) || id[0] == '#') continue;
+    if (!(words >> id)) continue;
+    if (id[0] == '#') {
+      read_readout(line.substr(line.find('#') + 1), place, readout_s);
+      continue;
+    }
     std::string model;
     long width = 0;
     long height = 0;
@@ -133,6 +154,7 @@ CameraModel read_colmap_camera(const std::filesystem::path& path) {
     CameraModel camera = from_parameters(model, parameters);
     camera.width = static_cast<std::int32_t>(width);
     camera.height = static_cast<std::int32_t>(height);
+    camera.readout_s = readout_s;
     const Status status = validate(camera);
     if (!status.ok()) throw std::runtime_error(place + status_sentence(status));
     return camera;
@@ -143,8 +165,9 @@ CameraModel read_colmap_camera(const std::filesystem::path& path) {
 
 void write_colmap_camera(const std::filesystem::path& path, const CameraModel& camera) {
   std::ofstream out(path);
-  out << "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS (pixel centres at 0.5)\n"
-      << std::setprecision(17) << "1 " << (camera.has_distortion() ? "OPENCV " : "PINHOLE ") << camera.width << " "
+  out << "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS (pixel centres at 0.5)\n" << std::setprecision(17);
+  if (camera.readout_s != 0) out << "# readout_s " << camera.readout_s << "\n";
+  out << "1 " << (camera.has_distortion() ? "OPENCV " : "PINHOLE ") << camera.width << " "
       << camera.height << " " << camera.fx << " " << camera.fy << " " << camera.cx + colmap_pixel_centre << " "
       << camera.cy + colmap_pixel_centre;
   if (camera.has_distortion()) out << " " << camera.k1 << " " << camera.k2 << " " << camera.p1 << " " << camera.p2;

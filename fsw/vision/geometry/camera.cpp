@@ -90,6 +90,8 @@ Status validate(const CameraModel& camera) {
                         camera.cx < -camera.width || camera.cx > 2 * camera.width ? camera.cx : camera.cy);
   }
   if (camera.has_distortion() && !invertible_over_image(camera)) return out_of_range(Argument::distortion, camera.k1);
+  // Not finite is outside too.
+  if (!(std::fabs(camera.readout_s) <= max_readout_s)) return out_of_range(Argument::readout, camera.readout_s);
   return {};
 }
 

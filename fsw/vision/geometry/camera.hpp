@@ -11,11 +11,12 @@ namespace ilp {
 inline constexpr double max_focal_sides =
     1000;  ///< focal length / longer side of the image: a field of view of 0.06 deg
 inline constexpr double max_pixel_aspect = 10;
+inline constexpr double max_readout_s = 0.5;
 
 /// Requires finite values, focal lengths above 1 px that differ by less than max_pixel_aspect and are at most
-/// max_focal_sides, a size inside the limits, a principal point within one image of the centre, and a distortion that
-/// is invertible over the whole image. `invalid_argument` (size, focal length, centre, distortion, not finite)
-/// otherwise.
+/// max_focal_sides, a size inside the limits, a principal point within one image of the centre, a distortion that
+/// is invertible over the whole image, and at most max_readout_s between the rows. `invalid_argument` (size, focal
+/// length, centre, distortion, readout, not finite) otherwise.
 Status validate(const CameraModel& camera);
 
 /// For a camera that passes validate().
