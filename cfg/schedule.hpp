@@ -208,8 +208,9 @@ inline constexpr Stage rows[] = {
      .reads = mask_of(place),
      .writes = mask_of(storage),
      .changes = mask_of(frame, depth, mask, structure, product),
-     .erases = mask_of(frame, capture, overlap, strip, keyframe, calibration, calibration_check, pose, structure, depth,
-                       mask, richness, product, downlink, command, event, navigation, strip_frame, link, tie, frame_plane, shutter),
+     .erases =
+         mask_of(frame, capture, overlap, strip, keyframe, calibration, calibration_check, pose, structure, depth, mask,
+                 richness, product, downlink, command, event, navigation, strip_frame, link, tie, frame_plane, shutter),
      .period = 50,
      .budget_ns = 20 * ns_per_ms,
      .step_memory = true,

@@ -15,7 +15,8 @@ namespace ilp {
 namespace {
 
 constexpr const char* usage_of_flight =
-    "                   [--camera \"W H FX FY CX CY [K1 K2 P1 P2]\" | --size WxH] --store STORE [--stages head,...]\n"
+    "                   [--camera \"W H FX FY CX CY [K1 K2 P1 P2 [READOUT]]\" | --size WxH] --store STORE [--stages "
+    "head,...]\n"
     "                   (--outbox DIR --acknowledgements DIR [--virtual-time] |\n"
     "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
     "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]]\n"
@@ -27,7 +28,9 @@ constexpr const char* usage_of_flight =
     "                   [--trap-heap]\n"
     "       ilp-onboard --memory-map | --version | --help\n";
 constexpr const char* help_of_options =
-    "  --camera        intrinsics in px, pixel centres at integers, Brown distortion; without it, the flight goes on\n"
+    "  --camera        intrinsics in px, pixel centres at integers, Brown distortion, seconds from a rolling "
+    "shutter's\n"
+    "                  first row to its last (negative: the last row comes first); without it, the flight goes on\n"
     "                  with the camera on record, or begins with a nominal one if [calibration] camera_known = false\n"
     "  --size          size of the source's pictures in px, where no --camera says it and the source cannot; larger\n"
     "                  pictures than the profile's images are reduced, and the camera with them (docs/onboard.md)\n"
@@ -225,13 +228,13 @@ bool parse(int argc, char** argv, Options& options, CommandLineFault& fault) {
 }
 
 bool parse_camera(const char* text, CameraModel& camera) {
-  double numbers[10] = {};
+  double numbers[11] = {};
   int count = 0;
-  for (char* end = nullptr; count < 10; ++count, text = end) {
+  for (char* end = nullptr; count < 11; ++count, text = end) {
     numbers[count] = std::strtod(text, &end);
     if (end == text) break;
   }
-  if (count != 6 && count != 10) return false;
+  if (count != 6 && count < 10) return false;
   camera = {static_cast<std::int32_t>(numbers[0]),
             static_cast<std::int32_t>(numbers[1]),
             numbers[2],
@@ -241,7 +244,8 @@ bool parse_camera(const char* text, CameraModel& camera) {
             numbers[6],
             numbers[7],
             numbers[8],
-            numbers[9]};
+            numbers[9],
+            numbers[10]};
   return true;
 }
 

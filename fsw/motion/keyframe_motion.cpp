@@ -24,8 +24,8 @@ constexpr int rounds = 3;
 
 /// The image of the keyframe in another frame, or in itself.
 struct Neighbour {
-  double seconds = 0;                            ///< after the keyframe
-  double plane[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< real px of the keyframe to real px of the frame
+  double seconds = 0;                                  ///< after the keyframe
+  double plane[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};       ///< real px of the keyframe to real px of the frame
   double normalised[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< homography of normalised coordinates
   ImageMotion motion;
 
@@ -166,6 +166,13 @@ double change_without_outer(const CameraModel& camera, const Neighbours& all, st
 
 }  // namespace
 
+double shutter_error_rad(const CameraModel& camera, const ShutterRecord& shutter) {
+  // Of an image that stays as it was read: the turn of a swing.
+  constexpr double unknown_turn_rad_s = 0.1;
+  const bool known = shutter.source != MotionSource::none;
+  return std::fabs(camera.readout_s) * (known ? shutter.sigma_px_s / camera.fx : unknown_turn_rad_s);
+}
+
 Result<bool> keyframe_motion(KeyframeMotionStore store, const CameraModel& camera, const KeyframeRecord& keyframe,
                              ShutterRecord& shutter) {
   shutter = {};
@@ -204,6 +211,7 @@ Result<bool> keyframe_motion(KeyframeMotionStore store, const CameraModel& camer
     for (std::size_t k = 0; k < all.size(); ++k) static_cast<void>(motions.push_back(motion_at(all, k)));
     for (std::size_t k = 0; k < all.size(); ++k) all[k].motion = motions[k];
   }
+  if (!within_reach(camera, all[own].motion)) return true;
   shutter.source = MotionSource::frames;
   std::copy_n(all[own].motion.m, 8, shutter.motion);
   shutter.sigma_px_s = 0.5 * change_without_outer(camera, all, own);

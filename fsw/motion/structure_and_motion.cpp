@@ -133,6 +133,21 @@ void fill(const SequenceReport& report, PoseRecord& pose) {
   pose.two_view_verdict = report.two_view.verdict;
 }
 
+/// One of the attitude that is independent of those of the matches, and of the place that it costs.
+void add_error(double angle, PoseRecord& pose) {
+  // Lower triangle: rotation, then centre.
+  constexpr int diagonal[6] = {0, 2, 5, 9, 14, 20};
+  const double depth = pose.ground_distance > 0 ? pose.ground_distance : 0.5 * (pose.min_depth + pose.max_depth);
+  const double turned = angle * angle, displaced = turned * depth * depth;
+  // The first camera is the gauge, and has no error.
+  for (int i = 0; i < 6; ++i) {
+    if (pose.covariance[diagonal[i]] > 0) pose.covariance[diagonal[i]] += i < 3 ? turned : displaced;
+  }
+  for (double& sigma : pose.sigma) {
+    if (sigma > 0) sigma = std::sqrt(sigma * sigma + displaced);
+  }
+}
+
 Status append_point(const CameraModel& camera, const FinalPoint& point, StructureAndMotion::FinalsWorkspace& finals) {
   StructurePoint head{};
   for (int i = 0; i < 3; ++i) head.position[i] = point.position[i];
@@ -394,6 +409,12 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
     pose.ground_distance = ground.distance;
     pose.ground_distance_sigma = ground.sigma;
   }
+  if (work_.camera.readout_s != 0) {
+    ShutterRecord shutter;
+    ILP_TAKE(const bool recorded, find<ShutterRecord>(wiring_.store, camera.keyframe_id, shutter));
+    static_cast<void>(recorded);
+    add_error(shutter_error_rad(work_.camera, shutter), pose);
+  }
   return put(wiring_.store, pose);
 }
 
@@ -572,10 +593,13 @@ Status StructureAndMotion::advance() {
 
 StepResult StructureAndMotion::step() {
   work_.keeps = false;
-  const bool idle = work_.phase == Phase::idle;
+  const bool idle = work_.phase == Phase::idle, recording = work_.phase == Phase::record;
   const Result<bool> picked = idle ? pick() : true;
   const Status status = idle ? picked.status() : advance();
   work_.keeps = work_.keeps && status.ok();
+  const bool uncorrected = work_.shutter.id != 0 && work_.shutter.source == MotionSource::none;
+  if (status.ok() && recording && uncorrected)
+    return {{StatusCode::rates_missing, work_.keyframe.id, work_.shutter.frames}, picked.value()};
   if (status.ok()) return {{}, picked.value(), work_.keeps ? Then::keep : Then::go_on};
   // A permanently damaged record was handled, and is worth an event.
   if (status.is(StatusCode::record_damaged) && work_.phase == Phase::record) return {status, true};

@@ -68,7 +68,7 @@ CameraModel camera_model(const CameraRecord& r) {
 }
 
 CameraRecord camera_record(const CameraModel& c) {
-  return {camera_id, c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, 1, 0, 0, 0,
+  return {camera_id,           c.width,    c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, 1, 0, 0, 0,
           CameraSource::given, c.readout_s};
 }
 

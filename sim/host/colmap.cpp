@@ -163,12 +163,21 @@ CameraModel read_colmap_camera(const std::filesystem::path& path) {
                            " holds no camera: expected a line CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS...");
 }
 
+CameraModel read_global_shutter_camera(const std::filesystem::path& path) {
+  const CameraModel camera = read_colmap_camera(path);
+  if (camera.readout_s != 0)
+    throw std::runtime_error("camera file " + path.string() +
+                             " has a rolling shutter, which only a flight corrects: take readout_s away to use the "
+                             "images as they were read");
+  return camera;
+}
+
 void write_colmap_camera(const std::filesystem::path& path, const CameraModel& camera) {
   std::ofstream out(path);
   out << "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS (pixel centres at 0.5)\n" << std::setprecision(17);
   if (camera.readout_s != 0) out << "# readout_s " << camera.readout_s << "\n";
-  out << "1 " << (camera.has_distortion() ? "OPENCV " : "PINHOLE ") << camera.width << " "
-      << camera.height << " " << camera.fx << " " << camera.fy << " " << camera.cx + colmap_pixel_centre << " "
+  out << "1 " << (camera.has_distortion() ? "OPENCV " : "PINHOLE ") << camera.width << " " << camera.height << " "
+      << camera.fx << " " << camera.fy << " " << camera.cx + colmap_pixel_centre << " "
       << camera.cy + colmap_pixel_centre;
   if (camera.has_distortion()) out << " " << camera.k1 << " " << camera.k2 << " " << camera.p1 << " " << camera.p2;
   out << "\n";

@@ -16,7 +16,10 @@ namespace ilp::host {
 /// The first camera of the file: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL or OPENCV. COLMAP's pixel centres (0.5)
 /// are turned into ours (integers). std::runtime_error says which line is wrong and what was expected; a camera that
 /// flight software would refuse (size, focal length, distortion that folds over) is refused here.
+/// A comment "# readout_s 0.03" before the camera gives it a rolling shutter.
 CameraModel read_colmap_camera(const std::filesystem::path& path);
+/// The same for programs that take images as they are: std::runtime_error for a camera with a rolling shutter.
+CameraModel read_global_shutter_camera(const std::filesystem::path& path);
 void write_colmap_camera(const std::filesystem::path& path, const CameraModel& camera);
 
 // Views and points of a sparse model.

@@ -136,6 +136,8 @@ std::vector<Parameter> parameters(CameraModel& c) {
       {"k2", &c.k2, "", "Brown distortion, radial", -10, 10},
       {"p1", &c.p1, "", "Brown distortion, tangential", -1, 1},
       {"p2", &c.p2, "", "Brown distortion, tangential", -1, 1},
+      {"readout_s", &c.readout_s, "s", "readout that the flight is told; effects.readout_s is what the camera does",
+       -0.5, 0.5},
   };
 }
 

@@ -111,14 +111,20 @@ Vec2 middle_pixel(const CameraModel& camera, const ImageMotion& motion, const Ve
   return pixel_from_normalised(camera, moved_back(motion, row_time_s(camera, seen.y()), at));
 }
 
+bool within_reach(const CameraModel& camera, const ImageMotion& motion) {
+  NodeRow nodes;
+  for (std::int32_t v = 0; v < camera.height + cell_px; v += cell_px) {
+    if (!(locate_nodes(camera, motion, v, nodes) < max_rolling_rows - 1)) return false;
+  }
+  return true;
+}
+
 Result<bool> to_middle_row(const CameraModel& camera, const ImageMotion& motion, const MutableGrayView& image) {
   if (image.width != camera.width || image.height != camera.height || camera.width > limits::max_image_width) {
     return out_of_range(Argument::image_size, image.width);
   }
+  if (!within_reach(camera, motion)) return false;
   NodeRow above, below;
-  for (std::int32_t v = 0; v < image.height + cell_px; v += cell_px) {
-    if (!(locate_nodes(camera, motion, v, below) < max_rolling_rows - 1)) return false;
-  }
   KeptRows kept;
   static_cast<void>(locate_nodes(camera, motion, 0, below));
   for (std::int32_t v = 0; v < image.height; ++v) {

@@ -31,10 +31,11 @@ struct ImageMotion {
 
 /// Rows that a point may move by until the middle row's time; a faster motion is refused.
 inline constexpr std::int32_t max_rolling_rows = 24;
+[[nodiscard]] bool within_reach(const CameraModel& camera, const ImageMotion& motion);
 
 /// Resamples an image in place to the time of its middle row (Catmull-Rom). Shifts are computed at every sixteenth
 /// pixel of every sixteenth row and are bilinear between. Beyond the border the image goes on with its border's grey.
-/// False where a point moves by more than max_rolling_rows rows: the image is unchanged then. `invalid_argument` for an
+/// False where the motion is not within_reach(): the image is unchanged then. `invalid_argument` for an
 /// image whose size is not the camera's.
 Result<bool> to_middle_row(const CameraModel& camera, const ImageMotion& motion, const MutableGrayView& image);
 

@@ -188,7 +188,7 @@ Json run_calibrate(CalibrateOptions& options, int repeat) {
     throw UsageError("--min-field must be below --max-field");
   }
   CameraModel nominal;
-  if (!options.camera.empty()) nominal = host::read_colmap_camera(options.camera);
+  if (!options.camera.empty()) nominal = host::read_global_shutter_camera(options.camera);
   if (options.camera.empty() && !options.size.empty()) nominal = camera_of_size(options.size[0], options.size[1]);
   const std::vector<CalibrationInput> inputs =
       options.matches.empty() ? inputs_from_images(options, nominal) : inputs_from_matches(options.matches, nominal);

@@ -186,7 +186,7 @@ void give_flyable_paths(std::vector<host::StripFrame>& frames, const fs::path& f
 }
 
 Json run_pose_strip(const PoseStripOptions& options, int repeat) {
-  const CameraModel model = host::read_colmap_camera(options.camera);
+  const CameraModel model = host::read_global_shutter_camera(options.camera);
   const MissionParameters mission = mission_for(options);
   std::vector<host::StripFrame> frames = host::list_strip(options.folder);
   require_camera_size(frames, model, options.camera);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "fsw/vision/geometry/rolling_shutter.hpp"

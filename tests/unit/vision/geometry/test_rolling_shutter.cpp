@@ -31,8 +31,8 @@ CameraModel rolling_camera(double readout_s) {
 
 /// A camera that turns and moves at constant rates above a tilted plane n P = distance, in its own axes.
 struct Flight {
-  Vec3 turn{0.11, -0.07, 0.05};     ///< rad/s
-  Vec3 velocity{8, -6, 0.8};        ///< m/s
+  Vec3 turn{0.11, -0.07, 0.05};  ///< rad/s
+  Vec3 velocity{8, -6, 0.8};     ///< m/s
   Vec3 normal = Vec3(0.05, -0.08, 1).normalized();
   double distance = 100;
 
@@ -127,8 +127,8 @@ TEST(RollingShutter, RefusesAMotionThatIsTooFastAndAnImageOfAnotherSize) {
   fast.m[5] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(to_middle_row(rolling_camera(0.03), fast, {grey.data(), 640, 480, 640}).value());
   EXPECT_EQ(grey, was);
-  EXPECT_TRUE(to_middle_row(rolling_camera(0.03), {}, {grey.data(), 320, 240, 320}).status().is(
-      StatusCode::invalid_argument));
+  EXPECT_TRUE(
+      to_middle_row(rolling_camera(0.03), {}, {grey.data(), 320, 240, 320}).status().is(StatusCode::invalid_argument));
 }
 
 TEST(RollingShutter, ACameraWithAnImpossibleReadoutIsRefusedByName) {
