@@ -15,7 +15,8 @@ namespace ilp {
 namespace {
 
 constexpr const char* usage_of_flight =
-    "                   [--camera \"W H FX FY CX CY [LENS]\" | --size WxH] --store STORE [--stages head,...]\n"
+    "                   [--camera \"W H FX FY CX CY [LENS] [readout S]\" | --size WxH] --store STORE\n"
+    "                   [--stages head,...]\n"
     "                   (--outbox DIR --acknowledgements DIR [--virtual-time] |\n"
     "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
     "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]]\n"
@@ -28,7 +29,8 @@ constexpr const char* usage_of_flight =
     "       ilp-onboard --memory-map | --version | --help\n";
 constexpr const char* help_of_options =
     "  --camera        intrinsics in px, pixel centres at integers; LENS is K1 K2 P1 P2 [K3 [K4 K5 K6]] in the order of\n"
-    "                  OpenCV, or fisheye K1 K2 K3 K4; without --camera, the flight goes on\n"
+    "                  OpenCV, or fisheye K1 K2 K3 K4; S is the time from a rolling shutter's first row to its last in\n"
+    "                  seconds, negative where the last row comes first; without --camera, the flight goes on\n"
     "                  with the camera on record, or begins with a nominal one if [calibration] camera_known = false\n"
     "  --size          size of the source's pictures in px, where no --camera says it and the source cannot; larger\n"
     "                  pictures than the profile's images are reduced, and the camera with them (docs/onboard.md)\n"
@@ -243,7 +245,17 @@ bool parse_camera(const char* text, CameraModel& camera) {
     if (end == text) break;
   }
   const bool known = lens == Lens::fisheye ? count == 10 : count == 6 || count == 10 || count == 11 || count == most;
-  if (!known || text[std::strspn(text, " \n")] != 0) return false;
+  text += std::strspn(text, " \n");
+  double readout_s = 0;
+  constexpr const char* word = "readout";
+  if (std::strncmp(text, word, std::strlen(word)) == 0) {
+    char* end = nullptr;
+    text += std::strlen(word);
+    readout_s = std::strtod(text, &end);
+    if (end == text) return false;
+    text = end + std::strspn(end, " \n");
+  }
+  if (!known || *text != 0) return false;
   const double* const k = numbers + before_lens;
   camera = {static_cast<std::int32_t>(numbers[0]),
             static_cast<std::int32_t>(numbers[1]),
@@ -265,6 +277,7 @@ bool parse_camera(const char* text, CameraModel& camera) {
     camera.k3 = k[2];
     camera.k4 = k[3];
   }
+  camera.readout_s = readout_s;
   return true;
 }
 

@@ -29,6 +29,9 @@ struct CameraModel {
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
   double k3 = 0, k4 = 0, k5 = 0, k6 = 0;
   Lens lens = Lens::brown;
+  /// Rolling shutter: from the first row's exposure to the last row's, s; negative: the last row comes first; 0: all
+  /// rows at once. A frame's time and pose are those of its middle row.
+  double readout_s = 0;
 
   /// Four coefficients are enough for it, as for most lenses.
   [[nodiscard]] bool is_plain() const { return lens == Lens::brown && k3 == 0 && k4 == 0 && k5 == 0 && k6 == 0; }

@@ -451,6 +451,7 @@ Status OverlapChecker::apply(Choice choice, const FrameRecord& frame, const Over
   }
   // The frame is compared again, with another keyframe.
   outcome.has_overlap = false;
+  outcome.has_plane = false;
   outcome.cursor = cursor_;
   return {};
 }
@@ -493,6 +494,13 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   record.ncc = measured.ncc;
   record.ncc_second = measured.ncc_second;
   record.sigma_px = measured.sigma_px;
+  if (measured.verdict == OverlapVerdict::ok) {
+    CameraModel camera;
+    ILP_TRY(load_camera(wiring_.store, camera));
+    outcome.has_plane = camera.readout_s != 0;
+    outcome.plane = {.id = frame.id, .keyframe_id = state_.keyframe_id, .time_ns = frame.time_ns};
+    std::memcpy(outcome.plane.plane_from_keyframe, measured.plane_b_from_a, sizeof(measured.plane_b_from_a));
+  }
   return apply(classify(measured, tie), frame, measured, outcome);
 }
 
@@ -513,6 +521,7 @@ Status OverlapChecker::write(Outcome& outcome) {
   StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
   if (outcome.has_overlap) ILP_TRY(put(wiring_.store, outcome.overlap));
+  if (outcome.has_plane) ILP_TRY(put(wiring_.store, outcome.plane));
   if (outcome.has_ended) {
     StripRecord ended;
     ILP_TRY(load_strip(outcome, outcome.ended.id, ended));

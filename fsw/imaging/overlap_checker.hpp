@@ -84,10 +84,12 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
     State after = {};
     Cursor cursor = {};
     OverlapRecord overlap = {};
+    FramePlaneRecord plane = {};
     KeyframeRecord keyframe = {};
     StripRecord ended = {};
     StripRecord strip = {};
     bool has_overlap = false;
+    bool has_plane = false;  ///< of a rolling shutter
     bool has_keyframe = false;
     bool has_ended = false;
     bool open = false;   ///< nothing is decided yet: the next step goes on with the frame

@@ -22,9 +22,15 @@ MatcherParams matcher_params(const MissionParameters& mission) {
 
 }  // namespace
 
-Status begin_corners_of(Reader<FrameRecord> store, const MissionParameters& mission, std::int64_t frame_id,
-                        std::uint8_t level, FeatureScratch& scratch, KeyframeImages& images, Corners& corners) {
+Status begin_corners_of(Reader<FrameRecord, CameraRecord> store, const MissionParameters& mission,
+                        std::int64_t frame_id, std::uint8_t level, FeatureScratch& scratch, KeyframeImages& images,
+                        Corners& corners, const ShutterRecord& shutter) {
   ILP_TRY(load_frame_image(store, frame_id, images.current));
+  if (shutter.source != MotionSource::none) {
+    CameraModel camera;
+    ILP_TRY(load_camera(store, camera));
+    ILP_TRY(bring_to_middle_row(camera, shutter, images.current).status());
+  }
   return begin_corners(images.current.view(), harris_params(mission, level), scratch.harris, corners);
 }
 
@@ -33,9 +39,10 @@ Result<bool> find_corners(const MissionParameters& mission, std::uint8_t level, 
   return detect_corners_slice(images.current.view(), harris_params(mission, level), scratch.harris, corners);
 }
 
-Status begin_matches_to(Reader<KeyframeRecord, FrameRecord> store, const MissionParameters& mission,
-                        std::int64_t previous_id, const double (&plane_from_previous)[9], FeatureScratch& scratch,
-                        KeyframeImages& images, Matches& matches) {
+Status begin_matches_to(Reader<KeyframeRecord, FrameRecord, CameraRecord, ShutterRecord> store,
+                        const MissionParameters& mission, std::int64_t previous_id,
+                        const double (&plane_from_previous)[9], FeatureScratch& scratch, KeyframeImages& images,
+                        Matches& matches) {
   if (images.previous_id != previous_id) {
     images.previous_id = 0;
     ILP_TRY(load_keyframe_image(store, previous_id, images.previous));

@@ -23,19 +23,21 @@ struct KeyframeImages {
   std::int64_t previous_id = 0;  ///< its keyframe; 0: none is loaded
 };
 
-/// Loads the frame as the current image and begins to look for its corners, as many as the level of reduced work
-/// allows.
-Status begin_corners_of(Reader<FrameRecord> store, const MissionParameters& mission, std::int64_t frame_id,
-                        std::uint8_t level, FeatureScratch& scratch, KeyframeImages& images, Corners& corners);
+/// Loads the frame as the current image, at the time of its middle row where `shutter` says how it moves, and begins to
+/// look for its corners, as many as the level of reduced work allows.
+Status begin_corners_of(Reader<FrameRecord, CameraRecord> store, const MissionParameters& mission,
+                        std::int64_t frame_id, std::uint8_t level, FeatureScratch& scratch, KeyframeImages& images,
+                        Corners& corners, const ShutterRecord& shutter = {});
 /// A slice of detect_corners on the current image; whether there is more to do.
 Result<bool> find_corners(const MissionParameters& mission, std::uint8_t level, FeatureScratch& scratch,
                           const KeyframeImages& images, Corners& corners);
 
 /// Begins match_and_track_corners from keyframe `previous_id` to the current image. The keyframe's image is loaded only
 /// if it is not in memory.
-Status begin_matches_to(Reader<KeyframeRecord, FrameRecord> store, const MissionParameters& mission,
-                        std::int64_t previous_id, const double (&plane_from_previous)[9], FeatureScratch& scratch,
-                        KeyframeImages& images, Matches& matches);
+Status begin_matches_to(Reader<KeyframeRecord, FrameRecord, CameraRecord, ShutterRecord> store,
+                        const MissionParameters& mission, std::int64_t previous_id,
+                        const double (&plane_from_previous)[9], FeatureScratch& scratch, KeyframeImages& images,
+                        Matches& matches);
 /// A slice of it.
 Result<bool> find_matches(const MissionParameters& mission, const Corners& previous_corners,
                           const double (&plane_from_previous)[9], FeatureScratch& scratch, const KeyframeImages& images,

@@ -7,6 +7,7 @@
 
 #include "fsw/base/rng.hpp"
 #include "fsw/shared/camera_on_record.hpp"
+#include "fsw/motion/keyframe_motion.hpp"
 #include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/shared/navigation_on_record.hpp"
@@ -140,6 +141,21 @@ void fill(const SequenceReport& report, PoseRecord& pose) {
   pose.sigma_direction_rad = report.two_view.sigma_direction_rad;
   pose.scale_step = report.scale_step;
   pose.two_view_verdict = report.two_view.verdict;
+}
+
+/// One of the attitude that is independent of those of the matches, and of the place that it costs.
+void add_error(double angle, PoseRecord& pose) {
+  // Lower triangle: rotation, then centre.
+  constexpr int diagonal[6] = {0, 2, 5, 9, 14, 20};
+  const double depth = pose.ground_distance > 0 ? pose.ground_distance : 0.5 * (pose.min_depth + pose.max_depth);
+  const double turned = angle * angle, displaced = turned * depth * depth;
+  // The first camera is the gauge, and has no error.
+  for (int i = 0; i < 6; ++i) {
+    if (pose.covariance[diagonal[i]] > 0) pose.covariance[diagonal[i]] += i < 3 ? turned : displaced;
+  }
+  for (double& sigma : pose.sigma) {
+    if (sigma > 0) sigma = std::sqrt(sigma * sigma + displaced);
+  }
 }
 
 Status append_point(const CameraModel& camera, const FinalPoint& point, StructureAndMotion::FinalsWorkspace& finals) {
@@ -299,9 +315,13 @@ Result<bool> StructureAndMotion::pick() {
   // Nothing else of it is read then, so that the verdict does not fail for the same reason.
   const bool no_use = damaged || work_.patience.given_up(keyframe.id);
   NavigationRecord measured;
+  work_.shutter = {};
   if (!no_use) {
     ILP_TAKE(const bool known, measured_at(wiring_.store, wiring_.mission, work_.keyframe.id, measured));
     if (!known) return false;
+    ILP_TAKE(const bool ready,
+             keyframe_motion(wiring_.store, camera_model(work_.camera), work_.keyframe, work_.shutter));
+    if (!ready) return false;
   }
   ILP_TRY(begin_keyframe(no_use, measured));
   ILP_TRY(found);
@@ -310,7 +330,7 @@ Result<bool> StructureAndMotion::pick() {
 
 Status StructureAndMotion::load() {
   ILP_TRY(begin_corners_of(wiring_.store, wiring_.mission, work_.keyframe.frame_id, work_.keyframe.degraded,
-                           wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.corners));
+                           wiring_.scratch.as<FeatureScratch>(), workspace_.images, workspace_.corners, work_.shutter));
   workspace_.matches.clear();
   work_.phase = Phase::detect;
   work_.keeps = true;
@@ -424,6 +444,12 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
     pose.ground_distance = ground.distance;
     pose.ground_distance_sigma = ground.sigma;
   }
+  if (work_.camera.readout_s != 0) {
+    ShutterRecord shutter;
+    ILP_TAKE(const bool recorded, find<ShutterRecord>(wiring_.store, camera.keyframe_id, shutter));
+    static_cast<void>(recorded);
+    add_error(shutter_error_rad(work_.camera, shutter), pose);
+  }
   return put(wiring_.store, pose);
 }
 
@@ -518,6 +544,7 @@ Status StructureAndMotion::record() {
   work_.patience.begin_writing();
   StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
+  if (work_.shutter.id != 0) ILP_TRY(put(wiring_.store, work_.shutter));
   ILP_TRY(success ? record_success() : record_failure());
   state_.examined_id = work_.keyframe.id;
   ILP_TRY(transaction.commit({std::max(cursor_.first, state_.examined_id), cursor_.second}, state_, cursor_));
@@ -602,10 +629,13 @@ Status StructureAndMotion::advance() {
 
 StepResult StructureAndMotion::step() {
   work_.keeps = false;
-  const bool idle = work_.phase == Phase::idle;
+  const bool idle = work_.phase == Phase::idle, recording = work_.phase == Phase::record;
   const Result<bool> picked = idle ? pick() : true;
   const Status status = idle ? picked.status() : advance();
   work_.keeps = work_.keeps && status.ok();
+  const bool uncorrected = work_.shutter.id != 0 && work_.shutter.source == MotionSource::none;
+  if (status.ok() && recording && uncorrected)
+    return {{StatusCode::rates_missing, work_.keyframe.id, work_.shutter.frames}, picked.value()};
   if (status.ok()) return {{}, picked.value(), work_.keeps ? Then::keep : Then::go_on};
   // A permanently damaged record was handled, and is worth an event.
   if (status.is(StatusCode::record_damaged) && work_.phase == Phase::record) return {status, true};

@@ -67,6 +67,7 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
     // The keyframe at work; a restart drops it.
     Phase phase = Phase::idle;
     KeyframeRecord keyframe;
+    ShutterRecord shutter;        ///< its motion, where the camera has a rolling shutter
     bool on_record = false;       ///< it has a pose, made before the checkpoint was damaged
     bool newest_is_poor = false;  ///< it is tried against the newest posed keyframe last
     std::uint32_t attempt = 0;

@@ -110,7 +110,7 @@ Status PlaceMemory::load() {
   ILP_TAKE(const bool posed, find(wiring_.store, work_.depth.id, work_.pose));
   if (!posed || work_.pose.state != PoseState::final || !is_pose(work_.pose)) work_.pose.state = PoseState::failed;
   ILP_TRY(load_cells());
-  ILP_TRY(load_frame_image(wiring_.store, work_.keyframe.frame_id, workspace_.image));
+  ILP_TRY(load_keyframe_image(wiring_.store, work_.keyframe.id, workspace_.image));
   work_.keeps = true;
   work_.phase = Phase::features;
   return begin_place_features(workspace_.image.view(), wiring_.scratch.as<PlaceScratch>().features,

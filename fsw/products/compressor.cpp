@@ -87,8 +87,7 @@ Status Compressor::load(std::int64_t keyframe_id, ProductKind kind, Status& dama
   work_.subject.camera = camera_model(camera);
   ILP_TRY(load_depth(keyframe_id, kind, damage));
   // A depth map is coded without the image.
-  return kind == ProductKind::depth ? Status{}
-                                    : load_frame_image(wiring_.store, work_.subject.keyframe.frame_id, loaded().image);
+  return kind == ProductKind::depth ? Status{} : load_keyframe_image(wiring_.store, keyframe_id, loaded().image);
 }
 
 /// Mean interval of the last `keyframes` keyframes, 0 if their first one is not on record. From records alone: a power

@@ -38,6 +38,9 @@ ILP_ENUMERATION(CameraSource, (0, given, "known before the flight"),
                 (2, calibrated, "found from images of the flight"),
                 (3, measured, "found from images and the vehicle's measurements"))
 
+ILP_ENUMERATION(MotionSource, (0, none, "not known: the image stays as it was read"),
+                (1, frames, "the frames about the keyframe"))
+
 ILP_ENUMERATION(ScaleSource, (0, first_baseline, "the first baseline is one unit"),
                 (1, altimeter, "the altimeter gives metres"),
                 (2, navigation, "the vehicle's navigation gives metres: set on the ground"))

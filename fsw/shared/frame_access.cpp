@@ -1,6 +1,10 @@
 #include "fsw/shared/frame_access.hpp"
 
+#include <algorithm>
+
 #include "fsw/shared/camera_on_record.hpp"
+#include "fsw/shared/find.hpp"
+#include "fsw/vision/geometry/rolling_shutter.hpp"
 
 namespace ilp {
 
@@ -13,10 +17,17 @@ Status load_frame_image(Reader<FrameRecord> store, std::int64_t frame_id, FrameI
   return read_blob<FrameRecord>(store, "image", frame_id, 0, {view.data, view.area()});
 }
 
-Status load_keyframe_image(Reader<KeyframeRecord, FrameRecord> store, std::int64_t keyframe_id, FrameImage& image) {
+Status load_keyframe_image(Reader<KeyframeRecord, FrameRecord, CameraRecord, ShutterRecord> store,
+                           std::int64_t keyframe_id, FrameImage& image) {
   KeyframeRecord keyframe;
   ILP_TRY(get(store, keyframe_id, keyframe));
-  return load_frame_image(store, keyframe.frame_id, image);
+  ILP_TRY(load_frame_image(store, keyframe.frame_id, image));
+  ShutterRecord shutter;
+  ILP_TAKE(const bool known, find<ShutterRecord>(store, keyframe_id, shutter));
+  if (!known) return {};
+  CameraModel camera;
+  ILP_TRY(load_camera(store, camera));
+  return bring_to_middle_row(camera, shutter, image).status();
 }
 
 Status load_camera(Reader<CameraRecord> store, CameraModel& camera) {
@@ -24,6 +35,13 @@ Status load_camera(Reader<CameraRecord> store, CameraModel& camera) {
   ILP_TRY(get_camera(store, camera_id, record));
   camera = camera_model(record);
   return {};
+}
+
+Result<bool> bring_to_middle_row(const CameraModel& camera, const ShutterRecord& shutter, FrameImage& image) {
+  if (shutter.source == MotionSource::none) return false;
+  ImageMotion motion;
+  std::copy_n(shutter.motion, 8, motion.m);
+  return to_middle_row(camera, motion, image.view());
 }
 
 }  // namespace ilp

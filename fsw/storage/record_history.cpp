@@ -54,6 +54,7 @@ Status erase_oldest(HistoryStore store, std::int64_t kept, May may, std::int64_t
 Status erase_frame(HistoryStore store, const FrameRecord& frame, std::int64_t& erased) {
   if (frame.capture_id != 0) ILP_TRY(erase_but_last<CaptureRecord>(store, frame.capture_id, erased));
   ILP_TRY(erase<OverlapRecord>(store, frame.id, erased));
+  ILP_TRY(erase<FramePlaneRecord>(store, frame.id, erased));
   return erase<FrameRecord>(store, frame.id, erased);
 }
 
@@ -136,6 +137,7 @@ Status erase_keyframe(HistoryStore store, std::int64_t id, std::int64_t& erased)
   ILP_TRY(erase<StructureRecord>(store, id, erased));
   ILP_TRY(erase_but_last<CalibrationRecord>(store, id, erased));
   ILP_TRY(erase<PoseRecord>(store, id, erased));
+  ILP_TRY(erase<ShutterRecord>(store, id, erased));
   KeyframeRecord keyframe;
   ILP_TAKE(const bool found, find(store, id, keyframe));
   if (found) {

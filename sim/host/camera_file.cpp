@@ -175,4 +175,13 @@ CameraModel camera_for_size(const CameraModel& camera, std::int32_t width, std::
   return out;
 }
 
+CameraModel read_global_shutter_camera(const std::filesystem::path& path) {
+  const CameraModel camera = read_camera_file(path);
+  if (camera.readout_s != 0)
+    throw std::runtime_error("camera file " + path.string() +
+                             " has a rolling shutter, which only a flight corrects: take readout_s away to use the "
+                             "images as they were read");
+  return camera;
+}
+
 }  // namespace ilp::host

@@ -20,6 +20,9 @@ namespace ilp::host {
 /// std::runtime_error names what is wrong and what was expected. A build without libyaml refuses YAML.
 [[nodiscard]] CameraModel read_camera_file(const std::filesystem::path& path);
 
+/// The same for programs that take images as they are: std::runtime_error for a camera with a rolling shutter.
+[[nodiscard]] CameraModel read_global_shutter_camera(const std::filesystem::path& path);
+
 /// The same lens before images of this size; a line of `messages` tells where it is another one than the file's.
 /// std::runtime_error, which begins with `images`, where the shape is another one, so that they are cut or turned.
 [[nodiscard]] CameraModel camera_for_size(const CameraModel& camera, std::int32_t width, std::int32_t height,

@@ -142,6 +142,22 @@ CameraModel camera_of_line(const std::string& line, const std::string& place) {
   return camera;
 }
 
+/// A comment "readout_s 0.03", for which COLMAP's format has no place; any other one says nothing.
+void read_readout(const std::string& comment, const std::string& place, double& readout_s) {
+  std::istringstream words(comment);
+  std::string name, value, more;
+  if (!(words >> name) || name != "readout_s") return;
+  words >> value;
+  std::size_t used = 0;
+  try {
+    readout_s = std::stod(value, &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  if (value.empty() || used != value.size() || !std::isfinite(readout_s) || words >> more)
+    throw std::runtime_error(place + "readout_s takes one finite number, the seconds from the first row to the last");
+}
+
 }  // namespace
 
 CameraModel read_colmap_camera(const std::filesystem::path& path) {
@@ -150,19 +166,28 @@ CameraModel read_colmap_camera(const std::filesystem::path& path) {
   if (!in) throw std::runtime_error(file + " cannot be read: check the path");
   std::optional<CameraModel> camera;
   std::string line, first_id;
+  double readout_s = 0;
   for (int number = 1; std::getline(in, line); ++number) {
     std::istringstream words(line);
     std::string id;
-    if (!(words >> id) || id[0] == '#') continue;
+    const std::string place = file + ", line " + std::to_string(number) + ": ";
+    if (!(words >> id)) continue;
+    if (id[0] == '#') {
+      read_readout(line.substr(line.find('#') + 1), place, readout_s);
+      continue;
+    }
     if (camera) {
       throw std::runtime_error(file + " has several cameras (" + first_id + ", " + id +
                                ", ...): a flight has one; keep the line of its camera, and only that one's images");
     }
     first_id = id;
-    camera = camera_of_line(line, file + ", line " + std::to_string(number) + ": ");
+    camera = camera_of_line(line, place);
   }
   if (!camera)
     throw std::runtime_error(file + " holds no camera: expected a line CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS...");
+  camera->readout_s = readout_s;
+  const Status status = validate(*camera);
+  if (!status.ok()) throw std::runtime_error(file + ": " + status_sentence(status));
   return *camera;
 }
 
@@ -186,7 +211,8 @@ std::string colmap_camera_line(const CameraModel& c) {
 
 void write_colmap_camera(const std::filesystem::path& path, const CameraModel& camera) {
   std::ofstream out(path);
-  out << "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS (pixel centres at 0.5)\n" << colmap_camera_line(camera);
+  out << "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS (pixel centres at 0.5)\n" << (camera.readout_s != 0 ? "# readout_s" + text_of(camera.readout_s) + "\n" : "")
+      << colmap_camera_line(camera);
   if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written: " + host::write_failure(errno));
 }
 

@@ -141,6 +141,8 @@ std::vector<Parameter> parameters(CameraModel& c) {
       {"k5", &c.k5, "", "distortion, radial, below the line", -10, 10},
       {"k6", &c.k6, "", "distortion, radial, below the line", -10, 10},
       {"lens", &c.lens, "", "brown or fisheye: what the numbers mean"},
+      {"readout_s", &c.readout_s, "s", "readout that the flight is told; effects.readout_s is what the camera does",
+       -0.5, 0.5},
   };
 }
 

@@ -163,6 +163,8 @@ Status validate(const CameraModel& camera) {
   }
   if (camera.lens == Lens::fisheye) return check_fisheye(camera);
   if (camera.has_distortion() && !invertible_over_image(camera)) return out_of_range(Argument::distortion, camera.k1);
+  // Not finite is outside too.
+  if (!(std::fabs(camera.readout_s) <= max_readout_s)) return out_of_range(Argument::readout, camera.readout_s);
   return {};
 }
 

@@ -11,6 +11,7 @@ namespace ilp {
 inline constexpr double max_focal_sides =
     1000;  ///< focal length / longer side of the image: a field of view of 0.06 deg
 inline constexpr double max_pixel_aspect = 10;
+inline constexpr double max_readout_s = 0.5;
 
 /// Half the field of view that a fisheye may have. At this angle a pixel along the radius is 15 ideal pixels
 /// (1 / cos^2): beyond it, an ideal image has no use for a corner's position.
@@ -18,8 +19,9 @@ inline constexpr double max_view_angle_deg = 75;
 
 /// Requires finite values, focal lengths above 1 px that differ by less than max_pixel_aspect and are at most
 /// max_focal_sides, a size inside the limits, a principal point within one image of the centre, and a distortion that
-/// is invertible over the whole image, and of a fisheye a view of at most max_view_angle_deg from its axis.
-/// `invalid_argument` (size, focal length, centre, distortion, view angle, not finite) otherwise.
+/// is invertible over the whole image, and of a fisheye a view of at most max_view_angle_deg from its axis. At most
+/// max_readout_s between the first row and the last.
+/// `invalid_argument` (size, focal length, centre, distortion, view angle, readout, not finite) otherwise.
 Status validate(const CameraModel& camera);
 
 /// For a camera that passes validate().

@@ -184,6 +184,8 @@ void write_colour_ortho(const intake::Flight& flight, const Georeference& place,
   const std::string name = "colour" + strip.suffix + ".tif";
   write_picture(picture, place, *strip.grid, folder / name);
   strip.files.push_back(name);
+  if (flight.camera && flight.camera->readout_s != 0)
+    messages << "colours: the photographs of a rolling shutter are used as they were read, displaced by some pixels\n";
   messages << "colours of " << painter.used() << " of " << painter.wanted()
            << " keyframes: " << (folder / name).string() << "\n";
 }

@@ -209,7 +209,7 @@ Json run_match(const MatchOptions& options, int repeat) {
   read_pair(options.overlap, a, b);
   CameraModel camera = centred_camera(a.width, a.height, std::max(a.width, a.height));
   if (!options.camera.empty()) {
-    camera = host::read_camera_file(options.camera);
+    camera = host::read_global_shutter_camera(options.camera);
     require_same_size(a, options.overlap.a, camera.width, camera.height, options.camera);
   }
   const Prediction prediction = predict(options.overlap, a.view(), b.view());

@@ -158,7 +158,7 @@ Json write_models(const intake::Flight& flight, const fs::path& folder) {
 }
 
 CameraModel camera_of(const std::vector<host::StripFrame>& frames, const std::string& file) {
-  const CameraModel camera = host::read_camera_file(file);
+  const CameraModel camera = host::read_global_shutter_camera(file);
   const host::ImageSize size = host::read_image_size(frames.front().file);
   return host::camera_for_size(camera, size.width, size.height, frames.front().file.string() + " has", std::cerr);
 }

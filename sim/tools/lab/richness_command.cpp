@@ -22,7 +22,7 @@ CameraModel camera_for(const RichnessOptions& options, const GrayImage& image) {
   if (options.camera.empty()) {
     return centred_camera(image.width, image.height, focal_per_side * std::max(image.width, image.height));
   }
-  const CameraModel camera = host::read_camera_file(options.camera);
+  const CameraModel camera = host::read_global_shutter_camera(options.camera);
   require_same_size(image, options.image, camera.width, camera.height, options.camera);
   return camera;
 }

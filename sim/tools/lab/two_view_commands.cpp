@@ -66,8 +66,8 @@ Json json_of(const PlaneSolution& solution) {
 
 Json run_relpose(const TwoViewOptions& options, int repeat) {
   const auto data = std::make_unique<TwoViewData>();
-  const CameraModel camera_a = host::read_camera_file(options.camera);
-  const CameraModel camera_b = options.camera_b.empty() ? camera_a : host::read_camera_file(options.camera_b);
+  const CameraModel camera_a = host::read_global_shutter_camera(options.camera);
+  const CameraModel camera_b = options.camera_b.empty() ? camera_a : host::read_global_shutter_camera(options.camera_b);
   read_matches(options.matches, data->pairs);
   remove_distortion(camera_a, camera_b, data->pairs);
   TwoViewResult result;
