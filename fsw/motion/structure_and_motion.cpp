@@ -448,7 +448,7 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
     ShutterRecord shutter;
     ILP_TAKE(const bool recorded, find<ShutterRecord>(wiring_.store, camera.keyframe_id, shutter));
     static_cast<void>(recorded);
-    add_error(shutter_error_rad(work_.camera, shutter), pose);
+    add_error(shutter_error_rad(camera_model(work_.camera), shutter), pose);
   }
   return put(wiring_.store, pose);
 }
