@@ -169,8 +169,10 @@ double change_without_outer(const CameraModel& camera, const Neighbours& all, st
 double shutter_error_rad(const CameraModel& camera, const ShutterRecord& shutter) {
   // Of an image that stays as it was read: the turn of a swing.
   constexpr double unknown_turn_rad_s = 0.1;
+  // Where the swing is at its end, derivatives by three and five frames agree, and relief disturbs both alike.
+  constexpr double unseen_factor = 2;
   const bool known = shutter.source != MotionSource::none;
-  return std::fabs(camera.readout_s) * (known ? shutter.sigma_px_s / camera.fx : unknown_turn_rad_s);
+  return std::fabs(camera.readout_s) * (known ? unseen_factor * shutter.sigma_px_s / camera.fx : unknown_turn_rad_s);
 }
 
 Result<bool> keyframe_motion(KeyframeMotionStore store, const CameraModel& camera, const KeyframeRecord& keyframe,
