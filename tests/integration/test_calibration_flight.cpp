@@ -1,10 +1,9 @@
-// Flights with an unknown camera: it is found where the ground shows it, and no metric product where it does not.
+// Flights with an unknown camera: it is found, with an honest error, and every keyframe is posed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "fsw/vision/calibration/self_calibration.hpp"
 #include "fsw/vision/multiview/sequence.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/report/accuracy.hpp"
@@ -55,10 +54,6 @@ class CalibrationFlightTest : public testing::Test {
   fs::path out = folder / "out";
 };
 
-bool is_not_calibrated(const PoseRecord& pose) {
-  return pose.state == PoseState::failed && pose.verdict == PoseVerdict::not_calibrated;
-}
-
 TEST_F(CalibrationFlightTest, OverRuggedGroundTheCameraIsFoundAndTheKeyframesThatWaitedArePosed) {
   fly(rugged, camera_off_by(rugged, 0.1, 3), unknown_camera);
   const auto cameras = test::records_of<CameraRecord>(out);
@@ -75,13 +70,10 @@ TEST_F(CalibrationFlightTest, OverRuggedGroundTheCameraIsFoundAndTheKeyframesTha
   EXPECT_EQ(test::events_of(out, StatusCode::camera_calibrated), 1U);
 
   const auto said = test::records_of<CalibrationRecord>(out);
-  ASSERT_GE(said.size(), 5U);
+  ASSERT_GE(said.size(), 2U);
   EXPECT_EQ(said.back().verdict, CalibrationVerdict::ok);
-  EXPECT_DOUBLE_EQ(said.back().focal_px, cameras[0].fx);
-  for (std::size_t i = 1; i < said.size(); ++i) EXPECT_GT(said[i].inliers, 50U) << "keyframe " << said[i].id;
-  for (std::size_t i = 0; i + 1 < said.size(); ++i) {
-    EXPECT_NE(said[i].verdict, CalibrationVerdict::ok);
-  }
+  EXPECT_DOUBLE_EQ(said.back().intrinsics[0], cameras[0].fx);
+  EXPECT_EQ(said.front().verdict, CalibrationVerdict::searching);
 
   intake::Outbox outbox = intake::read_outbox(out / "outbox");
   const intake::Flight flight = intake::build_flight(outbox);
@@ -95,7 +87,7 @@ TEST_F(CalibrationFlightTest, OverRuggedGroundTheCameraIsFoundAndTheKeyframesTha
   const report::ReferenceFiles reference(rugged / "truth" / "poses.txt", rugged / "truth" / "depth");
   const auto accuracy = report::measure_accuracy(flight, flight.strips.begin()->second, reference);
   ASSERT_TRUE(accuracy);
-  EXPECT_LT(accuracy->percent_of_length(accuracy->position.max), 1.0);
+  EXPECT_LT(accuracy->percent_of_length(accuracy->position.max), 0.5);
 }
 
 TEST_F(CalibrationFlightTest, APowerCutWhileItWaitsForTheCameraChangesNothing) {
@@ -132,89 +124,30 @@ TEST_F(CalibrationFlightTest, KilledAtAnyInstantAgainAndAgainItFindsTheSameCamer
   test::expect_same_files(uninterrupted, test::results_of(out));
 }
 
-TEST_F(CalibrationFlightTest, OverFlatGroundTheCameraStaysUnknownAndNothingMetricIsMade) {
-  fly(flat, camera_off_by(flat, 0.1, 3), std::string(unknown_camera) + "calibration_patience_keyframes = 6\n");
-  const auto cameras = test::records_of<CameraRecord>(out);
-  ASSERT_EQ(cameras.size(), 3U);
-  EXPECT_EQ(cameras[0].frozen, 0);
-  const auto keyframes = test::records_of<KeyframeRecord>(out);
-  ASSERT_GT(keyframes.size(), 10U);
-  const auto said = test::records_of<CalibrationRecord>(out);
-  ASSERT_EQ(said.size(), keyframes.size()) << "why it waits is on record at every keyframe";
-  const auto planar = std::count_if(said.begin(), said.end(), [](const CalibrationRecord& record) {
-    return record.verdict == CalibrationVerdict::planar;
-  });
-  EXPECT_GT(2 * planar, static_cast<std::ptrdiff_t>(said.size()));
-  EXPECT_GE(test::events_of(out, StatusCode::calibration_waiting), 1U);
-  EXPECT_EQ(test::events_of(out, StatusCode::calibration_overdue), 1U);
-
-  const auto poses = test::records_of<PoseRecord>(out);
-  EXPECT_EQ(poses.size(), keyframes.size());
-  for (const PoseRecord& pose : poses) EXPECT_TRUE(is_not_calibrated(pose)) << "keyframe " << pose.id;
-  for (const DepthRecord& depth : test::records_of<DepthRecord>(out)) EXPECT_NE(depth.verdict, DepthVerdict::ok);
-
-  intake::Outbox outbox = intake::read_outbox(out / "outbox");
-  const intake::Flight flight = intake::build_flight(outbox);
-  EXPECT_EQ(flight.keyframes.size(), keyframes.size());
-  for (const auto& [id, keyframe] : flight.keyframes) {
-    EXPECT_FALSE(keyframe.image.empty()) << "the image goes down all the same, keyframe " << id;
-    EXPECT_TRUE(keyframe.inverse_depth.empty());
-    EXPECT_FALSE(keyframe.posed());
-  }
-  const auto frames = test::records_of<FrameRecord>(out);
-  const auto held = std::count_if(frames.begin(), frames.end(), [](const FrameRecord& f) { return f.image.bytes > 0; });
-  EXPECT_LE(held, 5) << "the frames are released";
-}
-
-TEST_F(CalibrationFlightTest, OverFlatGroundTheFlightGoesOnWithTheNominalCameraIfTheMissionSaysSo) {
-  const fs::path camera = camera_off_by(flat, 0.1, 3);
-  const std::string mission = std::string(unknown_camera) +
-                              "calibration_patience_keyframes = 6\ncalibration_fallback = nominal\n"
-                              "field_of_view_sigma_rad = 0.1\n";
-  fly(flat, camera, mission);
+TEST_F(CalibrationFlightTest, OverFlatGroundTheLensIsFoundAndTheFocalLengthHasAnHonestError) {
+  fly(flat, camera_off_by(flat, 0.05, 3), unknown_camera);
   const auto cameras = test::records_of<CameraRecord>(out);
   ASSERT_EQ(cameras.size(), 3U);
   EXPECT_EQ(cameras[0].frozen, 1);
-  EXPECT_EQ(cameras[0].source, CameraSource::nominal);
-  EXPECT_EQ(cameras[0].fx, cameras[1].fx);
   const double truth = host::read_colmap_camera(flat / "cameras.txt").fx;
-  EXPECT_LT(std::fabs(cameras[0].fx - truth), 2 * cameras[0].sigma_focal_px) << "what flying on costs is stated";
-  EXPECT_EQ(test::events_of(out, StatusCode::camera_nominal), 1U);
-  const auto said = test::records_of<CalibrationRecord>(out);
-  EXPECT_EQ(said.size(), 7U);
-  for (const CalibrationRecord& record : said) {
-    EXPECT_EQ(record.pair_model, record.id == 1 ? PairModel::none : PairModel::homography) << record.id;
-  }
+  EXPECT_NEAR(cameras[0].fx, truth, 3 * cameras[0].sigma_focal_px);
   const auto poses = test::records_of<PoseRecord>(out);
   EXPECT_EQ(poses.size(), test::records_of<KeyframeRecord>(out).size());
   for (const PoseRecord& pose : poses) EXPECT_EQ(pose.state, PoseState::final) << "keyframe " << pose.id;
   const auto depths = test::records_of<DepthRecord>(out);
   EXPECT_TRUE(std::any_of(depths.begin(), depths.end(),
                           [](const DepthRecord& depth) { return depth.verdict == DepthVerdict::ok; }));
-
-  const auto uninterrupted = test::results_of(out);
-  for (const char* frames : {"402", "841", "1290"}) {
-    out = folder / (std::string("cut-") + frames);
-    ASSERT_EQ(test::run_program(command(flat, camera, mission, {"--power-cut-after", frames})).exit_status, 9);
-    const test::ProgramResult resumed = test::run_program(command(flat, camera, mission, {"--resume"}));
-    ASSERT_EQ(resumed.exit_status, 0) << resumed.output;
-    test::expect_same_files(uninterrupted, test::results_of(out));
-  }
 }
 
-TEST_F(CalibrationFlightTest, OnlyTheKeyframesThatWaitedTooLongGoWithoutAPose) {
-  constexpr std::int64_t patience = 6;
+TEST_F(CalibrationFlightTest, AShortPatienceFreezesTheCameraEarlyAndEveryKeyframeIsPosed) {
   fly(rugged, camera_off_by(rugged, 0.1, 3), std::string(unknown_camera) + "calibration_patience_keyframes = 6\n");
+  const auto cameras = test::records_of<CameraRecord>(out);
+  ASSERT_EQ(cameras.size(), 3U);
+  EXPECT_EQ(cameras[0].frozen, 1);
   const auto said = test::records_of<CalibrationRecord>(out);
   ASSERT_FALSE(said.empty());
-  ASSERT_EQ(said.back().verdict, CalibrationVerdict::ok);
-  const std::int64_t found_at = said.back().id;
-  ASSERT_GT(found_at, patience + 1) << "nothing waits in vain in this flight";
-  for (const PoseRecord& pose : test::records_of<PoseRecord>(out)) {
-    const bool overdue = pose.id + patience < found_at;
-    EXPECT_EQ(is_not_calibrated(pose), overdue) << "keyframe " << pose.id << ", found at " << found_at;
-    EXPECT_EQ(pose.state == PoseState::final, !overdue) << "keyframe " << pose.id;
-  }
+  EXPECT_EQ(said.back().id, 7);
+  for (const PoseRecord& pose : test::records_of<PoseRecord>(out)) EXPECT_EQ(pose.state, PoseState::final) << pose.id;
 }
 
 TEST_F(CalibrationFlightTest, AGivenCameraThatIsWrongIsContradictedWhileTheStripFlies) {
