@@ -10,7 +10,6 @@
 
 #include "fsw/base/crc.hpp"
 #include "fsw/products/compressor.hpp"
-#include "fsw/shared/calibration_wait.hpp"
 #include "fsw/vision/codec/jpeg2000_decode.hpp"
 #include "fsw/vision/terrain/depth_coding.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
