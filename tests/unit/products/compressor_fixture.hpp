@@ -30,7 +30,7 @@ class CompressorTest : public ComponentTest {
   /// One keyframe with everything that the compressor wants of it; a disc of the image is new.
   void write_keyframe(std::int64_t id, double richness, double share, TimeNs time = 1'000'000'000) {
     CameraRecord camera;
-    camera.id = camera_id_of(PoseRecord{});
+    camera.id = camera_id;
     camera.width = width;
     camera.height = height;
     camera.fx = camera.fy = 220;

@@ -49,9 +49,9 @@ class LensSolutionTest : public ::testing::Test {
       PosedWindow window_of(flight, given);
       EXPECT_TRUE(window_of.ok());
       IntrinsicsEquations equations;
-      EXPECT_TRUE(
-          reduce_to_intrinsics(given, params.error_factor, window_of.problem(), *workspace_, equations, evidence.field)
-              .ok());
+      EXPECT_TRUE(reduce_to_intrinsics(given, ReductionParams{.error_factor = params.error_factor}, window_of.problem(),
+                                       *workspace_, equations, evidence.field)
+                      .ok());
       add_window(equations, params, evidence);
     }
     return evidence;
