@@ -107,7 +107,9 @@ class CameraCalibratorTest : public test::ComponentTest {
       for (Component* stage : {static_cast<Component*>(motion.get()), static_cast<Component*>(component.get())}) {
         const StepResult result = stage->step();
         if (!result.status.ok()) said.push_back(result.status);
-        if (result.then == Then::restore) EXPECT_TRUE(restored(stage->restore()));
+        if (result.then == Then::restore) {
+          EXPECT_TRUE(restored(stage->restore()));
+        }
         more = more || result.pending;
       }
       if (restarts > 0 && ++steps % restarts == 0) begin_stages();
@@ -204,11 +206,7 @@ TEST_F(CameraCalibratorTest, WhenThePatienceEndsTheCameraIsTakenAsItIs) {
 
 TEST_F(CameraCalibratorTest, WithoutPosesTheCameraStaysAsItWasGiven) {
   std::vector<test::View> unrelated = rugged_views();
-  for (std::size_t i = 0; i < unrelated.size(); ++i) {
-    for (std::int32_t y = 0; y < unrelated[i].image.height(); ++y) {
-      for (std::int32_t x = 0; x < unrelated[i].image.width(); ++x) unrelated[i].image.row(y)[x] = 100;
-    }
-  }
+  for (test::View& view : unrelated) std::fill(view.image.pixels.begin(), view.image.pixels.end(), std::uint8_t{100});
   fly(unrelated, 1.12, false);
   const auto nominal = read<CameraRecord>(camera_id);
   run_undisturbed();
@@ -289,8 +287,8 @@ TEST_F(CameraCalibratorTest, WhatAnEarlierLifeFoundStaysWhereThePointsAreGone) {
   mission.camera_known = 1;
   fly(rugged_views(), 1.2, true);
   run_undisturbed();
-  const auto said = read<CalibrationCheckRecord>(1);
-  ASSERT_EQ(said.verdict, CameraCheckVerdict::contradicts);
+  const auto check = read<CalibrationCheckRecord>(1);
+  ASSERT_EQ(check.verdict, CameraCheckVerdict::contradicts);
   Transaction transaction(store);
   ASSERT_TRUE(transaction.begin().ok());
   for (std::int64_t id = 1; id <= keyframes; ++id) static_cast<void>(store.erase(record_info<StructureRecord>(), id));
@@ -300,8 +298,8 @@ TEST_F(CameraCalibratorTest, WhatAnEarlierLifeFoundStaysWhereThePointsAreGone) {
   ASSERT_TRUE(transaction.commit().ok());
   component = std::make_unique<CameraCalibrator>(failing, mission);
   run_undisturbed();
-  EXPECT_EQ(read<CalibrationCheckRecord>(1).verdict, said.verdict);
-  EXPECT_EQ(read<CalibrationCheckRecord>(1).points, said.points);
+  EXPECT_EQ(read<CalibrationCheckRecord>(1).verdict, check.verdict);
+  EXPECT_EQ(read<CalibrationCheckRecord>(1).points, check.points);
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 
 #include "fsw/base/crc.hpp"
 #include "fsw/products/compressor.hpp"
-#include "fsw/shared/calibration_wait.hpp"
 #include "fsw/vision/codec/jpeg2000_decode.hpp"
 #include "fsw/vision/terrain/depth_coding.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
@@ -31,7 +30,7 @@ class CompressorTest : public ComponentTest {
   /// One keyframe with everything that the compressor wants of it; a disc of the image is new.
   void write_keyframe(std::int64_t id, double richness, double share, TimeNs time = 1'000'000'000) {
     CameraRecord camera;
-    camera.id = camera_id_of(PoseRecord{});
+    camera.id = camera_id;
     camera.width = width;
     camera.height = height;
     camera.fx = camera.fy = 220;

@@ -7,16 +7,26 @@
 namespace ilp::report {
 namespace {
 
-intake::Flight flight_with(CalibrationVerdict verdict, bool frozen, CameraSource source) {
+/// What the keyframes leave of the prior errors of the focal length and of k1.
+struct Left {
+  double focal_length, k1;
+};
+
+intake::Flight flight_with(CalibrationVerdict verdict, bool frozen, Left left) {
   intake::Flight flight;
   CameraRecord camera;
   camera.frozen = frozen;
-  camera.source = source;
   flight.camera_record = camera;
-  for (std::int64_t id = 1; id <= 6; ++id) {
-    flight.calibrations[id].id = id;
-    flight.calibrations[id].verdict = id == 1 ? CalibrationVerdict::collecting : verdict;
-  }
+  CalibrationRecord& said = flight.calibrations[6];
+  said.id = 6;
+  said.keyframes = 6;
+  said.verdict = verdict;
+  const auto focal_length = static_cast<std::size_t>(Intrinsic::focal_length);
+  const auto k1 = static_cast<std::size_t>(Intrinsic::k1);
+  said.prior_sigmas[focal_length] = 50;
+  said.prior_sigmas[k1] = 0.2F;
+  said.sigmas[focal_length] = static_cast<float>(50 * left.focal_length);
+  said.sigmas[k1] = static_cast<float>(0.2 * left.k1);
   return flight;
 }
 
@@ -30,27 +40,28 @@ bool says(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-TEST(CameraLines, OverFlatGroundTheFindingAndThreeWaysOutAreTold) {
-  const std::string text = text_of(flight_with(CalibrationVerdict::planar, false, CameraSource::nominal));
-  for (const char* part : {"planar", "6 keyframes", "--camera", "calibration_fallback = nominal", "--navigation"})
+TEST(CameraLines, AnOpenFocalLengthIsToldWithItsErrorAndWhatWouldDetermineIt) {
+  const std::string text = text_of(flight_with(CalibrationVerdict::partly, true, {0.9, 0.1}));
+  for (const char* part :
+       {"6 keyframes", words_of(CalibrationVerdict::partly), "focal length", "45.0 px", "relief", "--navigation"})
     EXPECT_TRUE(says(text, part)) << part << "\n" << text;
+  EXPECT_FALSE(says(text, words_of(Intrinsic::k1))) << text;
 }
 
-TEST(CameraLines, TheWayOutFollowsFromTheFinding) {
-  EXPECT_TRUE(says(text_of(flight_with(CalibrationVerdict::critical_motion, false, CameraSource::nominal)), "0.1 rad"));
-  EXPECT_TRUE(says(text_of(flight_with(CalibrationVerdict::too_few_matches, false, CameraSource::nominal)), "texture"));
-  EXPECT_FALSE(says(text_of(flight_with(CalibrationVerdict::critical_motion, false, CameraSource::nominal)), "relief"));
+TEST(CameraLines, WhatHasBeenFoundIsNotCalledOpen) {
+  const std::string text = text_of(flight_with(CalibrationVerdict::partly, true, {0.1, 0.9}));
+  EXPECT_TRUE(says(text, words_of(Intrinsic::k1))) << text;
+  EXPECT_FALSE(says(text, "Its focal length")) << text;
+  EXPECT_FALSE(says(text_of(flight_with(CalibrationVerdict::partly, true, {0.4, 0.4})), "as uncertain"));
 }
 
-TEST(CameraLines, AFlightThatWentOnWithTheNominalCameraIsToldWhatThatMeans) {
-  const std::string text = text_of(flight_with(CalibrationVerdict::planar, true, CameraSource::nominal));
-  EXPECT_TRUE(says(text, "heights are as wrong as its focal length")) << text;
-  EXPECT_FALSE(says(text, "calibration_fallback")) << text;
+TEST(CameraLines, AFlightThatEndedDuringTheSearchHasNoFinalPose) {
+  EXPECT_TRUE(says(text_of(flight_with(CalibrationVerdict::searching, false, {1, 1})), "no keyframe has a final pose"));
 }
 
 TEST(CameraLines, NothingIsSaidOfACameraThatWasFoundOrGiven) {
-  EXPECT_EQ(text_of(flight_with(CalibrationVerdict::ok, true, CameraSource::calibrated)), "");
-  intake::Flight given = flight_with(CalibrationVerdict::ok, true, CameraSource::given);
+  EXPECT_EQ(text_of(flight_with(CalibrationVerdict::ok, true, {0.1, 0.1})), "");
+  intake::Flight given = flight_with(CalibrationVerdict::ok, true, {1, 1});
   given.calibrations.clear();
   EXPECT_EQ(text_of(given), "");
 }

@@ -55,9 +55,9 @@ class CameraCheckTest : public ::testing::Test {
     PosedWindow window(flight, given);
     EXPECT_TRUE(window.ok());
     IntrinsicsEquations equations;
-    EXPECT_TRUE(
-        reduce_to_intrinsics(given, params.error_factor, window.problem(), *workspace_, equations, evidence.field)
-            .ok());
+    EXPECT_TRUE(reduce_to_intrinsics(given, ReductionParams{.error_factor = params.error_factor}, window.problem(),
+                                     *workspace_, equations, evidence.field)
+                    .ok());
     add_window(equations, params, evidence);
     return given;
   }
@@ -152,7 +152,8 @@ TEST_F(CameraCheckTest, FewPointsOrCamerasSayNothingAndBadWindowsAreRefused) {
   auto problem = std::make_unique<BundleProblem>(window.problem());
   IntrinsicsEquations equations;
   const auto reduce = [&](const CameraModel& camera) {
-    return reduce_to_intrinsics(camera, params.error_factor, *problem, *workspace_, equations, evidence.field);
+    return reduce_to_intrinsics(camera, ReductionParams{.error_factor = params.error_factor}, *problem, *workspace_,
+                                equations, evidence.field);
   };
   problem->observations[7].point = static_cast<std::uint16_t>(problem->points.size());
   EXPECT_TRUE(reduce(flight.camera).is(StatusCode::invalid_argument));
@@ -246,7 +247,9 @@ TEST_F(CameraCheckTest, TheReducedEquationsAreThoseOfOneLargeAdjustment) {
   ASSERT_GT(window.problem().points.size(), 50U);
   IntrinsicsEquations equations;
   ResidualField field;
-  ASSERT_TRUE(reduce_to_intrinsics(given, 1, window.problem(), *workspace_, equations, field).ok());
+  ASSERT_TRUE(
+      reduce_to_intrinsics(given, ReductionParams{.error_factor = 1}, window.problem(), *workspace_, equations, field)
+          .ok());
   const double variance = equations.noise_px * equations.noise_px;
   Eigen::MatrixXd information;
   Eigen::VectorXd gradient;
