@@ -96,7 +96,6 @@ TEST_F(LensSolutionTest, StepsReachTheTrueLens) {
       const CameraCheck check = judge(evidence, now, params);
       step = step_towards_lens(evidence, now, prior, check.spread > params.max_spread ? check.spread : 1);
       now = step.camera;
-      if (std::getenv("SHOW")) std::printf("%u %d: spread %.2f W %.2f field %.2f noise %.3f f %.2f +- %.2f k1 %.4f\n", seed, round, check.spread, check.statistic, check.field, check.noise_px, now.fx, step.sigmas[0], now.k1);
     }
     EXPECT_FALSE(step.shortened) << seed;
     EXPECT_LT(step.length, 0.5) << seed;
