@@ -120,7 +120,7 @@ FLIGHT = [
     # SQLite's files, with checksums (hal/store/sqlite/checked_vfs.cpp)
     Calls(r"ilp::sqlite::(\(anonymous namespace\)::)?(synchronise|flush\()", [rf"{LOCAL}on_sync\(sqlite3_file\*.*"],
           "the file of the database"),
-    Calls(r"ilp::sqlite::wait_for_lock\(", ["unixSleep"], "sqlite3_vfs.xSleep"),
+    Calls(r"ilp::sqlite::on_busy\(", ["unixSleep"], "sqlite3_vfs.xSleep"),
     Calls(rf"{LOCAL}\w+\((sqlite3_file\*|{LOCAL}CheckedFile&)", [rf"(unix|dotlock|nolock){one_of(SQLITE_IO)}"],
           "SQLite's own functions for a file"),
     Calls(rf"{LOCAL}\w+\(sqlite3_vfs\*", [UNIX_VFS], "SQLite's own functions for files"),
@@ -185,7 +185,7 @@ SQLITE = [
           [r"cellSizePtr\w*|btreeParseCell\w*|(sqlite3V|v)dbeRecordCompare\w*"], "MemPage.xCellSize, xParseCell"),
     Calls(r"vdbe(Sorter|Merge)", [r"vdbeSorterCompare\w*"], "VdbeSorter.xCompare"),
     Calls(r"vdbeCompareMemString", [r"binCollFunc|nocaseCollatingFunc|rtrimCollFunc"], "CollSeq.xCmp"),
-    Calls(r"sqlite3InvokeBusyHandler", [r"ilp::sqlite::wait_for_lock\(.*", "sqliteDefaultBusyCallback"],
+    Calls(r"sqlite3InvokeBusyHandler", [r"ilp::sqlite::on_busy\(.*", "sqliteDefaultBusyCallback"],
           "sqlite3_busy_handler"),
     Calls(r"sqlite3_step|sqlite3VdbeHalt|doWalCallbacks", [r"ilp::sqlite::note_commit\(.*"], "sqlite3_wal_hook"),
     Calls(r"sqlite3_exec", ["sqlite3InitCallback"], "its callback"),

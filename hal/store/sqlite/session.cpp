@@ -71,6 +71,7 @@ Status connect(Session& s, const char* path, int flags) {
   s.log.full_at_look = writes_without_room();
   int code = register_checked_vfs();
   if (code == SQLITE_OK) code = sqlite3_open_v2(path, &s.database, flags, checked_vfs);
+  if (code == SQLITE_OK) code = sqlite3_busy_handler(s.database, on_busy, &s.lock);
   if (code == SQLITE_OK) return {};
   const Status status = fault(s, code);
   close(s);
@@ -201,7 +202,6 @@ Status connect_read_only(Session& s, const char* path, bool sound) {
   if (!log_exists) unchanging_file(path, uri);
   const bool alone = !log_exists && !uri.overflow();
   ILP_TRY(connect(s, alone ? uri.c_str() : path, SQLITE_OPEN_READONLY | (alone ? SQLITE_OPEN_URI : 0)));
-  sqlite3_busy_handler(s.database, wait_for_lock, &s.lock);
   Status status = sound ? check_database(s, false) : Status{};
   if (status.ok()) status = prepare_all(s);
   if (!status.ok()) close(s);
@@ -210,7 +210,7 @@ Status connect_read_only(Session& s, const char* path, bool sound) {
 
 }  // namespace
 
-int wait_for_lock(void* lock, int attempt) {
+int on_busy(void* lock, int attempt) {
   auto& wait = *static_cast<LockWait*>(lock);
   const std::int64_t now = monotonic_ns();
   if (attempt == 0) wait.waits_since_ns = now;
@@ -280,7 +280,6 @@ Status integer_of(Session& s, sqlite3_stmt* statement, std::int64_t& value) {
 Status open(Session& s, const char* path) {
   ILP_TRY(check_log_at_rest(path));
   ILP_TRY(connect(s, path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE));
-  sqlite3_busy_handler(s.database, wait_for_lock, &s.lock);
   Status status = check_database(s, true);
   if (status.ok() && sqlite3_db_readonly(s.database, "main") != 0) status = {StatusCode::store_error, SQLITE_READONLY};
   for (const char* setting : settings) {

@@ -108,8 +108,9 @@ inline void wait_for_writers(Session& s, std::int64_t milliseconds) {
 [[nodiscard]] std::int64_t locked_ms(const Session& s);
 /// As LockFile::holder().
 [[nodiscard]] int lock_holder(Session& s);
-/// SQLite calls it while another connection has a lock; `attempt` counts from 0 for each lock. 0 gives up.
-int wait_for_lock(void* lock, int attempt);
+/// SQLite's busy handler: called while another connection has a lock. `attempt` counts from 0 for each lock; the answer
+/// 0 gives up.
+int on_busy(void* lock, int attempt);
 
 Status limit(Session& s, std::int64_t bytes);
 Status synchronise(Session& s, Synchronise when);

@@ -44,7 +44,7 @@ Status start_log_over(Session& s) {
   // It does not wait for readers, which may stay for long.
   sqlite3_busy_handler(s.database, nullptr, nullptr);
   const int code = sqlite3_wal_checkpoint_v2(s.database, nullptr, SQLITE_CHECKPOINT_RESTART, &frames, &copied);
-  sqlite3_busy_handler(s.database, wait_for_lock, &s.lock);
+  sqlite3_busy_handler(s.database, on_busy, &s.lock);
   if (code == SQLITE_OK) {
     s.log.bytes = s.log.held_bytes = 0;
     return {};
