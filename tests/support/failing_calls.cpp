@@ -3,11 +3,13 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdarg>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 
 namespace ilp::test {
@@ -94,6 +96,19 @@ int FailingCalls::seen() const {
 }
 bool FailingCalls::failed() const {
   return calls >= fault.first;
+}
+
+bool cut_in_call(const std::string& path_part, int call, const std::function<void()>& work) {
+  constexpr int done = 1;
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const FailingCalls disk(path_part, {.calls = changes, .first = call, .ends = true});
+    work();
+    _exit(done);
+  }
+  int status = 0;
+  if (child < 0 || ::waitpid(child, &status, 0) != child || !WIFEXITED(status)) std::abort();
+  return WEXITSTATUS(status) != done;
 }
 
 }  // namespace ilp::test

@@ -2,6 +2,7 @@
 // links failing_calls.cpp has them in place of the C library's.
 #pragma once
 
+#include <functional>
 #include <string>
 
 namespace ilp::test {
@@ -47,5 +48,9 @@ class FailingCalls {
   [[nodiscard]] int seen() const;
   [[nodiscard]] bool failed() const;
 };
+
+/// Runs `work` in a process of its own, which ends in its call number `call` that changes what has `part` in its path,
+/// as in a power cut. False: `work` was done before. A child that crashes aborts the program.
+[[nodiscard]] bool cut_in_call(const std::string& part, int call, const std::function<void()>& work);
 
 }  // namespace ilp::test

@@ -21,7 +21,7 @@
 #include "fsw/shared/camera_on_record.hpp"
 #include "hal/store/checksums.hpp"
 #include "hal/store/record_bytes.hpp"
-#include "tests/support/kill_after_changes.hpp"
+#include "tests/support/failing_calls.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -436,16 +436,13 @@ TEST_F(MemoryReturn, APowerCutWhileTheDatabaseTakesTheRecordsInLosesNothing) {
   }
   std::set<std::int64_t> seen;
   bool finished = false;
-  int changes = 1;
-  for (int round = 0; round < 60 && !finished; ++round, changes += 1 + changes / 4) {
+  int call = 1;
+  for (int round = 0; round < 60 && !finished; ++round, call += 1 + call / 4) {
     restore();
-    const pid_t child = fork();
-    ASSERT_GE(child, 0);
-    if (child == 0) {
+    finished = !test::cut_in_call(disk_, call, [&] {
       MissionParameters mission;
-      _exit(make()->open(path_.c_str(), StoreTrouble::fly_on, mission).ok() ? 0 : 1);
-    }
-    finished = !test::kill_after_changes(child, disk_, changes);
+      (void)make()->open(path_.c_str(), StoreTrouble::fly_on, mission);
+    });
     {
       SqliteStore half;
       std::int64_t records = 0;
@@ -459,7 +456,8 @@ TEST_F(MemoryReturn, APowerCutWhileTheDatabaseTakesTheRecordsInLosesNothing) {
     EXPECT_EQ(content_of(store->store()), whole) << "round " << round;
     EXPECT_EQ(count_memory_copies(path_.c_str()), 0);
   }
-  EXPECT_GT(seen.size(), 2U) << "always killed at the same place";
+  EXPECT_TRUE(finished);
+  EXPECT_GT(seen.size(), 2U) << "always cut at the same place";
 }
 
 TEST_F(MemoryReturn, APowerCutWhileTheRecordsLeaveMemoryLeavesTheDiskAsItWasOrHasThemAll) {
@@ -471,20 +469,16 @@ TEST_F(MemoryReturn, APowerCutWhileTheRecordsLeaveMemoryLeavesTheDiskAsItWasOrHa
   remember();
   std::set<bool> seen;
   bool finished = false;
-  int changes = 1;
-  for (int round = 0; round < 60 && !finished; ++round, changes += 1 + changes / 4) {
+  int call = 1;
+  for (int round = 0; round < 60 && !finished; ++round, call += 1 + call / 4) {
     restore();
-    const pid_t child = fork();
-    ASSERT_GE(child, 0);
-    if (child == 0) {
+    finished = !test::cut_in_call(disk_, call, [&] {
       MissionParameters mission;
       const auto store = make();
-      if (!store->begin_in_memory(mission).ok()) _exit(1);
+      if (!store->begin_in_memory(mission).ok()) return;
       live_in_memory(store->store(), 300);
-      const bool left = try_disk(path_.c_str(), room).ok() && store->leave_memory(path_.c_str(), nullptr).ok();
-      _exit(left ? 0 : 1);
-    }
-    finished = !test::kill_after_changes(child, disk_, changes);
+      if (try_disk(path_.c_str(), room).ok()) (void)store->leave_memory(path_.c_str(), nullptr);
+    });
     const auto store = start();
     const bool all = store->start().moved.is(StatusCode::store_back_on_disk);
     seen.insert(all);
@@ -495,6 +489,7 @@ TEST_F(MemoryReturn, APowerCutWhileTheRecordsLeaveMemoryLeavesTheDiskAsItWasOrHa
       EXPECT_EQ(content_of(store->store()), on_disk_) << "round " << round;
     }
   }
+  EXPECT_TRUE(finished);
   EXPECT_EQ(seen.size(), 2U);
 }
 
