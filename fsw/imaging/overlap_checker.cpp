@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "fsw/base/rng.hpp"
+#include "fsw/shared/camera_on_record.hpp"
 #include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/shared/work_level.hpp"
@@ -495,9 +496,10 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   record.ncc_second = measured.ncc_second;
   record.sigma_px = measured.sigma_px;
   if (measured.verdict == OverlapVerdict::ok) {
-    CameraModel camera;
-    ILP_TRY(load_camera(wiring_.store, camera));
-    outcome.has_plane = camera.readout_s != 0;
+    CameraRecord camera;
+    const Status read = get_camera(wiring_.store, camera_id, camera);
+    if (!read.ok() && !read.is(StatusCode::not_found)) return read;
+    outcome.has_plane = read.ok() && camera.readout_s != 0;
     outcome.plane = {.id = frame.id, .keyframe_id = state_.keyframe_id, .time_ns = frame.time_ns};
     std::memcpy(outcome.plane.plane_from_keyframe, measured.plane_b_from_a, sizeof(measured.plane_b_from_a));
   }

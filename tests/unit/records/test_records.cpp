@@ -148,8 +148,8 @@ TEST(Serial, FloatsAreIeeeAndBlobsTheirSize) {
   pose.q_cam_from_world[3] = 1.5;  // 3FF8...
   serial.assign(serial_bytes(record_info<PoseRecord>()), 0);
   ASSERT_TRUE(serialize(record_info<PoseRecord>(), &pose, serial).ok());
-  EXPECT_EQ(serial[19 + 3 * 8 + 7], 0x3F);
-  EXPECT_EQ(serial[19 + 3 * 8 + 6], 0xF8);
+  EXPECT_EQ(serial[23 + 3 * 8 + 7], 0x3F);
+  EXPECT_EQ(serial[23 + 3 * 8 + 6], 0xF8);
 }
 
 TEST(Serial, AnyBytesMakeARecordAndComeBackFromIt) {
