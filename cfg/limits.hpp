@@ -45,6 +45,10 @@ inline constexpr std::size_t postgres_early_heap_bytes = std::size_t{512} << 10U
 
 inline constexpr std::size_t max_image_pixels =
     static_cast<std::size_t>(max_image_width) * static_cast<std::size_t>(max_image_height);
+// A rolling shutter moves no point by more rows until the middle row is exposed.
+inline constexpr std::int32_t max_rolling_rows = max_image_height / 20;
+inline constexpr std::size_t spare_image_pixels =
+    static_cast<std::size_t>(max_rolling_rows) * static_cast<std::size_t>(max_image_width);
 inline constexpr std::int32_t max_image_side = max_image_width > max_image_height ? max_image_width : max_image_height;
 inline constexpr std::int32_t min_image_side = 64;
 

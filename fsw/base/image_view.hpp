@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <type_traits>
 
 #include "fsw/base/status.hpp"
@@ -50,8 +51,8 @@ using MutableGrayView = ImageView<std::uint8_t>;
 /// 0 = outside, anything else = inside.
 using MaskView = ImageView<const std::uint8_t>;
 
-/// Static storage for an image of up to `Capacity` pixels; rows are contiguous.
-template <typename T, std::size_t Capacity>
+/// Static storage for an image of up to `Capacity` pixels; rows are contiguous. `Spare` more are for work in place.
+template <typename T, std::size_t Capacity, std::size_t Spare = 0>
 class FixedImage {
  public:
   [[nodiscard]] Status resize(std::int32_t width, std::int32_t height) {
@@ -66,9 +67,11 @@ class FixedImage {
   [[nodiscard]] std::int32_t height() const { return height_; }
   [[nodiscard]] ImageView<T> view() { return {pixels_.data(), width_, height_}; }
   [[nodiscard]] ImageView<const T> view() const { return {pixels_.data(), width_, height_}; }
+  /// The image's pixels and what follows them.
+  [[nodiscard]] std::span<T> storage() { return pixels_; }
 
  private:
-  std::array<T, Capacity> pixels_{};
+  std::array<T, Capacity + Spare> pixels_{};
   std::int32_t width_ = 0;
   std::int32_t height_ = 0;
 };

@@ -161,7 +161,8 @@ double change_without_outer(const CameraModel& camera, const Neighbours& all, st
     static_cast<void>(inner.push_back(all[k]));
   const ImageMotion a = motion_at(inner, own == 0 ? 0 : 1);
   const ImageMotion& b = all[own].motion;
-  return std::hypot(camera.fx * (a.m[2] - b.m[2]), camera.fy * (a.m[5] - b.m[5]));
+  const Vec2 change(camera.fx * (a.m[2] - b.m[2]), camera.fy * (a.m[5] - b.m[5]));
+  return change.norm();
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 #include <new>
 
 #include "fsw/base/rng.hpp"
-#include "fsw/shared/camera_on_record.hpp"
 #include "fsw/motion/keyframe_motion.hpp"
+#include "fsw/shared/camera_on_record.hpp"
 #include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/shared/navigation_on_record.hpp"
@@ -156,6 +156,10 @@ void add_error(double angle, PoseRecord& pose) {
   for (double& sigma : pose.sigma) {
     if (sigma > 0) sigma = std::sqrt(sigma * sigma + displaced);
   }
+}
+
+PoseState failed_state(const CameraRecord& camera) {
+  return camera.frozen ? PoseState::failed : PoseState::trial_failed;
 }
 
 Status append_point(const CameraModel& camera, const FinalPoint& point, StructureAndMotion::FinalsWorkspace& finals) {
@@ -421,12 +425,12 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   if (!is_first && pose.verdict == PoseVerdict::waiting && sequence.begun()) pose.verdict = PoseVerdict::ok;
   // No structure began. A strip of a single keyframe relates to nothing.
   if (final_pose && !sequence.begun()) {
-    pose.state = failed_state();
+    pose.state = failed_state(work_.camera);
     if (!is_first) pose.verdict = PoseVerdict::two_view_failed;
   }
   // The same holds for a pair whose motion is ambiguous.
   if (final_pose && state_.sequence.first_pair.ambiguous) {
-    pose.state = failed_state();
+    pose.state = failed_state(work_.camera);
     pose.verdict = PoseVerdict::ambiguous;
   }
   for (int i = 0; i < 4; ++i) pose.q_cam_from_world[i] = camera.pose.q_cam_from_world[i];
@@ -517,7 +521,7 @@ Status StructureAndMotion::record_failure() {
   pose = {};
   pose.id = work_.keyframe.id;
   pose.strip_id = state_.strip_id;
-  pose.state = failed_state();
+  pose.state = failed_state(work_.camera);
   pose.camera_revision = state_.camera_revision;
   pose.verdict = PoseVerdict::too_few_matches;
   if (!state_.lost) fill(state_.sequence.report, pose);

@@ -88,9 +88,6 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
 
   Status advance();
   Status start_over();
-  [[nodiscard]] PoseState failed_state() const {
-    return work_.camera.frozen ? PoseState::failed : PoseState::trial_failed;
-  }
   Status begin_keyframe(bool no_use, const NavigationRecord& measured);
   Result<bool> pick();
   Status load();

@@ -64,12 +64,13 @@ const RecordInfo& record_info(RecordType type) {
 #include "fsw/records/records.inc"
 
 CameraModel camera_model(const CameraRecord& r) {
-  return {r.width, r.height, r.fx, r.fy, r.cx, r.cy, r.k1, r.k2, r.p1, r.p2, r.k3, r.k4, r.k5, r.k6, r.lens, r.readout_s};
+  return {r.width, r.height, r.fx, r.fy, r.cx, r.cy, r.k1,   r.k2,
+          r.p1,    r.p2,     r.k3, r.k4, r.k5, r.k6, r.lens, r.readout_s};
 }
 
 CameraRecord camera_record(const CameraModel& c) {
-  return {camera_id,           c.width, c.height, c.fx, c.fy, c.cx,   c.cy, c.k1, c.k2, c.p1, c.p2, 1, 0, 0, 0,
-          CameraSource::given, c.k3,    c.k4,     c.k5, c.k6, c.lens, 0,    {}, c.readout_s};
+  return {camera_id,           c.width, c.height, c.fx, c.fy, c.cx,   c.cy, c.k1, c.k2,       c.p1, c.p2, 1, 0, 0, 0,
+          CameraSource::given, c.k3,    c.k4,     c.k5, c.k6, c.lens, 0,    {},   c.readout_s};
 }
 
 CameraRecord nominal_camera_record(const CameraModel& camera) {

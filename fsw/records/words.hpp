@@ -49,13 +49,12 @@ ILP_ENUMERATION(ScaleSource, (0, first_baseline, "the first baseline is one unit
 ILP_ENUMERATION(ReducedWork, (0, full, ""), (1, fewer_features, "fewer features"),
                 (2, coarser_stereo, "fewer features and coarser stereo"))
 
-/// The flight's verdict on the pose of a keyframe: that of the sequence, or `not_calibrated` when the camera's
-/// intrinsics were not known in time, or `ambiguous` when the strip ended before a view decided between two motions
-/// over a plane.
+/// The flight's verdict on the pose of a keyframe: that of the sequence, or `ambiguous` when the strip ended before a
+/// view decided between two motions over a plane. 6 is retired.
 ILP_ENUMERATION(PoseVerdict, (0, ok, ""), (1, waiting, "waits for a pair that can begin"),
                 (2, too_few_matches, "too few matches"), (3, two_view_failed, "pair gives no pose"),
                 (4, resection_failed, "resection failed"), (5, implausible, "implausible step"),
-                (6, not_calibrated, "camera not calibrated"), (7, ambiguous, "two motions explain the pair"))
+                (7, ambiguous, "two motions explain the pair"))
 
 ILP_ENUMERATION(PoseState, (0, provisional, "later keyframes may still improve the pose"),
                 (1, final, "the pose never changes again"), (2, failed, "there is no pose"),

@@ -41,7 +41,7 @@ Result<bool> bring_to_middle_row(const CameraModel& camera, const ShutterRecord&
   if (shutter.source == MotionSource::none) return false;
   ImageMotion motion;
   std::copy_n(shutter.motion, 8, motion.m);
-  return to_middle_row(camera, motion, image.view());
+  return to_middle_row(camera, motion, image.width(), image.height(), image.storage());
 }
 
 }  // namespace ilp

@@ -11,7 +11,7 @@
 
 namespace ilp {
 
-using FrameImage = FixedImage<std::uint8_t, limits::max_image_pixels>;
+using FrameImage = FixedImage<std::uint8_t, limits::max_image_pixels, limits::spare_image_pixels>;
 
 /// How an image is exposed. The gain is in thousandths of the sensor's own; 0 us: not known.
 struct ExposureSetting {

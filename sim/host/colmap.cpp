@@ -211,8 +211,9 @@ std::string colmap_camera_line(const CameraModel& c) {
 
 void write_colmap_camera(const std::filesystem::path& path, const CameraModel& camera) {
   std::ofstream out(path);
-  out << "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS (pixel centres at 0.5)\n" << (camera.readout_s != 0 ? "# readout_s" + text_of(camera.readout_s) + "\n" : "")
-      << colmap_camera_line(camera);
+  out << "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS (pixel centres at 0.5)\n";
+  if (camera.readout_s != 0) out << "# readout_s" << text_of(camera.readout_s) << "\n";
+  out << colmap_camera_line(camera);
   if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written: " + host::write_failure(errno));
 }
 

@@ -39,9 +39,6 @@ TEST_F(LabBadInput, CommandLines) {
   refused("overlap a b --repeat 0", 2, "--repeat");
   refused("stereo a b --min-disparity 5 --max-disparity 4" + out_, 2, "--max-disparity");
   refused("encode " + good_ + " --bpp -1" + out_, 2, "--bpp");
-  refused("calibrate a --matches d", 2, "--matches");
-  refused("calibrate --matches d", 2, "--size");
-  refused("calibrate a b --views 2", 2, "--views");
   EXPECT_EQ(lab("--help").status, 0);
   EXPECT_EQ(lab("bundle --help").status, 0);
 }

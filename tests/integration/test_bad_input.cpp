@@ -93,10 +93,10 @@ TEST_F(BadInputTest, ACameraFileThatIsNone) {
                  {"no.txt"});
 }
 
-TEST_F(BadInputTest, ACameraFileForAnotherSize) {
-  test::write_file(folder / "camera.txt", "1 PINHOLE 640 480 554 554 320 240\n");
+TEST_F(BadInputTest, ACameraFileForAnotherShape) {
+  test::write_file(folder / "camera.txt", "1 PINHOLE 640 400 554 554 320 200\n");
   expect_refused({ILP_SIL, "--images", plain.string(), "--camera", folder / "camera.txt", "--out", out.string()},
-                 {"320x240", "640x480", "camera file"});
+                 {"320x240", "640x400", "camera file"});
 }
 
 TEST_F(BadInputTest, AnIndexThatIsMalformed) {

@@ -50,7 +50,7 @@ const std::vector<Mistake> mistakes = {
     // One file in the place of another.
     {"SIL --images images --camera poses.txt --out out", 1, {"line of reference poses (--reference)", "1 PINHOLE"}},
     {"SIL --images images --camera words.txt --out out", 1, {"words.txt, line 1", "1 PINHOLE 640 480"}},
-    {"SIL --images images --camera large-camera.txt --out out", 1, {"64x48", "640x480", "use the camera file of"}},
+    {"SIL --images images --camera large-camera.txt --out out", 1, {"64x48", "800x480", "use the camera file of"}},
     {"SIL --images images --camera millimetres.txt --out out", 1, {"improbable", "is the focal length in px"}},
     {"SIL --images images --camera corner.txt --out out", 1, {"improbable", "outside the middle third"}},
     {"SIL --images images --out out --reference camera.txt", 1, {"this is a camera file (--camera)", "R(9) C(3)"}},
@@ -142,7 +142,7 @@ class Mistakes : public testing::Test {
     write("camera.txt", "1 PINHOLE 64 48 55 55 32 24\n");
     write("millimetres.txt", "1 PINHOLE 640 480 55 55 320 240\n");
     write("corner.txt", "1 PINHOLE 640 480 550 550 500 240\n");
-    write("large-camera.txt", "1 PINHOLE 640 480 550 550 320 240\n");
+    write("large-camera.txt", "1 PINHOLE 800 480 550 550 400 240\n");
     write("poses.txt", "other.png 64 48 55 55 32 24 1 0 0 0 1 0 0 0 1 0 0 0\n");
     write("index.txt", "0 images/1.png\n");
     write("words.txt", "these are words\n");

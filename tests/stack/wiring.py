@@ -43,7 +43,7 @@ STAGES = ("Acquisition CameraCalibrator CaptureClock Compressor DenseMatcher Dow
           "OverlapChecker PlaceMemory RichnessScorer Scrubber StorageManager StructureAndMotion TelecommandGuard "
           "Telecommander TelemetryReporter")
 PARTS = ("DownlinkChoice DownlinkConfirmations DownlinkFiles FileDeliveryLink FileDeliveryPart FileDeliveryRecords "
-         "PlaceLinks PlaceMarks PlacePart PlaceRecall StorageProducts StorageRelease StripCheck")
+         "LensSearch PlaceLinks PlaceMarks PlacePart PlaceRecall StorageProducts StorageRelease StripCheck")
 # Interfaces, and the classes that have their functions
 INTERFACES = {
     "Component": STAGES,

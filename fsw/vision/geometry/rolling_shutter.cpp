@@ -7,6 +7,7 @@
 
 #include "cfg/limits.hpp"
 #include "fsw/base/argument.hpp"
+#include "fsw/base/image_view.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
@@ -16,7 +17,6 @@ constexpr std::int32_t cell_px = 16;
 constexpr std::int32_t most_nodes = limits::max_image_width / cell_px + 2;
 /// Of Catmull and Rom's interpolation: one before, two behind.
 constexpr std::int32_t taps = 4;
-constexpr std::int32_t kept_rows = max_rolling_rows + 2;
 /// A shift of 10 px changes the row's time by a fiftieth of the readout: each step leaves less than a tenth.
 constexpr int row_steps = 4;
 
@@ -50,15 +50,8 @@ double locate_nodes(const CameraModel& camera, const ImageMotion& motion, std::i
   return most;
 }
 
-/// Rows that were overwritten but that later rows still need.
-struct KeptRows {
-  std::array<std::array<std::uint8_t, static_cast<std::size_t>(limits::max_image_width)>, kept_rows> grey;
-
-  [[nodiscard]] std::uint8_t* at(std::int32_t row) { return grey[static_cast<std::size_t>(row % kept_rows)].data(); }
-};
-
-/// Grey at (u, v) of the image, whose rows before `next` are the kept ones.
-std::uint8_t sample(const MutableGrayView& image, KeptRows& kept, std::int32_t next, float u, float v) {
+/// Grey at (u, v) of the image.
+std::uint8_t sample(const GrayView& image, float u, float v) {
   const float left = std::floor(u), top = std::floor(v);
   const Weights across = weights_of(u - left), down = weights_of(v - top);
   std::int32_t column[taps];
@@ -66,8 +59,7 @@ std::uint8_t sample(const MutableGrayView& image, KeptRows& kept, std::int32_t n
     column[i] = std::clamp(static_cast<std::int32_t>(left) + i - 1, 0, image.width - 1);
   float sum = 0;
   for (std::int32_t j = 0; j < taps; ++j) {
-    const std::int32_t row = std::clamp(static_cast<std::int32_t>(top) + j - 1, 0, image.height - 1);
-    const std::uint8_t* const grey = row < next ? kept.at(row) : image.row(row);
+    const std::uint8_t* const grey = image.row(std::clamp(static_cast<std::int32_t>(top) + j - 1, 0, image.height - 1));
     float line = 0;
     for (std::int32_t i = 0; i < taps; ++i) line += across.w[i] * static_cast<float>(grey[column[i]]);
     sum += down.w[j] * line;
@@ -114,30 +106,36 @@ Vec2 middle_pixel(const CameraModel& camera, const ImageMotion& motion, const Ve
 bool within_reach(const CameraModel& camera, const ImageMotion& motion) {
   NodeRow nodes;
   for (std::int32_t v = 0; v < camera.height + cell_px; v += cell_px) {
-    if (!(locate_nodes(camera, motion, v, nodes) < max_rolling_rows - 1)) return false;
+    if (!(locate_nodes(camera, motion, v, nodes) <= limits::max_rolling_rows - taps)) return false;
   }
   return true;
 }
 
-Result<bool> to_middle_row(const CameraModel& camera, const ImageMotion& motion, const MutableGrayView& image) {
-  if (image.width != camera.width || image.height != camera.height || camera.width > limits::max_image_width) {
-    return out_of_range(Argument::image_size, image.width);
+Result<bool> to_middle_row(const CameraModel& camera, const ImageMotion& motion, std::int32_t width,
+                           std::int32_t height, std::span<std::uint8_t> storage) {
+  if (width != camera.width || height != camera.height || width > limits::max_image_width) {
+    return out_of_range(Argument::image_size, width);
   }
+  const auto row_bytes = static_cast<std::size_t>(width);
+  const std::size_t bytes = row_bytes * static_cast<std::size_t>(height);
+  const std::size_t ahead = row_bytes * static_cast<std::size_t>(limits::max_rolling_rows);
+  if (storage.size() < bytes + ahead) return out_of_range(Argument::image_size, height);
   if (!within_reach(camera, motion)) return false;
+  // A row is written where a row was read that no later one needs.
+  std::memmove(storage.data() + ahead, storage.data(), bytes);
+  const GrayView image{storage.data() + ahead, width, height};
   NodeRow above, below;
-  KeptRows kept;
   static_cast<void>(locate_nodes(camera, motion, 0, below));
   for (std::int32_t v = 0; v < image.height; ++v) {
     if (v % cell_px == 0) {
       above = below;
       static_cast<void>(locate_nodes(camera, motion, v + cell_px, below));
     }
-    std::memcpy(kept.at(v), image.row(v), static_cast<std::size_t>(image.width));
     // The last cells are narrower.
     const std::int32_t top = v - v % cell_px;
     const auto rows = static_cast<float>(std::min(cell_px, image.height - 1 - top));
     const float down = rows > 0 ? static_cast<float>(v - top) / rows : 0.0F;
-    std::uint8_t* const out = image.row(v);
+    std::uint8_t* const out = storage.data() + row_bytes * static_cast<std::size_t>(v);
     for (std::int32_t left = 0; left < image.width; left += cell_px) {
       const auto i = static_cast<std::size_t>(left / cell_px);
       const auto columns = static_cast<float>(std::min(cell_px, image.width - 1 - left));
@@ -147,7 +145,7 @@ Result<bool> to_middle_row(const CameraModel& camera, const ImageMotion& motion,
       const float y0 = between(above.y, below.y, i), y1 = between(above.y, below.y, i + 1);
       for (std::int32_t u = left; u < std::min(left + cell_px, image.width); ++u) {
         const float right = columns > 0 ? static_cast<float>(u - left) / columns : 0.0F;
-        out[u] = sample(image, kept, v + 1, static_cast<float>(u) + x0 + right * (x1 - x0),
+        out[u] = sample(image, static_cast<float>(u) + x0 + right * (x1 - x0),
                         static_cast<float>(v) + y0 + right * (y1 - y0));
       }
     }

@@ -7,8 +7,10 @@
 // an unknown of an adjustment.
 #pragma once
 
+#include <cstdint>
+#include <span>
+
 #include "fsw/base/geometry.hpp"
-#include "fsw/base/image_view.hpp"
 #include "fsw/base/result.hpp"
 #include "fsw/vision/geometry/types.hpp"
 
@@ -29,14 +31,14 @@ struct ImageMotion {
 [[nodiscard]] Vec2 seen_pixel(const CameraModel& camera, const ImageMotion& motion, const Vec2& middle);
 [[nodiscard]] Vec2 middle_pixel(const CameraModel& camera, const ImageMotion& motion, const Vec2& seen);
 
-/// Rows that a point may move by until the middle row's time; a faster motion is refused.
-inline constexpr std::int32_t max_rolling_rows = 24;
+/// Whether no point moves by more than limits::max_rolling_rows until the middle row's time.
 [[nodiscard]] bool within_reach(const CameraModel& camera, const ImageMotion& motion);
 
 /// Resamples an image in place to the time of its middle row (Catmull-Rom). Shifts are computed at every sixteenth
 /// pixel of every sixteenth row and are bilinear between. Beyond the border the image goes on with its border's grey.
-/// False where the motion is not within_reach(): the image is unchanged then. `invalid_argument` for an
-/// image whose size is not the camera's.
-Result<bool> to_middle_row(const CameraModel& camera, const ImageMotion& motion, const MutableGrayView& image);
+/// False where the motion is not within_reach(): the image is unchanged then. `invalid_argument` for an image whose
+/// size is not the camera's. `storage` begins with the image and has limits::max_rolling_rows more rows.
+Result<bool> to_middle_row(const CameraModel& camera, const ImageMotion& motion, std::int32_t width,
+                           std::int32_t height, std::span<std::uint8_t> storage);
 
 }  // namespace ilp

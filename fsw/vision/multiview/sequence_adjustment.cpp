@@ -72,8 +72,10 @@ void SequenceAdjustment::write_errors() {
       const double variance = known ? s_.covariance.variance_of_centre(index, k) : 0;
       const std::size_t diagonal = (k + 3) * (k + 4) / 2 + k + 3;
       const double factor = s_.params.error_factor;
-      s_.cameras[index].sigma_position[k] =
-          variance > 0 ? std::sqrt(factor * factor * variance + by_lens[diagonal]) : 0;
+      const double sigma = factor * std::sqrt(variance);
+      // A known lens leaves every bit of it.
+      const bool open = by_lens[diagonal] > 0;
+      s_.cameras[index].sigma_position[k] = variance > 0 && open ? std::sqrt(sigma * sigma + by_lens[diagonal]) : sigma;
     }
   }
 }

@@ -135,6 +135,12 @@ struct TrackEquations {
     seen[count++] = {first, by_camera.transpose() * by_point, by_camera.transpose() * by_intrinsics};
   }
 
+  void clear() {
+    point.setZero();
+    point_with_intrinsics.setZero();
+    count = 0;
+  }
+
   /// Adds its part of the equations without the point to `sums` (parameters x intrinsics, row-major).
   void scatter_into(double* sums) const {
     Mat3 held = point;
@@ -323,7 +329,7 @@ void add_error_of_lens(const StripCovariance& strip, std::size_t index, const Ri
   if (index == 0 || ((strip.known >> (index - 1)) & 3U) != 3U) return;
   Eigen::Matrix<double, 12, static_cast<int>(intrinsic_count)> both;
   both << derivative_of(strip, index - 1), derivative_of(strip, index);
-  add_transformed((step_by_cameras(previous, camera) * both).eval(), lens, step);
+  add_transformed(step_by_cameras(previous, camera).lazyProduct(both), lens, step);
 }
 
 void derive_by_intrinsics(const BundleProblem& problem, const BundleParams& params, const CameraModel& camera,
@@ -351,7 +357,7 @@ void derive_by_intrinsics(const BundleProblem& problem, const BundleParams& para
     }
     if (i + 1 < problem.observations.size() && problem.observations[i + 1].point == o.point) continue;
     track.scatter_into(sums);
-    track = {};
+    track.clear();
   }
   multiply(window.conditional.data(), sums, n, n, intrinsic_count, workspace.by_intrinsics.data());
   for (std::size_t k = 0; k < n * intrinsic_count; ++k) workspace.by_intrinsics[k] /= -window.variance;

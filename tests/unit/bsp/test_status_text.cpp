@@ -32,7 +32,7 @@ TEST(StatusText, NamesWhatAStatusIsAbout) {
       {{StatusCode::component_restarted, 6}, "component structure_and_motion restarted from its checkpoint"},
       {{StatusCode::strip_broken, 17, 3}, "strip 17 ended: pose lost"},
       {{StatusCode::camera_calibrated, 5, 1234567},
-       "the camera was calibrated at keyframe 5: focal length 1234.567 px"},
+       "the camera was found by the keyframes up to 5: focal length 1234.567 px"},
       {{StatusCode::camera_silent, 8, 2500}, "no frame since frame 8, for 2500 ms"},
       {{StatusCode::store_full, 10, 20}, "store is full: 10 bytes used of 20 bytes"},
       {{StatusCode::camera_size, 64000480, 32000240},

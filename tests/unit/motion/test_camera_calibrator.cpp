@@ -270,6 +270,21 @@ TEST_F(CameraCalibratorTest, WhereTheFrozenCameraIsDamagedItsCopyIsRead) {
   EXPECT_TRUE(get_camera(failing, camera_id, record).is(StatusCode::record_damaged));
 }
 
+TEST_F(CameraCalibratorTest, ACameraThatIsLostIsLookedForAgain) {
+  fly(rugged_views(), 1.12, false);
+  const auto nominal = read<CameraRecord>(camera_id);
+  run_undisturbed();
+  const auto found = read<CameraRecord>(camera_id);
+  ASSERT_EQ(found.frozen, 1);
+  // As a start does that finds neither the camera nor its copy.
+  write(nominal);
+  run_undisturbed();
+  const auto again = read<CameraRecord>(camera_id);
+  EXPECT_EQ(again.frozen, 1);
+  EXPECT_NEAR(again.fx, true_camera().fx, 3 * again.sigma_focal_px);
+  expect_all_posed();
+}
+
 TEST_F(CameraCalibratorTest, AFrozenFocalLengthThatIsWrongIsContradictedAndARightOneIsNot) {
   for (const double factor : {1.0, 1.2}) {
     SCOPED_TRACE(factor);

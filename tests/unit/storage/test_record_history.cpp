@@ -117,6 +117,7 @@ class RecordHistoryTest : public test::StorageManagerTest {
     write(check);
     PoseRecord pose;
     pose.id = k;
+    pose.state = PoseState::final;
     write(pose);
     StructureRecord structure;
     structure.id = k;

@@ -340,9 +340,9 @@ TEST_F(TelemetryTest, RealsAndArraysStandInTableOrder) {
   EXPECT_EQ(at(data, 1, 8), 4U);
   EXPECT_EQ(at(data, 9, 8), 2U);
   EXPECT_EQ(at(data, 17, 1), 1U);
-  EXPECT_EQ(real_at(data, 20), 0.5);
-  EXPECT_EQ(real_at(data, 20 + 3 * 8), -0.25);
-  EXPECT_EQ(real_at(data, 20 + 4 * 8 + 2 * 8), 1000.125);
+  EXPECT_EQ(real_at(data, 24), 0.5);
+  EXPECT_EQ(real_at(data, 24 + 3 * 8), -0.25);
+  EXPECT_EQ(real_at(data, 24 + 4 * 8 + 2 * 8), 1000.125);
 }
 
 TEST_F(TelemetryTest, EveryReportFitsAPacketAndAllCanBeAskedForAtOnce) {

@@ -52,7 +52,7 @@ TEST(CameraLines, WhatHasBeenFoundIsNotCalledOpen) {
   const std::string text = text_of(flight_with(CalibrationVerdict::partly, true, {0.1, 0.9}));
   EXPECT_TRUE(says(text, words_of(Intrinsic::k1))) << text;
   EXPECT_FALSE(says(text, "Its focal length")) << text;
-  EXPECT_FALSE(says(text_of(flight_with(CalibrationVerdict::partly, true, {0.4, 0.4})), "as uncertain"));
+  EXPECT_FALSE(says(text_of(flight_with(CalibrationVerdict::partly, true, {0.4, 0.4})), "as it was given"));
 }
 
 TEST(CameraLines, AFlightThatEndedDuringTheSearchHasNoFinalPose) {

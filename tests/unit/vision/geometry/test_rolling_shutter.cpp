@@ -3,10 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <vector>
 
+#include "cfg/limits.hpp"
 #include "fsw/base/argument.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
@@ -83,7 +86,7 @@ double texture(const Vec2& p) {
 TEST(RollingShutter, BringsAnImageToTheMiddleRow) {
   const Flight flight;
   const CameraModel camera = rolling_camera(0.06);
-  std::vector<std::uint8_t> grey(640 * 480);
+  std::vector<std::uint8_t> grey(640 * (480 + limits::max_rolling_rows));
   for (int v = 0; v < 480; ++v) {
     for (int u = 0; u < 640; ++u) {
       grey[static_cast<std::size_t>(v) * 640 + static_cast<std::size_t>(u)] =
@@ -101,7 +104,7 @@ TEST(RollingShutter, BringsAnImageToTheMiddleRow) {
     sum = std::sqrt(sum / (456 * 616));
   };
   rms(before);
-  const Result<bool> moved = to_middle_row(camera, flight.motion(), {grey.data(), 640, 480, 640});
+  const Result<bool> moved = to_middle_row(camera, flight.motion(), 640, 480, grey);
   ASSERT_TRUE(moved.ok() && moved.value());
   rms(after);
   EXPECT_GT(before, 5);
@@ -109,26 +112,29 @@ TEST(RollingShutter, BringsAnImageToTheMiddleRow) {
 }
 
 TEST(RollingShutter, StaysAsItIsWithoutAReadoutAndWithoutMotion) {
-  std::vector<std::uint8_t> grey(640 * 480);
+  std::vector<std::uint8_t> grey(640 * (480 + limits::max_rolling_rows));
   for (std::size_t i = 0; i < grey.size(); ++i) grey[i] = static_cast<std::uint8_t>(i * 37 % 251);
   const std::vector<std::uint8_t> was = grey;
-  EXPECT_TRUE(to_middle_row(rolling_camera(0), Flight{}.motion(), {grey.data(), 640, 480, 640}).value());
-  EXPECT_TRUE(to_middle_row(rolling_camera(0.03), ImageMotion{}, {grey.data(), 640, 480, 640}).value());
-  EXPECT_EQ(grey, was);
+  EXPECT_TRUE(to_middle_row(rolling_camera(0), Flight{}.motion(), 640, 480, grey).value());
+  EXPECT_TRUE(to_middle_row(rolling_camera(0.03), ImageMotion{}, 640, 480, grey).value());
+  EXPECT_TRUE(std::equal(grey.begin(), grey.begin() + 640 * 480, was.begin()));
 }
 
 TEST(RollingShutter, RefusesAMotionThatIsTooFastAndAnImageOfAnotherSize) {
-  std::vector<std::uint8_t> grey(640 * 480, 7);
+  std::vector<std::uint8_t> grey(640 * (480 + limits::max_rolling_rows), 7);
   grey[1000] = 90;
   const std::vector<std::uint8_t> was = grey;
   ImageMotion fast;
   fast.m[5] = 4;
-  EXPECT_FALSE(to_middle_row(rolling_camera(0.03), fast, {grey.data(), 640, 480, 640}).value());
+  EXPECT_FALSE(to_middle_row(rolling_camera(0.03), fast, 640, 480, grey).value());
   fast.m[5] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(to_middle_row(rolling_camera(0.03), fast, {grey.data(), 640, 480, 640}).value());
-  EXPECT_EQ(grey, was);
-  EXPECT_TRUE(
-      to_middle_row(rolling_camera(0.03), {}, {grey.data(), 320, 240, 320}).status().is(StatusCode::invalid_argument));
+  EXPECT_FALSE(to_middle_row(rolling_camera(0.03), fast, 640, 480, grey).value());
+  EXPECT_TRUE(std::equal(grey.begin(), grey.begin() + 640 * 480, was.begin()));
+  EXPECT_TRUE(to_middle_row(rolling_camera(0.03), {}, 320, 240, grey).status().is(StatusCode::invalid_argument));
+  EXPECT_TRUE(to_middle_row(rolling_camera(0.03), {}, 640, 480, std::span(grey).first(640 * 480))
+                  .status()
+                  .is(StatusCode::invalid_argument))
+      << "there is no room to work in";
 }
 
 TEST(RollingShutter, ACameraWithAnImpossibleReadoutIsRefusedByName) {
