@@ -442,6 +442,8 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   if (depths_seen(state_.sequence, camera, workspace_.depths, depths)) {
     pose.min_depth = depths.least;
     pose.max_depth = depths.largest;
+    if (final_pose)
+      pose.lens_depth_sigma = sequence.depth_error_of_lens(camera, 2 / (1 / depths.least + 1 / depths.largest));
   }
   GroundBelow ground;
   if (ground_below(state_.sequence.tracks, pose.centre, ground)) {

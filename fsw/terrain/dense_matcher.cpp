@@ -60,8 +60,10 @@ void state_geometry(const DenseMatcher::Work& work, DenseMatcher::Workspace& w, 
     record.blind_radius_px = work.plan.blind_radius_px;
   }
   const ImageView<const float> inverse_depth = std::as_const(w.maps.depth.inverse).view();
-  record.pose_sigma = median_depth_error_of_poses(partner_from_this, work.partner.step, work.camera, inverse_depth,
-                                                  w.shared.record.pose_errors);
+  const double by_poses = median_depth_error_of_poses(partner_from_this, work.partner.step, work.camera, inverse_depth,
+                                                      w.shared.record.pose_errors);
+  const double by_lens = work.partner.pose.lens_depth_sigma;
+  record.pose_sigma = by_lens > 0 && by_poses > 0 ? std::sqrt(by_poses * by_poses + by_lens * by_lens) : by_poses;
 }
 
 void state_median_sigma(ImageView<const std::uint8_t> sigma_codes, DepthRecord& record) {

@@ -209,11 +209,19 @@ bool Sequence::take_final_camera(SequenceCamera& camera) {
     covariance_of_step(s_.covariance, index, cam_from_world(s_.cameras[index - 1].pose), cam_from_world(camera.pose),
                        camera.step_covariance);
     for (double& x : camera.step_covariance) x *= factor;
-    add_error_of_lens(s_.covariance, index, cam_from_world(s_.cameras[index - 1].pose), cam_from_world(camera.pose),
-                      lens, camera.step_covariance);
   }
   ++s_.taken_count;
   return true;
+}
+
+double Sequence::depth_error_of_lens(const SequenceCamera& camera, double depth) const {
+  for (std::size_t i = 1; i < s_.cameras.size(); ++i) {
+    if (s_.cameras[i].keyframe_id != camera.keyframe_id) continue;
+    const StripStep step{i, cam_from_world(s_.cameras[i - 1].pose), cam_from_world(camera.pose)};
+    return ilp::depth_error_of_lens(s_.covariance, step, s_.camera, intrinsics_covariance(s_.params.lens_covariance),
+                                    depth);
+  }
+  return 0;
 }
 
 void Sequence::corners_of(std::uint32_t back, Corners& corners) const {

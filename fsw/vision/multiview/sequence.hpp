@@ -241,6 +241,9 @@ class Sequence {
 
   /// Takes final cameras in order, each once; false when there is none (yet).
   bool take_final_camera(SequenceCamera& camera);
+  /// One sigma, as a share, that the open lens gives to depths near `depth` between an accepted camera and the one
+  /// before it; it is not in SequenceCamera::step_covariance.
+  [[nodiscard]] double depth_error_of_lens(const SequenceCamera& camera, double depth) const;
   /// Takes final points, each once, only those with two or more observations; false when there is none (yet).
   bool take_final_point(FinalPoint& point);
 

@@ -252,6 +252,46 @@ void add_transformed(const SixByIntrinsics& j, const IntrinsicsCovariance& lens,
   }
 }
 
+/// How the direction (X/Z, Y/Z) of a pixel moves where the intrinsics change.
+MatIntrinsics direction_by_intrinsics(const CameraModel& camera, const Vec2& normalised) {
+  MatIntrinsics by = -ideal_by_intrinsics(camera, normalised);
+  by.row(0) /= camera.fx;
+  by.row(1) /= camera.fy;
+  return by;
+}
+
+struct Sighting {
+  Vec2 pixel;    ///< of the first camera
+  double depth;  ///< along its optical axis
+};
+using DepthByIntrinsics = Eigen::Matrix<double, 1, static_cast<int>(intrinsic_count)>;
+
+/// Derivative of log(depth), the ground's pixel in the second image being given. False where that image has none.
+bool depth_by_intrinsics(const CameraModel& model, const RigidTransform& second_from_first,
+                         const SixByIntrinsics& step_by_lens, const Sighting& seen, DepthByIntrinsics& derivative) {
+  const Vec2 first = normalised_from_pixel(model, seen.pixel);
+  const Vec3 ray = second_from_first.rotation * Vec3(first.x(), first.y(), 1);
+  const Vec3 q = seen.depth * ray + second_from_first.translation;
+  if (!(q.z() > 1e-9 * seen.depth)) return false;
+  const Vec2 second(q.x() / q.z(), q.y() / q.z());
+  const Vec2 there = pixel_from_normalised(model, second);
+  if (!(there.x() >= 0 && there.y() >= 0 && there.x() < model.width && there.y() < model.height)) return false;
+  Eigen::Matrix<double, 2, 3> projection;
+  projection << 1 / q.z(), 0, -second.x() / q.z(), 0, 1 / q.z(), -second.y() / q.z();
+  const Vec2 along = projection * ray;
+  if (!(along.squaredNorm() > 0)) return false;
+  // The place q turns with the second camera, and moves against it.
+  Eigen::Matrix<double, 3, 6> moved;
+  moved.leftCols<3>() = -cross_matrix(q);
+  moved.rightCols<3>() = -second_from_first.rotation;
+  const Eigen::Matrix<double, 3, static_cast<int>(intrinsic_count)> place =
+      moved.lazyProduct(step_by_lens) +
+      seen.depth * second_from_first.rotation.leftCols<2>().lazyProduct(direction_by_intrinsics(model, first));
+  const MatIntrinsics left = direction_by_intrinsics(model, second) - projection.lazyProduct(place);
+  derivative = along.transpose().lazyProduct(left) / (along.squaredNorm() * seen.depth);
+  return true;
+}
+
 bool knows_all(const StripCovariance& strip, const WindowMap& map, const BundleCovariance& window) {
   bool all = window.valid;
   for (std::size_t f = 0; f < window.fixed_count; ++f)
@@ -324,12 +364,26 @@ void add_error_of_lens(const StripCovariance& strip, std::size_t index, const In
   add_transformed(derivative_of(strip, index), lens, pose);
 }
 
-void add_error_of_lens(const StripCovariance& strip, std::size_t index, const RigidTransform& previous,
-                       const RigidTransform& camera, const IntrinsicsCovariance& lens, double (&step)[21]) {
-  if (index == 0 || ((strip.known >> (index - 1)) & 3U) != 3U) return;
+double depth_error_of_lens(const StripCovariance& strip, const StripStep& step, const CameraModel& model,
+                           const IntrinsicsCovariance& lens, double depth) {
+  if (step.index == 0 || ((strip.known >> (step.index - 1)) & 3U) != 3U || !(lens.trace() > 0)) return 0;
   Eigen::Matrix<double, 12, static_cast<int>(intrinsic_count)> both;
-  both << derivative_of(strip, index - 1), derivative_of(strip, index);
-  add_transformed(step_by_cameras(previous, camera).lazyProduct(both), lens, step);
+  both << derivative_of(strip, step.index - 1), derivative_of(strip, step.index);
+  const SixByIntrinsics by_lens = step_by_cameras(step.previous, step.camera).lazyProduct(both);
+  const RigidTransform second_from_first = compose(step.camera, inverse(step.previous));
+  constexpr int cells = 5;
+  double sum = 0;
+  int count = 0;
+  for (int row = 0; row < cells; ++row) {
+    for (int column = 0; column < cells; ++column) {
+      const Vec2 pixel(model.width * (column + 0.5) / cells - 0.5, model.height * (row + 0.5) / cells - 0.5);
+      DepthByIntrinsics derivative;
+      if (!depth_by_intrinsics(model, second_from_first, by_lens, {pixel, depth}, derivative)) continue;
+      sum += derivative.dot(derivative * lens);
+      ++count;
+    }
+  }
+  return count > 0 && sum > 0 ? std::sqrt(sum / count) : 0;
 }
 
 void derive_by_intrinsics(const BundleProblem& problem, const BundleParams& params, const CameraModel& camera,

@@ -69,9 +69,16 @@ using IntrinsicsCovariance =
 /// Lower triangle `pose` += J C J^T, J the derivative of this camera by the intrinsics.
 void add_error_of_lens(const StripCovariance& strip, std::size_t index, const IntrinsicsCovariance& lens,
                        double (&pose)[21]);
-/// The same for the step from the camera before.
-void add_error_of_lens(const StripCovariance& strip, std::size_t index, const RigidTransform& previous,
-                       const RigidTransform& camera, const IntrinsicsCovariance& lens, double (&step)[21]);
+/// The two cameras of a step: the one before camera `index` of the strip, and this one.
+struct StripStep {
+  std::size_t index;
+  RigidTransform previous, camera;
+};
+/// One sigma, as a share of it, that the lens gives to depth near `depth` (along the optical axis of the camera before)
+/// by a match of the step: by its rays and by both poses. Root mean square over the image; 0 if it is not known, or the
+/// cameras have nothing in common.
+[[nodiscard]] double depth_error_of_lens(const StripCovariance& strip, const StripStep& step, const CameraModel& model,
+                                         const IntrinsicsCovariance& lens, double depth);
 
 /// Covariance of camera `index`, lower triangle. All 0 if it is not known.
 void covariance_of_camera(const StripCovariance& strip, std::size_t index, double (&lower)[21]);

@@ -37,6 +37,7 @@ double own_scale(const std::vector<float>& inverse, const std::vector<float>& tr
 struct StepError {
   RigidTransform partner_from_this;
   StepCovariance covariance;
+  double by_lens = 0;  ///< share of the depth
 };
 
 StepError step_error(const intake::Keyframe& keyframe, std::span<const intake::Keyframe* const> to_partner) {
@@ -50,6 +51,7 @@ StepError step_error(const intake::Keyframe& keyframe, std::span<const intake::K
     const bool first = before == &*keyframe.pose;
     sum.covariance = first ? covariance : joined_steps(sum.partner_from_this, sum.covariance, step, covariance);
     sum.partner_from_this = first ? step : compose(step, sum.partner_from_this);
+    sum.by_lens = next->pose->lens_depth_sigma;
     before = &*next->pose;
   }
   return sum;
@@ -168,7 +170,7 @@ DepthErrors depth_errors(const intake::Keyframe& keyframe, std::span<const intak
       if (step.covariance.known()) {
         const double of_poses =
             d * depth_error_of_poses(step.partner_from_this, step.covariance, {ray[i].x, ray[i].y}, 1 / d);
-        add(errors.in_sigmas_with_poses, (d - scale / z) / std::hypot(sigma, of_poses));
+        add(errors.in_sigmas_with_poses, (d - scale / z) / std::hypot(sigma, of_poses, d * step.by_lens));
       }
       add(errors.own_in_sigmas, (d - own / z) / sigma);
     }
