@@ -34,7 +34,7 @@ LensPrior LensSearch::prior(const CameraModel& nominal) const {
 
 bool LensSearch::has_enough(const CameraRecord& camera) const {
   const auto pass = static_cast<std::size_t>(camera.revision);
-  return pass < poses_of_pass.size() && work_.posed >= poses_of_pass[pass];
+  return pass < poses_of_pass.size() && work_.posed >= std::max(poses_of_pass[pass], work_.least_posed);
 }
 
 Result<bool> LensSearch::follow_poses(const CameraRecord& camera) {
@@ -125,6 +125,11 @@ Status LensSearch::end_round(CameraRecord& camera, Status& event) {
     // The step led too far from the poses: the camera before it stands, and the next pass has better ones.
     work_.before.step.camera = work_.stepped_from;
     return conclude(given, work_.before, camera, event);
+  }
+  if (work_.evidence.windows == 0 && !work_.last) {
+    work_.solving = false;
+    work_.least_posed = work_.posed + poses_of_pass[0];
+    return {};
   }
   LensSearchWork::Solution found{
       {}, judge(work_.evidence, work_.camera, camera_check_params), work_.evidence.windows, work_.evidence.points};

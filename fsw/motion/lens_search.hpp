@@ -17,6 +17,7 @@ struct LensSearchWork {
   std::int64_t first_frame_id = 0;  ///< of the oldest keyframe
   std::int64_t first_id = 0;
   std::uint32_t posed = 0;
+  std::uint32_t least_posed = 0;  ///< fewer have no window: the points that they see have not ended yet
   std::int64_t window_id = 0;  ///< where the next window begins
   std::uint32_t round = 0;
   CameraModel camera;  ///< of the round

@@ -59,13 +59,15 @@ std::optional<double> exif_number(GDALDataset& dataset, const char* name) {
   return value;
 }
 
-std::optional<double> field_of_view(GDALDataset& dataset) {
+std::optional<double> focal_length(GDALDataset& dataset, const char* name, double least_mm) {
+  const auto focal_mm = exif_number(dataset, name);
+  return focal_mm && *focal_mm >= least_mm && *focal_mm <= 2000 ? focal_mm : std::nullopt;
+}
+
+double field_of_view(const PhotographFacts& facts, double focal_film_mm) {
   constexpr double film_width_mm = 36;
-  const auto focal_mm = exif_number(dataset, "EXIF_FocalLengthIn35mmFilm");
-  if (!focal_mm || *focal_mm < 4 || *focal_mm > 2000) return std::nullopt;
   // The longer side of the image is that of the film.
-  const double width = dataset.GetRasterXSize(), longer = std::max(width, double(dataset.GetRasterYSize()));
-  return 2 * std::atan(0.5 * film_width_mm * width / longer / *focal_mm);
+  return 2 * std::atan(0.5 * film_width_mm * facts.width / std::max(facts.width, facts.height) / focal_film_mm);
 }
 
 std::optional<std::int64_t> exposure_time(GDALDataset& dataset) {
@@ -199,7 +201,9 @@ PhotographFacts read_photograph_facts(const fs::path& path) {
   facts.width = dataset->GetRasterXSize();
   facts.height = dataset->GetRasterYSize();
   facts.deep = dataset->GetRasterBand(1)->GetRasterDataType() == GDT_UInt16;
-  facts.field_of_view_rad = field_of_view(*dataset);
+  facts.focal_mm = focal_length(*dataset, "EXIF_FocalLength", 0.5);
+  facts.focal_film_mm = focal_length(*dataset, "EXIF_FocalLengthIn35mmFilm", 4);
+  if (facts.focal_film_mm) facts.field_of_view_rad = field_of_view(facts, *facts.focal_film_mm);
   facts.time_ns = exposure_time(*dataset);
   facts.gps_time_ns = gps_time(*dataset);
   read_place(*dataset, facts);

@@ -31,6 +31,8 @@ struct GeoTag {
 struct PhotographFacts {
   int width = 0, height = 0;
   bool deep = false;
+  std::optional<double> focal_mm;  ///< as EXIF states it, and for 35 mm film
+  std::optional<double> focal_film_mm;
   std::optional<double> field_of_view_rad;  ///< horizontal, from the focal length that EXIF states for 35 mm film
   std::optional<std::int64_t> time_ns;      ///< of the exposure, since 1970, as the camera's clock says
   std::optional<std::int64_t> gps_time_ns;  ///< of the position, since 1970, UTC

@@ -13,6 +13,7 @@
 #include "cfg/limits.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/host/photograph.hpp"
+#include "sim/host/text_format.hpp"
 
 namespace ilp::sil {
 namespace fs = std::filesystem;
@@ -47,6 +48,43 @@ std::vector<Facts> facts_of(const std::vector<host::StripFrame>& strip) {
     }
   }
   return all;
+}
+
+/// Whether both were taken with one focal length, as far as EXIF says.
+bool same_lens(const Facts& a, const Facts& b) {
+  if (!a.header || !b.header) return true;
+  const auto same = [](const std::optional<double>& x, const std::optional<double>& y) {
+    constexpr double most_apart = 0.01;
+    return !x || !y || std::fabs(*x / *y - 1) <= most_apart;
+  };
+  return same(a.header->focal_mm, b.header->focal_mm) && same(a.header->focal_film_mm, b.header->focal_film_mm);
+}
+
+std::string lens_of(const Facts& facts) {
+  const std::optional<double>& focal_mm =
+      facts.header->focal_film_mm ? facts.header->focal_film_mm : facts.header->focal_mm;
+  return focal_mm ? host::brief(*focal_mm) + (facts.header->focal_film_mm ? " mm (35 mm film)" : " mm") : "none";
+}
+
+/// Leaves out the photographs whose focal length is not the one that most were taken with: a flight has one camera.
+void keep_one_lens(std::vector<Facts>& all, std::ostream& messages) {
+  const Facts* usual = nullptr;
+  std::ptrdiff_t most = 0;
+  for (const Facts& facts : all) {
+    if (!facts.header || (!facts.header->focal_mm && !facts.header->focal_film_mm)) continue;
+    const auto count =
+        std::count_if(all.begin(), all.end(), [&](const Facts& other) { return same_lens(facts, other); });
+    if (count <= most) continue;
+    most = count;
+    usual = &facts;
+  }
+  if (usual == nullptr || most == std::ssize(all)) return;
+  const Facts lens = *usual;
+  const auto odd = std::find_if(all.begin(), all.end(), [&](const Facts& facts) { return !same_lens(lens, facts); });
+  messages << std::ssize(all) - most << " photographs have another focal length than the others, " << lens_of(lens)
+           << "; the first is " << odd->frame->file.string() << ", " << lens_of(*odd)
+           << ": they are left out, because a flight has one camera; fly them from a folder of their own\n";
+  std::erase_if(all, [&](const Facts& facts) { return !same_lens(lens, facts); });
 }
 
 /// The camera tells PNG and PGM by their first bytes, whatever the file's name.
@@ -167,9 +205,10 @@ void take_places(const std::vector<Facts>& all, FlyableImages& result, std::ostr
 }  // namespace
 
 FlyableImages make_flyable(const std::vector<host::StripFrame>& strip, const fs::path& folder, std::ostream& messages) {
-  const std::vector<Facts> all = facts_of(strip);
+  std::vector<Facts> all = facts_of(strip);
+  keep_one_lens(all, messages);
   FlyableImages result;
-  result.frames = strip;
+  for (const Facts& facts : all) result.frames.push_back(*facts.frame);
   result.binning = binning_of(all);
   const bool any_deep =
       std::any_of(all.begin(), all.end(), [](const Facts& facts) { return facts.header && facts.header->deep; });

@@ -23,8 +23,8 @@ struct FlyableImages {
 
 /// Images that fly as they are keep their place; the others become 8-bit PNG files in `folder`, under their own names.
 /// 16-bit values are scaled by the range of the whole strip. Times that are assumed are replaced by those that all
-/// images state, if these increase. Says in `messages` what was done. An image that cannot be read is left as it is:
-/// the flight itself reports it.
+/// images state, if these increase. Photographs with another focal length than most are left out. Says in `messages`
+/// what was done. An image that cannot be read is left as it is: the flight itself reports it.
 [[nodiscard]] FlyableImages make_flyable(const std::vector<host::StripFrame>& strip,
                                          const std::filesystem::path& folder, std::ostream& messages);
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "fsw/base/geometry.hpp"
@@ -44,6 +45,7 @@ class ImageSource {
 
   CameraModel model;
   bool camera_known = true;  ///< false: the images came without intrinsics, or the options say so; they are nominal
+  std::optional<double> field_of_view_sigma_rad;  ///< of nominal intrinsics, where the images state them
   std::size_t frames = 0;
   std::string description;
   std::string navigation;  ///< file of the vehicle's measurements; empty: none

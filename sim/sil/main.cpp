@@ -160,6 +160,9 @@ int run(CommandLine& line) {
   const std::unique_ptr<ImageSource> images = open_source(source);
   if (!images->camera_known) {
     mission.camera_known = false;
+    if (images->field_of_view_sigma_rad &&
+        mission.field_of_view_sigma_rad == MissionParameters{}.field_of_view_sigma_rad)
+      mission.field_of_view_sigma_rad = *images->field_of_view_sigma_rad;
     std::cerr << "The camera is not known: the flight has to find its intrinsics from the images\n";
   }
   if (!images->navigation.empty()) {

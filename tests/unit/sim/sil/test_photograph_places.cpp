@@ -184,5 +184,33 @@ TEST_F(PhotographPlaces, ADamagedSegmentLeavesAnImageWithoutAPlace) {
   }
 }
 
+TEST_F(PhotographPlaces, PhotographsOfAnotherFocalLengthThanMostAreLeftOutByName) {
+  std::vector<fs::path> files;
+  for (int i = 0; i < 5; ++i) {
+    ExifTags tags = at(4.4 + 1e-4 * i, 51.25, 120);
+    // One states none, and one was taken with the zoom elsewhere.
+    if (i != 0) tags.focal_35mm = static_cast<std::uint16_t>(i == 2 ? 48 : 31);
+    files.push_back(write("photo-" + std::to_string(i) + ".jpg", tags));
+  }
+  const FlyableImages images = make(files);
+  ASSERT_EQ(images.frames.size(), 4U);
+  ASSERT_EQ(images.places.size(), 4U);
+  for (const host::StripFrame& frame : images.frames) EXPECT_EQ(frame.file.string().find("photo-2"), std::string::npos);
+  EXPECT_NEAR(images.places[2]->longitude_deg, 4.4 + 3e-4, 1e-8) << "the places stay beside their images";
+  for (const char* part : {"photo-2.jpg", "48 mm", "31 mm", "left out"})
+    EXPECT_NE(messages_.str().find(part), std::string::npos) << part << " in " << messages_.str();
+}
+
+TEST_F(PhotographPlaces, OneFocalLengthIsNothingToTell) {
+  std::vector<fs::path> files;
+  for (int i = 0; i < 4; ++i) {
+    ExifTags tags;
+    tags.focal_35mm = std::uint16_t{24};
+    files.push_back(write("photo-" + std::to_string(i) + ".jpg", tags));
+  }
+  EXPECT_EQ(make(files).frames.size(), 4U);
+  EXPECT_EQ(messages_.str().find("focal"), std::string::npos) << messages_.str();
+}
+
 }  // namespace
 }  // namespace ilp::sil
