@@ -148,7 +148,7 @@ inline constexpr Stage rows[] = {
      .name = "camera_calibrator",
      .page = "motion",
      .wakes = mask_of(keyframe, strip, pose),
-     .reads = mask_of(keyframe, strip, pose, structure, shutter),
+     .reads = mask_of(keyframe, strip, pose, structure, shutter, navigation),
      .writes = mask_of(camera, calibration, calibration_check),
      .budget_ns = 100 * ns_per_ms,
      .state = {.number = 4}},

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/base/math.hpp"
 #include "fsw/motion/final_window.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/shared/find.hpp"
+#include "fsw/shared/navigation_on_record.hpp"
 #include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
 
 namespace ilp {
 namespace {
@@ -18,9 +21,25 @@ constexpr double short_step = 0.05;        ///< sigmas
 constexpr double sufficient_lens = 0.002;  ///< one sigma of k1 with which the search ends early
 constexpr double undetermined = 0.5;       ///< of the error before, that is left
 constexpr double sigma_of_given_focal = 0.002;
+constexpr double least_attitude_sigma_rad = 1e-3;
 
 bool flight_has_ended(const StripRecord& newest, std::int64_t looked_at) {
   return newest.end == StripEnd::end_of_flight && newest.last_keyframe_id == looked_at;
+}
+
+/// The heading's error is about the vertical, which the level's third axis is in the camera's axes.
+BundleAttitudePrior attitude_prior(std::uint16_t view, const NavigationRecord& measured) {
+  BundleAttitudePrior prior{.camera = view};
+  std::copy_n(measured.q_cam_from_level, 4, prior.q_cam_from_world);
+  const Vec3 up = rotation_from_quaternion(measured.q_cam_from_level).col(2);
+  const double tilt = std::fmax(measured.tilt_sigma_rad, least_attitude_sigma_rad);
+  // Without a heading, turns about the vertical are free.
+  const double heading = measured.heading_sigma_rad > 0 ? std::fmax(measured.heading_sigma_rad, tilt) : pi;
+  for (int i = 0; i < 3; ++i) {
+    const double about_up = up[i] * up[i];
+    prior.sigma_rad[i] = std::sqrt((1 - about_up) * tilt * tilt + about_up * heading * heading);
+  }
+  return prior;
 }
 
 }  // namespace
@@ -94,12 +113,25 @@ Status LensSearch::collect_window(const CameraRecord& camera) {
   return {};
 }
 
+/// Poses and points of the window, and the attitudes that the vehicle measured at its keyframes.
+Status LensSearch::load_window() {
+  const FixedVector<std::int64_t, limits::max_calibration_views>& ids = workspace_.ids;
+  BundleProblem& window = workspace_.window;
+  ILP_TRY(load_final_window(wiring_.store, work_.camera, {ids.data(), ids.size()}, work_.looked_id, window));
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    NavigationRecord measured;
+    ILP_TAKE(const bool known, measured_at(wiring_.store, wiring_.mission, ids[i], measured));
+    if (!known || !(measured.tilt_sigma_rad > 0)) continue;
+    static_cast<void>(window.attitudes.push_back(attitude_prior(static_cast<std::uint16_t>(i), measured)));
+  }
+  return {};
+}
+
 Status LensSearch::add_window_to_round(const CameraRecord& camera, Status& event) {
   const std::int64_t begin = work_.window_id;
   ILP_TRY(collect_window(camera));
   if (workspace_.ids.size() < least_window_views) return {};
-  const Status loaded = load_final_window(wiring_.store, work_.camera, {workspace_.ids.data(), workspace_.ids.size()},
-                                          work_.looked_id, workspace_.window);
+  const Status loaded = load_window();
   if (is_transient(loaded) && !patience_.given_up(input())) {
     work_.window_id = begin;
     return loaded;

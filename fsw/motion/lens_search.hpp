@@ -18,7 +18,7 @@ struct LensSearchWork {
   std::int64_t first_id = 0;
   std::uint32_t posed = 0;
   std::uint32_t least_posed = 0;  ///< fewer have no window: the points that they see have not ended yet
-  std::int64_t window_id = 0;  ///< where the next window begins
+  std::int64_t window_id = 0;     ///< where the next window begins
   std::uint32_t round = 0;
   CameraModel camera;  ///< of the round
   CameraEvidence evidence;
@@ -36,7 +36,8 @@ struct LensSearchWork {
 /// step is taken, until it is short. The camera's next revision makes all poses anew, because its tracks are longer.
 /// Revision 1 comes with 6 poses, 2 with 16, 3 with 36, 4 when the mission's patience ends; the flight's end brings
 /// what it finds. From the second pass on the camera is frozen where the images determine the lens, or where nothing
-/// else will come. What the images leave open stays as it was given, with its error.
+/// else will come. What the images leave open stays as it was given, with its error. Attitudes that
+/// the vehicle measured are used.
 class LensSearch {
  public:
   using Tables = StageStore<ComponentId::camera_calibrator>;
@@ -56,6 +57,7 @@ class LensSearch {
   Result<bool> follow_poses(const CameraRecord& camera);
   [[nodiscard]] bool has_enough(const CameraRecord& camera) const;
   Status collect_window(const CameraRecord& camera);
+  Status load_window();
   Status add_window_to_round(const CameraRecord& camera, Status& event);
   Status end_round(CameraRecord& camera, Status& event);
   [[nodiscard]] LensPrior prior(const CameraModel& nominal) const;

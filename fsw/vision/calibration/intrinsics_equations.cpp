@@ -178,6 +178,9 @@ Status check(const BundleProblem& window) {
       return out_of_range(Argument::observation, i);
     }
   }
+  for (const BundleAttitudePrior& prior : window.attitudes) {
+    if (prior.camera >= window.cameras.size()) return out_of_range(Argument::window, prior.camera);
+  }
   return {};
 }
 
@@ -245,6 +248,38 @@ struct WindowSums {
   double variance = 0;   ///< of a coordinate, by the median
 };
 
+/// Attitudes that the vehicle measured: each view's turn from the first view, which does not move.
+void add_attitudes(const Window& window, double unit2, System& system, WindowSums& sums) {
+  const BundleAttitudePrior* first = nullptr;
+  for (const BundleAttitudePrior& prior : window.problem.attitudes) {
+    if (prior.camera == 0) first = &prior;
+  }
+  if (first == nullptr) return;
+  const Mat3 first_from_world = rotation_from_quaternion(first->q_cam_from_world);
+  const Mat3 world_from_first = window.cam_from_world[0].rotation.transpose();
+  for (const BundleAttitudePrior& prior : window.problem.attitudes) {
+    if (prior.camera == 0) continue;
+    const Mat3 measured = rotation_from_quaternion(prior.q_cam_from_world) * first_from_world.transpose();
+    const Mat3 adjusted = window.cam_from_world[prior.camera].rotation * world_from_first;
+    const Vec3 turn = vector_from_rotation(adjusted * measured.transpose());
+    const std::size_t row = 6 * (std::size_t{prior.camera} - 1);
+    for (int axis = 0; axis < 3; ++axis) {
+      double variance = prior.sigma_rad[axis] * prior.sigma_rad[axis];
+      for (int other = 0; other < 3; ++other) {
+        const double part = measured(axis, other) * first->sigma_rad[other];
+        variance += part * part;
+      }
+      // A sensor that contradicts the images loses its weight, as a wrong match does.
+      const double bound = loss_sigmas * loss_sigmas * variance;
+      const double weight = unit2 / variance / (1 + turn[axis] * turn[axis] / bound);
+      const std::size_t place = row + static_cast<std::size_t>(axis);
+      system.w.system[place * system_size + place] += weight;
+      system.w.right[place] += weight * turn[axis];
+      sums.squared += weight * turn[axis] * turn[axis];
+    }
+  }
+}
+
 /// Sums the system up, factors it and solves L y = right. False where there is nothing to solve.
 bool assemble(Window& window, IntrinsicsWorkspace& w, double error_factor, WindowSums& sums) {
   sums = {};
@@ -270,6 +305,8 @@ bool assemble(Window& window, IntrinsicsWorkspace& w, double error_factor, Windo
     add_point(point, own, system);
   }
   if (sums.points == 0) return false;
+  const double unit = std::fmax(error_factor * sigma, least_sigma_px);
+  add_attitudes(window, unit * unit, system, sums);
   const std::size_t moving = 6 * (window.problem.cameras.size() - 1);
   for (std::size_t i = 0; i < system_size; ++i) {
     double& diagonal = w.system[i * system_size + i];

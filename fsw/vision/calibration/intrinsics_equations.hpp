@@ -57,7 +57,8 @@ struct ReductionParams {
 /// ideal px of `camera`, all those of a point one after the other; residuals are in px of the real image, with Cauchy
 /// weights. An observation counts with error_factor times the scatter of the residuals, as in the stated errors of
 /// poses. A direction that the window does not determine has no information and adds nothing. The residuals that the
-/// step leaves are added to `field`. `invalid_argument` for a window that is out of range; no points where it has fewer
+/// step leaves are added to `field`. The window's attitudes are those of a sensor in a world of its own: each view's
+/// turn from the first one counts. `invalid_argument` for a window that is out of range; no points where it has fewer
 /// than three cameras.
 Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& params, BundleProblem& window,
                             IntrinsicsWorkspace& workspace, IntrinsicsEquations& equations, ResidualField& field);

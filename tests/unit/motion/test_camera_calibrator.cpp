@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <random>
 #include <set>
 
 #include "fsw/motion/structure_and_motion.hpp"
@@ -180,6 +181,36 @@ TEST_F(CameraCalibratorTest, OverAPlaneTheLensIsFoundAndEveryKeyframeIsPosed) {
   EXPECT_NEAR(camera.k1, true_camera().k1, 3 * std::sqrt(camera.covariance[9]));
   EXPECT_EQ(events(StatusCode::camera_calibrated) + events(StatusCode::camera_nominal), 1);
   expect_all_posed();
+}
+
+TEST_F(CameraCalibratorTest, AttitudesOfTheVehicleMakeTheLensOverAPlaneSurer) {
+  std::vector<CameraRecord> found;
+  for (const double error_of_sensor_rad : {0.0, 0.003, 0.3}) {
+    SCOPED_TRACE(error_of_sensor_rad);
+    fly(flat_views(), 1.05, false);
+    mission.use_navigation = error_of_sensor_rad > 0;
+    std::mt19937 random(5);
+    std::normal_distribution<double> error(0, error_of_sensor_rad);
+    for (std::int64_t id = 1; id <= keyframes && mission.use_navigation; ++id) {
+      NavigationRecord measured;
+      measured.id = id;
+      measured.tilt_sigma_rad = measured.heading_sigma_rad = 0.003;
+      const Mat3 seen = rotation_from_vector(Vec3(error(random), error(random), error(random))) *
+                        flat_views()[static_cast<std::size_t>(id - 1)].cam_from_world.rotation;
+      const Pose pose = pose_from({seen, Vec3::Zero()});
+      std::copy_n(pose.q_cam_from_world, 4, measured.q_cam_from_level);
+      write(measured);
+    }
+    run_undisturbed();
+    found.push_back(read<CameraRecord>(camera_id));
+    const CameraRecord& camera = found.back();
+    EXPECT_EQ(camera.frozen, 1);
+    EXPECT_NEAR(camera.fx, true_camera().fx, 3 * camera.sigma_focal_px);
+    EXPECT_NEAR(camera.k1, true_camera().k1, 3 * std::sqrt(camera.covariance[9]));
+    renew_store();
+  }
+  EXPECT_LT(found[1].sigma_focal_px, 0.7 * found[0].sigma_focal_px);
+  EXPECT_GT(found[2].sigma_focal_px, 0.9 * found[1].sigma_focal_px) << "a sensor that is wrong is not believed";
 }
 
 TEST_F(CameraCalibratorTest, AGivenFocalLengthStaysWithinItsError) {
