@@ -130,6 +130,13 @@ class Flight {
   [[nodiscard]] nlohmann::json fault_counts() const;
 
   std::int64_t count(RecordType type) { return record_count(store_, type); }
+  [[nodiscard]] std::int64_t keyframes_with_final_pose() {
+    std::int64_t posed = 0;
+    PoseRecord pose;
+    for (std::int64_t id = 0; next(store_, id, pose).ok(); id = pose.id)
+      posed += pose.state == PoseState::final ? 1 : 0;
+    return posed;
+  }
   [[nodiscard]] Executive& executive() { return software_->executive(); }
   [[nodiscard]] const Receiver& receiver() const { return receiver_; }
   [[nodiscard]] TimeNs now() { return clock_.now(); }
@@ -391,6 +398,12 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
   if (frames == 0) {
     std::cerr << "ilp-sil: the source gave no usable frame\n";
     return 1;
+  }
+  // Two keyframes may be a strip of which too little is seen.
+  if (keyframes >= 3 && flight.keyframes_with_final_pose() == 0) {
+    std::cerr << "ilp-sil: no keyframe has a pose: there are images, but no heights and no map; the report says what "
+                 "the keyframes had in common\n";
+    return status_without_poses;
   }
   return 0;
 }

@@ -33,6 +33,8 @@ struct FlightOptions {
 /// The mission of the file, or the default one. std::runtime_error names what is wrong in the file.
 MissionParameters load_mission(const FlightOptions& options);
 
+/// Of the program, after a flight whose keyframes have no pose.
+inline constexpr int status_without_poses = 3;
 /// Leaves flight.db, outbox/ and flight-info.json in the folder. The exit status of the program.
 int fly(const FlightOptions& options, const MissionParameters& mission, ImageSource& source);
 
