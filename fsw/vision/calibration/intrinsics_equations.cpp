@@ -23,8 +23,9 @@ constexpr std::size_t system_size = IntrinsicsWorkspace::size;
 constexpr double loss_sigmas = 5;     ///< bound of the Cauchy weights, in sigmas of a coordinate
 constexpr double least_weight = 0.2;  ///< a point with one below it, at twice the bound, is a wrong match
 constexpr double least_sigma_px = 0.01;
-constexpr double pose_ridge = 1e-9;       ///< of the diagonal: the scale of a window is free
-constexpr double intrinsic_ridge = 1e-6;  ///< of the information of a usual error
+constexpr double most_turn_by_lens_rad = 0.2;  ///< between views of a window, of a lens that is far off
+constexpr double pose_ridge = 1e-9;            ///< of the diagonal: the scale of a window is free
+constexpr double intrinsic_ridge = 1e-6;       ///< of the information of a usual error
 
 /// One observation with its derivatives.
 struct Seen {
@@ -248,34 +249,53 @@ struct WindowSums {
   double variance = 0;   ///< of a coordinate, by the median
 };
 
-/// Attitudes that the vehicle measured: each view's turn from the first view, which does not move.
-void add_attitudes(const Window& window, double unit2, System& system, WindowSums& sums) {
+/// A view's turn from the first one, which does not move, less what the sensor measured of it.
+struct MeasuredTurn {
+  std::size_t view = 0;
+  double contradiction[3] = {};  ///< rad, in the view's axes
+  double variance[3] = {};
+};
+using MeasuredTurns = FixedVector<MeasuredTurn, limits::max_calibration_views>;
+
+/// Empty where one of them is further from the images than a lens can explain.
+void measured_turns(const Window& window, MeasuredTurns& turns) {
   const BundleAttitudePrior* first = nullptr;
   for (const BundleAttitudePrior& prior : window.problem.attitudes) {
     if (prior.camera == 0) first = &prior;
   }
   if (first == nullptr) return;
-  const Mat3 first_from_world = rotation_from_quaternion(first->q_cam_from_world);
+  const Mat3 level_from_first = rotation_from_quaternion(first->q_cam_from_world).transpose();
   const Mat3 world_from_first = window.cam_from_world[0].rotation.transpose();
+  const Eigen::Map<const Vec3> sigma_of_first(first->sigma_rad);
   for (const BundleAttitudePrior& prior : window.problem.attitudes) {
     if (prior.camera == 0) continue;
-    const Mat3 measured = rotation_from_quaternion(prior.q_cam_from_world) * first_from_world.transpose();
+    const Mat3 measured = rotation_from_quaternion(prior.q_cam_from_world) * level_from_first;
     const Mat3 adjusted = window.cam_from_world[prior.camera].rotation * world_from_first;
-    const Vec3 turn = vector_from_rotation(adjusted * measured.transpose());
-    const std::size_t row = 6 * (std::size_t{prior.camera} - 1);
+    const Vec3 contradiction = vector_from_rotation(adjusted * measured.transpose());
+    const Vec3 variance = Eigen::Map<const Vec3>(prior.sigma_rad).cwiseAbs2() +
+                          (measured * sigma_of_first.asDiagonal()).rowwise().squaredNorm();
+    if (!((contradiction.cwiseAbs() - loss_sigmas * variance.cwiseSqrt()).maxCoeff() < most_turn_by_lens_rad)) {
+      turns.clear();
+      return;
+    }
+    static_cast<void>(turns.push_back({prior.camera,
+                                       {contradiction[0], contradiction[1], contradiction[2]},
+                                       {variance[0], variance[1], variance[2]}}));
+  }
+}
+
+void add_attitudes(const Window& window, double unit2, System& system, WindowSums& sums) {
+  MeasuredTurns turns;
+  measured_turns(window, turns);
+  for (const MeasuredTurn& turn : turns) {
     for (int axis = 0; axis < 3; ++axis) {
-      double variance = prior.sigma_rad[axis] * prior.sigma_rad[axis];
-      for (int other = 0; other < 3; ++other) {
-        const double part = measured(axis, other) * first->sigma_rad[other];
-        variance += part * part;
-      }
-      // A sensor that contradicts the images loses its weight, as a wrong match does.
-      const double bound = loss_sigmas * loss_sigmas * variance;
-      const double weight = unit2 / variance / (1 + turn[axis] * turn[axis] / bound);
-      const std::size_t place = row + static_cast<std::size_t>(axis);
+      const double squared = turn.contradiction[axis] * turn.contradiction[axis];
+      const double weight =
+          unit2 / turn.variance[axis] / (1 + squared / (loss_sigmas * loss_sigmas * turn.variance[axis]));
+      const std::size_t place = 6 * (turn.view - 1) + static_cast<std::size_t>(axis);
       system.w.system[place * system_size + place] += weight;
-      system.w.right[place] += weight * turn[axis];
-      sums.squared += weight * turn[axis] * turn[axis];
+      system.w.right[place] += weight * turn.contradiction[axis];
+      sums.squared += weight * squared;
     }
   }
 }
