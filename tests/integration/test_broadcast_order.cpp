@@ -267,10 +267,13 @@ TEST_F(BroadcastFlight, OverTwoPercentOfTheRawBitsProductsArriveInTheOrderOfThei
         if (id < begun.id) ++overtaken;
         // A second of the link has been chosen before, at the latest half a second after a product was made.
         if (clock.now() - other.since_ns < 2 * ns_per_s) continue;
-        // What no longer fits into the rest of the pass lets a smaller product pass.
-        if (other.bytes > bytes_left_of_pass(mission, clock.now())) continue;
+        // Where both no longer fit behind that second into the rest of the pass, the plan takes what is worth most
+        // together, which may be two smaller ones.
+        const double left = bytes_left_of_pass(mission, clock.now()) - mission.link_bytes_per_s;
+        if (other.bytes + begun.bytes > left) continue;
         EXPECT_LE(other.efficiency, efficiency)
-            << "product " << id << " waits, " << name << " begins at " << clock.now() / ns_per_ms << " ms";
+            << "product " << id << " of " << other.bytes << " bytes waits, " << name << " of " << begun.bytes
+            << " begins at " << clock.now() / ns_per_ms << " ms";
       }
       last_begun_ns = clock.now();
     }

@@ -129,7 +129,7 @@ TEST_F(CampaignTest, FailuresAreNamedAndStopNobody) {
       "text | version\n[group late]\nscenario = crash | hang | fine\n");
   simulator(R"(case $scenario in
   crash) [[ $out = *late* ]] || { echo 'about to <crash>'; kill -SEGV $$; } ;;
-  status) echo 'first'; echo 'too low'; exit 3 ;;
+  status) echo 'first'; echo 'too low'; exit 4 ;;
   hang) [[ $out = *late* ]] || { sleep 1000 & echo $! > "$here/pid"; wait; } ;;
 esac)");
   scorer(R"(case $scenario in
@@ -144,7 +144,7 @@ esac)");
 esac)");
   const CampaignEnd end = run({"--jobs", "4"});
   EXPECT_EQ(end.status, 1);
-  EXPECT_TRUE(says(end.messages, "failed: status: sil ended with status 3: too low"));
+  EXPECT_TRUE(says(end.messages, "failed: status: sil ended with status 4: too low"));
   EXPECT_TRUE(says(end.messages, "10 of 12 flights failed"));
   const auto failure = [&](const std::string& name) { return field(name, "failure"); };
   EXPECT_EQ(failure("crash"), "sil killed by signal 11 (Segmentation fault)");
@@ -166,7 +166,7 @@ esac)");
 
 TEST_F(CampaignTest, FailuresAreFlownAgainOnRequestOnly) {
   campaign("[grid]\nseed = 1 | 2\n");
-  simulator("[ $seed = 1 ] || [ -e $here/go ] || exit 3");
+  simulator("[ $seed = 1 ] || [ -e $here/go ] || exit 4");
   EXPECT_EQ(run().status, 1);
   EXPECT_EQ(run().status, 1);
   EXPECT_EQ(calls().size(), 2U);
