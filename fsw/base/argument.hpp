@@ -20,7 +20,7 @@ ILP_ENUMERATION(
     (108, principal_point, "within one image of its centre"), (109, distortion, "invertible over the whole image"),
     (110, coarsest_side, ""), (111, patch_side, ""),
     (112, view_angle, "at most 75 deg from the optical axis of a fisheye: cut the images to their middle"),
-    (113, readout, "at most 0.5 s and the shortest interval between frames; 0 while the camera is not known"),
+    (113, readout, "at most 0.5 s and the shortest interval between frames"),
     // Overlap and features
     (115, min_overlap, ""), (116, rotation, ""), (117, scale, ""), (118, search_radius, ""), (119, homography, ""),
     (120, corner, ""), (121, corner_count, ""), (122, corner_distance, ""), (123, harris_kappa, ""), (124, match, ""),

@@ -81,9 +81,10 @@ void keep_one_lens(std::vector<Facts>& all, std::ostream& messages) {
   if (usual == nullptr || most == std::ssize(all)) return;
   const Facts lens = *usual;
   const auto odd = std::find_if(all.begin(), all.end(), [&](const Facts& facts) { return !same_lens(lens, facts); });
-  messages << std::ssize(all) - most << " photographs have another focal length than the others, " << lens_of(lens)
-           << "; the first is " << odd->frame->file.string() << ", " << lens_of(*odd)
-           << ": they are left out, because a flight has one camera; fly them from a folder of their own\n";
+  messages << "left out: " << host::counted(static_cast<std::size_t>(std::ssize(all) - most), "photograph")
+           << " with another focal length than the others, " << lens_of(lens) << "; the first is "
+           << odd->frame->file.string() << ", " << lens_of(*odd)
+           << ": a flight has one camera, fly them from a folder of their own\n";
   std::erase_if(all, [&](const Facts& facts) { return !same_lens(lens, facts); });
 }
 

@@ -197,7 +197,7 @@ TEST_F(PhotographPlaces, PhotographsOfAnotherFocalLengthThanMostAreLeftOutByName
   ASSERT_EQ(images.places.size(), 4U);
   for (const host::StripFrame& frame : images.frames) EXPECT_EQ(frame.file.string().find("photo-2"), std::string::npos);
   EXPECT_NEAR(images.places[2]->longitude_deg, 4.4 + 3e-4, 1e-8) << "the places stay beside their images";
-  for (const char* part : {"photo-2.jpg", "48 mm", "31 mm", "left out"})
+  for (const char* part : {"photo-2.jpg", "48.0 mm", "31.0 mm", "left out"})
     EXPECT_NE(messages_.str().find(part), std::string::npos) << part << " in " << messages_.str();
 }
 

@@ -125,7 +125,7 @@ TEST(RollingShutter, RefusesAMotionThatIsTooFastAndAnImageOfAnotherSize) {
   grey[1000] = 90;
   const std::vector<std::uint8_t> was = grey;
   ImageMotion fast;
-  fast.m[5] = 4;
+  fast.m[5] = 16;  // 130 rows
   EXPECT_FALSE(to_middle_row(rolling_camera(0.03), fast, 640, 480, grey).value());
   fast.m[5] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(to_middle_row(rolling_camera(0.03), fast, 640, 480, grey).value());
