@@ -125,7 +125,8 @@ Status FlightSoftware::start_once(const CameraModel& camera) {
 
 Status FlightSoftware::start(const CameraModel& camera) {
   ILP_TRY(validate(camera));
-  if (std::fabs(camera.readout_s) > mission_.capture_min_interval_s) return out_of_range(Argument::readout, camera.readout_s);
+  if (std::fabs(camera.readout_s) > mission_.capture_min_interval_s)
+    return out_of_range(Argument::readout, camera.readout_s);
   const Status status = start_once(camera);
   if (status.ok()) return {};
   ILP_TRY(configuration_.step_down(status));
