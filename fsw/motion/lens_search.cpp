@@ -165,9 +165,10 @@ Status LensSearch::end_round(CameraRecord& camera, Status& event) {
   }
   LensSearchWork::Solution found{
       {}, judge(work_.evidence, work_.camera, camera_check_params), work_.evidence.windows, work_.evidence.points};
-  const double explained = camera_check_params.spread_of_statistic * found.check.statistic;
-  const bool apart = found.check.spread > std::fmax(camera_check_params.max_spread, explained);
-  found.step = step_towards_lens(work_.evidence, work_.camera, given, apart ? found.check.spread : 1);
+  const CameraCheck& check = found.check;
+  const bool unexplained = check.verdict == CameraCheckVerdict::unexplained;
+  found.step = step_towards_lens(work_.evidence, work_.camera, given,
+                                 unexplained ? std::fmax(check.spread, check.field * check.field) : 1);
   const bool there = !found.step.shortened && found.step.length < short_step;
   if (found.windows == 0 || there || work_.round >= most_rounds) return conclude(given, found, camera, event);
   work_.before = found;

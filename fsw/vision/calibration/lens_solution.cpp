@@ -29,10 +29,10 @@ LensPrior prior_of(const CameraModel& nominal, double focal_sigma) {
 }
 
 LensStep step_towards_lens(const CameraEvidence& evidence, const CameraModel& now, const LensPrior& prior,
-                           double spread) {
+                           double misfit) {
   const Intrinsics units = usual_errors(now);
   const Intrinsics at_now = intrinsics_of(now), before = intrinsics_of(prior.camera);
-  const double trust = 1 / std::fmax(1, spread);
+  const double trust = 1 / std::fmax(1, misfit);
   MatI information;
   VecI gradient;
   std::size_t at = 0;

@@ -22,9 +22,9 @@ struct LensStep {
   std::array<double, intrinsic_count*(intrinsic_count + 1) / 2> covariance{};  ///< lower triangle; px for the first 3
   double lens_sigma = 0;  ///< of k1, if the focal length were known
 };
-/// `evidence` was taken at the camera `now`. Windows that contradict each other, `spread` times as far as their errors
-/// explain, count so much less.
+/// `evidence` was taken at the camera `now`. What no lens explains of it, `misfit` times as much as its errors in
+/// squares, makes it count so much less.
 [[nodiscard]] LensStep step_towards_lens(const CameraEvidence& evidence, const CameraModel& now, const LensPrior& prior,
-                                         double spread);
+                                         double misfit);
 
 }  // namespace ilp
