@@ -1,6 +1,7 @@
 // What a sequence states about its own errors, and what grows along straight strips, against the truth of many strips.
 #include <gtest/gtest.h>
 
+#include "fsw/vision/multiview/sequence_covariance.hpp"
 #include "sim/tools/score/drift.hpp"
 #include "sim/tools/score/pose_score.hpp"
 #include "tests/unit/vision/multiview/sequence_run.hpp"
@@ -153,6 +154,47 @@ TEST(SequenceErrors, LongStraightStripsOverAPlaneNeitherDriftNorBend) {
     EXPECT_LT(drift->percent, 0.3);
     EXPECT_LT(std::abs(bow->percent), 0.5);
   }
+}
+
+/// Two cameras that look straight down, a baseline of 1 apart, over ground at 5.
+struct LevelPair {
+  LevelPair() {
+    begin_covariance(strip);
+    strip.known = 3;
+    step.index = 1;
+    step.previous = {Mat3::Identity(), Vec3::Zero()};
+    step.camera = {Mat3::Identity(), Vec3(-1, 0, 0)};
+  }
+  /// By an error of one px of this intrinsic alone.
+  [[nodiscard]] double depth_error(Intrinsic intrinsic) const {
+    IntrinsicsCovariance lens = IntrinsicsCovariance::Zero();
+    lens(static_cast<int>(intrinsic), static_cast<int>(intrinsic)) = 1;
+    return depth_error_of_lens(strip, step, {640, 480, 500, 500, 319.5, 239.5, 0, 0, 0, 0}, lens, 5);
+  }
+
+  StripCovariance strip;
+  StripStep step;
+};
+
+TEST(DepthErrorOfLens, ALongerFocalLengthMakesLevelGroundDeeperInProportion) {
+  EXPECT_NEAR(LevelPair{}.depth_error(Intrinsic::focal_length), 1.0 / 500, 1e-12);
+}
+
+TEST(DepthErrorOfLens, APrincipalPointMovesBothRaysOfALevelPairAlike) {
+  EXPECT_NEAR(LevelPair{}.depth_error(Intrinsic::centre_x), 0, 1e-12);
+}
+
+TEST(DepthErrorOfLens, ABaselineThatShrinksAsTheFocalLengthGrowsLeavesTheDepth) {
+  LevelPair pair;
+  // Derivative of the second centre's x by the focal length.
+  pair.strip.by_intrinsics[(6 + 3) * intrinsic_count + static_cast<std::size_t>(Intrinsic::focal_length)] = -1.0 / 500;
+  EXPECT_NEAR(pair.depth_error(Intrinsic::focal_length), 0, 1e-12);
+}
+
+TEST(DepthErrorOfLens, OfCamerasThatAreNotKnownIsNotKnown) {
+  LevelPair pair;
+  pair.strip.known = 1;
+  EXPECT_EQ(pair.depth_error(Intrinsic::focal_length), 0);
 }
 
 }  // namespace
