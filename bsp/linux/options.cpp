@@ -28,11 +28,9 @@ constexpr const char* usage_of_flight =
     "                   [--trap-heap]\n"
     "       ilp-onboard --memory-map | --version | --help\n";
 constexpr const char* help_of_options =
-    "  --camera        intrinsics in px, pixel centres at integers; LENS is K1 K2 P1 P2 [K3 [K4 K5 K6]] in the order "
-    "of\n"
-    "                  OpenCV, or fisheye K1 K2 K3 K4; S is the time from a rolling shutter's first row to its last "
-    "in\n"
-    "                  seconds, negative where the last row comes first; without --camera, the flight goes on\n"
+    "  --camera        intrinsics in px, pixel centres at integers; LENS is K1 K2 P1 P2 [K3 [K4 K5 K6]] as OpenCV has\n"
+    "                  them, or fisheye K1 K2 K3 K4; S: seconds from a rolling shutter's first row to its last,\n"
+    "                  negative where the last row comes first; without --camera, the flight goes on\n"
     "                  with the camera on record, or begins with a nominal one if [calibration] camera_known = false\n"
     "  --size          size of the source's pictures in px, where no --camera says it and the source cannot; larger\n"
     "                  pictures than the profile's images are reduced, and the camera with them (docs/onboard.md)\n"

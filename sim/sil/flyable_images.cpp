@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <tuple>
 
 #include "cfg/limits.hpp"
 #include "sim/host/image_io.hpp"
@@ -61,9 +62,10 @@ bool same_lens(const Facts& a, const Facts& b) {
 }
 
 std::string lens_of(const Facts& facts) {
-  const std::optional<double>& focal_mm =
-      facts.header->focal_film_mm ? facts.header->focal_film_mm : facts.header->focal_mm;
-  return focal_mm ? host::brief(*focal_mm) + (facts.header->focal_film_mm ? " mm (35 mm film)" : " mm") : "none";
+  const auto& [focal_mm, film_mm] = std::tie(facts.header->focal_mm, facts.header->focal_film_mm);
+  std::string text = focal_mm ? host::brief(*focal_mm) + " mm" : "";
+  if (film_mm) text += (focal_mm ? ", " : "") + host::brief(*film_mm) + " mm for 35 mm film";
+  return text;
 }
 
 /// Leaves out the photographs whose focal length is not the one that most were taken with: a flight has one camera.

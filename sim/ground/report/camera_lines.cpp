@@ -10,7 +10,7 @@ namespace {
 const char* remedy_of(Intrinsic open) {
   switch (open) {
     case Intrinsic::focal_length:
-      return "relief, or a camera that tilts, or heights and attitudes of the vehicle (--navigation)";
+      return "relief, or a camera that tilts, best with attitudes of the vehicle (--navigation)";
     case Intrinsic::centre_x:
     case Intrinsic::centre_y:
     case Intrinsic::p1:

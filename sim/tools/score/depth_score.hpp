@@ -65,8 +65,8 @@ struct DepthErrors {
   std::vector<float> height;         ///< of the reconstructed point's z against the z of the point truly seen there
   std::vector<float> in_sigmas;      ///< inverse depths, strip's similarity; empty when no sigma is stated
   std::vector<float> own_in_sigmas;  ///< inverse depths, own scale: without the error of the baseline's length
-  std::vector<float>
-      in_sigmas_with_poses;  ///< as in_sigmas, of matching, both poses (PoseRecord::step_covariance) and the lens
+  /// As in_sigmas, of matching, both poses (PoseRecord::step_covariance) and the lens.
+  std::vector<float> in_sigmas_with_poses;
 
   void append(const DepthErrors& other);
 };
