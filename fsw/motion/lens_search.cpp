@@ -7,6 +7,7 @@
 #include "fsw/motion/final_window.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/shared/find.hpp"
+#include "fsw/shared/measured_keyframe.hpp"
 #include "fsw/shared/navigation_on_record.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
@@ -22,13 +23,16 @@ constexpr double sufficient_lens = 0.002;  ///< one sigma of k1 with which the s
 constexpr double undetermined = 0.5;       ///< of the error before, that is left
 constexpr double sigma_of_given_focal = 0.002;
 constexpr double least_attitude_sigma_rad = 1e-3;
+constexpr double no_elevation_sigma_m = 1e6;
+/// Relative, of the focal length by heights: the ground straight below is taken from points about it.
+constexpr double least_height_sigma = 0.002;
 
 bool flight_has_ended(const StripRecord& newest, std::int64_t looked_at) {
   return newest.end == StripEnd::end_of_flight && newest.last_keyframe_id == looked_at;
 }
 
 /// The heading's error is about the vertical, which the level's third axis is in the camera's axes.
-BundleAttitudePrior attitude_prior(std::uint16_t view, const NavigationRecord& measured) {
+BundleAttitudePrior attitude_prior(std::uint16_t view, const navigation::MeasuredKeyframe& measured) {
   BundleAttitudePrior prior{.camera = view};
   std::copy_n(measured.q_cam_from_level, 4, prior.q_cam_from_world);
   const Vec3 up = rotation_from_quaternion(measured.q_cam_from_level).col(2);
@@ -40,6 +44,21 @@ BundleAttitudePrior attitude_prior(std::uint16_t view, const NavigationRecord& m
     prior.sigma_rad[i] = std::sqrt((1 - about_up) * tilt * tilt + about_up * heading * heading);
   }
   return prior;
+}
+
+MeasuredPlace measured_place(std::uint16_t view, const navigation::MeasuredKeyframe& measured) {
+  MeasuredPlace place{.view = view};
+  std::copy_n(measured.place_m, 3, place.place_m);
+  place.sigma_m[0] = place.sigma_m[1] = measured.horizontal_sigma_m;
+  place.sigma_m[2] = measured.vertical_sigma_m > 0 ? measured.vertical_sigma_m : no_elevation_sigma_m;
+  return place;
+}
+
+/// Of the strip unit by the ways flown.
+navigation::RobustMean length_by_ways(const navigation::UnitLengths& lengths) {
+  const navigation::RobustMean &places = lengths.positions, &speeds = lengths.velocities;
+  if (places.used == 0 || speeds.used == 0) return places.used == 0 ? speeds : places;
+  return places.sigma < speeds.sigma ? places : speeds;
 }
 
 }  // namespace
@@ -56,7 +75,40 @@ bool LensSearch::has_enough(const CameraRecord& camera) const {
   return pass < poses_of_pass.size() && work_.posed >= std::max(poses_of_pass[pass], work_.least_posed);
 }
 
+/// False: the navigator has not written the keyframe's record yet.
+Result<bool> LensSearch::follow_vehicle(const PoseRecord& pose) {
+  NavigationRecord record;
+  ILP_TAKE(const bool known, measured_at(wiring_.store, wiring_.mission, pose.id, record));
+  if (!known) return false;
+  work_.strip_id = pose.strip_id;
+  if (!work_.placed && has_place(record, wiring_.mission.body)) {
+    work_.placed = true;
+    work_.origin = place_of(record);
+  }
+  // What a search that is longer than the list measures at its end does not count.
+  static_cast<void>(workspace_.measured.push_back(measured_keyframe(pose, record, wiring_.mission.body, work_.origin)));
+  return true;
+}
+
+/// Heights by the images grow with the focal length, and ways do not: what both say of the strip unit tells it.
+void LensSearch::end_measured_strip(const CameraRecord& camera) {
+  const std::size_t begin = std::min(work_.strip_begin, workspace_.measured.size());
+  const navigation::UnitLengths lengths =
+      navigation::unit_lengths({workspace_.measured.data() + begin, workspace_.measured.size() - begin});
+  work_.strip_begin = workspace_.measured.size();
+  const navigation::RobustMean ways = length_by_ways(lengths);
+  if (lengths.heights.used == 0 || ways.used == 0) return;
+  const double height_sigma = std::fmax(lengths.heights.sigma / lengths.heights.value, least_height_sigma);
+  const double way_sigma = ways.sigma / ways.value;
+  const double focal_px = camera.fx * lengths.heights.value / ways.value;
+  const double weight = 1 / (focal_px * focal_px * (height_sigma * height_sigma + way_sigma * way_sigma));
+  if (!std::isfinite(weight)) return;
+  work_.focal_weight += weight;
+  work_.focal_sum += weight * focal_px;
+}
+
 Result<bool> LensSearch::follow_poses(const CameraRecord& camera) {
+  if (work_.looked_id == 0) workspace_.measured.clear();
   KeyframeRecord keyframe;
   ILP_TAKE(const Found found, find_next<KeyframeRecord>(wiring_.store, work_.looked_id, keyframe));
   if (found == Found::nothing) {
@@ -68,6 +120,11 @@ Result<bool> LensSearch::follow_poses(const CameraRecord& camera) {
     ILP_TAKE(const bool posed, find(wiring_.store, keyframe.id, pose));
     const bool settled = pose.state == PoseState::trial || pose.state == PoseState::trial_failed;
     if (!posed || !settled || pose.camera_revision != camera.revision) return false;
+    if (pose.state == PoseState::trial) {
+      if (pose.strip_id != work_.strip_id) end_measured_strip(camera);
+      ILP_TAKE(const bool measured, follow_vehicle(pose));
+      if (!measured) return false;
+    }
     work_.looked_id = keyframe.id;
     if (work_.first_id == 0) work_.first_id = keyframe.id, work_.first_frame_id = keyframe.frame_id;
     if (pose.state == PoseState::trial) ++work_.posed;
@@ -76,6 +133,7 @@ Result<bool> LensSearch::follow_poses(const CameraRecord& camera) {
                  held > 0.5 * wiring_.mission.storage_budget_mib * 1048576;
   }
   if (work_.last || has_enough(camera)) {
+    end_measured_strip(camera);
     work_.solving = true;
     work_.round = 0;
     work_.before = {};
@@ -113,16 +171,20 @@ Status LensSearch::collect_window(const CameraRecord& camera) {
   return {};
 }
 
-/// Poses and points of the window, and the attitudes that the vehicle measured at its keyframes.
+/// Poses and points of the window, and attitudes and places that the vehicle measured at its keyframes.
 Status LensSearch::load_window() {
   const FixedVector<std::int64_t, limits::max_calibration_views>& ids = workspace_.ids;
   BundleProblem& window = workspace_.window;
   ILP_TRY(load_final_window(wiring_.store, work_.camera, {ids.data(), ids.size()}, work_.looked_id, window));
+  workspace_.places.clear();
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    NavigationRecord measured;
-    ILP_TAKE(const bool known, measured_at(wiring_.store, wiring_.mission, ids[i], measured));
-    if (!known || !(measured.tilt_sigma_rad > 0)) continue;
-    static_cast<void>(window.attitudes.push_back(attitude_prior(static_cast<std::uint16_t>(i), measured)));
+    const auto view = static_cast<std::uint16_t>(i);
+    for (const navigation::MeasuredKeyframe& measured : workspace_.measured) {
+      if (measured.keyframe_id != ids[i]) continue;
+      if (measured.tilt_sigma_rad > 0) static_cast<void>(window.attitudes.push_back(attitude_prior(view, measured)));
+      if (measured.horizontal_sigma_m > 0)
+        static_cast<void>(workspace_.places.push_back(measured_place(view, measured)));
+    }
   }
   return {};
 }
@@ -141,8 +203,9 @@ Status LensSearch::add_window_to_round(const CameraRecord& camera, Status& event
     return {};
   }
   IntrinsicsEquations equations;
-  const Status reduced = reduce_to_intrinsics(work_.camera, {camera_check_params.error_factor, pose_steps},
-                                              workspace_.window, workspace_.equations, equations, work_.evidence.field);
+  const Status reduced =
+      reduce_to_intrinsics(work_.camera, {camera_check_params.error_factor, pose_steps, &workspace_.places},
+                           workspace_.window, workspace_.equations, equations, work_.evidence.field);
   if (reduced.ok()) add_window(equations, camera_check_params, work_.evidence);
   if (!reduced.ok()) event = reduced;
   return {};
@@ -152,6 +215,9 @@ Status LensSearch::end_round(CameraRecord& camera, Status& event) {
   CameraRecord nominal;
   ILP_TRY(get_first_camera(wiring_.store, nominal));
   const LensPrior given = prior(camera_model(nominal));
+  const LensPrior known = work_.focal_weight > 0 ? with_focal(given, work_.focal_sum / work_.focal_weight,
+                                                              1 / std::sqrt(work_.focal_weight))
+                                                 : given;
   ++work_.round;
   if (work_.evidence.windows == 0 && work_.before.windows > 0) {
     // The step led too far from the poses: the camera before it stands, and the next pass has better ones.
@@ -167,7 +233,7 @@ Status LensSearch::end_round(CameraRecord& camera, Status& event) {
       {}, judge(work_.evidence, work_.camera, camera_check_params), work_.evidence.windows, work_.evidence.points};
   const CameraCheck& check = found.check;
   const bool unexplained = check.verdict == CameraCheckVerdict::unexplained;
-  found.step = step_towards_lens(work_.evidence, work_.camera, given,
+  found.step = step_towards_lens(work_.evidence, work_.camera, known,
                                  unexplained ? std::fmax(check.spread, check.field * check.field) : 1);
   const bool there = !found.step.shortened && found.step.length < short_step;
   if (found.windows == 0 || there || work_.round >= most_rounds) return conclude(given, found, camera, event);

@@ -8,6 +8,7 @@
 #include "fsw/shared/patience.hpp"
 #include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/calibration/camera_check.hpp"
+#include "fsw/vision/navigation/strip_frame.hpp"
 #include "hal/camera/camera.hpp"
 
 namespace ilp {
@@ -30,7 +31,9 @@ struct StripCheckWork {
 struct StripCheckWorkspace {
   FixedVector<std::int64_t, limits::max_calibration_views> ids;  ///< keyframes of the window
   BundleProblem window;
+  MeasuredPlaces places;  ///< of the window's views
   IntrinsicsWorkspace equations;
+  FixedVector<navigation::MeasuredKeyframe, navigation::max_values> measured;  ///< posed, by the vehicle
 };
 
 /// Windows overlap by one keyframe, and come once their points are final. A contradiction changes nothing. A window

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fsw/shared/find.hpp"
+#include "fsw/shared/measured_keyframe.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "hal/store/newest_id.hpp"
 
@@ -99,29 +100,11 @@ Result<bool> Navigator::measure_keyframe() {
 }
 
 void Navigator::add(const PoseRecord& pose, const NavigationRecord& navigation, State& after) const {
-  navigation::MeasuredKeyframe measured;
-  measured.keyframe_id = pose.id;
-  measured.time_ns = navigation.time_ns;
-  std::copy_n(pose.centre, 3, measured.centre);
-  std::copy_n(pose.q_cam_from_world, 4, measured.q_cam_from_strip);
-  measured.ground_distance = pose.ground_distance;
-  measured.ground_distance_sigma = pose.ground_distance_sigma;
-  measured.height_m = navigation.height_m;
-  measured.height_sigma_m = navigation.height_sigma_m;
-  std::copy_n(navigation.q_cam_from_level, 4, measured.q_cam_from_level);
-  measured.tilt_sigma_rad = navigation.tilt_sigma_rad;
-  measured.heading_sigma_rad = navigation.heading_sigma_rad;
-  if (navigation.horizontal_sigma_m > 0 && wiring_.mission.body != Body::none) {
-    const BodyPlace place{navigation.longitude_deg, navigation.latitude_deg, navigation.elevation_m};
-    if (!after.placed) after.origin = place;
+  if (has_place(navigation, wiring_.mission.body) && !after.placed) {
+    after.origin = place_of(navigation);
     after.placed = true;
-    offset_from(wiring_.mission.body, after.origin, place, measured.place_m);
-    measured.horizontal_sigma_m = navigation.horizontal_sigma_m;
-    measured.vertical_sigma_m = navigation.vertical_sigma_m;
   }
-  std::copy_n(navigation.velocity_m_s, 3, measured.velocity_m_s);
-  measured.velocity_sigma_m_s = navigation.velocity_sigma_m_s;
-  navigation::add_thinned(measured, after.keyframes);
+  navigation::add_thinned(measured_keyframe(pose, navigation, wiring_.mission.body, after.origin), after.keyframes);
 }
 
 StripFrameRecord Navigator::record_of(const navigation::StripFrame& frame, const State& after,

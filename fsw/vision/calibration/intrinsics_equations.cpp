@@ -168,7 +168,7 @@ void add_point(const SeenPoint& point, const Eliminated& own, System& system) {
   }
 }
 
-Status check(const BundleProblem& window) {
+Status check(const BundleProblem& window, const MeasuredPlaces* places) {
   if (window.cameras.size() > limits::max_calibration_views) {
     return out_of_range(Argument::window, window.cameras.size());
   }
@@ -181,6 +181,10 @@ Status check(const BundleProblem& window) {
   }
   for (const BundleAttitudePrior& prior : window.attitudes) {
     if (prior.camera >= window.cameras.size()) return out_of_range(Argument::window, prior.camera);
+  }
+  if (places == nullptr) return {};
+  for (const MeasuredPlace& place : *places) {
+    if (place.view >= window.cameras.size()) return out_of_range(Argument::window, place.view);
   }
   return {};
 }
@@ -300,8 +304,28 @@ void add_attitudes(const Window& window, double unit2, System& system, WindowSum
   }
 }
 
+void add_places(const Window& window, const MeasuredPlaces& places, double unit2, System& system, WindowSums& sums) {
+  PlaceEquations of;
+  if (!place_equations(window.cam_from_world, places, loss_sigmas, of)) return;
+  sums.squared += unit2 * of.squared;
+  using Block = Eigen::Map<const Mat3, 0, Eigen::Stride<1, static_cast<int>(PlaceEquations::size)>>;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (places[i].view == 0) continue;
+    // A translation v of the view moves its centre by -R^T v.
+    const Mat3& turn = window.cam_from_world[places[i].view].rotation;
+    const std::size_t row = 6 * (places[i].view - 1U) + 3;
+    system.add_right(row, (-unit2 * (turn * Eigen::Map<const Vec3>(of.gradient + 3 * i))).eval());
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      if (places[k].view == 0 || places[k].view > places[i].view) continue;
+      const Mat3& other = window.cam_from_world[places[k].view].rotation;
+      const Block block(&of.information[3 * i][3 * k]);
+      system.add(row, 6 * (places[k].view - 1U) + 3, (unit2 * (turn * block * other.transpose())).eval());
+    }
+  }
+}
+
 /// Sums the system up, factors it and solves L y = right. False where there is nothing to solve.
-bool assemble(Window& window, IntrinsicsWorkspace& w, double error_factor, WindowSums& sums) {
+bool assemble(Window& window, IntrinsicsWorkspace& w, const ReductionParams& params, WindowSums& sums) {
   sums = {};
   window.loss2 = 0;
   const double sigma = scatter(window, w.squared);
@@ -325,14 +349,15 @@ bool assemble(Window& window, IntrinsicsWorkspace& w, double error_factor, Windo
     add_point(point, own, system);
   }
   if (sums.points == 0) return false;
-  const double unit = std::fmax(error_factor * sigma, least_sigma_px);
+  const double unit = std::fmax(params.error_factor * sigma, least_sigma_px);
   add_attitudes(window, unit * unit, system, sums);
+  if (params.places != nullptr) add_places(window, *params.places, unit * unit, system, sums);
   const std::size_t moving = 6 * (window.problem.cameras.size() - 1);
   for (std::size_t i = 0; i < system_size; ++i) {
     double& diagonal = w.system[i * system_size + i];
     if (i < moving) diagonal += pose_ridge * diagonal;
     if (i >= moving && i < poses) diagonal = 1;  // of views that the window lacks
-    if (i >= poses) diagonal += intrinsic_ridge * error_factor * error_factor * sums.variance;
+    if (i >= poses) diagonal += intrinsic_ridge * params.error_factor * params.error_factor * sums.variance;
   }
   if (!cholesky_factor(w.system.data(), system_size)) return false;
   cholesky_solve_lower(w.system.data(), system_size, w.right.data());
@@ -386,7 +411,7 @@ Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& pa
                             IntrinsicsWorkspace& workspace, IntrinsicsEquations& equations, ResidualField& field) {
   equations = {};
   ILP_TRY(validate(camera));
-  ILP_TRY(check(window));
+  ILP_TRY(check(window, params.places));
   if (window.cameras.size() < 3) return {};
   Window of{camera, window, usual_errors(camera), {}, 0};
   for (std::size_t i = 0; i < window.cameras.size(); ++i) {
@@ -394,10 +419,10 @@ Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& pa
   }
   WindowSums sums;
   for (std::uint32_t step = 0; step < params.steps; ++step) {
-    if (!assemble(of, workspace, params.error_factor, sums)) return {};
+    if (!assemble(of, workspace, params, sums)) return {};
     adjust(of, workspace);
   }
-  if (!assemble(of, workspace, params.error_factor, sums)) return {};
+  if (!assemble(of, workspace, params, sums)) return {};
   equations.points = sums.points;
   equations.observations = sums.observations;
   equations.noise_px = std::sqrt(std::fmax(sums.squared - sums.explained, 0) / (2 * sums.weight));

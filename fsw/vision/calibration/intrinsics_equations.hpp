@@ -7,6 +7,7 @@
 
 #include "fsw/base/status.hpp"
 #include "fsw/base/verdicts.hpp"
+#include "fsw/vision/calibration/measured_places.hpp"
 #include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
 
 namespace ilp {
@@ -49,8 +50,9 @@ struct IntrinsicsWorkspace {
 };
 
 struct ReductionParams {
-  double error_factor = 3;  ///< of an observation's scatter
-  std::uint32_t steps = 2;  ///< of poses and points before the equations are taken
+  double error_factor = 3;                 ///< of an observation's scatter
+  std::uint32_t steps = 2;                 ///< of poses and points before the equations are taken
+  const MeasuredPlaces* places = nullptr;  ///< of the window's views, where the vehicle measured them
 };
 
 /// Adjusts poses and points of the window with the camera as it is, and takes the equations there. Its observations are
@@ -58,8 +60,8 @@ struct ReductionParams {
 /// weights. An observation counts with error_factor times the scatter of the residuals, as in the stated errors of
 /// poses. A direction that the window does not determine has no information and adds nothing. The residuals that the
 /// step leaves are added to `field`. The window's attitudes are those of a sensor in a world of its own: each view's
-/// turn from the first one counts. `invalid_argument` for a window that is out of range; no points where it has fewer
-/// than three cameras.
+/// turn from the first one counts. So are its places: they count but for a similarity. `invalid_argument` for a window
+/// that is out of range; no points where it has fewer than three cameras.
 Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& params, BundleProblem& window,
                             IntrinsicsWorkspace& workspace, IntrinsicsEquations& equations, ResidualField& field);
 

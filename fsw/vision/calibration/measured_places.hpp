@@ -1,0 +1,35 @@
+// What places that the vehicle measured ask of the poses of a window: its centres shall be theirs, but for the
+// similarity that relates the two worlds.
+#pragma once
+
+#include <span>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/fixed_vector.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+
+namespace ilp {
+
+/// Of the camera of a view, m, in a world of the vehicle's own.
+struct MeasuredPlace {
+  std::uint16_t view = 0;
+  double place_m[3] = {};
+  double sigma_m[3] = {1, 1, 1};  ///< along each axis
+};
+using MeasuredPlaces = FixedVector<MeasuredPlace, limits::max_calibration_views>;
+
+/// Normal equations of the centres of the measured views, three rows for each in the order of the places, in units of
+/// the window's world. The similarity is eliminated: a common turn, shift or scale of the centres costs nothing.
+struct PlaceEquations {
+  static constexpr std::size_t size = 3 * limits::max_calibration_views;
+  double information[size][size] = {};
+  double gradient[size] = {};
+  double squared = 0;  ///< weighted squares of what the similarity leaves, in variances
+};
+
+/// False, with nothing to add: fewer than three places, centres that do not spread, or places that are further from the
+/// centres than a lens can explain. Cauchy weights at `loss_sigmas`.
+[[nodiscard]] bool place_equations(std::span<const RigidTransform> cam_from_world, const MeasuredPlaces& places,
+                                   double loss_sigmas, PlaceEquations& out);
+
+}  // namespace ilp
