@@ -24,8 +24,6 @@ constexpr double undetermined = 0.5;       ///< of the error before, that is lef
 constexpr double sigma_of_given_focal = 0.002;
 constexpr double least_attitude_sigma_rad = 1e-3;
 constexpr double no_elevation_sigma_m = 1e6;
-/// Relative, of the focal length by heights: the ground straight below is taken from points about it.
-constexpr double least_height_sigma = 0.002;
 
 bool flight_has_ended(const StripRecord& newest, std::int64_t looked_at) {
   return newest.end == StripEnd::end_of_flight && newest.last_keyframe_id == looked_at;
@@ -54,13 +52,6 @@ MeasuredPlace measured_place(std::uint16_t view, const navigation::MeasuredKeyfr
   return place;
 }
 
-/// Of the strip unit by the ways flown.
-navigation::RobustMean length_by_ways(const navigation::UnitLengths& lengths) {
-  const navigation::RobustMean &places = lengths.positions, &speeds = lengths.velocities;
-  if (places.used == 0 || speeds.used == 0) return places.used == 0 ? speeds : places;
-  return places.sigma < speeds.sigma ? places : speeds;
-}
-
 }  // namespace
 
 LensPrior LensSearch::prior(const CameraModel& nominal) const {
@@ -80,7 +71,6 @@ Result<bool> LensSearch::follow_vehicle(const PoseRecord& pose) {
   NavigationRecord record;
   ILP_TAKE(const bool known, measured_at(wiring_.store, wiring_.mission, pose.id, record));
   if (!known) return false;
-  work_.strip_id = pose.strip_id;
   if (!work_.placed && has_place(record, wiring_.mission.body)) {
     work_.placed = true;
     work_.origin = place_of(record);
@@ -88,23 +78,6 @@ Result<bool> LensSearch::follow_vehicle(const PoseRecord& pose) {
   // What a search that is longer than the list measures at its end does not count.
   static_cast<void>(workspace_.measured.push_back(measured_keyframe(pose, record, wiring_.mission.body, work_.origin)));
   return true;
-}
-
-/// Heights by the images grow with the focal length, and ways do not: what both say of the strip unit tells it.
-void LensSearch::end_measured_strip(const CameraRecord& camera) {
-  const std::size_t begin = std::min(work_.strip_begin, workspace_.measured.size());
-  const navigation::UnitLengths lengths =
-      navigation::unit_lengths({workspace_.measured.data() + begin, workspace_.measured.size() - begin});
-  work_.strip_begin = workspace_.measured.size();
-  const navigation::RobustMean ways = length_by_ways(lengths);
-  if (lengths.heights.used == 0 || ways.used == 0) return;
-  const double height_sigma = std::fmax(lengths.heights.sigma / lengths.heights.value, least_height_sigma);
-  const double way_sigma = ways.sigma / ways.value;
-  const double focal_px = camera.fx * lengths.heights.value / ways.value;
-  const double weight = 1 / (focal_px * focal_px * (height_sigma * height_sigma + way_sigma * way_sigma));
-  if (!std::isfinite(weight)) return;
-  work_.focal_weight += weight;
-  work_.focal_sum += weight * focal_px;
 }
 
 Result<bool> LensSearch::follow_poses(const CameraRecord& camera) {
@@ -121,7 +94,6 @@ Result<bool> LensSearch::follow_poses(const CameraRecord& camera) {
     const bool settled = pose.state == PoseState::trial || pose.state == PoseState::trial_failed;
     if (!posed || !settled || pose.camera_revision != camera.revision) return false;
     if (pose.state == PoseState::trial) {
-      if (pose.strip_id != work_.strip_id) end_measured_strip(camera);
       ILP_TAKE(const bool measured, follow_vehicle(pose));
       if (!measured) return false;
     }
@@ -133,7 +105,6 @@ Result<bool> LensSearch::follow_poses(const CameraRecord& camera) {
                  held > 0.5 * wiring_.mission.storage_budget_mib * 1048576;
   }
   if (work_.last || has_enough(camera)) {
-    end_measured_strip(camera);
     work_.solving = true;
     work_.round = 0;
     work_.before = {};
@@ -215,9 +186,6 @@ Status LensSearch::end_round(CameraRecord& camera, Status& event) {
   CameraRecord nominal;
   ILP_TRY(get_first_camera(wiring_.store, nominal));
   const LensPrior given = prior(camera_model(nominal));
-  const LensPrior known = work_.focal_weight > 0 ? with_focal(given, work_.focal_sum / work_.focal_weight,
-                                                              1 / std::sqrt(work_.focal_weight))
-                                                 : given;
   ++work_.round;
   if (work_.evidence.windows == 0 && work_.before.windows > 0) {
     // The step led too far from the poses: the camera before it stands, and the next pass has better ones.
@@ -233,7 +201,7 @@ Status LensSearch::end_round(CameraRecord& camera, Status& event) {
       {}, judge(work_.evidence, work_.camera, camera_check_params), work_.evidence.windows, work_.evidence.points};
   const CameraCheck& check = found.check;
   const bool unexplained = check.verdict == CameraCheckVerdict::unexplained;
-  found.step = step_towards_lens(work_.evidence, work_.camera, known,
+  found.step = step_towards_lens(work_.evidence, work_.camera, given,
                                  unexplained ? std::fmax(check.spread, check.field * check.field) : 1);
   const bool there = !found.step.shortened && found.step.length < short_step;
   if (found.windows == 0 || there || work_.round >= most_rounds) return conclude(given, found, camera, event);

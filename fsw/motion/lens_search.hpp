@@ -19,13 +19,8 @@ struct LensSearchWork {
   std::int64_t first_id = 0;
   std::uint32_t posed = 0;
   std::uint32_t least_posed = 0;  ///< fewer have no window: the points that they see have not ended yet
-  /// The strip of the newest pose: its part of the measured keyframes, and from where their places count.
-  std::int64_t strip_id = 0;
-  std::size_t strip_begin = 0;
   bool placed = false;
-  BodyPlace origin;
-  /// By the heights and ways of earlier strips, then of all: sum of weights, and of weights times focal lengths, px.
-  double focal_weight = 0, focal_sum = 0;
+  BodyPlace origin;            ///< from where places count
   std::int64_t window_id = 0;  ///< where the next window begins
   std::uint32_t round = 0;
   CameraModel camera;  ///< of the round
@@ -44,8 +39,8 @@ struct LensSearchWork {
 /// step is taken, until it is short. The camera's next revision makes all poses anew, because its tracks are longer.
 /// Revision 1 comes with 6 poses, 2 with 16, 3 with 36, 4 when the mission's patience ends; the flight's end brings
 /// what it finds. From the second pass on the camera is frozen where the images determine the lens, or where nothing
-/// else will come. What the images leave open stays as it was given, with its error. What the vehicle
-/// measured is used: attitudes and places in each window, and the focal length by which heights fit the way flown.
+/// else will come. What the images leave open stays as it was given, with its error. Attitudes and
+/// places that the vehicle measured are used.
 class LensSearch {
  public:
   using Tables = StageStore<ComponentId::camera_calibrator>;
@@ -67,11 +62,9 @@ class LensSearch {
   Status collect_window(const CameraRecord& camera);
   Status load_window();
   Result<bool> follow_vehicle(const PoseRecord& pose);
-  void end_measured_strip(const CameraRecord& camera);
   Status add_window_to_round(const CameraRecord& camera, Status& event);
   Status end_round(CameraRecord& camera, Status& event);
   [[nodiscard]] LensPrior prior(const CameraModel& nominal) const;
-  /// `prior`: without what the vehicle measured.
   Status conclude(const LensPrior& prior, const LensSearchWork::Solution& found, CameraRecord& camera, Status& event);
   void begin_round(const CameraModel& camera);
 

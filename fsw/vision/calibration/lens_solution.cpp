@@ -28,17 +28,6 @@ LensPrior prior_of(const CameraModel& nominal, double focal_sigma) {
   return prior;
 }
 
-LensPrior with_focal(const LensPrior& prior, double focal_px, double sigma_px) {
-  constexpr double believed_sigmas = 5;
-  const double given2 = prior.sigmas[0] * prior.sigmas[0], measured2 = sigma_px * sigma_px;
-  const double off = focal_px - prior.camera.fx;
-  if (!(std::fabs(off) < believed_sigmas * std::sqrt(given2 + measured2))) return prior;
-  LensPrior out = prior;
-  out.camera = corrected(prior.camera, {off * given2 / (given2 + measured2)});
-  out.sigmas[0] = std::sqrt(given2 * measured2 / (given2 + measured2));
-  return out;
-}
-
 LensStep step_towards_lens(const CameraEvidence& evidence, const CameraModel& now, const LensPrior& prior,
                            double misfit) {
   const Intrinsics units = usual_errors(now);

@@ -13,9 +13,6 @@ struct LensPrior {
 };
 /// A camera with this relative error of its focal length, whose lens nobody has calibrated.
 [[nodiscard]] LensPrior prior_of(const CameraModel& nominal, double focal_sigma);
-/// The same camera where something else than its images has measured the focal length, too. A measurement that differs
-/// by more than five sigmas of both is not believed.
-[[nodiscard]] LensPrior with_focal(const LensPrior& prior, double focal_px, double sigma_px);
 
 struct LensStep {
   CameraModel camera;      ///< after the step

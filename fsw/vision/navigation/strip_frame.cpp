@@ -43,7 +43,7 @@ double near_angle(double angle, double reference) {
 
 class Solver {
  public:
-  explicit Solver(std::span<const MeasuredKeyframe> keyframes) : keyframes_(keyframes) {}
+  explicit Solver(const MeasuredKeyframes& keyframes) : keyframes_(keyframes) {}
 
   StripFrame solve() {
     find_up();
@@ -54,16 +54,6 @@ class Solver {
     const bool any = frame_.scale_sigma > 0 || frame_.tilt_sigma_rad > 0 || frame_.heading_sigma_rad > 0;
     if (any && frame_.verdict == StripFrameVerdict::nothing_measured) frame_.verdict = StripFrameVerdict::ok;
     return frame_;
-  }
-
-  UnitLengths lengths() {
-    find_up();
-    compare_positions();
-    UnitLengths out{scale_by_heights(), by_positions_, scale_by_velocities()};
-    for (RobustMean* const kind : {&out.heights, &out.positions, &out.velocities}) {
-      if (kind->used < least_measurements) *kind = {};
-    }
-    return out;
   }
 
  private:
@@ -270,7 +260,7 @@ class Solver {
     frame_.positions = use_of(place[0].used < place[1].used ? place[0] : place[1]);
   }
 
-  std::span<const MeasuredKeyframe> keyframes_;
+  const MeasuredKeyframes& keyframes_;
   StripFrame frame_;
   double heading_ = 0;       ///< angle about up from the levelled strip to the level frame
   RobustMean by_positions_;  ///< metres per unit
@@ -290,11 +280,7 @@ void add_thinned(const MeasuredKeyframe& keyframe, MeasuredKeyframes& keyframes)
 }
 
 StripFrame estimate_strip_frame(const MeasuredKeyframes& keyframes) {
-  return Solver({keyframes.data(), keyframes.size()}).solve();
-}
-
-UnitLengths unit_lengths(std::span<const MeasuredKeyframe> keyframes) {
-  return Solver(keyframes.first(std::min(keyframes.size(), max_values))).lengths();
+  return Solver(keyframes).solve();
 }
 
 }  // namespace ilp::navigation

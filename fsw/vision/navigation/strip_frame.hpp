@@ -57,10 +57,4 @@ struct StripFrame {
 
 [[nodiscard]] StripFrame estimate_strip_frame(const MeasuredKeyframes& keyframes);
 
-/// Metres per strip unit by each kind; `used` is 0 where a kind has fewer than three measurements.
-struct UnitLengths {
-  RobustMean heights, positions, velocities;
-};
-[[nodiscard]] UnitLengths unit_lengths(std::span<const MeasuredKeyframe> keyframes);
-
 }  // namespace ilp::navigation

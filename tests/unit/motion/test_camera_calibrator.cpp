@@ -221,6 +221,44 @@ TEST_F(CameraCalibratorTest, WithoutTiltsOverAPlaneAttitudesOfTheVehicleDetermin
   EXPECT_GT(sigma_k1(2), sigma_k1(1)) << "a sensor that is wrong is not believed";
 }
 
+TEST_F(CameraCalibratorTest, WithoutTiltsOverAPlanePlacesOfTheVehicleDetermineTheLens) {
+  enum Measured { nothing, places, wrong_places };
+  std::vector<CameraRecord> found;
+  for (const Measured what : {nothing, places, wrong_places}) {
+    SCOPED_TRACE(what);
+    fly(level_views(), 1.05, false);
+    mission.use_navigation = what != nothing;
+    mission.body = Body::mars;
+    std::mt19937 random(6);
+    std::normal_distribution<double> normal(0, 1);
+    for (std::int64_t id = 1; id <= keyframes && what != nothing; ++id) {
+      NavigationRecord measured;
+      measured.id = id;
+      measured.time_ns = id * 60 * ns_per_s;
+      const Vec3 centre = test::centre_of(level_views()[static_cast<std::size_t>(id - 1)].cam_from_world);
+      measured.horizontal_sigma_m = measured.vertical_sigma_m = 0.03;
+      double at[3];
+      const double error_m = what == wrong_places ? 30 : 0.03;
+      for (int k = 0; k < 3; ++k) at[k] = centre[k] + error_m * normal(random);
+      const BodyPlace place = place_at(Body::mars, {137, -4.5, -4000}, at);
+      measured.longitude_deg = place.longitude_deg;
+      measured.latitude_deg = place.latitude_deg;
+      measured.elevation_m = place.elevation_m;
+      write(measured);
+    }
+    run_undisturbed();
+    found.push_back(read<CameraRecord>(camera_id));
+    const CameraRecord& camera = found.back();
+    EXPECT_EQ(camera.frozen, 1);
+    EXPECT_NEAR(camera.fx, true_camera().fx, 3 * camera.sigma_focal_px);
+    EXPECT_NEAR(camera.k1, true_camera().k1, 3 * std::sqrt(camera.covariance[9]));
+    renew_store();
+  }
+  const auto sigma_k1 = [&](Measured what) { return std::sqrt(found[what].covariance[9]); };
+  EXPECT_LT(sigma_k1(places), 0.7 * sigma_k1(nothing)) << "the images leave a bow";
+  EXPECT_GT(sigma_k1(wrong_places), sigma_k1(places)) << "what no lens explains is not believed";
+}
+
 TEST_F(CameraCalibratorTest, AGivenFocalLengthStaysWithinItsError) {
   mission.camera_known = 1;
   mission.lens_known = 0;
