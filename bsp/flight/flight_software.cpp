@@ -37,6 +37,7 @@ FlightSoftware::FlightSoftware(const FlightDevices& devices, MissionParameters& 
       mission_(mission),
       memory_(devices.small_memory),
       configuration_(memory_, mission),
+      life_(devices.store, devices.clock),
       commanded_(devices.packets != nullptr),
       router_(devices.packets, devices.files, devices.clock, mission),
       telemetry_writer_(router_, devices.clock, mission),
@@ -75,15 +76,20 @@ FlightSoftware::FlightSoftware(const FlightDevices& devices, MissionParameters& 
   components_here_ = chosen(std::span(components_), stages);
 }
 
-Status FlightSoftware::configure(ConfigurationStart start) {
+Status FlightSoftware::prepare(const StartFacts& facts) {
   const Status loaded = memory_.load();
-  if (start.loaded.ok()) start.loaded = loaded;
-  start.commanded = commanded_;
-  return configuration_.begin(store_, start);
-}
-
-Status FlightSoftware::begin_time(EpochChoice choice, std::int64_t utc, MissionTimeBegin& begin) {
-  ILP_TRY(begin_mission_time(store_, memory_, choice, utc, mission_, begin));
+  ILP_TRY(configuration_.begin(store_, {.loaded = facts.small_memory.ok() ? loaded : facts.small_memory,
+                                        .utc_s = facts.utc / ns_per_s,
+                                        .commanded = commanded_,
+                                        .store = facts.store}));
+  time_ = {};
+  if (facts.utc == 0) {
+    ILP_TRY(latest_known_time(store_, time_.now));
+    // A new store knows nothing of the previous life.
+    if (!facts.store.ok()) time_.now = std::max(time_.now, memory_.content().latest_ns);
+    return {};
+  }
+  ILP_TRY(begin_mission_time(store_, memory_, facts.epoch, facts.utc, mission_, time_));
   configuration_.epoch_is(mission_.mission_epoch_s);
   return {};
 }
@@ -131,6 +137,20 @@ Status FlightSoftware::start(const CameraModel& camera) {
   if (status.ok()) return {};
   ILP_TRY(configuration_.step_down(status));
   return start_once(camera);
+}
+
+Status FlightSoftware::begin_life(const BoardState& board, std::span<const Status> news) {
+  ILP_TRY(life_.begin(board));
+  StartRecord& record = life_.record();
+  record.unconfirmed = configuration_.unconfirmed();
+  record.configuration = configuration_.stage();
+  const auto report = [&](const Status& status) {
+    if (!status.ok()) executive_.events().report(record.time_ns, "board", status);
+  };
+  report({StatusCode::started, record.id, static_cast<std::int64_t>(record.reason)});
+  report(time_.news);
+  for (const Status& status : news) report(status);
+  return {};
 }
 
 bool FlightSoftware::processed() const {

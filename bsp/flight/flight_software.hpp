@@ -9,6 +9,7 @@
 
 #include "bsp/flight/flight_components.hpp"
 #include "bsp/flight/flight_compute.hpp"
+#include "bsp/flight/life.hpp"
 #include "bsp/flight/mission_epoch.hpp"
 #include "bsp/flight/stage_set.hpp"
 #include "cfg/mission.hpp"
@@ -20,6 +21,14 @@
 #include "fsw/shared/image_cache.hpp"
 
 namespace ilp {
+
+/// What a start finds outside of its store.
+struct StartFacts {
+  Status small_memory = {};  ///< of opening it
+  Status store = {};         ///< why the store replaces another one; ok: it does not
+  std::int64_t utc = 0;      ///< the calendar, nanoseconds since 1958; 0: virtual time
+  EpochChoice epoch = EpochChoice::first_start;
+};
 
 /// What a flight is connected to. All of it outlives the flight.
 struct FlightDevices {
@@ -41,23 +50,28 @@ struct FlightDevices {
 class FlightSoftware {
  public:
   /// `mission` has the values of the mission file; telecommands change it. Only the components of `stages` run; if
-  /// these are not all, other processes run the rest over the same store. It uses no device before configure().
+  /// these are not all, other processes run the rest over the same store. It uses no device before prepare().
   FlightSoftware(const FlightDevices& devices, MissionParameters& mission, StageMask stages = all_stages);
 
-  /// The first call of every start but that of a process that joins: Configuration::begin with what the small memory
-  /// holds. `start.loaded` is the status of opening the latter; whether the ground can command follows from the links.
-  Status configure(ConfigurationStart start);
-  /// Ties mission time to the calendar (begin_mission_time); `utc` in nanoseconds since 1958.
-  Status begin_time(EpochChoice choice, std::int64_t utc, MissionTimeBegin& begin);
+  // A start, in this order: prepare(), the clock is set to time().now, start(), begin_life(). A process that joins
+  // calls join() only.
+
+  /// Takes up the settings (Configuration::begin) and finds mission time: begin_mission_time, or in virtual time the
+  /// latest that is known.
+  Status prepare(const StartFacts& facts);
+  [[nodiscard]] const MissionTimeBegin& time() const { return time_; }
   /// Writes the camera's intrinsics into a fresh store (nominal ones if the mission says that the camera is not known),
   /// or compares them with those of an existing store: `camera_changed` when the flight began with another camera, or
   /// with one that was known and now is not. Then restores every component. If that fails with parameters on trial, it
   /// continues with the last good ones.
   Status start(const CameraModel& camera);
+  /// Begins the record of this life, and reports the start, its mission time and `news` of the store that are not ok.
+  Status begin_life(const BoardState& board, std::span<const Status> news);
   /// The same for a process that is not the head: the head has written the camera.
   Status join() { return executive_.start(); }
   Executive& executive() { return executive_; }
   Configuration& configuration() { return configuration_; }
+  Life& life() { return life_; }
   PacketRouter& router() { return router_; }
 
   /// What does the jobs of components that have some.
@@ -92,6 +106,8 @@ class FlightSoftware {
   MissionParameters& mission_;
   FlightMemory memory_;
   Configuration configuration_;
+  MissionTimeBegin time_;
+  Life life_;
   const bool commanded_;  ///< the ground has a link for telecommands
   PacketRouter router_;
   TelemetryWriter telemetry_writer_;

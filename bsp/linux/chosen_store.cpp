@@ -72,8 +72,7 @@ Status ChosenStore::open(const Options& options, StageMask stages, MissionParame
   } else if (std::strcmp(options.store, "memory") == 0) {
     return file_.begin_in_memory(mission);
   } else if (stages == all_stages) {
-    // In virtual time nothing is waited for.
-    return file_.open(options.store, trouble, mission, options.virtual_time ? nullptr : &wait);
+    return file_.open(options.store, trouble, mission, &wait);
   } else {
     const Synchronise when = options.virtual_time ? Synchronise::later : Synchronise::behind_commit;
     ILP_TRY(file_.open_as_head(options.store, trouble, when, mission));

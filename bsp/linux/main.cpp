@@ -1,6 +1,6 @@
 // ilp-onboard: the flight binary for Linux boards. Everything is static; after start-up the heap is sealed.
 
-#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -13,10 +13,7 @@
 #include "bsp/flight/disk_look.hpp"
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/key_file.hpp"
-#include "bsp/flight/life.hpp"
 #include "bsp/flight/lock_lease.hpp"
-#include "bsp/flight/mission_epoch.hpp"
-#include "bsp/flight/mission_file.hpp"
 #include "bsp/flight/self_test.hpp"
 #include "bsp/linux/board.hpp"
 #include "bsp/linux/chosen_store.hpp"
@@ -111,10 +108,9 @@ class Flight {
   bool prepare();
   bool prepare_mission();
   bool prepare_store();
-  bool prepare_configuration();
   bool prepare_links();
   bool assemble();
-  bool prepare_time();
+  bool prepare_start();
   bool prepare_camera();
   bool prepare_intrinsics();
   bool reduce_camera();
@@ -160,7 +156,6 @@ class Flight {
   ChosenStore& store_;
   std::optional<SharedFlight> shared_;  ///< with other processes
   FileNonvolatile small_memory_;
-  MissionTimeBegin time_begin_;
   LateCalendar calendar_;
   OutboxLink outbox_;
   VirtualClock virtual_clock_;
@@ -177,19 +172,11 @@ class Flight {
   FlightWorker worker_;
   DiskLook look_;
   bool left_memory_ = false;  ///< all records are on the disk, and the next start takes them into the database
-  std::optional<Life> life_;
   bool stack_told_ = false;
 };
 
 bool Flight::prepare_mission() {
-  if (options_.mission != nullptr) {
-    MissionEntry error;
-    const Status status = read_mission_file(options_.mission, mission_, error);
-    if (!status.ok()) {
-      std::fprintf(stderr, "ilp-onboard: [%s] %s = %s\n", error.section, error.key, error.value);
-      return good(options_.mission, status);
-    }
-  }
+  if (!read_mission(options_, mission_)) return false;
   mission_of_file_ = mission_;
   const char* const reached = options_.links.reached_by_others();
   if (reached == nullptr || options_.without_authentication || mission_.authentication != Authentication::none) {
@@ -204,7 +191,6 @@ bool Flight::prepare_mission() {
 }
 
 bool Flight::prepare_store() {
-  if (!good("SQLite's memory", configure_sqlite_memory(sqlite_arena))) return false;
   if (options_.watchdog != nullptr) wait_.begin_start(linux_watchdog_, watchdog_options_);
   const Status opened = store_.open(options_, stages_, mission_, wait_);
   wait_.end_start();
@@ -240,13 +226,20 @@ bool Flight::assemble() {
   return true;
 }
 
-bool Flight::prepare_configuration() {
+bool Flight::prepare_start() {
   const bool no_file = std::strcmp(options_.store, "memory") == 0 && options_.state == nullptr;
   const char* const place = options_.state != nullptr ? options_.state : options_.store;
   const Status opened = no_file ? Status{StatusCode::not_found} : small_memory_.open(place);
   if (opened.is(StatusCode::io_error) && opened.a == EWOULDBLOCK) return good(place, StatusCode::store_in_use);
-  const std::int64_t utc_s = options_.virtual_time ? 0 : utc_now() / ns_per_s;
-  return good("settings", software_->configure({.loaded = opened, .utc_s = utc_s, .store = store_.news()}));
+  const StartFacts facts{.small_memory = opened,
+                         .store = store_.news(),
+                         .utc = options_.virtual_time ? 0 : utc_now(),
+                         .epoch = options_.mission_epoch ? EpochChoice::mission : EpochChoice::first_start};
+  if (!good("settings or mission time", software_->prepare(facts))) return false;
+  calendar_.begin(software_->time());
+  real_clock_.set(software_->time().now);
+  virtual_clock_.sleep_until(software_->time().now);
+  return true;
 }
 
 bool Flight::prepare_links() {
@@ -268,22 +261,6 @@ bool Flight::prepare_links() {
   if (options_.key != nullptr && !good(options_.key, read_key_file(options_.key, keys_))) return false;
   const bool keys_wanted = options_.links.any() && mission_.authentication != Authentication::none;
   return !keys_wanted || !keys_.empty() || good("[link] authentication needs --key", StatusCode::authentication_off);
-}
-
-bool Flight::prepare_time() {
-  if (options_.virtual_time) {
-    TimeNs start = 0;
-    if (!good("mission time", latest_known_time(store_.store(), start))) return false;
-    // A new store knows nothing of the previous life.
-    if (!store_.news().ok()) start = std::max(start, software_->configuration().memory().content().latest_ns);
-    virtual_clock_.sleep_until(start);
-    return true;
-  }
-  const EpochChoice epoch = options_.mission_epoch ? EpochChoice::mission : EpochChoice::first_start;
-  if (!good("mission time", software_->begin_time(epoch, utc_now(), time_begin_))) return false;
-  calendar_.begin(time_begin_);
-  real_clock_.set(time_begin_.now);
-  return true;
 }
 
 /// From the camera of the source's pictures to that of the flight's images.
@@ -369,15 +346,15 @@ bool Flight::prepare() {
          read_priority(options_, priority_) && read_lock_lease(options_, lock_lease_s_) &&
          (options_.watchdog == nullptr || parse_watchdog(options_.watchdog, watchdog_options_) ||
           refused("--watchdog needs DEVICE or DEVICE:SECONDS", options_.watchdog)) &&
-         prepare_mission() && prepare_store() && prepare_links() && assemble() && prepare_configuration() &&
-         prepare_time() && prepare_camera() && prepare_navigation();
+         prepare_mission() && prepare_store() && prepare_links() && assemble() && prepare_start() && prepare_camera() &&
+         prepare_navigation();
 }
 
 void Flight::test_board() {
   SelfTestResults results = run_self_tests(store_.store(), clock());
   if (store_.news().is(StatusCode::store_in_memory)) results.note(SelfTest::disk, false, store_.news().a);
-  life_->record().tested = results.tested;
-  life_->record().failed = results.failed;
+  software_->life().record().tested = results.tested;
+  software_->life().record().failed = results.failed;
   for (std::size_t k = 0; k < results.values.size(); ++k) {
     if ((results.failed >> k & 1U) == 0) continue;
     std::fprintf(stderr, "ilp-onboard: self-test %s failed\n", name_of(static_cast<SelfTest>(k)));
@@ -409,29 +386,22 @@ bool Flight::start() {
   const Status armed = options_.watchdog != nullptr ? linux_watchdog_.open(watchdog_options_) : Status{};
   BoardState board = board_state();
   board.watchdog_had_bitten = watchdog_.bitten();
-  life_.emplace(store_.store(), clock());
-  if (!good("record of the start", life_->begin(board))) return false;
-  life_->record().unconfirmed = software_->configuration().unconfirmed();
-  life_->record().configuration = software_->configuration().stage();
+  const std::array news = store_.start().in_order();
+  for (const Status& one : news) good(store_label(options_), one);
+  if (!good("record of the start", software_->begin_life(board, news))) return false;
   report(armed);
-  report({StatusCode::started, life_->record().id, static_cast<std::int64_t>(life_->record().reason)});
   report(early_news_);
-  report(time_begin_.news);
-  for (const Status& news : store_.start().in_order()) {
-    report(news);
-    if (!news.ok()) static_cast<void>(fail(store_label(options_), news));
-  }
   prepare_look();
   test_board();
   if (priority_ > 0) report(ask_for_real_time(priority_));
   if (shared_ && !good("record of the node", shared_->begin(mission_of_file_))) return false;
   const Status managed = manager_.open(std::getenv("NOTIFY_SOCKET"));
   report(managed.ok() ? manager_.ready() : managed);
-  return good("record of the start", life_->go_on());
+  return good("record of the start", software_->life().go_on());
 }
 
 void Flight::write_life() {
-  StartRecord& record = life_->record();
+  StartRecord& record = software_->life().record();
   record.stack_bytes = static_cast<std::uint32_t>(flight_stack_peak());
   record.heap_traps = static_cast<std::uint32_t>(heap_trap_count());
   if (!stack_told_ && record.stack_bytes > flight_stack_bytes() / 4 * 3) {
@@ -469,12 +439,12 @@ void Flight::look_at_lock() {
 /// Between two minor frames, no transaction is open.
 void Flight::leave_memory() {
   static_cast<void>(software_->executive().end());
-  static_cast<void>(life_->end());  // The next start finds in the copy that this life has ended in order.
+  static_cast<void>(software_->life().end());  // The next start finds in the copy that this life has ended in order.
   const Status left = store_.leave_memory(options_.store, &wait_);
   left_memory_ = left.ok();
   if (left_memory_) return software_->configuration().end_in_order(clock().now());
-  life_->record().end_ns = 0;
-  report(life_->go_on());
+  software_->life().record().end_ns = 0;
+  report(software_->life().go_on());
   report({StatusCode::store_not_moved, static_cast<std::int64_t>(left.code), left.a});
   look_.look_again();
 }
@@ -506,7 +476,7 @@ void Flight::run() {
     report(store_.take_news());
     if (++frames % frames_between_entries == 0 && !options_.virtual_time) {
       write_life();
-      report(life_->go_on());
+      report(software_->life().go_on());
       look_at_calendar();
     }
     if (look_.found()) leave_memory();
@@ -538,7 +508,7 @@ int Flight::finish() {
   if (stop_requested != 0 && !software_->restart_wanted()) software_->configuration().end_in_order(clock().now());
   bool well = good("housekeeping", software_->executive().end());
   write_life();
-  well = good("record of the end", life_->end()) && well;
+  well = good("record of the end", software_->life().end()) && well;
   watchdog_.stop();
   worker_.end();
   print_memory_use(store_.file());
@@ -576,9 +546,11 @@ void print_fault(const CommandLineFault& fault) {
 int fly(void* argument) {
   const Order& order = *static_cast<const Order*>(argument);
   sqlite_arena.init(store_region, limits::sqlite_arena_bytes);
+  const Status configured = configure_sqlite_memory(sqlite_arena);
+  if (!configured.ok()) return fail("SQLite's memory", configured);
   static ChosenStore store(sqlite_arena, store_region);
   if (!is_head(order.stages)) {
-    return run_node(order.options, order.stages, {sqlite_arena, store, flight_region}, stop_requested);
+    return run_node(order.options, order.stages, {store, flight_region}, stop_requested);
   }
   static Flight flight(order.options, order.stages, store);
   return flight.fly();

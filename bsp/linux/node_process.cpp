@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "bsp/flight/lock_lease.hpp"
-#include "bsp/flight/mission_file.hpp"
 #include "bsp/flight/node.hpp"
 #include "bsp/flight/shared_flight_store.hpp"
 #include "bsp/linux/board.hpp"
@@ -16,7 +15,6 @@
 #include "fsw/commanding/settings.hpp"
 #include "hal/clock/real_clock.hpp"
 #include "hal/nonvolatile/ram_nonvolatile.hpp"
-#include "hal/store/sqlite/sqlite_memory.hpp"
 
 namespace ilp {
 namespace {
@@ -49,7 +47,6 @@ class NodeProcess {
   int run();
 
  private:
-  bool read_mission();
   bool ask_for_priority();
   bool wait_for_head();
   Status look_for_head(NodeRecord& head);
@@ -89,14 +86,6 @@ class NodeProcess {
 bool NodeProcess::good(const char* what, const Status& status) {
   if (!status.ok()) print_status(what, status);
   return status.ok();
-}
-
-bool NodeProcess::read_mission() {
-  if (options_.mission == nullptr) return true;
-  MissionEntry error;
-  const Status status = read_mission_file(options_.mission, file_, error);
-  if (!status.ok()) std::fprintf(stderr, "ilp-onboard: [%s] %s = %s\n", error.section, error.key, error.value);
-  return good(options_.mission, status);
 }
 
 bool NodeProcess::ask_for_priority() {
@@ -242,8 +231,7 @@ int NodeProcess::finish() {
 }
 
 int NodeProcess::run() {
-  if (!read_mission() || !read_lock_lease(options_, lock_lease_s_) || !ask_for_priority()) return 1;
-  if (!good("SQLite's memory", configure_sqlite_memory(place_.sqlite))) return 1;
+  if (!read_mission(options_, file_) || !read_lock_lease(options_, lock_lease_s_) || !ask_for_priority()) return 1;
   if (!wait_for_head()) return stop_ != 0 ? 0 : 1;
   if (!start()) return store_.damaged() ? exit_restart : 1;
   std::fprintf(stderr, "ilp-onboard: running %s\n", stage_names(stages_).c_str());

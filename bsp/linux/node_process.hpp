@@ -11,7 +11,6 @@ namespace ilp {
 
 /// The static memory that a flight and a node use alike.
 struct FlightPlace {
-  Arena& sqlite;
   ChosenStore& store;
   void* software;  ///< for a FlightSoftware
 };

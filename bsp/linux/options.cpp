@@ -5,9 +5,11 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "bsp/flight/mission_file.hpp"
 #include "bsp/flight/stage_set.hpp"
 #include "bsp/linux/image_sources.hpp"
 #include "bsp/linux/nearest_word.hpp"
+#include "bsp/linux/status_line.hpp"
 #include "fsw/base/text.hpp"
 
 namespace ilp {
@@ -310,6 +312,16 @@ bool read_number(const char* text, long most, const char* needs, int& number) {
 }
 
 }  // namespace
+
+bool read_mission(const Options& options, MissionParameters& mission) {
+  if (options.mission == nullptr) return true;
+  MissionEntry error;
+  const Status status = read_mission_file(options.mission, mission, error);
+  if (status.ok()) return true;
+  std::fprintf(stderr, "ilp-onboard: [%s] %s = %s\n", error.section, error.key, error.value);
+  print_status(options.mission, status);
+  return false;
+}
 
 bool read_priority(const Options& options, int& priority) {
   return read_number(options.priority, 99, "--priority needs a number from 1 to 99", priority);

@@ -3,6 +3,7 @@
 
 #include "bsp/flight/packet_links.hpp"
 #include "bsp/linux/image_source.hpp"
+#include "cfg/mission.hpp"
 #include "fsw/base/geometry.hpp"
 
 namespace ilp {
@@ -59,6 +60,8 @@ void print_usage();
 [[nodiscard]] bool parse_size(const char* text, std::int32_t& width, std::int32_t& height);
 /// Says what an option needs instead of `text`; false.
 bool refused(const char* needs, const char* text);
+/// Reads the mission file, if one is given. False, with a message, if it cannot be taken.
+[[nodiscard]] bool read_mission(const Options& options, MissionParameters& mission);
 /// Reads a real-time priority, 1 to 99, and the lease of the lock of the writers, 1 to 3600 s, if they are given.
 /// False, with a message, where one is no such number.
 [[nodiscard]] bool read_priority(const Options& options, int& priority);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdio>
-#include <ctime>
 
 #include "bsp/flight/flight_store.hpp"
 #include "bsp/linux/status_line.hpp"
@@ -36,8 +35,7 @@ class WatchedWait final : public DiskWait {
                    start_attempts - 1);
     }
     at_work();
-    constexpr timespec second{1, 0};
-    ::nanosleep(&second, nullptr);
+    clock_.sleep_until(clock_.now() + ns_per_s);
     // A check of the database takes its time.
     disarm();
   }

@@ -10,7 +10,6 @@
 #include "bsp/flight/key_file.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/rng.hpp"
-#include "hal/clock/utc.hpp"
 #include "hal/store/record_bytes.hpp"
 #include "sim/host/status_error.hpp"
 
@@ -48,12 +47,6 @@ std::uint64_t fingerprint_of(Store& store) {
 }
 
 }  // namespace
-
-void FlightClock::begin(FlightSoftware& software) {
-  MissionTimeBegin begin;
-  host::require(software.begin_time(EpochChoice::first_start, utc_now(), begin), "beginning mission time");
-  real_clock_.set(begin.now);
-}
 
 std::unique_ptr<PacketLinks> open_links(const FlightOptions& options, Clock& clock) {
   auto links = std::make_unique<PacketLinks>(clock);

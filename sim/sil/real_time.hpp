@@ -6,7 +6,6 @@
 #include <set>
 #include <string>
 
-#include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/packet_links.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/base/time.hpp"
@@ -18,13 +17,13 @@
 
 namespace ilp::sil {
 
-/// Virtual time from `start` on, or real time once it has begun.
+/// Virtual time from `start` on, or real time once it is set.
 class FlightClock final : public Clock {
  public:
   FlightClock(bool real, TimeNs start) : real_(real), virtual_clock_(start) {}
 
-  /// Real time: as on board (bsp/flight/mission_epoch.hpp). std::runtime_error when the store does not play along.
-  void begin(FlightSoftware& software);
+  /// Virtual time never goes back.
+  void set(TimeNs time) { real_ ? real_clock_.set(time) : virtual_clock_.sleep_until(time); }
 
   TimeNs now() override { return clock().now(); }
   void sleep_until(TimeNs time) override { clock().sleep_until(time); }

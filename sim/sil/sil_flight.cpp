@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "bsp/flight/flight_software.hpp"
+#include "bsp/flight/flight_store.hpp"
 #include "bsp/flight/mission_file.hpp"
 #include "cfg/version.hpp"
 #include "fsw/executive/frame_timing.hpp"
@@ -23,7 +24,6 @@
 #include "hal/nonvolatile/file_nonvolatile.hpp"
 #include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
-#include "hal/store/sqlite/sqlite_store.hpp"
 #include "sim/host/progress.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/sil/faulty_camera.hpp"
@@ -48,10 +48,9 @@ constexpr double longest_wait_for_store_s = 3600;
 /// With less, the database cannot grow.
 constexpr std::uintmax_t least_free_bytes = 1U << 20U;
 
-Arena& sqlite_arena() {
-  static Arena arena;
-  return arena;
-}
+Arena sqlite_arena;
+/// As on board.
+alignas(Arena::alignment) std::array<std::byte, limits::ram_store_bytes> store_region;
 
 double processor_seconds() {
   rusage usage{};
@@ -96,9 +95,8 @@ nlohmann::json component_times(Executive& executive) {
 }  // namespace
 
 void configure_store_memory() {
-  alignas(Arena::alignment) static std::array<std::byte, limits::sqlite_arena_bytes> region;
-  sqlite_arena().init(region.data(), region.size());
-  host::require(configure_sqlite_memory(sqlite_arena()), "configuring SQLite's memory");
+  sqlite_arena.init(store_region.data(), limits::sqlite_arena_bytes);
+  host::require(configure_sqlite_memory(sqlite_arena), "configuring SQLite's memory");
 }
 
 MissionParameters load_mission(const FlightOptions& options) {
@@ -155,8 +153,9 @@ class Flight {
   const FlightOptions& options_;
   MissionParameters mission_;
   fs::path out_;
+  std::string database_ = out_ / "flight.db";  ///< outlives disk_, whose guard keeps the text
   PastLives past_;
-  SqliteStore disk_;
+  FlightStore disk_{sqlite_arena, store_region};
   OutboxLink radio_;
   FlightClock clock_;
   FaultyStore store_;
@@ -184,7 +183,7 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
       out_(options.out),
       past_(options.resume ? read_past_lives(out_) : PastLives{}),
       clock_(options.real_time, past_.clock_ns),
-      store_(disk_, clock_, store_full(options.faults)),
+      store_(disk_.store(), clock_, store_full(options.faults)),
       link_(radio_, clock_, link_outage(options.faults)),
       camera_(source.camera(), options.faults, options.seed),
       telecommands_(options.telecommands),
@@ -192,13 +191,11 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
       frames_(source.frames),
       guard_(longest_standstill_ns +
              static_cast<TimeNs>(std::min(options.faults.store_full_for_s, longest_wait_for_store_s)) * ns_per_s) {
-  host::require(disk_.open((out_ / "flight.db").c_str()), "opening " + (out_ / "flight.db").string());
-  host::require(disk_.limit(database_limit_bytes(mission_)), "limiting " + (out_ / "flight.db").string());
+  host::require(disk_.open(database_.c_str(), StoreTrouble::refuse, mission_), "opening " + database_);
   host::require(radio_.open((out_ / "outbox").c_str(), (out_ / "acknowledged").c_str()),
                 "opening " + (out_ / "outbox").string());
   if (options.real_time)
-    host::require(on_disk_.open((out_ / "flight.db").c_str()),
-                  "opening the small memory beside " + (out_ / "flight.db").string());
+    host::require(on_disk_.open(database_.c_str()), "opening the small memory beside " + database_);
   links_ = open_links(options, clock_);
   const FlightDevices devices{.store = store_,
                               .camera = camera_,
@@ -210,9 +207,8 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
                               .navigation = source.navigation.empty() ? nullptr : &navigation_,
                               .real_time = options.real_time};
   software_ = std::make_unique<FlightSoftware>(devices, mission_);
-  host::require(software_->configure({.loaded = {}, .utc_s = options.real_time ? utc_now() / ns_per_s : 0}),
-                "taking up the settings");
-  if (options.real_time) clock_.begin(*software_);
+  host::require(software_->prepare({.utc = options.real_time ? utc_now() : 0}), "taking up settings and mission time");
+  clock_.set(software_->time().now);
   read_keys(options, mission_, keys_);
   software_->router().authenticate_with(keys_);
   if (!source.navigation.empty()) {
@@ -220,6 +216,8 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
                   "navigation " + source.navigation + " (its columns: docs/navigation.md)");
   }
   host::require(software_->start(source.model), "starting the flight software");
+  // A store that is full at a start has no room for the record of it, but the flight goes on.
+  static_cast<void>(software_->begin_life({}, disk_.start().in_order()));
   flown_before_ = count(RecordType::frame);
   plan_cuts(source.frames);
 }
@@ -318,6 +316,7 @@ void Flight::run() {
   }
   // What was sent at the very end has arrived too.
   receiver_.receive();
+  static_cast<void>(software_->life().end());
   progress_.end();
 }
 
@@ -342,7 +341,6 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
   const auto begin = std::chrono::steady_clock::now();
   const double cpu_begin = processor_seconds();
   const fs::path out = options.out;
-  const Arena& sqlite_memory = sqlite_arena();
   Flight flight(options, source, mission);
   flight_has_begun(out);
   flight.run();
@@ -380,7 +378,7 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
       {"downlinked_files", receiver.files()},
       {"target_overlap", flight.mission().target_overlap},
       {"min_overlap", flight.mission().min_overlap},
-      {"sqlite_arena_peak_bytes", sqlite_memory.stats().peak},
+      {"sqlite_arena_peak_bytes", sqlite_arena.stats().peak},
       {"events_lost", executive.events().lost()},
       {"all_sent", flight.all_sent()},
       {"link_capacity_bytes", link_capacity(flight.mission(), flight.now())},

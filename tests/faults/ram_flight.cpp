@@ -137,7 +137,7 @@ bool RamFlight::start() {
                                                      .packets = ground_ ? &ground_->packets() : nullptr,
                                                      .files = ground_ ? &ground_->files() : nullptr},
                                                     mission_);
-    if (!software_->configure({}).ok()) continue;
+    if (!software_->prepare({}).ok()) continue;
     auto& components = software_->*revealed(FlightSoftware_components_{});
     probes_.clear();
     for (std::size_t i = 0; i < stage_count; ++i) {

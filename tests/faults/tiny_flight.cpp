@@ -216,7 +216,7 @@ namespace {
 /// As the board does it in virtual time.
 Status begin_configuration(const std::string& database) {
   const Status opened = reinterpret_cast<FileNonvolatile*>(small_memory_place)->open(database.c_str());
-  return memory.software->configure({.loaded = opened, .store = memory.store->news()});
+  return memory.software->prepare({.small_memory = opened, .store = memory.store->news()});
 }
 
 }  // namespace
@@ -264,15 +264,11 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   if (status.ok()) status = software.start(model);
   tell(traces, status);
   if (!status.ok()) return disk.damaged() ? life_restart : life_refused;
-  Life life(disk.store(), clock);
-  status = life.begin({});
+  Life& life = software.life();
+  status = software.begin_life({}, disk.start().in_order());
   tell(traces, status);
   if (!status.ok()) return disk.damaged() ? life_restart : life_refused;
   EventLog& events = software.executive().events();
-  events.report(clock.now(), "board", {StatusCode::started, life.record().id});
-  for (const Status& news : disk.start().in_order()) {
-    if (!news.ok()) events.report(clock.now(), "board", news);
-  }
   // As in real time.
   if (disk.disk() != nullptr) sqlite::wait_for_writers(disk.disk()->session(), minor_frame_ns / ns_per_ms);
   if (hooks.started) hooks.started();

@@ -13,8 +13,6 @@
 
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/flight_store.hpp"
-#include "bsp/flight/life.hpp"
-#include "bsp/flight/mission_epoch.hpp"
 #include "fsw/executive/frame_timing.hpp"
 #include "fsw/packets/service_functions.hpp"
 #include "fsw/packets/service_parameters.hpp"
@@ -70,18 +68,15 @@ class FlightBoard {
                                                               .small_memory = *small_memory,
                                                               .packets = radio},
                                                 mission);
-    ILP_TRY(software->configure({.loaded = opened, .utc_s = calendar_s, .store = store->news()}));
-    MissionTimeBegin time;
-    ILP_TRY(software->begin_time(epoch_choice, calendar_s * ns_per_s, time));
-    clock.set(time.now);
-    started_ns_ = time.now;
+    ILP_TRY(software->prepare(
+        {.small_memory = opened, .store = store->news(), .utc = calendar_s * ns_per_s, .epoch = epoch_choice}));
+    started_ns_ = software->time().now;
+    clock.set(started_ns_);
     keys = Authenticator();
     for (const auto& [spi, key] : key_list) ILP_TRY(keys.add(spi, key));
     software->router().authenticate_with(keys);
     ILP_TRY(software->start(model));
-    Life life(store->store(), clock);
-    ILP_TRY(life.begin({}));
-    software->executive().events().report(clock.now(), "board", time.news);
+    ILP_TRY(software->begin_life({}, store->start().in_order()));
     next_ = clock.now();
     return {};
   }

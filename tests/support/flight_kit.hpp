@@ -37,7 +37,7 @@ class FlightKit {
 
   /// As a board does it.
   Status start(const CameraModel& camera) {
-    ILP_TRY(flight_->configure({}));
+    ILP_TRY(flight_->prepare({}));
     return flight_->start(camera);
   }
 
