@@ -1,4 +1,7 @@
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <algorithm>
 
@@ -226,6 +229,18 @@ TEST_F(BadInputTest, ADatabaseOfAnotherVersionIsRefusedAndLeftUntouched) {
   test::write_file(out / "flight.db", std::string(database.begin(), database.end()));
   expect_refused(test::sil_command(plain, out, {"--resume"}), {"flight.db", "schema version 999"});
   EXPECT_EQ(test::read_file(out / "flight.db"), database);
+}
+
+TEST_F(BadInputTest, ADatabaseThatAnotherProcessFlies) {
+  ASSERT_EQ(test::run_program(test::sil_command(plain, out, {"--power-cut-after", "100"})).exit_status, 9);
+  const test::Bytes database = test::read_file(out / "flight.db");
+  const int guard = ::open((out / "flight.db-guard").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  ASSERT_GE(guard, 0);
+  ASSERT_EQ(::flock(guard, LOCK_EX), 0);
+  expect_refused(test::sil_command(plain, out, {"--resume"}), {"flight.db", "another process has the database open"});
+  EXPECT_EQ(test::read_file(out / "flight.db"), database);
+  ::close(guard);
+  EXPECT_EQ(test::run_program(test::sil_command(plain, out, {"--resume"})).exit_status, 0);
 }
 
 TEST_F(BadInputTest, ADatabaseThatIsNone) {
