@@ -128,6 +128,8 @@ bool place_equations(std::span<const RigidTransform> cam_from_world, const Measu
   if (!linearise(track, world, loss_sigmas, fit, step)) return false;
   if (!(fit.furthest_m < most_bend_by_lens * spread)) return false;
   const auto rows = static_cast<int>(3 * track.count);
+  // What is left in the direction of a similarity would pull at what the window leaves open.
+  for (int row = 0; row < rows; ++row) fit.residual[row] += fit.by_similarity.row(row).dot(step);
   Eigen::Matrix<double, PlaceEquations::size, 3> by_centre;  // of the row's own view
   for (int row = 0; row < rows; ++row) {
     by_centre.row(row) = fit.root_weight[row] * world.scale * world.rotation.row(row % 3);

@@ -97,6 +97,23 @@ TEST(MeasuredPlacesTest, TheEquationsAreTheDerivativesOfWhatTheSimilarityLeaves)
   }
 }
 
+TEST(MeasuredPlacesTest, NothingPullsAtWhatTheSimilarityLeavesOpen) {
+  Flown flown(8);
+  flown.disturb(1);
+  const auto found = flown.equations(2);
+  ASSERT_TRUE(found);
+  using Vector = Eigen::Matrix<double, PlaceEquations::size, 1>;
+  const Eigen::Map<const Vector> gradient(found->gradient);
+  for (int kind = 0; kind < 7; ++kind) {
+    Vector moved = Vector::Zero();
+    for (std::size_t i = 0; i < views; ++i) {
+      const Vec3 centre = -(flown.cameras[i].rotation.transpose() * flown.cameras[i].translation);
+      moved.segment<3>(static_cast<int>(3 * i)) = change_by_step(centre).col(kind);
+    }
+    EXPECT_LT(std::abs(gradient.dot(moved)), 1e-7 * gradient.norm() * moved.norm()) << kind;
+  }
+}
+
 TEST(MeasuredPlacesTest, WhatNoLensExplainsOrIsTooLittleSaysNothing) {
   Flown flown(5);
   flown.places[2].place_m[0] += 200;
