@@ -79,17 +79,17 @@ FlightSoftware::FlightSoftware(const FlightDevices& devices, MissionParameters& 
 Status FlightSoftware::prepare(const StartFacts& facts) {
   const Status loaded = memory_.load();
   ILP_TRY(configuration_.begin(store_, {.loaded = facts.small_memory.ok() ? loaded : facts.small_memory,
-                                        .utc_s = facts.utc / ns_per_s,
+                                        .utc_s = facts.utc.value_or(0) / ns_per_s,
                                         .commanded = commanded_,
                                         .store = facts.store}));
   time_ = {};
-  if (facts.utc == 0) {
+  if (!facts.utc) {
     ILP_TRY(latest_known_time(store_, time_.now));
     // A new store knows nothing of the previous life.
     if (!facts.store.ok()) time_.now = std::max(time_.now, memory_.content().latest_ns);
     return {};
   }
-  ILP_TRY(begin_mission_time(store_, memory_, facts.epoch, facts.utc, mission_, time_));
+  ILP_TRY(begin_mission_time(store_, memory_, facts.epoch, *facts.utc, mission_, time_));
   configuration_.epoch_is(mission_.mission_epoch_s);
   return {};
 }

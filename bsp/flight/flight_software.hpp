@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 
 #include "bsp/flight/flight_components.hpp"
@@ -24,9 +25,9 @@ namespace ilp {
 
 /// What a start finds outside of its store.
 struct StartFacts {
-  Status small_memory = {};  ///< of opening it
-  Status store = {};         ///< why the store replaces another one; ok: it does not
-  std::int64_t utc = 0;      ///< the calendar, nanoseconds since 1958; 0: virtual time
+  Status small_memory = {};              ///< of opening it
+  Status store = {};                     ///< why the store replaces another one; ok: it does not
+  std::optional<std::int64_t> utc = {};  ///< the calendar, nanoseconds since 1958; none in virtual time
   EpochChoice epoch = EpochChoice::first_start;
 };
 
@@ -65,10 +66,10 @@ class FlightSoftware {
   /// with one that was known and now is not. Then restores every component. If that fails with parameters on trial, it
   /// continues with the last good ones.
   Status start(const CameraModel& camera);
+  /// As start(), for a process that is not the head: the head has written the camera.
+  Status join() { return executive_.start(); }
   /// Begins the record of this life, and reports the start, its mission time and `news` of the store that are not ok.
   Status begin_life(const BoardState& board, std::span<const Status> news);
-  /// The same for a process that is not the head: the head has written the camera.
-  Status join() { return executive_.start(); }
   Executive& executive() { return executive_; }
   Configuration& configuration() { return configuration_; }
   Life& life() { return life_; }

@@ -233,7 +233,7 @@ bool Flight::prepare_start() {
   if (opened.is(StatusCode::io_error) && opened.a == EWOULDBLOCK) return good(place, StatusCode::store_in_use);
   const StartFacts facts{.small_memory = opened,
                          .store = store_.news(),
-                         .utc = options_.virtual_time ? 0 : utc_now(),
+                         .utc = options_.virtual_time ? std::nullopt : std::optional(utc_now()),
                          .epoch = options_.mission_epoch ? EpochChoice::mission : EpochChoice::first_start};
   if (!good("settings or mission time", software_->prepare(facts))) return false;
   calendar_.begin(software_->time());

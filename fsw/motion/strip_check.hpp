@@ -33,7 +33,7 @@ struct StripCheckWorkspace {
   BundleProblem window;
   MeasuredPlaces places;  ///< of the window's views
   IntrinsicsWorkspace equations;
-  FixedVector<navigation::MeasuredKeyframe, navigation::max_values> measured;  ///< posed, by the vehicle
+  navigation::MeasuredKeyframes measured;  ///< of LensSearch: what the vehicle measured at posed keyframes
 };
 
 /// Windows overlap by one keyframe, and come once their points are final. A contradiction changes nothing. A window

@@ -23,7 +23,10 @@ class FlightClock final : public Clock {
   FlightClock(bool real, TimeNs start) : real_(real), virtual_clock_(start) {}
 
   /// Virtual time never goes back.
-  void set(TimeNs time) { real_ ? real_clock_.set(time) : virtual_clock_.sleep_until(time); }
+  void set(TimeNs time) {
+    if (real_) return real_clock_.set(time);
+    virtual_clock_.sleep_until(time);
+  }
 
   TimeNs now() override { return clock().now(); }
   void sleep_until(TimeNs time) override { clock().sleep_until(time); }

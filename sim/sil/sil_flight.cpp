@@ -207,7 +207,8 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
                               .navigation = source.navigation.empty() ? nullptr : &navigation_,
                               .real_time = options.real_time};
   software_ = std::make_unique<FlightSoftware>(devices, mission_);
-  host::require(software_->prepare({.utc = options.real_time ? utc_now() : 0}), "taking up settings and mission time");
+  host::require(software_->prepare({.utc = options.real_time ? std::optional(utc_now()) : std::nullopt}),
+                "taking up settings and mission time");
   clock_.set(software_->time().now);
   read_keys(options, mission_, keys_);
   software_->router().authenticate_with(keys_);
@@ -216,8 +217,9 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
                   "navigation " + source.navigation + " (its columns: docs/navigation.md)");
   }
   host::require(software_->start(source.model), "starting the flight software");
-  // A store that is full at a start has no room for the record of it, but the flight goes on.
-  static_cast<void>(software_->begin_life({}, disk_.start().in_order()));
+  const Status begun = software_->begin_life({}, disk_.start().in_order());
+  // The flight goes on without this record where the store is full at its start.
+  if (!begun.is(StatusCode::store_full)) host::require(begun, "writing the record of the start");
   flown_before_ = count(RecordType::frame);
   plan_cuts(source.frames);
 }

@@ -60,7 +60,8 @@ struct ReductionParams {
 /// weights. An observation counts with error_factor times the scatter of the residuals, as in the stated errors of
 /// poses. A direction that the window does not determine has no information and adds nothing. The residuals that the
 /// step leaves are added to `field`. The window's attitudes are those of a sensor in a world of its own: each view's
-/// turn from the first one counts. So are its places: they count but for a similarity. `invalid_argument` for a window
+/// turn from the first one counts. The places of `params` are in another world, too: only the
+/// shape of the track counts, not its scale, turn and place. `invalid_argument` for a window
 /// that is out of range; no points where it has fewer than three cameras.
 Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& params, BundleProblem& window,
                             IntrinsicsWorkspace& workspace, IntrinsicsEquations& equations, ResidualField& field);

@@ -1,5 +1,6 @@
-// What places that the vehicle measured ask of the poses of a window: its centres shall be theirs, but for the
-// similarity that relates the two worlds.
+// Normal equations of the camera centres of a window against the places that the vehicle measured. A similarity relates
+// the window's world to the vehicle's; it is eliminated (B. Triggs et al., "Bundle Adjustment - A Modern Synthesis",
+// 2000, section 6).
 #pragma once
 
 #include <span>
@@ -10,7 +11,7 @@
 
 namespace ilp {
 
-/// Of the camera of a view, m, in a world of the vehicle's own.
+/// Where a view's camera was, m, in a level world of the vehicle: east, north, up.
 struct MeasuredPlace {
   std::uint16_t view = 0;
   double place_m[3] = {};
