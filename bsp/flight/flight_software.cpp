@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "fsw/base/argument.hpp"
+#include "fsw/commanding/settings.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
@@ -137,6 +138,13 @@ Status FlightSoftware::start(const CameraModel& camera) {
   if (status.ok()) return {};
   ILP_TRY(configuration_.step_down(status));
   return start_once(camera);
+}
+
+Status FlightSoftware::join() {
+  // The head tells the ground of settings that do not count.
+  const Status set = load_settings(store_, mission_);
+  if (!set.ok() && !set.is(StatusCode::setting_ignored)) return set;
+  return executive_.start();
 }
 
 Status FlightSoftware::begin_life(const BoardState& board, std::span<const Status> news) {

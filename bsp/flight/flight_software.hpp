@@ -66,8 +66,9 @@ class FlightSoftware {
   /// with one that was known and now is not. Then restores every component. If that fails with parameters on trial, it
   /// continues with the last good ones.
   Status start(const CameraModel& camera);
-  /// As start(), for a process that is not the head: the head has written the camera.
-  Status join() { return executive_.start(); }
+  /// All three for a process that is not the head: takes up the stored settings, and restores its components. The head
+  /// has written the camera and begun the life (find_flight).
+  Status join();
   /// Begins the record of this life, and reports the start, its mission time and `news` of the store that are not ok.
   Status begin_life(const BoardState& board, std::span<const Status> news);
   Executive& executive() { return executive_; }

@@ -142,4 +142,17 @@ Status check_head(const NodeRecord& head, StageMask stages, const MissionParamet
   return head.parameters == own ? Status{} : Status{StatusCode::node_differs, own, head.parameters};
 }
 
+Status find_flight(Store& store, StageMask stages, const MissionParameters& mission, NodeRecord& head) {
+  const Status found = find_head(store, head);
+  if (found.is(StatusCode::not_found) || (found.ok() && head.idle)) return StatusCode::not_ready;
+  ILP_TRY(found);
+  ILP_TRY(check_head(head, stages, mission));
+  IdentityRecord identity;
+  CameraRecord camera;
+  ILP_TRY(get(store, identity.id, identity));
+  ILP_TRY(get(store, camera_id, camera));
+  store.number_from(identity.keyframe_base, identity.record_base);
+  return {};
+}
+
 }  // namespace ilp

@@ -72,4 +72,9 @@ Status find_head(Store& store, NodeRecord& head);
 /// mission's checksum, b = the head's) for another mission, `store_build` for another version of the software.
 Status check_head(const NodeRecord& head, StageMask stages, const MissionParameters& mission);
 
+/// For a process that is not the head: `not_ready` while there is no head, or it has ended, `not_found` while it has
+/// not written identity and camera; else as check_head(). When it is ok, the store numbers new records as the flight
+/// does.
+Status find_flight(Store& store, StageMask stages, const MissionParameters& mission, NodeRecord& head);
+
 }  // namespace ilp

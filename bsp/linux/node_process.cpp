@@ -12,7 +12,6 @@
 #include "bsp/linux/board.hpp"
 #include "bsp/linux/status_line.hpp"
 #include "bsp/memory/flight_heap.hpp"
-#include "fsw/commanding/settings.hpp"
 #include "hal/clock/real_clock.hpp"
 #include "hal/nonvolatile/ram_nonvolatile.hpp"
 
@@ -49,7 +48,6 @@ class NodeProcess {
  private:
   bool ask_for_priority();
   bool wait_for_head();
-  Status look_for_head(NodeRecord& head);
   bool start();
   void step();
   void look_at_head();
@@ -96,20 +94,6 @@ bool NodeProcess::ask_for_priority() {
   return true;
 }
 
-/// `not_ready` while there is no head, or no camera yet.
-Status NodeProcess::look_for_head(NodeRecord& head) {
-  const Status found = find_head(database(), head);
-  if (found.is(StatusCode::not_found) || (found.ok() && head.idle)) return StatusCode::not_ready;
-  ILP_TRY(found);
-  ILP_TRY(check_head(head, stages_, file_));
-  IdentityRecord identity;
-  CameraRecord camera;
-  ILP_TRY(get(database(), identity.id, identity));
-  ILP_TRY(get(database(), camera_id, camera));
-  database().number_from(identity.keyframe_base, identity.record_base);
-  return {};
-}
-
 /// The store may not exist yet, and its head may come later.
 bool NodeProcess::wait_for_head() {
   Status told;
@@ -121,7 +105,7 @@ bool NodeProcess::wait_for_head() {
     NodeRecord head;
     RecordMask changed = 0;
     if (joined) status = database().poll(changed);
-    if (status.ok()) status = look_for_head(head);
+    if (status.ok()) status = find_flight(database(), stages_, file_, head);
     if (status.ok()) {
       clock_.set(head.seen_ns);
       return true;
@@ -146,8 +130,6 @@ bool NodeProcess::wait_for_head() {
 
 bool NodeProcess::start() {
   mission_ = file_;
-  const Status set = load_settings(database(), mission_);
-  if (!set.is(StatusCode::setting_ignored) && !good("settings", set)) return false;
   shared_.emplace(database());
   node_.emplace(database(), clock_, stages_);
   software_ = new (place_.software) FlightSoftware({.store = *shared_,

@@ -173,6 +173,24 @@ TEST_F(NodeTest, WhoDiffersFromTheHeadIsRefused) {
   EXPECT_STATUS(check_head(head, matcher, mission_), store_build);
 }
 
+TEST_F(NodeTest, AFlightIsFoundOnceItsHeadHasWrittenIdentityAndCamera) {
+  NodeRecord head;
+  EXPECT_STATUS(find_flight(store_, matcher, mission_, head), not_ready);
+  ASSERT_TRUE(head_.begin("a", mission_).ok());
+  EXPECT_STATUS(find_flight(store_, matcher, mission_, head), not_found);
+  IdentityRecord identity;
+  identity.keyframe_base = 4000;
+  identity.record_base = 90000;
+  write(identity);
+  EXPECT_STATUS(find_flight(store_, matcher, mission_, head), not_found);
+  write(camera_record(CameraModel{}));
+  ASSERT_TRUE(find_flight(store_, matcher, mission_, head).ok());
+  EXPECT_EQ(store_.id_base(RecordType::keyframe), 4000);
+  EXPECT_EQ(store_.id_base(RecordType::event), 90000);
+  ASSERT_TRUE(head_.tell_end().ok());
+  EXPECT_STATUS(find_flight(store_, matcher, mission_, head), not_ready);
+}
+
 class OneImage final : public Camera {
  public:
   Status capture(TimeNs, FrameImage&, CameraFrame&) override {
