@@ -108,8 +108,9 @@ Status FlightSoftware::write_camera(const CameraRecord& camera) {
 }
 
 Status FlightSoftware::check_camera(const CameraModel& camera) {
-  const bool camera_known = mission_.camera_known && mission_.lens_known;
-  const CameraRecord wanted = camera_known ? camera_record(camera) : nominal_camera_record(camera);
+  const bool camera_known = mission_.camera_known && mission_.lens_known && !(mission_.readout_sigma_s > 0);
+  CameraRecord wanted = camera_known ? camera_record(camera) : nominal_camera_record(camera);
+  wanted.sigma_readout_s = mission_.readout_sigma_s;
   CameraRecord known;
   Status found = get_camera(store_, camera_id, known);
   // The camera and its copy are damaged. A known camera is written again, and a calibrated one is calibrated again, so

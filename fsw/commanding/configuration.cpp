@@ -64,10 +64,12 @@ MissionParameters built_in(const ConfigurationState& own, Reader<CameraRecord> s
   CameraRecord camera;
   mission.camera_known = own.base.camera_known;
   mission.lens_known = own.base.lens_known;
+  mission.readout_sigma_s = own.base.readout_sigma_s;
   if (!get_camera(store, camera_id, camera).ok()) return mission;
   const bool known = get(store, nominal_camera_id, camera).is(StatusCode::not_found);
   if (known) mission.camera_known = mission.lens_known = true;
-  if (!known && mission.lens_known) mission.camera_known = false;
+  if (known) mission.readout_sigma_s = 0;
+  if (!known && mission.lens_known && !(mission.readout_sigma_s > 0)) mission.camera_known = false;
   return mission;
 }
 

@@ -499,7 +499,7 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
     CameraRecord camera;
     const Status read = get_camera(wiring_.store, camera_id, camera);
     if (!read.ok() && !read.is(StatusCode::not_found)) return read;
-    outcome.has_plane = read.ok() && camera.readout_s != 0;
+    outcome.has_plane = read.ok() && has_rolling_shutter(camera);
     outcome.plane = {.id = frame.id, .keyframe_id = state_.keyframe_id, .time_ns = frame.time_ns};
     std::memcpy(outcome.plane.plane_from_keyframe, measured.plane_b_from_a, sizeof(measured.plane_b_from_a));
   }

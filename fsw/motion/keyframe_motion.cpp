@@ -167,19 +167,23 @@ double change_without_outer(const CameraModel& camera, const Neighbours& all, st
 
 }  // namespace
 
-double shutter_error_rad(const CameraModel& camera, const ShutterRecord& shutter) {
+double shutter_error_rad(const CameraRecord& camera, const ShutterRecord& shutter) {
   // Of an image that stays as it was read: the turn of a swing.
   constexpr double unknown_turn_rad_s = 0.1;
   // Where the swing is at its end, derivatives by three and five frames agree, and relief disturbs both alike.
   constexpr double unseen_factor = 2;
   const bool known = shutter.source != MotionSource::none;
-  return std::fabs(camera.readout_s) * (known ? unseen_factor * shutter.sigma_px_s / camera.fx : unknown_turn_rad_s);
+  if (!known) return (std::fabs(camera.readout_s) + camera.sigma_readout_s) * unknown_turn_rad_s;
+  const double of_motion = camera.readout_s * unseen_factor * shutter.sigma_px_s / camera.fx;
+  const double of_readout = camera.sigma_readout_s * Vec2(shutter.motion[2], shutter.motion[5]).norm();
+  return Vec2(of_motion, of_readout).norm();
 }
 
-Result<bool> keyframe_motion(KeyframeMotionStore store, const CameraModel& camera, const KeyframeRecord& keyframe,
+Result<bool> keyframe_motion(KeyframeMotionStore store, const CameraRecord& record, const KeyframeRecord& keyframe,
                              ShutterRecord& shutter) {
   shutter = {};
-  if (camera.readout_s == 0) return true;
+  if (!has_rolling_shutter(record)) return true;
+  const CameraModel camera = camera_model(record);
   StripRecord strip;
   ILP_TAKE(const bool known, find<StripRecord>(store, keyframe.strip_id, strip));
   OverlapRecord newest;

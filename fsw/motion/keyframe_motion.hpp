@@ -14,14 +14,15 @@ namespace ilp {
 
 using KeyframeMotionStore = Reader<KeyframeRecord, FrameRecord, StripRecord, OverlapRecord, FramePlaneRecord>;
 
-/// Fills `shutter` for a camera with a rolling shutter, and leaves it empty (id 0) for any other. False while the two
-/// frames after the keyframe are not judged and its strip goes on. With fewer frames than two on each side the sigma is
-/// larger. Without any, and where the motion is too fast for the correction, the source is `none`.
-Result<bool> keyframe_motion(KeyframeMotionStore store, const CameraModel& camera, const KeyframeRecord& keyframe,
+/// Fills `shutter` for a camera with a rolling shutter, found or to be found, and leaves it empty (id 0) for any other.
+/// False while the two frames after the keyframe are not judged and its strip goes on. With fewer frames than two on
+/// each side the sigma is larger. Without any, and where the motion is too fast for the correction, the source is
+/// `none`.
+Result<bool> keyframe_motion(KeyframeMotionStore store, const CameraRecord& camera, const KeyframeRecord& keyframe,
                              ShutterRecord& shutter);
 
-/// What the error of the motion does to a pose, as a turn: by this angle it moves first and last row apart. All matches
-/// of the keyframe share it, so that their scatter does not show it.
-[[nodiscard]] double shutter_error_rad(const CameraModel& camera, const ShutterRecord& shutter);
+/// What the errors of motion and readout time do to a pose, as a turn: by this angle they move first and last row
+/// apart. All matches of the keyframe share it, so that their scatter does not show it.
+[[nodiscard]] double shutter_error_rad(const CameraRecord& camera, const ShutterRecord& shutter);
 
 }  // namespace ilp

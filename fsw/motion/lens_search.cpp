@@ -23,6 +23,8 @@ constexpr double sufficient_lens = 0.002;  ///< one sigma of k1 with which the s
 constexpr double undetermined = 0.5;       ///< of the error before, that is left
 constexpr double sigma_of_given_focal = 0.002;
 constexpr double least_attitude_sigma_rad = 1e-3;
+constexpr double error_of_rates = 0.03;        ///< of the readout time: frames attenuate a swing
+constexpr double sufficient_readout_s = 1e-3;  ///< one sigma with which the search ends early
 constexpr double no_elevation_sigma_m = 1e6;
 
 bool flight_has_ended(const StripRecord& newest, std::int64_t looked_at) {
@@ -56,9 +58,11 @@ MeasuredPlace measured_place(std::uint16_t view, const navigation::MeasuredKeyfr
 
 LensPrior LensSearch::prior(const CameraModel& nominal) const {
   const MissionParameters& mission = wiring_.mission;
-  return prior_of(nominal, mission.camera_known
-                               ? sigma_of_given_focal
-                               : std::fabs(focal_per_field(nominal)) * mission.field_of_view_sigma_rad);
+  return prior_of(nominal, {.focal_sigma = mission.camera_known
+                                               ? sigma_of_given_focal
+                                               : std::fabs(focal_per_field(nominal)) * mission.field_of_view_sigma_rad,
+                            .lens = mission.camera_known && mission.lens_known,
+                            .readout_sigma_s = mission.readout_sigma_s});
 }
 
 bool LensSearch::has_enough(const CameraRecord& camera) const {
@@ -142,14 +146,19 @@ Status LensSearch::collect_window(const CameraRecord& camera) {
   return {};
 }
 
-/// Poses and points of the window, and attitudes and places that the vehicle measured at its keyframes.
-Status LensSearch::load_window() {
+/// Poses and points of the window, what the vehicle measured at its keyframes, and how their images moved.
+Status LensSearch::load_window(const CameraRecord& camera) {
   const FixedVector<std::int64_t, limits::max_calibration_views>& ids = workspace_.ids;
   BundleProblem& window = workspace_.window;
   ILP_TRY(load_final_window(wiring_.store, work_.camera, {ids.data(), ids.size()}, work_.looked_id, window));
   workspace_.places.clear();
+  workspace_.motion = {};
+  workspace_.motion.readout_s = camera.readout_s;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const auto view = static_cast<std::uint16_t>(i);
+    ShutterRecord shutter;
+    ILP_TAKE(const bool recorded, find<ShutterRecord>(wiring_.store, ids[i], shutter));
+    if (recorded) std::copy_n(shutter.motion, 8, workspace_.motion.of_view[i].m);
     for (const navigation::MeasuredKeyframe& measured : workspace_.measured) {
       if (measured.keyframe_id != ids[i]) continue;
       if (measured.tilt_sigma_rad > 0) static_cast<void>(window.attitudes.push_back(attitude_prior(view, measured)));
@@ -164,7 +173,7 @@ Status LensSearch::add_window_to_round(const CameraRecord& camera, Status& event
   const std::int64_t begin = work_.window_id;
   ILP_TRY(collect_window(camera));
   if (workspace_.ids.size() < least_window_views) return {};
-  const Status loaded = load_window();
+  const Status loaded = load_window(camera);
   if (is_transient(loaded) && !patience_.given_up(input())) {
     work_.window_id = begin;
     return loaded;
@@ -174,9 +183,12 @@ Status LensSearch::add_window_to_round(const CameraRecord& camera, Status& event
     return {};
   }
   IntrinsicsEquations equations;
-  const Status reduced =
-      reduce_to_intrinsics(work_.camera, {camera_check_params.error_factor, pose_steps, &workspace_.places},
-                           workspace_.window, workspace_.equations, equations, work_.evidence.field);
+  const ReductionParams params{.error_factor = camera_check_params.error_factor,
+                               .steps = pose_steps,
+                               .places = &workspace_.places,
+                               .motion = has_rolling_shutter(camera) ? &workspace_.motion : nullptr};
+  const Status reduced = reduce_to_intrinsics(work_.camera, params, workspace_.window, workspace_.equations, equations,
+                                              work_.evidence.field);
   if (reduced.ok()) add_window(equations, camera_check_params, work_.evidence);
   if (!reduced.ok()) event = reduced;
   return {};
@@ -226,22 +238,31 @@ Status LensSearch::conclude(const LensPrior& prior, const LensSearchWork::Soluti
   said.field = check.field;
   said.noise_px = check.noise_px;
   const CameraModel& c = found.camera;
-  const Intrinsics values = {c.fx, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2};
-  std::copy_n(values.begin(), intrinsic_count, said.intrinsics);
+  const double values[intrinsic_count] = {c.fx, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2};
+  std::copy_n(values, intrinsic_count, said.intrinsics);
   std::copy_n(found.sigmas.begin(), intrinsic_count, said.sigmas);
   std::copy_n(prior.sigmas.begin(), intrinsic_count, said.prior_sigmas);
+  said.readout_s = c.readout_s;
+  said.prior_sigma_readout_s = prior.sigmas[readout_unknown];
+  const bool readout_known = !(said.prior_sigma_readout_s > 0);
+  const double of_rates = error_of_rates * std::fabs(c.readout_s);
+  if (!readout_known) said.sigma_readout_s = Vec2(found.sigmas[readout_unknown], of_rates).norm();
+  const bool readout_found = readout_known || said.sigma_readout_s < std::fmax(sufficient_readout_s, 2 * of_rates);
   const bool nothing = said.windows == 0;
-  const bool open_focal = found.sigmas[0] > undetermined * prior.sigmas[0];
-  const bool determined = found.lens_sigma < sufficient_lens && check.spread < camera_check_params.max_spread;
+  const bool lens_known = !(prior.sigmas[0] > 0);
+  const bool open_focal = !lens_known && found.sigmas[0] > undetermined * prior.sigmas[0];
+  const bool determined =
+      found.lens_sigma < sufficient_lens && check.spread < camera_check_params.max_spread && readout_found;
   CameraRecord after = camera_record(c);
   after.revision = said.revision;
   after.frozen = nothing || (camera.revision > 0 &&
                              (work_.last || determined || said.revision > static_cast<int>(poses_of_pass.size())));
-  after.source = open_focal ? CameraSource::nominal : CameraSource::calibrated;
+  after.source = lens_known ? CameraSource::given : open_focal ? CameraSource::nominal : CameraSource::calibrated;
   after.sigma_focal_px = found.sigmas[0];
   after.sigma_cx_px = found.sigmas[1];
   after.sigma_cy_px = found.sigmas[2];
-  std::copy(found.covariance.begin(), found.covariance.end(), after.covariance);
+  std::copy_n(found.covariance.begin(), std::size(after.covariance), after.covariance);
+  after.sigma_readout_s = said.sigma_readout_s;
   const bool bent = check.spread > camera_check_params.max_spread || check.field > camera_check_params.max_field;
   said.verdict = nothing         ? CalibrationVerdict::nothing_seen
                  : !after.frozen ? CalibrationVerdict::searching

@@ -1,4 +1,4 @@
-// The search for the intrinsics of a camera that is not known (paper 3.2.1; decisions.md, 6).
+// The search for the intrinsics and the readout time of a camera that is not known (paper 3.2.1; decisions.md, 6).
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -60,7 +60,7 @@ class LensSearch {
   Result<bool> follow_poses(const CameraRecord& camera);
   [[nodiscard]] bool has_enough(const CameraRecord& camera) const;
   Status collect_window(const CameraRecord& camera);
-  Status load_window();
+  Status load_window(const CameraRecord& camera);
   Result<bool> follow_vehicle(const PoseRecord& pose);
   Status add_window_to_round(const CameraRecord& camera, Status& event);
   Status end_round(CameraRecord& camera, Status& event);

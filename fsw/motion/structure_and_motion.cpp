@@ -323,8 +323,7 @@ Result<bool> StructureAndMotion::pick() {
   if (!no_use) {
     ILP_TAKE(const bool known, measured_at(wiring_.store, wiring_.mission, work_.keyframe.id, measured));
     if (!known) return false;
-    ILP_TAKE(const bool ready,
-             keyframe_motion(wiring_.store, camera_model(work_.camera), work_.keyframe, work_.shutter));
+    ILP_TAKE(const bool ready, keyframe_motion(wiring_.store, work_.camera, work_.keyframe, work_.shutter));
     if (!ready) return false;
   }
   ILP_TRY(begin_keyframe(no_use, measured));
@@ -450,11 +449,11 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
     pose.ground_distance = ground.distance;
     pose.ground_distance_sigma = ground.sigma;
   }
-  if (work_.camera.readout_s != 0) {
+  if (has_rolling_shutter(work_.camera)) {
     ShutterRecord shutter;
     ILP_TAKE(const bool recorded, find<ShutterRecord>(wiring_.store, camera.keyframe_id, shutter));
     static_cast<void>(recorded);
-    add_error(shutter_error_rad(camera_model(work_.camera), shutter), pose);
+    add_error(shutter_error_rad(work_.camera, shutter), pose);
   }
   return put(wiring_.store, pose);
 }

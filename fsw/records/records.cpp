@@ -69,8 +69,8 @@ CameraModel camera_model(const CameraRecord& r) {
 }
 
 CameraRecord camera_record(const CameraModel& c) {
-  return {camera_id,           c.width, c.height, c.fx, c.fy, c.cx,   c.cy, c.k1, c.k2,       c.p1, c.p2, 1, 0, 0, 0,
-          CameraSource::given, c.k3,    c.k4,     c.k5, c.k6, c.lens, 0,    {},   c.readout_s};
+  return {camera_id,           c.width, c.height, c.fx, c.fy, c.cx,   c.cy, c.k1, c.k2,        c.p1, c.p2, 1, 0, 0, 0,
+          CameraSource::given, c.k3,    c.k4,     c.k5, c.k6, c.lens, 0,    {},   c.readout_s, 0};
 }
 
 CameraRecord nominal_camera_record(const CameraModel& camera) {

@@ -64,6 +64,10 @@ template <typename Record>
 [[nodiscard]] CameraModel camera_model(const CameraRecord& record);
 /// Frozen, given as exact.
 [[nodiscard]] CameraRecord camera_record(const CameraModel& camera);
+/// Whether the flight has to know how images move while they are read.
+[[nodiscard]] constexpr bool has_rolling_shutter(const CameraRecord& camera) {
+  return camera.sigma_readout_s > 0 || camera.readout_s < 0 || camera.readout_s > 0;
+}
 /// Not frozen, with unknown errors.
 [[nodiscard]] CameraRecord nominal_camera_record(const CameraModel& camera);
 [[nodiscard]] Pose pose_of(const PoseRecord& record);

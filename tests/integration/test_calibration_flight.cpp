@@ -150,6 +150,48 @@ TEST_F(CalibrationFlightTest, AShortPatienceFreezesTheCameraEarlyAndEveryKeyfram
   for (const PoseRecord& pose : test::records_of<PoseRecord>(out)) EXPECT_EQ(pose.state, PoseState::final) << pose.id;
 }
 
+/// Plains under a camera that swings, with a rolling shutter of 30 ms of which the flight is not told.
+TEST_F(CalibrationFlightTest, TheReadoutTimeIsFoundWhereTheFlightSwings) {
+  test::write_file(folder / "mission.ini", "[calibration]\nreadout_sigma_s = 0.05\n");
+  const test::ProgramResult flown = test::run_program({ILP_SIL,
+                                                       "--scenario",
+                                                       "mars-plains",
+                                                       "--seed",
+                                                       "21",
+                                                       "--frames",
+                                                       "36",
+                                                       "--set",
+                                                       "flight.drift_m_s=10",
+                                                       "--set",
+                                                       "flight.interval_s=0.5",
+                                                       "--set",
+                                                       "flight.gravity_m_s2=9.81",
+                                                       "--set",
+                                                       "flight.swing_rad=0.08",
+                                                       "--set",
+                                                       "flight.suspension_m=4",
+                                                       "--set",
+                                                       "effects.readout_s=0.03",
+                                                       "--mission",
+                                                       folder / "mission.ini",
+                                                       "--out",
+                                                       out.string()});
+  ASSERT_EQ(flown.exit_status, 0) << flown.output;
+  const auto cameras = test::records_of<CameraRecord>(out);
+  ASSERT_EQ(cameras.size(), 3U);
+  EXPECT_EQ(cameras[0].frozen, 1);
+  EXPECT_NEAR(cameras[0].readout_s, 0.03, 0.0015);
+  EXPECT_NEAR(cameras[0].readout_s, 0.03, 3 * cameras[0].sigma_readout_s);
+  EXPECT_LT(cameras[0].sigma_readout_s, 0.0015);
+  EXPECT_NEAR(cameras[0].fx, cameras[1].fx, 1e-3) << "the lens was given";
+  EXPECT_EQ(cameras[0].source, CameraSource::given);
+  EXPECT_EQ(test::events_of(out, StatusCode::camera_calibrated), 1U);
+  const auto said = test::records_of<CalibrationRecord>(out);
+  EXPECT_EQ(said.back().verdict, CalibrationVerdict::ok);
+  EXPECT_DOUBLE_EQ(said.back().readout_s, cameras[0].readout_s);
+  EXPECT_DOUBLE_EQ(said.back().prior_sigma_readout_s, 0.05);
+}
+
 TEST_F(CalibrationFlightTest, AGivenCameraThatIsWrongIsContradictedWhileTheStripFlies) {
   fly(rugged, camera_off_by(rugged, 0.08, 0), "");
   const auto checks = test::records_of<CalibrationCheckRecord>(out);

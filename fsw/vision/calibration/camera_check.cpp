@@ -6,8 +6,8 @@
 namespace ilp {
 namespace {
 
-using MatI = Eigen::Matrix<double, static_cast<int>(intrinsic_count), static_cast<int>(intrinsic_count)>;
-using VecI = Eigen::Matrix<double, static_cast<int>(intrinsic_count), 1>;
+using MatU = Eigen::Matrix<double, static_cast<int>(camera_unknowns), static_cast<int>(camera_unknowns)>;
+using VecU = Eigen::Matrix<double, static_cast<int>(camera_unknowns), 1>;
 
 double field_of(const ResidualField& field) {
   constexpr double least_weight = 20;
@@ -28,7 +28,7 @@ double field_of(const ResidualField& field) {
 void add_window(const IntrinsicsEquations& window, const CameraCheckParams& params, CameraEvidence& evidence) {
   if (window.points < params.least_points) return;
   std::size_t at = 0;
-  for (std::size_t a = 0; a < intrinsic_count; ++a) {
+  for (std::size_t a = 0; a < camera_unknowns; ++a) {
     for (std::size_t b = 0; b <= a; ++b) evidence.information[at++] += window.information[a][b];
     evidence.gradient[a] += window.gradient[a];
   }
@@ -42,29 +42,30 @@ CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given, cons
   CameraCheck out;
   if (evidence.windows == 0) return out;
   constexpr double prior_of_statistic = 1e-6;
-  MatI information;
-  VecI gradient;
+  MatU information;
+  VecU gradient;
   std::size_t at = 0;
-  for (std::size_t a = 0; a < intrinsic_count; ++a) {
+  for (std::size_t a = 0; a < camera_unknowns; ++a) {
     const auto i = static_cast<int>(a);
     gradient[i] = evidence.gradient[a];
     for (std::size_t b = 0; b <= a; ++b) {
       information(i, static_cast<int>(b)) = information(static_cast<int>(b), i) = evidence.information[at++];
     }
   }
-  MatI held = information;
+  MatU held = information;
   held.diagonal().array() += prior_of_statistic;
   const double gained = gradient.dot(held.llt().solve(gradient));
   held.diagonal().array() += 1 - prior_of_statistic;
-  const Eigen::LLT<MatI> with_prior(held);
-  const VecI correction = -with_prior.solve(gradient);
-  const MatI covariance = with_prior.solve(MatI::Identity());
-  const Intrinsics units = usual_errors(given);
+  const Eigen::LLT<MatU> with_prior(held);
+  const VecU correction = -with_prior.solve(gradient);
+  const MatU covariance = with_prior.solve(MatU::Identity());
+  const CameraUnknowns units = usual_errors(given);
   double most = -1;
-  for (std::size_t a = 0; a < intrinsic_count; ++a) {
+  for (std::size_t a = 0; a < camera_unknowns; ++a) {
     const auto i = static_cast<int>(a);
     out.corrections[a] = correction[i] * units[a];
     out.sigmas[a] = std::sqrt(covariance(i, i)) * units[a];
+    if (a == readout_unknown) continue;
     const double alone = gradient[i] * gradient[i] / (information(i, i) + 1);
     if (!(alone > most)) continue;
     most = alone;
@@ -72,7 +73,9 @@ CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given, cons
     out.worst_correction = -gradient[i] / (information(i, i) + 1) * units[a];
     out.worst_sigmas = std::sqrt(alone);
   }
-  constexpr auto unknowns = static_cast<double>(intrinsic_count);
+  constexpr double least_information = 1e-3;
+  const auto last = static_cast<int>(readout_unknown);
+  const auto unknowns = static_cast<double>(intrinsic_count + (information(last, last) > least_information ? 1 : 0));
   out.statistic = gained / unknowns;
   if (evidence.windows > 1) {
     out.spread = std::fmax(evidence.gained - gained, 0) / (unknowns * (evidence.windows - 1));

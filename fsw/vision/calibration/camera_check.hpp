@@ -17,8 +17,8 @@ struct CameraCheckParams {
 
 /// Sums over the windows of a strip.
 struct CameraEvidence {
-  std::array<double, intrinsic_count*(intrinsic_count + 1) / 2> information{};  ///< lower triangle
-  Intrinsics gradient{};
+  std::array<double, camera_unknowns*(camera_unknowns + 1) / 2> information{};  ///< lower triangle
+  CameraUnknowns gradient{};
   double gained = 0;  ///< of each window by its own correction
   double noise2_px = 0;
   std::uint32_t windows = 0, points = 0;
@@ -29,7 +29,7 @@ void add_window(const IntrinsicsEquations& window, const CameraCheckParams& para
 
 struct CameraCheck {
   CameraCheckVerdict verdict = CameraCheckVerdict::nothing_seen;
-  /// g^T I^-1 g / 7, I and g the summed information and gradient.
+  /// g^T I^-1 g over the number of unknowns, I and g the summed information and gradient.
   double statistic = 0;
   /// Heterogeneity of the windows: their own gains less that of the sum, per degree of freedom; 0 for one window.
   double spread = 0;
@@ -37,9 +37,9 @@ struct CameraCheck {
   /// window's own correction: 1 where nothing is systematic.
   double field = 0;
   double noise_px = 0;
-  /// What the images ask for, all intrinsics together, and one sigma; a direction that they do not determine stays at
+  /// What the images ask for, all unknowns together, and one sigma; a direction that they do not determine stays at
   /// usual_errors.
-  Intrinsics corrections{}, sigmas{};
+  CameraUnknowns corrections{}, sigmas{};
   /// The intrinsic that alone explains most, its correction, and that over its sigma.
   Intrinsic worst = Intrinsic::focal_length;
   double worst_correction = 0, worst_sigmas = 0;

@@ -14,9 +14,9 @@ namespace {
 
 using Mat2x3 = Eigen::Matrix<double, 2, 3>;
 using Mat2x6 = Eigen::Matrix<double, 2, 6>;
-using Mat2xI = Eigen::Matrix<double, 2, static_cast<int>(intrinsic_count)>;
+using Mat2xU = Eigen::Matrix<double, 2, static_cast<int>(camera_unknowns)>;
 using Mat6x3 = Eigen::Matrix<double, 6, 3>;
-using MatIx3 = Eigen::Matrix<double, static_cast<int>(intrinsic_count), 3>;
+using MatUx3 = Eigen::Matrix<double, static_cast<int>(camera_unknowns), 3>;
 
 constexpr std::size_t poses = IntrinsicsWorkspace::poses;
 constexpr std::size_t system_size = IntrinsicsWorkspace::size;
@@ -25,7 +25,7 @@ constexpr double least_weight = 0.2;  ///< a point with one below it, at twice t
 constexpr double least_sigma_px = 0.01;
 constexpr double most_turn_by_lens_rad = 0.2;  ///< between views of a window, of a lens that is far off
 constexpr double pose_ridge = 1e-9;            ///< of the diagonal: the scale of a window is free
-constexpr double intrinsic_ridge = 1e-6;       ///< of the information of a usual error
+constexpr double camera_ridge = 1e-6;          ///< of the information of a usual error
 
 /// One observation with its derivatives.
 struct Seen {
@@ -35,7 +35,7 @@ struct Seen {
   double weight = 1;
   Mat2x3 by_point;
   Mat2x6 by_pose;  ///< rotation vector from the left, translation
-  Mat2xI by_intrinsics;
+  Mat2xU by_camera;
 };
 
 /// One point with its observations, in the order of the views.
@@ -47,10 +47,22 @@ struct SeenPoint {
 struct Window {
   const CameraModel& camera;
   BundleProblem& problem;
-  Intrinsics units;
+  CameraUnknowns units;
   std::array<RigidTransform, limits::max_calibration_views> cam_from_world;
   double loss2 = 0;  ///< square of the bound of the Cauchy weights, px^2; 0: no weights
+  const WindowMotion* motion = nullptr;
 };
+
+/// How far a pixel's place at the middle row's time goes back for each second of readout time.
+Vec2 shift_by_readout(const Window& window, std::size_t view, const Vec2& at, const DistortionJacobian& j, double row) {
+  const double(&m)[8] = window.motion->of_view[view].m;
+  const double across = m[6] * at.x() + m[7] * at.y();
+  const Vec2 rate(m[0] * at.x() + m[1] * at.y() + m[2] - at.x() * across,
+                  m[3] * at.x() + m[4] * at.y() + m[5] - at.y() * across);
+  const double share = row / (window.camera.height - 1) - 0.5;
+  return share * Vec2(window.camera.fx * (j.a * rate.x() + j.b * rate.y()),
+                      window.camera.fy * (j.c * rate.x() + j.d * rate.y()));
+}
 
 /// Residual and derivatives; false for a point that is not in front of the camera.
 bool linearise(const Window& window, const BundleObservation& o, Seen& out) {
@@ -66,7 +78,6 @@ bool linearise(const Window& window, const BundleObservation& o, Seen& out) {
   out.view = o.camera;
   out.pixel = pixel_from_ideal(c, Vec2(o.x, o.y));
   out.residual = Vec2(c.fx * distorted.x() + c.cx, c.fy * distorted.y() + c.cy) - out.pixel;
-  if (!out.residual.allFinite()) return false;
   Mat2x3 by_position;
   by_position << c.fx * j.a, c.fx * j.b, -c.fx * (j.a * x + j.b * y),  //
       c.fy * j.c, c.fy * j.d, -c.fy * (j.c * x + j.d * y);
@@ -74,8 +85,15 @@ bool linearise(const Window& window, const BundleObservation& o, Seen& out) {
   out.by_point = by_position * pose.rotation;
   out.by_pose.leftCols<3>() = -by_position * cross_matrix(at);
   out.by_pose.rightCols<3>() = by_position;
-  out.by_intrinsics = pixel_by_intrinsics(c, Vec2(x, y));
-  for (std::size_t i = 0; i < intrinsic_count; ++i) out.by_intrinsics.col(static_cast<int>(i)) *= window.units[i];
+  out.by_camera.leftCols<static_cast<int>(intrinsic_count)>() = pixel_by_intrinsics(c, Vec2(x, y));
+  out.by_camera.rightCols<1>().setZero();
+  if (window.motion != nullptr) {
+    const Vec2 shift = shift_by_readout(window, o.camera, Vec2(x, y), j, out.pixel.y());
+    out.residual += (c.readout_s - window.motion->readout_s) * shift;
+    out.by_camera.rightCols<1>() = shift;
+  }
+  for (std::size_t i = 0; i < camera_unknowns; ++i) out.by_camera.col(static_cast<int>(i)) *= window.units[i];
+  if (!out.residual.allFinite()) return false;
   out.weight = window.loss2 > 0 ? 1 / (1 + out.residual.squaredNorm() / window.loss2) : 1;
   return true;
 }
@@ -117,7 +135,7 @@ bool eliminate(const SeenPoint& point, Eliminated& out) {
   return out.inverse.allFinite();
 }
 
-/// The lower triangle of the system, intrinsics last.
+/// The lower triangle of the system, the camera last.
 struct System {
   IntrinsicsWorkspace& w;
 
@@ -140,27 +158,27 @@ std::size_t row_of(const Seen& seen) {
 
 void add_point(const SeenPoint& point, const Eliminated& own, System& system) {
   std::array<Mat6x3, limits::max_calibration_views> with_pose;
-  MatIx3 with_intrinsics = MatIx3::Zero();
+  MatUx3 with_camera = MatUx3::Zero();
   for (std::size_t i = 0; i < point.count; ++i) {
     const Seen& s = point.seen[i];
     const Mat2x3 weighted = s.weight * s.by_point;
-    with_intrinsics += s.by_intrinsics.transpose() * weighted;
-    system.add(poses, poses, (s.weight * s.by_intrinsics.transpose() * s.by_intrinsics).eval());
-    system.add_right(poses, (s.weight * s.by_intrinsics.transpose() * s.residual).eval());
+    with_camera += s.by_camera.transpose() * weighted;
+    system.add(poses, poses, (s.weight * s.by_camera.transpose() * s.by_camera).eval());
+    system.add_right(poses, (s.weight * s.by_camera.transpose() * s.residual).eval());
     if (s.view == 0) continue;
     with_pose[i] = s.by_pose.transpose() * weighted;
     system.add(row_of(s), row_of(s), (s.weight * s.by_pose.transpose() * s.by_pose).eval());
-    system.add(poses, row_of(s), (s.weight * s.by_intrinsics.transpose() * s.by_pose).eval());
+    system.add(poses, row_of(s), (s.weight * s.by_camera.transpose() * s.by_pose).eval());
     system.add_right(row_of(s), (s.weight * s.by_pose.transpose() * s.residual).eval());
   }
-  const MatIx3 of_intrinsics = with_intrinsics * own.inverse;
-  system.add(poses, poses, (-of_intrinsics * with_intrinsics.transpose()).eval());
-  system.add_right(poses, (-of_intrinsics * own.gradient).eval());
+  const MatUx3 of_camera = with_camera * own.inverse;
+  system.add(poses, poses, (-of_camera * with_camera.transpose()).eval());
+  system.add_right(poses, (-of_camera * own.gradient).eval());
   for (std::size_t i = 0; i < point.count; ++i) {
     if (point.seen[i].view == 0) continue;
     const Mat6x3 of_pose = with_pose[i] * own.inverse;
     system.add_right(row_of(point.seen[i]), (-of_pose * own.gradient).eval());
-    system.add(poses, row_of(point.seen[i]), (-of_intrinsics * with_pose[i].transpose()).eval());
+    system.add(poses, row_of(point.seen[i]), (-of_camera * with_pose[i].transpose()).eval());
     for (std::size_t k = 0; k <= i; ++k) {
       if (point.seen[k].view == 0) continue;
       system.add(row_of(point.seen[i]), row_of(point.seen[k]), (-of_pose * with_pose[k].transpose()).eval());
@@ -205,7 +223,7 @@ double scatter(const Window& window, std::array<double, IntrinsicsWorkspace::sam
   return std::fmax(std::sqrt(squared[count / 2] / median_of_squares), least_sigma_px);
 }
 
-/// The residuals of a point after the steps of poses and intrinsics, and its own step.
+/// The residuals of a point after the steps of poses and camera, and its own step.
 struct Stepped {
   std::array<Vec2, limits::max_calibration_views> left;
   Vec3 moved;
@@ -213,12 +231,12 @@ struct Stepped {
 
 Stepped after_step(const SeenPoint& point, const Eliminated& own, const IntrinsicsWorkspace& w) {
   using Step6 = Eigen::Map<const Eigen::Matrix<double, 6, 1>>;
-  const Eigen::Map<const Eigen::Matrix<double, static_cast<int>(intrinsic_count), 1>> lens(w.right.data() + poses);
+  const Eigen::Map<const Eigen::Matrix<double, static_cast<int>(camera_unknowns), 1>> lens(w.right.data() + poses);
   Stepped out;
   Vec3 right = Vec3::Zero();
   for (std::size_t i = 0; i < point.count; ++i) {
     const Seen& s = point.seen[i];
-    out.left[i] = s.residual + s.by_intrinsics * lens;
+    out.left[i] = s.residual + s.by_camera * lens;
     if (s.view != 0) out.left[i] += s.by_pose * Step6(w.right.data() + row_of(s));
     right += s.weight * s.by_point.transpose() * out.left[i];
   }
@@ -357,7 +375,7 @@ bool assemble(Window& window, IntrinsicsWorkspace& w, const ReductionParams& par
     double& diagonal = w.system[i * system_size + i];
     if (i < moving) diagonal += pose_ridge * diagonal;
     if (i >= moving && i < poses) diagonal = 1;  // of views that the window lacks
-    if (i >= poses) diagonal += intrinsic_ridge * params.error_factor * params.error_factor * sums.variance;
+    if (i >= poses) diagonal += camera_ridge * params.error_factor * params.error_factor * sums.variance;
   }
   if (!cholesky_factor(w.system.data(), system_size)) return false;
   cholesky_solve_lower(w.system.data(), system_size, w.right.data());
@@ -365,7 +383,7 @@ bool assemble(Window& window, IntrinsicsWorkspace& w, const ReductionParams& par
   return true;
 }
 
-/// Moves poses and points by one step with the intrinsics as they are.
+/// Moves poses and points by one step with the camera as it is.
 void adjust(Window& window, IntrinsicsWorkspace& w) {
   for (double& value : w.right) value = -value;
   std::fill(w.right.begin() + poses, w.right.end(), 0);
@@ -390,11 +408,11 @@ void adjust(Window& window, IntrinsicsWorkspace& w) {
 
 }  // namespace
 
-Intrinsics usual_errors(const CameraModel& nominal) {
-  return {0.115 * nominal.fx, 0.02 * nominal.width, 0.02 * nominal.width, 0.3, 0.15, 0.002, 0.002};
+CameraUnknowns usual_errors(const CameraModel& nominal) {
+  return {0.115 * nominal.fx, 0.02 * nominal.width, 0.02 * nominal.width, 0.3, 0.15, 0.002, 0.002, 0.05};
 }
 
-CameraModel corrected(const CameraModel& camera, const Intrinsics& corrections) {
+CameraModel corrected(const CameraModel& camera, const CameraUnknowns& corrections) {
   CameraModel out = camera;
   out.fx += corrections[0];
   out.fy += corrections[0] * camera.fy / camera.fx;
@@ -404,6 +422,7 @@ CameraModel corrected(const CameraModel& camera, const Intrinsics& corrections) 
   out.k2 += corrections[4];
   out.p1 += corrections[5];
   out.p2 += corrections[6];
+  out.readout_s += corrections[readout_unknown];
   return out;
 }
 
@@ -413,7 +432,7 @@ Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& pa
   ILP_TRY(validate(camera));
   ILP_TRY(check(window, params.places));
   if (window.cameras.size() < 3) return {};
-  Window of{camera, window, usual_errors(camera), {}, 0};
+  Window of{camera, window, usual_errors(camera), {}, 0, params.motion};
   for (std::size_t i = 0; i < window.cameras.size(); ++i) {
     of.cam_from_world[i] = cam_from_world(window.cameras[i].pose);
   }
@@ -429,7 +448,7 @@ Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& pa
   const double unit = std::fmax(params.error_factor * equations.noise_px, least_sigma_px);
   double* x = workspace.right.data();
   const double* l = workspace.system.data();
-  for (std::size_t a = 0; a < intrinsic_count; ++a) {
+  for (std::size_t a = 0; a < camera_unknowns; ++a) {
     const double* row_a = l + (poses + a) * system_size + poses;
     equations.gained += x[poses + a] * x[poses + a] / (unit * unit);
     for (std::size_t b = 0; b <= a; ++b) {

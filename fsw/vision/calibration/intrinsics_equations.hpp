@@ -1,6 +1,6 @@
 // What the images of posed keyframes ask of the intrinsics of their camera: the normal equations of a window in its
-// poses, points and the seven intrinsics, reduced to the intrinsics (B. Triggs et al., "Bundle Adjustment - A Modern
-// Synthesis", 2000, section 6).
+// poses, points, the seven intrinsics and the readout time, reduced to the last two (B. Triggs et al., "Bundle
+// Adjustment - A Modern Synthesis", 2000, section 6).
 #pragma once
 
 #include <array>
@@ -8,17 +8,26 @@
 #include "fsw/base/status.hpp"
 #include "fsw/base/verdicts.hpp"
 #include "fsw/vision/calibration/measured_places.hpp"
+#include "fsw/vision/geometry/rolling_shutter.hpp"
 #include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
 
 namespace ilp {
 
-/// In the order of Intrinsic; focal length and principal point in px.
-using Intrinsics = std::array<double, intrinsic_count>;
+/// The intrinsics in the order of Intrinsic (focal length and principal point in px), and the readout time in s.
+inline constexpr std::size_t camera_unknowns = intrinsic_count + 1;
+inline constexpr std::size_t readout_unknown = intrinsic_count;
+using CameraUnknowns = std::array<double, camera_unknowns>;
 
-/// One sigma of each intrinsic of a lens that nobody has calibrated: the unit of the equations.
-[[nodiscard]] Intrinsics usual_errors(const CameraModel& nominal);
+/// One sigma of each, of a camera that nobody has calibrated: the unit of the equations.
+[[nodiscard]] CameraUnknowns usual_errors(const CameraModel& nominal);
 /// The camera with these corrections; both focal lengths change in proportion.
-[[nodiscard]] CameraModel corrected(const CameraModel& camera, const Intrinsics& corrections);
+[[nodiscard]] CameraModel corrected(const CameraModel& camera, const CameraUnknowns& corrections);
+
+/// How the images of a window moved while a rolling shutter read them.
+struct WindowMotion {
+  double readout_s = 0;  ///< with which the rows were brought to the time of the middle one
+  std::array<ImageMotion, limits::max_calibration_views> of_view{};  ///< 0 where it is not known
+};
 
 /// Mean residuals of the parts of an image, over many windows.
 struct ResidualField {
@@ -33,16 +42,16 @@ struct ResidualField {
 struct IntrinsicsEquations {
   std::uint32_t points = 0, observations = 0;
   double noise_px = 0;  ///< weighted root mean square of a residual's coordinate, with poses and points at their best
-  /// Of intrinsics in units of usual_errors, divided by the variance of an observation.
-  std::array<Intrinsics, intrinsic_count> information{};
-  Intrinsics gradient{};
+  /// Of the camera in units of usual_errors, divided by the variance of an observation.
+  std::array<CameraUnknowns, camera_unknowns> information{};
+  CameraUnknowns gradient{};
   double gained = 0;  ///< twice what the correction takes off the cost
 };
 
 /// Scratch; it carries nothing from call to call.
 struct IntrinsicsWorkspace {
   static constexpr std::size_t poses = 6 * (limits::max_calibration_views - 1);
-  static constexpr std::size_t size = poses + intrinsic_count;
+  static constexpr std::size_t size = poses + camera_unknowns;
   static constexpr std::size_t samples = 4096;
   std::array<double, size * size> system;
   std::array<double, size> right;
@@ -53,6 +62,7 @@ struct ReductionParams {
   double error_factor = 3;                 ///< of an observation's scatter
   std::uint32_t steps = 2;                 ///< of poses and points before the equations are taken
   const MeasuredPlaces* places = nullptr;  ///< of the window's views, where the vehicle measured them
+  const WindowMotion* motion = nullptr;    ///< without it nothing is asked of the readout time
 };
 
 /// Adjusts poses and points of the window with the camera as it is, and takes the equations there. Its observations are

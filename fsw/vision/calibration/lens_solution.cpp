@@ -8,51 +8,56 @@
 namespace ilp {
 namespace {
 
-using MatI = Eigen::Matrix<double, static_cast<int>(intrinsic_count), static_cast<int>(intrinsic_count)>;
-using VecI = Eigen::Matrix<double, static_cast<int>(intrinsic_count), 1>;
+using MatU = Eigen::Matrix<double, static_cast<int>(camera_unknowns), static_cast<int>(camera_unknowns)>;
+using VecU = Eigen::Matrix<double, static_cast<int>(camera_unknowns), 1>;
+
+/// An unknown of a smaller error stays where it is.
+constexpr double least_share_of_unit = 1e-4;
 
 /// How far one step may go, the equations being linear only nearby.
-Intrinsics longest_step(const CameraModel& camera) {
-  return {0.06 * camera.fx, 0.025 * camera.width, 0.025 * camera.width, 0.1, 0.1, 0.003, 0.003};
+CameraUnknowns longest_step(const CameraModel& camera) {
+  return {0.06 * camera.fx, 0.025 * camera.width, 0.025 * camera.width, 0.1, 0.1, 0.003, 0.003, 0.05};
 }
 
-Intrinsics intrinsics_of(const CameraModel& c) {
-  return {c.fx, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2};
+CameraUnknowns unknowns_of(const CameraModel& c) {
+  return {c.fx, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.readout_s};
 }
 
 }  // namespace
 
-LensPrior prior_of(const CameraModel& nominal, double focal_sigma) {
+LensPrior prior_of(const CameraModel& nominal, const KnownOfCamera& known) {
   LensPrior prior{nominal, usual_errors(nominal)};
-  prior.sigmas[0] = focal_sigma * nominal.fx;
+  if (known.lens) prior.sigmas.fill(0);
+  if (!known.lens) prior.sigmas[0] = known.focal_sigma * nominal.fx;
+  prior.sigmas[readout_unknown] = known.readout_sigma_s;
   return prior;
 }
 
 LensStep step_towards_lens(const CameraEvidence& evidence, const CameraModel& now, const LensPrior& prior,
                            double misfit) {
-  const Intrinsics units = usual_errors(now);
-  const Intrinsics at_now = intrinsics_of(now), before = intrinsics_of(prior.camera);
+  const CameraUnknowns units = usual_errors(now);
+  const CameraUnknowns at_now = unknowns_of(now), before = unknowns_of(prior.camera);
   const double trust = 1 / std::fmax(1, misfit);
-  MatI information;
-  VecI gradient;
+  MatU information;
+  VecU gradient;
   std::size_t at = 0;
-  for (std::size_t a = 0; a < intrinsic_count; ++a) {
+  for (std::size_t a = 0; a < camera_unknowns; ++a) {
     const auto i = static_cast<int>(a);
     for (std::size_t b = 0; b <= a; ++b) {
       information(i, static_cast<int>(b)) = information(static_cast<int>(b), i) = trust * evidence.information[at++];
     }
-    const double known = units[a] / prior.sigmas[a];
+    const double sigma = std::fmax(prior.sigmas[a], least_share_of_unit * units[a]), known = units[a] / sigma;
     information(i, i) += known * known;
-    gradient[i] = trust * evidence.gradient[a] + known * (at_now[a] - before[a]) / prior.sigmas[a];
+    gradient[i] = trust * evidence.gradient[a] + known * (at_now[a] - before[a]) / sigma;
   }
-  const Eigen::LLT<MatI> factor(information);
-  const VecI correction = -factor.solve(gradient);
-  const MatI covariance = factor.solve(MatI::Identity());
+  const Eigen::LLT<MatU> factor(information);
+  const VecU correction = -factor.solve(gradient);
+  const MatU covariance = factor.solve(MatU::Identity());
   LensStep out;
-  const Intrinsics longest = longest_step(now);
+  const CameraUnknowns longest = longest_step(now);
   double scale = 1;
   at = 0;
-  for (std::size_t a = 0; a < intrinsic_count; ++a) {
+  for (std::size_t a = 0; a < camera_unknowns; ++a) {
     const auto i = static_cast<int>(a);
     const double sigma = std::sqrt(covariance(i, i));
     out.sigmas[a] = sigma * units[a];
@@ -66,8 +71,8 @@ LensStep step_towards_lens(const CameraEvidence& evidence, const CameraModel& no
   out.shortened = scale < 1;
   constexpr int halvings = 4;
   for (int i = 0; i <= halvings; ++i, scale *= 0.5) {
-    Intrinsics step;
-    for (std::size_t a = 0; a < intrinsic_count; ++a) step[a] = scale * correction[static_cast<int>(a)] * units[a];
+    CameraUnknowns step;
+    for (std::size_t a = 0; a < camera_unknowns; ++a) step[a] = scale * correction[static_cast<int>(a)] * units[a];
     out.camera = corrected(now, step);
     if (validate(out.camera).ok()) return out;
     out.shortened = true;

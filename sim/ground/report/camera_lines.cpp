@@ -10,18 +10,33 @@ namespace {
 const char* remedy_of(Intrinsic open) {
   switch (open) {
     case Intrinsic::focal_length:
-      return "relief, or a camera that tilts, best with attitudes of the vehicle (--navigation)";
+      return "relief, or a camera that tilts, best with attitudes or places of the vehicle (--navigation)";
     case Intrinsic::centre_x:
     case Intrinsic::centre_y:
     case Intrinsic::p1:
     case Intrinsic::p2:
       return "turns about the vertical, or a camera that tilts";
     default:
-      return "a camera that tilts, relief, or attitudes of the vehicle (--navigation)";
+      return "a camera that tilts, relief, or attitudes or places of the vehicle (--navigation)";
   }
 }
 
-/// The intrinsics whose error is hardly smaller than before an image was seen.
+/// An error that is larger than this share of the one before an image was seen is open.
+constexpr double hardly = 0.5;
+
+void add_readout_line(const CalibrationRecord& said, std::vector<std::string>& lines) {
+  if (!(said.prior_sigma_readout_s > 0)) return;
+  const std::string sigma = host::brief(1e3 * said.sigma_readout_s) + " ms";
+  if (said.sigma_readout_s > hardly * said.prior_sigma_readout_s) {
+    lines.push_back("The readout time of its rolling shutter is as uncertain as it was given, by " + sigma +
+                    ". What would determine it: a camera that swings or turns.");
+  } else {
+    lines.push_back("The readout time of its rolling shutter was found: " + host::brief(1e3 * said.readout_s) +
+                    " ms, with an error of " + sigma + ".");
+  }
+}
+
+/// The intrinsics whose error is hardly smaller than before an image was seen, and the readout time.
 std::vector<std::string> found_lines(const intake::Flight& flight) {
   if (!flight.camera_record || flight.calibrations.empty()) return {};
   const CalibrationRecord& said = flight.calibrations.rbegin()->second;
@@ -31,13 +46,13 @@ std::vector<std::string> found_lines(const intake::Flight& flight) {
         "The camera was not known, and the flight ended before it was found: no keyframe has a final pose.");
     return lines;
   }
-  if (said.verdict == CalibrationVerdict::ok) return {};
+  add_readout_line(said, lines);
+  if (said.verdict == CalibrationVerdict::ok) return lines;
   lines.push_back("The camera was not known. Of what " + host::counted(said.keyframes, "keyframe") +
                   " say of it: " + words_of(said.verdict) + ".");
-  constexpr double hardly = 0.5;
   for (const Intrinsic intrinsic : {Intrinsic::focal_length, Intrinsic::k1}) {
     const auto i = static_cast<std::size_t>(intrinsic);
-    if (!(said.sigmas[i] > hardly * said.prior_sigmas[i])) continue;
+    if (!(said.prior_sigmas[i] > 0 && said.sigmas[i] > hardly * said.prior_sigmas[i])) continue;
     lines.push_back(std::string("Its ") + words_of(intrinsic) + " is as uncertain as it was given, by " +
                     host::brief(said.sigmas[i]) + (intrinsic == Intrinsic::focal_length ? " px" : "") +
                     ". What would determine it: " + remedy_of(intrinsic) + ".");

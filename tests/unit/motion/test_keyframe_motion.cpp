@@ -72,7 +72,7 @@ class KeyframeMotion : public test::ComponentTest {
   }
   ShutterRecord motion(std::int64_t keyframe = 2) {
     ShutterRecord shutter;
-    const Result<bool> ready = keyframe_motion(store, camera_, read<KeyframeRecord>(keyframe), shutter);
+    const Result<bool> ready = keyframe_motion(store, camera_record(camera_), read<KeyframeRecord>(keyframe), shutter);
     EXPECT_TRUE(ready.ok() && ready.value());
     return shutter;
   }
@@ -104,7 +104,7 @@ TEST_F(KeyframeMotion, IsTheTurnLessTheAttenuationOfFiveFrames) {
 TEST_F(KeyframeMotion, WaitsForTheNextTwoFramesOrTheEndOfTheStrip) {
   fly(4, swing);
   ShutterRecord shutter;
-  EXPECT_FALSE(keyframe_motion(store, camera_, read<KeyframeRecord>(2), shutter).value());
+  EXPECT_FALSE(keyframe_motion(store, camera_record(camera_), read<KeyframeRecord>(2), shutter).value());
   strip_.end = StripEnd::end_of_flight;
   write(strip_);
   EXPECT_EQ(motion().frames, 3U);
@@ -118,6 +118,13 @@ TEST_F(KeyframeMotion, HasASourceOnlyWithFramesNearby) {
   EXPECT_EQ(motion().frames, 2U);
   camera_.readout_s = 0;
   EXPECT_EQ(motion().id, 0) << "no record for a camera whose rows are exposed at once";
+  CameraRecord open = camera_record(camera_);
+  open.sigma_readout_s = 0.02;
+  ShutterRecord shutter;
+  ASSERT_TRUE(keyframe_motion(store, open, read<KeyframeRecord>(2), shutter).value());
+  EXPECT_EQ(shutter.frames, 2U) << "a readout time is found by the motion";
+  const double shift_of_row = std::hypot(shutter.motion[2], shutter.motion[5]) * open.sigma_readout_s;
+  EXPECT_DOUBLE_EQ(shutter_error_rad(open, shutter), shift_of_row);
 }
 
 TEST_F(KeyframeMotion, IsUnknownForAKeyframeWithoutOthers) {

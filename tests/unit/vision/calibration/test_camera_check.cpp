@@ -48,7 +48,7 @@ FlightScene scene_of(unsigned seed) {
 class CameraCheckTest : public ::testing::Test {
  protected:
   /// Adds a window of this scene, seen through the true lens and adjusted with one that is off by `error`.
-  CameraModel add(const FlightScene& scene, const Intrinsics& error, CameraEvidence& evidence) {
+  CameraModel add(const FlightScene& scene, const CameraUnknowns& error, CameraEvidence& evidence) {
     SyntheticFlight flight(scene);
     const CameraModel lens = lens_of(flight.camera), given = corrected(lens, error);
     see_through(lens, given, flight);
@@ -61,7 +61,7 @@ class CameraCheckTest : public ::testing::Test {
     add_window(equations, params, evidence);
     return given;
   }
-  CameraCheck check(const FlightScene& scene, const Intrinsics& error) {
+  CameraCheck check(const FlightScene& scene, const CameraUnknowns& error) {
     CameraEvidence evidence;
     const CameraModel given = add(scene, error, evidence);
     return judge(evidence, given, params);
@@ -180,7 +180,7 @@ class WholeAdjustment {
     unknowns_ = static_cast<int>(intrinsic_count + 6 * (poses_.size() - 1) + 3 * window.points.size());
   }
   /// Information and gradient of the intrinsics in these units, with all else eliminated.
-  void reduce(const Intrinsics& units, Eigen::MatrixXd& information, Eigen::VectorXd& gradient) const {
+  void reduce(const CameraUnknowns& units, Eigen::MatrixXd& information, Eigen::VectorXd& gradient) const {
     const int rows = static_cast<int>(2 * window_.observations.size());
     const Eigen::VectorXd at = residuals(Eigen::VectorXd::Zero(unknowns_));
     Eigen::MatrixXd jacobian(rows, unknowns_);
@@ -210,7 +210,7 @@ class WholeAdjustment {
 
  private:
   Eigen::VectorXd residuals(const Eigen::VectorXd& step) const {
-    Intrinsics corrections;
+    CameraUnknowns corrections{};
     std::copy_n(step.data(), intrinsic_count, corrections.begin());
     const CameraModel camera = corrected(camera_, corrections);
     Eigen::VectorXd out(2 * static_cast<int>(window_.observations.size()));

@@ -35,8 +35,8 @@ void see_through(const CameraModel& lens, const CameraModel& given, SyntheticFli
   }
 }
 
-Intrinsics intrinsics_of(const CameraModel& c) {
-  return {c.fx, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2};
+CameraUnknowns unknowns_of(const CameraModel& c) {
+  return {c.fx, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.readout_s};
 }
 
 class LensSolutionTest : public ::testing::Test {
@@ -62,14 +62,14 @@ class LensSolutionTest : public ::testing::Test {
 };
 
 TEST_F(LensSolutionTest, WithoutEvidenceTheCameraStaysAsItWasGivenWithItsSigmas) {
-  const LensPrior prior = prior_of(nominal_, focal_sigma);
+  const LensPrior prior = prior_of(nominal_, {.focal_sigma = focal_sigma});
   EXPECT_DOUBLE_EQ(prior.sigmas[0], focal_sigma * nominal_.fx);
-  const Intrinsics before = intrinsics_of(nominal_);
+  const CameraUnknowns before = unknowns_of(nominal_);
   const CameraModel moved = corrected(nominal_, {20, 3, -2, 0.01, 0.01, 0.0001, 0});
   for (const CameraModel& now : {nominal_, moved}) {
     const LensStep step = step_towards_lens({}, now, prior, 0);
     EXPECT_FALSE(step.shortened);
-    const Intrinsics found = intrinsics_of(step.camera);
+    const CameraUnknowns found = unknowns_of(step.camera);
     std::size_t at = 0;
     for (std::size_t i = 0; i < intrinsic_count; ++i) {
       EXPECT_NEAR(found[i], before[i], 1e-6 * prior.sigmas[i]) << i;
@@ -88,7 +88,7 @@ TEST_F(LensSolutionTest, StepsReachTheTrueLens) {
     CameraModel given = nominal_;
     given.fx *= 1.05;
     given.fy *= 1.05;
-    const LensPrior prior = prior_of(given, focal_sigma);
+    const LensPrior prior = prior_of(given, {.focal_sigma = focal_sigma});
     CameraModel now = given;
     LensStep step;
     for (int round = 0; round < 12; ++round) {
@@ -99,7 +99,7 @@ TEST_F(LensSolutionTest, StepsReachTheTrueLens) {
     }
     EXPECT_FALSE(step.shortened) << seed;
     EXPECT_LT(step.length, 0.5) << seed;
-    const Intrinsics found = intrinsics_of(now), truth = intrinsics_of(lens);
+    const CameraUnknowns found = unknowns_of(now), truth = unknowns_of(lens);
     for (std::size_t i = 0; i < intrinsic_count; ++i) {
       EXPECT_LT(std::abs(found[i] - truth[i]), 4 * step.sigmas[i]) << seed << " " << i;
     }
@@ -108,9 +108,94 @@ TEST_F(LensSolutionTest, StepsReachTheTrueLens) {
   }
 }
 
+/// As a rolling shutter reads it from a camera that turns: a swing, seen over a plane.
+ImageMotion motion_of(unsigned seed, std::size_t view) {
+  const double phase = 1.7 * static_cast<double>(view) + seed;
+  const double about_x = 0.12 * std::sin(phase), about_y = 0.1 * std::cos(1.3 * phase), along = 0.05;
+  return {
+      {0, 0.02 * std::sin(2 * phase), about_y + along, -0.02 * std::sin(2 * phase), 0, -about_x, -about_y, about_x}};
+}
+
+/// All of its flights have one camera.
+FlightScene centred_scene_of(unsigned seed) {
+  FlightScene scene = scene_of(seed);
+  scene.centre_offset_px = 0;
+  return scene;
+}
+
+/// Evidence of windows that `lens` saw with its readout time. Their rows were brought to the middle one by `given`,
+/// and count as `now` would do it.
+CameraEvidence evidence_of_rows(unsigned seed, const CameraModel& lens, const CameraModel& given,
+                                const CameraModel& now, IntrinsicsWorkspace& workspace) {
+  CameraEvidence evidence;
+  for (unsigned window = 0; window < 3; ++window) {
+    SyntheticFlight flight(centred_scene_of(seed + window));
+    WindowMotion motion{.readout_s = given.readout_s};
+    for (std::size_t view = 0; view < flight.keyframes.size(); ++view) {
+      motion.of_view[view] = motion_of(seed + window, view);
+      for (Corner& corner : flight.keyframes[view].corners) {
+        const Vec2 seen = seen_pixel(lens, motion.of_view[view], pixel_from_ideal(lens, Vec2(corner.x, corner.y)));
+        const Vec2 ideal = ideal_from_pixel(now, middle_pixel(given, motion.of_view[view], seen));
+        corner.x = static_cast<float>(ideal.x());
+        corner.y = static_cast<float>(ideal.y());
+      }
+    }
+    PosedWindow window_of(flight, now);
+    EXPECT_TRUE(window_of.ok());
+    IntrinsicsEquations equations;
+    const ReductionParams reduction{.error_factor = params.error_factor, .steps = 5, .motion = &motion};
+    EXPECT_TRUE(reduce_to_intrinsics(now, reduction, window_of.problem(), workspace, equations, evidence.field).ok());
+    add_window(equations, params, evidence);
+  }
+  return evidence;
+}
+
+TEST_F(LensSolutionTest, StepsReachTheTrueReadoutTime) {
+  const CameraModel ideal = SyntheticFlight(centred_scene_of(4301)).camera;
+  for (const unsigned seed : {4301U, 4311U}) {
+    for (const double truth : {0.03, -0.02}) {
+      for (const double brought_with : {0.0, 0.8}) {
+        for (const bool lens_known : {true, false}) {
+          CameraModel lens = corrected(ideal, {0, 0, 0, -0.08, 0.01});
+          lens.readout_s = truth;
+          CameraModel given = lens;
+          given.readout_s = brought_with * truth;
+          if (!lens_known) given.k1 += 0.01;
+          const LensPrior prior =
+              prior_of(given, {.focal_sigma = focal_sigma, .lens = lens_known, .readout_sigma_s = 0.05});
+          CameraModel now = given;
+          LensStep step;
+          for (int round = 0; round < 4; ++round) {
+            step = step_towards_lens(evidence_of_rows(seed, lens, given, now, *workspace_), now, prior, 1);
+            now = step.camera;
+          }
+          EXPECT_LT(step.sigmas[readout_unknown], 0.001) << seed << " " << truth;
+          // Rows of an image that was not brought to the middle one move further than to first order.
+          const double of_second_order = 0.03 * std::abs(truth - given.readout_s);
+          EXPECT_NEAR(now.readout_s, truth, 4 * step.sigmas[readout_unknown] + of_second_order)
+              << seed << " " << brought_with << " " << lens_known;
+          if (lens_known) {
+            EXPECT_NEAR(now.fx, lens.fx, 1e-3 * lens.fx);
+          } else {
+            EXPECT_NEAR(now.k1, lens.k1, 4 * step.sigmas[3]);
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST_F(LensSolutionTest, WithoutMotionNothingIsAskedOfTheReadoutTime) {
+  const CameraEvidence evidence = evidence_of(4401, nominal_, nominal_);
+  const LensStep step = step_towards_lens(evidence, nominal_,
+                                          prior_of(nominal_, {.focal_sigma = focal_sigma, .readout_sigma_s = 0.02}), 1);
+  EXPECT_NEAR(step.sigmas[readout_unknown], 0.02, 1e-4);
+  EXPECT_NEAR(step.camera.readout_s, 0, 1e-6);
+}
+
 TEST_F(LensSolutionTest, WindowsThatContradictEachOtherCountLess) {
   const CameraEvidence evidence = evidence_of(4201, nominal_, nominal_);
-  const LensPrior prior = prior_of(nominal_, focal_sigma);
+  const LensPrior prior = prior_of(nominal_, {.focal_sigma = focal_sigma});
   const LensStep agree = step_towards_lens(evidence, nominal_, prior, 1);
   const LensStep contradict = step_towards_lens(evidence, nominal_, prior, 9);
   EXPECT_EQ(step_towards_lens(evidence, nominal_, prior, 0).sigmas, agree.sigmas) << "no better than their errors";
@@ -123,8 +208,8 @@ TEST_F(LensSolutionTest, WindowsThatContradictEachOtherCountLess) {
 }
 
 TEST_F(LensSolutionTest, NoStepLeavesTheCameraInvalid) {
-  const LensPrior prior = prior_of(nominal_, focal_sigma);
-  for (std::size_t i = 0; i < intrinsic_count; ++i) {
+  const LensPrior prior = prior_of(nominal_, {.focal_sigma = focal_sigma, .readout_sigma_s = 0.05});
+  for (std::size_t i = 0; i < camera_unknowns; ++i) {
     for (const double sign : {-1.0, 1.0}) {
       CameraEvidence evidence;
       evidence.gradient[i] = sign * 1e6;
