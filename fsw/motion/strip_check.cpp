@@ -24,6 +24,7 @@ CalibrationCheckRecord record_of(const CameraCheck& check, const CameraEvidence&
   record.worst = check.worst;
   record.worst_correction = check.worst_correction;
   record.worst_sigmas = check.worst_sigmas;
+  record.cost = check.cost;
   return record;
 }
 

@@ -29,7 +29,10 @@ void add_window(const IntrinsicsEquations& window, const CameraCheckParams& para
   if (window.points < params.least_points) return;
   std::size_t at = 0;
   for (std::size_t a = 0; a < camera_unknowns; ++a) {
-    for (std::size_t b = 0; b <= a; ++b) evidence.information[at++] += window.information[a][b];
+    for (std::size_t b = 0; b <= a; ++b) {
+      evidence.displacement[at] += window.displacement[a][b];
+      evidence.information[at++] += window.information[a][b];
+    }
     evidence.gradient[a] += window.gradient[a];
   }
   evidence.gained += window.gained;
@@ -73,6 +76,13 @@ CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given, cons
     out.worst_correction = -gradient[i] / (information(i, i) + 1) * units[a];
     out.worst_sigmas = std::sqrt(alone);
   }
+  double displaced = 0;
+  at = 0;
+  for (int i = 0; i < correction.rows(); ++i) {
+    for (int k = 0; k < i; ++k) displaced += 2 * correction[i] * correction[k] * evidence.displacement[at++];
+    displaced += correction[i] * correction[i] * evidence.displacement[at++];
+  }
+  out.cost = std::sqrt(std::fmax(displaced, 0) / evidence.windows);
   constexpr double least_information = 1e-3;
   const auto last = static_cast<int>(readout_unknown);
   const auto unknowns = static_cast<double>(intrinsic_count + (information(last, last) > least_information ? 1 : 0));

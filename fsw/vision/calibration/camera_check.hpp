@@ -19,6 +19,7 @@ struct CameraCheckParams {
 struct CameraEvidence {
   std::array<double, camera_unknowns*(camera_unknowns + 1) / 2> information{};  ///< lower triangle
   CameraUnknowns gradient{};
+  std::array<double, camera_unknowns*(camera_unknowns + 1) / 2> displacement{};  ///< sum over the windows
   double gained = 0;  ///< of each window by its own correction
   double noise2_px = 0;
   std::uint32_t windows = 0, points = 0;
@@ -43,6 +44,8 @@ struct CameraCheck {
   /// The intrinsic that alone explains most, its correction, and that over its sigma.
   Intrinsic worst = Intrinsic::focal_length;
   double worst_correction = 0, worst_sigmas = 0;
+  /// How far the corrections move the camera centres, a share of the track: root mean square over the windows.
+  double cost = 0;
 };
 [[nodiscard]] CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given,
                                 const CameraCheckParams& params);

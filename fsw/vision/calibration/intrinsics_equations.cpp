@@ -406,6 +406,45 @@ void adjust(Window& window, IntrinsicsWorkspace& w) {
   }
 }
 
+/// By the factor of the system: what poses answer to a unit of each unknown, and how far that bends the track.
+void add_displacement(const Window& window, IntrinsicsWorkspace& w, IntrinsicsEquations& equations) {
+  MeasuredPlaces centres;
+  Vec3 middle = Vec3::Zero();
+  const std::size_t views = window.problem.cameras.size();
+  for (std::size_t view = 0; view < views; ++view) {
+    const RigidTransform& pose = window.cam_from_world[view];
+    const Vec3 centre = -(pose.rotation.transpose() * pose.translation);
+    static_cast<void>(
+        centres.push_back({static_cast<std::uint16_t>(view), {centre[0], centre[1], centre[2]}, {1, 1, 1}}));
+    middle += centre / static_cast<double>(views);
+  }
+  double extent2 = 0;
+  for (const MeasuredPlace& place : centres) extent2 += (Eigen::Map<const Vec3>(place.place_m) - middle).squaredNorm();
+  PlaceEquations of;
+  if (!(extent2 > 0) || !place_equations(window.cam_from_world, centres, loss_sigmas, of)) return;
+  double moved[camera_unknowns][PlaceEquations::size] = {};
+  for (std::size_t a = 0; a < camera_unknowns; ++a) {
+    w.right.fill(0);
+    const double* const row = w.system.data() + (poses + a) * system_size + poses;
+    std::copy_n(row, a + 1, w.right.begin() + poses);
+    cholesky_solve_upper(w.system.data(), system_size, w.right.data());
+    for (std::size_t view = 1; view < views; ++view) {
+      const double* const step = w.right.data() + 6 * (view - 1);
+      const Vec3 centre_moves = -(window.cam_from_world[view].rotation.transpose() * Vec3(step[3], step[4], step[5]));
+      std::copy_n(centre_moves.data(), 3, moved[a] + 3 * view);
+    }
+  }
+  for (std::size_t a = 0; a < camera_unknowns; ++a) {
+    for (std::size_t b = 0; b < camera_unknowns; ++b) {
+      double sum = 0;
+      for (std::size_t i = 0; i < 3 * views; ++i) {
+        for (std::size_t k = 0; k < 3 * views; ++k) sum += moved[a][i] * of.information[i][k] * moved[b][k];
+      }
+      equations.displacement[a][b] = sum / extent2;
+    }
+  }
+}
+
 }  // namespace
 
 CameraUnknowns usual_errors(const CameraModel& nominal) {
@@ -459,6 +498,9 @@ Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& pa
       equations.gradient[a] += row_a[b] * x[poses + b] / (unit * unit);
     }
   }
+  const std::array<double, system_size> solved = workspace.right;
+  add_displacement(of, workspace, equations);
+  workspace.right = solved;
   for (double& value : workspace.right) value = -value;
   cholesky_solve_upper(l, system_size, x);
   SeenPoint point;

@@ -46,6 +46,9 @@ struct IntrinsicsEquations {
   std::array<CameraUnknowns, camera_unknowns> information{};
   CameraUnknowns gradient{};
   double gained = 0;  ///< twice what the correction takes off the cost
+  /// c^T displacement c: mean square by which a correction c moves the window's camera centres, apart from a
+  /// similarity, over their mean square distance from their middle.
+  std::array<CameraUnknowns, camera_unknowns> displacement{};
 };
 
 /// Scratch; it carries nothing from call to call.

@@ -79,7 +79,9 @@ std::vector<std::string> contradiction_lines(const intake::Flight& flight) {
     const std::string images = "The images of strip " + std::to_string(strip);
     if (check.verdict == CameraCheckVerdict::contradicts && flight.camera_record) {
       lines.push_back(images + " contradict the camera: they ask for " + asked_for(check, *flight.camera_record) +
-                      ". Positions, heights and their stated errors are wrong until the camera is right.");
+                      ". It bends the tracks of six keyframes by " + host::brief(100 * check.cost) +
+                      " % of their extent. Positions, heights and their stated errors are wrong until the camera is "
+                      "right.");
     } else if (check.verdict == CameraCheckVerdict::unexplained) {
       const CameraCheckParams limits;
       const bool by_windows = check.spread / limits.max_spread >= check.field / limits.max_field;

@@ -96,6 +96,44 @@ TEST_F(CameraCheckTest, AWrongLensIsAlwaysNoticedAndNamed) {
   }
 }
 
+/// What a similarity leaves of the centres, over their spread.
+double bend_of(const BundleProblem& window, const SyntheticFlight& flight) {
+  const auto views = static_cast<Eigen::Index>(window.cameras.size());
+  Eigen::Matrix3Xd found(3, views), truth(3, views);
+  for (Eigen::Index i = 0; i < views; ++i) {
+    const auto view = static_cast<std::size_t>(i);
+    found.col(i) = Eigen::Map<const Vec3>(window.cameras[view].pose.centre);
+    truth.col(i) = flight.keyframes[view].truth.centre;
+  }
+  const Eigen::Matrix4d fit = Eigen::umeyama(found, truth);
+  const Eigen::Matrix3Xd left = (fit.topLeftCorner<3, 3>() * found).colwise() + fit.topRightCorner<3, 1>() - truth;
+  return left.norm() / (truth.colwise() - truth.rowwise().mean()).norm();
+}
+
+TEST_F(CameraCheckTest, TheCostIsHowFarTheWrongLensBendsTheTrack) {
+  const CameraUnknowns errors[] = {
+      {30}, {0, 16, -10}, {0, 0, 0, 0.03}, {0, 0, 0, 0, 0, 0.002, -0.002}, {-20, 0, 0, -0.05}};
+  for (unsigned seed = 3951; seed <= 3956; ++seed) {
+    for (const CameraUnknowns& error : errors) {
+      FlightScene scene = scene_of(seed);
+      scene.noise_px = 0.02;
+      SyntheticFlight flight(scene);
+      const CameraModel lens = lens_of(flight.camera), given = corrected(lens, error);
+      see_through(lens, given, flight);
+      PosedWindow window(flight, given);
+      ASSERT_TRUE(window.ok());
+      IntrinsicsEquations equations;
+      CameraEvidence evidence;
+      const ReductionParams reduction{.error_factor = params.error_factor, .steps = 5};
+      ASSERT_TRUE(
+          reduce_to_intrinsics(given, reduction, window.problem(), *workspace_, equations, evidence.field).ok());
+      add_window(equations, params, evidence);
+      const double bend = bend_of(window.problem(), flight), cost = judge(evidence, given, params).cost;
+      EXPECT_NEAR(cost, bend, 0.25 * bend + 2e-5) << seed << " " << error[0] << " " << error[3];
+    }
+  }
+}
+
 TEST_F(CameraCheckTest, WindowsAddUp) {
   CameraEvidence evidence;
   double before = 0;
