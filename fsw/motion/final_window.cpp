@@ -4,6 +4,8 @@
 #include <cstring>
 
 #include "fsw/base/argument.hpp"
+#include "fsw/motion/keyframe_motion.hpp"
+#include "fsw/shared/find.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
@@ -100,6 +102,21 @@ Status load_final_window(Reader<PoseRecord, StructureRecord> store, const Camera
     // bound: the points of the record
     while (!reader.ended()) ILP_TRY(add_point(reader, camera, keyframe_ids, window));
   }
+}
+
+Status load_motion(Reader<ShutterRecord> store, const CameraModel& camera, bool readout_open,
+                   std::span<const std::int64_t> keyframe_ids, WindowMotion& motion) {
+  motion = {};
+  motion.readout_s = camera.readout_s;
+  motion.readout_open = readout_open;
+  for (std::size_t i = 0; i < keyframe_ids.size(); ++i) {
+    ShutterRecord shutter;
+    ILP_TAKE(const bool recorded, find<ShutterRecord>(store, keyframe_ids[i], shutter));
+    if (!recorded) shutter = {};
+    std::copy_n(shutter.motion, 8, motion.of_view[i].m);
+    motion.sigma_px_s[i] = motion_sigma_px_s(camera, shutter);
+  }
+  return {};
 }
 
 }  // namespace ilp

@@ -17,6 +17,8 @@ constexpr int on_each_side = 2;
 constexpr std::size_t most_frames = 2 * on_each_side + 1;
 /// Further apart, a swing of a few seconds is no polynomial.
 constexpr double longest_interval_s = 2;
+/// Of the motion: three frames at an eighth of a swing's period attenuate it by a tenth, and nothing shows it.
+constexpr double share_of_few_frames = 0.1;
 constexpr int grid = 7;
 constexpr double grid_margin = 0.06;
 /// Each round corrects the planes with the motion of the round before.
@@ -167,16 +169,20 @@ double change_without_outer(const CameraModel& camera, const Neighbours& all, st
 
 }  // namespace
 
-double shutter_error_rad(const CameraRecord& camera, const ShutterRecord& shutter) {
+double motion_sigma_px_s(const CameraModel& camera, const ShutterRecord& shutter) {
   // Of an image that stays as it was read: the turn of a swing.
   constexpr double unknown_turn_rad_s = 0.1;
   // Where the swing is at its end, derivatives by three and five frames agree, and relief disturbs both alike.
   constexpr double unseen_factor = 2;
   const bool known = shutter.source != MotionSource::none;
-  if (!known) return (std::fabs(camera.readout_s) + camera.sigma_readout_s) * unknown_turn_rad_s;
-  const double of_motion = camera.readout_s * unseen_factor * shutter.sigma_px_s / camera.fx;
+  return known ? unseen_factor * shutter.sigma_px_s : unknown_turn_rad_s * camera.fx;
+}
+
+double shutter_error_rad(const CameraRecord& camera, const ShutterRecord& shutter) {
+  const double sigma = motion_sigma_px_s(camera_model(camera), shutter) / camera.fx;
+  if (shutter.source == MotionSource::none) return (std::fabs(camera.readout_s) + camera.sigma_readout_s) * sigma;
   const double of_readout = camera.sigma_readout_s * Vec2(shutter.motion[2], shutter.motion[5]).norm();
-  return Vec2(of_motion, of_readout).norm();
+  return Vec2(camera.readout_s * sigma, of_readout).norm();
 }
 
 Result<bool> keyframe_motion(KeyframeMotionStore store, const CameraRecord& record, const KeyframeRecord& keyframe,
@@ -221,7 +227,10 @@ Result<bool> keyframe_motion(KeyframeMotionStore store, const CameraRecord& reco
   if (!within_reach(camera, all[own].motion)) return true;
   shutter.source = MotionSource::frames;
   std::copy_n(all[own].motion.m, 8, shutter.motion);
-  shutter.sigma_px_s = 0.5 * change_without_outer(camera, all, own);
+  const ImageMotion& found = all[own].motion;
+  const double speed = Vec2(camera.fx * found.m[2], camera.fy * found.m[5]).norm();
+  const double unchecked = shutter.frames < 2 * on_each_side ? share_of_few_frames * speed : 0;
+  shutter.sigma_px_s = std::fmax(0.5 * change_without_outer(camera, all, own), unchecked);
   return true;
 }
 

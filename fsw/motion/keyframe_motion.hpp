@@ -21,6 +21,10 @@ using KeyframeMotionStore = Reader<KeyframeRecord, FrameRecord, StripRecord, Ove
 Result<bool> keyframe_motion(KeyframeMotionStore store, const CameraRecord& camera, const KeyframeRecord& keyframe,
                              ShutterRecord& shutter);
 
+/// One sigma of the motion along x and along y, px/s. Relief disturbs the frames alike, and at the end of a swing they
+/// do not say how far they attenuate it: it is larger than that of the record.
+[[nodiscard]] double motion_sigma_px_s(const CameraModel& camera, const ShutterRecord& shutter);
+
 /// What the errors of motion and readout time do to a pose, as a turn: by this angle they move first and last row
 /// apart. All matches of the keyframe share it, so that their scatter does not show it.
 [[nodiscard]] double shutter_error_rad(const CameraRecord& camera, const ShutterRecord& shutter);

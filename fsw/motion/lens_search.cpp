@@ -152,13 +152,10 @@ Status LensSearch::load_window(const CameraRecord& camera) {
   BundleProblem& window = workspace_.window;
   ILP_TRY(load_final_window(wiring_.store, work_.camera, {ids.data(), ids.size()}, work_.looked_id, window));
   workspace_.places.clear();
-  workspace_.motion = {};
-  workspace_.motion.readout_s = camera.readout_s;
+  ILP_TRY(load_motion(wiring_.store, camera_model(camera), camera.sigma_readout_s > 0, {ids.data(), ids.size()},
+                      workspace_.motion));
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const auto view = static_cast<std::uint16_t>(i);
-    ShutterRecord shutter;
-    ILP_TAKE(const bool recorded, find<ShutterRecord>(wiring_.store, ids[i], shutter));
-    if (recorded) std::copy_n(shutter.motion, 8, workspace_.motion.of_view[i].m);
     for (const navigation::MeasuredKeyframe& measured : workspace_.measured) {
       if (measured.keyframe_id != ids[i]) continue;
       if (measured.tilt_sigma_rad > 0) static_cast<void>(window.attitudes.push_back(attitude_prior(view, measured)));

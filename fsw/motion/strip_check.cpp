@@ -97,8 +97,9 @@ Status StripCheck::collect_keyframes() {
 Status StripCheck::begin_window(const CameraModel& camera, Status& event) {
   ILP_TRY(collect_keyframes());
   if (workspace_.ids.size() < least_window_views) return end_strip(work_.strip.id);
-  const Status loaded = load_final_window(wiring_.store, camera, {workspace_.ids.data(), workspace_.ids.size()},
-                                          state_.pose_id, workspace_.window);
+  const std::span<const std::int64_t> ids(workspace_.ids.data(), workspace_.ids.size());
+  Status loaded = load_motion(wiring_.store, camera, false, ids, workspace_.motion);
+  if (loaded.ok()) loaded = load_final_window(wiring_.store, camera, ids, state_.pose_id, workspace_.window);
   if (is_transient(loaded) && !patience_.given_up(input())) return loaded;
   if (!loaded.ok()) {
     ILP_TRY(load_final_window(wiring_.store, camera, {}, 0, workspace_.window));
@@ -111,8 +112,11 @@ Status StripCheck::begin_window(const CameraModel& camera, Status& event) {
 Status StripCheck::end_window(const CameraModel& camera, Status& event) {
   StripCheckState after = state_;
   IntrinsicsEquations equations;
-  const Status reduced = reduce_to_intrinsics(camera, {camera_check_params.error_factor}, workspace_.window,
-                                              workspace_.equations, equations, after.evidence.field);
+  const bool rolling = camera.readout_s < 0 || camera.readout_s > 0;
+  const ReductionParams params{.error_factor = camera_check_params.error_factor,
+                               .motion = rolling ? &workspace_.motion : nullptr};
+  const Status reduced =
+      reduce_to_intrinsics(camera, params, workspace_.window, workspace_.equations, equations, after.evidence.field);
   if (reduced.ok()) add_window(equations, camera_check_params, after.evidence);
   if (!reduced.ok()) event = reduced;
   after.window_first_id = workspace_.ids.back();

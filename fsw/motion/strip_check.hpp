@@ -32,7 +32,7 @@ struct StripCheckWorkspace {
   FixedVector<std::int64_t, limits::max_calibration_views> ids;  ///< keyframes of the window
   BundleProblem window;
   MeasuredPlaces places;  ///< of the window's views
-  WindowMotion motion;    ///< of LensSearch: of the window's views
+  WindowMotion motion;    ///< of the window's views
   IntrinsicsWorkspace equations;
   navigation::MeasuredKeyframes measured;  ///< of LensSearch: what the vehicle measured at posed keyframes
 };

@@ -19,6 +19,7 @@ using Mat6x3 = Eigen::Matrix<double, 6, 3>;
 using MatUx3 = Eigen::Matrix<double, static_cast<int>(camera_unknowns), 3>;
 
 constexpr std::size_t poses = IntrinsicsWorkspace::poses;
+constexpr std::size_t camera_at = poses + IntrinsicsWorkspace::rates;
 constexpr std::size_t system_size = IntrinsicsWorkspace::size;
 constexpr double loss_sigmas = 5;     ///< bound of the Cauchy weights, in sigmas of a coordinate
 constexpr double least_weight = 0.2;  ///< a point with one below it, at twice the bound, is a wrong match
@@ -36,6 +37,7 @@ struct Seen {
   Mat2x3 by_point;
   Mat2x6 by_pose;  ///< rotation vector from the left, translation
   Mat2xU by_camera;
+  double by_rate = 0;  ///< of each coordinate, by the error of the view's motion along it, px per px/s
 };
 
 /// One point with its observations, in the order of the views.
@@ -51,7 +53,13 @@ struct Window {
   std::array<RigidTransform, limits::max_calibration_views> cam_from_world;
   double loss2 = 0;  ///< square of the bound of the Cauchy weights, px^2; 0: no weights
   const WindowMotion* motion = nullptr;
+  double left_px = 0;  ///< noise of a coordinate that the step before has left; 0: there was none
 };
+
+/// Of the image's height, from the middle row.
+double share_of_row(const CameraModel& camera, double row) {
+  return row / (camera.height - 1) - 0.5;
+}
 
 /// How far a pixel's place at the middle row's time goes back for each second of readout time.
 Vec2 shift_by_readout(const Window& window, std::size_t view, const Vec2& at, const DistortionJacobian& j, double row) {
@@ -59,9 +67,8 @@ Vec2 shift_by_readout(const Window& window, std::size_t view, const Vec2& at, co
   const double across = m[6] * at.x() + m[7] * at.y();
   const Vec2 rate(m[0] * at.x() + m[1] * at.y() + m[2] - at.x() * across,
                   m[3] * at.x() + m[4] * at.y() + m[5] - at.y() * across);
-  const double share = row / (window.camera.height - 1) - 0.5;
-  return share * Vec2(window.camera.fx * (j.a * rate.x() + j.b * rate.y()),
-                      window.camera.fy * (j.c * rate.x() + j.d * rate.y()));
+  return share_of_row(window.camera, row) * Vec2(window.camera.fx * (j.a * rate.x() + j.b * rate.y()),
+                                                 window.camera.fy * (j.c * rate.x() + j.d * rate.y()));
 }
 
 /// Residual and derivatives; false for a point that is not in front of the camera.
@@ -87,10 +94,13 @@ bool linearise(const Window& window, const BundleObservation& o, Seen& out) {
   out.by_pose.rightCols<3>() = by_position;
   out.by_camera.leftCols<static_cast<int>(intrinsic_count)>() = pixel_by_intrinsics(c, Vec2(x, y));
   out.by_camera.rightCols<1>().setZero();
+  out.by_rate = 0;
   if (window.motion != nullptr) {
     const Vec2 shift = shift_by_readout(window, o.camera, Vec2(x, y), j, out.pixel.y());
     out.residual += (c.readout_s - window.motion->readout_s) * shift;
-    out.by_camera.rightCols<1>() = shift;
+    if (window.motion->readout_open) out.by_camera.rightCols<1>() = shift;
+    const bool exact = !(window.motion->sigma_px_s[o.camera] > 0);
+    out.by_rate = exact ? 0 : c.readout_s * share_of_row(c, out.pixel.y());
   }
   for (std::size_t i = 0; i < camera_unknowns; ++i) out.by_camera.col(static_cast<int>(i)) *= window.units[i];
   if (!out.residual.allFinite()) return false;
@@ -155,35 +165,62 @@ struct System {
 std::size_t row_of(const Seen& seen) {
   return 6 * (seen.view - 1);  // the first view does not move
 }
+std::size_t rate_of(const Seen& seen) {
+  return poses + 2 * seen.view;
+}
 
-void add_point(const SeenPoint& point, const Eliminated& own, System& system) {
+/// What the errors of the views' motion share with the rest.
+void add_rates(const SeenPoint& point, const Eliminated& own,
+               const std::array<Mat6x3, limits::max_calibration_views>& with_pose, const MatUx3& with_camera,
+               System& system) {
+  for (std::size_t i = 0; i < point.count; ++i) {
+    const Seen& s = point.seen[i];
+    const std::size_t row = rate_of(s);
+    const double weight = s.weight * s.by_rate;
+    const Mat2x3 with_rate = weight * s.by_point, of_rate = with_rate * own.inverse;
+    system.add(row, row, (weight * s.by_rate * Eigen::Matrix2d::Identity()).eval());
+    system.add_right(row, (weight * s.residual - of_rate * own.gradient).eval());
+    if (s.view != 0) system.add(row, row_of(s), (weight * s.by_pose).eval());
+    system.add(camera_at, row, (weight * s.by_camera.transpose() - with_camera * of_rate.transpose()).eval());
+    for (std::size_t k = 0; k < point.count; ++k) {
+      const Seen& other = point.seen[k];
+      if (other.view != 0) system.add(row, row_of(other), (-of_rate * with_pose[k].transpose()).eval());
+      if (k > i) continue;
+      const Mat2x3 rate_of_other = other.weight * other.by_rate * other.by_point;
+      system.add(row, rate_of(other), (-of_rate * rate_of_other.transpose()).eval());
+    }
+  }
+}
+
+void add_point(const Window& window, const SeenPoint& point, const Eliminated& own, System& system) {
   std::array<Mat6x3, limits::max_calibration_views> with_pose;
   MatUx3 with_camera = MatUx3::Zero();
   for (std::size_t i = 0; i < point.count; ++i) {
     const Seen& s = point.seen[i];
     const Mat2x3 weighted = s.weight * s.by_point;
     with_camera += s.by_camera.transpose() * weighted;
-    system.add(poses, poses, (s.weight * s.by_camera.transpose() * s.by_camera).eval());
-    system.add_right(poses, (s.weight * s.by_camera.transpose() * s.residual).eval());
+    system.add(camera_at, camera_at, (s.weight * s.by_camera.transpose() * s.by_camera).eval());
+    system.add_right(camera_at, (s.weight * s.by_camera.transpose() * s.residual).eval());
     if (s.view == 0) continue;
     with_pose[i] = s.by_pose.transpose() * weighted;
     system.add(row_of(s), row_of(s), (s.weight * s.by_pose.transpose() * s.by_pose).eval());
-    system.add(poses, row_of(s), (s.weight * s.by_camera.transpose() * s.by_pose).eval());
+    system.add(camera_at, row_of(s), (s.weight * s.by_camera.transpose() * s.by_pose).eval());
     system.add_right(row_of(s), (s.weight * s.by_pose.transpose() * s.residual).eval());
   }
   const MatUx3 of_camera = with_camera * own.inverse;
-  system.add(poses, poses, (-of_camera * with_camera.transpose()).eval());
-  system.add_right(poses, (-of_camera * own.gradient).eval());
+  system.add(camera_at, camera_at, (-of_camera * with_camera.transpose()).eval());
+  system.add_right(camera_at, (-of_camera * own.gradient).eval());
   for (std::size_t i = 0; i < point.count; ++i) {
     if (point.seen[i].view == 0) continue;
     const Mat6x3 of_pose = with_pose[i] * own.inverse;
     system.add_right(row_of(point.seen[i]), (-of_pose * own.gradient).eval());
-    system.add(poses, row_of(point.seen[i]), (-of_camera * with_pose[i].transpose()).eval());
+    system.add(camera_at, row_of(point.seen[i]), (-of_camera * with_pose[i].transpose()).eval());
     for (std::size_t k = 0; k <= i; ++k) {
       if (point.seen[k].view == 0) continue;
       system.add(row_of(point.seen[i]), row_of(point.seen[k]), (-of_pose * with_pose[k].transpose()).eval());
     }
   }
+  if (window.motion != nullptr) add_rates(point, own, with_pose, with_camera, system);
 }
 
 Status check(const BundleProblem& window, const MeasuredPlaces* places) {
@@ -231,13 +268,14 @@ struct Stepped {
 
 Stepped after_step(const SeenPoint& point, const Eliminated& own, const IntrinsicsWorkspace& w) {
   using Step6 = Eigen::Map<const Eigen::Matrix<double, 6, 1>>;
-  const Eigen::Map<const Eigen::Matrix<double, static_cast<int>(camera_unknowns), 1>> lens(w.right.data() + poses);
+  const Eigen::Map<const Eigen::Matrix<double, static_cast<int>(camera_unknowns), 1>> lens(w.right.data() + camera_at);
   Stepped out;
   Vec3 right = Vec3::Zero();
   for (std::size_t i = 0; i < point.count; ++i) {
     const Seen& s = point.seen[i];
     out.left[i] = s.residual + s.by_camera * lens;
     if (s.view != 0) out.left[i] += s.by_pose * Step6(w.right.data() + row_of(s));
+    out.left[i] += s.by_rate * Eigen::Map<const Vec2>(w.right.data() + rate_of(s));
     right += s.weight * s.by_point.transpose() * out.left[i];
   }
   out.moved = -(own.inverse * right);
@@ -364,29 +402,36 @@ bool assemble(Window& window, IntrinsicsWorkspace& w, const ReductionParams& par
       sums.squared += point.seen[k].weight * point.seen[k].residual.squaredNorm();
     }
     sums.explained += own.gradient.dot(own.inverse * own.gradient);
-    add_point(point, own, system);
+    add_point(window, point, own, system);
   }
   if (sums.points == 0) return false;
   const double unit = std::fmax(params.error_factor * sigma, least_sigma_px);
   add_attitudes(window, unit * unit, system, sums);
   if (params.places != nullptr) add_places(window, *params.places, unit * unit, system, sums);
+  // Residuals have the errors of the motion in them until they are explained.
+  const double left = std::fmax(params.error_factor * (window.left_px > 0 ? window.left_px : sigma), least_sigma_px);
   const std::size_t moving = 6 * (window.problem.cameras.size() - 1);
   for (std::size_t i = 0; i < system_size; ++i) {
     double& diagonal = w.system[i * system_size + i];
     if (i < moving) diagonal += pose_ridge * diagonal;
     if (i >= moving && i < poses) diagonal = 1;  // of views that the window lacks
-    if (i >= poses) diagonal += camera_ridge * params.error_factor * params.error_factor * sums.variance;
+    if (i >= poses && i < camera_at) {
+      const double of_motion = window.motion == nullptr ? 0 : window.motion->sigma_px_s[(i - poses) / 2];
+      diagonal += of_motion > 0 ? left * left / (of_motion * of_motion) : 1;
+    }
+    if (i >= camera_at) diagonal += camera_ridge * params.error_factor * params.error_factor * sums.variance;
   }
   if (!cholesky_factor(w.system.data(), system_size)) return false;
   cholesky_solve_lower(w.system.data(), system_size, w.right.data());
-  for (std::size_t i = 0; i < poses; ++i) sums.explained += w.right[i] * w.right[i];
+  for (std::size_t i = 0; i < camera_at; ++i) sums.explained += w.right[i] * w.right[i];
+  window.left_px = std::sqrt(std::fmax(sums.squared - sums.explained, 0) / (2 * sums.weight));
   return true;
 }
 
 /// Moves poses and points by one step with the camera as it is.
 void adjust(Window& window, IntrinsicsWorkspace& w) {
   for (double& value : w.right) value = -value;
-  std::fill(w.right.begin() + poses, w.right.end(), 0);
+  std::fill(w.right.begin() + camera_at, w.right.end(), 0);
   cholesky_solve_upper(w.system.data(), system_size, w.right.data());
   SeenPoint point;
   Eliminated own;
@@ -425,8 +470,8 @@ void add_displacement(const Window& window, IntrinsicsWorkspace& w, IntrinsicsEq
   double moved[camera_unknowns][PlaceEquations::size] = {};
   for (std::size_t a = 0; a < camera_unknowns; ++a) {
     w.right.fill(0);
-    const double* const row = w.system.data() + (poses + a) * system_size + poses;
-    std::copy_n(row, a + 1, w.right.begin() + poses);
+    const double* const row = w.system.data() + (camera_at + a) * system_size + camera_at;
+    std::copy_n(row, a + 1, w.right.begin() + camera_at);
     cholesky_solve_upper(w.system.data(), system_size, w.right.data());
     for (std::size_t view = 1; view < views; ++view) {
       const double* const step = w.right.data() + 6 * (view - 1);
@@ -471,7 +516,7 @@ Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& pa
   ILP_TRY(validate(camera));
   ILP_TRY(check(window, params.places));
   if (window.cameras.size() < 3) return {};
-  Window of{camera, window, usual_errors(camera), {}, 0, params.motion};
+  Window of{camera, window, usual_errors(camera), {}, 0, params.motion, 0};
   for (std::size_t i = 0; i < window.cameras.size(); ++i) {
     of.cam_from_world[i] = cam_from_world(window.cameras[i].pose);
   }
@@ -483,19 +528,19 @@ Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& pa
   if (!assemble(of, workspace, params, sums)) return {};
   equations.points = sums.points;
   equations.observations = sums.observations;
-  equations.noise_px = std::sqrt(std::fmax(sums.squared - sums.explained, 0) / (2 * sums.weight));
+  equations.noise_px = of.left_px;
   const double unit = std::fmax(params.error_factor * equations.noise_px, least_sigma_px);
   double* x = workspace.right.data();
   const double* l = workspace.system.data();
   for (std::size_t a = 0; a < camera_unknowns; ++a) {
-    const double* row_a = l + (poses + a) * system_size + poses;
-    equations.gained += x[poses + a] * x[poses + a] / (unit * unit);
+    const double* row_a = l + (camera_at + a) * system_size + camera_at;
+    equations.gained += x[camera_at + a] * x[camera_at + a] / (unit * unit);
     for (std::size_t b = 0; b <= a; ++b) {
-      const double* row_b = l + (poses + b) * system_size + poses;
+      const double* row_b = l + (camera_at + b) * system_size + camera_at;
       double sum = 0;
       for (std::size_t k = 0; k <= b; ++k) sum += row_a[k] * row_b[k];
       equations.information[a][b] = equations.information[b][a] = sum / (unit * unit);
-      equations.gradient[a] += row_a[b] * x[poses + b] / (unit * unit);
+      equations.gradient[a] += row_a[b] * x[camera_at + b] / (unit * unit);
     }
   }
   const std::array<double, system_size> solved = workspace.right;

@@ -25,8 +25,10 @@ using CameraUnknowns = std::array<double, camera_unknowns>;
 
 /// How the images of a window moved while a rolling shutter read them.
 struct WindowMotion {
-  double readout_s = 0;  ///< with which the rows were brought to the time of the middle one
+  double readout_s = 0;       ///< with which the rows were brought to the time of the middle one
+  bool readout_open = false;  ///< it is an unknown
   std::array<ImageMotion, limits::max_calibration_views> of_view{};  ///< 0 where it is not known
+  std::array<double, limits::max_calibration_views> sigma_px_s{};    ///< one sigma of the motion along x and y
 };
 
 /// Mean residuals of the parts of an image, over many windows.
@@ -54,7 +56,8 @@ struct IntrinsicsEquations {
 /// Scratch; it carries nothing from call to call.
 struct IntrinsicsWorkspace {
   static constexpr std::size_t poses = 6 * (limits::max_calibration_views - 1);
-  static constexpr std::size_t size = poses + camera_unknowns;
+  static constexpr std::size_t rates = 2 * limits::max_calibration_views;  ///< errors of the motion of each view
+  static constexpr std::size_t size = poses + rates + camera_unknowns;
   static constexpr std::size_t samples = 4096;
   std::array<double, size * size> system;
   std::array<double, size> right;
@@ -65,7 +68,7 @@ struct ReductionParams {
   double error_factor = 3;                 ///< of an observation's scatter
   std::uint32_t steps = 2;                 ///< of poses and points before the equations are taken
   const MeasuredPlaces* places = nullptr;  ///< of the window's views, where the vehicle measured them
-  const WindowMotion* motion = nullptr;    ///< without it nothing is asked of the readout time
+  const WindowMotion* motion = nullptr;    ///< of the window's images, if a rolling shutter read them
 };
 
 /// Adjusts poses and points of the window with the camera as it is, and takes the equations there. Its observations are
@@ -73,9 +76,10 @@ struct ReductionParams {
 /// weights. An observation counts with error_factor times the scatter of the residuals, as in the stated errors of
 /// poses. A direction that the window does not determine has no information and adds nothing. The residuals that the
 /// step leaves are added to `field`. The window's attitudes are those of a sensor in a world of its own: each view's
-/// turn from the first one counts. The places of `params` are in another world, too: only the
-/// shape of the track counts, not its scale, turn and place. `invalid_argument` for a window
-/// that is out of range; no points where it has fewer than three cameras.
+/// turn from the first one counts. The places of `params` are in another world, too: only the shape of the track
+/// counts, not its scale, turn and place. With a `motion` each row counts as it would have been brought to the middle
+/// one with the camera's readout time, and the error of the motion is one more unknown of each view. `invalid_argument`
+/// for a window that is out of range; no points where it has fewer than three cameras.
 Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& params, BundleProblem& window,
                             IntrinsicsWorkspace& workspace, IntrinsicsEquations& equations, ResidualField& field);
 

@@ -109,6 +109,7 @@ TEST_F(KeyframeMotion, WaitsForTheNextTwoFramesOrTheEndOfTheStrip) {
   write(strip_);
   EXPECT_EQ(motion().frames, 3U);
   EXPECT_NEAR(motion().motion[5], -fastest, 0.06 * fastest);
+  EXPECT_GE(motion().sigma_px_s, std::fabs(motion().motion[5] + fastest) * camera_.fx) << "three frames check nothing";
 }
 
 TEST_F(KeyframeMotion, HasASourceOnlyWithFramesNearby) {

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <memory>
+#include <random>
 
 #include "fsw/vision/geometry/camera.hpp"
 #include "tests/unit/vision/calibration/posed_window.hpp"
@@ -123,18 +124,30 @@ FlightScene centred_scene_of(unsigned seed) {
   return scene;
 }
 
+/// What is taken for the motion of a view is off by this much (one sigma) along x and y, px/s, and said to be off by
+/// `sigma`.
+struct MotionError {
+  double error = 0, sigma = 0;
+};
+
 /// Evidence of windows that `lens` saw with its readout time. Their rows were brought to the middle one by `given`,
 /// and count as `now` would do it.
 CameraEvidence evidence_of_rows(unsigned seed, const CameraModel& lens, const CameraModel& given,
-                                const CameraModel& now, IntrinsicsWorkspace& workspace) {
+                                const CameraModel& now, IntrinsicsWorkspace& workspace, const MotionError& off = {}) {
   CameraEvidence evidence;
   for (unsigned window = 0; window < 3; ++window) {
     SyntheticFlight flight(centred_scene_of(seed + window));
-    WindowMotion motion{.readout_s = given.readout_s};
+    std::mt19937 random(seed + window);
+    std::normal_distribution<double> normal(0, 1);
+    WindowMotion motion{.readout_s = given.readout_s, .readout_open = true};
     for (std::size_t view = 0; view < flight.keyframes.size(); ++view) {
-      motion.of_view[view] = motion_of(seed + window, view);
+      const ImageMotion true_motion = motion_of(seed + window, view);
+      motion.of_view[view] = true_motion;
+      motion.of_view[view].m[2] += normal(random) * off.error / lens.fx;
+      motion.of_view[view].m[5] += normal(random) * off.error / lens.fy;
+      motion.sigma_px_s[view] = off.sigma;
       for (Corner& corner : flight.keyframes[view].corners) {
-        const Vec2 seen = seen_pixel(lens, motion.of_view[view], pixel_from_ideal(lens, Vec2(corner.x, corner.y)));
+        const Vec2 seen = seen_pixel(lens, true_motion, pixel_from_ideal(lens, Vec2(corner.x, corner.y)));
         const Vec2 ideal = ideal_from_pixel(now, middle_pixel(given, motion.of_view[view], seen));
         corner.x = static_cast<float>(ideal.x());
         corner.y = static_cast<float>(ideal.y());
@@ -182,6 +195,22 @@ TEST_F(LensSolutionTest, StepsReachTheTrueReadoutTime) {
         }
       }
     }
+  }
+}
+
+TEST_F(LensSolutionTest, AnErrorOfTheMotionIsNoErrorOfTheLens) {
+  CameraModel lens = corrected(SyntheticFlight(centred_scene_of(4501)).camera, {0, 0, 0, -0.08, 0.01});
+  lens.readout_s = 0.03;
+  for (unsigned seed = 4501; seed <= 4531; seed += 10) {
+    const MotionError told{.error = 20, .sigma = 20}, untold{.error = 20};
+    const CameraCheck fits = judge(evidence_of_rows(seed, lens, lens, lens, *workspace_, told), lens, params);
+    EXPECT_EQ(fits.verdict, CameraCheckVerdict::fits) << seed << " " << fits.statistic << " " << fits.spread;
+    const CameraCheck accused = judge(evidence_of_rows(seed, lens, lens, lens, *workspace_, untold), lens, params);
+    EXPECT_NE(accused.verdict, CameraCheckVerdict::fits) << seed;
+    CameraModel wrong = lens;
+    wrong.k1 += 0.03;
+    const CameraCheck noticed = judge(evidence_of_rows(seed, lens, wrong, wrong, *workspace_, told), wrong, params);
+    EXPECT_EQ(noticed.verdict, CameraCheckVerdict::contradicts) << seed << " " << noticed.statistic;
   }
 }
 
