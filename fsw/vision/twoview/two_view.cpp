@@ -9,6 +9,7 @@
 #include "fsw/vision/twoview/refine/epipolar_refinement.hpp"
 #include "fsw/vision/twoview/refine/forward_motion.hpp"
 #include "fsw/vision/twoview/refine/match_error.hpp"
+#include "fsw/vision/twoview/refine/narrow_motion.hpp"
 #include "fsw/vision/twoview/robust/chance_matches.hpp"
 #include "fsw/vision/twoview/robust/essential_problem.hpp"
 #include "fsw/vision/twoview/robust/gric.hpp"
@@ -29,6 +30,11 @@ constexpr double inlier_bound = 2.34;
 
 // Trials of five matches: they take about 10 ms on a processor of 1000 MIPS.
 constexpr std::uint32_t trials_of_a_slice = 32;
+
+// Of a motion against the one that turns the other way. Independent errors give the wrong one odds of 5 at most
+// (test_narrow_motion.cpp). An error of 0.04 px that all of 1000 matches share (SequenceParams::error_factor) may give
+// it odds of 20 where their own errors are 0.2 px.
+constexpr double min_log_odds_of_turn = 25;
 
 /// Refines on all matches near the pose and scores the result. True when its score is better than `best`.
 bool refine_and_compare(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& selected,
@@ -206,6 +212,34 @@ void compare_with_plane(const CameraModel& camera_b, const RansacParams& params,
   try_planar_poses(all, now.homography, params, selected, now.pose, now.best);
 }
 
+/// The terms of a narrow field; false where the field is wide. `workspace.selected` has the matches near the pose.
+bool is_narrow(const RansacParams& params, TwoViewWorkspace& workspace, NarrowMotion& motion) {
+  PairIndices& selected = workspace.selected;
+  select_inliers(workspace.pairs, workspace.progress.pose, inlier_bound * params.threshold_px, selected);
+  return narrow_motion(workspace.pairs, {selected.data(), selected.size()}, workspace.progress.pose, motion);
+}
+
+/// Refines the pose in the terms of a narrow field, and the motion that turns the other way. The better one of the two
+/// is the pose.
+void compare_turns(const RansacParams& params, TwoViewWorkspace& workspace) {
+  TwoViewProgress& now = workspace.progress;
+  NarrowMotion motion;
+  if (!is_narrow(params, workspace, motion)) return;
+  const PairSelection near{workspace.selected.data(), workspace.selected.size()};
+  const RefinementParams refinement{RobustLoss::tukey, inlier_bound * params.threshold_px, 12, 1e-6};
+  const auto refine = [&](NarrowMotion start) {
+    refine_narrow_motion(workspace.pairs, near, refinement, start);
+    return pose_of(start);
+  };
+  const auto cost = [&](const RigidTransform& pose) { return epipolar_cost(workspace.pairs, near, refinement, pose); };
+  const RigidTransform refined = refine(motion);
+  if (cost(refined) < cost(now.pose)) now.pose = refined;
+  motion.turn_rad = -motion.turn_rad;
+  const RigidTransform rival = refine(motion);
+  now.rival_excess_px2 = std::fabs(cost(rival) - cost(now.pose));
+  if (cost(rival) < cost(now.pose)) now.pose = rival;
+}
+
 /// Errors and verdict of the pose.
 void describe_pose(const CameraModel& camera_a, const CameraModel& camera_b, const RansacParams& params,
                    TwoViewWorkspace& workspace, InlierMask& inliers, TwoViewResult& result) {
@@ -244,6 +278,14 @@ void describe_pose(const CameraModel& camera_a, const CameraModel& camera_b, con
   if (result.verdict == TwoViewVerdict::planar) {
     find_plane_solutions(supported, workspace.progress.homography, pose, params.threshold_px, result.planes);
   }
+  // A third view tells the two solutions of a plane apart.
+  const bool open_to_rival =
+      result.verdict == TwoViewVerdict::ok || (result.verdict == TwoViewVerdict::planar && result.planes.count < 2);
+  const double excluded_px2 = 2 * min_log_odds_of_turn * noise_px * noise_px;
+  if (open_to_rival && workspace.progress.rival_excess_px2 < excluded_px2) {
+    result.verdict = TwoViewVerdict::ill_conditioned;
+    result.sigma_rotation_rad = result.sigma_direction_rad = std::numeric_limits<double>::infinity();
+  }
 }
 
 }  // namespace
@@ -261,6 +303,7 @@ Status begin_two_view(const PointPairs& pairs, const CameraModel& camera_a, cons
   TwoViewProgress& now = workspace.progress;
   now.part = TwoViewProgress::Part::search;
   now.plane_found = false;
+  now.rival_excess_px2 = std::numeric_limits<double>::infinity();
   begin_ransac(EssentialProblem{workspace.pairs, params.threshold_px, workspace.selected}, workspace.pairs, params,
                now.poses);
   return {};
@@ -287,8 +330,14 @@ bool two_view_slice(const CameraModel& camera_a, const CameraModel& camera_b, co
       now.plane_found = end_homography(workspace.subset, params, workspace.subset_selected, now.planes, now.homography);
       now.part = Part::compare;
       return true;
-    case Part::compare:
+    case Part::compare: {
       compare_with_plane(camera_b, params, workspace);
+      NarrowMotion motion;
+      now.part = is_narrow(params, workspace, motion) ? Part::mirror : Part::judge;
+      return true;
+    }
+    case Part::mirror:
+      compare_turns(params, workspace);
       now.part = Part::judge;
       return true;
     case Part::turn:

@@ -19,7 +19,7 @@ struct TwoViewResult {
   double median_parallax_px = 0;
   double rms_px = 0;               ///< Sampson error of the inliers
   double sigma_rotation_rad = 0;   ///< one sigma, worst axis, from the normal equations and rms_px
-  double sigma_direction_rad = 0;  ///< one sigma of the translation's direction, worst axis
+  double sigma_direction_rad = 0;  ///< one sigma of the translation's direction, worst axis; infinite if it is open
   /// The solutions of the plane nearest to the inliers, valid when the verdict is planar. If there are two, they
   /// explain the pair equally well, and a third view decides (third_view.hpp).
   PlaneSolutions planes;

@@ -1,8 +1,10 @@
 #include "fsw/vision/twoview/refine/epipolar_refinement.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "fsw/base/math.hpp"
 #include "fsw/vision/twoview/refine/levenberg_marquardt.hpp"
 #include "fsw/vision/twoview/solvers/decompose_essential.hpp"
 #include "fsw/vision/twoview/solvers/singular_values.hpp"
@@ -271,7 +273,47 @@ struct FundamentalParametrisation {
   }
 };
 
+/// The frames turn about the directions to the middles, the depth ratio and the turn by shares, so that the turn keeps
+/// its sign.
+struct NarrowParametrisation {
+  using State = NarrowMotion;
+  static constexpr int dof = 5;
+
+  static Mat3 matrix(const State& motion) { return cross_matrix(motion.translation()) * motion.rotation(); }
+
+  static void directions(const State& motion, Mat3 (&d)[dof]) {
+    const Mat3 r = motion.rotation();
+    const Mat3 t = cross_matrix(motion.translation());
+    const Vec3 axis = motion.frame_b.col(0);
+    const auto turned = [&](const Mat3& by, const Vec3& offset) {
+      return Mat3(cross_matrix(offset - motion.depth_ratio * (by * motion.middle_a)) * r + t * by);
+    };
+    d[0] = turned(-(r * cross_matrix(motion.frame_a.col(2))), Vec3::Zero());
+    d[1] = turned(cross_matrix(motion.frame_b.col(2)) * r, motion.offset * motion.frame_b.col(1));
+    d[2] = cross_matrix(-motion.depth_ratio * (r * motion.middle_a)) * r;
+    d[3] = cross_matrix(axis) * r;
+    d[4] = turned(motion.turn_rad * cross_matrix(axis) * r, Vec3::Zero());
+  }
+
+  static State moved(const State& motion, const Eigen::Matrix<double, dof, 1>& step) {
+    State result = motion;
+    result.frame_a = motion.frame_a * rotation_from_vector(Vec3(0, 0, step[0]));
+    result.frame_b = motion.frame_b * rotation_from_vector(Vec3(0, 0, step[1]));
+    result.depth_ratio *= det_exp(std::clamp(step[2], -1.0, 1.0));
+    result.offset += step[3];
+    result.turn_rad *= det_exp(std::clamp(step[4], -1.0, 1.0));
+    return result;
+  }
+};
+
 }  // namespace
+
+bool refine_narrow_motion(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
+                          NarrowMotion& motion) {
+  if (selection.count < NarrowParametrisation::dof) return false;
+  SampsonProblem<NarrowParametrisation> problem{pairs, selection, params};
+  return levenberg_marquardt(problem, motion, params.max_steps, params.min_gain);
+}
 
 bool refine_relative_pose(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
                           RigidTransform& b_from_a) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
+#include "fsw/vision/twoview/refine/narrow_motion.hpp"
 #include "fsw/vision/twoview/refine/robust_loss.hpp"
 #include "fsw/vision/twoview/solvers/normalised_pairs.hpp"
 
@@ -10,6 +11,10 @@ namespace ilp {
 /// `b_from_a` keeps |t| = 1. False when nothing was gained.
 bool refine_relative_pose(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
                           RigidTransform& b_from_a);
+
+/// The same in the terms of a narrow field, where the turn is found in few steps. It keeps its sign.
+bool refine_narrow_motion(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
+                          NarrowMotion& motion);
 
 /// What refine_relative_pose minimises, px^2.
 [[nodiscard]] double epipolar_cost(const NormalisedPairs& pairs, const PairSelection& selection,

@@ -12,12 +12,13 @@ namespace ilp {
 
 /// Where estimate_two_view is between two slices.
 struct TwoViewProgress {
-  enum class Part : std::uint8_t { search, support, plane, compare, judge, turn };
+  enum class Part : std::uint8_t { search, support, plane, compare, mirror, judge, turn };
   Part part = Part::search;
   bool plane_found = false;
   RansacRun<RigidTransform> poses;
   RansacRun<Mat3> planes;
   RigidTransform pose;
+  double rival_excess_px2 = 0;  ///< cost of the motion that turns the other way above that of `pose`
   RansacScore best;
   Mat3 homography = Mat3::Identity();
 };
