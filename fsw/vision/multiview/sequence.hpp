@@ -70,9 +70,10 @@ struct SequenceParams {
       0;  ///< > 0: median depth of the first pair's points, which sets the scale; 0: its baseline is 1
   /// Attitude of the first camera, unit quaternion w, x, y, z. The default looks straight down, its x is world x.
   double q_first[4] = {0, 1, 0, 0};
-  double max_scale_step = 1.5;       ///< of scale_step and its inverse; beyond it the pose is implausible
-  double max_tilt_step_rad = 0.7;    ///< between the optical axes of consecutive keyframes
-  double max_step_footprints = 1.5;  ///< baseline / extent of an image on the ground
+  double max_scale_step = 1.5;     ///< of scale_step and its inverse; beyond it the pose is implausible
+  double max_tilt_step_rad = 0.7;  ///< between the optical axes of consecutive keyframes
+  /// (Baseline - way around what the camera looks at by the tilt) / extent of an image on the ground.
+  double max_step_footprints = 1.5;
 };
 
 /// The two-view estimate of the previous keyframe and this one: the fields of TwoViewResult without the pose.

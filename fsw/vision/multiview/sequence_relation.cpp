@@ -17,6 +17,8 @@ constexpr std::uint64_t resection_stream = 2;
 constexpr std::uint64_t third_view_stream = 3;
 // Two estimates of one rotation farther apart than this are two different solutions, whose baselines do not compare.
 constexpr double same_rotation_rad = 0.05;
+// Of the known points, where a rotation explains the pair.
+constexpr double min_share_at_rest = 0.75;
 
 PairReport report_of(const TwoViewResult& result) {
   return {result.verdict,
@@ -164,7 +166,7 @@ Status SequenceRelation::resect_camera() {
     const bool verdict = status.ok() || status.is(StatusCode::too_few_matches) || status.is(StatusCode::no_model);
     return verdict ? Status{} : status;
   }
-  if (!plausible(result.cam_from_world)) {
+  if (!plausible(result)) {
     fail(SequenceVerdict::implausible);
     return {};
   }
@@ -177,9 +179,15 @@ Status SequenceRelation::resect_camera() {
   return {};
 }
 
-bool SequenceRelation::plausible(const RigidTransform& pose) {
+bool SequenceRelation::plausible(const ResectionResult& resection) {
+  // What does not move with the scene, such as the edge of a body that turns, puts the camera where the one before was,
+  // whatever the matches of the scene say.
+  if (s_.report.two_view.verdict == TwoViewVerdict::too_little_parallax &&
+      resection.inliers < min_share_at_rest * static_cast<double>(w_.views.size())) {
+    return false;
+  }
   const RigidTransform previous = cam_from_world(s_.cameras[base_index()].pose);
-  const RigidTransform step = compose(pose, inverse(previous));
+  const RigidTransform step = compose(resection.cam_from_world, inverse(previous));
   if (det_acos(step.rotation(2, 2)) > s_.params.max_tilt_step_rad) return false;
 
   const double baseline = step.translation.norm();
@@ -190,7 +198,9 @@ bool SequenceRelation::plausible(const RigidTransform& pose) {
   }
   const double depth = upper_median(std::span(w_.ratios).first(count));
   const double footprint = depth * std::max(s_.camera.width / s_.camera.fx, s_.camera.height / s_.camera.fy);
-  if (!(baseline <= s_.params.max_step_footprints * footprint)) return false;
+  // A camera that goes around what it looks at moves by 2 sin(tilt / 2) of the distance.
+  const double around = depth * std::sqrt(std::max(0.0, 2 - 2 * step.rotation(2, 2)));
+  if (!(baseline <= s_.params.max_step_footprints * footprint + around)) return false;
 
   RigidTransform pair;
   for (int i = 0; i < 9; ++i) pair.rotation(i / 3, i % 3) = s_.pair_rotation[i];

@@ -20,7 +20,7 @@ class SequenceRelation : public SequencePart {
  private:
   Status take_relation(const TwoViewResult& pair);
   Status take_rival_motion();
-  [[nodiscard]] bool plausible(const RigidTransform& cam_from_world);
+  [[nodiscard]] bool plausible(const ResectionResult& resection);
 
   SequenceTracks tracks_;
   SequenceBeginning beginning_;
