@@ -64,10 +64,11 @@ std::vector<SeenPoint> points_of_hold(const Scene& scene, const TracksByView& se
 
 bool hang(const Scene& scene, const TracksByView& seen_by, std::uint32_t v, const Hold& hold, Model& model) {
   const int rung = model.views[hold.view].rung + 1;
-  const ViewDepths depths(scene, world_below(scene, model, rung));
+  const World world = world_below(scene, model, rung);
+  const ViewDepths depths(scene, world);
   const std::vector<SeenPoint> points = points_of_hold(scene, seen_by, v, hold, depths, model);
   if (points.size() < least_shared) return false;
-  const auto resected = resect_view(scene, v, points);
+  const auto resected = resect_view(scene, v, points, world);
   if (!resected || resected->inliers < least_shared || 2 * resected->inliers < points.size()) return false;
   model.views[v] = {true, resected->camera_from_world};
   model.views[v].hangs_at = hold.view;

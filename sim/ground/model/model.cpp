@@ -301,9 +301,37 @@ void adjust_model(const Scene& scene, double robust_px, Model& model, double tol
   }
 }
 
+namespace {
+
+/// Each camera knows how far away the point is that most others see, within a hundredth.
+void add_distances(ModelProblem& problem) {
+  std::vector<std::size_t> seeing(problem.points.size(), 0);
+  for (const AdjustedObservation& seen : problem.observations) ++seeing[seen.point];
+  std::vector<const AdjustedObservation*> best(problem.cameras.size(), nullptr);
+  for (const AdjustedObservation& seen : problem.observations) {
+    if (best[seen.camera] == nullptr || seeing[seen.point] > seeing[best[seen.camera]->point])
+      best[seen.camera] = &seen;
+  }
+  for (const AdjustedObservation* seen : best) {
+    if (seen == nullptr) continue;
+    const AdjustedCamera& camera = problem.cameras[seen->camera];
+    const double depth = (camera.cam_from_world * (problem.points[seen->point] - camera.centre)).z();
+    problem.depths.push_back({seen->camera, seen->point, 1 / depth});
+  }
+  std::stable_sort(problem.depths.begin(), problem.depths.end(),
+                   [](const AdjustedDepth& a, const AdjustedDepth& b) { return a.point < b.point; });
+}
+
+}  // namespace
+
 void state_errors(const Scene& scene, Model& model) {
-  const ModelProblem problem = problem_of(scene, model);
+  ModelProblem problem = problem_of(scene, model);
   std::vector<PoseCovariance> errors = pose_covariances(problem);
+  if (errors.empty()) {
+    // Where no track leads from one part of the model to another, depths alone have told the scale between them.
+    add_distances(problem);
+    errors = pose_covariances(problem);
+  }
   const double factor = errors.empty() ? 1 : common_errors_of(problem, last_robust_px).factor();
   for (std::size_t c = 0; c < errors.size(); ++c) {
     for (double& of_pose : errors[c]) of_pose *= factor;

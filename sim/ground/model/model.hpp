@@ -90,7 +90,8 @@ struct ModelProblem : AdjustmentProblem {
 void adjust_model(const Scene& scene, double robust_px, Model& model, double tolerance = AdjustmentParams{}.tolerance);
 
 /// The covariances of the views (pose_errors.hpp), as the model stands now, larger by what neighbouring sightings have
-/// in common (common_errors.hpp).
+/// in common (common_errors.hpp). Where sightings alone leave something free, each view knows a distance within a
+/// hundredth.
 void state_errors(const Scene& scene, Model& model);
 
 /// Moves all views and points.

@@ -9,13 +9,6 @@
 namespace ilp::model {
 namespace {
 
-constexpr std::size_t min_sightings = 12;
-constexpr double min_share = 0.25;
-
-bool enough(std::size_t fit, std::size_t all) {
-  return fit >= min_sightings && static_cast<double>(fit) >= min_share * static_cast<double>(all);
-}
-
 World world_of(const Model& model) {
   return {[&model](std::size_t t) { return model.points[t].placed ? &model.points[t].position : nullptr; },
           [&model](std::uint32_t v) { return model.views[v].in ? &model.views[v].camera_from_model : nullptr; }};
@@ -68,9 +61,10 @@ std::optional<Similarity> similarity_between(const Scene& scene, const World& a,
   };
   for (std::uint32_t v = 0; v < scene.views.size(); ++v) {
     if (b.pose(v) != nullptr) {
-      if (const auto found = similarity_by_view(scene, v, a_in_b[v], *b.pose(v), depths_b)) consider(*found);
+      if (const auto found = similarity_by_view(scene, v, a_in_b[v], a, *b.pose(v), depths_b)) consider(*found);
     } else if (a.pose(v) != nullptr) {
-      if (const auto found = similarity_by_view(scene, v, b_in_a[v], *a.pose(v), depths_a)) consider(inverse(*found));
+      if (const auto found = similarity_by_view(scene, v, b_in_a[v], b, *a.pose(v), depths_a))
+        consider(inverse(*found));
     }
   }
   return enough(most, all) ? best : std::nullopt;
@@ -97,7 +91,7 @@ bool resect_single(const Scene& scene, const TracksByView& seen_by, std::uint32_
   const World world = world_of(model);
   const ViewDepths depths(scene, world);
   const SeenPoints seen = seen_points(scene, world, depths, [&](std::uint32_t view) { return view == v; });
-  const auto resected = resect_view(scene, v, seen[v]);
+  const auto resected = resect_view(scene, v, seen[v], world);
   if (!resected || !enough(resected->inliers, seen[v].size())) return false;
   model.views[v] = {true, resected->camera_from_world};
   model.views[v].rung = *rung;

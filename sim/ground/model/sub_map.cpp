@@ -61,7 +61,7 @@ PartOfScene part_of(const Scene& whole, const SubMapPlan& plan) {
 }
 
 std::uint64_t digest_of(const Scene& part, std::size_t own_tracks) {
-  intake::InputDigest digest("sub-map 4");
+  intake::InputDigest digest("sub-map 5");
   digest.add_value(part.views.size()).add_value(part.tracks.size()).add_value(own_tracks);
   std::vector<double> numbers;
   for (const View& view : part.views) {

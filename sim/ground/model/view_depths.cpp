@@ -1,6 +1,7 @@
 #include "sim/ground/model/view_depths.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "sim/host/statistics.hpp"
@@ -10,13 +11,15 @@ namespace {
 
 constexpr double near_px = 40;
 constexpr std::size_t least_plane_points = 10;
-constexpr double flat = 0.05;
+constexpr double most_relief = 0.05;
 constexpr int rounds = 5;
 
 }  // namespace
 
 ViewDepths::ViewDepths(const Scene& scene, const World& world)
     : depths_(scene.views.size()), planes_(scene.views.size()) {
+  for (const View& view : scene.views)
+    most_relief_.push_back(most_relief * std::min(1.0, view.camera.width / view.camera.fx));
   for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
     const Vec3* point = world.point(t);
     if (point == nullptr) continue;
@@ -29,7 +32,7 @@ ViewDepths::ViewDepths(const Scene& scene, const World& world)
 }
 
 /// Least squares, repeated with Tukey's weights.
-ViewDepths::Plane ViewDepths::plane_through(const std::vector<InverseDepth>& depths) {
+ViewDepths::Plane ViewDepths::plane_through(const std::vector<InverseDepth>& depths, double most) {
   if (depths.size() < least_plane_points) return {true};
   Vec3 plane = Vec3::Zero();
   double middle = 1;
@@ -53,7 +56,7 @@ ViewDepths::Plane ViewDepths::plane_through(const std::vector<InverseDepth>& dep
       weights[i] = r < 1 ? (1 - r * r) * (1 - r * r) : 0;
     }
   }
-  if (middle > flat) return {true};
+  if (middle > most) return {true};
   return {true, plane, middle};
 }
 
@@ -71,7 +74,7 @@ std::optional<double> ViewDepths::near(std::uint32_t view, double x, double y) c
 }
 
 const ViewDepths::Plane& ViewDepths::plane_of(std::uint32_t view) const {
-  if (!planes_[view].fitted) planes_[view] = plane_through(depths_[view]);
+  if (!planes_[view].fitted) planes_[view] = plane_through(depths_[view], most_relief_[view]);
   return planes_[view];
 }
 

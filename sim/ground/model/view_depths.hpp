@@ -24,6 +24,7 @@ class ViewDepths {
   /// Inverse depth at an ideal pixel by the points within 40 px; none where there are none.
   [[nodiscard]] std::optional<double> near(std::uint32_t view, double x, double y) const;
   /// By a plane through all points of the view, if they lie within 5 % of one: its inverse depth is linear in pixels.
+  /// Where the image is narrower than its focal length, within as much less: from far enough any ground looks flat.
   [[nodiscard]] std::optional<double> plane(std::uint32_t view, double x, double y) const;
   /// Median distance of the view's inverse depths from the plane, as a share of them; none where there is no plane.
   [[nodiscard]] std::optional<double> relief(std::uint32_t view) const;
@@ -39,10 +40,11 @@ class ViewDepths {
     std::optional<Vec3> plane = std::nullopt;
     double relief = 0;
   };
-  static Plane plane_through(const std::vector<InverseDepth>& depths);
+  static Plane plane_through(const std::vector<InverseDepth>& depths, double most);
   const Plane& plane_of(std::uint32_t view) const;
 
   std::vector<std::vector<InverseDepth>> depths_;  ///< by view
+  std::vector<double> most_relief_;                ///< by view, of points that a plane stands for
   mutable std::vector<Plane> planes_;              ///< fitted when they are asked for: most worlds never need them
 };
 

@@ -1,5 +1,7 @@
 #include "sim/ground/model/view_similarity.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <memory>
 
 #include "fsw/vision/geometry/camera.hpp"
@@ -10,6 +12,9 @@ namespace ilp::model {
 namespace {
 
 constexpr std::size_t least_ratios = 8;
+/// Of the distance of what is seen, where the image is as wide as the focal length. The place of a narrower camera is
+/// less certain.
+constexpr double turn_share = 0.005;
 
 /// Units of the points' world for one unit of the world in which the view stands.
 std::optional<double> scale_by_depths(const Scene& scene, std::uint32_t v, const std::vector<SeenPoint>& seen,
@@ -27,22 +32,7 @@ std::optional<double> scale_by_depths(const Scene& scene, std::uint32_t v, const
   return host::median(std::move(ratios));
 }
 
-}  // namespace
-
-std::optional<Vec3> position_in(const Scene& scene, const World& world, const ViewDepths& depths, std::size_t track) {
-  if (const Vec3* point = world.point(track)) return *point;
-  for (const Sighting& seen : scene.tracks[track].seen) {
-    const RigidTransform* pose = world.pose(seen.view);
-    const auto inverse = pose == nullptr ? std::nullopt : depths.any(seen.view, seen.x, seen.y);
-    if (!inverse) continue;
-    const Vec2 n = normalised_from_ideal(scene.views[seen.view].camera, Vec2(seen.x, seen.y));
-    const Vec3 in_camera = Vec3(n.x(), n.y(), 1) / *inverse;
-    return Vec3(pose->rotation.transpose() * (in_camera - pose->translation));
-  }
-  return std::nullopt;
-}
-
-std::optional<Resected> resect_view(const Scene& scene, std::uint32_t view, const std::vector<SeenPoint>& seen) {
+std::optional<Resected> resect_on(const Scene& scene, std::uint32_t view, const std::vector<SeenPoint>& seen) {
   thread_local const auto views = std::make_unique<PointViews>();
   thread_local const auto inliers = std::make_unique<ViewMask>();
   views->clear();
@@ -59,10 +49,54 @@ std::optional<Resected> resect_view(const Scene& scene, std::uint32_t view, cons
   return Resected{result.cam_from_world, result.inliers};
 }
 
+/// Whether the pose is where another keyframe of the world stands.
+bool only_turned(const Scene& scene, std::uint32_t view, const std::vector<SeenPoint>& seen, const World& world,
+                 const RigidTransform& pose) {
+  std::vector<double> depths;
+  for (const SeenPoint& one : seen) depths.push_back((pose * one.position).z());
+  const CameraModel& camera = scene.views[view].camera;
+  const double near = turn_share * host::median(std::move(depths)) * std::max(1.0, camera.fx / camera.width);
+  for (std::uint32_t other = 0; other < scene.views.size(); ++other) {
+    const RigidTransform* const there = other == view ? nullptr : world.pose(other);
+    if (there != nullptr && (centre_of(*there) - centre_of(pose)).norm() < near) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::optional<Vec3> position_in(const Scene& scene, const World& world, const ViewDepths& depths, std::size_t track) {
+  if (const Vec3* point = world.point(track)) return *point;
+  for (const Sighting& seen : scene.tracks[track].seen) {
+    const RigidTransform* pose = world.pose(seen.view);
+    const auto inverse = pose == nullptr ? std::nullopt : depths.any(seen.view, seen.x, seen.y);
+    if (!inverse) continue;
+    const Vec2 n = normalised_from_ideal(scene.views[seen.view].camera, Vec2(seen.x, seen.y));
+    const Vec3 in_camera = Vec3(n.x(), n.y(), 1) / *inverse;
+    return Vec3(pose->rotation.transpose() * (in_camera - pose->translation));
+  }
+  return std::nullopt;
+}
+
+std::optional<Resected> resect_view(const Scene& scene, std::uint32_t view, const std::vector<SeenPoint>& seen,
+                                    const World& world) {
+  const auto first = resect_on(scene, view, seen);
+  if (!first || !only_turned(scene, view, seen, world, first->camera_from_world)) return first;
+  std::vector<SeenPoint> others;
+  std::copy_if(seen.begin(), seen.end(), std::back_inserter(others), [&](const SeenPoint& one) {
+    return reprojection_error(first->camera_from_world, scene.views[view].camera, one.position, one.seen) > fits_px;
+  });
+  if (10 * others.size() <= seen.size()) return first;
+  const auto second = resect_on(scene, view, others);
+  const bool moves = second && enough(second->inliers, seen.size()) && 2 * second->inliers >= others.size() &&
+                     !only_turned(scene, view, seen, world, second->camera_from_world);
+  return moves ? second : std::nullopt;
+}
+
 std::optional<Similarity> similarity_by_view(const Scene& scene, std::uint32_t v, const std::vector<SeenPoint>& seen,
-                                             const RigidTransform& pose, const ViewDepths& depths) {
+                                             const World& world, const RigidTransform& pose, const ViewDepths& depths) {
   if (seen.empty()) return std::nullopt;
-  const auto resected = resect_view(scene, v, seen);
+  const auto resected = resect_view(scene, v, seen, world);
   if (!resected) return std::nullopt;
   const auto scale = scale_by_depths(scene, v, seen, *resected, depths);
   if (!scale) return std::nullopt;

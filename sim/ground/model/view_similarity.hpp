@@ -20,6 +20,12 @@ using SeenPoints = std::vector<std::vector<SeenPoint>>;  ///< by view
 /// A sighting fits a similarity within this distance.
 inline constexpr double fits_px = 4;
 
+/// Whether so many sightings that fit place a unit: 12, and a quarter of all.
+inline constexpr std::size_t min_sightings = 12;
+[[nodiscard]] constexpr bool enough(std::size_t fit, std::size_t all) {
+  return fit >= min_sightings && 4 * fit >= all;
+}
+
 /// Points of one world in the views for which `wanted` holds. A track that has no point yet, but is seen by a view of
 /// the world, stands where the depths there put it.
 template <typename Wanted>
@@ -29,15 +35,17 @@ struct Resected {
   RigidTransform camera_from_world;
   std::size_t inliers = 0;
 };
-/// None if 10 points do not agree.
+/// None if 10 points do not agree. Matches on the edge of a body that turns fit a camera that has only turned, at the
+/// place of another keyframe of the points' `world`. Where more than a tenth of all contradict such a pose, one on
+/// these alone is taken if enough of all fit it and half of these, and none otherwise.
 [[nodiscard]] std::optional<Resected> resect_view(const Scene& scene, std::uint32_t view,
-                                                  const std::vector<SeenPoint>& seen);
+                                                  const std::vector<SeenPoint>& seen, const World& world);
 
-/// points_from_view: attitude and place of view `v` from its resection on `seen`, which are points of another world
+/// points_from_view: attitude and place of view `v` from its resection on `seen`, which are points of another `world`
 /// than that in which it has `pose`; the scale from the depths of both worlds' points in its image, of points near each
 /// other if there are eight. None if 10 points do not agree, or the depths do not tell.
 [[nodiscard]] std::optional<Similarity> similarity_by_view(const Scene& scene, std::uint32_t v,
-                                                           const std::vector<SeenPoint>& seen,
+                                                           const std::vector<SeenPoint>& seen, const World& world,
                                                            const RigidTransform& pose, const ViewDepths& depths);
 
 /// Where a track stands in a world: at its point, or where the depths of a view that sees it put it.

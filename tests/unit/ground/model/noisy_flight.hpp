@@ -39,7 +39,8 @@ struct StripTruth {
 };
 
 struct NoisyFlight {
-  void fly(std::int64_t id, const std::vector<RigidTransform>& poses, const Similarity& strip_from_truth) {
+  void fly(std::int64_t id, const std::vector<RigidTransform>& poses, const Similarity& strip_from_truth,
+           bool over_ground = true) {
     StripTruth strip{id, {}, strip_from_truth};
     for (const RigidTransform& pose : poses) {
       const auto number = static_cast<std::int64_t>(truth_.size()) + 1;
@@ -58,7 +59,7 @@ struct NoisyFlight {
       flight_.strips[id].id = id;
       flight_.strips[id].keyframes.push_back(number);
     }
-    add_points(strip);
+    if (over_ground) add_points(strip);
     strips_.push_back(strip);
   }
 
@@ -290,14 +291,14 @@ struct NoisyFlight {
 
   /// A strip of one keyframe. Only its image would make it a view: an empty product stands for one that does not
   /// decode.
-  void see_without_pose(std::int64_t id, const RigidTransform& pose) {
+  void see_without_pose(std::int64_t id, const RigidTransform& pose, std::int64_t strip = 3) {
     truth_.push_back(pose);
     intake::Keyframe& keyframe = flight_.keyframes[id];
     keyframe.id = id;
-    keyframe.strip_id = 3;
+    keyframe.strip_id = strip;
     keyframe.camera = camera_;
-    flight_.strips[3].id = 3;
-    flight_.strips[3].keyframes.push_back(id);
+    flight_.strips[strip].id = strip;
+    flight_.strips[strip].keyframes.push_back(id);
     keyframe.product_files[static_cast<std::size_t>(ProductKind::image)] = {0};
   }
 
