@@ -1,13 +1,11 @@
 #include "fsw/vision/calibration/camera_check.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
+
+#include "fsw/vision/calibration/camera_system.hpp"
 
 namespace ilp {
 namespace {
-
-using MatU = Eigen::Matrix<double, static_cast<int>(camera_unknowns), static_cast<int>(camera_unknowns)>;
-using VecU = Eigen::Matrix<double, static_cast<int>(camera_unknowns), 1>;
 
 double field_of(const ResidualField& field) {
   constexpr double least_weight = 20;
@@ -44,48 +42,45 @@ void add_window(const IntrinsicsEquations& window, const CameraCheckParams& para
 CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given, const CameraCheckParams& params) {
   CameraCheck out;
   if (evidence.windows == 0) return out;
-  constexpr double prior_of_statistic = 1e-6;
-  MatU information;
-  VecU gradient;
+  constexpr double prior_of_statistic = 1e-6, rounding = 1e-12;
+  const CameraUnknowns& gradient = evidence.gradient;
+  CameraSystem information, held, with_prior;
   std::size_t at = 0;
   for (std::size_t a = 0; a < camera_unknowns; ++a) {
-    const auto i = static_cast<int>(a);
-    gradient[i] = evidence.gradient[a];
-    for (std::size_t b = 0; b <= a; ++b) {
-      information(i, static_cast<int>(b)) = information(static_cast<int>(b), i) = evidence.information[at++];
-    }
+    for (std::size_t b = 0; b <= a; ++b) information.at(a, b) = information.at(b, a) = evidence.information[at++];
   }
-  MatU held = information;
-  held.diagonal().array() += prior_of_statistic;
-  const double gained = gradient.dot(held.llt().solve(gradient));
-  held.diagonal().array() += 1 - prior_of_statistic;
-  const Eigen::LLT<MatU> with_prior(held);
-  const VecU correction = -with_prior.solve(gradient);
-  const MatU covariance = with_prior.solve(MatU::Identity());
+  held = with_prior = information;
+  for (std::size_t a = 0; a < camera_unknowns; ++a) {
+    held.at(a, a) += prior_of_statistic + rounding * information.at(a, a);
+    with_prior.at(a, a) += 1;
+  }
+  if (!held.factor() || !with_prior.factor()) return out;
+  const CameraUnknowns own = held.solve(gradient), correction = with_prior.solve(gradient);
+  double gained = 0;
+  for (std::size_t a = 0; a < camera_unknowns; ++a) gained += gradient[a] * own[a];
   const CameraUnknowns units = usual_errors(given);
   double most = -1;
   for (std::size_t a = 0; a < camera_unknowns; ++a) {
-    const auto i = static_cast<int>(a);
-    out.corrections[a] = correction[i] * units[a];
-    out.sigmas[a] = std::sqrt(covariance(i, i)) * units[a];
+    out.corrections[a] = -correction[a] * units[a];
+    out.sigmas[a] = std::sqrt(with_prior.column_of_inverse(a)[a]) * units[a];
     if (a == readout_unknown) continue;
-    const double alone = gradient[i] * gradient[i] / (information(i, i) + 1);
+    const double alone = gradient[a] * gradient[a] / (information.at(a, a) + 1);
     if (!(alone > most)) continue;
     most = alone;
     out.worst = static_cast<Intrinsic>(a);
-    out.worst_correction = -gradient[i] / (information(i, i) + 1) * units[a];
+    out.worst_correction = -gradient[a] / (information.at(a, a) + 1) * units[a];
     out.worst_sigmas = std::sqrt(alone);
   }
   double displaced = 0;
   at = 0;
-  for (int i = 0; i < correction.rows(); ++i) {
-    for (int k = 0; k < i; ++k) displaced += 2 * correction[i] * correction[k] * evidence.displacement[at++];
-    displaced += correction[i] * correction[i] * evidence.displacement[at++];
+  for (std::size_t a = 0; a < camera_unknowns; ++a) {
+    for (std::size_t b = 0; b < a; ++b) displaced += 2 * correction[a] * correction[b] * evidence.displacement[at++];
+    displaced += correction[a] * correction[a] * evidence.displacement[at++];
   }
   out.cost = std::sqrt(std::fmax(displaced, 0) / evidence.windows);
   constexpr double least_information = 1e-3;
-  const auto last = static_cast<int>(readout_unknown);
-  const auto unknowns = static_cast<double>(intrinsic_count + (information(last, last) > least_information ? 1 : 0));
+  const bool asks_readout = information.at(readout_unknown, readout_unknown) > least_information;
+  const auto unknowns = static_cast<double>(intrinsic_count + (asks_readout ? 1 : 0));
   out.statistic = gained / unknowns;
   if (evidence.windows > 1) {
     out.spread = std::fmax(evidence.gained - gained, 0) / (unknowns * (evidence.windows - 1));

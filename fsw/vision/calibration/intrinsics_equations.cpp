@@ -199,7 +199,7 @@ void add_point(const Window& window, const SeenPoint& point, const Eliminated& o
     const Seen& s = point.seen[i];
     const Mat2x3 weighted = s.weight * s.by_point;
     with_camera += s.by_camera.transpose() * weighted;
-    system.add(camera_at, camera_at, (s.weight * s.by_camera.transpose() * s.by_camera).eval());
+    system.add(camera_at, camera_at, (s.weight * s.by_camera.transpose().lazyProduct(s.by_camera)).eval());
     system.add_right(camera_at, (s.weight * s.by_camera.transpose() * s.residual).eval());
     if (s.view == 0) continue;
     with_pose[i] = s.by_pose.transpose() * weighted;
@@ -208,7 +208,7 @@ void add_point(const Window& window, const SeenPoint& point, const Eliminated& o
     system.add_right(row_of(s), (s.weight * s.by_pose.transpose() * s.residual).eval());
   }
   const MatUx3 of_camera = with_camera * own.inverse;
-  system.add(camera_at, camera_at, (-of_camera * with_camera.transpose()).eval());
+  system.add(camera_at, camera_at, (-of_camera.lazyProduct(with_camera.transpose())).eval());
   system.add_right(camera_at, (-of_camera * own.gradient).eval());
   for (std::size_t i = 0; i < point.count; ++i) {
     if (point.seen[i].view == 0) continue;

@@ -1,15 +1,12 @@
 #include "fsw/vision/calibration/lens_solution.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
+#include "fsw/vision/calibration/camera_system.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
 namespace {
-
-using MatU = Eigen::Matrix<double, static_cast<int>(camera_unknowns), static_cast<int>(camera_unknowns)>;
-using VecU = Eigen::Matrix<double, static_cast<int>(camera_unknowns), 1>;
 
 /// An unknown of a smaller error stays where it is.
 constexpr double least_share_of_unit = 1e-4;
@@ -38,41 +35,40 @@ LensStep step_towards_lens(const CameraEvidence& evidence, const CameraModel& no
   const CameraUnknowns units = usual_errors(now);
   const CameraUnknowns at_now = unknowns_of(now), before = unknowns_of(prior.camera);
   const double trust = 1 / std::fmax(1, misfit);
-  MatU information;
-  VecU gradient;
+  CameraSystem system;
+  CameraUnknowns gradient;
   std::size_t at = 0;
   for (std::size_t a = 0; a < camera_unknowns; ++a) {
-    const auto i = static_cast<int>(a);
-    for (std::size_t b = 0; b <= a; ++b) {
-      information(i, static_cast<int>(b)) = information(static_cast<int>(b), i) = trust * evidence.information[at++];
-    }
+    for (std::size_t b = 0; b <= a; ++b) system.at(a, b) = trust * evidence.information[at++];
     const double sigma = std::fmax(prior.sigmas[a], least_share_of_unit * units[a]), known = units[a] / sigma;
-    information(i, i) += known * known;
-    gradient[i] = trust * evidence.gradient[a] + known * (at_now[a] - before[a]) / sigma;
+    system.at(a, a) += known * known;
+    gradient[a] = trust * evidence.gradient[a] + known * (at_now[a] - before[a]) / sigma;
   }
-  const Eigen::LLT<MatU> factor(information);
-  const VecU correction = -factor.solve(gradient);
-  const MatU covariance = factor.solve(MatU::Identity());
   LensStep out;
+  out.camera = now;
+  out.sigmas = prior.sigmas;
+  out.lens_sigma = prior.sigmas[3];
+  // What is not finite is no evidence.
+  if (!system.factor()) return out;
+  const CameraUnknowns correction = system.solve(gradient);
   const CameraUnknowns longest = longest_step(now);
   double scale = 1;
   at = 0;
   for (std::size_t a = 0; a < camera_unknowns; ++a) {
-    const auto i = static_cast<int>(a);
-    const double sigma = std::sqrt(covariance(i, i));
+    const CameraUnknowns covariance = system.column_of_inverse(a);
+    const double sigma = std::sqrt(covariance[a]);
     out.sigmas[a] = sigma * units[a];
-    out.length = std::fmax(out.length, std::fabs(correction[i]) / sigma);
-    scale = std::fmin(scale, longest[a] / std::fmax(std::fabs(correction[i]) * units[a], 1e-12));
-    for (std::size_t b = 0; b <= a; ++b)
-      out.covariance[at++] = covariance(i, static_cast<int>(b)) * units[a] * units[b];
+    out.length = std::fmax(out.length, std::fabs(correction[a]) / sigma);
+    scale = std::fmin(scale, longest[a] / std::fmax(std::fabs(correction[a]) * units[a], 1e-12));
+    for (std::size_t b = 0; b <= a; ++b) out.covariance[at++] = covariance[b] * units[a] * units[b];
   }
-  const double shared = covariance(3, 0) * covariance(3, 0) / covariance(0, 0);
-  out.lens_sigma = std::sqrt(std::fmax(covariance(3, 3) - shared, 0)) * units[3];
+  const CameraUnknowns of_focal = system.column_of_inverse(0), of_k1 = system.column_of_inverse(3);
+  out.lens_sigma = std::sqrt(std::fmax(of_k1[3] - of_focal[3] * of_focal[3] / of_focal[0], 0)) * units[3];
   out.shortened = scale < 1;
   constexpr int halvings = 4;
   for (int i = 0; i <= halvings; ++i, scale *= 0.5) {
     CameraUnknowns step;
-    for (std::size_t a = 0; a < camera_unknowns; ++a) step[a] = scale * correction[static_cast<int>(a)] * units[a];
+    for (std::size_t a = 0; a < camera_unknowns; ++a) step[a] = -scale * correction[a] * units[a];
     out.camera = corrected(now, step);
     if (validate(out.camera).ok()) return out;
     out.shortened = true;

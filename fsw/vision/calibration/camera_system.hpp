@@ -1,0 +1,26 @@
+// A small symmetric system in the unknowns of a camera, solved in place.
+#pragma once
+
+#include "fsw/vision/calibration/intrinsics_equations.hpp"
+#include "fsw/vision/multiview/bundle/dense_cholesky.hpp"
+
+namespace ilp {
+
+struct CameraSystem {
+  std::array<double, camera_unknowns * camera_unknowns> matrix{};  ///< row by row; the factor after factor()
+
+  double& at(std::size_t row, std::size_t column) { return matrix[row * camera_unknowns + column]; }
+  /// False if the matrix is not positive definite.
+  [[nodiscard]] bool factor() { return cholesky_factor(matrix.data(), camera_unknowns); }
+  [[nodiscard]] CameraUnknowns solve(CameraUnknowns right) const {
+    cholesky_solve(matrix.data(), camera_unknowns, right.data());
+    return right;
+  }
+  [[nodiscard]] CameraUnknowns column_of_inverse(std::size_t column) const {
+    CameraUnknowns unit{};
+    unit[column] = 1;
+    return solve(unit);
+  }
+};
+
+}  // namespace ilp
