@@ -25,18 +25,13 @@ const char* remedy_of(Intrinsic open) {
 constexpr double hardly = 0.5;
 
 void add_readout_line(const CalibrationRecord& said, std::vector<std::string>& lines) {
-  if (!(said.prior_sigma_readout_s > 0)) return;
-  const std::string sigma = host::brief(1e3 * said.sigma_readout_s) + " ms";
-  if (said.sigma_readout_s > hardly * said.prior_sigma_readout_s) {
-    lines.push_back("The readout time of its rolling shutter is as uncertain as it was given, by " + sigma +
-                    ". What would determine it: a camera that swings or turns.");
-  } else {
-    lines.push_back("The readout time of its rolling shutter was found: " + host::brief(1e3 * said.readout_s) +
-                    " ms, with an error of " + sigma + ".");
-  }
+  if (!(said.sigma_readout_s > hardly * said.prior_sigma_readout_s)) return;
+  lines.push_back("The readout time of the rolling shutter is as uncertain as it was given, by " +
+                  host::brief(1e3 * said.sigma_readout_s) +
+                  " ms. What would determine it: a camera that swings or turns.");
 }
 
-/// The intrinsics whose error is hardly smaller than before an image was seen, and the readout time.
+/// The intrinsics whose error is hardly smaller than before an image was seen, and the readout time if it is one.
 std::vector<std::string> found_lines(const intake::Flight& flight) {
   if (!flight.camera_record || flight.calibrations.empty()) return {};
   const CalibrationRecord& said = flight.calibrations.rbegin()->second;

@@ -197,10 +197,19 @@ std::string calibration_words(const intake::Flight& flight) {
   if (!flight.camera_record || flight.calibrations.empty()) return "";
   const CameraRecord& camera = *flight.camera_record;
   if (!camera.frozen) return " (nominal: the camera was not known and could not be calibrated)";
+  if (camera.source == CameraSource::given) return "";
   if (camera.source == CameraSource::nominal)
     return " ± " + host::brief(camera.sigma_focal_px) + " px (nominal: the images did not determine it)";
   return " ± " + host::brief(camera.sigma_focal_px) + " px (found in flight, at keyframe " +
          std::to_string(flight.calibrations.rbegin()->first) + ")";
+}
+
+std::string readout_words(const intake::Flight& flight) {
+  if (!flight.camera_record || !has_rolling_shutter(*flight.camera_record)) return "";
+  const CameraRecord& camera = *flight.camera_record;
+  const std::string time = ", rolling shutter of " + host::brief(1e3 * camera.readout_s);
+  if (!(camera.sigma_readout_s > 0)) return time + " ms";
+  return time + " ± " + host::brief(1e3 * camera.sigma_readout_s) + " ms (found in flight)";
 }
 
 std::string subtitle(const Report& report) {
@@ -215,7 +224,7 @@ std::string subtitle(const Report& report) {
   if (report.flight.camera) {
     const CameraModel& c = *report.flight.camera;
     add("camera " + std::to_string(c.width) + " × " + std::to_string(c.height) + ", focal length " + host::brief(c.fx) +
-        " px" + calibration_words(report.flight));
+        " px" + calibration_words(report.flight) + readout_words(report.flight));
   }
   if (report.info) {
     add(report.info->software.empty() ? "" : "software " + host::escaped(report.info->software));

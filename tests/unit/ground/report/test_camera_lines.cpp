@@ -55,6 +55,24 @@ TEST(CameraLines, WhatHasBeenFoundIsNotCalledOpen) {
   EXPECT_FALSE(says(text_of(flight_with(CalibrationVerdict::partly, true, {0.4, 0.4})), "as it was given"));
 }
 
+TEST(CameraLines, AnOpenReadoutTimeIsToldAndOneThatWasFoundIsNot) {
+  intake::Flight flight = flight_with(CalibrationVerdict::ok, true, {0.1, 0.1});
+  CalibrationRecord& said = flight.calibrations[6];
+  said.prior_sigma_readout_s = 0.05;
+  said.readout_s = 0.0298;
+  said.sigma_readout_s = 0.001;
+  EXPECT_EQ(text_of(flight), "");
+  said.sigma_readout_s = 0.04;
+  for (const char* part : {"readout time", "40", "ms", "swings"}) EXPECT_TRUE(says(text_of(flight), part)) << part;
+}
+
+TEST(CameraLines, OfALensThatWasGivenNothingIsOpen) {
+  intake::Flight flight = flight_with(CalibrationVerdict::unexplained, true, {0.1, 0.1});
+  CalibrationRecord& said = flight.calibrations[6];
+  for (auto& sigma : said.prior_sigmas) sigma = 0;
+  EXPECT_FALSE(says(text_of(flight), "as it was given")) << text_of(flight);
+}
+
 TEST(CameraLines, AFlightThatEndedDuringTheSearchHasNoFinalPose) {
   EXPECT_TRUE(says(text_of(flight_with(CalibrationVerdict::searching, false, {1, 1})), "no keyframe has a final pose"));
 }
