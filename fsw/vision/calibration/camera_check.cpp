@@ -54,14 +54,20 @@ CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given, cons
     held.at(a, a) += prior_of_statistic + rounding * information.at(a, a);
     with_prior.at(a, a) += 1;
   }
-  if (!held.factor() || !with_prior.factor()) return out;
-  const CameraUnknowns own = held.solve(gradient), correction = with_prior.solve(gradient);
+  // What is no number is no evidence for the camera.
+  if (!held.factor() || !with_prior.factor()) {
+    out.verdict = CameraCheckVerdict::unexplained;
+    return out;
+  }
+  const CameraUnknowns own = held.solve(gradient);
+  CameraUnknowns correction = with_prior.solve(gradient);
+  for (double& value : correction) value = -value;
   double gained = 0;
   for (std::size_t a = 0; a < camera_unknowns; ++a) gained += gradient[a] * own[a];
   const CameraUnknowns units = usual_errors(given);
   double most = -1;
   for (std::size_t a = 0; a < camera_unknowns; ++a) {
-    out.corrections[a] = -correction[a] * units[a];
+    out.corrections[a] = correction[a] * units[a];
     out.sigmas[a] = std::sqrt(with_prior.column_of_inverse(a)[a]) * units[a];
     if (a == readout_unknown) continue;
     const double alone = gradient[a] * gradient[a] / (information.at(a, a) + 1);

@@ -56,19 +56,11 @@ struct Window {
   double left_px = 0;  ///< noise of a coordinate that the step before has left; 0: there was none
 };
 
-/// Of the image's height, from the middle row.
-double share_of_row(const CameraModel& camera, double row) {
-  return row / (camera.height - 1) - 0.5;
-}
-
 /// How far a pixel's place at the middle row's time goes back for each second of readout time.
 Vec2 shift_by_readout(const Window& window, std::size_t view, const Vec2& at, const DistortionJacobian& j, double row) {
-  const double(&m)[8] = window.motion->of_view[view].m;
-  const double across = m[6] * at.x() + m[7] * at.y();
-  const Vec2 rate(m[0] * at.x() + m[1] * at.y() + m[2] - at.x() * across,
-                  m[3] * at.x() + m[4] * at.y() + m[5] - at.y() * across);
-  return share_of_row(window.camera, row) * Vec2(window.camera.fx * (j.a * rate.x() + j.b * rate.y()),
-                                                 window.camera.fy * (j.c * rate.x() + j.d * rate.y()));
+  const Vec2 rate = rate_at(window.motion->of_view[view], at);
+  const CameraModel& c = window.camera;
+  return row_share(c, row) * Vec2(c.fx * (j.a * rate.x() + j.b * rate.y()), c.fy * (j.c * rate.x() + j.d * rate.y()));
 }
 
 /// Residual and derivatives; false for a point that is not in front of the camera.
@@ -100,7 +92,7 @@ bool linearise(const Window& window, const BundleObservation& o, Seen& out) {
     out.residual += (c.readout_s - window.motion->readout_s) * shift;
     if (window.motion->readout_open) out.by_camera.rightCols<1>() = shift;
     const bool exact = !(window.motion->sigma_px_s[o.camera] > 0);
-    out.by_rate = exact ? 0 : c.readout_s * share_of_row(c, out.pixel.y());
+    out.by_rate = exact ? 0 : row_time_s(c, out.pixel.y());
   }
   for (std::size_t i = 0; i < camera_unknowns; ++i) out.by_camera.col(static_cast<int>(i)) *= window.units[i];
   if (!out.residual.allFinite()) return false;

@@ -48,7 +48,8 @@ LensStep step_towards_lens(const CameraEvidence& evidence, const CameraModel& no
   out.camera = now;
   out.sigmas = prior.sigmas;
   out.lens_sigma = prior.sigmas[3];
-  // What is not finite is no evidence.
+  for (std::size_t a = 0; a < camera_unknowns; ++a) out.covariance[a * (a + 3) / 2] = out.sigmas[a] * out.sigmas[a];
+  // What is no number is no evidence.
   if (!system.factor()) return out;
   const CameraUnknowns correction = system.solve(gradient);
   const CameraUnknowns longest = longest_step(now);

@@ -69,8 +69,18 @@ std::uint8_t sample(const GrayView& image, float u, float v) {
 
 }  // namespace
 
+double row_share(const CameraModel& camera, double row) {
+  return row / (camera.height - 1) - 0.5;
+}
+
 double row_time_s(const CameraModel& camera, double row) {
-  return camera.readout_s * (row / (camera.height - 1) - 0.5);
+  return camera.readout_s * row_share(camera, row);
+}
+
+Vec2 rate_at(const ImageMotion& motion, const Vec2& normalised) {
+  const double(&m)[8] = motion.m;
+  const double x = normalised.x(), y = normalised.y(), w = m[6] * x + m[7] * y;
+  return {m[0] * x + m[1] * y + m[2] - x * w, m[3] * x + m[4] * y + m[5] - y * w};
 }
 
 Vec2 moved(const ImageMotion& motion, double seconds, const Vec2& middle) {

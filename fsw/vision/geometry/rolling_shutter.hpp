@@ -22,8 +22,12 @@ struct ImageMotion {
   double m[8] = {};
 };
 
+/// From the middle row, a share of the image's height: -1/2 to 1/2.
+[[nodiscard]] double row_share(const CameraModel& camera, double row);
 /// Seconds from the middle row's exposure to that of the row.
 [[nodiscard]] double row_time_s(const CameraModel& camera, double row);
+/// How fast the point moves, 1/s.
+[[nodiscard]] Vec2 rate_at(const ImageMotion& motion, const Vec2& normalised);
 /// Normalised coordinates at the time `seconds` of what is at `middle` at the time of the middle row, and back.
 [[nodiscard]] Vec2 moved(const ImageMotion& motion, double seconds, const Vec2& middle);
 [[nodiscard]] Vec2 moved_back(const ImageMotion& motion, double seconds, const Vec2& seen);

@@ -45,21 +45,37 @@ FlightScene scene_of(unsigned seed) {
   return scene;
 }
 
+/// A flight seen through the true lens, and adjusted with one that is off by `error`.
+struct WrongFlight {
+  SyntheticFlight flight;
+  CameraModel given;
+  PosedWindow window;
+
+  WrongFlight(const FlightScene& scene, const CameraUnknowns& error)
+      : flight(scene), given(corrected(lens_of(flight.camera), error)), window(seen(), given) {}
+
+ private:
+  const SyntheticFlight& seen() {
+    see_through(lens_of(flight.camera), given, flight);
+    return flight;
+  }
+};
+
 class CameraCheckTest : public ::testing::Test {
  protected:
-  /// Adds a window of this scene, seen through the true lens and adjusted with one that is off by `error`.
-  CameraModel add(const FlightScene& scene, const CameraUnknowns& error, CameraEvidence& evidence) {
-    SyntheticFlight flight(scene);
-    const CameraModel lens = lens_of(flight.camera), given = corrected(lens, error);
-    see_through(lens, given, flight);
-    PosedWindow window(flight, given);
-    EXPECT_TRUE(window.ok());
+  void add(WrongFlight& wrong, CameraEvidence& evidence, std::uint32_t steps = ReductionParams{}.steps) {
+    EXPECT_TRUE(wrong.window.ok());
+    const ReductionParams reduction{.error_factor = params.error_factor, .steps = steps};
     IntrinsicsEquations equations;
-    EXPECT_TRUE(reduce_to_intrinsics(given, ReductionParams{.error_factor = params.error_factor}, window.problem(),
-                                     *workspace_, equations, evidence.field)
-                    .ok());
+    EXPECT_TRUE(
+        reduce_to_intrinsics(wrong.given, reduction, wrong.window.problem(), *workspace_, equations, evidence.field)
+            .ok());
     add_window(equations, params, evidence);
-    return given;
+  }
+  CameraModel add(const FlightScene& scene, const CameraUnknowns& error, CameraEvidence& evidence) {
+    WrongFlight wrong(scene, error);
+    add(wrong, evidence);
+    return wrong.given;
   }
   CameraCheck check(const FlightScene& scene, const CameraUnknowns& error) {
     CameraEvidence evidence;
@@ -117,21 +133,22 @@ TEST_F(CameraCheckTest, TheCostIsHowFarTheWrongLensBendsTheTrack) {
     for (const CameraUnknowns& error : errors) {
       FlightScene scene = scene_of(seed);
       scene.noise_px = 0.02;
-      SyntheticFlight flight(scene);
-      const CameraModel lens = lens_of(flight.camera), given = corrected(lens, error);
-      see_through(lens, given, flight);
-      PosedWindow window(flight, given);
-      ASSERT_TRUE(window.ok());
-      IntrinsicsEquations equations;
+      WrongFlight wrong(scene, error);
       CameraEvidence evidence;
-      const ReductionParams reduction{.error_factor = params.error_factor, .steps = 5};
-      ASSERT_TRUE(
-          reduce_to_intrinsics(given, reduction, window.problem(), *workspace_, equations, evidence.field).ok());
-      add_window(equations, params, evidence);
-      const double bend = bend_of(window.problem(), flight), cost = judge(evidence, given, params).cost;
+      add(wrong, evidence, 5);
+      const double bend = bend_of(wrong.window.problem(), wrong.flight),
+                   cost = judge(evidence, wrong.given, params).cost;
       EXPECT_NEAR(cost, bend, 0.25 * bend + 2e-5) << seed << " " << error[0] << " " << error[3];
     }
   }
+}
+
+TEST_F(CameraCheckTest, EvidenceThatIsNoNumberDoesNotFit) {
+  CameraEvidence evidence;
+  const CameraModel given = add(scene_of(3961), {}, evidence);
+  ASSERT_EQ(judge(evidence, given, params).verdict, CameraCheckVerdict::fits);
+  evidence.information[0] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(judge(evidence, given, params).verdict, CameraCheckVerdict::unexplained);
 }
 
 TEST_F(CameraCheckTest, WindowsAddUp) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <random>
 
@@ -234,6 +235,17 @@ TEST_F(LensSolutionTest, WindowsThatContradictEachOtherCountLess) {
     EXPECT_LE(contradict.sigmas[i], 1.001 * prior.sigmas[i]) << i;
   }
   EXPECT_GT(contradict.sigmas[3], 2 * agree.sigmas[3]) << "k1 comes from the images alone";
+}
+
+TEST_F(LensSolutionTest, EvidenceThatIsNoNumberLeavesTheCameraWithItsErrors) {
+  const LensPrior prior = prior_of(nominal_, {.focal_sigma = focal_sigma, .readout_sigma_s = 0.05});
+  CameraEvidence evidence;
+  evidence.information[0] = std::numeric_limits<double>::quiet_NaN();
+  const LensStep step = step_towards_lens(evidence, nominal_, prior, 1);
+  EXPECT_EQ(unknowns_of(step.camera), unknowns_of(nominal_));
+  EXPECT_EQ(step.sigmas, prior.sigmas);
+  EXPECT_DOUBLE_EQ(step.covariance.front(), prior.sigmas[0] * prior.sigmas[0]);
+  EXPECT_DOUBLE_EQ(step.covariance.back(), 0.05 * 0.05);
 }
 
 TEST_F(LensSolutionTest, NoStepLeavesTheCameraInvalid) {
