@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "fsw/base/crc.hpp"
+#include "fsw/imaging/apparent_speed.hpp"
 #include "fsw/imaging/images_missed.hpp"
 #include "fsw/shared/new_command.hpp"
 #include "hal/store/newest_id.hpp"
@@ -61,11 +62,8 @@ double ground_speed_px_s(Reader<OverlapRecord, KeyframeRecord, FrameRecord> stor
       !get(store, overlap.id, second).ok() || second.time_ns <= first.time_ns) {
     return 0;
   }
-  const double half_width = 0.5 * second.width, half_height = 0.5 * second.height;
-  const double corner = std::sqrt(half_width * half_width + half_height * half_height);
-  const double shift = std::sqrt(overlap.shift_x_px * overlap.shift_x_px + overlap.shift_y_px * overlap.shift_y_px);
-  const double moved = shift + corner * (std::fabs(overlap.rotation_rad) + std::fabs(overlap.scale - 1));
-  return moved * static_cast<double>(ns_per_s) / static_cast<double>(second.time_ns - first.time_ns);
+  const Similarity2 moved{overlap.scale, overlap.rotation_rad, overlap.shift_x_px, overlap.shift_y_px};
+  return apparent_speed_px_s(moved, second.width, second.height, second.time_ns - first.time_ns);
 }
 
 }  // namespace
@@ -139,7 +137,8 @@ Result<bool> Acquisition::give_up_captures(Outcome& outcome) const {
   capture.state = CaptureState::no_frame;
   outcome.capture = capture;
   outcome.has_capture = true;
-  outcome.event = {StatusCode::capture_missed, first.id, timeout / ns_per_ms};
+  if (capture.source != CaptureSource::burst)
+    outcome.event = {StatusCode::capture_missed, first.id, timeout / ns_per_ms};
   return true;
 }
 
@@ -224,6 +223,8 @@ void Acquisition::keep(const CameraFrame& taken, TimeDoubt doubt, std::int64_t c
   frame.altitude = taken.altitude;
   frame.capture_id = capture_id;
   frame.time_doubt = doubt;
+  frame.exposure_us =
+      taken.exposure.known() ? taken.exposure.exposure_us : std::llround(1e6 * wiring_.mission.exposure_known_s);
   std::memcpy(frame.name, taken.name, sizeof(frame.name));
   frame.name[sizeof(frame.name) - 1] = 0;
   frame.image.bytes = static_cast<std::uint32_t>(workspace_.image.view().area());

@@ -15,6 +15,10 @@ constexpr double share_of_the_way = 0.7;
 // A planned time stays if a better one is as near as this, or if the camera may be exposing already.
 constexpr TimeNs worth_another_plan_ns = 20 * ns_per_ms;
 constexpr TimeNs too_late_to_plan_ns = 2 * minor_frame_ns;
+// Frames that are nearer show the motion hardly better than the noise of their registration.
+constexpr TimeNs shortest_burst_step_ns = 150 * ns_per_ms;
+// Images that follow each other as fast as this show the motion themselves.
+constexpr double frequent_interval_s = 1;
 // A new pose changes earlier ones, as far back as the adjustment window reaches.
 constexpr std::int64_t attitude_memory = limits::max_window_keyframes;
 
@@ -284,6 +288,7 @@ void CaptureClock::want_forecast(const ForecastTime& forecast, Outcome& outcome)
 Status CaptureClock::reconsider(const FrameRecord* latest, TimeNs now, Outcome& outcome) {
   State& after = outcome.after;
   if (latest == nullptr || latest->id > cursor_.first || after.own.time_ns - now < too_late_to_plan_ns) return {};
+  if (after.own.time_ns == after.burst_of_ns) return {};
   CaptureRecord planned;
   ILP_TAKE(const bool found, find(wiring_.store, after.own.id, planned));
   if (!found) after.own = {};
@@ -338,11 +343,73 @@ Status CaptureClock::plan(Outcome& outcome) {
   return {};
 }
 
+Status CaptureClock::plan_burst(Outcome& outcome) const {
+  const MissionParameters& mission = wiring_.mission;
+  const bool frequent =
+      mission.capture_mode == CaptureMode::regular && mission.capture_interval_s <= frequent_interval_s;
+  State& after = outcome.after;
+  if (!mission.capture_burst || mission.safe_mode || frequent || after.ended) return {};
+  const TimeNs step = std::max(ns_from_seconds(mission.capture_min_interval_s), shortest_burst_step_ns);
+  constexpr auto half = static_cast<TimeNs>(burst_frames / 2);
+  const TimeNs now = wiring_.clock.now();
+  // The first one is still to be planned in time.
+  const TimeNs soon = now + half * step + too_late_to_plan_ns;
+  TimeNs due = soon + 1;
+  if (after.own.id != 0 && after.own.time_ns > after.burst_of_ns) due = after.own.time_ns;
+  for (const Wanted& other : after.telecommanded) {
+    if (other.time_ns > after.burst_of_ns) due = std::min(due, other.time_ns);
+  }
+  if (due > soon) return {};
+  CameraRecord camera;
+  ILP_TAKE(const bool known, found_by(get_camera(wiring_.store, camera_id, camera)));
+  if (!known || !has_rolling_shutter(camera)) return {};
+  // The camera may still be busy with the burst before, and with the capture that it was beside.
+  TimeNs free_from = now + 1;
+  if (after.burst_of_ns > 0) free_from = std::max(free_from, after.burst_of_ns + step);
+  if (!after.burst.empty()) free_from = std::max(free_from, after.burst.back().time_ns + step);
+  after.burst_of_ns = due;
+  after.burst.clear();
+  for (TimeNs i = -half; i <= half; ++i) {
+    const TimeNs time = due + i * step;
+    const bool beside_own = after.own.id != 0 && distance(after.own.time_ns, time) < step;
+    if (time < free_from || beside_own || too_near(time, after, time - step)) continue;
+    const std::int64_t id = ++after.last_capture_id;
+    static_cast<void>(after.burst.push_back({id, time}));
+    static_cast<void>(
+        outcome.burst.push_back({.id = id, .requested_ns = time, .issued_ns = now, .source = CaptureSource::burst}));
+  }
+  return {};
+}
+
+Status CaptureClock::clear_burst(Outcome& outcome) const {
+  if (!outcome.has_capture || outcome.capture.state != CaptureState::pending) return {};
+  const TimeNs least = ns_from_seconds(wiring_.mission.capture_min_interval_s);
+  std::size_t kept = 0;
+  FixedVector<Wanted, burst_frames>& burst = outcome.after.burst;
+  for (const Wanted& beside : burst) {
+    CaptureRecord capture;
+    if (distance(beside.time_ns, outcome.capture.requested_ns) < least) {
+      ILP_TAKE(const bool found, find(wiring_.store, beside.id, capture));
+      if (!found) continue;
+    }
+    const bool gives_way = capture.id != 0 && capture.state == CaptureState::pending;
+    if (!gives_way) {
+      burst[kept++] = beside;
+      continue;
+    }
+    capture.state = CaptureState::superseded;
+    static_cast<void>(outcome.burst.push_back(capture));
+  }
+  while (burst.size() > kept) burst.pop_back();
+  return {};
+}
+
 Status CaptureClock::write(Outcome& outcome) {
   StepTransaction transaction(wiring_.whole, checkpoint);
   ILP_TRY(transaction.begin());
   if (outcome.has_superseded) ILP_TRY(put(wiring_.store, outcome.superseded));
   if (outcome.has_capture) ILP_TRY(put(wiring_.store, outcome.capture));
+  for (const CaptureRecord& capture : outcome.burst) ILP_TRY(put(wiring_.store, capture));
   return transaction.commit(outcome.cursor, outcome.after, cursor_, state_);
 }
 
@@ -355,7 +422,9 @@ void CaptureClock::note_lock() {
 }
 
 StepResult CaptureClock::step() {
-  Outcome outcome{.after = state_, .cursor = cursor_};
+  Outcome outcome;
+  outcome.after = state_;
+  outcome.cursor = cursor_;
   Result<bool> handled = handle_command(outcome);
   if (handled.ok() && !handled.value()) handled = follow_overlap(outcome);
   if (handled.ok() && !handled.value()) handled = follow_pose(outcome);
@@ -365,9 +434,13 @@ StepResult CaptureClock::step() {
     const Result<bool> forgotten = forget_past_captures(outcome.after);
     const Status planned = forgotten.ok() ? plan(outcome) : forgotten.status();
     if (!planned.ok()) return {planned, false};
+    const Status beside = plan_burst(outcome);
+    if (!beside.ok()) return {beside, false};
     changed = state_.tilt_is_news || forgotten.value();
   }
-  if (!changed && !outcome.has_capture) return {};
+  if (!changed && !outcome.has_capture && outcome.burst.empty()) return {};
+  const Status cleared = clear_burst(outcome);
+  if (!cleared.ok()) return {cleared, false};
   const bool regular = wiring_.mission.safe_mode || wiring_.mission.capture_mode == CaptureMode::regular;
   const TimeNs wanted_before = regular && state_.any_regular ? state_.last_regular_ns : work_.lock.begin_ns;
   const Status written = write(outcome);

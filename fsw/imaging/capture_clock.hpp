@@ -18,7 +18,9 @@ namespace ilp {
 /// mode and have precedence. If the forecast's error is large, a frame is taken before the forecast time; if the motion
 /// is unknown, a safe interval after the last frame. A pose shows how the gondola swings: it replaces a time that was
 /// forecast without it. Captures are never closer together than the camera's least interval. A telecommanded time that
-/// has passed, or that is too near to another one, is rejected with an event.
+/// has passed, or that is too near to another one, is rejected with an event. For a rolling shutter a capture that is
+/// about to be due gets a burst: two captures before and two after it, as near as the camera allows, give way to every
+/// other one.
 class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
  public:
   static const CheckpointForm checkpoint;
@@ -32,6 +34,7 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
   }
 
   static constexpr std::size_t max_telecommanded = 32;  ///< future captures
+  static constexpr std::size_t burst_frames = 4;        ///< beside a capture, half of them before it
 
  private:
   struct Wanted {
@@ -55,6 +58,8 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
     Wanted own;  ///< pending capture of the mode; id 0: none
     TimeNs last_regular_ns = 0;
     FixedVector<Wanted, max_telecommanded> telecommanded;  ///< pending
+    FixedVector<Wanted, burst_frames> burst;               ///< the newest one
+    TimeNs burst_of_ns = -1;                               ///< of the capture that it is beside; -1: none
     std::int32_t width = 0, height = 0;
     bool any_regular = false;
     bool ended = false;
@@ -72,6 +77,7 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
     Cursor cursor = {};
     CaptureRecord capture = {};
     CaptureRecord superseded = {};
+    FixedVector<CaptureRecord, 2 * burst_frames> burst = {};  ///< new ones, and those that give way
     bool has_capture = false;
     bool has_superseded = false;
     Status event = {};
@@ -97,6 +103,9 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
   [[nodiscard]] ForecastTime forecast_time(const FrameRecord& latest, TimeNs now, const State& state);
   void want_forecast(const ForecastTime& forecast, Outcome& outcome);
   void want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const;
+  Status plan_burst(Outcome& outcome) const;
+  /// Captures of the burst that are too near to the new capture give way to it.
+  Status clear_burst(Outcome& outcome) const;
   [[nodiscard]] bool too_near(TimeNs time_ns, const State& state, TimeNs latest_exposure_ns) const;
   /// Continues after the records if the checkpoint is older than they are.
   Status resume_after_records(bool lost);

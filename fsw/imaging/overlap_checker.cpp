@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "fsw/base/rng.hpp"
+#include "fsw/imaging/apparent_speed.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
@@ -80,6 +81,20 @@ Result<bool> find_pair(Reader<KeyframeRecord> store, std::int64_t id, KeyframeRe
   // Those of a strip are numbered without gaps.
   if (!known || latest.index == 0) return false;
   return find(store, latest.id - 1, before);
+}
+
+/// How far the ground moves in the keyframe's image during its exposure, where that is known.
+Status note_blur(Reader<KeyframeRecord, FrameRecord> store, KeyframeRecord& keyframe) {
+  FrameRecord frame;
+  KeyframeRecord before;
+  if (keyframe.index == 0) return {};
+  ILP_TAKE(const bool taken, find<FrameRecord>(store, keyframe.frame_id, frame));
+  ILP_TAKE(const bool known, find<KeyframeRecord>(store, keyframe.id - 1, before));
+  if (!taken || !known || frame.exposure_us <= 0 || keyframe.time_ns <= before.time_ns) return {};
+  const Similarity2 moved = similarity_at_centre(frame.width, frame.height, keyframe.plane_from_previous);
+  const double speed = apparent_speed_px_s(moved, frame.width, frame.height, keyframe.time_ns - before.time_ns);
+  keyframe.blur_px = 1e-6 * static_cast<double>(frame.exposure_us) * speed;
+  return {};
 }
 
 }  // namespace
@@ -476,16 +491,9 @@ Status OverlapChecker::look_alone(const FrameRecord& frame, Outcome& outcome) {
   return {};
 }
 
-Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
-  outcome.has_overlap = true;
+/// What was measured between the keyframe and the frame, and for a rolling shutter the plane.
+Status OverlapChecker::note_measured(const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) {
   OverlapRecord& record = outcome.overlap;
-  record.id = frame.id;
-  record.keyframe_id = state_.keyframe_id;
-  if (state_.strip_id == 0) return look_alone(frame, outcome);
-
-  OverlapResult measured;
-  ILP_TAKE(const Tie tie, relate(frame, outcome, measured));
-  if (outcome.open) return {};
   record.verdict = measured.verdict;
   record.overlap = measured.overlap;
   record.scale = measured.b_from_a.scale;
@@ -495,14 +503,42 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   record.ncc = measured.ncc;
   record.ncc_second = measured.ncc_second;
   record.sigma_px = measured.sigma_px;
-  if (measured.verdict == OverlapVerdict::ok) {
-    CameraRecord camera;
-    const Status read = get_camera(wiring_.store, camera_id, camera);
-    if (!read.ok() && !read.is(StatusCode::not_found)) return read;
-    outcome.has_plane = read.ok() && has_rolling_shutter(camera);
-    outcome.plane = {.id = frame.id, .keyframe_id = state_.keyframe_id, .time_ns = frame.time_ns};
-    std::memcpy(outcome.plane.plane_from_keyframe, measured.plane_b_from_a, sizeof(measured.plane_b_from_a));
+  if (measured.verdict != OverlapVerdict::ok) return {};
+  CameraRecord camera;
+  const Status read = get_camera(wiring_.store, camera_id, camera);
+  if (!read.ok() && !read.is(StatusCode::not_found)) return read;
+  outcome.has_plane = read.ok() && has_rolling_shutter(camera);
+  outcome.plane = {.id = frame.id, .keyframe_id = state_.keyframe_id, .time_ns = frame.time_ns};
+  std::memcpy(outcome.plane.plane_from_keyframe, measured.plane_b_from_a, sizeof(measured.plane_b_from_a));
+  return {};
+}
+
+/// A frame that was taken to show how the camera moves beside another one.
+Status OverlapChecker::look_beside(const FrameRecord& frame, Outcome& outcome) {
+  outcome.overlap.decision = OverlapDecision::burst;
+  outcome.overlap.verdict = OverlapVerdict::overlap_unknown;
+  if (state_.strip_id == 0) return {};
+  OverlapResult measured;
+  ILP_TRY(measure(frame, measured));
+  return note_measured(frame, measured, outcome);
+}
+
+Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
+  outcome.has_overlap = true;
+  OverlapRecord& record = outcome.overlap;
+  record.id = frame.id;
+  record.keyframe_id = state_.keyframe_id;
+  if (frame.capture_id != 0) {
+    CaptureRecord capture;
+    ILP_TAKE(const bool asked, find(wiring_.store, frame.capture_id, capture));
+    if (asked && capture.source == CaptureSource::burst) return look_beside(frame, outcome);
   }
+  if (state_.strip_id == 0) return look_alone(frame, outcome);
+
+  OverlapResult measured;
+  ILP_TAKE(const Tie tie, relate(frame, outcome, measured));
+  if (outcome.open) return {};
+  ILP_TRY(note_measured(frame, measured, outcome));
   return apply(classify(measured, tie), frame, measured, outcome);
 }
 
@@ -539,6 +575,7 @@ Status OverlapChecker::write(Outcome& outcome) {
     ILP_TRY(put(wiring_.store, strip));
     KeyframeRecord keyframe = outcome.keyframe;
     ILP_TRY(current_work_level(wiring_.store, keyframe.degraded));
+    ILP_TRY(note_blur(wiring_.store, keyframe));
     ILP_TRY(put(wiring_.store, keyframe));
   }
   return transaction.commit(outcome.cursor, outcome.after, cursor_, state_);

@@ -23,7 +23,8 @@ namespace ilp {
 /// it; a frame that they relate to that one becomes the next keyframe at once. If not, the strip ends and a new one
 /// begins. A frame that cannot be compared (dark, blurred, without texture) is left out. Two in a row that have texture
 /// but match nothing end the strip, and the first of them begins the next one. No strip begins with a frame that cannot
-/// be compared. A frame that cannot be read is left out. If the keyframe cannot be read, the strip ends and the next
+/// be compared. A frame of a burst is compared with the keyframe, and decides nothing. A frame that cannot be read is
+/// left out. If the keyframe cannot be read, the strip ends and the next
 /// frame begins another one. If the checkpoint is older than the records, the open strip ends too.
 class OverlapChecker final : public StageComponent<ComponentId::overlap_checker> {
  public:
@@ -130,6 +131,8 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   [[nodiscard]] Choice classify(const OverlapResult& measured, Tie tie) const;
   Status apply(Choice choice, const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const;
   Status look_alone(const FrameRecord& frame, Outcome& outcome);
+  Status look_beside(const FrameRecord& frame, Outcome& outcome);
+  Status note_measured(const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome);
   Status look_at(const FrameRecord& frame, Outcome& outcome);
   void select(const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const;
   void begin_strip(const FrameRecord& frame, Outcome& outcome) const;

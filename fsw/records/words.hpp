@@ -19,7 +19,8 @@ ILP_ENUMERATION(CaptureSource, (0, regular, "the interval is constant"),
                 (1, forecast, "the forecast overlap reaches its target"),
                 (2, on_the_way,
                  "the error of the forecast is large, so an image is taken before the overlap reaches its target"),
-                (3, safe, "the motion is not known"), (4, telecommand, "the ground asked for this time"))
+                (3, safe, "the motion is not known"), (4, telecommand, "the ground asked for this time"),
+                (5, burst, "beside another image, to show how a rolling shutter moved; it becomes no keyframe"))
 
 ILP_ENUMERATION(CaptureState, (0, pending, "the time has not come yet"), (1, exposed, "a frame answers it"),
                 (2, no_frame, "no frame came"), (3, rejected, "the request could not be met"),
@@ -27,7 +28,8 @@ ILP_ENUMERATION(CaptureState, (0, pending, "the time has not come yet"), (1, exp
 
 ILP_ENUMERATION(OverlapDecision, (0, skipped, "its overlap is above the target"), (1, selected, "it is a keyframe"),
                 (2, new_strip, "it is the first keyframe of a new strip"),
-                (3, rejected, "its overlap could not be measured"))
+                (3, rejected, "its overlap could not be measured"),
+                (4, burst, "it shows how the camera moved beside another image"))
 
 ILP_ENUMERATION(StripEnd, (0, open, "still open"), (1, overlap_lost, "overlap lost"),
                 (2, overlap_unknown, "overlap unknown"), (3, pose_lost, "pose lost"),

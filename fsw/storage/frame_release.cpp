@@ -76,6 +76,8 @@ Status judge(FrameReleaseStore store, const OverlapRecord& seen, FrameReleaseSta
         return hold_unrelated(store, seen.id, state, account);
       }
       return release_image(store, seen.id, account);
+    case OverlapDecision::burst:
+      return release_image(store, seen.id, account);
     default:
       // It is a keyframe whose record is missing: it is kept.
       return {};

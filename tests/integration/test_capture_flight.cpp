@@ -56,6 +56,36 @@ class CaptureFlightTest : public testing::Test {
 constexpr const char* forecast_mode = "[acquisition]\ncapture_mode = 1\n";
 constexpr const char* telecommand_mode = "[acquisition]\ncapture_mode = 2\ncapture_min_interval_s = 0.1\n";
 
+TEST_F(CaptureFlightTest, ABurstShowsHowARollingShutterMovedWhereImagesAreRare) {
+  std::vector<std::string> swing{"--frames", "24"};
+  for (const char* setting : {"flight.drift_m_s=3", "flight.swing_rad=0.08", "flight.suspension_m=4",
+                              "flight.gravity_m_s2=9.81", "effects.readout_s=0.03", "camera.readout_s=0.03"}) {
+    swing.insert(swing.end(), {"--set", setting});
+  }
+  // The share of the keyframes about which four frames tell the motion.
+  const auto known = [](const fs::path& flight) {
+    std::size_t all_frames = 0;
+    const auto shutters = test::records_of<ShutterRecord>(flight);
+    for (const ShutterRecord& shutter : shutters) {
+      if (shutter.source == MotionSource::frames && shutter.frames == 4) ++all_frames;
+    }
+    EXPECT_GT(shutters.size(), 5U);
+    return static_cast<double>(all_frames) / static_cast<double>(shutters.size());
+  };
+  const test::ProgramResult with = fly(out, forecast_mode, swing);
+  ASSERT_EQ(with.exit_status, 0) << with.output;
+  EXPECT_GT(known(out), 0.6) << "all but the first and those that a forecast moved";
+  std::map<std::int64_t, CaptureSource> source;
+  for (const auto& capture : test::records_of<CaptureRecord>(out)) source[capture.frame_id] = capture.source;
+  for (const auto& keyframe : test::records_of<KeyframeRecord>(out)) {
+    EXPECT_NE(source.at(keyframe.frame_id), CaptureSource::burst) << keyframe.id;
+  }
+  const fs::path bare = folder / "bare";
+  const test::ProgramResult without = fly(bare, std::string(forecast_mode) + "capture_burst = false\n", swing);
+  ASSERT_EQ(without.exit_status, 0) << without.output;
+  EXPECT_LT(known(bare), 0.2);
+}
+
 TEST_F(CaptureFlightTest, InGustsTheForecastKeepsTheTargetOverlapWithAlmostEveryImage) {
   const test::ProgramResult result = fly(out, forecast_mode, {"--frames", "120"});
   ASSERT_EQ(result.exit_status, 0) << result.output;

@@ -130,8 +130,8 @@ std::size_t state_index(const CaptureRecord& capture) {
 }
 
 const char* capture_source_words(std::size_t source) {
-  constexpr std::array<const char*, capture_sources> words{"regular",       "forecast",    "on the way",
-                                                           "safe interval", "telecommand", "unknown source"};
+  constexpr std::array<const char*, capture_sources> words{"regular",     "forecast", "on the way",    "safe interval",
+                                                           "telecommand", "burst",    "unknown source"};
   return words[std::min(source, capture_sources - 1)];
 }
 

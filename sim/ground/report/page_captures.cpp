@@ -48,7 +48,7 @@ host::Plot error_plot(const CaptureSummary& summary) {
   plot.y_label = "%";
   plot.target = 0;
   for (std::size_t source = 0; source < capture_sources; ++source) {
-    static constexpr const char* styles[] = {"s4", "s1", "s3", "s4", "s4", "s4"};
+    static constexpr const char* styles[] = {"s4", "s1", "s3", "s4", "s4", "s4", "s4"};
     static_assert(std::size(styles) == capture_sources);
     host::PlotSeries series{capture_source_words(source), styles[source], host::Mark::dots, {}};
     for (const ForecastCheck& check : summary.forecasts) {

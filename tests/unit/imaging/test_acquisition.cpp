@@ -243,6 +243,18 @@ TEST_F(AcquisitionTest, ACaptureWithoutAFrameSaysSoOnce) {
   EXPECT_EQ(events_of(StatusCode::capture_missed), 1U);
 }
 
+TEST_F(AcquisitionTest, ACaptureOfABurstThatTheCameraCannotAnswerIsNoFault) {
+  mission.capture_mode = CaptureMode::telecommanded;
+  camera.is_triggered = true;
+  camera.answers = false;
+  auto capture = read<CaptureRecord>(want(1));
+  capture.source = CaptureSource::burst;
+  write(capture);
+  for (double t = 1; t < 6; t += 0.1) step_at(t);
+  EXPECT_EQ(read<CaptureRecord>(capture.id).state, CaptureState::no_frame);
+  EXPECT_EQ(events_of(StatusCode::capture_missed), 0U);
+}
+
 TEST_F(AcquisitionTest, CapturesFasterThanAFreeCameraGetAFrameOrANoFrameEach) {
   mission.capture_mode = CaptureMode::telecommanded;
   std::vector<std::int64_t> captures;

@@ -1,5 +1,6 @@
 #include "fsw/imaging/capture_clock.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -361,6 +362,97 @@ TEST_F(CaptureClockTest, APoseInRegularModeChangesNothing) {
   step_at(10.2);
   EXPECT_EQ(number_of<CaptureRecord>(), captures);
   EXPECT_EQ(latest().state, CaptureState::pending);
+}
+
+/// Captures in a regular interval of 4 s, while a minor frame follows the other.
+class BurstTest : public CaptureClockTest {
+ protected:
+  BurstTest() {
+    mission.capture_mode = CaptureMode::regular;
+    mission.capture_interval_s = 4;
+  }
+  void tell_readout(double seconds) {
+    CameraRecord lens;
+    lens.readout_s = seconds;
+    write(lens);
+  }
+  /// Each capture is exposed at its time.
+  void fly(double from_s, double to_s) {
+    for (double t = from_s; t < to_s; t += 0.1) {
+      step_at(t);
+      CaptureRecord capture;
+      for (std::int64_t id = 0; next(store, id, capture).ok(); id = capture.id) {
+        if (capture.state != CaptureState::pending || capture.requested_ns > clock.now()) continue;
+        const TimeNs now = clock.now();
+        expose(capture, 0);
+        clock.set(now);
+      }
+    }
+  }
+  /// Requested times of the captures that became an image, s, in order.
+  [[nodiscard]] std::vector<double> times(CaptureSource source) {
+    std::vector<double> found;
+    CaptureRecord capture;
+    for (std::int64_t id = 0; next(store, id, capture).ok(); id = capture.id) {
+      if (capture.source == source && capture.state == CaptureState::exposed)
+        found.push_back(1e-9 * static_cast<double>(capture.requested_ns));
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+};
+
+TEST_F(BurstTest, OfARollingShutterShowsTheMotionAboutEachImage) {
+  tell_readout(0.03);
+  fly(10, 20);
+  const std::vector<double> images = times(CaptureSource::regular), beside = times(CaptureSource::burst);
+  ASSERT_EQ(images, (std::vector<double>{10, 14, 18}));
+  ASSERT_EQ(beside.size(), 10U) << "nothing lies before the first one";
+  const std::vector<double> expected{10.5, 11, 13, 13.5, 14.5, 15, 17, 17.5, 18.5, 19};
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(beside[i], expected[i], 1e-6) << i;
+}
+
+TEST_F(BurstTest, IsAsShortAsTheCameraAllows) {
+  mission.capture_min_interval_s = 0.05;
+  tell_readout(-0.03);
+  fly(10, 15);
+  const std::vector<double> beside = times(CaptureSource::burst);
+  ASSERT_EQ(beside.size(), 6U);
+  const std::vector<double> expected{10.15, 10.3, 13.7, 13.85, 14.15, 14.3};
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(beside[i], expected[i], 1e-6) << i;
+}
+
+TEST_F(BurstTest, IsNotTakenWhereNothingNeedsIt) {
+  fly(10, 15);
+  EXPECT_TRUE(times(CaptureSource::burst).empty()) << "all rows at once";
+  tell_readout(0.03);
+  mission.capture_burst = false;
+  fly(15, 20);
+  EXPECT_TRUE(times(CaptureSource::burst).empty()) << "not wanted";
+  mission.capture_burst = true;
+  mission.capture_interval_s = 1;
+  fly(20, 25);
+  EXPECT_TRUE(times(CaptureSource::burst).empty()) << "frequent images show the motion";
+  EXPECT_EQ(times(CaptureSource::regular), (std::vector<double>{10, 14, 18, 22, 23, 24}));
+}
+
+TEST_F(BurstTest, GivesWayToATelecommandAndIsTakenAboutItsImage) {
+  tell_readout(0.03);
+  fly(10, 13);
+  const std::int64_t command = command_capture(14.8);
+  fly(13, 18.5);
+  EXPECT_EQ(of_command(command).state, CaptureState::exposed);
+  const std::vector<double> beside = times(CaptureSource::burst);
+  for (const double t : beside) {
+    EXPECT_GE(std::fabs(t - 14.8), 0.5 - 1e-6) << t;
+    EXPECT_GE(std::fabs(t - 14), 0.5 - 1e-6) << t;
+  }
+  const auto taken_at = [&](double t) {
+    return std::any_of(beside.begin(), beside.end(), [&](double x) { return std::fabs(x - t) < 1e-6; });
+  };
+  EXPECT_TRUE(taken_at(13) && taken_at(13.5)) << "before the image of 14 s";
+  EXPECT_TRUE(taken_at(15.3) && taken_at(15.8)) << "behind the telecommanded one";
+  for (std::size_t i = 1; i < beside.size(); ++i) EXPECT_GE(beside[i] - beside[i - 1], 0.5 - 1e-6);
 }
 
 TEST_F(CaptureClockTest, AfterARestartItGoesOnAsIfNothingHadHappened) {

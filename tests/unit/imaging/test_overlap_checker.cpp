@@ -113,6 +113,49 @@ TEST_F(OverlapCheckerTest, AKeyframeTellsTheLevelOfWorkThatItWasChosenUnder) {
   EXPECT_EQ(read<KeyframeRecord>(3).degraded, 1);
 }
 
+TEST_F(OverlapCheckerTest, AFrameOfABurstShowsTheMotionAndDecidesNothing) {
+  CameraRecord lens;
+  lens.readout_s = 0.03;
+  write(lens);
+  CaptureRecord beside;
+  beside.id = 7;
+  beside.source = CaptureSource::burst;
+  write(beside);
+  const auto add_beside = [&](double x) {
+    add_at(x);
+    auto frame = read<FrameRecord>(frames);
+    frame.capture_id = beside.id;
+    const test::Image image = view_at(x);
+    write(frame, "image", image.pixels);
+  };
+  add_beside(0);
+  for (const double x : {0, 20}) add_at(x);
+  add_beside(70);  // below the target
+  add_beside(elsewhere_px);
+  add_at(60);
+  add_beside(65);
+  EXPECT_TRUE(run(*checker).empty());
+  EXPECT_EQ(keyframes(1), (Frames{2, 6}));
+  for (const std::int64_t id : {1, 4, 5, 7}) EXPECT_EQ(decision(id), OverlapDecision::burst) << id;
+  EXPECT_EQ(verdict(4), OverlapVerdict::ok);
+  EXPECT_EQ(verdict(5), OverlapVerdict::overlap_unknown);
+  EXPECT_NEAR(read<FramePlaneRecord>(4).plane_from_keyframe[2], -70, 1.5);
+  EXPECT_EQ(read<FramePlaneRecord>(7).keyframe_id, 2);
+  EXPECT_NEAR(read<FramePlaneRecord>(7).plane_from_keyframe[2], -5, 0.5);
+}
+
+TEST_F(OverlapCheckerTest, AKeyframeSaysHowFarTheGroundMovedDuringItsExposure) {
+  for (const double x : {0, 60, 120}) add_at(x);
+  auto frame = read<FrameRecord>(2);
+  frame.exposure_us = 50'000;
+  const test::Image image = view_at(60);
+  write(frame, "image", image.pixels);
+  run(*checker);
+  EXPECT_TRUE(std::isnan(read<KeyframeRecord>(1).blur_px)) << "the first of a strip";
+  EXPECT_NEAR(read<KeyframeRecord>(2).blur_px, 60 * 0.05, 0.1) << "60 px in a second";
+  EXPECT_TRUE(std::isnan(read<KeyframeRecord>(3).blur_px)) << "exposure not known";
+}
+
 TEST_F(OverlapCheckerTest, TheTargetOfTheMissionCounts) {
   mission.target_overlap = 0.9;
   for (const double x : {0, 20, 40, 60}) add_at(x);

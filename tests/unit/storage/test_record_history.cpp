@@ -43,6 +43,20 @@ TEST_F(FramesOfTheStore, AnUnrelatedFrameStaysUntilItIsDecidedThroughAnyDarkness
   EXPECT_EQ(frames_held(), (Ids{1, frames})) << "a frame that can be related settles it";
 }
 
+TEST_F(FramesOfTheStore, AFrameOfABurstIsNotKeptAndDisplacesNone) {
+  add_frames(1);
+  add_keyframe(1, 1);
+  add_frames(1);
+  add_overlap(2, OverlapDecision::skipped, 0.9);
+  for (int i = 0; i < 3; ++i) {
+    add_frames(1);
+    add_overlap(frames, OverlapDecision::burst, 0.5);
+  }
+  run(*manager);
+  EXPECT_EQ(frames_held(), (Ids{1, 2}));
+  expect_account_is_right();
+}
+
 TEST_F(FramesOfTheStore, AFrameHeldBackThatBecomesTheKeyframeKeepsItsImageUntilItIsCoded) {
   add_frames(1);
   add_keyframe(1, 1);
