@@ -54,6 +54,13 @@ MeasuredPlace measured_place(std::uint16_t view, const navigation::MeasuredKeyfr
   return place;
 }
 
+MeasuredHeight measured_height(std::uint16_t view, const navigation::MeasuredKeyframe& measured) {
+  MeasuredHeight height{.view = view, .height_m = measured.height_m, .sigma_m = measured.height_sigma_m};
+  const Vec3 up = rotation_from_quaternion(measured.q_cam_from_level).col(2);
+  std::copy_n(up.data(), 3, height.up);
+  return height;
+}
+
 }  // namespace
 
 LensPrior LensSearch::prior(const CameraModel& nominal) const {
@@ -152,6 +159,7 @@ Status LensSearch::load_window(const CameraRecord& camera) {
   BundleProblem& window = workspace_.window;
   ILP_TRY(load_final_window(wiring_.store, work_.camera, {ids.data(), ids.size()}, work_.looked_id, window));
   workspace_.places.clear();
+  workspace_.heights.clear();
   ILP_TRY(load_motion(wiring_.store, camera_model(camera), camera.sigma_readout_s > 0, {ids.data(), ids.size()},
                       workspace_.motion));
   for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -161,6 +169,8 @@ Status LensSearch::load_window(const CameraRecord& camera) {
       if (measured.tilt_sigma_rad > 0) static_cast<void>(window.attitudes.push_back(attitude_prior(view, measured)));
       if (measured.horizontal_sigma_m > 0)
         static_cast<void>(workspace_.places.push_back(measured_place(view, measured)));
+      if (measured.tilt_sigma_rad > 0 && measured.height_m > 0 && measured.height_sigma_m > 0)
+        static_cast<void>(workspace_.heights.push_back(measured_height(view, measured)));
     }
   }
   return {};
@@ -183,6 +193,7 @@ Status LensSearch::add_window_to_round(const CameraRecord& camera, Status& event
   const ReductionParams params{.error_factor = camera_check_params.error_factor,
                                .steps = pose_steps,
                                .places = &workspace_.places,
+                               .heights = &workspace_.heights,
                                .motion = has_rolling_shutter(camera) ? &workspace_.motion : nullptr};
   const Status reduced = reduce_to_intrinsics(work_.camera, params, workspace_.window, workspace_.equations, equations,
                                               work_.evidence.field);

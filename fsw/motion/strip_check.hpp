@@ -31,8 +31,9 @@ struct StripCheckWork {
 struct StripCheckWorkspace {
   FixedVector<std::int64_t, limits::max_calibration_views> ids;  ///< keyframes of the window
   BundleProblem window;
-  MeasuredPlaces places;  ///< of the window's views
-  WindowMotion motion;    ///< of the window's views
+  MeasuredPlaces places;    ///< of the window's views
+  MeasuredHeights heights;  ///< likewise
+  WindowMotion motion;      ///< of the window's views
   IntrinsicsWorkspace equations;
   navigation::MeasuredKeyframes measured;  ///< of LensSearch: what the vehicle measured at posed keyframes
 };

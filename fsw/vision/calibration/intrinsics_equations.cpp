@@ -27,10 +27,13 @@ constexpr double least_sigma_px = 0.01;
 constexpr double most_turn_by_lens_rad = 0.2;  ///< between views of a window, of a lens that is far off
 constexpr double pose_ridge = 1e-9;            ///< of the diagonal: the scale of a window is free
 constexpr double camera_ridge = 1e-6;          ///< of the information of a usual error
+constexpr double near_vertical = 0.25;         ///< tangent from the vertical, of points that show the ground below
+constexpr double least_ground_points = 8;
 
 /// One observation with its derivatives.
 struct Seen {
   std::size_t view = 0;
+  Vec3 at;     ///< the point, in the view's axes
   Vec2 pixel;  ///< of the real image
   Vec2 residual;
   double weight = 1;
@@ -53,6 +56,7 @@ struct Window {
   std::array<RigidTransform, limits::max_calibration_views> cam_from_world;
   double loss2 = 0;  ///< square of the bound of the Cauchy weights, px^2; 0: no weights
   const WindowMotion* motion = nullptr;
+  const MeasuredHeights* heights = nullptr;
   double left_px = 0;  ///< noise of a coordinate that the step before has left; 0: there was none
 };
 
@@ -75,6 +79,7 @@ bool linearise(const Window& window, const BundleObservation& o, Seen& out) {
   const Vec2 distorted = distort(c, Vec2(x, y));
   const DistortionJacobian j = distortion_jacobian(c, x, y);
   out.view = o.camera;
+  out.at = at;
   out.pixel = pixel_from_ideal(c, Vec2(o.x, o.y));
   out.residual = Vec2(c.fx * distorted.x() + c.cx, c.fy * distorted.y() + c.cy) - out.pixel;
   Mat2x3 by_position;
@@ -184,6 +189,44 @@ void add_rates(const SeenPoint& point, const Eliminated& own,
   }
 }
 
+/// What the point says of the ground below the views that measured a height. It answers to poses and camera as it is
+/// eliminated.
+void add_ground(const Window& window, const SeenPoint& point, const Eliminated& own,
+                const std::array<Mat6x3, limits::max_calibration_views>& with_pose, const MatUx3& with_camera,
+                IntrinsicsWorkspace& w) {
+  const auto segment = [](std::array<double, system_size>& row, std::size_t first, const auto& values) {
+    for (int i = 0; i < values.size(); ++i) row[first + static_cast<std::size_t>(i)] += values(i);
+  };
+  for (std::size_t h = 0; h < window.heights->size(); ++h) {
+    const MeasuredHeight& height = (*window.heights)[h];
+    for (std::size_t i = 0; i < point.count; ++i) {
+      const Seen& s = point.seen[i];
+      if (s.view != height.view) continue;
+      const Eigen::Map<const Vec3> up(height.up);
+      const double distance = -up.dot(s.at);
+      const double off2 = s.at.squaredNorm() - distance * distance;
+      if (!(distance > 0) || off2 > near_vertical * near_vertical * distance * distance) continue;
+      const Vec3 response = -(own.inverse * (window.cam_from_world[s.view].rotation.transpose() * up));
+      const double settled = distance - response.dot(own.gradient);
+      GroundSums& ground = w.ground[h];
+      ground.points += 1;
+      ground.distance += settled;
+      ground.squared += settled * settled;
+      std::array<double, system_size>& row = w.by_unknowns[h];
+      if (s.view != 0) {
+        segment(row, row_of(s), (-s.at.cross(up)).eval());
+        segment(row, row_of(s) + 3, (-up).eval());
+      }
+      segment(row, camera_at, (-(with_camera * response)).eval());
+      for (std::size_t k = 0; k < point.count; ++k) {
+        const Seen& other = point.seen[k];
+        if (other.view != 0) segment(row, row_of(other), (-(with_pose[k] * response)).eval());
+        segment(row, rate_of(other), (-(other.weight * other.by_rate * (other.by_point * response))).eval());
+      }
+    }
+  }
+}
+
 void add_point(const Window& window, const SeenPoint& point, const Eliminated& own, System& system) {
   std::array<Mat6x3, limits::max_calibration_views> with_pose;
   MatUx3 with_camera = MatUx3::Zero();
@@ -213,9 +256,10 @@ void add_point(const Window& window, const SeenPoint& point, const Eliminated& o
     }
   }
   if (window.motion != nullptr) add_rates(point, own, with_pose, with_camera, system);
+  if (window.heights != nullptr) add_ground(window, point, own, with_pose, with_camera, system.w);
 }
 
-Status check(const BundleProblem& window, const MeasuredPlaces* places) {
+Status check(const BundleProblem& window, const MeasuredPlaces* places, const MeasuredHeights* heights) {
   if (window.cameras.size() > limits::max_calibration_views) {
     return out_of_range(Argument::window, window.cameras.size());
   }
@@ -229,9 +273,11 @@ Status check(const BundleProblem& window, const MeasuredPlaces* places) {
   for (const BundleAttitudePrior& prior : window.attitudes) {
     if (prior.camera >= window.cameras.size()) return out_of_range(Argument::window, prior.camera);
   }
-  if (places == nullptr) return {};
-  for (const MeasuredPlace& place : *places) {
-    if (place.view >= window.cameras.size()) return out_of_range(Argument::window, place.view);
+  for (std::size_t i = 0; places != nullptr && i < places->size(); ++i) {
+    if ((*places)[i].view >= window.cameras.size()) return out_of_range(Argument::window, (*places)[i].view);
+  }
+  for (std::size_t i = 0; heights != nullptr && i < heights->size(); ++i) {
+    if ((*heights)[i].view >= window.cameras.size()) return out_of_range(Argument::window, (*heights)[i].view);
   }
   return {};
 }
@@ -352,9 +398,64 @@ void add_attitudes(const Window& window, double unit2, System& system, WindowSum
   }
 }
 
+/// A height whose ground the window sees: its row of the equations, and how the distance changes with the unknowns.
+struct SeenHeight {
+  std::size_t row = 0;
+  std::array<double, system_size> by_unknowns{};
+};
+using SeenHeights = FixedVector<SeenHeight, limits::max_calibration_views>;
+
+HeightsInWindow heights_in_window(const Window& window, const IntrinsicsWorkspace& w, SeenHeights& seen) {
+  HeightsInWindow out;
+  for (std::size_t h = 0; window.heights != nullptr && h < window.heights->size(); ++h) {
+    const GroundSums& ground = w.ground[h];
+    if (ground.points < least_ground_points) continue;
+    const double mean = ground.distance / ground.points;
+    const double scatter2 = std::fmax(ground.squared / ground.points - mean * mean, 0);
+    SeenHeight of{PlaceEquations::centre_rows + out.size(), w.by_unknowns[h]};
+    for (double& value : of.by_unknowns) value /= ground.points;
+    static_cast<void>(seen.push_back(of));
+    const MeasuredHeight& measured = (*window.heights)[h];
+    static_cast<void>(out.push_back({mean, std::sqrt(scatter2), measured.height_m, measured.sigma_m}));
+  }
+  return out;
+}
+
+void add_heights(const Window& window, const MeasuredPlaces& places, const SeenHeights& heights,
+                 const PlaceEquations& of, double unit2, System& system) {
+  const auto at = [&system](std::size_t row, std::size_t column) -> double& {
+    return system.w.system[row * system_size + column];
+  };
+  for (const SeenHeight& height : heights) {
+    const auto& by = height.by_unknowns;
+    for (std::size_t r = 0; r < system_size; ++r) {
+      system.w.right[r] += unit2 * of.gradient[height.row] * by[r];
+      for (const SeenHeight& other : heights) {
+        const double shared = unit2 * of.information[height.row][other.row];
+        for (std::size_t c = 0; c <= r; ++c) at(r, c) += shared * by[r] * other.by_unknowns[c];
+      }
+    }
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (places[i].view == 0) continue;
+      Vec3 with_centre;
+      for (std::size_t k = 0; k < 3; ++k) with_centre[static_cast<int>(k)] = of.information[3 * i + k][height.row];
+      const Vec3 shared = -unit2 * (window.cam_from_world[places[i].view].rotation * with_centre);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t p = 6 * (places[i].view - 1U) + 3 + k;
+        for (std::size_t c = 0; c < system_size; ++c) {
+          at(std::max(p, c), std::min(p, c)) += (p == c ? 2 : 1) * shared[static_cast<int>(k)] * by[c];
+        }
+      }
+    }
+  }
+}
+
 void add_places(const Window& window, const MeasuredPlaces& places, double unit2, System& system, WindowSums& sums) {
   PlaceEquations of;
-  if (!place_equations(window.cam_from_world, places, loss_sigmas, of)) return;
+  SeenHeights heights;
+  const HeightsInWindow distances = heights_in_window(window, system.w, heights);
+  if (!place_equations(window.cam_from_world, places, distances, loss_sigmas, of)) return;
+  add_heights(window, places, heights, of, unit2, system);
   sums.squared += unit2 * of.squared;
   using Block = Eigen::Map<const Mat3, 0, Eigen::Stride<1, static_cast<int>(PlaceEquations::size)>>;
   for (std::size_t i = 0; i < places.size(); ++i) {
@@ -382,6 +483,8 @@ bool assemble(Window& window, IntrinsicsWorkspace& w, const ReductionParams& par
   System system{w};
   w.system.fill(0);
   w.right.fill(0);
+  w.ground = {};
+  w.by_unknowns = {};
   SeenPoint point;
   Eliminated own;
   for (std::size_t i = 0; i < window.problem.observations.size();) {  // collect moves on
@@ -399,9 +502,9 @@ bool assemble(Window& window, IntrinsicsWorkspace& w, const ReductionParams& par
   if (sums.points == 0) return false;
   const double unit = std::fmax(params.error_factor * sigma, least_sigma_px);
   add_attitudes(window, unit * unit, system, sums);
-  if (params.places != nullptr) add_places(window, *params.places, unit * unit, system, sums);
   // Residuals have the errors of the motion in them until they are explained.
   const double left = std::fmax(params.error_factor * (window.left_px > 0 ? window.left_px : sigma), least_sigma_px);
+  if (params.places != nullptr) add_places(window, *params.places, unit * unit, system, sums);
   const std::size_t moving = 6 * (window.problem.cameras.size() - 1);
   for (std::size_t i = 0; i < system_size; ++i) {
     double& diagonal = w.system[i * system_size + i];
@@ -458,7 +561,7 @@ void add_displacement(const Window& window, IntrinsicsWorkspace& w, IntrinsicsEq
   double extent2 = 0;
   for (const MeasuredPlace& place : centres) extent2 += (Eigen::Map<const Vec3>(place.place_m) - middle).squaredNorm();
   PlaceEquations of;
-  if (!(extent2 > 0) || !place_equations(window.cam_from_world, centres, loss_sigmas, of)) return;
+  if (!(extent2 > 0) || !place_equations(window.cam_from_world, centres, {}, loss_sigmas, of)) return;
   double moved[camera_unknowns][PlaceEquations::size] = {};
   for (std::size_t a = 0; a < camera_unknowns; ++a) {
     w.right.fill(0);
@@ -506,9 +609,9 @@ Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& pa
                             IntrinsicsWorkspace& workspace, IntrinsicsEquations& equations, ResidualField& field) {
   equations = {};
   ILP_TRY(validate(camera));
-  ILP_TRY(check(window, params.places));
+  ILP_TRY(check(window, params.places, params.heights));
   if (window.cameras.size() < 3) return {};
-  Window of{camera, window, usual_errors(camera), {}, 0, params.motion, 0};
+  Window of{camera, window, usual_errors(camera), {}, 0, params.motion, nullptr, 0};
   for (std::size_t i = 0; i < window.cameras.size(); ++i) {
     of.cam_from_world[i] = cam_from_world(window.cameras[i].pose);
   }
@@ -517,6 +620,8 @@ Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& pa
     if (!assemble(of, workspace, params, sums)) return {};
     adjust(of, workspace);
   }
+  // Before, a camera that has just changed leaves residuals of pixels, beside which heights would count too much.
+  of.heights = params.heights;
   if (!assemble(of, workspace, params, sums)) return {};
   equations.points = sums.points;
   equations.observations = sums.observations;

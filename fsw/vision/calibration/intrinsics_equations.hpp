@@ -53,6 +53,11 @@ struct IntrinsicsEquations {
   std::array<CameraUnknowns, camera_unknowns> displacement{};
 };
 
+/// The distance of the ground below a view, along its measured vertical: sums over the points near it.
+struct GroundSums {
+  double points = 0, distance = 0, squared = 0;
+};
+
 /// Scratch; it carries nothing from call to call.
 struct IntrinsicsWorkspace {
   static constexpr std::size_t poses = 6 * (limits::max_calibration_views - 1);
@@ -62,13 +67,16 @@ struct IntrinsicsWorkspace {
   std::array<double, size * size> system;
   std::array<double, size> right;
   std::array<double, samples> squared;
+  std::array<GroundSums, limits::max_calibration_views> ground;                     ///< of the measured heights
+  std::array<std::array<double, size>, limits::max_calibration_views> by_unknowns;  ///< sums of its derivatives
 };
 
 struct ReductionParams {
-  double error_factor = 3;                 ///< of an observation's scatter
-  std::uint32_t steps = 2;                 ///< of poses and points before the equations are taken
-  const MeasuredPlaces* places = nullptr;  ///< of the window's views, where the vehicle measured them
-  const WindowMotion* motion = nullptr;    ///< of the window's images, if a rolling shutter read them
+  double error_factor = 3;                   ///< of an observation's scatter
+  std::uint32_t steps = 2;                   ///< of poses and points before the equations are taken
+  const MeasuredPlaces* places = nullptr;    ///< of the window's views, where the vehicle measured them
+  const MeasuredHeights* heights = nullptr;  ///< likewise; they count beside places
+  const WindowMotion* motion = nullptr;      ///< of the window's images, if a rolling shutter read them
 };
 
 /// Adjusts poses and points of the window with the camera as it is, and takes the equations there. Its observations are
@@ -77,9 +85,10 @@ struct ReductionParams {
 /// poses. A direction that the window does not determine has no information and adds nothing. The residuals that the
 /// step leaves are added to `field`. The window's attitudes are those of a sensor in a world of its own: each view's
 /// turn from the first one counts. The places of `params` are in another world, too: only the shape of the track
-/// counts, not its scale, turn and place. With a `motion` each row counts as it would have been brought to the middle
-/// one with the camera's readout time, and the error of the motion is one more unknown of each view. `invalid_argument`
-/// for a window that is out of range; no points where it has fewer than three cameras.
+/// counts, not its scale, turn and place. Heights above the ground count against its distance straight below the view,
+/// in the scale of the places. With a `motion` each row counts as it would have been brought to the middle one with the
+/// camera's readout time, and the error of the motion is one more unknown of each view. `invalid_argument` for a window
+/// that is out of range; no points where it has fewer than three cameras.
 Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& params, BundleProblem& window,
                             IntrinsicsWorkspace& workspace, IntrinsicsEquations& equations, ResidualField& field);
 

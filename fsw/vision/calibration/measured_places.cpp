@@ -13,6 +13,8 @@ constexpr std::size_t least_places = 3;
 constexpr int fit_steps = 8;
 /// Of the places' spread, that a lens which is far off bends the centres.
 constexpr double most_bend_by_lens = 0.2;
+/// Of a height, by which a focal length that is far off changes it.
+constexpr double most_stretch_by_lens = 0.4;
 /// Turns that the centres leave open, as those about a straight track, stay as they are.
 constexpr double open_turn = 1e-9;
 
@@ -25,6 +27,8 @@ Vec3 centre_of(const RigidTransform& cam_from_world) {
 struct Track {
   std::size_t count = 0;
   std::array<Vec3, limits::max_calibration_views> centre, place, sigma;
+  HeightsInWindow heights;
+  [[nodiscard]] std::size_t rows() const { return PlaceEquations::centre_rows + heights.size(); }
 };
 
 /// Rotation and scale between the two by B. K. P. Horn, "Closed-form solution of absolute orientation using unit
@@ -70,28 +74,68 @@ struct Fit {
   Eigen::Matrix<double, PlaceEquations::size, 7> by_similarity;
   Eigen::Matrix<double, PlaceEquations::size, 1> residual, root_weight;
   Eigen::Matrix<double, 7, 7> inverse;
-  double furthest_m = 0;  ///< beyond the loss' bound
+  double furthest_m = 0;    ///< of a place, beyond the loss' bound
+  double most_stretch = 0;  ///< of a height, as a share of it, beyond the loss' bound
+};
+
+/// The measurements' rows; those of views without a place, or without a height, stay 0.
+class Rows {
+ public:
+  Rows(const Track& track, const Similarity& world, double loss_sigmas, Fit& fit, SimilarityStep& right)
+      : track_(track), world_(world), loss_sigmas_(loss_sigmas), fit_(fit), right_(right) {
+    fit_.by_similarity.setZero();
+    fit_.residual.setZero();
+    fit_.root_weight.setZero();
+    fit_.furthest_m = 0;
+    fit_.most_stretch = 0;
+    right_.setZero();
+    for (std::size_t i = 0; i < track_.count; ++i) add_place(i);
+    for (std::size_t i = 0; i < track_.heights.size(); ++i) add_height(i);
+  }
+  Eigen::Matrix<double, 7, 7> normal = Eigen::Matrix<double, 7, 7>::Zero();
+
+ private:
+  void add(std::size_t at, double off, double sigma, const Row7& change) {
+    const auto row = static_cast<Eigen::Index>(at);
+    const double sigmas = off / (loss_sigmas_ * sigma);
+    fit_.root_weight[row] = 1 / (sigma * std::sqrt(1 + sigmas * sigmas));
+    fit_.residual[row] = off * fit_.root_weight[row];
+    fit_.by_similarity.row(row) = fit_.root_weight[row] * change;
+    normal += fit_.by_similarity.row(row).transpose() * fit_.by_similarity.row(row);
+    right_ += fit_.by_similarity.row(row).transpose() * fit_.residual[row];
+  }
+  void add_place(std::size_t i) {
+    const Vec3 at = world_ * track_.centre[i];
+    const Eigen::Matrix<double, 3, 7> change = change_by_step(at);
+    for (int axis = 0; axis < 3; ++axis) {
+      const double off = at[axis] - track_.place[i][axis], sigma = track_.sigma[i][axis];
+      add(3 * i + static_cast<std::size_t>(axis), off, sigma, change.row(axis));
+      fit_.furthest_m = std::fmax(fit_.furthest_m, std::fabs(off) - loss_sigmas_ * sigma);
+    }
+  }
+  /// The attitude says what is up: of the similarity the scale alone matters.
+  void add_height(std::size_t i) {
+    const HeightInWindow& height = track_.heights[i];
+    const double distance_m = world_.scale * height.distance, of_ground = world_.scale * height.sigma;
+    const double sigma = std::sqrt(height.sigma_m * height.sigma_m + of_ground * of_ground);
+    Row7 change = Row7::Zero();
+    change[6] = distance_m;
+    const double off = distance_m - height.height_m;
+    add(PlaceEquations::centre_rows + i, off, sigma, change);
+    fit_.most_stretch = std::fmax(fit_.most_stretch, (std::fabs(off) - loss_sigmas_ * sigma) / height.height_m);
+  }
+
+  const Track& track_;
+  const Similarity& world_;
+  const double loss_sigmas_;
+  Fit& fit_;
+  SimilarityStep& right_;
 };
 
 bool linearise(const Track& track, const Similarity& world, double loss_sigmas, Fit& fit, SimilarityStep& step) {
-  Eigen::Matrix<double, 7, 7> normal = Eigen::Matrix<double, 7, 7>::Zero();
-  SimilarityStep right = SimilarityStep::Zero();
-  fit.furthest_m = 0;
-  for (std::size_t i = 0; i < track.count; ++i) {
-    const Vec3 at = world * track.centre[i];
-    const Eigen::Matrix<double, 3, 7> change = change_by_step(at);
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto row = static_cast<Eigen::Index>(3 * i) + axis;
-      const double off = at[axis] - track.place[i][axis], sigma = track.sigma[i][axis];
-      const double sigmas = off / (loss_sigmas * sigma);
-      fit.root_weight[row] = 1 / (sigma * std::sqrt(1 + sigmas * sigmas));
-      fit.residual[row] = off * fit.root_weight[row];
-      fit.by_similarity.row(row) = fit.root_weight[row] * change.row(axis);
-      fit.furthest_m = std::fmax(fit.furthest_m, std::fabs(off) - loss_sigmas * sigma);
-      normal += fit.by_similarity.row(row).transpose() * fit.by_similarity.row(row);
-      right += fit.by_similarity.row(row).transpose() * fit.residual[row];
-    }
-  }
+  SimilarityStep right;
+  Rows rows(track, world, loss_sigmas, fit, right);
+  Eigen::Matrix<double, 7, 7>& normal = rows.normal;
   const double least = open_turn * open_turn * normal.trace();
   normal.diagonal() += open_turn * normal.diagonal();
   normal.diagonal().array() += least;
@@ -102,10 +146,36 @@ bool linearise(const Track& track, const Similarity& world, double loss_sigmas, 
   return step.allFinite();
 }
 
+bool best_fit(const Track& track, const Similarity& first, double loss_sigmas, Similarity& world, Fit& fit,
+              SimilarityStep& step) {
+  world = first;
+  for (int i = 0; i < fit_steps; ++i) {
+    if (!linearise(track, world, loss_sigmas, fit, step)) return false;
+    world = stepped(step, world);
+  }
+  return linearise(track, world, loss_sigmas, fit, step);
+}
+
+/// How a measurement's whitened residual changes with the view's own centre, or with the distance.
+struct OwnChange {
+  std::size_t first = 0, count = 1;
+  std::array<double, 3> by{};
+
+  OwnChange(const Similarity& world, const Fit& fit, std::size_t row) : first(row) {
+    const double weight = fit.root_weight[static_cast<Eigen::Index>(row)];
+    by[0] = weight * world.scale;
+    if (row >= PlaceEquations::centre_rows) return;
+    first = row - row % 3;
+    count = 3;
+    for (int i = 0; i < 3; ++i)
+      by[static_cast<std::size_t>(i)] = weight * world.scale * world.rotation(static_cast<int>(row % 3), i);
+  }
+};
+
 }  // namespace
 
-bool place_equations(std::span<const RigidTransform> cam_from_world, const MeasuredPlaces& places, double loss_sigmas,
-                     PlaceEquations& out) {
+bool place_equations(std::span<const RigidTransform> cam_from_world, const MeasuredPlaces& places,
+                     const HeightsInWindow& heights, double loss_sigmas, PlaceEquations& out) {
   out = {};
   if (places.size() < least_places) return false;
   Track track;
@@ -116,33 +186,37 @@ bool place_equations(std::span<const RigidTransform> cam_from_world, const Measu
     track.place[track.count] = Eigen::Map<const Vec3>(place.place_m) - begin;
     track.sigma[track.count++] = Eigen::Map<const Vec3>(place.sigma_m);
   }
-  Similarity world;
+  Similarity first;
   double spread = 0;
-  if (!first_fit(track, world, spread)) return false;
+  if (!first_fit(track, first, spread)) return false;
+  track.heights = heights;
+  Similarity world;
   Fit fit;
   SimilarityStep step;
-  for (int i = 0; i < fit_steps; ++i) {
-    if (!linearise(track, world, loss_sigmas, fit, step)) return false;
-    world = stepped(step, world);
+  if (!best_fit(track, first, loss_sigmas, world, fit, step)) return false;
+  if (!(fit.most_stretch < most_stretch_by_lens)) {
+    track.heights.clear();
+    if (!best_fit(track, first, loss_sigmas, world, fit, step)) return false;
   }
-  if (!linearise(track, world, loss_sigmas, fit, step)) return false;
   if (!(fit.furthest_m < most_bend_by_lens * spread)) return false;
-  const auto rows = static_cast<int>(3 * track.count);
+  const std::size_t rows = track.rows();
   // What is left in the direction of a similarity would pull at what the window leaves open.
-  for (int row = 0; row < rows; ++row) fit.residual[row] += fit.by_similarity.row(row).dot(step);
-  Eigen::Matrix<double, PlaceEquations::size, 3> by_centre;  // of the row's own view
-  for (int row = 0; row < rows; ++row) {
-    by_centre.row(row) = fit.root_weight[row] * world.scale * world.rotation.row(row % 3);
+  for (std::size_t row = 0; row < rows; ++row) {
+    const auto r = static_cast<Eigen::Index>(row);
+    fit.residual[r] += fit.by_similarity.row(r).dot(step);
   }
-  for (int a = 0; a < rows; ++a) {
-    const Row7 solved = fit.by_similarity.row(a) * fit.inverse;
-    out.squared += fit.residual[a] * fit.residual[a];
-    for (int i = 0; i < 3; ++i) out.gradient[a - a % 3 + i] += by_centre(a, i) * fit.residual[a];
-    for (int b = 0; b < rows; ++b) {
-      const double left = (a == b ? 1 : 0) - solved.dot(fit.by_similarity.row(b));
-      for (int i = 0; i < 3; ++i) {
-        for (int k = 0; k < 3; ++k) {
-          out.information[a - a % 3 + i][b - b % 3 + k] += left * by_centre(a, i) * by_centre(b, k);
+  for (std::size_t a = 0; a < rows; ++a) {
+    const OwnChange own(world, fit, a);
+    const Row7 solved = fit.by_similarity.row(static_cast<Eigen::Index>(a)) * fit.inverse;
+    const double residual = fit.residual[static_cast<Eigen::Index>(a)];
+    out.squared += residual * residual;
+    for (std::size_t i = 0; i < own.count; ++i) out.gradient[own.first + i] += own.by[i] * residual;
+    for (std::size_t b = 0; b < rows; ++b) {
+      const OwnChange other(world, fit, b);
+      const double left = (a == b ? 1 : 0) - solved.dot(fit.by_similarity.row(static_cast<Eigen::Index>(b)));
+      for (std::size_t i = 0; i < own.count; ++i) {
+        for (std::size_t k = 0; k < other.count; ++k) {
+          out.information[own.first + i][other.first + k] += left * own.by[i] * other.by[k];
         }
       }
     }

@@ -259,6 +259,52 @@ TEST_F(CameraCalibratorTest, WithoutTiltsOverAPlanePlacesOfTheVehicleDetermineTh
   EXPECT_GT(sigma_k1(wrong_places), sigma_k1(places)) << "what no lens explains is not believed";
 }
 
+TEST_F(CameraCalibratorTest, HeightsBesidePlacesDetermineTheFocalLengthOverAPlane) {
+  constexpr double place_sigma_m = 0.3, height_sigma_m = 0.5, tilt_sigma_rad = 0.02;
+  enum Measured { places, and_heights, heights_without_attitude };
+  std::vector<CameraRecord> found;
+  for (const Measured what : {places, and_heights, heights_without_attitude}) {
+    SCOPED_TRACE(what);
+    fly(level_views(), 1.05, false);
+    mission.use_navigation = true;
+    mission.body = Body::mars;
+    std::mt19937 random(8);
+    std::normal_distribution<double> normal(0, 1);
+    for (std::int64_t id = 1; id <= keyframes; ++id) {
+      const RigidTransform& truth = level_views()[static_cast<std::size_t>(id - 1)].cam_from_world;
+      const Vec3 centre = test::centre_of(truth);
+      NavigationRecord measured;
+      measured.id = id;
+      measured.time_ns = id * 60 * ns_per_s;
+      measured.horizontal_sigma_m = measured.vertical_sigma_m = place_sigma_m;
+      double at[3];
+      for (int k = 0; k < 3; ++k) at[k] = centre[k] + place_sigma_m * normal(random);
+      const BodyPlace place = place_at(Body::mars, {137, -4.5, -4000}, at);
+      measured.longitude_deg = place.longitude_deg;
+      measured.latitude_deg = place.latitude_deg;
+      measured.elevation_m = place.elevation_m;
+      const Vec3 wrong = tilt_sigma_rad * Vec3(normal(random), normal(random), normal(random));
+      const double height_m = centre.z() + height_sigma_m * normal(random);
+      if (what != heights_without_attitude) {
+        const Pose pose = pose_from({rotation_from_vector(wrong) * truth.rotation, Vec3::Zero()});
+        std::copy_n(pose.q_cam_from_world, 4, measured.q_cam_from_level);
+        measured.tilt_sigma_rad = tilt_sigma_rad;
+      }
+      if (what != places) measured.height_m = height_m, measured.height_sigma_m = height_sigma_m;
+      write(measured);
+    }
+    run_undisturbed();
+    found.push_back(read<CameraRecord>(camera_id));
+    const CameraRecord& camera = found.back();
+    EXPECT_NEAR(camera.fx, true_camera().fx, 3 * camera.sigma_focal_px);
+    EXPECT_NEAR(camera.k1, true_camera().k1, 3 * std::sqrt(camera.covariance[9]));
+    renew_store();
+  }
+  EXPECT_LT(found[and_heights].sigma_focal_px, 0.5 * found[places].sigma_focal_px);
+  EXPECT_GT(found[heights_without_attitude].sigma_focal_px, 0.8 * found[places].sigma_focal_px)
+      << "nothing says along which line the height was measured";
+}
+
 TEST_F(CameraCalibratorTest, AGivenFocalLengthStaysWithinItsError) {
   mission.camera_known = 1;
   mission.lens_known = 0;

@@ -20,6 +20,7 @@ constexpr std::size_t views = 6;
 struct Flown {
   std::vector<RigidTransform> cameras;
   MeasuredPlaces places;
+  HeightsInWindow heights;
 
   /// `straight`: on a line, where the turn about it is open.
   explicit Flown(unsigned seed, bool straight = false) : random(seed) {
@@ -47,7 +48,7 @@ struct Flown {
   }
   [[nodiscard]] std::unique_ptr<PlaceEquations> equations(double loss = no_loss) const {
     auto out = std::make_unique<PlaceEquations>();
-    return place_equations(cameras, places, loss, *out) ? std::move(out) : nullptr;
+    return place_equations(cameras, places, heights, loss, *out) ? std::move(out) : nullptr;
   }
 
   std::mt19937 random;
@@ -95,6 +96,69 @@ TEST(MeasuredPlacesTest, TheEquationsAreTheDerivativesOfWhatTheSimilarityLeaves)
     // Gauss-Newton leaves out what the residuals times the curvature add.
     EXPECT_NEAR(found->information[i][i], bend, 0.05 * bend) << i;
   }
+}
+
+/// With the distances of level ground 8 units below the first centre, whose heights are 30 m a unit.
+Flown flown_above_ground(unsigned seed, double wrong_by = 1) {
+  Flown flown(seed);
+  for (std::size_t i = 0; i < views; ++i) {
+    const double distance = 8 + 0.2 * static_cast<double>(i);
+    (void)flown.heights.push_back({distance, 0.01, wrong_by * 30 * distance, 1.5});
+  }
+  return flown;
+}
+
+TEST(MeasuredPlacesTest, DistancesFromTheGroundCountInTheScaleOfThePlaces) {
+  Flown flown = flown_above_ground(14);
+  EXPECT_LT(flown.equations()->squared, 1e-12);
+  flown.disturb(0.5);
+  for (HeightInWindow& height : flown.heights) height.height_m += 1;
+  const auto found = flown.equations();
+  ASSERT_TRUE(found);
+  constexpr double step = 1e-4;
+  for (std::size_t i = 0; i < views; ++i) {
+    Flown more = flown, less = flown;
+    more.heights[i].distance += step;
+    less.heights[i].distance -= step;
+    const double slope = (more.equations()->squared - less.equations()->squared) / (4 * step);
+    const std::size_t row = PlaceEquations::centre_rows + i;
+    EXPECT_NEAR(found->gradient[row], slope, 1e-3 * (1 + std::abs(slope))) << i;
+    const double bend =
+        (more.equations()->squared + less.equations()->squared - 2 * found->squared) / (2 * step * step);
+    EXPECT_NEAR(found->information[row][row], bend, 0.05 * bend) << i;
+    // What a distance shares with a centre.
+    for (std::size_t k = 0; k < 3 * views; ++k) {
+      Vec3 by = Vec3::Zero();
+      by[static_cast<int>(k % 3)] = step;
+      Flown both = more, against = more, neither = less, other = less;
+      both.move(k / 3, by);
+      against.move(k / 3, -by);
+      other.move(k / 3, by);
+      neither.move(k / 3, -by);
+      const double shared = (both.equations()->squared - against.equations()->squared - other.equations()->squared +
+                             neither.equations()->squared) /
+                            (8 * step * step);
+      EXPECT_NEAR(found->information[row][k], shared, 0.02 * bend) << i << " " << k;
+    }
+  }
+}
+
+TEST(MeasuredPlacesTest, ACommonStretchOfCentresAndDistancesCostsNothing) {
+  Flown flown = flown_above_ground(15);
+  flown.disturb(0.5);
+  const auto before = flown.equations();
+  for (RigidTransform& camera : flown.cameras) camera.translation *= 1.1;
+  for (HeightInWindow& height : flown.heights) height.distance *= 1.1, height.sigma *= 1.1;
+  EXPECT_NEAR(flown.equations()->squared, before->squared, 1e-6 * before->squared);
+  for (HeightInWindow& height : flown.heights) height.distance *= 1.1;
+  EXPECT_GT(flown.equations()->squared, 10 * before->squared) << "of the distances alone it does";
+}
+
+TEST(MeasuredPlacesTest, HeightsThatNoLensExplainsAddNothing) {
+  const auto with = flown_above_ground(16, 2).equations(5), without = Flown(16).equations(5);
+  ASSERT_TRUE(with && without);
+  EXPECT_EQ(with->squared, without->squared);
+  for (std::size_t i = PlaceEquations::centre_rows; i < PlaceEquations::size; ++i) EXPECT_EQ(with->gradient[i], 0);
 }
 
 TEST(MeasuredPlacesTest, NothingPullsAtWhatTheSimilarityLeavesOpen) {
