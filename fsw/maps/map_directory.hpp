@@ -65,7 +65,7 @@ inline constexpr std::size_t max_map_directory_bytes = 256 + limits::max_map_til
 
 /// Reads a directory from bytes, of which none is trusted. With a key (16 to 64 octets) it must be signed with that
 /// key; without one, signatures are not looked at. `truncated`, `parse_error` (a = offset), `unsupported_format` (a =
-/// the version), `authentication_code`. After an error `directory` is void.
+/// the version), `map_not_authentic`. After an error `directory` is void.
 Status parse_map_directory(std::span<const std::uint8_t> bytes, std::span<const std::uint8_t> key,
                            MapDirectory& directory);
 
