@@ -21,7 +21,7 @@ inline constexpr std::int32_t map_post_spacing = 4;  ///< px between posts of he
 inline constexpr std::int32_t map_tile_posts = 65;   ///< on a side of a tile; the last is the first of the next tile
 inline constexpr std::int32_t max_map_layer_side = 4096;  ///< tiles
 
-/// What the map's image shows.
+/// What the map's image shows. Grey is light: level ground of mean brightness has 128, and twice as much light is 255.
 ILP_ENUMERATION(MapLight, (0, as_imaged, "the ground as the sun of the map's image lit it"),
                 (1, flat, "the same divided by the shading of the map's heights, where they are known"))
 
@@ -50,7 +50,7 @@ struct MapDirectory {
   Body body = Body::none;
   MapLight light = MapLight::as_imaged;
   double longitude_rad = 0, latitude_rad = 0;         ///< of the origin; east positive, planetocentric on a sphere
-  double sun_azimuth_rad = 0, sun_elevation_rad = 0;  ///< of the image: clockwise from north (y), above the horizon
+  double sun_azimuth_rad = 0, sun_elevation_rad = 0;  ///< of the image: towards it from x to y, above the horizon
   double ambient = 0;         ///< share of the light on level ground that comes from the whole sky, 0 to 1
   double image_sigma = 0;     ///< of the image's noise, grey levels
   double height_sigma_m = 0;  ///< of the heights, slowly varying over the ground

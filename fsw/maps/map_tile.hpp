@@ -21,7 +21,7 @@ inline constexpr std::int16_t unknown_post = std::numeric_limits<std::int16_t>::
 struct MapTile {
   std::uint16_t layer = 0, row = 0, column = 0;
   double height_offset_m = 0, height_step_m = 1;
-  /// 0: unknown; 1 to 255.
+  /// 0: unknown; 1 to 255, proportional to the light.
   std::array<std::uint8_t, map_tile_pixels> image{};
   /// In steps, at the corners of pixels: post (i, j) stands 4 i pixels east and 4 j pixels south of the tile's
   /// north-western corner. unknown_post where nothing is known.
