@@ -23,7 +23,7 @@ constexpr double pi = 3.14159265358979323846;
 
 /// Every field but those at the ends. Reading and writing name them once.
 template <typename Directory, typename Field>
-void each_field(Directory& directory, Field field) {
+void each_directory_field(Directory& directory, Field field) {
   field(directory.id);
   for (auto* angle :
        {&directory.longitude_rad, &directory.latitude_rad, &directory.sun_azimuth_rad, &directory.sun_elevation_rad,
@@ -128,7 +128,7 @@ Status parse_map_directory(std::span<const std::uint8_t> bytes, std::span<const 
   in.take(head.at());
   in.read(body);
   in.read(light);
-  each_field(directory, [&](auto& field) { in.read(field); });
+  each_directory_field(directory, [&](auto& field) { in.read(field); });
   if (find_value(values_of(Body{}), body) == nullptr || find_value(values_of(MapLight{}), light) == nullptr) {
     return fault_at(head.at());
   }
@@ -148,7 +148,7 @@ Status write_map_directory(const MapDirectory& directory, std::span<const std::u
   out.write(directory_version);
   out.write(static_cast<std::uint8_t>(directory.body));
   out.write(static_cast<std::uint8_t>(directory.light));
-  each_field(directory, [&](const auto& field) { out.write(field); });
+  each_directory_field(directory, [&](const auto& field) { out.write(field); });
   out.write(static_cast<std::uint32_t>(directory.tiles.size()));
   for (std::size_t i = 0; i < directory.tiles.size(); ++i) {
     if (!is_sound(directory, i)) return fault_at(out.size());

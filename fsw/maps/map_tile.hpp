@@ -69,4 +69,7 @@ Status encode_map_tile(const MapTile& tile, const MapTileFeatures& features, std
                        const MapTileCoding& coding, MapTileWorkspace& workspace, std::span<std::uint8_t> file,
                        std::size_t& size);
 
+/// Gives the file of encode_map_tile to another map.
+void set_map_id(std::span<std::uint8_t> file, std::uint64_t map_id);
+
 }  // namespace ilp

@@ -22,7 +22,7 @@ struct TileHead {
   std::uint16_t post_mask_bytes = 0, post_bytes = 0;
   std::uint16_t image_features = 0, shape_features = 0;  ///< numbers of them
 };
-inline constexpr std::size_t tile_head_bytes = 52;
+inline constexpr std::size_t tile_head_bytes = 52, map_id_at = 12;
 
 /// Reading and writing name the fields once.
 template <typename Head, typename Field>

@@ -140,4 +140,8 @@ Status encode_map_tile(const MapTile& tile, const MapTileFeatures& features, std
   return {};
 }
 
+void set_map_id(std::span<std::uint8_t> file, std::uint64_t map_id) {
+  if (file.size() >= map_file::tile_head_bytes) store_little_endian(map_id, file.data() + map_file::map_id_at);
+}
+
 }  // namespace ilp
