@@ -25,8 +25,8 @@ struct Sections {
 bool is_sound(const TileHead& head) {
   return std::isfinite(head.height_offset_m) && std::fabs(head.height_offset_m) <= largest_height_m &&
          std::isfinite(head.height_step_m) && head.height_step_m > 0 &&
-         head.height_step_m <= largest_height_m / 32768 && head.image_features <= limits::max_map_features &&
-         head.shape_features <= limits::max_map_features;
+         head.height_step_m <= largest_height_m / 32768 && is_plane_step(head.image_step) &&
+         head.image_features <= limits::max_map_features && head.shape_features <= limits::max_map_features;
 }
 
 /// The sections of a file that is the one of the directory's entry.

@@ -255,9 +255,7 @@ std::size_t encode_plane(Plane plane, std::int32_t step, std::int32_t* scratch, 
 }
 
 Status decode_plane(std::span<const std::uint8_t> bytes, std::int32_t step, std::int32_t* scratch, Plane plane) {
-  if (step != lossless_step && (step < finest_plane_step || step > coarsest_plane_step)) {
-    return out_of_range(Argument::coding_parameters, step);
-  }
+  if (!is_plane_step(step)) return out_of_range(Argument::coding_parameters, step);
   Decoder coder(bytes);
   const bool sound = code_levels(plane, coder) && add_differences(plane) && restore(plane, step);
   if (coder.used() > bytes.size()) {

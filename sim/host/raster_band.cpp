@@ -14,7 +14,7 @@ constexpr float missing_value = std::numeric_limits<float>::quiet_NaN();
 // Programs of planetary mapping mark missing values by numbers near the largest float, declared or not.
 constexpr float no_value = 1e30F;
 
-[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
+[[noreturn]] void refuse_raster(const std::filesystem::path& path, const std::string& what) {
   throw std::runtime_error(path.string() + ": " + what);
 }
 
@@ -26,30 +26,30 @@ double metres_per_unit(const std::filesystem::path& path, std::string unit) {
   if (unit == "km" || unit == "kilometre" || unit == "kilometer") return 1000;
   if (unit == "ft" || unit == "foot" || unit == "feet") return 0.3048;
   if (unit == "us survey foot" || unit == "ftus") return 1200.0 / 3937;
-  refuse(path, "heights in the unit \"" + unit + "\"; metres, kilometres or feet expected");
+  refuse_raster(path, "heights in the unit \"" + unit + "\"; metres, kilometres or feet expected");
 }
 
 }  // namespace
 
 RasterBand::RasterBand(std::filesystem::path path, Content content) : path_(std::move(path)) {
   std::error_code ignored;
-  if (!std::filesystem::exists(path_, ignored)) refuse(path_, "there is no such file; check the path");
+  if (!std::filesystem::exists(path_, ignored)) refuse_raster(path_, "there is no such file; check the path");
   dataset_.reset(GDALDataset::Open(path_.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
   if (!dataset_) throw gdal_error(path_.string() + ": not a raster that GDAL reads");
   if (dataset_->GetRasterCount() != 1) {
-    refuse(path_, counted(static_cast<std::size_t>(dataset_->GetRasterCount()), "band") + ", one with " +
-                      (content == Content::heights ? "heights" : "brightness") +
-                      " expected (gdal_translate -b 1 takes one out)");
+    refuse_raster(path_, counted(static_cast<std::size_t>(dataset_->GetRasterCount()), "band") + ", one with " +
+                             (content == Content::heights ? "heights" : "brightness") +
+                             " expected (gdal_translate -b 1 takes one out)");
   }
   columns_ = dataset_->GetRasterXSize();
   rows_ = dataset_->GetRasterYSize();
   if (columns_ < 2 || rows_ < 2) {
-    refuse(path_, "a raster of " + size_text(columns_, rows_) + " pixels; at least 2x2 expected");
+    refuse_raster(path_, "a raster of " + size_text(columns_, rows_) + " pixels; at least 2x2 expected");
   }
   if (dataset_->GetGeoTransform(transform_.data()) != CE_None) {
-    refuse(path_, "the file does not say where its pixels are (gdal_translate -a_ullr states it)");
+    refuse_raster(path_, "the file does not say where its pixels are (gdal_translate -a_ullr states it)");
   }
-  if (transform_[1] * transform_[5] - transform_[2] * transform_[4] == 0) refuse(path_, "pixels of no size");
+  if (transform_[1] * transform_[5] - transform_[2] * transform_[4] == 0) refuse_raster(path_, "pixels of no size");
   GDALRasterBand& band = *dataset_->GetRasterBand(1);
   const double unit = content == Content::heights ? metres_per_unit(path_, band.GetUnitType()) : 1;
   factor_ = unit * band.GetScale();

@@ -5,11 +5,6 @@
 #include <limits>
 
 namespace ilp::maps {
-namespace {
-
-constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
-
-}  // namespace
 
 host::Raster<float> heights_of_cells(const host::Raster<float>& posts, std::int32_t columns, std::int32_t rows) {
   host::Raster<float> heights(columns, rows);
@@ -27,7 +22,7 @@ host::Raster<float> heights_of_cells(const host::Raster<float>& posts, std::int3
 }
 
 host::Raster<float> shading_of(const host::Raster<float>& heights, double pixel_m, const Sun& sun) {
-  host::Raster<float> shading(heights.width, heights.height, unknown);
+  host::Raster<float> shading(heights.width, heights.height, not_known);
   const double sx = std::cos(sun.azimuth_rad) * std::cos(sun.elevation_rad);
   const double sy = std::sin(sun.azimuth_rad) * std::cos(sun.elevation_rad), sz = std::sin(sun.elevation_rad);
   for (std::int32_t y = 0; y < heights.height; ++y) {

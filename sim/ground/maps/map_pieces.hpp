@@ -3,11 +3,15 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 
 #include "fsw/maps/map_directory.hpp"
 #include "sim/host/raster.hpp"
 
 namespace ilp::maps {
+
+/// Of light and heights.
+inline constexpr float not_known = std::numeric_limits<float>::quiet_NaN();
 
 /// Cells of a layer: `columns` x `rows` from (first_column, first_row) on, all multiples of map_post_spacing; the first
 /// ones may be negative.

@@ -8,7 +8,6 @@
 namespace ilp::maps {
 namespace {
 
-constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
 constexpr std::int32_t node_spacing = 16;  // samples; between them, projections are bilinear to far below a pixel
 
 /// A part of a raster in cells of `factor` pixels.
@@ -20,7 +19,7 @@ struct Window {
   [[nodiscard]] float at(double column, double row) const {
     const double u = (column + 0.5 - x) / factor - 0.5, v = (row + 0.5 - y) / factor - 0.5;
     // The border's own pixels are known up to their edges.
-    if (!(u >= -0.5 && v >= -0.5 && u <= cells.width - 0.5 && v <= cells.height - 0.5)) return unknown;
+    if (!(u >= -0.5 && v >= -0.5 && u <= cells.width - 0.5 && v <= cells.height - 0.5)) return not_known;
     const double cu = std::clamp(u, 0.0, cells.width - 1.0), cv = std::clamp(v, 0.0, cells.height - 1.0);
     const auto i = std::min(static_cast<std::int32_t>(cu), std::max(cells.width - 2, 0));
     const auto j = std::min(static_cast<std::int32_t>(cv), std::max(cells.height - 2, 0));
@@ -161,7 +160,7 @@ MappedRaster::Nodes MappedRaster::nodes_of(Place first, double spacing_m, std::i
 
 host::Raster<float> MappedRaster::means(Place first, double spacing_m, std::int32_t columns, std::int32_t rows,
                                         double box_m) {
-  host::Raster<float> result(columns, rows, unknown);
+  host::Raster<float> result(columns, rows, not_known);
   const Nodes nodes = nodes_of(first, spacing_m, columns, rows);
   const double box = nodes.pixels_per_sample * box_m / spacing_m;  // pixels
   if (!(box > 0)) return result;
@@ -188,7 +187,7 @@ host::Raster<float> MappedRaster::means(Place first, double spacing_m, std::int3
       for (std::int32_t b = 0; b < parts; ++b) {
         for (std::int32_t a = 0; a < parts; ++a) {
           const std::optional<Place> pixel = nodes.at(i + side * part_of(a, parts), j + side * part_of(b, parts));
-          const float value = pixel ? window.at(pixel->x, pixel->y) : unknown;
+          const float value = pixel ? window.at(pixel->x, pixel->y) : not_known;
           if (!std::isfinite(value)) continue;
           sum += double{value};
           ++known;
