@@ -38,13 +38,6 @@ std::vector<MadeTile> places_of(const MapDirectory& directory) {
   std::vector<MadeTile> tiles;
   for (std::uint32_t l = 0; l < directory.layer_count; ++l) {
     const MapLayer& layer = directory.layers[l];
-    const std::size_t count = static_cast<std::size_t>(layer.columns) * static_cast<std::size_t>(layer.rows);
-    // Rasters lie askew: some of the tiles know nothing.
-    if (count > 8 * limits::max_map_tiles) {
-      throw std::runtime_error("the area has " + std::to_string(count) + " tiles of " + host::brief(layer.pixel_m) +
-                               " m per pixel, and a map " + std::to_string(limits::max_map_tiles) +
-                               " at most: choose a smaller --area or a larger --pixel");
-    }
     for (std::int32_t row = 0; row < layer.rows; ++row) {
       for (std::int32_t column = 0; column < layer.columns; ++column) {
         MadeTile tile;
@@ -162,6 +155,13 @@ void set_layers(MapDirectory& directory, double west_m, double north_m, double w
       return static_cast<std::int32_t>(count);
     };
     layer = {pixel, west_m, north_m, tiles_of(width_m), tiles_of(height_m)};
+    const std::size_t count = static_cast<std::size_t>(layer.columns) * static_cast<std::size_t>(layer.rows);
+    // Rasters lie askew: some of the tiles know nothing.
+    if (count > 8 * limits::max_map_tiles) {
+      throw std::runtime_error("the area has " + std::to_string(count) + " tiles of " + host::brief(pixel) +
+                               " m per pixel, and a map " + std::to_string(limits::max_map_tiles) +
+                               " at most: choose a smaller --area or a larger --pixel");
+    }
   }
 }
 

@@ -14,7 +14,7 @@
 namespace ilp::maps {
 
 /// The layers of a map over an area of its plane: `pixel_m`, and `coarse` times as much where that is above 1. Both
-/// begin at the north-western corner.
+/// begin at the north-western corner. std::runtime_error for far more tiles than a map has.
 void set_layers(MapDirectory& directory, double west_m, double north_m, double width_m, double height_m, double pixel_m,
                 int coarse);
 
