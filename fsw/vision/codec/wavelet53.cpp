@@ -93,18 +93,20 @@ void inverse_columns(Image from, Image to) {
   }
 }
 
-void inverse_row(const std::int32_t* in, std::int32_t* x, std::int32_t n) {
-  const ColumnRows at(n);
-  if (at.highs == 0) {
+void inverse_row(const std::int32_t* in, std::int32_t* x, std::ptrdiff_t n) {
+  const std::ptrdiff_t lows = (n + 1) / 2;
+  const std::ptrdiff_t highs = n - lows;
+  if (highs == 0) {
     x[0] = in[0];
     return;
   }
-  for (std::int32_t k = 0; k < at.lows; ++k) {
-    x[2 * k] = in[k] - ((in[at.high_before(k)] + in[at.high_after(k)] + 2) >> 2);
-  }
-  for (std::int32_t k = 0; k < at.highs; ++k) {
-    x[2 * k + 1] = in[at.lows + k] + ((x[2 * k] + x[at.even_below(k)]) >> 1);
-  }
+  const std::int32_t* const high = in + lows;
+  x[0] = in[0] - ((2 * high[0] + 2) >> 2);
+  for (std::ptrdiff_t k = 1; k < highs; ++k) x[2 * k] = in[k] - ((high[k - 1] + high[k] + 2) >> 2);
+  if (highs < lows) x[2 * highs] = in[highs] - ((2 * high[highs - 1] + 2) >> 2);
+  const std::ptrdiff_t inner = n % 2 == 0 ? highs - 1 : highs;  // odd samples with a right neighbour
+  for (std::ptrdiff_t k = 0; k < inner; ++k) x[2 * k + 1] = high[k] + ((x[2 * k] + x[2 * k + 2]) >> 1);
+  if (inner < highs) x[2 * inner + 1] = high[inner] + x[2 * inner];
 }
 
 void mark_row(std::uint8_t* to, const std::uint8_t* from, std::int32_t n) {
