@@ -39,14 +39,25 @@ host::Raster<float> shading_of(const host::Raster<float>& heights, double pixel_
   return shading;
 }
 
-bool flatten(host::Raster<float>& light, const host::Raster<float>& shading) {
-  bool any = false;
+void flatten(host::Raster<float>& light, const host::Raster<float>& shading) {
   for (std::size_t i = 0; i < light.samples.size(); ++i) {
-    if (!std::isfinite(shading.samples[i])) continue;
-    light.samples[i] /= std::max(shading.samples[i], least_shading);
-    any = true;
+    if (std::isfinite(shading.samples[i])) light.samples[i] /= std::max(shading.samples[i], least_shading);
   }
-  return any;
+}
+
+double roughness_of(const host::Raster<float>& light, const host::Raster<float>& shading) {
+  double sum = 0;
+  const auto add = [&](std::size_t here, std::size_t there) {
+    const float change = light.samples[there] - light.samples[here];
+    if (std::isfinite(change + shading.samples[here] + shading.samples[there])) sum += double{change} * double{change};
+  };
+  for (std::int32_t y = 0; y + map_post_spacing < light.height; ++y) {
+    for (std::int32_t x = 0; x + map_post_spacing < light.width; ++x) {
+      add(light.index(x, y), light.index(x + map_post_spacing, y));
+      add(light.index(x, y), light.index(x, y + map_post_spacing));
+    }
+  }
+  return sum;
 }
 
 }  // namespace ilp::maps

@@ -42,7 +42,10 @@ struct Sun {
 /// Below this shading, the image says little about the ground.
 inline constexpr float least_shading = 0.15F;
 
-/// Divides the light by the shading where that is known. False if it is known nowhere.
-bool flatten(host::Raster<float>& light, const host::Raster<float>& shading);
+/// Divides the light by the shading where that is known.
+void flatten(host::Raster<float>& light, const host::Raster<float>& shading);
+
+/// How rough light is: the sum of its squared changes from post to post, where it is known and so is the shading.
+[[nodiscard]] double roughness_of(const host::Raster<float>& light, const host::Raster<float>& shading);
 
 }  // namespace ilp::maps

@@ -32,6 +32,7 @@ struct MadeTile {
   MapTilePlace place;
   Bytes file;  ///< empty: nothing is known
   std::size_t known_cells = 0, known_posts = 0;
+  double rough_as_imaged = 0, rough_flat = 0;
 };
 
 std::vector<MadeTile> places_of(const MapDirectory& directory) {
@@ -75,6 +76,8 @@ void make_tiles(const MapDirectory& directory, const PieceOf& pieces, const Tile
           tile.file = made.file;
           tile.known_cells = made.known_cells;
           tile.known_posts = made.known_posts;
+          tile.rough_as_imaged = made.rough_as_imaged;
+          tile.rough_flat = made.rough_flat;
           const std::lock_guard lock(telling);
           progress(++done, tiles.size());
         }
@@ -101,6 +104,16 @@ std::uint64_t id_of(const MapDirectory& directory, const std::vector<MadeTile>& 
   }
   for (const MadeTile& tile : tiles) add(map_tile_digest(0, tile.file));
   return map_tile_digest(static_cast<std::uint64_t>(directory.body), facts);
+}
+
+double roughness_left(const std::vector<MadeTile>& tiles) {
+  double before = 0, after = 0;
+  for (const MadeTile& tile : tiles) {
+    if (tile.place.layer != 0) continue;
+    before += tile.rough_as_imaged;
+    after += tile.rough_flat;
+  }
+  return before > 0 ? std::sqrt(after / before) : 1;
 }
 
 void clear_folder(const fs::path& folder) {
@@ -180,6 +193,7 @@ MapSummary write_map(MapDirectory& directory, const PieceOf& pieces, const TileP
   }
   MapSummary summary;
   directory.id = summary.id = id_of(directory, tiles);
+  summary.roughness_left = roughness_left(tiles);
   directory.light = params.flat ? MapLight::flat : MapLight::as_imaged;
   directory.tiles.clear();
   for (MadeTile& tile : tiles) {
@@ -250,6 +264,13 @@ std::vector<std::string> lines_of(const MapSummary& summary) {
               " per km2";
     }
     lines.push_back(line + ", heights of " + host::fixed(100 * layer.known_heights, 1) + " %");
+  }
+  if (summary.roughness_left > 1.05) {
+    lines.push_back("warning: the image is " + host::fixed(100 * (summary.roughness_left - 1), 0) +
+                    " % rougher without its shading: check --sun, and that image and heights fit");
+  } else if (summary.roughness_left < 1) {
+    lines.push_back("without its shading the image has " + host::fixed(100 * summary.roughness_left, 0) +
+                    " % of its contrast");
   }
   std::ostringstream id;
   id << std::hex << summary.id;

@@ -29,6 +29,8 @@ struct MapSummary {
   std::uint64_t id = 0;
   std::vector<LayerSummary> layers;
   std::size_t directory_bytes = 0;
+  /// Roughness of the finest layer after its shading was divided out, over that before; 1 where it was not.
+  double roughness_left = 1;
 };
 
 /// Makes and writes all tiles of the directory's layers that know any ground, then the directory, signed if there is a

@@ -132,13 +132,18 @@ TileMaker::Made TileMaker::make(const MapLayer& layer, const MapTilePlace& place
   tile.row = place.row;
   tile.column = place.column;
   const host::Raster<float> heights = heights_of_cells(piece.posts, piece_side, piece_side);
-  if (params_.flat) flatten(piece.light, shading_of(heights, layer.pixel_m, params_.sun));
+  Made made;
+  const host::Raster<float> shading = shading_of(heights, layer.pixel_m, params_.sun);
+  made.rough_as_imaged = made.rough_flat = roughness_of(piece.light, shading);
+  if (params_.flat) {
+    flatten(piece.light, shading);
+    made.rough_flat = roughness_of(piece.light, shading);
+  }
   const Greys greys = greys_of(piece.light);
   for (std::int32_t y = 0; y < map_tile_side; ++y) {
     std::copy_n(&greys.at(tile_margin, y + tile_margin), map_tile_side, &tile.image[index_in_tile(y)]);
   }
   set_posts(piece.posts, params_.height_step_px * layer.pixel_m, tile);
-  Made made;
   made.known_cells = map_tile_pixels - count_of(tile.image, std::uint8_t{0});
   made.known_posts = map_tile_post_count - count_of(tile.posts, unknown_post);
   if (made.known_cells == 0 && made.known_posts == 0) return made;

@@ -35,6 +35,7 @@ class TileMaker {
   struct Made {
     std::vector<std::uint8_t> file;  ///< with map id 0; empty if the piece knows nothing of the tile
     std::size_t known_cells = 0, known_posts = 0;
+    double rough_as_imaged = 0, rough_flat = 0;  ///< of the light (roughness_of); equal where it is not divided
   };
   /// std::runtime_error for heights that no tile holds.
   [[nodiscard]] Made make(const MapLayer& layer, const MapTilePlace& place, MapPiece piece);

@@ -269,6 +269,11 @@ TEST_F(MapTiles, TheShadingOfTheHeightsIsDividedOut) {
     EXPECT_NEAR((east[0] + east[1]) / (west[0] + west[1]), 11.0 / 9, 0.05);
     return std::max(east[1] - east[0], west[1] - west[0]);
   };
+  std::ostringstream messages;
+  EXPECT_NE(make_map_tiles(options_, messages)[1].find("% of its contrast"), std::string::npos);
+  options_.sun_azimuth_deg = 45;
+  EXPECT_NE(make_map_tiles(options_, messages)[1].find("rougher without its shading: check --sun"), std::string::npos);
+  options_.sun_azimuth_deg = 225;
   const ReadMap flat = made();
   EXPECT_EQ(flat.directory->light, MapLight::flat);
   EXPECT_LT(spread(flat), 8);
