@@ -76,7 +76,7 @@ TEST_F(LabWorldMap, TilesTakeTheBytesThatThePageStates) {
   };
   for (const Case& c : {Case{"mars-plains --pixel 0.82 --area -150,-150,269,59", 170e3},
                         Case{"mars-canyon --pixel 2.5 --area -450,-400,829,239", 20e3}}) {
-    const LabRun run = lab(std::string("world-map ") + c.world + " --features 0 --out " + path("map"));
+    const LabRun run = lab(std::string("world-map ") + c.world + " --features 0 --coarse 1 --out " + path("map"));
     ASSERT_EQ(run.status, 0) << run.err;
     const auto& layer = run.json.at("layers")[0];
     const double per_km2 = layer.at("bytes").get<double>() / layer.at("km2").get<double>();
