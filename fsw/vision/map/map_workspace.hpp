@@ -17,7 +17,9 @@ inline constexpr std::int32_t max_map_lags = 2 * max_map_shift_px + 1;  ///< alo
 /// Lags that are computed at once may go beyond the last one.
 inline constexpr std::int32_t map_lag_group = 32;
 inline constexpr std::int32_t map_lag_stride = (max_map_lags + map_lag_group - 1) / map_lag_group * map_lag_group;
-inline constexpr std::int32_t map_reach_rows = max_map_lags + max_map_patch_side - 1;
+inline constexpr std::int32_t map_rows_at_once = 4;  ///< rows of lags; the last ones may lie beyond the last lag
+inline constexpr std::int32_t map_reach_rows =
+    (max_map_lags + map_rows_at_once - 1) / map_rows_at_once * map_rows_at_once + max_map_patch_side - 1;
 inline constexpr std::int32_t map_reach_stride = map_lag_stride + max_map_patch_side;
 
 /// Of a raw value: nothing is known of the cell.

@@ -17,6 +17,14 @@ constexpr std::int32_t least_deviation2 = 16;  // of its values
 constexpr float value_share = 0.5F;            // heights and shadings are smooth: chance agrees more often
 constexpr std::size_t patch_cells = std::size_t{max_map_patch_side} * max_map_patch_side;
 
+/// Rows of zeros behind those that the lags need: rows of lags are computed four at a time.
+void clear_beyond(std::int32_t rows, std::int32_t* out) {
+  const auto used = static_cast<std::size_t>(rows) * map_reach_stride;
+  const std::size_t all = static_cast<std::size_t>(map_reach_rows) * map_reach_stride;
+  const std::size_t spare = static_cast<std::size_t>(map_rows_at_once) * map_reach_stride;
+  std::fill_n(out + used, std::min(spare, all - used), 0);
+}
+
 /// Two words of 16 bits as one of 32.
 std::int32_t pair_of(std::int32_t low, std::int32_t high) {
   return static_cast<std::int32_t>((static_cast<std::uint32_t>(low) & 0xFFFFU) | static_cast<std::uint32_t>(high)
@@ -86,6 +94,7 @@ void take_values(const Sheet& sheet, const MapPatch& patch, std::int32_t side, P
 }
 
 void reach_directions(const Window& window, const Reach& reach, std::int32_t* out) {
+  clear_beyond(reach.rows, out);
   for (std::int32_t y = 0; y < reach.rows; ++y, out += map_reach_stride) {
     const std::int8_t* from = window.direction.data() + 2 * window.at(reach.column, reach.row + y);
     for (std::int32_t x = 0; x < reach.columns; ++x) out[x] = pair_of(from[2 * x], from[2 * x + 1]);
@@ -94,6 +103,7 @@ void reach_directions(const Window& window, const Reach& reach, std::int32_t* ou
 }
 
 void reach_values(const Window& window, const Reach& reach, std::int32_t* out) {
+  clear_beyond(reach.rows, out);
   for (std::int32_t y = 0; y < reach.rows; ++y, out += map_reach_stride) {
     const std::int16_t* from = window.value.data() + window.at(reach.column, reach.row + y);
     const std::int16_t* next = y + 1 < reach.rows ? from + window.width : from;  // of the last row nothing is used
@@ -102,38 +112,52 @@ void reach_values(const Window& window, const Reach& reach, std::int32_t* out) {
   }
 }
 
-/// `count` vectors of lags, from one lag on.
+/// `count` vectors of lags of two rows, which are patch.row_step apart: what one row has loaded serves the other.
 template <typename Width, int count>
-void correlate_lags(const PatchPairs& patch, std::int32_t side, const std::int32_t* reach, std::int32_t* out) {
+void correlate_lags(const PatchPairs& patch, std::int32_t side, const std::int32_t* reach, std::int32_t* first_out,
+                    std::int32_t* second_out) {
   using Lanes = WordLanes<Width>;
   using Words = typename Lanes::Words;
   using Sums = typename Lanes::Sums;
-  Sums sums[count] = {};
-  const std::int32_t* pair = patch.pair.data();
-  for (std::int32_t y = 0; y < patch.rows; ++y) {
+  Sums first[count] = {}, second[count] = {};
+  const std::array<std::int32_t, max_map_patch_side> none{};
+  for (std::int32_t y = 0; y <= patch.rows; ++y) {
     const std::int32_t* row = reach + static_cast<std::ptrdiff_t>(y) * patch.row_step * map_reach_stride;
+    const std::int32_t* const here = y < patch.rows ? patch.pair.data() + y * side : none.data();
+    const std::int32_t* const above = y > 0 ? patch.pair.data() + (y - 1) * side : none.data();
     for (std::int32_t x = 0; x < side; ++x) {
-      const Sums same = Sums{} + pair[x];
-      const auto a = reinterpret_cast<Words>(same);
+      const Sums same_here = Sums{} + here[x], same_above = Sums{} + above[x];
+      const auto a = reinterpret_cast<Words>(same_here), b = reinterpret_cast<Words>(same_above);
       for (int k = 0; k < count; ++k) {
-        Words b;
-        load_lanes(row + x + k * Lanes::sum_count, b);
-        Lanes::add_products(a, b, sums[k]);
+        Words ground;
+        load_lanes(row + x + k * Lanes::sum_count, ground);
+        Lanes::add_products(a, ground, first[k]);
+        Lanes::add_products(b, ground, second[k]);
       }
     }
-    pair += side;
   }
-  std::memcpy(out, sums, sizeof sums);
+  std::memcpy(first_out, first, sizeof first);
+  std::memcpy(second_out, second, sizeof second);
 }
 
-/// Sums of products at every lag of a row, and at some more.
+using Products = std::array<std::array<std::int32_t, static_cast<std::size_t>(map_lag_stride)>, map_rows_at_once>;
+
+/// Sums of products at every lag of four rows, and at some more.
 template <typename Width>
-void correlate_row(const PatchPairs& patch, std::int32_t side, const std::int32_t* reach, std::int32_t columns,
-                   std::int32_t* out) {
+void correlate_rows(const PatchPairs& patch, std::int32_t side, const std::int32_t* reach, std::int32_t columns,
+                    Products& products) {
   constexpr std::int32_t lanes = WordLanes<Width>::sum_count;
-  std::int32_t lag = 0;
-  for (; lag + 3 * lanes < columns; lag += 4 * lanes) correlate_lags<Width, 4>(patch, side, reach + lag, out + lag);
-  for (; lag < columns; lag += lanes) correlate_lags<Width, 1>(patch, side, reach + lag, out + lag);
+  for (std::int32_t pair = 0; pair < 2; ++pair) {
+    const std::int32_t row = patch.row_step == 1 ? 2 * pair : pair;
+    const std::int32_t* const from = reach + static_cast<std::ptrdiff_t>(row) * map_reach_stride;
+    std::int32_t* const first = products[static_cast<std::size_t>(row)].data();
+    std::int32_t* const second = products[static_cast<std::size_t>(row + patch.row_step)].data();
+    std::int32_t lag = 0;
+    for (; lag + 3 * lanes < columns; lag += 4 * lanes) {
+      correlate_lags<Width, 4>(patch, side, from + lag, first + lag, second + lag);
+    }
+    for (; lag < columns; lag += lanes) correlate_lags<Width, 1>(patch, side, from + lag, first + lag, second + lag);
+  }
 }
 
 using Columns = std::array<std::int32_t, static_cast<std::size_t>(reach_columns)>;
@@ -205,18 +229,22 @@ template <typename Width, bool values>
 void search(const PatchPairs& pairs, std::int32_t side, const LagRange& lags, const Reach& reach,
             MapRegistrationWorkspace& workspace) {
   Behind behind;
-  std::array<std::int32_t, static_cast<std::size_t>(map_lag_stride)> products;
+  Products products;
   for (std::int32_t y = 0; y < side - 1; ++y) behind.add_row<values>(workspace.window, reach, y, 1);
   for (std::int32_t lag = 0; lag < lags.rows; ++lag) {
+    const std::int32_t of_four = lag % map_rows_at_once;
+    if (of_four == 0) {
+      const std::int32_t* const from = workspace.reach.data() + static_cast<std::ptrdiff_t>(lag) * map_reach_stride;
+      correlate_rows<Width>(pairs, side, from, lags.columns, products);
+    }
+    const std::int32_t* const row = products[static_cast<std::size_t>(of_four)].data();
     behind.add_row<values>(workspace.window, reach, lag + side - 1, 1);
     behind.slide(side, lags.columns);
-    correlate_row<Width>(pairs, side, workspace.reach.data() + static_cast<std::ptrdiff_t>(lag) * map_reach_stride,
-                         lags.columns, products.data());
     std::int32_t* const scores = workspace.surface.data() + static_cast<std::ptrdiff_t>(lag) * map_lag_stride;
     if constexpr (values) {
-      add_values(pairs, behind, side * side, lags.columns, products.data(), scores);
+      add_values(pairs, behind, side * side, lags.columns, row, scores);
     } else {
-      score_directions(pairs, behind, lags.columns, products.data(), scores);
+      score_directions(pairs, behind, lags.columns, row, scores);
     }
     for (std::int32_t x = 0; x < lags.columns; ++x) {
       if (2 * behind.known[static_cast<std::size_t>(x)] < side * side) scores[x] = unknown_score;

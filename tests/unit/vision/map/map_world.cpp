@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/LU>
+
 #include "fsw/base/math.hpp"
 #include "fsw/vision/map/ground_point.hpp"
 
@@ -102,8 +104,8 @@ OrbitalMap make_orbital_map(const world::Terrain& terrain, const world::Rectangl
   for (std::int32_t j = 0; j < patch.rows; ++j) {
     for (std::int32_t i = 0; i < patch.columns; ++i) {
       const std::size_t k = patch.index(i, j);
-      light.values[k] *= static_cast<float>(terrain.detail((patch.first_i + i) * s, (patch.first_j + j) * s,
-                                                           static_cast<double>(patch.height_m[k]), s));
+      light.values[k] *= static_cast<float>(
+          terrain.detail((patch.first_i + i) * s, (patch.first_j + j) * s, static_cast<double>(patch.height_m[k]), s));
     }
   }
   const auto column_of = [&](double x) { return x / s - patch.first_i; };
@@ -230,8 +232,8 @@ OrbitalMap MapWorld::map(double sun_offset_rad, const OrbitalMapParams& params) 
 void MapWorld::look(const Vec3& centre, double heading_rad, const PriorErrors& errors, Rng& rng,
                     MapTrial& trial) const {
   const Vec3 tilt(0.03 * normal(rng), 0.03 * normal(rng), 0);
-  trial.motion.state.rotation = rotation_from_vector(tilt) * rotation_from_vector(Vec3(0, 0, heading_rad)) *
-                                Vec3(1, -1, -1).asDiagonal();
+  trial.motion.state.rotation =
+      rotation_from_vector(tilt) * rotation_from_vector(Vec3(0, 0, heading_rad)) * Vec3(1, -1, -1).asDiagonal();
   trial.motion.state.centre = centre;
   renderer_->render(trial.motion, static_cast<std::int64_t>(rng.next() % 100000), trial.frame);
   const Mat3& rotation = trial.motion.state.rotation;
@@ -266,6 +268,42 @@ Vec3 MapWorld::ground_below(const RigidTransform& camera_from_map) const {
     if (!ground_on_level(camera_from_map, Vec3(0, 0, 1), height, ground)) break;
   }
   return ground;
+}
+
+MapPlan plan_of(const MapTrial& trial, const OrbitalMap& map) {
+  const double image_m = image_pixel_m(trial.keyframe.camera, trial.prior.camera_from_map, 0);
+  const double pixel_m = map_working_pixel_m(trial.keyframe.camera, image_m, map.pixel_m);
+  return plan_map_window(trial.keyframe, trial.prior, 0, pixel_m).value();
+}
+
+Vec2 true_shift_px(const MapWorld& world, const MapTrial& trial, const MapPlan& plan) {
+  const Vec3 shift = trial.ground - world.ground_below(trial.prior.camera_from_map);
+  return Vec2(shift.x(), -shift.y()) / plan.pixel_m;
+}
+
+void MapTally::add(const MapFixResult& result, const MapTrial& trial, double pixel_m) {
+  ++trials;
+  if (result.verdict != MapVerdict::fixed) return;
+  ++fixed;
+  const double error = (Vec2(result.ground_m[0], result.ground_m[1]) - trial.ground.head<2>()).norm() / pixel_m;
+  wrong += error > 2.5 ? 1 : 0;
+  ground_px.push_back(error);
+  const Vec3 miss = camera_centre(result.camera_from_map) - camera_centre(trial.truth);
+  const Mat3 covariance = result.covariance.bottomRightCorner<3, 3>();
+  nees.push_back(miss.dot(covariance.inverse() * miss) / 3);
+}
+
+double MapTally::ground_quantile(double share) const {
+  if (ground_px.empty()) return 1e9;
+  std::vector<double> sorted = ground_px;
+  std::sort(sorted.begin(), sorted.end());
+  return sorted[static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size() - 1)))];
+}
+
+double MapTally::mean_nees() const {
+  double sum = 0;
+  for (const double value : nees) sum += value;
+  return nees.empty() ? 1e9 : sum / static_cast<double>(nees.size());
 }
 
 MapFixResult register_on_map(const MapTrial& trial, const MapPlan& plan, const MapWindow& window,

@@ -31,7 +31,7 @@ struct OrbitalMapParams {
   double pixel_m = 1;
   double noise_grey = 2;
   double blur_px = 0.5;
-  double posts_px = 4;         ///< distance of two posts
+  double posts_px = 4;           ///< distance of two posts
   double height_error_px = 0.3;  ///< standard deviation
   std::uint64_t seed = 1;
 };
@@ -91,7 +91,23 @@ class MapWorld {
   std::unique_ptr<world::Renderer> renderer_;
 };
 
-/// Runs the registration to its end; -1 slices when it has failed.
+/// The plan of a trial on a map, as a flight makes it: the mean height of the ground is 0.
+[[nodiscard]] MapPlan plan_of(const MapTrial& trial, const OrbitalMap& map);
+/// Where the keyframe's ground is on the window, from where the prior puts it: columns, rows.
+[[nodiscard]] Vec2 true_shift_px(const MapWorld& world, const MapTrial& trial, const MapPlan& plan);
+
+/// What a number of trials gave.
+struct MapTally {
+  int trials = 0, fixed = 0, wrong = 0;  ///< wrong: by more than 2.5 px
+  double largest_evidence = -100;        ///< of those that have three quarters and no edge, in false trials
+  std::vector<double> ground_px, nees;   ///< errors of the ground; of the position of the camera, over 3
+
+  void add(const MapFixResult& result, const MapTrial& trial, double pixel_m);
+  [[nodiscard]] double ground_quantile(double share) const;
+  [[nodiscard]] double mean_nees() const;
+};
+
+/// Runs the registration to its end. No map when it has failed.
 MapFixResult register_on_map(const MapTrial& trial, const MapPlan& plan, const MapWindow& window,
                              const SunDirection& sun, const MapRegistrationParams& params = {});
 
