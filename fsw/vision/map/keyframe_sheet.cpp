@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::int32_t sixteenths = 16;
 constexpr std::int32_t most_count = 255;
+constexpr std::int32_t points_at_once = 64;
 constexpr double widest_cell_px = 256;  // image px in a cell
 constexpr double beyond_border = 1.05;  // of the farthest corner, squared: lenses bend back farther out
 
@@ -132,18 +133,27 @@ void add_depths(const MapKeyframe& keyframe, ImageView<const float> depth_m, dou
                 const MapPlan& plan, double level_m, std::int32_t first_row, std::int32_t last_row,
                 const SheetSums& sums) {
   const RigidTransform map_from_camera = inverse(keyframe.camera_from_map);
+  const CameraModel& camera = keyframe.camera;
   for (std::int32_t j = first_row; j < last_row; ++j) {
-    for (std::int32_t i = 0; i < depth_m.width; ++i) {
-      const auto depth = static_cast<double>(depth_m.at(i, j));
-      if (!(depth > 0) || !std::isfinite(depth)) continue;
-      const Vec2 n = normalised_from_pixel(keyframe.camera, Vec2(first_px + i * step_px, first_px + j * step_px));
-      const Vec3 place = map_from_camera * Vec3(n.x() * depth, n.y() * depth, depth);
-      const double column = (place.x() - plan.x0_m()) / plan.pixel_m - plan.search_px;
-      const double row = (plan.y0_m() - place.y()) / plan.pixel_m - plan.search_px;
-      if (!(column >= 0 && row >= 0 && column < sums.width && row < sums.height)) continue;
-      const std::size_t cell =
-          static_cast<std::size_t>(row) * static_cast<std::size_t>(sums.width) + static_cast<std::size_t>(column);
-      add(sums, cell, raw_height(place.z() - level_m, plan.pixel_m));
+    for (std::int32_t first = 0; first < depth_m.width; first += points_at_once) {
+      const std::int32_t count = std::min(points_at_once, depth_m.width - first);
+      double x[points_at_once], y[points_at_once];
+      for (std::int32_t i = 0; i < count; ++i) {
+        x[i] = (first_px + (first + i) * step_px - camera.cx) / camera.fx;
+        y[i] = (first_px + j * step_px - camera.cy) / camera.fy;
+      }
+      undistort(camera, count, x, y);
+      for (std::int32_t i = 0; i < count; ++i) {
+        const auto depth = static_cast<double>(depth_m.at(first + i, j));
+        if (!(depth > 0) || !std::isfinite(depth)) continue;
+        const Vec3 place = map_from_camera * Vec3(x[i] * depth, y[i] * depth, depth);
+        const double column = (place.x() - plan.x0_m()) / plan.pixel_m - plan.search_px;
+        const double row = (plan.y0_m() - place.y()) / plan.pixel_m - plan.search_px;
+        if (!(column >= 0 && row >= 0 && column < sums.width && row < sums.height)) continue;
+        const std::size_t cell =
+            static_cast<std::size_t>(row) * static_cast<std::size_t>(sums.width) + static_cast<std::size_t>(column);
+        add(sums, cell, raw_height(place.z() - level_m, plan.pixel_m));
+      }
     }
   }
 }

@@ -33,6 +33,21 @@ void cut(std::int64_t middle, std::int32_t most, std::int64_t& first, std::int64
   last = first + most - 1;
 }
 
+/// The ground under the border and the middle of an image. False when some of it is not below.
+bool add_ground(const MapKeyframe& keyframe, double ground_m, Bounds& bounds) {
+  const CameraModel& camera = keyframe.camera;
+  for (int iy = 0; iy <= 2; ++iy) {
+    for (int ix = 0; ix <= 2; ++ix) {
+      const Vec2 at =
+          normalised_from_pixel(camera, Vec2(ix * 0.5 * (camera.width - 1), iy * 0.5 * (camera.height - 1)));
+      Vec3 ground;
+      if (!ground_on_level(keyframe.camera_from_map, Vec3(at.x(), at.y(), 1), ground_m, ground)) return false;
+      bounds.add(ground.x(), ground.y());
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 double image_pixel_m(const CameraModel& camera, const RigidTransform& camera_from_map, double ground_m) {
@@ -52,16 +67,16 @@ std::int32_t map_patch_px(double image_pixels) {
   return image_pixels < 14 ? 12 : 8;
 }
 
-Result<MapPlan> plan_map_window(const MapKeyframe& keyframe, const MapPrior& prior, double ground_m, double pixel_m) {
+Result<MapPlan> plan_map_window(std::span<const MapKeyframe> keyframes, const MapPrior& prior, double ground_m,
+                                double pixel_m) {
   if (!(pixel_m > 0) || !std::isfinite(pixel_m)) return out_of_range(Argument::map_window, pixel_m);
-  ILP_TRY(validate(keyframe.camera));
-  const CameraModel& camera = keyframe.camera;
+  if (keyframes.empty()) return out_of_range(Argument::map_keyframe);
   Vec3 middle;
-  if (!ground_on_level(keyframe.camera_from_map, Vec3(0, 0, 1), ground_m, middle)) return StatusCode::not_found;
+  if (!ground_on_level(prior.camera_from_map, Vec3(0, 0, 1), ground_m, middle)) return StatusCode::not_found;
 
   MapPlan plan;
   plan.pixel_m = pixel_m;
-  const double image_m = image_pixel_m(camera, keyframe.camera_from_map, ground_m);
+  const double image_m = image_pixel_m(keyframes[0].camera, prior.camera_from_map, ground_m);
   plan.patch_px = map_patch_px(pixel_m / image_m);
   const double sigma_m = largest_sigma(ground_covariance(prior.camera_from_map, middle, prior.covariance));
   const double needed = std::ceil(3 * sigma_m / pixel_m);
@@ -71,28 +86,20 @@ Result<MapPlan> plan_map_window(const MapKeyframe& keyframe, const MapPrior& pri
   plan.search_px = std::max(static_cast<std::int32_t>(needed), least_map_search_px) + map_edge_px;
 
   Bounds bounds;
-  for (int iy = 0; iy <= 2; ++iy) {
-    for (int ix = 0; ix <= 2; ++ix) {
-      const Vec2 at =
-          normalised_from_pixel(camera, Vec2(ix * 0.5 * (camera.width - 1), iy * 0.5 * (camera.height - 1)));
-      Vec3 ground;
-      if (!ground_on_level(keyframe.camera_from_map, Vec3(at.x(), at.y(), 1), ground_m, ground)) {
-        return StatusCode::not_found;
-      }
-      bounds.add(ground.x(), ground.y());
-    }
+  for (const MapKeyframe& keyframe : keyframes) {
+    ILP_TRY(validate(keyframe.camera));
+    if (!add_ground(keyframe, ground_m, bounds)) return StatusCode::not_found;
   }
-  const double corner_cells[] = {bounds.west / pixel_m, bounds.east / pixel_m, bounds.south / pixel_m,
-                                 bounds.north / pixel_m};
-  for (const double cells : corner_cells) {
-    if (!(std::fabs(cells) < farthest_cell)) return out_of_range(Argument::map_window, cells);
+  const double sides[] = {bounds.west, bounds.east, bounds.south, bounds.north};
+  for (const double side : sides) {
+    if (!(std::fabs(side / pixel_m) < farthest_cell)) return out_of_range(Argument::map_window, side);
   }
   const auto cell = [&](double metres) { return static_cast<std::int64_t>(std::floor(metres / pixel_m)); };
   std::int64_t left = cell(bounds.west) - margin_px, right = cell(bounds.east) + margin_px;
   std::int64_t top = cell(-bounds.north) - margin_px, bottom = cell(-bounds.south) + margin_px;
   const std::int32_t most = std::min(max_map_sheet_side, max_map_window_side - 2 * plan.search_px);
-  cut(cell(middle.x()), most, left, right);
-  cut(cell(-middle.y()), most, top, bottom);
+  cut((left + right) / 2, most, left, right);
+  cut((top + bottom) / 2, most, top, bottom);
   plan.first_column = left - plan.search_px;
   plan.first_row = top - plan.search_px;
   plan.sheet_width = static_cast<std::int32_t>(right - left + 1);

@@ -1,10 +1,14 @@
 // Which piece of the map a keyframe is compared with, and at which pixel.
 #pragma once
 
+#include <span>
+
 #include "fsw/base/result.hpp"
 #include "fsw/vision/map/map_window.hpp"
 
 namespace ilp {
+
+inline constexpr std::int32_t map_relief_patch_px = 12;
 
 /// Rectangle of whole cells of a grid with this pixel: cell 0 of the window is cell (first_column, first_row) of the
 /// grid whose north-west corner is the map's origin.
@@ -26,12 +30,15 @@ struct MapPlan {
 /// The pixel at which a map is compared: that of the map, but at least 4.5 image pixels, and so much that the image
 /// fits into max_map_sheet_side with a margin.
 [[nodiscard]] double map_working_pixel_m(const CameraModel& camera, double image_pixel_m, double map_pixel_m);
-/// Side of a patch, px, by the number of image pixels in a working pixel: 16, 12 or 8.
+/// Side of a patch, px, by the number of image pixels in a working pixel: 16, 12 or 8. For relief it is
+/// map_relief_patch_px, which the caller puts into the plan.
 [[nodiscard]] std::int32_t map_patch_px(double image_pixels);
 
-/// Plans the window about the ground that the keyframe sees by the prior. Three standard deviations of the place are
-/// searched, at least least_map_search_px. `capacity_exceeded` (a, b: needed and most px) when that needs more than
-/// most_map_search_px: a larger working pixel is needed. `not_found` when the camera does not look down on the ground.
-Result<MapPlan> plan_map_window(const MapKeyframe& keyframe, const MapPrior& prior, double ground_m, double pixel_m);
+/// Plans the window about the ground that the keyframes see by the prior, or their middle part. Three standard
+/// deviations of the place are searched, at least least_map_search_px. `capacity_exceeded` (a, b: needed and most px)
+/// when that needs more than most_map_search_px: a larger working pixel is needed. `not_found` when the camera does not
+/// look down on the ground.
+Result<MapPlan> plan_map_window(std::span<const MapKeyframe> keyframes, const MapPrior& prior, double ground_m,
+                                double pixel_m);
 
 }  // namespace ilp

@@ -273,7 +273,7 @@ Vec3 MapWorld::ground_below(const RigidTransform& camera_from_map) const {
 MapPlan plan_of(const MapTrial& trial, const OrbitalMap& map) {
   const double image_m = image_pixel_m(trial.keyframe.camera, trial.prior.camera_from_map, 0);
   const double pixel_m = map_working_pixel_m(trial.keyframe.camera, image_m, map.pixel_m);
-  return plan_map_window(trial.keyframe, trial.prior, 0, pixel_m).value();
+  return plan_map_window({&trial.keyframe, 1}, trial.prior, 0, pixel_m).value();
 }
 
 Vec2 true_shift_px(const MapWorld& world, const MapTrial& trial, const MapPlan& plan) {

@@ -80,7 +80,7 @@ const Ground false_grounds[] = {{"mars-plains", 4.5, 34, 0, 0, 0}, {"mars-plains
 #else
 const Ground recall_grounds[] = {{"mars-plains", 5, 34, 1, 0.35, 0.8},
                                  {"mars-plains", 3, 90, 1, 0.6, 1.5},
-                                 {"mars-canyon", 5, 180, 0.75, 0.6, 1.5},
+                                 {"mars-canyon", 3, 180, 1, 0.6, 1.5},
                                  {"dunes", 5, 34, 0.75, 0.35, 0.8}};
 const Ground false_grounds[] = {{"dunes", 4.5, 34, 0, 0, 0}, {"mars-plains", 10, 90, 0, 0, 0}};
 #endif
@@ -100,8 +100,8 @@ double between(double low, double high, Rng& rng) {
 Vec2 leave_window(Lie lie, const MapPlan& plan, Rng& rng) {
   const double reach = plan.search_px;
   // At least 1 px beyond the window, along one of the axes.
-  const double least = lie == Lie::outside_window ? reach + 1 : plan.width,
-               most = lie == Lie::outside_window ? 2.5 * reach : 1.6 * plan.width;
+  const double least = lie == Lie::outside_window ? reach + 1 : 2.5 * reach;
+  const double most = lie == Lie::outside_window ? 2.5 * reach : 5 * reach;
   const double far = between(least, most, rng) * (rng.below(2) == 0 ? 1 : -1), any = between(-most, most, rng);
   return rng.below(2) == 0 ? Vec2(far, any) : Vec2(any, far);
 }
