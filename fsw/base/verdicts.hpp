@@ -76,7 +76,7 @@ ILP_ENUMERATION(StripFrameVerdict, (0, ok, "the measurements agree"),
 
 /// Verdict on the registration of a keyframe against a map.
 ILP_ENUMERATION(MapVerdict, (0, fixed, "the keyframe's place on the map is known"),
-                (1, no_map, "the map has too little of the ground that was searched"),
+                (1, no_map, "the map knows too little of the ground that was searched"),
                 (2, no_texture, "too few pieces of the keyframe have anything to be known by"),
                 (3, no_agreement, "too few pieces of the keyframe agree on one place"),
                 (4, at_edge, "the best place is at the edge of what was searched, and the right one may be beyond it"),

@@ -172,6 +172,7 @@ void MapRegistration::prepare_window() {
   VoteSurfaces(*workspace_, lags()).clear();
   patch_ = 0;
   known_lags_ = 0;
+  textured_ = 0;
   phase_ = Phase::patches;
 }
 
@@ -185,6 +186,7 @@ void MapRegistration::search_patches() {
     MapPatch& patch = workspace_->patches[static_cast<std::size_t>(patch_)];
     patch.used = has_texture(workspace_->sheet, patch, how);
     if (!patch.used) continue;
+    ++textured_;
     search_patch(patch, how, {0, 0, side, side}, *workspace_);
     const std::int32_t known = surfaces.add(patch);
     patch.used = known > 0;
@@ -202,6 +204,9 @@ void MapRegistration::count() {
   const double mean_lags = used > 0 ? static_cast<double>(known_lags_) / static_cast<double>(used) : 1;
   candidate.vote = count_votes(patches, VoteSurfaces(*workspace_, lags()), lags(), mean_lags,
                                {params_.min_evidence, params_.rival_factor});
+  if (candidate.vote.verdict == MapVerdict::no_texture && textured_ > candidate.vote.patches) {
+    candidate.vote.verdict = MapVerdict::no_map;
+  }
   if (candidate.vote.verdict != MapVerdict::fixed) {
     next_sense();
     return;

@@ -108,6 +108,7 @@ class MapRegistration {
   float soft_ = 0;
   ValueScale sheet_scale_;
   std::int32_t patches_ = 0, patch_ = 0;
+  std::int32_t textured_ = 0;    ///< patches that the window may know
   std::int64_t known_lags_ = 0;  ///< of all patches that are used
   std::array<MapSense, 2> senses_{};
   std::size_t sense_count_ = 0, sense_ = 0;

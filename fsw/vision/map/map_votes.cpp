@@ -115,7 +115,8 @@ std::int32_t VoteSurfaces::add(MapPatch& patch) {
       patch.best_row = static_cast<std::int16_t>(row);
     }
   }
-  if (2 * known < lags_ * lags_) return 0;
+  // Even ground of the map agrees with nothing, everywhere alike.
+  if (2 * known < lags_ * lags_ || best <= 0) return 0;
   for (std::int32_t row = 0; row < lags_; ++row) {
     const std::int32_t* const scores = row_of(row);
     for (std::int32_t column = 0; column < lags_; ++column, ++sum) {

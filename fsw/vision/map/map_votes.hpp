@@ -21,7 +21,7 @@ class VoteSurfaces {
 
   void clear();
   /// Takes the patch's surface: its own best place and the sum. Returns the number of lags at which the map is known;
-  /// 0, and takes nothing, when these are less than half.
+  /// 0, and takes nothing, when these are less than half, or when it agrees with none of them.
   std::int32_t add(MapPatch& patch);
   /// Sum of the quarters that the bits of `which` name.
   [[nodiscard]] std::int64_t at(std::uint32_t which, std::int32_t column, std::int32_t row) const;
