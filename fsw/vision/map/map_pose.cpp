@@ -121,7 +121,8 @@ bool solve_map_pose(std::span<MapSighting> sightings, const MapPrior& prior, con
   PoseCovariance normal;
   for (int step = 0; step < most_steps; ++step) {
     measure(sightings, pose.camera_from_map, params.pixel_m);
-    const double sigma_px = params.sigma_px * std::max(1.0, sigma_of_median * median_size(sightings, params.sigma_px));
+    const double spread = sigma_of_median * params.sigma_px * median_size(sightings, params.sigma_px);
+    const double sigma_px = std::max(params.sigma_px, params.together * spread);
     normal.setZero();
     Vec6 gradient = Vec6::Zero();
     pose.used = 0;

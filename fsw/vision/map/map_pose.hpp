@@ -17,7 +17,8 @@ struct MapSighting {
 
 struct MapPoseParams {
   double pixel_m = 1;            ///< the working pixel
-  double sigma_px = 0.5;         ///< of a sighting, working px
+  double sigma_px = 0.3;         ///< of a sighting, at least; working px
+  double together = 1.3;         ///< the spread of the residuals is this much too small: neighbours err together
   double common_sigma_px = 0.1;  ///< of all together, added to the position
 };
 

@@ -297,7 +297,9 @@ void MapRegistration::fix(const Candidate& candidate) {
   MapPose pose;
   result_.verdict = MapVerdict::no_agreement;
   if (count < least_places) return;
-  if (!solve_map_pose(sightings, prior, {window.pixel_m, params_.patch_sigma_px, params_.common_sigma_px}, pose))
+  if (!solve_map_pose(sightings, prior,
+                      {window.pixel_m, params_.patch_sigma_px, MapPoseParams{}.together, params_.common_sigma_px},
+                      pose))
     return;
   Vec3 ground, expected;
   if (!ground_on_axis(pose.camera_from_map, window, level_m_, ground) ||

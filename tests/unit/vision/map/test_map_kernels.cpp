@@ -117,7 +117,7 @@ TEST(MapPose, ExactSightingsGiveTheExactPose) {
     PoseScene scene = pose_scene(rng, 12, 0, 0);
     scene.prior.attitude_is_measured = false;
     MapPose pose;
-    ASSERT_TRUE(solve_map_pose(scene.sightings, scene.prior, {0.8, 0.5, 0}, pose));
+    ASSERT_TRUE(solve_map_pose(scene.sightings, scene.prior, {0.8, 0.5, 1, 0}, pose));
     EXPECT_LT(pose_change(pose.camera_from_map, scene.truth).norm(), 1e-6);
     EXPECT_LT(pose.residual_px, 1e-6);
   }
@@ -131,7 +131,7 @@ TEST(MapPose, ErrorsAreThoseThatTheCovarianceStates) {
     for (int trial = 0; trial < trials; ++trial) {
       PoseScene scene = pose_scene(rng, 40, 0.4, outliers);
       MapPose pose;
-      ASSERT_TRUE(solve_map_pose(scene.sightings, scene.prior, {0.8, 0.5, 0}, pose));
+      ASSERT_TRUE(solve_map_pose(scene.sightings, scene.prior, {0.8, 0.5, 1, 0}, pose));
       const Vec6 miss = pose_change(scene.truth, pose.camera_from_map);
       PoseCovariance inverse;
       Mat3 position_inverse;
@@ -159,7 +159,7 @@ TEST(MapPose, PlacesOnALineGiveNoneWithoutAnAttitude) {
   }
   scene.prior.attitude_is_measured = false;
   MapPose pose;
-  EXPECT_FALSE(solve_map_pose(scene.sightings, scene.prior, {0.8, 0.5, 0.1}, pose));
+  EXPECT_FALSE(solve_map_pose(scene.sightings, scene.prior, {0.8, 0.5, 1, 0.1}, pose));
 }
 
 TEST(MapVotes, EvidenceIsThatOfTheBinomialDistribution) {
