@@ -16,6 +16,7 @@ constexpr std::int32_t rows_at_once = 32;
 constexpr std::int64_t products_at_once = 6'000'000;  // of a slice
 constexpr std::int32_t place_reach_px = 3;            // of a patch's own place from that of all
 constexpr std::size_t least_places = 6;
+constexpr double relief_together = 1.8;  // of MapPoseParams: depths of a keyframe err together too
 
 PatchSearch search_of(MapSense sense, const MapPlan& plan) {
   return {plan.patch_px, sense != MapSense::relit};
@@ -24,6 +25,11 @@ PatchSearch search_of(MapSense sense, const MapPlan& plan) {
 /// Middle of a patch, in cells of the window from the centre of its first one, by the prior.
 double middle_cell(std::int32_t first, const MapPlan& plan) {
   return first + plan.search_px + 0.5 * (plan.patch_px - 1);
+}
+
+/// Blocks of two by two patches, as on a chessboard: each half has all four quarters.
+bool is_of_other_half(const MapPatch& patch, std::int32_t side) {
+  return (patch.column / side / 2 + patch.row / side / 2) % 2 != 0;
 }
 
 Vec3 place_at(const MapWindow& window, double column, double row) {
@@ -182,8 +188,12 @@ void MapRegistration::search_patches() {
   const std::int64_t products = std::int64_t{side} * side * how.side * how.side * (how.with_values ? 3 : 2);
   VoteSurfaces surfaces(*workspace_, side);
   std::int64_t work = 0;
+  // Where the first sense has a verdict, the second one controls it with half of the patches.
+  const bool controls = sense_ > 0 && candidates_[0].vote.verdict == MapVerdict::fixed;
   for (; patch_ < patches_ && work < products_at_once; ++patch_) {
     MapPatch& patch = workspace_->patches[static_cast<std::size_t>(patch_)];
+    patch.used = false;
+    if (controls && is_of_other_half(patch, how.side)) continue;
     patch.used = has_texture(workspace_->sheet, patch, how);
     if (!patch.used) continue;
     ++textured_;
@@ -297,9 +307,9 @@ void MapRegistration::fix(const Candidate& candidate) {
   MapPose pose;
   result_.verdict = MapVerdict::no_agreement;
   if (count < least_places) return;
-  if (!solve_map_pose(sightings, prior,
-                      {window.pixel_m, params_.patch_sigma_px, MapPoseParams{}.together, params_.common_sigma_px},
-                      pose))
+  MapPoseParams params{window.pixel_m, params_.patch_sigma_px, MapPoseParams{}.together, params_.common_sigma_px};
+  if (candidate.sense == MapSense::relief) params.together = relief_together;
+  if (!solve_map_pose(sightings, prior, params, pose))
     return;
   Vec3 ground, expected;
   if (!ground_on_axis(pose.camera_from_map, window, level_m_, ground) ||

@@ -306,24 +306,33 @@ double MapTally::mean_nees() const {
   return nees.empty() ? 1e9 : sum / static_cast<double>(nees.size());
 }
 
-MapFixResult register_on_map(const MapTrial& trial, const MapPlan& plan, const MapWindow& window,
-                             const SunDirection& sun, const MapRegistrationParams& params) {
+NoisyDepths::NoisyDepths(const MapTrial& trial, Rng& rng) {
+  const auto& depth = trial.frame.depth_m;
+  const double scale = 1 + 0.01 * normal(rng);
+  std::int32_t rows = 0;
+  for (std::int32_t y = 0; y < depth.height; y += 3, ++rows) {
+    for (std::int32_t x = 0; x < depth.width; x += 3) {
+      samples.push_back(static_cast<float>(static_cast<double>(depth.at(x, y)) * scale * (1 + 0.002 * normal(rng))));
+    }
+  }
+  depths = {{samples.data(), static_cast<std::int32_t>(samples.size()) / rows, rows}, 0, 3};
+}
+
+MapFixResult run_registration(const MapRegistrationInput& input, const MapRegistrationParams& params) {
   static const auto workspace = std::make_unique<MapRegistrationWorkspace>();
   static const auto registration = std::make_unique<MapRegistration>();
-  MapRegistrationInput input;
-  input.plan = plan;
-  input.window = window;
-  input.prior = trial.prior;
-  input.keyframes = {&trial.keyframe, 1};
-  input.sun = sun;
-  MapFixResult none;
-  if (!registration->begin(input, params, *workspace).ok()) return none;
+  if (!registration->begin(input, params, *workspace).ok()) return {};
   for (int slice = 0; slice < 100000; ++slice) {
     const Result<bool> more = registration->step();
-    if (!more.ok()) return none;
+    if (!more.ok()) return {};
     if (!more.value()) break;
   }
   return registration->result();
+}
+
+MapFixResult register_on_map(const MapTrial& trial, const MapPlan& plan, const MapWindow& window,
+                             const SunDirection& sun, const MapRegistrationParams& params) {
+  return run_registration({plan, window, trial.prior, {&trial.keyframe, 1}, sun, nullptr}, params);
 }
 
 }  // namespace ilp::test

@@ -107,7 +107,17 @@ struct MapTally {
   [[nodiscard]] double mean_nees() const;
 };
 
+/// Depths of a trial's frame at every third pixel: with the noise of a dense matcher, 0.2 %, and a strip whose length
+/// is wrong by 1 % (one standard deviation).
+struct NoisyDepths {
+  std::vector<float> samples;
+  KeyframeDepths depths;
+
+  NoisyDepths(const MapTrial& trial, Rng& rng);
+};
 /// Runs the registration to its end. No map when it has failed.
+MapFixResult run_registration(const MapRegistrationInput& input, const MapRegistrationParams& params = {});
+/// By light, of one keyframe.
 MapFixResult register_on_map(const MapTrial& trial, const MapPlan& plan, const MapWindow& window,
                              const SunDirection& sun, const MapRegistrationParams& params = {});
 
