@@ -173,6 +173,12 @@ inline constexpr std::size_t max_uplinks = 2;            ///< concurrent uplinke
 inline constexpr std::size_t max_uplink_bytes = 65536;
 inline constexpr std::size_t max_uplink_records = 8;  ///< the newest uplinked files stay on board
 
+// Maps of orbiters (docs/map-relative.md)
+inline constexpr std::size_t max_map_layers = 2;
+inline constexpr std::size_t max_map_tiles = 4096;        ///< of all layers
+inline constexpr std::size_t max_map_tile_bytes = 65535;  ///< of one tile's file: it fits an uplinked file
+inline constexpr std::size_t max_map_features = 256;      ///< of one tile, in one light
+
 // Records and the store
 inline constexpr std::size_t max_record_types = 48;
 inline constexpr std::size_t max_record_bytes = 1024;

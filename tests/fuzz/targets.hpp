@@ -23,6 +23,9 @@ void session(Octets input);
 /// Places, ties and poses on record that hold anything, and a flight that comes back to their ground.
 void place_memory(Octets input);
 
+/// Directories and tiles of maps, with right checksums.
+void map_files(Octets input);
+
 /// JPEG files as a camera's pictures, of the size that they state; raw pictures of any format, size and row length.
 void camera_jpeg(Octets input);
 void camera_picture(Octets input);
@@ -67,7 +70,8 @@ inline constexpr Target targets[] = {{"telecommand", telecommand},
                                      {"place_memory", place_memory, 100},
                                      {"ground_links", ground_links, 100},
                                      {"camera_jpeg", camera_jpeg},
-                                     {"camera_picture", camera_picture}};
+                                     {"camera_picture", camera_picture},
+                                     {"map_files", map_files, 2'000}};
 
 inline void require(bool condition, const char* what) {
   if (!condition) throw std::logic_error(what);

@@ -71,6 +71,44 @@ void forward_row(const std::int32_t* x, std::int32_t* out, std::ptrdiff_t n) {
   if (highs < lows && highs > 0) out[highs] = x[2 * highs] + ((2 * high[highs - 1] + 2) >> 2);
 }
 
+void undo_update(const std::int32_t* low, const std::int32_t* before, const std::int32_t* after, std::int32_t* even,
+                 std::int32_t n) {
+  for (std::int32_t i = 0; i < n; ++i) even[i] = low[i] - ((before[i] + after[i] + 2) >> 2);
+}
+
+void undo_predict(const std::int32_t* high, const std::int32_t* left, const std::int32_t* right, std::int32_t* odd,
+                  std::int32_t n) {
+  for (std::int32_t i = 0; i < n; ++i) odd[i] = high[i] + ((left[i] + right[i]) >> 1);
+}
+
+void inverse_columns(Image from, Image to) {
+  const ColumnRows rows(from.height);
+  const std::int32_t w = from.width;
+  if (rows.highs == 0) return copy_row(from, to);
+  for (std::int32_t k = 0; k < rows.lows; ++k) {
+    undo_update(from.row(k), from.row(rows.high_before(k)), from.row(rows.high_after(k)), to.row(2 * k), w);
+  }
+  for (std::int32_t k = 0; k < rows.highs; ++k) {
+    undo_predict(from.row(rows.lows + k), to.row(2 * k), to.row(rows.even_below(k)), to.row(2 * k + 1), w);
+  }
+}
+
+void inverse_row(const std::int32_t* in, std::int32_t* x, std::ptrdiff_t n) {
+  const std::ptrdiff_t lows = (n + 1) / 2;
+  const std::ptrdiff_t highs = n - lows;
+  if (highs == 0) {
+    x[0] = in[0];
+    return;
+  }
+  const std::int32_t* const high = in + lows;
+  x[0] = in[0] - ((2 * high[0] + 2) >> 2);
+  for (std::ptrdiff_t k = 1; k < highs; ++k) x[2 * k] = in[k] - ((high[k - 1] + high[k] + 2) >> 2);
+  if (highs < lows) x[2 * highs] = in[highs] - ((2 * high[highs - 1] + 2) >> 2);
+  const std::ptrdiff_t inner = n % 2 == 0 ? highs - 1 : highs;  // odd samples with a right neighbour
+  for (std::ptrdiff_t k = 0; k < inner; ++k) x[2 * k + 1] = high[k] + ((x[2 * k] + x[2 * k + 2]) >> 1);
+  if (inner < highs) x[2 * inner + 1] = high[inner] + x[2 * inner];
+}
+
 void mark_row(std::uint8_t* to, const std::uint8_t* from, std::int32_t n) {
   for (std::int32_t i = 0; i < n; ++i) to[i] |= from[i];
 }
@@ -124,6 +162,17 @@ void forward_wavelet53(Image image, int levels, std::int32_t* scratch) {
     with_widest_vectors([&] {
       forward_columns(band, columns);
       for (std::int32_t y = 0; y < band.height; ++y) forward_row(columns.row(y), band.row(y), band.width);
+    });
+  }
+}
+
+void inverse_wavelet53(Image image, int levels, std::int32_t* scratch) {
+  for (int level = levels; level-- > 0;) {
+    const Image band(image.data, low_band_side(image.width, level), low_band_side(image.height, level), image.stride);
+    const Image rows(scratch, band.width, band.height);
+    with_widest_vectors([&] {
+      for (std::int32_t y = 0; y < band.height; ++y) inverse_row(band.row(y), rows.row(y), band.width);
+      inverse_columns(rows, band);
     });
   }
 }

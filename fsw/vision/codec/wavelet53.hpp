@@ -15,6 +15,9 @@ namespace ilp {
 /// 2^25 is safe.
 void forward_wavelet53(ImageView<std::int32_t> image, int levels, std::int32_t* scratch);
 
+/// The inverse, in place. Exact where the coefficients are those of a transform; it is safe for any others below 2^22.
+void inverse_wavelet53(ImageView<std::int32_t> image, int levels, std::int32_t* scratch);
+
 /// Converts the mask of pixels to the mask of coefficients in the layout above, in place: a coefficient is 1 when a
 /// pixel inside (not 0) needs it for its reconstruction, else 0. The pixels inside then do not depend on the
 /// coefficients outside. `scratch` holds width * height bytes.

@@ -3,106 +3,27 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
-
-#include "sim/host/text_format.hpp"
 
 namespace ilp::compare {
 namespace {
 
 constexpr float missing_height = std::numeric_limits<float>::quiet_NaN();
 constexpr std::size_t most_blocks = 64;
-// Programs of planetary mapping mark missing values by numbers near the largest float, declared or not.
-constexpr float no_height = 1e30F;
-
-[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
-  throw std::runtime_error(path.string() + ": " + what);
-}
-
-double metres_per_unit(const std::filesystem::path& path, std::string unit) {
-  std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char c) { return std::tolower(c); });
-  for (const char* name : {"", "m", "metre", "meter", "metres", "meters", "strip unit"}) {
-    if (unit == name) return 1;
-  }
-  if (unit == "km" || unit == "kilometre" || unit == "kilometer") return 1000;
-  if (unit == "ft" || unit == "foot" || unit == "feet") return 0.3048;
-  if (unit == "us survey foot" || unit == "ftus") return 1200.0 / 3937;
-  refuse(path, "heights in the unit \"" + unit + "\"; metres, kilometres or feet expected");
-}
 
 }  // namespace
 
-HeightModel::HeightModel(std::filesystem::path path) : path_(std::move(path)) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(path_, ignored)) refuse(path_, "there is no such file; check the path");
-  dataset_.reset(GDALDataset::Open(path_.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
-  if (!dataset_) throw host::gdal_error(path_.string() + ": not a raster that GDAL reads");
-  if (dataset_->GetRasterCount() != 1) {
-    refuse(path_, host::counted(static_cast<std::size_t>(dataset_->GetRasterCount()), "band") +
-                      ", one with heights expected (gdal_translate -b 1 takes one out)");
-  }
-  columns_ = dataset_->GetRasterXSize();
-  rows_ = dataset_->GetRasterYSize();
-  if (columns_ < 2 || rows_ < 2) {
-    refuse(path_, "a raster of " + host::size_text(columns_, rows_) + " pixels; at least 2x2 expected");
-  }
-  if (dataset_->GetGeoTransform(transform_.data()) != CE_None) {
-    refuse(path_, "the file does not say where its pixels are (gdal_translate -a_ullr states it)");
-  }
-  if (transform_[1] * transform_[5] - transform_[2] * transform_[4] == 0) refuse(path_, "pixels of no size");
-  GDALRasterBand& band = *dataset_->GetRasterBand(1);
-  const double unit = metres_per_unit(path_, band.GetUnitType());
-  metres_ = unit * band.GetScale();
-  offset_ = unit * band.GetOffset();
-  masked_ = (band.GetMaskFlags() & GMF_PER_DATASET) != 0;
-}
-
-const OGRSpatialReference* HeightModel::system() const {
-  const OGRSpatialReference* const system = dataset_->GetSpatialRef();
-  return system != nullptr && system->IsEmpty() == 0 ? system : nullptr;
-}
-
 void HeightModel::reduce(std::int32_t factor) {
-  factor = std::clamp(factor, 1, std::min(columns_, rows_) / 2);
+  factor = std::clamp(factor, 1, std::min(columns(), rows()) / 2);
   if (factor == factor_) return;
   factor_ = factor;
   blocks_.clear();
   where_.clear();
 }
 
-void HeightModel::clear_missing(Block& block, std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height) {
-  GDALRasterBand& band = *dataset_->GetRasterBand(1);
-  int declared = 0;
-  const auto missing = static_cast<float>(band.GetNoDataValue(&declared));
-  host::Raster<std::uint8_t> mask;
-  if (masked_) {
-    mask = host::Raster<std::uint8_t>(block.width, block.height);
-    if (band.GetMaskBand()->RasterIO(GF_Read, x, y, width, height, mask.samples.data(), mask.width, mask.height,
-                                     GDT_Byte, 0, 0, nullptr) != CE_None) {
-      throw host::gdal_error(path_.string() + ": cannot be read");
-    }
-  }
-  for (std::size_t i = 0; i < block.samples.size(); ++i) {
-    float& value = block.samples[i];
-    const bool none =
-        (declared != 0 && value == missing) || !(std::fabs(value) < no_height) || (masked_ && mask.samples[i] == 0);
-    value = none ? missing_height : static_cast<float>(metres_ * value + offset_);
-  }
-}
-
 HeightModel::Block HeightModel::read_block(std::int32_t column, std::int32_t row) {
   const std::int32_t x = column * block_side, y = row * block_side;
-  Block block(std::min(block_side, reduced_columns() - x), std::min(block_side, reduced_rows() - y));
-  GDALRasterIOExtraArg how;
-  INIT_RASTERIO_EXTRA_ARG(how);
-  how.eResampleAlg = factor_ > 1 ? GRIORA_Average : GRIORA_NearestNeighbour;
-  const std::int32_t width = block.width * factor_, height = block.height * factor_;
-  if (dataset_->GetRasterBand(1)->RasterIO(GF_Read, x * factor_, y * factor_, width, height, block.samples.data(),
-                                           block.width, block.height, GDT_Float32, 0, 0, &how) != CE_None) {
-    throw host::gdal_error(path_.string() + ": cannot be read");
-  }
-  clear_missing(block, x * factor_, y * factor_, width, height);
-  return block;
+  return band_.read(x * factor_, y * factor_, std::min(block_side, reduced_columns() - x),
+                    std::min(block_side, reduced_rows() - y), factor_);
 }
 
 const HeightModel::Block& HeightModel::block(std::int32_t column, std::int32_t row) {

@@ -67,6 +67,7 @@ int run_lab(int argc, char** argv, std::ostream& out, std::ostream& err) {
   add_richness_command(lab);
   add_pose_strip_command(lab);
   add_select_command(lab);
+  add_world_map_command(lab);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

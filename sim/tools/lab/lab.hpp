@@ -70,5 +70,6 @@ void add_encode_command(Lab& lab);
 void add_richness_command(Lab& lab);
 void add_pose_strip_command(Lab& lab);
 void add_select_command(Lab& lab);
+void add_world_map_command(Lab& lab);
 
 }  // namespace ilp::lab

@@ -119,6 +119,20 @@ TEST(Wavelet53, TheStandardsInverseGivesEverySizeBackExactly) {
   }
 }
 
+TEST(Wavelet53, TheInverseIsTheStandards) {
+  for (std::int32_t h = 1; h <= 20; ++h) {
+    for (std::int32_t w = 1; w <= 20; ++w) {
+      for (const int levels : {0, 1, 2, 5}) {
+        Plane plane = random_plane(w, h, static_cast<std::uint64_t>(w * 37 + h)), truth = plane;
+        std::vector<std::int32_t> scratch(static_cast<std::size_t>(w * h));
+        invert(truth.view(), levels);
+        inverse_wavelet53(plane.view(), levels, scratch.data());
+        ASSERT_EQ(plane.data, truth.data) << w << "x" << h << ", " << levels << " levels";
+      }
+    }
+  }
+}
+
 TEST(Wavelet53, BandsStandWhereTheyShould) {
   // A constant image has nothing but a low band; a step between columns only horizontal detail.
   Plane plane(13, 10);

@@ -1,0 +1,32 @@
+// A map in a folder, as `ilp-ground map-tiles` writes it: `directory.ilpm`, and `tile-LAYER-ROW-COLUMN.ilpt` for each
+// tile, with four digits for row and column.
+#pragma once
+
+#include "cfg/limits.hpp"
+#include "fsw/base/text.hpp"
+#include "hal/maps/map_source.hpp"
+
+namespace ilp {
+
+/// Longest name of a file of a map, with its end.
+inline constexpr std::size_t max_map_file_name = 32;
+using MapFileName = FixedText<max_map_file_name>;
+inline constexpr const char* map_directory_name = "directory.ilpm";
+[[nodiscard]] MapFileName map_tile_name(const MapTilePlace& place);
+
+class DirectoryMapSource final : public MapSource {
+ public:
+  /// `capacity_exceeded` for a path beyond limits::max_path_bytes. Whether the folder has a map is seen when it is
+  /// read.
+  Status open(const char* folder);
+
+  Status read_directory(std::span<std::uint8_t> bytes, std::size_t& size) override;
+  Status read_tile(const MapTilePlace& place, std::span<std::uint8_t> bytes, std::size_t& size) override;
+
+ private:
+  Status read_file(const char* name, std::span<std::uint8_t> bytes, std::size_t& size) const;
+
+  FixedText<limits::max_path_bytes> folder_;
+};
+
+}  // namespace ilp

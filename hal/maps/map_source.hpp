@@ -1,0 +1,32 @@
+// Where the files of a map lie: one directory, and one file for each tile. They are bytes here; fsw/maps reads them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "fsw/base/status.hpp"
+
+namespace ilp {
+
+/// Row and column of a tile in a layer of the map.
+struct MapTilePlace {
+  std::uint16_t layer = 0, row = 0, column = 0;
+
+  friend bool operator==(const MapTilePlace&, const MapTilePlace&) = default;
+};
+
+/// Every call is bounded, and fills `bytes` with the whole file or nothing; `size` is its length.
+class MapSource {
+ public:
+  /// `not_found`: there is no map; `capacity_exceeded` (a = bytes of the file) if `bytes` is too small; `io_error`
+  /// (a = errno).
+  virtual Status read_directory(std::span<std::uint8_t> bytes, std::size_t& size) = 0;
+  /// The same for a tile, which may have not come yet.
+  virtual Status read_tile(const MapTilePlace& place, std::span<std::uint8_t> bytes, std::size_t& size) = 0;
+
+ protected:
+  ~MapSource() = default;
+};
+
+}  // namespace ilp

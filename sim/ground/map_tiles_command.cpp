@@ -1,0 +1,118 @@
+#include "sim/ground/map_tiles_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "sim/ground/maps/map_tiles.hpp"
+#include "sim/host/command_line.hpp"
+
+namespace ilp::ground {
+namespace {
+
+constexpr double radians = std::numbers::pi / 180;
+
+struct Words {
+  std::string from, body;
+  int strip = 1;
+  std::vector<double> sun, flight_sun, area;
+  bool as_imaged = false;
+};
+
+void add_sources(CLI::App& app, Words& words, maps::MapTilesOptions& options) {
+  auto* const from = app.add_option(
+      "--from", words.from, "results of ilp-ground of an earlier flight, whose orthoimage and heights are used");
+  app.add_option("--strip", words.strip, "strip of that flight [1]")->needs(from)->check(CLI::Range(1, 1000000));
+  auto* const image =
+      app.add_option("--image", options.image, "orthoimage: a raster of one band that GDAL reads")->excludes(from);
+  app.add_option("--heights", options.heights, "terrain model of the same ground, in metres")
+      ->excludes(from)
+      ->needs(image);
+  app.add_option("--sun", words.sun, "AZIMUTH,ELEVATION of the sun of the image, degrees clockwise from north")
+      ->required()
+      ->delimiter(',')
+      ->expected(2);
+  app.add_option("--flight-sun", words.flight_sun,
+                 "the same at the hour of the flight: features of the shape are for this light (default: --sun)")
+      ->delimiter(',')
+      ->expected(2);
+  app.add_option("--body", words.body, "the body; what the rasters state must agree")
+      ->check(CLI::IsMember({"mars", "titan", "venus", "moon", "earth"}));
+  app.add_option("--area", words.area, "WEST,SOUTH,EAST,NORTH, degrees (default: all that both rasters cover)")
+      ->delimiter(',')
+      ->expected(4);
+}
+
+void add_numbers(CLI::App& app, Words& words, maps::MapTilesOptions& options) {
+  app.add_option("--pixel", options.pixel_m, "metres per pixel: about 4.5 pixels of the flight's images")
+      ->required()
+      ->check(CLI::Range(0.001, 100000.0));
+  app.add_option("--coarse", options.coarse, "pixel of the second layer over that of the first; 1: one layer [4]")
+      ->check(CLI::Range(1, 64));
+  app.add_option("--place-sigma", options.place_sigma_m,
+                 "how far the whole map may be off on the body, one sigma per axis, m [0]")
+      ->check(CLI::Range(0.0, 1e6));
+  app.add_option("--height-sigma", options.height_sigma_m, "error of the heights, one sigma, m (default: 0.3 pixels)")
+      ->check(CLI::Range(0.0, 1e5));
+  app.add_option("--image-sigma", options.image_sigma, "noise of the image, grey levels of which 128 is its mean [2]")
+      ->check(CLI::Range(0.0, 255.0));
+  app.add_option("--ambient", options.ambient, "share of the light on level ground that comes from the sky [0.25]")
+      ->check(CLI::Range(0.0, 0.95));
+  app.add_option("--features", options.features, "features of a tile in each light; 0: no start without a place [64]")
+      ->check(CLI::Range(std::size_t{0}, limits::max_map_features));
+  app.add_option("--image-bits", options.image_bits, "bits per pixel of the image [0.5]")->check(CLI::Range(0.05, 4.0));
+  app.add_flag("--as-imaged", words.as_imaged, "leave the light of the image as it is");
+  app.add_option("--key", options.key, "file of keys of the flight; the directory is signed with its first key");
+  app.add_option("--out", options.out, "folder for the map")->required();
+}
+
+Body body_named(const std::string& name) {
+  return static_cast<Body>(find_value(values_of(Body{}), name.c_str())->number);
+}
+
+void read_words(const Words& words, maps::MapTilesOptions& options) {
+  options.sun_azimuth_deg = words.sun[0];
+  options.sun_elevation_deg = words.sun[1];
+  options.flat = !words.as_imaged;
+  if (!words.flight_sun.empty()) {
+    if (!(words.flight_sun[1] > 0 && words.flight_sun[1] <= 90)) {
+      throw std::runtime_error("--flight-sun: an elevation above 0 and at most 90 degrees expected");
+    }
+    options.flight_sun =
+        maps::Sun{(90 - words.flight_sun[0]) * radians, words.flight_sun[1] * radians, options.ambient};
+  }
+  if (!words.area.empty()) options.area = maps::Extent{words.area[0], words.area[1], words.area[2], words.area[3]};
+  if (!words.body.empty()) options.body = body_named(words.body);
+  if (words.from.empty()) return;
+  const std::string suffix = words.strip == 1 ? "" : "-strip-" + std::to_string(words.strip);
+  options.image = std::filesystem::path(words.from) / ("ortho" + suffix + ".tif");
+  options.heights = std::filesystem::path(words.from) / ("height" + suffix + ".tif");
+}
+
+}  // namespace
+
+int map_tiles_main(int argc, char** argv) {
+  CLI::App app{"Makes the map that a flight carries, tiles and a directory, from an orthoimage and a terrain model",
+               "map-tiles"};
+  maps::MapTilesOptions options;
+  Words words;
+  add_sources(app, words, options);
+  add_numbers(app, words, options);
+  if (const auto end = host::read_command_line(app, argc - 1, argv + 1)) return *end;
+  if (words.from.empty() && (options.image.empty() || options.heights.empty())) {
+    std::cerr << "ilp-ground map-tiles: --image and --heights, or --from, expected\n";
+    return host::wrong_usage;
+  }
+  try {
+    read_words(words, options);
+    for (const std::string& line : maps::make_map_tiles(options, std::cerr)) std::cout << line << "\n";
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << "ilp-ground map-tiles: " << error.what() << "\n";
+    return 1;
+  }
+}
+
+}  // namespace ilp::ground

@@ -1,0 +1,153 @@
+#include "sim/ground/maps/map_tiles.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "sim/host/text_format.hpp"
+
+namespace ilp::maps {
+namespace {
+
+constexpr double radians = std::numbers::pi / 180;
+constexpr double finest_over_image = 0.5;  // pixel of the map over that of the image
+constexpr double default_height_sigma_px = 0.3;
+
+std::string body_name(Body body) {
+  return body == Body::none ? "no body" : name_of(body);
+}
+
+Body common_body(const MapTilesOptions& options, const MappedRaster& image, const MappedRaster& heights) {
+  const Body body = image.body();
+  if (heights.body() != body) {
+    throw std::runtime_error("the image stands on " + body_name(body) + ", the heights stand on " +
+                             body_name(heights.body()) + ": both must show the same ground");
+  }
+  if (options.body && *options.body != body) {
+    throw std::runtime_error("--body is " + body_name(*options.body) + ", but the rasters stand on " + body_name(body) +
+                             (body == Body::none ? ": gdal_translate -a_srs states their coordinates" : ""));
+  }
+  return body;
+}
+
+std::string extent_text(const Extent& extent) {
+  return host::brief(extent.west) + " to " + host::brief(extent.east) + " m east, " + host::brief(extent.south) +
+         " to " + host::brief(extent.north) + " m north";
+}
+
+/// The area of the options on the plane: a rectangle about its border.
+Extent wanted_extent(const MapPlane& plane, const Extent& area) {
+  if (plane.body == Body::none) return area;
+  Extent extent{1e18, 1e18, -1e18, -1e18};
+  constexpr int steps = 16;
+  for (int i = 0; i <= steps; ++i) {
+    const double x = area.west + (area.east - area.west) * i / steps;
+    const double y = area.south + (area.north - area.south) * i / steps;
+    for (const Place& edge : {Place{x, area.south}, Place{x, area.north}, Place{area.west, y}, Place{area.east, y}}) {
+      const Place place = map_from_degrees(plane, edge);
+      extent = {std::min(extent.west, place.x), std::min(extent.south, place.y), std::max(extent.east, place.x),
+                std::max(extent.north, place.y)};
+    }
+  }
+  return extent;
+}
+
+MapPlane plane_about(Body body, Place middle) {
+  if (body == Body::none) return {};
+  return {body, std::remainder(middle.x, 360), middle.y};
+}
+
+void check_options(const MapTilesOptions& options) {
+  if (!(options.sun_elevation_deg > 0 && options.sun_elevation_deg <= 90)) {
+    throw std::runtime_error("the sun is " + host::brief(options.sun_elevation_deg) +
+                             " degrees above the horizon; above 0 and at most 90 expected (--sun AZIMUTH,ELEVATION)");
+  }
+  if (!(options.pixel_m > 0)) throw std::runtime_error("--pixel must be above 0 m");
+  if (options.area && options.area->empty()) {
+    throw std::runtime_error(
+        "--area is empty: WEST,SOUTH,EAST,NORTH with west below east and south below north expected");
+  }
+}
+
+void check_pixel(const MapTilesOptions& options, const MappedRaster& image) {
+  const double image_m = image.pixel_m();
+  if (options.pixel_m >= finest_over_image * image_m * (1 - 1e-6)) return;
+  throw std::runtime_error("--pixel is " + host::brief(options.pixel_m) + " m, and the image has " +
+                           host::brief(image_m) + " m per pixel: " + host::brief(finest_over_image * image_m) +
+                           " m or more expected");
+}
+
+/// What the map covers.
+Extent extent_of_map(const MapTilesOptions& options, const MapPlane& plane, const MappedRaster& image,
+                     const MappedRaster& heights) {
+  const Extent seen = image.extent(), known = heights.extent();
+  Extent extent = common_part(seen, known);
+  if (extent.empty()) {
+    throw std::runtime_error("image and heights do not overlap: the image covers " + extent_text(seen) +
+                             ", the heights " + extent_text(known) + " of the middle of the map");
+  }
+  if (!options.area) return extent;
+  const Extent wanted = wanted_extent(plane, *options.area);
+  extent = common_part(extent, wanted);
+  if (extent.empty()) {
+    throw std::runtime_error("--area lies beside the rasters: they cover " + extent_text(common_part(seen, known)) +
+                             " of its middle");
+  }
+  return extent;
+}
+
+/// East of the map's plane from north clockwise becomes the direction from x to y.
+double azimuth_from_x(double clockwise_deg) {
+  return std::remainder(90 - clockwise_deg, 360) * radians;
+}
+
+}  // namespace
+
+std::vector<std::string> make_map_tiles(const MapTilesOptions& options, std::ostream& messages) {
+  check_options(options);
+  const std::vector<std::uint8_t> key = options.key.empty() ? std::vector<std::uint8_t>{} : read_map_key(options.key);
+  MappedRaster image(options.image, host::RasterBand::Content::brightness);
+  MappedRaster heights(options.heights, host::RasterBand::Content::heights);
+  const Body body = common_body(options, image, heights);
+  if (heights.band().unit() == "strip unit") {
+    throw std::runtime_error(options.heights.string() +
+                             ": heights in a unit of their own; metres expected (ilp-ground --anchor gives them)");
+  }
+  const MapPlane plane = plane_about(body, options.area ? options.area->middle() : image.middle());
+  image.lay_on(plane);
+  heights.lay_on(plane);
+  check_pixel(options, image);
+  const Extent extent = extent_of_map(options, plane, image, heights);
+  const auto directory = std::make_unique<MapDirectory>();
+  directory->body = body;
+  directory->longitude_rad = plane.longitude_deg * radians;
+  directory->latitude_rad = plane.latitude_deg * radians;
+  directory->sun_azimuth_rad = azimuth_from_x(options.sun_azimuth_deg);
+  directory->sun_elevation_rad = options.sun_elevation_deg * radians;
+  directory->ambient = options.ambient;
+  directory->image_sigma = options.image_sigma;
+  directory->height_sigma_m = options.height_sigma_m.value_or(default_height_sigma_px * options.pixel_m);
+  directory->place_sigma_m = options.place_sigma_m;
+  set_layers(*directory, extent.west, extent.north, extent.east - extent.west, extent.north - extent.south,
+             options.pixel_m, options.coarse);
+  TileParams params;
+  params.sun = {directory->sun_azimuth_rad, directory->sun_elevation_rad, options.ambient};
+  params.flat = options.flat;
+  params.features = options.features;
+  params.flight_sun = options.flight_sun;
+  params.image_bits = options.image_bits;
+  RasterPieces pieces(image, heights, extent);
+  const MapSummary summary = write_map(
+      *directory, [&](const MapLayer& layer, const PieceArea& area) { return pieces(layer, area); }, params, key,
+      options.out, messages);
+  std::vector<std::string> lines = lines_of(summary);
+  lines.push_back((body == Body::none ? "on no body"
+                                      : "on " + body_name(body) + " about " + host::fixed(plane.longitude_deg, 5) +
+                                            " degrees east, " + host::fixed(plane.latitude_deg, 5) + " degrees north") +
+                  "; the map as a whole may be off by " + host::brief(options.place_sigma_m) +
+                  " m (one sigma, --place-sigma), its heights by " + host::brief(directory->height_sigma_m) + " m");
+  return lines;
+}
+
+}  // namespace ilp::maps

@@ -1,0 +1,261 @@
+#include "sim/ground/maps/map_writer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cmath>
+#include <mutex>
+#include <numeric>
+#include <ostream>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+#include "fsw/base/little_endian.hpp"
+#include "fsw/packets/authentication.hpp"
+#include "hal/maps/directory_map_source.hpp"
+#include "hal/posix/private_file.hpp"
+#include "sim/host/files.hpp"
+#include "sim/host/parallel.hpp"
+#include "sim/host/progress.hpp"
+#include "sim/host/status_error.hpp"
+#include "sim/host/text_format.hpp"
+
+namespace ilp::maps {
+namespace fs = std::filesystem;
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+struct MadeTile {
+  MapTilePlace place;
+  Bytes file;  ///< empty: nothing is known
+  std::size_t known_cells = 0, known_posts = 0;
+};
+
+std::vector<MadeTile> places_of(const MapDirectory& directory) {
+  std::vector<MadeTile> tiles;
+  for (std::uint32_t l = 0; l < directory.layer_count; ++l) {
+    const MapLayer& layer = directory.layers[l];
+    for (std::int32_t row = 0; row < layer.rows; ++row) {
+      for (std::int32_t column = 0; column < layer.columns; ++column) {
+        MadeTile tile;
+        tile.place = {static_cast<std::uint16_t>(l), static_cast<std::uint16_t>(row),
+                      static_cast<std::uint16_t>(column)};
+        tiles.push_back(std::move(tile));
+      }
+    }
+  }
+  return tiles;
+}
+
+/// Makes all tiles, in as many threads as there are makers.
+void make_tiles(const MapDirectory& directory, const PieceOf& pieces, const TileParams& params,
+                std::vector<MadeTile>& tiles, std::ostream& messages) {
+  const std::size_t threads = std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 8);
+  std::vector<std::unique_ptr<TileMaker>> makers;
+  for (std::size_t i = 0; i < threads; ++i) makers.push_back(std::make_unique<TileMaker>(params));
+  std::mutex source, telling;
+  std::atomic<std::size_t> next{0};
+  std::size_t done = 0;
+  host::Progress progress(messages, "tiles");
+  host::for_each_parallel(
+      threads,
+      [&](std::size_t thread) {
+        for (std::size_t k = next++; k < tiles.size(); k = next++) {
+          MadeTile& tile = tiles[k];
+          const MapLayer& layer = directory.layers[tile.place.layer];
+          MapPiece piece;
+          {
+            const std::lock_guard lock(source);
+            piece = pieces(layer, area_of_tile(tile.place.row, tile.place.column));
+          }
+          const TileMaker::Made made = makers[thread]->make(layer, tile.place, std::move(piece));
+          tile.file = made.file;
+          tile.known_cells = made.known_cells;
+          tile.known_posts = made.known_posts;
+          const std::lock_guard lock(telling);
+          progress(++done, tiles.size());
+        }
+      },
+      threads);
+}
+
+/// The same ground in the same tiles is the same map.
+std::uint64_t id_of(const MapDirectory& directory, const std::vector<MadeTile>& tiles) {
+  Bytes facts;
+  const auto add = [&](std::uint64_t value) {
+    std::array<std::uint8_t, sizeof(value)> octets{};
+    store_little_endian(value, octets.data());
+    facts.insert(facts.end(), octets.begin(), octets.end());
+  };
+  for (const double value : {directory.longitude_rad, directory.latitude_rad, directory.sun_azimuth_rad,
+                             directory.sun_elevation_rad, directory.place_sigma_m, directory.height_sigma_m}) {
+    add(std::bit_cast<std::uint64_t>(value));
+  }
+  for (std::uint32_t l = 0; l < directory.layer_count; ++l) {
+    add(std::bit_cast<std::uint64_t>(directory.layers[l].x0_m));
+    add(std::bit_cast<std::uint64_t>(directory.layers[l].y0_m));
+    add(std::bit_cast<std::uint64_t>(directory.layers[l].pixel_m));
+  }
+  for (const MadeTile& tile : tiles) add(map_tile_digest(0, tile.file));
+  return map_tile_digest(static_cast<std::uint64_t>(directory.body), facts);
+}
+
+void clear_folder(const fs::path& folder) {
+  std::vector<fs::path> old;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name == map_directory_name || (name.starts_with("tile-") && name.ends_with(".ilpt"))) old.push_back(entry);
+  }
+  // A directory without all of its tiles would be worse than none.
+  std::sort(old.begin(), old.end());
+  for (const fs::path& path : old) {
+    std::error_code error;
+    if (!fs::remove(path, error) && error) {
+      throw std::runtime_error(path.string() + ": cannot be removed: " + error.message());
+    }
+  }
+}
+
+LayerSummary summary_of(const MapLayer& layer, std::uint32_t number, const std::vector<MadeTile>& tiles) {
+  LayerSummary summary;
+  summary.pixel_m = layer.pixel_m;
+  std::size_t cells = 0, posts = 0;
+  for (const MadeTile& tile : tiles) {
+    if (tile.place.layer != number || tile.file.empty()) continue;
+    ++summary.tiles;
+    summary.bytes += tile.file.size();
+    cells += tile.known_cells;
+    posts += tile.known_posts;
+  }
+  summary.known_km2 = static_cast<double>(cells) * layer.pixel_m * layer.pixel_m / 1e6;
+  if (summary.tiles > 0) {
+    summary.known_heights = static_cast<double>(posts) / static_cast<double>(summary.tiles * map_tile_post_count);
+  }
+  return summary;
+}
+
+}  // namespace
+
+void set_layers(MapDirectory& directory, double west_m, double north_m, double width_m, double height_m, double pixel_m,
+                int coarse) {
+  directory.layer_count = 0;
+  for (const double pixel : {pixel_m, pixel_m * coarse}) {
+    if (directory.layer_count == 1 && coarse <= 1) break;
+    MapLayer& layer = directory.layers[directory.layer_count++];
+    const auto tiles_of = [&](double length_m) {
+      const double count = std::max(std::ceil(length_m / (map_tile_side * pixel) - 1e-9), 1.0);
+      if (count > max_map_layer_side) {
+        throw std::runtime_error("the area has " + host::brief(count) + " tiles along a side, and a map " +
+                                 std::to_string(max_map_layer_side) +
+                                 " at most: choose a smaller --area or a larger --pixel");
+      }
+      return static_cast<std::int32_t>(count);
+    };
+    layer = {pixel, west_m, north_m, tiles_of(width_m), tiles_of(height_m)};
+    const std::size_t count = static_cast<std::size_t>(layer.columns) * static_cast<std::size_t>(layer.rows);
+    // Rasters lie askew: some of the tiles know nothing.
+    if (count > 8 * limits::max_map_tiles) {
+      throw std::runtime_error("the area has " + std::to_string(count) + " tiles of " + host::brief(pixel) +
+                               " m per pixel, and a map " + std::to_string(limits::max_map_tiles) +
+                               " at most: choose a smaller --area or a larger --pixel");
+    }
+  }
+}
+
+MapSummary write_map(MapDirectory& directory, const PieceOf& pieces, const TileParams& params,
+                     std::span<const std::uint8_t> key, const fs::path& folder, std::ostream& messages) {
+  host::make_output_folder(folder);
+  std::vector<MadeTile> tiles = places_of(directory);
+  make_tiles(directory, pieces, params, tiles, messages);
+  const auto known = static_cast<std::size_t>(
+      std::count_if(tiles.begin(), tiles.end(), [](const MadeTile& tile) { return !tile.file.empty(); }));
+  if (known == 0) throw std::runtime_error("nothing is known of the area");
+  if (known > limits::max_map_tiles) {
+    throw std::runtime_error("the area has " + std::to_string(known) + " tiles, and a map " +
+                             std::to_string(limits::max_map_tiles) +
+                             " at most: choose a smaller --area or a larger --pixel");
+  }
+  MapSummary summary;
+  directory.id = summary.id = id_of(directory, tiles);
+  directory.light = params.flat ? MapLight::flat : MapLight::as_imaged;
+  directory.tiles.clear();
+  for (MadeTile& tile : tiles) {
+    if (tile.file.empty()) continue;
+    set_map_id(tile.file, directory.id);
+    MapTileEntry entry;
+    entry.digest = map_tile_digest(directory.id, tile.file);
+    entry.bytes = static_cast<std::uint16_t>(tile.file.size());
+    entry.layer = tile.place.layer;
+    entry.row = tile.place.row;
+    entry.column = tile.place.column;
+    static_cast<void>(directory.tiles.push_back(entry));
+  }
+  Bytes bytes(max_map_directory_bytes);
+  host::require(write_map_directory(directory, key, bytes, summary.directory_bytes), "the map's directory");
+  bytes.resize(summary.directory_bytes);
+  clear_folder(folder);
+  for (const MadeTile& tile : tiles) {
+    if (!tile.file.empty()) host::write_file(folder / map_tile_name(tile.place).c_str(), tile.file);
+  }
+  host::write_file(folder / map_directory_name, bytes);
+  for (std::uint32_t l = 0; l < directory.layer_count; ++l) {
+    summary.layers.push_back(summary_of(directory.layers[l], l, tiles));
+  }
+  return summary;
+}
+
+Bytes read_map_key(const fs::path& path) {
+  Bytes text(4096);
+  std::size_t size = 0;
+  const Status status = read_private_file(path.c_str(), text, size);
+  if (status.is(StatusCode::file_not_private)) {
+    throw std::runtime_error("others may read the file of keys " + path.string() + ": run chmod 600 " + path.string());
+  }
+  if (!status.ok()) {
+    const int error = status.is(StatusCode::not_found) ? ENOENT : static_cast<int>(status.a);
+    throw std::runtime_error("cannot read the file of keys " + path.string() + ": " + host::read_failure(error));
+  }
+  std::istringstream in(std::string(reinterpret_cast<const char*>(text.data()), size));
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line.substr(0, line.find('#')));
+    std::uint16_t spi = 0;
+    std::string hex;
+    if (!(words >> spi >> hex)) continue;
+    const bool digits = hex.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
+    if (!digits || hex.size() % 2 != 0 || hex.size() < 2 * min_key_bytes || hex.size() > 2 * max_key_bytes) {
+      throw std::runtime_error(path.string() + ": a line is an SPI and 16 to 64 octets in hexadecimal");
+    }
+    Bytes key;
+    for (std::size_t i = 0; i < hex.size(); i += 2) {
+      key.push_back(static_cast<std::uint8_t>(std::stoi(hex.substr(i, 2), nullptr, 16)));
+    }
+    return key;
+  }
+  throw std::runtime_error(path.string() + " has no key");
+}
+
+std::vector<std::string> lines_of(const MapSummary& summary) {
+  std::vector<std::string> lines;
+  std::size_t all = summary.directory_bytes;
+  for (const LayerSummary& layer : summary.layers) {
+    all += layer.bytes;
+    std::string line = host::brief(layer.pixel_m) + " m per pixel: " + host::counted(layer.tiles, "tile") + ", " +
+                       host::bytes_text(layer.bytes);
+    if (layer.known_km2 > 0) {
+      line += ", " + host::brief(layer.known_km2) + " km2, " +
+              host::bytes_text(static_cast<std::uint64_t>(static_cast<double>(layer.bytes) / layer.known_km2)) +
+              " per km2";
+    }
+    lines.push_back(line + ", heights of " + host::fixed(100 * layer.known_heights, 1) + " %");
+  }
+  std::ostringstream id;
+  id << std::hex << summary.id;
+  lines.push_back("map " + id.str() + ": " + host::bytes_text(all) + " in all, " +
+                  host::bytes_text(summary.directory_bytes) + " of them the directory");
+  return lines;
+}
+
+}  // namespace ilp::maps

@@ -1,0 +1,48 @@
+// A tile of a map from a piece of ground.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "fsw/maps/map_tile.hpp"
+#include "hal/maps/map_source.hpp"
+#include "sim/ground/maps/map_pieces.hpp"
+
+namespace ilp::maps {
+
+/// Cells of a piece beyond the tile on each side: features at its border need them.
+inline constexpr std::int32_t tile_margin = 32;
+
+struct TileParams {
+  Sun sun;                        ///< of the image
+  bool flat = true;               ///< divide the image by its shading
+  std::size_t features = 64;      ///< of a tile, in each light
+  std::optional<Sun> flight_sun;  ///< that the features of the shape are for; none: that of the image
+  double image_bits = 0.5;        ///< per pixel
+  double height_step_px = 0.02;   ///< of posts
+};
+
+/// Which tile, and the piece of ground around it, which is tile_margin larger on every side.
+[[nodiscard]] PieceArea area_of_tile(std::int32_t row, std::int32_t column);
+
+class TileMaker {
+ public:
+  explicit TileMaker(const TileParams& params);
+  ~TileMaker();
+
+  struct Made {
+    std::vector<std::uint8_t> file;  ///< with map id 0; empty if the piece knows nothing of the tile
+    std::size_t known_cells = 0, known_posts = 0;
+  };
+  /// std::runtime_error for heights that no tile holds.
+  [[nodiscard]] Made make(const MapLayer& layer, const MapTilePlace& place, MapPiece piece);
+
+ private:
+  struct Memory;
+  TileParams params_;
+  std::unique_ptr<Memory> memory_;
+};
+
+}  // namespace ilp::maps

@@ -1,0 +1,100 @@
+#include "sim/host/raster_band.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "sim/host/text_format.hpp"
+
+namespace ilp::host {
+namespace {
+
+constexpr float missing_value = std::numeric_limits<float>::quiet_NaN();
+// Programs of planetary mapping mark missing values by numbers near the largest float, declared or not.
+constexpr float no_value = 1e30F;
+
+[[noreturn]] void refuse_raster(const std::filesystem::path& path, const std::string& what) {
+  throw std::runtime_error(path.string() + ": " + what);
+}
+
+double metres_per_unit(const std::filesystem::path& path, std::string unit) {
+  std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char c) { return std::tolower(c); });
+  for (const char* name : {"", "m", "metre", "meter", "metres", "meters", "strip unit"}) {
+    if (unit == name) return 1;
+  }
+  if (unit == "km" || unit == "kilometre" || unit == "kilometer") return 1000;
+  if (unit == "ft" || unit == "foot" || unit == "feet") return 0.3048;
+  if (unit == "us survey foot" || unit == "ftus") return 1200.0 / 3937;
+  refuse_raster(path, "heights in the unit \"" + unit + "\"; metres, kilometres or feet expected");
+}
+
+}  // namespace
+
+RasterBand::RasterBand(std::filesystem::path path, Content content) : path_(std::move(path)) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path_, ignored)) refuse_raster(path_, "there is no such file; check the path");
+  dataset_.reset(GDALDataset::Open(path_.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+  if (!dataset_) throw gdal_error(path_.string() + ": not a raster that GDAL reads");
+  if (dataset_->GetRasterCount() != 1) {
+    refuse_raster(path_, counted(static_cast<std::size_t>(dataset_->GetRasterCount()), "band") + ", one with " +
+                             (content == Content::heights ? "heights" : "brightness") +
+                             " expected (gdal_translate -b 1 takes one out)");
+  }
+  columns_ = dataset_->GetRasterXSize();
+  rows_ = dataset_->GetRasterYSize();
+  if (columns_ < 2 || rows_ < 2) {
+    refuse_raster(path_, "a raster of " + size_text(columns_, rows_) + " pixels; at least 2x2 expected");
+  }
+  if (dataset_->GetGeoTransform(transform_.data()) != CE_None) {
+    refuse_raster(path_, "the file does not say where its pixels are (gdal_translate -a_ullr states it)");
+  }
+  if (transform_[1] * transform_[5] - transform_[2] * transform_[4] == 0) refuse_raster(path_, "pixels of no size");
+  GDALRasterBand& band = *dataset_->GetRasterBand(1);
+  const double unit = content == Content::heights ? metres_per_unit(path_, band.GetUnitType()) : 1;
+  factor_ = unit * band.GetScale();
+  offset_ = unit * band.GetOffset();
+  masked_ = (band.GetMaskFlags() & GMF_PER_DATASET) != 0;
+}
+
+const OGRSpatialReference* RasterBand::system() const {
+  const OGRSpatialReference* const system = dataset_->GetSpatialRef();
+  return system != nullptr && system->IsEmpty() == 0 ? system : nullptr;
+}
+
+void RasterBand::clear_missing(Raster<float>& block, std::int32_t x, std::int32_t y, std::int32_t width,
+                               std::int32_t height) {
+  GDALRasterBand& band = *dataset_->GetRasterBand(1);
+  int declared = 0;
+  const auto missing = static_cast<float>(band.GetNoDataValue(&declared));
+  Raster<std::uint8_t> mask;
+  if (masked_) {
+    mask = Raster<std::uint8_t>(block.width, block.height);
+    if (band.GetMaskBand()->RasterIO(GF_Read, x, y, width, height, mask.samples.data(), mask.width, mask.height,
+                                     GDT_Byte, 0, 0, nullptr) != CE_None) {
+      throw gdal_error(path_.string() + ": cannot be read");
+    }
+  }
+  for (std::size_t i = 0; i < block.samples.size(); ++i) {
+    float& value = block.samples[i];
+    const bool none =
+        (declared != 0 && value == missing) || !(std::fabs(value) < no_value) || (masked_ && mask.samples[i] == 0);
+    value = none ? missing_value : static_cast<float>(factor_ * value + offset_);
+  }
+}
+
+Raster<float> RasterBand::read(std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height,
+                               std::int32_t factor) {
+  Raster<float> block(width, height);
+  GDALRasterIOExtraArg how;
+  INIT_RASTERIO_EXTRA_ARG(how);
+  how.eResampleAlg = factor > 1 ? GRIORA_Average : GRIORA_NearestNeighbour;
+  if (dataset_->GetRasterBand(1)->RasterIO(GF_Read, x, y, width * factor, height * factor, block.samples.data(), width,
+                                           height, GDT_Float32, 0, 0, &how) != CE_None) {
+    throw gdal_error(path_.string() + ": cannot be read");
+  }
+  clear_missing(block, x, y, width * factor, height * factor);
+  return block;
+}
+
+}  // namespace ilp::host

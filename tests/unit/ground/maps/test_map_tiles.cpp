@@ -1,0 +1,442 @@
+// Maps from rasters whose content is known at every longitude and latitude.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "sim/host/files.hpp"
+#include "tests/unit/ground/maps/scene.hpp"
+
+namespace ilp::maps {
+namespace {
+namespace fs = std::filesystem;
+
+using test::RasterFile;
+using test::read_map;
+using test::ReadMap;
+using test::transverse_mercator;
+using test::write_raster;
+
+constexpr double mars_m = 3396190, degree_m = mars_m * std::numbers::pi / 180;
+constexpr double radians = std::numbers::pi / 180;
+const char* const equirectangular = "+proj=eqc +lat_ts=0 +lon_0=0 +R=3396190 +units=m +no_defs";
+
+class MapTiles : public ::testing::Test {
+ protected:
+  MapTiles() : folder_(fs::temp_directory_path() / ("ilp-map-tiles-" + std::to_string(::getpid()))) {
+    fs::create_directories(folder_);
+    options_.image = folder_ / "image.tif";
+    options_.heights = folder_ / "heights.tif";
+    options_.sun_azimuth_deg = 270;
+    options_.sun_elevation_deg = 40;
+    options_.pixel_m = 5;
+    options_.out = folder_ / "map";
+  }
+  ~MapTiles() override { fs::remove_all(folder_); }
+
+  std::string refusal() {
+    std::ostringstream messages;
+    try {
+      make_map_tiles(options_, messages);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "";
+  }
+  ReadMap made() {
+    std::ostringstream messages;
+    EXPECT_FALSE(make_map_tiles(options_, messages).empty());
+    return read_map(options_.out);
+  }
+
+  fs::path folder_;
+  MapTilesOptions options_;
+};
+
+/// A raster of `pixel_m` about the longitude and latitude, in the equirectangular projection.
+RasterFile about(double longitude, double latitude, std::int32_t side, double pixel_m) {
+  RasterFile file;
+  file.system = equirectangular;
+  file.columns = file.rows = side;
+  const double half = side * pixel_m / 2;
+  const double t[6] = {longitude * degree_m - half, pixel_m, 0, latitude * degree_m + half, 0, -pixel_m};
+  std::copy(std::begin(t), std::end(t), std::begin(file.t));
+  return file;
+}
+
+struct Mark {
+  double longitude, latitude;
+};
+const Mark marks[] = {{137.4, -4.6}, {137.405, -4.596}, {137.393, -4.604}, {137.3985, -4.5935}};
+constexpr double mark_m = 12;  // sigma of the spots
+
+/// Bright spots of mark_m on grey ground, by the distance on the sphere.
+double spots(double longitude, double latitude) {
+  double light = 60;
+  for (const Mark& mark : marks) {
+    const double east = std::remainder(longitude - mark.longitude, 360) * degree_m * std::cos(latitude * radians);
+    const double north = (latitude - mark.latitude) * degree_m;
+    light += 45 * std::exp(-(east * east + north * north) / (2 * mark_m * mark_m));
+  }
+  return light;
+}
+
+/// Nearly a plane on the ground of this map.
+double slope(double longitude, double latitude) {
+  return -4400 + 3000 * (longitude - 137.4) - 7000 * (latitude + 4.6);
+}
+
+/// Every mark where the projection's formulas have it, to a tenth of a pixel; heights to a step.
+void expect_scene(const ReadMap& map) {
+  const MapDirectory& directory = *map.directory;
+  const double longitude0 = directory.longitude_rad / radians, latitude0 = directory.latitude_rad / radians;
+  for (const Mark& mark : marks) {
+    const Place truth = transverse_mercator(mars_m, longitude0, latitude0, mark.longitude, mark.latitude);
+    for (std::uint32_t layer = 0; layer < directory.layer_count; ++layer) {
+      const double pixel_m = directory.layers[layer].pixel_m;
+      const auto radius = static_cast<std::int32_t>(4 * mark_m / pixel_m) + 2;
+      // The ground about the mark is the floor.
+      const Place found = map.centre_of_light(layer, truth, radius, 135);
+      EXPECT_NEAR(found.x, truth.x, 0.1 * pixel_m) << mark.longitude << ", layer " << layer;
+      EXPECT_NEAR(found.y, truth.y, 0.1 * pixel_m) << mark.longitude << ", layer " << layer;
+    }
+  }
+  std::size_t known = 0;
+  for (const auto& tile : map.tiles) {
+    const MapLayer& layer = directory.layers[tile->layer];
+    for (std::int32_t j = 0; j < map_tile_posts; j += 4) {
+      for (std::int32_t i = 0; i < map_tile_posts; i += 4) {
+        if (!tile->is_known(i, j)) continue;
+        const double x = layer.x0_m + (tile->column * map_tile_side + i * map_post_spacing) * layer.pixel_m;
+        const double y = layer.y0_m - (tile->row * map_tile_side + j * map_post_spacing) * layer.pixel_m;
+        // The inverse of the projection near its origin (Snyder, 8-6, 8-7).
+        const double d = y / mars_m + latitude0 * radians;
+        const double latitude = std::asin(std::sin(d) / std::cosh(x / mars_m)) / radians;
+        const double longitude = longitude0 + std::atan2(std::sinh(x / mars_m), std::cos(d)) / radians;
+        // A post at the border of the rasters is the mean of what is known.
+        if (std::fabs(longitude - 137.4) > 0.008 || std::fabs(latitude + 4.6) > 0.008) continue;
+        EXPECT_NEAR(tile->height_m(i, j), slope(longitude, latitude), tile->height_step_m) << i << " " << j;
+        ++known;
+      }
+    }
+  }
+  EXPECT_GT(known, 100U);
+}
+
+TEST_F(MapTiles, MarksAndHeightsStandWhereTheProjectionHasThem) {
+  const auto in_degrees = [](auto scene) {
+    return [scene](double x, double y) { return scene(x / degree_m, y / degree_m); };
+  };
+  write_raster(options_.image, about(137.4, -4.6, 700, 2), in_degrees(spots));
+  write_raster(options_.heights, about(137.4, -4.6, 200, 8), in_degrees(slope));
+  const ReadMap map = made();
+  EXPECT_EQ(map.directory->body, Body::mars);
+  EXPECT_EQ(map.directory->layer_count, 2U);
+  EXPECT_EQ(map.directory->layers[1].pixel_m, 20);
+  EXPECT_NEAR(map.directory->longitude_rad, 137.4 * radians, 1e-9);
+  EXPECT_NEAR(std::cos(map.directory->sun_azimuth_rad), -1, 1e-9) << "the west, from x to y";
+  EXPECT_NEAR(map.directory->sun_elevation_rad, 40 * radians, 1e-12);
+  expect_scene(map);
+}
+
+TEST_F(MapTiles, RastersOfOtherProjectionsAndOfAnotherSphereGiveTheSame) {
+  // The image in degrees from 0 to 360, the heights in a stereographic projection that is turned, on a sphere whose
+  // radius is that of the place, as HiRISE has it.
+  RasterFile image;
+  image.system = "+proj=longlat +R=3394839.8 +no_defs";
+  image.columns = image.rows = 900;
+  const double step = 2 / degree_m;
+  const double t[6] = {137.4 - 450 * step, step, 0, -4.6 + 450 * step, 0, -step};
+  std::copy(std::begin(t), std::end(t), std::begin(image.t));
+  write_raster(options_.image, image, spots);
+  RasterFile heights;
+  heights.system = "+proj=laea +lat_0=-4.6 +lon_0=137.4 +R=3394839.8 +units=m +no_defs";
+  heights.columns = heights.rows = 300;
+  const double u[6] = {-1200, 7, 4, 300, 4, -7};
+  std::copy(std::begin(u), std::end(u), std::begin(heights.t));
+  write_raster(options_.heights, heights, [](double x, double y) {
+    // Azimuthal about the middle: to far below a step over a kilometre, arcs on the sphere.
+    const double latitude =
+        -4.6 + y / 3394839.8 / radians - x * x * std::tan(-4.6 * radians) / (2 * 3394839.8 * 3394839.8) / radians;
+    return slope(137.4 + x / (3394839.8 * std::cos(latitude * radians)) / radians, latitude);
+  });
+  expect_scene(made());
+}
+
+TEST_F(MapTiles, OnTheEarthNorthIsAlongTheMeridianOfTheEllipsoid) {
+  const double step = 1e-5;
+  RasterFile image;
+  image.system = "+proj=longlat +datum=WGS84 +no_defs";
+  image.columns = 400;
+  image.rows = 1200;
+  const double t[6] = {11 - 200 * step, step, 0, 48 + 600 * step, 0, -step};
+  std::copy(std::begin(t), std::end(t), std::begin(image.t));
+  const double mark_latitude = 48 + 400 * step;
+  write_raster(options_.image, image, [&](double longitude, double latitude) {
+    const double east = (longitude - 11) * 74600, north = (latitude - mark_latitude) * 111200;
+    return 60 + 45 * std::exp(-(east * east + north * north) / (2 * 4.0 * 4.0));
+  });
+  write_raster(options_.heights, image, [](double, double) { return 500.0; });
+  options_.pixel_m = 2;
+  options_.coarse = 1;
+  const ReadMap map = made();
+  EXPECT_EQ(map.directory->body, Body::earth);
+  // The arc of the meridian: the integral of its radius of curvature.
+  const double a = 6378137, e2 = 0.00669437999014;
+  double arc_m = 0;
+  for (int i = 0; i < 400; ++i) {
+    const double s = std::sin((48 + (i + 0.5) * step) * radians);
+    arc_m += a * (1 - e2) / std::pow(1 - e2 * s * s, 1.5) * step * radians;
+  }
+  const Place found = map.centre_of_light(0, {0, arc_m}, 10, 135);
+  EXPECT_NEAR(found.x, 0, 0.2);
+  EXPECT_NEAR(found.y, arc_m, 0.2);
+}
+
+TEST_F(MapTiles, ScaledHeightsMissingValuesAndUnitsAreRead) {
+  write_raster(options_.image, about(0, 10, 400, 5), [](double, double) { return 100.0; });
+  RasterFile heights = about(0, 10, 100, 20);
+  heights.type = RasterFile::Type::i16;
+  heights.scale = 0.0005;  // of a kilometre
+  heights.offset = -3;
+  heights.missing = -32768;
+  heights.unit = "km";
+  write_raster(options_.heights, heights, [&](double x, double y) {
+    const bool hole = x > 200 && y > 10 * degree_m + 200;
+    return hole ? std::nan("") : -3 + 0.0005 * 200;
+  });
+  options_.coarse = 1;
+  const ReadMap map = made();
+  const MapLayer& layer = map.directory->layers[0];
+  std::size_t holes = 0, known = 0;
+  for (const auto& tile : map.tiles) {
+    for (std::int32_t j = 0; j < map_tile_posts; ++j) {
+      for (std::int32_t i = 0; i < map_tile_posts; ++i) {
+        const double x = layer.x0_m + (tile->column * 256 + i * 4) * 5.0,
+                     y = layer.y0_m - (tile->row * 256 + j * 4) * 5.0;
+        if (std::fabs(x) > 950 || std::fabs(y) > 950) continue;
+        if (x > 230 && y > 230) {
+          EXPECT_FALSE(tile->is_known(i, j)) << x << " " << y;
+          ++holes;
+        } else if (x < 170 || y < 170) {
+          ASSERT_TRUE(tile->is_known(i, j)) << x << " " << y;
+          EXPECT_NEAR(tile->height_m(i, j), -2900, tile->height_step_m);
+          ++known;
+        }
+      }
+    }
+  }
+  EXPECT_GT(holes, 500U);
+  EXPECT_GT(known, 3000U);
+}
+
+TEST_F(MapTiles, TheShadingOfTheHeightsIsDividedOut) {
+  // Hills lit from the south-west by Lambert's law; brightness of the ground changes at a line.
+  const double azimuth = 225 * radians, elevation = 35 * radians, ambient = 0.25;
+  const double sx = std::sin(azimuth) * std::cos(elevation), sy = std::cos(azimuth) * std::cos(elevation);
+  const double sz = std::sin(elevation), k = 2 * std::numbers::pi / 400;
+  const auto hill = [&](double x, double y) { return 15 * std::sin(k * x) * std::cos(k * (y - 20 * degree_m)); };
+  write_raster(options_.heights, about(0, 20, 400, 5), hill);
+  const auto lit = [&](double x, double y) {
+    const double gy = -15 * k * std::sin(k * x) * std::sin(k * (y - 20 * degree_m));
+    // Towards the east a metre on the ground is more than one of the projection, by 1 / cos 20 degrees.
+    const double gx = 15 * k * std::cos(k * x) * std::cos(k * (y - 20 * degree_m)) / std::cos(20 * radians);
+    const double facing = (sz - gx * sx - gy * sy) / std::sqrt(1 + gx * gx + gy * gy);
+    return (x < 0 ? 90 : 110) * (ambient + (1 - ambient) * std::max(facing, 0.0) / sz);
+  };
+  write_raster(options_.image, about(0, 20, 400, 5), lit);
+  options_.sun_azimuth_deg = 225;
+  options_.sun_elevation_deg = 35;
+  options_.pixel_m = 5;
+  options_.coarse = 1;
+  options_.image_bits = 4;
+  const auto spread = [&](const ReadMap& map) {
+    double west[2] = {255, 0}, east[2] = {255, 0};
+    const MapLayer& layer = map.directory->layers[0];
+    for (double y = -600; y < 600; y += 15) {
+      for (double x = 60; x < 600; x += 15) {
+        const auto row = static_cast<std::int32_t>((layer.y0_m - y) / 5);
+        const double e = map.grey(0, static_cast<std::int32_t>((x - layer.x0_m) / 5), row);
+        const double w = map.grey(0, static_cast<std::int32_t>((-x - layer.x0_m) / 5), row);
+        east[0] = std::min(east[0], e), east[1] = std::max(east[1], e);
+        west[0] = std::min(west[0], w), west[1] = std::max(west[1], w);
+      }
+    }
+    EXPECT_NEAR((east[0] + east[1]) / (west[0] + west[1]), 11.0 / 9, 0.05);
+    return std::max(east[1] - east[0], west[1] - west[0]);
+  };
+  const ReadMap flat = made();
+  EXPECT_EQ(flat.directory->light, MapLight::flat);
+  EXPECT_LT(spread(flat), 8);
+  options_.flat = false;
+  const ReadMap as_imaged = made();
+  EXPECT_EQ(as_imaged.directory->light, MapLight::as_imaged);
+  EXPECT_GT(spread(as_imaged), 45);
+}
+
+double texture(double x, double y) {
+  double light = 100;
+  for (int k = 1; k <= 9; ++k) light += 9 * std::sin(x / (7.0 + 3 * k) + k * k) * std::cos(y / (9.0 + 2 * k) - k);
+  return light;
+}
+
+TEST_F(MapTiles, TilesHaveFeaturesOfBothLightsInside) {
+  write_raster(options_.image, about(0, 0, 600, 4), texture);
+  write_raster(options_.heights, about(0, 0, 600, 4), [](double x, double y) { return texture(y, x) / 4; });
+  const ReadMap map = made();
+  for (std::size_t i = 0; i < map.tiles.size(); ++i) {
+    if (map.tiles[i]->layer != 0) continue;
+    EXPECT_GT(map.features[i].image.size(), 30U);
+    EXPECT_LE(map.features[i].image.size(), 64U);
+    EXPECT_GT(map.features[i].shape.size(), 20U);
+  }
+  options_.features = 0;
+  for (const MapTileFeatures& features : made().features) EXPECT_TRUE(features.image.empty() && features.shape.empty());
+}
+
+TEST_F(MapTiles, TheSameGroundGivesTheSameBytesAndAKeySignsThem) {
+  write_raster(options_.image, about(0, 0, 300, 5), texture);
+  write_raster(options_.heights, about(0, 0, 300, 5), [](double x, double) { return x / 10; });
+  const ReadMap first = made();
+  const std::vector<std::uint8_t> directory = host::read_file(options_.out / "directory.ilpm");
+  // What another map left is removed.
+  std::ofstream(options_.out / "tile-1-0099-0099.ilpt") << "old";
+  static_cast<void>(made());
+  EXPECT_EQ(host::read_file(options_.out / "directory.ilpm"), directory);
+  EXPECT_FALSE(fs::exists(options_.out / "tile-1-0099-0099.ilpt"));
+  options_.key = folder_ / "keys";
+  std::ofstream(options_.key) << "# keys\n7 000102030405060708090a0b0c0d0e0f\n";
+  EXPECT_NE(refusal().find("chmod 600"), std::string::npos);
+  ::chmod(options_.key.c_str(), 0600);
+  std::ostringstream messages;
+  make_map_tiles(options_, messages);
+  std::vector<std::uint8_t> key(16);
+  for (std::size_t i = 0; i < key.size(); ++i) key[i] = static_cast<std::uint8_t>(i);
+  EXPECT_EQ(read_map(options_.out, key).directory->id, first.directory->id);
+  std::ofstream(options_.key) << "7 0001\n";
+  EXPECT_NE(refusal().find("16 to 64 octets"), std::string::npos);
+}
+
+TEST_F(MapTiles, RastersOnNoBodyKeepTheirCoordinates) {
+  RasterFile file;
+  file.columns = file.rows = 300;
+  const double t[6] = {1000, 2, 0, 5000, 0, -2};
+  std::copy(std::begin(t), std::end(t), std::begin(file.t));
+  write_raster(options_.image, file, [](double x, double y) {
+    return 60 + 45 * std::exp(-((x - 1250) * (x - 1250) + (y - 4700) * (y - 4700)) / 288);
+  });
+  write_raster(options_.heights, file, [](double x, double y) { return x - y; });
+  options_.area = Extent{1100, 4500, 1500, 4900};
+  options_.coarse = 1;
+  options_.flat = false;
+  const ReadMap map = made();
+  EXPECT_EQ(map.directory->body, Body::none);
+  EXPECT_EQ(map.directory->layers[0].x0_m, 1100);
+  EXPECT_EQ(map.directory->layers[0].y0_m, 4900);
+  const Place found = map.centre_of_light(0, {1250, 4700}, 10, 140);
+  EXPECT_NEAR(found.x, 1250, 0.5);
+  EXPECT_NEAR(found.y, 4700, 0.5);
+  EXPECT_NEAR(map.tiles[0]->height_m(10, 10), 1100 + 200 - (4900 - 200), 0.1);
+}
+
+TEST_F(MapTiles, WhatIsWrongIsNamed) {
+  const auto flat = [](double, double) { return 100.0; };
+  const auto expect_refused = [&](const char* words) {
+    EXPECT_NE(refusal().find(words), std::string::npos) << refusal();
+  };
+  expect_refused("there is no such file");
+  write_raster(options_.image, about(10, 0, 200, 5), flat);
+  write_raster(options_.heights, about(10, 0, 200, 5), flat);
+  EXPECT_EQ(refusal(), "");
+
+  options_.sun_elevation_deg = -3;
+  expect_refused("the sun is -3.00 degrees above the horizon");
+  options_.sun_elevation_deg = 40;
+  options_.pixel_m = 2;
+  expect_refused("2.50 m or more expected");
+  options_.pixel_m = 5;
+  options_.body = Body::venus;
+  expect_refused("--body is venus, but the rasters stand on mars");
+  options_.body.reset();
+  options_.area = Extent{20, -1, 21, 1};
+  expect_refused("--area lies beside the rasters");
+  options_.area = Extent{21, -1, 20, 1};
+  expect_refused("--area is empty");
+  options_.area.reset();
+  options_.pixel_m = 5;
+  RasterFile large = about(10, 0, 30000, 10);
+  large.type = RasterFile::Type::u8;
+  large.empty = true;
+  write_raster(options_.image, large, flat);
+  write_raster(options_.heights, about(10, 0, 60, 5000), flat);
+  expect_refused("4096 at most: choose a smaller --area or a larger --pixel");
+  write_raster(options_.image, about(10, 0, 200, 5), flat);
+  write_raster(options_.heights, about(11, 0, 200, 5), flat);
+  expect_refused("image and heights do not overlap");
+  RasterFile other = about(10, 0, 200, 5);
+  other.system = "+proj=eqc +lat_ts=0 +lon_0=0 +R=1737400 +units=m +no_defs";
+  write_raster(options_.heights, other, flat);
+  expect_refused("the image stands on mars, the heights stand on moon");
+  other.system = "+proj=eqc +lat_ts=0 +lon_0=0 +R=1188300 +units=m +no_defs";
+  write_raster(options_.heights, other, flat);
+  expect_refused("a body of 1188300 m radius");
+  other = about(10, 0, 200, 5);
+  other.unit = "K";
+  write_raster(options_.heights, other, flat);
+  expect_refused("heights in the unit");
+  other = about(10, 0, 200, 5);
+  other.t[1] = 0;
+  write_raster(options_.heights, other, flat);
+  expect_refused("does not say where its pixels are");
+  other = about(10, 0, 200, 5);
+  other.bands = 3;
+  write_raster(options_.heights, other, flat);
+  expect_refused("3 bands");
+  write_raster(options_.heights, about(10, 0, 200, 5), flat);
+  RasterFile nothing = about(10, 0, 200, 5);
+  nothing.missing = -1;
+  write_raster(options_.image, nothing, [](double, double) { return -1.0; });
+  expect_refused("nothing is known in the area");
+  write_raster(options_.image, about(10, 0, 200, 5), flat);
+  std::ofstream(folder_ / "file") << "x";
+  options_.out = folder_ / "file" / "map";
+  EXPECT_NE(refusal(), "");
+}
+
+TEST_F(MapTiles, TheProgramSaysWhatItTakes) {
+  const auto run = [&](const std::string& arguments, int& status) {
+    const fs::path out = folder_ / "said";
+    status = WEXITSTATUS(
+        std::system((ILP_GROUND_PROGRAM " map-tiles " + arguments + " > " + out.string() + " 2>&1").c_str()));
+    const std::vector<std::uint8_t> said = host::read_file(out);
+    return std::string(said.begin(), said.end());
+  };
+  int status = -1;
+  EXPECT_NE(run("--help", status).find("--place-sigma"), std::string::npos);
+  EXPECT_EQ(status, 0);
+  EXPECT_NE(run("--sun 10,20 --pixel 1 --out x", status).find("--image and --heights, or --from, expected"),
+            std::string::npos);
+  EXPECT_EQ(status, 2);
+  // An earlier flight's own map.
+  const fs::path flight = folder_ / "flight";
+  fs::create_directories(flight);
+  write_raster(flight / "ortho.tif", about(0, 0, 300, 5), texture);
+  write_raster(flight / "height.tif", about(0, 0, 300, 5), [](double x, double) { return x / 10; });
+  const std::string said =
+      run("--from " + flight.string() + " --sun 200,30 --pixel 5 --out " + options_.out.string(), status);
+  EXPECT_EQ(status, 0) << said;
+  EXPECT_NE(said.find("per km2"), std::string::npos) << said;
+  EXPECT_EQ(read_map(options_.out).directory->layers[0].pixel_m, 5);
+  const std::string area =
+      run("--from " + flight.string() + " --sun 200,30 --pixel 5 --area -0.005,-0.004,0.002,0.003 --out " +
+              options_.out.string(),
+          status);
+  EXPECT_EQ(status, 0) << area;
+}
+
+}  // namespace
+}  // namespace ilp::maps
