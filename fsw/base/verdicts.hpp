@@ -72,7 +72,9 @@ ILP_ENUMERATION(StripFrameVerdict, (0, ok, "the measurements agree"),
                 (2, scales_contradict,
                  "heights, positions and velocities give different lengths of the strip unit: the kind that disagrees "
                  "with two others is left out; if there are only two kinds, both are"),
-                (3, headings_contradict, "the attitudes' heading is not that of the track: the track's is used"))
+                (3, headings_contradict, "the attitudes' heading is not that of the track: the track's is used"),
+                (4, fixes_contradict,
+                 "the fixes on the map and the vehicle's positions give different places or headings: neither is used"))
 
 /// Verdict on the registration of a keyframe against a map.
 ILP_ENUMERATION(MapVerdict, (0, fixed, "the keyframe's place on the map is known"),
