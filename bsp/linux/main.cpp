@@ -345,6 +345,7 @@ bool Flight::prepare_navigation() {
 bool Flight::prepare_map() {
   if (options_.map == nullptr) return true;
   mission_.use_map = mission_of_file_.use_map = true;
+  map_.require_key(keys_.first_key());
   return good(options_.map, map_.open(options_.map));
 }
 

@@ -277,8 +277,12 @@ Status MapFix::plan() {
   const bool searchable = planned.ok() && planned.value().search_px <= wiring_.mission.map_search_px + edge_px;
   const bool too_far = planned.ok() ? !searchable : planned.status().is(StatusCode::capacity_exceeded);
   if (too_far) {
-    conclude(MapVerdict::at_edge);
     workspace_.after.lost = 1;
+    if (work_.record.prior == FixPrior::vehicle) {
+      MapStart(wiring_, work_, workspace_).begin();
+    } else {
+      conclude(MapVerdict::at_edge);
+    }
     return {};
   }
   if (!planned.ok()) {

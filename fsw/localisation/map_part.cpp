@@ -23,7 +23,8 @@ void MapPart::open() {
   // A map may come later.
   if (status.is(StatusCode::not_found)) return;
   if (status.ok())
-    status = parse_map_directory(std::span(scratch.directory_file).first(size), {}, workspace_.directory);
+    status =
+        parse_map_directory(std::span(scratch.directory_file).first(size), wiring_.source->key(), workspace_.directory);
   if (status.ok() && workspace_.directory.body != wiring_.mission.body)
     status = {StatusCode::map_other_body, static_cast<std::int64_t>(workspace_.directory.body),
               static_cast<std::int64_t>(wiring_.mission.body)};

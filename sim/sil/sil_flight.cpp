@@ -219,6 +219,7 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
     host::require(navigation_.open(source.navigation.c_str()),
                   "navigation " + source.navigation + " (its columns: docs/navigation.md)");
   }
+  map_.require_key(keys_.first_key());
   if (!options.map.empty()) host::require(map_.open(options.map.c_str()), "map " + options.map);
   host::require(software_->start(source.model), "starting the flight software");
   const Status begun = software_->begin_life({}, disk_.start().in_order());
