@@ -30,6 +30,7 @@ enum class ComponentId : std::uint8_t {
   scrubber = 15,
   navigator = 16,
   place_memory = 17,
+  map_fix = 18,
 };
 
 /// What happens to a checkpoint whose state has another layout or size than this build's.
@@ -136,12 +137,12 @@ inline constexpr Stage rows[] = {
     {.component = ComponentId::navigator,
      .name = "navigator",
      .page = "navigation",
-     .wakes = mask_of(keyframe, pose),
-     .reads = mask_of(keyframe, pose),
+     .wakes = mask_of(keyframe, pose, fix),
+     .reads = mask_of(keyframe, pose, fix),
      .writes = mask_of(navigation, strip_frame),
      .period = 1,
      .budget_ns = 10 * ns_per_ms,
-     .state = {.number = 1, .old = OldState::dropped},
+     .state = {.number = 2, .old = OldState::dropped},
      .runs_on = RunsOn::head},
     // Finds an unknown camera; afterwards it checks each strip against the camera.
     {.component = ComponentId::camera_calibrator,
@@ -170,6 +171,17 @@ inline constexpr Stage rows[] = {
      .writes = mask_of(depth, mask),
      .budget_ns = 50 * ns_per_ms,
      .state = {.number = 3}},
+    // Beside the memory of places: the ground of the keyframe on the map of an orbiter, whose files its process has.
+    {.component = ComponentId::map_fix,
+     .name = "map_fix",
+     .page = "localisation",
+     .wakes = mask_of(depth),
+     .reads = mask_of(depth, keyframe, frame, camera, pose, shutter, navigation),
+     .writes = mask_of(fix),
+     .budget_ns = 20 * ns_per_ms,
+     .step_memory = true,
+     .state = {.number = 1, .old = OldState::dropped},
+     .runs_on = RunsOn::head},
     // Between a keyframe's depth and everything that is made of its mask.
     {.component = ComponentId::place_memory,
      .name = "place_memory",
@@ -208,9 +220,9 @@ inline constexpr Stage rows[] = {
      .reads = mask_of(place),
      .writes = mask_of(storage),
      .changes = mask_of(frame, depth, mask, structure, product),
-     .erases =
-         mask_of(frame, capture, overlap, strip, keyframe, calibration, calibration_check, pose, structure, depth, mask,
-                 richness, product, downlink, command, event, navigation, strip_frame, link, tie, frame_plane, shutter),
+     .erases = mask_of(frame, capture, overlap, strip, keyframe, calibration, calibration_check, pose, structure, depth,
+                       mask, richness, product, downlink, command, event, navigation, strip_frame, link, tie,
+                       frame_plane, shutter, fix),
      .period = 50,
      .budget_ns = 20 * ns_per_ms,
      .step_memory = true,
@@ -222,7 +234,7 @@ inline constexpr Stage rows[] = {
      .wakes = mask_of(richness, product, component),
      .reads =
          mask_of(frame, overlap, strip, keyframe, camera, calibration, calibration_check, pose, structure, depth, mask,
-                 richness, storage, command, event, component, start, timing, navigation, strip_frame, link, tie),
+                 richness, storage, command, event, component, start, timing, navigation, strip_frame, link, tie, fix),
      .writes = mask_of(downlink, transfer),
      .changes = mask_of(product),
      .erases = mask_of(downlink, transfer),
@@ -266,7 +278,7 @@ inline constexpr Stage rows[] = {
      .wakes = mask_of(event, command),
      .reads = mask_of(event, command, commanding, storage, capture, frame, overlap, strip, keyframe, camera,
                       calibration, calibration_check, pose, depth, mask, richness, product, downlink, transfer, uplink,
-                      timing, node, component),
+                      timing, node, component, fix),
      .period = 1,
      .budget_ns = 10 * ns_per_ms,
      .state = {.number = 2, .old = OldState::dropped},

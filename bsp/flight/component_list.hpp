@@ -23,6 +23,7 @@
 #include "hal/clock/clock.hpp"
 #include "hal/compute/compute.hpp"
 #include "hal/link/link.hpp"
+#include "hal/maps/map_source.hpp"
 #include "hal/navigation/navigation.hpp"
 #include "hal/store/store.hpp"
 #include "hal/worker/worker.hpp"
@@ -70,6 +71,7 @@ class ComponentList {
     DeliveryFigures* delivery = nullptr;
     const Health* health = nullptr;
     NavigationSource* navigation = nullptr;
+    MapSource* map = nullptr;
     Worker* worker = nullptr;
     Compute* compute = nullptr;
     StereoBandWorkspace* bands = nullptr;  ///< of the processor, for jobs of the stereo matcher
@@ -158,6 +160,7 @@ class ComponentList {
     operator Camera&() const { return *parts.camera; }
     operator Link&() const { return *parts.link; }
     operator NavigationSource*() const { return parts.navigation; }
+    operator MapSource*() const { return parts.map; }
     operator Worker*() const { return parts.worker; }
     operator Compute*() const { return parts.compute; }
     operator StereoBandWorkspace*() const { return parts.bands; }

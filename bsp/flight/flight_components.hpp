@@ -10,6 +10,7 @@
 #include "fsw/imaging/acquisition.hpp"
 #include "fsw/imaging/capture_clock.hpp"
 #include "fsw/imaging/overlap_checker.hpp"
+#include "fsw/localisation/map_fix.hpp"
 #include "fsw/motion/camera_calibrator.hpp"
 #include "fsw/motion/structure_and_motion.hpp"
 #include "fsw/navigation/navigator.hpp"
@@ -25,7 +26,7 @@ namespace ilp {
 
 using FlightComponents =
     ComponentList<Telecommander, CaptureClock, Acquisition, OverlapChecker, Navigator, CameraCalibrator,
-                  StructureAndMotion, DenseMatcher, PlaceMemory, RichnessScorer, Compressor, StorageManager, Downlink,
-                  FileDelivery, TelecommandGuard, Scrubber, TelemetryReporter>;
+                  StructureAndMotion, DenseMatcher, MapFix, PlaceMemory, RichnessScorer, Compressor, StorageManager,
+                  Downlink, FileDelivery, TelecommandGuard, Scrubber, TelemetryReporter>;
 
 }  // namespace ilp

@@ -67,6 +67,7 @@ FlightSoftware::FlightSoftware(const FlightDevices& devices, MissionParameters& 
                .delivery = &delivery_,
                .health = &executive_,
                .navigation = devices.navigation,
+               .map = devices.map,
                .worker = devices.worker,
                .compute = &compute_.compute(),
                .bands = &compute_.bands(),

@@ -42,6 +42,7 @@
 #include "hal/compute/shared/shared_compute.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
 #include "hal/link/udp/udp_link.hpp"
+#include "hal/maps/directory_map_source.hpp"
 #include "hal/navigation/csv/navigation_file.hpp"
 #include "hal/nonvolatile/file_nonvolatile.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
@@ -116,6 +117,7 @@ class Flight {
   bool reduce_camera();
   bool find_source_of(const CameraModel& camera);
   bool prepare_navigation();
+  bool prepare_map();
   bool start();
   void test_board();
   void prepare_compute();
@@ -162,6 +164,7 @@ class Flight {
   RealClock real_clock_;
   ImageSources::Chosen source_;
   NavigationFile navigation_;
+  DirectoryMapSource map_;
   UdpLink vehicle_link_{real_clock_};
   VehiclePackets vehicle_{vehicle_link_, mission_};
   WatchedWait wait_{watchdog_, manager_, clock()};
@@ -218,6 +221,7 @@ bool Flight::assemble() {
                                                   .packets = shared_ ? shared_->packets() : links_.packets(),
                                                   .files = shared_ ? shared_->files() : links_.files(),
                                                   .navigation = options_.navigation != nullptr ? &navigation_ : live,
+                                                  .map = options_.map != nullptr ? &map_ : nullptr,
                                                   .worker = worker_.worker(),
                                                   .image = program_image(),
                                                   .real_time = !options_.virtual_time},
@@ -338,6 +342,13 @@ bool Flight::prepare_navigation() {
   return good(options_.navigation_udp, status);
 }
 
+bool Flight::prepare_map() {
+  if (options_.map == nullptr) return true;
+  mission_.use_map = mission_of_file_.use_map = true;
+  map_.require_key(keys_.first_key());
+  return good(options_.map, map_.open(options_.map));
+}
+
 bool Flight::prepare() {
   return (options_.camera == nullptr || parse_camera(options_.camera, model_) ||
           refused("--camera needs 6, 10, 11 or 14 numbers, or 6, fisheye and 4", options_.camera)) &&
@@ -347,7 +358,7 @@ bool Flight::prepare() {
          (options_.watchdog == nullptr || parse_watchdog(options_.watchdog, watchdog_options_) ||
           refused("--watchdog needs DEVICE or DEVICE:SECONDS", options_.watchdog)) &&
          prepare_mission() && prepare_store() && prepare_links() && assemble() && prepare_start() && prepare_camera() &&
-         prepare_navigation();
+         prepare_navigation() && prepare_map();
 }
 
 void Flight::test_board() {

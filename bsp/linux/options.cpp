@@ -23,7 +23,7 @@ constexpr const char* usage_of_flight =
     "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
     "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]]\n"
     "                    [--key FILE | --without-authentication])\n"
-    "                   [--navigation FILE.csv | --navigation-udp ADDRESS:PORT] [--mission FILE.ini]\n"
+    "                   [--navigation FILE.csv | --navigation-udp ADDRESS:PORT] [--map DIR] [--mission FILE.ini]\n"
     "                   [--mission-epoch] [--fly-on] [--priority N] [--watchdog DEVICE[:SECONDS]] [--compute SOCKET]\n"
     "                   [--worker thread|inline] [--lock-lease SECONDS] [--trap-heap]\n"
     "       ilp-onboard --stages STAGE,... --store STORE [--mission FILE.ini] [--priority N] [--lock-lease SECONDS]\n"
@@ -43,6 +43,8 @@ constexpr const char* help_of_options =
     "                  camera and links; without it all stages run here\n"
     "  --navigation    the vehicle's measurements, a CSV file; they are used then (docs/navigation.md)\n"
     "  --navigation-udp  packets of the vehicle's computer with its measurements, in real time (docs/navigation.md)\n"
+    "  --map           folder with the tiles of an orbiter's map; keyframes are localised on it then;\n"
+    "                  with --key it must be signed (docs/map-relative.md)\n"
     "  --link-udp, --link-tcp  telecommands and telemetry are space packets, and files go by CFDP (docs/links.md)\n"
     "  --cfdp-udp      CFDP PDUs are sent bare on a port of their own, not in space packets\n"
     "  --...-peer      the only station that is sent to; without it all stations are that have sent something\n"
@@ -66,10 +68,11 @@ constexpr const char* help_of_options =
 bool joins_only(const Options& options) {
   const bool of_the_head = options.source != nullptr || options.camera != nullptr || options.size != nullptr ||
                            options.outbox != nullptr || options.links.any() || options.navigation != nullptr ||
-                           options.navigation_udp != nullptr || options.virtual_time || options.mission_epoch ||
-                           options.fly_on || options.key != nullptr || options.without_authentication ||
-                           options.acknowledgements != nullptr || options.watchdog != nullptr ||
-                           options.state != nullptr || options.compute != nullptr || options.worker != nullptr;
+                           options.navigation_udp != nullptr || options.map != nullptr || options.virtual_time ||
+                           options.mission_epoch || options.fly_on || options.key != nullptr ||
+                           options.without_authentication || options.acknowledgements != nullptr ||
+                           options.watchdog != nullptr || options.state != nullptr || options.compute != nullptr ||
+                           options.worker != nullptr;
   return !of_the_head && options.store != nullptr && std::strcmp(options.store, "memory") != 0;
 }
 
@@ -121,6 +124,7 @@ bool read_words(int argc, char** argv, Options& options, CommandLineFault& fault
                         {"--size", &options.size},
                         {"--navigation", &options.navigation},
                         {"--navigation-udp", &options.navigation_udp},
+                        {"--map", &options.map},
                         {"--database", &options.store},
                         {"--store", &options.store},
                         {"--stages", &options.stages},

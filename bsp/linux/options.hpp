@@ -15,6 +15,7 @@ struct Options {
   const char* size = nullptr;
   const char* navigation = nullptr;      ///< file
   const char* navigation_udp = nullptr;  ///< address
+  const char* map = nullptr;             ///< folder
   const char* store = nullptr;           ///< a database file, `memory`, or the address of a server
   const char* stages = nullptr;          ///< null: all
   const char* state = nullptr;           ///< of the small memory, where the store is no file

@@ -72,6 +72,23 @@ ILP_ENUMERATION(StripFrameVerdict, (0, ok, "the measurements agree"),
                 (2, scales_contradict,
                  "heights, positions and velocities give different lengths of the strip unit: the kind that disagrees "
                  "with two others is left out; if there are only two kinds, both are"),
-                (3, headings_contradict, "the attitudes' heading is not that of the track: the track's is used"))
+                (3, headings_contradict, "the attitudes' heading is not that of the track: the track's is used"),
+                (4, fixes_contradict,
+                 "the fixes on the map and the vehicle's positions give different places or headings: neither is used"))
+
+/// Verdict on the registration of a keyframe against a map.
+ILP_ENUMERATION(MapVerdict, (0, fixed, "the keyframe's place on the map is known"),
+                (1, no_map, "the map knows too little of the ground that was searched"),
+                (2, no_texture, "too few pieces of the keyframe have anything to be known by"),
+                (3, no_agreement, "too few pieces of the keyframe agree on one place"),
+                (4, at_edge, "the best place is at the edge of what was searched, and the right one may be beyond it"),
+                (5, ambiguous, "the ground repeats itself, and another place fits nearly as well"),
+                (6, senses_contradict, "image and shape of the map give different places"),
+                (7, contradicts_prior, "rotation or height would differ from the prior by more than it errs"))
+
+/// What of a map was compared with the keyframe.
+ILP_ENUMERATION(MapSense, (0, relit, "the map's image, lit by the sun of the moment"),
+                (1, shape, "the map's heights, lit by the sun of the moment"),
+                (2, relief, "the map's heights with those of the keyframe: no light is in it"))
 
 }  // namespace ilp

@@ -199,6 +199,11 @@ Result<bool> DownlinkChoice::send_next_records(std::int64_t most, State& after) 
     ProductRecord product;
     ILP_TAKE(const Found made, find_next(wiring_.store, product_id(keyframe.id, ProductKind::image) - 1, product));
     if (made == Found::nothing) return false;
+    if (wiring_.mission.use_map) {
+      FixRecord fix;
+      ILP_TAKE(const Found fixed, find_next(wiring_.store, keyframe.id - 1, fix));
+      if (fixed == Found::nothing) return false;
+    }
     if (!rests(FileClass::records, keyframe.id)) {
       if (!may_go(after, usual_records_bytes, most)) return false;
       return files_.send_records(keyframe.id, after);

@@ -102,6 +102,7 @@ Result<bool> DownlinkFiles::send_records(std::int64_t keyframe_id, State& after)
   for (std::int64_t number = 0; number < limits::max_links_per_keyframe; ++number) {
     ILP_TRY(write_link(link_id(keyframe_id, number)));
   }
+  ILP_TRY(write_fix(keyframe_id));
   ILP_TRY(write_depth(keyframe_id));
   ILP_TRY(write_mask(keyframe_id));
   ILP_TRY(file_.write_if_present<RichnessRecord>(keyframe_id));
@@ -157,6 +158,21 @@ Status DownlinkFiles::write_link(std::int64_t id) {
   }
   ILP_TRY(file_.write_record(link));
   return file_.write(points.first(link.points.bytes));
+}
+
+Status DownlinkFiles::write_fix(std::int64_t keyframe_id) {
+  FixRecord fix;
+  ILP_TAKE(const bool found, file_.take(get(wiring_.store, keyframe_id, fix)));
+  if (!found) return {};
+  std::array<std::uint8_t, limits::max_fix_points * sizeof(FixPoint)> bytes;
+  ILP_ASSERT(fix.points.bytes <= bytes.size(), fix.points.bytes);
+  const std::span<std::uint8_t> points = std::span(bytes).first(fix.points.bytes);
+  if (!points.empty()) {
+    ILP_TAKE(const bool whole, file_.take(read_blob<FixRecord>(wiring_.store, "points", keyframe_id, 0, points)));
+    if (!whole) fix.points.bytes = 0;
+  }
+  ILP_TRY(file_.write_record(fix));
+  return file_.write(points.first(fix.points.bytes));
 }
 
 Status DownlinkFiles::write_products_of(std::int64_t keyframe_id, std::int64_t frame_id) {

@@ -25,6 +25,7 @@ class DownlinkFiles : public DownlinkPart {
   Status write_depth(std::int64_t keyframe_id);
   Status write_mask(std::int64_t keyframe_id);
   Status write_link(std::int64_t id);
+  Status write_fix(std::int64_t keyframe_id);
   Status write_products_of(std::int64_t keyframe_id, std::int64_t frame_id);
   Status write_frame(std::int64_t id);
   Status write_refinement(const ProductRecord& product, std::span<const std::uint8_t> longer, int last_layer);

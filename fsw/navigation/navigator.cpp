@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fsw/shared/find.hpp"
+#include "fsw/shared/local_plane.hpp"
 #include "fsw/shared/measured_keyframe.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "hal/store/newest_id.hpp"
@@ -99,12 +100,46 @@ Result<bool> Navigator::measure_keyframe() {
   return true;
 }
 
-void Navigator::add(const PoseRecord& pose, const NavigationRecord& navigation, State& after) const {
-  if (has_place(navigation, wiring_.mission.body) && !after.placed) {
+/// The fix of a keyframe: not known yet is no. A keyframe without a fix has an empty one.
+Result<bool> Navigator::fixed_at(std::int64_t keyframe_id, FixRecord& fix) const {
+  fix = {};
+  if (!wiring_.mission.use_map) return true;
+  ILP_TAKE(const Found found, find_next(wiring_.store, keyframe_id - 1, fix));
+  if (found == Found::nothing) return false;
+  if (found == Found::damaged || fix.id != keyframe_id) fix = {};
+  return true;
+}
+
+void Navigator::add(const PoseRecord& pose, const NavigationRecord& navigation, const FixRecord& fix,
+                    State& after) const {
+  const Body body = wiring_.mission.body;
+  if (has_place(navigation, body) && !after.placed) {
     after.origin = place_of(navigation);
     after.placed = true;
   }
-  navigation::add_thinned(measured_keyframe(pose, navigation, wiring_.mission.body, after.origin), after.keyframes);
+  const bool fixed = fix.state == FixState::accepted && fix.body == body;
+  if (fixed && body != Body::none && !after.placed) {
+    after.origin = map_origin_of(fix);
+    after.placed = true;
+  }
+  navigation::MeasuredKeyframe keyframe = measured_keyframe(pose, navigation, body, after.origin);
+  // Beside a map, positions lie on a plane as the map does.
+  if (wiring_.mission.use_map && has_place(navigation, body))
+    plane_from_place(body, after.origin, place_of(navigation), keyframe.place_m);
+  if (fixed) keyframe.fix = fix_measurement(fix, after.origin);
+  navigation::add_thinned(keyframe, after.keyframes);
+}
+
+/// The similarity on the plane about the origin as one to east, north and up at the strip's own place.
+BodyPlace Navigator::place_on_plane(const navigation::StripFrame& frame, const State& after,
+                                    StripFrameRecord& record) const {
+  const Body body = wiring_.mission.body;
+  const BodyPlace place =
+      place_from_plane(body, after.origin, {frame.origin_m.x(), frame.origin_m.y(), frame.origin_m.z()});
+  const double north = plane_north(body, after.origin, place);
+  quaternion_from_rotation(rotation_from_vector(Vec3(0, 0, -north)) * frame.level_from_strip,
+                           record.q_level_from_strip);
+  return place;
 }
 
 StripFrameRecord Navigator::record_of(const navigation::StripFrame& frame, const State& after,
@@ -121,9 +156,11 @@ StripFrameRecord Navigator::record_of(const navigation::StripFrame& frame, const
   std::copy_n(pose.q_cam_from_world, 4, record.q_level_from_strip);
   record.tilt_sigma_rad = frame.tilt_sigma_rad;
   record.heading_sigma_rad = frame.heading_sigma_rad;
-  if (frame.horizontal_sigma_m > 0) {
-    const BodyPlace place =
-        place_at(wiring_.mission.body, after.origin, {frame.origin_m.x(), frame.origin_m.y(), frame.origin_m.z()});
+  if (frame.horizontal_sigma_m > 0 && after.placed) {
+    const Vec3& at = frame.origin_m;
+    const BodyPlace place = wiring_.mission.use_map
+                                ? place_on_plane(frame, after, record)
+                                : place_at(wiring_.mission.body, after.origin, {at.x(), at.y(), at.z()});
     record.body = wiring_.mission.body;
     record.longitude_deg = place.longitude_deg;
     record.latitude_deg = place.latitude_deg;
@@ -139,6 +176,8 @@ StripFrameRecord Navigator::record_of(const navigation::StripFrame& frame, const
   record.positions_refused = frame.positions.refused;
   record.velocities_used = frame.velocities.used;
   record.velocities_refused = frame.velocities.refused;
+  record.fixes_used = frame.fixes.used;
+  record.fixes_refused = frame.fixes.refused;
   return record;
 }
 
@@ -151,9 +190,13 @@ Result<bool> Navigator::place_strip() {
   if (!found.ok() && !damaged) return found;
   if (!damaged && is_open(pose.state)) return false;
   if (damaged) pose.id = found.a;
+  FixRecord fix;
+  ILP_TAKE(const bool decided, fixed_at(pose.id, fix));
+  if (!decided) return false;
   NavigationRecord measured;
   ILP_TAKE(const bool known, find(wiring_.store, pose.id, measured));
-  const bool useful = !damaged && known && pose.state == PoseState::final;
+  const bool asked = known || wiring_.mission.use_map;
+  const bool useful = !damaged && asked && pose.state == PoseState::final;
   workspace_.after = state_;
   navigation::StripFrame frame;
   if (useful) {
@@ -161,7 +204,7 @@ Result<bool> Navigator::place_strip() {
       workspace_.after = {};
       workspace_.after.strip_id = pose.strip_id;
     }
-    add(pose, measured, workspace_.after);
+    add(pose, measured, fix, workspace_.after);
     frame = navigation::estimate_strip_frame(workspace_.after.keyframes);
     workspace_.after.verdict = frame.verdict;
   }
@@ -179,7 +222,7 @@ Result<bool> Navigator::place_strip() {
 }
 
 StepResult Navigator::step() {
-  if (!wiring_.mission.use_navigation) return {};
+  if (!wiring_.mission.use_navigation && !wiring_.mission.use_map) return {};
   StepResult result = work();
   if (!result.status.ok() || workspace_.refused == workspace_.reported_refused) return result;
   workspace_.reported_refused = workspace_.refused;
@@ -188,7 +231,7 @@ StepResult Navigator::step() {
 }
 
 StepResult Navigator::work() {
-  const Result<bool> measured = measure_keyframe();
+  const Result<bool> measured = wiring_.mission.use_navigation ? measure_keyframe() : Result<bool>(false);
   if (!measured.ok() || measured.value()) return {measured.status(), true};
   const Result<bool> placed = place_strip();
   if (!placed.ok() || placed.value()) return {placed.status(), true};

@@ -1,4 +1,5 @@
-// Where keyframes and strips lie by the vehicle's own measurements: Keyframe -> Navigation, Pose -> StripFrame.
+// Where keyframes and strips lie by the vehicle's own measurements and by fixes on a map: Keyframe -> Navigation, Pose
+// and Fix -> StripFrame.
 #pragma once
 
 #include "cfg/limits.hpp"
@@ -14,10 +15,11 @@
 
 namespace ilp {
 
-/// Does nothing unless the mission uses navigation. It keeps the newest samples, says for each keyframe what they mean
-/// at its exposure, and for each strip, as its poses become final, which similarity takes its
-/// world to metres, up and north. Every keyframe gets a record, also an empty one, because structure and motion waits
-/// for it. Samples that are implausible or out of order are left out and counted.
+/// Does nothing unless the mission uses navigation or a map. It keeps the newest samples, says for each keyframe what
+/// they mean at its exposure, and for each strip, as its poses become final, which similarity takes its world to
+/// metres, up and north. Every keyframe gets a record, also an empty one, because structure and motion waits for it.
+/// With a map, a pose waits for the keyframe's fix. Samples that are implausible or out of order are left out and
+/// counted.
 class Navigator final : public StageComponent<ComponentId::navigator> {
  public:
   static const CheckpointForm checkpoint;
@@ -63,7 +65,9 @@ class Navigator final : public StageComponent<ComponentId::navigator> {
   Result<bool> measure_keyframe();
   Result<bool> place_strip();
   void measure(const KeyframeRecord& keyframe, NavigationRecord& record) const;
-  void add(const PoseRecord& pose, const NavigationRecord& navigation, State& after) const;
+  Result<bool> fixed_at(std::int64_t keyframe_id, FixRecord& fix) const;
+  void add(const PoseRecord& pose, const NavigationRecord& navigation, const FixRecord& fix, State& after) const;
+  BodyPlace place_on_plane(const navigation::StripFrame& frame, const State& after, StripFrameRecord& record) const;
   [[nodiscard]] StripFrameRecord record_of(const navigation::StripFrame& frame, const State& after,
                                            std::int64_t keyframe_id) const;
 

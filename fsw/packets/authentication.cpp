@@ -63,6 +63,12 @@ Status Authenticator::add(std::uint16_t spi, std::span<const std::uint8_t> key) 
           static_cast<std::int64_t>(limits::max_security_associations)};
 }
 
+std::span<const std::uint8_t> Authenticator::first_key() const {
+  if (associations_.empty()) return {};
+  const Association& first = associations_[0];
+  return std::span(first.key).first(std::min(first.key_bytes, max_key_bytes));
+}
+
 Status Authenticator::add_line(std::span<const char> line) {
   std::uint32_t spi = 0;
   std::size_t digits = 0;

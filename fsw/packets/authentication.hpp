@@ -33,6 +33,8 @@ class Authenticator {
  public:
   /// `invalid_argument` for a known SPI or a key of another length, `capacity_exceeded`.
   Status add(std::uint16_t spi, std::span<const std::uint8_t> key);
+  /// The first one that was added, which also signs maps; empty: there is none.
+  [[nodiscard]] std::span<const std::uint8_t> first_key() const;
   /// Reads lines `SPI KEY`, the SPI from 1 to 65535, the key in hexadecimal; `#` begins a comment. `parse_error` (a =
   /// line).
   Status add_keys(std::span<const char> text);

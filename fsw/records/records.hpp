@@ -35,6 +35,16 @@ struct StructureObservation {
   float x, y;  ///< px of the real image, pixel centres at integers
 };
 
+/// The blob `points` of the record `fix` is a sequence of FixPoint: a patch's place in the keyframe, ideal px in units
+/// of 1 / fix_points_per_px from (-fix_point_margin_px, -fix_point_margin_px), and in the window, working px in units of
+/// 1 / fix_window_points_per_px.
+struct FixPoint {
+  std::uint16_t u, v, column, row;
+};
+inline constexpr double fix_points_per_px = 16;
+inline constexpr double fix_point_margin_px = 512;
+inline constexpr double fix_window_points_per_px = 256;
+
 /// The blob `points` of the record `link` is a sequence of LinkPoint: the same point of the ground in the earlier and
 /// in the newer keyframe, px of the real images in units of 1 / link_points_per_px.
 struct LinkPoint {

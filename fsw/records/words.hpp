@@ -118,6 +118,16 @@ ILP_ENUMERATION(LinkVerdict, (0, linked, "the images and the geometry agree"),
                  "the images agree; too few of the matches have depth to say where the keyframes stand"),
                 (2, contradicts_poses, "images and geometry agree, but the poses of the strip do not: drift"))
 
+/// What a fix on the map is worth to the strip.
+ILP_ENUMERATION(FixState, (0, none, "there is no fix"), (1, accepted, "it takes part"),
+                (2, unconfirmed,
+                 "it lies farther from the prior than that errs: it takes part where the next one agrees"))
+
+/// What said where a keyframe stands on the map before it was registered.
+ILP_ENUMERATION(FixPrior, (0, none, "nothing: it was not searched for"), (1, vehicle, "the vehicle's measurements"),
+                (2, fixes, "the latest fixes and the poses since"),
+                (3, search, "a comparison with the features of all tiles"))
+
 /// The reason for the start of the software.
 ILP_ENUMERATION(StartReason, (0, first, "the store is new"), (1, stopped, "the life before ended in order"),
                 (2, process_died, "the process was killed or crashed, and the board went on"),

@@ -5,13 +5,7 @@
 #include "fsw/base/math.hpp"
 
 namespace ilp {
-namespace {
-
-struct Figure {
-  double equatorial_m, polar_m;
-};
-
-Figure figure_of(Body body) {
+BodyRadii body_radii(Body body) {
   switch (body) {
     case Body::none:
     case Body::count:
@@ -27,13 +21,11 @@ Figure figure_of(Body body) {
     case Body::earth:
       return {6378137, 6356752.314245};
   }
-  return {0, 0};
+  return {};
 }
 
-}  // namespace
-
 DegreeLengths degree_lengths(Body body, double latitude_deg, double elevation_m) {
-  const Figure figure = figure_of(body);
+  const BodyRadii figure = body_radii(body);
   if (!(figure.equatorial_m > 0)) return {};
   constexpr double rad_per_deg = pi / 180;
   const double sine = det_sin(latitude_deg * rad_per_deg), cosine = det_cos(latitude_deg * rad_per_deg);

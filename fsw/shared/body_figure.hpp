@@ -5,6 +5,12 @@
 
 namespace ilp {
 
+/// Zeros without a body.
+struct BodyRadii {
+  double equatorial_m = 0, polar_m = 0;
+};
+[[nodiscard]] BodyRadii body_radii(Body body);
+
 /// Metres to the east and to the north per degree of longitude and latitude, at a place above the body's figure: the
 /// IAU's spheres (2015), and the WGS 84 ellipsoid. 0 without a body.
 struct DegreeLengths {

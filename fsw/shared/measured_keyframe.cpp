@@ -1,8 +1,71 @@
 #include "fsw/shared/measured_keyframe.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "fsw/shared/local_plane.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
 
 namespace ilp {
+namespace {
+
+bool sound(const FixRecord& fix) {
+  double sum = fix.ground_depth + fix.ground_depth_sigma + fix.map_sigma_m;
+  for (const double v : fix.ground_m) sum += v;
+  for (const double v : fix.centre_m) sum += v;
+  for (const double v : fix.covariance) sum += v;
+  for (const double v : fix.ground_covariance) sum += v;
+  double norm = 0;
+  for (const double v : fix.q_cam_from_map) norm += v * v;
+  return std::isfinite(sum) && std::fabs(norm - 1) < 1e-6 && fix.ground_covariance[0] > 0 &&
+         fix.ground_covariance[2] > 0 && fix.ground_height_sigma_m > 0;
+}
+
+/// An element of a symmetric matrix that is kept by its lower triangle.
+double element(const double (&triangle)[21], int row, int column) {
+  if (row < column) std::swap(row, column);
+  return triangle[row * (row + 1) / 2 + column];
+}
+
+}  // namespace
+
+navigation::FixMeasurement fix_measurement(const FixRecord& fix, const BodyPlace& origin) {
+  navigation::FixMeasurement out;
+  if (fix.state != FixState::accepted || !sound(fix)) return out;
+  std::copy_n(fix.ground_m, 3, out.ground_m);
+  Mat3 cam_from_level = rotation_from_quaternion(fix.q_cam_from_map);
+  const BodyPlace map = map_origin_of(fix);
+  const bool same = origin.longitude_deg == map.longitude_deg && origin.latitude_deg == map.latitude_deg;
+  if (fix.body != Body::none && !same) {
+    const BodyPlace ground = place_from_plane(fix.body, map, fix.ground_m);
+    plane_from_place(fix.body, origin, ground, out.ground_m);
+    const double turn = plane_north(fix.body, map, ground) - plane_north(fix.body, origin, ground);
+    cam_from_level = cam_from_level * rotation_from_vector(Vec3(0, 0, turn));
+  }
+  quaternion_from_rotation(cam_from_level, out.q_cam_from_level);
+  Mat3 turn, place;
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      turn(i, k) = element(fix.covariance, i, k);
+      place(i, k) = element(fix.covariance, i + 3, k + 3);
+    }
+  }
+  navigation::level_sigmas(turn, cam_from_level, out.tilt_sigma_rad, out.heading_sigma_rad);
+  out.ground_sigma_m[0] = std::sqrt(fix.ground_covariance[0]);
+  out.ground_sigma_m[1] = std::sqrt(fix.ground_covariance[2]);
+  out.ground_sigma_m[2] = fix.ground_height_sigma_m;
+  const Vec3 axis = rotation_from_quaternion(fix.q_cam_from_map).row(2);
+  const Vec3 ground(fix.ground_m[0], fix.ground_m[1], fix.ground_m[2]);
+  const Vec3 centre(fix.centre_m[0], fix.centre_m[1], fix.centre_m[2]);
+  out.distance_m = (ground - centre).norm();
+  out.distance_sigma_m =
+      std::sqrt(std::max(0.0, axis.dot(place * axis)) + fix.ground_height_sigma_m * fix.ground_height_sigma_m);
+  out.depth = fix.ground_depth;
+  out.depth_sigma = fix.ground_depth_sigma;
+  out.map_sigma_m = fix.map_sigma_m;
+  return out;
+}
 
 navigation::MeasuredKeyframe measured_keyframe(const PoseRecord& pose, const NavigationRecord& measured, Body body,
                                                const BodyPlace& origin) {

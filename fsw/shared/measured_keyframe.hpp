@@ -14,6 +14,13 @@ namespace ilp {
 [[nodiscard]] inline BodyPlace place_of(const NavigationRecord& measured) {
   return {measured.longitude_deg, measured.latitude_deg, measured.elevation_m};
 }
+[[nodiscard]] inline BodyPlace map_origin_of(const FixRecord& fix) {
+  return {fix.map_longitude_deg, fix.map_latitude_deg, 0};
+}
+/// What an accepted fix says, on the plane about `origin` (local_plane.hpp); of a map without a body on its own plane.
+/// Empty where the record's numbers are none that a fix can have.
+[[nodiscard]] navigation::FixMeasurement fix_measurement(const FixRecord& fix, const BodyPlace& origin);
+
 /// Places count from `origin`.
 [[nodiscard]] navigation::MeasuredKeyframe measured_keyframe(const PoseRecord& pose, const NavigationRecord& measured,
                                                              Body body, const BodyPlace& origin);

@@ -138,6 +138,7 @@ Status erase_keyframe(HistoryStore store, std::int64_t id, std::int64_t& erased)
   ILP_TRY(erase_but_last<CalibrationRecord>(store, id, erased));
   ILP_TRY(erase<PoseRecord>(store, id, erased));
   ILP_TRY(erase<ShutterRecord>(store, id, erased));
+  ILP_TRY(erase_but_last<FixRecord>(store, id, erased));
   KeyframeRecord keyframe;
   ILP_TAKE(const bool found, find(store, id, keyframe));
   if (found) {

@@ -2,6 +2,9 @@
 // tile, with four digits for row and column.
 #pragma once
 
+#include <cstdint>
+#include <span>
+
 #include "cfg/limits.hpp"
 #include "fsw/base/text.hpp"
 #include "hal/maps/map_source.hpp"
@@ -19,14 +22,18 @@ class DirectoryMapSource final : public MapSource {
   /// `capacity_exceeded` for a path beyond limits::max_path_bytes. Whether the folder has a map is seen when it is
   /// read.
   Status open(const char* folder);
+  /// The directory must be signed with this key, which outlives the source. An empty one asks for no signature.
+  void require_key(std::span<const std::uint8_t> key) { key_ = key; }
 
   Status read_directory(std::span<std::uint8_t> bytes, std::size_t& size) override;
   Status read_tile(const MapTilePlace& place, std::span<std::uint8_t> bytes, std::size_t& size) override;
+  [[nodiscard]] std::span<const std::uint8_t> key() const override { return key_; }
 
  private:
   Status read_file(const char* name, std::span<std::uint8_t> bytes, std::size_t& size) const;
 
   FixedText<limits::max_path_bytes> folder_;
+  std::span<const std::uint8_t> key_;
 };
 
 }  // namespace ilp

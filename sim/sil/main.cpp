@@ -63,6 +63,7 @@ void describe_options(CLI::App& app, CommandLine& line) {
   app.add_option("--reference", line.reference,
                  "reference poses, with which others compare the flight; only checked here, before it begins");
   app.add_option("--navigation", source.navigation, "the vehicle's measurements, a CSV file (docs/navigation.md)");
+  app.add_option("--map", flight.map, "folder with the tiles of an orbiter's map (docs/map-relative.md)");
   app.add_option("--exif-sigma", source.exif_sigma_m,
                  "one sigma in metres of the positions that EXIF states without an error; 0: they are not used")
       ->check(CLI::Range(0.0, 10000.0));
@@ -169,6 +170,7 @@ int run(CommandLine& line) {
     mission.use_navigation = true;
     if (mission.body == Body::none) mission.body = images->body;
   }
+  if (!flight.map.empty()) mission.use_map = true;
   if (flight.real_time) catch_stop_signals();
   return fly(flight, mission, *images);
 }

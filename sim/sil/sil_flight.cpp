@@ -20,6 +20,7 @@
 #include "fsw/packets/pass_schedule.hpp"
 #include "hal/clock/utc.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
+#include "hal/maps/directory_map_source.hpp"
 #include "hal/navigation/csv/navigation_file.hpp"
 #include "hal/nonvolatile/file_nonvolatile.hpp"
 #include "hal/nonvolatile/ram_nonvolatile.hpp"
@@ -166,6 +167,7 @@ class Flight {
   FileNonvolatile on_disk_;
   RamNonvolatile in_memory_;
   NavigationFile navigation_;
+  DirectoryMapSource map_;
   std::unique_ptr<FlightSoftware> software_;
   Telecommands telecommands_;
   Receiver receiver_;
@@ -205,6 +207,7 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
                               .packets = links_->packets(),
                               .files = links_->files(),
                               .navigation = source.navigation.empty() ? nullptr : &navigation_,
+                              .map = options.map.empty() ? nullptr : &map_,
                               .real_time = options.real_time};
   software_ = std::make_unique<FlightSoftware>(devices, mission_);
   host::require(software_->prepare({.utc = options.real_time ? std::optional(utc_now()) : std::nullopt}),
@@ -216,6 +219,8 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
     host::require(navigation_.open(source.navigation.c_str()),
                   "navigation " + source.navigation + " (its columns: docs/navigation.md)");
   }
+  map_.require_key(keys_.first_key());
+  if (!options.map.empty()) host::require(map_.open(options.map.c_str()), "map " + options.map);
   host::require(software_->start(source.model), "starting the flight software");
   const Status begun = software_->begin_life({}, disk_.start().in_order());
   // The flight goes on without this record where the store is full at its start.

@@ -19,6 +19,7 @@ struct FlightOptions {
   std::string out;
   std::string mission_file;
   std::string telecommands;  ///< file, may be empty
+  std::string map;           ///< folder, may be empty
   std::uint64_t seed = 1;
   std::int64_t power_cut_after = 0;  ///< minor frames; 0: never
   bool resume = false;

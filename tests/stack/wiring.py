@@ -39,7 +39,7 @@ def snake_case(name):
 
 
 LOCAL = r"ilp::\(anonymous namespace\)::"
-STAGES = ("Acquisition CameraCalibrator CaptureClock Compressor DenseMatcher Downlink FileDelivery Navigator "
+STAGES = ("Acquisition CameraCalibrator CaptureClock Compressor DenseMatcher Downlink FileDelivery MapFix Navigator "
           "OverlapChecker PlaceMemory RichnessScorer Scrubber StorageManager StructureAndMotion TelecommandGuard "
           "Telecommander TelemetryReporter")
 PARTS = ("DownlinkChoice DownlinkConfirmations DownlinkFiles FileDeliveryLink FileDeliveryPart FileDeliveryRecords "
@@ -55,6 +55,7 @@ INTERFACES = {
     "Health": "Executive",
     "ImageSource": "RecordedStrip StreamSource VideoSource",
     "Link": "DeliveryQueue NoLink OutboxLink SettledLink",
+    "MapSource": "DirectoryMapSource",
     "NavigationSource": "NavigationFile VehiclePackets",
     "Nonvolatile": "FileNonvolatile RamNonvolatile",
     "PacketLink": "JoinedLink SettledPacketLink TcpLink UdpLink",

@@ -154,6 +154,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"fsw/commanding/", room({"fsw/commanding/", "fsw/downlink/", "fsw/packets/"})},
     {"fsw/navigation/", room({"fsw/navigation/", "fsw/packets/", "fsw/vision/", "hal/link/packet_link.hpp",
                               "hal/navigation/navigation.hpp"})},
+    {"fsw/localisation/", room({"fsw/localisation/", "fsw/maps/", "fsw/vision/", "hal/maps/map_source.hpp"})},
     {"fsw/telemetry/", room({"fsw/telemetry/", "fsw/downlink/", "fsw/packets/"})},
     {"cfg/", {"cfg/", "fsw/base/", "fsw/records/field.hpp"}},
     {"hal/", {"hal/", "fsw/base/", "fsw/records/", "cfg/limits.hpp"}},

@@ -1,0 +1,107 @@
+#include "fsw/localisation/map_part.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/base/math.hpp"
+
+namespace ilp {
+namespace {
+
+/// A layer may be so much coarser than the finest useful pixel: it is less to paint.
+constexpr double coarser_layer = 1.25;
+constexpr double least_image_pixels = 4.5;  // in a working pixel
+
+}  // namespace
+
+void MapPart::open() {
+  work_.usable = false;
+  if (wiring_.source == nullptr) return;
+  auto& scratch = wiring_.scratch.as<MapFixScratch>();
+  std::size_t size = 0;
+  Status status = wiring_.source->read_directory(scratch.directory_file, size);
+  // A map may come later.
+  if (status.is(StatusCode::not_found)) return;
+  if (status.ok())
+    status =
+        parse_map_directory(std::span(scratch.directory_file).first(size), wiring_.source->key(), workspace_.directory);
+  if (status.ok() && workspace_.directory.body != wiring_.mission.body)
+    status = {StatusCode::map_other_body, static_cast<std::int64_t>(workspace_.directory.body),
+              static_cast<std::int64_t>(wiring_.mission.body)};
+  work_.usable = status.ok();
+  for (MapWorkspace::TileAtHand& at_hand : workspace_.tiles) at_hand.entry = limits::max_map_tiles;
+  if (status.ok() || (status.code == work_.refused && status.a == work_.refused_a)) return;
+  work_.refused = status.code;
+  work_.refused_a = status.a;
+  const Status refused = {StatusCode::map_refused, static_cast<std::int64_t>(status.code), status.a};
+  work_.news = status.is(StatusCode::map_other_body) ? status : refused;
+}
+
+const MapTile* MapPart::tile(std::size_t entry) {
+  if (entry >= workspace_.directory.tiles.size()) return nullptr;
+  MapWorkspace::TileAtHand* oldest = &workspace_.tiles[0];
+  for (MapWorkspace::TileAtHand& at_hand : workspace_.tiles) {
+    if (at_hand.entry == entry) {
+      at_hand.used = ++workspace_.uses;
+      return &at_hand.tile;
+    }
+    if (at_hand.used < oldest->used) oldest = &at_hand;
+  }
+  const MapTileEntry& place = workspace_.directory.tiles[entry];
+  auto& scratch = wiring_.scratch.as<MapFixScratch>();
+  std::size_t size = 0;
+  oldest->entry = limits::max_map_tiles;
+  Status status = wiring_.source->read_tile({place.layer, place.row, place.column}, scratch.file, size);
+  // A tile may come later.
+  if (status.is(StatusCode::not_found)) return nullptr;
+  if (status.ok()) {
+    status =
+        decode_map_tile(std::span(scratch.file).first(size), workspace_.directory, entry, scratch.tile, oldest->tile);
+  }
+  if (!status.ok()) {
+    work_.news = {StatusCode::map_tile_unusable, static_cast<std::int64_t>(entry),
+                  static_cast<std::int64_t>(status.code)};
+    return nullptr;
+  }
+  oldest->entry = entry;
+  oldest->used = ++workspace_.uses;
+  return &oldest->tile;
+}
+
+std::size_t MapPart::entry_at(std::uint32_t layer, double x_m, double y_m) const {
+  const MapLayer& grid = workspace_.directory.layers[layer];
+  const double side = grid.pixel_m * map_tile_side;
+  const double column = std::floor((x_m - grid.x0_m) / side), row = std::floor((grid.y0_m - y_m) / side);
+  const bool inside = column >= 0 && column < grid.columns && row >= 0 && row < grid.rows;
+  if (!inside) return limits::max_map_tiles;
+  const std::size_t entry =
+      find_map_tile(workspace_.directory, layer, static_cast<std::int32_t>(row), static_cast<std::int32_t>(column));
+  return entry < workspace_.directory.tiles.size() ? entry : limits::max_map_tiles;
+}
+
+std::size_t MapPart::coarsest_tile_at(double x_m, double y_m) const {
+  const std::uint32_t layers = std::min<std::uint32_t>(workspace_.directory.layer_count, limits::max_map_layers);
+  for (std::uint32_t k = layers; k > 0; --k) {
+    const std::size_t entry = entry_at(k - 1, x_m, y_m);
+    if (entry < limits::max_map_tiles) return entry;
+  }
+  return limits::max_map_tiles;
+}
+
+std::uint32_t MapPart::layer_for(double image_pixel_m, double x_m, double y_m) const {
+  const std::uint32_t layers = std::min<std::uint32_t>(workspace_.directory.layer_count, limits::max_map_layers);
+  std::uint32_t chosen = layers;
+  for (std::uint32_t k = 0; k < layers; ++k) {
+    if (entry_at(k, x_m, y_m) >= limits::max_map_tiles) continue;
+    const double pixel = workspace_.directory.layers[k].pixel_m;
+    if (chosen == layers || pixel <= coarser_layer * least_image_pixels * image_pixel_m) chosen = k;
+  }
+  return chosen == layers ? 0 : chosen;
+}
+
+BodyPlace MapPart::origin() const {
+  constexpr double deg_per_rad = 180 / pi;
+  return {workspace_.directory.longitude_rad * deg_per_rad, workspace_.directory.latitude_rad * deg_per_rad, 0};
+}
+
+}  // namespace ilp

@@ -1,0 +1,50 @@
+// Memory of the localisation of one keyframe: it lasts from its image to its fix, in the memory of the step.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "fsw/localisation/map_canvas.hpp"
+#include "fsw/maps/map_tile.hpp"
+#include "fsw/vision/map/map_registration.hpp"
+#include "fsw/vision/map/map_workspace.hpp"
+#include "fsw/vision/place/place_scratch.hpp"
+#include "fsw/vision/terrain/seen_cells.hpp"
+#include "hal/camera/camera.hpp"
+
+namespace ilp {
+
+struct MapFixScratch {
+  MapRegistration registration;
+  MapKeyframe keyframe;  ///< what the registration borrows, with the members below
+  KeyframeDepths depths;
+  FrameImage image;
+  SeenCells seen;
+  std::array<float, max_seen_cells> inverse_depth;  ///< 1 / strip unit
+  std::array<float, max_seen_cells> depth_m;
+  MapCanvas canvas;
+  std::array<std::uint8_t, limits::max_map_tile_bytes> file;
+  std::array<std::uint8_t, max_map_directory_bytes> directory_file;
+  MapTileWorkspace tile;
+  MapRegistrationWorkspace work;
+};
+
+/// The same for a start without a prior.
+struct MapStartScratch {
+  CameraModel camera;
+  FrameImage image;
+  std::int32_t factor;
+  std::array<std::uint8_t, limits::max_image_pixels> pixels;
+  GrayView view;  ///< of them: the image reduced by `factor`
+  PlaceScratch place;
+  PlaceFeatures features;  ///< of the keyframe
+  std::array<std::uint8_t, limits::max_map_tile_bytes> file;
+  MapTileFeatures tile;
+  PlaceMatch match;
+  std::size_t next;        ///< tile to compare
+  std::size_t best_entry;  ///< of the tile that shows the keyframe's ground; limits::max_map_tiles: none yet
+  Similarity2 best;        ///< px of the reduced image from px of that tile
+  double evidence;
+};
+
+}  // namespace ilp

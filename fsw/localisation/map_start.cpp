@@ -1,0 +1,150 @@
+#include "fsw/localisation/map_start.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/base/math.hpp"
+#include "fsw/localisation/map_prior.hpp"
+#include "fsw/shared/find.hpp"
+#include "fsw/shared/frame_access.hpp"
+#include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::size_t tiles_per_step = 4;
+constexpr std::int32_t most_reduction = 12;
+// Without the height of the camera, keyframes take turns: features bear 2.5 times another scale.
+constexpr std::int32_t reductions[] = {1, 3, 6};
+constexpr std::int32_t least_side = 96;  // px, of a reduced image
+// Errors of the place that features give: relief between tile and image, tilt of the camera.
+constexpr double place_px = 4;
+constexpr double tilt_rad = 0.035, heading_rad = 0.035;
+constexpr double height_share = 0.04;
+
+/// By the means of squares.
+GrayView reduced(GrayView image, std::int32_t factor, std::array<std::uint8_t, limits::max_image_pixels>& pixels) {
+  const std::int32_t width = image.width / factor, height = image.height / factor;
+  const auto area = static_cast<std::uint32_t>(factor * factor);
+  std::size_t to = 0;
+  for (std::int32_t y = 0; y < height; ++y) {
+    for (std::int32_t x = 0; x < width; ++x) {
+      std::uint32_t sum = area / 2;
+      for (std::int32_t k = 0; k < factor * factor; ++k)
+        sum += image.at(x * factor + k % factor, y * factor + k / factor);
+      pixels[to++] = static_cast<std::uint8_t>(sum / area);
+    }
+  }
+  return {pixels.data(), width, height};
+}
+
+}  // namespace
+
+/// Such that a pixel is about as large as one of the map's finest layer.
+std::int32_t MapStart::reduction() const {
+  const MapStartScratch& memory = scratch();
+  const navigation::MeasuredKeyframe& keyframe = workspace_.keyframe;
+  const std::int32_t most =
+      std::min({most_reduction, memory.image.view().width / least_side, memory.image.view().height / least_side});
+  std::int32_t factor = reductions[static_cast<std::size_t>(work_.record.id) % std::size(reductions)];
+  if (keyframe.height_sigma_m > 0) {
+    const double ratio = workspace_.directory.layers[0].pixel_m * memory.camera.fx / keyframe.height_m;
+    factor = static_cast<std::int32_t>(std::clamp(ratio, 1.0, static_cast<double>(most_reduction)));
+  }
+  return std::clamp(factor, 1, std::max(most, 1));
+}
+
+Status MapStart::load_image() {
+  MapStartScratch& memory = scratch();
+  ILP_TRY(load_camera(wiring_.store, memory.camera));
+  ILP_TAKE(const bool seen, found_by(load_keyframe_image(wiring_.store, work_.record.id, memory.image)));
+  work_.phase = MapPhase::record;
+  if (!seen) return {};
+  memory.factor = reduction();
+  memory.view = reduced(memory.image.view(), memory.factor, memory.pixels);
+  memory.best = {};
+  memory.best_entry = limits::max_map_tiles;
+  memory.next = 0;
+  work_.keeps = true;
+  work_.phase = MapPhase::start_features;
+  return begin_place_features(memory.view, memory.place.features, memory.features);
+}
+
+Status MapStart::find_features() {
+  MapStartScratch& memory = scratch();
+  work_.keeps = true;
+  ILP_TAKE(const bool more, place_features_slice(memory.view, limits::place_features, memory.place.harris,
+                                                 memory.place.features, memory.features));
+  if (!more) work_.phase = MapPhase::start_compare;
+  return {};
+}
+
+Status MapStart::compare_tile(std::size_t entry) {
+  MapStartScratch& memory = scratch();
+  const MapTileEntry& place = workspace_.directory.tiles[entry];
+  std::size_t size = 0;
+  const Status read = wiring_.source->read_tile({place.layer, place.row, place.column}, memory.file, size);
+  if (!read.ok()) return {};
+  const Status parsed = read_map_features(std::span(memory.file).first(size), workspace_.directory, entry, memory.tile);
+  if (!parsed.ok()) return {};
+  for (const MapFeatures* list : {&memory.tile.image, &memory.tile.shape}) {
+    ILP_TRY(verify_place({list->data(), list->size()}, {memory.features.data(), memory.features.size()}, {},
+                         memory.place.match, memory.match));
+    const bool better = memory.match.verdict == PlaceVerdict::verified &&
+                        (memory.best_entry == limits::max_map_tiles || memory.match.evidence > memory.evidence);
+    if (!better) continue;
+    memory.best = memory.match.newer_from_older;
+    memory.evidence = memory.match.evidence;
+    memory.best_entry = entry;
+  }
+  return {};
+}
+
+Status MapStart::compare() {
+  MapStartScratch& memory = scratch();
+  work_.keeps = true;
+  const std::size_t last = std::min(memory.next + tiles_per_step, workspace_.directory.tiles.size());
+  for (; memory.next < last; ++memory.next) ILP_TRY(compare_tile(memory.next));
+  if (last < workspace_.directory.tiles.size()) return {};
+  work_.keeps = false;
+  conclude();
+  return {};
+}
+
+/// The similarity of the images as a pose above the tile's ground, whose height is looked up when it is surveyed.
+void MapStart::conclude() {
+  const MapStartScratch& memory = scratch();
+  work_.phase = MapPhase::record;
+  work_.record.verdict = MapVerdict::no_agreement;
+  const bool found = memory.best_entry < limits::max_map_tiles && memory.best.scale > 0;
+  if (!found) return;
+  const MapTileEntry& entry = workspace_.directory.tiles[memory.best_entry];
+  const MapLayer& layer = workspace_.directory.layers[entry.layer];
+  const double factor = memory.factor, scale = memory.best.scale;
+  // Of the principal point: reduced px, then px of the tile.
+  const double u = (memory.camera.cx - 0.5 * (factor - 1)) / factor - memory.best.shift_x_px;
+  const double v = (memory.camera.cy - 0.5 * (factor - 1)) / factor - memory.best.shift_y_px;
+  const double cosine = det_cos(memory.best.rotation_rad), sine = det_sin(memory.best.rotation_rad);
+  const double column = (cosine * u + sine * v) / scale, row = (-sine * u + cosine * v) / scale;
+  const double x = layer.x0_m + layer.pixel_m * (map_tile_side * entry.column + column + 0.5);
+  const double y = layer.y0_m - layer.pixel_m * (map_tile_side * entry.row + row + 0.5);
+  const double distance = layer.pixel_m / (scale * factor) * memory.camera.fx;
+
+  // Straight down: columns of the tile go east and its rows south, as x and y of a camera that looks down.
+  Mat3 down;
+  down << cosine, sine, 0, sine, -cosine, 0, 0, 0, -1;
+  work_.prior = {};
+  work_.prior.camera_from_map.rotation = down;
+  const Vec3 centre(x, y, distance);
+  work_.prior.camera_from_map.translation = -(down * centre);
+  const double place_m = place_px * layer.pixel_m, height_m = height_share * distance;
+  const Mat3 attitude = Vec3(tilt_rad * tilt_rad, tilt_rad * tilt_rad, heading_rad * heading_rad).asDiagonal();
+  work_.prior.covariance =
+      covariance_over_ground(down, distance, attitude, Vec3(place_m * place_m, place_m * place_m, height_m * height_m));
+  work_.record.prior = FixPrior::search;
+  work_.record.verdict = MapVerdict::no_map;
+  work_.phase = MapPhase::load;
+}
+
+}  // namespace ilp

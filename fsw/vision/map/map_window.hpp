@@ -1,0 +1,87 @@
+// Registration of keyframes against an orbital map: what it takes, and what it gives.
+//
+// Map frame: x east, y north, z up, m. Grid of a window: row 0 is the northern edge; cell (column, row) has its centre
+// at x = x0_m + (column + 0.5) pixel_m, y = y0_m - (row + 0.5) pixel_m. `px` without a word more is a cell of this
+// grid, the working pixel.
+#pragma once
+
+#include <cstdint>
+
+#include "fsw/base/fixed_vector.hpp"
+#include "fsw/base/geometry.hpp"
+#include "fsw/base/image_view.hpp"
+#include "fsw/base/verdicts.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+
+namespace ilp {
+
+using PoseCovariance = Eigen::Matrix<double, 6, 6>;
+using Mat2 = Eigen::Matrix2d;
+
+inline constexpr std::int32_t max_map_window_side = 256;  ///< px
+inline constexpr std::int32_t max_map_sheet_side = 176;   ///< px, of the keyframe on the map's grid
+inline constexpr std::int32_t map_edge_px = 4;            ///< of the search, in which no shift is believed
+inline constexpr std::int32_t least_map_search_px = 16;
+inline constexpr std::int32_t most_map_search_px = 40;
+inline constexpr std::int32_t max_map_shift_px = most_map_search_px + map_edge_px;
+inline constexpr std::size_t max_map_fix_points = 32;
+
+/// A piece of the map, which the caller has put together at the working pixel. What lies beyond the map is unknown. The
+/// arrays have `width * height` values, row by row.
+struct MapWindow {
+  std::int32_t width = 0, height = 0;   ///< px, at most max_map_window_side
+  double pixel_m = 0;                   ///< the working pixel
+  double x0_m = 0, y0_m = 0;            ///< north-west corner
+  const std::uint8_t* image = nullptr;  ///< 0: unknown. Null: a map without an image
+  const float* height_m = nullptr;      ///< finite everywhere; of any value where unknown
+  const std::uint8_t* known = nullptr;  ///< 0: the height is unknown
+  bool image_is_flat = false;           ///< divided by its own shading
+  double sun_azimuth_rad = 0;           ///< of the image; direction towards the sun, from x towards y
+  double sun_elevation_rad = 0;         ///< above the horizon
+};
+
+/// Where the sun stands now; as in MapWindow.
+struct SunDirection {
+  double azimuth_rad = 0, elevation_rad = 0;
+};
+
+/// A small change of a pose camera_from_map: first the rotation vector w in the camera, R' = exp([w]x) R, rad, then the
+/// displacement of the camera's centre in the map, m. Covariances of poses have this order.
+struct MapPrior {
+  RigidTransform camera_from_map;
+  PoseCovariance covariance = PoseCovariance::Zero();
+  bool attitude_is_measured = false;  ///< by the vehicle: the attitude part of the covariance is used in the fix
+};
+
+/// An image and the pose that it has by the prior. Several keyframes that are registered together have poses that
+/// belong to the same prior: they stand to each other as the strip knows it.
+struct MapKeyframe {
+  GrayView image;
+  CameraModel camera;
+  RigidTransform camera_from_map;
+};
+
+/// A place of the map that a patch of the keyframe was found at.
+struct MapFixPoint {
+  float u_px = 0, v_px = 0;         ///< in the (first) keyframe, ideal px
+  float column_px = 0, row_px = 0;  ///< in the window
+  float height_m = 0;
+  float residual_px = 0;  ///< of the pose, working px
+};
+
+struct MapFixResult {
+  MapVerdict verdict = MapVerdict::no_map;
+  MapSense sense = MapSense::relit;
+  double ground_m[2] = {0, 0};  ///< where the optical axis of the (first) keyframe meets the ground
+  Mat2 ground_covariance = Mat2::Zero();
+  RigidTransform camera_from_map;
+  PoseCovariance covariance = PoseCovariance::Zero();
+  double evidence = 0;  ///< -ln of the chance of so many votes, over all shifts
+  std::int32_t patches = 0, votes = 0, rivals = 0, quarters = 0;
+  double shift_px[2] = {0, 0};  ///< of the keyframe's ground from the prior: columns, rows
+  double shift_sigmas = 0;      ///< the same in standard deviations of the prior
+  double residual_px = 0;       ///< root mean square of the points, per axis
+  FixedVector<MapFixPoint, max_map_fix_points> points;
+};
+
+}  // namespace ilp

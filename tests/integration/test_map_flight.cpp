@@ -1,0 +1,110 @@
+// A flight over the map that an orbiter has made of its world: fixes, the strip's place, and restarts.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "fsw/shared/body_figure.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+#include "sim/host/reference_cameras.hpp"
+#include "tests/integration/flight_files.hpp"
+#include "tests/unit/hal/temporary_folder.hpp"
+
+namespace ilp {
+namespace {
+namespace fs = std::filesystem;
+
+/// The flight, with sensors of its vehicle in its first 8 s only, and the map under another sun.
+struct MapFlightFiles {
+  test::TemporaryFolder folder;
+  fs::path map = folder / "map", out = folder / "flight", mission = folder / "mission.ini";
+
+  MapFlightFiles() {
+    const test::ProgramResult made = test::run_program({ILP_LAB, "world-map", "mars-plains", "--area=-150,-150,400,150",
+                                                        "--pixel", "1.6", "--body", "mars", "--origin", "137.4,-4.6",
+                                                        "--sun-turn", "34", "--features", "0", "--out", map.string()});
+    EXPECT_EQ(made.exit_status, 0) << made.output;
+    std::ofstream(mission) << "[map]\nmap_sun_given = true\nmap_sun_azimuth_rad = 2.2\nmap_sun_elevation_rad = 0.55\n";
+    std::vector<std::string> words = {ILP_SIL,      "--scenario", "mars-plains",    "--frames",
+                                      "48",         "--mission",  mission.string(), "--map",
+                                      map.string(), "--out",      out.string()};
+    for (const char* setting :
+         {"camera.width=320", "camera.height=240", "camera.fx=275", "camera.fy=275", "navigation.altimeter=true",
+          "navigation.attitude=true", "navigation.position=true", "navigation.end_s=8"})
+      words.insert(words.end(), {"--set", setting});
+    const test::ProgramResult flown = test::run_program(words);
+    EXPECT_EQ(flown.exit_status, 0) << flown.output;
+  }
+};
+/// Flown once for all tests here.
+const MapFlightFiles& flown() {
+  static const MapFlightFiles files;
+  return files;
+}
+
+TEST(MapFlight, KeyframesAreFixedToTheirTruePlaces) {
+  std::map<std::string, host::ReferenceCamera> truth;
+  for (const auto& camera : host::read_reference_cameras(flown().out / "flight" / "truth" / "poses.txt"))
+    truth[camera.name] = camera;
+  std::map<std::int64_t, std::string> names;
+  for (const auto& frame : test::records_of<FrameRecord>(flown().out)) names[frame.id] = frame.name;
+  std::map<std::int64_t, std::int64_t> frames;
+  for (const auto& keyframe : test::records_of<KeyframeRecord>(flown().out)) frames[keyframe.id] = keyframe.frame_id;
+
+  const auto fixes = test::records_of<FixRecord>(flown().out);
+  ASSERT_GE(fixes.size(), 8U);
+  std::size_t fixed = 0, placed = 0;
+  double squares = 0;
+  for (const FixRecord& fix : fixes) {
+    const host::ReferenceCamera& camera = truth.at(fs::path(names.at(frames.at(fix.id))).filename().string());
+    if (fix.place_sigma_m > 0) {
+      const double dx = fix.place_m[0] - camera.centre.x(), dy = fix.place_m[1] - camera.centre.y();
+      squares += (dx * dx + dy * dy) / (2 * fix.place_sigma_m * fix.place_sigma_m);
+      ++placed;
+    }
+    if (fix.verdict != MapVerdict::fixed) continue;
+    ++fixed;
+    EXPECT_EQ(fix.state, FixState::accepted);
+    const Vec3 axis = camera.cam_from_world.row(2);
+    const Vec3 ground = camera.centre + (fix.ground_m[2] - camera.centre.z()) / axis.z() * axis;
+    EXPECT_LT(std::hypot(fix.ground_m[0] - ground.x(), fix.ground_m[1] - ground.y()), fix.pixel_m) << fix.id;
+  }
+  EXPECT_GE(fixed + 1, fixes.size());
+  EXPECT_GE(placed + 1, fixes.size());
+  EXPECT_LT(squares / static_cast<double>(placed), 3) << "the stated error of the place";
+
+  const auto frame = test::records_of<StripFrameRecord>(flown().out);
+  ASSERT_EQ(frame.size(), 1U);
+  EXPECT_EQ(frame[0].verdict, StripFrameVerdict::ok);
+  EXPECT_GE(frame[0].fixes_used, 8U);
+  // The strip's origin is the place of its first camera.
+  const host::ReferenceCamera& first = truth.at("0001.pgm");
+  double offset[3];
+  offset_from(Body::mars, {137.4, -4.6, 0}, {frame[0].longitude_deg, frame[0].latitude_deg, frame[0].elevation_m},
+              offset);
+  EXPECT_LT(std::hypot(offset[0] - first.centre.x(), offset[1] - first.centre.y()), 2);
+  EXPECT_NEAR(offset[2], first.centre.z(), 2);
+}
+
+TEST(MapFlight, KillsChangeNothing) {
+  const test::TemporaryFolder folder;
+  const fs::path images = flown().out / "flight";
+  const auto words = [&](const fs::path& out, const std::vector<std::string>& more) {
+    std::vector<std::string> all = test::sil_command(images, out.string(), more);
+    all.insert(all.end(), {"--navigation", (images / "navigation.csv").string(), "--map", flown().map.string(),
+                           "--mission", flown().mission.string()});
+    return all;
+  };
+  const fs::path whole = folder / "whole", killed = folder / "killed";
+  ASSERT_EQ(test::run_program(words(whole, {})).exit_status, 0);
+  ASSERT_EQ(test::run_program(words(killed, {"--power-cut-after", "300"})).exit_status, 9);
+  ASSERT_EQ(test::run_program(words(killed, {"--resume", "--power-cut-after", "250"})).exit_status, 9);
+  ASSERT_EQ(test::run_program(words(killed, {"--resume"})).exit_status, 0);
+  test::expect_same_files(test::files_of(whole / "outbox", {"product-", "records-", "points-"}),
+                          test::files_of(killed / "outbox", {"product-", "records-", "points-"}));
+  EXPECT_GE(test::records_of<FixRecord>(whole).size(), 8U);
+}
+
+}  // namespace
+}  // namespace ilp
