@@ -129,6 +129,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"fsw/vision/terrain/", kernels({"terrain/", "stereo/depth/", "geometry/"})},
     {"fsw/vision/codec/", kernels({"codec/"})},
     {"fsw/vision/navigation/", kernels({"navigation/", "geometry/"})},
+    {"fsw/vision/map/", kernels({"map/", "geometry/", "image/"})},
     {"fsw/packets/",
      {"fsw/packets/", "fsw/base/", "fsw/records/", "cfg/choices.hpp", "cfg/limits.hpp", "cfg/mission.hpp",
       "cfg/schedule.hpp", "hal/clock/clock.hpp", "hal/link/packet_link.hpp"}},

@@ -82,6 +82,7 @@ Status SheetPainter::begin(const MapKeyframe& keyframe, const MapPlan& plan, con
   }
   image_ = image;
   camera_ = keyframe.camera;
+  plain_ = camera_.is_plain();
   camera_from_map_ = keyframe.camera_from_map;
   search_px_ = plan.search_px;
   fallback_m_ = fallback_m;
@@ -99,7 +100,12 @@ bool SheetPainter::look(const Vec3& place, Vec2& pixel) const {
   if (!(p.z() > 0)) return false;
   const double x = p.x() / p.z(), y = p.y() / p.z();
   if (!(x * x + y * y < farthest2_)) return false;
-  pixel = pixel_from_normalised(camera_, Vec2(x, y));
+  if (plain_) {
+    const Distorted d = plain_distort(camera_, x, y);
+    pixel = Vec2(camera_.fx * d.x + camera_.cx, camera_.fy * d.y + camera_.cy);
+  } else {
+    pixel = pixel_from_normalised(camera_, Vec2(x, y));
+  }
   return true;
 }
 

@@ -29,6 +29,7 @@ class SheetPainter {
 
   GrayView image_;
   CameraModel camera_;
+  bool plain_ = true;
   RigidTransform camera_from_map_;
   std::int32_t search_px_ = 0;
   double fallback_m_ = 0;
