@@ -134,6 +134,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
      {"fsw/maps/", "fsw/vision/codec/", "fsw/vision/place/", "fsw/vision/terrain/bit_coder.hpp",
       "fsw/vision/terrain/mask_coding.hpp", "fsw/packets/hmac_sha256.hpp", "fsw/base/", "cfg/choices.hpp",
       "cfg/limits.hpp"}},
+    {"fsw/vision/map/", kernels({"map/", "geometry/", "image/"})},
     {"fsw/packets/",
      {"fsw/packets/", "fsw/base/", "fsw/records/", "cfg/choices.hpp", "cfg/limits.hpp", "cfg/mission.hpp",
       "cfg/schedule.hpp", "hal/clock/clock.hpp", "hal/link/packet_link.hpp"}},

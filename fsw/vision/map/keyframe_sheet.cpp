@@ -82,6 +82,7 @@ Status SheetPainter::begin(const MapKeyframe& keyframe, const MapPlan& plan, con
   }
   image_ = image;
   camera_ = keyframe.camera;
+  plain_ = camera_.is_plain();
   camera_from_map_ = keyframe.camera_from_map;
   search_px_ = plan.search_px;
   fallback_m_ = fallback_m;
@@ -94,12 +95,16 @@ Status SheetPainter::begin(const MapKeyframe& keyframe, const MapPlan& plan, con
   return {};
 }
 
-bool SheetPainter::look(const Vec3& place, Vec2& pixel) const {
-  const Vec3 p = camera_from_map_ * place;
+bool SheetPainter::look(const Vec3& p, Vec2& pixel) const {
   if (!(p.z() > 0)) return false;
-  const double x = p.x() / p.z(), y = p.y() / p.z();
+  const double inverse_depth = 1 / p.z(), x = p.x() * inverse_depth, y = p.y() * inverse_depth;
   if (!(x * x + y * y < farthest2_)) return false;
-  pixel = pixel_from_normalised(camera_, Vec2(x, y));
+  if (plain_) {
+    const Distorted d = plain_distort(camera_, x, y);
+    pixel = Vec2(camera_.fx * d.x + camera_.cx, camera_.fy * d.y + camera_.cy);
+  } else {
+    pixel = pixel_from_normalised(camera_, Vec2(x, y));
+  }
   return true;
 }
 
@@ -110,13 +115,15 @@ void SheetPainter::paint_rows(const MapWindow& window, std::int32_t first, std::
   for (std::int32_t row = first; row < last; ++row) {
     const std::int32_t window_row = row + search_px_;
     const double y = window.y0_m - (window_row + 0.5) * window.pixel_m;
+    const Vec3 level = camera_from_map_ * Vec3(0, y, 0);
     for (std::int32_t column = 0; column < sums.width; ++column) {
       const std::int32_t window_column = column + search_px_;
       const std::size_t at = static_cast<std::size_t>(window_row) * static_cast<std::size_t>(window.width) +
                              static_cast<std::size_t>(window_column);
       const double z = window.known[at] != 0 ? static_cast<double>(window.height_m[at]) : fallback_m_;
       Vec2 pixel;
-      if (!look(Vec3(window.x0_m + (window_column + 0.5) * window.pixel_m, y, z), pixel)) continue;
+      const double x = window.x0_m + (window_column + 0.5) * window.pixel_m;
+      if (!look(level + x * camera_from_map_.rotation.col(0) + z * camera_from_map_.rotation.col(2), pixel)) continue;
       if (!(pixel.x() >= margin && pixel.y() >= margin && pixel.x() < image_.width - 1 - margin &&
             pixel.y() < image_.height - 1 - margin)) {
         continue;

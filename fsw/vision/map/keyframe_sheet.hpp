@@ -25,10 +25,12 @@ class SheetPainter {
   void paint_rows(const MapWindow& window, std::int32_t first, std::int32_t last, const SheetSums& sums) const;
 
  private:
-  [[nodiscard]] bool look(const Vec3& place, Vec2& pixel) const;
+  /// The pixel of a point in the camera's frame; false when the image does not reach so far.
+  [[nodiscard]] bool look(const Vec3& p, Vec2& pixel) const;
 
   GrayView image_;
   CameraModel camera_;
+  bool plain_ = true;
   RigidTransform camera_from_map_;
   std::int32_t search_px_ = 0;
   double fallback_m_ = 0;

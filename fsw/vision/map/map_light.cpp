@@ -31,7 +31,7 @@ Lamp lamp_of(const SunDirection& sun, double ambient) {
   return {level * det_cos(sun.azimuth_rad), level * det_sin(sun.azimuth_rad), det_sin(elevation), ambient};
 }
 
-bool light_on(const MapWindow& window, std::int32_t column, std::int32_t row, const Lamp& lamp, double& light) {
+bool slope_of(const MapWindow& window, std::int32_t column, std::int32_t row, Slope& slope) {
   if (column < 1 || row < 1 || column + 1 >= window.width || row + 1 >= window.height) return false;
   const std::size_t at = index_of(window, column, row);
   const auto width = static_cast<std::size_t>(window.width);
@@ -41,12 +41,15 @@ bool light_on(const MapWindow& window, std::int32_t column, std::int32_t row, co
   }
   const float* h = window.height_m + at;
   const double per_step = 0.5 / window.pixel_m;
-  const double to_east = per_step * (static_cast<double>(h[1]) - static_cast<double>(*(h - 1)));
-  const double to_north = per_step * (static_cast<double>(*(h - width)) - static_cast<double>(h[width]));
-  const double lit = lamp.up - to_east * lamp.east - to_north * lamp.north;
-  const double direct = std::max(lit, 0.0) / (lamp.up * std::sqrt(1 + to_east * to_east + to_north * to_north));
-  light = lamp.ambient + (1 - lamp.ambient) * direct;
+  slope.to_east = per_step * (static_cast<double>(h[1]) - static_cast<double>(*(h - 1)));
+  slope.to_north = per_step * (static_cast<double>(*(h - width)) - static_cast<double>(h[width]));
+  slope.normal = std::sqrt(1 + slope.to_east * slope.to_east + slope.to_north * slope.to_north);
   return true;
+}
+
+double light_on(const Slope& slope, const Lamp& lamp) {
+  const double lit = lamp.up - slope.to_east * lamp.east - slope.to_north * lamp.north;
+  return lamp.ambient + (1 - lamp.ambient) * std::max(lit, 0.0) / (lamp.up * slope.normal);
 }
 
 double azimuth_between(double a_rad, double b_rad) {
@@ -62,13 +65,11 @@ void relight_rows(const MapWindow& window, const MapLighting& lighting, std::int
       std::int16_t raw = unknown_value;
       if (window.image[at] != 0) {
         double light = window.image[at] / mean_grey;
-        double now = 1, then = 1;
+        Slope slope;
         // Without a slope the image keeps the light that it has.
-        if (light_on(window, column, row, lighting.now, now)) {
-          light *= std::max(now, darkest);
-          if (!window.image_is_flat && light_on(window, column, row, lighting.of_image, then)) {
-            light /= std::max(then, darkest);
-          }
+        if (slope_of(window, column, row, slope)) {
+          light *= std::max(light_on(slope, lighting.now), darkest);
+          if (!window.image_is_flat) light /= std::max(light_on(slope, lighting.of_image), darkest);
         }
         raw = raw_grey(light);
       }
@@ -81,9 +82,9 @@ void shade_rows(const MapWindow& window, const MapLighting& lighting, std::int32
                 MapChannels<max_map_window_side>& channels) {
   for (std::int32_t row = first; row < last; ++row) {
     for (std::int32_t column = 0; column < window.width; ++column) {
-      double light = 1;
-      const bool known = light_on(window, column, row, lighting.now, light);
-      channels.value[index_of(window, column, row)] = known ? raw_grey(light) : unknown_value;
+      Slope slope;
+      const bool known = slope_of(window, column, row, slope);
+      channels.value[index_of(window, column, row)] = known ? raw_grey(light_on(slope, lighting.now)) : unknown_value;
     }
   }
 }

@@ -14,9 +14,15 @@ struct Lamp {
 };
 [[nodiscard]] Lamp lamp_of(const SunDirection& sun, double ambient);
 
-/// Light on a cell, level ground has 1. It is lit by its slope to its neighbours. False where one of them is unknown.
-[[nodiscard]] bool light_on(const MapWindow& window, std::int32_t column, std::int32_t row, const Lamp& lamp,
-                            double& light);
+/// Of the ground of a cell, from its neighbours: metres up for each metre towards east and north, and the length of the
+/// normal (-to_east, -to_north, 1).
+struct Slope {
+  double to_east = 0, to_north = 0, normal = 1;
+};
+/// False where one of the neighbours is unknown.
+[[nodiscard]] bool slope_of(const MapWindow& window, std::int32_t column, std::int32_t row, Slope& slope);
+/// Light on a slope; level ground has 1.
+[[nodiscard]] double light_on(const Slope& slope, const Lamp& lamp);
 
 /// The difference of two directions in azimuth, 0 to pi.
 [[nodiscard]] double azimuth_between(double a_rad, double b_rad);

@@ -309,8 +309,7 @@ void MapRegistration::fix(const Candidate& candidate) {
   if (count < least_places) return;
   MapPoseParams params{window.pixel_m, params_.patch_sigma_px, MapPoseParams{}.together, params_.common_sigma_px};
   if (candidate.sense == MapSense::relief) params.together = relief_together;
-  if (!solve_map_pose(sightings, prior, params, pose))
-    return;
+  if (!solve_map_pose(sightings, prior, params, pose)) return;
   Vec3 ground, expected;
   if (!ground_on_axis(pose.camera_from_map, window, level_m_, ground) ||
       !ground_on_axis(prior.camera_from_map, window, level_m_, expected)) {
@@ -332,7 +331,7 @@ void MapRegistration::fix(const Candidate& candidate) {
                                      determinant);
   }
   take_points(sightings);
-  result_.verdict = is_sane() ? MapVerdict::fixed : MapVerdict::contradicts_prior;
+  result_.verdict = is_sane(sightings, params) ? MapVerdict::fixed : MapVerdict::contradicts_prior;
 }
 
 double MapRegistration::own_height(const Candidate::Place& place) const {
@@ -344,9 +343,20 @@ double MapRegistration::own_height(const Candidate::Place& place) const {
   return level_m_ + height_of_raw(raw, input_.plan.pixel_m);
 }
 
-bool MapRegistration::is_sane() const {
-  const Eigen::Matrix<double, 6, 1> change = pose_change(input_.prior.camera_from_map, result_.camera_from_map);
-  const PoseCovariance sum = input_.prior.covariance + result_.covariance;
+bool MapRegistration::is_sane(std::span<const MapSighting> sightings, const MapPoseParams& params) const {
+  // What the places say by themselves: an attitude that is measured would hide that the map is turned.
+  std::array<MapSighting, max_map_patches> copy;
+  const std::size_t count = std::min(sightings.size(), copy.size());
+  std::copy_n(sightings.begin(), count, copy.begin());
+  MapPrior prior = input_.prior;
+  prior.attitude_is_measured = false;
+  MapPose alone;
+  alone.camera_from_map = result_.camera_from_map;
+  alone.covariance = result_.covariance;
+  MapPose free;
+  if (solve_map_pose(std::span(copy.data(), count), prior, params, free)) alone = free;
+  const Eigen::Matrix<double, 6, 1> change = pose_change(prior.camera_from_map, alone.camera_from_map);
+  const PoseCovariance sum = prior.covariance + alone.covariance;
   for (const int k : {0, 1, 2, 5}) {
     if (!(change(k) * change(k) <= params_.sanity_sigmas * params_.sanity_sigmas * sum(k, k))) return false;
   }

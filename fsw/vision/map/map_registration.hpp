@@ -89,7 +89,7 @@ class MapRegistration {
   void conclude();
   void fix(const Candidate& candidate);
   [[nodiscard]] double own_height(const Candidate::Place& place) const;
-  [[nodiscard]] bool is_sane() const;
+  [[nodiscard]] bool is_sane(std::span<const MapSighting> sightings, const MapPoseParams& params) const;
   void take_points(std::span<const MapSighting> sightings);
   [[nodiscard]] MapSense sense() const { return senses_[sense_]; }
   [[nodiscard]] std::int32_t lags() const { return 2 * input_.plan.search_px + 1; }

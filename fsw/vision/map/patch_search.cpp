@@ -156,7 +156,14 @@ void correlate_rows(const PatchPairs& patch, std::int32_t side, const std::int32
     for (; lag + 3 * lanes < columns; lag += 4 * lanes) {
       correlate_lags<Width, 4>(patch, side, from + lag, first + lag, second + lag);
     }
-    for (; lag < columns; lag += lanes) correlate_lags<Width, 1>(patch, side, from + lag, first + lag, second + lag);
+    const std::int32_t left = columns - lag;
+    if (left > 2 * lanes) {
+      correlate_lags<Width, 3>(patch, side, from + lag, first + lag, second + lag);
+    } else if (left > lanes) {
+      correlate_lags<Width, 2>(patch, side, from + lag, first + lag, second + lag);
+    } else if (left > 0) {
+      correlate_lags<Width, 1>(patch, side, from + lag, first + lag, second + lag);
+    }
   }
 }
 
@@ -184,9 +191,10 @@ struct Behind {
       }
     }
   }
+  template <bool values>
   void slide(std::int32_t side, std::int32_t columns) {
     slide(known_column, side, columns, known);
-    slide(sum_column, side, columns, sum);
+    if constexpr (values) slide(sum_column, side, columns, sum);
     slide(energy_column, side, columns, energy);
   }
 
@@ -239,7 +247,7 @@ void search(const PatchPairs& pairs, std::int32_t side, const LagRange& lags, co
     }
     const std::int32_t* const row = products[static_cast<std::size_t>(of_four)].data();
     behind.add_row<values>(workspace.window, reach, lag + side - 1, 1);
-    behind.slide(side, lags.columns);
+    behind.slide<values>(side, lags.columns);
     std::int32_t* const scores = workspace.surface.data() + static_cast<std::ptrdiff_t>(lag) * map_lag_stride;
     if constexpr (values) {
       add_values(pairs, behind, side * side, lags.columns, row, scores);

@@ -325,10 +325,10 @@ TEST(MapLight, APlaneIsLitByItsNormal) {
     const Vec3 sun(std::cos(azimuth) * std::cos(elevation), std::sin(azimuth) * std::cos(elevation),
                    std::sin(elevation));
     const double expected = ambient + (1 - ambient) * normal_of_plane.dot(sun) / std::sin(elevation);
-    double light = 0;
-    ASSERT_TRUE(light_on(plane.window, 3, 4, lamp_of({azimuth, elevation}, ambient), light));
-    EXPECT_NEAR(light, expected, 1e-6);
-    EXPECT_FALSE(light_on(plane.window, 0, 4, lamp_of({azimuth, elevation}, ambient), light));
+    Slope of_cell;
+    ASSERT_TRUE(slope_of(plane.window, 3, 4, of_cell));
+    EXPECT_NEAR(light_on(of_cell, lamp_of({azimuth, elevation}, ambient)), expected, 1e-6);
+    EXPECT_FALSE(slope_of(plane.window, 0, 4, of_cell));
   }
 }
 
@@ -342,9 +342,9 @@ TEST(MapLight, RelightingUndoesTheMapsOwnLight) {
   // A map of even ground on a slope, imaged under one sun: under another one it has that one's light.
   PlaneWindow plane(8, 8, 2, 0.2, 0.1);
   const SunDirection then{0.3, 0.7}, now{1.1, 0.5};
-  double light_then = 0, light_now = 0;
-  ASSERT_TRUE(light_on(plane.window, 3, 3, lamp_of(then, 0.25), light_then));
-  ASSERT_TRUE(light_on(plane.window, 3, 3, lamp_of(now, 0.25), light_now));
+  Slope slope;
+  ASSERT_TRUE(slope_of(plane.window, 3, 3, slope));
+  const double light_then = light_on(slope, lamp_of(then, 0.25)), light_now = light_on(slope, lamp_of(now, 0.25));
   for (std::uint8_t& grey : plane.image) grey = static_cast<std::uint8_t>(std::lround(128 * light_then));
   const auto channels = std::make_unique<MapChannels<max_map_window_side>>();
   channels->width = channels->height = 8;

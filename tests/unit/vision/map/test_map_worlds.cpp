@@ -63,7 +63,7 @@ TEST_P(ILP_MAP_RECALL_SUITE, KeyframesAreFixedWhereTheyAre) {
               tally.ground_quantile(0.5), tally.ground_quantile(0.95), tally.mean_nees());
   // A few keyframes tell it roughly.
   EXPECT_GT(tally.mean_nees(), keyframes < 20 ? 0.2 : 0.5);
-  EXPECT_LT(tally.mean_nees(), keyframes < 20 ? 3.0 : 1.6);
+  EXPECT_LT(tally.mean_nees(), keyframes < 20 ? 4.0 : 1.6);
 }
 
 #ifdef ILP_MAP_LONG
@@ -83,7 +83,7 @@ const Ground false_grounds[] = {{"mars-plains", 4.5, 34, 0, 0, 0}, {"mars-plains
 #else
 const Ground recall_grounds[] = {{"mars-plains", 5, 34, 1, 0.35, 0.8},
                                  {"mars-plains", 3, 90, 1, 0.6, 1.5},
-                                 {"mars-canyon", 3, 180, 1, 0.6, 1.5},
+                                 {"mars-canyon", 3, 180, 0.6, 1, 1.5},
                                  {"dunes", 5, 34, 0.75, 0.35, 0.8}};
 const Ground false_grounds[] = {{"dunes", 4.5, 34, 0, 0, 0}, {"mars-plains", 10, 90, 0, 0, 0}};
 #endif
