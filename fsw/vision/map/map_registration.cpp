@@ -344,6 +344,15 @@ double MapRegistration::own_height(const Candidate::Place& place) const {
 }
 
 bool MapRegistration::is_sane(std::span<const MapSighting> sightings, const MapPoseParams& params) const {
+  const auto agrees = [&](const RigidTransform& pose, const PoseCovariance& covariance) {
+    const Eigen::Matrix<double, 6, 1> change = pose_change(input_.prior.camera_from_map, pose);
+    const PoseCovariance sum = input_.prior.covariance + covariance;
+    for (const int k : {0, 1, 2, 5}) {
+      if (!(change(k) * change(k) <= params_.sanity_sigmas * params_.sanity_sigmas * sum(k, k))) return false;
+    }
+    return true;
+  };
+  if (!agrees(result_.camera_from_map, result_.covariance)) return false;
   // What the places say by themselves: an attitude that is measured would hide that the map is turned.
   std::array<MapSighting, max_map_patches> copy;
   const std::size_t count = std::min(sightings.size(), copy.size());
@@ -351,16 +360,8 @@ bool MapRegistration::is_sane(std::span<const MapSighting> sightings, const MapP
   MapPrior prior = input_.prior;
   prior.attitude_is_measured = false;
   MapPose alone;
-  alone.camera_from_map = result_.camera_from_map;
-  alone.covariance = result_.covariance;
-  MapPose free;
-  if (solve_map_pose(std::span(copy.data(), count), prior, params, free)) alone = free;
-  const Eigen::Matrix<double, 6, 1> change = pose_change(prior.camera_from_map, alone.camera_from_map);
-  const PoseCovariance sum = prior.covariance + alone.covariance;
-  for (const int k : {0, 1, 2, 5}) {
-    if (!(change(k) * change(k) <= params_.sanity_sigmas * params_.sanity_sigmas * sum(k, k))) return false;
-  }
-  return true;
+  return !solve_map_pose(std::span(copy.data(), count), prior, params, alone) ||
+         agrees(alone.camera_from_map, alone.covariance);
 }
 
 void MapRegistration::take_points(std::span<const MapSighting> sightings) {
