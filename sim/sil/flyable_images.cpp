@@ -1,5 +1,6 @@
 #include "sim/sil/flyable_images.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -199,6 +200,8 @@ void take_places(const std::vector<Facts>& all, FlyableImages& result, std::ostr
   std::string first;
   for (const Facts& facts : all) {
     result.places.push_back(facts.header ? facts.header->place : std::nullopt);
+    result.attitudes.push_back(facts.header ? StatedAttitude{facts.header->gimbal, facts.header->direction_deg}
+                                            : StatedAttitude{});
     if (!facts.header || facts.header->place_fault.empty()) continue;
     if (++faults == 1) first = facts.frame->file.string() + ": " + facts.header->place_fault;
   }
@@ -223,6 +226,7 @@ FlyableImages make_flyable(const std::vector<host::StripFrame>& strip, const fs:
     const fs::path& file = facts.frame->file;
     if (!facts.header) continue;
     if (!result.field_of_view_rad) result.field_of_view_rad = facts.header->field_of_view_rad;
+    if (result.lens_fault.empty()) result.lens_fault = facts.header->lens_fault;
     if (is_read_by_the_camera(file) && !facts.header->deep && result.binning == 1 && !has_blank(file)) continue;
     fs::create_directories(folder);
     const fs::path place = folder / name_for(file, used);
@@ -238,20 +242,68 @@ FlyableImages make_flyable(const std::vector<host::StripFrame>& strip, const fs:
   if (result.binning > 1)
     messages << "the images are larger than the flight takes: " << result.binning << " x " << result.binning
              << " of their pixels become one\n";
+  if (!result.lens_fault.empty()) messages << "the focal length in EXIF is not used: " << result.lens_fault << "\n";
   take_times(all, result.frames, messages);
   take_places(all, result, messages);
   return result;
 }
+
+std::array<double, 4> attitude_of(const host::GimbalAngles& gimbal) {
+  constexpr double rad = 3.14159265358979323846 / 180;
+  using Turn = Eigen::AngleAxisd;
+  // A camera without angles looks north: its x is east, its y is down.
+  Eigen::Matrix3d level_from_north;
+  level_from_north << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  const Eigen::Matrix3d level_from_camera = Turn(-gimbal.yaw_deg * rad, Eigen::Vector3d::UnitZ()) *
+                                            Turn(gimbal.pitch_deg * rad, Eigen::Vector3d::UnitX()) * level_from_north *
+                                            Turn(gimbal.roll_deg * rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const Eigen::Quaterniond q(level_from_camera.transpose());
+  return {q.w(), q.x(), q.y(), q.z()};
+}
+
+namespace {
+
+/// The columns of an attitude: of the gimbal, or of a camera that looks straight down.
+void write_attitude(const StatedAttitude& stated, bool looks_down, std::ostream& out) {
+  constexpr double gimbal_tilt_sigma_rad = 0.02, compass_sigma_rad = 0.1;
+  constexpr double down_sigma_rad = 0.1, direction_sigma_rad = 0.4;  // north may be the compass's
+  const auto write = [&](const std::array<double, 4>& q, double tilt_sigma_rad, double heading_sigma_rad) {
+    out << std::setprecision(9);
+    for (const double part : q) out << "," << part;
+    out << std::setprecision(3) << "," << tilt_sigma_rad << ",";
+    if (heading_sigma_rad > 0) out << heading_sigma_rad;
+    out << "\n";
+  };
+  if (stated.gimbal) {
+    write(attitude_of(*stated.gimbal), gimbal_tilt_sigma_rad, compass_sigma_rad);
+  } else if (looks_down && stated.direction_deg) {
+    write(attitude_of({*stated.direction_deg, -90, 0}), down_sigma_rad, direction_sigma_rad);
+  } else if (looks_down) {
+    // The image's x to the east, its y to the south; the heading is not known.
+    write({0, 1, 0, 0}, down_sigma_rad, 0);
+  } else {
+    out << ",,,,,,\n";
+  }
+}
+
+}  // namespace
 
 bool write_places(const FlyableImages& images, const PlaceOptions& options, const fs::path& file,
                   std::ostream& messages) {
   std::size_t count = 0;
   for (const auto& place : images.places) count += place ? 1 : 0;
   if (count < fewest_places) return false;
+  const auto gimbals = static_cast<std::size_t>(
+      std::count_if(images.attitudes.begin(), images.attitudes.end(), [](const auto& a) { return a.gimbal; }));
+  const bool looks_down = options.looks_down && gimbals == 0, any_attitude = looks_down || gimbals > 0;
   std::ofstream out(file, std::ios::binary);
-  out << "# positions that EXIF states" << (options.looks_down ? ", and a camera that looks straight down" : "") << "\n"
+  out << "# positions that EXIF states"
+      << (looks_down    ? ", and a camera that looks straight down"
+          : gimbals > 0 ? ", and the angles of the gimbal"
+                        : "")
+      << "\n"
       << "time_s,longitude_deg,latitude_deg,horizontal_sigma_m,elevation_m,vertical_sigma_m"
-      << (options.looks_down ? ",qw,qx,qy,qz,tilt_sigma_rad\n" : "\n") << std::fixed;
+      << (any_attitude ? ",qw,qx,qy,qz,tilt_sigma_rad,heading_sigma_rad\n" : "\n") << std::fixed;
   for (std::size_t i = 0; i < images.frames.size() && i < images.places.size(); ++i) {
     const std::optional<host::GeoTag>& place = images.places[i];
     if (!place) continue;
@@ -260,14 +312,17 @@ bool write_places(const FlyableImages& images, const PlaceOptions& options, cons
         << "," << place->latitude_deg << "," << std::setprecision(3) << sigma << ",";
     if (place->elevation_m) out << *place->elevation_m << "," << 2 * sigma;
     if (!place->elevation_m) out << ",";
-    // The image's x to the east, its y to the south; the heading is not known.
-    out << (options.looks_down ? ",0,1,0,0,0.1\n" : "\n");
+    if (any_attitude)
+      write_attitude(i < images.attitudes.size() ? images.attitudes[i] : StatedAttitude{}, looks_down, out);
+    else
+      out << "\n";
   }
   if (!out.flush()) throw std::runtime_error(file.string() + ": cannot be written");
   messages << "navigation: the positions that EXIF states in " << count << " of " << images.frames.size()
            << " images, on the Earth, one sigma " << options.sigma_m << " m where an image states no error\n";
-  if (options.looks_down)
-    messages << "navigation: the camera counts as looking straight down to 6 degrees, one sigma\n";
+  if (looks_down) messages << "navigation: the camera counts as looking straight down to 6 degrees, one sigma\n";
+  if (gimbals > 0)
+    messages << "navigation: the camera's attitude is that of its gimbal, which " << gimbals << " images state\n";
   return true;
 }
 

@@ -2,10 +2,12 @@
 // flight takes, blanks in paths.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <iosfwd>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "fsw/base/geometry.hpp"
@@ -14,11 +16,19 @@
 
 namespace ilp::sil {
 
+/// What a photograph says of where its camera looked.
+struct StatedAttitude {
+  std::optional<host::GimbalAngles> gimbal;
+  std::optional<double> direction_deg;  ///< of the image, clockwise from north
+};
+
 struct FlyableImages {
   std::vector<host::StripFrame> frames;
   int binning = 1;                          ///< so many pixels of the source, in x and in y, are one of the flight
   std::optional<double> field_of_view_rad;  ///< horizontal, where the first image states it
+  std::string lens_fault;                   ///< why a focal length in EXIF is not used
   std::vector<std::optional<host::GeoTag>> places;  ///< of each frame, where EXIF states it
+  std::vector<StatedAttitude> attitudes;            ///< of each frame
 };
 
 /// Images that fly as they are keep their place; the others become 8-bit PNG files in `folder`, under their own names.
@@ -36,8 +46,12 @@ struct PlaceOptions {
   bool looks_down = true;  ///< the camera does, to 0.1 rad (one sigma): positions alone do not say what is up
 };
 
-/// Writes the places as the vehicle's measurements (docs/navigation.md), at the times of the frames. False, and nothing
-/// is written, for fewer than `fewest_places`. Throws std::runtime_error.
+/// Quaternion x_camera = q x_level q* of a camera on a gimbal; level is east, north, up. w, x, y, z.
+[[nodiscard]] std::array<double, 4> attitude_of(const host::GimbalAngles& gimbal);
+
+/// Writes the places as the vehicle's measurements (docs/navigation.md), at the times of the frames, with the attitude
+/// that a gimbal states. Where one image has a gimbal's angles, no other is taken to look straight down. False, and
+/// nothing is written, for fewer than `fewest_places`. Throws std::runtime_error.
 bool write_places(const FlyableImages& images, const PlaceOptions& options, const std::filesystem::path& file,
                   std::ostream& messages);
 

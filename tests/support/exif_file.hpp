@@ -26,6 +26,11 @@ struct ExifTags {
   std::optional<ExifRational> altitude_m, error_m;
   std::vector<ExifRational> gps_time;  ///< hours, minutes, seconds
   std::string gps_date;                ///< "2026:11:22"
+  std::string zone;                    ///< "+02:00"
+  std::optional<ExifRational> focal_mm, direction_deg;
+  std::optional<std::uint32_t> width, height;   ///< as the tags state them
+  std::optional<ExifRational> pixels_per_inch;  ///< of the focal plane
+  std::string gimbal;                           ///< attributes of drone-dji in XMP, as they stand in the file
 
   /// Degrees, minutes and seconds to 1e-5 seconds, a third of a millimetre.
   void set_place(double longitude_deg, double latitude_deg, double elevation_m);
