@@ -33,27 +33,22 @@ struct GreyRange {
   double black = 0, white = 255;
 };
 
-struct Facts {
-  const host::StripFrame* frame = nullptr;
-  std::optional<PhotographFacts> header;  ///< none: it cannot be read
-};
-
-std::vector<Facts> facts_of(const std::vector<host::StripFrame>& strip) {
-  std::vector<Facts> all;
+std::vector<Photo> photos_of(const std::vector<host::StripFrame>& strip) {
+  std::vector<Photo> all;
   for (const host::StripFrame& frame : strip) {
-    Facts& facts = all.emplace_back();
-    facts.frame = &frame;
+    Photo& photo = all.emplace_back();
+    photo.frame = frame;
     try {
-      facts.header = host::read_photograph_facts(frame.file);
-    } catch (const std::exception&) {
-      continue;
+      photo.header = host::read_photograph_facts(frame.file);
+    } catch (const std::exception& fault) {
+      photo.fault = fault.what();
     }
   }
   return all;
 }
 
 /// Whether both were taken with one focal length, as far as EXIF says.
-bool same_lens(const Facts& a, const Facts& b) {
+bool same_lens(const Photo& a, const Photo& b) {
   if (!a.header || !b.header) return true;
   const auto same = [](const std::optional<double>& x, const std::optional<double>& y) {
     constexpr double most_apart = 0.01;
@@ -62,33 +57,33 @@ bool same_lens(const Facts& a, const Facts& b) {
   return same(a.header->focal_mm, b.header->focal_mm) && same(a.header->focal_film_mm, b.header->focal_film_mm);
 }
 
-std::string lens_of(const Facts& facts) {
-  const auto& [focal_mm, film_mm] = std::tie(facts.header->focal_mm, facts.header->focal_film_mm);
+std::string lens_of(const Photo& photo) {
+  const auto& [focal_mm, film_mm] = std::tie(photo.header->focal_mm, photo.header->focal_film_mm);
   std::string text = focal_mm ? host::brief(*focal_mm) + " mm" : "";
   if (film_mm) text += (focal_mm ? ", " : "") + host::brief(*film_mm) + " mm for 35 mm film";
   return text;
 }
 
 /// Leaves out the photographs whose focal length is not the one that most were taken with: a flight has one camera.
-void keep_one_lens(std::vector<Facts>& all, std::ostream& messages) {
-  const Facts* usual = nullptr;
+void keep_one_lens(std::vector<Photo>& all, std::ostream& messages) {
+  const Photo* usual = nullptr;
   std::ptrdiff_t most = 0;
-  for (const Facts& facts : all) {
-    if (!facts.header || (!facts.header->focal_mm && !facts.header->focal_film_mm)) continue;
+  for (const Photo& photo : all) {
+    if (!photo.header || (!photo.header->focal_mm && !photo.header->focal_film_mm)) continue;
     const auto count =
-        std::count_if(all.begin(), all.end(), [&](const Facts& other) { return same_lens(facts, other); });
+        std::count_if(all.begin(), all.end(), [&](const Photo& other) { return same_lens(photo, other); });
     if (count <= most) continue;
     most = count;
-    usual = &facts;
+    usual = &photo;
   }
   if (usual == nullptr || most == std::ssize(all)) return;
-  const Facts lens = *usual;
-  const auto odd = std::find_if(all.begin(), all.end(), [&](const Facts& facts) { return !same_lens(lens, facts); });
+  const Photo lens = *usual;
+  const auto odd = std::find_if(all.begin(), all.end(), [&](const Photo& photo) { return !same_lens(lens, photo); });
   messages << "left out: " << host::counted(static_cast<std::size_t>(std::ssize(all) - most), "photograph")
            << " with another focal length than the others, " << lens_of(lens) << "; the first is "
-           << odd->frame->file.string() << ", " << lens_of(*odd)
+           << odd->frame.file.string() << ", " << lens_of(*odd)
            << ": a flight has one camera, fly them from a folder of their own\n";
-  std::erase_if(all, [&](const Facts& facts) { return !same_lens(lens, facts); });
+  std::erase_if(all, [&](const Photo& photo) { return !same_lens(lens, photo); });
 }
 
 /// The camera tells PNG and PGM by their first bytes, whatever the file's name.
@@ -104,27 +99,27 @@ bool has_blank(const fs::path& file) {
   return fs::absolute(file).string().find_first_of(" \t\r\n") != std::string::npos;
 }
 
-int binning_of(const std::vector<Facts>& all) {
+int binning_of(const std::vector<Photo>& all) {
   int binning = 1;
-  for (const Facts& facts : all) {
-    if (!facts.header) continue;
+  for (const Photo& photo : all) {
+    if (!photo.header) continue;
     const auto times = [](int size, std::int32_t most) { return (size + most - 1) / most; };
-    binning = std::max({binning, times(facts.header->width, limits::max_image_width),
-                        times(facts.header->height, limits::max_image_height)});
+    binning = std::max({binning, times(photo.header->width, limits::max_image_width),
+                        times(photo.header->height, limits::max_image_height)});
   }
   return binning;
 }
 
-GreyRange range_of(const std::vector<Facts>& all) {
-  std::vector<const Facts*> deep;
-  for (const Facts& facts : all) {
-    if (facts.header && facts.header->deep) deep.push_back(&facts);
+GreyRange range_of(const std::vector<Photo>& all) {
+  std::vector<const Photo*> deep;
+  for (const Photo& photo : all) {
+    if (photo.header && photo.header->deep) deep.push_back(&photo);
   }
   std::vector<std::uint64_t> counts(65536);
   std::uint64_t pixels = 0;
   const std::size_t step = std::max<std::size_t>(1, deep.size() / images_for_range);
   for (std::size_t i = 0; i < deep.size(); i += step) {
-    for (const std::uint16_t value : host::read_photograph(deep[i]->frame->file).grey.samples) {
+    for (const std::uint16_t value : host::read_photograph(deep[i]->frame.file).grey.samples) {
       ++counts[value];
       ++pixels;
     }
@@ -171,39 +166,15 @@ std::string name_for(const fs::path& file, std::set<std::string>& used) {
   return name;
 }
 
-using StatedTime = std::optional<std::int64_t> PhotographFacts::*;
-
-/// Whether all images state this time, and it increases.
-bool increases(const std::vector<Facts>& all, StatedTime time) {
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!all[i].header || !((*all[i].header).*time)) return false;
-    if (i > 0 && *((*all[i].header).*time) <= *((*all[i - 1].header).*time)) return false;
-  }
-  return true;
-}
-
-void take_times(const std::vector<Facts>& all, std::vector<host::StripFrame>& frames, std::ostream& messages) {
-  if (frames.size() < 2 || !frames.front().time_is_assumed) return;
-  const bool by_camera = increases(all, &PhotographFacts::time_ns);
-  if (!by_camera && !increases(all, &PhotographFacts::gps_time_ns)) return;
-  const StatedTime time = by_camera ? &PhotographFacts::time_ns : &PhotographFacts::gps_time_ns;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    frames[i].time_ns = *((*all[i].header).*time) - *((*all[0].header).*time);
-    frames[i].time_is_assumed = false;
-  }
-  messages << "the times are those that EXIF states" << (by_camera ? "" : " with the positions")
-           << ", from the first image on\n";
-}
-
-void take_places(const std::vector<Facts>& all, FlyableImages& result, std::ostream& messages) {
+void take_places(const std::vector<Photo>& all, FlyableImages& result, std::ostream& messages) {
   std::size_t faults = 0;
   std::string first;
-  for (const Facts& facts : all) {
-    result.places.push_back(facts.header ? facts.header->place : std::nullopt);
-    result.attitudes.push_back(facts.header ? StatedAttitude{facts.header->gimbal, facts.header->direction_deg}
+  for (const Photo& photo : all) {
+    result.places.push_back(photo.header ? photo.header->place : std::nullopt);
+    result.attitudes.push_back(photo.header ? StatedAttitude{photo.header->gimbal, photo.header->direction_deg}
                                             : StatedAttitude{});
-    if (!facts.header || facts.header->place_fault.empty()) continue;
-    if (++faults == 1) first = facts.frame->file.string() + ": " + facts.header->place_fault;
+    if (!photo.header || photo.header->place_fault.empty()) continue;
+    if (++faults == 1) first = photo.frame.file.string() + ": " + photo.header->place_fault;
   }
   if (faults > 0) messages << faults << " positions in EXIF are not used, the first in " << first << "\n";
 }
@@ -211,23 +182,24 @@ void take_places(const std::vector<Facts>& all, FlyableImages& result, std::ostr
 }  // namespace
 
 FlyableImages make_flyable(const std::vector<host::StripFrame>& strip, const fs::path& folder, std::ostream& messages) {
-  std::vector<Facts> all = facts_of(strip);
+  std::vector<Photo> all = photos_of(strip);
   keep_one_lens(all, messages);
   FlyableImages result;
-  for (const Facts& facts : all) result.frames.push_back(*facts.frame);
+  result.epoch = take_stated_times(all, messages);
+  for (const Photo& photo : all) result.frames.push_back(photo.frame);
   result.binning = binning_of(all);
   const bool any_deep =
-      std::any_of(all.begin(), all.end(), [](const Facts& facts) { return facts.header && facts.header->deep; });
+      std::any_of(all.begin(), all.end(), [](const Photo& photo) { return photo.header && photo.header->deep; });
   const GreyRange range = any_deep ? range_of(all) : GreyRange{};
   std::set<std::string> used;
   std::size_t changed = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const Facts& facts = all[i];
-    const fs::path& file = facts.frame->file;
-    if (!facts.header) continue;
-    if (!result.field_of_view_rad) result.field_of_view_rad = facts.header->field_of_view_rad;
-    if (result.lens_fault.empty()) result.lens_fault = facts.header->lens_fault;
-    if (is_read_by_the_camera(file) && !facts.header->deep && result.binning == 1 && !has_blank(file)) continue;
+    const Photo& photo = all[i];
+    const fs::path& file = photo.frame.file;
+    if (!photo.header) continue;
+    if (!result.field_of_view_rad) result.field_of_view_rad = photo.header->field_of_view_rad;
+    if (result.lens_fault.empty()) result.lens_fault = photo.header->lens_fault;
+    if (is_read_by_the_camera(file) && !photo.header->deep && result.binning == 1 && !has_blank(file)) continue;
     fs::create_directories(folder);
     const fs::path place = folder / name_for(file, used);
     ++changed;
@@ -243,7 +215,6 @@ FlyableImages make_flyable(const std::vector<host::StripFrame>& strip, const fs:
     messages << "the images are larger than the flight takes: " << result.binning << " x " << result.binning
              << " of their pixels become one\n";
   if (!result.lens_fault.empty()) messages << "the focal length in EXIF is not used: " << result.lens_fault << "\n";
-  take_times(all, result.frames, messages);
   take_places(all, result, messages);
   return result;
 }

@@ -13,6 +13,7 @@
 #include "fsw/base/geometry.hpp"
 #include "sim/host/photograph.hpp"
 #include "sim/host/strip.hpp"
+#include "sim/sil/stated_times.hpp"
 
 namespace ilp::sil {
 
@@ -29,11 +30,12 @@ struct FlyableImages {
   std::string lens_fault;                   ///< why a focal length in EXIF is not used
   std::vector<std::optional<host::GeoTag>> places;  ///< of each frame, where EXIF states it
   std::vector<StatedAttitude> attitudes;            ///< of each frame
+  std::optional<StripEpoch> epoch;                  ///< where the times are those that EXIF states
 };
 
 /// Images that fly as they are keep their place; the others become 8-bit PNG files in `folder`, under their own names.
-/// 16-bit values are scaled by the range of the whole strip. Times that are assumed are replaced by those that all
-/// images state, if these increase. Photographs with another focal length than most are left out. Says in `messages`
+/// 16-bit values are scaled by the range of the whole strip. Times that are assumed are replaced by those that EXIF
+/// states (take_stated_times). Photographs with another focal length than most are left out. Says in `messages`
 /// what was done. An image that cannot be read is left as it is: the flight itself reports it.
 [[nodiscard]] FlyableImages make_flyable(const std::vector<host::StripFrame>& strip,
                                          const std::filesystem::path& folder, std::ostream& messages);

@@ -198,7 +198,8 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
   const CameraModel camera =
       given ? *given
             : camera_of_field(size->width, size->height, flyable.field_of_view_rad.value_or(options.field_of_view_rad));
-  for (const std::string& warning : host::strip_warnings(strip)) std::cerr << "ilp-sil: " << warning << "\n";
+  for (const std::string& warning : host::strip_warnings(strip, source.front().file.parent_path()))
+    std::cerr << "ilp-sil: " << warning << "\n";
   const fs::path index = fs::path(options.out) / "frames.txt";
   host::write_strip_index(index, strip);
   auto opened = std::make_unique<StripSource>(index, camera, options.camera_known && given, strip.size(),
