@@ -246,7 +246,7 @@ void read_attitude(const Exiv2::ExifData& exif, const Exiv2::XmpData& xmp, Photo
   if (direction && *direction >= 0 && *direction <= 360) facts.direction_deg = direction;
 }
 
-void set_up() {
+void set_up_exiv2() {
   Exiv2::LogMsg::setLevel(Exiv2::LogMsg::mute);
   Exiv2::XmpParser::initialize();
 }
@@ -255,7 +255,7 @@ void set_up() {
 
 void read_exif(const fs::path& path, PhotographFacts& facts) {
   static std::once_flag once;
-  std::call_once(once, set_up);
+  std::call_once(once, set_up_exiv2);
   try {
     const auto image = Exiv2::ImageFactory::open(path.string());
     image->readMetadata();
