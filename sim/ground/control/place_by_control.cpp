@@ -11,6 +11,7 @@
 #include "sim/ground/intake/move_keyframe.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/gdal_session.hpp"
+#include "sim/host/longitude.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace ilp::control {
@@ -30,10 +31,12 @@ class Places {
       throw std::runtime_error(
           "control points in longitude and latitude need a body: name it with --control-body, or give x and y");
     }
+    std::vector<double> longitudes;
     for (const ControlPoint& point : file.points) {
-      middle_.longitude_deg += point.place.x() / static_cast<double>(file.points.size());
+      longitudes.push_back(point.place.x());
       middle_.latitude_deg += point.place.y() / static_cast<double>(file.points.size());
     }
+    middle_.longitude_deg = host::longitude_arc(longitudes).middle_deg();
     project(crs);
   }
   [[nodiscard]] const Middle& middle() const { return middle_; }
