@@ -22,6 +22,7 @@
 #include "sim/host/strip.hpp"
 #include "sim/host/text_format.hpp"
 #include "sim/sil/flyable_images.hpp"
+#include "sim/sil/navigation_input.hpp"
 #include "sim/sil/nominal_camera.hpp"
 #include "sim/sil/world_camera.hpp"
 #include "sim/world/flight.hpp"
@@ -141,9 +142,11 @@ std::optional<ImageSize> size_of_images(const std::vector<host::StripFrame>& str
   return std::nullopt;
 }
 
-void print_lines(const std::string& lines) {
-  std::istringstream text(lines);
-  for (std::string line; std::getline(text, line);) std::cerr << "ilp-sil: " << line << "\n";
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
 }
 
 /// Tells where the given camera is not what EXIF states.
@@ -169,37 +172,41 @@ CameraModel fitting_camera(const CameraModel& given, const std::vector<host::Str
   return given;
 }
 
-std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
+std::string navigation_of(const SourceOptions& options, const std::vector<host::StripFrame>& strip,
+                          const std::optional<StripEpoch>& epoch, std::ostream& messages) {
+  const fs::path made = fs::path(options.out) / "navigation.csv";
+  return prepare_navigation(options.navigation, strip, epoch, made, messages).string();
+}
+
+std::unique_ptr<ImageSource> open_strip(const SourceOptions& options, std::ostream& messages) {
   const fs::path folder = fs::path(options.images) / "";
   const std::vector<host::StripFrame> source = host::list_strip(folder.parent_path());
-  std::ostringstream messages;
+  std::optional<CameraModel> given = camera_for(options, folder.parent_path());
   const FlyableImages flyable = make_flyable(source, fs::path(options.out) / "images", messages);
   const std::vector<host::StripFrame>& strip = flyable.frames;
-  std::optional<CameraModel> given = camera_for(options, folder.parent_path());
   // An assumed attitude would be evidence about an unknown camera that there is not.
   const fs::path places = fs::path(options.out) / "exif-positions.csv";
   const PlaceOptions how{.sigma_m = options.exif_sigma_m,
                          .looks_down = given && options.camera_known && !options.exif_oblique};
   const bool placed =
       options.navigation.empty() && options.exif_sigma_m > 0 && write_places(flyable, how, places, messages);
-  print_lines(messages.str());
   if (given && flyable.binning > 1) given = fitting_camera(*given, source, flyable.binning);
   const std::optional<ImageSize> size = size_of_images(strip);
   if (given && size) {
     given = host::camera_for_size(*given, size->width, size->height, size->file.string() + " has", std::cerr);
   }
   if (given) compare_with_exif(*given, flyable.field_of_view_rad);
-  if (!given && !size) {
-    throw std::runtime_error(
-        "none of the images can be read: --camera cameras.txt is needed, the intrinsics in "
-        "COLMAP's format");
+  if (!size) {
+    throw std::runtime_error("none of the images in " + folder.parent_path().string() +
+                             " can be read: what was left out is named above; PNG, PGM, JPEG or TIFF with 8 or 16 bits "
+                             "are read");
   }
-  if (!given && flyable.field_of_view_rad) std::cerr << "ilp-sil: the field of view is the one that EXIF states\n";
+  if (!given && flyable.field_of_view_rad) messages << "the field of view is the one that EXIF states\n";
   const CameraModel camera =
       given ? *given
             : camera_of_field(size->width, size->height, flyable.field_of_view_rad.value_or(options.field_of_view_rad));
   for (const std::string& warning : host::strip_warnings(strip, source.front().file.parent_path()))
-    std::cerr << "ilp-sil: " << warning << "\n";
+    messages << warning << "\n";
   const fs::path index = fs::path(options.out) / "frames.txt";
   host::write_strip_index(index, strip);
   auto opened = std::make_unique<StripSource>(index, camera, options.camera_known && given, strip.size(),
@@ -212,6 +219,7 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
     opened->navigation = places.string();
     opened->body = Body::earth;
   }
+  if (!options.navigation.empty()) opened->navigation = navigation_of(options, strip, flyable.epoch, messages);
   return opened;
 }
 
@@ -245,10 +253,10 @@ void render_scenario(const SourceOptions& options) {
 
 namespace {
 
-std::unique_ptr<ImageSource> open_images(const SourceOptions& options) {
+std::unique_ptr<ImageSource> open_images(const SourceOptions& options, std::ostream& messages) {
   if (!options.images.empty() && !options.y4m.empty())
     throw std::runtime_error("--images and --y4m exclude each other");
-  if (!options.images.empty()) return open_strip(options);
+  if (!options.images.empty()) return open_strip(options, messages);
   if (!options.y4m.empty())
     return std::make_unique<VideoSource>(options.y4m, camera_for(options, {}), options.camera_known,
                                          options.field_of_view_rad);
@@ -258,8 +266,22 @@ std::unique_ptr<ImageSource> open_images(const SourceOptions& options) {
 }  // namespace
 
 std::unique_ptr<ImageSource> open_source(const SourceOptions& options) {
-  std::unique_ptr<ImageSource> source = open_images(options);
-  if (!options.navigation.empty()) source->navigation = options.navigation;
+  std::ostringstream messages;
+  const auto tell = [&messages] {
+    for (const std::string& line : lines_of(messages.str())) std::cerr << "ilp-sil: " << line << "\n";
+  };
+  std::unique_ptr<ImageSource> source;
+  try {
+    source = open_images(options, messages);
+    if (!options.navigation.empty() && options.images.empty())
+      source->navigation = navigation_of(options, {}, {}, messages);
+  } catch (...) {
+    // What was said explains what is refused.
+    tell();
+    throw;
+  }
+  tell();
+  source->notes = lines_of(messages.str());
   const fs::path simulated = fs::path(options.out) / "flight" / "navigation.csv";
   const bool recorded = !options.images.empty() || !options.y4m.empty();
   if (!recorded && options.navigation.empty() && fs::exists(simulated)) {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "fsw/base/geometry.hpp"
 #include "hal/camera/camera.hpp"
@@ -48,8 +49,9 @@ class ImageSource {
   std::optional<double> field_of_view_sigma_rad;  ///< of nominal intrinsics, where the images state them
   std::size_t frames = 0;
   std::string description;
-  std::string navigation;  ///< file of the vehicle's measurements; empty: none
-  Body body = Body::none;  ///< of its positions, where the source knows it
+  std::vector<std::string> notes;  ///< what was said of the images and the measurements before the flight
+  std::string navigation;          ///< file of the vehicle's measurements; empty: none
+  Body body = Body::none;          ///< of its positions, where the source knows it
 };
 
 /// Renders the scenario into OUT/flight, showing its progress on standard error.

@@ -365,6 +365,7 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
       {"software", software_version},
       {"profile", limits::profile},
       {"source", source.description},
+      {"notes", source.notes},
       {"seed", options.seed},
       {"frames", frames},
       {"keyframes", keyframes},

@@ -46,6 +46,12 @@ FlightInfo read_flight_info(const std::filesystem::path& path) {
   info.profile = text("profile");
   info.software = text("software");
   info.source = text("source");
+  const auto notes = json.find("notes");
+  if (notes != json.end() && notes->is_array()) {
+    for (const nlohmann::json& note : *notes) {
+      if (note.is_string()) info.notes.push_back(note.get<std::string>());
+    }
+  }
   return info;
 }
 

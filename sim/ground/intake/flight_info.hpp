@@ -15,6 +15,7 @@ struct FlightInfo {
   std::optional<double> wall_s, cpu_s, flight_cpu_s, peak_rss_mib, static_bytes;
   std::optional<double> frames, keyframes, seed, target_overlap;
   std::string profile, software, source;
+  std::vector<std::string> notes;  ///< what the simulator said of its images and measurements
 };
 
 /// Members that are absent or of another type stay unknown. Throws std::runtime_error when the file is no JSON object.
