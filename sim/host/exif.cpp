@@ -147,8 +147,9 @@ std::optional<std::int64_t> zone_of(const Exiv2::ExifData& exif) {
 /// Degrees, minutes and seconds, or hours, minutes and seconds. What stands last may be unknown where the value before
 /// it has a fraction, as in decimal degrees. 60 of a smaller unit are one of the larger: writers round and do not
 /// carry.
-std::optional<double> sexagesimal(const Numbers& numbers) {
+std::optional<double> sexagesimal(Numbers numbers) {
   if (numbers.empty() || numbers.size() > 3 || !numbers[0]) return std::nullopt;
+  numbers.resize(3);
   double value = 0, unit = 1;
   bool ended = false;
   for (std::size_t i = 0; i < numbers.size(); ++i, unit /= 60) {
