@@ -102,6 +102,15 @@ void read_lens(const Exiv2::ExifData& exif, PhotographFacts& facts) {
   }
 }
 
+/// Cameras with several sensors write the same model into the images of all, and the band beside it.
+std::string camera_of(const Exiv2::ExifData& exif, const Exiv2::XmpData& xmp) {
+  std::string name = text_of(exif, "Exif.Image.Model");
+  for (const auto& property : xmp) {
+    if (property.tagName() == "BandName") name += (name.empty() ? "band " : ", band ") + property.toString();
+  }
+  return name;
+}
+
 // ---- time ----
 
 std::optional<std::int64_t> seconds_of(std::tm tm) {
@@ -261,6 +270,7 @@ void read_exif(const fs::path& path, PhotographFacts& facts) {
     const auto image = Exiv2::ImageFactory::open(path.string());
     image->readMetadata();
     const Exiv2::ExifData& exif = image->exifData();
+    facts.camera = camera_of(exif, image->xmpData());
     read_lens(exif, facts);
     facts.time_ns = exposure_time(exif);
     facts.zone_s = zone_of(exif);

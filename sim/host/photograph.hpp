@@ -1,20 +1,28 @@
 // Photographs as cameras and their programs leave them: JPEG, TIFF, and PNG or PGM with up to 16 bits.
-// Every function throws std::runtime_error that names the file and what was expected.
+// Every function throws std::runtime_error that names the file and what was expected; DamagedPhotograph is one.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
 
 #include "sim/host/raster.hpp"
 
 namespace ilp::host {
 
+/// What stands behind the header is damaged or cut off.
+struct DamagedPhotograph : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 struct Photograph {
   Raster<std::uint16_t> grey;  ///< luma of ITU-R BT.601 where the file has colours
   bool deep = false;           ///< more than 8 bits per sample
 };
+/// A JPEG about whose data its decoder complains is damaged, even where it would fill the rest with grey. Colour tables
+/// become luma; alpha is left out.
 [[nodiscard]] Photograph read_photograph(const std::filesystem::path& path);
 
 /// Where a photograph says that it was taken, on the Earth.
@@ -37,6 +45,7 @@ struct GimbalAngles {
 struct PhotographFacts {
   int width = 0, height = 0;
   bool deep = false;
+  std::string camera;              ///< its model, and the band of a multispectral one; may be empty
   std::optional<double> focal_mm;  ///< as EXIF states it, and for 35 mm film
   std::optional<double> focal_film_mm;
   /// Horizontal, from the focal length for 35 mm film, or else from the focal length and the pixels of the sensor.

@@ -10,19 +10,19 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <tuple>
 
 #include "cfg/limits.hpp"
+#include "sim/host/files.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/host/photograph.hpp"
 #include "sim/host/text_format.hpp"
+#include "sim/sil/one_camera.hpp"
 
 namespace ilp::sil {
 namespace fs = std::filesystem;
 namespace {
 
 using host::Photograph;
-using host::PhotographFacts;
 
 /// Images of the strip from which the range of 16-bit values is taken.
 constexpr std::size_t images_for_range = 16;
@@ -38,6 +38,7 @@ std::vector<Photo> photos_of(const std::vector<host::StripFrame>& strip) {
   for (const host::StripFrame& frame : strip) {
     Photo& photo = all.emplace_back();
     photo.frame = frame;
+    photo.original = frame.file;
     try {
       photo.header = host::read_photograph_facts(frame.file);
     } catch (const std::exception& fault) {
@@ -45,45 +46,6 @@ std::vector<Photo> photos_of(const std::vector<host::StripFrame>& strip) {
     }
   }
   return all;
-}
-
-/// Whether both were taken with one focal length, as far as EXIF says.
-bool same_lens(const Photo& a, const Photo& b) {
-  if (!a.header || !b.header) return true;
-  const auto same = [](const std::optional<double>& x, const std::optional<double>& y) {
-    constexpr double most_apart = 0.01;
-    return !x || !y || std::fabs(*x / *y - 1) <= most_apart;
-  };
-  return same(a.header->focal_mm, b.header->focal_mm) && same(a.header->focal_film_mm, b.header->focal_film_mm);
-}
-
-std::string lens_of(const Photo& photo) {
-  const auto& [focal_mm, film_mm] = std::tie(photo.header->focal_mm, photo.header->focal_film_mm);
-  std::string text = focal_mm ? host::brief(*focal_mm) + " mm" : "";
-  if (film_mm) text += (focal_mm ? ", " : "") + host::brief(*film_mm) + " mm for 35 mm film";
-  return text;
-}
-
-/// Leaves out the photographs whose focal length is not the one that most were taken with: a flight has one camera.
-void keep_one_lens(std::vector<Photo>& all, std::ostream& messages) {
-  const Photo* usual = nullptr;
-  std::ptrdiff_t most = 0;
-  for (const Photo& photo : all) {
-    if (!photo.header || (!photo.header->focal_mm && !photo.header->focal_film_mm)) continue;
-    const auto count =
-        std::count_if(all.begin(), all.end(), [&](const Photo& other) { return same_lens(photo, other); });
-    if (count <= most) continue;
-    most = count;
-    usual = &photo;
-  }
-  if (usual == nullptr || most == std::ssize(all)) return;
-  const Photo lens = *usual;
-  const auto odd = std::find_if(all.begin(), all.end(), [&](const Photo& photo) { return !same_lens(lens, photo); });
-  messages << "left out: " << host::counted(static_cast<std::size_t>(std::ssize(all) - most), "photograph")
-           << " with another focal length than the others, " << lens_of(lens) << "; the first is "
-           << odd->frame.file.string() << ", " << lens_of(*odd)
-           << ": a flight has one camera, fly them from a folder of their own\n";
-  std::erase_if(all, [&](const Photo& photo) { return !same_lens(lens, photo); });
 }
 
 /// The camera tells PNG and PGM by their first bytes, whatever the file's name.
@@ -119,9 +81,13 @@ GreyRange range_of(const std::vector<Photo>& all) {
   std::uint64_t pixels = 0;
   const std::size_t step = std::max<std::size_t>(1, deep.size() / images_for_range);
   for (std::size_t i = 0; i < deep.size(); i += step) {
-    for (const std::uint16_t value : host::read_photograph(deep[i]->frame.file).grey.samples) {
-      ++counts[value];
-      ++pixels;
+    try {
+      for (const std::uint16_t value : host::read_photograph(deep[i]->frame.file).grey.samples) {
+        ++counts[value];
+        ++pixels;
+      }
+    } catch (const host::DamagedPhotograph&) {
+      continue;  // named when it is converted
     }
   }
   const auto level = [&](double share) {
@@ -156,14 +122,82 @@ host::Raster<std::uint8_t> converted(const Photograph& photograph, int binning, 
   return result;
 }
 
-/// A name without blanks that no other image has.
+/// The flight carries the name of the file: one that it cannot carry becomes another one.
+bool has_another_name(const fs::path& file) {
+  return host::image_key(file.filename().string()) != file.stem().string();
+}
+
+/// A name that no other image has.
 std::string name_for(const fs::path& file, std::set<std::string>& used) {
-  std::string stem = file.stem().string();
-  std::replace_if(
-      stem.begin(), stem.end(), [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }, '_');
+  const std::string stem = host::image_key(file.filename().string());
   std::string name = stem + ".png";
   for (int i = 2; !used.insert(name).second; ++i) name = stem + "-" + std::to_string(i) + ".png";
   return name;
+}
+
+/// What the flight itself reports: a file that is not there, or a damaged one of a format that its camera reads.
+bool is_reported_by_the_flight(const Photo& photo) {
+  std::error_code error;
+  return !fs::exists(photo.frame.file, error) || is_read_by_the_camera(photo.frame.file);
+}
+
+void leave_out(const Photo& photo, std::ostream& messages) {
+  messages << "left out: " << photo.fault << "\n";
+}
+
+/// Leaves out, by name, what cannot be read.
+void keep_readable(std::vector<Photo>& all, std::ostream& messages) {
+  std::erase_if(all, [&](const Photo& photo) {
+    const bool out = !photo.header && !is_reported_by_the_flight(photo);
+    if (out) leave_out(photo, messages);
+    return out;
+  });
+}
+
+/// Makes the image that flies in place of this one; false for a damaged one.
+bool convert(Photo& photo, const fs::path& place, int binning, const GreyRange& range) {
+  // A flight that goes on has them already.
+  if (fs::exists(place)) return true;
+  try {
+    host::write_png(place, converted(host::read_photograph(photo.frame.file), binning, range).view());
+  } catch (const host::DamagedPhotograph& fault) {
+    photo.fault = fault.what();
+    return false;
+  }
+  return true;
+}
+
+/// Images that do not fly as they are become files in `folder`; damaged ones are left out by name.
+void make_files(const fs::path& folder, int binning, std::vector<Photo>& all, std::ostream& messages) {
+  const bool any_deep =
+      std::any_of(all.begin(), all.end(), [](const Photo& photo) { return photo.header && photo.header->deep; });
+  const GreyRange range = any_deep ? range_of(all) : GreyRange{};
+  std::set<std::string> used;
+  std::size_t changed = 0, renamed = 0;
+  std::vector<Photo> kept;
+  for (Photo& photo : all) {
+    const fs::path file = photo.frame.file;
+    const bool flies = is_read_by_the_camera(file) && photo.header && !photo.header->deep && binning == 1 &&
+                       !has_blank(file) && !has_another_name(file);
+    if (photo.header && !flies) {
+      fs::create_directories(folder);
+      const fs::path place = folder / name_for(file, used);
+      if (!convert(photo, place, binning, range)) {
+        leave_out(photo, messages);
+        continue;
+      }
+      photo.frame.file = place;
+      ++changed;
+      renamed += has_another_name(file) ? 1 : 0;
+    }
+    kept.push_back(photo);
+  }
+  all = std::move(kept);
+  if (changed > 0) messages << changed << " images are converted to 8-bit PNG files in " << folder.string() << "\n";
+  if (renamed > 0)
+    messages << renamed << " of them have names that the flight cannot carry, and fly under others made of these\n";
+  if (any_deep)
+    messages << "16-bit values from " << range.black << " to " << range.white << " become grey values from 0 to 255\n";
 }
 
 void take_places(const std::vector<Photo>& all, FlyableImages& result, std::ostream& messages) {
@@ -174,43 +208,29 @@ void take_places(const std::vector<Photo>& all, FlyableImages& result, std::ostr
     result.attitudes.push_back(photo.header ? StatedAttitude{photo.header->gimbal, photo.header->direction_deg}
                                             : StatedAttitude{});
     if (!photo.header || photo.header->place_fault.empty()) continue;
-    if (++faults == 1) first = photo.frame.file.string() + ": " + photo.header->place_fault;
+    if (++faults == 1) first = photo.original.string() + ": " + photo.header->place_fault;
   }
   if (faults > 0) messages << faults << " positions in EXIF are not used, the first in " << first << "\n";
 }
 
 }  // namespace
 
-FlyableImages make_flyable(const std::vector<host::StripFrame>& strip, const fs::path& folder, std::ostream& messages) {
+FlyableImages make_flyable(const std::vector<host::StripFrame>& strip, const fs::path& folder, std::ostream& messages,
+                           const std::optional<host::ImageSize>& of_camera) {
   std::vector<Photo> all = photos_of(strip);
-  keep_one_lens(all, messages);
+  keep_readable(all, messages);
+  keep_one_camera(all, of_camera, messages);
   FlyableImages result;
   result.epoch = take_stated_times(all, messages);
-  for (const Photo& photo : all) result.frames.push_back(photo.frame);
   result.binning = binning_of(all);
-  const bool any_deep =
-      std::any_of(all.begin(), all.end(), [](const Photo& photo) { return photo.header && photo.header->deep; });
-  const GreyRange range = any_deep ? range_of(all) : GreyRange{};
-  std::set<std::string> used;
-  std::size_t changed = 0;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const Photo& photo = all[i];
-    const fs::path& file = photo.frame.file;
+  for (const Photo& photo : all) {
     if (!photo.header) continue;
+    if (result.source == host::ImageSize{}) result.source = {photo.header->width, photo.header->height};
     if (!result.field_of_view_rad) result.field_of_view_rad = photo.header->field_of_view_rad;
     if (result.lens_fault.empty()) result.lens_fault = photo.header->lens_fault;
-    if (is_read_by_the_camera(file) && !photo.header->deep && result.binning == 1 && !has_blank(file)) continue;
-    fs::create_directories(folder);
-    const fs::path place = folder / name_for(file, used);
-    ++changed;
-    result.frames[i].file = place;
-    // A flight that goes on has them already.
-    if (!fs::exists(place))
-      host::write_png(place, converted(host::read_photograph(file), result.binning, range).view());
   }
-  if (changed > 0) messages << changed << " images are converted to 8-bit PNG files in " << folder.string() << "\n";
-  if (any_deep)
-    messages << "16-bit values from " << range.black << " to " << range.white << " become grey values from 0 to 255\n";
+  make_files(folder, result.binning, all, messages);
+  for (const Photo& photo : all) result.frames.push_back(photo.frame);
   if (result.binning > 1)
     messages << "the images are larger than the flight takes: " << result.binning << " x " << result.binning
              << " of their pixels become one\n";

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "fsw/base/geometry.hpp"
+#include "sim/host/image_io.hpp"
 #include "sim/host/photograph.hpp"
 #include "sim/host/strip.hpp"
 #include "sim/sil/stated_times.hpp"
@@ -25,6 +26,7 @@ struct StatedAttitude {
 
 struct FlyableImages {
   std::vector<host::StripFrame> frames;
+  host::ImageSize source;                   ///< size of the photographs that fly, as they came; 0: none can be read
   int binning = 1;                          ///< so many pixels of the source, in x and in y, are one of the flight
   std::optional<double> field_of_view_rad;  ///< horizontal, where the first image states it
   std::string lens_fault;                   ///< why a focal length in EXIF is not used
@@ -33,12 +35,15 @@ struct FlyableImages {
   std::optional<StripEpoch> epoch;                  ///< where the times are those that EXIF states
 };
 
-/// Images that fly as they are keep their place; the others become 8-bit PNG files in `folder`, under their own names.
-/// 16-bit values are scaled by the range of the whole strip. Times that are assumed are replaced by those that EXIF
-/// states (take_stated_times). Photographs with another focal length than most are left out. Says in `messages`
-/// what was done. An image that cannot be read is left as it is: the flight itself reports it.
+/// Images that fly as they are keep their place; the others become 8-bit PNG files in `folder`, under their own names
+/// or those that the flight can carry (host::image_key). 16-bit values are scaled by the range of the whole strip.
+/// Times that are assumed are replaced by those that EXIF states (take_stated_times). Photographs of another size,
+/// sensor or focal length than most are left out (keep_one_camera, with the size of the camera file). Says in
+/// `messages` what was done. A damaged photograph is left out by name. PNG and PGM files that fly as they are stay: the
+/// flight itself reports damaged or missing ones.
 [[nodiscard]] FlyableImages make_flyable(const std::vector<host::StripFrame>& strip,
-                                         const std::filesystem::path& folder, std::ostream& messages);
+                                         const std::filesystem::path& folder, std::ostream& messages,
+                                         const std::optional<host::ImageSize>& of_camera = {});
 
 /// Fewer do not say where a strip lies and how it is turned.
 inline constexpr std::size_t fewest_places = 3;

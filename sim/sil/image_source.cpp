@@ -159,19 +159,6 @@ void compare_with_exif(const CameraModel& camera, const std::optional<double>& f
             << " px, EXIF states " << host::brief(stated) << " px: is it that of another lens, zoom or size?\n";
 }
 
-/// A camera of the images as they are, or of those that fly.
-CameraModel fitting_camera(const CameraModel& given, const std::vector<host::StripFrame>& source, int binning) {
-  for (const host::StripFrame& frame : source) {
-    try {
-      const host::PhotographFacts facts = host::read_photograph_facts(frame.file);
-      return facts.width == given.width && facts.height == given.height ? binned_camera(given, binning) : given;
-    } catch (const std::exception&) {
-      continue;
-    }
-  }
-  return given;
-}
-
 std::string navigation_of(const SourceOptions& options, const std::vector<host::StripFrame>& strip,
                           const std::optional<StripEpoch>& epoch, std::ostream& messages) {
   const fs::path made = fs::path(options.out) / "navigation.csv";
@@ -182,7 +169,8 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options, std::ostre
   const fs::path folder = fs::path(options.images) / "";
   const std::vector<host::StripFrame> source = host::list_strip(folder.parent_path());
   std::optional<CameraModel> given = camera_for(options, folder.parent_path());
-  const FlyableImages flyable = make_flyable(source, fs::path(options.out) / "images", messages);
+  const auto of_camera = given ? std::optional(host::ImageSize{given->width, given->height}) : std::nullopt;
+  const FlyableImages flyable = make_flyable(source, fs::path(options.out) / "images", messages, of_camera);
   const std::vector<host::StripFrame>& strip = flyable.frames;
   // An assumed attitude would be evidence about an unknown camera that there is not.
   const fs::path places = fs::path(options.out) / "exif-positions.csv";
@@ -190,16 +178,17 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options, std::ostre
                          .looks_down = given && options.camera_known && !options.exif_oblique};
   const bool placed =
       options.navigation.empty() && options.exif_sigma_m > 0 && write_places(flyable, how, places, messages);
-  if (given && flyable.binning > 1) given = fitting_camera(*given, source, flyable.binning);
+  // The camera file is that of the photographs as they came, or of those that fly.
+  if (given && flyable.binning > 1 && of_camera == flyable.source) given = binned_camera(*given, flyable.binning);
   const std::optional<ImageSize> size = size_of_images(strip);
   if (given && size) {
     given = host::camera_for_size(*given, size->width, size->height, size->file.string() + " has", std::cerr);
   }
   if (given) compare_with_exif(*given, flyable.field_of_view_rad);
-  if (!size) {
+  if (strip.empty() || (!given && !size)) {
     throw std::runtime_error("none of the images in " + folder.parent_path().string() +
-                             " can be read: what was left out is named above; PNG, PGM, JPEG or TIFF with 8 or 16 bits "
-                             "are read");
+                             " can be read: what was left out is named above. PNG, PGM, JPEG or TIFF with 8 or 16 bits "
+                             "are read; what only the flight can read needs --camera cameras.txt");
   }
   if (!given && flyable.field_of_view_rad) messages << "the field of view is the one that EXIF states\n";
   const CameraModel camera =

@@ -107,11 +107,11 @@ void check_reference(const CommandLine& line) {
   if (line.reference.empty()) return;
   std::set<std::string> known;
   for (const host::ReferenceCamera& camera : host::read_reference_cameras(line.reference))
-    known.insert(host::stem(host::safe_name(camera.name)));
+    known.insert(host::image_key(camera.name));
   if (line.source.images.empty()) return;
   const std::vector<host::StripFrame> strip = host::list_strip((fs::path(line.source.images) / "").parent_path());
   const bool any = std::any_of(strip.begin(), strip.end(), [&](const host::StripFrame& frame) {
-    return known.contains(host::stem(host::safe_name(frame.file.filename().string())));
+    return known.contains(host::image_key(frame.file.filename().string()));
   });
   if (!any) {
     throw std::runtime_error("reference poses " + line.reference + " name no image of " + line.source.images +

@@ -44,7 +44,7 @@ struct Table {
 };
 
 [[noreturn]] void refuse_navigation(const fs::path& file, const std::string& what) {
-  throw std::runtime_error("navigation " + file.string() + ": " + what);
+  throw std::runtime_error("navigation " + file.string() + ": " + what + "; check the file (docs/navigation.md)");
 }
 
 void check_names(const fs::path& file, const std::vector<std::string>& names) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <iosfwd>
 #include <optional>
 #include <vector>
@@ -16,6 +17,7 @@ struct Photo {
   host::StripFrame frame;
   std::optional<host::PhotographFacts> header;  ///< none: it cannot be read
   std::string fault;                            ///< why
+  std::filesystem::path original;               ///< the file as it came
 };
 
 /// Time 0 of a strip, since 1970.

@@ -125,12 +125,19 @@ void ExifTags::set_place(double longitude_deg, double latitude_deg, double eleva
 std::string exif_segment(const ExifTags& tags) {
   const std::vector<Entry> exif = exif_entries(tags), gps = gps_entries(tags);
   constexpr std::uint32_t first = 8;
-  const std::uint32_t exif_at = first + 2 + 2 * 12 + 4;
+  const auto head_at = [&](std::uint32_t exif_begin, std::uint32_t gps_begin) {
+    std::vector<Entry> entries;
+    if (!tags.model.empty()) entries.push_back(text_entry(0x0110, tags.model));
+    entries.push_back(number_entry(0x8769, long_number, exif_begin));
+    entries.push_back(number_entry(0x8825, long_number, gps_begin));
+    return directory(entries, first);
+  };
+  const std::uint32_t exif_at = first + static_cast<std::uint32_t>(head_at(0, 0).size());
   const std::string exif_part = directory(exif, exif_at);
   const std::uint32_t gps_at = exif_at + static_cast<std::uint32_t>(exif_part.size());
   std::string tiff("II*\0", 4);
   put(tiff, first, 4);
-  tiff += directory({number_entry(0x8769, long_number, exif_at), number_entry(0x8825, long_number, gps_at)}, first);
+  tiff += head_at(exif_at, gps_at);
   tiff += exif_part + directory(gps, gps_at);
   std::string all = segment(std::string("Exif\0\0", 6) + tiff);
   if (!tags.gimbal.empty()) {

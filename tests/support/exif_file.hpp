@@ -17,6 +17,7 @@ struct ExifRational {
 
 /// What is not given is not written. Values are written as they are, right or wrong.
 struct ExifTags {
+  std::string model;      ///< of the camera
   std::string time;       ///< "2026:11:22 08:40:00"
   std::string subsecond;  ///< digits of the fraction
   std::optional<std::uint16_t> focal_35mm;

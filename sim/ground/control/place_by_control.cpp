@@ -69,7 +69,7 @@ std::map<std::string, const intake::Keyframe*> posed_keyframes(const intake::Fli
   std::map<std::string, const intake::Keyframe*> keyframes;
   for (const std::int64_t id : strip.keyframes) {
     const intake::Keyframe& keyframe = flight.keyframes.at(id);
-    if (keyframe.posed()) keyframes[host::stem(keyframe.name)] = &keyframe;
+    if (keyframe.posed()) keyframes[host::image_key(keyframe.name)] = &keyframe;
   }
   return keyframes;
 }
@@ -78,7 +78,7 @@ std::vector<Sight> sights_of(const ControlPoint& point,
                              const std::map<std::string, const intake::Keyframe*>& keyframes) {
   std::vector<Sight> sights;
   for (const Mark& mark : point.marks) {
-    const auto found = keyframes.find(host::stem(mark.image));
+    const auto found = keyframes.find(host::image_key(mark.image));
     if (found == keyframes.end()) continue;
     const PoseRecord& pose = *found->second->pose;
     sights.push_back({found->second->camera, rotation_from_quaternion(pose.q_cam_from_world),
