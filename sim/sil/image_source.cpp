@@ -11,6 +11,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "fsw/base/status_values.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/camera/y4m/y4m_camera.hpp"
@@ -79,28 +80,59 @@ class WorldSource final : public ImageSource {
   std::size_t threads_;
 };
 
+/// Why a header is refused, and what to do.
+std::string refusal_of(const Y4mCamera& camera, const Status& status, const std::string& file) {
+  const std::string convert = ": convert it, for example with ffmpeg -i " + (file == "-" ? "VIDEO" : file) +
+                              " -pix_fmt gray -f yuv4mpegpipe - | ilp-sil --y4m - ...";
+  const bool refused = status.is(StatusCode::unsupported_format);
+  if (refused && camera.bits_per_sample() != 8)
+    return "has " + std::to_string(camera.bits_per_sample()) + " bits per sample, 8 expected" + convert;
+  if (refused && static_cast<FormatFault>(status.a) == FormatFault::y4m_rate)
+    return "states no frame rate: give it with --frame-rate, in frames per second";
+  if (refused) return "has a chroma sampling that is not known" + convert;
+  if (status.is(StatusCode::image_too_large))
+    return "has pictures of " + host::size_text(status.a, status.b) + " pixels, which are too large" + convert;
+  return "is no YUV4MPEG2 stream" + convert;
+}
+
 class VideoSource final : public ImageSource {
  public:
   /// Without a camera: one with this field of view.
-  VideoSource(const std::string& file, const std::optional<CameraModel>& given, bool known, double field_of_view_rad) {
+  VideoSource(const SourceOptions& options, const std::optional<CameraModel>& given, std::ostream& messages) {
+    const std::string& file = options.y4m;
     description = file == "-" ? "video on standard input" : file;
     descriptor_ = file == "-" ? STDIN_FILENO : open(file.c_str(), O_RDONLY | O_CLOEXEC);
     if (descriptor_ < 0)
       throw std::runtime_error("video " + file + " cannot be read: " + std::strerror(errno) + "; check the path");
-    if (!camera_.open(descriptor_).ok()) {
-      throw std::runtime_error("video " + file + " is no YUV4MPEG2 stream: convert it, for example with ffmpeg -i " +
-                               (file == "-" ? "VIDEO" : file) +
-                               " -pix_fmt gray -f yuv4mpegpipe - | ilp-sil --y4m - ...");
-    }
+    constexpr double millihertz = 1000;
+    const Y4mArrival arrival{.live = false,
+                             .rate = {std::llround(options.frame_rate_hz * millihertz), std::llround(millihertz)}};
+    const Status opened = camera_.open(descriptor_, arrival);
+    if (!opened.ok()) throw std::runtime_error("video " + file + " " + refusal_of(camera_, opened, file));
+    if (camera_.interlaced())
+      messages << "video " << file << " is interlaced: every second line is of another time, and what moves is torn; "
+               << "take one field, for example with ffmpeg -vf bwdif\n";
+    if (camera_.pixels_are_wide())
+      messages << "video " << file << " has pixels that are no squares"
+               << (given ? ": the camera file must have two focal lengths that say so\n"
+                         : ": without a camera file they are taken as squares; scale it, for example with ffmpeg "
+                           "-vf scale=iw*sar:ih,setsar=1\n");
     model = given
                 ? host::camera_for_size(*given, camera_.width(), camera_.height(), "video " + file + " has", std::cerr)
-                : camera_of_field(camera_.width(), camera_.height(), field_of_view_rad);
-    camera_known = known && given;
+                : camera_of_field(camera_.width(), camera_.height(), options.field_of_view_rad);
+    camera_known = options.camera_known && given;
   }
   ~VideoSource() override {
     if (descriptor_ > STDIN_FILENO) close(descriptor_);
   }
   Camera& camera() override { return camera_; }
+  [[nodiscard]] std::string fault() const override {
+    const Status broken = camera_.broken();
+    if (broken.ok()) return {};
+    return description + (broken.is(StatusCode::truncated)
+                              ? " is cut off inside a frame"
+                              : " breaks off: no frame begins where its header says (size, sampling or a damage)");
+  }
 
  private:
   int descriptor_ = -1;
@@ -246,9 +278,7 @@ std::unique_ptr<ImageSource> open_images(const SourceOptions& options, std::ostr
   if (!options.images.empty() && !options.y4m.empty())
     throw std::runtime_error("--images and --y4m exclude each other");
   if (!options.images.empty()) return open_strip(options, messages);
-  if (!options.y4m.empty())
-    return std::make_unique<VideoSource>(options.y4m, camera_for(options, {}), options.camera_known,
-                                         options.field_of_view_rad);
+  if (!options.y4m.empty()) return std::make_unique<VideoSource>(options, camera_for(options, {}), messages);
   return open_simulation(options);
 }
 

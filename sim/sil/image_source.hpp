@@ -17,6 +17,7 @@ namespace ilp::sil {
 struct SourceOptions {
   std::string images;
   std::string y4m;
+  double frame_rate_hz = 0;  ///< of a video whose header states none; 0: not given
   std::string camera;
   std::string navigation;     ///< file of the vehicle's measurements
   double exif_sigma_m = 5;    ///< of positions in EXIF that state no error; 0: they are not used
@@ -43,6 +44,8 @@ class ImageSource {
   virtual Camera& camera() = 0;
   /// Writes, after the flight, what the source still has to write.
   virtual void finish() {}
+  /// After the flight: what ended the images before their end; empty otherwise.
+  [[nodiscard]] virtual std::string fault() const { return {}; }
 
   CameraModel model;
   bool camera_known = true;  ///< false: the images came without intrinsics, or the options say so; they are nominal

@@ -57,6 +57,8 @@ void describe_options(CLI::App& app, CommandLine& line) {
       "folder of PNG or PGM images; its times.txt has a line `time_ns name` per image, without it they are two "
       "seconds apart");
   app.add_option("--y4m", source.y4m, "YUV4MPEG2 file, - for standard input");
+  app.add_option("--frame-rate", source.frame_rate_hz, "frames per second of a video whose header states none")
+      ->check(CLI::Range(0.001, 100000.0));
   app.add_option("--camera", source.camera,
                  "intrinsics: COLMAP's cameras.txt, or YAML of OpenCV, ROS or Kalibr; without them the flight "
                  "estimates them from the images, which works over relief only");

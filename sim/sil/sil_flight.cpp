@@ -400,6 +400,11 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
     std::cerr << "ilp-sil: the source gave no usable frame\n";
     return 1;
   }
+  const std::string fault = source.fault();
+  if (!fault.empty()) {
+    std::cerr << "ilp-sil: " << fault << ": the flight ended with frame " << frames << "\n";
+    return status_broken_stream;
+  }
   // Two keyframes may be a strip of which too little is seen.
   if (keyframes >= 3 && flight.keyframes_with_final_pose() == 0) {
     std::cerr << "ilp-sil: no keyframe has a pose: there are images, but no heights and no map; the report says what "
