@@ -12,22 +12,9 @@ namespace {
 
 constexpr float missing_height = std::numeric_limits<float>::quiet_NaN();
 constexpr std::size_t most_blocks = 64;
-// Programs of planetary mapping mark missing values by numbers near the largest float, declared or not.
-constexpr float no_height = 1e30F;
 
 [[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
   throw std::runtime_error(path.string() + ": " + what);
-}
-
-double metres_per_unit(const std::filesystem::path& path, std::string unit) {
-  std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char c) { return std::tolower(c); });
-  for (const char* name : {"", "m", "metre", "meter", "metres", "meters", "strip unit"}) {
-    if (unit == name) return 1;
-  }
-  if (unit == "km" || unit == "kilometre" || unit == "kilometer") return 1000;
-  if (unit == "ft" || unit == "foot" || unit == "feet") return 0.3048;
-  if (unit == "us survey foot" || unit == "ftus") return 1200.0 / 3937;
-  refuse(path, "heights in the unit \"" + unit + "\"; metres, kilometres or feet expected");
 }
 
 }  // namespace
@@ -51,9 +38,7 @@ HeightModel::HeightModel(std::filesystem::path path) : path_(std::move(path)) {
   }
   if (transform_[1] * transform_[5] - transform_[2] * transform_[4] == 0) refuse(path_, "pixels of no size");
   GDALRasterBand& band = *dataset_->GetRasterBand(1);
-  const double unit = metres_per_unit(path_, band.GetUnitType());
-  metres_ = unit * band.GetScale();
-  offset_ = unit * band.GetOffset();
+  units_ = host::height_units(path_, *dataset_);
   masked_ = (band.GetMaskFlags() & GMF_PER_DATASET) != 0;
 }
 
@@ -72,8 +57,6 @@ void HeightModel::reduce(std::int32_t factor) {
 
 void HeightModel::clear_missing(Block& block, std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height) {
   GDALRasterBand& band = *dataset_->GetRasterBand(1);
-  int declared = 0;
-  const auto missing = static_cast<float>(band.GetNoDataValue(&declared));
   host::Raster<std::uint8_t> mask;
   if (masked_) {
     mask = host::Raster<std::uint8_t>(block.width, block.height);
@@ -84,15 +67,43 @@ void HeightModel::clear_missing(Block& block, std::int32_t x, std::int32_t y, st
   }
   for (std::size_t i = 0; i < block.samples.size(); ++i) {
     float& value = block.samples[i];
-    const bool none =
-        (declared != 0 && value == missing) || !(std::fabs(value) < no_height) || (masked_ && mask.samples[i] == 0);
-    value = none ? missing_height : static_cast<float>(metres_ * value + offset_);
+    const bool none = units_.is_missing(value) || (masked_ && mask.samples[i] == 0);
+    value = none ? missing_height : static_cast<float>(units_.metres * double{value} + units_.offset_m);
+  }
+}
+
+/// Means of pixels whose missing values GDAL does not know, row of cells by row of cells.
+void HeightModel::average(Block& block, std::int32_t x, std::int32_t y) {
+  host::Raster<float> strip(block.width * factor_, factor_);
+  for (std::int32_t row = 0; row < block.height; ++row) {
+    if (dataset_->GetRasterBand(1)->RasterIO(GF_Read, x, y + row * factor_, strip.width, strip.height,
+                                             strip.samples.data(), strip.width, strip.height, GDT_Float32, 0, 0,
+                                             nullptr) != CE_None)
+      throw host::gdal_error(path_.string() + ": cannot be read");
+    for (std::int32_t column = 0; column < block.width; ++column) {
+      double sum = 0;
+      std::int32_t count = 0;
+      for (std::int32_t v = 0; v < factor_; ++v) {
+        for (std::int32_t u = 0; u < factor_; ++u) {
+          const float value = strip.at(column * factor_ + u, v);
+          if (units_.is_missing(value)) continue;
+          sum += double{value};
+          ++count;
+        }
+      }
+      block.at(column, row) = count > 0 ? static_cast<float>(sum / count) : missing_height;
+    }
   }
 }
 
 HeightModel::Block HeightModel::read_block(std::int32_t column, std::int32_t row) {
   const std::int32_t x = column * block_side, y = row * block_side;
   Block block(std::min(block_side, reduced_columns() - x), std::min(block_side, reduced_rows() - y));
+  if (factor_ > 1 && !units_.missing_declared && !masked_) {
+    average(block, x * factor_, y * factor_);
+    clear_missing(block, x * factor_, y * factor_, block.width * factor_, block.height * factor_);
+    return block;
+  }
   GDALRasterIOExtraArg how;
   INIT_RASTERIO_EXTRA_ARG(how);
   how.eResampleAlg = factor_ > 1 ? GRIORA_Average : GRIORA_NearestNeighbour;

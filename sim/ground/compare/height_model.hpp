@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "sim/host/gdal_session.hpp"
+#include "sim/host/height_units.hpp"
 #include "sim/host/raster.hpp"
 
 namespace ilp::compare {
@@ -59,6 +60,7 @@ class HeightModel {
   using Block = host::Raster<float>;
   [[nodiscard]] const Block& block(std::int32_t column, std::int32_t row);
   [[nodiscard]] Block read_block(std::int32_t column, std::int32_t row);
+  void average(Block& block, std::int32_t x, std::int32_t y);
   void clear_missing(Block& block, std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height);
 
   std::filesystem::path path_;
@@ -66,7 +68,7 @@ class HeightModel {
   host::Dataset dataset_;
   std::int32_t columns_ = 0, rows_ = 0, factor_ = 1;
   GeoTransform transform_{};
-  double metres_ = 1, offset_ = 0;
+  host::HeightUnits units_;
   bool masked_ = false;
   // The newest used block is the first.
   std::list<std::pair<std::int64_t, Block>> blocks_;
