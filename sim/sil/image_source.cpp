@@ -232,6 +232,7 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options, std::ostre
   host::write_strip_index(index, strip);
   auto opened = std::make_unique<StripSource>(index, camera, options.camera_known && given, strip.size(),
                                               folder.parent_path().string());
+  opened->binning = flyable.binning;
   // The focal length for film is rounded, and some makers state that of the sensor, some that of the picture.
   constexpr double exif_focal_sigma = 0.04;
   if (!given && flyable.field_of_view_rad)

@@ -53,6 +53,7 @@ class ImageSource {
   std::size_t frames = 0;
   std::string description;
   std::vector<std::string> notes;  ///< what was said of the images and the measurements before the flight
+  int binning = 1;                 ///< so many pixels of the photographs, in x and in y, are one that flies
   std::string navigation;          ///< file of the vehicle's measurements; empty: none
   Body body = Body::none;          ///< of its positions, where the source knows it
 };

@@ -366,6 +366,7 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
       {"profile", limits::profile},
       {"source", source.description},
       {"notes", source.notes},
+      {"binning", source.binning},
       {"seed", options.seed},
       {"frames", frames},
       {"keyframes", keyframes},

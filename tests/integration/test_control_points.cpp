@@ -216,5 +216,33 @@ TEST_F(ControlPoints, AcrossTheDateLineTheResidualsAreTheSame) {
   }
 }
 
+TEST_F(ControlPoints, InAStatedSystemTheMapLiesOnTheEarth) {
+  // The axes of the world are those of UTM zone 33 about a point of its central meridian.
+  const Vec3 origin(500'000, 5'200'000, 400);
+  for (Placed& point : points_) point.place += origin;
+  const fs::path out = scratch_ / "ground";
+  const test::ProgramResult result = run_ground(file_of(false), out, {"--control-crs", "EPSG:32633"});
+  ASSERT_EQ(result.exit_status, 0) << result.output;
+  const auto report = nlohmann::json::parse(std::ifstream(out / "report.json"));
+  ASSERT_TRUE(report["control"][0]["placed"].get<bool>());
+  // The scale of UTM on its meridian is 0.9996, which 97 m of height see as 4 cm.
+  EXPECT_LT(report["control"][0]["check_rmse_m"].get<double>(), 0.3);
+  const host::GdalSession gdal;
+  const host::Dataset map(GDALDataset::Open((out / "height.tif").c_str(), GDAL_OF_RASTER));
+  ASSERT_TRUE(map && map->GetSpatialRef());
+  EXPECT_NEAR(map->GetSpatialRef()->GetSemiMajor(), 6378137, 1e-6);
+  double transform[6];
+  ASSERT_EQ(map->GetGeoTransform(transform), CE_None);
+  double x = transform[0], y = transform[3];
+  OGRSpatialReference utm, own = *map->GetSpatialRef();
+  utm.importFromEPSG(32633);
+  for (OGRSpatialReference* system : {&utm, &own}) system->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  OGRCoordinateTransformation* const way = OGRCreateCoordinateTransformation(&own, &utm);
+  ASSERT_TRUE(way != nullptr && way->Transform(1, &x, &y));
+  OGRCoordinateTransformation::DestroyCT(way);
+  const Vec3 first = cameras_.front().centre + origin;
+  EXPECT_LT(std::hypot(x - first.x(), y - first.y()), 1000) << "the map lies where its numbers are";
+}
+
 }  // namespace
 }  // namespace ilp

@@ -42,6 +42,7 @@ FlightInfo read_flight_info(const std::filesystem::path& path) {
   info.frames = number("frames");
   info.keyframes = number("keyframes");
   info.seed = number("seed");
+  info.binning = number("binning");
   info.target_overlap = number("target_overlap");
   info.profile = text("profile");
   info.software = text("software");
