@@ -58,8 +58,8 @@ const std::vector<Mistake> mistakes = {
     {"SIL --y4m film.mp4 --out out", 1, {"film.mp4 is no YUV4MPEG2 stream", "ffmpeg -i film.mp4"}},
     {"SIL --y4m deep.y4m --out out", 1, {"deep.y4m has 10 bits per sample, 8 expected", "ffmpeg -i deep.y4m"}},
     {"SIL --y4m timeless.y4m --out out", 1, {"timeless.y4m states no frame rate", "--frame-rate"}},
-    {"SIL --y4m torn.y4m --camera camera.txt --out out", 4, {"torn.y4m breaks off", "ended with frame 1"}},
-    {"SIL --y4m short.y4m --camera camera.txt --out out",
+    {"SIL --y4m torn.y4m --out out", 4, {"torn.y4m breaks off", "ended with frame 1"}},
+    {"SIL --y4m short.y4m --out out",
      4,
      {"short.y4m is interlaced", "pixels that are no squares", "short.y4m is cut off inside a frame"}},
     {"SIL --images images --out out --navigation measurements.csv",
@@ -153,7 +153,7 @@ class Mistakes : public testing::Test {
     write("index.txt", "0 images/1.png\n");
     write("words.txt", "these are words\n");
     write("film.mp4", "\0\0\0 ftypisom and so on");
-    const std::string head = "YUV4MPEG2 W64 H48", frame = "FRAME\n" + std::string(64 * 48, 'x');
+    const std::string head = "YUV4MPEG2 W64 H64", frame = "FRAME\n" + std::string(64 * 64, 'x');
     write("deep.y4m", head + " F2:1 Cmono10\n");
     write("timeless.y4m", head + " F0:0 Cmono\n" + frame);
     write("torn.y4m", head + " F2:1 C420\n" + frame + frame + frame);
