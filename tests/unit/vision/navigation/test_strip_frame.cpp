@@ -270,5 +270,18 @@ TEST(StripFrameTest, ALongStripIsThinnedOutEvenly) {
   for (std::size_t i = 1; i < list.size(); ++i) EXPECT_GT(list[i].keyframe_id, list[i - 1].keyframe_id);
 }
 
+TEST(StripFrameTest, ScatterThatNobodyStatedIsNotAveragedAway) {
+  TrueStrip truth;
+  MeasuredKeyframes signs = truth.measure(10);
+  // Every second altitude has the wrong sign: 97 m apart, with 2 m stated.
+  for (std::size_t i = 0; i < signs.size(); i += 2) signs[i].place_m[2] -= 97;
+  EXPECT_GT(estimate_strip_frame(signs).vertical_sigma_m, 40);
+  EXPECT_LT(estimate_strip_frame(signs).horizontal_sigma_m, 3) << "the other components stay as sure as they were";
+  MeasuredKeyframes groups = truth.measure(11);
+  for (std::size_t i = 0; i < groups.size() / 2; ++i) groups[i].place_m[2] += 60;
+  EXPECT_GT(estimate_strip_frame(groups).vertical_sigma_m, 20);
+  EXPECT_LT(estimate_strip_frame(truth.measure(12)).vertical_sigma_m, 3);
+}
+
 }  // namespace
 }  // namespace ilp::navigation
