@@ -6,6 +6,7 @@
 
 #include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
+#include "fsw/vision/navigation/position_level.hpp"
 
 namespace ilp::navigation {
 namespace {
@@ -47,6 +48,7 @@ class Solver {
 
   StripFrame solve() {
     find_up();
+    if (!(frame_.tilt_sigma_rad > 0)) level_by_track();
     find_heading_by_attitudes();
     compare_positions();
     find_scale();
@@ -89,6 +91,14 @@ class Solver {
     if (frame_.attitudes.used < least_measurements) return;
     frame_.level_from_strip = shortest_rotation(up, Vec3(0, 0, 1));
     frame_.tilt_sigma_rad = std::sqrt(0.5 * (tilts[0].sigma * tilts[0].sigma + tilts[1].sigma * tilts[1].sigma));
+  }
+
+  /// Where no attitude says what is up, the positions do, as far as their track turns.
+  void level_by_track() {
+    const PositionLevel level = level_by_positions(keyframes_);
+    if (!level.known) return;
+    frame_.level_from_strip = level.level_from_strip;
+    frame_.tilt_sigma_rad = level.tilt_sigma_rad;
   }
 
   void find_heading_by_attitudes() {
