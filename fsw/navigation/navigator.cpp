@@ -15,6 +15,12 @@ namespace {
 constexpr int samples_per_step = 512;
 /// A vehicle's measurements may arrive this much later than they were made.
 constexpr TimeNs latest_arrival_ns = 2 * ns_per_s;
+/// A strip of so many keyframes without a measurement is reported.
+constexpr std::size_t keyframes_without = 5;
+
+bool is_measured(const navigation::MeasuredKeyframe& k) {
+  return k.height_sigma_m > 0 || k.tilt_sigma_rad > 0 || k.horizontal_sigma_m > 0 || k.velocity_sigma_m_s > 0;
+}
 
 }  // namespace
 
@@ -217,6 +223,11 @@ Result<bool> Navigator::place_strip() {
   }
   ILP_TRY(transaction.commit({cursor_.first, pose.id}, workspace_.after, cursor_, state_));
   if (damaged) return found;
+  const bool unused = useful && wiring_.source != nullptr && state_.keyframes.size() == keyframes_without &&
+                      std::none_of(state_.keyframes.begin(), state_.keyframes.end(), is_measured);
+  if (unused) {
+    return Status{StatusCode::navigation_unused, state_.strip_id, static_cast<std::int64_t>(keyframes_without)};
+  }
   if (!contradicts) return true;
   return Status{StatusCode::navigation_contradicts, state_.strip_id, static_cast<std::int64_t>(state_.verdict)};
 }

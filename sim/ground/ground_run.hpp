@@ -23,6 +23,9 @@ struct GroundOptions {
   std::filesystem::path anchor;       ///< where on a body the strips were (export/georeference.hpp)
   std::filesystem::path control;      ///< ground control points (control/control_file.hpp)
   std::string control_body;           ///< of their longitudes and latitudes
+  std::string control_crs;            ///< of their x and y, such as EPSG:32633
+  std::string geoid;                  ///< under their heights: metres or a raster (control/control_system.hpp)
+  bool control_original = false;      ///< they are marked in the photographs as they came
   std::filesystem::path images;       ///< the original images
   std::filesystem::path colour;       ///< the photographs in colour (export/colour_ortho.hpp)
   std::filesystem::path score;        ///< score.json of ilp-score

@@ -147,6 +147,13 @@ int main(int argc, char** argv) {
       ->excludes(app.get_option("--anchor"));
   app.add_option("--control-body", options.control_body, "body of control points in longitude and latitude")
       ->check(CLI::IsMember({"mars", "titan", "venus", "moon", "earth"}));
+  app.add_option("--control-crs", options.control_crs,
+                 "coordinate system of the control points' x and y, such as EPSG:32633");
+  app.add_option("--geoid", options.geoid,
+                 "heights of control points are above the geoid: its height above the ellipsoid in metres, or a raster "
+                 "of it such as egm96_15.gtx");
+  app.add_flag("--control-original", options.control_original,
+               "control points are marked in the photographs as they came, also where smaller ones flew");
   app.add_option("--title", options.title, "title of the report, such as the place or the mission");
   app.add_option("--catalogue", options.catalogue,
                  "postgresql://USER@HOST/DATABASE: keep the catalogue there, where missions share it, with footprints");

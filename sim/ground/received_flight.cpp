@@ -1,9 +1,13 @@
 #include "sim/ground/received_flight.hpp"
 
 #include <map>
+#include <optional>
 #include <ostream>
+#include <set>
 #include <stdexcept>
+#include <string>
 
+#include "sim/ground/control/control_system.hpp"
 #include "sim/ground/export/look_round.hpp"
 #include "sim/ground/export/shared_catalogue.hpp"
 #include "sim/ground/intake/flight_model.hpp"
@@ -147,6 +151,29 @@ std::unique_ptr<intake::Catalogue> open_and_take_in(const GroundOptions& options
   return catalogue;
 }
 
+void place_by_points(const GroundOptions& options, report::Report& report) {
+  control::ControlFile file = control::read_control_file(options.control);
+  control::ControlSystem system{{}, options.control_crs, options.geoid};
+  const std::string key =
+      options.control_body.empty() && control::is_on_earth(file, system) ? "earth" : options.control_body;
+  const exports::Body* const body = exports::find_body(key);
+  if (body != nullptr) system.body_crs = body->crs;
+  control::resolve(system, file);
+  if (report.flight.camera) {
+    std::set<std::string> known;
+    for (const auto& [id, keyframe] : report.flight.keyframes) known.insert(host::image_key(keyframe.name));
+    std::optional<intake::FlightInfo> info = report.info;
+    if (!info && !options.flight_info.empty()) info = intake::read_flight_info(options.flight_info);
+    const double binning = info ? info->binning.value_or(1) : 1;
+    const control::FlownImages images{
+        report.flight.camera->width, report.flight.camera->height,
+        binning >= 1 && binning <= 64 ? static_cast<int>(binning) : 1,
+        [&known](const std::string& image) { return known.contains(host::image_key(image)); }};
+    control::fit_marks(images, options.control_original, file);
+  }
+  report.control = control::place_by_control(file, body_named(key), system.body_crs, report.flight);
+}
+
 void index_held(const GroundOptions& options, intake::Catalogue& catalogue, report::Report& report,
                 std::ostream& messages) {
   report.outbox = everything_held(options, catalogue);
@@ -155,10 +182,7 @@ void index_held(const GroundOptions& options, intake::Catalogue& catalogue, repo
   std::erase_if(report.outbox.records, [](const auto& entry) { return entry.type != RecordType::downlink; });
   report.outbox.records.shrink_to_fit();
   report.joined = model::join_strips(report.flight, host::LongPhases(messages), &catalogue);
-  if (options.control.empty()) return;
-  const exports::Body* const body = exports::find_body(options.control_body);
-  report.control = control::place_by_control(control::read_control_file(options.control),
-                                             body_named(options.control_body), body ? body->crs : "", report.flight);
+  if (!options.control.empty()) place_by_points(options, report);
 }
 
 /// Until no product is found damaged: another version of it may be held. Every round takes at least one file out.

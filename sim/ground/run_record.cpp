@@ -105,6 +105,8 @@ std::uint64_t digest_of_inputs(const GroundOptions& options) {
        << options.target_overlap << " " << options.max_vertices << "\n"
        << options.acknowledge.string() << "\n"
        << options.control_body << "\n"
+       << options.control_crs << "\n"
+       << options.geoid << " " << options.control_original << "\n"
        << database_text(options.flight_db);
   for (const fs::path& path : {options.outbox, options.truth, options.reference, options.flight_info, options.anchor,
                                options.control, options.images, options.score, options.colour}) {

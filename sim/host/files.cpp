@@ -201,6 +201,18 @@ std::string stem(std::string_view name) {
   return std::string(dot == std::string_view::npos || dot == 0 ? name : name.substr(0, dot));
 }
 
+std::string image_key(std::string_view file_name) {
+  const std::size_t slash = file_name.find_last_of("/\\");
+  if (slash != std::string_view::npos) file_name.remove_prefix(slash + 1);
+  const std::string name = stem(file_name);
+  std::string key = name;
+  std::replace_if(
+      key.begin(), key.end(), [](char c) { return c == ' ' || c == '\t'; }, '_');
+  if (key == safe_name(key) && key.size() <= longest_image_key) return key;
+  const std::string digits = digest_text(digest(name)).substr(0, 8);
+  return safe_name(key).substr(0, longest_image_key - 1 - digits.size()) + "-" + digits;
+}
+
 std::string six_digits(std::int64_t number) {
   std::string digits = std::to_string(number);
   if (digits.size() < 6) digits.insert(0, 6 - digits.size(), '0');

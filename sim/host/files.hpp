@@ -54,6 +54,11 @@ struct FileState {
 [[nodiscard]] std::string safe_name(std::string_view name);
 /// The name without its extension.
 [[nodiscard]] std::string stem(std::string_view name);
+/// By which an image is known everywhere, from the flight to its references: the name of its file without folder and
+/// extension. Blanks become `_`. What the flight cannot carry (other letters, more than `longest_image_key` octets) is
+/// replaced, and eight digits of the name's digest tell it from others; a name that was made so stays as it is.
+[[nodiscard]] std::string image_key(std::string_view file_name);
+inline constexpr std::size_t longest_image_key = 56;
 /// KKKKKK
 [[nodiscard]] std::string six_digits(std::int64_t number);
 

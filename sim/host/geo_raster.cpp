@@ -16,6 +16,7 @@
 
 #include "sim/host/files.hpp"
 #include "sim/host/gdal_session.hpp"
+#include "sim/host/height_units.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace ilp::host {
@@ -82,7 +83,8 @@ std::optional<RasterPlace> read_place(const fs::path& path, GDALDataset& file) {
     fail(path, "coordinates in degrees; a projected raster in metres expected");
   }
   if (t[2] != 0 || t[4] != 0) fail(path, "a rotated raster; rows along x and columns along y expected");
-  const RasterPlace place{t[0] + 0.5 * t[1], t[3] + 0.5 * t[5], t[1], -t[5]};
+  const double metres = metres_per_axis_unit(file);
+  const RasterPlace place{metres * (t[0] + 0.5 * t[1]), metres * (t[3] + 0.5 * t[5]), metres * t[1], -metres * t[5]};
   if (!(place.spacing_x > 0 && place.spacing_y > 0) || !std::isfinite(place.spacing_x + place.spacing_y) ||
       !std::isfinite(place.x + place.y)) {
     fail(path, "pixels of no size; positive spacings expected, rows from the north down");
@@ -123,11 +125,9 @@ GeoRaster read_raster(const fs::path& path) {
       !messages.first().empty()) {
     damaged();
   }
-  int declared = 0;
-  const auto missing = static_cast<float>(band.GetNoDataValue(&declared));
-  for (float& value : values.samples) {
-    if (declared != 0 && value == missing) value = nan;
-  }
+  const HeightUnits units = height_units(path, *file);
+  for (float& value : values.samples)
+    value = units.is_missing(value) ? nan : static_cast<float>(units.metres * double{value} + units.offset_m);
   return result;
 }
 

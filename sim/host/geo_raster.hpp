@@ -18,14 +18,15 @@ struct RasterPlace {
 };
 
 struct GeoRaster {
-  Raster<float> values;  ///< not a number where the file has no value
+  Raster<float> values;  ///< not a number where the file has no value, declared or not
   std::optional<RasterPlace> place;
 };
 
 /// TIFF or PNG, recognised by content.
 [[nodiscard]] bool is_raster_file(const std::filesystem::path& path);
 
-/// One band of integers or of floating-point numbers. Refused: colour, several bands, rotated rasters, degrees instead
+/// One band of integers or of floating-point numbers, in metres by their scale, offset and unit (height_units.hpp); a
+/// plane in feet becomes one in metres. Refused: colour, several bands, rotated rasters, degrees instead
 /// of metres, damaged files. A PNG has no place.
 [[nodiscard]] GeoRaster read_raster(const std::filesystem::path& path);
 

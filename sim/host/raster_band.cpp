@@ -1,7 +1,5 @@
 #include "sim/host/raster_band.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -11,22 +9,21 @@ namespace ilp::host {
 namespace {
 
 constexpr float missing_value = std::numeric_limits<float>::quiet_NaN();
-// Programs of planetary mapping mark missing values by numbers near the largest float, declared or not.
-constexpr float no_value = 1e30F;
 
 [[noreturn]] void refuse_raster(const std::filesystem::path& path, const std::string& what) {
   throw std::runtime_error(path.string() + ": " + what);
 }
 
-double metres_per_unit(const std::filesystem::path& path, std::string unit) {
-  std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char c) { return std::tolower(c); });
-  for (const char* name : {"", "m", "metre", "meter", "metres", "meters", "strip unit"}) {
-    if (unit == name) return 1;
-  }
-  if (unit == "km" || unit == "kilometre" || unit == "kilometer") return 1000;
-  if (unit == "ft" || unit == "foot" || unit == "feet") return 0.3048;
-  if (unit == "us survey foot" || unit == "ftus") return 1200.0 / 3937;
-  refuse_raster(path, "heights in the unit \"" + unit + "\"; metres, kilometres or feet expected");
+/// Numbers of brightness count as they stand, but for scale and offset.
+HeightUnits brightness_units(GDALRasterBand& band) {
+  HeightUnits units;
+  units.metres = band.GetScale();
+  units.offset_m = band.GetOffset();
+  units.plain = false;
+  int declared = 0;
+  units.missing = static_cast<float>(band.GetNoDataValue(&declared));
+  units.missing_declared = declared != 0;
+  return units;
 }
 
 }  // namespace
@@ -51,9 +48,7 @@ RasterBand::RasterBand(std::filesystem::path path, Content content) : path_(std:
   }
   if (transform_[1] * transform_[5] - transform_[2] * transform_[4] == 0) refuse_raster(path_, "pixels of no size");
   GDALRasterBand& band = *dataset_->GetRasterBand(1);
-  const double unit = content == Content::heights ? metres_per_unit(path_, band.GetUnitType()) : 1;
-  factor_ = unit * band.GetScale();
-  offset_ = unit * band.GetOffset();
+  units_ = content == Content::heights ? height_units(path_, *dataset_) : brightness_units(band);
   masked_ = (band.GetMaskFlags() & GMF_PER_DATASET) != 0;
 }
 
@@ -65,8 +60,6 @@ const OGRSpatialReference* RasterBand::system() const {
 void RasterBand::clear_missing(Raster<float>& block, std::int32_t x, std::int32_t y, std::int32_t width,
                                std::int32_t height) {
   GDALRasterBand& band = *dataset_->GetRasterBand(1);
-  int declared = 0;
-  const auto missing = static_cast<float>(band.GetNoDataValue(&declared));
   Raster<std::uint8_t> mask;
   if (masked_) {
     mask = Raster<std::uint8_t>(block.width, block.height);
@@ -77,15 +70,43 @@ void RasterBand::clear_missing(Raster<float>& block, std::int32_t x, std::int32_
   }
   for (std::size_t i = 0; i < block.samples.size(); ++i) {
     float& value = block.samples[i];
-    const bool none =
-        (declared != 0 && value == missing) || !(std::fabs(value) < no_value) || (masked_ && mask.samples[i] == 0);
-    value = none ? missing_value : static_cast<float>(factor_ * value + offset_);
+    const bool none = units_.is_missing(value) || (masked_ && mask.samples[i] == 0);
+    value = none ? missing_value : static_cast<float>(units_.metres * double{value} + units_.offset_m);
+  }
+}
+
+/// Means of pixels whose missing values GDAL does not know, row of cells by row of cells.
+void RasterBand::average(Raster<float>& block, std::int32_t x, std::int32_t y, std::int32_t factor) {
+  Raster<float> strip(block.width * factor, factor);
+  for (std::int32_t row = 0; row < block.height; ++row) {
+    if (dataset_->GetRasterBand(1)->RasterIO(GF_Read, x, y + row * factor, strip.width, strip.height,
+                                             strip.samples.data(), strip.width, strip.height, GDT_Float32, 0, 0,
+                                             nullptr) != CE_None)
+      throw gdal_error(path_.string() + ": cannot be read");
+    for (std::int32_t column = 0; column < block.width; ++column) {
+      double sum = 0;
+      std::int32_t count = 0;
+      for (std::int32_t v = 0; v < factor; ++v) {
+        for (std::int32_t u = 0; u < factor; ++u) {
+          const float value = strip.at(column * factor + u, v);
+          if (units_.is_missing(value)) continue;
+          sum += double{value};
+          ++count;
+        }
+      }
+      block.at(column, row) = count > 0 ? static_cast<float>(sum / count) : missing_value;
+    }
   }
 }
 
 Raster<float> RasterBand::read(std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height,
                                std::int32_t factor) {
   Raster<float> block(width, height);
+  if (factor > 1 && !units_.missing_declared && !masked_) {
+    average(block, x, y, factor);
+    clear_missing(block, x, y, width * factor, height * factor);
+    return block;
+  }
   GDALRasterIOExtraArg how;
   INIT_RASTERIO_EXTRA_ARG(how);
   how.eResampleAlg = factor > 1 ? GRIORA_Average : GRIORA_NearestNeighbour;

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "sim/host/gdal_session.hpp"
+#include "sim/host/height_units.hpp"
 #include "sim/host/raster.hpp"
 
 namespace ilp::host {
@@ -38,6 +39,7 @@ class RasterBand {
                                    std::int32_t factor);
 
  private:
+  void average(Raster<float>& block, std::int32_t x, std::int32_t y, std::int32_t factor);
   void clear_missing(Raster<float>& block, std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height);
 
   std::filesystem::path path_;
@@ -45,7 +47,7 @@ class RasterBand {
   Dataset dataset_;
   std::int32_t columns_ = 0, rows_ = 0;
   GeoTransform transform_{};
-  double factor_ = 1, offset_ = 0;
+  HeightUnits units_;
   bool masked_ = false;
 };
 

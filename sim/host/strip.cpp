@@ -60,6 +60,8 @@ std::vector<StripFrame> read_list(const fs::path& list) {
 }
 
 bool is_image(const fs::path& path) {
+  // Such files accompany others, as those of macOS on a memory card.
+  if (path.filename().string().starts_with(".")) return false;
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -98,10 +100,15 @@ bool natural_order(const std::string& a, const std::string& b) {
   return a < b;
 }
 
-std::vector<StripFrame> frames_in(const fs::path& folder) {
+fs::path list_in(const fs::path& folder) {
   for (const char* name : {"times.txt", "frames.txt", "index.txt"}) {
-    if (fs::exists(folder / name)) return read_list(folder / name);
+    if (fs::exists(folder / name)) return folder / name;
   }
+  return {};
+}
+
+std::vector<StripFrame> frames_in(const fs::path& folder) {
+  if (const fs::path list = list_in(folder); !list.empty()) return read_list(list);
   std::vector<StripFrame> frames;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.is_regular_file() && is_image(entry.path())) frames.push_back({0, entry.path(), {}, true});
@@ -120,18 +127,22 @@ std::vector<StripFrame> list_strip(const fs::path& folder) {
   if (!fs::is_directory(folder))
     throw std::runtime_error(folder.string() + " is not a folder of images: check the path");
   std::vector<StripFrame> frames = frames_in(folder);
-  if (frames.empty() && fs::is_directory(folder / "images")) frames = frames_in(folder / "images");
+  if (list_in(folder).empty() && fs::is_directory(folder / "images")) {
+    // A stray picture beside the folder of the images is no strip.
+    std::vector<StripFrame> inside = frames_in(folder / "images");
+    if (inside.size() > frames.size() || !list_in(folder / "images").empty()) frames = std::move(inside);
+  }
   if (frames.empty())
     throw std::runtime_error(folder.string() +
                              " holds no image: name a folder with PNG, PGM, JPEG or TIFF files, or with a times.txt");
   return frames;
 }
 
-std::vector<std::string> strip_warnings(const std::vector<StripFrame>& frames) {
+std::vector<std::string> strip_warnings(const std::vector<StripFrame>& frames, const fs::path& folder) {
   std::vector<std::string> warnings;
   if (frames.size() > 1 && frames.front().time_is_assumed) {
     warnings.push_back(
-        frames.front().file.parent_path().string() +
+        (folder.empty() ? frames.front().file.parent_path() : folder).string() +
         " has no times.txt: the images are taken as two seconds apart, in the order of their names, numbers by "
         "their value");
   }

@@ -17,7 +17,7 @@ constexpr const char* marker = ".start-not-finished";
 /// What a start makes, beside the marker: the database with its companions, and these.
 bool is_of_a_start(const std::string& name) {
   return name == "outbox" || name == "acknowledged" || name == "flight" || name == "images" || name == "frames.txt" ||
-         name.starts_with("flight.db");
+         name == "exif-positions.csv" || name == "navigation.csv" || name.starts_with("flight.db");
 }
 
 bool never_flew(const fs::path& out) {

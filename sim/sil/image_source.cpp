@@ -11,6 +11,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "fsw/base/status_values.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/camera/y4m/y4m_camera.hpp"
@@ -22,6 +23,7 @@
 #include "sim/host/strip.hpp"
 #include "sim/host/text_format.hpp"
 #include "sim/sil/flyable_images.hpp"
+#include "sim/sil/navigation_input.hpp"
 #include "sim/sil/nominal_camera.hpp"
 #include "sim/sil/world_camera.hpp"
 #include "sim/world/flight.hpp"
@@ -78,28 +80,59 @@ class WorldSource final : public ImageSource {
   std::size_t threads_;
 };
 
+/// Why a header is refused, and what to do.
+std::string refusal_of(const Y4mCamera& camera, const Status& status, const std::string& file) {
+  const std::string convert = ": convert it, for example with ffmpeg -i " + (file == "-" ? "VIDEO" : file) +
+                              " -pix_fmt gray -f yuv4mpegpipe - | ilp-sil --y4m - ...";
+  const bool refused = status.is(StatusCode::unsupported_format);
+  if (refused && camera.bits_per_sample() != 8)
+    return "has " + std::to_string(camera.bits_per_sample()) + " bits per sample, 8 expected" + convert;
+  if (refused && static_cast<FormatFault>(status.a) == FormatFault::y4m_rate)
+    return "states no frame rate: give it with --frame-rate, in frames per second";
+  if (refused) return "has a chroma sampling that is not known" + convert;
+  if (status.is(StatusCode::image_too_large))
+    return "has pictures of " + host::size_text(status.a, status.b) + " pixels, which are too large" + convert;
+  return "is no YUV4MPEG2 stream" + convert;
+}
+
 class VideoSource final : public ImageSource {
  public:
   /// Without a camera: one with this field of view.
-  VideoSource(const std::string& file, const std::optional<CameraModel>& given, bool known, double field_of_view_rad) {
+  VideoSource(const SourceOptions& options, const std::optional<CameraModel>& given, std::ostream& messages) {
+    const std::string& file = options.y4m;
     description = file == "-" ? "video on standard input" : file;
     descriptor_ = file == "-" ? STDIN_FILENO : open(file.c_str(), O_RDONLY | O_CLOEXEC);
     if (descriptor_ < 0)
       throw std::runtime_error("video " + file + " cannot be read: " + std::strerror(errno) + "; check the path");
-    if (!camera_.open(descriptor_).ok()) {
-      throw std::runtime_error("video " + file + " is no YUV4MPEG2 stream: convert it, for example with ffmpeg -i " +
-                               (file == "-" ? "VIDEO" : file) +
-                               " -pix_fmt gray -f yuv4mpegpipe - | ilp-sil --y4m - ...");
-    }
+    constexpr double millihertz = 1000;
+    const Y4mArrival arrival{.live = false,
+                             .rate = {std::llround(options.frame_rate_hz * millihertz), std::llround(millihertz)}};
+    const Status opened = camera_.open(descriptor_, arrival);
+    if (!opened.ok()) throw std::runtime_error("video " + file + " " + refusal_of(camera_, opened, file));
+    if (camera_.interlaced())
+      messages << "video " << file << " is interlaced: every second line is of another time, and what moves is torn; "
+               << "take one field, for example with ffmpeg -vf bwdif\n";
+    if (camera_.pixels_are_wide())
+      messages << "video " << file << " has pixels that are no squares"
+               << (given ? ": the camera file must have two focal lengths that say so\n"
+                         : ": without a camera file they are taken as squares; scale it, for example with ffmpeg "
+                           "-vf scale=iw*sar:ih,setsar=1\n");
     model = given
                 ? host::camera_for_size(*given, camera_.width(), camera_.height(), "video " + file + " has", std::cerr)
-                : camera_of_field(camera_.width(), camera_.height(), field_of_view_rad);
-    camera_known = known && given;
+                : camera_of_field(camera_.width(), camera_.height(), options.field_of_view_rad);
+    camera_known = options.camera_known && given;
   }
   ~VideoSource() override {
     if (descriptor_ > STDIN_FILENO) close(descriptor_);
   }
   Camera& camera() override { return camera_; }
+  [[nodiscard]] std::string fault() const override {
+    const Status broken = camera_.broken();
+    if (broken.ok()) return {};
+    return description + (broken.is(StatusCode::truncated)
+                              ? " is cut off inside a frame"
+                              : " breaks off: no frame begins where its header says (size, sampling or a damage)");
+  }
 
  private:
   int descriptor_ = -1;
@@ -141,9 +174,11 @@ std::optional<ImageSize> size_of_images(const std::vector<host::StripFrame>& str
   return std::nullopt;
 }
 
-void print_lines(const std::string& lines) {
-  std::istringstream text(lines);
-  for (std::string line; std::getline(text, line);) std::cerr << "ilp-sil: " << line << "\n";
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
 }
 
 /// Tells where the given camera is not what EXIF states.
@@ -156,53 +191,48 @@ void compare_with_exif(const CameraModel& camera, const std::optional<double>& f
             << " px, EXIF states " << host::brief(stated) << " px: is it that of another lens, zoom or size?\n";
 }
 
-/// A camera of the images as they are, or of those that fly.
-CameraModel fitting_camera(const CameraModel& given, const std::vector<host::StripFrame>& source, int binning) {
-  for (const host::StripFrame& frame : source) {
-    try {
-      const host::PhotographFacts facts = host::read_photograph_facts(frame.file);
-      return facts.width == given.width && facts.height == given.height ? binned_camera(given, binning) : given;
-    } catch (const std::exception&) {
-      continue;
-    }
-  }
-  return given;
+std::string navigation_of(const SourceOptions& options, const std::vector<host::StripFrame>& strip,
+                          const std::optional<StripEpoch>& epoch, std::ostream& messages) {
+  const fs::path made = fs::path(options.out) / "navigation.csv";
+  return prepare_navigation(options.navigation, strip, epoch, made, messages).string();
 }
 
-std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
+std::unique_ptr<ImageSource> open_strip(const SourceOptions& options, std::ostream& messages) {
   const fs::path folder = fs::path(options.images) / "";
   const std::vector<host::StripFrame> source = host::list_strip(folder.parent_path());
-  std::ostringstream messages;
-  const FlyableImages flyable = make_flyable(source, fs::path(options.out) / "images", messages);
-  const std::vector<host::StripFrame>& strip = flyable.frames;
   std::optional<CameraModel> given = camera_for(options, folder.parent_path());
+  const auto of_camera = given ? std::optional(host::ImageSize{given->width, given->height}) : std::nullopt;
+  const FlyableImages flyable = make_flyable(source, fs::path(options.out) / "images", messages, of_camera);
+  const std::vector<host::StripFrame>& strip = flyable.frames;
   // An assumed attitude would be evidence about an unknown camera that there is not.
   const fs::path places = fs::path(options.out) / "exif-positions.csv";
   const PlaceOptions how{.sigma_m = options.exif_sigma_m,
                          .looks_down = given && options.camera_known && !options.exif_oblique};
   const bool placed =
       options.navigation.empty() && options.exif_sigma_m > 0 && write_places(flyable, how, places, messages);
-  print_lines(messages.str());
-  if (given && flyable.binning > 1) given = fitting_camera(*given, source, flyable.binning);
+  // The camera file is that of the photographs as they came, or of those that fly.
+  if (given && flyable.binning > 1 && of_camera == flyable.source) given = binned_camera(*given, flyable.binning);
   const std::optional<ImageSize> size = size_of_images(strip);
   if (given && size) {
     given = host::camera_for_size(*given, size->width, size->height, size->file.string() + " has", std::cerr);
   }
   if (given) compare_with_exif(*given, flyable.field_of_view_rad);
-  if (!given && !size) {
-    throw std::runtime_error(
-        "none of the images can be read: --camera cameras.txt is needed, the intrinsics in "
-        "COLMAP's format");
+  if (strip.empty() || (!given && !size)) {
+    throw std::runtime_error("none of the images in " + folder.parent_path().string() +
+                             " can be read: what was left out is named above. PNG, PGM, JPEG or TIFF with 8 or 16 bits "
+                             "are read; what only the flight can read needs --camera cameras.txt");
   }
-  if (!given && flyable.field_of_view_rad) std::cerr << "ilp-sil: the field of view is the one that EXIF states\n";
+  if (!given && flyable.field_of_view_rad) messages << "the field of view is the one that EXIF states\n";
   const CameraModel camera =
       given ? *given
             : camera_of_field(size->width, size->height, flyable.field_of_view_rad.value_or(options.field_of_view_rad));
-  for (const std::string& warning : host::strip_warnings(strip)) std::cerr << "ilp-sil: " << warning << "\n";
+  for (const std::string& warning : host::strip_warnings(strip, source.front().file.parent_path()))
+    messages << warning << "\n";
   const fs::path index = fs::path(options.out) / "frames.txt";
   host::write_strip_index(index, strip);
   auto opened = std::make_unique<StripSource>(index, camera, options.camera_known && given, strip.size(),
                                               folder.parent_path().string());
+  opened->binning = flyable.binning;
   // The focal length for film is rounded, and some makers state that of the sensor, some that of the picture.
   constexpr double exif_focal_sigma = 0.04;
   if (!given && flyable.field_of_view_rad)
@@ -211,6 +241,7 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
     opened->navigation = places.string();
     opened->body = Body::earth;
   }
+  if (!options.navigation.empty()) opened->navigation = navigation_of(options, strip, flyable.epoch, messages);
   return opened;
 }
 
@@ -244,21 +275,33 @@ void render_scenario(const SourceOptions& options) {
 
 namespace {
 
-std::unique_ptr<ImageSource> open_images(const SourceOptions& options) {
+std::unique_ptr<ImageSource> open_images(const SourceOptions& options, std::ostream& messages) {
   if (!options.images.empty() && !options.y4m.empty())
     throw std::runtime_error("--images and --y4m exclude each other");
-  if (!options.images.empty()) return open_strip(options);
-  if (!options.y4m.empty())
-    return std::make_unique<VideoSource>(options.y4m, camera_for(options, {}), options.camera_known,
-                                         options.field_of_view_rad);
+  if (!options.images.empty()) return open_strip(options, messages);
+  if (!options.y4m.empty()) return std::make_unique<VideoSource>(options, camera_for(options, {}), messages);
   return open_simulation(options);
 }
 
 }  // namespace
 
 std::unique_ptr<ImageSource> open_source(const SourceOptions& options) {
-  std::unique_ptr<ImageSource> source = open_images(options);
-  if (!options.navigation.empty()) source->navigation = options.navigation;
+  std::ostringstream messages;
+  const auto tell = [&messages] {
+    for (const std::string& line : lines_of(messages.str())) std::cerr << "ilp-sil: " << line << "\n";
+  };
+  std::unique_ptr<ImageSource> source;
+  try {
+    source = open_images(options, messages);
+    if (!options.navigation.empty() && options.images.empty())
+      source->navigation = navigation_of(options, {}, {}, messages);
+  } catch (...) {
+    // What was said explains what is refused.
+    tell();
+    throw;
+  }
+  tell();
+  source->notes = lines_of(messages.str());
   const fs::path simulated = fs::path(options.out) / "flight" / "navigation.csv";
   const bool recorded = !options.images.empty() || !options.y4m.empty();
   if (!recorded && options.navigation.empty() && fs::exists(simulated)) {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "fsw/base/geometry.hpp"
 #include "hal/camera/camera.hpp"
@@ -16,6 +17,7 @@ namespace ilp::sil {
 struct SourceOptions {
   std::string images;
   std::string y4m;
+  double frame_rate_hz = 0;  ///< of a video whose header states none; 0: not given
   std::string camera;
   std::string navigation;     ///< file of the vehicle's measurements
   double exif_sigma_m = 5;    ///< of positions in EXIF that state no error; 0: they are not used
@@ -42,14 +44,18 @@ class ImageSource {
   virtual Camera& camera() = 0;
   /// Writes, after the flight, what the source still has to write.
   virtual void finish() {}
+  /// After the flight: what ended the images before their end; empty otherwise.
+  [[nodiscard]] virtual std::string fault() const { return {}; }
 
   CameraModel model;
   bool camera_known = true;  ///< false: the images came without intrinsics, or the options say so; they are nominal
   std::optional<double> field_of_view_sigma_rad;  ///< of nominal intrinsics, where the images state them
   std::size_t frames = 0;
   std::string description;
-  std::string navigation;  ///< file of the vehicle's measurements; empty: none
-  Body body = Body::none;  ///< of its positions, where the source knows it
+  std::vector<std::string> notes;  ///< what was said of the images and the measurements before the flight
+  int binning = 1;                 ///< so many pixels of the photographs, in x and in y, are one that flies
+  std::string navigation;          ///< file of the vehicle's measurements; empty: none
+  Body body = Body::none;          ///< of its positions, where the source knows it
 };
 
 /// Renders the scenario into OUT/flight, showing its progress on standard error.

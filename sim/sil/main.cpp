@@ -57,6 +57,8 @@ void describe_options(CLI::App& app, CommandLine& line) {
       "folder of PNG or PGM images; its times.txt has a line `time_ns name` per image, without it they are two "
       "seconds apart");
   app.add_option("--y4m", source.y4m, "YUV4MPEG2 file, - for standard input");
+  app.add_option("--frame-rate", source.frame_rate_hz, "frames per second of a video whose header states none")
+      ->check(CLI::Range(0.001, 100000.0));
   app.add_option("--camera", source.camera,
                  "intrinsics: COLMAP's cameras.txt, or YAML of OpenCV, ROS or Kalibr; without them the flight "
                  "estimates them from the images, which works over relief only");
@@ -68,7 +70,7 @@ void describe_options(CLI::App& app, CommandLine& line) {
                  "one sigma in metres of the positions that EXIF states without an error; 0: they are not used")
       ->check(CLI::Range(0.0, 10000.0));
   app.add_flag("--exif-oblique", source.exif_oblique,
-               "images with positions in EXIF do not look straight down: their positions give the scale only");
+               "images with positions in EXIF do not look straight down: their positions alone say what is up, if they can");
   app.add_option("--mission", flight.mission_file, "mission parameters, an .ini file");
   app.add_option("--telecommands", flight.telecommands,
                  "file of telecommands, one a line: SENT_S capture AT_S, or SENT_S refine KEYFRAME; times in seconds");
@@ -108,11 +110,11 @@ void check_reference(const CommandLine& line) {
   if (line.reference.empty()) return;
   std::set<std::string> known;
   for (const host::ReferenceCamera& camera : host::read_reference_cameras(line.reference))
-    known.insert(host::stem(host::safe_name(camera.name)));
+    known.insert(host::image_key(camera.name));
   if (line.source.images.empty()) return;
   const std::vector<host::StripFrame> strip = host::list_strip((fs::path(line.source.images) / "").parent_path());
   const bool any = std::any_of(strip.begin(), strip.end(), [&](const host::StripFrame& frame) {
-    return known.contains(host::stem(host::safe_name(frame.file.filename().string())));
+    return known.contains(host::image_key(frame.file.filename().string()));
   });
   if (!any) {
     throw std::runtime_error("reference poses " + line.reference + " name no image of " + line.source.images +

@@ -370,6 +370,8 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
       {"software", software_version},
       {"profile", limits::profile},
       {"source", source.description},
+      {"notes", source.notes},
+      {"binning", source.binning},
       {"seed", options.seed},
       {"frames", frames},
       {"keyframes", keyframes},
@@ -403,6 +405,11 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
   if (frames == 0) {
     std::cerr << "ilp-sil: the source gave no usable frame\n";
     return 1;
+  }
+  const std::string fault = source.fault();
+  if (!fault.empty()) {
+    std::cerr << "ilp-sil: " << fault << ": the flight ended with frame " << frames << "\n";
+    return status_broken_stream;
   }
   // Two keyframes may be a strip of which too little is seen.
   if (keyframes >= 3 && flight.keyframes_with_final_pose() == 0) {

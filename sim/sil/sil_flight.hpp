@@ -36,6 +36,8 @@ MissionParameters load_mission(const FlightOptions& options);
 
 /// Of the program, after a flight whose keyframes have no pose.
 inline constexpr int status_without_poses = 3;
+/// Of a flight whose images broke off: what came until then has flown.
+inline constexpr int status_broken_stream = 4;
 /// Leaves flight.db, outbox/ and flight-info.json in the folder. The exit status of the program.
 int fly(const FlightOptions& options, const MissionParameters& mission, ImageSource& source);
 

@@ -17,7 +17,7 @@ namespace ilp {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr double mark_noise_px = 0.3, survey_noise_m = 0.02, longitude_deg = 137.44, latitude_deg = -4.59;
+constexpr double mark_noise_px = 0.3, survey_noise_m = 0.02, latitude_deg = -4.59;
 
 struct Placed {
   std::string name;
@@ -83,17 +83,17 @@ class ControlPoints : public ::testing::Test {
     return scratch_ / "control.csv";
   }
 
-  static OGRSpatialReference mercator() {
+  [[nodiscard]] OGRSpatialReference mercator() const {
     OGRSpatialReference metres, degrees;
     degrees.SetFromUserInput("IAU_2015:49900");
     metres.SetProjCS("Axes of the world");
     metres.CopyGeogCSFrom(&degrees);
-    metres.SetTM(latitude_deg, longitude_deg, 1, 0, 0);
+    metres.SetTM(latitude_deg, longitude_deg_, 1, 0, 0);
     metres.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
     return metres;
   }
 
-  static void degrees_of(Vec3& place) {
+  void degrees_of(Vec3& place) const {
     const OGRSpatialReference metres = mercator();
     OGRSpatialReference degrees;
     degrees.SetFromUserInput("IAU_2015:49900");
@@ -101,6 +101,7 @@ class ControlPoints : public ::testing::Test {
     OGRCoordinateTransformation* const way = OGRCreateCoordinateTransformation(&metres, &degrees);
     ASSERT_TRUE(way != nullptr && way->Transform(1, &place.x(), &place.y()));
     OGRCoordinateTransformation::DestroyCT(way);
+    if (from_0_to_360_ && place.x() < 0) place.x() += 360;
   }
 
   static test::ProgramResult ran(const std::vector<std::string>& command) { return test::run_program(command); }
@@ -151,6 +152,8 @@ class ControlPoints : public ::testing::Test {
                                truth_ = test::prepared_flights() / "plain/truth";
   std::vector<host::ReferenceCamera> cameras_;
   std::vector<Placed> points_;
+  double longitude_deg_ = 137.44;
+  bool from_0_to_360_ = false;
 
  private:
   std::mt19937 random_{11};
@@ -187,6 +190,58 @@ TEST_F(ControlPoints, InLongitudeAndLatitudeTheMapLiesOnTheBody) {
   const auto [median, p95] = height_errors(out, truth, {});
   EXPECT_LT(std::fabs(median), 0.25);  // three sigmas of nine such marks: 0.22 m
   EXPECT_LT(p95, 1);
+}
+
+TEST_F(ControlPoints, AcrossTheDateLineTheResidualsAreTheSame) {
+  const auto residuals = [&](double longitude_deg, bool from_0_to_360, const std::string& name) {
+    longitude_deg_ = longitude_deg;
+    from_0_to_360_ = from_0_to_360;
+    const fs::path out = scratch_ / name;
+    const test::ProgramResult result = run_ground(file_of(true), out, {"--control-body", "mars"});
+    EXPECT_EQ(result.exit_status, 0) << result.output;
+    const auto report = nlohmann::json::parse(std::ifstream(out / "report.json"));
+    std::vector<double> all;
+    for (const auto& point : report["control"][0]["points"]) {
+      for (const auto& residual : point["residual_m"]) all.push_back(residual.get<double>());
+    }
+    return all;
+  };
+  const std::vector<double> inland = residuals(137.44, false, "inland");
+  ASSERT_GT(inland.size(), 30U);
+  for (const auto& [longitude_deg, from_0_to_360, name] :
+       {std::tuple{180.0, false, "date-line"}, {0.0, true, "meridian"}}) {
+    const std::vector<double> there = residuals(longitude_deg, from_0_to_360, name);
+    ASSERT_EQ(there.size(), inland.size()) << name;
+    for (std::size_t i = 0; i < inland.size(); ++i) EXPECT_NEAR(there[i], inland[i], 1e-3) << name;
+  }
+}
+
+TEST_F(ControlPoints, InAStatedSystemTheMapLiesOnTheEarth) {
+  // The axes of the world are those of UTM zone 33 about a point of its central meridian.
+  const Vec3 origin(500'000, 5'200'000, 400);
+  for (Placed& point : points_) point.place += origin;
+  const fs::path out = scratch_ / "ground";
+  const test::ProgramResult result = run_ground(file_of(false), out, {"--control-crs", "EPSG:32633"});
+  ASSERT_EQ(result.exit_status, 0) << result.output;
+  const auto report = nlohmann::json::parse(std::ifstream(out / "report.json"));
+  ASSERT_TRUE(report["control"][0]["placed"].get<bool>());
+  // The scale of UTM on its meridian is 0.9996, which 97 m of height see as 4 cm.
+  EXPECT_LT(report["control"][0]["check_rmse_m"].get<double>(), 0.3);
+  const host::GdalSession gdal;
+  const host::Dataset map(GDALDataset::Open((out / "height.tif").c_str(), GDAL_OF_RASTER));
+  ASSERT_TRUE(map && map->GetSpatialRef());
+  EXPECT_NEAR(map->GetSpatialRef()->GetSemiMajor(), 6378137, 1e-6);
+  double transform[6];
+  ASSERT_EQ(map->GetGeoTransform(transform), CE_None);
+  double x = transform[0], y = transform[3];
+  OGRSpatialReference utm, own = *map->GetSpatialRef();
+  utm.importFromEPSG(32633);
+  for (OGRSpatialReference* system : {&utm, &own}) system->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  OGRCoordinateTransformation* const way = OGRCreateCoordinateTransformation(&own, &utm);
+  ASSERT_TRUE(way != nullptr && way->Transform(1, &x, &y));
+  OGRCoordinateTransformation::DestroyCT(way);
+  const Vec3 first = cameras_.front().centre + origin;
+  EXPECT_LT(std::hypot(x - first.x(), y - first.y()), 1000) << "the map lies where its numbers are";
 }
 
 }  // namespace

@@ -17,13 +17,13 @@ namespace fs = std::filesystem;
 struct Mistake {
   const char*
       command;  ///< SIL, GROUND, SCORE, LAB, ONBOARD stand for the programs; run in a folder with the files below
-  int status;   ///< 1: the work cannot be done, 2: the program is not called as it has to be
+  int status;   ///< 1: the work cannot be done, 2: the program is not called as it has to be, 4: the stream broke off
   std::vector<const char*> told;  ///< what is wrong, then what to do
 };
 
 // The folder holds: images (three PNG files of 64 x 48 pixels), camera.txt (of them), large-camera.txt, poses.txt (of
-// other images), empty (a folder), index.txt, words.txt, film.mp4, mission.ini (a wrong value), typo.ini, full (a
-// folder with a file), flight (with flight.db and outbox/), measurements.csv (a wrong column).
+// other images), empty (a folder), index.txt, words.txt, film.mp4, streams (*.y4m), mission.ini (a wrong value),
+// typo.ini, full (a folder with a file), flight (with flight.db and outbox/), measurements.csv (a wrong column).
 const std::vector<Mistake> mistakes = {
     // Wrong paths.
     {"SIL --images nowhere --out out", 1, {"nowhere is not a folder of images", "check the path"}},
@@ -56,6 +56,12 @@ const std::vector<Mistake> mistakes = {
     {"SIL --images images --out out --reference camera.txt", 1, {"this is a camera file (--camera)", "R(9) C(3)"}},
     {"SIL --images images --out out --reference poses.txt", 1, {"name no image of images", "1.png"}},
     {"SIL --y4m film.mp4 --out out", 1, {"film.mp4 is no YUV4MPEG2 stream", "ffmpeg -i film.mp4"}},
+    {"SIL --y4m deep.y4m --out out", 1, {"deep.y4m has 10 bits per sample, 8 expected", "ffmpeg -i deep.y4m"}},
+    {"SIL --y4m timeless.y4m --out out", 1, {"timeless.y4m states no frame rate", "--frame-rate"}},
+    {"SIL --y4m torn.y4m --out out", 4, {"torn.y4m breaks off", "ended with frame 1"}},
+    {"SIL --y4m short.y4m --out out",
+     4,
+     {"short.y4m is interlaced", "pixels that are no squares", "short.y4m is cut off inside a frame"}},
     {"SIL --images images --out out --navigation measurements.csv",
      1,
      {"measurements.csv", "docs/navigation.md", "check the file"}},
@@ -147,6 +153,11 @@ class Mistakes : public testing::Test {
     write("index.txt", "0 images/1.png\n");
     write("words.txt", "these are words\n");
     write("film.mp4", "\0\0\0 ftypisom and so on");
+    const std::string head = "YUV4MPEG2 W64 H64", frame = "FRAME\n" + std::string(64 * 64, 'x');
+    write("deep.y4m", head + " F2:1 Cmono10\n");
+    write("timeless.y4m", head + " F0:0 Cmono\n" + frame);
+    write("torn.y4m", head + " F2:1 C420\n" + frame + frame + frame);
+    write("short.y4m", head + " F2:1 It A16:11 Cmono\n" + frame + frame.substr(0, 100));
     write("mission.ini", "[overlap]\ntarget_overlap = 1.8\n");
     write("sealed.ini", "[link]\nauthentication = telecommands\n");
     for (const char* name : {"keys", "open.keys"}) write(name, "1 " + std::string(32, 'a') + "\n");

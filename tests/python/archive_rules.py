@@ -154,12 +154,19 @@ def item_faults(item, where):
         if "bbox" in item:
             faults.append(f"{where}: a bbox without a geometry")
     else:
-        ring = item["geometry"]["coordinates"][0]
-        turn = sum((b[0] - a[0]) * (b[1] + a[1]) for a, b in zip(ring, ring[1:]))
-        if item["geometry"]["type"] != "Polygon" or ring[0] != ring[-1] or len(ring) < 4 or turn >= 0:
-            faults.append(f"{where}: the outline is no closed polygon, counter-clockwise")
-        xs, ys = [p[0] for p in ring], [p[1] for p in ring]
-        if not is_box(item.get("bbox")) or item["bbox"] != [min(xs), min(ys), max(xs), max(ys)]:
+        geometry = item["geometry"]
+        cut = geometry["type"] == "MultiPolygon"
+        rings = [part[0] for part in geometry["coordinates"]] if cut else [geometry["coordinates"][0]]
+        for ring in rings:
+            turn = sum((b[0] - a[0]) * (b[1] + a[1]) for a, b in zip(ring, ring[1:]))
+            if geometry["type"] not in ("Polygon", "MultiPolygon") or ring[0] != ring[-1] or len(ring) < 4 or turn >= 0:
+                faults.append(f"{where}: the outline is no closed polygon, counter-clockwise")
+            if max(p[0] for p in ring) - min(p[0] for p in ring) > 180 or not all(-180 <= p[0] <= 180 for p in ring):
+                faults.append(f"{where}: the outline crosses the map (RFC 7946, 3.1.9)")
+        xs, ys = [p[0] for ring in rings for p in ring], [p[1] for ring in rings for p in ring]
+        west, east = (min(x for x in xs if x > 0), max(x for x in xs if x < 0)) if cut else (min(xs), max(xs))
+        wanted = [west, min(ys), east, max(ys)]
+        if not is_box(item.get("bbox")) or any(abs(a - b) > 1e-12 for a, b in zip(item["bbox"], wanted)):
             faults.append(f"{where}: bbox is not that of the geometry")
     properties = item.get("properties", {})
     if "datetime" not in properties:

@@ -120,7 +120,7 @@ def check_pds4(out, flight, name):
 
 
 def check_formats(work, ground, more=()):
-    out = os.path.join(work, "formats" + str(len(more)))
+    out = os.path.join(work, "formats-" + os.path.basename(ground))
     subprocess.run([os.path.join(TOP, "sim", "tools", "python", "formats"), ground, "--out", out, *more], check=True)
     flight = Flight(ground)
     for name in ("height", "sigma", "count", "ortho"):
@@ -137,11 +137,11 @@ def check_rules(out):
     label, collection = os.path.join(out, "pds4", "height.xml"), os.path.join(out, "stac", "strip.json")
     for path, faults, changes in (
             (label, lambda: archive_rules.pds4_faults(label),
-             (("<title>", "<version_id>1.0</version_id><title>"), ("urn:nasa:pds:aerobot", "urn:nasa:pds:Aerobot"),
+             (("<title>", "<version_id>1.0</version_id><title>"), ("urn:nasa:pds:uninterrupted", "urn:nasa:pds:Aerobot"),
               ("<axes>2", "<axes>3"), ("Derived", "Cooked"), ("2026-01-01T00:00:00.000Z", "2027-01-01T00:00:00.000Z"),
               ("<type>Planet</type>", ""), (">image</local_identifier>", ">other</local_identifier>"))),
             (collection, lambda: archive_rules.stac_faults(os.path.dirname(collection)),
-             (('"stac_version": "1.0.0"', '"stac_version": "0.9"'), ('"datetime": null,', ""), ('"collection": "flight",', ""),
+             (('"stac_version": "1.0.0"', '"stac_version": "0.9"'), ('"datetime": null,', ""), ('"collection": "uninterrupted",', ""),
               ('"end_datetime": "2026', '"end_datetime": "MMXXVI'), ('height.tif', 'none.tif')))):
         with open(path, encoding="utf-8") as file:
             good = file.read()
@@ -217,18 +217,61 @@ def main():
         check_values(ground)
         return
     check_rules(check_formats(work, ground))
-    anchor, anchored = os.path.join(work, "anchor.json"), os.path.join(work, "anchored")
+    out, anchored = check_anchored(options, work, ground, "mars", 137.4, -4.6)
+    check_turned_cell(anchored)
+    check(target_of(out) == ("Mars", "Planet"), f"the target is not that of the map: {target_of(out)}")
+    box = item_of(out)["bbox"]
+    check(box[0] < 137.4 < box[2] and box[1] < -4.6 < box[3], f"the item is not where the flight was: {box}")
+    check_across_180(options, work, ground)
+    check_latitudes(options, work, ground)
+
+
+def check_anchored(options, work, ground, body, longitude, latitude):
+    anchor, anchored = os.path.join(work, body + ".json"), os.path.join(work, "anchored-" + body)
     with open(anchor, "w", encoding="utf-8") as file:
-        json.dump({"body": "mars", "strips": [{"strip": 1, "longitude": 137.4, "latitude": -4.6, "height": -4400.0,
-                                               "azimuth": 12.5, "metres_per_unit": 2.03}]}, file)
+        json.dump({"body": body, "strips": [{"strip": 1, "longitude": longitude, "latitude": latitude, "height": 400.0,
+                                             "azimuth": 12.5, "metres_per_unit": 2.03}]}, file)
     # A copy, so that only the georeference is made again.
     shutil.copytree(ground, anchored)
     merge(options, anchored, "--anchor", anchor)
-    check_turned_cell(anchored)
-    out = check_formats(work, anchored, ["--target", "Mars"])
+    return check_formats(work, anchored, ["--name", "Flight 3"]), anchored
+
+
+def item_of(out):
     with open(os.path.join(out, "stac", "strip.json"), encoding="utf-8") as file:
-        box = json.load(file)["bbox"]
-    check(box[0] < 137.4 < box[2] and box[1] < -4.6 < box[3], f"the item is not where the flight was: {box}")
+        return json.load(file)
+
+
+def label_of(out):
+    with open(os.path.join(out, "pds4", "height.xml"), encoding="utf-8") as file:
+        return file.read()
+
+
+def target_of(out):
+    found = re.search(r"<Target_Identification>\s*<name>(.*?)</name>\s*<type>(.*?)</type>", label_of(out), re.S)
+    return found.groups() if found else None
+
+
+def bound_of(out, side):
+    return float(re.search(rf"<cart:{side}_bounding_coordinate[^>]*>(.*?)<", label_of(out))[1])
+
+
+def check_across_180(options, work, ground):
+    out, _ = check_anchored(options, work, ground, "titan", -180.0, 40.0)
+    check(target_of(out) == ("Titan", "Satellite"), f"the target is not that of the map: {target_of(out)}")
+    item = item_of(out)
+    box = item["bbox"]
+    check(179 < box[0] < 180 and -180 < box[2] < -179, f"the box is a belt: {box}")
+    check(item["geometry"]["type"] == "MultiPolygon" and len(item["geometry"]["coordinates"]) == 2, "it is not cut at 180")
+    check(item["id"] == "flight-3-strip" and "urn:nasa:pds:flight-3:data:height" in label_of(out), "it has another name")
+    for side, value in (("west", box[0]), ("east", box[2]), ("south", box[1]), ("north", box[3])):
+        check(abs(bound_of(out, side) - value) < 1e-9, f"{side} is not that of the item")
+
+
+def check_latitudes(options, work, ground):
+    out, _ = check_anchored(options, work, ground, "earth", 4.4, 51.2)
+    check(target_of(out) == ("Earth", "Planet") and item_of(out)["properties"]["ssys:targets"] == ["Earth"], "not the Earth")
+    check("<cart:latitude_type>Planetographic</cart:latitude_type>" in label_of(out), "geodetic latitudes are planetographic")
 
 
 if __name__ == "__main__":

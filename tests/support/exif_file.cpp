@@ -69,7 +69,15 @@ std::string directory(const std::vector<Entry>& entries, std::uint32_t offset) {
 std::vector<Entry> exif_entries(const ExifTags& tags) {
   std::vector<Entry> entries;
   if (!tags.time.empty()) entries.push_back(text_entry(0x9003, tags.time));
+  if (!tags.zone.empty()) entries.push_back(text_entry(0x9011, tags.zone));
   if (!tags.subsecond.empty()) entries.push_back(text_entry(0x9291, tags.subsecond));
+  if (tags.focal_mm) entries.push_back(rational_entry(0x920A, {*tags.focal_mm}));
+  if (tags.width) entries.push_back(number_entry(0xA002, long_number, *tags.width));
+  if (tags.height) entries.push_back(number_entry(0xA003, long_number, *tags.height));
+  if (tags.pixels_per_inch) {
+    entries.push_back(rational_entry(0xA20E, {*tags.pixels_per_inch}));
+    entries.push_back(number_entry(0xA210, short_number, 2));
+  }
   if (tags.focal_35mm) entries.push_back(number_entry(0xA405, short_number, *tags.focal_35mm));
   return entries;
 }
@@ -83,9 +91,16 @@ std::vector<Entry> gps_entries(const ExifTags& tags) {
   if (tags.below_sea) entries.push_back(number_entry(5, octet, *tags.below_sea));
   if (tags.altitude_m) entries.push_back(rational_entry(6, {*tags.altitude_m}));
   if (!tags.gps_time.empty()) entries.push_back(rational_entry(7, tags.gps_time));
+  if (tags.direction_deg) entries.push_back(rational_entry(0x11, {*tags.direction_deg}));
   if (!tags.gps_date.empty()) entries.push_back(text_entry(0x1D, tags.gps_date));
   if (tags.error_m) entries.push_back(rational_entry(0x1F, {*tags.error_m}));
   return entries;
+}
+
+std::string segment(const std::string& content) {
+  const std::size_t size = content.size() + 2;
+  if (size > 0xFFFF) throw std::length_error("an Exif segment of more than 64 KiB");
+  return std::string("\xFF\xE1") + static_cast<char>(size >> 8U) + static_cast<char>(size & 255U) + content;
 }
 
 std::vector<ExifRational> sexagesimal(double degrees) {
@@ -110,17 +125,29 @@ void ExifTags::set_place(double longitude_deg, double latitude_deg, double eleva
 std::string exif_segment(const ExifTags& tags) {
   const std::vector<Entry> exif = exif_entries(tags), gps = gps_entries(tags);
   constexpr std::uint32_t first = 8;
-  const std::uint32_t exif_at = first + 2 + 2 * 12 + 4;
+  const auto head_at = [&](std::uint32_t exif_begin, std::uint32_t gps_begin) {
+    std::vector<Entry> entries;
+    if (!tags.model.empty()) entries.push_back(text_entry(0x0110, tags.model));
+    entries.push_back(number_entry(0x8769, long_number, exif_begin));
+    entries.push_back(number_entry(0x8825, long_number, gps_begin));
+    return directory(entries, first);
+  };
+  const std::uint32_t exif_at = first + static_cast<std::uint32_t>(head_at(0, 0).size());
   const std::string exif_part = directory(exif, exif_at);
   const std::uint32_t gps_at = exif_at + static_cast<std::uint32_t>(exif_part.size());
   std::string tiff("II*\0", 4);
   put(tiff, first, 4);
-  tiff += directory({number_entry(0x8769, long_number, exif_at), number_entry(0x8825, long_number, gps_at)}, first);
+  tiff += head_at(exif_at, gps_at);
   tiff += exif_part + directory(gps, gps_at);
-  const std::string content = std::string("Exif\0\0", 6) + tiff;
-  const std::size_t size = content.size() + 2;
-  if (size > 0xFFFF) throw std::length_error("an Exif segment of more than 64 KiB");
-  return std::string("\xFF\xE1") + static_cast<char>(size >> 8U) + static_cast<char>(size & 255U) + content;
+  std::string all = segment(std::string("Exif\0\0", 6) + tiff);
+  if (!tags.gimbal.empty()) {
+    all += segment(std::string("http://ns.adobe.com/xap/1.0/\0", 29) +
+                   "<x:xmpmeta xmlns:x=\"adobe:ns:meta/\"><rdf:RDF "
+                   "xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\"><rdf:Description rdf:about=\"\" "
+                   "xmlns:drone-dji=\"http://www.dji.com/drone-dji/1.0/\" " +
+                   tags.gimbal + "/></rdf:RDF></x:xmpmeta>");
+  }
+  return all;
 }
 
 void write_photograph(const std::filesystem::path& path, const host::Raster<host::Rgb>& picture, const ExifTags& tags) {

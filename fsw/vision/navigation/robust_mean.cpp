@@ -70,7 +70,10 @@ RobustMean robust_mean(const Measurements& values) {
     chi2 += residual * residual / (m.sigma * m.sigma);
   }
   const double excess = mean.used > 1 ? std::max(1.0, chi2 / (mean.used - 1)) : 1;
-  mean.sigma = std::sqrt(excess * inflation(std::span<const double>(scratch).first(count)) / weights);
+  const double common = inflation(std::span<const double>(scratch).first(count));
+  // Values that scatter by far more than they state are no errors that a mean takes away: nobody knows which is right.
+  constexpr double contradicting_excess = 16;
+  mean.sigma = std::sqrt(excess * (excess > contradicting_excess ? mean.used : common) / weights);
   return mean;
 }
 

@@ -25,7 +25,8 @@ struct RobustMean {
 };
 
 /// The sigma follows from the scatter of the values, or from their own sigmas where these are larger. Neighbours in
-/// the list are neighbours in time: errors that change slowly count as fewer values.
+/// the list are neighbours in time: errors that change slowly count as fewer values. Where
+/// the scatter is more than four times what the values state, it is the sigma, and no mean makes it smaller.
 [[nodiscard]] RobustMean robust_mean(const Measurements& values);
 
 /// Median, which is reordered; 0 without any value.

@@ -7,6 +7,7 @@
 
 #include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
+#include "fsw/vision/navigation/position_level.hpp"
 
 namespace ilp::navigation {
 namespace {
@@ -53,6 +54,7 @@ class Solver {
 
   StripFrame solve() {
     find_up();
+    if (!(frame_.tilt_sigma_rad > 0)) level_by_track();
     find_heading_by_attitudes();
     compare_positions();
     find_scale();
@@ -145,6 +147,14 @@ class Solver {
       static_cast<void>(headings.push_back({near_angle(angle, reference), sigma_of(k)}));
     }
     return robust_mean(headings);
+  }
+
+  /// Where no attitude says what is up, the positions do, as far as their track turns.
+  void level_by_track() {
+    const PositionLevel level = level_by_positions(keyframes_);
+    if (!level.known) return;
+    frame_.level_from_strip = level.level_from_strip;
+    frame_.tilt_sigma_rad = level.tilt_sigma_rad;
   }
 
   void find_heading_by_attitudes() {

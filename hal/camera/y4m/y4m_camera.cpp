@@ -13,6 +13,7 @@ namespace {
 // A live stream may take this long to send its header, and this long for the bytes that one call asks for.
 constexpr int header_waits = 100, header_wait_ms = 100;
 constexpr int slice_waits = 4, slice_wait_ms = 5;
+constexpr std::size_t longest_comments = 65536;
 constexpr std::int64_t max_seconds = 9'000'000'000;  // of mission time in 64 bits of nanoseconds
 
 bool begins_with(const char* text, const char* prefix) {
@@ -40,23 +41,44 @@ bool chroma_plane_bytes(const char* sampling, std::size_t width, std::size_t hei
   return true;
 }
 
+/// 420p10 and others, mono10, mono16; 8 without a number.
+std::int32_t bits_of(const char* sampling) {
+  const char* text = sampling;
+  if (begins_with(text, "mono")) {
+    text += 4;
+  } else {
+    while (*text >= '0' && *text <= '9') ++text;  // bound: the text
+    if (*text++ != 'p') return 8;
+  }
+  std::int64_t bits = 0;
+  return read_digits(text, 2, bits) ? static_cast<std::int32_t>(bits) : 8;
+}
+
 }  // namespace
 
-/// Goes on where an earlier call was left with `not_ready`.
+/// Goes on where an earlier call was left with `not_ready`. Comments (tags that begin with X) may be long and are
+/// passed over.
 Status Y4mCamera::read_line() {
-  while (line_size_ < sizeof(line_)) {
+  while (line_size_ < sizeof(line_) && skipped_ < longest_comments) {  // bound: each turn raises one of both
     std::uint8_t byte = 0;
     const Status status = reader_.next(byte);
     if (status.is(StatusCode::end_of_stream) && line_size_ > 0) return {StatusCode::truncated, status.a};
     ILP_TRY(status);
     if (byte == '\n') {
       line_[line_size_] = 0;
-      line_size_ = 0;
+      line_size_ = skipped_ = 0;
+      in_comment_ = false;
       return {};
     }
-    line_[line_size_++] = static_cast<char>(byte);
+    if (byte == 'X' && line_size_ > 0 && line_[line_size_ - 1] == ' ') in_comment_ = true;
+    if (byte == ' ') in_comment_ = false;
+    if (in_comment_) {
+      ++skipped_;
+    } else {
+      line_[line_size_++] = static_cast<char>(byte);
+    }
   }
-  return {StatusCode::parse_error, static_cast<std::int64_t>(sizeof(line_))};
+  return {StatusCode::parse_error, static_cast<std::int64_t>(line_size_ + skipped_)};
 }
 
 Status Y4mCamera::parse_header() {
@@ -65,6 +87,8 @@ Status Y4mCamera::parse_header() {
   height_ = 0;
   rate_numerator_ = 0;
   rate_denominator_ = 0;
+  interlaced_ = false;
+  aspect_width_ = aspect_height_ = 0;
   char sampling[16] = "420";
   const char* text = line_ + 10;
   // Every turn consumes a character of the line.
@@ -78,6 +102,13 @@ Status Y4mCamera::parse_header() {
       ++text;
       if (read_digits(text, 9, value)) rate_denominator_ = value;
     }
+    // t, b and m: lines of the upper or lower field first, or mixed.
+    if (tag == 'I') interlaced_ = *text == 't' || *text == 'b' || *text == 'm';
+    if (tag == 'A' && read_digits(text, 9, value) && *text == ':') {
+      aspect_width_ = value;
+      ++text;
+      if (read_digits(text, 9, value)) aspect_height_ = value;
+    }
     if (tag == 'C') {
       std::size_t size = 0;
       for (; *text != 0 && *text != ' ' && size + 1 < sizeof(sampling); ++text) sampling[size++] = *text;
@@ -88,6 +119,12 @@ Status Y4mCamera::parse_header() {
   }
   if (width_ <= 0 || height_ <= 0) return {StatusCode::parse_error, 0};
   ILP_TRY(find_reduction(width_, height_, reduction_));
+  bits_ = bits_of(sampling);
+  if (bits_ != 8) return not_supported(FormatFault::y4m_sampling);
+  if (rate_numerator_ <= 0 || rate_denominator_ <= 0) {
+    rate_numerator_ = rate_.frames;
+    rate_denominator_ = rate_.seconds;
+  }
   if (rate_numerator_ <= 0 || rate_denominator_ <= 0) return not_supported(FormatFault::y4m_rate);
   if (!chroma_plane_bytes(sampling, static_cast<std::size_t>(width_), static_cast<std::size_t>(height_),
                           chroma_bytes_)) {
@@ -100,8 +137,11 @@ Status Y4mCamera::open(int file, const Y4mArrival& arrival) {
   reader_.attach(file);
   ended_ = true;
   live_ = arrival.live;
+  rate_ = arrival.rate;
+  broken_ = {};
   if (live_) reader_.allow_waits(header_waits, header_wait_ms);
-  line_size_ = 0;
+  line_size_ = skipped_ = 0;
+  in_comment_ = false;
   const Status status = read_line();
   if (status.is(StatusCode::end_of_stream)) return {StatusCode::truncated, status.a};
   ILP_TRY(status);
@@ -183,6 +223,7 @@ Status Y4mCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
   if (status.is(StatusCode::end_of_stream)) status.a = sequence_;
   if (!status.ok()) ended_ = true;
   if (status.is(StatusCode::end_of_stream)) return status;
+  broken_ = status;
   frame = {};
   frame.time_ns = due;
   frame.sequence = ++sequence_;

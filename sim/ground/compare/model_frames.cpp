@@ -88,7 +88,7 @@ std::map<std::string, NamedPose> poses_of(const fs::path& table, double strip) {
                          number_of(*feature, "q_z")};
     const int name = feature->GetFieldIndex("name");
     if (name < 0 || !centre.allFinite() || !std::isfinite(q[0] + q[1] + q[2] + q[3])) continue;
-    poses[host::stem(feature->GetFieldAsString(name))] = {centre, rotation_from_quaternion(q)};
+    poses[host::image_key(feature->GetFieldAsString(name))] = {centre, rotation_from_quaternion(q)};
   }
   return poses;
 }
@@ -162,7 +162,7 @@ void ModelFrames::join_by_poses(const HeightModel& map, const HeightModel& other
   const std::map<std::string, NamedPose> ours = poses_of(table, strip_of(map.path()));
   host::CameraTrack track, reference;
   for (const host::ReferenceCamera& camera : host::read_reference_cameras(poses)) {
-    const auto pose = ours.find(host::stem(camera.name));
+    const auto pose = ours.find(host::image_key(camera.name));
     if (pose == ours.end()) continue;
     track.add(pose->second.centre, pose->second.cam_from_map);
     reference.add(camera.centre, camera.cam_from_world);

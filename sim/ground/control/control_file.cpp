@@ -1,11 +1,16 @@
 #include "sim/ground/control/control_file.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <set>
 #include <sstream>
 #include <stdexcept>
 
+#include "sim/host/cell_file.hpp"
 #include "sim/host/files.hpp"
 
 namespace ilp::control {
@@ -17,19 +22,6 @@ constexpr std::size_t fixed_words = 6, words_of_mark = 3;
   throw std::runtime_error(what);
 }
 
-std::string trimmed(const std::string& text) {
-  const char* const blanks = " \t\r";
-  const std::size_t first = text.find_first_not_of(blanks);
-  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(blanks) - first + 1);
-}
-
-std::vector<std::string> words_of(const std::string& line) {
-  std::vector<std::string> words;
-  std::istringstream in(line);
-  for (std::string word; std::getline(in, word, ',');) words.push_back(trimmed(word));
-  return words;
-}
-
 double number(const std::string& word, const std::string& what) {
   char* end = nullptr;
   const double value = std::strtod(word.c_str(), &end);
@@ -37,7 +29,9 @@ double number(const std::string& word, const std::string& what) {
   return value;
 }
 
-ControlPoint point_of(const std::vector<std::string>& words, bool geographic) {
+ControlPoint point_of(std::vector<std::string> words, bool geographic) {
+  // Spreadsheets fill all rows up to the longest one.
+  while (words.size() > fixed_words && words.back().empty()) words.pop_back();
   if (words.size() < fixed_words || (words.size() - fixed_words) % words_of_mark != 0) {
     refuse(std::to_string(words.size()) +
            " values; name, two coordinates, height, sigma, role, and image, column, row for each image expected");
@@ -61,37 +55,111 @@ ControlPoint point_of(const std::vector<std::string>& words, bool geographic) {
   return point;
 }
 
-bool geographic_of(const std::string& line) {
+std::string in_small_letters(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+bool geographic_of(std::vector<std::string> words) {
+  while (!words.empty() && words.back().empty()) words.pop_back();
+  std::string line;
+  for (const std::string& word : words) line += (line.empty() ? "" : ",") + in_small_letters(word);
   if (line == "name,x,y,height,sigma,role") return false;
   if (line == "name,longitude,latitude,height,sigma,role") return true;
-  refuse("the first line must be name,x,y,height,sigma,role or name,longitude,latitude,height,sigma,role");
+  refuse(
+      "the first line must be name,x,y,height,sigma,role or name,longitude,latitude,height,sigma,role, or the "
+      "coordinate system of a gcp_list.txt, such as EPSG:32633");
+}
+
+ControlFile read_table(const std::filesystem::path& path, int& line) {
+  ControlFile file;
+  std::set<std::string> names;
+  bool begun = false;
+  for (const host::CellLine& row : host::read_cell_file(path).lines) {
+    line = row.number;
+    if (!begun) {
+      file.geographic = geographic_of(row.cells);
+      begun = true;
+      continue;
+    }
+    file.points.push_back(point_of(row.cells, file.geographic));
+    if (!names.insert(file.points.back().name).second) refuse("the name " + file.points.back().name + " stands twice");
+  }
+  return file;
+}
+
+/// As GDAL knows it; empty for a line that is no coordinate system.
+std::string system_of(const std::string& line) {
+  if (in_small_letters(line.substr(0, 5)) == "epsg:" || line.starts_with("+proj") || line.starts_with("PROJCS") ||
+      line.starts_with("PROJCRS"))
+    return line;
+  int zone = 0;
+  char side = 0;
+  if (std::sscanf(line.c_str(), "WGS84 UTM %2d%c", &zone, &side) != 2 || zone < 1 || zone > 60 ||
+      (side != 'N' && side != 'S'))
+    return {};
+  return "EPSG:" + std::to_string((side == 'N' ? 32600 : 32700) + zone);
+}
+
+struct TextLine {
+  int number = 0;
+  std::string text;
+};
+
+std::vector<TextLine> lines_with_text(const std::filesystem::path& path) {
+  const std::vector<std::uint8_t> bytes = host::read_file(path);
+  std::string text(bytes.begin(), bytes.end());
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
+  std::istringstream in(text);
+  std::vector<TextLine> lines;
+  int number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    while (!line.empty() && (line.back() == '\r' || line.back() == ' ' || line.back() == '\t')) line.pop_back();
+    if (!line.empty() && line[0] != '#') lines.push_back({number, line});
+  }
+  return lines;
+}
+
+ControlFile read_gcp_list(const std::vector<TextLine>& lines, int& line) {
+  ControlFile file;
+  file.system = system_of(lines.front().text);
+  file.original_pixels = true;
+  std::map<std::string, std::size_t> known;
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    line = lines[i].number;
+    std::istringstream in(lines[i].text);
+    std::vector<std::string> words;
+    for (std::string word; in >> word;) words.push_back(word);
+    if (words.size() < 6)
+      refuse(std::to_string(words.size()) + " values; x, y, height, column, row and image expected, then a name");
+    const Vec3 place(number(words[0], "x"), number(words[1], "y"), number(words[2], "height"));
+    const std::string key = words.size() > 6 ? words[6] : words[0] + " " + words[1] + " " + words[2];
+    const auto [found, is_new] = known.emplace(key, file.points.size());
+    if (is_new) {
+      ControlPoint& point = file.points.emplace_back();
+      point.name = words.size() > 6 ? words[6] : "point " + std::to_string(file.points.size());
+      point.place = place;
+      point.sigma_m = assumed_sigma_m;
+    }
+    ControlPoint& point = file.points[found->second];
+    if ((point.place - place).norm() > 0) refuse("the point " + point.name + " has two places");
+    point.marks.push_back({words[5], {number(words[3], "column"), number(words[4], "row")}});
+  }
+  return file;
 }
 
 }  // namespace
 
 ControlFile read_control_file(const std::filesystem::path& path) {
-  const std::vector<std::uint8_t> bytes = host::read_file(path);
-  std::istringstream in(std::string(bytes.begin(), bytes.end()));
+  const std::vector<TextLine> lines = lines_with_text(path);
+  int line = 1;
   ControlFile file;
-  std::set<std::string> names;
-  bool begun = false;
-  int number_of_line = 0;
-  for (std::string line; std::getline(in, line);) {
-    ++number_of_line;
-    line = trimmed(line);
-    if (line.empty() || line[0] == '#') continue;
-    try {
-      if (!begun) {
-        file.geographic = geographic_of(line);
-        begun = true;
-        continue;
-      }
-      file.points.push_back(point_of(words_of(line), file.geographic));
-      if (!names.insert(file.points.back().name).second)
-        refuse("the name " + file.points.back().name + " stands twice");
-    } catch (const std::runtime_error& error) {
-      refuse("control points " + path.string() + ", line " + std::to_string(number_of_line) + ": " + error.what());
-    }
+  try {
+    const bool list = !lines.empty() && !system_of(lines.front().text).empty();
+    file = list ? read_gcp_list(lines, line) : read_table(path, line);
+  } catch (const std::runtime_error& error) {
+    refuse("control points " + path.string() + ", line " + std::to_string(line) + ": " + error.what());
   }
   if (file.points.empty()) refuse("control points " + path.string() + ": no point in the file");
   return file;

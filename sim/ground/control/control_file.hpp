@@ -1,4 +1,4 @@
-// The file of ground control points: comma-separated values with a line of names.
+// The file of ground control points: a table with a line of names, or the gcp_list.txt of OpenDroneMap.
 #pragma once
 
 #include <filesystem>
@@ -23,13 +23,22 @@ struct ControlPoint {
 };
 
 struct ControlFile {
-  bool geographic = false;  ///< longitude and latitude
+  bool geographic = false;       ///< longitude and latitude
+  std::string system;            ///< coordinate system of x and y, for GDAL; empty: none is stated
+  bool original_pixels = false;  ///< marks are in the photographs as they came, whatever size flew
   std::vector<ControlPoint> points;
 };
 
-/// The first line is `name,x,y,height,sigma,role` or `name,longitude,latitude,height,sigma,role`. Each line after it
-/// has these six values (role: control or check) and three for each image that shows the point: image, column, row. `#`
-/// begins a comment. std::runtime_error names the line and what is wrong.
+/// The first line is `name,x,y,height,sigma,role` or `name,longitude,latitude,height,sigma,role`, in capitals or not.
+/// Each line after it has these six values (role: control or check) and three for each image that shows the point:
+/// image, column, row. `#` begins a comment. Tables of spreadsheets are read (host/cell_file.hpp), and empty cells at
+/// the end of a line fall away.
+///
+/// Read too: ODM's gcp_list.txt. Its first line is the coordinate system (`EPSG:32633`, `WGS84 UTM 33N` or
+/// `+proj=...`), each further one `x y height column row image [name]`. Marks with one name, or with the same place,
+/// are one point. It states no errors: sigma is `assumed_sigma_m`. std::runtime_error names the line and what is wrong.
 [[nodiscard]] ControlFile read_control_file(const std::filesystem::path& path);
+
+inline constexpr double assumed_sigma_m = 0.05;
 
 }  // namespace ilp::control

@@ -11,6 +11,7 @@
 #include "sim/ground/intake/move_keyframe.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/gdal_session.hpp"
+#include "sim/host/longitude.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace ilp::control {
@@ -30,10 +31,12 @@ class Places {
       throw std::runtime_error(
           "control points in longitude and latitude need a body: name it with --control-body, or give x and y");
     }
+    std::vector<double> longitudes;
     for (const ControlPoint& point : file.points) {
-      middle_.longitude_deg += point.place.x() / static_cast<double>(file.points.size());
+      longitudes.push_back(point.place.x());
       middle_.latitude_deg += point.place.y() / static_cast<double>(file.points.size());
     }
+    middle_.longitude_deg = host::longitude_arc(longitudes).middle_deg();
     project(crs);
   }
   [[nodiscard]] const Middle& middle() const { return middle_; }
@@ -66,7 +69,7 @@ std::map<std::string, const intake::Keyframe*> posed_keyframes(const intake::Fli
   std::map<std::string, const intake::Keyframe*> keyframes;
   for (const std::int64_t id : strip.keyframes) {
     const intake::Keyframe& keyframe = flight.keyframes.at(id);
-    if (keyframe.posed()) keyframes[host::stem(keyframe.name)] = &keyframe;
+    if (keyframe.posed()) keyframes[host::image_key(keyframe.name)] = &keyframe;
   }
   return keyframes;
 }
@@ -75,7 +78,7 @@ std::vector<Sight> sights_of(const ControlPoint& point,
                              const std::map<std::string, const intake::Keyframe*>& keyframes) {
   std::vector<Sight> sights;
   for (const Mark& mark : point.marks) {
-    const auto found = keyframes.find(host::stem(mark.image));
+    const auto found = keyframes.find(host::image_key(mark.image));
     if (found == keyframes.end()) continue;
     const PoseRecord& pose = *found->second->pose;
     sights.push_back({found->second->camera, rotation_from_quaternion(pose.q_cam_from_world),

@@ -13,6 +13,7 @@
 
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
+#include "sim/host/files.hpp"
 #include "sim/host/gdal_session.hpp"
 #include "sim/host/photograph.hpp"
 #include "sim/host/strip.hpp"
@@ -24,17 +25,14 @@ namespace fs = std::filesystem;
 using host::Raster;
 using host::Rgb;
 
-/// By the name without its ending; blanks are underscores, as in the names of images that fly.
+/// By the name under which they flew.
 std::map<std::string, fs::path> photographs_by_name(const fs::path& folder) {
   if (!fs::is_directory(folder)) {
     throw std::runtime_error("--colour " + folder.string() + ": no such folder; name that of the colour photographs");
   }
   std::map<std::string, fs::path> files;
   for (const host::StripFrame& frame : host::list_strip(folder)) {
-    std::string stem = frame.file.stem().string();
-    std::replace_if(
-        stem.begin(), stem.end(), [](char c) { return c == ' ' || c == '\t'; }, '_');
-    files.emplace(stem, frame.file);
+    files.emplace(host::image_key(frame.file.filename().string()), frame.file);
   }
   return files;
 }
@@ -99,7 +97,7 @@ class Painter {
  private:
   void paint_keyframe(const intake::Keyframe& keyframe, const std::vector<std::size_t>& cells, Raster<Rgb>& picture) {
     ++wanted_;
-    const auto file = files_.find(fs::path(keyframe.name).stem().string());
+    const auto file = files_.find(host::image_key(keyframe.name));
     if (!keyframe.pose || file == files_.end()) return;
     Raster<Rgb> photograph;
     try {

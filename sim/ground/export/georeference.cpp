@@ -16,6 +16,7 @@
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/gdal_session.hpp"
+#include "sim/host/longitude.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace ilp::exports {
@@ -345,7 +346,7 @@ std::array<double, 2> GeographicFromMap::operator()(double east, double north) c
   if (!static_cast<OGRCoordinateTransformation*>(transformation_)->Transform(1, &east, &north)) {
     throw host::gdal_error("a point of the map is not on the body");
   }
-  return {east + 360 * std::round((centre_deg_ - east) / 360), north};
+  return {host::longitude_near(east, centre_deg_), north};
 }
 
 }  // namespace ilp::exports

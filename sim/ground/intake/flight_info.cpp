@@ -42,10 +42,17 @@ FlightInfo read_flight_info(const std::filesystem::path& path) {
   info.frames = number("frames");
   info.keyframes = number("keyframes");
   info.seed = number("seed");
+  info.binning = number("binning");
   info.target_overlap = number("target_overlap");
   info.profile = text("profile");
   info.software = text("software");
   info.source = text("source");
+  const auto notes = json.find("notes");
+  if (notes != json.end() && notes->is_array()) {
+    for (const nlohmann::json& note : *notes) {
+      if (note.is_string()) info.notes.push_back(note.get<std::string>());
+    }
+  }
   return info;
 }
 

@@ -14,7 +14,9 @@ namespace ilp::intake {
 struct FlightInfo {
   std::optional<double> wall_s, cpu_s, flight_cpu_s, peak_rss_mib, static_bytes;
   std::optional<double> frames, keyframes, seed, target_overlap;
+  std::optional<double> binning;  ///< so many pixels of the photographs, in x and in y, were one that flew
   std::string profile, software, source;
+  std::vector<std::string> notes;  ///< what the simulator said of its images and measurements
 };
 
 /// Members that are absent or of another type stay unknown. Throws std::runtime_error when the file is no JSON object.

@@ -121,8 +121,7 @@ ReferenceFiles::ReferenceFiles(const std::filesystem::path& poses, std::filesyst
     : depth_folder_(std::move(depth_folder)) {
   for (const host::ReferenceCamera& camera : host::read_reference_cameras(poses)) {
     const bool added =
-        poses_.emplace(host::stem(host::safe_name(camera.name)), ReferencePose{camera.cam_from_world, camera.centre})
-            .second;
+        poses_.emplace(host::image_key(camera.name), ReferencePose{camera.cam_from_world, camera.centre}).second;
     if (!added) {
       throw std::runtime_error("reference poses " + poses.string() + ": '" + camera.name +
                                "' and another name differ only in their extension");
@@ -131,7 +130,7 @@ ReferenceFiles::ReferenceFiles(const std::filesystem::path& poses, std::filesyst
 }
 
 const ReferencePose* ReferenceFiles::pose(const std::string& name) const {
-  const auto found = poses_.find(host::stem(name));
+  const auto found = poses_.find(host::image_key(name));
   return found == poses_.end() ? nullptr : &found->second;
 }
 

@@ -285,10 +285,17 @@ std::string missing_list(const Report& report) {
          "board. The same products again make the map more complete: run this command again.</p>\n";
 }
 
+std::string notes_of_images(const Report& report) {
+  if (!report.info || report.info->notes.empty()) return "";
+  std::string html = "<h3>What was said of the images and measurements before the flight</h3>\n<ul>\n";
+  for (const std::string& note : report.info->notes) html += "<li>" + host::escaped(note) + "</li>\n";
+  return html + "</ul>\n";
+}
+
 }  // namespace
 
 std::string page_problems(const Report& report) {
-  std::string html = "<h2>What went wrong, and what to do</h2>\n";
+  std::string html = "<h2>What went wrong, and what to do</h2>\n" + notes_of_images(report);
   std::map<std::pair<int, std::uint16_t>, std::vector<const EventRecord*>> groups;
   for (const EventRecord& event : report.flight.events) groups[{-event.severity, event.code}].push_back(&event);
   if (groups.empty()) html += "<p class=\"note\">No events came down.</p>\n";

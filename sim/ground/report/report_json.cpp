@@ -309,9 +309,16 @@ Json captures_json(const Report& report) {
 }
 
 Json info_json(const intake::FlightInfo& i) {
-  return {{"source", i.source},         {"software", i.software},     {"profile", i.profile},
-          {"seed", number(i.seed)},     {"frames", number(i.frames)}, {"keyframes", number(i.keyframes)},
-          {"wall_s", number(i.wall_s)}, {"cpu_s", number(i.cpu_s)},   {"peak_rss_mib", number(i.peak_rss_mib)}};
+  return {{"source", i.source},
+          {"notes", i.notes},
+          {"software", i.software},
+          {"profile", i.profile},
+          {"seed", number(i.seed)},
+          {"frames", number(i.frames)},
+          {"keyframes", number(i.keyframes)},
+          {"wall_s", number(i.wall_s)},
+          {"cpu_s", number(i.cpu_s)},
+          {"peak_rss_mib", number(i.peak_rss_mib)}};
 }
 
 Json totals_json(const ReportTotals& t) {

@@ -75,6 +75,15 @@ def number_of(path, line, name, cell):
         raise BadResult(f"{path}, line {line}, column {name}: {cell[:40]!r} is no number") from fault
 
 
+def longitude_arc(longitudes):
+    """West and east end, from -180 to 180, of the shortest arc that holds all longitudes; west is larger than east where
+    it crosses 180 (RFC 7946, 5.2)."""
+    turned = numpy.sort((numpy.asarray(longitudes, float) + 180) % 360 - 180)
+    gaps = numpy.diff(turned, append=turned[0] + 360)
+    last = int(len(turned) - 1 - numpy.argmax(gaps[::-1]))
+    return float(turned[(last + 1) % len(turned)]), float(turned[last])
+
+
 def open_map(path):
     """A GeoTIFF of the results, opened by GDAL; no other kind of file, which might lead to further ones."""
     if not os.path.isfile(path):

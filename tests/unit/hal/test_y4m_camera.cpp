@@ -6,7 +6,9 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <tuple>
 
+#include "fsw/base/status_values.hpp"
 #include "hal/camera/y4m/y4m_camera.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 
@@ -131,6 +133,61 @@ TEST_F(Y4mCameraTest, HeadersThatAreNoneOrNotSupported) {
   EXPECT_STATUS(open("YUV4MPEG2 W5 H3 F25:1 Cmono16\n"), unsupported_format);
   EXPECT_STATUS(capture(), end_of_stream) << "nothing comes from a stream that was refused";
   EXPECT_OK(open("YUV4MPEG2 W5 H3 F25:1\n"));
+}
+
+TEST_F(Y4mCameraTest, DepthRateFieldsAndAspectAreToldApart) {
+  const auto fault = [&](const std::string& tags) {
+    const Status status = open("YUV4MPEG2 W1 H1" + tags + "\n");
+    EXPECT_EQ(status.code, StatusCode::unsupported_format) << tags;
+    return static_cast<FormatFault>(status.a);
+  };
+  for (const auto& [sampling, bits] :
+       {std::pair{"C420p10", 10}, {"C422p12", 12}, {"Cmono10", 10}, {"Cmono16", 16}, {"C410", 8}, {"C420paldv2", 8}}) {
+    EXPECT_EQ(fault(std::string(" F2:1 ") + sampling), FormatFault::y4m_sampling) << sampling;
+    EXPECT_EQ(camera_.bits_per_sample(), bits) << sampling;
+  }
+  EXPECT_EQ(fault(" Cmono"), FormatFault::y4m_rate);
+  EXPECT_EQ(fault(" F0:0 Cmono"), FormatFault::y4m_rate);
+  for (const auto& [tags, interlaced, wide] : {std::tuple{" Ip A1:1", false, false},
+                                               {" It A0:0", true, false},
+                                               {" Ib", true, false},
+                                               {" Im A16:11", true, true},
+                                               {" I? A2:2", false, false}}) {
+    ASSERT_OK(open("YUV4MPEG2 W1 H1 F2:1 Cmono" + std::string(tags) + "\n"));
+    EXPECT_EQ(camera_.interlaced(), interlaced) << tags;
+    EXPECT_EQ(camera_.pixels_are_wide(), wide) << tags;
+  }
+}
+
+TEST_F(Y4mCameraTest, ARateMayBeGivenWhereTheHeaderHasNone) {
+  const std::string stream = "YUV4MPEG2 W1 H1 F0:0 Cmono\n" + frame(1, 'x', 0) + frame(1, 'y', 0);
+  EXPECT_STATUS(open(stream), unsupported_format);
+  lseek(fileno(file_), 0, SEEK_SET);
+  ASSERT_OK(camera_.open(fileno(file_), {.live = false, .rate = {2, 3}}));
+  ASSERT_OK(capture());
+  ASSERT_OK(capture());
+  EXPECT_EQ(frame_.time_ns, 1'500'000'000);
+}
+
+TEST_F(Y4mCameraTest, CommentsOfAnyLengthArePassedOver) {
+  const std::string comment = " XCOMMENT=" + std::string(3000, 'I');
+  ASSERT_OK(open("YUV4MPEG2 W1 H1" + comment + " F2:1 XB=C420 Cmono\n" + frame(1, 'x', 0, comment) + frame(1, 'y', 0)));
+  EXPECT_FALSE(camera_.interlaced());
+  ASSERT_OK(capture());
+  ASSERT_OK(capture());
+  EXPECT_EQ(image_->view().at(0, 0), 'y');
+  EXPECT_STATUS(open("YUV4MPEG2 W1 H1 F2:1 X" + std::string(100'000, 'x') + "\n"), parse_error);
+}
+
+TEST_F(Y4mCameraTest, WhatEndsAStreamEarlyIsKept) {
+  ASSERT_OK(open("YUV4MPEG2 W2 H2 F2:1 C420\n" + frame(4, 'x', 0) + frame(4, 'y', 0)));
+  ASSERT_OK(capture());
+  EXPECT_FALSE(capture().ok());
+  EXPECT_STATUS(camera_.broken(), parse_error) << "the frames have no chroma";
+  ASSERT_OK(open("YUV4MPEG2 W2 H2 F2:1 Cmono\n" + frame(4, 'x', 0)));
+  ASSERT_OK(capture());
+  EXPECT_STATUS(capture(), end_of_stream);
+  EXPECT_OK(camera_.broken());
 }
 
 TEST_F(Y4mCameraTest, BrokenStreamIsOneStatusAndThenTheEnd) {

@@ -75,6 +75,26 @@ TEST(Strip, ImagesFolderInsideIsFound) {
   ASSERT_EQ(list_strip(folder.path()).size(), 1U);
 }
 
+TEST(Strip, AStrayPictureBesideTheFolderOfImagesIsNoStrip) {
+  const ScratchFolder folder;
+  fs::create_directories(folder / "images");
+  for (const char* name : {"a.png", "b.png", "c.png"}) put_image(folder / "images" / name, 80, 10);
+  put_image(folder / "overview.png", 96, 10);
+  ASSERT_EQ(list_strip(folder.path()).size(), 3U);
+  EXPECT_EQ(list_strip(folder.path())[0].file, folder / "images/a.png");
+  for (const char* name : {"1.png", "2.png", "3.png"}) put_image(folder / name, 96, 10);
+  EXPECT_EQ(list_strip(folder.path()).size(), 4U) << "there are more images beside it than in it";
+}
+
+TEST(Strip, FilesThatBeginWithADotAreNoImages) {
+  const ScratchFolder folder;
+  put_image(folder / "a.png", 80, 10);
+  folder.write("._a.png", "AppleDouble");
+  folder.write(".b.png", "");
+  ASSERT_EQ(list_strip(folder.path()).size(), 1U);
+  EXPECT_EQ(list_strip(folder.path())[0].file, folder / "a.png");
+}
+
 TEST(Strip, NothingToFlyOrAMalformedListIsAnErrorThatSaysSo) {
   const ScratchFolder folder;
   EXPECT_TRUE(says(error_of([&] { (void)list_strip(folder.path()); }), "holds no image: name a folder"));

@@ -206,6 +206,19 @@ TEST_F(NavigatorTest, HostileSamplesAreRefusedAndTold) {
   EXPECT_NEAR(read<StripFrameRecord>(1).metres_per_unit, metres_per_unit, 0.01);
 }
 
+TEST_F(NavigatorTest, MeasurementsOfAnotherTimeAreToldOnceAStrip) {
+  for (NavigationSample& sample : source.samples) sample.time_ns += 1000 * ns_per_s;
+  for (std::int64_t id = 1; id <= 9; ++id) {
+    see_keyframe(id);
+    pose_keyframe(id);
+  }
+  const std::vector<Status> told = run(*make());
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_STATUS(told[0], navigation_unused);
+  EXPECT_EQ(told[0].a, 1);
+  EXPECT_EQ(told[0].b, 5);
+}
+
 TEST_F(NavigatorTest, ContradictionsAreToldOnce) {
   for (NavigationSample& sample : source.samples) sample.height_m = 90 / 0.3048;
   for (std::int64_t id = 1; id <= 8; ++id) {

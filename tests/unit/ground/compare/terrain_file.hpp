@@ -27,6 +27,7 @@ struct TerrainFile {
   std::string system;  ///< empty: none
   std::string unit = "metre";
   int bands = 1;
+  bool declares_missing = true;
 };
 
 /// `height` of the coordinates of the file; not a number becomes the declared missing value.
@@ -45,7 +46,7 @@ inline void write_terrain(const std::filesystem::path& path, const TerrainFile& 
   constexpr float missing = -9999;
   std::vector<float> row(static_cast<std::size_t>(file.columns));
   for (int band = 1; band <= file.bands; ++band) {
-    dataset->GetRasterBand(band)->SetNoDataValue(double{missing});
+    if (file.declares_missing) dataset->GetRasterBand(band)->SetNoDataValue(double{missing});
     dataset->GetRasterBand(band)->SetUnitType(file.unit.c_str());
     for (int j = 0; j < file.rows; ++j) {
       for (int i = 0; i < file.columns; ++i) {

@@ -170,6 +170,22 @@ TEST_F(CompareHeights, AFinerModelIsAveragedToTheCellsOfTheMap) {
   EXPECT_LT(c.difference.nmad, 0.27);
 }
 
+TEST_F(CompareHeights, WhatNobodyDeclaredMissingIsNotCompared) {
+  TerrainFile fine = around();
+  fine.transform = {-100, 0.5, 0, 100, 0, -0.5};
+  fine.columns = 1600;
+  fine.rows = 1360;
+  fine.declares_missing = false;
+  int pixel = 0;
+  write_terrain(other_, fine, [&](double x, double y) { return ++pixel % 97 == 0 ? -9999 : hills(x, y); });
+  write_terrain(map_, on_mars(), hills);
+  const Comparison c = run(fit(Fit::none));
+  EXPECT_GT(c.counts.compared, 250U * 200U);
+  // Averaged over 16 pixels, one that counts would be 600 m.
+  EXPECT_LT(c.difference.nmad, 0.05);
+  EXPECT_LT(std::fabs(c.difference.mean), 0.05);
+}
+
 TEST_F(CompareHeights, OverLevelGroundOnlyHeightsAreAligned) {
   write_terrain(map_, on_mars(), [&](double, double) { return 12 + noise(0.1); });
   write_terrain(other_, around(), [](double, double) { return 10; });

@@ -6,6 +6,8 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "sim/ground/control/control_file.hpp"
 #include "sim/ground/control/control_fit.hpp"
+#include "sim/ground/control/control_system.hpp"
+#include "sim/host/gdal_session.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
 
 namespace ilp {
@@ -133,6 +135,130 @@ TEST(ControlFile, MistakesAreNamedWithTheirLine) {
   EXPECT_TRUE(test::says(refused(head), "no point in the file"));
   EXPECT_TRUE(
       test::says(refused("name,longitude,latitude,height,sigma,role\na,10,99,3,1,check\n"), "latitudes from -90"));
+}
+
+TEST(ControlFile, SpreadsheetsAreReadAsTheySaveIt) {
+  const test::ScratchFolder folder;
+  for (const char* text :
+       {"\xEF\xBB\xBFname,x,y,height,sigma,role\na,1.5,2,3,0.1,control,1.png,5,6\n",
+        "name;x;y;height;sigma;role\r\na;1,5;2;3;0,1;control;1.png;5;6\r\n",
+        "Name, X ,Y,Height,SIGMA,role\na,1.5,2,3,0.1,control,1.png,5,6\n",
+        "name,x,y,height,sigma,role,,,,,,\na,1.5,2,3,0.1,control,1.png,5,6,,,\n",
+        "\"name\",\"x\",\"y\",\"height\",\"sigma\",\"role\"\n\"a\",1.5,2,3,0.1,\"control\",\"1.png\",5,6\n"}) {
+    const auto file = control::read_control_file(folder.write("points.csv", text));
+    ASSERT_EQ(file.points.size(), 1U) << text;
+    EXPECT_EQ(file.points[0].place, Vec3(1.5, 2, 3)) << text;
+    EXPECT_EQ(file.points[0].sigma_m, 0.1) << text;
+    ASSERT_EQ(file.points[0].marks.size(), 1U) << text;
+    EXPECT_EQ(file.points[0].marks[0].pixel, Vec2(5, 6)) << text;
+  }
+}
+
+TEST(ControlFile, TheListOfOdmIsRead) {
+  const test::ScratchFolder folder;
+  const auto file =
+      control::read_control_file(folder.write("gcp_list.txt",
+                                              "WGS84 UTM 33N\n500010.5 5200020.25 300 10.5 20 a.JPG rim\n"
+                                              "500010.5 5200020.25 300 30 40 b.JPG rim\n600000 5200000 310 1 2 a.JPG\n"
+                                              "600000 5200000 310 3 4 b.JPG\n"));
+  EXPECT_EQ(file.system, "EPSG:32633");
+  EXPECT_TRUE(file.original_pixels);
+  ASSERT_EQ(file.points.size(), 2U);
+  EXPECT_EQ(file.points[0].name, "rim");
+  EXPECT_EQ(file.points[0].marks.size(), 2U);
+  EXPECT_EQ(file.points[1].marks[1].pixel, Vec2(3, 4));
+  EXPECT_FALSE(file.points[1].check);
+  const auto refused = [&](const std::string& text) {
+    return test::error_of([&] { (void)control::read_control_file(folder.write("gcp_list.txt", text)); });
+  };
+  EXPECT_TRUE(test::says(refused("EPSG:32633\n1 2 3 4 a.JPG\n"), "line 2: 5 values"));
+  EXPECT_TRUE(test::says(refused("EPSG:32633\n1 2 3 4 5 a.JPG p\n1 2 4 4 5 b.JPG p\n"), "line 3: the point p has two"));
+}
+
+control::ControlFile point_at(double x, double y, double height) {
+  control::ControlFile file;
+  control::ControlPoint& point = file.points.emplace_back();
+  point.name = "a";
+  point.place = {x, y, height};
+  point.marks.push_back({"1.png", {1001.5, 601.5}});
+  return file;
+}
+
+TEST(ControlSystem, CoordinatesOfAStatedSystemBecomeDegrees) {
+  // The central meridian of zone 33 at the equator: 15 degrees east, by definition.
+  control::ControlFile file = point_at(500'000, 0, 300);
+  const control::ControlSystem utm{"EPSG:4326", "EPSG:32633", ""};
+  EXPECT_TRUE(control::is_on_earth(file, utm));
+  control::resolve(utm, file);
+  EXPECT_TRUE(file.geographic);
+  EXPECT_NEAR(file.points[0].place.x(), 15, 1e-9);
+  EXPECT_NEAR(file.points[0].place.y(), 0, 1e-9);
+  EXPECT_EQ(file.points[0].place.z(), 300);
+  control::ControlFile plain = point_at(1, 2, 3);
+  control::resolve({}, plain);
+  EXPECT_FALSE(plain.geographic || control::is_on_earth(plain, {}));
+  EXPECT_EQ(plain.points[0].place, Vec3(1, 2, 3));
+  EXPECT_TRUE(test::says(test::error_of([&] {
+                           control::resolve({"EPSG:4326", "EPSG:nothing", ""}, plain);
+                         }),
+                         "\"EPSG:nothing\" is not known"));
+  EXPECT_TRUE(test::says(test::error_of([&] {
+                           control::resolve({"IAU_2015:49900", "EPSG:32633", ""}, plain);
+                         }),
+                         "of another body"));
+}
+
+TEST(ControlSystem, HeightsAboveTheGeoidBecomeHeightsAboveTheFigure) {
+  control::ControlFile file = point_at(15, 0, 300);
+  file.geographic = true;
+  control::resolve({"EPSG:4326", "", "-12.5"}, file);
+  EXPECT_EQ(file.points[0].place.z(), 287.5);
+  const test::ScratchFolder folder;
+  const std::string raster = (folder / "geoid.tif").string();
+  {
+    // Ten degrees a pixel around the body; heights rise by 1 m to the east and fall by 2 m to the south.
+    const host::GdalSession gdal;
+    const host::Dataset geoid(
+        GetGDALDriverManager()->GetDriverByName("GTiff")->Create(raster.c_str(), 36, 18, 1, GDT_Float32, nullptr));
+    double transform[6] = {-180, 10, 0, 90, 0, -10};
+    geoid->SetGeoTransform(transform);
+    std::vector<float> heights;
+    for (int row = 0; row < 18; ++row) {
+      for (int column = 0; column < 36; ++column) heights.push_back(static_cast<float>(column - 2 * row));
+    }
+    ASSERT_EQ(
+        geoid->GetRasterBand(1)->RasterIO(GF_Write, 0, 0, 36, 18, heights.data(), 36, 18, GDT_Float32, 0, 0, nullptr),
+        CE_None);
+  }
+  const auto height_at = [&](double longitude, double latitude) {
+    control::ControlFile there = point_at(longitude, latitude, 0);
+    there.geographic = true;
+    control::resolve({"EPSG:4326", "", raster}, there);
+    return there.points[0].place.z();
+  };
+  EXPECT_NEAR(height_at(-175, 85), 0, 1e-6);
+  EXPECT_NEAR(height_at(7.5, 80), 18.25 - 1, 1e-6);
+  EXPECT_NEAR(height_at(367.5, 80), 18.25 - 1, 1e-6);
+  EXPECT_NEAR(height_at(180, 85), 17.5, 1e-6) << "between the last column and the first";
+  EXPECT_TRUE(test::says(test::error_of([&] { (void)height_at(0, 89); }), "has no height at control point a"));
+}
+
+TEST(ControlSystem, MarksInLargerPhotographsBecomeThoseOfTheFlight) {
+  const control::FlownImages images{1000, 750, 4, [](const std::string& image) { return image == "1.png"; }};
+  control::ControlFile file = point_at(0, 0, 0);
+  control::fit_marks(images, false, file);
+  EXPECT_EQ(file.points[0].marks[0].pixel, Vec2(250, 150)) << "the mark lay outside, so all are original ones";
+  control::fit_marks(images, false, file);
+  EXPECT_EQ(file.points[0].marks[0].pixel, Vec2(250, 150)) << "of the flight";
+  control::fit_marks(images, true, file);
+  EXPECT_EQ(file.points[0].marks[0].pixel.x(), 250.5 / 4 - 0.5);
+  file = point_at(0, 0, 0);
+  EXPECT_TRUE(test::says(test::error_of([&] {
+                           control::fit_marks({1000, 750, 1, images.is_of_flight}, false, file);
+                         }),
+                         "marked in 1.png at column 1001.5"));
+  file.points[0].marks[0].image = "of another flight.png";
+  control::fit_marks({1000, 750, 1, images.is_of_flight}, false, file);
 }
 
 }  // namespace

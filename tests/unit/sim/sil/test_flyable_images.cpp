@@ -4,14 +4,17 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "cfg/limits.hpp"
+#include "sim/host/files.hpp"
 #include "sim/host/gdal_session.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/sil/flyable_images.hpp"
+#include "tests/support/exif_file.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp::sil {
@@ -172,6 +175,146 @@ TEST_F(FlyableImagesTest, LargeImagesAreBinnedAndTheirCameraWithThem) {
   EXPECT_DOUBLE_EQ(binned.fx, 300);
   EXPECT_DOUBLE_EQ(binned.cx, 1);
   EXPECT_DOUBLE_EQ(binned.cy, 0);
+}
+
+void cut(const fs::path& path, double share) {
+  fs::resize_file(path, static_cast<std::uintmax_t>(share * static_cast<double>(fs::file_size(path))));
+}
+
+/// With a texture, so that its data are longer than its header.
+void write_noisy_jpeg(const fs::path& path, int width, int height) {
+  host::Raster<host::Rgb> picture(width, height);
+  std::uint32_t state = 7;
+  for (host::Rgb& pixel : picture.samples) {
+    state = state * 1664525U + 1013904223U;
+    const auto grey = static_cast<std::uint8_t>(state >> 24U);
+    pixel = {grey, grey, grey};
+  }
+  test::write_photograph(path, picture, {});
+}
+
+TEST_F(FlyableImagesTest, DamagedPhotographsAreLeftOutByNameWhateverTheirFormat) {
+  std::vector<fs::path> files;
+  for (const char* name : {"a.jpg", "b.jpg", "c.jpg"}) {
+    files.push_back(folder_ / name);
+    write_noisy_jpeg(files.back(), 320, 240);
+  }
+  cut(files[1], 0.4);
+  {
+    // Zeros in the last part, as a card leaves them.
+    const auto size = fs::file_size(files[2]);
+    cut(files[2], 0.3);
+    fs::resize_file(files[2], size);
+  }
+  const FlyableImages jpeg = make(files);
+  ASSERT_EQ(jpeg.frames.size(), 1U) << messages_.str();
+  for (const char* name : {"b.jpg: damaged image", "c.jpg: damaged image"})
+    EXPECT_NE(messages_.str().find(name), std::string::npos) << messages_.str();
+
+  std::vector<std::uint16_t> values(320 * 240);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<std::uint16_t>(i * 31);
+  for (const char* name : {"d.tif", "e.tif"}) write_tiff(folder_ / name, 320, 240, values);
+  cut(folder_ / "e.tif", 0.4);
+  const FlyableImages tiff =
+      make_flyable(strip_of({folder_ / "d.tif", folder_ / "e.tif"}), folder_ / "made2", messages_);
+  EXPECT_EQ(tiff.frames.size(), 1U) << messages_.str();
+  EXPECT_NE(messages_.str().find("left out: " + std::string(folder_ / "e.tif")), std::string::npos) << messages_.str();
+}
+
+TEST_F(FlyableImagesTest, ColourTablesBecomeLumaAndFloatsAreNamed) {
+  {
+    const host::GdalSession session;
+    GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName("GTiff");
+    const host::Dataset palette(driver->Create((folder_ / "p.tif").c_str(), 80, 64, 1, GDT_Byte, nullptr));
+    GDALColorTable table;
+    const GDALColorEntry red{200, 0, 0, 255}, grey{90, 90, 90, 255};
+    table.SetColorEntry(0, &red);
+    table.SetColorEntry(1, &grey);
+    palette->GetRasterBand(1)->SetColorTable(&table);
+    palette->GetRasterBand(1)->Fill(1);
+    const host::Dataset thermal(driver->Create((folder_ / "f.tif").c_str(), 80, 64, 1, GDT_Float32, nullptr));
+    thermal->GetRasterBand(1)->Fill(21.5);
+  }
+  const FlyableImages flyable = make({folder_ / "p.tif", folder_ / "f.tif"});
+  ASSERT_EQ(flyable.frames.size(), 1U) << messages_.str();
+  EXPECT_EQ(host::read_gray(flyable.frames[0].file).at(5, 5), 90);
+  EXPECT_NE(messages_.str().find("f.tif: samples of the type Float32: convert it to 8 or 16 bits"), std::string::npos)
+      << messages_.str();
+}
+
+TEST_F(FlyableImagesTest, OneSizeFliesAndTheOthersAreCounted) {
+  std::vector<fs::path> files;
+  const auto add = [&](const std::string& name, int width, int height) {
+    files.push_back(folder_ / name);
+    host::write_png(files.back(), host::Raster<std::uint8_t>(width, height, 90).view());
+  };
+  for (int i = 0; i < 3; ++i) {
+    add("t" + std::to_string(i) + ".png", 160, 128);
+    add("v" + std::to_string(i) + ".png", 320, 240);
+  }
+  EXPECT_EQ(make(files).source, (host::ImageSize{320, 240})) << "as many: the larger ones";
+  EXPECT_NE(messages_.str().find("left out: 3 photographs of 6 with another size than the others, 320x240 pixels; the "
+                                 "first is " +
+                                 std::string(folder_ / "t0.png") + ", 160x128 pixels"),
+            std::string::npos)
+      << messages_.str();
+  const auto chosen = [&](const host::ImageSize& of_camera) {
+    return make_flyable(strip_of(files), made_, messages_, of_camera).source;
+  };
+  EXPECT_EQ(chosen({160, 128}), (host::ImageSize{160, 128}));
+  EXPECT_EQ(chosen({640, 480}), (host::ImageSize{320, 240})) << "of the camera's shape";
+  EXPECT_EQ(chosen({640, 512}), (host::ImageSize{160, 128}));
+  for (int i = 3; i < 20; ++i) add("t" + std::to_string(i) + ".png", 160, 128);
+  EXPECT_EQ(make(files).frames.size(), 20U);
+}
+
+TEST_F(FlyableImagesTest, TwoLargeOnesDoNotHalveTheRest) {
+  std::vector<fs::path> files;
+  for (int i = 0; i < 5; ++i) {
+    files.push_back(folder_ / ("i" + std::to_string(i) + ".png"));
+    const int side = i < 2 ? 2 * limits::max_image_width : 320;
+    host::write_png(files.back(), host::Raster<std::uint8_t>(side, 240, 90).view());
+  }
+  const FlyableImages flyable = make(files);
+  EXPECT_EQ(flyable.binning, 1);
+  EXPECT_EQ(flyable.frames.size(), 3U);
+}
+
+TEST_F(FlyableImagesTest, OneSensorFlies) {
+  std::vector<fs::path> files;
+  for (int i = 0; i < 5; ++i) {
+    test::ExifTags tags;
+    tags.model = i == 1 ? "MAVIC2-T" : "MAVIC2-V";
+    if (i == 4) tags.model.clear();
+    files.push_back(folder_ / ("s" + std::to_string(i) + ".jpg"));
+    test::write_photograph(files.back(), host::Raster<host::Rgb>(96, 64, host::Rgb{9, 9, 9}), tags);
+  }
+  EXPECT_EQ(make(files).frames.size(), 4U);
+  EXPECT_NE(messages_.str().find("another sensor than the others, MAVIC2-V; the first is " +
+                                 std::string(folder_ / "s1.jpg") + ", MAVIC2-T"),
+            std::string::npos)
+      << messages_.str();
+}
+
+TEST_F(FlyableImagesTest, NamesOfAnyLengthAndLettersAreOneEverywhere) {
+  const std::string tall(100, 'x');
+  std::set<std::string> keys;
+  for (const std::string& name :
+       {std::string("M\xC3\xBCller.png"), std::string("M\xC3\xB6ller.png"), tall + "1.png", tall + "2.png"}) {
+    const std::string key = host::image_key(name);
+    EXPECT_TRUE(keys.insert(key).second) << name;
+    EXPECT_LE(key.size(), host::longest_image_key);
+    EXPECT_EQ(host::safe_name(key + ".png"), key + ".png");
+    EXPECT_EQ(host::image_key(key + ".png"), key) << "a key is its own";
+    EXPECT_EQ(host::image_key("/some/where/" + name), key);
+    const fs::path file = folder_ / name;
+    host::write_png(file, host::Raster<std::uint8_t>(80, 64, 90).view());
+    const FlyableImages flyable = make({file});
+    EXPECT_EQ(flyable.frames[0].file, made_ / (key + ".png")) << "the flight carries it in 63 octets";
+    fs::remove(made_ / (key + ".png"));
+  }
+  EXPECT_EQ(host::image_key("IMG_0001.JPG"), "IMG_0001");
+  EXPECT_EQ(host::image_key("a b.png"), "a_b");
 }
 
 }  // namespace

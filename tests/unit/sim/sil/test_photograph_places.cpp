@@ -1,6 +1,8 @@
 // Positions and times that EXIF states, as measurements of a flight: right ones, and hostile ones.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <memory>
@@ -135,7 +137,10 @@ TEST_F(PhotographPlaces, HostilePositionsAreLeftOutInPlainWords) {
   refused(tags, "beyond 90");
   tags = at(4, 51, 10);
   tags.latitude = {{51, 0}, {0, 0}, {0, 0}};  // divided by nothing
-  refused(tags, "exactly 0");
+  refused(tags, "unknown");
+  tags = at(4, 51, 10);
+  tags.latitude = {{51, 1}, {15, 1}, {0, 0}};  // a place to a minute, two kilometres
+  refused(tags, "not both degrees");
   tags = at(4, 51, 10);
   tags.latitude = {{51, 1}, {61, 1}, {0, 1}};
   refused(tags, "not both degrees");
@@ -210,6 +215,131 @@ TEST_F(PhotographPlaces, OneFocalLengthIsNothingToTell) {
   }
   EXPECT_EQ(make(files).frames.size(), 4U);
   EXPECT_EQ(messages_.str().find("focal"), std::string::npos) << messages_.str();
+}
+
+TEST_F(PhotographPlaces, AnUnknownAltitudeIsNoAltitude) {
+  ExifTags tags = at(4, 51, 10);
+  tags.altitude_m = test::ExifRational{0, 0};
+  const auto place = place_of(tags);
+  ASSERT_TRUE(place);
+  EXPECT_FALSE(place->elevation_m);
+  std::vector<fs::path> files;
+  for (int i = 0; i < 3; ++i) files.push_back(write("u" + std::to_string(i) + ".jpg", tags));
+  ASSERT_TRUE(write_places(make(files), {}, folder_ / "unknown.csv", messages_));
+  for (const NavigationSample& sample : samples_of(folder_ / "unknown.csv")) EXPECT_EQ(sample.vertical_sigma_m, 0);
+}
+
+TEST_F(PhotographPlaces, FractionsCountWithAllTheirDigits) {
+  ExifTags tags = at(4, 51, 10);
+  tags.longitude = {{15, 1}, {30, 1}, {59'999'999, 1'000'000}};
+  tags.altitude_m = test::ExifRational{123'456'789, 100'000};  // seven digits before 1e-4 m
+  const auto place = place_of(tags);
+  ASSERT_TRUE(place && place->elevation_m);
+  EXPECT_NEAR(place->longitude_deg, 15 + 30 / 60.0 + 59.999999 / 3600, 1e-12);
+  EXPECT_NEAR(*place->elevation_m, 1234.56789, 1e-9);
+}
+
+TEST_F(PhotographPlaces, SixtySecondsAreAMinuteAndDegreesMayBeDecimal) {
+  ExifTags tags = at(4, 51, 10);
+  tags.latitude = {{47, 1}, {17, 1}, {6000, 100}};
+  ASSERT_TRUE(place_of(tags));
+  EXPECT_NEAR(place_of(tags)->latitude_deg, 47.3, 1e-12);
+  tags.latitude = {{473'000'001, 10'000'000}};
+  ASSERT_TRUE(place_of(tags));
+  EXPECT_NEAR(place_of(tags)->latitude_deg, 47.3000001, 1e-12);
+  tags.latitude = {{47, 1}, {18'000'006, 1'000'000}, {0, 0}};
+  ASSERT_TRUE(place_of(tags));
+  EXPECT_NEAR(place_of(tags)->latitude_deg, 47.3000001, 1e-12);
+}
+
+TEST_F(PhotographPlaces, OnlyBothZerosAreNoPlace) {
+  ASSERT_TRUE(place_of(at(10.5, 0, 10)));
+  EXPECT_EQ(place_of(at(10.5, 0, 10))->latitude_deg, 0) << "on the equator";
+  EXPECT_EQ(place_of(at(0, 51.5, 10))->longitude_deg, 0) << "in Greenwich";
+}
+
+TEST_F(PhotographPlaces, LettersOfTheReferencesCountAndThoseOfHeightsToo) {
+  ExifTags tags = at(-70.5, -33.5, 10);
+  tags.latitude_letter = "s";
+  tags.longitude_letter = "w";
+  for (const auto& [reference, elevation] : {std::pair{0, 10.0}, {1, -10.0}, {2, 10.0}, {3, -10.0}}) {
+    tags.below_sea = static_cast<std::uint8_t>(reference);
+    const auto place = place_of(tags);
+    ASSERT_TRUE(place && place->elevation_m) << reference;
+    EXPECT_EQ(*place->elevation_m, elevation) << reference;
+    EXPECT_LT(place->latitude_deg, 0);
+    EXPECT_LT(place->longitude_deg, 0);
+  }
+}
+
+TEST_F(PhotographPlaces, SizesInTheTagsTellAReducedImageFromOneThatWasCut) {
+  const auto facts_of = [&](const ExifTags& tags) { return host::read_photograph_facts(write("lens.jpg", tags)); };
+  ExifTags tags;
+  tags.focal_35mm = std::uint16_t{18};  // the image has 96 x 64 pixels
+  tags.width = 4800;
+  tags.height = 3200;
+  const host::PhotographFacts reduced = facts_of(tags);
+  ASSERT_TRUE(reduced.field_of_view_rad);
+  EXPECT_NEAR(*reduced.field_of_view_rad, std::acos(-1) / 2, 1e-12);
+  tags.height = 4800;
+  const host::PhotographFacts cut = facts_of(tags);
+  EXPECT_FALSE(cut.field_of_view_rad);
+  EXPECT_NE(cut.lens_fault.find("4800x4800"), std::string::npos) << cut.lens_fault;
+  // 4800 pixels at 254 to the inch are 480 mm; at 2540, 48 mm, seen at 24 mm: a right angle.
+  tags = {};
+  tags.width = 4800;
+  tags.height = 3200;
+  tags.focal_mm = test::ExifRational{24, 1};
+  tags.pixels_per_inch = test::ExifRational{2540, 1};
+  const host::PhotographFacts by_sensor = facts_of(tags);
+  ASSERT_TRUE(by_sensor.field_of_view_rad);
+  EXPECT_NEAR(*by_sensor.field_of_view_rad, std::acos(-1) / 2, 1e-12);
+  tags.pixels_per_inch = test::ExifRational{0, 0};
+  EXPECT_FALSE(facts_of(tags).field_of_view_rad);
+}
+
+TEST_F(PhotographPlaces, AnglesOfAGimbalBecomeTheAttitudeAndNobodyLooksDownByDefault) {
+  std::vector<fs::path> files;
+  for (int i = 0; i < 4; ++i) {
+    ExifTags tags = at(4.4 + 1e-4 * i, 51.25, 120);
+    if (i > 0)
+      tags.gimbal =
+          "drone-dji:GimbalYawDegree=\"+90.00\" drone-dji:GimbalPitchDegree=\"-50.0\" "
+          "drone-dji:GimbalRollDegree=\"+0.00\"";
+    files.push_back(write("g" + std::to_string(i) + ".jpg", tags));
+  }
+  ASSERT_TRUE(write_places(make(files), {}, folder_ / "gimbal.csv", messages_));
+  const std::vector<NavigationSample> samples = samples_of(folder_ / "gimbal.csv");
+  ASSERT_EQ(samples.size(), 4U);
+  EXPECT_EQ(samples[0].tilt_sigma_rad, 0) << "it states none, and the others do not look down";
+  // East and 50 degrees below the horizon; the image's right side is south.
+  const auto& a = samples[3].q_cam_from_level;
+  const Eigen::Quaterniond camera_from_level(a[0], a[1], a[2], a[3]);
+  const Eigen::Vector3d axis = camera_from_level.inverse() * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d right = camera_from_level.inverse() * Eigen::Vector3d::UnitX();
+  const double rad = std::acos(-1) / 180;
+  EXPECT_LT((axis - Eigen::Vector3d(std::cos(50 * rad), 0, -std::sin(50 * rad))).norm(), 1e-6) << axis.transpose();
+  EXPECT_LT((right - Eigen::Vector3d(0, -1, 0)).norm(), 1e-6) << right.transpose();
+  EXPECT_NEAR(samples[3].tilt_sigma_rad, 0.02, 1e-12);
+  EXPECT_NEAR(samples[3].heading_sigma_rad, 0.1, 1e-12);
+}
+
+TEST_F(PhotographPlaces, ADirectionTurnsACameraThatLooksDown) {
+  std::vector<fs::path> files;
+  for (int i = 0; i < 3; ++i) {
+    ExifTags tags = at(4.4 + 1e-4 * i, 51.25, 120);
+    tags.direction_deg = test::ExifRational{900, 10};
+    files.push_back(write("d" + std::to_string(i) + ".jpg", tags));
+  }
+  ASSERT_TRUE(write_places(make(files), {}, folder_ / "direction.csv", messages_));
+  const std::vector<NavigationSample> samples = samples_of(folder_ / "direction.csv");
+  ASSERT_EQ(samples.size(), 3U);
+  const auto& a = samples[0].q_cam_from_level;
+  const Eigen::Quaterniond camera_from_level(a[0], a[1], a[2], a[3]);
+  // The upper side of the image is east.
+  EXPECT_LT((camera_from_level * Eigen::Vector3d::UnitX() - Eigen::Vector3d(0, -1, 0)).norm(), 1e-6);
+  EXPECT_LT((camera_from_level * Eigen::Vector3d::UnitZ() - Eigen::Vector3d(0, 0, -1)).norm(), 1e-6);
+  EXPECT_GT(samples[0].heading_sigma_rad, 0.3);
 }
 
 }  // namespace

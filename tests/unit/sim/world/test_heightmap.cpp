@@ -1,14 +1,18 @@
 #include <gtest/gtest.h>
+#include <ogr_spatialref.h>
 #include <png.h>
 
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
+#include "sim/host/gdal_session.hpp"
 #include "sim/host/geo_raster.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/world/terrain.hpp"
@@ -55,6 +59,81 @@ TEST(Heightmap, GeoreferencedPlaneHasThePlanesHeightsExactly) {
     }
   }
   EXPECT_EQ(terrain.highest(), 3 + 20.0 / 8 + 8.0 / 4);
+}
+
+/// What a file states beside its numbers.
+struct Stated {
+  double scale = 1, offset = 0;
+  std::string unit;
+  int epsg = 32632;
+  double axis_unit_m = 1;
+};
+
+/// The plane with its heights and its coordinates in what is stated.
+void write_stated(const std::filesystem::path& path, const Stated& stated, double height_unit_m,
+                  const std::function<void(host::Raster<float>&)>& change = {}) {
+  host::Raster<float> numbers = plane();
+  for (float& value : numbers.samples)
+    value = static_cast<float>((double{value} / height_unit_m - stated.offset) / stated.scale);
+  if (change) change(numbers);
+  const host::GdalSession gdal;
+  const host::Dataset file(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
+      path.c_str(), numbers.width, numbers.height, 1, GDT_Float32, nullptr));
+  OGRSpatialReference system;
+  ASSERT_EQ(system.importFromEPSG(stated.epsg), OGRERR_NONE);
+  const double pixel = 0.5 / stated.axis_unit_m;
+  double transform[6] = {1000, pixel, 0, 2000, 0, -pixel};
+  file->SetGeoTransform(transform);
+  file->SetSpatialRef(&system);
+  GDALRasterBand& band = *file->GetRasterBand(1);
+  if (stated.scale != 1 || stated.offset != 0) {
+    band.SetScale(stated.scale);
+    band.SetOffset(stated.offset);
+  }
+  if (!stated.unit.empty()) band.SetUnitType(stated.unit.c_str());
+  ASSERT_EQ(band.RasterIO(GF_Write, 0, 0, numbers.width, numbers.height, numbers.samples.data(), numbers.width,
+                          numbers.height, GDT_Float32, 0, 0, nullptr),
+            CE_None);
+}
+
+TEST(Heightmap, ScaleOffsetAndUnitsOfTheFileCount) {
+  const test::ScratchFolder folder;
+  constexpr double survey_foot_m = 1200.0 / 3937, foot_m = 0.3048;
+  const std::tuple<const char*, Stated, double> cases[] = {
+      {"metres", {}, 1},
+      {"scaled", {0.125, -512, "", 32632, 1}, 1},
+      {"kilometres", {1, 0, "km", 32632, 1}, 1000},
+      {"feet", {1, 0, "US survey foot", 32632, 1}, survey_foot_m},
+      {"scaled feet", {0.1, 32, "ft", 32632, 1}, foot_m},
+      {"a plane of feet", {1, 0, "", 2230, survey_foot_m}, survey_foot_m},
+      {"metres over a plane of feet", {1, 0, "metre", 2230, survey_foot_m}, 1}};
+  for (const auto& [name, stated, height_unit_m] : cases) {
+    write_stated(folder / "stated.tif", stated, height_unit_m);
+    const Terrain terrain(imported(folder / "stated.tif"));
+    // The middle of the map is at the origin, its mean height at 0.
+    EXPECT_NEAR(terrain.height(8, 0), 1, 2e-4) << name;
+    EXPECT_NEAR(terrain.height(0, 8), -2, 2e-4) << name;
+  }
+  write_stated(folder / "stated.tif", {1, 0, "fathom", 32632, 1}, 1);
+  EXPECT_TRUE(test::says(test::error_of([&] { const Terrain terrain(imported(folder / "stated.tif")); }),
+                         "heights in the unit \"fathom\""));
+}
+
+TEST(Heightmap, MissingValuesThatNobodyDeclaredAreHoles) {
+  const test::ScratchFolder folder;
+  for (const float mark : {-9999.0F, -32768.0F, -32767.0F, -3.4e38F}) {
+    write_stated(folder / "holes.tif", {}, 1,
+                 [mark](host::Raster<float>& numbers) { numbers.at(3, 4) = numbers.at(30, 20) = mark; });
+    WorldParams world = imported(folder / "holes.tif");
+    EXPECT_TRUE(test::says(test::error_of([&] { const Terrain terrain(world); }), "2 of 2501 pixels have no value"))
+        << mark;
+    world.fill_holes = true;
+    EXPECT_NEAR(Terrain(world).height(8, 0), 1, 1e-2) << mark;
+  }
+  // With a scale the same number is a height as good as any.
+  write_stated(folder / "scaled.tif", {0.001, 0, "", 32632, 1}, 1,
+               [](host::Raster<float>& numbers) { numbers.at(3, 4) = -9999; });
+  EXPECT_EQ(test::error_of([&] { const Terrain terrain(imported(folder / "scaled.tif")); }), "");
 }
 
 // Without coordinates of its own the map's centre is the origin, its mean height the level.

@@ -270,5 +270,78 @@ TEST(StripFrameTest, ALongStripIsThinnedOutEvenly) {
   for (std::size_t i = 1; i < list.size(); ++i) EXPECT_GT(list[i].keyframe_id, list[i - 1].keyframe_id);
 }
 
+/// Positions only, of a camera that looks 40 degrees off the ground straight below: the z axis of the strip is its
+/// axis.
+struct ObliqueTrack {
+  Mat3 level_from_strip = rotation_from_vector(Vec3(0, 0, 0.5)) * rotation_from_vector(Vec3(0, 0.7, 0));
+  double metres_per_unit = 3, noise_m = 1;
+  bool survey = false;
+
+  [[nodiscard]] MeasuredKeyframes measure(std::uint64_t seed) const {
+    Rng rng(seed);
+    MeasuredKeyframes list;
+    for (std::size_t i = 0; i < 40; ++i) {
+      MeasuredKeyframe k;
+      k.time_ns = static_cast<TimeNs>(i) * 10 * ns_per_s;
+      const std::size_t line = survey ? i / 10 : 0, at = survey ? (line % 2 == 0 ? i % 10 : 9 - i % 10) : i;
+      // Along the strip's x as the level frame sees it, and lines beside it, all at 500 m.
+      const Vec3 place = rotation_from_vector(Vec3(0, 0, 0.5)) *
+                         Vec3(30 * static_cast<double>(at), 80 * static_cast<double>(line), 500);
+      const Vec3 centre = level_from_strip.transpose() * place / metres_per_unit;
+      for (int a = 0; a < 3; ++a) {
+        k.centre[a] = centre[a];
+        k.place_m[a] = place[a] + noise_m * normal(rng);
+      }
+      k.horizontal_sigma_m = k.vertical_sigma_m = noise_m;
+      add_thinned(k, list);
+    }
+    return list;
+  }
+  [[nodiscard]] double up_error(const StripFrame& frame) const {
+    return det_acos(std::min(1.0, frame.level_from_strip.row(2).dot(level_from_strip.row(2))));
+  }
+};
+
+TEST(StripFrameTest, PositionsOverAnObliqueCameraKeepScaleAndLevelOfTheTrack) {
+  ObliqueTrack truth;
+  const MeasuredKeyframes straight = truth.measure(1);
+  const StripFrame along = estimate_strip_frame(straight);
+  EXPECT_NEAR(along.metres_per_unit / truth.metres_per_unit, 1, 0.01) << "31 % where the strip's z axis counts as up";
+  const Vec3 way =
+      along.metres_per_unit * (along.level_from_strip * (Vec3(straight[39].centre) - Vec3(straight[0].centre)));
+  EXPECT_NEAR(way.z(), 0, 5) << "a level track of 1170 m stays level";
+  EXPECT_EQ(along.tilt_sigma_rad, 0) << "the roll about a straight track is open";
+  truth.survey = true;
+  const StripFrame survey = estimate_strip_frame(truth.measure(2));
+  EXPECT_NEAR(survey.metres_per_unit / truth.metres_per_unit, 1, 0.01);
+  EXPECT_GT(survey.tilt_sigma_rad, 0);
+  EXPECT_LT(truth.up_error(survey), 0.02) << "lines beside each other say what is up";
+  EXPECT_LT(truth.up_error(survey), 6 * survey.tilt_sigma_rad);
+  // A camera that looks aside: the track does not see its roll, the lines do.
+  truth.level_from_strip = rotation_from_vector(Vec3(0, 0, 0.5)) * rotation_from_vector(Vec3(0.7, 0, 0));
+  EXPECT_LT(truth.up_error(estimate_strip_frame(truth.measure(3))), 0.02);
+}
+
+TEST(StripFrameTest, AFewWrongPositionsDoNotTiltTheTrack) {
+  ObliqueTrack truth;
+  truth.survey = true;
+  MeasuredKeyframes list = truth.measure(4);
+  for (const std::size_t wrong : {5U, 17U, 33U}) list[wrong].place_m[2] += 400;
+  EXPECT_LT(truth.up_error(estimate_strip_frame(list)), 0.02);
+}
+
+TEST(StripFrameTest, ScatterThatNobodyStatedIsNotAveragedAway) {
+  TrueStrip truth;
+  MeasuredKeyframes signs = truth.measure(10);
+  // Every second altitude has the wrong sign: 97 m apart, with 2 m stated.
+  for (std::size_t i = 0; i < signs.size(); i += 2) signs[i].place_m[2] -= 97;
+  EXPECT_GT(estimate_strip_frame(signs).vertical_sigma_m, 40);
+  EXPECT_LT(estimate_strip_frame(signs).horizontal_sigma_m, 3) << "the other components stay as sure as they were";
+  MeasuredKeyframes groups = truth.measure(11);
+  for (std::size_t i = 0; i < groups.size() / 2; ++i) groups[i].place_m[2] += 60;
+  EXPECT_GT(estimate_strip_frame(groups).vertical_sigma_m, 20);
+  EXPECT_LT(estimate_strip_frame(truth.measure(12)).vertical_sigma_m, 3);
+}
+
 }  // namespace
 }  // namespace ilp::navigation
