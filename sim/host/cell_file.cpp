@@ -67,7 +67,10 @@ CellFile read_cell_file(const std::filesystem::path& path) {
     ++number;
     const std::size_t first = line.find_first_not_of(blanks);
     if (first == std::string::npos || line[first] == '#') continue;
+    const auto count = [&line](char c) { return std::count(line.begin(), line.end(), c); };
     if (separator == '\0') separator = separator_in(line);
+    // The line of names may have been written by hand, with commas.
+    if (separator == ',' && count(';') > count(',')) separator = ';';
     file.plain = file.plain && separator == ',' && line.find('"') == std::string::npos;
     file.lines.push_back({number, cells_of_line(line, separator)});
     if (separator == ',') continue;

@@ -168,6 +168,7 @@ CameraModel read_colmap_camera(const std::filesystem::path& path) {
   std::string line, first_id;
   double readout_s = 0;
   for (int number = 1; std::getline(in, line); ++number) {
+    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);  // a byte-order mark
     std::istringstream words(line);
     std::string id;
     const std::string place = file + ", line " + std::to_string(number) + ": ";

@@ -69,8 +69,9 @@ void describe_options(CLI::App& app, CommandLine& line) {
   app.add_option("--exif-sigma", source.exif_sigma_m,
                  "one sigma in metres of the positions that EXIF states without an error; 0: they are not used")
       ->check(CLI::Range(0.0, 10000.0));
-  app.add_flag("--exif-oblique", source.exif_oblique,
-               "images with positions in EXIF do not look straight down: their positions alone say what is up, if they can");
+  app.add_flag(
+      "--exif-oblique", source.exif_oblique,
+      "images with positions in EXIF do not look straight down: their positions alone say what is up, if they can");
   app.add_option("--mission", flight.mission_file, "mission parameters, an .ini file");
   app.add_option("--telecommands", flight.telecommands,
                  "file of telecommands, one a line: SENT_S capture AT_S, or SENT_S refine KEYFRAME; times in seconds");

@@ -78,7 +78,7 @@ TEST_F(BadInputTest, AFolderWithoutAnyUsableImage) {
   fs::create_directories(folder / "broken");
   for (const char* name : {"a.png", "b.png"}) test::write_file(fs::path(folder / "broken") / name, "no image");
   expect_refused({ILP_SIL, "--images", folder / "broken", "--camera", camera_file, "--out", out.string()},
-                 {"no usable frame"});
+                 {"a.png", "b.png", "none of the images"});
 }
 
 TEST_F(BadInputTest, NoCameraFileAndNoImageThatCanBeRead) {

@@ -398,7 +398,11 @@ class Solver {
       frame_.fixes = {0, frame_.fixes.used + frame_.fixes.refused};
       return;
     }
-    if (placed) frame_.positions = use_of(place[0].used < place[1].used ? place[0] : place[1]);
+    if (placed) {
+      // A position counts as refused where one of its components is.
+      const bool by_height = place[2].used > 0 && place[2].refused > std::max(place[0].refused, place[1].refused);
+      frame_.positions = use_of(by_height ? place[2] : place[0].used < place[1].used ? place[0] : place[1]);
+    }
     for (int axis = 0; axis < 3; ++axis) {
       place[axis] = placed ? joined(place[axis], fixed[axis]) : fixed[axis];
       frame_.origin_m[axis] = place[axis].value;

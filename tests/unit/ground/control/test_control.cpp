@@ -142,6 +142,7 @@ TEST(ControlFile, SpreadsheetsAreReadAsTheySaveIt) {
   for (const char* text :
        {"\xEF\xBB\xBFname,x,y,height,sigma,role\na,1.5,2,3,0.1,control,1.png,5,6\n",
         "name;x;y;height;sigma;role\r\na;1,5;2;3;0,1;control;1.png;5;6\r\n",
+        "name,x,y,height,sigma,role\na;1,5;2;3;0,1;control;1.png;5;6\n",
         "Name, X ,Y,Height,SIGMA,role\na,1.5,2,3,0.1,control,1.png,5,6\n",
         "name,x,y,height,sigma,role,,,,,,\na,1.5,2,3,0.1,control,1.png,5,6,,,\n",
         "\"name\",\"x\",\"y\",\"height\",\"sigma\",\"role\"\n\"a\",1.5,2,3,0.1,\"control\",\"1.png\",5,6\n"}) {

@@ -337,6 +337,10 @@ TEST(StripFrameTest, ScatterThatNobodyStatedIsNotAveragedAway) {
   for (std::size_t i = 0; i < signs.size(); i += 2) signs[i].place_m[2] -= 97;
   EXPECT_GT(estimate_strip_frame(signs).vertical_sigma_m, 40);
   EXPECT_LT(estimate_strip_frame(signs).horizontal_sigma_m, 3) << "the other components stay as sure as they were";
+  // A third of them: these are left out, and counted.
+  MeasuredKeyframes third = truth.measure(13);
+  for (std::size_t i = 0; i < third.size(); i += 3) third[i].place_m[2] -= 97;
+  EXPECT_EQ(estimate_strip_frame(third).positions.refused, 10U);
   MeasuredKeyframes groups = truth.measure(11);
   for (std::size_t i = 0; i < groups.size() / 2; ++i) groups[i].place_m[2] += 60;
   EXPECT_GT(estimate_strip_frame(groups).vertical_sigma_m, 20);
