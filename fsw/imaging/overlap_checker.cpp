@@ -83,6 +83,37 @@ Result<bool> find_pair(Reader<KeyframeRecord> store, std::int64_t id, KeyframeRe
   return find(store, latest.id - 1, before);
 }
 
+Result<bool> is_of_burst(Reader<CaptureRecord> store, const FrameRecord& frame) {
+  if (frame.capture_id == 0) return false;
+  CaptureRecord capture;
+  ILP_TAKE(const bool asked, find(store, frame.capture_id, capture));
+  return asked && capture.source == CaptureSource::burst;
+}
+
+void put_measured(const OverlapResult& measured, OverlapRecord& record) {
+  record.verdict = measured.verdict;
+  record.overlap = measured.overlap;
+  record.scale = measured.b_from_a.scale;
+  record.rotation_rad = measured.b_from_a.rotation_rad;
+  record.shift_x_px = measured.b_from_a.shift_x_px;
+  record.shift_y_px = measured.b_from_a.shift_y_px;
+  record.ncc = measured.ncc;
+  record.ncc_second = measured.ncc_second;
+  record.sigma_px = measured.sigma_px;
+}
+
+/// Of a rolling shutter: the plane between the keyframe and the frame.
+Result<bool> put_plane(Reader<CameraRecord> store, const FrameRecord& frame, std::int64_t keyframe_id,
+                       const OverlapResult& measured, FramePlaneRecord& plane) {
+  if (measured.verdict != OverlapVerdict::ok) return false;
+  CameraRecord camera;
+  const Status read = get_camera(store, camera_id, camera);
+  if (!read.ok() && !read.is(StatusCode::not_found)) return read;
+  plane = {.id = frame.id, .keyframe_id = keyframe_id, .time_ns = frame.time_ns};
+  std::memcpy(plane.plane_from_keyframe, measured.plane_b_from_a, sizeof(measured.plane_b_from_a));
+  return read.ok() && has_rolling_shutter(camera);
+}
+
 /// How far the ground moves in the keyframe's image during its exposure, where that is known.
 Status note_blur(Reader<KeyframeRecord, FrameRecord> store, KeyframeRecord& keyframe) {
   FrameRecord frame;
@@ -491,54 +522,30 @@ Status OverlapChecker::look_alone(const FrameRecord& frame, Outcome& outcome) {
   return {};
 }
 
-/// What was measured between the keyframe and the frame, and for a rolling shutter the plane.
-Status OverlapChecker::note_measured(const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) {
-  OverlapRecord& record = outcome.overlap;
-  record.verdict = measured.verdict;
-  record.overlap = measured.overlap;
-  record.scale = measured.b_from_a.scale;
-  record.rotation_rad = measured.b_from_a.rotation_rad;
-  record.shift_x_px = measured.b_from_a.shift_x_px;
-  record.shift_y_px = measured.b_from_a.shift_y_px;
-  record.ncc = measured.ncc;
-  record.ncc_second = measured.ncc_second;
-  record.sigma_px = measured.sigma_px;
-  if (measured.verdict != OverlapVerdict::ok) return {};
-  CameraRecord camera;
-  const Status read = get_camera(wiring_.store, camera_id, camera);
-  if (!read.ok() && !read.is(StatusCode::not_found)) return read;
-  outcome.has_plane = read.ok() && has_rolling_shutter(camera);
-  outcome.plane = {.id = frame.id, .keyframe_id = state_.keyframe_id, .time_ns = frame.time_ns};
-  std::memcpy(outcome.plane.plane_from_keyframe, measured.plane_b_from_a, sizeof(measured.plane_b_from_a));
-  return {};
-}
-
-/// A frame that was taken to show how the camera moves beside another one.
-Status OverlapChecker::look_beside(const FrameRecord& frame, Outcome& outcome) {
-  outcome.overlap.decision = OverlapDecision::burst;
-  outcome.overlap.verdict = OverlapVerdict::overlap_unknown;
-  if (state_.strip_id == 0) return {};
-  OverlapResult measured;
-  ILP_TRY(measure(frame, measured));
-  return note_measured(frame, measured, outcome);
-}
-
 Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   outcome.has_overlap = true;
   OverlapRecord& record = outcome.overlap;
   record.id = frame.id;
   record.keyframe_id = state_.keyframe_id;
-  if (frame.capture_id != 0) {
-    CaptureRecord capture;
-    ILP_TAKE(const bool asked, find(wiring_.store, frame.capture_id, capture));
-    if (asked && capture.source == CaptureSource::burst) return look_beside(frame, outcome);
+  ILP_TAKE(const bool beside, is_of_burst(wiring_.store, frame));
+  if (beside) {
+    // It shows how the camera moved beside another frame, and decides nothing.
+    record.decision = OverlapDecision::burst;
+    record.verdict = OverlapVerdict::overlap_unknown;
+    if (state_.strip_id == 0) return {};
+    OverlapResult measured;
+    ILP_TRY(measure(frame, measured));
+    put_measured(measured, record);
+    ILP_TAKE(outcome.has_plane, put_plane(wiring_.store, frame, state_.keyframe_id, measured, outcome.plane));
+    return {};
   }
   if (state_.strip_id == 0) return look_alone(frame, outcome);
 
   OverlapResult measured;
   ILP_TAKE(const Tie tie, relate(frame, outcome, measured));
   if (outcome.open) return {};
-  ILP_TRY(note_measured(frame, measured, outcome));
+  put_measured(measured, record);
+  ILP_TAKE(outcome.has_plane, put_plane(wiring_.store, frame, state_.keyframe_id, measured, outcome.plane));
   return apply(classify(measured, tie), frame, measured, outcome);
 }
 

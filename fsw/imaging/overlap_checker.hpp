@@ -131,8 +131,6 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   [[nodiscard]] Choice classify(const OverlapResult& measured, Tie tie) const;
   Status apply(Choice choice, const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const;
   Status look_alone(const FrameRecord& frame, Outcome& outcome);
-  Status look_beside(const FrameRecord& frame, Outcome& outcome);
-  Status note_measured(const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome);
   Status look_at(const FrameRecord& frame, Outcome& outcome);
   void select(const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const;
   void begin_strip(const FrameRecord& frame, Outcome& outcome) const;

@@ -36,8 +36,8 @@ struct StructureObservation {
 };
 
 /// The blob `points` of the record `fix` is a sequence of FixPoint: a patch's place in the keyframe, ideal px in units
-/// of 1 / fix_points_per_px from (-fix_point_margin_px, -fix_point_margin_px), and in the window, working px in units of
-/// 1 / fix_window_points_per_px.
+/// of 1 / fix_points_per_px from (-fix_point_margin_px, -fix_point_margin_px), and in the window, working px in units
+/// of 1 / fix_window_points_per_px.
 struct FixPoint {
   std::uint16_t u, v, column, row;
 };
