@@ -140,10 +140,10 @@ TEST(Serial, FloatsAreIeeeAndBlobsTheirSize) {
   frame.altitude = -2.5;  // sign 1, exponent 1024, mantissa 0.25: C004 0000 0000 0000
   frame.image.bytes = 0x00C0FFEE;
   Bytes serial(serial_bytes(record_info<FrameRecord>()));
-  ASSERT_EQ(serial.size(), 8U + 8 + 8 + 4 + 4 + 8 + 8 + 1 + 64 + 4);
+  ASSERT_EQ(serial.size(), 8U + 8 + 8 + 4 + 4 + 8 + 8 + 1 + 64 + 4 + 8);
   ASSERT_TRUE(serialize(record_info<FrameRecord>(), &frame, serial).ok());
   EXPECT_EQ(Bytes(serial.begin() + 32, serial.begin() + 40), (Bytes{0, 0, 0, 0, 0, 0, 4, 0xC0}));
-  EXPECT_EQ(Bytes(serial.end() - 4, serial.end()), (Bytes{0xEE, 0xFF, 0xC0, 0x00}));
+  EXPECT_EQ(Bytes(serial.end() - 12, serial.end() - 8), (Bytes{0xEE, 0xFF, 0xC0, 0x00}));
   PoseRecord pose;
   pose.q_cam_from_world[3] = 1.5;  // 3FF8...
   serial.assign(serial_bytes(record_info<PoseRecord>()), 0);
