@@ -12,9 +12,9 @@ namespace ilp::intake {
 /// ties are in the order of their ids.
 void leave_out_unsound_links(Flight& flight);
 
-/// Takes the fix from each keyframe whose fix no flight makes, and says so in the remarks: one of another strip, with an
-/// unknown verdict, body or other word, a value that is no number, or a place, attitude or error that is none. Likewise
-/// the vehicle's measurements with a value that is no number.
+/// Takes the fix from each keyframe whose fix no flight makes, and says so in the remarks: one of another strip, with
+/// an unknown verdict, body or other word, a value that is no number, or a place, attitude or error that is none.
+/// Likewise the vehicle's measurements with a value that is no number.
 void leave_out_unsound_fixes(Flight& flight);
 
 }  // namespace ilp::intake
