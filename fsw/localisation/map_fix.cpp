@@ -50,6 +50,17 @@ FixPoint point_of(const MapFixPoint& point) {
           coded(static_cast<double>(point.row_px) * fix_window_points_per_px)};
 }
 
+MapRegistrationParams params_of(const MissionParameters& mission, const MapDirectory& map) {
+  MapRegistrationParams params;
+  params.sun_limit_rad = mission.map_sun_limit_rad;
+  params.ambient = map.ambient;
+  params.min_evidence = mission.map_evidence;
+  params.patch_sigma_px = mission.map_sigma_px;
+  params.use_relit = (mission.map_senses & sense_relit) != 0;
+  params.use_shape = (mission.map_senses & sense_shape) != 0;
+  return params;
+}
+
 }  // namespace
 
 constexpr CheckpointForm MapFix::checkpoint = checkpoint_form<State>(component_id);
@@ -328,18 +339,6 @@ SunDirection MapFix::sun() const {
   return {pi / 2 - place.azimuth_rad, place.elevation_rad};
 }
 
-MapRegistrationParams MapFix::params() const {
-  const MissionParameters& mission = wiring_.mission;
-  MapRegistrationParams params;
-  params.sun_limit_rad = mission.map_sun_limit_rad;
-  params.ambient = workspace_.directory.ambient;
-  params.min_evidence = mission.map_evidence;
-  params.patch_sigma_px = mission.map_sigma_px;
-  params.use_relit = (mission.map_senses & sense_relit) != 0;
-  params.use_shape = (mission.map_senses & sense_shape) != 0;
-  return params;
-}
-
 Status MapFix::begin_search() {
   MapFixScratch& memory = scratch();
   const Vec3 centre = centre_of(work_.prior.camera_from_map);
@@ -362,7 +361,7 @@ Status MapFix::begin_search() {
     input.depths = &memory.depths;
   }
   work_.phase = Phase::search;
-  return memory.registration.begin(input, params(), memory.work);
+  return memory.registration.begin(input, params_of(wiring_.mission, workspace_.directory), memory.work);
 }
 
 Status MapFix::search() {

@@ -46,7 +46,6 @@ class MapFix final : public StageComponent<ComponentId::map_fix> {
   void judge(const MapFixResult& result);
   void state_place();
   [[nodiscard]] SunDirection sun() const;
-  [[nodiscard]] MapRegistrationParams params() const;
   MapPart part() { return {wiring_, work_, workspace_}; }
   MapFixScratch& scratch() { return wiring_.scratch.as<MapFixScratch>(); }
 

@@ -25,7 +25,7 @@ class MapSource {
   /// The same for a tile, which may have not come yet.
   virtual Status read_tile(const MapTilePlace& place, std::span<std::uint8_t> bytes, std::size_t& size) = 0;
   /// With which the directory must be signed; empty: it need not be.
-  [[nodiscard]] virtual std::span<const std::uint8_t> key() const { return {}; }
+  [[nodiscard]] virtual std::span<const std::uint8_t> key() const = 0;
 
  protected:
   ~MapSource() = default;

@@ -28,6 +28,7 @@ class MemoryMapSource final : public MapSource {
     size = 0;
     return StatusCode::not_found;
   }
+  [[nodiscard]] std::span<const std::uint8_t> key() const override { return {}; }
 
  private:
   static Status copy(std::span<const std::uint8_t> file, std::span<std::uint8_t> bytes, std::size_t& size) {

@@ -43,7 +43,7 @@ STAGES = ("Acquisition CameraCalibrator CaptureClock Compressor DenseMatcher Dow
           "OverlapChecker PlaceMemory RichnessScorer Scrubber StorageManager StructureAndMotion TelecommandGuard "
           "Telecommander TelemetryReporter")
 PARTS = ("DownlinkChoice DownlinkConfirmations DownlinkFiles FileDeliveryLink FileDeliveryPart FileDeliveryRecords "
-         "LensSearch PlaceLinks PlaceMarks PlacePart PlaceRecall StorageProducts StorageRelease StripCheck")
+         "LensSearch MapPart MapStart PlaceLinks PlaceMarks PlacePart PlaceRecall StorageProducts StorageRelease StripCheck")
 # Interfaces, and the classes that have their functions
 INTERFACES = {
     "Component": STAGES,
@@ -129,7 +129,7 @@ FLIGHT = [
     Calls(rf"ilp::Executive::|.*\(.*({LOCAL}Frame|ilp::ComponentTable)\b",
           ["Component", r"ilp::Component::lasting\(\).*", "Store", "Clock"], "fsw/executive"),
     Calls(rf"ilp::{one_of(STAGES + ' ' + PARTS)}::",
-          ["Store", "Clock", "Camera", "Compute", "Link", "PacketLink", "NavigationSource", "Worker", "Health",
+          ["Store", "Clock", "Camera", "Compute", "Link", "MapSource", "PacketLink", "NavigationSource", "Worker", "Health",
            "Nonvolatile"], "what stages are given"),
     Calls(r"(ilp::Status )?ilp::OutgoingFile::", ["Store", "Link"], "records and the link that they go by"),
     Calls(r"ilp::(EventLog|Uplink|VictimSearch|DeliveryQueue)::", ["Store", "Clock"], "records"),

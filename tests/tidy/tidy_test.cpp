@@ -141,9 +141,9 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
      {"fsw/executive/", "fsw/base/", "fsw/records/", "cfg/", "hal/clock/clock.hpp", "hal/store/store.hpp",
       "hal/store/store_view.hpp", "hal/store/forwarding_store.hpp", "hal/store/newest_id.hpp"}},
     // Rooms of stages: none knows another one, but those that talk to the ground, from the packets upwards.
-    {"fsw/shared/", room({"fsw/vision/multiview/sequence.hpp", "fsw/vision/geometry/rolling_shutter.hpp",
-                          "fsw/vision/navigation/strip_frame.hpp", "fsw/packets/authentication.hpp",
-                          "hal/nonvolatile/nonvolatile.hpp"})},
+    {"fsw/shared/", room({"fsw/vision/multiview/sequence.hpp", "fsw/vision/geometry/rigid_transform.hpp",
+                          "fsw/vision/geometry/rolling_shutter.hpp", "fsw/vision/navigation/strip_frame.hpp",
+                          "fsw/packets/authentication.hpp", "hal/nonvolatile/nonvolatile.hpp"})},
     {"fsw/imaging/", room({"fsw/imaging/", "fsw/vision/", "hal/compute/compute.hpp"})},
     {"fsw/motion/", room({"fsw/motion/", "fsw/vision/"})},
     {"fsw/terrain/", room({"fsw/terrain/", "fsw/vision/", "hal/compute/compute.hpp"})},

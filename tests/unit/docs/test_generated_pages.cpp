@@ -12,7 +12,7 @@ namespace {
 
 TEST(GeneratedPages, CommittedPagesAreThoseTheTablesMake) {
   const std::vector<ilp::docgen::Document> documents = ilp::docgen::generated_documents();
-  ASSERT_EQ(documents.size(), 5U + 1U + 10U);
+  ASSERT_EQ(documents.size(), 5U + 1U + 11U);
   for (const ilp::docgen::Document& document : documents) {
     std::ifstream in("docs/" + document.file, std::ios::binary);
     ASSERT_TRUE(in) << "docs/" << document.file << " is missing: run build/host/bin/ilp-docgen docs";

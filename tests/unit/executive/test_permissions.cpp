@@ -124,6 +124,7 @@ constexpr RecordMask leads_back_to(ComponentId stage) {
     case ComponentId::capture_clock:
       return mask_of(frame, overlap, keyframe, pose);
     case ComponentId::navigator:
+      return mask_of(pose, fix);
     case ComponentId::camera_calibrator:
       return mask_of(pose);
     case ComponentId::storage_manager:
