@@ -11,6 +11,7 @@
 #include "sim/ground/export/flight_tables.hpp"
 #include "sim/ground/export/shared_catalogue.hpp"
 #include "sim/ground/export/strip_exports.hpp"
+#include "sim/ground/fixes/fix_text.hpp"
 #include "sim/ground/intake/catalogue.hpp"
 #include "sim/ground/intake/flight_info.hpp"
 #include "sim/ground/intake/flight_model.hpp"
@@ -225,6 +226,7 @@ std::vector<std::string> summary_of(const GroundOptions& options, const report::
   std::vector<std::string> lines = report::camera_lines(report.flight);
   lines.push_back(std::to_string(sums.posed) + " of " + host::counted(sums.keyframes, "keyframe") + " posed, " +
                   std::to_string(sums.with_depth) + " with depth, " + host::counted(report.strips.size(), "strip"));
+  for (std::string& line : fixes::lines_of(report.fixes)) lines.push_back(std::move(line));
   if (!options.control.empty()) {
     for (std::string& line : control::lines_of(report.control)) lines.push_back(std::move(line));
   }

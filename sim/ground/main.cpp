@@ -13,6 +13,7 @@
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
 #include "sim/ground/map/damaged_catalogue.hpp"
+#include "sim/ground/map_check_command.hpp"
 #include "sim/ground/map_tiles_command.hpp"
 #include "sim/ground/merge_command.hpp"
 #include "sim/ground/received_flight.hpp"
@@ -111,6 +112,7 @@ int main(int argc, char** argv) {
   if (argc > 1 && std::string(argv[1]) == "merge") return ilp::ground::merge_main(argc, argv);
   if (argc > 1 && std::string(argv[1]) == "compare") return ilp::ground::compare_main(argc, argv);
   if (argc > 1 && std::string(argv[1]) == "map-tiles") return ilp::ground::map_tiles_main(argc, argv);
+  if (argc > 1 && std::string(argv[1]) == "map-check") return ilp::ground::map_check_main(argc, argv);
   if (argc > 1 && std::string(argv[1]) == "work") return work_main(argc - 1, argv + 1);
   CLI::App app{"Decodes the files of a downlink, merges them into one model per strip, and writes a report"};
   app.footer(
@@ -118,6 +120,7 @@ int main(int argc, char** argv) {
       "ilp-ground compare MAP OTHER measures the height differences to another terrain model; see ilp-ground compare "
       "--help\n"
       "ilp-ground map-tiles makes the map that a flight carries; see ilp-ground map-tiles --help\n"
+      "ilp-ground map-check FLIGHT MAP tries a map on a flight that came down; see ilp-ground map-check --help\n"
       "ilp-ground serve FOLDER shows a live flight in a browser; see ilp-ground serve --help\n"
       "ilp-ground console ADDRESS:PORT operates a "
       "flight over its link; see ilp-ground console --help");

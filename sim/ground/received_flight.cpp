@@ -181,6 +181,7 @@ void index_held(const GroundOptions& options, intake::Catalogue& catalogue, repo
   // The others are in the flight now.
   std::erase_if(report.outbox.records, [](const auto& entry) { return entry.type != RecordType::downlink; });
   report.outbox.records.shrink_to_fit();
+  report.fixes = fixes::fixes_of(report.flight);
   report.joined = model::join_strips(report.flight, host::LongPhases(messages), &catalogue);
   if (!options.control.empty()) place_by_points(options, report);
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "fsw/shared/body_figure.hpp"
@@ -105,6 +106,55 @@ TEST(MapFlight, KillsChangeNothing) {
   test::expect_same_files(test::files_of(whole / "outbox", {"product-", "records-", "points-"}),
                           test::files_of(killed / "outbox", {"product-", "records-", "points-"}));
   EXPECT_GE(test::records_of<FixRecord>(whole).size(), 8U);
+}
+
+/// On the ground: what came down of the flight, and the same map tried on it afterwards.
+TEST(MapFlight, TheGroundHasTheFixesAndFindsThemAgainInWhatCameDown) {
+  std::map<std::string, host::ReferenceCamera> truth;
+  for (const auto& camera : host::read_reference_cameras(flown().out / "flight" / "truth" / "poses.txt"))
+    truth[camera.name] = camera;
+  std::map<std::int64_t, std::string> names;
+  for (const auto& frame : test::records_of<FrameRecord>(flown().out)) names[frame.id] = frame.name;
+  std::map<std::int64_t, host::ReferenceCamera> cameras;
+  for (const auto& keyframe : test::records_of<KeyframeRecord>(flown().out))
+    cameras[keyframe.id] = truth.at(fs::path(names.at(keyframe.frame_id)).filename().string());
+
+  const test::TemporaryFolder folder;
+  const fs::path outbox = flown().out / "outbox", results = folder / "ground", found = folder / "fixes.json";
+  const test::ProgramResult reported = test::run_program({ILP_GROUND, outbox.string(), "--out", results.string()});
+  ASSERT_EQ(reported.exit_status, 0) << reported.output;
+  EXPECT_EQ(reported.output.find("skipped"), std::string::npos) << reported.output;
+  std::ifstream report(results / "report.json");
+  const auto in_flight = nlohmann::json::parse(report).at("fixes");
+  std::size_t fixed = 0;
+  for (const FixRecord& fix : test::records_of<FixRecord>(flown().out)) fixed += fix.verdict == MapVerdict::fixed;
+  EXPECT_EQ(in_flight.at("fixed"), fixed);
+  EXPECT_LT(in_flight.at("strips").at(0).at("off_by_all_fixes_m").at("median").get<double>(), 1.6);
+
+  const test::ProgramResult checked =
+      test::run_program({ILP_GROUND, "map-check", flown().out.string(), flown().map.string(), "--mission",
+                         flown().mission.string(), "--out", found.string()});
+  ASSERT_EQ(checked.exit_status, 0) << checked.output;
+  std::ifstream file(found);
+  const auto strip = nlohmann::json::parse(file).at("fixes").at("strips").at(0);
+  std::size_t again = 0;
+  for (const auto& one : strip.at("keyframes")) {
+    if (one.at("verdict") != "fixed") continue;
+    ++again;
+    const host::ReferenceCamera& camera = cameras.at(one.at("keyframe").get<std::int64_t>());
+    const std::vector<double> at = one.at("ground_m");
+    const Vec3 axis = camera.cam_from_world.row(2);
+    const Vec3 ground = camera.centre + (at[2] - camera.centre.z()) / axis.z() * axis;
+    const double off = std::hypot(at[0] - ground.x(), at[1] - ground.y());
+    EXPECT_LT(off, 4 * one.at("sigma_major_m").get<double>()) << one.at("keyframe");
+    EXPECT_LT(off, 2 * one.at("pixel_m").get<double>()) << one.at("keyframe");
+  }
+  EXPECT_GE(again + 2, fixed);
+
+  const test::ProgramResult wrong =
+      test::run_program({ILP_GROUND, "map-check", flown().out.string(), folder / "nothing"});
+  EXPECT_EQ(wrong.exit_status, 1);
+  EXPECT_NE(wrong.output.find("directory.ilpm"), std::string::npos) << wrong.output;
 }
 
 }  // namespace

@@ -193,6 +193,7 @@ void FlightBuilder::add(const RecordEntry& entry) {
     case RecordType::depth: return into_keyframe(&Keyframe::depth);
     case RecordType::mask: return add_mask(entry);
     case RecordType::navigation: return into_keyframe(&Keyframe::navigation);
+    case RecordType::fix: return into_keyframe(&Keyframe::fix);
     case RecordType::strip_frame: return add_strip_frame(record_of<StripFrameRecord>(entry));
     case RecordType::richness: return into_keyframe(&Keyframe::richness);
     case RecordType::product: return add_product_record(record_of<ProductRecord>(entry));
@@ -312,6 +313,7 @@ void FlightBuilder::finish() {
     if (keyframe.strip_id > 0) flight_.strips[keyframe.strip_id].keyframes.push_back(id);
   }
   for (auto& [id, strip] : flight_.strips) strip.id = id;
+  leave_out_unsound_fixes(flight_);
   level_strips(flight_);
   sort_by_id(flight_.events);
   sort_by_id(flight_.components);

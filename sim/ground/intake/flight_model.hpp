@@ -52,6 +52,7 @@ struct Keyframe : KeyframeRasters {
   std::optional<DepthRecord> depth;
   std::optional<MaskRecord> mask_record;
   std::optional<NavigationRecord> navigation;
+  std::optional<FixRecord> fix;  ///< sound; its ground_depth is in the unit of the strip's world
   std::optional<RichnessRecord> richness;
   std::array<std::optional<ProductRecord>, 2> product_records;  ///< by ProductKind
   std::array<std::optional<ProductAccount>, 2> products;        ///< received and decoded, by ProductKind

@@ -15,6 +15,8 @@ bool names_an_id(std::string_view field) {
 
 /// Ids, times and sizes are calculated with; others are only shown.
 bool in_range(const RecordInfo& info, std::string_view field, std::int64_t value) {
+  // A map's id is a digest, with which nothing is calculated.
+  if (info.type == RecordType::fix && field == "map_id") return true;
   if (!names_an_id(field)) {
     const bool is_free = !field.ends_with("_ns") && !field.ends_with("_bytes");
     return is_free || (value >= -largest_number && value <= largest_number);

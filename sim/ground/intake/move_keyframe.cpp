@@ -60,6 +60,10 @@ void move(const Similarity& by, StructurePoint& point) {
 void move(const Similarity& by, Keyframe& keyframe) {
   if (keyframe.pose) move(by, *keyframe.pose);
   keyframe.depth_scale *= by.scale;
+  if (keyframe.fix) {
+    keyframe.fix->ground_depth *= by.scale;
+    keyframe.fix->ground_depth_sigma *= by.scale;
+  }
   for (StructureTrackPoint& track : keyframe.points) move(by, track.point);
   if (!keyframe.coded_points.empty()) keyframe.points_moved.push_back(by);
 }

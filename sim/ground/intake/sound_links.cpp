@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 
+#include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace ilp::intake {
@@ -57,6 +58,29 @@ std::string fault_of(const Flight&, const TieRecord& tie) {
   return has_finite_values(tie) ? "" : "one of its values is no number";
 }
 
+template <typename Word>
+bool is_word(Word word) {
+  return find_value(values_of(word), static_cast<std::uint8_t>(word)) != nullptr;
+}
+
+bool is_a_place(const FixRecord& fix) {
+  double norm2 = 0, largest = 0;
+  for (const double q : fix.q_cam_from_map) norm2 += q * q;
+  for (int axis = 0; axis < 3; ++axis)
+    largest = std::max({largest, std::fabs(fix.ground_m[axis]), std::fabs(fix.centre_m[axis])});
+  const double(&c)[3] = fix.ground_covariance;
+  return std::fabs(norm2 - 1) < 1e-3 && largest < largest_coordinate && fix.pixel_m > 0 && c[0] > 0 && c[2] > 0 &&
+         c[0] * c[2] > c[1] * c[1] && fix.ground_depth >= 0;
+}
+
+std::string fault_of(const Keyframe& keyframe, const FixRecord& fix) {
+  if (keyframe.strip_id > 0 && fix.strip_id != keyframe.strip_id) return "it is of another strip";
+  if (!is_word(fix.verdict) || !is_word(fix.state) || !is_word(fix.sense) || !is_word(fix.prior) || !is_word(fix.body))
+    return "one of its words is unknown";
+  if (!has_finite_values(fix)) return "one of its values is no number";
+  return fix.verdict == MapVerdict::fixed && !is_a_place(fix) ? "its numbers are no place with an error" : "";
+}
+
 template <typename Record>
 void leave_out_unsound(const char* what, std::vector<Record>& records, Flight& flight) {
   std::size_t left_out = 0;
@@ -72,6 +96,28 @@ void leave_out_unsound(const char* what, std::vector<Record>& records, Flight& f
 }
 
 }  // namespace
+
+void leave_out_unsound_fixes(Flight& flight) {
+  std::size_t left_out = 0;
+  const auto name = [&](const char* what, std::int64_t id, const std::string& fault) {
+    if (++left_out <= most_named)
+      flight.remarks.push_back(std::string("the ") + what + " of keyframe " + std::to_string(id) +
+                               " is left out: " + fault);
+  };
+  for (auto& [id, keyframe] : flight.keyframes) {
+    if (keyframe.navigation && !has_finite_values(*keyframe.navigation)) {
+      keyframe.navigation.reset();
+      name("navigation", id, "one of its values is no number");
+    }
+    const std::string fault = keyframe.fix ? fault_of(keyframe, *keyframe.fix) : "";
+    if (fault.empty()) continue;
+    keyframe.fix.reset();
+    name("fix", id, fault);
+  }
+  if (left_out > most_named)
+    flight.remarks.push_back(host::counted(left_out - most_named, "further record") +
+                             " of fixes and navigation left out");
+}
 
 void leave_out_unsound_links(Flight& flight) {
   leave_out_unsound("link", flight.links, flight);

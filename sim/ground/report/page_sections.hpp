@@ -14,6 +14,8 @@ namespace ilp::report {
 [[nodiscard]] std::string page_control(const Report& report);
 /// Empty where no link came down.
 [[nodiscard]] std::string page_joined(const Report& report);
+/// Empty where no fix record came down.
+[[nodiscard]] std::string page_fixes(const Report& report);
 [[nodiscard]] std::string page_problems(const Report& report);
 [[nodiscard]] std::string page_accuracy(const Report& report);
 /// Empty without a score.

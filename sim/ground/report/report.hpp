@@ -12,6 +12,7 @@
 #include "sim/ground/control/place_by_control.hpp"
 #include "sim/ground/export/colmap_model.hpp"
 #include "sim/ground/export/strip_exports.hpp"
+#include "sim/ground/fixes/fix_summary.hpp"
 #include "sim/ground/intake/flight_info.hpp"
 #include "sim/ground/intake/missing.hpp"
 #include "sim/ground/map/keyframe_look.hpp"
@@ -48,6 +49,7 @@ struct Report {
   intake::Outbox outbox;
   intake::Flight flight;
   model::JoinedFlight joined;                  ///< already applied to `flight`
+  fixes::FixSummary fixes;                     ///< by the poses of the flight; empty without a map
   std::vector<control::StripControl> control;  ///< already applied to `flight`; empty without control points
   std::vector<StripResult> strips;
   std::optional<intake::FlightInfo> info;

@@ -98,6 +98,7 @@ void write_report_html(const Report& report, std::ostream& out) {
   out << begin_page(report.title) << page_summary(report);
   out << page_joined(report);
   out << page_control(report);
+  out << page_fixes(report);
   out << page_strips(report);
   out << page_problems(report);
   out << page_score(report);

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "sim/ground/fixes/fix_text.hpp"
 #include "sim/ground/report/capture_summary.hpp"
 #include "sim/ground/report/report.hpp"
 #include "sim/host/status_error.hpp"
@@ -504,6 +505,7 @@ void write_report_json(const Report& report, std::ostream& out) {
   json.end_list();
   json.put("missing", missing_json(report));
   if (!report.joined.models.empty() || !report.joined.apart.empty()) json.put("joined", joined_json(report.joined));
+  if (!report.fixes.empty()) json.put("fixes", fixes::json_of(report.fixes));
   if (!report.control.empty()) json.put("control", control_json(report.control));
   json.put("remarks", report.flight.remarks);
   json.end();

@@ -120,6 +120,7 @@ def parse():
     parser.add_argument("--jobs", type=at_a_time, help="flights at a time (default: the number in the campaign file, or one per core)")
     parser.add_argument("--sil", default=os.path.join(programs, "ilp-sil"), help="path of ilp-sil")
     parser.add_argument("--score", default=os.path.join(programs, "ilp-score"), help="path of ilp-score")
+    parser.add_argument("--lab", default=os.path.join(programs, "ilp-lab"), help="path of ilp-lab, which makes the maps of flights")
     parser.add_argument("--keep", action="store_true", help="keep images, truth, database and outbox of every flight")
     parser.add_argument("--retry-failed", action="store_true", help="run failed flights again")
     parser.add_argument("--list", action="store_true", help="print the flights and their arguments, and exit")
@@ -138,7 +139,8 @@ def main():
         jobs = expand(campaign)
         if options.list:
             for job in jobs:
-                print(f"{job.name}: {' '.join(job.arguments())}")
+                print(f"{job.name}: {' '.join(job.arguments())}" +
+                      (f"; map: {' '.join(job.map_arguments())}" if job.map else ""))
             return 0
         if not options.out:
             raise CampaignError("--out DIR is needed: where the campaign leaves its results")

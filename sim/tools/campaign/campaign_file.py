@@ -5,6 +5,8 @@
 [grid]      KEY = VALUE | VALUE ...; KEY is scenario, seed, frames or section.name; whole numbers also as 1..3
 [group G]   another grid, beside [grid]
 [set]       KEY = VALUE for every flight; the axis of a grid goes before it
+            section map has the options of ilp-lab world-map: such a flight carries a map of its world (--map), which is
+            made before it; the settings of section world and the seed are those of the flight
 [plot P]    x (an axis of a grid or a number of the score), y (a number of the score), series = AXIS | AXIS, log_x and
             log_y = true | false
 Paths among the values are relative to the campaign file. A line that begins with ; or # is a comment, and so is what
@@ -71,6 +73,7 @@ class Job:
     seed: int = 1
     frames: int = 0
     settings: dict = field(default_factory=dict)  # section.name -> value, sorted
+    map: dict = field(default_factory=dict)  # option of ilp-lab world-map -> value, sorted; empty: a flight without a map
 
     def cell(self):
         """The axes without the seed: what the job's row in a table is called."""
@@ -83,6 +86,17 @@ class Job:
             words += ["--set", f"{key}={value}"]
         words += ["--seed", str(self.seed)]
         return words + (["--frames", str(self.frames)] if self.frames > 0 else [])
+
+    def map_arguments(self):
+        """For ilp-lab, without the program and the folder of the map; empty for a flight without a map."""
+        if not self.map:
+            return []
+        words = ["world-map"] + ([self.scenario] if self.scenario else [])
+        for key, value in self.settings.items():
+            if key.startswith("world."):
+                words += ["--set", f"{key}={value}"]
+        words += ["--set", f"world.seed={self.seed}"]
+        return words + [f"--{key.replace('_', '-')}={value}" for key, value in self.map.items()]
 
 
 def is_scenario_file(scenario):
@@ -304,9 +318,11 @@ def job_at(campaign, grid_name, grid, values):
             job.scenario = os.path.normpath(os.path.join(campaign.folder(), value)) if is_file else value
         elif key in ("seed", "frames"):
             setattr(job, key, int(value))
+        elif key.startswith("map."):
+            job.map[key.removeprefix("map.")] = value
         else:
             job.settings[key] = value
-    job.settings = dict(sorted(job.settings.items()))
+    job.settings, job.map = dict(sorted(job.settings.items())), dict(sorted(job.map.items()))
     return job
 
 

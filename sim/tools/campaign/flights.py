@@ -157,7 +157,8 @@ WITHOUT_POSES = 3
 
 
 class JobRun:
-    """One job from its empty folder to its result: the flight, then its score, each a process of its own.
+    """One job from its empty folder to its result: the map that it carries, if any, the flight, then its score, each a
+    process of its own.
 
     The folder holds command.txt, log.txt, and in the end result.json, written last; of a scored flight also score.json and
     flight-info.json. The flight's own folder is `run` below it: removed once scored, there for inspection if not."""
@@ -172,6 +173,10 @@ class JobRun:
         os.makedirs(folder)
         fly = [scheduler.sil, *job.arguments(), "--out", self.run, "--threads", str(scheduler.threads)]
         self.commands = [fly, [scheduler.score, self.run]]
+        if job.map:
+            chart = os.path.join(folder, "map")
+            self.commands.insert(0, [scheduler.lab, *job.map_arguments(), "--out", chart])
+            fly += ["--map", chart]
         write_file(os.path.join(folder, "command.txt"), "".join(shlex.join(words) + "\n" for words in self.commands))
         self.start()
 
@@ -198,7 +203,7 @@ class JobRun:
             if -status in SIGNALS_FROM_OUTSIDE:
                 self.digest = ""
             self.finish(Result(f"{program} killed by signal {-status} ({signal.strsignal(-status) or 'unknown'})"))
-        elif status > 0 and not (status == WITHOUT_POSES and self.commands):
+        elif status > 0 and not (status == WITHOUT_POSES and len(self.commands) == 1):
             last = tail_of(self.log, 1000).rstrip().rpartition("\n")[2]
             reason = re.sub(r"[^ -~]", "?", last)[:400]
             self.finish(Result(f"{program} ended with status {status}" + (f": {reason}" if reason else "")))
@@ -219,6 +224,7 @@ class JobRun:
                 shutil.copyfile(os.path.join(self.run, name), os.path.join(self.folder, name))
         if not self.scheduler.keep:
             remove_folder(self.run)
+            remove_folder(os.path.join(self.folder, "map"))
         return self.finish(result)
 
     def finish(self, result):
@@ -282,8 +288,9 @@ class Scheduler:
         self.parallel = options.jobs or (min(campaign.jobs or cores(), cores()) if options.slice else campaign.jobs or cores())
         self.threads = max(1, cores() // self.parallel)
         self.sil, self.score, self.keep = self.program(options.sil), self.program(options.score), options.keep
+        self.lab = self.program(options.lab) if any(job.map for job in jobs) else ""
         self.retry_failed = options.retry_failed
-        programs = hashlib.sha256(bytes_of(self.sil) + bytes_of(self.score))
+        programs = hashlib.sha256(bytes_of(self.sil) + bytes_of(self.score) + (bytes_of(self.lab) if self.lab else b""))
         self.digests = [self.inputs_digest(job, programs.copy()) for job in jobs]
         self.results = [None] * len(jobs)
 
@@ -296,7 +303,7 @@ class Scheduler:
     def inputs_digest(self, job, state):
         """Everything that a job's numbers depend on; the time limit, plots and columns are no part of it. Of a file that is
         named, the bytes."""
-        state.update("\0".join(job.arguments()).encode("utf-8", "surrogateescape"))
+        state.update("\0".join(job.arguments() + job.map_arguments()).encode("utf-8", "surrogateescape"))
         named = ([job.scenario] if is_scenario_file(job.scenario) else []) + list(job.settings.values())
         for path in (os.path.join(self.campaign.folder(), name) for name in named):
             if os.path.isfile(path):

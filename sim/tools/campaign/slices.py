@@ -56,7 +56,8 @@ def task_number(jobs, options):
 def own_command(options, more):
     """This program as another machine starts it."""
     words = [sys.executable, "-B", os.path.abspath(sys.argv[0]), os.path.abspath(options.file), "--out", options.out,
-             "--sil", os.path.abspath(options.sil), "--score", os.path.abspath(options.score), *more]
+             "--sil", os.path.abspath(options.sil), "--score", os.path.abspath(options.score),
+             "--lab", os.path.abspath(options.lab), *more]
     words += ["--jobs", str(options.jobs)] if options.jobs else []
     words += ["--keep"] if options.keep else []
     return words

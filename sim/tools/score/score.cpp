@@ -16,6 +16,7 @@
 #include "sim/host/image_io.hpp"
 #include "sim/host/text_format.hpp"
 #include "sim/tools/score/calibration_score.hpp"
+#include "sim/tools/score/fix_score.hpp"
 #include "sim/tools/score/score_json.hpp"
 #include "sim/tools/score/tie_score.hpp"
 
@@ -385,6 +386,7 @@ void run_score(const ScoreOptions& options, const fs::path& out, std::ostream& t
   std::map<std::string, double> summary = summary_of(score);
   summary.merge(dense_summary(dense));
   summary.merge(navigation_summary(score, files.flight));
+  if (files.reference) summary.merge(fix_summary(score_fixes(files.flight, *files.reference)));
   summary.merge(tie_summary(score_ties(files.flight, score.strips)));
   double bytes = 0;
   for (const intake::ReceivedFile& file : files.outbox.files) bytes += static_cast<double>(file.bytes);

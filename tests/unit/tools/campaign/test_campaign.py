@@ -54,6 +54,16 @@ class CampaignFile(unittest.TestCase):
                          [["--scenario", "flat", "--set", "effects.haze=0.1", "--set", "flight.kind=line", "--seed", "7",
                            "--frames", "12"]])
 
+    def test_a_flight_over_a_map_has_it_made_of_its_own_world(self):
+        jobs = self.jobs("[grid]\nscenario = flat\nmap.sun-turn = 34 | 90\nseed = 7\n"
+                         "[set]\nmap.area = -9,-8,7,6\nmap.pixel = 0.5\nworld.ruggedness = 0.1\ncamera.fx = 300\n")
+        self.assertEqual([job.map_arguments() for job in jobs],
+                         [["world-map", "flat", "--set", "world.ruggedness=0.1", "--set", "world.seed=7",
+                           "--area=-9,-8,7,6", "--pixel=0.5", f"--sun-turn={turn}"] for turn in ("34", "90")])
+        self.assertEqual(jobs[0].arguments(), ["--scenario", "flat", "--set", "camera.fx=300", "--set",
+                                               "world.ruggedness=0.1", "--seed", "7"])
+        self.assertEqual(self.jobs("[grid]\nscenario = flat\nseed = 7\n")[0].map_arguments(), [])
+
     def test_groups_are_grids_beside_each_other(self):
         self.assertEqual(self.names("[grid]\nseed = 1\n[group far]\nseed = 1 | 2\n[group b]\nscenario = flat\n"),
                          ["seed=1", "far+seed=1", "far+seed=2", "b+flat"])

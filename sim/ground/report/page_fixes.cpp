@@ -1,0 +1,174 @@
+// Fixes of keyframes on the map of an orbiter: verdicts, what they removed, the track on the map, and a table.
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "sim/ground/fixes/fix_text.hpp"
+#include "sim/ground/report/figures.hpp"
+#include "sim/ground/report/page_sections.hpp"
+#include "sim/host/statistics.hpp"
+#include "sim/host/text_format.hpp"
+
+namespace ilp::report {
+namespace {
+
+using fixes::KeyframeFix;
+using fixes::StripFixes;
+
+constexpr double width = 1200, height = 420;
+constexpr double degrees = 180 / std::numbers::pi;
+
+bool has_place(const KeyframeFix& one) {
+  return one.fix.verdict == MapVerdict::fixed;
+}
+
+/// The plane of the map in the picture: east is to the right, north up.
+class MapFrame {
+ public:
+  void take(double x, double y) {
+    low_[0] = std::min(low_[0], x);
+    low_[1] = std::min(low_[1], y);
+    high_[0] = std::max(high_[0], x);
+    high_[1] = std::max(high_[1], y);
+  }
+  [[nodiscard]] double scale() const {
+    constexpr double share = 0.88;
+    return share * std::min(width / std::max(high_[0] - low_[0], 1e-6), height / std::max(high_[1] - low_[1], 1e-6));
+  }
+  [[nodiscard]] PicturePoint at(double x, double y) const {
+    return {0.5 * width + (x - 0.5 * (low_[0] + high_[0])) * scale(),
+            0.5 * height - (y - 0.5 * (low_[1] + high_[1])) * scale()};
+  }
+
+ private:
+  double low_[2] = {1e300, 1e300}, high_[2] = {-1e300, -1e300};
+};
+
+std::string polyline(const MapFrame& frame, const std::vector<Vec3>& track, const char* style) {
+  std::string svg = std::string("<polyline class=\"") + style + "\" points=\"";
+  for (const Vec3& centre : track) {
+    const PicturePoint p = frame.at(centre.x(), centre.y());
+    svg += px(p[0]) + "," + px(p[1]) + " ";
+  }
+  return svg + "\"/>";
+}
+
+/// Such that ellipses are seen: 1, 2, 5, 10, ...
+double magnification(const StripFixes& strip, const MapFrame& frame) {
+  constexpr double seen_px = 14;
+  std::vector<double> sizes;
+  for (const KeyframeFix& one : strip.keyframes) {
+    if (has_place(one)) sizes.push_back(fixes::ellipse_of(one.fix).major_m);
+  }
+  const double wanted = seen_px / std::max(host::median(std::move(sizes)) * frame.scale(), 1e-9);
+  double factor = 1;
+  for (int i = 0; i < 30 && factor < wanted; ++i) factor *= i % 3 == 1 ? 2.5 : 2;
+  return factor;
+}
+
+std::string ellipse(const KeyframeFix& one, const MapFrame& frame, double factor) {
+  const PicturePoint p = frame.at(one.fix.ground_m[0], one.fix.ground_m[1]);
+  const fixes::ErrorEllipse e = fixes::ellipse_of(one.fix);
+  const double unit = factor * frame.scale();
+  const bool counts = one.fix.state == FixState::accepted;
+  return "<ellipse cx=\"" + px(p[0]) + "\" cy=\"" + px(p[1]) + "\" rx=\"" + px(e.major_m * unit) + "\" ry=\"" +
+         px(e.minor_m * unit) + "\" transform=\"rotate(" + host::fixed(-degrees * e.direction_rad, 1) + " " + px(p[0]) +
+         " " + px(p[1]) + ")\" fill=\"" + (counts ? "#4b8a57" : "#c8762b") +
+         "\" fill-opacity=\"0.55\" stroke=\"#fff\" stroke-width=\"0.8\"><title>keyframe " + std::to_string(one.fix.id) +
+         "</title></ellipse>";
+}
+
+/// 1, 2 or 5 times a power of ten, about a fifth of the picture.
+double bar_length(double scale) {
+  const double wanted = 0.2 * width / scale;
+  const double power = std::pow(10, std::floor(std::log10(wanted)));
+  return wanted >= 5 * power ? 5 * power : wanted >= 2 * power ? 2 * power : power;
+}
+
+std::string plan(const StripFixes& strip) {
+  if (strip.track_by_all.empty()) return "";
+  MapFrame frame;
+  for (const std::vector<Vec3>* track : {&strip.track_by_all, &strip.track_by_first}) {
+    for (const Vec3& centre : *track) frame.take(centre.x(), centre.y());
+  }
+  for (const KeyframeFix& one : strip.keyframes) {
+    if (has_place(one)) frame.take(one.fix.ground_m[0], one.fix.ground_m[1]);
+  }
+  const double factor = magnification(strip, frame);
+  std::string svg =
+      "<svg viewBox=\"0 0 1200 420\" role=\"img\" aria-label=\"track and fixes on the map\">"
+      "<rect width=\"1200\" height=\"420\" fill=\"#20262e\"/>";
+  for (const KeyframeFix& one : strip.keyframes) {
+    if (has_place(one)) svg += ellipse(one, frame, factor);
+  }
+  svg += polyline(frame, strip.track_by_first, "stem") + polyline(frame, strip.track_by_all, "track");
+  const double bar = bar_length(frame.scale());
+  svg += segment({16, height - 14}, {16 + bar * frame.scale(), height - 14}, "track") +
+         label(16 + 0.5 * bar * frame.scale(), height - 21, "middle", host::brief(bar) + " m");
+  return figure(svg, "Strip " + std::to_string(strip.strip_id) +
+                         " on the map, north up. The line is the track where all fixes put it, the thin line where the "
+                         "first " +
+                         std::to_string(fixes::first_fixes) +
+                         " of them and the images lead. Ellipses are the ground points of the fixes with errors of one "
+                         "sigma, " +
+                         host::brief(factor) + " times larger than they are; orange ones do not count.");
+}
+
+std::string place_of(const FixRecord& fix) {
+  if (fix.body == Body::none) return host::fixed(fix.ground_m[0], 1) + ", " + host::fixed(fix.ground_m[1], 1) + " m";
+  return host::fixed(fix.longitude_deg, 6) + "°, " + host::fixed(fix.latitude_deg, 6) + "°";
+}
+
+std::string metres(const std::optional<double>& value) {
+  return cell(value ? host::brief(*value) : "");
+}
+
+std::string row_of(const KeyframeFix& one) {
+  const FixRecord& fix = one.fix;
+  std::string row = "<tr>" + cell(std::to_string(fix.id)) + cell(std::string(name_of(fix.verdict)), "t") +
+                    cell(fix.state == FixState::none ? "" : name_of(fix.state), "t");
+  if (!fixes::was_registered(fix)) return row + "<td colspan=\"10\"></td></tr>\n";
+  row +=
+      cell(name_of(fix.sense), "t") + cell(name_of(fix.prior), "t") +
+      cell(host::brief(fix.evidence) + " (" + std::to_string(fix.votes) + " of " + std::to_string(fix.patches) + ")");
+  if (!has_place(one)) return row + "<td colspan=\"7\"></td></tr>\n";
+  const fixes::ErrorEllipse e = fixes::ellipse_of(fix);
+  const double shift_m = fix.pixel_m * std::hypot(fix.shift_px[0], fix.shift_px[1]);
+  return row + cell(host::brief(shift_m)) + cell(host::brief(fix.shift_sigmas)) + cell(place_of(fix)) +
+         cell(host::brief(e.major_m) + " x " + host::brief(e.minor_m)) + metres(one.off_by_vehicle_m) +
+         metres(one.off_by_first_m) + metres(one.off_by_all_m) + "</tr>\n";
+}
+
+std::string table(const StripFixes& strip) {
+  std::string html =
+      "<details><summary>Fixes of strip " + std::to_string(strip.strip_id) +
+      "</summary><div class=\"scroll\"><table><tr><th>keyframe</th><th class=\"t\">verdict</th><th "
+      "class=\"t\">counts</th>"
+      "<th class=\"t\">compared</th><th class=\"t\">searched by</th><th>evidence<br>(votes)</th><th>shift from<br>the "
+      "prior, m</th><th>the same,<br>sigmas</th><th>ground point</th><th>error<br>ellipse, m</th><th>off by the<br>"
+      "vehicle, m</th><th>off by first<br>fixes, m</th><th>off by all<br>fixes, m</th></tr>\n";
+  for (const KeyframeFix& one : strip.keyframes) html += row_of(one);
+  return html + "</table></div></details>\n";
+}
+
+}  // namespace
+
+std::string page_fixes(const Report& report) {
+  if (report.fixes.empty()) return "";
+  std::string html = "<h2>Place on the map</h2>\n";
+  for (const std::string& line : fixes::lines_of(report.fixes)) html += "<p>" + host::escaped(line) + ".</p>\n";
+  for (const StripFixes& strip : report.fixes.strips) {
+    if (strip.map_sigma_m > 0) {
+      html += "<p class=\"note\">Map " + fixes::map_name(strip.map_id) + " as a whole may be off by " +
+              host::brief(strip.map_sigma_m) +
+              " m on the body (one sigma to each side), which is common to all fixes "
+              "and not in their errors.</p>\n";
+    }
+    html += plan(strip) + table(strip);
+  }
+  return html;
+}
+
+}  // namespace ilp::report
