@@ -132,6 +132,10 @@ inline constexpr std::size_t max_navigation_samples = 4096;
 inline constexpr std::size_t max_product_bytes = max_image_pixels * 2 + 65536;
 inline constexpr std::size_t max_metadata_bytes = 4096;
 
+// Images at commanded places
+inline constexpr std::size_t max_place_captures = 8;
+inline constexpr std::size_t max_track_places = 8;  ///< latest places of the vehicle that the forecast goes by
+
 // Downlink
 inline constexpr std::size_t max_overdue_passes = 16;
 inline constexpr std::size_t max_plan_candidates = 256;  ///< products that one plan weighs against each other

@@ -45,7 +45,9 @@ ILP_ENUMERATION(Argument,
                 // Packets and telecommands
                 (185, id_length, ""), (186, sequence_length, ""), (187, pdu_kind, ""), (188, pdu_field, ""),
                 (189, channel, ""), (190, security_parameter_index, ""), (191, key_length, ""), (192, interval, ""),
-                (193, repetitions, ""), (194, pass_length, ""), (195, component, ""), (196, uplinked_file, ""))
+                (193, repetitions, ""), (194, pass_length, ""), (195, component, ""), (196, uplinked_file, ""),
+                (197, longitude, "from -360 to 360 deg"), (198, latitude, "from -90 to 90 deg"),
+                (199, place_distance, "above 0, at most 100 km"), (200, time_limit, "at most 3000000000 s"))
 
 /// It fits into the four octets that some ground systems have for a value.
 inline constexpr std::int64_t no_number = std::numeric_limits<std::int32_t>::min();

@@ -52,7 +52,7 @@ template <typename Enumeration>
 }  // namespace ilp
 
 #define ILP_ENUM_PARENTHESES ()
-#define ILP_ENUM_EXPAND(...) ILP_ENUM_2(ILP_ENUM_2(ILP_ENUM_2(ILP_ENUM_2(__VA_ARGS__))))
+#define ILP_ENUM_EXPAND(...) ILP_ENUM_2(ILP_ENUM_2(ILP_ENUM_2(ILP_ENUM_2(ILP_ENUM_2(__VA_ARGS__)))))
 #define ILP_ENUM_2(...) ILP_ENUM_3(ILP_ENUM_3(ILP_ENUM_3(ILP_ENUM_3(__VA_ARGS__))))
 #define ILP_ENUM_3(...) ILP_ENUM_4(ILP_ENUM_4(ILP_ENUM_4(ILP_ENUM_4(__VA_ARGS__))))
 #define ILP_ENUM_4(...) __VA_ARGS__
@@ -62,7 +62,7 @@ template <typename Enumeration>
 #define ILP_ENUM_ENUMERATOR(number, name, meaning) name = (number),
 #define ILP_ENUM_ROW(number, name, meaning) ::ilp::EnumValue{number, #name, meaning},
 
-/// Declares `enum class name` of one octet from rows (number, name, meaning), at most 80 of them. Its last enumerator
+/// Declares `enum class name` of one octet from rows (number, name, meaning), at most 100 of them. Its last enumerator
 /// is `count`, one above the largest number when the rows are in order.
 #define ILP_ENUMERATION(name, ...)                                                                \
   enum class name : std::uint8_t { ILP_ENUM_EACH(ILP_ENUM_ENUMERATOR, __VA_ARGS__) count };       \

@@ -20,6 +20,7 @@ namespace ilp {
   ROW(bits, "bits", 1, "")                                                                                \
   ROW(pixels, "px", 1, "")                                                                                \
   ROW(millipixels, "px", 1000, "")                                                                        \
+  ROW(metres, "m", 1, "")                                                                                 \
   ROW(seconds, "s", 1, "")                                                                                \
   ROW(milliseconds, "ms", 1, "")                                                                          \
   ROW(microseconds, "us", 1, "")                                                                          \

@@ -8,13 +8,17 @@ namespace {
 
 constexpr std::uint8_t tag_bytes = 8;
 
-/// Counts the octets of the arguments: u8, u16 and u32 at the beginning of a word of the text.
+/// Counts the octets of the arguments: u8, u16, u32 and f64 at the beginning of a word of the text.
 constexpr std::uint8_t bytes_of(std::string_view arguments) {
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     if (i != 0 && arguments[i - 1] != ' ') continue;
     const std::string_view word = arguments.substr(i);
-    bytes += word.starts_with("u8 ") ? 1 : word.starts_with("u16 ") ? 2 : word.starts_with("u32 ") ? 4 : 0;
+    bytes += word.starts_with("u8 ")    ? 1
+             : word.starts_with("u16 ") ? 2
+             : word.starts_with("u32 ") ? 4
+             : word.starts_with("f64 ") ? 8
+                                        : 0;
   }
   return static_cast<std::uint8_t>(bytes);
 }

@@ -21,6 +21,12 @@ struct Look {
   bool changed;
 };
 
+/// Of a commanded place; 0 where the record states none.
+std::int64_t nearest_approach_m(const CaptureRecord& capture) {
+  constexpr double most_m = 1e9;
+  return capture.distance_m >= 0 && capture.distance_m < most_m ? static_cast<std::int64_t>(capture.distance_m) : 0;
+}
+
 Status fault_of(const CaptureRecord& capture, const MissionParameters& mission) {
   switch (capture.state) {
     case CaptureState::no_frame:
@@ -29,7 +35,7 @@ Status fault_of(const CaptureRecord& capture, const MissionParameters& mission) 
       return {static_cast<StatusCode>(capture.reason), capture.id,
               distance(capture.exposed_ns, capture.requested_ns) / ns_per_us};
     case CaptureState::rejected:
-      return {static_cast<StatusCode>(capture.reason), capture.command_id};
+      return {static_cast<StatusCode>(capture.reason), capture.command_id, nearest_approach_m(capture)};
     case CaptureState::superseded:
       return {StatusCode::capture_superseded, capture.id};
     case CaptureState::pending:

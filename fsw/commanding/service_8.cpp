@@ -19,6 +19,7 @@ constexpr TimeNs capture_patience_ns = 60 * ns_per_s;
 constexpr TimeNs delete_patience_ns = 600 * ns_per_s;
 constexpr TimeNs restart_patience_ns = 10 * ns_per_s;
 constexpr std::int64_t longest_pass_s = 1'000'000;
+constexpr double farthest_place_m = 1e5;
 
 struct ActiveFunction : ServiceCall {
   ByteReader arguments;
@@ -59,6 +60,37 @@ Status capture_series(ActiveFunction& call) {
   request.left = number;
   request.deadline_ns = call.time + (number - 1) * request.interval_ns +
                         ns_from_seconds(call.wiring.mission.capture_timeout_s) + capture_patience_ns;
+  return {};
+}
+
+Status capture_place(ActiveFunction& call) {
+  OpenRequest& request = call.request;
+  const MissionParameters& mission = call.wiring.mission;
+  CommandRecord command{.kind = CommandKind::capture_place, .request_id = request.id};
+  command.longitude_deg = call.arguments.f64();
+  command.latitude_deg = call.arguments.f64();
+  command.distance_m = call.arguments.f64();
+  const std::uint32_t limit_s = call.arguments.u32();
+  // What is not a number is in no range.
+  if (!(command.longitude_deg >= -360 && command.longitude_deg <= 360)) {
+    return out_of_range(Argument::longitude, command.longitude_deg);
+  }
+  if (!(command.latitude_deg >= -90 && command.latitude_deg <= 90)) {
+    return out_of_range(Argument::latitude, command.latitude_deg);
+  }
+  if (!(command.distance_m > 0 && command.distance_m <= farthest_place_m)) {
+    return out_of_range(Argument::place_distance, command.distance_m);
+  }
+  if (limit_s > farthest_ns / ns_per_s) return out_of_range(Argument::time_limit, limit_s);
+  if (mission.body == Body::none || !(mission.use_map || mission.use_navigation)) {
+    return {StatusCode::places_unknown, static_cast<std::int64_t>(mission.body)};
+  }
+  const TimeNs patience = ns_from_seconds(mission.capture_timeout_s) + capture_patience_ns;
+  if (limit_s > 0) command.at_ns = call.now() + limit_s * ns_per_s;
+  request.outstanding = 1;
+  request.deadline_ns = (limit_s > 0 ? command.at_ns : call.now() + farthest_ns) + patience;
+  ILP_TRY(write_command(call.wiring, command));
+  request.subject_id = command.id;
   return {};
 }
 

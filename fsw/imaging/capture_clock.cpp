@@ -1,6 +1,7 @@
 #include "fsw/imaging/capture_clock.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "fsw/imaging/images_missed.hpp"
 #include "fsw/shared/camera_on_record.hpp"
@@ -15,6 +16,8 @@ constexpr double share_of_the_way = 0.7;
 // A planned time stays if a better one is as near as this, or if the camera may be exposing already.
 constexpr TimeNs worth_another_plan_ns = 20 * ns_per_ms;
 constexpr TimeNs too_late_to_plan_ns = 2 * minor_frame_ns;
+// Until then newer places may still move the image of a place.
+constexpr TimeNs place_lead_ns = 500 * ns_per_ms;
 // Frames that are nearer show the motion hardly better than the noise of their registration.
 constexpr TimeNs shortest_burst_step_ns = 150 * ns_per_ms;
 // Images that follow each other as fast as this show the motion themselves.
@@ -26,6 +29,20 @@ ForecastParams forecast_params(const MissionParameters& mission) {
   ForecastParams params;
   params.target_overlap = mission.target_overlap;
   return params;
+}
+
+template <typename ClockState>
+void restart_path(const KeyframeRecord& keyframe, ClockState& state) {
+  state.keyframe_id = state.first_keyframe_id = keyframe.id;
+  for (double& q : state.q_first_from_world) q = 0;
+  begin_path(keyframe.time_ns, state.path);
+}
+
+template <typename ClockOutcome>
+void reject(const Status& reason, ClockOutcome& outcome) {
+  outcome.capture.state = CaptureState::rejected;
+  outcome.capture.reason = static_cast<std::uint16_t>(reason.code);
+  outcome.event = reason;
 }
 
 bool is_forecast(CaptureSource source) {
@@ -56,6 +73,7 @@ Status CaptureClock::resume_after_records(bool lost) {
   state_.last_capture_id = std::max(state_.last_capture_id, newest);
   if (!lost) return {};
   // Commands from before the checkpoint are not carried out now.
+  ILP_TRY(resume_track(wiring_.whole, state_.at_places));
   ILP_TRY(newest_id<OverlapRecord>(wiring_.whole, cursor_.first));
   ILP_TRY(newest_id<CommandRecord>(wiring_.whole, cursor_.second));
   return newest_id<PoseRecord>(wiring_.whole, state_.last_pose_id);
@@ -87,22 +105,22 @@ Status CaptureClock::accept_telecommand(const CommandRecord& command, Outcome& o
   const TimeNs at = soon && command.at_ns < now ? now : command.at_ns;
   want(at, CaptureSource::telecommand, outcome);
   outcome.capture.command_id = command.id;
-  const auto reject = [&outcome](const Status& reason) {
-    outcome.capture.state = CaptureState::rejected;
-    outcome.capture.reason = static_cast<std::uint16_t>(reason.code);
-    outcome.event = reason;
-    return Status{};
-  };
-  if (at < now) return reject({StatusCode::capture_in_past, command.id, (now - at) / 1000});
+  if (at < now) {
+    reject({StatusCode::capture_in_past, command.id, (now - at) / 1000}, outcome);
+    return {};
+  }
   const TimeNs latest_exposure =
       found.ok() ? latest.time_ns : now - ns_from_seconds(wiring_.mission.capture_min_interval_s);
   if (too_near(at, after, latest_exposure)) {
-    return reject(
-        {StatusCode::capture_too_soon, command.id, ns_from_seconds(wiring_.mission.capture_min_interval_s) / 1000});
+    reject({StatusCode::capture_too_soon, command.id, ns_from_seconds(wiring_.mission.capture_min_interval_s) / 1000},
+           outcome);
+    return {};
   }
   if (!after.telecommanded.push_back({outcome.capture.id, at})) {
-    return reject({StatusCode::capacity_exceeded, static_cast<std::int64_t>(after.telecommanded.size() + 1),
-                   static_cast<std::int64_t>(max_telecommanded)});
+    reject({StatusCode::capacity_exceeded, static_cast<std::int64_t>(after.telecommanded.size() + 1),
+            static_cast<std::int64_t>(max_telecommanded)},
+           outcome);
+    return {};
   }
   if (after.own.id != 0 && too_near(after.own.time_ns, after, latest_exposure)) {
     ILP_TAKE(const bool found_own, find(wiring_.store, after.own.id, outcome.superseded));
@@ -121,14 +139,17 @@ Result<bool> CaptureClock::handle_command(Outcome& outcome) {
   outcome.cursor.second = command.id;
   const bool wanted = command.kind == CommandKind::capture || command.kind == CommandKind::capture_soon;
   if (wanted) ILP_TRY(accept_telecommand(command, outcome));
+  if (command.kind == CommandKind::capture_place) {
+    const TimeNs now = wiring_.clock.now();
+    const Status accepted = accept_place(command, wiring_.mission, now, outcome.after.at_places);
+    if (!accepted.ok()) {
+      want(now, CaptureSource::telecommand, outcome);
+      outcome.capture.command_id = command.id;
+      reject(accepted, outcome);
+    }
+  }
   if (command.kind == CommandKind::end_strip && command.reason == StripEnd::end_of_flight) outcome.after.ended = true;
   return true;
-}
-
-void CaptureClock::restart_path(const KeyframeRecord& keyframe, State& state) {
-  state.keyframe_id = state.first_keyframe_id = keyframe.id;
-  for (double& q : state.q_first_from_world) q = 0;
-  begin_path(keyframe.time_ns, state.path);
 }
 
 Status CaptureClock::follow_keyframe(const OverlapRecord& overlap, const FrameRecord& frame, State& after) {
@@ -321,6 +342,42 @@ void CaptureClock::plan_forecast(const FrameRecord* latest, TimeNs now, Outcome&
   }
 }
 
+Status CaptureClock::plan_place(Outcome& outcome) {
+  State& after = outcome.after;
+  auto& targets = after.at_places.targets;
+  if (targets.empty()) return {};
+  const TimeNs now = wiring_.clock.now(), least = ns_from_seconds(wiring_.mission.capture_min_interval_s);
+  FrameRecord latest;
+  ILP_TAKE(const bool any, read_by(last(wiring_.store, latest)));
+  const TimeNs latest_exposure = any ? latest.time_ns : now - least;
+  const Body body = wiring_.mission.body;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    const PlaceTarget target = targets[i];
+    const bool limited = target.limit_ns > 0;
+    const TimeNs latest_time = limited ? target.limit_ns : std::numeric_limits<TimeNs>::max();
+    const Approach approach = nearest_approach(body, after.at_places.track, target, now, latest_time);
+    const bool over = after.ended || (limited && now > target.limit_ns);
+    const bool due = !over && approach.within(target.distance_m) && approach.time_ns - now <= place_lead_ns &&
+                     !after.telecommanded.full() && !too_near(approach.time_ns, after, latest_exposure);
+    if (!due && !over) continue;
+    for (std::size_t k = i + 1; k < targets.size(); ++k) targets[k - 1] = targets[k];
+    targets.pop_back();
+    if (due) {
+      ILP_TRY(accept_telecommand(
+          {.id = target.command_id, .kind = CommandKind::capture_soon, .at_ns = approach.time_ns}, outcome));
+      outcome.capture.distance_m = approach.distance_m;
+      return {};
+    }
+    const Status fault = place_fault(body, after.at_places.track, target, now);
+    want(now, CaptureSource::telecommand, outcome);
+    outcome.capture.command_id = target.command_id;
+    if (fault.is(StatusCode::place_missed)) outcome.capture.distance_m = static_cast<double>(fault.b);
+    reject(fault, outcome);
+    return {};
+  }
+  return {};
+}
+
 Status CaptureClock::plan(Outcome& outcome) {
   const bool planned = outcome.after.own.id != 0;
   const bool news = outcome.after.tilt_is_news;
@@ -428,11 +485,15 @@ StepResult CaptureClock::step() {
   Result<bool> handled = handle_command(outcome);
   if (handled.ok() && !handled.value()) handled = follow_overlap(outcome);
   if (handled.ok() && !handled.value()) handled = follow_pose(outcome);
+  if (handled.ok() && !handled.value()) {
+    handled = follow_place(wiring_.store, wiring_.mission, outcome.after.at_places);
+  }
   if (!handled.ok()) return {handled.status(), false};
   bool changed = handled.value();
   if (!changed) {
     const Result<bool> forgotten = forget_past_captures(outcome.after);
-    const Status planned = forgotten.ok() ? plan(outcome) : forgotten.status();
+    Status planned = forgotten.ok() ? plan_place(outcome) : forgotten.status();
+    if (planned.ok() && !outcome.has_capture) planned = plan(outcome);
     if (!planned.ok()) return {planned, false};
     const Status beside = plan_burst(outcome);
     if (!beside.ok()) return {beside, false};

@@ -1,9 +1,10 @@
-// Decides when the next image is wanted: Overlap, Pose, Command -> Capture (paper 3.1; decisions.md, 3).
+// Decides when the next image is wanted: Overlap, Pose, Fix, Command -> Capture (paper 3.1; decisions.md, 3).
 #pragma once
 
 #include "cfg/mission.hpp"
 #include "fsw/base/lock_times.hpp"
 #include "fsw/executive/stage_component.hpp"
+#include "fsw/imaging/place_captures.hpp"
 #include "fsw/shared/find.hpp"
 #include "fsw/shared/sound_store.hpp"
 #include "fsw/shared/step_transaction.hpp"
@@ -18,9 +19,10 @@ namespace ilp {
 /// mode and have precedence. If the forecast's error is large, a frame is taken before the forecast time; if the motion
 /// is unknown, a safe interval after the last frame. A pose shows how the gondola swings: it replaces a time that was
 /// forecast without it. Captures are never closer together than the camera's least interval. A telecommanded time that
-/// has passed, or that is too near to another one, is rejected with an event. For a rolling shutter a capture that is
-/// about to be due gets a burst: two captures before and two after it, as near as the camera allows, give way to every
-/// other one.
+/// has passed, or that is too near to another one, is rejected with an event. A telecommand may also name a place: the
+/// image is wanted when the vehicle passes it nearest by its latest places (place_captures.hpp). For a rolling shutter
+/// a capture that is about to be due gets a burst: two captures before and two after it, as near as the camera allows,
+/// give way to every other one.
 class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
  public:
   static const CheckpointForm checkpoint;
@@ -60,6 +62,7 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
     FixedVector<Wanted, max_telecommanded> telecommanded;  ///< pending
     FixedVector<Wanted, burst_frames> burst;               ///< the newest one
     TimeNs burst_of_ns = -1;                               ///< of the capture that it is beside; -1: none
+    PlaceCaptures at_places;
     std::int32_t width = 0, height = 0;
     bool any_regular = false;
     bool ended = false;
@@ -86,12 +89,13 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
   Result<bool> handle_command(Outcome& outcome);
   Status accept_telecommand(const CommandRecord& command, Outcome& outcome);
   Result<bool> follow_overlap(Outcome& outcome);
-  static void restart_path(const KeyframeRecord& keyframe, State& state);
   Result<bool> follow_pose(Outcome& outcome);
   Status take_attitude(const PoseRecord& pose, double focal_px, State& after);
   Status reconsider(const FrameRecord* latest, TimeNs now, Outcome& outcome);
   Status follow_keyframe(const OverlapRecord& overlap, const FrameRecord& frame, State& after);
   Result<bool> forget_past_captures(State& after);
+  /// The image of a place that is about to be passed, or the end of one that was not passed in its time.
+  Status plan_place(Outcome& outcome);
   Status plan(Outcome& outcome);
   void plan_regular(double interval_s, const FrameRecord* latest, TimeNs now, Outcome& outcome) const;
   void plan_forecast(const FrameRecord* latest, TimeNs now, Outcome& outcome);

@@ -100,7 +100,8 @@ ILP_ENUMERATION(CommandKind, (0, end_strip, "the open strip ends"),
                 (9, report_interval, "the interval of a housekeeping report is set"),
                 (10, event_enable, "the reports of an event are enabled"),
                 (11, event_disable, "the reports of an event are disabled"),
-                (12, events_report, "the events whose reports are disabled are listed"))
+                (12, events_report, "the events whose reports are disabled are listed"),
+                (13, capture_place, "an image is taken where the vehicle passes a place"))
 
 ILP_ENUMERATION(TransferState, (0, waiting, "nothing of it has been sent"), (1, sending, "part of it has been sent"),
                 (2, sent, "all of it has been sent once; gaps are sent again until the ground confirms the file"),

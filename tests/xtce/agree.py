@@ -125,7 +125,7 @@ def arguments_of(command, now):
     plain = {"SID": "status", "event": "capture_missed", "parameter": "acquisition_capture_mode", "interval": 5000,
              "number": 2, "mode": 2, "keyframe": 1, "kind": 0, "length": 600, "on": 0, "u8": 1, "transaction": 0,
              "offset": 1000, "APID": 239, "request_source": 1, "request_apid": 239, "request_count": 9000,
-             "sub_schedule": 0, "group": 0}
+             "sub_schedule": 0, "group": 0, "longitude": 137.4, "latitude": -4.5, "distance": 25, "limit": 600}
     names = [a.get("name") for a in command.element.iter(xtce_reader.NAMESPACE + "Argument")]
     given = {name: later.get(name, plain.get(name)) for name in names if name in later or name in plain}
     if command.path.endswith("/CAPTSER"):

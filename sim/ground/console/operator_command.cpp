@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -224,6 +225,7 @@ OperatorCommand named_function(const Words& words, const Context& context) {
     if (used == words.size()) refuse("it is written: " + form);
     return words[used++];
   };
+  constexpr double largest = std::numeric_limits<double>::max();
   const auto data = data_of([&](ByteWriter& out) {
     std::istringstream types(row->arguments);
     for (std::string type; types >> type;) {
@@ -232,6 +234,7 @@ OperatorCommand named_function(const Words& words, const Context& context) {
       if (type == "u8") out.u8(static_cast<std::uint8_t>(number<std::uint16_t>(next(), 0, 0xFF, "a u8")));
       if (type == "u16") out.u16(number<std::uint16_t>(next(), 0, 0xFFFF, "a u16"));
       if (type == "u32") out.u32(u32(next(), 0, "a u32"));
+      if (type == "f64") out.f64(number<double>(next(), -largest, largest, "an f64"));
     }
   });
   if (used < words.size()) refuse("it is written: " + form);
@@ -318,7 +321,7 @@ constexpr CommandInfo commands[] = {
     {"flush", "", 0, 0, "ends the open strip; completed when its poses are final", flush},
     {"safe", "on|off", 1, 1, "switches safe mode: few images, no products", safe},
     {"restart", "COMPONENT", 1, 1, "restarts a component from its checkpoint", restart},
-    {"call", "FUNCTION [ARGUMENT]...", 1, 4, "calls any function of service 8 (docs/commanding.md)", named_function},
+    {"call", "FUNCTION [ARGUMENT]...", 1, 5, "calls any function of service 8 (docs/commanding.md)", named_function},
     {"uplink", "FILE.ini", 1, 1, "sends a file of parameters; the event uplink_received has its number", uplink},
     {"activate", "NUMBER", 1, 1, "sets the parameters of an uplinked file", activate},
     {"schedule", "", 0, 0, "lists the telecommands in the schedule", scheduled},

@@ -122,7 +122,7 @@ constexpr RecordMask leads_back_to(ComponentId stage) {
   using enum RecordType;
   switch (stage) {
     case ComponentId::capture_clock:
-      return mask_of(frame, overlap, keyframe, pose);
+      return mask_of(frame, overlap, keyframe, pose, navigation, fix);
     case ComponentId::navigator:
       return mask_of(pose, fix);
     case ComponentId::camera_calibrator:

@@ -122,17 +122,18 @@ void add_base(const XtceMission& mission, SpaceSystem& root) {
   xml.close();
 }
 
-/// `u32 interval in ms` of the arguments' text.
+/// `u32 interval in ms`, `f64 distance in m` of the arguments' text.
 void function_argument(const std::string& text, Body& body, std::size_t& octets, SpaceSystem& root) {
-  static const std::regex form(R"(\s*u(8|16|32) (\w+)(.*))"), in_unit(R"( in (\w+))");
+  static const std::regex form(R"(\s*(u|f)(8|16|32|64) (\w+)(.*))"), in_unit(R"( in (\w+))");
   std::smatch match, unit;
   if (!std::regex_match(text, match, form)) return;
-  const std::string rest = match[3];
+  const std::string rest = match[4];
   NumberForm number;
-  number.bits = std::stoul(match[1]);
+  number.bits = std::stoul(match[2]);
+  number.is_float = number.is_signed = match[1] == "f";
   if (std::regex_match(rest, unit, in_unit)) number.unit = unit[1];
   octets += number.bits / 8;
-  body.argument(match[2], root.number_type(Side::argument, number), match[2].str() + rest);
+  body.argument(match[3], root.number_type(Side::argument, number), match[3].str() + rest);
 }
 
 void add_function(const XtceMission& mission, const FunctionInfo& info, SpaceSystem& root) {

@@ -95,6 +95,11 @@ TEST(OperatorCommands, AnyFunctionIsCalledByItsNameWithTheArgumentsOfItsRow) {
   EXPECT_EQ(hex(parse("call CAPTAT +60")), hex(parse("capture +60")));
   EXPECT_EQ(hex(parse("call CAPTSER +60 500 20")), hex(parse("series +60 0.5 20")));
   EXPECT_EQ(hex(parse("call PRODDEL 12 1")), hex(parse("delete 12 image")));
+  EXPECT_EQ(hex(parse("call CAPTPLAC 137.4 -4.5 25 3600")),
+            "8,1 43415054504c4143"
+            "40612ccccccccccdc012000000000000403900000000000000000e10");
+  EXPECT_NE(refusal("call CAPTPLAC nan 0 25 0").find("an f64"), std::string::npos);
+  EXPECT_NE(refusal("call CAPTPLAC 137.4 -4.5 25"), "");
   EXPECT_NE(refusal("call LAUNCH").find("CAPTURE"), std::string::npos);
   EXPECT_EQ(refusal("call PRODDEL 12"), "it is written: call PRODDEL u32 keyframe, u8 kind (0 depth, 1 image)");
   EXPECT_EQ(refusal("call FLUSH 1"), "it is written: call FLUSH ");
