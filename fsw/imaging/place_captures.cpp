@@ -47,7 +47,7 @@ struct Line {
   double variance_m2 = 0;  ///< of one place along each axis
 };
 
-Line line_through(Body body, const Track& track, const PlaceTarget& target) {
+Line line_through(Body body, const PlaceTrack& track, const PlaceTarget& target) {
   const auto n = static_cast<double>(track.places.size());
   const TimeNs newest = track.places.back().time_ns;
   FixedVector<Point, limits::max_track_places> points;
@@ -115,7 +115,7 @@ bool has_places(const MissionParameters& mission) {
   return mission.body != Body::none && (mission.use_map || mission.use_navigation);
 }
 
-Approach nearest_approach(Body body, const Track& track, const PlaceTarget& target, TimeNs from_ns, TimeNs to_ns) {
+Approach nearest_approach(Body body, const PlaceTrack& track, const PlaceTarget& target, TimeNs from_ns, TimeNs to_ns) {
   if (track.places.size() < 2 || to_ns < from_ns) return {};
   const TimeNs newest = track.places.back().time_ns, span = newest - track.places[0].time_ns;
   const TimeNs reach = newest + reach_in_spans * span;
@@ -139,7 +139,7 @@ Approach nearest_approach(Body body, const Track& track, const PlaceTarget& targ
 
 void add_place(Body body, const TrackPlace& place, std::int64_t strip_id, std::int64_t map_id, PlaceCaptures& state) {
   if (!is_sound(place)) return;
-  Track& track = state.track;
+  PlaceTrack& track = state.track;
   if (track.strip_id != strip_id || track.map_id != map_id) track.places.clear();
   track.strip_id = strip_id;
   track.map_id = map_id;
@@ -222,7 +222,7 @@ Status accept_place(const CommandRecord& command, const MissionParameters& missi
   return {};
 }
 
-Status place_fault(Body body, const Track& track, const PlaceTarget& target, TimeNs now) {
+Status place_fault(Body body, const PlaceTrack& track, const PlaceTarget& target, TimeNs now) {
   PlaceTarget last = target;
   if (!track.places.empty()) {
     const TimeNs newest = track.places.back().time_ns;

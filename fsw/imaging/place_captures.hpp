@@ -16,7 +16,7 @@ struct TrackPlace {
   double sigma_m = 0;  ///< one sigma to each side
 };
 /// The latest places of one strip, in order of time, all on one map or all by the vehicle's own positions.
-struct Track {
+struct PlaceTrack {
   FixedVector<TrackPlace, limits::max_track_places> places;
   std::int64_t strip_id = 0;
   std::int64_t map_id = 0;       ///< 0: positions of the vehicle
@@ -32,7 +32,7 @@ struct PlaceTarget {
   double nearest_m = -1;  ///< of the vehicle since it was accepted; -1: not known
 };
 struct PlaceCaptures {
-  Track track;
+  PlaceTrack track;
   FixedVector<PlaceTarget, limits::max_place_captures> targets;
 };
 
@@ -54,7 +54,7 @@ struct Approach {
 /// is that of one place, stated or by the scatter about the line, whichever is larger: errors of neighbours are alike,
 /// so their mean errs like one of them; the error of the slope is added. Unknown with fewer than two places, and where
 /// it is later after the newest place than four times the time from the first to the newest.
-[[nodiscard]] Approach nearest_approach(Body body, const Track& track, const PlaceTarget& target, TimeNs from_ns,
+[[nodiscard]] Approach nearest_approach(Body body, const PlaceTrack& track, const PlaceTarget& target, TimeNs from_ns,
                                         TimeNs to_ns);
 
 /// A new place of the vehicle, which lies in strip `strip_id` and on map `map_id` (0: by the vehicle). Another strip or
@@ -76,6 +76,6 @@ void add_place(Body body, const TrackPlace& place, std::int64_t strip_id, std::i
                                   PlaceCaptures& state);
 
 /// Why a target was given up: place_missed with the nearest approach in metres, or place_unseen.
-[[nodiscard]] Status place_fault(Body body, const Track& track, const PlaceTarget& target, TimeNs now);
+[[nodiscard]] Status place_fault(Body body, const PlaceTrack& track, const PlaceTarget& target, TimeNs now);
 
 }  // namespace ilp

@@ -126,7 +126,7 @@ TEST_F(PlaceCaptureTest, TheImageIsWantedAtTheTimeOfTheClosestApproach) {
 
 TEST_F(PlaceCaptureTest, ALineBesideTheAxesIsForecastToo) {
   // Places at 45 degrees: the nearest point to (100, 0) of the line y = x + 20 is (40, 60).
-  Track track;
+  PlaceTrack track;
   PlaceCaptures state;
   for (int i = 0; i < 4; ++i) {
     add_place(Body::mars, {at_s(2.0 * i), longitude_of(6.0 * i), latitude_of(6.0 * i + 20), 3}, 1, 7, state);
