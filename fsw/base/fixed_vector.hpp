@@ -33,6 +33,11 @@ class FixedVector {
   void pop_back() {
     if (!empty()) size_ = static_cast<std::uint32_t>(size() - 1);
   }
+  /// Those behind it move up; nothing where there is no such element.
+  void erase(std::size_t index) {
+    for (std::size_t i = index + 1; i < size(); ++i) items_[i - 1] = items_[i];
+    if (index < size()) pop_back();
+  }
   void clear() { size_ = 0; }
   /// New elements are value-initialised. Returns false and changes nothing when `size` exceeds the capacity.
   [[nodiscard]] bool resize(std::size_t size) {

@@ -313,8 +313,7 @@ void Configuration::end_in_order(TimeNs now) {
 Status Configuration::news() {
   if (news_.empty()) return {};
   const Status first = news_[0];
-  for (std::size_t i = 0; i + 1 < news_.size(); ++i) news_[i] = news_[i + 1];
-  news_.pop_back();
+  news_.erase(0);
   return first;
 }
 

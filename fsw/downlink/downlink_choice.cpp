@@ -63,9 +63,8 @@ Status DownlinkChoice::find_requests() {
     const bool refine = found == Found::sound && command.kind == CommandKind::refine;
     if (!refine || requested(command.keyframe_id)) continue;
     if (workspace_.requests.push_back(command.keyframe_id)) continue;
-    for (std::size_t i = 0; i + 1 < workspace_.requests.size(); ++i)
-      workspace_.requests[i] = workspace_.requests[i + 1];
-    workspace_.requests.back() = command.keyframe_id;
+    workspace_.requests.erase(0);
+    static_cast<void>(workspace_.requests.push_back(command.keyframe_id));
   }
 }
 

@@ -168,8 +168,7 @@ void FileDelivery::drop_gone() {
 Status FileDelivery::next_event() {
   if (workspace_.events.empty()) return {};
   const Status first = workspace_.events[0];
-  for (std::size_t i = 0; i + 1 < workspace_.events.size(); ++i) workspace_.events[i] = workspace_.events[i + 1];
-  workspace_.events.pop_back();
+  workspace_.events.erase(0);
   return first;
 }
 

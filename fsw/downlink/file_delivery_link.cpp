@@ -98,8 +98,7 @@ bool FileDeliveryLink::send_late() {
     pdu.kind = PduKind::ack;
     pdu.ack = workspace_.late[0].ack;
     if (!answer(pdu)) return false;
-    for (std::size_t i = 0; i + 1 < workspace_.late.size(); ++i) workspace_.late[i] = workspace_.late[i + 1];
-    workspace_.late.pop_back();
+    workspace_.late.erase(0);
   }
   return true;
 }

@@ -47,11 +47,6 @@ bool is_uniform(GrayView image) {
   return true;
 }
 
-void remove_at(std::size_t at, auto& list) {
-  for (std::size_t i = at + 1; i < list.size(); ++i) list[i - 1] = list[i];
-  list.pop_back();
-}
-
 /// Of the ground in the newest images: px/s, 0 when it is not known.
 double ground_speed_px_s(Reader<OverlapRecord, KeyframeRecord, FrameRecord> store) {
   OverlapRecord overlap;
@@ -132,7 +127,7 @@ Result<bool> Acquisition::give_up_captures(Outcome& outcome) const {
   // No request waits for a capture that no longer exists.
   const bool superseded = !found || capture.state != CaptureState::pending;
   if (!superseded && wiring_.clock.now() - first.time_ns <= timeout) return false;
-  remove_at(0, after.pending);
+  after.pending.erase(0);
   if (superseded) return true;
   capture.state = CaptureState::no_frame;
   outcome.capture = capture;
@@ -251,7 +246,7 @@ Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Ou
     ILP_TAKE(const bool found, find(wiring_.store, wanted.id, capture));
     const bool commanded = found && capture.source == CaptureSource::telecommand;
     if (!commanded && taken.time_ns > wanted.time_ns + late) return {};
-    remove_at(best, after.pending);
+    after.pending.erase(best);
     if (!found || capture.state != CaptureState::pending) continue;  // superseded
     const TimeNs off = distance(taken.time_ns, wanted.time_ns);
     capture.exposed_ns = taken.time_ns;

@@ -12,10 +12,7 @@ constexpr double drift_between_fixes = 0.01;  // of the way between two fixes
 constexpr double most_agreeing_px = 16;       // however uncertain the way between them is
 
 void add(const navigation::MeasuredKeyframe& fix, FixBook& book) {
-  if (book.fixes.full()) {
-    for (std::size_t i = 1; i < kept_fixes; ++i) book.fixes[i - 1] = book.fixes[i];
-    book.fixes.pop_back();
-  }
+  if (book.fixes.full()) book.fixes.erase(0);
   static_cast<void>(book.fixes.push_back(fix));
 }
 

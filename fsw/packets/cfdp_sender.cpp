@@ -111,8 +111,7 @@ void Sender::sent(const SendItem& item, TimeNs now) {
       counts_.resent_bytes += item.piece.end - item.piece.begin;
       gaps_[0].begin = item.piece.end;
       if (gaps_[0].begin < gaps_[0].end) break;
-      for (std::size_t i = 0; i + 1 < gaps_.size(); ++i) gaps_[i] = gaps_[i + 1];
-      gaps_.pop_back();
+      gaps_.erase(0);
       break;
     case PduKind::eof:
       owes_eof_ = false;

@@ -45,10 +45,7 @@ bool Scrubber::learn(const Damaged& damaged) {
   for (const Damaged& known : state_.damaged) {
     if (known.table == damaged.table && known.id == damaged.id) return false;
   }
-  if (state_.damaged.full()) {
-    for (std::size_t i = 1; i < state_.damaged.size(); ++i) state_.damaged[i - 1] = state_.damaged[i];
-    state_.damaged.pop_back();
-  }
+  if (state_.damaged.full()) state_.damaged.erase(0);
   return state_.damaged.push_back(damaged);
 }
 

@@ -43,8 +43,7 @@ bool extend_path(std::int32_t width, std::int32_t height, TimeNs frame_ns, const
   const Complex p = Complex{path.keyframe.p_x, path.keyframe.p_y} - (d / m) / m_key;
   const Complex m_first = m * m_key;
   if (path.points.full()) {
-    for (std::size_t i = 1; i < path.points.size(); ++i) path.points[i - 1] = path.points[i];
-    path.points.pop_back();
+    path.points.erase(0);
     path.points[0].time_trusted = true;
   }
   PathPoint point;

@@ -146,8 +146,7 @@ void SequenceBeginning::drop_camera(std::size_t index) {
   if (index == 0) {
     for (int i = 0; i < 4; ++i) s_.params.q_first[i] = s_.cameras[1].pose.q_cam_from_world[i];
   }
-  for (std::size_t i = index + 1; i < s_.cameras.size(); ++i) s_.cameras[i - 1] = s_.cameras[i];
-  s_.cameras.pop_back();
+  s_.cameras.erase(index);
   for (Track& track : s_.tracks) {
     leave_out(track, static_cast<std::uint32_t>(index));
     if (track.count < 2) track.phase = TrackPhase::removed;

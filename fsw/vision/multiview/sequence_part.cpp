@@ -39,8 +39,7 @@ void SequencePart::push_camera(const RigidTransform& pose, bool posed) {
   const std::size_t keep =
       std::min<std::size_t>(limits::max_bundle_cameras, s_.params.window_keyframes + limits::max_fixed_keyframes);
   if (s_.cameras.size() == keep) {
-    for (std::size_t i = 1; i < keep; ++i) s_.cameras[i - 1] = s_.cameras[i];
-    s_.cameras.pop_back();
+    s_.cameras.erase(0);
     ++s_.oldest;
     drop_oldest_camera(s_.covariance);
     for (Track& track : s_.tracks) s_.report.shortened_tracks += shorten(track, s_.oldest) ? 1 : 0;

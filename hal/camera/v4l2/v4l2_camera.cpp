@@ -80,8 +80,7 @@ void tell(CameraReports& reports, const Status& status) {
 bool next_news(CameraReports& reports, Status& news) {
   if (reports.news.empty()) return false;
   news = reports.news[0];
-  for (std::size_t i = 1; i < reports.news.size(); ++i) reports.news[i - 1] = reports.news[i];
-  reports.news.pop_back();
+  reports.news.erase(0);
   return true;
 }
 
@@ -140,8 +139,7 @@ TimeNs mission_time(const VideoBuffer& buffer, TimeNs mission_minus_monotonic) {
 
 void drop(HeldFrames& held, BufferPool& pool, std::size_t which) {
   pool.give_back(held.frames[which].buffer.index);
-  for (std::size_t i = which + 1; i < held.frames.size(); ++i) held.frames[i - 1] = held.frames[i];
-  held.frames.pop_back();
+  held.frames.erase(which);
 }
 
 std::size_t nearest_to_wanted(const HeldFrames& held) {

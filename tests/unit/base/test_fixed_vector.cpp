@@ -51,6 +51,22 @@ TEST(FixedVector, PopClearAndIterate) {
   EXPECT_EQ(copy.end() - copy.begin(), 2);
 }
 
+TEST(FixedVector, WhatIsErasedLeavesTheOthersInTheirOrder) {
+  const auto without = [](std::size_t index) {
+    Small v;
+    for (int i = 1; i <= 3; ++i) EXPECT_TRUE(v.push_back(i));
+    v.erase(index);
+    return std::vector<int>(v.begin(), v.end());
+  };
+  EXPECT_EQ(without(0), (std::vector<int>{2, 3}));
+  EXPECT_EQ(without(1), (std::vector<int>{1, 3}));
+  EXPECT_EQ(without(2), (std::vector<int>{1, 2}));
+  EXPECT_EQ(without(3), (std::vector<int>{1, 2, 3})) << "there is no such element";
+  Small none;
+  none.erase(0);
+  EXPECT_TRUE(none.empty());
+}
+
 TEST(FixedVector, ASizeThatAFlippedBitChangedLeadsNowhere) {
   struct alignas(8) Neighbours {
     Small vector;
