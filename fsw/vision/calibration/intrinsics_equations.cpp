@@ -620,7 +620,8 @@ Status reduce_to_intrinsics(const CameraModel& camera, const ReductionParams& pa
     if (!assemble(of, workspace, params, sums)) return {};
     adjust(of, workspace);
   }
-  // Before, a camera that has just changed leaves residuals of pixels, beside which heights would count too much.
+  // Heights take part here alone: beside the residuals of pixels that a camera leaves which has just changed, they
+  // would count too much.
   of.heights = params.heights;
   if (!assemble(of, workspace, params, sums)) return {};
   equations.points = sums.points;

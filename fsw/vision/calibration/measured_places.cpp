@@ -69,79 +69,65 @@ bool first_fit(const Track& track, Similarity& out, double& spread) {
   return out.translation.allFinite();
 }
 
-/// The fit at the centres as they are: whitened rows by the similarity, their residuals and weights.
+/// The fit at the centres as they are: whitened rows by the similarity, their residuals and weights, and what they add
+/// up to. Rows of views without a place, or without a height, are 0.
 struct Fit {
-  Eigen::Matrix<double, PlaceEquations::size, 7> by_similarity;
-  Eigen::Matrix<double, PlaceEquations::size, 1> residual, root_weight;
-  Eigen::Matrix<double, 7, 7> inverse;
+  Eigen::Matrix<double, PlaceEquations::size, 7> by_similarity = decltype(by_similarity)::Zero();
+  Eigen::Matrix<double, PlaceEquations::size, 1> residual = decltype(residual)::Zero();
+  Eigen::Matrix<double, PlaceEquations::size, 1> root_weight = decltype(root_weight)::Zero();
+  Eigen::Matrix<double, 7, 7> normal = decltype(normal)::Zero(), inverse = decltype(inverse)::Zero();
+  SimilarityStep right = SimilarityStep::Zero();
   double furthest_m = 0;    ///< of a place, beyond the loss' bound
   double most_stretch = 0;  ///< of a height, as a share of it, beyond the loss' bound
 };
 
-/// The measurements' rows; those of views without a place, or without a height, stay 0.
-class Rows {
- public:
-  Rows(const Track& track, const Similarity& world, double loss_sigmas, Fit& fit, SimilarityStep& right)
-      : track_(track), world_(world), loss_sigmas_(loss_sigmas), fit_(fit), right_(right) {
-    fit_.by_similarity.setZero();
-    fit_.residual.setZero();
-    fit_.root_weight.setZero();
-    fit_.furthest_m = 0;
-    fit_.most_stretch = 0;
-    right_.setZero();
-    for (std::size_t i = 0; i < track_.count; ++i) add_place(i);
-    for (std::size_t i = 0; i < track_.heights.size(); ++i) add_height(i);
-  }
-  Eigen::Matrix<double, 7, 7> normal = Eigen::Matrix<double, 7, 7>::Zero();
+void add_row(std::size_t at, double off, double sigma, double loss_sigmas, const Row7& change, Fit& fit) {
+  const auto row = static_cast<Eigen::Index>(at);
+  const double sigmas = off / (loss_sigmas * sigma);
+  fit.root_weight[row] = 1 / (sigma * std::sqrt(1 + sigmas * sigmas));
+  fit.residual[row] = off * fit.root_weight[row];
+  fit.by_similarity.row(row) = fit.root_weight[row] * change;
+  fit.normal += fit.by_similarity.row(row).transpose() * fit.by_similarity.row(row);
+  fit.right += fit.by_similarity.row(row).transpose() * fit.residual[row];
+}
 
- private:
-  void add(std::size_t at, double off, double sigma, const Row7& change) {
-    const auto row = static_cast<Eigen::Index>(at);
-    const double sigmas = off / (loss_sigmas_ * sigma);
-    fit_.root_weight[row] = 1 / (sigma * std::sqrt(1 + sigmas * sigmas));
-    fit_.residual[row] = off * fit_.root_weight[row];
-    fit_.by_similarity.row(row) = fit_.root_weight[row] * change;
-    normal += fit_.by_similarity.row(row).transpose() * fit_.by_similarity.row(row);
-    right_ += fit_.by_similarity.row(row).transpose() * fit_.residual[row];
-  }
-  void add_place(std::size_t i) {
-    const Vec3 at = world_ * track_.centre[i];
+void add_places(const Track& track, const Similarity& world, double loss_sigmas, Fit& fit) {
+  for (std::size_t i = 0; i < track.count; ++i) {
+    const Vec3 at = world * track.centre[i];
     const Eigen::Matrix<double, 3, 7> change = change_by_step(at);
     for (int axis = 0; axis < 3; ++axis) {
-      const double off = at[axis] - track_.place[i][axis], sigma = track_.sigma[i][axis];
-      add(3 * i + static_cast<std::size_t>(axis), off, sigma, change.row(axis));
-      fit_.furthest_m = std::fmax(fit_.furthest_m, std::fabs(off) - loss_sigmas_ * sigma);
+      const double off = at[axis] - track.place[i][axis], sigma = track.sigma[i][axis];
+      add_row(3 * i + static_cast<std::size_t>(axis), off, sigma, loss_sigmas, change.row(axis), fit);
+      fit.furthest_m = std::fmax(fit.furthest_m, std::fabs(off) - loss_sigmas * sigma);
     }
   }
-  /// The attitude says what is up: of the similarity the scale alone matters.
-  void add_height(std::size_t i) {
-    const HeightInWindow& height = track_.heights[i];
-    const double distance_m = world_.scale * height.distance, of_ground = world_.scale * height.sigma;
+}
+
+/// The attitude says what is up: of the similarity the scale alone matters.
+void add_heights(const Track& track, const Similarity& world, double loss_sigmas, Fit& fit) {
+  for (std::size_t i = 0; i < track.heights.size(); ++i) {
+    const HeightInWindow& height = track.heights[i];
+    const double distance_m = world.scale * height.distance, of_ground = world.scale * height.sigma;
     const double sigma = std::sqrt(height.sigma_m * height.sigma_m + of_ground * of_ground);
     Row7 change = Row7::Zero();
     change[6] = distance_m;
     const double off = distance_m - height.height_m;
-    add(PlaceEquations::centre_rows + i, off, sigma, change);
-    fit_.most_stretch = std::fmax(fit_.most_stretch, (std::fabs(off) - loss_sigmas_ * sigma) / height.height_m);
+    add_row(PlaceEquations::centre_rows + i, off, sigma, loss_sigmas, change, fit);
+    fit.most_stretch = std::fmax(fit.most_stretch, (std::fabs(off) - loss_sigmas * sigma) / height.height_m);
   }
-
-  const Track& track_;
-  const Similarity& world_;
-  const double loss_sigmas_;
-  Fit& fit_;
-  SimilarityStep& right_;
-};
+}
 
 bool linearise(const Track& track, const Similarity& world, double loss_sigmas, Fit& fit, SimilarityStep& step) {
-  SimilarityStep right;
-  Rows rows(track, world, loss_sigmas, fit, right);
-  Eigen::Matrix<double, 7, 7>& normal = rows.normal;
+  fit = {};
+  add_places(track, world, loss_sigmas, fit);
+  add_heights(track, world, loss_sigmas, fit);
+  Eigen::Matrix<double, 7, 7>& normal = fit.normal;
   const double least = open_turn * open_turn * normal.trace();
   normal.diagonal() += open_turn * normal.diagonal();
   normal.diagonal().array() += least;
   const Eigen::LLT<Eigen::Matrix<double, 7, 7>> factor(normal);
   if (factor.info() != Eigen::Success) return false;
-  step = -factor.solve(right);
+  step = -factor.solve(fit.right);
   fit.inverse = factor.solve(Eigen::Matrix<double, 7, 7>::Identity());
   return step.allFinite();
 }
