@@ -8,6 +8,7 @@
 #include "fsw/downlink/uplink.hpp"
 #include "fsw/packets/pass_schedule.hpp"
 #include "fsw/packets/service_functions.hpp"
+#include "fsw/shared/measured_keyframe.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -82,9 +83,7 @@ Status capture_place(ActiveFunction& call) {
     return out_of_range(Argument::place_distance, command.distance_m);
   }
   if (limit_s > farthest_ns / ns_per_s) return out_of_range(Argument::time_limit, limit_s);
-  if (mission.body == Body::none || !(mission.use_map || mission.use_navigation)) {
-    return {StatusCode::places_unknown, static_cast<std::int64_t>(mission.body)};
-  }
+  if (!has_places(mission)) return {StatusCode::places_unknown, static_cast<std::int64_t>(mission.body)};
   const TimeNs patience = ns_from_seconds(mission.capture_timeout_s) + capture_patience_ns;
   if (limit_s > 0) command.at_ns = call.now() + limit_s * ns_per_s;
   request.outstanding = 1;

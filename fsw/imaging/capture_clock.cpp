@@ -360,8 +360,7 @@ Status CaptureClock::plan_place(Outcome& outcome) {
     const bool due = !over && approach.within(target.distance_m) && approach.time_ns - now <= place_lead_ns &&
                      !after.telecommanded.full() && !too_near(approach.time_ns, after, latest_exposure);
     if (!due && !over) continue;
-    for (std::size_t k = i + 1; k < targets.size(); ++k) targets[k - 1] = targets[k];
-    targets.pop_back();
+    targets.erase(i);
     if (due) {
       ILP_TRY(accept_telecommand(
           {.id = target.command_id, .kind = CommandKind::capture_soon, .at_ns = approach.time_ns}, outcome));

@@ -111,10 +111,6 @@ void add_position(Body body, const NavigationRecord& measured, const KeyframeRec
 
 }  // namespace
 
-bool has_places(const MissionParameters& mission) {
-  return mission.body != Body::none && (mission.use_map || mission.use_navigation);
-}
-
 Approach nearest_approach(Body body, const PlaceTrack& track, const PlaceTarget& target, TimeNs from_ns, TimeNs to_ns) {
   if (track.places.size() < 2 || to_ns < from_ns) return {};
   const TimeNs newest = track.places.back().time_ns, span = newest - track.places[0].time_ns;
@@ -160,10 +156,7 @@ void add_place(Body body, const TrackPlace& place, std::int64_t strip_id, std::i
     }
     note_distance(nearest_on_way(begin, end), target);
   }
-  if (places.full()) {
-    for (std::size_t i = 1; i < places.size(); ++i) places[i - 1] = places[i];
-    places.pop_back();
-  }
+  if (places.full()) places.erase(0);
   static_cast<void>(places.push_back(place));
 }
 

@@ -47,9 +47,6 @@ struct Approach {
   [[nodiscard]] bool within(double most_m) const { return known && distance_m <= most_m + 2 * sigma_m; }
 };
 
-/// Whether places come at all: a mission without a body, or without map and measurements, has none.
-[[nodiscard]] bool has_places(const MissionParameters& mission);
-
 /// The closest approach from `from_ns` to `to_ns`, by the straight line of least squares through the places. Its error
 /// is that of one place, stated or by the scatter about the line, whichever is larger: errors of neighbours are alike,
 /// so their mean errs like one of them; the error of the slope is added. Unknown with fewer than two places, and where

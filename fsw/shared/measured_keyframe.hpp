@@ -1,12 +1,17 @@
 // The pose of a keyframe beside what the vehicle measured there.
 #pragma once
 
+#include "cfg/mission.hpp"
 #include "fsw/records/records.hpp"
 #include "fsw/shared/body_figure.hpp"
 #include "fsw/vision/navigation/strip_frame.hpp"
 
 namespace ilp {
 
+/// Whether places come at all: a mission without a body, or without map and measurements, has none.
+[[nodiscard]] inline bool has_places(const MissionParameters& mission) {
+  return mission.body != Body::none && (mission.use_map || mission.use_navigation);
+}
 /// Whether the record says where on the body the keyframe was taken.
 [[nodiscard]] inline bool has_place(const NavigationRecord& measured, Body body) {
   return measured.horizontal_sigma_m > 0 && body != Body::none;

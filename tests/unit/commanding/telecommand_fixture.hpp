@@ -192,6 +192,16 @@ class TelecommandTest : public ComponentTest {
     capture.reason = static_cast<std::uint16_t>(reason);
     write(capture);
   }
+  void expect_completion_with_exposure(const CommandRecord& command) {
+    answer_capture(command, CaptureState::pending);
+    step();
+    EXPECT_EQ(types(), "");
+    CaptureRecord capture = read<CaptureRecord>(number_of<CaptureRecord>());
+    capture.state = CaptureState::exposed;
+    write(capture);
+    step();
+    EXPECT_EQ(types(), "1.7");
+  }
 
   MemoryLink link;
   std::unique_ptr<PacketRouter> router;

@@ -51,14 +51,7 @@ TEST_F(TelecommandTest, AnImageAtAPlaceCompletesWhenItIsExposed) {
   EXPECT_EQ(command.distance_m, 25);
   EXPECT_EQ(command.at_ns, 3605 * ns_per_s);
   step_at(3000 * ns_per_s);
-  answer_capture(command, CaptureState::pending);
-  step();
-  EXPECT_EQ(types(), "");
-  CaptureRecord capture = read<CaptureRecord>(1);
-  capture.state = CaptureState::exposed;
-  write(capture);
-  step();
-  EXPECT_EQ(types(), "1.7");
+  expect_completion_with_exposure(command);
 }
 
 TEST_F(TelecommandTest, APlaceThatWasMissedFailsWithItsNearestApproach) {

@@ -170,14 +170,7 @@ TEST_F(TelecommandTest, CaptureCompletesWhenTheImageIsExposed) {
   EXPECT_EQ(command.kind, CommandKind::capture_soon);
   EXPECT_EQ(command.at_ns, 5 * ns_per_s);
   EXPECT_EQ(command.tag, 80);
-  answer_capture(command, CaptureState::pending);
-  step();
-  EXPECT_EQ(types(), "");
-  CaptureRecord capture = read<CaptureRecord>(1);
-  capture.state = CaptureState::exposed;
-  write(capture);
-  step();
-  EXPECT_EQ(types(), "1.7");
+  expect_completion_with_exposure(command);
 }
 
 TEST_F(TelecommandTest, ADamagedCaptureOrCommandKeepsNobodyFromTheNextOnes) {
