@@ -223,6 +223,54 @@ TEST_F(LensSolutionTest, WithoutMotionNothingIsAskedOfTheReadoutTime) {
   EXPECT_NEAR(step.camera.readout_s, 0, 1e-6);
 }
 
+/// What the vehicle measures exactly of a flight over level ground at height 0.
+struct MeasuredByVehicle {
+  MeasuredPlaces places;
+  MeasuredHeights heights;
+
+  explicit MeasuredByVehicle(const SyntheticFlight& flight) {
+    for (std::size_t i = 0; i < flight.keyframes.size(); ++i) {
+      const world::CameraState& truth = flight.keyframes[i].truth;
+      const auto view = static_cast<std::uint16_t>(i);
+      const Vec3& c = truth.centre;
+      (void)places.push_back({view, {c.x(), c.y(), c.z()}, {0.02, 0.02, 0.02}});
+      const Vec3 up = truth.rotation.col(2);
+      (void)heights.push_back({view, c.z(), 0.02, {up.x(), up.y(), up.z()}});
+    }
+  }
+};
+
+/// A wrong derivative by poses, points or camera would lead past it, and further steps would hide that.
+TEST_F(LensSolutionTest, HeightsBesidePlacesLeadToTheFocalLengthInOneStep) {
+  for (const unsigned seed : {4601U, 4602U, 4603U}) {
+    for (const double error : {-0.01, 0.01}) {
+      FlightScene scene = scene_of(seed);
+      scene.world = "flat";
+      scene.line = true;
+      scene.noise_px = 0.02;
+      SyntheticFlight flight(scene);
+      const CameraModel& lens = flight.camera;
+      CameraModel given = lens;
+      given.fx *= 1 + error;
+      given.fy *= 1 + error;
+      see_through(lens, given, flight);
+      PosedWindow window(flight, given);
+      ASSERT_TRUE(window.ok());
+      const MeasuredByVehicle measured(flight);
+      CameraEvidence evidence;
+      IntrinsicsEquations equations;
+      const ReductionParams reduction{
+          .error_factor = params.error_factor, .steps = 5, .places = &measured.places, .heights = &measured.heights};
+      ASSERT_TRUE(
+          reduce_to_intrinsics(given, reduction, window.problem(), *workspace_, equations, evidence.field).ok());
+      add_window(equations, params, evidence);
+      const LensStep step = step_towards_lens(evidence, given, prior_of(given, {.focal_sigma = focal_sigma}), 1);
+      EXPECT_LT(step.sigmas[0], 0.004 * lens.fx) << seed << " " << error;
+      EXPECT_NEAR(step.camera.fx, lens.fx, 0.1 * std::abs(error) * lens.fx) << seed << " " << error;
+    }
+  }
+}
+
 TEST_F(LensSolutionTest, WindowsThatContradictEachOtherCountLess) {
   const CameraEvidence evidence = evidence_of(4201, nominal_, nominal_);
   const LensPrior prior = prior_of(nominal_, {.focal_sigma = focal_sigma});
