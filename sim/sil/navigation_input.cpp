@@ -76,7 +76,18 @@ bool read_number(const std::string& text, double& value) {
   return !text.empty() && *end == '\0' && std::isfinite(value);
 }
 
-/// YYYY-MM-DDThh:mm:ss[.fraction][Z|+hh:mm], with a blank in place of T.
+/// +hh:mm, +hhmm, +hh, and the same with a minus.
+std::optional<int> seconds_of_zone(std::string zone) {
+  if (zone.size() == 6 && zone[3] == ':') zone.erase(3, 1);
+  if ((zone.size() != 3 && zone.size() != 5) || (zone[0] != '+' && zone[0] != '-') ||
+      zone.find_first_not_of("0123456789", 1) != std::string::npos)
+    return std::nullopt;
+  const int hours = std::stoi(zone.substr(1, 2)), minutes = zone.size() == 5 ? std::stoi(zone.substr(3)) : 0;
+  if (hours > 14 || minutes > 59) return std::nullopt;
+  return (zone[0] == '-' ? -1 : 1) * (hours * 3600 + minutes * 60);
+}
+
+/// YYYY-MM-DDThh:mm:ss[.fraction][Z|+hh:mm|+hhmm|+hh], with a blank in place of T.
 Kind read_date(const std::string& text, double& seconds) {
   std::tm tm{};
   int length = 0;
@@ -93,10 +104,9 @@ Kind read_date(const std::string& text, double& seconds) {
   const std::string zone = text.substr(static_cast<std::size_t>(length));
   if (zone.empty()) return Kind::of_the_clock;
   if (zone == "Z" || zone == "z") return Kind::utc;
-  int hours = 0, minutes = 0;
-  if ((zone[0] != '+' && zone[0] != '-') || std::sscanf(zone.c_str() + 1, "%2d:%2d", &hours, &minutes) < 1)
-    return Kind::none;
-  seconds -= (zone[0] == '-' ? -1 : 1) * (hours * 3600 + minutes * 60);
+  const std::optional<int> zone_s = seconds_of_zone(zone);
+  if (!zone_s) return Kind::none;
+  seconds -= *zone_s;
   return Kind::utc;
 }
 
