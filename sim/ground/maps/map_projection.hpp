@@ -53,6 +53,5 @@ class RasterFromMap {
 [[nodiscard]] std::optional<Place> degrees_from_raster(const OGRSpatialReference* system, Place raster);
 /// The map's place of a longitude and latitude in degrees.
 [[nodiscard]] Place map_from_degrees(const MapPlane& plane, Place degrees);
-[[nodiscard]] Place degrees_from_map(const MapPlane& plane, Place map);
 
 }  // namespace ilp::maps

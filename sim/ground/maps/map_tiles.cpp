@@ -5,6 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "sim/host/longitude.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace ilp::maps {
@@ -55,7 +56,7 @@ Extent wanted_extent(const MapPlane& plane, const Extent& area) {
 
 MapPlane plane_about(Body body, Place middle) {
   if (body == Body::none) return {};
-  return {body, std::remainder(middle.x, 360), middle.y};
+  return {body, host::longitude_near(middle.x, 0), middle.y};
 }
 
 void check_options(const MapTilesOptions& options) {
@@ -66,7 +67,8 @@ void check_options(const MapTilesOptions& options) {
   if (!(options.pixel_m > 0)) throw std::runtime_error("--pixel must be above 0 m");
   if (options.area && options.area->empty()) {
     throw std::runtime_error(
-        "--area is empty: WEST,SOUTH,EAST,NORTH with west below east and south below north expected");
+        "--area is empty: WEST,SOUTH,EAST,NORTH with west below east (179,-1,181,1 across 180 degrees) and south below "
+        "north expected");
   }
 }
 
