@@ -9,7 +9,6 @@
 
 #include "fsw/shared/body_figure.hpp"
 #include "sim/host/gdal_session.hpp"
-#include "sim/host/longitude.hpp"
 
 namespace ilp::maps {
 namespace {
@@ -134,15 +133,13 @@ RasterFromMap::~RasterFromMap() = default;
 RasterFromMap::RasterFromMap(RasterFromMap&&) noexcept = default;
 RasterFromMap& RasterFromMap::operator=(RasterFromMap&&) noexcept = default;
 
-std::optional<Place> RasterFromMap::operator()(Place map, double middle_deg) const {
+std::optional<Place> RasterFromMap::operator()(Place map) const {
   const Systems& s = *systems_;
   if (!s.raster) return map;
   std::optional<Place> place = transformed(*s.degrees_from_map, map);
   if (!place) return std::nullopt;
   place->y = s.raster->own_latitude(place->y);
-  if (!s.in_degrees) return transformed(*s.raster_from_degrees, *place);
-  place->x = host::longitude_near(place->x, middle_deg);
-  return place;
+  return s.in_degrees ? place : transformed(*s.raster_from_degrees, *place);
 }
 
 std::optional<Place> RasterFromMap::map_from_raster(Place raster) const {
