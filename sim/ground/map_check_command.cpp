@@ -12,9 +12,9 @@
 
 #include "sim/ground/fixes/fix_text.hpp"
 #include "sim/ground/fixes/map_check.hpp"
-#include "sim/ground/maps/map_writer.hpp"
 #include "sim/host/command_line.hpp"
 #include "sim/host/files.hpp"
+#include "sim/host/key_file.hpp"
 #include "sim/host/mission_input.hpp"
 #include "sim/host/text_format.hpp"
 
@@ -69,7 +69,7 @@ void read_words(const Words& words, fixes::MapCheckOptions& options) {
     mission.map_sun_azimuth_rad = std::remainder((90 - words.sun[0]) * radians, 2 * std::numbers::pi);
     mission.map_sun_elevation_rad = words.sun[1] * radians;
   }
-  if (!words.key.empty()) options.key = maps::read_map_key(words.key);
+  if (!words.key.empty()) options.key = host::read_key_file(words.key).octets;
   // What came down of a flight of ilp-sil.
   if (fs::is_directory(options.outbox / "outbox")) options.outbox /= "outbox";
   if (!fs::is_directory(options.outbox))

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "sim/host/key_file.hpp"
 #include "sim/host/longitude.hpp"
 #include "sim/host/text_format.hpp"
 
@@ -108,7 +109,8 @@ double azimuth_from_x(double clockwise_deg) {
 
 std::vector<std::string> make_map_tiles(const MapTilesOptions& options, std::ostream& messages) {
   check_options(options);
-  const std::vector<std::uint8_t> key = options.key.empty() ? std::vector<std::uint8_t>{} : read_map_key(options.key);
+  const std::vector<std::uint8_t> key =
+      options.key.empty() ? std::vector<std::uint8_t>{} : host::read_key_file(options.key).octets;
   MappedRaster image(options.image, host::RasterBand::Content::brightness);
   MappedRaster heights(options.heights, host::RasterBand::Content::heights);
   const Body body = common_body(options, image, heights);
