@@ -105,7 +105,7 @@ TEST(FixesOfFlight, AStepOfThePosesIsWhatTheFixesRemoved) {
     EXPECT_FALSE(one.off_by_vehicle_m.has_value()) << "the vehicle measured nothing";
   }
   EXPECT_EQ(strip.off_by_first.count, 12U) << "of the fixes after the first eight";
-  EXPECT_NEAR(strip.off_by_first.largest_m, step, 0.05);
+  EXPECT_NEAR(strip.off_by_first.max, step, 0.05);
   // The camera's track stands where the fixes are.
   ASSERT_EQ(strip.track_by_first.size(), 20U);
   EXPECT_NEAR((strip.track_by_first[5] - centre_of(6)).norm(), 0, 0.1);
@@ -121,7 +121,7 @@ TEST(FixesOfFlight, AStripThatWasMovedSaysTheSame) {
   by.translation = Vec3(5, 6, 7);
   for (auto& [id, keyframe] : flight.keyframes) intake::move(by, keyframe);
   EXPECT_NEAR(flight.keyframes[3].fix->ground_depth, height_m, 1e-9);
-  EXPECT_NEAR(fixes_of(flight).strips[0].off_by_first.largest_m, std::hypot(6, 30), 0.05);
+  EXPECT_NEAR(fixes_of(flight).strips[0].off_by_first.max, std::hypot(6, 30), 0.05);
 }
 
 TEST(FixesOfFlight, AVehicleThatIsOffIsSaidToBeOff) {
@@ -143,8 +143,8 @@ TEST(FixesOfFlight, AVehicleThatIsOffIsSaidToBeOff) {
   }
   const StripFixes strip = fixes_of(flight).strips[0];
   EXPECT_EQ(strip.off_by_vehicle.count, 16U);
-  EXPECT_NEAR(strip.off_by_vehicle.median_m, 50, 0.5);
-  EXPECT_LT(strip.off_by_all.largest_m, 0.05);
+  EXPECT_NEAR(strip.off_by_vehicle.median, 50, 0.5);
+  EXPECT_LT(strip.off_by_all.max, 0.05);
 }
 
 TEST(FixesOfFlight, TheEllipseHasTheSigmasOfItsAxes) {
