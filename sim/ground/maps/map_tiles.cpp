@@ -61,10 +61,6 @@ MapPlane plane_about(Body body, Place middle) {
 }
 
 void check_options(const MapTilesOptions& options) {
-  if (!(options.sun_elevation_deg > 0 && options.sun_elevation_deg <= 90)) {
-    throw std::runtime_error("the sun is " + host::brief(options.sun_elevation_deg) +
-                             " degrees above the horizon; above 0 and at most 90 expected (--sun AZIMUTH,ELEVATION)");
-  }
   if (!(options.pixel_m > 0)) throw std::runtime_error("--pixel must be above 0 m");
   if (options.area && options.area->empty()) {
     throw std::runtime_error(
@@ -100,15 +96,11 @@ Extent extent_of_map(const MapTilesOptions& options, const MapPlane& plane, cons
   return extent;
 }
 
-/// East of the map's plane from north clockwise becomes the direction from x to y.
-double azimuth_from_x(double clockwise_deg) {
-  return std::remainder(90 - clockwise_deg, 360) * radians;
-}
-
 }  // namespace
 
 std::vector<std::string> make_map_tiles(const MapTilesOptions& options, std::ostream& messages) {
   check_options(options);
+  const Sun sun = sun_of("--sun", options.sun_azimuth_deg, options.sun_elevation_deg, options.ambient);
   const std::vector<std::uint8_t> key =
       options.key.empty() ? std::vector<std::uint8_t>{} : host::read_key_file(options.key).octets;
   MappedRaster image(options.image, host::RasterBand::Content::brightness);
@@ -127,16 +119,16 @@ std::vector<std::string> make_map_tiles(const MapTilesOptions& options, std::ost
   directory->body = body;
   directory->longitude_rad = plane.longitude_deg * radians;
   directory->latitude_rad = plane.latitude_deg * radians;
-  directory->sun_azimuth_rad = azimuth_from_x(options.sun_azimuth_deg);
-  directory->sun_elevation_rad = options.sun_elevation_deg * radians;
-  directory->ambient = options.ambient;
+  directory->sun_azimuth_rad = sun.azimuth_rad;
+  directory->sun_elevation_rad = sun.elevation_rad;
+  directory->ambient = sun.ambient;
   directory->image_sigma = options.image_sigma;
   directory->height_sigma_m = options.height_sigma_m.value_or(default_height_sigma_px * options.pixel_m);
   directory->place_sigma_m = options.place_sigma_m;
   set_layers(*directory, extent.west, extent.north, extent.east - extent.west, extent.north - extent.south,
              options.pixel_m, options.coarse);
   TileParams params;
-  params.sun = {directory->sun_azimuth_rad, directory->sun_elevation_rad, options.ambient};
+  params.sun = sun;
   params.flat = options.flat;
   params.features = options.features;
   params.flight_sun = options.flight_sun;

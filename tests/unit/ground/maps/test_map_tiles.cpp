@@ -407,6 +407,9 @@ TEST_F(MapTiles, WhatIsWrongIsNamed) {
   options_.sun_elevation_deg = -3;
   expect_refused("the sun is -3.00 degrees above the horizon");
   options_.sun_elevation_deg = 40;
+  options_.sun_azimuth_deg = std::nan("");
+  expect_refused("--sun: the sun is 40.0 degrees above the horizon, at an azimuth of –");
+  options_.sun_azimuth_deg = 270;
   options_.pixel_m = 2;
   expect_refused("2.50 m or more expected");
   options_.pixel_m = 5;
