@@ -125,7 +125,7 @@ bool since_1970(const std::vector<double>& images) {
 }
 
 Table read_table(const fs::path& file) {
-  const host::CellFile text = host::read_cell_file(file);
+  const host::CellFile text = host::cells_of(host::read_text_lines(file));
   if (text.lines.empty()) refuse_navigation(file, "no line with the names of columns");
   Table table;
   table.plain = text.plain;
