@@ -136,6 +136,11 @@ Table read_table(const fs::path& file) {
   for (std::size_t i = 1; i < text.lines.size(); ++i) {
     MeasuredLine& line = table.lines.emplace_back();
     line.cells = text.lines[i].cells;
+    const auto has_comma = [](const std::string& cell) { return cell.find(',') != std::string::npos; };
+    const auto odd = std::find_if(line.cells.begin(), line.cells.end(), has_comma);
+    if (odd != line.cells.end())
+      refuse_navigation(file, "line " + std::to_string(text.lines[i].number) + ": \"" + *odd +
+                                  "\" has a comma; a decimal point, or semicolons between the cells, expected");
     read_time(line, table.time_column);
     table.dated = table.dated || line.kind == Kind::of_the_clock ||
                   (line.kind == Kind::utc && line.cells[table.time_column].find(':') != std::string::npos);

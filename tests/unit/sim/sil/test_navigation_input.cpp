@@ -83,6 +83,12 @@ TEST_F(NavigationInput, AColumnThatIsNotKnownOrMissingIsNamed) {
   EXPECT_NE(refusal("height_m,height_sigma_m\n").find("time_s is missing"), std::string::npos);
 }
 
+TEST_F(NavigationInput, ACommaInsideACellIsNoColumn) {
+  // As spreadsheets write decimal commas, or thousands, where commas are between the cells.
+  EXPECT_NE(refusal("time_s,height_m,height_sigma_m\n8,100,1\n16,\"1,100\",1\n").find("line 3: \"1,100\" has a comma"),
+            std::string::npos);
+}
+
 TEST_F(NavigationInput, TimesSince1970AndDatesCountFromTheFirstImage) {
   epoch_ = StripEpoch{morning, true};
   for (const char* time :
