@@ -239,16 +239,17 @@ TEST(FixesOfFlight, AFlightWithoutAMapHasNothingOfIt) {
 
 TEST(FixesOfFlight, HostileFixesAreLeftOutAndNamed) {
   std::vector<FixRecord> fixes;
-  for (std::int64_t id = 1; id <= 5; ++id) fixes.push_back(fix_at(id, centre_of(id)));
+  for (std::int64_t id = 1; id <= 6; ++id) fixes.push_back(fix_at(id, centre_of(id)));
   fixes[0].ground_m[1] = std::numeric_limits<double>::quiet_NaN();
   fixes[1].verdict = static_cast<MapVerdict>(77);
   fixes[2].ground_covariance[1] = 5;
   fixes[3].strip_id = 9;
+  fixes[5].latitude_deg = 91;
   const Reported reported(fixes);
   EXPECT_EQ(reported.json.at("fixes").at("keyframes"), 1);
   std::string remarks;
   for (const auto& remark : reported.json.at("remarks")) remarks += remark.get<std::string>() + "\n";
-  for (int id = 1; id <= 4; ++id)
+  for (const int id : {1, 2, 3, 4, 6})
     EXPECT_NE(remarks.find("the fix of keyframe " + std::to_string(id) + " is left out"), std::string::npos) << remarks;
 }
 
