@@ -176,6 +176,12 @@ MappedRaster::Nodes MappedRaster::nodes_of(Place first, double spacing_m, std::i
                       std::max(nodes.around.east, pixel->x), std::max(nodes.around.north, pixel->y)};
       const std::optional<Place>& beside = c > 0 ? nodes.pixels[nodes.pixels.size() - 2] : std::nullopt;
       if (beside) {
+        // Between such neighbours nothing can be interpolated.
+        if (turn_px_ > 0 && std::fabs(pixel->x - beside->x) > turn_px_ / 8) {
+          throw std::runtime_error(band_.path().string() +
+                                   ": its longitudes meet at a pole in the area of the map; gdalwarp -t_srs with a "
+                                   "polar stereographic projection lays it out about the pole");
+        }
         nodes.pixels_per_sample =
             std::max(nodes.pixels_per_sample, std::hypot(pixel->x - beside->x, pixel->y - beside->y) / node_spacing);
       }

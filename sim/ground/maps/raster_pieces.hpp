@@ -36,7 +36,8 @@ class MappedRaster {
   [[nodiscard]] double pixel_m() const;
 
   /// Means over squares of `box_m` about places of the plane: (x + i spacing, y - j spacing). NaN where less than half
-  /// of a square is known.
+  /// of a square is known. std::runtime_error where the longitudes of a raster in degrees or in a cylindrical
+  /// projection meet at a pole between them.
   [[nodiscard]] host::Raster<float> means(Place first, double spacing_m, std::int32_t columns, std::int32_t rows,
                                           double box_m);
 
