@@ -6,15 +6,15 @@
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include "sim/ground/fixes/fix_text.hpp"
 #include "sim/ground/fixes/map_check.hpp"
-#include "sim/ground/maps/map_writer.hpp"
+#include "sim/ground/maps/map_pieces.hpp"
 #include "sim/host/command_line.hpp"
 #include "sim/host/files.hpp"
+#include "sim/host/key_file.hpp"
 #include "sim/host/mission_input.hpp"
 #include "sim/host/text_format.hpp"
 
@@ -50,7 +50,6 @@ void add_options(CLI::App& app, Words& words, fixes::MapCheckOptions& options) {
 }
 
 void read_words(const Words& words, fixes::MapCheckOptions& options) {
-  constexpr double radians = std::numbers::pi / 180;
   options.mission = host::read_mission(words.mission);
   MissionParameters& mission = options.mission;
   options.any_body = words.mission.empty() || mission.body == Body::none;
@@ -63,13 +62,12 @@ void read_words(const Words& words, fixes::MapCheckOptions& options) {
     mission.map_senses = static_cast<std::uint8_t>(sum);
   }
   if (!words.sun.empty()) {
-    if (!(words.sun[1] > 0 && words.sun[1] <= 90))
-      throw std::runtime_error("--sun: an elevation above 0 and at most 90 degrees expected");
+    const maps::Sun sun = maps::sun_of("--sun", words.sun[0], words.sun[1], 0);
     mission.map_sun_given = true;
-    mission.map_sun_azimuth_rad = std::remainder((90 - words.sun[0]) * radians, 2 * std::numbers::pi);
-    mission.map_sun_elevation_rad = words.sun[1] * radians;
+    mission.map_sun_azimuth_rad = sun.azimuth_rad;
+    mission.map_sun_elevation_rad = sun.elevation_rad;
   }
-  if (!words.key.empty()) options.key = maps::read_map_key(words.key);
+  if (!words.key.empty()) options.key = host::read_key_file(words.key).octets;
   // What came down of a flight of ilp-sil.
   if (fs::is_directory(options.outbox / "outbox")) options.outbox /= "outbox";
   if (!fs::is_directory(options.outbox))

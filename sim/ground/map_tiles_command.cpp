@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <iostream>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -11,8 +10,6 @@
 
 namespace ilp::ground {
 namespace {
-
-constexpr double radians = std::numbers::pi / 180;
 
 struct Words {
   std::string from, body;
@@ -77,11 +74,7 @@ void read_words(const Words& words, maps::MapTilesOptions& options) {
   options.sun_elevation_deg = words.sun[1];
   options.flat = !words.as_imaged;
   if (!words.flight_sun.empty()) {
-    if (!(words.flight_sun[1] > 0 && words.flight_sun[1] <= 90)) {
-      throw std::runtime_error("--flight-sun: an elevation above 0 and at most 90 degrees expected");
-    }
-    options.flight_sun =
-        maps::Sun{(90 - words.flight_sun[0]) * radians, words.flight_sun[1] * radians, options.ambient};
+    options.flight_sun = maps::sun_of("--flight-sun", words.flight_sun[0], words.flight_sun[1], options.ambient);
   }
   if (!words.area.empty()) options.area = maps::Extent{words.area[0], words.area[1], words.area[2], words.area[3]};
   if (!words.body.empty()) options.body = body_named(words.body);

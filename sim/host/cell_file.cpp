@@ -52,22 +52,28 @@ void mend_decimal_comma(std::string& cell) {
 
 }  // namespace
 
-CellFile read_cell_file(const std::filesystem::path& path) {
+TextLines read_text_lines(const std::filesystem::path& path) {
   const std::vector<std::uint8_t> bytes = read_file(path);
   std::string text(bytes.begin(), bytes.end());
-  CellFile file;
-  if (text.starts_with(byte_order_mark)) {
-    text.erase(0, byte_order_mark.size());
-    file.plain = false;
-  }
+  TextLines file;
+  file.marked = text.starts_with(byte_order_mark);
+  if (file.marked) text.erase(0, byte_order_mark.size());
   std::istringstream in(text);
-  char separator = '\0';
   int number = 0;
   for (std::string line; std::getline(in, line);) {
     ++number;
     const std::size_t first = line.find_first_not_of(blanks);
-    if (first == std::string::npos || line[first] == '#') continue;
-    const auto count = [&line](char c) { return std::count(line.begin(), line.end(), c); };
+    if (first != std::string::npos && line[first] != '#') file.lines.push_back({number, line});
+  }
+  return file;
+}
+
+CellFile cells_of(const TextLines& text) {
+  CellFile file;
+  file.plain = !text.marked;
+  char separator = '\0';
+  for (const auto& [number, line] : text.lines) {
+    const auto count = [&text = line](char c) { return std::count(text.begin(), text.end(), c); };
     if (separator == '\0') separator = separator_in(line);
     // The line of names may have been written by hand, with commas.
     if (separator == ',' && count(';') > count(',')) separator = ';';

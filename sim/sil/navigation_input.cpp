@@ -76,7 +76,18 @@ bool read_number(const std::string& text, double& value) {
   return !text.empty() && *end == '\0' && std::isfinite(value);
 }
 
-/// YYYY-MM-DDThh:mm:ss[.fraction][Z|+hh:mm], with a blank in place of T.
+/// +hh:mm, +hhmm, +hh, and the same with a minus.
+std::optional<int> seconds_of_zone(std::string zone) {
+  if (zone.size() == 6 && zone[3] == ':') zone.erase(3, 1);
+  if ((zone.size() != 3 && zone.size() != 5) || (zone[0] != '+' && zone[0] != '-') ||
+      zone.find_first_not_of("0123456789", 1) != std::string::npos)
+    return std::nullopt;
+  const int hours = std::stoi(zone.substr(1, 2)), minutes = zone.size() == 5 ? std::stoi(zone.substr(3)) : 0;
+  if (hours > 14 || minutes > 59) return std::nullopt;
+  return (zone[0] == '-' ? -1 : 1) * (hours * 3600 + minutes * 60);
+}
+
+/// YYYY-MM-DDThh:mm:ss[.fraction][Z|+hh:mm|+hhmm|+hh], with a blank in place of T.
 Kind read_date(const std::string& text, double& seconds) {
   std::tm tm{};
   int length = 0;
@@ -93,10 +104,9 @@ Kind read_date(const std::string& text, double& seconds) {
   const std::string zone = text.substr(static_cast<std::size_t>(length));
   if (zone.empty()) return Kind::of_the_clock;
   if (zone == "Z" || zone == "z") return Kind::utc;
-  int hours = 0, minutes = 0;
-  if ((zone[0] != '+' && zone[0] != '-') || std::sscanf(zone.c_str() + 1, "%2d:%2d", &hours, &minutes) < 1)
-    return Kind::none;
-  seconds -= (zone[0] == '-' ? -1 : 1) * (hours * 3600 + minutes * 60);
+  const std::optional<int> zone_s = seconds_of_zone(zone);
+  if (!zone_s) return Kind::none;
+  seconds -= *zone_s;
   return Kind::utc;
 }
 
@@ -115,7 +125,7 @@ bool since_1970(const std::vector<double>& images) {
 }
 
 Table read_table(const fs::path& file) {
-  const host::CellFile text = host::read_cell_file(file);
+  const host::CellFile text = host::cells_of(host::read_text_lines(file));
   if (text.lines.empty()) refuse_navigation(file, "no line with the names of columns");
   Table table;
   table.plain = text.plain;
@@ -126,6 +136,11 @@ Table read_table(const fs::path& file) {
   for (std::size_t i = 1; i < text.lines.size(); ++i) {
     MeasuredLine& line = table.lines.emplace_back();
     line.cells = text.lines[i].cells;
+    const auto has_comma = [](const std::string& cell) { return cell.find(',') != std::string::npos; };
+    const auto odd = std::find_if(line.cells.begin(), line.cells.end(), has_comma);
+    if (odd != line.cells.end())
+      refuse_navigation(file, "line " + std::to_string(text.lines[i].number) + ": \"" + *odd +
+                                  "\" has a comma; a decimal point, or semicolons between the cells, expected");
     read_time(line, table.time_column);
     table.dated = table.dated || line.kind == Kind::of_the_clock ||
                   (line.kind == Kind::utc && line.cells[table.time_column].find(':') != std::string::npos);

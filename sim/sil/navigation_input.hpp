@@ -16,7 +16,7 @@ namespace ilp::sil {
 /// zone is compared with the measurements in steps of a quarter of an hour; only one zone that fits is used. Returns
 /// `given` where the flight can read it as it is, else `made`, which is written. Says in `messages` what was done,
 /// which lines cannot be used, and when no measurement lies within half a second of an image. Throws std::runtime_error
-/// that names the column that is not known or missing.
+/// that names the column that is not known or missing, or the line with a comma in a cell.
 [[nodiscard]] std::filesystem::path prepare_navigation(const std::filesystem::path& given,
                                                        const std::vector<host::StripFrame>& frames,
                                                        const std::optional<StripEpoch>& epoch,

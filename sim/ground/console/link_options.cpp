@@ -1,14 +1,10 @@
 #include "sim/ground/console/link_options.hpp"
 
-#include <array>
-#include <cerrno>
 #include <memory>
-#include <sstream>
 #include <stdexcept>
 
 #include "cfg/mission.hpp"
-#include "hal/posix/private_file.hpp"
-#include "sim/host/files.hpp"
+#include "sim/host/key_file.hpp"
 
 namespace ilp::console {
 namespace {
@@ -19,51 +15,6 @@ SocketAddress address_of(const std::string& text) {
     throw std::runtime_error("an address is written 127.0.0.1:10025, not " + text);
   }
   return address;
-}
-
-std::vector<std::uint8_t> octets_of(const std::string& hex) {
-  std::vector<std::uint8_t> octets;
-  for (std::size_t i = 0; i + 1 < hex.size(); i += 2) {
-    octets.push_back(static_cast<std::uint8_t>(std::stoul(hex.substr(i, 2), nullptr, 16)));
-  }
-  return octets;
-}
-
-bool is_hex(const std::string& text) {
-  return text.size() % 2 == 0 && text.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
-}
-
-std::string text_of_keys(const std::string& path) {
-  std::array<std::uint8_t, 4096> text{};
-  std::size_t size = 0;
-  const Status status = read_private_file(path.c_str(), text, size);
-  if (status.is(StatusCode::file_not_private)) {
-    throw std::runtime_error("others may read the file of keys " + path + ": run chmod 600 " + path);
-  }
-  if (!status.ok()) {
-    const int error = status.is(StatusCode::not_found) ? ENOENT : static_cast<int>(status.a);
-    throw std::runtime_error("cannot read the file of keys " + path + ": " + host::read_failure(error));
-  }
-  return {reinterpret_cast<const char*>(text.data()), size};
-}
-
-// The file has a line `SPI KEY` for each key, as the flight's has. The first key counts unless an SPI is given.
-void read_key(const LinkOptions& options, ConsoleSettings& settings) {
-  std::istringstream in(text_of_keys(options.key));
-  for (std::string line; std::getline(in, line);) {
-    std::istringstream words(line.substr(0, line.find('#')));
-    std::uint16_t spi = 0;
-    std::string hex;
-    if (!(words >> spi >> hex) || (options.spi != 0 && spi != options.spi)) continue;
-    const bool good = is_hex(hex) && hex.size() >= 2 * min_key_bytes && hex.size() <= 2 * max_key_bytes;
-    if (!good || spi == 0)
-      throw std::runtime_error(options.key + ": a line is an SPI and 16 to 64 octets in hexadecimal");
-    settings.spi = spi;
-    settings.key = octets_of(hex);
-    return;
-  }
-  throw std::runtime_error(options.key + " has no key" +
-                           (options.spi ? " of SPI " + std::to_string(options.spi) : std::string()));
 }
 
 Tailoring tailoring_named(const std::string& name) {
@@ -85,7 +36,11 @@ OperatorSettings operator_settings(const LinkOptions& options) {
   settings.link.apid = options.apid;
   settings.link.source = options.source;
   settings.link.tailoring = tailoring_named(options.tailoring);
-  if (!options.key.empty()) read_key(options, settings.link);
+  if (!options.key.empty()) {
+    const host::FileKey key = host::read_key_file(options.key, options.spi);
+    settings.link.spi = key.spi;
+    settings.link.key = key.octets;
+  }
   const std::string numbers =
       options.numbers.empty() && !options.key.empty() ? options.key + ".numbers" : options.numbers;
   settings.link.numbers =

@@ -11,7 +11,6 @@
 #include <stdexcept>
 
 #include "sim/host/cell_file.hpp"
-#include "sim/host/files.hpp"
 
 namespace ilp::control {
 namespace {
@@ -71,11 +70,11 @@ bool geographic_of(std::vector<std::string> words) {
       "coordinate system of a gcp_list.txt, such as EPSG:32633");
 }
 
-ControlFile read_table(const std::filesystem::path& path, int& line) {
+ControlFile read_table(const host::TextLines& text, int& line) {
   ControlFile file;
   std::set<std::string> names;
   bool begun = false;
-  for (const host::CellLine& row : host::read_cell_file(path).lines) {
+  for (const host::CellLine& row : host::cells_of(text).lines) {
     line = row.number;
     if (!begun) {
       file.geographic = geographic_of(row.cells);
@@ -89,7 +88,8 @@ ControlFile read_table(const std::filesystem::path& path, int& line) {
 }
 
 /// As GDAL knows it; empty for a line that is no coordinate system.
-std::string system_of(const std::string& line) {
+std::string system_of(std::string line) {
+  line.erase(line.find_last_not_of(" \t\r") + 1);
   if (in_small_letters(line.substr(0, 5)) == "epsg:" || line.starts_with("+proj") || line.starts_with("PROJCS") ||
       line.starts_with("PROJCRS"))
     return line;
@@ -101,27 +101,7 @@ std::string system_of(const std::string& line) {
   return "EPSG:" + std::to_string((side == 'N' ? 32600 : 32700) + zone);
 }
 
-struct TextLine {
-  int number = 0;
-  std::string text;
-};
-
-std::vector<TextLine> lines_with_text(const std::filesystem::path& path) {
-  const std::vector<std::uint8_t> bytes = host::read_file(path);
-  std::string text(bytes.begin(), bytes.end());
-  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
-  std::istringstream in(text);
-  std::vector<TextLine> lines;
-  int number = 0;
-  for (std::string line; std::getline(in, line);) {
-    ++number;
-    while (!line.empty() && (line.back() == '\r' || line.back() == ' ' || line.back() == '\t')) line.pop_back();
-    if (!line.empty() && line[0] != '#') lines.push_back({number, line});
-  }
-  return lines;
-}
-
-ControlFile read_gcp_list(const std::vector<TextLine>& lines, int& line) {
+ControlFile read_gcp_list(const std::vector<host::TextLine>& lines, int& line) {
   ControlFile file;
   file.system = system_of(lines.front().text);
   file.original_pixels = true;
@@ -152,12 +132,12 @@ ControlFile read_gcp_list(const std::vector<TextLine>& lines, int& line) {
 }  // namespace
 
 ControlFile read_control_file(const std::filesystem::path& path) {
-  const std::vector<TextLine> lines = lines_with_text(path);
+  const host::TextLines text = host::read_text_lines(path);
   int line = 1;
   ControlFile file;
   try {
-    const bool list = !lines.empty() && !system_of(lines.front().text).empty();
-    file = list ? read_gcp_list(lines, line) : read_table(path, line);
+    const bool list = !text.lines.empty() && !system_of(text.lines.front().text).empty();
+    file = list ? read_gcp_list(text.lines, line) : read_table(text, line);
   } catch (const std::runtime_error& error) {
     refuse("control points " + path.string() + ", line " + std::to_string(line) + ": " + error.what());
   }

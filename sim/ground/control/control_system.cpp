@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "sim/host/gdal_session.hpp"
+#include "sim/host/height_units.hpp"
 #include "sim/host/longitude.hpp"
 #include "sim/host/text_format.hpp"
 
@@ -63,8 +64,11 @@ class Geoid {
       return;
     }
     raster_.reset(GDALDataset::Open(text.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
-    if (!raster_ || raster_->GetGeoTransform(transform_.data()) != CE_None || transform_[2] != 0 || transform_[4] != 0)
+    const OGRSpatialReference* const system = raster_ ? raster_->GetSpatialRef() : nullptr;
+    if (!raster_ || raster_->GetGeoTransform(transform_.data()) != CE_None || transform_[2] != 0 ||
+        transform_[4] != 0 || (system != nullptr && system->IsProjected() != 0))
       throw std::runtime_error("--geoid " + text + ": neither metres nor a raster of geoid heights in degrees");
+    units_ = host::height_units(text, *raster_);
   }
 
   [[nodiscard]] double at(const ControlPoint& point) {
@@ -75,27 +79,32 @@ class Geoid {
     const double row = (point.place.y() - transform_[3]) / transform_[5] - 0.5;
     // A raster around the body goes on behind its last column.
     const bool around = std::fabs(std::fabs(width * transform_[1]) - 360) < 1.5 * std::fabs(transform_[1]);
+    const std::string no_height = "--geoid " + name_ + " has no height at control point " + point.name;
     if (!(row >= 0 && row <= height - 1) || (!around && !(column >= 0 && column <= width - 1)))
-      throw std::runtime_error("--geoid " + name_ + " has no height at control point " + point.name);
+      throw std::runtime_error(no_height);
     const auto i = static_cast<int>(std::floor(column)), j = std::min(static_cast<int>(row), height - 2);
     const double u = column - i, v = row - j;
-    return (1 - v) * ((1 - u) * value(i, j) + u * value(i + 1, j)) +
-           v * ((1 - u) * value(i, j + 1) + u * value(i + 1, j + 1));
+    const double between = (1 - v) * ((1 - u) * value(i, j) + u * value(i + 1, j)) +
+                           v * ((1 - u) * value(i, j + 1) + u * value(i + 1, j + 1));
+    if (!std::isfinite(between)) throw std::runtime_error(no_height);
+    return between;
   }
 
  private:
+  /// Not a number where the raster knows none.
   double value(int column, int row) {
     double number = 0;
     const int width = raster_->GetRasterXSize();
     if (raster_->GetRasterBand(1)->RasterIO(GF_Read, (column + width) % width, row, 1, 1, &number, 1, 1, GDT_Float64, 0,
                                             0, nullptr) != CE_None)
       throw host::gdal_error("--geoid " + name_);
-    return number;
+    return units_.is_missing(static_cast<float>(number)) ? std::nan("") : units_.metres * number + units_.offset_m;
   }
 
   std::string name_;
   std::optional<double> constant_;
   host::Dataset raster_;
+  host::HeightUnits units_;
   std::array<double, 6> transform_{};
 };
 

@@ -13,7 +13,9 @@ namespace ilp::control {
 struct ControlSystem {
   std::string body_crs;  ///< longitude and latitude on the body of the map, for GDAL
   std::string crs;       ///< of x and y, such as EPSG:32633; empty: what the file states
-  std::string geoid;  ///< height of the geoid above the body's figure: metres, or a raster in degrees that GDAL reads
+  /// Height of the geoid above the body's figure: metres, or a raster in degrees that GDAL reads
+  /// (host/height_units.hpp).
+  std::string geoid;
 };
 
 /// Whether x and y have a coordinate system of the Earth: the body need not be named then.
@@ -21,7 +23,7 @@ struct ControlSystem {
 
 /// x and y with a coordinate system become longitude and latitude, and heights above the geoid heights above the
 /// figure. Without either the file stays as it is. std::runtime_error for a system or a geoid that is not known, for
-/// another body, and for points outside of the geoid's raster.
+/// another body, and for points where the geoid's raster knows nothing.
 void resolve(const ControlSystem& system, ControlFile& file);
 
 /// Marks in photographs of which `binning` x `binning` pixels became one of the flight, which has `width` x `height`:

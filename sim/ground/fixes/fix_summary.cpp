@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <span>
 
 #include "fsw/shared/local_plane.hpp"
 #include "fsw/shared/measured_keyframe.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "sim/host/statistics.hpp"
 
 namespace ilp::fixes {
 namespace {
@@ -143,12 +140,6 @@ std::vector<Vec3> track_by(const StripFrame& frame, const std::vector<Measured>&
   return track;
 }
 
-Distances distances_of(std::vector<double> values) {
-  if (values.empty()) return {};
-  const double largest = *std::max_element(values.begin(), values.end());
-  return {values.size(), host::median(values), largest};
-}
-
 /// Of the fixes that count; by the first ones, of those after them.
 void sum_up(StripFixes& strip) {
   std::vector<double> vehicle, first, all;
@@ -163,9 +154,9 @@ void sum_up(StripFixes& strip) {
     if (one.off_by_all_m) all.push_back(*one.off_by_all_m);
   }
   strip.accepted = accepted;
-  strip.off_by_vehicle = distances_of(vehicle);
-  strip.off_by_first = distances_of(first);
-  strip.off_by_all = distances_of(all);
+  strip.off_by_vehicle = host::summarise(vehicle);
+  strip.off_by_first = host::summarise(first);
+  strip.off_by_all = host::summarise(all);
 }
 
 StripFixes strip_fixes(const intake::Flight& flight, const intake::Strip& strip, const FixRecord& lead) {

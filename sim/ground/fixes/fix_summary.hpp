@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "sim/ground/intake/flight_model.hpp"
+#include "sim/host/statistics.hpp"
 
 namespace ilp::fixes {
 
@@ -28,18 +28,13 @@ struct KeyframeFix {
   std::optional<double> off_by_all_m;      ///< from where all fixes of the strip put it: what a similarity leaves
 };
 
-struct Distances {
-  std::size_t count = 0;
-  double median_m = 0, largest_m = 0;
-};
-
 struct StripFixes {
   std::int64_t strip_id = 0;
   std::int64_t map_id = 0;  ///< of the accepted fixes; else of the newest record
   double map_sigma_m = 0;
   std::vector<KeyframeFix> keyframes;  ///< by id
   std::size_t registered = 0, fixed = 0, accepted = 0;
-  Distances off_by_vehicle, off_by_first, off_by_all;
+  host::ErrorSummary off_by_vehicle, off_by_first, off_by_all;  ///< m
   std::vector<Vec3> track_by_first, track_by_all;  ///< camera centres on the map; empty without accepted fixes
 };
 

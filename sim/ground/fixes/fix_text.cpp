@@ -23,9 +23,9 @@ Json number(const std::optional<double>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
 
-Json distances_json(const Distances& distances) {
+Json distances_json(const host::ErrorSummary& distances) {
   if (distances.count == 0) return nullptr;
-  return {{"count", distances.count}, {"median", distances.median_m}, {"largest", distances.largest_m}};
+  return {{"count", distances.count}, {"median", distances.median}, {"largest", distances.max}};
 }
 
 Json keyframe_json(const KeyframeFix& one) {
@@ -65,9 +65,9 @@ Json keyframe_json(const KeyframeFix& one) {
   return json;
 }
 
-std::string off(const char* what, const Distances& distances) {
-  return std::string(what) + " " + host::brief(distances.median_m) + " m in the median, " +
-         host::brief(distances.largest_m) + " m at most";
+std::string off(const char* what, const host::ErrorSummary& distances) {
+  return std::string(what) + " " + host::brief(distances.median) + " m in the median, " + host::brief(distances.max) +
+         " m at most";
 }
 
 /// "3 no_agreement (too few pieces of the keyframe agree on one place)"

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include "sim/host/text_format.hpp"
 
 namespace ilp::maps {
 
@@ -19,6 +23,16 @@ host::Raster<float> heights_of_cells(const host::Raster<float>& posts, std::int3
     }
   }
   return heights;
+}
+
+Sun sun_of(const char* option, double azimuth_deg, double elevation_deg, double ambient) {
+  if (!std::isfinite(azimuth_deg) || !(elevation_deg > 0 && elevation_deg <= 90)) {
+    throw std::runtime_error(std::string(option) + ": the sun is " + host::brief(elevation_deg) +
+                             " degrees above the horizon, at an azimuth of " + host::brief(azimuth_deg) +
+                             "; an elevation above 0 and at most 90 expected (AZIMUTH,ELEVATION)");
+  }
+  constexpr double radians = std::numbers::pi / 180;
+  return {std::remainder(90 - azimuth_deg, 360) * radians, elevation_deg * radians, ambient};
 }
 
 host::Raster<float> shading_of(const host::Raster<float>& heights, double pixel_m, const Sun& sun) {

@@ -31,12 +31,16 @@ using PieceOf = std::function<MapPiece(const MapLayer& layer, const PieceArea& a
 [[nodiscard]] host::Raster<float> heights_of_cells(const host::Raster<float>& posts, std::int32_t columns,
                                                    std::int32_t rows);
 
-/// Light of a sun on the ground by Lambert's law, over that of level ground: ambient + (1 - ambient) max(n s, 0) / sin
-/// of its elevation, with the slope over the two neighbours of a cell. NaN where the slope is unknown.
 struct Sun {
   double azimuth_rad = 0, elevation_rad = 0;  ///< towards it, from x to y; above the horizon
   double ambient = 0;
 };
+/// From degrees, clockwise from north and above the horizon, as people give them. std::runtime_error begins with
+/// `option` where the numbers are none of a sun above the horizon.
+[[nodiscard]] Sun sun_of(const char* option, double azimuth_deg, double elevation_deg, double ambient);
+
+/// Light of a sun on the ground by Lambert's law, over that of level ground: ambient + (1 - ambient) max(n s, 0) / sin
+/// of its elevation, with the slope over the two neighbours of a cell. NaN where the slope is unknown.
 [[nodiscard]] host::Raster<float> shading_of(const host::Raster<float>& heights, double pixel_m, const Sun& sun);
 
 /// Below this shading, the image says little about the ground.

@@ -7,31 +7,25 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "fsw/shared/body_figure.hpp"
 #include "sim/host/gdal_session.hpp"
 
 namespace ilp::maps {
 namespace {
 
-struct Figure {
-  Body body;
-  double radius_m;
-  const char* definition;  ///< for PROJ
-};
-
-// The spheres of the IAU's report of 2015 (doi:10.1007/s10569-017-9805-5); the Earth's ellipsoid is WGS 84.
-constexpr std::array<Figure, 5> figures = {{{Body::mars, 3396190, "+R=3396190"},
-                                            {Body::titan, 2575000, "+R=2575000"},
-                                            {Body::venus, 6051800, "+R=6051800"},
-                                            {Body::moon, 1737400, "+R=1737400"},
-                                            {Body::earth, 6378137, "+ellps=WGS84"}}};
-
 constexpr double degrees = 180 / std::numbers::pi;
 
-const Figure& figure_of(Body body) {
-  for (const Figure& figure : figures) {
-    if (figure.body == body) return figure;
-  }
-  throw std::runtime_error("a map on no body has no longitude and latitude");
+std::string number_text(double value) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), "%.13g", value);
+  return text.data();
+}
+
+/// The figure that the flight has, for PROJ.
+std::string figure_of(Body body) {
+  const BodyRadii radii = body_radii(body);
+  if (!(radii.equatorial_m > 0)) throw std::runtime_error("a map on no body has no longitude and latitude");
+  return "+a=" + number_text(radii.equatorial_m) + " +b=" + number_text(radii.polar_m);
 }
 
 OGRSpatialReference system_of(const std::string& definition) {
@@ -62,21 +56,15 @@ bool stands_on_a_body(const OGRSpatialReference* system) {
   return system != nullptr && (system->IsProjected() != 0 || system->IsGeographic() != 0);
 }
 
-std::string number_text(double value) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "%.12g", value);
-  return text.data();
-}
-
 /// The map's projection and the longitudes and latitudes below it.
 struct MapSystems {
   OGRSpatialReference plane, degrees_below;
 
   explicit MapSystems(const MapPlane& map)
       : plane(system_of("+proj=tmerc +lat_0=" + number_text(map.latitude_deg) +
-                        " +lon_0=" + number_text(map.longitude_deg) + " +k=1 +x_0=0 +y_0=0 " +
-                        figure_of(map.body).definition + " +units=m +no_defs")),
-        degrees_below(system_of(std::string("+proj=longlat ") + figure_of(map.body).definition + " +no_defs")) {}
+                        " +lon_0=" + number_text(map.longitude_deg) + " +k=1 +x_0=0 +y_0=0 " + figure_of(map.body) +
+                        " +units=m +no_defs")),
+        degrees_below(system_of("+proj=longlat " + figure_of(map.body) + " +no_defs")) {}
 };
 
 /// A raster's coordinates, and the longitudes and latitudes below them.
@@ -107,8 +95,9 @@ struct RasterSystems {
 Body body_of(const OGRSpatialReference* system) {
   if (!stands_on_a_body(system)) return Body::none;
   const double radius_m = system->GetSemiMajor();
-  for (const Figure& figure : figures) {
-    if (std::fabs(radius_m / figure.radius_m - 1) < 0.01) return figure.body;
+  for (const EnumValue& value : values_of(Body{})) {
+    const auto body = static_cast<Body>(value.number);
+    if (std::fabs(radius_m / body_radii(body).equatorial_m - 1) < 0.01) return body;
   }
   throw std::runtime_error("its coordinates stand on a body of " + number_text(radius_m) +
                            " m radius; mars, titan, venus, moon or earth expected");
@@ -144,15 +133,13 @@ RasterFromMap::~RasterFromMap() = default;
 RasterFromMap::RasterFromMap(RasterFromMap&&) noexcept = default;
 RasterFromMap& RasterFromMap::operator=(RasterFromMap&&) noexcept = default;
 
-std::optional<Place> RasterFromMap::operator()(Place map, double middle_deg) const {
+std::optional<Place> RasterFromMap::operator()(Place map) const {
   const Systems& s = *systems_;
   if (!s.raster) return map;
   std::optional<Place> place = transformed(*s.degrees_from_map, map);
   if (!place) return std::nullopt;
   place->y = s.raster->own_latitude(place->y);
-  if (!s.in_degrees) return transformed(*s.raster_from_degrees, *place);
-  place->x = middle_deg + std::remainder(place->x - middle_deg, 360);
-  return place;
+  return s.in_degrees ? place : transformed(*s.raster_from_degrees, *place);
 }
 
 std::optional<Place> RasterFromMap::map_from_raster(Place raster) const {
@@ -177,13 +164,6 @@ Place map_from_degrees(const MapPlane& plane, Place degrees) {
   const MapSystems map(plane);
   const std::optional<Place> place = transformed(*transformation(map.degrees_below, map.plane), degrees);
   if (!place) throw std::runtime_error("a place that is not on the map's plane");
-  return *place;
-}
-
-Place degrees_from_map(const MapPlane& plane, Place map_place) {
-  const MapSystems map(plane);
-  const std::optional<Place> place = transformed(*transformation(map.plane, map.degrees_below), map_place);
-  if (!place) throw std::runtime_error("a place that is not on the body");
   return *place;
 }
 

@@ -39,9 +39,8 @@ class RasterFromMap {
   RasterFromMap(RasterFromMap&&) noexcept;
   RasterFromMap& operator=(RasterFromMap&&) noexcept;
 
-  /// None where the place has no coordinates in the raster. Longitudes of a raster in degrees are about
-  /// `middle_deg`, at most 180 degrees away.
-  [[nodiscard]] std::optional<Place> operator()(Place map, double middle_deg = 0) const;
+  /// None where the place has no coordinates in the raster. Longitudes may be whole turns away from the raster's.
+  [[nodiscard]] std::optional<Place> operator()(Place map) const;
   [[nodiscard]] std::optional<Place> map_from_raster(Place raster) const;
 
  private:
@@ -53,6 +52,5 @@ class RasterFromMap {
 [[nodiscard]] std::optional<Place> degrees_from_raster(const OGRSpatialReference* system, Place raster);
 /// The map's place of a longitude and latitude in degrees.
 [[nodiscard]] Place map_from_degrees(const MapPlane& plane, Place degrees);
-[[nodiscard]] Place degrees_from_map(const MapPlane& plane, Place map);
 
 }  // namespace ilp::maps

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "sim/host/key_file.hpp"
+#include "sim/host/longitude.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace ilp::maps {
@@ -55,18 +57,15 @@ Extent wanted_extent(const MapPlane& plane, const Extent& area) {
 
 MapPlane plane_about(Body body, Place middle) {
   if (body == Body::none) return {};
-  return {body, std::remainder(middle.x, 360), middle.y};
+  return {body, host::longitude_near(middle.x, 0), middle.y};
 }
 
 void check_options(const MapTilesOptions& options) {
-  if (!(options.sun_elevation_deg > 0 && options.sun_elevation_deg <= 90)) {
-    throw std::runtime_error("the sun is " + host::brief(options.sun_elevation_deg) +
-                             " degrees above the horizon; above 0 and at most 90 expected (--sun AZIMUTH,ELEVATION)");
-  }
   if (!(options.pixel_m > 0)) throw std::runtime_error("--pixel must be above 0 m");
   if (options.area && options.area->empty()) {
     throw std::runtime_error(
-        "--area is empty: WEST,SOUTH,EAST,NORTH with west below east and south below north expected");
+        "--area is empty: WEST,SOUTH,EAST,NORTH with west below east (179,-1,181,1 across 180 degrees) and south below "
+        "north expected");
   }
 }
 
@@ -97,16 +96,13 @@ Extent extent_of_map(const MapTilesOptions& options, const MapPlane& plane, cons
   return extent;
 }
 
-/// East of the map's plane from north clockwise becomes the direction from x to y.
-double azimuth_from_x(double clockwise_deg) {
-  return std::remainder(90 - clockwise_deg, 360) * radians;
-}
-
 }  // namespace
 
 std::vector<std::string> make_map_tiles(const MapTilesOptions& options, std::ostream& messages) {
   check_options(options);
-  const std::vector<std::uint8_t> key = options.key.empty() ? std::vector<std::uint8_t>{} : read_map_key(options.key);
+  const Sun sun = sun_of("--sun", options.sun_azimuth_deg, options.sun_elevation_deg, options.ambient);
+  const std::vector<std::uint8_t> key =
+      options.key.empty() ? std::vector<std::uint8_t>{} : host::read_key_file(options.key).octets;
   MappedRaster image(options.image, host::RasterBand::Content::brightness);
   MappedRaster heights(options.heights, host::RasterBand::Content::heights);
   const Body body = common_body(options, image, heights);
@@ -123,16 +119,16 @@ std::vector<std::string> make_map_tiles(const MapTilesOptions& options, std::ost
   directory->body = body;
   directory->longitude_rad = plane.longitude_deg * radians;
   directory->latitude_rad = plane.latitude_deg * radians;
-  directory->sun_azimuth_rad = azimuth_from_x(options.sun_azimuth_deg);
-  directory->sun_elevation_rad = options.sun_elevation_deg * radians;
-  directory->ambient = options.ambient;
+  directory->sun_azimuth_rad = sun.azimuth_rad;
+  directory->sun_elevation_rad = sun.elevation_rad;
+  directory->ambient = sun.ambient;
   directory->image_sigma = options.image_sigma;
   directory->height_sigma_m = options.height_sigma_m.value_or(default_height_sigma_px * options.pixel_m);
   directory->place_sigma_m = options.place_sigma_m;
   set_layers(*directory, extent.west, extent.north, extent.east - extent.west, extent.north - extent.south,
              options.pixel_m, options.coarse);
   TileParams params;
-  params.sun = {directory->sun_azimuth_rad, directory->sun_elevation_rad, options.ambient};
+  params.sun = sun;
   params.flat = options.flat;
   params.features = options.features;
   params.flight_sun = options.flight_sun;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cerrno>
 #include <cmath>
 #include <mutex>
 #include <numeric>
@@ -13,9 +12,7 @@
 #include <thread>
 
 #include "fsw/base/little_endian.hpp"
-#include "fsw/packets/authentication.hpp"
 #include "hal/maps/directory_map_source.hpp"
-#include "hal/posix/private_file.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/parallel.hpp"
 #include "sim/host/progress.hpp"
@@ -219,36 +216,6 @@ MapSummary write_map(MapDirectory& directory, const PieceOf& pieces, const TileP
     summary.layers.push_back(summary_of(directory.layers[l], l, tiles));
   }
   return summary;
-}
-
-Bytes read_map_key(const fs::path& path) {
-  Bytes text(4096);
-  std::size_t size = 0;
-  const Status status = read_private_file(path.c_str(), text, size);
-  if (status.is(StatusCode::file_not_private)) {
-    throw std::runtime_error("others may read the file of keys " + path.string() + ": run chmod 600 " + path.string());
-  }
-  if (!status.ok()) {
-    const int error = status.is(StatusCode::not_found) ? ENOENT : static_cast<int>(status.a);
-    throw std::runtime_error("cannot read the file of keys " + path.string() + ": " + host::read_failure(error));
-  }
-  std::istringstream in(std::string(reinterpret_cast<const char*>(text.data()), size));
-  for (std::string line; std::getline(in, line);) {
-    std::istringstream words(line.substr(0, line.find('#')));
-    std::uint16_t spi = 0;
-    std::string hex;
-    if (!(words >> spi >> hex)) continue;
-    const bool digits = hex.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
-    if (!digits || hex.size() % 2 != 0 || hex.size() < 2 * min_key_bytes || hex.size() > 2 * max_key_bytes) {
-      throw std::runtime_error(path.string() + ": a line is an SPI and 16 to 64 octets in hexadecimal");
-    }
-    Bytes key;
-    for (std::size_t i = 0; i < hex.size(); i += 2) {
-      key.push_back(static_cast<std::uint8_t>(std::stoi(hex.substr(i, 2), nullptr, 16)));
-    }
-    return key;
-  }
-  throw std::runtime_error(path.string() + " has no key");
 }
 
 std::vector<std::string> lines_of(const MapSummary& summary) {

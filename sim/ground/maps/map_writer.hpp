@@ -40,9 +40,6 @@ struct MapSummary {
 MapSummary write_map(MapDirectory& directory, const PieceOf& pieces, const TileParams& params,
                      std::span<const std::uint8_t> key, const std::filesystem::path& folder, std::ostream& messages);
 
-/// The first key of a file with lines `SPI KEY`, as the flight has it. std::runtime_error names the file.
-[[nodiscard]] std::vector<std::uint8_t> read_map_key(const std::filesystem::path& path);
-
 /// A few lines for people.
 [[nodiscard]] std::vector<std::string> lines_of(const MapSummary& summary);
 

@@ -1,9 +1,15 @@
 #include "sim/ground/maps/raster_pieces.hpp"
 
+#include <ogr_spatialref.h>
+
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <stdexcept>
+#include <string>
+
+#include "sim/host/longitude.hpp"
 
 namespace ilp::maps {
 namespace {
@@ -60,8 +66,7 @@ Place MappedRaster::raster_place(double column, double row) const {
 }
 
 Place MappedRaster::middle() const {
-  const std::optional<Place> middle =
-      degrees_from_raster(band_.system(), raster_place((band_.columns() - 1) / 2.0, (band_.rows() - 1) / 2.0));
+  const std::optional<Place> middle = degrees_from_raster(band_.system(), raster_place(middle_column(), middle_row()));
   if (!middle) throw std::runtime_error(band_.path().string() + ": its middle is not on the body");
   return *middle;
 }
@@ -72,28 +77,44 @@ void MappedRaster::lay_on(const MapPlane& plane) {
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(band_.path().string() + ": " + error.what());
   }
-  middle_deg_ = raster_place((band_.columns() - 1) / 2.0, (band_.rows() - 1) / 2.0).x;
+  turn_px_ = columns_of_turn();
+  around_ = std::fabs(turn_px_ - band_.columns()) < 0.5;
 }
 
-std::optional<Place> MappedRaster::pixel_at(Place map) const {
-  const std::optional<Place> place = (*from_map_)(map, middle_deg_);
+double MappedRaster::columns_of_turn() const {
+  const OGRSpatialReference* const system = band_.system();
+  const host::GeoTransform& t = band_.transform();
+  if (system == nullptr || t[2] != 0 || t[4] != 0) return 0;
+  if (system->IsGeographic() != 0) return 360 / std::fabs(t[1]);
+  const std::string projection = system->IsProjected() != 0 ? system->GetAttrValue("PROJECTION") : "";
+  const std::initializer_list<const char*> cylindrical = {SRS_PT_EQUIRECTANGULAR, SRS_PT_MERCATOR_1SP,
+                                                          SRS_PT_MERCATOR_2SP, SRS_PT_CYLINDRICAL_EQUAL_AREA};
+  if (std::find(cylindrical.begin(), cylindrical.end(), projection) == cylindrical.end()) return 0;
+  const auto here = degrees_from_raster(system, raster_place(middle_column(), middle_row()));
+  const auto beside = degrees_from_raster(system, raster_place(middle_column() + 1, middle_row()));
+  return here && beside ? 360 / std::fabs(host::longitude_near(beside->x, here->x) - here->x) : 0;
+}
+
+std::optional<Place> MappedRaster::pixel_at(Place map, double near_column) const {
+  const std::optional<Place> place = (*from_map_)(map);
   if (!place) return std::nullopt;
   const host::GeoTransform& t = band_.transform();
   const double determinant = t[1] * t[5] - t[2] * t[4], x = place->x - t[0], y = place->y - t[3];
-  return Place{(x * t[5] - y * t[2]) / determinant - 0.5, (y * t[1] - x * t[4]) / determinant - 0.5};
+  Place pixel{(x * t[5] - y * t[2]) / determinant - 0.5, (y * t[1] - x * t[4]) / determinant - 0.5};
+  if (turn_px_ > 0) pixel.x += turn_px_ * std::round((near_column - pixel.x) / turn_px_);
+  return pixel;
 }
 
 Extent MappedRaster::extent() const {
+  // The border of a raster of half the body or more says little about what it covers: the inside counts too.
   constexpr std::int32_t steps = 64;
   constexpr double far = std::numeric_limits<double>::max();
   Extent extent{far, far, -far, -far};
-  const double last_column = band_.columns() - 0.5, last_row = band_.rows() - 0.5;
-  for (std::int32_t i = 0; i <= steps; ++i) {
-    const double column = -0.5 + band_.columns() * static_cast<double>(i) / steps;
-    const double row = -0.5 + band_.rows() * static_cast<double>(i) / steps;
-    for (const Place& edge : {raster_place(column, -0.5), raster_place(column, last_row), raster_place(-0.5, row),
-                              raster_place(last_column, row)}) {
-      const std::optional<Place> place = from_map_->map_from_raster(edge);
+  for (std::int32_t j = 0; j <= steps; ++j) {
+    for (std::int32_t i = 0; i <= steps; ++i) {
+      const std::optional<Place> place =
+          from_map_->map_from_raster(raster_place(-0.5 + band_.columns() * static_cast<double>(i) / steps,
+                                                  -0.5 + band_.rows() * static_cast<double>(j) / steps));
       if (!place) continue;
       extent = {std::min(extent.west, place->x), std::min(extent.south, place->y), std::max(extent.east, place->x),
                 std::max(extent.north, place->y)};
@@ -103,7 +124,7 @@ Extent MappedRaster::extent() const {
 }
 
 double MappedRaster::pixel_m() const {
-  const double column = (band_.columns() - 1) / 2.0, row = (band_.rows() - 1) / 2.0;
+  const double column = middle_column(), row = middle_row();
   const auto at = [&](double c, double r) {
     const std::optional<Place> place = from_map_->map_from_raster(raster_place(c, r));
     if (!place) throw std::runtime_error(band_.path().string() + ": its middle is not on the map's plane");
@@ -140,22 +161,48 @@ MappedRaster::Nodes MappedRaster::nodes_of(Place first, double spacing_m, std::i
   Nodes nodes;
   nodes.columns = columns / node_spacing + 2;
   nodes.rows = rows / node_spacing + 2;
+  double near_column = middle_column(), row_begins_at = near_column;
   for (std::int32_t r = 0; r < nodes.rows; ++r) {
     for (std::int32_t c = 0; c < nodes.columns; ++c) {
+      // Columns run on from node to node, also over the ends of longitudes.
+      if (c == 0 && r > 0) near_column = row_begins_at;
       const std::optional<Place> pixel =
-          pixel_at({first.x + c * node_spacing * spacing_m, first.y - r * node_spacing * spacing_m});
+          pixel_at({first.x + c * node_spacing * spacing_m, first.y - r * node_spacing * spacing_m}, near_column);
       nodes.pixels.push_back(pixel);
       if (!pixel) continue;
+      near_column = pixel->x;
+      if (c == 0) row_begins_at = pixel->x;
       nodes.around = {std::min(nodes.around.west, pixel->x), std::min(nodes.around.south, pixel->y),
                       std::max(nodes.around.east, pixel->x), std::max(nodes.around.north, pixel->y)};
       const std::optional<Place>& beside = c > 0 ? nodes.pixels[nodes.pixels.size() - 2] : std::nullopt;
       if (beside) {
+        // Between such neighbours nothing can be interpolated.
+        if (turn_px_ > 0 && std::fabs(pixel->x - beside->x) > turn_px_ / 8) {
+          throw std::runtime_error(band_.path().string() +
+                                   ": its longitudes meet at a pole in the area of the map; gdalwarp -t_srs with a "
+                                   "polar stereographic projection lays it out about the pole");
+        }
         nodes.pixels_per_sample =
             std::max(nodes.pixels_per_sample, std::hypot(pixel->x - beside->x, pixel->y - beside->y) / node_spacing);
       }
     }
   }
   return nodes;
+}
+
+host::Raster<float> MappedRaster::cells(std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height,
+                                        std::int32_t factor) {
+  if (!around_) return band_.read(x, y, width, height, factor);
+  host::Raster<float> all(width, height);
+  const std::int32_t turn = band_.columns();
+  for (std::int32_t i = 0; i < width;) {
+    const std::int32_t first = ((x + i * factor) % turn + turn) % turn;
+    const std::int32_t count = std::min(width - i, (turn - first) / factor);
+    const host::Raster<float> part = band_.read(first, y, count, height, factor);
+    for (std::int32_t j = 0; j < height; ++j) std::copy_n(&part.at(0, j), count, &all.at(i, j));
+    i += count;
+  }
+  return all;
 }
 
 host::Raster<float> MappedRaster::means(Place first, double spacing_m, std::int32_t columns, std::int32_t rows,
@@ -168,17 +215,21 @@ host::Raster<float> MappedRaster::means(Place first, double spacing_m, std::int3
   Window window;
   window.factor =
       std::clamp(static_cast<std::int32_t>(std::min(box / 4, 4096.0)), 1, std::min(band_.columns(), band_.rows()));
+  while (around_ && band_.columns() % window.factor != 0) --window.factor;
   const std::int32_t parts = std::clamp(static_cast<std::int32_t>(std::ceil(box / window.factor)), 2, 8);
   const double margin = box + window.factor;
   const auto clipped = [&](double value, std::int32_t most) {
     return static_cast<std::int32_t>(std::clamp(value, 0.0, static_cast<double>(most)));
   };
-  window.x = clipped(std::floor(nodes.around.west - margin), band_.columns()) / window.factor * window.factor;
+  const auto column = [&](double value) {
+    return around_ ? static_cast<std::int32_t>(value) : clipped(value, band_.columns());
+  };
+  window.x = column(std::floor((nodes.around.west - margin) / window.factor) * window.factor);
   window.y = clipped(std::floor(nodes.around.south - margin), band_.rows()) / window.factor * window.factor;
-  const std::int32_t width = (clipped(nodes.around.east + margin + 1, band_.columns()) - window.x) / window.factor;
+  const std::int32_t width = (column(nodes.around.east + margin + 1) - window.x) / window.factor;
   const std::int32_t height = (clipped(nodes.around.north + margin + 1, band_.rows()) - window.y) / window.factor;
   if (width <= 0 || height <= 0) return result;
-  window.cells = band_.read(window.x, window.y, width, height, window.factor);
+  window.cells = cells(window.x, window.y, width, height, window.factor);
   const double side = box_m / spacing_m;  // of a square, samples
   for (std::int32_t j = 0; j < rows; ++j) {
     for (std::int32_t i = 0; i < columns; ++i) {

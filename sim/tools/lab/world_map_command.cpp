@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "sim/ground/maps/map_writer.hpp"
+#include "sim/host/key_file.hpp"
 #include "sim/tools/lab/lab.hpp"
 #include "sim/world/orbital_map.hpp"
 #include "sim/world/scenario.hpp"
@@ -146,7 +147,7 @@ Json run_world_map(WorldMapOptions options) {
   options.tiles.flat = !options.as_imaged;
   const RenderedPieces pieces(terrain, *directory, options.map);
   const std::vector<std::uint8_t> key =
-      options.key.empty() ? std::vector<std::uint8_t>{} : maps::read_map_key(options.key);
+      options.key.empty() ? std::vector<std::uint8_t>{} : host::read_key_file(options.key).octets;
   const maps::MapSummary summary = maps::write_map(
       *directory,
       [&](const MapLayer& layer, const maps::PieceArea& area) { return pieces(layer, area, options.map.pixel_m); },

@@ -45,9 +45,7 @@ void add_fix(const FixRecord& fix, const report::ReferencePose& pose, FixScore& 
 }
 
 double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return values.empty() ? unknown : sum / static_cast<double>(values.size());
+  return values.empty() ? unknown : host::summarise(values).mean;
 }
 
 double at(const std::vector<double>& values, double share) {

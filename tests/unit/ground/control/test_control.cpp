@@ -1,5 +1,6 @@
 // Control points: triangulation, the similarity that most points agree on, and the file.
 #include <gtest/gtest.h>
+#include <ogr_spatialref.h>
 
 #include <cmath>
 
@@ -242,6 +243,39 @@ TEST(ControlSystem, HeightsAboveTheGeoidBecomeHeightsAboveTheFigure) {
   EXPECT_NEAR(height_at(367.5, 80), 18.25 - 1, 1e-6);
   EXPECT_NEAR(height_at(180, 85), 17.5, 1e-6) << "between the last column and the first";
   EXPECT_TRUE(test::says(test::error_of([&] { (void)height_at(0, 89); }), "has no height at control point a"));
+}
+
+TEST(ControlSystem, AGeoidIsReadByTheRuleOfHeights) {
+  const test::ScratchFolder folder;
+  const std::string raster = (folder / "geoid.tif").string();
+  const auto write = [&](const char* system) {
+    const host::GdalSession gdal;
+    const host::Dataset geoid(
+        GetGDALDriverManager()->GetDriverByName("GTiff")->Create(raster.c_str(), 4, 4, 1, GDT_Int16, nullptr));
+    double transform[6] = {10, 1, 0, 50, 0, -1};
+    geoid->SetGeoTransform(transform);
+    OGRSpatialReference stated;
+    ASSERT_EQ(stated.SetFromUserInput(system), OGRERR_NONE);
+    geoid->SetSpatialRef(&stated);
+    GDALRasterBand& band = *geoid->GetRasterBand(1);
+    band.SetScale(0.01);
+    band.SetUnitType("cm");
+    band.SetNoDataValue(-32768);
+    std::vector<std::int16_t> numbers(16, 4500);
+    numbers[15] = -32768;
+    ASSERT_EQ(band.RasterIO(GF_Write, 0, 0, 4, 4, numbers.data(), 4, 4, GDT_Int16, 0, 0, nullptr), CE_None);
+  };
+  const auto height_at = [&](double longitude, double latitude) {
+    control::ControlFile there = point_at(longitude, latitude, 300);
+    there.geographic = true;
+    control::resolve({"EPSG:4326", "", raster}, there);
+    return there.points[0].place.z();
+  };
+  write("EPSG:4326");
+  EXPECT_NEAR(height_at(11, 48), 300.45, 1e-6) << "4500 hundredths of a centimetre";
+  EXPECT_TRUE(test::says(test::error_of([&] { (void)height_at(13.2, 47); }), "has no height at control point a"));
+  write("EPSG:32633");
+  EXPECT_TRUE(test::says(test::error_of([&] { (void)height_at(11, 48); }), "geoid heights in degrees"));
 }
 
 TEST(ControlSystem, MarksInLargerPhotographsBecomeThoseOfTheFlight) {

@@ -105,7 +105,7 @@ TEST(FixesOfFlight, AStepOfThePosesIsWhatTheFixesRemoved) {
     EXPECT_FALSE(one.off_by_vehicle_m.has_value()) << "the vehicle measured nothing";
   }
   EXPECT_EQ(strip.off_by_first.count, 12U) << "of the fixes after the first eight";
-  EXPECT_NEAR(strip.off_by_first.largest_m, step, 0.05);
+  EXPECT_NEAR(strip.off_by_first.max, step, 0.05);
   // The camera's track stands where the fixes are.
   ASSERT_EQ(strip.track_by_first.size(), 20U);
   EXPECT_NEAR((strip.track_by_first[5] - centre_of(6)).norm(), 0, 0.1);
@@ -121,7 +121,7 @@ TEST(FixesOfFlight, AStripThatWasMovedSaysTheSame) {
   by.translation = Vec3(5, 6, 7);
   for (auto& [id, keyframe] : flight.keyframes) intake::move(by, keyframe);
   EXPECT_NEAR(flight.keyframes[3].fix->ground_depth, height_m, 1e-9);
-  EXPECT_NEAR(fixes_of(flight).strips[0].off_by_first.largest_m, std::hypot(6, 30), 0.05);
+  EXPECT_NEAR(fixes_of(flight).strips[0].off_by_first.max, std::hypot(6, 30), 0.05);
 }
 
 TEST(FixesOfFlight, AVehicleThatIsOffIsSaidToBeOff) {
@@ -143,8 +143,8 @@ TEST(FixesOfFlight, AVehicleThatIsOffIsSaidToBeOff) {
   }
   const StripFixes strip = fixes_of(flight).strips[0];
   EXPECT_EQ(strip.off_by_vehicle.count, 16U);
-  EXPECT_NEAR(strip.off_by_vehicle.median_m, 50, 0.5);
-  EXPECT_LT(strip.off_by_all.largest_m, 0.05);
+  EXPECT_NEAR(strip.off_by_vehicle.median, 50, 0.5);
+  EXPECT_LT(strip.off_by_all.max, 0.05);
 }
 
 TEST(FixesOfFlight, TheEllipseHasTheSigmasOfItsAxes) {
@@ -239,16 +239,17 @@ TEST(FixesOfFlight, AFlightWithoutAMapHasNothingOfIt) {
 
 TEST(FixesOfFlight, HostileFixesAreLeftOutAndNamed) {
   std::vector<FixRecord> fixes;
-  for (std::int64_t id = 1; id <= 5; ++id) fixes.push_back(fix_at(id, centre_of(id)));
+  for (std::int64_t id = 1; id <= 6; ++id) fixes.push_back(fix_at(id, centre_of(id)));
   fixes[0].ground_m[1] = std::numeric_limits<double>::quiet_NaN();
   fixes[1].verdict = static_cast<MapVerdict>(77);
   fixes[2].ground_covariance[1] = 5;
   fixes[3].strip_id = 9;
+  fixes[5].latitude_deg = 91;
   const Reported reported(fixes);
   EXPECT_EQ(reported.json.at("fixes").at("keyframes"), 1);
   std::string remarks;
   for (const auto& remark : reported.json.at("remarks")) remarks += remark.get<std::string>() + "\n";
-  for (int id = 1; id <= 4; ++id)
+  for (const int id : {1, 2, 3, 4, 6})
     EXPECT_NE(remarks.find("the fix of keyframe " + std::to_string(id) + " is left out"), std::string::npos) << remarks;
 }
 

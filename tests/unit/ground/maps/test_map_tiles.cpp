@@ -326,6 +326,52 @@ TEST_F(MapTiles, TheSameGroundGivesTheSameBytesAndAKeySignsThem) {
   EXPECT_NE(refusal().find("16 to 64 octets"), std::string::npos);
 }
 
+TEST_F(MapTiles, RastersOfTheWholeBodyAreReadAlsoWhereTheirLongitudesEnd) {
+  // Half a degree a pixel around Mars, from 180 degrees west on: in degrees, and in an equirectangular projection.
+  const auto height = [](double longitude, double latitude) {
+    return 2000 * std::sin(longitude * radians) + 50 * latitude;
+  };
+  RasterFile globe;
+  globe.columns = 720;
+  globe.rows = 360;
+  const auto write_globe = [&](const char* system, double unit) {
+    globe.system = system;
+    const double t[6] = {-180 * unit, 0.5 * unit, 0, 90 * unit, 0, -0.5 * unit};
+    std::copy(std::begin(t), std::end(t), std::begin(globe.t));
+    write_raster(options_.heights, globe, [&](double x, double y) { return height(x / unit, y / unit); });
+  };
+  options_.pixel_m = 60;
+  options_.coarse = 1;
+  options_.features = 0;
+  for (const bool in_degrees : {true, false}) {
+    write_globe(in_degrees ? "+proj=longlat +R=3396190 +no_defs" : equirectangular, in_degrees ? 1 : degree_m);
+    // 179.9 degrees: the image goes on behind 180 in its own coordinates.
+    for (const double longitude : {179.9, 90.0, 0.0}) {
+      write_raster(options_.image, about(longitude, 0, 500, 60), texture);
+      const ReadMap map = made();
+      const double middle = map.directory->longitude_rad / radians;
+      const MapLayer& layer = map.directory->layers[0];
+      EXPECT_EQ(map.tiles.size(), 4U) << longitude;
+      std::size_t known = 0;
+      for (const auto& tile : map.tiles) {
+        for (std::int32_t j = 0; j < map_tile_posts; j += 4) {
+          for (std::int32_t i = 0; i < map_tile_posts; i += 4) {
+            const std::int32_t column = tile->column * map_tile_side + i * map_post_spacing;
+            const std::int32_t row = tile->row * map_tile_side + j * map_post_spacing;
+            const double x = layer.x0_m + column * 60, y = layer.y0_m - row * 60;
+            if (std::fabs(x) > 14000 || std::fabs(y) > 14000) continue;
+            ASSERT_TRUE(tile->is_known(i, j)) << longitude << ": " << x << ", " << y;
+            // So near to the equator the plane's x is along it to decimetres.
+            EXPECT_NEAR(tile->height_m(i, j), height(middle + x / degree_m, y / degree_m), 1) << x << ", " << y;
+            known += map.grey(0, column, row) > 0 ? 1U : 0U;
+          }
+        }
+      }
+      EXPECT_GT(known, 800U) << longitude << ": the image is known everywhere";
+    }
+  }
+}
+
 TEST_F(MapTiles, RastersOnNoBodyKeepTheirCoordinates) {
   RasterFile file;
   file.columns = file.rows = 300;
@@ -361,6 +407,9 @@ TEST_F(MapTiles, WhatIsWrongIsNamed) {
   options_.sun_elevation_deg = -3;
   expect_refused("the sun is -3.00 degrees above the horizon");
   options_.sun_elevation_deg = 40;
+  options_.sun_azimuth_deg = std::nan("");
+  expect_refused("--sun: the sun is 40.0 degrees above the horizon, at an azimuth of –");
+  options_.sun_azimuth_deg = 270;
   options_.pixel_m = 2;
   expect_refused("2.50 m or more expected");
   options_.pixel_m = 5;
@@ -406,7 +455,20 @@ TEST_F(MapTiles, WhatIsWrongIsNamed) {
   nothing.missing = -1;
   write_raster(options_.image, nothing, [](double, double) { return -1.0; });
   expect_refused("nothing is known in the area");
+  RasterFile polar = about(0, 0, 200, 5);
+  polar.system = "+proj=stere +lat_0=90 +lon_0=0 +R=3396190 +units=m +no_defs";
+  write_raster(options_.image, polar, flat);
+  RasterFile globe;
+  globe.system = "+proj=longlat +R=3396190 +no_defs";
+  globe.columns = 360;
+  globe.rows = 180;
+  const double around[6] = {0, 1, 0, 90, 0, -1};
+  std::copy(std::begin(around), std::end(around), std::begin(globe.t));
+  write_raster(options_.heights, globe, flat);
+  expect_refused("heights.tif: its longitudes meet at a pole in the area of the map");
   write_raster(options_.image, about(10, 0, 200, 5), flat);
+  write_raster(options_.heights, about(10, 0, 200, 5), flat);
+  EXPECT_EQ(refusal(), "");
   std::ofstream(folder_ / "file") << "x";
   options_.out = folder_ / "file" / "map";
   EXPECT_NE(refusal(), "");

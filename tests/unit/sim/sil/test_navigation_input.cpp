@@ -83,15 +83,32 @@ TEST_F(NavigationInput, AColumnThatIsNotKnownOrMissingIsNamed) {
   EXPECT_NE(refusal("height_m,height_sigma_m\n").find("time_s is missing"), std::string::npos);
 }
 
+TEST_F(NavigationInput, ACommaInsideACellIsNoColumn) {
+  // As spreadsheets write decimal commas, or thousands, where commas are between the cells.
+  EXPECT_NE(refusal("time_s,height_m,height_sigma_m\n8,100,1\n16,\"1,100\",1\n").find("line 3: \"1,100\" has a comma"),
+            std::string::npos);
+}
+
 TEST_F(NavigationInput, TimesSince1970AndDatesCountFromTheFirstImage) {
   epoch_ = StripEpoch{morning, true};
   for (const char* time :
-       {"1795336808", "2026-11-22T08:40:08Z", "2026-11-22 08:40:08.000Z", "2026-11-22T10:40:08+02:00"}) {
+       {"1795336808", "2026-11-22T08:40:08Z", "2026-11-22 08:40:08.000Z", "2026-11-22T10:40:08+02:00",
+        "2026-11-22T14:10:08+0530", "2026-11-22T05:10:08-03:30", "2026-11-22T10:40:08+02"}) {
     const auto samples = read(std::string("time_s,height_m,height_sigma_m\n") + time + ",100,1\n");
     ASSERT_EQ(samples.size(), 1U) << time << messages_.str();
     EXPECT_EQ(samples[0].time_ns, 8 * second) << time;
   }
   EXPECT_FALSE(says("none is used")) << messages_.str();
+}
+
+TEST_F(NavigationInput, AZoneThatIsNoneIsNotGuessed) {
+  epoch_ = StripEpoch{morning, true};
+  for (const char* zone : {"+05:3", "+530", "+02:00 CEST", "+15", "+0260", "+", "CET"}) {
+    messages_.str("");
+    EXPECT_EQ(read(std::string("time_s,height_m,height_sigma_m\n2026-11-22T10:40:08") + zone + ",100,1\n").size(), 0U)
+        << zone;
+    EXPECT_TRUE(says("1 line of")) << zone << messages_.str();
+  }
 }
 
 TEST_F(NavigationInput, LocalTimeIsFoundByTheOnlyZoneThatFits) {
