@@ -348,6 +348,7 @@ Status MapFix::begin_search() {
   MapRegistrationInput input;
   input.plan = work_.plan;
   input.window = window_of(work_.plan, workspace_.directory, memory.canvas);
+  input.window.ground_m = work_.ground_m;
   input.prior = work_.prior;
   input.keyframes = {&memory.keyframe, 1};
   input.sun = sun();
@@ -409,9 +410,7 @@ void MapFix::take_result(const MapFixResult& result) {
   work_.points.clear();
   if (result.verdict != MapVerdict::fixed) return;
   const MapDirectory& map = workspace_.directory;
-  const MapWindow window = window_of(work_.plan, map, scratch().canvas);
-  const double height = height_at(window, result.ground_m[0], result.ground_m[1]);
-  copy({result.ground_m[0], result.ground_m[1], height}, record.ground_m);
+  std::copy_n(result.ground_m, 3, record.ground_m);
   record.ground_covariance[0] = result.ground_covariance(0, 0);
   record.ground_covariance[1] = result.ground_covariance(1, 0);
   record.ground_covariance[2] = result.ground_covariance(1, 1);

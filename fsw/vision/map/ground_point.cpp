@@ -29,10 +29,12 @@ double height_at(const MapWindow& window, double x_m, double y_m) {
   const std::int32_t c = std::min(static_cast<std::int32_t>(column), window.width - 2);
   const std::int32_t r = std::min(static_cast<std::int32_t>(row), window.height - 2);
   const double right = column - c, down = row - r;
-  const float* h = window.height_m + static_cast<std::ptrdiff_t>(r) * window.width + c;
-  const double above = h[0] + right * (static_cast<double>(h[1]) - h[0]);
-  const double below =
-      h[window.width] + right * (static_cast<double>(h[window.width + 1]) - static_cast<double>(h[window.width]));
+  const auto height = [&](std::int32_t cell) {
+    return window.known[cell] != 0 ? static_cast<double>(window.height_m[cell]) : window.ground_m;
+  };
+  const std::int32_t first = r * window.width + c, next = first + window.width;
+  const double above = height(first) + right * (height(first + 1) - height(first));
+  const double below = height(next) + right * (height(next + 1) - height(next));
   return above + down * (below - above);
 }
 

@@ -35,6 +35,7 @@ struct MapWindow {
   const std::uint8_t* image = nullptr;  ///< 0: unknown. Null: a map without an image
   const float* height_m = nullptr;      ///< finite everywhere; of any value where unknown
   const std::uint8_t* known = nullptr;  ///< 0: the height is unknown
+  double ground_m = 0;                  ///< height of the ground where it is unknown
   bool image_is_flat = false;           ///< divided by its own shading
   double sun_azimuth_rad = 0;           ///< of the image; direction towards the sun, from x towards y
   double sun_elevation_rad = 0;         ///< above the horizon
@@ -72,7 +73,7 @@ struct MapFixPoint {
 struct MapFixResult {
   MapVerdict verdict = MapVerdict::no_map;
   MapSense sense = MapSense::relit;
-  double ground_m[2] = {0, 0};  ///< where the optical axis of the (first) keyframe meets the ground
+  double ground_m[3] = {0, 0, 0};  ///< where the optical axis of the (first) keyframe meets the ground
   Mat2 ground_covariance = Mat2::Zero();
   RigidTransform camera_from_map;
   PoseCovariance covariance = PoseCovariance::Zero();
