@@ -8,9 +8,6 @@ namespace ilp {
 [[nodiscard]] inline Vec3 vector_of(const double (&v)[3]) {
   return {v[0], v[1], v[2]};
 }
-[[nodiscard]] inline Vec3 centre_of(const RigidTransform& camera_from_map) {
-  return -(camera_from_map.rotation.transpose() * camera_from_map.translation);
-}
 [[nodiscard]] constexpr double square(double x) {
   return x * x;
 }

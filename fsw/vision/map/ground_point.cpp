@@ -11,10 +11,6 @@ constexpr int most_looks = 10;
 
 }  // namespace
 
-Vec3 camera_centre(const RigidTransform& camera_from_map) {
-  return -(camera_from_map.rotation.transpose() * camera_from_map.translation);
-}
-
 bool ground_on_level(const RigidTransform& camera_from_map, const Vec3& direction, double ground_m, Vec3& ground) {
   const Vec3 centre = camera_centre(camera_from_map);
   const Vec3 down = camera_from_map.rotation.transpose() * direction;

@@ -5,8 +5,6 @@
 
 namespace ilp {
 
-/// The camera's centre in the map.
-[[nodiscard]] Vec3 camera_centre(const RigidTransform& camera_from_map);
 /// Meets the level ground at this height. False when the direction (in the camera) does not lead down to it.
 [[nodiscard]] bool ground_on_level(const RigidTransform& camera_from_map, const Vec3& direction, double ground_m,
                                    Vec3& ground);

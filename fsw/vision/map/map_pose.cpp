@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "fsw/vision/image/small_solver.hpp"
-#include "fsw/vision/map/ground_point.hpp"
 #include "fsw/vision/map/map_workspace.hpp"
 
 namespace ilp {
