@@ -6,7 +6,6 @@
 #include "fsw/base/math.hpp"
 #include "fsw/localisation/map_prior.hpp"
 #include "fsw/localisation/map_start.hpp"
-#include "fsw/localisation/poses.hpp"
 #include "fsw/localisation/sun.hpp"
 #include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
