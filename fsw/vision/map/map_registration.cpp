@@ -372,7 +372,7 @@ void MapRegistration::take_points(std::span<const MapSighting> sightings) {
   const MapWindow& window = input_.window;
   const auto used = static_cast<std::size_t>(
       std::count_if(sightings.begin(), sightings.end(), [](const MapSighting& s) { return s.weight > 0; }));
-  const std::size_t wanted = std::min(used, max_map_fix_points);
+  const std::size_t wanted = std::min(used, limits::max_fix_points);
   std::size_t seen = 0;
   for (const MapSighting& sighting : sightings) {
     if (!(sighting.weight > 0)) continue;

@@ -11,7 +11,7 @@ namespace ilp::navigation {
 namespace {
 
 constexpr std::size_t least_positions = 4;
-constexpr double normal_sigma_per_mad = 1.4826, farthest_from_fit = 4;
+constexpr double farthest_from_fit = 4;  // sigmas
 /// The track must be this many times as wide, and as long, as the error of its mean.
 constexpr double least_extent_sigmas = 10;
 
@@ -100,7 +100,7 @@ Places without_outliers(const Places& places, const Fit& fit) {
   std::array<double, max_values> distances{};
   std::size_t count = 0;
   for (const MeasuredKeyframe* k : places) distances[count++] = distance_from_fit(fit, *k);
-  const double scatter = normal_sigma_per_mad * median_of(std::span(distances).first(count));
+  const double scatter = sigma_per_mad * median_of(std::span(distances).first(count));
   Places kept;
   for (const MeasuredKeyframe* k : places) {
     if (distance_from_fit(fit, *k) <= farthest_from_fit * std::max(scatter, position_sigma(*k)))
