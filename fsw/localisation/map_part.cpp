@@ -49,11 +49,11 @@ const MapTile* MapPart::tile(std::size_t entry) {
   const MapTileEntry& place = workspace_.directory.tiles[entry];
   auto& scratch = wiring_.scratch.as<MapFixScratch>();
   std::size_t size = 0;
-  oldest->entry = limits::max_map_tiles;
   Status status = wiring_.source->read_tile({place.layer, place.row, place.column}, scratch.file, size);
   // A tile may come later.
   if (status.is(StatusCode::not_found)) return nullptr;
   if (status.ok()) {
+    oldest->entry = limits::max_map_tiles;
     status =
         decode_map_tile(std::span(scratch.file).first(size), workspace_.directory, entry, scratch.tile, oldest->tile);
   }
