@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fsw/localisation/poses.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
 
 namespace ilp {
 namespace {

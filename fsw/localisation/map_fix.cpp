@@ -6,14 +6,12 @@
 #include "fsw/base/math.hpp"
 #include "fsw/localisation/map_prior.hpp"
 #include "fsw/localisation/map_start.hpp"
-#include "fsw/localisation/poses.hpp"
 #include "fsw/localisation/sun.hpp"
 #include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/shared/local_plane.hpp"
 #include "fsw/shared/measured_keyframe.hpp"
 #include "fsw/shared/step_transaction.hpp"
-#include "fsw/vision/map/ground_point.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -245,7 +243,7 @@ Status MapFix::survey() {
   if (!searched) predict_by_fixes();
   bool known = work_.record.prior != FixPrior::none;
   if (known) {
-    const Vec3 place = centre_of(work_.prior.camera_from_map);
+    const Vec3 place = camera_centre(work_.prior.camera_from_map);
     known = find_ground(place);
     // The search knows the height above the ground.
     if (searched)
@@ -270,7 +268,7 @@ Status MapFix::plan() {
   MapFixScratch& memory = scratch();
   memory.keyframe.camera_from_map = work_.prior.camera_from_map;
   const double image_m = image_pixel_m(memory.keyframe.camera, work_.prior.camera_from_map, work_.ground_m);
-  const Vec3 centre = centre_of(work_.prior.camera_from_map);
+  const Vec3 centre = camera_centre(work_.prior.camera_from_map);
   if (!(image_m > 0)) {
     conclude(MapVerdict::no_map);
     return {};
@@ -341,13 +339,14 @@ SunDirection MapFix::sun() const {
 
 Status MapFix::begin_search() {
   MapFixScratch& memory = scratch();
-  const Vec3 centre = centre_of(work_.prior.camera_from_map);
+  const Vec3 centre = camera_centre(work_.prior.camera_from_map);
   const BodyPlace place = place_from_plane(workspace_.directory.body, part().origin(), {centre.x(), centre.y(), 0});
   work_.record.longitude_deg = place.longitude_deg;
   work_.record.latitude_deg = place.latitude_deg;
   MapRegistrationInput input;
   input.plan = work_.plan;
   input.window = window_of(work_.plan, workspace_.directory, memory.canvas);
+  input.window.ground_m = work_.ground_m;
   input.prior = work_.prior;
   input.keyframes = {&memory.keyframe, 1};
   input.sun = sun();
@@ -409,15 +408,13 @@ void MapFix::take_result(const MapFixResult& result) {
   work_.points.clear();
   if (result.verdict != MapVerdict::fixed) return;
   const MapDirectory& map = workspace_.directory;
-  const MapWindow window = window_of(work_.plan, map, scratch().canvas);
-  const double height = height_at(window, result.ground_m[0], result.ground_m[1]);
-  copy({result.ground_m[0], result.ground_m[1], height}, record.ground_m);
+  std::copy_n(result.ground_m, 3, record.ground_m);
   record.ground_covariance[0] = result.ground_covariance(0, 0);
   record.ground_covariance[1] = result.ground_covariance(1, 0);
   record.ground_covariance[2] = result.ground_covariance(1, 1);
   record.ground_height_sigma_m = std::max(map.height_sigma_m, 0.02 * work_.plan.pixel_m);
   quaternion_from_rotation(result.camera_from_map.rotation, record.q_cam_from_map);
-  copy(centre_of(result.camera_from_map), record.centre_m);
+  copy(camera_centre(result.camera_from_map), record.centre_m);
   for (int row = 0, k = 0; row < 6; ++row) {
     for (int column = 0; column <= row; ++column) record.covariance[k++] = result.covariance(row, column);
   }
@@ -454,7 +451,7 @@ void MapFix::state_place() {
   const Vec3 way = vector_of(work_.pose.centre) - vector_of(book.fixes.back().centre);
   MapPrior place;
   if (!prior_by_fixes(frame, work_.pose, frame.metres_per_unit * way.norm(), place)) return;
-  copy(centre_of(place.camera_from_map), work_.record.place_m);
+  copy(camera_centre(place.camera_from_map), work_.record.place_m);
   work_.record.place_sigma_m = std::sqrt(std::max(place.covariance(3, 3), place.covariance(4, 4)));
   work_.record.newest_fix_id = book.fixes.back().keyframe_id;
 }

@@ -10,7 +10,6 @@ namespace {
 
 /// A layer may be so much coarser than the finest useful pixel: it is less to paint.
 constexpr double coarser_layer = 1.25;
-constexpr double least_image_pixels = 4.5;  // in a working pixel
 
 }  // namespace
 
@@ -50,11 +49,11 @@ const MapTile* MapPart::tile(std::size_t entry) {
   const MapTileEntry& place = workspace_.directory.tiles[entry];
   auto& scratch = wiring_.scratch.as<MapFixScratch>();
   std::size_t size = 0;
-  oldest->entry = limits::max_map_tiles;
   Status status = wiring_.source->read_tile({place.layer, place.row, place.column}, scratch.file, size);
   // A tile may come later.
   if (status.is(StatusCode::not_found)) return nullptr;
   if (status.ok()) {
+    oldest->entry = limits::max_map_tiles;
     status =
         decode_map_tile(std::span(scratch.file).first(size), workspace_.directory, entry, scratch.tile, oldest->tile);
   }
@@ -94,7 +93,7 @@ std::uint32_t MapPart::layer_for(double image_pixel_m, double x_m, double y_m) c
   for (std::uint32_t k = 0; k < layers; ++k) {
     if (entry_at(k, x_m, y_m) >= limits::max_map_tiles) continue;
     const double pixel = workspace_.directory.layers[k].pixel_m;
-    if (chosen == layers || pixel <= coarser_layer * least_image_pixels * image_pixel_m) chosen = k;
+    if (chosen == layers || pixel <= coarser_layer * least_map_image_pixels * image_pixel_m) chosen = k;
   }
   return chosen == layers ? 0 : chosen;
 }

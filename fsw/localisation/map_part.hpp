@@ -16,8 +16,9 @@ namespace ilp {
 using MapTables = StageStore<ComponentId::map_fix>;
 using MapStepScratch = StepScratch<MapFixScratch, MapStartScratch>;
 
-/// Tiles at hand, decoded: a keyframe touches four at most where the map has the working pixel.
-inline constexpr std::size_t tiles_at_hand = 4;
+/// Tiles at hand, decoded: a keyframe touches four at most where the map has the working pixel, and one of the coarsest
+/// layer has said how high its ground is.
+inline constexpr std::size_t tiles_at_hand = 5;
 
 enum class MapPhase : std::uint8_t {
   open,

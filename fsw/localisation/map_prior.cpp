@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fsw/localisation/poses.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
 
 namespace ilp {
 namespace {
@@ -11,6 +11,10 @@ namespace {
 constexpr double drift_share = 0.01;        // of the way since the newest fix
 constexpr double least_sigma_rad = 0.0017;  // of an attitude: 0.1 degrees, for what the poses err among themselves
 constexpr double relief_share = 0.02;       // of the height: the ground below the camera is not that of the map's posts
+
+double square(double x) {
+  return x * x;
+}
 
 void set_pose(const Mat3& cam_from_map, const Vec3& centre, MapPrior& prior) {
   prior.camera_from_map.rotation = cam_from_map;

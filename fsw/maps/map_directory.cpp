@@ -19,7 +19,6 @@ using map_file::FieldWriter;
 constexpr std::uint32_t directory_magic = 0x4D504C49;  // "ILPM"
 constexpr std::uint16_t directory_version = 1;
 constexpr std::size_t crc_bytes = 4, code_bytes = sizeof(HmacSha256);
-constexpr double pi = 3.14159265358979323846;
 
 /// Every field but those at the ends. Reading and writing name them once.
 template <typename Directory, typename Field>

@@ -223,7 +223,8 @@ Result<bool> Navigator::place_strip() {
   }
   ILP_TRY(transaction.commit({cursor_.first, pose.id}, workspace_.after, cursor_, state_));
   if (damaged) return found;
-  const bool unused = useful && wiring_.source != nullptr && state_.keyframes.size() == keyframes_without &&
+  const bool measures = wiring_.mission.use_navigation && wiring_.source != nullptr;
+  const bool unused = useful && measures && state_.keyframes.size() == keyframes_without &&
                       std::none_of(state_.keyframes.begin(), state_.keyframes.end(), is_measured);
   if (unused) {
     return Status{StatusCode::navigation_unused, state_.strip_id, static_cast<std::int64_t>(keyframes_without)};

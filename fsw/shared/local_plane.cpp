@@ -1,6 +1,8 @@
 #include "fsw/shared/local_plane.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "fsw/base/math.hpp"
 
@@ -16,8 +18,11 @@ double sinh_of(double x) {
 double cosh_of(double x) {
   return 0.5 * (det_exp(x) + det_exp(-x));
 }
+/// Finite at 1 too: sines are 1 at the poles, and a quarter of a turn from the origin.
 double atanh_of(double x) {
-  return 0.5 * det_log((1 + x) / (1 - x));
+  constexpr double most = 1 - std::numeric_limits<double>::epsilon() / 2;
+  const double inside = std::clamp(x, -most, most);
+  return 0.5 * det_log((1 + inside) / (1 - inside));
 }
 
 /// Series by the third flattening n: to the plane (alpha), back (beta), and of the latitude by the conformal one

@@ -11,7 +11,7 @@
 namespace ilp {
 
 /// East, north and up on the plane about `origin`, m; up is the difference of elevations. Places within 60 degrees of
-/// the origin's meridian. Zeros without a body.
+/// the origin's meridian; farther ones lie somewhere far away, at finite offsets. Zeros without a body.
 void plane_from_place(Body body, const BodyPlace& origin, const BodyPlace& place, double (&offset_m)[3]);
 /// The inverse.
 [[nodiscard]] BodyPlace place_from_plane(Body body, const BodyPlace& origin, const double (&offset_m)[3]);

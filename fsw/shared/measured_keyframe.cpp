@@ -56,9 +56,7 @@ navigation::FixMeasurement fix_measurement(const FixRecord& fix, const BodyPlace
   out.ground_sigma_m[1] = std::sqrt(fix.ground_covariance[2]);
   out.ground_sigma_m[2] = fix.ground_height_sigma_m;
   const Vec3 axis = rotation_from_quaternion(fix.q_cam_from_map).row(2);
-  const Vec3 ground(fix.ground_m[0], fix.ground_m[1], fix.ground_m[2]);
-  const Vec3 centre(fix.centre_m[0], fix.centre_m[1], fix.centre_m[2]);
-  out.distance_m = (ground - centre).norm();
+  out.distance_m = (vector_of(fix.ground_m) - vector_of(fix.centre_m)).norm();
   out.distance_sigma_m =
       std::sqrt(std::max(0.0, axis.dot(place * axis)) + fix.ground_height_sigma_m * fix.ground_height_sigma_m);
   out.depth = fix.ground_depth;

@@ -552,8 +552,7 @@ void add_displacement(const Window& window, IntrinsicsWorkspace& w, IntrinsicsEq
   Vec3 middle = Vec3::Zero();
   const std::size_t views = window.problem.cameras.size();
   for (std::size_t view = 0; view < views; ++view) {
-    const RigidTransform& pose = window.cam_from_world[view];
-    const Vec3 centre = -(pose.rotation.transpose() * pose.translation);
+    const Vec3 centre = camera_centre(window.cam_from_world[view]);
     static_cast<void>(
         centres.push_back({static_cast<std::uint16_t>(view), {centre[0], centre[1], centre[2]}, {1, 1, 1}}));
     middle += centre / static_cast<double>(views);

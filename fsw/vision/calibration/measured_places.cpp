@@ -20,10 +20,6 @@ constexpr double open_turn = 1e-9;
 
 using Row7 = Eigen::Matrix<double, 1, 7>;
 
-Vec3 centre_of(const RigidTransform& cam_from_world) {
-  return -(cam_from_world.rotation.transpose() * cam_from_world.translation);
-}
-
 struct Track {
   std::size_t count = 0;
   std::array<Vec3, limits::max_calibration_views> centre, place, sigma;
@@ -168,7 +164,7 @@ bool place_equations(std::span<const RigidTransform> cam_from_world, const Measu
   // Counted from the first place: a step turns about the origin, which shall be near.
   const Eigen::Map<const Vec3> begin(places[0].place_m);
   for (const MeasuredPlace& place : places) {
-    track.centre[track.count] = centre_of(cam_from_world[place.view]);
+    track.centre[track.count] = camera_centre(cam_from_world[place.view]);
     track.place[track.count] = Eigen::Map<const Vec3>(place.place_m) - begin;
     track.sigma[track.count++] = Eigen::Map<const Vec3>(place.sigma_m);
   }

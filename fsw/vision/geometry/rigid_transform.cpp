@@ -84,6 +84,10 @@ Mat3 rotation_from_quaternion(const double q[4]) {
   return r;
 }
 
+Vec3 camera_centre(const RigidTransform& cam_from_world) {
+  return -(cam_from_world.rotation.transpose() * cam_from_world.translation);
+}
+
 RigidTransform cam_from_world(const Pose& pose) {
   RigidTransform result;
   result.rotation = rotation_from_quaternion(pose.q_cam_from_world);
@@ -94,7 +98,7 @@ RigidTransform cam_from_world(const Pose& pose) {
 Pose pose_from(const RigidTransform& cam_from_world) {
   Pose pose;
   quaternion_from_rotation(cam_from_world.rotation, pose.q_cam_from_world);
-  const Vec3 centre = -(cam_from_world.rotation.transpose() * cam_from_world.translation);
+  const Vec3 centre = camera_centre(cam_from_world);
   for (int i = 0; i < 3; ++i) pose.centre[i] = centre[i];
   return pose;
 }

@@ -17,6 +17,8 @@ struct RigidTransform {
 /// c_from_a = compose(c_from_b, b_from_a).
 [[nodiscard]] RigidTransform compose(const RigidTransform& c_from_b, const RigidTransform& b_from_a);
 [[nodiscard]] RigidTransform inverse(const RigidTransform& b_from_a);
+/// Where the camera stands.
+[[nodiscard]] Vec3 camera_centre(const RigidTransform& cam_from_world);
 
 /// Rotation of |v| radians about v (Rodrigues), with the machine-independent sine and cosine of base.
 [[nodiscard]] Mat3 rotation_from_vector(const Vec3& v);

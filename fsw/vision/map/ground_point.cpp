@@ -11,10 +11,6 @@ constexpr int most_looks = 10;
 
 }  // namespace
 
-Vec3 camera_centre(const RigidTransform& camera_from_map) {
-  return -(camera_from_map.rotation.transpose() * camera_from_map.translation);
-}
-
 bool ground_on_level(const RigidTransform& camera_from_map, const Vec3& direction, double ground_m, Vec3& ground) {
   const Vec3 centre = camera_centre(camera_from_map);
   const Vec3 down = camera_from_map.rotation.transpose() * direction;
@@ -29,10 +25,12 @@ double height_at(const MapWindow& window, double x_m, double y_m) {
   const std::int32_t c = std::min(static_cast<std::int32_t>(column), window.width - 2);
   const std::int32_t r = std::min(static_cast<std::int32_t>(row), window.height - 2);
   const double right = column - c, down = row - r;
-  const float* h = window.height_m + static_cast<std::ptrdiff_t>(r) * window.width + c;
-  const double above = h[0] + right * (static_cast<double>(h[1]) - h[0]);
-  const double below =
-      h[window.width] + right * (static_cast<double>(h[window.width + 1]) - static_cast<double>(h[window.width]));
+  const auto height = [&](std::int32_t cell) {
+    return window.known[cell] != 0 ? static_cast<double>(window.height_m[cell]) : window.ground_m;
+  };
+  const std::int32_t first = r * window.width + c, next = first + window.width;
+  const double above = height(first) + right * (height(first + 1) - height(first));
+  const double below = height(next) + right * (height(next + 1) - height(next));
   return above + down * (below - above);
 }
 

@@ -5,12 +5,11 @@
 
 namespace ilp {
 
-/// The camera's centre in the map.
-[[nodiscard]] Vec3 camera_centre(const RigidTransform& camera_from_map);
 /// Meets the level ground at this height. False when the direction (in the camera) does not lead down to it.
 [[nodiscard]] bool ground_on_level(const RigidTransform& camera_from_map, const Vec3& direction, double ground_m,
                                    Vec3& ground);
-/// Height of the window's ground, bilinear between cells; beyond the border that of the border.
+/// Height of the window's ground, bilinear between cells, MapWindow::ground_m in those that are unknown; beyond the
+/// border that of the border.
 [[nodiscard]] double height_at(const MapWindow& window, double x_m, double y_m);
 /// Where the optical axis meets the window's ground, beginning at `ground_m`. False as above.
 [[nodiscard]] bool ground_on_axis(const RigidTransform& camera_from_map, const MapWindow& window, double ground_m,

@@ -10,8 +10,7 @@
 namespace ilp {
 namespace {
 
-constexpr double least_image_pixels = 4.5;  // in a working pixel: a finer comparison costs more and gains nothing
-constexpr double most_diagonal_px = 190;    // of the image: a sheet loses its corners at some headings
+constexpr double most_diagonal_px = 190;  // of the image: a sheet loses its corners at some headings
 constexpr std::int32_t margin_px = 2;
 constexpr double farthest_cell = 1e15;
 
@@ -59,7 +58,7 @@ double image_pixel_m(const CameraModel& camera, const RigidTransform& camera_fro
 double map_working_pixel_m(const CameraModel& camera, double image_pixel_m, double map_pixel_m) {
   const double diagonal =
       std::sqrt(static_cast<double>(camera.width) * camera.width + static_cast<double>(camera.height) * camera.height);
-  return std::max(map_pixel_m, image_pixel_m * std::max(least_image_pixels, diagonal / most_diagonal_px));
+  return std::max(map_pixel_m, image_pixel_m * std::max(least_map_image_pixels, diagonal / most_diagonal_px));
 }
 
 std::int32_t map_patch_px(double image_pixels) {

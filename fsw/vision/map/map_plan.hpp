@@ -27,8 +27,10 @@ struct MapPlan {
 /// Pixel of the image on level ground at the height `ground_m`, in the image's middle, m. 0 when the camera does not
 /// see it.
 [[nodiscard]] double image_pixel_m(const CameraModel& camera, const RigidTransform& camera_from_map, double ground_m);
-/// The pixel at which a map is compared: that of the map, but at least 4.5 image pixels, and so much that the image
-/// fits into max_map_sheet_side with a margin.
+/// Image pixels in a working pixel, at least: a finer comparison costs more and gains nothing.
+inline constexpr double least_map_image_pixels = 4.5;
+/// The pixel at which a map is compared: that of the map, but at least least_map_image_pixels, and so much that the
+/// image fits into max_map_sheet_side with a margin.
 [[nodiscard]] double map_working_pixel_m(const CameraModel& camera, double image_pixel_m, double map_pixel_m);
 /// Side of a patch, px, by the number of image pixels in a working pixel: 16, 12 or 8. For relief it is
 /// map_relief_patch_px, which the caller puts into the plan.

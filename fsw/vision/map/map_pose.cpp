@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "fsw/base/median.hpp"
 #include "fsw/vision/image/small_solver.hpp"
-#include "fsw/vision/map/ground_point.hpp"
 #include "fsw/vision/map/map_workspace.hpp"
 
 namespace ilp {
@@ -30,9 +30,7 @@ double median_size(std::span<const MapSighting> sightings, double sigma_px) {
     sizes[count++] = std::fabs(sighting.residual.y()) / sigma_px;
   }
   if (count == 0) return 0;
-  std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(count / 2),
-                   sizes.begin() + static_cast<std::ptrdiff_t>(count));
-  return sizes[count / 2];
+  return upper_median(std::span(sizes).first(count));
 }
 
 /// Working px per unit of a sighting's coordinates.

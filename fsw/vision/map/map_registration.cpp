@@ -52,7 +52,7 @@ Status MapRegistration::check() const {
                        plan.height == plan.sheet_height + 2 * plan.search_px && plan.patch_px >= 4 &&
                        plan.patch_px <= max_map_patch_side && plan.patch_px % 2 == 0;
   if (!planned) return out_of_range(Argument::map_window, plan.search_px);
-  if (!(window.pixel_m > 0) || !std::isfinite(window.pixel_m + window.x0_m + window.y0_m)) {
+  if (!(window.pixel_m > 0) || !std::isfinite(window.pixel_m + window.x0_m + window.y0_m + window.ground_m)) {
     return out_of_range(Argument::map_window, window.pixel_m);
   }
   if (window.height_m == nullptr || window.known == nullptr) return out_of_range(Argument::map_window);
@@ -96,7 +96,9 @@ Status MapRegistration::begin(const MapRegistrationInput& input, const MapRegist
   for (std::size_t k = 0; k < cells; ++k) {
     if (!std::isfinite(window.height_m[k])) return out_of_range(Argument::map_window, k);
   }
+  level_m_ = window.ground_m;
   has_heights_ = mean_height(window, level_m_);
+  input_.window.ground_m = level_m_;
   lighting_ = {lamp_of(input_.sun, params_.ambient),
                lamp_of({window.sun_azimuth_rad, window.sun_elevation_rad}, params_.ambient)};
   choose_senses();
@@ -320,6 +322,7 @@ void MapRegistration::fix(const Candidate& candidate) {
   result_.residual_px = pose.residual_px;
   result_.ground_m[0] = ground.x();
   result_.ground_m[1] = ground.y();
+  result_.ground_m[2] = height_at(window, ground.x(), ground.y());
   result_.ground_covariance = ground_covariance(pose.camera_from_map, ground, pose.covariance);
   const Vec2 shift = (ground - expected).head<2>();
   const Mat2 expected_covariance = ground_covariance(prior.camera_from_map, expected, prior.covariance);
@@ -369,7 +372,7 @@ void MapRegistration::take_points(std::span<const MapSighting> sightings) {
   const MapWindow& window = input_.window;
   const auto used = static_cast<std::size_t>(
       std::count_if(sightings.begin(), sightings.end(), [](const MapSighting& s) { return s.weight > 0; }));
-  const std::size_t wanted = std::min(used, max_map_fix_points);
+  const std::size_t wanted = std::min(used, limits::max_fix_points);
   std::size_t seen = 0;
   for (const MapSighting& sighting : sightings) {
     if (!(sighting.weight > 0)) continue;

@@ -100,7 +100,7 @@ class MapRegistration {
   MapRegistrationWorkspace* workspace_ = nullptr;
   Phase phase_ = Phase::done;
   MapLighting lighting_;
-  double level_m_ = 0;  ///< mean height of the window
+  double level_m_ = 0;  ///< mean height of the window, or what it states where none is known
   bool has_heights_ = false;
   SheetPainter painter_;
   std::size_t keyframe_ = 0;

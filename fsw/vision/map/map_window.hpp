@@ -7,6 +7,7 @@
 
 #include <cstdint>
 
+#include "cfg/limits.hpp"
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/image_view.hpp"
@@ -24,7 +25,6 @@ inline constexpr std::int32_t map_edge_px = 4;            ///< of the search, in
 inline constexpr std::int32_t least_map_search_px = 16;
 inline constexpr std::int32_t most_map_search_px = 40;
 inline constexpr std::int32_t max_map_shift_px = most_map_search_px + map_edge_px;
-inline constexpr std::size_t max_map_fix_points = 32;
 
 /// A piece of the map, which the caller has put together at the working pixel. What lies beyond the map is unknown. The
 /// arrays have `width * height` values, row by row.
@@ -35,6 +35,7 @@ struct MapWindow {
   const std::uint8_t* image = nullptr;  ///< 0: unknown. Null: a map without an image
   const float* height_m = nullptr;      ///< finite everywhere; of any value where unknown
   const std::uint8_t* known = nullptr;  ///< 0: the height is unknown
+  double ground_m = 0;                  ///< height of the ground where it is unknown
   bool image_is_flat = false;           ///< divided by its own shading
   double sun_azimuth_rad = 0;           ///< of the image; direction towards the sun, from x towards y
   double sun_elevation_rad = 0;         ///< above the horizon
@@ -72,7 +73,7 @@ struct MapFixPoint {
 struct MapFixResult {
   MapVerdict verdict = MapVerdict::no_map;
   MapSense sense = MapSense::relit;
-  double ground_m[2] = {0, 0};  ///< where the optical axis of the (first) keyframe meets the ground
+  double ground_m[3] = {0, 0, 0};  ///< where the optical axis of the (first) keyframe meets the ground
   Mat2 ground_covariance = Mat2::Zero();
   RigidTransform camera_from_map;
   PoseCovariance covariance = PoseCovariance::Zero();
@@ -81,7 +82,7 @@ struct MapFixResult {
   double shift_px[2] = {0, 0};  ///< of the keyframe's ground from the prior: columns, rows
   double shift_sigmas = 0;      ///< the same in standard deviations of the prior
   double residual_px = 0;       ///< root mean square of the points, per axis
-  FixedVector<MapFixPoint, max_map_fix_points> points;
+  FixedVector<MapFixPoint, limits::max_fix_points> points;
 };
 
 }  // namespace ilp

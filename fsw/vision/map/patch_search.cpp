@@ -11,7 +11,6 @@ namespace {
 using Sheet = MapChannels<max_map_sheet_side>;
 using Window = MapChannels<max_map_window_side>;
 
-constexpr std::int32_t reach_columns = map_lag_stride + max_map_patch_side;
 constexpr std::int32_t least_direction2 = 25;  // mean square of directions in a patch with texture
 constexpr std::int32_t least_deviation2 = 16;  // of its values
 constexpr float value_share = 0.5F;            // heights and shadings are smooth: chance agrees more often
@@ -167,7 +166,7 @@ void correlate_rows(const PatchPairs& patch, std::int32_t side, const std::int32
   }
 }
 
-using Columns = std::array<std::int32_t, static_cast<std::size_t>(reach_columns)>;
+using Columns = std::array<std::int32_t, static_cast<std::size_t>(map_reach_stride)>;
 
 /// Sums over the window's cells behind a patch, for a row of lags.
 struct Behind {

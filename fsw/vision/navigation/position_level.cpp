@@ -11,7 +11,7 @@ namespace ilp::navigation {
 namespace {
 
 constexpr std::size_t least_positions = 4;
-constexpr double normal_sigma_per_mad = 1.4826, farthest_from_fit = 4;
+constexpr double farthest_from_fit = 4;  // sigmas
 /// The track must be this many times as wide, and as long, as the error of its mean.
 constexpr double least_extent_sigmas = 10;
 
@@ -24,14 +24,6 @@ struct Fit {
   Vec3 long_axis = Vec3::Zero(), long_axis_told = Vec3::Zero();  ///< from the first place on; metres for the second
   double length_units = 0, width_units = 0;  ///< root of the sum of squares along the long axis, and across it
 };
-
-Vec3 seen_at(const MeasuredKeyframe& k) {
-  return {k.centre[0], k.centre[1], k.centre[2]};
-}
-
-Vec3 told_at(const MeasuredKeyframe& k) {
-  return {k.place_m[0], k.place_m[1], k.place_m[2]};
-}
 
 double position_sigma(const MeasuredKeyframe& k) {
   return std::max(k.horizontal_sigma_m, k.vertical_sigma_m);
@@ -66,15 +58,15 @@ Fit fit_of(const Places& places) {
   Fit fit;
   const auto count = static_cast<double>(places.size());
   for (const MeasuredKeyframe* k : places) {
-    fit.middle_seen += seen_at(*k) / count;
-    fit.middle_told += told_at(*k) / count;
+    fit.middle_seen += vector_of(k->centre) / count;
+    fit.middle_told += vector_of(k->place_m) / count;
   }
   Mat3 spread = Mat3::Zero();
   double told2 = 0;
   for (const MeasuredKeyframe* k : places) {
-    const Vec3 seen = seen_at(*k) - fit.middle_seen;
+    const Vec3 seen = vector_of(k->centre) - fit.middle_seen;
     spread += seen * seen.transpose();
-    told2 += (told_at(*k) - fit.middle_told).squaredNorm();
+    told2 += (vector_of(k->place_m) - fit.middle_told).squaredNorm();
   }
   if (!(spread.trace() > 0)) return fit;
   fit.scale = std::sqrt(told2 / spread.trace());
@@ -87,7 +79,7 @@ Fit fit_of(const Places& places) {
   // Where the positions have these axes: the sums of positions, each by its distance along the axis.
   Vec3 wide_axis_told = Vec3::Zero();
   for (const MeasuredKeyframe* k : places) {
-    const Vec3 seen = seen_at(*k) - fit.middle_seen, told = told_at(*k) - fit.middle_told;
+    const Vec3 seen = vector_of(k->centre) - fit.middle_seen, told = vector_of(k->place_m) - fit.middle_told;
     fit.long_axis_told += told * fit.long_axis.dot(seen);
     wide_axis_told += told * wide_axis.dot(seen);
   }
@@ -99,14 +91,16 @@ Fit fit_of(const Places& places) {
 
 /// How far the fit puts a keyframe from where it was measured, metres.
 double distance_from_fit(const Fit& fit, const MeasuredKeyframe& k) {
-  return (fit.scale * (fit.rotation * (seen_at(k) - fit.middle_seen)) - (told_at(k) - fit.middle_told)).norm();
+  return (fit.scale * (fit.rotation * (vector_of(k.centre) - fit.middle_seen)) -
+          (vector_of(k.place_m) - fit.middle_told))
+      .norm();
 }
 
 Places without_outliers(const Places& places, const Fit& fit) {
   std::array<double, max_values> distances{};
   std::size_t count = 0;
   for (const MeasuredKeyframe* k : places) distances[count++] = distance_from_fit(fit, *k);
-  const double scatter = normal_sigma_per_mad * median_of(std::span(distances).first(count));
+  const double scatter = sigma_per_mad * median_of(std::span(distances).first(count));
   Places kept;
   for (const MeasuredKeyframe* k : places) {
     if (distance_from_fit(fit, *k) <= farthest_from_fit * std::max(scatter, position_sigma(*k)))

@@ -9,8 +9,6 @@
 namespace ilp::navigation {
 namespace {
 
-// Of a normal distribution: sigma = 1.4826 times the median absolute deviation.
-constexpr double sigma_per_mad = 1.4826;
 constexpr double farthest_sigmas = 4;
 
 /// By how much the errors of neighbours agree: the variance of their mean is this many times larger than that of

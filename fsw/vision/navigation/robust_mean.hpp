@@ -10,6 +10,8 @@
 namespace ilp::navigation {
 
 inline constexpr std::size_t max_values = 128;
+/// Of a normal distribution: sigma over the median absolute deviation.
+inline constexpr double sigma_per_mad = 1.4826;
 
 struct Measured {
   double value = 0;
@@ -25,8 +27,8 @@ struct RobustMean {
 };
 
 /// The sigma follows from the scatter of the values, or from their own sigmas where these are larger. Neighbours in
-/// the list are neighbours in time: errors that change slowly count as fewer values. Where
-/// the scatter is more than four times what the values state, it is the sigma, and no mean makes it smaller.
+/// the list are neighbours in time: errors that change slowly count as fewer values. Where the scatter is more than
+/// four times what the values state, it is the sigma, and no mean makes it smaller.
 [[nodiscard]] RobustMean robust_mean(const Measurements& values);
 
 /// Median, which is reordered; 0 without any value.

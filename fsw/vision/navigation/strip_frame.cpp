@@ -17,10 +17,6 @@ constexpr std::uint32_t least_measurements = 3;
 constexpr double contradiction_sigmas = 5;
 constexpr double contradiction_share = 0.02;
 
-Vec3 vector_of(const double (&v)[3]) {
-  return {v[0], v[1], v[2]};
-}
-
 Use use_of(const RobustMean& mean) {
   return {mean.used, mean.refused};
 }

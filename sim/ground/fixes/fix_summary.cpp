@@ -14,10 +14,6 @@ using navigation::MeasuredKeyframe;
 using navigation::MeasuredKeyframes;
 using navigation::StripFrame;
 
-Vec3 vector_of(const double (&v)[3]) {
-  return {v[0], v[1], v[2]};
-}
-
 /// A strip's keyframes with poses, on the plane of its map.
 struct Measured {
   const intake::Keyframe* keyframe = nullptr;

@@ -206,6 +206,18 @@ TEST_F(NavigatorTest, HostileSamplesAreRefusedAndTold) {
   EXPECT_NEAR(read<StripFrameRecord>(1).metres_per_unit, metres_per_unit, 0.01);
 }
 
+TEST_F(NavigatorTest, AFlightThatUsesItsMapAloneIsToldNothingOfMeasurements) {
+  mission.use_navigation = false;
+  mission.use_map = true;
+  for (std::int64_t id = 1; id <= 9; ++id) {
+    pose_keyframe(id);
+    FixRecord fix;
+    fix.id = id;
+    write(fix);
+  }
+  EXPECT_TRUE(run(*make()).empty());
+}
+
 TEST_F(NavigatorTest, MeasurementsOfAnotherTimeAreToldOnceAStrip) {
   for (NavigationSample& sample : source.samples) sample.time_ns += 1000 * ns_per_s;
   for (std::int64_t id = 1; id <= 9; ++id) {

@@ -90,6 +90,20 @@ TEST(LocalPlane, TheSphereIsThatOfSnyder) {
   EXPECT_NEAR(at.m[1] / 3396190, 0.7070276, 1e-7);
 }
 
+TEST(LocalPlane, PolesAndPlacesAQuarterOfATurnAwayHaveNumbers) {
+  const BodyPlace origin{90, 18, 0};
+  for (const Body body : bodies) {
+    // A vehicle without a position often states 0, 0.
+    for (const BodyPlace& place : {BodyPlace{0, 0, 0}, BodyPlace{180, 0, 0}, BodyPlace{90, 90, 0}, {90, -90, 0}}) {
+      const Offset there = offset(body, origin, place), back = offset(body, place, origin);
+      for (const double metres : {there.m[0], there.m[1], back.m[0], back.m[1]})
+        EXPECT_TRUE(std::isfinite(metres)) << place.longitude_deg << " " << place.latitude_deg;
+    }
+    const Offset pole = offset(body, {90, 89, 0}, {90, 90, 0});
+    EXPECT_NEAR(pole.m[1], degree_lengths(body, 89.5, 0).north_m, 0.2);
+  }
+}
+
 TEST(LocalPlane, WithoutABodyThereIsNone) {
   EXPECT_EQ(offset(Body::none, {}, {1, 1, 1}).m[0], 0);
   EXPECT_EQ(plane_north(Body::none, {}, {1, 1, 1}), 0);

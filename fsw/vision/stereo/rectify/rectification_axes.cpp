@@ -9,9 +9,7 @@ namespace ilp {
 
 Status stereo_axes(const RigidTransform& left_from_world, const RigidTransform& right_from_world, double nearest,
                    double max_axes_angle_rad, StereoAxes& axes) {
-  const Vec3 centre_left = -(left_from_world.rotation.transpose() * left_from_world.translation);
-  const Vec3 centre_right = -(right_from_world.rotation.transpose() * right_from_world.translation);
-  const Vec3 along = centre_right - centre_left;
+  const Vec3 along = camera_centre(right_from_world) - camera_centre(left_from_world);
   axes.baseline = along.norm();
   if (!(axes.baseline > 1e-7 * nearest)) return impossible(RectificationFault::no_baseline);
   axes.along = along / axes.baseline;

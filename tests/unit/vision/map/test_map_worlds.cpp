@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "fsw/base/math.hpp"
@@ -239,6 +240,47 @@ TEST(ILP_MAP_SUITE, NineKeyframesTogetherAreFixedOnAMapOf30ImagePixels) {
               tally.wrong, tally.ground_quantile(0.5));
   EXPECT_EQ(tally.wrong, 0);
   EXPECT_GE(tally.fixed, 0.8 * tally.trials);
+}
+
+void lift(RigidTransform& camera_from_map, double metres) {
+  camera_from_map.translation -= metres * camera_from_map.rotation.col(2);
+}
+
+// Far from height 0, as nearly everywhere on a body.
+TEST(ILP_MAP_SUITE, AnImageOverUnknownHeightsFixesKeyframesAtTheHeightOfTheGround) {
+  const MapWorld world("mars-plains", first_seed + 6);
+  const OrbitalMap map = map_of(world, 4.5, 0);
+  constexpr double height_m = -4400;
+  // Blocks without heights, or no height at all: then what stands out is elsewhere in the keyframe.
+  for (const auto& [unknown_share, least_share] : {std::pair(0.4, 0.8), std::pair(1.0, 0.3)}) {
+    Rng rng(first_seed, 9);
+    WindowStore store;
+    MapTrial trial;
+    MapTally tally;
+    for (int k = 0; k < keyframes + 3; ++k) {
+      world.look_anywhere({}, rng, trial);
+      const MapPlan plan = plan_of(trial, map);
+      MapWindow window = store.fill(map, plan);
+      std::vector<bool> unknown(22 * 22);
+      for (std::size_t i = 0; i < unknown.size(); ++i) unknown[i] = rng.uniform() < unknown_share;
+      for (std::size_t i = 0; i < store.known.size(); ++i) {
+        const auto row = static_cast<std::int32_t>(i) / plan.width, column = static_cast<std::int32_t>(i) % plan.width;
+        if (unknown[static_cast<std::size_t>(row / 12 * 22 + column / 12)]) store.known[i] = 0;
+        store.height_m[i] = store.known[i] != 0 ? store.height_m[i] + static_cast<float>(height_m) : 0;
+      }
+      window.ground_m = height_m;
+      for (RigidTransform* pose : {&trial.truth, &trial.prior.camera_from_map, &trial.keyframe.camera_from_map})
+        lift(*pose, height_m);
+      const MapFixResult result = register_on_map(trial, plan, window, world.sun());
+      tally.add(result, trial, plan.pixel_m);
+      if (result.verdict != MapVerdict::fixed) continue;
+      EXPECT_NEAR(result.ground_m[2], height_m, 0.1 * world.altitude_m());
+    }
+    std::printf("%.0f %% of heights unknown: fixed %d of %d, wrong %d, ground %.2f px\n", 100 * unknown_share,
+                tally.fixed, tally.trials, tally.wrong, tally.ground_quantile(0.5));
+    EXPECT_EQ(tally.wrong, 0);
+    EXPECT_GE(tally.fixed, least_share * tally.trials);
+  }
 }
 
 /// Maps that are not of this ground, or not as they say.

@@ -52,10 +52,6 @@ inline Collected run(const SyntheticStrip& strip, const SequenceParams& params =
   return out;
 }
 
-inline Eigen::Vector3d vector_of(const double x[3]) {
-  return {x[0], x[1], x[2]};
-}
-
 struct Truth {
   std::vector<Eigen::Vector3d> estimated, actual;
   double length = 0;

@@ -21,7 +21,6 @@ using test::run;
 using test::StripScene;
 using test::SyntheticStrip;
 using test::Truth;
-using test::vector_of;
 using test::worst_error_percent;
 
 SequenceState& state = test::sequence_state;

@@ -166,9 +166,9 @@ TEST(SequenceBeginning, OfManyKeyframesFromOnePlaceTheOldestAreDropped) {
 TEST(SequenceBeginning, WorldAndScaleAreThoseOfTheFirstKeyframe) {
   const SyntheticStrip strip = test::strip_from_places(track(2, 6), 4, 0.02, 0.04);
   const test::Collected unit = test::run(strip);
-  EXPECT_NEAR(test::vector_of(unit.cameras[0].pose.centre).norm(), 0, 1e-12);
-  EXPECT_LT(test::vector_of(unit.cameras[1].pose.centre).norm(), 0.02) << "it only turned";
-  EXPECT_NEAR(test::vector_of(unit.cameras[2].pose.centre).norm(), 1, 1e-9) << "the first real baseline is the unit";
+  EXPECT_NEAR(vector_of(unit.cameras[0].pose.centre).norm(), 0, 1e-12);
+  EXPECT_LT(vector_of(unit.cameras[1].pose.centre).norm(), 0.02) << "it only turned";
+  EXPECT_NEAR(vector_of(unit.cameras[2].pose.centre).norm(), 1, 1e-9) << "the first real baseline is the unit";
   SequenceParams params;
   params.first_height = 250;
   params.q_first[0] = 0.02;

@@ -20,8 +20,8 @@ score::StripTrack track_of(const SyntheticStrip& strip, const test::Collected& o
     score::PoseSample sample;
     sample.keyframe_id = camera.keyframe_id;
     sample.cam_from_world = cam_from_world(camera.pose).rotation;
-    sample.centre = test::vector_of(camera.pose.centre);
-    sample.sigma = test::vector_of(camera.sigma_position);
+    sample.centre = vector_of(camera.pose.centre);
+    sample.sigma = vector_of(camera.sigma_position);
     sample.true_cam_from_world = truth.rotation;
     sample.true_centre = inverse(truth).translation;
     track.samples.push_back(sample);
@@ -82,7 +82,7 @@ TEST(SequenceErrors, AreCoveredWhereImagesHardlyOverlap) {
 /// Error of a pose in the strip's own world, in the order of SequenceCamera::covariance.
 Eigen::Matrix<double, 6, 1> pose_error(const SyntheticStrip& strip, const test::Collected& out, std::size_t k) {
   const auto truth = [&](std::size_t i) { return strip.keyframes[i].truth; };
-  const auto centre = [&](std::size_t i) { return test::vector_of(out.cameras[i].pose.centre); };
+  const auto centre = [&](std::size_t i) { return vector_of(out.cameras[i].pose.centre); };
   const Vec3 true_origin = inverse(truth(0)).translation;
   const Mat3 turn = cam_from_world(out.cameras[0].pose).rotation.transpose() * truth(0).rotation;
   const double scale = (centre(1) - centre(0)).norm() / (inverse(truth(1)).translation - true_origin).norm();
@@ -135,7 +135,7 @@ TEST(SequenceErrors, GrowAlongTheStripAndVanishInItsGauge) {
   const SyntheticStrip strip({.keyframes = 30});
   const test::Collected out = test::run(strip);
   ASSERT_EQ(out.cameras.size(), 30U);
-  const auto sigma = [&](std::size_t k) { return test::vector_of(out.cameras[k].sigma_position).norm(); };
+  const auto sigma = [&](std::size_t k) { return vector_of(out.cameras[k].sigma_position).norm(); };
   EXPECT_EQ(sigma(0), 0);
   EXPECT_GT(sigma(1), 0) << "its direction is measured";
   for (std::size_t k = 6; k < 30; k += 6) EXPECT_GT(sigma(k), sigma(k - 6)) << k;

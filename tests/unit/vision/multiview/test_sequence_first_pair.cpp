@@ -30,7 +30,7 @@ void add(Sequence& sequence, const SyntheticStrip& strip, std::size_t k, Sequenc
 double first_step_error_deg(const Sequence& sequence, const SyntheticStrip& strip) {
   const RigidTransform& a = strip.keyframes[0].truth;
   const Vec3 truth = a.rotation * (inverse(strip.keyframes[1].truth).translation - inverse(a).translation);
-  const Vec3 estimated = Vec3(1, -1, -1).asDiagonal() * test::vector_of(sequence.cameras()[1].pose.centre);
+  const Vec3 estimated = Vec3(1, -1, -1).asDiagonal() * vector_of(sequence.cameras()[1].pose.centre);
   return 180 / 3.14159265358979 * std::atan2(truth.cross(estimated).norm(), truth.dot(estimated));
 }
 

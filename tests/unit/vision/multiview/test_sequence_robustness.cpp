@@ -86,7 +86,7 @@ void begin_with(Sequence& sequence, const SyntheticStrip& strip, std::size_t cou
 double distance_of_last_two(const Sequence& sequence) {
   const auto& cameras = sequence.cameras();
   const std::size_t last = cameras.size() - 1;
-  return (test::vector_of(cameras[last].pose.centre) - test::vector_of(cameras[last - 1].pose.centre)).norm();
+  return (vector_of(cameras[last].pose.centre) - vector_of(cameras[last - 1].pose.centre)).norm();
 }
 
 /// Corners of `previous` seen again by a camera turned by `turn` at the same place, and all matches with them.

@@ -5,21 +5,14 @@
 #include <functional>
 
 #include "fsw/base/math.hpp"
-#include "fsw/base/rng.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "fsw/vision/navigation/strip_frame.hpp"
+#include "tests/unit/vision/navigation/normal_numbers.hpp"
 
 namespace ilp::navigation {
 namespace {
 
 constexpr double metre_per_foot = 0.3048;
-
-/// Normal numbers, as the sum of twelve uniform ones.
-double normal(Rng& rng) {
-  double sum = -6;
-  for (int i = 0; i < 12; ++i) sum += rng.uniform();
-  return sum;
-}
 
 /// A strip with a known similarity, and a vehicle whose sensors have the noise that they state.
 struct TrueStrip {

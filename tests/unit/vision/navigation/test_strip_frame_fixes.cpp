@@ -4,19 +4,12 @@
 #include <cmath>
 
 #include "fsw/base/math.hpp"
-#include "fsw/base/rng.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "fsw/vision/navigation/strip_frame.hpp"
+#include "tests/unit/vision/navigation/normal_numbers.hpp"
 
 namespace ilp::navigation {
 namespace {
-
-/// Normal numbers, as the sum of twelve uniform ones.
-double normal(Rng& rng) {
-  double sum = -6;
-  for (int i = 0; i < 12; ++i) sum += rng.uniform();
-  return sum;
-}
 
 /// A strip over level ground with a known similarity. Its fixes have the errors that they state: the camera's place is
 /// known worse than that of its ground.
@@ -93,7 +86,7 @@ struct FixedStrip {
   [[nodiscard]] double place_error(const StripFrame& frame, const MeasuredKeyframe& k) const {
     return place_error(place_by_fixes(frame, centre_of(k)), k);
   }
-  [[nodiscard]] static Vec3 centre_of(const MeasuredKeyframe& k) { return {k.centre[0], k.centre[1], k.centre[2]}; }
+  [[nodiscard]] static Vec3 centre_of(const MeasuredKeyframe& k) { return vector_of(k.centre); }
 };
 
 TEST(StripFrameFixes, GiveScaleLevelHeadingAndPlace) {
