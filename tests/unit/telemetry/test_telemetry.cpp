@@ -243,7 +243,7 @@ TEST_F(TelemetryTest, ARequestThatTelemetryDoesNotObeyFails) {
 }
 
 TEST_F(TelemetryTest, AReportShowsTheNewestRecord) {
-  EXPECT_EQ(one_shot(sid_capture), Bytes({sid_capture}) + Bytes(76, 0)) << "there is none yet";
+  EXPECT_EQ(one_shot(sid_capture), Bytes({sid_capture}) + Bytes(84, 0)) << "there is none yet";
   CaptureRecord capture;
   capture.id = 3;
   capture.requested_ns = 0x0102030405060708;
@@ -257,11 +257,12 @@ TEST_F(TelemetryTest, AReportShowsTheNewestRecord) {
   capture.overlap_sigma = 0.5;
   capture.speed_px_s = -1.25;
   capture.reason = 0x1234;
+  capture.distance_m = 2.5;
   write(capture);
   capture.id = 2;
   write(capture);
   const Bytes data = one_shot(sid_capture);
-  ASSERT_EQ(data.size(), 1U + 76);
+  ASSERT_EQ(data.size(), 1U + 84);
   EXPECT_EQ(at(data, 1, 8), 3U);
   EXPECT_EQ(at(data, 9, 8), 0x0102030405060708U);
   EXPECT_EQ(at(data, 17, 8), 0xFFFFFFFFFFFFFFFEU);
@@ -273,6 +274,7 @@ TEST_F(TelemetryTest, AReportShowsTheNewestRecord) {
   EXPECT_EQ(real_at(data, 59), 0.5);
   EXPECT_EQ(real_at(data, 67), -1.25);
   EXPECT_EQ(at(data, 75, 2), 0x1234U);
+  EXPECT_EQ(real_at(data, 77), 2.5);
 }
 
 TEST_F(TelemetryTest, TheStatusOfThePackageHasItsLayout) {
