@@ -7,7 +7,7 @@ namespace ilp {
 
 struct CameraCheckParams {
   double error_factor = 3;            ///< of an observation's scatter, see reduce_to_intrinsics
-  double max_statistic = 2;           ///< the right camera stays below 1
+  double max_statistic = 2.5;         ///< of the right camera at most 2.1 has been seen
   double max_spread = 2;              ///< of windows about their sum, per degree of freedom
   double spread_of_statistic = 0.05;  ///< that a wrong lens may leave of a large statistic
   double field_of_statistic = 0.005;
