@@ -18,7 +18,6 @@
 #include "fsw/shared/step_memory.hpp"
 #include "fsw/storage/scrubber.hpp"
 #include "fsw/telemetry/telemetry.hpp"
-#include "fsw/vision/stereo/band/stereo_band.hpp"
 #include "hal/camera/camera.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/compute/compute.hpp"
@@ -74,7 +73,6 @@ class ComponentList {
     MapSource* map = nullptr;
     Worker* worker = nullptr;
     Compute* compute = nullptr;
-    StereoBandWorkspace* bands = nullptr;  ///< of the processor, for jobs of the stereo matcher
     Configuration* configuration = nullptr;
     FlightMemory* memory = nullptr;
     ImageRegions image = {};  ///< code and constants of the program
@@ -163,7 +161,6 @@ class ComponentList {
     operator MapSource*() const { return parts.map; }
     operator Worker*() const { return parts.worker; }
     operator Compute*() const { return parts.compute; }
-    operator StereoBandWorkspace*() const { return parts.bands; }
     operator Configuration*() const { return parts.configuration; }
     operator FlightMemory*() const { return parts.memory; }
     operator ImageRegions() const { return parts.image; }

@@ -70,7 +70,6 @@ FlightSoftware::FlightSoftware(const FlightDevices& devices, MissionParameters& 
                .map = devices.map,
                .worker = devices.worker,
                .compute = &compute_.compute(),
-               .bands = &compute_.bands(),
                .configuration = &configuration_,
                .memory = &memory_,
                .image = devices.image}) {

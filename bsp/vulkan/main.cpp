@@ -5,11 +5,9 @@
 #include <cstring>
 
 #include "bsp/vulkan/measure.hpp"
-#include "bsp/vulkan/stereo_band_job.hpp"
 #include "bsp/vulkan/vulkan_device.hpp"
 #include "bsp/vulkan/wide_search_job.hpp"
 #include "fsw/imaging/wide_overlap.hpp"
-#include "fsw/terrain/band_jobs.hpp"
 #include "hal/compute/shared/compute_server.hpp"
 
 namespace {
@@ -22,7 +20,7 @@ const char* const usage =
     "       ilp-compute-vulkan --list\n"
     "  --socket   the Unix socket at which a flight finds this program: ilp-onboard --compute PATH\n"
     "  --device   a part of the device's name; without it the first one that can do the work\n"
-    "  --measure  does a search and a stereo pair on the device and on the processor, and prints all times\n"
+    "  --measure  does a search on the device and on the processor, and prints both times\n"
     "  --list     prints the devices\n";
 
 struct Options {
@@ -57,22 +55,18 @@ int fail(const char* what, const Status& status) {
 }
 
 /// Serves one flight until it ends. Returns false when the device fails: the flight then goes on without it.
-bool serve(ComputeServer& server, WideSearchJob& search, StereoBandDeviceJob& bands) {
+bool serve(ComputeServer& server, WideSearchJob& search) {
   ComputeJob job;
   while (server.next(job).ok()) {
-    const bool done =
-        job.kind == ComputeKind::wide_search ? search.run(job.input, job.output) : bands.run(job.input, job.output);
-    if (!done) return false;
+    if (!search.run(job.input, job.output)) return false;
     if (!server.answer(job).ok()) return true;
   }
   return true;
 }
 
 WideWorkspace workspace;
-StereoBandWorkspace band_workspace;
 VulkanDevice device;
 WideSearchJob search;
-StereoBandDeviceJob bands;
 
 }  // namespace
 
@@ -83,12 +77,12 @@ int main(int argc, char** argv) {
     return 2;
   }
   if (options.list) return VulkanDevice::list() ? 0 : 1;
-  if (!device.open(options.device) || !search.prepare(device) || !bands.prepare(device)) return 1;
+  if (!device.open(options.device) || !search.prepare(device)) return 1;
   if (options.measure) {
     std::printf("%s\n", device.name());
-    return measure_wide_search(search) && measure_stereo_pair(bands) ? 0 : 1;
+    return measure_wide_search(search) ? 0 : 1;
   }
-  const ComputeForms forms{wide_search_form(workspace), stereo_band_form(band_workspace)};
+  const ComputeForms forms{wide_search_form(workspace)};
   static ComputeServer server(forms);
   const Status listening = server.listen(options.socket);
   if (!listening.ok()) return fail(options.socket, listening);
@@ -98,7 +92,7 @@ int main(int argc, char** argv) {
     if (accepted.is(StatusCode::io_error)) return fail(options.socket, accepted);
     if (!accepted.ok()) {
       static_cast<void>(fail("no flight, or one of another build", accepted));
-    } else if (!serve(server, search, bands)) {
+    } else if (!serve(server, search)) {
       return 1;
     }
   }

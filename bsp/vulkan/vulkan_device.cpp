@@ -51,16 +51,6 @@ bool find_family(VkPhysicalDevice device, std::uint32_t& family) {
   return false;
 }
 
-/// Whether a shader may ask for the one rounding of floating-point numbers that processors have.
-bool has_rounding_to_nearest(VkPhysicalDevice device) {
-  auto floats =
-      of_type<VkPhysicalDeviceFloatControlsProperties>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FLOAT_CONTROLS_PROPERTIES);
-  auto properties = of_type<VkPhysicalDeviceProperties2>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2);
-  properties.pNext = &floats;
-  vkGetPhysicalDeviceProperties2(device, &properties);
-  return floats.shaderRoundingModeRTEFloat32 == VK_TRUE;
-}
-
 }  // namespace
 
 bool VulkanDevice::list() {
@@ -89,7 +79,6 @@ bool VulkanDevice::choose(VkInstance instance, const char* name) {
                       limits.maxPerStageDescriptorStorageBuffers >= max_buffers;
     if (!wanted || !able || !find_family(devices[i], family_)) continue;
     physical_ = devices[i];
-    rounds_to_nearest_ = has_rounding_to_nearest(devices[i]);
     return true;
   }
   std::fprintf(stderr, "ilp-compute-vulkan: none of %u devices can do the work%s%s\n", count,

@@ -33,8 +33,6 @@ class VulkanDevice {
   static bool list();
   [[nodiscard]] const char* name() const { return properties_.deviceName; }
 
-  /// Whether a shader may ask for rounding to nearest. Without it the rounding is the device's affair.
-  [[nodiscard]] bool rounds_to_nearest() const { return rounds_to_nearest_; }
 
   bool make_buffer(std::size_t bytes, VulkanBuffer& buffer);
   /// A descriptor set of storage buffers at the bindings 0, 1, ..., and a layout with one push constant of 32 bits.
@@ -54,7 +52,6 @@ class VulkanDevice {
   VkPhysicalDevice physical_ = VK_NULL_HANDLE;
   VkPhysicalDeviceProperties properties_{};
   std::uint32_t family_ = 0;
-  bool rounds_to_nearest_ = false;
   VkDevice device_ = VK_NULL_HANDLE;
   VkQueue queue_ = VK_NULL_HANDLE;
   VkFence fence_ = VK_NULL_HANDLE;

@@ -36,7 +36,6 @@ ComputeForm wide_search_form(WideWorkspace& workspace) {
           search_unit,
           write_example,
           &workspace,
-          1,
           job_layout<WideInput, WideOutput>()};
 }
 
@@ -44,7 +43,7 @@ Status WideOverlap::begin(std::int64_t frame_id, std::int64_t keyframe_id, const
                           GrayView image, const OverlapResult& before, double min_overlap, OverlapWorkspace& w) {
   const int level = wide_search_level(keyframe.pyramid);
   ILP_TRY(w.b.build(image, coarse_max_side));
-  ILP_TRY(prepare_wide_search(keyframe.pyramid.level(level), w.b.level(level), min_overlap, input_, plan_));
+  ILP_TRY(prepare_wide_search(keyframe.pyramid.level(level), w.b.level(level), min_overlap, memory_.input, plan_));
   candidates_.clear();
   before_ = before;
   job_ = 0;
@@ -56,9 +55,9 @@ Status WideOverlap::begin(std::int64_t frame_id, std::int64_t keyframe_id, const
 
 Result<ComputeProgress> WideOverlap::go_on(Compute& compute) {
   if (!submitted_) {
-    fill_wide_job(plan_, job_, input_);
-    ILP_TRY(
-        compute.submit({ComputeKind::wide_search, memory_of(input_), std::as_writable_bytes(std::span(&output_, 1))}));
+    fill_wide_job(plan_, job_, memory_.input);
+    ILP_TRY(compute.submit(
+        {ComputeKind::wide_search, memory_of(memory_.input), std::as_writable_bytes(std::span(&memory_.output, 1))}));
     submitted_ = true;
     return ComputeProgress::working;
   }
@@ -66,7 +65,7 @@ Result<ComputeProgress> WideOverlap::go_on(Compute& compute) {
   // A job that is gone begins again.
   if (progress == ComputeProgress::none) submitted_ = false;
   if (progress != ComputeProgress::done) return submitted_ ? progress : ComputeProgress::working;
-  collect_wide_peaks(plan_, job_, input_, output_, candidates_);
+  collect_wide_peaks(plan_, job_, memory_.input, memory_.output, candidates_);
   submitted_ = false;
   return ++job_ < plan_.jobs() ? ComputeProgress::working : ComputeProgress::done;
 }

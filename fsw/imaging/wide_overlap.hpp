@@ -11,6 +11,11 @@ namespace ilp {
 /// The jobs of a wide search. `workspace` is the processor's.
 [[nodiscard]] ComputeForm wide_search_form(WideWorkspace& workspace);
 
+struct WideJob {
+  WideInput input{};
+  WideOutput output{};
+};
+
 /// Carries nothing from one pair to the next, and nothing of it is on record: after a restart the pair begins again.
 class WideOverlap {
  public:
@@ -27,6 +32,8 @@ class WideOverlap {
   /// The answer: that of the search if it is one, otherwise the one before it. The search is over.
   Status finish(const OverlapTemplate& keyframe, GrayView image, OverlapWorkspace& workspace, OverlapResult& result);
   void drop(Compute& compute);
+  /// Memory for the comparison of a device with the processor, while no search is at work.
+  WideJob& spare_job() { return memory_; }
 
  private:
   std::int64_t frame_id_ = 0, keyframe_id_ = 0;
@@ -35,8 +42,7 @@ class WideOverlap {
   std::int32_t job_ = 0;
   bool submitted_ = false;
   CoarseCandidates candidates_;
-  WideInput input_{};
-  WideOutput output_{};
+  WideJob memory_;
 };
 
 }  // namespace ilp

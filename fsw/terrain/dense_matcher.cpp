@@ -40,7 +40,7 @@ Status use_coverage_of(std::int64_t keyframe_id, const CameraModel& camera, Dens
   return clear_coverage(camera.width, camera.height, carried.coverage);
 }
 
-Status clear(const CameraModel& camera, DenseMatcher::DepthMaps::Depth& depth) {
+Status clear(const CameraModel& camera, DenseMatcher::DepthMaps& depth) {
   for (auto* map : {&depth.inverse, &depth.sigma}) {
     ILP_TRY(map->resize(camera.width, camera.height));
     std::fill_n(map->view().data, map->view().area(), 0.0F);
@@ -59,7 +59,7 @@ void state_geometry(const DenseMatcher::Work& work, DenseMatcher::Workspace& w, 
     record.epipole_y = epipole.y();
     record.blind_radius_px = work.plan.blind_radius_px;
   }
-  const ImageView<const float> inverse_depth = std::as_const(w.maps.depth.inverse).view();
+  const ImageView<const float> inverse_depth = std::as_const(w.maps.inverse).view();
   const double by_poses = median_depth_error_of_poses(partner_from_this, work.partner.step, work.camera, inverse_depth,
                                                       w.shared.record.pose_errors);
   const double by_lens = work.partner.pose.lens_depth_sigma;
@@ -80,7 +80,7 @@ void state_median_sigma(ImageView<const std::uint8_t> sigma_codes, DepthRecord& 
 
 /// Of cells with a few pixels of depth nobody can say later which part was seen.
 Status describe_cells(DenseMatcher::Workspace& w, DepthRecord& record) {
-  ILP_TRY(cell_depths(w.maps.depth.inverse.view(), w.maps.depth.sigma.view(), smallest_cell, w.cell_depths));
+  ILP_TRY(cell_depths(w.maps.inverse.view(), w.maps.sigma.view(), smallest_cell, w.cell_depths));
   const auto cells = static_cast<std::size_t>(w.now.columns) * static_cast<std::size_t>(w.now.rows);
   for (std::size_t i = 0; i < cells; ++i) {
     if (!(w.cell_depths[i] > 0)) w.now.quality[i] = 0;
@@ -158,13 +158,7 @@ Status code_mask(DenseMatcher::RecordWorkspace& w, MaskRecord& mask) {
 
 constexpr CheckpointForm DenseMatcher::checkpoint = checkpoint_form<State>(component_id);
 
-DenseMatcher::DenseMatcher(Tables store, const MissionParameters& mission, Compute* compute,
-                           StereoBandWorkspace* workspace)
-    : wiring_{store, mission} {
-  if (compute == nullptr || workspace == nullptr) return;
-  StereoMatcher::lend(workspace_.shared.stereo, *workspace);
-  work_.bands.use(*compute, *workspace);
-}
+DenseMatcher::DenseMatcher(Tables store, const MissionParameters& mission) : wiring_{store, mission} {}
 
 Status DenseMatcher::restore() {
   cursor_ = {};
@@ -262,26 +256,15 @@ Status DenseMatcher::resample_band() {
   params.matcher = wiring_.mission.matcher;
   params.min_ncc = wiring_.mission.min_correlation;
   work_.phase = Phase::match;
-  work_.rows_matched = 0;
   ILP_TRY(workspace_.matcher.begin(workspace_.rectified_left.view(), workspace_.rectified_right.view(),
                                    workspace_.valid_left.view(), workspace_.valid_right.view(), work_.at_panel().range,
                                    params, workspace_.shared.stereo,
                                    {workspace_.disparity.view(), workspace_.disparity_sigma.view()}));
-  // Later panels add to the maps, where jobs would lie.
-  if (work_.panel == 0) work_.bands.begin(workspace_.shared.stereo, workspace_.maps.band, workspace_.matcher);
   return {};
 }
 
 Status DenseMatcher::match_band() {
-  bool more = true;
-  for (; more && work_.rows_matched < band_rows; ++work_.rows_matched) {
-    if (workspace_.matcher.wants_band()) {
-      ILP_TAKE(const bool matched, work_.bands.get(workspace_.matcher, workspace_.maps.band));
-      if (!matched) return {};
-    }
-    ILP_TAKE(more, workspace_.matcher.step(1));
-  }
-  work_.rows_matched = 0;
+  ILP_TAKE(const bool more, workspace_.matcher.step(band_rows));
   if (!more) work_.phase = Phase::residuals;
   return {};
 }
@@ -295,10 +278,10 @@ Status DenseMatcher::check_rows() {
 }
 
 Status DenseMatcher::depth_band() {
-  if (work_.panel == 0 && work_.row == 0) ILP_TRY(clear(work_.camera, workspace_.maps.depth));
+  if (work_.panel == 0 && work_.row == 0) ILP_TRY(clear(work_.camera, workspace_.maps));
   const std::int32_t end = std::min(work_.row + 4 * band_rows, work_.camera.height);
   ILP_TRY(depth_rows(work_.at_panel().pair, work_.camera, workspace_.matcher.result(), work_.row, end,
-                     workspace_.maps.depth.view()));
+                     workspace_.maps.view()));
   work_.row = end;
   if (work_.row < work_.camera.height) return {};
   if (++work_.panel < work_.plan.count) return begin_panel();
@@ -319,7 +302,7 @@ Status DenseMatcher::state_errors() {
   work_.record.partner_id = work_.partner.pose.id;
   work_.record.baseline = distance(work_.pose, work_.partner.pose);
   work_.record.disparity_per_inverse_depth_px = work_.plan.disparity_per_inverse_depth_px;
-  drop_uncertain_depths(wiring_.mission.largest_depth_sigma, workspace_.maps.depth.view());
+  drop_uncertain_depths(wiring_.mission.largest_depth_sigma, workspace_.maps.view());
   state_geometry(work_, workspace_, work_.record);
   work_.phase = Phase::quality;
   return {};
@@ -329,10 +312,9 @@ Status DenseMatcher::state_quality() {
   RecordWorkspace& w = workspace_.shared.record;
   ILP_TRY(w.sigma_code.resize(work_.camera.width, work_.camera.height));
   work_.record.supported =
-      code_sigma(workspace_.maps.depth.view(), work_.record.disparity_per_inverse_depth_px, w.sigma_code.view().data);
+      code_sigma(workspace_.maps.view(), work_.record.disparity_per_inverse_depth_px, w.sigma_code.view().data);
   work_.phase = Phase::mask;
-  return seen_cells(workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view(), work_.camera.fx, 1,
-                    workspace_.now);
+  return seen_cells(workspace_.maps.inverse.view(), workspace_.maps.sigma.view(), work_.camera.fx, 1, workspace_.now);
 }
 
 /// The mask of the ground that is new.
@@ -343,7 +325,7 @@ Status DenseMatcher::claim_ground() {
   ILP_TRY(w.mask.resize(work_.camera.width, work_.camera.height));
   ILP_TRY(w.codes.resize(work_.camera.width, work_.camera.height));
   MaskCounts counts;
-  ILP_TRY(newly_seen_mask(workspace_.maps.depth.sigma.view(), workspace_.after.coverage, workspace_.now,
+  ILP_TRY(newly_seen_mask(workspace_.maps.sigma.view(), workspace_.after.coverage, workspace_.now,
                           work_.partner.finer_steps, w.mask.view(), counts));
   const auto area = static_cast<double>(w.mask.view().area());
   if (counts.matched < smallest_matched_share * area) {
@@ -358,7 +340,7 @@ Status DenseMatcher::claim_ground() {
 Status DenseMatcher::choose_coding() {
   const RecordWorkspace& w = workspace_.shared.record;
   DepthCoding coding;
-  ILP_TRY(choose_depth_coding(workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view(), w.mask.view(),
+  ILP_TRY(choose_depth_coding(workspace_.maps.inverse.view(), workspace_.maps.sigma.view(), w.mask.view(),
                               work_.plan.disparity_per_inverse_depth_px / work_.plan.baseline, work_.plan.baseline,
                               1.0 / wiring_.mission.depth_step_px, coding));
   work_.record.offset = coding.offset;
@@ -369,7 +351,7 @@ Status DenseMatcher::choose_coding() {
 
 Status DenseMatcher::code_depth() {
   RecordWorkspace& w = workspace_.shared.record;
-  ILP_TRY(encode_depth(workspace_.maps.depth.inverse.view(), workspace_.maps.depth.sigma.view(), w.mask.view(),
+  ILP_TRY(encode_depth(workspace_.maps.inverse.view(), workspace_.maps.sigma.view(), w.mask.view(),
                        {work_.record.offset, work_.record.step}, w.codes.view()));
   state_median_sigma(w.sigma_code.view(), work_.record);
   work_.phase = Phase::mask_code;
@@ -379,7 +361,7 @@ Status DenseMatcher::code_depth() {
 Status DenseMatcher::begin_carry() {
   workspace_.after = state_;
   ILP_TRY(use_coverage_of(work_.pose.id, work_.camera, workspace_.after));
-  ILP_TRY(cover_passed(wiring_.store, work_.camera, work_.pose.id, work_.next.id, workspace_.maps.depth.sigma.view(),
+  ILP_TRY(cover_passed(wiring_.store, work_.camera, work_.pose.id, work_.next.id, workspace_.maps.sigma.view(),
                        workspace_.after));
   work_.phase = Phase::coverage;
   return begin_carrying(work_.camera, workspace_.ground(), workspace_.shared.record.coverage,
@@ -538,8 +520,7 @@ StepResult DenseMatcher::step() {
   const Result<bool> picked = idle ? pick() : true;
   const Status status = idle ? picked.status() : advance();
   if (!status.ok()) return work_.patience.failed(cursor_.first + 1, status);
-  const bool waits = work_.phase == Phase::match && work_.bands.waits();
-  return {work_.event, picked.value(), waits ? Then::wait : Then::go_on};
+  return {work_.event, picked.value(), Then::go_on};
 }
 
 }  // namespace ilp

@@ -7,7 +7,6 @@
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/patience.hpp"
 #include "fsw/shared/step_transaction.hpp"
-#include "fsw/terrain/band_jobs.hpp"
 #include "fsw/terrain/partner_choice.hpp"
 #include "fsw/vision/stereo/depth/depth.hpp"
 #include "fsw/vision/stereo/depth/pose_error.hpp"
@@ -81,21 +80,15 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
     RecordWorkspace record;
   };
 
-  /// The maps of a keyframe's depth. Nothing is in them until its first panel has been matched: jobs lie there until
-  /// then.
-  union DepthMaps {
-    DepthMaps() : depth() {}
-    struct Depth {
-      ImageBuffer<float> inverse, sigma;
-      FixedImage<std::uint64_t, static_cast<std::size_t>(supported_words(limits::max_image_width)) *
-                                    static_cast<std::size_t>(limits::max_image_height)>
-          supported;
+  /// The maps of a keyframe's depth.
+  struct DepthMaps {
+    ImageBuffer<float> inverse, sigma;
+    FixedImage<std::uint64_t, static_cast<std::size_t>(supported_words(limits::max_image_width)) *
+                                  static_cast<std::size_t>(limits::max_image_height)>
+        supported;
 
-      DepthView view() { return {inverse.view(), sigma.view(), supported.view()}; }
-    } depth;
-    StereoBandJob band;
+    DepthView view() { return {inverse.view(), sigma.view(), supported.view()}; }
   };
-  static_assert(sizeof(StereoBandJob) <= sizeof(DepthMaps::Depth), "jobs need no memory of their own");
   struct Work {
     CameraModel camera;
     // The pair at work; a restart drops it.
@@ -107,10 +100,8 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
     RectificationPlan plan;
     std::size_t panel = 0;
     VerticalResidual residual;
-    DepthRecord record;             ///< of the pair, as far as it is known
-    MaskRecord mask;                ///< the same
-    std::int32_t rows_matched = 0;  ///< of a step that waits for a device
-    BandJobs bands;
+    DepthRecord record;  ///< of the pair, as far as it is known
+    MaskRecord mask;     ///< the same
     std::int32_t row = 0;
     Status event;  ///< of the step
 
@@ -129,16 +120,11 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
     Coverage before;
 
     [[nodiscard]] PairGround ground() const {
-      return {maps.depth.inverse.view(), maps.depth.sigma.view(), shared.record.mask.view(), now};
+      return {maps.inverse.view(), maps.sigma.view(), shared.record.mask.view(), now};
     }
   };
 
-  /// Has the rows of the full resolution matched by `compute` while it has a device; its processor's function works in
-  /// `workspace`, with this component's memory. The results are the same. Both are given, or none.
-  DenseMatcher(Tables store, const MissionParameters& mission, Compute* compute = nullptr,
-               StereoBandWorkspace* workspace = nullptr);
-  /// Memory for the comparison of a device with the processor, before the flight.
-  [[nodiscard]] StereoBandJob& spare_job() { return workspace_.maps.band; }
+  DenseMatcher(Tables store, const MissionParameters& mission);
 
   Status restore() override;
   StepResult step() override;

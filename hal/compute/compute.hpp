@@ -12,9 +12,8 @@
 
 namespace ilp {
 
-enum class ComputeKind : std::uint32_t { wide_search, stereo_band, count };
-inline constexpr EnumValue compute_kind_values[] = {{0, "wide_search", "wide search"},
-                                                    {1, "stereo_band", "stereo band"}};
+enum class ComputeKind : std::uint32_t { wide_search, count };
+inline constexpr EnumValue compute_kind_values[] = {{0, "wide_search", "wide search"}};
 inline constexpr std::size_t compute_kinds = static_cast<std::size_t>(ComputeKind::count);
 
 /// What the jobs of a kind are. The results of a job's units lie in its output one after another.
@@ -29,7 +28,6 @@ struct ComputeForm {
   /// Writes input `number` of those with which a device is compared at the start.
   void (*example)(void* workspace, std::uint32_t number, std::span<std::byte> input) = nullptr;
   void* workspace = nullptr;
-  std::size_t jobs_per_check = 1;  ///< of a device's jobs: one of these is compared in one unit
   std::uint64_t layout = 0;        ///< job_layout() of input and output
 
   [[nodiscard]] constexpr std::size_t output_bytes() const { return units * unit_bytes; }

@@ -87,9 +87,8 @@ ComputeProgress GuardedCompute::ask_device(ComputeKind kind) {
   if (fault == ComputeFault::none && !done) return ComputeProgress::waiting;
   if (fault == ComputeFault::none) {
     const ComputeForm& form = cpu_.form(kind);
-    const std::uint64_t draw = mix64(++checks_);
-    const auto unit = static_cast<std::size_t>(draw / form.jobs_per_check % form.units);
-    if (draw % form.jobs_per_check == 0) fault = check_unit(kind, unit, place.job.input, place.job.output);
+    const auto unit = static_cast<std::size_t>(mix64(++checks_) % form.units);
+    fault = check_unit(kind, unit, place.job.input, place.job.output);
   }
   if (fault != ComputeFault::none) {
     give_up(kind, fault);

@@ -1,4 +1,4 @@
-// The wide search and stereo bands on a Vulkan device: Mesa's lavapipe, which computes on the processor. Their bytes
+// The wide search on a Vulkan device: Mesa's lavapipe, which computes on the processor. Their bytes
 // are those of the processor's functions, on made-up ground and on recorded images, and a flight goes on when the
 // program ends or hangs.
 #include <gtest/gtest.h>
@@ -24,39 +24,23 @@ struct Flight {
   WideWorkspace workspace{};
   WideInput input{};
   WideOutput output{};
-  StereoWorkspace stereo{};
-  StereoBandJob band{};
-  StereoBandOutput by_processor{};
+  WideJob spare;
 
   Status begin(const test::VulkanProgram& program) {
-    StereoMatcher::lend(stereo, jobs.bands());
     static_cast<void>(device.open({program.socket(), long_limit}));
-    return jobs.accept(device, band);
+    return jobs.accept(device, spare);
   }
   void submit() {
     ASSERT_TRUE(jobs.compute()
                     .submit({ComputeKind::wide_search, memory_of(input), std::as_writable_bytes(std::span(&output, 1))})
                     .ok());
   }
-  void finish(ComputeKind kind = ComputeKind::wide_search) {
+  void finish() {
     ComputeProgress progress = ComputeProgress::working;
     while (progress != ComputeProgress::done) {
-      progress = jobs.compute().ask(kind);
+      progress = jobs.compute().ask(ComputeKind::wide_search);
       if (progress == ComputeProgress::waiting) device.pause();
     }
-  }
-  /// The band by the device, and whether its bytes are the processor's.
-  bool band_is_equal() {
-    const ComputeJob job{ComputeKind::stereo_band, memory_of(band.input),
-                         std::as_writable_bytes(std::span(&band.output, 1))};
-    EXPECT_TRUE(jobs.compute().submit(job).ok());
-    finish(ComputeKind::stereo_band);
-    const std::span<std::byte> expected = std::as_writable_bytes(std::span(&by_processor, 1));
-    for (std::size_t unit = 0; unit < stereo_band_units; ++unit) {
-      compute_stereo_band_unit(band.input, unit, jobs.bands(),
-                               expected.subspan(unit * stereo_band_unit_bytes, stereo_band_unit_bytes));
-    }
-    return std::memcmp(&by_processor, &band.output, sizeof(by_processor)) == 0;
   }
   /// How many shifts have a score; -1 where a byte differs from the processor's.
   int scores_if_equal() {
@@ -123,46 +107,6 @@ TEST_F(VulkanCompute, JobsOfRecordedPairsHaveTheProcessorsBytes) {
       ASSERT_GT(flight_->scores_if_equal(), 0) << i << " " << job;
     }
   }
-}
-
-TEST_F(VulkanCompute, MadeUpStereoBandsHaveTheProcessorsBytes) {
-  for (std::uint32_t number = 100; number < 140; ++number) {
-    make_stereo_band_example(number, flight_->jobs.bands(), flight_->band.input);
-    ASSERT_TRUE(flight_->band_is_equal()) << number;
-    ASSERT_TRUE(flight_->jobs.compute().on_device());
-  }
-}
-
-TEST_F(VulkanCompute, StereoBandsOfARecordedPairHaveTheProcessorsBytes) {
-  const std::vector<test::Image> frames = recorded_frames();
-  if (frames.empty()) GTEST_SKIP() << "no recorded data beside the checkout";
-  // Part of two images as if they were rectified: what is matched there is of no matter.
-  constexpr std::int32_t width = 300, height = 100, disparities = 100;
-  const std::vector<std::uint8_t> valid(std::size_t{width} * height, 255);
-  std::vector<float> maps(2 * valid.size());
-  const auto matching = std::make_unique<StereoWorkspace>();
-  StereoMatcher matcher;
-  const MaskView all(valid.data(), width, height);
-  ASSERT_TRUE(matcher
-                  .begin(frames[0].view().crop(100, 100, width, height), frames[1].view().crop(100, 100, width, height),
-                         all, all, {0, disparities - 1}, {}, *matching,
-                         {{maps.data(), width, height}, {maps.data() + valid.size(), width, height}})
-                  .ok());
-  ASSERT_TRUE(matcher.match_in_bands(flight_->band));
-  int bands = 0;
-  for (bool pending = true; pending;) {
-    if (matcher.wants_band()) {
-      matcher.describe_band();
-      ASSERT_TRUE(flight_->band_is_equal()) << bands;
-      ASSERT_TRUE(flight_->jobs.compute().on_device());
-      matcher.take_band();
-      ++bands;
-    }
-    const Result<bool> stepped = matcher.step(stereo_band_rows);
-    ASSERT_TRUE(stepped.ok());
-    pending = stepped.value();
-  }
-  EXPECT_EQ(bands, 4);
 }
 
 TEST_F(VulkanCompute, AProgramThatIsKilledInAJobCostsAnEvent) {

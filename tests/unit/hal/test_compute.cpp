@@ -106,10 +106,6 @@ class Program {
 
 /// A flight with a device; the job limit is short, so that a late one does not hold up the test.
 struct Flight {
-  explicit Flight(std::size_t jobs_per_check = 1) {
-    for (ComputeForm& form : forms) form.jobs_per_check = jobs_per_check;
-  }
-
   ComputeForms forms = test_forms();
   SharedCompute device{forms};
   GuardedCompute compute{forms};
@@ -205,27 +201,6 @@ TEST(Compute, AWrongByteInEveryUnitIsSeenWhateverItsChecksum) {
     for (std::size_t unit = 0; unit < units; ++unit) job.output[unit * unit_bytes + unit] ^= std::byte{1};
     return server.answer(job).ok();
   });
-}
-
-TEST(Compute, ADeviceOfWhichFewJobsAreCheckedIsFoundWrongAllTheSame) {
-  constexpr std::size_t jobs_per_check = 4;
-  constexpr int most_jobs = 60;
-  const auto answer_wrongly = [](ComputeServer& server, ComputeJob job) {
-    do {
-      Program::do_job(job);
-      for (std::size_t unit = 0; unit < units; ++unit) job.output[unit * unit_bytes] ^= std::byte{1};
-    } while (server.answer(job).ok() && server.next(job).ok());
-    return false;
-  };
-  Program program(compared, answer_wrongly);
-  Flight flight(jobs_per_check);
-  ASSERT_TRUE(flight.begin(program.path(), no_limit).ok());
-  int jobs = 0;
-  for (; jobs < most_jobs && flight.compute.on_device(); ++jobs) {
-    static_cast<void>(flight.does(input_of(static_cast<std::uint32_t>(jobs))));
-  }
-  EXPECT_FALSE(flight.compute.on_device());
-  EXPECT_GT(jobs, 1) << "not every job is checked";
 }
 
 ComputeMailbox& box_of(ComputeServer& server) {

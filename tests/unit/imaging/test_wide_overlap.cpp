@@ -51,7 +51,7 @@ class WideOverlapTest : public test::ComponentTest {
   OverlapRecord turned() { return read<OverlapRecord>(2); }
 
   std::unique_ptr<WideWorkspace> workspace_ = std::make_unique<WideWorkspace>();
-  ComputeForms forms_{wide_search_form(*workspace_), ComputeForm{}};
+  ComputeForms forms_{wide_search_form(*workspace_)};
 };
 
 TEST_F(WideOverlapTest, ItRelatesAFrameThatIsTurnedFartherThanTheCoarseSearchReaches) {

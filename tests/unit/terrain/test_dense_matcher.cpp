@@ -7,7 +7,6 @@
 #include "fsw/products/depth_access.hpp"
 #include "fsw/terrain/dense_matcher.hpp"
 #include "tests/support/failing_store.hpp"
-#include "tests/support/late_compute.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
 
@@ -88,23 +87,6 @@ class DenseMatcherTest : public test::ComponentTest {
     const auto matcher = std::make_unique<DenseMatcher>(store, mission);
     EXPECT_TRUE(matcher->restore().ok());
     return run(*matcher, 100000);
-  }
-
-  /// Matches with jobs done by `device`; returns the number of steps that waited for it.
-  int match_on(Compute& device, StereoBandWorkspace& bands, int restart_after) {
-    const auto matcher = std::make_unique<DenseMatcher>(store, mission, &device, &bands);
-    EXPECT_TRUE(matcher->restore().ok());
-    int waited = 0;
-    for (int i = 1; i < 100000; ++i) {
-      const StepResult result = matcher->step();
-      EXPECT_TRUE(result.status.ok());
-      waited += result.then == Then::wait ? 1 : 0;
-      if (!result.pending) break;
-      if (i == restart_after) {
-        EXPECT_TRUE(matcher->restore().ok());
-      }
-    }
-    return waited;
   }
 
   /// The bytes of all depths, errors and masks.
@@ -519,27 +501,6 @@ TEST_F(DenseMatcherTest, AStripGoesOnAfterARestartAsIfThereHadBeenNone) {
   EXPECT_TRUE(match().empty());
   EXPECT_LT(masked(3), 0.02);
   EXPECT_LT(sent_twice({1, 2, 3, 4, 5}), 0.02);
-}
-
-TEST_F(DenseMatcherTest, WhoeverMatchesTheBandsAndWheneverTheRecordsAreTheSame) {
-  // Level ground, and a descent in several panels, of which a device matches the first.
-  for (const std::vector<Vec3>& places : {line(3), descent(3)}) {
-    views_.clear();
-    fly(places);
-    EXPECT_TRUE(match().empty());
-    const std::vector<std::uint8_t> own = all_depths();
-    for (const int restart_after : {0, 150}) {
-      forget_depths();
-      StereoBandWorkspace bands;
-      const ComputeForms forms{ComputeForm{}, stereo_band_form(bands)};
-      test::LateCompute device(forms, 2);
-      const int waited = match_on(device, bands, restart_after);
-      EXPECT_EQ(waited, 2 * device.jobs());
-      EXPECT_GT(device.jobs(), 2 * 5);
-      EXPECT_EQ(all_depths(), own);
-    }
-    forget_depths();
-  }
 }
 
 TEST_F(DenseMatcherTest, TheMissionChoosesTheMatcherAndEitherFindsTheGround) {

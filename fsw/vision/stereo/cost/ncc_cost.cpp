@@ -306,32 +306,11 @@ void correlate_row(NccRows& rows, const SearchRow& search, NccWorkspace& w, std:
   ++rows.next_row;
 }
 
-void moments_row(NccRows& rows, NccWorkspace& w, const RowMoments& out) {
-  begin_columns(rows, w);
-  advance_columns(rows, w);
-  compute_moments(rows, w, out.variance);
-  std::copy_n(w.left_sum.begin(), rows.left.width, out.left_sum);
-  std::copy_n(w.left_inverse_norm.begin(), rows.left.width, out.left_inverse_norm);
-  const std::int32_t end = mirrored_length(rows) - rows.radius;
-  for (std::int32_t x = 0; x < rows.right.width; ++x) {
-    const std::int32_t mirrored = first_mirrored(rows) - x;
-    const bool reached = mirrored >= rows.radius && mirrored < end;
-    const auto k = static_cast<std::size_t>(reached ? mirrored : rows.radius);
-    out.right_mean[x] = reached ? w.right_mean[k] : 0.0F;
-    out.right_inverse_norm[x] = reached ? w.right_inverse_norm[k] : 0.0F;
-  }
-  ++rows.next_row;
-}
-
 }  // namespace
 
 void compute_ncc_row(NccRows& rows, const SearchRow& search, NccWorkspace& w, std::int16_t* ncc, std::uint8_t* cost,
                      float* variance) {
   with_widest_vectors([&] { correlate_row(rows, search, w, ncc, cost, variance); });
-}
-
-void compute_moments_row(NccRows& rows, NccWorkspace& w, const RowMoments& out) {
-  with_widest_vectors([&] { moments_row(rows, w, out); });
 }
 
 }  // namespace ilp

@@ -68,15 +68,4 @@ struct NccRows {
 void compute_ncc_row(NccRows& rows, const SearchRow& search, NccWorkspace& workspace, std::int16_t* ncc,
                      std::uint8_t* cost, float* variance);
 
-/// What the correlations of a row are made of besides products, by column of the image: n is the window's area.
-struct RowMoments {
-  float* left_sum;            ///< S_l, of grey less 128
-  float* left_inverse_norm;   ///< 1 / sqrt(V_l + n s^2); 0 where the centre pixel is invalid
-  float* right_mean;          ///< S_r / n, likewise
-  float* right_inverse_norm;  ///< 0 where the centre pixel is invalid, or no disparity reaches it
-  float* variance;            ///< of the left window
-};
-/// The same row without its correlations, for whoever computes these elsewhere.
-void compute_moments_row(NccRows& rows, NccWorkspace& workspace, const RowMoments& out);
-
 }  // namespace ilp

@@ -67,7 +67,6 @@ Status StereoMatcher::begin(GrayView left, GrayView right, MaskView left_valid, 
                             const DisparityRange& range, const StereoParams& params, StereoWorkspace& workspace,
                             const DisparityView& result) {
   workspace_ = nullptr;
-  bands_ = nullptr;
   if (left.empty() || !same_size(left, right) || !same_size(left, left_valid) || !same_size(left, right_valid) ||
       !same_size(left, result.disparity_px) || !same_size(left, result.sigma_px)) {
     return out_of_range(Argument::rectified_size, left.width);
@@ -161,91 +160,6 @@ void StereoMatcher::finish_row(const NccRows& rows, std::int32_t y, const Dispar
                        w.segments);
 }
 
-bool StereoMatcher::match_in_bands(StereoBandJob& job) {
-  const bool able =
-      params_.matcher == StereoMatcherChoice::semi_global && rows_.padded_disparities <= stereo_band_disparities;
-  bands_ = able ? &job : nullptr;
-  supplied_end_ = 0;
-  return able;
-}
-
-void StereoMatcher::lend(StereoWorkspace& w, StereoBandWorkspace& borrower) {
-  static_assert(max_rows_at_once > 1, "the first row is the matcher's own meanwhile");
-  MatchedRow& row = w.rows[1];
-  borrower.ncc = &w.ncc;
-  borrower.paths = &w.matcher.semi_global.paths;
-  borrower.correlations = row.ncc();
-  borrower.costs = w.cost_row.data();
-  borrower.variance = row.variance.data();
-  borrower.winners = row.winners.data();
-  borrower.input = nullptr;
-}
-
-void StereoMatcher::describe_band() {
-  static_assert(stereo_band_rows == search_tile, "the rows of a band have one search");
-  StereoBandInput& in = bands_->input;
-  const std::int32_t height = rows_.left.height;
-  const std::int32_t held = std::max(row_ - rows_.radius, 0);
-  in.serial = ++bands_described_;
-  in.width = rows_.left.width;
-  in.rows = std::min(height - row_, stereo_band_rows);
-  in.held_rows = std::min(row_ + in.rows + rows_.radius, height) - held;
-  in.first_row = row_ - held;
-  in.continues = row_ > 0 ? 1 : 0;
-  in.padded = rows_.padded_disparities;
-  in.disparities = range_.count();
-  in.radius = rows_.radius;
-  in.min_disparity = rows_.min_disparity;
-  in.lead = uniqueness_lead(params_);
-  in.small_step = penalties_.small_step;
-  in.out_of_view_cost = rows_.out_of_view_cost;
-  in.damping = rows_.damping;
-  const SearchRow& search = workspace_->search[static_cast<std::size_t>(row_ / search_tile)];
-  in.run_count = search.size;
-  in.reserved = 0;
-  std::copy(search.begin(), search.end(), in.runs.begin());
-  for (std::size_t grey = 0; grey < in.large_step.size(); ++grey) {
-    in.large_step[grey] = penalties_.large_step[large_step_copies * grey];
-  }
-  const auto hold = [&](const MaskView& from, StereoBandInput::Rows& to) {
-    for (std::int32_t y = 0; y < in.held_rows; ++y) {
-      std::copy_n(from.row(held + y), in.width, to.data() + static_cast<std::ptrdiff_t>(y) * stereo_band_width);
-    }
-  };
-  hold(rows_.left, in.left);
-  hold(rows_.right, in.right);
-  hold(rows_.left_valid, in.left_valid);
-  hold(rows_.right_valid, in.right_valid);
-  if (in.continues != 0) in.paths = bands_->output.paths;
-  complete_stereo_band(in, workspace_->ncc, bands_->variance.data());
-}
-
-/// A row whose winners, and the correlations about them, are those of a job.
-void StereoMatcher::take_row(std::int32_t y) {
-  StereoWorkspace& w = *workspace_;
-  const auto row = static_cast<std::size_t>(y % stereo_band_rows);
-  rows_.search = w.search[static_cast<std::size_t>(y / search_tile)];
-  rows_.next_row = y + 1;
-  MatchedRow& matched = w.rows[0];
-  for (const SearchRun& run : rows_.search) {
-    for (std::int32_t x = run.begin; x < run.end; ++x) {
-      const StereoBandPixel& pixel = bands_->output.rows[row][static_cast<std::size_t>(x)];
-      const auto index = static_cast<std::int32_t>(pixel.winner >> 16U);
-      matched.winners[static_cast<std::size_t>(x)] = {static_cast<std::int16_t>(pixel.winner & 0x7FFFU),
-                                                      static_cast<std::int16_t>(std::min(index, run.first + run.count)),
-                                                      (pixel.winner & 0x8000U) != 0};
-      std::int16_t* const correlations = matched.ncc() + static_cast<std::ptrdiff_t>(x) * rows_.padded_disparities;
-      const std::int32_t first = index - stereo_band_peaks / 2;
-      // Whatever a device says: what it says lies in the pixel's own place.
-      const std::int32_t end = std::min(first + stereo_band_peaks, run.first + run.count);
-      for (std::int32_t d = std::max(first, run.first); d < end; ++d) {
-        correlations[d] = pixel.peaks[static_cast<std::size_t>(d - first)];
-      }
-    }
-  }
-  finish_row(rows_, y, range_, matched, bands_->variance.data() + row * stereo_band_width, result_);
-}
-
 void StereoMatcher::filter_row(std::int32_t y) {
   // Each stage needs rows below its own from the stage before.
   if (y < rows_.left.height) {
@@ -318,7 +232,6 @@ void StereoMatcher::do_row() {
                          row_, range_, params_);
       return;
     case Phase::match:
-      if (bands_ != nullptr) return take_row(row_);
       return match_row(rows_, w.search[static_cast<std::size_t>(row_ / search_tile)], range_, result_);
     case Phase::filter:
       return filter_row(row_);
@@ -345,7 +258,7 @@ void StereoMatcher::advance() {
 Result<bool> StereoMatcher::step(std::int32_t rows) {
   if (workspace_ == nullptr) return StatusCode::not_ready;
   if (rows < 1) return out_of_range(Argument::rows, rows);
-  for (std::int32_t i = 0; i < rows && phase_ != Phase::done && !wants_band(); ++i) {
+  for (std::int32_t i = 0; i < rows && phase_ != Phase::done; ++i) {
     do_row();
     advance();
   }

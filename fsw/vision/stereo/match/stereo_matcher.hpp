@@ -8,7 +8,6 @@
 
 #include "fsw/base/image_view.hpp"
 #include "fsw/base/result.hpp"
-#include "fsw/vision/stereo/band/stereo_band.hpp"
 #include "fsw/vision/stereo/cost/coarse_level.hpp"
 #include "fsw/vision/stereo/cost/ncc_cost.hpp"
 #include "fsw/vision/stereo/disparity_map.hpp"
@@ -68,13 +67,6 @@ struct StereoWorkspace {
   std::array<SearchRow, static_cast<std::size_t>(max_search_bands)> search;  ///< by band of search_tile rows
 };
 
-/// A band of rows that somebody else matches.
-struct StereoBandJob {
-  StereoBandInput input;
-  StereoBandOutput output;
-  StereoBandInput::Moments variance;
-};
-
 /// Matches one pair at a time, a band of scanlines per step: first at a quarter of the resolution, to learn where to
 /// search, then at the full one. Views must outlive the last step; until then the result holds intermediate values.
 class StereoMatcher {
@@ -88,18 +80,6 @@ class StereoMatcher {
   /// Does up to `rows` scanlines of work. The result is final when it answers that there is no more.
   Result<bool> step(std::int32_t rows);
   [[nodiscard]] const DisparityView& result() const { return result_; }
-
-  /// The rows of the full resolution are matched by whoever does `job`, band by band: while wants_band(), no step is
-  /// made. False, and all is as without, where the pair is not of a kind that jobs match. Call it after begin(); `job`
-  /// must outlive the last step.
-  bool match_in_bands(StereoBandJob& job);
-  [[nodiscard]] bool wants_band() const { return bands_ != nullptr && phase_ == Phase::match && row_ >= supplied_end_; }
-  /// The input of the next band.
-  void describe_band();
-  /// The output of the job is there.
-  void take_band() { supplied_end_ = row_ + bands_->input.rows; }
-  /// The processor's function may use this memory while a band is wanted.
-  static void lend(StereoWorkspace& workspace, StereoBandWorkspace& borrower);
 
  private:
   enum class Phase : std::uint8_t {
@@ -117,7 +97,6 @@ class StereoMatcher {
 
   [[nodiscard]] std::int32_t rows_at_once() const;
   void match_row(NccRows& rows, const SearchRow& search, const DisparityRange& range, const DisparityView& result);
-  void take_row(std::int32_t y);
   void finish_row(const NccRows& rows, std::int32_t y, const DisparityRange& range, const MatchedRow& row,
                   const float* variance, const DisparityView& result);
   void choose(const NccRows& rows, std::int32_t y, std::int32_t count, std::int32_t disparities);
@@ -137,9 +116,6 @@ class StereoMatcher {
   PathPenalties penalties_;
   StereoWorkspace* workspace_ = nullptr;
   DisparityView result_;
-  StereoBandJob* bands_ = nullptr;
-  std::int32_t supplied_end_ = 0;  ///< row
-  std::uint32_t bands_described_ = 0;
 };
 
 }  // namespace ilp

@@ -72,7 +72,7 @@ struct RowPaths {
   const std::uint8_t* cost;
   PathWorkspace& w;
 
-  [[nodiscard]] std::uint8_t guard() const { return path_guard_cost(penalties); }
+  [[nodiscard]] std::uint8_t guard() const { return static_cast<std::uint8_t>(255 - penalties.small_step); }
   /// The place of the path along the row at column x; disparities outside the run become guards.
   [[nodiscard]] std::uint8_t* along(std::int32_t x, bool first_of_run) const {
     auto& row = w.along[x & 1];
@@ -147,39 +147,7 @@ void start(std::int32_t width, std::int32_t padded, std::uint8_t guard, PathWork
   clear(w.zero.data(), 1, padded, guard);
 }
 
-/// Where the costs of a path from above begin at column x of a row.
-std::ptrdiff_t begin_of_column(std::int32_t x, std::int32_t padded) {
-  return path_guard + static_cast<std::ptrdiff_t>(x + 1) * (padded + path_guard);
-}
-
 }  // namespace
-
-std::uint8_t path_guard_cost(const PathPenalties& penalties) {
-  return static_cast<std::uint8_t>(255 - penalties.small_step);
-}
-
-const std::uint8_t* handed_costs(const PathWorkspace& w, std::int32_t y, std::int32_t padded, int path,
-                                 std::int32_t x) {
-  return w.from_above[y & 1][path].costs.data() + begin_of_column(x, padded);
-}
-
-void take_handed_paths(std::int32_t width, std::int32_t y, std::int32_t padded, const PathPenalties& penalties,
-                       const HandedCosts& handed, PathWorkspace& w) {
-  start(width, padded, path_guard_cost(penalties), w);
-  // No search equals this one, so that the next row begins with guards.
-  w.search = {};
-  const int parity = (y - 1) & 1;
-  for (int path = 0; path < handed_paths; ++path) {
-    for (std::int32_t x = 0; x < width; ++x) {
-      const std::uint8_t* const costs = handed.costs + path * handed.path_stride + x * handed.column_stride;
-      std::copy_n(costs, padded, w.from_above[parity][path].costs.data() + begin_of_column(x, padded));
-      const std::uint8_t lowest = std::min(*std::min_element(costs, costs + padded), max_lowest);
-      std::fill_n(
-          w.lowest[parity].data() + std::ptrdiff_t{x + 1} * lanes::bytes + std::ptrdiff_t{4} * (path + from_above_left),
-          4, lowest);
-    }
-  }
-}
 
 PathPenalties make_path_penalties(const StereoParams& params) {
   PathPenalties penalties;

@@ -64,22 +64,4 @@ void aggregate_row(GrayView left, std::int32_t y, const SearchRow& search, std::
                    std::int32_t disparities, std::int32_t lead, const PathPenalties& penalties,
                    const std::uint8_t* cost, PathWorkspace& workspace, RowWinner* winners);
 
-/// Paths that rows hand down: from above left, above and above right.
-inline constexpr int handed_paths = 3;
-/// The costs of such a path at column x of row y, the latest one taken: `padded` of them, guards where its disparity
-/// was not searched.
-[[nodiscard]] const std::uint8_t* handed_costs(const PathWorkspace& workspace, std::int32_t y, std::int32_t padded,
-                                               int path, std::int32_t x);
-/// Costs of handed paths elsewhere: those of path p at column x begin at costs[p * path_stride + x * column_stride].
-struct HandedCosts {
-  const std::uint8_t* costs;
-  std::ptrdiff_t path_stride, column_stride;
-};
-/// Puts paths that row y - 1 handed down elsewhere in the place of those of this workspace. The next row to take is y >
-/// 0.
-void take_handed_paths(std::int32_t width, std::int32_t y, std::int32_t padded, const PathPenalties& penalties,
-                       const HandedCosts& handed, PathWorkspace& workspace);
-/// A cost that no path takes.
-[[nodiscard]] std::uint8_t path_guard_cost(const PathPenalties& penalties);
-
 }  // namespace ilp
