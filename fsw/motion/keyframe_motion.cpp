@@ -105,7 +105,7 @@ bool fit_homography(const CameraModel& camera, const ImageMotion& motion, Neighb
       ++points;
       const Vec2 p = moved_back(motion, row_time_s(camera, here.y()), normalised_from_pixel(camera, here));
       const Vec2 q = moved_back(neighbour.motion, row_time_s(camera, there.y()), normalised_from_pixel(camera, there));
-      for (int k = 0; k < 2; ++k) {
+      for (Eigen::Index k = 0; k < 2; ++k) {
         Eigen::Matrix<double, 8, 1> row = Eigen::Matrix<double, 8, 1>::Zero();
         row[3 * k] = p.x();
         row[3 * k + 1] = p.y();

@@ -40,7 +40,7 @@ union RowMatcherWorkspace {
 inline constexpr std::int32_t max_rows_at_once = row_lanes;
 static_assert(search_tile % max_rows_at_once == 0, "rows at once have one search");
 struct MatchedRow {
-  alignas(64) std::array<std::int16_t, max_cost_entries + 2 * disparity_block> padded_ncc;
+  alignas(64) std::array<std::int16_t, max_cost_entries + std::size_t{2} * disparity_block> padded_ncc;
   std::array<float, static_cast<std::size_t>(limits::max_rectified_width)> variance;
   std::array<RowWinner, static_cast<std::size_t>(limits::max_rectified_width)> winners;
 
