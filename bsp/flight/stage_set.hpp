@@ -12,7 +12,7 @@
 namespace ilp {
 
 [[nodiscard]] constexpr StageMask stage_bit(ComponentId component) {
-  return StageMask{1} << (static_cast<unsigned>(component) - 1);
+  return component == ComponentId::none ? 0 : StageMask{1} << (static_cast<unsigned>(component) - 1);
 }
 [[nodiscard]] constexpr bool has_stage(StageMask stages, ComponentId component) {
   return (stages & stage_bit(component)) != 0;

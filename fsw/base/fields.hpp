@@ -46,12 +46,13 @@
 #define ILP_FIELDS_30 ILP_FIELDS_29, f30
 #define ILP_FIELDS_31 ILP_FIELDS_30, f31
 #define ILP_FIELDS_32 ILP_FIELDS_31, f32
-// NOLINTNEXTLINE(bugprone-macro-parentheses): it makes names.
+// NOLINTBEGIN(bugprone-macro-parentheses): it makes names.
 #define ILP_BIND(number)                   \
   if constexpr (count == number) {         \
     const auto& [ILP_FIELDS_##number] = t; \
     return std::tie(ILP_FIELDS_##number);  \
   }
+// NOLINTEND(bugprone-macro-parentheses)
 
 namespace ilp {
 namespace fields_detail {

@@ -32,7 +32,7 @@ constexpr double pause_s = 0.2;
 int open_link(const char* address, const char* port) {
   sockaddr_in to{};
   to.sin_family = AF_INET;
-  to.sin_port = htons(static_cast<std::uint16_t>(std::atoi(port)));
+  to.sin_port = htons(static_cast<std::uint16_t>(std::strtol(port, nullptr, 10)));
   inet_pton(AF_INET, address, &to.sin_addr);
   for (;;) {
     const int link = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -100,7 +100,7 @@ int main(int count, char** words) {
   parameters.sched_priority = priority;
   sched_setscheduler(0, SCHED_FIFO, &parameters);
   board::say_ready();
-  const double period_s = 1e-3 * std::atof(words[3]);
+  const double period_s = 1e-3 * std::strtod(words[3], nullptr);
   double longest_s = 0;
   int pings = 0, lost = 0;
   int link = open_link(words[1], words[2]);
