@@ -179,10 +179,13 @@ double motion_sigma_px_s(const CameraModel& camera, const ShutterRecord& shutter
 }
 
 double shutter_error_rad(const CameraRecord& camera, const ShutterRecord& shutter) {
+  // Of what grows evenly from the first row to the last one, the root mean square about the middle row.
+  constexpr double of_all_rows = 0.2886751345948129;  // 1 / sqrt(12)
   const double sigma = motion_sigma_px_s(camera_model(camera), shutter) / camera.fx;
-  if (shutter.source == MotionSource::none) return (std::fabs(camera.readout_s) + camera.sigma_readout_s) * sigma;
+  if (shutter.source == MotionSource::none)
+    return of_all_rows * (std::fabs(camera.readout_s) + camera.sigma_readout_s) * sigma;
   const double of_readout = camera.sigma_readout_s * Vec2(shutter.motion[2], shutter.motion[5]).norm();
-  return Vec2(camera.readout_s * sigma, of_readout).norm();
+  return of_all_rows * Vec2(camera.readout_s * sigma, of_readout).norm();
 }
 
 Result<bool> keyframe_motion(KeyframeMotionStore store, const CameraRecord& record, const KeyframeRecord& keyframe,

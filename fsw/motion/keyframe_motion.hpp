@@ -25,8 +25,8 @@ Result<bool> keyframe_motion(KeyframeMotionStore store, const CameraRecord& came
 /// do not say how far they attenuate it: it is larger than that of the record.
 [[nodiscard]] double motion_sigma_px_s(const CameraModel& camera, const ShutterRecord& shutter);
 
-/// What the errors of motion and readout time do to a pose, as a turn: by this angle they move first and last row
-/// apart. All matches of the keyframe share it, so that their scatter does not show it.
+/// What the errors of motion and readout time do to a pose, as a turn: root mean square over the rows of how far they
+/// move one against the middle row.
 [[nodiscard]] double shutter_error_rad(const CameraRecord& camera, const ShutterRecord& shutter);
 
 }  // namespace ilp

@@ -7,6 +7,7 @@
 
 #include "fsw/base/rng.hpp"
 #include "fsw/motion/keyframe_motion.hpp"
+#include "fsw/motion/shutter_errors.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
@@ -141,21 +142,6 @@ void fill(const SequenceReport& report, PoseRecord& pose) {
   pose.sigma_direction_rad = report.two_view.sigma_direction_rad;
   pose.scale_step = report.scale_step;
   pose.two_view_verdict = report.two_view.verdict;
-}
-
-/// One of the attitude that is independent of those of the matches, and of the place that it costs.
-void add_error(double angle, PoseRecord& pose) {
-  // Lower triangle: rotation, then centre.
-  constexpr int diagonal[6] = {0, 2, 5, 9, 14, 20};
-  const double depth = pose.ground_distance > 0 ? pose.ground_distance : 0.5 * (pose.min_depth + pose.max_depth);
-  const double turned = angle * angle, displaced = turned * depth * depth;
-  // The first camera is the gauge, and has no error.
-  for (int i = 0; i < 6; ++i) {
-    if (pose.covariance[diagonal[i]] > 0) pose.covariance[diagonal[i]] += i < 3 ? turned : displaced;
-  }
-  for (double& sigma : pose.sigma) {
-    if (sigma > 0) sigma = std::sqrt(sigma * sigma + displaced);
-  }
 }
 
 PoseState failed_state(const CameraRecord& camera) {
@@ -450,10 +436,8 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
     pose.ground_distance_sigma = ground.sigma;
   }
   if (has_rolling_shutter(work_.camera)) {
-    ShutterRecord shutter;
-    ILP_TAKE(const bool recorded, find<ShutterRecord>(wiring_.store, camera.keyframe_id, shutter));
-    static_cast<void>(recorded);
-    add_error(shutter_error_rad(work_.camera, shutter), pose);
+    ILP_TAKE(const ShutterErrors errors, shutter_errors(wiring_.store, work_.camera, pose));
+    add_errors(errors, pose);
   }
   return put(wiring_.store, pose);
 }
