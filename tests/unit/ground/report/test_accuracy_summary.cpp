@@ -77,7 +77,7 @@ TEST(AccuracySummary, NothingIsToldWithItsCauseAndWhatToDo) {
     keyframe.id = id;
     keyframe.pose.emplace();
     keyframe.pose->state = PoseState::failed;
-    keyframe.pose->verdict = id == 1 ? SequenceVerdict::waiting : SequenceVerdict::too_few_matches;
+    keyframe.pose->verdict = id == 1 ? PoseVerdict::waiting : PoseVerdict::too_few_matches;
   }
   const std::vector<std::string> lines = nothing_lines(report);
   EXPECT_TRUE(says(lines, "none of the 3 keyframes has a pose")) << joined_text(lines);

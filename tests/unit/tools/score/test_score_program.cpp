@@ -262,7 +262,7 @@ TEST_F(ScoreProgram, ReferenceFileStandsInForTruth) {
 TEST_F(ScoreProgram, AfterAFlightOverALinkTheStationsFilesCount) {
   fly(12);
   ProductRecord product;
-  product.id = 1;
+  product.id = 4;
   product.keyframe_id = 1;
   product.kind = ProductKind::image;
   ASSERT_TRUE(put(*store_, product).ok());
