@@ -64,6 +64,13 @@ struct CameraNumbers {
   return c;
 }
 
+/// Numbers that may stand for a rotation: rounded ones differ from unit length by less than this.
+[[nodiscard]] inline bool is_unit_quaternion(const double (&q)[4]) {
+  constexpr double most_apart = 1e-3;
+  const double norm2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+  return norm2 > 1 - most_apart && norm2 < 1 + most_apart;
+}
+
 /// Attitude and position of a camera.
 struct Pose {
   double q_cam_from_world[4] = {1, 0, 0, 0};  ///< unit quaternion w, x, y, z

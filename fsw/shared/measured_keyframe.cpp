@@ -16,9 +16,7 @@ bool sound(const FixRecord& fix) {
   for (const double v : fix.centre_m) sum += v;
   for (const double v : fix.covariance) sum += v;
   for (const double v : fix.ground_covariance) sum += v;
-  double norm = 0;
-  for (const double v : fix.q_cam_from_map) norm += v * v;
-  return std::isfinite(sum) && std::fabs(norm - 1) < 1e-6 && fix.ground_covariance[0] > 0 &&
+  return std::isfinite(sum) && is_unit_quaternion(fix.q_cam_from_map) && fix.ground_covariance[0] > 0 &&
          fix.ground_covariance[2] > 0 && fix.ground_height_sigma_m > 0;
 }
 

@@ -18,6 +18,7 @@
 #include "sim/ground/kept_map.hpp"
 #include "sim/ground/received_flight.hpp"
 #include "sim/ground/report/accuracy.hpp"
+#include "sim/ground/report/accuracy_summary.hpp"
 #include "sim/ground/report/camera_lines.hpp"
 #include "sim/ground/report/report.hpp"
 #include "sim/ground/result_files.hpp"
@@ -111,6 +112,8 @@ void merge_and_export(const GroundOptions& options, const report::Report& report
   if (!map) return;
   result.map = map->statistics;
   MapExport(options, before, catalogue)(*map, place, result);
+  result.errors = map->mosaic.errors;
+  result.usual_errors = map::usual_parts(*result.grid, result.errors);
   if (!options.colour.empty()) {
     exports::write_colour_ortho(report.flight, place, options.colour, options.out, result, messages);
   }
@@ -226,13 +229,13 @@ std::vector<std::string> summary_of(const GroundOptions& options, const report::
   std::vector<std::string> lines = report::camera_lines(report.flight);
   lines.push_back(std::to_string(sums.posed) + " of " + host::counted(sums.keyframes, "keyframe") + " posed, " +
                   std::to_string(sums.with_depth) + " with depth, " + host::counted(report.strips.size(), "strip"));
+  for (std::string& line : report::nothing_lines(report)) lines.push_back(std::move(line));
   for (std::string& line : fixes::lines_of(report.fixes)) lines.push_back(std::move(line));
   if (!options.control.empty()) {
     for (std::string& line : control::lines_of(report.control)) lines.push_back(std::move(line));
   }
-  if (report.score) {
-    for (std::string& line : report::score_lines(*report.score)) lines.push_back(std::move(line));
-  }
+  for (std::string& line : report::accuracy_lines(report)) lines.push_back(std::move(line));
+  for (std::string& line : report::stated_lines(report)) lines.push_back(std::move(line));
   lines.push_back("Report: " + (options.out / "report.html").string());
   lines.push_back(report.has_viewer ? "Viewer: " + (options.out / "viewer.html").string()
                                     : "No viewer: this build of ilp-ground has none (cmake says why)");

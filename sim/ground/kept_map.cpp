@@ -48,6 +48,7 @@ json told(const map::GroundGrid& grid) {
           {"rows", grid.height.height},
           {"height", packed(grid.height)},
           {"sigma", packed(grid.sigma)},
+          {"whole_sigma", packed(grid.whole_sigma)},
           {"ortho", packed(grid.ortho)},
           {"count", packed(grid.count)},
           {"source", packed(grid.source)}};
@@ -62,6 +63,7 @@ map::GroundGrid grid_from(const json& told) {
   grid.cell = told.at("cell");
   unpack(told.at("height"), columns, rows, grid.height);
   unpack(told.at("sigma"), columns, rows, grid.sigma);
+  unpack(told.at("whole_sigma"), columns, rows, grid.whole_sigma);
   unpack(told.at("ortho"), columns, rows, grid.ortho);
   unpack(told.at("count"), columns, rows, grid.count);
   unpack(told.at("source"), columns, rows, grid.source);

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "fsw/base/date_text.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace ilp::host {
@@ -113,14 +114,11 @@ std::string camera_of(const Exiv2::ExifData& exif, const Exiv2::XmpData& xmp) {
 
 // ---- time ----
 
-std::optional<std::int64_t> seconds_of(std::tm tm) {
-  const bool sound = tm.tm_year >= 1970 && tm.tm_year < 2200 && tm.tm_mon >= 1 && tm.tm_mon <= 12 && tm.tm_mday >= 1 &&
-                     tm.tm_mday <= 31 && tm.tm_hour >= 0 && tm.tm_hour < 24 && tm.tm_min >= 0 && tm.tm_min < 60 &&
-                     tm.tm_sec >= 0 && tm.tm_sec <= 60;
-  if (!sound) return std::nullopt;
-  tm.tm_year -= 1900;
-  tm.tm_mon -= 1;
-  return std::int64_t{timegm(&tm)};
+/// Of a date as scanned; none where the calendar has none.
+std::optional<std::int64_t> time_ns_of(const std::tm& tm) {
+  TimeNs since_1970 = 0;
+  const bool sound = time_of_date(tm.tm_year, tm.tm_mon, tm.tm_mday, tm.tm_hour, tm.tm_min, tm.tm_sec, since_1970);
+  return sound ? std::optional(since_1970) : std::nullopt;
 }
 
 std::optional<std::int64_t> exposure_time(const Exiv2::ExifData& exif) {
@@ -128,9 +126,9 @@ std::optional<std::int64_t> exposure_time(const Exiv2::ExifData& exif) {
   if (std::sscanf(text_of(exif, "Exif.Photo.DateTimeOriginal").c_str(), "%4d%*1[:-]%2d%*1[:-]%2d%*1[ T]%2d:%2d:%2d",
                   &tm.tm_year, &tm.tm_mon, &tm.tm_mday, &tm.tm_hour, &tm.tm_min, &tm.tm_sec) != 6)
     return std::nullopt;
-  const auto seconds = seconds_of(tm);
-  if (!seconds) return std::nullopt;
-  std::int64_t time_ns = *seconds * 1'000'000'000;
+  const auto whole = time_ns_of(tm);
+  if (!whole) return std::nullopt;
+  std::int64_t time_ns = *whole;
   // Digits of a fraction of the second.
   std::int64_t unit = 100'000'000;
   for (const char c : text_of(exif, "Exif.Photo.SubSecTimeOriginal")) {
@@ -229,9 +227,9 @@ std::optional<std::int64_t> gps_time(const Exiv2::ExifData& exif) {
       tm.tm_year < 1980) {
     return std::nullopt;
   }
-  const auto day = seconds_of(tm);
+  const auto day = time_ns_of(tm);
   if (!day) return std::nullopt;
-  return *day * 1'000'000'000 + std::llround(*hours * 3600e6) * 1000;
+  return *day + std::llround(*hours * 3600e6) * 1000;
 }
 
 // ---- attitude ----

@@ -43,17 +43,11 @@ struct PngImage {
   PngImage& operator=(const PngImage&) = delete;
 };
 
-constexpr png_uint_32 largest_image_side = 32768;
-// Refused before memory is taken for them: a header of a few bytes must not cost gigabytes.
-constexpr std::uint64_t most_image_pixels = std::uint64_t{1} << 28U;
-
 void begin_png(const fs::path& path, PngImage& reader) {
   if (png_image_begin_read_from_file(&reader.image, path.c_str()) == 0) {
     fail_image(path, std::string("damaged PNG: ") + reader.image.message);
   }
-  const std::uint64_t pixels = std::uint64_t{reader.image.width} * reader.image.height;
-  if (reader.image.width > largest_image_side || reader.image.height > largest_image_side ||
-      pixels > most_image_pixels) {
+  if (is_too_large(reader.image.width, reader.image.height)) {
     fail_image(
         path, "PNG of " + size_text(reader.image.width, reader.image.height) + " pixels, more than this program takes");
   }

@@ -18,6 +18,12 @@ struct ImageSize {
   bool operator==(const ImageSize&) const = default;
 };
 
+/// Larger images are refused before memory is taken for them: a header of a few bytes must not cost gigabytes.
+inline constexpr std::int64_t largest_image_side = 32768, most_image_pixels = std::int64_t{1} << 28U;
+[[nodiscard]] inline bool is_too_large(std::int64_t width, std::int64_t height) {
+  return width > largest_image_side || height > largest_image_side || width * height > most_image_pixels;
+}
+
 /// PNG (any colour type, converted to 8-bit grey) or binary PGM, recognised by content.
 Raster<std::uint8_t> read_gray(const std::filesystem::path& path);
 /// The size that the header states; the pixels may still be damaged.

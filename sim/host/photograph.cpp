@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <new>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,6 +14,8 @@
 #include "sim/host/exif.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/gdal_session.hpp"
+#include "sim/host/image_io.hpp"
+#include "sim/host/text_format.hpp"
 
 namespace ilp::host {
 namespace fs = std::filesystem;
@@ -34,6 +37,11 @@ Dataset open(const fs::path& path) {
   if (::access(path.c_str(), R_OK) != 0) refuse(path, "cannot be read: " + read_failure(errno));
   Dataset dataset(GDALDataset::FromHandle(GDALOpenEx(path.c_str(), GDAL_OF_RASTER, nullptr, nullptr, nullptr)));
   if (!dataset) throw gdal_error(path.string() + ": no JPEG, TIFF, PNG or PGM image");
+  const int width = dataset->GetRasterXSize(), height = dataset->GetRasterYSize();
+  if (is_too_large(width, height))
+    throw TooLargePhotograph(path.string() + ": " + size_text(width, height) +
+                             " pixels are too many: scale it down to " + std::to_string(most_image_pixels >> 20U) +
+                             " million pixels at most, and its camera with it");
   const int bands = dataset->GetRasterCount();
   if (bands < 1 || bands > 4) refuse(path, std::to_string(bands) + " bands, expected grey or colour");
   const GDALDataType type = dataset->GetRasterBand(1)->GetRasterDataType();
@@ -138,8 +146,9 @@ bool is_deep(GDALDataset& dataset) {
 
 }  // namespace
 
-Photograph read_photograph(const fs::path& path) {
-  const GdalSession session(register_formats);
+namespace {
+
+Photograph read_grey(const fs::path& path) {
   const Dataset dataset = open(path);
   Photograph photograph;
   photograph.deep = is_deep(*dataset);
@@ -155,6 +164,19 @@ Photograph read_photograph(const fs::path& path) {
         static_cast<std::uint16_t>(std::lround(0.299 * bands.red[i] + 0.587 * bands.green[i] + 0.114 * bands.blue[i]));
   }
   return photograph;
+}
+
+}  // namespace
+
+Photograph read_photograph(const fs::path& path) {
+  const GdalSession session(register_formats);
+  try {
+    return read_grey(path);
+  } catch (const std::bad_alloc&) {
+    throw TooLargePhotograph(path.string() +
+                             ": this machine has not enough memory for so many pixels: scale it down, " +
+                             "and its camera with it");
+  }
 }
 
 Raster<Rgb> read_colours(const fs::path& path) {

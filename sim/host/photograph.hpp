@@ -1,5 +1,6 @@
 // Photographs as cameras and their programs leave them: JPEG, TIFF, and PNG or PGM with up to 16 bits.
-// Every function throws std::runtime_error that names the file and what was expected; DamagedPhotograph is one.
+// Every function throws std::runtime_error that names the file and what was expected; DamagedPhotograph and
+// TooLargePhotograph are such.
 #pragma once
 
 #include <cstdint>
@@ -14,6 +15,11 @@ namespace ilp::host {
 
 /// What stands behind the header is damaged or cut off.
 struct DamagedPhotograph : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// More pixels than the programs take (image_io.hpp), or than this machine has memory for.
+struct TooLargePhotograph : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 

@@ -41,6 +41,9 @@ std::vector<Photo> photos_of(const std::vector<host::StripFrame>& strip) {
     photo.original = frame.file;
     try {
       photo.header = host::read_photograph_facts(frame.file);
+    } catch (const host::TooLargePhotograph& fault) {
+      photo.fault = fault.what();
+      photo.too_large = true;
     } catch (const std::exception& fault) {
       photo.fault = fault.what();
     }
@@ -148,7 +151,7 @@ void leave_out(const Photo& photo, std::ostream& messages) {
 /// Leaves out, by name, what cannot be read.
 void keep_readable(std::vector<Photo>& all, std::ostream& messages) {
   std::erase_if(all, [&](const Photo& photo) {
-    const bool out = !photo.header && !is_reported_by_the_flight(photo);
+    const bool out = !photo.header && (photo.too_large || !is_reported_by_the_flight(photo));
     if (out) leave_out(photo, messages);
     return out;
   });

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <iomanip>
 #include <ostream>
 #include <set>
@@ -13,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "fsw/base/date_text.hpp"
 #include "fsw/base/navigation_sample.hpp"
 #include "fsw/vision/navigation/sample_filter.hpp"
 #include "sim/host/cell_file.hpp"
@@ -76,47 +75,16 @@ bool read_number(const std::string& text, double& value) {
   return !text.empty() && *end == '\0' && std::isfinite(value);
 }
 
-/// +hh:mm, +hhmm, +hh, and the same with a minus.
-std::optional<int> seconds_of_zone(std::string zone) {
-  if (zone.size() == 6 && zone[3] == ':') zone.erase(3, 1);
-  if ((zone.size() != 3 && zone.size() != 5) || (zone[0] != '+' && zone[0] != '-') ||
-      zone.find_first_not_of("0123456789", 1) != std::string::npos)
-    return std::nullopt;
-  const int hours = std::stoi(zone.substr(1, 2)), minutes = zone.size() == 5 ? std::stoi(zone.substr(3)) : 0;
-  if (hours > 14 || minutes > 59) return std::nullopt;
-  return (zone[0] == '-' ? -1 : 1) * (hours * 3600 + minutes * 60);
-}
-
-/// YYYY-MM-DDThh:mm:ss[.fraction][Z|+hh:mm|+hhmm|+hh], with a blank in place of T.
-Kind read_date(const std::string& text, double& seconds) {
-  std::tm tm{};
-  int length = 0;
-  double second = 0;
-  if (std::sscanf(text.c_str(), "%4d-%2d-%2d%*1[T ]%2d:%2d:%lf%n", &tm.tm_year, &tm.tm_mon, &tm.tm_mday, &tm.tm_hour,
-                  &tm.tm_min, &second, &length) != 6 ||
-      length == 0 || tm.tm_year < 1970 || tm.tm_mon < 1 || tm.tm_mon > 12 || tm.tm_mday < 1 || tm.tm_mday > 31 ||
-      tm.tm_hour < 0 || tm.tm_hour > 23 || tm.tm_min < 0 || tm.tm_min > 59 || !(second >= 0 && second <= 61)) {
-    return Kind::none;
-  }
-  tm.tm_year -= 1900;
-  tm.tm_mon -= 1;
-  seconds = static_cast<double>(timegm(&tm)) + second;
-  const std::string zone = text.substr(static_cast<std::size_t>(length));
-  if (zone.empty()) return Kind::of_the_clock;
-  if (zone == "Z" || zone == "z") return Kind::utc;
-  const std::optional<int> zone_s = seconds_of_zone(zone);
-  if (!zone_s) return Kind::none;
-  seconds -= *zone_s;
-  return Kind::utc;
-}
-
 void read_time(MeasuredLine& line, std::size_t column) {
   if (column >= line.cells.size()) return;
   const std::string& text = line.cells[column];
   if (read_number(text, line.time_s)) {
     line.kind = line.time_s > longest_flight_s ? Kind::utc : Kind::of_the_flight;
   } else {
-    line.kind = read_date(text, line.time_s);
+    TimeNs since_1970 = 0;
+    const DateClock clock = read_date(text.c_str(), since_1970);
+    line.time_s = 1e-9 * static_cast<double>(since_1970);
+    line.kind = clock == DateClock::none ? Kind::none : clock == DateClock::utc ? Kind::utc : Kind::of_the_clock;
   }
 }
 

@@ -17,6 +17,7 @@ struct Photo {
   host::StripFrame frame;
   std::optional<host::PhotographFacts> header;  ///< none: it cannot be read
   std::string fault;                            ///< why
+  bool too_large = false;                       ///< it is whole, but more than the programs take
   std::filesystem::path original;               ///< the file as it came
 };
 

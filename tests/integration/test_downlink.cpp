@@ -76,7 +76,7 @@ void write(const fs::path& box, const std::map<std::string, Bytes>& files) {
 }
 
 void expect_same_map(const fs::path& a, const fs::path& b) {
-  for (const char* name : {"height.tif", "sigma.tif", "count.tif", "ortho.tif"}) {
+  for (const char* name : {"height.tif", "sigma.tif", "sigma-matching.tif", "count.tif", "ortho.tif"}) {
     ASSERT_EQ(fs::exists(a / name), fs::exists(b / name)) << name;
     if (!fs::exists(a / name)) continue;
     EXPECT_EQ(host::read_file(a / name), host::read_file(b / name)) << name;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 
 #include "fsw/vision/geometry/camera.hpp"
 #include "sim/host/gdal_session.hpp"
@@ -86,8 +87,17 @@ class Photographs : public ::testing::Test {
     for (std::size_t i = 0; i < cameras_.size(); ++i) write(i);
   }
 
+  /// Each pixel becomes a block of them.
+  static host::Raster<Rgb> enlarge(const host::Raster<Rgb>& picture, int times) {
+    host::Raster<Rgb> large(picture.width * times, picture.height * times);
+    for (std::int32_t y = 0; y < large.height; ++y) {
+      for (std::int32_t x = 0; x < large.width; ++x) large.at(x, y) = picture.at(x / times, y / times);
+    }
+    return large;
+  }
+
   /// Ground west of the border is red, ground east of it blue: by the true depth of each pixel.
-  void write(std::size_t index) {
+  void write(std::size_t index, int enlarged = 1) {
     const host::ReferenceCamera& camera = cameras_[index];
     const std::string stem = fs::path(camera.name).stem().string();
     const host::Raster<std::uint8_t> grey = host::read_gray(flight_ / "images" / camera.name);
@@ -114,7 +124,40 @@ class Photographs : public ::testing::Test {
     std::snprintf(time, sizeof time, "2026:11:22 08:%02d:%02d", static_cast<int>(minutes),
                   static_cast<int>((100 + 2 * index) % 60));
     tags.time = time;
+    if (enlarged > 1) picture = enlarge(picture, enlarged);
     test::write_photograph(fs::path(folder_ / "photographs") / (stem + ".jpg"), picture, tags);
+  }
+
+  /// Of the map against the ground of this world, which lies about z = 0; m.
+  [[nodiscard]] double median_height_error(const fs::path& ground) const {
+    const Map heights(ground / "height.tif", axes_);
+    const int width = heights.dataset->GetRasterXSize(), height = heights.dataset->GetRasterYSize();
+    const auto z = heights.band<float>(1, GDT_Float32);
+    const Map truth(truth_ / "height.tif", axes_);
+    const int true_width = truth.dataset->GetRasterXSize(), true_height = truth.dataset->GetRasterYSize();
+    const auto true_z = truth.band<float>(1, GDT_Float32);
+    const auto at = [](const std::vector<float>& values, int columns, int column, int row) {
+      return double{
+          values[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column)]};
+    };
+    std::vector<double> errors;
+    for (int row = 0; row < height; row += 3) {
+      for (int column = 0; column < width; column += 3) {
+        const double value = at(z, width, column, row);
+        if (!std::isfinite(value)) continue;
+        const auto [x, y] = heights.place(column, row);
+        // The truth is in the axes of the world.
+        const int u = static_cast<int>(std::floor((x - truth.transform[0]) / truth.transform[1]));
+        const int v = static_cast<int>(std::floor((y - truth.transform[3]) / truth.transform[5]));
+        if (u < 0 || v < 0 || u >= true_width || v >= true_height) continue;
+        const double expected = at(true_z, true_width, u, v);
+        if (std::isfinite(expected)) errors.push_back(std::fabs(value - base_m - expected));
+      }
+    }
+    EXPECT_GT(errors.size(), 500U) << "the map does not lie over the ground that it shows";
+    if (errors.empty()) return 1e9;
+    std::sort(errors.begin(), errors.end());
+    return errors[errors.size() / 2];
   }
 
   const host::GdalSession session_;
@@ -137,33 +180,8 @@ TEST_F(Photographs, PutTheMapInItsPlaceAndGiveItsColours) {
       test::run_program({ILP_GROUND, out / "outbox", "--out", ground, "--colour", folder_ / "photographs"});
   ASSERT_EQ(merged.exit_status, 0) << merged.output;
 
-  // Heights: the ground of this world lies about z = 0.
-  const Map heights(ground / "height.tif", axes_);
-  const int width = heights.dataset->GetRasterXSize(), height = heights.dataset->GetRasterYSize();
-  const auto z = heights.band<float>(1, GDT_Float32);
-  const Map truth(truth_ / "height.tif", axes_);
-  const auto true_z = truth.band<float>(1, GDT_Float32);
-  std::vector<double> errors;
-  for (int row = 0; row < height; row += 3) {
-    for (int column = 0; column < width; column += 3) {
-      const float value =
-          z[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column)];
-      if (!std::isfinite(value)) continue;
-      const auto [x, y] = heights.place(column, row);
-      // The truth is in the axes of the world.
-      const int u = static_cast<int>(std::floor((x - truth.transform[0]) / truth.transform[1]));
-      const int v = static_cast<int>(std::floor((y - truth.transform[3]) / truth.transform[5]));
-      if (u < 0 || v < 0 || u >= truth.dataset->GetRasterXSize() || v >= truth.dataset->GetRasterYSize()) continue;
-      const float expected =
-          true_z[static_cast<std::size_t>(v) * static_cast<std::size_t>(truth.dataset->GetRasterXSize()) +
-                 static_cast<std::size_t>(u)];
-      if (std::isfinite(expected)) errors.push_back(std::fabs(value - base_m - expected));
-    }
-  }
-  ASSERT_GT(errors.size(), 500U) << "the map does not lie over the ground that it shows";
-  std::sort(errors.begin(), errors.end());
   // The camera swings about straight down, which is what it was assumed to be.
-  EXPECT_LT(errors[errors.size() / 2], 1.0);
+  EXPECT_LT(median_height_error(ground), 1.0);
 
   const Map colours(ground / "colour.tif", axes_);
   ASSERT_EQ(colours.dataset->GetRasterCount(), 3);
@@ -194,6 +212,26 @@ TEST_F(Photographs, PutTheMapInItsPlaceAndGiveItsColours) {
   for (const char* name : {"height.tif", "ortho.tif", "count.tif", "ortho.png", "model.ply"}) {
     EXPECT_EQ(test::read_file(plain / name), test::read_file(ground / name)) << name;
   }
+}
+
+TEST_F(Photographs, LargerThanTheFlightTakesAreBinnedWithTheirCameraAndLieWhereTheyShould) {
+  const CameraModel own = cameras_.front().camera;
+  const int enlarged = 1024 / own.width + 1;
+  for (std::size_t i = 0; i < cameras_.size(); ++i) write(i, enlarged);
+  const auto times = static_cast<double>(enlarged);
+  // COLMAP's pixel centres are at halves.
+  std::ofstream(folder_ / "large.txt") << "1 OPENCV " << own.width * enlarged << " " << own.height * enlarged << " "
+                                       << own.fx * times << " " << own.fy * times << " " << (own.cx + 0.5) * times
+                                       << " " << (own.cy + 0.5) * times << " " << own.k1 << " " << own.k2 << " "
+                                       << own.p1 << " " << own.p2 << "\n";
+  const fs::path out = folder_ / "out", ground = folder_ / "ground";
+  const auto flown = test::run_program(
+      {ILP_SIL, "--images", folder_ / "photographs", "--camera", folder_ / "large.txt", "--out", out});
+  ASSERT_EQ(flown.exit_status, 0) << flown.output;
+  EXPECT_NE(flown.output.find("the images are larger than the flight takes"), std::string::npos) << flown.output;
+  const auto merged = test::run_program({ILP_GROUND, out / "outbox", "--out", ground});
+  ASSERT_EQ(merged.exit_status, 0) << merged.output;
+  EXPECT_LT(median_height_error(ground), 1.0);
 }
 
 TEST_F(Photographs, AFolderWithoutFittingPhotographsIsToldAndHarmsNothing) {

@@ -89,11 +89,14 @@ Fit fit_of(const Places& places) {
   return fit;
 }
 
-/// How far the fit puts a keyframe from where it was measured, metres.
+/// From where a keyframe was measured to where the fit puts it, metres.
+Vec3 residual_of(const Fit& fit, const MeasuredKeyframe& k) {
+  return fit.scale * (fit.rotation * (vector_of(k.centre) - fit.middle_seen)) -
+         (vector_of(k.place_m) - fit.middle_told);
+}
+
 double distance_from_fit(const Fit& fit, const MeasuredKeyframe& k) {
-  return (fit.scale * (fit.rotation * (vector_of(k.centre) - fit.middle_seen)) -
-          (vector_of(k.place_m) - fit.middle_told))
-      .norm();
+  return residual_of(fit, k).norm();
 }
 
 Places without_outliers(const Places& places, const Fit& fit) {
@@ -109,16 +112,28 @@ Places without_outliers(const Places& places, const Fit& fit) {
   return kept;
 }
 
+double slope_of(const Vec3& way) {
+  return det_atan2(way.z(), std::sqrt(way.x() * way.x() + way.y() * way.y()));
+}
+
 /// Turns by the slope of the track only, about a level axis across it.
 Mat3 rotation_by_slope(const Fit& fit) {
-  const auto slope = [](const Vec3& way) {
-    return det_atan2(way.z(), std::sqrt(way.x() * way.x() + way.y() * way.y()));
-  };
   const Vec3 across(-fit.long_axis.y(), fit.long_axis.x(), 0);
   const double level = across.norm();
   if (!(level > 0)) return Mat3::Identity();
   // About this axis a positive angle lowers the track.
-  return rotation_from_vector(across * ((slope(fit.long_axis) - slope(fit.long_axis_told)) / level));
+  return rotation_from_vector(across * ((slope_of(fit.long_axis) - slope_of(fit.long_axis_told)) / level));
+}
+
+/// One sigma that each height counts with for a slope over all of them. Errors that drift together count as fewer, and
+/// those that scatter by far more than they state as one.
+double height_error(std::span<const double> residuals, double sigma) {
+  const auto count = static_cast<double>(residuals.size());
+  double squares = 0;
+  for (const double residual : residuals) squares += residual * residual;
+  const double shown = std::sqrt(squares / count);
+  const double common = shown > contradicting_scatter * sigma ? count : inflation(residuals);
+  return std::sqrt(common) * std::max(sigma, shown);
 }
 
 }  // namespace
@@ -139,10 +154,20 @@ PositionLevel level_by_positions(const MeasuredKeyframes& keyframes) {
   // The errors of the positions are those that they show, where these are larger. Across a straight track nothing is
   // known of the rotation, and its residuals say nothing.
   double squares = 0;
-  for (const MeasuredKeyframe* k : kept) squares += distance_from_fit(fit, *k) * distance_from_fit(fit, *k);
+  std::array<double, max_values> heights{};
+  std::size_t count = 0;
+  for (const MeasuredKeyframe* k : kept) {
+    const Vec3 residual = residual_of(fit, *k);
+    squares += residual.squaredNorm();
+    heights[count++] = residual.z();
+  }
   const double shown = std::sqrt(squares / (3 * static_cast<double>(kept.size())));
   if (!(fit.scale * fit.length_units > least_extent_sigmas * std::max(sigma, shown))) return level;
   level.known = true;
+  level.long_axis = fit.long_axis;
+  level.slope_rad = slope_of(fit.long_axis_told);
+  level.slope_sigma_rad =
+      height_error(std::span<const double>(heights).first(count), sigma) / (fit.scale * fit.length_units);
   if (fit.scale * fit.width_units > least_extent_sigmas * std::max(sigma, shown)) {
     level.level_from_strip = fit.rotation;
     level.tilt_sigma_rad = std::max(sigma, shown) / (fit.scale * fit.width_units);
@@ -150,6 +175,37 @@ PositionLevel level_by_positions(const MeasuredKeyframes& keyframes) {
   }
   level.level_from_strip = rotation_by_slope(fit);
   return level;
+}
+
+double sigmas_from_level(const PositionLevel& level, const Mat3& level_from_strip, double tilt_sigma_rad) {
+  const auto sigmas = [tilt_sigma_rad](double difference, double sigma) {
+    return difference / std::sqrt(sigma * sigma + tilt_sigma_rad * tilt_sigma_rad);
+  };
+  const double by_slope =
+      sigmas(std::fabs(slope_of(level_from_strip * level.long_axis) - level.slope_rad), level.slope_sigma_rad);
+  if (!(level.tilt_sigma_rad > 0)) return by_slope;
+  const double apart = (level.level_from_strip.row(2) - level_from_strip.row(2)).norm();
+  return std::max(by_slope, sigmas(apart, level.tilt_sigma_rad));
+}
+
+bool positions_stand_still(const MeasuredKeyframes& keyframes) {
+  const MeasuredKeyframe* before = nullptr;
+  std::size_t steps = 0, still = 0;
+  double way = 0, ground_distance = 0;
+  for (const MeasuredKeyframe& k : keyframes) {
+    if (!(k.horizontal_sigma_m > 0)) continue;
+    ground_distance = std::max(ground_distance, k.ground_distance);
+    if (before != nullptr) {
+      ++steps;
+      if (k.place_m[0] == before->place_m[0] && k.place_m[1] == before->place_m[1]) {
+        ++still;
+        way += (vector_of(k.centre) - vector_of(before->centre)).norm();
+      }
+    }
+    before = &k;
+  }
+  constexpr std::size_t least_still = 3;
+  return still >= least_still && 2 * still > steps && way > 0 && way >= 0.5 * ground_distance;
 }
 
 }  // namespace ilp::navigation

@@ -11,8 +11,16 @@ namespace {
 
 constexpr double farthest_sigmas = 4;
 
-/// By how much the errors of neighbours agree: the variance of their mean is this many times larger than that of
-/// independent errors.
+}  // namespace
+
+double median_of(std::span<double> values) {
+  if (values.empty()) return 0;
+  const double upper = upper_median(values);
+  if (values.size() % 2 == 1) return upper;
+  const auto half = static_cast<std::ptrdiff_t>(values.size() / 2);
+  return 0.5 * (upper + *std::max_element(values.begin(), values.begin() + half));
+}
+
 double inflation(std::span<const double> residuals) {
   double squares = 0, products = 0;
   for (std::size_t i = 0; i < residuals.size(); ++i) {
@@ -22,16 +30,6 @@ double inflation(std::span<const double> residuals) {
   if (!(squares > 0) || residuals.size() < 4) return 1;
   const double correlation = std::clamp(products / squares, 0.0, 0.95);
   return (1 + correlation) / (1 - correlation);
-}
-
-}  // namespace
-
-double median_of(std::span<double> values) {
-  if (values.empty()) return 0;
-  const double upper = upper_median(values);
-  if (values.size() % 2 == 1) return upper;
-  const auto half = static_cast<std::ptrdiff_t>(values.size() / 2);
-  return 0.5 * (upper + *std::max_element(values.begin(), values.begin() + half));
 }
 
 RobustMean robust_mean(const Measurements& values) {
@@ -69,8 +67,7 @@ RobustMean robust_mean(const Measurements& values) {
   }
   const double excess = mean.used > 1 ? std::max(1.0, chi2 / (mean.used - 1)) : 1;
   const double common = inflation(std::span<const double>(scratch).first(count));
-  // Values that scatter by far more than they state are no errors that a mean takes away: nobody knows which is right.
-  constexpr double contradicting_excess = 16;
+  constexpr double contradicting_excess = contradicting_scatter * contradicting_scatter;
   mean.sigma = std::sqrt(excess * (excess > contradicting_excess ? mean.used : common) / weights);
   return mean;
 }

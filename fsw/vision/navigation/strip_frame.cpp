@@ -49,12 +49,15 @@ class Solver {
   explicit Solver(const MeasuredKeyframes& keyframes) : keyframes_(keyframes) {}
 
   StripFrame solve() {
+    positions_contradict_ = positions_stand_still(keyframes_);
+    if (positions_contradict_) frame_.verdict = StripFrameVerdict::positions_frozen;
     find_up();
-    if (!(frame_.tilt_sigma_rad > 0)) level_by_track();
+    if (!positions_contradict_) level_by_track();
     find_heading_by_attitudes();
     compare_positions();
     find_scale();
     find_place();
+    if (frozen_ > 0) frame_.positions = {0, frozen_};
     const bool any = frame_.scale_sigma > 0 || frame_.tilt_sigma_rad > 0 || frame_.heading_sigma_rad > 0;
     if (any && frame_.verdict == StripFrameVerdict::nothing_measured) frame_.verdict = StripFrameVerdict::ok;
     return frame_;
@@ -119,6 +122,7 @@ class Solver {
       const bool agree = up.sigma > 0 && (up.up - fixed.up).norm() <= contradiction_sigmas * allowed;
       // The map is what the strip must agree with; a sensor may be off by a constant.
       if (up.sigma > 0 && !agree) frame_.attitudes = {0, up.use.used + up.use.refused};
+      up_by_fixes_ = true;
       if (agree) {
         const double weight = fixed.sigma * fixed.sigma / (allowed * allowed);
         up = {(fixed.up + weight * (up.up - fixed.up)).normalized(), joint_sigma(up.sigma, fixed.sigma), up.use};
@@ -145,16 +149,24 @@ class Solver {
     return robust_mean(headings);
   }
 
-  /// Where no attitude says what is up, the positions do, as far as their track turns.
+  /// Where no attitude says what is up, or a track in three dimensions contradicts it, the positions do, as far as
+  /// their track turns. The map knows better than both.
   void level_by_track() {
     const PositionLevel level = level_by_positions(keyframes_);
-    if (!level.known) return;
+    if (!level.known || up_by_fixes_) return;
+    if (frame_.tilt_sigma_rad > 0) {
+      const double apart = sigmas_from_level(level, frame_.level_from_strip, frame_.tilt_sigma_rad);
+      if (apart <= contradiction_sigmas) return;
+      attitudes_contradict_ = true;
+      frame_.verdict = StripFrameVerdict::attitudes_contradict;
+      frame_.attitudes = {0, frame_.attitudes.used + frame_.attitudes.refused};
+    }
     frame_.level_from_strip = level.level_from_strip;
     frame_.tilt_sigma_rad = level.tilt_sigma_rad;
   }
 
   void find_heading_by_attitudes() {
-    if (!(frame_.tilt_sigma_rad > 0)) return;
+    if (!(frame_.tilt_sigma_rad > 0) || attitudes_contradict_) return;
     const RobustMean heading = mean_heading(
         level_from_strip_of, [](const MeasuredKeyframe& k) { return k.tilt_sigma_rad > 0 ? k.heading_sigma_rad : 0; });
     if (heading.used < least_measurements) return;
@@ -178,7 +190,8 @@ class Solver {
     for (const MeasuredKeyframe& k : keyframes_) {
       if (k.horizontal_sigma_m > 0) static_cast<void>(placed.push_back(&k));
     }
-    if (placed.size() >= 4) {
+    if (positions_contradict_) frozen_ = static_cast<std::uint32_t>(placed.size());
+    if (placed.size() >= 4 && !positions_contradict_) {
       const Ways ways = measure_ways(placed, [](const MeasuredKeyframe& k) {
         return WayEnd{vector_of(k.centre), vector_of(k.place_m), k.horizontal_sigma_m};
       });
@@ -472,7 +485,8 @@ class Solver {
   RobustMean way_;           ///< heading
   RobustMean by_fixes_;      ///< metres per unit
   RobustMean fix_heading_;
-  bool positions_contradict_ = false, fixes_contradict_ = false;
+  std::uint32_t frozen_ = 0;  ///< positions, all of them where they stand still
+  bool positions_contradict_ = false, fixes_contradict_ = false, attitudes_contradict_ = false, up_by_fixes_ = false;
 };
 
 }  // namespace

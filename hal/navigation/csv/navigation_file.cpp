@@ -10,6 +10,8 @@
 #include <cstring>
 #include <limits>
 
+#include "fsw/base/date_text.hpp"
+
 namespace ilp {
 namespace {
 
@@ -22,6 +24,12 @@ std::size_t find_column(const char* name) {
   std::size_t i = 0;
   while (i < known_columns && std::strcmp(navigation_columns()[i].name, name) != 0) ++i;
   return i;
+}
+
+bool read_number(const char* text, double& value) {
+  char* rest = nullptr;
+  value = std::strtod(text, &rest);
+  return *rest == 0 && std::isfinite(value);
 }
 
 /// Cuts the cell at `text` out of its line, without blanks around it. Returns the beginning of the next one, or null.
@@ -66,6 +74,10 @@ Status NavigationFile::read_line() {
     const bool cut = status.ok() && std::strlen(line_) != size;
     if (cut || status.is(StatusCode::parse_error)) return {StatusCode::parse_error, line_number_};
     ILP_TRY(status);
+    constexpr char byte_order_mark[] = "\xEF\xBB\xBF";
+    constexpr std::size_t mark_size = sizeof(byte_order_mark) - 1;
+    if (line_number_ == 1 && std::strncmp(line_, byte_order_mark, mark_size) == 0)
+      std::memmove(line_, line_ + mark_size, size + 1 - mark_size);
     const std::size_t blank = std::strspn(line_, " \t\r");
     if (line_[blank] != 0 && line_[blank] != '#') return {};
   }
@@ -110,14 +122,15 @@ Status NavigationFile::read_sample() {
     if (*text == 0) {
       empty[static_cast<std::size_t>(column.group)] = true;
     } else {
-      char* rest = nullptr;
-      const double number = std::strtod(text, &rest);
-      if (*rest != 0 || !std::isfinite(number)) return wrong;
-      if (column.value != nullptr) {
-        *column.value(sample_) = number;
+      double number = 0;
+      const bool is_time = column.value == nullptr, is_number = read_number(text, number);
+      if (is_time) {
+        const bool dated = !is_number && read_date(text, sample_.time_ns) == DateClock::utc;
+        if (!dated && (!is_number || std::fabs(number) > latest_s)) return wrong;
+        if (!dated) sample_.time_ns = static_cast<TimeNs>(number * 1e9 + (number < 0 ? -0.5 : 0.5));
       } else {
-        if (std::fabs(number) > latest_s) return wrong;
-        sample_.time_ns = static_cast<TimeNs>(number * 1e9 + (number < 0 ? -0.5 : 0.5));
+        if (!is_number) return wrong;
+        *column.value(sample_) = number;
       }
     }
     text = next;

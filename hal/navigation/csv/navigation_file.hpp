@@ -9,7 +9,8 @@
 namespace ilp {
 
 /// The first line names the columns, in any order, with their units; an unknown name is refused, so that no unit is
-/// guessed. A cell may be empty. Lines that begin with # are comments. docs/navigation.md has the columns.
+/// guessed. A cell may be empty. Lines that begin with # are comments, and a byte-order mark is skipped. A time may be
+/// a date of ISO 8601 with its zone (fsw/base/date_text.hpp); it counts from 1970. docs/navigation.md has the columns.
 class NavigationFile final : public NavigationSource {
  public:
   NavigationFile() = default;

@@ -17,11 +17,12 @@ namespace fs = std::filesystem;
 using host::brief;
 using host::fixed;
 
-std::unique_ptr<HeightModel> sigma_of(const HeightModel& map) {
+/// The raster of this name beside the heights of a map; null without one.
+std::unique_ptr<HeightModel> raster_beside(const HeightModel& map, const std::string& raster) {
   const std::string name = map.path().filename().string();
   const std::string heights = "height";
   if (!name.starts_with(heights)) return nullptr;
-  const fs::path path = map.path().parent_path() / ("sigma" + name.substr(heights.size()));
+  const fs::path path = map.path().parent_path() / (raster + name.substr(heights.size()));
   std::error_code ignored;
   if (!fs::exists(path, ignored)) return nullptr;
   auto sigma = std::make_unique<HeightModel>(path);
@@ -101,12 +102,13 @@ Comparison compare_heights(const ComparisonOptions& options) {
   c.fit = options.alignment.fit;
   HeightModel map(c.map), other(c.other);
   const ModelFrames frames(map, other, options.frame);
-  const std::unique_ptr<HeightModel> sigma = sigma_of(map);
+  const std::unique_ptr<HeightModel> sigma = raster_beside(map, "sigma"),
+                                     matching = raster_beside(map, "sigma-matching");
   c.has_sigma = sigma != nullptr;
   c.alignment = align_heights(map, other, frames, options.alignment);
   host::make_output_folder(c.out);
-  DifferenceResult result =
-      write_difference(map, sigma.get(), other, frames, c.alignment.moved, c.max_slope_rad, c.out / "difference.tif");
+  DifferenceResult result = write_difference(map, {sigma.get(), matching.get()}, other, frames, c.alignment.moved,
+                                             c.max_slope_rad, c.out / "difference.tif");
   c.counts = result.counts;
   if (c.counts.compared == 0) {
     fs::remove(c.out / "difference.tif");
@@ -138,9 +140,13 @@ std::vector<std::string> summary_of(const Comparison& c) {
           " cells with a height; left out: " + std::to_string(n.outside) + " outside the other model, " +
           std::to_string(n.without_other) + " where it has no data, " + std::to_string(n.steep) + " steeper than " +
           fixed(c.max_slope_rad * 180 / std::numbers::pi, 0) + " degrees"};
-  if (n.with_sigma > 0) {
-    lines.push_back("sigma      " + share_text(n.within_1, n.with_sigma) + " within one stated sigma, " +
-                    share_text(n.within_2, n.with_sigma) + " within two");
+  if (n.sigma.stated > 0) {
+    lines.push_back("sigma      " + share_text(n.sigma.one, n.sigma.stated) + " within one stated sigma, " +
+                    share_text(n.sigma.two, n.sigma.stated) + " within two");
+  }
+  if (n.matching.stated > 0) {
+    lines.push_back("matching   " + share_text(n.matching.one, n.matching.stated) + " within one sigma of matching, " +
+                    share_text(n.matching.two, n.matching.stated) + " within two");
   }
   for (const std::string& remark : c.remarks) lines.push_back("remark     " + remark);
   lines.push_back("page       " + (c.out / "comparison.html").string());

@@ -37,6 +37,12 @@ json share(std::uint64_t part, std::uint64_t all) {
   return all == 0 ? json() : json(static_cast<double>(part) / static_cast<double>(all));
 }
 
+json within(const CellCounts::Within& counts) {
+  return {{"cells", counts.stated},
+          {"within_1", share(counts.one, counts.stated)},
+          {"within_2", share(counts.two, counts.stated)}};
+}
+
 json alignment_json(const Comparison& c) {
   const HeightAlignment& a = c.alignment;
   return {{"fit", c.fit == Fit::none ? "none" : (c.fit == Fit::shift ? "shift" : "similarity")},
@@ -81,10 +87,8 @@ json comparison_json(const Comparison& c) {
             {"without_other", n.without_other},
             {"steep", n.steep},
             {"max_slope_deg", c.max_slope_rad * 180 / std::numbers::pi}}},
-          {"sigma",
-           {{"cells", n.with_sigma},
-            {"within_1", share(n.within_1, n.with_sigma)},
-            {"within_2", share(n.within_2, n.with_sigma)}}},
+          {"sigma", within(n.sigma)},
+          {"matching", within(n.matching)},
           {"remarks", c.remarks}};
 }
 

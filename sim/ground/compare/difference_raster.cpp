@@ -71,10 +71,10 @@ class Overview {
 
 class DifferenceWriter {
  public:
-  DifferenceWriter(HeightModel& map, HeightModel* sigma, HeightModel& other, const ModelFrames& frames,
+  DifferenceWriter(HeightModel& map, const StatedErrors& stated, HeightModel& other, const ModelFrames& frames,
                    const host::Similarity3& moved, double max_slope_rad)
       : map_(map),
-        sigma_(sigma),
+        stated_(stated),
         other_(other),
         frames_(frames),
         moved_(product(moved, frames.common_from_map())),
@@ -145,7 +145,8 @@ class DifferenceWriter {
       if (!std::isfinite(difference)) continue;
       block.at(cell.column, cell.row) = static_cast<float>(difference);
       overview_.add_difference(column, row, difference);
-      count_within_sigma(column, row, difference);
+      count_within(stated_.sigma, column, row, difference, counts_.sigma);
+      count_within(stated_.matching, column, row, difference, counts_.matching);
     }
     if (file_->GetRasterBand(1)->RasterIO(GF_Write, x0, y0, block.width, block.height, block.samples.data(),
                                           block.width, block.height, GDT_Float32, 0, 0, nullptr) != CE_None) {
@@ -174,12 +175,13 @@ class DifferenceWriter {
     return height - there.height;
   }
 
-  void count_within_sigma(std::int32_t column, std::int32_t row, double difference) {
-    const double sigma = sigma_ != nullptr ? moved_.scale * double{sigma_->cell(column, row)} : unknown;
+  void count_within(HeightModel* stated, std::int32_t column, std::int32_t row, double difference,
+                    CellCounts::Within& counts) const {
+    const double sigma = stated != nullptr ? moved_.scale * double{stated->cell(column, row)} : unknown;
     if (!(sigma > 0)) return;
-    ++counts_.with_sigma;
-    if (std::fabs(difference) <= sigma) ++counts_.within_1;
-    if (std::fabs(difference) <= 2 * sigma) ++counts_.within_2;
+    ++counts.stated;
+    if (std::fabs(difference) <= sigma) ++counts.one;
+    if (std::fabs(difference) <= 2 * sigma) ++counts.two;
   }
 
   void finish(const fs::path& part) {
@@ -198,7 +200,7 @@ class DifferenceWriter {
   static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
   HeightModel& map_;
-  HeightModel* sigma_;
+  StatedErrors stated_;
   HeightModel& other_;
   const ModelFrames& frames_;
   host::Similarity3 moved_;
@@ -212,9 +214,10 @@ class DifferenceWriter {
 
 }  // namespace
 
-DifferenceResult write_difference(HeightModel& map, HeightModel* sigma, HeightModel& other, const ModelFrames& frames,
-                                  const host::Similarity3& moved, double max_slope_rad, const fs::path& path) {
-  return DifferenceWriter(map, sigma, other, frames, moved, max_slope_rad).write(path);
+DifferenceResult write_difference(HeightModel& map, const StatedErrors& stated, HeightModel& other,
+                                  const ModelFrames& frames, const host::Similarity3& moved, double max_slope_rad,
+                                  const fs::path& path) {
+  return DifferenceWriter(map, stated, other, frames, moved, max_slope_rad).write(path);
 }
 
 }  // namespace ilp::compare

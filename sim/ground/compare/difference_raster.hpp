@@ -16,8 +16,12 @@ struct CellCounts {
   std::uint64_t without_other = 0;   ///< the other model has no value there
   std::uint64_t steep = 0;           ///< steeper than allowed
   std::uint64_t compared = 0;
-  std::uint64_t with_sigma = 0;              ///< compared, with a stated error
-  std::uint64_t within_1 = 0, within_2 = 0;  ///< difference within one and two stated sigmas
+  struct Within {
+    std::uint64_t stated = 0;        ///< compared, with a stated error
+    std::uint64_t one = 0, two = 0;  ///< difference within one and two stated sigmas
+  };
+  Within sigma;     ///< all parts of the error
+  Within matching;  ///< that of matching alone
 };
 
 /// The map and its difference made smaller, for pictures; NaN where there is none.
@@ -33,9 +37,13 @@ struct DifferenceResult {
 };
 
 /// Map minus other model, metres, written to `path` on the map's own cells, where `moved` (common frame) puts them.
-/// `sigma` may be null, else it has the map's size and unit. Cells that are not compared have no value. Throws
+/// Errors may be null, else they have the map's size and unit. Cells that are not compared have no value. Throws
 /// std::runtime_error when the file cannot be written.
-[[nodiscard]] DifferenceResult write_difference(HeightModel& map, HeightModel* sigma, HeightModel& other,
+struct StatedErrors {
+  HeightModel* sigma = nullptr;
+  HeightModel* matching = nullptr;
+};
+[[nodiscard]] DifferenceResult write_difference(HeightModel& map, const StatedErrors& stated, HeightModel& other,
                                                 const ModelFrames& frames, const host::Similarity3& moved,
                                                 double max_slope_rad, const std::filesystem::path& path);
 

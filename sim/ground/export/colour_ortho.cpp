@@ -150,8 +150,9 @@ void write_picture(const Raster<Rgb>& picture, const Georeference& place, const 
       file.c_str(), picture.width, picture.height, 3, GDT_Byte, options.List()));
   if (!dataset) throw host::gdal_error("cannot write " + file.string());
   std::array<double, 6> transform = geotransform(place, {grid.x0, grid.y0, grid.cell, picture.width, picture.height});
-  bool written =
-      dataset->SetGeoTransform(transform.data()) == CE_None && dataset->SetProjection(place.crs.c_str()) == CE_None;
+  const std::string crs = place.raster_crs();
+  bool written = dataset->SetGeoTransform(transform.data()) == CE_None &&
+                 (crs.empty() || dataset->SetProjection(crs.c_str()) == CE_None);
   std::vector<std::uint8_t> samples(picture.samples.size());
   for (int band = 1; band <= 3 && written; ++band) {
     std::transform(picture.samples.begin(), picture.samples.end(), samples.begin(), [band](const Rgb& c) {

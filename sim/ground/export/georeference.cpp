@@ -143,7 +143,6 @@ bool in_metres(const intake::Flight& flight, const intake::Strip& strip) {
   return std::strcmp(intake::unit_of(flight, strip), "m") == 0;
 }
 
-// GeoTIFF has no keys for a unit of unknown length, readers then say "metre": the name says what is true.
 std::string local_crs(std::int64_t strip, bool metres) {
   const std::string name = "Strip " + std::to_string(strip) + ", local axes" +
                            (metres ? std::string() : ", in strip units of unknown length, not in metres");

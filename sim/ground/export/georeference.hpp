@@ -83,6 +83,11 @@ struct Georeference {
   double height = 0;                           ///< of that point
 
   [[nodiscard]] bool on_a_body() const { return !geographic.empty(); }
+  [[nodiscard]] bool in_metres() const { return unit == "metre"; }
+  /// Of a GeoTIFF: empty for strip units, which it cannot name; readers would take any system to be in metres.
+  [[nodiscard]] std::string raster_crs() const { return in_metres() ? crs : std::string(); }
+  /// The direction of north in the strip's world, x and y.
+  [[nodiscard]] std::array<double, 2> north() const { return {-sin_azimuth, cos_azimuth}; }
   [[nodiscard]] Vec3 map_from_world(const Vec3& world) const;
   [[nodiscard]] double height_of(double z) const { return height + scale * (z - anchored[2]); }
 };

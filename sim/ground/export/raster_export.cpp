@@ -32,24 +32,34 @@ struct BandInfo {
 
 std::vector<BandInfo> bands(const Georeference& place) {
   return {{"height", GDT_Float32, HeightSample::nothing, place.unit, place.height_name},
-          {"sigma", GDT_Float32, HeightSample::nothing, place.unit, "one sigma of the height, from matching"},
+          {"sigma", GDT_Float32, HeightSample::nothing, place.unit,
+           "one sigma of the height: matching, poses, scale, tilt and place together, as far as they are stated"},
+          {"sigma-matching", GDT_Float32, HeightSample::nothing, place.unit, "the part of one sigma from matching"},
           {"count", GDT_UInt16, CountSample::nothing, "keyframes", "keyframes whose surface covers the cell"},
           {"ortho", GDT_Byte, GreySample::nothing, "grey value", "seen from above"}};
 }
 
 struct BlockSamples {
-  std::vector<float> height = std::vector<float>(block_samples, HeightSample::nothing), sigma = height;
+  std::vector<float> height = std::vector<float>(block_samples, HeightSample::nothing), sigma = height,
+                     matching = height;
   std::vector<std::uint16_t> count = std::vector<std::uint16_t>(block_samples, CountSample::nothing);
   std::vector<std::uint8_t> ortho = std::vector<std::uint8_t>(block_samples, GreySample::nothing);
 };
 
-void put_cell(const map::MapTile& tile, std::size_t from, const Georeference& place, std::size_t to,
-              BlockSamples& out) {
+void put_cell(const map::Mosaic& mosaic, const map::MapTile& tile, std::int32_t column, std::int32_t row,
+              const Georeference& place, std::size_t to, BlockSamples& out) {
+  const std::size_t from = tile.height.index(column - tile.column, row - tile.row);
   const float z = tile.height.samples[from];
   if (!std::isfinite(z)) return;
   out.height[to] = static_cast<float>(place.height_of(z));
-  if (!tile.sigma.empty() && std::isfinite(tile.sigma.samples[from]))
-    out.sigma[to] = static_cast<float>(place.scale * tile.sigma.samples[from]);
+  if (!tile.sigma.empty() && std::isfinite(tile.sigma.samples[from])) {
+    const map::MapGeometry& map = mosaic.geometry;
+    const Vec3 point(map.x0 + column * map.cell, map.y0 - row * map.cell, z);
+    const std::uint16_t source = tile.source.empty() ? std::uint16_t{0} : tile.source.samples[from];
+    out.sigma[to] =
+        static_cast<float>(place.scale * mosaic.errors.parts(point, source, tile.sigma.samples[from]).whole());
+    out.matching[to] = static_cast<float>(place.scale * tile.sigma.samples[from]);
+  }
   out.count[to] = std::min<std::uint16_t>(tile.count.samples[from], CountSample::nothing - 1);
   out.ortho[to] = std::max<std::uint8_t>(tile.ortho.samples[from], 1);
 }
@@ -85,8 +95,9 @@ class Blocks {
       host::for_each_parallel(levels_[level].blocks(), [&](std::size_t block) {
         halve<HeightSample>(0, level, block);
         halve<HeightSample>(1, level, block);
-        halve<CountSample>(2, level, block);
-        halve<GreySample>(3, level, block);
+        halve<HeightSample>(2, level, block);
+        halve<CountSample>(3, level, block);
+        halve<GreySample>(4, level, block);
       });
     }
   }
@@ -104,7 +115,7 @@ class Blocks {
         [&](std::size_t level, std::size_t number) { return known(bands_[band].keys[level][number]).coded; }, out);
   }
 
-  static constexpr std::size_t band_count = 4;
+  static constexpr std::size_t band_count = 5, whole_sigma_band = 1;
 
  private:
   struct Band {
@@ -145,7 +156,7 @@ class Blocks {
 
   /// Of all that the block depends on; none where no tile has any data.
   [[nodiscard]] std::optional<std::uint64_t> digest_of(std::int32_t x, std::int32_t y) const {
-    intake::InputDigest digest("block of a raster 1");
+    intake::InputDigest digest("block of a raster 2");
     digest.add_value(place_.scale).add_value(place_.height_of(0)).add_value(mosaic_.tile_side);
     bool any = false;
     const TileRange tiles = tiles_over(x, y);
@@ -182,7 +193,7 @@ class Blocks {
     for (std::int32_t row = top; row < bottom; ++row) {
       for (std::int32_t column = left; column < right; ++column) {
         const auto to = static_cast<std::size_t>(row - y) * cloud_block_side + static_cast<std::size_t>(column - x);
-        put_cell(tile, tile.height.index(column - tile.column, row - tile.row), place_, to, samples);
+        put_cell(mosaic_, tile, column, row, place_, to, samples);
       }
     }
   }
@@ -194,7 +205,14 @@ class Blocks {
     const std::optional<std::uint64_t> digest = digest_of(x, y);
     if (!digest) return;
     const auto key_of = [&](std::size_t band) {
-      return intake::InputDigest("band").add_value(*digest).add_value(band).value();
+      intake::InputDigest key("band");
+      key.add_value(*digest).add_value(band);
+      // Of all bands only the whole error depends on more than the tiles.
+      if (band == whole_sigma_band) {
+        const map::MapGeometry& map = mosaic_.geometry;
+        key.add_value(mosaic_.errors.digest()).add_value(map.x0 + x * map.cell).add_value(map.y0 - y * map.cell);
+      }
+      return key.value();
     };
     std::array<std::optional<RasterBlock>, band_count> blocks;
     bool all_known = true;
@@ -205,7 +223,8 @@ class Blocks {
     if (!all_known) {
       const BlockSamples samples = samples_of(x, y);
       blocks = {raster_block<HeightSample>(samples.height), raster_block<HeightSample>(samples.sigma),
-                raster_block<CountSample>(samples.count), raster_block<GreySample>(samples.ortho)};
+                raster_block<HeightSample>(samples.matching), raster_block<CountSample>(samples.count),
+                raster_block<GreySample>(samples.ortho)};
       for (std::size_t band = 0; band < band_count; ++band) kept_.put_result(key_of(band), bytes_of(*blocks[band]));
     }
     for (std::size_t band = 0; band < band_count; ++band) note(band, 0, number, key_of(band), *blocks[band]);
@@ -266,8 +285,9 @@ std::vector<std::uint8_t> head_of(const BandInfo& info, const map::Mosaic& mosai
   std::array<double, 6> transform = geotransform(place, mosaic.geometry);
   GDALRasterBand* const band = file ? file->GetRasterBand(1) : nullptr;
   const auto count = static_cast<double>(statistics.count);
+  const std::string crs = place.raster_crs();
   if (!file || file->SetGeoTransform(transform.data()) != CE_None ||
-      file->SetProjection(place.crs.c_str()) != CE_None || band->SetNoDataValue(info.nodata) != CE_None ||
+      (!crs.empty() && file->SetProjection(crs.c_str()) != CE_None) || band->SetNoDataValue(info.nodata) != CE_None ||
       band->SetStatistics(statistics.least, statistics.most, statistics.mean, std::sqrt(statistics.squares / count)) !=
           CE_None) {
     throw host::gdal_error("cannot write " + path.string());

@@ -138,6 +138,7 @@ std::vector<Vec3> footprint_of(const intake::Keyframe& keyframe, const ExportedS
 
 void export_track(const intake::Flight& flight, const Georeference& place, const fs::path& folder,
                   ExportedStrip& strip) {
+  strip.georeference = place;
   strip.place = place.sentence;
   if (write_track(flight, strip.strip, place, strip.suffix, folder)) {
     strip.files.push_back("track" + strip.suffix + ".geojson");
@@ -181,7 +182,7 @@ bool keyframe_is_exported(const intake::Keyframe& keyframe, const std::filesyste
 
 void export_grid(const map::GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder) {
   write_map(grid.height, folder / ("height" + suffix + ".pfm"));
-  write_map(grid.sigma, folder / ("sigma" + suffix + ".pfm"));
+  write_map(grid.stated_sigma(), folder / ("sigma" + suffix + ".pfm"));
   host::update_file(folder / ("ortho" + suffix + ".png"), host::png_bytes(grid.ortho));
   host::update_file(folder / ("ortho" + suffix + ".pgw"), world_file(grid));
   host::Raster<std::uint8_t> count(grid.count.width, grid.count.height);

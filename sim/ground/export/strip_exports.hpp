@@ -19,6 +19,7 @@ struct ExportedStrip {
   std::string suffix;                   ///< of its files: empty for the first, "-strip-N" for the others
   std::optional<map::GroundGrid> grid;  ///< of the map, whole or, where that is too large, an overview of it
   map::Plane plane;
+  Georeference georeference;           ///< where the strip's world is
   std::string place;                   ///< a sentence on where the strip's world is
   std::vector<std::string> files;      ///< that other tools open
   std::vector<std::string> map_files;  ///< those of `files` that follow from the map alone
@@ -51,8 +52,9 @@ void export_keyframe(std::int64_t id, const intake::KeyframeRasters& rasters, co
 /// Whether these files are all there.
 [[nodiscard]] bool keyframe_is_exported(const intake::Keyframe& keyframe, const std::filesystem::path& folder);
 
-/// height SUFFIX .pfm (strip units, +infinity where nothing was seen) and sigma SUFFIX .pfm (of the heights), ortho
-/// SUFFIX .png with .pgw (ESRI world file), and count SUFFIX .png (keyframes per cell). Throws std::runtime_error.
+/// height SUFFIX .pfm (strip units, +infinity where nothing was seen) and sigma SUFFIX .pfm (one sigma of the heights,
+/// whole), ortho SUFFIX .png with .pgw (ESRI world file), and count SUFFIX .png (keyframes per cell). Throws
+/// std::runtime_error.
 void export_grid(const map::GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder);
 
 }  // namespace ilp::exports

@@ -9,9 +9,7 @@ namespace ilp::intake {
 namespace {
 
 bool plausible(const StripFrameRecord& frame) {
-  double norm2 = 0;
-  for (const double q : frame.q_level_from_strip) norm2 += q * q;
-  return std::fabs(norm2 - 1) < 1e-3 && frame.metres_per_unit > 1e-6 && frame.metres_per_unit < 1e6 &&
+  return is_unit_quaternion(frame.q_level_from_strip) && frame.metres_per_unit > 1e-6 && frame.metres_per_unit < 1e6 &&
          std::isfinite(frame.scale_sigma);
 }
 

@@ -64,15 +64,14 @@ bool is_word(Word word) {
 }
 
 bool is_a_place(const FixRecord& fix) {
-  double norm2 = 0, largest = 0;
-  for (const double q : fix.q_cam_from_map) norm2 += q * q;
+  double largest = 0;
   for (int axis = 0; axis < 3; ++axis)
     largest = std::max({largest, std::fabs(fix.ground_m[axis]), std::fabs(fix.centre_m[axis])});
   const bool on_body = std::fabs(fix.latitude_deg) <= 90 && std::fabs(fix.map_latitude_deg) <= 90 &&
                        std::fabs(fix.longitude_deg) <= 360 && std::fabs(fix.map_longitude_deg) <= 360;
   const double(&c)[3] = fix.ground_covariance;
-  return on_body && std::fabs(norm2 - 1) < 1e-3 && largest < largest_coordinate && fix.pixel_m > 0 && c[0] > 0 &&
-         c[2] > 0 && c[0] * c[2] > c[1] * c[1] && fix.ground_depth >= 0;
+  return on_body && is_unit_quaternion(fix.q_cam_from_map) && largest < largest_coordinate && fix.pixel_m > 0 &&
+         c[0] > 0 && c[2] > 0 && c[0] * c[2] > c[1] * c[1] && fix.ground_depth >= 0;
 }
 
 std::string fault_of(const Keyframe& keyframe, const FixRecord& fix) {

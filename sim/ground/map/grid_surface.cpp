@@ -16,7 +16,8 @@ host::Raster<std::uint32_t> add_vertices(const GroundGrid& grid, std::int32_t st
       const float z = grid.height.at(u, v);
       if (!std::isfinite(z)) continue;
       index.at(x, y) = static_cast<std::uint32_t>(mesh.vertices.size());
-      const float sigma = grid.sigma.empty() || !std::isfinite(grid.sigma.at(u, v)) ? 0.0F : grid.sigma.at(u, v);
+      const host::Raster<float>& stated = grid.stated_sigma();
+      const float sigma = stated.empty() || !std::isfinite(stated.at(u, v)) ? 0.0F : stated.at(u, v);
       mesh.vertices.push_back({static_cast<float>(grid.x0 + u * grid.cell), static_cast<float>(grid.y0 - v * grid.cell),
                                z, grid.ortho.at(u, v), sigma});
     }

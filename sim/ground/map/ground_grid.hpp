@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "fsw/vision/geometry/types.hpp"
+#include "sim/ground/map/height_error.hpp"
 #include "sim/host/raster.hpp"
 
 namespace ilp::map {
@@ -15,9 +16,13 @@ struct GroundGrid {
   double x0 = 0, y0 = 0, cell = 0;     ///< strip units
   host::Raster<float> height;          ///< world z; NaN where nothing was seen
   host::Raster<float> sigma;           ///< one sigma of the height, from matching; NaN where it is unknown
+  host::Raster<float> whole_sigma;     ///< the same with all parts (height_error.hpp); empty: not computed
   host::Raster<std::uint8_t> ortho;    ///< grey value seen from above
   host::Raster<std::uint16_t> count;   ///< keyframes whose surface covers the cell
   host::Raster<std::uint16_t> source;  ///< 1 + place in the strip's keyframes of the one that is shown; 0: none
+
+  /// Whole where it was computed, else of matching.
+  [[nodiscard]] const host::Raster<float>& stated_sigma() const { return whole_sigma.empty() ? sigma : whole_sigma; }
 
   GroundGrid() = default;
   /// A grid without any data.
@@ -26,6 +31,12 @@ struct GroundGrid {
   [[nodiscard]] double column_of(double x) const { return (x - x0) / cell; }
   [[nodiscard]] double row_of(double y) const { return (y0 - y) / cell; }
 };
+
+/// Of each cell; NaN where the error of matching is unknown.
+[[nodiscard]] host::Raster<float> whole_sigma_of(const GroundGrid& grid, const HeightErrors& errors);
+
+/// Medians over the cells with a stated error; all 0 without any.
+[[nodiscard]] HeightErrorParts usual_parts(const GroundGrid& grid, const HeightErrors& errors);
 
 /// z = a x + b y + c.
 struct Plane {
@@ -64,6 +75,7 @@ struct Mosaic {
   std::int32_t tile_side = 0, left = 0, top = 0;
   /// Of all that a tile depends on; none for a tile without any data. The function may be empty.
   std::function<std::optional<std::uint64_t>(std::int32_t tile_column, std::int32_t tile_row)> digest;
+  HeightErrors errors;  ///< of the heights, beside those of matching
 };
 
 }  // namespace ilp::map

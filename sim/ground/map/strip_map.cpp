@@ -285,8 +285,9 @@ class BlockSums {
   std::vector<Sums> sums_;
 };
 
-std::uint64_t digest_of(const intake::Strip& strip, const MapPlan& plan, const std::vector<TileFinish>& finished) {
-  std::string text = "map 1 " + std::to_string(strip.id) + " ";
+std::uint64_t digest_of(const intake::Strip& strip, const MapPlan& plan, const std::vector<TileFinish>& finished,
+                        const HeightErrors& errors) {
+  std::string text = "map 2 " + host::digest_text(errors.digest()) + " " + std::to_string(strip.id) + " ";
   text.append(reinterpret_cast<const char*>(&plan.cell), sizeof(plan.cell));
   // Sources are places among them.
   for (const std::int64_t id : strip.keyframes) text += " " + std::to_string(id);
@@ -315,8 +316,9 @@ std::optional<StripMap> merge_strip(const intake::Flight& flight, const intake::
   finish_tiles(strip.id, plan.cell, finished, cache, params.threads);
   auto tiles = std::make_shared<const TileReader>(strip, plan, painted.summaries, finished, cache);
   if (tiles->empty()) return std::nullopt;
-  StripMap map{mosaic_of(std::move(tiles), plan.cell), digest_of(strip, plan, finished),
-               statistics_of(painted, plan.cell)};
+  StripMap map{mosaic_of(std::move(tiles), plan.cell), 0, statistics_of(painted, plan.cell)};
+  map.mosaic.errors = height_errors_of(flight, strip);
+  map.digest = digest_of(strip, plan, finished, map.mosaic.errors);
   return map;
 }
 
@@ -333,6 +335,7 @@ GroundGrid overview(const Mosaic& mosaic, const GridParams& params) {
     }
   }
   sums.finish();
+  grid.whole_sigma = whole_sigma_of(grid, mosaic.errors);
   return grid;
 }
 

@@ -1,7 +1,5 @@
 #include "sim/ground/model/ties.hpp"
 
-#include <cmath>
-
 #include "fsw/places/strip_tie.hpp"
 
 namespace ilp::model {
@@ -11,9 +9,8 @@ namespace {
 constexpr double largest_scale = 1e6, largest_translation = 1e12;
 
 bool plausible(const TieRecord& tie) {
-  const Eigen::Map<const Vec4> q(tie.q_to_from_this);
   const Similarity similarity = similarity_of(tie);
-  return std::fabs(q.squaredNorm() - 1) < 1e-3 && (similarity.translation.array().abs() < largest_translation).all() &&
+  return is_unit_quaternion(tie.q_to_from_this) && (similarity.translation.array().abs() < largest_translation).all() &&
          similarity.scale > 1 / largest_scale && similarity.scale < largest_scale;
 }
 

@@ -41,12 +41,14 @@ std::string draw_track(const std::vector<PicturePoint>& points, const std::vecto
   return svg;
 }
 
-std::string world_arrow(const PlanView& view) {
-  // The world's +x axis in the picture: the view is turned by the flight direction.
+/// North where it is known, else the world's +x axis: the view is turned by the flight direction.
+std::string world_arrow(const PlanView& view, const exports::Georeference& place) {
   const double x = view.width - 60.0, y = view.height - 60.0, length = 24;
-  const double dx = view.cosine * length, dy = view.sine * length;
+  const auto [along_x, along_y] = place.on_a_body() ? place.north() : std::array<double, 2>{1, 0};
+  const double dx = (along_x * view.cosine + along_y * view.sine) * length,
+               dy = (along_x * view.sine - along_y * view.cosine) * length;
   return segment({x, y}, {x + dx, y + dy}, "track dark") + segment({x, y}, {x + dx, y + dy}, "track") +
-         label(x + 1.6 * dx, y + 1.6 * dy + 4, "middle", "x");
+         label(x + 1.6 * dx, y + 1.6 * dy + 4, "middle", place.on_a_body() ? "N" : "x");
 }
 
 std::vector<Vec3> centres_of(const std::vector<intake::TrackPoint>& track) {
@@ -66,7 +68,7 @@ StripFigures strip_figures(const intake::Flight& flight, const StripResult& stri
   const host::ValueRange range = host::display_range(surface.relief);
   std::vector<PicturePoint> points;
   for (const Vec3& c : centres) points.push_back({view.px(c.x(), c.y()), view.py(c.x(), c.y())});
-  const std::string marks = draw_track(points, track) + scale_bar(view, unit) + world_arrow(view);
+  const std::string marks = draw_track(points, track) + scale_bar(view, unit) + world_arrow(view, strip.georeference);
 
   figures.ortho = figure(open_svg(ortho_picture(surface), "orthoimage with the track") + marks,
                          "Orthoimage, turned so that the flight goes from left to right. The line is the track, the "
@@ -114,23 +116,25 @@ std::string navigation_facts(const StripFrameRecord& frame) {
 }
 
 std::string strip_facts(const Report& report, const StripResult& s) {
-  const std::string unit = intake::unit_of(report.flight, s.strip);
+  const LengthUnit length = length_unit(report, s);
+  const double metres = length.factor;
+  const std::string& unit = length.name;
   std::string html =
       "<p>" + std::to_string(s.posed) + " of " + host::counted(s.strip.keyframes.size(), "keyframe") + " posed";
-  if (s.track_length > 0) html += ", " + host::brief(s.track_length) + " " + unit + " flown";
-  if (s.flying_height > 0) html += " at " + host::brief(s.flying_height) + " " + unit + " above the ground";
+  if (s.track_length > 0) html += ", " + host::brief(metres * s.track_length) + " " + unit + " flown";
+  if (s.flying_height > 0) html += " at " + host::brief(metres * s.flying_height) + " " + unit + " above the ground";
   if (s.grid) {
-    html += "; " + host::brief(s.map.covered_area) + " square " + unit + " mapped in cells of " +
-            host::brief(s.geometry.cell) + " " + unit;
+    html += "; " + host::brief(metres * metres * s.map.covered_area) + " square " + unit + " mapped in cells of " +
+            host::brief(metres * s.geometry.cell) + " " + unit;
     if (s.map.seam_cells > 0) {
-      html += ", heights at the seams of its pieces " + host::brief(s.map.seam_step_median) + " " + unit +
-              " apart (median; 95 % below " + host::brief(s.map.seam_step_p95) + ")";
+      html += ", heights at the seams of its pieces " + host::brief(metres * s.map.seam_step_median) + " " + unit +
+              " apart (median; 95 % below " + host::brief(metres * s.map.seam_step_p95) + ")";
     }
   }
   if (std::isfinite(s.mask_share) && s.mask_share > 0) {
     html += "; " + host::fixed(100 * s.mask_share, 0) + " % of the keyframes' pixels sent as new terrain";
   }
-  if (s.strip.record) html += ". The strip ended: " + std::string(words_of(s.strip.record->end));
+  if (const std::string end = strip_end(report, s.strip); !end.empty()) html += ". The strip ended: " + end;
   html += ".</p>\n<p class=\"note\">";
   if (s.vertices > 0) {
     html += "Surface <code>model" + s.suffix + ".ply</code>: " + std::to_string(s.vertices) + " vertices, " +

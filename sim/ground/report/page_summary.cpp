@@ -1,8 +1,10 @@
 // The top of the page: what was covered, how accurate, what it cost, what went wrong.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/report/accuracy_summary.hpp"
 #include "sim/ground/report/camera_lines.hpp"
 #include "sim/ground/report/page_sections.hpp"
 #include "sim/host/statistics.hpp"
@@ -11,73 +13,33 @@
 namespace ilp::report {
 namespace {
 
-/// The figures of the score, where there is one; otherwise the same figures as far as the reference gives them.
-struct Accuracy {
-  double mean_percent = unknown, max_percent = unknown;  ///< of positions, of the distance flown
-  std::size_t poses = 0;
-  double height_percent = unknown;          ///< of the merged heights, of the flying height; in a score only
-  double depth_percent = unknown;           ///< of the depths of all pixels, of the flying height; in a score only
-  double keyframe_depth_percent = unknown;  ///< of the keyframes, each by its median pixel; without a score only
-};
-
-Accuracy scored_accuracy(const ScoreFile& score) {
-  const auto value = [&](const char* key) {
-    const auto found = score.summary.find(key);
-    return found == score.summary.end() ? unknown : found->second;
-  };
-  Accuracy accuracy{value("position_mean_percent"), value("position_max_percent"), 0,
-                    value("height_median_percent"), value("depth_median_percent"), unknown};
-  for (const ScoredKeyframe& k : score.keyframes) accuracy.poses += std::isfinite(k.position_error) ? 1U : 0U;
-  return accuracy;
-}
-
-Accuracy measured_accuracy(const Report& report) {
-  Accuracy accuracy;
-  double length = 0, mean = 0, max = 0;
-  std::vector<double> depths;
-  for (const StripResult& strip : report.strips) {
-    if (!strip.accuracy) continue;
-    const StripAccuracy& a = *strip.accuracy;
-    if (a.poses >= fewest_poses && a.length > 0) {
-      length += a.length;
-      mean += a.position.mean;
-      max += a.position.max;
-      accuracy.poses += a.poses;
-    }
-    for (const auto& [id, keyframe] : a.keyframes) {
-      if (keyframe.depth) depths.push_back(keyframe.depth->median_abs_percent);
-    }
-  }
-  if (length > 0) accuracy.mean_percent = 100 * mean / length;
-  if (length > 0) accuracy.max_percent = 100 * max / length;
-  if (!depths.empty()) accuracy.keyframe_depth_percent = host::median(std::move(depths));
-  return accuracy;
-}
-
-Accuracy accuracy_of(const Report& report) {
-  return report.score ? scored_accuracy(*report.score) : measured_accuracy(report);
-}
-
 std::string coverage_sentence(const Report& report, const ReportTotals& t) {
   std::string text = std::to_string(t.posed) + " of " + host::counted(t.keyframes, "keyframe") +
                      (t.posed == 1 ? " has" : " have") + " a final pose and " + std::to_string(t.with_depth) +
                      " an elevation map, in " + host::counted(report.strips.size(), "strip");
   if (report.strips.size() == 1 && report.strips[0].track_length > 0) {
     const StripResult& s = report.strips[0];
-    text += " of " + host::brief(s.track_length) + " " + intake::unit_of(report.flight, s.strip);
+    const auto [factor, unit] = length_unit(report, s);
+    text += " of " + host::brief(factor * s.track_length) + " " + unit;
     if (s.flying_height > 0) text += " (" + host::brief(s.track_length / s.flying_height) + " times the flying height)";
   }
   return text + ". ";
 }
 
+/// Of the model that is delivered; without one, of the score or of what the reference gives.
+AccuracySummary accuracy_of(const Report& report) {
+  return report.score && !model_is_measured(report) ? scored_accuracy(*report.score) : measured_accuracy(report);
+}
+
 std::string accuracy_sentence(const Report& report) {
   if (!report.has_reference && !report.score) return "There is no reference to measure the accuracy against. ";
-  const Accuracy accuracy = accuracy_of(report);
+  const AccuracySummary accuracy = accuracy_of(report);
   std::string text;
   const auto add = [&](const std::string& part) { text += (text.empty() ? "Against the reference, " : "; ") + part; };
   if (std::isfinite(accuracy.mean_percent)) {
-    add("camera positions are off by " + host::brief(accuracy.mean_percent) +
-        " % of the distance flown on average and by " + host::brief(accuracy.max_percent) + " % at most");
+    add(std::string("camera positions") + (model_is_measured(report) ? " of the joined model" : "") + " are off by " +
+        host::brief(accuracy.mean_percent) + " % of the distance flown on average and by " +
+        host::brief(accuracy.max_percent) + " % at most");
   }
   if (std::isfinite(accuracy.height_percent))
     add("merged heights by " + host::brief(accuracy.height_percent) + " % of the flying height (median)");
@@ -110,26 +72,33 @@ std::string tile(const std::string& what, const std::string& value, const std::s
          "</div><div class=\"how\">" + how + "</div></div>\n";
 }
 
-std::string accuracy_tiles(const Report& report) {
-  if (!report.has_reference && !report.score) return "";
-  const Accuracy accuracy = accuracy_of(report);
+std::string tiles_of(const AccuracySummary& accuracy, const std::string& whose) {
   constexpr const char* of_height = " <small>% of height flown</small>";
   std::string html;
-  html += tile("Position error, mean", host::brief(accuracy.mean_percent) + " <small>% of distance</small>",
+  html += tile("Position error, mean" + whose, host::brief(accuracy.mean_percent) + " <small>% of distance</small>",
                "at most " + host::brief(accuracy.max_percent) + " %, " + host::counted(accuracy.poses, "pose"));
   if (std::isfinite(accuracy.height_percent))
-    html += tile("Height error, median", host::brief(accuracy.height_percent) + of_height, "merged heights");
+    html += tile("Height error, median" + whose, host::brief(accuracy.height_percent) + of_height, "merged heights");
   if (std::isfinite(accuracy.depth_percent))
-    html += tile("Depth error, median", host::brief(accuracy.depth_percent) + of_height, "depths of single pixels");
+    html +=
+        tile("Depth error, median" + whose, host::brief(accuracy.depth_percent) + of_height, "depths of single pixels");
   if (std::isfinite(accuracy.keyframe_depth_percent))
-    html += tile("Depth error, median keyframe", host::brief(accuracy.keyframe_depth_percent) + of_height,
+    html += tile("Depth error, median keyframe" + whose, host::brief(accuracy.keyframe_depth_percent) + of_height,
                  "each keyframe by its median pixel");
   return html;
+}
+
+std::string accuracy_tiles(const Report& report) {
+  if (!report.has_reference && !report.score) return "";
+  if (!model_is_measured(report)) return tiles_of(accuracy_of(report), "");
+  const std::string model = tiles_of(measured_accuracy(report), ", joined model");
+  return report.score ? model + tiles_of(scored_accuracy(*report.score), ", strips on board") : model;
 }
 
 /// What the flight itself says of its errors; without truth it is all there is.
 std::string stated_tiles(const Report& report) {
   std::vector<double> positions, heights;
+  std::string parts;
   for (const StripResult& strip : report.strips) {
     if (!(strip.flying_height > 0)) continue;
     for (const std::int64_t id : strip.strip.keyframes) {
@@ -139,9 +108,10 @@ std::string stated_tiles(const Report& report) {
       if (std::isfinite(sigma)) positions.push_back(100 * sigma / strip.flying_height);
     }
     if (!strip.grid) continue;
-    for (const float sigma : strip.grid->sigma.samples) {
+    for (const float sigma : strip.grid->stated_sigma().samples) {
       if (std::isfinite(sigma)) heights.push_back(100 * sigma / strip.flying_height);
     }
+    if (parts.empty()) parts = parts_text(strip.usual_errors, 100 / strip.flying_height);
   }
   std::string html;
   if (!positions.empty()) {
@@ -152,7 +122,7 @@ std::string stated_tiles(const Report& report) {
   if (!heights.empty()) {
     html +=
         tile("Heights, stated 1 σ", host::brief(host::percentile(heights, 0.5)) + " <small>% of height flown</small>",
-             "median of the map, from matching; 95 % below " + host::brief(host::percentile(heights, 0.95)) + " %");
+             "median of the map; 95 % below " + host::brief(host::percentile(heights, 0.95)) + " %; of " + parts);
   }
   return html;
 }
@@ -166,9 +136,10 @@ std::string area_tile(const Report& report) {
     if (largest == nullptr || strip.map.covered_area > largest->map.covered_area) largest = &strip;
   }
   if (largest == nullptr) return "";
-  const std::string unit = intake::unit_of(report.flight, largest->strip);
-  const std::string how = "in cells of " + host::brief(largest->geometry.cell) + " " + unit;
-  return tile("Ground mapped", host::brief(largest->map.covered_area) + " <small>square " + unit + "</small>",
+  const auto [factor, unit] = length_unit(report, *largest);
+  const std::string how = "in cells of " + host::brief(factor * largest->geometry.cell) + " " + unit;
+  return tile("Ground mapped",
+              host::brief(factor * factor * largest->map.covered_area) + " <small>square " + unit + "</small>",
               maps == 1 ? how : how + "; the largest of " + std::to_string(maps) + " maps");
 }
 
@@ -249,6 +220,7 @@ std::string page_summary(const Report& report) {
   std::string html = "<header><p class=\"kicker\">Aerobot imaging and localization: flight report</p><h1>" +
                      host::escaped(report.title) + "</h1><div class=\"sub\">" + subtitle(report) + "</div>" +
                      viewer_link(report) + "</header>\n";
+  for (const std::string& line : nothing_lines(report)) html += "<p class=\"bad\">" + host::escaped(line) + "</p>\n";
   for (const std::string& line : camera_lines(report.flight))
     html += "<p class=\"warn\">" + host::escaped(line) + "</p>\n";
   html += "<p class=\"lede\">" + coverage_sentence(report, t) + accuracy_sentence(report) +
@@ -258,7 +230,9 @@ std::string page_summary(const Report& report) {
   html += tile("Keyframes with final pose",
                std::to_string(t.posed) + " <small>of " + std::to_string(t.keyframes) + "</small>",
                host::counted(report.strips.size(), "strip") + ", " + std::to_string(t.with_depth) + " with depth",
-               all ? "good" : "warn");
+               t.posed == 0 ? "bad"
+               : all        ? "good"
+                            : "warn");
   html += area_tile(report) + accuracy_tiles(report) + stated_tiles(report) + cost_tiles(report, t);
   const std::size_t events = t.events_medium + t.events_high;
   html += tile("Events of medium or high severity", std::to_string(events),

@@ -65,6 +65,22 @@ map::KeyframeLook look_of(const Report& report, std::int64_t keyframe_id) {
   return report.whole_look ? report.whole_look(keyframe_id) : look->second;
 }
 
+LengthUnit length_unit(const Report& report, const StripResult& strip) {
+  const exports::Georeference& place = strip.georeference;
+  if (place.on_a_body()) return {place.scale, "m"};
+  return {1, intake::unit_of(report.flight, strip.strip)};
+}
+
+std::string strip_end(const Report& report, const intake::Strip& strip) {
+  for (const model::JoinedModel& joined : report.joined.models) {
+    if (joined.strip_id != strip.id || joined.strips.size() < 2) continue;
+    std::string text = "joined from strips ";
+    for (const std::int64_t id : joined.strips) text += (id == joined.strips.front() ? "" : ", ") + std::to_string(id);
+    return text;
+  }
+  return strip.record ? words_of(strip.record->end) : "";
+}
+
 std::string keyframe_verdict(const intake::Keyframe& keyframe) {
   std::vector<std::string> remarks{pose_remark(keyframe), depth_remark(keyframe)};
   if (!keyframe.has_image()) remarks.emplace_back("no image received");

@@ -38,6 +38,8 @@ struct StripResult : exports::ExportedStrip {
   map::MapGeometry geometry;  ///< of the map itself
   map::MapStatistics map;
   map::SeamMeasure seams;
+  map::HeightErrors errors;            ///< of the heights, beside those of matching
+  map::HeightErrorParts usual_errors;  ///< medians over the cells of the grid; strip units
   exports::ColmapCounts colmap;
   std::optional<StripAccuracy> accuracy;
 };
@@ -72,6 +74,16 @@ struct ReportTotals {
   double product_pixels = 0;  ///< of the images of keyframes with an image product
 };
 [[nodiscard]] ReportTotals totals(const Report& report);
+
+/// In what lengths of a strip are told: metres where they are known, by the flight or by an anchor.
+struct LengthUnit {
+  double factor = 1;  ///< for a unit of the strip
+  std::string name;
+};
+[[nodiscard]] LengthUnit length_unit(const Report& report, const StripResult& strip);
+
+/// How the strip ended, or of which strips of the flight it is joined; empty where no record has come.
+[[nodiscard]] std::string strip_end(const Report& report, const intake::Strip& strip);
 
 /// One phrase per keyframe on what became of it.
 [[nodiscard]] std::string keyframe_verdict(const intake::Keyframe& keyframe);

@@ -3,6 +3,7 @@
 #include <ostream>
 
 #include "sim/ground/fixes/fix_text.hpp"
+#include "sim/ground/report/accuracy_summary.hpp"
 #include "sim/ground/report/capture_summary.hpp"
 #include "sim/ground/report/report.hpp"
 #include "sim/host/status_error.hpp"
@@ -125,6 +126,32 @@ Json roughness_json(const map::Roughness& roughness) {
           {"border_samples", roughness.border_samples}};
 }
 
+/// One sigma, medians over the cells; null where nothing is stated.
+Json height_error_json(const StripResult& strip) {
+  const map::HeightErrorParts& parts = strip.usual_errors;
+  const auto stated = [](double sigma) { return sigma > 0 ? Json(sigma) : Json(nullptr); };
+  return {{"whole", stated(parts.whole())}, {"matching", stated(parts.matching)}, {"poses", stated(parts.poses)},
+          {"scale", stated(parts.scale)},   {"tilt", stated(parts.tilt)},         {"place", stated(parts.place)}};
+}
+
+Json summary_json(const AccuracySummary& accuracy) {
+  return {{"poses", accuracy.poses},
+          {"position_mean_percent", accuracy.mean_percent},
+          {"position_max_percent", accuracy.max_percent},
+          {"rotation_mean_deg", accuracy.rotation_deg}};
+}
+
+/// Of what is delivered, and of the poses as the flight sent them.
+Json summary_json(const Report& report) {
+  if (!report.has_reference && !report.score) return nullptr;
+  const bool joined = model_is_measured(report);
+  Json json = {{"joined_model", nullptr}, {"strips", nullptr}};
+  if (joined) json["joined_model"] = summary_json(measured_accuracy(report));
+  if (report.score) json["strips"] = summary_json(scored_accuracy(*report.score));
+  if (!report.score && !joined) json["strips"] = summary_json(measured_accuracy(report));
+  return json;
+}
+
 Json grid_json(const StripResult& strip) {
   if (!strip.grid) return nullptr;
   const map::GroundGrid& g = *strip.grid;
@@ -140,21 +167,23 @@ Json grid_json(const StripResult& strip) {
           {"covered_area", strip.map.covered_area},
           {"seams",
            {{"cells", strip.map.seam_cells},
-            {"step_median", strip.map.seam_step_median},
-            {"step_p95", strip.map.seam_step_p95},
+            {"step_median", strip.map.seam_cells > 0 ? Json(strip.map.seam_step_median) : Json(nullptr)},
+            {"step_p95", strip.map.seam_cells > 0 ? Json(strip.map.seam_step_p95) : Json(nullptr)},
             {"height", roughness_json(strip.seams.height)},
             {"grey", roughness_json(strip.seams.grey)}}},
+          {"height_error", height_error_json(strip)},
           {"mean_plane", {strip.plane.a, strip.plane.b, strip.plane.c}}};
 }
 
-Json strip_json(const StripResult& s) {
+Json strip_json(const Report& report, const StripResult& s) {
   Json json;
   json["id"] = s.strip.id;
-  json["end"] = s.strip.record ? Json(words_of(s.strip.record->end)) : Json(nullptr);
+  const std::string end = strip_end(report, s.strip);
+  json["end"] = end.empty() ? Json(nullptr) : Json(end);
   json["keyframes"] = s.strip.keyframes.size();
   json["final_poses"] = s.posed;
-  json["track_length"] = s.track_length;
-  json["flying_height"] = s.flying_height;
+  json["track_length"] = s.posed > 1 ? Json(s.track_length) : Json(nullptr);
+  json["flying_height"] = s.flying_height > 0 ? Json(s.flying_height) : Json(nullptr);
   json["newly_seen_share"] = s.mask_share;
   json["grid"] = grid_json(s);
   json["model"] = s.vertices == 0 ? Json(nullptr)
@@ -480,6 +509,7 @@ void write_report_json(const Report& report, std::ostream& out) {
   JsonWriter json(out);
   json.put("title", report.title);
   json.put("totals", totals_json(totals(report)));
+  json.put("accuracy", summary_json(report));
   json.put("target_overlap", report.target_overlap);
   json.put("camera", report.flight.camera ? camera_json(*report.flight.camera) : Json(nullptr));
   json.put("camera_source", camera_source(report.flight));
@@ -487,7 +517,7 @@ void write_report_json(const Report& report, std::ostream& out) {
            report.flight.camera_record ? Json(report.flight.camera_record->sigma_focal_px) : Json(nullptr));
   json.put("flight", report.info ? info_json(*report.info) : Json(nullptr));
   json.begin_list("strips");
-  for (const StripResult& strip : report.strips) json.add(strip_json(strip));
+  for (const StripResult& strip : report.strips) json.add(strip_json(report, strip));
   json.end_list();
   write_keyframes(report, json);
   json.begin_list("frames");

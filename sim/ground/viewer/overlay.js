@@ -64,7 +64,10 @@ export function makeOverlay(page, state, scene) {
       const length = niceLength(140 * unit);
       bar.style.width = `${(length / unit).toFixed(0)}px`;
       barText.textContent = `${brief(length)} ${state.strip.unit}`;
-      const angle = (scene.azimuth() * 180) / Math.PI;
+      // Of north where it is known, else of the world's y axis.
+      const [x, y] = state.strip.place?.north ?? [0, 1];
+      axis.textContent = state.strip.place ? 'N' : 'y';
+      const angle = ((scene.azimuth() + Math.atan2(x, y)) * 180) / Math.PI;
       needle.setAttribute('transform', `rotate(${angle.toFixed(1)})`);
       const r = (angle * Math.PI) / 180;
       axis.setAttribute('transform', `translate(${(23 * Math.sin(r)).toFixed(1)} ${(-23 * Math.cos(r)).toFixed(1)})`);

@@ -19,8 +19,8 @@ function stripFacts(strip) {
     element('h3', {}, `Strip ${strip.id}`),
     facts([
       ['Keyframes', `${posed} posed of ${strip.members.length}`],
-      ['Track', `${brief(strip.track_length)} ${strip.unit}`],
-      ['Flown above ground', `${brief(strip.flying_height)} ${strip.unit}`],
+      ['Track', known(strip.track_length, strip.unit)],
+      ['Flown above ground', known(strip.flying_height, strip.unit)],
       ...navigationFacts(strip.navigation),
       strip.covered_area && ['Ground mapped', `${brief(strip.covered_area)} ${strip.unit}²`],
       strip.grid && ['Map', `${strip.grid.full_width} × ${strip.grid.full_height} cells of ${brief(strip.grid.full_cell)} ${strip.unit}`],
@@ -28,6 +28,11 @@ function stripFacts(strip) {
       ['Ended by', strip.end],
     ]),
   ];
+}
+
+// 0 is a length that is not known.
+function known(length, unit) {
+  return length > 0 ? `${brief(length)} ${unit}` : '–';
 }
 
 function storageFacts(s) {

@@ -33,7 +33,8 @@ CoveredCells covered_cells(const map::GroundGrid& grid, std::int32_t stride, std
       if (!std::isfinite(grid.height.samples[i])) continue;
       cells.cover[cell / 8] = static_cast<std::uint8_t>(cells.cover[cell / 8] | (1U << (cell % 8)));
       cells.height.push_back(grid.height.samples[i]);
-      cells.sigma.push_back(grid.sigma.empty() ? std::numeric_limits<float>::quiet_NaN() : grid.sigma.samples[i]);
+      const host::Raster<float>& sigma = grid.stated_sigma();
+      cells.sigma.push_back(sigma.empty() ? std::numeric_limits<float>::quiet_NaN() : sigma.samples[i]);
       cells.count.push_back(static_cast<std::uint8_t>(std::min<int>(grid.count.samples[i], 255)));
       cells.source.push_back(grid.source.samples[i]);
     }
@@ -86,22 +87,61 @@ json navigation_of(const std::optional<StripFrameRecord>& frame) {
           {"place_m", known(frame->horizontal_sigma_m)}};
 }
 
+/// What the page makes the parts of a height's error of, beside that of matching (map/height_error.hpp).
+json errors_of(const map::HeightErrors& errors) {
+  json keyframes = json::array();
+  for (const map::HeightErrors::OfKeyframe& k : errors.keyframes)
+    keyframes.push_back({k.centre_z, k.centre_sigma_z, k.depth_share});
+  return {{"keyframes", keyframes},
+          {"middle", {errors.middle.x(), errors.middle.y(), errors.middle.z()}},
+          {"scale", errors.scale_sigma},
+          {"tilt", errors.tilt_sigma_rad},
+          {"place", errors.place_sigma}};
+}
+
+/// Where the strip is on its body: longitude and latitude of the corners of the grid, which is small enough to lie
+/// between them evenly, and heights as the rasters have them; null where it is not known.
+json place_of(const report::StripResult& strip) {
+  const exports::Georeference& place = strip.georeference;
+  if (!place.on_a_body() || !strip.grid) return nullptr;
+  const map::GroundGrid& grid = *strip.grid;
+  const exports::GeographicFromMap degrees(place);
+  json corners = json::array();
+  for (const std::int32_t row : {0, grid.height.height - 1}) {
+    for (const std::int32_t column : {0, grid.height.width - 1}) {
+      const Vec3 at = place.map_from_world({grid.x0 + column * grid.cell, grid.y0 - row * grid.cell, 0});
+      corners.push_back(degrees(at.x(), at.y()));
+    }
+  }
+  return {{"body", place.body},
+          {"above", place.height_name},
+          {"scale", place.scale},
+          {"height_of_0", place.height_of(0)},
+          {"north", place.north()},
+          {"width", (grid.height.width - 1) * grid.cell},
+          {"height", (grid.height.height - 1) * grid.cell},
+          {"corners", corners}};
+}
+
 }  // namespace
 
 json viewer_strip(const report::Report& report, const report::StripResult& strip, const ViewerBudget& budget) {
+  const std::string end = report::strip_end(report, strip.strip);
   json out = {{"id", strip.strip.id},
               {"unit", intake::unit_of(report.flight, strip.strip)},
               {"navigation", navigation_of(strip.strip.frame)},
-              {"end", strip.strip.record ? words_of(strip.strip.record->end) : "no record received"},
+              {"end", end.empty() ? "no record received" : end},
               {"keyframes", strip.strip.keyframes},
               {"flying_height", strip.flying_height},
               {"track_length", strip.track_length},
               {"suffix", strip.suffix},
+              {"errors", errors_of(strip.errors)},
               {"plane", {strip.plane.a, strip.plane.b, strip.plane.c}},
               {"grid", nullptr}};
   if (!strip.grid) return out;
   const auto with_grid = static_cast<std::size_t>(std::count_if(
       report.strips.begin(), report.strips.end(), [](const report::StripResult& s) { return s.grid.has_value(); }));
+  out["place"] = place_of(strip);
   out["covered_area"] = strip.map.covered_area;
   out["grid"] = surface(*strip.grid, budget, with_grid);
   out["plan"] = plan_picture(report, strip);

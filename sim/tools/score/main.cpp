@@ -15,6 +15,8 @@ int main(int argc, char** argv) {
   app.add_option("flight", options.flight, "folder that ilp-sil --out left")->required();
   const auto truth = app.add_option("--truth", options.truth,
                                     "folder with poses.txt and depth/NAME.pfm (default: flight/truth in the flight)");
+  app.add_option("--received", options.received,
+                 "folder of the files that came down over a link (default: outbox in the flight)");
   app.add_option("--reference", options.reference,
                  "reference poses of a recorded strip, which take the place of the truth")
       ->excludes(truth);

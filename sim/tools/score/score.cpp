@@ -60,11 +60,28 @@ std::vector<intake::RecordEntry> onboard_records(const ScoreOptions& options, Fl
 }
 
 void read_down(const ScoreOptions& options, FlightFiles& files) {
-  if (!is_there(options.flight / "outbox")) {
+  const bool named = !options.received.empty();
+  const fs::path folder = named ? options.received : options.flight / "outbox";
+  if (!is_there(folder)) {
+    if (named) throw std::runtime_error("--received " + folder.string() + ": there is no such folder");
     files.remarks.push_back("there is no outbox: nothing came down");
     return;
   }
-  files.outbox = intake::read_outbox(options.flight / "outbox");
+  files.outbox = intake::read_outbox(folder);
+}
+
+/// Products were made, and no file is there: over a link they went to a station.
+void remark_other_folder(const ScoreOptions& options, FlightFiles& files) {
+  if (!files.outbox.files.empty() || !options.received.empty()) return;
+  const bool any = std::any_of(files.flight.keyframes.begin(), files.flight.keyframes.end(), [](const auto& entry) {
+    const auto& products = entry.second.product_records;
+    return products[0].has_value() || products[1].has_value();
+  });
+  if (any) {
+    files.remarks.push_back((options.flight / "outbox").string() +
+                            " holds no file although products were made; after a flight over a link, name the "
+                            "station's folder with --received");
+  }
 }
 
 // After the products were decoded: that finds damage too.
@@ -306,6 +323,7 @@ FlightFiles open_flight(const ScoreOptions& options) {
                  std::make_move_iterator(files.outbox.records.end()));
   files.outbox.records = std::move(onboard);
   files.flight = intake::build_flight(files.outbox);
+  remark_other_folder(options, files);
   remark_damage(files);
   remark_open_strips(files);
   files.complete = files.remarks.empty();

@@ -21,6 +21,7 @@ inline constexpr double degrees = 180 / std::numbers::pi;  ///< of a radian
 struct ScoreOptions {
   std::filesystem::path flight;     ///< flight.db, outbox/, flight-info.json and mostly flight/
   std::filesystem::path truth;      ///< folder with poses.txt and depth/NAME.pfm; empty: flight/truth in the flight
+  std::filesystem::path received;   ///< folder of the files that came down; empty: outbox/ in the flight
   std::filesystem::path reference;  ///< camera text file of a recorded strip, instead of truth
 };
 

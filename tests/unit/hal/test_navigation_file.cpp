@@ -100,6 +100,31 @@ TEST_F(NavigationFileTest, ABadLineIsLeftOutAndTheNextOneIsRead) {
   EXPECT_STATUS(next(), end_of_stream);
 }
 
+TEST_F(NavigationFileTest, DatesWithAZoneAndAMarkOfByteOrder) {
+  ASSERT_OK(
+      open("\xEF\xBB\xBF# saved by a spreadsheet\n"
+           "time_s,height_m,height_sigma_m\n"
+           "2026-11-22T08:40:08.5Z,80,1\n"
+           "2026-11-22T10:40:09+02:00,81,1\n"
+           "2026-02-31T08:40:10Z,82,1\n"
+           "2026-11-22T08:40:11,83,1\n"
+           "1795336812,84,1\n"));
+  ASSERT_OK(next());
+  EXPECT_EQ(sample_.time_ns, 1'795'336'808 * ns_per_s + ns_per_s / 2);
+  ASSERT_OK(next());
+  EXPECT_EQ(sample_.time_ns, 1'795'336'809 * ns_per_s);
+  for (int line = 5; line <= 6; ++line) {
+    const Status status = next();
+    EXPECT_STATUS(status, parse_error) << "no day of the calendar, no zone";
+    EXPECT_EQ(status.a, line);
+  }
+  ASSERT_OK(next());
+  EXPECT_EQ(sample_.time_ns, 1'795'336'812 * ns_per_s);
+  ASSERT_OK(open("\xEF\xBB\xBFtime_s,height_m,height_sigma_m\n1,80,1\n"));
+  ASSERT_OK(next());
+  EXPECT_EQ(sample_.height_m, 80);
+}
+
 TEST_F(NavigationFileTest, OctetsOfAnyKindEnd) {
   Rng rng(11);
   const std::string letters = "time_s,0123456789.eE+-\n\r#\"\0xyz";

@@ -261,15 +261,20 @@ TEST_F(CompareHeights, StatedErrorsHoldTheSharesOfANormalDistribution) {
   const auto sigma = [](double x) { return 0.2 + 0.001 * x; };
   write_terrain(map_, on_mars(), [&](double x, double y) { return hills(x, y) + noise(sigma(x)); });
   write_terrain(folder_ / "sigma.tif", on_mars(), [&](double x, double) { return sigma(x); });
+  // A part of the error is stated beside it: half of it.
+  write_terrain(folder_ / "sigma-matching.tif", on_mars(), [&](double x, double) { return 0.5 * sigma(x); });
   TerrainFile same = on_mars();
   same.transform = {-2, 2, 0, 2, 0, -2};
   same.columns = 302;
   same.rows = 242;
   write_terrain(other_, same, hills);
   const Comparison c = run(fit(Fit::none));
-  ASSERT_EQ(c.counts.with_sigma, 300U * 240U);
-  EXPECT_NEAR(static_cast<double>(c.counts.within_1) / 72000, 0.683, 0.006);
-  EXPECT_NEAR(static_cast<double>(c.counts.within_2) / 72000, 0.954, 0.003);
+  ASSERT_EQ(c.counts.sigma.stated, 300U * 240U);
+  EXPECT_NEAR(static_cast<double>(c.counts.sigma.one) / 72000, 0.683, 0.006);
+  EXPECT_NEAR(static_cast<double>(c.counts.sigma.two) / 72000, 0.954, 0.003);
+  ASSERT_EQ(c.counts.matching.stated, 300U * 240U);
+  EXPECT_NEAR(static_cast<double>(c.counts.matching.one) / 72000, 0.383, 0.006) << "within half a sigma";
+  EXPECT_NEAR(static_cast<double>(c.counts.matching.two) / 72000, 0.683, 0.006);
 }
 
 TEST_F(CompareHeights, TheDifferenceLiesWhereTheMapWasMoved) {

@@ -14,6 +14,7 @@
 #include "sim/host/gdal_session.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/sil/flyable_images.hpp"
+#include "sim/sil/one_camera.hpp"
 #include "tests/support/exif_file.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -219,6 +220,39 @@ TEST_F(FlyableImagesTest, DamagedPhotographsAreLeftOutByNameWhateverTheirFormat)
       make_flyable(strip_of({folder_ / "d.tif", folder_ / "e.tif"}), folder_ / "made2", messages_);
   EXPECT_EQ(tiff.frames.size(), 1U) << messages_.str();
   EXPECT_NE(messages_.str().find("left out: " + std::string(folder_ / "e.tif")), std::string::npos) << messages_.str();
+}
+
+TEST_F(FlyableImagesTest, AnImageThatIsFarTooLargeIsNamedAndTakesNoMemory) {
+  write_noisy_jpeg(folder_ / "a.jpg", 320, 240);
+  write_noisy_jpeg(folder_ / "b.jpg", 320, 240);
+  std::ifstream in(folder_ / "b.jpg", std::ios::binary);
+  std::string jpeg{std::istreambuf_iterator<char>(in), {}};
+  const std::size_t frame = jpeg.find("\xFF\xC0");
+  ASSERT_NE(frame, std::string::npos);
+  // Height and width of the frame (ITU-T T.81, B.2.2): 30000 and 40000.
+  jpeg.replace(frame + 5, 4, std::string("\x75\x30\x9C\x40", 4));
+  std::ofstream(folder_ / "b.jpg", std::ios::binary) << jpeg;
+  const FlyableImages made = make({folder_ / "a.jpg", folder_ / "b.jpg"});
+  EXPECT_EQ(made.frames.size(), 1U);
+  EXPECT_EQ(made.binning, 1) << "nor does it halve the rest";
+  EXPECT_NE(messages_.str().find("b.jpg: 40000x30000 pixels are too many"), std::string::npos) << messages_.str();
+}
+
+TEST_F(FlyableImagesTest, AFolderOfThousandsWithAZoomIsJudgedInLinearTime) {
+  std::vector<Photo> all(20'000);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    host::PhotographFacts facts;
+    facts.width = 320;
+    facts.height = 240;
+    facts.camera = "camera " + std::to_string(i % 7000);
+    // Half of them with one focal length, the others with all others.
+    facts.focal_mm = i % 2 == 0 ? 24 : 25 + 1e-3 * static_cast<double>(i);
+    all[i].header = facts;
+    if (i % 4 == 0) all[i].header->camera = "the usual one";
+  }
+  keep_one_camera(all, {}, messages_);
+  ASSERT_EQ(all.size(), 5000U) << messages_.str();
+  EXPECT_EQ(all.front().header->focal_mm, 24);
 }
 
 TEST_F(FlyableImagesTest, ColourTablesBecomeLumaAndFloatsAreNamed) {

@@ -259,6 +259,28 @@ TEST_F(ScoreProgram, ReferenceFileStandsInForTruth) {
   EXPECT_NEAR(result()["strips"][0]["flying_height"], 4 * 23.7, 1e-6);
 }
 
+TEST_F(ScoreProgram, AfterAFlightOverALinkTheStationsFilesCount) {
+  fly(12);
+  ProductRecord product;
+  product.id = 4;
+  product.keyframe_id = 1;
+  product.kind = ProductKind::image;
+  ASSERT_TRUE(put(*store_, product).ok());
+  land();
+  const ProgramRun without = score();
+  ASSERT_EQ(without.status, 0) << without.output;
+  EXPECT_TRUE(says(without.output, "--received")) << without.output;
+  // What the station has received, records too, is read in place of the outbox.
+  scratch_.write("station/product-000001-image.jp2", "no image");
+  const ProgramRun with = score(" --received " + (scratch_ / "station").string());
+  ASSERT_EQ(with.status, 0) << with.output;
+  EXPECT_GT(result()["summary"]["received_mb"].get<double>(), 0);
+  EXPECT_FALSE(says(with.output, "name the station's folder"));
+  const ProgramRun wrong = score(" --received " + (scratch_ / "nowhere").string());
+  EXPECT_EQ(wrong.status, 1);
+  EXPECT_TRUE(says(wrong.output, "there is no such folder"));
+}
+
 TEST_F(ScoreProgram, BadInputIsNamed) {
   const fs::path empty = scratch_ / "empty";
   fs::create_directories(empty);

@@ -1,6 +1,7 @@
 // The similarity of a strip from the vehicle's measurements, against similarities that are known.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -338,6 +339,80 @@ TEST(StripFrameTest, ScatterThatNobodyStatedIsNotAveragedAway) {
   for (std::size_t i = 0; i < groups.size() / 2; ++i) groups[i].place_m[2] += 60;
   EXPECT_GT(estimate_strip_frame(groups).vertical_sigma_m, 20);
   EXPECT_LT(estimate_strip_frame(truth.measure(12)).vertical_sigma_m, 3);
+}
+
+/// As photographs have it whose camera is taken to look straight down, to 6 degrees in each image.
+void look_down(MeasuredKeyframes& list) {
+  for (MeasuredKeyframe& k : list) {
+    const double down[4] = {0, 1, 0, 0};
+    for (int a = 0; a < 4; ++a) k.q_cam_from_level[a] = down[a];
+    k.tilt_sigma_rad = 0.1;
+  }
+}
+
+TEST(StripFrameTest, ACameraThatIsTakenToLookDownGivesWayToThePositions) {
+  ObliqueTrack truth;
+  MeasuredKeyframes list = truth.measure(5);
+  // The strip's axes are those of its first camera.
+  for (MeasuredKeyframe& k : list) {
+    const double first[4] = {0, 1, 0, 0};
+    for (int a = 0; a < 4; ++a) k.q_cam_from_strip[a] = first[a];
+  }
+  look_down(list);
+  const StripFrame along = estimate_strip_frame(list);
+  EXPECT_EQ(along.verdict, StripFrameVerdict::attitudes_contradict);
+  EXPECT_EQ(along.attitudes.used, 0U);
+  EXPECT_EQ(along.attitudes.refused, 40U);
+  EXPECT_EQ(along.tilt_sigma_rad, 0) << "the roll about a straight track is open";
+  EXPECT_NEAR(along.metres_per_unit / truth.metres_per_unit, 1, 0.01);
+  truth.survey = true;
+  MeasuredKeyframes lines = truth.measure(6);
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    for (int a = 0; a < 4; ++a) lines[i].q_cam_from_strip[a] = list[i].q_cam_from_strip[a];
+  look_down(lines);
+  const StripFrame survey = estimate_strip_frame(lines);
+  EXPECT_EQ(survey.verdict, StripFrameVerdict::attitudes_contradict);
+  EXPECT_GT(survey.tilt_sigma_rad, 0);
+  EXPECT_LT(truth.up_error(survey), 0.02);
+}
+
+TEST(StripFrameTest, AnAttitudeThatThePositionsConfirmStays) {
+  TrueStrip truth;
+  for (std::uint64_t seed = 20; seed < 60; ++seed) {
+    const StripFrame frame = truth.estimate(seed);
+    EXPECT_EQ(frame.verdict, StripFrameVerdict::ok) << seed;
+    EXPECT_GE(frame.attitudes.used, 28U);
+  }
+}
+
+TEST(StripFrameTest, AReceiverThatHasFrozenIsTold) {
+  TrueStrip truth;
+  MeasuredKeyframes frozen = truth.measure(14);
+  for (MeasuredKeyframe& k : frozen) std::copy_n(frozen[0].place_m, 3, k.place_m);
+  const StripFrame frame = estimate_strip_frame(frozen);
+  EXPECT_EQ(frame.verdict, StripFrameVerdict::positions_frozen);
+  EXPECT_EQ(frame.positions.used, 0U);
+  EXPECT_EQ(frame.positions.refused, 30U);
+  EXPECT_EQ(frame.horizontal_sigma_m, 0) << "no place";
+  EXPECT_LT(truth.scale_error(frame), 0.003) << "the heights say it";
+  // Positions alone: nothing is measured, which is told as well.
+  truth.heights = truth.attitudes = truth.velocities = false;
+  MeasuredKeyframes alone = truth.measure(15);
+  for (MeasuredKeyframe& k : alone) std::copy_n(alone[0].place_m, 3, k.place_m);
+  EXPECT_EQ(estimate_strip_frame(alone).verdict, StripFrameVerdict::positions_frozen);
+  EXPECT_EQ(estimate_strip_frame(alone).scale_sigma, 0);
+  // A few that come twice are no frozen receiver.
+  MeasuredKeyframes twice = truth.measure(16);
+  for (const std::size_t i : {4U, 9U, 17U}) std::copy_n(twice[i - 1].place_m, 3, twice[i].place_m);
+  EXPECT_EQ(estimate_strip_frame(twice).verdict, StripFrameVerdict::ok);
+  // Nor is a hover, whose images do not move.
+  MeasuredKeyframes hover = truth.measure(17);
+  for (std::size_t i = 0; i < hover.size(); ++i) {
+    std::copy_n(hover[0].place_m, 3, hover[i].place_m);
+    std::copy_n(hover[0].centre, 3, hover[i].centre);
+    hover[i].centre[0] += 1e-4 * static_cast<double>(i % 2);
+  }
+  EXPECT_NE(estimate_strip_frame(hover).verdict, StripFrameVerdict::positions_frozen);
 }
 
 }  // namespace
