@@ -77,6 +77,8 @@ class MapRegistration {
 
   Status check() const;
   void choose_senses();
+  Status begin_drawing();
+  [[nodiscard]] MapKeyframe drawn(std::size_t keyframe) const;
   Status begin_sheet();
   Status draw_sheet();
   void prepare_sheet();
@@ -85,9 +87,10 @@ class MapRegistration {
   void search_patches();
   void count();
   void place_patches();
+  Status look_again();
   void next_sense();
-  void conclude();
-  void fix(const Candidate& candidate);
+  Status conclude();
+  [[nodiscard]] bool fix(const Candidate& candidate);
   [[nodiscard]] double own_height(const Candidate::Place& place) const;
   [[nodiscard]] bool is_sane(std::span<const MapSighting> sightings, const MapPoseParams& params) const;
   void take_points(std::span<const MapSighting> sightings);
@@ -113,6 +116,8 @@ class MapRegistration {
   std::array<MapSense, 2> senses_{};
   std::size_t sense_count_ = 0, sense_ = 0;
   std::array<Candidate, 2> candidates_;
+  bool again_ = false;      ///< the keyframes are drawn by the pose that was found
+  RigidTransform by_prior_; ///< the map as the prior has it, from the map: identity until then
   MapFixResult result_;
 };
 

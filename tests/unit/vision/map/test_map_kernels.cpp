@@ -390,7 +390,7 @@ TEST(KeyframeSheet, ShowsTheGroundThroughAnyLens) {
     const std::vector<std::uint8_t> image = image_of_plane(camera, pose, slope);
     const PlaneWindow plane(120, 110, 1, slope.x(), slope.y());
     MapPlan plan;
-    plan.search_px = 20;
+    plan.search_px = plan.sheet_column = plan.sheet_row = 20;
     plan.pixel_m = 1;
     plan.first_column = -60;
     plan.first_row = -55;
