@@ -16,7 +16,21 @@ constexpr std::int32_t rows_at_once = 32;
 constexpr std::int64_t products_at_once = 6'000'000;  // of a slice
 constexpr std::int32_t place_reach_px = 3;            // of a patch's own place from that of all
 constexpr std::size_t least_places = 6;
-constexpr double relief_together = 1.8;  // of MapPoseParams: depths of a keyframe err together too
+
+/// Shadows of what the heights do not resolve lie on one side of it, and depths of a keyframe err together.
+MapPoseParams pose_params(MapSense sense, double pixel_m, double sigma_px) {
+  MapPoseParams params;
+  params.pixel_m = pixel_m;
+  params.sigma_px = sigma_px;
+  if (sense == MapSense::shape) {
+    params.together = 1.7;
+    params.common_share = 0;
+    params.common_growth = 0.6;
+  } else if (sense == MapSense::relief) {
+    params.together = 2.2;
+  }
+  return params;
+}
 
 PatchSearch search_of(MapSense sense, const MapPlan& plan) {
   return {plan.patch_px, sense != MapSense::relit};
@@ -137,8 +151,8 @@ Status MapRegistration::draw_sheet() {
   const std::int32_t rows = relief ? input_.depths->depth_m.height : input_.plan.sheet_height;
   const std::int32_t last = std::min(row_ + rows_at_once, rows);
   if (relief) {
-    add_depths(drawn(0), input_.depths->depth_m, input_.depths->first_px, input_.depths->step_px,
-               input_.plan, level_m_, row_, last, sums());
+    add_depths(drawn(0), input_.depths->depth_m, input_.depths->first_px, input_.depths->step_px, input_.plan, level_m_,
+               row_, last, sums());
   } else {
     painter_.paint_rows(input_.window, row_, last, sums());
   }
@@ -350,8 +364,7 @@ bool MapRegistration::fix(const Candidate& candidate) {
   const std::span<MapSighting> sightings(all.data(), count);
   MapPose pose;
   if (count < least_places) return false;
-  MapPoseParams params{window.pixel_m, params_.patch_sigma_px, MapPoseParams{}.together, params_.common_sigma_px};
-  if (candidate.sense == MapSense::relief) params.together = relief_together;
+  const MapPoseParams params = pose_params(candidate.sense, window.pixel_m, params_.patch_sigma_px);
   if (!solve_map_pose(sightings, prior, params, pose)) return false;
   Vec3 ground, expected;
   if (!ground_on_axis(pose.camera_from_map, window, level_m_, ground) ||
