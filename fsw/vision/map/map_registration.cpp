@@ -130,8 +130,9 @@ Status MapRegistration::begin_drawing() {
   std::fill_n(workspace_->sums.begin(), cells, 0);
   std::fill_n(workspace_->sheet_count.begin(), cells, std::uint8_t{0});
   keyframe_ = 0;
+  ILP_TRY(begin_sheet());
   phase_ = Phase::sheet;
-  return begin_sheet();
+  return {};
 }
 
 MapKeyframe MapRegistration::drawn(std::size_t keyframe) const {
