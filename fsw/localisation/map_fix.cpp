@@ -285,6 +285,11 @@ Status MapFix::plan() {
   }
   const bool searchable = planned.ok() && planned.value().search_px <= wiring_.mission.map_search_px + edge_px;
   const bool too_far = planned.ok() ? !searchable : planned.status().is(StatusCode::capacity_exceeded);
+  if (work_.relief && !searchable) {
+    // Then the record tells of the light.
+    conclude(work_.record.verdict);
+    return {};
+  }
   if (too_far) {
     workspace_.after.lost = 1;
     if (work_.record.prior == FixPrior::vehicle) {
@@ -303,7 +308,7 @@ Status MapFix::plan() {
   work_.tiles = tiles_under(work_.plan, layer);
   work_.painted = 0;
   if (work_.tiles.count() == 0 || work_.tiles.count() > most_tiles || pixel > most_canvas_ratio * layer.pixel_m) {
-    conclude(MapVerdict::no_map);
+    conclude(work_.relief ? work_.record.verdict : MapVerdict::no_map);
     return {};
   }
   begin_canvas(work_.plan, memory.canvas);

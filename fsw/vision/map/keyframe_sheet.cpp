@@ -84,7 +84,8 @@ Status SheetPainter::begin(const MapKeyframe& keyframe, const MapPlan& plan, con
   camera_ = keyframe.camera;
   plain_ = camera_.is_plain();
   camera_from_map_ = keyframe.camera_from_map;
-  search_px_ = plan.search_px;
+  first_column_ = plan.sheet_column;
+  first_row_ = plan.sheet_row;
   fallback_m_ = fallback_m;
   const double image_m = image_pixel_m(camera_, camera_from_map_, fallback_m);
   if (!(image_m > 0)) return out_of_range(Argument::map_keyframe, image_m);
@@ -113,11 +114,11 @@ void SheetPainter::paint_rows(const MapWindow& window, std::int32_t first, std::
   const double reach = 0.5 * side_ / sixteenths;  // of the square; its cell is shown with a margin of half a cell
   const double margin = std::max(reach, 1.0);
   for (std::int32_t row = first; row < last; ++row) {
-    const std::int32_t window_row = row + search_px_;
+    const std::int32_t window_row = row + first_row_;
     const double y = window.y0_m - (window_row + 0.5) * window.pixel_m;
     const Vec3 level = camera_from_map_ * Vec3(0, y, 0);
     for (std::int32_t column = 0; column < sums.width; ++column) {
-      const std::int32_t window_column = column + search_px_;
+      const std::int32_t window_column = column + first_column_;
       const std::size_t at = static_cast<std::size_t>(window_row) * static_cast<std::size_t>(window.width) +
                              static_cast<std::size_t>(window_column);
       const double z = window.known[at] != 0 ? static_cast<double>(window.height_m[at]) : fallback_m_;
@@ -154,8 +155,8 @@ void add_depths(const MapKeyframe& keyframe, ImageView<const float> depth_m, dou
         const auto depth = static_cast<double>(depth_m.at(first + i, j));
         if (!(depth > 0) || !std::isfinite(depth)) continue;
         const Vec3 place = map_from_camera * Vec3(x[i] * depth, y[i] * depth, depth);
-        const double column = (place.x() - plan.x0_m()) / plan.pixel_m - plan.search_px;
-        const double row = (plan.y0_m() - place.y()) / plan.pixel_m - plan.search_px;
+        const double column = (place.x() - plan.x0_m()) / plan.pixel_m - plan.sheet_column;
+        const double row = (plan.y0_m() - place.y()) / plan.pixel_m - plan.sheet_row;
         if (!(column >= 0 && row >= 0 && column < sums.width && row < sums.height)) continue;
         const std::size_t cell =
             static_cast<std::size_t>(row) * static_cast<std::size_t>(sums.width) + static_cast<std::size_t>(column);

@@ -32,7 +32,7 @@ class SheetPainter {
   CameraModel camera_;
   bool plain_ = true;
   RigidTransform camera_from_map_;
-  std::int32_t search_px_ = 0;
+  std::int32_t first_column_ = 0, first_row_ = 0;  ///< of the sheet in the window
   double fallback_m_ = 0;
   double farthest2_ = 0;        ///< from the optical axis, of what the image shows: squared, at distance 1
   std::int32_t side_ = 16;      ///< of the square of the image that a cell covers, sixteenths of a px

@@ -103,6 +103,7 @@ Result<MapPlan> plan_map_window(std::span<const MapKeyframe> keyframes, const Ma
   plan.first_row = top - plan.search_px;
   plan.sheet_width = static_cast<std::int32_t>(right - left + 1);
   plan.sheet_height = static_cast<std::int32_t>(bottom - top + 1);
+  plan.sheet_column = plan.sheet_row = plan.search_px;
   plan.width = plan.sheet_width + 2 * plan.search_px;
   plan.height = plan.sheet_height + 2 * plan.search_px;
   return plan;

@@ -18,7 +18,8 @@ struct MapPlan {
   std::int32_t patch_px = 0;   ///< side of a patch
   std::int64_t first_column = 0, first_row = 0;
   std::int32_t width = 0, height = 0;
-  std::int32_t sheet_width = 0, sheet_height = 0;  ///< of the keyframe on the grid; it lies search_px inside the window
+  std::int32_t sheet_width = 0, sheet_height = 0;  ///< of the keyframe on the grid
+  std::int32_t sheet_column = 0, sheet_row = 0;    ///< of its first cell in the window: search_px, until it is found
 
   [[nodiscard]] double x0_m() const { return static_cast<double>(first_column) * pixel_m; }
   [[nodiscard]] double y0_m() const { return -static_cast<double>(first_row) * pixel_m; }

@@ -164,7 +164,9 @@ bool solve_map_pose(std::span<MapSighting> sightings, const MapPrior& prior, con
     if (sighting.weight > 0) squares += sighting.residual.squaredNorm();
   }
   pose.residual_px = std::sqrt(squares / (2.0 * pose.used));
-  const double common = params.common_sigma_px * params.pixel_m;
+  const double by_spread = (params.common_share + params.common_growth * pose.residual_px) * pose.residual_px;
+  const double common =
+      params.pixel_m * std::sqrt(params.common_sigma_px * params.common_sigma_px + by_spread * by_spread);
   for (int k = 3; k < 6; ++k) pose.covariance(k, k) += common * common;
   return pose.camera_from_map.rotation.allFinite() && centre.allFinite();
 }

@@ -16,15 +16,30 @@ constexpr std::int32_t rows_at_once = 32;
 constexpr std::int64_t products_at_once = 6'000'000;  // of a slice
 constexpr std::int32_t place_reach_px = 3;            // of a patch's own place from that of all
 constexpr std::size_t least_places = 6;
-constexpr double relief_together = 1.8;  // of MapPoseParams: depths of a keyframe err together too
+
+/// Shadows of what the heights do not resolve lie on one side of it, and depths of a keyframe err together.
+MapPoseParams pose_params(MapSense sense, double pixel_m, double sigma_px) {
+  MapPoseParams params;
+  params.pixel_m = pixel_m;
+  params.sigma_px = sigma_px;
+  if (sense == MapSense::shape) {
+    params.together = 1.7;
+    params.common_share = 0;
+    params.common_growth = 0.6;
+  } else if (sense == MapSense::relief) {
+    params.together = 2.2;
+  }
+  return params;
+}
 
 PatchSearch search_of(MapSense sense, const MapPlan& plan) {
   return {plan.patch_px, sense != MapSense::relit};
 }
 
-/// Middle of a patch, in cells of the window from the centre of its first one, by the prior.
-double middle_cell(std::int32_t first, const MapPlan& plan) {
-  return first + plan.search_px + 0.5 * (plan.patch_px - 1);
+/// Middle of a patch, in cells of the window from the centre of its first one, where it was drawn.
+Vec2 middle_cell(std::int32_t column, std::int32_t row, const MapPlan& plan) {
+  const double half = 0.5 * (plan.patch_px - 1);
+  return {plan.sheet_column + column + half, plan.sheet_row + row + half};
 }
 
 /// Blocks of two by two patches, as on a chessboard: each half has all four quarters.
@@ -90,6 +105,9 @@ Status MapRegistration::begin(const MapRegistrationInput& input, const MapRegist
   phase_ = Phase::done;
   result_ = {};
   for (Candidate& candidate : candidates_) candidate = {};
+  again_ = false;
+  by_prior_ = {};
+  input_.plan.sheet_column = input_.plan.sheet_row = input_.plan.search_px;
   ILP_TRY(check());
   const MapWindow& window = input_.window;
   const std::size_t cells = static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height);
@@ -103,19 +121,30 @@ Status MapRegistration::begin(const MapRegistrationInput& input, const MapRegist
                lamp_of({window.sun_azimuth_rad, window.sun_elevation_rad}, params_.ambient)};
   choose_senses();
   if (sense_count_ == 0) return {};
-  std::fill_n(workspace.sums.begin(), input_.plan.sheet_width * input_.plan.sheet_height, 0);
-  std::fill_n(workspace.sheet_count.begin(), input_.plan.sheet_width * input_.plan.sheet_height, std::uint8_t{0});
-  keyframe_ = 0;
   sense_ = 0;
+  return begin_drawing();
+}
+
+Status MapRegistration::begin_drawing() {
+  const auto cells = input_.plan.sheet_width * input_.plan.sheet_height;
+  std::fill_n(workspace_->sums.begin(), cells, 0);
+  std::fill_n(workspace_->sheet_count.begin(), cells, std::uint8_t{0});
+  keyframe_ = 0;
   ILP_TRY(begin_sheet());
   phase_ = Phase::sheet;
   return {};
 }
 
+MapKeyframe MapRegistration::drawn(std::size_t keyframe) const {
+  MapKeyframe moved = input_.keyframes[keyframe];
+  if (again_) moved.camera_from_map = compose(moved.camera_from_map, by_prior_);
+  return moved;
+}
+
 Status MapRegistration::begin_sheet() {
   row_ = 0;
   if (input_.depths != nullptr) return {};
-  return painter_.begin(input_.keyframes[keyframe_], input_.plan, input_.window, level_m_);
+  return painter_.begin(drawn(keyframe_), input_.plan, input_.window, level_m_);
 }
 
 Status MapRegistration::draw_sheet() {
@@ -123,8 +152,8 @@ Status MapRegistration::draw_sheet() {
   const std::int32_t rows = relief ? input_.depths->depth_m.height : input_.plan.sheet_height;
   const std::int32_t last = std::min(row_ + rows_at_once, rows);
   if (relief) {
-    add_depths(input_.keyframes[0], input_.depths->depth_m, input_.depths->first_px, input_.depths->step_px,
-               input_.plan, level_m_, row_, last, sums());
+    add_depths(drawn(0), input_.depths->depth_m, input_.depths->first_px, input_.depths->step_px, input_.plan, level_m_,
+               row_, last, sums());
   } else {
     painter_.paint_rows(input_.window, row_, last, sums());
   }
@@ -177,8 +206,12 @@ void MapRegistration::prepare_window() {
   row_ = last;
   if (row_ < channels.height) return;
   (void)normalise_values(channels.value.data(), channels.at(0, channels.height));
-  VoteSurfaces(*workspace_, lags()).clear();
   patch_ = 0;
+  if (again_) {
+    phase_ = Phase::points;
+    return;
+  }
+  VoteSurfaces(*workspace_, lags()).clear();
   known_lags_ = 0;
   textured_ = 0;
   phase_ = Phase::patches;
@@ -232,8 +265,10 @@ void MapRegistration::place_patches() {
   const PatchSearch how = search_of(sense(), input_.plan);
   constexpr std::int32_t reach = place_reach_px + 1, side = 2 * reach + 1;  // with neighbours of the farthest place
   const LagRange near{candidate.vote.column - reach, candidate.vote.row - reach, side, side};
+  candidate.places.clear();
   for (; patch_ < patches_; ++patch_) {
-    const MapPatch& patch = workspace_->patches[static_cast<std::size_t>(patch_)];
+    MapPatch& patch = workspace_->patches[static_cast<std::size_t>(patch_)];
+    if (again_) patch.used = has_texture(workspace_->sheet, patch, how);
     if (!patch.used) continue;
     search_patch(patch, how, near, *workspace_);
     const auto score = [&](std::int32_t column, std::int32_t row) {
@@ -251,10 +286,16 @@ void MapRegistration::place_patches() {
     const double fine_column = vertex(score(column - 1, row), score(column, row), score(column + 1, row));
     const double fine_row = vertex(score(column, row - 1), score(column, row), score(column, row + 1));
     (void)candidate.places.push_back(
-        {patch.column, patch.row, static_cast<float>(near.first_column + column + fine_column - input_.plan.search_px),
-         static_cast<float>(near.first_row + row + fine_row - input_.plan.search_px)});
+        {patch.column, patch.row,
+         static_cast<float>(near.first_column + column + fine_column - input_.plan.sheet_column),
+         static_cast<float>(near.first_row + row + fine_row - input_.plan.sheet_row)});
   }
-  next_sense();
+  if (again_) {
+    phase_ = Phase::done;
+    (void)fix(candidate);
+  } else {
+    next_sense();
+  }
 }
 
 void MapRegistration::next_sense() {
@@ -262,7 +303,7 @@ void MapRegistration::next_sense() {
   phase_ = ++sense_ < sense_count_ ? Phase::window : Phase::conclude;
 }
 
-void MapRegistration::conclude() {
+Status MapRegistration::conclude() {
   phase_ = Phase::done;
   const Candidate* best = &candidates_[0];
   for (const Candidate& candidate : std::span(candidates_).first(sense_count_)) {
@@ -280,42 +321,56 @@ void MapRegistration::conclude() {
   result_.quarters = vote.quarters;
   result_.shift_px[0] = vote.fine_column - input_.plan.search_px;
   result_.shift_px[1] = vote.fine_row - input_.plan.search_px;
-  if (vote.verdict != MapVerdict::fixed) return;
+  if (vote.verdict != MapVerdict::fixed) return {};
   for (const Candidate& candidate : std::span(candidates_).first(sense_count_)) {
     const double dx = candidate.vote.fine_column - vote.fine_column, dy = candidate.vote.fine_row - vote.fine_row;
     const bool agrees = dx * dx + dy * dy <= params_.senses_agree_px * params_.senses_agree_px;
     if (candidate.vote.verdict == MapVerdict::fixed && !agrees) result_.verdict = MapVerdict::senses_contradict;
   }
-  if (result_.verdict == MapVerdict::fixed) fix(*best);
+  if (result_.verdict != MapVerdict::fixed) return {};
+  if (!fix(*best)) result_.verdict = MapVerdict::no_agreement;
+  if (result_.verdict != MapVerdict::fixed) return {};
+  sense_ = static_cast<std::size_t>(best - candidates_.data());
+  return look_again();
 }
 
-void MapRegistration::fix(const Candidate& candidate) {
+/// What the prior had wrong, tilt over relief most of all, distorts the patches: the sheet is drawn once more, by the
+/// pose that was found.
+Status MapRegistration::look_again() {
+  again_ = true;
+  by_prior_ = compose(inverse(input_.prior.camera_from_map), result_.camera_from_map);
+  const MapVote& vote = candidates_[sense_].vote;
+  input_.plan.sheet_column = vote.column;
+  input_.plan.sheet_row = vote.row;
+  return begin_drawing();
+}
+
+bool MapRegistration::fix(const Candidate& candidate) {
   const MapWindow& window = input_.window;
   const MapPrior& prior = input_.prior;
   std::array<MapSighting, max_map_patches> all;
   std::size_t count = 0;
+  const RigidTransform camera_from_drawn = compose(prior.camera_from_map, by_prior_);
   for (const auto& place : candidate.places) {
-    const double column = middle_cell(place.column, input_.plan), row = middle_cell(place.row, input_.plan);
-    Vec3 by_prior = place_at(window, column, row);
-    if (candidate.sense == MapSense::relief) by_prior.z() = own_height(place);
-    const Vec3 seen = prior.camera_from_map * by_prior;
+    const Vec2 middle = middle_cell(place.column, place.row, input_.plan);
+    Vec3 drawn_at = place_at(window, middle.x(), middle.y());
+    if (candidate.sense == MapSense::relief) drawn_at.z() = own_height(place);
+    const Vec3 seen = camera_from_drawn * drawn_at;
     if (!(seen.z() > 0)) continue;
     all[count].at = Vec2(seen.x() / seen.z(), seen.y() / seen.z());
-    all[count].place = place_at(window, column + static_cast<double>(place.shift_column_px),
-                                row + static_cast<double>(place.shift_row_px));
+    all[count].place = place_at(window, middle.x() + static_cast<double>(place.shift_column_px),
+                                middle.y() + static_cast<double>(place.shift_row_px));
     ++count;
   }
   const std::span<MapSighting> sightings(all.data(), count);
   MapPose pose;
-  result_.verdict = MapVerdict::no_agreement;
-  if (count < least_places) return;
-  MapPoseParams params{window.pixel_m, params_.patch_sigma_px, MapPoseParams{}.together, params_.common_sigma_px};
-  if (candidate.sense == MapSense::relief) params.together = relief_together;
-  if (!solve_map_pose(sightings, prior, params, pose)) return;
+  if (count < least_places) return false;
+  const MapPoseParams params = pose_params(candidate.sense, window.pixel_m, params_.patch_sigma_px);
+  if (!solve_map_pose(sightings, prior, params, pose)) return false;
   Vec3 ground, expected;
   if (!ground_on_axis(pose.camera_from_map, window, level_m_, ground) ||
       !ground_on_axis(prior.camera_from_map, window, level_m_, expected)) {
-    return;
+    return false;
   }
   result_.camera_from_map = pose.camera_from_map;
   result_.covariance = pose.covariance;
@@ -335,6 +390,7 @@ void MapRegistration::fix(const Candidate& candidate) {
   }
   take_points(sightings);
   result_.verdict = is_sane(sightings, params) ? MapVerdict::fixed : MapVerdict::contradicts_prior;
+  return true;
 }
 
 double MapRegistration::own_height(const Candidate::Place& place) const {
@@ -370,6 +426,7 @@ bool MapRegistration::is_sane(std::span<const MapSighting> sightings, const MapP
 void MapRegistration::take_points(std::span<const MapSighting> sightings) {
   const CameraModel& camera = input_.keyframes[0].camera;
   const MapWindow& window = input_.window;
+  result_.points.clear();
   const auto used = static_cast<std::size_t>(
       std::count_if(sightings.begin(), sightings.end(), [](const MapSighting& s) { return s.weight > 0; }));
   const std::size_t wanted = std::min(used, limits::max_fix_points);
@@ -410,7 +467,7 @@ Result<bool> MapRegistration::step() {
       place_patches();
       break;
     case Phase::conclude:
-      conclude();
+      ILP_TRY(conclude());
       break;
     case Phase::done:
       break;

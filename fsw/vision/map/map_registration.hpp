@@ -22,14 +22,13 @@
 namespace ilp {
 
 struct MapRegistrationParams {
-  double sun_limit_rad = 1.05;   ///< beyond it the bright side of what stands out is its other side
-  double ambient = 0.25;         ///< share of the light on level ground that comes from the whole sky
-  double min_evidence = 10;      ///< ground that is not there has had up to 6.5
-  double rival_factor = 2.5;     ///< votes over those that agree on any other shift: ground that repeats
-  double patch_sigma_px = 0.3;   ///< of a patch's place, at least
-  double common_sigma_px = 0.1;  ///< of all patches together, added to each axis
-  double sanity_sigmas = 4;      ///< of the prior, by which rotation and height may differ from it
-  double senses_agree_px = 3;    ///< of relit and shape, where both have a verdict
+  double sun_limit_rad = 1.05;  ///< beyond it the bright side of what stands out is its other side
+  double ambient = 0.25;        ///< share of the light on level ground that comes from the whole sky
+  double min_evidence = 10;     ///< ground that is not there has had up to 6.5
+  double rival_factor = 2.5;    ///< votes over those that agree on any other shift: ground that repeats
+  double patch_sigma_px = 0.1;  ///< of a patch's place, at least
+  double sanity_sigmas = 4;     ///< of the prior, by which rotation and height may differ from it
+  double senses_agree_px = 3;   ///< of relit and shape, where both have a verdict
   bool use_relit = true, use_shape = true;
 };
 
@@ -77,6 +76,8 @@ class MapRegistration {
 
   Status check() const;
   void choose_senses();
+  Status begin_drawing();
+  [[nodiscard]] MapKeyframe drawn(std::size_t keyframe) const;
   Status begin_sheet();
   Status draw_sheet();
   void prepare_sheet();
@@ -85,9 +86,10 @@ class MapRegistration {
   void search_patches();
   void count();
   void place_patches();
+  Status look_again();
   void next_sense();
-  void conclude();
-  void fix(const Candidate& candidate);
+  Status conclude();
+  [[nodiscard]] bool fix(const Candidate& candidate);
   [[nodiscard]] double own_height(const Candidate::Place& place) const;
   [[nodiscard]] bool is_sane(std::span<const MapSighting> sightings, const MapPoseParams& params) const;
   void take_points(std::span<const MapSighting> sightings);
@@ -113,6 +115,8 @@ class MapRegistration {
   std::array<MapSense, 2> senses_{};
   std::size_t sense_count_ = 0, sense_ = 0;
   std::array<Candidate, 2> candidates_;
+  bool again_ = false;       ///< the keyframes are drawn by the pose that was found
+  RigidTransform by_prior_;  ///< the map as the prior has it, from the map: identity until then
   MapFixResult result_;
 };
 

@@ -27,6 +27,7 @@ struct FixMeasurement {
   double distance_m = 0, distance_sigma_m = 0;  ///< of that point from the camera
   double depth = 0, depth_sigma = 0;            ///< the same by the images, strip units; 0: not known
   double map_sigma_m = 0;                       ///< of the place of the map as a whole, common to all fixes
+  double shared = 0;  ///< share of the variances that fixes over the same ground have in common
 };
 
 /// A keyframe with a final pose, and what the vehicle measured at its exposure.

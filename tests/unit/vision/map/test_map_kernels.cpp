@@ -117,10 +117,29 @@ TEST(MapPose, ExactSightingsGiveTheExactPose) {
     PoseScene scene = pose_scene(rng, 12, 0, 0);
     scene.prior.attitude_is_measured = false;
     MapPose pose;
-    ASSERT_TRUE(solve_map_pose(scene.sightings, scene.prior, {0.8, 0.5, 1, 0}, pose));
+    ASSERT_TRUE(solve_map_pose(scene.sightings, scene.prior, {0.8, 0.5, 1, 0, 0}, pose));
     EXPECT_LT(pose_change(pose.camera_from_map, scene.truth).norm(), 1e-6);
     EXPECT_LT(pose.residual_px, 1e-6);
   }
+}
+
+TEST(MapPose, WhatFitsWorseIsAlsoOffAsAWhole) {
+  Rng rng(6);
+  const PoseScene scene = pose_scene(rng, 40, 0.4, 0);
+  const auto east_variance = [&scene](double share, double growth) {
+    PoseScene copy = scene;
+    MapPose pose;
+    EXPECT_TRUE(solve_map_pose(copy.sightings, copy.prior, {0.8, 0.5, 1, 0, share, growth}, pose));
+    return pose.covariance(3, 3);
+  };
+  PoseScene copy = scene;
+  MapPose pose;
+  ASSERT_TRUE(solve_map_pose(copy.sightings, copy.prior, {0.8, 0.5, 1, 0, 0}, pose));
+  EXPECT_NEAR(pose.residual_px, 0.4 / 0.8, 0.1);
+  const double spread_m = 0.8 * pose.residual_px, own = pose.covariance(3, 3);
+  EXPECT_NEAR(east_variance(0.5, 0) - own, 0.25 * spread_m * spread_m, 1e-9);
+  const double grown = 0.6 * pose.residual_px * spread_m;
+  EXPECT_NEAR(east_variance(0, 0.6) - own, grown * grown, 1e-9);
 }
 
 TEST(MapPose, ErrorsAreThoseThatTheCovarianceStates) {
@@ -131,7 +150,7 @@ TEST(MapPose, ErrorsAreThoseThatTheCovarianceStates) {
     for (int trial = 0; trial < trials; ++trial) {
       PoseScene scene = pose_scene(rng, 40, 0.4, outliers);
       MapPose pose;
-      ASSERT_TRUE(solve_map_pose(scene.sightings, scene.prior, {0.8, 0.5, 1, 0}, pose));
+      ASSERT_TRUE(solve_map_pose(scene.sightings, scene.prior, {0.8, 0.5, 1, 0, 0}, pose));
       const Vec6 miss = pose_change(scene.truth, pose.camera_from_map);
       PoseCovariance inverse;
       Mat3 position_inverse;
@@ -390,7 +409,7 @@ TEST(KeyframeSheet, ShowsTheGroundThroughAnyLens) {
     const std::vector<std::uint8_t> image = image_of_plane(camera, pose, slope);
     const PlaneWindow plane(120, 110, 1, slope.x(), slope.y());
     MapPlan plan;
-    plan.search_px = 20;
+    plan.search_px = plan.sheet_column = plan.sheet_row = 20;
     plan.pixel_m = 1;
     plan.first_column = -60;
     plan.first_row = -55;
