@@ -38,6 +38,7 @@ struct StripResult : exports::ExportedStrip {
   map::MapGeometry geometry;  ///< of the map itself
   map::MapStatistics map;
   map::SeamMeasure seams;
+  std::map<std::int64_t, map::Balance> balance;  ///< of the orthoimage, by keyframe
   exports::ColmapCounts colmap;
   std::optional<StripAccuracy> accuracy;
 };

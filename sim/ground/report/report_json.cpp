@@ -143,7 +143,8 @@ Json grid_json(const StripResult& strip) {
             {"step_median", strip.map.seam_step_median},
             {"step_p95", strip.map.seam_step_p95},
             {"height", roughness_json(strip.seams.height)},
-            {"grey", roughness_json(strip.seams.grey)}}},
+            {"grey", roughness_json(strip.seams.grey)},
+            {"grey_step", roughness_json(strip.seams.grey_step)}}},
           {"mean_plane", {strip.plane.a, strip.plane.b, strip.plane.c}}};
 }
 
