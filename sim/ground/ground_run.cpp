@@ -111,6 +111,7 @@ void merge_and_export(const GroundOptions& options, const report::Report& report
   exports::export_track(report.flight, place, options.out, result);
   if (!map) return;
   result.map = map->statistics;
+  result.balance = map->balance;
   MapExport(options, before, catalogue)(*map, place, result);
   result.errors = map->mosaic.errors;
   result.usual_errors = map::usual_parts(*result.grid, result.errors);
@@ -118,6 +119,12 @@ void merge_and_export(const GroundOptions& options, const report::Report& report
     exports::write_colour_ortho(report.flight, place, options.colour, options.out, result, messages);
   }
   exports::export_points_and_footprints(report.flight, place, options.out, result);
+}
+
+std::map<std::int64_t, map::Balance> balance_of(const report::Report& report) {
+  std::map<std::int64_t, map::Balance> balance;
+  for (const report::StripResult& strip : report.strips) balance.insert(strip.balance.begin(), strip.balance.end());
+  return balance;
 }
 
 void share(const GroundOptions& options, const report::Report& report, const exports::Anchors* anchors) {
@@ -194,7 +201,7 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   }
   phases("Writing the report");
   report.has_viewer = viewer::viewer_available();
-  report.tables = exports::write_flight_tables(report.flight, options.out);
+  report.tables = exports::write_flight_tables(report.flight, balance_of(report), options.out);
   host::update_file(options.out / "report.json", [&](std::ostream& out) { report::write_report_json(report, out); });
   host::update_file(options.out / "report.html", [&](std::ostream& out) { report::write_report_html(report, out); });
   if (report.has_viewer)

@@ -101,7 +101,7 @@ std::vector<std::uint8_t> bytes_of_map(const report::StripResult& strip, const s
   return json::to_cbor(json{{"grid", told(*strip.grid)},
                             {"plane", {strip.plane.a, strip.plane.b, strip.plane.c}},
                             {"geometry", {g.x0, g.y0, g.cell, g.columns, g.rows}},
-                            {"seams", {told(strip.seams.height), told(strip.seams.grey)}},
+                            {"seams", {told(strip.seams.height), told(strip.seams.grey), told(strip.seams.grey_step)}},
                             {"parts", parts},
                             {"files", strip.map_files},
                             {"surface", {strip.vertices, strip.faces, strip.stride}}});
@@ -115,7 +115,8 @@ bool take_map(std::span<const std::uint8_t> bytes, report::StripResult& strip, s
     const json &plane = told.at("plane"), &geometry = told.at("geometry"), &surface = told.at("surface");
     taken.plane = {plane.at(0), plane.at(1), plane.at(2)};
     taken.geometry = {geometry.at(0), geometry.at(1), geometry.at(2), geometry.at(3), geometry.at(4)};
-    taken.seams = {roughness_from(told.at("seams").at(0)), roughness_from(told.at("seams").at(1))};
+    const json& seams = told.at("seams");
+    taken.seams = {roughness_from(seams.at(0)), roughness_from(seams.at(1)), roughness_from(seams.at(2))};
     told.at("files").get_to(taken.map_files);
     surface.at(0).get_to(taken.vertices);
     surface.at(1).get_to(taken.faces);

@@ -1,8 +1,10 @@
 #include "sim/host/picture.hpp"
 
 #include <png.h>
+#include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -50,6 +52,19 @@ std::vector<std::uint8_t> png_bytes(const Raster<std::uint8_t>& grey) {
   return encode(grey.width, grey.height, grey.samples.data(), PNG_FORMAT_GRAY);
 }
 
+std::vector<std::uint8_t> png_bytes_where_seen(const Raster<std::uint8_t>& grey) {
+  std::vector<std::uint8_t> bytes = png_bytes(grey);
+  // PNG 11.3.2.1: tRNS with the grey value 0, behind the signature and IHDR.
+  constexpr std::ptrdiff_t behind_header = 8 + 25;
+  constexpr std::array<std::uint8_t, 6> named = {'t', 'R', 'N', 'S', 0, 0};
+  std::vector<std::uint8_t> chunk = {0, 0, 0, 2};
+  chunk.insert(chunk.end(), named.begin(), named.end());
+  const auto crc = static_cast<std::uint32_t>(crc32(0, named.data(), named.size()));
+  for (const int shift : {24, 16, 8, 0}) chunk.push_back(static_cast<std::uint8_t>(crc >> shift));
+  bytes.insert(bytes.begin() + behind_header, chunk.begin(), chunk.end());
+  return bytes;
+}
+
 std::vector<std::uint8_t> png_bytes(const Raster<Rgba>& picture) {
   return encode(picture.width, picture.height, picture.samples.data(), PNG_FORMAT_RGBA);
 }
@@ -58,18 +73,34 @@ std::string data_uri(const std::vector<std::uint8_t>& png) {
   return "data:image/png;base64," + base64(png);
 }
 
-Rgb viridis(double t) {
-  static constexpr Rgb table[] = {{68, 1, 84},    {72, 26, 108},  {71, 47, 125},  {65, 68, 135},
-                                  {57, 86, 140},  {49, 104, 142}, {42, 120, 142}, {35, 136, 142},
-                                  {31, 152, 139}, {34, 168, 132}, {53, 183, 121}, {84, 197, 104},
-                                  {122, 209, 81}, {165, 219, 54}, {210, 226, 27}, {253, 231, 37}};
-  constexpr int last = 15;
+namespace {
+
+template <std::size_t count>
+Rgb between(const Rgb (&table)[count], double t) {
+  constexpr int last = static_cast<int>(count) - 1;
   const double at = std::clamp(t, 0.0, 1.0) * last;
   const int i = std::min(static_cast<int>(at), last - 1);
   const double u = at - i;
   const auto mix = [u](std::uint8_t a, std::uint8_t b) { return static_cast<std::uint8_t>(a + u * (b - a) + 0.5); };
   const Rgb &a = table[i], &b = table[i + 1];
   return {mix(a.r, b.r), mix(a.g, b.g), mix(a.b, b.b)};
+}
+
+}  // namespace
+
+Rgb viridis(double t) {
+  static constexpr Rgb table[] = {{68, 1, 84},    {72, 26, 108},  {71, 47, 125},  {65, 68, 135},
+                                  {57, 86, 140},  {49, 104, 142}, {42, 120, 142}, {35, 136, 142},
+                                  {31, 152, 139}, {34, 168, 132}, {53, 183, 121}, {84, 197, 104},
+                                  {122, 209, 81}, {165, 219, 54}, {210, 226, 27}, {253, 231, 37}};
+  return between(table, t);
+}
+
+Rgb diverging(double t) {
+  static constexpr Rgb table[] = {{5, 48, 97},     {33, 102, 172},  {67, 147, 195},  {146, 197, 222},
+                                  {209, 229, 240}, {247, 247, 247}, {253, 219, 199}, {244, 165, 130},
+                                  {214, 96, 77},   {178, 24, 43},   {103, 0, 31}};
+  return between(table, t);
 }
 
 ValueRange display_range(const Raster<float>& values) {
@@ -82,11 +113,11 @@ ValueRange display_range(const Raster<float>& values) {
   return range.high > range.low ? range : ValueRange{range.low - 0.5, range.low + 0.5};
 }
 
-Raster<Rgba> colour_mapped(const Raster<float>& values, const ValueRange& range) {
+Raster<Rgba> colour_mapped(const Raster<float>& values, const ValueRange& range, ColourMap colours) {
   Raster<Rgba> picture(values.width, values.height);
   for (std::size_t i = 0; i < values.samples.size(); ++i) {
     if (!std::isfinite(values.samples[i])) continue;
-    const Rgb c = viridis((values.samples[i] - range.low) / (range.high - range.low));
+    const Rgb c = colours((values.samples[i] - range.low) / (range.high - range.low));
     picture.samples[i] = {c.r, c.g, c.b, 255};
   }
   return picture;

@@ -28,14 +28,20 @@ struct Rgba {
 
 [[nodiscard]] std::vector<std::uint8_t> png_bytes(const Raster<std::uint8_t>& grey);
 [[nodiscard]] std::vector<std::uint8_t> png_bytes(const Raster<Rgba>& picture);
+/// Grey 0 is transparent.
+[[nodiscard]] std::vector<std::uint8_t> png_bytes_where_seen(const Raster<std::uint8_t>& grey);
 
 /// `data:image/png;base64,...`
 [[nodiscard]] std::string data_uri(const std::vector<std::uint8_t>& png);
 
-// Numbers as colours: viridis (perceptually even, readable without colour vision).
+// Numbers as colours; both maps are readable without colour vision.
 
 /// `t` in [0,1], clamped.
+using ColourMap = Rgb (*)(double t);
+/// Perceptually even.
 [[nodiscard]] Rgb viridis(double t);
+/// For differences: blue below 0.5, white there, red above (ColorBrewer RdBu, reversed).
+[[nodiscard]] Rgb diverging(double t);
 
 struct ValueRange {
   double low = 0, high = 1;
@@ -43,7 +49,8 @@ struct ValueRange {
 /// The 2nd and 98th percentile of the finite values, so that outliers do not eat the colours.
 [[nodiscard]] ValueRange display_range(const Raster<float>& values);
 /// Values that are not finite become transparent.
-[[nodiscard]] Raster<Rgba> colour_mapped(const Raster<float>& values, const ValueRange& range);
+[[nodiscard]] Raster<Rgba> colour_mapped(const Raster<float>& values, const ValueRange& range,
+                                         ColourMap colours = viridis);
 
 // Rasters made smaller for pages.
 

@@ -105,7 +105,8 @@ async function grows(browser) {
   mkdirSync(box);
   let server = await serve(box, '127.0.0.1:0');
   const { page, complaints, requests } = await open(browser, server.url);
-  await page.locator('#problem', { hasText: 'the folder is empty' }).waitFor(patience);
+  await page.locator('#waiting', { hasText: 'Waiting for the first file' }).waitFor(patience);
+  assert.equal(await page.locator('#problem').isHidden(), true, 'nothing is wrong yet');
   const tracks = [];
   for (const last of [2, 5]) {
     deliver('downlink', box, upTo(last));
@@ -120,6 +121,12 @@ async function grows(browser) {
   await drawn(page);
   assert.ok((await seen(page)).ground > 1000, 'the orthoimage is drawn');
   assert.equal(await page.locator('#problem').isHidden(), true);
+  assert.equal(await page.locator('#waiting').isHidden(), true);
+  assert.match(await page.locator('#keyframes tr').nth(1).locator('td').nth(4).textContent(), /^\d+\.\d %$/, 'overlap in per cent');
+  await page.locator('#picture').selectOption('relief');
+  await page.locator('#legend b', { hasText: 'Height above the mean plane' }).waitFor(patience);
+  await page.locator('#picture').selectOption('image');
+  assert.equal(await page.locator('#legend').isHidden(), true);
   assert.equal(await page.locator('h1').textContent(), title, 'what is given is text');
   assert.equal(await page.locator('h1 *').count(), 0);
 
@@ -249,6 +256,9 @@ async function givesCommands(browser) {
   await send('capture +1');
   await report('accepted: capture +1');
   await report('done: capture +1');
+  const said = await page.locator('#reports li').allTextContents();
+  const line = (text) => said.findIndex((one) => one.includes(text));
+  assert.ok(line('accepted: capture +1') < line('done: capture +1'), 'reports are read from top to bottom');
   await page.locator('#panel li', { hasText: '1 frames' }).waitFor(patience);
   await send('set overlap.target_overlap 7');
   await page.locator('#answer.bad', { hasText: 'must be a number from 0.5 to 0.98' }).waitFor(patience);

@@ -338,6 +338,28 @@ for (const width of [420, 700]) {
     await picture(page, `narrow-${width}`);
   }, { viewport: { width, height: 800 } }));
 }
+for (const width of [420, 800, 1400]) {
+  await check(`the first view in a window of ${width} px has the whole strip`, () => browse(flightFile, software, async (page) => {
+    const cut = () => page.evaluate(() => {
+      const { scene, state } = ilpViewer;
+      const { clientWidth, clientHeight } = scene.renderer.domElement;
+      const { grid } = state.strip;
+      const at = scene.track.centres.map((c) => { const p = c.clone().project(scene.camera); return [(0.5 + 0.5 * p.x) * clientWidth, (0.5 - 0.5 * p.y) * clientHeight]; });
+      for (let j = 0; j < grid.height; j += 7) {
+        for (let i = 0; i < grid.width; i += 7) {
+          if (!Number.isNaN(grid.height_of[j * grid.width + i])) at.push(scene.screenOf(grid.x0 + i * grid.cell, grid.y0 - j * grid.cell));
+        }
+      }
+      return [at.filter(([x, y]) => x < 0 || y < 0 || x > clientWidth || y > clientHeight).length, at.length];
+    });
+    const [outside, all] = await cut();
+    assert.ok(all > 100);
+    assert.equal(outside, 0, `${outside} of ${all} places are cut off`);
+    await page.setViewportSize({ width: Math.round(0.7 * width), height: 900 });
+    await until('the view fits again', async () => (await cut())[0] === 0);
+    await picture(page, `first-view-${width}`);
+  }, { viewport: { width, height: 800 } }));
+}
 await check('the report in a window of 420 px: the keyframes are lists of titled values, and nothing is wider than the window', async () => {
   const browser = await chromium.launch({ executablePath: process.env.CHROMIUM, args: [...software, ...sandbox] });
   try {

@@ -120,7 +120,7 @@ Picture draw(const Comparison& c) {
   surface.relief = report::resample(differences, map::Plane{}, picture.view).relief;
   const double side = std::max(c.difference.abs_95, 1e-6);
   picture.range = {-side, side};
-  picture.pixels = report::relief_picture(surface, picture.range);
+  picture.pixels = report::relief_picture(surface, picture.range, host::diverging);
   return picture;
 }
 
@@ -159,7 +159,8 @@ std::string page(const Comparison& c, const Picture& picture) {
   html += table_of(summary_of(c));
   html += "<h2>Map minus other model</h2>\n" +
           report::figure(report::open_svg(picture.pixels, "height difference in colours over the shaded ground") +
-                             report::colour_legend(picture.range, "m", picture.view.width) +
+                             report::colour_legend("Map minus other model", picture.range, "m", picture.view.width,
+                                                   host::diverging) +
                              report::scale_bar(picture.view, "m"),
                          "Colours: height of the map minus height of the other model after alignment. The range holds "
                          "95 % of the cells. Shades: the ground of the map, lit from the upper left (slopes " +

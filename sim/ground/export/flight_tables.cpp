@@ -171,12 +171,14 @@ std::vector<Cell> keyframe_row(const intake::Keyframe& k, double unit_length) {
   return row;
 }
 
-Table keyframe_table(const intake::Flight& flight) {
+Table keyframe_table(const intake::Flight& flight, const std::map<std::int64_t, map::Balance>& balance) {
   Table table;
   table.columns = keyframe_columns();
   using enum ColumnType;
   for (const char* name : {"x", "y", "z", "q_w", "q_x", "q_y", "q_z"}) table.columns.push_back({name, real});
   table.columns.push_back({"unit", text});
+  const std::size_t radiometry = table.columns.size();
+  for (const char* name : {"ortho_gain", "ortho_offset"}) table.columns.push_back({name, real});
   std::map<std::int64_t, std::string> units;  // of strips: a strip's is looked for in all its keyframes
   for (const auto& [id, strip] : flight.strips) units[id] = intake::unit_of(flight, strip);
   for (const auto& [id, keyframe] : flight.keyframes) {
@@ -188,6 +190,10 @@ Table keyframe_table(const intake::Flight& flight) {
       for (const double q : keyframe.pose->q_cam_from_world) row[at++] = q;
       const auto unit = units.find(keyframe.strip_id);
       if (unit != units.end()) row[at] = unit->second;
+    }
+    if (const auto shown = balance.find(id); shown != balance.end()) {
+      row[radiometry] = shown->second.gain;
+      row[radiometry + 1] = shown->second.offset;
     }
     table.rows.push_back(std::move(row));
   }
@@ -209,9 +215,11 @@ Table event_table(const intake::Flight& flight) {
   return table;
 }
 
-std::vector<std::string> write_flight_tables(const intake::Flight& flight, const std::filesystem::path& folder) {
+std::vector<std::string> write_flight_tables(const intake::Flight& flight,
+                                             const std::map<std::int64_t, map::Balance>& balance,
+                                             const std::filesystem::path& folder) {
   const std::pair<const char*, Table> tables[] = {
-      {"keyframes.csv", keyframe_table(flight)},
+      {"keyframes.csv", keyframe_table(flight, balance)},
       {"events.csv", event_table(flight)},
       {"navigation.csv", navigation_table(flight)},
       {"strip-frames.csv", strip_frame_table(flight)},

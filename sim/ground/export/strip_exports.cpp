@@ -140,6 +140,8 @@ void export_track(const intake::Flight& flight, const Georeference& place, const
                   ExportedStrip& strip) {
   strip.georeference = place;
   strip.place = place.sentence;
+  // The world's +y points to this azimuth.
+  if (place.on_a_body()) strip.north = {{-place.sin_azimuth, place.cos_azimuth}};
   if (write_track(flight, strip.strip, place, strip.suffix, folder)) {
     strip.files.push_back("track" + strip.suffix + ".geojson");
   }
@@ -183,7 +185,11 @@ bool keyframe_is_exported(const intake::Keyframe& keyframe, const std::filesyste
 void export_grid(const map::GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder) {
   write_map(grid.height, folder / ("height" + suffix + ".pfm"));
   write_map(grid.stated_sigma(), folder / ("sigma" + suffix + ".pfm"));
-  host::update_file(folder / ("ortho" + suffix + ".png"), host::png_bytes(grid.ortho));
+  host::Raster<std::uint8_t> ortho = grid.ortho;
+  for (std::size_t i = 0; i < ortho.samples.size(); ++i) {
+    if (grid.source.samples[i] != 0) ortho.samples[i] = std::max<std::uint8_t>(ortho.samples[i], 1);
+  }
+  host::update_file(folder / ("ortho" + suffix + ".png"), host::png_bytes_where_seen(ortho));
   host::update_file(folder / ("ortho" + suffix + ".pgw"), world_file(grid));
   host::Raster<std::uint8_t> count(grid.count.width, grid.count.height);
   for (std::size_t i = 0; i < count.samples.size(); ++i) {

@@ -1,6 +1,7 @@
 // Everything of a strip that other tools open.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -19,10 +20,11 @@ struct ExportedStrip {
   std::string suffix;                   ///< of its files: empty for the first, "-strip-N" for the others
   std::optional<map::GroundGrid> grid;  ///< of the map, whole or, where that is too large, an overview of it
   map::Plane plane;
-  Georeference georeference;           ///< where the strip's world is
-  std::string place;                   ///< a sentence on where the strip's world is
-  std::vector<std::string> files;      ///< that other tools open
-  std::vector<std::string> map_files;  ///< those of `files` that follow from the map alone
+  Georeference georeference;                   ///< where the strip's world is
+  std::optional<std::array<double, 2>> north;  ///< x and y of a step to the north; none where it is not known
+  std::string place;                           ///< a sentence on where the strip's world is
+  std::vector<std::string> files;              ///< that other tools open
+  std::vector<std::string> map_files;          ///< those of `files` that follow from the map alone
   std::size_t vertices = 0, faces = 0;
   std::int32_t stride = 1;
 };
@@ -53,8 +55,8 @@ void export_keyframe(std::int64_t id, const intake::KeyframeRasters& rasters, co
 [[nodiscard]] bool keyframe_is_exported(const intake::Keyframe& keyframe, const std::filesystem::path& folder);
 
 /// height SUFFIX .pfm (strip units, +infinity where nothing was seen) and sigma SUFFIX .pfm (one sigma of the heights,
-/// whole), ortho SUFFIX .png with .pgw (ESRI world file), and count SUFFIX .png (keyframes per cell). Throws
-/// std::runtime_error.
+/// whole), ortho SUFFIX .png, transparent where nothing was seen, with .pgw (ESRI world file), and count SUFFIX .png
+/// (keyframes per cell). Throws std::runtime_error.
 void export_grid(const map::GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder);
 
 }  // namespace ilp::exports

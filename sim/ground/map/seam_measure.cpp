@@ -12,10 +12,10 @@ constexpr std::int32_t reach = 2;
 
 class Sums {
  public:
-  void add(bool border, double second_difference) {
+  void add(bool border, double difference) {
     Part& part = border ? border_ : other_;
     ++part.samples;
-    part.squares += second_difference * second_difference;
+    part.squares += difference * difference;
   }
   void add(const Sums& sums) {
     border_.add(sums.border_);
@@ -40,7 +40,7 @@ class Sums {
 };
 
 struct TileSums {
-  Sums height, grey;
+  Sums height, grey, grey_step;
 };
 
 /// Cells i - reach * step to i + reach * step.
@@ -57,6 +57,27 @@ void add_sample(const MapTile& tile, std::size_t i, std::size_t step, double cel
   grey.add(border, second_difference(tile.ortho));
 }
 
+constexpr std::size_t run = 8;
+
+/// Cells i to i + 3 run - 1 along a row or column.
+void add_step(const MapTile& tile, std::size_t i, std::size_t step, Sums& grey_step) {
+  const auto source = [&](std::size_t k) { return tile.source.samples[i + k * step]; };
+  const std::uint16_t left = source(0), right = source(3 * run - 1);
+  if (left == 0 || right == 0) return;
+  std::size_t meet = 0;
+  while (meet < 3 * run && source(meet) == left) ++meet;
+  if (meet < 3 * run && (meet < run || meet > 2 * run)) return;
+  for (std::size_t k = meet; k < 3 * run; ++k) {
+    if (source(k) != right) return;
+  }
+  double difference = 0;
+  for (std::size_t k = 0; k < run; ++k) {
+    difference += tile.ortho.samples[i + (2 * run + k) * step];
+    difference -= tile.ortho.samples[i + k * step];
+  }
+  grey_step.add(left != right, difference / run);
+}
+
 TileSums sums_of(const MapTile& tile, double cell) {
   TileSums sums;
   const auto width = static_cast<std::size_t>(tile.height.width);
@@ -66,6 +87,9 @@ TileSums sums_of(const MapTile& tile, double cell) {
       const auto inside = [](std::int32_t at, std::int32_t size) { return at >= reach && at < size - reach; };
       if (inside(x, tile.height.width)) add_sample(tile, i, 1, cell, sums.height, sums.grey);
       if (inside(y, tile.height.height)) add_sample(tile, i, width, cell, sums.height, sums.grey);
+      constexpr auto length = static_cast<std::int32_t>(3 * run);
+      if (x + length <= tile.height.width) add_step(tile, i, 1, sums.grey_step);
+      if (y + length <= tile.height.height) add_step(tile, i, width, sums.grey_step);
     }
   }
   return sums;
@@ -78,7 +102,7 @@ std::optional<TileSums> sums_of(const Mosaic& mosaic, std::int32_t column, std::
   const std::optional<std::uint64_t> digest = keeps ? mosaic.digest(column, row) : std::nullopt;
   if (keeps && !digest) return std::nullopt;
   const std::uint64_t key =
-      intake::InputDigest("seams of a tile 1").add_value(digest.value_or(0)).add_value(mosaic.geometry.cell).value();
+      intake::InputDigest("seams of a tile 2").add_value(digest.value_or(0)).add_value(mosaic.geometry.cell).value();
   std::vector<TileSums> sums;
   const auto known = keeps ? kept->result(key) : std::nullopt;
   std::span<const std::uint8_t> bytes = known ? std::span<const std::uint8_t>(*known) : std::span<const std::uint8_t>();
@@ -104,9 +128,10 @@ SeamMeasure measure_seams(const Mosaic& mosaic, intake::ResultCache* kept) {
       if (!sums) continue;
       all.height.add(sums->height);
       all.grey.add(sums->grey);
+      all.grey_step.add(sums->grey_step);
     }
   }
-  return {all.height.roughness(), all.grey.roughness()};
+  return {all.height.roughness(), all.grey.roughness(), all.grey_step.roughness()};
 }
 
 }  // namespace ilp::map

@@ -20,6 +20,9 @@ struct Roughness {
 struct SeamMeasure {
   Roughness height;  ///< in cells: a second difference of 1 is a slope that changes by 45 degrees
   Roughness grey;    ///< of the orthoimage, grey values
+  /// Of the orthoimage, grey values: root mean square of the difference between the means of 8 cells on both sides of
+  /// 8 more, where these 24 cells come from two keyframes that meet among the 8 in the middle, or from one.
+  Roughness grey_step;
 };
 
 /// Reads every tile once, but for those whose sums `kept` has.

@@ -312,11 +312,12 @@ std::optional<StripMap> merge_strip(const intake::Flight& flight, const intake::
   const MapPlan plan = plan_map(views);
   if (plan.tiles.empty()) return std::nullopt;
   const PaintedTiles painted = paint_tiles(flight, strip.id, plan, cache, params, progress);
-  const std::vector<TileFinish> finished = plan_finish(plan, painted.summaries, painted.totals);
+  std::map<std::int64_t, Balance> balance = map_balance(painted.totals);
+  const std::vector<TileFinish> finished = plan_finish(plan, painted.summaries, balance);
   finish_tiles(strip.id, plan.cell, finished, cache, params.threads);
   auto tiles = std::make_shared<const TileReader>(strip, plan, painted.summaries, finished, cache);
   if (tiles->empty()) return std::nullopt;
-  StripMap map{mosaic_of(std::move(tiles), plan.cell), 0, statistics_of(painted, plan.cell)};
+  StripMap map{mosaic_of(std::move(tiles), plan.cell), 0, statistics_of(painted, plan.cell), std::move(balance)};
   map.mosaic.errors = height_errors_of(flight, strip);
   map.digest = digest_of(strip, plan, finished, map.mosaic.errors);
   return map;

@@ -27,6 +27,7 @@ struct StripMap {
   Mosaic mosaic;
   std::uint64_t digest = 0;  ///< of all that the mosaic depends on
   MapStatistics statistics;
+  std::map<std::int64_t, Balance> balance;  ///< by keyframe; empty where the pieces are shown as they are
 };
 
 /// Called with the tiles done and all tiles, from one thread at a time.
@@ -47,10 +48,10 @@ struct PaintedTiles {
 [[nodiscard]] PaintedTiles paint_tiles(const intake::Flight& flight, std::int64_t strip_id, const MapPlan& plan,
                                        intake::TileCache& cache, const MapParams& params, const TileProgress& progress);
 
-/// Seams are closed and exposures balanced (seams.hpp), and pieces are blended (blend.hpp). The cell is the median
-/// distance of neighbouring pixels on the ground, to the nearest of 20 steps a decade, so that few late keyframes leave
-/// it as it is; coarser where the map would get absurdly large. `flight` and `cache` must outlive the mosaic. None when
-/// no keyframe of the strip has a surface.
+/// Seams are closed (seams.hpp), grey is balanced (balance.hpp), and pieces are blended (blend.hpp). The cell is the
+/// median distance of neighbouring pixels on the ground, to the nearest of 20 steps a decade, so that few late
+/// keyframes leave it as it is; coarser where the map would get absurdly large. `flight` and `cache` must outlive the
+/// mosaic. None when no keyframe of the strip has a surface.
 [[nodiscard]] std::optional<StripMap> merge_strip(const intake::Flight& flight, const intake::Strip& strip,
                                                   const KeyframeViews& views, intake::TileCache& cache,
                                                   const MapParams& params, const TileProgress& progress);

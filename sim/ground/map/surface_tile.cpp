@@ -145,16 +145,12 @@ MapTile core_of(const MapTile& cells) {
 }
 
 void summarise_cells(const MapTile& cells, TileSummary& summary) {
-  summary.shown.assign(summary.keyframes.size(), {});
   summary.left = summary.top = tile_side_cells;
   for (std::int32_t y = 0; y < tile_side_cells; ++y) {
     for (std::int32_t x = 0; x < tile_side_cells; ++x) {
       const std::size_t i = cells.height.index(x, y);
       summary.measured += cells.count.samples[i] > 0 ? 1U : 0U;
       if (cells.source.samples[i] == 0) continue;
-      ShownPiece& piece = summary.shown[cells.source.samples[i] - 1U];
-      ++piece.cells;
-      piece.grey += cells.ortho.samples[i];
       summary.left = std::min(summary.left, x);
       summary.right = std::max(summary.right, x);
       summary.top = std::min(summary.top, y);
@@ -181,36 +177,37 @@ constexpr std::size_t cell_bytes = 4 + 4 + 1 + 2 + 2;
 // Of heights whose error is not stated.
 constexpr double usual_sigma_cells = 0.5;
 // Images are sharp up to their borders: the step of the brightness is faded, and one cell on each side is smoothed.
-constexpr BlendParams grey_blend{.band_cells = 1, .band_smoothness = 0.5, .band_shape = 1};
+constexpr BlendParams grey_blend{.fade_cells = 7, .band_cells = 1, .band_smoothness = 1, .band_shape = 1};
 
 std::size_t bytes_of(const SurfaceMesh& mesh) {
   return mesh.vertices.capacity() * sizeof(mesh.vertices[0]) + mesh.faces.capacity() * sizeof(mesh.faces[0]);
 }
 
-json list_of(const SeamRatios& ratios) {
+json list_of(const Seams& seams) {
   json list = json::array();
-  for (const auto& [pair, histogram] : ratios) list.push_back({pair, histogram.entries()});
+  for (const auto& [pair, greys] : seams) list.push_back({pair, greys.first.entries(), greys.second.entries()});
   return list;
 }
 
-SeamRatios ratios_from(const json& told) {
-  SeamRatios ratios;
+Seams seams_from(const json& told) {
+  Seams seams;
   for (const json& entry : told) {
-    ratios[entry.at(0).get<std::pair<std::int64_t, std::int64_t>>()] =
-        StepHistogram(entry.at(1).get<std::vector<StepHistogram::Entry>>());
+    seams[entry.at(0).get<std::pair<std::int64_t, std::int64_t>>()] = {
+        GreyHistogram(entry.at(1).get<std::vector<GreyHistogram::Entry>>()),
+        GreyHistogram(entry.at(2).get<std::vector<GreyHistogram::Entry>>())};
   }
-  return ratios;
+  return seams;
 }
 
 json list_of(const std::vector<ShownPiece>& shown) {
   json list = json::array();
-  for (const ShownPiece& piece : shown) list.push_back({piece.cells, piece.grey});
+  for (const ShownPiece& piece : shown) list.push_back({piece.cells, piece.grey, piece.pairs, piece.differences});
   return list;
 }
 
 std::vector<ShownPiece> shown_from(const json& told) {
   std::vector<ShownPiece> shown;
-  for (const json& entry : told) shown.push_back({entry.at(0).get<std::uint64_t>(), entry.at(1).get<std::uint64_t>()});
+  for (const json& entry : told) shown.push_back({entry.at(0), entry.at(1), entry.at(2), entry.at(3)});
   return shown;
 }
 
@@ -236,7 +233,9 @@ SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::v
   for (const TilePiece& piece : pieces) summary.keyframes.push_back(piece.keyframe_id);
   summary.seam_cells = painter.seam_cells;
   summary.steps = std::move(painter.steps);
-  add_seam_ratios(area, summary.keyframes, tile_margin_cells, summary.ratios);
+  add_seams(area, summary.keyframes, tile_margin_cells, summary.seams);
+  summary.shown.assign(summary.keyframes.size(), {});
+  add_shown(area, tile_margin_cells, summary.shown);
   tile.cells = {0,
                 0,
                 std::move(area.height),
@@ -254,7 +253,7 @@ std::vector<std::uint8_t> bytes_of(const TileSummary& s) {
                      {"measured", s.measured},
                      {"seam_cells", s.seam_cells},
                      {"steps", s.steps},
-                     {"ratios", list_of(s.ratios)},
+                     {"seams", list_of(s.seams)},
                      {"box", {s.left, s.top, s.right, s.bottom}}};
   return json::to_cbor(told);
 }
@@ -268,7 +267,7 @@ std::optional<TileSummary> summary_from(std::span<const std::uint8_t> bytes) {
     told.at("measured").get_to(s.measured);
     told.at("seam_cells").get_to(s.seam_cells);
     told.at("steps").get_to(s.steps);
-    s.ratios = ratios_from(told.at("ratios"));
+    s.seams = seams_from(told.at("seams"));
     const json& box = told.at("box");
     box.at(0).get_to(s.left);
     box.at(1).get_to(s.top);
@@ -312,13 +311,13 @@ std::optional<MapTile> cells_from(std::span<const std::uint8_t> bytes, std::int3
   return cells;
 }
 
-MapTile finish_tile(const MapTile& painted, const std::vector<double>& gains, double cell) {
+MapTile finish_tile(const MapTile& painted, const std::vector<Balance>& balance, double cell) {
   MapTile tile = painted;
   host::Raster<float> grey(tile.ortho.width, tile.ortho.height);
   for (std::size_t i = 0; i < grey.samples.size(); ++i) {
     const std::uint16_t s = tile.source.samples[i];
     if (s == 0) continue;
-    grey.samples[i] = static_cast<float>(tile.ortho.samples[i] * gains[s - 1U]);
+    grey.samples[i] = static_cast<float>(balance[s - 1U].of(tile.ortho.samples[i]));
   }
   // Heights bend within their stated errors: without any, they are taken as they are.
   const bool stated = std::any_of(tile.sigma.samples.begin(), tile.sigma.samples.end(),

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "sim/ground/intake/tile_cache.hpp"
+#include "sim/ground/map/balance.hpp"
 #include "sim/ground/map/blend.hpp"
 #include "sim/ground/map/ground_grid.hpp"
 #include "sim/ground/map/merge.hpp"
@@ -36,7 +37,7 @@ struct TileSummary {
   std::uint64_t measured = 0;                   ///< cells with a count
   std::uint64_t seam_cells = 0;                 ///< where two keyframes cover a cell
   std::map<std::int32_t, std::uint32_t> steps;  ///< how much their heights differ there (seam_step)
-  SeamRatios ratios;
+  Seams seams;
   /// Bounds of the cells with a height, in the tile; empty when right < left.
   std::int32_t left = 0, top = 0, right = -1, bottom = -1;
   [[nodiscard]] bool empty() const { return right < left; }
@@ -54,9 +55,8 @@ struct SurfaceTile {
 /// blended yet.
 [[nodiscard]] SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::vector<TilePiece>& pieces);
 
-/// Multiplies the brightness of each keyframe by its gain (by source - 1), blends the pieces of a painted tile, and
-/// cuts the margin off.
-[[nodiscard]] MapTile finish_tile(const MapTile& painted, const std::vector<double>& gains, double cell);
+/// Balances the grey of each keyframe (by source - 1), blends the pieces of a painted tile, and cuts the margin off.
+[[nodiscard]] MapTile finish_tile(const MapTile& painted, const std::vector<Balance>& balance, double cell);
 
 [[nodiscard]] std::vector<std::uint8_t> bytes_of(const TileSummary& summary);
 [[nodiscard]] std::vector<std::uint8_t> bytes_of(const MapTile& cells);

@@ -4,35 +4,27 @@
 #include <map>
 #include <stdexcept>
 
+#include "sim/ground/intake/result_cache.hpp"
 #include "sim/ground/map/damaged_catalogue.hpp"
-#include "sim/host/digest.hpp"
 
 namespace ilp::map {
 namespace {
 
-using Gains = std::map<std::int64_t, double>;
-
-/// Rounded to what nobody sees, so that a late keyframe changes few tiles far from it.
-Gains gains_of(const MapTotals& totals) {
-  if (totals.pieces.size() < 2) return {};
-  constexpr double steps = 1024;
-  Gains gains = balance_exposures(totals.ratios, totals.pieces);
-  for (auto& [id, gain] : gains) gain = std::exp(std::round(steps * std::log(gain)) / steps);
-  return gains;
-}
-
-std::vector<double> gains_for(const std::vector<std::int64_t>& keyframes, const Gains& gains) {
-  std::vector<double> values;
+std::vector<Balance> balance_of(const std::vector<std::int64_t>& keyframes,
+                                const std::map<std::int64_t, Balance>& balance) {
+  std::vector<Balance> values;
   for (const std::int64_t id : keyframes) {
-    const auto gain = gains.find(id);
-    values.push_back(gain == gains.end() ? 1 : gain->second);
+    const auto found = balance.find(id);
+    values.push_back(found == balance.end() ? Balance{} : found->second);
   }
   return values;
 }
 
-std::uint64_t finish_digest(std::uint64_t painted, const std::vector<double>& gains) {
-  return host::digest({reinterpret_cast<const char*>(gains.data()), gains.size() * sizeof(double)},
-                      host::digest("finished 1 " + host::digest_text(painted)));
+std::uint64_t finish_digest(std::uint64_t painted, const std::vector<Balance>& balance) {
+  intake::InputDigest digest("finished 2");
+  digest.add_value(painted);
+  for (const Balance& one : balance) digest.add_value(one.gain).add_value(one.offset);
+  return digest.value();
 }
 
 }  // namespace
@@ -52,20 +44,33 @@ SurfaceTile paint(const TilePlan& tile, double cell, PieceCache& pieces) {
 void MapTotals::take(TileSummary& summary) {
   for (std::size_t i = 0; i < summary.keyframes.size(); ++i) {
     if (summary.shown[i].cells == 0) continue;
-    ShownPiece& piece = pieces[summary.keyframes[i]];
-    piece.cells += summary.shown[i].cells;
-    piece.grey += summary.shown[i].grey;
+    pieces[summary.keyframes[i]].add(summary.shown[i]);
   }
-  for (const auto& [pair, samples] : summary.ratios) ratios[pair].add(samples);
+  for (const auto& [pair, greys] : summary.seams) {
+    SeamGreys& all = seams[pair];
+    all.first.add(greys.first);
+    all.second.add(greys.second);
+  }
   for (const auto& [step_class, number] : summary.steps) steps[step_class] += number;
-  summary.ratios = {};
+  summary.seams = {};
   summary.steps = {};
   summary.shown = {};
 }
 
+/// Rounded to what nobody sees, so that a late keyframe changes few tiles far from it.
+std::map<std::int64_t, Balance> map_balance(const MapTotals& totals) {
+  if (totals.pieces.size() < 2) return {};
+  constexpr double gain_steps = 1024, offset_steps = 16;
+  std::map<std::int64_t, Balance> balance = balance_pieces(totals.seams, totals.pieces);
+  for (auto& [id, one] : balance) {
+    one.gain = std::exp(std::round(gain_steps * std::log(one.gain)) / gain_steps);
+    one.offset = std::round(offset_steps * one.offset) / offset_steps;
+  }
+  return balance;
+}
+
 std::vector<TileFinish> plan_finish(const MapPlan& plan, const std::vector<TileSummary>& summaries,
-                                    const MapTotals& totals) {
-  const Gains gains = gains_of(totals);
+                                    const std::map<std::int64_t, Balance>& balance) {
   std::vector<TileFinish> tiles;
   for (std::size_t i = 0; i < plan.tiles.size(); ++i) {
     if (summaries[i].empty()) continue;
@@ -74,8 +79,8 @@ std::vector<TileFinish> plan_finish(const MapPlan& plan, const std::vector<TileS
     tile.place = painted.place;
     tile.painted = painted.digest;
     tile.keyframes = summaries[i].keyframes;
-    tile.gains = gains_for(tile.keyframes, gains);
-    tile.digest = finish_digest(tile.painted, tile.gains);
+    tile.balance = balance_of(tile.keyframes, balance);
+    tile.digest = finish_digest(tile.painted, tile.balance);
   }
   return tiles;
 }
@@ -88,9 +93,9 @@ std::vector<std::uint8_t> finished_cells(std::span<const std::uint8_t> painted, 
   const std::optional<MapTile> cells = cells_from(painted, painted_side_cells);
   if (!cells) throw DamagedCatalogue("a tile of the map cannot be read back");
   for (const std::uint16_t s : cells->source.samples) {
-    if (s > tile.gains.size()) throw DamagedCatalogue("a tile names no keyframe");
+    if (s > tile.balance.size()) throw DamagedCatalogue("a tile names no keyframe");
   }
-  return bytes_of(finish_tile(*cells, tile.gains, cell));
+  return bytes_of(finish_tile(*cells, tile.balance, cell));
 }
 
 }  // namespace ilp::map

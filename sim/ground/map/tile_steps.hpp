@@ -1,5 +1,5 @@
 // The two steps of a tile, each a function of what it is given, so that any process may do it: painting needs the
-// keyframes under the tile, and finishing the painted cells and the gains that the whole map gives its keyframes.
+// keyframes under the tile, and finishing the painted cells and the balance that the whole map gives its keyframes.
 #pragma once
 
 #include <cstdint>
@@ -24,21 +24,24 @@ struct TileFinish {
   std::uint64_t painted = 0;            ///< digest of the painted tile
   std::uint64_t digest = 0;             ///< of all that the finished tile depends on
   std::vector<std::int64_t> keyframes;  ///< ids, by source - 1
-  std::vector<double> gains;            ///< of their brightness, by source - 1
+  std::vector<Balance> balance;         ///< by source - 1
 };
 
 /// What the whole map needs of its tiles. The order in which tiles are taken makes no difference.
 struct MapTotals {
-  SeamRatios ratios;
+  Seams seams;
   std::map<std::int64_t, ShownPiece> pieces;    ///< by keyframe
   std::map<std::int32_t, std::uint64_t> steps;  ///< of TileSummary
-  /// The summary loses its ratios and steps, which take most of its memory.
+  /// The summary loses its seams and steps, which take most of its memory.
   void take(TileSummary& summary);
 };
 
+/// By keyframe; none in a map of one piece, which is shown as it is.
+[[nodiscard]] std::map<std::int64_t, Balance> map_balance(const MapTotals& totals);
+
 /// The tiles that are not empty, in the order of the plan; `summaries` are in its order too.
 [[nodiscard]] std::vector<TileFinish> plan_finish(const MapPlan& plan, const std::vector<TileSummary>& summaries,
-                                                  const MapTotals& totals);
+                                                  const std::map<std::int64_t, Balance>& balance);
 
 /// What a cache keeps as the summary of a finished tile, which has none.
 [[nodiscard]] std::vector<std::uint8_t> finished_summary();

@@ -39,18 +39,37 @@ std::string scale_bar(const PlanView& view, const std::string& unit) {
          label(0.5 * (x0 + x1), y - 7, "middle", host::brief(length) + " " + unit);
 }
 
-std::string colour_legend(const host::ValueRange& range, const std::string& unit, std::int32_t width) {
-  std::string svg = "<defs><linearGradient id=\"heights\">";
+std::string colour_legend(const std::string& title, const host::ValueRange& range, const std::string& unit,
+                          std::int32_t width, host::ColourMap colours) {
+  // Two legends of a page may have different colours: the name says which.
+  const std::string name = colours == host::viridis ? "heights" : "differences";
+  std::string svg = "<defs><linearGradient id=\"" + name + "\">";
   for (int i = 0; i <= 10; ++i) {
-    const host::Rgb c = host::viridis(i / 10.0);
+    const host::Rgb c = colours(i / 10.0);
     svg += "<stop offset=\"" + std::to_string(10 * i) + "%\" stop-color=\"rgb(" + std::to_string(c.r) + "," +
            std::to_string(c.g) + "," + std::to_string(c.b) + ")\"/>";
   }
   const double x = width - 216.0;
-  return svg + "</linearGradient></defs><rect x=\"" + px(x) +
-         "\" y=\"12\" width=\"200\" height=\"11\" fill=\"url(#heights)\"/>" +
-         label(x, 40, "start", host::brief(range.low)) +
-         label(x + 200, 40, "end", host::brief(range.high) + " " + unit);
+  return svg + "</linearGradient></defs>" + label(x, 20, "start", title + ", " + unit) + "<rect x=\"" + px(x) +
+         "\" y=\"27\" width=\"200\" height=\"11\" fill=\"url(#" + name + ")\"/>" +
+         label(x, 55, "start", host::brief(range.low)) +
+         label(x + 100, 55, "middle", host::brief(0.5 * (range.low + range.high))) +
+         label(x + 200, 55, "end", host::brief(range.high));
+}
+
+std::string direction_arrow(const PlanView& view, double x, double y, const std::string& name) {
+  constexpr double length = 24, head = 7;
+  const double along = view.cosine * x + view.sine * y, down = -(-view.sine * x + view.cosine * y);
+  const PicturePoint foot{view.width - 60.0, view.height - 60.0};
+  const auto at = [&](double ahead, double aside) {
+    return PicturePoint{foot[0] + ahead * along - aside * down, foot[1] + ahead * down + aside * along};
+  };
+  const PicturePoint tip = at(length, 0), left = at(length - head, head / 2), right = at(length - head, -head / 2);
+  std::string svg;
+  for (const char* style : {"track dark", "track"})
+    svg += segment(foot, tip, style) + segment(left, tip, style) + segment(right, tip, style);
+  const PicturePoint text = at(1.6 * length, 0);
+  return svg + label(text[0], text[1] + 4, "middle", name);
 }
 
 std::string figure(const std::string& svg, const std::string& caption) {

@@ -19,8 +19,12 @@ using PicturePoint = std::array<double, 2>;
 /// `anchor`: start, middle or end.
 [[nodiscard]] std::string label(double x, double y, const char* anchor, const std::string& text);
 [[nodiscard]] std::string scale_bar(const PlanView& view, const std::string& unit);
-/// The colours of host::viridis over the range; for a picture of this width in px.
-[[nodiscard]] std::string colour_legend(const host::ValueRange& range, const std::string& unit, std::int32_t width);
+/// What the colours mean: title, colours over the range, unit; for a picture of this width in px.
+[[nodiscard]] std::string colour_legend(const std::string& title, const host::ValueRange& range,
+                                        const std::string& unit, std::int32_t width,
+                                        host::ColourMap colours = host::viridis);
+/// An arrow at the lower right of the view that points to where `x`, `y` of the world point, with its name.
+[[nodiscard]] std::string direction_arrow(const PlanView& view, double x, double y, const std::string& name);
 [[nodiscard]] std::string figure(const std::string& svg, const std::string& caption);
 
 /// The beginning of a page with the report's style sheet, up to <main>.

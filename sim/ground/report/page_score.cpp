@@ -157,7 +157,7 @@ host::Raster<float> reduced(const host::Raster<float>& map, const CoveredBox& bo
 std::string colour_bar(const host::ValueRange& range) {
   std::string gradient;
   for (int i = 0; i <= 10; ++i) {
-    const host::Rgb c = host::viridis(i / 10.0);
+    const host::Rgb c = host::diverging(i / 10.0);
     gradient +=
         (i == 0 ? "rgb(" : ",rgb(") + std::to_string(c.r) + "," + std::to_string(c.g) + "," + std::to_string(c.b) + ")";
   }
@@ -199,7 +199,8 @@ std::string height_error_figure(const ScoreFile& score) {
   range.low = -range.high;
   const std::string w = std::to_string(map.width), h = std::to_string(map.height);
   return "<figure><svg viewBox=\"0 0 " + w + " " + h + "\" role=\"img\" aria-label=\"height errors\"><image width=\"" +
-         w + "\" height=\"" + h + "\" href=\"" + host::data_uri(host::png_bytes(host::colour_mapped(map, range))) +
+         w + "\" height=\"" + h + "\" href=\"" +
+         host::data_uri(host::png_bytes(host::colour_mapped(map, range, host::diverging))) +
          "\"/></svg><figcaption>Errors of the merged heights on the truth's grid, strip laid onto the truth: too low " +
          colour_bar(range) + " too high, in the truth's unit. Blank: not mapped.</figcaption></figure>\n";
 }

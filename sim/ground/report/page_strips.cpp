@@ -41,14 +41,10 @@ std::string draw_track(const std::vector<PicturePoint>& points, const std::vecto
   return svg;
 }
 
-/// North where it is known, else the world's +x axis: the view is turned by the flight direction.
-std::string world_arrow(const PlanView& view, const exports::Georeference& place) {
-  const double x = view.width - 60.0, y = view.height - 60.0, length = 24;
-  const auto [along_x, along_y] = place.on_a_body() ? place.north() : std::array<double, 2>{1, 0};
-  const double dx = (along_x * view.cosine + along_y * view.sine) * length,
-               dy = (along_x * view.sine - along_y * view.cosine) * length;
-  return segment({x, y}, {x + dx, y + dy}, "track dark") + segment({x, y}, {x + dx, y + dy}, "track") +
-         label(x + 1.6 * dx, y + 1.6 * dy + 4, "middle", place.on_a_body() ? "N" : "x");
+/// North where the strip's place is known, else the world's y axis.
+std::string orientation(const PlanView& view, const StripResult& strip) {
+  if (!strip.north) return direction_arrow(view, 0, 1, "y");
+  return direction_arrow(view, (*strip.north)[0], (*strip.north)[1], "N");
 }
 
 std::vector<Vec3> centres_of(const std::vector<intake::TrackPoint>& track) {
@@ -68,12 +64,16 @@ StripFigures strip_figures(const intake::Flight& flight, const StripResult& stri
   const host::ValueRange range = host::display_range(surface.relief);
   std::vector<PicturePoint> points;
   for (const Vec3& c : centres) points.push_back({view.px(c.x(), c.y()), view.py(c.x(), c.y())});
-  const std::string marks = draw_track(points, track) + scale_bar(view, unit) + world_arrow(view, strip.georeference);
+  const std::string frame = scale_bar(view, unit) + orientation(view, strip);
+  const std::string marks = draw_track(points, track) + frame;
 
-  figures.ortho = figure(open_svg(ortho_picture(surface), "orthoimage with the track") + marks,
-                         "Orthoimage, turned so that the flight goes from left to right. The line is the track, the "
-                         "numbers are keyframes. Blank: no depth was sent there.");
-  figures.relief = figure(open_svg(relief_picture(surface, range), "heights") + colour_legend(range, unit, view.width),
+  figures.ortho =
+      figure(open_svg(ortho_picture(surface), "orthoimage with the track") + marks,
+             "Orthoimage, turned so that the flight goes from left to right. The line is the track, the "
+             "numbers are keyframes. Contrast stretched over the central 98 % of the grey values. Blank: no "
+             "depth was sent there.");
+  figures.relief = figure(open_svg(relief_picture(surface, range), "heights") +
+                              colour_legend("Height above the mean plane", range, unit, view.width) + frame,
                           "Heights above the mean plane, shaded from the upper left (slopes " +
                               host::brief(surface.exaggeration) + " times steeper than they are).");
 

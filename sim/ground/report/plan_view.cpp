@@ -373,8 +373,9 @@ host::Raster<host::Rgba> ortho_picture(const ViewSurface& surface) {
   return picture;
 }
 
-host::Raster<host::Rgba> relief_picture(const ViewSurface& surface, const host::ValueRange& range) {
-  host::Raster<host::Rgba> picture = host::colour_mapped(surface.relief, range);
+host::Raster<host::Rgba> relief_picture(const ViewSurface& surface, const host::ValueRange& range,
+                                        host::ColourMap colours) {
+  host::Raster<host::Rgba> picture = host::colour_mapped(surface.relief, range, colours);
   for (std::size_t i = 0; i < picture.samples.size(); ++i) {
     host::Rgba& c = picture.samples[i];
     const double light = 0.35 + 0.95 * surface.shade.samples[i];

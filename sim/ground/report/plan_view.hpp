@@ -37,7 +37,8 @@ struct ViewSurface {
 
 [[nodiscard]] host::Raster<host::Rgba> ortho_picture(const ViewSurface& surface);
 /// Heights above the mean plane in colours, shaded.
-[[nodiscard]] host::Raster<host::Rgba> relief_picture(const ViewSurface& surface, const host::ValueRange& range);
+[[nodiscard]] host::Raster<host::Rgba> relief_picture(const ViewSurface& surface, const host::ValueRange& range,
+                                                      host::ColourMap colours = host::viridis);
 
 // The terrain with the flight above it, seen at a slant from the right of the track.
 

@@ -38,8 +38,9 @@ struct StripResult : exports::ExportedStrip {
   map::MapGeometry geometry;  ///< of the map itself
   map::MapStatistics map;
   map::SeamMeasure seams;
-  map::HeightErrors errors;            ///< of the heights, beside those of matching
-  map::HeightErrorParts usual_errors;  ///< medians over the cells of the grid; strip units
+  map::HeightErrors errors;                      ///< of the heights, beside those of matching
+  map::HeightErrorParts usual_errors;            ///< medians over the cells of the grid; strip units
+  std::map<std::int64_t, map::Balance> balance;  ///< of the orthoimage, by keyframe
   exports::ColmapCounts colmap;
   std::optional<StripAccuracy> accuracy;
 };

@@ -170,7 +170,8 @@ Json grid_json(const StripResult& strip) {
             {"step_median", strip.map.seam_cells > 0 ? Json(strip.map.seam_step_median) : Json(nullptr)},
             {"step_p95", strip.map.seam_cells > 0 ? Json(strip.map.seam_step_p95) : Json(nullptr)},
             {"height", roughness_json(strip.seams.height)},
-            {"grey", roughness_json(strip.seams.grey)}}},
+            {"grey", roughness_json(strip.seams.grey)},
+            {"grey_step", roughness_json(strip.seams.grey_step)}}},
           {"height_error", height_error_json(strip)},
           {"mean_plane", {strip.plane.a, strip.plane.b, strip.plane.c}}};
 }

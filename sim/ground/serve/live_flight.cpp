@@ -1,6 +1,7 @@
 #include "sim/ground/serve/live_flight.hpp"
 
 #include <chrono>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <ostream>
 #include <set>
@@ -53,6 +54,14 @@ void LiveFlight::run(std::ostream& messages) {
 }
 
 void LiveFlight::look(std::ostream& messages) {
+  std::error_code unreadable;
+  if (updates_ == 0 && std::filesystem::is_empty(options_.outbox, unreadable) && !unreadable) {
+    if (greeted_) return;
+    greeted_ = true;
+    messages << "waiting for the first file in " << options_.outbox.string() << std::endl;
+    state_.put("run", run_item("waiting", "", updates_));
+    return;
+  }
   std::string problem;
   try {
     const std::uint64_t inputs = ground::digest_of_inputs(options_);

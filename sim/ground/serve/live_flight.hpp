@@ -15,7 +15,8 @@ class LiveFlight {
  public:
   explicit LiveFlight(ground::GroundOptions options) : options_(std::move(options)), shelf_(options_.out) {}
   /// Runs once if anything has changed since the look before. A run that fails is repeated at the next change, or after
-  /// a minute; its error is in the item "run" meanwhile. One line per update goes to `messages`.
+  /// a minute; its error is in the item "run" meanwhile. An empty folder is no error before the first run. One line per
+  /// update goes to `messages`.
   void look(std::ostream& messages);
 
   [[nodiscard]] const StateLog& state() const { return state_; }
@@ -30,6 +31,7 @@ class LiveFlight {
   std::optional<std::uint64_t> known_;  ///< digest of the inputs of the run before
   Clock::time_point again_ = Clock::time_point::max();
   std::size_t updates_ = 0;
+  bool greeted_ = false;  ///< it was said that the first file is waited for
   StateLog state_;
   Shelf shelf_;
 };

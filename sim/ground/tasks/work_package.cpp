@@ -96,6 +96,12 @@ json told(const TileBlock& block) {
           {"keyframes", told(block.keyframes)}};
 }
 
+json told(const std::vector<map::Balance>& balance) {
+  json list = json::array();
+  for (const map::Balance& one : balance) list.push_back({one.gain, one.offset});
+  return list;
+}
+
 json told(const FinishBlock& block) {
   json tiles = json::array();
   for (std::size_t i = 0; i < block.tiles.size(); ++i) {
@@ -104,7 +110,7 @@ json told(const FinishBlock& block) {
                      {"painted", tile.painted},
                      {"digest", tile.digest},
                      {"keyframes", tile.keyframes},
-                     {"gains", tile.gains},
+                     {"balance", told(tile.balance)},
                      {"cells", json::binary(block.painted[i])}});
   }
   return {{"kind", "finish"}, {"strip", block.strip_id}, {"cell", block.cell}, {"tiles", tiles}};
@@ -124,12 +130,18 @@ TileBlock tiles_from(const json& value) {
   return block;
 }
 
+std::vector<map::Balance> balance_from(const json& value) {
+  std::vector<map::Balance> balance;
+  for (const json& one : value) balance.push_back({one.at(0), one.at(1)});
+  return balance;
+}
+
 FinishBlock finish_from(const json& value) {
   FinishBlock block{value.at("strip").get<std::int64_t>(), value.at("cell").get<double>(), {}, {}};
   for (const json& tile : value.at("tiles")) {
-    block.tiles.push_back(
-        {place_from(tile.at("place")), tile.at("painted").get<std::uint64_t>(), tile.at("digest").get<std::uint64_t>(),
-         tile.at("keyframes").get<std::vector<std::int64_t>>(), tile.at("gains").get<std::vector<double>>()});
+    block.tiles.push_back({place_from(tile.at("place")), tile.at("painted").get<std::uint64_t>(),
+                           tile.at("digest").get<std::uint64_t>(),
+                           tile.at("keyframes").get<std::vector<std::int64_t>>(), balance_from(tile.at("balance"))});
     block.painted.push_back(tile.at("cells").get_binary());
   }
   return block;

@@ -43,6 +43,7 @@ export function makeScene(canvas, state, overlay) {
   let pending = false;
   let lost = false;
   let turned = false;
+  let untouched = null;  // the kind of a whole view that nobody has moved yet
   let coarse = false;
   const timing = { slow: false, turning: false, last: 0, average: 16 };
 
@@ -80,6 +81,7 @@ export function makeScene(canvas, state, overlay) {
     renderer.setPixelRatio(pixelRatio());
   }
 
+  controls.addEventListener('start', () => { untouched = null; });
   let settle = 0;
   controls.addEventListener('change', () => {
     turned = true;
@@ -97,6 +99,7 @@ export function makeScene(canvas, state, overlay) {
     renderer.setSize(width, height, false);
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
+    if (untouched && view.track) view.home(untouched);
     request();
   };
   new ResizeObserver(view.resize).observe(canvas.parentElement);
@@ -194,9 +197,11 @@ export function makeScene(canvas, state, overlay) {
     controls.minDistance = 0.02 * extent;
     controls.maxDistance = 12 * extent;
     controls.update();
+    untouched = kind;
     request();
   };
   view.turn = (azimuth, polar) => {
+    untouched = null;
     const offset = camera.position.clone().sub(controls.target);
     const s = new THREE.Spherical().setFromVector3(new THREE.Vector3(offset.x, offset.z, -offset.y));
     s.theta += azimuth;
@@ -206,10 +211,12 @@ export function makeScene(canvas, state, overlay) {
     controls.update();
   };
   view.zoom = (factor) => {
+    untouched = null;
     camera.position.sub(controls.target).multiplyScalar(factor).add(controls.target);
     controls.update();
   };
   view.lookAt = (x, y) => {
+    untouched = null;
     const z = state.strip.grid ? heightAt(state.strip.grid, x, y) : NaN;
     const to = view.toScene(x, y, Number.isNaN(z) ? planeAt(state.strip, x, y) : z);
     camera.position.add(to.clone().sub(controls.target));

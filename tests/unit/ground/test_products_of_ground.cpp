@@ -92,6 +92,9 @@ TEST_F(PlaneFlight, GridHeightsLieOnThePlaneAndCarryTheImage) {
   const host::Raster<std::uint8_t> ortho = host::read_gray(out() / "ortho.png");
   ASSERT_EQ(height.width, grid.height.width);
   ASSERT_EQ(ortho.width, height.width);
+  std::ifstream png(out() / "ortho.png", std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(png), {}};
+  EXPECT_EQ(bytes.substr(33, 10), std::string("\0\0\0\2tRNS\0\0", 10)) << "behind IHDR, grey 0";
   std::ifstream world(out() / "ortho.pgw");
   double cell = 0, skew = 0, minus_cell = 0, x0 = 0, y0 = 0;
   world >> cell >> skew >> skew >> minus_cell >> x0 >> y0;
@@ -99,7 +102,11 @@ TEST_F(PlaneFlight, GridHeightsLieOnThePlaneAndCarryTheImage) {
   double worst_height = 0, worst_grey = 0;
   for (int j = 0; j < height.height; ++j) {
     for (int i = 0; i < height.width; ++i) {
-      if (!std::isfinite(height.at(i, j))) continue;
+      if (!std::isfinite(height.at(i, j))) {
+        ASSERT_EQ(ortho.at(i, j), 0) << "which is transparent";
+        continue;
+      }
+      ASSERT_GT(ortho.at(i, j), 0);
       ++covered;
       const double x = x0 + i * cell, y = y0 + j * minus_cell;
       worst_height = std::max(worst_height, std::fabs(height.at(i, j) - test::plane_height(x, y)));

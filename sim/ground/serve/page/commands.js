@@ -33,11 +33,14 @@ const kind_of = (text) => kinds.find(([form]) => form.test(text))?.[1] ?? '';
 
 function show(answer) {
   const list = part('reports');
+  // Who reads further up is left there.
+  const atEnd = list.scrollHeight - list.scrollTop - list.clientHeight < 24;
   if (answer.full) list.replaceChildren();
   for (const [utc_ms, text] of answer.lines) {
-    list.prepend(item(`${new Date(utc_ms).toISOString().slice(11, 19)} ${text}`, kind_of(text)));
+    list.append(item(`${new Date(utc_ms).toISOString().slice(11, 19)} ${text}`, kind_of(text)));
   }
-  while (list.childElementCount > most_reports) list.lastElementChild.remove();
+  while (list.childElementCount > most_reports) list.firstElementChild.remove();
+  if (atEnd) list.scrollTop = list.scrollHeight;
   part('panel').replaceChildren(...answer.panel.map((text) => item(text)));
   const waiting = answer.waiting.length ? answer.waiting.map((text) => item(text)) : [item('none', 'note')];
   part('waiting').replaceChildren(...waiting);

@@ -5,13 +5,13 @@ import { Plot } from './plots.js';
 import { KeyframeTable, bytes, facts, link, milliseconds, showComponents, showEvents, showList } from './tables.js';
 
 const part = (name) => document.getElementById(name);
-const map = new StripMap(part('map'), part('map-note'));
+const map = new StripMap(part('map'), part('map-note'), part('legend'));
 const table = new KeyframeTable(part('keyframes'), part('more'));
 const plots = {
-  overlap: new Plot(part('plots'), 'Overlap of a keyframe with the one before', { values: [0, 1] }),
-  error: new Plot(part('plots'), 'Reprojection error of poses, px', { zero: true }),
-  richness: new Plot(part('plots'), 'Richness index', { zero: true }),
-  received: new Plot(part('plots'), 'Bytes of products received, by the time of their keyframe', { zero: true, line: true }),
+  overlap: new Plot(part('plots'), 'Overlap of a keyframe with the one before', { unit: '%', values: [0, 100] }),
+  error: new Plot(part('plots'), 'Reprojection error of poses', { unit: 'px', zero: true }),
+  richness: new Plot(part('plots'), 'Richness index', { unit: '0 to 1', zero: true }),
+  received: new Plot(part('plots'), 'Products received, by the time of their keyframe', { unit: 'kB', zero: true, line: true }),
 };
 let waiting = null;  // names that have changed since the page was drawn
 
@@ -40,6 +40,7 @@ function drawSummary() {
   part('problem').hidden = !run.problem;
   part('problem').textContent = run.problem ? `The files that have come cannot be merged yet: ${run.problem}` : '';
   const s = flight.get('summary');
+  part('waiting').hidden = Boolean(s || run.problem || run.state === 'merging');
   if (!s) return;
   part('title').textContent = s.title;
   document.title = `${s.title} – live flight`;
@@ -77,11 +78,11 @@ function drawFlight() {
   const keyframes = flight.all('k');
   drawMap(keyframes);
   table.show(keyframes);
-  plots.overlap.show(keyframes.map(([, k]) => [k.t, k.o]));
+  plots.overlap.show(keyframes.map(([, k]) => [k.t, 100 * k.o]));
   plots.error.show(keyframes.map(([, k]) => [k.t, k.e]));
   plots.richness.show(keyframes.map(([, k]) => [k.t, k.r]));
   let sum = 0;
-  plots.received.show(keyframes.map(([, k]) => [k.t, sum += (k.i?.[0] ?? 0) + (k.d?.[0] ?? 0)]));
+  plots.received.show(keyframes.map(([, k]) => [k.t, sum += ((k.i?.[0] ?? 0) + (k.d?.[0] ?? 0)) / 1000]));
 }
 
 function drawEvents() {

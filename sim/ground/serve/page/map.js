@@ -2,10 +2,36 @@
 
 const dot_px = 3;
 
+function roundLength(wanted) {
+  const decade = 10 ** Math.floor(Math.log10(wanted));
+  return decade * (wanted >= 5 * decade ? 5 : wanted >= 2 * decade ? 2 : 1);
+}
+
+// White on a dark casing is seen over any ground.
+function cased(context, path) {
+  context.strokeStyle = '#10141a';
+  context.lineWidth = 5;
+  context.stroke(path);
+  context.strokeStyle = '#fff';
+  context.lineWidth = 2;
+  context.stroke(path);
+}
+
+function casedText(context, text, x, y) {
+  context.font = '600 13px system-ui, sans-serif';
+  context.textAlign = 'center';
+  context.strokeStyle = '#10141a';
+  context.lineWidth = 3;
+  context.strokeText(text, x, y);
+  context.fillStyle = '#fff';
+  context.fillText(text, x, y);
+}
+
 export class StripMap {
-  constructor(canvas, note) {
+  constructor(canvas, note, legend) {
     this.canvas = canvas;
     this.note = note;
+    this.legend = legend;
     this.pictures = new Map();
     this.zoom = 1;
     this.shift = [0, 0];  // of the middle, strip units
@@ -100,8 +126,43 @@ export class StripMap {
     const at = (x, y) => [width / 2 + (x - middle[0]) * this.scale, height / 2 - (y - middle[1]) * this.scale];
     this.drawPicture(context, at);
     this.drawTrack(context, at);
-    const span = `${(width / this.scale).toPrecision(3)} ${this.strip?.unit ?? 'units'}`;
-    this.note.textContent = `${this.track.length} posed keyframes; the picture is ${span} wide`;
+    this.drawScale(context, height);
+    this.drawDirection(context, width, height);
+    this.showLegend();
+    this.note.textContent = `${this.track.length} posed keyframes; the line is the track of the camera`;
+  }
+
+  drawScale(context, height) {
+    const length = roundLength(140 / this.scale);
+    const [left, right, y] = [16, 16 + length * this.scale, height - 16];
+    const bar = new Path2D(`M${left} ${y - 5}V${y}H${right}V${y - 5}`);
+    cased(context, bar);
+    casedText(context, `${Number(length.toPrecision(3))} ${this.strip?.unit ?? 'units'}`, (left + right) / 2, y - 9);
+  }
+
+  // North where the place of the strip is known, else the world's y axis.
+  drawDirection(context, width, height) {
+    const [x, y] = this.strip?.north ?? [0, 1];
+    const at = (ahead, aside) => [width - 40 + ahead * x - aside * y, height - 36 - ahead * y - aside * x];
+    const path = new Path2D();
+    path.moveTo(...at(-14, 0));
+    path.lineTo(...at(14, 0));
+    path.moveTo(...at(6, 5));
+    path.lineTo(...at(14, 0));
+    path.lineTo(...at(6, -5));
+    cased(context, path);
+    const [u, v] = at(24, 0);
+    casedText(context, this.strip?.north ? 'N' : 'y', u, v + 5);
+  }
+
+  showLegend() {
+    const range = this.kind === 'relief' && this.strip?.map?.range;
+    this.legend.hidden = !range;
+    if (!range) return;
+    const [title, , low, high] = this.legend.children;
+    title.textContent = `Height above the mean plane, ${this.strip.unit}`;
+    low.textContent = Number(range[0].toPrecision(3));
+    high.textContent = Number(range[1].toPrecision(3));
   }
 
   drawPicture(context, at) {

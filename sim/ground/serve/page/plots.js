@@ -1,6 +1,6 @@
 // Values over mission time, one canvas each.
 
-const margin = { left: 46, right: 8, top: 10, bottom: 20 };
+const margin = { left: 46, right: 8, top: 22, bottom: 34 };
 
 // About `wanted` round steps from low to high.
 function ticks(low, high, wanted) {
@@ -34,8 +34,8 @@ function range(values, zero) {
 }
 
 export class Plot {
-  // values: their range; zero: it begins there, else it is that of the values.
-  constructor(parent, caption, { zero = false, line = false, values = null } = {}) {
+  // unit: of the values; values: their range; zero: it begins there, else it is that of the values.
+  constructor(parent, caption, { unit = '', zero = false, line = false, values = null } = {}) {
     const figure = document.createElement('figure');
     const text = document.createElement('figcaption');
     text.textContent = caption;
@@ -44,6 +44,7 @@ export class Plot {
     this.canvas.setAttribute('aria-label', caption);
     figure.append(text, this.canvas);
     parent.append(figure);
+    this.unit = unit;
     this.zero = zero;
     this.line = line;
     this.range = values;
@@ -88,8 +89,14 @@ export class Plot {
     }
     context.textAlign = 'center';
     for (const time of ticks(t0, t1, Math.max(2, width / 110))) {
-      context.fillText(`${label(time)} s`, Math.min(x(time), width - 24), height - 5);
+      context.fillText(label(time), Math.min(x(time), width - 24), height - 19);
     }
+    context.textAlign = 'left';
+    context.fillText(this.unit, 4, 13);
+    context.textAlign = 'right';
+    context.fillText('mission time, s', width - margin.right, height - 5);
+    context.strokeStyle = colour('--muted');
+    context.strokeRect(margin.left, margin.top, width - margin.left - margin.right, height - margin.top - margin.bottom);
     this.drawPoints(context, x, y, colour('--s1'));
   }
 

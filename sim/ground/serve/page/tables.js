@@ -16,6 +16,7 @@ export function bytes(count) {
 export const seconds = (value) => (value === undefined || value === null ? '–' : `${value.toFixed(1)} s`);
 export const milliseconds = (value_s) => `${(value_s * 1e3).toFixed(2)} ms`;
 const ratio = (value) => (value === undefined || value === null ? '–' : value.toFixed(2));
+const percent = (value) => (value === undefined || value === null ? '–' : `${(100 * value).toFixed(1)} %`);
 
 export function facts(parent, pairs) {
   parent.replaceChildren(...pairs.map(([name, value, kind]) => {
@@ -34,7 +35,7 @@ function row(cells, tag) {
 const product = (item) => (item && item[0] > 0 ? `${bytes(item[0])}, ${item[1]}${item[2] ? `/${item[2]}` : ''}` : '–');
 
 function keyframeRow(id, k) {
-  return row([[String(id)], [k.n, 't'], [seconds(k.t)], [k.v, 't'], [ratio(k.o)], [ratio(k.r)],
+  return row([[String(id)], [k.n, 't'], [seconds(k.t)], [k.v, 't'], [percent(k.o)], [ratio(k.r)],
     [product(k.i)], [product(k.d)]], 'td');
 }
 

@@ -117,7 +117,7 @@ TEST_F(TableTest, WhatTheVehicleMeasuredIsATable) {
   frame.metres_per_unit = 3.25;
   frame.scale_sigma = 0.001;
   flight.strips.begin()->second.frame = frame;
-  const auto names = write_flight_tables(flight, folder_.path());
+  const auto names = write_flight_tables(flight, {}, folder_.path());
   EXPECT_EQ(names, (std::vector<std::string>{"keyframes.csv", "events.csv", "navigation.csv", "strip-frames.csv"}));
   auto rows = read_csv(folder_.path() / "navigation.csv");
   ASSERT_EQ(rows.size(), 2U);
@@ -137,7 +137,7 @@ TEST_F(TableTest, EventsComeWithTheirMeaningAndAdvice) {
   event.severity = static_cast<std::uint8_t>(Severity::medium);
   std::strcpy(event.component, "overlap_checker");
   flight.events.push_back(event);
-  const auto names = write_flight_tables(flight, folder_.path());
+  const auto names = write_flight_tables(flight, {}, folder_.path());
   EXPECT_EQ(names, (std::vector<std::string>{"keyframes.csv", "events.csv"})) << "no housekeeping came";
   const auto rows = read_csv(folder_.path() / "events.csv");
   ASSERT_EQ(rows.size(), 2U);
@@ -158,7 +158,7 @@ TEST_F(TableTest, HousekeepingHasEveryFieldOfItsRecords) {
   flight.timing->late[3] = 77;
   flight.storage.emplace();
   flight.storage->budget_bytes = 5000000000;
-  EXPECT_EQ(write_flight_tables(flight, folder_.path()).size(), 5U);
+  EXPECT_EQ(write_flight_tables(flight, {}, folder_.path()).size(), 5U);
   const auto components = read_csv(folder_.path() / "housekeeping-components.csv");
   EXPECT_EQ(components.at(2)[column(components, "name")], "downlink");
   EXPECT_EQ(components.at(2)[column(components, "busy_ns")], "123456789012345");
@@ -174,7 +174,7 @@ TEST_F(TableTest, KeyframesHaveTheirPlaceStateAndProducts) {
   intake::ProductAccount image;
   image.bytes = 4321;
   flight.keyframes.at(3).products[static_cast<std::size_t>(ProductKind::image)] = image;
-  write_csv(keyframe_table(flight), folder_.path() / "keyframes.csv");
+  write_csv(keyframe_table(flight, {}), folder_.path() / "keyframes.csv");
   const auto rows = read_csv(folder_.path() / "keyframes.csv");
   ASSERT_EQ(rows.size(), 4U);
   EXPECT_EQ(rows[1][column(rows, "state")], "posed");

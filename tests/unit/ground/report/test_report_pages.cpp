@@ -7,6 +7,7 @@
 
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/report/figures.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::report {
@@ -83,6 +84,31 @@ TEST(ReportPages, EveryValueOfTheKeyframeTableHasTheTitleOfItsColumnForNarrowWin
   ASSERT_EQ(labels.size(), 14 * report.flight.keyframes.size());
   EXPECT_EQ(all("(<td)").size(), labels.size());
   for (std::size_t i = 0; i < labels.size(); ++i) EXPECT_EQ(labels[i], titles[i % titles.size()]);
+}
+
+TEST(Figures, ALegendHasItsTitleItsUnitAndTheColoursOfThePicture) {
+  const std::string heights = colour_legend("Height above the mean plane", {-2, 4}, "m", 400);
+  EXPECT_NE(heights.find("Height above the mean plane, m<"), std::string::npos);
+  EXPECT_NE(heights.find("stop offset=\"0%\" stop-color=\"rgb(68,1,84)\""), std::string::npos);
+  for (const char* number : {">-2<", ">1<", ">4<"}) EXPECT_NE(heights.find(number), std::string::npos) << number;
+  const std::string differences = colour_legend("Map minus other model", {-3, 3}, "m", 400, host::diverging);
+  EXPECT_NE(differences.find("id=\"differences\""), std::string::npos) << "one page may have both";
+  EXPECT_NE(differences.find("stop offset=\"50%\" stop-color=\"rgb(247,247,247)\""), std::string::npos)
+      << "no difference is white";
+}
+
+TEST(Figures, TheArrowPointsWhereTheDirectionLiesInATurnedView) {
+  // The flight goes to world +y, which lies to the right of the picture: +x points downwards.
+  PlanView view;
+  view.cosine = 0;
+  view.sine = 1;
+  view.width = 300;
+  view.height = 200;
+  EXPECT_NE(direction_arrow(view, 0, 1, "N").find("x1=\"240.0\" y1=\"140.0\" x2=\"264.0\" y2=\"140.0\""),
+            std::string::npos);
+  const std::string right = direction_arrow(view, 1, 0, "x");
+  EXPECT_NE(right.find("x1=\"240.0\" y1=\"140.0\" x2=\"240.0\" y2=\"164.0\""), std::string::npos);
+  EXPECT_NE(right.find(">x<"), std::string::npos);
 }
 
 }  // namespace

@@ -1,0 +1,224 @@
+// Pieces of a map that a camera exposed differently get one brightness and one contrast.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "sim/ground/map/balance.hpp"
+
+namespace ilp::map {
+namespace {
+
+constexpr std::int32_t piece_columns = 150, rows = 500;
+
+/// A strip of pieces side by side, 150 columns each. `ground` is the true grey of a cell, `shown` what the camera makes
+/// of it for a piece.
+GroundGrid strip_of(std::int32_t pieces, const std::function<double(std::int32_t x, std::int32_t y)>& ground,
+                    const std::function<double(std::int32_t piece, std::int32_t x, double grey)>& shown) {
+  GroundGrid grid(0, 0, 1, pieces * piece_columns, rows);
+  for (std::int32_t y = 0; y < rows; ++y) {
+    for (std::int32_t x = 0; x < grid.ortho.width; ++x) {
+      const std::int32_t piece = x / piece_columns;
+      const double grey = shown(piece, x % piece_columns, ground(x, y));
+      grid.ortho.at(x, y) = static_cast<std::uint8_t>(std::lround(std::clamp(grey, 0.0, 255.0)));
+      grid.source.at(x, y) = static_cast<std::uint16_t>(piece + 1);
+      grid.count.at(x, y) = 1;
+    }
+  }
+  return grid;
+}
+
+std::map<std::int64_t, Balance> balance_of(const GroundGrid& grid, const std::vector<std::int64_t>& keyframes) {
+  Seams seams;
+  add_seams(grid, keyframes, 0, seams);
+  std::vector<ShownPiece> shown(keyframes.size());
+  add_shown(grid, 0, shown);
+  std::map<std::int64_t, ShownPiece> pieces;
+  for (std::size_t i = 0; i < keyframes.size(); ++i) pieces[keyframes[i]] = shown[i];
+  return balance_pieces(seams, pieces);
+}
+
+std::vector<std::int64_t> ids_of(std::int32_t pieces) {
+  std::vector<std::int64_t> ids;
+  for (std::int64_t i = 0; i < pieces; ++i) ids.push_back(10 + 3 * i);
+  return ids;
+}
+
+/// Smoothed noise about 120 with a standard deviation of 25: every piece has the same statistics.
+double texture(std::int32_t x, std::int32_t y) {
+  constexpr std::int32_t columns = 24 * piece_columns, reach = 2;
+  static const std::vector<double> field = [] {
+    std::mt19937 random(5);
+    std::vector<double> now(static_cast<std::size_t>(columns) * rows), next(now.size());
+    for (double& value : now) value = static_cast<double>(random() % 1000) - 499.5;
+    for (const std::int32_t step : {1, columns, 1, columns}) {
+      for (std::size_t i = 0; i < now.size(); ++i) {
+        next[i] = 0;
+        for (std::int32_t k = -reach; k <= reach; ++k)
+          next[i] += now[(i + now.size() + static_cast<std::size_t>(k * step + columns * rows)) % now.size()];
+      }
+      std::swap(now, next);
+    }
+    double squares = 0;
+    for (const double value : now) squares += value * value;
+    const double scale = 25 / std::sqrt(squares / static_cast<double>(now.size()));
+    for (double& value : now) value = 120 + scale * value;
+    return now;
+  }();
+  return field[static_cast<std::size_t>(y) * columns + static_cast<std::size_t>(x)];
+}
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+TEST(Balance, KnownGainsAndOffsetsOfOneTextureAreFoundToTwoPerCent) {
+  const std::vector<Balance> camera = {{1, 0},      {0.62, 30}, {1.3, -40}, {0.8, 70},
+                                       {1.15, -10}, {0.7, -20}, {0.95, 15}, {1.25, -60}};
+  const auto pieces = static_cast<std::int32_t>(camera.size());
+  // Every piece shows the same ground, every other one mirrored, so that both sides of a seam are alike.
+  const auto ground = [](std::int32_t x, std::int32_t y) {
+    const std::int32_t at = x % piece_columns;
+    return texture(x / piece_columns % 2 == 0 ? at : piece_columns - 1 - at, y);
+  };
+  const GroundGrid grid = strip_of(pieces, ground, [&](std::int32_t piece, std::int32_t, double grey) {
+    return camera[static_cast<std::size_t>(piece)].of(grey);
+  });
+  const auto balance = balance_of(grid, ids_of(pieces));
+  // What a grey of the ground becomes by camera and balance together: the same line for all pieces.
+  std::vector<double> contrasts, darks, brights;
+  for (std::size_t i = 0; i < camera.size(); ++i) {
+    const Balance& one = balance.at(10 + 3 * static_cast<std::int64_t>(i));
+    contrasts.push_back(one.gain * camera[i].gain);
+    darks.push_back(one.of(camera[i].of(90)));
+    brights.push_back(one.of(camera[i].of(150)));
+  }
+  for (std::size_t i = 0; i < camera.size(); ++i) {
+    EXPECT_NEAR(contrasts[i] / mean_of(contrasts), 1, 0.02) << i;
+    EXPECT_NEAR(darks[i], mean_of(darks), 0.02 * 120) << i;
+    EXPECT_NEAR(brights[i], mean_of(brights), 0.02 * 120) << i;
+  }
+  // No piece is taken for the right one.
+  double gains = 0;
+  for (const auto& [id, one] : balance) gains += std::log(one.gain);
+  EXPECT_NEAR(gains / pieces, 0, 0.01);
+}
+
+TEST(Balance, TheOrderOfIdsAndOfPiecesMakesNoDifference) {
+  const GroundGrid grid = strip_of(3, texture, [](std::int32_t piece, std::int32_t, double grey) {
+    return Balance{1.0 - 0.2 * piece, 10.0 * piece}.of(grey);
+  });
+  const auto rising = balance_of(grid, {1, 2, 3}), falling = balance_of(grid, {9, 7, 4});
+  EXPECT_NEAR(rising.at(1).gain, falling.at(9).gain, 1e-9);
+  EXPECT_NEAR(rising.at(3).offset, falling.at(4).offset, 1e-9);
+}
+
+TEST(Balance, BrightnessDoesNotDriftAlongAStripWhoseImagesAreDarkerAtOneEdge) {
+  constexpr std::int32_t pieces = 24;
+  const GroundGrid grid = strip_of(pieces, texture, [](std::int32_t piece, std::int32_t x, double grey) {
+    return (1 + 0.3 * std::sin(0.4 * piece)) * (1 - 0.06 * x / (piece_columns - 1)) * grey;
+  });
+  const auto ids = ids_of(pieces);
+  const auto balance = balance_of(grid, ids);
+  std::vector<ShownPiece> shown(ids.size());
+  add_shown(grid, 0, shown);
+  std::vector<double> means;
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    means.push_back(balance.at(ids[i]).of(static_cast<double>(shown[i].grey) / static_cast<double>(shown[i].cells)));
+  // The errors of 23 seams add up to a factor of 4.
+  const auto [darkest, brightest] = std::minmax_element(means.begin(), means.end());
+  EXPECT_LT(*brightest / *darkest, 1.45);
+  const auto [dark, bright] = std::minmax_element(means.begin() + 8, means.end() - 8);
+  EXPECT_LT(*bright / *dark, 1.05) << "far from the ends nothing is left";
+}
+
+TEST(Balance, BrightGroundBesideDarkGroundStaysBright) {
+  constexpr std::int32_t pieces = 12, change = piece_columns * 13 / 2;
+  const auto fields = [](std::int32_t x, std::int32_t y) { return texture(x, y) * (x < change ? 0.7 : 1.2); };
+  const GroundGrid grid = strip_of(pieces, fields, [](std::int32_t, std::int32_t, double grey) { return grey; });
+  const auto ids = ids_of(pieces);
+  const auto balance = balance_of(grid, ids);
+  const double dark = balance.at(ids[5]).of(0.7 * 120), bright = balance.at(ids[7]).of(1.2 * 120);
+  EXPECT_GT(bright - dark, 0.5 * 0.5 * 120);
+}
+
+TEST(Balance, AKeyframeAtTheEndOfALongStripDoesNotChangeItsBeginning) {
+  const auto balance_with = [](std::int64_t keyframes) {
+    Seams seams;
+    std::map<std::int64_t, ShownPiece> pieces;
+    for (std::int64_t id = 1; id <= keyframes; ++id) {
+      const auto grey = static_cast<std::uint64_t>(93 + 13 * (id % 5));
+      pieces[id] = {1000, 1000 * grey, 1000, static_cast<std::uint64_t>(9000 + 2000 * (id % 3))};
+      if (id == 1) continue;
+      SeamGreys& greys = seams[{id - 1, id}];
+      for (std::int64_t k = 0; k < 40; ++k) {
+        greys.first.add(static_cast<std::uint8_t>(70 + 13 * ((id - 1) % 5) + k), 10);
+        greys.second.add(static_cast<std::uint8_t>(70 + 13 * (id % 5) + id % 3 + k), 10);
+      }
+    }
+    return balance_pieces(seams, pieces);
+  };
+  for (const std::int64_t keyframes : {200, 500}) {
+    const auto before = balance_with(keyframes), after = balance_with(keyframes + 1);
+    for (std::int64_t id = 1; id <= keyframes - 100; ++id) {
+      ASSERT_NEAR(before.at(id).gain, after.at(id).gain, 1e-6) << id;
+      ASSERT_NEAR(before.at(id).offset, after.at(id).offset, 1e-4) << id;
+    }
+    EXPECT_GT(std::fabs(before.at(keyframes).offset - after.at(keyframes).offset), 1e-2);
+  }
+}
+
+TEST(Balance, SmoothGroundIsNotMadeIntoNoise) {
+  // A lake in the middle: no contrast but the noise of its pixels.
+  const auto ground = [](std::int32_t x, std::int32_t y) {
+    const bool lake = x >= 3 * piece_columns && x < 5 * piece_columns;
+    return lake ? 100.0 + (x * 7 + y * 13) % 3 - 1 : texture(x, y);
+  };
+  const GroundGrid grid = strip_of(8, ground, [](std::int32_t, std::int32_t, double grey) { return grey; });
+  const auto ids = ids_of(8);
+  const auto balance = balance_of(grid, ids);
+  EXPECT_LT(balance.at(ids[3]).gain, 1.6);
+  EXPECT_LT(balance.at(ids[4]).gain, 1.6);
+  for (const auto& [id, one] :
+       balance_of(strip_of(
+                      2, [](std::int32_t, std::int32_t) { return 80.0; },
+                      [](std::int32_t piece, std::int32_t, double grey) { return grey + 40 * piece; }),
+                  {1, 2})) {
+    EXPECT_NEAR(one.gain, 1, 1e-6);
+    EXPECT_NEAR(one.of(id == 1 ? 80 : 120), 100, 1) << "without any contrast there is still one brightness";
+  }
+}
+
+TEST(Balance, ACloudOverHalfOfOneSeamDoesNotTakeTheOthersAlong) {
+  // Over half of the rows of piece 4, a cloud that nobody else sees.
+  constexpr std::int32_t pieces = 9;
+  GroundGrid grid = strip_of(pieces, texture, [](std::int32_t, std::int32_t, double grey) { return grey; });
+  for (std::int32_t y = 0; y < rows / 2; ++y) {
+    for (std::int32_t x = 4 * piece_columns; x < 5 * piece_columns; ++x) grid.ortho.at(x, y) = 245;
+  }
+  const auto ids = ids_of(pieces);
+  const auto balance = balance_of(grid, ids);
+  for (const std::size_t i : {0U, 1U, 2U, 6U, 7U, 8U}) {
+    EXPECT_NEAR(balance.at(ids[i]).gain / balance.at(ids[0]).gain, 1, 0.1) << i;
+    EXPECT_NEAR(balance.at(ids[i]).of(120), balance.at(ids[0]).of(120), 12) << i;
+  }
+}
+
+TEST(Balance, BlackAndWhiteCellsAndShortSeamsSayNothing) {
+  GroundGrid grid = strip_of(
+      2, texture, [](std::int32_t piece, std::int32_t, double grey) { return piece == 0 ? grey : 0.5 * grey; });
+  Seams all, none;
+  add_seams(grid, {1, 2}, 0, all);
+  ASSERT_EQ(all.size(), 1U);
+  EXPECT_EQ(all.begin()->second.first.count(), all.begin()->second.second.count());
+  std::fill(grid.ortho.samples.begin(), grid.ortho.samples.end(), std::uint8_t{255});
+  add_seams(grid, {1, 2}, 0, none);
+  EXPECT_TRUE(none.empty());
+}
+
+}  // namespace
+}  // namespace ilp::map
