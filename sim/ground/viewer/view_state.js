@@ -6,7 +6,7 @@ export function makeState(flight) {
     flight,
     strip: flight.strips[0] ?? null,
     layer: 'ortho',
-    show: { track: true, links: flight.links.length > 0, footprints: true, uncertainty: false },
+    show: { track: true, links: flight.links.length > 0, fixes: flight.fixes.length > 0, footprints: true, uncertainty: false },
     exaggeration: 1,
     keyframe: null,  // selected
     span: null,      // [from, to] of the timeline, s

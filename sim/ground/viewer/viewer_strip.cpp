@@ -91,7 +91,7 @@ json navigation_of(const std::optional<StripFrameRecord>& frame) {
 json viewer_strip(const report::Report& report, const report::StripResult& strip, const ViewerBudget& budget) {
   json out = {{"id", strip.strip.id},
               {"unit", intake::unit_of(report.flight, strip.strip)},
-              {"navigation", navigation_of(strip.strip.frame)},
+              {"navigation", strip.strip.map ? json(nullptr) : navigation_of(strip.strip.frame)},
               {"end", strip.strip.record ? words_of(strip.strip.record->end) : "no record received"},
               {"keyframes", strip.strip.keyframes},
               {"flying_height", strip.flying_height},
