@@ -198,6 +198,8 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
     measure_strip(report, result);
     merge_and_export(options, report, anchors ? &*anchors : nullptr, before, catalogue, result, messages);
     if (reference) result.accuracy = report::measure_accuracy(report.flight, *strip, *reference);
+    if (result.accuracy && !options.truth.empty())
+      result.accuracy->on_map = report::measure_on_map(report.flight, *strip, *reference);
   }
   phases("Writing the report");
   report.has_viewer = viewer::viewer_available();
@@ -238,6 +240,7 @@ std::vector<std::string> summary_of(const GroundOptions& options, const report::
                   std::to_string(sums.with_depth) + " with depth, " + host::counted(report.strips.size(), "strip"));
   for (std::string& line : report::nothing_lines(report)) lines.push_back(std::move(line));
   for (std::string& line : fixes::lines_of(report.fixes)) lines.push_back(std::move(line));
+  for (std::string& line : fixes::lines_of(report.joined)) lines.push_back(std::move(line));
   if (!options.control.empty()) {
     for (std::string& line : control::lines_of(report.control)) lines.push_back(std::move(line));
   }

@@ -73,8 +73,10 @@ void describe_options(CLI::App& app, CommandLine& line) {
       "--exif-oblique", source.exif_oblique,
       "images with positions in EXIF do not look straight down: their positions alone say what is up, if they can");
   app.add_option("--mission", flight.mission_file, "mission parameters, an .ini file");
-  app.add_option("--telecommands", flight.telecommands,
-                 "file of telecommands, one a line: SENT_S capture AT_S, or SENT_S refine KEYFRAME; times in seconds");
+  app.add_option(
+      "--telecommands", flight.telecommands,
+      "file of telecommands, one a line: SENT_S capture AT_S, SENT_S place LONGITUDE LATITUDE METRES, or SENT_S "
+      "refine KEYFRAME; times in seconds");
   app.add_option("--out", source.out, "folder for everything that the flight leaves");
   app.add_option("--threads", source.threads, "number of threads that render; 0: one per core");
   app.add_option("--power-cut-after", flight.power_cut_after,

@@ -13,28 +13,47 @@
 namespace ilp::sil {
 namespace {
 
+/// Of a command's words after the time: `kind` and numbers; false where they are none.
+bool fill(const std::string& kind, const std::vector<double>& numbers, CommandRecord& command) {
+  if (kind == "capture" && numbers.size() == 1) {
+    command.kind = CommandKind::capture;
+    command.at_ns = std::llround(numbers[0] * 1e9);
+    return true;
+  }
+  if (kind == "refine" && numbers.size() == 1 && numbers[0] >= 1 && std::floor(numbers[0]) == numbers[0]) {
+    command.kind = CommandKind::refine;
+    command.keyframe_id = std::llround(numbers[0]);
+    return true;
+  }
+  if (kind == "place" && numbers.size() == 3) {
+    command.kind = CommandKind::capture_place;
+    command.longitude_deg = numbers[0];
+    command.latitude_deg = numbers[1];
+    command.distance_m = numbers[2];
+    return true;
+  }
+  return false;
+}
+
 CommandRecord parse(const std::string& line, const std::string& place) {
+  constexpr double largest = 1e9;
   std::istringstream words(line);
   double sent_s = 0;
-  double subject = 0;
   std::string kind;
-  std::string more;
-  const bool complete = static_cast<bool>(words >> sent_s >> kind >> subject) && !(words >> more);
-  const bool possible =
-      std::isfinite(sent_s) && std::isfinite(subject) && std::fabs(sent_s) < 1e9 && std::fabs(subject) < 1e9;
-  const bool refine = kind == "refine" && subject >= 1 && std::floor(subject) == subject;
-  if (!complete || !possible || (kind != "capture" && !refine)) {
-    throw std::runtime_error(place + ": expected SENT_S capture AT_S, two times in seconds, or SENT_S refine " +
-                             "KEYFRAME, a time and a keyframe's number, found: " + line);
+  std::vector<double> numbers;
+  bool possible = static_cast<bool>(words >> sent_s >> kind) && std::fabs(sent_s) < largest;
+  for (double number = 0; words >> number;) {
+    possible = possible && std::fabs(number) < largest;
+    numbers.push_back(number);
   }
   CommandRecord command;
-  command.time_ns = std::llround(sent_s * 1e9);
-  command.kind = refine ? CommandKind::refine : CommandKind::capture;
-  if (refine) {
-    command.keyframe_id = std::llround(subject);
-  } else {
-    command.at_ns = std::llround(subject * 1e9);
+  if (!possible || !words.eof() || !fill(kind, numbers, command)) {
+    throw std::runtime_error(place +
+                             ": expected SENT_S capture AT_S, two times in seconds, SENT_S place LONGITUDE LATITUDE "
+                             "METRES, or SENT_S refine KEYFRAME, found: " +
+                             line);
   }
+  command.time_ns = std::llround(sent_s * 1e9);
   return command;
 }
 
@@ -43,7 +62,8 @@ std::size_t commands_from_ground(Store& store) {
   std::size_t count = 0;
   CommandRecord command;
   for (std::int64_t id = 0; next(store, id, command).ok(); id = command.id) {
-    if (command.kind == CommandKind::capture || command.kind == CommandKind::refine) ++count;
+    const CommandKind kind = command.kind;
+    if (kind == CommandKind::capture || kind == CommandKind::refine || kind == CommandKind::capture_place) ++count;
   }
   return count;
 }

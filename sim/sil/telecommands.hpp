@@ -15,8 +15,9 @@ namespace ilp::sil {
 class Telecommands {
  public:
   /// A line `SENT_S capture AT_S` each: sent at the one time, wants an image at the other, both in seconds of mission
-  /// time; or `SENT_S refine KEYFRAME`: wants all of a keyframe's products before all others. `#` begins a comment. An
-  /// empty path holds none. std::runtime_error names file and line, and what was expected.
+  /// time; `SENT_S place LONGITUDE LATITUDE METRES`: wants an image where the flight passes a place within a distance;
+  /// or `SENT_S refine KEYFRAME`: wants all of a keyframe's products before all others. `#` begins a comment. An empty
+  /// path holds none. std::runtime_error names file and line, and what was expected.
   explicit Telecommands(const std::filesystem::path& file);
 
   /// Puts what is due into the store.

@@ -179,6 +179,7 @@ std::vector<StripControl> place_by_control(const ControlFile& file, Body body, c
       move_strip(fit->place_from_world, strip, flight);
       strip.control = intake::ControlPlace{file.geographic ? body : Body::none, places.middle().longitude_deg,
                                            places.middle().latitude_deg};
+      strip.map.reset();
     } else {
       control.fault = "no three of its control points that are not in one line agree";
     }

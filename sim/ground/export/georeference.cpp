@@ -158,7 +158,9 @@ Georeference local(const intake::Flight& flight, const intake::Strip& strip, con
   place.crs = local_crs(strip.id, metres);
   place.height_name = "height, z of the strip's own axes";
   place.sentence = "strip " + std::to_string(strip.id) + " is in " +
-                   (strip.control ? "the axes of its control points, in " : "its own axes, in ") +
+                   (strip.control ? "the axes of its control points, in "
+                    : strip.map   ? "the axes of its map, in "
+                                  : "its own axes, in ") +
                    (metres ? "metres" : "units of its first baseline") + (why.empty() ? "" : ": " + why);
   return place;
 }
@@ -187,7 +189,7 @@ std::string projected_crs(const Body& body, const StripAnchor& anchor, const OGR
   return wkt_of(crs);
 }
 
-/// The origin of a strip that control points or the vehicle have placed: its world is level and turned to north
+/// The origin of a strip that control points, a map or the vehicle have placed: its world is level and turned to north
 /// already.
 std::optional<StripAnchor> anchor_of(const intake::Strip& strip) {
   if (strip.control) {
@@ -196,6 +198,16 @@ std::optional<StripAnchor> anchor_of(const intake::Strip& strip) {
     anchor.strip = strip.id;
     anchor.longitude_deg = strip.control->longitude_deg;
     anchor.latitude_deg = strip.control->latitude_deg;
+    return anchor;
+  }
+  if (strip.map) {
+    const bool on_body = strip.map->body != ilp::Body::none && std::fabs(strip.map->latitude_deg) <= 90 &&
+                         std::fabs(strip.map->longitude_deg) <= 360;
+    if (!on_body) return std::nullopt;
+    StripAnchor anchor;
+    anchor.strip = strip.id;
+    anchor.longitude_deg = strip.map->longitude_deg;
+    anchor.latitude_deg = strip.map->latitude_deg;
     return anchor;
   }
   if (!strip.frame || strip.frame->body == ilp::Body::none) return std::nullopt;
@@ -210,6 +222,21 @@ std::optional<StripAnchor> anchor_of(const intake::Strip& strip) {
   anchor.latitude_deg = frame.latitude_deg;
   anchor.height_m = frame.elevation_m;
   return anchor;
+}
+
+/// Who has placed the strip, and how well.
+std::string placed_by(const intake::Strip& strip) {
+  if (strip.control) return ", by control points";
+  const auto sigma = [](double m) { return m > 0 ? host::brief(m) + " m" : std::string("unknown"); };
+  if (strip.map) {
+    return ", by its fixes on a map, one sigma " + sigma(strip.map->place_sigma_m) +
+           ", and of the map's own place on the body " + sigma(strip.map->map_sigma_m) + ", common to all";
+  }
+  return ", by the vehicle's navigation, one sigma " + sigma(strip.frame->horizontal_sigma_m);
+}
+
+ilp::Body body_of(const intake::Strip& strip) {
+  return strip.control ? strip.control->body : strip.map ? strip.map->body : strip.frame->body;
 }
 
 std::string angle(double degrees, char positive, char negative) {
@@ -301,12 +328,10 @@ Georeference georeference_of(const intake::Flight& flight, const intake::Strip& 
   if (!anchor) {
     const std::optional<StripAnchor> measured = anchor_of(strip);
     if (!measured) return local(flight, strip, anchors ? "the anchor file has no entry for it" : "");
-    const Body* const body = find_body(name_of(strip.control ? strip.control->body : strip.frame->body));
+    const Body* const body = find_body(name_of(body_of(strip)));
     if (!body) return local(flight, strip, "its body is unknown");
     Georeference place = anchored(*body, *measured, Vec3(Vec3::Zero()), in_metres(flight, strip));
-    place.sentence += strip.control ? ", by control points"
-                                    : ", by the vehicle's navigation, one sigma " +
-                                          host::brief(strip.frame->horizontal_sigma_m) + " m";
+    place.sentence += placed_by(strip);
     return place;
   }
   Vec3 point = Vec3::Zero();

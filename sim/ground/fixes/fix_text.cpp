@@ -126,6 +126,41 @@ std::vector<std::string> lines_of(const FixSummary& summary) {
   return lines;
 }
 
+std::vector<std::string> lines_of(const model::JoinedFlight& joined) {
+  std::vector<std::string> lines;
+  for (const model::JoinedModel& one : joined.models) {
+    if (!one.on_map) continue;
+    const model::OnMap& on_map = *one.on_map;
+    std::string wrong;
+    for (const model::OnMap::Fix& fix : on_map.fixes) {
+      if (!fix.used)
+        wrong +=
+            (wrong.empty() ? "" : ", ") + std::to_string(fix.keyframe_id) + " (" + host::brief(fix.sigmas) + " sigmas)";
+    }
+    lines.push_back("One model of " + host::counted(one.strips.size(), "strip") + " stands on map " +
+                    map_name(on_map.map.map_id) + ": " + std::to_string(on_map.used) + " of " +
+                    std::to_string(on_map.fixes.size()) + " fixes agree" +
+                    (wrong.empty() ? "" : "; those of these keyframes contradict them and count as nothing: " + wrong));
+    lines.push_back("In it the fixes have moved the cameras by " + host::brief(on_map.removed_m.median) +
+                    " m in the median, " + host::brief(on_map.removed_m.max) +
+                    " m at most, from where they put each strip as a whole");
+    if (on_map.map.place_sigma_m > 0) {
+      lines.push_back(
+          "Its cameras stand on the map to " + host::brief(on_map.map.place_sigma_m) + " m (one sigma to each side)" +
+          (on_map.map.map_sigma_m > 0
+               ? ", and the map on the body to " + host::brief(on_map.map.map_sigma_m) + " m, which is common to all"
+               : ""));
+    }
+    if (on_map.error_factor > 1.5)
+      lines.push_back("Its fixes err by " + host::brief(on_map.error_factor) +
+                      " times what they state, so that they count by so much less");
+    if (on_map.image_factor > 1.5)
+      lines.push_back("The images bend the model by " + host::brief(on_map.image_factor) +
+                      " times what their points state, which the fixes have taken out");
+  }
+  return lines;
+}
+
 Json json_of(const FixSummary& summary) {
   Json strips = Json::array();
   for (const StripFixes& strip : summary.strips) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/ground/fixes/fix_summary.hpp"
+#include "sim/ground/model/joined_model.hpp"
 
 namespace ilp::fixes {
 
@@ -15,6 +16,8 @@ namespace ilp::fixes {
 /// For the terminal and the page: how many keyframes stand on the map, why the others do not, and what the fixes
 /// removed. Empty without fix records.
 [[nodiscard]] std::vector<std::string> lines_of(const FixSummary& summary);
+/// Of the model that stands on the map: how its fixes agree, and what they have removed. Empty without one.
+[[nodiscard]] std::vector<std::string> lines_of(const model::JoinedFlight& joined);
 
 /// Lengths in m; distances that are not known are null.
 [[nodiscard]] nlohmann::ordered_json json_of(const FixSummary& summary);

@@ -90,11 +90,22 @@ struct ControlPlace {
   double longitude_deg = 0, latitude_deg = 0;  ///< of the world's origin, whose z is the height above the body's figure
 };
 
+/// The map of an orbiter on whose plane a strip stands: x to the east, y to the north, z is the elevation, m.
+struct MapPlace {
+  std::int64_t map_id = 0;
+  ilp::Body body = ilp::Body::none;            ///< none: the map has axes of its own
+  double longitude_deg = 0, latitude_deg = 0;  ///< of the plane's origin
+  double map_sigma_m = 0;                      ///< of the place of the whole map on the body, to each side
+  /// Of the cameras on the map, to each side, median; the error of the map's own place comes to it. 0: not known.
+  double place_sigma_m = 0;
+};
+
 struct Strip {
   std::int64_t id = 0;
   std::optional<StripRecord> record;
   std::optional<StripFrameRecord> frame;  ///< already applied (level_strips.hpp)
-  std::optional<ControlPlace> control;    ///< already applied; precedes `frame`
+  std::optional<MapPlace> map;            ///< it stands on this map by its fixes; precedes `frame`
+  std::optional<ControlPlace> control;    ///< already applied; precedes `map` and `frame`
   std::vector<std::int64_t> keyframes;    ///< by id
 };
 

@@ -8,6 +8,7 @@
 #include "sim/ground/model/hanging.hpp"
 #include "sim/ground/model/join_summary.hpp"
 #include "sim/ground/model/link_sightings.hpp"
+#include "sim/ground/model/map_fixes.hpp"
 #include "sim/ground/model/model_relations.hpp"
 #include "sim/ground/model/moving.hpp"
 #include "sim/ground/model/pair_matching.hpp"
@@ -70,6 +71,16 @@ double drift_px(const intake::Flight& flight, const Scene& scene, std::int64_t s
   return std::min(drift, most_drift_px);
 }
 
+/// Adjusts, and seeks more points in common where the model stands then.
+void settle_and_match(const std::vector<Unit>& units, double bound, Scene& scene, std::vector<std::uint8_t>& taken,
+                      Model& model) {
+  settle(scene, bound, model);
+  match_pairs(relations_by_model(scene, model), scene);
+  grow(scene, model);
+  triangulate(scene, adjusted_px, model);
+  place_all(scene, units, taken, model);
+}
+
 /// Sightings that were refused before the last adjustment may fit after it. `before`: before that adjustment.
 void settle_finally(const Scene& scene, ModelExtent before, Model& model) {
   for (int round = 0; round < 2; ++round) {
@@ -118,11 +129,7 @@ bool grow_from(const intake::Flight& flight, const std::vector<Unit>& units, std
   for (const double bound : {adjusted_px, final_px}) {
     progress("Adjusting the model of strip " + std::to_string(units[seed].strip_id));
     before_last = extent_of(scene, model);
-    settle(scene, bound, model);
-    match_pairs(relations_by_model(scene, model), scene);
-    grow(scene, model);
-    triangulate(scene, adjusted_px, model);
-    place_all(scene, units, taken, model);
+    settle_and_match(units, bound, scene, taken, model);
   }
   settle_finally(scene, before_last, model);
   hang_all(units, scene, taken, model, progress);
@@ -162,32 +169,140 @@ Scene matched_scene(const intake::Flight& flight, intake::ResultCache* results, 
   return scene;
 }
 
+/// A model that has grown as far as points and ties lead.
+struct Grown {
+  Model model;
+  bool adjusted = false, tied = false;
+};
+
+/// The fixes take out what the model has drifted.
+void adjust_on_map(const std::vector<Unit>& units, Scene& scene, std::vector<std::uint8_t>& taken, Model& model,
+                   const JoinProgress& progress) {
+  progress("Adjusting the model to the map");
+  for (int round = 0; round < 2; ++round) {
+    (void)weigh_fixes(scene, false, model);
+    settle(scene, placing_px, model);
+  }
+  for (const double bound : {adjusted_px, final_px}) {
+    (void)weigh_fixes(scene, true, model);
+    settle_and_match(units, bound, scene, taken, model);
+  }
+  constexpr int most_rounds = 6;
+  for (int round = 0; round < most_rounds; ++round) {
+    const bool changed = weigh_fixes(scene, true, model);
+    if (!changed && round > 0) break;
+    settle(scene, final_px, model);
+  }
+}
+
+/// `before`: where all fixes together have put the strips.
+OnMap told_of_map(const Scene& scene, const intake::MapPlace& map, const std::vector<ModelView>& before,
+                  const Model& model) {
+  OnMap on_map;
+  on_map.map = map;
+  on_map.error_factor = model.fix_weights.error_factor;
+  on_map.image_factor = model.fix_weights.image_factor;
+  const std::vector<double> errors = fix_errors(scene, model);
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    const bool used = errors[i] < contradicting_fix;
+    on_map.fixes.push_back({scene.views[model.fixes[i].view].keyframe_id, errors[i], used});
+    on_map.used += used ? 1U : 0U;
+  }
+  std::sort(on_map.fixes.begin(), on_map.fixes.end(),
+            [](const OnMap::Fix& a, const OnMap::Fix& b) { return a.keyframe_id < b.keyframe_id; });
+  std::vector<double> removed, sigmas;
+  for (std::size_t v = 0; v < model.views.size(); ++v) {
+    if (!model.views[v].in) continue;
+    if (before[v].in)
+      removed.push_back((centre_of(model.views[v].camera_from_model) - centre_of(before[v].camera_from_model)).norm());
+    if (const auto& c = model.views[v].covariance) sigmas.push_back(std::sqrt(0.5 * ((*c)[9] + (*c)[14])));
+  }
+  on_map.removed_m = host::summarise(removed);
+  on_map.map.place_sigma_m = sigmas.empty() ? 0 : host::median(std::move(sigmas));
+  return on_map;
+}
+
+struct Finished {
+  Model model;
+  JoinedModel told;
+};
+
+std::optional<Finished> finished_in_strip(const intake::Flight& flight, const Scene& scene, Grown grown) {
+  if (!grown.adjusted && !grown.tied) return std::nullopt;
+  Model& model = grown.model;
+  const std::int64_t strip_id = reference_strip(flight, scene, model);
+  if (!is_sound(scene, model)) return std::nullopt;
+  if (const auto back = model_from_strip(scene, model, strip_id)) move(inverse(*back), model);
+  if (grown.adjusted && !model.by_sub_maps) state_errors(scene, model);
+  Finished out{{}, summary_of(flight, scene, model, strip_id)};
+  out.told.by_ties = grown.tied;
+  out.model = std::move(model);
+  return out;
+}
+
+/// Models with fixes on the map, each as it has grown and as it stands there.
+struct OnOneMap {
+  std::vector<Grown> grown;
+  std::vector<Model> parts;
+};
+
+/// One model of all of them. None where it is unsound.
+std::optional<Finished> finished_on_map(const intake::Flight& flight, const intake::MapPlace& map,
+                                        const std::vector<Unit>& units, const OnOneMap& all, Scene& scene,
+                                        std::vector<std::uint8_t>& taken, const JoinProgress& progress) {
+  Model model = united(scene, all.parts);
+  const std::vector<ModelView> before = model.views;
+  adjust_on_map(units, scene, taken, model, progress);
+  if (!is_sound(scene, model)) return std::nullopt;
+  state_errors(scene, model);
+  Finished out{{}, summary_of(flight, scene, model, reference_strip(flight, scene, model))};
+  out.told.by_ties = std::any_of(all.grown.begin(), all.grown.end(), [](const Grown& one) { return one.tied; });
+  out.told.on_map = told_of_map(scene, map, before, model);
+  out.model = std::move(model);
+  return out;
+}
+
 }  // namespace
 
 JoinedFlight join_strips(intake::Flight& flight, const JoinProgress& progress, intake::ResultCache* results) {
   JoinedFlight joined;
-  if (flight.links.empty()) return joined;
+  const std::optional<intake::MapPlace> map = map_of(flight);
+  if (flight.links.empty() && !map) return joined;
   Scene scene = matched_scene(flight, results, progress);
   const std::vector<Unit> units = units_of(scene);
   std::vector<std::uint8_t> taken(units.size(), 0);
-  std::vector<Model> models;
+  OnOneMap on_map;
+  std::vector<Finished> finished;
+  const auto finish = [&](Grown grown) {
+    if (auto one = finished_in_strip(flight, scene, std::move(grown))) finished.push_back(std::move(*one));
+  };
   for (const std::size_t seed : seeds_of(units)) {
     if (taken[seed] != 0) continue;
-    Model model;
-    const bool adjusted = grow_from(flight, units, seed, scene, taken, model, progress);
-    const bool tied = place_by_ties(flight, scene, units, taken, model);
-    if (!adjusted && !tied) continue;
-    const std::int64_t strip_id = reference_strip(flight, scene, model);
-    if (!is_sound(scene, model)) continue;
-    if (const auto back = model_from_strip(scene, model, strip_id)) move(inverse(*back), model);
-    if (adjusted && !model.by_sub_maps) state_errors(scene, model);
-    joined.models.push_back(summary_of(flight, scene, model, strip_id));
-    joined.models.back().by_ties = tied;
-    models.push_back(std::move(model));
+    Grown grown;
+    grown.adjusted = grow_from(flight, units, seed, scene, taken, grown.model, progress);
+    grown.tied = place_by_ties(flight, scene, units, taken, grown.model);
+    if (Model part = map ? grown.model : Model{}; map && stand_on_map(scene, *map, part)) {
+      on_map.grown.push_back(std::move(grown));
+      on_map.parts.push_back(std::move(part));
+    } else {
+      finish(std::move(grown));
+    }
   }
-  for (std::size_t i = 0; i < models.size(); ++i) {
-    grow(scene, models[i]);
-    move_flight(scene, models[i], joined.models[i].strip_id, flight);
+  if (!on_map.parts.empty()) {
+    if (auto one = finished_on_map(flight, *map, units, on_map, scene, taken, progress)) {
+      finished.push_back(std::move(*one));
+    } else {
+      for (Grown& grown : on_map.grown) {
+        grow(scene, grown.model);
+        finish(std::move(grown));
+      }
+    }
+  }
+  for (Finished& one : finished) {
+    grow(scene, one.model);
+    move_flight(scene, one.model, one.told.strip_id, one.told.on_map.has_value(), flight);
+    if (one.told.on_map) flight.strips.at(one.told.strip_id).map = one.told.on_map->map;
+    joined.models.push_back(std::move(one.told));
   }
   joined.apart = strips_apart(flight, joined.models);
   regroup(flight);

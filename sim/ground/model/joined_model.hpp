@@ -5,12 +5,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/intake/result_cache.hpp"
+#include "sim/host/statistics.hpp"
 
 namespace ilp::model {
 
@@ -32,6 +34,22 @@ struct HeightSteps {
   double median_percent = 0, p95_percent = 0;
 };
 
+/// A model on the map of an orbiter, by the fixes of its keyframes.
+struct OnMap {
+  intake::MapPlace map;
+  struct Fix {
+    std::int64_t keyframe_id = 0;
+    double sigmas = 0;  ///< norm of its six errors in the model, in stated ones
+    bool used = true;   ///< false: it contradicts the others and the images, and moves nothing
+  };
+  std::vector<Fix> fixes;  ///< by keyframe
+  std::size_t used = 0;
+  double error_factor = 1;  ///< errors of the fixes for a stated one, by how well neighbours agree; 1 or more
+  double image_factor = 1;  ///< how much more the images bend the model than their sightings state; 1 or more
+  /// Distances of the cameras from where all fixes of a strip put it as a whole: the drift that they have removed.
+  host::ErrorSummary removed_m;
+};
+
 struct JoinedModel {
   std::int64_t strip_id = 0;         ///< in whose world it stands, and under whose number its keyframes are shown
   std::vector<std::int64_t> strips;  ///< of its keyframes, by id
@@ -47,7 +65,8 @@ struct JoinedModel {
   std::vector<Member> members;  ///< by keyframe
   std::size_t points = 0, sightings = 0;
   double median_error_px = 0;
-  bool by_ties = false;  ///< some strip stands where the flight's tie puts it, because too few images came down
+  std::optional<OnMap> on_map;  ///< none: it stands in the world of `strip_id`
+  bool by_ties = false;         ///< some strip stands where the flight's tie puts it, because too few images came down
   std::vector<ClosedLink> links;
   HeightSteps steps_before;  ///< by the poses of the flight and its ties
   HeightSteps steps_after;   ///< in the model
@@ -68,7 +87,8 @@ struct JoinedFlight {
 using JoinProgress = std::function<void(const std::string&)>;
 
 /// Moves poses, points and depths of `flight` into the models, and the keyframes to the strip that names the model.
-/// Does nothing where no link came down. The result depends on what came down only: `results`, which may be null, keeps
+/// Models with fixes on a map become one model that stands on it (map_fixes.hpp). Does nothing where neither a link
+/// nor three such fixes came down. The result depends on what came down only: `results`, which may be null, keeps
 /// what follows from images alone, and adjustments, and changes the time only.
 [[nodiscard]] JoinedFlight join_strips(intake::Flight& flight, const JoinProgress& progress,
                                        intake::ResultCache* results = nullptr);

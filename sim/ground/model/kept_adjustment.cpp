@@ -35,12 +35,24 @@ bool set_unknowns(const std::vector<double>& unknowns, AdjustmentProblem& proble
   return true;
 }
 
+std::vector<double> numbers_of(const std::vector<AdjustedPrior>& priors) {
+  std::vector<double> numbers;
+  for (const AdjustedPrior& prior : priors) {
+    numbers.insert(numbers.end(), {static_cast<double>(prior.camera), prior.robust_px});
+    numbers.insert(numbers.end(), prior.cam_from_world.data(), prior.cam_from_world.data() + 9);
+    numbers.insert(numbers.end(), prior.centre.data(), prior.centre.data() + 3);
+    numbers.insert(numbers.end(), prior.px_from_error.data(), prior.px_from_error.data() + 36);
+  }
+  return numbers;
+}
+
 std::uint64_t digest_of(const AdjustmentProblem& problem, const AdjustmentParams& params) {
   std::vector<std::uint8_t> bytes;
   intake::append(unknowns_of(problem), bytes);
   intake::append(problem.observations, bytes);
   intake::append(problem.depths, bytes);
-  intake::InputDigest digest("adjustment 2");
+  intake::append(numbers_of(problem.priors), bytes);
+  intake::InputDigest digest("adjustment 3");
   digest.add(bytes).add_value(params.robust_px).add_value(params.max_iterations).add_value(params.tolerance);
   for (const AdjustedCamera& camera : problem.cameras)
     digest.add_value(camera.fx).add_value(camera.fy).add_value(camera.cx).add_value(camera.cy);

@@ -16,8 +16,6 @@ namespace ilp::model {
 namespace {
 
 constexpr double least_angle_rad = 0.0175;
-/// Of the last adjustment.
-constexpr double last_robust_px = 0.5;
 
 struct SeenFrom {
   const RigidTransform* camera_from_model = nullptr;
@@ -263,6 +261,12 @@ ModelProblem problem_of(const Scene& scene, const Model& model) {
     problem.cameras.push_back(adjusted_camera(model.views[v].camera_from_model, scene.views[v].camera));
     problem.view_of.push_back(v);
   }
+  for (const ViewFix& fix : model.fixes) {
+    const FixWeights& weights = model.fix_weights;
+    problem.priors.push_back({camera_of[fix.view], fix.cam_from_map, fix.centre,
+                              weights.image_px / weights.error_factor * fix.sigmas_from_error,
+                              weights.image_px * weights.loss});
+  }
   std::vector<SeenFrom> from;
   for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
     const ModelPoint& point = model.points[t];
@@ -332,7 +336,11 @@ void state_errors(const Scene& scene, Model& model) {
     add_distances(problem);
     errors = pose_covariances(problem);
   }
-  const double factor = errors.empty() ? 1 : common_errors_of(problem, last_robust_px).factor();
+  double factor = 1;
+  if (!errors.empty() && model.fixes.empty()) factor = common_errors_of(problem, last_robust_px).factor();
+  // With fixes, what sightings have in common has been weighed against them.
+  if (!errors.empty() && !model.fixes.empty())
+    factor = model.fix_weights.image_px * model.fix_weights.image_px / variance_of_sightings(problem).value();
   for (std::size_t c = 0; c < errors.size(); ++c) {
     for (double& of_pose : errors[c]) of_pose *= factor;
     model.views[problem.view_of[c]].covariance = errors[c];

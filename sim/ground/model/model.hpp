@@ -25,12 +25,30 @@ struct ModelPoint {
   bool by_depth = false;  ///< its views see it under too small an angle: depths of points near it help
 };
 
+/// Where a fix on the map puts a view. The errors are its own; that of the map's place is common to all.
+struct ViewFix {
+  std::uint32_t view = 0;
+  Mat3 cam_from_map = Mat3::Identity();
+  Vec3 centre = Vec3::Zero();             ///< m
+  Mat6 sigmas_from_error = Mat6::Zero();  ///< of rotation vector in the camera's axes and centre: six errors of sigma 1
+};
+
+/// How fixes count against sightings.
+struct FixWeights {
+  double image_px = 1;      ///< error of sightings, px: what one sigma of a fix counts among them
+  double image_factor = 1;  ///< part of it: how much more the model bends than independent sightings would let it
+  double error_factor = 1;  ///< errors of the fixes for a stated one
+  double loss = 0;          ///< scale of Cauchy's loss of a fix, in its errors
+};
+
 struct Model {
   std::vector<ModelView> views;       ///< by view of the scene
   std::vector<ModelPoint> points;     ///< by track of the scene
   std::vector<std::uint8_t> refused;  ///< sightings that contradict the others of their tracks, track after track
   std::vector<std::size_t> first;     ///< by track, of its sightings in `refused`; and the end
   bool by_sub_maps = false;           ///< adjusted in parts, and the errors of its views are stated
+  std::vector<ViewFix> fixes;         ///< by view; with any, the model stands on their map (map_fixes.hpp)
+  FixWeights fix_weights;             ///< of fixes
 
   [[nodiscard]] std::size_t size() const;
   [[nodiscard]] bool refuses(std::size_t track, std::size_t sighting) const {
@@ -85,8 +103,11 @@ struct ModelProblem : AdjustmentProblem {
 };
 [[nodiscard]] ModelProblem problem_of(const Scene& scene, const Model& model);
 
-/// Bundle adjustment of the whole model (adjustment.hpp). Points that stand by the depths about them keep these within
-/// a hundredth. `tolerance`: as in AdjustmentParams.
+/// Scale of Cauchy's loss in the last adjustment.
+inline constexpr double last_robust_px = 0.5;
+
+/// Bundle adjustment of the whole model (adjustment.hpp), with its fixes as priors. Points that stand by the depths
+/// about them keep these within a hundredth. `tolerance`: as in AdjustmentParams.
 void adjust_model(const Scene& scene, double robust_px, Model& model, double tolerance = AdjustmentParams{}.tolerance);
 
 /// The covariances of the views (pose_errors.hpp), as the model stands now, larger by what neighbouring sightings have

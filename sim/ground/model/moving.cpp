@@ -105,13 +105,15 @@ std::optional<Similarity> model_from_strip(const Scene& scene, const Model& mode
   return similarity;
 }
 
-void move_flight(const Scene& scene, const Model& model, std::int64_t strip_id, intake::Flight& flight) {
+void move_flight(const Scene& scene, const Model& model, std::int64_t strip_id, bool in_metres,
+                 intake::Flight& flight) {
   std::map<std::int64_t, Similarity> by_strip;
   const TracksByView seen_by = tracks_by_view(scene);
   ScaleSource unit = ScaleSource::first_baseline;
   for (const std::int64_t id : flight.strips.at(strip_id).keyframes) {
     if (flight.keyframes.at(id).posed()) unit = flight.keyframes.at(id).pose->scale_source;
   }
+  if (in_metres) unit = ScaleSource::navigation;
   for (std::uint32_t v = 0; v < scene.views.size(); ++v) {
     if (!model.views[v].in) continue;
     const View& view = scene.views[v];

@@ -16,8 +16,8 @@ namespace ilp::model {
 [[nodiscard]] std::optional<Similarity> model_from_strip(const Scene& scene, const Model& model, std::int64_t strip_id);
 
 /// Each keyframe takes its pose of the model, its points and depths move with it, and it belongs to `strip_id` from now
-/// on. Its errors are those of the model where they are known, and otherwise the flight's in the model's unit. A
-/// keyframe without a pose of the flight gets one.
-void move_flight(const Scene& scene, const Model& model, std::int64_t strip_id, intake::Flight& flight);
+/// on. `in_metres`: the model's unit is a metre, otherwise that of the strip. Its errors are those of the model where
+/// they are known, and otherwise the flight's in the model's unit. A keyframe without a pose of the flight gets one.
+void move_flight(const Scene& scene, const Model& model, std::int64_t strip_id, bool in_metres, intake::Flight& flight);
 
 }  // namespace ilp::model

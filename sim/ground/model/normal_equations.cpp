@@ -64,13 +64,32 @@ LinearResidual linear(const AdjustedCamera& camera, const Vec3& point, const Adj
 }
 
 /// Of Cauchy's loss, as that of repeated least squares.
-double weight_of(const Vec2& residual, double robust_px) {
+template <typename Residual>
+double weight_of(const Residual& residual, double robust_px) {
   return robust_px > 0 ? 1 / (1 + residual.squaredNorm() / (robust_px * robust_px)) : 1;
 }
 
-double loss_of(const Vec2& residual, double robust_px) {
+template <typename Residual>
+double loss_of(const Residual& residual, double robust_px) {
   const double squares = residual.squaredNorm(), scale = robust_px * robust_px;
   return robust_px > 0 ? scale * std::log1p(squares / scale) : squares;
+}
+
+/// The residuals of a prior, and their derivatives by rotation vector and centre of the camera.
+struct PriorResidual {
+  Vec6 value;
+  Mat6 by_camera;
+};
+
+PriorResidual linear(const AdjustedCamera& camera, const AdjustedPrior& prior) {
+  const Vec3 turn = vector_from_rotation(camera.cam_from_world * prior.cam_from_world.transpose());
+  Vec6 error;
+  error << turn, camera.centre - prior.centre;
+  // To the second order of the turn (the inverse of SO(3)'s left Jacobian).
+  Mat6 by_camera = Mat6::Identity();
+  const Mat3 cross = cross_matrix(turn);
+  by_camera.topLeftCorner<3, 3>() += cross * cross / 12 - cross / 2;
+  return {prior.px_from_error * error, prior.px_from_error * by_camera};
 }
 
 template <typename Element>
@@ -100,7 +119,7 @@ void clear_unknown(int unknown, Mat6& covariance) {
 
 }  // namespace
 
-double cost_of(const AdjustmentProblem& problem, const ResidualWeights& weights) {
+double cost_of_points(const AdjustmentProblem& problem, const ResidualWeights& weights) {
   double twice = 0;
   for (const AdjustedObservation& seen : problem.observations) {
     const AdjustedCamera& camera = problem.cameras[seen.camera];
@@ -113,6 +132,17 @@ double cost_of(const AdjustmentProblem& problem, const ResidualWeights& weights)
     twice += weights.depth * residual * residual;
   }
   return twice / 2;
+}
+
+double cost_of(const AdjustmentProblem& problem, const ResidualWeights& weights) {
+  double twice = 0;
+  for (const AdjustedPrior& prior : problem.priors)
+    twice += loss_of(linear(problem.cameras[prior.camera], prior).value, prior.robust_px);
+  return cost_of_points(problem, weights) + twice / 2;
+}
+
+double error_of(const AdjustmentProblem& problem, const AdjustedPrior& prior) {
+  return linear(problem.cameras[prior.camera], prior).value.norm();
 }
 
 /// What one point contributes. Kept from point to point, because it needs memory.
@@ -145,7 +175,7 @@ NormalEquations::NormalEquations(const AdjustmentProblem& problem)
     : first_observation_(first_by_point(problem.observations, problem.points.size())),
       first_depth_(first_by_point(problem.depths, problem.points.size())),
       observing_(problem.cameras.size(), 0),
-      gauge_(gauge_of(problem)),
+      gauge_(problem.priors.empty() ? std::optional(gauge_of(problem)) : std::nullopt),
       system_(related_by_points(problem)) {
   for (const AdjustedObservation& seen : problem.observations) observing_[seen.camera] = 1;
 }
@@ -187,8 +217,9 @@ void NormalEquations::damp_and_hold(double damping) {
     normal_[c].diagonal() *= 1 + damping;
     system_.add(c, c, normal_[c]);
   }
-  for (int k = 0; k < 6; ++k) hold(gauge_.first, k);
-  if (gauge_.anchor != gauge_.first) hold(gauge_.anchor, 3 + gauge_.component);
+  if (!gauge_) return;
+  for (int k = 0; k < 6; ++k) hold(gauge_->first, k);
+  if (gauge_->anchor != gauge_->first) hold(gauge_->anchor, 3 + gauge_->component);
 }
 
 /// Of the cameras' own blocks, only `normal_` is made.
@@ -200,6 +231,7 @@ bool NormalEquations::accumulate(const AdjustmentProblem& problem, const Residua
   bool determined = true;
   with_widest_vectors([&] { determined = accumulate_points(problem, weights, damping); });
   if (!determined) return false;
+  accumulate_priors(problem);
   for (std::size_t c = 0; c < right_.size(); ++c) right_[c] += down_[c];
   return true;
 }
@@ -222,6 +254,15 @@ bool NormalEquations::accumulate_points(const AdjustmentProblem& problem, const 
     eliminate(part, inverse);
   }
   return true;
+}
+
+void NormalEquations::accumulate_priors(const AdjustmentProblem& problem) {
+  for (const AdjustedPrior& prior : problem.priors) {
+    const PriorResidual residual = linear(problem.cameras[prior.camera], prior);
+    const double weight = weight_of(residual.value, prior.robust_px);
+    normal_[prior.camera].noalias() += weight * residual.by_camera.transpose() * residual.by_camera;
+    down_[prior.camera].noalias() -= weight * residual.by_camera.transpose() * residual.value;
+  }
 }
 
 bool NormalEquations::reduce(const AdjustmentProblem& problem, const ResidualWeights& weights, double damping) {
@@ -272,8 +313,9 @@ std::optional<AdjustmentStep> NormalEquations::step(const AdjustmentProblem& pro
 std::vector<Mat6> NormalEquations::covariances(const AdjustmentProblem& problem, const ResidualWeights& weights) {
   if (!reduce(problem, weights, 0) || !system_.factor()) return {};
   std::vector<Mat6> covariances = system_.inverse_diagonal();
-  for (int k = 0; k < 6; ++k) clear_unknown(k, covariances[gauge_.first]);
-  if (gauge_.anchor != gauge_.first) clear_unknown(3 + gauge_.component, covariances[gauge_.anchor]);
+  if (!gauge_) return covariances;
+  for (int k = 0; k < 6; ++k) clear_unknown(k, covariances[gauge_->first]);
+  if (gauge_->anchor != gauge_->first) clear_unknown(3 + gauge_->component, covariances[gauge_->anchor]);
   return covariances;
 }
 

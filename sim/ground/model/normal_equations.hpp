@@ -29,8 +29,12 @@ struct CameraEquations {
   std::vector<Vec6> right;  ///< by camera
 };
 
-/// Half the sum of the losses; infinite where a point lies behind a camera that observes it.
+/// Half the sum of the losses, without those of priors; infinite where a point lies behind a camera that observes it.
+[[nodiscard]] double cost_of_points(const AdjustmentProblem& problem, const ResidualWeights& weights);
+/// With those of priors.
 [[nodiscard]] double cost_of(const AdjustmentProblem& problem, const ResidualWeights& weights);
+/// By how much a prior is missed: the norm of its residuals, px.
+[[nodiscard]] double error_of(const AdjustmentProblem& problem, const AdjustedPrior& prior);
 
 class NormalEquations {
  public:
@@ -56,6 +60,7 @@ class NormalEquations {
   [[nodiscard]] bool accumulate(const AdjustmentProblem& problem, const ResidualWeights& weights, double damping);
   [[nodiscard]] bool accumulate_points(const AdjustmentProblem& problem, const ResidualWeights& weights,
                                        double damping);
+  void accumulate_priors(const AdjustmentProblem& problem);
   void eliminate(const PointPart& part, const Mat3& inverse);
   void damp_and_hold(double damping);
   void move_points(const AdjustmentProblem& problem, const ResidualWeights& weights, double damping,
@@ -63,7 +68,7 @@ class NormalEquations {
 
   std::vector<std::size_t> first_observation_, first_depth_;  ///< by point, and the end
   std::vector<std::uint8_t> observing_;                       ///< by camera
-  Gauge gauge_;
+  std::optional<Gauge> gauge_;                                ///< none where there are priors
   CameraSystem system_;
   std::vector<Mat6> normal_;        ///< by camera, with the points where they are
   std::vector<Vec6> right_, down_;  ///< without the points; with them where they are

@@ -1,5 +1,6 @@
 #include "sim/ground/report/accuracy.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -114,6 +115,31 @@ std::optional<StripAccuracy> measure_accuracy(const intake::Flight& flight, cons
   }
   accuracy.rotation_rad = host::summarise(errors->rotation_rad);
   if (!depths.empty()) accuracy.depth_percent = host::summarise(depths);
+  return accuracy;
+}
+
+std::optional<MapAccuracy> measure_on_map(const intake::Flight& flight, const intake::Strip& strip,
+                                          const Reference& reference) {
+  const PosePairs pairs = pose_pairs(flight, strip, reference);
+  if (!strip.map || strip.control || pairs.keyframes.empty()) return std::nullopt;
+  std::vector<double> position, horizontal, squares;
+  for (std::size_t i = 0; i < pairs.keyframes.size(); ++i) {
+    const Vec3 error = pairs.track.centres[i] - pairs.reference.centres[i];
+    position.push_back(error.norm());
+    horizontal.push_back(error.head<2>().norm());
+    const PoseRecord& pose = *flight.keyframes.at(pairs.keyframes[i]).pose;
+    Mat3 covariance;
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) {
+        const int low = 3 + std::min(row, column), high = 3 + std::max(row, column);
+        covariance(row, column) = pose.covariance[high * (high + 1) / 2 + low];
+      }
+    }
+    const double square = error.dot(covariance.inverse() * error) / 3;
+    if (std::isfinite(square)) squares.push_back(square);
+  }
+  MapAccuracy accuracy{host::summarise(position), host::summarise(horizontal)};
+  if (!squares.empty()) accuracy.nes = host::summarise(squares).mean;
   return accuracy;
 }
 

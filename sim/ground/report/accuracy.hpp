@@ -53,6 +53,12 @@ struct KeyframeAccuracy {
   std::optional<DepthAccuracy> depth;
 };
 
+/// Errors of the places of cameras on a map, m, without any alignment.
+struct MapAccuracy {
+  host::ErrorSummary position, horizontal;
+  double nes = unknown;  ///< mean square of the errors in stated ones, for each coordinate: 1 where they are as stated
+};
+
 struct StripAccuracy {
   host::Similarity3 reference_from_strip;
   std::size_t poses = 0;
@@ -62,6 +68,7 @@ struct StripAccuracy {
   /// Position errors when the alignment's rotation comes from the attitudes instead of the positions.
   host::ErrorSummary position_with_attitude;
   host::ErrorSummary rotation_rad;
+  std::optional<MapAccuracy> on_map;
   std::optional<host::ErrorSummary> depth_percent;  ///< of the keyframes' median_abs_percent
   std::map<std::int64_t, KeyframeAccuracy> keyframes;
 
@@ -72,6 +79,11 @@ struct StripAccuracy {
 /// None when fewer than two posed keyframes have a reference.
 [[nodiscard]] std::optional<StripAccuracy> measure_accuracy(const intake::Flight& flight, const intake::Strip& strip,
                                                             const Reference& reference);
+
+/// Of a strip that stands on a map, by a reference in the coordinates of the map's plane, as a simulated world has
+/// them. None for other strips.
+[[nodiscard]] std::optional<MapAccuracy> measure_on_map(const intake::Flight& flight, const intake::Strip& strip,
+                                                        const Reference& reference);
 
 // Reference poses from camera text files, true depths from PFM files.
 

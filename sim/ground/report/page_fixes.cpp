@@ -168,6 +168,7 @@ std::string page_fixes(const Report& report) {
     }
     html += plan(strip) + table(strip);
   }
+  for (const std::string& line : fixes::lines_of(report.joined)) html += "<p>" + host::escaped(line) + ".</p>\n";
   return html;
 }
 

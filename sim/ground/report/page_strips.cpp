@@ -148,7 +148,7 @@ std::string strip_facts(const Report& report, const StripResult& s) {
   if (!s.place.empty()) html += "Place: " + host::escaped(s.place) + ". ";
   if (!s.files.empty()) html += file_list(s.files) + " ";
   if (unit == "units") html += "The scale is the strip's own: its first baseline is 1.";
-  if (s.strip.frame) html += navigation_facts(*s.strip.frame);
+  if (s.strip.frame && !s.strip.map) html += navigation_facts(*s.strip.frame);
   return html + "</p>\n";
 }
 
@@ -176,6 +176,10 @@ std::string strip_accuracy(const StripResult& s) {
   html += error_row("turned by attitudes", a, a.position_with_attitude);
   html += "</table></div><p>Attitude error: mean " + host::brief(a.rotation_rad.mean * degree) + "°, max " +
           host::brief(a.rotation_rad.max * degree) + "°.";
+  if (a.on_map) {
+    html += " On the map, without any alignment, cameras are off by " + host::brief(a.on_map->position.median) +
+            " m in the median and " + host::brief(a.on_map->position.max) + " m at most.";
+  }
   if (a.depth_percent) {
     html += " Median absolute height error per keyframe, in per cent of the flying height: mean " +
             host::brief(a.depth_percent->mean) + ", worst " + host::brief(a.depth_percent->max) + ".";

@@ -90,7 +90,7 @@ Json position_json(const StripAccuracy& a, const host::ErrorSummary& s) {
 }
 
 Json accuracy_json(const StripAccuracy& a) {
-  return {
+  Json json = {
       {"poses", a.poses},
       {"scale_reference_from_strip", a.reference_from_strip.scale},
       {"length", a.length},
@@ -99,6 +99,12 @@ Json accuracy_json(const StripAccuracy& a) {
       {"position_with_attitude", position_json(a, a.position_with_attitude)},
       {"rotation_rad", summary_json(a.rotation_rad)},
       {"depth_median_abs_percent_of_flying_height", a.depth_percent ? summary_json(*a.depth_percent) : Json(nullptr)}};
+  if (a.on_map) {
+    json["on_map"] = {{"position_m", summary_json(a.on_map->position)},
+                      {"horizontal_m", summary_json(a.on_map->horizontal)},
+                      {"nes", std::isfinite(a.on_map->nes) ? Json(a.on_map->nes) : Json(nullptr)}};
+  }
+  return json;
 }
 
 /// The map itself, of which the grid is an overview where it is too large.
@@ -374,6 +380,25 @@ Json steps_json(const model::HeightSteps& steps) {
           {"p95_percent", known(steps.p95_percent)}};
 }
 
+/// As told of all fixes in `fixes`, those of one model.
+Json on_map_json(const model::OnMap& on_map) {
+  const auto known = [](double sigma) { return sigma > 0 ? Json(sigma) : Json(nullptr); };
+  Json fixes = Json::array();
+  for (const model::OnMap::Fix& fix : on_map.fixes)
+    fixes.push_back({{"keyframe", fix.keyframe_id}, {"used", fix.used}, {"off_sigmas", fix.sigmas}});
+  return {{"map", fixes::map_name(on_map.map.map_id)},
+          {"body", name_of(on_map.map.body)},
+          {"longitude_deg", on_map.map.longitude_deg},
+          {"latitude_deg", on_map.map.latitude_deg},
+          {"map_sigma_m", on_map.map.map_sigma_m},
+          {"place_sigma_m", known(on_map.map.place_sigma_m)},
+          {"used", on_map.used},
+          {"error_factor", on_map.error_factor},
+          {"image_factor", on_map.image_factor},
+          {"removed_m", {{"median", on_map.removed_m.median}, {"largest", on_map.removed_m.max}}},
+          {"fixes", fixes}};
+}
+
 Json joined_json(const model::JoinedFlight& joined) {
   Json models = Json::array(), apart = Json::array();
   for (const model::JoinedModel& one : joined.models) {
@@ -400,6 +425,7 @@ Json joined_json(const model::JoinedFlight& joined) {
          {"by_ties", one.by_ties},
          {"height_steps", {{"before", steps_json(one.steps_before)}, {"after", steps_json(one.steps_after)}}},
          {"links", links}});
+    if (one.on_map) models.back()["on_map"] = on_map_json(*one.on_map);
   }
   for (const model::StripApart& one : joined.apart)
     apart.push_back({{"strip", one.strip_id}, {"keyframes", one.keyframes}, {"why", one.why}});

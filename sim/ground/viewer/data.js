@@ -58,6 +58,7 @@ export function readFlight() {
     strip.members = strip.keyframes.map((id) => flight.byId.get(id)).filter(Boolean);
     const inside = new Set(strip.keyframes);
     strip.links = flight.links.filter((l) => inside.has(l.keyframe) && inside.has(l.place));
+    strip.fixes = flight.fixes.filter((f) => inside.has(f.keyframe));
   }
   return flight;
 }

@@ -8,7 +8,7 @@ const keys = [
   ['P', 'measure: then two places, by clicks or by Enter'],
   ['[  ]', 'previous and next keyframe'],
   ['1 … 7', 'colour: orthoimage, height, sigma, count, newly seen, richness, source'],
-  ['T  L  F  U', 'track, links, footprints, uncertainty'],
+  ['T  L  M  F  U', 'track, links, fixes on the map, footprints, uncertainty'],
   ['X  Shift X', 'more, less exaggeration of the relief'],
   ['+  −', 'nearer, farther'],
   ['A  D  W  S', 'turn the view left, right, up, down'],

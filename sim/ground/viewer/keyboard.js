@@ -51,6 +51,7 @@ function everywhere(page, state, scene) {
   Object.assign(actions, {
     t: () => flip(state, 'track'),
     l: () => { if (state.flight.links.length) flip(state, 'links'); },
+    m: () => { if (state.flight.fixes.length) flip(state, 'fixes'); },
     f: () => flip(state, 'footprints'),
     u: () => flip(state, 'uncertainty'),
     '+': () => scene.zoom(0.85),

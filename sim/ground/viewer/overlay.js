@@ -34,8 +34,14 @@ export function makeOverlay(page, state, scene) {
     const keys = verdicts.filter((v) => count[v.id]).map((v) => stroke(v, count[v.id]));
     return keys.length ? [element('div', { class: 'keysrow links' }, element('span', {}, 'Links:'), ...keys)] : [];
   }
+  function fixKeys() {
+    const fixes = scene?.track?.fixes;
+    if (!state.show.fixes || !fixes?.keys.length) return [];
+    const keys = fixes.keys.map(({ name, count, colour }) => stroke({ name, colour }, count));
+    return [element('div', { class: 'keysrow links' }, element('span', {}, `Fixes on the map, one sigma × ${fixes.enlarged}:`), ...keys)];
+  }
   function drawLegend(made) {
-    if (!made) return legend.replaceChildren(element('p', {}, state.strip?.grid ? '' : 'No depth of this strip has come down: there is its track, but no surface.'), ...linkKeys());
+    if (!made) return legend.replaceChildren(element('p', {}, state.strip?.grid ? '' : 'No depth of this strip has come down: there is its track, but no surface.'), ...linkKeys(), ...fixKeys());
     const layer = layers.find((l) => l.id === state.layer);
     const parts = [element('b', {}, layer.name)];
     if (made.legend?.kind === 'ramp') {
@@ -49,7 +55,7 @@ export function makeOverlay(page, state, scene) {
     const thinned = grid.stride > 1 ? `every ${ordinal(grid.stride)} cell shown, ` : '';
     parts.push(element('p', { class: 'muted' }, `${thinned}cell ${brief(grid.cell)} ${state.strip.unit}, relief × ${state.exaggeration}`));
     if (state.show.uncertainty && scene?.track?.enlarged) parts.push(element('p', { class: 'muted' }, `Blue: one sigma of the camera's position, × ${scene.track.enlarged}`));
-    legend.replaceChildren(...parts, ...linkKeys());
+    legend.replaceChildren(...parts, ...linkKeys(), ...fixKeys());
   }
 
   let made = null;

@@ -17,6 +17,7 @@ export function nothingPage(root, flight) {
 const switches = [
   ['track', 'Track', 'T'],
   ['links', 'Links', 'L'],
+  ['fixes', 'Fixes', 'M'],
   ['footprints', 'Footprints', 'F'],
   ['uncertainty', 'Uncertainty', 'U'],
 ];
@@ -31,9 +32,11 @@ export function buildPage(root, state) {
   const layerButtons = layers.map((layer, i) => element('button', {
     type: 'button', role: 'radio', 'data-layer': layer.id, title: `${layer.name} (${i + 1})`, onclick: () => state.set({ layer: layer.id }),
   }, layer.name));
+  const nothing = { links: 'This flight has no links', fixes: 'No strip of this flight stands on a map' };
+  const none = (id) => id in nothing && !flight[id].length;
   const switchButtons = switches.map(([id, name, key]) => element('button', {
-    type: 'button', 'data-show': id, disabled: id === 'links' && !flight.links.length,
-    title: id === 'links' && !flight.links.length ? 'This flight has no links' : `${name} (${key})`, onclick: () => state.set({ show: { ...state.show, [id]: !state.show[id] } }),
+    type: 'button', 'data-show': id, disabled: none(id),
+    title: none(id) ? nothing[id] : `${name} (${key})`, onclick: () => state.set({ show: { ...state.show, [id]: !state.show[id] } }),
   }, name));
   const slider = element('input', {
     id: 'exaggeration', type: 'range', 'aria-label': 'Vertical exaggeration', min: 1, max: 8, step: 0.5, oninput: (e) => state.set({ exaggeration: Number(e.target.value) }),

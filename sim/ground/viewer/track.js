@@ -10,6 +10,7 @@ import { planeAt } from './grid.js';
 import { draped } from './drape.js';
 import { rotationOf } from './camera_model.js';
 import { eigenOf } from './ellipsoid.js';
+import { makeFixes } from './fixes.js';
 import { makeLinks } from './links.js';
 
 const plain = new THREE.Color(0xffffff);
@@ -53,6 +54,7 @@ export function makeTrack(strip, origin) {
   lines.add(casing, line, cameras);
 
   const links = makeLinks(strip, posed, centres, size);
+  const fixes = makeFixes(strip, origin, size);
   const { mesh: ellipsoids, enlarged } = makeEllipsoids(posed, centres, size);
   const pale = matchMedia('(prefers-color-scheme: dark)').matches ? 0xf4e9d8 : 0x4a4038;
   const footprints = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: pale, transparent: true, opacity: 0.55 }));
@@ -61,7 +63,7 @@ export function makeTrack(strip, origin) {
   const chosenMaterial = new LineMaterial({ color: 0xff9a3c, linewidth: 3 });
   const chosen = new LineSegments2(new LineSegmentsGeometry(), chosenMaterial);
   chosen.frustumCulled = false;
-  group.add(lines, links.group, footprints, chosen);
+  group.add(lines, links.group, fixes.group, footprints, chosen);
   if (ellipsoids) group.add(ellipsoids);
 
   let exaggeration = 1;
@@ -99,16 +101,19 @@ export function makeTrack(strip, origin) {
   return Object.assign(track, {
     enlarged,
     links,
+    fixes,
     cameras,
     footprints,
     show(which) {
       lines.visible = which.track;
       links.group.visible = which.links;
+      fixes.group.visible = which.fixes;
       footprints.visible = which.footprints;
       if (ellipsoids) ellipsoids.visible = which.uncertainty;
     },
     setExaggeration(factor) {
       exaggeration = factor;
+      fixes.setExaggeration(factor);
       drawFootprints();
     },
     highlight(ids) {
@@ -119,6 +124,7 @@ export function makeTrack(strip, origin) {
     },
     dispose() {
       links.dispose();
+      fixes.dispose();
       for (const node of [casing, line, cameras, footprints, chosen, ellipsoids]) {
         node?.geometry.dispose();
         node?.material.dispose();

@@ -7,7 +7,7 @@ export function makeState(flight) {
     strip: flight.strips[0] ?? null,
     layer: 'ortho',
     // Over a survey, links are a net that hides the ground.
-    show: { track: true, links: flight.links.length > 0 && flight.links.length < flight.keyframes.length, footprints: true, uncertainty: false },
+    show: { track: true, links: flight.links.length > 0 && flight.links.length < flight.keyframes.length, fixes: flight.fixes.length > 0, footprints: true, uncertainty: false },
     exaggeration: 1,
     keyframe: null,  // selected
     span: null,      // [from, to] of the timeline, s

@@ -3,6 +3,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "sim/ground/fixes/fix_summary.hpp"
 #include "sim/ground/report/camera_lines.hpp"
 
 namespace ilp::viewer {
@@ -16,6 +17,26 @@ std::map<std::pair<std::int64_t, std::int64_t>, const model::ClosedLink*> closed
     for (const model::ClosedLink& link : one.links) closed[{link.keyframe_id, link.place_id}] = &link;
   }
   return closed;
+}
+
+/// Of strips that stand on a map, whose coordinates are those of the fixes.
+nlohmann::json viewer_fixes(const report::Report& report) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const model::JoinedModel& one : report.joined.models) {
+    const auto strip = report.flight.strips.find(one.strip_id);
+    if (!one.on_map || strip == report.flight.strips.end() || !strip->second.map) continue;
+    for (const model::OnMap::Fix& fix : one.on_map->fixes) {
+      const auto& record = report.flight.keyframes.at(fix.keyframe_id).fix;
+      if (!record) continue;
+      const fixes::ErrorEllipse ellipse = fixes::ellipse_of(*record);
+      out.push_back({{"keyframe", fix.keyframe_id},
+                     {"ground", record->ground_m},
+                     {"radii", {ellipse.major_m, ellipse.minor_m}},
+                     {"direction_rad", ellipse.direction_rad},
+                     {"used", fix.used}});
+    }
+  }
+  return out;
 }
 
 }  // namespace
@@ -56,6 +77,7 @@ nlohmann::json viewer_data_but_keyframes(const report::Report& report, const Vie
             {"files", sums.files_used}}},
           {"strips", std::move(strips)},
           {"links", viewer_links(report)},
+          {"fixes", viewer_fixes(report)},
           {"timeline", viewer_timeline(report, budget)},
           {"warnings", report::camera_lines(report.flight)},
           {"remarks", report.flight.remarks},

@@ -129,7 +129,7 @@ json viewer_strip(const report::Report& report, const report::StripResult& strip
   const std::string end = report::strip_end(report, strip.strip);
   json out = {{"id", strip.strip.id},
               {"unit", intake::unit_of(report.flight, strip.strip)},
-              {"navigation", navigation_of(strip.strip.frame)},
+              {"navigation", strip.strip.map ? json(nullptr) : navigation_of(strip.strip.frame)},
               {"end", end.empty() ? "no record received" : end},
               {"keyframes", strip.strip.keyframes},
               {"flying_height", strip.flying_height},

@@ -92,9 +92,11 @@ struct NoisyFlight {
   /// place.
   [[nodiscard]] Vec2 bend(std::int64_t id, const Vec2& px) const {
     const double phase = static_cast<double>(id) + bend_phase;
-    return 2 * bend_px *
-           Vec2(std::sin(px.x() / 45 + 2.4 * phase) * std::cos(px.y() / 200 + phase),
-                std::sin(px.y() / 40 + 1.7 * phase) * std::cos(px.x() / 200 + 2 * phase));
+    const Vec2 radius = (px - Vec2(camera_.cx, camera_.cy)) / camera_.cx;
+    return radial_px * radius.squaredNorm() * radius +
+           2 * bend_px *
+               Vec2(std::sin(px.x() / 45 + 2.4 * phase) * std::cos(px.y() / 200 + phase),
+                    std::sin(px.y() / 40 + 1.7 * phase) * std::cos(px.x() / 200 + 2 * phase));
   }
 
   /// Points of a grid. As in a flight, a point is followed from keyframe to keyframe: where it comes back into view, it
@@ -308,6 +310,7 @@ struct NoisyFlight {
   std::vector<RigidTransform> truth_;  ///< by keyframe
   std::vector<StripTruth> strips_;
   double bend_px = 0, bend_phase = 0;
+  double radial_px = 0;  ///< of all images, at the end of a row: a lens that is not known well
   Rng rng_{7};
 };
 

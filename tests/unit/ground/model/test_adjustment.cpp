@@ -230,37 +230,58 @@ std::vector<double> residuals_of(const AdjustmentProblem& problem, double sigma_
     const double z = (camera.cam_from_world * (problem.points[depth.point] - camera.centre)).z();
     residuals.push_back((z * depth.inverse_depth - 1) / depth.sigma);
   }
+  for (const AdjustedPrior& prior : problem.priors) {
+    const AdjustedCamera& camera = problem.cameras[prior.camera];
+    Eigen::Matrix<double, 6, 1> error;
+    error << vector_from_rotation(camera.cam_from_world * prior.cam_from_world.transpose()),
+        camera.centre - prior.centre;
+    const Eigen::Matrix<double, 6, 1> px = prior.px_from_error * error;
+    for (int k = 0; k < 6; ++k) residuals.push_back(px[k] / sigma_px);
+  }
   return residuals;
+}
+
+/// By free unknown, the derivatives of all residuals.
+Dense derivatives_of(const AdjustmentProblem& problem, double sigma_px, const std::vector<std::size_t>& free) {
+  constexpr double step = 1e-5;
+  Dense derivatives;
+  for (const std::size_t u : free) {
+    const auto ahead = residuals_of(moved_by(problem, u, step), sigma_px),
+               behind = residuals_of(moved_by(problem, u, -step), sigma_px);
+    std::vector<double>& derivative = derivatives.emplace_back();
+    for (std::size_t i = 0; i < ahead.size(); ++i) derivative.push_back((ahead[i] - behind[i]) / (2 * step));
+  }
+  return derivatives;
+}
+
+Dense normal_of(const Dense& derivatives) {
+  Dense normal(derivatives.size(), std::vector<double>(derivatives.size(), 0));
+  for (std::size_t a = 0; a < derivatives.size(); ++a) {
+    for (std::size_t b = 0; b < derivatives.size(); ++b) {
+      for (std::size_t i = 0; i < derivatives[a].size(); ++i) normal[a][b] += derivatives[a][i] * derivatives[b][i];
+    }
+  }
+  return normal;
+}
+
+/// Of the squared residuals of sightings for each degree of freedom.
+double sighting_sigma(const AdjustmentProblem& problem) {
+  const std::vector<double> residuals = residuals_of(problem, 1);
+  double squares = 0;
+  for (std::size_t i = 0; i < 2 * problem.observations.size(); ++i) squares += residuals[i] * residuals[i];
+  const std::size_t unknowns = 6 * problem.cameras.size() + 3 * problem.points.size();
+  return std::sqrt(squares / static_cast<double>(2 * problem.observations.size() + problem.depths.size() - unknowns));
 }
 
 TEST(PoseErrorsTest, AreThoseOfTheDenseInverse) {
   const AdjustmentProblem problem = small_problem();
   const std::size_t unknowns = 6 * problem.cameras.size() + 3 * problem.points.size();
-  double squares = 0;
-  for (std::size_t i = 0; i < 2 * problem.observations.size(); ++i) {
-    const double residual = residuals_of(problem, 1)[i];
-    squares += residual * residual;
-  }
-  const double sigma_px = std::sqrt(squares / static_cast<double>(residuals_of(problem, 1).size() - unknowns));
-  constexpr double step = 1e-5;
   const Gauge gauge = gauge_of(problem);
   std::vector<std::size_t> free;
-  Dense derivatives;  // by free unknown
   for (std::size_t u = 6; u < unknowns; ++u) {
-    if (u == 6 * gauge.anchor + 3 + static_cast<std::size_t>(gauge.component)) continue;
-    const auto ahead = residuals_of(moved_by(problem, u, step), sigma_px),
-               behind = residuals_of(moved_by(problem, u, -step), sigma_px);
-    free.push_back(u);
-    std::vector<double>& derivative = derivatives.emplace_back();
-    for (std::size_t i = 0; i < ahead.size(); ++i) derivative.push_back((ahead[i] - behind[i]) / (2 * step));
+    if (u != 6 * gauge.anchor + 3 + static_cast<std::size_t>(gauge.component)) free.push_back(u);
   }
-  Dense normal(free.size(), std::vector<double>(free.size(), 0));
-  for (std::size_t a = 0; a < free.size(); ++a) {
-    for (std::size_t b = 0; b < free.size(); ++b) {
-      for (std::size_t i = 0; i < derivatives[a].size(); ++i) normal[a][b] += derivatives[a][i] * derivatives[b][i];
-    }
-  }
-  const Dense inverse = inverse_of(normal);
+  const Dense inverse = inverse_of(normal_of(derivatives_of(problem, sighting_sigma(problem), free)));
   const std::vector<PoseCovariance> errors = pose_covariances(problem);
   ASSERT_EQ(errors.size(), problem.cameras.size());
   std::size_t compared = 0;
@@ -275,6 +296,72 @@ TEST(PoseErrorsTest, AreThoseOfTheDenseInverse) {
   }
   EXPECT_EQ(compared, 4 * 21U + 15U) << "five cameras, of which one has a coordinate without error";
   for (const double held : errors[0]) EXPECT_EQ(held, 0);
+}
+
+/// Three cameras are known by themselves, wrongly by some of their sigmas.
+AdjustmentProblem problem_with_priors(double robust_px) {
+  AdjustmentProblem problem = small_problem();
+  for (const std::uint32_t c : {1U, 3U, 5U}) {
+    AdjustedPrior prior;
+    prior.camera = c;
+    prior.cam_from_world = rotation_from_vector(Vec3(0.02, -0.01, 0.03)) * problem.cameras[c].cam_from_world;
+    prior.centre = problem.cameras[c].centre + Vec3(0.1, -0.2, 0.05 * c);
+    for (int i = 0; i < 6; ++i) {
+      for (int k = 0; k <= i; ++k) prior.px_from_error(i, k) = i == k ? (i < 3 ? 90 : 7) : 1.5 + i - k;
+    }
+    prior.robust_px = robust_px;
+    problem.priors.push_back(prior);
+  }
+  return problem;
+}
+
+TEST(PoseErrorsTest, WithPriorsNoCameraIsHeld) {
+  const AdjustmentProblem problem = problem_with_priors(0);
+  std::vector<std::size_t> free(6 * problem.cameras.size() + 3 * problem.points.size());
+  for (std::size_t u = 0; u < free.size(); ++u) free[u] = u;
+  const double sigma_px = sighting_sigma(problem);
+  const Dense inverse = inverse_of(normal_of(derivatives_of(problem, sigma_px, free)));
+  const std::vector<PoseCovariance> errors = pose_covariances(problem);
+  ASSERT_EQ(errors.size(), problem.cameras.size());
+  for (std::size_t a = 0; a < 6 * errors.size(); ++a) {
+    for (std::size_t b = a - a % 6; b <= a; ++b) {
+      const std::size_t row = a % 6, column = b % 6;
+      const double scale = std::sqrt(inverse[a][a] * inverse[b][b]);
+      EXPECT_NEAR(errors[a / 6][row * (row + 1) / 2 + column], inverse[a][b], 1e-3 * scale);
+    }
+  }
+}
+
+// At the minimum all derivatives vanish. The priors contradict each other, so that none is met.
+TEST(AdjustmentTest, PriorsAndSightingsAreInBalance) {
+  for (const double robust_px : {0.0, 3.0}) {
+    AdjustmentProblem problem = problem_with_priors(robust_px);
+    const AdjustmentProblem before = problem;
+    AdjustmentParams params;
+    params.tolerance = 1e-12;
+    ASSERT_TRUE(adjust(problem, params).moved);
+    EXPECT_GT((problem.cameras[0].centre - before.cameras[0].centre).norm(), 1e-3) << "no camera is held";
+    std::vector<std::size_t> free(6 * problem.cameras.size());
+    for (std::size_t u = 0; u < free.size(); ++u) free[u] = u;
+    const std::vector<double> residuals = residuals_of(problem, 1);
+    const Dense derivatives = derivatives_of(problem, 1, free);
+    const std::size_t of_depths = 2 * problem.observations.size(), of_priors = of_depths + problem.depths.size();
+    const auto weight = [&](std::size_t first, std::size_t count, double robust) {
+      double squares = 0;
+      for (std::size_t i = first; i < first + count; ++i) squares += residuals[i] * residuals[i];
+      return robust > 0 ? 1 / (1 + squares / (robust * robust)) : 1;
+    };
+    for (std::size_t u = 0; u < free.size(); ++u) {
+      double sum = 0;
+      for (std::size_t i = 0; i < residuals.size(); ++i) {
+        const double counts = i < of_depths   ? weight(i - i % 2, 2, params.robust_px)
+                              : i < of_priors ? 1
+                                              : weight(i - (i - of_priors) % 6, 6, robust_px);
+        sum += counts * derivatives[u][i] * residuals[i];
+      }
+      EXPECT_NEAR(sum, 0, 0.02) << "unknown " << u << ", scale " << robust_px;
+    }
+  }
 }
 
 }  // namespace
