@@ -15,6 +15,7 @@
 #include "sim/ground/fixes/fix_summary.hpp"
 #include "sim/ground/intake/flight_info.hpp"
 #include "sim/ground/intake/missing.hpp"
+#include "sim/ground/landing/landing_files.hpp"
 #include "sim/ground/map/keyframe_look.hpp"
 #include "sim/ground/map/seam_measure.hpp"
 #include "sim/ground/map/strip_map.hpp"
@@ -40,6 +41,7 @@ struct StripResult : exports::ExportedStrip {
   map::SeamMeasure seams;
   exports::ColmapCounts colmap;
   std::optional<StripAccuracy> accuracy;
+  std::optional<landing::StripLanding> landing;  ///< where it was asked for
 };
 
 struct Report {
