@@ -1,5 +1,6 @@
 #include "sim/ground/ground_run.hpp"
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <ostream>
@@ -127,6 +128,15 @@ std::map<std::int64_t, map::Balance> balance_of(const report::Report& report) {
   return balance;
 }
 
+void find_landing_sites(const GroundOptions& options, const report::Report& report, const exports::Anchors* anchors,
+                        const landing::LandingLimits& limits, report::StripResult& result) {
+  const exports::Georeference place = exports::georeference_of(report.flight, result.strip, anchors);
+  const auto control = std::find_if(report.control.begin(), report.control.end(),
+                                    [&](const control::StripControl& c) { return c.strip == result.strip.id; });
+  result.landing = landing::landing_of(result, place, control == report.control.end() ? nullptr : &*control, limits);
+  if (result.landing->map) landing::export_landing(*result.landing->map, place, options.out, result);
+}
+
 void share(const GroundOptions& options, const report::Report& report, const exports::Anchors* anchors) {
   std::vector<const exports::ExportedStrip*> strips;
   for (const report::StripResult& strip : report.strips) strips.push_back(&strip);
@@ -164,6 +174,8 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   }
   const std::unique_ptr<report::Reference> reference = open_reference(options);
   if (!options.control.empty()) (void)control::read_control_file(options.control);
+  std::optional<landing::LandingLimits> landing_limits;
+  if (!options.landing.empty()) landing_limits = landing::read_landing_limits(options.landing);
   report::Report report;
   if (!options.flight_info.empty()) report.info = intake::read_flight_info(options.flight_info);
   if (!options.score.empty()) report.score = report::read_score(options.score);
@@ -197,6 +209,7 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
     result.suffix = report.strips.size() == 1 ? "" : "-strip-" + std::to_string(strip->id);
     measure_strip(report, result);
     merge_and_export(options, report, anchors ? &*anchors : nullptr, before, catalogue, result, messages);
+    if (landing_limits) find_landing_sites(options, report, anchors ? &*anchors : nullptr, *landing_limits, result);
     if (reference) result.accuracy = report::measure_accuracy(report.flight, *strip, *reference);
     if (result.accuracy && !options.truth.empty())
       result.accuracy->on_map = report::measure_on_map(report.flight, *strip, *reference);
@@ -243,6 +256,9 @@ std::vector<std::string> summary_of(const GroundOptions& options, const report::
   for (std::string& line : fixes::lines_of(report.joined)) lines.push_back(std::move(line));
   if (!options.control.empty()) {
     for (std::string& line : control::lines_of(report.control)) lines.push_back(std::move(line));
+  }
+  for (const report::StripResult& strip : report.strips) {
+    if (strip.landing) lines.push_back(landing::line_of(*strip.landing, strip.strip.id));
   }
   for (std::string& line : report::accuracy_lines(report)) lines.push_back(std::move(line));
   for (std::string& line : report::stated_lines(report)) lines.push_back(std::move(line));

@@ -35,6 +35,7 @@ struct GroundOptions {
   bool afresh = false;                 ///< forget what was taken in and computed before
   bool check = false;                  ///< read every file of the results, to find damage
   double target_overlap = 0;           ///< 0: what the database or the flight info says, else unknown
+  std::string landing;                 ///< FOOTPRINT_M[,SLOPE_DEG,STEP_M] of landing sites (landing_safety.hpp)
   std::size_t max_vertices = 1100000;  ///< of one model: 45 MB
 };
 

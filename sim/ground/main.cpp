@@ -157,6 +157,10 @@ int main(int argc, char** argv) {
                  "of it such as egm96_15.gtx");
   app.add_flag("--control-original", options.control_original,
                "control points are marked in the photographs as they came, also where smaller ones flew");
+  app.add_option(
+      "--landing-sites", options.landing,
+      "FOOTPRINT_M[,SLOPE_DEG,STEP_M] of a lander: maps of slope, roughness, largest step and probability of "
+      "safety, and the best sites (default: 10 degrees, a tenth of the footprint)");
   app.add_option("--title", options.title, "title of the report, such as the place or the mission");
   app.add_option("--catalogue", options.catalogue,
                  "postgresql://USER@HOST/DATABASE: keep the catalogue there, where missions share it, with footprints");

@@ -12,6 +12,8 @@ namespace ilp::report {
 [[nodiscard]] std::string page_strips(const Report& report);
 /// Empty without control points.
 [[nodiscard]] std::string page_control(const Report& report);
+/// Empty where no landing sites were asked for.
+[[nodiscard]] std::string page_landing(const Report& report);
 /// Empty where no link came down.
 [[nodiscard]] std::string page_joined(const Report& report);
 /// Empty where no fix record came down.

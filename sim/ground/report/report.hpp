@@ -15,6 +15,7 @@
 #include "sim/ground/fixes/fix_summary.hpp"
 #include "sim/ground/intake/flight_info.hpp"
 #include "sim/ground/intake/missing.hpp"
+#include "sim/ground/landing/landing_files.hpp"
 #include "sim/ground/map/keyframe_look.hpp"
 #include "sim/ground/map/seam_measure.hpp"
 #include "sim/ground/map/strip_map.hpp"
@@ -43,6 +44,7 @@ struct StripResult : exports::ExportedStrip {
   std::map<std::int64_t, map::Balance> balance;  ///< of the orthoimage, by keyframe
   exports::ColmapCounts colmap;
   std::optional<StripAccuracy> accuracy;
+  std::optional<landing::StripLanding> landing;  ///< where it was asked for
 };
 
 struct Report {

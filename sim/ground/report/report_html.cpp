@@ -100,6 +100,7 @@ void write_report_html(const Report& report, std::ostream& out) {
   out << page_control(report);
   out << page_fixes(report);
   out << page_strips(report);
+  out << page_landing(report);
   out << page_problems(report);
   out << page_score(report);
   out << page_accuracy(report);

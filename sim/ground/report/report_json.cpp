@@ -1,5 +1,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <ostream>
 
 #include "sim/ground/fixes/fix_text.hpp"
@@ -432,6 +433,29 @@ Json joined_json(const model::JoinedFlight& joined) {
   return {{"models", models}, {"apart", apart}};
 }
 
+Json landing_json(const std::vector<StripResult>& strips) {
+  constexpr double degree = std::numbers::pi / 180;
+  Json all = Json::array();
+  for (const StripResult& strip : strips) {
+    if (!strip.landing) continue;
+    Json told = {{"strip", strip.strip.id}, {"fault", strip.landing->fault}, {"sites", Json::array()}};
+    if (const auto& map = strip.landing->map) {
+      told["footprint_m"] = map->limits.footprint_m;
+      told["slope_deg"] = map->limits.slope_rad / degree;
+      told["step_m"] = map->limits.step_m;
+      for (const landing::LandingSite& site : map->sites) {
+        told["sites"].push_back({{"safe", site.safe},
+                                 {"slope_deg", site.slope_rad / degree},
+                                 {"roughness_m", site.roughness_m},
+                                 {"step_m", site.step_m},
+                                 {"place", {site.x, site.y, site.z}}});
+      }
+    }
+    all.push_back(std::move(told));
+  }
+  return all;
+}
+
 Json control_json(const std::vector<control::StripControl>& strips) {
   const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
   Json json = Json::array();
@@ -563,6 +587,7 @@ void write_report_json(const Report& report, std::ostream& out) {
   json.put("missing", missing_json(report));
   if (!report.joined.models.empty() || !report.joined.apart.empty()) json.put("joined", joined_json(report.joined));
   if (!report.fixes.empty()) json.put("fixes", fixes::json_of(report.fixes));
+  if (const Json landing = landing_json(report.strips); !landing.empty()) json.put("landing", landing);
   if (!report.control.empty()) json.put("control", control_json(report.control));
   json.put("remarks", report.flight.remarks);
   json.end();

@@ -4,7 +4,7 @@ const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
 const array = (Type, text) => new Type(bytes(text).buffer);
 
 // Arrays over all cells of a surface; NaN and 0 where nothing was seen.
-function decodeGrid(grid) {
+function decodeGrid(grid, landing) {
   const cells = grid.width * grid.height;
   const cover = bytes(grid.cover);
   const told = {
@@ -12,6 +12,7 @@ function decodeGrid(grid) {
     sigma: array(Float32Array, grid.sigma),
     count: bytes(grid.count),
     source: array(Uint16Array, grid.source),
+    safe: landing ? bytes(landing.safe) : null,
   };
   const out = {
     ...grid,
@@ -19,6 +20,7 @@ function decodeGrid(grid) {
     sigma_of: new Float32Array(cells).fill(NaN),
     count_of: new Uint8Array(cells),
     source_of: new Uint16Array(cells),
+    safe_of: landing ? new Uint8Array(cells).fill(255) : null,
     covered: told.height.length,
   };
   for (let cell = 0, next = 0; cell < cells; ++cell) {
@@ -27,6 +29,7 @@ function decodeGrid(grid) {
     out.sigma_of[cell] = told.sigma[next];
     out.count_of[cell] = told.count[next];
     out.source_of[cell] = told.source[next];
+    if (landing) out.safe_of[cell] = told.safe[next];
     ++next;
   }
   return out;
@@ -54,7 +57,7 @@ export function readFlight() {
   fillTimes(flight.keyframes);
   flight.byId = new Map(flight.keyframes.map((k) => [k.id, k]));
   for (const strip of flight.strips) {
-    if (strip.grid) strip.grid = decodeGrid(strip.grid);
+    if (strip.grid) strip.grid = decodeGrid(strip.grid, strip.landing);
     strip.members = strip.keyframes.map((id) => flight.byId.get(id)).filter(Boolean);
     const inside = new Set(strip.keyframes);
     strip.links = flight.links.filter((l) => inside.has(l.keyframe) && inside.has(l.place));

@@ -1,6 +1,6 @@
 // Every action of the page by keyboard; help.js lists them.
 
-import { layers } from './layers.js';
+import { layersOf } from './layers.js';
 import { takePlace } from './pointer.js';
 import { cellAt } from './grid.js';
 
@@ -65,7 +65,7 @@ function everywhere(page, state, scene) {
     9: () => scene.home('top'),
   });
   if (!surface) return actions;
-  layers.forEach((layer, i) => { actions[i + 1] = () => state.set({ layer: layer.id }); });
+  layersOf(state.flight).forEach((layer, i) => { actions[i + 1] = () => state.set({ layer: layer.id }); });
   return Object.assign(actions, {
     p: () => state.set({ measuring: !state.measuring }),
     x: () => relief(state, 0.5),

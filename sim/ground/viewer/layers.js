@@ -1,7 +1,7 @@
 // The layers by which the surface can be coloured, each with its colours over the cells, its legend and its meaning.
 
 import { viridis, magma, distinct, gradient, css } from './colours.js';
-import { planeAt, rangeOf } from './grid.js';
+import { planeAt, rangeOf, centreOf } from './grid.js';
 import { brief } from './text.js';
 
 const ramp = (map, [low, high], unit) => ({ kind: 'ramp', gradient: gradient(map), low: brief(low), high: `${brief(high)} ${unit}`.trim() });
@@ -83,7 +83,24 @@ function sourceLayer(strip) {
   };
 }
 
-export const layers = [
+// Sites are rings as wide as the lander's footprint; a ring is at least a cell wide.
+function landingLayer(strip) {
+  const { grid, landing } = strip;
+  const ring = [242, 153, 74];
+  if (!landing) return { colour: () => null, legend: null, about: 'No landing sites: run ilp-ground with --landing-sites, on a strip in metres that knows what is up.' };
+  const radius = landing.footprint / 2;
+  const onRing = (cell) => {
+    const [x, y] = centreOf(grid, cell);
+    return landing.sites.some((s) => Math.abs(Math.hypot(x - s.x, y - s.y) - radius) < Math.max(0.12 * radius, 0.7 * grid.cell));
+  };
+  return {
+    colour: (cell) => (onRing(cell) ? ring : grid.safe_of[cell] === 255 ? null : viridis(grid.safe_of[cell] / 100)),
+    legend: { kind: 'ramp', gradient: gradient(viridis), low: '0', high: '1 safe' },
+    about: 'Probability that a lander is safe with its footprint there. Rings: the best sites. Grey: the footprint is not covered.',
+  };
+}
+
+const all = [
   { id: 'ortho', name: 'Orthoimage', make: () => ({ legend: null, about: 'Exposures matched where pieces meet, contrast stretched.' }) },
   { id: 'height', name: 'Height', make: heightLayer },
   { id: 'sigma', name: 'Sigma', make: sigmaLayer },
@@ -92,4 +109,6 @@ export const layers = [
   { id: 'richness', name: 'Richness', make: richnessLayer },
   { id: 'source', name: 'Source', make: sourceLayer },
 ];
+/// Those that the flight has something for.
+export const layersOf = (flight) => (flight.strips.some((s) => s.landing) ? [...all, { id: 'landing', name: 'Landing', make: landingLayer }] : all);
 export { reliefOf };

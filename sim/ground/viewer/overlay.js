@@ -1,7 +1,7 @@
 // What lies over the view: legend, scale bar, the world's axes, hints.
 
 import { element, svg, brief, ordinal } from './text.js';
-import { layers } from './layers.js';
+import { layersOf } from './layers.js';
 import { verdicts } from './links.js';
 
 function niceLength(wanted) {
@@ -42,7 +42,7 @@ export function makeOverlay(page, state, scene) {
   }
   function drawLegend(made) {
     if (!made) return legend.replaceChildren(element('p', {}, state.strip?.grid ? '' : 'No depth of this strip has come down: there is its track, but no surface.'), ...linkKeys(), ...fixKeys());
-    const layer = layers.find((l) => l.id === state.layer);
+    const layer = layersOf(state.flight).find((l) => l.id === state.layer);
     const parts = [element('b', {}, layer.name)];
     if (made.legend?.kind === 'ramp') {
       parts.push(element('div', { class: 'ramp', style: `background:${made.legend.gradient}` }),

@@ -1,7 +1,7 @@
 // The page around the view: title, tools, the view itself, panel, timeline.
 
 import { element, bytesText } from './text.js';
-import { layers } from './layers.js';
+import { layersOf } from './layers.js';
 import { helpDialog } from './help.js';
 
 export function nothingPage(root, flight) {
@@ -29,7 +29,7 @@ export function buildPage(root, state) {
   const help = helpDialog();
   const strips = element('select', { 'aria-label': 'Strip', onchange: (e) => state.useStrip(flight.strips[e.target.selectedIndex]) },
     ...flight.strips.map((s) => element('option', {}, `Strip ${s.id} · ${s.members.length} keyframes`)));
-  const layerButtons = layers.map((layer, i) => element('button', {
+  const layerButtons = layersOf(flight).map((layer, i) => element('button', {
     type: 'button', role: 'radio', 'data-layer': layer.id, title: `${layer.name} (${i + 1})`, onclick: () => state.set({ layer: layer.id }),
   }, layer.name));
   const nothing = { links: 'This flight has no links', fixes: 'No strip of this flight stands on a map' };

@@ -6,7 +6,7 @@ import { makeTerrain } from './terrain.js';
 import { makeTrack } from './track.js';
 import { makeMarks } from './marks.js';
 import { planeAt, heightAt } from './grid.js';
-import { layers, reliefOf } from './layers.js';
+import { layersOf, reliefOf } from './layers.js';
 
 THREE.ColorManagement.enabled = false;
 
@@ -157,7 +157,7 @@ export function makeScene(canvas, state, overlay) {
   };
 
   view.paint = () => {
-    const layer = layers.find((l) => l.id === state.layer);
+    const layer = layersOf(state.flight).find((l) => l.id === state.layer);
     if (!view.terrain || !layer) return null;
     const made = layer.make(state.strip, state);
     view.terrain.setLayer(layer.id, made);

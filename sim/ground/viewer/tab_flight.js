@@ -49,7 +49,21 @@ function storageFacts(s) {
   ];
 }
 
-export function flightTab({ flight }) {
+function landingFacts(strip, state) {
+  if (!strip.landing) return [];
+  const { sites } = strip.landing;
+  const go = (site) => () => state.set({ place: { x: site.x, y: site.y } });
+  return [
+    element('h3', {}, `Landing sites of strip ${strip.id}`),
+    sites.length === 0 ? element('p', { class: 'muted' }, 'No place is safe enough.') : null,
+    element('div', { class: 'sites' }, ...sites.map((site, i) => element('button', {
+      type: 'button', onclick: go(site),
+    }, `${i + 1}: ${brief(site.slope_deg)}°, step ${brief(site.step_m)} m`))),
+  ];
+}
+
+export function flightTab(state) {
+  const { flight } = state;
   const { totals, timeline } = flight;
   const confirmed = timeline.link.filter((l) => l[2] >= 0).length;
   const problems = [...flight.remarks, ...flight.skipped.map((f) => `${f.name}: ${f.why}`)];
@@ -57,6 +71,7 @@ export function flightTab({ flight }) {
     ...flight.warnings.map((line) => element('p', { class: 'warn' }, line)),
     element('p', { class: 'muted' }, 'Click the ground for a place, a camera for its keyframe; drag in the timeline for a span of time.'),
     ...flight.strips.flatMap(stripFacts),
+    ...flight.strips.flatMap((strip) => landingFacts(strip, state)),
     element('h3', {}, 'Link'),
     facts([
       ['Came down', `${bytesText(totals.received_bytes)} in ${totals.files} files`],

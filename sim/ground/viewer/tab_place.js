@@ -64,6 +64,7 @@ export function placeTab(state, say) {
       Number.isFinite(sigma) && strip.errors && ['Its error', errorParts(strip, cell >= 0 ? grid.source_of[cell] : 0, place.x, place.y, height, sigma)],
       ['Above mean plane', `${fixed(height - planeAt(strip, place.x, place.y), 3)} ${unit}`],
       cell >= 0 && ['Measured by', grid.count_of[cell] ? `${grid.count_of[cell]} keyframe${grid.count_of[cell] > 1 ? 's' : ''}` : 'none: a closed seam'],
+      cell >= 0 && grid.safe_of && ['Safe landing', grid.safe_of[cell] === 255 ? 'not known here' : `${grid.safe_of[cell]} %`],
       source && ['Shown from', `keyframe ${source}`],
     ]),
     element('h3', {}, `In the picture of ${seen.length} keyframe${seen.length === 1 ? '' : 's'}`),

@@ -42,6 +42,34 @@ CoveredCells covered_cells(const map::GroundGrid& grid, std::int32_t stride, std
   return cells;
 }
 
+/// Of the probability of a safe landing at each covered cell, per cent; 255 where it is not known.
+std::vector<std::uint8_t> safe_cells(const map::GroundGrid& grid, const landing::LandingMap& landing,
+                                     std::int32_t stride) {
+  std::vector<std::uint8_t> safe;
+  for (std::int32_t y = 0; y < grid.height.height; y += stride) {
+    for (std::int32_t x = 0; x < grid.height.width; x += stride) {
+      if (!std::isfinite(grid.height.at(x, y))) continue;
+      const float share = landing.safe.at(x / landing.hazards.stride, y / landing.hazards.stride);
+      safe.push_back(std::isfinite(share) ? static_cast<std::uint8_t>(std::lround(100 * share)) : 255);
+    }
+  }
+  return safe;
+}
+
+json landing_of(const map::GroundGrid& grid, const landing::LandingMap& landing, std::int32_t stride) {
+  json sites = json::array();
+  for (const landing::LandingSite& site : landing.sites) {
+    sites.push_back({{"x", site.x},
+                     {"y", site.y},
+                     {"safe", site.safe},
+                     {"slope_deg", site.slope_rad * 180 / std::numbers::pi},
+                     {"step_m", site.step_m}});
+  }
+  return {{"footprint", landing.limits.footprint_m / landing.metres_per_unit},
+          {"safe", host::base64(safe_cells(grid, landing, stride))},
+          {"sites", std::move(sites)}};
+}
+
 json surface(const map::GroundGrid& grid, const ViewerBudget& budget, std::size_t strips) {
   const std::int32_t stride = map::stride_for(grid, budget.vertices / std::max<std::size_t>(strips, 1));
   const std::int32_t width = (grid.height.width + stride - 1) / stride;
@@ -145,6 +173,8 @@ json viewer_strip(const report::Report& report, const report::StripResult& strip
   out["covered_area"] = strip.map.covered_area;
   out["grid"] = surface(*strip.grid, budget, with_grid);
   out["plan"] = plan_picture(report, strip);
+  if (strip.landing && strip.landing->map)
+    out["landing"] = landing_of(*strip.grid, *strip.landing->map, out["grid"]["stride"].get<std::int32_t>());
   return out;
 }
 
