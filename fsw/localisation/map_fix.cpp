@@ -304,7 +304,7 @@ Status MapFix::plan() {
     return {};
   }
   work_.plan = planned.value();
-  plan_together();
+  plan_together(pixel / image_m);
   if (work_.relief) work_.plan.patch_px = map_relief_patch_px;
   work_.tiles = tiles_under(work_.plan, layer);
   work_.painted = 0;
@@ -318,13 +318,13 @@ Status MapFix::plan() {
 }
 
 /// With the keyframes before, where the map is too coarse for one.
-void MapFix::plan_together() {
+void MapFix::plan_together(double image_pixels) {
   MapFixScratch& memory = scratch();
   memory.together[0] = memory.keyframe;
   work_.together = 1;
   if (work_.relief) return;
   SmallKeyframes& kept = workspace_.after.strip;
-  if (!holds_few_patches(work_.plan)) {
+  if (!holds_few_patches(memory.keyframe.camera, image_pixels)) {
     kept.clear();
     return;
   }

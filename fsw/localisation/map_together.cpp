@@ -9,7 +9,7 @@
 namespace ilp {
 namespace {
 
-constexpr std::int32_t least_patches = 16;
+constexpr double least_patches = 16;
 
 /// Pixels along a side that become one; 0: no number serves.
 std::int32_t reduction_of(const GrayView& image) {
@@ -34,8 +34,9 @@ CameraModel reduced(CameraModel camera, std::int32_t factor) {
 
 }  // namespace
 
-bool holds_few_patches(const MapPlan& plan) {
-  return (plan.sheet_width / plan.patch_px) * (plan.sheet_height / plan.patch_px) < least_patches;
+bool holds_few_patches(const CameraModel& camera, double image_pixels) {
+  const double side = image_pixels * map_patch_px(image_pixels);
+  return camera.width / side * (camera.height / side) < least_patches;
 }
 
 void keep_small(const MapKeyframe& keyframe, const PoseRecord& pose, SmallKeyframes& kept) {

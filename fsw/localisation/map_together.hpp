@@ -26,8 +26,8 @@ struct SmallKeyframe {
 /// In order of keyframes, all of one strip.
 using SmallKeyframes = FixedVector<SmallKeyframe, most_together>;
 
-/// Whether one image holds too few pieces for a verdict.
-[[nodiscard]] bool holds_few_patches(const MapPlan& plan);
+/// Whether one image, with so many of its pixels in a working pixel, holds too few patches for a verdict.
+[[nodiscard]] bool holds_few_patches(const CameraModel& camera, double image_pixels);
 
 /// Keeps the image of a keyframe by the means of squares; the oldest one makes room. An image that is much longer than
 /// wide is not kept.
