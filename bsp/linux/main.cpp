@@ -346,7 +346,14 @@ bool Flight::prepare_map() {
   if (options_.map == nullptr) return true;
   mission_.use_map = mission_of_file_.use_map = true;
   map_.require_key(keys_.first_key());
-  return good(options_.map, map_.open(options_.map));
+  if (!good(options_.map, map_.open(options_.map))) return false;
+  if (!map_.has_directory()) {
+    std::fprintf(stderr,
+                 "ilp-onboard: --map %s: there is no %s in it; the flight goes on without a map until its files come "
+                 "(ilp-ground map-tiles makes them)\n",
+                 options_.map, map_directory_name);
+  }
+  return true;
 }
 
 bool Flight::prepare() {

@@ -43,6 +43,7 @@ struct MapWiring {
 struct MapState {
   std::int64_t map_id = 0;  ///< of the map to which the fixes belong
   FixBook book;
+  SmallKeyframes strip;    ///< of the book's strip, where the map is too coarse for one image
   std::uint32_t lost = 0;  ///< 1: the place was lost, and has not been found again
 };
 struct alignas(32) MapWork {
@@ -60,11 +61,12 @@ struct alignas(32) MapWork {
   TimeNs time_ns = 0;
   MapPrior prior;
   MapPlan plan;
-  double ground_m = 0;      ///< height of the ground that the camera sees
-  double scale = 0;         ///< metres in a strip unit; 0: not known
-  double scale_sigma = 0;   ///< relative
-  std::uint32_t layer = 0;  ///< of the map, that is compared
-  bool relief = false;      ///< heights are compared, and no light
+  double ground_m = 0;       ///< height of the ground that the camera sees
+  double scale = 0;          ///< metres in a strip unit; 0: not known
+  double scale_sigma = 0;    ///< relative
+  std::uint32_t layer = 0;   ///< of the map, that is compared
+  bool relief = false;       ///< heights are compared, and no light
+  std::size_t together = 1;  ///< keyframes that are registered together
   MapTileRange tiles;
   std::int64_t painted = 0;  ///< tiles of the range
   Status news;               ///< of a tile that cannot be used, or of the place

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "fsw/localisation/map_canvas.hpp"
+#include "fsw/localisation/map_together.hpp"
 #include "fsw/maps/map_tile.hpp"
 #include "fsw/vision/map/map_registration.hpp"
 #include "fsw/vision/map/map_workspace.hpp"
@@ -16,7 +17,8 @@ namespace ilp {
 
 struct MapFixScratch {
   MapRegistration registration;
-  MapKeyframe keyframe;  ///< what the registration borrows, with the members below
+  MapKeyframe keyframe;                             ///< what the registration borrows, with the members below
+  std::array<MapKeyframe, most_together> together;  ///< the same and those before that are registered with it
   KeyframeDepths depths;
   FrameImage image;
   SeenCells seen;
@@ -40,10 +42,11 @@ struct MapStartScratch {
   PlaceFeatures features;  ///< of the keyframe
   std::array<std::uint8_t, limits::max_map_tile_bytes> file;
   MapTileFeatures tile;
+  PlaceFeatures image_features, shape_features;  ///< of the tiles that are compared together
   PlaceMatch match;
-  std::size_t next;        ///< tile to compare
-  std::size_t best_entry;  ///< of the tile that shows the keyframe's ground; limits::max_map_tiles: none yet
-  Similarity2 best;        ///< px of the reduced image from px of that tile
+  std::size_t next;        ///< tile to compare, with those beside it
+  std::size_t best_entry;  ///< of the first of the tiles that show the keyframe's ground; max_map_tiles: none yet
+  Similarity2 best;        ///< px of the reduced image from those of the pictures of features, from that tile on
   double evidence;
 };
 

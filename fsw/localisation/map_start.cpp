@@ -5,6 +5,7 @@
 
 #include "fsw/base/math.hpp"
 #include "fsw/localisation/map_prior.hpp"
+#include "fsw/localisation/reduced_image.hpp"
 #include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/vision/geometry/camera.hpp"
@@ -13,35 +14,18 @@
 namespace ilp {
 namespace {
 
-constexpr std::size_t tiles_per_step = 4;
 constexpr std::int32_t most_reduction = 12;
-// Without the height of the camera, keyframes take turns: features bear 2.5 times another scale.
-constexpr std::int32_t reductions[] = {1, 3, 6};
+// Without the height of the camera, keyframes take turns: features bear twice another scale.
+constexpr std::int32_t reductions[] = {1, 2, 4};
 constexpr std::int32_t least_side = 96;  // px, of a reduced image
 // Errors of the place that features give: relief between tile and image, tilt of the camera.
 constexpr double place_px = 4;
 constexpr double tilt_rad = 0.035, heading_rad = 0.035;
 constexpr double height_share = 0.04;
 
-/// By the means of squares.
-GrayView reduced(GrayView image, std::int32_t factor, std::array<std::uint8_t, limits::max_image_pixels>& pixels) {
-  const std::int32_t width = image.width / factor, height = image.height / factor;
-  const auto area = static_cast<std::uint32_t>(factor * factor);
-  std::size_t to = 0;
-  for (std::int32_t y = 0; y < height; ++y) {
-    for (std::int32_t x = 0; x < width; ++x) {
-      std::uint32_t sum = area / 2;
-      for (std::int32_t k = 0; k < factor * factor; ++k)
-        sum += image.at(x * factor + k % factor, y * factor + k / factor);
-      pixels[to++] = static_cast<std::uint8_t>(sum / area);
-    }
-  }
-  return {pixels.data(), width, height};
-}
-
 }  // namespace
 
-/// Such that a pixel is about as large as one of the map's finest layer.
+/// Such that a pixel is about as large as those of the pictures in which the finest layer's features were found.
 std::int32_t MapStart::reduction() const {
   const MapStartScratch& memory = scratch();
   const navigation::MeasuredKeyframe& keyframe = workspace_.keyframe;
@@ -49,8 +33,9 @@ std::int32_t MapStart::reduction() const {
       std::min({most_reduction, memory.image.view().width / least_side, memory.image.view().height / least_side});
   std::int32_t factor = reductions[static_cast<std::size_t>(work_.record.id) % std::size(reductions)];
   if (keyframe.height_sigma_m > 0) {
-    const double ratio = workspace_.directory.layers[0].pixel_m * memory.camera.fx / keyframe.height_m;
-    factor = static_cast<std::int32_t>(std::clamp(ratio, 1.0, static_cast<double>(most_reduction)));
+    const double pixel_m = workspace_.directory.layers[0].pixel_m / map_feature_zoom;
+    const double ratio = pixel_m * memory.camera.fx / keyframe.height_m;
+    factor = static_cast<std::int32_t>(std::clamp(ratio + 0.5, 1.0, static_cast<double>(most_reduction)));
   }
   return std::clamp(factor, 1, std::max(most, 1));
 }
@@ -62,7 +47,10 @@ Status MapStart::load_image() {
   work_.phase = MapPhase::record;
   if (!seen) return {};
   memory.factor = reduction();
-  memory.view = reduced(memory.image.view(), memory.factor, memory.pixels);
+  const GrayView image = memory.image.view();
+  const MutableGrayView view(memory.pixels.data(), image.width / memory.factor, image.height / memory.factor);
+  mean_of_squares(image, memory.factor, view);
+  memory.view = view;
   memory.best = {};
   memory.best_entry = limits::max_map_tiles;
   memory.next = 0;
@@ -80,15 +68,35 @@ Status MapStart::find_features() {
   return {};
 }
 
-Status MapStart::compare_tile(std::size_t entry) {
+/// Those of the tile so many rows and columns beside the first one. A tile that has not come has none.
+void MapStart::add_features(std::size_t first, std::int32_t rows, std::int32_t columns) {
   MapStartScratch& memory = scratch();
-  const MapTileEntry& place = workspace_.directory.tiles[entry];
+  const MapDirectory& map = workspace_.directory;
+  const MapTileEntry& place = map.tiles[first];
+  const std::size_t entry = find_map_tile(map, place.layer, place.row + rows, place.column + columns);
+  if (entry >= map.tiles.size()) return;
   std::size_t size = 0;
-  const Status read = wiring_.source->read_tile({place.layer, place.row, place.column}, memory.file, size);
-  if (!read.ok()) return {};
-  const Status parsed = read_map_features(std::span(memory.file).first(size), workspace_.directory, entry, memory.tile);
-  if (!parsed.ok()) return {};
-  for (const MapFeatures* list : {&memory.tile.image, &memory.tile.shape}) {
+  const MapTilePlace at{place.layer, map.tiles[entry].row, map.tiles[entry].column};
+  if (!wiring_.source->read_tile(at, memory.file, size).ok()) return;
+  if (!read_map_features(std::span(memory.file).first(size), map, entry, memory.tile).ok()) return;
+  const auto add = [&](const MapFeatures& from, PlaceFeatures& to) {
+    for (PlaceFeature feature : from) {
+      feature.x = (feature.x + static_cast<float>(columns * map_tile_side) + 0.5F) * map_feature_zoom - 0.5F;
+      feature.y = (feature.y + static_cast<float>(rows * map_tile_side) + 0.5F) * map_feature_zoom - 0.5F;
+      static_cast<void>(to.push_back(feature));
+    }
+  };
+  add(memory.tile.image, memory.image_features);
+  add(memory.tile.shape, memory.shape_features);
+}
+
+/// With the tile to the east, the one to the south, and the one between: an image lies across borders.
+Status MapStart::compare_from(std::size_t entry) {
+  MapStartScratch& memory = scratch();
+  memory.image_features.clear();
+  memory.shape_features.clear();
+  for (std::int32_t k = 0; k < 4; ++k) add_features(entry, k / 2, k % 2);
+  for (const PlaceFeatures* list : {&memory.image_features, &memory.shape_features}) {
     ILP_TRY(verify_place({list->data(), list->size()}, {memory.features.data(), memory.features.size()}, {},
                          memory.place.match, memory.match));
     const bool better = memory.match.verdict == PlaceVerdict::verified &&
@@ -101,12 +109,12 @@ Status MapStart::compare_tile(std::size_t entry) {
   return {};
 }
 
+/// One tile and those beside it in each step.
 Status MapStart::compare() {
   MapStartScratch& memory = scratch();
   work_.keeps = true;
-  const std::size_t last = std::min(memory.next + tiles_per_step, workspace_.directory.tiles.size());
-  for (; memory.next < last; ++memory.next) ILP_TRY(compare_tile(memory.next));
-  if (last < workspace_.directory.tiles.size()) return {};
+  if (memory.next < workspace_.directory.tiles.size()) ILP_TRY(compare_from(memory.next++));
+  if (memory.next < workspace_.directory.tiles.size()) return {};
   work_.keeps = false;
   conclude();
   return {};
@@ -122,14 +130,15 @@ void MapStart::conclude() {
   const MapTileEntry& entry = workspace_.directory.tiles[memory.best_entry];
   const MapLayer& layer = workspace_.directory.layers[entry.layer];
   const double factor = memory.factor, scale = memory.best.scale;
-  // Of the principal point: reduced px, then px of the tile.
+  // Of the principal point: reduced px, then px of the pictures of features, then of the tile.
   const double u = (memory.camera.cx - 0.5 * (factor - 1)) / factor - memory.best.shift_x_px;
   const double v = (memory.camera.cy - 0.5 * (factor - 1)) / factor - memory.best.shift_y_px;
   const double cosine = det_cos(memory.best.rotation_rad), sine = det_sin(memory.best.rotation_rad);
-  const double column = (cosine * u + sine * v) / scale, row = (-sine * u + cosine * v) / scale;
-  const double x = layer.x0_m + layer.pixel_m * (map_tile_side * entry.column + column + 0.5);
-  const double y = layer.y0_m - layer.pixel_m * (map_tile_side * entry.row + row + 0.5);
-  const double distance = layer.pixel_m / (scale * factor) * memory.camera.fx;
+  const double column = ((cosine * u + sine * v) / scale + 0.5) / map_feature_zoom;
+  const double row = ((-sine * u + cosine * v) / scale + 0.5) / map_feature_zoom;
+  const double x = layer.x0_m + layer.pixel_m * (map_tile_side * entry.column + column);
+  const double y = layer.y0_m - layer.pixel_m * (map_tile_side * entry.row + row);
+  const double distance = layer.pixel_m / (map_feature_zoom * scale * factor) * memory.camera.fx;
 
   // Straight down: columns of the tile go east and its rows south, as x and y of a camera that looks down.
   Mat3 down;

@@ -1,5 +1,5 @@
-// A start without a prior: the features of a keyframe are compared with those of all tiles, and the tile that shows the
-// same ground says where to register it.
+// A start without a prior: the features of a keyframe are compared with those of all tiles, and the tiles that show the
+// same ground say where to register it.
 #pragma once
 
 #include "fsw/localisation/map_part.hpp"
@@ -24,7 +24,8 @@ class MapStart {
  private:
   [[nodiscard]] MapStartScratch& scratch() const { return wiring_.scratch.as<MapStartScratch>(); }
   [[nodiscard]] std::int32_t reduction() const;
-  Status compare_tile(std::size_t entry);
+  Status compare_from(std::size_t entry);
+  void add_features(std::size_t entry, std::int32_t rows, std::int32_t columns);
   void conclude();
 
   const MapWiring& wiring_;

@@ -8,6 +8,7 @@
 #include "fsw/base/math.hpp"
 #include "fsw/maps/byte_fields.hpp"
 #include "fsw/packets/hmac_sha256.hpp"
+#include "fsw/shared/body_figure.hpp"
 
 namespace ilp {
 namespace {
@@ -43,11 +44,21 @@ bool within(double value, double least, double most) {
   return std::isfinite(value) && value >= least && value <= most;
 }
 
-bool is_sound(const MapLayer& layer) {
-  constexpr double farthest_m = 1e8;
-  return within(layer.pixel_m, 1e-3, 1e5) && within(layer.x0_m, -farthest_m, farthest_m) &&
-         within(layer.y0_m, -farthest_m, farthest_m) && layer.columns > 0 && layer.columns <= max_map_layer_side &&
-         layer.rows > 0 && layer.rows <= max_map_layer_side;
+/// From the origin, which lies on the body: the way to its other side, and the rest of a tile.
+double farthest_m(Body body, double tile_m) {
+  constexpr double without_body = 1e8;
+  const double radius = body_radii(body).equatorial_m;
+  return radius > 0 ? pi * radius + tile_m : without_body;
+}
+
+bool is_sound(const MapLayer& layer, Body body) {
+  if (!within(layer.pixel_m, 1e-3, 1e5) || layer.columns <= 0 || layer.columns > max_map_layer_side ||
+      layer.rows <= 0 || layer.rows > max_map_layer_side) {
+    return false;
+  }
+  const double tile = layer.pixel_m * map_tile_side, most = farthest_m(body, tile);
+  return within(layer.x0_m, -most, most) && within(layer.y0_m, -most, most) &&
+         within(layer.x0_m + layer.columns * tile, -most, most) && within(layer.y0_m - layer.rows * tile, -most, most);
 }
 
 bool facts_are_sound(const MapDirectory& d) {
@@ -56,7 +67,7 @@ bool facts_are_sound(const MapDirectory& d) {
                within(d.ambient, 0, 1) && within(d.image_sigma, 0, 255) && within(d.height_sigma_m, 0, 1e6) &&
                within(d.place_sigma_m, 0, 1e6) && d.layer_count > 0 && d.layer_count <= limits::max_map_layers;
   for (std::uint32_t i = 0; i < limits::max_map_layers && sound; ++i)
-    sound = i >= d.layer_count || is_sound(d.layers[i]);
+    sound = i >= d.layer_count || is_sound(d.layers[i], d.body);
   for (std::uint32_t i = 1; i < d.layer_count && sound; ++i) sound = d.layers[i].pixel_m > d.layers[i - 1].pixel_m;
   return sound;
 }

@@ -36,11 +36,15 @@ struct MapTile {
   }
 };
 
+/// Features are found in pictures that have so many pixels along one of the tile, and their levels and descriptors
+/// belong to these: a tile has too few pixels for many features, and a keyframe on its grid likewise.
+inline constexpr std::int32_t map_feature_zoom = 2;
+
 /// Places in px of the tile, pixel centres at integers.
 using MapFeatures = FixedVector<PlaceFeature, limits::max_map_features>;
 struct MapTileFeatures {
-  MapFeatures image;  ///< of the image as the directory's light has it
-  MapFeatures shape;  ///< of the shading of the heights; empty where the map was made without
+  MapFeatures image;  ///< of the image under the sun that was meant; empty where that is far from the image's own
+  MapFeatures shape;  ///< of the shading of the heights under that sun; empty where the image serves
 };
 
 /// Scratch of decoding and encoding a tile. It carries nothing from call to call.

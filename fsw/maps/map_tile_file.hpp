@@ -7,7 +7,7 @@
 namespace ilp::map_file {
 
 inline constexpr std::uint32_t tile_magic = 0x54504C49;  // "ILPT"
-inline constexpr std::uint16_t tile_version = 1;
+inline constexpr std::uint16_t tile_version = 2;
 
 /// Sections follow in the order of their lengths. A mask of length 0: everything is known; an image or posts of length
 /// 0: nothing is.

@@ -61,6 +61,13 @@ Status DirectoryMapSource::read_file(const char* name, std::span<std::uint8_t> b
   return status;
 }
 
+bool DirectoryMapSource::has_directory() const {
+  std::uint8_t first = 0;
+  std::size_t size = 0;
+  const Status status = read_file(map_directory_name, {&first, 1}, size);
+  return status.ok() || status.is(StatusCode::capacity_exceeded);
+}
+
 Status DirectoryMapSource::read_directory(std::span<std::uint8_t> bytes, std::size_t& size) {
   return read_file(map_directory_name, bytes, size);
 }

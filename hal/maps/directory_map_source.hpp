@@ -22,6 +22,8 @@ class DirectoryMapSource final : public MapSource {
   /// `capacity_exceeded` for a path beyond limits::max_path_bytes. Whether the folder has a map is seen when it is
   /// read.
   Status open(const char* folder);
+  /// Whether the map's directory is there now; it and the tiles may come later.
+  [[nodiscard]] bool has_directory() const;
   /// The directory must be signed with this key, which outlives the source. An empty one asks for no signature.
   void require_key(std::span<const std::uint8_t> key) { key_ = key; }
 

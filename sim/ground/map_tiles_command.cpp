@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "fsw/localisation/sun.hpp"
+#include "sim/ground/console/utc_text.hpp"
 #include "sim/ground/maps/map_tiles.hpp"
 #include "sim/host/command_line.hpp"
 
@@ -14,7 +16,8 @@ namespace {
 struct Words {
   std::string from, body;
   int strip = 1;
-  std::vector<double> sun, flight_sun, area;
+  std::string sun, flight_sun;
+  std::vector<double> area;
   bool as_imaged = false;
 };
 
@@ -27,14 +30,12 @@ void add_sources(CLI::App& app, Words& words, maps::MapTilesOptions& options) {
   app.add_option("--heights", options.heights, "terrain model of the same ground, in metres")
       ->excludes(from)
       ->needs(image);
-  app.add_option("--sun", words.sun, "AZIMUTH,ELEVATION of the sun of the image, degrees clockwise from north")
-      ->required()
-      ->delimiter(',')
-      ->expected(2);
+  app.add_option("--sun", words.sun,
+                 "AZIMUTH,ELEVATION of the sun of the image, degrees clockwise from north, or when it was taken, UTC: "
+                 "2016-05-26T15:04:52")
+      ->required();
   app.add_option("--flight-sun", words.flight_sun,
-                 "the same at the hour of the flight: features of the shape are for this light (default: --sun)")
-      ->delimiter(',')
-      ->expected(2);
+                 "the same at the hour of the flight: features are for this light (default: --sun)");
   app.add_option("--body", words.body, "the body; what the rasters state must agree")
       ->check(CLI::IsMember({"mars", "titan", "venus", "moon", "earth"}));
   app.add_option("--area", words.area, "WEST,SOUTH,EAST,NORTH, degrees (default: all that both rasters cover)")
@@ -57,7 +58,7 @@ void add_numbers(CLI::App& app, Words& words, maps::MapTilesOptions& options) {
       ->check(CLI::Range(0.0, 255.0));
   app.add_option("--ambient", options.ambient, "share of the light on level ground that comes from the sky [0.25]")
       ->check(CLI::Range(0.0, 0.95));
-  app.add_option("--features", options.features, "features of a tile in each light; 0: no start without a place [64]")
+  app.add_option("--features", options.features, "features of a tile; 0: no start without a place [256]")
       ->check(CLI::Range(std::size_t{0}, limits::max_map_features));
   app.add_option("--image-bits", options.image_bits, "bits per pixel of the image [0.5]")->check(CLI::Range(0.05, 4.0));
   app.add_flag("--as-imaged", words.as_imaged, "leave the light of the image as it is");
@@ -69,12 +70,39 @@ Body body_named(const std::string& name) {
   return static_cast<Body>(find_value(values_of(Body{}), name.c_str())->number);
 }
 
+/// Degrees, or a time as days since 2000-01-01 12:00.
+struct SunWords {
+  double azimuth_deg = 0, elevation_deg = 0;
+  std::optional<double> days;
+};
+SunWords read_sun(const std::string& option, const std::string& text) {
+  const std::size_t comma = text.find(',');
+  SunWords sun;
+  if (comma == std::string::npos) {
+    const std::optional<UtcNs> instant = text[0] == '+' ? std::nullopt : console::parse_instant(text, 0);
+    if (instant) {
+      sun.days = days_since_2000(0, *instant);
+      return sun;
+    }
+  } else if (CLI::detail::lexical_cast(text.substr(0, comma), sun.azimuth_deg) &&
+             CLI::detail::lexical_cast(text.substr(comma + 1), sun.elevation_deg)) {
+    return sun;
+  }
+  throw std::runtime_error(option + " is '" + text +
+                           "': AZIMUTH,ELEVATION in degrees expected, or a time of UTC such as 2016-05-26T15:04:52");
+}
+
 void read_words(const Words& words, maps::MapTilesOptions& options) {
-  options.sun_azimuth_deg = words.sun[0];
-  options.sun_elevation_deg = words.sun[1];
+  const SunWords sun = read_sun("--sun", words.sun);
+  options.sun_azimuth_deg = sun.azimuth_deg;
+  options.sun_elevation_deg = sun.elevation_deg;
+  options.sun_days = sun.days;
   options.flat = !words.as_imaged;
   if (!words.flight_sun.empty()) {
-    options.flight_sun = maps::sun_of("--flight-sun", words.flight_sun[0], words.flight_sun[1], options.ambient);
+    const SunWords flight = read_sun("--flight-sun", words.flight_sun);
+    options.flight_sun_days = flight.days;
+    if (!flight.days)
+      options.flight_sun = maps::sun_of("--flight-sun", flight.azimuth_deg, flight.elevation_deg, options.ambient);
   }
   if (!words.area.empty()) options.area = maps::Extent{words.area[0], words.area[1], words.area[2], words.area[3]};
   if (!words.body.empty()) options.body = body_named(words.body);

@@ -220,7 +220,13 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
                   "navigation " + source.navigation + " (its columns: docs/navigation.md)");
   }
   map_.require_key(keys_.first_key());
-  if (!options.map.empty()) host::require(map_.open(options.map.c_str()), "map " + options.map);
+  if (!options.map.empty()) {
+    host::require(map_.open(options.map.c_str()), "map " + options.map);
+    if (!map_.has_directory()) {
+      std::cerr << "ilp-sil: --map " << options.map << ": there is no " << map_directory_name
+                << " in it; the flight goes on without a map until its files come (ilp-ground map-tiles makes them)\n";
+    }
+  }
   host::require(software_->start(source.model), "starting the flight software");
   const Status begun = software_->begin_life({}, disk_.start().in_order());
   // The flight goes on without this record where the store is full at its start.

@@ -66,7 +66,9 @@ Mat2 ground_covariance(const RigidTransform& camera_from_map, const Vec3& ground
 double largest_sigma(const Mat2& covariance) {
   const double half_sum = 0.5 * (covariance(0, 0) + covariance(1, 1));
   const double half_difference = 0.5 * (covariance(0, 0) - covariance(1, 1));
-  const double root = std::sqrt(half_difference * half_difference + covariance(0, 1) * covariance(1, 0));
+  // By rounding, the two need not be the same, nor have the same sign.
+  const double across = 0.5 * (covariance(0, 1) + covariance(1, 0));
+  const double root = std::sqrt(half_difference * half_difference + across * across);
   return std::sqrt(std::max(half_sum + root, 0.0));
 }
 

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "fsw/localisation/sun.hpp"
 #include "sim/host/key_file.hpp"
 #include "sim/host/longitude.hpp"
 #include "sim/host/text_format.hpp"
@@ -77,6 +78,25 @@ void check_pixel(const MapTilesOptions& options, const MappedRaster& image) {
                            " m or more expected");
 }
 
+/// Where the calendar puts the sun over the middle of the map.
+Sun sun_by_calendar(const char* option, double days, const MapPlane& plane, double ambient) {
+  if (plane.body == Body::none) {
+    throw std::runtime_error(std::string(option) +
+                             ": where the sun stands at a time depends on the body, and the rasters state none: "
+                             "AZIMUTH,ELEVATION expected");
+  }
+  const SunPlace sun =
+      sun_over(subsolar_point(plane.body, days), plane.longitude_deg * radians, plane.latitude_deg * radians);
+  return sun_of(option, sun.azimuth_rad / radians, sun.elevation_rad / radians, ambient);
+}
+
+std::string sun_line(const char* what, const Sun& sun) {
+  const double azimuth_deg = std::remainder(90 - sun.azimuth_rad / radians, 360);
+  return std::string(what) + host::fixed(azimuth_deg < 0 ? azimuth_deg + 360 : azimuth_deg, 1) +
+         " degrees clockwise from north, " + host::fixed(sun.elevation_rad / radians, 1) +
+         " degrees above the horizon, by the calendar";
+}
+
 /// What the map covers.
 Extent extent_of_map(const MapTilesOptions& options, const MapPlane& plane, const MappedRaster& image,
                      const MappedRaster& heights) {
@@ -100,7 +120,8 @@ Extent extent_of_map(const MapTilesOptions& options, const MapPlane& plane, cons
 
 std::vector<std::string> make_map_tiles(const MapTilesOptions& options, std::ostream& messages) {
   check_options(options);
-  const Sun sun = sun_of("--sun", options.sun_azimuth_deg, options.sun_elevation_deg, options.ambient);
+  Sun sun;
+  if (!options.sun_days) sun = sun_of("--sun", options.sun_azimuth_deg, options.sun_elevation_deg, options.ambient);
   const std::vector<std::uint8_t> key =
       options.key.empty() ? std::vector<std::uint8_t>{} : host::read_key_file(options.key).octets;
   MappedRaster image(options.image, host::RasterBand::Content::brightness);
@@ -111,6 +132,10 @@ std::vector<std::string> make_map_tiles(const MapTilesOptions& options, std::ost
                              ": heights in a unit of their own; metres expected (ilp-ground --anchor gives them)");
   }
   const MapPlane plane = plane_about(body, options.area ? options.area->middle() : image.middle());
+  std::optional<Sun> flight_sun = options.flight_sun;
+  if (options.sun_days) sun = sun_by_calendar("--sun", *options.sun_days, plane, options.ambient);
+  if (options.flight_sun_days)
+    flight_sun = sun_by_calendar("--flight-sun", *options.flight_sun_days, plane, options.ambient);
   image.lay_on(plane);
   heights.lay_on(plane);
   check_pixel(options, image);
@@ -131,7 +156,7 @@ std::vector<std::string> make_map_tiles(const MapTilesOptions& options, std::ost
   params.sun = sun;
   params.flat = options.flat;
   params.features = options.features;
-  params.flight_sun = options.flight_sun;
+  params.flight_sun = flight_sun;
   params.image_bits = options.image_bits;
   RasterPieces pieces(image, heights, extent);
   const MapSummary summary = write_map(
@@ -143,6 +168,8 @@ std::vector<std::string> make_map_tiles(const MapTilesOptions& options, std::ost
                                             " degrees east, " + host::fixed(plane.latitude_deg, 5) + " degrees north") +
                   "; the map as a whole may be off by " + host::brief(options.place_sigma_m) +
                   " m (one sigma, --place-sigma), its heights by " + host::brief(directory->height_sigma_m) + " m");
+  if (options.sun_days) lines.push_back(sun_line("the sun of the image stood ", sun));
+  if (options.flight_sun_days) lines.push_back(sun_line("the sun of the flight stands ", *flight_sun));
   return lines;
 }
 

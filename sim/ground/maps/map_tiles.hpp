@@ -16,7 +16,11 @@ struct MapTilesOptions {
   std::filesystem::path image, heights;  ///< rasters of one band that GDAL reads
   double sun_azimuth_deg = 0;            ///< of the image, clockwise from north
   double sun_elevation_deg = 0;
-  std::optional<Sun> flight_sun;
+  /// Days of UTC since 2000-01-01 12:00, when the image was taken: the sun stands where the calendar puts it over the
+  /// middle of the map. None: as azimuth and elevation say.
+  std::optional<double> sun_days;
+  std::optional<Sun> flight_sun;          ///< none: that of the image
+  std::optional<double> flight_sun_days;  ///< the same as sun_days, in place of flight_sun
   double pixel_m = 0;
   int coarse = 4;                        ///< pixel of the second layer over that of the first; 1: one layer
   std::optional<Body> body;              ///< none: that of the rasters
@@ -26,7 +30,7 @@ struct MapTilesOptions {
   std::optional<double> height_sigma_m;  ///< none: 0.3 px
   double place_sigma_m = 0;
   bool flat = true;  ///< divide the image by its shading
-  std::size_t features = 64;
+  std::size_t features = 256;
   double image_bits = 0.5;
   std::filesystem::path key;  ///< empty: not signed
   std::filesystem::path out;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -17,6 +18,8 @@ namespace {
 constexpr std::int32_t piece_side = map_tile_side + 2 * tile_margin;
 constexpr float light_of_ground = 128;      // grey of level ground of mean brightness
 constexpr std::int32_t clear_of_holes = 8;  // cells between a feature and ground of which nothing is known
+// Beyond it the bright side of what stands out is its other side, and the image is no help (map_sun_limit_rad).
+constexpr double farthest_sun_rad = 1.05;
 
 using Greys = host::Raster<std::uint8_t>;
 
@@ -39,6 +42,36 @@ bool is_clear(const Greys& greys, float x, float y) {
     }
   }
   return true;
+}
+
+/// By map_feature_zoom, bilinear.
+Greys enlarged(const std::vector<std::int32_t>& greys, std::int32_t width, std::int32_t height) {
+  Greys larger(width * map_feature_zoom, height * map_feature_zoom);
+  for (std::int32_t y = 0; y < larger.height; ++y) {
+    const double v = std::clamp((y + 0.5) / map_feature_zoom - 0.5, 0.0, height - 1.0);
+    const auto j = std::min(static_cast<std::int32_t>(v), height - 2);
+    for (std::int32_t x = 0; x < larger.width; ++x) {
+      const double u = std::clamp((x + 0.5) / map_feature_zoom - 0.5, 0.0, width - 1.0);
+      const auto i = std::min(static_cast<std::int32_t>(u), width - 2);
+      const auto at = [&](std::int32_t column, std::int32_t row) {
+        return static_cast<double>(
+            greys[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column)]);
+      };
+      const double above = at(i, j) + (u - i) * (at(i + 1, j) - at(i, j));
+      const double below = at(i, j + 1) + (u - i) * (at(i + 1, j + 1) - at(i, j + 1));
+      larger.at(x, y) = static_cast<std::uint8_t>(std::lround(above + (v - j) * (below - above)));
+    }
+  }
+  return larger;
+}
+
+/// The light under another sun, where the shading under both is known.
+host::Raster<float> relit(host::Raster<float> light, const host::Raster<float>& from, const host::Raster<float>& to) {
+  for (std::size_t i = 0; i < light.samples.size(); ++i) {
+    const float change = std::max(to.samples[i], least_shading) / std::max(from.samples[i], least_shading);
+    if (std::isfinite(from.samples[i] + to.samples[i])) light.samples[i] *= change;
+  }
+  return light;
 }
 
 std::size_t index_in_tile(std::int32_t row) {
@@ -93,23 +126,24 @@ struct TileMaker::Memory {
   std::vector<std::int32_t> samples, scratch = std::vector<std::int32_t>(limits::max_image_pixels);
 
   /// Features of a piece that are inside the tile.
-  void find(const Greys& greys, std::size_t wanted, MapFeatures& features);
+  void find(const host::Raster<float>& light, std::size_t wanted, MapFeatures& features);
 };
 
-void TileMaker::Memory::find(const Greys& greys, std::size_t wanted, MapFeatures& kept) {
+void TileMaker::Memory::find(const host::Raster<float>& light, std::size_t wanted, MapFeatures& kept) {
   kept.clear();
   if (wanted == 0) return;
+  const Greys greys = greys_of(light);
   // The border of unknown ground must not look like texture.
   samples.assign(greys.samples.begin(), greys.samples.end());
   fill_background({samples.data(), greys.width, greys.height}, greys.view(), scratch.data());
-  Greys filled(greys.width, greys.height);
-  std::transform(samples.begin(), samples.end(), filled.samples.begin(),
-                 [](std::int32_t grey) { return static_cast<std::uint8_t>(grey); });
+  const Greys picture = enlarged(samples, greys.width, greys.height);
   const std::size_t in_piece = wanted * piece_side * piece_side / map_tile_pixels;
   host::require(
-      find_place_features(filled.view(), std::min(in_piece, limits::max_place_features), harris, finder, found),
+      find_place_features(picture.view(), std::min(in_piece, limits::max_place_features), harris, finder, found),
       "features of a tile");
   for (PlaceFeature feature : found) {
+    feature.x = (feature.x + 0.5F) / map_feature_zoom - 0.5F;
+    feature.y = (feature.y + 0.5F) / map_feature_zoom - 0.5F;
     if (!is_clear(greys, feature.x, feature.y)) continue;
     feature.x -= tile_margin;
     feature.y -= tile_margin;
@@ -134,6 +168,9 @@ TileMaker::Made TileMaker::make(const MapLayer& layer, const MapTilePlace& place
   const host::Raster<float> heights = heights_of_cells(piece.posts, piece_side, piece_side);
   Made made;
   const host::Raster<float> shading = shading_of(heights, layer.pixel_m, params_.sun);
+  const Sun flight_sun = params_.flight_sun.value_or(params_.sun);
+  const host::Raster<float> shape = shading_of(heights, layer.pixel_m, flight_sun);
+  const host::Raster<float> light = relit(piece.light, shading, shape);
   made.rough_as_imaged = made.rough_flat = roughness_of(piece.light, shading);
   if (params_.flat) {
     flatten(piece.light, shading);
@@ -147,9 +184,10 @@ TileMaker::Made TileMaker::make(const MapLayer& layer, const MapTilePlace& place
   made.known_cells = map_tile_pixels - count_of(tile.image, std::uint8_t{0});
   made.known_posts = map_tile_post_count - count_of(tile.posts, unknown_post);
   if (made.known_cells == 0 && made.known_posts == 0) return made;
-  memory_->find(greys, params_.features, memory_->features.image);
-  const host::Raster<float> shape = shading_of(heights, layer.pixel_m, params_.flight_sun.value_or(params_.sun));
-  memory_->find(greys_of(shape), params_.features, memory_->features.shape);
+  const double turn = std::remainder(flight_sun.azimuth_rad - params_.sun.azimuth_rad, 2 * std::numbers::pi);
+  const bool near = std::fabs(turn) < farthest_sun_rad;
+  memory_->find(light, near ? params_.features : 0, memory_->features.image);
+  memory_->find(shape, near ? 0 : params_.features, memory_->features.shape);
   MapTileCoding coding;
   coding.image_bytes = static_cast<std::size_t>(params_.image_bits * map_tile_pixels / 8);
   made.file.resize(limits::max_map_tile_bytes);

@@ -18,8 +18,8 @@ inline constexpr std::int32_t tile_margin = 32;
 struct TileParams {
   Sun sun;                        ///< of the image
   bool flat = true;               ///< divide the image by its shading
-  std::size_t features = 64;      ///< of a tile, in each light
-  std::optional<Sun> flight_sun;  ///< that the features of the shape are for; none: that of the image
+  std::size_t features = 256;     ///< of a tile
+  std::optional<Sun> flight_sun;  ///< that the features are for; none: that of the image
   double image_bits = 0.5;        ///< per pixel
   double height_step_px = 0.02;   ///< of posts
 };

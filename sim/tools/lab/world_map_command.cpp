@@ -202,7 +202,7 @@ void add_world_map_command(Lab& lab) {
   app.add_option("--origin", options->origin, "LONGITUDE,LATITUDE of the world's origin, degrees [0,0]")
       ->delimiter(',')
       ->expected(2);
-  app.add_option("--features", options->tiles.features, "features of a tile in each light [64]")
+  app.add_option("--features", options->tiles.features, "features of a tile [256]")
       ->check(CLI::Range(std::size_t{0}, limits::max_map_features));
   app.add_option("--image-bits", options->tiles.image_bits, "bits per pixel of the image [0.5]")
       ->check(finite_in(0.05, 4));

@@ -55,6 +55,7 @@ TEST_F(MapFolder, HasTheNamedFiles) {
   put("tile-1-0012-4095.ilpt", tile_file);
   DirectoryMapSource source;
   ASSERT_TRUE(source.open(folder_.c_str()).ok());
+  EXPECT_TRUE(source.has_directory());
   expect_files(source);
 }
 
@@ -63,9 +64,12 @@ TEST_F(MapFolder, ThatIsEmptyMissingOrNamedTooLong) {
   std::size_t size = 0;
   DirectoryMapSource source;
   EXPECT_TRUE(source.read_directory(bytes, size).is(StatusCode::not_found)) << "not open";
+  EXPECT_FALSE(source.has_directory());
   ASSERT_TRUE(source.open(folder_.c_str()).ok());
   EXPECT_TRUE(source.read_directory(bytes, size).is(StatusCode::not_found));
+  EXPECT_FALSE(source.has_directory());
   ASSERT_TRUE(source.open((folder_ / "none").c_str()).ok());
+  EXPECT_FALSE(source.has_directory());
   EXPECT_TRUE(source.read_directory(bytes, size).is(StatusCode::not_found));
   EXPECT_TRUE(source.open(std::string(limits::max_path_bytes - 10, 'x').c_str()).is(StatusCode::capacity_exceeded));
 }

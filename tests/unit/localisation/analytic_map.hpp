@@ -66,12 +66,33 @@ class AnalyticMap {
     const auto harris = std::make_unique<HarrisWorkspace>();
     const auto workspace = std::make_unique<PlaceFeatureWorkspace>();
     const auto found = std::make_unique<PlaceFeatures>();
-    const GrayView image{tile.image.data(), map_tile_side, map_tile_side};
+    constexpr std::int32_t side = map_feature_zoom * map_tile_side;
+    std::vector<std::uint8_t> enlarged;
+    for (std::int32_t y = 0; y < side; ++y) {
+      for (std::int32_t x = 0; x < side; ++x) enlarged.push_back(between(tile, x, y));
+    }
+    const GrayView image{enlarged.data(), side, side};
     if (!find_place_features(image, limits::max_map_features, *harris, *workspace, *found).ok())
       throw std::runtime_error("features");
     MapTileFeatures features;
-    for (const PlaceFeature& feature : *found) static_cast<void>(features.image.push_back(feature));
+    for (PlaceFeature feature : *found) {
+      feature.x = (feature.x + 0.5F) / map_feature_zoom - 0.5F;
+      feature.y = (feature.y + 0.5F) / map_feature_zoom - 0.5F;
+      static_cast<void>(features.image.push_back(feature));
+    }
     return features;
+  }
+  /// A pixel of the tile's image enlarged, bilinear.
+  static std::uint8_t between(const MapTile& tile, std::int32_t x, std::int32_t y) {
+    const double u = std::clamp((x + 0.5) / map_feature_zoom - 0.5, 0.0, map_tile_side - 1.001);
+    const double v = std::clamp((y + 0.5) / map_feature_zoom - 0.5, 0.0, map_tile_side - 1.001);
+    const auto i = static_cast<std::int32_t>(u), j = static_cast<std::int32_t>(v);
+    const auto at = [&](std::int32_t column, std::int32_t row) {
+      return static_cast<double>(tile.image[static_cast<std::size_t>(row * map_tile_side + column)]);
+    };
+    const double above = at(i, j) + (u - i) * (at(i + 1, j) - at(i, j));
+    const double below = at(i, j + 1) + (u - i) * (at(i + 1, j + 1) - at(i, j + 1));
+    return static_cast<std::uint8_t>(above + (v - j) * (below - above) + 0.5);
   }
   void enter(std::uint16_t row, std::uint16_t column) {
     const auto tile = std::make_unique<MapTile>();

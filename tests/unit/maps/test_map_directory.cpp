@@ -149,6 +149,19 @@ TEST(MapDirectory, WhatNoMapHasIsRefused) {
   refused([](MapDirectory& d) { std::swap(d.tiles[3], d.tiles[2]); });
   refused([](MapDirectory& d) { d.tiles[3].bytes = 0; });
   refused([](MapDirectory&) {}, false);
+  // Titan is 8090 km from its one side to the other.
+  const auto titan = [](double pixel_m) {
+    return [pixel_m](MapDirectory& d) {
+      d.body = Body::titan;
+      d.layers[1].pixel_m = pixel_m;
+      d.layers[1].columns = 8;
+    };
+  };
+  refused(titan(4000), false);
+  refused(titan(5000));
+  refused([](MapDirectory& d) { d.layers[0].x0_m = -2e7; });
+  refused([](MapDirectory& d) { d.layers[0].y0_m = 1.1e7; });
+  refused([](MapDirectory& d) { d.layers[0].y0_m = 1e7; }, false);
 
   // The same in bytes whose checksum is right: number of tiles, body, light, version, magic.
   const Bytes bytes = written(*directory_with_tiles());

@@ -289,16 +289,25 @@ double texture(double x, double y) {
   return light;
 }
 
-TEST_F(MapTiles, TilesHaveFeaturesOfBothLightsInside) {
+TEST_F(MapTiles, TilesHaveFeaturesOfTheLightThatServesInside) {
   write_raster(options_.image, about(0, 0, 600, 4), texture);
   write_raster(options_.heights, about(0, 0, 600, 4), [](double x, double y) { return texture(y, x) / 4; });
-  const ReadMap map = made();
-  for (std::size_t i = 0; i < map.tiles.size(); ++i) {
-    if (map.tiles[i]->layer != 0) continue;
-    EXPECT_GT(map.features[i].image.size(), 30U);
-    EXPECT_LE(map.features[i].image.size(), 64U);
-    EXPECT_GT(map.features[i].shape.size(), 20U);
-  }
+  options_.features = 100;
+  const auto expect_features = [&](bool of_image) {
+    const ReadMap map = made();
+    for (std::size_t i = 0; i < map.tiles.size(); ++i) {
+      if (map.tiles[i]->layer != 0) continue;
+      const MapFeatures& found = of_image ? map.features[i].image : map.features[i].shape;
+      EXPECT_GT(found.size(), 40U);
+      EXPECT_LE(found.size(), 100U);
+      EXPECT_TRUE((of_image ? map.features[i].shape : map.features[i].image).empty());
+    }
+  };
+  expect_features(true);
+  options_.flight_sun = sun_of("--flight-sun", 270 + 50, 40, 0.25);
+  expect_features(true);
+  options_.flight_sun = sun_of("--flight-sun", 270 - 70, 40, 0.25);
+  expect_features(false);
   options_.features = 0;
   for (const MapTileFeatures& features : made().features) EXPECT_TRUE(features.image.empty() && features.shape.empty());
 }
@@ -392,6 +401,23 @@ TEST_F(MapTiles, RastersOnNoBodyKeepTheirCoordinates) {
   EXPECT_NEAR(found.x, 1250, 0.5);
   EXPECT_NEAR(found.y, 4700, 0.5);
   EXPECT_NEAR(map.tiles[0]->height_m(10, 10), 1100 + 200 - (4900 - 200), 0.1);
+}
+
+/// The worked example of NASA's Mars24: on 2000-01-06 at 00:00 UTC, the sun's longitude is 277.18758 degrees, its
+/// declination -24.98 degrees, and the true solar time 23:38:54 at longitude 0, so 10:58:54 at 170 degrees.
+TEST_F(MapTiles, ATimeSaysWhereTheSunStood) {
+  const auto flat = [](double, double) { return 100.0; };
+  write_raster(options_.image, about(170, 0, 200, 5), flat);
+  write_raster(options_.heights, about(170, 0, 200, 5), flat);
+  options_.sun_days = 4.5;
+  const ReadMap map = made();
+  EXPECT_NEAR(map.directory->sun_elevation_rad / radians, 60.98, 0.3);
+  EXPECT_NEAR(90 - map.directory->sun_azimuth_rad / radians, 150.51, 0.5);
+  options_.sun_days = 5;
+  EXPECT_NE(refusal().find("--sun: the sun is -"), std::string::npos) << "night: " << refusal();
+  options_.sun_days.reset();
+  options_.flight_sun_days = 5;
+  EXPECT_NE(refusal().find("--flight-sun: the sun is -"), std::string::npos) << refusal();
 }
 
 TEST_F(MapTiles, WhatIsWrongIsNamed) {

@@ -65,6 +65,16 @@ TEST(MapGround, ALineOfSightThatDoesNotLeadDownHasNone) {
   EXPECT_FALSE(ground_on_level(pose, Vec3(0, 0, 1), 200, ground));
 }
 
+/// A covariance that is the same along every axis, as that of a place found by features, has only rounding errors
+/// across, of either sign.
+TEST(MapGround, TheLargestSigmaBearsRounding) {
+  Mat2 covariance;
+  covariance << 13, 1e-15, -2e-15, 13;
+  EXPECT_NEAR(largest_sigma(covariance), std::sqrt(13.0), 1e-9);
+  covariance << 9, 2, 2, 6;
+  EXPECT_NEAR(largest_sigma(covariance), std::sqrt(10.0), 1e-9);
+}
+
 TEST(MapPose, DerivativesAreThoseOfDifferences) {
   Rng rng(3);
   for (int trial = 0; trial < 20; ++trial) {
