@@ -50,7 +50,7 @@ TEST(AccuracySummary, TheDeliveredModelComesFirstAndTheStripsOnBoardSecond) {
   Report report = joined_report();
   ASSERT_TRUE(model_is_measured(report));
   const std::string text = joined_text(accuracy_lines(report));
-  const std::size_t model = text.find("position error of the joined model: mean 0.0250 %, largest 0.0500 %"),
+  const std::size_t model = text.find("position error of the joined model: mean 0.025 %, largest 0.050 %"),
                     poses = text.find("18 poses"), board = text.find("position error: mean 0.100 %");
   ASSERT_NE(model, std::string::npos) << text;
   EXPECT_NE(poses, std::string::npos) << text;
@@ -152,10 +152,10 @@ TEST(HeightErrors, ConsistOfTheirPartsEachByItsOwnLever) {
 }
 
 TEST(HeightErrors, OfAGridAreThoseOfItsCells) {
-  map::GroundGrid grid(0, 0, 2, 3, 1);
-  grid.height.samples = {1, std::nanf(""), 5};
-  grid.sigma.samples = {0.3F, 0.3F, 0.4F};
-  grid.source.samples = {1, 1, 1};
+  map::GroundGrid grid(0, 0, 2, 4, 1);
+  grid.height.samples = {1, std::nanf(""), 5, 5};
+  grid.sigma.samples = {0.3F, 0.3F, 0.4F, 0.35F};
+  grid.source.samples = {1, 1, 1, 0};
   map::HeightErrors errors;
   errors.keyframes = {{11, 0, 0.04}};
   errors.tilt_sigma_rad = 0.1;
