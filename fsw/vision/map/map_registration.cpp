@@ -25,7 +25,7 @@ MapPoseParams pose_params(MapSense sense, double pixel_m, double sigma_px) {
   if (sense == MapSense::shape) {
     params.together = 1.7;
     params.common_share = 0;
-    params.common_growth = 0.6;
+    params.common_growth = 0.7;
   } else if (sense == MapSense::relief) {
     params.together = 2.2;
   }
