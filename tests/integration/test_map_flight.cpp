@@ -116,10 +116,10 @@ TEST(MapFlight, AnImageOfAPlaceIsTakenWhereTheFlightPassesIt) {
   std::ofstream(folder / "mission.ini") << "[acquisition]\ncapture_mode = forecast\n[map]\nmap_sun_given = true\n"
                                            "map_sun_azimuth_rad = 2.2\nmap_sun_elevation_rad = 0.55\n";
   const fs::path out = folder / "flight";
-  ASSERT_EQ(fly_over(flown().map, folder / "mission.ini", out,
-                     {"--frames", "20", "--telecommands", folder / "commands.txt"})
-                .exit_status,
-            0);
+  ASSERT_EQ(
+      fly_over(flown().map, folder / "mission.ini", out, {"--frames", "20", "--telecommands", folder / "commands.txt"})
+          .exit_status,
+      0);
 
   std::map<std::string, host::ReferenceCamera> truth;
   for (const auto& camera : host::read_reference_cameras(out / "flight" / "truth" / "poses.txt"))
