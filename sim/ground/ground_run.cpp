@@ -180,6 +180,7 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   if (!options.flight_info.empty()) report.info = intake::read_flight_info(options.flight_info);
   if (!options.score.empty()) report.score = report::read_score(options.score);
   report.title = title_of(options);
+  report.with_copies = options.keep_copies;
   std::optional<exports::Anchors> anchors;
   if (!options.anchor.empty())
     anchors = exports::read_anchors(options.anchor, report.info ? exports::flown_body(report.info->source) : nullptr);
@@ -210,6 +211,7 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
     measure_strip(report, result);
     merge_and_export(options, report, anchors ? &*anchors : nullptr, before, catalogue, result, messages);
     if (landing_limits) find_landing_sites(options, report, anchors ? &*anchors : nullptr, *landing_limits, result);
+    if (!options.keep_copies) std::erase_if(result.files, is_copy);
     if (reference) result.accuracy = report::measure_accuracy(report.flight, *strip, *reference);
     if (result.accuracy && !options.truth.empty())
       result.accuracy->on_map = report::measure_on_map(report.flight, *strip, *reference);
@@ -229,6 +231,7 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   if (!options.catalogue.empty()) catalogue.keep_mark(known);
   report.whole_look = nullptr;
   opened.reset();  // its file is as the next run finds it
+  if (!options.keep_copies) fs::remove(options.out / intake::catalogue_name);
   keep_record(options, report, before, known);
   return report;
 }

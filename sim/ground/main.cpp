@@ -167,8 +167,13 @@ int main(int argc, char** argv) {
   app.add_option("--mission", options.mission, "name of the mission in that catalogue (default: the title)");
   app.add_option("--target-overlap", options.target_overlap, "target overlap that the plot shows, 0 to 1")
       ->check(CLI::Range(0.0, 1.0));
-  app.add_option("--max-vertices", options.max_vertices, "most vertices of one surface model")
-      ->check(CLI::Range(100, 100000000));
+  const auto vertices = app.add_option("--max-vertices", options.max_vertices, "most vertices of one surface model")
+                            ->check(CLI::Range(100, 100000000));
+  std::string keep = "all";
+  app.add_option("--keep", keep,
+                 "all (default); or maps: not what other files have already (PFM, model.ply, the catalogue), and a "
+                 "surface of 80 000 vertices")
+      ->check(CLI::IsMember({"all", "maps"}));
   int follow_s = 0;
   app.add_option("--follow", follow_s,
                  "seconds between two looks for new files; the program then runs until it is ended")
@@ -181,6 +186,8 @@ int main(int argc, char** argv) {
   app.add_option("--tasks", task_count, "most packages that --plan writes")->check(CLI::Range(1, 1000));
   app.set_version_flag("--version", ilp::host::version_line("ilp-ground"));
   if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
+  options.keep_copies = keep == "all";
+  if (!options.keep_copies && vertices->count() == 0) options.max_vertices = 80000;
   if (!planned.empty()) return plan(options, planned, task_count);
   return follow_s > 0 ? follow(options, follow_s) : run_once(options);
 }

@@ -57,6 +57,11 @@ std::vector<std::string> named_like_results(const fs::path& folder) {
 
 }  // namespace
 
+bool is_copy(const std::string& name) {
+  return name == intake::catalogue_name || name.ends_with(".pfm") ||
+         (name.starts_with("model") && name.ends_with(".ply"));
+}
+
 std::vector<std::string> map_files(const report::StripResult& strip) {
   if (!strip.grid) return {};
   std::vector<std::string> files = strip.map_files;
@@ -76,6 +81,7 @@ std::vector<std::string> result_files(const report::Report& report) {
     for (std::string& name : map_files(strip)) files.push_back(std::move(name));
     add_colmap(strip, files);
   }
+  if (!report.with_copies) std::erase_if(files, is_copy);
   return files;
 }
 

@@ -135,6 +135,11 @@ int run(CommandLine& line) {
     list_parameters(std::cout, scenario_of(line));
     return 0;
   }
+  if (line.recorded() && line.scenario.frames) {
+    throw std::invalid_argument(
+        "--frames is the number of frames of a simulated flight, and recorded images all fly: leave it out, or put "
+        "fewer images into the folder");
+  }
   check_reference(line);
   if (line.source.out.empty()) throw std::runtime_error("--out DIR is needed: where the flight leaves its products");
   SourceOptions& source = line.source;

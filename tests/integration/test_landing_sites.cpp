@@ -25,7 +25,7 @@ constexpr int first_seed = 301, flights = 15;
 #else
 constexpr int first_seed = 301, flights = 1;
 #endif
-constexpr double footprint_m = 6, slope_deg = 8, step_m = 1;
+constexpr double footprint_m = 6, slope_deg = 8, step_m = 1.4;
 
 std::vector<std::string> sil_words(int seed, const fs::path& out) {
   // Few and many rocks, gentle and rugged ground.
@@ -176,7 +176,7 @@ TEST(LandingSites, AreSafeAndAsProbableAsToldOnTheTrueGround) {
     const test::ProgramResult flown = test::run_program(sil_words(seed, flight));
     ASSERT_EQ(flown.exit_status, 0) << flown.output;
     const test::ProgramResult mapped =
-        test::run_program({ILP_GROUND, flight / "outbox", "--out", ground, "--landing-sites", "6,8,1"});
+        test::run_program({ILP_GROUND, flight / "outbox", "--out", ground, "--landing-sites", "6,8,1.4"});
     ASSERT_EQ(mapped.exit_status, 0) << mapped.output;
     EXPECT_NE(mapped.output.find("Landing sites of strip 1: "), std::string::npos) << mapped.output;
     EXPECT_TRUE(fs::exists(ground / "landing-sites.geojson"));
@@ -199,13 +199,13 @@ TEST(LandingSites, AreRefusedWhereTheFlightDoesNotKnowWhatIsUp) {
   const test::TemporaryFolder scratch;
   const fs::path flight = test::prepared_flights() / "uninterrupted";
   const test::ProgramResult mapped = test::run_program(
-      {ILP_GROUND, flight / "outbox", "--out", scratch.path() / "ground", "--landing-sites", "6,8,1"});
+      {ILP_GROUND, flight / "outbox", "--out", scratch.path() / "ground", "--landing-sites", "6,8,1.4"});
   EXPECT_EQ(mapped.exit_status, 0) << mapped.output;
   EXPECT_NE(mapped.output.find("none can be told: strip 1 does not know what is up"), std::string::npos)
       << mapped.output;
   EXPECT_FALSE(fs::exists(scratch.path() / "ground/landing-safe.tif"));
   const test::ProgramResult wrong = test::run_program(
-      {ILP_GROUND, flight / "outbox", "--out", scratch.path() / "other", "--landing-sites", "6,95,1"});
+      {ILP_GROUND, flight / "outbox", "--out", scratch.path() / "other", "--landing-sites", "6,95,1.4"});
   EXPECT_NE(wrong.exit_status, 0);
   EXPECT_NE(wrong.output.find("from 0.100 to 60.0 degrees"), std::string::npos) << wrong.output;
 }

@@ -16,8 +16,11 @@ namespace {
 constexpr double usual_slope_deg = 10, usual_step_share = 0.1;
 /// One-sigma errors of a height that a step must reach to be told from noise.
 constexpr double least_step_sigmas = 3;
-/// Cells of the map in the height of a rock that is as wide as a window of matching: half a sphere.
-constexpr double least_step_cells = 4;
+/// A rock of so many cells may be missed, because a window of matching is wider: a site has room for one beside its
+/// measured step.
+constexpr double unseen_rock_cells = 4;
+/// A footprint as even as the smoothest maps are, and a rock that was missed.
+constexpr double least_step_cells = unseen_rock_cells + 2;
 
 /// The upper tail of the normal distribution.
 double tail(double x) {
@@ -65,9 +68,11 @@ double number_from(const std::string& word, const char* what, double least, doub
 std::vector<LandingSite> best_sites(const LandingMap& map, const host::Raster<float>& unsafe,
                                     const map::GroundGrid& grid) {
   const FootprintHazards& hazards = map.hazards;
+  const double unseen = unseen_rock_cells * map.metres_per_unit * grid.cell;
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < unsafe.samples.size(); ++i) {
-    if (unsafe.samples[i] <= 1 - least_safe) order.push_back(i);
+    const bool room = hazards.step_m.samples[i] + unseen <= map.limits.step_m;
+    if (room && unsafe.samples[i] <= 1 - least_safe) order.push_back(i);
   }
   // Where the risk is the same to the last digit, the lower step is better.
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -109,7 +114,8 @@ void check_step(const FootprintHazards& hazards, const LandingLimits& limits, do
                              " m is covered by heights: name a smaller one");
   }
   const double least = std::max(least_step_sigmas * host::median(std::move(sigmas)), least_step_cells * cell_m);
-  if (limits.step_m < least) {
+  // The message has three digits of it.
+  if (limits.step_m < 0.99 * least) {
     throw std::runtime_error("a step of " + host::brief(limits.step_m) + " m is too low for this map to show: name " +
                              host::brief(least) + " m or more");
   }

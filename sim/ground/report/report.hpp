@@ -64,6 +64,7 @@ struct Report {
   std::map<std::int64_t, ImageQuality> image_quality;
   std::optional<ScoreFile> score;
   std::vector<std::string> tables;  ///< CSV files of the flight
+  bool with_copies = true;          ///< model.ply and the PFM files stay
   bool has_viewer = false;          ///< viewer.html lies beside the report
 };
 

@@ -110,14 +110,14 @@ void write_report_html(const Report& report, std::ostream& out) {
   out << page_cost(report);
   page_gallery(report, out);
   out << page_files(report);
-  out << "<footer class=\"note\"><p>Beside this page: <code>report.json</code> (all numbers), <code>model.ply</code> "
-         "(surface; "
-         "MeshLab, CloudCompare, Blender), <code>colmap/</code> (poses and points; COLMAP: File, Import model), "
-         "<code>height.pfm</code> and <code>ortho.png</code> (regular grid in the strip's world, "
-         "<code>ortho.pgw</code> "
-         "places "
-         "it), <code>keyframes/</code> (decoded images, depths, masks). Further strips carry <code>-strip-N</code> in "
-         "their "
+  const bool copies = report.with_copies;
+  out << "<footer class=\"note\"><p>Beside this page: <code>report.json</code> (all numbers), <code>model."
+      << (copies ? "ply" : "glb") << "</code> (surface; "
+      << (copies ? "MeshLab, CloudCompare, Blender" : "Blender, browsers")
+      << "), <code>colmap/</code> (poses and points; COLMAP: File, Import model), <code>height."
+      << (copies ? "pfm" : "tif")
+      << "</code> and <code>ortho.png</code> (regular grid in the strip's world, <code>ortho.pgw</code> places it), "
+         "<code>keyframes/</code> (decoded images, depths, masks). Further strips carry <code>-strip-N</code> in their "
          "names.</p></footer>\n</main></body></html>\n";
 }
 

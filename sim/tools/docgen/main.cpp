@@ -14,8 +14,15 @@ int main(int argc, char** argv) {
     std::cout << ilp::host::version_line("ilp-docgen") << "\n";
     return 0;
   }
-  if (argc != 2) {
-    std::cerr << "usage: ilp-docgen DIR\n";
+  const std::string usage =
+      "usage: ilp-docgen DIR\nWrites the pages of DIR, such as docs, that follow from tables in the code.\n"
+      "Example: ilp-docgen docs\nExit status: 0 done, 1 the work could not be done, 2 wrong call\n";
+  if (argc == 2 && std::string(argv[1]) == "--help") {
+    std::cout << usage;
+    return 0;
+  }
+  if (argc != 2 || argv[1][0] == '-') {
+    std::cerr << usage;
     return 2;
   }
   for (const ilp::docgen::Document& document : ilp::docgen::generated_documents()) {

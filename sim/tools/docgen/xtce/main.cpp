@@ -5,16 +5,20 @@
 #include <iostream>
 #include <string>
 
+#include "sim/host/command_line.hpp"
 #include "sim/host/mission_input.hpp"
 #include "sim/host/version_line.hpp"
 #include "sim/tools/docgen/xtce/database.hpp"
 
 int main(int argc, char** argv) {
   CLI::App app("Writes the XTCE 1.2 database of a mission to standard output: telecommands, reports, parameters");
+  app.footer(
+      "Example: ilp-xtce --mission mission.ini > mission.xml\nExit status: 0 done, 1 the work could not be done, 2 "
+      "wrong call");
   std::string mission;
   app.add_option("--mission", mission, "mission parameters, an .ini file; without it those of the default mission");
   app.set_version_flag("--version", ilp::host::version_line("ilp-xtce"));
-  CLI11_PARSE(app, argc, argv);
+  if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   try {
     std::cout << ilp::docgen::xtce_database(ilp::host::read_mission(mission)) << std::flush;
   } catch (const std::exception& fault) {

@@ -115,7 +115,7 @@ TEST(FootprintHazards, GroundThatWasNotSeenIsNotSafe) {
       grid.height.at(column, row) = std::numeric_limits<float>::quiet_NaN();
     }
   }
-  const LandingMap map = assess_landing(grid, 1, 0.001, {6, 10 * degree, 1});
+  const LandingMap map = assess_landing(grid, 1, 0.001, {6, 10 * degree, 1.2});
   EXPECT_TRUE(std::isnan(map.safe.at(map.safe.width / 2, map.safe.height / 2)));
   EXPECT_TRUE(std::isnan(map.safe.at(0, 0))) << "a footprint that leaves the map";
   ASSERT_EQ(map.sites.size(), most_sites);
@@ -159,7 +159,7 @@ TEST(LandingSites, AreApartRankedAndAwayFromRocksAndSlopes) {
   // Steep for x > 25, a rock of 1.5 m in the middle of the rest.
   const auto grid =
       ground([](double x, double y) { return (x > 25 ? 0.4 * (x - 25) : 0) + half_sphere(x, y, 12, 20, 1.5); }, 0.02F);
-  const LandingMap map = assess_landing(grid, 1, 0.002, {5, 8 * degree, 1});
+  const LandingMap map = assess_landing(grid, 1, 0.002, {5, 8 * degree, 1.2});
   ASSERT_GE(map.sites.size(), 5U);
   for (std::size_t i = 0; i < map.sites.size(); ++i) {
     const LandingSite& site = map.sites[i];
@@ -175,8 +175,8 @@ TEST(LandingSites, AreApartRankedAndAwayFromRocksAndSlopes) {
 
 TEST(LandingSites, AreNotToldWhereWhatIsUpIsHardlyKnown) {
   const auto flat = ground([](double, double) { return 0; });
-  EXPECT_FALSE(assess_landing(flat, 1, 0.002, {5, 8 * degree, 1}).sites.empty());
-  EXPECT_TRUE(assess_landing(flat, 1, 0.1, {5, 8 * degree, 1}).sites.empty());
+  EXPECT_FALSE(assess_landing(flat, 1, 0.002, {5, 8 * degree, 1.2}).sites.empty());
+  EXPECT_TRUE(assess_landing(flat, 1, 0.1, {5, 8 * degree, 1.2}).sites.empty());
 }
 
 TEST(LandingLimits, AreReadAndRefusedWithTheirRanges) {
@@ -198,8 +198,8 @@ TEST(LandingLimits, ThatTheMapCannotShowAreRefusedWithTheLeastOnes) {
   const auto refused = [&](const LandingLimits& limits) {
     return message_of([&] { (void)assess_landing(flat, 1, 0.002, limits); });
   };
-  EXPECT_NE(refused({0.5, 8 * degree, 1}).find("name 1.00 m or more"), std::string::npos);
-  EXPECT_NE(refused({5, 8 * degree, 0.3}).find("name 0.800 m or more"), std::string::npos);
+  EXPECT_NE(refused({0.5, 8 * degree, 1.2}).find("name 1.00 m or more"), std::string::npos);
+  EXPECT_NE(refused({5, 8 * degree, 1.1}).find("name 1.20 m or more"), std::string::npos);
   EXPECT_NE(refused({60, 8 * degree, 2}).find("no footprint of 60.0 m is covered"), std::string::npos);
 }
 
