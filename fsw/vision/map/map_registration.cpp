@@ -47,6 +47,11 @@ bool is_of_other_half(const MapPatch& patch, std::int32_t side) {
   return (patch.column / side / 2 + patch.row / side / 2) % 2 != 0;
 }
 
+MapKeyframe moved(MapKeyframe keyframe, const RigidTransform& by_prior) {
+  keyframe.camera_from_map = compose(keyframe.camera_from_map, by_prior);
+  return keyframe;
+}
+
 Vec3 place_at(const MapWindow& window, double column, double row) {
   Vec3 place(window.x0_m + (column + 0.5) * window.pixel_m, window.y0_m - (row + 0.5) * window.pixel_m, 0);
   place.z() = height_at(window, place.x(), place.y());
@@ -135,16 +140,10 @@ Status MapRegistration::begin_drawing() {
   return {};
 }
 
-MapKeyframe MapRegistration::drawn(std::size_t keyframe) const {
-  MapKeyframe moved = input_.keyframes[keyframe];
-  if (again_) moved.camera_from_map = compose(moved.camera_from_map, by_prior_);
-  return moved;
-}
-
 Status MapRegistration::begin_sheet() {
   row_ = 0;
   if (input_.depths != nullptr) return {};
-  return painter_.begin(drawn(keyframe_), input_.plan, input_.window, level_m_);
+  return painter_.begin(moved(input_.keyframes[keyframe_], by_prior_), input_.plan, input_.window, level_m_);
 }
 
 Status MapRegistration::draw_sheet() {
@@ -152,8 +151,8 @@ Status MapRegistration::draw_sheet() {
   const std::int32_t rows = relief ? input_.depths->depth_m.height : input_.plan.sheet_height;
   const std::int32_t last = std::min(row_ + rows_at_once, rows);
   if (relief) {
-    add_depths(drawn(0), input_.depths->depth_m, input_.depths->first_px, input_.depths->step_px, input_.plan, level_m_,
-               row_, last, sums());
+    add_depths(moved(input_.keyframes[0], by_prior_), input_.depths->depth_m, input_.depths->first_px,
+               input_.depths->step_px, input_.plan, level_m_, row_, last, sums());
   } else {
     painter_.paint_rows(input_.window, row_, last, sums());
   }

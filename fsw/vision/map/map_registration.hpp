@@ -77,7 +77,6 @@ class MapRegistration {
   Status check() const;
   void choose_senses();
   Status begin_drawing();
-  [[nodiscard]] MapKeyframe drawn(std::size_t keyframe) const;
   Status begin_sheet();
   Status draw_sheet();
   void prepare_sheet();
