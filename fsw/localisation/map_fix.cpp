@@ -20,8 +20,6 @@ namespace {
 constexpr std::int64_t keyframes_about = 16;  // whose measurements say where a strip is
 constexpr std::int64_t most_tiles = 64;       // under one window
 constexpr double edge_px = map_edge_px;
-// Keyframes are registered together while the poses between them err by less, and how much the poses drift.
-constexpr double most_apart_px = 0.75, drift_together = 0.015;
 // The parameter map_senses.
 constexpr std::uint8_t sense_relit = 1, sense_shape = 2, sense_relief = 4;
 
@@ -309,7 +307,7 @@ Status MapFix::plan() {
     return {};
   }
   work_.plan = planned.value();
-  plan_together(pixel / image_m);
+  part().plan_together(pixel / image_m);
   if (work_.relief) work_.plan.patch_px = map_relief_patch_px;
   work_.tiles = tiles_under(work_.plan, layer);
   work_.painted = 0;
@@ -320,32 +318,6 @@ Status MapFix::plan() {
   begin_canvas(work_.plan, memory.canvas);
   work_.phase = Phase::paint;
   return {};
-}
-
-/// With the keyframes before, where the map is too coarse for one.
-void MapFix::plan_together(double image_pixels) {
-  MapFixScratch& memory = scratch();
-  memory.together[0] = memory.keyframe;
-  work_.together = 1;
-  if (work_.relief) return;
-  SmallKeyframes& kept = workspace_.after.strip;
-  if (!holds_few_patches(memory.keyframe.camera, image_pixels)) {
-    kept.clear();
-    return;
-  }
-  keep_small(memory.keyframe, work_.pose, kept);
-  const double drift = std::sqrt(work_.scale_sigma * work_.scale_sigma + drift_together * drift_together);
-  const double farthest_m = work_.scale > 0 ? most_apart_px * work_.plan.pixel_m / drift : 0;
-  work_.together = put_together(memory.keyframe, work_.pose, kept, work_.scale, farthest_m, memory.together);
-  for (; work_.together > 1; --work_.together) {
-    const Result<MapPlan> planned =
-        plan_map_window({memory.together.data(), work_.together}, work_.prior, work_.ground_m, work_.plan.pixel_m);
-    const bool fits = planned.ok() && std::max(planned.value().width, planned.value().height) < max_map_window_side &&
-                      std::max(planned.value().sheet_width, planned.value().sheet_height) < max_map_sheet_side;
-    if (!fits) continue;
-    work_.plan = planned.value();
-    break;
-  }
 }
 
 /// One tile in each step.

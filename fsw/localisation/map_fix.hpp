@@ -37,7 +37,6 @@ class MapFix final : public StageComponent<ComponentId::map_fix> {
   bool predict_by_vehicle(const navigation::StripFrame& frame);
   bool find_ground(const Vec3& place);
   Status plan();
-  void plan_together(double image_pixels);
   Status paint();
   Status begin_search();
   Status search();

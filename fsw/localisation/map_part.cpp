@@ -11,6 +11,9 @@ namespace {
 /// A layer may be so much coarser than the finest useful pixel: it is less to paint.
 constexpr double coarser_layer = 1.25;
 
+// Keyframes are registered together while the poses between them err by less, and how much the poses drift.
+constexpr double most_apart_px = 0.75, drift_together = 0.015;
+
 }  // namespace
 
 void MapPart::open() {
@@ -101,6 +104,31 @@ std::uint32_t MapPart::layer_for(double image_pixel_m, double x_m, double y_m) c
 BodyPlace MapPart::origin() const {
   constexpr double deg_per_rad = 180 / pi;
   return {workspace_.directory.longitude_rad * deg_per_rad, workspace_.directory.latitude_rad * deg_per_rad, 0};
+}
+
+void MapPart::plan_together(double image_pixels) {
+  auto& memory = wiring_.scratch.as<MapFixScratch>();
+  memory.together[0] = memory.keyframe;
+  work_.together = 1;
+  if (work_.relief) return;
+  SmallKeyframes& kept = workspace_.after.strip;
+  if (!holds_few_patches(memory.keyframe.camera, image_pixels)) {
+    kept.clear();
+    return;
+  }
+  keep_small(memory.keyframe, work_.pose, kept);
+  const double drift = std::sqrt(work_.scale_sigma * work_.scale_sigma + drift_together * drift_together);
+  const double farthest_m = work_.scale > 0 ? most_apart_px * work_.plan.pixel_m / drift : 0;
+  work_.together = put_together(memory.keyframe, work_.pose, kept, work_.scale, farthest_m, memory.together);
+  for (; work_.together > 1; --work_.together) {
+    const Result<MapPlan> planned =
+        plan_map_window({memory.together.data(), work_.together}, work_.prior, work_.ground_m, work_.plan.pixel_m);
+    const bool fits = planned.ok() && std::max(planned.value().width, planned.value().height) < max_map_window_side &&
+                      std::max(planned.value().sheet_width, planned.value().sheet_height) < max_map_sheet_side;
+    if (!fits) continue;
+    work_.plan = planned.value();
+    break;
+  }
 }
 
 }  // namespace ilp

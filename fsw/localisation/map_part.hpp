@@ -85,7 +85,7 @@ struct alignas(32) MapWorkspace {
   MapState after;
 };
 
-/// The directory and the tiles.
+/// The directory and the tiles, and the keyframes that are compared with them.
 class MapPart {
  public:
   MapPart(const MapWiring& wiring, MapWork& work, MapWorkspace& workspace)
@@ -100,6 +100,9 @@ class MapPart {
   /// The layer to compare with an image whose pixel is so large on the ground.
   [[nodiscard]] std::uint32_t layer_for(double image_pixel_m, double x_m, double y_m) const;
   [[nodiscard]] BodyPlace origin() const;
+  /// work.plan of one keyframe becomes that of the latest ones together, where the map is too coarse for one, with so
+  /// many image pixels in its pixel.
+  void plan_together(double image_pixels);
 
  private:
   [[nodiscard]] std::size_t entry_at(std::uint32_t layer, double x_m, double y_m) const;

@@ -7,6 +7,7 @@
 // or finds none, either derives the same again or continues after what is on record (docs/design.md, "Going on").
 #pragma once
 
+#include <new>
 #include <type_traits>
 
 #include "cfg/schedule.hpp"
@@ -73,17 +74,24 @@ Status load_checkpoint(CheckpointStore store, const CheckpointForm& form, Cursor
                          std::span<std::uint8_t>(reinterpret_cast<std::uint8_t*>(&state), sizeof(State)));
 }
 
+/// Makes it as it begins, in its place: a state may be larger than a stack.
+template <typename State>
+void renew(State& state) {
+  static_assert(std::is_trivially_destructible_v<State>);
+  new (static_cast<void*>(&state)) State{};
+}
+
 /// Loads cursor and state, or new ones if there is no checkpoint. Returns ok, a report (restored() of component.hpp),
 /// or a fault.
 template <typename State>
 Status restore_checkpoint(CheckpointStore store, const CheckpointForm& form, Cursor& cursor, State& state) {
   cursor = {};
-  state = {};
+  renew(state);
   const Status status = load_checkpoint(store, form, cursor, state);
   if (status.is(StatusCode::not_found)) return {};
   if (status.is(StatusCode::checkpoint_lost)) {
     cursor = {};
-    state = {};
+    renew(state);
   }
   return status;
 }

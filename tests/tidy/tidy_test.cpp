@@ -131,8 +131,8 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     // The files of maps, for the flight and for the ground that writes them.
     {"fsw/maps/",
      {"fsw/maps/", "fsw/vision/codec/", "fsw/vision/place/", "fsw/vision/terrain/bit_coder.hpp",
-      "fsw/vision/terrain/mask_coding.hpp", "fsw/packets/hmac_sha256.hpp", "fsw/shared/body_figure.hpp",
-      "fsw/base/", "cfg/choices.hpp", "cfg/limits.hpp"}},
+      "fsw/vision/terrain/mask_coding.hpp", "fsw/packets/hmac_sha256.hpp", "fsw/shared/body_figure.hpp", "fsw/base/",
+      "cfg/choices.hpp", "cfg/limits.hpp"}},
     {"fsw/vision/map/", kernels({"map/", "geometry/", "image/"})},
     {"fsw/packets/",
      {"fsw/packets/", "fsw/base/", "fsw/records/", "cfg/choices.hpp", "cfg/limits.hpp", "cfg/mission.hpp",
