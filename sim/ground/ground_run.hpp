@@ -32,10 +32,10 @@ struct GroundOptions {
   std::string catalogue;              ///< address of a catalogue that missions share
   std::string mission;                ///< name in it; empty: the title
   std::string title;
-  bool afresh = false;                 ///< forget what was taken in and computed before
-  bool check = false;                  ///< read every file of the results, to find damage
-  double target_overlap = 0;           ///< 0: what the database or the flight info says, else unknown
-  std::string landing;                 ///< FOOTPRINT_M[,SLOPE_DEG,STEP_M] of landing sites (landing_safety.hpp)
+  bool afresh = false;        ///< forget what was taken in and computed before
+  bool check = false;         ///< read every file of the results, to find damage
+  double target_overlap = 0;  ///< 0: what the database or the flight info says, else unknown
+  std::string landing;        ///< FOOTPRINT_M[,SLOPE_DEG,STEP_M] of landing sites (landing_safety.hpp)
   /// Also what other results have already: PFM beside GeoTIFF and PNG, model.ply beside model.glb, and the catalogue,
   /// without which a later run reads the outbox again.
   bool keep_copies = true;

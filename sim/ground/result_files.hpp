@@ -14,7 +14,8 @@ namespace ilp::ground {
 
 /// Whether other results have the same: a PFM file, model.ply or the catalogue.
 [[nodiscard]] bool is_copy(const std::string& name);
-/// All files that the run has written or kept, by their names below the folder; without copies where the report says so.
+/// All files that the run has written or kept, by their names below the folder; without copies where the report says
+/// so.
 [[nodiscard]] std::vector<std::string> result_files(const report::Report& report);
 /// Of the map of a strip alone: what export_grid and export_map leave.
 [[nodiscard]] std::vector<std::string> map_files(const report::StripResult& strip);

@@ -28,7 +28,7 @@ struct StripControl {
   bool placed = false;
   std::string fault;  ///< why not
   double metres_per_unit = 0;
-  double tilt_sigma_rad = 0;  ///< one sigma of what is up by the points, about their longest line
+  double tilt_sigma_rad = 0;                 ///< one sigma of what is up by the points, about their longest line
   std::vector<PointResult> points;           ///< with a mark in the strip
   double used_rmse_m = 0, check_rmse_m = 0;  ///< three-dimensional; not a number without points
   std::size_t used = 0, checked = 0;

@@ -137,8 +137,8 @@ std::string strip_facts(const Report& report, const StripResult& s) {
   if (const std::string end = strip_end(report, s.strip); !end.empty()) html += ". The strip ended: " + end;
   html += ".</p>\n<p class=\"note\">";
   if (s.vertices > 0) {
-    html += "Surface <code>model" + s.suffix + (report.with_copies ? ".ply" : ".glb") + "</code>: " + std::to_string(s.vertices) + " vertices, " +
-            std::to_string(s.faces) + " faces, " +
+    html += "Surface <code>model" + s.suffix + (report.with_copies ? ".ply" : ".glb") +
+            "</code>: " + std::to_string(s.vertices) + " vertices, " + std::to_string(s.faces) + " faces, " +
             (s.stride == 1 ? std::string("all cells") : "one cell in " + std::to_string(s.stride) + " each way") + ". ";
   }
   if (s.colmap.images > 0) {
