@@ -12,8 +12,6 @@
 namespace ilp::report {
 namespace {
 
-using landing::degree;
-
 /// The probability in colours over the shaded ground; grey where it is not known.
 host::Raster<host::Rgba> safety_picture(const landing::LandingMap& map, const PlanView& view,
                                         const ViewSurface& surface) {
@@ -59,14 +57,14 @@ std::string picture_of(const Report& report, const StripResult& strip, const lan
   const ViewSurface surface = resample(*strip.grid, strip.plane, view);
   return figure(open_svg(safety_picture(map, view, surface), "probability of a safe landing") + site_marks(map, view) +
                     scale_bar(view, intake::unit_of(report.flight, strip.strip)) +
-                    colour_legend({0, 1}, "safe", view.width),
+                    colour_legend("Probability of a safe landing", {0, 1}, "0 to 1", view.width),
                 "Probability that a lander is safe with its footprint there. Grey: the footprint is not covered by "
                 "heights. Circles: the best sites, by rank.");
 }
 
 std::string row_of(std::size_t rank, const landing::LandingSite& site) {
   return "<tr>" + cell(std::to_string(rank)) + cell(host::fixed(100 * site.safe, 2)) +
-         cell(host::fixed(site.slope_rad / degree, 1)) + cell(host::brief(site.roughness_m)) +
+         cell(host::fixed(site.slope_rad / landing::degree, 1)) + cell(host::brief(site.roughness_m)) +
          cell(host::brief(site.step_m)) + cell(host::fixed(site.x, 1)) + cell(host::fixed(site.y, 1)) +
          cell(host::fixed(site.z, 1)) + "</tr>\n";
 }
@@ -95,7 +93,7 @@ std::string page_landing(const Report& report) {
     }
     const landing::LandingMap& map = *strip.landing->map;
     html += "<p>A footprint of " + host::brief(map.limits.footprint_m) + " m is safe where its plane is at most " +
-            host::brief(map.limits.slope_rad / degree) +
+            host::brief(map.limits.slope_rad / landing::degree) +
             "° steep and the ground within it rises and falls by at most " + host::brief(map.limits.step_m) +
             " m about that plane.";
     if (map.sites.empty()) {
