@@ -28,7 +28,7 @@ WorldCamera::WorldCamera(const world::Scenario& scenario, fs::path folder, const
     if (!earlier) throw std::runtime_error(list.string() + ": the earlier exposures of the flight are not there");
     for (TimeNs time = 0; earlier >> time;) exposures_.push_back(renderer_.trajectory().at(time));
   } else {
-    world::begin_flight_files(folder_, scenario);
+    world::begin_flight_files(folder_, scenario, renderer_.terrain());
   }
   list_.open(list, options.resume ? std::ios::app : std::ios::trunc);
   if (!list_) throw std::runtime_error(list.string() + ": cannot be written");

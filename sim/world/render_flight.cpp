@@ -82,11 +82,14 @@ double height_above_ground(const Terrain& terrain, const CameraState& state) {
   return state.centre.z() - terrain.height(state.centre.x(), state.centre.y());
 }
 
-void begin_flight_files(const fs::path& dir, const Scenario& scenario) {
+void begin_flight_files(const fs::path& dir, const Scenario& scenario, const Terrain& terrain) {
   fs::create_directories(dir / "images");
   fs::create_directories(dir / "truth" / "depth");
   write_scenario(dir / "scenario.ini", scenario);
   host::write_colmap_camera(dir / "cameras.txt", scenario.flight.camera);
+  if (!scenario.navigation.any()) return;
+  const Trajectory trajectory(scenario.flight);
+  write_text(dir / "navigation.csv", navigation_text(scenario.navigation, terrain, trajectory, scenario.flight.seed));
 }
 
 void write_flight_frame(const fs::path& dir, std::size_t number, const RenderedFrame& frame) {
@@ -108,9 +111,6 @@ void end_flight_files(const fs::path& dir, const Scenario& scenario, const Terra
   };
   write_truth(dir / "truth", truth, threads);
   write_text(dir / "index.txt", index_text(scenario, terrain, states));
-  if (!scenario.navigation.any()) return;
-  const Trajectory trajectory(scenario.flight);
-  write_text(dir / "navigation.csv", navigation_text(scenario.navigation, terrain, trajectory, scenario.flight.seed));
 }
 
 void check_scenario(const Scenario& scenario) {
@@ -122,7 +122,7 @@ void render_flight(const fs::path& dir, const Scenario& scenario, const RenderPr
   const FlightRenderer renderer(scenario);
   const std::vector<CameraState> states = fly(scenario.flight);
   check_flight(renderer.terrain(), camera, states);
-  begin_flight_files(dir, scenario);
+  begin_flight_files(dir, scenario, renderer.terrain());
 
   int done = 0;
   std::mutex progress_mutex;

@@ -21,7 +21,9 @@ namespace ilp::world {
 /// Creates the folder with
 ///   cameras.txt              the intrinsics, COLMAP's text format
 ///   scenario.ini             the scenario as flown
-void begin_flight_files(const std::filesystem::path& dir, const Scenario& scenario);
+///   navigation.csv           what the sensors of the vehicle measure, if it has some; a flight may read it while its
+///                            images are rendered
+void begin_flight_files(const std::filesystem::path& dir, const Scenario& scenario, const Terrain& terrain);
 ///   images/0001.pgm ...      the frames
 ///   truth/depth/0001.pfm ... z-depth in metres of every pixel of the image as taken (distortion included); 0 where a
 ///                            cloud hides the ground

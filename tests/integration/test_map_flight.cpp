@@ -5,9 +5,11 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 #include "fsw/shared/body_figure.hpp"
+#include "fsw/shared/local_plane.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "sim/host/reference_cameras.hpp"
 #include "tests/integration/flight_files.hpp"
@@ -16,6 +18,18 @@
 namespace ilp {
 namespace {
 namespace fs = std::filesystem;
+
+test::ProgramResult fly_over(const fs::path& map, const fs::path& mission, const fs::path& out,
+                             const std::vector<std::string>& more) {
+  std::vector<std::string> words = {ILP_SIL, "--scenario", "mars-plains", "--mission", mission.string(),
+                                    "--map", map.string(), "--out",       out.string()};
+  for (const char* setting :
+       {"camera.width=320", "camera.height=240", "camera.fx=275", "camera.fy=275", "navigation.altimeter=true",
+        "navigation.attitude=true", "navigation.position=true", "navigation.end_s=8"})
+    words.insert(words.end(), {"--set", setting});
+  words.insert(words.end(), more.begin(), more.end());
+  return test::run_program(words);
+}
 
 /// The flight, with sensors of its vehicle in its first 8 s only, and the map under another sun.
 struct MapFlightFiles {
@@ -28,14 +42,7 @@ struct MapFlightFiles {
                                                         "--sun-turn", "34", "--features", "0", "--out", map.string()});
     EXPECT_EQ(made.exit_status, 0) << made.output;
     std::ofstream(mission) << "[map]\nmap_sun_given = true\nmap_sun_azimuth_rad = 2.2\nmap_sun_elevation_rad = 0.55\n";
-    std::vector<std::string> words = {ILP_SIL,      "--scenario", "mars-plains",    "--frames",
-                                      "48",         "--mission",  mission.string(), "--map",
-                                      map.string(), "--out",      out.string()};
-    for (const char* setting :
-         {"camera.width=320", "camera.height=240", "camera.fx=275", "camera.fy=275", "navigation.altimeter=true",
-          "navigation.attitude=true", "navigation.position=true", "navigation.end_s=8"})
-      words.insert(words.end(), {"--set", setting});
-    const test::ProgramResult flown = test::run_program(words);
+    const test::ProgramResult flown = fly_over(map, mission, out, {"--frames", "48"});
     EXPECT_EQ(flown.exit_status, 0) << flown.output;
   }
 };
@@ -87,6 +94,53 @@ TEST(MapFlight, KeyframesAreFixedToTheirTruePlaces) {
               offset);
   EXPECT_LT(std::hypot(offset[0] - first.centre.x(), offset[1] - first.centre.y()), 2);
   EXPECT_NEAR(offset[2], first.centre.z(), 2);
+}
+
+// The wish comes long before the flight is there: it knows by its fixes when it passes.
+TEST(MapFlight, AnImageOfAPlaceIsTakenWhereTheFlightPassesIt) {
+  const auto cameras = host::read_reference_cameras(flown().out / "flight" / "truth" / "poses.txt");
+  ASSERT_EQ(cameras.size(), 48U);
+  constexpr double distance_m = 12;
+  const auto command = [](const Vec3& place) {
+    const double metres[3] = {place.x(), place.y(), 0};
+    const BodyPlace at = place_from_plane(Body::mars, {137.4, -4.6, 0}, metres);
+    std::ostringstream line;
+    line.precision(12);
+    line << "30 place " << at.longitude_deg << " " << at.latitude_deg << " " << distance_m << "\n";
+    return line.str();
+  };
+  const Vec3 way = (cameras[40].centre - cameras[38].centre).normalized(), across(-way.y(), way.x(), 0);
+  const Vec3 near = cameras[39].centre + 7 * across, far = cameras[39].centre - 40 * across;
+  const test::TemporaryFolder folder;
+  test::write_file(folder / "commands.txt", command(near) + command(far));
+  std::ofstream(folder / "mission.ini") << "[acquisition]\ncapture_mode = forecast\n[map]\nmap_sun_given = true\n"
+                                           "map_sun_azimuth_rad = 2.2\nmap_sun_elevation_rad = 0.55\n";
+  const fs::path out = folder / "flight";
+  ASSERT_EQ(
+      fly_over(flown().map, folder / "mission.ini", out, {"--frames", "60", "--telecommands", folder / "commands.txt"})
+          .exit_status,
+      0);
+
+  std::map<std::string, host::ReferenceCamera> truth;
+  for (const auto& camera : host::read_reference_cameras(out / "flight" / "truth" / "poses.txt"))
+    truth[camera.name] = camera;
+  std::map<std::int64_t, std::string> names;
+  for (const auto& frame : test::records_of<FrameRecord>(out)) names[frame.id] = frame.name;
+  std::size_t exposed = 0, rejected = 0;
+  for (const CaptureRecord& capture : test::records_of<CaptureRecord>(out)) {
+    if (capture.command_id == 0) continue;
+    rejected += capture.state == CaptureState::rejected ? 1U : 0U;
+    if (capture.state != CaptureState::exposed) continue;
+    ++exposed;
+    const host::ReferenceCamera& camera = truth.at(fs::path(names.at(capture.frame_id)).filename().string());
+    EXPECT_LT((camera.centre - near).head<2>().norm(), distance_m) << "the vehicle";
+    const Vec3 axis = camera.cam_from_world.row(2);
+    const Vec3 middle = camera.centre - camera.centre.z() / axis.z() * axis;
+    EXPECT_LT((middle - near).head<2>().norm(), distance_m) << "the middle of the image";
+    EXPECT_NEAR(capture.distance_m, (camera.centre - near).head<2>().norm(), 3) << "the forecast";
+  }
+  EXPECT_EQ(exposed, 1U);
+  EXPECT_EQ(rejected, 1U) << "40 m off is not within 12 m";
 }
 
 TEST(MapFlight, KillsChangeNothing) {
