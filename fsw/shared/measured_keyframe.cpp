@@ -60,9 +60,9 @@ navigation::FixMeasurement fix_measurement(const FixRecord& fix, const BodyPlace
   out.depth = fix.ground_depth;
   out.depth_sigma = fix.ground_depth_sigma;
   out.map_sigma_m = fix.map_sigma_m;
-  // What the heights of the map have wrong, or do not resolve, is the same for all that look at them.
-  constexpr double shared_by_heights = 0.25;
-  out.shared = fix.sense == MapSense::relit ? 0 : shared_by_heights;
+  // What the map has wrong, or does not resolve, is the same for all that look at it.
+  constexpr double shared = 0.25;
+  out.shared = shared;
   return out;
 }
 

@@ -164,6 +164,10 @@ bool solve_map_pose(std::span<MapSighting> sightings, const MapPrior& prior, con
     if (sighting.weight > 0) squares += sighting.residual.squaredNorm();
   }
   pose.residual_px = std::sqrt(squares / (2.0 * pose.used));
+  // The pose has fitted a part of the residuals away, the more the fewer of them are independent.
+  constexpr double unknowns = 6, least_left = 1;
+  const double independent = 2.0 * pose.used / (params.together * params.together);
+  pose.covariance *= std::max(independent, unknowns + least_left) / std::max(independent - unknowns, least_left);
   const double by_spread = (params.common_share + params.common_growth * pose.residual_px) * pose.residual_px;
   const double common =
       params.pixel_m * std::sqrt(params.common_sigma_px * params.common_sigma_px + by_spread * by_spread);

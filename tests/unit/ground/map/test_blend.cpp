@@ -40,7 +40,7 @@ struct TwoPieces {
     tile.height = values;
     tile.ortho = host::Raster<std::uint8_t>(side, side);
     tile.source = source;
-    Mosaic mosaic{{0, 0, 1, side, side}, 1, 1, [&](std::int32_t, std::int32_t) { return tile; }, side, 0, 0, {}};
+    Mosaic mosaic{{0, 0, 1, side, side}, 1, 1, [&](std::int32_t, std::int32_t) { return tile; }, side, 0, 0, {}, {}};
     return measure_seams(mosaic).height;
   }
   /// Mean squared error over the 20 columns before or after the border, with that part of the offset that is not known.
