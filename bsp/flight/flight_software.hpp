@@ -80,7 +80,7 @@ class FlightSoftware {
   /// What does the jobs of components that have some.
   FlightCompute& compute() { return compute_; }
   /// A device does jobs from now on, if it does them rightly. Call it before start().
-  Status accept(ComputeDevice& device) { return compute_.accept(device, stages_.get<OverlapChecker>().spare_job()); }
+  Status accept(ComputeDevice& device) { return compute_.accept(device); }
 
   /// Memory was damaged, or the worker is stuck, so that only a new process goes on.
   [[nodiscard]] bool damaged() const {

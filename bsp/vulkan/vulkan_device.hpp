@@ -33,7 +33,6 @@ class VulkanDevice {
   static bool list();
   [[nodiscard]] const char* name() const { return properties_.deviceName; }
 
-
   bool make_buffer(std::size_t bytes, VulkanBuffer& buffer);
   /// A descriptor set of storage buffers at the bindings 0, 1, ..., and a layout with one push constant of 32 bits.
   bool make_set(std::span<const VulkanBuffer* const> buffers, VkPipelineLayout& layout, VkDescriptorSet& set);

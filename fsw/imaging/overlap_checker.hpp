@@ -34,9 +34,6 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   /// `compute` does the jobs of the wide search; without it there is none.
   OverlapChecker(Tables store, const MissionParameters& mission, Scratch scratch, Compute* compute = nullptr);
 
-  /// Memory for the comparison of a device with the processor, before the flight.
-  [[nodiscard]] WideJob& spare_job() { return workspace_.wide.spare_job(); }
-
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {

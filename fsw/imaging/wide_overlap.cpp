@@ -29,14 +29,8 @@ void write_example(void*, std::uint32_t number, std::span<std::byte> input) {
 }  // namespace
 
 ComputeForm wide_search_form(WideWorkspace& workspace) {
-  return {sizeof(WideInput),
-          wide_job_poses,
-          sizeof(PoseResult),
-          poses_per_call,
-          search_unit,
-          write_example,
-          &workspace,
-          job_layout<WideInput, WideOutput>()};
+  return {sizeof(WideInput), wide_job_poses, sizeof(PoseResult), poses_per_call,
+          search_unit,       write_example,  &workspace,         job_layout<WideInput, WideOutput>()};
 }
 
 Status WideOverlap::begin(std::int64_t frame_id, std::int64_t keyframe_id, const OverlapTemplate& keyframe,

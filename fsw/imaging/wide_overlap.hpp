@@ -32,8 +32,6 @@ class WideOverlap {
   /// The answer: that of the search if it is one, otherwise the one before it. The search is over.
   Status finish(const OverlapTemplate& keyframe, GrayView image, OverlapWorkspace& workspace, OverlapResult& result);
   void drop(Compute& compute);
-  /// Memory for the comparison of a device with the processor, while no search is at work.
-  WideJob& spare_job() { return memory_; }
 
  private:
   std::int64_t frame_id_ = 0, keyframe_id_ = 0;

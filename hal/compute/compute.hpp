@@ -28,7 +28,7 @@ struct ComputeForm {
   /// Writes input `number` of those with which a device is compared at the start.
   void (*example)(void* workspace, std::uint32_t number, std::span<std::byte> input) = nullptr;
   void* workspace = nullptr;
-  std::uint64_t layout = 0;        ///< job_layout() of input and output
+  std::uint64_t layout = 0;  ///< job_layout() of input and output
 
   [[nodiscard]] constexpr std::size_t output_bytes() const { return units * unit_bytes; }
 };

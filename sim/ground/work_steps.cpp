@@ -29,8 +29,8 @@ std::vector<tasks::StripFinish> finishes_of(const report::Report& report, intake
     const map::PaintedTiles painted =
         map::paint_tiles(report.flight, strip.strip_id, strip.plan, catalogue, {},
                          host::Progress(messages, "Merging strip " + std::to_string(strip.strip_id)));
-    strips.push_back(
-        {strip.strip_id, strip.plan.cell, map::plan_finish(strip.plan, painted.summaries, map::map_balance(painted.totals))});
+    strips.push_back({strip.strip_id, strip.plan.cell,
+                      map::plan_finish(strip.plan, painted.summaries, map::map_balance(painted.totals))});
   }
   return strips;
 }

@@ -214,26 +214,6 @@ TEST_F(Photographs, PutTheMapInItsPlaceAndGiveItsColours) {
   }
 }
 
-TEST_F(Photographs, LargerThanTheFlightTakesAreBinnedWithTheirCameraAndLieWhereTheyShould) {
-  const CameraModel own = cameras_.front().camera;
-  const int enlarged = 1024 / own.width + 1;
-  for (std::size_t i = 0; i < cameras_.size(); ++i) write(i, enlarged);
-  const auto times = static_cast<double>(enlarged);
-  // COLMAP's pixel centres are at halves.
-  std::ofstream(folder_ / "large.txt") << "1 OPENCV " << own.width * enlarged << " " << own.height * enlarged << " "
-                                       << own.fx * times << " " << own.fy * times << " " << (own.cx + 0.5) * times
-                                       << " " << (own.cy + 0.5) * times << " " << own.k1 << " " << own.k2 << " "
-                                       << own.p1 << " " << own.p2 << "\n";
-  const fs::path out = folder_ / "out", ground = folder_ / "ground";
-  const auto flown = test::run_program(
-      {ILP_SIL, "--images", folder_ / "photographs", "--camera", folder_ / "large.txt", "--out", out});
-  ASSERT_EQ(flown.exit_status, 0) << flown.output;
-  EXPECT_NE(flown.output.find("the images are larger than the flight takes"), std::string::npos) << flown.output;
-  const auto merged = test::run_program({ILP_GROUND, out / "outbox", "--out", ground});
-  ASSERT_EQ(merged.exit_status, 0) << merged.output;
-  EXPECT_LT(median_height_error(ground), 1.0);
-}
-
 TEST_F(Photographs, AFolderWithoutFittingPhotographsIsToldAndHarmsNothing) {
   const fs::path flown = test::prepared_flights() / "uninterrupted";
   fs::create_directories(folder_ / "others");

@@ -111,8 +111,8 @@ def check_pds4(out, flight, name):
         check(numpy.array_equal(cells[known], map_.values[known]), f"{name} has other cells")
         check(known.all() or (cells[~known] == missing).all(), f"{name} has cells where there is no data")
     here, there = data.GetSpatialRef(), source.GetSpatialRef()
-    check((here is not None and here.IsProjected()) == bool(there.IsProjected()), f"{label}: on a body, or not")
-    if not there.IsProjected():
+    check((here is not None and here.IsProjected()) == (there is not None and bool(there.IsProjected())), f"{label}: on a body, or not")
+    if there is None or not there.IsProjected():
         return
     check(abs(here.GetSemiMajor() - there.GetSemiMajor()) < 1e-3, f"{label} has another body")
     for parameter in ("central_meridian", "latitude_of_origin", "scale_factor"):

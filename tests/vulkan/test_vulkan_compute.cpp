@@ -24,11 +24,10 @@ struct Flight {
   WideWorkspace workspace{};
   WideInput input{};
   WideOutput output{};
-  WideJob spare;
 
   Status begin(const test::VulkanProgram& program) {
     static_cast<void>(device.open({program.socket(), long_limit}));
-    return jobs.accept(device, spare);
+    return jobs.accept(device);
   }
   void submit() {
     ASSERT_TRUE(jobs.compute()

@@ -43,8 +43,8 @@ TEST(StatusText, NamesWhatAStatusIsAbout) {
       {{StatusCode::started, 2, 3}, "start 2 of the software: power was lost, or the board was reset"},
       {{StatusCode::transfer_cancelled, 9, 15}, "transaction 9 was cancelled: cancel request received"},
       {{StatusCode::pdu_rejected, 4, 20}, "a PDU of 20 bytes was rejected: CRC"},
-      {{StatusCode::compute_lost, 1, 1},
-       "the compute device was given up in flight in a job of stereo band: no answer within the limit; the processor "
+      {{StatusCode::compute_lost, 1, 0},
+       "the compute device was given up in flight in a job of wide search: no answer within the limit; the processor "
        "does its work"},
       {{StatusCode::self_test_failed, 4, 7}, "self-test codec failed, value 7"},
       {{StatusCode::exposure_limited, 2, 40},

@@ -80,7 +80,7 @@ TEST_F(RecordedMaps, AnImageOfMarsKeepsItsTextureInHalfABitPerPixel) {
   const double n = static_cast<double>(count), variance = truth_squares / n - truth_mean / n * (truth_mean / n);
   EXPECT_LT(std::fabs(all / n), 2);
   EXPECT_LT(squares / n, 0.1 * variance) << "of the texture, a tenth of the power may be lost";
-  EXPECT_LE(map.directory->tiles[0].bytes, 256 * 256 / 16 + 128 * 38 + 300);
+  EXPECT_LE(map.directory->tiles[0].bytes, 256 * 256 / 16 + 256 * 38 + 300);
 }
 
 TEST_F(RecordedMaps, PostsOfTheMoonAreMeansOfItsModelToHalfAStep) {

@@ -90,7 +90,8 @@ TEST(Figures, ALegendHasItsTitleItsUnitAndTheColoursOfThePicture) {
   const std::string heights = colour_legend("Height above the mean plane", {-2, 4}, "m", 400);
   EXPECT_NE(heights.find("Height above the mean plane, m<"), std::string::npos);
   EXPECT_NE(heights.find("stop offset=\"0%\" stop-color=\"rgb(68,1,84)\""), std::string::npos);
-  for (const char* number : {">-2.00<", ">1.00<", ">4.00<"}) EXPECT_NE(heights.find(number), std::string::npos) << number;
+  for (const char* number : {">-2.00<", ">1.00<", ">4.00<"})
+    EXPECT_NE(heights.find(number), std::string::npos) << number;
   const std::string differences = colour_legend("Map minus other model", {-3, 3}, "m", 400, host::diverging);
   EXPECT_NE(differences.find("id=\"differences\""), std::string::npos) << "one page may have both";
   EXPECT_NE(differences.find("stop offset=\"50%\" stop-color=\"rgb(247,247,247)\""), std::string::npos)

@@ -265,7 +265,12 @@ TEST_F(ScoreProgram, AfterAFlightOverALinkTheStationsFilesCount) {
   product.id = 4;
   product.keyframe_id = 1;
   product.kind = ProductKind::image;
-  ASSERT_TRUE(put(*store_, product).ok());
+  {
+    Transaction transaction(*store_);
+    must(transaction.begin());
+    must(put(*store_, product));
+    must(transaction.commit());
+  }
   land();
   const ProgramRun without = score();
   ASSERT_EQ(without.status, 0) << without.output;
