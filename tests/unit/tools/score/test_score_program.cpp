@@ -276,6 +276,7 @@ TEST_F(ScoreProgram, AfterAFlightOverALinkTheStationsFilesCount) {
   ASSERT_EQ(without.status, 0) << without.output;
   EXPECT_TRUE(says(without.output, "--received")) << without.output;
   // What the station has received, records too, is read in place of the outbox.
+  fs::create_directories(scratch_ / "station");
   scratch_.write("station/product-000001-image.jp2", "no image");
   const ProgramRun with = score(" --received " + (scratch_ / "station").string());
   ASSERT_EQ(with.status, 0) << with.output;
