@@ -14,15 +14,15 @@ class FlightCompute {
 
   [[nodiscard]] const ComputeForms& forms() const { return forms_; }
   GuardedCompute& compute() { return compute_; }
-  /// Compares the device with the processor and uses it, before the start of the flight. See GuardedCompute::accept().
-  Status accept(ComputeDevice& device) {
-    return compute_.accept(device, std::as_writable_bytes(std::span(&compared_.input, 1)),
-                           std::as_writable_bytes(std::span(&compared_.output, 1)));
+  /// Compares the device with the processor and uses it, before the start of the flight. `scratch` is free again
+  /// afterwards. See GuardedCompute::accept().
+  Status accept(ComputeDevice& device, WideJob& scratch) {
+    return compute_.accept(device, std::as_writable_bytes(std::span(&scratch.input, 1)),
+                           std::as_writable_bytes(std::span(&scratch.output, 1)));
   }
 
  private:
   WideWorkspace wide_{};
-  WideJob compared_;  ///< with a device at the start
   ComputeForms forms_;
   GuardedCompute compute_;
 };

@@ -79,8 +79,11 @@ class FlightSoftware {
 
   /// What does the jobs of components that have some.
   FlightCompute& compute() { return compute_; }
-  /// A device does jobs from now on, if it does them rightly. Call it before start().
-  Status accept(ComputeDevice& device) { return compute_.accept(device); }
+  /// A device does jobs from now on, if it does them rightly. Call it before start(): no stage uses the memory of the
+  /// step yet.
+  Status accept(ComputeDevice& device) {
+    return compute_.accept(device, StepScratch<WideJob>(step_memory_).as<WideJob>());
+  }
 
   /// Memory was damaged, or the worker is stuck, so that only a new process goes on.
   [[nodiscard]] bool damaged() const {

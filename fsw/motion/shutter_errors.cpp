@@ -7,41 +7,31 @@
 #include "fsw/vision/geometry/types.hpp"
 
 namespace ilp {
-namespace {
 
-Result<double> shutter_error_of(Reader<ShutterRecord> store, const CameraRecord& camera, std::int64_t keyframe_id) {
-  ShutterRecord shutter;
-  ILP_TAKE(const bool recorded, find<ShutterRecord>(store, keyframe_id, shutter));
-  static_cast<void>(recorded);
-  return shutter_error_rad(camera, shutter);
-}
-
-}  // namespace
-
-Result<ShutterErrors> shutter_errors(Reader<ShutterRecord, StripRecord, PoseRecord> store, const CameraRecord& camera,
-                                     const PoseRecord& pose) {
-  ShutterErrors errors;
-  ILP_TAKE(errors.own, shutter_error_of(store, camera, pose.id));
+Status find_baseline_errors(Reader<ShutterRecord, StripRecord, PoseRecord> store, const CameraRecord& camera,
+                            const PoseRecord& pose, BaselineErrors& errors) {
   StripRecord strip;
   ILP_TAKE(const bool known, find<StripRecord>(store, pose.strip_id, strip));
-  if (!known) return errors;
-  ILP_TAKE(errors.first, shutter_error_of(store, camera, strip.first_keyframe_id));
-  PoseRecord second;
-  ILP_TAKE(const bool posed, find<PoseRecord>(store, strip.first_keyframe_id + 1, second));
-  const Vec3 baseline = vector_of(posed ? second.centre : pose.centre);
-  if (!(baseline.squaredNorm() > 0)) return errors;
-  ILP_TAKE(const double of_second, shutter_error_of(store, camera, strip.first_keyframe_id + 1));
-  errors.length = Vec2(errors.first, of_second).norm() / baseline.norm();
-  return errors;
+  ShutterRecord first, second;
+  ILP_TAKE(const bool has_first, find<ShutterRecord>(store, strip.first_keyframe_id, first));
+  if (!known || !has_first) return {};
+  errors.first = shutter_error_rad(camera, first);
+  ILP_TAKE(const bool has_second, find<ShutterRecord>(store, strip.first_keyframe_id + 1, second));
+  PoseRecord end;
+  ILP_TAKE(const bool posed, find<PoseRecord>(store, strip.first_keyframe_id + 1, end));
+  const double baseline = vector_of(posed ? end.centre : pose.centre).norm();
+  if (!has_second || !(baseline > 0)) return {};
+  errors.length = Vec2(errors.first, shutter_error_rad(camera, second)).norm() / baseline;
+  return {};
 }
 
-void add_errors(const ShutterErrors& errors, PoseRecord& pose) {
+void add_errors(double own_rad, const BaselineErrors& baseline, PoseRecord& pose) {
   // Lower triangle: rotation, then centre.
   constexpr int diagonal[6] = {0, 2, 5, 9, 14, 20};
   const double depth = pose.ground_distance > 0 ? pose.ground_distance : 0.5 * (pose.min_depth + pose.max_depth);
-  const double turned = errors.own * errors.own, squared = depth * depth;
-  const double displaced = (turned + errors.first * errors.first) * squared,
-               scaled = errors.length * errors.length * squared;
+  const double turned = own_rad * own_rad, squared = depth * depth;
+  const double displaced = (turned + baseline.first * baseline.first) * squared,
+               scaled = baseline.length * baseline.length * squared;
   for (int i = 0; i < 6; ++i) {
     if (pose.covariance[diagonal[i]] > 0) pose.covariance[diagonal[i]] += i < 3 ? turned : displaced;
   }

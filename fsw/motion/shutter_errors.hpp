@@ -7,19 +7,19 @@
 
 namespace ilp {
 
-/// The errors of the images' motion as turns, each of which costs a place at the distance of the ground.
-struct ShutterErrors {
-  double own = 0;     ///< rad
-  double first = 0;   ///< of the first image
-  double length = 0;  ///< of both images of the first baseline, over its length
+/// Of the two images whose distance is the unit of a strip: what moves the first camera moves all others, and the first
+/// baseline gives the track its length.
+struct BaselineErrors {
+  double first = 0;   ///< of the first image, as a turn, rad
+  double length = 0;  ///< of both images together, over the length of the baseline
 };
 
-/// Of the images that are on record; 0 where the strip is not.
-Result<ShutterErrors> shutter_errors(Reader<ShutterRecord, StripRecord, PoseRecord> store, const CameraRecord& camera,
-                                     const PoseRecord& pose);
+/// Of the strip of `pose`. Nothing changes once the strip's first keyframes are no longer on record.
+Status find_baseline_errors(Reader<ShutterRecord, StripRecord, PoseRecord> store, const CameraRecord& camera,
+                            const PoseRecord& pose, BaselineErrors& errors);
 
-/// Adds them to sigma and covariance. The first camera is the gauge and has no error: what moves it moves all others,
-/// and the first baseline gives the track its length.
-void add_errors(const ShutterErrors& errors, PoseRecord& pose);
+/// Adds to sigma and covariance what the own image and those of the baseline cost. A turn costs a place at the distance
+/// of the ground. The first camera is the gauge and has no error.
+void add_errors(double own_rad, const BaselineErrors& baseline, PoseRecord& pose);
 
 }  // namespace ilp

@@ -7,7 +7,6 @@
 
 #include "fsw/base/rng.hpp"
 #include "fsw/motion/keyframe_motion.hpp"
-#include "fsw/motion/shutter_errors.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/shared/find.hpp"
 #include "fsw/shared/frame_access.hpp"
@@ -251,6 +250,7 @@ Status StructureAndMotion::begin_strip() {
   // A strip has one world. If it is lost, the rest of the strip cannot be placed in it.
   state_.lost = known_world;
   state_.end_commanded = false;
+  state_.baseline_errors = {};
   set_identity(state_.last_from_posed);
   return {};
 }
@@ -436,8 +436,11 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
     pose.ground_distance_sigma = ground.sigma;
   }
   if (has_rolling_shutter(work_.camera)) {
-    ILP_TAKE(const ShutterErrors errors, shutter_errors(wiring_.store, work_.camera, pose));
-    add_errors(errors, pose);
+    ShutterRecord shutter;
+    ILP_TAKE(const bool recorded, find<ShutterRecord>(wiring_.store, camera.keyframe_id, shutter));
+    static_cast<void>(recorded);
+    ILP_TRY(find_baseline_errors(wiring_.store, work_.camera, pose, state_.baseline_errors));
+    add_errors(shutter_error_rad(work_.camera, shutter), state_.baseline_errors, pose);
   }
   return put(wiring_.store, pose);
 }

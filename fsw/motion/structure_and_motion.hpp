@@ -4,6 +4,7 @@
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/motion/keyframe_features.hpp"
+#include "fsw/motion/shutter_errors.hpp"
 #include "fsw/shared/patience.hpp"
 #include "fsw/shared/step_memory.hpp"
 #include "fsw/shared/step_transaction.hpp"
@@ -59,6 +60,7 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
     bool lost = false;                   ///< the strip was abandoned: its later keyframes have no pose
     bool end_commanded = false;          ///< the end of the lost strip was commanded
     ScaleSource scale_source = ScaleSource::first_baseline;
+    BaselineErrors baseline_errors;  ///< of a rolling shutter
     double last_from_posed[9] = {1, 0, 0, 0, 1,
                                  0, 0, 0, 1};  ///< predicts pixels of the posed keyframe in the last keyframe examined
   };

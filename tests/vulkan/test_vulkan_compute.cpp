@@ -24,10 +24,11 @@ struct Flight {
   WideWorkspace workspace{};
   WideInput input{};
   WideOutput output{};
+  WideJob spare;
 
   Status begin(const test::VulkanProgram& program) {
     static_cast<void>(device.open({program.socket(), long_limit}));
-    return jobs.accept(device);
+    return jobs.accept(device, spare);
   }
   void submit() {
     ASSERT_TRUE(jobs.compute()

@@ -7,6 +7,7 @@
 
 #include "fsw/motion/shutter_errors.hpp"
 #include "fsw/vision/geometry/types.hpp"
+#include "tests/unit/shared/component_fixture.hpp"
 
 namespace ilp {
 namespace {
@@ -28,10 +29,7 @@ TEST(ShutterErrors, TheFirstImagesMoveAndStretchTheWholeTrack) {
   const Vec3 second(1, 0, 0);
   for (const Vec3& place : {Vec3(6, 0, 0), Vec3(12, 5, 0.5), Vec3(-8, 9, 1)}) {
     PoseRecord pose = pose_at(place.x(), place.y(), place.z());
-    ShutterErrors errors;
-    errors.first = turn;
-    errors.length = std::sqrt(2.0) * turn / second.norm();
-    add_errors(errors, pose);
+    add_errors(0, {.first = turn, .length = std::sqrt(2.0) * turn / second.norm()}, pose);
 
     // The strip as it is told: from the first camera, in units of the first baseline.
     std::mt19937 random(5);
@@ -61,9 +59,7 @@ TEST(ShutterErrors, TheFirstImagesMoveAndStretchTheWholeTrack) {
 
 TEST(ShutterErrors, AnImagesOwnErrorTurnsItsCamera) {
   PoseRecord pose = pose_at(3, 0, 0);
-  ShutterErrors errors;
-  errors.own = turn;
-  add_errors(errors, pose);
+  add_errors(turn, {}, pose);
   EXPECT_NEAR(pose.covariance[0], turn * turn, 1e-11);
   EXPECT_NEAR(pose.sigma[2], turn * depth, 1e-8);
 }
@@ -71,8 +67,46 @@ TEST(ShutterErrors, AnImagesOwnErrorTurnsItsCamera) {
 TEST(ShutterErrors, TheFirstCameraHasNone) {
   PoseRecord pose;
   pose.ground_distance = depth;
-  add_errors({turn, turn, turn}, pose);
+  add_errors(turn, {turn, turn}, pose);
   for (const double value : pose.covariance) EXPECT_EQ(value, 0);
+}
+
+class BaselineErrorsOnRecord : public test::ComponentTest {};
+
+// The storage manager erases the records of old keyframes while their strip goes on.
+TEST_F(BaselineErrorsOnRecord, OutliveTheRecordsOfTheFirstKeyframes) {
+  StripRecord strip;
+  strip.id = 1;
+  strip.first_keyframe_id = 5;
+  write(strip);
+  CameraRecord camera;
+  camera.id = 1;
+  camera.fx = camera.fy = 500;
+  camera.readout_s = 0.03;
+  for (std::int64_t id = 5; id <= 7; ++id) {
+    ShutterRecord shutter;
+    shutter.id = id;
+    shutter.source = MotionSource::frames;
+    shutter.sigma_px_s = 2;
+    write(shutter);
+    PoseRecord pose = pose_at(2 * static_cast<double>(id - 5), 0, 0);
+    pose.id = id;
+    pose.strip_id = 1;
+    write(pose);
+  }
+  BaselineErrors errors;
+  ASSERT_TRUE(find_baseline_errors(store, camera, read<PoseRecord>(7), errors).ok());
+  EXPECT_GT(errors.first, 0);
+  EXPECT_NEAR(errors.length, std::sqrt(2.0) * errors.first / 2, 1e-12) << "two images, a baseline of 2";
+  const BaselineErrors before = errors;
+  Transaction transaction(store);
+  ASSERT_TRUE(transaction.begin().ok());
+  ASSERT_TRUE(store.erase(record_info<ShutterRecord>(), 5).ok());
+  ASSERT_TRUE(store.erase(record_info<PoseRecord>(), 5).ok());
+  ASSERT_TRUE(transaction.commit().ok());
+  ASSERT_TRUE(find_baseline_errors(store, camera, read<PoseRecord>(7), errors).ok());
+  EXPECT_EQ(errors.first, before.first);
+  EXPECT_EQ(errors.length, before.length);
 }
 
 }  // namespace
