@@ -200,7 +200,8 @@ Status MapFix::measure() {
   return {};
 }
 
-void MapFix::predict_by_fixes() {
+/// `by_vehicle` may know the length of the strip's unit better than a few fixes do.
+void MapFix::predict_by_fixes(const navigation::StripFrame& by_vehicle) {
   FixBook& book = workspace_.after.book;
   // A fix that waits for a second one leads to it, where no others do.
   const bool by_unconfirmed = book.fixes.empty() && book.has_unconfirmed != 0;
@@ -211,8 +212,9 @@ void MapFix::predict_by_fixes() {
   if (by_unconfirmed) book.fixes.clear();
   if (!prior_by_fixes(frame, work_.pose, frame.metres_per_unit * way.norm(), work_.prior)) return;
   work_.record.prior = FixPrior::fixes;
-  work_.scale = frame.metres_per_unit;
-  work_.scale_sigma = frame.scale_sigma;
+  const bool better = by_vehicle.scale_sigma > 0 && by_vehicle.scale_sigma < frame.scale_sigma;
+  work_.scale = better ? by_vehicle.metres_per_unit : frame.metres_per_unit;
+  work_.scale_sigma = better ? by_vehicle.scale_sigma : frame.scale_sigma;
 }
 
 /// False where the vehicle says too little.
@@ -243,7 +245,7 @@ Status MapFix::survey() {
   work_.keeps = true;
   const bool searched = work_.record.prior == FixPrior::search;
   const navigation::StripFrame frame = navigation::estimate_strip_frame(workspace_.near);
-  if (!searched) predict_by_fixes();
+  if (!searched) predict_by_fixes(frame);
   bool known = work_.record.prior != FixPrior::none;
   if (known) {
     const Vec3 place = camera_centre(work_.prior.camera_from_map);

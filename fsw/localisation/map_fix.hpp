@@ -33,7 +33,7 @@ class MapFix final : public StageComponent<ComponentId::map_fix> {
   Status load_depths();
   Status measure();
   Status survey();
-  void predict_by_fixes();
+  void predict_by_fixes(const navigation::StripFrame& by_vehicle);
   bool predict_by_vehicle(const navigation::StripFrame& frame);
   bool find_ground(const Vec3& place);
   Status plan();

@@ -267,6 +267,22 @@ TEST_F(ILP_MAP_STRIPS_SUITE, KeyframesThatAreTooSmallForTheMapAreFixedTogether) 
   EXPECT_GE(fixed, 0.8 * static_cast<double>(last - 8));
 }
 
+/// A first fix on few patches knows the length of the strip's unit to 5 %, the vehicle's heights do to 1 %.
+TEST_F(ILP_MAP_STRIPS_SUITE, AFirstFixDoesNotPartTheStrip) {
+  fly_along(0.1);
+  MemoryMapSource source = map.source();
+  EXPECT_TRUE(run(*make(source), 100000).empty());
+  std::int64_t first = 0;
+  for (std::int64_t id = 1; id <= 9; ++id) {
+    const auto fix = read<FixRecord>(id);
+    if (first == 0 && fix.verdict == MapVerdict::fixed) first = id;
+    if (first == 0) continue;
+    EXPECT_EQ(fix.verdict, MapVerdict::fixed) << id << ": " << fix.patches << " patches";
+  }
+  EXPECT_GT(first, 0);
+  EXPECT_LT(first, 8);
+}
+
 /// The images before may have been released by then.
 TEST_F(ILP_MAP_STRIPS_SUITE, AStopAfterEachKeyframeChangesNothing) {
   fly_along(0.6);
