@@ -227,7 +227,12 @@ bool MapFix::predict_by_vehicle(const navigation::StripFrame& frame) {
   work_.scale = frame.scale_sigma > 0 ? frame.metres_per_unit : 0;
   work_.scale_sigma = frame.scale_sigma;
   const bool one = !(work_.scale > 0) && workspace_.keyframe.height_sigma_m > 0 && work_.pose.ground_distance > 0;
-  if (one) work_.scale = workspace_.keyframe.height_m / work_.pose.ground_distance;
+  if (one) {
+    work_.scale = workspace_.keyframe.height_m / work_.pose.ground_distance;
+    const double of_height = workspace_.keyframe.height_sigma_m / workspace_.keyframe.height_m;
+    const double of_ground = work_.pose.ground_distance_sigma / work_.pose.ground_distance;
+    work_.scale_sigma = std::sqrt(of_height * of_height + of_ground * of_ground);
+  }
   return true;
 }
 
