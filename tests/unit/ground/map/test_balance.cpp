@@ -218,6 +218,16 @@ TEST(Balance, BlackAndWhiteCellsAndShortSeamsSayNothing) {
   std::fill(grid.ortho.samples.begin(), grid.ortho.samples.end(), std::uint8_t{255});
   add_seams(grid, {1, 2}, 0, none);
   EXPECT_TRUE(none.empty());
+  // 19 cells are too few.
+  const auto offset_of = [](std::uint32_t cells) {
+    SeamGreys greys;
+    greys.first.add(100, cells);
+    greys.second.add(140, cells);
+    const ShownPiece piece{1000, 120000, 0, 0};
+    return balance_pieces({{{1, 2}, greys}}, {{1, piece}, {2, piece}}).at(1).offset;
+  };
+  EXPECT_NEAR(offset_of(19), 0, 1e-9);
+  EXPECT_GT(offset_of(20), 5);
 }
 
 }  // namespace
