@@ -128,13 +128,12 @@ std::map<std::int64_t, map::Balance> balance_of(const report::Report& report) {
   return balance;
 }
 
-void find_landing_sites(const GroundOptions& options, const report::Report& report, const exports::Anchors* anchors,
+void find_landing_sites(const GroundOptions& options, const report::Report& report,
                         const landing::LandingLimits& limits, report::StripResult& result) {
-  const exports::Georeference place = exports::georeference_of(report.flight, result.strip, anchors);
   const auto control = std::find_if(report.control.begin(), report.control.end(),
                                     [&](const control::StripControl& c) { return c.strip == result.strip.id; });
-  result.landing = landing::landing_of(result, place, control == report.control.end() ? nullptr : &*control, limits);
-  if (result.landing->map) landing::export_landing(*result.landing->map, place, options.out, result);
+  result.landing = landing::landing_of(result, control == report.control.end() ? nullptr : &*control, limits);
+  if (result.landing->map) landing::export_landing(*result.landing->map, options.out, result);
 }
 
 void share(const GroundOptions& options, const report::Report& report, const exports::Anchors* anchors) {
@@ -210,7 +209,7 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
     result.suffix = report.strips.size() == 1 ? "" : "-strip-" + std::to_string(strip->id);
     measure_strip(report, result);
     merge_and_export(options, report, anchors ? &*anchors : nullptr, before, catalogue, result, messages);
-    if (landing_limits) find_landing_sites(options, report, anchors ? &*anchors : nullptr, *landing_limits, result);
+    if (landing_limits) find_landing_sites(options, report, *landing_limits, result);
     if (!options.keep_copies) std::erase_if(result.files, is_copy);
     if (reference) result.accuracy = report::measure_accuracy(report.flight, *strip, *reference);
     if (result.accuracy && !options.truth.empty())

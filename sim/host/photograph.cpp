@@ -144,10 +144,6 @@ bool is_deep(GDALDataset& dataset) {
   return band.GetRasterDataType() == GDT_UInt16 && band.GetColorTable() == nullptr;
 }
 
-}  // namespace
-
-namespace {
-
 Photograph read_grey(const fs::path& path) {
   const Dataset dataset = open(path);
   Photograph photograph;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 
 #include "fsw/vision/geometry/camera.hpp"
 #include "sim/host/gdal_session.hpp"
@@ -87,17 +86,8 @@ class Photographs : public ::testing::Test {
     for (std::size_t i = 0; i < cameras_.size(); ++i) write(i);
   }
 
-  /// Each pixel becomes a block of them.
-  static host::Raster<Rgb> enlarge(const host::Raster<Rgb>& picture, int times) {
-    host::Raster<Rgb> large(picture.width * times, picture.height * times);
-    for (std::int32_t y = 0; y < large.height; ++y) {
-      for (std::int32_t x = 0; x < large.width; ++x) large.at(x, y) = picture.at(x / times, y / times);
-    }
-    return large;
-  }
-
   /// Ground west of the border is red, ground east of it blue: by the true depth of each pixel.
-  void write(std::size_t index, int enlarged = 1) {
+  void write(std::size_t index) {
     const host::ReferenceCamera& camera = cameras_[index];
     const std::string stem = fs::path(camera.name).stem().string();
     const host::Raster<std::uint8_t> grey = host::read_gray(flight_ / "images" / camera.name);
@@ -124,7 +114,6 @@ class Photographs : public ::testing::Test {
     std::snprintf(time, sizeof time, "2026:11:22 08:%02d:%02d", static_cast<int>(minutes),
                   static_cast<int>((100 + 2 * index) % 60));
     tags.time = time;
-    if (enlarged > 1) picture = enlarge(picture, enlarged);
     test::write_photograph(fs::path(folder_ / "photographs") / (stem + ".jpg"), picture, tags);
   }
 

@@ -36,13 +36,14 @@ struct DifferenceResult {
   double other_cell = 0;  ///< side of the cells of the other model, metres; 0 where nothing was compared
 };
 
-/// Map minus other model, metres, written to `path` on the map's own cells, where `moved` (common frame) puts them.
-/// Errors may be null, else they have the map's size and unit. Cells that are not compared have no value. Throws
-/// std::runtime_error when the file cannot be written.
+/// Rasters of the map's size and unit, or null.
 struct StatedErrors {
   HeightModel* sigma = nullptr;
   HeightModel* matching = nullptr;
 };
+
+/// Map minus other model, metres, written to `path` on the map's own cells, where `moved` (common frame) puts them.
+/// Cells that are not compared have no value. Throws std::runtime_error when the file cannot be written.
 [[nodiscard]] DifferenceResult write_difference(HeightModel& map, const StatedErrors& stated, HeightModel& other,
                                                 const ModelFrames& frames, const host::Similarity3& moved,
                                                 double max_slope_rad, const std::filesystem::path& path);

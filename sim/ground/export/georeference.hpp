@@ -86,8 +86,10 @@ struct Georeference {
   [[nodiscard]] bool in_metres() const { return unit == "metre"; }
   /// Of a GeoTIFF: empty for strip units, which it cannot name; readers would take any system to be in metres.
   [[nodiscard]] std::string raster_crs() const { return in_metres() ? crs : std::string(); }
-  /// The direction of north in the strip's world, x and y.
-  [[nodiscard]] std::array<double, 2> north() const { return {-sin_azimuth, cos_azimuth}; }
+  /// The direction of north in the strip's world, x and y; none where it is not known.
+  [[nodiscard]] std::optional<std::array<double, 2>> north() const {
+    return on_a_body() ? std::optional(std::array{-sin_azimuth, cos_azimuth}) : std::nullopt;
+  }
   [[nodiscard]] Vec3 map_from_world(const Vec3& world) const;
   [[nodiscard]] double height_of(double z) const { return height + scale * (z - anchored[2]); }
 };

@@ -140,8 +140,6 @@ void export_track(const intake::Flight& flight, const Georeference& place, const
                   ExportedStrip& strip) {
   strip.georeference = place;
   strip.place = place.sentence;
-  // The world's +y points to this azimuth.
-  if (place.on_a_body()) strip.north = {{-place.sin_azimuth, place.cos_azimuth}};
   if (write_track(flight, strip.strip, place, strip.suffix, folder)) {
     strip.files.push_back("track" + strip.suffix + ".geojson");
   }

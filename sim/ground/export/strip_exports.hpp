@@ -1,7 +1,6 @@
 // Everything of a strip that other tools open.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -20,11 +19,10 @@ struct ExportedStrip {
   std::string suffix;                   ///< of its files: empty for the first, "-strip-N" for the others
   std::optional<map::GroundGrid> grid;  ///< of the map, whole or, where that is too large, an overview of it
   map::Plane plane;
-  Georeference georeference;                   ///< where the strip's world is
-  std::optional<std::array<double, 2>> north;  ///< x and y of a step to the north; none where it is not known
-  std::string place;                           ///< a sentence on where the strip's world is
-  std::vector<std::string> files;              ///< that other tools open
-  std::vector<std::string> map_files;          ///< those of `files` that follow from the map alone
+  Georeference georeference;           ///< where the strip's world is
+  std::string place;                   ///< a sentence on where the strip's world is
+  std::vector<std::string> files;      ///< that other tools open
+  std::vector<std::string> map_files;  ///< those of `files` that follow from the map alone
   std::size_t vertices = 0, faces = 0;
   std::int32_t stride = 1;
 };

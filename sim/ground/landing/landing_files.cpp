@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <system_error>
 
@@ -80,8 +81,8 @@ void write_sites(const LandingMap& map, const exports::Georeference& place, cons
 
 }  // namespace
 
-StripLanding landing_of(const exports::ExportedStrip& strip, const exports::Georeference& place,
-                        const control::StripControl* control, const LandingLimits& limits) {
+StripLanding landing_of(const exports::ExportedStrip& strip, const control::StripControl* control,
+                        const LandingLimits& limits) {
   StripLanding landing;
   const std::string name = "strip " + std::to_string(strip.strip.id);
   if (!strip.grid) {
@@ -97,12 +98,12 @@ StripLanding landing_of(const exports::ExportedStrip& strip, const exports::Geor
                     "control points";
     return landing;
   }
-  if (place.unit != "metre") {
+  if (!strip.georeference.in_metres()) {
     landing.fault = name + " is not in metres: fly with an altimeter or a measured position, or name control points";
     return landing;
   }
   try {
-    landing.map = assess_landing(*strip.grid, place.scale, tilt, limits);
+    landing.map = assess_landing(*strip.grid, strip.georeference.scale, tilt, limits);
   } catch (const std::runtime_error& error) {
     landing.fault = name + ": " + error.what();
   }
@@ -119,8 +120,8 @@ std::string line_of(const StripLanding& landing, std::int64_t strip) {
          host::brief(map.sites.front().step_m) + " m";
 }
 
-void export_landing(const LandingMap& map, const exports::Georeference& place, const fs::path& folder,
-                    exports::ExportedStrip& strip) {
+void export_landing(const LandingMap& map, const fs::path& folder, exports::ExportedStrip& strip) {
+  const exports::Georeference& place = strip.georeference;
   host::Raster<float> slope_deg = map.slope_rad;
   for (float& value : slope_deg.samples) value = static_cast<float>(value / degree);
   const auto write = [&](const char* what, const host::Raster<float>& values, const char* unit,

@@ -19,8 +19,8 @@ struct StripLanding {
 
 /// A map tells landing sites only if it is in metres and knows what is up, by the vehicle's navigation or by control
 /// points (`control`, may be null); `fault` says what is missing. `strip.grid` is the map.
-[[nodiscard]] StripLanding landing_of(const exports::ExportedStrip& strip, const exports::Georeference& place,
-                                      const control::StripControl* control, const LandingLimits& limits);
+[[nodiscard]] StripLanding landing_of(const exports::ExportedStrip& strip, const control::StripControl* control,
+                                      const LandingLimits& limits);
 
 /// What was found, for the end of a run.
 [[nodiscard]] std::string line_of(const StripLanding& landing, std::int64_t strip);
@@ -28,7 +28,6 @@ struct StripLanding {
 /// landing-safe, landing-slope, landing-roughness and landing-step SUFFIX .tif, GeoTIFF on the centres of the
 /// footprints, NaN where a footprint is not covered by heights, and landing-sites SUFFIX .geojson, a polygon of each
 /// footprint, the best first. Adds the names to `strip.files`. Throws std::runtime_error.
-void export_landing(const LandingMap& map, const exports::Georeference& place, const std::filesystem::path& folder,
-                    exports::ExportedStrip& strip);
+void export_landing(const LandingMap& map, const std::filesystem::path& folder, exports::ExportedStrip& strip);
 
 }  // namespace ilp::landing

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,7 +11,7 @@
 
 namespace ilp::landing {
 
-inline constexpr double degree = 0.017453292519943295;
+inline constexpr double degree = std::numbers::pi / 180;  ///< rad
 
 struct LandingLimits {
   double footprint_m = 0;

@@ -8,6 +8,7 @@ namespace ilp::map {
 namespace {
 
 host::Raster<std::uint32_t> add_vertices(const GroundGrid& grid, std::int32_t stride, SurfaceMesh& mesh) {
+  const host::Raster<float>& stated = grid.stated_sigma();
   host::Raster<std::uint32_t> index((grid.height.width + stride - 1) / stride,
                                     (grid.height.height + stride - 1) / stride, no_vertex);
   for (std::int32_t y = 0; y < index.height; ++y) {
@@ -16,7 +17,6 @@ host::Raster<std::uint32_t> add_vertices(const GroundGrid& grid, std::int32_t st
       const float z = grid.height.at(u, v);
       if (!std::isfinite(z)) continue;
       index.at(x, y) = static_cast<std::uint32_t>(mesh.vertices.size());
-      const host::Raster<float>& stated = grid.stated_sigma();
       const float sigma = stated.empty() || !std::isfinite(stated.at(u, v)) ? 0.0F : stated.at(u, v);
       mesh.vertices.push_back({static_cast<float>(grid.x0 + u * grid.cell), static_cast<float>(grid.y0 - v * grid.cell),
                                z, grid.ortho.at(u, v), sigma});

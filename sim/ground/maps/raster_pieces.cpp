@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "sim/host/longitude.hpp"
 
@@ -86,10 +87,11 @@ double MappedRaster::columns_of_turn() const {
   const host::GeoTransform& t = band_.transform();
   if (system == nullptr || t[2] != 0 || t[4] != 0) return 0;
   if (system->IsGeographic() != 0) return 360 / std::fabs(t[1]);
-  const std::string projection = system->IsProjected() != 0 ? system->GetAttrValue("PROJECTION") : "";
-  const std::initializer_list<const char*> cylindrical = {SRS_PT_EQUIRECTANGULAR, SRS_PT_MERCATOR_1SP,
-                                                          SRS_PT_MERCATOR_2SP, SRS_PT_CYLINDRICAL_EQUAL_AREA};
-  if (std::find(cylindrical.begin(), cylindrical.end(), projection) == cylindrical.end()) return 0;
+  const char* const projection = system->GetAttrValue("PROJECTION");  // null for some that WKT 1 has no word for
+  if (system->IsProjected() == 0 || projection == nullptr) return 0;
+  const std::initializer_list<std::string_view> cylindrical = {SRS_PT_EQUIRECTANGULAR, SRS_PT_MERCATOR_1SP,
+                                                               SRS_PT_MERCATOR_2SP, SRS_PT_CYLINDRICAL_EQUAL_AREA};
+  if (std::find(cylindrical.begin(), cylindrical.end(), std::string_view(projection)) == cylindrical.end()) return 0;
   const auto here = degrees_from_raster(system, raster_place(middle_column(), middle_row()));
   const auto beside = degrees_from_raster(system, raster_place(middle_column() + 1, middle_row()));
   return here && beside ? 360 / std::fabs(host::longitude_near(beside->x, here->x) - here->x) : 0;

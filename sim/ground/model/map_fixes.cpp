@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <tuple>
 
 #include "fsw/shared/measured_keyframe.hpp"
 #include "sim/ground/model/common_errors.hpp"
@@ -86,19 +87,23 @@ bool is_whole(const navigation::StripFrame& frame) {
 }  // namespace
 
 std::optional<intake::MapPlace> map_of(const intake::Flight& flight) {
-  std::map<std::int64_t, std::size_t> accepted;
-  std::map<std::int64_t, intake::MapPlace> maps;
+  struct Accepted {
+    intake::MapPlace map;
+    std::size_t fixes = 0;
+  };
+  // A record may say anything of its map: fixes are on one map if they say the same.
+  std::map<std::tuple<std::int64_t, Body, double, double>, Accepted> maps;
   for (const auto& [id, keyframe] : flight.keyframes) {
     if (!keyframe.fix || !keyframe.posed()) continue;
     const FixRecord& fix = *keyframe.fix;
     const intake::MapPlace map{fix.map_id, fix.body, fix.map_longitude_deg, fix.map_latitude_deg, fix.map_sigma_m, 0};
-    if (!is_on(maps.try_emplace(fix.map_id, map).first->second, fix)) continue;
-    ++accepted[fix.map_id];
+    if (!is_on(map, fix)) continue;
+    ++maps.try_emplace({map.map_id, map.body, map.longitude_deg, map.latitude_deg}, Accepted{map}).first->second.fixes;
   }
-  const auto most = std::max_element(accepted.begin(), accepted.end(),
-                                     [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (most == accepted.end() || most->second < least_fixes) return std::nullopt;
-  return maps.at(most->first);
+  const auto most = std::max_element(maps.begin(), maps.end(),
+                                     [](const auto& a, const auto& b) { return a.second.fixes < b.second.fixes; });
+  if (most == maps.end() || most->second.fixes < least_fixes) return std::nullopt;
+  return most->second.map;
 }
 
 bool stand_on_map(const Scene& scene, const intake::MapPlace& map, Model& model) {
@@ -135,15 +140,13 @@ Model united(const Scene& scene, std::vector<Model> parts) {
   return all;
 }
 
-std::vector<double> fix_errors(const Scene& scene, const Model& model) {
-  const ModelProblem problem = problem_of(scene, model);
+namespace {
+
+std::vector<double> errors_in(const ModelProblem& problem, const FixWeights& weights) {
   std::vector<double> errors;
-  for (const AdjustedPrior& prior : problem.priors)
-    errors.push_back(error_of(problem, prior) / model.fix_weights.image_px);
+  for (const AdjustedPrior& prior : problem.priors) errors.push_back(error_of(problem, prior) / weights.image_px);
   return errors;
 }
-
-namespace {
 
 /// As large as the median of so many normalised errors may be where they are as stated, by about three deviations.
 double by_chance(std::size_t count) {
@@ -175,12 +178,16 @@ double factor_by_neighbours(const Scene& scene, const Model& model) {
 
 }  // namespace
 
+std::vector<double> fix_errors(const Scene& scene, const Model& model) {
+  return errors_in(problem_of(scene, model), model.fix_weights);
+}
+
 bool weigh_fixes(const Scene& scene, bool settled, Model& model) {
   const ModelProblem problem = problem_of(scene, model);
   FixWeights& weights = model.fix_weights;
   const double before = weights.error_factor;
   bool changed = false;
-  const double median = before * host::median(fix_errors(scene, model));  // in stated errors
+  const double median = before * host::median(errors_in(problem, weights));  // in stated errors
   if (settled) {
     weights.error_factor = factor_by_neighbours(scene, model);
     const double left = median / weights.error_factor / std::sqrt(median_of_six);

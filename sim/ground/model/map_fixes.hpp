@@ -14,7 +14,7 @@ namespace ilp::model {
 inline constexpr std::size_t least_fixes = 3;
 
 /// The map that most accepted fixes of the flight are on. Its plane has x to the east, y to the north, and z is the
-/// elevation (local_plane.hpp). None where no strip has least_fixes fixes on one map.
+/// elevation (local_plane.hpp). None where the flight has fewer than least_fixes on it.
 [[nodiscard]] std::optional<intake::MapPlace> map_of(const intake::Flight& flight);
 
 /// Moves the model as a whole to where its fixes on the map put it, and takes these fixes as priors of its views. False

@@ -19,8 +19,7 @@ host::Raster<host::Rgba> safety_picture(const landing::LandingMap& map, const Pl
   const map::MapGeometry& geometry = map.hazards.geometry;
   for (std::int32_t py = 0; py < picture.height; ++py) {
     for (std::int32_t px = 0; px < picture.width; ++px) {
-      const double along = view.along_low + px * view.unit_per_px, across = view.across_high - py * view.unit_per_px;
-      const double x = view.cosine * along - view.sine * across, y = view.sine * along + view.cosine * across;
+      const auto [x, y] = view.world(px, py);
       const double column = std::floor((x - geometry.x0) / geometry.cell + 0.5);
       const double row = std::floor((geometry.y0 - y) / geometry.cell + 0.5);
       host::Rgba& pixel = picture.at(px, py);

@@ -43,8 +43,8 @@ std::string draw_track(const std::vector<PicturePoint>& points, const std::vecto
 
 /// North where the strip's place is known, else the world's y axis.
 std::string orientation(const PlanView& view, const StripResult& strip) {
-  if (!strip.north) return direction_arrow(view, 0, 1, "y");
-  return direction_arrow(view, (*strip.north)[0], (*strip.north)[1], "N");
+  const auto north = strip.georeference.north();
+  return north ? direction_arrow(view, (*north)[0], (*north)[1], "N") : direction_arrow(view, 0, 1, "y");
 }
 
 std::vector<Vec3> centres_of(const std::vector<intake::TrackPoint>& track) {

@@ -349,8 +349,7 @@ ViewSurface resample(const map::GroundGrid& grid, const map::Plane& plane, const
   const auto radius = static_cast<std::int32_t>(std::min(8.0, 0.5 * view.unit_per_px / grid.cell));
   for (std::int32_t py = 0; py < view.height; ++py) {
     for (std::int32_t px = 0; px < view.width; ++px) {
-      const double along = view.along_low + px * view.unit_per_px, across = view.across_high - py * view.unit_per_px;
-      const double x = view.cosine * along - view.sine * across, y = view.sine * along + view.cosine * across;
+      const auto [x, y] = view.world(px, py);
       const CellMean mean = mean_around(grid, plane, x, y, radius);
       if (mean.cells == 0) continue;
       surface.relief.at(px, py) = static_cast<float>(mean.height / mean.cells);

@@ -20,6 +20,11 @@ struct PlanView {
   [[nodiscard]] double across(double x, double y) const { return -sine * x + cosine * y; }
   [[nodiscard]] double px(double x, double y) const { return (along(x, y) - along_low) / unit_per_px; }
   [[nodiscard]] double py(double x, double y) const { return (across_high - across(x, y)) / unit_per_px; }
+  /// The world's x and y of a pixel.
+  [[nodiscard]] std::array<double, 2> world(std::int32_t column, std::int32_t row) const {
+    const double u = along_low + column * unit_per_px, v = across_high - row * unit_per_px;
+    return {cosine * u - sine * v, sine * u + cosine * v};
+  }
 };
 
 /// Frames the grid (may be null) and the track, at most max_width by max_height pixels.

@@ -1,6 +1,5 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <ostream>
 
 #include "sim/ground/fixes/fix_text.hpp"
@@ -434,18 +433,17 @@ Json joined_json(const model::JoinedFlight& joined) {
 }
 
 Json landing_json(const std::vector<StripResult>& strips) {
-  constexpr double degree = std::numbers::pi / 180;
   Json all = Json::array();
   for (const StripResult& strip : strips) {
     if (!strip.landing) continue;
     Json told = {{"strip", strip.strip.id}, {"fault", strip.landing->fault}, {"sites", Json::array()}};
     if (const auto& map = strip.landing->map) {
       told["footprint_m"] = map->limits.footprint_m;
-      told["slope_deg"] = map->limits.slope_rad / degree;
+      told["slope_deg"] = map->limits.slope_rad / landing::degree;
       told["step_m"] = map->limits.step_m;
       for (const landing::LandingSite& site : map->sites) {
         told["sites"].push_back({{"safe", site.safe},
-                                 {"slope_deg", site.slope_rad / degree},
+                                 {"slope_deg", site.slope_rad / landing::degree},
                                  {"roughness_m", site.roughness_m},
                                  {"step_m", site.step_m},
                                  {"place", {site.x, site.y, site.z}}});

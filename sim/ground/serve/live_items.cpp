@@ -55,7 +55,7 @@ json strip_item(const report::Report& report, const report::StripResult& strip, 
               {"length", six(strip.track_length)},
               {"height", six(strip.flying_height)},
               {"place", strip.place}};
-  if (strip.north) out["north"] = *strip.north;
+  if (const auto north = strip.georeference.north()) out["north"] = *north;
   if (strip.grid) out["map"] = map_item(strip, budget.picture_side_px, pictures);
   return out;
 }

@@ -24,6 +24,7 @@ struct CoveredCells {
 };
 
 CoveredCells covered_cells(const map::GroundGrid& grid, std::int32_t stride, std::int32_t width, std::int32_t height) {
+  const host::Raster<float>& sigma = grid.stated_sigma();
   CoveredCells cells;
   cells.cover.resize((static_cast<std::size_t>(width) * static_cast<std::size_t>(height) + 7) / 8);
   std::size_t cell = 0;
@@ -33,7 +34,6 @@ CoveredCells covered_cells(const map::GroundGrid& grid, std::int32_t stride, std
       if (!std::isfinite(grid.height.samples[i])) continue;
       cells.cover[cell / 8] = static_cast<std::uint8_t>(cells.cover[cell / 8] | (1U << (cell % 8)));
       cells.height.push_back(grid.height.samples[i]);
-      const host::Raster<float>& sigma = grid.stated_sigma();
       cells.sigma.push_back(sigma.empty() ? std::numeric_limits<float>::quiet_NaN() : sigma.samples[i]);
       cells.count.push_back(static_cast<std::uint8_t>(std::min<int>(grid.count.samples[i], 255)));
       cells.source.push_back(grid.source.samples[i]);
@@ -145,7 +145,7 @@ json place_of(const report::StripResult& strip) {
           {"above", place.height_name},
           {"scale", place.scale},
           {"height_of_0", place.height_of(0)},
-          {"north", place.north()},
+          {"north", *place.north()},
           {"width", (grid.height.width - 1) * grid.cell},
           {"height", (grid.height.height - 1) * grid.cell},
           {"corners", corners}};

@@ -355,12 +355,14 @@ TEST(GroundRun, LeavesNothingOfAnEarlierRunButForeignFiles) {
   fs::create_directories(options.out / "colmap-strip-2");
   fs::create_directories(options.out / "keyframes");
   for (const char* name : {"model-strip-2.ply", "colmap-strip-2/images.txt", "keyframes/000099-image.png", "notes.txt",
-                           "keyframes/holiday.png"}) {
+                           "keyframes/holiday.png", "sigma-matching-strip-2.tif", "landing-sites-strip-2.geojson"}) {
     host::write_file(options.out / name, std::string_view("old"));
   }
   std::ostringstream messages;
   (void)run_ground(options, messages);
   EXPECT_FALSE(fs::exists(options.out / "model-strip-2.ply"));
+  EXPECT_FALSE(fs::exists(options.out / "sigma-matching-strip-2.tif"));
+  EXPECT_FALSE(fs::exists(options.out / "landing-sites-strip-2.geojson"));
   EXPECT_FALSE(fs::exists(options.out / "colmap-strip-2"));
   EXPECT_FALSE(fs::exists(options.out / "keyframes" / "000099-image.png"));
   EXPECT_TRUE(fs::exists(options.out / "notes.txt"));

@@ -151,6 +151,7 @@ TEST(LandingProbability, OfAStepFallsWithTheStepAndWithItsError) {
   EXPECT_GT(even_probability(0.3, 0.1, 1, 30), 0.999);
   EXPECT_NEAR(even_probability(1, 0.1, 1, 30), 0.3, 0.15) << "what stands out is measured too low";
   EXPECT_LT(even_probability(2, 0.1, 1, 30), 0.01);
+  EXPECT_GT(even_probability(0.3, 0.1, 0.25, 30), 0.5) << "most of this step is noise";
   EXPECT_LT(even_probability(0.6, 0.3, 1, 30), even_probability(0.6, 0.01, 1, 30));
   EXPECT_LT(even_probability(0.6, 0.05, 1, 15), even_probability(0.6, 0.05, 1, 60)) << "a coarser map shows less";
 }
@@ -171,6 +172,16 @@ TEST(LandingSites, AreApartRankedAndAwayFromRocksAndSlopes) {
       EXPECT_GE(std::hypot(site.x - map.sites[j].x, site.y - map.sites[j].y), 5 - 1e-9);
     }
   }
+}
+
+TEST(LandingSites, LeaveRoomForARockThatMatchingMayMiss) {
+  const auto waves = ground([](double x, double) { return 0.25 * std::sin(x * 1.6); });
+  const auto with_step = [&](double step_m) { return assess_landing(waves, 1, 0.002, {8, 10 * degree, step_m}); };
+  // Waves of 0.5 m and a rock of four cells, which are 0.8 m.
+  const LandingMap narrow = with_step(1.25);
+  EXPECT_GT(narrow.safe.at(narrow.safe.width / 2, narrow.safe.height / 2), least_safe) << "probable enough";
+  EXPECT_TRUE(narrow.sites.empty());
+  EXPECT_FALSE(with_step(1.35).sites.empty());
 }
 
 TEST(LandingSites, AreNotToldWhereWhatIsUpIsHardlyKnown) {

@@ -208,6 +208,18 @@ TEST(Balance, ACloudOverHalfOfOneSeamDoesNotTakeTheOthersAlong) {
   }
 }
 
+TEST(Balance, ASeamWithACloudOnOneSideDoesNotChangeTheContrastOfTheOthers) {
+  constexpr std::int32_t pieces = 9;
+  GroundGrid grid = strip_of(pieces, texture, [](std::int32_t, std::int32_t, double grey) { return grey; });
+  for (std::int32_t y = 0; y < rows / 2; ++y) {
+    for (std::int32_t x = 4 * piece_columns; x < 4 * piece_columns + piece_columns / 2; ++x) grid.ortho.at(x, y) = 245;
+  }
+  const auto ids = ids_of(pieces);
+  const auto balance = balance_of(grid, ids);
+  for (const std::size_t i : {0U, 1U, 2U, 6U, 7U, 8U})
+    EXPECT_NEAR(balance.at(ids[i]).gain / balance.at(ids[0]).gain, 1, 0.1) << i;
+}
+
 TEST(Balance, BlackAndWhiteCellsAndShortSeamsSayNothing) {
   GroundGrid grid = strip_of(
       2, texture, [](std::int32_t piece, std::int32_t, double grey) { return piece == 0 ? grey : 0.5 * grey; });
@@ -218,6 +230,16 @@ TEST(Balance, BlackAndWhiteCellsAndShortSeamsSayNothing) {
   std::fill(grid.ortho.samples.begin(), grid.ortho.samples.end(), std::uint8_t{255});
   add_seams(grid, {1, 2}, 0, none);
   EXPECT_TRUE(none.empty());
+  // 19 cells are too few.
+  const auto offset_of = [](std::uint32_t cells) {
+    SeamGreys greys;
+    greys.first.add(100, cells);
+    greys.second.add(140, cells);
+    const ShownPiece piece{1000, 120000, 0, 0};
+    return balance_pieces({{{1, 2}, greys}}, {{1, piece}, {2, piece}}).at(1).offset;
+  };
+  EXPECT_NEAR(offset_of(19), 0, 1e-9);
+  EXPECT_GT(offset_of(20), 5);
 }
 
 }  // namespace
