@@ -1,11 +1,14 @@
 // The files, folders, sections, functions, programs and tests that the written pages name exist.
 
+#include <fnmatch.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -183,6 +186,44 @@ TEST(WrittenPages, NamedTestsExist) {
       EXPECT_EQ(tests.count(test), 1U) << page << " names the test " << test;
     }
   }
+}
+
+/// Also a program of tests, by its name in CMake, and the instances of a parameterised suite: `Some/Suite.*`.
+bool is_shown(const std::string& name, const std::set<std::string>& tests, const std::set<std::string>& programs) {
+  const std::string suite = name.substr(name[0] == '*' ? 0 : name.find('/') + 1);
+  if (suite.find('*') == std::string::npos) return tests.count(suite) + programs.count(suite) != 0;
+  return std::any_of(tests.begin(), tests.end(),
+                     [&](const std::string& test) { return fnmatch(suite.c_str(), test.c_str(), 0) == 0; });
+}
+
+/// `ILP-MOT-012` in the first cell, tests in the last one, all of which exist. The numbers of a section grow, so none
+/// stands twice.
+TEST(WrittenPages, EveryRequirementHasANumberAndATest) {
+  static const std::regex row(R"(\| ILP-([A-Z]{3})-(\d{3}) \| ([^|]+) \| ([^|]+) \|)");
+  static const std::regex name(R"(`([^`]+)`)");
+  static const std::regex of_test(R"([\w*]+(/[\w]+)?\.[\w.*]+|test_\w+|store_tls|postgres_memory)");
+  const std::set<std::string> tests = tests_in_sources(), programs = words_of(sources({".txt"}));
+  std::istringstream page(text_of("docs/verification.md"));
+  std::map<std::string, int> latest;
+  bool requirements = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line.rfind("| number | ", 0) == 0) requirements = true;
+    if (line.empty()) requirements = false;
+    if (!requirements || line.rfind("| number | ", 0) == 0 || line.rfind("|---", 0) == 0) continue;
+    std::smatch cells;
+    ASSERT_TRUE(std::regex_match(line, cells, row)) << "no number, or not three cells: " << line;
+    const std::string area = cells[1], text = cells[3], shown_by = cells[4];
+    EXPECT_GT(std::stoi(cells[2]), latest[area]) << "ILP-" << area << " has had this number: " << line;
+    latest[area] = std::stoi(cells[2]);
+    std::size_t shown = 0;
+    for (const std::string& test : found(shown_by, name)) {
+      if (!std::regex_match(test, of_test)) continue;
+      EXPECT_TRUE(is_shown(test, tests, programs)) << line.substr(2, 11) << " names the test " << test;
+      ++shown;
+    }
+    EXPECT_TRUE(shown > 0 || shown_by.find("`static_assert`") == 0) << line.substr(2, 11) << " is shown by nothing";
+  }
+  EXPECT_GT(latest.size(), 25U);
 }
 
 }  // namespace
