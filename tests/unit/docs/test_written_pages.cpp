@@ -2,6 +2,7 @@
 
 #include <fnmatch.h>
 #include <gtest/gtest.h>
+#include <strings.h>
 
 #include <algorithm>
 #include <cctype>
@@ -224,6 +225,26 @@ TEST(WrittenPages, EveryRequirementHasANumberAndATest) {
     EXPECT_TRUE(shown > 0 || shown_by.find("`static_assert`") == 0) << line.substr(2, 11) << " is shown by nothing";
   }
   EXPECT_GT(latest.size(), 25U);
+}
+
+/// In the order of the alphabet, no more than a reader takes in, each with a source.
+TEST(WrittenPages, EveryTermOfTheGlossaryHasASource) {
+  static const std::regex row(R"(\n\| ([^|]+) \| [^|]+ \| [^|]+(?= \|))");
+  std::vector<std::string> terms = found(text_of("docs/glossary.md"), row);
+  terms.erase(terms.begin());
+  EXPECT_GT(terms.size(), 20U);
+  EXPECT_LE(terms.size(), 60U);
+  const auto before = [](const std::string& a, const std::string& b) { return strcasecmp(a.c_str(), b.c_str()) < 0; };
+  EXPECT_TRUE(std::is_sorted(terms.begin(), terms.end(), before));
+}
+
+TEST(WrittenPages, TheIndexNamesEveryPage) {
+  const std::string index = text_of("docs/README.md");
+  for (const fs::path& page : pages()) {
+    if (page.filename() == "README.md") continue;
+    const std::string link = "](" + (page.parent_path() == "docs" ? "" : "../" + page.parent_path().string() + "/");
+    EXPECT_NE(index.find(link + page.filename().string() + ")"), std::string::npos) << page;
+  }
 }
 
 }  // namespace
