@@ -59,6 +59,16 @@ std::string values_cell(const StatusValues& values) {
   return a + (a.empty() || b.empty() ? "" : ", ") + b;
 }
 
+/// The numbers whose names say all.
+std::string plain_names(EnumValues values) {
+  std::string text;
+  for (const EnumValue& value : values) {
+    if (value.meaning[0] == 0)
+      text += (text.empty() ? "" : ", ") + std::to_string(value.number) + " " + code(value.name);
+  }
+  return text;
+}
+
 /// The types of values, and the names of their numbers.
 std::string value_types() {
   std::string text =
@@ -70,9 +80,14 @@ std::string value_types() {
     const ValueTypeInfo& info = info_of(type);
     const std::string scale = info.per_unit > 1 ? "1/" + std::to_string(info.per_unit) : "";
     const std::string unit = *info.unit != 0 && !scale.empty() ? " " + std::string(info.unit) : info.unit;
-    text += table_row({info.name, cell(scale + unit), cell(info.meaning)});
-    for (const EnumValue& value : named_values(type))
-      text += table_row({info.name + (" " + std::to_string(value.number)), code(value.name), cell(value.meaning)});
+    std::string meaning = cell(info.meaning);
+    const std::string plain = plain_names(named_values(type));
+    if (!plain.empty()) meaning += (meaning.empty() ? "" : ": ") + plain;
+    text += table_row({info.name, cell(scale + unit), meaning});
+    for (const EnumValue& value : named_values(type)) {
+      if (value.meaning[0] != 0)
+        text += table_row({info.name + (" " + std::to_string(value.number)), code(value.name), cell(value.meaning)});
+    }
   }
   return text;
 }
