@@ -4,8 +4,6 @@
 
 #include "cfg/limits.hpp"
 #include "cfg/mission.hpp"
-#include "cfg/schedule.hpp"
-#include "fsw/base/status.hpp"
 #include "fsw/commanding/function_table.hpp"
 #include "fsw/navigation/vehicle_packets.hpp"
 #include "fsw/packets/cfdp_pdu.hpp"
@@ -167,16 +165,12 @@ std::string housekeeping_reports() {
 }
 
 std::string codes() {
-  std::string text =
-      "\n## Events and failure codes\n\n[Events](events.md) lists the codes with their texts and severities. They are "
-      "event IDs of service 5 and failure codes of service 1. `%a` and `%b` of a text are the two values of the "
-      "message. Severity info is TM[5,1], low TM[5,2], medium TM[5,3], high TM[5,4].\n";
-  text += "\nThe reporter of an event is a component:\n\n" + table_head({"number", "component"});
-  text += table_row({"0", "the executive, or the start of the flight"});
-  for (const Stage& stage : schedule) {
-    text += table_row({text_of(static_cast<std::size_t>(stage.component)), code(stage.name)});
-  }
-  return text;
+  return "\n## Events and failure codes\n\n[Events](events.md) lists the codes with their texts and severities. They "
+         "are "
+         "event IDs of service 5 and failure codes of service 1. `%a` and `%b` of a text are the two values of the "
+         "message. Severity info is TM[5,1], low TM[5,2], medium TM[5,3], high TM[5,4]. The reporter is the number of "
+         "a "
+         "component in the [schedule](schedule.md), or 0: the executive, or the start of the flight.\n";
 }
 
 std::string files() {
