@@ -103,11 +103,11 @@ std::string events_document() {
       std::to_string(EventLog::interval_ns / ns_per_s) +
       " s of mission time; the others are counted by `events_repeated`. Each component and code has its own "
       "allowance, so a flood of one event pushes no other out of the history.\n\n";
-  text += table_head({"code", "name", "severity", "text", "values", "what to do"});
+  text += table_head({"code, name, severity", "text", "values", "what to do"});
   for (std::size_t i = 0; i < status_code_limit; ++i) {
     if (!is_status_code(i)) continue;
     const auto status = static_cast<StatusCode>(i);
-    text += table_row({std::to_string(i), code(status_name(status)), name_of(status_severity(status)),
+    text += table_row({std::to_string(i) + " " + code(status_name(status)) + " " + name_of(status_severity(status)),
                        cell(status_text(status)), values_cell(status_values(status)), cell(status_advice(status))});
   }
   return text + value_types();

@@ -133,12 +133,12 @@ std::string layout(const ReportInfo& info) {
     text += text_of(info.repeats) + " times these " + text_of(report_bytes(info) / info.repeats) +
             " octets, in the order of their numbers ([schedule](schedule.md)).\n\n";
   }
-  text += table_head({"octet", "value", "type", "meaning"});
+  text += table_head({"octet", "value, type, unit", "meaning"});
   std::size_t offset = 0;
   for (std::size_t f = 0; f < info.field_count; ++f) {
     const FieldInfo& field = info.fields[f];
     if (!is_reported(field)) continue;
-    text += table_row({text_of(offset), code(field.name), type_cell(field), meaning_cell(field)});
+    text += table_row({text_of(offset), declaration_cell(field), meaning_cell(field)});
     offset += element_bytes(field.type) * field.count;
   }
   return text;

@@ -32,10 +32,10 @@ const char* field_type_name(FieldType type) {
   return "?";
 }
 
-std::string type_cell(const FieldInfo& field) {
-  std::string text = field_type_name(field.type);
+std::string declaration_cell(const FieldInfo& field) {
+  std::string text = code(field.name) + " " + field_type_name(field.type);
   if (field.count > 1) text += "[" + std::to_string(field.count) + "]";
-  return cell(field.unit[0] == 0 ? text : text + " " + field.unit);
+  return field.unit[0] == 0 ? text : text + " " + cell(field.unit);
 }
 
 namespace {
@@ -78,14 +78,14 @@ std::string section(const RecordInfo& info) {
       other_places = other_places || (!is_reported(info.fields[f]) && is_reported(info.fields[f + 1]));
     }
   }
-  Cells titles = {"offset", "field", "type", "meaning"};
+  Cells titles = {"offset", "field, type, unit", "meaning"};
   if (other_places) titles.insert(titles.begin() + 1, "octet in the report");
   text += "\n\n" + table_head(titles);
   std::size_t offset = 0;
   std::size_t octet = 0;
   for (std::size_t f = 0; f < info.field_count; ++f) {
     const FieldInfo& field = info.fields[f];
-    Cells cells = {std::to_string(offset), code(field.name), type_cell(field), meaning_cell(field)};
+    Cells cells = {std::to_string(offset), declaration_cell(field), meaning_cell(field)};
     const std::size_t bytes = element_bytes(field.type) * field.count;
     if (other_places) cells.insert(cells.begin() + 1, is_reported(field) ? std::to_string(octet) : "");
     text += table_row(cells);
