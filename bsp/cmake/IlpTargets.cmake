@@ -10,11 +10,10 @@ else()
   file(WRITE ${warning_options} "\n")
 endif()
 
-add_library(ilp_settings INTERFACE)
-target_include_directories(ilp_settings INTERFACE ${CMAKE_SOURCE_DIR})
-string(TOUPPER ${ILP_PROFILE} ILP_PROFILE_UPPER)
-target_compile_definitions(ilp_settings INTERFACE ILP_PROFILE_${ILP_PROFILE_UPPER})
-target_compile_options(ilp_settings INTERFACE
+# How the project itself is compiled and linked. Programs of others that use its installed libraries have options of
+# their own (bsp/library/library.cmake).
+add_library(ilp_options INTERFACE)
+target_compile_options(ilp_options INTERFACE
   -Wall -Wextra -Wconversion -Wshadow @${warning_options}
   # Where several sources are one translation unit, a name of one is no shadow in another one, and all are included.
   $<$<BOOL:$<TARGET_PROPERTY:UNITY_BUILD>>:-Wno-shadow -Wno-subobject-linkage>
@@ -30,29 +29,36 @@ target_compile_options(ilp_settings INTERFACE
   -fstack-protector-strong -fPIE
   $<$<STREQUAL:${CMAKE_SYSTEM_PROCESSOR},aarch64>:-mbranch-protection=standard>)
 # A toolchain, or a target by its property ILP_STATIC, asks for static programs; a -pie after -static-pie would undo it.
-target_link_options(ilp_settings INTERFACE
+target_link_options(ilp_options INTERFACE
   $<IF:$<OR:$<BOOL:${ILP_STATIC}>,$<BOOL:$<TARGET_PROPERTY:ILP_STATIC>>>,-static-pie,-pie>
   -Wl,-z,relro,-z,now,-z,noexecstack)
 if(NOT ILP_SANITIZE AND NOT ILP_FUZZ)
   # Needs an optimising compiler. The sanitizers look at the same calls.
-  target_compile_options(ilp_settings INTERFACE -U_FORTIFY_SOURCE $<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=2>)
+  target_compile_options(ilp_options INTERFACE -U_FORTIFY_SOURCE $<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=2>)
 endif()
 if(ILP_PACKAGE)
   # As given, and as a compiler cache gives them.
   file(RELATIVE_PATH up ${CMAKE_BINARY_DIR} ${CMAKE_SOURCE_DIR})
-  target_compile_options(ilp_settings INTERFACE -ffile-prefix-map=${CMAKE_SOURCE_DIR}/= -ffile-prefix-map=${CMAKE_BINARY_DIR}=build
+  target_compile_options(ilp_options INTERFACE -ffile-prefix-map=${CMAKE_SOURCE_DIR}/= -ffile-prefix-map=${CMAKE_BINARY_DIR}=build
                          -ffile-prefix-map=${up}=)
 endif()
 if(ILP_FUZZ)
   # Tracing of comparisons takes four fifths of the time; what the targets choose from is good at finding them.
   # What clang warns of and the compilers of the other builds do not must not keep the targets from being tried.
-  target_compile_options(ilp_settings INTERFACE -fsanitize=fuzzer-no-link -fno-sanitize-coverage=trace-cmp -Wno-error)
+  target_compile_options(ilp_options INTERFACE -fsanitize=fuzzer-no-link -fno-sanitize-coverage=trace-cmp -Wno-error)
 endif()
 if(ILP_SANITIZE OR ILP_FUZZ)
   # Flight classes have no run-time type information for the vptr check to read.
-  target_compile_options(ilp_settings INTERFACE -fsanitize=address,undefined -fno-sanitize=vptr -fno-sanitize-recover=all -fno-omit-frame-pointer)
-  target_link_options(ilp_settings INTERFACE -fsanitize=address,undefined)
+  target_compile_options(ilp_options INTERFACE -fsanitize=address,undefined -fno-sanitize=vptr -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(ilp_options INTERFACE -fsanitize=address,undefined)
 endif()
+
+# What every source is compiled with.
+string(TOUPPER ${ILP_PROFILE} ILP_PROFILE_UPPER)
+add_library(ilp_settings INTERFACE)
+target_include_directories(ilp_settings INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>)
+target_compile_definitions(ilp_settings INTERFACE $<BUILD_INTERFACE:ILP_PROFILE_${ILP_PROFILE_UPPER}>)
+target_link_libraries(ilp_settings INTERFACE $<BUILD_INTERFACE:ilp_options>)
 
 # ilp_unity(TARGET NUMBER): with ILP_UNITY, NUMBER sources in one translation unit: what they include is compiled once.
 # The presets flight and aarch64 compile each source alone, which shows whether it includes what it needs.
@@ -73,7 +79,10 @@ endfunction()
 # ilp_eigen(TARGET): Eigen with fixed sizes only; any allocation is a compile-time or run-time assertion.
 function(ilp_eigen name)
   target_include_directories(${name} SYSTEM PUBLIC $<TARGET_PROPERTY:Eigen3::Eigen,INTERFACE_INCLUDE_DIRECTORIES>)
-  target_compile_definitions(${name} PUBLIC EIGEN_NO_MALLOC EIGEN_DONT_VECTORIZE EIGEN_DONT_PARALLELIZE EIGEN_NO_DEBUG)
+  # The layout of fixed-size matrices depends on EIGEN_DONT_VECTORIZE, so whoever includes a header needs it.
+  target_compile_definitions(${name} PUBLIC EIGEN_DONT_VECTORIZE
+                             $<BUILD_INTERFACE:EIGEN_NO_MALLOC> $<BUILD_INTERFACE:EIGEN_DONT_PARALLELIZE>
+                             $<BUILD_INTERFACE:EIGEN_NO_DEBUG>)
 endfunction()
 
 # ilp_host_library(NAME SOURCES... [DEPENDS targets...] [FAST]): host code, heap and exceptions allowed. FAST code computes
