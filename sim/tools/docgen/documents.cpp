@@ -47,10 +47,26 @@ std::string parameters_document() {
   return text;
 }
 
-std::string named_value_cell(const StatusValue& value) {
+/// "depth (pixels)": the name of a value and its type, where it is no plain number.
+std::string named_value(const StatusValue& value) {
   if (value.type == ValueType::none) return "";
   const std::string name = value.name, type = info_of(value.type).name;
-  return name == type ? name : name + ", " + type;
+  return name == type || value.type == ValueType::number ? name : name + " (" + type + ")";
+}
+
+std::string values_cell(const StatusValues& values) {
+  const std::string a = named_value(values.a), b = named_value(values.b);
+  return a + (a.empty() || b.empty() ? "" : ", ") + b;
+}
+
+/// The numbers whose names say all.
+std::string plain_names(EnumValues values) {
+  std::string text;
+  for (const EnumValue& value : values) {
+    if (value.meaning[0] == 0)
+      text += (text.empty() ? "" : ", ") + std::to_string(value.number) + " " + code(value.name);
+  }
+  return text;
 }
 
 /// The types of values, and the names of their numbers.
@@ -58,15 +74,20 @@ std::string value_types() {
   std::string text =
       "\n## Types of values\n\nThe programs write a value with the unit of its type, or by the name of its number. A "
       "number without a name is written as it is.\n\n" +
-      table_head({"type", "number", "unit or name", "meaning"});
+      table_head({"type, number", "unit or name", "meaning"});
   for (std::size_t i = 1; i < static_cast<std::size_t>(ValueType::count); ++i) {
     const auto type = static_cast<ValueType>(i);
     const ValueTypeInfo& info = info_of(type);
     const std::string scale = info.per_unit > 1 ? "1/" + std::to_string(info.per_unit) : "";
     const std::string unit = *info.unit != 0 && !scale.empty() ? " " + std::string(info.unit) : info.unit;
-    text += table_row({info.name, "", cell(scale + unit), cell(info.meaning)});
-    for (const EnumValue& value : named_values(type))
-      text += table_row({"", std::to_string(value.number), code(value.name), cell(value.meaning)});
+    std::string meaning = cell(info.meaning);
+    const std::string plain = plain_names(named_values(type));
+    if (!plain.empty()) meaning += (meaning.empty() ? "" : ": ") + plain;
+    text += table_row({info.name, cell(scale + unit), meaning});
+    for (const EnumValue& value : named_values(type)) {
+      if (value.meaning[0] != 0)
+        text += table_row({info.name + (" " + std::to_string(value.number)), code(value.name), cell(value.meaning)});
+    }
   }
   return text;
 }
@@ -74,23 +95,20 @@ std::string value_types() {
 std::string events_document() {
   std::string text = "# Events\n\n" + made_from("fsw/base/status_list.inc");
   text +=
-      "This table has every code that a `Status` or an event report can carry. `%a` and `%b` in the text stand for the "
-      "two values of the\nreport (columns `a` and `b` of the table `event`, whose column `code` holds the number); "
-      "their "
-      "columns here have the name and the [type](#types-of-values) of each. "
-      "Severities are those of ECSS-E-ST-70-41C,\nservice 5. The programs print the same texts.\n\n"
-      "Every event has a limit in time. Of what one component reports with one code, " +
-      std::to_string(EventLog::burst) + " events are written at once, and\nthen one every " +
+      "Every code that a `Status` or an event report can carry. `%a` and `%b` are its two values (columns `a` and `b` "
+      "of the table `event`); the column *values* has their names, and the [types](#types-of-values) of those that are "
+      "no plain numbers. Severities are those of ECSS-E-ST-70-41C, service 5. The programs print the same texts.\n\n"
+      "Of what one component reports with one code, " +
+      std::to_string(EventLog::burst) + " events are written at once, and then one every " +
       std::to_string(EventLog::interval_ns / ns_per_s) +
-      " s of mission time; the others are counted, and `events_repeated` says how many they were.\nNo component and no "
-      "other code can use up this allowance, so a flood of one event pushes no other out of the history.\n\n";
-  text += table_head({"code", "name", "severity", "text", "a", "b", "what to do"});
+      " s of mission time; the others are counted by `events_repeated`. Each component and code has its own "
+      "allowance, so a flood of one event pushes no other out of the history.\n\n";
+  text += table_head({"code, name, severity", "text", "values", "what to do"});
   for (std::size_t i = 0; i < status_code_limit; ++i) {
     if (!is_status_code(i)) continue;
     const auto status = static_cast<StatusCode>(i);
-    text += table_row({std::to_string(i), code(status_name(status)), name_of(status_severity(status)),
-                       cell(status_text(status)), named_value_cell(status_values(status).a),
-                       named_value_cell(status_values(status).b), cell(status_advice(status))});
+    text += table_row({std::to_string(i) + " " + code(status_name(status)) + " " + name_of(status_severity(status)),
+                       cell(status_text(status)), values_cell(status_values(status)), cell(status_advice(status))});
   }
   return text + value_types();
 }

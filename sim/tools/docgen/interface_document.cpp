@@ -4,8 +4,6 @@
 
 #include "cfg/limits.hpp"
 #include "cfg/mission.hpp"
-#include "cfg/schedule.hpp"
-#include "fsw/base/status.hpp"
 #include "fsw/commanding/function_table.hpp"
 #include "fsw/navigation/vehicle_packets.hpp"
 #include "fsw/packets/cfdp_pdu.hpp"
@@ -27,10 +25,11 @@ std::string text_of(std::size_t value) {
 
 std::string packets() {
   std::string text =
-      "This page defines the interface between the flight and ground software. [Commanding](commanding.md) explains "
-      "the "
-      "services, [file delivery](file-delivery.md) the transfers. All numbers are big-endian; u8, u16, u32 are "
-      "unsigned,\ni32, i64 signed (two's complement), f32, f64 IEEE 754.\n\n## Packets\n\n";
+      "What ground software needs to operate the flight. [Commanding](commanding.md) explains the services, "
+      "[file delivery](file-delivery.md) the transfers; `ilp-xtce` writes the same as an XTCE database. Three pages "
+      "are parts of this one: [parameters](parameters.md), [events](events.md) and [records](records.md). All numbers "
+      "are big-endian; u8, u16, u32 are unsigned, i32, i64 signed (two's complement), f32, f64 IEEE 754.\n\n"
+      "## Packets\n\n";
   text += table_head({"octets", "field", "value"});
   const MissionParameters defaults;
   text += table_row({"0-1", "version (3 bits), type (1), secondary header flag (1), APID (11)",
@@ -87,13 +86,26 @@ std::string tailoring() {
   return text;
 }
 
+std::string message_id(const MessageInfo& info) {
+  return std::string(info.telecommand ? "TC" : "TM") + "[" + text_of(info.service) + "," + text_of(info.subtype) + "]";
+}
+
+/// Neighbours with the same data and the same remark share a row, as the four severities of events do.
 std::string messages() {
-  std::string text = "\n## Messages\n\n";
-  text += table_head({"message", "name", "data", ""});
-  for (const MessageInfo& info : message_table()) {
-    text += table_row(
-        {std::string(info.telecommand ? "TC" : "TM") + "[" + text_of(info.service) + "," + text_of(info.subtype) + "]",
-         cell(info.name), cell(info.layout), cell(info.remark)});
+  std::string text = "\n## Messages\n\n" + table_head({"message", "name", "data", ""});
+  const auto table = message_table();
+  for (std::size_t i = 0; i < table.size();) {
+    const MessageInfo& first = table[i];
+    std::string name = first.name, id = message_id(first);
+    std::size_t next = i + 1;
+    for (; next < table.size() && first.layout[0] != 0 && std::strcmp(table[next].layout, first.layout) == 0 &&
+           std::strcmp(table[next].remark, first.remark) == 0;
+         ++next) {
+      name += "; " + std::string(table[next].name);
+      id += ", " + message_id(table[next]);
+    }
+    text += table_row({id, cell(name), cell(first.layout), cell(first.remark)});
+    i = next;
   }
   text += "\nAny other telecommand is answered by TM[1,2] with `service_unknown` or `subtype_unknown`.\n";
   return text;
@@ -111,36 +123,22 @@ std::string functions() {
 }
 
 std::string parameters() {
-  std::string text = "\n## Parameters of service 20\n\n[Parameters](parameters.md) explains them.\n\n";
-  text += table_head({"ID", "name", "type", "unit", "range", "takes effect"});
-  for (std::size_t i = 0; i < parameter_count(); ++i) {
-    const ParameterInfo& info = parameter_info(i);
-    text += table_row({text_of(info.number), code(std::string(info.section) + "." + info.key),
-                       field_type_name(info.type), cell(info.unit), range_cell(info),
-                       info.acts == Acts::next_start ? "with the next start" : "at once"});
-  }
-  return text;
+  return "\n## Parameters of service 20\n\nThe ID is the column *no.* of [parameters](parameters.md), which has types, "
+         "units and ranges. The value has the octets of its type.\n";
 }
 
-std::string type_of(const FieldInfo& field) {
-  std::string text = field_type_name(field.type);
-  if (field.count > 1) text += "[" + text_of(field.count) + "]";
-  return text;
-}
-
-std::string report(const ReportInfo& info) {
-  std::string text = "\n### SID " + text_of(info.id) + ": " + info.name + "\n\n" + info.description + "; " +
-                     text_of(report_bytes(info)) + " octets.";
+std::string layout(const ReportInfo& info) {
+  std::string text = "\n### SID " + text_of(info.id) + ": " + info.name + "\n\n";
   if (info.repeats > 1) {
-    text += " " + text_of(info.repeats) + " times the following, " + text_of(report_bytes(info) / info.repeats) +
-            " octets each, in the order of their numbers ([schedule.md](schedule.md)).";
+    text += text_of(info.repeats) + " times these " + text_of(report_bytes(info) / info.repeats) +
+            " octets, in the order of their numbers ([schedule](schedule.md)).\n\n";
   }
-  text += "\n\n" + table_head({"octet", "value", "type", "unit", "meaning"});
+  text += table_head({"octet", "value, type, unit", "meaning"});
   std::size_t offset = 0;
   for (std::size_t f = 0; f < info.field_count; ++f) {
     const FieldInfo& field = info.fields[f];
     if (!is_reported(field)) continue;
-    text += table_row({text_of(offset), code(field.name), type_of(field), cell(field.unit), meaning_cell(field)});
+    text += table_row({text_of(offset), declaration_cell(field), meaning_cell(field)});
     offset += element_bytes(field.type) * field.count;
   }
   return text;
@@ -148,33 +146,31 @@ std::string report(const ReportInfo& info) {
 
 std::string housekeeping_reports() {
   std::string text =
-      "\n## Housekeeping: TM[3,25]\n\nOctets are counted from the end of the SID. All values of a record that does not "
-      "exist "
-      "yet are 0. Times are in ns since the mission epoch; an unknown value is NaN. At first all reports "
-      "are\ndisabled, "
-      "with an interval of 10 s.\n";
-  for (const ReportInfo& info : report_table()) text += report(info);
+      "\n## Housekeeping: TM[3,25]\n\nA report has the fields of its row's page in their order, without padding; the "
+      "fields of type text and blob are left out. [Records](records.md) lists their octets, which are counted from the "
+      "end of the SID. All values of a record that does not exist yet are 0. Times are in ns since the mission epoch; "
+      "an unknown value is NaN. At first all reports are disabled, with an interval of 10 s.\n\n" +
+      table_head({"SID", "fields", "octets", "what it says"});
+  for (const ReportInfo& info : report_table()) {
+    const std::string name = info.name;
+    const bool of_record = info.record != RecordType::count;
+    const std::string anchor = "#sid-" + text_of(info.id) + "-" + name;
+    text += table_row({text_of(info.id), "[" + name + "](" + (of_record ? "records.md#" + name : anchor) + ")",
+                       text_of(report_bytes(info)), cell(info.description)});
+  }
+  for (const ReportInfo& info : report_table()) {
+    if (info.record == RecordType::count) text += layout(info);
+  }
   return text;
 }
 
 std::string codes() {
-  std::string text =
-      "\n## Events and failure codes\n\nThe same numbers are event IDs of service 5 and failure codes of service 1. "
-      "`%a` and `%b` are the two values: auxiliary data of the event, failure data of the report.\n\n";
-  text += table_head({"code", "name", "severity", "event", "text"});
-  for (std::size_t i = 1; i < status_code_limit; ++i) {
-    if (!is_status_code(i)) continue;
-    const auto status = static_cast<StatusCode>(i);
-    const auto severity = static_cast<std::size_t>(status_severity(status));
-    text += table_row({text_of(i), code(status_name(status)), name_of(status_severity(status)),
-                       "TM[5," + text_of(severity + 1) + "]", cell(status_text(status))});
-  }
-  text += "\nThe reporter of an event is a component:\n\n" + table_head({"number", "component"});
-  text += table_row({"0", "the executive, or the start of the flight"});
-  for (const Stage& stage : schedule) {
-    text += table_row({text_of(static_cast<std::size_t>(stage.component)), code(stage.name)});
-  }
-  return text;
+  return "\n## Events and failure codes\n\n[Events](events.md) lists the codes with their texts and severities. They "
+         "are "
+         "event IDs of service 5 and failure codes of service 1. `%a` and `%b` of a text are the two values of the "
+         "message. Severity info is TM[5,1], low TM[5,2], medium TM[5,3], high TM[5,4]. The reporter is the number of "
+         "a "
+         "component in the [schedule](schedule.md), or 0: the executive, or the start of the flight.\n";
 }
 
 std::string files() {
@@ -187,15 +183,8 @@ std::string files() {
       " octets. Entity IDs and sequence numbers of 1 to 8 octets are accepted and "
       "answered with the same lengths; large files (64-bit sizes) are read. Checksum types 0 (modular),\n2 (CRC-32C), "
       "3 (CRC-32) and 15 (none). An uplinked file has at most " +
-      text_of(limits::max_uplink_bytes) + " octets.\n\n";
-  text += table_head({"parameter", "", "unit", "default", "range", "meaning"});
-  const MissionParameters defaults;
-  for (std::size_t i = 0; i < parameter_count(); ++i) {
-    const ParameterInfo& info = parameter_info(i);
-    if (std::strncmp(info.key, "cfdp_", 5) != 0) continue;
-    text += table_row({text_of(info.number), code(std::string(info.section) + "." + info.key), cell(info.unit),
-                       value_cell(info, parameter_value(defaults, i)), range_cell(info), meaning_cell(info)});
-  }
+      text_of(limits::max_uplink_bytes) +
+      " octets. The parameters are those of [parameters](parameters.md) whose names begin with `cfdp_`.\n";
   text += "\nA PDU that is rejected is an event `pdu_rejected` with the reason:\n\n" + table_head({"reason", ""});
   for (std::size_t i = 1; i < static_cast<std::size_t>(cfdp::PduFault::count); ++i) {
     text += table_row({text_of(i), cell(words_of(static_cast<cfdp::PduFault>(i)))});

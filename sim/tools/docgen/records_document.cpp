@@ -1,10 +1,9 @@
 #include "sim/tools/docgen/records_document.hpp"
 
 #include "cfg/schedule.hpp"
+#include "fsw/packets/report_table.hpp"
 #include "fsw/records/records.hpp"
 #include "fsw/records/serial.hpp"
-#include "hal/store/sql_columns.hpp"
-#include "hal/store/sqlite/sql_text.hpp"
 #include "sim/tools/docgen/markdown.hpp"
 
 namespace ilp::docgen {
@@ -33,37 +32,13 @@ const char* field_type_name(FieldType type) {
   return "?";
 }
 
-namespace {
-
-/// Column names in the order of the schema that the store creates.
-Cells columns_of(const RecordInfo& info) {
-  SqlText sql;
-  create_table(info, sql);
-  const std::string text = sql.c_str();
-  Cells columns;
-  for (std::size_t at = text.find('('); at != std::string::npos; at = text.find(", ", at + 1)) {
-    const std::size_t begin = text.find('"', at) + 1;
-    columns.push_back(text.substr(begin, text.find('"', begin) - begin));
-  }
-  return columns;
-}
-
-std::string columns_cell(const RecordInfo& info, const FieldInfo& field, const Cells& columns, std::size_t first) {
-  if (field.type == FieldType::blob) {
-    FixedText<96> table;
-    blob_table_name(info, field.name, table);
-    return code(columns[first]) + ", table " + code(std::string(table.c_str()) + "(id, data)");
-  }
-  const std::size_t count = column_count(field);
-  if (count == 1) return code(columns[first]);
-  return code(columns[first]) + " to " + code(columns[first + count - 1]);
-}
-
-std::string type_cell(const FieldInfo& field) {
-  std::string text = field_type_name(field.type);
+std::string declaration_cell(const FieldInfo& field) {
+  std::string text = code(field.name) + " " + field_type_name(field.type);
   if (field.count > 1) text += "[" + std::to_string(field.count) + "]";
-  return text;
+  return field.unit[0] == 0 ? text : text + " " + cell(field.unit);
 }
+
+namespace {
 
 std::string writers_of(RecordType type) {
   std::string names;
@@ -77,34 +52,45 @@ std::string writers_of(RecordType type) {
   return names;
 }
 
-std::string readers_of(RecordType type) {
-  std::string names;
-  for (const Stage& stage : schedule) {
-    if ((stage.wakes & mask_of(type)) != 0) names += (names.empty() ? "" : ", ") + code(stage.name);
-  }
-  return names.empty() ? "no component" : names;
-}
-
 std::string sentence(std::string text) {
   if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
   return text;
 }
 
+const ReportInfo* report_of(RecordType type) {
+  for (const ReportInfo& report : report_table()) {
+    if (report.record == type) return &report;
+  }
+  return nullptr;
+}
+
+/// The fields with their places in the serial form, and in the housekeeping report where these differ.
 std::string section(const RecordInfo& info) {
   std::string text = "\n## `" + std::string(info.name) + "`\n\n";
   text += sentence(info.description) + ". Record type " + std::to_string(static_cast<unsigned>(info.type)) + ", " +
-          std::to_string(serial_bytes(info)) + " bytes in serial form. Written by " + writers_of(info.type) +
-          "; wakes " + readers_of(info.type) + ".\n\n";
-  text += table_head({"offset", "field", "type", "unit", "SQL", "meaning"});
-  const Cells columns = columns_of(info);
+          std::to_string(serial_bytes(info)) + " bytes. Written by " + writers_of(info.type) + ".";
+  const ReportInfo* const report = report_of(info.type);
+  bool other_places = false;
+  if (report != nullptr) {
+    text +=
+        " Housekeeping SID " + std::to_string(report->id) + ", " + std::to_string(report_bytes(*report)) + " octets.";
+    for (std::size_t f = 0; f + 1 < info.field_count; ++f) {
+      other_places = other_places || (!is_reported(info.fields[f]) && is_reported(info.fields[f + 1]));
+    }
+  }
+  Cells titles = {"offset", "field, type, unit", "meaning"};
+  if (other_places) titles.insert(titles.begin() + 1, "octet in the report");
+  text += "\n\n" + table_head(titles);
   std::size_t offset = 0;
-  std::size_t column = 0;
+  std::size_t octet = 0;
   for (std::size_t f = 0; f < info.field_count; ++f) {
     const FieldInfo& field = info.fields[f];
-    text += table_row({std::to_string(offset), code(field.name), type_cell(field), cell(field.unit),
-                       columns_cell(info, field, columns, column), meaning_cell(field)});
-    offset += element_bytes(field.type) * field.count;
-    column += column_count(field);
+    Cells cells = {std::to_string(offset), declaration_cell(field), meaning_cell(field)};
+    const std::size_t bytes = element_bytes(field.type) * field.count;
+    if (other_places) cells.insert(cells.begin() + 1, is_reported(field) ? std::to_string(octet) : "");
+    text += table_row(cells);
+    offset += bytes;
+    if (is_reported(field)) octet += bytes;
   }
   return text;
 }
@@ -113,26 +99,30 @@ std::string section(const RecordInfo& info) {
 
 std::string records_document() {
   std::string text =
-      "Components exchange records, the store keeps them, and telemetry carries them. A record is a struct with a row "
-      "per\nfield (`fsw/records/records.inc`). The structs, the SQL schema, the serial form, housekeeping "
-      "reports and "
-      "this page follow from the rows.\nSchema version " +
+      "Components exchange records, the store keeps them, and telemetry carries them. Structs, SQL schema, serial "
+      "form, "
+      "housekeeping reports and this page follow from the rows of `fsw/records/records.inc`. Schema version " +
       std::to_string(schema_version) +
       ".\n\n"
-      "**Store.** A table per record, a column per field. The first field, `id`, is the primary key. An array of n "
-      "elements takes n columns.\nFloating point is REAL, text TEXT, everything else INTEGER; NaN is stored as NULL. "
-      "A blob field is a column with its size and\na table of its own with its bytes.\n\n"
-      "**Serial form** (files of the link, [outbox.md](outbox.md)). The fields in the order of the table, "
-      "little-endian, without padding; the\ncolumn *offset* counts bytes from the start. `text[n]` takes n bytes and "
-      "ends at its first zero byte. A blob is written as its u32 size.\nIts bytes follow the record if the description "
-      "of the "
-      "carrier says so. An enumeration is a u8; the column *meaning* lists its values.\n\n"
-      "**Units and frames.** SI units and radians; times in ns since the mission epoch; px for pixels. Pixel (0,0) is "
-      "the centre of the top-left\npixel. Camera: x right, y down, z forward. World of a strip: right-handed, z up, "
-      "origin at its first camera; a *strip unit* is the length\nof its first baseline, or one metre when an altitude "
+      "**Store.** A table per record, a column per field of the same name; `id` is the primary key. An array `a` of n "
+      "elements takes the columns `a_0`, `a_1` and so on. A blob `b` of a record `r` takes the column `b_bytes` with "
+      "its "
+      "size and the table `r_b(id, data)`. Floating point is REAL, text TEXT, everything else INTEGER; NaN is NULL.\n\n"
+      "**Serial form** (files of the link, [outbox](outbox.md)). The fields in this order, little-endian, without "
+      "padding; the column *offset* counts bytes. `text[n]` takes n bytes and ends at its first zero byte. A blob is "
+      "written as its u32 size, and its bytes follow the record if the description of the carrier says so. An "
+      "enumeration is a u8.\n\n"
+      "**Housekeeping** ([interface control document](interface-control-document.md#housekeeping-tm325)). The fields "
+      "in "
+      "this order, big-endian, without text and blobs. The column *offset* counts octets there too, unless there is a "
+      "column for them.\n\n"
+      "**Units and frames.** SI units and radians, beside the type; times in ns since the mission epoch. Pixel (0,0) "
+      "is "
+      "the centre of the top-left pixel. Camera: x right, y down, z forward. World of a strip: right-handed, z up, "
+      "origin at its first camera; a *strip unit* is the length of its first baseline, or one metre when an altitude "
       "was known (`pose.scale_source`).\n\n"
-      "The blob `structure.points` is a sequence of points. A point is f64[3] position, f32 error in px and u32 number "
-      "of observations;\neach observation is i64 keyframe and f32 x, y in px of the real image. All are little-endian, "
+      "The blob `structure.points` is a sequence of points: f64[3] position, f32 error in px, u32 number of "
+      "observations, and for each of these i64 keyframe and f32 x, y in px of the real image. All are little-endian, "
       "without padding.\n";
   for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
     text += section(record_info(static_cast<RecordType>(t)));

@@ -76,20 +76,18 @@ std::string schedule_picture() {
 std::string schedule_document() {
   std::string text =
       "The executive runs in minor frames of " + milliseconds(minor_frame_ns) +
-      ". In each it calls, in the order of the table, every component that is due or was\nwoken by a change of a table "
-      "that it watches. The rest of the frame is given to the components that have work pending. A step that\ntakes "
-      "more processor time than its budget is counted as an overrun; nothing is cut off. A frame that ends late is "
-      "reported. At most\n" +
+      ". In each it calls, in the order of the table, every component that is due or was woken by a change of a table "
+      "that it watches; the rest of the frame goes to components with work pending. A step over its budget is counted "
+      "as an overrun, and nothing is cut off. At most " +
       std::to_string(max_steps_per_frame) + " steps run in one frame. A component that reports " +
       std::to_string(max_faults_in_a_row) +
       " faults without a good step between them waits for the next frame.\n\n"
       "The row is all that a component may do: the compiler refuses a call on a table that is not in it "
-      "(`hal/store/store_view.hpp`,\n`fsw/executive/stage_component.hpp`). A component *makes* the records of its own "
-      "tables and *changes* those that another one has made;\nwhat it makes, changes or erases it may read. Each table "
-      "has one component that makes its records. Only a `command` is made by\nseveral, which number on from the newest "
-      "one within their transaction. Every component also writes its `checkpoint`. The executive makes\n`event`, "
-      "`component` and `timing`, the start of a flight `start`, `identity` and the first `camera`, each process of a "
-      "shared flight its `node`.\n\n";
+      "(`hal/store/store_view.hpp`, `fsw/executive/stage_component.hpp`). A component *makes* the records of its own "
+      "tables and *changes* those of another; these it may read. Each table has one component that makes its records, "
+      "but for `command`, which several number within their transaction. Every component also writes its `checkpoint`. "
+      "The executive makes `event`, `component` and `timing`, the start of a flight `start`, `identity` and the first "
+      "`camera`, each process of a shared flight its `node`.\n\n";
   Cells head = titles;
   head.insert(head.begin(), "");
   head.insert(head.end(), {"layout of its state", "process", "page"});
@@ -103,14 +101,10 @@ std::string schedule_document() {
     text += table_row(cells);
   }
   return text +
-         "\nThe rows stand in the order in which data flow. The number is the id of the component's rows in the tables "
-         "`component` and `checkpoint`, and no other component ever\ngets it. *Process* says where a stage may run "
-         "when "
-         "several processes share the flight: in any of them, or in the head, which has camera and "
-         "links "
-         "([several-machines.md](several-machines.md)).\n\n"
-         "The chain of images, by what wakes whom:\n\n" +
-         schedule_picture();
+         "\nRows are in the order in which data flow ([picture](design.md#the-picture)). The number is the id of the "
+         "component's rows in the tables `component` and `checkpoint`, and no other component ever gets it. *Process*: "
+         "any of the processes that share a flight, or the head, which has camera and links "
+         "([several-machines.md](several-machines.md)).\n";
 }
 
 }  // namespace ilp::docgen

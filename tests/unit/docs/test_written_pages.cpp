@@ -1,11 +1,15 @@
 // The files, folders, sections, functions, programs and tests that the written pages name exist.
 
+#include <fnmatch.h>
 #include <gtest/gtest.h>
+#include <strings.h>
 
+#include <algorithm>
 #include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -182,6 +186,67 @@ TEST(WrittenPages, NamedTestsExist) {
     for (const std::string& test : found(text_of(page), name)) {
       EXPECT_EQ(tests.count(test), 1U) << page << " names the test " << test;
     }
+  }
+}
+
+/// Also a program of tests, by its name in CMake, and the instances of a parameterised suite: `Some/Suite.*`.
+bool is_shown(const std::string& name, const std::set<std::string>& tests, const std::set<std::string>& programs) {
+  const std::string suite = name.substr(name[0] == '*' ? 0 : name.find('/') + 1);
+  if (suite.find('*') == std::string::npos) return tests.count(suite) + programs.count(suite) != 0;
+  return std::any_of(tests.begin(), tests.end(),
+                     [&](const std::string& test) { return fnmatch(suite.c_str(), test.c_str(), 0) == 0; });
+}
+
+/// `ILP-MOT-012` in the first cell, tests in the last one, all of which exist. The numbers of a section grow, so none
+/// stands twice.
+TEST(WrittenPages, EveryRequirementHasANumberAndATest) {
+  static const std::regex row(R"(\| ILP-([A-Z]{3})-(\d{3}) \| ([^|]+) \| ([^|]+) \|)");
+  static const std::regex name(R"(`([^`]+)`)");
+  static const std::regex of_test(R"([\w*]+(/[\w]+)?\.[\w.*]+|test_\w+|store_tls|postgres_memory)");
+  const std::set<std::string> tests = tests_in_sources(), programs = words_of(sources({".txt"}));
+  std::istringstream page(text_of("docs/verification.md"));
+  std::map<std::string, int> latest;
+  std::string area;
+  bool requirements = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line.rfind("| number | ", 0) == 0) requirements = true;
+    if (line.empty()) requirements = false;
+    if (!requirements || line.rfind("| number | ", 0) == 0 || line.rfind("|---", 0) == 0) continue;
+    std::smatch cells;
+    ASSERT_TRUE(std::regex_match(line, cells, row)) << "three cells are expected, and a number in the first: ILP-"
+                                                    << area << "-" << latest[area] + 1 << " is free in " << line;
+    const std::string shown_by = cells[4];
+    area = cells[1];
+    EXPECT_GT(std::stoi(cells[2]), latest[area]) << "ILP-" << area << " has had this number: " << line;
+    latest[area] = std::stoi(cells[2]);
+    std::size_t shown = 0;
+    for (const std::string& test : found(shown_by, name)) {
+      if (!std::regex_match(test, of_test)) continue;
+      EXPECT_TRUE(is_shown(test, tests, programs)) << line.substr(2, 11) << " names the test " << test;
+      ++shown;
+    }
+    EXPECT_TRUE(shown > 0 || shown_by.find("`static_assert`") == 0) << line.substr(2, 11) << " is shown by nothing";
+  }
+  EXPECT_GT(latest.size(), 25U);
+}
+
+/// In the order of the alphabet, no more than a reader takes in, each with a source.
+TEST(WrittenPages, EveryTermOfTheGlossaryHasASource) {
+  static const std::regex row(R"(\n\| ([^|]+) \| [^|]+ \| [^|]+(?= \|))");
+  std::vector<std::string> terms = found(text_of("docs/glossary.md"), row);
+  terms.erase(terms.begin());
+  EXPECT_GT(terms.size(), 20U);
+  EXPECT_LE(terms.size(), 60U);
+  const auto before = [](const std::string& a, const std::string& b) { return strcasecmp(a.c_str(), b.c_str()) < 0; };
+  EXPECT_TRUE(std::is_sorted(terms.begin(), terms.end(), before));
+}
+
+TEST(WrittenPages, TheIndexNamesEveryPage) {
+  const std::string index = text_of("docs/README.md");
+  for (const fs::path& page : pages()) {
+    if (page.filename() == "README.md") continue;
+    const std::string link = "](" + (page.parent_path() == "docs" ? "" : "../" + page.parent_path().string() + "/");
+    EXPECT_NE(index.find(link + page.filename().string() + ")"), std::string::npos) << page;
   }
 }
 
