@@ -31,13 +31,6 @@ Status read_present(MapFolder& folder, MapUplinkWorkspace& workspace) {
   return parse_map_directory(std::span(workspace.file).first(size), folder.key(), workspace.directory);
 }
 
-/// Erases the tiles of a map with another id. One whose directory is damaged names none.
-Status erase_other_map(MapFolder& folder, std::uint64_t id, MapUplinkWorkspace& workspace) {
-  if (!read_present(folder, workspace).ok() || workspace.directory.id == id) return {};
-  for (const MapTileEntry& entry : workspace.directory.tiles) ILP_TRY(folder.erase_tile(place_of(entry)));
-  return {};
-}
-
 Status keep_directory(std::span<const std::uint8_t> file, MapFolder& folder, const MissionParameters& mission,
                       MapUplinkWorkspace& workspace, Status& news) {
   const MapDirectory& directory = workspace.directory;
@@ -51,8 +44,13 @@ Status keep_directory(std::span<const std::uint8_t> file, MapFolder& folder, con
   if (static_cast<double>(bytes) > allowed)
     return {StatusCode::capacity_exceeded, bytes, static_cast<std::int64_t>(allowed)};
   news = {StatusCode::map_received, static_cast<std::int64_t>(directory.tiles.size()), bytes};
-  ILP_TRY(erase_other_map(folder, directory.id, workspace));
-  return folder.write_directory(file);
+  const std::uint64_t id = directory.id;
+  const bool replaces = read_present(folder, workspace).ok() && directory.id != id;
+  ILP_TRY(folder.write_directory(file));
+  if (!replaces) return {};
+  // One that stays is a hole of the new map.
+  for (const MapTileEntry& entry : directory.tiles) static_cast<void>(folder.erase_tile(place_of(entry)));
+  return {};
 }
 
 Status keep_tile(std::span<const std::uint8_t> file, MapFolder& folder, MapUplinkWorkspace& workspace) {
