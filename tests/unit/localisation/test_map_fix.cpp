@@ -243,7 +243,7 @@ TEST_F(MapFixTest, ADamagedDirectoryIsRefusedAndADamagedTileIsAHole) {
 }
 
 TEST_F(MapFixTest, AMapThatTakesThePlaceOfAnotherServesTheNextKeyframe) {
-  const AnalyticMap coarser(Body::mars, 1.6);
+  AnalyticMap coarser(Body::mars, 1.6);
   MemoryMapSource source = shared_map().source();
   const auto stage = make(&source);
   fly(1);
