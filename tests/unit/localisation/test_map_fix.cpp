@@ -257,7 +257,7 @@ TEST_F(MapFixTest, AMapThatTakesThePlaceOfAnotherServesTheNextKeyframe) {
   const auto after = read<FixRecord>(2);
   ASSERT_EQ(before.verdict, MapVerdict::fixed);
   ASSERT_EQ(after.verdict, MapVerdict::fixed);
-  EXPECT_GT(before.pixel_m, 1.65) << "an image pixel, where the map is finer";
+  EXPECT_LT(before.pixel_m, 1.5) << "that of the finer map";
   EXPECT_DOUBLE_EQ(after.pixel_m, 1.6);
   EXPECT_LT(ground_error(after), after.pixel_m);
 }
