@@ -70,7 +70,7 @@ class ComponentList {
     DeliveryFigures* delivery = nullptr;
     const Health* health = nullptr;
     NavigationSource* navigation = nullptr;
-    MapSource* map = nullptr;
+    MapFolder* map = nullptr;
     Worker* worker = nullptr;
     Compute* compute = nullptr;
     Configuration* configuration = nullptr;
@@ -84,7 +84,9 @@ class ComponentList {
   static C made_of(const Parts& parts) {
     Store& store = C::component_id == ComponentId::scrubber ? parts.stored : parts.at_hand;
     const Part part{parts};
-    if constexpr (std::is_constructible_v<C, Store&, Part, Part, Part, Part, Part>) {
+    if constexpr (std::is_constructible_v<C, Store&, Part, Part, Part, Part, Part, Part>) {
+      return C(store, part, part, part, part, part, part);
+    } else if constexpr (std::is_constructible_v<C, Store&, Part, Part, Part, Part, Part>) {
       return C(store, part, part, part, part, part);
     } else if constexpr (std::is_constructible_v<C, Store&, Part, Part, Part, Part>) {
       return C(store, part, part, part, part);
@@ -159,6 +161,7 @@ class ComponentList {
     operator Link&() const { return *parts.link; }
     operator NavigationSource*() const { return parts.navigation; }
     operator MapSource*() const { return parts.map; }
+    operator MapFolder*() const { return parts.map; }
     operator Worker*() const { return parts.worker; }
     operator Compute*() const { return parts.compute; }
     operator Configuration*() const { return parts.configuration; }

@@ -41,7 +41,7 @@ struct FlightDevices {
   PacketLink* packets = nullptr;           ///< carries packets, and files too if they travel by CFDP
   PacketLink* files = nullptr;             ///< carries the PDUs of CFDP alone
   NavigationSource* navigation = nullptr;  ///< the vehicle's measurements, if there are any
-  MapSource* map = nullptr;                ///< the files of an orbiter's map, if there is one
+  MapFolder* map = nullptr;                ///< the files of an orbiter's map, if there is one
   /// Does what cannot be cut into steps (docs/worker.md); without it that is done in a step. It is for this flight
   /// alone.
   Worker* worker = nullptr;

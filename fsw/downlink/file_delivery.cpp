@@ -19,9 +19,9 @@ constexpr TimeNs longest_step_ns = ns_per_s;
 constexpr CheckpointForm FileDelivery::checkpoint = checkpoint_form<State>(component_id);
 
 FileDelivery::FileDelivery(Tables store, PacketRouter& router, Clock& clock, const MissionParameters& mission,
-                           DeliveryFigures& figures, FlightMemory* memory)
+                           DeliveryFigures& figures, FlightMemory* memory, MapFolder* map)
     : wiring_{store, router, clock, mission, figures.counts, figures.backlog, memory},
-      workspace_(store, clock, mission) {}
+      workspace_(store, clock, mission, map) {}
 
 Status FileDelivery::restore() {
   workspace_.slots.clear();

@@ -18,9 +18,9 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
  public:
   static const CheckpointForm checkpoint;
 
-  /// Takes transaction numbers from `memory`, where they outlive the database.
+  /// Takes transaction numbers from `memory`, where they outlive the database. Files of a map go to `map`.
   FileDelivery(Tables store, PacketRouter& router, Clock& clock, const MissionParameters& mission,
-               DeliveryFigures& figures, FlightMemory* memory = nullptr);
+               DeliveryFigures& figures, FlightMemory* memory = nullptr, MapFolder* map = nullptr);
 
   Status restore() override;
   StepResult step() override;

@@ -67,8 +67,8 @@ struct DeliveryWork {
   TimeNs last_ns = 0;
 };
 struct DeliveryWorkspace {
-  DeliveryWorkspace(DeliveryTables store, Clock& clock, const MissionParameters& mission)
-      : uplink(store, clock, mission) {}
+  DeliveryWorkspace(DeliveryTables store, Clock& clock, const MissionParameters& mission, MapFolder* map)
+      : uplink(store, clock, mission, map) {}
 
   TimeNs contact_ns = 0;  ///< time in contact so far; all timers run by it
   std::uint32_t steps = 0;

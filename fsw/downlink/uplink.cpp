@@ -51,6 +51,11 @@ cfdp::ReceiverSettings settings_of(const MissionParameters& mission) {
   return settings;
 }
 
+void conclude(Receiver& receiver, bool retained, TimeNs now) {
+  receiver.conclude(retained ? Condition::no_error : Condition::filestore_rejection,
+                    retained ? FileStatus::retained : FileStatus::rejected_by_filestore, now);
+}
+
 /// The record of the same file of the same transaction, made before a restart.
 Result<bool> find_same(Reader<UplinkRecord> store, const Receiver& receiver, std::uint32_t crc, UplinkRecord& record) {
   UplinkRecord same;
@@ -80,8 +85,8 @@ Status erase_oldest(StorePart<Erases<UplinkRecord>> store, std::int64_t newest) 
 
 }  // namespace
 
-Uplink::Uplink(Tables store, Clock& clock, const MissionParameters& mission)
-    : store_(store), clock_(clock), mission_(mission) {}
+Uplink::Uplink(Tables store, Clock& clock, const MissionParameters& mission, MapFolder* map)
+    : store_(store), clock_(clock), mission_(mission), map_(map) {}
 
 void Uplink::restore(const Open& open, TimeNs now) {
   for (std::size_t i = 0; i < receivers_.size(); ++i) {
@@ -226,27 +231,37 @@ Status Uplink::store_file(const Receiver& receiver, UplinkRecord& record) {
   return transaction.commit();
 }
 
+Status Uplink::keep_parameters(Receiver& receiver, TimeNs now, Status& event) {
+  UplinkRecord record;
+  const std::uint32_t crc = crc32(receiver.file());
+  ILP_TAKE(const bool known, find_same(store_, receiver, crc, record));
+  if (!known) {
+    record = {};
+    ILP_TRY(check(receiver, record));
+    ILP_TRY(store_file(receiver, record));
+    const auto bytes = static_cast<std::int64_t>(receiver.file().size());
+    event = record.state == UplinkState::rejected ? Status{StatusCode::uplink_rejected, record.id, record.fault_place}
+                                                  : Status{StatusCode::uplink_received, record.id, bytes};
+  }
+  conclude(receiver, record.state != UplinkState::rejected, now);
+  return {};
+}
+
+void Uplink::keep_part_of_map(Receiver& receiver, TimeNs now, Status& event) {
+  Status news;
+  const Status kept = keep_map_file(base_name(receiver.name()), receiver.file(), map_, mission_, map_workspace_, news);
+  if (!news.ok()) event = news;
+  if (!kept.ok()) event = {StatusCode::map_file_refused, static_cast<std::int64_t>(kept.code), kept.a};
+  conclude(receiver, kept.ok(), now);
+}
+
 Status Uplink::keep(TimeNs now, Status& event) {
   event = given_up_;
   given_up_ = {};
   for (Receiver& receiver : receivers_) {
     if (receiver.phase() != ReceivePhase::whole) continue;
-    UplinkRecord record;
-    const std::uint32_t crc = crc32(receiver.file());
-    ILP_TAKE(const bool known, find_same(store_, receiver, crc, record));
-    if (!known) {
-      record = {};
-      ILP_TRY(check(receiver, record));
-      ILP_TRY(store_file(receiver, record));
-      const auto bytes = static_cast<std::int64_t>(receiver.file().size());
-      event = record.state == UplinkState::rejected ? Status{StatusCode::uplink_rejected, record.id, record.fault_place}
-                                                    : Status{StatusCode::uplink_received, record.id, bytes};
-    }
-    if (record.state == UplinkState::rejected) {
-      receiver.conclude(Condition::filestore_rejection, FileStatus::rejected_by_filestore, now);
-    } else {
-      receiver.conclude(Condition::no_error, FileStatus::retained, now);
-    }
+    if (!is_map_file(base_name(receiver.name()))) return keep_parameters(receiver, now, event);
+    keep_part_of_map(receiver, now, event);
     return {};
   }
   return {};

@@ -7,6 +7,7 @@
 #include "cfg/limits.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/base/fixed_vector.hpp"
+#include "fsw/downlink/map_uplink.hpp"
 #include "fsw/packets/cfdp_receiver.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/store/store_view.hpp"
@@ -24,7 +25,8 @@ class Uplink {
  public:
   using Tables = StorePart<Writes<UplinkRecord>, Erases<UplinkRecord>>;
 
-  Uplink(Tables store, Clock& clock, const MissionParameters& mission);
+  /// Files of a map go to `map`; null: there is no folder for them.
+  Uplink(Tables store, Clock& clock, const MissionParameters& mission, MapFolder* map);
 
   using Open = std::array<cfdp::OpenReception, limits::max_uplinks>;
 
@@ -35,7 +37,7 @@ class Uplink {
   /// Receives a PDU; `false` when no receiver here takes it. `now` is time in contact, here and below.
   bool hear(const cfdp::Pdu& pdu, TimeNs now);
   void tick(TimeNs now);
-  /// Stores a complete file in a transaction of its own; `event` gets the report.
+  /// Stores a complete file in a transaction of its own, or one of a map in its folder; `event` gets the report.
   Status keep(TimeNs now, Status& event);
 
   /// The most urgent PDU; `false` when there is none. Its spans hold until the next call.
@@ -62,11 +64,15 @@ class Uplink {
   void displace(cfdp::Receiver& receiver, TimeNs now);
   void remember(const cfdp::Receiver& receiver);
   Status check(const cfdp::Receiver& receiver, UplinkRecord& record);
+  Status keep_parameters(cfdp::Receiver& receiver, TimeNs now, Status& event);
+  void keep_part_of_map(cfdp::Receiver& receiver, TimeNs now, Status& event);
   Status store_file(const cfdp::Receiver& receiver, UplinkRecord& record);
 
   Tables store_;
   Clock& clock_;
   const MissionParameters& mission_;
+  MapFolder* map_;
+  MapUplinkWorkspace map_workspace_;
   std::array<cfdp::Receiver, limits::max_uplinks> receivers_{};
   std::array<Closed, limits::max_closed_transfers> closed_{};
   std::size_t next_closed_ = 0;

@@ -109,9 +109,9 @@ Result<bool> MapFix::pick() {
   return true;
 }
 
-/// The map may have come since the keyframe before, so its directory is looked for again where there was none.
+/// The map may have come since the keyframe before, or another one may lie there.
 Status MapFix::load() {
-  if (!work_.usable) part().open();
+  if (!work_.usable || wiring_.source->directory_mark() != work_.directory_mark) part().open();
   work_.phase = Phase::record;
   if (!work_.usable) return {};
   const MapDirectory& map = workspace_.directory;

@@ -21,6 +21,7 @@ void MapPart::open() {
   if (wiring_.source == nullptr) return;
   auto& scratch = wiring_.scratch.as<MapFixScratch>();
   std::size_t size = 0;
+  work_.directory_mark = wiring_.source->directory_mark();
   Status status = wiring_.source->read_directory(scratch.directory_file, size);
   // A map may come later.
   if (status.is(StatusCode::not_found)) return;

@@ -49,9 +49,10 @@ struct MapState {
 struct alignas(32) MapWork {
   Patience patience;
   MapPhase phase = MapPhase::open;
-  bool usable = false;         ///< the directory is in memory
-  bool keeps = false;          ///< the work goes on in the step's memory
-  std::int64_t refused_a = 0;  ///< a fault of the directory that was reported
+  bool usable = false;               ///< the directory is in memory
+  std::uint64_t directory_mark = 0;  ///< of the one that is
+  bool keeps = false;                ///< the work goes on in the step's memory
+  std::int64_t refused_a = 0;        ///< a fault of the directory that was reported
   StatusCode refused = StatusCode::ok;
   // The keyframe at work; a restart drops it.
   DepthRecord depth;

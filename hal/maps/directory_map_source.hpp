@@ -17,7 +17,7 @@ using MapFileName = FixedText<max_map_file_name>;
 inline constexpr const char* map_directory_name = "directory.ilpm";
 [[nodiscard]] MapFileName map_tile_name(const MapTilePlace& place);
 
-class DirectoryMapSource final : public MapSource {
+class DirectoryMapSource final : public MapFolder {
  public:
   /// `capacity_exceeded` for a path beyond limits::max_path_bytes. Whether the folder has a map is seen when it is
   /// read.
@@ -29,10 +29,18 @@ class DirectoryMapSource final : public MapSource {
 
   Status read_directory(std::span<std::uint8_t> bytes, std::size_t& size) override;
   Status read_tile(const MapTilePlace& place, std::span<std::uint8_t> bytes, std::size_t& size) override;
+  [[nodiscard]] std::uint64_t directory_mark() const override;
   [[nodiscard]] std::span<const std::uint8_t> key() const override { return key_; }
+  /// A folder that is missing is made.
+  Status write_directory(std::span<const std::uint8_t> bytes) override;
+  Status write_tile(const MapTilePlace& place, std::span<const std::uint8_t> bytes) override;
+  Status erase_tile(const MapTilePlace& place) override;
 
  private:
+  using Path = FixedText<limits::max_path_bytes>;
+  [[nodiscard]] Path path_of(const char* name, const char* end = "") const;
   Status read_file(const char* name, std::span<std::uint8_t> bytes, std::size_t& size) const;
+  Status write_file(const char* name, std::span<const std::uint8_t> bytes) const;
 
   FixedText<limits::max_path_bytes> folder_;
   std::span<const std::uint8_t> key_;

@@ -1,4 +1,5 @@
 // Where the files of a map lie: one directory, and one file for each tile. They are bytes here; fsw/maps reads them.
+// Whoever localises reads them (MapSource); what comes from the ground is written beside them (MapFolder).
 #pragma once
 
 #include <cstddef>
@@ -24,11 +25,25 @@ class MapSource {
   virtual Status read_directory(std::span<std::uint8_t> bytes, std::size_t& size) = 0;
   /// The same for a tile, which may have not come yet.
   virtual Status read_tile(const MapTilePlace& place, std::span<std::uint8_t> bytes, std::size_t& size) = 0;
+  /// Another number once the directory was replaced, also by another process.
+  [[nodiscard]] virtual std::uint64_t directory_mark() const = 0;
   /// With which the directory must be signed; empty: it need not be.
   [[nodiscard]] virtual std::span<const std::uint8_t> key() const = 0;
 
  protected:
   ~MapSource() = default;
+};
+
+/// A file is there whole or as it was before, also after a power cut. `io_error` (a = errno).
+class MapFolder : public MapSource {
+ public:
+  virtual Status write_directory(std::span<const std::uint8_t> bytes) = 0;
+  virtual Status write_tile(const MapTilePlace& place, std::span<const std::uint8_t> bytes) = 0;
+  /// ok where there is none.
+  virtual Status erase_tile(const MapTilePlace& place) = 0;
+
+ protected:
+  ~MapFolder() = default;
 };
 
 }  // namespace ilp

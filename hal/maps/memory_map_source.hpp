@@ -28,6 +28,9 @@ class MemoryMapSource final : public MapSource {
     size = 0;
     return StatusCode::not_found;
   }
+  [[nodiscard]] std::uint64_t directory_mark() const override {
+    return reinterpret_cast<std::uintptr_t>(directory_.data());
+  }
   [[nodiscard]] std::span<const std::uint8_t> key() const override { return {}; }
 
  private:

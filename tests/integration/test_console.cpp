@@ -161,6 +161,38 @@ TEST_F(ConsoleTest, WithAuthenticatedFileTransfersFilesComeDownAndGoUpOverAResta
   EXPECT_FALSE(says(second, "files_delivered 0\n")) << second.output;
 }
 
+std::string content_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+TEST_F(ConsoleTest, AMapGoesUpAndLiesOnBoardAsItWasMade) {
+  const fs::path map = path("map"), on_board = path("on-board");
+  const ToolResult made = test::run_tool(std::string(ILP_LAB) +
+                                         " world-map mars-plains --pixel 0.5 --area=-80,-80,320,100 --body mars --out " +
+                                         quoted(map) + " 2>&1");
+  ASSERT_EQ(made.status, 0) << made.output;
+  mission_ += "[navigation]\nbody = mars\n";
+  RunningProgram program(flight({"--link-udp", "127.0.0.1:0", "--map", on_board.string()}), path("log"));
+  const ToolResult result = operate(program, "UDP", "uplink " + map.string() + "\n");
+  EXPECT_EQ(result.status, 0) << result.output << program.output();
+  EXPECT_TRUE(says(result, "done: uplink " + map.string())) << result.output;
+  EXPECT_TRUE(says(result, "map_received")) << result.output;
+  const std::vector<fs::path> files = files_in(map);
+  EXPECT_GE(files.size(), 4U);
+  for (const fs::path& file : files) {
+    EXPECT_TRUE(content_of(on_board / file.filename()) == content_of(file)) << file.filename();
+  }
+  EXPECT_EQ(files_in(on_board).size(), files.size());
+}
+
+TEST_F(ConsoleTest, AFolderThatIsNoMapIsNotSent) {
+  RunningProgram program(flight({"--link-udp", "127.0.0.1:0"}), path("log"));
+  const ToolResult result = operate(program, "UDP", "uplink " + folder_.path().string() + "\n");
+  EXPECT_EQ(result.status, 1) << result.output;
+  EXPECT_TRUE(says(result, "there is no directory.ilpm in it")) << result.output;
+}
+
 TEST_F(ConsoleTest, AFlightThatEndsIsNoticed) {
   RunningProgram program(flight({"--link-tcp", "127.0.0.1:0"}), path("log"));
   const SocketAddress address = program.address("packets over TCP");

@@ -97,7 +97,7 @@ class DeliveryRig {
     explicit Board(DeliveryRig& rig)
         : router(nullptr, &rig.link->board(), rig.clock, rig.mission),
           queue(rig.store, rig.clock, rig.mission, step_memory<DeliveryQueue>(), &figures.backlog),
-          delivery(rig.failing, router, rig.clock, rig.mission, figures) {}
+          delivery(rig.failing, router, rig.clock, rig.mission, figures, nullptr, rig.map) {}
     PacketRouter router;
     DeliveryFigures figures;
     DeliveryQueue queue;
@@ -110,6 +110,7 @@ class DeliveryRig {
   RamStore store{region};
   RefusingStore refusing{store};
   FailingStore failing{refusing};  ///< what FileDelivery sees
+  MapFolder* map = nullptr;        ///< seen by FileDelivery from the next reboot() on
   std::unique_ptr<LoopbackLink> link;
   std::mt19937 random;
   std::unique_ptr<Board> board;

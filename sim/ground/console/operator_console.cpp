@@ -30,8 +30,6 @@ constexpr double report_patience_s = 10, first_patience_s = 3;
 constexpr double answer_s = 15;
 /// After this time without any report the operator is told what may be wrong.
 constexpr double silence_s = 5;
-/// The flight takes no larger file.
-constexpr std::uintmax_t largest_uplink = limits::max_uplink_bytes;
 
 ConsoleSettings link_of(const OperatorSettings& settings, ground_cfdp::CfdpReceiver::Keep keep) {
   ConsoleSettings link = settings.link;
@@ -115,39 +113,6 @@ void OperatorConsole::send(const OperatorCommand& command, bool own) {
   }
 }
 
-void OperatorConsole::send_file(const OperatorCommand& command) {
-  namespace fs = std::filesystem;
-  const fs::path path = command.path;
-  std::error_code error;
-  const std::uintmax_t size = fs::is_regular_file(path, error) ? fs::file_size(path, error) : 0;
-  if (size == 0 || error) throw std::runtime_error(path.string() + " is not a file, or is empty");
-  if (size > largest_uplink) {
-    throw std::runtime_error(path.string() + " has " + std::to_string(size) + " bytes, the flight takes at most " +
-                             std::to_string(largest_uplink));
-  }
-  const std::string name = path.filename().string();
-  if (name.size() >= sizeof(UplinkRecord::name)) throw std::runtime_error(name + " is too long for a name on board");
-  std::ifstream in(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (text.size() != size) throw std::runtime_error(path.string() + " cannot be read");
-  uplinks_[console_.put_file(name, {text.begin(), text.end()})] = command.words;
-  say_("sent: " + command.words);
-}
-
-void OperatorConsole::watch_uplinks() {
-  std::erase_if(uplinks_, [&](const auto& uplink) {
-    const ground_cfdp::CfdpSender::Transfer& transfer = console_.transfer(uplink.first);
-    if (transfer.state == ground_cfdp::CfdpSender::State::going) return false;
-    const bool good = transfer.state == ground_cfdp::CfdpSender::State::retained;
-    if (!good) ++failures_;
-    say_((good ? "done: " : "failed: ") + uplink.second +
-         (good ? std::string(": the flight holds it")
-               : ": the flight has not taken it (condition " + std::to_string(static_cast<int>(transfer.condition)) +
-                     "); the event uplink_rejected says why"));
-    return true;
-  });
-}
-
 void OperatorConsole::watch_receiver() {
   const std::uint64_t forgotten = console_.cfdp().counts().forgotten;
   if (forgotten == forgotten_told_) return;
@@ -193,7 +158,7 @@ void OperatorConsole::execute(const OperatorCommand& command) {
       for (const std::string& text : view_.reports.lines(command.report)) say_("  " + text);
       return;
     case OperatorCommand::Kind::uplink:
-      return send_file(command);
+      return uplinks_.send(command.path, command.words);
     case OperatorCommand::Kind::passes:
       for (const std::string& text : pass_plan(view_, 5)) say_(text);
       return;
@@ -225,7 +190,7 @@ void OperatorConsole::step(double seconds) {
   for (const Report& report : console_.take_reports()) hear(report, now);
   if (view_.heard_s) view_.heard_s = now - heard_s_;
   view_.since_status = static_cast<TimeNs>((now - status_s_) * 1e9);
-  watch_uplinks();
+  uplinks_.watch();
   watch_receiver();
   keep_subscribed(now);
   doubt_silent_requests(now);
@@ -267,7 +232,7 @@ std::vector<std::string> OperatorConsole::waiting() const {
   for (const auto& [id, request] : requests_) {
     if (!request.own) words.push_back(request.words);
   }
-  for (const auto& [number, uplink] : uplinks_) words.push_back(uplink);
+  for (std::string& uplink : uplinks_.waiting()) words.push_back(std::move(uplink));
   return words;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sim/ground/console/console.hpp"
+#include "sim/ground/console/file_uplinks.hpp"
 #include "sim/ground/console/flight_view.hpp"
 #include "sim/ground/console/operator_command.hpp"
 
@@ -50,7 +51,7 @@ class OperatorConsole {
   /// Telecommands and files of the operator that wait for their last report, as they were typed.
   [[nodiscard]] std::vector<std::string> waiting() const;
   /// Lines that were refused, here or on board.
-  [[nodiscard]] std::size_t failures() const { return failures_; }
+  [[nodiscard]] std::size_t failures() const { return failures_ + uplinks_.failures(); }
   [[nodiscard]] bool wants_to_quit() const { return quit_; }
   [[nodiscard]] double pause_s() const { return pause_s_; }  ///< asked for by the last line
   [[nodiscard]] bool closed() const { return console_.closed(); }
@@ -67,8 +68,6 @@ class OperatorConsole {
   };
 
   void send(const OperatorCommand& command, bool own);
-  void send_file(const OperatorCommand& command);
-  void watch_uplinks();
   void watch_receiver();
   void follow_authentication();
   void subscribe();
@@ -90,7 +89,7 @@ class OperatorConsole {
   Console console_;
   FlightView view_;
   std::map<std::uint32_t, Request> requests_;
-  std::map<std::uint64_t, std::string> uplinks_;  ///< by transaction, as they were typed
+  FileUplinks uplinks_{console_, say_};
   bool sealing_ = false, seal_fault_told_ = false;
   std::uint64_t forgotten_told_ = 0;
   double heard_s_ = 0, status_s_ = 0, asked_s_ = 0, begun_s_ = now_s();

@@ -4,15 +4,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/vision/geometry/camera.hpp"
 #include "sim/host/statistics.hpp"
 
 namespace ilp::score {
 namespace {
 
-/// Where the true optical axis meets level ground at the height of the fix's ground point.
-Vec2 true_ground(const report::ReferencePose& pose, double height) {
-  const Vec3 axis = pose.cam_from_world.row(2);
-  return (pose.centre + (height - pose.centre.z()) / axis.z() * axis).head<2>();
+/// Where a view of the true camera meets level ground at the height of the fix's ground point.
+Vec2 true_ground(const report::ReferencePose& pose, const Vec2& normalised, double height) {
+  const Vec3 ray = pose.cam_from_world.transpose() * Vec3(normalised.x(), normalised.y(), 1);
+  return (pose.centre + (height - pose.centre.z()) / ray.z() * ray).head<2>();
+}
+
+/// The view of the true camera at the pixel that the flight takes for its principal point.
+Vec2 flight_axis(const intake::Flight& flight, const std::optional<CameraModel>& camera) {
+  if (!camera || !flight.camera) return Vec2::Zero();
+  return normalised_from_pixel(*camera, {flight.camera->cx, flight.camera->cy});
 }
 
 Mat3 centre_covariance(const FixRecord& fix) {
@@ -23,11 +30,11 @@ Mat3 centre_covariance(const FixRecord& fix) {
   return out;
 }
 
-void add_fix(const FixRecord& fix, const report::ReferencePose& pose, FixScore& score) {
+void add_fix(const FixRecord& fix, const report::ReferencePose& pose, const Vec2& axis, FixScore& score) {
   const bool accepted = fix.state == FixState::accepted;
   ++score.fixed;
   score.accepted += accepted ? 1U : 0U;
-  const Vec2 error = Vec2(fix.ground_m[0], fix.ground_m[1]) - true_ground(pose, fix.ground_m[2]);
+  const Vec2 error = Vec2(fix.ground_m[0], fix.ground_m[1]) - true_ground(pose, axis, fix.ground_m[2]);
   const double(&c)[3] = fix.ground_covariance;
   const double squares =
       (c[2] * error.x() * error.x() - 2 * c[1] * error.x() * error.y() + c[0] * error.y() * error.y()) /
@@ -54,14 +61,16 @@ double at(const std::vector<double>& values, double share) {
 
 }  // namespace
 
-FixScore score_fixes(const intake::Flight& flight, const report::Reference& reference) {
+FixScore score_fixes(const intake::Flight& flight, const report::Reference& reference,
+                     const std::optional<CameraModel>& camera) {
   FixScore score;
+  const Vec2 axis = flight_axis(flight, camera);
   for (const auto& [id, keyframe] : flight.keyframes) {
     const auto& fix = keyframe.fix;
     const report::ReferencePose* const pose = reference.pose(keyframe.name);
     if (!fix || fix->map_id == 0 || !keyframe.posed() || pose == nullptr) continue;
     ++score.keyframes;
-    if (fix->verdict == MapVerdict::fixed) add_fix(*fix, *pose, score);
+    if (fix->verdict == MapVerdict::fixed) add_fix(*fix, *pose, axis, score);
     if (!(fix->place_sigma_m > 0)) continue;
     const double off = std::hypot(fix->place_m[0] - pose->centre.x(), fix->place_m[1] - pose->centre.y());
     score.place_m.push_back(off);

@@ -4,9 +4,11 @@
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "fsw/base/geometry.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/report/accuracy.hpp"
 
@@ -28,7 +30,10 @@ struct FixScore {
   std::vector<double> place_nes;
 };
 
-[[nodiscard]] FixScore score_fixes(const intake::Flight& flight, const report::Reference& reference);
+/// The ground point of a fix is what the image shows at the flight's principal point. A camera that the flight has
+/// found may have it at another pixel than `camera`, the true one; without that, both are the same.
+[[nodiscard]] FixScore score_fixes(const intake::Flight& flight, const report::Reference& reference,
+                                   const std::optional<CameraModel>& camera = {});
 
 /// Empty where no keyframe had a map.
 [[nodiscard]] std::map<std::string, double> fix_summary(const FixScore& score);

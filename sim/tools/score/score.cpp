@@ -404,13 +404,14 @@ void run_score(const ScoreOptions& options, const fs::path& out, std::ostream& t
   std::map<std::string, double> summary = summary_of(score);
   summary.merge(dense_summary(dense));
   summary.merge(navigation_summary(score, files.flight));
-  if (files.reference) summary.merge(fix_summary(score_fixes(files.flight, *files.reference)));
+  const std::optional<CameraModel> camera =
+      options.reference.empty() ? true_camera(truth_folder(options)) : std::nullopt;
+  if (files.reference) summary.merge(fix_summary(score_fixes(files.flight, *files.reference, camera)));
   summary.merge(tie_summary(score_ties(files.flight, score.strips)));
   double bytes = 0;
   for (const intake::ReceivedFile& file : files.outbox.files) bytes += static_cast<double>(file.bytes);
   summary["received_mb"] = 1e-6 * bytes;
-  summary.merge(
-      calibration_summary(files.flight, options.reference.empty() ? true_camera(truth_folder(options)) : std::nullopt));
+  summary.merge(calibration_summary(files.flight, camera));
   nlohmann::ordered_json json = score_json(score, files);
   json["summary"] = summary_json(summary);
   json["dense"] = dense_json(dense);

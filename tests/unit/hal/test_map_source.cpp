@@ -85,6 +85,41 @@ TEST_F(MapFolder, APipeOrAFolderIsNoFile) {
   EXPECT_TRUE(source.read_tile({0, 0, 0}, bytes, size).is(StatusCode::io_error));
 }
 
+TEST_F(MapFolder, TakesFilesWholeAndSaysThatItsDirectoryWasReplaced) {
+  DirectoryMapSource source;
+  ASSERT_TRUE(source.open((folder_ / "new").c_str()).ok());
+  const std::uint64_t none = source.directory_mark();
+  ASSERT_TRUE(source.write_directory(directory_file).ok()) << "the folder is made";
+  ASSERT_TRUE(source.write_tile({1, 12, 4095}, tile_file).ok());
+  expect_files(source);
+  const std::uint64_t first = source.directory_mark();
+  EXPECT_NE(first, none);
+  EXPECT_EQ(source.directory_mark(), first);
+  ASSERT_TRUE(source.write_directory(directory_file).ok());
+  EXPECT_NE(source.directory_mark(), first);
+  std::size_t files = 0;
+  for (const auto& entry : fs::directory_iterator(folder_ / "new")) {
+    ++files;
+    EXPECT_NE(entry.path().extension(), ".part");
+  }
+  EXPECT_EQ(files, 2U);
+  ASSERT_TRUE(source.erase_tile({1, 12, 4095}).ok());
+  EXPECT_FALSE(fs::exists(folder_ / "new" / "tile-1-0012-4095.ilpt"));
+  EXPECT_TRUE(source.erase_tile({1, 12, 4095}).ok()) << "there is none";
+}
+
+TEST_F(MapFolder, AFileThatCannotBeWrittenLeavesTheOneBefore) {
+  DirectoryMapSource source;
+  ASSERT_TRUE(source.open(folder_.c_str()).ok());
+  ASSERT_TRUE(source.write_directory(directory_file).ok());
+  fs::create_directories(folder_ / "directory.ilpm.part");
+  EXPECT_TRUE(source.write_directory(tile_file).is(StatusCode::io_error));
+  std::array<std::uint8_t, 8> bytes{};
+  std::size_t size = 0;
+  ASSERT_TRUE(source.read_directory(bytes, size).ok());
+  EXPECT_EQ(size, directory_file.size());
+}
+
 TEST(MemoryMap, HasTheSameFiles) {
   const MemoryMapSource::Tile tiles[] = {{{0, 0, 0}, directory_file}, {{1, 12, 4095}, tile_file}};
   MemoryMapSource source(directory_file, tiles);

@@ -242,6 +242,26 @@ TEST_F(MapFixTest, ADamagedDirectoryIsRefusedAndADamagedTileIsAHole) {
   EXPECT_EQ(read<FixRecord>(2).verdict, MapVerdict::no_map);
 }
 
+TEST_F(MapFixTest, AMapThatTakesThePlaceOfAnotherServesTheNextKeyframe) {
+  AnalyticMap coarser(Body::mars, 1.6);
+  MemoryMapSource source = shared_map().source();
+  const auto stage = make(&source);
+  fly(1);
+  measure(1);
+  run(*stage);
+  const auto before = read<FixRecord>(1);
+  source = coarser.source();
+  fly(2);
+  measure(2);
+  run(*stage);
+  const auto after = read<FixRecord>(2);
+  ASSERT_EQ(before.verdict, MapVerdict::fixed);
+  ASSERT_EQ(after.verdict, MapVerdict::fixed);
+  EXPECT_LT(before.pixel_m, 1.5) << "that of the finer map";
+  EXPECT_DOUBLE_EQ(after.pixel_m, 1.6);
+  EXPECT_LT(ground_error(after), after.pixel_m);
+}
+
 TEST_F(MapFixTest, OneOfSoManyKeyframesIsRegistered) {
   mission.map_every_keyframes = 3;
   for (std::int64_t id = 1; id <= 5; ++id) {

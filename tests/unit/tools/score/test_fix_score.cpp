@@ -86,6 +86,18 @@ TEST(FixScore, ErrorsAreThoseOfTheGroundWhereTheTrueAxisMeetsIt) {
   EXPECT_NEAR(summary.at("fix_place_nes"), 0.5, 1e-9);
 }
 
+TEST(FixScore, TheGroundIsThatOfThePixelWhichTheFlightTakesForItsPrincipalPoint) {
+  CameraModel camera{640, 480, 500, 500, 319.5, 239.5};
+  // The camera looks down, its x along that of the world: 10 px are 2 m from 100 m.
+  intake::Flight flight = flight_of({fix_off_by(1, 0, 0)});
+  const double tilt = 0.1, off = 0.02;
+  flight.keyframes[1].fix->ground_m[0] = 20 - 100 * std::tan(tilt - std::atan(off));
+  flight.camera = camera;
+  flight.camera->cx += off * camera.fx;
+  EXPECT_NEAR(score_fixes(flight, Truth(), camera).ground_m[0], 0, 1e-9);
+  EXPECT_GT(score_fixes(flight, Truth()).ground_m[0], 1.9);
+}
+
 TEST(FixScore, AFixThatIsFarOffByPixelsAndBySigmasIsFalse) {
   FixRecord honest = fix_off_by(2, 9, 0);
   honest.ground_covariance[0] = 25;
