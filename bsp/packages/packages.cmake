@@ -80,6 +80,7 @@ else()
   ilp_package(onboard ilp-onboard ilp-camera-check)
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/cfg/missions DESTINATION ${CMAKE_INSTALL_DATADIR}/aerobot-ilp COMPONENT onboard)
   install(FILES ${packages}/aerobot-ilp-onboard.service DESTINATION lib/systemd/system COMPONENT onboard)
+  install(FILES ${packages}/csi-camera.conf DESTINATION ${CMAKE_INSTALL_DATADIR}/aerobot-ilp COMPONENT onboard)
   install(FILES ${packages}/onboard.conf ${packages}/mission.ini DESTINATION /etc/aerobot-ilp COMPONENT onboard)
 endif()
 

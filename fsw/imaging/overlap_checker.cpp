@@ -19,9 +19,6 @@ namespace {
 
 // A last frame nearer than this to its keyframe adds almost no ground and no baseline.
 constexpr double largest_overlap_of_last_keyframe = 0.95;
-// Below it the ground is no plane, or the views are far apart: the overlap may be right, but the prediction of corners
-// is not accurate enough.
-constexpr double weak_correlation = 0.6;
 
 // The structure goes on where points that two keyframes saw are in the third image: a twelfth of the ground gives some
 // 40 of 500 points, and resection needs 15. Two keyframes alone begin a structure if they share a fifth.

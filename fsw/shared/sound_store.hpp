@@ -31,6 +31,7 @@ class SoundStore final : public ForwardingStore {
 
 namespace detail {
 struct SoundBehind {
+  explicit SoundBehind(Store& whole) : sound(whole) {}
   SoundStore sound;
 };
 }  // namespace detail
@@ -39,8 +40,7 @@ struct SoundBehind {
 template <StoreAccess access>
 class SoundView : private detail::SoundBehind, public StoreView<access> {
  public:
-  explicit SoundView(StoreView<access> whole)
-      : detail::SoundBehind{SoundStore(*whole.store_)}, StoreView<access>(this->sound) {}
+  explicit SoundView(StoreView<access> whole) : detail::SoundBehind(*whole.store_), StoreView<access>(this->sound) {}
   SoundView(const SoundView&) = delete;
   SoundView& operator=(const SoundView&) = delete;
 };

@@ -2,17 +2,15 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <iomanip>
 #include <ostream>
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 
-#include "cfg/limits.hpp"
 #include "sim/host/files.hpp"
+#include "sim/host/grey_photograph.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/host/photograph.hpp"
 #include "sim/host/text_format.hpp"
@@ -21,17 +19,6 @@
 namespace ilp::sil {
 namespace fs = std::filesystem;
 namespace {
-
-using host::Photograph;
-
-/// Images of the strip from which the range of 16-bit values is taken.
-constexpr std::size_t images_for_range = 16;
-/// Share of the pixels that may lie beyond each end of the range.
-constexpr double share_beyond = 0.001;
-
-struct GreyRange {
-  double black = 0, white = 255;
-};
 
 std::vector<Photo> photos_of(const std::vector<host::StripFrame>& strip) {
   std::vector<Photo> all;
@@ -51,15 +38,6 @@ std::vector<Photo> photos_of(const std::vector<host::StripFrame>& strip) {
   return all;
 }
 
-/// The camera tells PNG and PGM by their first bytes, whatever the file's name.
-bool is_read_by_the_camera(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  char begin[2] = {};
-  in.read(begin, sizeof(begin));
-  const std::string_view bytes(begin, sizeof(begin));
-  return in.good() && (bytes == "P5" || bytes == "\x89P");
-}
-
 bool has_blank(const fs::path& file) {
   return fs::absolute(file).string().find_first_of(" \t\r\n") != std::string::npos;
 }
@@ -67,62 +45,18 @@ bool has_blank(const fs::path& file) {
 int binning_of(const std::vector<Photo>& all) {
   int binning = 1;
   for (const Photo& photo : all) {
-    if (!photo.header) continue;
-    const auto times = [](int size, std::int32_t most) { return (size + most - 1) / most; };
-    binning = std::max({binning, times(photo.header->width, limits::max_image_width),
-                        times(photo.header->height, limits::max_image_height)});
+    if (photo.header) binning = std::max(binning, host::binning_for(photo.header->width, photo.header->height));
   }
   return binning;
 }
 
-GreyRange range_of(const std::vector<Photo>& all) {
-  std::vector<const Photo*> deep;
+/// Of the photographs of more than 8 bits.
+host::GreyRange range_of(const std::vector<Photo>& all) {
+  std::vector<fs::path> deep;
   for (const Photo& photo : all) {
-    if (photo.header && photo.header->deep) deep.push_back(&photo);
+    if (photo.header && photo.header->deep) deep.push_back(photo.frame.file);
   }
-  std::vector<std::uint64_t> counts(65536);
-  std::uint64_t pixels = 0;
-  const std::size_t step = std::max<std::size_t>(1, deep.size() / images_for_range);
-  for (std::size_t i = 0; i < deep.size(); i += step) {
-    try {
-      for (const std::uint16_t value : host::read_photograph(deep[i]->frame.file).grey.samples) {
-        ++counts[value];
-        ++pixels;
-      }
-    } catch (const host::DamagedPhotograph&) {
-      continue;  // named when it is converted
-    }
-  }
-  const auto level = [&](double share) {
-    const double wanted = share * static_cast<double>(pixels);
-    double below = 0;
-    for (std::size_t value = 0; value < counts.size(); ++value) {
-      below += static_cast<double>(counts[value]);
-      if (below > wanted) return static_cast<double>(value);
-    }
-    return 65535.0;
-  };
-  GreyRange range{level(share_beyond), level(1 - share_beyond)};
-  if (range.white <= range.black) range.white = range.black + 1;
-  return range;
-}
-
-/// Means of blocks of pixels; a rest at the right and lower border is left out.
-host::Raster<std::uint8_t> converted(const Photograph& photograph, int binning, const GreyRange& range) {
-  const host::Raster<std::uint16_t>& grey = photograph.grey;
-  host::Raster<std::uint8_t> result(grey.width / binning, grey.height / binning);
-  const GreyRange used = photograph.deep ? range : GreyRange{};
-  const double scale = 255 / (used.white - used.black) / (binning * binning);
-  for (int y = 0; y < result.height; ++y) {
-    for (int x = 0; x < result.width; ++x) {
-      double sum = 0;
-      for (int v = 0; v < binning; ++v) {
-        for (int u = 0; u < binning; ++u) sum += grey.at(x * binning + u, y * binning + v) - used.black;
-      }
-      result.at(x, y) = static_cast<std::uint8_t>(std::lround(std::clamp(sum * scale, 0.0, 255.0)));
-    }
-  }
-  return result;
+  return host::grey_range(deep);
 }
 
 /// The flight carries the name of the file: one that it cannot carry becomes another one.
@@ -141,7 +75,7 @@ std::string name_for(const fs::path& file, std::set<std::string>& used) {
 /// What the flight itself reports: a file that is not there, or a damaged one of a format that its camera reads.
 bool is_reported_by_the_flight(const Photo& photo) {
   std::error_code error;
-  return !fs::exists(photo.frame.file, error) || is_read_by_the_camera(photo.frame.file);
+  return !fs::exists(photo.frame.file, error) || host::is_png_or_pgm(photo.frame.file);
 }
 
 void leave_out(const Photo& photo, std::ostream& messages) {
@@ -158,11 +92,11 @@ void keep_readable(std::vector<Photo>& all, std::ostream& messages) {
 }
 
 /// Makes the image that flies in place of this one; false for a damaged one.
-bool convert(Photo& photo, const fs::path& place, int binning, const GreyRange& range) {
+bool convert(Photo& photo, const fs::path& place, int binning, const host::GreyRange& range) {
   // A flight that goes on has them already.
   if (fs::exists(place)) return true;
   try {
-    host::write_png(place, converted(host::read_photograph(photo.frame.file), binning, range).view());
+    host::write_png(place, host::grey_of(host::read_photograph(photo.frame.file), binning, range).view());
   } catch (const host::DamagedPhotograph& fault) {
     photo.fault = fault.what();
     return false;
@@ -174,13 +108,13 @@ bool convert(Photo& photo, const fs::path& place, int binning, const GreyRange& 
 void make_files(const fs::path& folder, int binning, std::vector<Photo>& all, std::ostream& messages) {
   const bool any_deep =
       std::any_of(all.begin(), all.end(), [](const Photo& photo) { return photo.header && photo.header->deep; });
-  const GreyRange range = any_deep ? range_of(all) : GreyRange{};
+  const host::GreyRange range = any_deep ? range_of(all) : host::GreyRange{};
   std::set<std::string> used;
   std::size_t changed = 0, renamed = 0;
   std::vector<Photo> kept;
   for (Photo& photo : all) {
     const fs::path file = photo.frame.file;
-    const bool flies = is_read_by_the_camera(file) && photo.header && !photo.header->deep && binning == 1 &&
+    const bool flies = host::is_png_or_pgm(file) && photo.header && !photo.header->deep && binning == 1 &&
                        !has_blank(file) && !has_another_name(file);
     if (photo.header && !flies) {
       fs::create_directories(folder);

@@ -65,7 +65,7 @@ TEST_F(LabBadInput, ImagesThatAreMissingDamagedOrOfOtherSizes) {
 TEST_F(LabBadInput, SizesOverTheFlightLimitsNameTheLimit) {
   host::write_pgm(path("wide.pgm"), host::Raster<std::uint8_t>(limits::max_rectified_width + 1, 64, 9).view());
   const std::string wide = path("wide.pgm");
-  refused("overlap " + wide + " " + wide, 1, "limits::max_image_width");
+  refused("match " + wide + " " + wide + out_, 1, "limits::max_image_width");
   refused("encode " + wide + out_, 1, "limits::max_image_width");
   refused("stereo " + wide + " " + wide + " --min-disparity 0 --max-disparity 9" + out_, 1,
           "limits::max_rectified_width");

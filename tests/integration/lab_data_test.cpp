@@ -188,6 +188,12 @@ TEST_F(LabData, PosesOfAnAerialStripAndARectifiedPairOfThem) {
   const double length = (references.back() - references.front()).norm();
   EXPECT_LT(alignment_errors(estimates, references).mean, 0.003 * length);
 
+  const LabRun apart = lab("pose-strip " + folder + " --camera " + folder +
+                           "/colmap/cameras.txt --target-overlap 0.98" + " --apart --out " + path("apart"));
+  ASSERT_EQ(apart.status, 0) << apart.err;
+  // Nothing of one strip joins it.
+  EXPECT_EQ(apart.json["strips"][0]["observations"], run.json["strips"][0]["observations"]);
+
   const LabRun rectified = lab("rectify " + folder + "/images/" + posed[0].name + " " + folder + "/images/" +
                                posed[1].name + " --model " + model + " --out " + path("rect"));
   ASSERT_EQ(rectified.status, 0) << rectified.err;
@@ -195,6 +201,29 @@ TEST_F(LabData, PosesOfAnAerialStripAndARectifiedPairOfThem) {
   EXPECT_LT(rectified.number("max_vertical_error_px"), 1e-6);
   EXPECT_LT(rectified.number("median_observed_vertical_error_px"), 0.5);
   EXPECT_GT(rectified.number("observed_points"), 100);
+}
+
+TEST_F(LabData, StripsOfABrokenSurveyAreJoinedAsTheGroundJoinsThem) {
+  const std::string folder = shared("revisit_seneca_farm");
+  if (folder.empty()) GTEST_SKIP() << "no ../shared/data/revisit_seneca_farm";
+  const LabRun run = lab("pose-strip " + folder + " --camera " + folder + "/colmap/cameras.txt --out " + path("model"));
+  ASSERT_EQ(run.status, 0) << run.err;
+  ASSERT_EQ(run.json["joined"].size(), 1U) << run.out;
+  EXPECT_GE(run.json["joined"][0]["strips"].size(), 10U);
+  const std::vector<PosedImage> posed = read_model_centres(path("model/images.txt"));
+  ASSERT_GE(posed.size(), 30U);
+  std::vector<Vector3d> estimates, references;
+  double extent = 0;
+  for (const StripImage& truth : read_strip("revisit_seneca_farm")) {
+    for (const PosedImage& image : posed) {
+      if (image.name != truth.name) continue;
+      estimates.push_back(image.centre);
+      references.emplace_back(truth.centre[0], truth.centre[1], truth.centre[2]);
+    }
+  }
+  ASSERT_EQ(estimates.size(), posed.size());
+  for (std::size_t i = 0; i < references.size(); ++i) extent = std::max(extent, (references[i] - references[0]).norm());
+  EXPECT_LT(alignment_errors(estimates, references).mean, 0.01 * extent);
 }
 
 }  // namespace

@@ -86,7 +86,7 @@ class Station:
     def __init__(self, flight, database):
         self.flight, self.database = flight, database
         self.encoder = xtce_reader.Encoder(database)
-        self.decoded, self.outcome = [], {}
+        self.decoded, self.outcome, self.sent = [], {}, []
 
     def decode(self):
         for packet in self.flight.packets[len(self.decoded):]:
@@ -101,7 +101,9 @@ class Station:
         return {container for container, _ in self.decoded}
 
     def send(self, path, arguments=None):
+        count = self.encoder.count
         packet = self.encoder.encode(path, arguments or {})
+        self.sent.append((path, arguments or {}, count, packet))
         self.flight.send(packet)
         return int.from_bytes(packet[:4], "big")
 
@@ -236,23 +238,68 @@ def compare(station, options):
     return compared
 
 
+class FlatDatabase(xtce_reader.Database):
+    """As readers have it that know one SpaceSystem: everything is found by its bare name, and by nothing else."""
+
+    def __init__(self, file):
+        super().__init__(file)
+        spaces = {item.space for items in self.items.values() for item in items.values()}
+        check(spaces == {ROOT}, "%s has the SpaceSystems %s" % (file, sorted(spaces)))
+
+    def find(self, kind, reference, space):
+        return self.items[kind][ROOT + "/" + reference]
+
+
+def flattened(path):
+    return ROOT + "/" + path[len(ROOT) + 1:].replace("/", "_")
+
+
+def compare_flat(station, flat):
+    """The same commands and packets by the database with one SpaceSystem."""
+    nested = station.database
+    for kind in ("parameter", "container", "command"):
+        names = [flattened(path) for path in nested.items[kind]]
+        check(len(set(names)) == len(names) and set(names) == set(flat.items[kind]),
+              "%s: %s" % (kind, sorted(set(names) ^ set(flat.items[kind]))))
+    encoder = xtce_reader.Encoder(flat)
+    for path, arguments, encoder.count, packet in station.sent:
+        check(encoder.encode(flattened(path), arguments) == packet, "the flat %s is another packet" % path)
+    root = flat.items["container"][ROOT + "/packet"]
+    for packet, (container, values) in zip(station.flight.packets, station.decoded):
+        flat_container, flat_values = xtce_reader.Decoder(flat, packet).decode(root)
+        check(flat_container == flattened(container), "%s is %s" % (container, flat_container))
+        # repr: a value that is not a number equals nothing.
+        check([(v.name, repr(v.raw), v.value if v.value == v.value else "nan", v.unit) for v in flat_values] ==
+              [(flattened(v.name), repr(v.raw), v.value if v.value == v.value else "nan", v.unit) for v in values],
+              "%s differs in the flat database" % container)
+
+
+def write_database(options, mission, file, *flags):
+    with open(file, "w") as out:
+        subprocess.run([options.xtce, "--mission", mission, *flags], stdout=out, check=True)
+    text = open(file).read()
+    check("Made by ilp-xtce " in text, "%s does not say which program has made it" % file)
+    if os.path.exists(options.schema) and shutil.which("xmllint"):
+        subprocess.run(["xmllint", "--noout", "--nonet", "--schema", options.schema, file], check=True)
+    else:
+        print("not validated: no xmllint, or no schema at '%s'" % options.schema)
+
+
 def fly(options):
     os.makedirs(options.folder)
     mission = os.path.join(options.folder, "mission.ini")
     with open(mission, "w") as file:
         file.write("[acquisition]\ncapture_mode = 1\n[link]\ntailoring = %d\n" % options.tailoring)
     database_file = os.path.join(options.folder, "ilp.xml")
-    with open(database_file, "w") as file:
-        subprocess.run([options.xtce, "--mission", mission], stdout=file, check=True)
-    if os.path.exists(options.schema) and shutil.which("xmllint"):
-        subprocess.run(["xmllint", "--noout", "--nonet", "--schema", options.schema, database_file], check=True)
-    else:
-        print("not validated: no xmllint, or no schema at '%s'" % options.schema)
+    flat_file = os.path.join(options.folder, "ilp-flat.xml")
+    write_database(options, mission, database_file)
+    write_database(options, mission, flat_file, "--flat")
     flight = Flight(options, mission)
     station = Station(flight, xtce_reader.Database(database_file))
     try:
         commands = operate(station)
         compared = compare(station, options)
+        compare_flat(station, FlatDatabase(flat_file))
     finally:
         flight.stop()
     print("tailoring %d: %d telecommands, %d packets of %d kinds, %d values: all agree" % (

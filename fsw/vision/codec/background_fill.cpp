@@ -32,9 +32,10 @@ void pull(const Level& fine, const Level& coarse) {
   const std::ptrdiff_t whole = fine.width / 2;
   for (std::int32_t y = 0; y < coarse.height; ++y) {
     const std::int32_t* const upper = fine.row(2 * y);
-    const std::int32_t* const lower = 2 * y + 1 < fine.height ? fine.row(2 * y + 1) : nullptr;
+    const bool paired = 2 * y + 1 < fine.height;
+    const std::int32_t* const lower = paired ? fine.row(2 * y + 1) : upper;
     std::int32_t* const __restrict out = coarse.row(y);
-    if (lower != nullptr) {
+    if (paired) {
       for (std::ptrdiff_t x = 0; x < whole; ++x) {
         out[x] = mean_of(upper[2 * x], upper[2 * x + 1], lower[2 * x], lower[2 * x + 1]);
       }
@@ -44,8 +45,7 @@ void pull(const Level& fine, const Level& coarse) {
       }
     }
     if (whole == coarse.width) continue;
-    out[whole] =
-        mean_of(upper[2 * whole], lower != nullptr ? lower[2 * whole] : unknown_sample, unknown_sample, unknown_sample);
+    out[whole] = mean_of(upper[2 * whole], paired ? lower[2 * whole] : unknown_sample, unknown_sample, unknown_sample);
   }
 }
 

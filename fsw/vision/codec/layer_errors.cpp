@@ -27,7 +27,8 @@ void add_row(const std::int32_t* decoded, const Pixel* original, const std::uint
     const std::int32_t error = difference < 0 ? -difference : difference;
     largest = error > largest ? error : largest;
     // Samples have 16 bits at most, and so has the difference: the square fits.
-    squares += static_cast<std::uint32_t>(error) * static_cast<std::uint32_t>(error);
+    const std::uint32_t square = static_cast<std::uint32_t>(error) * static_cast<std::uint32_t>(error);
+    squares += square;
     pixels += static_cast<std::uint32_t>(counts);
   }
   if (largest > sums.largest) sums.largest = largest;

@@ -135,7 +135,7 @@ struct Stronger {
 
 template <typename Rule>
 void compare_row(const float* row, float value, const Found* places, Found& found) {
-  for (std::int32_t k = 0; k < Neighbours::vectors; ++k) {
+  for (std::ptrdiff_t k = 0; k < Neighbours::vectors; ++k) {
     Lanes others;
     std::memcpy(&others, row + k * Neighbours::lanes, sizeof others);
     Rule::find(others, value, places[k], found);

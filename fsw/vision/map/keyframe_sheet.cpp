@@ -90,7 +90,7 @@ Status SheetPainter::begin(const MapKeyframe& keyframe, const MapPlan& plan, con
   const double image_m = image_pixel_m(camera_, camera_from_map_, fallback_m);
   if (!(image_m > 0)) return out_of_range(Argument::map_keyframe, image_m);
   const double pixels = std::clamp(window.pixel_m / image_m, 1.0, widest_cell_px);
-  side_ = static_cast<std::int32_t>(pixels * sixteenths + 0.5);
+  side_ = static_cast<std::int32_t>(std::floor(pixels * sixteenths + 0.5));
   farthest2_ = beyond_border * farthest_squared(camera_);
   mean_grey_ = mean_of_image(image_);
   return {};

@@ -37,7 +37,7 @@ void gradient_row(const MapRows& rows, std::int32_t* along_x, std::int32_t* alon
 
 void direction_row(const std::int32_t* along_x, const std::int32_t* along_y, std::int32_t width, float soft,
                    std::int8_t* direction) {
-  for (std::int32_t k = 0; k < width; ++k) {
+  for (std::ptrdiff_t k = 0; k < width; ++k) {
     const auto x = static_cast<float>(along_x[k]), y = static_cast<float>(along_y[k]);
     const float scale = longest / (std::sqrt(x * x + y * y) + soft + 1.0F);
     direction[2 * k] = static_cast<std::int8_t>(x * scale);

@@ -16,7 +16,7 @@ constexpr double highest_raw = 32000;
 
 /// Grey as a film has it: light of 1 is in the middle, and nothing saturates.
 std::int16_t raw_grey(double light) {
-  return static_cast<std::int16_t>(raw_per_grey * 255 * light / (light + 1) + 0.5);
+  return static_cast<std::int16_t>(std::floor(raw_per_grey * 255 * light / (light + 1) + 0.5));
 }
 
 std::size_t index_of(const MapWindow& window, std::int32_t column, std::int32_t row) {

@@ -271,7 +271,7 @@ void MapRegistration::place_patches() {
     if (!patch.used) continue;
     search_patch(patch, how, near, *workspace_);
     const auto score = [&](std::int32_t column, std::int32_t row) {
-      return workspace_->surface[static_cast<std::size_t>(row * map_lag_stride + column)];
+      return workspace_->surface[static_cast<std::size_t>(row) * map_lag_stride + static_cast<std::size_t>(column)];
     };
     std::int32_t column = 1, row = 1;
     for (std::int32_t r = 1; r < side - 1; ++r) {

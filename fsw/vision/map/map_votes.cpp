@@ -127,11 +127,11 @@ std::int32_t VoteSurfaces::add(MapPatch& patch) {
 }
 
 std::int64_t VoteSurfaces::at(std::uint32_t which, std::int32_t column, std::int32_t row) const {
+  const auto lags = static_cast<std::size_t>(lags_);
   std::int64_t sum = 0;
   for (std::uint32_t quarter = 0; quarter < 4; ++quarter) {
     if ((which >> quarter & 1U) == 0) continue;
-    sum +=
-        workspace_.sums[static_cast<std::size_t>((static_cast<std::int32_t>(quarter) * lags_ + row) * lags_ + column)];
+    sum += workspace_.sums[(quarter * lags + static_cast<std::size_t>(row)) * lags + static_cast<std::size_t>(column)];
   }
   return sum;
 }

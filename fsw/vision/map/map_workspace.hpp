@@ -51,6 +51,9 @@ struct MapPatch {
   float placed_column = 0, placed_row = 0;  ///< shift, px
 };
 
+/// What the flight's memory has for the workspace.
+inline constexpr std::size_t max_map_workspace_bytes = 650'000;
+
 struct MapRegistrationWorkspace {
   MapChannels<max_map_window_side> window;
   MapChannels<max_map_sheet_side> sheet;
@@ -61,7 +64,7 @@ struct MapRegistrationWorkspace {
   std::array<std::int32_t, static_cast<std::size_t>(max_map_lags) * map_lag_stride> surface;
   std::array<MapPatch, max_map_patches> patches;
 };
-static_assert(sizeof(MapRegistrationWorkspace) <= 650'000);
+static_assert(sizeof(MapRegistrationWorkspace) <= max_map_workspace_bytes);
 static_assert(std::size_t{4} * max_map_lags * max_map_lags >=
               static_cast<std::size_t>(max_map_sheet_side + 1) * (max_map_sheet_side + 1));
 

@@ -41,20 +41,28 @@ struct PatchPairs {
   std::int32_t rows = 0, row_step = 1;  ///< rows of pairs, and the distance of two of them in the window
   std::int32_t sum = 0;
   float energy = 0;
+
+  /// Of the pair in a row of pairs of a patch with this side.
+  [[nodiscard]] static std::size_t at(std::int32_t x, std::int32_t row, std::int32_t side) {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(side) + static_cast<std::size_t>(x);
+  }
 };
 
 std::int32_t value_or_mean(std::int16_t value) {
   return value == unknown_value ? 0 : value;
 }
 
+std::int32_t squared_length(const std::int8_t* direction) {
+  return direction[0] * direction[0] + direction[1] * direction[1];
+}
+
 void take_directions(const Sheet& sheet, const MapPatch& patch, std::int32_t side, PatchPairs& pairs) {
   std::int64_t energy = 0;
   for (std::int32_t y = 0; y < side; ++y) {
     const std::int8_t* from = sheet.direction.data() + 2 * sheet.at(patch.column, patch.row + y);
-    for (std::int32_t x = 0; x < side; ++x) {
-      const std::int32_t a = from[2 * x], b = from[2 * x + 1];
-      pairs.pair[static_cast<std::size_t>(y * side + x)] = pair_of(a, b);
-      energy += a * a + b * b;
+    for (std::int32_t x = 0; x < side; ++x, from += 2) {
+      pairs.pair[PatchPairs::at(x, y, side)] = pair_of(from[0], from[1]);
+      energy += squared_length(from);
     }
   }
   pairs.rows = side;
@@ -82,7 +90,7 @@ void take_values(const Sheet& sheet, const MapPatch& patch, std::int32_t side, P
   for (std::int32_t y = 0; y < side; y += 2) {
     for (std::int32_t x = 0; x < side; ++x) {
       const std::int32_t a = centred(x, y), b = centred(x, y + 1);
-      pairs.pair[static_cast<std::size_t>(y / 2 * side + x)] = pair_of(a, b);
+      pairs.pair[PatchPairs::at(x, y / 2, side)] = pair_of(a, b);
       energy += std::int64_t{a} * a + std::int64_t{b} * b;
       pairs.sum += a + b;
     }
@@ -96,7 +104,7 @@ void reach_directions(const Window& window, const Reach& reach, std::int32_t* ou
   clear_beyond(reach.rows, out);
   for (std::int32_t y = 0; y < reach.rows; ++y, out += map_reach_stride) {
     const std::int8_t* from = window.direction.data() + 2 * window.at(reach.column, reach.row + y);
-    for (std::int32_t x = 0; x < reach.columns; ++x) out[x] = pair_of(from[2 * x], from[2 * x + 1]);
+    for (std::int32_t x = 0; x < reach.columns; ++x, from += 2) out[x] = pair_of(from[0], from[1]);
     std::fill(out + reach.columns, out + map_reach_stride, 0);
   }
 }
@@ -122,8 +130,8 @@ void correlate_lags(const PatchPairs& patch, std::int32_t side, const std::int32
   const std::array<std::int32_t, max_map_patch_side> none{};
   for (std::int32_t y = 0; y <= patch.rows; ++y) {
     const std::int32_t* row = reach + static_cast<std::ptrdiff_t>(y) * patch.row_step * map_reach_stride;
-    const std::int32_t* const here = y < patch.rows ? patch.pair.data() + y * side : none.data();
-    const std::int32_t* const above = y > 0 ? patch.pair.data() + (y - 1) * side : none.data();
+    const std::int32_t* const here = y < patch.rows ? patch.pair.data() + PatchPairs::at(0, y, side) : none.data();
+    const std::int32_t* const above = y > 0 ? patch.pair.data() + PatchPairs::at(0, y - 1, side) : none.data();
     for (std::int32_t x = 0; x < side; ++x) {
       const Sums same_here = Sums{} + here[x], same_above = Sums{} + above[x];
       const auto a = reinterpret_cast<Words>(same_here), b = reinterpret_cast<Words>(same_above);
@@ -148,9 +156,10 @@ void correlate_rows(const PatchPairs& patch, std::int32_t side, const std::int32
   constexpr std::int32_t lanes = WordLanes<Width>::sum_count;
   for (std::int32_t pair = 0; pair < 2; ++pair) {
     const std::int32_t row = patch.row_step == 1 ? 2 * pair : pair;
+    const std::int32_t partner = row + patch.row_step;
     const std::int32_t* const from = reach + static_cast<std::ptrdiff_t>(row) * map_reach_stride;
     std::int32_t* const first = products[static_cast<std::size_t>(row)].data();
-    std::int32_t* const second = products[static_cast<std::size_t>(row + patch.row_step)].data();
+    std::int32_t* const second = products[static_cast<std::size_t>(partner)].data();
     std::int32_t lag = 0;
     for (; lag + 3 * lanes < columns; lag += 4 * lanes) {
       correlate_lags<Width, 4>(patch, side, from + lag, first + lag, second + lag);
@@ -177,8 +186,8 @@ struct Behind {
   void add_row(const Window& window, const Reach& reach, std::int32_t row, std::int32_t sign) {
     const std::size_t at = window.at(reach.column, reach.row + row);
     const std::int16_t* const value = window.value.data() + at;
-    const std::int8_t* const direction = window.direction.data() + 2 * at;
-    for (std::int32_t x = 0; x < reach.columns; ++x) {
+    const std::int8_t* direction = window.direction.data() + 2 * at;
+    for (std::int32_t x = 0; x < reach.columns; ++x, direction += 2) {
       const auto k = static_cast<std::size_t>(x);
       known_column[k] += value[x] != unknown_value ? sign : 0;
       if constexpr (values) {
@@ -186,7 +195,7 @@ struct Behind {
         sum_column[k] += sign * v;
         energy_column[k] += sign * v * v;
       } else {
-        energy_column[k] += sign * (direction[2 * x] * direction[2 * x] + direction[2 * x + 1] * direction[2 * x + 1]);
+        energy_column[k] += sign * squared_length(direction);
       }
     }
   }

@@ -94,9 +94,15 @@ void normalise(GrayView image, const Put& put) {
   }
 }
 
+std::size_t place_in_a(std::int32_t x, std::int32_t y, std::int32_t stride) {
+  return static_cast<std::size_t>(y) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(x);
+}
+
 std::size_t place_in_planes(std::int32_t x, std::int32_t y) {
   const std::int32_t plane = (y & 3) * wide_sample_px + (x & 3);
-  return static_cast<std::size_t>((plane * wide_plane_rows + (y >> 2)) * wide_plane_stride + (x >> 2));
+  const std::int32_t row = y >> 2, column = x >> 2;
+  const std::size_t rows_before = static_cast<std::size_t>(plane) * wide_plane_rows + static_cast<std::size_t>(row);
+  return rows_before * wide_plane_stride + static_cast<std::size_t>(column);
 }
 
 /// The middles of equal cells over a full turn, and over the scales in logarithms.
@@ -279,9 +285,7 @@ Status prepare_wide_search(GrayView a, GrayView b, double min_overlap, WideInput
   input.width = a.width;
   input.height = a.height;
   const std::int32_t stride = stride_of_a(a.width);
-  normalise(a, [&](std::int32_t x, std::int32_t y, std::uint8_t value) {
-    input.a[static_cast<std::size_t>(y * stride + x)] = value;
-  });
+  normalise(a, [&](std::int32_t x, std::int32_t y, std::uint8_t value) { input.a[place_in_a(x, y, stride)] = value; });
   normalise(b, [&](std::int32_t x, std::int32_t y, std::uint8_t value) { input.b[place_in_planes(x, y)] = value; });
   plan = plan_wide_search(a.width, a.height, min_overlap);
   return {};
@@ -316,7 +320,7 @@ void make_wide_example(std::uint32_t number, WideInput& input) {
   };
   for (std::int32_t y = 0; y < input.height; ++y) {
     for (std::int32_t x = 0; x < input.width; ++x) {
-      input.a[static_cast<std::size_t>(y * stride + x)] = value(x, y);
+      input.a[place_in_a(x, y, stride)] = value(x, y);
       input.b[place_in_planes(x, y)] = value(x + shift, y);
     }
   }
@@ -359,13 +363,11 @@ void collect_wide_peaks(const WidePlan& plan, std::int32_t job, const WideInput&
     candidate.scale = attitude.scale;
     candidate.b_from_a = centred_similarity(attitude.scale, attitude.rotation_rad, 0, 0);
     for (std::int32_t iy = 1; iy + 1 < pose.shifts_y; ++iy) {
-      const std::uint32_t here = best[static_cast<std::size_t>(iy)] >> wide_shift_bits;
+      const auto at = static_cast<std::size_t>(iy);
+      const std::uint32_t here = best[at] >> wide_shift_bits;
       if (here == 0 || (candidates.full() && here <= candidates.back().score)) continue;
-      if (best[static_cast<std::size_t>(iy - 1)] >> wide_shift_bits > here ||
-          best[static_cast<std::size_t>(iy + 1)] >> wide_shift_bits > here) {
-        continue;
-      }
-      const auto ix = static_cast<std::int32_t>(best[static_cast<std::size_t>(iy)] & ((1U << wide_shift_bits) - 1));
+      if (best[at - 1] >> wide_shift_bits > here || best[at + 1] >> wide_shift_bits > here) continue;
+      const auto ix = static_cast<std::int32_t>(best[at] & ((1U << wide_shift_bits) - 1));
       if (ix >= pose.shifts_x) continue;
       candidate.b_from_a.d_x =
           pose.left + wide_shift_px * ix + 0.5 * wide_sample_px * (pose.columns - 1) - 0.5 * (plan.width - 1);

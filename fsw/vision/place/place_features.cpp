@@ -31,7 +31,7 @@ constexpr std::int32_t border_px = pattern_radius_px + 1 + box_reach_px + 1;
 static_assert(border_px > orientation_radius_px);
 
 struct PointPair {
-  std::int8_t ax, ay, bx, by;
+  std::int32_t ax, ay, bx, by;
 };
 
 // Pairs of points with nearly normal coordinates, as in M. Calonder et al., "BRIEF", ECCV 2010.
@@ -51,10 +51,10 @@ struct Pattern {
 
  private:
   // The sum of four uniform numbers from -7 to 7 px: a standard deviation of 8.6 px.
-  static constexpr std::int8_t coordinate(Rng& rng) {
-    int sum = -28;
-    for (int k = 0; k < 4; ++k) sum += static_cast<int>(rng.below(15));
-    return static_cast<std::int8_t>(sum);
+  static constexpr std::int32_t coordinate(Rng& rng) {
+    std::int32_t sum = -28;
+    for (int k = 0; k < 4; ++k) sum += static_cast<std::int32_t>(rng.below(15));
+    return sum;
   }
   static constexpr bool inside(int x, int y) { return x * x + y * y <= pattern_radius_px * pattern_radius_px; }
 };

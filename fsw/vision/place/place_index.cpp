@@ -258,7 +258,8 @@ void PlaceIndex::vote(const PlaceFeature& feature, PlaceQueryWorkspace& w) const
   const double rarity = 1 / std::sqrt(1.0 + static_cast<double>(w.alike.size()));
   for (const PlaceQueryWorkspace::Alike& alike : w.alike) {
     const Entry& entry = entries_[alike.entry];
-    const auto step = static_cast<std::size_t>(feature.level - entry.level + max_level_step);
+    const std::int32_t levels_apart = feature.level - entry.level + max_level_step;
+    const auto step = static_cast<std::size_t>(levels_apart);
     const auto rotation = static_cast<std::uint8_t>(feature.angle - entry.angle);
     std::uint16_t& votes = w.votes[entry.slot][step][rotation / (256 / PlaceQueryWorkspace::rotations)];
     const int nearness = max_signature_bits + 2 - alike.distance;

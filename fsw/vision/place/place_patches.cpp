@@ -55,12 +55,12 @@ void keep_pixels(GrayView image, std::int32_t left, std::int32_t top, PlacePatch
   constexpr std::uint32_t bits = 20;
   const std::uint32_t inverse = ((1U << bits) + range - 1) / range, half = range / 2, darkest = patch.darkest;
   const auto step_of = [&](std::uint8_t grey) { return ((grey - darkest) * grey_steps + half) * inverse >> bits; };
+  constexpr std::ptrdiff_t row_bytes = kept_patch_side / 2;
   std::uint8_t* const __restrict steps = patch.steps.data();
   for (std::int32_t row = 0; row < kept_patch_side; ++row) {
     const std::uint8_t* const from = image.row(top + row) + left;
-    for (std::int32_t k = 0; k < kept_patch_side / 2; ++k) {
-      steps[row * (kept_patch_side / 2) + k] =
-          static_cast<std::uint8_t>(step_of(from[2 * k]) | step_of(from[2 * k + 1]) << 4U);
+    for (std::ptrdiff_t k = 0; k < row_bytes; ++k) {
+      steps[row * row_bytes + k] = static_cast<std::uint8_t>(step_of(from[2 * k]) | step_of(from[2 * k + 1]) << 4U);
     }
   }
 }
@@ -105,7 +105,7 @@ struct Window {
 std::int32_t passes_to_sharpness(const Linear2& linear) {
   constexpr std::int32_t most = 8;
   const float area = std::fabs(linear.xx * linear.yy - linear.xy * linear.yx);
-  return std::clamp(static_cast<std::int32_t>((area - 1) * (7.0F / 6) + 0.5F), 0, most);
+  return std::clamp(static_cast<std::int32_t>(std::floor((area - 1) * (7.0F / 6) + 0.5F)), 0, most);
 }
 
 /// [1 2 1]/4 in x and y, in place. Sums of smoothed values have 16 bits.
@@ -140,7 +140,8 @@ bool cut_window(GrayView image, const Prediction& at, std::int32_t radius_px, Pl
   const Linear2& l = at.linear;
   const float widest = std::max(std::fabs(l.xx) + std::fabs(l.xy), std::fabs(l.yx) + std::fabs(l.yy));
   // Registration may move the patch and change its shape a little.
-  const auto reach = static_cast<std::int32_t>(std::ceil(widest * static_cast<float>(side / 2 + radius_px + 3))) + 3;
+  const std::int32_t from_middle = side / 2 + radius_px + 3;
+  const auto reach = static_cast<std::int32_t>(std::ceil(widest * static_cast<float>(from_middle))) + 3;
   const auto x = static_cast<std::int32_t>(std::floor(at.x)), y = static_cast<std::int32_t>(std::floor(at.y));
   window.left = std::max(x - reach, 0);
   window.top = std::max(y - reach, 0);

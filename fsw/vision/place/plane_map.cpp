@@ -60,7 +60,7 @@ void PlaneFit::set(const double (&h)[8], PlaneMap& map) const {
   const double x = origin_x_, y = origin_y_, s = unit_;
   // Rows of h in pixels of image a: h (p - origin) / unit.
   double row[3][3];
-  for (int r = 0; r < 3; ++r) {
+  for (std::size_t r = 0; r < 3; ++r) {
     const double hx = h[3 * r] / s, hy = h[3 * r + 1] / s, one = r < 2 ? h[3 * r + 2] : 1;
     row[r][0] = hx;
     row[r][1] = hy;

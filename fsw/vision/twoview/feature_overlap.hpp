@@ -14,6 +14,10 @@
 
 namespace ilp {
 
+/// With a smaller NCC the ground is no plane, or the views are far apart: the overlap by correlation may be right, but
+/// the prediction of corners is not accurate enough.
+inline constexpr double weak_correlation = 0.6;
+
 struct FeatureOverlapParams {
   std::int32_t corners = 1000;
   double search_share = 0.35;     ///< how far a corner may have moved, as a share of the image's width

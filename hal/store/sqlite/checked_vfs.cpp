@@ -164,7 +164,8 @@ std::int64_t frame_at(std::int64_t at, std::size_t part) {
 int sum_before(CheckedFile& file, std::int64_t frame, FrameSum& sum) {
   std::array<std::uint8_t, frame_header_bytes> header{};
   // The header of the log ends as that of a frame does.
-  const std::int64_t at = frame > 0 ? place_of(frame - 1) : log_header_bytes - frame_header_bytes;
+  constexpr auto of_log = static_cast<std::int64_t>(log_header_bytes - frame_header_bytes);
+  const std::int64_t at = frame > 0 ? place_of(frame - 1) : of_log;
   const int code = read_disk(file, header, at);
   sum = stated_frame_sum(header);
   return code;

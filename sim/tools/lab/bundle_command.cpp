@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <initializer_list>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "sim/host/status_error.hpp"
 #include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
+#include "sim/tools/lab/sparse_problem.hpp"
 
 namespace ilp::lab {
 namespace {
@@ -131,25 +133,51 @@ void write_window(const std::filesystem::path& path, const BundleProblem& proble
 
 struct BundleOptions {
   std::string window, out;
+  std::vector<std::uint32_t> cameras;  ///< first and count; empty: all
   BundleParams params;
 };
 
+/// A window, or one of a problem in the form of others.
+struct BundleInput {
+  BundleProblem bundle;
+  std::optional<SparseWindow> sparse;
+};
+
+void read_input(const BundleOptions& options, BundleInput& input) {
+  const bool is_folder = std::filesystem::is_directory(options.window);
+  if (is_folder || is_bal(options.window)) {
+    const SparseProblem problem = is_folder ? read_colmap_problem(options.window) : read_bal(options.window);
+    const CameraRange range =
+        options.cameras.empty() ? CameraRange{} : CameraRange{options.cameras[0], options.cameras[1]};
+    input.sparse = choose_window(problem, range);
+    make_bundle(input.sparse->problem, input.bundle);
+    return;
+  }
+  if (!options.cameras.empty()) throw UsageError("--cameras chooses from a BAL file or a COLMAP model");
+  read_window(options.window, input.bundle);
+}
+
 Json run_bundle(const BundleOptions& options, int repeat) {
-  const auto window = std::make_unique<BundleProblem>();
+  const auto input = std::make_unique<BundleInput>();
   const auto problem = std::make_unique<BundleProblem>();
   const auto adjuster = std::make_unique<BundleAdjuster>();
-  read_window(options.window, *window);
+  read_input(options, *input);
   BundleResult result;
   Status status;
   const double kernel_ms = time_kernel(
       repeat,
       [&] {
-        *problem = *window;
+        *problem = input->bundle;
         result = {};
       },
       [&] { status = adjuster->run(*problem, options.params, result); });
   const std::string failure = verdict_of(status, "bundle");
-  if (status.ok()) write_window(options.out, *problem);
+  if (status.ok() && input->sparse) {
+    take_bundle(*problem, input->sparse->problem);
+    write_problem(input->sparse->problem, options.out);
+  } else if (status.ok()) {
+    write_window(options.out, *problem);
+  }
   return {{"verdict", !status.ok()       ? failure
                       : result.converged ? "ok"
                                          : "not_converged"},
@@ -158,7 +186,9 @@ Json run_bundle(const BundleOptions& options, int repeat) {
           {"iterations", result.iterations},
           {"cost", result.final_cost},
           {"initial_cost", result.initial_cost},
+          {"cameras", input->bundle.cameras.size()},
           {"points", result.points},
+          {"left_out_points", input->sparse ? input->sparse->left_out : 0},
           {"observations", result.observations},
           {"dropped_observations", result.dropped_observations},
           {"kernel_ms", kernel_ms}};
@@ -170,9 +200,15 @@ void add_bundle_command(Lab& lab) {
   const auto options = std::make_shared<BundleOptions>();
   CLI::App& app = lab.add("bundle", "bundle adjustment of one window of cameras and points",
                           [options](int repeat) { return run_bundle(*options, repeat); });
-  app.add_option("WINDOW", options->window, "window file: ncam npts nobs, intrinsics, observations, cameras, points")
+  app.add_option("WINDOW", options->window,
+                 "window file (ncam npts nobs, intrinsics, observations, cameras, points), BAL file, or folder of a "
+                 "COLMAP text model")
       ->required();
-  app.add_option("--out", options->out, "file for the adjusted window, in the same form")->required();
+  app.add_option("--cameras", options->cameras,
+                 "FIRST COUNT of the cameras of a BAL file (in its order, from 0) or COLMAP model (in the order of "
+                 "names) that are adjusted; default: all")
+      ->expected(2);
+  app.add_option("--out", options->out, "file or folder for what is adjusted, in the same form")->required();
   app.add_option("--robust", options->params.robust_px, "Huber bound in px; 0: least squares")
       ->check(finite_in(0, 1000));
   app.add_option("--max-iterations", options->params.max_iterations, "most steps, accepted and rejected")

@@ -100,7 +100,8 @@ void read_images(const fs::path& path, std::int64_t camera_id, ColmapModel& mode
     ColmapImage image;
     file.id("IMAGE_ID");
     image.cam_from_world = read_pose(file);
-    if (file.id("CAMERA_ID") != camera_id) file.fail("all images must have the first camera of cameras.txt");
+    if (file.id("CAMERA_ID") != camera_id)
+      file.fail("all images must have the first camera of cameras.txt (colmap --ImageReader.single_camera 1)");
     image.name = file.rest("NAME");
     // The second line of an image, empty when it sees no point.
     if (file.next_line(false)) {

@@ -1,5 +1,6 @@
 #include "sim/tools/lab/input_files.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -24,13 +25,14 @@ bool parse_number(const std::string& word, double& value) {
 }
 
 GrayImage read_within(const std::string& path, int max_width, int max_height, const char* limit_names) {
-  const host::ImageSize size = host::read_image_size(path);
+  const host::PhotographFacts size = host::read_photograph_facts(path);
   if (size.width > max_width || size.height > max_height) {
     throw std::runtime_error(path + ": " + host::size_text(size.width, size.height) +
                              " pixels, the limit of the flight software is " + host::size_text(max_width, max_height) +
                              " (" + limit_names + " in cfg/limits.hpp, profile " + limits::profile + ")");
   }
-  return host::read_gray(path);
+  if (host::is_png_or_pgm(path) && !size.deep) return host::read_gray(path);
+  return host::grey_of(host::read_photograph(path), 1, size.deep ? host::grey_range({path}) : host::GreyRange{});
 }
 
 }  // namespace
@@ -107,6 +109,27 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
   std::ofstream out(path, std::ios::binary);
   if (!(out << text).flush())
     throw std::runtime_error(path.string() + " cannot be written: " + host::write_failure(errno));
+}
+
+StripImages::StripImages(const std::vector<std::filesystem::path>& files) {
+  std::vector<std::filesystem::path> deep;
+  for (const std::filesystem::path& file : files) {
+    try {
+      const host::PhotographFacts facts = host::read_photograph_facts(file);
+      if (binning_ == 0) binning_ = host::binning_for(facts.width, facts.height);
+      if (facts.deep) deep.push_back(file);
+      if (binning_ == 1 && !facts.deep && host::is_png_or_pgm(file)) plain_.insert(file);
+    } catch (const std::exception&) {
+      continue;  // named when it is read
+    }
+  }
+  binning_ = std::max(binning_, 1);
+  if (!deep.empty()) range_ = host::grey_range(deep);
+}
+
+GrayImage StripImages::read(const std::filesystem::path& file) const {
+  if (is_plain(file)) return host::read_gray(file);
+  return host::grey_of(host::read_photograph(file), binning_, range_);
 }
 
 GrayImage read_camera_image(const std::string& path) {

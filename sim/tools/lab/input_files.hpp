@@ -5,11 +5,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "fsw/base/geometry.hpp"
 #include "fsw/vision/twoview/two_view.hpp"
+#include "sim/host/grey_photograph.hpp"
 #include "sim/host/image_io.hpp"
 
 namespace ilp::lab {
@@ -47,6 +49,24 @@ void write_text(const std::filesystem::path& path, const std::string& text);
 // Images are checked against each other and against the flight limits.
 
 using GrayImage = host::Raster<std::uint8_t>;
+
+/// Reads images of one strip as sim/fly takes them: PNG and PGM files of 8 bits as they are, other photographs in grey,
+/// with one range of 16-bit values for all, and so many pixels joined as the first of them needs.
+class StripImages {
+ public:
+  explicit StripImages(const std::vector<std::filesystem::path>& files);
+  /// So many pixels, in x and in y, are one of read().
+  [[nodiscard]] int binning() const { return binning_; }
+  /// The flight's camera reads the file as it is.
+  [[nodiscard]] bool is_plain(const std::filesystem::path& file) const { return plain_.contains(file); }
+  /// std::runtime_error names the file.
+  [[nodiscard]] GrayImage read(const std::filesystem::path& file) const;
+
+ private:
+  std::set<std::filesystem::path> plain_;
+  host::GreyRange range_;
+  int binning_ = 0;
+};
 
 /// Refuses what is larger than a camera image of the flight software may be.
 [[nodiscard]] GrayImage read_camera_image(const std::string& path);

@@ -2,10 +2,14 @@
 
 #include <memory>
 
+#include "cfg/mission.hpp"
+#include "fsw/base/rng.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/overlap/overlap_workspace.hpp"
+#include "fsw/vision/place/place_overlap.hpp"
+#include "fsw/vision/place/place_scratch.hpp"
 #include "fsw/vision/twoview/feature_overlap.hpp"
 #include "fsw/vision/twoview/robust/robust_models.hpp"
 #include "sim/host/camera_file.hpp"
@@ -24,7 +28,7 @@ struct OverlapOptions {
 };
 
 void add_search_options(CLI::App& app, OverlapOptions& options) {
-  app.add_option("A", options.a, "first image, PNG or PGM")->required();
+  app.add_option("A", options.a, "first image: PNG, PGM, JPEG or TIFF")->required();
   app.add_option("B", options.b, "second image")->required();
   app.add_option("--method", options.method, "how windows are compared")->check(CLI::IsMember({"ncc", "sad"}));
   app.add_option("--max-rotation", options.params.max_rotation_rad,
@@ -36,27 +40,60 @@ void add_search_options(CLI::App& app, OverlapOptions& options) {
       ->check(finite_in(0.1, 0.95));
 }
 
-void read_pair(const OverlapOptions& options, GrayImage& a, GrayImage& b) {
-  a = read_camera_image(options.a);
-  b = read_camera_image(options.b);
-  require_same_size(b, options.b, a.width, a.height, options.a);
-}
-
 std::string pair_of(const OverlapOptions& options) {
   return options.a + " and " + options.b;
 }
 
-Json run_overlap(OverlapOptions& options, int repeat) {
-  GrayImage a, b;
-  read_pair(options, a, b);
-  options.params.method = options.method == "sad" ? OverlapMethod::sad : OverlapMethod::ncc;
+struct Relation {
+  OverlapResult overlap;
+  const char* source = "overlap";
+  double correlation_ms = 0;
+};
+
+/// As the overlap checker relates the second image of a flight to the first one: by correlation, by corner matches
+/// where that is weak, and by oriented features where neither gives an answer.
+Relation relate(const OverlapOptions& options, GrayView a, GrayView b, int repeat) {
+  Relation relation;
+  OverlapResult& overlap = relation.overlap;
   const auto workspace = std::make_unique<OverlapWorkspace>();
-  OverlapResult result;
   Status status;
-  const double kernel_ms = time_kernel(
-      repeat, [] {}, [&] { status = measure_overlap(a.view(), b.view(), options.params, *workspace, result); });
+  relation.correlation_ms = time_kernel(
+      repeat, [] {}, [&] { status = measure_overlap(a, b, options.params, *workspace, overlap); });
   host::require(status, "overlap of " + pair_of(options));
+  const auto unknown = [&] { return overlap.verdict == OverlapVerdict::overlap_unknown; };
+  const auto take = [&](const OverlapResult& found, const char* source) {
+    if (found.verdict != OverlapVerdict::ok) return;
+    overlap = found;
+    relation.source = source;
+  };
+  OverlapResult found;
+  if (unknown() || (overlap.verdict == OverlapVerdict::ok && overlap.ncc < weak_correlation)) {
+    FeatureOverlapParams params;
+    params.seed = mix64(MissionParameters{}.seed) ^ 2U;  // of the second frame
+    const auto features = std::make_unique<FeatureOverlapWorkspace>();
+    host::require(measure_overlap_by_features(a, b, params, *features, found),
+                  "overlap by corners of " + pair_of(options));
+    take(found, "features");
+  }
+  if (!unknown()) return relation;
+  const auto places = std::make_unique<PlaceScratch>();
+  host::require(measure_overlap_by_places(a, b, limits::max_place_features, *places, found),
+                "overlap by oriented features of " + pair_of(options));
+  take(found, "places");
+  return relation;
+}
+
+Json run_overlap(OverlapOptions& options, int repeat) {
+  // Large photographs have joined pixels, as in a flight.
+  const StripImages images({options.a, options.b});
+  const GrayImage a = images.read(options.a), b = images.read(options.b);
+  require_same_size(b, options.b, a.width, a.height, options.a);
+  options.params.method = options.method == "sad" ? OverlapMethod::sad : OverlapMethod::ncc;
+  const Relation relation = relate(options, a.view(), b.view(), repeat);
+  const OverlapResult& result = relation.overlap;
   return {{"verdict", name_of(result.verdict)},
+          {"source", relation.source},
+          {"binning", images.binning()},
           {"overlap", result.overlap},
           {"shift_px", {result.b_from_a.shift_x_px, result.b_from_a.shift_y_px}},
           {"rotation_rad", result.b_from_a.rotation_rad},
@@ -66,7 +103,7 @@ Json run_overlap(OverlapOptions& options, int repeat) {
           {"ncc_second", result.ncc_second},
           {"sigma_px", result.sigma_px},
           {"method", options.method},
-          {"kernel_ms", kernel_ms}};
+          {"kernel_ms", relation.correlation_ms}};
 }
 
 struct MatchOptions {
@@ -77,26 +114,6 @@ struct MatchOptions {
   MatcherParams matcher;
   bool guided = false;
 };
-
-struct Prediction {
-  OverlapResult overlap;
-  const char* source = "overlap";
-};
-
-/// Predicts as the flight does: by the overlap check, and by corner matches where correlation gives no answer.
-Prediction predict(const OverlapOptions& options, GrayView a, GrayView b) {
-  Prediction prediction;
-  const auto workspace = std::make_unique<OverlapWorkspace>();
-  host::require(measure_overlap(a, b, options.params, *workspace, prediction.overlap),
-                "overlap of " + pair_of(options));
-  if (prediction.overlap.verdict != OverlapVerdict::overlap_unknown) return prediction;
-  const auto features = std::make_unique<FeatureOverlapWorkspace>();
-  OverlapResult by_features;
-  host::require(measure_overlap_by_features(a, b, FeatureOverlapParams{}, *features, by_features),
-                "overlap by features of " + pair_of(options));
-  if (by_features.verdict == OverlapVerdict::ok) prediction = {by_features, "features"};
-  return prediction;
-}
 
 std::string match_lines(const Corners& corners_a, const Matches& matches) {
   std::string text = "# x_a y_a x_b y_b score, px, pixel centres at integers\n";
@@ -205,14 +222,14 @@ struct Guidance {
 };
 
 Json run_match(const MatchOptions& options, int repeat) {
-  GrayImage a, b;
-  read_pair(options.overlap, a, b);
+  const GrayImage a = read_camera_image(options.overlap.a), b = read_camera_image(options.overlap.b);
+  require_same_size(b, options.overlap.b, a.width, a.height, options.overlap.a);
   CameraModel camera = centred_camera(a.width, a.height, std::max(a.width, a.height));
   if (!options.camera.empty()) {
     camera = host::read_global_shutter_camera(options.camera);
     require_same_size(a, options.overlap.a, camera.width, camera.height, options.camera);
   }
-  const Prediction prediction = predict(options.overlap, a.view(), b.view());
+  const Relation prediction = relate(options.overlap, a.view(), b.view(), 1);
   const auto& plane = prediction.overlap.plane_b_from_a;
   const auto work = std::make_unique<CornerMatching>();
   const auto guidance = std::make_unique<Guidance>();

@@ -1,24 +1,29 @@
-// pose-strip: the onboard chain up to final poses over a folder of images, without dense matching, products and link.
+// pose-strip: the onboard chain up to final poses and links over a folder of images, and the ground's joining of
+// strips, without products and link.
 
 #include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <memory>
 
 #include "cfg/mission.hpp"
 #include "fsw/records/serial.hpp"
+#include "fsw/shared/frame_access.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "sim/ground/export/colmap_model.hpp"
+#include "sim/ground/model/joined_model.hpp"
 #include "sim/host/camera_file.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/host/mission_input.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/host/strip.hpp"
 #include "sim/host/text_format.hpp"
+#include "sim/sil/flyable_images.hpp"
 #include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
 #include "sim/tools/lab/stage_range.hpp"
@@ -30,6 +35,7 @@ namespace {
 struct PoseStripOptions {
   std::string folder, camera, out, mission;
   double target_overlap = 0;  ///< 0: the mission's
+  bool apart = false;         ///< strips stay as they are on board
 };
 
 /// A folder of its own that goes when the command ends.
@@ -52,8 +58,11 @@ class TemporaryFolder {
   fs::path path_;
 };
 
+using KeyframeImage = host::Raster<std::uint8_t>;
+
 struct PosedStrip {
   intake::Outbox records;
+  std::map<std::int64_t, KeyframeImage> images;  ///< by keyframe
   double overlap_ms = 0, motion_ms = 0;
 };
 
@@ -81,8 +90,9 @@ intake::RecordEntry entry_of(Store& store, const RecordInfo& info, const void* r
 }
 
 void collect(Store& store, intake::Outbox& outbox) {
-  for (const RecordType type : {RecordType::camera, RecordType::frame, RecordType::overlap, RecordType::strip,
-                                RecordType::keyframe, RecordType::pose, RecordType::structure, RecordType::event}) {
+  for (const RecordType type :
+       {RecordType::camera, RecordType::frame, RecordType::overlap, RecordType::strip, RecordType::keyframe,
+        RecordType::pose, RecordType::structure, RecordType::link, RecordType::tie, RecordType::event}) {
     const RecordInfo& info = record_info(type);
     alignas(8) std::uint8_t record[limits::max_record_bytes] = {};
     std::int64_t id = 0;
@@ -95,19 +105,35 @@ void collect(Store& store, intake::Outbox& outbox) {
   }
 }
 
-PosedStrip pose_strip(const fs::path& index, std::size_t frames, const CameraModel& model, MissionParameters mission) {
-  // Images stay, as nothing turns them into products. Only what is used becomes real memory.
+std::map<std::int64_t, KeyframeImage> keyframe_images(Store& store) {
+  std::map<std::int64_t, KeyframeImage> images;
+  const auto image = std::make_unique<FrameImage>();
+  KeyframeRecord keyframe;
+  Status found;
+  while ((found = next(store, keyframe.id, keyframe)).ok()) {
+    host::require(load_frame_image(store, keyframe.frame_id, *image), "reading the store");
+    KeyframeImage& copy = images.emplace(keyframe.id, KeyframeImage(image->width(), image->height())).first->second;
+    std::copy_n(image->view().data, copy.samples.size(), copy.samples.begin());
+  }
+  if (!found.is(StatusCode::not_found)) host::require(found, "reading the store");
+  return images;
+}
+
+PosedStrip pose_strip(const fs::path& index, std::size_t frames, const CameraModel& model, MissionParameters mission,
+                      bool apart) {
+  // Images and depths stay, as nothing turns them into products. Only what is used becomes real memory.
   const std::size_t frame_bytes =
-      2 * static_cast<std::size_t>(model.width) * static_cast<std::size_t>(model.height) + 65536;
+      8 * static_cast<std::size_t>(model.width) * static_cast<std::size_t>(model.height) + 65536;
   const std::size_t region_bytes = (std::size_t{512} << 20U) + frames * frame_bytes;
   const auto region = std::make_unique_for_overwrite<std::byte[]>(region_bytes);
   RamStore store({region.get(), region_bytes});
   DirectoryCamera camera;
   host::require(camera.open(index.c_str(), model.width, model.height, host::decode_image), "opening " + index.string());
   VirtualClock clock;
-  // The camera is given, so that nobody calibrates it; and poses are all that is asked.
-  StageRange stages({"capture_clock", "acquisition", "overlap_checker", "structure_and_motion"},
-                    {store, clock, mission, &camera});
+  // The camera is given, so that nobody calibrates it. Links between strips need depths.
+  std::vector<std::string> names = {"capture_clock", "acquisition", "overlap_checker", "structure_and_motion"};
+  if (!apart) names.insert(names.end(), {"dense_matcher", "place_memory"});
+  StageRange stages(names, {store, clock, mission, &camera});
   host::require(write_camera(store, model), "writing the camera");
   Executive& executive = stages.executive();
   host::require(executive.start(), "starting the flight software");
@@ -122,6 +148,7 @@ PosedStrip pose_strip(const fs::path& index, std::size_t frames, const CameraMod
   posed.overlap_ms = 1e-6 * static_cast<double>(executive.stats(ComponentId::overlap_checker).busy_ns);
   posed.motion_ms = 1e-6 * static_cast<double>(executive.stats(ComponentId::structure_and_motion).busy_ns);
   collect(store, posed.records);
+  if (!apart) posed.images = keyframe_images(store);
   return posed;
 }
 
@@ -145,6 +172,7 @@ Json write_models(const intake::Flight& flight, const fs::path& folder) {
   }
   Json strips = Json::array();
   for (const auto& [id, strip] : flight.strips) {
+    if (strip.keyframes.empty()) continue;  // joined to another one
     const fs::path place = &strip == longest ? folder : folder / ("strip-" + std::to_string(id));
     const exports::ColmapCounts counts = exports::write_colmap_model(flight, strip, place);
     strips.push_back({{"strip", id},
@@ -157,51 +185,55 @@ Json write_models(const intake::Flight& flight, const fs::path& folder) {
   return strips;
 }
 
-CameraModel camera_of(const std::vector<host::StripFrame>& frames, const std::string& file) {
-  const CameraModel camera = host::read_global_shutter_camera(file);
-  const host::ImageSize size = host::read_image_size(frames.front().file);
-  return host::camera_for_size(camera, size.width, size.height, frames.front().file.string() + " has", std::cerr);
+/// Of the images that fly. The camera file is that of the photographs as they came, or of those.
+CameraModel camera_of(const sil::FlyableImages& images, CameraModel camera) {
+  if (images.frames.empty()) throw std::runtime_error("no image can be used");
+  if (images.binning > 1 && images.source == host::ImageSize{camera.width, camera.height})
+    camera = sil::binned_camera(camera, images.binning);
+  const fs::path& first = images.frames.front().file;
+  const host::ImageSize size = host::read_image_size(first);
+  return host::camera_for_size(camera, size.width, size.height, first.string() + " has", std::cerr);
 }
 
-bool is_blank(char c) {
-  return c == ' ' || c == '\t' || c == '\r' || c == '\n';
-}
-
-/// Makes the paths absolute. The index of the flight's camera ends a path at a blank: an image with blanks in its path
-/// is read by a link in `folder`, whose name has underscores for blanks and which has a folder of its own.
-void give_flyable_paths(std::vector<host::StripFrame>& frames, const fs::path& folder) {
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    const fs::path image = fs::absolute(frames[i].file);
-    frames[i].file = image;
-    const std::string path = image.string();
-    if (std::none_of(path.begin(), path.end(), is_blank)) continue;
-    std::string name = image.filename().string();
-    std::replace_if(name.begin(), name.end(), is_blank, '_');
-    frames[i].file = folder / std::to_string(i) / name;
-    fs::create_directory(frames[i].file.parent_path());
-    fs::create_symlink(image, frames[i].file);
+/// Records and images of joined strips as the ground joins those that came down.
+Json join(std::map<std::int64_t, KeyframeImage>& images, intake::Flight& flight) {
+  for (auto& [id, image] : images) flight.keyframes.at(id).image = std::move(image);
+  const model::JoinedFlight joined = model::join_strips(flight, [](const std::string&) {});
+  Json models = Json::array();
+  for (const model::JoinedModel& one : joined.models) {
+    models.push_back({{"strip", one.strip_id},
+                      {"strips", one.strips},
+                      {"keyframes", one.members.size()},
+                      {"links", one.links.size()},
+                      {"median_error_px", one.median_error_px}});
   }
+  return models;
 }
 
 Json run_pose_strip(const PoseStripOptions& options, int repeat) {
   const MissionParameters mission = mission_for(options);
-  std::vector<host::StripFrame> frames = host::list_strip(options.folder);
-  const CameraModel model = camera_of(frames, options.camera);
+  const std::vector<host::StripFrame> listed = host::list_strip(options.folder);
+  const CameraModel given = host::read_global_shutter_camera(options.camera);
   const TemporaryFolder temporary;
-  give_flyable_paths(frames, temporary.path());
+  sil::FlyableImages flyable =
+      sil::make_flyable(listed, temporary.path() / "images", std::cerr, host::ImageSize{given.width, given.height});
+  const CameraModel model = camera_of(flyable, given);
+  std::vector<host::StripFrame>& frames = flyable.frames;
+  for (host::StripFrame& frame : frames) frame.file = fs::absolute(frame.file);
   const fs::path index = temporary.path() / "frames.txt";
   host::write_strip_index(index, frames);
 
   PosedStrip posed;
   std::vector<double> overlap_ms, motion_ms, kernel_ms;
   for (int run = 0; run < (repeat > 1 ? repeat + 1 : 1); ++run) {
-    posed = pose_strip(index, frames.size(), model, mission);
+    posed = pose_strip(index, frames.size(), model, mission, options.apart);
     if (repeat > 1 && run == 0) continue;
     overlap_ms.push_back(posed.overlap_ms);
     motion_ms.push_back(posed.motion_ms);
     kernel_ms.push_back(posed.overlap_ms + posed.motion_ms);
   }
-  const intake::Flight flight = intake::build_flight(posed.records);
+  intake::Flight flight = intake::build_flight(posed.records);
+  const Json joined = options.apart ? Json::array() : join(posed.images, flight);
   std::size_t images = 0, points = 0;
   Json strips = write_models(flight, options.out);
   for (const Json& strip : strips) {
@@ -219,6 +251,7 @@ Json run_pose_strip(const PoseStripOptions& options, int repeat) {
           {"images", images},
           {"points", points},
           {"strips", strips},
+          {"joined", joined},
           {"events", events},
           {"overlap_ms", median(overlap_ms)},
           {"motion_ms", median(motion_ms)},
@@ -231,13 +264,15 @@ void add_pose_strip_command(Lab& lab) {
   const auto options = std::make_shared<PoseStripOptions>();
   CLI::App& app = lab.add("pose-strip", "camera poses and points of a folder of images, as a COLMAP text model",
                           [options](int repeat) { return run_pose_strip(*options, repeat); });
-  app.add_option("DIR", options->folder, "folder of PNG or PGM images in the order of their names, or with a times.txt")
+  app.add_option("DIR", options->folder, "folder of PNG, PGM, JPEG or TIFF images, as sim/fly --images takes them")
       ->required();
   app.add_option("--camera", options->camera, "intrinsics, cameras.txt")->required();
   app.add_option("--mission", options->mission, "mission parameters, an .ini file");
   app.add_option("--target-overlap", options->target_overlap,
                  "a frame at or below it becomes a keyframe; 0.98 takes nearly every image")
       ->check(finite_in(0.5, 0.98));
+  app.add_flag("--apart", options->apart,
+               "strips stay as they are on board: no dense matching, no links, no joining on the ground");
   app.add_option("--out", options->out, "folder for cameras.txt, images.txt, points3D.txt")->required();
 }
 

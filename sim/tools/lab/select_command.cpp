@@ -25,6 +25,7 @@
 #include "sim/host/status_error.hpp"
 #include "sim/host/strip.hpp"
 #include "sim/host/text_format.hpp"
+#include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
 #include "sim/tools/lab/stage_range.hpp"
 
@@ -46,14 +47,22 @@ class ImageSequence {
   virtual Status next(FrameImage& image, std::string& name) = 0;
 };
 
+std::vector<std::filesystem::path> files_of(const std::vector<host::StripFrame>& frames) {
+  std::vector<std::filesystem::path> files;
+  for (const host::StripFrame& frame : frames) files.push_back(frame.file);
+  return files;
+}
+
 /// Files in the order of the list, named as the list names them.
 class FileSequence final : public ImageSequence {
  public:
-  explicit FileSequence(std::vector<host::StripFrame> frames) : frames_(std::move(frames)) {}
+  explicit FileSequence(std::vector<host::StripFrame> frames)
+      : frames_(std::move(frames)), images_(files_of(frames_)) {}
   Status next(FrameImage& image, std::string& name) override;
 
  private:
   std::vector<host::StripFrame> frames_;
+  StripImages images_;
   std::size_t at_ = 0;
 };
 
@@ -103,7 +112,7 @@ std::string short_name(const FrameChoice& choice) {
 // Only what is used becomes real memory: a kilobyte or so of records per image, and a few images.
 constexpr std::size_t store_bytes = std::size_t{1} << 30U;
 const std::string unrelated_name = name_of(OverlapVerdict::overlap_unknown);
-constexpr int most_minor_frames_per_image = 100;
+constexpr int most_minor_frames_per_image = 2000;
 
 std::string text_of(const char* format, double value) {
   char text[48];
@@ -344,9 +353,18 @@ const char* decision_name(Decision decision) {
 
 Status FileSequence::next(FrameImage& image, std::string& name) {
   if (at_ == frames_.size()) return StatusCode::end_of_stream;
-  const std::string file = frames_[at_++].file.string();
-  name = file;
-  return host::decode_image(file.c_str(), image);
+  const std::filesystem::path& file = frames_[at_++].file;
+  name = file.string();
+  std::error_code error;
+  if (images_.is_plain(file) || !std::filesystem::exists(file, error)) return host::decode_image(name.c_str(), image);
+  try {
+    const GrayImage read = images_.read(file);
+    ILP_TRY(image.resize(read.width, read.height));
+    std::copy(read.samples.begin(), read.samples.end(), image.view().data);
+    return {};
+  } catch (const std::exception&) {
+    return StatusCode::parse_error;
+  }
 }
 
 VideoSequence::VideoSequence(const std::string& path) : file_(STDIN_FILENO) {
@@ -529,7 +547,7 @@ void add_select_command(Lab& lab) {
   CLI::App& app = lab.add("select", "a table of the images of a strip or video that the flight would keep, and why",
                           [options](int repeat) { return run_select(*options, repeat); });
   app.add_option("DIR", options->folder,
-                 "folder of PNG or PGM images in the order of their names, or of its times.txt");
+                 "folder of PNG, PGM, JPEG or TIFF images in the order of their names, or of its times.txt");
   app.add_option("--y4m", options->video, "YUV4MPEG2 file that takes the place of the folder, - for standard input");
   app.add_option("--target,--target-overlap", options->target,
                  "an image at or below this overlap with the last one kept is kept (default 0.82)")

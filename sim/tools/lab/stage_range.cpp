@@ -21,7 +21,8 @@ StageObject::StageObject(ComponentId stage, const StageWorld& world, RangeMemory
                                       .writer = memory.writer,
                                       .camera = world.camera,
                                       .link = world.link,
-                                      .navigation = world.navigation};
+                                      .navigation = world.navigation,
+                                      .compute = &memory.compute.compute()};
   FlightComponents::for_each([&]<typename C>() {
     if (C::component_id != stage) return;
     void* const place = ::operator new (sizeof(C), std::align_val_t{alignof(C)});

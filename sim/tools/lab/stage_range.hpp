@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bsp/flight/flight_components.hpp"
+#include "bsp/flight/flight_compute.hpp"
 #include "fsw/executive/executive.hpp"
 #include "hal/navigation/navigation.hpp"
 
@@ -26,6 +27,7 @@ struct RangeMemory {
   RangeMemory(Clock& clock, const MissionParameters& mission)
       : router(nullptr, nullptr, clock, mission), writer(router, clock, mission) {}
 
+  FlightCompute compute;
   FlightComponents::SharedMemory step;
   PacketRouter router;
   TelemetryWriter writer;

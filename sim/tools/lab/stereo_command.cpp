@@ -82,7 +82,7 @@ void add_stereo_command(Lab& lab) {
   const auto options = std::make_shared<StereoOptions>();
   CLI::App& app = lab.add("stereo", "disparities x_left - x_right of a rectified pair, at the pixels of the left image",
                           [options](int repeat) { return run_stereo(*options, repeat); });
-  app.add_option("LEFT", options->left, "left image, PNG or PGM")->required();
+  app.add_option("LEFT", options->left, "left image: PNG, PGM, JPEG or TIFF")->required();
   app.add_option("RIGHT", options->right, "right image")->required();
   app.add_option("--min-disparity", options->range.min_px, "smallest disparity that is searched, px")
       ->required()

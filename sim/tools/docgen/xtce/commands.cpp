@@ -183,7 +183,7 @@ std::string value_type(Side side, const ParameterInfo& info, SpaceSystem& space)
 void add_command(const std::string& name, const std::string& description, std::uint8_t service, std::uint8_t subtype,
                  const std::vector<CommandArgument>& arguments, const std::string& entries, SpaceSystem& space) {
   Xml& xml = space.commands;
-  xml.open("MetaCommand", {{"name", name}, {"shortDescription", description}});
+  xml.open("MetaCommand", {{"name", space.named(name)}, {"shortDescription", description}});
   xml.open("BaseMetaCommand", {{"metaCommandRef", "telecommand"}});
   xml.open("ArgumentAssignmentList");
   xml.leaf("ArgumentAssignment", {{"argumentName", "service"}, {"argumentValue", std::to_string(service)}});
@@ -200,7 +200,7 @@ void add_command(const std::string& name, const std::string& description, std::u
     }
     xml.close();
   }
-  xml.open("CommandContainer", {{"name", name}});
+  xml.open("CommandContainer", {{"name", space.named(name)}});
   xml.open("EntryList");
   xml.append(entries);
   xml.close();
@@ -210,7 +210,7 @@ void add_command(const std::string& name, const std::string& description, std::u
 }
 
 SpaceSystem parameters(const XtceMission& mission, SpaceSystem& root) {
-  SpaceSystem space(parameters_space, "parameters of service 20");
+  SpaceSystem space(parameters_space, "parameters of service 20", mission.prefix_of(parameters_space));
   LayoutItem number;
   number.width = "parameter";
   number.octets = mission.tailoring.parameter_id;

@@ -8,7 +8,8 @@
 
 namespace ilp::docgen {
 
-/// Widths, time and APID are those of the mission's `[link]` section. The same bytes on every machine.
-[[nodiscard]] std::string xtce_database(const MissionParameters& mission);
+/// Widths, time and APID are those of the mission's `[link]` section. The same bytes on every machine. `flat`: one
+/// SpaceSystem, for readers that know no others in it; `/` within a path is then `_`.
+[[nodiscard]] std::string xtce_database(const MissionParameters& mission, bool flat = false);
 
 }  // namespace ilp::docgen

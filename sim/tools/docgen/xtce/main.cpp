@@ -1,4 +1,4 @@
-// ilp-xtce [--mission FILE.ini]: writes the XTCE database of a mission to standard output.
+// ilp-xtce [--mission FILE.ini] [--flat]: writes the XTCE database of a mission to standard output.
 
 #include <CLI/CLI.hpp>
 #include <exception>
@@ -17,10 +17,13 @@ int main(int argc, char** argv) {
       "wrong call");
   std::string mission;
   app.add_option("--mission", mission, "mission parameters, an .ini file; without it those of the default mission");
+  bool flat = false;
+  app.add_flag("--flat", flat,
+               "one SpaceSystem, for readers that know no nested ones; /ILP/events/X is then /ILP/events_X");
   app.set_version_flag("--version", ilp::host::version_line("ilp-xtce"));
   if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   try {
-    std::cout << ilp::docgen::xtce_database(ilp::host::read_mission(mission)) << std::flush;
+    std::cout << ilp::docgen::xtce_database(ilp::host::read_mission(mission), flat) << std::flush;
   } catch (const std::exception& fault) {
     std::cerr << "ilp-xtce: " << fault.what() << "\n";
     return 1;

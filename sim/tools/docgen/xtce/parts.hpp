@@ -14,6 +14,14 @@ namespace ilp::docgen {
 struct XtceMission {
   Tailoring tailoring;
   std::uint16_t apid = 0;
+  bool flat = false;  ///< everything is in one SpaceSystem
+
+  /// Where the names of a SpaceSystem below `path` begin: with their place where there are no SpaceSystems.
+  [[nodiscard]] std::string prefix_of(const std::string& path) const { return flat ? path + "_" : ""; }
+  /// A name of a SpaceSystem below the root, as the root refers to it.
+  [[nodiscard]] std::string reference(const std::string& space, const std::string& name) const {
+    return space + (flat ? "_" : "/") + name;
+  }
 };
 
 /// Housekeeping values, values of events and mission parameters keep these names in their SpaceSystems.
@@ -35,7 +43,7 @@ void comparison(const std::string& parameter, std::uint64_t value, Xml& xml);
 /// Headers of packets, and a container for each report of the message table.
 void add_telemetry(const XtceMission& mission, SpaceSystem& root);
 /// A SpaceSystem for each report of housekeeping.
-[[nodiscard]] SpaceSystem housekeeping(SpaceSystem& root);
+[[nodiscard]] SpaceSystem housekeeping(const XtceMission& mission, SpaceSystem& root);
 /// The two values of every event.
 [[nodiscard]] SpaceSystem events(const XtceMission& mission);
 /// The mission parameters, and a command for each that sets it.

@@ -80,7 +80,8 @@ bool SpaceSystem::first(Side side, const std::string& name) {
   return (side == Side::parameter ? parameter_type_names_ : argument_type_names_).insert(name).second;
 }
 
-std::string SpaceSystem::number_type(Side side, const std::string& name, const NumberForm& form) {
+std::string SpaceSystem::number_type(Side side, const std::string& own_name, const NumberForm& form) {
+  const std::string name = named(own_name);
   if (!first(side, name)) return name;
   Xml& xml = types(side);
   const bool is_float = form.is_float || form.scale != 1;
@@ -109,8 +110,9 @@ std::string SpaceSystem::number_type(Side side, const NumberForm& form) {
   return number_type(side, name, form);
 }
 
-std::string SpaceSystem::choice_type(Side side, const std::string& name, std::size_t bits,
+std::string SpaceSystem::choice_type(Side side, const std::string& own_name, std::size_t bits,
                                      const std::vector<Choice>& choices) {
+  const std::string name = named(own_name);
   if (!first(side, name)) return name;
   Xml& xml = types(side);
   xml.open(element("Enumerated", side), {{"name", name}});
@@ -125,8 +127,9 @@ std::string SpaceSystem::choice_type(Side side, const std::string& name, std::si
   return name;
 }
 
-std::string SpaceSystem::time_type(Side side, const std::string& name, std::size_t bits, double scale, double offset,
-                                   const std::string& offset_from, const std::string& epoch) {
+std::string SpaceSystem::time_type(Side side, const std::string& own_name, std::size_t bits, double scale,
+                                   double offset, const std::string& offset_from, const std::string& epoch) {
+  const std::string name = named(own_name);
   if (!first(side, name)) return name;
   Xml& xml = types(side);
   xml.open(element("AbsoluteTime", side), {{"name", name}});
@@ -146,7 +149,8 @@ std::string SpaceSystem::time_type(Side side, const std::string& name, std::size
   return name;
 }
 
-std::string SpaceSystem::bytes_type(Side side, const std::string& name, std::size_t bytes) {
+std::string SpaceSystem::bytes_type(Side side, const std::string& own_name, std::size_t bytes) {
+  const std::string name = named(own_name);
   if (!first(side, name)) return name;
   Xml& xml = types(side);
   xml.open(element("Binary", side), {{"name", name}});
@@ -159,8 +163,9 @@ std::string SpaceSystem::bytes_type(Side side, const std::string& name, std::siz
   return name;
 }
 
-std::string SpaceSystem::sized_type(Side side, const char* kind, const std::string& name, const std::string& counted,
-                                    std::int64_t slope, std::int64_t intercept) {
+std::string SpaceSystem::sized_type(Side side, const char* kind, const std::string& own_name,
+                                    const std::string& counted, std::int64_t slope, std::int64_t intercept) {
+  const std::string name = named(own_name);
   if (!first(side, name)) return name;
   Xml& xml = types(side);
   const bool text = std::string(kind) == "String";
@@ -181,11 +186,36 @@ std::string SpaceSystem::sized_type(Side side, const char* kind, const std::stri
   return name;
 }
 
-void SpaceSystem::parameter(const std::string& name, const std::string& type, const std::string& description) {
+std::string SpaceSystem::parameter(const std::string& own_name, const std::string& type,
+                                   const std::string& description) {
+  std::string name = named(own_name);
   const auto [known, fresh] = parameter_names_.emplace(name, type);
   if (!fresh && known->second != type) throw std::runtime_error("the parameter " + name + " has two types");
-  if (!fresh) return;
-  parameters_.leaf("Parameter", {{"name", name}, {"parameterTypeRef", type}, {"shortDescription", description}});
+  if (fresh)
+    parameters_.leaf("Parameter", {{"name", name}, {"parameterTypeRef", type}, {"shortDescription", description}});
+  return name;
+}
+
+void SpaceSystem::flatten() {
+  for (SpaceSystem& child : children) take(child);
+  children.clear();
+}
+
+void SpaceSystem::take(SpaceSystem& descendant) {
+  for (SpaceSystem& child : descendant.children) take(child);
+  parameter_type_names_.merge(descendant.parameter_type_names_);
+  argument_type_names_.merge(descendant.argument_type_names_);
+  parameter_names_.merge(descendant.parameter_names_);
+  // What has not moved was known.
+  if (!descendant.parameter_type_names_.empty() || !descendant.argument_type_names_.empty() ||
+      !descendant.parameter_names_.empty()) {
+    throw std::runtime_error("a name of " + descendant.name_ + " is defined twice");
+  }
+  parameter_types_.append(descendant.parameter_types_.text());
+  argument_types_.append(descendant.argument_types_.text());
+  parameters_.append(descendant.parameters_.text());
+  containers.append(descendant.containers.text());
+  commands.append(descendant.commands.text());
 }
 
 std::string SpaceSystem::text(std::size_t depth, const Xml::Attributes& attributes, const std::string& header) const {

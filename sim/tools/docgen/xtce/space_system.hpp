@@ -36,13 +36,17 @@ struct Choice {
 
 enum class Side : std::uint8_t { parameter, argument };
 
-/// References to names of a parent need no path: they are searched upwards.
+/// References to names of a parent need no path: they are searched upwards. All that a SpaceSystem defines begins with
+/// its `prefix`, which keeps its names apart where all of them stand in one SpaceSystem.
 class SpaceSystem {
  public:
-  SpaceSystem(std::string name, std::string description)
-      : name_(std::move(name)), description_(std::move(description)) {}
+  SpaceSystem(std::string name, std::string description, std::string prefix = {})
+      : name_(std::move(name)), description_(std::move(description)), prefix_(std::move(prefix)) {}
 
-  // Types are written once for each name and side. They return their name.
+  /// The name under which something of this SpaceSystem is defined.
+  [[nodiscard]] std::string named(const std::string& name) const { return prefix_ + name; }
+
+  // Types are written once for each name and side. They return the name under which they are defined.
   std::string number_type(Side side, const std::string& name, const NumberForm& form);
   /// The name follows from the form.
   std::string number_type(Side side, const NumberForm& form);
@@ -55,13 +59,18 @@ class SpaceSystem {
   std::string sized_type(Side side, const char* kind, const std::string& name, const std::string& counted,
                          std::int64_t slope, std::int64_t intercept);
 
-  /// A parameter of a known name is that one. std::runtime_error if it has another type.
-  void parameter(const std::string& name, const std::string& type, const std::string& description);
+  /// Returns the name under which it is defined. A parameter of a known name is that one. std::runtime_error if it has
+  /// another type.
+  std::string parameter(const std::string& name, const std::string& type, const std::string& description);
 
   /// Whole elements SequenceContainer and MetaCommand.
   Xml containers{4};
   Xml commands{4};
   std::vector<SpaceSystem> children;
+
+  /// Takes in all that its children define, and has none any more. std::runtime_error if a type or parameter is defined
+  /// twice.
+  void flatten();
 
   [[nodiscard]] std::string text(std::size_t depth, const Xml::Attributes& attributes, const std::string& header) const;
 
@@ -69,7 +78,10 @@ class SpaceSystem {
   bool first(Side side, const std::string& name);
   Xml& types(Side side) { return side == Side::parameter ? parameter_types_ : argument_types_; }
 
-  std::string name_, description_;
+  /// All that a descendant defines.
+  void take(SpaceSystem& descendant);
+
+  std::string name_, description_, prefix_;
   std::set<std::string> parameter_type_names_, argument_type_names_;
   std::map<std::string, std::string> parameter_names_;
   Xml parameter_types_{4}, argument_types_{4}, parameters_{4};

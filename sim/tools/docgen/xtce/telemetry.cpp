@@ -114,7 +114,7 @@ class Entries {
       const int subtype = event_reporting::informative + static_cast<int>(status_severity(code));
       if (!is_status_code(i) || message_ != "TM_5_" + std::to_string(subtype)) continue;
       const std::string name = event_value_name(code, which);
-      xml.open("ParameterRefEntry", {{"parameterRef", std::string(events_space) + "/" + name}});
+      xml.open("ParameterRefEntry", {{"parameterRef", mission_.reference(events_space, name)}});
       xml.open("IncludeCondition");
       comparison("event", i, xml);
       xml.close();
@@ -167,7 +167,7 @@ class Entries {
     for (std::size_t i = 0; i < parameter_count(); ++i) {
       const ParameterInfo& info = parameter_info(i);
       xml.open("ParameterRefEntry",
-               {{"parameterRef", std::string(parameters_space) + "/" + std::string(info.section) + "_" + info.key}});
+               {{"parameterRef", mission_.reference(parameters_space, std::string(info.section) + "_" + info.key)}});
       xml.open("IncludeCondition");
       comparison("parameter", info.number, xml);
       xml.close();
@@ -199,8 +199,9 @@ void bits(const char* name, std::size_t count, const char* description, SpaceSys
 }
 
 void container(const std::string& name, const std::string& description, bool abstract, SpaceSystem& space) {
-  space.containers.open("SequenceContainer",
-                        {{"name", name}, {"shortDescription", description}, {"abstract", abstract ? "true" : ""}});
+  space.containers.open(
+      "SequenceContainer",
+      {{"name", space.named(name)}, {"shortDescription", description}, {"abstract", abstract ? "true" : ""}});
 }
 
 /// The length of a packet and its CRC, for readers that check them.
@@ -310,16 +311,15 @@ std::string repeat_name(const ReportInfo& info, std::size_t repeat) {
   return (stage == nullptr ? std::to_string(repeat) : stage->name) + "_";
 }
 
-SpaceSystem report(const ReportInfo& info, SpaceSystem& root) {
-  SpaceSystem space(info.name, info.description);
+SpaceSystem report(const XtceMission& mission, const ReportInfo& info, SpaceSystem& root) {
+  SpaceSystem space(info.name, info.description, mission.prefix_of(std::string(housekeeping_space) + "_" + info.name));
   Xml entries(6);
   for (std::size_t r = 0; r < info.repeats; ++r) {
     for (const FieldInfo& field : std::span(info.fields, info.field_count)) {
       for (std::size_t i = 0; is_reported(field) && i < field.count; ++i) {
         const std::string index = field.count > 1 ? "_" + std::to_string(i) : "";
         const std::string name = repeat_name(info, r) + value_name(field) + index;
-        space.parameter(name, field_type(field, root, space), field.description);
-        entry(name, entries);
+        entry(space.parameter(name, field_type(field, root, space), field.description), entries);
       }
     }
   }
@@ -345,7 +345,7 @@ void add_telemetry(const XtceMission& mission, SpaceSystem& root) {
 }
 
 SpaceSystem events(const XtceMission& mission) {
-  SpaceSystem space(events_space, "values of the events of service 5");
+  SpaceSystem space(events_space, "values of the events of service 5", mission.prefix_of(events_space));
   for (std::size_t i = 0; i < status_code_limit; ++i) {
     if (!is_status_code(i)) continue;
     const auto code = static_cast<StatusCode>(i);
@@ -357,9 +357,9 @@ SpaceSystem events(const XtceMission& mission) {
   return space;
 }
 
-SpaceSystem housekeeping(SpaceSystem& root) {
+SpaceSystem housekeeping(const XtceMission& mission, SpaceSystem& root) {
   SpaceSystem space(housekeeping_space, "reports of service 3");
-  for (const ReportInfo& info : report_table()) space.children.push_back(report(info, root));
+  for (const ReportInfo& info : report_table()) space.children.push_back(report(mission, info, root));
   return space;
 }
 
