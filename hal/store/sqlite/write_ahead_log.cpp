@@ -19,7 +19,7 @@ namespace {
 constexpr int frames_to_copy = 250;
 
 /// Half of it is more than a log has that nobody holds, on any disk.
-constexpr std::int64_t least_log_room = 4 * frames_to_copy * static_cast<std::int64_t>(frame_bytes);
+constexpr std::int64_t least_log_room = std::int64_t{4} * frames_to_copy * static_cast<std::int64_t>(frame_bytes);
 
 Status limit_pages(Session& s, std::int64_t bytes) {
   FixedText<64> sql;
