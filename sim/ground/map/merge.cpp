@@ -97,11 +97,11 @@ class PieceBuilder {
   SurfaceMesh mesh_;
 };
 
-/// Inverse depths of pixels without one, between two measured pixels of a row or column; the nearer the
+/// Inverse depths of pixels without one, between two measured pixels of both their row and their column; the nearer the
 /// two are, the more they count. 0: none.
-host::Raster<float> laid_inverse_depth(const intake::KeyframeRasters& rasters) {
-  const host::Raster<float>& inverse = rasters.inverse_depth;
+host::Raster<float> laid_inverse_depth(const host::Raster<float>& inverse) {
   host::Raster<float> sum(inverse.width, inverse.height), weight = sum;
+  host::Raster<std::uint8_t> ways(inverse.width, inverse.height);
   const auto along = [&](std::int32_t length, auto index) {
     std::int32_t last = -1;
     for (std::int32_t k = 0; k < length; ++k) {
@@ -114,6 +114,7 @@ host::Raster<float> laid_inverse_depth(const intake::KeyframeRasters& rasters) {
           const float counts = 1 / static_cast<float>((i - last) * (k - i));
           sum.samples[index(i)] += counts * (a + share * (b - a));
           weight.samples[index(i)] += counts;
+          ++ways.samples[index(i)];
         }
       }
       last = k;
@@ -123,9 +124,8 @@ host::Raster<float> laid_inverse_depth(const intake::KeyframeRasters& rasters) {
     along(inverse.width, [&](std::int32_t k) { return inverse.index(k, y); });
   for (std::int32_t x = 0; x < inverse.width; ++x)
     along(inverse.height, [&](std::int32_t k) { return inverse.index(x, k); });
-  for (std::size_t i = 0; i < sum.samples.size(); ++i) {
-    if (weight.samples[i] > 0) sum.samples[i] /= weight.samples[i];
-  }
+  for (std::size_t i = 0; i < sum.samples.size(); ++i)
+    sum.samples[i] = ways.samples[i] == 2 ? sum.samples[i] / weight.samples[i] : 0;
   return sum;
 }
 
@@ -148,7 +148,7 @@ SurfaceMesh keyframe_surface(const intake::Keyframe& keyframe, const intake::Key
 SurfaceMesh laid_surface(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters, PixelRays& rays) {
   const std::int32_t width = keyframe.camera.width, height = keyframe.camera.height;
   if (!rasters.inverse_depth.same_size(width, height) || !rasters.image.same_size(width, height)) return {};
-  const host::Raster<float> laid = laid_inverse_depth(rasters);
+  const host::Raster<float> laid = laid_inverse_depth(rasters.inverse_depth);
   if (std::all_of(laid.samples.begin(), laid.samples.end(), [](float d) { return d == 0; })) return {};
   MergeParams params;
   params.max_depth_jump = std::numeric_limits<double>::infinity();
