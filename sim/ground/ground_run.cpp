@@ -114,6 +114,7 @@ void merge_and_export(const GroundOptions& options, const report::Report& report
   result.map = map->statistics;
   result.balance = map->balance;
   MapExport(options, before, catalogue)(*map, place, result);
+  if (!options.lay_holes) result.grid->laid = {};
   result.errors = map->mosaic.errors;
   result.usual_errors = map::usual_parts(*result.grid, result.errors);
   if (!options.colour.empty()) {

@@ -35,6 +35,7 @@ struct GroundOptions {
   bool afresh = false;        ///< forget what was taken in and computed before
   bool check = false;         ///< read every file of the results, to find damage
   double target_overlap = 0;  ///< 0: what the database or the flight info says, else unknown
+  bool lay_holes = true;      ///< the pages show ground without a height on interpolated ground, hatched
   std::string landing;        ///< FOOTPRINT_M[,SLOPE_DEG,STEP_M] of landing sites (landing_safety.hpp)
   /// Also what other results have already: PFM beside GeoTIFF and PNG, model.ply beside model.glb, and the catalogue,
   /// without which a later run reads the outbox again.

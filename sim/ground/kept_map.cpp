@@ -51,7 +51,9 @@ json told(const map::GroundGrid& grid) {
           {"whole_sigma", packed(grid.whole_sigma)},
           {"ortho", packed(grid.ortho)},
           {"count", packed(grid.count)},
-          {"source", packed(grid.source)}};
+          {"source", packed(grid.source)},
+          {"laid_height", packed(grid.laid.height)},
+          {"laid_grey", packed(grid.laid.grey)}};
 }
 
 map::GroundGrid grid_from(const json& told) {
@@ -67,6 +69,8 @@ map::GroundGrid grid_from(const json& told) {
   unpack(told.at("ortho"), columns, rows, grid.ortho);
   unpack(told.at("count"), columns, rows, grid.count);
   unpack(told.at("source"), columns, rows, grid.source);
+  unpack(told.at("laid_height"), columns, rows, grid.laid.height);
+  unpack(told.at("laid_grey"), columns, rows, grid.laid.grey);
   return grid;
 }
 
@@ -83,7 +87,7 @@ map::Roughness roughness_from(const json& told) {
 std::uint64_t map_export_digest(std::uint64_t map, const exports::Georeference& place, const std::string& suffix,
                                 std::size_t max_vertices) {
   static const std::uint64_t program = host::content_digest("/proc/self/exe").value_or(0);
-  intake::InputDigest digest("map of a strip 1");
+  intake::InputDigest digest("map of a strip 2");
   digest.add_value(program).add_value(map).add_value(max_vertices);
   for (const std::string& text : {std::string(GDALVersionInfo("RELEASE_NAME")), place.crs, place.geographic, place.unit,
                                   place.height_name, place.sentence, place.body, suffix}) {

@@ -174,6 +174,11 @@ int main(int argc, char** argv) {
                  "all (default); or maps: not what other files have already (PFM, model.ply, the catalogue), and a "
                  "surface of 80 000 vertices")
       ->check(CLI::IsMember({"all", "maps"}));
+  std::string holes = "laid";
+  app.add_option("--holes", holes,
+                 "ground that images show without a height: laid (default: the pages show it hatched, on interpolated "
+                 "heights) or open; heights and their errors never have it, and laid.tif has its grey")
+      ->check(CLI::IsMember({"laid", "open"}));
   int follow_s = 0;
   app.add_option("--follow", follow_s,
                  "seconds between two looks for new files; the program then runs until it is ended")
@@ -187,6 +192,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", ilp::host::version_line("ilp-ground"));
   if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   options.keep_copies = keep == "all";
+  options.lay_holes = holes == "laid";
   if (!options.keep_copies && vertices->count() == 0) options.max_vertices = 80000;
   if (!planned.empty()) return plan(options, planned, task_count);
   return follow_s > 0 ? follow(options, follow_s) : run_once(options);

@@ -43,7 +43,7 @@ std::vector<std::string> named_like_results(const fs::path& folder) {
   static const std::regex results(
       R"(report\.(json|html)|viewer\.html|(keyframes|events|navigation|strip-frames|housekeeping-\w+)\.csv|)"
       R"((model|points)(-strip-\d+)?\.(ply|glb)|(track|footprints)(-strip-\d+)?\.geojson|)"
-      R"((height|sigma|sigma-matching|ortho|count|colour)(-strip-\d+)?\.(tif|pfm|png|pgw)|)"
+      R"((height|sigma|sigma-matching|ortho|laid|count|colour)(-strip-\d+)?\.(tif|pfm|png|pgw)|)"
       R"(landing-(safe|slope|roughness|step|sites)(-strip-\d+)?\.(tif|geojson))");
   static const std::regex pictures(R"(\d{6,}-(image|mask|depth)\.(png|pfm))");
   static const std::regex models(R"(colmap(-strip-\d+)?)");

@@ -104,7 +104,7 @@ std::uint64_t digest_of_inputs(const GroundOptions& options) {
        << options.catalogue << "\n"
        << options.target_overlap << " " << options.max_vertices << "\n"
        << options.acknowledge.string() << "\n"
-       << options.landing << " " << options.keep_copies << "\n"
+       << options.landing << " " << options.keep_copies << " " << options.lay_holes << "\n"
        << options.control_body << "\n"
        << options.control_crs << "\n"
        << options.geoid << " " << options.control_original << "\n"

@@ -36,21 +36,26 @@ std::vector<BandInfo> bands(const Georeference& place) {
            "one sigma of the height: matching, poses, scale, tilt and place together, as far as they are stated"},
           {"sigma-matching", GDT_Float32, HeightSample::nothing, place.unit, "the part of one sigma from matching"},
           {"count", GDT_UInt16, CountSample::nothing, "keyframes", "keyframes whose surface covers the cell"},
-          {"ortho", GDT_Byte, GreySample::nothing, "grey value", "seen from above"}};
+          {"ortho", GDT_Byte, GreySample::nothing, "grey value", "seen from above"},
+          {"laid", GDT_Byte, GreySample::nothing, "grey value",
+           "seen from above where no height was measured, laid on interpolated heights"}};
 }
 
 struct BlockSamples {
   std::vector<float> height = std::vector<float>(block_samples, HeightSample::nothing), sigma = height,
                      matching = height;
   std::vector<std::uint16_t> count = std::vector<std::uint16_t>(block_samples, CountSample::nothing);
-  std::vector<std::uint8_t> ortho = std::vector<std::uint8_t>(block_samples, GreySample::nothing);
+  std::vector<std::uint8_t> ortho = std::vector<std::uint8_t>(block_samples, GreySample::nothing), laid = ortho;
 };
 
 void put_cell(const map::Mosaic& mosaic, const map::MapTile& tile, std::int32_t column, std::int32_t row,
               const Georeference& place, std::size_t to, BlockSamples& out) {
   const std::size_t from = tile.height.index(column - tile.column, row - tile.row);
   const float z = tile.height.samples[from];
-  if (!std::isfinite(z)) return;
+  if (!std::isfinite(z)) {
+    if (!tile.laid.grey.empty()) out.laid[to] = tile.laid.grey.samples[from];
+    return;
+  }
   out.height[to] = static_cast<float>(place.height_of(z));
   if (!tile.sigma.empty() && std::isfinite(tile.sigma.samples[from])) {
     const map::MapGeometry& map = mosaic.geometry;
@@ -69,7 +74,8 @@ void check_size(const map::Mosaic& mosaic, const map::MapTile& tile) {
   const auto fits = [&](const auto& raster) { return raster.same_size(w, h); };
   const bool inside = tile.column >= 0 && tile.row >= 0 && w > 0 && h > 0 &&
                       tile.column <= mosaic.geometry.columns - w && tile.row <= mosaic.geometry.rows - h;
-  if (!inside || !fits(tile.ortho) || !fits(tile.count) || !(tile.sigma.empty() || fits(tile.sigma))) {
+  if (!inside || !fits(tile.ortho) || !fits(tile.count) || !(tile.sigma.empty() || fits(tile.sigma)) ||
+      !(tile.laid.grey.empty() || fits(tile.laid.grey))) {
     throw std::logic_error("a tile that does not fit its map");
   }
 }
@@ -98,6 +104,7 @@ class Blocks {
         halve<HeightSample>(2, level, block);
         halve<CountSample>(3, level, block);
         halve<GreySample>(4, level, block);
+        halve<GreySample>(5, level, block);
       });
     }
   }
@@ -115,7 +122,7 @@ class Blocks {
         [&](std::size_t level, std::size_t number) { return known(bands_[band].keys[level][number]).coded; }, out);
   }
 
-  static constexpr std::size_t band_count = 5, whole_sigma_band = 1;
+  static constexpr std::size_t band_count = 6, whole_sigma_band = 1;
 
  private:
   struct Band {
@@ -156,7 +163,7 @@ class Blocks {
 
   /// Of all that the block depends on; none where no tile has any data.
   [[nodiscard]] std::optional<std::uint64_t> digest_of(std::int32_t x, std::int32_t y) const {
-    intake::InputDigest digest("block of a raster 2");
+    intake::InputDigest digest("block of a raster 3");
     digest.add_value(place_.scale).add_value(place_.height_of(0)).add_value(mosaic_.tile_side);
     bool any = false;
     const TileRange tiles = tiles_over(x, y);
@@ -222,9 +229,9 @@ class Blocks {
     }
     if (!all_known) {
       const BlockSamples samples = samples_of(x, y);
-      blocks = {raster_block<HeightSample>(samples.height), raster_block<HeightSample>(samples.sigma),
+      blocks = {raster_block<HeightSample>(samples.height),   raster_block<HeightSample>(samples.sigma),
                 raster_block<HeightSample>(samples.matching), raster_block<CountSample>(samples.count),
-                raster_block<GreySample>(samples.ortho)};
+                raster_block<GreySample>(samples.ortho),      raster_block<GreySample>(samples.laid)};
       for (std::size_t band = 0; band < band_count; ++band) kept_.put_result(key_of(band), bytes_of(*blocks[band]));
     }
     for (std::size_t band = 0; band < band_count; ++band) note(band, 0, number, key_of(band), *blocks[band]);
@@ -321,6 +328,7 @@ map::Mosaic with_digests(const map::Mosaic& mosaic) {
     add(found->sigma);
     add(found->ortho);
     add(found->count);
+    add(found->laid.grey);
     return digest.value();
   };
   return out;

@@ -11,6 +11,14 @@
 
 namespace ilp::map {
 
+/// Ground that images show and no depth was measured of, laid on interpolated heights (laid_surface in merge.hpp): for
+/// pictures only. Empty, or of the map's size.
+struct LaidGround {
+  host::Raster<float> height;          ///< world z; NaN where there is none, as where a height was measured
+  host::Raster<std::uint8_t> grey;     ///< from 1; 0 where there is none
+  host::Raster<std::uint16_t> source;  ///< as that of the map, while a tile is painted; else empty
+};
+
 /// Column i, row j stands at world (x0 + i * cell, y0 - j * cell): north (+y) is up, cell (0,0) is the top-left centre.
 struct GroundGrid {
   double x0 = 0, y0 = 0, cell = 0;     ///< strip units
@@ -20,6 +28,7 @@ struct GroundGrid {
   host::Raster<std::uint8_t> ortho;    ///< grey value seen from above
   host::Raster<std::uint16_t> count;   ///< keyframes whose surface covers the cell
   host::Raster<std::uint16_t> source;  ///< 1 + place in the strip's keyframes of the one that is shown; 0: none
+  LaidGround laid;
 
   /// Whole where it was computed, else of matching.
   [[nodiscard]] const host::Raster<float>& stated_sigma() const { return whole_sigma.empty() ? sigma : whole_sigma; }
@@ -63,6 +72,7 @@ struct MapTile {
   host::Raster<std::uint8_t> ortho;    ///< grey value seen from above; 0 where nothing was seen
   host::Raster<std::uint16_t> count;   ///< keyframes whose surface covers the cell
   host::Raster<std::uint16_t> source;  ///< 1 + place in the strip's keyframes of the one that is shown; 0: none
+  LaidGround laid;
 };
 
 struct Mosaic {

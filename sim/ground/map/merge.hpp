@@ -36,4 +36,13 @@ struct MergeParams {
 [[nodiscard]] SurfaceMesh keyframe_surface(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters,
                                            const MergeParams& params, PixelRays& rays);
 
+/// Holes are laid no wider than this along a row or column of the image.
+inline constexpr std::int32_t most_laid_px = 96;
+/// What the keyframe's image shows where no depth was measured, for pictures: between measured pixels of both
+/// row and column, at most most_laid_px apart, the inverse depth is interpolated, which is exact on a plane. Nothing is
+/// extrapolated. The faces reach to the measured pixels about each hole; errors are not known. The image is sharp in
+/// small holes only, because it was coded for the mask.
+[[nodiscard]] SurfaceMesh laid_surface(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters,
+                                       PixelRays& rays);
+
 }  // namespace ilp::map

@@ -199,6 +199,8 @@ class TileReader {
     tile.ortho = host::part_of(whole.ortho, left, top, width, height);
     tile.count = host::part_of(whole.count, left, top, width, height);
     tile.source = host::part_of(whole.source, left, top, width, height);
+    tile.laid.height = host::part_of(whole.laid.height, left, top, width, height);
+    tile.laid.grey = host::part_of(whole.laid.grey, left, top, width, height);
     return tile;
   }
 
@@ -243,13 +245,17 @@ std::int32_t stride_of(const MapGeometry& map, const GridParams& params) {
 /// Sums over the cells of blocks.
 class BlockSums {
  public:
-  BlockSums(GroundGrid& grid, std::int32_t stride) : grid_(grid), stride_(stride), sums_(grid.height.samples.size()) {}
+  BlockSums(GroundGrid& grid, std::int32_t stride)
+      : grid_(grid), stride_(stride), sums_(grid.height.samples.size()), laid_(grid.height.samples.size()) {}
 
   void add(const MapTile& tile) {
     for (std::int32_t y = 0; y < tile.height.height; ++y) {
       for (std::int32_t x = 0; x < tile.height.width; ++x) {
         const std::size_t i = tile.height.index(x, y);
-        if (tile.source.samples[i] == 0) continue;
+        if (tile.source.samples[i] == 0) {
+          add_laid(tile, i, grid_.height.index((tile.column + x) / stride_, (tile.row + y) / stride_));
+          continue;
+        }
         const std::size_t block = grid_.height.index((tile.column + x) / stride_, (tile.row + y) / stride_);
         Sums& sums = sums_[block];
         sums.height += tile.height.samples[i];
@@ -273,6 +279,7 @@ class BlockSums {
       grid_.ortho.samples[i] = static_cast<std::uint8_t>((sums.grey + sums.cells / 2) / sums.cells);
       if (sums.sigmas > 0) grid_.sigma.samples[i] = static_cast<float>(sums.sigma / sums.sigmas);
     }
+    finish_laid();
   }
 
  private:
@@ -280,9 +287,35 @@ class BlockSums {
     double height = 0, sigma = 0;
     std::uint32_t grey = 0, cells = 0, sigmas = 0;
   };
+  struct LaidSums {
+    float height = 0;
+    std::uint32_t grey = 0, cells = 0;
+  };
+
+  void add_laid(const MapTile& tile, std::size_t i, std::size_t block) {
+    if (tile.laid.grey.empty() || tile.laid.grey.samples[i] == 0) return;
+    laid_[block].height += tile.laid.height.samples[i];
+    laid_[block].grey += tile.laid.grey.samples[i];
+    ++laid_[block].cells;
+  }
+
+  /// A block with any measured cell is measured.
+  void finish_laid() {
+    grid_.laid.height =
+        host::Raster<float>(grid_.height.width, grid_.height.height, std::numeric_limits<float>::quiet_NaN());
+    grid_.laid.grey = host::Raster<std::uint8_t>(grid_.height.width, grid_.height.height);
+    for (std::size_t i = 0; i < laid_.size(); ++i) {
+      const LaidSums& sums = laid_[i];
+      if (sums.cells == 0 || sums_[i].cells > 0) continue;
+      grid_.laid.height.samples[i] = sums.height / static_cast<float>(sums.cells);
+      grid_.laid.grey.samples[i] = static_cast<std::uint8_t>((sums.grey + sums.cells / 2) / sums.cells);
+    }
+  }
+
   GroundGrid& grid_;
   std::int32_t stride_;
   std::vector<Sums> sums_;
+  std::vector<LaidSums> laid_;
 };
 
 std::uint64_t digest_of(const intake::Strip& strip, const MapPlan& plan, const std::vector<TileFinish>& finished,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "sim/ground/intake/keyframe_rasters.hpp"
@@ -141,6 +142,9 @@ MapTile core_of(const MapTile& cells) {
   core.ortho = core_of(cells.ortho);
   core.count = core_of(cells.count);
   core.source = core_of(cells.source);
+  core.laid.height = core_of(cells.laid.height);
+  core.laid.grey = core_of(cells.laid.grey);
+  core.laid.source = core_of(cells.laid.source);
   return core;
 }
 
@@ -172,7 +176,7 @@ void take(host::Raster<T>& raster, std::int32_t side, const std::uint8_t*& at) {
   at += raster.samples.size() * sizeof(T);
 }
 
-constexpr std::size_t cell_bytes = 4 + 4 + 1 + 2 + 2;
+constexpr std::size_t cell_bytes = 4 + 4 + 1 + 2 + 2 + 4 + 1 + 2;
 
 // Of heights whose error is not stated.
 constexpr double usual_sigma_cells = 0.5;
@@ -211,6 +215,22 @@ std::vector<ShownPiece> shown_from(const json& told) {
   return shown;
 }
 
+/// Laid ground of the pieces, where `area` has none that was measured.
+LaidGround paint_laid(const GroundGrid& area, const std::vector<TilePiece>& pieces) {
+  GroundGrid laid(area.x0, area.y0, area.cell, area.height.width, area.height.height);
+  TilePainter painter(laid);
+  static const SurfaceMesh none;
+  for (const TilePiece& piece : pieces) painter.paint(piece.laid ? *piece.laid : none);
+  painter.finish();
+  for (std::size_t i = 0; i < laid.source.samples.size(); ++i) {
+    if (area.source.samples[i] == 0 && laid.source.samples[i] != 0) continue;
+    laid.height.samples[i] = std::numeric_limits<float>::quiet_NaN();
+    laid.ortho.samples[i] = 0;
+    laid.source.samples[i] = 0;
+  }
+  return {std::move(laid.height), std::move(laid.ortho), std::move(laid.source)};
+}
+
 }  // namespace
 
 double seam_step(std::int32_t step_class) {
@@ -236,13 +256,15 @@ SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::v
   add_seams(area, summary.keyframes, tile_margin_cells, summary.seams);
   summary.shown.assign(summary.keyframes.size(), {});
   add_shown(area, tile_margin_cells, summary.shown);
+  LaidGround laid = paint_laid(area, pieces);
   tile.cells = {0,
                 0,
                 std::move(area.height),
                 std::move(area.sigma),
                 std::move(area.ortho),
                 std::move(area.count),
-                std::move(area.source)};
+                std::move(area.source),
+                std::move(laid)};
   summarise_cells(core_of(tile.cells), summary);
   return tile;
 }
@@ -289,6 +311,9 @@ std::vector<std::uint8_t> bytes_of(const MapTile& cells) {
   append(cells.ortho, plain);
   append(cells.count, plain);
   append(cells.source, plain);
+  append(cells.laid.height, plain);
+  append(cells.laid.grey, plain);
+  append(cells.laid.source, plain);
   uLongf size = compressBound(plain.size());
   std::vector<std::uint8_t> packed(size);
   if (compress2(packed.data(), &size, plain.data(), plain.size(), Z_BEST_SPEED) != Z_OK) throw std::bad_alloc();
@@ -308,55 +333,70 @@ std::optional<MapTile> cells_from(std::span<const std::uint8_t> bytes, std::int3
   take(cells.ortho, side, at);
   take(cells.count, side, at);
   take(cells.source, side, at);
+  take(cells.laid.height, side, at);
+  take(cells.laid.grey, side, at);
+  take(cells.laid.source, side, at);
   return cells;
 }
 
 MapTile finish_tile(const MapTile& painted, const std::vector<Balance>& balance, double cell) {
   MapTile tile = painted;
   host::Raster<float> grey(tile.ortho.width, tile.ortho.height);
+  host::Raster<std::uint16_t> shown = tile.source;
   for (std::size_t i = 0; i < grey.samples.size(); ++i) {
-    const std::uint16_t s = tile.source.samples[i];
+    std::uint16_t& s = shown.samples[i];
+    const bool measured = s != 0;
+    if (!measured) s = tile.laid.source.samples[i];
     if (s == 0) continue;
-    grey.samples[i] = static_cast<float>(balance[s - 1U].of(tile.ortho.samples[i]));
+    grey.samples[i] =
+        static_cast<float>(balance[s - 1U].of(measured ? tile.ortho.samples[i] : tile.laid.grey.samples[i]));
   }
   // Heights bend within their stated errors: without any, they are taken as they are.
   const bool stated = std::any_of(tile.sigma.samples.begin(), tile.sigma.samples.end(),
                                   [](float sigma) { return std::isfinite(sigma) && sigma > 0; });
   if (stated) blend_pieces(tile.source, tile.sigma, static_cast<float>(usual_sigma_cells * cell), {}, tile.height);
-  blend_pieces(tile.source, {}, 1, grey_blend, grey);
+  blend_pieces(shown, {}, 1, grey_blend, grey);
   for (std::size_t i = 0; i < grey.samples.size(); ++i) {
-    if (tile.source.samples[i] == 0) continue;
-    tile.ortho.samples[i] = static_cast<std::uint8_t>(std::clamp(grey.samples[i] + 0.5F, 0.0F, 255.0F));
+    if (shown.samples[i] == 0) continue;
+    const auto one = static_cast<std::uint8_t>(std::clamp(grey.samples[i] + 0.5F, 0.0F, 255.0F));
+    if (tile.source.samples[i] != 0) {
+      tile.ortho.samples[i] = one;
+    } else {
+      tile.laid.grey.samples[i] = std::max<std::uint8_t>(one, 1);
+    }
   }
   return core_of(tile);
 }
 
-std::shared_ptr<const SurfaceMesh> PieceCache::held(std::int64_t keyframe_id) {
-  const auto found =
-      std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) { return entry.id == keyframe_id; });
-  if (found == entries_.end()) return nullptr;
+std::optional<TilePiece> PieceCache::held(std::int64_t keyframe_id) {
+  const auto found = std::find_if(entries_.begin(), entries_.end(),
+                                  [&](const TilePiece& entry) { return entry.keyframe_id == keyframe_id; });
+  if (found == entries_.end()) return std::nullopt;
   entries_.splice(entries_.begin(), entries_, found);
-  return found->surface;
+  return *found;
 }
 
-std::shared_ptr<const SurfaceMesh> PieceCache::piece(std::int64_t keyframe_id, PixelRays& rays) {
+TilePiece PieceCache::piece(std::int64_t keyframe_id, PixelRays& rays) {
   {
     const std::lock_guard lock(mutex_);
-    if (auto surface = held(keyframe_id)) return surface;
+    if (auto piece = held(keyframe_id)) return *piece;
   }
   const intake::Keyframe& keyframe = flight_.keyframes.at(keyframe_id);
   const intake::DecodedProducts decoded = intake::decode_products(keyframe);
-  auto surface = std::make_shared<const SurfaceMesh>(keyframe_surface(keyframe, decoded.rasters, {}, rays));
+  const TilePiece made{keyframe_id,
+                       std::make_shared<const SurfaceMesh>(keyframe_surface(keyframe, decoded.rasters, {}, rays)),
+                       std::make_shared<const SurfaceMesh>(laid_surface(keyframe, decoded.rasters, rays))};
+  const auto size = [](const TilePiece& piece) { return bytes_of(*piece.surface) + bytes_of(*piece.laid); };
   const std::lock_guard lock(mutex_);
   // Another thread may have been faster.
-  if (auto theirs = held(keyframe_id)) return theirs;
-  entries_.push_front({keyframe_id, surface});
-  held_bytes_ += bytes_of(*surface);
+  if (auto theirs = held(keyframe_id)) return *theirs;
+  entries_.push_front(made);
+  held_bytes_ += size(made);
   while (held_bytes_ > budget_ && entries_.size() > 1) {
-    held_bytes_ -= bytes_of(*entries_.back().surface);
+    held_bytes_ -= size(entries_.back());
     entries_.pop_back();
   }
-  return surface;
+  return made;
 }
 
 }  // namespace ilp::map

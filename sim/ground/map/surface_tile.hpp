@@ -28,6 +28,7 @@ inline constexpr std::int32_t painted_side_cells = tile_side_cells + 2 * tile_ma
 struct TilePiece {
   std::int64_t keyframe_id = 0;
   std::shared_ptr<const SurfaceMesh> surface;
+  std::shared_ptr<const SurfaceMesh> laid = nullptr;  ///< laid_surface; may be null
 };
 
 /// The part of a tile that the whole map needs; it is small, unlike the cells.
@@ -55,7 +56,8 @@ struct SurfaceTile {
 /// blended yet.
 [[nodiscard]] SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::vector<TilePiece>& pieces);
 
-/// Balances the grey of each keyframe (by source - 1), blends the pieces of a painted tile, and cuts the margin off.
+/// Balances the grey of each keyframe (by source - 1), blends the pieces of a painted tile, laid ground among them, and
+/// cuts the margin off.
 [[nodiscard]] MapTile finish_tile(const MapTile& painted, const std::vector<Balance>& balance, double cell);
 
 [[nodiscard]] std::vector<std::uint8_t> bytes_of(const TileSummary& summary);
@@ -71,19 +73,15 @@ struct SurfaceTile {
 class PieceCache {
  public:
   PieceCache(const intake::Flight& flight, std::size_t bytes) : flight_(flight), budget_(bytes) {}
-  [[nodiscard]] std::shared_ptr<const SurfaceMesh> piece(std::int64_t keyframe_id, PixelRays& rays);
+  [[nodiscard]] TilePiece piece(std::int64_t keyframe_id, PixelRays& rays);
 
  private:
-  struct Entry {
-    std::int64_t id = 0;
-    std::shared_ptr<const SurfaceMesh> surface;
-  };
-  [[nodiscard]] std::shared_ptr<const SurfaceMesh> held(std::int64_t keyframe_id);
+  [[nodiscard]] std::optional<TilePiece> held(std::int64_t keyframe_id);
 
   const intake::Flight& flight_;
   std::size_t budget_;
   std::mutex mutex_;
-  std::list<Entry> entries_;  ///< used last first
+  std::list<TilePiece> entries_;  ///< used last first
   std::size_t held_bytes_ = 0;
 };
 

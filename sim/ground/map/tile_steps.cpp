@@ -21,7 +21,7 @@ std::vector<Balance> balance_of(const std::vector<std::int64_t>& keyframes,
 }
 
 std::uint64_t finish_digest(std::uint64_t painted, const std::vector<Balance>& balance) {
-  intake::InputDigest digest("finished 2");
+  intake::InputDigest digest("finished 3");
   digest.add_value(painted);
   for (const Balance& one : balance) digest.add_value(one.gain).add_value(one.offset);
   return digest.value();
@@ -37,7 +37,7 @@ std::optional<TileSummary> known_summary(std::int64_t strip_id, const TilePlan& 
 SurfaceTile paint(const TilePlan& tile, double cell, PieceCache& pieces) {
   thread_local PixelRays rays;
   std::vector<TilePiece> painted;
-  for (const std::int64_t id : tile.keyframes) painted.push_back({id, pieces.piece(id, rays)});
+  for (const std::int64_t id : tile.keyframes) painted.push_back(pieces.piece(id, rays));
   return paint_tile(tile.place, cell, painted);
 }
 
@@ -92,8 +92,10 @@ std::vector<std::uint8_t> finished_summary() {
 std::vector<std::uint8_t> finished_cells(std::span<const std::uint8_t> painted, const TileFinish& tile, double cell) {
   const std::optional<MapTile> cells = cells_from(painted, painted_side_cells);
   if (!cells) throw DamagedCatalogue("a tile of the map cannot be read back");
-  for (const std::uint16_t s : cells->source.samples) {
-    if (s > tile.balance.size()) throw DamagedCatalogue("a tile names no keyframe");
+  for (const auto* sources : {&cells->source, &cells->laid.source}) {
+    for (const std::uint16_t s : sources->samples) {
+      if (s > tile.balance.size()) throw DamagedCatalogue("a tile names no keyframe");
+    }
   }
   return bytes_of(finish_tile(*cells, tile.balance, cell));
 }

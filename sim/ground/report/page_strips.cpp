@@ -53,6 +53,12 @@ std::vector<Vec3> centres_of(const std::vector<intake::TrackPoint>& track) {
   return centres;
 }
 
+std::string laid_words(const map::GroundGrid& grid) {
+  const bool any = std::any_of(grid.laid.grey.samples.begin(), grid.laid.grey.samples.end(),
+                               [](std::uint8_t grey) { return grey != 0; });
+  return any ? " Hatched: no height was measured; the image is laid on interpolated ground." : "";
+}
+
 StripFigures strip_figures(const intake::Flight& flight, const StripResult& strip) {
   StripFigures figures;
   if (!strip.grid) return figures;
@@ -67,11 +73,10 @@ StripFigures strip_figures(const intake::Flight& flight, const StripResult& stri
   const std::string frame = scale_bar(view, unit) + orientation(view, strip);
   const std::string marks = draw_track(points, track) + frame;
 
-  figures.ortho =
-      figure(open_svg(ortho_picture(surface), "orthoimage with the track") + marks,
-             "Orthoimage, turned so that the flight goes from left to right. The line is the track, the "
-             "numbers are keyframes. Contrast stretched over the central 98 % of the grey values. Blank: no "
-             "depth was sent there.");
+  figures.ortho = figure(open_svg(ortho_picture(surface), "orthoimage with the track") + marks,
+                         "Orthoimage, turned so that the flight goes from left to right. The line is the track, the "
+                         "numbers are keyframes. Contrast stretched over the central 98 % of the grey values." +
+                             laid_words(*strip.grid) + " Blank: nothing was sent.");
   figures.relief = figure(open_svg(relief_picture(surface, range), "heights") +
                               colour_legend("Height above the mean plane", range, unit, view.width) + frame,
                           "Heights above the mean plane, shaded from the upper left (slopes " +

@@ -39,17 +39,26 @@ struct CellMean {
   int cells = 0;
 };
 
-CellMean mean_around(const map::GroundGrid& grid, const map::Plane& plane, double x, double y, std::int32_t radius) {
-  CellMean mean;
+/// Of what was measured, else of laid ground.
+struct PixelMean {
+  CellMean measured, laid;
+};
+
+PixelMean mean_around(const map::GroundGrid& grid, const map::Plane& plane, double x, double y, std::int32_t radius) {
+  PixelMean mean;
   const double column = std::floor(grid.column_of(x) + 0.5), row = std::floor(grid.row_of(y) + 0.5);
   if (std::fabs(column) > 1e8 || std::fabs(row) > 1e8) return mean;
   const auto ci = static_cast<std::int32_t>(column), cj = static_cast<std::int32_t>(row);
   for (std::int32_t j = cj - radius; j <= cj + radius; ++j) {
     for (std::int32_t i = ci - radius; i <= ci + radius; ++i) {
-      if (!grid.height.contains(i, j) || grid.count.at(i, j) == 0) continue;
-      mean.height += grid.height.at(i, j) - plane.at(grid.x0 + i * grid.cell, grid.y0 - j * grid.cell);
-      mean.grey += grid.ortho.at(i, j);
-      ++mean.cells;
+      if (!grid.height.contains(i, j)) continue;
+      const bool measured = grid.count.at(i, j) != 0;
+      if (!measured && (grid.laid.grey.empty() || grid.laid.grey.at(i, j) == 0)) continue;
+      CellMean& part = measured ? mean.measured : mean.laid;
+      const float z = measured ? grid.height.at(i, j) : grid.laid.height.at(i, j);
+      part.height += z - plane.at(grid.x0 + i * grid.cell, grid.y0 - j * grid.cell);
+      part.grey += measured ? grid.ortho.at(i, j) : grid.laid.grey.at(i, j);
+      ++part.cells;
     }
   }
   return mean;
@@ -60,7 +69,7 @@ void close_small_holes(ViewSurface& surface) {
   const host::Raster<std::uint8_t> ortho = surface.ortho;
   for (std::int32_t y = 2; y + 2 < relief.height; ++y) {
     for (std::int32_t x = 2; x + 2 < relief.width; ++x) {
-      if (std::isfinite(relief.at(x, y))) continue;
+      if (std::isfinite(relief.at(x, y)) || std::isfinite(surface.laid.at(x, y))) continue;
       double height = 0, grey = 0;
       int cells = 0;
       for (std::int32_t j = y - 2; j <= y + 2; ++j) {
@@ -312,6 +321,12 @@ host::Rgba lit(const ViewSurface& surface, std::int32_t x, std::int32_t y) {
   return {grey, grey, grey, 255};
 }
 
+/// Every fourth diagonal of laid ground has the colour of the hatch.
+host::Rgba hatched(std::uint8_t grey, std::int32_t x, std::int32_t y) {
+  constexpr std::int32_t apart = 4;
+  return (x + y) % apart == 0 ? laid_hatch : host::Rgba{grey, grey, grey, 255};
+}
+
 }  // namespace
 
 PlanView make_plan_view(const map::GroundGrid* grid, const std::vector<Vec3>& track, std::int32_t max_width,
@@ -345,14 +360,17 @@ PlanView make_plan_view(const map::GroundGrid* grid, const std::vector<Vec3>& tr
 ViewSurface resample(const map::GroundGrid& grid, const map::Plane& plane, const PlanView& view) {
   ViewSurface surface;
   surface.relief = host::Raster<float>(view.width, view.height, nothing);
+  surface.laid = surface.relief;
   surface.ortho = host::Raster<std::uint8_t>(view.width, view.height);
   const auto radius = static_cast<std::int32_t>(std::min(8.0, 0.5 * view.unit_per_px / grid.cell));
   for (std::int32_t py = 0; py < view.height; ++py) {
     for (std::int32_t px = 0; px < view.width; ++px) {
       const auto [x, y] = view.world(px, py);
-      const CellMean mean = mean_around(grid, plane, x, y, radius);
+      const PixelMean means = mean_around(grid, plane, x, y, radius);
+      const bool measured = means.measured.cells > 0;
+      const CellMean& mean = measured ? means.measured : means.laid;
       if (mean.cells == 0) continue;
-      surface.relief.at(px, py) = static_cast<float>(mean.height / mean.cells);
+      (measured ? surface.relief : surface.laid).at(px, py) = static_cast<float>(mean.height / mean.cells);
       surface.ortho.at(px, py) = static_cast<std::uint8_t>(mean.grey / mean.cells + 0.5);
     }
   }
@@ -364,10 +382,15 @@ ViewSurface resample(const map::GroundGrid& grid, const map::Plane& plane, const
 
 host::Raster<host::Rgba> ortho_picture(const ViewSurface& surface) {
   host::Raster<host::Rgba> picture(surface.ortho.width, surface.ortho.height);
-  for (std::size_t i = 0; i < picture.samples.size(); ++i) {
-    if (!std::isfinite(surface.relief.samples[i])) continue;
-    const std::uint8_t g = surface.ortho.samples[i];
-    picture.samples[i] = {g, g, g, 255};
+  for (std::int32_t y = 0; y < picture.height; ++y) {
+    for (std::int32_t x = 0; x < picture.width; ++x) {
+      const std::uint8_t g = surface.ortho.at(x, y);
+      if (std::isfinite(surface.relief.at(x, y))) {
+        picture.at(x, y) = {g, g, g, 255};
+      } else if (std::isfinite(surface.laid.at(x, y))) {
+        picture.at(x, y) = hatched(g, x, y);
+      }
+    }
   }
   return picture;
 }

@@ -33,13 +33,16 @@ struct PlanView {
 
 /// The grid resampled to the view's pixels, small holes closed, contrast stretched: for pictures only.
 struct ViewSurface {
-  host::Raster<float> relief;  ///< height above the mean plane, strip units; NaN where nothing was seen
+  host::Raster<float> relief;  ///< height above the mean plane, strip units; NaN where none was measured
+  host::Raster<float> laid;    ///< the same where ground is laid on interpolated heights, else NaN
   host::Raster<std::uint8_t> ortho;
   host::Raster<float> shade;  ///< 0 dark to 1 bright, lit from the upper left
   double exaggeration = 1;    ///< of heights in the shading
 };
 [[nodiscard]] ViewSurface resample(const map::GroundGrid& grid, const map::Plane& plane, const PlanView& view);
 
+/// Laid ground is hatched in laid_hatch; transparent where there is none either.
+inline constexpr host::Rgba laid_hatch{214, 130, 70, 255};
 [[nodiscard]] host::Raster<host::Rgba> ortho_picture(const ViewSurface& surface);
 /// Heights above the mean plane in colours, shaded.
 [[nodiscard]] host::Raster<host::Rgba> relief_picture(const ViewSurface& surface, const host::ValueRange& range,

@@ -44,7 +44,9 @@ nlohmann::json map_item(const report::StripResult& strip, std::int32_t side_px, 
           {"size", {view.width, view.height}},
           {"image", keep(name + "-image", report::ortho_picture(surface), pictures)},
           {"relief", keep(name + "-relief", report::relief_picture(surface, range), pictures)},
-          {"range", {range.low, range.high}}};
+          {"range", {range.low, range.high}},
+          {"laid", std::any_of(surface.laid.samples.begin(), surface.laid.samples.end(),
+                               [](float z) { return std::isfinite(z); })}};
 }
 
 }  // namespace ilp::serve

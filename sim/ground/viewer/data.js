@@ -3,7 +3,8 @@
 const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
 const array = (Type, text) => new Type(bytes(text).buffer);
 
-// Arrays over all cells of a surface; NaN and 0 where nothing was seen.
+// Arrays over all cells of a surface; NaN and 0 where no height was measured. laid_of: interpolated heights of ground that
+// images show there, NaN elsewhere; only the picture uses them.
 function decodeGrid(grid, landing) {
   const cells = grid.width * grid.height;
   const cover = bytes(grid.cover);
@@ -17,12 +18,19 @@ function decodeGrid(grid, landing) {
   const out = {
     ...grid,
     height_of: new Float32Array(cells).fill(NaN),
+    laid_of: new Float32Array(cells).fill(NaN),
     sigma_of: new Float32Array(cells).fill(NaN),
     count_of: new Uint8Array(cells),
     source_of: new Uint16Array(cells),
     safe_of: landing ? new Uint8Array(cells).fill(255) : null,
     covered: told.height.length,
   };
+  const laid = bytes(grid.laid_cover);
+  const laidHeights = array(Float32Array, grid.laid_heights);
+  for (let cell = 0, next = 0; cell < cells; ++cell) {
+    if ((laid[cell >> 3] >> (cell & 7)) & 1) out.laid_of[cell] = laidHeights[next++];
+  }
+  out.laid = laidHeights.length;
   for (let cell = 0, next = 0; cell < cells; ++cell) {
     if (!((cover[cell >> 3] >> (cell & 7)) & 1)) continue;
     out.height_of[cell] = told.height[next];

@@ -1,13 +1,14 @@
 // How the page is used, by pointer and by keyboard; and whose work it contains.
 
+import { layersOf } from './layers.js';
 import { element } from './text.js';
 
-const keys = [
+const keysOf = (layers) => [
   ['← ↑ → ↓', 'move the cursor over the ground (Shift: in large steps)'],
   ['Enter', 'ask for the place under the cursor'],
   ['P', 'measure: then two places, by clicks or by Enter'],
   ['[  ]', 'previous and next keyframe'],
-  ['1 … 7', 'colour: orthoimage, height, sigma, count, newly seen, richness, source'],
+  [`1 … ${layers.length}`, `colour: ${layers.map((l) => l.name.toLowerCase()).join(', ')}`],
   ['T  L  M  F  U', 'track, links, fixes on the map, footprints, uncertainty'],
   ['X  Shift X', 'more, less exaggeration of the relief'],
   ['+  −', 'nearer, farther'],
@@ -28,12 +29,12 @@ const pointer = [
 ];
 const table = (rows) => element('dl', { class: 'keys' }, ...rows.flatMap(([key, what]) => [element('dt', {}, key), element('dd', {}, what)]));
 
-export function helpDialog() {
+export function helpDialog(flight) {
   const dialog = element('dialog', { class: 'help', 'aria-label': 'Help' });
   dialog.append(
     element('h2', {}, 'Using this page'),
     element('div', { class: 'columns' },
-      element('div', {}, element('h3', {}, 'Keyboard'), table(keys)),
+      element('div', {}, element('h3', {}, 'Keyboard'), table(keysOf(layersOf(flight)))),
       element('div', {}, element('h3', {}, 'Pointer'), table(pointer),
         element('h3', {}, 'Reading it'),
         element('p', {}, 'Coordinates are those of the strip: its origin and its scale. Heights are its z; relief is the height above its mean plane, to which the view is levelled. The track stands true to scale over relief that may be exaggerated.'),

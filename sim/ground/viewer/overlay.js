@@ -52,6 +52,7 @@ export function makeOverlay(page, state, scene) {
     }
     parts.push(element('p', {}, made.about));
     const { grid } = state.strip;
+    if (grid.laid) parts.push(element('div', { class: 'keysrow' }, swatch(['rgb(214,130,70)', 'hatched: no height; the image is laid on interpolated ground'])));
     const thinned = grid.stride > 1 ? `every ${ordinal(grid.stride)} cell shown, ` : '';
     parts.push(element('p', { class: 'muted' }, `${thinned}cell ${brief(grid.cell)} ${state.strip.unit}, relief × ${state.exaggeration}`));
     if (state.show.uncertainty && scene?.track?.enlarged) parts.push(element('p', { class: 'muted' }, `Blue: one sigma of the camera's position, × ${scene.track.enlarged}`));

@@ -26,7 +26,7 @@ export function buildPage(root, state) {
   const { flight } = state;
   const { totals } = flight;
   const said = element('div', { class: 'hidden', 'aria-live': 'polite' });
-  const help = helpDialog();
+  const help = helpDialog(flight);
   const strips = element('select', { 'aria-label': 'Strip', onchange: (e) => state.useStrip(flight.strips[e.target.selectedIndex]) },
     ...flight.strips.map((s) => element('option', {}, `Strip ${s.id} · ${s.members.length} keyframes`)));
   const layerButtons = layersOf(flight).map((layer, i) => element('button', {

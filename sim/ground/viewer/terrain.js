@@ -3,18 +3,21 @@
 
 import * as THREE from 'three';
 import { reliefOf } from './layers.js';
-import { rangeOf } from './grid.js';
+import { centreOf, planeAt, rangeOf } from './grid.js';
 
 // As the exported surface model: steeper than this is a wall that nobody measured.
 const maxJump = 4;
 
 const vertexShader = `
   attribute vec2 slope;
+  attribute float laid;
   uniform float exaggeration;
+  varying float vLaid;
   varying vec2 vUv;
   varying vec3 vNormal;
   void main() {
     vUv = uv;
+    vLaid = laid;
     vNormal = normalize(vec3(-slope * exaggeration, 1.0));
     gl_Position = projectionMatrix * modelViewMatrix * vec4(position.xy, position.z * exaggeration, 1.0);
   }`;
@@ -22,6 +25,7 @@ const fragmentShader = `
   uniform sampler2D picture;
   uniform vec2 stretch;
   uniform float isOrtho;
+  varying float vLaid;
   varying vec2 vUv;
   varying vec3 vNormal;
   void main() {
@@ -32,17 +36,32 @@ const fragmentShader = `
     float light = 0.26 + 0.66 * sun + 0.20 * sky;
     vec3 grey = vec3(clamp((texel.r - stretch.x) / (stretch.y - stretch.x), 0.0, 1.0)) * vec3(1.0, 0.965, 0.92) * 0.9 + 0.06;
     vec3 colour = mix(texel * light, grey * mix(1.0, light, 0.35), isOrtho);
+    if (vLaid > 0.5 && mod(gl_FragCoord.x + gl_FragCoord.y, 7.0) < 1.5) colour = vec3(0.84, 0.51, 0.27);
     gl_FragColor = vec4(colour, 1.0);
   }`;
+
+// For the surface that is drawn only: places, profiles and colours know what was measured.
+function reliefWithLaid(strip) {
+  const { grid } = strip;
+  const relief = reliefOf(strip).slice();
+  for (let c = 0; c < relief.length; ++c) {
+    if (Number.isNaN(grid.laid_of[c])) continue;
+    const [x, y] = centreOf(grid, c);
+    relief[c] = grid.laid_of[c] - planeAt(strip, x, y);
+  }
+  return relief;
+}
 
 function buildGeometry(strip, origin) {
   const { grid } = strip;
   const { width, height, cell } = grid;
-  const relief = reliefOf(strip);
+  const relief = reliefWithLaid(strip);
+  const vertices = grid.covered + grid.laid;
+  const laid = new Float32Array(vertices);
   const vertexOf = new Int32Array(width * height).fill(-1);
-  const position = new Float32Array(3 * grid.covered);
-  const uv = new Float32Array(2 * grid.covered);
-  const slope = new Float32Array(2 * grid.covered);
+  const position = new Float32Array(3 * vertices);
+  const uv = new Float32Array(2 * vertices);
+  const slope = new Float32Array(2 * vertices);
   const at = (i, j, other) => {
     if (i < 0 || j < 0 || i >= width || j >= height) return other;
     const z = relief[j * width + i];
@@ -54,6 +73,7 @@ function buildGeometry(strip, origin) {
       const z = relief[c];
       if (Number.isNaN(z)) continue;
       vertexOf[c] = vertex;
+      laid[vertex] = Number.isNaN(grid.height_of[c]) ? 1 : 0;
       position.set([grid.x0 + i * cell - origin[0], grid.y0 - j * cell - origin[1], z], 3 * vertex);
       uv.set([(i + 0.5) / width, 1 - (j + 0.5) / height], 2 * vertex);
       slope.set([(at(i + 1, j, z) - at(i - 1, j, z)) / (2 * cell), (at(i, j - 1, z) - at(i, j + 1, z)) / (2 * cell)], 2 * vertex);
@@ -64,6 +84,7 @@ function buildGeometry(strip, origin) {
   geometry.setAttribute('position', new THREE.BufferAttribute(position, 3));
   geometry.setAttribute('uv', new THREE.BufferAttribute(uv, 2));
   geometry.setAttribute('slope', new THREE.BufferAttribute(slope, 2));
+  geometry.setAttribute('laid', new THREE.BufferAttribute(laid, 1));
   const fine = faces(grid, vertexOf, relief, 1);
   return { geometry, fine, coarse: coarser(grid, vertexOf, relief, fine) };
 }
@@ -100,7 +121,7 @@ function faces(grid, vertexOf, relief, step) {
 function fillEdges(pixels, grid) {
   const { width, height, height_of: z } = grid;
   for (let c = 0; c < width * height; ++c) {
-    if (!Number.isNaN(z[c])) continue;
+    if (!Number.isNaN(z[c]) || !Number.isNaN(grid.laid_of[c])) continue;
     const i = c % width;
     const near = [i > 0 ? c - 1 : -1, i + 1 < width ? c + 1 : -1, c - width, c + width].find((n) => n >= 0 && n < z.length && !Number.isNaN(z[n]));
     if (near !== undefined) pixels.copyWithin(4 * c, 4 * near, 4 * near + 4);
@@ -131,8 +152,9 @@ export async function makeTerrain(strip, origin) {
 
   function paint(layer) {
     for (let c = 0; c < grid.height_of.length; ++c) {
-      if (Number.isNaN(grid.height_of[c])) continue;
-      const [r, g, b] = layer.colour(c) ?? untold;
+      const laid = !Number.isNaN(grid.laid_of[c]);
+      if (Number.isNaN(grid.height_of[c]) && !laid) continue;
+      const [r, g, b] = (laid ? null : layer.colour(c)) ?? untold;
       pixels[4 * c] = r;
       pixels[4 * c + 1] = g;
       pixels[4 * c + 2] = b;

@@ -42,6 +42,37 @@ CoveredCells covered_cells(const map::GroundGrid& grid, std::int32_t stride, std
   return cells;
 }
 
+/// Which cells have laid ground (bits as in CoveredCells), and its heights.
+struct LaidCells {
+  std::vector<std::uint8_t> cover;
+  std::vector<float> height;
+};
+
+LaidCells laid_cells(const map::GroundGrid& grid, std::int32_t stride, std::int32_t width, std::int32_t height) {
+  LaidCells cells;
+  cells.cover.resize((static_cast<std::size_t>(width) * static_cast<std::size_t>(height) + 7) / 8);
+  if (grid.laid.grey.empty()) return cells;
+  std::size_t cell = 0;
+  for (std::int32_t y = 0; y < height; ++y) {
+    for (std::int32_t x = 0; x < width; ++x, ++cell) {
+      const std::size_t i = grid.height.index(x * stride, y * stride);
+      if (std::isfinite(grid.height.samples[i]) || grid.laid.grey.samples[i] == 0) continue;
+      cells.cover[cell / 8] = static_cast<std::uint8_t>(cells.cover[cell / 8] | (1U << (cell % 8)));
+      cells.height.push_back(grid.laid.height.samples[i]);
+    }
+  }
+  return cells;
+}
+
+/// The orthoimage with laid ground in it.
+host::Raster<std::uint8_t> whole_ortho(const map::GroundGrid& grid) {
+  host::Raster<std::uint8_t> ortho = grid.ortho;
+  for (std::size_t i = 0; i < grid.laid.grey.samples.size(); ++i) {
+    if (grid.source.samples[i] == 0) ortho.samples[i] = grid.laid.grey.samples[i];
+  }
+  return ortho;
+}
+
 /// Of the probability of a safe landing at each covered cell, per cent; 255 where it is not known.
 std::vector<std::uint8_t> safe_cells(const map::GroundGrid& grid, const landing::LandingMap& landing,
                                      std::int32_t stride) {
@@ -77,7 +108,9 @@ json surface(const map::GroundGrid& grid, const ViewerBudget& budget, std::size_
   const CoveredCells cells = covered_cells(grid, stride, width, height);
   const std::int32_t side = std::max(grid.ortho.width, grid.ortho.height);
   const std::int32_t shrunk = (side + budget.texture_side_px - 1) / budget.texture_side_px;
-  const host::Raster<std::uint8_t> texture = host::shrink(grid.ortho, grid.ortho.width / shrunk, host::mean_grey);
+  const host::Raster<std::uint8_t> texture =
+      host::shrink(whole_ortho(grid), grid.ortho.width / shrunk, host::mean_grey);
+  const LaidCells laid = laid_cells(grid, stride, width, height);
   return {{"width", width},
           {"height", height},
           {"stride", stride},
@@ -91,6 +124,8 @@ json surface(const map::GroundGrid& grid, const ViewerBudget& budget, std::size_
           {"texture", host::data_uri(host::png_bytes(texture))},
           {"cover", host::base64(cells.cover)},
           {"heights", host::base64_of<float>(cells.height)},
+          {"laid_cover", host::base64(laid.cover)},
+          {"laid_heights", host::base64_of<float>(laid.height)},
           {"sigma", host::base64_of<float>(cells.sigma)},
           {"count", host::base64(cells.count)},
           {"source", host::base64_of<std::uint16_t>(cells.source)}};

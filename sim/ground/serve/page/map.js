@@ -129,7 +129,8 @@ export class StripMap {
     this.drawScale(context, height);
     this.drawDirection(context, width, height);
     this.showLegend();
-    this.note.textContent = `${this.track.length} posed keyframes; the line is the track of the camera`;
+    const hatched = this.kind === 'image' && this.strip?.map?.laid ? '; hatched: no height, the image is laid on interpolated ground' : '';
+    this.note.textContent = `${this.track.length} posed keyframes; the line is the track of the camera${hatched}`;
   }
 
   drawScale(context, height) {

@@ -108,6 +108,30 @@ TEST(Balance, KnownGainsAndOffsetsOfOneTextureAreFoundToTwoPerCent) {
   EXPECT_NEAR(gains / pieces, 0, 0.01);
 }
 
+TEST(Balance, ContrastIsEvenOverTheEighthsOfAStripWhoseExposureFalls) {
+  constexpr std::int32_t pieces = 16;
+  const GroundGrid grid = strip_of(pieces, texture, [](std::int32_t piece, std::int32_t, double grey) {
+    return std::exp(-std::log(2.7) * piece / (pieces - 1)) * grey;
+  });
+  const auto ids = ids_of(pieces);
+  const auto balance = balance_of(grid, ids);
+  std::vector<double> contrasts;
+  for (std::int32_t eighth = 0; eighth < 8; ++eighth) {
+    double sum = 0, squares = 0, cells = 0;
+    for (std::int32_t y = 0; y < rows; ++y) {
+      for (std::int32_t x = eighth * 2 * piece_columns; x < (eighth + 1) * 2 * piece_columns; ++x) {
+        const double grey = balance.at(ids[grid.source.at(x, y) - 1U]).of(grid.ortho.at(x, y));
+        sum += grey;
+        squares += grey * grey;
+        ++cells;
+      }
+    }
+    contrasts.push_back(std::sqrt(squares / cells - sum * sum / (cells * cells)));
+  }
+  const auto [low, high] = std::minmax_element(contrasts.begin(), contrasts.end());
+  EXPECT_LT(*high / *low, 1.25) << "2.5 as the camera shows it";
+}
+
 TEST(Balance, TheOrderOfIdsAndOfPiecesMakesNoDifference) {
   const GroundGrid grid = strip_of(3, texture, [](std::int32_t piece, std::int32_t, double grey) {
     return Balance{1.0 - 0.2 * piece, 10.0 * piece}.of(grey);
