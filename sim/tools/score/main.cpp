@@ -9,7 +9,10 @@
 
 int main(int argc, char** argv) {
   using namespace ilp::score;
-  CLI::App app{"Scores what a flight found against the truth; a flight that was cut short is scored as far as it went"};
+  ilp::host::CommandLine app(
+      "ilp-score",
+      "Scores what a flight found against the truth; a flight that was cut short is scored as far as it went",
+      "ilp-score flight --reference poses.txt");
   ScoreOptions options;
   std::string out;
   app.add_option("flight", options.flight, "folder that ilp-sil --out left")->required();

@@ -11,10 +11,9 @@
 #include "sim/tools/docgen/xtce/database.hpp"
 
 int main(int argc, char** argv) {
-  CLI::App app("Writes the XTCE 1.2 database of a mission to standard output: telecommands, reports, parameters");
-  app.footer(
-      "Example: ilp-xtce --mission mission.ini > mission.xml\nExit status: 0 done, 1 the work could not be done, 2 "
-      "wrong call");
+  ilp::host::CommandLine app(
+      "ilp-xtce", "Writes the XTCE 1.2 database of a mission to standard output: telecommands, reports, parameters",
+      "ilp-xtce --mission mission.ini > mission.xml");
   std::string mission;
   app.add_option("--mission", mission, "mission parameters, an .ini file; without it those of the default mission");
   app.set_version_flag("--version", ilp::host::version_line("ilp-xtce"));
