@@ -329,6 +329,8 @@ FixedText<160> expectation_of(const MissionEntry& entry) {
   const std::size_t index = find_parameter(entry.section, entry.key);
   if (index < parameter_count()) {
     const ParameterInfo& info = parameter_info(index);
+    for (const EnumValue& choice : info.choices) text.add(text.size() == 0 ? ": expected " : " or ").add(choice.name);
+    if (text.size() != 0) return text;
     std::array<char, 96> range{};
     std::snprintf(range.data(), range.size(), ": expected a value from %g to %g %s", info.minimum, info.maximum,
                   info.unit);

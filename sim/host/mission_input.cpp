@@ -20,7 +20,18 @@ std::string fault_of_entry(const MissionEntry& entry) {
   }
   const ParameterInfo& info = parameter_info(index);
   std::ostringstream text;
-  text << "not a value from " << info.minimum << " to " << info.maximum << " " << info.unit;
+  if (!info.choices.empty()) {
+    std::vector<std::string> names;
+    text << "expected";
+    for (const EnumValue& choice : info.choices) {
+      text << (names.empty() ? " " : " or ") << choice.name;
+      names.emplace_back(choice.name);
+    }
+    text << did_you_mean(entry.value, names);
+    return text.str();
+  }
+  text << "not a number from " << info.minimum << " to " << info.maximum;
+  if (*info.unit != 0) text << " " << info.unit;
   if (std::string(info.unit) == "rad") text << ", or degrees, written 20deg";
   text << " (docs/parameters.md)";
   return text.str();
