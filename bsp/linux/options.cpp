@@ -332,8 +332,8 @@ FixedText<160> expectation_of(const MissionEntry& entry) {
     for (const EnumValue& choice : info.choices) text.add(text.size() == 0 ? ": expected " : " or ").add(choice.name);
     if (text.size() != 0) return text;
     std::array<char, 96> range{};
-    std::snprintf(range.data(), range.size(), ": expected a value from %g to %g %s", info.minimum, info.maximum,
-                  info.unit);
+    std::snprintf(range.data(), range.size(), ": expected a value from %g to %g%s%s", info.minimum, info.maximum,
+                  *info.unit != 0 ? " " : "", info.unit);
     text.add(range.data());
     return text;
   }
