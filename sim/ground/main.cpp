@@ -145,9 +145,7 @@ std::string nearest_subcommand(const std::string& word) {
   return host::did_you_mean(word, names);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
   for (const Subcommand& subcommand : subcommands) {
     if (first == subcommand.name) return subcommand.run(argc, argv);
@@ -228,12 +226,21 @@ int main(int argc, char** argv) {
   options.keep_copies = keep == "all";
   if (!options.keep_copies && vertices->count() == 0) options.max_vertices = 80000;
   options.more_comes = follow_s > 0;
+  ground::require_apart(options);
+  if (!planned.empty()) return plan(options, planned, task_count);
+  return follow_s > 0 ? follow(options, follow_s) : run_once(options);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
   try {
-    ground::require_apart(options);
+    return run(argc, argv);
   } catch (const host::WrongUsage& error) {
     std::cerr << "ilp-ground: " << error.what() << "\n";
     return host::wrong_usage;
+  } catch (const std::exception& error) {
+    std::cerr << "ilp-ground: " << error.what() << "\n";
+    return 1;
   }
-  if (!planned.empty()) return plan(options, planned, task_count);
-  return follow_s > 0 ? follow(options, follow_s) : run_once(options);
 }

@@ -191,19 +191,20 @@ int run(CommandLine& line) {
 }  // namespace ilp::sil
 
 int main(int argc, char** argv) {
-  ilp::host::CommandLine app("ilp-sil", "Flies the flight software over simulated or recorded images, in virtual time",
-                             "ilp-sil --images photographs --camera cameras.txt --out flight",
-                             "Exit status: 0 flown, 1 the work could not be done, 2 wrong call, 3 no keyframe has a "
-                             "pose, 4 the images ended before their end");
-  ilp::sil::CommandLine line;
-  ilp::sil::describe_options(app, line);
-  app.set_version_flag("--version", ilp::host::version_line("ilp-sil"));
-  if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
-  if (line.memory_map) {
-    ilp::sil::print_memory_map(std::cout);
-    return 0;
-  }
   try {
+    ilp::host::CommandLine app("ilp-sil",
+                               "Flies the flight software over simulated or recorded images, in virtual time",
+                               "ilp-sil --images photographs --camera cameras.txt --out flight",
+                               "Exit status: 0 flown, 1 the work could not be done, 2 wrong call, 3 no keyframe has a "
+                               "pose, 4 the images ended before their end");
+    ilp::sil::CommandLine line;
+    ilp::sil::describe_options(app, line);
+    app.set_version_flag("--version", ilp::host::version_line("ilp-sil"));
+    if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
+    if (line.memory_map) {
+      ilp::sil::print_memory_map(std::cout);
+      return 0;
+    }
     ilp::sil::configure_store_memory();
     return ilp::sil::run(line);
   } catch (const ilp::host::WrongUsage& error) {

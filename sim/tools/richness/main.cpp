@@ -66,26 +66,26 @@ void run_tune(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  host::CommandLine app(
-      "ilp-richness",
-      "Rates images of simulated worlds with planted features by their richness, and compares the rates with the truth",
-      "ilp-richness evaluate --seeds 2");
-  app.require_subcommand(1);
-  Options options;
-  const auto add = [&](const char* name, const char* about, const char* example, void (*run)(const Options&)) {
-    CLI::App* command = &host::add_subcommand(app, name, about, "ilp-richness " + std::string(example));
-    command->add_option("--set", options.set, "which worlds: held-out or tuning")
-        ->check(CLI::IsMember({"held-out", "tuning"}));
-    command->add_option("--first-seed", options.first_seed, "first seed of the worlds");
-    command->add_option("--seeds", options.seeds, "number of seeds; each makes 25 worlds of 8 keyframes")
-        ->check(CLI::Range(1, 10000));
-    command->add_option("--threads", options.threads, "number of threads; 0: one per core");
-    command->add_option("--mission", options.mission,
-                        "mission file with the parameters of the flight software, such as [richness]");
-    command->callback([&options, run] { run(options); });
-    return command;
-  };
   try {
+    host::CommandLine app("ilp-richness",
+                          "Rates images of simulated worlds with planted features by their richness, and compares the "
+                          "rates with the truth",
+                          "ilp-richness evaluate --seeds 2");
+    app.require_subcommand(1);
+    Options options;
+    const auto add = [&](const char* name, const char* about, const char* example, void (*run)(const Options&)) {
+      CLI::App* command = &host::add_subcommand(app, name, about, "ilp-richness " + std::string(example));
+      command->add_option("--set", options.set, "which worlds: held-out or tuning")
+          ->check(CLI::IsMember({"held-out", "tuning"}));
+      command->add_option("--first-seed", options.first_seed, "first seed of the worlds");
+      command->add_option("--seeds", options.seeds, "number of seeds; each makes 25 worlds of 8 keyframes")
+          ->check(CLI::Range(1, 10000));
+      command->add_option("--threads", options.threads, "number of threads; 0: one per core");
+      command->add_option("--mission", options.mission,
+                          "mission file with the parameters of the flight software, such as [richness]");
+      command->callback([&options, run] { run(options); });
+      return command;
+    };
     CLI::App* evaluate_command = add("evaluate", "area under the ROC curve by ground and by feature",
                                      "evaluate --seeds 2 --csv cues.csv", run_evaluate);
     evaluate_command->add_flag("--cues", options.cues, "evaluate every cue alone, too");
