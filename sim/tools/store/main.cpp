@@ -69,6 +69,7 @@ Process process_of(const std::string& text) {
 
 void print_roles(const std::vector<std::string>& texts) {
   std::vector<Process> processes;
+  processes.reserve(texts.size());
   for (const std::string& text : texts) processes.push_back(process_of(text));
   StageMask taken = 0;
   for (const Process& process : processes) {
