@@ -25,9 +25,9 @@ namespace {
 using namespace ilp;
 
 constexpr const char* usage =
-    "usage: ilp-camera-check DEVICE[,SETTING...] WIDTH HEIGHT [SECONDS [INTERVAL_S]]\n"
     "Tests a video camera as the flight uses it: grades the driver, requests frames at regular times, and prints their "
-    "time differences.\n"
+    "time differences\n"
+    "usage: ilp-camera-check DEVICE[,SETTING...] WIDTH HEIGHT [SECONDS [INTERVAL_S]]\n"
     "  settings as for ilp-onboard --v4l2 (docs/onboard.md); 30 seconds by default, a frame every second\n"
     "Example: ilp-camera-check /dev/video0,format=YUYV,rate=10 640 480 30\n"
     "Exit status: 0 done, 1 the camera cannot be used, 2 wrong call\n";

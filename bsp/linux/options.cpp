@@ -1,14 +1,15 @@
 #include "bsp/linux/options.hpp"
 
+#include <array>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 
 #include "bsp/flight/mission_file.hpp"
+#include "bsp/flight/nearest_word.hpp"
 #include "bsp/flight/stage_set.hpp"
 #include "bsp/linux/image_sources.hpp"
-#include "bsp/linux/nearest_word.hpp"
 #include "bsp/linux/status_line.hpp"
 #include "fsw/base/text.hpp"
 
@@ -62,7 +63,12 @@ constexpr const char* help_of_options =
     "                  in steps, as by default in virtual time (docs/worker.md)\n"
     "  --lock-lease    a process of the flight that keeps the lock of the database file for longer is ended, so that\n"
     "                  it is started again: 10 s by default (docs/several-machines.md)\n"
-    "  --trap-heap     abort on any allocation after start-up\n";
+    "  --trap-heap     abort on any allocation after start-up\n"
+    "Example: ilp-onboard --index strip/index.txt --store flight.db --outbox outbox --acknowledgements acknowledged "
+    "--virtual-time\n"
+    "Exit status: 0 ended in order, 1 something could not be opened or recorded, or no frame was usable, 2 wrong call, "
+    "3 the\n"
+    "database or the memory is damaged\n";
 
 /// Camera, links and clock belong to the head.
 bool joins_only(const Options& options) {
@@ -79,6 +85,8 @@ bool joins_only(const Options& options) {
 }  // namespace
 
 void print_usage() {
+  std::fputs("The flight software of a balloon's imaging package: localises images, maps the ground, sends products\n",
+             stdout);
   const char* before = "usage: ilp-onboard (";
   for (const ImageSourceKind& kind : ImageSources::kinds) {
     std::printf("%s%s %s", before, kind.option, kind.value);
@@ -315,6 +323,26 @@ bool read_number(const char* text, long most, const char* needs, int& number) {
   return true;
 }
 
+/// What the wrong entry of a mission file could be.
+FixedText<160> expectation_of(const MissionEntry& entry) {
+  FixedText<160> text;
+  const std::size_t index = find_parameter(entry.section, entry.key);
+  if (index < parameter_count()) {
+    const ParameterInfo& info = parameter_info(index);
+    for (const EnumValue& choice : info.choices) text.add(text.size() == 0 ? ": expected " : " or ").add(choice.name);
+    if (text.size() != 0) return text;
+    std::array<char, 96> range{};
+    std::snprintf(range.data(), range.size(), ": expected a value from %g to %g%s%s", info.minimum, info.maximum,
+                  *info.unit != 0 ? " " : "", info.unit);
+    text.add(range.data());
+    return text;
+  }
+  NearestWord nearest(entry.key);
+  for (std::size_t i = 0; i < parameter_count(); ++i) nearest.offer(parameter_info(i).key);
+  if (nearest.found() != nullptr) text.add(": did you mean ").add(nearest.found()).add("?");
+  return text;
+}
+
 }  // namespace
 
 bool read_mission(const Options& options, MissionParameters& mission) {
@@ -322,7 +350,8 @@ bool read_mission(const Options& options, MissionParameters& mission) {
   MissionEntry error;
   const Status status = read_mission_file(options.mission, mission, error);
   if (status.ok()) return true;
-  std::fprintf(stderr, "ilp-onboard: [%s] %s = %s\n", error.section, error.key, error.value);
+  std::fprintf(stderr, "ilp-onboard: [%s] %s = %s%s\n", error.section, error.key, error.value,
+               expectation_of(error).c_str());
   print_status(options.mission, status);
   return false;
 }

@@ -7,6 +7,25 @@ set(package_files ${CMAKE_BINARY_DIR}/packages)
 # Changes with the commit, whose time the files of a package bear.
 set(package_commit ${CMAKE_BINARY_DIR}/bsp/version/commit.inc)
 
+# Manual pages are made of what --help says: always for packages, else by the target man-pages. What was not made is not
+# installed.
+add_custom_target(man-pages)
+function(ilp_page_target target)
+  if(ILP_PACKAGE)
+    add_custom_target(${target} ALL DEPENDS ${ARGN})
+  else()
+    add_custom_target(${target} DEPENDS ${ARGN})
+  endif()
+  add_dependencies(man-pages ${target})
+endfunction()
+function(ilp_install_page page component)
+  set(optional OPTIONAL)
+  if(ILP_PACKAGE)
+    set(optional "")
+  endif()
+  install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT ${component} ${optional})
+endfunction()
+
 # ilp_package(COMPONENT PROGRAMS...): programs with their manual pages, and the files that every package has.
 function(ilp_package component)
   set(name aerobot-ilp-${component})
@@ -16,21 +35,20 @@ function(ilp_package component)
       continue()
     endif()
     install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${component})
-    if(ILP_PACKAGE)
-      set(page ${package_files}/${program}.1.gz)
-      add_custom_command(OUTPUT ${page} COMMAND ${packages}/man-page ${page} ${program} ${CMAKE_CROSSCOMPILING_EMULATOR}
-                         $<TARGET_FILE:${program}> DEPENDS ${program} ${packages}/man-page VERBATIM)
-      list(APPEND pages ${page})
-      install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT ${component})
-    endif()
+    set(page ${package_files}/${program}.1.gz)
+    add_custom_command(OUTPUT ${page} COMMAND ${packages}/man-page ${page} ${program} ${CMAKE_CROSSCOMPILING_EMULATOR}
+                       $<TARGET_FILE:${program}> DEPENDS ${program} ${packages}/man-page VERBATIM)
+    list(APPEND pages ${page})
+    ilp_install_page(${page} ${component})
   endforeach()
   if(ILP_PACKAGE)
     set(log ${package_files}/${name}/changelog.gz)
     add_custom_command(OUTPUT ${log} COMMAND ${packages}/changelog ${log} ${name} ${ILP_PACKAGE_VERSION}
                        DEPENDS ${packages}/changelog ${package_commit} VERBATIM)
-    add_custom_target(${name}-files ALL DEPENDS ${pages} ${log})
+    add_custom_target(${name}-files ALL DEPENDS ${log})
     install(FILES ${log} DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} COMPONENT ${component})
   endif()
+  ilp_page_target(${component}-pages ${pages})
   install(FILES ${packages}/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} COMPONENT ${component})
   set_property(GLOBAL APPEND PROPERTY ILP_COMPONENTS ${component})
 endfunction()
@@ -38,13 +56,11 @@ endfunction()
 # ilp_package_script(COMPONENT NAME): a command that starts an installed script.
 function(ilp_package_script component name)
   install(PROGRAMS ${packages}/${name} DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${component})
-  if(ILP_PACKAGE)
-    set(page ${package_files}/${name}.1.gz)
-    add_custom_command(OUTPUT ${page} COMMAND ${packages}/man-page ${page} ${name} ${packages}/${name}
-                       DEPENDS ${packages}/man-page ${packages}/${name} ${package_commit} VERBATIM)
-    add_custom_target(${name}-page ALL DEPENDS ${page})
-    install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT ${component})
-  endif()
+  set(page ${package_files}/${name}.1.gz)
+  add_custom_command(OUTPUT ${page} COMMAND ${packages}/man-page ${page} ${name} ${packages}/${name}
+                     DEPENDS ${packages}/man-page ${packages}/${name} ${package_commit} VERBATIM)
+  ilp_page_target(${name}-page ${page})
+  ilp_install_page(${page} ${component})
 endfunction()
 
 # Scripts find each other and their tables where the sources have them.

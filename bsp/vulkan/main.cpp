@@ -15,13 +15,16 @@ namespace {
 using namespace ilp;
 
 const char* const usage =
+    "Searches overlaps of large rotations for a flight on a Vulkan device\n"
     "usage: ilp-compute-vulkan --socket PATH [--device NAME]\n"
     "       ilp-compute-vulkan --measure [--device NAME]\n"
     "       ilp-compute-vulkan --list\n"
     "  --socket   the Unix socket at which a flight finds this program: ilp-onboard --compute PATH\n"
     "  --device   a part of the device's name; without it the first one that can do the work\n"
     "  --measure  does a search on the device and on the processor, and prints both times\n"
-    "  --list     prints the devices\n";
+    "  --list     prints the devices\n"
+    "Example: ilp-compute-vulkan --socket /run/ilp/compute\n"
+    "Exit status: 0 done, 1 the device cannot be used or has failed, 2 wrong call\n";
 
 struct Options {
   const char* socket = nullptr;
@@ -71,6 +74,10 @@ WideSearchJob search;
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc == 2 && std::strcmp(argv[1], "--help") == 0) {
+    std::fputs(usage, stdout);
+    return 0;
+  }
   Options options;
   if (!parse(argc, argv, options)) {
     std::fputs(usage, stderr);

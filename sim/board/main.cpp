@@ -187,9 +187,18 @@ int run(const std::vector<std::string>& words) {
     std::cout << host::version_line("ilp-board-station") << "\n";
     return 0;
   }
+  const char* const usage =
+      "The ground station of the emulated board: keeps every file that comes, and obeys the lines of its input\n"
+      "usage: ilp-board-station ADDRESS:PORT FOLDER [WRITE_LOG] | ilp-board-station --version\n"
+      "Example: ilp-board-station 127.0.0.1:10025 received\n"
+      "Exit status: 0 done, 1 the work could not be done, 2 wrong call\n";
+  if (words.size() == 1 && words[0] == "--help") {
+    std::cout << usage;
+    return 0;
+  }
   SocketAddress board;
   if ((words.size() != 2 && words.size() != 3) || !parse_address(words[0].c_str(), board).ok()) {
-    std::cerr << "usage: ilp-board-station ADDRESS:PORT FOLDER [WRITE_LOG] | ilp-board-station --version\n";
+    std::cerr << usage;
     return 2;
   }
   fs::create_directories(words[1]);

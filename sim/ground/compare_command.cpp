@@ -12,14 +12,17 @@
 namespace ilp::ground {
 
 int compare_main(int argc, char** argv) {
-  CLI::App app{"Lays the map of a flight onto another terrain model, and measures the height differences", "compare"};
+  host::CommandLine app("ilp-ground compare",
+                        "Lays the map of a flight onto another terrain model, and measures the height differences",
+                        "ilp-ground compare flight/ground dtm.tif --out comparison");
   compare::ComparisonOptions options;
   app.add_option("map", options.map, "folder of ilp-ground --out or of sim/fly --out, or a raster of heights")
       ->required();
   app.add_option("other", options.other, "the other terrain model: a raster of heights that GDAL reads")->required();
   app.add_option("--out", options.out, "folder for the results (default: comparison, beside the map)");
   app.add_option("--strip", options.strip, "strip of a flight with several (default: the first)")
-      ->check(CLI::Range(1, 1000000));
+      ->check(CLI::Range(1, 1000000))
+      ->default_str("");
   const std::map<std::string, compare::Fit> fits{
       {"none", compare::Fit::none}, {"shift", compare::Fit::shift}, {"similarity", compare::Fit::similarity}};
   app.add_option("--fit", options.alignment.fit,
@@ -27,7 +30,7 @@ int compare_main(int argc, char** argv) {
       ->transform(CLI::CheckedTransformer(fits))
       ->option_text("none|shift|similarity [shift]");
   double max_slope_deg = 45;
-  app.add_option("--max-slope", max_slope_deg, "ground steeper than this is left out, degrees [45]")
+  app.add_option("--max-slope", max_slope_deg, "ground steeper than this is left out, degrees")
       ->check(CLI::Range(1.0, 89.9));
   auto* const poses = app.add_option(
       "--poses", options.frame.poses,

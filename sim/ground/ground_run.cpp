@@ -29,6 +29,7 @@
 #include "sim/host/files.hpp"
 #include "sim/host/progress.hpp"
 #include "sim/host/text_format.hpp"
+#include "sim/host/wrong_usage.hpp"
 
 namespace ilp::ground {
 namespace {
@@ -154,7 +155,33 @@ void keep_record(const GroundOptions& options, const report::Report& report, con
   write_record(record, options.out);
 }
 
+/// A mistaken number would leave a strip without its place.
+void require_strips_of_anchors(const GroundOptions& options, const exports::Anchors& anchors,
+                               const intake::Flight& flight) {
+  std::string there;
+  for (const auto& [id, strip] : flight.strips) there += (there.empty() ? "" : ", ") + std::to_string(id);
+  for (const exports::StripAnchor& anchor : anchors.strips) {
+    if (flight.strips.contains(anchor.strip)) continue;
+    throw std::runtime_error(options.anchor.string() + " anchors strip " + std::to_string(anchor.strip) +
+                             ", which has not come down; there is " + (there.empty() ? "none" : "strip " + there) +
+                             ": name one of these, or leave the entry out until it comes");
+  }
+}
+
 }  // namespace
+
+void require_apart(const GroundOptions& options) {
+  std::error_code error;
+  const fs::path outbox = fs::weakly_canonical(fs::absolute(options.outbox), error);
+  fs::path out = fs::weakly_canonical(fs::absolute(options.out), error);
+  const fs::path beside = outbox.parent_path() / "ground";
+  for (; out.has_relative_path(); out = out.parent_path()) {
+    if (out != outbox) continue;
+    throw host::WrongUsage("--out " + options.out.string() + " lies inside the downlink " + options.outbox.string() +
+                           ", where the next run would take it for what came down: name a folder beside it, such as " +
+                           beside.string());
+  }
+}
 
 /// A telecommand may have changed it after the flight information was written.
 double target_overlap_of(const GroundOptions& options, const std::optional<intake::FlightInfo>& info) {
@@ -190,6 +217,7 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   std::unique_ptr<intake::Catalogue> opened = open_and_take_in(options, report, before, messages);
   intake::Catalogue& catalogue = *opened;
   decode_held(options, catalogue, report, messages);
+  if (anchors && !options.more_comes) require_strips_of_anchors(options, *anchors, report.flight);
   remove_pages(options.out);
   if (!options.acknowledge.empty())
     intake::write_acknowledgements(intake::acknowledgements_of(report.outbox), options.acknowledge);

@@ -21,6 +21,7 @@ struct GroundOptions {
   std::filesystem::path flight_info;
   std::filesystem::path acknowledge;  ///< folder for acknowledgements
   std::filesystem::path anchor;       ///< where on a body the strips were (export/georeference.hpp)
+  bool more_comes = false;            ///< strips that the anchors name may still come
   std::filesystem::path control;      ///< ground control points (control/control_file.hpp)
   std::string control_body;           ///< of their longitudes and latitudes
   std::string control_crs;            ///< of their x and y, such as EPSG:32633
@@ -42,6 +43,9 @@ struct GroundOptions {
   bool keep_copies = true;
   std::size_t max_vertices = 1100000;  ///< of one model: 45 MB
 };
+
+/// host::WrongUsage where the results would lie in the downlink: the next run would find them there.
+void require_apart(const GroundOptions& options);
 
 /// Takes in what is new in the outbox, computes what depends on it, and writes everything under `options.out`. What
 /// came before is in the catalogue there (catalogue.hpp), and counts even where the outbox has been emptied since. The

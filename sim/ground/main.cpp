@@ -2,9 +2,11 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <filesystem>
 #include <iostream>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -56,7 +58,9 @@ int plan(const GroundOptions& options, const std::string& kind, std::size_t coun
 
 /// ilp-ground work PACKAGE --out DIR
 int work_main(int argc, char** argv) {
-  CLI::App app{"Does the work of a package that ilp-ground --plan has written (ilp-ground merge does both)"};
+  host::CommandLine app("ilp-ground work",
+                        "Does the work of a package that ilp-ground --plan has written (ilp-ground merge does both)",
+                        "ilp-ground work ground/work/looks-1.work --out ground");
   std::string package, out;
   tasks::WorkParams params;
   app.add_option("package", package, "file below DIR/work")->required();
@@ -104,26 +108,57 @@ int follow(GroundOptions options, int seconds) {
   }
 }
 
-}  // namespace
+struct Subcommand {
+  const char* name;
+  const char* what;
+  int (*run)(int argc, char** argv);  ///< with the program's name before the subcommand's
+};
 
-int main(int argc, char** argv) {
-  if (argc > 1 && std::string(argv[1]) == "console") return ilp::console::console_main(argc - 1, argv + 1);
-  if (argc > 1 && std::string(argv[1]) == "serve") return ilp::serve::serve_main(argc - 1, argv + 1);
-  if (argc > 1 && std::string(argv[1]) == "merge") return ilp::ground::merge_main(argc, argv);
-  if (argc > 1 && std::string(argv[1]) == "compare") return ilp::ground::compare_main(argc, argv);
-  if (argc > 1 && std::string(argv[1]) == "map-tiles") return ilp::ground::map_tiles_main(argc, argv);
-  if (argc > 1 && std::string(argv[1]) == "map-check") return ilp::ground::map_check_main(argc, argv);
-  if (argc > 1 && std::string(argv[1]) == "work") return work_main(argc - 1, argv + 1);
-  CLI::App app{"Decodes the files of a downlink, merges them into one model per strip, and writes a report"};
-  app.footer(
-      "ilp-ground merge does the same in tasks on several processors or machines; see ilp-ground merge --help\n"
-      "ilp-ground compare MAP OTHER measures the height differences to another terrain model; see ilp-ground compare "
-      "--help\n"
-      "ilp-ground map-tiles makes the map that a flight carries; see ilp-ground map-tiles --help\n"
-      "ilp-ground map-check FLIGHT MAP tries a map on a flight that came down; see ilp-ground map-check --help\n"
-      "ilp-ground serve FOLDER shows a live flight in a browser; see ilp-ground serve --help\n"
-      "ilp-ground console ADDRESS:PORT operates a "
-      "flight over its link; see ilp-ground console --help");
+constexpr Subcommand subcommands[] = {
+    {"merge", "does the same in tasks on several processors or machines", ground::merge_main},
+    {"work", "does the work of one task", [](int argc, char** argv) { return work_main(argc - 1, argv + 1); }},
+    {"compare", "measures the height differences of a map to another terrain model", ground::compare_main},
+    {"map-tiles", "makes the map that a flight carries", ground::map_tiles_main},
+    {"map-check", "tries a map on a flight that came down", ground::map_check_main},
+    {"serve", "shows a live flight in a browser",
+     [](int argc, char** argv) { return serve::serve_main(argc - 1, argv + 1); }},
+    {"console", "operates a flight over its link",
+     [](int argc, char** argv) { return console::console_main(argc - 1, argv + 1); }}};
+
+std::string list_of_subcommands() {
+  constexpr std::size_t column = 12;
+  std::string text = "Subcommands, each with a --help of its own:\n";
+  for (const Subcommand& subcommand : subcommands) {
+    std::string name = subcommand.name;
+    name.resize(column, ' ');
+    text += "  " + name + subcommand.what + "\n";
+  }
+  return text + "\n";
+}
+
+/// Where the first word is no folder: the subcommand that is spelled much like it.
+std::string nearest_subcommand(const std::string& word) {
+  std::error_code error;
+  if (word.empty() || word.starts_with("-") || std::filesystem::exists(word, error)) return {};
+  std::vector<std::string> names;
+  for (const Subcommand& subcommand : subcommands) names.emplace_back(subcommand.name);
+  return host::did_you_mean(word, names);
+}
+
+int run(int argc, char** argv) {
+  const std::string first = argc > 1 ? argv[1] : "";
+  for (const Subcommand& subcommand : subcommands) {
+    if (first == subcommand.name) return subcommand.run(argc, argv);
+  }
+  if (const std::string near = nearest_subcommand(first); !near.empty()) {
+    std::cerr << "ilp-ground: " << first << " is neither a folder nor a subcommand" << near
+              << "\nRun with --help for more information.\n";
+    return host::wrong_usage;
+  }
+  host::CommandLine app("ilp-ground",
+                        "Decodes the files of a downlink, merges them into one model per strip, and writes a report",
+                        "ilp-ground flight/outbox --out ground --flight-info flight/flight-info.json");
+  app.footer(list_of_subcommands() + app.get_footer());
   GroundOptions options;
   app.add_option("outbox", options.outbox, "folder with the files that came down (.ilp, .jp2)")->required();
   app.add_option("--out", options.out, "folder for the results")->required();
@@ -166,12 +201,13 @@ int main(int argc, char** argv) {
                  "postgresql://USER@HOST/DATABASE: keep the catalogue there, where missions share it, with footprints");
   app.add_option("--mission", options.mission, "name of the mission in that catalogue (default: the title)");
   app.add_option("--target-overlap", options.target_overlap, "target overlap that the plot shows, 0 to 1")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(CLI::Range(0.0, 1.0))
+      ->default_str("");
   const auto vertices = app.add_option("--max-vertices", options.max_vertices, "most vertices of one surface model")
                             ->check(CLI::Range(100, 100000000));
   std::string keep = "all";
   app.add_option("--keep", keep,
-                 "all (default); or maps: not what other files have already (PFM, model.ply, the catalogue), and a "
+                 "all, or maps: not what other files have already (PFM, model.ply, the catalogue), and a "
                  "surface of 80 000 vertices")
       ->check(CLI::IsMember({"all", "maps"}));
   std::string holes = "laid";
@@ -182,7 +218,8 @@ int main(int argc, char** argv) {
   int follow_s = 0;
   app.add_option("--follow", follow_s,
                  "seconds between two looks for new files; the program then runs until it is ended")
-      ->check(CLI::Range(1, 86400));
+      ->check(CLI::Range(1, 86400))
+      ->default_str("");
   std::string planned;
   app.add_option("--plan", planned,
                  "only take in what is new, and write packages of this kind of work for tasks (ilp-ground merge)")
@@ -194,6 +231,22 @@ int main(int argc, char** argv) {
   options.keep_copies = keep == "all";
   options.lay_holes = holes == "laid";
   if (!options.keep_copies && vertices->count() == 0) options.max_vertices = 80000;
+  options.more_comes = follow_s > 0;
+  ground::require_apart(options);
   if (!planned.empty()) return plan(options, planned, task_count);
   return follow_s > 0 ? follow(options, follow_s) : run_once(options);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const host::WrongUsage& error) {
+    std::cerr << "ilp-ground: " << error.what() << "\n";
+    return host::wrong_usage;
+  } catch (const std::exception& error) {
+    std::cerr << "ilp-ground: " << error.what() << "\n";
+    return 1;
+  }
 }

@@ -40,9 +40,14 @@ void add_options(CLI::App& app, Words& words, fixes::MapCheckOptions& options) {
                  "and the mission's epoch)")
       ->delimiter(',')
       ->expected(2);
-  app.add_option("--evidence", words.evidence, "evidence that a fix needs [10]")->check(CLI::Range(8.0, 100.0));
-  app.add_option("--search", words.search_px, "largest search, working pixels [40]")->check(CLI::Range(16.0, 40.0));
-  app.add_option("--senses", words.senses, "what is compared [relit,shape,relief]")
+  app.add_option("--evidence", words.evidence, "evidence that a fix needs")
+      ->default_str("10")
+      ->check(CLI::Range(8.0, 100.0));
+  app.add_option("--search", words.search_px, "largest search, working pixels")
+      ->default_str("40")
+      ->check(CLI::Range(16.0, 40.0));
+  app.add_option("--senses", words.senses, "what is compared")
+      ->default_str("relit,shape,relief")
       ->delimiter(',')
       ->check(CLI::IsMember({"relit", "shape", "relief"}));
   app.add_option("--key", words.key, "file of keys of the flight: the map must be signed with its first key");
@@ -106,7 +111,9 @@ nlohmann::ordered_json json_of(const fixes::MapCheck& check) {
 }  // namespace
 
 int map_check_main(int argc, char** argv) {
-  CLI::App app{"Localises the keyframes of a flight that came down on a map, as the flight would have", "map-check"};
+  host::CommandLine app("ilp-ground map-check",
+                        "Localises the keyframes of a flight that came down on a map, as the flight would have",
+                        "ilp-ground map-check flight map --sun 120,35 --out fixes.json");
   fixes::MapCheckOptions options;
   Words words;
   add_options(app, words, options);

@@ -24,7 +24,7 @@ struct Words {
 void add_sources(CLI::App& app, Words& words, maps::MapTilesOptions& options) {
   auto* const from = app.add_option(
       "--from", words.from, "results of ilp-ground of an earlier flight, whose orthoimage and heights are used");
-  app.add_option("--strip", words.strip, "strip of that flight [1]")->needs(from)->check(CLI::Range(1, 1000000));
+  app.add_option("--strip", words.strip, "strip of that flight")->needs(from)->check(CLI::Range(1, 1000000));
   auto* const image =
       app.add_option("--image", options.image, "orthoimage: a raster of one band that GDAL reads")->excludes(from);
   app.add_option("--heights", options.heights, "terrain model of the same ground, in metres")
@@ -47,20 +47,20 @@ void add_numbers(CLI::App& app, Words& words, maps::MapTilesOptions& options) {
   app.add_option("--pixel", options.pixel_m, "metres per pixel: about 4.5 pixels of the flight's images")
       ->required()
       ->check(CLI::Range(0.001, 100000.0));
-  app.add_option("--coarse", options.coarse, "pixel of the second layer over that of the first; 1: one layer [4]")
+  app.add_option("--coarse", options.coarse, "pixel of the second layer over that of the first; 1: one layer")
       ->check(CLI::Range(1, 64));
   app.add_option("--place-sigma", options.place_sigma_m,
-                 "how far the whole map may be off on the body, one sigma per axis, m [0]")
+                 "how far the whole map may be off on the body, one sigma per axis, m")
       ->check(CLI::Range(0.0, 1e6));
   app.add_option("--height-sigma", options.height_sigma_m, "error of the heights, one sigma, m (default: 0.3 pixels)")
       ->check(CLI::Range(0.0, 1e5));
-  app.add_option("--image-sigma", options.image_sigma, "noise of the image, grey levels of which 128 is its mean [2]")
+  app.add_option("--image-sigma", options.image_sigma, "noise of the image, grey levels of which 128 is its mean")
       ->check(CLI::Range(0.0, 255.0));
-  app.add_option("--ambient", options.ambient, "share of the light on level ground that comes from the sky [0.25]")
+  app.add_option("--ambient", options.ambient, "share of the light on level ground that comes from the sky")
       ->check(CLI::Range(0.0, 0.95));
-  app.add_option("--features", options.features, "features of a tile; 0: no start without a place [256]")
+  app.add_option("--features", options.features, "features of a tile; 0: no start without a place")
       ->check(CLI::Range(std::size_t{0}, limits::max_map_features));
-  app.add_option("--image-bits", options.image_bits, "bits per pixel of the image [0.5]")->check(CLI::Range(0.05, 4.0));
+  app.add_option("--image-bits", options.image_bits, "bits per pixel of the image")->check(CLI::Range(0.05, 4.0));
   app.add_flag("--as-imaged", words.as_imaged, "leave the light of the image as it is");
   app.add_option("--key", options.key, "file of keys of the flight; the directory is signed with its first key");
   app.add_option("--out", options.out, "folder for the map")->required();
@@ -115,8 +115,10 @@ void read_words(const Words& words, maps::MapTilesOptions& options) {
 }  // namespace
 
 int map_tiles_main(int argc, char** argv) {
-  CLI::App app{"Makes the map that a flight carries, tiles and a directory, from an orthoimage and a terrain model",
-               "map-tiles"};
+  host::CommandLine app(
+      "ilp-ground map-tiles",
+      "Makes the map that a flight carries, tiles and a directory, from an orthoimage and a terrain model",
+      "ilp-ground map-tiles --image ortho.tif --heights dtm.tif --sun 2016-05-26T15:04:52 --pixel 5 --out map");
   maps::MapTilesOptions options;
   Words words;
   add_sources(app, words, options);

@@ -10,6 +10,7 @@
 
 #include "fsw/vision/geometry/camera.hpp"
 #include "sim/host/colmap.hpp"
+#include "sim/host/image_io.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/host/text_format.hpp"
 #include "sim/host/yaml_file.hpp"
@@ -59,9 +60,9 @@ void set_coefficients(const std::vector<double>& d, Lens lens, const std::string
 }
 
 void set_size(double width, double height, CameraModel& camera) {
-  if (!(width >= 1 && height >= 1 && width <= 1e6 && height <= 1e6) || width != std::floor(width) ||
-      height != std::floor(height)) {
-    throw std::runtime_error("bad image size");
+  const auto is_side = [](double side) { return side >= 1 && side <= largest_image_side && side == std::floor(side); };
+  if (!is_side(width) || !is_side(height)) {
+    throw std::runtime_error("the image size is no two whole numbers from 1 to " + std::to_string(largest_image_side));
   }
   camera.width = static_cast<std::int32_t>(width);
   camera.height = static_cast<std::int32_t>(height);
@@ -144,7 +145,7 @@ CameraModel read_camera_file(const std::filesystem::path& path) {
     if (!file.root().find("cam0") && !file.root().find("camera_matrix"))
       throw std::runtime_error("it has neither camera_matrix (OpenCV, ROS) nor cam0 (Kalibr)");
     const CameraModel camera = file.root().find("cam0") ? kalibr_camera(file.root()) : opencv_camera(file.root());
-    const Status status = validate(camera);
+    const Status status = validate_of_any_size(camera);
     if (!status.ok()) throw std::runtime_error(status_sentence(status));
     return camera;
   } catch (const std::runtime_error& error) {
@@ -181,6 +182,8 @@ CameraModel read_global_shutter_camera(const std::filesystem::path& path) {
     throw std::runtime_error("camera file " + path.string() +
                              " has a rolling shutter, which only a flight corrects: take readout_s away to use the "
                              "images as they were read");
+  const Status status = validate(camera);
+  if (!status.ok()) throw std::runtime_error("camera file " + path.string() + ": " + status_sentence(status));
   return camera;
 }
 

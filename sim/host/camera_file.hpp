@@ -17,10 +17,12 @@ namespace ilp::host {
 ///            the same names.
 ///   Kalibr   a camchain of one camera: camera_model: pinhole, distortion_model: none, radtan or equidistant,
 ///            distortion_coeffs, intrinsics, resolution
+/// The image may be larger than the flight takes: it is reduced with its camera before it flies.
 /// std::runtime_error names what is wrong and what was expected. A build without libyaml refuses YAML.
 [[nodiscard]] CameraModel read_camera_file(const std::filesystem::path& path);
 
-/// The same for programs that take images as they are: std::runtime_error for a camera with a rolling shutter.
+/// The same for programs that take images as they are: std::runtime_error for a camera with a rolling shutter, and for
+/// images that are larger than the flight takes.
 [[nodiscard]] CameraModel read_global_shutter_camera(const std::filesystem::path& path);
 
 /// The same lens before images of this size; a line of `messages` tells where it is another one than the file's.

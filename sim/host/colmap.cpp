@@ -14,7 +14,9 @@
 
 #include "fsw/vision/geometry/camera.hpp"
 #include "sim/host/files.hpp"
+#include "sim/host/image_io.hpp"
 #include "sim/host/status_error.hpp"
+#include "sim/host/text_format.hpp"
 
 namespace ilp::host {
 namespace {
@@ -132,12 +134,13 @@ CameraModel camera_of_line(const std::string& line, const std::string& place) {
     throw std::runtime_error(place + model + " has " + std::to_string(known->count) + " parameters, found " +
                              std::to_string(parameters.size()));
   }
-  if (width <= 0 || height <= 0 || width > 1000000 || height > 1000000)
-    throw std::runtime_error(place + "bad image size");
+  if (width <= 0 || height <= 0 || width > largest_image_side || height > largest_image_side)
+    throw std::runtime_error(place + "image size " + size_text(width, height) + ": expected from 1 to " +
+                             std::to_string(largest_image_side) + " pixels on a side");
   CameraModel camera = from_parameters(model, parameters);
   camera.width = static_cast<std::int32_t>(width);
   camera.height = static_cast<std::int32_t>(height);
-  const Status status = validate(camera);
+  const Status status = validate_of_any_size(camera);
   if (!status.ok()) throw std::runtime_error(place + status_sentence(status));
   return camera;
 }
@@ -187,7 +190,7 @@ CameraModel read_colmap_camera(const std::filesystem::path& path) {
   if (!camera)
     throw std::runtime_error(file + " holds no camera: expected a line CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS...");
   camera->readout_s = readout_s;
-  const Status status = validate(*camera);
+  const Status status = validate_of_any_size(*camera);
   if (!status.ok()) throw std::runtime_error(file + ": " + status_sentence(status));
   return *camera;
 }

@@ -16,8 +16,8 @@ namespace ilp::host {
 /// The one camera of the file: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV, OPENCV_FISHEYE,
 /// RADIAL_FISHEYE or SIMPLE_RADIAL_FISHEYE. COLMAP's pixel centres (0.5) are turned into ours (integers).
 /// std::runtime_error says which line is wrong and what was expected; several cameras, and one that flight software
-/// would refuse (size, focal length, distortion that folds over, view angle), are refused here. A comment
-/// "# readout_s 0.03" gives the camera a rolling shutter.
+/// would refuse (focal length, distortion that folds over, view angle) are refused here; the image may be larger than
+/// the flight takes. A comment "# readout_s 0.03" gives the camera a rolling shutter.
 CameraModel read_colmap_camera(const std::filesystem::path& path);
 /// "1 PINHOLE 640 480 550 550 320 240" and the end of the line: the simplest of PINHOLE, OPENCV, FULL_OPENCV and
 /// OPENCV_FISHEYE that says all.

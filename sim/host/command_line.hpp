@@ -1,22 +1,33 @@
-// How host programs read their command line, so that all end with the same status.
+// How host programs read their command line, so that all answer --help, name mistaken words and end with the same
+// status. bsp/packages/man-page makes the manual pages from --help.
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <iosfwd>
 #include <optional>
+#include <string>
+
+#include "sim/host/wrong_usage.hpp"
 
 namespace ilp::host {
 
-/// Status of a program that was not called as it has to be. A program that could not do its work ends with 1.
-inline constexpr int wrong_usage = 2;
+inline constexpr const char* exit_statuses = "Exit status: 0 done, 1 the work could not be done, 2 wrong call";
 
-/// Reads the command line. If the program shall end now, it has printed why, and this is its status.
-inline std::optional<int> read_command_line(CLI::App& app, int argc, char** argv) {
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : wrong_usage;
-  }
-  return std::nullopt;
-}
+/// A program, or a subcommand that reads its own command line. --help tells what it does, the values of its options
+/// that count where they are not given, an example and the exit statuses.
+class CommandLine : public CLI::App {
+ public:
+  CommandLine(const std::string& name, const std::string& what, const std::string& example,
+              const std::string& statuses = exit_statuses);
+};
+
+/// The same for a subcommand that is read with its program.
+CLI::App& add_subcommand(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
+                         const std::string& statuses = exit_statuses);
+
+/// Reads the command line. Numbers are whole and finite, as their options want them. If the program shall end now, it
+/// has written why, and this is its status: 0 after --help and --version, otherwise `wrong_usage`.
+std::optional<int> read_command_line(CLI::App& app, int argc, char** argv, std::ostream& out, std::ostream& err);
+std::optional<int> read_command_line(CLI::App& app, int argc, char** argv);
 
 }  // namespace ilp::host

@@ -1,14 +1,18 @@
-// Mission parameters of the subcommands that run the flight's components.
+// Mission parameters of programs that run the flight's components.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "cfg/mission.hpp"
 
 namespace ilp::host {
 
-/// Those of the file; an empty name stands for the default mission. std::runtime_error names the file and, where one
-/// entry of it is wrong, the entry.
-[[nodiscard]] MissionParameters read_mission(const std::string& file);
+/// `mission`, changed as the file says; an empty name is no file. std::runtime_error names the file and, where one
+/// entry of it is wrong, the entry with the range or the nearest name.
+[[nodiscard]] MissionParameters read_mission(const std::string& file, MissionParameters mission = {});
+
+/// section.key of every parameter, in the order of their numbers.
+[[nodiscard]] std::vector<std::string> parameter_names();
 
 }  // namespace ilp::host

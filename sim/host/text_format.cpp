@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "bsp/flight/nearest_word.hpp"
+
 namespace ilp::host {
 
 std::string fixed(double value, int decimals) {
@@ -74,6 +76,12 @@ std::string escaped(std::string_view text) {
 
 std::string size_text(std::int64_t width, std::int64_t height) {
   return std::to_string(width) + "x" + std::to_string(height);
+}
+
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& known) {
+  NearestWord nearest(word.c_str());
+  for (const std::string& candidate : known) nearest.offer(candidate.c_str());
+  return nearest.found() == nullptr ? std::string() : "; did you mean " + std::string(nearest.found()) + "?";
 }
 
 std::string counted(std::size_t count, const std::string& noun) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace ilp::host {
 
@@ -17,6 +18,9 @@ namespace ilp::host {
 [[nodiscard]] std::string escaped(std::string_view text);
 /// "1 keyframe", "3 keyframes"
 [[nodiscard]] std::string counted(std::size_t count, const std::string& noun);
+
+/// "; did you mean depth?", with the known word that is spelled most like this one; empty where none is near.
+[[nodiscard]] std::string did_you_mean(const std::string& word, const std::vector<std::string>& known);
 
 /// "640x480".
 [[nodiscard]] std::string size_text(std::int64_t width, std::int64_t height);

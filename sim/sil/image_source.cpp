@@ -22,6 +22,7 @@
 #include "sim/host/status_error.hpp"
 #include "sim/host/strip.hpp"
 #include "sim/host/text_format.hpp"
+#include "sim/host/wrong_usage.hpp"
 #include "sim/sil/flyable_images.hpp"
 #include "sim/sil/navigation_input.hpp"
 #include "sim/sil/nominal_camera.hpp"
@@ -217,7 +218,8 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options, std::ostre
     given = host::camera_for_size(*given, size->width, size->height, size->file.string() + " has", std::cerr);
   }
   if (given) compare_with_exif(*given, flyable.field_of_view_rad);
-  if (strip.empty() || (!given && !size)) {
+  // A camera of larger images stays as it is where none is reduced.
+  if (strip.empty() || (!size && (!given || !validate(*given).ok()))) {
     throw std::runtime_error("none of the images in " + folder.parent_path().string() +
                              " can be read: what was left out is named above. PNG, PGM, JPEG or TIFF with 8 or 16 bits "
                              "are read; what only the flight can read needs --camera cameras.txt");
@@ -277,7 +279,7 @@ namespace {
 
 std::unique_ptr<ImageSource> open_images(const SourceOptions& options, std::ostream& messages) {
   if (!options.images.empty() && !options.y4m.empty())
-    throw std::runtime_error("--images and --y4m exclude each other");
+    throw host::WrongUsage("--images and --y4m exclude each other: give one");
   if (!options.images.empty()) return open_strip(options, messages);
   if (!options.y4m.empty()) return std::make_unique<VideoSource>(options, camera_for(options, {}), messages);
   return open_simulation(options);

@@ -58,7 +58,8 @@ void describe_options(CLI::App& app, CommandLine& line) {
       "seconds apart");
   app.add_option("--y4m", source.y4m, "YUV4MPEG2 file, - for standard input");
   app.add_option("--frame-rate", source.frame_rate_hz, "frames per second of a video whose header states none")
-      ->check(CLI::Range(0.001, 100000.0));
+      ->check(CLI::Range(0.001, 100000.0))
+      ->default_str("");
   app.add_option("--camera", source.camera,
                  "intrinsics: COLMAP's cameras.txt, or YAML of OpenCV, ROS or Kalibr; without them the flight "
                  "estimates them from the images, which works over relief only");
@@ -80,7 +81,8 @@ void describe_options(CLI::App& app, CommandLine& line) {
   app.add_option("--out", source.out, "folder for everything that the flight leaves");
   app.add_option("--threads", source.threads, "number of threads that render; 0: one per core");
   app.add_option("--power-cut-after", flight.power_cut_after,
-                 "number of minor frames after which the process dies (for tests)");
+                 "number of minor frames after which the process dies (for tests)")
+      ->default_str("");
   app.add_flag("--real-time", flight.real_time, "mission time runs with the clock of the host and is tied to UTC");
   app.add_option(
       "--link-udp", flight.link_udp,
@@ -136,21 +138,21 @@ int run(CommandLine& line) {
     return 0;
   }
   if (line.recorded() && line.scenario.frames) {
-    throw std::invalid_argument(
+    throw host::WrongUsage(
         "--frames is the number of frames of a simulated flight, and recorded images all fly: leave it out, or put "
         "fewer images into the folder");
   }
   check_reference(line);
-  if (line.source.out.empty()) throw std::runtime_error("--out DIR is needed: where the flight leaves its products");
+  if (line.source.out.empty()) throw host::WrongUsage("--out DIR is needed: where the flight leaves its products");
   SourceOptions& source = line.source;
   FlightOptions& flight = line.flight;
   if (flight.linked() && !flight.real_time)
-    throw std::runtime_error("a link to the outside runs in the time of the outside: --real-time is needed with it");
+    throw host::WrongUsage("a link to the outside runs in the time of the outside: --real-time is needed with it");
   source.scenario = scenario_of(line);
   flight.faults = fault_plan(source.scenario);
   if (!line.recorded() && !flight.resume) world::check_scenario(source.scenario);
   if (line.render_only) {
-    if (line.recorded()) throw std::invalid_argument("--render-only: expected no --images or --y4m beside it");
+    if (line.recorded()) throw host::WrongUsage("--render-only: expected no --images or --y4m beside it");
     prepare_render_folder(source.out);
     render_scenario(source);
     images_are_complete(source.out);
@@ -189,18 +191,25 @@ int run(CommandLine& line) {
 }  // namespace ilp::sil
 
 int main(int argc, char** argv) {
-  CLI::App app{"Flies the flight software over simulated or recorded images, in virtual time"};
-  ilp::sil::CommandLine line;
-  ilp::sil::describe_options(app, line);
-  app.set_version_flag("--version", ilp::host::version_line("ilp-sil"));
-  if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
-  if (line.memory_map) {
-    ilp::sil::print_memory_map(std::cout);
-    return 0;
-  }
   try {
+    ilp::host::CommandLine app("ilp-sil",
+                               "Flies the flight software over simulated or recorded images, in virtual time",
+                               "ilp-sil --images photographs --camera cameras.txt --out flight",
+                               "Exit status: 0 flown, 1 the work could not be done, 2 wrong call, 3 no keyframe has a "
+                               "pose, 4 the images ended before their end");
+    ilp::sil::CommandLine line;
+    ilp::sil::describe_options(app, line);
+    app.set_version_flag("--version", ilp::host::version_line("ilp-sil"));
+    if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
+    if (line.memory_map) {
+      ilp::sil::print_memory_map(std::cout);
+      return 0;
+    }
     ilp::sil::configure_store_memory();
     return ilp::sil::run(line);
+  } catch (const ilp::host::WrongUsage& error) {
+    std::cerr << "ilp-sil: " << error.what() << "\n";
+    return ilp::host::wrong_usage;
   } catch (const std::exception& error) {
     std::cerr << "ilp-sil: " << error.what() << "\n";
     return 1;

@@ -3,6 +3,7 @@
 #include <iomanip>
 #include <stdexcept>
 
+#include "sim/host/wrong_usage.hpp"
 #include "sim/world/world_params.hpp"
 
 namespace ilp::sil {
@@ -40,12 +41,12 @@ world::Scenario chosen_scenario(const ScenarioOptions& options, const std::strin
 
 world::Scenario faults_for_recorded_images(const ScenarioOptions& options) {
   if (!options.scenario.empty())
-    throw std::invalid_argument("--scenario " + options.scenario + ": expected no --images or --y4m beside it");
+    throw host::WrongUsage("--scenario " + options.scenario + ": expected no --images or --y4m beside it");
   world::Scenario scenario;
   for (const std::string& text : options.set) {
     const world::ScenarioEntry entry = world::parse_override(text);
     if (entry.section != "faults")
-      throw std::invalid_argument("--set " + text + ": the images are recorded, expected faults.name=value only");
+      throw host::WrongUsage("--set " + text + ": the images are recorded, expected faults.name=value only");
     scenario.faults.push_back(entry);
   }
   return scenario;

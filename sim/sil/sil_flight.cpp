@@ -14,7 +14,6 @@
 
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/flight_store.hpp"
-#include "bsp/flight/mission_file.hpp"
 #include "cfg/version.hpp"
 #include "fsw/executive/frame_timing.hpp"
 #include "fsw/packets/pass_schedule.hpp"
@@ -25,6 +24,7 @@
 #include "hal/nonvolatile/file_nonvolatile.hpp"
 #include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
+#include "sim/host/mission_input.hpp"
 #include "sim/host/progress.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/sil/faulty_camera.hpp"
@@ -103,20 +103,7 @@ void configure_store_memory() {
 MissionParameters load_mission(const FlightOptions& options) {
   MissionParameters mission;
   mission.seed = static_cast<std::uint32_t>(options.seed & 0xFFFFFFFFU);
-  if (options.mission_file.empty()) return mission;
-  MissionEntry error;
-  const Status status = read_mission_file(options.mission_file.c_str(), mission, error);
-  if (status.ok()) return mission;
-  std::string message = "mission file " + options.mission_file + ": ";
-  if (error.key[0] != 0) {
-    message += "[" + std::string(error.section) + "] " + error.key + " = " + error.value + ": ";
-    message += status.is(StatusCode::not_found)
-                   ? "no such parameter (docs/parameters.md lists them)"
-                   : "not a number in the parameter's range (docs/parameters.md; degrees are written 20deg)";
-  } else {
-    message += status.is(StatusCode::not_found) ? "there is no such file; check the path" : host::describe(status);
-  }
-  throw std::runtime_error(message);
+  return host::read_mission(options.mission_file, mission);
 }
 
 namespace {

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "sim/host/text_format.hpp"
+
 namespace ilp::world {
 namespace {
 
@@ -83,8 +85,13 @@ void set_parameter(const std::vector<Parameter>& parameters, std::string_view se
     return;
   }
   std::string known;
-  for (const Parameter& parameter : parameters) known += (known.empty() ? "" : ", ") + std::string(parameter.name);
-  throw std::invalid_argument(full_name(section, name) + ": no such parameter; there are " + known);
+  std::vector<std::string> names;
+  for (const Parameter& parameter : parameters) {
+    known += (known.empty() ? "" : ", ") + std::string(parameter.name);
+    names.emplace_back(parameter.name);
+  }
+  throw std::invalid_argument(full_name(section, name) + ": no such parameter; there are " + known +
+                              host::did_you_mean(std::string(name), names));
 }
 
 std::string parameter_text(const Parameter& parameter) {

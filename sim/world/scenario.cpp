@@ -9,6 +9,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "sim/host/text_format.hpp"
 #include "sim/world/world_params.hpp"
 
 namespace ilp::world {
@@ -57,6 +58,12 @@ FlightParams flight_over(const WorldPreset& preset) {
   return flight;
 }
 
+std::vector<std::string> preset_list() {
+  std::vector<std::string> names;
+  for (const WorldPreset& preset : world_presets()) names.emplace_back(preset.name);
+  return names;
+}
+
 std::string preset_names() {
   std::string names;
   for (const WorldPreset& preset : world_presets()) names += (names.empty() ? "" : ", ") + std::string(preset.name);
@@ -85,8 +92,10 @@ const ScenarioEntry* find_entry(const std::vector<ScenarioEntry>& entries, std::
 
 void apply_entry(const std::vector<ScenarioSection>& all, const ScenarioEntry& entry) {
   std::string known;
+  std::vector<std::string> names = {"faults"};
   for (const ScenarioSection& section : all) {
     known += std::string(section.name) + ", ";
+    names.emplace_back(section.name);
     if (section.name != entry.section) continue;
     try {
       set_parameter(section.parameters, entry.section, entry.name, entry.value);
@@ -95,7 +104,8 @@ void apply_entry(const std::vector<ScenarioSection>& all, const ScenarioEntry& e
     }
     return;
   }
-  refuse(entry, "[" + entry.section + "]: no such section; there are " + known + "faults");
+  refuse(entry, "[" + entry.section + "]: no such section; there are " + known + "faults" +
+                    host::did_you_mean(entry.section, names));
 }
 
 void apply_fault(std::vector<ScenarioEntry>& faults, const ScenarioEntry& entry) {
@@ -223,7 +233,8 @@ CameraEffects realistic_effects() {
 Scenario scenario_preset(std::string_view name) {
   const WorldPreset* const preset = find_preset(name);
   if (preset == nullptr)
-    throw std::invalid_argument("scenario " + std::string(name) + ": expected a file or one of " + preset_names());
+    throw std::invalid_argument("scenario " + std::string(name) + ": expected a file or one of " + preset_names() +
+                                host::did_you_mean(std::string(name), preset_list()));
   Scenario scenario;
   scenario.name = preset->name;
   scenario.world = preset->world;

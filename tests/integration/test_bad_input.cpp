@@ -17,10 +17,10 @@ namespace fs = std::filesystem;
 const fs::path plain = test::prepared_flights() / "plain";
 const std::string camera_file = (plain / "cameras.txt").string();
 
-/// The program ends with status 1 and its message names what is wrong.
-void expect_refused(const std::vector<std::string>& command, const std::vector<std::string>& words) {
+/// The program ends with status 1, or 2 after a wrong call, and its message names what is wrong.
+void expect_refused(const std::vector<std::string>& command, const std::vector<std::string>& words, int status = 1) {
   const test::ProgramResult result = test::run_program(command);
-  EXPECT_EQ(result.exit_status, 1) << result.output;
+  EXPECT_EQ(result.exit_status, status) << result.output;
   EXPECT_NE(result.output.find("ilp-sil: "), std::string::npos) << result.output;
   for (const std::string& word : words) {
     EXPECT_NE(result.output.find(word), std::string::npos) << "no word of '" << word << "' in: " << result.output;
@@ -258,8 +258,9 @@ TEST_F(BadInputTest, MissionFiles) {
     fs::remove_all(out);
   };
   refused("[overlap]\ntarget_overlop = 0.8\n", {"mission.ini", "[overlap] target_overlop", "no such parameter"});
-  refused("[overlap]\ntarget_overlap = 1.8\n", {"target_overlap = 1.8", "range"});
+  refused("[overlap]\ntarget_overlap = 1.8\n", {"target_overlap = 1.8", "not a number from 0.5 to 0.98"});
   refused("[overlap]\ntarget_overlap = much\n", {"target_overlap = much", "not a number"});
+  refused("[acquisition]\ncapture_mode = regulr\n", {"capture_mode = regulr", "expected", "did you mean regular?"});
   refused("[overlap]\ntarget_overlap = nan\n", {"target_overlap = nan"});
   refused("[overlap\ntarget_overlap = 0.8\n", {"mission.ini", "line or offset 1"});
   refused("[overlap]\ntarget_overlap = 0.8\nmin overlap\n", {"mission.ini", "line or offset 3"});
@@ -268,7 +269,7 @@ TEST_F(BadInputTest, MissionFiles) {
 }
 
 TEST_F(BadInputTest, TwoSourcesAtOnce) {
-  expect_refused(test::sil_command(plain, out, {"--y4m", "-"}), {"--images", "--y4m"});
+  expect_refused(test::sil_command(plain, out, {"--y4m", "-"}), {"--images", "--y4m"}, 2);
 }
 
 TEST_F(BadInputTest, VideosThatAreNone) {

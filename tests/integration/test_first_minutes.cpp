@@ -32,6 +32,10 @@ TEST(FirstMinutes, TheDemoFliesAsARecordedStripAndItsReportHasItsPosesAndHeights
   EXPECT_LT(score["summary"]["position_mean_percent"].get<double>(), 0.1);
   const std::string page = run_tool("cat " + test::quoted(out + "/ground/report.html")).output;
   EXPECT_NE(page.find("Demo: a canyon"), std::string::npos);
+  // By default nothing is kept that another file has.
+  const std::string copies =
+      run_tool("find " + test::quoted(out) + " -name '*.pfm' -o -name 'model.ply' -o -name 'catalogue.db*'").output;
+  EXPECT_EQ(copies, "");
 }
 
 std::string shown_for(const std::string& ninja) {

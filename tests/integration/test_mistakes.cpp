@@ -23,7 +23,8 @@ struct Mistake {
 
 // The folder holds: images (three PNG files of 64 x 48 pixels), camera.txt (of them), large-camera.txt, poses.txt (of
 // other images), empty (a folder), index.txt, words.txt, film.mp4, streams (*.y4m), mission.ini (a wrong value),
-// typo.ini, full (a folder with a file), flight (with flight.db and outbox/), measurements.csv (a wrong column).
+// typo.ini, broken (an image that is none), wide.txt (a camera of larger images), full (a folder with a file), flight
+// (with flight.db and outbox/), measurements.csv (a wrong column).
 const std::vector<Mistake> mistakes = {
     // Wrong paths.
     {"SIL --images nowhere --out out", 1, {"nowhere is not a folder of images", "check the path"}},
@@ -47,6 +48,7 @@ const std::vector<Mistake> mistakes = {
     {"GROUND compare nowhere dtm.tif", 1, {"nowhere: there is no such file", "check the path"}},
     {"LAB calibrate-target no.jpg", 1, {"no.jpg: cannot be read", "check the path"}},
     {"LAB overlap no.png images/1.png", 1, {"no.png: cannot be read", "check the path"}},
+    {"SIL --images broken --camera wide.txt --out out", 1, {"none of the images in broken can be read"}},
     // One file in the place of another.
     {"SIL --images images --camera poses.txt --out out", 1, {"line of reference poses (--reference)", "1 PINHOLE"}},
     {"SIL --images images --camera words.txt --out out", 1, {"words.txt, line 1", "1 PINHOLE 640 480"}},
@@ -66,16 +68,22 @@ const std::vector<Mistake> mistakes = {
      1,
      {"measurements.csv", "docs/navigation.md", "check the file"}},
     // Wrong values.
-    {"SIL --images images --out out --mission mission.ini", 1, {"target_overlap = 1.8", "docs/parameters.md"}},
+    {"SIL --images images --out out --mission mission.ini",
+     1,
+     {"target_overlap = 1.8", "from 0.5 to 0.98", "docs/parameters.md"}},
     {"SIL --images images --out out --mission typo.ini",
      1,
-     {"target_overlop", "no such parameter", "docs/parameters.md lists them"}},
-    {"SIL --scenario mars --out out", 1, {"scenario mars", "expected a file or one of", "mars-plains"}},
-    {"SIL --set flight.altitud_m=3 --out out", 1, {"altitud_m", "there are", "altitude_m"}},
+     {"target_overlop", "no such parameter", "docs/parameters.md lists them", "did you mean overlap.target_overlap?"}},
+    {"SIL --scenario mars-plain --out out",
+     1,
+     {"scenario mars-plain", "expected a file or one of", "did you mean mars-plains?"}},
+    {"SIL --set flight.altitud_m=3 --out out", 1, {"altitud_m", "there are", "did you mean altitude_m?"}},
+    {"SIL --set fligt.altitude_m=3 --out out", 1, {"[fligt]", "no such section", "did you mean flight?"}},
+    {"SIL --frames 20000 --out out", 1, {"frames", "from 1 to 9999"}},
     {"SIL --set flight.drift_heading_rad=90 --out out", 1, {"6.28", "degrees, written 90deg"}},
     {"SIL --set effects.haze --out out", 1, {"expected section.name=value"}},
     // Links.
-    {"SIL --link-udp 127.0.0.1:1 --out out", 1, {"--real-time is needed"}},
+    {"SIL --link-udp 127.0.0.1:1 --out out", 2, {"--real-time is needed"}},
     {"SIL --real-time --link-udp localhost:1 --out out", 1, {"localhost:1", "written in numbers: 127.0.0.1:10025"}},
     {"SIL --real-time --link-tcp 192.0.2.1:7 --out out", 1, {"192.0.2.1:7", "no such address", "0.0.0.0"}},
     {"GROUND console localhost", 1, {"an address is written 127.0.0.1:10025"}},
@@ -123,7 +131,16 @@ const std::vector<Mistake> mistakes = {
     {"GROUND console", 2, {"address is required", "--help"}},
     {"SCORE", 2, {"flight is required", "--help"}},
     {"LAB", 2, {"subcommand is required", "--help"}},
-    {"SIL --images images", 1, {"--out DIR is needed"}},
+    {"SIL --images images", 2, {"--out DIR is needed"}},
+    {"SIL --images images --frames 3 --out out",
+     2,
+     {"--frames is the number of frames of a simulated flight", "leave it out"}},
+    {"SIL --images images --scenario mars-plains --out out", 2, {"--scenario mars-plains", "no --images"}},
+    {"SIL --images images --set world.rocks=3 --out out", 2, {"the images are recorded", "faults.name=value"}},
+    {"SIL --images images --y4m torn.y4m --out out", 2, {"--images and --y4m exclude each other"}},
+    {"SIL --images images --render-only --out out", 2, {"--render-only", "no --images"}},
+    {"GROUND flight/outbox --out flight/outbox/ground", 2, {"lies inside the downlink", "such as", "flight/ground"}},
+    {"GROUND serve flight --out flight/outbox", 2, {"lies inside the downlink", "flight/ground"}},
 };
 
 std::string with_programs(std::string command) {
@@ -142,7 +159,8 @@ std::string with_programs(std::string command) {
 class Mistakes : public testing::Test {
  protected:
   void SetUp() override {
-    for (const char* folder : {"images", "empty", "full", "flight/outbox"}) fs::create_directories(path(folder));
+    for (const char* folder : {"images", "broken", "empty", "full", "flight/outbox"})
+      fs::create_directories(path(folder));
     for (const char* name : {"images/1.png", "images/2.png", "images/3.png"})
       host::write_png(path(name), host::Raster<std::uint8_t>(64, 48, 90).view());
     write("camera.txt", "1 PINHOLE 64 48 55 55 32 24\n");
@@ -152,6 +170,8 @@ class Mistakes : public testing::Test {
     write("poses.txt", "other.png 64 48 55 55 32 24 1 0 0 0 1 0 0 0 1 0 0 0\n");
     write("index.txt", "0 images/1.png\n");
     write("words.txt", "these are words\n");
+    write("broken/1.png", "\x89PNG and no more");
+    write("wide.txt", "1 PINHOLE 4000 3000 3500 3500 2000 1500\n");
     write("film.mp4", "\0\0\0 ftypisom and so on");
     const std::string head = "YUV4MPEG2 W64 H64", frame = "FRAME\n" + std::string(64 * 64, 'x');
     write("deep.y4m", head + " F2:1 Cmono10\n");

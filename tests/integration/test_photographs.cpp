@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 
 #include "fsw/vision/geometry/camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "sim/host/gdal_session.hpp"
 #include "sim/host/reference_cameras.hpp"
 #include "tests/integration/flight_files.hpp"
@@ -86,8 +88,17 @@ class Photographs : public ::testing::Test {
     for (std::size_t i = 0; i < cameras_.size(); ++i) write(i);
   }
 
+  /// Each pixel becomes a block of them.
+  static host::Raster<Rgb> enlarge(const host::Raster<Rgb>& picture, int times) {
+    host::Raster<Rgb> large(picture.width * times, picture.height * times);
+    for (std::int32_t y = 0; y < large.height; ++y) {
+      for (std::int32_t x = 0; x < large.width; ++x) large.at(x, y) = picture.at(x / times, y / times);
+    }
+    return large;
+  }
+
   /// Ground west of the border is red, ground east of it blue: by the true depth of each pixel.
-  void write(std::size_t index) {
+  void write(std::size_t index, int enlarged = 1) {
     const host::ReferenceCamera& camera = cameras_[index];
     const std::string stem = fs::path(camera.name).stem().string();
     const host::Raster<std::uint8_t> grey = host::read_gray(flight_ / "images" / camera.name);
@@ -114,6 +125,7 @@ class Photographs : public ::testing::Test {
     std::snprintf(time, sizeof time, "2026:11:22 08:%02d:%02d", static_cast<int>(minutes),
                   static_cast<int>((100 + 2 * index) % 60));
     tags.time = time;
+    if (enlarged > 1) picture = enlarge(picture, enlarged);
     test::write_photograph(fs::path(folder_ / "photographs") / (stem + ".jpg"), picture, tags);
   }
 
@@ -201,6 +213,26 @@ TEST_F(Photographs, PutTheMapInItsPlaceAndGiveItsColours) {
   for (const char* name : {"height.tif", "ortho.tif", "count.tif", "ortho.png", "model.ply"}) {
     EXPECT_EQ(test::read_file(plain / name), test::read_file(ground / name)) << name;
   }
+}
+
+TEST_F(Photographs, LargerThanTheFlightTakesAreBinnedWithTheirCameraAndLieWhereTheyShould) {
+  const CameraModel own = host::read_colmap_camera(flight_ / "cameras.txt");
+  const int enlarged = 1024 / own.width + 1;
+  for (std::size_t i = 0; i < cameras_.size(); ++i) write(i, enlarged);
+  const auto times = static_cast<double>(enlarged);
+  // COLMAP's pixel centres are at halves.
+  std::ofstream(folder_ / "large.txt") << "1 OPENCV " << own.width * enlarged << " " << own.height * enlarged << " "
+                                       << own.fx * times << " " << own.fy * times << " " << (own.cx + 0.5) * times
+                                       << " " << (own.cy + 0.5) * times << " " << own.k1 << " " << own.k2 << " "
+                                       << own.p1 << " " << own.p2 << "\n";
+  const fs::path out = folder_ / "out", ground = folder_ / "ground";
+  const auto flown = test::run_program(
+      {ILP_SIL, "--images", folder_ / "photographs", "--camera", folder_ / "large.txt", "--out", out});
+  ASSERT_EQ(flown.exit_status, 0) << flown.output;
+  EXPECT_NE(flown.output.find("the images are larger than the flight takes"), std::string::npos) << flown.output;
+  const auto merged = test::run_program({ILP_GROUND, out / "outbox", "--out", ground});
+  ASSERT_EQ(merged.exit_status, 0) << merged.output;
+  EXPECT_LT(median_height_error(ground), 1.0);
 }
 
 TEST_F(Photographs, AFolderWithoutFittingPhotographsIsToldAndHarmsNothing) {

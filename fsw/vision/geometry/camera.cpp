@@ -139,6 +139,13 @@ bool invertible_over_image(const CameraModel& camera) {
 }  // namespace
 
 Status validate(const CameraModel& camera) {
+  if (camera.width > limits::max_image_width || camera.height > limits::max_image_height) {
+    return {StatusCode::image_too_large, camera.width, camera.height};
+  }
+  return validate_of_any_size(camera);
+}
+
+Status validate_of_any_size(const CameraModel& camera) {
   const double values[] = {camera.fx, camera.fy, camera.cx, camera.cy, camera.k1, camera.k2,
                            camera.p1, camera.p2, camera.k3, camera.k4, camera.k5, camera.k6};
   for (const double value : values) {
@@ -146,9 +153,6 @@ Status validate(const CameraModel& camera) {
   }
   if (camera.width < limits::min_image_side || camera.height < limits::min_image_side) {
     return out_of_range(Argument::image_size, camera.width < camera.height ? camera.width : camera.height);
-  }
-  if (camera.width > limits::max_image_width || camera.height > limits::max_image_height) {
-    return {StatusCode::image_too_large, camera.width, camera.height};
   }
   const double longest = max_focal_sides * (camera.width > camera.height ? camera.width : camera.height);
   const double aspect = camera.fy / camera.fx;

@@ -23,6 +23,8 @@ inline constexpr double max_view_angle_deg = 75;
 /// max_readout_s between the first row and the last.
 /// `invalid_argument` (size, focal length, centre, distortion, view angle, readout, not finite) otherwise.
 Status validate(const CameraModel& camera);
+/// The same for a camera whose images are reduced before they fly: only the largest size is not checked.
+Status validate_of_any_size(const CameraModel& camera);
 
 /// For a camera that passes validate().
 [[nodiscard]] CameraDoubt doubt_about(const CameraModel& camera);

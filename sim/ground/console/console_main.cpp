@@ -135,8 +135,11 @@ int run_in_terminal(const Options& options) {
 }  // namespace
 
 int console_main(int argc, char** argv) {
-  CLI::App app{"Operates a flight over its link: shows housekeeping and events, receives files, sends commands",
-               "ilp-ground console"};
+  host::CommandLine app(
+      "ilp-ground console",
+      "Operates a flight over its link: shows housekeeping and events, receives files, sends commands",
+      "ilp-ground console 127.0.0.1:10025 --out received",
+      "Exit status: 0 done, 1 the work could not be done, or a command failed, 2 wrong call");
   Options options;
   app.add_option("address", options.link.address, "ADDRESS:PORT at which the flight listens (docs/links.md)")
       ->required();

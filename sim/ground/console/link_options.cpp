@@ -53,7 +53,8 @@ OperatorSettings operator_settings(const LinkOptions& options) {
 void add_link_options(CLI::App& app, LinkOptions& options) {
   app.add_flag("--tcp", options.tcp, "connect by TCP, not by UDP");
   app.add_option("--key", options.key, "key file; telecommands are then authenticated");
-  app.add_option("--spi", options.spi, "SPI of the key that is used (default: the first key of the file)");
+  app.add_option("--spi", options.spi, "SPI of the key that is used (default: the first key of the file)")
+      ->default_str("");
   app.add_option("--numbers", options.numbers,
                  "file of the sequence numbers that this station has used (default: KEYFILE.numbers)");
   app.add_option("--apid", options.apid, "application process identifier of the flight")->check(CLI::Range(0, 2044));

@@ -19,7 +19,9 @@
 #include "fsw/packets/service_schedule.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
 #include "sim/ground/console/utc_text.hpp"
+#include "sim/host/mission_input.hpp"
 #include "sim/host/status_error.hpp"
+#include "sim/host/text_format.hpp"
 
 namespace ilp::console {
 namespace {
@@ -119,7 +121,9 @@ std::size_t parameter_of(const std::string& name) {
   const std::size_t dot = name.find('.');
   if (dot == std::string::npos) refuse("a parameter is written section.key, not " + name);
   const std::size_t index = find_parameter(name.substr(0, dot).c_str(), name.substr(dot + 1).c_str());
-  if (index == parameter_count()) refuse("there is no parameter " + name + " (docs/parameters.md)");
+  if (index == parameter_count())
+    refuse("there is no parameter " + name + " (docs/parameters.md)" +
+           host::did_you_mean(name, host::parameter_names()));
   return index;
 }
 
@@ -348,7 +352,11 @@ OperatorCommand parse_operator_command(const std::string& line, const Tailoring&
   for (std::string word; in >> word; typed += " " + word) words.push_back(word);
   const auto* info = std::find_if(std::begin(commands), std::end(commands),
                                   [&](const CommandInfo& command) { return name == command.name; });
-  if (info == std::end(commands)) refuse("there is no command " + name + "; help lists them");
+  if (info == std::end(commands)) {
+    std::vector<std::string> names;
+    for (const CommandInfo& command : commands) names.emplace_back(command.name);
+    refuse("there is no command " + name + "; help lists them" + host::did_you_mean(name, names));
+  }
   if (words.size() < info->least || words.size() > info->most) refuse("it is written: " + written(*info));
   OperatorCommand command = info->make(words, {tailoring, now});
   command.words = typed;
@@ -373,8 +381,7 @@ std::vector<std::string> first_arguments(const CommandInfo& info) {
   std::vector<std::string> words;
   const std::string name = info.name;
   if (name == "set" || name == "get") {
-    for (std::size_t i = 0; i < parameter_count(); ++i)
-      words.push_back(std::string(parameter_info(i).section) + "." + parameter_info(i).key);
+    words = host::parameter_names();
   } else if (name == "show") {
     for (const ReportInfo& report : report_table()) words.emplace_back(report.name);
   } else if (name == "restart") {

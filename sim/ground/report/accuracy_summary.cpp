@@ -27,6 +27,19 @@ std::string pose_verdict(const intake::Keyframe& keyframe) {
   return keyframe.pose->state == PoseState::failed ? words_of(keyframe.pose->verdict) : "pose still provisional";
 }
 
+/// Where a fourth or more of one kind of measurements contradicts the others.
+void tell_refused(const std::string& strip, const StripFrameRecord& frame, std::vector<std::string>& lines) {
+  const auto tell = [&](const char* kind, std::uint32_t used, std::uint32_t refused) {
+    if (refused == 0 || 4 * refused < used + refused) return;
+    lines.push_back(strip + ": " + std::to_string(refused) + " of " + std::to_string(used + refused) + " " + kind +
+                    " contradict the others and are left out");
+  };
+  tell("heights", frame.heights_used, frame.heights_refused);
+  tell("attitudes", frame.attitudes_used, frame.attitudes_refused);
+  tell("positions", frame.positions_used, frame.positions_refused);
+  tell("velocities", frame.velocities_used, frame.velocities_refused);
+}
+
 }  // namespace
 
 std::string parts_text(const map::HeightErrorParts& parts, double factor) {
@@ -115,6 +128,7 @@ std::vector<std::string> stated_lines(const Report& report) {
       lines.push_back(name +
                       ": the vehicle's measurements contradict each other: " + words_of(strip.strip.frame->verdict));
     }
+    if (strip.strip.frame) tell_refused(name, *strip.strip.frame, lines);
     if (!strip.grid) continue;
     const auto [factor, unit] = length_unit(report, strip);
     without_metres += unit == "m" ? 0 : 1;

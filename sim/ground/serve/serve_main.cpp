@@ -103,6 +103,7 @@ void lock_folder(const fs::path& folder) {
 
 int serve(Options& options) {
   find_folders(options);
+  ground::require_apart(options.ground);
   lock_folder(options.ground.out);
   LiveFlight flight(options.ground);
   const PageServer server(listening_address(options.listen), flight);
@@ -119,24 +120,21 @@ int serve(Options& options) {
 }  // namespace
 
 int serve_main(int argc, char** argv) {
-  CLI::App app{
-      "Shows a live flight in a browser: map, track, products, telemetry, events and plots grow as files arrive",
-      "ilp-ground serve"};
-  app.footer(
-      "The page only shows the flight; with --commands there is another one that operates it. docs/serve.md has "
-      "more.");
+  host::CommandLine app(
+      "ilp-ground serve",
+      "Shows a live flight in a browser: map, track, products, telemetry, events and plots grow as files arrive. The "
+      "page only shows the flight; with --commands there is another one that operates it (docs/serve.md)",
+      "ilp-ground serve flight --listen 127.0.0.1:8080", "Exit status: 1 the work could not be done, 2 wrong call");
   Options options;
   app.add_option("flight", options.flight,
                  "folder in which the files arrive, or the folder of a flight with its outbox")
       ->required();
   app.add_option("--out", options.ground.out,
                  "folder for the results (default: `ground` beside an outbox, else the folder's name with -ground)");
-  app.add_option(
-      "--listen", options.listen,
-      "ADDRESS:PORT of the page (default: 127.0.0.1:8080); with another address, everybody who reaches it can "
-      "read the flight; port 0: any free one");
-  app.add_option("--every", options.every_s, "seconds between two looks for new files (default: 1)")
-      ->check(CLI::Range(1, 3600));
+  app.add_option("--listen", options.listen,
+                 "ADDRESS:PORT of the page; with another address, everybody who reaches it can "
+                 "read the flight; port 0: any free one");
+  app.add_option("--every", options.every_s, "seconds between two looks for new files")->check(CLI::Range(1, 3600));
   app.add_option("--title", options.ground.title, "title of the page, such as the place or the mission");
   app.add_option("--anchor", options.ground.anchor,
                  "JSON file that says on which body and where the strips were flown");
@@ -149,11 +147,15 @@ int serve_main(int argc, char** argv) {
   app.add_flag("--commands-from-other-computers", options.open_commands,
                "lets --commands name an address that other computers reach; nothing is encrypted there");
   options.link.source = 2;
+  options.ground.more_comes = true;
   console::add_link_options(app, options.link);
   if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   (void)std::signal(SIGPIPE, SIG_IGN);
   try {
     return serve(options);
+  } catch (const host::WrongUsage& error) {
+    std::cerr << "ilp-ground serve: " << error.what() << "\n";
+    return host::wrong_usage;
   } catch (const std::exception& error) {
     std::cerr << "ilp-ground serve: " << error.what() << "\n";
     return 1;

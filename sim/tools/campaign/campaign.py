@@ -1,9 +1,6 @@
 #!/usr/bin/python3 -B
 """Flies a campaign: a grid of simulated flights in parallel processes, each scored; resumable. The flights run on this machine,
-as an array of Slurm, or on several hosts.
-
-Exit status: 0 every flight has a score, 1 some failed or have no result, 2 the campaign cannot be flown, 128 + signal
-interrupted."""
+as an array of Slurm, or on several hosts."""
 
 import argparse
 import fcntl
@@ -16,6 +13,7 @@ from flights import Scheduler, bytes_of, counted, write_file
 from metrics import SIM
 from report import write_report
 from slices import Interrupted, TasksError, add_place_options, fly_in_tasks, fly_slice, slice_of
+from command_line import Parser
 
 
 def take_folder(campaign, out):
@@ -114,7 +112,8 @@ class Version(argparse.Action):
 
 def parse():
     programs = os.path.join(os.path.dirname(SIM), "build", "host", "bin")
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__, "sim/campaign sim/campaigns/smoke.ini --out campaign",
+                    "0 every flight has a score, 1 some failed or have no result, 2 the campaign cannot be flown,\n128 + signal interrupted")
     parser.add_argument("file", help="campaign file (sim/tools/campaign/campaign_file.py describes its form)")
     parser.add_argument("--out", help="folder of the campaign; an interrupted campaign continues there")
     parser.add_argument("--jobs", type=at_a_time, help="flights at a time (default: the number in the campaign file, or one per core)")

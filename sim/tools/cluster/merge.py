@@ -4,7 +4,7 @@
 One process at a time keeps the catalogue: it plans the work, tasks do it from files and leave files, and the next plan takes
 these in. What a task has not done is done by the process that follows. Further options are ilp-ground's.
 
-Exit status: that of ilp-ground, 2 when the tasks cannot be run, 128 + signal when interrupted."""
+Exit status: 0 merged, 2 something failed or wrong call, 128 + signal when interrupted."""
 
 import argparse
 import fcntl
@@ -14,6 +14,7 @@ import shutil
 import sys
 import time
 
+from command_line import Help
 from tasks import Interrupted, Interruptible, Place, Slurm, TasksError, add_place_options, last_line, run_tasks, shell_line, unfinished
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
@@ -114,11 +115,13 @@ def joined(words):
 
 
 def parse():
-    parser = argparse.ArgumentParser(prog="ilp-ground merge", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)
+    # Options of ilp-ground are no mistakes here.
+    parser = argparse.ArgumentParser(prog="ilp-ground merge", description=__doc__, formatter_class=Help, allow_abbrev=False,
+                                     epilog="Example: ilp-ground merge flight/outbox --out ground --tasks 4")
     parser.add_argument("outbox", help="folder with the files that came down")
     parser.add_argument("--out", required=True, help="folder for the results")
     parser.add_argument("--afresh", action="store_true", help="forget everything that earlier runs read and computed there")
-    parser.add_argument("--threads", type=thread_count, default=1, help="threads of a task (default 1)")
+    parser.add_argument("--threads", type=thread_count, default=1, help="threads of a task")
     parser.add_argument("--ground", default=os.path.join(ROOT, "build", "host", "bin", "ilp-ground"), help="path of ilp-ground")
     add_place_options(parser)
     options, more = parser.parse_known_args(joined(sys.argv[1:]))

@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
     return 0;
   }
   const std::string usage =
-      "usage: ilp-docgen DIR\nWrites the pages of DIR, such as docs, that follow from tables in the code.\n"
+      "Writes the pages of DIR, such as docs, that follow from tables in the code\nusage: ilp-docgen DIR\n"
       "Example: ilp-docgen docs\nExit status: 0 done, 1 the work could not be done, 2 wrong call\n";
   if (argc == 2 && std::string(argv[1]) == "--help") {
     std::cout << usage;

@@ -103,17 +103,18 @@ void run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  Options options;
-  CLI::App app("Sends the positions of gpsd to ilp-onboard --navigation-udp, until it is ended");
-  app.add_option("--gpsd", options.host, "host of gpsd")->capture_default_str();
-  app.add_option("--port", options.port, "port of gpsd")->capture_default_str();
-  app.add_option("--to", options.to, "ADDRESS:PORT of the flight software")->required();
-  app.add_option("--apid", options.apid, "APID of the packets (navigation.vehicle_apid)")->capture_default_str();
-  app.set_version_flag("--version", ilp::host::version_line("ilp-gps"));
-  if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
-  std::signal(SIGTERM, [](int) { ended = 1; });
-  std::signal(SIGINT, [](int) { ended = 1; });
   try {
+    Options options;
+    host::CommandLine app("ilp-gps", "Sends the positions of gpsd to ilp-onboard --navigation-udp, until it is ended",
+                          "ilp-gps --to 127.0.0.1:9000");
+    app.add_option("--gpsd", options.host, "host of gpsd");
+    app.add_option("--port", options.port, "port of gpsd");
+    app.add_option("--to", options.to, "ADDRESS:PORT of the flight software")->required();
+    app.add_option("--apid", options.apid, "APID of the packets (navigation.vehicle_apid)");
+    app.set_version_flag("--version", ilp::host::version_line("ilp-gps"));
+    if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
+    std::signal(SIGTERM, [](int) { ended = 1; });
+    std::signal(SIGINT, [](int) { ended = 1; });
     run(options);
     return 0;
   } catch (const std::exception& error) {

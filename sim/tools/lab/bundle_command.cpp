@@ -198,8 +198,9 @@ Json run_bundle(const BundleOptions& options, int repeat) {
 
 void add_bundle_command(Lab& lab) {
   const auto options = std::make_shared<BundleOptions>();
-  CLI::App& app = lab.add("bundle", "bundle adjustment of one window of cameras and points",
-                          [options](int repeat) { return run_bundle(*options, repeat); });
+  CLI::App& app =
+      lab.add("bundle", "bundle adjustment of one window of cameras and points", "window.txt --out adjusted.txt",
+              [options](int repeat) { return run_bundle(*options, repeat); });
   app.add_option("WINDOW", options->window,
                  "window file (ncam npts nobs, intrinsics, observations, cameras, points), BAL file, or folder of a "
                  "COLMAP text model")

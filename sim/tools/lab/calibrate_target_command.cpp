@@ -246,17 +246,16 @@ Json run_calibrate_target(TargetOptions options, int repeat) {
 
 void add_calibrate_target_command(Lab& lab) {
   const auto options = std::make_shared<TargetOptions>();
-  CLI::App& app =
-      lab.add("calibrate-target", "the camera, from pictures of a chessboard or ChArUco board, with its residuals",
-              [options](int repeat) { return run_calibrate_target(*options, repeat); });
+  CLI::App& app = lab.add(
+      "calibrate-target", "the camera, from pictures of a chessboard or ChArUco board, with its residuals",
+      "*.jpg --board 9x6 --out cameras.txt", [options](int repeat) { return run_calibrate_target(*options, repeat); });
   app.add_option("PICTURE", options->pictures, "pictures of the board by one camera: JPEG, TIFF, PNG or PGM")
       ->required();
   app.add_option("--board", options->board,
                  "inner corners of the board's rows and columns: 9x6 is a board of 10 x 7 squares");
   app.add_option("--charuco", options->charuco,
                  "dictionary of the markers of a ChArUco board, such as 5X5_100; it may be seen in part");
-  app.add_option("--marker", options->marker, "side of a marker over that of a square (default: 0.75)")
-      ->check(finite_in(0.2, 0.98));
+  app.add_option("--marker", options->marker, "side of a marker over that of a square")->check(finite_in(0.2, 0.98));
   app.add_option("--square", options->square, "side of a square, in any unit; the camera does not depend on it")
       ->check(finite_in(1e-6, 1e6));
   app.add_option("--out", options->out, "cameras.txt to write");

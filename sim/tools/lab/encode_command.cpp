@@ -117,12 +117,14 @@ Json run_encode(const EncodeOptions& options, int repeat) {
 
 void add_encode_command(Lab& lab) {
   const auto options = std::make_shared<EncodeOptions>();
-  CLI::App& app = lab.add("encode", "an image as a JP2 file; a PSNR is null when the region is exact or empty",
-                          [options](int repeat) { return run_encode(*options, repeat); });
+  CLI::App& app =
+      lab.add("encode", "an image as a JP2 file; a PSNR is null when the region is exact or empty",
+              "0001.png --bpp 0.5 --out 0001.jp2", [options](int repeat) { return run_encode(*options, repeat); });
   app.add_option("IMAGE", options->image, "PNG, PGM, JPEG or TIFF")->required();
   app.add_option("--mask", options->mask, "image whose pixels other than 0 are the region of interest");
   app.add_option("--bpp", options->bpp, "ceiling of the whole file in bit/px (default 1; with --lossless: none)")
-      ->check(finite_in(0.001, 32));
+      ->check(finite_in(0.001, 32))
+      ->default_str("");
   app.add_option("--layers", options->params.layers, "number of quality layers")
       ->check(CLI::Range(1, limits::max_quality_layers));
   app.add_flag("--lossless", options->params.lossless, "code the region exactly; without a mask, the whole image");

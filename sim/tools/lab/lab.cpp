@@ -7,6 +7,7 @@
 #include <ostream>
 #include <vector>
 
+#include "sim/host/command_line.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/host/version_line.hpp"
 
@@ -32,9 +33,10 @@ bool is_result(StatusCode code) {
 
 }  // namespace
 
-CLI::App& Lab::add(const std::string& name, const std::string& description, Command command) {
+CLI::App& Lab::add(const std::string& name, const std::string& description, const std::string& example,
+                   Command command) {
   auto entry = std::make_unique<Entry>();
-  entry->app = app_.add_subcommand(name, description);
+  entry->app = &host::add_subcommand(app_, name, description, "ilp-lab " + name + " " + example);
   entry->command = std::move(command);
   entry->app
       ->add_option("--repeat", entry->repeat, "number of runs that are timed after a warm-up; the median is printed")
@@ -52,8 +54,8 @@ Json Lab::run() const {
 
 int run_lab(int argc, char** argv, std::ostream& out, std::ostream& err) {
   constexpr int bad_input = 1;
-  constexpr int bad_usage = 2;
-  CLI::App app{"Runs one onboard kernel on files and prints one JSON object; select prints a table."};
+  host::CommandLine app("ilp-lab", "Runs one onboard kernel on files and prints one JSON object; select prints a table",
+                        "ilp-lab overlap 0001.png 0002.png");
   app.require_subcommand(1);
   app.set_version_flag("--version", host::version_line("ilp-lab"));
   Lab lab(app);
@@ -68,11 +70,7 @@ int run_lab(int argc, char** argv, std::ostream& out, std::ostream& err) {
   add_pose_strip_command(lab);
   add_select_command(lab);
   add_world_map_command(lab);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error, out, err) == 0 ? 0 : bad_usage;
-  }
+  if (const auto end = host::read_command_line(app, argc, argv, out, err)) return *end;
   const std::string name = "ilp-lab " + app.get_subcommands().front()->get_name() + ": ";
   try {
     const Json result = lab.run();
@@ -81,7 +79,7 @@ int run_lab(int argc, char** argv, std::ostream& out, std::ostream& err) {
     return 0;
   } catch (const UsageError& error) {
     err << name << error.what() << "\n";
-    return bad_usage;
+    return host::wrong_usage;
   } catch (const std::exception& error) {
     err << name << error.what() << "\n";
     return bad_input;

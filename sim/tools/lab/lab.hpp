@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "fsw/base/status.hpp"
+#include "sim/host/command_line.hpp"
 
 namespace ilp::lab {
 
@@ -18,9 +19,7 @@ namespace ilp::lab {
 using Json = nlohmann::ordered_json;
 
 /// A mistake in the command line: exit status 2. Anything else that is thrown is bad input: exit status 1.
-struct UsageError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+using UsageError = host::WrongUsage;
 
 /// Runs a subcommand; the argument is --repeat. What it returns is printed, a string as the text that it is.
 using Command = std::function<Json(int repeat)>;
@@ -28,8 +27,8 @@ using Command = std::function<Json(int repeat)>;
 class Lab {
  public:
   explicit Lab(CLI::App& app) : app_(app) {}
-  /// A subcommand with --repeat; the caller adds its own options.
-  CLI::App& add(const std::string& name, const std::string& description, Command command);
+  /// A subcommand with --repeat; the caller adds its own options. The example begins behind the name.
+  CLI::App& add(const std::string& name, const std::string& description, const std::string& example, Command command);
   /// Runs the subcommand that the parsed command line names.
   [[nodiscard]] Json run() const;
 

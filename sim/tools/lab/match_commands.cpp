@@ -264,13 +264,13 @@ Json run_match(const MatchOptions& options, int repeat) {
 
 void add_match_commands(Lab& lab) {
   const auto overlap = std::make_shared<OverlapOptions>();
-  add_search_options(lab.add("overlap", "how much of A is seen again in B",
+  add_search_options(lab.add("overlap", "how much of A is seen again in B", "0001.png 0002.png",
                              [overlap](int repeat) { return run_overlap(*overlap, repeat); }),
                      *overlap);
 
   const auto match = std::make_shared<MatchOptions>();
-  CLI::App& app =
-      lab.add("match", "corners of A found again in B", [match](int repeat) { return run_match(*match, repeat); });
+  CLI::App& app = lab.add("match", "corners of A found again in B", "0001.png 0002.png --out matches.txt",
+                          [match](int repeat) { return run_match(*match, repeat); });
   // Views further apart than a strip's are welcome here.
   match->overlap.params.min_overlap = 0.3;
   add_search_options(app, match->overlap);

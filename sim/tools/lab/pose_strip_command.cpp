@@ -263,14 +263,16 @@ Json run_pose_strip(const PoseStripOptions& options, int repeat) {
 void add_pose_strip_command(Lab& lab) {
   const auto options = std::make_shared<PoseStripOptions>();
   CLI::App& app = lab.add("pose-strip", "camera poses and points of a folder of images, as a COLMAP text model",
+                          "images --camera cameras.txt --out model",
                           [options](int repeat) { return run_pose_strip(*options, repeat); });
   app.add_option("DIR", options->folder, "folder of PNG, PGM, JPEG or TIFF images, as sim/fly --images takes them")
       ->required();
   app.add_option("--camera", options->camera, "intrinsics, cameras.txt")->required();
   app.add_option("--mission", options->mission, "mission parameters, an .ini file");
   app.add_option("--target-overlap", options->target_overlap,
-                 "a frame at or below it becomes a keyframe; 0.98 takes nearly every image")
-      ->check(finite_in(0.5, 0.98));
+                 "a frame at or below it becomes a keyframe (default: the mission's); 0.98 takes nearly every image")
+      ->check(finite_in(0.5, 0.98))
+      ->default_str("");
   app.add_flag("--apart", options->apart,
                "strips stay as they are on board: no dense matching, no links, no joining on the ground");
   app.add_option("--out", options->out, "folder for cameras.txt, images.txt, points3D.txt")->required();

@@ -216,6 +216,7 @@ Json run_rectify(const RectifyOptions& options, int repeat) {
 void add_rectify_command(Lab& lab) {
   const auto options = std::make_shared<RectifyOptions>();
   CLI::App& app = lab.add("rectify", "two images of a COLMAP model, resampled so that matching points share a row",
+                          "0001.png 0002.png --model model --out pair",
                           [options](int repeat) { return run_rectify(*options, repeat); });
   app.add_option("A", options->a, "left image, found in the model by its file name")->required();
   app.add_option("B", options->b, "right image")->required();

@@ -93,8 +93,9 @@ Json run_richness(const RichnessOptions& options, int repeat) {
 
 void add_richness_command(Lab& lab) {
   const auto options = std::make_shared<RichnessOptions>();
-  CLI::App& app = lab.add("richness", "image richness index and its cues, as for the first image of a flight",
-                          [options](int repeat) { return run_richness(*options, repeat); });
+  CLI::App& app =
+      lab.add("richness", "image richness index and its cues, as for the first image of a flight",
+              "0001.png --camera cameras.txt", [options](int repeat) { return run_richness(*options, repeat); });
   app.add_option("IMAGE", options->image, "PNG, PGM, JPEG or TIFF")->required();
   app.add_option("--depth", options->depth,
                  "PFM of the depth along the optical axis; where it is not positive and finite there is no depth");

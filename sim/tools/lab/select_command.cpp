@@ -544,16 +544,19 @@ Json run_select(const SelectOptions& options, int repeat) {
 
 void add_select_command(Lab& lab) {
   const auto options = std::make_shared<SelectOptions>();
-  CLI::App& app = lab.add("select", "a table of the images of a strip or video that the flight would keep, and why",
-                          [options](int repeat) { return run_select(*options, repeat); });
+  CLI::App& app =
+      lab.add("select", "a table of the images of a strip or video that the flight would keep, and why",
+              "images --target-overlap 0.8", [options](int repeat) { return run_select(*options, repeat); });
   app.add_option("DIR", options->folder,
                  "folder of PNG, PGM, JPEG or TIFF images in the order of their names, or of its times.txt");
   app.add_option("--y4m", options->video, "YUV4MPEG2 file that takes the place of the folder, - for standard input");
   app.add_option("--target,--target-overlap", options->target,
-                 "an image at or below this overlap with the last one kept is kept (default 0.82)")
-      ->check(finite_in(0.5, 0.98));
-  app.add_option("--minimum", options->minimum, "below this overlap the strip ends (default 0.55)")
-      ->check(finite_in(0.2, 0.95));
+                 "an image at or below this overlap with the last one kept is kept")
+      ->check(finite_in(0.5, 0.98))
+      ->default_str("0.82");
+  app.add_option("--minimum", options->minimum, "below this overlap the strip ends")
+      ->check(finite_in(0.2, 0.95))
+      ->default_str("0.55");
   app.add_flag("--full-turn", options->full_turn, "search every rotation between images (default 0.35 rad)");
   app.add_option("--mission", options->mission, "mission parameters, an .ini file; its capture times are ignored");
   app.add_flag("--list", options->list, "print only the names of the kept images, one a line");

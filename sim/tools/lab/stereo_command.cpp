@@ -81,6 +81,7 @@ Json run_stereo(const StereoOptions& options, int repeat) {
 void add_stereo_command(Lab& lab) {
   const auto options = std::make_shared<StereoOptions>();
   CLI::App& app = lab.add("stereo", "disparities x_left - x_right of a rectified pair, at the pixels of the left image",
+                          "left.png right.png --min-disparity 0 --max-disparity 64 --out disparities.pfm",
                           [options](int repeat) { return run_stereo(*options, repeat); });
   app.add_option("LEFT", options->left, "left image: PNG, PGM, JPEG or TIFF")->required();
   app.add_option("RIGHT", options->right, "right image")->required();
@@ -95,8 +96,7 @@ void add_stereo_command(Lab& lab) {
   std::vector<std::string> matchers;
   for (const EnumValue& value : StereoMatcherChoice_values) matchers.emplace_back(value.name);
   app.add_option("--matcher", options->matcher, "how the disparities of a scanline are chosen")
-      ->check(CLI::IsMember(matchers))
-      ->capture_default_str();
+      ->check(CLI::IsMember(matchers));
 }
 
 }  // namespace ilp::lab

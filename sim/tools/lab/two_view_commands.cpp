@@ -131,22 +131,24 @@ Json run_model(const TwoViewOptions& options, int repeat, const char* name, cons
 
 void add_two_view_commands(Lab& lab) {
   const auto relpose = std::make_shared<TwoViewOptions>();
-  CLI::App& app = lab.add("relpose", "relative pose of two calibrated views from matches in pixels of the real images",
-                          [relpose](int repeat) { return run_relpose(*relpose, repeat); });
+  CLI::App& app =
+      lab.add("relpose", "relative pose of two calibrated views from matches in pixels of the real images",
+              "matches.txt --camera cameras.txt", [relpose](int repeat) { return run_relpose(*relpose, repeat); });
   add_ransac_options(app, *relpose);
   app.add_option("--camera", relpose->camera, "cameras.txt of image a, and of image b without --camera-b")->required();
   app.add_option("--camera-b", relpose->camera_b, "cameras.txt of image b");
 
   const auto fundamental = std::make_shared<TwoViewOptions>();
-  add_ransac_options(lab.add("fundamental", "fundamental matrix b^T F a = 0 from matches without distortion",
-                             [fundamental](int repeat) {
-                               return run_model(*fundamental, repeat, "fundamental", &FundamentalResult::fundamental,
-                                                estimate_fundamental);
-                             }),
-                     *fundamental);
+  add_ransac_options(
+      lab.add("fundamental", "fundamental matrix b^T F a = 0 from matches without distortion", "matches.txt",
+              [fundamental](int repeat) {
+                return run_model(*fundamental, repeat, "fundamental", &FundamentalResult::fundamental,
+                                 estimate_fundamental);
+              }),
+      *fundamental);
 
   const auto homography = std::make_shared<TwoViewOptions>();
-  add_ransac_options(lab.add("homography", "homography b ~ H a from matches without distortion",
+  add_ransac_options(lab.add("homography", "homography b ~ H a from matches without distortion", "matches.txt",
                              [homography](int repeat) {
                                return run_model(*homography, repeat, "homography", &HomographyResult::homography,
                                                 estimate_homography);

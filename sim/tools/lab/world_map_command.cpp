@@ -170,14 +170,13 @@ void add_light(CLI::App& app, WorldMapOptions& options) {
       ->expected(2);
   app.add_option("--sun-turn", options.sun_turn_deg, "turns the sun of the scenario, or that of --sun, degrees")
       ->check(finite_in(-360, 360));
-  app.add_option("--spread", options.map.spread_px, "sigma of the point spread, pixels [0.5]")
-      ->check(finite_in(0, 0.8));
-  app.add_option("--noise", options.map.noise, "noise of the image as a share of the light on level ground [0.03]")
+  app.add_option("--spread", options.map.spread_px, "sigma of the point spread, pixels")->check(finite_in(0, 0.8));
+  app.add_option("--noise", options.map.noise, "noise of the image as a share of the light on level ground")
       ->check(finite_in(0, 1));
-  app.add_option("--map-seed", options.map.seed, "of the errors of the map [1]");
-  app.add_option("--height-sigma", options.height_sigma_px, "smooth error of the heights, one sigma, pixels [0.3]")
+  app.add_option("--map-seed", options.map.seed, "of the errors of the map");
+  app.add_option("--height-sigma", options.height_sigma_px, "smooth error of the heights, one sigma, pixels")
       ->check(finite_in(0, 100));
-  app.add_option("--place-sigma", options.place_sigma_m, "stated error of the place of the whole map, m [0]")
+  app.add_option("--place-sigma", options.place_sigma_m, "stated error of the place of the whole map, m")
       ->check(finite_in(0, 1e6));
 }
 
@@ -186,6 +185,7 @@ void add_light(CLI::App& app, WorldMapOptions& options) {
 void add_world_map_command(Lab& lab) {
   const auto options = std::make_shared<WorldMapOptions>();
   CLI::App& app = lab.add("world-map", "the map of a simulated world that an orbiter would have made, for a flight",
+                          "mars-plains --area=-500,-500,1500,1500 --pixel 2 --out map",
                           [options](int) { return run_world_map(*options); });
   app.add_option("SCENARIO", options->scenario, "preset or scenario file");
   app.add_option("--set", options->set, "section.name=value: another value of the scenario");
@@ -194,18 +194,17 @@ void add_world_map_command(Lab& lab) {
       ->delimiter(',')
       ->expected(4);
   app.add_option("--pixel", options->map.pixel_m, "metres per pixel")->required()->check(finite_in(1e-3, 1e5));
-  app.add_option("--coarse", options->coarse, "pixel of the second layer over that of the first; 1: one layer [4]")
+  app.add_option("--coarse", options->coarse, "pixel of the second layer over that of the first; 1: one layer")
       ->check(CLI::Range(1, 16));
   add_light(app, *options);
-  app.add_option("--body", options->body, "body that the map states [none]")
+  app.add_option("--body", options->body, "body that the map states")
       ->check(CLI::IsMember({"mars", "titan", "venus", "moon", "earth"}));
-  app.add_option("--origin", options->origin, "LONGITUDE,LATITUDE of the world's origin, degrees [0,0]")
+  app.add_option("--origin", options->origin, "LONGITUDE,LATITUDE of the world's origin, degrees")
       ->delimiter(',')
       ->expected(2);
-  app.add_option("--features", options->tiles.features, "features of a tile [256]")
+  app.add_option("--features", options->tiles.features, "features of a tile")
       ->check(CLI::Range(std::size_t{0}, limits::max_map_features));
-  app.add_option("--image-bits", options->tiles.image_bits, "bits per pixel of the image [0.5]")
-      ->check(finite_in(0.05, 4));
+  app.add_option("--image-bits", options->tiles.image_bits, "bits per pixel of the image")->check(finite_in(0.05, 4));
   app.add_flag("--as-imaged", options->as_imaged, "leave the light of the image as it is");
   app.add_option("--key", options->key, "file of keys of the flight; the directory is signed with its first key");
   app.add_option("--out", options->out, "folder for the map")->required();

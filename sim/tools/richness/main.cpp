@@ -66,43 +66,41 @@ void run_tune(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{
-      "Rates images of simulated worlds with planted features by their richness, and compares the rates with the "
-      "truth"};
-  app.require_subcommand(1);
-  Options options;
-  const auto add = [&](const char* name, const char* about, void (*run)(const Options&)) {
-    CLI::App* command = app.add_subcommand(name, about);
-    command->add_option("--set", options.set, "which worlds: held-out or tuning")
-        ->check(CLI::IsMember({"held-out", "tuning"}))
-        ->capture_default_str();
-    command->add_option("--first-seed", options.first_seed, "first seed of the worlds")->capture_default_str();
-    command->add_option("--seeds", options.seeds, "number of seeds; each makes 25 worlds of 8 keyframes")
-        ->check(CLI::Range(1, 10000))
-        ->capture_default_str();
-    command->add_option("--threads", options.threads, "number of threads; 0: one per core")->capture_default_str();
-    command->add_option("--mission", options.mission,
-                        "mission file with the parameters of the flight software, such as [richness]");
-    command->callback([&options, run] { run(options); });
-    return command;
-  };
   try {
-    CLI::App* evaluate_command = add("evaluate", "area under the ROC curve by ground and by feature", run_evaluate);
+    host::CommandLine app("ilp-richness",
+                          "Rates images of simulated worlds with planted features by their richness, and compares the "
+                          "rates with the truth",
+                          "ilp-richness evaluate --seeds 2");
+    app.require_subcommand(1);
+    Options options;
+    const auto add = [&](const char* name, const char* about, const char* example, void (*run)(const Options&)) {
+      CLI::App* command = &host::add_subcommand(app, name, about, "ilp-richness " + std::string(example));
+      command->add_option("--set", options.set, "which worlds: held-out or tuning")
+          ->check(CLI::IsMember({"held-out", "tuning"}));
+      command->add_option("--first-seed", options.first_seed, "first seed of the worlds");
+      command->add_option("--seeds", options.seeds, "number of seeds; each makes 25 worlds of 8 keyframes")
+          ->check(CLI::Range(1, 10000));
+      command->add_option("--threads", options.threads, "number of threads; 0: one per core");
+      command->add_option("--mission", options.mission,
+                          "mission file with the parameters of the flight software, such as [richness]");
+      command->callback([&options, run] { run(options); });
+      return command;
+    };
+    CLI::App* evaluate_command = add("evaluate", "area under the ROC curve by ground and by feature",
+                                     "evaluate --seeds 2 --csv cues.csv", run_evaluate);
     evaluate_command->add_flag("--cues", options.cues, "evaluate every cue alone, too");
     evaluate_command->add_option("--csv", options.csv, "CSV file with the cues of each image");
     evaluate_command->add_option("--roc", options.roc, "SVG file with the ROC curves");
-    add("stability", "index of the same ground under other exposures, heights, noise and haze", run_stability)
+    add("stability", "index of the same ground under other exposures, heights, noise and haze", "stability --seeds 2",
+        run_stability)
         ->add_option("--keyframes", options.keyframes, "number of keyframes of each world")
-        ->check(CLI::Range(1, 1000))
-        ->capture_default_str();
-    add("tune", "fits halves and weights for a mission file; needs --set tuning", run_tune);
-    CLI::App* sheet = add("sheet", "newly seen strips in the order of their index", [](const Options& o) {
-      write_contact_sheet(o.out, o.range(), o.params(), o.count, o.threads);
-    });
+        ->check(CLI::Range(1, 1000));
+    add("tune", "fits halves and weights for a mission file; needs --set tuning", "tune --set tuning", run_tune);
+    CLI::App* sheet =
+        add("sheet", "newly seen strips in the order of their index", "sheet --out sheet.png",
+            [](const Options& o) { write_contact_sheet(o.out, o.range(), o.params(), o.count, o.threads); });
     sheet->add_option("--out", options.out, "PNG file to write")->required();
-    sheet->add_option("--count", options.count, "number of strips shown")
-        ->check(CLI::Range(1, 400))
-        ->capture_default_str();
+    sheet->add_option("--count", options.count, "number of strips shown")->check(CLI::Range(1, 400));
     app.set_version_flag("--version", ilp::host::version_line("ilp-richness"));
     if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
     return 0;

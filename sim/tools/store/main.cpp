@@ -69,6 +69,7 @@ Process process_of(const std::string& text) {
 
 void print_roles(const std::vector<std::string>& texts) {
   std::vector<Process> processes;
+  processes.reserve(texts.size());
   for (const std::string& text : texts) processes.push_back(process_of(text));
   StageMask taken = 0;
   for (const Process& process : processes) {
@@ -89,31 +90,38 @@ void print_roles(const std::vector<std::string>& texts) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Tools for the store of a flight: a database file, or postgresql://..."};
-  app.require_subcommand(1);
-  std::string name;
-  bool keyframes = false;
-  std::vector<std::string> processes;
-  CLI::App* const digest = app.add_subcommand(
-      "digest", "prints for each table its rows and a checksum that is the same however the stages are spread");
-  digest->add_option("store", name, "file or postgresql://...")->required();
-  digest->add_flag("--keyframes", keyframes, "before them, a line per keyframe with the checksums of its results");
-  std::string table;
-  std::vector<std::string> fields;
-  CLI::App* const rows = app.add_subcommand(
-      "rows",
-      "prints the records of a table, with tabs between the values; a flight may work with the store meanwhile");
-  rows->add_option("store", name, "file or postgresql://...")->required();
-  rows->add_option("table", table, "one of docs/records.md, such as pose")->required();
-  rows->add_option("field", fields, "the fields to print (default: all)");
-  CLI::App* const tables = app.add_subcommand("create", "makes the tables where there are none");
-  tables->add_option("store", name, "file or postgresql://...")->required();
-  CLI::App* const roles = app.add_subcommand("roles", "prints SQL for the roles of a flight's processes");
-  roles->add_option("process", processes, "ROLE=STAGE,STAGE...; `head` stands for all that need the camera or a link")
-      ->required();
-  app.set_version_flag("--version", ilp::host::version_line("ilp-store"));
-  if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   try {
+    host::CommandLine app("ilp-store", "Tools for the store of a flight: a database file, or postgresql://...",
+                          "ilp-store digest flight/flight.db");
+    app.require_subcommand(1);
+    std::string name;
+    bool keyframes = false;
+    std::vector<std::string> processes;
+    CLI::App* const digest = &host::add_subcommand(
+        app, "digest", "prints for each table its rows and a checksum that is the same however the stages are spread",
+        "ilp-store digest flight/flight.db",
+        "Exit status: 0 done, 1 a record is damaged or cannot be read, 2 wrong call");
+    digest->add_option("store", name, "file or postgresql://...")->required();
+    digest->add_flag("--keyframes", keyframes, "before them, a line per keyframe with the checksums of its results");
+    std::string table;
+    std::vector<std::string> fields;
+    CLI::App* const rows = &host::add_subcommand(
+        app, "rows",
+        "prints the records of a table, with tabs between the values; a flight may work with the store meanwhile",
+        "ilp-store rows flight/flight.db pose",
+        "Exit status: 0 done, 1 a record is damaged or cannot be read, 2 wrong call");
+    rows->add_option("store", name, "file or postgresql://...")->required();
+    rows->add_option("table", table, "one of docs/records.md, such as pose")->required();
+    rows->add_option("field", fields, "the fields to print (default: all)");
+    CLI::App* const tables = &host::add_subcommand(app, "create", "makes the tables where there are none",
+                                                   "ilp-store create postgresql://flight@server/flight");
+    tables->add_option("store", name, "file or postgresql://...")->required();
+    CLI::App* const roles = &host::add_subcommand(app, "roles", "prints SQL for the roles of a flight's processes",
+                                                  "ilp-store roles camera=head vision=pose");
+    roles->add_option("process", processes, "ROLE=STAGE,STAGE...; `head` stands for all that need the camera or a link")
+        ->required();
+    app.set_version_flag("--version", ilp::host::version_line("ilp-store"));
+    if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
     if (digest->parsed()) return print_digest(name, keyframes);
     if (rows->parsed()) return print_table(name, table, fields);
     if (tables->parsed()) create(name);

@@ -9,6 +9,7 @@
 
 #include "fsw/records/records.hpp"
 #include "hal/store/record_bytes.hpp"
+#include "sim/host/text_format.hpp"
 
 namespace ilp::store_tool {
 namespace {
@@ -18,7 +19,11 @@ const RecordInfo& table_named(const std::string& name) {
     const RecordInfo& info = record_info(static_cast<RecordType>(t));
     if (name == info.name) return info;
   }
-  throw std::runtime_error("there is no table " + name + ": docs/records.md lists them");
+  std::vector<std::string> names;
+  for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t)
+    names.emplace_back(record_info(static_cast<RecordType>(t)).name);
+  throw std::runtime_error("there is no table " + name + ": docs/records.md lists them" +
+                           host::did_you_mean(name, names));
 }
 
 std::vector<const FieldInfo*> fields_named(const RecordInfo& info, const std::vector<std::string>& names) {
@@ -29,7 +34,12 @@ std::vector<const FieldInfo*> fields_named(const RecordInfo& info, const std::ve
     for (std::size_t f = 0; f < info.field_count; ++f) {
       if (name == info.fields[f].name) found = &info.fields[f];
     }
-    if (found == nullptr) throw std::runtime_error("the table " + std::string(info.name) + " has no field " + name);
+    if (found == nullptr) {
+      std::vector<std::string> known;
+      for (std::size_t f = 0; f < info.field_count; ++f) known.emplace_back(info.fields[f].name);
+      throw std::runtime_error("the table " + std::string(info.name) + " has no field " + name +
+                               host::did_you_mean(name, known));
+    }
     fields.push_back(found);
   }
   return fields;

@@ -74,6 +74,17 @@ TEST_F(CameraFile, SaysByAWordThatItIsAFisheye) {
   EXPECT_EQ(read(folder, opencv_file("-0.02, 0.013, 0, 0", "distortion_model: plumb_bob\n")).lens, Lens::brown);
 }
 
+TEST_F(CameraFile, OfLargerImagesThanTheFlightTakesIsReadWhereTheyAreReduced) {
+  const std::string large = replaced(kalibr_file, "[500.0, 505.0, 322.0, 236.0]\n  resolution: [640, 480]",
+                                     "[5000.0, 5050.0, 3220.0, 2360.0]\n  resolution: [6400, 4800]");
+  EXPECT_EQ(read(folder, large).width, 6400);
+  const auto as_they_are = [&] { (void)read_global_shutter_camera(folder.write("camera.yml", large)); };
+  EXPECT_TRUE(says(error_of(as_they_are), "6400 px x 4800 px"));
+  const std::string of_opencv = replaced(opencv_file("-0.28, 0.07, 0, 0"), "image_width: 640\nimage_height: 480",
+                                         "image_width: 1640\nimage_height: 1480");
+  EXPECT_EQ(read(folder, of_opencv).height, 1480);
+}
+
 TEST_F(CameraFile, OfKalibrIsRead) {
   CameraModel c = read(folder, kalibr_file);
   const CameraModel expected{640, 480, 500, 505, 322, 236, -0.02, 0.013, 0, 0, -0.006, 0.0011, 0, 0, Lens::fisheye};
@@ -100,7 +111,7 @@ TEST_F(CameraFile, ThatIsBadIsRefusedByName) {
       {"a: [1\n", "line 2: no YAML"},
       {"<?xml version=\"1.0\"?>\n", "it is XML"},
       {replaced(good, "image_width: 640\n", ""), "image_width is missing"},
-      {replaced(good, "image_width: 640", "image_width: 640.5"), "bad image size"},
+      {replaced(good, "image_width: 640", "image_width: 640.5"), "the image size"},
       {replaced(good, "image_width: 640", "image_width: wide"), "image_width: 'wide' is not a finite number"},
       {replaced(good, "5.0e+02, 0.,", "5.0e+02, 1.5,"), "camera_matrix is not [fx 0 cx"},
       {replaced(good, "5.0e+02", ".nan"), "camera_matrix: '.nan' is not a finite number"},

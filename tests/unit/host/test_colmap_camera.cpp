@@ -94,6 +94,13 @@ TEST(ColmapCamera, WrittenFileReadsBackTheSame) {
   }
 }
 
+TEST(ColmapCamera, OfLargerImagesThanTheFlightTakesIsRead) {
+  const ScratchFolder folder;
+  const CameraModel c = read(folder, "1 OPENCV 8000 6000 7000 7000 4000 3000 -0.08 0.01 0.0004 -0.0003\n");
+  EXPECT_EQ(c.width, 8000);
+  EXPECT_EQ(c.cy, 2999.5);
+}
+
 TEST(ColmapCamera, BadFilesAreRefusedWithTheLineAndTheReason) {
   const ScratchFolder folder;
   struct Case {

@@ -103,6 +103,19 @@ TEST(AccuracySummary, MeasurementsThatContradictAndMissingMetresAreTold) {
   EXPECT_FALSE(says(stated_lines(report), "contradict"));
 }
 
+TEST(AccuracySummary, AFourthOfTheMeasurementsOfAKindThatIsRefusedIsTold) {
+  Report report;
+  StripFrameRecord frame;
+  frame.positions_used = 6;
+  frame.positions_refused = 4;
+  frame.heights_used = 10;
+  frame.heights_refused = 2;
+  report.strips.emplace_back().strip.id = 1;
+  report.strips[0].strip.frame = frame;
+  EXPECT_TRUE(says(stated_lines(report), "strip 1: 4 of 10 positions contradict the others and are left out"));
+  EXPECT_FALSE(says(stated_lines(report), "heights"));
+}
+
 /// Events that a reader must see. A calibration that leaves something open is one of them.
 TEST(AccuracySummary, VerdictsOnTheCameraAreEventsOfMediumSeverity) {
   for (const StatusCode code :

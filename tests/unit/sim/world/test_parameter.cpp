@@ -103,7 +103,8 @@ TEST(Parameter, WhatIsWrongAndWhatWasExpectedAreNamed) {
   EXPECT_EQ(set("count", "99999999999"), "[box] count = 99999999999: expected a whole number from 1 to 9");
   EXPECT_EQ(set("seed", "-1"), "[box] seed = -1: expected a whole number");
   EXPECT_EQ(set("on", "1"), "[box] on = 1: expected true or false");
-  EXPECT_EQ(set("lenght", "1"), "[box] lenght: no such parameter; there are length, count, seed, on, word");
+  EXPECT_EQ(set("lenght", "1"),
+            "[box] lenght: no such parameter; there are length, count, seed, on, word; did you mean length?");
   EXPECT_EQ(fields.length, 2);
 }
 

@@ -91,6 +91,9 @@ TEST(Camera, ValidateNamesTheFault) {
   CameraModel large = wide_angle();
   large.width = limits::max_image_width + 1;
   EXPECT_TRUE(validate(large).is(StatusCode::image_too_large));
+  EXPECT_TRUE(validate_of_any_size(large).ok());
+  large.fy = -500;
+  EXPECT_TRUE(validate_of_any_size(large).is(StatusCode::invalid_argument));
 }
 
 TEST(Camera, AnImprobableOneIsDoubted) {

@@ -1,4 +1,4 @@
-#include "bsp/linux/nearest_word.hpp"
+#include "bsp/flight/nearest_word.hpp"
 
 #include <algorithm>
 #include <array>
