@@ -67,7 +67,7 @@ double map_relief_pixel_m(double image_pixel_m, double map_pixel_m) {
 
 std::int32_t map_patch_px(double image_pixels) {
   if (image_pixels < 8) return 16;
-  return image_pixels < 14 ? 12 : 8;
+  return image_pixels < 14 ? 12 : map_least_patch_px;
 }
 
 Result<MapPlan> plan_map_window(std::span<const MapKeyframe> keyframes, const MapPrior& prior, double ground_m,

@@ -8,6 +8,7 @@
 
 namespace ilp {
 
+inline constexpr std::int32_t map_least_patch_px = 8;
 inline constexpr std::int32_t map_relief_patch_px = 8;
 
 /// Rectangle of whole cells of a grid with this pixel: cell 0 of the window is cell (first_column, first_row) of the

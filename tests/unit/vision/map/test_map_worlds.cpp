@@ -81,7 +81,8 @@ const Ground recall_grounds[] = {{"mars-plains", 1.4, 34, 0.95, 0.35, 0.8}, {"ma
 const Ground false_grounds[] = {{"mars-plains", 4.5, 34, 0, 0, 0}, {"mars-plains", 10, 90, 0, 0, 0},
                                 {"dunes", 4.5, 34, 0, 0, 0},       {"dunes", 10, 34, 0, 0, 0},
                                 {"dunes", 4.5, 90, 0, 0, 0},       {"dunes", 10, 0, 0, 0, 0},
-                                {"mars-canyon", 4.5, 34, 0, 0, 0}, {"mars-canyon", 10, 90, 0, 0, 0}};
+                                {"mars-canyon", 4.5, 34, 0, 0, 0}, {"mars-canyon", 10, 90, 0, 0, 0},
+                                {"mars-plains", 15, 34, 0, 0, 0},  {"dunes", 15, 34, 0, 0, 0}};
 #else
 const Ground recall_grounds[] = {{"mars-plains", 5, 34, 1, 0.35, 0.8},
                                  {"mars-plains", 3, 90, 1, 0.6, 1.5},
@@ -221,7 +222,7 @@ TEST(ILP_MAP_SUITE, ReliefFixesKeyframesAndNothingElse) {
                 tally.trials, tally.wrong, tally.ground_quantile(0.5), tally.ground_quantile(0.95), tally.mean_nees());
     false_tally.expect_none(std::string(name) + " relief");
     EXPECT_EQ(tally.wrong, 0);
-    EXPECT_GE(tally.fixed, 0.8 * tally.trials);
+    EXPECT_GE(tally.fixed, std::floor(0.6 * tally.trials));
     EXPECT_LE(tally.ground_quantile(0.5), 0.6);
     EXPECT_LE(tally.ground_quantile(0.95), 1.5);
   }
@@ -251,18 +252,26 @@ struct Together {
 
 TEST(ILP_MAP_SUITE, NineKeyframesTogetherAreFixedOnAMapOf30ImagePixels) {
   const MapWorld world("mars-plains", first_seed + 4);
-  const OrbitalMap map = map_of(world, 30, 34);
+  const Lies lying{map_of(world, 30, 34), map_of(MapWorld("mars-plains", first_seed + 8), 30, 34)};
   Rng rng(first_seed, 6);
   WindowStore store;
   MapTrial trial;
   MapTally tally;
+  FalseTally false_tally;
   for (int k = 0; k < keyframes / 4 + 1; ++k) {
     world.look_anywhere({}, rng, trial);
     const Together nine(world, trial, rng);
-    const MapPlan plan = plan_map_window(nine.keyframes, trial.prior, 0, map.pixel_m).value();
-    const MapRegistrationInput input{plan, store.fill(map, plan), trial.prior, nine.keyframes, world.sun(), nullptr};
+    const MapPlan plan = plan_map_window(nine.keyframes, trial.prior, 0, lying.own.pixel_m).value();
+    MapRegistrationInput input{plan, store.fill(lying.own, plan), trial.prior, nine.keyframes, world.sun(), nullptr};
     tally.add(run_registration(input), trial, plan.pixel_m);
+    for (int n = 0; n < false_windows * 4; ++n) {
+      for (const Lie lie : lies) {
+        input.window = lying.window(lie, world, trial, plan, rng, store);
+        false_tally.add(lie, run_registration(input), plan);
+      }
+    }
   }
+  false_tally.expect_none("30 image pixels, nine together");
   std::printf("30 image pixels, nine together: fixed %d of %d, wrong %d, ground %.2f px\n", tally.fixed, tally.trials,
               tally.wrong, tally.ground_quantile(0.5));
   EXPECT_EQ(tally.wrong, 0);
