@@ -285,7 +285,7 @@ Status MapFix::plan() {
   }
   work_.layer = part().layer_for(image_m, centre.x(), centre.y());
   const MapLayer& layer = workspace_.directory.layers[work_.layer];
-  double pixel = work_.relief ? layer.pixel_m * map_post_spacing
+  double pixel = work_.relief ? map_relief_pixel_m(image_m, layer.pixel_m)
                               : map_working_pixel_m(memory.keyframe.camera, image_m, layer.pixel_m);
   Result<MapPlan> planned = plan_map_window({&memory.keyframe, 1}, work_.prior, work_.ground_m, pixel);
   if (planned.status().is(StatusCode::capacity_exceeded)) {

@@ -61,9 +61,13 @@ double map_working_pixel_m(const CameraModel& camera, double image_pixel_m, doub
   return std::max(map_pixel_m, image_pixel_m * std::max(least_map_image_pixels, diagonal / most_diagonal_px));
 }
 
+double map_relief_pixel_m(double image_pixel_m, double map_pixel_m) {
+  return std::max(map_pixel_m, least_relief_image_pixels * image_pixel_m);
+}
+
 std::int32_t map_patch_px(double image_pixels) {
   if (image_pixels < 8) return 16;
-  return image_pixels < 14 ? 12 : 8;
+  return image_pixels < 14 ? 12 : map_least_patch_px;
 }
 
 Result<MapPlan> plan_map_window(std::span<const MapKeyframe> keyframes, const MapPrior& prior, double ground_m,

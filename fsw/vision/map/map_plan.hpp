@@ -8,7 +8,8 @@
 
 namespace ilp {
 
-inline constexpr std::int32_t map_relief_patch_px = 12;
+inline constexpr std::int32_t map_least_patch_px = 8;
+inline constexpr std::int32_t map_relief_patch_px = 8;
 
 /// Rectangle of whole cells of a grid with this pixel: cell 0 of the window is cell (first_column, first_row) of the
 /// grid whose north-west corner is the map's origin.
@@ -33,6 +34,11 @@ inline constexpr double least_map_image_pixels = 4.5;
 /// The pixel at which a map is compared: that of the map, but at least least_map_image_pixels, and so much that the
 /// image fits into max_map_sheet_side with a margin.
 [[nodiscard]] double map_working_pixel_m(const CameraModel& camera, double image_pixel_m, double map_pixel_m);
+/// Image pixels in a pixel of relief, at least: depths are those of cells of 8 px. Posts of the map may be farther
+/// apart; heights between them are as good as the keyframe's own, and coarser pixels leave too few patches.
+inline constexpr double least_relief_image_pixels = 12;
+/// The pixel at which relief is compared.
+[[nodiscard]] double map_relief_pixel_m(double image_pixel_m, double map_pixel_m);
 /// Side of a patch, px, by the number of image pixels in a working pixel: 16, 12 or 8. For relief it is
 /// map_relief_patch_px, which the caller puts into the plan.
 [[nodiscard]] std::int32_t map_patch_px(double image_pixels);

@@ -32,8 +32,11 @@ MapPoseParams pose_params(MapSense sense, double pixel_m, double sigma_px) {
   return params;
 }
 
+/// Heights and shadings are smooth, so that chance agrees more often. Small patches need what grey says beside its
+/// directions.
 PatchSearch search_of(MapSense sense, const MapPlan& plan) {
-  return {plan.patch_px, sense != MapSense::relit};
+  if (sense != MapSense::relit) return {plan.patch_px, 0.5F};
+  return {plan.patch_px, plan.patch_px <= map_least_patch_px ? 1.0F : 0.0F};
 }
 
 /// Middle of a patch, in cells of the window from the centre of its first one, where it was drawn.
@@ -219,7 +222,7 @@ void MapRegistration::prepare_window() {
 void MapRegistration::search_patches() {
   const PatchSearch how = search_of(sense(), input_.plan);
   const std::int32_t side = lags();
-  const std::int64_t products = std::int64_t{side} * side * how.side * how.side * (how.with_values ? 3 : 2);
+  const std::int64_t products = std::int64_t{side} * side * how.side * how.side * (how.value_share > 0 ? 3 : 2);
   VoteSurfaces surfaces(*workspace_, side);
   std::int64_t work = 0;
   // Where the first sense has a verdict, the second one controls it with half of the patches.

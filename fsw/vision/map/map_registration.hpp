@@ -3,7 +3,7 @@
 //
 // Senses: the map's image under the sun of the moment (`relit`), the map's heights under that sun (`shape`), and the
 // keyframe's own relief against the map's (`relief`), which has no light in it. Channels are the directions of
-// gradients, and for shape and relief grey or height as well.
+// gradients, and grey or height as well for shape and relief, and for small patches.
 #pragma once
 
 #include <array>

@@ -13,7 +13,6 @@ using Window = MapChannels<max_map_window_side>;
 
 constexpr std::int32_t least_direction2 = 25;  // mean square of directions in a patch with texture
 constexpr std::int32_t least_deviation2 = 16;  // of its values
-constexpr float value_share = 0.5F;            // heights and shadings are smooth: chance agrees more often
 constexpr std::size_t patch_cells = std::size_t{max_map_patch_side} * max_map_patch_side;
 
 /// Rows of zeros behind those that the lags need: rows of lags are computed four at a time.
@@ -227,10 +226,10 @@ void score_directions(const PatchPairs& patch, const Behind& behind, std::int32_
     scores[x] = static_cast<std::int32_t>(static_cast<float>(products[x]) * scale / std::sqrt(energy));
   }
 }
-void add_values(const PatchPairs& patch, const Behind& behind, std::int32_t cells, std::int32_t columns,
+void add_values(const PatchPairs& patch, const Behind& behind, const PatchSearch& how, std::int32_t columns,
                 const std::int32_t* products, std::int32_t* scores) {
-  const float scale = value_share * static_cast<float>(map_score_one) / std::sqrt(patch.energy);
-  const auto damping = static_cast<float>(least_deviation2 * cells);
+  const float scale = how.value_share * static_cast<float>(map_score_one) / std::sqrt(patch.energy);
+  const auto damping = static_cast<float>(least_deviation2 * how.side * how.side);
   const auto rest = static_cast<float>(patch.sum);
   for (std::int32_t x = 0; x < columns; ++x) {
     const auto k = static_cast<std::size_t>(x);
@@ -242,8 +241,9 @@ void add_values(const PatchPairs& patch, const Behind& behind, std::int32_t cell
 }
 
 template <typename Width, bool values>
-void search(const PatchPairs& pairs, std::int32_t side, const LagRange& lags, const Reach& reach,
+void search(const PatchPairs& pairs, const PatchSearch& how, const LagRange& lags, const Reach& reach,
             MapRegistrationWorkspace& workspace) {
+  const std::int32_t side = how.side;
   Behind behind;
   Products products;
   for (std::int32_t y = 0; y < side - 1; ++y) behind.add_row<values>(workspace.window, reach, y, 1);
@@ -258,7 +258,7 @@ void search(const PatchPairs& pairs, std::int32_t side, const LagRange& lags, co
     behind.slide<values>(side, lags.columns);
     std::int32_t* const scores = workspace.surface.data() + static_cast<std::ptrdiff_t>(lag) * map_lag_stride;
     if constexpr (values) {
-      add_values(pairs, behind, side * side, lags.columns, row, scores);
+      add_values(pairs, behind, how, lags.columns, row, scores);
     } else {
       score_directions(pairs, behind, lags.columns, row, scores);
     }
@@ -276,7 +276,7 @@ bool has_texture(const MapChannels<max_map_sheet_side>& sheet, const MapPatch& p
   const auto cells = static_cast<float>(search.side * search.side);
   take_directions(sheet, patch, search.side, pairs);
   if (pairs.energy < least_direction2 * cells) return false;
-  if (!search.with_values) return true;
+  if (!(search.value_share > 0)) return true;
   take_values(sheet, patch, search.side, pairs);
   return pairs.energy >= least_deviation2 * cells;
 }
@@ -289,11 +289,11 @@ void search_patch(const MapPatch& patch, const PatchSearch& how, const LagRange&
   PatchPairs pairs;
   take_directions(workspace.sheet, patch, side, pairs);
   reach_directions(workspace.window, reach, workspace.reach.data());
-  with_known_vectors([&]<typename Width>(Width) { search<Width, false>(pairs, side, lags, reach, workspace); });
-  if (!how.with_values) return;
+  with_known_vectors([&]<typename Width>(Width) { search<Width, false>(pairs, how, lags, reach, workspace); });
+  if (!(how.value_share > 0)) return;
   take_values(workspace.sheet, patch, side, pairs);
   reach_values(workspace.window, reach, workspace.reach.data());
-  with_known_vectors([&]<typename Width>(Width) { search<Width, true>(pairs, side, lags, reach, workspace); });
+  with_known_vectors([&]<typename Width>(Width) { search<Width, true>(pairs, how, lags, reach, workspace); });
 }
 
 }  // namespace ilp

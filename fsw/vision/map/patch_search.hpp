@@ -13,11 +13,11 @@ struct LagRange {
 };
 
 struct PatchSearch {
-  std::int32_t side = 0;     ///< of the patch, px; even
-  bool with_values = false;  ///< directions alone, or directions and values
+  std::int32_t side = 0;  ///< of the patch, px; even
+  float value_share = 0;  ///< of values beside directions, which have 1; 0: directions alone
 };
 
-/// In units of `map_score_one`: the correlation of directions, or its sum with half that of values.
+/// In units of `map_score_one`: the correlation of directions, or its sum with a share of that of values.
 inline constexpr std::int32_t map_score_one = 4096;
 /// Of a lag at which the map knows less than half of the patch.
 inline constexpr std::int32_t unknown_score = -(1 << 30);

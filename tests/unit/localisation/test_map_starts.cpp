@@ -267,6 +267,27 @@ TEST_F(ILP_MAP_STRIPS_SUITE, KeyframesThatAreTooSmallForTheMapAreFixedTogether) 
   EXPECT_GE(fixed, 0.8 * static_cast<double>(last - 8));
 }
 
+/// Posts of the map are 40 image pixels apart.
+TEST_F(ILP_MAP_STRIPS_SUITE, ReliefServesBetweenPostsThatAreFarApart) {
+  fly_along(0.6);
+  mission.map_senses = 4;
+  const WorldMap finer(world, {"mars-plains", 10 * world.image_pixel_m(), 3, 34, true, 0, 640});
+  MemoryMapSource source = finer.source();
+  EXPECT_TRUE(run(*make(source), 100000).empty());
+  int fixed = 0, wrong = 0;
+  for (std::int64_t id = 1; id <= last; ++id) {
+    const auto fix = read<FixRecord>(id);
+    if (fix.verdict != MapVerdict::fixed) continue;
+    EXPECT_EQ(fix.sense, MapSense::relief) << id;
+    wrong += error_px(fix, trials[static_cast<std::size_t>(id - 1)]) > 2.5 ? 1 : 0;
+    ++fixed;
+  }
+  std::printf("relief on a map of %.2f m: %d of %d keyframes fixed, %d wrong\n", finer.pixel_m(), fixed,
+              static_cast<int>(last), wrong);
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GE(fixed, 0.6 * static_cast<double>(last));
+}
+
 /// A first fix on few patches knows the length of the strip's unit to 5 %, the vehicle's heights do to 1 %.
 TEST_F(ILP_MAP_STRIPS_SUITE, AFirstFixDoesNotPartTheStrip) {
   fly_along(0.1);

@@ -282,7 +282,10 @@ void compare_scores(MapRegistrationWorkspace& workspace, const PatchSearch& sear
       for (std::int32_t column = 0; column < lags; ++column) {
         scores.push_back(workspace.surface[static_cast<std::size_t>(row * map_lag_stride + column)]);
         double expected = correlation(workspace, patch, search.side, column, row, false);
-        if (search.with_values) expected += 0.5 * correlation(workspace, patch, search.side, column, row, true);
+        if (search.value_share > 0) {
+          expected +=
+              static_cast<double>(search.value_share) * correlation(workspace, patch, search.side, column, row, true);
+        }
         EXPECT_NEAR(scores.back() / double{map_score_one}, expected, tolerance) << column << " " << row;
       }
     }
@@ -298,9 +301,10 @@ TEST(MapPatchSearch, ScoresAreCorrelationsInEveryWidth) {
   for (const double unknown_share : {0.0, 0.1}) {
     const auto workspace = noisy_workspace(unknown_share);
     for (const std::int32_t side : {16, 12, 8}) {
-      compare_scores(*workspace, {side, false}, 0.001);
+      compare_scores(*workspace, {side, 0}, 0.001);
       // What the map does not know is its mean there, not that of the cells behind the patch.
-      compare_scores(*workspace, {side, true}, unknown_share > 0 ? 0.04 : 0.002);
+      compare_scores(*workspace, {side, 0.5F}, unknown_share > 0 ? 0.04 : 0.002);
+      compare_scores(*workspace, {side, 1}, unknown_share > 0 ? 0.08 : 0.003);
     }
   }
 }
@@ -314,7 +318,7 @@ TEST(MapPatchSearch, WhereTheMapKnowsLessThanHalfOfAPatchThereIsNoScore) {
   }
   MapPatch patch;
   constexpr std::int32_t lags = 37;
-  search_patch(patch, {16, false}, {0, 0, lags, lags}, *workspace);
+  search_patch(patch, {16, 0}, {0, 0, lags, lags}, *workspace);
   for (std::int32_t column = 0; column < lags; ++column) {
     const bool known = workspace->surface[static_cast<std::size_t>(column)] != unknown_score;
     EXPECT_EQ(known, column + 8 <= 40) << column;
