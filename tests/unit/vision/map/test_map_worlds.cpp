@@ -182,7 +182,7 @@ TEST_P(ILP_MAP_FALSE_SUITE, GroundThatIsNotThereIsNeverFixed) {
 
 INSTANTIATE_TEST_SUITE_P(False, ILP_MAP_FALSE_SUITE, testing::ValuesIn(false_grounds));
 
-constexpr const char* relief_worlds[] = {"mars-plains", "mars-canyon"};
+constexpr const char* relief_worlds[] = {"mars-plains", "mars-canyon", "dunes"};
 
 // Of 10 image pixels, with posts four pixels apart; no light is in it, so that it is the same under any sun.
 OrbitalMap relief_map(const char* name, std::uint64_t seed) {
@@ -222,6 +222,7 @@ TEST(ILP_MAP_SUITE, ReliefFixesKeyframesAndNothingElse) {
                 tally.trials, tally.wrong, tally.ground_quantile(0.5), tally.ground_quantile(0.95), tally.mean_nees());
     false_tally.expect_none(std::string(name) + " relief");
     EXPECT_EQ(tally.wrong, 0);
+    if (std::string(name) == "dunes") continue;  // repeat themselves: no fix is promised
     EXPECT_GE(tally.fixed, std::floor(0.6 * tally.trials));
     EXPECT_LE(tally.ground_quantile(0.5), 0.6);
     EXPECT_LE(tally.ground_quantile(0.95), 1.5);
