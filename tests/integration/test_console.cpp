@@ -168,9 +168,9 @@ std::string content_of(const fs::path& file) {
 
 TEST_F(ConsoleTest, AMapGoesUpAndLiesOnBoardAsItWasMade) {
   const fs::path map = path("map"), on_board = path("on-board");
-  const ToolResult made = test::run_tool(std::string(ILP_LAB) +
-                                         " world-map mars-plains --pixel 0.5 --area=-80,-80,320,100 --body mars --out " +
-                                         quoted(map) + " 2>&1");
+  const ToolResult made = test::run_tool(
+      std::string(ILP_LAB) + " world-map mars-plains --pixel 0.5 --area=-80,-80,320,100 --body mars --out " +
+      quoted(map) + " 2>&1");
   ASSERT_EQ(made.status, 0) << made.output;
   mission_ += "[navigation]\nbody = mars\n";
   RunningProgram program(flight({"--link-udp", "127.0.0.1:0", "--map", on_board.string()}), path("log"));
