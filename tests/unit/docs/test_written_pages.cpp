@@ -241,6 +241,49 @@ TEST(WrittenPages, EveryTermOfTheGlossaryHasASource) {
   EXPECT_TRUE(std::is_sorted(terms.begin(), terms.end(), before));
 }
 
+constexpr std::size_t longest_paragraph = 120;  ///< words
+
+/// The words of each paragraph and of each item of a list, by the line where it begins. Headings, tables and code end
+/// one and are none.
+std::map<std::size_t, std::size_t> words_of_paragraphs(const std::string& text) {
+  std::map<std::size_t, std::size_t> words;
+  static const std::regex item(R"( *([-*]|\d+\.) .*)");
+  std::istringstream lines(text);
+  bool fenced = false, open = false;
+  std::size_t number = 0, begin = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    const bool fence = line.rfind("```", 0) == 0;
+    if (fence) fenced = !fenced;
+    const bool indented = line.rfind("    ", 0) == 0 && !open;
+    if (fence || fenced || indented || line.empty() || line[0] == '|' || line[0] == '#') {
+      open = false;
+      continue;
+    }
+    if (!open || std::regex_match(line, item)) begin = number;
+    open = true;
+    std::istringstream of_line(line);
+    words[begin] += static_cast<std::size_t>(
+        std::distance(std::istream_iterator<std::string>(of_line), std::istream_iterator<std::string>()));
+  }
+  return words;
+}
+
+TEST(WrittenPages, ParagraphsAreCountedByItemsAndWithoutTablesAndCode) {
+  const std::map<std::size_t, std::size_t> expected = {{3, 5}, {6, 3}, {8, 3}, {17, 1}};
+  EXPECT_EQ(words_of_paragraphs("# a b\n\none two\nthree four five\n\n- six seven\n| a b | c |\n1. eight\nnine\n\n"
+                                "    code code\n\n```\nx y z\n\n```\nten\n"),
+            expected);
+}
+
+TEST(WrittenPages, NoParagraphIsLongerThanAReaderTakesIn) {
+  for (const fs::path& page : pages()) {
+    for (const auto& [line, words] : words_of_paragraphs(text_of(page))) {
+      EXPECT_LE(words, longest_paragraph) << page << ":" << line << ": say it shorter, or in two paragraphs";
+    }
+  }
+}
+
 TEST(WrittenPages, TheIndexNamesEveryPage) {
   const std::string index = text_of("docs/README.md");
   for (const fs::path& page : pages()) {
