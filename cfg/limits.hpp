@@ -181,9 +181,9 @@ inline constexpr std::size_t max_uplink_records = 8;  ///< the newest uplinked f
 inline constexpr std::size_t max_map_layers = 2;
 inline constexpr std::size_t max_map_tiles = 4096;        ///< of all layers
 inline constexpr std::size_t max_map_tile_bytes = 65535;  ///< of one tile's file: it fits an uplinked file
-inline constexpr double map_share = 0.25;  ///< of the storage budget, beside which the files of a map lie
-inline constexpr std::size_t max_map_features = 256;      ///< of one tile, in one light
-inline constexpr std::size_t max_fix_points = 32;         ///< patches of a keyframe that its fix keeps
+inline constexpr double map_share = 0.25;             ///< of the storage budget, beside which the files of a map lie
+inline constexpr std::size_t max_map_features = 256;  ///< of one tile, in one light
+inline constexpr std::size_t max_fix_points = 32;     ///< patches of a keyframe that its fix keeps
 
 // Records and the store
 inline constexpr std::size_t max_record_types = 48;

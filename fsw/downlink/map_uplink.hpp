@@ -24,8 +24,8 @@ struct MapUplinkWorkspace {
 /// nothing.
 ///
 /// A directory must be as parse_map_directory wants it, signed if the folder has a key, of the mission's body, and its
-/// files must take at most limits::map_share of the storage budget. The tiles of the map that it replaces are erased. A tile must be
-/// one that the directory in the folder names, by its digest: a damaged or forged tile replaces none.
+/// files must take at most limits::map_share of the storage budget. The tiles of the map that it replaces are erased. A
+/// tile must be one that the directory in the folder names, by its digest: a damaged or forged tile replaces none.
 ///
 /// `not_found`: the flight has no folder for a map, or a tile comes before its directory; `record_damaged`: a tile that
 /// the directory does not name; `map_other_body`, `capacity_exceeded` (needed and allowed bytes); the faults of
