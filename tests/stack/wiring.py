@@ -55,6 +55,7 @@ INTERFACES = {
     "Health": "Executive",
     "ImageSource": "RecordedStrip StreamSource VideoSource",
     "Link": "DeliveryQueue NoLink OutboxLink SettledLink",
+    "MapFolder": "DirectoryMapSource",
     "MapSource": "DirectoryMapSource",
     "NavigationSource": "NavigationFile VehiclePackets",
     "Nonvolatile": "FileNonvolatile RamNonvolatile",
@@ -147,6 +148,7 @@ FLIGHT = [
     Calls(rf"ilp::(Configuration|FlightSoftware|Life|MemoryCopy|Node|SharedFlight|SharedCompute)::|{LOCAL}Merge::",
           ["Store", "StoreSharing", "Clock", "Nonvolatile", "DiskWait", "Watchdog"], "bsp/flight, bsp/linux"),
     # Free functions call what they are given.
+    Calls(r".*\(.*ilp::MapFolder[&*]", ["MapFolder"], "the folder of the map"),
     Calls(r".*\(.*ilp::((Sqlite)?Store[&*]|StoreView<)", ["Store", "DiskWait", "Clock", "Nonvolatile"], "parameters"),
     Calls(rf".*\(.*({LOCAL}(ActiveFunction|Look)|ilp::(ServiceCall|CommandingWiring))\b", ["Store", "Clock"],
           "services and open requests"),
