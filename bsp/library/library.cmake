@@ -23,7 +23,7 @@ install(FILES ${CMAKE_BINARY_DIR}/library/limits.hpp ${CMAKE_SOURCE_DIR}/cfg/cho
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/fsw/base ${CMAKE_SOURCE_DIR}/fsw/vision DESTINATION ${ILP_LIBRARY_HEADERS}/fsw
         COMPONENT library FILES_MATCHING PATTERN "*.hpp" PATTERN "status_list.inc")
 
-configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/ilp_visionConfig.cmake.in ${CMAKE_BINARY_DIR}/library/ilp_visionConfig.cmake
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/config.cmake ${CMAKE_BINARY_DIR}/library/ilp_visionConfig.cmake
                               INSTALL_DESTINATION ${ILP_LIBRARY_CONFIG})
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/library/ilp_visionConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_BINARY_DIR}/library/ilp_visionConfig.cmake ${CMAKE_BINARY_DIR}/library/ilp_visionConfigVersion.cmake
