@@ -84,19 +84,7 @@ class ComponentList {
   static C made_of(const Parts& parts) {
     Store& store = C::component_id == ComponentId::scrubber ? parts.stored : parts.at_hand;
     const Part part{parts};
-    if constexpr (std::is_constructible_v<C, Store&, Part, Part, Part, Part, Part, Part>) {
-      return C(store, part, part, part, part, part, part);
-    } else if constexpr (std::is_constructible_v<C, Store&, Part, Part, Part, Part, Part>) {
-      return C(store, part, part, part, part, part);
-    } else if constexpr (std::is_constructible_v<C, Store&, Part, Part, Part, Part>) {
-      return C(store, part, part, part, part);
-    } else if constexpr (std::is_constructible_v<C, Store&, Part, Part, Part>) {
-      return C(store, part, part, part);
-    } else if constexpr (std::is_constructible_v<C, Store&, Part, Part>) {
-      return C(store, part, part);
-    } else {
-      return C(store, part);
-    }
+    return made_with<C>(store, part, std::make_index_sequence<most_parts>());
   }
 
   /// Calls `each` for every type.
@@ -173,6 +161,19 @@ class ComponentList {
     }
     // NOLINTEND(google-explicit-constructor)
   };
+
+  static constexpr std::size_t most_parts = 6;
+  template <std::size_t>
+  using PartAt = Part;
+  /// The constructor gets as many parts as it takes: the last ones may have defaults.
+  template <typename C, std::size_t... i>
+  static C made_with(Store& store, const Part& part, std::index_sequence<i...>) {
+    if constexpr (std::is_constructible_v<C, Store&, PartAt<i>...>) {
+      return C(store, (static_cast<void>(i), part)...);
+    } else {
+      return made_with<C>(store, part, std::make_index_sequence<sizeof...(i) - 1>());
+    }
+  }
 
   template <typename C>
   static constexpr void add_forms(std::array<const CheckpointForm*, 2 * stage_count>& table, std::size_t& count) {

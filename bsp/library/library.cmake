@@ -15,6 +15,7 @@ install(TARGETS ilp_vision ilp_vision_stereo ilp_settings ${libraries} EXPORT il
 install(EXPORT ilp_vision NAMESPACE ilp:: DESTINATION ${ILP_LIBRARY_CONFIG} COMPONENT library)
 
 # The installed limits.hpp has the capacities that the libraries were compiled with, whatever a guest defines.
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/cfg/limits.hpp)
 file(READ ${CMAKE_SOURCE_DIR}/cfg/limits.hpp limits)
 string(REPLACE "#if defined(ILP_PROFILE_FLIGHT)" "#undef ILP_PROFILE_FLIGHT\n#undef ILP_PROFILE_HOST\n#undef ILP_PROFILE_LARGE\n#define ILP_PROFILE_${ILP_PROFILE_UPPER}\n#if defined(ILP_PROFILE_FLIGHT)" limits "${limits}")
 file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/library/limits.hpp CONTENT "${limits}" @ONLY)

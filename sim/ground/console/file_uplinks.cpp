@@ -13,8 +13,8 @@ namespace ilp::console {
 namespace fs = std::filesystem;
 namespace {
 
-/// std::runtime_error for a file that the flight cannot take.
-Console::Bytes read_file(const fs::path& path) {
+/// The size of a file that the flight can take; std::runtime_error for another one.
+std::uintmax_t checked_size(const fs::path& path) {
   std::error_code error;
   const std::uintmax_t size = fs::is_regular_file(path, error) ? fs::file_size(path, error) : 0;
   if (size == 0 || error) throw std::runtime_error(path.string() + " is not a file, or is empty");
@@ -24,6 +24,11 @@ Console::Bytes read_file(const fs::path& path) {
   }
   const std::string name = path.filename().string();
   if (name.size() >= sizeof(UplinkRecord::name)) throw std::runtime_error(name + " is too long for a name on board");
+  return size;
+}
+
+Console::Bytes read_file(const fs::path& path) {
+  const std::uintmax_t size = checked_size(path);
   std::ifstream in(path, std::ios::binary);
   Console::Bytes bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   if (bytes.size() != size) throw std::runtime_error(path.string() + " cannot be read");
@@ -55,7 +60,7 @@ void FileUplinks::put_first(Order& order) {
 void FileUplinks::send(const fs::path& path, const std::string& words) {
   Order order{words, {path}, 0};
   if (fs::is_directory(path)) order.files = files_of_map(path);
-  for (const fs::path& file : order.files) (void)read_file(file);
+  for (const fs::path& file : order.files) (void)checked_size(file);
   put_first(order);
   const std::size_t files = order.files.size();
   orders_.push_back(std::move(order));
