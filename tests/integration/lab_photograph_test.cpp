@@ -1,8 +1,6 @@
 // ilp-lab on photographs as people have them: JPEG, TIFF, 16 bits, more pixels than the flight takes. The same ground
 // as PGM files is the truth.
 
-#include <tiffio.h>
-
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -13,6 +11,7 @@
 #include "tests/integration/lab_program.hpp"
 #include "tests/support/jpeg_file.hpp"
 #include "tests/support/strip.hpp"
+#include "tests/support/tiff_file.hpp"
 
 namespace ilp::test {
 namespace {
@@ -46,19 +45,11 @@ class LabPhotograph : public LabTest {
   }
   /// 12 bits above a black of 400, as a sensor has them.
   void add_tiff(const std::string& name, double x0) const {
-    TIFF* const tiff = TIFFOpen(path(name).c_str(), "w");
-    ASSERT_NE(tiff, nullptr);
-    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, width);
-    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, height);
-    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 16);
-    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
-    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+    std::vector<std::uint16_t> values;
     for (int y = 0; y < height; ++y) {
-      std::vector<std::uint16_t> row;
-      for (int x = 0; x < width; ++x) row.push_back(static_cast<std::uint16_t>(400 + 10 * ground(x0 + x, y)));
-      TIFFWriteScanline(tiff, row.data(), static_cast<std::uint32_t>(y), 0);
+      for (int x = 0; x < width; ++x) values.push_back(static_cast<std::uint16_t>(400 + 10 * ground(x0 + x, y)));
     }
-    TIFFClose(tiff);
+    write_tiff(path(name), width, height, values);
   }
   [[nodiscard]] LabRun selection(const std::string& folder) const { return lab("select " + path(folder) + " --json"); }
 };

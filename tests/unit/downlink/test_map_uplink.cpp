@@ -16,6 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 using test::Bytes;
+using test::bytes_of;
 using State = ground_cfdp::CfdpSender::State;
 
 constexpr const char* tile_name = "tile-0-0002-0003.ilpt";
@@ -31,13 +32,6 @@ class MapUplink : public test::UplinkTest {
   }
   ~MapUplink() override { fs::remove_all(folder_); }
 
-  Bytes bytes_of(const MapDirectory& directory, const Bytes& key = {}) {
-    Bytes file(max_map_directory_bytes);
-    std::size_t size = 0;
-    EXPECT_TRUE(write_map_directory(directory, key, file, size).ok());
-    file.resize(size);
-    return file;
-  }
   Bytes on_board(const std::string& name) const {
     std::ifstream in(folder_ / name, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};

@@ -11,6 +11,7 @@
 #include "fsw/vision/place/place_scratch.hpp"
 #include "fsw/vision/terrain/cell_depths.hpp"
 #include "hal/maps/memory_map_source.hpp"
+#include "tests/unit/maps/known_map.hpp"
 #include "tests/unit/places/place_flight.hpp"
 
 namespace ilp::test {
@@ -34,11 +35,7 @@ class AnalyticMap {
     for (std::uint16_t row = 0; row < 2; ++row) {
       for (std::uint16_t column = 0; column < 2; ++column) enter(row, column);
     }
-    std::vector<std::uint8_t> bytes(max_map_directory_bytes);
-    std::size_t size = 0;
-    if (!write_map_directory(*directory_, {}, bytes, size).ok()) throw std::runtime_error("directory");
-    bytes.resize(size);
-    directory_bytes = bytes;
+    directory_bytes = bytes_of(*directory_);
     for (std::size_t i = 0; i < files.size(); ++i)
       tiles_.push_back({{0, static_cast<std::uint16_t>(i / 2), static_cast<std::uint16_t>(i % 2)}, files[i]});
   }

@@ -1,8 +1,11 @@
 // A map whose content follows from formulas.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "fsw/maps/map_directory.hpp"
@@ -27,6 +30,15 @@ inline std::unique_ptr<MapDirectory> known_directory() {
   directory->layers[0] = {2.5, -1000, 2000, 8, 6};
   directory->layers[1] = {10, -1000, 2000, 2, 2};
   return directory;
+}
+
+/// As it is written; signed if there is a key.
+inline std::vector<std::uint8_t> bytes_of(const MapDirectory& directory, std::span<const std::uint8_t> key = {}) {
+  std::vector<std::uint8_t> bytes(max_map_directory_bytes);
+  std::size_t size = 0;
+  EXPECT_TRUE(write_map_directory(directory, key, bytes, size).ok());
+  bytes.resize(size);
+  return bytes;
 }
 
 /// Hills and a pattern, with a corner of which nothing is known.

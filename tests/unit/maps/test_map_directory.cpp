@@ -36,14 +36,6 @@ std::unique_ptr<MapDirectory> directory_with_tiles() {
   return directory;
 }
 
-Bytes written(const MapDirectory& directory, const Bytes& with_key = {}) {
-  Bytes bytes(max_map_directory_bytes);
-  std::size_t size = 0;
-  EXPECT_TRUE(write_map_directory(directory, with_key, bytes, size).ok());
-  bytes.resize(size);
-  return bytes;
-}
-
 /// Puts the checksum right, so that what it guards is looked at.
 void restore_checksum(Bytes& bytes) {
   const std::span<const std::uint8_t> content(bytes.data(), bytes.size() - end_bytes);
@@ -52,7 +44,7 @@ void restore_checksum(Bytes& bytes) {
 
 TEST(MapDirectory, IsReadAsItWasWritten) {
   const auto directory = directory_with_tiles();
-  const Bytes bytes = written(*directory);
+  const Bytes bytes = test::bytes_of(*directory);
   EXPECT_EQ(bytes.size(), 152 + 16 * directory->tiles.size() + end_bytes);
   const auto read = std::make_unique<MapDirectory>();
   ASSERT_TRUE(parse_map_directory(bytes, {}, *read).ok());
@@ -96,11 +88,12 @@ TEST(MapDirectory, FindsItsTiles) {
 TEST(MapDirectory, IsBelievedOnlyWithTheKeyOfTheFlight) {
   const auto directory = directory_with_tiles();
   const auto read = std::make_unique<MapDirectory>();
-  const Bytes bytes = written(*directory, key);
+  const Bytes bytes = test::bytes_of(*directory, key);
   EXPECT_TRUE(parse_map_directory(bytes, key, *read).ok());
   EXPECT_TRUE(parse_map_directory(bytes, {}, *read).ok()) << "a flight without keys";
   EXPECT_TRUE(parse_map_directory(bytes, Bytes(32, 0x5B), *read).is(StatusCode::map_not_authentic));
-  EXPECT_TRUE(parse_map_directory(written(*directory), key, *read).is(StatusCode::map_not_authentic)) << "not signed";
+  EXPECT_TRUE(parse_map_directory(test::bytes_of(*directory), key, *read).is(StatusCode::map_not_authentic))
+      << "not signed";
   // The code is that of RFC 2104 over all that stands before it.
   const std::span<const std::uint8_t> signed_part(bytes.data(), bytes.size() - 32);
   const std::span<const std::uint8_t> parts[] = {signed_part};
@@ -113,7 +106,7 @@ TEST(MapDirectory, IsBelievedOnlyWithTheKeyOfTheFlight) {
 }
 
 TEST(MapDirectory, EveryChangedOctetIsNoticed) {
-  const Bytes bytes = written(*directory_with_tiles(), key);
+  const Bytes bytes = test::bytes_of(*directory_with_tiles(), key);
   const auto read = std::make_unique<MapDirectory>();
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     Bytes changed = bytes;
@@ -164,7 +157,7 @@ TEST(MapDirectory, WhatNoMapHasIsRefused) {
   refused([](MapDirectory& d) { d.layers[0].y0_m = 1e7; }, false);
 
   // The same in bytes whose checksum is right: number of tiles, body, light, version, magic.
-  const Bytes bytes = written(*directory_with_tiles());
+  const Bytes bytes = test::bytes_of(*directory_with_tiles());
   const auto read = std::make_unique<MapDirectory>();
   const auto status_with = [&](std::size_t at, std::uint8_t value) {
     Bytes changed = bytes;

@@ -1,5 +1,4 @@
 #include <gtest/gtest.h>
-#include <tiffio.h>
 
 #include <cmath>
 #include <fstream>
@@ -16,6 +15,7 @@
 #include "sim/sil/flyable_images.hpp"
 #include "sim/sil/one_camera.hpp"
 #include "tests/support/exif_file.hpp"
+#include "tests/support/tiff_file.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp::sil {
@@ -23,28 +23,13 @@ namespace {
 
 namespace fs = std::filesystem;
 using host::StripFrame;
+using test::write_tiff;
 
 std::vector<StripFrame> strip_of(const std::vector<fs::path>& files) {
   std::vector<StripFrame> strip;
   for (const fs::path& file : files)
     strip.push_back({static_cast<std::int64_t>(strip.size()) * 2'000'000'000, file, {}, true});
   return strip;
-}
-
-/// Uncompressed, one band, written by libtiff.
-void write_tiff(const fs::path& path, int width, int height, const std::vector<std::uint16_t>& values) {
-  TIFF* const tiff = TIFFOpen(path.c_str(), "w");
-  ASSERT_NE(tiff, nullptr);
-  TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, width);
-  TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, height);
-  TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 16);
-  TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
-  TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
-  for (int y = 0; y < height; ++y) {
-    std::vector<std::uint16_t> row(values.begin() + y * width, values.begin() + (y + 1) * width);
-    TIFFWriteScanline(tiff, row.data(), static_cast<std::uint32_t>(y), 0);
-  }
-  TIFFClose(tiff);
 }
 
 void put(std::string& text, std::uint32_t value, int octets) {
