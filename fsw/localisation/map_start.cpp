@@ -77,8 +77,15 @@ void MapStart::add_features(std::size_t first, std::int32_t rows, std::int32_t c
   if (entry >= map.tiles.size()) return;
   std::size_t size = 0;
   const MapTilePlace at{place.layer, map.tiles[entry].row, map.tiles[entry].column};
-  if (!wiring_.source->read_tile(at, memory.file, size).ok()) return;
-  if (!read_map_features(std::span(memory.file).first(size), map, entry, memory.tile).ok()) return;
+  Status status = wiring_.source->read_tile(at, memory.file, size);
+  // A tile may come later.
+  if (status.is(StatusCode::not_found)) return;
+  if (status.ok()) status = read_map_features(std::span(memory.file).first(size), map, entry, memory.tile);
+  if (!status.ok()) {
+    work_.news = {StatusCode::map_tile_unusable, static_cast<std::int64_t>(entry),
+                  static_cast<std::int64_t>(status.code)};
+    return;
+  }
   const auto add = [&](const MapFeatures& from, PlaceFeatures& to) {
     for (PlaceFeature feature : from) {
       feature.x = (feature.x + static_cast<float>(columns * map_tile_side) + 0.5F) * map_feature_zoom - 0.5F;

@@ -150,6 +150,7 @@ void keep_record(const GroundOptions& options, const report::Report& report, con
   remove_other_results(options.out, files, before);
   RunRecord record = record_of(options.out, files, before);
   record.inputs = inputs;
+  record.outbox = name_of_outbox(options.outbox);
   record.said = summary_of(options, report);
   if (!options.acknowledge.empty()) record.acknowledgements = intake::acknowledgements_of(report.outbox);
   write_record(record, options.out);

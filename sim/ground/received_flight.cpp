@@ -82,6 +82,14 @@ bool reject_faulty(report::Report& report, intake::Catalogue& catalogue) {
   return any;
 }
 
+/// The catalogue tells flights apart by their files. Where an earlier run has kept none, the folder has to be the same.
+void refuse_another_downlink(const GroundOptions& options, const RunRecord& before) {
+  if (before.outbox.empty() || before.outbox == name_of_outbox(options.outbox)) return;
+  throw std::runtime_error("the results in " + options.out.string() + " are of the downlink " + before.outbox +
+                           ": choose another folder for those of " + options.outbox.string() +
+                           ", or begin afresh (--afresh)");
+}
+
 void tell_intake(const intake::Catalogue& catalogue, const intake::Catalogue::Intake& intake, std::ostream& messages) {
   if (catalogue.was_set_aside()) {
     messages << "the catalogue was damaged and is set aside: started over from the files that are there\n";
@@ -138,6 +146,7 @@ std::unique_ptr<intake::Catalogue> open_and_take_in(const GroundOptions& options
   if (options.afresh) forget(options.out, catalogue_file);
   before = read_record(options.out);
   (void)keep_sound_files(options.out, options.check, before, messages);
+  if (!shared && !options.afresh && !fs::exists(catalogue_file)) refuse_another_downlink(options, before);
   if (!shared && intake::files_of(options.outbox).empty() && !fs::exists(catalogue_file))
     stop_for_nothing(options, report);
   host::make_output_folder(options.out);

@@ -54,6 +54,7 @@ void read_line(const std::string& text, RunRecord& record) {
   std::string word;
   line >> word;
   if (word == "inputs") line >> record.inputs;
+  if (word == "outbox") record.outbox = rest_of(line);
   if (word == "said") record.said.push_back(rest_of(line));
   if (word == "file") {
     ResultFile file;
@@ -69,6 +70,7 @@ void read_line(const std::string& text, RunRecord& record) {
 
 std::string text_of(const RunRecord& record) {
   std::string text = std::string(first_line) + "\ninputs " + std::to_string(record.inputs) + "\n";
+  if (!record.outbox.empty()) text += "outbox " + record.outbox + "\n";
   for (const std::string& line : record.said) text += "said " + line + "\n";
   for (const auto& [name, file] : record.files) {
     text += "file " + std::to_string(file.content) + " " + text_of(file.state) + " " + name + "\n";
@@ -114,6 +116,11 @@ std::uint64_t digest_of_inputs(const GroundOptions& options) {
     text << tree_text(path);
   }
   return host::digest(text.str());
+}
+
+std::string name_of_outbox(const fs::path& outbox) {
+  std::error_code error;
+  return fs::weakly_canonical(fs::absolute(outbox), error).string();
 }
 
 RunRecord read_record(const fs::path& out) {

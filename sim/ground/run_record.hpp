@@ -21,6 +21,7 @@ struct ResultFile {
 
 struct RunRecord {
   std::uint64_t inputs = 0;                 ///< digest_of_inputs when the run began; 0: there was no whole run
+  std::string outbox;                       ///< folder of the downlink; empty: not known
   std::vector<std::string> said;            ///< lines for the user
   std::map<std::string, ResultFile> files;  ///< by their names below the folder
   std::map<std::string, std::string> acknowledgements;  ///< content by name, of a run that wrote them
@@ -34,6 +35,8 @@ struct RunRecord {
 [[nodiscard]] RunRecord read_record(const std::filesystem::path& out);
 /// Throws std::runtime_error when it cannot be written.
 void write_record(const RunRecord& record, const std::filesystem::path& out);
+/// How a record names the downlink.
+[[nodiscard]] std::string name_of_outbox(const std::filesystem::path& outbox);
 void forget_record(const std::filesystem::path& out);
 
 /// The record of a run that ends now. Files that have not changed since `before` are not read again.

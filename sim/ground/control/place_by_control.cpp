@@ -147,18 +147,19 @@ void tell_residuals(const ControlFit& fit, const Measured& measured, StripContro
   control.check_rmse_m = control.checked > 0 ? std::sqrt(checked / static_cast<double>(control.checked)) : std::nan("");
 }
 
-/// By the scatter of the used points across their longest line, and by how well they agree in height.
-double tilt_sigma_of(const ControlFit& fit, const Measured& measured) {
+/// By how well the used points agree in height, and by their scatter: about their middle, and across their longest
+/// line.
+void state_errors(const ControlFit& fit, const Measured& measured, intake::ControlPlace& place) {
   double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0, squares = 0, expected = 0;
   for (std::size_t i = 0; i < measured.surveyed.size(); ++i) {
     if (!fit.used[i]) continue;
-    const Vec3& place = measured.surveyed[i].place;
+    const Vec3& at = measured.surveyed[i].place;
     n += 1;
-    x += place.x();
-    y += place.y();
-    xx += place.x() * place.x();
-    xy += place.x() * place.y();
-    yy += place.y() * place.y();
+    x += at.x();
+    y += at.y();
+    xx += at.x() * at.x();
+    xy += at.x() * at.y();
+    yy += at.y() * at.y();
     squares += fit.residual[i].z() * fit.residual[i].z();
     expected += fit.expected[i] * fit.expected[i] / 3;
   }
@@ -166,7 +167,9 @@ double tilt_sigma_of(const ControlFit& fit, const Measured& measured) {
   const double across = 0.5 * (a + c - std::sqrt((a - c) * (a - c) + 4 * b * b));
   // Three points agree with any plane: then what survey and marks explain counts alone.
   const double variance = std::max(n > 3 ? squares / (n - 3) : 0.0, expected / n);
-  return across > 0 ? std::sqrt(variance / across) : 0;
+  place.height_sigma_m = std::sqrt(variance / n);
+  if (a + c > 0) place.scale_sigma = std::sqrt(variance / (a + c));
+  if (across > 0) place.tilt_sigma_rad = std::sqrt(variance / across);
 }
 
 void move_strip(const host::Similarity3& by, const intake::Strip& strip, intake::Flight& flight) {
@@ -198,10 +201,13 @@ std::vector<StripControl> place_by_control(const ControlFile& file, Body body, c
       tell_residuals(*fit, measured, control);
       control.placed = true;
       control.metres_per_unit = fit->place_from_world.scale;
-      control.tilt_sigma_rad = tilt_sigma_of(*fit, measured);
       move_strip(fit->place_from_world, strip, flight);
-      strip.control = intake::ControlPlace{file.geographic ? body : Body::none, places.middle().longitude_deg,
-                                           places.middle().latitude_deg};
+      intake::ControlPlace& place = strip.control.emplace();
+      place.body = file.geographic ? body : Body::none;
+      place.longitude_deg = places.middle().longitude_deg;
+      place.latitude_deg = places.middle().latitude_deg;
+      state_errors(*fit, measured, place);
+      control.tilt_sigma_rad = place.tilt_sigma_rad;
       strip.map.reset();
     } else {
       control.fault = "no three of its control points that are not in one line agree";

@@ -88,6 +88,8 @@ struct Keyframe : KeyframeRasters {
 struct ControlPlace {
   ilp::Body body = ilp::Body::none;            ///< none: the points have axes of their own
   double longitude_deg = 0, latitude_deg = 0;  ///< of the world's origin, whose z is the height above the body's figure
+  /// One sigma each, by the residuals of the points: relative, of what is up, of the height as a whole.
+  double scale_sigma = 0, tilt_sigma_rad = 0, height_sigma_m = 0;
 };
 
 /// The map of an orbiter on whose plane a strip stands: x to the east, y to the north, z is the elevation, m.

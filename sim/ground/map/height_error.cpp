@@ -27,7 +27,7 @@ HeightErrorParts HeightErrors::parts(const Vec3& point, std::uint16_t source, do
 }
 
 std::uint64_t HeightErrors::digest() const {
-  intake::InputDigest digest("errors of heights 1");
+  intake::InputDigest digest("errors of heights 2");
   for (const OfKeyframe& k : keyframes)
     digest.add_value(k.centre_z).add_value(k.centre_sigma_z).add_value(k.depth_share);
   for (const double value : {middle.x(), middle.y(), middle.z(), scale_sigma, tilt_sigma_rad, place_sigma})
@@ -52,7 +52,13 @@ HeightErrors height_errors_of(const intake::Flight& flight, const intake::Strip&
     if (keyframe.depth) of.depth_share = stated(keyframe.depth->pose_sigma);
   }
   if (count > 0) errors.middle /= count;
-  if (!strip.frame || strip.control) return errors;
+  if (strip.control) {
+    errors.scale_sigma = stated(strip.control->scale_sigma);
+    errors.tilt_sigma_rad = stated(strip.control->tilt_sigma_rad);
+    errors.place_sigma = stated(strip.control->height_sigma_m);
+    return errors;
+  }
+  if (!strip.frame) return errors;
   errors.scale_sigma = stated(strip.frame->scale_sigma);
   errors.tilt_sigma_rad = stated(strip.frame->tilt_sigma_rad);
   if (errors.scale_sigma > 0) errors.place_sigma = stated(strip.frame->vertical_sigma_m);

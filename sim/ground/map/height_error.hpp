@@ -38,8 +38,8 @@ struct HeightErrors {
   [[nodiscard]] std::uint64_t digest() const;
 };
 
-/// By the records of poses and depths and by what the vehicle's measurements say of the strip. A strip that control
-/// points have placed has the measured residuals of these instead (control/place_by_control.hpp).
+/// By the records of poses and depths, and by what the vehicle's measurements say of the strip, or its control points
+/// if these have placed it.
 [[nodiscard]] HeightErrors height_errors_of(const intake::Flight& flight, const intake::Strip& strip);
 
 }  // namespace ilp::map

@@ -111,6 +111,24 @@ TEST_F(UnchangedRun, TheRecordNamesEveryFileOfTheResults) {
   EXPECT_TRUE(recorded.empty()) << recorded.begin()->first;
 }
 
+TEST_F(UnchangedRun, ResultsWithoutACatalogueAreNotReplacedByThoseOfAnotherDownlink) {
+  options_.keep_copies = false;
+  ASSERT_FALSE(run());
+  const States before = states();
+  options_.outbox = complete_;
+  try {
+    (void)run();
+    FAIL() << "another downlink";
+  } catch (const std::runtime_error& refused) {
+    EXPECT_NE(std::string(refused.what()).find("are of the downlink " + (folder_.path() / "outbox").string()),
+              std::string::npos)
+        << refused.what();
+  }
+  EXPECT_EQ(states(), before);
+  options_.afresh = true;
+  EXPECT_FALSE(run());
+}
+
 TEST_F(UnchangedRun, WhatWasDamagedOrDeletedIsMadeAgain) {
   (void)run();
   const Contents expected = contents();

@@ -173,6 +173,18 @@ TEST_F(MapFixTest, AMapWithoutTilesGivesNoStart) {
   }
 }
 
+TEST_F(MapFixTest, DamagedTilesAreToldInAStartWithoutAPriorToo) {
+  AnalyticMap map;
+  for (std::vector<std::uint8_t>& file : map.files) file[file.size() / 2] ^= 1;
+  fly(1);
+  MemoryMapSource source = map.source();
+  const std::vector<Status> told = run(*make(&source));
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_STATUS(told[0], map_tile_unusable);
+  EXPECT_EQ(told[0].b, static_cast<std::int64_t>(StatusCode::record_damaged));
+  EXPECT_EQ(read<FixRecord>(1).verdict, MapVerdict::no_agreement);
+}
+
 TEST_F(MapFixTest, AFixFarFromThePriorCountsOnceTheNextAgrees) {
   for (std::int64_t id = 1; id <= 3; ++id) {
     fly(id);

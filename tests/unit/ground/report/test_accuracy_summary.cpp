@@ -164,6 +164,27 @@ TEST(HeightErrors, ConsistOfTheirPartsEachByItsOwnLever) {
   EXPECT_NE(errors.digest(), map::height_errors_of(flight, strip).digest());
 }
 
+TEST(HeightErrors, OfAStripThatControlPointsHavePlacedHaveTheErrorsOfThese) {
+  intake::Flight flight;
+  intake::Strip strip;
+  intake::Keyframe& keyframe = flight.keyframes[1];
+  keyframe.pose.emplace();
+  keyframe.pose->state = PoseState::final;
+  keyframe.pose->centre[2] = 100;
+  strip.keyframes.push_back(1);
+  strip.frame.emplace();
+  strip.frame->scale_sigma = 0.5;
+  strip.frame->tilt_sigma_rad = 0.5;
+  strip.control.emplace();
+  strip.control->scale_sigma = 0.002;
+  strip.control->tilt_sigma_rad = 0.01;
+  strip.control->height_sigma_m = 0.7;
+  const map::HeightErrorParts parts = map::height_errors_of(flight, strip).parts(Vec3(0, 50, 0), 1, 0.1);
+  EXPECT_DOUBLE_EQ(parts.scale, 0.2);
+  EXPECT_DOUBLE_EQ(parts.tilt, 0.5);
+  EXPECT_DOUBLE_EQ(parts.place, 0.7);
+}
+
 TEST(HeightErrors, OfAGridAreThoseOfItsCells) {
   map::GroundGrid grid(0, 0, 2, 4, 1);
   grid.height.samples = {1, std::nanf(""), 5, 5};
