@@ -47,11 +47,14 @@ std::string strip_words(const FlightView& view) {
   return "strip " + id + (*end == 0 ? " open" : " ended");
 }
 
+std::string heard_words(const FlightView& view) {
+  return "last heard " +
+         (view.heard_s ? decimal(*view.heard_s, "%.0f s ago") : std::string("nothing yet: is it in contact?"));
+}
+
 std::string time_line(const FlightView& view) {
   const std::string clock = view.reports.of("status") ? duration_clock(view.mission_time()) : "-";
-  const std::string heard =
-      view.heard_s ? decimal(*view.heard_s, "%.0f s ago") : std::string("nothing yet: is it in contact?");
-  return "time      mission " + clock + ", " + pass_words(view) + "; last heard " + heard;
+  return "time      mission " + clock + ", " + pass_words(view) + "; " + heard_words(view);
 }
 
 std::string image_line(const FlightView& view) {
@@ -211,7 +214,7 @@ std::vector<std::string> panel(const FlightView& view) {
 }
 
 std::string status_line(const FlightView& view) {
-  return "mission " + duration_clock(view.mission_time()) + ", " + pass_words(view) + "; " +
+  return "mission " + duration_clock(view.mission_time()) + ", " + pass_words(view) + "; " + heard_words(view) + "; " +
          whole(view, "frame", "id") + " frames, " + whole(view, "keyframe", "id") + " keyframes, " +
          whole(view, "storage", "products_held") + " products on board, " +
          whole(view, "storage", "products_acknowledged") + " confirmed, " + whole(view, "commanding", "open") +

@@ -118,6 +118,7 @@ TEST(FlightViewTest, ValuesAreThoseOfTheRecord) {
   EXPECT_NE(text.find("3.0 of 256.0 MiB, products: 23 on board, 12 confirmed"), std::string::npos) << text;
   EXPECT_NE(text.find("mission 01:05"), std::string::npos) << text;
   EXPECT_NE(text.find("last heard 3 s ago"), std::string::npos) << text;
+  EXPECT_NE(status_line(view).find("last heard 3 s ago"), std::string::npos) << status_line(view);
 }
 
 TEST(FlightViewTest, ComponentsInTroubleAreNamed) {
