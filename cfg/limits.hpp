@@ -62,7 +62,7 @@ inline constexpr std::size_t jpeg_arena_bytes = std::size_t{256} << 10U;
 // row
 inline constexpr std::size_t max_camera_buffers = 16;
 inline constexpr std::size_t max_held_frames = 3;
-inline constexpr std::size_t max_camera_news = 16;
+inline constexpr std::size_t max_camera_updates = 16;
 inline constexpr std::size_t max_camera_row_bytes = 2 * static_cast<std::size_t>(max_sensor_side) + 4096;
 
 // The latest frames' images that were read, and the newest one that was written, stay in memory.

@@ -51,7 +51,7 @@ constexpr ParameterInfo infos[] = {
 #undef ROW
 };
 
-constexpr bool rows_are_sound() {
+constexpr bool rows_are_valid() {
   for (std::size_t i = 0; i < std::size(infos); ++i) {
     for (std::size_t k = 0; k < i; ++k) {
       if (infos[i].number == infos[k].number) return false;
@@ -62,7 +62,7 @@ constexpr bool rows_are_sound() {
   }
   return true;
 }
-static_assert(rows_are_sound(), "a number of a parameter is there twice, or a range exceeds its type");
+static_assert(rows_are_valid(), "a number of a parameter is there twice, or a range exceeds its type");
 
 constexpr double minor_frame_s = 1e-9 * static_cast<double>(minor_frame_ns);
 

@@ -6,22 +6,22 @@
 #include <cstdio>
 
 #include "bsp/flight/flight_software.hpp"
-#include "bsp/flight/life_merge.hpp"
+#include "bsp/flight/store_epoch_merge.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/storage/storage_manager.hpp"
 #include "hal/store/checksums.hpp"
 #include "hal/store/sqlite/disk_file.hpp"
 #include "hal/store/sqlite/log_mark.hpp"
-#include "hal/store/sqlite/set_aside.hpp"
+#include "hal/store/sqlite/quarantine.hpp"
 
 namespace ilp {
 namespace {
 
 Result<bool> ended_in_order(Store& store) {
-  StartRecord life;
-  const Status found = last(store, life);
+  StartRecord boot;
+  const Status found = last(store, boot);
   if (!found.ok() && !is_gone(found)) return found;
-  return found.is(StatusCode::not_found) || (found.ok() && life.end_ns != 0);
+  return found.is(StatusCode::not_found) || (found.ok() && boot.end_ns != 0);
 }
 
 using Path = FixedText<limits::max_path_bytes>;
@@ -32,8 +32,8 @@ constexpr const char* complete_suffix = ".saved";
 
 /// Piece of a blob that is copied at once; it lies at the end of the flight's memory, where SQLite's arena does not
 /// reach.
-constexpr std::size_t piece_bytes = 16 * blob_chunk_bytes;
-static_assert(limits::sqlite_arena_bytes + piece_bytes <= limits::ram_store_bytes);
+constexpr std::size_t chunk_bytes = 16 * blob_chunk_bytes;
+static_assert(limits::sqlite_arena_bytes + chunk_bytes <= limits::ram_store_bytes);
 
 Path beside(const char* path, const char* suffix) {
   Path name;
@@ -80,7 +80,7 @@ std::int64_t count_records(Store& store) {
 }
 
 /// Writes an event for each table with losses into the new database itself, so that no interrupted start loses them.
-Status tell_losses(const char* path, const SalvageCounts& counts) {
+Status report_losses(const char* path, const SalvageCounts& counts) {
   SqliteStore store;
   ILP_TRY(store.open(path));
   EventRecord event;
@@ -93,15 +93,15 @@ Status tell_losses(const char* path, const SalvageCounts& counts) {
                              {StatusCode::blobs_damaged, counts[t].damaged_blobs, static_cast<std::int64_t>(t)}};
     for (const Status& loss : losses) {
       if (loss.a == 0) continue;
-      EventRecord told;
-      told.id = ++event.id;
-      told.time_ns = event.time_ns;
-      told.code = static_cast<std::uint16_t>(loss.code);
-      told.severity = static_cast<std::uint8_t>(status_severity(loss.code));
-      copy_text(told.component, "board");
-      told.a = loss.a;
-      told.b = loss.b;
-      ILP_TRY(put(store, told));
+      EventRecord reported;
+      reported.id = ++event.id;
+      reported.time_ns = event.time_ns;
+      reported.code = static_cast<std::uint16_t>(loss.code);
+      reported.severity = static_cast<std::uint8_t>(status_severity(loss.code));
+      copy_text(reported.component, "board");
+      reported.a = loss.a;
+      reported.b = loss.b;
+      ILP_TRY(put(store, reported));
     }
   }
   return transaction.commit();
@@ -130,21 +130,22 @@ Status FlightDatabase::replace(const char* path, const Status& verdict, const Mi
   const Path unfinished = beside(path, unfinished_suffix);
   if (unfinished.overflow()) return {StatusCode::capacity_exceeded, 0, limits::max_path_bytes};
   ILP_TRY(remove_database(unfinished));
-  const std::span<std::uint8_t> scratch(reinterpret_cast<std::uint8_t*>(memory_.data() + memory_.size()) - piece_bytes,
-                                        piece_bytes);
+  const std::span<std::uint8_t> scratch(reinterpret_cast<std::uint8_t*>(memory_.data() + memory_.size()) - chunk_bytes,
+                                        chunk_bytes);
   const bool readable = verdict.is(StatusCode::store_damaged) || verdict.is(StatusCode::log_damaged);
-  news_.salvaged = {};
-  Status status = readable ? salvage(path, unfinished.c_str(), database_limit_bytes(mission), scratch, news_.salvaged)
-                           : make_empty(unfinished);
-  if (status.ok()) status = tell_losses(unfinished.c_str(), news_.salvaged);
+  updates_.salvaged = {};
+  Status status = readable
+                      ? salvage(path, unfinished.c_str(), database_limit_bytes(mission), scratch, updates_.salvaged)
+                      : make_empty(unfinished);
+  if (status.ok()) status = report_losses(unfinished.c_str(), updates_.salvaged);
   if (status.ok()) status = rename_whole(unfinished, beside(path, complete_suffix));
   if (!status.ok()) {
     static_cast<void>(remove_database(unfinished));
     return status;
   }
   ILP_TRY(put_saved_in_place(path));
-  if (total_saved(news_.salvaged) == 0) {
-    news_.database = {StatusCode::store_set_aside, news_.database.b, static_cast<std::int64_t>(verdict.code)};
+  if (total_saved(updates_.salvaged) == 0) {
+    updates_.database = {StatusCode::store_set_aside, updates_.database.b, static_cast<std::int64_t>(verdict.code)};
   }
   return open_database(store_, path);
 }
@@ -156,11 +157,11 @@ Status FlightDatabase::put_saved_in_place(const char* path) {
   std::int64_t number = 0;
   // It is moved last. If it is missing, an earlier start has set it aside.
   ILP_TAKE(const bool exists, look_for(path));
-  if (exists) ILP_TRY(set_database_aside(path, number));
+  if (exists) ILP_TRY(quarantine_database(path, number));
   // The note is about the one that was set aside.
   ILP_TRY(guard_.forget_damage());
   if (std::rename(complete.c_str(), path) != 0) return {StatusCode::io_error, errno};
-  news_.database = {StatusCode::store_salvaged, total_saved(news_.salvaged), number};
+  updates_.database = {StatusCode::store_salvaged, total_saved(updates_.salvaged), number};
   return {};
 }
 
@@ -171,14 +172,14 @@ Status FlightDatabase::open_usable(const char* path, StoreTrouble trouble, const
     if (!exists) ILP_TRY(guard_.forget_damage());
   }
   Status status = guard_.says_damaged() ? Status{StatusCode::store_damaged} : open_database(store_, path);
-  if (status.ok() && news_.database.is(StatusCode::store_salvaged)) news_.database.a = count_records(store_);
+  if (status.ok() && updates_.database.is(StatusCode::store_salvaged)) updates_.database.a = count_records(store_);
   if (trouble == StoreTrouble::refuse) return status;
   if (status.is(StatusCode::log_damaged)) {
     const Status mended = mend_log(path);
     if (mended.is(StatusCode::io_error)) return mended;
     if (mended.ok()) {
       // Everything was recovered.
-      news_.database = status;
+      updates_.database = status;
       status = open_database(store_, path);
     }
   }
@@ -215,7 +216,7 @@ Status FlightDatabase::take_in(const char* path, const char* copy, const Mission
   if (may_pass(readable) && copies == UnreadableCopy::try_again) return readable;
   if (!readable.ok()) {
     // The flight goes on with its database.
-    news_.not_moved = {StatusCode::store_not_moved, static_cast<std::int64_t>(readable.code), readable.a};
+    updates_.not_moved = {StatusCode::store_not_moved, static_cast<std::int64_t>(readable.code), readable.a};
     return refuse_copy(copy);
   }
   ILP_TAKE(const bool fits, follows(store_, records));
@@ -224,19 +225,19 @@ Status FlightDatabase::take_in(const char* path, const char* copy, const Mission
     ILP_TRY(replace(path, StatusCode::store_not_moved, mission));
   }
   std::int64_t taken = 0;
-  ILP_TRY(merge_life(store_, records, wait, taken));
+  ILP_TRY(merge_store_epoch(store_, records, wait, taken));
   records.close();
-  news_.moved = {StatusCode::store_back_on_disk, news_.moved.a + taken, news_.moved.b + records.lost()};
+  updates_.moved = {StatusCode::store_back_on_disk, updates_.moved.a + taken, updates_.moved.b + records.lost()};
   return ::unlink(copy) == 0 ? Status{} : Status{StatusCode::io_error, errno};
 }
 
-Status FlightDatabase::open_as_head(const char* path, StoreTrouble trouble, Synchronise when,
-                                    const MissionParameters& mission) {
+Status FlightDatabase::open_as_primary(const char* path, StoreTrouble trouble, Synchronise when,
+                                       const MissionParameters& mission) {
   const Status taken = guard_.take(path);
   if (taken.is(StatusCode::store_in_use)) return open_among_others(path, mission, when);
   ILP_TRY(taken);
   Status status = open_usable(path, trouble, mission);
-  if (status.ok()) status = take_in_copies(path, mission, nullptr, UnreadableCopy::set_aside);
+  if (status.ok()) status = take_in_copies(path, mission, nullptr, UnreadableCopy::quarantine);
   if (status.ok()) status = store_.limit(database_limit_bytes(mission));
   if (status.ok()) status = store_.synchronise(when);
   if (status.ok()) {

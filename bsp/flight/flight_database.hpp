@@ -22,10 +22,10 @@ enum class StoreTrouble : std::uint8_t {
 };
 
 /// What to do with a copy of records in memory that cannot be read: on another attempt the disk may read it.
-enum class UnreadableCopy : std::uint8_t { try_again, set_aside };
+enum class UnreadableCopy : std::uint8_t { try_again, quarantine };
 
 /// Of the start of a store; ok: nothing has happened.
-struct StoreNews {
+struct StoreUpdates {
   /// The reason why the flight does not use its database: `store_salvaged`, `store_set_aside` or `store_in_memory`; or
   /// `log_damaged`, if its log was damaged and is mended. The events of a salvaged database list the losses by table.
   Status database;
@@ -48,15 +48,15 @@ class FlightDatabase {
 
   Status open(const char* path, StoreTrouble trouble, const MissionParameters& mission, DiskWait* wait,
               UnreadableCopy copies);
-  Status open_as_head(const char* path, StoreTrouble trouble, Synchronise when, const MissionParameters& mission);
+  Status open_as_primary(const char* path, StoreTrouble trouble, Synchronise when, const MissionParameters& mission);
   Status open_among_others(const char* path, const MissionParameters& mission, Synchronise when);
   /// Notes damage.
   void close();
 
   [[nodiscard]] SqliteStore& store() { return store_; }
   [[nodiscard]] DatabaseGuard& guard() { return guard_; }
-  [[nodiscard]] StoreNews& news() { return news_; }
-  [[nodiscard]] const StoreNews& news() const { return news_; }
+  [[nodiscard]] StoreUpdates& updates() { return updates_; }
+  [[nodiscard]] const StoreUpdates& updates() const { return updates_; }
   /// Notes it.
   [[nodiscard]] bool damaged() const;
 
@@ -71,7 +71,7 @@ class FlightDatabase {
   std::span<std::byte> memory_;
   SqliteStore store_;
   mutable DatabaseGuard guard_;  ///< damaged() writes the note in it
-  StoreNews news_;
+  StoreUpdates updates_;
 };
 
 }  // namespace ilp

@@ -36,9 +36,9 @@ FlightSoftware::FlightSoftware(const FlightDevices& devices, MissionParameters& 
       steps_(devices.store),
       images_(steps_),
       mission_(mission),
-      memory_(devices.small_memory),
+      memory_(devices.nonvolatile_memory),
       configuration_(memory_, mission),
-      life_(devices.store, devices.clock),
+      boot_(devices.store, devices.clock),
       commanded_(devices.packets != nullptr),
       router_(devices.packets, devices.files, devices.clock, mission),
       telemetry_writer_(router_, devices.clock, mission),
@@ -79,7 +79,7 @@ FlightSoftware::FlightSoftware(const FlightDevices& devices, MissionParameters& 
 
 Status FlightSoftware::prepare(const StartFacts& facts) {
   const Status loaded = memory_.load();
-  ILP_TRY(configuration_.begin(store_, {.loaded = facts.small_memory.ok() ? loaded : facts.small_memory,
+  ILP_TRY(configuration_.begin(store_, {.loaded = facts.nonvolatile_memory.ok() ? loaded : facts.nonvolatile_memory,
                                         .utc_s = facts.utc.value_or(0) / ns_per_s,
                                         .commanded = commanded_,
                                         .store = facts.store}));
@@ -148,17 +148,17 @@ Status FlightSoftware::join() {
   return executive_.start();
 }
 
-Status FlightSoftware::begin_life(const BoardState& board, std::span<const Status> news) {
-  ILP_TRY(life_.begin(board));
-  StartRecord& record = life_.record();
+Status FlightSoftware::record_boot(const BoardState& board, std::span<const Status> updates) {
+  ILP_TRY(boot_.begin(board));
+  StartRecord& record = boot_.record();
   record.unconfirmed = configuration_.unconfirmed();
   record.configuration = configuration_.stage();
   const auto report = [&](const Status& status) {
     if (!status.ok()) executive_.events().report(record.time_ns, "board", status);
   };
   report({StatusCode::started, record.id, static_cast<std::int64_t>(record.reason)});
-  report(time_.news);
-  for (const Status& status : news) report(status);
+  report(time_.updates);
+  for (const Status& status : updates) report(status);
   return {};
 }
 

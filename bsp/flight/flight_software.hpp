@@ -8,9 +8,9 @@
 #include <optional>
 #include <span>
 
+#include "bsp/flight/boot.hpp"
 #include "bsp/flight/flight_components.hpp"
 #include "bsp/flight/flight_compute.hpp"
-#include "bsp/flight/life.hpp"
 #include "bsp/flight/mission_epoch.hpp"
 #include "bsp/flight/stage_set.hpp"
 #include "cfg/mission.hpp"
@@ -25,7 +25,7 @@ namespace ilp {
 
 /// What a start finds outside of its store.
 struct StartFacts {
-  Status small_memory = {};              ///< of opening it
+  Status nonvolatile_memory = {};        ///< of opening it
   Status store = {};                     ///< why the store replaces another one; ok: it does not
   std::optional<std::int64_t> utc = {};  ///< the calendar, nanoseconds since 1958; none in virtual time
   EpochChoice epoch = EpochChoice::first_start;
@@ -37,7 +37,7 @@ struct FlightDevices {
   Camera& camera;
   Link& link;  ///< carries whole files, where there are no packets
   Clock& clock;
-  Nonvolatile& small_memory;               ///< what outlives the store (docs/getting-back-in.md)
+  Nonvolatile& nonvolatile_memory;         ///< what outlives the store (docs/getting-back-in.md)
   PacketLink* packets = nullptr;           ///< carries packets, and files too if they travel by CFDP
   PacketLink* files = nullptr;             ///< carries the PDUs of CFDP alone
   NavigationSource* navigation = nullptr;  ///< the vehicle's measurements, if there are any
@@ -55,7 +55,7 @@ class FlightSoftware {
   /// these are not all, other processes run the rest over the same store. It uses no device before prepare().
   FlightSoftware(const FlightDevices& devices, MissionParameters& mission, StageMask stages = all_stages);
 
-  // A start, in this order: prepare(), the clock is set to time().now, start(), begin_life(). A process that joins
+  // A start, in this order: prepare(), the clock is set to time().now, start(), record_boot(). A process that joins
   // calls join() only.
 
   /// Takes up the settings (Configuration::begin) and finds mission time: begin_mission_time, or in virtual time the
@@ -71,10 +71,10 @@ class FlightSoftware {
   /// has written the camera and begun the life (find_flight).
   Status join();
   /// Begins the record of this life, and reports the start, its mission time and `news` of the store that are not ok.
-  Status begin_life(const BoardState& board, std::span<const Status> news);
+  Status record_boot(const BoardState& board, std::span<const Status> updates);
   Executive& executive() { return executive_; }
   Configuration& configuration() { return configuration_; }
-  Life& life() { return life_; }
+  Boot& boot() { return boot_; }
   PacketRouter& router() { return router_; }
 
   /// What does the jobs of components that have some.
@@ -113,7 +113,7 @@ class FlightSoftware {
   FlightMemory memory_;
   Configuration configuration_;
   MissionTimeBegin time_;
-  Life life_;
+  Boot boot_;
   const bool commanded_;  ///< the ground has a link for telecommands
   PacketRouter router_;
   TelemetryWriter telemetry_writer_;

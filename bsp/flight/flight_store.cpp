@@ -23,16 +23,16 @@ Status FlightStore::begin_in_memory(const Status& fault, MissionParameters& miss
     // Whole pages at its end.
     const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(memory_.data() + memory_.size());
     const std::size_t behind = end % stack_page_bytes;
-    region = memory_.first(memory_.size() - behind - disk_look_stack_bytes);
-    look_stack_ = memory_.subspan(region.size(), disk_look_stack_bytes);
+    region = memory_.first(memory_.size() - behind - disk_probe_stack_bytes);
+    look_stack_ = memory_.subspan(region.size(), disk_probe_stack_bytes);
   }
   ram_ = new (ram_place_) RamStore(region);
   in_memory_ = true;
-  const double room_mib = memory_share * static_cast<double>(memory_.size()) / 1048576.0;
-  mission.storage_budget_mib = std::min(mission.storage_budget_mib, room_mib);
+  const double free_mib = memory_share * static_cast<double>(memory_.size()) / 1048576.0;
+  mission.storage_budget_mib = std::min(mission.storage_budget_mib, free_mib);
   // Where memory was asked for, nothing has happened.
   if (!fault.ok())
-    database_.news().database = {StatusCode::store_in_memory, static_cast<std::int64_t>(fault.code), fault.a};
+    database_.updates().database = {StatusCode::store_in_memory, static_cast<std::int64_t>(fault.code), fault.a};
   return {};
 }
 
@@ -40,14 +40,14 @@ Status FlightStore::open(const char* path, StoreTrouble trouble, MissionParamete
   const int attempts = trouble == StoreTrouble::fly_on && wait != nullptr ? start_attempts : 1;
   const auto try_to_open = [&](int attempt) {
     return database_.open(path, trouble, mission, wait,
-                          attempt + 1 < attempts ? UnreadableCopy::try_again : UnreadableCopy::set_aside);
+                          attempt + 1 < attempts ? UnreadableCopy::try_again : UnreadableCopy::quarantine);
   };
   Status status = try_to_open(0);
   for (int attempt = 1; attempt < attempts && may_pass(status); ++attempt) {
     const auto fault = static_cast<std::int64_t>(status.code);
     wait->until_next_attempt(attempt, status);
     status = try_to_open(attempt);
-    if (status.ok()) database_.news().opened_late = {StatusCode::store_opened_late, attempt, fault};
+    if (status.ok()) database_.updates().opened_late = {StatusCode::store_opened_late, attempt, fault};
   }
   if (status.is(StatusCode::store_in_use)) return status;
   if (trouble == StoreTrouble::fly_on && !status.ok()) return begin_in_memory(status, mission);

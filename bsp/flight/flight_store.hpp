@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <span>
 
-#include "bsp/flight/disk_look.hpp"
+#include "bsp/flight/disk_probe.hpp"
 #include "bsp/flight/flight_database.hpp"
 #include "fsw/base/arena.hpp"
 #include "hal/store/ram/ram_store.hpp"
@@ -33,8 +33,8 @@ class FlightStore final : public StoreSharing {
   /// commits are on the disk when they are done; in virtual time `later`, because a recorded image can be read again.
   /// While others have the database open, nothing of it is saved or set aside:
   /// a database that cannot be used is refused. There is no sharing of a store in memory.
-  Status open_as_head(const char* path, StoreTrouble trouble, Synchronise when, const MissionParameters& mission) {
-    return database_.open_as_head(path, trouble, when, mission);
+  Status open_as_primary(const char* path, StoreTrouble trouble, Synchronise when, const MissionParameters& mission) {
+    return database_.open_as_primary(path, trouble, when, mission);
   }
   /// The same for another process of the flight. `not_found` until a head has made the database. Its commits wait for
   /// no disk: what it makes follows from earlier records, and nobody outside has been told of it (StoreSharing::flush).
@@ -61,11 +61,11 @@ class FlightStore final : public StoreSharing {
   /// The database, where there is one.
   [[nodiscard]] SqliteStore* disk() { return in_memory_ ? nullptr : &database_.store(); }
   [[nodiscard]] Store& store() { return in_memory_ ? static_cast<Store&>(*ram_) : database_.store(); }
-  [[nodiscard]] const StoreNews& start() const { return database_.news(); }
-  [[nodiscard]] Status news() const { return start().database; }
-  /// As SqliteStore::take_news().
-  [[nodiscard]] Status take_news() { return in_memory_ ? Status{} : database_.store().take_news(); }
-  /// Of a flight in memory whose disk failed: the stack of a DiskLook. Its store leaves it free.
+  [[nodiscard]] const StoreUpdates& start() const { return database_.updates(); }
+  [[nodiscard]] Status updates() const { return start().database; }
+  /// As SqliteStore::take_updates().
+  [[nodiscard]] Status take_updates() { return in_memory_ ? Status{} : database_.store().take_updates(); }
+  /// Of a flight in memory whose disk failed: the stack of a DiskProbe. Its store leaves it free.
   [[nodiscard]] std::span<std::byte> look_stack() const { return look_stack_; }
   /// The database was found damaged in flight: nothing is safely stored until the next start, which reads the note of
   /// it.

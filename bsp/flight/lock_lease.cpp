@@ -65,10 +65,10 @@ Status LockWatch::look(SqliteStore& store, int lease_s) {
   if (holder != holder_) {
     holder_ = holder;
     since_ms_ = now_ms;
-    told_ = false;
+    reported_ = false;
   }
-  if (holder == 0 || told_ || now_ms - since_ms_ < std::int64_t{1000} * lease_s) return {};
-  told_ = true;
+  if (holder == 0 || reported_ || now_ms - since_ms_ < std::int64_t{1000} * lease_s) return {};
+  reported_ = true;
   const bool ours = holder > 0 && holder != ::getpid() && runs_this_program(holder);
   const bool ended = ours && ::kill(holder, SIGKILL) == 0;
   return {StatusCode::lock_holder, holder, ended ? 1 : 0};

@@ -40,7 +40,7 @@ class LockWatch {
  private:
   int holder_ = 0;  ///< 0: none is known
   std::int64_t since_ms_ = 0;
-  bool told_ = false;
+  bool reported_ = false;
 };
 
 }  // namespace ilp

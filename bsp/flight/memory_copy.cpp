@@ -28,7 +28,7 @@ constexpr std::uint8_t magic[8] = {'I', 'L', 'P', 'M', 'E', 'M', '1', '\n'};
 constexpr std::size_t head_bytes = sizeof(magic) + 4;
 /// Records, losses, CRC-32C.
 constexpr std::size_t tail_bytes = 8 + 8 + 4;
-constexpr std::size_t copy_piece_bytes = blob_chunk_bytes;
+constexpr std::size_t copy_chunk_bytes = blob_chunk_bytes;
 constexpr std::int64_t bytes_between_kicks = 1 << 20;
 constexpr const char* reserve_suffix = ".memory-part";
 
@@ -65,7 +65,7 @@ std::int64_t read_some(int file, std::int64_t at, std::span<std::uint8_t> bytes)
 }
 
 /// Whether `file` and the free blocks of its disk have so many bytes.
-Status look_for_room(int file, std::int64_t bytes) {
+Status find_free_bytes(int file, std::int64_t bytes) {
   struct statvfs disk {};
   struct stat state {};
   if (::fstatvfs(file, &disk) != 0 || ::fstat(file, &state) != 0) return fault(errno);
@@ -78,10 +78,10 @@ Status look_for_room(int file, std::int64_t bytes) {
 Status read_through(const char* path) {
   const int file = ::open(path, O_RDONLY | O_CLOEXEC);
   if (file < 0) return errno == ENOENT ? Status{} : fault(errno);
-  std::uint8_t piece[2 * copy_piece_bytes];
+  std::uint8_t chunk[2 * copy_chunk_bytes];
   std::int64_t got = 0;
   std::int64_t at = 0;
-  while ((got = read_some(file, at, piece)) > 0) at += got;
+  while ((got = read_some(file, at, chunk)) > 0) at += got;
   const int error = got < 0 ? errno : 0;
   ::close(file);
   return error == 0 ? Status{} : fault(error);
@@ -133,9 +133,9 @@ Result<bool> write_record(Store& store, const RecordInfo& info, const void* reco
   Status status;
   for_each_blob(info, [&](const FieldInfo& field, std::size_t) {
     const std::size_t all = blob_bytes(record, field);
-    std::uint8_t piece[copy_piece_bytes];
-    for (std::size_t at = 0; at < all && readable && status.ok(); at += copy_piece_bytes) {
-      const auto part = std::span(piece).first(std::min(copy_piece_bytes, all - at));
+    std::uint8_t chunk[copy_chunk_bytes];
+    for (std::size_t at = 0; at < all && readable && status.ok(); at += copy_chunk_bytes) {
+      const auto part = std::span(chunk).first(std::min(copy_chunk_bytes, all - at));
       readable = store.read_blob(info, field.name, id_of(record), at, part).ok();
       if (readable) status = out.add(part);
     }
@@ -210,16 +210,16 @@ Status refuse_copy(const char* copy) {
   return std::rename(copy, to.c_str()) == 0 ? Status{} : fault(errno);
 }
 
-Status try_disk(const char* path, std::int64_t room_bytes) {
+Status try_disk(const char* path, std::int64_t free_bytes) {
   ILP_TRY(read_through(path));
   ILP_TRY(read_through(next_to(path, "-wal").c_str()));
   const MemoryCopyPath reserve = next_to(path, reserve_suffix);
   const int file = ::open(reserve.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
   if (file < 0) return fault(errno);
-  Status status = look_for_room(file, room_bytes);
-  constexpr std::uint8_t piece[2 * copy_piece_bytes] = {};
-  for (std::int64_t at = 0; at < room_bytes && status.ok(); at += static_cast<std::int64_t>(sizeof(piece))) {
-    status = write_all(file, piece);
+  Status status = find_free_bytes(file, free_bytes);
+  constexpr std::uint8_t chunk[2 * copy_chunk_bytes] = {};
+  for (std::int64_t at = 0; at < free_bytes && status.ok(); at += static_cast<std::int64_t>(sizeof(chunk))) {
+    status = write_all(file, chunk);
   }
   if (status.ok() && ::fsync(file) != 0) status = fault(errno);
   if (::close(file) != 0 && status.ok()) status = fault(errno);
@@ -284,13 +284,13 @@ Status MemoryCopy::open(const char* file, DiskWait* wait) {
   std::uint8_t head[head_bytes];
   ILP_TRY(read(0, head));
   if (std::memcmp(head, magic, sizeof(magic)) != 0) return StatusCode::record_damaged;
-  std::uint8_t piece[copy_piece_bytes];
+  std::uint8_t chunk[copy_chunk_bytes];
   std::uint32_t crc = 0;
   // The CRC covers the tail up to itself.
   const std::int64_t covered = end_ + 16;
-  for (std::int64_t at = 0; at < covered; at += static_cast<std::int64_t>(copy_piece_bytes)) {
-    const auto part = std::span(piece).first(
-        static_cast<std::size_t>(std::min(static_cast<std::int64_t>(copy_piece_bytes), covered - at)));
+  for (std::int64_t at = 0; at < covered; at += static_cast<std::int64_t>(copy_chunk_bytes)) {
+    const auto part = std::span(chunk).first(
+        static_cast<std::size_t>(std::min(static_cast<std::int64_t>(copy_chunk_bytes), covered - at)));
     ILP_TRY(read(at, part));
     crc = crc32c(part, crc);
     if (wait != nullptr && at % bytes_between_kicks == 0) wait->at_work();

@@ -35,9 +35,9 @@ using MemoryCopyPath = FixedText<limits::max_path_bytes>;
 [[nodiscard]] std::int64_t count_memory_copies(const char* path);
 
 /// Whether the disk serves: reads the database at `path` and its log from beginning to end, if they exist, and writes
-/// `room_bytes` beside it, synchronised, which stay reserved for write_memory_copy(). `io_error` (a = errno) otherwise;
+/// `free_bytes` beside it, synchronised, which stay reserved for write_memory_copy(). `io_error` (a = errno) otherwise;
 /// nothing stays reserved then. A disk without so much room is not written. It may take as long as the disk takes.
-Status try_disk(const char* path, std::int64_t room_bytes);
+Status try_disk(const char* path, std::int64_t free_bytes);
 
 /// Removes the room that was reserved, or a file that a power cut has left unfinished. `io_error` (a = errno).
 Status remove_unfinished_copy(const char* path);

@@ -30,7 +30,7 @@ Status keep(Store& store, double epoch_s) {
 }
 
 template <typename Record>
-Status look_at(Store& store, TimeNs Record::*member, TimeNs& latest) {
+Status check(Store& store, TimeNs Record::*member, TimeNs& latest) {
   Record record;
   const Status found = last(store, record);
   // Other records have a time that is hardly earlier.
@@ -60,34 +60,34 @@ Status begin_mission_time(Store& store, FlightMemory& memory, EpochChoice choice
   TimeNs latest = 0;
   ILP_TRY(latest_known_time(store, latest));
   latest = std::max(latest, kept.latest_ns);
-  const TimeNs told = MissionTime(epoch_s).mission(utc);
+  const TimeNs reported = MissionTime(epoch_s).mission(utc);
   begin = {};
-  if (told > longest_duration_ns) {
+  if (reported > longest_duration_ns) {
     begin.now = latest;
-    begin.news = {StatusCode::time_out_of_range, utc / (seconds_per_day * ns_per_s), told / ns_per_s};
+    begin.updates = {StatusCode::time_out_of_range, utc / (seconds_per_day * ns_per_s), reported / ns_per_s};
     return found.ok() ? Status{} : keep(store, epoch_s);
   }
-  begin.now = std::max(told, latest);
-  if (told < latest) begin.news = {StatusCode::clock_behind, (latest - told) / ns_per_s, latest / ns_per_s};
+  begin.now = std::max(reported, latest);
+  if (reported < latest) begin.updates = {StatusCode::clock_behind, (latest - reported) / ns_per_s, latest / ns_per_s};
   return found.ok() ? Status{} : keep(store, epoch_s);
 }
 
 bool LateCalendar::caught_up(std::int64_t utc, const MissionParameters& mission, TimeNs now, TimeNs& time,
-                             Status& news) {
+                             Status& updates) {
   if (!behind_) return false;
   time = MissionTime(mission.mission_epoch_s).mission(utc);
   if (time <= now || time > longest_duration_ns) return false;
   behind_ = false;
-  news = {StatusCode::clock_caught_up, (time - now) / ns_per_s, time / ns_per_s};
+  updates = {StatusCode::clock_caught_up, (time - now) / ns_per_s, time / ns_per_s};
   return true;
 }
 
 Status latest_known_time(Store& store, TimeNs& time) {
   time = 0;
-  ILP_TRY(look_at(store, &FrameRecord::time_ns, time));
-  ILP_TRY(look_at(store, &EventRecord::time_ns, time));
-  ILP_TRY(look_at(store, &DownlinkRecord::sent_ns, time));
-  return look_at(store, &StartRecord::alive_ns, time);
+  ILP_TRY(check(store, &FrameRecord::time_ns, time));
+  ILP_TRY(check(store, &EventRecord::time_ns, time));
+  ILP_TRY(check(store, &DownlinkRecord::sent_ns, time));
+  return check(store, &StartRecord::alive_ns, time);
 }
 
 }  // namespace ilp

@@ -18,7 +18,7 @@ enum class EpochChoice : std::uint8_t {
 
 struct MissionTimeBegin {
   TimeNs now = 0;
-  Status news;  ///< clock_behind; time_out_of_range (a = day since 1958, b = s of mission time); or ok
+  Status updates;  ///< clock_behind; time_out_of_range (a = day since 1958, b = s of mission time); or ok
 };
 
 /// Sets `mission.mission_epoch_s`, and returns the mission time at `utc` (nanoseconds since 1958). An existing flight
@@ -32,10 +32,10 @@ Status begin_mission_time(Store& store, FlightMemory& memory, EpochChoice choice
 class LateCalendar {
  public:
   /// Takes the result of begin_mission_time.
-  void begin(const MissionTimeBegin& begin) { behind_ = !begin.news.ok(); }
+  void begin(const MissionTimeBegin& begin) { behind_ = !begin.updates.ok(); }
   /// Call it regularly. True when the calendar clock is ahead of mission time, which must then be set forwards to
   /// `time`. `news` is the event for it.
-  bool caught_up(std::int64_t utc, const MissionParameters& mission, TimeNs now, TimeNs& time, Status& news);
+  bool caught_up(std::int64_t utc, const MissionParameters& mission, TimeNs now, TimeNs& time, Status& updates);
 
  private:
   bool behind_ = false;

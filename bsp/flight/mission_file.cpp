@@ -10,12 +10,12 @@ Status read_mission_file(const char* path, MissionParameters& mission, MissionEn
   std::FILE* const file = std::fopen(path, "r");
   if (file == nullptr) return StatusCode::not_found;
   MissionText text(mission);
-  std::array<std::uint8_t, 4096> piece{};
-  std::size_t bytes = piece.size();
+  std::array<std::uint8_t, 4096> chunk{};
+  std::size_t bytes = chunk.size();
   // Bounded by the file.
-  while (bytes == piece.size()) {
-    bytes = std::fread(piece.data(), 1, piece.size(), file);
-    text.add(std::span(piece).first(bytes));
+  while (bytes == chunk.size()) {
+    bytes = std::fread(chunk.data(), 1, chunk.size(), file);
+    text.add(std::span(chunk).first(bytes));
   }
   const bool failed = std::ferror(file) != 0;
   static_cast<void>(std::fclose(file));

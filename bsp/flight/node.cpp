@@ -19,12 +19,12 @@ Status Node::begin(const char* host, const MissionParameters& mission) {
   record_.started_ns = record_.seen_ns = clock_.now();
   record_.connections = 1;
   asked_ = false;
-  return is_head(stages_) ? begin_as_head() : write();
+  return is_primary(stages_) ? begin_as_primary() : write();
 }
 
 /// Processes of an earlier head may run no more; those that do tell it again. Questions are numbered on, so that no
 /// answer to an earlier head counts for this one.
-Status Node::begin_as_head() {
+Status Node::begin_as_primary() {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   NodeRecord before;
@@ -63,7 +63,7 @@ Status Node::keep_alive(const Executive& executive, std::uint32_t connections) {
 Status Node::question(std::int64_t& number) {
   number = 0;
   NodeRecord head;
-  ILP_TRY(find_head(store_, head));
+  ILP_TRY(find_primary(store_, head));
   if (head.question != record_.question) number = head.question;
   return {};
 }
@@ -96,13 +96,13 @@ Result<bool> Node::ask_whether_done(std::int64_t commits) {
   return false;
 }
 
-Status Node::tell_end() {
+Status Node::report_end() {
   record_.idle = true;
   return write();
 }
 
-Status Node::look_at_others(TimeNs silence, News& news) {
-  news = {};
+Status Node::poll_other_nodes(TimeNs silence, Update& updates) {
+  updates = {};
   NodeRecord other;
   for (std::size_t n = 0; n < stage_count; ++n) {
     const Status found = next(store_, other.id, other);
@@ -114,27 +114,27 @@ Status Node::look_at_others(TimeNs silence, News& news) {
       if (others_[i].id == other.id) known = &others_[i];
     }
     const TimeNs now = clock_.now();
-    const bool heard = known == nullptr || known->started_ns != other.started_ns || known->seen_ns != other.seen_ns;
-    const bool joined = known == nullptr || known->started_ns != other.started_ns || (known->silent && heard);
+    const bool received = known == nullptr || known->started_ns != other.started_ns || known->seen_ns != other.seen_ns;
+    const bool joined = known == nullptr || known->started_ns != other.started_ns || (known->silent && received);
     if (known == nullptr) {
       if (!others_.push_back({other.id, 0, 0, now, false})) return {};
       known = &others_.back();
     }
-    if (heard) *known = {other.id, other.started_ns, other.seen_ns, now, false};
-    const bool falls_silent = !known->silent && now - known->heard_ns > silence;
+    if (received) *known = {other.id, other.started_ns, other.seen_ns, now, false};
+    const bool falls_silent = !known->silent && now - known->received_ns > silence;
     known->silent = known->silent || falls_silent;
     if (!joined && !falls_silent) continue;
-    news = {joined ? Change::joined : Change::silent, other};
+    updates = {joined ? Change::joined : Change::silent, other};
     return {};
   }
   return {};
 }
 
-Status find_head(Store& store, NodeRecord& head) {
-  return get(store, node_number(head_stages), head);
+Status find_primary(Store& store, NodeRecord& head) {
+  return get(store, node_number(primary_stages), head);
 }
 
-Status check_head(const NodeRecord& head, StageMask stages, const MissionParameters& mission) {
+Status check_primary(const NodeRecord& head, StageMask stages, const MissionParameters& mission) {
   const StageMask both = head.stages & stages;
   if (both != 0) return {StatusCode::stage_claimed, node_number(both)};
   if (std::strcmp(head.version, software_version) != 0) return StatusCode::store_build;
@@ -143,10 +143,10 @@ Status check_head(const NodeRecord& head, StageMask stages, const MissionParamet
 }
 
 Status find_flight(Store& store, StageMask stages, const MissionParameters& mission, NodeRecord& head) {
-  const Status found = find_head(store, head);
+  const Status found = find_primary(store, head);
   if (found.is(StatusCode::not_found) || (found.ok() && head.idle)) return StatusCode::not_ready;
   ILP_TRY(found);
-  ILP_TRY(check_head(head, stages, mission));
+  ILP_TRY(check_primary(head, stages, mission));
   IdentityRecord identity;
   CameraRecord camera;
   ILP_TRY(get(store, identity.id, identity));

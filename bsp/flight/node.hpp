@@ -34,27 +34,27 @@ class Node {
   /// on the latest question, they run all stages that the head does not run, and it has changed nothing since.
   Result<bool> ask_whether_done(std::int64_t commits);
   /// For the head: the flight is done, and the other processes end.
-  Status tell_end();
+  Status report_end();
 
   /// The head tells this of another process.
   enum class Change : std::uint8_t { none, joined, silent };
-  struct News {
+  struct Update {
     Change change = Change::none;
     NodeRecord node;
   };
   /// For the head: who has begun to run since the previous call, or has told nothing for `silence` of this process'
   /// time. At most one of them; call it again until there is none.
-  Status look_at_others(TimeNs silence, News& news);
+  Status poll_other_nodes(TimeNs silence, Update& updates);
 
  private:
   struct Other {
     std::int64_t id = 0;
     TimeNs started_ns = 0, seen_ns = 0;
-    TimeNs heard_ns = 0;  ///< by this process' clock
+    TimeNs received_ns = 0;  ///< by this process' clock
     bool silent = false;
   };
 
-  Status begin_as_head();
+  Status begin_as_primary();
   Status write();
 
   Store& store_;
@@ -67,13 +67,13 @@ class Node {
 };
 
 /// The head's record: `not_found` before a head has begun to share the flight.
-Status find_head(Store& store, NodeRecord& head);
+Status find_primary(Store& store, NodeRecord& head);
 /// `stage_claimed` (a = number) if another process is the one to run a stage of `stages`, `node_differs` (a = this
 /// mission's checksum, b = the head's) for another mission, `store_build` for another version of the software.
-Status check_head(const NodeRecord& head, StageMask stages, const MissionParameters& mission);
+Status check_primary(const NodeRecord& head, StageMask stages, const MissionParameters& mission);
 
 /// For a process that is not the head: `not_ready` while there is no head, or it has ended, `not_found` while it has
-/// not written identity and camera; else as check_head(). When it is ok, the store numbers new records as the flight
+/// not written identity and camera; else as check_primary(). When it is ok, the store numbers new records as the flight
 /// does.
 Status find_flight(Store& store, StageMask stages, const MissionParameters& mission, NodeRecord& head);
 

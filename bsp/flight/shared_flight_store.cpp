@@ -22,7 +22,7 @@ Status SharedFlightStore::begin() {
 
 Status SharedFlightStore::commit() {
   ILP_TRY(inner_.commit());
-  has_news_ = true;
+  has_updates_ = true;
   if ((written_ & waking_tables) != 0) ++waking_commits_;
   return {};
 }
@@ -33,35 +33,35 @@ Status SharedFlightStore::put(const RecordInfo& info, const void* record) {
 }
 
 Status SharedFlightStore::get(const RecordInfo& info, std::int64_t id, void* record) {
-  has_news_ = true;
+  has_updates_ = true;
   return inner_.get(info, id, record);
 }
 
 Status SharedFlightStore::next(const RecordInfo& info, std::int64_t after, void* record) {
-  has_news_ = true;
+  has_updates_ = true;
   return inner_.next(info, after, record);
 }
 
 Status SharedFlightStore::last(const RecordInfo& info, void* record) {
-  has_news_ = true;
+  has_updates_ = true;
   return inner_.last(info, record);
 }
 
 Status SharedFlightStore::count(const RecordInfo& info, std::int64_t& records) {
-  has_news_ = true;
+  has_updates_ = true;
   return inner_.count(info, records);
 }
 
 Status SharedFlightStore::read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                                     std::span<std::uint8_t> bytes) {
-  has_news_ = true;
+  has_updates_ = true;
   return inner_.read_blob(info, field, id, offset, bytes);
 }
 
-Status SharedFlightStore::settle(StoreSharing& sharing) {
-  if (!has_news_) return {};
+Status SharedFlightStore::commit_read(StoreSharing& sharing) {
+  if (!has_updates_) return {};
   ILP_TRY(sharing.flush());
-  has_news_ = false;
+  has_updates_ = false;
   return {};
 }
 
@@ -78,15 +78,15 @@ Status SharedFlightStore::write_blob(const RecordInfo& info, const char* field, 
 
 Status SharedFlightStore::poll(RecordMask& changed) {
   ILP_TRY(inner_.poll(changed));
-  news_ |= changed;
+  updates_ |= changed;
   settings_changed_ = settings_changed_ || (changed & mask_of(RecordType::setting)) != 0;
   if (settings_changed_ && executive_ != nullptr) follow_settings();
   return {};
 }
 
 bool SharedFlightStore::changed(RecordMask tables) {
-  const bool any = (news_ & tables) != 0;
-  news_ &= ~tables;
+  const bool any = (updates_ & tables) != 0;
+  updates_ &= ~tables;
   return any;
 }
 

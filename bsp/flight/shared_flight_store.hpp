@@ -36,7 +36,7 @@ class SharedFlightStore final : public ForwardingStore {
   [[nodiscard]] std::int64_t waking_commits() const { return waking_commits_; }
   /// Whatever has been read or committed since the previous call is on the disk when it is ok: it may be told to the
   /// ground.
-  Status settle(StoreSharing& sharing);
+  Status commit_read(StoreSharing& sharing);
   /// True once after each change of one of these tables that poll() has reported.
   bool changed(RecordMask tables);
 
@@ -48,8 +48,8 @@ class SharedFlightStore final : public ForwardingStore {
   Executive* executive_ = nullptr;
   bool settings_changed_ = false;
   RecordMask written_ = 0;  ///< in the open transaction
-  RecordMask news_ = 0;
-  bool has_news_ = false;  ///< something was read or committed since the latest settle()
+  RecordMask updates_ = 0;
+  bool has_updates_ = false;  ///< something was read or committed since the latest settle()
   std::int64_t waking_commits_ = 0;
 };
 

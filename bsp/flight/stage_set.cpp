@@ -10,7 +10,7 @@ bool is_name(const char* text, std::size_t length, const char* name) {
 }
 
 StageMask stages_of(const char* text, std::size_t length) {
-  if (is_name(text, length, "head")) return head_stages;
+  if (is_name(text, length, "head")) return primary_stages;
   for (const Stage& stage : schedule) {
     if (stage.runs_on == RunsOn::any && is_name(text, length, stage.name)) return stage_bit(stage.component);
   }
@@ -21,9 +21,9 @@ StageMask stages_of(const char* text, std::size_t length) {
 
 StageNames stage_names(StageMask stages) {
   StageNames names;
-  if (is_head(stages)) names.add("head");
+  if (is_primary(stages)) names.add("head");
   for (const Stage& stage : schedule) {
-    if (!has_stage(stages, stage.component) || (is_head(stages) && stage.runs_on == RunsOn::head)) continue;
+    if (!has_stage(stages, stage.component) || (is_primary(stages) && stage.runs_on == RunsOn::head)) continue;
     if (names.size() > 0) names.add(',');
     names.add(stage.name);
   }

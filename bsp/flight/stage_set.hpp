@@ -27,17 +27,17 @@ inline constexpr StageMask all_stages = [] {
 
 /// The stages that need the camera, a link or the memory of the process that has them: they run in one process, the
 /// head.
-inline constexpr StageMask head_stages = [] {
+inline constexpr StageMask primary_stages = [] {
   StageMask head = 0;
   for (const Stage& stage : schedule) {
     if (stage.runs_on == RunsOn::head) head |= stage_bit(stage.component);
   }
   return head;
 }();
-static_assert(has_stage(head_stages, ComponentId::telecommander), "the head's number is 1");
+static_assert(has_stage(primary_stages, ComponentId::telecommander), "the head's number is 1");
 
-[[nodiscard]] constexpr bool is_head(StageMask stages) {
-  return (stages & head_stages) == head_stages;
+[[nodiscard]] constexpr bool is_primary(StageMask stages) {
+  return (stages & primary_stages) == primary_stages;
 }
 /// The lowest number of a stage: the id of the process's record (NodeRecord). 0 if there is no stage.
 [[nodiscard]] constexpr std::int64_t node_number(StageMask stages) {

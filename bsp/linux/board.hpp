@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <span>
 
-#include "bsp/flight/life.hpp"
+#include "bsp/flight/boot.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/records/records.hpp"
 

@@ -44,7 +44,7 @@ const char* ChosenStore::message() const {
 #endif
 }
 
-Status ChosenStore::connect(const Options& options, bool is_head, const MissionParameters& mission) {
+Status ChosenStore::connect(const Options& options, bool is_primary, const MissionParameters& mission) {
 #ifdef ILP_POSTGRES
   for (const CheckpointForm* const form : checkpoint_forms()) {
     // Without its checkpoints a component would not get on.
@@ -53,13 +53,13 @@ Status ChosenStore::connect(const Options& options, bool is_head, const MissionP
     }
   }
   // What the others make follows from earlier records, and nobody outside is told of it before flush().
-  ILP_TRY(postgres_.open(options.store, ~RecordMask{0}, {.create = is_head, .synchronous = is_head}));
+  ILP_TRY(postgres_.open(options.store, ~RecordMask{0}, {.create = is_primary, .synchronous = is_primary}));
   server_ = true;
   postgres_.limit(database_limit_bytes(mission));
   return check_checkpoints(postgres_, checkpoint_forms());
 #else
   static_cast<void>(options);
-  static_cast<void>(is_head);
+  static_cast<void>(is_primary);
   static_cast<void>(mission);
   return StatusCode::unsupported_format;
 #endif
@@ -75,7 +75,7 @@ Status ChosenStore::open(const Options& options, StageMask stages, MissionParame
     return file_.open(options.store, trouble, mission, &wait);
   } else {
     const Synchronise when = options.virtual_time ? Synchronise::later : Synchronise::behind_commit;
-    ILP_TRY(file_.open_as_head(options.store, trouble, when, mission));
+    ILP_TRY(file_.open_as_primary(options.store, trouble, when, mission));
   }
   return sharing().claim(stages);
 }

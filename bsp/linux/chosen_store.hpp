@@ -29,18 +29,18 @@ class ChosenStore {
   /// As FlightStore::look_stack(), leave_memory(), news(), start() and damaged().
   [[nodiscard]] std::span<std::byte> look_stack() const { return file_.look_stack(); }
   Status leave_memory(const char* path, DiskWait* wait) { return file_.leave_memory(path, wait); }
-  [[nodiscard]] Status news() const { return file_.news(); }
-  [[nodiscard]] const StoreNews& start() const { return file_.start(); }
+  [[nodiscard]] Status updates() const { return file_.updates(); }
+  [[nodiscard]] const StoreUpdates& start() const { return file_.start(); }
   [[nodiscard]] bool damaged() const { return !server_ && file_.damaged(); }
-  /// As FlightStore::take_news().
-  [[nodiscard]] Status take_news() { return server_ ? Status{} : file_.take_news(); }
+  /// As FlightStore::take_updates().
+  [[nodiscard]] Status take_updates() { return server_ ? Status{} : file_.take_updates(); }
   /// Why the latest call of a server failed, in its own words; "" if it has none.
   [[nodiscard]] const char* message() const;
   /// The store in a file or in memory, also if a server is used.
   [[nodiscard]] const FlightStore& file() const { return file_; }
 
  private:
-  Status connect(const Options& options, bool is_head, const MissionParameters& mission);
+  Status connect(const Options& options, bool is_primary, const MissionParameters& mission);
 
   FlightStore file_;
   bool server_ = false;

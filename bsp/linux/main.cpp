@@ -10,7 +10,7 @@
 #include <new>
 #include <optional>
 
-#include "bsp/flight/disk_look.hpp"
+#include "bsp/flight/disk_probe.hpp"
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/key_file.hpp"
 #include "bsp/flight/lock_lease.hpp"
@@ -123,11 +123,11 @@ class Flight {
   void prepare_compute();
   void prepare_look();
   bool done();
-  void look_at_lock();
+  void check_lock();
   void run();
   void leave_memory();
-  void write_life();
-  void look_at_calendar();
+  void write_boot();
+  void check_calendar();
   [[nodiscard]] bool restart_wanted() const { return left_memory_ || store_.damaged() || software_->restart_wanted(); }
   int finish();
   bool good(const char* what, const Status& status) { return status.ok() || fail(what, status) == 0; }
@@ -149,7 +149,7 @@ class Flight {
   int priority_ = 0;
   int lock_lease_s_ = usual_lock_lease_s;
   LockWatch lock_watch_;
-  Status early_news_;  ///< of the lock, before the components have begun
+  Status early_update_;  ///< of the lock, before the components have begun
   WatchdogOptions watchdog_options_;
   LinuxWatchdog linux_watchdog_;
   NullWatchdog no_watchdog_;
@@ -157,7 +157,7 @@ class Flight {
   ServiceWatchdog manager_;
   ChosenStore& store_;
   std::optional<SharedFlight> shared_;  ///< with other processes
-  FileNonvolatile small_memory_;
+  FileNonvolatile nonvolatile_memory_;
   LateCalendar calendar_;
   OutboxLink outbox_;
   VirtualClock virtual_clock_;
@@ -173,9 +173,9 @@ class Flight {
   FlightSoftware* software_ = nullptr;
   std::optional<SharedCompute> device_;
   FlightWorker worker_;
-  DiskLook look_;
+  DiskProbe look_;
   bool left_memory_ = false;  ///< all records are on the disk, and the next start takes them into the database
-  bool stack_told_ = false;
+  bool stack_reported_ = false;
 };
 
 bool Flight::prepare_mission() {
@@ -199,7 +199,7 @@ bool Flight::prepare_store() {
   wait_.end_start();
   if (!opened.ok()) print_status(store_label(options_), opened, store_.message());
   // Whoever keeps the lock is told and, if it is of this flight, ended.
-  while (opened.ok() && stop_requested == 0 && wait_for_lock(store_.disk())) look_at_lock();
+  while (opened.ok() && stop_requested == 0 && wait_for_lock(store_.disk())) check_lock();
   return opened.ok();
 }
 
@@ -207,7 +207,7 @@ bool Flight::prepare_store() {
 bool Flight::assemble() {
   source_.make(*options_.source_kind, {real_clock_, !options_.virtual_time});
   if (stages_ != all_stages) {
-    const HeadDevices devices{source_->camera(), outbox_, links_.packets(), links_.files()};
+    const PrimaryDevices devices{source_->camera(), outbox_, links_.packets(), links_.files()};
     shared_.emplace(store_.store(), store_.sharing(), devices, clock(), stages_, options_.virtual_time);
   }
   const int error = worker_.begin(options_);
@@ -217,7 +217,7 @@ bool Flight::assemble() {
                                                   .camera = camera(),
                                                   .link = shared_ ? shared_->link() : outbox_,
                                                   .clock = clock(),
-                                                  .small_memory = small_memory_,
+                                                  .nonvolatile_memory = nonvolatile_memory_,
                                                   .packets = shared_ ? shared_->packets() : links_.packets(),
                                                   .files = shared_ ? shared_->files() : links_.files(),
                                                   .navigation = options_.navigation != nullptr ? &navigation_ : live,
@@ -233,10 +233,10 @@ bool Flight::assemble() {
 bool Flight::prepare_start() {
   const bool no_file = std::strcmp(options_.store, "memory") == 0 && options_.state == nullptr;
   const char* const place = options_.state != nullptr ? options_.state : options_.store;
-  const Status opened = no_file ? Status{StatusCode::not_found} : small_memory_.open(place);
+  const Status opened = no_file ? Status{StatusCode::not_found} : nonvolatile_memory_.open(place);
   if (opened.is(StatusCode::io_error) && opened.a == EWOULDBLOCK) return good(place, StatusCode::store_in_use);
-  const StartFacts facts{.small_memory = opened,
-                         .store = store_.news(),
+  const StartFacts facts{.nonvolatile_memory = opened,
+                         .store = store_.updates(),
                          .utc = options_.virtual_time ? std::nullopt : std::optional(utc_now()),
                          .epoch = options_.mission_epoch ? EpochChoice::mission : EpochChoice::first_start};
   if (!good("settings or mission time", software_->prepare(facts))) return false;
@@ -302,8 +302,9 @@ bool Flight::prepare_intrinsics() {
   if (options_.camera != nullptr) {
     width_ = model_.width;
     height_ = model_.height;
-    const CameraDoubt doubt = doubt_about(model_);
-    if (doubt != CameraDoubt::none) std::fprintf(stderr, "ilp-onboard: --camera is improbable: %s\n", words_of(doubt));
+    const CameraSuspicion suspicion = suspicion_about(model_);
+    if (suspicion != CameraSuspicion::none)
+      std::fprintf(stderr, "ilp-onboard: --camera is improbable: %s\n", words_of(suspicion));
     return reduce_camera();
   }
   CameraRecord first;
@@ -370,7 +371,7 @@ bool Flight::prepare() {
 
 void Flight::test_board() {
   SelfTestResults results = run_self_tests(store_.store(), clock());
-  if (store_.news().is(StatusCode::store_in_memory)) results.note(SelfTest::disk, false, store_.news().a);
+  if (store_.updates().is(StatusCode::store_in_memory)) results.note(SelfTest::disk, false, store_.updates().a);
   software_->life().record().tested = results.tested;
   software_->life().record().failed = results.failed;
   for (std::size_t k = 0; k < results.values.size(); ++k) {
@@ -393,7 +394,7 @@ void Flight::prepare_compute() {
 }
 
 void Flight::prepare_look() {
-  if (options_.virtual_time || !store_.news().is(StatusCode::store_in_memory)) return;
+  if (options_.virtual_time || !store_.updates().is(StatusCode::store_in_memory)) return;
   const int error = look_.begin(options_.store, store_.store().usage().limit_bytes, store_.look_stack());
   if (error != 0) std::fprintf(stderr, "ilp-onboard: the disk is not looked for: %s\n", std::strerror(error));
 }
@@ -404,11 +405,11 @@ bool Flight::start() {
   const Status armed = options_.watchdog != nullptr ? linux_watchdog_.open(watchdog_options_) : Status{};
   BoardState board = board_state();
   board.watchdog_had_bitten = watchdog_.bitten();
-  const std::array news = store_.start().in_order();
-  for (const Status& one : news) good(store_label(options_), one);
-  if (!good("record of the start", software_->begin_life(board, news))) return false;
+  const std::array updates = store_.start().in_order();
+  for (const Status& one : updates) good(store_label(options_), one);
+  if (!good("record of the start", software_->record_boot(board, updates))) return false;
   report(armed);
-  report(early_news_);
+  report(early_update_);
   prepare_look();
   test_board();
   if (priority_ > 0) report(ask_for_real_time(priority_));
@@ -418,23 +419,23 @@ bool Flight::start() {
   return good("record of the start", software_->life().go_on());
 }
 
-void Flight::write_life() {
+void Flight::write_boot() {
   StartRecord& record = software_->life().record();
   record.stack_bytes = static_cast<std::uint32_t>(flight_stack_peak());
   record.heap_traps = static_cast<std::uint32_t>(heap_trap_count());
-  if (!stack_told_ && record.stack_bytes > flight_stack_bytes() / 4 * 3) {
-    stack_told_ = true;
+  if (!stack_reported_ && record.stack_bytes > flight_stack_bytes() / 4 * 3) {
+    stack_reported_ = true;
     report({StatusCode::stack_deep, record.stack_bytes, static_cast<std::int64_t>(flight_stack_bytes())});
   }
 }
 
-void Flight::look_at_calendar() {
+void Flight::check_calendar() {
   TimeNs time = 0;
-  Status news;
-  if (!calendar_.caught_up(utc_now(), mission_, clock().now(), time, news)) return;
+  Status updates;
+  if (!calendar_.caught_up(utc_now(), mission_, clock().now(), time, updates)) return;
   real_clock_.set(time);
   source_->follow_clock();
-  report(news);
+  report(updates);
 }
 
 bool Flight::done() {
@@ -442,15 +443,15 @@ bool Flight::done() {
   return !shared_ || shared_->done(software_->executive());
 }
 
-void Flight::look_at_lock() {
+void Flight::check_lock() {
   if (store_.disk() == nullptr) return;
-  const Status news = lock_watch_.look(*store_.disk(), lock_lease_s_);
-  if (news.ok()) return;
-  print_status(store_label(options_), news);
+  const Status updates = lock_watch_.look(*store_.disk(), lock_lease_s_);
+  if (updates.ok()) return;
+  print_status(store_label(options_), updates);
   if (software_ != nullptr) {
-    report(news);
+    report(updates);
   } else {
-    early_news_ = news;
+    early_update_ = updates;
   }
 }
 
@@ -464,7 +465,7 @@ void Flight::leave_memory() {
   software_->life().record().end_ns = 0;
   report(software_->life().go_on());
   report({StatusCode::store_not_moved, static_cast<std::int64_t>(left.code), left.a});
-  look_.look_again();
+  look_.probe_again();
 }
 
 void Flight::run() {
@@ -479,7 +480,7 @@ void Flight::run() {
       static_cast<void>(manager_.kick(clock().now()));
       continue;
     }
-    look_at_lock();
+    check_lock();
     if (options_.virtual_time && is_locked(store_.disk()) && wait_for_lock(store_.disk())) {
       // Mission time stands still.
       static_cast<void>(watchdog_.kick());
@@ -490,12 +491,12 @@ void Flight::run() {
     software_->executive().run_minor_frame(next);
     report(watchdog_.kick());
     report(manager_.kick(clock().now()));
-    report(software_->compute().compute().take_news());
-    report(store_.take_news());
+    report(software_->compute().compute().take_updates());
+    report(store_.take_updates());
     if (++frames % frames_between_entries == 0 && !options_.virtual_time) {
-      write_life();
+      write_boot();
       report(software_->life().go_on());
-      look_at_calendar();
+      check_calendar();
     }
     if (look_.found()) leave_memory();
     if (shared_) report(shared_->keep_alive(software_->executive()));
@@ -521,11 +522,11 @@ int Flight::finish() {
     std::fprintf(stderr, "ilp-onboard: memory was damaged, or the worker is stuck: start again\n");
     return exit_restart;
   }
-  while (options_.virtual_time && stop_requested == 0 && wait_for_lock(store_.disk())) look_at_lock();
+  while (options_.virtual_time && stop_requested == 0 && wait_for_lock(store_.disk())) check_lock();
   // On a full disk the end is not recorded, but it is in order otherwise.
   if (stop_requested != 0 && !software_->restart_wanted()) software_->configuration().end_in_order(clock().now());
   bool well = good("housekeeping", software_->executive().end());
-  write_life();
+  write_boot();
   well = good("record of the end", software_->life().end()) && well;
   watchdog_.stop();
   worker_.end();
@@ -567,7 +568,7 @@ int fly(void* argument) {
   const Status configured = configure_sqlite_memory(sqlite_arena);
   if (!configured.ok()) return fail("SQLite's memory", configured);
   static ChosenStore store(sqlite_arena, store_region);
-  if (!is_head(order.stages)) {
+  if (!is_primary(order.stages)) {
     return run_node(order.options, order.stages, {store, flight_region}, stop_requested);
   }
   static Flight flight(order.options, order.stages, store);
@@ -587,7 +588,7 @@ int main(int argc, char** argv) {
     std::fprintf(
         stderr,
         "ilp-onboard: --stages: \"%s\" is no stage that can run by itself; they are head, %s (docs/schedule.md)\n",
-        culprit.c_str(), stage_names(all_stages & ~head_stages).c_str());
+        culprit.c_str(), stage_names(all_stages & ~primary_stages).c_str());
     return 2;
   }
   if (!understood) {

@@ -21,7 +21,7 @@ namespace {
 constexpr int exit_restart = 3;
 /// Longest wait for a change when nothing is to be done.
 constexpr std::int32_t nap_ms = 50;
-constexpr std::int32_t nap_before_head_ms = 50;
+constexpr std::int32_t nap_before_primary_ms = 50;
 constexpr TimeNs report_period = 2 * ns_per_s;
 
 /// What has no place in a process without camera and links.
@@ -47,10 +47,10 @@ class NodeProcess {
 
  private:
   bool ask_for_priority();
-  bool wait_for_head();
+  bool wait_for_primary();
   bool start();
   void step();
-  void look_at_head();
+  void poll_primary();
   void keep_alive();
   bool reconnect();
   int finish();
@@ -95,8 +95,8 @@ bool NodeProcess::ask_for_priority() {
 }
 
 /// The store may not exist yet, and its head may come later.
-bool NodeProcess::wait_for_head() {
-  Status told;
+bool NodeProcess::wait_for_primary() {
+  Status reported;
   bool joined = false;
   while (stop_ == 0) {
     Status status = joined ? Status{} : store_.join(options_, stages_, file_);
@@ -116,14 +116,14 @@ bool NodeProcess::wait_for_head() {
       print_status(store_label(options_), status, store_.message());
       return false;
     }
-    if (told.code != status.code) {
+    if (reported.code != status.code) {
       std::fprintf(stderr, "ilp-onboard: waiting for the head of the flight (%s)\n", status_name(status.code));
     }
-    told = status;
+    reported = status;
     // A connection that was lost is not found again by asking.
     joined = joined && !status.is(StatusCode::store_lost);
     if (!joined) store_.close();
-    static_cast<void>(::usleep(nap_before_head_ms * 1000));
+    static_cast<void>(::usleep(nap_before_primary_ms * 1000));
   }
   return false;
 }
@@ -136,7 +136,7 @@ bool NodeProcess::start() {
                                                     .camera = no_camera_,
                                                     .link = no_link_,
                                                     .clock = clock_,
-                                                    .small_memory = no_memory_,
+                                                    .nonvolatile_memory = no_memory_,
                                                     .real_time = true},
                                                    mission_, stages_);
   shared_->follow(file_, mission_, software_->executive());
@@ -158,7 +158,7 @@ void NodeProcess::keep_alive() {
   const Status flushed = store_.sharing().flush_or_later();
   if (!flushed.ok()) software_->executive().events().report(now, "board", flushed);
   NodeRecord head;
-  if (find_head(database(), head).ok() && head.seen_ns > clock_.now()) {
+  if (find_primary(database(), head).ok() && head.seen_ns > clock_.now()) {
     // In virtual time the head's clock is the faster one.
     clock_.set(head.seen_ns);
     reported_ns_ = head.seen_ns;
@@ -176,15 +176,15 @@ void NodeProcess::step() {
     if (commits != shared_->waking_commits()) return;
     if (node_->answer(question_, commits).ok()) question_ = 0;
   }
-  if (shared_->changed(mask_of(RecordType::node))) look_at_head();
+  if (shared_->changed(mask_of(RecordType::node))) poll_primary();
   if (question_ == 0) store_.sharing().wait(nap_ms);
 }
 
-void NodeProcess::look_at_head() {
+void NodeProcess::poll_primary() {
   NodeRecord head;
-  const Status found = find_head(database(), head);
+  const Status found = find_primary(database(), head);
   if (!found.ok()) return;
-  refused_ = !good(store_label(options_), check_head(head, stages_, file_));
+  refused_ = !good(store_label(options_), check_primary(head, stages_, file_));
   ended_ = head.idle;
   static_cast<void>(node_->question(question_));
 }
@@ -192,7 +192,7 @@ void NodeProcess::look_at_head() {
 /// Whatever is in memory may differ from the store, so every stage goes back to its checkpoint.
 bool NodeProcess::reconnect() {
   if (!store_.sharing().reconnect().ok()) {
-    static_cast<void>(::usleep(nap_before_head_ms * 1000));
+    static_cast<void>(::usleep(nap_before_primary_ms * 1000));
     return false;
   }
   ++connections_;
@@ -214,7 +214,7 @@ int NodeProcess::finish() {
 
 int NodeProcess::run() {
   if (!read_mission(options_, file_) || !read_lock_lease(options_, lock_lease_s_) || !ask_for_priority()) return 1;
-  if (!wait_for_head()) return stop_ != 0 ? 0 : 1;
+  if (!wait_for_primary()) return stop_ != 0 ? 0 : 1;
   if (!start()) return store_.damaged() ? exit_restart : 1;
   std::fprintf(stderr, "ilp-onboard: running %s\n", stage_names(stages_).c_str());
   seal_heap(options_.trap_heap ? HeapTrapMode::strict : HeapTrapMode::report);

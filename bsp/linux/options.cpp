@@ -72,14 +72,14 @@ constexpr const char* help_of_options =
 
 /// Camera, links and clock belong to the head.
 bool joins_only(const Options& options) {
-  const bool of_the_head = options.source != nullptr || options.camera != nullptr || options.size != nullptr ||
-                           options.outbox != nullptr || options.links.any() || options.navigation != nullptr ||
-                           options.navigation_udp != nullptr || options.map != nullptr || options.virtual_time ||
-                           options.mission_epoch || options.fly_on || options.key != nullptr ||
-                           options.without_authentication || options.acknowledgements != nullptr ||
-                           options.watchdog != nullptr || options.state != nullptr || options.compute != nullptr ||
-                           options.worker != nullptr;
-  return !of_the_head && options.store != nullptr && std::strcmp(options.store, "memory") != 0;
+  const bool of_the_primary = options.source != nullptr || options.camera != nullptr || options.size != nullptr ||
+                              options.outbox != nullptr || options.links.any() || options.navigation != nullptr ||
+                              options.navigation_udp != nullptr || options.map != nullptr || options.virtual_time ||
+                              options.mission_epoch || options.fly_on || options.key != nullptr ||
+                              options.without_authentication || options.acknowledgements != nullptr ||
+                              options.watchdog != nullptr || options.state != nullptr || options.compute != nullptr ||
+                              options.worker != nullptr;
+  return !of_the_primary && options.store != nullptr && std::strcmp(options.store, "memory") != 0;
 }
 
 }  // namespace
@@ -106,7 +106,7 @@ bool joins_flight(const Options& options) {
   if (options.stages == nullptr) return false;
   StageMask stages = 0;
   StageNames culprit;
-  return parse_stages(options.stages, stages, culprit) && !is_head(stages);
+  return parse_stages(options.stages, stages, culprit) && !is_primary(stages);
 }
 
 namespace {

@@ -37,18 +37,18 @@ bool SharedFlight::connected(Executive& executive) {
 Status SharedFlight::keep_alive(const Executive& executive) {
   // In virtual time the flight's own clock may stand still.
   const TimeNs now = board_clock_.now();
-  if (now - told_ns_ < report_period) return {};
-  told_ns_ = now;
+  if (now - reported_ns_ < report_period) return {};
+  reported_ns_ = now;
   static_cast<void>(node_.keep_alive(executive, connections_));
   // A disk that refuses it is reported, because nothing can be sent meanwhile.
   ILP_TRY(sharing_.flush_or_later());
-  Node::News news;
-  if (virtual_time_ || !node_.look_at_others(silence, news).ok()) return {};
-  switch (news.change) {
+  Node::Update updates;
+  if (virtual_time_ || !node_.poll_other_nodes(silence, updates).ok()) return {};
+  switch (updates.change) {
     case Node::Change::joined:
-      return {StatusCode::node_joined, news.node.id, static_cast<std::int64_t>(news.node.stages)};
+      return {StatusCode::node_joined, updates.node.id, static_cast<std::int64_t>(updates.node.stages)};
     case Node::Change::silent:
-      return {StatusCode::node_silent, news.node.id, silence / ns_per_ms};
+      return {StatusCode::node_silent, updates.node.id, silence / ns_per_ms};
     case Node::Change::none:
       break;
   }
@@ -76,7 +76,7 @@ bool SharedFlight::done(Executive& executive) {
     executive.wake_all();
     return false;
   }
-  return node_.tell_end().ok();
+  return node_.report_end().ok();
 }
 
 }  // namespace ilp

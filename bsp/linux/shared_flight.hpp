@@ -1,16 +1,16 @@
 // The head's part in a flight that several processes share (docs/several-machines.md).
 #pragma once
 
+#include "bsp/flight/committed_links.hpp"
 #include "bsp/flight/held_camera.hpp"
 #include "bsp/flight/node.hpp"
-#include "bsp/flight/settled_links.hpp"
 #include "bsp/flight/shared_flight_store.hpp"
 #include "hal/clock/real_clock.hpp"
 
 namespace ilp {
 
 /// What the head has from outside, without the other processes. A packet link may be the null pointer.
-struct HeadDevices {
+struct PrimaryDevices {
   Camera& camera;
   Link& link;
   PacketLink* packets;
@@ -19,7 +19,7 @@ struct HeadDevices {
 
 class SharedFlight {
  public:
-  SharedFlight(Store& store, StoreSharing& sharing, const HeadDevices& devices, Clock& clock, StageMask stages,
+  SharedFlight(Store& store, StoreSharing& sharing, const PrimaryDevices& devices, Clock& clock, StageMask stages,
                bool virtual_time)
       : sharing_(sharing),
         clock_(clock),
@@ -62,12 +62,12 @@ class SharedFlight {
   Camera& camera_;
   SharedFlightStore store_;
   HeldCamera held_camera_;
-  SettledLink link_;
-  SettledPacketLink packets_, files_;
+  CommittedLink link_;
+  CommittedPacketLink packets_, files_;
   Node node_;
   std::uint32_t connections_ = 1;
   RealClock board_clock_;  ///< in virtual time that of the flight may stand still
-  TimeNs told_ns_ = 0;
+  TimeNs reported_ns_ = 0;
   bool waits_for_end_ = false;
   bool late_work_waits_ = false;
   std::uint32_t frames_put_off_ = 0;  ///< minor frames since late work was done

@@ -68,9 +68,9 @@ DateClock take_zone(const char* text, TimeNs& zone) {
 
 bool time_of_date(int year, int month, int day, int hour, int minute, int second, TimeNs& since_1970) {
   if (year < first_year || year >= end_of_years || month < 1 || month > 12) return false;
-  const bool sound = day >= 1 && day <= days_of(month, year) && hour >= 0 && hour < 24 && minute >= 0 && minute < 60 &&
+  const bool valid = day >= 1 && day <= days_of(month, year) && hour >= 0 && hour < 24 && minute >= 0 && minute < 60 &&
                      second >= 0 && second <= 60;
-  if (!sound) return false;
+  if (!valid) return false;
   TimeNs days = day - 1;
   for (int y = first_year; y < year; ++y) days += is_leap_year(y) ? 366 : 365;
   for (int m = 1; m < month; ++m) days += days_of(m, year);

@@ -53,7 +53,7 @@ inline constexpr std::size_t intrinsic_count = values_of(Intrinsic{}).size();
 
 /// What makes a given camera improbable before an image is seen.
 ILP_ENUMERATION(
-    CameraDoubt, (0, none, ""),
+    CameraSuspicion, (0, none, ""),
     (1, field_of_view,
      "its field of view is below 3 or above 130 degrees: is the focal length in px, and for this size?"),
     (2, principal_point,

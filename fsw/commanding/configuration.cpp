@@ -22,7 +22,7 @@ constexpr TimeNs longest_step_ns = ns_per_s;
 constexpr const char* deciding[] = {"link_bytes_per_s", "pass_period_s",      "pass_length_s", "pass_start_s",
                                     "pass_count",       "telecommands_per_s", "authentication"};
 
-bool on_trial(const FlightMemoryContent& content, std::size_t index, const MissionParameters& base) {
+bool tentative(const FlightMemoryContent& content, std::size_t index, const MissionParameters& base) {
   const KeptSetting* const wanted = content.wanted.find(parameter_info(index).number);
   const KeptSetting* const good = content.good.find(parameter_info(index).number);
   return wanted != nullptr && wanted->value != (good != nullptr ? good->value : parameter_value(base, index));
@@ -79,7 +79,7 @@ std::uint64_t epoch_number() {
   return parameter_info(find_parameter("link", "mission_epoch_s")).number;
 }
 
-bool needs_trial(std::size_t parameter) {
+bool needs_confirmation(std::size_t parameter) {
   const ParameterInfo& info = parameter_info(parameter);
   if (info.acts == Acts::next_start || std::strcmp(info.section, "contact") == 0) return true;
   return std::any_of(std::begin(deciding), std::end(deciding),
@@ -102,11 +102,11 @@ Configuration::Use::Use(Configuration& user) : configuration(user) {
 
 MissionParameters Configuration::put_above(const KeptSettings& settings, bool report_ignored) {
   MissionParameters mission = own_.base;
-  bool told = !report_ignored;
+  bool reported = !report_ignored;
   for (std::size_t i = 0; i < settings.count; ++i) {
     const KeptSetting& setting = settings.items[i];
-    if (set_parameter(mission, find_parameter(setting.number), setting.value).ok() || told) continue;
-    told = true;
+    if (set_parameter(mission, find_parameter(setting.number), setting.value).ok() || reported) continue;
+    reported = true;
     report({StatusCode::setting_ignored, static_cast<std::int64_t>(setting.number)});
   }
   const Status valid = validate(mission);
@@ -129,7 +129,7 @@ void Configuration::enter(ConfigurationStage stage) {
     report({StatusCode::defaults_in_force, own_.unconfirmed + 1});
   }
   mission_ = own_.wanted;
-  look_at_trial();
+  check_tentative();
 }
 
 Status Configuration::step_down(const Status& fault) {
@@ -158,14 +158,14 @@ void Configuration::epoch_is(double epoch_s) {
   mission_.mission_epoch_s = epoch_s;
 }
 
-void Configuration::look_at_trial() {
+void Configuration::check_tentative() {
   own_.trials = 0;
-  own_.trial_acts = false;
+  own_.tentative_applies = false;
   const FlightMemoryContent& content = memory_.content();
   for (std::size_t i = 0; i < parameter_count(); ++i) {
-    if (!on_trial(content, i, own_.base)) continue;
+    if (!tentative(content, i, own_.base)) continue;
     ++own_.trials;
-    own_.trial_acts = own_.trial_acts || acts(content, i, mission_);
+    own_.tentative_applies = own_.tentative_applies || acts(content, i, mission_);
   }
 }
 
@@ -173,11 +173,11 @@ void Configuration::revert(RevertReason reason) {
   FlightMemoryContent after = memory_.content();
   const auto number = static_cast<std::int64_t>(own_.trials);
   after.wanted = after.good;
-  after.trial_ns = own_.trial_ns = 0;
+  after.tentative_ns = own_.tentative_ns = 0;
   after.configuration = std::max(after.configuration, own_.identity.configuration) + 1;
   keep(after);
   report({StatusCode::configuration_reverted, static_cast<std::int64_t>(reason), number});
-  look_at_trial();
+  check_tentative();
 }
 
 Status Configuration::check(const MissionParameters& wanted, TimeNs now) const {
@@ -210,10 +210,10 @@ Status Configuration::write(const MissionParameters& wanted, TimeNs now) {
   return put(*store_, after);
 }
 
-void Configuration::settle(const MissionParameters& wanted, Way way) {
+void Configuration::accept(const MissionParameters& wanted, Way way) {
   const Use use(*this);
   FlightMemoryContent after = memory_.content();
-  bool any = false, new_trial = false;
+  bool any = false, new_tentative = false;
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     const double value = parameter_value(wanted, i);
     if (value == parameter_value(own_.wanted, i)) continue;
@@ -221,18 +221,18 @@ void Configuration::settle(const MissionParameters& wanted, Way way) {
     const std::uint64_t number = parameter_info(i).number;
     // There are never more settings than parameters. A setting without room is in the store.
     static_cast<void>(after.wanted.set(number, value));
-    const bool trial = way == Way::file || (way == Way::parameters && needs_trial(i));
+    const bool trial = way == Way::file || (way == Way::parameters && needs_confirmation(i));
     if (!trial) static_cast<void>(after.good.set(number, value));
-    new_trial = new_trial || trial;
+    new_tentative = new_tentative || trial;
     if (parameter_info(i).acts == Acts::at_once) static_cast<void>(set_parameter(mission_, i, value));
   }
   if (!any) return;
   own_.identity.configuration = after.configuration = std::max(own_.identity.configuration, after.configuration) + 1;
-  if (new_trial) after.trial_ns = own_.trial_ns = 0;
+  if (new_tentative) after.tentative_ns = own_.tentative_ns = 0;
   own_.wanted = wanted;
   keep(after);
   own_.good = put_above(after.good, false);
-  look_at_trial();
+  check_tentative();
 }
 
 void Configuration::confirm() {
@@ -242,18 +242,18 @@ void Configuration::confirm() {
   FlightMemoryContent after = memory_.content();
   std::int64_t confirmed = 0;
   for (std::size_t i = 0; i < parameter_count(); ++i) {
-    if (!on_trial(after, i, own_.base) || !acts(after, i, mission_)) continue;
+    if (!tentative(after, i, own_.base) || !acts(after, i, mission_)) continue;
     static_cast<void>(after.good.set(parameter_info(i).number, parameter_value(mission_, i)));
     ++confirmed;
   }
-  after.trial_ns = own_.trial_ns = 0;
+  after.tentative_ns = own_.tentative_ns = 0;
   if (own_.proven && confirmed == 0) return;
   after.starts_unconfirmed = 0;
   own_.proven = true;
   keep(after);
   if (confirmed == 0) return;
   own_.good = put_above(after.good, false);
-  look_at_trial();
+  check_tentative();
   report({StatusCode::configuration_confirmed, confirmed, static_cast<std::int64_t>(own_.trials)});
 }
 
@@ -266,11 +266,11 @@ bool Configuration::step(TimeNs now) {
   const TimeNs passed = std::clamp<TimeNs>(now - own_.last_ns, 0, longest_step_ns);
   own_.last_ns = now;
   const TimeNs patience_ns = ns_from_seconds(own_.good.trial_s);
-  const bool tried = own_.commanded && own_.trial_acts && own_.stage != ConfigurationStage::built_in;
+  const bool tried = own_.commanded && own_.tentative_applies && own_.stage != ConfigurationStage::built_in;
   // The parameters on trial may define contact itself, so the contact of the good configuration counts.
-  if (tried && contact_at(own_.good, now).open) own_.trial_ns += passed;
+  if (tried && contact_at(own_.good, now).open) own_.tentative_ns += passed;
   bool reverted = false;
-  if (tried && own_.trial_ns >= patience_ns) {
+  if (tried && own_.tentative_ns >= patience_ns) {
     revert(RevertReason::not_confirmed);
     for (std::size_t i = 0; i < parameter_count(); ++i) {
       const double value = parameter_value(own_.good, i);
@@ -282,7 +282,7 @@ bool Configuration::step(TimeNs now) {
       }
     }
     own_.wanted = own_.good;
-    look_at_trial();
+    check_tentative();
     static_cast<void>(write_settings());
     reverted = true;
   }
@@ -294,7 +294,7 @@ bool Configuration::step(TimeNs now) {
   if (proves) after.starts_unconfirmed = 0;
   own_.proven = own_.proven || proves;
   after.latest_ns = std::max(after.latest_ns, now);
-  after.trial_ns = own_.trial_ns;
+  after.tentative_ns = own_.tentative_ns;
   own_.kept_ns = now;
   keep(after);
   return reverted;
@@ -304,16 +304,16 @@ void Configuration::end_in_order(TimeNs now) {
   const Use use(*this);
   FlightMemoryContent after = memory_.content();
   after.latest_ns = std::max(after.latest_ns, now);
-  after.trial_ns = own_.trial_ns;
+  after.tentative_ns = own_.tentative_ns;
   // A built-in configuration stays until a telecommand is received.
   if (own_.stage != ConfigurationStage::built_in && !own_.restart_wanted) after.starts_unconfirmed = 0;
   keep(after);
 }
 
-Status Configuration::news() {
-  if (news_.empty()) return {};
-  const Status first = news_[0];
-  news_.erase(0);
+Status Configuration::updates() {
+  if (updates_.empty()) return {};
+  const Status first = updates_[0];
+  updates_.erase(0);
   return first;
 }
 

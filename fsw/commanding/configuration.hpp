@@ -36,10 +36,10 @@ struct ConfigurationState {
   double most_storage_mib = 0;
   std::uint64_t trials = 0;  ///< parameters on trial
   TimeNs begin_ns = 0, last_ns = 0, kept_ns = 0;
-  TimeNs trial_ns = 0;  ///< time in contact while a setting on trial was in force
+  TimeNs tentative_ns = 0;  ///< time in contact while a setting on trial was in force
   std::uint32_t unconfirmed = 0;
   ConfigurationStage stage = ConfigurationStage::as_set;
-  bool trial_acts = false;  ///< a setting on trial is in force
+  bool tentative_applies = false;  ///< a setting on trial is in force
   bool commanded = false;
   bool proven = false;  ///< this start needs no confirmation any more
   bool running = false;
@@ -83,7 +83,7 @@ class Configuration {
     bounded      ///< a pass that begins or ends: it ends by itself and needs no trial
   };
   /// After the commit: puts into `mission` what takes effect at once.
-  void settle(const MissionParameters& wanted, Way way);
+  void accept(const MissionParameters& wanted, Way way);
   /// A telecommand was accepted that had come after the effect of everything on trial.
   void confirm();
   /// Call it once per minor frame. True when a trial has ended without a confirmation: wanted() and `mission` have
@@ -94,7 +94,7 @@ class Configuration {
   /// Reverted settings stay in force until the next start, which should come soon.
   [[nodiscard]] bool restart_wanted() const { return own_.restart_wanted; }
   /// The next event to be reported; ok when there is none.
-  Status news();
+  Status updates();
 
   [[nodiscard]] FlightMemory& memory() { return memory_; }
 
@@ -102,15 +102,15 @@ class Configuration {
   // configuration_start.cpp
   /// Nothing is kept before all of it is known. Whether the small memory has never known of this store.
   Result<bool> find_identity(const ConfigurationStart& start, FlightMemoryContent& after);
-  Status begin_life(const ConfigurationStart& start);
+  Status begin_store_epoch(const ConfigurationStart& start);
   Status write_settings();
   // configuration.cpp
   void enter(ConfigurationStage stage);
   MissionParameters put_above(const KeptSettings& settings, bool report_ignored);
   void revert(RevertReason reason);
-  void look_at_trial();
+  void check_tentative();
   void keep(const FlightMemoryContent& content);
-  void report(const Status& event) { static_cast<void>(news_.push_back(event)); }
+  void report(const Status& event) { static_cast<void>(updates_.push_back(event)); }
 
   /// Guards every call that changes lasting state: checks it first and seals it afterwards.
   struct Use {
@@ -127,12 +127,12 @@ class Configuration {
   Store* store_ = nullptr;
   ConfigurationState own_;
   Guarded<ConfigurationState> guard_;
-  FixedVector<Status, 8> news_;
+  FixedVector<Status, 8> updates_;
 };
 
 /// Of the parameter that says when mission time begins.
 [[nodiscard]] std::uint64_t epoch_number();
 /// Whether a parameter is put on trial when it is set.
-[[nodiscard]] bool needs_trial(std::size_t parameter);
+[[nodiscard]] bool needs_confirmation(std::size_t parameter);
 
 }  // namespace ilp

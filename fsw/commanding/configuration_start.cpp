@@ -3,22 +3,22 @@
 
 #include "fsw/commanding/configuration.hpp"
 #include "fsw/commanding/settings.hpp"
-#include "fsw/records/life_numbers.hpp"
+#include "fsw/records/store_epoch_ids.hpp"
 #include "fsw/shared/find.hpp"
 
 namespace ilp {
 namespace {
 
 /// File names and telecommands have room for the numbers of this many lives.
-constexpr std::int64_t most_lives = 50;
+constexpr std::int64_t most_store_epochs = 50;
 /// If the previous life is not known, numbers begin after those of all lives, at an offset from the calendar: it
 /// assumes less than one keyframe per second, and less than a thousand other records.
-constexpr std::int64_t calendar_base = numbers_of_a_life * most_lives;
+constexpr std::int64_t calendar_base = ids_per_store_epoch * most_store_epochs;
 constexpr std::int64_t calendar_begin_s = 2'145'916'800;  // 2026-01-01
 /// Mission time ends there. Names of files have room for keyframes of ten digits, which a thousand lives leave free.
 constexpr std::int64_t most_since_s = longest_duration_ns / ns_per_s;
 /// A calendar clock that stands or goes back brings no number again: a life begins so far behind the one before.
-constexpr std::int64_t least_of_a_life = 1'000'000;
+constexpr std::int64_t least_of_a_store_epoch = 1'000'000;
 constexpr std::int64_t records_per_keyframe = 1000;
 constexpr std::int64_t transactions_per_s = 1024;
 constexpr std::int64_t calendar_transactions = std::int64_t{1} << 32U;
@@ -62,7 +62,7 @@ Status Configuration::begin(Store& store, const ConfigurationStart& start) {
   own_.base = mission_;
   own_.most_storage_mib = start.store.is(StatusCode::store_in_memory) ? mission_.storage_budget_mib : 0;
   own_.commanded = start.commanded;
-  news_.clear();
+  updates_.clear();
   if (!start.loaded.ok() && !start.loaded.is(StatusCode::not_found)) {
     report({StatusCode::memory_lost, static_cast<std::int64_t>(start.loaded.code), start.loaded.a});
   }
@@ -73,10 +73,10 @@ Status Configuration::begin(Store& store, const ConfigurationStart& start) {
   ILP_TRY(take_settings(store, own_.identity, after, lost));
   own_.unconfirmed = after.starts_unconfirmed;
   if (own_.commanded) ++after.starts_unconfirmed;
-  own_.trial_ns = after.trial_ns;
+  own_.tentative_ns = after.tentative_ns;
   keep(after);
   const std::uint32_t number = own_.commanded ? own_.unconfirmed + 1 : 1;
-  look_at_trial();
+  check_tentative();
   if (number == start_of_last_good && own_.trials > 0) revert(RevertReason::many_starts);
   enter(number < start_of_last_good    ? ConfigurationStage::as_set
         : number == start_of_last_good ? ConfigurationStage::last_good
@@ -91,7 +91,7 @@ Result<bool> Configuration::find_identity(const ConfigurationStart& start, Fligh
   if (!found.ok() && !is_gone(found)) return found;
   const bool lost = after.configuration == 0 && (!found.ok() || after.life < own_.identity.life);
   if (found.is(StatusCode::not_found)) {
-    ILP_TRY(begin_life(start));
+    ILP_TRY(begin_store_epoch(start));
     after = memory_.content();
   } else if (found.ok()) {
     // A life that was numbered by the calendar, because the small memory could not be read, may have a low number.
@@ -108,8 +108,8 @@ Result<bool> Configuration::find_identity(const ConfigurationStart& start, Fligh
     own_.identity.record_base = after.record_base;
     KeyframeRecord newest;
     if (after.life == 0 && last(*store_, newest).ok()) {
-      own_.identity.keyframe_base = own_.identity.record_base = newest.id - newest.id % numbers_of_a_life;
-      own_.identity.life = own_.identity.keyframe_base / numbers_of_a_life + 1;
+      own_.identity.keyframe_base = own_.identity.record_base = newest.id - newest.id % ids_per_store_epoch;
+      own_.identity.life = own_.identity.keyframe_base / ids_per_store_epoch + 1;
     }
     ILP_TRY(write_alone(*store_, own_.identity));
   }
@@ -117,7 +117,7 @@ Result<bool> Configuration::find_identity(const ConfigurationStart& start, Fligh
   return lost;
 }
 
-Status Configuration::begin_life(const ConfigurationStart& start) {
+Status Configuration::begin_store_epoch(const ConfigurationStart& start) {
   FlightMemoryContent after = memory_.content();
   const bool known = start.loaded.ok() || (start.loaded.is(StatusCode::not_found) && start.store.ok());
   const std::int64_t before = after.keyframe_base;
@@ -126,15 +126,15 @@ Status Configuration::begin_life(const ConfigurationStart& start) {
   // that fails in between counts none.
   keep(after);
   own_.identity.life = ++after.life;
-  const std::int64_t begin = (after.life - 1) * numbers_of_a_life;
-  const std::int64_t numbers_before = after.life > 1 ? numbers_of_a_life : 0;
+  const std::int64_t begin = (after.life - 1) * ids_per_store_epoch;
+  const std::int64_t numbers_before = after.life > 1 ? ids_per_store_epoch : 0;
   after.keyframe_base = std::max(begin, after.keyframe_base + numbers_before);
   after.record_base = std::max(begin, after.record_base + numbers_before);
   // A first life needs no memory of it. If the content could not be kept, numbers begin where the next start will not.
   const bool kept = memory_.kept().ok() || (known && after.life == 1 && start.store.ok());
-  if ((!known || !kept || after.life > most_lives) && start.utc_s > 0) {
+  if ((!known || !kept || after.life > most_store_epochs) && start.utc_s > 0) {
     const std::int64_t since_s = std::clamp<std::int64_t>(start.utc_s - calendar_begin_s, 0, most_since_s);
-    after.keyframe_base = std::max(calendar_base + since_s, before + least_of_a_life);
+    after.keyframe_base = std::max(calendar_base + since_s, before + least_of_a_store_epoch);
     after.record_base = after.keyframe_base * records_per_keyframe;
     memory_.skip_transactions(calendar_transactions + since_s * transactions_per_s);
   }
@@ -167,7 +167,7 @@ Status Configuration::write_settings() {
     if (found == Found::nothing) break;
     const auto number = static_cast<std::uint64_t>(setting.id);
     const KeptSetting* const row = rows.find(number);
-    if (row != nullptr && found == Found::sound && row->value == setting.value) {
+    if (row != nullptr && found == Found::valid && row->value == setting.value) {
       rows.remove(number);
     } else if (row == nullptr && number != epoch) {
       ILP_TRY(open());

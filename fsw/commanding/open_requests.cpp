@@ -16,7 +16,7 @@ constexpr TimeNs report_patience_ns = 10 * ns_per_s;
 struct Look {
   const CommandingWiring& wiring;
   CommandingState& after;
-  RequestNewsList& news;
+  RequestUpdateList& updates;
   TimeNs now;
   bool changed;
 };
@@ -55,7 +55,7 @@ Result<bool> obeyed(Reader<CheckpointRecord> store, std::int64_t command_id,
 }
 
 Status follow_captures(Look& look) {
-  auto& [wiring, after, news, now, changed] = look;
+  auto& [wiring, after, updates, now, changed] = look;
   std::size_t kept = 0;
   for (const WatchedCapture watched : after.watched) {
     CaptureRecord capture;
@@ -76,7 +76,7 @@ Status follow_captures(Look& look) {
         request.fault_b = fault.b;
       }
       if (fault.ok() && request.interval_ns != 0)
-        static_cast<void>(news.push_back({request, {}, RequestNews::Kind::progress}));
+        static_cast<void>(updates.push_back({request, {}, RequestUpdate::Kind::progress}));
     }
   }
   while (after.watched.size() > kept) after.watched.pop_back();
@@ -84,7 +84,7 @@ Status follow_captures(Look& look) {
 }
 
 Status command_series(Look& look) {
-  auto& [wiring, after, news, now, changed] = look;
+  auto& [wiring, after, updates, now, changed] = look;
   for (OpenRequest& request : after.open) {
     // Bounded by the captures that can be watched.
     while (request.kind == OpenKind::captures && request.left > 0 && request.next_ns - now < series_lead_ns &&
@@ -162,12 +162,12 @@ Result<bool> is_done(const CommandingWiring& wiring, OpenRequest& request) {
 
 /// Whether the request is over.
 Result<bool> follow_one(OpenRequest& request, Look& look) {
-  auto& [wiring, after, news, now, changed] = look;
-  if (request.begin_ns > now || news.size() + 2 > news.capacity()) return false;
+  auto& [wiring, after, updates, now, changed] = look;
+  if (request.begin_ns > now || updates.size() + 2 > updates.capacity()) return false;
   if (request.begin_ns != 0) {
     request.begin_ns = 0;
     changed = true;
-    static_cast<void>(news.push_back({request, {}, RequestNews::Kind::begun}));
+    static_cast<void>(updates.push_back({request, {}, RequestUpdate::Kind::begun}));
   }
   const std::int64_t mark_id = request.mark_id;
   ILP_TAKE(const bool done, is_done(wiring, request));
@@ -175,7 +175,7 @@ Result<bool> follow_one(OpenRequest& request, Look& look) {
   if (!done && now <= request.deadline_ns) return false;
   Status status{static_cast<StatusCode>(request.fault), request.fault_a, request.fault_b};
   if (!done) status = {StatusCode::no_completion, (now - request.deadline_ns) / ns_per_s};
-  static_cast<void>(news.push_back({request, status}));
+  static_cast<void>(updates.push_back({request, status}));
   ++(status.ok() ? after.counts.completed : after.counts.failed);
   changed = true;
   return true;
@@ -226,9 +226,9 @@ Result<bool> learn_captures(const CommandingWiring& wiring, CommandingState& aft
   return any;
 }
 
-Result<bool> follow_requests(const CommandingWiring& wiring, CommandingState& after, RequestNewsList& news) {
+Result<bool> follow_requests(const CommandingWiring& wiring, CommandingState& after, RequestUpdateList& updates) {
   ILP_TAKE(const bool learned, learn_captures(wiring, after));
-  Look look{wiring, after, news, wiring.clock.now(), learned};
+  Look look{wiring, after, updates, wiring.clock.now(), learned};
   ILP_TRY(follow_captures(look));
   ILP_TRY(command_series(look));
   std::size_t kept = 0;
@@ -241,17 +241,17 @@ Result<bool> follow_requests(const CommandingWiring& wiring, CommandingState& af
   return look.changed;
 }
 
-void report_news(const RequestNews& news, TelemetryWriter& writer) {
-  Answer answer(writer, {news.request.packet, news.request.source}, news.request.ack_flags);
-  if (news.kind == RequestNews::Kind::begun) {
+void report_update(const RequestUpdate& updates, TelemetryWriter& writer) {
+  Answer answer(writer, {updates.request.packet, updates.request.source}, updates.request.ack_flags);
+  if (updates.kind == RequestUpdate::Kind::begun) {
     answer.start();
     return;
   }
   answer.continue_started();
-  if (news.kind == RequestNews::Kind::progress) {
-    answer.progress(news.request.settled % 256U);
+  if (updates.kind == RequestUpdate::Kind::progress) {
+    answer.progress(updates.request.settled % 256U);
   } else {
-    answer.finish(news.status);
+    answer.finish(updates.status);
   }
 }
 

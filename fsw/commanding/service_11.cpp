@@ -26,7 +26,7 @@ bool listed(const ScheduledIdList& ids, const ScheduledId& name) {
 }
 
 /// Whether the request is a capture, which is given to the camera before its time.
-bool goes_ahead(const Telecommand& request) {
+bool is_capture_ahead(const Telecommand& request) {
   FunctionCall call;
   if (request.service != function_management::service || request.subtype != function_management::perform) return false;
   if (!decode_function(request.data, call).ok()) return false;
@@ -58,7 +58,7 @@ Status check_insert(const ScheduleItem& item, std::uint32_t index, TimeNs now, c
   scheduled.count = name.count;
   scheduled.sub_schedule = item.sub_schedule;
   scheduled.group = item.group;
-  scheduled.ahead = goes_ahead(request);
+  scheduled.ahead = is_capture_ahead(request);
   scheduled.packet.bytes = static_cast<std::uint32_t>(item.packet.size());
   return {};
 }
@@ -69,8 +69,8 @@ Status insert(ServiceCall& call) {
   for (ScheduleItem item; form.next(item);) continue;  // bound: the octets of the request
   ILP_TRY(form.status());
   call.answer.accept();
-  const std::size_t room = call.work.entries.capacity() - call.work.entries.size();
-  if (form.count() > room) {
+  const std::size_t free_slots = call.work.entries.capacity() - call.work.entries.size();
+  if (form.count() > free_slots) {
     return {StatusCode::schedule_full, static_cast<std::int64_t>(form.count()),
             static_cast<std::int64_t>(call.work.entries.capacity())};
   }
@@ -162,9 +162,9 @@ Status report(bool detail, ServiceCall& call) {
   const std::uint8_t subtype = detail ? scheduling::detail_report : scheduling::summary_report;
   // The items go in as many reports as they need; each report is complete by itself.
   const std::size_t head = settings.tailoring.schedule_count == 0 ? 2 : settings.tailoring.schedule_count;
-  const std::size_t room =
+  const std::size_t free_slots =
       call.workspace.report.size() - (primary_header_bytes + telemetry_header_bytes + max_time_bytes + crc16_bytes);
-  const std::span<std::uint8_t> body = std::span<std::uint8_t>(call.workspace.report).subspan(head, room - head);
+  const std::span<std::uint8_t> body = std::span<std::uint8_t>(call.workspace.report).subspan(head, free_slots - head);
   ByteWriter items(body);
   std::size_t count = 0;
   const auto send = [&]() -> Status {

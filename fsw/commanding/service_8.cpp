@@ -116,7 +116,7 @@ constexpr auto* begin_strip = command_end_of_strip;
 constexpr auto* end_strip = command_end_of_strip;
 
 Status refine_product(ActiveFunction& call) {
-  const std::int64_t keyframe_id = number_of_this_life<KeyframeRecord>(call.wiring.store, call.arguments.u32());
+  const std::int64_t keyframe_id = number_in_store_epoch<KeyframeRecord>(call.wiring.store, call.arguments.u32());
   ProductRecord product;
   Status found = get(call.wiring.store, product_id(keyframe_id, ProductKind::image), product);
   if (found.is(StatusCode::not_found))
@@ -130,7 +130,7 @@ Status refine_product(ActiveFunction& call) {
 
 Status delete_product(ActiveFunction& call) {
   OpenRequest& request = call.request;
-  const std::int64_t keyframe_id = number_of_this_life<KeyframeRecord>(call.wiring.store, call.arguments.u32());
+  const std::int64_t keyframe_id = number_in_store_epoch<KeyframeRecord>(call.wiring.store, call.arguments.u32());
   const std::uint8_t kind = call.arguments.u8();
   if (kind >= static_cast<std::uint8_t>(ProductKind::count)) return out_of_range(Argument::product_kind, kind);
   request.subject_id = product_id(keyframe_id, static_cast<ProductKind>(kind));
@@ -183,7 +183,7 @@ Status cancel_transfer(ActiveFunction& call) {
 
 Status activate_file(ActiveFunction& call) {
   MissionParameters wanted = call.work.wanted;
-  const std::int64_t id = number_of_this_life<UplinkRecord>(call.wiring.store, call.arguments.u32());
+  const std::int64_t id = number_in_store_epoch<UplinkRecord>(call.wiring.store, call.arguments.u32());
   ILP_TRY(activate_uplink(call.wiring.store, id, call.now(), wanted));
   return set_parameters(wanted, call, Configuration::Way::file);
 }

@@ -21,7 +21,7 @@ Status load_settings(Reader<SettingRecord> store, MissionParameters& mission) {
   for (;;) {  // bound: the settings; each turn reads a later one
     ILP_TAKE(const Found found, find_next(store, setting.id, setting));
     if (found == Found::nothing) break;
-    const bool set = found == Found::sound &&
+    const bool set = found == Found::valid &&
                      set_parameter(wanted, find_parameter(static_cast<std::uint64_t>(setting.id)), setting.value).ok();
     if (!set && (ignored.ok() || found == Found::damaged)) ignored = {StatusCode::setting_ignored, setting.id};
   }

@@ -5,7 +5,7 @@
 namespace ilp {
 namespace {
 
-constexpr TimeNs between_news_ns = 10 * ns_per_s;
+constexpr TimeNs between_updates_ns = 10 * ns_per_s;
 constexpr TimeNs longest_wait_ns = 10 * ns_per_s;
 
 bool same(const SequenceMarks& a, const SequenceMarks& b) {
@@ -77,7 +77,7 @@ Status TelecommandGuard::go_before(const Status& fault) {
   if (now - workspace_.failing_ns < longest_wait_ns) return fault;
   workspace_.unkept += static_cast<std::int64_t>(wiring_.router.waiting() - wiring_.router.released());
   wiring_.router.release();
-  if (workspace_.unkept == 0 || (now - workspace_.reported_failing_ns < between_news_ns &&
+  if (workspace_.unkept == 0 || (now - workspace_.reported_failing_ns < between_updates_ns &&
                                  workspace_.reported_failing_ns != workspace_.failing_ns))
     return {};
   const Status event{StatusCode::marks_not_kept, workspace_.unkept, (now - workspace_.failing_ns) / ns_per_s};
@@ -86,10 +86,11 @@ Status TelecommandGuard::go_before(const Status& fault) {
   return event;
 }
 
-Status TelecommandGuard::news() {
+Status TelecommandGuard::updates() {
   const std::uint32_t refused = wiring_.router.counts().refused;
   const TimeNs now = wiring_.clock.now();
-  if (refused == workspace_.reported_refused || (workspace_.reported && now - workspace_.reported_ns < between_news_ns))
+  if (refused == workspace_.reported_refused ||
+      (workspace_.reported && now - workspace_.reported_ns < between_updates_ns))
     return {};
   const Status event{StatusCode::telecommands_refused, refused - workspace_.reported_refused,
                      static_cast<std::int64_t>(wiring_.router.last_refusal().code)};
@@ -109,7 +110,7 @@ StepResult TelecommandGuard::step() {
   if (!kept.ok()) return {go_before(kept), false};
   workspace_.failing = false;
   wiring_.router.release();
-  return {news(), false};
+  return {updates(), false};
 }
 
 }  // namespace ilp

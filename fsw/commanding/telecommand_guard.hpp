@@ -53,7 +53,7 @@ class TelecommandGuard final : public StageComponent<ComponentId::telecommand_gu
   Status keep_in_store(State& after);
   /// Releases telecommands though their marks cannot be kept.
   Status go_before(const Status& fault);
-  Status news();
+  Status updates();
 
   Wiring wiring_;
   Cursor cursor_;

@@ -80,17 +80,17 @@ struct TelecommandChange {
   TimeNs nominal_ns = 0;     ///< when the telecommand is meant to be carried out
 };
 /// A change of an open request, reported after it is committed.
-struct RequestNews {
+struct RequestUpdate {
   OpenRequest request;
   Status status;  ///< of a request that is finished
   enum class Kind : std::uint8_t { begun, progress, finished } kind = Kind::finished;
 };
-using RequestNewsList = FixedVector<RequestNews, 3 * limits::max_open_requests>;
+using RequestUpdateList = FixedVector<RequestUpdate, 3 * limits::max_open_requests>;
 struct CommandingWorkspace {
   std::size_t came_before = 0;  ///< telecommands that had come before the latest parameters took effect
   decltype(CommandingWork::entries) entries_after;  ///< of the telecommand at work
   TelecommandChange change;
-  RequestNewsList news;
+  RequestUpdateList updates;
   std::uint32_t frames = 0;
   std::uint32_t reported_lost = 0;
   StatusCode pump_fault = StatusCode::ok;  ///< reported once
@@ -143,8 +143,8 @@ Status wait_for_telemetry(std::int64_t command_id, ServiceCall& call);
 /// Finds new captures of open requests. Whether there are any.
 Result<bool> learn_captures(const CommandingWiring& wiring, CommandingState& after);
 /// Follows the open requests in an open transaction. Whether anything has changed.
-Result<bool> follow_requests(const CommandingWiring& wiring, CommandingState& after, RequestNewsList& news);
-void report_news(const RequestNews& news, TelemetryWriter& writer);
+Result<bool> follow_requests(const CommandingWiring& wiring, CommandingState& after, RequestUpdateList& updates);
+void report_update(const RequestUpdate& updates, TelemetryWriter& writer);
 
 /// Times are at most this far away, so that sums cannot overflow.
 inline constexpr TimeNs farthest_ns = TimeNs{3'000'000'000} * ns_per_s;

@@ -111,8 +111,8 @@ StepResult Telecommander::step() {
     const Status written = write_counts();
     if (status.ok()) status = written;
   }
-  const Status news = news_of_configuration();
-  if (status.ok()) status = news;
+  const Status updates = update_of_configuration();
+  if (status.ok()) status = updates;
   if (status.ok() && wiring_.writer.waiting() == 0 && wiring_.writer.lost() != workspace_.reported_lost) {
     status = {StatusCode::telemetry_lost, wiring_.writer.lost() - workspace_.reported_lost};
     workspace_.reported_lost = wiring_.writer.lost();
@@ -120,13 +120,13 @@ StepResult Telecommander::step() {
   return {status, false, Then::go_on, workspace_.set_parameters};
 }
 
-Status Telecommander::news_of_configuration() {
+Status Telecommander::update_of_configuration() {
   if (wiring_.configuration == nullptr) return {};
   if (wiring_.configuration->step(wiring_.clock.now())) {
     work_.wanted = wiring_.configuration->wanted();
     workspace_.set_parameters = true;
   }
-  return wiring_.configuration->news();
+  return wiring_.configuration->updates();
 }
 
 Status Telecommander::write_counts() {
@@ -251,7 +251,7 @@ void Telecommander::carry_out(std::span<const std::uint8_t> packet, TimeNs nomin
       --counts.received;
       return;
     }
-    if (status.ok()) settle(workspace_.change);
+    if (status.ok()) apply_change(workspace_.change);
     if (!status.ok() && entry != nullptr) drop_entry(entry->id);
   }
   if (answer.accepted() || status.ok()) {
@@ -273,7 +273,7 @@ void Telecommander::take_effect(bool accepted, const Status& status, bool from_t
   if (!status.ok() || !workspace_.change.set) return;
   workspace_.set_parameters = true;
   if (wiring_.configuration != nullptr) {
-    wiring_.configuration->settle(workspace_.change.wanted, workspace_.change.way);
+    wiring_.configuration->apply_change(workspace_.change.wanted, workspace_.change.way);
     // One more: the present one is still to be counted.
     workspace_.came_before = wiring_.router.waiting() + 1;
   } else {
@@ -304,7 +304,7 @@ Status Telecommander::perform(const ScheduleEntry* entry, ServiceCall& call) {
   return transaction.commit(cursor_, change.after, cursor_);
 }
 
-void Telecommander::settle(const TelecommandChange& change) {
+void Telecommander::apply_change(const TelecommandChange& change) {
   const CommandingRecord counts = state_.counts;
   state_ = change.after;
   state_.counts = counts;
@@ -315,15 +315,15 @@ void Telecommander::settle(const TelecommandChange& change) {
 Status Telecommander::follow_open_requests() {
   // No request waits; the place among the captures is kept with the next telecommand.
   if (state_.open.empty()) return learn_captures(wiring_, state_).status();
-  workspace_.news.clear();
+  workspace_.updates.clear();
   State& after = workspace_.change.after = state_;
   StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TAKE(const bool changed, follow_requests(wiring_, after, workspace_.news));
+  ILP_TAKE(const bool changed, follow_requests(wiring_, after, workspace_.updates));
   if (!changed) return {};
   ILP_TRY(transaction.commit(cursor_, after, cursor_, state_));
   workspace_.counts_changed = true;
-  for (const RequestNews& item : workspace_.news) report_news(item, wiring_.writer);
+  for (const RequestUpdate& item : workspace_.updates) report_update(item, wiring_.writer);
   return {};
 }
 

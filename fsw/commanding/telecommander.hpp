@@ -43,11 +43,11 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   void release_one(const ScheduleEntry& entry, TimeNs now);
   void carry_out(std::span<const std::uint8_t> packet, TimeNs nominal_ns, const ScheduleEntry* entry);
   Status perform(const ScheduleEntry* entry, ServiceCall& call);
-  void settle(const TelecommandChange& change);
+  void apply_change(const TelecommandChange& change);
   void take_effect(bool accepted, const Status& status, bool from_the_link);
   Status follow_open_requests();
   Status write_counts();
-  Status news_of_configuration();
+  Status update_of_configuration();
   void drop_entry(std::int64_t id);
   /// In memory only.
   void forget_entry(std::int64_t id);

@@ -14,7 +14,7 @@ namespace ilp {
 namespace {
 
 /// A telecommand has four octets for a transaction number. Those that are open at once differ in them.
-constexpr std::int64_t told_of_a_number = 0xFFFFFFFF;
+constexpr std::int64_t reported_a_number = 0xFFFFFFFF;
 
 /// Records and events are small, and announce to the ground what to expect.
 std::uint8_t priority_of(const char* name) {
@@ -158,7 +158,7 @@ Status DeliveryQueue::unsent(std::int64_t& bytes) {
     ILP_TAKE(const Found found, find_next(store_, record.id, record));
     if (found == Found::nothing) return {};
     const bool begins = record.state == TransferState::waiting || record.state == TransferState::sending;
-    if (found == Found::sound && begins && !record.suspended) bytes += record.bytes - record.progress;
+    if (found == Found::valid && begins && !record.suspended) bytes += record.bytes - record.progress;
   }
 }
 
@@ -168,8 +168,8 @@ Status request_transfer(StorePart<Changes<TransferRecord>> store, std::int64_t s
   for (;;) {  // bound: limits::max_transfers records
     ILP_TAKE(const Found found, find_next(store, record.id, record));
     if (found == Found::nothing) break;
-    const std::int64_t told = record.sequence & told_of_a_number;
-    const bool meant = found == Found::sound && (sequence == 0 || told == sequence);
+    const std::int64_t reported = record.sequence & reported_a_number;
+    const bool meant = found == Found::valid && (sequence == 0 || reported == sequence);
     if (!meant || record.state == TransferState::delivered) continue;
     record.wish = wish;
     ILP_TRY(amend(store, record));

@@ -12,7 +12,7 @@ constexpr std::int64_t credit_cap_s = 10;
 constexpr std::uint32_t most_passing_faults = 12;
 constexpr std::uint32_t most_lasting_faults = 3;
 /// After a fault of the store, this many confirmations are committed one by one.
-constexpr int heard_alone = 16;
+constexpr int confirmed_alone = 16;
 /// A slower link counts as one byte per second, so that it does not stop.
 std::int64_t link_rate(const MissionParameters& mission) {
   if (mission.link_bytes_per_s <= 0) return 0;
@@ -35,12 +35,12 @@ Downlink::Downlink(Tables store, Link& link, Clock& clock, const MissionParamete
 
 Status Downlink::restore() {
   work_.asked_through = 0;
-  work_.hear_alone = 0;
-  work_.set_aside.clear();
-  const Status news = restore_checkpoint(wiring_.store, checkpoint, cursor_, state_);
-  if (!restored(news)) return news;
+  work_.confirm_alone = 0;
+  work_.quarantine.clear();
+  const Status updates = restore_checkpoint(wiring_.store, checkpoint, cursor_, state_);
+  if (!restored(updates)) return updates;
   ILP_TRY(catch_up());
-  return news;
+  return updates;
 }
 
 Status Downlink::catch_up() {
@@ -83,7 +83,7 @@ void Downlink::credit(State& after, const Contact& contact) {
   }
   // Without passes the link continues after the window.
   const TimeNs left_ns = wiring_.mission.pass_period_s > 0 ? contact.end_ns - now : continuous_window_ns;
-  work_.room_bytes = contact.open ? after.credit_bytes + bytes_in(rate, left_ns, no_limit_bytes) : 0;
+  work_.free_bytes = contact.open ? after.credit_bytes + bytes_in(rate, left_ns, no_limit_bytes) : 0;
 }
 
 Result<bool> Downlink::begin_pass(State& after, const Contact& contact) {
@@ -125,7 +125,7 @@ Result<bool> Downlink::send_in_contact(State& after) {
   return sent;
 }
 
-StepResult Downlink::set_aside(const Status& fault) {
+StepResult Downlink::quarantine(const Status& fault) {
   if (work_.subject.kind == FileClass::count || work_.store_failed || fault.is(StatusCode::assertion_failed))
     return {fault};
   const bool of_link = workspace_.file.link_failed();
@@ -136,22 +136,22 @@ StepResult Downlink::set_aside(const Status& fault) {
   }
   std::uint32_t faults = 0;
   const std::uint32_t most = is_transient(fault) ? most_passing_faults : most_lasting_faults;
-  if (!work_.set_aside.add(work_.subject.kind, work_.subject.id, wiring_.clock.now(), !of_link, most, faults))
+  if (!work_.quarantine.add(work_.subject.kind, work_.subject.id, wiring_.clock.now(), !of_link, most, faults))
     return {fault};
   if (faults > 1) return {{}, true};
   return {{StatusCode::file_set_aside, work_.subject.id, static_cast<std::int64_t>(fault.code)}, true};
 }
 
-Status Downlink::hear_all() {
+Status Downlink::confirm_all() {
   State after = state_;
   if (after.acknowledged_through == after.last_downlink_id) return {};
   StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  const Result<bool> heard = part<DownlinkConfirmations>().hear(after);
-  Status status = heard.status();
-  if (heard.value()) status = transaction.commit(cursor_, after, cursor_);
+  const Result<bool> confirmed = part<DownlinkConfirmations>().confirm(after);
+  Status status = confirmed.status();
+  if (confirmed.value()) status = transaction.commit(cursor_, after, cursor_);
   if (status.ok()) state_ = after;
-  if (!status.ok()) work_.hear_alone = heard_alone;
+  if (!status.ok()) work_.confirm_alone = confirmed_alone;
   return status;
 }
 
@@ -160,11 +160,11 @@ StepResult Downlink::step() {
   work_.subject = {};
   work_.store_failed = work_.changed = false;
   // Confirmations are on disk before anything is sent, and stay if sending fails.
-  const Status unheard = hear_all();
-  const Status told = unheard.ok() ? work_.event : Status{};
+  const Status unheard = confirm_all();
+  const Status reported = unheard.ok() ? work_.event : Status{};
   work_.event = {};
   StepResult result = send_one();
-  if (result.status.ok()) result.status = unheard.ok() ? told : unheard;
+  if (result.status.ok()) result.status = unheard.ok() ? reported : unheard;
   return result;
 }
 
@@ -181,7 +181,7 @@ StepResult Downlink::send_one() {
   if (!checked.ok()) return {checked.status()};
   credit(after, contact);
   const Result<bool> sent = send_in_contact(after);
-  if (!sent.ok()) return set_aside(sent.status());
+  if (!sent.ok()) return quarantine(sent.status());
   if (sent.value() || begun.value() || checked.value() || work_.changed) {
     const Status kept = transaction.commit(cursor_, after, cursor_);
     if (!kept.ok()) return {kept};

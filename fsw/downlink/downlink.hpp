@@ -57,12 +57,12 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   /// After an older checkpoint was loaded, takes in what is on record after it.
   Status catch_up();
 
-  Status hear_all();
+  Status confirm_all();
   /// Sends the next file if there is contact. Loss and return of contact are events.
   Result<bool> send_in_contact(State& after);
   StepResult send_one();
   /// A file could not be made or handed over: writes an event, or returns a fault that concerns all files.
-  StepResult set_aside(const Status& fault);
+  StepResult quarantine(const Status& fault);
   template <typename Part>
   Part part() {
     return Part(wiring_, cursor_, state_, work_, workspace_);

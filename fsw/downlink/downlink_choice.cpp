@@ -22,12 +22,12 @@ bool can_go(const ProductRecord& product) {
          product.data.bytes <= limits::max_product_bytes && product.layers_sent < layers_of(product);
 }
 
-PlanCandidate candidate_of(const ProductRecord& product, const ProductWorth& worth) {
+PlanCandidate candidate_of(const ProductRecord& product, const ProductUtility& utility) {
   PlanCandidate candidate;
   candidate.id = product.id;
   candidate.sent = product.layers_sent;
   candidate.layers = static_cast<std::uint8_t>(layers_of(product));
-  candidate.requested = worth.requested;
+  candidate.requested = utility.requested;
   double before = 0;
   for (int layers = 1; layers <= candidate.layers; ++layers) {
     const auto place = static_cast<std::size_t>(layers - 1);
@@ -37,10 +37,10 @@ PlanCandidate candidate_of(const ProductRecord& product, const ProductWorth& wor
       bytes = layers > candidate.sent ? bytes - down + refinement_overhead_bytes : 0;
     }
     candidate.bytes[place] = bytes;
-    const double own = layers_worth(product, worth, layers);
+    const double own = utility_of_layers(product, utility, layers);
     // More layers are never worth less, whatever a measured quality says.
-    candidate.worth[place] = own > before ? own : before;
-    before = candidate.worth[place];
+    candidate.utility[place] = own > before ? own : before;
+    before = candidate.utility[place];
   }
   return candidate;
 }
@@ -60,7 +60,7 @@ Status DownlinkChoice::find_requests() {
   for (;;) {  // bound: limits::max_commands
     ILP_TAKE(const Found found, find_next(wiring_.store, command.id, command));
     if (found == Found::nothing) return {};
-    const bool refine = found == Found::sound && command.kind == CommandKind::refine;
+    const bool refine = found == Found::valid && command.kind == CommandKind::refine;
     if (!refine || requested(command.keyframe_id)) continue;
     if (workspace_.requests.push_back(command.keyframe_id)) continue;
     workspace_.requests.erase(0);
@@ -108,20 +108,20 @@ Status DownlinkChoice::gather(const State& after) {
       if (!rated) richness = {};
     }
     constexpr double usual_pixels = 640.0 * 480.0;
-    ProductWorth worth;
+    ProductUtility utility;
     // The plan's priority contains more than the index alone: a depth map goes before its image.
-    worth.richness = product.priority;
-    worth.newly_seen_share = richness.mask_fraction;
-    worth.newly_seen_px = richness.mask_fraction * usual_pixels;
-    worth.requested = requested(product.keyframe_id);
-    workspace_.candidates.offer(candidate_of(product, worth));
+    utility.richness = product.priority;
+    utility.newly_seen_share = richness.mask_fraction;
+    utility.newly_seen_px = richness.mask_fraction * usual_pixels;
+    utility.requested = requested(product.keyframe_id);
+    workspace_.candidates.offer(candidate_of(product, utility));
   }
 }
 
 Result<bool> DownlinkChoice::send_planned(std::int64_t most, State& after) {
   ILP_TRY(gather(after));
   const std::span<const PlanCandidate> candidates = workspace_.candidates.all();
-  plan_pass(candidates, work_.room_bytes > 0 ? static_cast<std::uint64_t>(work_.room_bytes) : 0, workspace_.planning,
+  plan_pass(candidates, work_.free_bytes > 0 ? static_cast<std::uint64_t>(work_.free_bytes) : 0, workspace_.planning,
             workspace_.plan);
   work_.something_waits = work_.something_waits || !candidates.empty();
   PlannedFile file;
@@ -157,7 +157,7 @@ Result<bool> DownlinkChoice::send_overdue(State& after) {
     ILP_TAKE(const Found found, find_next(wiring_.store, product.id, product));
     if (found == Found::nothing) return false;
     if (found == Found::damaged || product.id > newest || !waits(after, product) || product.layers_sent != 0) continue;
-    const std::int64_t pass_bytes = after.pass_bytes + (work_.room_bytes > 0 ? work_.room_bytes : 0);
+    const std::int64_t pass_bytes = after.pass_bytes + (work_.free_bytes > 0 ? work_.free_bytes : 0);
     const std::int64_t bytes = bytes_to(product, 1);
     const bool first = after.overdue_bytes == 0;
     if (!first && (after.overdue_bytes + bytes) * overdue_part > pass_bytes) return false;
@@ -302,8 +302,8 @@ Result<bool> DownlinkChoice::send_next(State& after) {
     if (after.credit_bytes > 0) after.credit_bytes = 0;
     return false;
   }
-  work_.room_bytes -= unsent;
-  constexpr FileClass by_worth[] = {FileClass::records, FileClass::products, FileClass::points, FileClass::events};
+  work_.free_bytes -= unsent;
+  constexpr FileClass by_utility[] = {FileClass::records, FileClass::products, FileClass::points, FileClass::events};
   constexpr FileClass by_origin[] = {FileClass::products, FileClass::records, FileClass::points, FileClass::events};
   const bool in_order = wiring_.mission.downlink_order == DownlinkOrder::origin;
   if (!in_order) {
@@ -313,13 +313,14 @@ Result<bool> DownlinkChoice::send_next(State& after) {
   ILP_TAKE(const bool owed, send_owed(after));
   if (owed) return true;
   work_.something_waits = false;
-  for (const FileClass kind : in_order ? by_origin : by_worth) {
+  for (const FileClass kind : in_order ? by_origin : by_utility) {
     ILP_TAKE(const bool sent, send_class(kind, no_limit_bytes, after));
     if (sent) return true;
   }
   // Entries that were due and did not appear no longer exist.
-  if (!work_.something_waits) work_.set_aside.forget_due(wiring_.clock.now());
-  work_.drained = after.acknowledged_through == after.last_downlink_id && after.late.empty() && work_.set_aside.empty();
+  if (!work_.something_waits) work_.quarantine.forget_due(wiring_.clock.now());
+  work_.drained =
+      after.acknowledged_through == after.last_downlink_id && after.late.empty() && work_.quarantine.empty();
   return false;
 }
 

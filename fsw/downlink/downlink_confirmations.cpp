@@ -9,7 +9,7 @@ constexpr int acknowledgements_per_step = 16;
 
 }  // namespace
 
-Status DownlinkConfirmations::hear_layers(const DownlinkRecord& record, ProductRecord product) {
+Status DownlinkConfirmations::confirm_layers(const DownlinkRecord& record, ProductRecord product) {
   for (unsigned layer = record.first_layer; layer >= 1 && layer <= record.last_layer; ++layer) {
     product.layers_held = static_cast<std::uint8_t>(product.layers_held | (1U << (layer - 1)));
   }
@@ -32,7 +32,7 @@ Result<bool> DownlinkConfirmations::drop_if_lost(const DownlinkRecord& record, S
   return true;
 }
 
-Result<bool> DownlinkConfirmations::hear_one(DownlinkRecord record, State& after) {
+Result<bool> DownlinkConfirmations::read_confirmation(DownlinkRecord record, State& after) {
   ProductRecord product;
   bool known = false;
   if (record.kind == DownlinkKind::product) {
@@ -48,43 +48,43 @@ Result<bool> DownlinkConfirmations::hear_one(DownlinkRecord record, State& after
   if (!answer.ok() || bytes != record.bytes || crc != record.crc32) return drop_if_lost(record, after);
   record.acknowledged_ns = wiring_.clock.now();
   ILP_TRY(put(wiring_.store, record));
-  if (known) ILP_TRY(hear_layers(record, product));
+  if (known) ILP_TRY(confirm_layers(record, product));
   return true;
 }
 
-Result<bool> DownlinkConfirmations::hear(State& after) {
-  bool heard = false;
+Result<bool> DownlinkConfirmations::confirm(State& after) {
+  bool any_confirmed = false;
   DownlinkRecord record;
   // A missing confirmation must not delay later ones, so all unconfirmed files take turns.
   if (work_.asked_through < after.acknowledged_through) work_.asked_through = after.acknowledged_through;
   std::int64_t id = work_.asked_through;
   bool all_before = id == after.acknowledged_through;
   bool ended = false;
-  for (int asked = 0; asked < acknowledgements_per_step && !(heard && work_.hear_alone > 0); ++asked) {
+  for (int asked = 0; asked < acknowledgements_per_step && !(any_confirmed && work_.confirm_alone > 0); ++asked) {
     ILP_TAKE(const Found found, find_next(wiring_.store, id, record));
     ended = found == Found::nothing;
     if (ended) break;
     id = record.id;
-    bool settled = true;
+    bool confirmed = true;
     if (found == Found::damaged) {
-      heard = true;
+      any_confirmed = true;
       after.check_products_from = 1;
       ILP_TRY(erase<DownlinkRecord>(wiring_.store, id));
     } else {
-      settled = record.acknowledged_ns != 0;
+      confirmed = record.acknowledged_ns != 0;
       // If this one fails, the earlier ones are committed without it.
       work_.asked_through = id;
-      if (!settled) {
-        ILP_TAKE(settled, hear_one(record, after));
-        heard = heard || settled;
+      if (!confirmed) {
+        ILP_TAKE(confirmed, read_confirmation(record, after));
+        any_confirmed = any_confirmed || confirmed;
       }
     }
-    all_before = all_before && settled;
+    all_before = all_before && confirmed;
     if (all_before) after.acknowledged_through = id;
   }
-  if (heard && work_.hear_alone > 0) --work_.hear_alone;
+  if (any_confirmed && work_.confirm_alone > 0) --work_.confirm_alone;
   work_.asked_through = ended ? after.acknowledged_through : id;
-  return heard;
+  return any_confirmed;
 }
 
 Result<bool> DownlinkConfirmations::check_products(State& after) {
@@ -94,7 +94,7 @@ Result<bool> DownlinkConfirmations::check_products(State& after) {
     ProductRecord product;
     ILP_TAKE(const Found found, find_next(wiring_.store, after.check_products_from - 1, product));
     after.check_products_from = found == Found::nothing ? 0 : product.id + 1;
-    if (found != Found::sound) continue;
+    if (found != Found::valid) continue;
     const bool open = product.state == ProductState::stored || product.state == ProductState::sent;
     int held = 0;
     while (held < product.layers_sent && (product.layers_held & (1U << static_cast<unsigned>(held))) != 0) ++held;

@@ -9,14 +9,14 @@ class DownlinkConfirmations : public DownlinkPart {
  public:
   using DownlinkPart::DownlinkPart;
 
-  Result<bool> hear(State& after);
+  Result<bool> confirm(State& after);
   /// The record of a file was damaged: everything that was sent and is not confirmed is sent again.
   Result<bool> check_products(State& after);
 
  private:
   /// Whether nothing more is expected of the file.
-  Result<bool> hear_one(DownlinkRecord record, State& after);
-  Status hear_layers(const DownlinkRecord& record, ProductRecord product);
+  Result<bool> read_confirmation(DownlinkRecord record, State& after);
+  Status confirm_layers(const DownlinkRecord& record, ProductRecord product);
   Result<bool> drop_if_lost(const DownlinkRecord& record, State& after);
 };
 

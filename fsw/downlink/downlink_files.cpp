@@ -24,7 +24,7 @@ Status DownlinkFiles::stored(const Status& answer) {
 Status DownlinkFiles::open(const char* name) {
   // If the store accepts no writes, it cannot record that the file was sent, and the file would be sent repeatedly.
   ILP_TRY(stored(save_checkpoint(wiring_.store, Downlink::checkpoint, cursor_, state_)));
-  const bool lenient = given_up(work_.subject.kind, work_.subject.id);
+  const bool lenient = abandoned(work_.subject.kind, work_.subject.id);
   ILP_TRY(file_.begin(name));
   if (lenient) file_.be_lenient();
   return {};
@@ -53,7 +53,7 @@ Status DownlinkFiles::close_file(DownlinkRecord sent, State& after) {
   }
   if (work_.subject.kind == FileClass::products) after.planned_bytes = sent.bytes;
   drop_late({work_.subject.kind, work_.subject.id}, after);
-  work_.set_aside.remove(work_.subject.kind, work_.subject.id);
+  work_.quarantine.remove(work_.subject.kind, work_.subject.id);
   ILP_TRY(stored(put(wiring_.store, sent)));
   work_.newest_sent_ns = sent.sent_ns;
   return {};
@@ -70,7 +70,7 @@ void DownlinkFiles::drop_late(const LateFile& late, State& after) {
 
 Result<bool> DownlinkFiles::send_records(std::int64_t keyframe_id, State& after) {
   work_.subject = {FileClass::records, keyframe_id};
-  const bool without = given_up(FileClass::records, keyframe_id);
+  const bool without = abandoned(FileClass::records, keyframe_id);
   KeyframeRecord keyframe;
   const Status known = get(wiring_.store, keyframe_id, keyframe);
   if (known.is(StatusCode::not_found)) {
@@ -200,19 +200,19 @@ Status DownlinkFiles::write_frame(std::int64_t id) {
 
 Status DownlinkFiles::write_refinement(const ProductRecord& product, std::span<const std::uint8_t> longer,
                                        int last_layer) {
-  LayerPieces pieces;
-  ILP_TRY(compare_layers(longer, product.layers_sent, pieces));
+  LayerSegments segments;
+  ILP_TRY(compare_layers(longer, product.layers_sent, segments));
   RefinementHeader header;
   header.product_id = product.id;
   header.first_layer = static_cast<std::uint8_t>(product.layers_sent + 1);
   header.last_layer = static_cast<std::uint8_t>(last_layer);
-  header.shorter_bytes = static_cast<std::uint32_t>(pieces.shorter_bytes);
+  header.shorter_bytes = static_cast<std::uint32_t>(segments.shorter_bytes);
   header.bytes = static_cast<std::uint32_t>(longer.size());
   header.crc32 = crc32(longer);
-  header.same_head = static_cast<std::uint32_t>(pieces.same_head);
-  header.head_end = static_cast<std::uint32_t>(pieces.head_end);
-  header.shorter_data = static_cast<std::uint32_t>(pieces.shorter_data);
-  header.same_data = static_cast<std::uint32_t>(pieces.same_data);
+  header.same_head = static_cast<std::uint32_t>(segments.same_head);
+  header.head_end = static_cast<std::uint32_t>(segments.head_end);
+  header.shorter_data = static_cast<std::uint32_t>(segments.shorter_data);
+  header.same_data = static_cast<std::uint32_t>(segments.same_data);
   std::array<std::uint8_t, refinement_header_bytes> head{};
   write_refinement_header(header, head);
   FixedText<32> name;
@@ -220,8 +220,8 @@ Status DownlinkFiles::write_refinement(const ProductRecord& product, std::span<c
   name.add("-").add(header.first_layer, 1).add("-").add(header.last_layer, 1).add(".ilr");
   ILP_TRY(open(name.c_str()));
   ILP_TRY(file_.write(head));
-  ILP_TRY(file_.write(longer.subspan(pieces.same_head, pieces.head_end - pieces.same_head)));
-  ILP_TRY(file_.write(longer.subspan(pieces.head_end + pieces.same_data)));
+  ILP_TRY(file_.write(longer.subspan(segments.same_head, segments.head_end - segments.same_head)));
+  ILP_TRY(file_.write(longer.subspan(segments.head_end + segments.same_data)));
   return file_.write_u32(file_.crc());
 }
 
@@ -233,7 +233,7 @@ Result<bool> DownlinkFiles::send_layers(const ProductRecord& product, int last_l
   ProductRecord changed = product;
   std::size_t bytes = whole.size();
   const int layers = layers_of(product);
-  bool damaged = given_up(FileClass::products, product.id);
+  bool damaged = abandoned(FileClass::products, product.id);
   if (!damaged) {
     ILP_TRY(read_blob<ProductRecord>(wiring_.store, "data", product.id, 0, whole));
     // The bytes may have been damaged in memory or on disk since the compressor made them.
@@ -242,7 +242,7 @@ Result<bool> DownlinkFiles::send_layers(const ProductRecord& product, int last_l
   }
   if (damaged) {
     work_.event = {StatusCode::product_damaged, product.id};
-    work_.set_aside.remove(work_.subject.kind, work_.subject.id);
+    work_.quarantine.remove(work_.subject.kind, work_.subject.id);
     changed.state = ProductState::dropped;
     work_.changed = true;
     ILP_TRY(stored(amend(wiring_.store, changed)));
@@ -270,13 +270,13 @@ Result<bool> DownlinkFiles::send_layers(const ProductRecord& product, int last_l
 
 Result<bool> DownlinkFiles::send_points(std::int64_t id, std::int64_t most, State& after) {
   work_.subject = {FileClass::points, id};
-  const bool without = given_up(FileClass::points, id);
+  const bool without = abandoned(FileClass::points, id);
   StructureRecord structure;
   const Status found = get(wiring_.store, id, structure);
   const bool none = found.is(StatusCode::not_found) || (found.ok() && structure.points.bytes == 0);
   if (without || none) {
     if (without && !none) work_.event = {StatusCode::points_given_up, id, static_cast<std::int64_t>(found.code)};
-    work_.set_aside.remove(work_.subject.kind, id);
+    work_.quarantine.remove(work_.subject.kind, id);
     drop_late({FileClass::points, id}, after);
     if (after.points_through < id) after.points_through = id;
     return false;
@@ -311,7 +311,7 @@ Result<bool> DownlinkFiles::send_events(std::int64_t through, bool late, std::in
                                         State& after) {
   const std::int64_t first_id = through + 1;
   work_.subject = {FileClass::events, first_id};
-  const bool without = given_up(FileClass::events, first_id);
+  const bool without = abandoned(FileClass::events, first_id);
   FixedText<32> name;
   name.add("events-").add(after.event_files + 1, 6).add(".ilp");
   ILP_TRY(open(name.c_str()));

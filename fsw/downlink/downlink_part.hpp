@@ -8,7 +8,7 @@
 #include "fsw/downlink/downlink_buffers.hpp"
 #include "fsw/downlink/outgoing_file.hpp"
 #include "fsw/downlink/pass_planner.hpp"
-#include "fsw/downlink/set_aside_list.hpp"
+#include "fsw/downlink/quarantine_list.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/find.hpp"
@@ -70,13 +70,13 @@ struct DownlinkWork {
   TimeNs contact_lost_ns = 0;
   std::int64_t asked_through = 0;  ///< downlinks up to it have been queried in this round
   TimeNs newest_sent_ns = 0;
-  std::int64_t room_bytes = 0;  ///< bytes that the link can still take in this pass
+  std::int64_t free_bytes = 0;  ///< bytes that the link can still take in this pass
   FileSubject subject;
   bool store_failed = false;     ///< the store refused a write
   bool something_waits = false;  ///< the class asked last has a file
   bool changed = false;          ///< the state has changed without a file
-  int hear_alone = 0;
-  SetAsideList<32> set_aside;
+  int confirm_alone = 0;
+  QuarantineList<32> quarantine;
 };
 struct DownlinkWorkspace {
   DownlinkWorkspace(DownlinkTables store, Link& link) : file(store, link) {}
@@ -99,7 +99,7 @@ class DownlinkPart {
 
  protected:
   /// A file that was set aside is tried again later, and is abandoned in the end.
-  [[nodiscard]] bool given_up(FileClass kind, std::int64_t id) const;
+  [[nodiscard]] bool abandoned(FileClass kind, std::int64_t id) const;
   [[nodiscard]] bool rests(FileClass kind, std::int64_t id) const;
   /// Whether a file of this many bytes may be sent now. If not, its class has a file waiting.
   bool may_go(const State& after, std::int64_t bytes, std::int64_t most);

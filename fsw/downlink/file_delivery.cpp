@@ -60,7 +60,7 @@ void FileDelivery::read_wishes() {
     TransferRecord record;
     const Result<bool> found = records().find(slot, record);
     // A transfer that was set aside already fails again when its pause is over.
-    if (!found.ok() && slot.not_before_ns <= workspace_.contact_ns) records().set_aside(slot, found.status());
+    if (!found.ok() && slot.not_before_ns <= workspace_.contact_ns) records().quarantine(slot, found.status());
     if (found.value()) wish(slot, record);
   }
 }
@@ -68,7 +68,7 @@ void FileDelivery::read_wishes() {
 bool FileDelivery::start(Slot& slot) {
   TransferRecord record;
   const Result<bool> found = records().find(slot, record);
-  if (!found.ok()) records().set_aside(slot, found.status());
+  if (!found.ok()) records().quarantine(slot, found.status());
   if (!found.value()) return false;
   // A number is never used twice. When numbers of the requested length are used up, order_of takes the next longer one.
   state_.sequence = wiring_.memory != nullptr ? wiring_.memory->next_transaction(state_.sequence) : state_.sequence + 1;
@@ -103,7 +103,7 @@ void FileDelivery::start_waiting() {
   }
 }
 
-void FileDelivery::look_at(Slot& slot) {
+void FileDelivery::check(Slot& slot) {
   if (slot.waiting || slot.gone) return;
   slot.sender.tick(workspace_.contact_ns);
   const cfdp::SenderCounts& counts = slot.sender.counts();
@@ -180,7 +180,7 @@ void FileDelivery::count_backlog() {
     const bool begins = slot.waiting || sender.phase() == SendPhase::data;
     if (begins) wiring_.backlog.bytes += slot.waiting ? slot.bytes : slot.bytes - sender.progress();
     if (slot.waiting || (!begins && sender.phase() != SendPhase::answer)) continue;
-    for (const cfdp::Piece& gap : sender.gaps()) wiring_.backlog.bytes += gap.end - gap.begin;
+    for (const cfdp::Segment& gap : sender.gaps()) wiring_.backlog.bytes += gap.end - gap.begin;
   }
 }
 
@@ -201,7 +201,7 @@ StepResult FileDelivery::deliver() {
   Status status = records().adopt_new();
   if (workspace_.steps++ % wish_period_steps == 0) read_wishes();
   start_waiting();
-  for (Slot& slot : workspace_.slots) look_at(slot);
+  for (Slot& slot : workspace_.slots) check(slot);
   workspace_.uplink.tick(workspace_.contact_ns);
   Status event;
   const Status kept = workspace_.uplink.keep(workspace_.contact_ns, event);

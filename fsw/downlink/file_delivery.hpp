@@ -36,7 +36,7 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
   void wish(Slot& slot, const TransferRecord& record);
   void start_waiting();
   bool start(Slot& slot);
-  void look_at(Slot& slot);
+  void check(Slot& slot);
   void drop_gone();
   StepResult deliver();
   void count_backlog();

@@ -21,14 +21,14 @@ void FileDeliveryLink::take_in() {
     if (status.is(StatusCode::not_ready)) return;
     ++wiring_.counts.pdus_in;
     if (status.ok()) {
-      hear(std::span<const std::uint8_t>(workspace_.pdu).first(bytes));
+      receive(std::span<const std::uint8_t>(workspace_.pdu).first(bytes));
     } else {
       ++wiring_.counts.rejected;
     }
   }
 }
 
-void FileDeliveryLink::hear(std::span<const std::uint8_t> bytes) {
+void FileDeliveryLink::receive(std::span<const std::uint8_t> bytes) {
   Pdu pdu;
   const Status decoded = cfdp::decode(bytes, pdu);
   if (!decoded.ok()) {
@@ -41,12 +41,12 @@ void FileDeliveryLink::hear(std::span<const std::uint8_t> bytes) {
   const std::uint64_t own = wiring_.mission.cfdp_entity;
   const bool to_sender = pdu.kind == PduKind::finished || pdu.kind == PduKind::nak || pdu.kind == PduKind::keep_alive ||
                          (pdu.kind == PduKind::ack && !pdu.ack.of_finished);
-  if (to_sender && pdu.header.source == own) return hear_as_sender(pdu);
-  if (!to_sender && pdu.header.destination == own && workspace_.uplink.hear(pdu, workspace_.contact_ns)) return;
+  if (to_sender && pdu.header.source == own) return receive_as_sender(pdu);
+  if (!to_sender && pdu.header.destination == own && workspace_.uplink.receive(pdu, workspace_.contact_ns)) return;
   ++wiring_.counts.ignored;
 }
 
-void FileDeliveryLink::hear_as_sender(const Pdu& pdu) {
+void FileDeliveryLink::receive_as_sender(const Pdu& pdu) {
   const cfdp::Header& header = pdu.header;
   for (Slot& slot : workspace_.slots) {
     const cfdp::Header& own = slot.sender.order().header;
@@ -131,10 +131,10 @@ Status FileDeliveryLink::send_item(Slot& slot, const SendItem& item) {
   Pdu pdu;
   slot.sender.build(item, pdu);
   if (item.kind == PduKind::file_data) {
-    const std::span<std::uint8_t> bytes = std::span(workspace_.data).first(item.piece.end - item.piece.begin);
-    const Status read = read_blob<TransferRecord>(wiring_.store, "data", slot.id, item.piece.begin, bytes);
+    const std::span<std::uint8_t> bytes = std::span(workspace_.data).first(item.segment.end - item.segment.begin);
+    const Status read = read_blob<TransferRecord>(wiring_.store, "data", slot.id, item.segment.begin, bytes);
     if (!read.ok()) {
-      set_aside(slot, read, item.piece.begin);
+      quarantine(slot, read, item.segment.begin);
       return {};
     }
     slot.faults = 0;

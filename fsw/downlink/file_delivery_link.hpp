@@ -13,8 +13,8 @@ class FileDeliveryLink : public FileDeliveryPart {
   void send();
 
  private:
-  void hear(std::span<const std::uint8_t> bytes);
-  void hear_as_sender(const cfdp::Pdu& pdu);
+  void receive(std::span<const std::uint8_t> bytes);
+  void receive_as_sender(const cfdp::Pdu& pdu);
   void answer_late(const cfdp::Pdu& finished, cfdp::TransactionStatus status);
   /// The bytes in the workspace.
   Status send_pdu(std::size_t bytes);

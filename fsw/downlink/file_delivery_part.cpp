@@ -48,11 +48,11 @@ void FileDeliveryPart::cancel(Slot& slot, const TransferRecord& record) {
   bool whole = true;
   for (std::uint32_t at = 0; whole && at < slot.sender.progress();) {
     const std::uint32_t left = slot.sender.progress() - at;
-    const std::span<std::uint8_t> piece =
+    const std::span<std::uint8_t> segment =
         std::span(workspace_.data).first(left < workspace_.data.size() ? left : workspace_.data.size());
-    whole = read_blob<TransferRecord>(wiring_.store, "data", slot.id, at, piece).ok();
-    checksum.add(piece);
-    at += static_cast<std::uint32_t>(piece.size());
+    whole = read_blob<TransferRecord>(wiring_.store, "data", slot.id, at, segment).ok();
+    checksum.add(segment);
+    at += static_cast<std::uint32_t>(segment.size());
   }
   // The receiver discards the file whatever the checksum is, so an unreadable file has none.
   if (whole) value = checksum.value();
@@ -61,13 +61,13 @@ void FileDeliveryPart::cancel(Slot& slot, const TransferRecord& record) {
   slot.suspended = false;
 }
 
-void FileDeliveryPart::set_aside(Slot& slot, const Status& fault, std::int64_t at) {
+void FileDeliveryPart::quarantine(Slot& slot, const Status& fault, std::int64_t at) {
   if (slot.gone) return;
   const std::uint32_t doublings = slot.faults < most_doublings ? slot.faults : most_doublings;
   slot.not_before_ns = workspace_.contact_ns + (ns_from_seconds(wiring_.mission.cfdp_rest_s) << doublings);
   if (slot.faults++ == 0) report({StatusCode::transfer_damaged, sequence_of(slot), at});
-  const bool given_up = slot.faults >= (is_transient(fault) ? most_passing_faults : most_lasting_faults);
-  if (!given_up) return;
+  const bool abandoned = slot.faults >= (is_transient(fault) ? most_passing_faults : most_lasting_faults);
+  if (!abandoned) return;
   report({StatusCode::transfer_given_up, sequence_of(slot), static_cast<std::int64_t>(fault.code)});
   slot.not_before_ns = 0;
   slot.dirty = true;

@@ -94,7 +94,7 @@ class FileDeliveryPart {
       : wiring_(wiring), cursor_(cursor), state_(state), work_(work), workspace_(workspace) {}
 
   /// Handles a fault of the store with one transfer: the transfer waits, or is abandoned.
-  void set_aside(Slot& slot, const Status& fault, std::int64_t at = 0);
+  void quarantine(Slot& slot, const Status& fault, std::int64_t at = 0);
   void cancel(Slot& slot, const TransferRecord& record);
   void close(Slot& slot);
   [[nodiscard]] cfdp::SenderSettings settings() const;

@@ -15,8 +15,8 @@ constexpr TimeNs unsaved_ns = 10 * ns_per_s;
 /// Transfers saved separately in a step in which they could not be saved together.
 constexpr std::size_t most_saved_alone = 4;
 
-std::span<std::uint8_t> bytes_of(cfdp::Piece* pieces, std::size_t count) {
-  return {reinterpret_cast<std::uint8_t*>(pieces), count * sizeof(cfdp::Piece)};
+std::span<std::uint8_t> bytes_of(cfdp::Segment* segments, std::size_t count) {
+  return {reinterpret_cast<std::uint8_t*>(segments), count * sizeof(cfdp::Segment)};
 }
 
 }  // namespace
@@ -29,8 +29,8 @@ Status FileDeliveryRecords::adopt(const TransferRecord& record) {
   slot.suspended = record.suspended;
   slot.attempts = record.attempts;
   if (record.state == TransferState::sending || record.state == TransferState::sent) {
-    std::array<cfdp::Piece, limits::max_file_gaps> gaps{};
-    std::size_t count = record.gaps.bytes / sizeof(cfdp::Piece);
+    std::array<cfdp::Segment, limits::max_file_gaps> gaps{};
+    std::size_t count = record.gaps.bytes / sizeof(cfdp::Segment);
     if (count > gaps.size()) count = 0;
     // Gaps that cannot be read will be requested again.
     const auto bytes = bytes_of(gaps.data(), count);
@@ -107,7 +107,7 @@ Status FileDeliveryRecords::save(Slot& slot) {
     record.condition = static_cast<std::uint8_t>(sender.condition());
     record.resent_bytes = sender.counts().resent_bytes;
     record.state = sender.phase() == SendPhase::data ? TransferState::sending : TransferState::sent;
-    record.gaps.bytes = static_cast<std::uint32_t>(sender.gaps().size() * sizeof(cfdp::Piece));
+    record.gaps.bytes = static_cast<std::uint32_t>(sender.gaps().size() * sizeof(cfdp::Segment));
   }
   if (slot.gone && outcome == SendOutcome::delivered) {
     record.state = TransferState::delivered;
@@ -122,7 +122,7 @@ Status FileDeliveryRecords::save(Slot& slot) {
   }
   ILP_TRY(amend(wiring_.store, record));
   if (record.gaps.bytes == 0) return {};
-  cfdp::PieceList gaps = sender.gaps();
+  cfdp::SegmentList gaps = sender.gaps();
   return write_blob<TransferRecord>(wiring_.store, "gaps", record.id, 0, bytes_of(gaps.data(), gaps.size()));
 }
 
@@ -146,7 +146,7 @@ Status FileDeliveryRecords::save() {
     ++tried;
     const Status alone = save_checkpoint_and({&slot, 1});
     any_saved = any_saved || alone.ok();
-    if (!alone.ok() && !is_transient(alone)) set_aside(slot, alone);
+    if (!alone.ok() && !is_transient(alone)) quarantine(slot, alone);
   }
   // After a fault the executive would make the others wait, too.
   return any_saved ? Status{} : together;

@@ -32,7 +32,7 @@ Status read_present(MapFolder& folder, MapUplinkWorkspace& workspace) {
 }
 
 Status keep_directory(std::span<const std::uint8_t> file, MapFolder& folder, const MissionParameters& mission,
-                      MapUplinkWorkspace& workspace, Status& news) {
+                      MapUplinkWorkspace& workspace, Status& updates) {
   const MapDirectory& directory = workspace.directory;
   ILP_TRY(parse_map_directory(file, folder.key(), workspace.directory));
   if (directory.body != mission.body) {
@@ -43,7 +43,7 @@ Status keep_directory(std::span<const std::uint8_t> file, MapFolder& folder, con
   const double allowed = limits::map_share * static_cast<double>(mission.storage_budget_mib) * (1U << 20U);
   if (static_cast<double>(bytes) > allowed)
     return {StatusCode::capacity_exceeded, bytes, static_cast<std::int64_t>(allowed)};
-  news = {StatusCode::map_received, static_cast<std::int64_t>(directory.tiles.size()), bytes};
+  updates = {StatusCode::map_received, static_cast<std::int64_t>(directory.tiles.size()), bytes};
   const std::uint64_t id = directory.id;
   const bool replaces = read_present(folder, workspace).ok() && directory.id != id;
   ILP_TRY(folder.write_directory(file));
@@ -69,12 +69,12 @@ bool is_map_file(const char* name) {
 }
 
 Status keep_map_file(const char* name, std::span<const std::uint8_t> file, MapFolder* folder,
-                     const MissionParameters& mission, MapUplinkWorkspace& workspace, Status& news) {
-  news = {};
+                     const MissionParameters& mission, MapUplinkWorkspace& workspace, Status& updates) {
+  updates = {};
   if (folder == nullptr) return StatusCode::not_found;
   if (!is_directory(name)) return keep_tile(file, *folder, workspace);
-  const Status status = keep_directory(file, *folder, mission, workspace, news);
-  if (!status.ok()) news = {};
+  const Status status = keep_directory(file, *folder, mission, workspace, updates);
+  if (!status.ok()) updates = {};
   return status;
 }
 

@@ -31,6 +31,6 @@ struct MapUplinkWorkspace {
 /// the directory does not name; `map_other_body`, `capacity_exceeded` (needed and allowed bytes); the faults of
 /// parse_map_directory and of the folder.
 Status keep_map_file(const char* name, std::span<const std::uint8_t> file, MapFolder* folder,
-                     const MissionParameters& mission, MapUplinkWorkspace& workspace, Status& news);
+                     const MissionParameters& mission, MapUplinkWorkspace& workspace, Status& updates);
 
 }  // namespace ilp

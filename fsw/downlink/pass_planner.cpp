@@ -8,15 +8,15 @@ static_assert(limits::max_quality_layers < 16);
 
 using Levels = std::array<std::uint8_t, limits::max_plan_candidates>;
 
-double worth_at(const PlanCandidate& candidate, int layers) {
-  return layers == 0 ? 0.0 : candidate.worth[static_cast<std::size_t>(layers - 1)];
+double utility_at(const PlanCandidate& candidate, int layers) {
+  return layers == 0 ? 0.0 : candidate.utility[static_cast<std::size_t>(layers - 1)];
 }
 /// Size of the file that extends the candidate from the sent layers to `layers`.
 std::uint32_t bytes_at(const PlanCandidate& candidate, int layers) {
   return layers <= candidate.sent ? 0U : candidate.bytes[static_cast<std::size_t>(layers - 1)];
 }
 double gain_at(const PlanCandidate& candidate, int layers) {
-  return worth_at(candidate, layers) - worth_at(candidate, candidate.sent);
+  return utility_at(candidate, layers) - utility_at(candidate, candidate.sent);
 }
 
 struct Step {
@@ -26,12 +26,12 @@ struct Step {
 };
 
 /// The most efficient step of one candidate from `level` that fits into `room`; layers 0 if there is none.
-Step best_step(const PlanCandidate& candidate, std::size_t index, int level, std::uint64_t room) {
+Step best_step(const PlanCandidate& candidate, std::size_t index, int level, std::uint64_t capacity) {
   Step best;
   for (int layers = level + 1; layers <= candidate.layers; ++layers) {
     const std::uint32_t cost = bytes_at(candidate, layers) - bytes_at(candidate, level);
-    if (cost > room) continue;
-    const double gain = worth_at(candidate, layers) - worth_at(candidate, level);
+    if (cost > capacity) continue;
+    const double gain = utility_at(candidate, layers) - utility_at(candidate, level);
     const double efficiency = gain / (cost > 0 ? cost : 1U);
     if (best.layers == 0 || efficiency > best.efficiency) best = {index, layers, efficiency};
   }
@@ -39,16 +39,16 @@ Step best_step(const PlanCandidate& candidate, std::size_t index, int level, std
 }
 
 /// Repeatedly takes the most efficient step that still fits.
-void raise(std::span<const PlanCandidate> candidates, std::uint64_t room, Levels& levels) {
+void raise(std::span<const PlanCandidate> candidates, std::uint64_t capacity, Levels& levels) {
   for (;;) {  // bound: the candidates' layers; each turn adds one or more
     Step best;
     for (std::size_t i = 0; i < candidates.size(); ++i) {
-      const Step step = best_step(candidates[i], i, levels[i], room);
+      const Step step = best_step(candidates[i], i, levels[i], capacity);
       if (step.layers != 0 && (best.layers == 0 || step.efficiency > best.efficiency)) best = step;
     }
     if (best.layers == 0 || !(best.efficiency > 0)) return;
     const PlanCandidate& chosen = candidates[best.candidate];
-    room -= bytes_at(chosen, best.layers) - bytes_at(chosen, levels[best.candidate]);
+    capacity -= bytes_at(chosen, best.layers) - bytes_at(chosen, levels[best.candidate]);
     levels[best.candidate] = static_cast<std::uint8_t>(best.layers);
   }
 }
@@ -137,7 +137,7 @@ void write_plan(std::span<const PlanCandidate> candidates, const Levels& levels,
   }
 }
 
-double quality_of(const ProductRecord& product, const ProductWorth& worth, int layers) {
+double quality_of(const ProductRecord& product, const ProductUtility& utility, int layers) {
   const auto layer = static_cast<std::size_t>(layers - 1);
   const auto stated = static_cast<double>(product.layer_quality[layer]);
   if (stated > 0 && product.kind == ProductKind::image) {
@@ -153,7 +153,7 @@ double quality_of(const ProductRecord& product, const ProductWorth& worth, int l
   }
   constexpr double half_bpp = 0.3;
   const std::uint32_t bytes = product.layer_bytes[layer] != 0 ? product.layer_bytes[layer] : product.bytes;
-  const double bits = 8.0 * bytes / (worth.newly_seen_px > 1 ? worth.newly_seen_px : 1);
+  const double bits = 8.0 * bytes / (utility.newly_seen_px > 1 ? utility.newly_seen_px : 1);
   return bits / (bits + half_bpp);
 }
 
@@ -201,11 +201,11 @@ void plan_pass(std::span<const PlanCandidate> candidates, std::uint64_t bytes, P
   write_plan(candidates, exact ? workspace.exact : levels, plan);
 }
 
-double layers_worth(const ProductRecord& product, const ProductWorth& worth, int layers) {
+double utility_of_layers(const ProductRecord& product, const ProductUtility& utility, int layers) {
   if (layers <= 0) return 0;
   constexpr double least_share = 0.02, least_richness = 0.2, asked_for = 64;
-  const double place = (worth.newly_seen_share + least_share) * (worth.richness + least_richness);
-  return place * quality_of(product, worth, layers) * (worth.requested ? asked_for : 1);
+  const double place = (utility.newly_seen_share + least_share) * (utility.richness + least_richness);
+  return place * quality_of(product, utility, layers) * (utility.requested ? asked_for : 1);
 }
 
 }  // namespace ilp

@@ -25,7 +25,7 @@ struct PlanCandidate {
   /// [k]: size of the file that brings layers sent + 1 to k + 1. Entries below `sent` are unused.
   std::array<std::uint32_t, limits::max_quality_layers> bytes{};
   /// [k]: worth of layers 1 to k + 1; below `sent` the worth of the layers already sent.
-  std::array<double, limits::max_quality_layers> worth{};
+  std::array<double, limits::max_quality_layers> utility{};
 };
 
 /// Largest worth per byte of the candidate's possible next files.
@@ -83,12 +83,12 @@ void plan_pass(std::span<const PlanCandidate> candidates, std::uint64_t bytes, P
 /// slope above. For a depth map with a largest error of e px of disparity it is 1 / (1 + (e / 2)^2), because errors
 /// smaller than the matcher's own gain little. If no quality is on record, it is b / (b + 0.3) for b bits per newly
 /// seen pixel.
-struct ProductWorth {
+struct ProductUtility {
   double richness = 0;
   double newly_seen_share = 0;
   double newly_seen_px = 0;
   bool requested = false;
 };
-[[nodiscard]] double layers_worth(const ProductRecord& product, const ProductWorth& worth, int layers);
+[[nodiscard]] double utility_of_layers(const ProductRecord& product, const ProductUtility& utility, int layers);
 
 }  // namespace ilp

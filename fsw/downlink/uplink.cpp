@@ -65,7 +65,7 @@ Result<bool> find_same(Reader<UplinkRecord> store, const Receiver& receiver, std
   for (;;) {  // bound: limits::max_uplink_records
     ILP_TAKE(const Found found, find_next(store, record.id, record));
     if (found == Found::nothing) return false;
-    if (found == Found::sound && record.source == source && record.sequence == sequence && record.crc32 == crc &&
+    if (found == Found::valid && record.source == source && record.sequence == sequence && record.crc32 == crc &&
         std::strcmp(record.name, same.name) == 0)
       return true;
   }
@@ -78,7 +78,7 @@ Status erase_oldest(StorePart<Erases<UplinkRecord>> store, std::int64_t newest) 
     ILP_TAKE(const Found found, find_next(store, record.id, record));
     if (found == Found::nothing || record.id + kept > newest) return {};
     // A damaged record does not say whether it is active, and is of no use.
-    const bool active = found == Found::sound && record.state == UplinkState::active;
+    const bool active = found == Found::valid && record.state == UplinkState::active;
     if (!active) ILP_TRY(erase<UplinkRecord>(store, record.id));
   }
 }
@@ -103,7 +103,7 @@ Uplink::Open Uplink::open() const {
   return open;
 }
 
-bool Uplink::hear_late(const Pdu& pdu) {
+bool Uplink::receive_late(const Pdu& pdu) {
   for (Closed& closed : closed_) {
     if (!closed.used || !same_transaction(closed.header, pdu.header)) continue;
     if (closed.carried.contradicted_by(pdu)) {
@@ -147,13 +147,13 @@ void Uplink::displace(Receiver& receiver, TimeNs now) {
   // Forged transactions are many, so they are reported at most once a minute.
   if (!concluded && receiver.shown() && now >= silent_until_ns_) {
     silent_until_ns_ = now + displaced_report_period_ns;
-    given_up_ = {StatusCode::uplink_displaced, static_cast<std::int64_t>(receiver.header().source),
-                 static_cast<std::int64_t>(receiver.octets())};
+    abandoned_ = {StatusCode::uplink_displaced, static_cast<std::int64_t>(receiver.header().source),
+                  static_cast<std::int64_t>(receiver.octets())};
   }
   receiver.abandon();
 }
 
-bool Uplink::hear(const Pdu& pdu, TimeNs now) {
+bool Uplink::receive(const Pdu& pdu, TimeNs now) {
   for (Receiver& receiver : receivers_) {
     if (receiver.phase() == ReceivePhase::closed || !same_transaction(receiver.header(), pdu.header)) continue;
     // The number of an open transaction with another file: its sender has started over.
@@ -162,7 +162,7 @@ bool Uplink::hear(const Pdu& pdu, TimeNs now) {
     if (receiver.phase() == ReceivePhase::closed) remember(receiver);
     return true;
   }
-  if (hear_late(pdu)) return true;
+  if (receive_late(pdu)) return true;
   if (pdu.header.unacknowledged || pdu.kind == PduKind::ack || pdu.kind == PduKind::prompt) return false;
   if (pdu.header.source != mission_.cfdp_ground_entity) return false;
   Receiver* receiver = receiver_for(now);
@@ -185,8 +185,8 @@ void Uplink::remember(const Receiver& receiver) {
                         closed.condition == Condition::inactivity_detected ||
                         closed.condition == Condition::file_checksum_failure;
   if (!by_limit) return;
-  given_up_ = {StatusCode::uplink_given_up, static_cast<std::int64_t>(closed.header.source),
-               static_cast<std::int64_t>(closed.condition)};
+  abandoned_ = {StatusCode::uplink_given_up, static_cast<std::int64_t>(closed.header.source),
+                static_cast<std::int64_t>(closed.condition)};
 }
 
 void Uplink::tick(TimeNs now) {
@@ -248,16 +248,17 @@ Status Uplink::keep_parameters(Receiver& receiver, TimeNs now, Status& event) {
 }
 
 void Uplink::keep_part_of_map(Receiver& receiver, TimeNs now, Status& event) {
-  Status news;
-  const Status kept = keep_map_file(base_name(receiver.name()), receiver.file(), map_, mission_, map_workspace_, news);
-  if (!news.ok()) event = news;
+  Status updates;
+  const Status kept =
+      keep_map_file(base_name(receiver.name()), receiver.file(), map_, mission_, map_workspace_, updates);
+  if (!updates.ok()) event = updates;
   if (!kept.ok()) event = {StatusCode::map_file_refused, static_cast<std::int64_t>(kept.code), kept.a};
   conclude(receiver, kept.ok(), now);
 }
 
 Status Uplink::keep(TimeNs now, Status& event) {
-  event = given_up_;
-  given_up_ = {};
+  event = abandoned_;
+  abandoned_ = {};
   for (Receiver& receiver : receivers_) {
     if (receiver.phase() != ReceivePhase::whole) continue;
     if (!is_map_file(base_name(receiver.name()))) return keep_parameters(receiver, now, event);
@@ -300,10 +301,10 @@ Status activate_uplink(StorePart<Changes<UplinkRecord>> store, std::int64_t id, 
   if (record.state == UplinkState::rejected) return out_of_range(Argument::uplinked_file, id);
   MissionText text(mission);
   for (std::size_t at = 0; at < record.data.bytes;) {
-    std::uint8_t piece[256];
-    const std::size_t size = record.data.bytes - at < sizeof(piece) ? record.data.bytes - at : sizeof(piece);
-    ILP_TRY(read_blob<UplinkRecord>(store, "data", id, at, {piece, size}));
-    text.add({piece, size});
+    std::uint8_t segment[256];
+    const std::size_t size = record.data.bytes - at < sizeof(segment) ? record.data.bytes - at : sizeof(segment);
+    ILP_TRY(read_blob<UplinkRecord>(store, "data", id, at, {segment, size}));
+    text.add({segment, size});
     at += size;
   }
   MissionParameters changed = mission;

@@ -35,7 +35,7 @@ class Uplink {
   /// The state that restore() needs after a restart. It must be on disk before anything is sent.
   [[nodiscard]] Open open() const;
   /// Receives a PDU; `false` when no receiver here takes it. `now` is time in contact, here and below.
-  bool hear(const cfdp::Pdu& pdu, TimeNs now);
+  bool receive(const cfdp::Pdu& pdu, TimeNs now);
   void tick(TimeNs now);
   /// Stores a complete file in a transaction of its own, or one of a map in its folder; `event` gets the report.
   Status keep(TimeNs now, Status& event);
@@ -58,7 +58,7 @@ class Uplink {
     cfdp::Carried carried;
   };
 
-  bool hear_late(const cfdp::Pdu& pdu);
+  bool receive_late(const cfdp::Pdu& pdu);
   /// A free receiver, or one that gives way; null when there is none.
   cfdp::Receiver* receiver_for(TimeNs now);
   void displace(cfdp::Receiver& receiver, TimeNs now);
@@ -76,7 +76,7 @@ class Uplink {
   std::array<cfdp::Receiver, limits::max_uplinks> receivers_{};
   std::array<Closed, limits::max_closed_transfers> closed_{};
   std::size_t next_closed_ = 0;
-  Status given_up_;
+  Status abandoned_;
   TimeNs silent_until_ns_ = 0;  ///< about transactions that gave way
   std::size_t going_ = 0;       ///< index of what next() gave, in receivers_, then in closed_
   cfdp::PduKind going_kind_ = cfdp::PduKind::count;

@@ -11,7 +11,7 @@ namespace {
 constexpr TimeNs forget_divisor = 16;
 
 /// Where several processes share a store, each has the lock for a moment now and then.
-constexpr TimeNs shortest_lock_told_ns = ns_per_s;
+constexpr TimeNs shortest_lock_reported_ns = ns_per_s;
 
 using Activity = ComponentSlot::Activity;
 
@@ -76,7 +76,7 @@ void go_back(ComponentTable& table, std::size_t i) {
 }
 
 /// Returns false, after a restore, if its memory has changed since its last step.
-bool sound(ComponentTable& table, std::size_t i, const LastingMemory& memory) {
+bool valid(ComponentTable& table, std::size_t i, const LastingMemory& memory) {
   ComponentSlot& slot = table.slot(i);
   if (memory.wiring_checksum() != slot.wiring_checksum) {
     // A restore would read its checkpoint through the damaged memory.
@@ -208,7 +208,7 @@ void run_step(ComponentTable& table, std::size_t i) {
   check_parameters(table);
   check_constants(table);
   const LastingMemory memory = table.components[i]->lasting();
-  if (!sound(table, i, memory)) return;
+  if (!valid(table, i, memory)) return;
   const auto [result, intact] = take_step(table, i, memory);
   ComponentSlot& slot = table.slot(i);
   slot.activity = result.pending ? Activity::ready : Activity::idle;
@@ -234,7 +234,7 @@ void wake(ComponentTable& table) {
   if ((changed & mask_of(RecordType::command)) != 0) obey_commands(table);
 }
 
-void look_at_lock(ComponentTable& table) {
+void check_lock(ComponentTable& table) {
   if (!table.lock.taken()) return;
   {
     Transaction transaction(table.store);
@@ -243,7 +243,7 @@ void look_at_lock(ComponentTable& table) {
   const TimeNs now = table.clock.now();
   table.lock.note(false, now);
   const TimeNs taken_ns = now - table.lock.begin_ns;
-  if (taken_ns < shortest_lock_told_ns) {
+  if (taken_ns < shortest_lock_reported_ns) {
     table.events.report_due(now);
   } else {
     table.events.report(now, "executive", {StatusCode::store_locked, taken_ns / ns_per_ms});

@@ -12,7 +12,7 @@ void run_step(ComponentTable& table, std::size_t i);
 /// Wakes those whose records have changed.
 void wake(ComponentTable& table);
 /// A lock of the store that a step has found taken is tried again.
-void look_at_lock(ComponentTable& table);
+void check_lock(ComponentTable& table);
 void check_own(ComponentTable& table);
 
 }  // namespace ilp

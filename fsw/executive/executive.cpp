@@ -48,7 +48,7 @@ Status Executive::start() {
 void Executive::run_minor_frame(TimeNs nominal) {
   check_own(table_);
   const TimeNs begin = table_.clock.now();
-  look_at_lock(table_);
+  check_lock(table_);
   if (!table_.own.taken_up) static_cast<void>(take_up(table_));
   wake(table_);
   if (table_.own.frame % full_store_retry_frames == 0) table_.events.report_due(begin);

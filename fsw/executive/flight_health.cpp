@@ -86,8 +86,8 @@ void end_frame(ComponentTable& table, TimeNs nominal, TimeNs begin) {
   const TimeNs now = table.clock.now();
   const TimeNs over = now - (nominal + minor_frame_ns);
   count_frame(begin - nominal, now - begin, over > 0, table.own.timing);
-  const Status told = table.own.overruns.note(table.own.frame, over, now);
-  if (!told.ok()) table.events.report(now, "executive", told);
+  const Status reported = table.own.overruns.note(table.own.frame, over, now);
+  if (!reported.ok()) table.events.report(now, "executive", reported);
   ++table.own.frame;
   if (!table.setup.real_time) return;
   if (table.leads()) count_load(table, now, over);

@@ -18,25 +18,25 @@ class OverrunReports {
     if (over > 0) {
       if (!open_) {
         open_ = true;
-        told_ns_ = now;
+        reported_ns_ = now;
         return {StatusCode::frame_overrun, frame, over / ns_per_us};
       }
       ++untold_;
       if (over > worst_ns_) worst_ns_ = over;
     }
-    if (!open_ || now - told_ns_ < interval_ns) return {};
+    if (!open_ || now - reported_ns_ < interval_ns) return {};
     // After a quiet interval the next overrun is reported at once.
     open_ = untold_ != 0;
-    const Status told = open_ ? Status{StatusCode::frames_overran, untold_, worst_ns_ / ns_per_us} : Status{};
-    told_ns_ = now;
+    const Status reported = open_ ? Status{StatusCode::frames_overran, untold_, worst_ns_ / ns_per_us} : Status{};
+    reported_ns_ = now;
     untold_ = 0;
     worst_ns_ = 0;
-    return told;
+    return reported;
   }
 
  private:
   bool open_ = false;
-  TimeNs told_ns_ = 0;
+  TimeNs reported_ns_ = 0;
   std::int64_t untold_ = 0;
   TimeNs worst_ns_ = 0;
 };

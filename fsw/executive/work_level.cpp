@@ -34,7 +34,7 @@ LoadReason WorkLevel::judge(const LoadWindow& window, TimeNs now, const Backlog&
     calm_ = 0;
     if (settling || level_ == max_work_level) return LoadReason::none;
     ++level_;
-    settling_ = settle_windows;
+    settling_ = windows_to_settle;
     return reason;
   }
   const bool calm = exceeded(window, length, backlog, mission, 0.5) == LoadReason::none;

@@ -5,7 +5,7 @@
 //
 // Minor frames are counted in windows of load_window_s. A window is overloaded when overruns took more than their share
 // of it, or when it had no rest and more frames or keyframes wait than allowed. An overloaded window raises the level
-// by one. The next settle_windows cannot raise it, since the keyframes at work keep the level that they were chosen
+// by one. The next windows_to_settle cannot raise it, since the keyframes at work keep the level that they were chosen
 // under. recovery_windows in a row below half of every limit lower it by one. Any other window changes nothing.
 #pragma once
 
@@ -18,7 +18,7 @@
 namespace ilp {
 
 inline constexpr std::uint8_t max_work_level = 2;
-inline constexpr std::uint32_t settle_windows = 3;
+inline constexpr std::uint32_t windows_to_settle = 3;
 /// A window had no rest if this share of its minor frames ended with work left over. Waiting for something other than
 /// the processor, such as a calibration or room in the store, is no overload.
 inline constexpr double busy_share = 0.9;

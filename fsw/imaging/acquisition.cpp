@@ -117,7 +117,7 @@ Result<bool> Acquisition::learn_captures(Outcome& outcome) const {
   return changed;
 }
 
-Result<bool> Acquisition::give_up_captures(Outcome& outcome) const {
+Result<bool> Acquisition::abandon_captures(Outcome& outcome) const {
   State& after = outcome.after;
   if (after.pending.empty()) return false;
   const Pending first = after.pending[0];
@@ -167,7 +167,7 @@ void Acquisition::learn_period(TimeNs since_last, std::int64_t exposures, State&
 
 Result<TimeDoubt> Acquisition::judge_time(CameraFrame& taken, TimeNs now, Outcome& outcome) const {
   State& after = outcome.after;
-  TimeDoubt doubt = TimeDoubt::none;
+  TimeDoubt suspicion = TimeDoubt::none;
   const TimeNs stamp = taken.time_ns;
   // A camera that selects from its own exposures reports their times itself.
   const bool commanded =
@@ -178,7 +178,7 @@ Result<TimeDoubt> Acquisition::judge_time(CameraFrame& taken, TimeNs now, Outcom
       if (wanted.time_ns <= now && distance(stamp, wanted.time_ns) < distance(stamp, nearest)) nearest = wanted.time_ns;
     }
     if (distance(stamp, nearest) > trigger_tolerance_ns) {
-      doubt = TimeDoubt::off_command;
+      suspicion = TimeDoubt::off_command;
       taken.time_ns = nearest;
     }
   } else if (!wiring_.camera.triggered() && state_.any) {
@@ -189,7 +189,7 @@ Result<TimeDoubt> Acquisition::judge_time(CameraFrame& taken, TimeNs now, Outcom
     const bool believed = state_.steadiness >= steady && possible;
     const TimeNs expected = state_.last_time_ns + (possible ? exposures * state_.period_ns : 0);
     if (believed && distance(stamp, expected) > state_.period_ns / 2) {
-      doubt = TimeDoubt::off_period;
+      suspicion = TimeDoubt::off_period;
       taken.time_ns = expected;
     }
     learn_period(stamp - state_.last_time_ns, exposures, after);
@@ -199,15 +199,15 @@ Result<TimeDoubt> Acquisition::judge_time(CameraFrame& taken, TimeNs now, Outcom
   if (ahead > clock_tolerance_ns) return Status{StatusCode::time_ahead, taken.sequence, ahead};
   if (state_.any && back >= 0) return Status{StatusCode::time_not_monotonic, taken.sequence, back};
   after.last_time_ns = taken.time_ns;
-  if (doubt != TimeDoubt::none) {
+  if (suspicion != TimeDoubt::none) {
     outcome.event = {StatusCode::frame_mis_stamped, taken.sequence, (stamp - taken.time_ns) / 1000};
   } else if (now - stamp > late_ns + wiring_.camera.granularity()) {
     outcome.event = {StatusCode::frame_late, taken.sequence, (now - stamp) / 1000};
   }
-  return doubt;
+  return suspicion;
 }
 
-void Acquisition::keep(const CameraFrame& taken, TimeDoubt doubt, std::int64_t capture_id, Outcome& outcome) const {
+void Acquisition::keep(const CameraFrame& taken, TimeDoubt suspicion, std::int64_t capture_id, Outcome& outcome) const {
   FrameRecord& frame = outcome.frame;
   outcome.has_frame = true;
   frame.id = ++outcome.cursor.first;
@@ -217,7 +217,7 @@ void Acquisition::keep(const CameraFrame& taken, TimeDoubt doubt, std::int64_t c
   frame.height = workspace_.image.height();
   frame.altitude = taken.altitude;
   frame.capture_id = capture_id;
-  frame.time_doubt = doubt;
+  frame.time_doubt = suspicion;
   frame.exposure_us =
       taken.exposure.known() ? taken.exposure.exposure_us : std::llround(1e6 * wiring_.mission.exposure_known_s);
   std::memcpy(frame.name, taken.name, sizeof(frame.name));
@@ -226,7 +226,7 @@ void Acquisition::keep(const CameraFrame& taken, TimeDoubt doubt, std::int64_t c
   outcome.after.any_kept = true;
 }
 
-Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Outcome& outcome) {
+Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt suspicion, Outcome& outcome) {
   State& after = outcome.after;
   const bool free = !wiring_.camera.triggered();
   const TimeNs period = state_.period_ns > 0 ? state_.period_ns : ns_from_seconds(wiring_.mission.capture_timeout_s);
@@ -259,7 +259,7 @@ Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Ou
       outcome.capture = capture;
       return {};
     }
-    keep(taken, doubt, wanted.id, outcome);
+    keep(taken, suspicion, wanted.id, outcome);
     capture.state = CaptureState::exposed;
     capture.frame_id = outcome.frame.id;
     outcome.capture = capture;
@@ -274,9 +274,9 @@ Status Acquisition::take(CameraFrame& taken, TimeNs now, Outcome& outcome) {
   State& after = outcome.after;
   after.last_sequence = taken.sequence;
   after.any = true;
-  const Result<TimeDoubt> doubt = judge_time(taken, now, outcome);
-  if (!doubt.ok()) {
-    outcome.event = doubt.status();
+  const Result<TimeDoubt> suspicion = judge_time(taken, now, outcome);
+  if (!suspicion.ok()) {
+    outcome.event = suspicion.status();
     return {};
   }
   const std::int64_t missing = taken.sequence - std::max(state_.last_sequence, work_.seen_sequence) - 1;
@@ -289,8 +289,8 @@ Status Acquisition::take(CameraFrame& taken, TimeNs now, Outcome& outcome) {
   // A camera that runs freely shows the first frame unasked: it tells the period and begins the regular interval.
   const bool first =
       !wiring_.camera.triggered() && !after.any_kept && wiring_.mission.capture_mode != CaptureMode::telecommanded;
-  if (!first || every_frame()) ILP_TRY(choose_capture(taken, doubt.value(), outcome));
-  if ((first || every_frame()) && !outcome.has_frame) keep(taken, doubt.value(), 0, outcome);
+  if (!first || every_frame()) ILP_TRY(choose_capture(taken, suspicion.value(), outcome));
+  if ((first || every_frame()) && !outcome.has_frame) keep(taken, suspicion.value(), 0, outcome);
   return {};
 }
 
@@ -334,11 +334,11 @@ Status Acquisition::write_all(Outcome& outcome) {
 }
 
 Status Acquisition::listen(TimeNs now) {
-  if (!work_.asked) work_.heard_ns = now;
+  if (!work_.asked) work_.received_ns = now;
   work_.asked = true;
   if (wiring_.camera.triggered() || work_.silent) return {};
   const TimeNs shortest = state_.period_ns == 0 ? unknown_silence_ns : shortest_silence_ns;
-  const TimeNs silence = now - work_.heard_ns;
+  const TimeNs silence = now - work_.received_ns;
   if (silence < std::max(periods_until_silent * state_.period_ns, shortest)) return {};
   work_.silent = true;
   return {StatusCode::camera_silent, state_.last_sequence, silence / ns_per_ms};
@@ -377,7 +377,7 @@ bool Acquisition::begin_exposure_control() {
     work_.exposure.begin(range);
     return true;
   }
-  work_.exposure.give_up();
+  work_.exposure.abandon();
   work_.next_event = {StatusCode::exposure_unsupported, static_cast<std::int64_t>(known.code), known.a};
   return false;
 }
@@ -387,7 +387,7 @@ void Acquisition::control_exposure() {
     if (work_.exposure.begun()) work_.exposure.reset();
     return;
   }
-  if (work_.exposure.given_up() || (!work_.exposure.begun() && !begin_exposure_control())) return;
+  if (work_.exposure.abandoned() || (!work_.exposure.begun() && !begin_exposure_control())) return;
   work_.speed_px_s = std::max(ground_speed_px_s(wiring_.store), work_.speed_px_s * (1 - speed_fading));
   ExposureGoal goal;
   goal.bright_grey = wiring_.mission.exposure_bright_grey;
@@ -395,13 +395,13 @@ void Acquisition::control_exposure() {
       longest_exposure_us(wiring_.mission.exposure_blur_px, work_.speed_px_s, wiring_.mission.exposure_longest_us);
   goal.most_gain_milli = static_cast<std::int64_t>(1000 * wiring_.mission.exposure_most_gain);
   ExposureSetting next;
-  const auto answer = work_.exposure.look_at(measure_brightness(workspace_.image.view()), work_.frame.taken.exposure,
-                                             goal, next, work_.next_event);
+  const auto answer = work_.exposure.evaluate(measure_brightness(workspace_.image.view()), work_.frame.taken.exposure,
+                                              goal, next, work_.next_event);
   if (answer == ExposureControl::Answer::keep) return;
   const Status set = wiring_.camera.set_exposure(next);
   if (set.is(StatusCode::not_ready)) return;
   if (!set.ok()) {
-    work_.exposure.give_up();
+    work_.exposure.abandon();
     work_.next_event = {StatusCode::exposure_unsupported, static_cast<std::int64_t>(set.code), set.a};
     return;
   }
@@ -420,10 +420,10 @@ StepResult Acquisition::step() {
   const Result<bool> learned = learn_captures(outcome);
   if (!learned.ok()) return {learned.status(), false};
   // The frame at hand may be the answer.
-  const Result<bool> given_up = work_.frame.held ? Result<bool>(false) : give_up_captures(outcome);
-  if (!given_up.ok()) return {given_up.status(), false};
+  const Result<bool> abandoned = work_.frame.held ? Result<bool>(false) : abandon_captures(outcome);
+  if (!abandoned.ok()) return {abandoned.status(), false};
   Status waiting;
-  if (learned.value() || given_up.value()) {
+  if (learned.value() || abandoned.value()) {
     waiting = write(outcome);
     // An image that comes meanwhile is held.
     if (!waiting.is(StatusCode::store_locked) || work_.frame.held)
@@ -440,7 +440,7 @@ StepResult Acquisition::step() {
     return {silent.ok() ? waiting : silent, false};
   }
   if (status.is(StatusCode::end_of_stream)) return {end_of_stream(), false};
-  work_.heard_ns = now;
+  work_.received_ns = now;
   work_.asked = true;
   work_.silent = false;
   // After a restart the source may begin again with frames that are already stored.
@@ -458,7 +458,7 @@ StepResult Acquisition::store_taken() {
   Status status = take(taken, work_.frame.taken_ns, outcome);
   if (status.ok()) status = write(outcome);
   // The camera is not asked while a frame is held.
-  if (work_.frame.held) work_.heard_ns = wiring_.clock.now();
+  if (work_.frame.held) work_.received_ns = wiring_.clock.now();
   work_.asked = true;
   const bool locked = status.is(StatusCode::store_locked);
   if (locked && !outcome.has_frame && !outcome.has_capture) {

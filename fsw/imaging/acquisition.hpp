@@ -68,8 +68,8 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   struct Work {
     /// The camera's counter at the restart. A source that gives earlier frames again is not reported.
     std::int64_t restored_sequence = 0;
-    FrameAtWork frame;    ///< restore() keeps it
-    TimeNs heard_ns = 0;  ///< when the camera last gave a frame, or was first asked
+    FrameAtWork frame;       ///< restore() keeps it
+    TimeNs received_ns = 0;  ///< when the camera last gave a frame, or was first asked
     ExposureControl exposure = {};
     double speed_px_s = 0;           ///< of the ground, the largest of the latest images
     Status next_event = {};          ///< that the next step reports
@@ -93,7 +93,7 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   };
 
   Result<bool> learn_captures(Outcome& outcome) const;
-  Result<bool> give_up_captures(Outcome& outcome) const;
+  Result<bool> abandon_captures(Outcome& outcome) const;
   [[nodiscard]] bool every_frame() const;
   /// A commanded image farther from its time is a failure.
   [[nodiscard]] TimeNs grain() const;
@@ -102,9 +102,9 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   /// The fault is an event: no image has this time.
   Result<TimeDoubt> judge_time(CameraFrame& taken, TimeNs now, Outcome& outcome) const;
   void learn_period(TimeNs since_last, std::int64_t exposures, State& after) const;
-  Status choose_capture(const CameraFrame& taken, TimeDoubt doubt, Outcome& outcome);
+  Status choose_capture(const CameraFrame& taken, TimeDoubt suspicion, Outcome& outcome);
   Status take(CameraFrame& taken, TimeNs now, Outcome& outcome);
-  void keep(const CameraFrame& taken, TimeDoubt doubt, std::int64_t capture_id, Outcome& outcome) const;
+  void keep(const CameraFrame& taken, TimeDoubt suspicion, std::int64_t capture_id, Outcome& outcome) const;
   Status listen(TimeNs now);
   Status end_of_stream();
   Status write(Outcome& outcome);

@@ -14,7 +14,7 @@ namespace {
 // Before a doubtful forecast time: late enough to measure the speed, early enough that the overlap is safe.
 constexpr double share_of_the_way = 0.7;
 // A planned time stays if a better one is as near as this, or if the camera may be exposing already.
-constexpr TimeNs worth_another_plan_ns = 20 * ns_per_ms;
+constexpr TimeNs replan_threshold_ns = 20 * ns_per_ms;
 constexpr TimeNs too_late_to_plan_ns = 2 * minor_frame_ns;
 // Until then newer places may still move the image of a place.
 constexpr TimeNs place_lead_ns = 500 * ns_per_ms;
@@ -54,7 +54,7 @@ bool is_forecast(CaptureSource source) {
 constexpr CheckpointForm CaptureClock::checkpoint = checkpoint_form<State>(component_id);
 
 CaptureClock::CaptureClock(Tables store, const Camera& camera, Clock& clock, const MissionParameters& mission)
-    : wiring_{store, SoundView<Tables::tables>(store), camera, clock, mission} {}
+    : wiring_{store, ValidView<Tables::tables>(store), camera, clock, mission} {}
 
 Status CaptureClock::restore() {
   const Status status = restore_checkpoint(wiring_.whole, checkpoint, cursor_, state_);
@@ -134,7 +134,7 @@ Status CaptureClock::accept_telecommand(const CommandRecord& command, Outcome& o
 
 Result<bool> CaptureClock::handle_command(Outcome& outcome) {
   CommandRecord command;
-  ILP_TAKE(const bool found, find_next_sound(wiring_.store, cursor_.second, command));
+  ILP_TAKE(const bool found, find_next_valid(wiring_.store, cursor_.second, command));
   if (!found) return false;
   outcome.cursor.second = command.id;
   const bool wanted = command.kind == CommandKind::capture || command.kind == CommandKind::capture_soon;
@@ -182,7 +182,7 @@ Status CaptureClock::follow_keyframe(const OverlapRecord& overlap, const FrameRe
 
 Result<bool> CaptureClock::follow_overlap(Outcome& outcome) {
   OverlapRecord overlap;
-  ILP_TAKE(const bool found, find_next_sound(wiring_.store, cursor_.first, overlap));
+  ILP_TAKE(const bool found, find_next_valid(wiring_.store, cursor_.first, overlap));
   if (!found) return false;
   outcome.cursor.first = overlap.id;
   FrameRecord frame;
@@ -214,13 +214,13 @@ Status CaptureClock::take_attitude(const PoseRecord& pose, double focal_px, Stat
   const Vec3 axis = first_from_frame.col(2);
   if (!(axis.z() > 0)) return {};
   const double x = focal_px * axis.x() / axis.z(), y = focal_px * axis.y() / axis.z();
-  after.tilt_is_news = set_tilt(keyframe.time_ns, x, y, after.path) || after.tilt_is_news;
+  after.tilt_has_changed = set_tilt(keyframe.time_ns, x, y, after.path) || after.tilt_has_changed;
   return {};
 }
 
 Result<bool> CaptureClock::follow_pose(Outcome& outcome) {
   PoseRecord pose;
-  ILP_TAKE(const bool found, find_next_sound(wiring_.store, state_.last_pose_id, pose));
+  ILP_TAKE(const bool found, find_next_valid(wiring_.store, state_.last_pose_id, pose));
   if (!found) return false;
   State& after = outcome.after;
   after.last_pose_id = pose.id;
@@ -316,7 +316,7 @@ Status CaptureClock::reconsider(const FrameRecord* latest, TimeNs now, Outcome& 
   if (!found || planned.state != CaptureState::pending || !is_forecast(planned.source)) return {};
   const ForecastTime better = forecast_time(*latest, now, after);
   const TimeNs change = better.time_ns - planned.requested_ns;
-  if (change < worth_another_plan_ns && -change < worth_another_plan_ns) return {};
+  if (change < replan_threshold_ns && -change < replan_threshold_ns) return {};
   if (too_near(better.time_ns, after, latest->time_ns)) return {};
   planned.state = CaptureState::superseded;
   outcome.superseded = planned;
@@ -379,9 +379,9 @@ Status CaptureClock::plan_place(Outcome& outcome) {
 
 Status CaptureClock::plan(Outcome& outcome) {
   const bool planned = outcome.after.own.id != 0;
-  const bool news = outcome.after.tilt_is_news;
-  outcome.after.tilt_is_news = false;
-  if (outcome.after.ended || (planned && !news)) return {};
+  const bool updates = outcome.after.tilt_has_changed;
+  outcome.after.tilt_has_changed = false;
+  if (outcome.after.ended || (planned && !updates)) return {};
   FrameRecord latest;
   const Status found = last(wiring_.store, latest);
   if (!found.ok() && !found.is(StatusCode::not_found)) return found;
@@ -496,7 +496,7 @@ StepResult CaptureClock::step() {
     if (!planned.ok()) return {planned, false};
     const Status beside = plan_burst(outcome);
     if (!beside.ok()) return {beside, false};
-    changed = state_.tilt_is_news || forgotten.value();
+    changed = state_.tilt_has_changed || forgotten.value();
   }
   if (!changed && !outcome.has_capture && outcome.burst.empty()) return {};
   const Status cleared = clear_burst(outcome);

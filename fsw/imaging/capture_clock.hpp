@@ -6,8 +6,8 @@
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/imaging/place_captures.hpp"
 #include "fsw/shared/find.hpp"
-#include "fsw/shared/sound_store.hpp"
 #include "fsw/shared/step_transaction.hpp"
+#include "fsw/shared/valid_store.hpp"
 #include "fsw/vision/forecast/capture_forecast.hpp"
 #include "hal/camera/camera.hpp"
 #include "hal/clock/clock.hpp"
@@ -45,7 +45,7 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
   };
   struct Wiring {
     Tables whole;  ///< damaged records included: for the checkpoint
-    SoundView<Tables::tables> store;
+    ValidView<Tables::tables> store;
     const Camera& camera;
     Clock& clock;
     const MissionParameters& mission;
@@ -66,7 +66,7 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
     std::int32_t width = 0, height = 0;
     bool any_regular = false;
     bool ended = false;
-    bool tilt_is_news = false;  ///< a forecast made before does not contain it
+    bool tilt_has_changed = false;  ///< a forecast made before does not contain it
   };
   struct Work {
     LockTimes lock;  ///< taken: nothing could be planned since

@@ -100,7 +100,7 @@ bool ExposureControl::must_wait(const ImageBrightness& image, const ExposureSett
   if (waited_ <= patience_images) return true;
   judged_ = true;
   if (++without_effect_ < most_without_effect) return false;
-  given_up_ = true;
+  abandoned_ = true;
   event = {StatusCode::exposure_not_obeyed, without_effect_, asked_.exposure_us};
   return true;
 }
@@ -156,10 +156,10 @@ void ExposureControl::judge_limits(std::int64_t wanted, const ExposureSetting& n
   limit_ = limit;
 }
 
-ExposureControl::Answer ExposureControl::look_at(const ImageBrightness& image, const ExposureSetting& taken_with,
-                                                 const ExposureGoal& goal, ExposureSetting& next, Status& event) {
+ExposureControl::Answer ExposureControl::evaluate(const ImageBrightness& image, const ExposureSetting& taken_with,
+                                                  const ExposureGoal& goal, ExposureSetting& next, Status& event) {
   event = {};
-  if (given_up_ || !taken_with.known() || must_wait(image, taken_with, event)) return Answer::keep;
+  if (abandoned_ || !taken_with.known() || must_wait(image, taken_with, event)) return Answer::keep;
   const std::int64_t wanted = damped(product_of(taken_with), correction(image, goal));
   next = share_out(wanted, goal);
   judge_limits(wanted, next, event);

@@ -39,13 +39,13 @@ class ExposureControl {
   void begin(const ExposureRange& range);
   [[nodiscard]] bool begun() const { return begun_; }
   /// The control is over until the next begin(): the camera has no such control, or does not obey.
-  void give_up() { begun_ = given_up_ = true; }
-  [[nodiscard]] bool given_up() const { return given_up_; }
+  void abandon() { begun_ = abandoned_ = true; }
+  [[nodiscard]] bool abandoned() const { return abandoned_; }
   void reset() { *this = ExposureControl(); }
 
   /// `change`: `next` is to be set, and then told by asked(). `event`: exposure_limited or exposure_not_obeyed.
-  Answer look_at(const ImageBrightness& image, const ExposureSetting& taken_with, const ExposureGoal& goal,
-                 ExposureSetting& next, Status& event);
+  Answer evaluate(const ImageBrightness& image, const ExposureSetting& taken_with, const ExposureGoal& goal,
+                  ExposureSetting& next, Status& event);
   /// What the camera has made of `next`.
   void asked(const ExposureSetting& setting);
 
@@ -73,7 +73,7 @@ class ExposureControl {
   bool from_quiet_ = false;  ///< the latest change was asked for when the one before was long past
   bool judged_ = true;       ///< the latest change was seen in an image, or cannot be
   bool begun_ = false;
-  bool given_up_ = false;
+  bool abandoned_ = false;
 };
 
 }  // namespace ilp

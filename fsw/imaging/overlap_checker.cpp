@@ -343,7 +343,7 @@ Status OverlapChecker::search_widely(const FrameRecord& frame, Outcome& outcome,
                                 measured);
 }
 
-Result<bool> OverlapChecker::bridge(OverlapResult& measured) {
+Result<bool> OverlapChecker::relocalise(OverlapResult& measured) {
   if (!wiring_.mission.feature_overlap) return false;
   if (measured.verdict != OverlapVerdict::ok) {
     OverlapResult by_places;
@@ -361,7 +361,7 @@ Result<bool> OverlapChecker::bridge(OverlapResult& measured) {
                                                           measured.plane_b_from_a) >= least_shared_by_three;
 }
 
-Result<bool> OverlapChecker::bridge_across(OverlapResult& measured) {
+Result<bool> OverlapChecker::relocalise_across(OverlapResult& measured) {
   KeyframeRecord latest, before;
   ILP_TAKE(const bool found, find_pair(wiring_.store, state_.keyframe_id, latest, before));
   if (!found) return false;
@@ -385,48 +385,48 @@ Result<bool> OverlapChecker::bridge_across(OverlapResult& measured) {
   across.b_from_a = similarity_at_centre(image.width, image.height, across.plane_b_from_a);
   across.overlap = footprint_overlap_of_plane(image.width, image.height, across.plane_b_from_a);
   // Where the latest keyframe does not reach, it is no bad image: the camera has turned away, and a pose would be weak.
-  const bool bridged = across.overlap >= least_overlap && std::isfinite(across.b_from_a.shift_x_px) &&
-                       std::isfinite(across.b_from_a.shift_y_px);
-  if (bridged) measured = across;
-  return bridged;
+  const bool relocalised = across.overlap >= least_overlap && std::isfinite(across.b_from_a.shift_x_px) &&
+                           std::isfinite(across.b_from_a.shift_y_px);
+  if (relocalised) measured = across;
+  return relocalised;
 }
 
 /// Measures the overlap with the latest keyframe. Where nothing relates the frame to it, the next step compares the
 /// frame with the keyframe before, because each comparison takes a large part of a step's time.
-Result<OverlapChecker::Tie> OverlapChecker::relate(const FrameRecord& frame, Outcome& outcome,
-                                                   OverlapResult& measured) {
+Result<OverlapChecker::Relation> OverlapChecker::relate(const FrameRecord& frame, Outcome& outcome,
+                                                        OverlapResult& measured) {
   if (work_.unrelated_frame_id == frame.id && work_.unrelated_keyframe_id == state_.keyframe_id) {
     measured = work_.unrelated;
     ILP_TRY(load_frame_image(wiring_.store, frame.id, workspace_.image));
-    ILP_TAKE(const bool bridged, bridge_across(measured));
-    return bridged ? Tie::across_bad : Tie::overlap;
+    ILP_TAKE(const bool relocalised, relocalise_across(measured));
+    return relocalised ? Relation::across_bad : Relation::overlap;
   }
   const bool searching = workspace_.wide.at_work(frame.id, state_.keyframe_id);
   if (!searching) ILP_TRY(measure(frame, measured));
   if (searching || measured.verdict == OverlapVerdict::overlap_unknown) {
     ILP_TRY(search_widely(frame, outcome, measured));
-    if (outcome.open) return Tie::overlap;
+    if (outcome.open) return Relation::overlap;
   }
   const bool too_far = measured.verdict == OverlapVerdict::overlap_unknown ||
                        (measured.verdict == OverlapVerdict::ok && measured.overlap < wiring_.mission.min_overlap);
-  if (!too_far || state_.candidate.frame_id != 0) return Tie::overlap;
-  ILP_TAKE(const bool bridged, bridge(measured));
-  const Tie tie = bridged ? Tie::bridge : Tie::overlap;
-  if (measured.verdict != OverlapVerdict::overlap_unknown || !wiring_.mission.feature_overlap) return tie;
+  if (!too_far || state_.candidate.frame_id != 0) return Relation::overlap;
+  ILP_TAKE(const bool relocalised, relocalise(measured));
+  const Relation relation = relocalised ? Relation::relocalise : Relation::overlap;
+  if (measured.verdict != OverlapVerdict::overlap_unknown || !wiring_.mission.feature_overlap) return relation;
   KeyframeRecord latest, before;
   ILP_TAKE(outcome.open, find_pair(wiring_.store, state_.keyframe_id, latest, before));
-  if (!outcome.open) return tie;
+  if (!outcome.open) return relation;
   work_.unrelated = measured;
   work_.unrelated_frame_id = frame.id;
   work_.unrelated_keyframe_id = state_.keyframe_id;
-  return tie;
+  return relation;
 }
 
-OverlapChecker::Choice OverlapChecker::classify(const OverlapResult& measured, Tie tie) const {
+OverlapChecker::Choice OverlapChecker::classify(const OverlapResult& measured, Relation relation) const {
   const GrayView image = workspace_.image.view();
   const bool measurable = measured.verdict == OverlapVerdict::ok;
   const bool unrelated = measured.verdict == OverlapVerdict::overlap_unknown;
-  const bool by_overlap = measurable && tie == Tie::overlap;
+  const bool by_overlap = measurable && relation == Relation::overlap;
   const bool far = by_overlap && measured.overlap < wiring_.mission.min_overlap;
   const bool is_turned = by_overlap && turned(image, measured);
   const double slack = wiring_.mission.capture_mode == CaptureMode::forecast ? wiring_.mission.selection_slack : 0;
@@ -438,7 +438,7 @@ OverlapChecker::Choice OverlapChecker::classify(const OverlapResult& measured, T
   if (is_turned && state_.candidate.frame_id != 0 && halves_turn(image, measured, state_.candidate.plane_from_keyframe))
     return Choice::candidate_first;
   // Across a keyframe that nothing relates to the ground ahead, no later frame is compared.
-  if (tie == Tie::across_bad || is_turned) return Choice::selected;
+  if (relation == Relation::across_bad || is_turned) return Choice::selected;
   if (measured.overlap <= wiring_.mission.target_overlap + slack ||
       mostly_new(image, measured, wiring_.mission.target_overlap))
     return Choice::selected;
@@ -519,7 +519,7 @@ Status OverlapChecker::look_alone(const FrameRecord& frame, Outcome& outcome) {
   return {};
 }
 
-Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
+Status OverlapChecker::evaluate(const FrameRecord& frame, Outcome& outcome) {
   outcome.has_overlap = true;
   OverlapRecord& record = outcome.overlap;
   record.id = frame.id;
@@ -539,11 +539,11 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   if (state_.strip_id == 0) return look_alone(frame, outcome);
 
   OverlapResult measured;
-  ILP_TAKE(const Tie tie, relate(frame, outcome, measured));
+  ILP_TAKE(const Relation relation, relate(frame, outcome, measured));
   if (outcome.open) return {};
   put_measured(measured, record);
   ILP_TAKE(outcome.has_plane, put_plane(wiring_.store, frame, state_.keyframe_id, measured, outcome.plane));
-  return apply(classify(measured, tie), frame, measured, outcome);
+  return apply(classify(measured, relation), frame, measured, outcome);
 }
 
 /// A damaged one is made again from known data: its keyframes are numbered without gaps.
@@ -589,9 +589,9 @@ Status OverlapChecker::write(Outcome& outcome) {
 StepResult OverlapChecker::choose(const Status& found, const FrameRecord& frame, Outcome& outcome) {
   outcome.cursor.first = frame.id;
   work_.keyframe_unreadable = false;
-  Status status = found.ok() ? look_at(frame, outcome) : found;
+  Status status = found.ok() ? evaluate(frame, outcome) : found;
   if (status.ok()) return {{}, true, outcome.waits ? Then::wait : Then::go_on};
-  if (is_transient(status) && !work_.patience.given_up(frame.id)) return work_.patience.failed(frame.id, status);
+  if (is_transient(status) && !work_.patience.abandoned(frame.id)) return work_.patience.failed(frame.id, status);
   outcome = {.after = state_, .cursor = cursor_};
   if (work_.keyframe_unreadable) {
     // Nothing can be compared with it any more, so the frame is examined alone.
@@ -604,7 +604,7 @@ StepResult OverlapChecker::choose(const Status& found, const FrameRecord& frame,
   outcome.overlap.id = frame.id;
   outcome.overlap.verdict = OverlapVerdict::overlap_unknown;
   outcome.overlap.decision = OverlapDecision::rejected;
-  outcome.event = work_.patience.given_up(frame.id) ? Status{} : status;
+  outcome.event = work_.patience.abandoned(frame.id) ? Status{} : status;
   return {{}, true};
 }
 

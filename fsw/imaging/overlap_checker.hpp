@@ -107,16 +107,16 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   /// The wide search where `measured` is unknown, one step of it at a time.
   Status search_widely(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured);
   /// Whether the keyframe is related to the frame, and shares enough ground with it to continue the strip.
-  Result<bool> bridge(OverlapResult& measured);
+  Result<bool> relocalise(OverlapResult& measured);
   /// Whether the keyframe before the latest one is, where the latest one is not.
-  Result<bool> bridge_across(OverlapResult& measured);
+  Result<bool> relocalise_across(OverlapResult& measured);
   /// What relates a frame to the open strip.
-  enum class Tie : std::uint8_t {
+  enum class Relation : std::uint8_t {
     overlap,     ///< with the latest keyframe, by correlation or features; or nothing does
-    bridge,      ///< too far for that, but oriented features relate it to enough ground of the latest keyframe
+    relocalise,  ///< too far for that, but oriented features relate it to enough ground of the latest keyframe
     across_bad,  ///< the same with the keyframe before the latest one
   };
-  Result<Tie> relate(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured);
+  Result<Relation> relate(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured);
   /// What becomes of a frame.
   enum class Choice : std::uint8_t {
     rejected,         ///< it cannot be compared
@@ -128,10 +128,10 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
     skipped,
   };
   /// A frame beside an open strip, by the first rule that applies.
-  [[nodiscard]] Choice classify(const OverlapResult& measured, Tie tie) const;
+  [[nodiscard]] Choice classify(const OverlapResult& measured, Relation relation) const;
   Status apply(Choice choice, const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const;
   Status look_alone(const FrameRecord& frame, Outcome& outcome);
-  Status look_at(const FrameRecord& frame, Outcome& outcome);
+  Status evaluate(const FrameRecord& frame, Outcome& outcome);
   void select(const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const;
   void begin_strip(const FrameRecord& frame, Outcome& outcome) const;
   void end_strip(StripEnd reason, Outcome& outcome) const;

@@ -7,7 +7,7 @@
 #include "fsw/shared/find.hpp"
 #include "fsw/shared/local_plane.hpp"
 #include "fsw/shared/measured_keyframe.hpp"
-#include "fsw/shared/sound_store.hpp"
+#include "fsw/shared/valid_store.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -91,7 +91,7 @@ void note_distance(double distance_m, PlaceTarget& target) {
   if (target.nearest_m < 0 || distance_m < target.nearest_m) target.nearest_m = distance_m;
 }
 
-bool is_sound(const TrackPlace& place) {
+bool is_valid(const TrackPlace& place) {
   return place.longitude_deg >= -720 && place.longitude_deg <= 720 && place.latitude_deg >= -90 &&
          place.latitude_deg <= 90 && place.sigma_m > 0 && place.sigma_m < farthest_m;
 }
@@ -134,7 +134,7 @@ Approach nearest_approach(Body body, const PlaceTrack& track, const PlaceTarget&
 }
 
 void add_place(Body body, const TrackPlace& place, std::int64_t strip_id, std::int64_t map_id, PlaceCaptures& state) {
-  if (!is_sound(place)) return;
+  if (!is_valid(place)) return;
   PlaceTrack& track = state.track;
   if (track.strip_id != strip_id || track.map_id != map_id) track.places.clear();
   track.strip_id = strip_id;
@@ -166,8 +166,8 @@ Result<bool> follow_place(Reader<FixRecord, NavigationRecord, KeyframeRecord> st
   FixRecord fix;
   NavigationRecord measured;
   ILP_TAKE(const bool any, mission.use_map
-                               ? find_next_sound<FixRecord>(store, state.track.keyframe_id, fix)
-                               : find_next_sound<NavigationRecord>(store, state.track.keyframe_id, measured));
+                               ? find_next_valid<FixRecord>(store, state.track.keyframe_id, fix)
+                               : find_next_valid<NavigationRecord>(store, state.track.keyframe_id, measured));
   if (!any) return false;
   state.track.keyframe_id = mission.use_map ? fix.id : measured.id;
   KeyframeRecord keyframe;

@@ -104,7 +104,7 @@ Result<bool> MapFix::pick() {
   work_.painted = 0;
   workspace_.after = state_;
   workspace_.keyframe = {};
-  const bool bare = found == Found::damaged || work_.patience.given_up(work_.depth.id);
+  const bool bare = found == Found::damaged || work_.patience.abandoned(work_.depth.id);
   work_.phase = bare ? Phase::record : Phase::load;
   return true;
 }
@@ -455,7 +455,7 @@ void MapFix::judge(const MapFixResult& result) {
   record.state = judge_fix(keyframe, work_.plan.pixel_m, wants_second, after.book, workspace_.near);
   if (record.state == FixState::accepted && after.lost != 0) {
     after.lost = 0;
-    work_.news = {StatusCode::place_found, record.id, static_cast<std::int64_t>(after.book.fixes.size())};
+    work_.updates = {StatusCode::place_found, record.id, static_cast<std::int64_t>(after.book.fixes.size())};
   }
 }
 
@@ -482,7 +482,7 @@ Status MapFix::record() {
   after.book.rejected += is_failure(record.verdict) && !after.book.fixes.empty() ? 1 : 0;
   if (!was_lost && after.book.rejected >= most_rejected) after.lost = 1;
   if (!was_lost && after.lost != 0 && !after.book.fixes.empty()) {
-    work_.news = {StatusCode::place_lost, record.id, static_cast<std::int64_t>(after.book.rejected)};
+    work_.updates = {StatusCode::place_lost, record.id, static_cast<std::int64_t>(after.book.rejected)};
     after.book.fixes.clear();
     after.book.rejected = 0;
   }
@@ -499,9 +499,9 @@ Status MapFix::record() {
   ILP_TRY(transaction.commit({record.id, cursor_.second}, after, cursor_, state_));
   work_.patience.end_writing();
   work_.phase = Phase::idle;
-  const Status news = work_.news;
-  work_.news = {};
-  return news;
+  const Status updates = work_.updates;
+  work_.updates = {};
+  return updates;
 }
 
 Status MapFix::advance() {
@@ -545,10 +545,10 @@ StepResult MapFix::step() {
   const Status status = idle ? picked.status() : advance();
   work_.keeps = work_.keeps && status.ok();
   if (status.ok()) return {{}, picked.value(), work_.keeps ? Then::keep : Then::go_on};
-  const bool told = status.is(StatusCode::map_refused) || status.is(StatusCode::map_other_body) ||
-                    status.is(StatusCode::map_tile_unusable) || status.is(StatusCode::place_lost) ||
-                    status.is(StatusCode::place_found);
-  if (told) return {status, true};
+  const bool reported = status.is(StatusCode::map_refused) || status.is(StatusCode::map_other_body) ||
+                        status.is(StatusCode::map_tile_unusable) || status.is(StatusCode::place_lost) ||
+                        status.is(StatusCode::place_found);
+  if (reported) return {status, true};
   return work_.patience.failed(work_.depth.id, status);
 }
 

@@ -37,7 +37,7 @@ void MapPart::open() {
   work_.refused = status.code;
   work_.refused_a = status.a;
   const Status refused = {StatusCode::map_refused, static_cast<std::int64_t>(status.code), status.a};
-  work_.news = status.is(StatusCode::map_other_body) ? status : refused;
+  work_.updates = status.is(StatusCode::map_other_body) ? status : refused;
 }
 
 const MapTile* MapPart::tile(std::size_t entry) {
@@ -62,8 +62,8 @@ const MapTile* MapPart::tile(std::size_t entry) {
         decode_map_tile(std::span(scratch.file).first(size), workspace_.directory, entry, scratch.tile, oldest->tile);
   }
   if (!status.ok()) {
-    work_.news = {StatusCode::map_tile_unusable, static_cast<std::int64_t>(entry),
-                  static_cast<std::int64_t>(status.code)};
+    work_.updates = {StatusCode::map_tile_unusable, static_cast<std::int64_t>(entry),
+                     static_cast<std::int64_t>(status.code)};
     return nullptr;
   }
   oldest->entry = entry;

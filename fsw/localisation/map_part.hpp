@@ -70,7 +70,7 @@ struct alignas(32) MapWork {
   std::size_t together = 1;  ///< keyframes that are registered together
   MapTileRange tiles;
   std::int64_t painted = 0;  ///< tiles of the range
-  Status news;               ///< of a tile that cannot be used, or of the place
+  Status updates;            ///< of a tile that cannot be used, or of the place
 };
 struct alignas(32) MapWorkspace {
   MapDirectory directory;

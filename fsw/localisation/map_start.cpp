@@ -82,8 +82,8 @@ void MapStart::add_features(std::size_t first, std::int32_t rows, std::int32_t c
   if (status.is(StatusCode::not_found)) return;
   if (status.ok()) status = read_map_features(std::span(memory.file).first(size), map, entry, memory.tile);
   if (!status.ok()) {
-    work_.news = {StatusCode::map_tile_unusable, static_cast<std::int64_t>(entry),
-                  static_cast<std::int64_t>(status.code)};
+    work_.updates = {StatusCode::map_tile_unusable, static_cast<std::int64_t>(entry),
+                     static_cast<std::int64_t>(status.code)};
     return;
   }
   const auto add = [&](const MapFeatures& from, PlaceFeatures& to) {

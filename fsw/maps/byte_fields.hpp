@@ -72,7 +72,7 @@ class FieldWriter {
   void write(double value) { write(std::bit_cast<std::uint64_t>(value)); }
   void write(std::int32_t value) { write(static_cast<std::uint32_t>(value)); }
   /// The bytes that are left.
-  [[nodiscard]] std::span<std::uint8_t> room() const {
+  [[nodiscard]] std::span<std::uint8_t> unused() const {
     return at_ < bytes_.size() ? bytes_.subspan(at_) : std::span<std::uint8_t>{};
   }
   void skip(std::size_t size) { at_ += size; }

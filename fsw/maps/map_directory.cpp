@@ -51,7 +51,7 @@ double farthest_m(Body body, double tile_m) {
   return radius > 0 ? pi * radius + tile_m : without_body;
 }
 
-bool is_sound(const MapLayer& layer, Body body) {
+bool is_valid(const MapLayer& layer, Body body) {
   if (!within(layer.pixel_m, 1e-3, 1e5) || layer.columns <= 0 || layer.columns > max_map_layer_side ||
       layer.rows <= 0 || layer.rows > max_map_layer_side) {
     return false;
@@ -61,22 +61,22 @@ bool is_sound(const MapLayer& layer, Body body) {
          within(layer.x0_m + layer.columns * tile, -most, most) && within(layer.y0_m - layer.rows * tile, -most, most);
 }
 
-bool facts_are_sound(const MapDirectory& d) {
-  bool sound = within(d.longitude_rad, -2 * pi, 2 * pi) && within(d.latitude_rad, -pi / 2, pi / 2) &&
+bool facts_are_valid(const MapDirectory& d) {
+  bool valid = within(d.longitude_rad, -2 * pi, 2 * pi) && within(d.latitude_rad, -pi / 2, pi / 2) &&
                within(d.sun_azimuth_rad, -2 * pi, 2 * pi) && within(d.sun_elevation_rad, 0, pi / 2) &&
                within(d.ambient, 0, 1) && within(d.image_sigma, 0, 255) && within(d.height_sigma_m, 0, 1e6) &&
                within(d.place_sigma_m, 0, 1e6) && d.layer_count > 0 && d.layer_count <= limits::max_map_layers;
-  for (std::uint32_t i = 0; i < limits::max_map_layers && sound; ++i)
-    sound = i >= d.layer_count || is_sound(d.layers[i], d.body);
-  for (std::uint32_t i = 1; i < d.layer_count && sound; ++i) sound = d.layers[i].pixel_m > d.layers[i - 1].pixel_m;
-  return sound;
+  for (std::uint32_t i = 0; i < limits::max_map_layers && valid; ++i)
+    valid = i >= d.layer_count || is_valid(d.layers[i], d.body);
+  for (std::uint32_t i = 1; i < d.layer_count && valid; ++i) valid = d.layers[i].pixel_m > d.layers[i - 1].pixel_m;
+  return valid;
 }
 
 std::tuple<std::uint16_t, std::uint16_t, std::uint16_t> order_of(const MapTileEntry& entry) {
   return {entry.layer, entry.row, entry.column};
 }
 
-bool is_sound(const MapDirectory& d, std::size_t at) {
+bool is_valid(const MapDirectory& d, std::size_t at) {
   const MapTileEntry& entry = d.tiles[at];
   return entry.layer < d.layer_count && entry.row < d.layers[entry.layer].rows &&
          entry.column < d.layers[entry.layer].columns && entry.bytes > 0 &&
@@ -113,7 +113,7 @@ Status read_tiles(FieldReader& in, MapDirectory& directory) {
     in.read(entry.layer);
     in.read(entry.row);
     in.read(entry.column);
-    if (!in.whole() || !directory.tiles.push_back(entry) || !is_sound(directory, i)) return fault_at(in.at());
+    if (!in.whole() || !directory.tiles.push_back(entry) || !is_valid(directory, i)) return fault_at(in.at());
   }
   return {};
 }
@@ -144,7 +144,7 @@ Status parse_map_directory(std::span<const std::uint8_t> bytes, std::span<const 
   }
   directory.body = static_cast<Body>(body);
   directory.light = static_cast<MapLight>(light);
-  if (!in.whole() || !facts_are_sound(directory)) return fault_at(in.at());
+  if (!in.whole() || !facts_are_valid(directory)) return fault_at(in.at());
   ILP_TRY(read_tiles(in, directory));
   return in.at() == content.size() ? Status{} : fault_at(in.at());
 }
@@ -153,7 +153,7 @@ Status write_map_directory(const MapDirectory& directory, std::span<const std::u
                            std::span<std::uint8_t> bytes, std::size_t& size) {
   size = 0;
   FieldWriter out(bytes);
-  if (!facts_are_sound(directory)) return fault_at(0);
+  if (!facts_are_valid(directory)) return fault_at(0);
   out.write(directory_magic);
   out.write(directory_version);
   out.write(static_cast<std::uint8_t>(directory.body));
@@ -161,7 +161,7 @@ Status write_map_directory(const MapDirectory& directory, std::span<const std::u
   each_directory_field(directory, [&](const auto& field) { out.write(field); });
   out.write(static_cast<std::uint32_t>(directory.tiles.size()));
   for (std::size_t i = 0; i < directory.tiles.size(); ++i) {
-    if (!is_sound(directory, i)) return fault_at(out.size());
+    if (!is_valid(directory, i)) return fault_at(out.size());
     const MapTileEntry& entry = directory.tiles[i];
     out.write(entry.digest);
     out.write(entry.bytes);
@@ -175,7 +175,7 @@ Status write_map_directory(const MapDirectory& directory, std::span<const std::u
   }
   out.write(crc32(bytes.first(out.size())));
   const HmacSha256 code = key.empty() ? HmacSha256{} : code_of(key, bytes.first(out.size()));
-  std::copy(code.begin(), code.end(), out.room().begin());
+  std::copy(code.begin(), code.end(), out.unused().begin());
   size = whole;
   return {};
 }

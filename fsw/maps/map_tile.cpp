@@ -22,7 +22,7 @@ struct Sections {
   Octets image_mask, image, post_mask, posts, image_features, shape_features;
 };
 
-bool is_sound(const TileHead& head) {
+bool is_valid(const TileHead& head) {
   return std::isfinite(head.height_offset_m) && std::fabs(head.height_offset_m) <= largest_height_m &&
          std::isfinite(head.height_step_m) && head.height_step_m > 0 &&
          head.height_step_m <= largest_height_m / 32768 && is_plane_step(head.image_step) &&
@@ -44,7 +44,7 @@ Status open_tile(Octets file, const MapDirectory& directory, std::size_t entry, 
   if (head.magic != map_file::tile_magic) return fault_at(0);
   if (head.version != map_file::tile_version) return {StatusCode::unsupported_format, head.version};
   if (head.map_id != directory.id || head.layer != meant.layer || head.row != meant.row ||
-      head.column != meant.column || !is_sound(head)) {
+      head.column != meant.column || !is_valid(head)) {
     return fault_at(in.at());
   }
   sections.image_mask = in.take(head.image_mask_bytes);

@@ -24,7 +24,7 @@ Status write_mask(MapTileWorkspace& workspace, std::int32_t side, FieldWriter& o
   bytes = 0;
   if (!any || known == mask.area()) return {};
   std::size_t size = 0;
-  ILP_TRY(encode_mask(mask, out.room().data(), out.room().size(), size));
+  ILP_TRY(encode_mask(mask, out.unused().data(), out.unused().size(), size));
   bytes = static_cast<std::uint16_t>(size);
   out.skip(size);
   return {};
@@ -83,7 +83,7 @@ Status write_posts(const MapTile& tile, MapTileWorkspace& workspace, FieldWriter
   if (!any) return {};
   const ImageView<std::int32_t> samples(workspace.samples.data(), map_tile_posts, map_tile_posts);
   fill_background(samples, {workspace.mask.data(), map_tile_posts, map_tile_posts}, workspace.scratch.data());
-  return write_section(encode_plane(samples, lossless_step, workspace.scratch.data(), out.room()), out,
+  return write_section(encode_plane(samples, lossless_step, workspace.scratch.data(), out.unused()), out,
                        head.post_bytes);
 }
 
@@ -110,7 +110,7 @@ Status encode_map_tile(const MapTile& tile, const MapTileFeatures& features, std
                        const MapTileCoding& coding, MapTileWorkspace& workspace, std::span<std::uint8_t> file,
                        std::size_t& size) {
   size = 0;
-  const std::span<std::uint8_t> room = file.first(std::min(file.size(), limits::max_map_tile_bytes));
+  const std::span<std::uint8_t> unused = file.first(std::min(file.size(), limits::max_map_tile_bytes));
   map_file::TileHead head;
   head.layer = tile.layer;
   head.row = tile.row;
@@ -118,23 +118,23 @@ Status encode_map_tile(const MapTile& tile, const MapTileFeatures& features, std
   head.map_id = map_id;
   head.height_offset_m = tile.height_offset_m;
   head.height_step_m = tile.height_step_m;
-  FieldWriter out(room);
+  FieldWriter out(unused);
   out.skip(map_file::tile_head_bytes);
   load_image(tile, workspace);
   bool any = false;
   ILP_TRY(write_mask(workspace, map_tile_side, out, head.image_mask_bytes, any));
   if (any) {
     ILP_TRY(choose_step(tile, coding.image_bytes, workspace, head.image_step));
-    ILP_TRY(write_section(write_image(tile, head.image_step, workspace, out.room()), out, head.image_bytes));
+    ILP_TRY(write_section(write_image(tile, head.image_step, workspace, out.unused()), out, head.image_bytes));
   }
   ILP_TRY(write_posts(tile, workspace, out, head));
   ILP_TRY(write_features(features.image, out, head.image_features));
   ILP_TRY(write_features(features.shape, out, head.shape_features));
   if (!out.fits()) {
     return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(out.size()),
-            static_cast<std::int64_t>(room.size())};
+            static_cast<std::int64_t>(unused.size())};
   }
-  FieldWriter front(room);
+  FieldWriter front(unused);
   each_field(head, [&](const auto& field) { front.write(field); });
   size = out.size();
   return {};

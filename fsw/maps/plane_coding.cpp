@@ -257,11 +257,11 @@ std::size_t encode_plane(Plane plane, std::int32_t step, std::int32_t* scratch, 
 Status decode_plane(std::span<const std::uint8_t> bytes, std::int32_t step, std::int32_t* scratch, Plane plane) {
   if (!is_plane_step(step)) return out_of_range(Argument::coding_parameters, step);
   Decoder coder(bytes);
-  const bool sound = code_levels(plane, coder) && add_differences(plane) && restore(plane, step);
+  const bool valid = code_levels(plane, coder) && add_differences(plane) && restore(plane, step);
   if (coder.used() > bytes.size()) {
     return {StatusCode::truncated, static_cast<std::int64_t>(bytes.size()), static_cast<std::int64_t>(coder.used())};
   }
-  if (!sound || coder.used() < bytes.size()) return {StatusCode::parse_error, static_cast<std::int64_t>(coder.used())};
+  if (!valid || coder.used() < bytes.size()) return {StatusCode::parse_error, static_cast<std::int64_t>(coder.used())};
   inverse_wavelet53(plane, plane_levels, scratch);
   return {};
 }

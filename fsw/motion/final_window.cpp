@@ -25,19 +25,19 @@ class StructureReader {
     if (end_ - begin_ < sizeof(T)) {
       return {StatusCode::truncated, static_cast<std::int64_t>(offset_), structure_.points.bytes};
     }
-    std::memcpy(&out, piece_ + begin_, sizeof(T));
+    std::memcpy(&out, segment_ + begin_, sizeof(T));
     begin_ += sizeof(T);
     return {};
   }
 
  private:
   Status fill() {
-    std::memmove(piece_, piece_ + begin_, end_ - begin_);
+    std::memmove(segment_, segment_ + begin_, end_ - begin_);
     end_ -= begin_;
     begin_ = 0;
-    const std::size_t size = std::min(sizeof(piece_) - end_, structure_.points.bytes - offset_);
+    const std::size_t size = std::min(sizeof(segment_) - end_, structure_.points.bytes - offset_);
     if (size == 0) return {};
-    ILP_TRY(read_blob<StructureRecord>(store_, "points", structure_.id, offset_, {piece_ + end_, size}));
+    ILP_TRY(read_blob<StructureRecord>(store_, "points", structure_.id, offset_, {segment_ + end_, size}));
     end_ += size;
     offset_ += size;
     return {};
@@ -47,7 +47,7 @@ class StructureReader {
   const StructureRecord& structure_;
   std::size_t offset_ = 0;
   std::size_t begin_ = 0, end_ = 0;
-  std::uint8_t piece_[4096];
+  std::uint8_t segment_[4096];
 };
 
 Status add_point(StructureReader& reader, const CameraModel& camera, std::span<const std::int64_t> keyframe_ids,

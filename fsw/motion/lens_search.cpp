@@ -181,7 +181,7 @@ Status LensSearch::add_window_to_round(const CameraRecord& camera, Status& event
   ILP_TRY(collect_window(camera));
   if (workspace_.ids.size() < least_window_views) return {};
   const Status loaded = load_window(camera);
-  if (is_transient(loaded) && !patience_.given_up(input())) {
+  if (is_transient(loaded) && !patience_.abandoned(input())) {
     work_.window_id = begin;
     return loaded;
   }

@@ -52,7 +52,7 @@ Result<bool> StripCheck::follow_strip(const CameraModel& camera, Status& event) 
   StripRecord& strip = work_.strip;
   const Status found = next(wiring_.store, cursor_.second, strip);
   if (found.is(StatusCode::not_found)) return false;
-  if (found.is(StatusCode::record_damaged) || patience_.given_up(input())) {
+  if (found.is(StatusCode::record_damaged) || patience_.abandoned(input())) {
     // The newest one may still be written again.
     const std::int64_t id = found.ok() ? strip.id : found.a;
     StripRecord later;
@@ -100,7 +100,7 @@ Status StripCheck::begin_window(const CameraModel& camera, Status& event) {
   const std::span<const std::int64_t> ids(workspace_.ids.data(), workspace_.ids.size());
   Status loaded = load_motion(wiring_.store, camera, false, ids, workspace_.motion);
   if (loaded.ok()) loaded = load_final_window(wiring_.store, camera, ids, state_.pose_id, workspace_.window);
-  if (is_transient(loaded) && !patience_.given_up(input())) return loaded;
+  if (is_transient(loaded) && !patience_.abandoned(input())) return loaded;
   if (!loaded.ok()) {
     ILP_TRY(load_final_window(wiring_.store, camera, {}, 0, workspace_.window));
     event = loaded;
@@ -126,9 +126,9 @@ Status StripCheck::end_window(const CameraModel& camera, Status& event) {
   said.first_keyframe_id = work_.strip.first_keyframe_id;
   said.last_keyframe_id = workspace_.ids.back();
   const bool alarm = said.verdict == CameraCheckVerdict::contradicts || said.verdict == CameraCheckVerdict::unexplained;
-  if (alarm && said.verdict != after.told) {
+  if (alarm && said.verdict != after.reported) {
     event = event_of(said);
-    after.told = said.verdict;
+    after.reported = said.verdict;
   }
   // Windows without points say nothing, and must not take the place of what an earlier life has found.
   ILP_TRY(commit(cursor_, after, after.evidence.windows > 0 ? &said : nullptr));

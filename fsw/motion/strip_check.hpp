@@ -18,10 +18,10 @@ inline constexpr std::size_t least_window_views = 3;
 
 /// The strip after the last checked one.
 struct StripCheckState {
-  std::int64_t pose_id = 0;                            ///< newest one examined
-  std::int64_t window_first_id = 0;                    ///< first keyframe of the next window; 0: that of the strip
-  std::uint32_t posed = 0;                             ///< posed keyframes from there up to pose_id
-  CameraCheckVerdict told = CameraCheckVerdict::fits;  ///< of the latest event
+  std::int64_t pose_id = 0;                                ///< newest one examined
+  std::int64_t window_first_id = 0;                        ///< first keyframe of the next window; 0: that of the strip
+  std::uint32_t posed = 0;                                 ///< posed keyframes from there up to pose_id
+  CameraCheckVerdict reported = CameraCheckVerdict::fits;  ///< of the latest event
   CameraEvidence evidence;
 };
 struct StripCheckWork {

@@ -100,7 +100,7 @@ Result<bool> plane_between(Reader<KeyframeRecord> store, std::int64_t from_id, s
 }
 
 /// It never changes, as long as the camera does not.
-bool is_settled(const PoseRecord& pose) {
+bool is_final(const PoseRecord& pose) {
   return pose.state == PoseState::final || pose.state == PoseState::trial;
 }
 
@@ -109,7 +109,7 @@ Status fail_pose(StorePart<Writes<PoseRecord>> store, std::int64_t strip_id, std
   PoseRecord pose;
   ILP_TAKE(const bool known, find<PoseRecord>(store, keyframe_id, pose));
   if (pose.camera_revision != camera.revision) pose = {};
-  if (known && is_settled(pose)) return {};
+  if (known && is_final(pose)) return {};
   pose.id = keyframe_id;
   pose.strip_id = strip_id;
   pose.state = camera.frozen ? PoseState::failed : PoseState::trial_failed;
@@ -303,7 +303,7 @@ Result<bool> StructureAndMotion::pick() {
   work_.keyframe = keyframe;
   work_.subject = keyframe.id;
   // Nothing else of it is read then, so that the verdict does not fail for the same reason.
-  const bool no_use = damaged || work_.patience.given_up(keyframe.id);
+  const bool no_use = damaged || work_.patience.abandoned(keyframe.id);
   NavigationRecord measured;
   work_.shutter = {};
   if (!no_use) {
@@ -398,7 +398,7 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   ILP_TAKE(const bool known, find<PoseRecord>(wiring_.store, camera.keyframe_id, pose));
   if (pose.camera_revision != state_.camera_revision) pose = {};
   // Repeated after a damaged checkpoint: the result is the same, and other components have used it.
-  if (known && is_settled(pose)) return {};
+  if (known && is_final(pose)) return {};
   pose.camera_revision = state_.camera_revision;
   pose.id = camera.keyframe_id;
   pose.strip_id = state_.strip_id;
@@ -490,7 +490,7 @@ Status StructureAndMotion::record_success() {
   return write_finals();
 }
 
-Status StructureAndMotion::give_up_strip() {
+Status StructureAndMotion::abandon_strip() {
   state_.lost = true;
   if (state_.end_commanded) return {};
   state_.end_commanded = true;
@@ -505,7 +505,7 @@ Status StructureAndMotion::give_up_strip() {
 
 Status StructureAndMotion::record_failure() {
   PoseRecord pose;
-  const bool settled_before = work_.on_record && get(wiring_.store, work_.keyframe.id, pose).ok() && is_settled(pose);
+  const bool final_before = work_.on_record && get(wiring_.store, work_.keyframe.id, pose).ok() && is_final(pose);
   pose = {};
   pose.id = work_.keyframe.id;
   pose.strip_id = state_.strip_id;
@@ -513,14 +513,14 @@ Status StructureAndMotion::record_failure() {
   pose.camera_revision = state_.camera_revision;
   pose.verdict = PoseVerdict::too_few_matches;
   if (!state_.lost) fill(state_.sequence.report, pose);
-  if (!settled_before) ILP_TRY(put(wiring_.store, pose));
-  if (state_.lost) return give_up_strip();
+  if (!final_before) ILP_TRY(put(wiring_.store, pose));
+  if (state_.lost) return abandon_strip();
   if (state_.posed_keyframe_id == 0) return {};
   ++state_.failures;
   compose_planes(work_.keyframe.plane_from_previous, state_.last_from_posed, state_.last_from_posed);
   if (state_.failures < failures_until_lost) return {};
   const Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());
-  if (sequence.begun() || sequence.can_begin()) return give_up_strip();
+  if (sequence.begun() || sequence.can_begin()) return abandon_strip();
   // There is no structure, and no pair to begin one: the keyframes so far are abandoned and the next one starts over.
   for (const SequenceCamera& camera : sequence.cameras())
     ILP_TRY(fail_pose(wiring_.store, state_.strip_id, camera.keyframe_id, work_.camera));
@@ -548,7 +548,7 @@ Status StructureAndMotion::record() {
 /// The structure of a short strip may still have to begin.
 Status StructureAndMotion::finish_strip() {
   work_.subject = end_of(state_.strip_id);
-  const bool open = state_.posed_keyframe_id != 0 && !work_.patience.given_up(work_.subject);
+  const bool open = state_.posed_keyframe_id != 0 && !work_.patience.abandoned(work_.subject);
   if (!open || !Sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>()).begin_with_best_pair())
     return end_strip();
   work_.phase = Phase::finish;
@@ -560,7 +560,7 @@ Status StructureAndMotion::end_strip() {
   work_.patience.begin_writing();
   StepTransaction transaction(wiring_.store, checkpoint);
   ILP_TRY(transaction.begin());
-  if (work_.patience.given_up(work_.subject)) {
+  if (work_.patience.abandoned(work_.subject)) {
     ILP_TRY(fail_provisional_poses(wiring_.store, state_.examined_id, work_.camera));
   } else if (state_.posed_keyframe_id != 0) {
     Sequence sequence(state_.sequence, wiring_.scratch.as<SequenceWorkspace>());

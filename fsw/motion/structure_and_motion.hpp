@@ -108,7 +108,7 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   Status finish_strip();
   Status end_strip();
   Status begin_strip();
-  Status give_up_strip();
+  Status abandon_strip();
   Status write_camera(const SequenceCamera& camera, bool final_pose);
   Status write_finals();
 

@@ -3,46 +3,46 @@
 namespace ilp::cfdp {
 namespace {
 
-bool before(const Piece& a, const Piece& b) {
+bool before(const Segment& a, const Segment& b) {
   return a.begin < b.begin;
 }
 
 /// Moves the element at `root` down to its place in the heap of the first `size` elements.
-void sift_down(std::span<Piece> pieces, std::size_t root, std::size_t size, std::uint32_t& steps) {
+void sift_down(std::span<Segment> segments, std::size_t root, std::size_t size, std::uint32_t& steps) {
   while (2 * root + 1 < size) {  // bound: the levels of the heap
     std::size_t child = 2 * root + 1;
     ++steps;
-    if (child + 1 < size && before(pieces[child], pieces[child + 1])) ++child;
-    if (!before(pieces[root], pieces[child])) return;
-    const Piece moved = pieces[root];
-    pieces[root] = pieces[child];
-    pieces[child] = moved;
+    if (child + 1 < size && before(segments[child], segments[child + 1])) ++child;
+    if (!before(segments[root], segments[child])) return;
+    const Segment moved = segments[root];
+    segments[root] = segments[child];
+    segments[child] = moved;
     root = child;
   }
 }
 
 /// Heapsort: n log n steps for any order, without recursion.
-void put_in_order(std::span<Piece> pieces, std::uint32_t& steps) {
+void put_in_order(std::span<Segment> segments, std::uint32_t& steps) {
   bool ascending = true;
-  for (std::size_t i = 1; i < pieces.size(); ++i) ascending = ascending && !before(pieces[i], pieces[i - 1]);
-  steps += static_cast<std::uint32_t>(pieces.size());
+  for (std::size_t i = 1; i < segments.size(); ++i) ascending = ascending && !before(segments[i], segments[i - 1]);
+  steps += static_cast<std::uint32_t>(segments.size());
   if (ascending) return;
-  for (std::size_t i = pieces.size() / 2; i-- > 0;) sift_down(pieces, i, pieces.size(), steps);
-  for (std::size_t size = pieces.size(); size-- > 1;) {
-    const Piece last = pieces[size];
-    pieces[size] = pieces[0];
-    pieces[0] = last;
-    sift_down(pieces, 0, size, steps);
+  for (std::size_t i = segments.size() / 2; i-- > 0;) sift_down(segments, i, segments.size(), steps);
+  for (std::size_t size = segments.size(); size-- > 1;) {
+    const Segment last = segments[size];
+    segments[size] = segments[0];
+    segments[0] = last;
+    sift_down(segments, 0, size, steps);
   }
 }
 
 }  // namespace
 
-MergeCounts merge_missing(PieceList& list, std::span<Piece> pieces) {
+MergeCounts merge_missing(SegmentList& list, std::span<Segment> segments) {
   MergeCounts counts;
-  put_in_order(pieces, counts.steps);
-  PieceList merged;
-  std::size_t room = PieceList::capacity() - list.size();
+  put_in_order(segments, counts.steps);
+  SegmentList merged;
+  std::size_t free_slots = SegmentList::capacity() - list.size();
   std::size_t held = 0;
   std::uint32_t covered_to = 0;
   // Room for every held piece is reserved, so that these always fit.
@@ -51,21 +51,21 @@ MergeCounts merge_missing(PieceList& list, std::span<Piece> pieces) {
     if (merged.back().end > covered_to) covered_to = merged.back().end;
     ++counts.steps;
   };
-  for (const Piece& piece : pieces) {
+  for (const Segment& segment : segments) {
     ++counts.steps;
-    Piece part{piece.begin > covered_to ? piece.begin : covered_to, piece.end};
-    while (part.begin < piece.end) {  // bound: the pieces of `list` in this one; `begin` grows
+    Segment part{segment.begin > covered_to ? segment.begin : covered_to, segment.end};
+    while (part.begin < segment.end) {  // bound: the pieces of `list` in this one; `begin` grows
       while (held < list.size() && list[held].begin <= part.begin) take_held();
       if (part.begin < covered_to) {
         part.begin = covered_to;
         continue;
       }
-      const bool cut = held < list.size() && list[held].begin < piece.end;
-      part.end = cut ? list[held].begin : piece.end;
+      const bool cut = held < list.size() && list[held].begin < segment.end;
+      part.end = cut ? list[held].begin : segment.end;
       ++counts.steps;
-      if (room > 0) {
+      if (free_slots > 0) {
         static_cast<void>(merged.push_back(part));
-        --room;
+        --free_slots;
       } else {
         ++counts.dropped;
       }
@@ -77,24 +77,24 @@ MergeCounts merge_missing(PieceList& list, std::span<Piece> pieces) {
   return counts;
 }
 
-bool cut_out(PieceList& list, Piece piece) {
-  if (piece.begin >= piece.end) return true;
-  PieceList left;
-  for (const Piece& held : list) {
-    if (held.end <= piece.begin || held.begin >= piece.end) {
+bool cut_out(SegmentList& list, Segment segment) {
+  if (segment.begin >= segment.end) return true;
+  SegmentList left;
+  for (const Segment& held : list) {
+    if (held.end <= segment.begin || held.begin >= segment.end) {
       if (!left.push_back(held)) return false;
       continue;
     }
-    if (held.begin < piece.begin && !left.push_back({held.begin, piece.begin})) return false;
-    if (held.end > piece.end && !left.push_back({piece.end, held.end})) return false;
+    if (held.begin < segment.begin && !left.push_back({held.begin, segment.begin})) return false;
+    if (held.end > segment.end && !left.push_back({segment.end, held.end})) return false;
   }
   list = left;
   return true;
 }
 
-std::uint32_t octets_in(const PieceList& list) {
+std::uint32_t octets_in(const SegmentList& list) {
   std::uint32_t octets = 0;
-  for (const Piece& piece : list) octets += piece.end - piece.begin;
+  for (const Segment& segment : list) octets += segment.end - segment.begin;
   return octets;
 }
 

@@ -11,13 +11,13 @@
 namespace ilp::cfdp {
 
 /// [begin, end) of a file, in octets.
-struct Piece {
+struct Segment {
   std::uint32_t begin = 0;
   std::uint32_t end = 0;
 };
 
 /// Ascending by `begin`, without overlap.
-using PieceList = FixedVector<Piece, limits::max_file_gaps>;
+using SegmentList = FixedVector<Segment, limits::max_file_gaps>;
 
 /// Counts of a merge.
 struct MergeCounts {
@@ -29,12 +29,12 @@ struct MergeCounts {
 /// and overlap; sorting them takes n log n further steps if they do not ascend. Existing borders stay: pieces are never
 /// joined, because receivers expect a retransmission to keep to the requested borders. The list never loses a piece.
 /// When it is full the last parts are left out.
-MergeCounts merge_missing(PieceList& list, std::span<Piece> pieces);
+MergeCounts merge_missing(SegmentList& list, std::span<Segment> segments);
 
 /// Cuts [begin, end) out of the list. Returns `false` and changes nothing when the list has no room for the extra piece
 /// that this may need.
-[[nodiscard]] bool cut_out(PieceList& list, Piece piece);
+[[nodiscard]] bool cut_out(SegmentList& list, Segment segment);
 
-[[nodiscard]] std::uint32_t octets_in(const PieceList& list);
+[[nodiscard]] std::uint32_t octets_in(const SegmentList& list);
 
 }  // namespace ilp::cfdp

@@ -180,13 +180,13 @@ class Writer {
 
   void number(std::uint64_t value, std::size_t width) {
     if (width < 8 && (value >> (8 * width)) != 0) unfit_ = true;
-    if (!room(width)) return;
+    if (!capacity(width)) return;
     store_big_endian(value, width, out_.data() + size_);
     size_ += width;
   }
   void octet(unsigned value) { number(value, 1); }
   void bytes(std::span<const std::uint8_t> from) {
-    if (!room(from.size())) return;
+    if (!capacity(from.size())) return;
     for (std::size_t i = 0; i < from.size(); ++i) out_[size_ + i] = from[i];
     size_ += from.size();
   }
@@ -204,7 +204,7 @@ class Writer {
   [[nodiscard]] bool unfit() const { return unfit_; }
 
  private:
-  bool room(std::size_t count) {
+  bool capacity(std::size_t count) {
     full_ = full_ || out_.size() - size_ < count;
     return !full_;
   }

@@ -40,7 +40,7 @@ void Receiver::begin(const Header& first, const ReceiverSettings& settings, Time
   owed_ = {};
   file_bytes_ = end_ = repeats_ = 0;
   carried_ = {};
-  deadline_ns_ = heard_ns_ = progressed_ns_ = now;
+  deadline_ns_ = received_ns_ = progressed_ns_ = now;
   missing_.clear();
   name_[0] = 0;
   file_.fill(0);
@@ -63,7 +63,7 @@ void Receiver::resume(const OpenReception& open, const ReceiverSettings& setting
   carried_.ended = true;
   carried_.checksum = open.checksum;
   carried_.file_bytes = open.file_bytes;
-  hear_eof({Condition::no_error, open.checksum, open.file_bytes, {}}, now);
+  receive_eof({Condition::no_error, open.checksum, open.file_bytes, {}}, now);
   owed_.eof_ack = false;
 }
 
@@ -101,13 +101,13 @@ void Receiver::conclude(Condition condition, FileStatus status, TimeNs now) {
   deadline_ns_ = now + settings_.timer_ns;
 }
 
-void Receiver::hear_metadata(const Metadata& metadata, TimeNs now) {
+void Receiver::receive_metadata(const Metadata& metadata, TimeNs now) {
   if (metadata_) return;
   metadata_ = shown_ = true;
   progressed_ns_ = now;
   checksum_type_ = metadata.checksum_type;
-  const std::size_t room = sizeof(name_) - 1;
-  const std::size_t length = metadata.destination_name.size() < room ? metadata.destination_name.size() : room;
+  const std::size_t capacity = sizeof(name_) - 1;
+  const std::size_t length = metadata.destination_name.size() < capacity ? metadata.destination_name.size() : capacity;
   if (length > 0) std::memcpy(name_, metadata.destination_name.data(), length);
   name_[length] = 0;
   if (metadata.file_bytes > file_.size()) {
@@ -117,7 +117,7 @@ void Receiver::hear_metadata(const Metadata& metadata, TimeNs now) {
   }
 }
 
-void Receiver::hear_data(const FileData& data, TimeNs now) {
+void Receiver::receive_data(const FileData& data, TimeNs now) {
   if (data.bytes.empty()) return;
   const std::uint64_t most = eof_ ? file_bytes_ : file_.size();
   if (data.offset > most || data.bytes.size() > most - data.offset) {
@@ -142,7 +142,7 @@ void Receiver::hear_data(const FileData& data, TimeNs now) {
   deadline_ns_ = now + settings_.timer_ns;
 }
 
-void Receiver::hear_eof(const EndOfFile& eof, TimeNs now) {
+void Receiver::receive_eof(const EndOfFile& eof, TimeNs now) {
   owed_.eof_ack = true;
   eof_condition_ = eof.condition;
   if (phase_ != ReceivePhase::data) return;
@@ -182,15 +182,15 @@ void Receiver::complete_if_whole(TimeNs now) {
 }
 
 void Receiver::receive(const Pdu& pdu, TimeNs now) {
-  heard_ns_ = now;
+  received_ns_ = now;
   carried_.note(pdu);
   if (pdu.kind == PduKind::eof) {
-    hear_eof(pdu.eof, now);
+    receive_eof(pdu.eof, now);
   } else if (pdu.kind == PduKind::ack) {
     if (pdu.ack.of_finished && phase_ == ReceivePhase::finished) phase_ = ReceivePhase::closed;
   } else if (phase_ == ReceivePhase::data) {
-    if (pdu.kind == PduKind::metadata) hear_metadata(pdu.metadata, now);
-    if (pdu.kind == PduKind::file_data) hear_data(pdu.file_data, now);
+    if (pdu.kind == PduKind::metadata) receive_metadata(pdu.metadata, now);
+    if (pdu.kind == PduKind::file_data) receive_data(pdu.file_data, now);
     if (pdu.kind == PduKind::prompt) {
       if (pdu.prompt.keep_alive)
         owed_.keep_alive = true;
@@ -204,7 +204,7 @@ void Receiver::receive(const Pdu& pdu, TimeNs now) {
 }
 
 void Receiver::tick(TimeNs now) {
-  if (phase_ == ReceivePhase::data && now - heard_ns_ >= settings_.inactivity_ns) {
+  if (phase_ == ReceivePhase::data && now - received_ns_ >= settings_.inactivity_ns) {
     conclude(Condition::inactivity_detected, FileStatus::discarded, now);
     return;
   }
@@ -264,13 +264,13 @@ void Receiver::build(PduKind kind, Pdu& pdu) {
   }
   nak_through_ = end_;
   if (!metadata_ && owed_.nak_from == 0) size += write_gap(header_, {}, options_.data());
-  for (const Piece& piece : missing_) {
-    if (piece.begin < owed_.nak_from) continue;
+  for (const Segment& segment : missing_) {
+    if (segment.begin < owed_.nak_from) continue;
     if (options_.size() - size < 16) {
-      nak_through_ = piece.begin;
+      nak_through_ = segment.begin;
       break;
     }
-    size += write_gap(header_, {piece.begin, piece.end}, options_.data() + size);
+    size += write_gap(header_, {segment.begin, segment.end}, options_.data() + size);
   }
   pdu.nak.scope = {0, end_};
   pdu.nak.gaps = std::span(options_).first(size);

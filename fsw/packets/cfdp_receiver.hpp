@@ -102,7 +102,7 @@ class Receiver {
   /// Terminated; longer names are cut.
   [[nodiscard]] const char* name() const { return name_; }
   [[nodiscard]] std::span<const std::uint8_t> file() const { return {file_.data(), file_bytes_}; }
-  [[nodiscard]] const PieceList& missing() const { return missing_; }
+  [[nodiscard]] const SegmentList& missing() const { return missing_; }
   /// The sender is known: its metadata were received, now or before a restart.
   [[nodiscard]] bool shown() const { return shown_; }
   /// Time of the latest new data, and the number of octets of the file received.
@@ -111,9 +111,9 @@ class Receiver {
   [[nodiscard]] const Carried& carried() const { return carried_; }
 
  private:
-  void hear_metadata(const Metadata& metadata, TimeNs now);
-  void hear_data(const FileData& data, TimeNs now);
-  void hear_eof(const EndOfFile& eof, TimeNs now);
+  void receive_metadata(const Metadata& metadata, TimeNs now);
+  void receive_data(const FileData& data, TimeNs now);
+  void receive_eof(const EndOfFile& eof, TimeNs now);
   void complete_if_whole(TimeNs now);
 
   Header header_;
@@ -133,10 +133,10 @@ class Receiver {
   std::uint32_t nak_through_ = 0;  ///< end of the request in the NAK that was built
   std::uint32_t repeats_ = 0;
   TimeNs deadline_ns_ = 0;
-  TimeNs heard_ns_ = 0;
+  TimeNs received_ns_ = 0;
   TimeNs progressed_ns_ = 0;
   Carried carried_;
-  PieceList missing_;
+  SegmentList missing_;
   char name_[64] = {};
   std::array<std::uint8_t, 1024> options_{};  ///< gaps of a NAK, fault location of a Finished
   std::array<std::uint8_t, limits::max_uplink_bytes> file_{};

@@ -13,12 +13,12 @@ void Sender::begin(const SendOrder& order, const SenderSettings& settings) {
 }
 
 void Sender::resume(const SendOrder& order, const SenderSettings& settings, std::uint32_t progress, bool all_sent,
-                    std::span<const Piece> gaps) {
+                    std::span<const Segment> gaps) {
   begin(order, settings);
   progress_ = progress < order.file_bytes ? progress : order.file_bytes;
-  std::array<Piece, limits::max_file_gaps> within{};
+  std::array<Segment, limits::max_file_gaps> within{};
   std::size_t count = 0;
-  for (const Piece& gap : gaps) {
+  for (const Segment& gap : gaps) {
     if (count == within.size()) break;
     within[count++] = {gap.begin, gap.end < progress_ ? gap.end : progress_};
   }
@@ -31,9 +31,9 @@ void Sender::resume(const SendOrder& order, const SenderSettings& settings, std:
   owes_eof_ = true;
 }
 
-Piece Sender::segment_of(Piece piece) const {
-  if (piece.end - piece.begin > settings_.segment_bytes) piece.end = piece.begin + settings_.segment_bytes;
-  return piece;
+Segment Sender::segment_of(Segment segment) const {
+  if (segment.end - segment.begin > settings_.segment_bytes) segment.end = segment.begin + settings_.segment_bytes;
+  return segment;
 }
 
 bool Sender::next(SendItem& item) const {
@@ -48,11 +48,11 @@ bool Sender::next(SendItem& item) const {
     item.kind = PduKind::file_data;
     if (!gaps_.empty()) {
       item.again = true;
-      item.piece = segment_of(gaps_[0]);
+      item.segment = segment_of(gaps_[0]);
       return true;
     }
     if (progress_ < order_.file_bytes) {
-      item.piece = segment_of({progress_, order_.file_bytes});
+      item.segment = segment_of({progress_, order_.file_bytes});
       return true;
     }
   }
@@ -77,7 +77,7 @@ void Sender::build(const SendItem& item, Pdu& pdu) const {
       pdu.metadata.destination_name = pdu.metadata.source_name;
       break;
     case PduKind::file_data:
-      pdu.file_data.offset = item.piece.begin;
+      pdu.file_data.offset = item.segment.begin;
       break;
     case PduKind::eof:
       pdu.eof.condition = cancelling ? Condition::cancel_request_received : Condition::no_error;
@@ -105,11 +105,11 @@ void Sender::sent(const SendItem& item, TimeNs now) {
       break;
     case PduKind::file_data:
       if (!item.again) {
-        progress_ = item.piece.end;
+        progress_ = item.segment.end;
         break;
       }
-      counts_.resent_bytes += item.piece.end - item.piece.begin;
-      gaps_[0].begin = item.piece.end;
+      counts_.resent_bytes += item.segment.end - item.segment.begin;
+      gaps_[0].begin = item.segment.end;
       if (gaps_[0].begin < gaps_[0].end) break;
       gaps_.erase(0);
       break;
@@ -119,7 +119,7 @@ void Sender::sent(const SendItem& item, TimeNs now) {
       if (phase_ == SendPhase::data) {
         phase_ = SendPhase::answer;
         repeats_ = 0;
-        heard_ns_ = now;
+        received_ns_ = now;
       }
       break;
     default:
@@ -129,7 +129,7 @@ void Sender::sent(const SendItem& item, TimeNs now) {
   }
 }
 
-void Sender::hear_nak(const Pdu& pdu, TimeNs now) {
+void Sender::receive_nak(const Pdu& pdu, TimeNs now) {
   shown_ = true;
   // A receiver that requests data has not finished.
   held_finished_ = false;
@@ -137,7 +137,7 @@ void Sender::hear_nak(const Pdu& pdu, TimeNs now) {
   if (phase_ == SendPhase::resting) phase_ = SendPhase::answer;
   if (phase_ != SendPhase::data && phase_ != SendPhase::answer) return;
   deadline_ns_ = now + settings_.timer_ns;
-  std::array<Piece, limits::max_file_gaps> asked{};
+  std::array<Segment, limits::max_file_gaps> asked{};
   std::size_t taken = 0;
   const std::size_t count = gap_count(pdu.header, pdu.nak);
   for (std::size_t i = 0; i < count; ++i) {
@@ -167,7 +167,7 @@ void Sender::deliver() {
   phase_ = SendPhase::closed;
 }
 
-void Sender::hear_finished(const Finished& finished) {
+void Sender::receive_finished(const Finished& finished) {
   if (outcome_ != SendOutcome::open) {
     owes_finished_ack_ = true;
     return;
@@ -191,7 +191,7 @@ void Sender::hear_finished(const Finished& finished) {
   phase_ = SendPhase::closed;
 }
 
-void Sender::hear_ack(const Ack& ack, TimeNs now) {
+void Sender::receive_ack(const Ack& ack, TimeNs now) {
   if (ack.of_finished) return;
   if (phase_ == SendPhase::cancelling) {
     outcome_ = SendOutcome::cancelled;
@@ -217,19 +217,19 @@ void Sender::hear_ack(const Ack& ack, TimeNs now) {
 void Sender::receive(const Pdu& pdu, TimeNs now) {
   repeats_ = 0;
   counts_.rests = 0;
-  heard_ns_ = now;
+  received_ns_ = now;
   switch (pdu.kind) {
     case PduKind::finished:
-      hear_finished(pdu.finished);
+      receive_finished(pdu.finished);
       break;
     case PduKind::nak:
-      hear_nak(pdu, now);
+      receive_nak(pdu, now);
       break;
     case PduKind::keep_alive:
       shown_ = true;
       break;
     case PduKind::ack:
-      hear_ack(pdu.ack, now);
+      receive_ack(pdu.ack, now);
       break;
     default:
       break;
@@ -263,7 +263,7 @@ void Sender::expire(TimeNs now) {
   }
   // After the ACK the receiver continues, and its timers repeat its PDUs.
   deadline_ns_ = now + settings_.timer_ns;
-  if (settings_.prompt_ns > 0 && now - heard_ns_ >= settings_.prompt_ns) {
+  if (settings_.prompt_ns > 0 && now - received_ns_ >= settings_.prompt_ns) {
     owes_prompt_ = true;
   } else {
     ++repeats_;

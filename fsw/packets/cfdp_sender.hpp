@@ -49,7 +49,7 @@ enum class SendOutcome : std::uint8_t {
 struct SendItem {
   PduKind kind = PduKind::metadata;
   bool again = false;  ///< a retransmission
-  Piece piece;
+  Segment segment;
 };
 
 struct SenderCounts {
@@ -73,7 +73,7 @@ class Sender {
   void begin(const SendOrder& order, const SenderSettings& settings);
   /// After a restart: the first `progress` bytes were sent, `gaps` are requested; with `all_sent` the EOF follows.
   void resume(const SendOrder& order, const SenderSettings& settings, std::uint32_t progress, bool all_sent,
-              std::span<const Piece> gaps);
+              std::span<const Segment> gaps);
 
   /// Receives a PDU of this transaction.
   void receive(const Pdu& pdu, TimeNs now);
@@ -99,16 +99,16 @@ class Sender {
   [[nodiscard]] Condition condition() const { return condition_; }
   /// All bytes before it were sent once.
   [[nodiscard]] std::uint32_t progress() const { return progress_; }
-  [[nodiscard]] const PieceList& gaps() const { return gaps_; }
+  [[nodiscard]] const SegmentList& gaps() const { return gaps_; }
   [[nodiscard]] const SenderCounts& counts() const { return counts_; }
 
  private:
-  void hear_nak(const Pdu& pdu, TimeNs now);
-  void hear_ack(const Ack& ack, TimeNs now);
-  void hear_finished(const Finished& finished);
+  void receive_nak(const Pdu& pdu, TimeNs now);
+  void receive_ack(const Ack& ack, TimeNs now);
+  void receive_finished(const Finished& finished);
   void deliver();
   void expire(TimeNs now);
-  [[nodiscard]] Piece segment_of(Piece piece) const;
+  [[nodiscard]] Segment segment_of(Segment segment) const;
 
   SendOrder order_;
   SenderSettings settings_;
@@ -128,8 +128,8 @@ class Sender {
   std::uint32_t progress_ = 0;
   std::uint32_t cancel_checksum_ = 0;
   TimeNs deadline_ns_ = 0;
-  TimeNs heard_ns_ = 0;
-  PieceList gaps_;
+  TimeNs received_ns_ = 0;
+  SegmentList gaps_;
   SenderCounts counts_;
   std::uint8_t fault_location_[10] = {};
   std::uint8_t fault_location_bytes_ = 0;

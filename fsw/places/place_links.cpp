@@ -80,8 +80,8 @@ Status PlaceLinks::compare() {
   const RememberedPlace& place = workspace_.table.at(work_.candidates[work_.compared++]);
   PlaceRecord record;
   ILP_TAKE(const bool found, find(wiring_.store, place.keyframe_id, record));
-  ILP_TAKE(const bool sound, found ? recall_.load_features(record) : Result<bool>(false));
-  if (sound) ILP_TRY(link_with(place, record));
+  ILP_TAKE(const bool valid, found ? recall_.load_features(record) : Result<bool>(false));
+  if (valid) ILP_TRY(link_with(place, record));
   const std::size_t enough = loosely_chained() ? work_.links.capacity() : enough_links;
   if (work_.compared == work_.candidates.size() || work_.links.size() >= enough)
     work_.phase = (workspace_.features.empty() ? Phase::record : Phase::narrow);

@@ -4,7 +4,7 @@
 
 #include "fsw/places/place_blobs.hpp"
 #include "fsw/shared/frame_access.hpp"
-#include "fsw/shared/place_room.hpp"
+#include "fsw/shared/place_capacity.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
@@ -56,7 +56,7 @@ Result<bool> PlaceMemory::pick() {
   if (found == Found::nothing) return false;
   work_.mask = {};
   const Status masked = get(wiring_.store, work_.depth.id, work_.mask);
-  if (!masked.ok() && !is_gone(masked) && !work_.patience.given_up(work_.depth.id)) return masked;
+  if (!masked.ok() && !is_gone(masked) && !work_.patience.abandoned(work_.depth.id)) return masked;
   // Nobody waits for a mask that is gone. One that was given up is superseded by an empty one.
   if (!is_gone(masked)) work_.mask.id = work_.depth.id;
   static_cast<void>(workspace_.features.resize(0));
@@ -72,7 +72,8 @@ Result<bool> PlaceMemory::pick() {
   work_.keyframe = {};
   work_.pose = {};
   work_.ground_distance = 0;
-  const bool bare = found == Found::damaged || !wiring_.mission.place_memory || work_.patience.given_up(work_.depth.id);
+  const bool bare =
+      found == Found::damaged || !wiring_.mission.place_memory || work_.patience.abandoned(work_.depth.id);
   work_.phase = bare ? Phase::record : Phase::load;
   return true;
 }
@@ -143,7 +144,7 @@ std::size_t PlaceMemory::choose_slot(PlaceRecord& place) const {
   while (slot < limits::max_places && (workspace_.index.holds(slot) || workspace_.table.at(slot).keyframe_id != 0))
     ++slot;
   std::size_t forgotten = limits::max_places;
-  if (slot == limits::max_places || workspace_.table.count() >= places_with_room(wiring_.mission)) {
+  if (slot == limits::max_places || workspace_.table.count() >= places_with_capacity(wiring_.mission)) {
     slot = workspace_.table.least_needed();
     if (slot == limits::max_places) return slot;
     forgotten = slot;

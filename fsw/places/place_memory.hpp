@@ -13,7 +13,7 @@ namespace ilp {
 /// A keyframe that shows the same ground gets a link. Where links or strips lead to keyframes that have seen ground at
 /// least as well, it leaves the mask of new ground. A keyframe whose image or maps cannot be read gets a place without
 /// features, and its mask stays as it is. After a start the places on record are read into memory before the next
-/// keyframe. A place that cannot be read then is erased. There are never more than have room (place_room.hpp).
+/// keyframe. A place that cannot be read then is erased. There are never more than have room (place_capacity.hpp).
 class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
  public:
   static const CheckpointForm checkpoint;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include "fsw/places/place_blobs.hpp"
-#include "fsw/shared/place_room.hpp"
+#include "fsw/shared/place_capacity.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -72,10 +72,10 @@ Status PlaceRecall::recall() {
       return {};
     }
     const bool known =
-        found == Found::sound && place.slot >= 0 && place.features.bytes != 0 && place.id <= cursor_.first;
-    ILP_TAKE(const bool sound, known ? recall_place(place) : Result<bool>(false));
+        found == Found::valid && place.slot >= 0 && place.features.bytes != 0 && place.id <= cursor_.first;
+    ILP_TAKE(const bool valid, known ? recall_place(place) : Result<bool>(false));
     // The newest one says how far the stage has come.
-    if (!sound && place.id != cursor_.first) ILP_TRY(erase_place(place.id));
+    if (!valid && place.id != cursor_.first) ILP_TRY(erase_place(place.id));
     work_.recalled_id = place.id;
   }
   return {};
@@ -94,7 +94,7 @@ Status PlaceRecall::erase_place(std::int64_t id) {
 
 /// Where fewer places have room than there are, since the parameters have changed.
 Result<bool> PlaceRecall::forget_one() {
-  if (workspace_.table.count() <= places_with_room(wiring_.mission)) return false;
+  if (workspace_.table.count() <= places_with_capacity(wiring_.mission)) return false;
   const std::size_t slot = workspace_.table.least_needed();
   if (slot == limits::max_places) return false;
   ILP_TRY(erase_place(workspace_.table.at(slot).keyframe_id));

@@ -52,7 +52,7 @@ Status Compressor::load_depth(std::int64_t keyframe_id, ProductKind kind, Status
   }
   if (damage.ok() && kind == ProductKind::image)
     damage = load_mask(wiring_.store, work_.subject.mask, loaded().maps, earlier);
-  if (damage.ok() || (is_transient(damage) && !work_.patience.given_up(keyframe_id))) return damage;
+  if (damage.ok() || (is_transient(damage) && !work_.patience.abandoned(keyframe_id))) return damage;
   DepthRecord none;
   none.id = keyframe_id;
   none.strip_id = work_.subject.keyframe.strip_id;
@@ -200,7 +200,7 @@ StepResult Compressor::finish(const Status& status, ProductRecord product) {
   if (work_.order.image && !work_.order.unrated) learned.ranks.add(work_.subject.richness.richness);
   const Status written = write(product, work_.order.after, learned);
   if (!written.ok()) return Patience::not_written(written);
-  return {work_.patience.given_up(keyframe_id) ? Status{} : status, true};
+  return {work_.patience.abandoned(keyframe_id) ? Status{} : status, true};
 }
 
 StepResult Compressor::pick() {
@@ -221,7 +221,7 @@ StepResult Compressor::pick() {
   work_.order.after = work_.order.image ? Cursor{keyframe_id, keyframe_id} : Cursor{cursor_.first, keyframe_id};
   Status damage;
   Status status = load(keyframe_id, kind, damage);
-  if (is_transient(status) && !work_.patience.given_up(keyframe_id)) return work_.patience.failed(keyframe_id, status);
+  if (is_transient(status) && !work_.patience.abandoned(keyframe_id)) return work_.patience.failed(keyframe_id, status);
   const bool no_depth = work_.subject.depth.verdict != DepthVerdict::ok || work_.subject.mask.newly_seen == 0;
   if (status.ok() && damage.ok() && !work_.order.image && no_depth) {
     cursor_.second = keyframe_id;

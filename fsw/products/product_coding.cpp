@@ -66,7 +66,7 @@ Status measure_layers(ProductCoding& job, const Jpeg2000Product& coded) {
 }
 
 /// Layers with digits below the requested error are not worth their bytes.
-Status leave_off_layers(ProductCoding& job) {
+Status truncate_layers(ProductCoding& job) {
   ProductRecord& product = job.product;
   if (product.kind != ProductKind::depth || !(job.depth_error_px > 0)) return {};
   std::uint8_t needed = 0;
@@ -97,7 +97,7 @@ Status code(ProductCoding& job) {
     return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(coded.bytes), job.product.grant_bytes};
   }
   ILP_TRY(measure_layers(job, coded));
-  ILP_TRY(leave_off_layers(job));
+  ILP_TRY(truncate_layers(job));
   const std::span<std::uint8_t> file = job.file().first(job.product.bytes);
   ILP_TRY(fill_in_layer_quality(job.product, file));
   job.product.crc32 = crc32(file);

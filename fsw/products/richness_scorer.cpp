@@ -136,7 +136,7 @@ Status RichnessScorer::advance() {
 StepResult RichnessScorer::record(const Status& scored) {
   work_.phase = Phase::idle;
   State after = state_;
-  if (scored.ok() && !work_.patience.given_up(work_.depth.id)) {
+  if (scored.ok() && !work_.patience.abandoned(work_.depth.id)) {
     learn(wiring_.scratch.as<Workspace>().cues, richness_params(wiring_.mission), after.history);
   }
   StepTransaction transaction(wiring_.store, checkpoint);
@@ -160,13 +160,13 @@ StepResult RichnessScorer::pick() {
   // awaited.
   work_.mask = {};
   const Status masked = get(wiring_.store, work_.depth.id, work_.mask);
-  const bool given_up = work_.patience.given_up(work_.depth.id);
-  if (!masked.ok() && !is_gone(masked) && !given_up) return work_.patience.failed(work_.depth.id, masked);
+  const bool abandoned = work_.patience.abandoned(work_.depth.id);
+  if (!masked.ok() && !is_gone(masked) && !abandoned) return work_.patience.failed(work_.depth.id, masked);
   if (masked.ok() && work_.mask.scope != MaskScope::flight) return {};
   work_.record = {};
   work_.record.id = work_.depth.id;
   work_.record.strip_id = work_.depth.strip_id;
-  if (damaged || given_up) return record(found);
+  if (damaged || abandoned) return record(found);
   work_.phase = Phase::image;
   return {{}, true, Then::keep};
 }

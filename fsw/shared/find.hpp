@@ -26,7 +26,7 @@ Result<bool> find(Reader<Record> store, std::int64_t id, Record& record) {
 
 enum class Found : std::uint8_t {
   nothing,
-  sound,
+  valid,
   damaged  ///< only the record's id is known
 };
 
@@ -35,7 +35,7 @@ enum class Found : std::uint8_t {
 template <typename Record>
 Result<Found> find_next(Reader<Record> store, std::int64_t after, Record& record) {
   const Status status = next(store, after, record);
-  if (status.ok()) return Found::sound;
+  if (status.ok()) return Found::valid;
   if (status.is(StatusCode::not_found)) return Found::nothing;
   if (!status.is(StatusCode::record_damaged)) return status;
   record = {};

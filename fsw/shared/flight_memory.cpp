@@ -9,7 +9,7 @@ namespace ilp {
 namespace {
 
 constexpr std::int64_t transactions_per_block = 64;
-constexpr std::int64_t most_lives = 1'000'000'000;
+constexpr std::int64_t most_store_epochs = 1'000'000'000;
 constexpr std::int64_t most_base = 1'000'000'000'000'000;
 constexpr std::int64_t most_id = std::int64_t{1} << 62U;
 constexpr double most_epoch_s = 6e9;
@@ -48,13 +48,14 @@ void KeptSettings::remove(std::uint64_t number) {
   count = kept;
 }
 
-bool FlightMemory::sound(const FlightMemoryContent& content) {
+bool FlightMemory::valid(const FlightMemoryContent& content) {
   // A checksum shows that the bytes are as written, not that the values are valid.
   const auto count = [](std::int64_t value, std::int64_t most) { return value >= 0 && value <= most; };
-  if (!count(content.life, most_lives) || !count(content.keyframe_base, most_base) ||
+  if (!count(content.life, most_store_epochs) || !count(content.keyframe_base, most_base) ||
       !count(content.record_base, most_base) || !count(content.transactions_reserved, most_id) ||
       !count(content.configuration, most_id) || !count(content.latest_ns, most_id) ||
-      !count(content.trial_ns, most_id) || !(content.mission_epoch_s >= 0 && content.mission_epoch_s <= most_epoch_s)) {
+      !count(content.tentative_ns, most_id) ||
+      !(content.mission_epoch_s >= 0 && content.mission_epoch_s <= most_epoch_s)) {
     return false;
   }
   return content.layout == FlightMemoryContent::current_layout && content.good.count <= KeptSettings::capacity &&
@@ -71,7 +72,7 @@ Status FlightMemory::load() {
   FlightMemoryContent read;
   std::size_t bytes = 0;
   Status status = medium_.read({reinterpret_cast<std::uint8_t*>(&read), sizeof(read)}, bytes);
-  if (status.ok() && (bytes != sizeof(read) || !sound(read))) status = {StatusCode::record_damaged, 0, read.layout};
+  if (status.ok() && (bytes != sizeof(read) || !valid(read))) status = {StatusCode::record_damaged, 0, read.layout};
   if (status.ok()) content_ = read;
   transactions_used_ = content_.transactions_reserved;
   seal();

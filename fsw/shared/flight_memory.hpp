@@ -39,7 +39,7 @@ struct FlightMemoryContent {
   std::int64_t transactions_reserved = 0;           ///< CFDP transaction numbers up to it may have been used
   std::int64_t configuration = 0;                   ///< grows with every change of the settings
   TimeNs latest_ns = 0;                             ///< latest known mission time
-  TimeNs trial_ns = 0;                              ///< time in contact since the trial began
+  TimeNs tentative_ns = 0;                          ///< time in contact since the trial began
   double mission_epoch_s = 0;
   std::uint64_t epoch_known = 0;
   std::array<SequenceMark, limits::max_security_associations> marks{};  ///< SPI 0: none
@@ -73,7 +73,7 @@ class FlightMemory {
 
  private:
   void seal();
-  static bool sound(const FlightMemoryContent& content);
+  static bool valid(const FlightMemoryContent& content);
 
   Nonvolatile& medium_;
   FlightMemoryContent content_;

@@ -10,7 +10,7 @@
 namespace ilp {
 namespace {
 
-bool sound(const FixRecord& fix) {
+bool valid(const FixRecord& fix) {
   double sum = fix.ground_depth + fix.ground_depth_sigma + fix.map_sigma_m;
   for (const double v : fix.ground_m) sum += v;
   for (const double v : fix.centre_m) sum += v;
@@ -30,7 +30,7 @@ double element(const double (&triangle)[21], int row, int column) {
 
 navigation::FixMeasurement fix_measurement(const FixRecord& fix, const BodyPlace& origin) {
   navigation::FixMeasurement out;
-  if (fix.state != FixState::accepted || !sound(fix)) return out;
+  if (fix.state != FixState::accepted || !valid(fix)) return out;
   std::copy_n(fix.ground_m, 3, out.ground_m);
   Mat3 cam_from_level = rotation_from_quaternion(fix.q_cam_from_map);
   const BodyPlace map = map_origin_of(fix);

@@ -15,20 +15,20 @@ class Patience {
  public:
   /// A step has met `fault` in reading or processing input `id`. If the fault may pass, is a bug of our own, or says
   /// that memory was damaged, the input is tried as often as allowed. After that, and at once for any other fault,
-  /// given_up(id) holds: a verdict is due.
+  /// abandoned(id) holds: a verdict is due.
   [[nodiscard]] StepResult failed(std::int64_t id, const Status& fault) {
     const bool of_writing = (writing_ && is_transient(fault)) || fault.is(StatusCode::store_locked);
     writing_ = false;
     if (of_writing) return not_written(fault);
     const bool of_input = !fault.is(StatusCode::assertion_failed) && !fault.is(StatusCode::memory_damaged);
     if (of_input && !is_transient(fault)) {
-      given_up_id_ = id;
+      abandoned_id_ = id;
       return {fault, true, Then::restore};
     }
     if (id != tried_id_) attempts_ = 0;
     tried_id_ = id;
     if (++attempts_ < most_read_attempts) return {fault, true, Then::restore};
-    given_up_id_ = id;
+    abandoned_id_ = id;
     return {{StatusCode::input_given_up, id, static_cast<std::int64_t>(fault.code)}, true, Then::restore};
   }
   /// The result could not be written. That is no statement about the input, so there is no limit of attempts.
@@ -38,11 +38,11 @@ class Patience {
   void begin_writing() { writing_ = true; }
   void end_writing() { writing_ = false; }
 
-  [[nodiscard]] bool given_up(std::int64_t id) const { return id != 0 && id == given_up_id_; }
+  [[nodiscard]] bool abandoned(std::int64_t id) const { return id != 0 && id == abandoned_id_; }
 
  private:
   std::int64_t tried_id_ = 0;
-  std::int64_t given_up_id_ = 0;
+  std::int64_t abandoned_id_ = 0;
   std::uint32_t attempts_ = 0;  ///< failed attempts on tried_id_
   bool writing_ = false;
 };

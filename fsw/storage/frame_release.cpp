@@ -1,7 +1,7 @@
 #include "fsw/storage/frame_release.hpp"
 
 #include "fsw/shared/find.hpp"
-#include "fsw/shared/sound_store.hpp"
+#include "fsw/shared/valid_store.hpp"
 #include "fsw/vision/overlap/overlap.hpp"
 #include "hal/store/newest_id.hpp"
 
@@ -88,7 +88,7 @@ Status judge(FrameReleaseStore store, const OverlapRecord& seen, FrameReleaseSta
 
 Result<bool> release_frame(FrameReleaseStore store, FrameReleaseState& state, StorageRecord& account) {
   KeyframeRecord keyframe;
-  ILP_TAKE(const bool chosen, find_next_sound(store, state.passed_keyframe_id, keyframe));
+  ILP_TAKE(const bool chosen, find_next_valid(store, state.passed_keyframe_id, keyframe));
   if (chosen && keyframe.frame_id <= state.passed_id) {
     // A held-back frame has become the keyframe.
     state.passed_keyframe_id = keyframe.id;
@@ -121,7 +121,7 @@ Result<bool> release_keyframe_image(FrameReleaseStore store, std::int64_t produc
   KeyframeRecord newest, keyframe;
   ILP_TAKE(const bool any, found_by(last(store, newest)));
   if (!any) return false;
-  ILP_TAKE(const bool found, find_next_sound(store, state.released_keyframe_id, keyframe));
+  ILP_TAKE(const bool found, find_next_valid(store, state.released_keyframe_id, keyframe));
   // The overlap checker compares with the newest one.
   const bool needed = !found || keyframe.id >= newest.id || keyframe.id > state.passed_keyframe_id ||
                       products_through < product_id(keyframe.id, ProductKind::image);

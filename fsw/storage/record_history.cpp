@@ -1,7 +1,7 @@
 #include "fsw/storage/record_history.hpp"
 
 #include "fsw/shared/find.hpp"
-#include "fsw/shared/sound_store.hpp"
+#include "fsw/shared/valid_store.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -44,7 +44,7 @@ Status erase_oldest(HistoryStore store, std::int64_t kept, May may, std::int64_t
   ILP_TRY(newest_that_counts<Record>(store, kept, newest));
   for (int i = 0; i < rows_per_step; ++i) {
     Record oldest;
-    ILP_TAKE(const bool found, find_next_sound(store, 0, oldest));
+    ILP_TAKE(const bool found, find_next_valid(store, 0, oldest));
     if (!found || oldest.id > newest - kept || !may(oldest)) return {};
     ILP_TRY(erase<Record>(store, oldest.id, erased));
   }
@@ -66,10 +66,10 @@ Status erase_frames(HistoryStore store, std::int64_t kept, std::int64_t passed_i
   const std::int64_t oldest_kept = newest - kept;
   for (int i = 0; i < rows_per_step; ++i) {
     FrameRecord frame;
-    ILP_TAKE(const bool any, find_next_sound(store, history.frame_id, frame));
+    ILP_TAKE(const bool any, find_next_valid(store, history.frame_id, frame));
     if (!any || frame.id > oldest_kept || frame.id > passed_id) return {};
     KeyframeRecord keyframe;
-    ILP_TAKE(const bool found, find_next_sound(store, history.keyframe_id, keyframe));
+    ILP_TAKE(const bool found, find_next_valid(store, history.keyframe_id, keyframe));
     if (found && keyframe.frame_id < frame.id) {
       history.keyframe_id = keyframe.id;
       continue;
@@ -86,7 +86,7 @@ Status erase_frames_before(HistoryStore store, const KeyframeRecord& oldest, std
                            std::int64_t& erased) {
   for (int i = 0; i < rows_per_step; ++i) {
     FrameRecord frame;
-    ILP_TAKE(const bool found, find_next_sound(store, 0, frame));
+    ILP_TAKE(const bool found, find_next_valid(store, 0, frame));
     if (!found || frame.id >= oldest.frame_id || frame.id > passed_id || frame.image.bytes != 0) return {};
     ILP_TRY(erase_frame(store, frame, erased));
   }
@@ -96,11 +96,11 @@ Status erase_frames_before(HistoryStore store, const KeyframeRecord& oldest, std
 /// Examines one more strip, in turns: it is erased when it has no keyframe left.
 Status erase_strip(HistoryStore store, RecordHistory& history, std::int64_t& erased) {
   StripRecord strip;
-  ILP_TAKE(const bool found, find_next_sound(store, history.asked_strip_id, strip));
+  ILP_TAKE(const bool found, find_next_valid(store, history.asked_strip_id, strip));
   history.asked_strip_id = found ? strip.id : 0;
   if (!found) return {};
   KeyframeRecord keyframe;
-  ILP_TAKE(const bool any, find_next_sound(store, strip.first_keyframe_id - 1, keyframe));
+  ILP_TAKE(const bool any, find_next_valid(store, strip.first_keyframe_id - 1, keyframe));
   if (strip.end == StripEnd::open || !any || keyframe.id <= strip.last_keyframe_id) return {};
   ILP_TRY(erase_but_last<CalibrationCheckRecord>(store, strip.id, erased));
   ILP_TRY(erase<StripFrameRecord>(store, strip.id, erased));
@@ -151,14 +151,14 @@ Status erase_keyframe(HistoryStore store, std::int64_t id, std::int64_t& erased)
 
 /// A file older than the history: its subject is erased, if nothing of it is still needed, and then its record.
 Status retire(HistoryStore store, const DownlinkRecord& sent, bool waited_long, std::int64_t& erased) {
-  const bool settled = sent.acknowledged_ns != 0 || waited_long;
+  const bool confirmed = sent.acknowledged_ns != 0 || waited_long;
   if (sent.kind == DownlinkKind::product) {
     ProductRecord product;
     ILP_TAKE(const bool found, find(store, sent.subject_id, product));
     if (found && product.data.bytes != 0) return {};
     return erase<DownlinkRecord>(store, sent.id, erased);
   }
-  if (!settled) return {};
+  if (!confirmed) return {};
   if (sent.kind == DownlinkKind::records && sent.subject_id > 0) {
     ILP_TAKE(const bool held, holds_bytes(store, sent.subject_id));
     if (held) return {};
@@ -176,7 +176,7 @@ Status erase_keyframes(HistoryStore store, std::int64_t kept, RecordHistory& his
   bool from_the_first = history.asked_downlink_id == 0;
   for (int i = 0; i < rows_per_step && erased == before; ++i) {
     DownlinkRecord sent;
-    ILP_TAKE(const bool found, find_next_sound(store, history.asked_downlink_id, sent));
+    ILP_TAKE(const bool found, find_next_valid(store, history.asked_downlink_id, sent));
     // In turns, so that a waiting one does not delay those after it.
     if (!found || sent.records_through > newest - kept || sent.id == newest_file) {
       history.asked_downlink_id = 0;
@@ -199,7 +199,7 @@ Status erase_past(HistoryStore store, const MissionParameters& mission, std::int
   ILP_TRY(erase_keyframes(store, keyframes, history, erased));
   ILP_TRY(erase_frames(store, frames, passed_frame_id, history, erased));
   KeyframeRecord oldest;
-  ILP_TAKE(const bool found, find_next_sound(store, 0, oldest));
+  ILP_TAKE(const bool found, find_next_valid(store, 0, oldest));
   if (found && oldest.id > 1) ILP_TRY(erase_frames_before(store, oldest, passed_frame_id, erased));
   ILP_TRY(erase_strip(store, history, erased));
   const auto any = [](const auto&) { return true; };

@@ -9,12 +9,12 @@ namespace {
 constexpr std::size_t most_image_bytes = std::size_t{1} << 20U;
 constexpr std::size_t most_store_bytes = std::size_t{256} << 10U;
 // The checksum of a region is computed in pieces of this size, however much a step may read.
-constexpr std::size_t piece_bytes = 4096;
+constexpr std::size_t chunk_bytes = 4096;
 
 std::uint64_t checksum_of(std::span<const std::byte> region) {
   std::uint64_t sum = 0;
-  for (std::size_t at = 0; at < region.size(); at += piece_bytes) {
-    sum = checksum64(region.subspan(at, std::min(piece_bytes, region.size() - at)), sum);
+  for (std::size_t at = 0; at < region.size(); at += chunk_bytes) {
+    sum = checksum64(region.subspan(at, std::min(chunk_bytes, region.size() - at)), sum);
   }
   return sum;
 }
@@ -67,23 +67,23 @@ Status Scrubber::check_store(std::size_t bytes, TimeNs now) {
   const std::size_t table = state_.place.table;
   const ScrubSlice slice = scrub(wiring_.store, bytes, workspace_.scratch, state_.place);
   ILP_TRY(slice.fault);
-  Status news = slice.damage;
-  if (slice.damage.is(StatusCode::record_damaged) && !learn({slice.damage.b, slice.damage.a})) news = {};
+  Status updates = slice.damage;
+  if (slice.damage.is(StatusCode::record_damaged) && !learn({slice.damage.b, slice.damage.a})) updates = {};
   state_.resting = slice.round_complete;
   // Saved rarely: after a restart a slightly older position only repeats some reading.
-  if (news.ok() && table == state_.place.table && !slice.round_complete) return {};
+  if (updates.ok() && table == state_.place.table && !slice.round_complete) return {};
   const Status saved = save();
-  return news.ok() ? saved : news;
+  return updates.ok() ? saved : updates;
 }
 
 Status Scrubber::check_image(std::size_t bytes) {
   ImageCursor& at = work_.image;
   if (wiring_.image.empty() || workspace_.image_damaged) return {};
-  for (std::size_t read = 0; read < bytes; read += piece_bytes) {
+  for (std::size_t read = 0; read < bytes; read += chunk_bytes) {
     const std::span<const std::byte> region = wiring_.image[at.region];
-    const std::size_t piece = std::min(piece_bytes, region.size() - at.offset);
-    at.sum = checksum64(region.subspan(at.offset, piece), at.sum);
-    at.offset += piece;
+    const std::size_t chunk = std::min(chunk_bytes, region.size() - at.offset);
+    at.sum = checksum64(region.subspan(at.offset, chunk), at.sum);
+    at.offset += chunk;
     if (at.offset < region.size()) continue;
     const bool same = at.sum == wiring_.image_sums[at.region];
     const auto number = static_cast<std::int64_t>(at.region);

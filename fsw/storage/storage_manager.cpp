@@ -1,7 +1,7 @@
 #include "fsw/storage/storage_manager.hpp"
 
 #include "fsw/shared/find.hpp"
-#include "fsw/shared/place_room.hpp"
+#include "fsw/shared/place_capacity.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -27,7 +27,7 @@ template <typename Record>
 Status count_next(StorageDraft& draft, Reader<Record> store, std::int64_t& counted_id, std::int64_t& bytes,
                   std::uint32_t& held) {
   Record record;
-  ILP_TAKE(const bool found, find_next_sound(store, counted_id, record));
+  ILP_TAKE(const bool found, find_next_valid(store, counted_id, record));
   if (!found) return {};
   counted_id = record.id;
   bytes += blob_bytes(record);
@@ -40,7 +40,7 @@ Status count_next(StorageDraft& draft, Reader<Record> store, std::int64_t& count
 Result<bool> is_trial(Reader<StructureRecord, PoseRecord> store, std::int64_t after) {
   StructureRecord structure;
   PoseRecord pose;
-  ILP_TAKE(const bool any, find_next_sound(store, after, structure));
+  ILP_TAKE(const bool any, find_next_valid(store, after, structure));
   if (!any) return false;
   ILP_TAKE(const bool known, find(store, structure.id, pose));
   return known && is_open(pose.state);
@@ -51,12 +51,12 @@ Result<bool> is_trial(Reader<StructureRecord, PoseRecord> store, std::int64_t af
 constexpr CheckpointForm StorageManager::checkpoint = checkpoint_form<State>(component_id);
 
 StorageManager::StorageManager(Tables store, const MissionParameters& mission, Scratch scratch)
-    : wiring_{store, SoundView<Tables::tables>(store), mission, scratch} {}
+    : wiring_{store, ValidView<Tables::tables>(store), mission, scratch} {}
 
 Status StorageManager::restore() {
   work_.search.restart();
   work_.searching = false;
-  work_.gave_up = false;
+  work_.has_abandoned = false;
   work_.rounds_done = work_.searches_done = false;
   work_.asked_id = 0;
   work_.swept_id = 0;
@@ -99,7 +99,7 @@ Status StorageManager::weigh_places() {
 Status StorageManager::count_depth(Draft& draft) {
   State& after = draft.after;
   DepthRecord depth;
-  ILP_TAKE(const bool found, find_next_sound(wiring_.store, after.counted_depth_id, depth));
+  ILP_TAKE(const bool found, find_next_valid(wiring_.store, after.counted_depth_id, depth));
   if (!found) return {};
   MaskRecord mask;
   ILP_TRY(release_part().find_mask(depth.id, mask));
@@ -118,8 +118,8 @@ Status StorageManager::count_new(Draft& draft) {
   ILP_TRY(
       count_next<FrameRecord>(draft, wiring_.store, after.frames.counted_id, account.frame_bytes, account.frames_held));
   ILP_TRY(count_depth(draft));
-  ILP_TAKE(const bool made_anew, is_trial(wiring_.store, after.counted_structure_id));
-  if (!made_anew) {
+  ILP_TAKE(const bool made_again, is_trial(wiring_.store, after.counted_structure_id));
+  if (!made_again) {
     ILP_TRY(count_next<StructureRecord>(draft, wiring_.store, after.counted_structure_id, account.structure_bytes,
                                         account.structures_held));
   }
@@ -131,7 +131,7 @@ Status StorageManager::obey_commands(Draft& draft) {
   // Bounded by the number of commands; one product a step.
   for (bool dropped = false; !dropped;) {
     CommandRecord command;
-    ILP_TAKE(const bool any, find_next_sound(wiring_.store, draft.after.obeyed_command_id, command));
+    ILP_TAKE(const bool any, find_next_valid(wiring_.store, draft.after.obeyed_command_id, command));
     if (!any) return {};
     if (command.kind == CommandKind::delete_product) {
       ProductRecord product;
@@ -156,7 +156,7 @@ Status StorageManager::delete_acknowledged(Draft& draft) {
   ILP_TRY(found_by(last(wiring_.store, newest)).status());
   for (int asked = 0; asked < files_per_step; ++asked) {
     DownlinkRecord sent;
-    ILP_TAKE(const bool found, find_next_sound(wiring_.store, work_.asked_id, sent));
+    ILP_TAKE(const bool found, find_next_valid(wiring_.store, work_.asked_id, sent));
     if (!found) {
       // In turns over all files, so that a missing confirmation does not delay those after it.
       work_.asked_id = 0;
@@ -164,8 +164,8 @@ Status StorageManager::delete_acknowledged(Draft& draft) {
       return {};
     }
     work_.asked_id = sent.id;
-    ILP_TAKE(const bool settled, settle(sent, newest.sent_ns, draft));
-    all_before = all_before && settled;
+    ILP_TAKE(const bool confirmed, release_confirmed(sent, newest.sent_ns, draft));
+    all_before = all_before && confirmed;
     if (all_before) {
       after.checked_downlink_id = sent.id;
       draft.changed = true;
@@ -174,14 +174,14 @@ Status StorageManager::delete_acknowledged(Draft& draft) {
   return {};
 }
 
-Result<bool> StorageManager::settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft) {
+Result<bool> StorageManager::release_confirmed(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft) {
   const bool confirmed = sent.acknowledged_ns != 0;
   if (sent.kind == DownlinkKind::product) {
-    ILP_TRY(products().settle_product(sent, newest_sent_ns, draft));
+    ILP_TRY(products().finish_product(sent, newest_sent_ns, draft));
   } else if (confirmed && sent.kind == DownlinkKind::points) {
-    return release_part().settle_points(sent, draft);
+    return release_part().finish_points(sent, draft);
   } else if (confirmed && sent.subject_id > 0) {
-    return release_part().settle_records(sent, draft);
+    return release_part().finish_records(sent, draft);
   }
   return confirmed;
 }
@@ -230,7 +230,7 @@ Status StorageManager::work_through(Draft& draft) {
   ILP_TRY(weigh_places());
   ILP_TRY(note_mode(draft));
   if (draft.event.ok()) ILP_TRY(thin_frames(draft));
-  if (draft.event.ok()) ILP_TRY(products().give_up_least(draft));
+  if (draft.event.ok()) ILP_TRY(products().abandon_least(draft));
   const std::int64_t erased = draft.after.account.rows_erased;
   ILP_TRY(erase_past(wiring_.store, wiring_.mission, draft.after.frames.passed_id, draft.after.history,
                      draft.after.account.rows_erased));

@@ -19,7 +19,7 @@ namespace ilp {
 /// whose records were sent without a confirmation, the oldest first, then the last layers of products with the least
 /// worth per byte, and when no layer is left, whole products of least priority. Products that were sent stay until they
 /// are confirmed. Capture never stops. record_history.hpp has the rules for old records. The places on record count as
-/// data with the size that they have at most; their own stage keeps them within their share (place_room.hpp).
+/// data with the size that they have at most; their own stage keeps them within their share (place_capacity.hpp).
 class StorageManager final : public StageComponent<ComponentId::storage_manager> {
  public:
   static const CheckpointForm checkpoint;
@@ -44,7 +44,7 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
   Status obey_commands(Draft& draft);
   Status delete_acknowledged(Draft& draft);
   /// Whether no further action on it is needed.
-  Result<bool> settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft);
+  Result<bool> release_confirmed(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft);
   Status thin_frames(Draft& draft);
   Status note_mode(Draft& draft);
   Status work_through(Draft& draft);

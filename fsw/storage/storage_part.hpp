@@ -6,8 +6,8 @@
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/checkpoint.hpp"
-#include "fsw/shared/sound_store.hpp"
 #include "fsw/shared/step_memory.hpp"
+#include "fsw/shared/valid_store.hpp"
 #include "fsw/storage/frame_release.hpp"
 #include "fsw/storage/record_history.hpp"
 #include "fsw/storage/storage_victims.hpp"
@@ -22,7 +22,7 @@ inline constexpr int storage_batch = 8;  ///< records of a kind in one step
 
 struct StorageWiring {
   StorageTables whole;  ///< damaged records included: for the checkpoint
-  SoundView<StorageTables::tables> store;
+  ValidView<StorageTables::tables> store;
   const MissionParameters& mission;
   StepScratch<StorageFile> scratch;
 };
@@ -51,7 +51,7 @@ struct StorageWork {
   std::int64_t asked_id = 0;     ///< files up to it have been examined in this round
   std::int64_t swept_id = 0;     ///< products up to it have been examined in this round
   bool searching = false;        ///< the search for data to erase is not complete
-  bool gave_up = false;          ///< this search has erased something
+  bool has_abandoned = false;    ///< this search has erased something
   bool round_done = false;       ///< every file that is not confirmed has been examined
   bool rounds_done = false;      ///< both rounds are done since the last change
   bool searches_done = false;

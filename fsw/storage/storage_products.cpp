@@ -26,7 +26,7 @@ Status StorageProducts::delete_product(const ProductRecord& product, Draft& draf
   return erase<ProductRecord>(wiring_.store, product.id);
 }
 
-Status StorageProducts::give_up(ProductRecord product, Draft& draft) {
+Status StorageProducts::abandon(ProductRecord product, Draft& draft) {
   StorageRecord& account = draft.after.account;
   account.product_bytes -= product.data.bytes;
   account.dropped_bytes += product.data.bytes;
@@ -37,16 +37,16 @@ Status StorageProducts::give_up(ProductRecord product, Draft& draft) {
   return amend(wiring_.store, product);
 }
 
-Status StorageProducts::give_up_damaged(const ProductRecord& product, Draft& draft) {
+Status StorageProducts::abandon_damaged(const ProductRecord& product, Draft& draft) {
   if (product.id > draft.after.counted_product_id || product.data.bytes == 0) return {};
   ++draft.after.account.products_damaged;
-  return give_up(product, draft);
+  return abandon(product, draft);
 }
 
 Status StorageProducts::drop(const ProductRecord& product, Draft& draft) {
   ++draft.after.account.products_dropped;
   draft.event = {StatusCode::product_dropped, product.id, static_cast<std::int64_t>(product.priority * 1000)};
-  return give_up(product, draft);
+  return abandon(product, draft);
 }
 
 Result<bool> StorageProducts::cut_last_layer(ProductRecord product, Draft& draft) {
@@ -56,11 +56,11 @@ Result<bool> StorageProducts::cut_last_layer(ProductRecord product, Draft& draft
   // Bytes that cannot be read stay: the disk may recover, and the downlink judges them itself.
   if (!read_blob<ProductRecord>(wiring_.store, "data", product.id, 0, {file.data(), before}).ok()) return false;
   std::size_t bytes = 0;
-  const bool sound = crc32({file.data(), before}) == product.crc32 &&
+  const bool valid = crc32({file.data(), before}) == product.crc32 &&
                      truncate_to_layers({file.data(), before}, product.layers - 1, bytes).ok() && bytes < before;
-  if (!sound) {
+  if (!valid) {
     draft.event = {StatusCode::product_damaged, product.id};
-    ILP_TRY(give_up_damaged(product, draft));
+    ILP_TRY(abandon_damaged(product, draft));
     return true;
   }
   StorageRecord& account = draft.after.account;
@@ -81,7 +81,7 @@ Result<bool> StorageProducts::cut_last_layer(ProductRecord product, Draft& draft
   return true;
 }
 
-Status StorageProducts::give_up_least(Draft& draft) {
+Status StorageProducts::abandon_least(Draft& draft) {
   const StorageRecord& account = draft.after.account;
   // Erasing products makes no room for depth maps.
   const bool wanted = account.full && products_above(draft, wiring_.mission.low_watermark);
@@ -114,13 +114,13 @@ Status StorageProducts::give_up_least(Draft& draft) {
       ILP_TAKE(done, cut_last_layer(product, draft));
     }
     if (!done) continue;
-    work_.gave_up = true;
+    work_.has_abandoned = true;
     return {};
   }
   work_.search.restart();
   // A product that has lost its last layer has another last one.
-  work_.searching = work_.gave_up;
-  work_.gave_up = false;
+  work_.searching = work_.has_abandoned;
+  work_.has_abandoned = false;
   return {};
 }
 
@@ -129,7 +129,7 @@ Status StorageProducts::find_oldest(Draft& draft) {
   ProductRecord product;
   bool found = false;
   for (int i = 0; i < batch; ++i) {
-    ILP_TAKE(found, find_next_sound(wiring_.store, after.oldest_product_id, product));
+    ILP_TAKE(found, find_next_valid(wiring_.store, after.oldest_product_id, product));
     if (!found || product.data.bytes != 0 || product.id > after.counted_product_id) break;
     after.oldest_product_id = product.id;
   }
@@ -143,7 +143,7 @@ Status StorageProducts::find_oldest(Draft& draft) {
   return {};
 }
 
-Status StorageProducts::settle_product(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft) {
+Status StorageProducts::finish_product(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft) {
   ProductRecord product;
   ILP_TAKE(const bool held, find(wiring_.store, sent.subject_id, product));
   if (!held) return {};
@@ -172,12 +172,12 @@ Status StorageProducts::send_again(const DownlinkRecord& lost, ProductRecord pro
 Status StorageProducts::sweep(Draft& draft) {
   for (int i = 0; i < products_per_sweep; ++i) {
     ProductRecord product;
-    ILP_TAKE(const bool found, find_next_sound(wiring_.store, work_.swept_id, product));
+    ILP_TAKE(const bool found, find_next_valid(wiring_.store, work_.swept_id, product));
     work_.swept_id = found ? product.id : 0;
     if (!found) return {};
     if (product.state == ProductState::acknowledged) ILP_TRY(delete_product(product, draft));
     // It was abandoned elsewhere, so its bytes are of no use.
-    if (product.state == ProductState::dropped) ILP_TRY(give_up_damaged(product, draft));
+    if (product.state == ProductState::dropped) ILP_TRY(abandon_damaged(product, draft));
   }
   return {};
 }

@@ -20,7 +20,7 @@ Status StorageRelease::find_mask(std::int64_t keyframe_id, MaskRecord& mask) {
 Status StorageRelease::release_depth(Draft& draft) {
   State& after = draft.after;
   DepthRecord depth;
-  ILP_TAKE(const bool found, find_next_sound(wiring_.store, after.coded_depth_id, depth));
+  ILP_TAKE(const bool found, find_next_valid(wiring_.store, after.coded_depth_id, depth));
   // The image of a keyframe is coded after its depth map.
   if (found && depth.id <= after.counted_depth_id &&
       after.counted_product_id >= product_id(depth.id, ProductKind::image)) {
@@ -61,7 +61,7 @@ Status StorageRelease::release_points(StructureRecord structure, bool held, Draf
 Status StorageRelease::age_points(Draft& draft) {
   State& after = draft.after;
   StructureRecord structure;
-  ILP_TAKE(const bool found, find_next_sound(wiring_.store, after.aged_structure_id, structure));
+  ILP_TAKE(const bool found, find_next_valid(wiring_.store, after.aged_structure_id, structure));
   if (!found || structure.id > after.counted_structure_id ||
       structure.id > after.frames.passed_keyframe_id - keyframes_with_points) {
     return {};
@@ -95,7 +95,7 @@ Result<bool> StorageRelease::release_oldest_points(bool full, Draft& draft) {
   ILP_TAKE(const std::int64_t unneeded, unneeded_before());
   for (int i = 0; i < batch; ++i) {
     StructureRecord structure;
-    ILP_TAKE(const bool found, find_next_sound(wiring_.store, after.released_structure_id, structure));
+    ILP_TAKE(const bool found, find_next_valid(wiring_.store, after.released_structure_id, structure));
     if (!found || structure.id > after.aged_structure_id) return false;
     const bool held = structure.points.bytes != 0;
     if (held && !full && structure.id > unneeded) return false;
@@ -117,7 +117,7 @@ Result<bool> StorageRelease::release_oldest_mask(bool full, Draft& draft) {
   if (sent.records_through > unneeded) unneeded = sent.records_through;
   for (int i = 0; i < batch; ++i) {
     MaskRecord mask;
-    ILP_TAKE(const bool found, find_next_sound(wiring_.store, after.released_depth_id, mask));
+    ILP_TAKE(const bool found, find_next_valid(wiring_.store, after.released_depth_id, mask));
     if (!found || mask.id > after.coded_depth_id) return false;
     if (mask.code.bytes != 0 && mask.id > unneeded) return false;
     after.released_depth_id = mask.id;
@@ -140,7 +140,7 @@ Status StorageRelease::release(Draft& draft) {
   return age_points(draft);
 }
 
-Result<bool> StorageRelease::settle_records(const DownlinkRecord& sent, Draft& draft) {
+Result<bool> StorageRelease::finish_records(const DownlinkRecord& sent, Draft& draft) {
   MaskRecord mask;
   ILP_TAKE(const bool found, find(wiring_.store, sent.subject_id, mask));
   if (!found) return true;
@@ -149,7 +149,7 @@ Result<bool> StorageRelease::settle_records(const DownlinkRecord& sent, Draft& d
   return true;
 }
 
-Result<bool> StorageRelease::settle_points(const DownlinkRecord& sent, Draft& draft) {
+Result<bool> StorageRelease::finish_points(const DownlinkRecord& sent, Draft& draft) {
   State& after = draft.after;
   const std::int64_t place = sent.subject_id - after.aged_structure_id - 1;
   if (place >= points_window) return false;

@@ -19,8 +19,8 @@ class StorageRelease : public StoragePart {
   Result<bool> release_oldest_points(bool full, Draft& draft);
   Result<bool> release_oldest_mask(bool full, Draft& draft);
   Status release(Draft& draft);
-  Result<bool> settle_records(const DownlinkRecord& sent, Draft& draft);
-  Result<bool> settle_points(const DownlinkRecord& sent, Draft& draft);
+  Result<bool> finish_records(const DownlinkRecord& sent, Draft& draft);
+  Result<bool> finish_points(const DownlinkRecord& sent, Draft& draft);
 };
 
 }  // namespace ilp

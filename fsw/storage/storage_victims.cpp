@@ -1,7 +1,7 @@
 #include "fsw/storage/storage_victims.hpp"
 
 #include "fsw/base/math.hpp"
-#include "fsw/shared/sound_store.hpp"
+#include "fsw/shared/valid_store.hpp"
 
 namespace ilp {
 namespace {
@@ -34,7 +34,7 @@ bool product_can_go(const ProductRecord& product) {
   return product.state == ProductState::stored && product.data.bytes != 0 && product.layers_sent == 0;
 }
 
-double worth_of_last_layer(const ProductRecord& product) {
+double utility_of_last_layer(const ProductRecord& product) {
   const std::uint32_t before = product.layer_bytes[product.layers - 2U];
   const std::uint32_t bytes = product.data.bytes > before ? product.data.bytes - before : 1;
   return product.priority * gain_db(product) / static_cast<double>(bytes);
@@ -51,11 +51,11 @@ void VictimSearch::restart() {
 
 void VictimSearch::insert(const Victim& victim, Victims& victims) {
   if (victims.full()) {
-    if (!(victim.worth < victims.back().worth)) return;
+    if (!(victim.utility < victims.back().utility)) return;
     victims.pop_back();
   }
   static_cast<void>(victims.push_back(victim));
-  for (std::size_t i = victims.size() - 1; i > 0 && victims[i].worth < victims[i - 1].worth; --i) {
+  for (std::size_t i = victims.size() - 1; i > 0 && victims[i].utility < victims[i - 1].utility; --i) {
     const Victim other = victims[i - 1];
     victims[i - 1] = victims[i];
     victims[i] = other;
@@ -65,13 +65,13 @@ void VictimSearch::insert(const Victim& victim, Victims& victims) {
 Status VictimSearch::look(Reader<ProductRecord> store, std::int64_t through_id) {
   ProductRecord product;
   for (int looks = 0; looks < products_per_look; ++looks) {
-    ILP_TAKE(const bool found, find_next_sound(store, looked_at_id_, product));
+    ILP_TAKE(const bool found, find_next_valid(store, looked_at_id_, product));
     complete_ = !found || product.id > through_id;
     if (complete_) return {};
     looked_at_id_ = product.id;
     if (last_layer_can_go(product)) {
       any_layer_ = true;
-      insert({product.id, worth_of_last_layer(product)}, layers_);
+      insert({product.id, utility_of_last_layer(product)}, layers_);
     }
     if (product_can_go(product)) insert({product.id, product.priority}, products_);
   }

@@ -12,7 +12,7 @@ namespace ilp {
 [[nodiscard]] bool product_can_go(const ProductRecord& product);
 /// The worth of the last layer per byte: the product's priority times the gain in dB (PSNR of an image; of a depth map
 /// 6 dB per halving of its largest error), or times one if no quality is on record.
-[[nodiscard]] double worth_of_last_layer(const ProductRecord& product);
+[[nodiscard]] double utility_of_last_layer(const ProductRecord& product);
 
 /// Finds the products of least worth in a whole table, in slices of bounded length and with bounded memory. The next
 /// search finds those that did not fit.
@@ -20,7 +20,7 @@ class VictimSearch {
  public:
   struct Victim {
     std::int64_t product_id = 0;
-    double worth = 0;
+    double utility = 0;
   };
 
   void restart();

@@ -104,7 +104,7 @@ Status TelemetryReporter::report_events() {
     ILP_TAKE(const Found found, find_next(wiring_.store, cursor_.first, event));
     if (found == Found::nothing) break;
     // The scrubber reports the damage; the next events are not kept waiting.
-    if (found == Found::sound) ILP_TRY(report_event(event));
+    if (found == Found::valid) ILP_TRY(report_event(event));
     cursor_.first = event.id;
     work_.cursor_unsaved = true;
   }

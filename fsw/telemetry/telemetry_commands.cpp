@@ -31,7 +31,7 @@ Status TelemetryReporter::obey_commands() {
     CommandRecord command;
     ILP_TAKE(const Found found, find_next(wiring_.store, cursor_.second, command));
     if (found == Found::nothing) break;
-    if (found == Found::sound && is_for_telemetry(command.kind)) {
+    if (found == Found::valid && is_for_telemetry(command.kind)) {
       const Status obeyed = obey(command);
       if (is_transient(obeyed)) return obeyed;
       if (status.ok()) status = obeyed;

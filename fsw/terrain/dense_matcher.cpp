@@ -185,7 +185,7 @@ Result<Successor> DenseMatcher::find_partner() {
   if (next != Successor::final) return next;
   workspace_.after = state_;
   ILP_TRY(use_coverage_of(work_.pose.id, work_.camera, workspace_.after));
-  PairWorthParams params;
+  PairUtilityParams params;
   params.largest_sigma = wiring_.mission.largest_depth_sigma;
   params.finer_steps = sampling_steps(wiring_.mission.claim_ratio);
   return choose_partner(wiring_.store, work_.camera, work_.pose, work_.next, workspace_.after.coverage, params,
@@ -228,8 +228,8 @@ Status DenseMatcher::begin_panel() {
 
 Result<bool> DenseMatcher::pick() {
   const std::int64_t id = cursor_.first + 1;
-  if (work_.patience.given_up(id)) {
-    ILP_TRY(record_given_up());
+  if (work_.patience.abandoned(id)) {
+    ILP_TRY(record_abandoned());
     return true;
   }
   const Status found = get(wiring_.store, id, work_.pose);
@@ -291,7 +291,7 @@ Status DenseMatcher::depth_band() {
 
 Status DenseMatcher::state_errors() {
   if (work_.residual.count >= min_vertical_residuals && work_.residual.median_px() > max_vertical_residual_px) {
-    return give_up_partner(DepthVerdict::rectification_impossible,
+    return abandon_partner(DepthVerdict::rectification_impossible,
                            {StatusCode::rectification_impossible, work_.pose.id,
                             static_cast<std::int64_t>(RectificationFault::poses_contradict)});
   }
@@ -329,7 +329,7 @@ Status DenseMatcher::claim_ground() {
                           work_.partner.finer_steps, w.mask.view(), counts));
   const auto area = static_cast<double>(w.mask.view().area());
   if (counts.matched < smallest_matched_share * area) {
-    return give_up_partner(DepthVerdict::too_few_valid, {});
+    return abandon_partner(DepthVerdict::too_few_valid, {});
   }
   work_.record.valid = counts.matched;
   work_.mask.newly_seen = counts.newly_seen;
@@ -379,7 +379,7 @@ Status DenseMatcher::carry_ground() {
 
 /// The pair has given no depth: what is `reported` counts if the partner is the next keyframe, which is tried
 /// otherwise.
-Status DenseMatcher::give_up_partner(DepthVerdict verdict, Status reported) {
+Status DenseMatcher::abandon_partner(DepthVerdict verdict, Status reported) {
   if (work_.partner.pose.id != work_.next.id) {
     work_.partner = partner_of(work_.next, sampling_steps(wiring_.mission.claim_ratio));
     ILP_TAKE(verdict, begin_pair());
@@ -416,7 +416,7 @@ Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict v
 }
 
 /// A part of the pair, or of its coverage, cannot be read: the image of the keyframe is sent whole.
-Status DenseMatcher::record_given_up() {
+Status DenseMatcher::record_abandoned() {
   const std::int64_t id = cursor_.first + 1;
   PoseRecord pose;
   ILP_TAKE(const bool posed, find<PoseRecord>(wiring_.store, id, pose));
@@ -477,7 +477,7 @@ Status DenseMatcher::advance() {
       break;
     case Phase::begin: {
       ILP_TAKE(const DepthVerdict verdict, begin_pair());
-      return verdict == DepthVerdict::ok ? Status{} : give_up_partner(verdict, {});
+      return verdict == DepthVerdict::ok ? Status{} : abandon_partner(verdict, {});
     }
     case Phase::resample:
       return resample_band();

@@ -155,9 +155,9 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   Status begin_carry();
   Status carry_ground();
   Status advance();
-  Status give_up_partner(DepthVerdict verdict, Status reported);
+  Status abandon_partner(DepthVerdict verdict, Status reported);
   Status record_without_depth(const PoseRecord& pose, DepthVerdict verdict);
-  Status record_given_up();
+  Status record_abandoned();
   Status write(DepthRecord& record, MaskRecord& mask, std::int64_t next_coverage_id);
 
   Wiring wiring_;

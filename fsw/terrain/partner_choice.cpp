@@ -29,12 +29,12 @@ struct Search {
   std::uint32_t reach;
 };
 
-Result<Successor> search_partner(const Search& search, const PairWorthParams& params, Partner& partner) {
+Result<Successor> search_partner(const Search& search, const PairUtilityParams& params, Partner& partner) {
   Partner candidate = partner_of(search.next, params.finer_steps);
   partner = candidate;
   const double distance = distance_of(search.pose);
   RigidTransform candidate_from_this = between(search.pose, candidate.pose);
-  PairWorth best = pair_worth(search.camera, candidate_from_this, distance, search.coverage, params);
+  PairUtility best = pair_utility(search.camera, candidate_from_this, distance, search.coverage, params);
   if (best.median_sigma <= small_share * params.largest_sigma) return Successor::final;
   for (std::uint32_t place = 1; place < search.reach; ++place) {
     PoseRecord further;
@@ -46,8 +46,8 @@ Result<Successor> search_partner(const Search& search, const PairWorthParams& pa
     candidate.step = joined_steps(candidate_from_this, candidate.step, step, step_to(further));
     candidate.pose = further;
     candidate_from_this = compose(step, candidate_from_this);
-    const PairWorth promised = pair_worth(search.camera, candidate_from_this, distance, search.coverage, params);
-    if (promised.worth <= best.worth) continue;
+    const PairUtility promised = pair_utility(search.camera, candidate_from_this, distance, search.coverage, params);
+    if (promised.utility <= best.utility) continue;
     best = promised;
     partner = candidate;
   }
@@ -82,11 +82,11 @@ Result<Successor> next_with_pose(Reader<PoseRecord, StripRecord> store, const Po
 
 Result<Successor> choose_partner(Reader<PoseRecord, StripRecord> store, const CameraModel& camera,
                                  const PoseRecord& pose, const PoseRecord& next, const Coverage& coverage,
-                                 const PairWorthParams& params, std::uint32_t reach, Partner& partner) {
+                                 const PairUtilityParams& params, std::uint32_t reach, Partner& partner) {
   const Search search{store, camera, pose, next, coverage, reach};
   ILP_TAKE(const Successor found, search_partner(search, params, partner));
   if (found != Successor::final || !partner.at_end) return found;
-  PairWorthParams at_end = params;
+  PairUtilityParams at_end = params;
   at_end.finer_steps = finer_steps_at_end;
   return search_partner(search, at_end, partner);
 }

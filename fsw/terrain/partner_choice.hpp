@@ -4,7 +4,7 @@
 #include "fsw/base/result.hpp"
 #include "fsw/records/records.hpp"
 #include "fsw/vision/stereo/depth/pose_error.hpp"
-#include "fsw/vision/terrain/pair_worth.hpp"
+#include "fsw/vision/terrain/pair_utility.hpp"
 #include "hal/store/store_view.hpp"
 
 namespace ilp {
@@ -41,6 +41,6 @@ Result<Successor> next_with_pose(Reader<PoseRecord, StripRecord> store, const Po
 /// taken, the nearer one of equal ones. The answer is `final`, or `not_yet` while it waits.
 Result<Successor> choose_partner(Reader<PoseRecord, StripRecord> store, const CameraModel& camera,
                                  const PoseRecord& pose, const PoseRecord& next, const Coverage& coverage,
-                                 const PairWorthParams& params, std::uint32_t reach, Partner& partner);
+                                 const PairUtilityParams& params, std::uint32_t reach, Partner& partner);
 
 }  // namespace ilp

@@ -48,15 +48,15 @@ Status GuardedCompute::accept(ComputeDevice& device, std::span<std::byte> inputs
              : ComputeFault::unreachable;
     if (fault == ComputeFault::none) continue;
     device.leave();
-    return news_ = {StatusCode::compute_refused, static_cast<std::int64_t>(fault), static_cast<std::int64_t>(k)};
+    return updates_ = {StatusCode::compute_refused, static_cast<std::int64_t>(fault), static_cast<std::int64_t>(k)};
   }
   device_ = &device;
-  news_ = {StatusCode::compute_ready, static_cast<std::int64_t>(compute_kinds)};
+  updates_ = {StatusCode::compute_ready, static_cast<std::int64_t>(compute_kinds)};
   return {};
 }
 
-void GuardedCompute::give_up(ComputeKind kind, ComputeFault fault) {
-  news_ = {StatusCode::compute_lost, static_cast<std::int64_t>(fault), static_cast<std::int64_t>(kind)};
+void GuardedCompute::abandon(ComputeKind kind, ComputeFault fault) {
+  updates_ = {StatusCode::compute_lost, static_cast<std::int64_t>(fault), static_cast<std::int64_t>(kind)};
   device_->leave();
   device_ = nullptr;
   for (Place& place : places_) {
@@ -71,7 +71,7 @@ Status GuardedCompute::submit(const ComputeJob& job) {
   if (device_ == nullptr) return cpu_.submit(job);
   places_[static_cast<std::size_t>(job.kind)] = {job, true};
   const ComputeFault fault = device_->begin(job);
-  if (fault != ComputeFault::none) give_up(job.kind, fault);
+  if (fault != ComputeFault::none) abandon(job.kind, fault);
   return {};
 }
 
@@ -91,7 +91,7 @@ ComputeProgress GuardedCompute::ask_device(ComputeKind kind) {
     fault = check_unit(kind, unit, place.job.input, place.job.output);
   }
   if (fault != ComputeFault::none) {
-    give_up(kind, fault);
+    abandon(kind, fault);
     return ComputeProgress::working;
   }
   place.on_device = false;
@@ -108,10 +108,10 @@ void GuardedCompute::drop(ComputeKind kind) {
   cpu_.drop(kind);
 }
 
-Status GuardedCompute::take_news() {
-  const Status news = news_;
-  news_ = {};
-  return news;
+Status GuardedCompute::take_updates() {
+  const Status updates = updates_;
+  updates_ = {};
+  return updates;
 }
 
 }  // namespace ilp

@@ -27,7 +27,7 @@ class GuardedCompute final : public Compute {
   void drop(ComputeKind kind) override;
 
   /// `compute_ready`, `compute_refused` or `compute_lost` once, then ok.
-  [[nodiscard]] Status take_news();
+  [[nodiscard]] Status take_updates();
   [[nodiscard]] bool on_device() const override { return device_ != nullptr; }
 
  private:
@@ -37,7 +37,7 @@ class GuardedCompute final : public Compute {
                                         std::span<const std::byte> output);
   ComputeProgress ask_device(ComputeKind kind);
   /// All jobs of the device are begun again on the processor.
-  void give_up(ComputeKind kind, ComputeFault fault);
+  void abandon(ComputeKind kind, ComputeFault fault);
 
   struct Place {
     ComputeJob job;
@@ -48,7 +48,7 @@ class GuardedCompute final : public Compute {
   ComputeDevice* device_ = nullptr;
   bool patient_ = false;
   std::uint64_t checks_ = 0;  ///< jobs that a device has done: each is checked in another unit
-  Status news_;
+  Status updates_;
   std::array<Place, compute_kinds> places_{};
   std::array<std::byte, max_compute_unit_bytes> unit_{};
 };

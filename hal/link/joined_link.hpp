@@ -11,11 +11,11 @@ class JoinedLink final : public PacketLink {
 
   /// The two take turns, so that a flood on one of them leaves half of the places to the other.
   Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) override {
-    heard_ = 1 - heard_;
-    Status status = links_[heard_]->receive(buffer, bytes);
+    received_ = 1 - received_;
+    Status status = links_[received_]->receive(buffer, bytes);
     if (!status.is(StatusCode::not_ready)) return status;
-    heard_ = 1 - heard_;
-    return links_[heard_]->receive(buffer, bytes);
+    received_ = 1 - received_;
+    return links_[received_]->receive(buffer, bytes);
   }
   /// Returns ok when one of them has taken it.
   Status send(std::span<const std::uint8_t> packet) override {
@@ -23,11 +23,11 @@ class JoinedLink final : public PacketLink {
     const Status second = links_[1]->send(packet);
     return first.ok() ? first : second;
   }
-  void accept_sender() override { links_[heard_]->accept_sender(); }
+  void accept_sender() override { links_[received_]->accept_sender(); }
 
  private:
   PacketLink* links_[2];
-  int heard_ = 0;
+  int received_ = 0;
 };
 
 }  // namespace ilp

@@ -55,9 +55,9 @@ Status FileNonvolatile::open_one(const char* path, std::size_t file) {
   block_ = {};
   if (::lseek(descriptor, state.st_size, SEEK_SET) < 0) return failure();
   for (auto size = state.st_size; size < whole;) {
-    const auto piece = std::min(static_cast<std::size_t>(whole - size), block_bytes);
-    ILP_TRY(write_all(descriptor, std::span<const std::uint8_t>(block_).first(piece)));
-    size += static_cast<off_t>(piece);
+    const auto chunk = std::min(static_cast<std::size_t>(whole - size), block_bytes);
+    ILP_TRY(write_all(descriptor, std::span<const std::uint8_t>(block_).first(chunk)));
+    size += static_cast<off_t>(chunk);
   }
   if (::fsync(descriptor) != 0) return failure();
   // A new file survives a power cut only when its folder was synchronised too.

@@ -28,7 +28,7 @@ void begin_ids(const AnyStore& store, std::int64_t& id) {
 
 /// Expands a number from a telecommand, which may be a short one of this life or a whole one.
 template <typename Record, typename AnyStore>
-std::int64_t number_of_this_life(const AnyStore& store, std::int64_t number) {
+std::int64_t number_in_store_epoch(const AnyStore& store, std::int64_t number) {
   const std::int64_t base = store.id_base(record_type<Record>);
   return number <= base ? base + number : number;
 }

@@ -97,11 +97,11 @@ inline void scrub_blob(WholeReader store, const RecordInfo& info, std::span<std:
     cursor = next_place;
     return;
   }
-  const std::size_t piece = size - cursor.offset < scratch.size() ? size - cursor.offset : scratch.size();
-  const Status read = store.read_blob(info, field->name, cursor.after, cursor.offset, scratch.first(piece));
+  const std::size_t chunk = size - cursor.offset < scratch.size() ? size - cursor.offset : scratch.size();
+  const Status read = store.read_blob(info, field->name, cursor.after, cursor.offset, scratch.first(chunk));
   if (!read.ok()) return scrub_found(read, cursor, next_place, slice);
-  slice.bytes += piece;
-  cursor.offset += piece;
+  slice.bytes += chunk;
+  cursor.offset += chunk;
 }
 
 }  // namespace detail

@@ -112,7 +112,7 @@ class StoreView {
   template <StoreAccess>
   friend class StoreView;
   template <StoreAccess>
-  friend class SoundView;
+  friend class ValidView;
 
   static bool has(const RecordInfo& info) { return (access.readable() & mask_of(info.type)) != 0; }
 

@@ -69,7 +69,7 @@ class Station {
     while (read_line(line)) {
       if (!line.empty()) obey(line);
       console_.listen(0.1);
-      tell_progress();
+      report_progress();
     }
   }
 
@@ -152,10 +152,10 @@ class Station {
                      console::data_of([&](ByteWriter& out) { encode_report_list(tailoring, list, out); }));
   }
 
-  void tell_progress() {
+  void report_progress() {
     const std::vector<console::Report>& reports = console_.reports();
-    for (; told_ < reports.size(); ++told_) {
-      const console::Report& report = reports[told_];
+    for (; reported_ < reports.size(); ++reported_) {
+      const console::Report& report = reports[reported_];
       if (report.header.service != housekeeping::service || report.header.subtype != housekeeping::report) continue;
       ByteReader in(report.data);
       const std::uint64_t id = in.number(tailoring.report_id);
@@ -178,7 +178,7 @@ class Station {
   }
 
   fs::path folder_, write_log_;
-  std::size_t told_ = 0;
+  std::size_t reported_ = 0;
   console::Console console_;
 };
 

@@ -50,10 +50,10 @@ void measure_strip(const report::Report& report, report::StripResult& result) {
   double masked = 0, pixels = 0;
   for (const intake::TrackPoint& point : track) {
     const intake::Keyframe& keyframe = report.flight.keyframes.at(point.keyframe_id);
-    const map::KeyframeLook& look = report.looks.at(point.keyframe_id);
+    const map::KeyframeQuickLook& quick_look = report.quick_looks.at(point.keyframe_id);
     pixels += static_cast<double>(keyframe.camera.width) * keyframe.camera.height;
-    masked += static_cast<double>(look.depth_pixels);
-    if (look.median_depth > 0) heights.push_back(look.median_depth);
+    masked += static_cast<double>(quick_look.depth_pixels);
+    if (quick_look.median_depth > 0) heights.push_back(quick_look.median_depth);
   }
   result.flying_height = heights.empty() ? 0 : host::median(std::move(heights));
   result.mask_share = pixels > 0 ? masked / pixels : 0;
@@ -258,7 +258,7 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   // Files that the catalogue has lost are news for the next run.
   const std::uint64_t known = catalogue.has_lost_files() ? 0 : inputs;
   if (!options.catalogue.empty()) catalogue.keep_mark(known);
-  report.whole_look = nullptr;
+  report.whole_quick_look = nullptr;
   opened.reset();  // its file is as the next run finds it
   if (!options.keep_copies) fs::remove(options.out / intake::catalogue_name);
   keep_record(options, report, before, known);
@@ -305,7 +305,7 @@ std::optional<std::vector<std::string>> summary_if_unchanged(const GroundOptions
   RunRecord record = read_record(options.out);
   if (record.inputs == 0 || record.inputs != digest_of_inputs(options)) return std::nullopt;
   if (!options.catalogue.empty() && open_catalogue(options, true)->mark() != record.inputs) return std::nullopt;
-  if (!keep_sound_files(options.out, options.check, record, messages)) {
+  if (!keep_valid_files(options.out, options.check, record, messages)) {
     write_record(record, options.out);
     return std::nullopt;
   }

@@ -40,7 +40,7 @@ void unpack(const json& packed, std::int32_t width, std::int32_t height, host::R
   }
 }
 
-json told(const map::GroundGrid& grid) {
+json reported(const map::GroundGrid& grid) {
   return {{"x0", grid.x0},
           {"y0", grid.y0},
           {"cell", grid.cell},
@@ -56,30 +56,30 @@ json told(const map::GroundGrid& grid) {
           {"laid_grey", packed(grid.laid.grey)}};
 }
 
-map::GroundGrid grid_from(const json& told) {
+map::GroundGrid grid_from(const json& reported) {
   map::GroundGrid grid;
-  const std::int32_t columns = told.at("columns"), rows = told.at("rows");
+  const std::int32_t columns = reported.at("columns"), rows = reported.at("rows");
   if (columns <= 0 || rows <= 0) throw std::runtime_error("a grid without cells");
-  grid.x0 = told.at("x0");
-  grid.y0 = told.at("y0");
-  grid.cell = told.at("cell");
-  unpack(told.at("height"), columns, rows, grid.height);
-  unpack(told.at("sigma"), columns, rows, grid.sigma);
-  unpack(told.at("whole_sigma"), columns, rows, grid.whole_sigma);
-  unpack(told.at("ortho"), columns, rows, grid.ortho);
-  unpack(told.at("count"), columns, rows, grid.count);
-  unpack(told.at("source"), columns, rows, grid.source);
-  unpack(told.at("laid_height"), columns, rows, grid.laid.height);
-  unpack(told.at("laid_grey"), columns, rows, grid.laid.grey);
+  grid.x0 = reported.at("x0");
+  grid.y0 = reported.at("y0");
+  grid.cell = reported.at("cell");
+  unpack(reported.at("height"), columns, rows, grid.height);
+  unpack(reported.at("sigma"), columns, rows, grid.sigma);
+  unpack(reported.at("whole_sigma"), columns, rows, grid.whole_sigma);
+  unpack(reported.at("ortho"), columns, rows, grid.ortho);
+  unpack(reported.at("count"), columns, rows, grid.count);
+  unpack(reported.at("source"), columns, rows, grid.source);
+  unpack(reported.at("laid_height"), columns, rows, grid.laid.height);
+  unpack(reported.at("laid_grey"), columns, rows, grid.laid.grey);
   return grid;
 }
 
-json told(const map::Roughness& r) {
+json reported(const map::Roughness& r) {
   return {r.border_samples, r.other_samples, r.border, r.other};
 }
 
-map::Roughness roughness_from(const json& told) {
-  return {told.at(0), told.at(1), told.at(2), told.at(3)};
+map::Roughness roughness_from(const json& reported) {
+  return {reported.at(0), reported.at(1), reported.at(2), reported.at(3)};
 }
 
 }  // namespace
@@ -102,30 +102,31 @@ std::uint64_t map_export_digest(std::uint64_t map, const exports::Georeference& 
 
 std::vector<std::uint8_t> bytes_of_map(const report::StripResult& strip, const std::set<std::uint64_t>& parts) {
   const map::MapGeometry& g = strip.geometry;
-  return json::to_cbor(json{{"grid", told(*strip.grid)},
-                            {"plane", {strip.plane.a, strip.plane.b, strip.plane.c}},
-                            {"geometry", {g.x0, g.y0, g.cell, g.columns, g.rows}},
-                            {"seams", {told(strip.seams.height), told(strip.seams.grey), told(strip.seams.grey_step)}},
-                            {"parts", parts},
-                            {"files", strip.map_files},
-                            {"surface", {strip.vertices, strip.faces, strip.stride}}});
+  return json::to_cbor(
+      json{{"grid", reported(*strip.grid)},
+           {"plane", {strip.plane.a, strip.plane.b, strip.plane.c}},
+           {"geometry", {g.x0, g.y0, g.cell, g.columns, g.rows}},
+           {"seams", {reported(strip.seams.height), reported(strip.seams.grey), reported(strip.seams.grey_step)}},
+           {"parts", parts},
+           {"files", strip.map_files},
+           {"surface", {strip.vertices, strip.faces, strip.stride}}});
 }
 
 bool take_map(std::span<const std::uint8_t> bytes, report::StripResult& strip, std::set<std::uint64_t>& parts) {
   try {
-    const json told = json::from_cbor(bytes.begin(), bytes.end());
+    const json reported = json::from_cbor(bytes.begin(), bytes.end());
     report::StripResult taken = strip;
-    taken.grid = grid_from(told.at("grid"));
-    const json &plane = told.at("plane"), &geometry = told.at("geometry"), &surface = told.at("surface");
+    taken.grid = grid_from(reported.at("grid"));
+    const json &plane = reported.at("plane"), &geometry = reported.at("geometry"), &surface = reported.at("surface");
     taken.plane = {plane.at(0), plane.at(1), plane.at(2)};
     taken.geometry = {geometry.at(0), geometry.at(1), geometry.at(2), geometry.at(3), geometry.at(4)};
-    const json& seams = told.at("seams");
+    const json& seams = reported.at("seams");
     taken.seams = {roughness_from(seams.at(0)), roughness_from(seams.at(1)), roughness_from(seams.at(2))};
-    told.at("files").get_to(taken.map_files);
+    reported.at("files").get_to(taken.map_files);
     surface.at(0).get_to(taken.vertices);
     surface.at(1).get_to(taken.faces);
     surface.at(2).get_to(taken.stride);
-    told.at("parts").get_to(parts);
+    reported.at("parts").get_to(parts);
     strip = std::move(taken);
     return true;
   } catch (const std::exception&) {

@@ -11,7 +11,7 @@
 
 #include "sim/ground/fixes/fix_text.hpp"
 #include "sim/ground/fixes/map_check.hpp"
-#include "sim/ground/maps/map_pieces.hpp"
+#include "sim/ground/maps/map_patches.hpp"
 #include "sim/host/command_line.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/key_file.hpp"

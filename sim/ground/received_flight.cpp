@@ -8,7 +8,7 @@
 #include <string>
 
 #include "sim/ground/control/control_system.hpp"
-#include "sim/ground/export/look_round.hpp"
+#include "sim/ground/export/quick_looks.hpp"
 #include "sim/ground/export/shared_catalogue.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/map/damaged_catalogue.hpp"
@@ -67,14 +67,14 @@ bool reject_faulty(report::Report& report, intake::Catalogue& catalogue) {
   std::map<std::string, const intake::ReceivedFile*> files;
   for (const intake::ReceivedFile& file : report.outbox.files) files[file.name] = &file;
   bool any = false;
-  for (auto& [id, look] : report.looks) {
+  for (auto& [id, quick_look] : report.quick_looks) {
     intake::Keyframe& keyframe = report.flight.keyframes.at(id);
-    for (std::size_t kind = 0; kind < look.faults.size(); ++kind) {
-      if (look.faults[kind].empty() || !keyframe.products[kind]) continue;
+    for (std::size_t kind = 0; kind < quick_look.faults.size(); ++kind) {
+      if (quick_look.faults[kind].empty() || !keyframe.products[kind]) continue;
       const auto file = files.find(keyframe.products[kind]->file);
       if (file == files.end()) continue;
       intake::ReceivedFile faulty = *file->second;
-      faulty.fault = look.faults[kind];
+      faulty.fault = quick_look.faults[kind];
       catalogue.reject(faulty);
       any = true;
     }
@@ -90,8 +90,9 @@ void refuse_another_downlink(const GroundOptions& options, const RunRecord& befo
                            ", or begin afresh (--afresh)");
 }
 
-void tell_intake(const intake::Catalogue& catalogue, const intake::Catalogue::Intake& intake, std::ostream& messages) {
-  if (catalogue.was_set_aside()) {
+void report_intake(const intake::Catalogue& catalogue, const intake::Catalogue::Intake& intake,
+                   std::ostream& messages) {
+  if (catalogue.was_quarantined()) {
     messages << "the catalogue was damaged and is set aside: started over from the files that are there\n";
   }
   if (intake.fresh < intake.files) {
@@ -132,9 +133,9 @@ void naming_catalogue(const GroundOptions& options, const std::function<void()>&
   }
 }
 
-std::unique_ptr<intake::Catalogue> open_catalogue(const GroundOptions& options, bool known_sound) {
+std::unique_ptr<intake::Catalogue> open_catalogue(const GroundOptions& options, bool known_valid) {
   if (options.catalogue.empty())
-    return std::make_unique<intake::Catalogue>(options.out / intake::catalogue_name, known_sound);
+    return std::make_unique<intake::Catalogue>(options.out / intake::catalogue_name, known_valid);
   return std::make_unique<intake::Catalogue>(options.catalogue, mission_of(options), options.out);
 }
 
@@ -145,7 +146,7 @@ std::unique_ptr<intake::Catalogue> open_and_take_in(const GroundOptions& options
   if (shared) exports::prepare_shared_catalogue(options.catalogue);
   if (options.afresh) forget(options.out, catalogue_file);
   before = read_record(options.out);
-  (void)keep_sound_files(options.out, options.check, before, messages);
+  (void)keep_valid_files(options.out, options.check, before, messages);
   if (!shared && !options.afresh && !fs::exists(catalogue_file)) refuse_another_downlink(options, before);
   if (!shared && intake::files_of(options.outbox).empty() && !fs::exists(catalogue_file))
     stop_for_nothing(options, report);
@@ -155,7 +156,7 @@ std::unique_ptr<intake::Catalogue> open_and_take_in(const GroundOptions& options
   catalogue->keep_mark(0);
   const intake::Catalogue::Intake intake =
       catalogue->take_in(options.outbox, host::Progress(messages, "Taking in files"));
-  tell_intake(*catalogue, intake, messages);
+  report_intake(*catalogue, intake, messages);
   take_in_work(options.out, *catalogue, messages);
   return catalogue;
 }
@@ -200,10 +201,10 @@ void decode_held(const GroundOptions& options, intake::Catalogue& catalogue, rep
                  std::ostream& messages) {
   do {
     index_held(options, catalogue, report, messages);
-    report.looks = exports::look_round(report.flight, options.out / "keyframes", catalogue, messages);
+    report.quick_looks = exports::make_quick_looks(report.flight, options.out / "keyframes", catalogue, messages);
   } while (reject_faulty(report, catalogue));
-  report.whole_look = [&report, &catalogue](std::int64_t id) {
-    return exports::known_look(report.flight, id, report.looks.at(id), catalogue);
+  report.whole_quick_look = [&report, &catalogue](std::int64_t id) {
+    return exports::known_quick_look(report.flight, id, report.quick_looks.at(id), catalogue);
   };
   model::state_height_steps(report.flight, report.joined);
   report_skipped(report.outbox, messages);
@@ -223,8 +224,8 @@ std::vector<const intake::Strip*> strips_with_poses_first(const intake::Flight& 
 map::KeyframeViews views_of(const report::Report& report, const intake::Strip& strip) {
   map::KeyframeViews views;
   for (const std::int64_t id : strip.keyframes) {
-    const map::KeyframeLook& look = report.looks.at(id);
-    if (look.ground_step > 0) views[id] = map::view_of(look);
+    const map::KeyframeQuickLook& quick_look = report.quick_looks.at(id);
+    if (quick_look.ground_step > 0) views[id] = map::view_of(quick_look);
   }
   return views;
 }

@@ -13,7 +13,7 @@
 namespace ilp::ground {
 
 /// The catalogue of the results: a file in their folder, or the mission's part of the database that the options name.
-[[nodiscard]] std::unique_ptr<intake::Catalogue> open_catalogue(const GroundOptions& options, bool known_sound);
+[[nodiscard]] std::unique_ptr<intake::Catalogue> open_catalogue(const GroundOptions& options, bool known_valid);
 
 /// Does `step`. A part of the catalogue that cannot be read back is told with the catalogue's file or address.
 void naming_catalogue(const GroundOptions& options, const std::function<void()>& step);

@@ -82,7 +82,7 @@ std::string text_of(const RunRecord& record) {
 }
 
 /// Whether the file is as recorded, whose times are corrected where they alone have changed.
-bool is_sound(const fs::path& path, bool thoroughly, ResultFile& file, bool& corrected) {
+bool is_valid(const fs::path& path, bool thoroughly, ResultFile& file, bool& corrected) {
   const auto state = host::state_of(path);
   if (!state) return false;
   const bool same = *state == file.state;
@@ -160,14 +160,14 @@ RunRecord record_of(const fs::path& out, const std::vector<std::string>& files, 
   return record;
 }
 
-bool keep_sound_files(const fs::path& out, bool thoroughly, RunRecord& record, std::ostream& messages) {
-  bool all_sound = true, corrected = false;
+bool keep_valid_files(const fs::path& out, bool thoroughly, RunRecord& record, std::ostream& messages) {
+  bool all_valid = true, corrected = false;
   for (auto it = record.files.begin(); it != record.files.end();) {
-    if (is_sound(out / it->first, thoroughly, it->second, corrected)) {
+    if (is_valid(out / it->first, thoroughly, it->second, corrected)) {
       ++it;
       continue;
     }
-    all_sound = false;
+    all_valid = false;
     if (it->second.content != 0) {
       messages << it->first << " is missing or was changed: it is made again\n";
       std::error_code ignored;
@@ -175,8 +175,8 @@ bool keep_sound_files(const fs::path& out, bool thoroughly, RunRecord& record, s
     }
     it = record.files.erase(it);
   }
-  if (all_sound && corrected) write_record(record, out);
-  return all_sound;
+  if (all_valid && corrected) write_record(record, out);
+  return all_valid;
 }
 
 }  // namespace ilp::ground

@@ -46,6 +46,6 @@ void forget_record(const std::filesystem::path& out);
 /// Removes files that are not as the record says from the folder and from the record, with a line for each: they are
 /// made again. A file whose times alone have changed, as in a copy of the folder, is kept and the record corrected.
 /// `thoroughly`: the content of every file is read. False when anything was not as recorded.
-bool keep_sound_files(const std::filesystem::path& out, bool thoroughly, RunRecord& record, std::ostream& messages);
+bool keep_valid_files(const std::filesystem::path& out, bool thoroughly, RunRecord& record, std::ostream& messages);
 
 }  // namespace ilp::ground

@@ -2,7 +2,7 @@
 
 #include <ostream>
 
-#include "sim/ground/export/look_round.hpp"
+#include "sim/ground/export/quick_looks.hpp"
 #include "sim/ground/map/strip_map.hpp"
 #include "sim/ground/received_flight.hpp"
 #include "sim/ground/run_record.hpp"
@@ -52,12 +52,12 @@ std::size_t plan_work(const GroundOptions& options, tasks::WorkKind kind, std::s
   report::Report report;
   RunRecord before;
   const std::unique_ptr<intake::Catalogue> catalogue = open_and_take_in(options, report, before, messages);
-  if (kind == tasks::WorkKind::looks) {
+  if (kind == tasks::WorkKind::quick_looks) {
     index_held(options, *catalogue, report, messages);
     const std::vector<std::int64_t> ids =
-        exports::keyframes_without_look(report.flight, options.out / "keyframes", *catalogue);
+        exports::keyframes_without_quick_look(report.flight, options.out / "keyframes", *catalogue);
     leave_pictures_to_tasks(ids, options.out, before);
-    return tasks::plan_looks(report.flight, ids, tasks, options.out);
+    return tasks::plan_quick_looks(report.flight, ids, tasks, options.out);
   }
   decode_held(options, *catalogue, report, messages);
   if (kind == tasks::WorkKind::tiles) {

@@ -117,8 +117,8 @@ std::string camera_of(const Exiv2::ExifData& exif, const Exiv2::XmpData& xmp) {
 /// Of a date as scanned; none where the calendar has none.
 std::optional<std::int64_t> time_ns_of(const std::tm& tm) {
   TimeNs since_1970 = 0;
-  const bool sound = time_of_date(tm.tm_year, tm.tm_mon, tm.tm_mday, tm.tm_hour, tm.tm_min, tm.tm_sec, since_1970);
-  return sound ? std::optional(since_1970) : std::nullopt;
+  const bool valid = time_of_date(tm.tm_year, tm.tm_mon, tm.tm_mday, tm.tm_hour, tm.tm_min, tm.tm_sec, since_1970);
+  return valid ? std::optional(since_1970) : std::nullopt;
 }
 
 std::optional<std::int64_t> exposure_time(const Exiv2::ExifData& exif) {
@@ -165,8 +165,8 @@ std::optional<double> sexagesimal(Numbers numbers) {
       ended = true;
       continue;
     }
-    const bool sound = !ended && *numbers[i] >= 0 && *numbers[i] <= (i == 0 ? 360 : 60);
-    if (!sound) return std::nullopt;
+    const bool valid = !ended && *numbers[i] >= 0 && *numbers[i] <= (i == 0 ? 360 : 60);
+    if (!valid) return std::nullopt;
     value += *numbers[i] * unit;
   }
   return value;

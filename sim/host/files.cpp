@@ -67,12 +67,12 @@ namespace {
 /// Calls `take(bytes)` for one piece of the file after the other, until it returns false. False when the file cannot be
 /// read.
 template <typename Take>
-bool for_each_piece(const fs::path& path, Take take) {
+bool for_each_chunk(const fs::path& path, Take take) {
   std::ifstream file(path, std::ios::binary);
-  std::vector<std::uint8_t> piece(std::size_t{1} << 20U);
+  std::vector<std::uint8_t> chunk(std::size_t{1} << 20U);
   while (file) {
-    file.read(reinterpret_cast<char*>(piece.data()), static_cast<std::streamsize>(piece.size()));
-    if (file.gcount() > 0 && !take(std::span<const std::uint8_t>(piece).first(static_cast<std::size_t>(file.gcount()))))
+    file.read(reinterpret_cast<char*>(chunk.data()), static_cast<std::streamsize>(chunk.size()));
+    if (file.gcount() > 0 && !take(std::span<const std::uint8_t>(chunk).first(static_cast<std::size_t>(file.gcount()))))
       break;
   }
   return file.is_open() && !file.bad();
@@ -83,10 +83,10 @@ bool holds(const fs::path& path, std::span<const std::uint8_t> bytes) {
   if (fs::file_size(path, error) != bytes.size() || error) return false;
   std::size_t at = 0;
   bool same = true;
-  const bool read = for_each_piece(path, [&](std::span<const std::uint8_t> piece) {
-    same = at + piece.size() <= bytes.size() &&
-           std::equal(piece.begin(), piece.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
-    at += piece.size();
+  const bool read = for_each_chunk(path, [&](std::span<const std::uint8_t> chunk) {
+    same = at + chunk.size() <= bytes.size() &&
+           std::equal(chunk.begin(), chunk.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
+    at += chunk.size();
     return same;
   });
   return read && same && at == bytes.size();
@@ -98,10 +98,10 @@ bool same_content(const fs::path& a, const fs::path& b) {
   std::ifstream other(b, std::ios::binary);
   std::vector<std::uint8_t> theirs(std::size_t{1} << 20U);
   bool same = true;
-  const bool read = for_each_piece(a, [&](std::span<const std::uint8_t> piece) {
-    other.read(reinterpret_cast<char*>(theirs.data()), static_cast<std::streamsize>(piece.size()));
-    same = static_cast<std::size_t>(other.gcount()) == piece.size() &&
-           std::equal(piece.begin(), piece.end(), theirs.begin());
+  const bool read = for_each_chunk(a, [&](std::span<const std::uint8_t> chunk) {
+    other.read(reinterpret_cast<char*>(theirs.data()), static_cast<std::streamsize>(chunk.size()));
+    same = static_cast<std::size_t>(other.gcount()) == chunk.size() &&
+           std::equal(chunk.begin(), chunk.end(), theirs.begin());
     return same;
   });
   return read && same;
@@ -157,17 +157,17 @@ std::optional<FileState> state_of(const fs::path& path) {
 
 std::optional<std::uint64_t> content_digest(const fs::path& path) {
   std::uint64_t state = digest("");
-  const auto take = [&](std::span<const std::uint8_t> piece) {
-    for (; piece.size() >= sizeof(std::uint64_t); piece = piece.subspan(sizeof(std::uint64_t))) {
+  const auto take = [&](std::span<const std::uint8_t> chunk) {
+    for (; chunk.size() >= sizeof(std::uint64_t); chunk = chunk.subspan(sizeof(std::uint64_t))) {
       std::uint64_t word = 0;
-      std::memcpy(&word, piece.data(), sizeof(word));
+      std::memcpy(&word, chunk.data(), sizeof(word));
       state = (state ^ word) * 0x100000001b3U;
       state ^= state >> 32U;
     }
-    state = digest({reinterpret_cast<const char*>(piece.data()), piece.size()}, state);
+    state = digest({reinterpret_cast<const char*>(chunk.data()), chunk.size()}, state);
     return true;
   };
-  return for_each_piece(path, take) ? std::optional(state) : std::nullopt;
+  return for_each_chunk(path, take) ? std::optional(state) : std::nullopt;
 }
 
 void make_output_folder(const fs::path& folder) {

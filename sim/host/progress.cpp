@@ -49,8 +49,8 @@ Progress::Progress(std::ostream& messages, std::string what, ProgressStyle style
 void Progress::update(std::size_t done, std::size_t all, double elapsed_s) {
   if (all > 0 && done >= all) return end();
   const bool rewritten = style_ == ProgressStyle::rewritten;
-  if (elapsed_s - told_s_ < (rewritten ? rewrite_s : std::max(line_s, line_share * elapsed_s))) return;
-  told_s_ = elapsed_s;
+  if (elapsed_s - reported_s_ < (rewritten ? rewrite_s : std::max(line_s, line_share * elapsed_s))) return;
+  reported_s_ = elapsed_s;
   const std::string text = progress_text(what_, done, all, elapsed_s);
   messages_ << (rewritten ? clear_line + text : text + "\n") << std::flush;
   open_ = rewritten;

@@ -42,7 +42,7 @@ class Progress {
   std::string what_;
   ProgressStyle style_;
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
-  double told_s_ = 0;
+  double reported_s_ = 0;
   bool open_ = false;
 };
 

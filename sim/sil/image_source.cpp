@@ -42,7 +42,7 @@ CameraModel simulated_camera(const SourceOptions& options) {
 }
 
 /// The flight's event about an image that cannot be read has no name in it.
-Status decode_and_tell(const char* path, FrameImage& image) {
+Status decode_and_report(const char* path, FrameImage& image) {
   const Status status = host::decode_image(path, image);
   if (!status.ok()) std::cerr << "\nilp-sil: image " << path << " is left out: " << host::describe(status) << "\n";
   return status;
@@ -55,7 +55,8 @@ class StripSource final : public ImageSource {
     camera_known = known;
     frames = count;
     description = std::move(text);
-    host::require(camera_.open(index.c_str(), model.width, model.height, decode_and_tell), "opening " + index.string());
+    host::require(camera_.open(index.c_str(), model.width, model.height, decode_and_report),
+                  "opening " + index.string());
   }
   Camera& camera() override { return camera_; }
 
@@ -143,8 +144,9 @@ class VideoSource final : public ImageSource {
 /// Tells what makes the camera improbable by itself.
 CameraModel read_camera(const fs::path& file) {
   const CameraModel camera = host::read_camera_file(file);
-  const CameraDoubt doubt = doubt_about(camera);
-  if (doubt != CameraDoubt::none) std::cerr << "ilp-sil: the camera is improbable: " << words_of(doubt) << "\n";
+  const CameraSuspicion suspicion = suspicion_about(camera);
+  if (suspicion != CameraSuspicion::none)
+    std::cerr << "ilp-sil: the camera is improbable: " << words_of(suspicion) << "\n";
   return camera;
 }
 
@@ -289,7 +291,7 @@ std::unique_ptr<ImageSource> open_images(const SourceOptions& options, std::ostr
 
 std::unique_ptr<ImageSource> open_source(const SourceOptions& options) {
   std::ostringstream messages;
-  const auto tell = [&messages] {
+  const auto report = [&messages] {
     for (const std::string& line : lines_of(messages.str())) std::cerr << "ilp-sil: " << line << "\n";
   };
   std::unique_ptr<ImageSource> source;
@@ -299,10 +301,10 @@ std::unique_ptr<ImageSource> open_source(const SourceOptions& options) {
       source->navigation = navigation_of(options, {}, {}, messages);
   } catch (...) {
     // What was said explains what is refused.
-    tell();
+    report();
     throw;
   }
-  tell();
+  report();
   source->notes = lines_of(messages.str());
   const fs::path simulated = fs::path(options.out) / "flight" / "navigation.csv";
   const bool recorded = !options.images.empty() || !options.y4m.empty();

@@ -199,8 +199,8 @@ void write_table(const Table& table, const fs::path& made) {
   host::write_file(made, out.str());
 }
 
-void tell_coverage(const fs::path& given, const Table& table, const std::vector<double>& images,
-                   std::ostream& messages) {
+void report_coverage(const fs::path& given, const Table& table, const std::vector<double>& images,
+                     std::ostream& messages) {
   const auto unreadable = std::count_if(table.lines.begin(), table.lines.end(),
                                         [](const MeasuredLine& line) { return line.kind == Kind::none; });
   if (unreadable > 0)
@@ -239,7 +239,7 @@ fs::path prepare_navigation(const fs::path& given, const std::vector<host::Strip
     }
     table.plain = table.plain && (!any || (same_count && !table.dated));
   }
-  tell_coverage(given, table, images, messages);
+  report_coverage(given, table, images, messages);
   if (table.plain) return given;
   write_table(table, made);
   messages << "navigation: " << given.string() << " is read as " << made.string() << "\n";

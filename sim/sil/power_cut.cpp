@@ -34,7 +34,7 @@ std::vector<std::string> own_arguments() {
 
 }  // namespace
 
-PastLives read_past_lives(const std::filesystem::path& folder) {
+PastBoots read_past_boots(const std::filesystem::path& folder) {
   std::ifstream in(folder / "power.json");
   if (!in) return {};
   const nlohmann::json json = nlohmann::json::parse(in, nullptr, false);
@@ -58,14 +58,14 @@ std::vector<PowerCut> plan_power_cuts(int cuts, std::uint64_t seed, std::int64_t
   return plan;
 }
 
-void cut_power(const std::filesystem::path& folder, const PastLives& lives) {
-  const nlohmann::json json = {{"random_cuts", lives.random_cuts},
-                               {"timed_cuts", lives.timed_cuts},
-                               {"clock_ns", lives.clock_ns},
-                               {"store_refused", lives.store_refused},
-                               {"link_refused", lives.link_refused}};
+void cut_power(const std::filesystem::path& folder, const PastBoots& boots) {
+  const nlohmann::json json = {{"random_cuts", boots.random_cuts},
+                               {"timed_cuts", boots.timed_cuts},
+                               {"clock_ns", boots.clock_ns},
+                               {"store_refused", boots.store_refused},
+                               {"link_refused", boots.link_refused}};
   std::ofstream(folder / "power.json") << json.dump(2) << "\n";
-  std::cerr << "Power cut at " << static_cast<double>(lives.clock_ns) / static_cast<double>(ns_per_s) << " s\n";
+  std::cerr << "Power cut at " << static_cast<double>(boots.clock_ns) / static_cast<double>(ns_per_s) << " s\n";
   std::vector<std::string> arguments = own_arguments();
   if (std::find(arguments.begin(), arguments.end(), "--resume") == arguments.end()) arguments.emplace_back("--resume");
   std::vector<char*> words;

@@ -11,7 +11,7 @@
 namespace ilp::sil {
 
 /// What the simulation remembers of earlier runs of the flight. It is kept beside the store, in power.json.
-struct PastLives {
+struct PastBoots {
   std::int64_t random_cuts = 0;
   std::int64_t timed_cuts = 0;
   TimeNs clock_ns = 0;  ///< mission time goes on here
@@ -20,7 +20,7 @@ struct PastLives {
 };
 
 /// All zero where there is no file; std::runtime_error for a file that is none of ours.
-[[nodiscard]] PastLives read_past_lives(const std::filesystem::path& folder);
+[[nodiscard]] PastBoots read_past_boots(const std::filesystem::path& folder);
 
 /// The cut comes `writes` writes of the store after the minor frame that took this image (0: after the start).
 struct PowerCut {
@@ -33,6 +33,6 @@ struct PowerCut {
 
 /// Writes power.json and executes this program again, with `--resume` after its arguments. Nothing is closed, flushed
 /// or rolled back.
-[[noreturn]] void cut_power(const std::filesystem::path& folder, const PastLives& lives);
+[[noreturn]] void cut_power(const std::filesystem::path& folder, const PastBoots& boots);
 
 }  // namespace ilp::sil

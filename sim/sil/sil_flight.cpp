@@ -132,7 +132,7 @@ class Flight {
   [[nodiscard]] const MissionParameters& mission() const { return mission_; }
 
  private:
-  [[nodiscard]] PastLives lives_so_far();
+  [[nodiscard]] PastBoots boots_so_far();
   void plan_cuts(std::size_t frames);
   void meet_power_cuts(std::int64_t frame);
   void show_progress();
@@ -142,7 +142,7 @@ class Flight {
   MissionParameters mission_;
   fs::path out_;
   std::string database_ = out_ / "flight.db";  ///< outlives disk_, whose guard keeps the text
-  PastLives past_;
+  PastBoots past_;
   FlightStore disk_{sqlite_arena, store_region};
   OutboxLink radio_;
   FlightClock clock_;
@@ -170,7 +170,7 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
     : options_(options),
       mission_(mission),
       out_(options.out),
-      past_(options.resume ? read_past_lives(out_) : PastLives{}),
+      past_(options.resume ? read_past_boots(out_) : PastBoots{}),
       clock_(options.real_time, past_.clock_ns),
       store_(disk_.store(), clock_, store_full(options.faults)),
       link_(radio_, clock_, link_outage(options.faults)),
@@ -186,16 +186,17 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
   if (options.real_time)
     host::require(on_disk_.open(database_.c_str()), "opening the small memory beside " + database_);
   links_ = open_links(options, clock_);
-  const FlightDevices devices{.store = store_,
-                              .camera = camera_,
-                              .link = link_,
-                              .clock = clock_,
-                              .small_memory = options.real_time ? static_cast<Nonvolatile&>(on_disk_) : in_memory_,
-                              .packets = links_->packets(),
-                              .files = links_->files(),
-                              .navigation = source.navigation.empty() ? nullptr : &navigation_,
-                              .map = options.map.empty() ? nullptr : &map_,
-                              .real_time = options.real_time};
+  const FlightDevices devices{
+      .store = store_,
+      .camera = camera_,
+      .link = link_,
+      .clock = clock_,
+      .nonvolatile_memory = options.real_time ? static_cast<Nonvolatile&>(on_disk_) : in_memory_,
+      .packets = links_->packets(),
+      .files = links_->files(),
+      .navigation = source.navigation.empty() ? nullptr : &navigation_,
+      .map = options.map.empty() ? nullptr : &map_,
+      .real_time = options.real_time};
   software_ = std::make_unique<FlightSoftware>(devices, mission_);
   host::require(software_->prepare({.utc = options.real_time ? std::optional(utc_now()) : std::nullopt}),
                 "taking up settings and mission time");
@@ -215,7 +216,7 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
     }
   }
   host::require(software_->start(source.model), "starting the flight software");
-  const Status begun = software_->begin_life({}, disk_.start().in_order());
+  const Status begun = software_->record_boot({}, disk_.start().in_order());
   // The flight goes on without this record where the store is full at its start.
   if (!begun.is(StatusCode::store_full)) host::require(begun, "writing the record of the start");
   flown_before_ = count(RecordType::frame);
@@ -238,29 +239,29 @@ void Flight::plan_cuts(std::size_t frames) {
   cuts_ = plan_power_cuts(options_.faults.power_cuts, options_.seed, static_cast<std::int64_t>(frames));
 }
 
-PastLives Flight::lives_so_far() {
-  PastLives lives = past_;
-  lives.clock_ns = clock_.now();
-  lives.store_refused += store_.refused();
-  lives.link_refused += link_.refused();
-  return lives;
+PastBoots Flight::boots_so_far() {
+  PastBoots boots = past_;
+  boots.clock_ns = clock_.now();
+  boots.store_refused += store_.refused();
+  boots.link_refused += link_.refused();
+  return boots;
 }
 
 void Flight::meet_power_cuts(std::int64_t frame) {
   if (options_.power_cut_after > 0 && frame >= options_.power_cut_after) std::_Exit(9);
   const double timed_s = options_.faults.power_cut_after_s;
   if (timed_s > 0 && past_.timed_cuts == 0 && static_cast<double>(clock_.now()) >= timed_s * 1e9) {
-    PastLives lives = lives_so_far();
-    ++lives.timed_cuts;
-    cut_power(out_, lives);
+    PastBoots boots = boots_so_far();
+    ++boots.timed_cuts;
+    cut_power(out_, boots);
   }
   const auto next = static_cast<std::size_t>(past_.random_cuts);
   if (cut_armed_ || next >= cuts_.size() || camera_.newest_sequence() < cuts_[next].sequence) return;
   cut_armed_ = true;
   store_.cut_at_write(cuts_[next].writes, [this] {
-    PastLives lives = lives_so_far();
-    ++lives.random_cuts;
-    cut_power(out_, lives);
+    PastBoots boots = boots_so_far();
+    ++boots.random_cuts;
+    cut_power(out_, boots);
   });
 }
 

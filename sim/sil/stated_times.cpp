@@ -40,7 +40,7 @@ struct LeftOut {
   void add(const Photo& photo) {
     if (++count == 1) first = photo.frame.file.string();
   }
-  void tell(const char* why, std::ostream& messages) const {
+  void report(const char* why, std::ostream& messages) const {
     if (count > 0)
       messages << "left out: " << host::counted(count, "photograph") << " " << why << "; the first is " << first
                << "\n";
@@ -95,8 +95,8 @@ std::optional<StripEpoch> take_stated_times(std::vector<Photo>& strip, std::ostr
     if (!stated) without.add(photo);
     if (stated && odd(*stated)) far.add(photo);
   }
-  without.tell("without a time in EXIF, which the others state", messages);
-  far.tell("with a time in EXIF that is more than 30 days from the others'", messages);
+  without.report("without a time in EXIF, which the others state", messages);
+  far.report("with a time in EXIF that is more than 30 days from the others'", messages);
   std::erase_if(strip, [&](const Photo& photo) {
     const auto stated = time_of(photo, time);
     return !stated || odd(*stated);

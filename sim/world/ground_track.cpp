@@ -79,7 +79,7 @@ GroundTrack rosette(const FlightParams& p) {
 void GroundTrack::add(double length_m, double curvature) {
   if (!(length_m > 0)) return;
   end_.curvature = curvature;
-  pieces_.push_back({length_, length_m, end_});
+  segments_.push_back({length_, length_m, end_});
   end_ = after(end_, length_m);
   length_ += length_m;
 }
@@ -109,13 +109,13 @@ GroundTrack::Place GroundTrack::after(const Place& start, double way_m) {
 }
 
 GroundTrack::Place GroundTrack::at(double way_m) const {
-  if (pieces_.empty() || way_m < 0) return after({}, way_m);
+  if (segments_.empty() || way_m < 0) return after({}, way_m);
   const double rounds = std::floor(way_m / length_);
   const double rest = way_m - rounds * length_;
-  const auto next = std::upper_bound(pieces_.begin(), pieces_.end(), rest,
-                                     [](double way, const Piece& piece) { return way < piece.begin_m; });
-  const Piece& piece = *(next - 1);
-  Place place = after(piece.start, rest - piece.begin_m);
+  const auto next = std::upper_bound(segments_.begin(), segments_.end(), rest,
+                                     [](double way, const Segment& segment) { return way < segment.begin_m; });
+  const Segment& segment = *(next - 1);
+  Place place = after(segment.start, rest - segment.begin_m);
   place.position = rounds * end_.position + turned(place.position, within_a_turn(rounds * end_.heading_rad));
   place.heading_rad += rounds * end_.heading_rad;
   return place;

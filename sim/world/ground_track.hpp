@@ -31,14 +31,14 @@ class GroundTrack {
   [[nodiscard]] Place at(double way_m) const;
 
  private:
-  struct Piece {
+  struct Segment {
     double begin_m = 0, length_m = 0;
     Place start;
   };
   void add(double length_m, double curvature);
   [[nodiscard]] static Place after(const Place& start, double way_m);
 
-  std::vector<Piece> pieces_;
+  std::vector<Segment> segments_;
   double length_ = 0;
   Place end_;
 };

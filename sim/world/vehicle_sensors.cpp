@@ -84,9 +84,9 @@ class Sensors {
     const double drift_y = s_.attitude_drift_rad * det_sin(2 * pi * time_s / 700 + 1);
     const Vec3 level_error(drift_x + s_.tilt_noise_rad * normal_.next(), drift_y + s_.tilt_noise_rad * normal_.next(),
                            s_.heading_noise_rad * normal_.next());
-    RigidTransform told;
-    told.rotation = state.rotation * rotation_from_vector(level_error);
-    const Pose pose = pose_from(told);
+    RigidTransform reported;
+    reported.rotation = state.rotation * rotation_from_vector(level_error);
+    const Pose pose = pose_from(reported);
     const double(&q)[4] = pose.q_cam_from_world;
     std::string text = numbers({q[0], q[1], q[2], q[3], s_.tilt_noise_rad});
     if (s_.heading_noise_rad > 0) text += numbers({s_.heading_noise_rad});

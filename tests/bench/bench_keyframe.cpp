@@ -91,7 +91,7 @@ Stage stage_of(SequencePhase phase) {
     case SequencePhase::begin:
     case SequencePhase::decide:
       return two_view;
-    case SequencePhase::surround:
+    case SequencePhase::extend_from_pair:
     case SequencePhase::resect:
       return resection;
     case SequencePhase::triangulate:

@@ -160,13 +160,13 @@ template <typename Backend>
 void read_image(benchmark::State& state) {
   Backend backend;
   for (std::int64_t id = 0; id < 20; ++id) put_image(*backend.store, id, make_image(id));
-  const auto piece = static_cast<std::size_t>(state.range(0));
+  const auto patch = static_cast<std::size_t>(state.range(0));
   std::vector<std::uint8_t> image(image_bytes);
   std::int64_t id = 0;
   for (auto _ : state) {
     id = (id + 1) % 20;
-    for (std::size_t at = 0; at < image_bytes; at += piece) {
-      const std::size_t size = std::min(piece, image_bytes - at);
+    for (std::size_t at = 0; at < image_bytes; at += patch) {
+      const std::size_t size = std::min(patch, image_bytes - at);
       must(read_blob<FrameRecord>(*backend.store, "image", id, at, std::span(image).subspan(at, size)));
     }
   }

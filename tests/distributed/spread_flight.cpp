@@ -62,7 +62,7 @@ ProgramResult SpreadFlight::sql(const std::string& statements) const {
   return run_program({std::getenv("ILP_POSTGRES_SERVER"), "sql", database()}, folder() / "statements.sql");
 }
 
-std::vector<std::string> SpreadFlight::head_command(const std::string& name) const {
+std::vector<std::string> SpreadFlight::primary_command(const std::string& name) const {
   std::vector<std::string> words = {ILP_ONBOARD,
                                     "--virtual-time",
                                     "--trap-heap",
@@ -95,7 +95,7 @@ std::vector<std::string> SpreadFlight::node_command(const std::string& stages,
 void SpreadFlight::start(std::size_t process) {
   const fs::path log = folder() / ("process-" + std::to_string(process) + ".txt");
   processes_[process] =
-      std::make_unique<RunningProgram>(process == 0 ? head_command() : node_command(split_[process]), log);
+      std::make_unique<RunningProgram>(process == 0 ? primary_command() : node_command(split_[process]), log);
 }
 
 void SpreadFlight::start_all() {

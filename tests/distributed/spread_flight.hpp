@@ -44,7 +44,7 @@ class SpreadFlight {
   [[nodiscard]] ProgramResult sql(const std::string& statements) const;
 
   /// The head with other files beside the store: `name` tells them from its own.
-  [[nodiscard]] std::vector<std::string> head_command(const std::string& name = "") const;
+  [[nodiscard]] std::vector<std::string> primary_command(const std::string& name = "") const;
   /// A process with these stages and further options, beside the flight.
   [[nodiscard]] std::vector<std::string> node_command(const std::string& stages,
                                                       const std::vector<std::string>& more = {}) const;

@@ -43,7 +43,7 @@ class PostgresSharing : public testing::Test {
     }
   }
 
-  RecordMask news_of(PostgresStore& store) {
+  RecordMask updates_of(PostgresStore& store) {
     RecordMask changed = 0;
     for (int i = 0; i < patience && changed == 0; ++i) {
       store.wait(100);
@@ -68,7 +68,7 @@ class PostgresSharing : public testing::Test {
 };
 
 TEST_F(PostgresSharing, ARollbackHidesNoNotification) {
-  static_assert(postgres_look_ms > 600, "within this time only a notification tells of the change");
+  static_assert(postgres_poll_ms > 600, "within this time only a notification tells of the change");
   RecordMask changed = 0;
   b_->wait(1);
   ASSERT_OK(b_->begin());
@@ -84,7 +84,7 @@ TEST_F(PostgresSharing, ARollbackHidesNoNotification) {
 
 TEST_F(PostgresSharing, ACommitIsReportedToTheOthersWithItsTablesAndToItsOwnProcessOnce) {
   ASSERT_OK(put_now(*a_, of_id<FrameRecord>(1)));
-  EXPECT_EQ(news_of(*b_), mask_of(RecordType::frame));
+  EXPECT_EQ(updates_of(*b_), mask_of(RecordType::frame));
   FrameRecord frame;
   EXPECT_OK(get(*b_, 1, frame));
   RecordMask changed = 0;
@@ -104,10 +104,10 @@ TEST_F(PostgresSharing, ACommitIsReportedToTheOthersWithItsTablesAndToItsOwnProc
 TEST_F(PostgresSharing, WithoutNotificationsChangesAreFoundAllTheSame) {
   ASSERT_OK(a_->open(environment("ILP_POSTGRES").c_str(), all_tables, {.notify = false}));
   ASSERT_OK(put_now(*a_, of_id<PoseRecord>(1)));
-  EXPECT_EQ(news_of(*b_), mask_of(RecordType::pose));
+  EXPECT_EQ(updates_of(*b_), mask_of(RecordType::pose));
   ASSERT_OK(put_now(*a_, of_id<PoseRecord>(2)));
   ASSERT_OK(put_now(*a_, of_id<StripRecord>(2)));
-  EXPECT_EQ(news_of(*b_), mask_of(RecordType::pose, RecordType::strip));
+  EXPECT_EQ(updates_of(*b_), mask_of(RecordType::pose, RecordType::strip));
 }
 
 TEST_F(PostgresSharing, NotificationsOfStrangersDoNoHarm) {
@@ -118,7 +118,7 @@ TEST_F(PostgresSharing, NotificationsOfStrangersDoNoHarm) {
     EXPECT_OK(b_->poll(changed));
   }
   ASSERT_OK(put_now(*a_, of_id<FrameRecord>(1)));
-  EXPECT_EQ(news_of(*b_) & mask_of(RecordType::frame), mask_of(RecordType::frame));
+  EXPECT_EQ(updates_of(*b_) & mask_of(RecordType::frame), mask_of(RecordType::frame));
 }
 
 // A role without any right announces the next commit before there is one. What is read then is as it was before.
@@ -134,7 +134,7 @@ TEST_F(PostgresSharing, ACommitThatAStrangerAnnouncedBeforeItWasIsSeenAllTheSame
     ASSERT_OK(b_->poll(changed));
     EXPECT_STATUS(get(*b_, id, frame), not_found);
     ASSERT_OK(put_now(*a_, of_id<FrameRecord>(id)));
-    EXPECT_EQ(news_of(*b_) & mask_of(RecordType::frame), mask_of(RecordType::frame));
+    EXPECT_EQ(updates_of(*b_) & mask_of(RecordType::frame), mask_of(RecordType::frame));
     EXPECT_OK(get(*b_, id, frame)) << id;
   }
   sql("DROP ROLE stranger");
@@ -375,17 +375,17 @@ TEST_F(PostgresSharing, PiecesOfABlobAreOfOneStateUntilItsChangeIsKnown) {
     ASSERT_OK(a_->commit());
   };
   fill(1);
-  news_of(*b_);
-  Bytes piece(5000);
+  updates_of(*b_);
+  Bytes patch(5000);
   for (const std::size_t offset : {0U, 5000U}) {
-    ASSERT_OK(read_blob<FrameRecord>(*b_, "image", 1, offset, piece));
-    EXPECT_EQ(piece, Bytes(5000, 1));
+    ASSERT_OK(read_blob<FrameRecord>(*b_, "image", 1, offset, patch));
+    EXPECT_EQ(patch, Bytes(5000, 1));
   }
   fill(2);
-  news_of(*b_);
+  updates_of(*b_);
   for (const std::size_t offset : {10'000U, 15'000U, 0U}) {
-    ASSERT_OK(read_blob<FrameRecord>(*b_, "image", 1, offset, piece));
-    EXPECT_EQ(piece, Bytes(5000, 2));
+    ASSERT_OK(read_blob<FrameRecord>(*b_, "image", 1, offset, patch));
+    EXPECT_EQ(patch, Bytes(5000, 2));
   }
 }
 

@@ -234,12 +234,12 @@ TEST(SpreadFlight, AStageRunsInOneProcess) {
   EXPECT_EQ(flight.digest(), test::digest_of_one_process());
 }
 
-TEST(SpreadFlight, ASecondHeadIsRefused) {
+TEST(SpreadFlight, ASecondPrimaryIsRefused) {
   SpreadFlight flight(two);
   // Without the other process the flight does not end. The head opens its small memory when it has its stages.
   flight.start(0);
   for (int k = 0; k < 1000 && !std::filesystem::exists(flight.folder() / "state.keep-1"); ++k) sleep_ms(50);
-  const test::ProgramResult second = test::run_program(flight.head_command("-of-another"));
+  const test::ProgramResult second = test::run_program(flight.primary_command("-of-another"));
   EXPECT_EQ(second.exit_status, 1) << second.output;
   EXPECT_NE(second.output.find("is run by another process"), std::string::npos) << second.output;
   flight.start(1);

@@ -38,7 +38,7 @@ class SpreadOperation : public testing::Test {
     ASSERT_FALSE(strip.empty());
     test::write_file(folder_ / "strip.txt", strip);
     start_node();
-    head_ = std::make_unique<RunningProgram>(
+    primary_ = std::make_unique<RunningProgram>(
         std::vector<std::string>{ILP_ONBOARD, "--trap-heap", "--stages",
                                  "head,overlap_checker,camera_calibrator,structure_and_motion,storage_manager",
                                  "--camera", test::camera_numbers(test::prepared_flights() / "plain") + " 0 0 0 0",
@@ -46,8 +46,8 @@ class SpreadOperation : public testing::Test {
                                  "--lock-lease", std::to_string(lease_s)},
         folder_ / "head");
     console::ConsoleSettings settings;
-    settings.board = head_->address("packets over UDP");
-    ASSERT_NE(settings.board.port, 0) << head_->output();
+    settings.board = primary_->address("packets over UDP");
+    ASSERT_NE(settings.board.port, 0) << primary_->output();
     console_ = std::make_unique<Console>(settings);
   }
   void start_node() {
@@ -79,7 +79,7 @@ class SpreadOperation : public testing::Test {
     EXPECT_TRUE(done(console_->command(housekeeping::service, 5,
                                        data_of([&](ByteWriter& out) { encode_report_list(tailoring, list, out); }))));
   }
-  bool hear_housekeeping(std::size_t reports) {
+  bool receive_housekeeping(std::size_t reports) {
     const std::size_t before = console_->count(housekeeping::service, housekeeping::report);
     return console_->listen(
         60, [&] { return console_->count(housekeeping::service, housekeeping::report) >= before + reports; });
@@ -131,16 +131,16 @@ class SpreadOperation : public testing::Test {
   }
 
   const test::TemporaryFolder folder_;
-  std::unique_ptr<RunningProgram> head_, node_;
+  std::unique_ptr<RunningProgram> primary_, node_;
   std::unique_ptr<Console> console_;
 };
 
 TEST_F(SpreadOperation, TheGroundSeesAndCommandsStagesOfAnotherProcess) {
-  EXPECT_EQ(processes(2), 2U) << head_->output() << node_->output();
+  EXPECT_EQ(processes(2), 2U) << primary_->output() << node_->output();
   EXPECT_TRUE(wait_for_event(StatusCode::node_joined, matcher, 1));
 
   const std::uint32_t restart = console_->command(8, 1, function("RESTART", {matcher}));
-  EXPECT_TRUE(done(restart)) << head_->output();
+  EXPECT_TRUE(done(restart)) << primary_->output();
   EXPECT_TRUE(wait_for_event(StatusCode::component_restarted, matcher, 1)) << node_->output();
 
   node_->send(SIGKILL);
@@ -150,9 +150,9 @@ TEST_F(SpreadOperation, TheGroundSeesAndCommandsStagesOfAnotherProcess) {
   EXPECT_TRUE(wait_for_event(StatusCode::node_joined, matcher, 2)) << node_->output();
 
   EXPECT_EQ(node_->stop(), 0) << node_->output();
-  EXPECT_EQ(head_->stop(), 0) << head_->output();
+  EXPECT_EQ(primary_->stop(), 0) << primary_->output();
   EXPECT_FALSE(test::records_of<DepthRecord>(fs::path(store()).parent_path()).empty()) << "the process worked";
-  EXPECT_NE(head_->output().find("heap requests after sealing: 0\n"), std::string::npos) << head_->output();
+  EXPECT_NE(primary_->output().find("heap requests after sealing: 0\n"), std::string::npos) << primary_->output();
 }
 
 TEST_F(SpreadOperation, WhileAnotherProgramKeepsTheLockThePingIsAnsweredAndAllGoesOnAfterwards) {
@@ -161,24 +161,25 @@ TEST_F(SpreadOperation, WhileAnotherProgramKeepsTheLockThePingIsAnsweredAndAllGo
   ASSERT_TRUE(other.open(store().c_str()).ok());
   ASSERT_TRUE(other.begin().ok());
   const std::size_t before = frames().size();
-  for (int k = 0; k < 5; ++k) EXPECT_TRUE(ping()) << k << head_->output();
-  EXPECT_TRUE(hear_housekeeping(3));
+  for (int k = 0; k < 5; ++k) EXPECT_TRUE(ping()) << k << primary_->output();
+  EXPECT_TRUE(receive_housekeeping(3));
   EXPECT_TRUE(failed(console_->command(8, 1, function("FLUSH"))));
   EXPECT_TRUE(ping());
   const std::string name = "process " + std::to_string(::getpid()) + " kept the writers' lock";
-  EXPECT_TRUE(console_->listen(60, [&] { return head_->output().find(name) != std::string::npos; })) << head_->output();
+  EXPECT_TRUE(console_->listen(60, [&] { return primary_->output().find(name) != std::string::npos; }))
+      << primary_->output();
   EXPECT_TRUE(ping());
-  EXPECT_TRUE(hear_housekeeping(1));
+  EXPECT_TRUE(receive_housekeeping(1));
   EXPECT_LE(frames().size(), before + 1) << "nothing was stored";
   other.rollback();
   other.close();
 
-  EXPECT_TRUE(wait_for_event(StatusCode::lock_holder, ::getpid(), 1)) << head_->output();
+  EXPECT_TRUE(wait_for_event(StatusCode::lock_holder, ::getpid(), 1)) << primary_->output();
   EXPECT_TRUE(console_->listen(60, [&] { return frames().size() > before + 50; })) << "images are taken again";
-  EXPECT_TRUE(done(console_->command(8, 1, function("FLUSH")))) << head_->output();
+  EXPECT_TRUE(done(console_->command(8, 1, function("FLUSH")))) << primary_->output();
   EXPECT_TRUE(node_->runs()) << node_->output();
   EXPECT_EQ(node_->stop(), 0) << node_->output();
-  EXPECT_EQ(head_->stop(), 0) << head_->output();
+  EXPECT_EQ(primary_->stop(), 0) << primary_->output();
   // A recorded strip waits for the lock, so that nothing of it is lost.
   std::int64_t id = 0;
   for (const FrameRecord& frame : frames()) EXPECT_EQ(frame.id, ++id);
@@ -192,18 +193,18 @@ TEST_F(SpreadOperation, WhileANodeIsStoppedInATransactionThePingIsAnsweredUntilI
   enable_housekeeping();
   ASSERT_TRUE(test::stop_in_transaction(*node_, store(), 30'000'000));
   const int stopped = node_->process();
-  EXPECT_TRUE(ping()) << head_->output();
-  EXPECT_TRUE(hear_housekeeping(1));
+  EXPECT_TRUE(ping()) << primary_->output();
+  EXPECT_TRUE(receive_housekeeping(1));
   EXPECT_TRUE(node_->runs()) << "answered in spite of it";
   EXPECT_EQ(node_->wait(), -1);
   EXPECT_FALSE(node_->runs()) << "the head has ended it";
-  EXPECT_TRUE(wait_for_event(StatusCode::lock_holder, stopped, 1)) << head_->output();
+  EXPECT_TRUE(wait_for_event(StatusCode::lock_holder, stopped, 1)) << primary_->output();
   const std::size_t before = frames().size();
   start_node();
   EXPECT_TRUE(wait_for_event(StatusCode::node_joined, matcher, 2)) << node_->output();
   EXPECT_TRUE(console_->listen(60, [&] { return frames().size() > before; }));
   EXPECT_EQ(node_->stop(), 0) << node_->output();
-  EXPECT_EQ(head_->stop(), 0) << head_->output();
+  EXPECT_EQ(primary_->stop(), 0) << primary_->output();
 }
 
 }  // namespace

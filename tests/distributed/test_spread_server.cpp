@@ -183,7 +183,7 @@ TEST_F(SpreadServer, ADatabaseOfAnotherVersionIsRefused) {
   SpreadFlight flight(three);
   ASSERT_EQ(test::run_program({ILP_STORE, "create", flight.store()}).exit_status, 0);
   ASSERT_EQ(flight.sql("UPDATE ilp_store SET fingerprint = 1;\n").exit_status, 0);
-  for (const std::vector<std::string>& command : {flight.head_command(), flight.node_command(three[1])}) {
+  for (const std::vector<std::string>& command : {flight.primary_command(), flight.node_command(three[1])}) {
     const test::ProgramResult result = test::run_program(command);
     EXPECT_EQ(result.exit_status, 1) << result.output;
     EXPECT_NE(result.output.find("database has schema version 1,"), std::string::npos) << result.output;

@@ -220,8 +220,8 @@ class Roles : public testing::Test {
   std::unique_ptr<PostgresStore> role_ = std::make_unique<PostgresStore>();
 };
 
-TEST_F(Roles, TheHeadMayDoWhatItsRowsSay) {
-  expect_rights(head_stages);
+TEST_F(Roles, ThePrimaryMayDoWhatItsRowsSay) {
+  expect_rights(primary_stages);
 }
 
 TEST_F(Roles, AProcessWithOneStageMayDoWhatItsRowSays) {

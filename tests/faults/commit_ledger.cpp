@@ -58,7 +58,7 @@ void CommitLedger::end(bool committed) {
     if (!committed) continue;
     found.sum = found.next_sum;
     found.open = false;
-    found.told = true;
+    found.reported = true;
   }
 }
 
@@ -66,7 +66,7 @@ int CommitLedger::missing(Store& store, std::int64_t& type, std::int64_t& id) co
   int count = 0;
   for (std::size_t n = 0; n < count_; ++n) {
     const Entry& wanted = entries_[n];
-    if (!wanted.told) continue;
+    if (!wanted.reported) continue;
     const RecordInfo& info = record_info(wanted.type);
     alignas(8) std::byte record[limits::max_record_bytes]{};
     const Status status = store.get(info, wanted.id, record);

@@ -24,7 +24,7 @@ class CommitLedger {
     std::uint32_t sum, next_sum;  ///< of the fields; 0: there is no such record
     bool open;                    ///< the transaction that wrote next_sum has not ended well
     bool in_transaction;
-    bool told;  ///< a commit has confirmed it
+    bool reported;  ///< a commit has confirmed it
   };
   Entry& entry(RecordType type, std::int64_t id);
   void write(RecordType type, std::int64_t id, std::uint32_t sum);

@@ -177,7 +177,7 @@ class Walker {
   [[noreturn]] void end_trial(bool started, bool done) {
     Verdict& verdict = trial_->verdict;
     std::set<std::uint16_t> events;
-    verdict.lives = 1;
+    verdict.boots = 1;
     verdict.overtime = !done;
     verdict.difference = flight_.compare_with(undisturbed_.results, events);
     for (const std::uint16_t code : events) {

@@ -40,7 +40,7 @@ struct Calls {
 
 enum class Effect : std::uint8_t {
   io_error,     ///< EIO; of a read also ENXIO, which SQLite takes for damage
-  no_room,      ///< ENOSPC
+  no_capacity,  ///< ENOSPC
   full,         ///< ENOSPC for what makes a file longer
   interrupted,  ///< EINTR
   half,         ///< half of the octets
@@ -82,7 +82,7 @@ bool writes(CallKind kind) {
 }
 
 /// What the trial tells from the process that the fault meets.
-struct Told {
+struct Reported {
   bool met = false;
   bool stayed = false;  ///< nobody who should have been beside was refused
   char where[64] = {};
@@ -92,8 +92,8 @@ struct Told {
 class Disturber {
  public:
   Disturber(const Fault& fault, const fs::path& folder, const Traces& traces, const Neighbour* neighbour,
-            std::uint64_t seed, Told& told)
-      : fault_(fault), folder_(folder), traces_(traces), neighbour_(neighbour), rng_(seed, 1), told_(told) {}
+            std::uint64_t seed, Reported& reported)
+      : fault_(fault), folder_(folder), traces_(traces), neighbour_(neighbour), rng_(seed, 1), reported_(reported) {}
 
   Hooks hooks() {
     Hooks hooks;
@@ -117,10 +117,10 @@ class Disturber {
 
   void look(std::int64_t frame) {
     frame_ = frame;
-    if (met_ && traces_.now_ns - met_ns_ >= fault_.length_ns) set_room(-1);
+    if (met_ && traces_.now_ns - met_ns_ >= fault_.length_ns) set_capacity(-1);
     if (neighbour_ == nullptr) return;
     if (frame == fault_.beside_from) {
-      told_.stayed = fault_.beside == Beside::reader ? neighbour_->read() : neighbour_->lock();
+      reported_.stayed = fault_.beside == Beside::reader ? neighbour_->read() : neighbour_->lock();
     }
     if (frame == fault_.beside_until) static_cast<void>(neighbour_->finish());
   }
@@ -142,28 +142,28 @@ class Disturber {
   }
 
   void meet(const SystemCall& call) {
-    met_ = told_.met = true;
+    met_ = reported_.met = true;
     met_frame_ = traces_.frames;
     met_ns_ = traces_.now_ns;
-    if (fault_.effect == Effect::full) set_room(0);
-    std::snprintf(told_.where, sizeof(told_.where), "%s of the %s", call_name(call.kind), file_name(call.file));
+    if (fault_.effect == Effect::full) set_capacity(0);
+    std::snprintf(reported_.where, sizeof(reported_.where), "%s of the %s", call_name(call.kind), file_name(call.file));
   }
 
   /// On a full disk: what fits into the room that was given back.
   Answer fill(const SystemCall& call) {
     Answer answer;
-    room_ += call.frees;
+    capacity_ += call.frees;
     const std::size_t more = (call.bytes - call.fits + block_bytes - 1) / block_bytes * block_bytes;
     const std::size_t wanted = std::max(more, block_bytes);
     if (!call.grows) return answer;
-    if (wanted <= room_) {
-      room_ -= wanted;
+    if (wanted <= capacity_) {
+      capacity_ -= wanted;
     } else if (call.fits > 0) {
       answer.most = call.fits;
     } else {
       answer.error = ENOSPC;
     }
-    set_room(static_cast<std::int64_t>(room_));
+    set_capacity(static_cast<std::int64_t>(capacity_));
     return answer;
   }
 
@@ -176,7 +176,7 @@ class Disturber {
       case Effect::io_error:
         answer.error = call.kind == CallKind::read && rng_.below(4) == 0 ? ENXIO : EIO;
         break;
-      case Effect::no_room:
+      case Effect::no_capacity:
         if (writes(call.kind) || call.grows) answer.error = ENOSPC;
         break;
       case Effect::full:
@@ -197,7 +197,7 @@ class Disturber {
     SystemCallHooks none;
     forget_system_calls();
     if (fault_.end == End::power_cut) disk_->cut(fault_.loss, rng_);
-    _exit(life_killed);
+    _exit(boot_killed);
   }
 
   Fault fault_;
@@ -205,7 +205,7 @@ class Disturber {
   const Traces& traces_;
   const Neighbour* neighbour_;
   Rng rng_;
-  Told& told_;
+  Reported& reported_;
   std::optional<CutDisk> disk_;
   bool started_ = false;
   bool met_ = false;
@@ -213,7 +213,7 @@ class Disturber {
   std::int64_t met_frame_ = 0;
   TimeNs met_ns_ = 0;
   std::int64_t calls_behind_ = 0;
-  std::size_t room_ = 0;  ///< on a full disk
+  std::size_t capacity_ = 0;  ///< on a full disk
 };
 
 /// Counts the calls of a start and of the first minor frames behind it.
@@ -263,7 +263,7 @@ Effect draw_effect(CallKind kind, Rng& rng) {
   const std::uint32_t draw = rng.below(4);
   if (draw == 0) return Effect::interrupted;
   if (draw == 1 && (kind == CallKind::read || kind == CallKind::write)) return Effect::half;
-  if (draw == 2 && kind != CallKind::read) return Effect::no_room;
+  if (draw == 2 && kind != CallKind::read) return Effect::no_capacity;
   return Effect::io_error;
 }
 
@@ -283,7 +283,7 @@ Fault draw_fault(Class what, const Calls& calls, Rng& rng) {
       break;
     }
     case Class::seconds:
-      fault.effect = rng.below(4) == 0 ? Effect::no_room : Effect::io_error;
+      fault.effect = rng.below(4) == 0 ? Effect::no_capacity : Effect::io_error;
       fault.calls = always;
       fault.length_ns = (1 + rng.below(50)) * 100 * ns_per_ms;
       fault.writes_only = rng.below(2) == 0;
@@ -313,7 +313,7 @@ Fault draw_fault(Class what, const Calls& calls, Rng& rng) {
   return fault;
 }
 
-void describe(const Fault& fault, std::int64_t begin, bool in_order, const Told& told, TrialRecord& record) {
+void describe(const Fault& fault, std::int64_t begin, bool in_order, const Reported& reported, TrialRecord& record) {
   std::string group;
   switch (fault.what) {
     case Class::one:
@@ -332,16 +332,16 @@ void describe(const Fault& fault, std::int64_t begin, bool in_order, const Told&
       break;
   }
   if (fault.at_start && fault.beside == Beside::nobody) group += " at a start";
-  std::snprintf(record.group, sizeof(record.group), "%s", told.met ? group.c_str() : "not met");
+  std::snprintf(record.group, sizeof(record.group), "%s", reported.met ? group.c_str() : "not met");
   std::snprintf(record.what, sizeof(record.what), "minor frame %lld%s, %s (%lld), %s%s%s%s%s",
-                static_cast<long long>(begin), in_order ? " after an end in order" : "", told.where,
+                static_cast<long long>(begin), in_order ? " after an end in order" : "", reported.where,
                 static_cast<long long>(fault.before), effect_names[static_cast<std::size_t>(fault.effect)],
                 fault.writes_only ? " of writes" : "", end_names[static_cast<std::size_t>(fault.end)],
                 fault.end == End::power_cut ? (fault.loss == Loss::all     ? " (all lost)"
                                                : fault.loss == Loss::parts ? " (parts lost)"
                                                                            : " (nothing lost)")
                                             : "",
-                told.stayed ? ", neighbour in" : "");
+                reported.stayed ? ", neighbour in" : "");
 }
 
 bool condemns(std::uint16_t code) {
@@ -357,33 +357,33 @@ class Auditor {
 
   /// After a life. `faultless`: it met no fault.
   void look(bool faultless) {
-    look_at_news(faultless);
+    check_updates(faultless);
     const Inspection seen = inspect(folder_, ledger_);
     if (!seen.done) throw std::runtime_error("a database cannot be inspected");
     // The ledger is that of the first life.
     ledger_ = nullptr;
-    sound_ = seen.sound && (content_ == 0 || seen.content == content_);
-    if (lives_described) {
-      std::printf("  database %s, a start: %s\n", sound_ ? "sound" : "not sound",
+    valid_ = seen.valid && (content_ == 0 || seen.content == content_);
+    if (boots_described) {
+      std::printf("  database %s, a start: %s\n", valid_ ? "sound" : "not sound",
                   seen.start.ok() ? "ok" : status_text(seen.start.code));
     }
-    if (sound_ && !seen.start.ok()) note(refused_sound_, "refused: ", seen.start);
+    if (valid_ && !seen.start.ok()) note(refused_valid_, "refused: ", seen.start);
     if (seen.missing > 0) {
       note(confirmed_lost_, "missing: ", {StatusCode::not_found, seen.missing_id, seen.missing_type});
     }
   }
   /// The same for the last life, when nothing starts any more.
-  void look_at_news(bool faultless) {
-    for (; told_ < traces_.news; ++told_) {
-      const std::uint16_t code = traces_.statuses[told_];
+  void check_updates(bool faultless) {
+    for (; reported_ < traces_.updates; ++reported_) {
+      const std::uint16_t code = traces_.statuses[reported_];
       const bool leaves = faultless && code == static_cast<std::uint16_t>(StatusCode::store_in_memory);
-      if (sound_ && (condemns(code) || leaves)) note(refused_sound_, "at a start: ", static_cast<StatusCode>(code));
+      if (valid_ && (condemns(code) || leaves)) note(refused_valid_, "at a start: ", static_cast<StatusCode>(code));
     }
   }
   /// From now on a sound database has this content.
   void expect(std::uint64_t content) { content_ = content; }
 
-  [[nodiscard]] bool refused_sound() const { return refused_sound_; }
+  [[nodiscard]] bool refused_valid() const { return refused_valid_; }
   [[nodiscard]] bool confirmed_lost() const { return confirmed_lost_; }
   [[nodiscard]] const std::string& words() const { return words_; }
 
@@ -399,17 +399,17 @@ class Auditor {
   fs::path folder_;
   const Traces& traces_;
   const CommitLedger* ledger_;
-  bool sound_ = true;
+  bool valid_ = true;
   std::uint64_t content_ = 0;
-  std::uint32_t told_ = 0;
-  bool refused_sound_ = false, confirmed_lost_ = false;
+  std::uint32_t reported_ = 0;
+  bool refused_valid_ = false, confirmed_lost_ = false;
   std::string words_;
 };
 
 void conclude(const Auditor& auditor, bool may_lose, TrialRecord& record) {
   Verdict& verdict = record.verdict;
   constexpr RecordMask downlink = mask_of(RecordType::downlink);
-  verdict.refused_sound = auditor.refused_sound();
+  verdict.refused_valid = auditor.refused_valid();
   verdict.confirmed_lost = auditor.confirmed_lost() || (verdict.difference.altered & downlink) != 0 ||
                            (!may_lose && verdict.difference.gone != 0);
   const std::size_t length = std::strlen(record.what);
@@ -430,31 +430,31 @@ void fly_with_fault(const Trial& trial, Class what, std::uint64_t seed, Rng& rng
   const Fault fault = draw_fault(what, trial.calls[2 * snapshot + (in_order ? 1 : 0)], rng);
   copy_snapshot(trial.reference.snapshot(begin, in_order), folder);
   auto& traces = *new (share(sizeof(Traces))) Traces;
-  auto& told = *new (share(sizeof(Told))) Told;
+  auto& reported = *new (share(sizeof(Reported))) Reported;
   auto& ledger = *new (share(sizeof(CommitLedger))) CommitLedger;
   std::optional<Neighbour> neighbour;
   if (fault.beside != Beside::nobody) neighbour.emplace(folder / "flight.db");
-  Disturber disturber(fault, folder, traces, neighbour ? &*neighbour : nullptr, seed, told);
+  Disturber disturber(fault, folder, traces, neighbour ? &*neighbour : nullptr, seed, reported);
   Hooks hooks = disturber.hooks();
   hooks.ledger = &ledger;
   Auditor auditor(folder, traces, &ledger);
-  const auto between = [&](int lives) {
+  const auto between = [&](int boots) {
     // Only who reads may stay beyond the life.
     if (neighbour && (fault.end == End::power_cut || fault.beside == Beside::lock)) neighbour->kill();
-    auditor.look(lives > 1);
+    auditor.look(boots > 1);
   };
   record.verdict = fly_trial(trial.reference, folder, begin * minor_frame_ns, trial.reference.settled(begin), traces,
                              hooks, between);
   neighbour.reset();
-  if (record.verdict.lives == 1) {
+  if (record.verdict.boots == 1) {
     auditor.look(false);
   } else {
-    auditor.look_at_news(true);
+    auditor.check_updates(true);
   }
-  describe(fault, begin, in_order, told, record);
+  describe(fault, begin, in_order, reported, record);
   conclude(auditor, false, record);
   unshare(&traces, sizeof(traces));
-  unshare(&told, sizeof(told));
+  unshare(&reported, sizeof(reported));
   unshare(&ledger, sizeof(ledger));
 }
 
@@ -493,12 +493,12 @@ void fly_with_flips(const Trial& trial, Rng& rng, const fs::path& folder, TrialR
   Hooks hooks;
   hooks.ends = [&] { return !killed && traces.frames >= ended_at; };
   hooks.frame = [&](std::int64_t frame) {
-    if (killed && frame >= ended_at) _exit(life_killed);
+    if (killed && frame >= ended_at) _exit(boot_killed);
   };
   Auditor auditor(folder, traces, nullptr);
   std::string group = "no flip", where;
-  const auto between = [&](int lives) {
-    if (lives == 1) {
+  const auto between = [&](int boots) {
+    if (boots == 1) {
       auditor.expect(inspect(folder, nullptr).content);
       const std::uint32_t draw = rng.below(10);
       const std::size_t which = draw < 3 ? 0 : draw < 6 ? 1 : draw < 7 ? 2 : draw < 8 ? 3 : 4;
@@ -510,11 +510,11 @@ void fly_with_flips(const Trial& trial, Rng& rng, const fs::path& folder, TrialR
     } else {
       auditor.expect(0);
     }
-    auditor.look(lives > 1);
+    auditor.look(boots > 1);
   };
   record.verdict = fly_trial(trial.reference, folder, begin * minor_frame_ns, trial.reference.settled(begin), traces,
                              hooks, between);
-  auditor.look_at_news(true);
+  auditor.check_updates(true);
   std::snprintf(record.group, sizeof(record.group), "%s", group.c_str());
   std::snprintf(record.what, sizeof(record.what), "minor frame %lld, %s behind %lld: %s", static_cast<long long>(begin),
                 killed ? "killed" : "ended in order", static_cast<long long>(ended_at), where.c_str());

@@ -83,7 +83,7 @@ Inspection inspect(const fs::path& folder, const CommitLedger* ledger) {
                     integrity_is_ok(copy_of(folder, "look"), checked_vfs);
     constexpr std::int64_t cache_kib = 1024;
     if (!sqlite::open_damaged(store.session(), copy_of(folder, "look").c_str(), cache_kib).ok()) return 0;
-    seen.sound = read_all(store, seen.content) && ok;
+    seen.valid = read_all(store, seen.content) && ok;
     if (ledger != nullptr) seen.missing = ledger->missing(store, seen.missing_type, seen.missing_id);
     return 0;
   };

@@ -12,7 +12,7 @@ namespace ilp::faults {
 
 struct Inspection {
   bool done = false;
-  bool sound = false;         ///< PRAGMA integrity_check says ok, and every page, record and blob has its checksum
+  bool valid = false;         ///< PRAGMA integrity_check says ok, and every page, record and blob has its checksum
   std::uint64_t content = 0;  ///< checksum of all records and blobs that can be read
   Status start;               ///< answer of a start that refuses what it cannot use
   int missing = 0;            ///< records of the ledger that are not there

@@ -23,9 +23,9 @@ template <typename Visit>
 void for_each_line(const std::vector<MemoryPart>& parts, Visit visit) {
   std::size_t line = 0;
   for (std::size_t p = 0; p < parts.size(); ++p) {
-    for (const MemoryPiece& piece : parts[p].pieces) {
-      for (std::size_t at = 0; at < piece.bytes; at += line_bytes) {
-        visit(p, MemoryPiece{piece.begin + at, std::min(line_bytes, piece.bytes - at)}, line++);
+    for (const MemoryRegion& region : parts[p].regions) {
+      for (std::size_t at = 0; at < region.bytes; at += line_bytes) {
+        visit(p, MemoryRegion{region.begin + at, std::min(line_bytes, region.bytes - at)}, line++);
       }
     }
   }
@@ -33,7 +33,7 @@ void for_each_line(const std::vector<MemoryPart>& parts, Visit visit) {
 
 std::size_t bytes_of(const MemoryPart& part) {
   std::size_t bytes = 0;
-  for (const MemoryPiece& piece : part.pieces) bytes += piece.bytes;
+  for (const MemoryRegion& region : part.regions) bytes += region.bytes;
   return bytes;
 }
 
@@ -52,7 +52,7 @@ void mark(Use& use) {
     std::snprintf(use.names[p], sizeof(use.names[p]), "%s", parts[p].name.c_str());
     use.bytes[p] = bytes_of(parts[p]);
   }
-  for_each_line(parts, [&](std::size_t p, const MemoryPiece& octets, std::size_t line) {
+  for_each_line(parts, [&](std::size_t p, const MemoryRegion& octets, std::size_t line) {
     if (line >= most_lines) throw std::runtime_error("more memory than the campaign has lines for");
     if (use.lines[line] != 0) return;
     bool used = use.bytes[p] <= small_part_bytes;
@@ -103,18 +103,18 @@ Moment draw_moment(const Reference& reference, Rng& rng) {
   return moment;
 }
 
-struct Told {
+struct Reported {
   char group[64] = "not spoilt";
   char what[120] = {};
 };
 
-void flip(const Use& use, std::uint32_t part, double place, unsigned bit, const Moment& moment, Told& told) {
+void flip(const Use& use, std::uint32_t part, double place, unsigned bit, const Moment& moment, Reported& reported) {
   const std::vector<MemoryPart> parts = memory_parts();
   const auto wanted = static_cast<std::uint64_t>(place * static_cast<double>(use.used_bytes[part]));
   std::uint64_t passed = 0;
   std::size_t offset = 0;
   bool done = false;
-  for_each_line(parts, [&](std::size_t p, const MemoryPiece& octets, std::size_t line) {
+  for_each_line(parts, [&](std::size_t p, const MemoryRegion& octets, std::size_t line) {
     if (p != part || done) return;
     if (use.lines[line] != 0 && wanted < passed + octets.bytes) {
       std::byte& octet = octets.begin[wanted - passed];
@@ -126,8 +126,8 @@ void flip(const Use& use, std::uint32_t part, double place, unsigned bit, const 
     if (use.lines[line] != 0) passed += octets.bytes;
     offset += octets.bytes;
   });
-  std::snprintf(told.group, sizeof(told.group), "%s", use.names[part]);
-  std::snprintf(told.what, sizeof(told.what), "minor frame %lld, hook %lld, octet %zu bit %u",
+  std::snprintf(reported.group, sizeof(reported.group), "%s", use.names[part]);
+  std::snprintf(reported.what, sizeof(reported.what), "minor frame %lld, hook %lld, octet %zu bit %u",
                 static_cast<long long>(moment.frame), static_cast<long long>(moment.hook), offset, bit);
 }
 
@@ -143,17 +143,17 @@ void fly(const Reference& reference, const CampaignOptions& options, const Use& 
   const fs::path folder = options.folder / ("worker-" + std::to_string(worker));
   copy_snapshot(reference.snapshot(begin), folder);
   Traces& traces = *static_cast<Traces*>(share(sizeof(Traces)));
-  Told& told = *new (share(sizeof(Told))) Told;
+  Reported& reported = *new (share(sizeof(Reported))) Reported;
 
   std::int64_t until = -1;  // hooks; -1: not in this minor frame
   const auto pass = [&] {
-    if (until >= 0 && until-- == 0) flip(use, part, place, bit, moment, told);
+    if (until >= 0 && until-- == 0) flip(use, part, place, bit, moment, reported);
   };
   Hooks hooks;
   hooks.frame = [&](std::int64_t frame) {
     until = -1;
     if (begin + frame != moment.frame) return;
-    if (moment.hook < 0) flip(use, part, place, bit, moment, told);
+    if (moment.hook < 0) flip(use, part, place, bit, moment, reported);
     until = moment.hook;
   };
   hooks.step = pass;
@@ -162,10 +162,10 @@ void fly(const Reference& reference, const CampaignOptions& options, const Use& 
     return Status{};
   };
   record.verdict = fly_trial(reference, folder, begin * minor_frame_ns, reference.settled(begin), traces, hooks);
-  std::memcpy(record.group, told.group, sizeof(record.group));
-  std::memcpy(record.what, told.what, sizeof(record.what));
+  std::memcpy(record.group, reported.group, sizeof(record.group));
+  std::memcpy(record.what, reported.what, sizeof(record.what));
   unshare(&traces, sizeof(traces));
-  unshare(&told, sizeof(told));
+  unshare(&reported, sizeof(reported));
 }
 
 }  // namespace

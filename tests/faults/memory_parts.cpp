@@ -36,79 +36,79 @@ ILP_REVEAL(PacketRouter, pdus_);
 namespace {
 
 template <typename T>
-MemoryPiece piece_of(T& object) {
+MemoryRegion region_of(T& object) {
   return {reinterpret_cast<std::byte*>(&object), sizeof(object)};
 }
 
 /// `workspaces` lie in `whole`.
-void add(std::vector<MemoryPart>& parts, const char* name, MemoryPiece whole, std::vector<MemoryPiece> workspaces) {
+void add(std::vector<MemoryPart>& parts, const char* name, MemoryRegion whole, std::vector<MemoryRegion> workspaces) {
   std::sort(workspaces.begin(), workspaces.end(),
-            [](const MemoryPiece& a, const MemoryPiece& b) { return a.begin < b.begin; });
+            [](const MemoryRegion& a, const MemoryRegion& b) { return a.begin < b.begin; });
   MemoryPart state{std::string(name) + ": state", true, {}};
   std::byte* begin = whole.begin;
-  for (const MemoryPiece& piece : workspaces) {
-    if (piece.begin > begin) state.pieces.push_back({begin, static_cast<std::size_t>(piece.begin - begin)});
-    begin = piece.begin + piece.bytes;
+  for (const MemoryRegion& region : workspaces) {
+    if (region.begin > begin) state.regions.push_back({begin, static_cast<std::size_t>(region.begin - begin)});
+    begin = region.begin + region.bytes;
   }
   std::byte* const end = whole.begin + whole.bytes;
-  if (end > begin) state.pieces.push_back({begin, static_cast<std::size_t>(end - begin)});
+  if (end > begin) state.regions.push_back({begin, static_cast<std::size_t>(end - begin)});
   parts.push_back(std::move(state));
   if (!workspaces.empty()) parts.push_back({std::string(name) + ": pixels, workspaces", false, std::move(workspaces)});
 }
 
-using Pieces = std::vector<MemoryPiece>;
+using Regions = std::vector<MemoryRegion>;
 
 template <typename Owner, typename... Tags>
-Pieces pieces_of(Owner& owner, Tags... members) {
-  return {piece_of(owner.*revealed(members))...};
+Regions regions_of(Owner& owner, Tags... members) {
+  return {region_of(owner.*revealed(members))...};
 }
 
 /// Those members of a component that are workspaces; by default it has none.
 template <typename C>
-Pieces workspaces_of(C& /*component*/) {
+Regions workspaces_of(C& /*component*/) {
   return {};
 }
-Pieces workspaces_of(Telecommander& owner) {
-  return pieces_of(owner, Telecommander_workspace_{});
+Regions workspaces_of(Telecommander& owner) {
+  return regions_of(owner, Telecommander_workspace_{});
 }
-Pieces workspaces_of(Acquisition& owner) {
-  return pieces_of(owner, Acquisition_workspace_{});
+Regions workspaces_of(Acquisition& owner) {
+  return regions_of(owner, Acquisition_workspace_{});
 }
-Pieces workspaces_of(OverlapChecker& owner) {
-  return pieces_of(owner, OverlapChecker_workspace_{});
+Regions workspaces_of(OverlapChecker& owner) {
+  return regions_of(owner, OverlapChecker_workspace_{});
 }
-Pieces workspaces_of(Scrubber& owner) {
-  return pieces_of(owner, Scrubber_workspace_{});
+Regions workspaces_of(Scrubber& owner) {
+  return regions_of(owner, Scrubber_workspace_{});
 }
-Pieces workspaces_of(TelecommandGuard& owner) {
-  return pieces_of(owner, TelecommandGuard_workspace_{});
+Regions workspaces_of(TelecommandGuard& owner) {
+  return regions_of(owner, TelecommandGuard_workspace_{});
 }
-Pieces workspaces_of(CameraCalibrator& owner) {
-  return pieces_of(owner, CameraCalibrator_workspace_{});
+Regions workspaces_of(CameraCalibrator& owner) {
+  return regions_of(owner, CameraCalibrator_workspace_{});
 }
-Pieces workspaces_of(StructureAndMotion& owner) {
-  return pieces_of(owner, StructureAndMotion_workspace_{});
+Regions workspaces_of(StructureAndMotion& owner) {
+  return regions_of(owner, StructureAndMotion_workspace_{});
 }
-Pieces workspaces_of(DenseMatcher& owner) {
-  return pieces_of(owner, DenseMatcher_workspace_{});
+Regions workspaces_of(DenseMatcher& owner) {
+  return regions_of(owner, DenseMatcher_workspace_{});
 }
-Pieces workspaces_of(Compressor& owner) {
-  return pieces_of(owner, Compressor_workspace_{});
+Regions workspaces_of(Compressor& owner) {
+  return regions_of(owner, Compressor_workspace_{});
 }
-Pieces workspaces_of(Downlink& owner) {
-  return pieces_of(owner, Downlink_workspace_{});
+Regions workspaces_of(Downlink& owner) {
+  return regions_of(owner, Downlink_workspace_{});
 }
-Pieces workspaces_of(FileDelivery& owner) {
-  return pieces_of(owner, FileDelivery_workspace_{});
+Regions workspaces_of(FileDelivery& owner) {
+  return regions_of(owner, FileDelivery_workspace_{});
 }
-Pieces workspaces_of(TelemetryReporter& owner) {
-  return pieces_of(owner, TelemetryReporter_workspace_{});
+Regions workspaces_of(TelemetryReporter& owner) {
+  return regions_of(owner, TelemetryReporter_workspace_{});
 }
-Pieces workspaces_of(Navigator& owner) {
-  return pieces_of(owner, Navigator_workspace_{});
+Regions workspaces_of(Navigator& owner) {
+  return regions_of(owner, Navigator_workspace_{});
 }
-Pieces workspaces_of(PlaceMemory& owner) {
-  return pieces_of(owner, PlaceMemory_workspace_{});
+Regions workspaces_of(PlaceMemory& owner) {
+  return regions_of(owner, PlaceMemory_workspace_{});
 }
 
 }  // namespace
@@ -117,23 +117,24 @@ std::vector<MemoryPart> memory_parts() {
   const StaticMemory& memory = static_memory();
   FlightSoftware& flight = *memory.software;
   std::vector<MemoryPart> parts;
-  add(parts, "mission parameters", piece_of(*memory.mission), {});
+  add(parts, "mission parameters", region_of(*memory.mission), {});
   Configuration& configuration = flight.configuration();
-  add(parts, "small memory", piece_of(configuration.memory()), {});
-  add(parts, "configuration", piece_of(configuration), {});
+  add(parts, "small memory", region_of(configuration.memory()), {});
+  add(parts, "configuration", region_of(configuration), {});
   TelemetryWriter& writer = flight.*revealed(FlightSoftware_telemetry_writer_{});
-  add(parts, "telemetry writer", piece_of(writer), pieces_of(writer, TelemetryWriter_next_{}, TelemetryWriter_ring_{}));
+  add(parts, "telemetry writer", region_of(writer),
+      regions_of(writer, TelemetryWriter_next_{}, TelemetryWriter_ring_{}));
   FlightComponents::for_each([&]<typename C>() {
     C& component = (flight.*revealed(FlightSoftware_stages_{})).template get<C>();
-    add(parts, stage_of(C::component_id).name, piece_of(component), workspaces_of(component));
+    add(parts, stage_of(C::component_id).name, region_of(component), workspaces_of(component));
   });
-  parts.push_back({"memory of one step", false, {piece_of(flight.*revealed(FlightSoftware_step_memory_{}))}});
-  add(parts, "delivery_queue", piece_of(flight.*revealed(FlightSoftware_delivery_queue_{})), {});
-  add(parts, "executive", piece_of(flight.*revealed(FlightSoftware_executive_{})), {});
+  parts.push_back({"memory of one step", false, {region_of(flight.*revealed(FlightSoftware_step_memory_{}))}});
+  add(parts, "delivery_queue", region_of(flight.*revealed(FlightSoftware_delivery_queue_{})), {});
+  add(parts, "executive", region_of(flight.*revealed(FlightSoftware_executive_{})), {});
   PacketRouter& router = flight.router();
-  add(parts, "packet router", piece_of(router),
-      pieces_of(router, PacketRouter_buffer_{}, PacketRouter_commands_{}, PacketRouter_pdus_{}));
-  add(parts, "store", piece_of(*memory.store), {});
+  add(parts, "packet router", region_of(router),
+      regions_of(router, PacketRouter_buffer_{}, PacketRouter_commands_{}, PacketRouter_pdus_{}));
+  add(parts, "store", region_of(*memory.store), {});
   add(parts, "SQLite arena", {memory.sqlite.data(), memory.sqlite.size()}, {});
   return parts;
 }

@@ -8,7 +8,7 @@
 
 namespace ilp::faults {
 
-struct MemoryPiece {
+struct MemoryRegion {
   std::byte* begin = nullptr;
   std::size_t bytes = 0;
 };
@@ -17,7 +17,7 @@ struct MemoryPiece {
 struct MemoryPart {
   std::string name;
   bool state = true;
-  std::vector<MemoryPiece> pieces;
+  std::vector<MemoryRegion> regions;
 };
 
 /// Their places do not change from one process to the next.

@@ -133,7 +133,7 @@ bool RamFlight::start() {
                                                      .camera = camera_,
                                                      .link = link_,
                                                      .clock = clock_,
-                                                     .small_memory = small_memory_,
+                                                     .nonvolatile_memory = nonvolatile_memory_,
                                                      .packets = ground_ ? &ground_->packets() : nullptr,
                                                      .files = ground_ ? &ground_->files() : nullptr},
                                                     mission_);

@@ -106,7 +106,7 @@ class RamFlight {
     TimeNs now_ = 0;
   } clock_;
   MissionParameters mission_;
-  RamNonvolatile small_memory_;
+  RamNonvolatile nonvolatile_memory_;
   std::unique_ptr<PacketGround> ground_;  ///< null with an outbox
   FlightSoftware* software_ = nullptr;
   std::vector<Probe> probes_;

@@ -221,7 +221,7 @@ Difference compare(const Results& expected, const std::set<RecordKey>& before, S
       note(difference, difference.missing, bit, "missing", name_of(key));
       if (before.count(key) != 0) difference.gone |= bit;
     } else if (!status.ok()) {
-      note(difference, difference.told, bit, "unreadable", name_of(key));
+      note(difference, difference.reported, bit, "unreadable", name_of(key));
     } else if (!found.same(key.first, digest)) {
       note(difference, difference.changed, bit, "changed", name_of(key));
       if (before.count(key) != 0) difference.altered |= bit;
@@ -254,8 +254,8 @@ Difference compare(const Results& expected, const std::set<RecordKey>& before, S
   DownlinkRecord sent;
   for (std::int64_t id = 0; next(store, id, sent).ok(); id = sent.id) {
     const auto held = files.find(sent.name);
-    const bool told = std::strncmp(sent.name, "events-", 7) == 0;
-    if (told || sent.acknowledged_ns == 0 || (held != files.end() && crc32(held->second) == sent.crc32)) continue;
+    const bool reported = std::strncmp(sent.name, "events-", 7) == 0;
+    if (reported || sent.acknowledged_ns == 0 || (held != files.end() && crc32(held->second) == sent.crc32)) continue;
     note(difference, difference.changed, bit_of(RecordType::downlink), "falsely confirmed", sent.name);
     difference.altered |= bit_of(RecordType::downlink);
   }

@@ -53,17 +53,17 @@ Status digest_of(Store& store, const RecordInfo& info, std::int64_t id, Digest& 
 /// How the results of a trial differ from those of the undisturbed flight. Bits are those of RecordType, and one more
 /// for the files on the ground.
 struct Difference {
-  std::uint64_t missing = 0;  ///< tables where something is not there
-  std::uint64_t told = 0;     ///< ... is damaged, and reading it says so
-  std::uint64_t changed = 0;  ///< ... is other than it was
-  std::uint64_t extra = 0;    ///< ... is there that was not
+  std::uint64_t missing = 0;   ///< tables where something is not there
+  std::uint64_t reported = 0;  ///< ... is damaged, and reading it says so
+  std::uint64_t changed = 0;   ///< ... is other than it was
+  std::uint64_t extra = 0;     ///< ... is there that was not
   std::uint64_t altered =
       0;  ///< of the changed ones: right in the store before the fault, or not on the ground though confirmed
   std::uint64_t gone = 0;  ///< of the missing ones: in the store before the fault
   std::int32_t items = 0;
   char first[80] = {};  ///< one of them, for people
 
-  [[nodiscard]] bool any() const { return (missing | told | changed | extra) != 0; }
+  [[nodiscard]] bool any() const { return (missing | reported | changed | extra) != 0; }
 };
 inline constexpr unsigned ground_files = 63;
 [[nodiscard]] std::string names_of(std::uint64_t tables);

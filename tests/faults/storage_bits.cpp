@@ -131,7 +131,7 @@ std::int64_t draw_place(const Pages& pages, bool any, std::int64_t file_bytes, R
 }
 
 /// What the trial has done, as the process that did it reports.
-struct Told {
+struct Reported {
   char group[64] = "not spoilt";
   char what[120] = {};
 };
@@ -154,7 +154,7 @@ void fly(const Reference& reference, const CampaignOptions& options, const std::
   const fs::path database = folder / "flight.db", log = folder / "flight.db-wal";
   copy_snapshot(reference.snapshot(begin, in_order), folder);
   Traces& traces = *static_cast<Traces*>(share(sizeof(Traces)));
-  Told& told = *new (share(sizeof(Told))) Told;
+  Reported& reported = *new (share(sizeof(Reported))) Reported;
 
   const auto spoil = [&] {
     const std::vector<fs::path> others = files_beside(database);
@@ -166,8 +166,8 @@ void fly(const Reference& reference, const CampaignOptions& options, const std::
     const std::int64_t at = draw_place(found, anywhere || file != database, size_of(file), rng);
     flip(file, at);
     const std::string owner = beside ? file.filename().string() : owner_of(log, in_log, at / 8, found.owners);
-    std::snprintf(told.group, sizeof(told.group), "%s", group_of(owner).c_str());
-    std::snprintf(told.what, sizeof(told.what), "minor frame %lld%s%s, octet %lld bit %lld, %s",
+    std::snprintf(reported.group, sizeof(reported.group), "%s", group_of(owner).c_str());
+    std::snprintf(reported.what, sizeof(reported.what), "minor frame %lld%s%s, octet %lld bit %lld, %s",
                   static_cast<long long>(begin + (running ? spoilt_at : 0)), in_order ? " after an end in order" : "",
                   running ? " in flight" : "", static_cast<long long>(at / 8), static_cast<long long>(at % 8),
                   owner.c_str());
@@ -175,14 +175,14 @@ void fly(const Reference& reference, const CampaignOptions& options, const std::
   Hooks hooks;
   hooks.frame = [&](std::int64_t frame) {
     if (running && frame == spoilt_at) spoil();
-    if (restarted && frame == restart_at) _exit(life_killed);
+    if (restarted && frame == restart_at) _exit(boot_killed);
   };
   if (!running) spoil();
   record.verdict = fly_trial(reference, folder, begin * minor_frame_ns, reference.settled(begin), traces, hooks);
-  std::memcpy(record.group, told.group, sizeof(record.group));
-  std::memcpy(record.what, told.what, sizeof(record.what));
+  std::memcpy(record.group, reported.group, sizeof(record.group));
+  std::memcpy(record.what, reported.what, sizeof(record.what));
   unshare(&traces, sizeof(traces));
-  unshare(&told, sizeof(told));
+  unshare(&reported, sizeof(reported));
 }
 
 }  // namespace

@@ -93,7 +93,7 @@ std::int64_t size_of(int file) {
 }
 
 /// Where the blocks of the file end that it has.
-std::int64_t room_of(int file) {
+std::int64_t capacity_of(int file) {
   constexpr std::int64_t block_bytes = 4096;
   return (size_of(file) + block_bytes - 1) / block_bytes * block_bytes;
 }
@@ -166,8 +166,8 @@ template <typename Real>
 ssize_t write_file(int file, std::size_t bytes, std::int64_t at, Real real) {
   const OpenFile* const found = watched(file);
   if (found == nullptr) return real(bytes);
-  const std::int64_t room = std::max<std::int64_t>(room_of(file) - at, 0);
-  const std::size_t fits = std::min(bytes, static_cast<std::size_t>(room));
+  const std::int64_t capacity = std::max<std::int64_t>(capacity_of(file) - at, 0);
+  const std::size_t fits = std::min(bytes, static_cast<std::size_t>(capacity));
   const Answer how =
       judge({.kind = CallKind::write, .file = found->kind, .grows = fits < bytes, .bytes = bytes, .fits = fits});
   if (how.error != 0) return fail<ssize_t>(how);
@@ -182,7 +182,7 @@ int truncate_file(int file, std::int64_t bytes, Real real) {
   if (found == nullptr) return real();
   const Answer how = judge({.kind = CallKind::truncate,
                             .file = found->kind,
-                            .grows = bytes > room_of(file),
+                            .grows = bytes > capacity_of(file),
                             .frees = octets(size_of(file) - bytes)});
   if (how.error != 0) return fail<int>(how);
   return answer(how, real());
@@ -232,7 +232,7 @@ void forget_system_calls() {
   hooks = {};
 }
 
-void set_room(std::int64_t bytes) {
+void set_capacity(std::int64_t bytes) {
   free_bytes = bytes;
 }
 
@@ -366,8 +366,8 @@ int __wrap_posix_fallocate(int file, off_t at, off_t bytes) {
   if (const OpenFile* const found = watched(file)) {
     const Answer how = judge({.kind = CallKind::allocate,
                               .file = found->kind,
-                              .grows = at + bytes > room_of(file),
-                              .bytes = octets(at + bytes - room_of(file))});
+                              .grows = at + bytes > capacity_of(file),
+                              .bytes = octets(at + bytes - capacity_of(file))});
     if (how.dies) hooks.end();
     if (how.error != 0) return how.error;
   }

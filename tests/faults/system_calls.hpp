@@ -66,11 +66,11 @@ struct SystemCallHooks {
 };
 
 /// From now on the calls of this process on `folder`/flight.db*, the outbox and the confirmations are judged, and
-/// the disk's room is as `set_room` says.
+/// the disk's room is as `set_capacity` says.
 void watch_system_calls(const std::filesystem::path& folder, SystemCallHooks hooks);
 void forget_system_calls();
 /// Octets that statvfs() reports as free; -1: the real ones.
-void set_room(std::int64_t bytes);
+void set_capacity(std::int64_t bytes);
 /// From now on this process and its children sleep without waiting: their clocks advance by a hundred times as much.
 void sleep_no_more();
 

@@ -10,7 +10,7 @@ namespace ilp::faults {
 namespace {
 
 struct Row {
-  std::int64_t trials = 0, crashed = 0, hung = 0, refused_sound = 0, confirmed_lost = 0;
+  std::int64_t trials = 0, crashed = 0, hung = 0, refused_valid = 0, confirmed_lost = 0;
   std::array<std::int64_t, static_cast<std::size_t>(Outcome::kinds)> outcomes{};
 
   void add(const Verdict& verdict) {
@@ -18,7 +18,7 @@ struct Row {
     ++outcomes[static_cast<std::size_t>(verdict.outcome)];
     crashed += verdict.crashed ? 1 : 0;
     hung += verdict.hung ? 1 : 0;
-    refused_sound += verdict.refused_sound ? 1 : 0;
+    refused_valid += verdict.refused_valid ? 1 : 0;
     confirmed_lost += verdict.confirmed_lost ? 1 : 0;
   }
   void print(const char* name, bool below_the_store) const {
@@ -26,7 +26,7 @@ struct Row {
     for (const std::int64_t count : outcomes) std::printf(" %lld |", static_cast<long long>(count));
     std::printf(" %lld | %lld |", static_cast<long long>(crashed), static_cast<long long>(hung));
     if (below_the_store) {
-      std::printf(" %lld | %lld |", static_cast<long long>(refused_sound), static_cast<long long>(confirmed_lost));
+      std::printf(" %lld | %lld |", static_cast<long long>(refused_valid), static_cast<long long>(confirmed_lost));
     }
     std::printf("\n");
   }
@@ -36,7 +36,7 @@ bool kept(const TrialRecord& record, const TableOptions& options) {
   const Verdict& verdict = record.verdict;
   const std::string row = record.group;
   const bool measured = !options.measured.empty() && row.ends_with(options.measured);
-  if (verdict.refused_sound || verdict.confirmed_lost) return false;
+  if (verdict.refused_valid || verdict.confirmed_lost) return false;
   if (options.ends_are_faults && (verdict.crashed || verdict.hung)) return false;
   if (verdict.outcome == Outcome::silent) return measured;
   if (verdict.outcome == Outcome::lost) return !options.losses_are_faults;
@@ -51,14 +51,14 @@ void print_trial(std::int64_t number, const TrialRecord& record) {
               outcome_name(verdict.outcome));
   if (verdict.crashed) std::printf(", crashed by signal %d", verdict.signal);
   if (verdict.hung) std::printf(", hung");
-  if (verdict.refused_sound) std::printf(", a sound database refused");
+  if (verdict.refused_valid) std::printf(", a sound database refused");
   if (verdict.confirmed_lost) std::printf(", confirmed data lost");
   if (verdict.overtime) std::printf(", not done in its time");
-  std::printf(", %d lives", verdict.lives);
+  std::printf(", %d lives", verdict.boots);
   const Difference& d = verdict.difference;
   if (d.items > 0) std::printf("; %d items, the first: %s", d.items, d.first);
   for (const auto& [tables, word] :
-       {std::pair{d.missing, "missing"}, std::pair{d.told, "unreadable"}, std::pair{d.changed, "changed"},
+       {std::pair{d.missing, "missing"}, std::pair{d.reported, "unreadable"}, std::pair{d.changed, "changed"},
         std::pair{d.altered, "altered"}, std::pair{d.extra, "extra"}}) {
     if (tables != 0) std::printf("; %s: %s", word, names_of(tables).c_str());
   }
@@ -79,7 +79,7 @@ bool print_table(const TrialRecord* records, std::int64_t trials, const TableOpt
     const Verdict& verdict = record.verdict;
     rows[record.group].add(verdict);
     all.add(verdict);
-    if (verdict.outcome == Outcome::lost) ++lost[verdict.difference.missing | verdict.difference.told];
+    if (verdict.outcome == Outcome::lost) ++lost[verdict.difference.missing | verdict.difference.reported];
     for (std::uint32_t i = 0; i < verdict.codes; ++i) ++codes[verdict.code[i]];
     if (kept(record, options)) continue;
     good = false;
@@ -117,7 +117,7 @@ bool print_table(const TrialRecord* records, std::int64_t trials, const TableOpt
 bool run_campaign(const CampaignOptions& options, const TableOptions& table,
                   const std::function<void(std::int64_t, int, TrialRecord&)>& trial) {
   const bool alone = options.only >= 0;
-  lives_described = alone;
+  boots_described = alone;
   const std::int64_t trials = alone ? 1 : options.trials;
   auto* const records = static_cast<TrialRecord*>(share(static_cast<std::size_t>(trials) * sizeof(TrialRecord)));
   for (std::int64_t n = 0; n < trials; ++n) new (records + n) TrialRecord;

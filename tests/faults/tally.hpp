@@ -25,7 +25,7 @@ struct TableOptions {
   bool ends_are_faults = true;       ///< a crash or a hang breaks the promise, though the flight went on after it
   std::string measured{};            ///< rows that end so: what is silent there is counted, and breaks no promise
   bool losses_are_faults = false;    ///< nothing may be missing either
-  bool below_the_store = false;      ///< counts Verdict::refused_sound and confirmed_lost, which break the promise
+  bool below_the_store = false;      ///< counts Verdict::refused_valid and confirmed_lost, which break the promise
   bool list = false;                 ///< every trial that broke it
 };
 

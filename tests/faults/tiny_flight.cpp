@@ -9,7 +9,7 @@
 #include <numbers>
 #include <set>
 
-#include "bsp/flight/life.hpp"
+#include "bsp/flight/boot.hpp"
 #include "bsp/flight/packet_links.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/executive/frame_timing.hpp"
@@ -81,7 +81,7 @@ alignas(test::FailingStore) std::byte store_place[sizeof(test::FailingStore)];
 alignas(DirectoryCamera) std::byte camera_place[sizeof(DirectoryCamera)];
 alignas(OutboxLink) std::byte link_place[sizeof(OutboxLink)];
 alignas(PacketGround) std::byte ground_place[sizeof(PacketGround)];
-alignas(FileNonvolatile) std::byte small_memory_place[sizeof(FileNonvolatile)];
+alignas(FileNonvolatile) std::byte nonvolatile_memory_place[sizeof(FileNonvolatile)];
 alignas(FlightSoftware) std::byte software_place[sizeof(FlightSoftware)];
 
 /// The far end of the link: confirms whole files, and keeps what it has confirmed. Of packets it knows nothing any
@@ -143,9 +143,9 @@ class VirtualWait final : public DiskWait {
   Traces& traces_;
 };
 
-void tell(Traces& traces, const Status& status) {
-  if (!status.ok() && traces.news < std::size(traces.statuses)) {
-    traces.statuses[traces.news++] = static_cast<std::uint16_t>(status.code);
+void report(Traces& traces, const Status& status) {
+  if (!status.ok() && traces.updates < std::size(traces.statuses)) {
+    traces.statuses[traces.updates++] = static_cast<std::uint16_t>(status.code);
   }
 }
 
@@ -197,14 +197,15 @@ void prepare_process(Downlinks downlinks) {
   with_packets = downlinks == Downlinks::packets;
   auto* const ground = new (ground_place) PacketGround(clock);
   auto& store = *reinterpret_cast<test::FailingStore*>(store_place);
-  auto* const software = new (software_place) FlightSoftware({.store = store,
-                                                              .camera = *camera,
-                                                              .link = *link,
-                                                              .clock = clock,
-                                                              .small_memory = *new (small_memory_place) FileNonvolatile,
-                                                              .packets = with_packets ? &ground->packets() : nullptr,
-                                                              .files = with_packets ? &ground->files() : nullptr},
-                                                             *mission);
+  auto* const software =
+      new (software_place) FlightSoftware({.store = store,
+                                           .camera = *camera,
+                                           .link = *link,
+                                           .clock = clock,
+                                           .nonvolatile_memory = *new (nonvolatile_memory_place) FileNonvolatile,
+                                           .packets = with_packets ? &ground->packets() : nullptr,
+                                           .files = with_packets ? &ground->files() : nullptr},
+                                          *mission);
   memory = {disk, software, mission, {store_region, limits::sqlite_arena_bytes}};
   give_back_zeros(software_place);
   give_back_zeros(disk_place);
@@ -215,8 +216,8 @@ namespace {
 
 /// As the board does it in virtual time.
 Status begin_configuration(const std::string& database) {
-  const Status opened = reinterpret_cast<FileNonvolatile*>(small_memory_place)->open(database.c_str());
-  return memory.software->prepare({.small_memory = opened, .store = memory.store->news()});
+  const Status opened = reinterpret_cast<FileNonvolatile*>(nonvolatile_memory_place)->open(database.c_str());
+  return memory.software->prepare({.nonvolatile_memory = opened, .store = memory.store->updates()});
 }
 
 }  // namespace
@@ -224,19 +225,19 @@ Status begin_configuration(const std::string& database) {
 namespace {
 
 /// Looks for the disk of a flight in memory. True when all of it is there: the process ends.
-bool leave_memory(const std::string& database, Life& life, DiskWait& wait) {
-  constexpr std::int64_t room_bytes = 1 << 16;
-  if (!try_disk(database.c_str(), room_bytes).ok()) return false;
-  static_cast<void>(life.end());
+bool leave_memory(const std::string& database, Boot& boot, DiskWait& wait) {
+  constexpr std::int64_t free_bytes = 1 << 16;
+  if (!try_disk(database.c_str(), free_bytes).ok()) return false;
+  static_cast<void>(boot.end());
   if (memory.store->leave_memory(database.c_str(), &wait).ok()) return true;
-  life.record().end_ns = 0;
-  static_cast<void>(life.go_on());
+  boot.record().end_ns = 0;
+  static_cast<void>(boot.go_on());
   return false;
 }
 
 }  // namespace
 
-LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Traces& traces, const Hooks& hooks) {
+BootEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Traces& traces, const Hooks& hooks) {
   FlightStore& disk = *memory.store;
   FlightSoftware& software = *memory.software;
   auto& camera = *reinterpret_cast<DirectoryCamera*>(camera_place);
@@ -246,11 +247,11 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   if (hooks.begin) hooks.begin();
   VirtualWait wait(traces);
   Status status = disk.open(database.c_str(), StoreTrouble::fly_on, *memory.mission, &wait);
-  tell(traces, status);
-  if (!status.ok()) return life_refused;
-  for (const Status& news : disk.start().in_order()) tell(traces, news);
+  report(traces, status);
+  if (!status.ok()) return boot_refused;
+  for (const Status& updates : disk.start().in_order()) report(traces, updates);
   auto& clock = *new (clock_place) WatchedClock(traces.now_ns, hooks.step);
-  const bool on_disk = !disk.news().is(StatusCode::store_in_memory);
+  const bool on_disk = !disk.updates().is(StatusCode::store_in_memory);
   Store* store = &disk.store();
   if (hooks.ledger != nullptr && on_disk) store = new (ledger_place) LedgerStore(*store, *hooks.ledger);
   new (store_place) test::FailingStore(*store, [&](const test::FailingStore::Call& call) {
@@ -258,16 +259,16 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
     return hooks.call ? hooks.call(call) : Status{};
   });
   const std::string outbox = folder / "outbox", acknowledged = folder / "acknowledged";
-  if (!camera.open((world / "index.txt").c_str(), model.width, model.height, read_pgm).ok()) return life_broken;
-  if (!link.open(outbox.c_str(), acknowledged.c_str()).ok()) return life_broken;
+  if (!camera.open((world / "index.txt").c_str(), model.width, model.height, read_pgm).ok()) return boot_broken;
+  if (!link.open(outbox.c_str(), acknowledged.c_str()).ok()) return boot_broken;
   status = begin_configuration(database);
   if (status.ok()) status = software.start(model);
-  tell(traces, status);
-  if (!status.ok()) return disk.damaged() ? life_restart : life_refused;
-  Life& life = software.life();
-  status = software.begin_life({}, disk.start().in_order());
-  tell(traces, status);
-  if (!status.ok()) return disk.damaged() ? life_restart : life_refused;
+  report(traces, status);
+  if (!status.ok()) return disk.damaged() ? boot_restart : boot_refused;
+  Boot& boot = software.life();
+  status = software.record_boot({}, disk.start().in_order());
+  report(traces, status);
+  if (!status.ok()) return disk.damaged() ? boot_restart : boot_refused;
   EventLog& events = software.executive().events();
   // As in real time.
   if (disk.disk() != nullptr) sqlite::wait_for_writers(disk.disk()->session(), minor_frame_ns / ns_per_ms);
@@ -280,12 +281,12 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   for (traces.frames = 0; next < end_ns; ++traces.frames) {
     ends = hooks.ends && hooks.ends();
     if (ends) break;
-    if (disk.damaged() || software.restart_wanted()) return life_restart;
+    if (disk.damaged() || software.restart_wanted()) return boot_restart;
     if (hooks.frame) hooks.frame(traces.frames);
     software.executive().run_minor_frame(next);
-    const Status news = disk.take_news();
-    if (!news.ok()) events.report(clock.now(), "board", news);
-    if (!on_disk && (traces.frames + 1) % look_frames == 0 && leave_memory(database, life, wait)) return life_restart;
+    const Status updates = disk.take_updates();
+    if (!updates.ok()) events.report(clock.now(), "board", updates);
+    if (!on_disk && (traces.frames + 1) % look_frames == 0 && leave_memory(database, boot, wait)) return boot_restart;
     if (traces.frames % 10 == 0) receiver.receive();
     receiver.listen();
     if (!software.drained()) drained_ns = -1;
@@ -298,13 +299,13 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   const bool done = drained_ns >= 0;
   if (disk.disk() != nullptr) sqlite::wait_for_writers(disk.disk()->session(), longest_lock_wait_at_end_ms);
   static_cast<void>(software.executive().end());
-  static_cast<void>(life.end());
-  if (disk.damaged()) return life_restart;
+  static_cast<void>(boot.end());
+  if (disk.damaged()) return boot_restart;
   receiver.receive();
-  if (disk.news().is(StatusCode::store_in_memory) && hooks.without_disk) hooks.without_disk(disk.store());
+  if (disk.updates().is(StatusCode::store_in_memory) && hooks.without_disk) hooks.without_disk(disk.store());
   disk.close();
-  if (ends) return life_ended;
-  return done ? life_done : life_overtime;
+  if (ends) return boot_ended;
+  return done ? boot_done : boot_overtime;
 }
 
 }  // namespace ilp::faults

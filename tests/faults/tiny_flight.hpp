@@ -18,14 +18,14 @@ namespace ilp::faults {
 void prepare_world(const std::filesystem::path& folder);
 
 /// How a life of the flight software ended; the exit status of its process.
-enum LifeEnd : int {
-  life_done = 0,      ///< everything has been worked through, sent and confirmed
-  life_restart = 3,   ///< the database was found damaged: the supervisor starts the software again
-  life_refused = 4,   ///< the flight did not start
-  life_overtime = 5,  ///< the mission time that the trial grants is over
-  life_broken = 6,    ///< the harness itself has failed
-  life_killed = 7,    ///< by the trial
-  life_ended = 8      ///< in order, by the trial's command
+enum BootEnd : int {
+  boot_done = 0,      ///< everything has been worked through, sent and confirmed
+  boot_restart = 3,   ///< the database was found damaged: the supervisor starts the software again
+  boot_refused = 4,   ///< the flight did not start
+  boot_overtime = 5,  ///< the mission time that the trial grants is over
+  boot_broken = 6,    ///< the harness itself has failed
+  boot_killed = 7,    ///< by the trial
+  boot_ended = 8      ///< in order, by the trial's command
 };
 
 /// What a process leaves outside its store, however it ends: in memory that it shares with its parent.
@@ -33,7 +33,7 @@ struct Traces {
   TimeNs now_ns = 0;            ///< mission time
   std::int64_t frames = 0;      ///< minor frames of this life
   std::int64_t calls = 0;       ///< of the store
-  std::uint32_t news = 0;       ///< statuses that `statuses` holds
+  std::uint32_t updates = 0;    ///< statuses that `statuses` holds
   std::uint16_t statuses[8]{};  ///< reported on standard error at start-up
 };
 
@@ -69,7 +69,7 @@ void prepare_process(Downlinks downlinks);
 
 /// One life on `folder`/flight.db with the outbox beside it, as ilp-onboard with --fly-on lives it: to be called once
 /// in a process of its own. Goes on at traces.now_ns and ends `grace_ns` after everything is done, or at `end_ns`.
-LifeEnd live(const std::filesystem::path& world, const std::filesystem::path& folder, TimeNs end_ns, Traces& traces,
+BootEnd live(const std::filesystem::path& world, const std::filesystem::path& folder, TimeNs end_ns, Traces& traces,
              const Hooks& hooks);
 
 inline constexpr TimeNs grace_ns = 10 * ns_per_s;

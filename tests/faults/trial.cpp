@@ -21,19 +21,19 @@ namespace ilp::faults {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int max_lives = 8;
+constexpr int max_boots = 8;
 /// Beyond the end of the undisturbed flight: what was lost is sent again after its timeout, more than once.
 constexpr TimeNs overtime_ns = 200 * ns_per_s;
 
 /// What a life leaves that ends in order.
 void end_in_order(const fs::path& folder) {
   SqliteStore store;
-  StartRecord life;
+  StartRecord boot;
   Status status = store.open((folder / "flight.db").c_str());
-  if (status.ok()) status = last(store, life);
-  life.end_ns = life.alive_ns = std::max<TimeNs>(life.alive_ns, 1);
+  if (status.ok()) status = last(store, boot);
+  boot.end_ns = boot.alive_ns = std::max<TimeNs>(boot.alive_ns, 1);
   if (status.ok()) status = store.begin();
-  if (status.ok()) status = put(store, life);
+  if (status.ok()) status = put(store, boot);
   if (status.ok()) status = store.commit();
   store.close();
   if (!status.ok()) throw std::runtime_error("a flight cannot be ended in order");
@@ -81,22 +81,22 @@ void look(const Reference& reference, const std::set<RecordKey>& settled, Store&
   for (const std::uint16_t code : events) add_code(verdict, reference, code);
 }
 
-void describe_life(int life, bool by_itself, int status, const Traces& traces) {
-  std::printf("life %d: %s %d at %.1f s", life, by_itself ? "status" : "signal", status,
+void describe_boot(int boot, bool by_itself, int status, const Traces& traces) {
+  std::printf("life %d: %s %d at %.1f s", boot, by_itself ? "status" : "signal", status,
               1e-9 * static_cast<double>(traces.now_ns));
-  for (std::uint32_t n = 0; n < traces.news; ++n) {
+  for (std::uint32_t n = 0; n < traces.updates; ++n) {
     std::printf("%s%s", n == 0 ? "; told: " : ", ", status_text(static_cast<StatusCode>(traces.statuses[n])));
   }
   std::printf("\n");
 }
 
 Outcome judge(const Verdict& verdict, bool noticed) {
-  const bool told = noticed || verdict.codes != 0 || verdict.difference.told != 0;
+  const bool reported = noticed || verdict.codes != 0 || verdict.difference.reported != 0;
   const bool ended = verdict.crashed || verdict.hung;
-  if (!verdict.difference.any()) return told || ended ? Outcome::mended : Outcome::harmless;
+  if (!verdict.difference.any()) return reported || ended ? Outcome::mended : Outcome::harmless;
   // That a process died says that it died, and not that something it left is wrong. What was right and is now other
   // than it was is wrong, whatever was reported.
-  if (!told || verdict.difference.altered != 0) return Outcome::silent;
+  if (!reported || verdict.difference.altered != 0) return Outcome::silent;
   return Outcome::lost;
 }
 
@@ -142,7 +142,7 @@ bool run_apart(const std::function<int()>& body, int& status) {
     // Processor time: how busy the machine is must not decide.
     const itimerval limit{{0, 0}, {watchdog_seconds, 0}};
     setitimer(ITIMER_PROF, &limit, nullptr);
-    int result = life_broken;
+    int result = boot_broken;
     try {
       result = body();
     } catch (const std::exception& error) {
@@ -185,33 +185,33 @@ Verdict fly_trial(const Reference& reference, const fs::path& folder, TimeNs now
   bool ended = false;
   bool examined = false;
   const TimeNs end_ns = reference.end_ns + overtime_ns;
-  while (!ended && verdict.lives < max_lives) {
-    const bool first = verdict.lives++ == 0;
-    Hooks life_hooks = first ? hooks : Hooks{};
-    if (!first) life_hooks.started = hooks.again;
-    life_hooks.without_disk = [&](Store& store) {
+  while (!ended && verdict.boots < max_boots) {
+    const bool first = verdict.boots++ == 0;
+    Hooks boot_hooks = first ? hooks : Hooks{};
+    if (!first) boot_hooks.started = hooks.again;
+    boot_hooks.without_disk = [&](Store& store) {
       look(reference, settled, store, folder, seen);
       seen.outcome = Outcome::harmless;
     };
     int status = 0;
     seen = {};
-    const bool by_itself = run_apart([&] { return live(reference.world, folder, end_ns, traces, life_hooks); }, status);
-    if (lives_described) describe_life(verdict.lives, by_itself, status, traces);
+    const bool by_itself = run_apart([&] { return live(reference.world, folder, end_ns, traces, boot_hooks); }, status);
+    if (boots_described) describe_boot(verdict.boots, by_itself, status, traces);
     if (by_itself) {
-      if (status == life_broken) return verdict;
+      if (status == boot_broken) return verdict;
       // The trial's own end of a life is no news.
-      if (status != life_killed) noticed = noticed || status == life_restart || status == life_refused;
-      ended = status == life_done || status == life_overtime;
-      verdict.overtime = status == life_overtime;
+      if (status != boot_killed) noticed = noticed || status == boot_restart || status == boot_refused;
+      ended = status == boot_done || status == boot_overtime;
+      verdict.overtime = status == boot_overtime;
       examined = ended && seen.outcome == Outcome::harmless;
     } else {
       verdict.hung = verdict.hung || status == SIGPROF;
       verdict.crashed = verdict.crashed || status != SIGPROF;
       if (verdict.signal == 0) verdict.signal = status;
     }
-    noticed = noticed || traces.news != 0;
-    for (std::uint32_t i = 0; i < traces.news; ++i) add_code(verdict, reference, traces.statuses[i]);
-    if (!ended && between) between(verdict.lives);
+    noticed = noticed || traces.updates != 0;
+    for (std::uint32_t i = 0; i < traces.updates; ++i) add_code(verdict, reference, traces.statuses[i]);
+    if (!ended && between) between(verdict.boots);
   }
   if (!ended) {
     verdict.outcome = Outcome::locked;
@@ -250,11 +250,11 @@ Reference fly_reference(const fs::path& world, const fs::path& folder) {
   Hooks before;
   before.started = [] {
     write_what_the_ground_sent();
-    _exit(life_killed);
+    _exit(boot_killed);
   };
   int status = 0;
   if (!run_apart([&] { return live(world, folder, most_frames * minor_frame_ns, traces, before); }, status) ||
-      status != life_killed) {
+      status != boot_killed) {
     throw std::runtime_error("the flight cannot be prepared");
   }
   traces = {};
@@ -269,7 +269,7 @@ Reference fly_reference(const fs::path& world, const fs::path& folder) {
     return Status{};
   };
   if (!run_apart([&] { return live(world, folder, most_frames * minor_frame_ns, traces, hooks); }, status) ||
-      status != life_done) {
+      status != boot_done) {
     throw std::runtime_error("the undisturbed flight ends with " + std::to_string(status));
   }
   reference.end_ns = traces.now_ns;

@@ -27,11 +27,11 @@ enum class Outcome : std::uint8_t {
 
 struct Verdict {
   Outcome outcome = Outcome::broken;
-  std::uint8_t lives = 0;
+  std::uint8_t boots = 0;
   bool crashed = false;
   bool hung = false;
   bool overtime = false;
-  bool refused_sound = false;   ///< a start refused, mended or set aside a sound database (file_faults.cpp)
+  bool refused_valid = false;   ///< a start refused, mended or set aside a sound database (file_faults.cpp)
   bool confirmed_lost = false;  ///< what a commit had confirmed, or counts as confirmed by the ground, was not there
   int signal = 0;               ///< of the first crash
   Difference difference;
@@ -79,7 +79,7 @@ inline constexpr int watchdog_seconds = 120;
 void unshare(void* memory, std::size_t bytes);
 
 /// For a trial that is repeated alone: prints how each life ended.
-inline bool lives_described = false;
+inline bool boots_described = false;
 
 /// Flies `folder` on from `now_ns` with `hooks` in its first life, to its end.
 /// `between` is called after each life but the last, with the number of lives so far.

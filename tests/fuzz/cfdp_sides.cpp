@@ -56,7 +56,7 @@ class SenderRun {
       case 0:
       case 1:
       case 2:
-        sender_.receive(choose_pdu(choices_, order_.header, order_.file_bytes, room_), now_);
+        sender_.receive(choose_pdu(choices_, order_.header, order_.file_bytes, capacity_), now_);
         break;
       case 3:
         now_ += choices_.byte() * ns_per_s;
@@ -91,7 +91,7 @@ class SenderRun {
 
  private:
   void resume() {
-    FixedVector<cfdp::Piece, 8> gaps;
+    FixedVector<cfdp::Segment, 8> gaps;
     const std::size_t count = choices_.byte() % 8U;
     for (std::size_t i = 0; i < count; ++i) {
       static_cast<void>(gaps.push_back({static_cast<std::uint32_t>(choose_size(choices_, order_.file_bytes)),
@@ -107,9 +107,9 @@ class SenderRun {
       cfdp::Pdu pdu;
       sender_.build(item, pdu);
       if (item.kind == cfdp::PduKind::file_data) {
-        require(item.piece.begin < item.piece.end && item.piece.end <= order_.file_bytes, "data beyond the file");
-        require(item.piece.end - item.piece.begin <= settings_.segment_bytes, "a segment that is too long");
-        pdu.file_data.bytes = Octets(file_).subspan(item.piece.begin, item.piece.end - item.piece.begin);
+        require(item.segment.begin < item.segment.end && item.segment.end <= order_.file_bytes, "data beyond the file");
+        require(item.segment.end - item.segment.begin <= settings_.segment_bytes, "a segment that is too long");
+        pdu.file_data.bytes = Octets(file_).subspan(item.segment.begin, item.segment.end - item.segment.begin);
       }
       check(pdu);
       sender_.sent(item, now_);
@@ -122,7 +122,7 @@ class SenderRun {
   cfdp::SendOrder order_;
   cfdp::SenderSettings settings_;
   cfdp::Sender sender_;
-  PduRoom room_;
+  PduCapacity capacity_;
   TimeNs now_ = 0;
   std::array<std::uint8_t, most_file_bytes> file_{};
 };
@@ -150,7 +150,7 @@ class ReceiverRun {
         if (operation == 2) restart();
         break;
       default:
-        receiver().receive(choose_pdu(choices_, header_, file_bytes_, room_), now_);
+        receiver().receive(choose_pdu(choices_, header_, file_bytes_, capacity_), now_);
         break;
     }
     check_gaps();
@@ -181,9 +181,9 @@ class ReceiverRun {
   }
   void check_gaps() {
     std::uint32_t end = 0;
-    for (const cfdp::Piece& piece : receiver().missing()) {
-      require(piece.begin >= end && piece.end > piece.begin && piece.end <= limits::max_uplink_bytes, "gaps");
-      end = piece.end;
+    for (const cfdp::Segment& segment : receiver().missing()) {
+      require(segment.begin >= end && segment.end > segment.begin && segment.end <= limits::max_uplink_bytes, "gaps");
+      end = segment.end;
     }
     require(receiver().file().size() <= limits::max_uplink_bytes, "size of the file");
   }
@@ -210,7 +210,7 @@ class ReceiverRun {
   cfdp::Header header_;
   cfdp::ReceiverSettings settings_;
   std::uint32_t file_bytes_ = 0;
-  PduRoom room_;
+  PduCapacity capacity_;
   TimeNs now_ = 0;
 };
 

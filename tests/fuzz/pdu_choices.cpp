@@ -26,7 +26,7 @@ std::uint64_t choose_size(Choices& choices, std::uint64_t scale) {
   }
 }
 
-cfdp::Pdu choose_pdu(Choices& choices, const cfdp::Header& header, std::uint64_t file_bytes, PduRoom& room) {
+cfdp::Pdu choose_pdu(Choices& choices, const cfdp::Header& header, std::uint64_t file_bytes, PduCapacity& capacity) {
   cfdp::Pdu pdu;
   pdu.header = header;
   pdu.kind = static_cast<cfdp::PduKind>(choices.byte() % static_cast<unsigned>(cfdp::PduKind::count));
@@ -62,9 +62,9 @@ cfdp::Pdu choose_pdu(Choices& choices, const cfdp::Header& header, std::uint64_t
       std::size_t bytes = 0;
       for (std::size_t i = 0; i < count && !choices.empty(); ++i) {
         const cfdp::Gap gap = {choose_size(choices, file_bytes), choose_size(choices, file_bytes)};
-        bytes += cfdp::write_gap(header, gap, room.gaps.data() + bytes);
+        bytes += cfdp::write_gap(header, gap, capacity.gaps.data() + bytes);
       }
-      pdu.nak.gaps = {room.gaps.data(), bytes};
+      pdu.nak.gaps = {capacity.gaps.data(), bytes};
       break;
     }
     case cfdp::PduKind::prompt:

@@ -215,7 +215,7 @@ class Session {
     send(function_management::service, function_management::perform, out.written());
   }
   void pdu() {
-    PduRoom room;
+    PduCapacity capacity;
     const std::uint8_t who = choices_.byte();
     cfdp::Header header;
     header.crc = (who & 1U) != 0;
@@ -225,7 +225,7 @@ class Session {
     header.destination = header.toward_sender ? 2 : 1;
     header.sequence_length = (who & 4U) != 0 ? 3 : 2;
     header.sequence = (who >> 3U) % 8U;
-    const cfdp::Pdu pdu = choose_pdu(choices_, header, 3000, room);
+    const cfdp::Pdu pdu = choose_pdu(choices_, header, 3000, capacity);
     std::array<std::uint8_t, limits::max_pdu_bytes> octets;
     std::size_t bytes = 0;
     if (cfdp::encode(pdu, octets, bytes).ok()) pdus_.put(Octets(octets).first(bytes));

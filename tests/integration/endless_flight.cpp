@@ -73,14 +73,14 @@ Status LossyGround::end_file() {
   if (fate < lost_share_) return {};
   if (fate < lost_share_ + damaged_share_) open_.crc32 ^= 1;
   const double delay_s = 1 + 30 * chance(static_cast<std::uint64_t>(files_), 2);
-  open_.tells_ns = clock_.now() + static_cast<TimeNs>(delay_s * 1e9);
+  open_.reports_ns = clock_.now() + static_cast<TimeNs>(delay_s * 1e9);
   held_[name_] = open_;
   return {};
 }
 
 Status LossyGround::acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc) {
   const auto found = held_.find(name);
-  if (!contact || found == held_.end() || clock_.now() < found->second.tells_ns) return StatusCode::not_ready;
+  if (!contact || found == held_.end() || clock_.now() < found->second.reports_ns) return StatusCode::not_ready;
   bytes = found->second.bytes;
   crc = found->second.crc32;
   const std::int64_t product = product_of_name(name);
@@ -231,8 +231,8 @@ constexpr Stage stages[] = {
 };
 
 /// One life of the program, from start to restart.
-struct Life {
-  Life(Store& store, Link& link, Clock& clock, const MissionParameters& mission, std::int64_t keyframes)
+struct Boot {
+  Boot(Store& store, Link& link, Clock& clock, const MissionParameters& mission, std::int64_t keyframes)
       : stub(store, clock, keyframes),
         manager(std::make_unique<StorageManager>(store, mission, test::step_memory<StorageManager>())),
         downlink(std::make_unique<Downlink>(store, link, clock, mission, test::step_memory<Downlink>())),
@@ -367,19 +367,19 @@ EndlessResult fly_endlessly(const std::string& database, const MissionParameters
   LossyGround ground(clock, options.lost_share, options.damaged_share);
   EXPECT_TRUE(store.open(database.c_str()).ok());
   EXPECT_TRUE(store.limit(database_limit_bytes(mission)).ok());
-  auto life = std::make_unique<Life>(store, ground, clock, mission, options.keyframes);
-  EXPECT_TRUE(life->executive.start().ok());
+  auto boot = std::make_unique<Boot>(store, ground, clock, mission, options.keyframes);
+  EXPECT_TRUE(boot->executive.start().ok());
   Watch watch(store, ground);
   std::int64_t keyframes = 0;
   std::int64_t latest_keyframe_frame = 0;
-  for (std::int64_t frame = 0; life->stub.keyframes() < options.keyframes; ++frame) {
+  for (std::int64_t frame = 0; boot->stub.keyframes() < options.keyframes; ++frame) {
     ground.contact = frame % options.pass_period_frames < options.pass_frames;
     if (options.happen) options.happen(store, frame);
-    life->executive.run_minor_frame();
-    const bool captured = life->stub.keyframes() != keyframes;
+    boot->executive.run_minor_frame();
+    const bool captured = boot->stub.keyframes() != keyframes;
     if (captured || ground.contact) watch.look(frame < options.behind_from || frame >= options.behind_to);
     if (captured) latest_keyframe_frame = frame;
-    keyframes = life->stub.keyframes();
+    keyframes = boot->stub.keyframes();
     const bool stopped = (frame - latest_keyframe_frame) * minor_frame_ns > options.longest_pause_ns;
     if (stopped || testing::Test::HasFailure()) {
       ADD_FAILURE() << "stopped after " << keyframes << " keyframes, minor frame " << frame;
@@ -404,8 +404,8 @@ EndlessResult fly_endlessly(const std::string& database, const MissionParameters
       EXPECT_TRUE(store.open(database.c_str()).ok());
       EXPECT_TRUE(store.limit(database_limit_bytes(mission)).ok());
       clock.set(clock.now() - options.clock_back_ns);
-      life = std::make_unique<Life>(store, ground, clock, mission, options.keyframes);
-      EXPECT_TRUE(life->executive.start().ok());
+      boot = std::make_unique<Boot>(store, ground, clock, mission, options.keyframes);
+      EXPECT_TRUE(boot->executive.start().ok());
     }
     clock.sleep_until(clock.now() + minor_frame_ns);
     result.minor_frames = frame + 1;

@@ -51,7 +51,7 @@ class LossyGround final : public Link {
  private:
   struct File {
     std::uint32_t bytes = 0, crc32 = 0;
-    TimeNs tells_ns = 0;
+    TimeNs reports_ns = 0;
   };
   Clock& clock_;
   double lost_share_, damaged_share_;

@@ -59,24 +59,26 @@ class FlightBoard {
     started_ns_ = clock.now();
     store = std::make_unique<FlightStore>(sqlite_, memory_region_);
     ILP_TRY(store->open(database().c_str(), StoreTrouble::fly_on, mission));
-    small_memory = std::make_unique<FileNonvolatile>();
-    const Status opened = small_memory->open(database().c_str());
+    nonvolatile_memory = std::make_unique<FileNonvolatile>();
+    const Status opened = nonvolatile_memory->open(database().c_str());
     software = std::make_unique<FlightSoftware>(FlightDevices{.store = store->store(),
                                                               .camera = *eye,
                                                               .link = outbox,
                                                               .clock = clock,
-                                                              .small_memory = *small_memory,
+                                                              .nonvolatile_memory = *nonvolatile_memory,
                                                               .packets = radio},
                                                 mission);
-    ILP_TRY(software->prepare(
-        {.small_memory = opened, .store = store->news(), .utc = calendar_s * ns_per_s, .epoch = epoch_choice}));
+    ILP_TRY(software->prepare({.nonvolatile_memory = opened,
+                               .store = store->updates(),
+                               .utc = calendar_s * ns_per_s,
+                               .epoch = epoch_choice}));
     started_ns_ = software->time().now;
     clock.set(started_ns_);
     keys = Authenticator();
     for (const auto& [spi, key] : key_list) ILP_TRY(keys.add(spi, key));
     software->router().authenticate_with(keys);
     ILP_TRY(software->start(model));
-    ILP_TRY(software->begin_life({}, store->start().in_order()));
+    ILP_TRY(software->record_boot({}, store->start().in_order()));
     next_ = clock.now();
     return {};
   }
@@ -84,7 +86,7 @@ class FlightBoard {
   void stop() {
     if (software != nullptr) calendar_s = calendar_now();
     software.reset();
-    small_memory.reset();
+    nonvolatile_memory.reset();
     if (store != nullptr) store->close();
     store.reset();
   }
@@ -205,7 +207,7 @@ class FlightBoard {
   OutboxLink outbox;
   Authenticator keys;
   std::unique_ptr<FlightStore> store;
-  std::unique_ptr<FileNonvolatile> small_memory;
+  std::unique_ptr<FileNonvolatile> nonvolatile_memory;
   std::unique_ptr<FlightSoftware> software;
 
  private:

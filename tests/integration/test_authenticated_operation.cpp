@@ -58,9 +58,9 @@ class Eavesdropper {
     const std::lock_guard lock(mutex_);
     board_ = board;
   }
-  std::vector<Bytes> heard() {
+  std::vector<Bytes> received() {
     const std::lock_guard lock(mutex_);
-    return heard_;
+    return received_;
   }
 
  private:
@@ -77,7 +77,7 @@ class Eavesdropper {
     const Bytes octets = take(to_station_, sender);
     const std::lock_guard lock(mutex_);
     station_ = sender;
-    heard_.push_back(octets);
+    received_.push_back(octets);
     const sockaddr_in to = system_address(board_);
     ::sendto(to_board_, octets.data(), octets.size(), 0, general(&to), sizeof(to));
   }
@@ -99,7 +99,7 @@ class Eavesdropper {
   SocketAddress address_, board_;
   sockaddr_in station_{};
   std::mutex mutex_;
-  std::vector<Bytes> heard_;
+  std::vector<Bytes> received_;
   std::atomic<bool> ended_ = false;
   std::thread thread_;
 };
@@ -161,7 +161,7 @@ class AuthenticatedOperationTest : public testing::Test {
   /// Everything that was ever sent, from another place.
   void say_everything_again() {
     test::UdpClient thief(board_);
-    for (const Bytes& octets : between_.heard()) thief.send(octets);
+    for (const Bytes& octets : between_.received()) thief.send(octets);
     EXPECT_FALSE(thief.receive(1500).has_value()) << "who only repeats is not answered";
   }
   /// Telecommands and files without a key, and with another one.

@@ -91,7 +91,7 @@ class BackToDisk : public testing::Test {
   test::FlightBoard board_;
 };
 
-TEST_F(BackToDisk, EveryImageOfThreeLivesIsExaminedAndCodedAndEveryFileIsSent) {
+TEST_F(BackToDisk, EveryImageOfThreeStoreEpochsIsExaminedAndCodedAndEveryFileIsSent) {
   ASSERT_OK(board_.start());
   ASSERT_EQ(board_.set("motion", "corners", 500), "1.1 1.3 1.7");
   board_.fly(80);
@@ -105,7 +105,7 @@ TEST_F(BackToDisk, EveryImageOfThreeLivesIsExaminedAndCodedAndEveryFileIsSent) {
 
   unmount();
   ASSERT_OK(board_.start());
-  ASSERT_EQ(board_.store->news().code, StatusCode::store_in_memory);
+  ASSERT_EQ(board_.store->updates().code, StatusCode::store_in_memory);
   EXPECT_TRUE(board_.ping());
   board_.fly(40);
   EXPECT_EQ(board_.store->leave_memory(board_.database().c_str(), nullptr).code, StatusCode::io_error);
@@ -123,7 +123,7 @@ TEST_F(BackToDisk, EveryImageOfThreeLivesIsExaminedAndCodedAndEveryFileIsSent) {
   ASSERT_OK(board_.store->leave_memory(board_.database().c_str(), nullptr));
   ASSERT_OK(board_.restart());
   EXPECT_EQ(board_.store->start().moved.code, StatusCode::store_back_on_disk);
-  EXPECT_OK(board_.store->news());
+  EXPECT_OK(board_.store->updates());
   EXPECT_TRUE(board_.ping());
   StorageRecord storage;
   ASSERT_OK(get(board_.store->store(), 1, storage));
@@ -190,7 +190,7 @@ TEST_F(BackToDisk, EveryImageOfThreeLivesIsExaminedAndCodedAndEveryFileIsSent) {
   }
 }
 
-TEST_F(BackToDisk, LivesInMemoryFollowEachOtherIntoOneDatabase) {
+TEST_F(BackToDisk, StoreEpochsInMemoryFollowEachOtherIntoOneDatabase) {
   camera_.wanted = 0;
   ASSERT_OK(board_.start());
   board_.fly(1);
@@ -212,7 +212,7 @@ TEST_F(BackToDisk, LivesInMemoryFollowEachOtherIntoOneDatabase) {
   fs::rename(board_.database(), board_.database() + ".away");
   fs::create_directory(board_.database());
   ASSERT_OK(board_.start());
-  ASSERT_EQ(board_.store->news().code, StatusCode::store_in_memory);
+  ASSERT_EQ(board_.store->updates().code, StatusCode::store_in_memory);
   ASSERT_OK(get(board_.store->store(), 1, second));
   EXPECT_GT(second.keyframe_base, first.keyframe_base) << "or the two lives would not fit into one database";
   EXPECT_GT(second.record_base, first.record_base);
@@ -221,7 +221,7 @@ TEST_F(BackToDisk, LivesInMemoryFollowEachOtherIntoOneDatabase) {
   fs::rename(board_.database() + ".away", board_.database());
   ASSERT_OK(board_.store->leave_memory(board_.database().c_str(), nullptr));
   ASSERT_OK(board_.restart());
-  EXPECT_OK(board_.store->news());
+  EXPECT_OK(board_.store->updates());
   EXPECT_EQ(board_.store->start().moved.code, StatusCode::store_back_on_disk);
   EXPECT_GT(all<EventRecord>().size(), events);
   EXPECT_TRUE(board_.ping());

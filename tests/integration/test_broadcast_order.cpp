@@ -153,8 +153,8 @@ TEST_P(BroadcastOrder, RestartsDoNotChangeTheOrder) {
   for (int k = 1; k <= products; ++k) add(k, 0.3 + 0.01 * k);
   std::vector<std::string> plan;
   for (int k = products; k >= 1; --k) plan.push_back(name_of(k));
-  for (int life = 1; life <= 200; ++life) {
-    fly_to(3.7 * life);
+  for (int boot = 1; boot <= 200; ++boot) {
+    fly_to(3.7 * boot);
     downlink.reset();
     rig.reboot();
     downlink =
@@ -213,11 +213,11 @@ class BroadcastFlight : public testing::Test {
   double efficiency_of(const ProductRecord& product) {
     RichnessRecord richness;
     EXPECT_TRUE(get(store, product.keyframe_id, richness).ok());
-    ProductWorth worth;
-    worth.richness = product.priority;
-    worth.newly_seen_share = richness.mask_fraction;
-    worth.newly_seen_px = richness.mask_fraction * 640 * 480;
-    return layers_worth(product, worth, layers_of(product)) / bytes_to(product, layers_of(product));
+    ProductUtility utility;
+    utility.richness = product.priority;
+    utility.newly_seen_share = richness.mask_fraction;
+    utility.newly_seen_px = richness.mask_fraction * 640 * 480;
+    return utility_of_layers(product, utility, layers_of(product)) / bytes_to(product, layers_of(product));
   }
   ProductRecord product_named(const std::string& name) {
     ProductRecord product;

@@ -32,7 +32,7 @@ class BroughtFiles : public testing::Test {
     return fly("--images " + (cases / name / "photographs").string() + " --camera " +
                (cases / name / "cameras.txt").string());
   }
-  void expect_told(const test::ToolResult& result, int status, const std::vector<const char*>& parts) {
+  void expect_reported(const test::ToolResult& result, int status, const std::vector<const char*>& parts) {
     EXPECT_EQ(result.status, status) << result.output;
     for (const char* part : parts)
       EXPECT_NE(result.output.find(part), std::string::npos) << part << "\n" << result.output;
@@ -66,29 +66,29 @@ class BroughtFiles : public testing::Test {
 };
 
 TEST_F(BroughtFiles, OrderAndTimesOfPhotographs) {
-  expect_told(fly_photographs("counter-rolls-over"), 0, {"not that of the names", "14 frames"});
+  expect_reported(fly_photographs("counter-rolls-over"), 0, {"not that of the names", "14 frames"});
   ASSERT_EQ(index_times().size(), 14U);
   for (std::size_t i = 0; i < 14; ++i) EXPECT_EQ(index_times()[i], 5.0 * static_cast<double>(i));
 }
 
 TEST_F(BroughtFiles, FilesThatAreNoImages) {
-  expect_told(fly_photographs("dot-underscore-files"), 0, {"6 frames"});
+  expect_reported(fly_photographs("dot-underscore-files"), 0, {"6 frames"});
   EXPECT_EQ(index_times(), (std::vector<double>{0, 5, 10, 15, 20, 25}));
 }
 
 TEST_F(BroughtFiles, PositionsThatAreRoundedOrUnknown) {
-  expect_told(fly_photographs("exif-sixty-seconds"), 0, {"in 6 of 6 images"});
+  expect_reported(fly_photographs("exif-sixty-seconds"), 0, {"in 6 of 6 images"});
   for (const auto& row : positions()) EXPECT_NEAR(std::stod(row[2]), 47.3, 1e-4);
   fs::remove_all(folder_ / "out");
-  expect_told(fly_photographs("exif-altitude-unknown"), 0, {"in 8 of 8 images"});
+  expect_reported(fly_photographs("exif-altitude-unknown"), 0, {"in 8 of 8 images"});
   for (const auto& row : positions()) EXPECT_EQ(row[4] + row[5], "");
 }
 
 TEST_F(BroughtFiles, SeveralSizesAndLenses) {
-  expect_told(fly_photographs("thermal-beside-visible"), 0,
-              {"left out: 7 photographs of 14 with another size", "7 frames"});
+  expect_reported(fly_photographs("thermal-beside-visible"), 0,
+                  {"left out: 7 photographs of 14 with another size", "7 frames"});
   fs::remove_all(folder_ / "out");
-  expect_told(fly_photographs("zoom-lens"), 0, {"7 photographs of 14 with another focal length", "IMG_0008.JPG"});
+  expect_reported(fly_photographs("zoom-lens"), 0, {"7 photographs of 14 with another focal length", "IMG_0008.JPG"});
 }
 
 TEST_F(BroughtFiles, DamagedPhotographs) {
@@ -96,15 +96,16 @@ TEST_F(BroughtFiles, DamagedPhotographs) {
   const auto flown = [&](const char* kind, const char* camera) {
     return fly("--images " + (damaged / kind).string() + " --camera " + (damaged / camera).string(), kind);
   };
-  expect_told(flown("jpeg", "cameras.txt"), 0, {"IMG_0003.JPG: damaged", "IMG_0004.JPG: damaged", "3 frames"});
-  expect_told(flown("png16", "cameras-160.txt"), 0, {"c_0002.png: damaged", "2 frames"});
-  expect_told(flown("tiff", "cameras-160.txt"), 0, {"t_0002.tif: damaged", "2 frames"});
+  expect_reported(flown("jpeg", "cameras.txt"), 0, {"IMG_0003.JPG: damaged", "IMG_0004.JPG: damaged", "3 frames"});
+  expect_reported(flown("png16", "cameras-160.txt"), 0, {"c_0002.png: damaged", "2 frames"});
+  expect_reported(flown("tiff", "cameras-160.txt"), 0, {"t_0002.tif: damaged", "2 frames"});
 }
 
 TEST_F(BroughtFiles, KindsOfPictures) {
   const fs::path tiff = cases / "float-and-palette-tiff";
-  expect_told(fly("--images " + (tiff / "float").string(), "float"), 1, {"samples of the type Float32", "convert it"});
-  expect_told(
+  expect_reported(fly("--images " + (tiff / "float").string(), "float"), 1,
+                  {"samples of the type Float32", "convert it"});
+  expect_reported(
       fly("--images " + (tiff / "palette").string() + " --camera " + (tiff / "cameras.txt").string(), "palette"), 0,
       {"3 frames"});
 }
@@ -115,12 +116,12 @@ TEST_F(BroughtFiles, HeadersOfVideos) {
                    (cases / "video-headers/cameras.txt").string(),
                name);
   };
-  for (const char* deep : {"ten-bit", "mono10"}) expect_told(flown(deep), 1, {"10 bits per sample, 8 expected"});
-  for (const char* timeless : {"no-rate", "rate-unknown"}) expect_told(flown(timeless), 1, {"--frame-rate"});
-  expect_told(flown("long-header"), 0, {"3 frames"});
-  expect_told(flown("interlaced"), 0, {"is interlaced"});
-  expect_told(flown("wide-pixels"), 0, {"no squares"});
-  expect_told(flown("mono-tagged-420"), 4, {"breaks off"});
+  for (const char* deep : {"ten-bit", "mono10"}) expect_reported(flown(deep), 1, {"10 bits per sample, 8 expected"});
+  for (const char* timeless : {"no-rate", "rate-unknown"}) expect_reported(flown(timeless), 1, {"--frame-rate"});
+  expect_reported(flown("long-header"), 0, {"3 frames"});
+  expect_reported(flown("interlaced"), 0, {"is interlaced"});
+  expect_reported(flown("wide-pixels"), 0, {"no squares"});
+  expect_reported(flown("mono-tagged-420"), 4, {"breaks off"});
 }
 
 TEST_F(BroughtFiles, MeasurementsOfAnotherClock) {
@@ -130,13 +131,14 @@ TEST_F(BroughtFiles, MeasurementsOfAnotherClock) {
                    (folder / (name + ".csv")).string() + " --mission " + (folder / "mission.ini").string(),
                name);
   };
-  expect_told(flown("since-1970"), 0, {"156 lines with a date or a time since 1970 cannot be used", "none is used"});
-  expect_told(flown("iso-8601"), 0, {"156 lines with a date", "none is used"});
+  expect_reported(flown("since-1970"), 0,
+                  {"156 lines with a date or a time since 1970 cannot be used", "none is used"});
+  expect_reported(flown("iso-8601"), 0, {"156 lines with a date", "none is used"});
   const auto notes = nlohmann::json::parse(std::ifstream(folder_ / "iso-8601/flight-info.json"))["notes"];
   EXPECT_GE(notes.size(), 2U) << "the report says it too";
   for (const char* name : {"semicolons", "bom"}) {
     const test::ToolResult result = flown(name);
-    expect_told(result, 0, {"is read as"});
+    expect_reported(result, 0, {"is read as"});
     EXPECT_EQ(result.output.find("none is used"), std::string::npos) << result.output;
   }
 }
@@ -158,10 +160,10 @@ TEST_F(BroughtFiles, TerrainsInAllUnits) {
     }
     EXPECT_NEAR(highest - lowest, 83.8, 0.2) << name;
   }
-  expect_told(fly("--set world.heightmap=" + (cases / "heightmap-scale-and-unit/undeclared-nodata.tif").string() +
-                      " --set flight.kind=line --set flight.altitude_m=1500 --frames 2 --render-only",
-                  "holes"),
-              1, {"have no value", "fill_holes = true"});
+  expect_reported(fly("--set world.heightmap=" + (cases / "heightmap-scale-and-unit/undeclared-nodata.tif").string() +
+                          " --set flight.kind=line --set flight.altitude_m=1500 --frames 2 --render-only",
+                      "holes"),
+                  1, {"have no value", "fill_holes = true"});
 }
 
 }  // namespace

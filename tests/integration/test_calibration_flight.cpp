@@ -116,7 +116,7 @@ TEST_F(CalibrationFlightTest, KilledAtAnyInstantAgainAndAgainItFindsTheSameCamer
   ASSERT_EQ(test::run_program(command(rugged, camera, unknown_camera, {"--power-cut-after", "3"})).exit_status, 9);
   const auto resume = command(rugged, camera, unknown_camera, {"--resume"});
   bool ended = false;
-  for (int life = 0; life < 10 && !ended; ++life) ended = test::run_and_kill(resume, 80 + 61 * life);
+  for (int boot = 0; boot < 10 && !ended; ++boot) ended = test::run_and_kill(resume, 80 + 61 * boot);
   if (!ended) {
     const test::ProgramResult last = test::run_program(resume);
     ASSERT_EQ(last.exit_status, 0) << last.output;

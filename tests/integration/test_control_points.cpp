@@ -120,8 +120,8 @@ class ControlPoints : public ::testing::Test {
     command.insert(command.end(), more.begin(), more.end());
     const test::ProgramResult result = ran(command);
     EXPECT_EQ(result.exit_status, 0) << result.output;
-    const auto told = nlohmann::json::parse(std::ifstream(scratch_ / "compared/comparison.json"));
-    return {told["difference"]["median_m"], told["difference"]["abs_95_m"]};
+    const auto reported = nlohmann::json::parse(std::ifstream(scratch_ / "compared/comparison.json"));
+    return {reported["difference"]["median_m"], reported["difference"]["abs_95_m"]};
   }
 
   void expect_placed(const fs::path& out) {

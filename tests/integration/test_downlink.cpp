@@ -23,7 +23,7 @@ const fs::path flown = test::prepared_flights() / "uninterrupted" / "outbox";
 
 /// What becomes of each file on its way.
 struct Downlink {
-  std::map<std::string, Bytes> sound;    ///< complete, or cut at a layer
+  std::map<std::string, Bytes> valid;    ///< complete, or cut at a layer
   std::map<std::string, Bytes> damaged;  ///< differ from what was sent, as long as it
   std::set<std::string> missing, cut;
 };
@@ -51,12 +51,12 @@ Downlink make_downlink(unsigned seed) {
       downlink.missing.insert(name);
     } else if (fate < 7 && name.ends_with(".jp2") && layers_of(bytes) > 1) {
       downlink.cut.insert(name);
-      downlink.sound[name] = first_layer_of(std::move(bytes));
+      downlink.valid[name] = first_layer_of(std::move(bytes));
     } else if (fate < 10) {
       for (int k = 0; k < 3; ++k) bytes[bytes.size() / 3 + random() % (bytes.size() / 2)] ^= 0x41U;
       downlink.damaged[name] = std::move(bytes);
     } else {
-      downlink.sound[name] = std::move(bytes);
+      downlink.valid[name] = std::move(bytes);
     }
   }
   return downlink;
@@ -92,7 +92,7 @@ TEST_P(DamagedDownlinkTest, TheMergeCompletesSaysWhatIsMissingAndTakesNothingDam
   ASSERT_FALSE(downlink.damaged.empty());
 
   // In any order, in four rounds.
-  std::vector<std::pair<std::string, Bytes>> arrivals(downlink.sound.begin(), downlink.sound.end());
+  std::vector<std::pair<std::string, Bytes>> arrivals(downlink.valid.begin(), downlink.valid.end());
   arrivals.insert(arrivals.end(), downlink.damaged.begin(), downlink.damaged.end());
   std::shuffle(arrivals.begin(), arrivals.end(), std::mt19937(GetParam() + 100));
   const fs::path box = folder / "box", out = folder / "out";
@@ -104,10 +104,10 @@ TEST_P(DamagedDownlinkTest, TheMergeCompletesSaysWhatIsMissingAndTakesNothingDam
     report = run(box, out);
   }
 
-  const fs::path sound_box = folder / "sound", sound_out = folder / "sound-out";
-  write(sound_box, downlink.sound);
-  (void)run(sound_box, sound_out);
-  expect_same_map(out, sound_out);
+  const fs::path valid_box = folder / "sound", valid_out = folder / "sound-out";
+  write(valid_box, downlink.valid);
+  (void)run(valid_box, valid_out);
+  expect_same_map(out, valid_out);
 
   // Damaged record files prove it themselves; products where their record has come.
   std::set<std::string> faulty;
@@ -116,13 +116,13 @@ TEST_P(DamagedDownlinkTest, TheMergeCompletesSaysWhatIsMissingAndTakesNothingDam
   }
   for (const auto& [name, bytes] : downlink.damaged) {
     const std::string records = "records-" + name.substr(name.find('-') + 1, 6) + ".ilp";
-    const bool proved = name.ends_with(".ilp") || downlink.sound.contains(records);
+    const bool proved = name.ends_with(".ilp") || downlink.valid.contains(records);
     EXPECT_TRUE(faulty.contains(name) || !proved) << name;
   }
-  for (const auto& [name, bytes] : downlink.sound) EXPECT_FALSE(faulty.contains(name)) << name;
+  for (const auto& [name, bytes] : downlink.valid) EXPECT_FALSE(faulty.contains(name)) << name;
 
   // What did not come whole of a keyframe whose records came is reported.
-  const auto told = [&](std::int64_t id, const std::string& what) {
+  const auto reported = [&](std::int64_t id, const std::string& what) {
     return std::any_of(report.missing.begin(), report.missing.end(), [&](const intake::Missing& m) {
       return m.keyframe_id == id && m.what.find(what) != std::string::npos && m.centre;
     });
@@ -130,10 +130,10 @@ TEST_P(DamagedDownlinkTest, TheMergeCompletesSaysWhatIsMissingAndTakesNothingDam
   for (const intake::ReceivedFile& file : intake::read_outbox(flown).files) {
     if (!file.name.ends_with(".jp2")) continue;
     const std::string digits = file.name.substr(8, 6);
-    if (!downlink.sound.contains("records-" + digits + ".ilp")) continue;
+    if (!downlink.valid.contains("records-" + digits + ".ilp")) continue;
     const std::string kind = file.name.find("image") == std::string::npos ? "its depth" : "its image";
-    const bool whole = downlink.sound.contains(file.name) && !downlink.cut.contains(file.name);
-    EXPECT_NE(told(std::stoll(digits), kind), whole) << file.name;
+    const bool whole = downlink.valid.contains(file.name) && !downlink.cut.contains(file.name);
+    EXPECT_NE(reported(std::stoll(digits), kind), whole) << file.name;
   }
 
   // Everything comes at last: nothing damaged was taken for good.

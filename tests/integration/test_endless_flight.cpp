@@ -44,7 +44,7 @@ void expect_bounded(const test::EndlessResult& result, const MissionParameters& 
   EXPECT_EQ(account.products_damaged, 0U);
 }
 
-void expect_sound(const std::string& path) {
+void expect_valid(const std::string& path) {
   sqlite3* database = nullptr;
   ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
   std::string answer;
@@ -68,7 +68,7 @@ TEST(EndlessFlight, KeepsItsBoundsAndItsRules) {
   const test::EndlessResult result = test::fly_endlessly(path, mission, options);
   EXPECT_EQ(result.keyframes, options.keyframes);
   expect_bounded(result, mission);
-  expect_sound(path);
+  expect_valid(path);
 #ifdef ILP_LONG_FLIGHT
   EXPECT_LE(result.most_database_bytes, result.database_bytes_at_quarter + result.database_bytes_at_quarter / 4);
   EXPECT_LE(result.resident_kib_at_end, result.resident_kib_at_quarter + 4096);
@@ -91,7 +91,7 @@ TEST(EndlessFlight, OnADiskSmallerThanItsBudgetItGivesUpWhatIsLeastWorthAndCaptu
   EXPECT_GT(result.account.times_full, 0U);
   EXPECT_LE(result.most_database_bytes, 6 << 20) << "half of so small a disk is for the log";
   EXPECT_FALSE(result.events.contains(StatusCode::store_full)) << "full is a mode long before the disk is full";
-  expect_sound(path);
+  expect_valid(path);
 }
 
 TEST(EndlessFlight, WhenOthersFillTheDiskItWaitsLosesNothingAndGoesOn) {
@@ -117,7 +117,7 @@ TEST(EndlessFlight, WhenOthersFillTheDiskItWaitsLosesNothingAndGoesOn) {
   const test::EndlessResult result = test::fly_endlessly(path, test::endless_mission(), options);
   EXPECT_EQ(result.keyframes, options.keyframes);
   EXPECT_GT(result.events.count(StatusCode::events_lost) + result.events.count(StatusCode::store_full), 0U);
-  expect_sound(path);
+  expect_valid(path);
 }
 
 TEST(EndlessFlight, DamagedProductsAreGivenUpWithAWordAndItGoesOn) {

@@ -391,7 +391,7 @@ TEST_F(GettingBackIn, AuthenticationAndMarksOutliveTheDatabase) {
   std::ofstream(board_->database(), std::ios::trunc) << std::string(20000, 'x');
   fs::remove(board_->database() + "-wal");
   ASSERT_OK(board_->start());
-  EXPECT_STATUS(board_->store->news(), store_set_aside);
+  EXPECT_STATUS(board_->store->updates(), store_set_aside);
   EXPECT_EQ(board_->in_force("link", "authentication"), 1);
   board_->send(recorded);
   EXPECT_EQ(board_->answers(), "") << "a recorded telecommand";
@@ -564,9 +564,9 @@ TEST_F(GettingBackIn, ACalendarThatNoFlightCanHaveCostsNothingThatIsKept) {
 
 // Numbers over lives.
 
-TEST_F(GettingBackIn, InTheLastLivesNumbersBeyondThirtyTwoBitsAreToldAndNamed) {
-  for (const std::int64_t life : {44, 50, 51, 52}) {
-    SCOPED_TRACE(life);
+TEST_F(GettingBackIn, InTheLastStoreEpochsNumbersBeyondThirtyTwoBitsAreToldAndNamed) {
+  for (const std::int64_t store_epoch : {44, 50, 51, 52}) {
+    SCOPED_TRACE(store_epoch);
     board_->stop();
     {
       FileNonvolatile medium;
@@ -574,7 +574,7 @@ TEST_F(GettingBackIn, InTheLastLivesNumbersBeyondThirtyTwoBitsAreToldAndNamed) {
       FlightMemory memory(medium);
       ASSERT_TRUE(memory.load().ok());
       FlightMemoryContent content = memory.content();
-      content.life = std::max(content.life, life - 1);
+      content.life = std::max(content.life, store_epoch - 1);
       ASSERT_TRUE(memory.keep(content).ok());
     }
     fs::remove(board_->database());
@@ -584,12 +584,12 @@ TEST_F(GettingBackIn, InTheLastLivesNumbersBeyondThirtyTwoBitsAreToldAndNamed) {
     board_->fly(150);
     IdentityRecord identity;
     ASSERT_OK(get(board_->store->store(), 1, identity));
-    EXPECT_EQ(identity.life, life);
+    EXPECT_EQ(identity.life, store_epoch);
     EXPECT_GT(identity.keyframe_base, std::int64_t{1} << 32U);
     const std::vector<EventRecord> begun = board_->events(StatusCode::life_begun);
     ASSERT_EQ(begun.size(), 1U);
     EXPECT_GT(begun[0].id, identity.record_base);
-    EXPECT_EQ(begun[0].a, life);
+    EXPECT_EQ(begun[0].a, store_epoch);
     // A file of events has a number of this life in its name.
     TransferRecord transfer;
     ASSERT_OK(last(board_->store->store(), transfer));
@@ -600,17 +600,17 @@ TEST_F(GettingBackIn, InTheLastLivesNumbersBeyondThirtyTwoBitsAreToldAndNamed) {
   }
 }
 
-TEST_F(GettingBackIn, EveryDatabaseIsAnotherLifeWithNumbersOfItsOwn) {
+TEST_F(GettingBackIn, EveryDatabaseIsAnotherStoreEpochWithNumbersOfItsOwn) {
   std::set<std::int64_t> events, starts, transactions;
-  std::map<std::uint64_t, int> life_of_transaction;
-  for (int life = 1; life <= 4; ++life) {
+  std::map<std::uint64_t, int> store_epoch_of_transaction;
+  for (int store_epoch = 1; store_epoch <= 4; ++store_epoch) {
     EXPECT_TRUE(board_->ping());
     board_->fly(90);
     Store& store = board_->store->store();
     IdentityRecord identity;
     ASSERT_OK(get(store, 1, identity));
-    EXPECT_EQ(identity.life, life);
-    EXPECT_EQ(identity.keyframe_base, (life - 1) * 100'000'000);
+    EXPECT_EQ(identity.life, store_epoch);
+    EXPECT_EQ(identity.keyframe_base, (store_epoch - 1) * 100'000'000);
     EventRecord event;
     for (std::int64_t id = 0; next(store, id, event).ok(); id = event.id) {
       EXPECT_TRUE(events.insert(event.id).second) << event.id;
@@ -625,8 +625,8 @@ TEST_F(GettingBackIn, EveryDatabaseIsAnotherLifeWithNumbersOfItsOwn) {
       const std::span<const std::uint8_t> pdu = std::span<const std::uint8_t>(octets).subspan(6);
       const std::size_t entity = ((pdu[3] >> 4U) & 7U) + 1, width = (pdu[3] & 7U) + 1;
       ByteReader number(pdu.subspan(4 + entity, width));
-      const int known = life_of_transaction.emplace(number.number(width), life).first->second;
-      EXPECT_EQ(known, life) << "a transaction number of another life";
+      const int known = store_epoch_of_transaction.emplace(number.number(width), store_epoch).first->second;
+      EXPECT_EQ(known, store_epoch) << "a transaction number of another life";
     }
     for (int i = 0; i < 10; ++i) EXPECT_TRUE(transactions.insert(board_->memory().next_transaction(0)).second);
     board_->stop();
@@ -634,12 +634,12 @@ TEST_F(GettingBackIn, EveryDatabaseIsAnotherLifeWithNumbersOfItsOwn) {
     ASSERT_OK(board_->start());
   }
   EXPECT_EQ(*starts.begin(), 1);
-  EXPECT_GE(life_of_transaction.size(), 3U) << "hardly a file went";
+  EXPECT_GE(store_epoch_of_transaction.size(), 3U) << "hardly a file went";
 }
 
 TEST_F(GettingBackIn, WhereNothingIsKeptNumbersBeginByTheCalendar) {
   std::int64_t base = 0;
-  for (int life = 1; life <= 3; ++life) {
+  for (int store_epoch = 1; store_epoch <= 3; ++store_epoch) {
     board_->stop();
     fs::remove(board_->database());
     std::ofstream(board_->database(), std::ios::trunc) << std::string(20000, 'x');

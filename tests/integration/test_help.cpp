@@ -128,7 +128,7 @@ TEST(Help, AWrongCallEndsWithTwo) {
 
 struct Mistake {
   const char* words;
-  const char* told;
+  const char* reported;
 };
 TEST(Help, NearestRightWordIsNamed) {
   const std::vector<Mistake> mistakes = {
@@ -149,7 +149,7 @@ TEST(Help, NearestRightWordIsNamed) {
     if (!fs::exists(programs / std::string(mistake.words).substr(0, std::string(mistake.words).find(' ')))) continue;
     const ToolResult result = call((programs / mistake.words).string());
     EXPECT_EQ(result.status, 2) << mistake.words << "\n" << result.output;
-    EXPECT_NE(result.output.find(mistake.told), std::string::npos) << mistake.words << "\n" << result.output;
+    EXPECT_NE(result.output.find(mistake.reported), std::string::npos) << mistake.words << "\n" << result.output;
   }
 }
 

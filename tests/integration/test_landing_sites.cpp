@@ -59,8 +59,8 @@ host::Similarity3 truth_from_strip(const fs::path& flight, const fs::path& groun
   const auto cameras = host::read_reference_cameras(flight / "flight/truth/poses.txt");
   std::map<std::string, const host::ReferenceCamera*> by_name;
   for (const auto& camera : cameras) by_name[fs::path(camera.name).stem()] = &camera;
-  std::vector<Vec3> told, truth;
-  std::vector<Mat3> told_attitude, true_attitude;
+  std::vector<Vec3> reported, truth;
+  std::vector<Mat3> given_attitude, true_attitude;
   std::ifstream images(ground / "colmap/images.txt");
   for (std::string line; std::getline(images, line);) {
     if (line.starts_with("#")) continue;
@@ -75,12 +75,12 @@ host::Similarity3 truth_from_strip(const fs::path& flight, const fs::path& groun
     const auto found = by_name.find(fs::path(name).stem());
     if (found == by_name.end()) continue;
     const Mat3 turn = rotation_from_quaternion(q.data());
-    told.emplace_back(-(turn.transpose() * t));
-    told_attitude.push_back(turn);
+    reported.emplace_back(-(turn.transpose() * t));
+    given_attitude.push_back(turn);
     truth.push_back(found->second->centre);
     true_attitude.push_back(found->second->cam_from_world);
   }
-  const auto fit = host::align_cameras(told, told_attitude, truth, true_attitude, 100);
+  const auto fit = host::align_cameras(reported, given_attitude, truth, true_attitude, 100);
   EXPECT_TRUE(fit);
   return fit.value_or(host::Similarity3());
 }
@@ -125,7 +125,7 @@ TrueHazard hazard_at(const host::GeoRaster& truth, double x, double y) {
 }
 
 struct Bin {
-  double count = 0, told = 0, safe = 0;
+  double count = 0, reported = 0, safe = 0;
 };
 
 /// Sites, and cells of the map two metres apart.
@@ -153,15 +153,15 @@ void measure(const fs::path& flight, const fs::path& ground, std::array<Bin, 10>
   ASSERT_TRUE(safe.place);
   for (std::int32_t row = 0; row < safe.values.height; row += 10) {
     for (std::int32_t column = 0; column < safe.values.width; column += 10) {
-      const float told = safe.values.at(column, row);
-      if (!std::isfinite(told)) continue;
+      const float reported = safe.values.at(column, row);
+      if (!std::isfinite(reported)) continue;
       const Vec3 place = to_truth * Vec3(safe.place->x + column * safe.place->spacing_x,
                                          safe.place->y - row * safe.place->spacing_y, ground_z);
       const TrueHazard hazard = hazard_at(truth, place.x(), place.y());
       if (!hazard.known) continue;
-      Bin& bin = bins[static_cast<std::size_t>(std::clamp(static_cast<int>(10 * told), 0, 9))];
+      Bin& bin = bins[static_cast<std::size_t>(std::clamp(static_cast<int>(10 * reported), 0, 9))];
       bin.count += 1;
-      bin.told += told;
+      bin.reported += reported;
       bin.safe += hazard.safe() ? 1 : 0;
     }
   }
@@ -188,11 +188,11 @@ TEST(LandingSites, AreSafeAndAsProbableAsToldOnTheTrueGround) {
   EXPECT_EQ(unsafe, 0);
   for (const Bin& bin : bins) {
     if (bin.count == 0) continue;
-    const double told = bin.told / bin.count, safe = bin.safe / bin.count;
-    std::printf("told %.3f, true %.3f of %.0f\n", told, safe, bin.count);
+    const double reported = bin.reported / bin.count, safe = bin.safe / bin.count;
+    std::printf("told %.3f, true %.3f of %.0f\n", reported, safe, bin.count);
     // Of one flight all cells have its ground in common.
     if (bin.count < 100) continue;
-    EXPECT_NEAR(told, safe, flights > 1 ? 0.1 : 0.25);
+    EXPECT_NEAR(reported, safe, flights > 1 ? 0.1 : 0.25);
   }
 }
 

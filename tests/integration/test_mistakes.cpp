@@ -18,7 +18,7 @@ struct Mistake {
   const char*
       command;  ///< SIL, GROUND, SCORE, LAB, ONBOARD stand for the programs; run in a folder with the files below
   int status;   ///< 1: the work cannot be done, 2: the program is not called as it has to be, 4: the stream broke off
-  std::vector<const char*> told;  ///< what is wrong, then what to do
+  std::vector<const char*> reported;  ///< what is wrong, then what to do
 };
 
 // The folder holds: images (three PNG files of 64 x 48 pixels), camera.txt (of them), large-camera.txt, poses.txt (of
@@ -200,7 +200,7 @@ TEST_F(Mistakes, AreNamedWithWhatToDo) {
     const test::ToolResult result = test::run_tool("cd " + test::quoted(folder_ / "") + " && " +
                                                    with_programs(mistake.command) + " </dev/null 2>&1");
     EXPECT_EQ(result.status, mistake.status) << mistake.command << "\n" << result.output;
-    for (const char* word : mistake.told)
+    for (const char* word : mistake.reported)
       EXPECT_NE(result.output.find(word), std::string::npos) << mistake.command << "\ndoes not tell: " << word << "\n"
                                                              << result.output;
     EXPECT_EQ(result.output.find("%a"), std::string::npos) << mistake.command << "\n" << result.output;

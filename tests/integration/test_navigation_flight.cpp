@@ -59,8 +59,8 @@ TEST(NavigationFlight, TheGroundHasMetresAndALevelMapWithoutAnAnchor) {
   const auto truth = host::read_reference_cameras(flown() / "flight" / "truth" / "poses.txt");
   std::map<std::string, const host::ReferenceCamera*> by_name;
   for (const auto& camera : truth) by_name[camera.name] = &camera;
-  Vec3 first_told = Vec3::Zero(), first_true = Vec3::Zero();
-  double told_length = 0, true_length = 0, tilt = 0;
+  Vec3 first_reported = Vec3::Zero(), first_true = Vec3::Zero();
+  double given_length = 0, true_length = 0, tilt = 0;
   std::size_t posed = 0;
   for (const std::int64_t id : strip.keyframes) {
     const intake::Keyframe& keyframe = flight.keyframes.at(id);
@@ -68,16 +68,16 @@ TEST(NavigationFlight, TheGroundHasMetresAndALevelMapWithoutAnAnchor) {
     const host::ReferenceCamera& camera = *by_name.at(keyframe.name);
     const Vec3 centre(keyframe.pose->centre[0], keyframe.pose->centre[1], keyframe.pose->centre[2]);
     if (posed++ == 0) {
-      first_told = centre;
+      first_reported = centre;
       first_true = camera.centre;
     }
-    told_length = std::max(told_length, (centre - first_told).norm());
+    given_length = std::max(given_length, (centre - first_reported).norm());
     true_length = std::max(true_length, (camera.centre - first_true).norm());
     const Mat3 turn = rotation_from_quaternion(keyframe.pose->q_cam_from_world).transpose() * camera.cam_from_world;
     tilt += det_acos(turn(2, 2));
   }
   ASSERT_GT(posed, 8U);
-  EXPECT_NEAR(told_length / true_length, 1, 0.005) << "bar of the scale";
+  EXPECT_NEAR(given_length / true_length, 1, 0.005) << "bar of the scale";
   EXPECT_LT(tilt / static_cast<double>(posed), 0.0035) << "0.2 degrees over these few keyframes";
 
   const exports::Georeference place = exports::georeference_of(flight, strip, nullptr);

@@ -61,12 +61,12 @@ class OnboardFlight : public testing::Test {
     words.insert(words.end(), more.begin(), more.end());
     return words;
   }
-  static std::vector<StartRecord> lives(const std::string& database) {
+  static std::vector<StartRecord> boots(const std::string& database) {
     SqliteStore store;
     std::vector<StartRecord> all;
     EXPECT_TRUE(store.open_read_only(database.c_str()).ok());
-    StartRecord life;
-    while (next(store, life.id, life).ok()) all.push_back(life);
+    StartRecord boot;
+    while (next(store, boot.id, boot).ok()) all.push_back(boot);
     return all;
   }
   void expect_products() const {
@@ -77,12 +77,12 @@ class OnboardFlight : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
-TEST_F(OnboardFlight, KilledAgainAndAgainItsLivesAreOnRecordAndTheProductsAreTheSame) {
+TEST_F(OnboardFlight, KilledAgainAndAgainItsBootsAreOnRecordAndTheProductsAreTheSame) {
   const std::string database = folder_ / "flight.db";
   bool ended = false;
   int kills = 0;
-  for (int life = 0; life < 8 && !ended; ++life) {
-    ended = test::run_and_kill(command(database), 200 + 41 * life);
+  for (int boot = 0; boot < 8 && !ended; ++boot) {
+    ended = test::run_and_kill(command(database), 200 + 41 * boot);
     kills += ended ? 0 : 1;
   }
   if (!ended) {
@@ -90,7 +90,7 @@ TEST_F(OnboardFlight, KilledAgainAndAgainItsLivesAreOnRecordAndTheProductsAreThe
     ASSERT_EQ(rest.exit_status, 0) << rest.output;
   }
   expect_products();
-  const std::vector<StartRecord> all = lives(database);
+  const std::vector<StartRecord> all = boots(database);
   ASSERT_GT(kills, 0);
   // A life that was killed while it still opened its store has no record.
   ASSERT_LE(all.size(), static_cast<std::size_t>(kills) + 1);
@@ -130,8 +130,8 @@ TEST_F(OnboardFlight, KilledAgainAndAgainWithAWorkerTheFilesAreTheSame) {
   const std::vector<std::string> words = command(folder_ / "flight.db", {"--worker", "thread"});
   int kills = 0;
   bool ended = false;
-  for (int life = 0; life < 8 && !ended; ++life) {
-    ended = test::run_and_kill(words, 170 + 43 * life);
+  for (int boot = 0; boot < 8 && !ended; ++boot) {
+    ended = test::run_and_kill(words, 170 + 43 * boot);
     kills += ended ? 0 : 1;
   }
   if (!ended) {
@@ -172,7 +172,7 @@ std::string later_strip(const std::string& to, TimeNs later) {
 }
 
 // The ground's tools need not know: ids and names of files are others, times go on.
-TEST_F(OnboardFlight, TheGroundTellsTheLivesOfAFlightApartAndMixesNothing) {
+TEST_F(OnboardFlight, TheGroundTellsTheStoreEpochsOfAFlightApartAndMixesNothing) {
   const std::string database = folder_ / "flight.db";
   ASSERT_EQ(test::run_program(command(database)).exit_status, 0);
   const auto first = test::files_of(folder_ / "outbox", {"product-", "records-", "points-", "refine-"});
@@ -194,16 +194,16 @@ TEST_F(OnboardFlight, TheGroundTellsTheLivesOfAFlightApartAndMixesNothing) {
   intake::Outbox outbox = catalogue.outbox();
   const intake::Flight flight = intake::build_flight(outbox);
   for (const intake::ReceivedFile& file : outbox.files) EXPECT_EQ(file.fault, "") << file.name;
-  std::size_t of_life[2] = {};
+  std::size_t of_boot[2] = {};
   for (const auto& [id, keyframe] : flight.keyframes) {
     const bool second = id > 100'000'000;
-    ++of_life[second ? 1 : 0];
+    ++of_boot[second ? 1 : 0];
     ASSERT_TRUE(keyframe.record.has_value()) << "keyframe " << id;
     EXPECT_EQ(keyframe.record->strip_id > 100'000'000, second) << "keyframe " << id;
     EXPECT_EQ(keyframe.record->time_ns >= 3600 * ns_per_s, second) << "keyframe " << id;
   }
-  EXPECT_GT(of_life[0], 2U);
-  EXPECT_EQ(of_life[0], of_life[1]);
+  EXPECT_GT(of_boot[0], 2U);
+  EXPECT_EQ(of_boot[0], of_boot[1]);
   EXPECT_EQ(flight.strips.size() % 2, 0U);
 }
 

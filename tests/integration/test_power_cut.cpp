@@ -35,7 +35,7 @@ TEST(PowerCutsTest, KilledAtAnyInstantAgainAndAgainTheFlightEndsAsIfNothingHadHa
   const auto command = test::sil_command(plain, out, {"--resume"});
   bool ended = false;
   // Each life is a little longer, so that the kills fall into all stages on a machine of any speed.
-  for (int life = 0; life < 12 && !ended; ++life) ended = test::run_and_kill(command, 60 + 37 * life);
+  for (int boot = 0; boot < 12 && !ended; ++boot) ended = test::run_and_kill(command, 60 + 37 * boot);
   if (!ended) {
     const test::ProgramResult last = test::run_program(command);
     ASSERT_EQ(last.exit_status, 0) << last.output;
@@ -59,7 +59,7 @@ TEST(PowerCutsTest, AFlightThatComesBackKnowsItsGroundAgainWhateverCutsIt) {
   ASSERT_EQ(test::run_program(test::sil_command(flight.folder(), out, {"--power-cut-after", "600"})).exit_status, 9);
   const auto command = test::sil_command(flight.folder(), out, {"--resume"});
   bool ended = false;
-  for (int life = 0; life < 12 && !ended; ++life) ended = test::run_and_kill(command, 60 + 37 * life);
+  for (int boot = 0; boot < 12 && !ended; ++boot) ended = test::run_and_kill(command, 60 + 37 * boot);
   if (!ended) {
     const test::ProgramResult last = test::run_program(command);
     ASSERT_EQ(last.exit_status, 0) << last.output;

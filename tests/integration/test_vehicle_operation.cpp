@@ -65,11 +65,11 @@ TEST(VehicleOperation, HeightsOutOfPacketsGiveTheStripItsLength) {
   EXPECT_EQ(frames[0].verdict, StripFrameVerdict::ok);
   EXPECT_GE(frames[0].heights_used, 3U);
   EXPECT_GT(frames[0].metres_per_unit, 0);
-  bool told = false;
+  bool reported = false;
   for (const EventRecord& event : test::records_of<EventRecord>(folder / "out")) {
-    told = told || event.code == static_cast<std::uint16_t>(StatusCode::navigation_refused);
+    reported = reported || event.code == static_cast<std::uint16_t>(StatusCode::navigation_refused);
   }
-  EXPECT_TRUE(told) << "one packet had a wrong octet";
+  EXPECT_TRUE(reported) << "one packet had a wrong octet";
 }
 
 }  // namespace

@@ -67,7 +67,7 @@ class DeliveryRig {
     EXPECT_TRUE(board->router.pump().ok());
     const StepResult result = board->delivery.step();
     if (!result.status.ok()) events.push_back(result.status);
-    hear();
+    receive();
     if (ground_listens) run_ground();
   }
   /// Until everything is confirmed; the steps that it took.
@@ -142,7 +142,7 @@ class DeliveryRig {
       sent.insert(name);
     }
   }
-  void hear() {
+  void receive() {
     if (sent.empty()) return;
     Transaction transaction(store);
     ASSERT_TRUE(transaction.begin().ok());

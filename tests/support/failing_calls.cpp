@@ -46,13 +46,13 @@ Answer answer(Call call, int file) {
 }
 
 /// A full disk takes what needs no more room.
-bool has_room(int file, off_t end) {
+bool has_capacity(int file, off_t end) {
   struct stat state {};
   return armed && fault.reason == ENOSPC && ::fstat(file, &state) == 0 && end <= state.st_size;
 }
 
 ssize_t transfer(Call call, long number, int file, void* bytes, size_t size, off_t at) {
-  const bool fits = call == Call::write && has_room(file, at + static_cast<off_t>(size));
+  const bool fits = call == Call::write && has_capacity(file, at + static_cast<off_t>(size));
   const Answer is = fits ? Answer::real : answer(call, file);
   if (is == Answer::failed) return fault.nothing ? 0 : -1;
   return ::syscall(number, file, bytes, is == Answer::half && size > 1 ? size / 2 : size, at);

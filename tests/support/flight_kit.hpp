@@ -29,7 +29,7 @@ class FlightKit {
                                                     .camera = devices.camera,
                                                     .link = devices.link,
                                                     .clock = devices.clock,
-                                                    .small_memory = small_memory_,
+                                                    .nonvolatile_memory = nonvolatile_memory_,
                                                     .packets = devices.packets,
                                                     .files = devices.files,
                                                     .real_time = devices.real_time},
@@ -45,7 +45,7 @@ class FlightKit {
   FlightSoftware* operator->() { return flight_; }
 
  private:
-  RamNonvolatile small_memory_;
+  RamNonvolatile nonvolatile_memory_;
   std::unique_ptr<void, decltype(&std::free)> memory_;
   FlightSoftware* flight_;
 };

@@ -72,7 +72,7 @@ bool any_prefix(const std::string& text, const std::vector<std::string>& prefixe
 }
 
 /// What every room of stages may include, and `more`.
-std::vector<std::string> room(std::vector<std::string> more) {
+std::vector<std::string> stage_folder(std::vector<std::string> more) {
   more.insert(more.end(), {"fsw/shared/", "fsw/base/", "fsw/records/", "fsw/executive/component.hpp",
                            "fsw/executive/event_log.hpp", "fsw/executive/stage_component.hpp", "cfg/",
                            "hal/camera/camera.hpp", "hal/clock/clock.hpp", "hal/store/store.hpp",
@@ -87,10 +87,10 @@ std::vector<std::string> host(std::vector<std::string> more) {
 }
 
 /// What a room of `fsw/vision` may include: `rooms` of it, given by their paths below `fsw/vision`.
-std::vector<std::string> kernels(std::vector<std::string> rooms) {
-  for (std::string& path : rooms) path = "fsw/vision/" + path;
-  rooms.insert(rooms.end(), {"fsw/base/", "cfg/choices.hpp", "cfg/limits.hpp"});
-  return rooms;
+std::vector<std::string> kernels(std::vector<std::string> folders) {
+  for (std::string& path : folders) path = "fsw/vision/" + path;
+  folders.insert(folders.end(), {"fsw/base/", "cfg/choices.hpp", "cfg/limits.hpp"});
+  return folders;
 }
 
 // The arrows of the architecture: what a folder may include of ours, longest folder first.
@@ -141,22 +141,23 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
      {"fsw/executive/", "fsw/base/", "fsw/records/", "cfg/", "hal/clock/clock.hpp", "hal/store/store.hpp",
       "hal/store/store_view.hpp", "hal/store/forwarding_store.hpp", "hal/store/newest_id.hpp"}},
     // Rooms of stages: none knows another one, but those that talk to the ground, from the packets upwards.
-    {"fsw/shared/", room({"fsw/vision/multiview/sequence.hpp", "fsw/vision/geometry/rigid_transform.hpp",
-                          "fsw/vision/geometry/rolling_shutter.hpp", "fsw/vision/navigation/strip_frame.hpp",
-                          "fsw/packets/authentication.hpp", "hal/nonvolatile/nonvolatile.hpp"})},
-    {"fsw/imaging/", room({"fsw/imaging/", "fsw/vision/", "hal/compute/compute.hpp"})},
-    {"fsw/motion/", room({"fsw/motion/", "fsw/vision/"})},
-    {"fsw/terrain/", room({"fsw/terrain/", "fsw/vision/", "hal/compute/compute.hpp"})},
-    {"fsw/products/", room({"fsw/products/", "fsw/vision/", "hal/worker/worker.hpp", "hal/worker/inline_worker.hpp"})},
+    {"fsw/shared/", stage_folder({"fsw/vision/multiview/sequence.hpp", "fsw/vision/geometry/rigid_transform.hpp",
+                                  "fsw/vision/geometry/rolling_shutter.hpp", "fsw/vision/navigation/strip_frame.hpp",
+                                  "fsw/packets/authentication.hpp", "hal/nonvolatile/nonvolatile.hpp"})},
+    {"fsw/imaging/", stage_folder({"fsw/imaging/", "fsw/vision/", "hal/compute/compute.hpp"})},
+    {"fsw/motion/", stage_folder({"fsw/motion/", "fsw/vision/"})},
+    {"fsw/terrain/", stage_folder({"fsw/terrain/", "fsw/vision/", "hal/compute/compute.hpp"})},
+    {"fsw/products/",
+     stage_folder({"fsw/products/", "fsw/vision/", "hal/worker/worker.hpp", "hal/worker/inline_worker.hpp"})},
     {"fsw/storage/",
-     room({"fsw/storage/", "fsw/vision/codec/", "fsw/vision/overlap/overlap.hpp", "hal/store/scrub.hpp"})},
-    {"fsw/downlink/", room({"fsw/downlink/", "fsw/maps/", "fsw/vision/codec/", "fsw/packets/", "hal/link/link.hpp",
-                            "hal/maps/map_source.hpp"})},
-    {"fsw/commanding/", room({"fsw/commanding/", "fsw/downlink/", "fsw/packets/"})},
-    {"fsw/navigation/", room({"fsw/navigation/", "fsw/packets/", "fsw/vision/", "hal/link/packet_link.hpp",
-                              "hal/navigation/navigation.hpp"})},
-    {"fsw/localisation/", room({"fsw/localisation/", "fsw/maps/", "fsw/vision/", "hal/maps/map_source.hpp"})},
-    {"fsw/telemetry/", room({"fsw/telemetry/", "fsw/downlink/", "fsw/packets/"})},
+     stage_folder({"fsw/storage/", "fsw/vision/codec/", "fsw/vision/overlap/overlap.hpp", "hal/store/scrub.hpp"})},
+    {"fsw/downlink/", stage_folder({"fsw/downlink/", "fsw/maps/", "fsw/vision/codec/", "fsw/packets/",
+                                    "hal/link/link.hpp", "hal/maps/map_source.hpp"})},
+    {"fsw/commanding/", stage_folder({"fsw/commanding/", "fsw/downlink/", "fsw/packets/"})},
+    {"fsw/navigation/", stage_folder({"fsw/navigation/", "fsw/packets/", "fsw/vision/", "hal/link/packet_link.hpp",
+                                      "hal/navigation/navigation.hpp"})},
+    {"fsw/localisation/", stage_folder({"fsw/localisation/", "fsw/maps/", "fsw/vision/", "hal/maps/map_source.hpp"})},
+    {"fsw/telemetry/", stage_folder({"fsw/telemetry/", "fsw/downlink/", "fsw/packets/"})},
     {"cfg/", {"cfg/", "fsw/base/", "fsw/records/field.hpp"}},
     {"hal/", {"hal/", "fsw/base/", "fsw/records/", "cfg/limits.hpp"}},
     // commit.inc is written by the build.

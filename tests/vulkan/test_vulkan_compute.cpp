@@ -115,9 +115,9 @@ TEST_F(VulkanCompute, AProgramThatIsKilledInAJobCostsAnEvent) {
   program_.send(SIGKILL);
   flight_->finish();
   EXPECT_GT(flight_->scores_if_equal(), 0);
-  const Status news = flight_->jobs.compute().take_news();
-  EXPECT_TRUE(news.is(StatusCode::compute_lost));
-  EXPECT_EQ(news.a, static_cast<std::int64_t>(ComputeFault::gone));
+  const Status updates = flight_->jobs.compute().take_updates();
+  EXPECT_TRUE(updates.is(StatusCode::compute_lost));
+  EXPECT_EQ(updates.a, static_cast<std::int64_t>(ComputeFault::gone));
 }
 
 TEST_F(VulkanCompute, AProgramThatHangsIsLate) {
@@ -127,9 +127,9 @@ TEST_F(VulkanCompute, AProgramThatHangsIsLate) {
   flight_->submit();
   flight_->finish();
   EXPECT_GT(flight_->scores_if_equal(), 0);
-  const Status news = flight_->jobs.compute().take_news();
-  EXPECT_TRUE(news.is(StatusCode::compute_lost));
-  EXPECT_EQ(news.a, static_cast<std::int64_t>(ComputeFault::late));
+  const Status updates = flight_->jobs.compute().take_updates();
+  EXPECT_TRUE(updates.is(StatusCode::compute_lost));
+  EXPECT_EQ(updates.a, static_cast<std::int64_t>(ComputeFault::late));
 }
 
 }  // namespace

@@ -23,20 +23,20 @@
 namespace {
 
 constexpr off_t page_bytes = 4096;
-constexpr off_t largest_piece = off_t{64} << 20U;
+constexpr off_t largest_chunk = off_t{64} << 20U;
 
 void say(const char* what, bool good) {
   std::printf("trouble: %.3f %s%s%s\n", board::uptime_s(), what, good ? "" : ": ", good ? "" : std::strerror(errno));
 }
 
 /// Fills the disk to its last block: pieces that no longer fit are halved.
-bool take_all_room(int file) {
+bool fill_disk(int file) {
   off_t size = 0;
-  for (off_t piece = largest_piece; piece >= page_bytes;) {
-    if (fallocate(file, 0, size, piece) == 0) {
-      size += piece;
+  for (off_t chunk = largest_chunk; chunk >= page_bytes;) {
+    if (fallocate(file, 0, size, chunk) == 0) {
+      size += chunk;
     } else if (errno == ENOSPC) {
-      piece /= 2;
+      chunk /= 2;
     } else {
       return false;
     }
@@ -49,7 +49,7 @@ bool fill(const char* folder, double for_s) {
   std::snprintf(path, sizeof(path), "%s/filler", folder);
   const int file = open(path, O_CREAT | O_WRONLY | O_CLOEXEC, 0644);
   if (file < 0) return false;
-  const bool full = take_all_room(file);
+  const bool full = fill_disk(file);
   close(file);
   say("no room is left", full);
   board::sleep_until(board::uptime_s() + for_s);

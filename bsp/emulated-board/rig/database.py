@@ -5,7 +5,7 @@ import sqlite3
 
 import images
 
-NUMBERS_OF_A_LIFE = 100_000_000  # fsw/records/life_numbers.hpp
+NUMBERS_OF_A_LIFE = 100_000_000  # fsw/records/store_epoch_ids.hpp
 STATUSES = os.path.join(images.ROOT, "fsw/base/status_list.inc")
 # What the images became. Blobs are deleted on board once they are used or confirmed; CRC-32 and size of products stay.
 RESULTS = ("camera", "strip", "keyframe", "overlap", "pose", "depth", "mask", "richness", "product", "calibration_check")

@@ -265,8 +265,8 @@ class ImageEncoder {
       ILP_TRY(transform());
       return run(costs, {RegionCoding::drop_background, 0, costs.region});
     }
-    const bool room = status.ok() && !params_.lossless && bytes < codestream_.size() / 8 * 7;
-    if (!dropped || !room) return status;
+    const bool has_capacity = status.ok() && !params_.lossless && bytes < codestream_.size() / 8 * 7;
+    if (!dropped || !has_capacity) return status;
     ILP_TRY(transform());
     return run(costs, with_background(costs, static_cast<double>(bytes), ceiling));
   }

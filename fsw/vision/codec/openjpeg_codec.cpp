@@ -63,8 +63,8 @@ struct OutputBuffer {
 OPJ_SIZE_T write_bytes(void* data, OPJ_SIZE_T count, void* user) {
   auto& out = *static_cast<OutputBuffer*>(user);
   if (out.position < out.bytes.size()) {
-    const std::size_t room = out.bytes.size() - out.position;
-    std::memcpy(out.bytes.data() + out.position, data, count < room ? count : room);
+    const std::size_t capacity = out.bytes.size() - out.position;
+    std::memcpy(out.bytes.data() + out.position, data, count < capacity ? count : capacity);
   }
   out.position += count;
   if (out.position > out.end) out.end = out.position;

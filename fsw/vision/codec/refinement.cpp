@@ -36,8 +36,8 @@ bool consistent(const RefinementHeader& h, std::size_t own) {
 
 }  // namespace
 
-Status compare_layers(std::span<const std::uint8_t> file, int layers, LayerPieces& pieces) {
-  pieces = {};
+Status compare_layers(std::span<const std::uint8_t> file, int layers, LayerSegments& segments) {
+  segments = {};
   Jpeg2000Info info;
   ILP_TRY(parse_jp2(file, info));
   if (layers < 1 || layers >= info.layers) return out_of_range(Argument::layers, layers);
@@ -49,11 +49,11 @@ Status compare_layers(std::span<const std::uint8_t> file, int layers, LayerPiece
   constexpr std::size_t box_head = 8;
   const std::size_t fewer_lengths =
       table.lengths_bytes[static_cast<std::size_t>(table.layers - 1)] - table.lengths_bytes[last];
-  pieces.shorter_bytes = offset + table.bytes[last];
-  pieces.same_head = offset >= box_head ? offset - box_head : 0;
-  pieces.head_end = offset + table.data;
-  pieces.shorter_data = pieces.head_end - fewer_lengths;
-  pieces.same_data = table.data_end[last];
+  segments.shorter_bytes = offset + table.bytes[last];
+  segments.same_head = offset >= box_head ? offset - box_head : 0;
+  segments.head_end = offset + table.data;
+  segments.shorter_data = segments.head_end - fewer_lengths;
+  segments.same_data = table.data_end[last];
   return {};
 }
 

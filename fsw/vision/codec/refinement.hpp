@@ -11,7 +11,7 @@ namespace ilp {
 
 /// The longer file consists of the first `same_head` bytes of the shorter one, its own bytes from there to `head_end`,
 /// `same_data` bytes of the shorter one from its byte `shorter_data`, and its own bytes from head_end + same_data.
-struct LayerPieces {
+struct LayerSegments {
   std::size_t shorter_bytes = 0;
   std::size_t same_head = 0;
   std::size_t head_end = 0;
@@ -21,7 +21,7 @@ struct LayerPieces {
 
 /// `file` is a file of encode_jpeg2000, whole or cut. The shorter one has its first `layers` layers, at least 1 and
 /// fewer than the file's (`invalid_argument`). `parse_error` for a file that this project did not write.
-Status compare_layers(std::span<const std::uint8_t> file, int layers, LayerPieces& pieces);
+Status compare_layers(std::span<const std::uint8_t> file, int layers, LayerSegments& segments);
 
 /// A file that refines another (docs/outbox.md), all numbers little-endian.
 struct RefinementHeader {

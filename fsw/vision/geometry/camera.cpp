@@ -172,15 +172,15 @@ Status validate_of_any_size(const CameraModel& camera) {
   return {};
 }
 
-CameraDoubt doubt_about(const CameraModel& camera) {
+CameraSuspicion suspicion_about(const CameraModel& camera) {
   // Half the width over the focal length: the tangent of half the field of view.
   constexpr double least = 0.0262, most = 2.1445;
   double tangent = 0.5 * camera.width / camera.fx;
   if (camera.lens == Lens::fisheye) tangent = undistort(camera, Vec2(tangent, 0)).x();
-  if (tangent < least || tangent > most) return CameraDoubt::field_of_view;
+  if (tangent < least || tangent > most) return CameraSuspicion::field_of_view;
   const double x = (camera.cx + 0.5) / camera.width, y = (camera.cy + 0.5) / camera.height;
   const bool central = x > 1.0 / 3 && x < 2.0 / 3 && y > 1.0 / 3 && y < 2.0 / 3;
-  return central ? CameraDoubt::none : CameraDoubt::principal_point;
+  return central ? CameraSuspicion::none : CameraSuspicion::principal_point;
 }
 
 CameraModel camera_of_field(std::int32_t width, std::int32_t height, double field_of_view_rad) {

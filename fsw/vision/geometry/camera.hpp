@@ -27,7 +27,7 @@ Status validate(const CameraModel& camera);
 Status validate_of_any_size(const CameraModel& camera);
 
 /// For a camera that passes validate().
-[[nodiscard]] CameraDoubt doubt_about(const CameraModel& camera);
+[[nodiscard]] CameraSuspicion suspicion_about(const CameraModel& camera);
 
 /// A nominal camera: this horizontal field of view, square pixels, the principal point in the middle, no distortion.
 [[nodiscard]] CameraModel camera_of_field(std::int32_t width, std::int32_t height, double field_of_view_rad);

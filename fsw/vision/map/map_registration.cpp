@@ -333,12 +333,12 @@ Status MapRegistration::conclude() {
   if (!fix(*best)) result_.verdict = MapVerdict::no_agreement;
   if (result_.verdict != MapVerdict::fixed) return {};
   sense_ = static_cast<std::size_t>(best - candidates_.data());
-  return look_again();
+  return search_again();
 }
 
 /// What the prior had wrong, tilt over relief most of all, distorts the patches: the sheet is drawn once more, by the
 /// pose that was found.
-Status MapRegistration::look_again() {
+Status MapRegistration::search_again() {
   again_ = true;
   by_prior_ = compose(inverse(input_.prior.camera_from_map), result_.camera_from_map);
   const MapVote& vote = candidates_[sense_].vote;

@@ -85,7 +85,7 @@ class MapRegistration {
   void search_patches();
   void count();
   void place_patches();
-  Status look_again();
+  Status search_again();
   void next_sense();
   Status conclude();
   [[nodiscard]] bool fix(const Candidate& candidate);

@@ -122,8 +122,8 @@ Status Sequence::step() {
       return beginning.rank();
     case SequencePhase::begin:
       return beginning.begin_with_candidate();
-    case SequencePhase::surround:
-      return beginning.surround();
+    case SequencePhase::extend_from_pair:
+      return beginning.extend_from_pair();
     case SequencePhase::decide:
       return relation.decide();
     case SequencePhase::resect:

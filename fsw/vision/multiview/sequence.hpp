@@ -143,9 +143,9 @@ struct FinalPoint {
 enum class SequencePhase : std::uint8_t {
   idle,
   relate,
-  rank,      ///< the new keyframe with one of the earlier ones that have no pose yet
-  begin,     ///< the structure, with the best pair
-  surround,  ///< one more keyframe gets its pose from the points of the best pair
+  rank,              ///< the new keyframe with one of the earlier ones that have no pose yet
+  begin,             ///< the structure, with the best pair
+  extend_from_pair,  ///< one more keyframe gets its pose from the points of the best pair
   decide,
   resect,
   triangulate,

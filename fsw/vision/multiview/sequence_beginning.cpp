@@ -13,7 +13,7 @@ namespace {
 
 // Streams that separate the random numbers of one keyframe's searches; other parts have 1 to 3.
 constexpr std::uint64_t pair_stream = 4;
-constexpr std::uint64_t surround_stream = 5;
+constexpr std::uint64_t extend_stream = 5;
 constexpr std::uint64_t other_view_stream = 6;
 constexpr std::size_t none = limits::max_bundle_cameras;
 constexpr std::uint64_t views_of_a_strip = limits::max_bundle_cameras;
@@ -200,13 +200,13 @@ Status SequenceBeginning::begin_with_candidate() {
   for (std::size_t i = 0; i < s_.cameras.size(); ++i) s_.cameras[i].posed = i == a || i == b;
   s_.cameras[b].pose = pose_from(compose(b_from_a, cam_from_world(s_.cameras[a].pose)));
   ILP_TRY(tracks_.triangulate());
-  s_.phase = SequencePhase::surround;
+  s_.phase = SequencePhase::extend_from_pair;
   if (s_.report.new_points < s_.params.min_resection_inliers) keep_waiting(true);
   return {};
 }
 
 /// The camera without a pose that sees most points.
-std::size_t SequenceBeginning::next_to_surround() {
+std::size_t SequenceBeginning::next_to_extend() {
   std::array<std::uint32_t, max_first_keyframes> points{};
   for (const Track& track : s_.tracks) {
     if (track.phase != TrackPhase::point) continue;
@@ -219,8 +219,8 @@ std::size_t SequenceBeginning::next_to_surround() {
   return most;
 }
 
-Status SequenceBeginning::surround() {
-  const std::size_t c = next_to_surround();
+Status SequenceBeginning::extend_from_pair() {
+  const std::size_t c = next_to_extend();
   if (c == none) {
     lay_world();
     s_.phase = SequencePhase::adjust;
@@ -236,8 +236,8 @@ Status SequenceBeginning::surround() {
   }
   ResectionResult result;
   const Status status =
-      resect(w_.views, s_.camera, resection_params(s_.first_pair.best.seed ^ mix64(surround_stream + c)),
-             w_.view_inliers, result);
+      resect(w_.views, s_.camera, resection_params(s_.first_pair.best.seed ^ mix64(extend_stream + c)), w_.view_inliers,
+             result);
   const bool verdict = status.is(StatusCode::too_few_matches) || status.is(StatusCode::no_model);
   if (!status.ok() && !verdict) return status;
   const bool is_newest = c + 1 == s_.cameras.size();
@@ -264,7 +264,7 @@ Status SequenceBeginning::surround() {
     if (c + 1 == end_of(track)) track.growing = false;
   }
   ILP_TRY(tracks_.triangulate());
-  s_.phase = SequencePhase::surround;
+  s_.phase = SequencePhase::extend_from_pair;
   return {};
 }
 

@@ -21,14 +21,14 @@ class SequenceBeginning : public SequencePart {
   // Slices: of the phases `rank`, `begin` and `surround`.
   Status rank();
   Status begin_with_candidate();
-  Status surround();
+  Status extend_from_pair();
 
  private:
   void keep_candidate(std::size_t a, std::size_t b, const TwoViewResult& pair);
   Status estimate_pair(std::size_t a, std::size_t b, std::uint64_t seed, TwoViewResult& pair);
   Status decide_by_others(RigidTransform& b_from_a);
   void fill_pairs(std::size_t a, std::size_t b);
-  [[nodiscard]] std::size_t next_to_surround();
+  [[nodiscard]] std::size_t next_to_extend();
   void keep_waiting(bool candidate_failed);
   void drop_camera(std::size_t index);
   void lay_world();

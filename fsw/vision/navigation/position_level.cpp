@@ -20,8 +20,8 @@ using Places = FixedVector<const MeasuredKeyframe*, max_values>;
 struct Fit {
   Mat3 rotation = Mat3::Identity();
   double scale = 0;  ///< metres per unit
-  Vec3 middle_seen = Vec3::Zero(), middle_told = Vec3::Zero();
-  Vec3 long_axis = Vec3::Zero(), long_axis_told = Vec3::Zero();  ///< from the first place on; metres for the second
+  Vec3 middle_seen = Vec3::Zero(), middle_known = Vec3::Zero();
+  Vec3 long_axis = Vec3::Zero(), long_axis_known = Vec3::Zero();  ///< from the first place on; metres for the second
   double length_units = 0, width_units = 0;  ///< root of the sum of squares along the long axis, and across it
 };
 
@@ -59,14 +59,14 @@ Fit fit_of(const Places& places) {
   const auto count = static_cast<double>(places.size());
   for (const MeasuredKeyframe* k : places) {
     fit.middle_seen += vector_of(k->centre) / count;
-    fit.middle_told += vector_of(k->place_m) / count;
+    fit.middle_known += vector_of(k->place_m) / count;
   }
   Mat3 spread = Mat3::Zero();
   double told2 = 0;
   for (const MeasuredKeyframe* k : places) {
     const Vec3 seen = vector_of(k->centre) - fit.middle_seen;
     spread += seen * seen.transpose();
-    told2 += (vector_of(k->place_m) - fit.middle_told).squaredNorm();
+    told2 += (vector_of(k->place_m) - fit.middle_known).squaredNorm();
   }
   if (!(spread.trace() > 0)) return fit;
   fit.scale = std::sqrt(told2 / spread.trace());
@@ -77,14 +77,14 @@ Fit fit_of(const Places& places) {
   fit.length_units = std::sqrt(std::max(0.0, fit.long_axis.dot(spread * fit.long_axis)));
   fit.width_units = std::sqrt(std::max(0.0, wide_axis.dot(rest * wide_axis)));
   // Where the positions have these axes: the sums of positions, each by its distance along the axis.
-  Vec3 wide_axis_told = Vec3::Zero();
+  Vec3 wide_axis_known = Vec3::Zero();
   for (const MeasuredKeyframe* k : places) {
-    const Vec3 seen = vector_of(k->centre) - fit.middle_seen, told = vector_of(k->place_m) - fit.middle_told;
-    fit.long_axis_told += told * fit.long_axis.dot(seen);
-    wide_axis_told += told * wide_axis.dot(seen);
+    const Vec3 seen = vector_of(k->centre) - fit.middle_seen, reported = vector_of(k->place_m) - fit.middle_known;
+    fit.long_axis_known += reported * fit.long_axis.dot(seen);
+    wide_axis_known += reported * wide_axis.dot(seen);
   }
   Mat3 from, to;
-  if (frame_of(fit.long_axis, wide_axis, from) && frame_of(fit.long_axis_told, wide_axis_told, to))
+  if (frame_of(fit.long_axis, wide_axis, from) && frame_of(fit.long_axis_known, wide_axis_known, to))
     fit.rotation = to * from.transpose();
   return fit;
 }
@@ -92,7 +92,7 @@ Fit fit_of(const Places& places) {
 /// From where a keyframe was measured to where the fit puts it, metres.
 Vec3 residual_of(const Fit& fit, const MeasuredKeyframe& k) {
   return fit.scale * (fit.rotation * (vector_of(k.centre) - fit.middle_seen)) -
-         (vector_of(k.place_m) - fit.middle_told);
+         (vector_of(k.place_m) - fit.middle_known);
 }
 
 double distance_from_fit(const Fit& fit, const MeasuredKeyframe& k) {
@@ -122,7 +122,7 @@ Mat3 rotation_by_slope(const Fit& fit) {
   const double level = across.norm();
   if (!(level > 0)) return Mat3::Identity();
   // About this axis a positive angle lowers the track.
-  return rotation_from_vector(across * ((slope_of(fit.long_axis) - slope_of(fit.long_axis_told)) / level));
+  return rotation_from_vector(across * ((slope_of(fit.long_axis) - slope_of(fit.long_axis_known)) / level));
 }
 
 /// One sigma that each height counts with for a slope over all of them. Errors that drift together count as fewer, and
@@ -165,7 +165,7 @@ PositionLevel level_by_positions(const MeasuredKeyframes& keyframes) {
   if (!(fit.scale * fit.length_units > least_extent_sigmas * std::max(sigma, shown))) return level;
   level.known = true;
   level.long_axis = fit.long_axis;
-  level.slope_rad = slope_of(fit.long_axis_told);
+  level.slope_rad = slope_of(fit.long_axis_known);
   level.slope_sigma_rad =
       height_error(std::span<const double>(heights).first(count), sigma) / (fit.scale * fit.length_units);
   if (fit.scale * fit.width_units > least_extent_sigmas * std::max(sigma, shown)) {

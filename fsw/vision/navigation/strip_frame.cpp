@@ -176,7 +176,7 @@ class Solver {
 
   /// Two ends of a way: where the strip has them, and where a measurement has, with its horizontal error.
   struct WayEnd {
-    Vec3 seen, told;
+    Vec3 seen, reported;
     double sigma = 0;
   };
   struct Ways {
@@ -214,13 +214,13 @@ class Solver {
     for (std::size_t i = 0; i + half < placed.size(); ++i) {
       const WayEnd a = end_of(*placed[i]), b = end_of(*placed[i + half]);
       const Vec3 seen = frame_.level_from_strip * (b.seen - a.seen);
-      const Vec3 told = b.told - a.told;
+      const Vec3 reported = b.reported - a.reported;
       const double units = std::sqrt(seen.x() * seen.x() + seen.y() * seen.y());
-      const double metres = std::sqrt(told.x() * told.x() + told.y() * told.y());
+      const double metres = std::sqrt(reported.x() * reported.x() + reported.y() * reported.y());
       const double sigma = std::sqrt(a.sigma * a.sigma + b.sigma * b.sigma);
       // A way that is no longer than its error says nothing, and a hover none at all.
       if (!(metres > contradiction_sigmas * sigma) || !(units > 0)) continue;
-      const double angle = det_atan2(told.y(), told.x()) - det_atan2(seen.y(), seen.x());
+      const double angle = det_atan2(reported.y(), reported.x()) - det_atan2(seen.y(), seen.x());
       if (directions.empty()) reference = angle;
       static_cast<void>(lengths.push_back({metres / units, sigma / units}));
       static_cast<void>(directions.push_back({near_angle(angle, reference), sigma / metres}));

@@ -38,12 +38,12 @@ void PlaceIndex::clear() {
   entry_count_ = places_ = first_places_ = 0;
 }
 
-bool PlaceIndex::lists_are_sound() const {
-  bool sound = word_begin_[0] == 0 && word_begin_.back() == entry_count_ && entry_count_ <= max_entries &&
+bool PlaceIndex::lists_are_valid() const {
+  bool valid = word_begin_[0] == 0 && word_begin_.back() == entry_count_ && entry_count_ <= max_entries &&
                first_places_ <= limits::place_vocabulary_places;
-  for (std::size_t w = 0; w < limits::place_vocabulary; ++w) sound = sound && word_begin_[w] <= word_begin_[w + 1];
-  for (const std::uint16_t count : first_counts_) sound = sound && count <= limits::indexed_place_features;
-  return sound;
+  for (std::size_t w = 0; w < limits::place_vocabulary; ++w) valid = valid && word_begin_[w] <= word_begin_[w + 1];
+  for (const std::uint16_t count : first_counts_) valid = valid && count <= limits::indexed_place_features;
+  return valid;
 }
 
 std::uint16_t PlaceIndex::nearest_word(const Descriptor& descriptor) const {
@@ -84,7 +84,7 @@ PlaceIndex::NearestWords PlaceIndex::nearest_words(const PlaceFeature& feature) 
 Status PlaceIndex::insert(std::size_t slot, std::int64_t keyframe_id, std::span<const PlaceFeature> features) {
   if (slot >= limits::max_places) return out_of_range(Argument::slot, slot);
   if (taken_[slot] != 0) return out_of_range(Argument::slot, slot);
-  ILP_ASSERT(lists_are_sound(), entry_count_);
+  ILP_ASSERT(lists_are_valid(), entry_count_);
   const bool first = slot < limits::place_vocabulary_places;
   if (!first && !has_vocabulary()) return StatusCode::not_ready;
 
@@ -208,7 +208,7 @@ Status PlaceIndex::remove(std::size_t slot) {
     return out_of_range(Argument::slot, slot);
   }
   if (taken_[slot] == 0) return {StatusCode::not_found, static_cast<std::int64_t>(slot)};
-  ILP_ASSERT(lists_are_sound(), entry_count_);
+  ILP_ASSERT(lists_are_valid(), entry_count_);
   std::uint32_t kept = 0;
   std::uint32_t from = 0;
   for (std::size_t w = 0; w < limits::place_vocabulary; ++w) {
@@ -306,7 +306,7 @@ void PlaceIndex::rank(const PlaceQueryWorkspace& w, PlaceCandidates& best) const
 Status PlaceIndex::query(std::span<const PlaceFeature> features, std::int64_t excluding_from_id, PlaceQueryWorkspace& w,
                          PlaceCandidates& best) const {
   best.clear();
-  ILP_ASSERT(lists_are_sound(), entry_count_);
+  ILP_ASSERT(lists_are_valid(), entry_count_);
   std::memset(&w.votes, 0, sizeof w.votes);
   for (const PlaceFeature& feature : features) {
     collect(feature, excluding_from_id, w);

@@ -87,7 +87,7 @@ class PlaceIndex {
     std::uint16_t distance, word;
   };
 
-  [[nodiscard]] bool lists_are_sound() const;
+  [[nodiscard]] bool lists_are_valid() const;
   [[nodiscard]] std::uint16_t nearest_word(const Descriptor& descriptor) const;
   [[nodiscard]] NearestWords nearest_words(const PlaceFeature& feature) const;
   // The steps of a query for one feature: the entries that look like it, and what they say; then the best places.

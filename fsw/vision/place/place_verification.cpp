@@ -122,7 +122,7 @@ class Verification {
 
   // Where more pairs look alike than there is room for, those that look least alike are left out.
   void compare_all() {
-    const std::size_t room =
+    const std::size_t capacity =
         std::min(std::max(PlaceMatchWorkspace::alike_of_few, a_.size() * b_.size() / 16), w_.alike.capacity());
     w_.alike.clear();
     set_words_of_b();
@@ -132,8 +132,8 @@ class Verification {
     const auto consider = [&](std::size_t a, std::size_t b, int distance) {
       if (distance > bits) return;
       ++count[static_cast<std::size_t>(distance)];
-      if (++pairs > room) {
-        for (; pairs > room; --bits) pairs -= count[static_cast<std::size_t>(bits)];
+      if (++pairs > capacity) {
+        for (; pairs > capacity; --bits) pairs -= count[static_cast<std::size_t>(bits)];
         keep_alike(bits);
         if (distance > bits) return;
       }

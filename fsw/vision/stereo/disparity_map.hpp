@@ -11,12 +11,12 @@ namespace ilp {
 enum class DisparityKind : std::uint8_t {
   none = 0,       ///< it has no disparity
   measured = 1,   ///< by its own window
-  settled = 2,    ///< chosen between the surfaces beside an edge, with an error that is final (edge_surfaces.hpp)
+  resolved = 2,   ///< chosen between the surfaces beside an edge, with an error that is final (edge_surfaces.hpp)
   supported = 4,  ///< not matched: that of the ground around it, which the images confirm (gap_support.hpp)
 };
 /// Whether a match, not its surroundings, gave the pixel its disparity.
 [[nodiscard]] constexpr bool is_matched(DisparityKind kind) {
-  constexpr int matches = static_cast<int>(DisparityKind::measured) | static_cast<int>(DisparityKind::settled);
+  constexpr int matches = static_cast<int>(DisparityKind::measured) | static_cast<int>(DisparityKind::resolved);
   return (static_cast<int>(kind) & matches) != 0;
 }
 

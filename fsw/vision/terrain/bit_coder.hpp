@@ -29,7 +29,7 @@ struct BitProbability {
     steady += (target - steady) / (1 << slow);
   }
   /// Whether learning another such bit changes nothing.
-  [[nodiscard]] bool settled(std::uint32_t bit) const {
+  [[nodiscard]] bool saturated(std::uint32_t bit) const {
     BitProbability next = *this;
     next.learn(bit);
     return next.quick == quick && next.steady == steady;
@@ -40,7 +40,7 @@ inline constexpr std::uint32_t bit_coder_renewal = 1U << 24U;
 
 /// How the range goes on in a settled context, several usual bits at once; fewer than `most` if there is another case
 /// before.
-class SettledRange {
+class SaturatedRange {
  public:
   /// Bits that are 0, with the highest probability: range := (range >> 15) (2^15 - 1), as long as the range stays at or
   /// above `least`.
@@ -57,16 +57,16 @@ class SettledRange {
   }
   /// Bits that are 1, where 0 has the least probability: range := range - (range >> 15), as long as not more than
   /// `room` is taken in all and the range needs no renewal.
-  static std::size_t take_ones(std::uint32_t& range, std::uint32_t room, std::size_t most) {
+  static std::size_t take_ones(std::uint32_t& range, std::uint32_t spare, std::size_t most) {
     constexpr std::size_t at_once = 8;
     std::size_t count = 0;
     for (; count + at_once <= most; count += at_once) {
       const std::uint32_t taken = at_once * (range >> bit_coder_probability_bits);
-      if (taken > room || range - taken < bit_coder_renewal) break;
+      if (taken > spare || range - taken < bit_coder_renewal) break;
       const std::uint32_t before = range;
 #pragma GCC unroll 8
       for (std::size_t i = 0; i < at_once; ++i) range -= range >> bit_coder_probability_bits;
-      room -= before - range;
+      spare -= before - range;
     }
     return count;
   }
@@ -97,15 +97,15 @@ class BitEncoder {
   /// The same as `count` calls of encode(context, bit), in less time.
   void encode_run(std::uint32_t context, std::uint32_t bit, std::size_t count) {
     std::size_t done = 0;
-    for (; done < count && !probabilities_[context].settled(bit); ++done) encode(context, bit);
+    for (; done < count && !probabilities_[context].saturated(bit); ++done) encode(context, bit);
     const std::uint32_t zero = probabilities_[context].zero();
     std::uint32_t range = range_;
     for (; done < count; ++done) {
       const std::uint32_t before = range;
       if (bit == 0 && zero == bit_coder_most_zero) {
-        done += SettledRange::take_zeros(range, bit_coder_renewal, count - done);
+        done += SaturatedRange::take_zeros(range, bit_coder_renewal, count - done);
       } else if (bit != 0 && zero == 1) {
-        done += SettledRange::take_ones(range, range, count - done);
+        done += SaturatedRange::take_ones(range, range, count - done);
         low_ += before - range;
       }
       if (done == count) break;
@@ -193,7 +193,7 @@ class BitDecoder {
   /// number of usual bits. If it is less than `most`, the other bit has been decoded too.
   std::size_t decode_run(std::uint32_t context, std::uint32_t usual, std::size_t most) {
     std::size_t count = 0;
-    while (count < most && !probabilities_[context].settled(usual)) {
+    while (count < most && !probabilities_[context].saturated(usual)) {
       if (decode(context) != usual) return count;
       ++count;
     }
@@ -203,9 +203,9 @@ class BitDecoder {
     for (; count < most; ++count) {
       const std::uint32_t before = range;
       if (usual == 0 && zero == bit_coder_most_zero) {
-        count += SettledRange::take_zeros(range, std::max(code + 1, bit_coder_renewal), most - count);
+        count += SaturatedRange::take_zeros(range, std::max(code + 1, bit_coder_renewal), most - count);
       } else if (usual != 0 && zero == 1) {
-        count += SettledRange::take_ones(range, code, most - count);
+        count += SaturatedRange::take_ones(range, code, most - count);
         code -= before - range;
       }
       if (count == most) break;

@@ -262,10 +262,10 @@ Status encode_mask(MaskView mask, std::uint8_t* bytes, std::size_t capacity, std
   for_each_run(mask, [&](std::uint32_t length) { run_bytes += digits_of(length); });
   const std::size_t bit_bytes = max_mask_bytes(mask.area());
   const std::size_t plain_bytes = std::min(run_bytes, bit_bytes);
-  const std::size_t room = std::min(capacity, plain_bytes);
-  if (room > 1) {
-    const std::size_t context_bytes = 1 + write_contexts(mask, bytes + 1, room - 1);
-    if (context_bytes <= room) {
+  const std::size_t usable = std::min(capacity, plain_bytes);
+  if (usable > 1) {
+    const std::size_t context_bytes = 1 + write_contexts(mask, bytes + 1, usable - 1);
+    if (context_bytes <= usable) {
       bytes[0] = form_contexts;
       size = context_bytes;
       return {};

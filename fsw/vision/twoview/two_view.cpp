@@ -201,9 +201,9 @@ void compare_with_plane(const CameraModel& camera_b, const RansacParams& params,
   NormalisedPairs& all = workspace.pairs;
   PairIndices& selected = workspace.selected;
   const double side_px = std::min(camera_b.width, camera_b.height);
-  if (put_chance_matches_aside(all, workspace.subset, now.homography, params.threshold_px,
-                               inlier_bound * params.threshold_px, side_px, workspace.scratch,
-                               workspace.subset_selected)) {
+  if (remove_chance_matches(all, workspace.subset, now.homography, params.threshold_px,
+                            inlier_bound * params.threshold_px, side_px, workspace.scratch,
+                            workspace.subset_selected)) {
     select_subset(all, workspace.subset_selected, workspace.subset);
     all = workspace.subset;
     now.best.cost = std::numeric_limits<double>::max();

@@ -24,7 +24,7 @@ struct Call {
   jpeg_decompress_struct decoder;
 };
 
-[[noreturn]] void give_up(Call& call, const Status& status) {
+[[noreturn]] void abandon(Call& call, const Status& status) {
   call.status = status;
   abandon_heap_call();
   // There always is a call to abandon.
@@ -36,7 +36,7 @@ Call& call_of(void* client_data) {
 }
 
 [[noreturn]] void refuse(j_common_ptr decoder) {
-  give_up(call_of(decoder->client_data), {StatusCode::parse_error, decoder->err->msg_code});
+  abandon(call_of(decoder->client_data), {StatusCode::parse_error, decoder->err->msg_code});
 }
 
 /// Warnings are below 0: the decoder has found the file damaged and would go on with a guess.
@@ -49,7 +49,7 @@ void say_nothing(j_common_ptr) {}
 void begin_source(j_decompress_ptr) {}
 
 boolean end_of_file(j_decompress_ptr decoder) {
-  give_up(call_of(decoder->client_data), {StatusCode::truncated, decoder->output_scanline});
+  abandon(call_of(decoder->client_data), {StatusCode::truncated, decoder->output_scanline});
 }
 
 void skip(j_decompress_ptr decoder, long bytes) {
@@ -61,7 +61,7 @@ void skip(j_decompress_ptr decoder, long bytes) {
 }
 
 boolean refuse_restart(j_decompress_ptr decoder, int) {
-  give_up(call_of(decoder->client_data), {StatusCode::parse_error, -1});
+  abandon(call_of(decoder->client_data), {StatusCode::parse_error, -1});
 }
 
 void attach(Call& call) {
@@ -79,10 +79,10 @@ void check_header(Call& call) {
   const jpeg_decompress_struct& header = call.decoder;
   if (header.image_width != static_cast<JDIMENSION>(call.width) ||
       header.image_height != static_cast<JDIMENSION>(call.height)) {
-    give_up(call, {StatusCode::image_size_changed, header.image_width, header.image_height});
+    abandon(call, {StatusCode::image_size_changed, header.image_width, header.image_height});
   }
   const bool whole_picture = header.progressive_mode != FALSE || jpeg_has_multiple_scans(&call.decoder) != FALSE;
-  if (whole_picture || header.arith_code != FALSE) give_up(call, not_supported(FormatFault::jpeg_coding));
+  if (whole_picture || header.arith_code != FALSE) abandon(call, not_supported(FormatFault::jpeg_coding));
 }
 
 void read_rows(void* context) {

@@ -23,7 +23,7 @@ bool differs_by_a_tenth(TimeNs a, TimeNs b) {
 
 }  // namespace
 
-std::uint32_t doubt_of_stamp(const FrameArrival& frame, TimeNs previous_stamp_ns, TimeNs period_ns) {
+std::uint32_t suspicion_of_stamp(const FrameArrival& frame, TimeNs previous_stamp_ns, TimeNs period_ns) {
   const TimeNs period = period_ns > 0 ? period_ns : unknown_period_ns;
   if (frame.stamp_ns > frame.now_ns + ahead_tolerance_ns) {
     return frame.stamp_ns > frame.now_ns + oldest_stamp_ns + 2 * period ? finding::stamps_elsewhere
@@ -38,16 +38,16 @@ void DriverGrade::begin(TimeNs stated_period_ns) {
   stated_period_ns_ = stated_period_ns;
 }
 
-void DriverGrade::look_at(const FrameArrival& frame) {
+void DriverGrade::evaluate(const FrameArrival& frame) {
   if (frame.damaged) {
     ++damaged_;
     return;
   }
   const bool any = frames_ > 0;
   const TimeNs before = any ? latest_.stamp_ns : frame.stamp_ns - 1;
-  const std::uint32_t doubt = doubt_of_stamp(frame, before, stated_period_ns_);
-  ahead_ += doubt == finding::stamps_ahead ? 1 : 0;
-  elsewhere_ += doubt == finding::stamps_elsewhere ? 1 : 0;
+  const std::uint32_t suspicion = suspicion_of_stamp(frame, before, stated_period_ns_);
+  ahead_ += suspicion == finding::stamps_ahead ? 1 : 0;
+  elsewhere_ += suspicion == finding::stamps_elsewhere ? 1 : 0;
   // A stamp may be wrong in two ways.
   stand_ += frame.stamp_ns <= before ? 1 : 0;
   if (any) {

@@ -52,7 +52,7 @@ struct FrameArrival {
 };
 
 /// The doubt about a stamp: finding::stamps_ahead, stamps_stand, stamps_elsewhere, or 0.
-[[nodiscard]] std::uint32_t doubt_of_stamp(const FrameArrival& frame, TimeNs previous_stamp_ns, TimeNs period_ns);
+[[nodiscard]] std::uint32_t suspicion_of_stamp(const FrameArrival& frame, TimeNs previous_stamp_ns, TimeNs period_ns);
 
 class DriverGrade {
  public:
@@ -63,7 +63,7 @@ class DriverGrade {
 
   /// `stated_period_ns`: 0 when the driver states none.
   void begin(TimeNs stated_period_ns);
-  void look_at(const FrameArrival& frame);
+  void evaluate(const FrameArrival& frame);
   [[nodiscard]] bool complete() const;
   [[nodiscard]] CameraVerdict verdict() const;
 

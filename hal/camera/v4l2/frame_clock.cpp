@@ -47,7 +47,7 @@ void FrameClock::follow(const FrameArrival& frame) {
 
 TimeNs FrameClock::exposure(const FrameArrival& frame, bool end_of_frame, TimeMeaning& meaning, bool& refused) {
   const TimeNs before = any_stamp_ ? stamp_ns_ : frame.stamp_ns - 1;
-  const bool fits = doubt_of_stamp(frame, before, period_ns_) == 0;
+  const bool fits = suspicion_of_stamp(frame, before, period_ns_) == 0;
   refused = stamps_believed_ && !fits;
   if (fits) follow(frame);
   TimeNs time = 0;

@@ -41,7 +41,7 @@ bool device_is_gone(const Status& status) {
 }
 
 /// For most failures the values are counts that differ every time.
-bool same_news(const Status& one, const Status& other) {
+bool same_update(const Status& one, const Status& other) {
   return one.code == other.code && (!one.is(StatusCode::camera_fault) || (one.a == other.a && one.b == other.b));
 }
 
@@ -72,28 +72,28 @@ bool begins_as_jpeg(std::span<const std::uint8_t> bytes) {
   return bytes.size() >= 2 && bytes[0] == 0xFF && bytes[1] == 0xD8;
 }
 
-void tell(CameraReports& reports, const Status& status) {
+void report(CameraReports& reports, const Status& status) {
   // The first reports matter most.
-  static_cast<void>(reports.news.push_back(status));
+  static_cast<void>(reports.updates.push_back(status));
 }
 
-bool next_news(CameraReports& reports, Status& news) {
-  if (reports.news.empty()) return false;
-  news = reports.news[0];
-  reports.news.erase(0);
+bool next_update(CameraReports& reports, Status& updates) {
+  if (reports.updates.empty()) return false;
+  updates = reports.updates[0];
+  reports.updates.erase(0);
   return true;
 }
 
-void tell_tallies(CameraReports& reports, TimeNs now) {
+void report_tallies(CameraReports& reports, TimeNs now) {
   const bool any = reports.refused.count > 0 || reports.stamps.count > 0 || reports.gaps.count > 0;
   if (!any || (reports.tallied && now - reports.tallied_ns < between_tallies_ns)) return;
   reports.tallied = true;
   reports.tallied_ns = now;
   if (reports.refused.count > 0)
-    tell(reports, {StatusCode::camera_frames_refused, reports.refused.count, reports.refused.latest});
+    report(reports, {StatusCode::camera_frames_refused, reports.refused.count, reports.refused.latest});
   if (reports.stamps.count > 0)
-    tell(reports, {StatusCode::camera_stamps_refused, reports.stamps.count, reports.stamps.latest});
-  if (reports.gaps.count > 0) tell(reports, {StatusCode::frame_gap, reports.gaps.latest, reports.gaps.count});
+    report(reports, {StatusCode::camera_stamps_refused, reports.stamps.count, reports.stamps.latest});
+  if (reports.gaps.count > 0) report(reports, {StatusCode::frame_gap, reports.gaps.latest, reports.gaps.count});
   reports.refused = reports.stamps = reports.gaps = {};
 }
 
@@ -104,7 +104,7 @@ void refuse_frame(CameraReports& reports, FrameDamage reason) {
 
 void recover(CameraOutage& outage, CameraReports& reports, TimeNs now) {
   if (!outage.out) return;
-  tell(reports, {StatusCode::camera_recovered, (now - outage.since_ns) / ns_per_ms, outage.attempts});
+  report(reports, {StatusCode::camera_recovered, (now - outage.since_ns) / ns_per_ms, outage.attempts});
   outage.out = false;
   outage.ever_recovered = true;
   outage.recovered_ns = now;
@@ -159,10 +159,10 @@ ExposureSetting exposure_at(const OwnExposure& exposure, TimeNs exposed_ns, Time
   return sure ? exposure.now : ExposureSetting{};
 }
 
-Status listen(TimeNs heard_ns, TimeNs now, TimeNs period, std::uint32_t sequence) {
+Status listen(TimeNs received_ns, TimeNs now, TimeNs period, std::uint32_t sequence) {
   const TimeNs limit = period > 0 ? std::max(periods_until_silent * period, shortest_silence_ns) : unknown_silence_ns;
-  if (now - heard_ns < limit) return {};
-  return {StatusCode::camera_silent, sequence, (now - heard_ns) / ns_per_ms};
+  if (now - received_ns < limit) return {};
+  return {StatusCode::camera_silent, sequence, (now - received_ns) / ns_per_ms};
 }
 
 void count_gap(DriverSequence& driver, std::uint32_t sequence, bool believed, CameraTally& gaps) {
@@ -219,7 +219,7 @@ Status V4l2Camera::configure(const V4l2Options& options, std::int32_t width, std
 /// A device that comes back may be another one.
 void V4l2Camera::meet(const DeviceName& name) {
   if (ever_delivered_ && name != name_) {
-    if (name != first_name_) tell(reports_, StatusCode::camera_changed);
+    if (name != first_name_) report(reports_, StatusCode::camera_changed);
     known_ = false;
     verdict_ = {};
     frame_clock_.forget();
@@ -229,8 +229,8 @@ void V4l2Camera::meet(const DeviceName& name) {
 
 Status V4l2Camera::advance_from(Stage stage, TimeNs now) {
   // Reports of a device's first start also hold for later ones.
-  CameraNews known_already;
-  CameraNews& news = known_ ? known_already : reports_.news;
+  CameraUpdates known_already;
+  CameraUpdates& updates = known_ ? known_already : reports_.updates;
   if (stage == Stage::closed) {
     const int error = device_.open(options_.device);
     if (error != 0) return {StatusCode::camera_absent, error};
@@ -239,10 +239,10 @@ Status V4l2Camera::advance_from(Stage stage, TimeNs now) {
     DeviceName name;
     ILP_TRY(check_capabilities(device_, name));
     meet(name);
-    ILP_TRY(negotiate(device_, options_, width_, height_, format_, news));
+    ILP_TRY(negotiate(device_, options_, width_, height_, format_, updates));
     stage_ = Stage::agreed;
   } else if (stage == Stage::agreed) {
-    set_controls(device_, options_, news);
+    set_controls(device_, options_, updates);
     if (exposure_.set) apply_exposure(device_, options_.gain_unit, clock_, exposure_);
     ILP_TRY(pool_.allocate(format_.image_bytes));
     stage_ = Stage::mapped;
@@ -261,7 +261,7 @@ void V4l2Camera::begin_stream(TimeNs now) {
   grading_ = true;
   consistent_ = 0;
   driver_sequence_.any = false;
-  heard_ns_ = empty_ns_ = now;
+  received_ns_ = empty_ns_ = now;
 }
 
 Status V4l2Camera::advance(TimeNs now) {
@@ -286,7 +286,7 @@ Status V4l2Camera::fail(const Status& reason, TimeNs now) {
     if (another) {
       outage_.attempts = 0;
       outage_.pause_ns = first_pause_ns;
-      outage_.told = {};
+      outage_.reported = {};
     }
   }
   ++outage_.attempts;
@@ -303,13 +303,13 @@ Status V4l2Camera::fail(const Status& reason, TimeNs now) {
     outage_.retry_ns = now + outage_.pause_ns;
     outage_.pause_ns = std::min(2 * outage_.pause_ns, longest_pause_ns);
   }
-  if (same_news(reason, outage_.told)) return StatusCode::not_ready;
-  outage_.told = reason;
+  if (same_update(reason, outage_.reported)) return StatusCode::not_ready;
+  outage_.reported = reason;
   return reason;
 }
 
 void V4l2Camera::grade(const FrameArrival& arrival) {
-  grade_.look_at(arrival);
+  grade_.evaluate(arrival);
   if (!grade_.complete()) return;
   grading_ = false;
   const CameraVerdict before = verdict_;
@@ -317,12 +317,12 @@ void V4l2Camera::grade(const FrameArrival& arrival) {
   frame_clock_.believe(verdict_);
   if (before.frames > 0 && before.findings == verdict_.findings) return;
   const bool believed = verdict_.stamps_believed && verdict_.sequence_believed;
-  tell(reports_, {believed ? StatusCode::camera_graded : StatusCode::camera_distrusted, verdict_.findings,
-                  verdict_.period_ns / ns_per_us});
+  report(reports_, {believed ? StatusCode::camera_graded : StatusCode::camera_distrusted, verdict_.findings,
+                    verdict_.period_ns / ns_per_us});
 }
 
-bool V4l2Camera::look_at(const VideoBuffer& buffer, TimeNs now, HeldFrame& frame) {
-  heard_ns_ = now;
+bool V4l2Camera::evaluate(const VideoBuffer& buffer, TimeNs now, HeldFrame& frame) {
+  received_ns_ = now;
   FrameArrival arrival;
   arrival.stamp_ns = mission_time(buffer, mission_minus_monotonic_);
   arrival.empty_ns = empty_ns_;
@@ -368,11 +368,11 @@ Status V4l2Camera::collect() {
     const Status taken = pool_.take(buffer);
     if (taken.is(StatusCode::not_ready)) {
       empty_ns_ = asked;
-      return listen(heard_ns_, asked, frame_clock_.period(), driver_sequence_.latest);
+      return listen(received_ns_, asked, frame_clock_.period(), driver_sequence_.latest);
     }
     ILP_TRY(taken);
     HeldFrame frame;
-    if (!look_at(buffer, clock_.now(), frame) || !held_.frames.push_back(frame)) pool_.give_back(buffer.index);
+    if (!evaluate(buffer, clock_.now(), frame) || !held_.frames.push_back(frame)) pool_.give_back(buffer.index);
     // Once it is decided, one more is held until the nearest has been delivered.
     if (held_.frames.size() > most && !decided(held_, empty_ns_, granularity())) drop(held_, pool_, 0);
   }
@@ -446,9 +446,9 @@ Status V4l2Camera::set_exposure(ExposureSetting& setting) {
 
 Status V4l2Camera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
   frame = {};
-  tell_tallies(reports_, now);
+  report_tallies(reports_, now);
   Status status;
-  if (next_news(reports_, status)) return status;
+  if (next_update(reports_, status)) return status;
   if (stage_ != Stage::streaming) return advance(now);
   status = collect();
   if (!status.ok()) return fail(status, now);
@@ -473,7 +473,7 @@ Status V4l2Camera::prepare(TimeNs limit) {
       status = advance(now);
       if (now < outage_.retry_ns) clock_.sleep_until(now + start_up_step_ns);
     }
-    if (!status.ok() && !status.is(StatusCode::not_ready)) tell(reports_, status);
+    if (!status.ok() && !status.is(StatusCode::not_ready)) report(reports_, status);
   }
   if (verdict_.frames > 0) return {};
   return outage_.latest.ok() ? Status{StatusCode::not_ready} : outage_.latest;

@@ -19,7 +19,7 @@ struct CameraTally {
   std::int64_t latest = 0;
 };
 struct CameraReports {
-  CameraNews news;
+  CameraUpdates updates;
   CameraTally refused, stamps, gaps;
   bool tallied = false;
   TimeNs tallied_ns = 0;
@@ -34,7 +34,7 @@ struct CameraOutage {
   TimeNs retry_ns = std::numeric_limits<TimeNs>::min();
   TimeNs pause_ns = 0;
   std::int32_t attempts = 0;
-  Status told;
+  Status reported;
   Status latest;
 };
 
@@ -114,7 +114,7 @@ class V4l2Camera final : public Camera {
 
   Status collect();
   /// True when `frame` may be delivered.
-  bool look_at(const VideoBuffer& buffer, TimeNs now, HeldFrame& frame);
+  bool evaluate(const VideoBuffer& buffer, TimeNs now, HeldFrame& frame);
   void grade(const FrameArrival& arrival);
   Status deliver(FrameImage& image, CameraFrame& frame);
 
@@ -140,8 +140,8 @@ class V4l2Camera final : public Camera {
   CameraVerdict verdict_;
   FrameClock frame_clock_;
   std::int32_t consistent_ = 0;
-  TimeNs heard_ns_ = 0;  ///< when the driver last gave a frame
-  TimeNs empty_ns_ = 0;  ///< when the driver last had no frame
+  TimeNs received_ns_ = 0;  ///< when the driver last gave a frame
+  TimeNs empty_ns_ = 0;     ///< when the driver last had no frame
   DriverSequence driver_sequence_;
 
   HeldFrames held_;

@@ -16,9 +16,9 @@ constexpr std::size_t least_jpeg_bytes = 4;  // its beginning and its end
 constexpr std::size_t most_listed_formats = 64;
 constexpr std::int64_t us_per_exposure_step = 100;  // of V4L2_CID_EXPOSURE_ABSOLUTE
 
-void tell(CameraNews& news, const Status& status) {
+void report(CameraUpdates& updates, const Status& status) {
   // The first reports matter most; there are fewer kinds of reports than places.
-  static_cast<void>(news.push_back(status));
+  static_cast<void>(updates.push_back(status));
 }
 
 Status set_input(VideoDevice& device, std::int64_t wanted) {
@@ -95,7 +95,7 @@ TimeNs period_of(const v4l2_fract& time_per_frame) {
 }
 
 /// Devices without a rate of their own (a video input, say) are accepted.
-void set_rate(VideoDevice& device, std::int64_t rate_mhz, VideoFormat& format, CameraNews& news) {
+void set_rate(VideoDevice& device, std::int64_t rate_mhz, VideoFormat& format, CameraUpdates& updates) {
   v4l2_streamparm parameters{};
   parameters.type = frame_buffers;
   if (device.control(VIDIOC_G_PARM, &parameters) != 0) parameters.parm.capture = {};
@@ -109,7 +109,7 @@ void set_rate(VideoDevice& device, std::int64_t rate_mhz, VideoFormat& format, C
   if (rate_mhz == V4l2Options::as_it_is) return;
   const std::int64_t given_mhz = format.period_ns > 0 ? 1000 * ns_per_s / format.period_ns : 0;
   const std::int64_t off = given_mhz > rate_mhz ? given_mhz - rate_mhz : rate_mhz - given_mhz;
-  if (off > rate_mhz / 100) tell(news, {StatusCode::camera_rate, rate_mhz, given_mhz});
+  if (off > rate_mhz / 100) report(updates, {StatusCode::camera_rate, rate_mhz, given_mhz});
 }
 
 bool query(VideoDevice& device, std::uint32_t id, v4l2_queryctrl& control) {
@@ -130,10 +130,10 @@ void switch_off(VideoDevice& device, std::uint32_t id, std::int32_t off) {
   if (query(device, id, control)) static_cast<void>(write_control(device, id, off));
 }
 
-void set_control(VideoDevice& device, std::uint32_t id, std::int64_t wanted, CameraNews& news) {
+void set_control(VideoDevice& device, std::uint32_t id, std::int64_t wanted, CameraUpdates& updates) {
   v4l2_queryctrl control;
   if (!query(device, id, control)) {
-    tell(news, {StatusCode::camera_control_missing, id});
+    report(updates, {StatusCode::camera_control_missing, id});
     return;
   }
   const std::int64_t step = std::max(control.step, 1);
@@ -142,9 +142,9 @@ void set_control(VideoDevice& device, std::uint32_t id, std::int64_t wanted, Cam
   v4l2_control now{id, 0};
   const bool written = write_control(device, id, static_cast<std::int32_t>(value));
   if (!written || device.control(VIDIOC_G_CTRL, &now) != 0) {
-    tell(news, {StatusCode::camera_control_missing, id});
+    report(updates, {StatusCode::camera_control_missing, id});
   } else if (now.value != wanted) {
-    tell(news, {StatusCode::camera_control_limited, id, now.value});
+    report(updates, {StatusCode::camera_control_limited, id, now.value});
   }
 }
 
@@ -207,25 +207,25 @@ Status choose_format(VideoDevice& device, const V4l2Options& options, VideoForma
 }  // namespace
 
 Status negotiate(VideoDevice& device, const V4l2Options& options, std::int32_t width, std::int32_t height,
-                 VideoFormat& format, CameraNews& news) {
+                 VideoFormat& format, CameraUpdates& updates) {
   ILP_TRY(set_input(device, options.input));
   v4l2_pix_format answer{};
   format.width = width;
   format.height = height;
   ILP_TRY(choose_format(device, options, format, answer));
   ILP_TRY(check_layout(answer, format));
-  set_rate(device, options.rate_mhz, format, news);
+  set_rate(device, options.rate_mhz, format, updates);
   return {};
 }
 
-void set_controls(VideoDevice& device, const V4l2Options& options, CameraNews& news) {
+void set_controls(VideoDevice& device, const V4l2Options& options, CameraUpdates& updates) {
   if (options.exposure_us != V4l2Options::as_it_is) {
     switch_off(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL);
-    set_control(device, V4L2_CID_EXPOSURE_ABSOLUTE, options.exposure_us / us_per_exposure_step, news);
+    set_control(device, V4L2_CID_EXPOSURE_ABSOLUTE, options.exposure_us / us_per_exposure_step, updates);
   }
   if (options.gain != V4l2Options::as_it_is) {
     switch_off(device, V4L2_CID_AUTOGAIN, 0);
-    set_control(device, V4L2_CID_GAIN, options.gain, news);
+    set_control(device, V4L2_CID_GAIN, options.gain, updates);
   }
 }
 

@@ -14,7 +14,7 @@
 namespace ilp {
 
 /// Reports that are no reason to stop, sent one by one. The caller's `full()` counts those that do not fit.
-using CameraNews = FixedVector<Status, limits::max_camera_news>;
+using CameraUpdates = FixedVector<Status, limits::max_camera_updates>;
 
 struct VideoFormat {
   PixelFormat pixel{};
@@ -40,9 +40,9 @@ Status check_capabilities(VideoDevice& device, DeviceName& name);
 /// another one, `unsupported_format` (a = four-character code that it offers), `camera_fault` for a failed call,
 /// `camera_layout` for an impossible row or image length. Another rate is reported in `news`.
 Status negotiate(VideoDevice& device, const V4l2Options& options, std::int32_t width, std::int32_t height,
-                 VideoFormat& format, CameraNews& news);
+                 VideoFormat& format, CameraUpdates& updates);
 /// Sets exposure and gain within the driver's ranges. A limited or missing control is reported in `news`.
-void set_controls(VideoDevice& device, const V4l2Options& options, CameraNews& news);
+void set_controls(VideoDevice& device, const V4l2Options& options, CameraUpdates& updates);
 
 /// Switches automatic exposure and gain off and asks for the ranges and the present values. A gain of 1 is the driver's
 /// least value, and `gain_unit` of its steps add another 1. `camera_control_missing` (a = control) without a settable

@@ -24,8 +24,8 @@ TimeNs monotonic_ns() {
 
 /// Takes what lies in the socket. False where the other end is closed.
 bool drain(int socket) {
-  std::byte news[64];
-  const ssize_t got = ::recv(socket, news, sizeof(news), MSG_DONTWAIT);
+  std::byte updates[64];
+  const ssize_t got = ::recv(socket, updates, sizeof(updates), MSG_DONTWAIT);
   return got > 0 || (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR));
 }
 

@@ -73,7 +73,7 @@ TcpLink::Client* TcpLink::place_for_new() {
     if (!client.read) continue;
     const auto rank = [](const Client& of) { return of.ended ? 0 : of.accepted ? 2 : 1; };
     const bool sooner = place == nullptr || rank(client) < rank(*place) ||
-                        (rank(client) == rank(*place) && client.heard < place->heard);
+                        (rank(client) == rank(*place) && client.received < place->received);
     if (sooner) place = &client;
   }
   return place;
@@ -92,7 +92,7 @@ void TcpLink::admit(int socket, TimeNs now, Client& place) {
   place.socket = socket;
   place.malformed = 0;
   place.ended = place.accepted = place.read = false;
-  place.heard = ++order_;
+  place.received = ++order_;
   place.whole_ns = place.taken_ns = now;
   place.in_first = place.in_size = 0;
   place.out_first = place.out_size = 0;
@@ -102,7 +102,7 @@ void TcpLink::accept_sender() {
   Client& client = clients_[sender_];
   if (client.socket < 0) return;
   client.accepted = true;
-  client.heard = ++order_;
+  client.received = ++order_;
 }
 
 void TcpLink::read(Client& client, TimeNs now) {
@@ -195,7 +195,7 @@ void TcpLink::flush(Client& client, TimeNs now) {
   }
 }
 
-bool TcpLink::has_room(const Client& client, std::span<const std::uint8_t> packet) {
+bool TcpLink::has_capacity(const Client& client, std::span<const std::uint8_t> packet) {
   return client.socket >= 0 && client.out.size() - client.out_size >= packet.size();
 }
 
@@ -221,11 +221,13 @@ Status TcpLink::send(std::span<const std::uint8_t> packet) {
     operated = operated || (client.socket >= 0 && client.accepted);
   }
   // If the packet does not count as sent no client gets it, because it will be sent again.
-  const auto counts = [&](const Client& client) { return has_room(client, packet) && (client.accepted || !operated); };
+  const auto counts = [&](const Client& client) {
+    return has_capacity(client, packet) && (client.accepted || !operated);
+  };
   if (std::none_of(clients_.begin(), clients_.end(), counts)) return StatusCode::not_ready;
   for (Client& client : clients_) {
     if (client.socket < 0) continue;
-    if (!has_room(client, packet)) {
+    if (!has_capacity(client, packet)) {
       ++counts_.skipped;
       continue;
     }

@@ -54,7 +54,7 @@ class TcpLink final : public PacketLink {
     bool ended = false;           ///< sends no more, but may still listen; a new client replaces it
     bool accepted = false;        ///< has sent a valid packet
     bool read = false;            ///< was polled for packets at least once; it is not replaced before
-    std::uint64_t heard = 0;      ///< order of last accepted packets, or of connections
+    std::uint64_t received = 0;   ///< order of last accepted packets, or of connections
     TimeNs whole_ns = 0;          ///< when the last packet was complete, or no data waited
     TimeNs taken_ns = 0;          ///< when it last read something
     std::size_t in_first = 0, in_size = 0;
@@ -69,7 +69,7 @@ class TcpLink final : public PacketLink {
   void read(Client& client, TimeNs now);
   bool next_packet(Client& client, TimeNs now, std::span<const std::uint8_t>& packet);
   void flush(Client& client, TimeNs now);
-  [[nodiscard]] static bool has_room(const Client& client, std::span<const std::uint8_t> packet);
+  [[nodiscard]] static bool has_capacity(const Client& client, std::span<const std::uint8_t> packet);
   static void enqueue(Client& client, std::span<const std::uint8_t> packet);
   void drop(Client& client, std::uint32_t& reason);
 

@@ -36,7 +36,7 @@ Status UdpLink::receive(std::span<std::uint8_t> buffer, std::size_t& bytes) {
 }
 
 bool UdpLink::listening(const Station& station, TimeNs now) const {
-  return station.used && (fixed_ || now - station.heard_ns <= station_lifetime_ns);
+  return station.used && (fixed_ || now - station.received_ns <= station_lifetime_ns);
 }
 
 Status UdpLink::send(std::span<const std::uint8_t> packet) {
@@ -62,10 +62,10 @@ void UdpLink::accept_sender() {
   Station* place = &stations_[0];
   for (Station& station : stations_) {
     if (station.used && station.address == sender_) {
-      station.heard_ns = now;
+      station.received_ns = now;
       return;
     }
-    if (place->used && (!station.used || station.heard_ns < place->heard_ns)) place = &station;
+    if (place->used && (!station.used || station.received_ns < place->received_ns)) place = &station;
   }
   *place = {sender_, now, true};
 }

@@ -34,7 +34,7 @@ class UdpLink final : public PacketLink {
  private:
   struct Station {
     SocketAddress address;
-    TimeNs heard_ns = 0;
+    TimeNs received_ns = 0;
     bool used = false;
   };
   [[nodiscard]] bool listening(const Station& station, TimeNs now) const;

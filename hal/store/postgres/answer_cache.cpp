@@ -37,7 +37,7 @@ bool AnswerCache::find(const RecordInfo& info, Question question, std::int64_t k
   const std::size_t first = set_of(info.type, question, key) * ways;
   for (std::size_t place = first; place < first + ways; ++place) {
     Head& head = heads_[place];
-    if (!is_it(head, info, question, key) || !is_sound(info, place)) continue;
+    if (!is_it(head, info, question, key) || !is_valid(info, place)) continue;
     head.used = ++uses_;
     answer = {head.found, records_[place].data()};
     return true;
@@ -96,7 +96,7 @@ void AnswerCache::put(const RecordInfo& info, const void* record) {
     const bool next = head.question == Question::next && head.key < id && (!head.found || head.id >= id);
     const bool last = head.question == Question::last && (!head.found || head.id <= id);
     if (!next && !last) continue;
-    if (!is_sound(info, place)) {
+    if (!is_valid(info, place)) {
       head.epoch = 0;
       continue;
     }

@@ -51,7 +51,7 @@ class AnswerCache {
   [[nodiscard]] static std::size_t set_of(RecordType type, Question question, std::int64_t key);
   [[nodiscard]] std::uint64_t check_of(const RecordInfo& info, std::size_t place) const;
   [[nodiscard]] std::uint64_t epoch_of(RecordType type) const { return epochs_[static_cast<std::size_t>(type)]; }
-  [[nodiscard]] bool is_sound(const RecordInfo& info, std::size_t place) const {
+  [[nodiscard]] bool is_valid(const RecordInfo& info, std::size_t place) const {
     return heads_[place].check == check_of(info, place);
   }
   void fill(const RecordInfo& info, std::size_t place, const void* record);

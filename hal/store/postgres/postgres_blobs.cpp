@@ -52,7 +52,7 @@ std::span<std::uint8_t> held_chunk(HeldBlob& held, std::size_t chunk) {
   return std::span(held.bytes).subspan(begin, std::min(blob_chunk_bytes, held.name.bytes - begin));
 }
 
-bool chunk_is_sound(const HeldBlob& held, std::size_t chunk) {
+bool chunk_is_valid(const HeldBlob& held, std::size_t chunk) {
   const auto bytes = chunk_of(std::span(held.bytes).first(held.name.bytes), chunk);
   return sum_of(held.name, chunk, bytes).matches(load_little_endian<std::uint32_t>(held.sums.data() + 4 * chunk));
 }
@@ -175,7 +175,7 @@ Status write_part(HeldBlob& held, std::size_t offset, std::span<const std::uint8
   for (std::size_t chunk = offset / blob_chunk_bytes; chunk <= last; ++chunk) {
     const std::size_t begin = chunk * blob_chunk_bytes;
     const bool whole = offset <= begin && end >= begin + held_chunk(held, chunk).size();
-    if (!whole && !chunk_is_sound(held, chunk)) return damaged(held.name);
+    if (!whole && !chunk_is_valid(held, chunk)) return damaged(held.name);
   }
   std::copy(bytes.begin(), bytes.end(), held.bytes.begin() + static_cast<std::ptrdiff_t>(offset));
   for (std::size_t chunk = offset / blob_chunk_bytes; chunk <= last; ++chunk) set_sum(held, chunk);
@@ -187,7 +187,7 @@ Status read_part(const HeldBlob& held, std::size_t offset, std::span<std::uint8_
   if (bytes.empty()) return {};
   const std::size_t last = (offset + bytes.size() - 1) / blob_chunk_bytes;
   for (std::size_t chunk = offset / blob_chunk_bytes; chunk <= last; ++chunk) {
-    if (!chunk_is_sound(held, chunk)) return damaged(held.name);
+    if (!chunk_is_valid(held, chunk)) return damaged(held.name);
   }
   std::copy_n(held.bytes.begin() + static_cast<std::ptrdiff_t>(offset), bytes.size(), bytes.begin());
   return {};

@@ -21,10 +21,10 @@ void note_changes(Session& s, RecordMask tables, std::int64_t commit) {
   }
   s.changes.changed |= tables;
   s.transaction.changed_early |= tables;
-  s.changes.heard_others = true;
+  s.changes.received_others = true;
   s.answers.forget(tables);
   drop_held(s, tables);
-  s.room.used_is_known = false;
+  s.capacity.used_is_known = false;
 }
 
 /// Notifications come behind the answer to a rollback, which nobody has waited for.
@@ -74,33 +74,33 @@ Status take_look(Session& s) {
   for (std::size_t t = 0; t < record_count; ++t) {
     if ((changed >> t & 1U) != 0) note_changes(s, RecordMask{1} << t, s.changes.numbers[t]);
   }
-  s.changes.heard = commits;
+  s.changes.received = commits;
   s.changes.unread |= changed;
-  s.changes.look_now = false;
-  s.changes.looked_ms = steady_ms();
+  s.changes.poll_now = false;
+  s.changes.polled_ms = steady_ms();
   return {};
 }
 
 void take_change(Session& s) {
   std::int64_t commit = 0;
   if (!s.connection.rows(s.awaited.change).number(0, 0, commit)) {
-    s.changes.look_now = true;
+    s.changes.poll_now = true;
     return;
   }
   for (std::size_t t = 0; t < record_count; ++t) {
     if ((s.transaction.uncommitted >> t & 1U) != 0) s.changes.numbers[t] = commit;
   }
-  s.changes.heard = commit;
+  s.changes.received = commit;
 }
 
 void take_notifications(Session& s) {
   Notification note;
   while (s.connection.next_notification(note)) {  // bound: what has been received
     // Those up to this commit came with an answer of the server.
-    if (note.own || note.commit <= s.changes.heard) continue;
-    if (note.commit != s.changes.heard + 1) s.changes.look_now = true;
+    if (note.own || note.commit <= s.changes.received) continue;
+    if (note.commit != s.changes.received + 1) s.changes.poll_now = true;
     note_changes(s, static_cast<RecordMask>(note.tables) & every_table, note.commit);
-    s.changes.heard = note.commit;
+    s.changes.received = note.commit;
   }
 }
 
@@ -116,7 +116,7 @@ Status poll(Session& s, RecordMask& changed) {
   changed = 0;
   ILP_TRY(receive(s));
   take_notifications(s);
-  if (!s.transaction.open && (s.changes.look_now || steady_ms() - s.changes.looked_ms >= postgres_look_ms))
+  if (!s.transaction.open && (s.changes.poll_now || steady_ms() - s.changes.polled_ms >= postgres_poll_ms))
     ILP_TRY(look(s));
   changed = s.changes.changed;
   s.changes.changed = 0;
@@ -128,11 +128,11 @@ void wait(Session& s, std::int32_t milliseconds) {
   while (!s.transaction.open && receive(s).ok()) {  // bound: `milliseconds`
     take_notifications(s);
     const std::int64_t now = steady_ms();
-    if (s.changes.look_now || now - s.changes.looked_ms >= postgres_look_ms) {
+    if (s.changes.poll_now || now - s.changes.polled_ms >= postgres_poll_ms) {
       if (!look(s).ok()) return;
     }
     if ((s.changes.changed & s.watched) != 0 || now >= end) return;
-    const std::int64_t next_look = s.changes.looked_ms + postgres_look_ms;
+    const std::int64_t next_look = s.changes.polled_ms + postgres_poll_ms;
     s.connection.wait((end < next_look ? end : next_look) - now);
   }
 }
@@ -140,12 +140,12 @@ void wait(Session& s, std::int32_t milliseconds) {
 /// No answer is newer than the numbers of commits that come behind it, so whatever was read of others is known of.
 Status flush(Session& s) {
   if (!s.connection.alive()) return StatusCode::store_lost;
-  if (!s.changes.heard_others) return {};
-  s.changes.heard_others = false;
+  if (!s.changes.received_others) return {};
+  s.changes.received_others = false;
   Status status = s.flusher.alive() ? Status{} : s.flusher.open(s.conninfo.c_str());
   if (status.ok()) status = s.flusher.send(flush_statement, false);
   if (status.ok()) status = s.flusher.collect();
-  s.changes.heard_others = !status.ok();
+  s.changes.received_others = !status.ok();
   // This connection is not the one that is lost.
   return status.is(StatusCode::store_lost) ? Status{StatusCode::not_ready} : status;
 }

@@ -112,7 +112,7 @@ Status known(Session& s, const Asked& asked, void* record) {
   if (!s.connection.alive()) return StatusCode::store_lost;
   if (s.transaction.open && !s.transaction.doomed.ok()) return s.transaction.doomed;
   const bool granted = s.transaction.started && s.awaited.look == no_place;
-  if (s.transaction.open ? !granted : steady_ms() - s.changes.looked_ms >= postgres_look_ms)
+  if (s.transaction.open ? !granted : steady_ms() - s.changes.polled_ms >= postgres_poll_ms)
     return StatusCode::not_ready;
   AnswerCache::Answer answer;
   const RecordInfo& info = record_info(asked.type);
@@ -133,7 +133,7 @@ Status read_early(Session& s, const Asked& asked, void* record) {
     take_notifications(s);
     s.transaction.changed_early = 0;
   }
-  if (s.changes.look_now || steady_ms() - s.changes.looked_ms >= postgres_look_ms) return StatusCode::not_ready;
+  if (s.changes.poll_now || steady_ms() - s.changes.polled_ms >= postgres_poll_ms) return StatusCode::not_ready;
   const RecordInfo& info = record_info(asked.type);
   AnswerCache::Answer answer;
   if (!s.answers.find(info, question_of(asked.verb), asked.key, answer)) return StatusCode::not_ready;
@@ -196,9 +196,9 @@ Status last(Session& s, const RecordInfo& info, void* record) {
 Status count(Session& s, const RecordInfo& info, std::int64_t& records) {
   ILP_TRY(begin_question(s));
   ILP_TRY(ask(s, {info.type, RowVerb::count, 0}, 1));
-  const bool told = s.connection.rows(s.awaited.answer).number(0, 0, records);
+  const bool reported = s.connection.rows(s.awaited.answer).number(0, 0, records);
   s.connection.clear();
-  return told ? Status{} : Status{StatusCode::store_damaged, 0, static_cast<std::int64_t>(info.type)};
+  return reported ? Status{} : Status{StatusCode::store_damaged, 0, static_cast<std::int64_t>(info.type)};
 }
 
 Status read_used_bytes(Session& s, std::int64_t& bytes) {
@@ -207,9 +207,9 @@ Status read_used_bytes(Session& s, std::int64_t& bytes) {
   s.awaited.answer = s.connection.next_place();
   ILP_TRY(send_special(s, 2, used_bytes, {}));
   ILP_TRY(collect_answer(s));
-  const bool told = s.connection.rows(s.awaited.answer).number(0, 0, bytes);
+  const bool reported = s.connection.rows(s.awaited.answer).number(0, 0, bytes);
   s.connection.clear();
-  return told ? Status{} : Status{StatusCode::store_damaged};
+  return reported ? Status{} : Status{StatusCode::store_damaged};
 }
 
 Status read_blob_sizes(Session& s, const RecordInfo& info, std::int64_t id, std::int64_t& bytes) {
@@ -236,17 +236,19 @@ StoreUsage usage(Session& s) {
   const bool granted = !s.transaction.open || (s.transaction.started && s.awaited.look == no_place);
   const std::int64_t now = steady_ms();
   const bool is_it =
-      s.room.used_is_known && granted && s.transaction.touched == 0 && now - s.changes.looked_ms < postgres_look_ms;
-  const bool much_room = s.room.limit_bytes != 0 && 2 * (s.room.used_bytes + s.room.asked_bytes) < s.room.limit_bytes;
-  const bool known = is_it || (much_room && now - s.room.used_ms < postgres_look_ms);
+      s.capacity.used_is_known && granted && s.transaction.touched == 0 && now - s.changes.polled_ms < postgres_poll_ms;
+  const bool much_capacity =
+      s.capacity.limit_bytes != 0 && 2 * (s.capacity.used_bytes + s.capacity.asked_bytes) < s.capacity.limit_bytes;
+  const bool known = is_it || (much_capacity && now - s.capacity.used_ms < postgres_poll_ms);
   std::int64_t bytes = 0;
   if (!known && read_used_bytes(s, bytes).ok()) {
-    s.room.used_bytes = bytes;
-    s.room.asked_bytes = 0;
-    s.room.used_ms = now;
-    s.room.used_is_known = s.transaction.touched == 0 && s.changes.unread == 0;
+    s.capacity.used_bytes = bytes;
+    s.capacity.asked_bytes = 0;
+    s.capacity.used_ms = now;
+    s.capacity.used_is_known = s.transaction.touched == 0 && s.changes.unread == 0;
   }
-  return {is_it || !known ? s.room.used_bytes : s.room.used_bytes + s.room.asked_bytes, 0, s.room.limit_bytes};
+  return {is_it || !known ? s.capacity.used_bytes : s.capacity.used_bytes + s.capacity.asked_bytes, 0,
+          s.capacity.limit_bytes};
 }
 
 }  // namespace ilp::postgres

@@ -24,7 +24,7 @@ class PostgresStore final : public Store, public StoreSharing {
   void close() { postgres::close(session_); }
   /// Limits the bytes of blobs and of the tables' pages to about `bytes`. A put beyond it is `store_full`; erasing goes
   /// on. 0: no limit.
-  void limit(std::int64_t bytes) { session_.room.limit_bytes = bytes; }
+  void limit(std::int64_t bytes) { session_.capacity.limit_bytes = bytes; }
   /// Says in a sentence why the latest call failed. It holds no password.
   [[nodiscard]] const char* message() const { return session_.connection.message(); }
   [[nodiscard]] const postgres::Session& session() const { return session_; }

@@ -164,17 +164,18 @@ Status check_limit(Session& s, const RecordInfo& info, const void* record) {
     fits = fits && blob_bytes(record, field) <= max_postgres_blob_bytes;
   });
   if (!fits) return {StatusCode::capacity_exceeded, bytes, max_postgres_blob_bytes};
-  s.room.asked_bytes += bytes;
-  if (bytes == 0 || s.room.limit_bytes == 0) return {};
+  s.capacity.asked_bytes += bytes;
+  if (bytes == 0 || s.capacity.limit_bytes == 0) return {};
   // Others put as well: eight processes together do not go beyond the limit.
-  if (s.room.used_ms >= 0 && s.room.asked_bytes <= (s.room.limit_bytes - s.room.used_bytes) / 8) return {};
+  if (s.capacity.used_ms >= 0 && s.capacity.asked_bytes <= (s.capacity.limit_bytes - s.capacity.used_bytes) / 8)
+    return {};
   std::int64_t before = 0;
-  ILP_TRY(read_used_bytes(s, s.room.used_bytes));
-  s.room.used_ms = steady_ms();
+  ILP_TRY(read_used_bytes(s, s.capacity.used_bytes));
+  s.capacity.used_ms = steady_ms();
   ILP_TRY(read_blob_sizes(s, info, id_of(record), before));
-  s.room.asked_bytes = bytes - before;
-  if (s.room.used_bytes + s.room.asked_bytes <= s.room.limit_bytes) return {};
-  return {StatusCode::store_full, s.room.used_bytes, s.room.limit_bytes};
+  s.capacity.asked_bytes = bytes - before;
+  if (s.capacity.used_bytes + s.capacity.asked_bytes <= s.capacity.limit_bytes) return {};
+  return {StatusCode::store_full, s.capacity.used_bytes, s.capacity.limit_bytes};
 }
 
 Status send_put(Session& s, const RecordInfo& info, const void* record) {
@@ -259,11 +260,11 @@ Status open(Session& s, const char* conninfo, RecordMask watched, PostgresOption
 Status connect(Session& s) {
   end_transaction(s);
   s.flusher.close();
-  s.changes.heard_others = true;
+  s.changes.received_others = true;
   s.awaited = {};
   s.answers.forget(~RecordMask{0});
   drop_held(s, ~RecordMask{0});
-  s.room.used_is_known = false;
+  s.capacity.used_is_known = false;
   ILP_TRY(s.connection.open(s.conninfo.c_str()));
   ILP_TRY(set_up(s));
   ILP_TRY(check_schema(s));
@@ -351,7 +352,7 @@ void rollback(Session& s) {
   if (!s.transaction.open) return;
   s.answers.forget(s.transaction.touched);
   drop_held(s, s.transaction.touched);
-  s.room.used_is_known = false;
+  s.capacity.used_is_known = false;
   const bool started = s.transaction.started;
   end_transaction(s);
   if (!started || !s.connection.alive()) return;
@@ -368,7 +369,7 @@ Status writable(Session& s) {
 
 Status written(Session& s, const RecordInfo& info, Status status) {
   s.transaction.touched |= mask_of(info.type);
-  s.room.used_is_known = false;
+  s.capacity.used_is_known = false;
   if (!status.ok()) {
     if (s.transaction.doomed.ok()) s.transaction.doomed = status;
     return status;

@@ -26,7 +26,7 @@ struct PostgresOptions {
 };
 
 /// Changes of other processes are looked for after this time even without a notification.
-inline constexpr std::int64_t postgres_look_ms = 1000;
+inline constexpr std::int64_t postgres_poll_ms = 1000;
 /// SQLSTATE 40001, serialization failure, as a number to base 36.
 inline constexpr std::int64_t changed_meanwhile = 4 * 36 * 36 * 36 * 36 + 1;
 /// A file for the ground or the state of a component. A larger blob is refused with `capacity_exceeded`.
@@ -90,18 +90,18 @@ struct Changes {
   RecordMask changed = 0;                            ///< since the latest poll()
   RecordMask unread = 0;                             ///< changed by the look that came with an answer
   std::array<std::int64_t, record_count> numbers{};  ///< commit that changed the table last, as far as it is known
-  std::int64_t heard = 0;                            ///< all commits up to this one are known
-  bool heard_others = true;                          ///< since the latest flush()
-  bool look_now = false;
-  std::int64_t looked_ms = 0;
+  std::int64_t received = 0;                         ///< all commits up to this one are known
+  bool received_others = true;                       ///< since the latest flush()
+  bool poll_now = false;
+  std::int64_t polled_ms = 0;
 };
 
-struct Room {
+struct Capacity {
   std::int64_t limit_bytes = 0;  ///< 0: no limit
   std::int64_t used_bytes = 0;
   std::int64_t asked_bytes = 0;  ///< of blobs put since used_bytes was read
   bool used_is_known = false;
-  std::int64_t used_ms = -postgres_look_ms;  ///< when it was read
+  std::int64_t used_ms = -postgres_poll_ms;  ///< when it was read
 };
 
 struct Session {
@@ -121,7 +121,7 @@ struct Session {
   std::array<std::int64_t, record_count> walked_to{};  ///< id that the latest next() has returned
   HeldBlobs blobs;
   Changes changes;
-  Room room;
+  Capacity capacity;
 };
 
 Status open(Session& s, const char* conninfo, RecordMask watched, PostgresOptions options);

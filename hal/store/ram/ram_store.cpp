@@ -87,7 +87,7 @@ Row row_for(const Version& version, const std::byte* region) {
 }
 
 /// Mends a row with one flipped bit: of the rows that differ in one bit, only the right one has its check.
-bool sound(Row& row) {
+bool valid(Row& row) {
   if (row.check == row_check(row)) return true;
   auto* const bytes = reinterpret_cast<std::uint8_t*>(&row);
   for (std::size_t bit = 0; bit < 8 * sizeof(Row); ++bit) {
@@ -105,7 +105,7 @@ Result<std::size_t> position_of(const Table& table, std::int64_t id) {
   std::size_t end = table.size;
   while (begin < end) {  // bound: halves of the table
     const std::size_t middle = begin + (end - begin) / 2;
-    if (!sound(table.rows[middle])) {
+    if (!valid(table.rows[middle])) {
       return Status{StatusCode::store_damaged, static_cast<std::int64_t>(middle)};
     }
     if (table.rows[middle].id < id) {
@@ -267,9 +267,9 @@ Status RamStore::doom(Status status) {
 }
 
 Result<BlobBlock*> RamStore::make_blob(std::size_t bytes) {
-  void* const room = arena_.allocate(BlobBlock::total_bytes(bytes));
-  if (room == nullptr) return full(arena_);
-  auto* const block = new (room) BlobBlock{transaction_, bytes, 0};
+  void* const memory = arena_.allocate(BlobBlock::total_bytes(bytes));
+  if (memory == nullptr) return full(arena_);
+  auto* const block = new (memory) BlobBlock{transaction_, bytes, 0};
   block->check = block->right_check();
   std::memset(block->sums(), 0, BlobBlock::sum_bytes(bytes) + bytes);
   return block;
@@ -376,7 +376,7 @@ Status RamStore::last(const RecordInfo& info, void* record) {
   const Table& table = table_of(info);
   if (table.size == 0) return StatusCode::not_found;
   Row& row = table.rows[table.size - 1];
-  if (!sound(row)) return {StatusCode::store_damaged, static_cast<std::int64_t>(table.size)};
+  if (!valid(row)) return {StatusCode::store_damaged, static_cast<std::int64_t>(table.size)};
   return read(info, *version_at(row, region_), row.id, record);
 }
 

@@ -23,7 +23,7 @@ constexpr std::int64_t none = std::numeric_limits<std::int64_t>::max();
 
 std::atomic<std::int64_t> refused{0};
 std::atomic<std::int64_t> unreadable{0};
-std::atomic<std::int64_t> without_room{0};
+std::atomic<std::int64_t> without_capacity{0};
 
 using Salts = std::array<std::uint8_t, 8>;
 
@@ -100,7 +100,7 @@ int read_page(CheckedFile& file, Page page, std::int64_t at) {
     if (code != SQLITE_OK && code != SQLITE_IOERR_SHORT_READ) return code;
     if (code == SQLITE_IOERR_SHORT_READ) continue;
     const PageState state = check_page(number, page);
-    if (state == PageState::sound) return SQLITE_OK;
+    if (state == PageState::valid) return SQLITE_OK;
     if (state == PageState::mended && attempt > 0) return SQLITE_OK;
   }
   return SQLITE_IOERR_DATA;
@@ -128,8 +128,8 @@ int write_disk(CheckedFile& file, std::span<const std::uint8_t> bytes, std::int6
   sqlite3_file* const disk = file.disk();
   const int code = disk->pMethods->xWrite(disk, bytes.data(), static_cast<int>(bytes.size()), at);
   if (code != SQLITE_FULL) return code;
-  without_room.fetch_add(1, std::memory_order_relaxed);
-  if (file.is_log || !give_up_reserve(file.name)) return code;
+  without_capacity.fetch_add(1, std::memory_order_relaxed);
+  if (file.is_log || !release_reserve(file.name)) return code;
   return disk->pMethods->xWrite(disk, bytes.data(), static_cast<int>(bytes.size()), at);
 }
 
@@ -363,8 +363,8 @@ int on_shm_map(sqlite3_file* base, int page, int size, int extend, void volatile
   const int code = file.disk()->pMethods->xShmMap(file.disk(), page, size, extend, to);
   // The index of the log is a file too.
   if (code != SQLITE_IOERR_SHMSIZE) return code;
-  without_room.fetch_add(1, std::memory_order_relaxed);
-  if (!give_up_reserve(file.name)) return code;
+  without_capacity.fetch_add(1, std::memory_order_relaxed);
+  if (!release_reserve(file.name)) return code;
   return file.disk()->pMethods->xShmMap(file.disk(), page, size, extend, to);
 }
 int on_shm_lock(sqlite3_file* base, int offset, int count, int how) {
@@ -499,8 +499,8 @@ std::int64_t failed_reads() {
   return unreadable.load(std::memory_order_relaxed);
 }
 
-std::int64_t writes_without_room() {
-  return without_room.load(std::memory_order_relaxed);
+std::int64_t writes_without_capacity() {
+  return without_capacity.load(std::memory_order_relaxed);
 }
 
 }  // namespace ilp

@@ -22,7 +22,7 @@ int register_checked_vfs();
 /// Reads that failed, in this process, however often they were tried.
 [[nodiscard]] std::int64_t failed_reads();
 /// Writes that found no room on the disk, in this process.
-[[nodiscard]] std::int64_t writes_without_room();
+[[nodiscard]] std::int64_t writes_without_capacity();
 
 /// SQLITE_FCNTL: an int, 1 when the pages of this database have checksums (SQLite leaves 100 and above to VFSs).
 inline constexpr int fcntl_pages_are_checked = 0x494C50;

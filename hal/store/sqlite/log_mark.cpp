@@ -106,7 +106,7 @@ class LogFile {
   [[nodiscard]] std::span<const std::uint8_t> salts() const { return std::span(header_).subspan(16, 8); }
   [[nodiscard]] FrameSum header_sum() const { return add_to_frame_sum({}, std::span(header_).first(24), big_endian_); }
   [[nodiscard]] FrameSum stated_header_sum() const { return stated_frame_sum(std::span(header_).last<24>()); }
-  [[nodiscard]] bool header_is_sound() const {
+  [[nodiscard]] bool header_is_valid() const {
     return (word_at(header_.data()) & ~1U) == log_magic && word_at(header_.data() + 4) == log_version &&
            header_sum() == stated_header_sum();
   }
@@ -162,11 +162,11 @@ Status judge(const LogFile& log, Verdict& verdict) {
     const FrameSum follows = frame_sum(stated, frame, log.big_endian());
     const FrameSum otherwise = frame_sum(computed, frame, log.big_endian());
     stated = stated_frame_sum(head(frame));
-    const bool sound = own && (follows == stated || otherwise == stated);
+    const bool valid = own && (follows == stated || otherwise == stated);
     if (verdict.damaged < 0 && !(exact && follows == stated)) verdict.damaged = k;
     const bool end = own && ends_transaction(head(frame));
-    if (end && sound) verdict.last_end = k;
-    if (verdict.damaged >= 0 && end && (sound || k == verdict.damaged)) ++verdict.transactions;
+    if (end && valid) verdict.last_end = k;
+    if (verdict.damaged >= 0 && end && (valid || k == verdict.damaged)) ++verdict.transactions;
     computed = follows;
   }
   return {};
@@ -227,18 +227,18 @@ bool flip_until(std::span<std::uint8_t> bytes, Fits fits) {
 
 /// `log_damaged` if it cannot be mended.
 Status mend_header(LogFile& log) {
-  if (log.header_is_sound()) return {};
+  if (log.header_is_valid()) return {};
   // If several bits make its checksums right, the first frame decides which one.
   Frame frame;
   ILP_TAKE(const bool has_frame, log.read(0, frame));
-  const auto sound = [&] {
+  const auto valid = [&] {
     log.set_order();
-    return log.header_is_sound() && log.of_our_pages() &&
+    return log.header_is_valid() && log.of_our_pages() &&
            (!has_frame ||
             (flipped_bits(log.salts(), head(frame).subspan(8, 8)) == 0 &&
              frame_sum(log.stated_header_sum(), frame, log.big_endian()) == stated_frame_sum(head(frame))));
   };
-  if (flip_until(log.header(), sound)) return log.write_header();
+  if (flip_until(log.header(), valid)) return log.write_header();
   log.set_order();
   return {StatusCode::log_damaged, 0, log.frames()};
 }
@@ -448,7 +448,7 @@ Status check_log(const char* path) {
   ILP_TRY(log.open(path, false));
   if (log.empty()) return mark.frames == 0 ? Status{} : Status{StatusCode::log_damaged, 0, mark.frames};
   // A log that is begun anew has been copied into the database, and its header may have been written in part.
-  if (!log.header_is_sound()) return mark.begun ? Status{} : Status{StatusCode::log_damaged, 0, mark.frames};
+  if (!log.header_is_valid()) return mark.begun ? Status{} : Status{StatusCode::log_damaged, 0, mark.frames};
   if (!log.of_our_pages()) return {};
   if (mark.frames > 0 && is_older(log.salts(), mark.salts)) return {StatusCode::log_damaged, 0, mark.frames};
   const bool marked = flipped_bits(log.salts(), mark.salts) == 0;

@@ -46,7 +46,7 @@ void seal_page(std::uint32_t number, Page page) {
 PageState check_page(std::uint32_t number, Page page) {
   const PageSum should = stated(page);
   const PageSum is = sum_of(number, page);
-  if (is == should) return PageState::sound;
+  if (is == should) return PageState::valid;
   // The flipped bit may be in one of the checksums.
   const bool only_crc = is.sum == should.sum && std::has_single_bit(is.crc ^ should.crc);
   const bool only_sum = is.crc == should.crc && std::has_single_bit(is.sum ^ should.sum);

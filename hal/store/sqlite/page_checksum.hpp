@@ -16,7 +16,7 @@ using Page = std::span<std::uint8_t, page_bytes>;
 /// `number` counts from 1 and is part of the checked data, so that a page in another's place is detected.
 void seal_page(std::uint32_t number, Page page);
 
-enum class PageState : std::uint8_t { sound, mended, damaged };
+enum class PageState : std::uint8_t { valid, mended, damaged };
 /// Mends one flipped bit in `page`: the CRC locates it, and the sum must agree.
 PageState check_page(std::uint32_t number, Page page);
 

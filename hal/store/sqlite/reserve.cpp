@@ -47,7 +47,7 @@ Status make_reserve(const char* database, std::int64_t bytes) {
   return reason == ENOSPC ? Status{StatusCode::store_full, bytes} : Status{StatusCode::io_error, reason};
 }
 
-bool give_up_reserve(const char* database) {
+bool release_reserve(const char* database) {
   const Path path = reserve_of(database);
   return !path.overflow() && ::unlink(path.c_str()) == 0;
 }

@@ -11,7 +11,7 @@ namespace ilp {
 /// cannot be made on this disk.
 Status make_reserve(const char* database, std::int64_t bytes);
 /// Removes it. False if there was none.
-bool give_up_reserve(const char* database);
+bool release_reserve(const char* database);
 /// 0 if there is none.
 [[nodiscard]] std::int64_t reserved_bytes(const char* database);
 

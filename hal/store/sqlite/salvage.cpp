@@ -47,7 +47,7 @@ class Copy {
   }
 
  private:
-  static bool is_room(const Status& status) { return status.is(StatusCode::store_full); }
+  static bool has_capacity(const Status& status) { return status.is(StatusCode::store_full); }
 
   /// A fault that passes is no damage, so it is tried again.
   template <typename Read>
@@ -136,7 +136,7 @@ class Copy {
       count_.damaged_blobs += damaged_blobs;
       return has_blobs || batch_ >= batch_records ? finish_batch() : Status{};
     }
-    return give_up_batch(status);
+    return abandon_batch(status);
   }
 
   bool find_any_blob() const {
@@ -149,19 +149,19 @@ class Copy {
     if (!in_batch_) return {};
     in_batch_ = false;
     const Status status = to_.commit();
-    if (!status.ok()) return give_up_batch(status);
+    if (!status.ok()) return abandon_batch(status);
     count_.saved += batch_;
     batch_ = 0;
     return {};
   }
 
   /// If there is no room for these, there may be for others.
-  Status give_up_batch(const Status& status) {
+  Status abandon_batch(const Status& status) {
     to_.rollback();
     in_batch_ = false;
     count_.lost += batch_;
     batch_ = 0;
-    return is_room(status) ? Status{} : status;
+    return has_capacity(status) ? Status{} : status;
   }
 
   /// False where a part of it is damaged; so does copy_chunks().
@@ -169,12 +169,12 @@ class Copy {
     bool whole = true;
     const std::size_t size = blob_bytes(record_, field);
     for (std::size_t at = 0; at < size; at += scratch_.size()) {
-      const auto piece = scratch_.first(std::min(scratch_.size(), size - at));
-      if (from_.read_blob(info_, field.name, id_of(record_), at, piece).ok()) {
-        ILP_TRY(to_.write_blob(info_, field.name, id_of(record_), at, piece));
+      const auto window = scratch_.first(std::min(scratch_.size(), size - at));
+      if (from_.read_blob(info_, field.name, id_of(record_), at, window).ok()) {
+        ILP_TRY(to_.write_blob(info_, field.name, id_of(record_), at, window));
       } else {
-        ILP_TAKE(const bool sound, copy_chunks(field, at, piece.size()));
-        whole = whole && sound;
+        ILP_TAKE(const bool valid, copy_chunks(field, at, window.size()));
+        whole = whole && valid;
       }
     }
     return whole;

@@ -87,8 +87,8 @@ Result<bool> has_ours(const PageFile& file) {
 
 Status restore(const PageFile& damaged, const PageFile& fresh, std::uint32_t number) {
   PageBytes page;
-  ILP_TAKE(const bool sound, damaged.read(number, page));
-  if (sound) return {};
+  ILP_TAKE(const bool valid, damaged.read(number, page));
+  if (valid) return {};
   ILP_TAKE(const bool known, fresh.read(number, page));
   if (!known) return {};
   if (number == 1) fit_first_page(damaged.pages(), page);
@@ -103,9 +103,9 @@ Status restore_schema_pages(const char* damaged, const char* fresh) {
   PageBytes first;
   ILP_TRY(from.open(fresh, O_RDONLY));
   ILP_TRY(to.open(damaged, O_RDWR));
-  const Result<bool> sound = from.is_open() ? from.read(1, first) : false;
-  ILP_TRY(sound.status());
-  if (!sound.value()) return {StatusCode::io_error, ENOENT};
+  const Result<bool> valid = from.is_open() ? from.read(1, first) : false;
+  ILP_TRY(valid.status());
+  if (!valid.value()) return {StatusCode::io_error, ENOENT};
   const Result<bool> ours = to.is_open() ? has_ours(to) : false;
   if (!ours.ok() || !ours.value()) return ours.status();
   ILP_TRY(restore(to, from, 1));

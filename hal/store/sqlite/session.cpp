@@ -68,7 +68,7 @@ std::int64_t monotonic_ns() {
 Status connect(Session& s, const char* path, int flags) {
   close(s);
   s.refused_at_open = refused_reads();
-  s.log.full_at_look = writes_without_room();
+  s.log.full_at_look = writes_without_capacity();
   int code = register_checked_vfs();
   if (code == SQLITE_OK) code = sqlite3_open_v2(path, &s.database, flags, checked_vfs);
   if (code == SQLITE_OK) code = sqlite3_busy_handler(s.database, on_busy, &s.lock);
@@ -191,7 +191,7 @@ Status prepare_all(Session& s) {
   return integer_of(s, s.statements.data_version, s.seen_version);
 }
 
-Status connect_read_only(Session& s, const char* path, bool sound) {
+Status connect_read_only(Session& s, const char* path, bool valid) {
   FixedText<limits::max_path_bytes> log;
   log.add(path).add("-wal");
   if (log.overflow()) return {StatusCode::capacity_exceeded, 0, limits::max_path_bytes};
@@ -202,7 +202,7 @@ Status connect_read_only(Session& s, const char* path, bool sound) {
   if (!log_exists) unchanging_file(path, uri);
   const bool alone = !log_exists && !uri.overflow();
   ILP_TRY(connect(s, alone ? uri.c_str() : path, SQLITE_OPEN_READONLY | (alone ? SQLITE_OPEN_URI : 0)));
-  Status status = sound ? check_database(s, false) : Status{};
+  Status status = valid ? check_database(s, false) : Status{};
   if (status.ok()) status = prepare_all(s);
   if (!status.ok()) close(s);
   return status;
@@ -302,13 +302,13 @@ Status check(Session& s) {
   ILP_TRY(prepare(s, "PRAGMA quick_check(1)", statement));
   const int code = sqlite3_step(statement);
   const auto* const verdict = code == SQLITE_ROW ? sqlite3_column_text(statement, 0) : nullptr;
-  const bool sound = verdict != nullptr && std::strcmp(reinterpret_cast<const char*>(verdict), "ok") == 0;
+  const bool valid = verdict != nullptr && std::strcmp(reinterpret_cast<const char*>(verdict), "ok") == 0;
   const Status status = code == SQLITE_ROW ? Status{} : fault(s, code);
   sqlite3_finalize(statement);
   ILP_TRY(status);
   // What could not be read has a place in its list of damage too.
-  if (!sound && failed_reads() != failed_before) return {StatusCode::store_error, SQLITE_IOERR, SQLITE_IOERR_READ};
-  return sound ? Status{} : fault(s, SQLITE_CORRUPT);
+  if (!valid && failed_reads() != failed_before) return {StatusCode::store_error, SQLITE_IOERR, SQLITE_IOERR_READ};
+  return valid ? Status{} : fault(s, SQLITE_CORRUPT);
 }
 
 Status open_read_only(Session& s, const char* path) {
@@ -345,7 +345,7 @@ void close(Session& s) {
   log.add(path.c_str()).add(log_suffix);
   if (path.size() > 0 && !log.overflow()) {
     const Result<bool> log_exists = look_for(log.c_str());
-    if (log_exists.ok() && !log_exists.value()) give_up_reserve(path.c_str());
+    if (log_exists.ok() && !log_exists.value()) release_reserve(path.c_str());
   }
   s.lock_file.close();
   s.lock = {};

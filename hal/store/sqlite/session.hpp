@@ -65,11 +65,11 @@ struct WriteAheadLog {
   std::int64_t flushed_version = -1;  ///< the commits of others that are on the disk (data_version)
   std::int64_t bytes = 0;             ///< after the latest commit
   std::int64_t held_bytes = 0;        ///< when a reader last kept it; 0: it was not kept
-  std::int64_t room = sqlite_log_bytes;
+  std::int64_t capacity = sqlite_log_bytes;
   std::int64_t reserve_bytes = 0;
   bool disk_is_full = false;  ///< it has no room for the reserve
   std::int64_t full_at_look = 0;
-  Status news;
+  Status updates;
 };
 
 struct Session {

@@ -41,7 +41,7 @@ std::size_t size_of(const BlobHandles& blob) {
   return static_cast<std::size_t>(sqlite3_blob_bytes(blob.data));
 }
 
-int read_piece(sqlite3_blob* blob, std::size_t offset, std::span<std::uint8_t> bytes) {
+int read_chunk(sqlite3_blob* blob, std::size_t offset, std::span<std::uint8_t> bytes) {
   if (bytes.empty()) return SQLITE_OK;
   return sqlite3_blob_read(blob, bytes.data(), static_cast<int>(bytes.size()), static_cast<int>(offset));
 }
@@ -68,7 +68,7 @@ class SumReader {
     if (at_ == held_) {
       held_ = std::min(batch, chunk_count(size_of(blob_)) - next_);
       at_ = 0;
-      const int code = read_piece(blob_.sums, next_ * 4, std::span(bytes_).first(held_ * 4));
+      const int code = read_chunk(blob_.sums, next_ * 4, std::span(bytes_).first(held_ * 4));
       if (code != SQLITE_OK) return code;
     }
     sum = load_little_endian<std::uint32_t>(bytes_.data() + 4 * at_++);
@@ -151,8 +151,8 @@ Status check_chunks(Session& s, const BlobHandles& blob, std::size_t offset, std
     const auto suffix = std::span(rest).subspan(prefix.size()).first(part.end - part.outside);
     std::uint32_t stored = 0;
     int code = sums.next(stored);
-    if (code == SQLITE_OK) code = read_piece(blob.data, part.begin, prefix);
-    if (code == SQLITE_OK) code = read_piece(blob.data, part.outside, suffix);
+    if (code == SQLITE_OK) code = read_chunk(blob.data, part.begin, prefix);
+    if (code == SQLITE_OK) code = read_chunk(blob.data, part.outside, suffix);
     if (code != SQLITE_OK) return fault(s, code);
     ChunkSum sum(blob.name, chunk);
     sum.add(prefix);
@@ -177,7 +177,7 @@ Status write_chunks(Session& s, const BlobHandles& blob, std::size_t offset, std
       sum.add(fresh);
     } else {
       const auto old = std::span(rest).first(part.end - part.begin);
-      const int code = read_piece(blob.data, part.begin, old);
+      const int code = read_chunk(blob.data, part.begin, old);
       if (code != SQLITE_OK) return fault(s, code);
       ILP_TRY(check_chunks(s, blob, part.begin, old));
       std::copy(fresh.begin(), fresh.end(), old.begin() + static_cast<std::ptrdiff_t>(part.inside - part.begin));
@@ -213,7 +213,7 @@ Status read_blob(Session& s, const RecordInfo& info, const char* field, std::int
   BlobHandles blob;
   ILP_TRY(open_blob(s, info, field, id, false, blob));
   ILP_TRY(check_range(s, info, field, blob, offset, bytes.size()));
-  const int code = read_piece(blob.data, offset, bytes);
+  const int code = read_chunk(blob.data, offset, bytes);
   const Status status = code == SQLITE_OK ? check_chunks(s, blob, offset, bytes) : fault(s, code);
   if (!status.ok()) std::fill(bytes.begin(), bytes.end(), std::uint8_t{0});
   return status;
@@ -229,7 +229,7 @@ Status mark_chunk_damaged(Session& s, const RecordInfo& info, const char* field,
   const Part part(chunk, blob.name.bytes, offset, 1);
   Chunk content;
   const auto bytes = std::span(content).first(part.end - part.begin);
-  int code = read_piece(blob.data, part.begin, bytes);
+  int code = read_chunk(blob.data, part.begin, bytes);
   ChunkSum sum(blob.name, chunk);
   sum.add(bytes);
   std::uint8_t other[4];

@@ -28,7 +28,7 @@ class SqliteStore final : public Store {
   Status limit(std::int64_t bytes) { return sqlite::limit(session_, bytes); }
   /// Once, when the log has half of its room because somebody reads: `store_log_held` (a = octets of the log, b = its
   /// room). When it has all of it, begin() is `store_full` until the reader has gone.
-  Status take_news() { return std::exchange(session_.log.news, Status{}); }
+  Status take_updates() { return std::exchange(session_.log.updates, Status{}); }
   /// Reads the whole database, which takes long: `store_damaged` when its structure is damaged.
   Status check() { return sqlite::check(session_); }
   /// A call has returned `store_damaged` since open(). Earlier writes may be lost: set the database aside.

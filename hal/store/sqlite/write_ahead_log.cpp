@@ -19,7 +19,7 @@ namespace {
 constexpr int frames_to_copy = 250;
 
 /// Half of it is more than a log has that nobody holds, on any disk.
-constexpr std::int64_t least_log_room = std::int64_t{4} * frames_to_copy * static_cast<std::int64_t>(frame_bytes);
+constexpr std::int64_t least_log_capacity = std::int64_t{4} * frames_to_copy * static_cast<std::int64_t>(frame_bytes);
 
 Status limit_pages(Session& s, std::int64_t bytes) {
   FixedText<64> sql;
@@ -30,7 +30,7 @@ Status limit_pages(Session& s, std::int64_t bytes) {
 /// Makes the reserve again when there is room for it. Without it the database does not grow: the log may need all there
 /// is.
 Status mind_reserve(Session& s) {
-  s.log.full_at_look = writes_without_room();
+  s.log.full_at_look = writes_without_capacity();
   const char* const path = sqlite3_db_filename(s.database, "main");
   const Status made = s.log.reserve_bytes > 0 && path != nullptr ? make_reserve(path, s.log.reserve_bytes) : Status{};
   s.log.disk_is_full = made.is(StatusCode::store_full);
@@ -52,11 +52,11 @@ Status start_log_over(Session& s) {
   if (code != SQLITE_BUSY) return fault(s, code);
   // Another process writes, or copies it itself.
   if (copied < 0 || copied == frames) return {};
-  if (2 * s.log.bytes > s.log.room) {
-    if (s.log.held_bytes == 0) s.log.news = {StatusCode::store_log_held, s.log.bytes, s.log.room};
+  if (2 * s.log.bytes > s.log.capacity) {
+    if (s.log.held_bytes == 0) s.log.updates = {StatusCode::store_log_held, s.log.bytes, s.log.capacity};
     s.log.held_bytes = s.log.bytes;
   }
-  return {StatusCode::store_full, s.log.bytes, s.log.room};
+  return {StatusCode::store_full, s.log.bytes, s.log.capacity};
 }
 
 sqlite3_file* log_file(Session& s) {
@@ -97,31 +97,31 @@ Status limit(Session& s, std::int64_t bytes) {
   const char* const path = sqlite3_db_filename(s.database, "main");
   struct statvfs disk {};
   if (path != nullptr && *path != 0 && statvfs(path, &disk) == 0) {
-    const std::int64_t room = s.known_bytes + reserved_bytes(path) +
-                              static_cast<std::int64_t>(disk.f_bavail) * static_cast<std::int64_t>(disk.f_frsize);
-    const std::int64_t log = std::min(room / 2, 2 * sqlite_log_bytes);
-    if (s.limit_bytes > room - log) s.limit_bytes = room - log;
+    const std::int64_t capacity = s.known_bytes + reserved_bytes(path) +
+                                  static_cast<std::int64_t>(disk.f_bavail) * static_cast<std::int64_t>(disk.f_frsize);
+    const std::int64_t log = std::min(capacity / 2, 2 * sqlite_log_bytes);
+    if (s.limit_bytes > capacity - log) s.limit_bytes = capacity - log;
     // One half is for the log, and the other one for copying it.
     s.log.reserve_bytes = log / 2;
-    s.log.room = std::max(s.log.reserve_bytes, least_log_room);
+    s.log.capacity = std::max(s.log.reserve_bytes, least_log_capacity);
   }
   return mind_reserve(s);
 }
 
 Status make_room(Session& s) {
   const char* const path = sqlite3_db_filename(s.database, "main");
-  const bool full = s.log.disk_is_full || writes_without_room() != s.log.full_at_look ||
+  const bool full = s.log.disk_is_full || writes_without_capacity() != s.log.full_at_look ||
                     (s.log.reserve_bytes > 0 && path != nullptr && reserved_bytes(path) < s.log.reserve_bytes);
-  const bool is_long = 2 * s.log.bytes > s.log.room;
+  const bool is_long = 2 * s.log.bytes > s.log.capacity;
   // Another process has started it over if it is shorter.
   if (!is_long || s.log.bytes < s.log.held_bytes) s.log.held_bytes = 0;
   // A try writes all that was copied to the disk: while the log has room, only after it has grown.
   const bool was_tried =
-      s.log.held_bytes > 0 && s.log.bytes <= s.log.room && s.log.bytes - s.log.held_bytes < s.log.room / 32;
+      s.log.held_bytes > 0 && s.log.bytes <= s.log.capacity && s.log.bytes - s.log.held_bytes < s.log.capacity / 32;
   Status status;
   if ((is_long && !was_tried) || (full && s.log.bytes > 0)) status = start_log_over(s);
-  if (full || writes_without_room() != s.log.full_at_look) ILP_TRY(mind_reserve(s));
-  return s.log.bytes > s.log.room ? status : Status{};
+  if (full || writes_without_capacity() != s.log.full_at_look) ILP_TRY(mind_reserve(s));
+  return s.log.bytes > s.log.capacity ? status : Status{};
 }
 
 Status synchronise(Session& s, Synchronise when) {

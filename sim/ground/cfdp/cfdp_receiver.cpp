@@ -13,7 +13,7 @@ using cfdp::PduKind;
 namespace {
 
 /// Memory of a piece besides its octets: a node in each of the two maps, two blocks of the heap.
-constexpr std::uint64_t piece_overhead_bytes = 192;
+constexpr std::uint64_t segment_overhead_bytes = 192;
 
 std::uint32_t sum_of_words(const std::vector<std::uint8_t>& bytes) {
   std::uint32_t sum = 0;
@@ -70,7 +70,7 @@ std::uint64_t ReceivedSegments::add(std::uint64_t offset, std::span<const std::u
     const std::uint64_t next = run != runs_.end() ? std::min(run->first, end) : end;
     if (at < next) {
       const auto part = bytes.subspan(at - offset, next - at);
-      pieces_.emplace(at, Bytes(part.begin(), part.end()));
+      segments_.emplace(at, Bytes(part.begin(), part.end()));
       added += part.size();
       at = next;
     }
@@ -105,7 +105,7 @@ std::vector<cfdp::Gap> ReceivedSegments::gaps(std::uint64_t begin, std::uint64_t
 ReceivedSegments::Bytes ReceivedSegments::file(std::uint64_t end) const {
   Bytes file;
   file.reserve(end);
-  for (const auto& [begin, bytes] : pieces_) {
+  for (const auto& [begin, bytes] : segments_) {
     if (begin >= end) break;
     file.insert(file.end(), bytes.begin(), bytes.end());
   }
@@ -114,7 +114,7 @@ ReceivedSegments::Bytes ReceivedSegments::file(std::uint64_t end) const {
 }
 
 std::uint64_t ReceivedSegments::memory_bytes() const {
-  return held_bytes_ + piece_overhead_bytes * pieces_.size();
+  return held_bytes_ + segment_overhead_bytes * segments_.size();
 }
 
 CfdpReceiver::CfdpReceiver(CfdpReceiverSettings settings, Send send, Keep keep)
@@ -198,7 +198,7 @@ void CfdpReceiver::make_room(const Key& but, std::size_t most_open, std::uint64_
     auto idle = transactions_.end();
     for (auto it = transactions_.begin(); it != transactions_.end(); ++it) {
       if (it->first == but || (!too_many && it->second.segments.memory_bytes() == 0)) continue;
-      if (idle == transactions_.end() || it->second.heard_s < idle->second.heard_s) idle = it;
+      if (idle == transactions_.end() || it->second.received_s < idle->second.received_s) idle = it;
     }
     if (idle == transactions_.end()) return;
     if (idle->second.finished) {
@@ -224,7 +224,7 @@ void CfdpReceiver::restart(Transaction& t) {
   drop_data(t);
   const Transaction old = std::exchange(t, Transaction{});
   t.header = old.header;
-  t.heard_s = old.heard_s;
+  t.received_s = old.received_s;
   ++counts_.restarted;
 }
 
@@ -251,19 +251,19 @@ bool CfdpReceiver::is_over(const Key& key, const Pdu& pdu) {
   return true;
 }
 
-void CfdpReceiver::hear_metadata(Transaction& t, const cfdp::Metadata& metadata, double now) {
-  const FileMetadata told = metadata_of(metadata);
-  if (t.metadata == told) return;
+void CfdpReceiver::receive_metadata(Transaction& t, const cfdp::Metadata& metadata, double now) {
+  const FileMetadata reported = metadata_of(metadata);
+  if (t.metadata == reported) return;
   if (t.metadata) restart(t);
-  t.metadata = told;
-  if (told.file_bytes > settings_.max_file_bytes) {
+  t.metadata = reported;
+  if (reported.file_bytes > settings_.max_file_bytes) {
     finish(t, Condition::file_size_error, FileStatus::discarded, now);
-  } else if (!is_checksum_type(told.checksum_type)) {
+  } else if (!is_checksum_type(reported.checksum_type)) {
     finish(t, Condition::unsupported_checksum_type, FileStatus::discarded, now);
   }
 }
 
-void CfdpReceiver::hear_data(const Key& key, Transaction& t, const cfdp::FileData& data, double now) {
+void CfdpReceiver::receive_data(const Key& key, Transaction& t, const cfdp::FileData& data, double now) {
   const std::uint64_t size = data.bytes.size(), most = t.eof ? t.eof->file_bytes : settings_.max_file_bytes;
   counts_.data_bytes += size;
   if (size > most || data.offset > most - size) {
@@ -283,21 +283,21 @@ void CfdpReceiver::hear_data(const Key& key, Transaction& t, const cfdp::FileDat
   t.next_s = now + settings_.timer_s;
 }
 
-void CfdpReceiver::hear_eof(Transaction& t, const cfdp::EndOfFile& eof, double now) {
+void CfdpReceiver::receive_eof(Transaction& t, const cfdp::EndOfFile& eof, double now) {
   acknowledge_eof(t.header, eof, cfdp::TransactionStatus::active);
   if (eof.condition != Condition::no_error) {
     if (!t.finished) finish(t, eof.condition, FileStatus::discarded, now);
     return;
   }
-  const FileEnd told{eof.checksum, eof.file_bytes};
+  const FileEnd reported{eof.checksum, eof.file_bytes};
   // A transaction that was cancelled before its EOF came is answered by its Finished.
-  if (t.eof == told || (t.finished && !t.eof)) {
+  if (t.eof == reported || (t.finished && !t.eof)) {
     if (!t.finished) t.next_s = now + settings_.timer_s;
     return;
   }
   if (t.eof) restart(t);
-  t.eof = told;
-  const bool possible = t.end <= told.file_bytes && told.file_bytes <= settings_.max_file_bytes;
+  t.eof = reported;
+  const bool possible = t.end <= reported.file_bytes && reported.file_bytes <= settings_.max_file_bytes;
   if (!possible) return finish(t, Condition::file_size_error, FileStatus::discarded, now);
   send_naks(t, 0);
   t.next_s = now + settings_.timer_s;
@@ -327,7 +327,7 @@ void CfdpReceiver::complete_if_whole(Transaction& t, double now) {
 }
 
 /// Takes PDUs that begin no transaction.
-void CfdpReceiver::hear_about(const Key& key, const Pdu& pdu) {
+void CfdpReceiver::receive_about(const Key& key, const Pdu& pdu) {
   const auto found = transactions_.find(key);
   if (found == transactions_.end()) return;
   const Transaction& t = found->second;
@@ -347,16 +347,16 @@ void CfdpReceiver::receive(std::span<const std::uint8_t> bytes, double now) {
     return;
   }
   const Key key{pdu.header.source, pdu.header.sequence};
-  if (pdu.kind == PduKind::ack || pdu.kind == PduKind::prompt) return hear_about(key, pdu);
+  if (pdu.kind == PduKind::ack || pdu.kind == PduKind::prompt) return receive_about(key, pdu);
   if (is_over(key, pdu)) return;
   Transaction& t = begin(key, now);
   t.header = pdu.header;
-  t.heard_s = now;
+  t.received_s = now;
   t.repeats = 0;
-  if (pdu.kind == PduKind::eof) hear_eof(t, pdu.eof, now);
-  if (pdu.kind == PduKind::metadata) hear_metadata(t, pdu.metadata, now);
+  if (pdu.kind == PduKind::eof) receive_eof(t, pdu.eof, now);
+  if (pdu.kind == PduKind::metadata) receive_metadata(t, pdu.metadata, now);
   if (t.finished) return;
-  if (pdu.kind == PduKind::file_data) hear_data(key, t, pdu.file_data, now);
+  if (pdu.kind == PduKind::file_data) receive_data(key, t, pdu.file_data, now);
   complete_if_whole(t, now);
 }
 
@@ -370,7 +370,7 @@ void CfdpReceiver::tick(double now) {
       send_finished(t.header, t.answer);
       if (enough) over.push_back(key);
     } else if (enough) {
-      ++counts_.given_up;
+      ++counts_.abandoned;
       finish(t, Condition::nak_limit_reached, FileStatus::discarded, now);
     } else {
       send_naks(t, 0);

@@ -39,7 +39,7 @@ class ReceivedSegments {
   [[nodiscard]] std::uint64_t memory_bytes() const;
 
  private:
-  std::map<std::uint64_t, Bytes> pieces_;        ///< by their beginning; they do not overlap
+  std::map<std::uint64_t, Bytes> segments_;      ///< by their beginning; they do not overlap
   std::map<std::uint64_t, std::uint64_t> runs_;  ///< held without a gap: from, to
   std::uint64_t held_bytes_ = 0;
 };
@@ -63,7 +63,7 @@ struct CfdpReceiverSettings {
 
 struct CfdpReceiverCounts {
   std::uint64_t pdus = 0, malformed = 0, not_for_us = 0;
-  std::uint64_t files = 0, checksum_failures = 0, given_up = 0;
+  std::uint64_t files = 0, checksum_failures = 0, abandoned = 0;
   std::uint64_t data_bytes = 0;      ///< of files, repeated ones included
   std::uint64_t repeated_bytes = 0;  ///< octets that were held already
   std::uint64_t forgotten = 0;       ///< transactions that were dropped for others
@@ -116,7 +116,7 @@ class CfdpReceiver {
     ReceivedSegments segments;
     bool finished = false;  ///< Finished has been sent, its ACK is expected
     cfdp::Finished answer;
-    double heard_s = 0, next_s = 0;
+    double received_s = 0, next_s = 0;
     int repeats = 0;
   };
   struct Closed {
@@ -133,10 +133,10 @@ class CfdpReceiver {
   void drop_data(Transaction& t);
   void restart(Transaction& t);
   [[nodiscard]] bool is_over(const Key& key, const cfdp::Pdu& pdu);
-  void hear_metadata(Transaction& t, const cfdp::Metadata& metadata, double now);
-  void hear_data(const Key& key, Transaction& t, const cfdp::FileData& data, double now);
-  void hear_eof(Transaction& t, const cfdp::EndOfFile& eof, double now);
-  void hear_about(const Key& key, const cfdp::Pdu& pdu);
+  void receive_metadata(Transaction& t, const cfdp::Metadata& metadata, double now);
+  void receive_data(const Key& key, Transaction& t, const cfdp::FileData& data, double now);
+  void receive_eof(Transaction& t, const cfdp::EndOfFile& eof, double now);
+  void receive_about(const Key& key, const cfdp::Pdu& pdu);
   void finish(Transaction& t, cfdp::Condition condition, cfdp::FileStatus status, double now);
   void complete_if_whole(Transaction& t, double now);
   void send_naks(const Transaction& t, std::uint64_t from);

@@ -21,11 +21,11 @@ json number(double value) {
   return std::isfinite(value) ? json(value) : json();
 }
 
-json told(const Vec3& v) {
+json reported(const Vec3& v) {
   return {number(v.x()), number(v.y()), number(v.z())};
 }
 
-json told(const SpreadOfHeights& s) {
+json reported(const SpreadOfHeights& s) {
   return {{"samples", s.cells},
           {"mean_m", number(s.mean)},
           {"median_m", number(s.median)},
@@ -48,12 +48,12 @@ json alignment_json(const Comparison& c) {
   return {{"fit", c.fit == Fit::none ? "none" : (c.fit == Fit::shift ? "shift" : "similarity")},
           {"aligned", a.aligned},
           {"horizontal_determined", a.horizontal},
-          {"shift_m", told(a.shift)},
+          {"shift_m", reported(a.shift)},
           {"scale", a.moved.scale},
-          {"turn_rad", told(a.turn_rad)},
-          {"residual_shift_of_halves_m", told(a.residual)},
-          {"before", told(a.before)},
-          {"after", told(a.after)}};
+          {"turn_rad", reported(a.turn_rad)},
+          {"residual_shift_of_halves_m", reported(a.residual)},
+          {"before", reported(a.before)},
+          {"after", reported(a.after)}};
 }
 
 json comparison_json(const Comparison& c) {

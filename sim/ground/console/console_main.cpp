@@ -94,7 +94,7 @@ int run_piped(const Options& options) {
     throw std::runtime_error("no report comes from the flight at " + options.link.address + ": " +
                              console.silence_words());
   const double begin = now_s();
-  double pause_until = 0, last_line = begin, told = begin;
+  double pause_until = 0, last_line = begin, reported = begin;
   while (asked_to_end == 0 && !console.wants_to_quit() && !console.closed()) {
     const double now = now_s();
     if (now >= pause_until) {
@@ -108,8 +108,8 @@ int run_piped(const Options& options) {
       if (lines.ended() && done && now - begin >= options.stay_s) break;
     }
     console.step(turn_s);
-    if (options.status_s <= 0 || now - told < options.status_s) continue;
-    told = now;
+    if (options.status_s <= 0 || now - reported < options.status_s) continue;
+    reported = now;
     print("status: " + status_line(console.view()));
   }
   if (console.closed()) print("the flight has closed the connection");

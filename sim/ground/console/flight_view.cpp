@@ -47,14 +47,14 @@ std::string strip_words(const FlightView& view) {
   return "strip " + id + (*end == 0 ? " open" : " ended");
 }
 
-std::string heard_words(const FlightView& view) {
+std::string received_words(const FlightView& view) {
   return "last heard " +
-         (view.heard_s ? decimal(*view.heard_s, "%.0f s ago") : std::string("nothing yet: is it in contact?"));
+         (view.received_s ? decimal(*view.received_s, "%.0f s ago") : std::string("nothing yet: is it in contact?"));
 }
 
 std::string time_line(const FlightView& view) {
   const std::string clock = view.reports.of("status") ? duration_clock(view.mission_time()) : "-";
-  return "time      mission " + clock + ", " + pass_words(view) + "; " + heard_words(view);
+  return "time      mission " + clock + ", " + pass_words(view) + "; " + received_words(view);
 }
 
 std::string image_line(const FlightView& view) {
@@ -152,8 +152,8 @@ std::optional<Contact> pass_from(const MissionParameters& mission, TimeNs time) 
 }  // namespace
 
 TimeNs FlightView::mission_time() const {
-  const std::optional<double> told = reports.value("status", "mission_time_ns");
-  return told && std::fabs(*told) < largest_whole ? static_cast<TimeNs>(*told) + since_status : 0;
+  const std::optional<double> reported = reports.value("status", "mission_time_ns");
+  return reported && std::fabs(*reported) < largest_whole ? static_cast<TimeNs>(*reported) + since_status : 0;
 }
 
 std::string pass_words(const FlightView& view) {
@@ -214,8 +214,8 @@ std::vector<std::string> panel(const FlightView& view) {
 }
 
 std::string status_line(const FlightView& view) {
-  return "mission " + duration_clock(view.mission_time()) + ", " + pass_words(view) + "; " + heard_words(view) + "; " +
-         whole(view, "frame", "id") + " frames, " + whole(view, "keyframe", "id") + " keyframes, " +
+  return "mission " + duration_clock(view.mission_time()) + ", " + pass_words(view) + "; " + received_words(view) +
+         "; " + whole(view, "frame", "id") + " frames, " + whole(view, "keyframe", "id") + " keyframes, " +
          whole(view, "storage", "products_held") + " products on board, " +
          whole(view, "storage", "products_acknowledged") + " confirmed, " + whole(view, "commanding", "open") +
          " telecommands open, events to " + whole(view, "status", "events");

@@ -13,10 +13,10 @@ namespace ilp::console {
 
 struct FlightView {
   ReportValues reports;
-  MissionParameters mission;      ///< as the flight has reported them
-  bool parameters_known = false;  ///< all of them
-  std::optional<double> heard_s;  ///< since the last report; none before the first
-  TimeNs since_status = 0;        ///< since the report `status`
+  MissionParameters mission;         ///< as the flight has reported them
+  bool parameters_known = false;     ///< all of them
+  std::optional<double> received_s;  ///< since the last report; none before the first
+  TimeNs since_status = 0;           ///< since the report `status`
 
   /// The flight's present mission time; 0 before the first report.
   [[nodiscard]] TimeNs mission_time() const;

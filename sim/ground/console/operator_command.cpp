@@ -180,7 +180,7 @@ OperatorCommand refine(const Words& words, const Context&) {
   return call("REFINE", octets_of(u32(words[0], 1, "the keyframe")));
 }
 
-OperatorCommand give_up(const Words& words, const Context&) {
+OperatorCommand abandon(const Words& words, const Context&) {
   std::vector<std::uint8_t> arguments = octets_of(u32(words[0], 1, "the keyframe"));
   arguments.push_back(choice(words[1], {"depth", "image"}));
   return call("PRODDEL", arguments);
@@ -320,7 +320,7 @@ constexpr CommandInfo commands[] = {
     {"resume", "TRANSFER|all", 1, 1, "resumes a suspended transfer", resume},
     {"cancel", "TRANSFER|all", 1, 1, "cancels the transfer of a file to the ground", cancel},
     {"refine", "KEYFRAME", 1, 1, "sends the products of a keyframe before others", refine},
-    {"delete", "KEYFRAME depth|image", 2, 2, "gives up a product that is on board", give_up},
+    {"delete", "KEYFRAME depth|image", 2, 2, "gives up a product that is on board", abandon},
     {"strip", "begin|end", 1, 1, "lets the next image begin a strip, or ends the open strip", strip},
     {"flush", "", 0, 0, "ends the open strip; completed when its poses are final", flush},
     {"safe", "on|off", 1, 1, "switches safe mode: few images, no products", safe},

@@ -57,7 +57,7 @@ OperatorConsole::OperatorConsole(OperatorSettings settings, Say say)
       say_(std::move(say)),
       console_(
           link_of(settings_, [this](const std::string& name, const Console::Bytes& file) { return keep(name, file); })),
-      parameters_told_(parameter_count()) {
+      parameters_reported_(parameter_count()) {
   if (!settings_.out.empty()) make_folder(settings_.out);
   subscribe();
   ask_for_parameters();
@@ -115,33 +115,33 @@ void OperatorConsole::send(const OperatorCommand& command, bool own) {
 
 void OperatorConsole::watch_receiver() {
   const std::uint64_t forgotten = console_.cfdp().counts().forgotten;
-  if (forgotten == forgotten_told_) return;
-  say_(std::to_string(forgotten - forgotten_told_) +
+  if (forgotten == forgotten_reported_) return;
+  say_(std::to_string(forgotten - forgotten_reported_) +
        " incomplete file transfers were dropped for newer ones: a flight does not send this many at a time, so another "
        "sender may use the link");
-  forgotten_told_ = forgotten;
+  forgotten_reported_ = forgotten;
 }
 
 void OperatorConsole::follow_authentication() {
-  if (settings_.seal_files != SealFiles::as_told) return;
+  if (settings_.seal_files != SealFiles::as_reported) return;
   const bool wanted = view_.mission.authentication == Authentication::telecommands_and_files;
   if (wanted == sealing_) return;
   try {
     console_.seal_files(wanted);
     sealing_ = wanted;
-    seal_fault_told_ = false;
+    seal_fault_reported_ = false;
     say_(wanted ? "file transfers are authenticated, as the flight requires" : "file transfers are not authenticated");
   } catch (const std::runtime_error& error) {
-    if (!seal_fault_told_) say_(std::string("no file can be confirmed or sent: ") + error.what());
-    seal_fault_told_ = true;
+    if (!seal_fault_reported_) say_(std::string("no file can be confirmed or sent: ") + error.what());
+    seal_fault_reported_ = true;
   }
 }
 
 UtcNs OperatorConsole::flight_time(double now) const {
   // A damaged report may state any time.
   constexpr UtcNs latest = std::int64_t{1} << 62U;
-  if (heard_utc_ <= 0 || heard_utc_ >= latest) return utc_now();
-  return heard_utc_ + static_cast<TimeNs>((now - heard_s_) * 1e9);
+  if (received_utc_ <= 0 || received_utc_ >= latest) return utc_now();
+  return received_utc_ + static_cast<TimeNs>((now - received_s_) * 1e9);
 }
 
 OperatorCommand OperatorConsole::parse(const std::string& line) const {
@@ -187,14 +187,14 @@ void OperatorConsole::enter(const std::string& line) {
 void OperatorConsole::step(double seconds) {
   console_.listen(seconds);
   const double now = now_s();
-  for (const Report& report : console_.take_reports()) hear(report, now);
-  if (view_.heard_s) view_.heard_s = now - heard_s_;
+  for (const Report& report : console_.take_reports()) receive(report, now);
+  if (view_.received_s) view_.received_s = now - received_s_;
   view_.since_status = static_cast<TimeNs>((now - status_s_) * 1e9);
   uplinks_.watch();
   watch_receiver();
   keep_subscribed(now);
-  doubt_silent_requests(now);
-  doubt_silent_address(now);
+  suspect_silent_requests(now);
+  suspect_silent_address(now);
 }
 
 void OperatorConsole::keep_subscribed(double now) {
@@ -206,10 +206,10 @@ void OperatorConsole::keep_subscribed(double now) {
   ask_for_parameters();
 }
 
-void OperatorConsole::doubt_silent_requests(double now) {
+void OperatorConsole::suspect_silent_requests(double now) {
   for (auto& [id, request] : requests_) {
-    if (request.own || request.heard || now - request.sent_s < answer_s) continue;
-    request.heard = true;
+    if (request.own || request.received || now - request.sent_s < answer_s) continue;
+    request.received = true;
     say_("no answer yet: " + request.words + "; is the flight in contact?");
   }
 }
@@ -221,9 +221,9 @@ std::string OperatorConsole::silence_words() const {
          "contact";
 }
 
-void OperatorConsole::doubt_silent_address(double now) {
-  if (silence_told_ || view_.heard_s || now - begun_s_ < silence_s) return;
-  silence_told_ = true;
+void OperatorConsole::suspect_silent_address(double now) {
+  if (silence_reported_ || view_.received_s || now - begun_s_ < silence_s) return;
+  silence_reported_ = true;
   say_("nothing has come from the flight: " + silence_words() + "; the console goes on asking");
 }
 
@@ -241,15 +241,15 @@ std::string OperatorConsole::name_of(std::uint32_t request) const {
   return found == requests_.end() ? "a telecommand of another station" : found->second.words;
 }
 
-void OperatorConsole::hear(const Report& report, double now) {
-  heard_s_ = now;
-  heard_utc_ = report.header.time;
-  view_.heard_s = 0;
+void OperatorConsole::receive(const Report& report, double now) {
+  received_s_ = now;
+  received_utc_ = report.header.time;
+  view_.received_s = 0;
   const Tailoring& tailoring = settings_.link.tailoring;
   const std::uint8_t service = report.header.service, subtype = report.header.subtype;
-  if (service == verification::service) return hear_verification(report);
-  if (service == housekeeping::service && subtype == housekeeping::report) return hear_housekeeping(report, now);
-  if (service == parameter_management::service) return hear_parameters(report);
+  if (service == verification::service) return receive_verification(report);
+  if (service == housekeeping::service && subtype == housekeeping::report) return receive_housekeeping(report, now);
+  if (service == parameter_management::service) return receive_parameters(report);
   if (service == event_reporting::service && subtype < event_reporting::enable) say_(event_words(tailoring, report));
   if (service == test_service::service && subtype == test_service::alive) say_("the flight is alive");
   if (service == scheduling::service && subtype == scheduling::summary_report) {
@@ -259,26 +259,27 @@ void OperatorConsole::hear(const Report& report, double now) {
   }
 }
 
-void OperatorConsole::hear_verification(const Report& report) {
-  VerificationReport told;
-  if (!decode_verification(settings_.link.tailoring, report.header.subtype, report.data, told).ok()) return;
-  const auto found = requests_.find(told.request);
+void OperatorConsole::receive_verification(const Report& report) {
+  VerificationReport reported;
+  if (!decode_verification(settings_.link.tailoring, report.header.subtype, report.data, reported).ok()) return;
+  const auto found = requests_.find(reported.request);
   if (found == requests_.end() || report.header.destination != settings_.link.source) return;
-  found->second.heard = true;
+  found->second.received = true;
   const Request request = found->second;
-  const bool failed = told.subtype % 2 == 0;
-  const bool last = failed || told.subtype == verification::completion;
+  const bool failed = reported.subtype % 2 == 0;
+  const bool last = failed || reported.subtype == verification::completion;
   if (last) requests_.erase(found);
   if (failed) {
     if (!request.own) ++failures_;
-    say_((told.subtype == verification::acceptance_failed ? "refused: " : "failed: ") + request.words + ": " +
-         failure_words(told.code, told.failure_data));
+    say_((reported.subtype == verification::acceptance_failed ? "refused: " : "failed: ") + request.words + ": " +
+         failure_words(reported.code, reported.failure_data));
   } else if (!request.own) {
-    const std::string step = told.subtype == verification::progress ? ", step " + std::to_string(told.step) : "";
-    const char* what = told.subtype == verification::acceptance ? "accepted: "
-                       : told.subtype == verification::start    ? "started: "
-                       : told.subtype == verification::progress ? "in progress: "
-                                                                : "done: ";
+    const std::string step =
+        reported.subtype == verification::progress ? ", step " + std::to_string(reported.step) : "";
+    const char* what = reported.subtype == verification::acceptance ? "accepted: "
+                       : reported.subtype == verification::start    ? "started: "
+                       : reported.subtype == verification::progress ? "in progress: "
+                                                                    : "done: ";
     say_(what + request.words + step);
     if (last) follow_contact(request.command);
   }
@@ -286,11 +287,11 @@ void OperatorConsole::hear_verification(const Report& report) {
 
 void OperatorConsole::follow_contact(const OperatorCommand& command) {
   if (!view_.parameters_known || !view_.reports.of("status")) return;
-  const std::string told = apply_contact_command(command, view_);
-  if (!told.empty()) say_(told);
+  const std::string reported = apply_contact_command(command, view_);
+  if (!reported.empty()) say_(reported);
 }
 
-void OperatorConsole::hear_housekeeping(const Report& report, double now) {
+void OperatorConsole::receive_housekeeping(const Report& report, double now) {
   const ReportInfo* info = view_.reports.take(settings_.link.tailoring, report.data);
   if (!info || std::string(info->name) != "status") return;
   status_s_ = now;
@@ -299,18 +300,19 @@ void OperatorConsole::hear_housekeeping(const Report& report, double now) {
   parameters_crc_ = crc;
 }
 
-void OperatorConsole::hear_parameters(const Report& report) {
-  std::vector<std::size_t> told;
+void OperatorConsole::receive_parameters(const Report& report) {
+  std::vector<std::size_t> reported;
   const std::vector<std::string> lines =
       parameter_words(settings_.link.tailoring, report, [&](std::size_t index, double value) {
         static_cast<void>(set_parameter(view_.mission, index, value));
-        parameters_told_[index] = true;
-        told.push_back(index);
+        parameters_reported_[index] = true;
+        reported.push_back(index);
       });
   static const std::size_t authentication = find_parameter("link", "authentication");
-  if (parameters_told_[authentication]) follow_authentication();
-  view_.parameters_known = std::find(parameters_told_.begin(), parameters_told_.end(), false) == parameters_told_.end();
-  const auto wanted = std::find(parameters_wanted_.begin(), parameters_wanted_.end(), told);
+  if (parameters_reported_[authentication]) follow_authentication();
+  view_.parameters_known =
+      std::find(parameters_reported_.begin(), parameters_reported_.end(), false) == parameters_reported_.end();
+  const auto wanted = std::find(parameters_wanted_.begin(), parameters_wanted_.end(), reported);
   if (wanted == parameters_wanted_.end()) return;
   parameters_wanted_.erase(wanted);
   for (const std::string& line : lines) say_("  " + line);

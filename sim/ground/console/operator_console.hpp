@@ -18,7 +18,7 @@ namespace ilp::console {
 
 /// Whether PDUs are authenticated.
 enum class SealFiles : std::uint8_t {
-  as_told,  ///< as the flight's parameter `link.authentication` says; until it is known they are not
+  as_reported,  ///< as the flight's parameter `link.authentication` says; until it is known they are not
   no,
   yes
 };
@@ -27,7 +27,7 @@ struct OperatorSettings {
   ConsoleSettings link;
   std::filesystem::path out;       ///< for files that come; empty: this station takes none
   TimeNs interval = 2 * ns_per_s;  ///< of housekeeping
-  SealFiles seal_files = SealFiles::as_told;
+  SealFiles seal_files = SealFiles::as_reported;
 };
 
 class OperatorConsole {
@@ -63,8 +63,8 @@ class OperatorConsole {
     std::string words;
     OperatorCommand command;
     double sent_s = 0;
-    bool own = false;    ///< sent by the console itself: reported only if it fails
-    bool heard = false;  ///< a report about it has come, or its absence was reported
+    bool own = false;       ///< sent by the console itself: reported only if it fails
+    bool received = false;  ///< a report about it has come, or its absence was reported
   };
 
   void send(const OperatorCommand& command, bool own);
@@ -73,13 +73,13 @@ class OperatorConsole {
   void subscribe();
   void ask_for_parameters();
   void keep_subscribed(double now);
-  void doubt_silent_requests(double now);
-  void doubt_silent_address(double now);
-  void hear(const Report& report, double now);
-  void hear_verification(const Report& report);
+  void suspect_silent_requests(double now);
+  void suspect_silent_address(double now);
+  void receive(const Report& report, double now);
+  void receive_verification(const Report& report);
   void follow_contact(const OperatorCommand& command);
-  void hear_housekeeping(const Report& report, double now);
-  void hear_parameters(const Report& report);
+  void receive_housekeeping(const Report& report, double now);
+  void receive_parameters(const Report& report);
   [[nodiscard]] std::string name_of(std::uint32_t request) const;
   [[nodiscard]] UtcNs flight_time(double now) const;
   bool keep(const std::string& name, const Console::Bytes& file);
@@ -90,12 +90,12 @@ class OperatorConsole {
   FlightView view_;
   std::map<std::uint32_t, Request> requests_;
   FileUplinks uplinks_{console_, say_};
-  bool sealing_ = false, seal_fault_told_ = false;
-  std::uint64_t forgotten_told_ = 0;
-  double heard_s_ = 0, status_s_ = 0, asked_s_ = 0, begun_s_ = now_s();
-  bool silence_told_ = false;
-  UtcNs heard_utc_ = 0;
-  std::vector<bool> parameters_told_;
+  bool sealing_ = false, seal_fault_reported_ = false;
+  std::uint64_t forgotten_reported_ = 0;
+  double received_s_ = 0, status_s_ = 0, asked_s_ = 0, begun_s_ = now_s();
+  bool silence_reported_ = false;
+  UtcNs received_utc_ = 0;
+  std::vector<bool> parameters_reported_;
   std::vector<std::vector<std::size_t>> parameters_wanted_;  ///< by the operator, numbers from 0 of each request
   std::optional<double> parameters_crc_;
   std::size_t failures_ = 0;

@@ -91,13 +91,13 @@ void Terminal::draw(const std::vector<std::string>& panel) {
   rows.emplace_back(size.columns, '-');
   // At least two rows for messages and one for the input line.
   if (rows.size() + 3 > size.rows) rows.resize(size.rows - 3);
-  const std::size_t room = size.rows - rows.size() - 1;
+  const std::size_t capacity = size.rows - rows.size() - 1;
   std::vector<std::string> said;
-  for (auto line = lines_.rbegin(); line != lines_.rend() && said.size() < room; ++line) {
+  for (auto line = lines_.rbegin(); line != lines_.rend() && said.size() < capacity; ++line) {
     std::vector<std::string> parts = rows_of(*line, size.columns);
-    for (auto part = parts.rbegin(); part != parts.rend() && said.size() < room; ++part) said.push_back(*part);
+    for (auto part = parts.rbegin(); part != parts.rend() && said.size() < capacity; ++part) said.push_back(*part);
   }
-  said.resize(room);
+  said.resize(capacity);
   rows.insert(rows.end(), said.rbegin(), said.rend());
   std::string picture = "\x1b[H";
   for (const std::string& row : rows) picture += row + "\x1b[K\r\n";

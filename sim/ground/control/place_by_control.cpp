@@ -124,7 +124,7 @@ Measured measure(const ControlFile& file, const Places& places, const intake::Fl
   return measured;
 }
 
-void tell_residuals(const ControlFit& fit, const Measured& measured, StripControl& control) {
+void report_residuals(const ControlFit& fit, const Measured& measured, StripControl& control) {
   double used = 0, checked = 0;
   for (std::size_t i = 0; i < measured.surveyed.size(); ++i) {
     PointResult& result = control.points[measured.result_of[i]];
@@ -198,7 +198,7 @@ std::vector<StripControl> place_by_control(const ControlFile& file, Body body, c
     control.points = measured.results;
     const auto fit = fit_control(measured.surveyed);
     if (fit) {
-      tell_residuals(*fit, measured, control);
+      report_residuals(*fit, measured, control);
       control.placed = true;
       control.metres_per_unit = fit->place_from_world.scale;
       move_strip(fit->place_from_world, strip, flight);

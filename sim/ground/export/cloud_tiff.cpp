@@ -190,8 +190,8 @@ void state_offsets(const std::vector<CloudLevel>& levels, std::uint64_t next, co
 
 Bytes beginning_of(std::span<const std::uint8_t> head, const std::vector<CloudLevel>& levels, CloudFormat wanted) {
   const std::vector<Field> fields = fields_of(head);
-  constexpr std::uint64_t room_for_directories = std::uint64_t{1} << 28U, most = std::uint64_t{1} << 32U;
-  const Format format{wanted == CloudFormat::big || data_bytes(levels) + room_for_directories > most};
+  constexpr std::uint64_t capacity_for_directories = std::uint64_t{1} << 28U, most = std::uint64_t{1} << 32U;
+  const Format format{wanted == CloudFormat::big || data_bytes(levels) + capacity_for_directories > most};
   std::vector<Directory> directories;
   std::size_t size = even(format.header_bytes() + layout.size());
   for (std::size_t level = 0; level < levels.size(); ++level) {

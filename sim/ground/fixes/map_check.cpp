@@ -39,7 +39,7 @@ MapDirectory& read_directory(MapSource& source, const std::filesystem::path& fol
 class Stage {
  public:
   Stage(const MissionParameters& mission, MapSource& source, std::size_t keyframes, std::size_t largest_image)
-      : region_(room(keyframes, largest_image)),
+      : region_(capacity(keyframes, largest_image)),
         store_(region_),
         memory_(std::make_unique<StepMemory<MapFix>>()),
         stage_(std::make_unique<MapFix>(store_, mission, *memory_, &source)) {
@@ -66,7 +66,7 @@ class Stage {
   }
 
  private:
-  static std::size_t room(std::size_t keyframes, std::size_t largest_image) {
+  static std::size_t capacity(std::size_t keyframes, std::size_t largest_image) {
     constexpr std::size_t fixed = std::size_t{8} << 20, each = 16384;
     return fixed + each * keyframes + 4 * largest_image;
   }

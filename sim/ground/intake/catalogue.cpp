@@ -66,10 +66,10 @@ std::string fault_of(const fs::path& path, std::int64_t size, Bytes& contents) {
 
 Catalogue::~Catalogue() = default;
 
-Catalogue::Catalogue(const fs::path& file, bool known_sound)
-    : folder_(fs::absolute(file).parent_path()), database_(open_catalogue_file(file, known_sound)) {
+Catalogue::Catalogue(const fs::path& file, bool known_valid)
+    : folder_(fs::absolute(file).parent_path()), database_(open_catalogue_file(file, known_valid)) {
   if (database_) return;
-  set_aside_ = true;
+  quarantined_ = true;
   for (const char* part : {"", "-wal", "-shm"}) {
     std::error_code ignored;
     fs::rename(file.string() + part, file.string() + ".damaged" + part, ignored);
@@ -219,13 +219,13 @@ void Catalogue::reject(const ReceivedFile& file) {
       .run();
 }
 
-std::optional<Bytes> Catalogue::look(std::int64_t keyframe_id, std::uint64_t digest) {
+std::optional<Bytes> Catalogue::quick_look(std::int64_t keyframe_id, std::uint64_t digest) {
   const std::lock_guard lock(mutex_);
   const auto found = database_->prepare("SELECT bytes FROM look WHERE {and}keyframe = ? AND digest = ?");
   return found->bind(keyframe_id).bind(signed_of(digest)).step() ? std::optional(found->bytes(0)) : std::nullopt;
 }
 
-void Catalogue::put_look(std::int64_t keyframe_id, std::uint64_t digest, const Bytes& bytes) {
+void Catalogue::put_quick_look(std::int64_t keyframe_id, std::uint64_t digest, const Bytes& bytes) {
   const std::lock_guard lock(mutex_);
   database_
       ->prepare(

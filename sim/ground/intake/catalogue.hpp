@@ -25,16 +25,16 @@ inline constexpr const char* catalogue_name = "catalogue.db";
 class Catalogue : public TileCache, public ResultCache {
  public:
   /// Opens the catalogue, or creates it. A damaged catalogue, or one of another version, is renamed to NAME.damaged,
-  /// and `was_set_aside` says so. `known_sound`: nothing has written to the file since a run ended, so that it need not
-  /// be read whole to find damage. Throws std::runtime_error when the file cannot be used at all.
-  explicit Catalogue(const std::filesystem::path& file, bool known_sound = false);
+  /// and `was_quarantined` says so. `known_valid`: nothing has written to the file since a run ended, so that it need
+  /// not be read whole to find damage. Throws std::runtime_error when the file cannot be used at all.
+  explicit Catalogue(const std::filesystem::path& file, bool known_valid = false);
   /// The part of a mission in a database on a server (catalogue_database.hpp). `folder`: of the results.
   Catalogue(const std::string& address, const std::string& mission, const std::filesystem::path& folder);
   ~Catalogue() override;
   Catalogue(const Catalogue&) = delete;
   Catalogue& operator=(const Catalogue&) = delete;
 
-  [[nodiscard]] bool was_set_aside() const { return set_aside_; }
+  [[nodiscard]] bool was_quarantined() const { return quarantined_; }
 
   void forget_everything();
 
@@ -64,8 +64,8 @@ class Catalogue : public TileCache, public ResultCache {
   /// the file may be taken in.
   void reject(const ReceivedFile& file);
 
-  [[nodiscard]] std::optional<std::vector<std::uint8_t>> look(std::int64_t keyframe_id, std::uint64_t digest);
-  void put_look(std::int64_t keyframe_id, std::uint64_t digest, const std::vector<std::uint8_t>& bytes);
+  [[nodiscard]] std::optional<std::vector<std::uint8_t>> quick_look(std::int64_t keyframe_id, std::uint64_t digest);
+  void put_quick_look(std::int64_t keyframe_id, std::uint64_t digest, const std::vector<std::uint8_t>& bytes);
 
   std::optional<std::vector<std::uint8_t>> summary(const TileKey& key, std::uint64_t digest) override;
   std::optional<std::vector<std::uint8_t>> cells(const TileKey& key, std::uint64_t digest) override;
@@ -92,7 +92,7 @@ class Catalogue : public TileCache, public ResultCache {
   std::mutex mutex_;
   std::unique_ptr<CatalogueDatabase> database_;
   std::set<std::int64_t> results_used_;
-  bool set_aside_ = false, lost_files_ = false;
+  bool quarantined_ = false, lost_files_ = false;
 };
 
 }  // namespace ilp::intake

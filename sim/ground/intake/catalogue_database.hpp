@@ -54,9 +54,9 @@ class CatalogueDatabase {
 [[nodiscard]] std::string with_mission(std::string sql, const std::string& condition, const std::string& key,
                                        const std::string& value);
 
-/// Null when the file is damaged, or of another version. `known_sound`: it need not be read whole to find damage.
+/// Null when the file is damaged, or of another version. `known_valid`: it need not be read whole to find damage.
 [[nodiscard]] std::unique_ptr<CatalogueDatabase> open_catalogue_file(const std::filesystem::path& file,
-                                                                     bool known_sound);
+                                                                     bool known_valid);
 
 /// The part of a mission, which one process at a time may use. Creates the tables where they are missing.
 [[nodiscard]] std::unique_ptr<CatalogueDatabase> open_catalogue_server(const std::string& address,

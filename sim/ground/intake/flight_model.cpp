@@ -11,7 +11,7 @@
 #include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/ground/intake/level_strips.hpp"
 #include "sim/ground/intake/move_keyframe.hpp"
-#include "sim/ground/intake/sound_links.hpp"
+#include "sim/ground/intake/valid_links.hpp"
 #include "sim/host/files.hpp"
 
 namespace ilp::intake {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "fsw/base/status.hpp"
-#include "fsw/records/life_numbers.hpp"
+#include "fsw/records/store_epoch_ids.hpp"
 #include "sim/ground/intake/ids.hpp"
 #include "sim/host/text_format.hpp"
 
@@ -79,9 +79,9 @@ std::set<Moment> longest_flight(const std::set<Moment>& moments) {
 }
 
 /// Which life of the flight a number of a keyframe belongs to.
-class Lives {
+class StoreEpochs {
  public:
-  explicit Lives(const std::vector<RecordFile>& files) {
+  explicit StoreEpochs(const std::vector<RecordFile>& files) {
     for (const RecordFile& file : files) {
       for (const EventRecord& event : records_in<EventRecord>(file)) {
         if (event.code == static_cast<std::uint16_t>(StatusCode::life_begun) && is_id(event.b)) begins_.insert(event.b);
@@ -90,7 +90,7 @@ class Lives {
   }
   /// The numbers of ordinary lives show it themselves; for other lives the event with which they began does.
   [[nodiscard]] std::pair<std::int64_t, std::int64_t> of(std::int64_t keyframe_id) const {
-    return {(keyframe_id - 1) / numbers_of_a_life, std::distance(begins_.begin(), begins_.upper_bound(keyframe_id))};
+    return {(keyframe_id - 1) / ids_per_store_epoch, std::distance(begins_.begin(), begins_.upper_bound(keyframe_id))};
   }
 
  private:
@@ -127,14 +127,14 @@ void find_contradictions(const std::vector<const RecordFile*>& files, std::vecto
 }  // namespace
 
 std::vector<ForeignFile> files_of_other_flights(const std::vector<RecordFile>& files) {
-  const Lives lives(files);
-  std::map<std::pair<std::int64_t, std::int64_t>, std::vector<const RecordFile*>> of_lives;
+  const StoreEpochs store_epochs(files);
+  std::map<std::pair<std::int64_t, std::int64_t>, std::vector<const RecordFile*>> of_store_epochs;
   for (const RecordFile& file : files) {
     const std::vector<KeyframeRecord> keyframes = records_in<KeyframeRecord>(file);
-    of_lives[lives.of(keyframes.empty() ? 1 : keyframes[0].id)].push_back(&file);
+    of_store_epochs[store_epochs.of(keyframes.empty() ? 1 : keyframes[0].id)].push_back(&file);
   }
   std::vector<ForeignFile> foreign;
-  for (const auto& [life, own] : of_lives) find_contradictions(own, foreign);
+  for (const auto& [store_epoch, own] : of_store_epochs) find_contradictions(own, foreign);
   return foreign;
 }
 

@@ -83,7 +83,7 @@ class SqliteDatabase final : public CatalogueDatabase {
   }
 
   /// False when the file is damaged, or of another version.
-  bool set_up(bool known_sound) {
+  bool set_up(bool known_valid) {
     try {
       sqlite3_busy_timeout(database_.get(), 10000);
       // A power cut may cost the last steps, never the rest: they are computed again.
@@ -92,7 +92,7 @@ class SqliteDatabase final : public CatalogueDatabase {
       version->step();
       const std::int64_t found = version->integer(0);
       if (found != 0 && found != file_version) return false;
-      if (!known_sound) {
+      if (!known_valid) {
         const auto check = prepare("PRAGMA quick_check(1)");
         if (!check->step() || check->text(0) != "ok") return false;
       }
@@ -135,9 +135,9 @@ std::string with_mission(std::string sql, const std::string& condition, const st
   return sql;
 }
 
-std::unique_ptr<CatalogueDatabase> open_catalogue_file(const std::filesystem::path& file, bool known_sound) {
+std::unique_ptr<CatalogueDatabase> open_catalogue_file(const std::filesystem::path& file, bool known_valid) {
   auto database = std::make_unique<SqliteDatabase>(file);
-  if (!database->set_up(known_sound)) return nullptr;
+  if (!database->set_up(known_valid)) return nullptr;
   return database;
 }
 

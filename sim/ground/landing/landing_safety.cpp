@@ -71,8 +71,8 @@ std::vector<LandingSite> best_sites(const LandingMap& map, const host::Raster<fl
   const double unseen = unseen_rock_cells * map.metres_per_unit * grid.cell;
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < unsafe.samples.size(); ++i) {
-    const bool room = hazards.step_m.samples[i] + unseen <= map.limits.step_m;
-    if (room && unsafe.samples[i] <= 1 - least_safe) order.push_back(i);
+    const bool capacity = hazards.step_m.samples[i] + unseen <= map.limits.step_m;
+    if (capacity && unsafe.samples[i] <= 1 - least_safe) order.push_back(i);
   }
   // Where the risk is the same to the last digit, the lower step is better.
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {

@@ -10,7 +10,7 @@
 namespace ilp::map {
 namespace {
 
-using Pieces = std::map<std::int64_t, ShownPiece>;
+using Patches = std::map<std::int64_t, ShownPatch>;
 
 /// Mean and spread without a twentieth at either end, where clouds, shadows and glints are.
 struct Level {
@@ -44,9 +44,9 @@ class Network {
  public:
   /// What misses by more than `usual` counts by its size, not by its square (Huber); a pull by more than `usual_pull`.
   /// `share`: of the weight of a piece's seams, for its pull. An error at a seam fades over 1 / sqrt(2 share) pieces.
-  Network(std::size_t pieces, double usual, double usual_pull, double share)
-      : size_(static_cast<Eigen::Index>(pieces)), usual_(usual), usual_pull_(usual_pull), share_(share) {
-    wanted_.assign(pieces, 0);
+  Network(std::size_t patches, double usual, double usual_pull, double share)
+      : size_(static_cast<Eigen::Index>(patches)), usual_(usual), usual_pull_(usual_pull), share_(share) {
+    wanted_.assign(patches, 0);
   }
 
   /// value_b - value_a = difference
@@ -54,7 +54,7 @@ class Network {
     differences_.push_back({a, b, cells, trusted * cells, difference});
   }
   /// The value that a weak pull takes the piece to.
-  void pull(std::size_t piece, double wanted) { wanted_[piece] = wanted; }
+  void pull(std::size_t patch, double wanted) { wanted_[patch] = wanted; }
 
   [[nodiscard]] std::vector<double> solve() const {
     constexpr int rounds = 8;
@@ -115,16 +115,16 @@ class Network {
 };
 
 /// The pieces in the order of their ids, and what the map shows of them.
-class PieceTable {
+class PatchTable {
  public:
-  explicit PieceTable(const Pieces& pieces) {
-    for (const auto& [id, piece] : pieces) {
+  explicit PatchTable(const Patches& patches) {
+    for (const auto& [id, patch] : patches) {
       places_.emplace(id, static_cast<Eigen::Index>(places_.size()));
-      const auto cells = static_cast<double>(std::max<std::uint64_t>(piece.cells, 1));
+      const auto cells = static_cast<double>(std::max<std::uint64_t>(patch.cells, 1));
       cells_.push_back(cells);
-      means_.push_back(static_cast<double>(piece.grey) / cells);
+      means_.push_back(static_cast<double>(patch.grey) / cells);
       contrasts_.push_back(
-          piece.pairs == 0 ? 0 : static_cast<double>(piece.differences) / static_cast<double>(piece.pairs));
+          patch.pairs == 0 ? 0 : static_cast<double>(patch.differences) / static_cast<double>(patch.pairs));
     }
   }
 
@@ -168,11 +168,11 @@ class PieceTable {
   std::vector<double> cells_, means_, contrasts_;
 };
 
-std::vector<double> gains_of(const PieceTable& table, const std::vector<PieceTable::Meeting>& meetings) {
+std::vector<double> gains_of(const PatchTable& table, const std::vector<PatchTable::Meeting>& meetings) {
   constexpr double usual_miss = 0.15, usual_pull = 0.3, step = 1.0 / 16;
   const double most = std::log(most_gain);
   Network network(table.size(), usual_miss, usual_pull, 1.0 / 4);
-  for (const PieceTable::Meeting& m : meetings) {
+  for (const PatchTable::Meeting& m : meetings) {
     const double trusted = trust(std::min(m.first.spread, m.second.spread));
     const double least = faint_grey / 4;
     const double ratio = std::log(std::max(m.first.spread, least) / std::max(m.second.spread, least));
@@ -215,7 +215,7 @@ std::uint64_t GreyHistogram::count() const {
   return all;
 }
 
-void ShownPiece::add(const ShownPiece& other) {
+void ShownPatch::add(const ShownPatch& other) {
   cells += other.cells;
   grey += other.grey;
   pairs += other.pairs;
@@ -251,19 +251,19 @@ void add_seams(const GroundGrid& grid, const std::vector<std::int64_t>& keyframe
   }
 }
 
-void add_shown(const GroundGrid& grid, std::int32_t margin, std::vector<ShownPiece>& shown) {
+void add_shown(const GroundGrid& grid, std::int32_t margin, std::vector<ShownPatch>& shown) {
   for (std::int32_t y = margin; y < grid.source.height - margin; ++y) {
     for (std::int32_t x = margin; x < grid.source.width - margin; ++x) {
       const std::uint16_t source = grid.source.at(x, y);
       if (source == 0) continue;
-      ShownPiece& piece = shown[source - 1U];
+      ShownPatch& patch = shown[source - 1U];
       const std::uint8_t grey = grid.ortho.at(x, y);
-      ++piece.cells;
-      piece.grey += grey;
+      ++patch.cells;
+      patch.grey += grey;
       const auto compare = [&](std::int32_t u, std::int32_t v) {
         if (u >= grid.source.width || v >= grid.source.height || grid.source.at(u, v) != source) return;
-        ++piece.pairs;
-        piece.differences += static_cast<std::uint64_t>(std::abs(int{grid.ortho.at(u, v)} - int{grey}));
+        ++patch.pairs;
+        patch.differences += static_cast<std::uint64_t>(std::abs(int{grid.ortho.at(u, v)} - int{grey}));
       };
       compare(x + contrast_cells, y);
       compare(x, y + contrast_cells);
@@ -271,14 +271,14 @@ void add_shown(const GroundGrid& grid, std::int32_t margin, std::vector<ShownPie
   }
 }
 
-std::map<std::int64_t, Balance> balance_pieces(const Seams& seams, const Pieces& pieces) {
-  if (pieces.empty()) return {};
-  const PieceTable table(pieces);
-  const std::vector<PieceTable::Meeting> meetings = table.meetings(seams);
+std::map<std::int64_t, Balance> balance_patches(const Seams& seams, const Patches& patches) {
+  if (patches.empty()) return {};
+  const PatchTable table(patches);
+  const std::vector<PatchTable::Meeting> meetings = table.meetings(seams);
   const std::vector<double> gains = gains_of(table, meetings);
   constexpr double usual_miss_grey = 6, usual_pull_grey = 24, step_grey = 8;
   Network network(table.size(), usual_miss_grey, usual_pull_grey, 1.0 / 16);
-  for (const PieceTable::Meeting& m : meetings) {
+  for (const PatchTable::Meeting& m : meetings) {
     const auto a = static_cast<std::size_t>(m.a), b = static_cast<std::size_t>(m.b);
     network.add_difference(m.a, m.b, m.cells, 1, gains[a] * m.first.mean - gains[b] * m.second.mean);
   }

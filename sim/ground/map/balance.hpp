@@ -46,17 +46,17 @@ using Seams = std::map<std::pair<std::int64_t, std::int64_t>, SeamGreys>;
 void add_seams(const GroundGrid& grid, const std::vector<std::int64_t>& keyframes, std::int32_t margin, Seams& seams);
 
 /// What the map shows of a keyframe, before the balance.
-struct ShownPiece {
+struct ShownPatch {
   std::uint64_t cells = 0;
   std::uint64_t grey = 0;         ///< sum over its cells
   std::uint64_t pairs = 0;        ///< of cells contrast_cells apart along a row or column
   std::uint64_t differences = 0;  ///< sum of their absolute differences
-  void add(const ShownPiece& other);
+  void add(const ShownPatch& other);
 };
 inline constexpr std::int32_t contrast_cells = 8;
 
 /// Adds the cells and pairs as add_seams does; `shown` is by source - 1.
-void add_shown(const GroundGrid& grid, std::int32_t margin, std::vector<ShownPiece>& shown);
+void add_shown(const GroundGrid& grid, std::int32_t margin, std::vector<ShownPatch>& shown);
 
 /// Gain and offset of each keyframe, by robust least squares over all seams: first contrasts, whose ratios are those of
 /// the spreads of grey on both sides of a seam, then brightnesses. A weak pull takes contrast and mean of each piece to
@@ -65,8 +65,8 @@ void add_shown(const GroundGrid& grid, std::int32_t margin, std::vector<ShownPie
 /// factor of most_gain; ground of hardly any contrast, and a piece that meets no other one, keep their contrast. Over
 /// all cells the mean logarithm of the gains is 0 and the mean grey what it was, in a map of 100 keyframes and more to
 /// within a thirty-second and 4.
-[[nodiscard]] std::map<std::int64_t, Balance> balance_pieces(const Seams& seams,
-                                                             const std::map<std::int64_t, ShownPiece>& pieces);
+[[nodiscard]] std::map<std::int64_t, Balance> balance_patches(const Seams& seams,
+                                                              const std::map<std::int64_t, ShownPatch>& patches);
 inline constexpr double most_gain = 4;
 
 }  // namespace ilp::map

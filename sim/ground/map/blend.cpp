@@ -97,7 +97,7 @@ class Blend {
   }
 
  private:
-  [[nodiscard]] bool same_piece(std::size_t a, std::size_t b) const {
+  [[nodiscard]] bool same_patch(std::size_t a, std::size_t b) const {
     return source_.samples[a] != 0 && source_.samples[a] == source_.samples[b];
   }
 
@@ -150,11 +150,11 @@ class Blend {
       } else {
         double rise = 0;
         int sides = 0;
-        if (at > 0 && same_piece(i - step, i)) {
+        if (at > 0 && same_patch(i - step, i)) {
           rise += value(i) - value(i - step);
           ++sides;
         }
-        if (at + 2 < length && same_piece(j, j + step)) {
+        if (at + 2 < length && same_patch(j, j + step)) {
           rise += value(j + step) - value(j);
           ++sides;
         }
@@ -198,8 +198,8 @@ class Blend {
 
 }  // namespace
 
-void blend_pieces(const host::Raster<std::uint16_t>& source, const host::Raster<float>& sigma, float usual_sigma,
-                  const BlendParams& params, host::Raster<float>& values) {
+void blend_patches(const host::Raster<std::uint16_t>& source, const host::Raster<float>& sigma, float usual_sigma,
+                   const BlendParams& params, host::Raster<float>& values) {
   const std::vector<double> corrections = Blend(source, sigma, usual_sigma, params, values).solve();
   for (std::size_t i = 0; i < corrections.size(); ++i) values.samples[i] += static_cast<float>(corrections[i]);
 }

@@ -28,8 +28,8 @@ struct BlendParams {
 /// `source` names the piece of each cell; cells with 0 are left out. `sigma` is in units of `values`; where it is not
 /// positive and finite, `usual_sigma` stands for it. Cells further than `blend_reach_cells` from all borders do not
 /// change, and no cell depends by more than a hundredth of a step on cells that far away.
-void blend_pieces(const host::Raster<std::uint16_t>& source, const host::Raster<float>& sigma, float usual_sigma,
-                  const BlendParams& params, host::Raster<float>& values);
+void blend_patches(const host::Raster<std::uint16_t>& source, const host::Raster<float>& sigma, float usual_sigma,
+                   const BlendParams& params, host::Raster<float>& values);
 
 inline constexpr std::int32_t blend_reach_cells = 28;
 

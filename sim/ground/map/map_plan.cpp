@@ -60,8 +60,8 @@ std::uint64_t digest_of(const TilePlan& tile, double cell, const KeyframeViews& 
 
 }  // namespace
 
-KeyframeView view_of(const KeyframeLook& look) {
-  return {look.digest, look.ground_step, look.bounds};
+KeyframeView view_of(const KeyframeQuickLook& quick_look) {
+  return {quick_look.digest, quick_look.ground_step, quick_look.bounds};
 }
 
 MapPlan plan_map(const KeyframeViews& views) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sim/ground/intake/tile_cache.hpp"
-#include "sim/ground/map/keyframe_look.hpp"
+#include "sim/ground/map/keyframe_quick_look.hpp"
 
 namespace ilp::map {
 
@@ -15,7 +15,7 @@ struct KeyframeView {
   double ground_step = 0;
   MapBounds bounds;
 };
-[[nodiscard]] KeyframeView view_of(const KeyframeLook& look);
+[[nodiscard]] KeyframeView view_of(const KeyframeQuickLook& quick_look);
 /// The keyframes that have a surface.
 using KeyframeViews = std::map<std::int64_t, KeyframeView>;
 

@@ -9,10 +9,10 @@
 namespace ilp::map {
 namespace {
 
-class PieceBuilder {
+class PatchBuilder {
  public:
   /// `laid`: inverse depths of pixels without a measured one. If there are any, only faces with such a pixel are made.
-  PieceBuilder(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters, const MergeParams& params,
+  PatchBuilder(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters, const MergeParams& params,
                const host::Raster<float>& laid)
       : keyframe_(keyframe), rasters_(rasters), params_(params), laid_(laid) {}
 
@@ -142,7 +142,7 @@ SurfaceMesh keyframe_surface(const intake::Keyframe& keyframe, const intake::Key
                              const MergeParams& params, PixelRays& rays) {
   if (!rasters.inverse_depth.same_size(keyframe.camera.width, keyframe.camera.height)) return {};
   const host::Raster<float> none;
-  return PieceBuilder(keyframe, rasters, params, none).build(rays.of(keyframe.camera));
+  return PatchBuilder(keyframe, rasters, params, none).build(rays.of(keyframe.camera));
 }
 
 SurfaceMesh laid_surface(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters, PixelRays& rays) {
@@ -152,7 +152,7 @@ SurfaceMesh laid_surface(const intake::Keyframe& keyframe, const intake::Keyfram
   if (std::all_of(laid.samples.begin(), laid.samples.end(), [](float d) { return d == 0; })) return {};
   MergeParams params;
   params.max_depth_jump = std::numeric_limits<double>::infinity();
-  return PieceBuilder(keyframe, rasters, params, laid).build(rays.of(keyframe.camera));
+  return PatchBuilder(keyframe, rasters, params, laid).build(rays.of(keyframe.camera));
 }
 
 }  // namespace ilp::map

@@ -111,9 +111,9 @@ std::optional<TileSums> sums_of(const Mosaic& mosaic, std::int32_t column, std::
   if (!tile) return std::nullopt;
   sums.assign(1, sums_of(*tile, mosaic.geometry.cell));
   if (keeps) {
-    std::vector<std::uint8_t> told;
-    intake::append(sums, told);
-    kept->put_result(key, told);
+    std::vector<std::uint8_t> reported;
+    intake::append(sums, reported);
+    kept->put_result(key, reported);
   }
   return sums[0];
 }

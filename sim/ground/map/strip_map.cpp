@@ -26,7 +26,7 @@ constexpr const char* damaged_tile = "a tile of the map cannot be read back";
 class Merge {
  public:
   Merge(const intake::Flight& flight, std::int64_t strip_id, intake::TileCache& cache, const MapParams& params)
-      : strip_id_(strip_id), cache_(cache), threads_(params.threads), pieces_(flight, params.piece_bytes) {}
+      : strip_id_(strip_id), cache_(cache), threads_(params.threads), patches_(flight, params.chunk_bytes) {}
 
   PaintedTiles run(const MapPlan& plan, const TileProgress& progress) {
     PaintedTiles tiles;
@@ -49,7 +49,7 @@ class Merge {
   TileSummary summary_of(const TilePlan& tile, double cell) {
     const intake::TileKey key{strip_id_, tile.place};
     if (auto summary = known_summary(strip_id_, tile, cache_)) return *summary;
-    SurfaceTile painted = paint(tile, cell, pieces_);
+    SurfaceTile painted = paint(tile, cell, patches_);
     cache_.put(key, tile.digest, bytes_of(painted.summary), bytes_of(painted.cells));
     ++painted_;
     return std::move(painted.summary);
@@ -58,7 +58,7 @@ class Merge {
   std::int64_t strip_id_;
   intake::TileCache& cache_;
   std::size_t threads_;
-  PieceCache pieces_;
+  PatchCache patches_;
   std::mutex mutex_;
   std::atomic<std::size_t> painted_{0};
 };
@@ -380,8 +380,8 @@ std::optional<GroundGrid> build_grid(const intake::Flight& flight, const intake:
   for (const std::int64_t id : strip.keyframes) {
     const intake::Keyframe& keyframe = flight.keyframes.at(id);
     if (!has_surface(keyframe)) continue;
-    const KeyframeLook look = look_at(keyframe, intake::decode_products(keyframe).rasters, 1, rays);
-    if (look.ground_step > 0) views[id] = view_of(look);
+    const KeyframeQuickLook quick_look = quick_look_at(keyframe, intake::decode_products(keyframe).rasters, 1, rays);
+    if (quick_look.ground_step > 0) views[id] = view_of(quick_look);
   }
   intake::MemoryTileCache cache;
   const auto map = merge_strip(flight, strip, views, cache, {}, {});

@@ -34,7 +34,7 @@ struct StripMap {
 using TileProgress = std::function<void(std::size_t, std::size_t)>;
 
 struct MapParams {
-  std::size_t piece_bytes = std::size_t{96} << 20U;  ///< memory for pieces of surface
+  std::size_t chunk_bytes = std::size_t{96} << 20U;  ///< memory for pieces of surface
   std::size_t threads = 0;                           ///< 0: one per core
 };
 

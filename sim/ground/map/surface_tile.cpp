@@ -37,22 +37,22 @@ class TilePainter {
         weight_(grid.height.samples.size()),
         painted_by_(grid.height.samples.size()) {}
 
-  void paint(const SurfaceMesh& piece) {
-    ++piece_;
+  void paint(const SurfaceMesh& patch) {
+    ++patch_;
     ++source_;
-    for (const auto& face : piece.faces) {
-      paint_face(piece.vertices[face[0]], piece.vertices[face[1]], piece.vertices[face[2]]);
+    for (const auto& face : patch.faces) {
+      paint_face(patch.vertices[face[0]], patch.vertices[face[1]], patch.vertices[face[2]]);
     }
   }
 
   // Pixels at the edge of a mask belong to no full triangle; they fill the seams that are still open.
-  void paint_points(const std::vector<TilePiece>& pieces) {
+  void paint_points(const std::vector<TilePatch>& patches) {
     const std::vector<std::uint32_t> faces_only = weight_;
     source_ = 0;
-    for (const TilePiece& piece : pieces) {
-      ++piece_;
+    for (const TilePatch& patch : patches) {
+      ++patch_;
       ++source_;
-      for (const SurfaceVertex& v : piece.surface->vertices) {
+      for (const SurfaceVertex& v : patch.surface->vertices) {
         const double column = std::floor(grid_.column_of(v.x) + 0.5), row = std::floor(grid_.row_of(v.y) + 0.5);
         if (!(column >= 0) || !(row >= 0) || column >= grid_.height.width || row >= grid_.height.height) continue;
         const std::size_t cell = grid_.height.index(static_cast<std::int32_t>(column), static_cast<std::int32_t>(row));
@@ -82,7 +82,7 @@ class TilePainter {
   }
 
   void add(std::size_t cell, double z, double grey, double sigma) {
-    const bool again = painted_by_[cell] == piece_;
+    const bool again = painted_by_[cell] == patch_;
     if (!again && weight_[cell] != 0 && in_core(cell)) {
       ++seam_cells;
       ++steps[step_class(std::fabs(z - height_sum_[cell] / weight_[cell]) / grid_.cell)];
@@ -92,7 +92,7 @@ class TilePainter {
     sigma_sum_[cell] += sigma;
     ++weight_[cell];
     if (again) return;
-    painted_by_[cell] = piece_;
+    painted_by_[cell] = patch_;
     if (grid_.source.samples[cell] == 0) grid_.source.samples[cell] = source_;
     ++grid_.count.samples[cell];
   }
@@ -126,7 +126,7 @@ class TilePainter {
   GroundGrid& grid_;
   std::vector<double> height_sum_, grey_sum_, sigma_sum_;
   std::vector<std::uint32_t> weight_, painted_by_;
-  std::uint32_t piece_ = 0;
+  std::uint32_t patch_ = 0;
   std::uint16_t source_ = 0;
 };
 
@@ -193,9 +193,9 @@ json list_of(const Seams& seams) {
   return list;
 }
 
-Seams seams_from(const json& told) {
+Seams seams_from(const json& reported) {
   Seams seams;
-  for (const json& entry : told) {
+  for (const json& entry : reported) {
     seams[entry.at(0).get<std::pair<std::int64_t, std::int64_t>>()] = {
         GreyHistogram(entry.at(1).get<std::vector<GreyHistogram::Entry>>()),
         GreyHistogram(entry.at(2).get<std::vector<GreyHistogram::Entry>>())};
@@ -203,24 +203,24 @@ Seams seams_from(const json& told) {
   return seams;
 }
 
-json list_of(const std::vector<ShownPiece>& shown) {
+json list_of(const std::vector<ShownPatch>& shown) {
   json list = json::array();
-  for (const ShownPiece& piece : shown) list.push_back({piece.cells, piece.grey, piece.pairs, piece.differences});
+  for (const ShownPatch& patch : shown) list.push_back({patch.cells, patch.grey, patch.pairs, patch.differences});
   return list;
 }
 
-std::vector<ShownPiece> shown_from(const json& told) {
-  std::vector<ShownPiece> shown;
-  for (const json& entry : told) shown.push_back({entry.at(0), entry.at(1), entry.at(2), entry.at(3)});
+std::vector<ShownPatch> shown_from(const json& reported) {
+  std::vector<ShownPatch> shown;
+  for (const json& entry : reported) shown.push_back({entry.at(0), entry.at(1), entry.at(2), entry.at(3)});
   return shown;
 }
 
 /// Laid ground of the pieces, where `area` has none that was measured.
-LaidGround paint_laid(const GroundGrid& area, const std::vector<TilePiece>& pieces) {
+LaidGround paint_laid(const GroundGrid& area, const std::vector<TilePatch>& patches) {
   GroundGrid laid(area.x0, area.y0, area.cell, area.height.width, area.height.height);
   TilePainter painter(laid);
   static const SurfaceMesh none;
-  for (const TilePiece& piece : pieces) painter.paint(piece.laid ? *piece.laid : none);
+  for (const TilePatch& patch : patches) painter.paint(patch.laid ? *patch.laid : none);
   painter.finish();
   for (std::size_t i = 0; i < laid.source.samples.size(); ++i) {
     if (area.source.samples[i] == 0 && laid.source.samples[i] != 0) continue;
@@ -237,26 +237,26 @@ double seam_step(std::int32_t step_class) {
   return std::exp2((step_class + 0.5) / classes_per_octave);
 }
 
-SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::vector<TilePiece>& pieces) {
+SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::vector<TilePatch>& patches) {
   constexpr std::int32_t side = painted_side_cells;
   const double first_column = static_cast<double>(place.column) * tile_side_cells - static_cast<double>(margin);
   const double first_row = static_cast<double>(place.row) * tile_side_cells - static_cast<double>(margin);
   GroundGrid area(first_column * cell, -first_row * cell, cell, side, side);
   TilePainter painter(area);
-  for (const TilePiece& piece : pieces) painter.paint(*piece.surface);
-  painter.paint_points(pieces);
+  for (const TilePatch& patch : patches) painter.paint(*patch.surface);
+  painter.paint_points(patches);
   painter.finish();
   close_seams(area);
 
   SurfaceTile tile;
   TileSummary& summary = tile.summary;
-  for (const TilePiece& piece : pieces) summary.keyframes.push_back(piece.keyframe_id);
+  for (const TilePatch& patch : patches) summary.keyframes.push_back(patch.keyframe_id);
   summary.seam_cells = painter.seam_cells;
   summary.steps = std::move(painter.steps);
   add_seams(area, summary.keyframes, tile_margin_cells, summary.seams);
   summary.shown.assign(summary.keyframes.size(), {});
   add_shown(area, tile_margin_cells, summary.shown);
-  LaidGround laid = paint_laid(area, pieces);
+  LaidGround laid = paint_laid(area, patches);
   tile.cells = {0,
                 0,
                 std::move(area.height),
@@ -270,27 +270,27 @@ SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::v
 }
 
 std::vector<std::uint8_t> bytes_of(const TileSummary& s) {
-  const json told = {{"keyframes", s.keyframes},
-                     {"shown", list_of(s.shown)},
-                     {"measured", s.measured},
-                     {"seam_cells", s.seam_cells},
-                     {"steps", s.steps},
-                     {"seams", list_of(s.seams)},
-                     {"box", {s.left, s.top, s.right, s.bottom}}};
-  return json::to_cbor(told);
+  const json reported = {{"keyframes", s.keyframes},
+                         {"shown", list_of(s.shown)},
+                         {"measured", s.measured},
+                         {"seam_cells", s.seam_cells},
+                         {"steps", s.steps},
+                         {"seams", list_of(s.seams)},
+                         {"box", {s.left, s.top, s.right, s.bottom}}};
+  return json::to_cbor(reported);
 }
 
 std::optional<TileSummary> summary_from(std::span<const std::uint8_t> bytes) {
   try {
-    const json told = json::from_cbor(bytes.begin(), bytes.end());
+    const json reported = json::from_cbor(bytes.begin(), bytes.end());
     TileSummary s;
-    told.at("keyframes").get_to(s.keyframes);
-    s.shown = shown_from(told.at("shown"));
-    told.at("measured").get_to(s.measured);
-    told.at("seam_cells").get_to(s.seam_cells);
-    told.at("steps").get_to(s.steps);
-    s.seams = seams_from(told.at("seams"));
-    const json& box = told.at("box");
+    reported.at("keyframes").get_to(s.keyframes);
+    s.shown = shown_from(reported.at("shown"));
+    reported.at("measured").get_to(s.measured);
+    reported.at("seam_cells").get_to(s.seam_cells);
+    reported.at("steps").get_to(s.steps);
+    s.seams = seams_from(reported.at("seams"));
+    const json& box = reported.at("box");
     box.at(0).get_to(s.left);
     box.at(1).get_to(s.top);
     box.at(2).get_to(s.right);
@@ -354,8 +354,8 @@ MapTile finish_tile(const MapTile& painted, const std::vector<Balance>& balance,
   // Heights bend within their stated errors: without any, they are taken as they are.
   const bool stated = std::any_of(tile.sigma.samples.begin(), tile.sigma.samples.end(),
                                   [](float sigma) { return std::isfinite(sigma) && sigma > 0; });
-  if (stated) blend_pieces(tile.source, tile.sigma, static_cast<float>(usual_sigma_cells * cell), {}, tile.height);
-  blend_pieces(shown, {}, 1, grey_blend, grey);
+  if (stated) blend_patches(tile.source, tile.sigma, static_cast<float>(usual_sigma_cells * cell), {}, tile.height);
+  blend_patches(shown, {}, 1, grey_blend, grey);
   for (std::size_t i = 0; i < grey.samples.size(); ++i) {
     if (shown.samples[i] == 0) continue;
     const auto one = static_cast<std::uint8_t>(std::clamp(grey.samples[i] + 0.5F, 0.0F, 255.0F));
@@ -368,25 +368,25 @@ MapTile finish_tile(const MapTile& painted, const std::vector<Balance>& balance,
   return core_of(tile);
 }
 
-std::optional<TilePiece> PieceCache::held(std::int64_t keyframe_id) {
+std::optional<TilePatch> PatchCache::held(std::int64_t keyframe_id) {
   const auto found = std::find_if(entries_.begin(), entries_.end(),
-                                  [&](const TilePiece& entry) { return entry.keyframe_id == keyframe_id; });
+                                  [&](const TilePatch& entry) { return entry.keyframe_id == keyframe_id; });
   if (found == entries_.end()) return std::nullopt;
   entries_.splice(entries_.begin(), entries_, found);
   return *found;
 }
 
-TilePiece PieceCache::piece(std::int64_t keyframe_id, PixelRays& rays) {
+TilePatch PatchCache::patch(std::int64_t keyframe_id, PixelRays& rays) {
   {
     const std::lock_guard lock(mutex_);
-    if (auto piece = held(keyframe_id)) return *piece;
+    if (auto patch = held(keyframe_id)) return *patch;
   }
   const intake::Keyframe& keyframe = flight_.keyframes.at(keyframe_id);
   const intake::DecodedProducts decoded = intake::decode_products(keyframe);
-  const TilePiece made{keyframe_id,
+  const TilePatch made{keyframe_id,
                        std::make_shared<const SurfaceMesh>(keyframe_surface(keyframe, decoded.rasters, {}, rays)),
                        std::make_shared<const SurfaceMesh>(laid_surface(keyframe, decoded.rasters, rays))};
-  const auto size = [](const TilePiece& piece) { return bytes_of(*piece.surface) + bytes_of(*piece.laid); };
+  const auto size = [](const TilePatch& patch) { return bytes_of(*patch.surface) + bytes_of(*patch.laid); };
   const std::lock_guard lock(mutex_);
   // Another thread may have been faster.
   if (auto theirs = held(keyframe_id)) return *theirs;

@@ -25,7 +25,7 @@ inline constexpr std::int32_t tile_side_cells = 256;
 inline constexpr std::int32_t tile_margin_cells = std::max(seam_reach_cells, blend_reach_cells);
 inline constexpr std::int32_t painted_side_cells = tile_side_cells + 2 * tile_margin_cells;
 
-struct TilePiece {
+struct TilePatch {
   std::int64_t keyframe_id = 0;
   std::shared_ptr<const SurfaceMesh> surface;
   std::shared_ptr<const SurfaceMesh> laid = nullptr;  ///< laid_surface; may be null
@@ -34,7 +34,7 @@ struct TilePiece {
 /// The part of a tile that the whole map needs; it is small, unlike the cells.
 struct TileSummary {
   std::vector<std::int64_t> keyframes;          ///< ids, by source - 1
-  std::vector<ShownPiece> shown;                ///< of each
+  std::vector<ShownPatch> shown;                ///< of each
   std::uint64_t measured = 0;                   ///< cells with a count
   std::uint64_t seam_cells = 0;                 ///< where two keyframes cover a cell
   std::map<std::int32_t, std::uint32_t> steps;  ///< how much their heights differ there (seam_step)
@@ -54,7 +54,8 @@ struct SurfaceTile {
 
 /// Paints the pieces in the order given, with rising ids. Seams are closed; exposures are not balanced, and pieces not
 /// blended yet.
-[[nodiscard]] SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::vector<TilePiece>& pieces);
+[[nodiscard]] SurfaceTile paint_tile(const intake::TilePlace& place, double cell,
+                                     const std::vector<TilePatch>& patches);
 
 /// Balances the grey of each keyframe (by source - 1), blends the pieces of a painted tile, laid ground among them, and
 /// cuts the margin off.
@@ -70,18 +71,18 @@ struct SurfaceTile {
 // Caches pieces of surface for the tiles that are being painted; a piece is made when it is first needed.
 
 /// Holds the most recently used pieces that fit into `bytes`. Several threads may call it at once.
-class PieceCache {
+class PatchCache {
  public:
-  PieceCache(const intake::Flight& flight, std::size_t bytes) : flight_(flight), budget_(bytes) {}
-  [[nodiscard]] TilePiece piece(std::int64_t keyframe_id, PixelRays& rays);
+  PatchCache(const intake::Flight& flight, std::size_t bytes) : flight_(flight), budget_(bytes) {}
+  [[nodiscard]] TilePatch patch(std::int64_t keyframe_id, PixelRays& rays);
 
  private:
-  [[nodiscard]] std::optional<TilePiece> held(std::int64_t keyframe_id);
+  [[nodiscard]] std::optional<TilePatch> held(std::int64_t keyframe_id);
 
   const intake::Flight& flight_;
   std::size_t budget_;
   std::mutex mutex_;
-  std::list<TilePiece> entries_;  ///< used last first
+  std::list<TilePatch> entries_;  ///< used last first
   std::size_t held_bytes_ = 0;
 };
 

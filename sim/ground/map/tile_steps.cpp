@@ -34,17 +34,17 @@ std::optional<TileSummary> known_summary(std::int64_t strip_id, const TilePlan& 
   return bytes ? summary_from(*bytes) : std::nullopt;
 }
 
-SurfaceTile paint(const TilePlan& tile, double cell, PieceCache& pieces) {
+SurfaceTile paint(const TilePlan& tile, double cell, PatchCache& patches) {
   thread_local PixelRays rays;
-  std::vector<TilePiece> painted;
-  for (const std::int64_t id : tile.keyframes) painted.push_back(pieces.piece(id, rays));
+  std::vector<TilePatch> painted;
+  for (const std::int64_t id : tile.keyframes) painted.push_back(patches.patch(id, rays));
   return paint_tile(tile.place, cell, painted);
 }
 
 void MapTotals::take(TileSummary& summary) {
   for (std::size_t i = 0; i < summary.keyframes.size(); ++i) {
     if (summary.shown[i].cells == 0) continue;
-    pieces[summary.keyframes[i]].add(summary.shown[i]);
+    patches[summary.keyframes[i]].add(summary.shown[i]);
   }
   for (const auto& [pair, greys] : summary.seams) {
     SeamGreys& all = seams[pair];
@@ -59,9 +59,9 @@ void MapTotals::take(TileSummary& summary) {
 
 /// Rounded to what nobody sees, so that a late keyframe changes few tiles far from it.
 std::map<std::int64_t, Balance> map_balance(const MapTotals& totals) {
-  if (totals.pieces.size() < 2) return {};
+  if (totals.patches.size() < 2) return {};
   constexpr double gain_steps = 1024, offset_steps = 16;
-  std::map<std::int64_t, Balance> balance = balance_pieces(totals.seams, totals.pieces);
+  std::map<std::int64_t, Balance> balance = balance_patches(totals.seams, totals.patches);
   for (auto& [id, one] : balance) {
     one.gain = std::exp(std::round(gain_steps * std::log(one.gain)) / gain_steps);
     one.offset = std::round(offset_steps * one.offset) / offset_steps;

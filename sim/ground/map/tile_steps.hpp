@@ -17,7 +17,7 @@ namespace ilp::map {
 [[nodiscard]] std::optional<TileSummary> known_summary(std::int64_t strip_id, const TilePlan& tile,
                                                        intake::TileCache& cache);
 
-[[nodiscard]] SurfaceTile paint(const TilePlan& tile, double cell, PieceCache& pieces);
+[[nodiscard]] SurfaceTile paint(const TilePlan& tile, double cell, PatchCache& patches);
 
 struct TileFinish {
   intake::TilePlace place;
@@ -30,7 +30,7 @@ struct TileFinish {
 /// What the whole map needs of its tiles. The order in which tiles are taken makes no difference.
 struct MapTotals {
   Seams seams;
-  std::map<std::int64_t, ShownPiece> pieces;    ///< by keyframe
+  std::map<std::int64_t, ShownPatch> patches;   ///< by keyframe
   std::map<std::int32_t, std::uint64_t> steps;  ///< of TileSummary
   /// The summary loses its seams and steps, which take most of its memory.
   void take(TileSummary& summary);

@@ -158,9 +158,9 @@ std::vector<std::string> make_map_tiles(const MapTilesOptions& options, std::ost
   params.features = options.features;
   params.flight_sun = flight_sun;
   params.image_bits = options.image_bits;
-  RasterPieces pieces(image, heights, extent);
+  RasterPatches patches(image, heights, extent);
   const MapSummary summary = write_map(
-      *directory, [&](const MapLayer& layer, const PieceArea& area) { return pieces(layer, area); }, params, key,
+      *directory, [&](const MapLayer& layer, const PatchArea& area) { return patches(layer, area); }, params, key,
       options.out, messages);
   std::vector<std::string> lines = lines_of(summary);
   lines.push_back((body == Body::none ? "on no body"

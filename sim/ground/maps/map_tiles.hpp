@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sim/ground/maps/map_writer.hpp"
-#include "sim/ground/maps/raster_pieces.hpp"
+#include "sim/ground/maps/raster_patches.hpp"
 
 namespace ilp::maps {
 

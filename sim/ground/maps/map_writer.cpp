@@ -49,12 +49,12 @@ std::vector<MadeTile> places_of(const MapDirectory& directory) {
 }
 
 /// Makes all tiles, in as many threads as there are makers.
-void make_tiles(const MapDirectory& directory, const PieceOf& pieces, const TileParams& params,
+void make_tiles(const MapDirectory& directory, const PatchOf& patches, const TileParams& params,
                 std::vector<MadeTile>& tiles, std::ostream& messages) {
   const std::size_t threads = std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 8);
   std::vector<std::unique_ptr<TileMaker>> makers;
   for (std::size_t i = 0; i < threads; ++i) makers.push_back(std::make_unique<TileMaker>(params));
-  std::mutex source, telling;
+  std::mutex source, reporting;
   std::atomic<std::size_t> next{0};
   std::size_t done = 0;
   host::Progress progress(messages, "tiles");
@@ -64,18 +64,18 @@ void make_tiles(const MapDirectory& directory, const PieceOf& pieces, const Tile
         for (std::size_t k = next++; k < tiles.size(); k = next++) {
           MadeTile& tile = tiles[k];
           const MapLayer& layer = directory.layers[tile.place.layer];
-          MapPiece piece;
+          MapPatch patch;
           {
             const std::lock_guard lock(source);
-            piece = pieces(layer, area_of_tile(tile.place.row, tile.place.column));
+            patch = patches(layer, area_of_tile(tile.place.row, tile.place.column));
           }
-          const TileMaker::Made made = makers[thread]->make(layer, tile.place, std::move(piece));
+          const TileMaker::Made made = makers[thread]->make(layer, tile.place, std::move(patch));
           tile.file = made.file;
           tile.known_cells = made.known_cells;
           tile.known_posts = made.known_posts;
           tile.rough_as_imaged = made.rough_as_imaged;
           tile.rough_flat = made.rough_flat;
-          const std::lock_guard lock(telling);
+          const std::lock_guard lock(reporting);
           progress(++done, tiles.size());
         }
       },
@@ -175,11 +175,11 @@ void set_layers(MapDirectory& directory, double west_m, double north_m, double w
   }
 }
 
-MapSummary write_map(MapDirectory& directory, const PieceOf& pieces, const TileParams& params,
+MapSummary write_map(MapDirectory& directory, const PatchOf& patches, const TileParams& params,
                      std::span<const std::uint8_t> key, const fs::path& folder, std::ostream& messages) {
   host::make_output_folder(folder);
   std::vector<MadeTile> tiles = places_of(directory);
-  make_tiles(directory, pieces, params, tiles, messages);
+  make_tiles(directory, patches, params, tiles, messages);
   const auto known = static_cast<std::size_t>(
       std::count_if(tiles.begin(), tiles.end(), [](const MadeTile& tile) { return !tile.file.empty(); }));
   if (known == 0) throw std::runtime_error("nothing is known of the area");

@@ -37,7 +37,7 @@ struct MapSummary {
 /// key; what another map left in the folder is removed before. `directory` is complete but for id, light, tiles. The
 /// same ground gives the same bytes. std::runtime_error: more than limits::max_map_tiles tiles, a folder that cannot be
 /// written, and what `pieces` throws, which is called by one thread at a time.
-MapSummary write_map(MapDirectory& directory, const PieceOf& pieces, const TileParams& params,
+MapSummary write_map(MapDirectory& directory, const PatchOf& patches, const TileParams& params,
                      std::span<const std::uint8_t> key, const std::filesystem::path& folder, std::ostream& messages);
 
 /// A few lines for people.

@@ -15,7 +15,7 @@
 namespace ilp::maps {
 namespace {
 
-constexpr std::int32_t piece_side = map_tile_side + 2 * tile_margin;
+constexpr std::int32_t patch_side = map_tile_side + 2 * tile_margin;
 constexpr float light_of_ground = 128;      // grey of level ground of mean brightness
 constexpr std::int32_t clear_of_holes = 8;  // cells between a feature and ground of which nothing is known
 // Beyond it the bright side of what stands out is its other side, and the image is no help (map_sun_limit_rad).
@@ -137,9 +137,9 @@ void TileMaker::Memory::find(const host::Raster<float>& light, std::size_t wante
   samples.assign(greys.samples.begin(), greys.samples.end());
   fill_background({samples.data(), greys.width, greys.height}, greys.view(), scratch.data());
   const Greys picture = enlarged(samples, greys.width, greys.height);
-  const std::size_t in_piece = wanted * piece_side * piece_side / map_tile_pixels;
+  const std::size_t in_patch = wanted * patch_side * patch_side / map_tile_pixels;
   host::require(
-      find_place_features(picture.view(), std::min(in_piece, limits::max_place_features), harris, finder, found),
+      find_place_features(picture.view(), std::min(in_patch, limits::max_place_features), harris, finder, found),
       "features of a tile");
   for (PlaceFeature feature : found) {
     feature.x = (feature.x + 0.5F) / map_feature_zoom - 0.5F;
@@ -153,34 +153,34 @@ void TileMaker::Memory::find(const host::Raster<float>& light, std::size_t wante
   }
 }
 
-PieceArea area_of_tile(std::int32_t row, std::int32_t column) {
-  return {column * map_tile_side - tile_margin, row * map_tile_side - tile_margin, piece_side, piece_side};
+PatchArea area_of_tile(std::int32_t row, std::int32_t column) {
+  return {column * map_tile_side - tile_margin, row * map_tile_side - tile_margin, patch_side, patch_side};
 }
 
 TileMaker::TileMaker(const TileParams& params) : params_(params), memory_(std::make_unique<Memory>()) {}
 TileMaker::~TileMaker() = default;
 
-TileMaker::Made TileMaker::make(const MapLayer& layer, const MapTilePlace& place, MapPiece piece) {
+TileMaker::Made TileMaker::make(const MapLayer& layer, const MapTilePlace& place, MapPatch patch) {
   MapTile& tile = memory_->tile;
   tile.layer = place.layer;
   tile.row = place.row;
   tile.column = place.column;
-  const host::Raster<float> heights = heights_of_cells(piece.posts, piece_side, piece_side);
+  const host::Raster<float> heights = heights_of_cells(patch.posts, patch_side, patch_side);
   Made made;
   const host::Raster<float> shading = shading_of(heights, layer.pixel_m, params_.sun);
   const Sun flight_sun = params_.flight_sun.value_or(params_.sun);
   const host::Raster<float> shape = shading_of(heights, layer.pixel_m, flight_sun);
-  const host::Raster<float> light = relit(piece.light, shading, shape);
-  made.rough_as_imaged = made.rough_flat = roughness_of(piece.light, shading);
+  const host::Raster<float> light = relit(patch.light, shading, shape);
+  made.rough_as_imaged = made.rough_flat = roughness_of(patch.light, shading);
   if (params_.flat) {
-    flatten(piece.light, shading);
-    made.rough_flat = roughness_of(piece.light, shading);
+    flatten(patch.light, shading);
+    made.rough_flat = roughness_of(patch.light, shading);
   }
-  const Greys greys = greys_of(piece.light);
+  const Greys greys = greys_of(patch.light);
   for (std::int32_t y = 0; y < map_tile_side; ++y) {
     std::copy_n(&greys.at(tile_margin, y + tile_margin), map_tile_side, &tile.image[index_in_tile(y)]);
   }
-  set_posts(piece.posts, params_.height_step_px * layer.pixel_m, tile);
+  set_posts(patch.posts, params_.height_step_px * layer.pixel_m, tile);
   made.known_cells = map_tile_pixels - count_of(tile.image, std::uint8_t{0});
   made.known_posts = map_tile_post_count - count_of(tile.posts, unknown_post);
   if (made.known_cells == 0 && made.known_posts == 0) return made;

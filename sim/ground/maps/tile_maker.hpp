@@ -8,7 +8,7 @@
 
 #include "fsw/maps/map_tile.hpp"
 #include "hal/maps/map_source.hpp"
-#include "sim/ground/maps/map_pieces.hpp"
+#include "sim/ground/maps/map_patches.hpp"
 
 namespace ilp::maps {
 
@@ -25,7 +25,7 @@ struct TileParams {
 };
 
 /// Which tile, and the piece of ground around it, which is tile_margin larger on every side.
-[[nodiscard]] PieceArea area_of_tile(std::int32_t row, std::int32_t column);
+[[nodiscard]] PatchArea area_of_tile(std::int32_t row, std::int32_t column);
 
 class TileMaker {
  public:
@@ -38,7 +38,7 @@ class TileMaker {
     double rough_as_imaged = 0, rough_flat = 0;  ///< of the light (roughness_of); equal where it is not divided
   };
   /// std::runtime_error for heights that no tile holds.
-  [[nodiscard]] Made make(const MapLayer& layer, const MapTilePlace& place, MapPiece piece);
+  [[nodiscard]] Made make(const MapLayer& layer, const MapTilePlace& place, MapPatch patch);
 
  private:
   struct Memory;

@@ -12,7 +12,7 @@ constexpr double idle_share = 1.0 / 16;
 
 }  // namespace
 
-void settle(const Scene& scene, double max_px, Model& model, double tolerance) {
+void adjust_in_steps(const Scene& scene, double max_px, Model& model, double tolerance) {
   triangulate(scene, max_px, model);
   adjust_model(scene, std::max(0.5, max_px / 4), model, tolerance);
   refuse_outliers(scene, max_px, model);
@@ -22,7 +22,7 @@ void close_loops(const Scene& scene, double drift_px, Model& model, double toler
   for (double bound = 2 * drift_px; bound > placing_px; bound /= 4) {
     const ModelExtent extent = extent_of(scene, model);
     if (extent.refused == 0 && extent.largest_error_px < idle_share * bound) continue;
-    settle(scene, bound, model, tolerance);
+    adjust_in_steps(scene, bound, model, tolerance);
   }
 }
 
@@ -48,7 +48,7 @@ void place_all(const Scene& scene, const std::vector<Unit>& units, std::vector<s
     common = common_tracks(scene, model, units);
     triangulate(scene, placing_px, model);
     if (static_cast<double>(model.size()) < grown * static_cast<double>(adjusted)) continue;
-    settle(scene, placing_px, model);
+    adjust_in_steps(scene, placing_px, model);
     adjusted = model.size();
   }
 }

@@ -13,7 +13,7 @@ namespace ilp::model {
 inline constexpr double placing_px = 6, adjusted_px = 3, final_px = 1.5;
 
 /// Triangulates, adjusts, and refuses what is off by more than `max_px`. `tolerance`: as in AdjustmentParams.
-void settle(const Scene& scene, double max_px, Model& model, double tolerance = AdjustmentParams{}.tolerance);
+void adjust_in_steps(const Scene& scene, double max_px, Model& model, double tolerance = AdjustmentParams{}.tolerance);
 
 inline constexpr double most_drift_px = 120;
 

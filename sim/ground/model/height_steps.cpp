@@ -34,28 +34,28 @@ intake::Keyframe depth_only(const intake::Keyframe& keyframe) {
   return depth;
 }
 
-Vec3 world_point(const Piece& piece, const MaskedDepth::Pixel& pixel) {
-  const Vec2 n = normalised_from_pixel(*piece.camera, Vec2(pixel.x, pixel.y));
-  const RigidTransform& pose = piece.camera_from_world;
-  const double depth = piece.depth_unit / pixel.inverse_depth;
+Vec3 world_point(const Patch& patch, const MaskedDepth::Pixel& pixel) {
+  const Vec2 n = normalised_from_pixel(*patch.camera, Vec2(pixel.x, pixel.y));
+  const RigidTransform& pose = patch.camera_from_world;
+  const double depth = patch.depth_unit / pixel.inverse_depth;
   return pose.rotation.transpose() * (depth * Vec3(n.x(), n.y(), 1) - pose.translation);
 }
 
-bool of_one_pass(const Piece& a, const Piece& b) {
+bool of_one_pass(const Patch& a, const Patch& b) {
   return a.strip_id == b.strip_id && std::abs(a.index - b.index) <= keyframes_of_one_pass;
 }
 
 /// Which pieces lie over which cells of the ground.
 class Cells {
  public:
-  explicit Cells(const std::vector<Piece>& pieces) {
+  explicit Cells(const std::vector<Patch>& patches) {
     std::vector<double> depths;
-    depths.reserve(pieces.size());
-    for (const Piece& piece : pieces) depths.push_back(piece.depth_unit * piece.depth->median_depth());
+    depths.reserve(patches.size());
+    for (const Patch& patch : patches) depths.push_back(patch.depth_unit * patch.depth->median_depth());
     side_ = cell_share * host::median(std::move(depths));
-    for (std::size_t i = 0; i < pieces.size(); ++i) {
-      pieces[i].depth->for_each([&](const MaskedDepth::Pixel& pixel) {
-        std::vector<std::uint32_t>& over = cells_[key(world_point(pieces[i], pixel))];
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+      patches[i].depth->for_each([&](const MaskedDepth::Pixel& pixel) {
+        std::vector<std::uint32_t>& over = cells_[key(world_point(patches[i], pixel))];
         if (over.empty() || over.back() != i) over.push_back(static_cast<std::uint32_t>(i));
       });
     }
@@ -77,7 +77,7 @@ class Cells {
 
 /// The step between a point of a later piece, which lies `depth` from its camera, and an earlier piece; NaN where the
 /// earlier one has no depth there. % of the mean distance.
-double step_percent(const Vec3& point, double depth, const Piece& earlier) {
+double step_percent(const Vec3& point, double depth, const Patch& earlier) {
   const RigidTransform& pose = earlier.camera_from_world;
   const Vec3 in_camera = pose * point;
   if (!(in_camera.z() > 0)) return unknown;
@@ -94,15 +94,15 @@ struct Steps {
   std::set<std::uint32_t> earlier;  ///< pieces that it was compared with
 };
 
-Steps steps_of(const std::vector<Piece>& pieces, std::uint32_t number, const Cells& cells) {
+Steps steps_of(const std::vector<Patch>& patches, std::uint32_t number, const Cells& cells) {
   Steps steps;
-  const Piece& piece = pieces[number];
-  piece.depth->for_each([&](const MaskedDepth::Pixel& pixel) {
-    const Vec3 point = world_point(piece, pixel);
+  const Patch& patch = patches[number];
+  patch.depth->for_each([&](const MaskedDepth::Pixel& pixel) {
+    const Vec3 point = world_point(patch, pixel);
     for (const std::uint32_t other : cells.over(point)) {
       if (other >= number) break;
-      if (of_one_pass(pieces[other], piece)) continue;
-      const double percent = step_percent(point, piece.depth_unit / pixel.inverse_depth, pieces[other]);
+      if (of_one_pass(patches[other], patch)) continue;
+      const double percent = step_percent(point, patch.depth_unit / pixel.inverse_depth, patches[other]);
       if (!std::isfinite(percent)) continue;
       steps.percent.push_back(percent);
       steps.earlier.insert(other);
@@ -133,35 +133,35 @@ Depths depths_of(const intake::Flight& flight, const JoinedModel& joined) {
 }
 
 /// The pieces of the model by the poses of the flight, for each world that ties make of the strips.
-std::map<std::int64_t, std::vector<Piece>> pieces_before(const intake::Flight& flight, const JoinedModel& joined,
-                                                         const Depths& depths) {
+std::map<std::int64_t, std::vector<Patch>> patches_before(const intake::Flight& flight, const JoinedModel& joined,
+                                                          const Depths& depths) {
   const std::map<std::int64_t, TiedWorld> worlds = tied_worlds(flight);
   std::map<std::int64_t, std::int64_t> index = indices_in_strip(joined);
-  std::map<std::int64_t, std::vector<Piece>> pieces;
+  std::map<std::int64_t, std::vector<Patch>> patches;
   for (const JoinedModel::Member& member : joined.members) {
     const auto depth = depths.find(member.keyframe_id);
     const auto world = worlds.find(member.strip_id);
     if (!member.posed_by_flight || depth == depths.end() || world == worlds.end()) continue;
     const intake::Keyframe& keyframe = flight.keyframes.at(member.keyframe_id);
     const Similarity& from_strip = world->second.world_from_strip;
-    pieces[world->second.strip_id].push_back({member.strip_id, index[member.keyframe_id], &keyframe.camera,
-                                              &depth->second, moved(from_strip, member.camera_from_strip),
-                                              from_strip.scale * member.depth_scale / keyframe.depth_scale});
+    patches[world->second.strip_id].push_back({member.strip_id, index[member.keyframe_id], &keyframe.camera,
+                                               &depth->second, moved(from_strip, member.camera_from_strip),
+                                               from_strip.scale * member.depth_scale / keyframe.depth_scale});
   }
-  return pieces;
+  return patches;
 }
 
-std::vector<Piece> pieces_after(const intake::Flight& flight, const JoinedModel& joined, const Depths& depths) {
+std::vector<Patch> patches_after(const intake::Flight& flight, const JoinedModel& joined, const Depths& depths) {
   std::map<std::int64_t, std::int64_t> index = indices_in_strip(joined);
-  std::vector<Piece> pieces;
+  std::vector<Patch> patches;
   for (const JoinedModel::Member& member : joined.members) {
     const auto depth = depths.find(member.keyframe_id);
     if (depth == depths.end()) continue;
     const intake::Keyframe& keyframe = flight.keyframes.at(member.keyframe_id);
-    pieces.push_back({member.strip_id, index[member.keyframe_id], &keyframe.camera, &depth->second,
-                      cam_from_world(pose_of(*keyframe.pose)), 1});
+    patches.push_back({member.strip_id, index[member.keyframe_id], &keyframe.camera, &depth->second,
+                       cam_from_world(pose_of(*keyframe.pose)), 1});
   }
-  return pieces;
+  return patches;
 }
 
 HeightSteps summary_of(std::vector<double> percent, std::size_t pairs) {
@@ -172,12 +172,12 @@ HeightSteps summary_of(std::vector<double> percent, std::size_t pairs) {
   return steps;
 }
 
-void measure(const std::vector<Piece>& pieces, std::vector<double>& percent, std::size_t& pairs) {
-  if (pieces.empty()) return;
-  const Cells cells(pieces);
-  std::vector<Steps> steps(pieces.size());
-  host::for_each_parallel(pieces.size(),
-                          [&](std::size_t i) { steps[i] = steps_of(pieces, static_cast<std::uint32_t>(i), cells); });
+void measure(const std::vector<Patch>& patches, std::vector<double>& percent, std::size_t& pairs) {
+  if (patches.empty()) return;
+  const Cells cells(patches);
+  std::vector<Steps> steps(patches.size());
+  host::for_each_parallel(patches.size(),
+                          [&](std::size_t i) { steps[i] = steps_of(patches, static_cast<std::uint32_t>(i), cells); });
   for (const Steps& one : steps) {
     percent.insert(percent.end(), one.percent.begin(), one.percent.end());
     pairs += one.earlier.size();
@@ -226,10 +226,10 @@ double MaskedDepth::median_depth() const {
   return inverse_depths_.empty() ? 0 : 1 / host::median({inverse_depths_.begin(), inverse_depths_.end()});
 }
 
-HeightSteps measure_height_steps(const std::vector<Piece>& pieces) {
+HeightSteps measure_height_steps(const std::vector<Patch>& patches) {
   std::vector<double> percent;
   std::size_t pairs = 0;
-  measure(pieces, percent, pairs);
+  measure(patches, percent, pairs);
   return summary_of(std::move(percent), pairs);
 }
 
@@ -238,9 +238,9 @@ void state_height_steps(const intake::Flight& flight, JoinedFlight& joined) {
     const Depths depths = depths_of(flight, one);
     std::vector<double> before;
     std::size_t pairs = 0;
-    for (const auto& [world, pieces] : pieces_before(flight, one, depths)) measure(pieces, before, pairs);
+    for (const auto& [world, patches] : patches_before(flight, one, depths)) measure(patches, before, pairs);
     one.steps_before = summary_of(std::move(before), pairs);
-    one.steps_after = measure_height_steps(pieces_after(flight, one, depths));
+    one.steps_after = measure_height_steps(patches_after(flight, one, depths));
   }
 }
 

@@ -46,7 +46,7 @@ class MaskedDepth {
 };
 
 /// A keyframe's depths in a world.
-struct Piece {
+struct Patch {
   std::int64_t strip_id = 0, index = 0;  ///< strip of the flight, and its number in it
   const CameraModel* camera = nullptr;
   const MaskedDepth* depth = nullptr;
@@ -58,7 +58,7 @@ struct Piece {
 /// Where a pixel of the later piece is seen in the earlier one, the step is the difference of the heights (z of the
 /// world) of the two surfaces on the line of sight of the earlier camera, divided by the mean distance of both cameras
 /// along their axes. The order of the pieces decides which is earlier.
-[[nodiscard]] HeightSteps measure_height_steps(const std::vector<Piece>& pieces);
+[[nodiscard]] HeightSteps measure_height_steps(const std::vector<Patch>& patches);
 
 /// Measures the steps of each model. `flight` has been moved into them.
 void state_height_steps(const intake::Flight& flight, JoinedFlight& joined);

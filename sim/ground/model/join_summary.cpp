@@ -59,7 +59,8 @@ JoinedModel summary_of(const intake::Flight& flight, const Scene& scene, const M
                               flight.keyframes.at(view.keyframe_id).depth_scale,
                               view.posed ? centre_of(view.camera_from_strip) : Vec3::Zero(),
                               centre_of(model.views[v].camera_from_model)});
-    if (const auto hold = model.views[v].hangs_at) joined.members.back().hangs_at = scene.views[*hold].keyframe_id;
+    if (const auto hold = model.views[v].attached_to)
+      joined.members.back().attached_to = scene.views[*hold].keyframe_id;
   }
   joined.strips.assign(strips.begin(), strips.end());
   for (std::size_t t = 0; t < scene.tracks.size(); ++t) {

@@ -5,13 +5,13 @@
 #include <set>
 
 #include "sim/ground/model/growth.hpp"
-#include "sim/ground/model/hanging.hpp"
 #include "sim/ground/model/join_summary.hpp"
 #include "sim/ground/model/link_sightings.hpp"
 #include "sim/ground/model/map_fixes.hpp"
 #include "sim/ground/model/model_relations.hpp"
 #include "sim/ground/model/moving.hpp"
 #include "sim/ground/model/pair_matching.hpp"
+#include "sim/ground/model/single_link_views.hpp"
 #include "sim/ground/model/sub_mapped_model.hpp"
 #include "sim/ground/model/ties.hpp"
 
@@ -72,9 +72,9 @@ double drift_px(const intake::Flight& flight, const Scene& scene, std::int64_t s
 }
 
 /// Adjusts, and seeks more points in common where the model stands then.
-void settle_and_match(const std::vector<Unit>& units, double bound, Scene& scene, std::vector<std::uint8_t>& taken,
+void adjust_and_match(const std::vector<Unit>& units, double bound, Scene& scene, std::vector<std::uint8_t>& taken,
                       Model& model) {
-  settle(scene, bound, model);
+  adjust_in_steps(scene, bound, model);
   match_pairs(relations_by_model(scene, model), scene);
   grow(scene, model);
   triangulate(scene, adjusted_px, model);
@@ -82,20 +82,20 @@ void settle_and_match(const std::vector<Unit>& units, double bound, Scene& scene
 }
 
 /// Sightings that were refused before the last adjustment may fit after it. `before`: before that adjustment.
-void settle_finally(const Scene& scene, ModelExtent before, Model& model) {
+void adjust_finally(const Scene& scene, ModelExtent before, Model& model) {
   for (int round = 0; round < 2; ++round) {
     const ModelExtent now = extent_of(scene, model);
     if (now.same_parts(before)) return;
-    settle(scene, final_px, model);
+    adjust_in_steps(scene, final_px, model);
     before = now;
   }
 }
 
 /// What hangs at the model may lead to more, and, where the model stands then, to more points in common.
-void hang_all(const std::vector<Unit>& units, Scene& scene, std::vector<std::uint8_t>& taken, Model& model,
-              const JoinProgress& progress) {
+void attach_single_link_views(const std::vector<Unit>& units, Scene& scene, std::vector<std::uint8_t>& taken,
+                              Model& model, const JoinProgress& progress) {
   bool any = false;
-  while (hang_one(scene, units, taken, model)) {
+  while (attach_single_link_view(scene, units, taken, model)) {
     any = true;
     triangulate(scene, placing_px, model);
     place_all(scene, units, taken, model);
@@ -103,14 +103,14 @@ void hang_all(const std::vector<Unit>& units, Scene& scene, std::vector<std::uin
   if (!any) return;
   progress("Adjusting what hangs at one keyframe");
   for (const double bound : {placing_px, adjusted_px, final_px}) {
-    settle(scene, bound, model);
+    adjust_in_steps(scene, bound, model);
     match_pairs(relations_by_model(scene, model), scene);
     grow(scene, model);
     triangulate(scene, bound, model);
-    review_hanging(scene, model);
+    review_single_link_views(scene, model);
     place_all(scene, units, taken, model);
   }
-  settle_finally(scene, {}, model);
+  adjust_finally(scene, {}, model);
 }
 
 /// Grows a model from one strip. False if nothing joins it and no link closes a loop in it: it stays as it is.
@@ -129,15 +129,15 @@ bool grow_from(const intake::Flight& flight, const std::vector<Unit>& units, std
   for (const double bound : {adjusted_px, final_px}) {
     progress("Adjusting the model of strip " + std::to_string(units[seed].strip_id));
     before_last = extent_of(scene, model);
-    settle_and_match(units, bound, scene, taken, model);
+    adjust_and_match(units, bound, scene, taken, model);
   }
-  settle_finally(scene, before_last, model);
-  hang_all(units, scene, taken, model, progress);
+  adjust_finally(scene, before_last, model);
+  attach_single_link_views(units, scene, taken, model, progress);
   return true;
 }
 
 /// Links and sightings that hold anything may lead an adjustment to what is no place: no strip is moved there.
-bool is_sound(const Scene& scene, const Model& model) {
+bool is_valid(const Scene& scene, const Model& model) {
   constexpr double largest_scale = 1e6;
   std::set<std::int64_t> strips;
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
@@ -157,7 +157,7 @@ Scene matched_scene(const intake::Flight& flight, intake::ResultCache* results, 
   Scene scene = scene_of(flight);
   scene.results = results;
   add_link_sightings(flight, scene);
-  const std::vector<std::uint8_t> loose = loose_views(scene);
+  const std::vector<std::uint8_t> loose = weakly_connected_views(scene);
   if (std::find(loose.begin(), loose.end(), 1) == loose.end()) return scene;
   progress("Finding corners");
   add_images(scene);
@@ -181,23 +181,23 @@ void adjust_on_map(const std::vector<Unit>& units, Scene& scene, std::vector<std
   progress("Adjusting the model to the map");
   for (int round = 0; round < 2; ++round) {
     (void)weigh_fixes(scene, false, model);
-    settle(scene, placing_px, model);
+    adjust_in_steps(scene, placing_px, model);
   }
   for (const double bound : {adjusted_px, final_px}) {
     (void)weigh_fixes(scene, true, model);
-    settle_and_match(units, bound, scene, taken, model);
+    adjust_and_match(units, bound, scene, taken, model);
   }
   constexpr int most_rounds = 6;
   for (int round = 0; round < most_rounds; ++round) {
     const bool changed = weigh_fixes(scene, true, model);
     if (!changed && round > 0) break;
-    settle(scene, final_px, model);
+    adjust_in_steps(scene, final_px, model);
   }
 }
 
 /// `before`: where all fixes together have put the strips.
-OnMap told_of_map(const Scene& scene, const intake::MapPlace& map, const std::vector<ModelView>& before,
-                  const Model& model) {
+OnMap reported_of_map(const Scene& scene, const intake::MapPlace& map, const std::vector<ModelView>& before,
+                      const Model& model) {
   OnMap on_map;
   on_map.map = map;
   on_map.error_factor = model.fix_weights.error_factor;
@@ -224,18 +224,18 @@ OnMap told_of_map(const Scene& scene, const intake::MapPlace& map, const std::ve
 
 struct Finished {
   Model model;
-  JoinedModel told;
+  JoinedModel reported;
 };
 
 std::optional<Finished> finished_in_strip(const intake::Flight& flight, const Scene& scene, Grown grown) {
   if (!grown.adjusted && !grown.tied) return std::nullopt;
   Model& model = grown.model;
   const std::int64_t strip_id = reference_strip(flight, scene, model);
-  if (!is_sound(scene, model)) return std::nullopt;
+  if (!is_valid(scene, model)) return std::nullopt;
   if (const auto back = model_from_strip(scene, model, strip_id)) move(inverse(*back), model);
   if (grown.adjusted && !model.by_sub_maps) state_errors(scene, model);
   Finished out{{}, summary_of(flight, scene, model, strip_id)};
-  out.told.by_ties = grown.tied;
+  out.reported.by_ties = grown.tied;
   out.model = std::move(model);
   return out;
 }
@@ -253,11 +253,11 @@ std::optional<Finished> finished_on_map(const intake::Flight& flight, const inta
   Model model = united(scene, all.parts);
   const std::vector<ModelView> before = model.views;
   adjust_on_map(units, scene, taken, model, progress);
-  if (!is_sound(scene, model)) return std::nullopt;
+  if (!is_valid(scene, model)) return std::nullopt;
   state_errors(scene, model);
   Finished out{{}, summary_of(flight, scene, model, reference_strip(flight, scene, model))};
-  out.told.by_ties = std::any_of(all.grown.begin(), all.grown.end(), [](const Grown& one) { return one.tied; });
-  out.told.on_map = told_of_map(scene, map, before, model);
+  out.reported.by_ties = std::any_of(all.grown.begin(), all.grown.end(), [](const Grown& one) { return one.tied; });
+  out.reported.on_map = reported_of_map(scene, map, before, model);
   out.model = std::move(model);
   return out;
 }
@@ -281,7 +281,7 @@ JoinedFlight join_strips(intake::Flight& flight, const JoinProgress& progress, i
     Grown grown;
     grown.adjusted = grow_from(flight, units, seed, scene, taken, grown.model, progress);
     grown.tied = place_by_ties(flight, scene, units, taken, grown.model);
-    if (Model part = map ? grown.model : Model{}; map && stand_on_map(scene, *map, part)) {
+    if (Model part = map ? grown.model : Model{}; map && place_on_map(scene, *map, part)) {
       on_map.grown.push_back(std::move(grown));
       on_map.parts.push_back(std::move(part));
     } else {
@@ -300,9 +300,9 @@ JoinedFlight join_strips(intake::Flight& flight, const JoinProgress& progress, i
   }
   for (Finished& one : finished) {
     grow(scene, one.model);
-    move_flight(scene, one.model, one.told.strip_id, one.told.on_map.has_value(), flight);
-    if (one.told.on_map) flight.strips.at(one.told.strip_id).map = one.told.on_map->map;
-    joined.models.push_back(std::move(one.told));
+    move_flight(scene, one.model, one.reported.strip_id, one.reported.on_map.has_value(), flight);
+    if (one.reported.on_map) flight.strips.at(one.reported.strip_id).map = one.reported.on_map->map;
+    joined.models.push_back(std::move(one.reported));
   }
   joined.apart = strips_apart(flight, joined.models);
   regroup(flight);

@@ -59,8 +59,9 @@ struct JoinedModel {
     RigidTransform camera_from_strip;                  ///< as the flight states it, where it is posed by it
     double depth_scale = 1;                            ///< units of the strip for a unit of the depths as sent
     Vec3 before = Vec3::Zero(), after = Vec3::Zero();  ///< camera centres; `before` in its own strip's world
-    /// 0, or the only keyframe that shares ground with it, whose depths tell how far away it stands (hanging.hpp).
-    std::int64_t hangs_at = 0;
+    /// 0, or the only keyframe that shares ground with it, whose depths tell how far away it stands
+    /// (single_link_views.hpp).
+    std::int64_t attached_to = 0;
   };
   std::vector<Member> members;  ///< by keyframe
   std::size_t points = 0, sightings = 0;

@@ -106,7 +106,7 @@ std::optional<intake::MapPlace> map_of(const intake::Flight& flight) {
   return most->second.map;
 }
 
-bool stand_on_map(const Scene& scene, const intake::MapPlace& map, Model& model) {
+bool place_on_map(const Scene& scene, const intake::MapPlace& map, Model& model) {
   std::vector<ViewFix> fixes = fixes_on(scene, map, model);
   if (fixes.size() < least_fixes) return false;
   const navigation::StripFrame frame = navigation::estimate_strip_frame(measured_by(scene, model, fixes));
@@ -182,13 +182,13 @@ std::vector<double> fix_errors(const Scene& scene, const Model& model) {
   return errors_in(problem_of(scene, model), model.fix_weights);
 }
 
-bool weigh_fixes(const Scene& scene, bool settled, Model& model) {
+bool weigh_fixes(const Scene& scene, bool adjusted, Model& model) {
   const ModelProblem problem = problem_of(scene, model);
   FixWeights& weights = model.fix_weights;
   const double before = weights.error_factor;
   bool changed = false;
   const double median = before * host::median(errors_in(problem, weights));  // in stated errors
-  if (settled) {
+  if (adjusted) {
     weights.error_factor = factor_by_neighbours(scene, model);
     const double left = median / weights.error_factor / std::sqrt(median_of_six);
     changed = left > by_chance(model.fixes.size());

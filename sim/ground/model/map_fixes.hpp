@@ -20,7 +20,7 @@ inline constexpr std::size_t least_fixes = 3;
 /// Moves the model as a whole to where its fixes on the map put it, and takes these fixes as priors of its views. False
 /// if fewer than least_fixes are on the map, or if they do not say what is up, where north is, and how long a unit: the
 /// model is as it was.
-[[nodiscard]] bool stand_on_map(const Scene& scene, const intake::MapPlace& map, Model& model);
+[[nodiscard]] bool place_on_map(const Scene& scene, const intake::MapPlace& map, Model& model);
 
 /// Models on one map in one.
 [[nodiscard]] Model united(const Scene& scene, std::vector<Model> parts);
@@ -32,7 +32,7 @@ inline constexpr std::size_t least_fixes = 3;
 /// `settled`: the model has been adjusted to its fixes. What most of them are off by beyond their stated errors is then
 /// theirs as far as neighbouring fixes differ, and otherwise the images': a lens that is not known well bends a model
 /// by more than its sightings state. False where nothing of that is left to change.
-bool weigh_fixes(const Scene& scene, bool settled, Model& model);
+bool weigh_fixes(const Scene& scene, bool adjusted, Model& model);
 
 /// Least scale of Cauchy's loss of fixes, and from which error on a fix contradicts, in the units of fix_errors(). One
 /// of 360 000 right ones does.

@@ -7,8 +7,8 @@
 
 #include "fsw/vision/geometry/camera.hpp"
 #include "sim/ground/model/common_errors.hpp"
-#include "sim/ground/model/hanging.hpp"
 #include "sim/ground/model/kept_adjustment.hpp"
+#include "sim/ground/model/single_link_views.hpp"
 #include "sim/ground/model/view_depths.hpp"
 #include "sim/host/statistics.hpp"
 
@@ -80,7 +80,7 @@ World measured_world(const Model& model) {
           [&model](std::uint32_t v) { return model.views[v].in ? &model.views[v].camera_from_model : nullptr; }};
 }
 
-bool stand_by_depth(const SeenFrom& from, const ViewDepths& depths, Vec3& point) {
+bool placed_by_depth(const SeenFrom& from, const ViewDepths& depths, Vec3& point) {
   const auto inverse = depths.near(from.seen->view, from.seen->x, from.seen->y);
   if (!inverse) return false;
   const Vec2 n = normalised_from_ideal(*from.camera, Vec2(from.seen->x, from.seen->y));
@@ -182,7 +182,7 @@ void triangulate(const Scene& scene, double max_px, Model& model) {
   if (std::any_of(points.begin(), points.end(), [](const NewPoint& point) { return !point.crossing; }))
     depths.emplace(scene, measured_world(model));
   for (NewPoint& point : points) {
-    if (!point.crossing && !stand_by_depth(point.from.front(), *depths, point.position)) continue;
+    if (!point.crossing && !placed_by_depth(point.from.front(), *depths, point.position)) continue;
     if (!fits(point.from, point.position, max_px)) continue;
     ModelPoint& placed = model.points[point.track];
     placed.placed = true;
@@ -252,7 +252,7 @@ AdjustedCamera adjusted_camera(const RigidTransform& pose, const CameraModel& mo
 
 ModelProblem problem_of(const Scene& scene, const Model& model) {
   const ViewDepths known(scene, measured_world(model));
-  const HangingDepths hanging(scene, model);
+  const SingleLinkDepths hanging(scene, model);
   ModelProblem problem;
   std::vector<std::uint32_t> camera_of(scene.views.size(), 0);
   for (std::size_t v = 0; v < scene.views.size(); ++v) {

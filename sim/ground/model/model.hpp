@@ -15,8 +15,9 @@ struct ModelView {
   bool in = false;
   RigidTransform camera_from_model;
   std::optional<PoseCovariance> covariance = std::nullopt;  ///< where state_errors() found it
-  std::optional<std::uint32_t> hangs_at = std::nullopt;     ///< the only view that shows its ground (hanging.hpp)
-  int rung = 0;  ///< 0: two views measure where it stands; otherwise one more than the view at which it hangs
+  std::optional<std::uint32_t> attached_to =
+      std::nullopt;  ///< the only view that shows its ground (single_link_views.hpp)
+  int rung = 0;      ///< 0: two views measure where it stands; otherwise one more than the view at which it hangs
 };
 
 struct ModelPoint {

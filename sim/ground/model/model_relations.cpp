@@ -112,7 +112,7 @@ std::vector<PairRelation> relations_by_model(const Scene& scene, const Model& mo
   const auto points = points_by_view(scene, model);
   const std::vector<Surroundings> surroundings(points.begin(), points.end());
   const std::vector<std::uint32_t> order = order_in_strip(scene);
-  const std::vector<std::uint8_t> loose = loose_views(scene);
+  const std::vector<std::uint8_t> loose = weakly_connected_views(scene);
   std::vector<PairRelation> relations;
   for (std::uint32_t b = 0; b < scene.views.size(); ++b) {
     const View& newer = scene.views[b];

@@ -170,7 +170,7 @@ void add_sightings(const PairRelation& relation, const Matches& matches, Scene& 
 
 }  // namespace
 
-std::vector<std::uint8_t> loose_views(const Scene& scene) {
+std::vector<std::uint8_t> weakly_connected_views(const Scene& scene) {
   std::map<std::int64_t, std::size_t> poses;
   for (const View& view : scene.views) poses[view.strip_id] += view.posed ? 1 : 0;
   std::vector<std::uint8_t> loose;
@@ -179,7 +179,7 @@ std::vector<std::uint8_t> loose_views(const Scene& scene) {
 }
 
 std::vector<PairRelation> relations_by_links(const intake::Flight& flight, const Scene& scene) {
-  const std::vector<std::uint8_t> loose = loose_views(scene);
+  const std::vector<std::uint8_t> loose = weakly_connected_views(scene);
   std::vector<PairRelation> relations;
   Pairs related;
   for (const LinkRecord& link : flight.links) {
@@ -201,7 +201,7 @@ std::vector<PairRelation> relations_by_links(const intake::Flight& flight, const
 std::vector<PairRelation> relations_by_features(const Scene& scene, const std::vector<PairRelation>& known) {
   Pairs pairs, related_already;
   for (const PairRelation& relation : known) related_already.emplace(relation.a, relation.b);
-  const std::vector<std::uint8_t> loose = loose_views(scene);
+  const std::vector<std::uint8_t> loose = weakly_connected_views(scene);
   for (std::uint32_t one = 0; one < scene.views.size(); ++one) {
     for (std::uint32_t other = 0; loose[one] != 0 && other < scene.views.size(); ++other) {
       const View &x = scene.views[one], &y = scene.views[other];

@@ -18,7 +18,7 @@ struct PairRelation {
 
 /// By view: whether it has no pose, or its strip has few. Images hold new ground only, so that those of long strips
 /// that the flight has linked say little of what they have in common; of loose ones they often do.
-[[nodiscard]] std::vector<std::uint8_t> loose_views(const Scene& scene);
+[[nodiscard]] std::vector<std::uint8_t> weakly_connected_views(const Scene& scene);
 
 /// The flight's links, where one of the keyframes is loose.
 [[nodiscard]] std::vector<PairRelation> relations_by_links(const intake::Flight& flight, const Scene& scene);

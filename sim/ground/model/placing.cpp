@@ -135,7 +135,7 @@ std::optional<int> rung_by_points(const Scene& scene, const TracksByView& seen_b
   const std::vector<std::size_t> shared = shared_points(scene, seen_by, v, model);
   std::vector<int> rungs;
   for (std::size_t other = 0; other < shared.size(); ++other) {
-    if (shared[other] >= min_sightings && model.views[other].hangs_at != v) rungs.push_back(model.views[other].rung);
+    if (shared[other] >= min_sightings && model.views[other].attached_to != v) rungs.push_back(model.views[other].rung);
   }
   if (rungs.size() < 2) return std::nullopt;
   std::nth_element(rungs.begin(), rungs.begin() + 1, rungs.end());

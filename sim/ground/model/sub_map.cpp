@@ -98,11 +98,11 @@ Model grown_model(const Scene& part) {
   close_loops_by_few(part, most_drift_px, model, closing_tolerance);
   ModelExtent before = extent_of(part, model);
   if (before.refused != 0 || before.largest_error_px > final_px) {
-    settle(part, adjusted_px, model, last_tolerance);
+    adjust_in_steps(part, adjusted_px, model, last_tolerance);
     before = extent_of(part, model);
   }
-  settle(part, final_px, model, last_tolerance);
-  if (!extent_of(part, model).same_parts(before)) settle(part, final_px, model, last_tolerance);
+  adjust_in_steps(part, final_px, model, last_tolerance);
+  if (!extent_of(part, model).same_parts(before)) adjust_in_steps(part, final_px, model, last_tolerance);
   return model;
 }
 

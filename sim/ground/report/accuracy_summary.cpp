@@ -28,16 +28,16 @@ std::string pose_verdict(const intake::Keyframe& keyframe) {
 }
 
 /// Where a fourth or more of one kind of measurements contradicts the others.
-void tell_refused(const std::string& strip, const StripFrameRecord& frame, std::vector<std::string>& lines) {
-  const auto tell = [&](const char* kind, std::uint32_t used, std::uint32_t refused) {
+void report_refused(const std::string& strip, const StripFrameRecord& frame, std::vector<std::string>& lines) {
+  const auto add_measurements = [&](const char* kind, std::uint32_t used, std::uint32_t refused) {
     if (refused == 0 || 4 * refused < used + refused) return;
     lines.push_back(strip + ": " + std::to_string(refused) + " of " + std::to_string(used + refused) + " " + kind +
                     " contradict the others and are left out");
   };
-  tell("heights", frame.heights_used, frame.heights_refused);
-  tell("attitudes", frame.attitudes_used, frame.attitudes_refused);
-  tell("positions", frame.positions_used, frame.positions_refused);
-  tell("velocities", frame.velocities_used, frame.velocities_refused);
+  add_measurements("heights", frame.heights_used, frame.heights_refused);
+  add_measurements("attitudes", frame.attitudes_used, frame.attitudes_refused);
+  add_measurements("positions", frame.positions_used, frame.positions_refused);
+  add_measurements("velocities", frame.velocities_used, frame.velocities_refused);
 }
 
 }  // namespace
@@ -121,25 +121,25 @@ std::vector<std::string> accuracy_lines(const Report& report) {
 std::vector<std::string> stated_lines(const Report& report) {
   constexpr std::size_t most_strips = 4;
   std::vector<std::string> lines;
-  std::size_t told = 0, without_metres = 0;
+  std::size_t reported = 0, without_metres = 0;
   for (const StripResult& strip : report.strips) {
     const std::string name = "strip " + std::to_string(strip.strip.id);
     if (measurements_contradict(strip.strip)) {
       lines.push_back(name +
                       ": the vehicle's measurements contradict each other: " + words_of(strip.strip.frame->verdict));
     }
-    if (strip.strip.frame) tell_refused(name, *strip.strip.frame, lines);
+    if (strip.strip.frame) report_refused(name, *strip.strip.frame, lines);
     if (!strip.grid) continue;
     const auto [factor, unit] = length_unit(report, strip);
     without_metres += unit == "m" ? 0 : 1;
-    if (++told > most_strips) continue;
+    if (++reported > most_strips) continue;
     const map::HeightErrorParts& parts = strip.usual_errors;
     if (parts.whole() > 0) {
       lines.push_back("heights of " + name + ", stated error (one sigma, median): " +
                       host::brief(factor * parts.whole()) + " " + unit + " of " + parts_text(parts, factor));
     }
   }
-  if (told > most_strips) lines.push_back("further strips: see the report");
+  if (reported > most_strips) lines.push_back("further strips: see the report");
   if (without_metres > 0) {
     lines.push_back(
         host::counted(without_metres, "strip") +

@@ -110,17 +110,18 @@ std::string links_table(const model::JoinedModel& joined) {
 }
 
 std::string height_steps(const model::JoinedModel& joined) {
-  const auto told = [](const model::HeightSteps& steps) {
+  const auto reported = [](const model::HeightSteps& steps) {
     return host::brief(steps.median_percent) + " % of the flying height in the median and " +
            host::brief(steps.p95_percent) + " % in 95 of 100 cases";
   };
   const model::HeightSteps &before = joined.steps_before, &after = joined.steps_after;
   if (after.samples == 0) return "";
-  std::string html = "<p>Where two passes have depths of the same ground, their heights differ by " + told(after) +
+  std::string html = "<p>Where two passes have depths of the same ground, their heights differ by " + reported(after) +
                      " (" + host::counted(after.samples, "place") + " of " + host::counted(after.pairs, "pair") +
                      " of keyframes)";
   if (before.samples > 0)
-    html += "; by the poses of the flight it was " + told(before) + " (" + host::counted(before.samples, "place") + ")";
+    html +=
+        "; by the poses of the flight it was " + reported(before) + " (" + host::counted(before.samples, "place") + ")";
   return html + ".</p>\n";
 }
 

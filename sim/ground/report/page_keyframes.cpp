@@ -148,11 +148,11 @@ std::string picture(const std::vector<std::uint8_t>& png, const char* what) {
   return png.empty() ? missing(what) : thumbnail(png, what);
 }
 
-std::string gallery_frame(const intake::Keyframe& k, const map::KeyframeLook& look) {
+std::string gallery_frame(const intake::Keyframe& k, const map::KeyframeQuickLook& quick_look) {
   return "<div class=\"frame\" style=\"--shape:" + std::to_string(std::max(1, k.camera.width)) + "/" +
          std::to_string(std::max(1, k.camera.height)) + "\"><b>" + std::to_string(k.id) + "</b> <span class=\"sub\">" +
-         host::escaped(k.name) + "</span><div class=\"row\">" + picture(look.image, "image") +
-         picture(look.depth, "depth") + picture(look.mask, "mask") + "</div></div>\n";
+         host::escaped(k.name) + "</span><div class=\"row\">" + picture(quick_look.image, "image") +
+         picture(quick_look.depth, "depth") + picture(quick_look.mask, "mask") + "</div></div>\n";
 }
 
 }  // namespace

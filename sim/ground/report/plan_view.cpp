@@ -273,24 +273,24 @@ host::Raster<float> tidied_relief(const ViewSurface& surface) {
   }
   const std::size_t speck = heights.size() / 200;
   std::vector<bool> visited(relief.samples.size());
-  std::vector<std::size_t> piece;
+  std::vector<std::size_t> patch;
   for (std::size_t start = 0; start < relief.samples.size(); ++start) {
     if (visited[start] || !std::isfinite(relief.samples[start])) continue;
-    piece.assign(1, start);
+    patch.assign(1, start);
     visited[start] = true;
-    for (std::size_t next = 0; next < piece.size(); ++next) {
-      const auto x = static_cast<std::int32_t>(piece[next] % static_cast<std::size_t>(relief.width));
-      const auto y = static_cast<std::int32_t>(piece[next] / static_cast<std::size_t>(relief.width));
+    for (std::size_t next = 0; next < patch.size(); ++next) {
+      const auto x = static_cast<std::int32_t>(patch[next] % static_cast<std::size_t>(relief.width));
+      const auto y = static_cast<std::int32_t>(patch[next] / static_cast<std::size_t>(relief.width));
       for (const auto& [i, j] : {std::pair(x - 1, y), std::pair(x + 1, y), std::pair(x, y - 1), std::pair(x, y + 1)}) {
         if (!relief.contains(i, j)) continue;
         const std::size_t neighbour = relief.index(i, j);
         if (visited[neighbour] || !std::isfinite(relief.samples[neighbour])) continue;
         visited[neighbour] = true;
-        piece.push_back(neighbour);
+        patch.push_back(neighbour);
       }
     }
-    if (piece.size() >= speck) continue;
-    for (const std::size_t i : piece) relief.samples[i] = std::numeric_limits<float>::quiet_NaN();
+    if (patch.size() >= speck) continue;
+    for (const std::size_t i : patch) relief.samples[i] = std::numeric_limits<float>::quiet_NaN();
   }
   return relief;
 }

@@ -59,10 +59,10 @@ ReportTotals totals(const Report& report) {
   return t;
 }
 
-map::KeyframeLook look_of(const Report& report, std::int64_t keyframe_id) {
-  const auto look = report.looks.find(keyframe_id);
-  if (look == report.looks.end()) return {};
-  return report.whole_look ? report.whole_look(keyframe_id) : look->second;
+map::KeyframeQuickLook look_of(const Report& report, std::int64_t keyframe_id) {
+  const auto quick_look = report.quick_looks.find(keyframe_id);
+  if (quick_look == report.quick_looks.end()) return {};
+  return report.whole_quick_look ? report.whole_quick_look(keyframe_id) : quick_look->second;
 }
 
 LengthUnit length_unit(const Report& report, const StripResult& strip) {

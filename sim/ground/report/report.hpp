@@ -16,7 +16,7 @@
 #include "sim/ground/intake/flight_info.hpp"
 #include "sim/ground/intake/missing.hpp"
 #include "sim/ground/landing/landing_files.hpp"
-#include "sim/ground/map/keyframe_look.hpp"
+#include "sim/ground/map/keyframe_quick_look.hpp"
 #include "sim/ground/map/seam_measure.hpp"
 #include "sim/ground/map/strip_map.hpp"
 #include "sim/ground/model/joined_model.hpp"
@@ -58,8 +58,9 @@ struct Report {
   std::vector<control::StripControl> control;  ///< already applied to `flight`; empty without control points
   std::vector<StripResult> strips;
   std::optional<intake::FlightInfo> info;
-  std::map<std::int64_t, map::KeyframeLook> looks;            ///< without their pictures, where `whole_look` gives them
-  std::function<map::KeyframeLook(std::int64_t)> whole_look;  ///< of a keyframe of `looks`; may be empty
+  std::map<std::int64_t, map::KeyframeQuickLook>
+      quick_looks;  ///< without their pictures, where `whole_quick_look` gives them
+  std::function<map::KeyframeQuickLook(std::int64_t)> whole_quick_look;  ///< of a keyframe of `looks`; may be empty
   std::vector<intake::Missing> missing;
   std::map<std::int64_t, ImageQuality> image_quality;
   std::optional<ScoreFile> score;
@@ -94,7 +95,7 @@ struct LengthUnit {
 [[nodiscard]] bool over_grant(const intake::ProductAccount& product);
 
 /// With pictures; an empty one for a keyframe without a look.
-[[nodiscard]] map::KeyframeLook look_of(const Report& report, std::int64_t keyframe_id);
+[[nodiscard]] map::KeyframeQuickLook look_of(const Report& report, std::int64_t keyframe_id);
 
 // Written keyframe by keyframe, so that their memory does not grow with the flight.
 void write_report_json(const Report& report, std::ostream& out);

@@ -413,7 +413,7 @@ Json joined_json(const model::JoinedFlight& joined) {
     for (const model::JoinedModel::Member& member : one.members) {
       members.push_back(
           {{"keyframe", member.keyframe_id}, {"strip", member.strip_id}, {"posed_by_flight", member.posed_by_flight}});
-      if (member.hangs_at != 0) members.back()["hangs_at"] = member.hangs_at;
+      if (member.attached_to != 0) members.back()["hangs_at"] = member.attached_to;
     }
     models.push_back(
         {{"strip", one.strip_id},
@@ -436,20 +436,20 @@ Json landing_json(const std::vector<StripResult>& strips) {
   Json all = Json::array();
   for (const StripResult& strip : strips) {
     if (!strip.landing) continue;
-    Json told = {{"strip", strip.strip.id}, {"fault", strip.landing->fault}, {"sites", Json::array()}};
+    Json reported = {{"strip", strip.strip.id}, {"fault", strip.landing->fault}, {"sites", Json::array()}};
     if (const auto& map = strip.landing->map) {
-      told["footprint_m"] = map->limits.footprint_m;
-      told["slope_deg"] = map->limits.slope_rad / landing::degree;
-      told["step_m"] = map->limits.step_m;
+      reported["footprint_m"] = map->limits.footprint_m;
+      reported["slope_deg"] = map->limits.slope_rad / landing::degree;
+      reported["step_m"] = map->limits.step_m;
       for (const landing::LandingSite& site : map->sites) {
-        told["sites"].push_back({{"safe", site.safe},
-                                 {"slope_deg", site.slope_rad / landing::degree},
-                                 {"roughness_m", site.roughness_m},
-                                 {"step_m", site.step_m},
-                                 {"place", {site.x, site.y, site.z}}});
+        reported["sites"].push_back({{"safe", site.safe},
+                                     {"slope_deg", site.slope_rad / landing::degree},
+                                     {"roughness_m", site.roughness_m},
+                                     {"step_m", site.step_m},
+                                     {"place", {site.x, site.y, site.z}}});
       }
     }
-    all.push_back(std::move(told));
+    all.push_back(std::move(reported));
   }
   return all;
 }

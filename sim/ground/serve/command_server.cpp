@@ -45,15 +45,15 @@ struct PostedRequest {
 }  // namespace
 
 struct CommandServer::Inside {
-  OperatorDesk& desk;
+  CommandQueue& command_queue;
   TokenGuard& guard;
   CommandLimits limits;
   SocketAddress address;
   ConnectionPlaces places;
   MHD_Daemon* daemon = nullptr;
 
-  Inside(OperatorDesk& to, TokenGuard& by, const CommandLimits& bounds)
-      : desk(to), guard(by), limits(bounds), places(limits.connections, limits.request, [] {}) {}
+  Inside(CommandQueue& to, TokenGuard& by, const CommandLimits& bounds)
+      : command_queue(to), guard(by), limits(bounds), places(limits.connections, limits.request, [] {}) {}
 
   std::optional<MHD_Result> refuse_by_headers(MHD_Connection* connection, const std::string& path,
                                               std::string_view method);
@@ -86,7 +86,7 @@ std::optional<MHD_Result> CommandServer::Inside::refuse_without_token(MHD_Connec
   if (const auto wrong = guard.count_wrong(TokenGuard::Clock::now())) {
     const std::string line =
         "a wrong token came from " + client_of(connection) + "; " + std::to_string(*wrong) + " since the start";
-    desk.say(line);
+    command_queue.say(line);
     std::cerr << "ilp-ground serve: " << line << std::endl;
   }
   return refuse(connection, MHD_HTTP_FORBIDDEN, "the token is wrong: it is the one that the server was started with");
@@ -141,11 +141,11 @@ MHD_Result CommandServer::Inside::take_command(MHD_Connection* connection, const
   for (const char c : line) {
     if (c < ' ' || c > '~') return refuse(connection, MHD_HTTP_BAD_REQUEST, "a command is one line of printable ASCII");
   }
-  const OperatorDesk::Answer answer = desk.enter(line);
+  const CommandQueue::Answer answer = command_queue.enter(line);
   switch (answer.outcome) {
-    case OperatorDesk::Outcome::refused:
+    case CommandQueue::Outcome::refused:
       return refuse(connection, MHD_HTTP_UNPROCESSABLE_CONTENT, "not sent: " + answer.text);
-    case OperatorDesk::Outcome::unavailable:
+    case CommandQueue::Outcome::unavailable:
       return refuse(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "not sent: " + answer.text);
     default:
       return give_json(connection, {{"line", answer.text}});
@@ -158,7 +158,7 @@ MHD_Result CommandServer::Inside::answer(MHD_Connection* connection, const std::
   if (path == "/") return give_page_file(connection, "commands.html", is_command_part);
   if (path.starts_with("/page/")) return give_page_file(connection, std::string_view(path).substr(6), is_command_part);
   if (path == "/reports") {
-    const std::string text = desk.reports(place_of(argument(connection, "after")), longest_wait);
+    const std::string text = command_queue.reports(place_of(argument(connection, "after")), longest_wait);
     return send(connection, MHD_HTTP_OK, response_of(text), "application/json");
   }
   if (path == "/help") return give_json(connection, console::operator_help());
@@ -196,9 +196,9 @@ MHD_Result CommandServer::Inside::on_request(void* self, MHD_Connection* connect
   }
 }
 
-CommandServer::CommandServer(const SocketAddress& address, OperatorDesk& desk, TokenGuard& guard,
+CommandServer::CommandServer(const SocketAddress& address, CommandQueue& command_queue, TokenGuard& guard,
                              const CommandLimits& limits)
-    : inside_(std::make_unique<Inside>(desk, guard, limits)) {
+    : inside_(std::make_unique<Inside>(command_queue, guard, limits)) {
   inside_->address = address;
   inside_->daemon =
       start_daemon(inside_->address, "--commands",
@@ -207,7 +207,7 @@ CommandServer::CommandServer(const SocketAddress& address, OperatorDesk& desk, T
 }
 
 CommandServer::~CommandServer() {
-  inside_->desk.end();
+  inside_->command_queue.end();
   MHD_stop_daemon(inside_->daemon);
 }
 

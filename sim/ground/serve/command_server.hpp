@@ -6,7 +6,7 @@
 #include <string>
 
 #include "hal/posix/socket.hpp"
-#include "sim/ground/serve/operator_desk.hpp"
+#include "sim/ground/serve/command_queue.hpp"
 #include "sim/ground/serve/token_guard.hpp"
 
 namespace ilp::serve {
@@ -25,7 +25,7 @@ struct CommandLimits {
 ///   POST /commands      {"line":TEXT}: sends a telecommand; 200 with the line as it was understood, or a text that
 ///   says
 ///                       why nothing was sent
-///   /reports?after=     what OperatorDesk::reports gives; waits at most 5 s
+///   /reports?after=     what CommandQueue::reports gives; waits at most 5 s
 ///   /help, /complete?typed=TEXT    lists of texts, as the console has them
 /// All but the page need the header "Authorization: Bearer TOKEN". There are no cookies, and a POST needs the header
 /// "Origin" with this server's own address, so that no page of another site can send a command. Every connection has a
@@ -33,7 +33,8 @@ struct CommandLimits {
 class CommandServer {
  public:
   /// Throws std::runtime_error with a message for the user if it cannot listen there.
-  CommandServer(const SocketAddress& address, OperatorDesk& desk, TokenGuard& guard, const CommandLimits& limits = {});
+  CommandServer(const SocketAddress& address, CommandQueue& command_queue, TokenGuard& guard,
+                const CommandLimits& limits = {});
   ~CommandServer();
   CommandServer(const CommandServer&) = delete;
   CommandServer& operator=(const CommandServer&) = delete;

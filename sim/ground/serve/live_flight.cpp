@@ -46,7 +46,7 @@ void LiveFlight::run(std::ostream& messages) {
   Pictures pictures;
   const Items items = live_items(report, files, pictures);
   // The pictures first: the items name them.
-  shelf_.put(std::move(pictures), files);
+  static_files_.put(std::move(pictures), files);
   const Update update = state_.replace(items);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
   messages << "update " << ++updates_ << ": " << host::counted(update.items, "item") << ", " << update.json.size()

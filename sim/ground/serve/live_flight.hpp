@@ -6,14 +6,14 @@
 #include <optional>
 
 #include "sim/ground/ground_run.hpp"
-#include "sim/ground/serve/shelf.hpp"
 #include "sim/ground/serve/state_log.hpp"
+#include "sim/ground/serve/static_files.hpp"
 
 namespace ilp::serve {
 
 class LiveFlight {
  public:
-  explicit LiveFlight(ground::GroundOptions options) : options_(std::move(options)), shelf_(options_.out) {}
+  explicit LiveFlight(ground::GroundOptions options) : options_(std::move(options)), static_files_(options_.out) {}
   /// Runs once if anything has changed since the look before. A run that fails is repeated at the next change, or after
   /// a minute; its error is in the item "run" meanwhile. An empty folder is no error before the first run. One line per
   /// update goes to `messages`.
@@ -21,7 +21,7 @@ class LiveFlight {
 
   [[nodiscard]] const StateLog& state() const { return state_; }
   [[nodiscard]] StateLog& state() { return state_; }
-  [[nodiscard]] const Shelf& shelf() const { return shelf_; }
+  [[nodiscard]] const StaticFiles& static_files() const { return static_files_; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -33,7 +33,7 @@ class LiveFlight {
   std::size_t updates_ = 0;
   bool greeted_ = false;  ///< it was said that the first file is waited for
   StateLog state_;
-  Shelf shelf_;
+  StaticFiles static_files_;
 };
 
 }  // namespace ilp::serve

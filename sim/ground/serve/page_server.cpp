@@ -59,9 +59,9 @@ void PageServer::Inside::Stream::refill() {
   pending.clear();
   // The first answer comes at once, so that a page knows that it is connected.
   if (!begun) pending = "retry: 2000\n\n";
-  const bool news = begun && place ? server.flight.state().wait(*place, alive_every, connection.gone) : true;
+  const bool updates = begun && place ? server.flight.state().wait(*place, alive_every, connection.gone) : true;
   if (server.ending || connection.gone) return;
-  if (news) {
+  if (updates) {
     const Update update = server.flight.state().since(place);
     place = update.place;
     pending += "id: " + text_of(update.place) + "\ndata: " + update.json + "\n\n";
@@ -91,7 +91,7 @@ MHD_Result PageServer::Inside::give_events(MHD_Connection* connection) {
 }
 
 MHD_Result PageServer::Inside::give_picture(MHD_Connection* connection, const std::string& path) const {
-  const auto picture = flight.shelf().picture(path);
+  const auto picture = flight.static_files().picture(path);
   if (!picture)
     return refuse(connection, MHD_HTTP_NOT_FOUND, "there is no picture " + shown(path) + " any more; load / again");
   const std::string_view bytes(reinterpret_cast<const char*>(picture->data()), picture->size());
@@ -99,7 +99,7 @@ MHD_Result PageServer::Inside::give_picture(MHD_Connection* connection, const st
 }
 
 MHD_Result PageServer::Inside::give_file(MHD_Connection* connection, const std::string& name) const {
-  const OpenFile file = flight.shelf().open(name);
+  const OpenFile file = flight.static_files().open(name);
   if (!file.known) {
     return refuse(connection, MHD_HTTP_NOT_FOUND,
                   "the results have no file " + shown(name) + "; / lists those that they have");

@@ -43,11 +43,11 @@ SocketAddress listening_address(const std::string& text) {
 // The page of commands with all that it needs.
 struct CommandPage {
   TokenGuard guard;
-  OperatorDesk desk;
+  CommandQueue command_queue;
   CommandServer server;
 
   CommandPage(const SocketAddress& address, const std::string& token, console::OperatorSettings settings)
-      : guard(token), desk(std::move(settings)), server(address, desk, guard) {}
+      : guard(token), command_queue(std::move(settings)), server(address, command_queue, guard) {}
 };
 
 // None unless the user asks for it.

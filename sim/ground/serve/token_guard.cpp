@@ -78,8 +78,8 @@ bool TokenGuard::is_right(std::string_view token) const {
 
 std::optional<std::uint64_t> TokenGuard::count_wrong(Clock::time_point now) {
   const std::lock_guard lock(mutex_);
-  if (++wrong_ > 1 && now - told_ < told_every) return std::nullopt;
-  told_ = now;
+  if (++wrong_ > 1 && now - reported_ < reported_every) return std::nullopt;
+  reported_ = now;
   return wrong_;
 }
 

@@ -29,10 +29,10 @@ class TokenGuard {
   /// Takes the same time for any token of a length.
   [[nodiscard]] bool is_right(std::string_view token) const;
   /// How many wrong tokens have come since the start, where the operator is to be told: at the first, then at most once
-  /// in `told_every`.
+  /// in `reported_every`.
   std::optional<std::uint64_t> count_wrong(Clock::time_point now);
 
-  static constexpr std::chrono::seconds told_every{10};
+  static constexpr std::chrono::seconds reported_every{10};
 
  private:
   [[nodiscard]] HmacSha256 code_of(std::string_view token) const;
@@ -41,7 +41,7 @@ class TokenGuard {
   HmacSha256 code_{};
   std::mutex mutex_;
   std::uint64_t wrong_ = 0;
-  Clock::time_point told_;
+  Clock::time_point reported_;
 };
 
 }  // namespace ilp::serve

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/ground/map/keyframe_look.hpp"
+#include "sim/ground/map/keyframe_quick_look.hpp"
 #include "sim/ground/tasks/sealed_block.hpp"
 
 namespace ilp::tasks {
@@ -17,7 +17,7 @@ using nlohmann::json;
 
 constexpr std::array<const char*, 3> kind_names = {"looks", "tiles", "finish"};
 
-json told(const Keyframe& keyframe) {
+json reported(const Keyframe& keyframe) {
   const CameraModel& c = keyframe.camera;
   const CameraNumbers numbers = camera_numbers(c);
   json value = {
@@ -63,9 +63,9 @@ Keyframe keyframe_from(const json& value) {
   return keyframe;
 }
 
-json told(const std::vector<Keyframe>& keyframes) {
+json reported(const std::vector<Keyframe>& keyframes) {
   json list = json::array();
-  for (const Keyframe& keyframe : keyframes) list.push_back(told(keyframe));
+  for (const Keyframe& keyframe : keyframes) list.push_back(reported(keyframe));
   return list;
 }
 
@@ -79,11 +79,11 @@ intake::TilePlace place_from(const json& value) {
   return {value.at(0).get<std::int32_t>(), value.at(1).get<std::int32_t>()};
 }
 
-json told(const LookBlock& block) {
-  return {{"kind", "looks"}, {"width", block.width_px}, {"keyframes", told(block.keyframes)}};
+json reported(const QuickLookBlock& block) {
+  return {{"kind", "looks"}, {"width", block.width_px}, {"keyframes", reported(block.keyframes)}};
 }
 
-json told(const TileBlock& block) {
+json reported(const TileBlock& block) {
   json tiles = json::array();
   for (const map::TilePlan& tile : block.tiles) {
     tiles.push_back(
@@ -93,16 +93,16 @@ json told(const TileBlock& block) {
           {"strip", block.strip_id},
           {"cell", block.cell},
           {"tiles", tiles},
-          {"keyframes", told(block.keyframes)}};
+          {"keyframes", reported(block.keyframes)}};
 }
 
-json told(const std::vector<map::Balance>& balance) {
+json reported(const std::vector<map::Balance>& balance) {
   json list = json::array();
   for (const map::Balance& one : balance) list.push_back({one.gain, one.offset});
   return list;
 }
 
-json told(const FinishBlock& block) {
+json reported(const FinishBlock& block) {
   json tiles = json::array();
   for (std::size_t i = 0; i < block.tiles.size(); ++i) {
     const map::TileFinish& tile = block.tiles[i];
@@ -110,13 +110,13 @@ json told(const FinishBlock& block) {
                      {"painted", tile.painted},
                      {"digest", tile.digest},
                      {"keyframes", tile.keyframes},
-                     {"balance", told(tile.balance)},
+                     {"balance", reported(tile.balance)},
                      {"cells", json::binary(block.painted[i])}});
   }
   return {{"kind", "finish"}, {"strip", block.strip_id}, {"cell", block.cell}, {"tiles", tiles}};
 }
 
-LookBlock looks_from(const json& value) {
+QuickLookBlock quick_looks_from(const json& value) {
   return {value.at("width").get<std::int32_t>(), keyframes_from(value.at("keyframes"))};
 }
 
@@ -149,7 +149,7 @@ FinishBlock finish_from(const json& value) {
 
 Block block_from(const json& value) {
   const auto kind = value.at("kind").get<std::string>();
-  if (kind == "looks") return looks_from(value);
+  if (kind == "looks") return quick_looks_from(value);
   if (kind == "tiles") return tiles_from(value);
   if (kind == "finish") return finish_from(value);
   throw std::runtime_error("unknown kind of work: " + kind);
@@ -162,7 +162,7 @@ const char* name_of(WorkKind kind) {
 }
 
 std::optional<WorkKind> kind_of(const std::string& name) {
-  for (const WorkKind kind : {WorkKind::looks, WorkKind::tiles, WorkKind::finish}) {
+  for (const WorkKind kind : {WorkKind::quick_looks, WorkKind::tiles, WorkKind::finish}) {
     if (name == name_of(kind)) return kind;
   }
   return std::nullopt;
@@ -172,7 +172,7 @@ PackageWriter::PackageWriter(std::filesystem::path file)
     : file_(std::move(file)), part_(file_.string() + ".part"), stream_(part_, std::ios::binary) {}
 
 void PackageWriter::add(const Block& block) {
-  write_block(stream_, json::to_cbor(std::visit([](const auto& kind) { return told(kind); }, block)));
+  write_block(stream_, json::to_cbor(std::visit([](const auto& kind) { return reported(kind); }, block)));
 }
 
 void PackageWriter::close() {

@@ -17,15 +17,15 @@
 namespace ilp::tasks {
 
 enum class WorkKind : std::uint8_t {
-  looks,   ///< decode keyframes and write their pictures
-  tiles,   ///< paint tiles
-  finish,  ///< finish painted tiles
+  quick_looks,  ///< decode keyframes and write their pictures
+  tiles,        ///< paint tiles
+  finish,       ///< finish painted tiles
 };
 [[nodiscard]] const char* name_of(WorkKind kind);
 [[nodiscard]] std::optional<WorkKind> kind_of(const std::string& name);
 
 /// Of a keyframe, packages hold what map::keyframe_digest depends on.
-struct LookBlock {
+struct QuickLookBlock {
   std::int32_t width_px = 0;
   std::vector<intake::Keyframe> keyframes;
 };
@@ -42,7 +42,7 @@ struct FinishBlock {
   std::vector<std::vector<std::uint8_t>> painted;  ///< cells of each, as painted
 };
 /// A task holds one block of its package at a time.
-using Block = std::variant<LookBlock, TileBlock, FinishBlock>;
+using Block = std::variant<QuickLookBlock, TileBlock, FinishBlock>;
 
 /// The file has its name from `close` on only. Both functions throw std::runtime_error when it cannot be written.
 class PackageWriter {

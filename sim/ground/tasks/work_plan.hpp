@@ -19,8 +19,8 @@ namespace ilp::tasks {
 // cannot be written.
 
 /// Of the keyframes with these ids.
-std::size_t plan_looks(const intake::Flight& flight, const std::vector<std::int64_t>& ids, std::size_t tasks,
-                       const std::filesystem::path& out);
+std::size_t plan_quick_looks(const intake::Flight& flight, const std::vector<std::int64_t>& ids, std::size_t tasks,
+                             const std::filesystem::path& out);
 
 struct StripTiles {
   std::int64_t strip_id = 0;

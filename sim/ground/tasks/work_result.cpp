@@ -21,19 +21,20 @@ WorkResult result_from(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   const auto bytes = read_block(stream);
   if (!bytes) throw std::runtime_error("empty");
-  const json told = json::from_cbor(*bytes);
-  const auto kind = kind_of(told.at("kind").get<std::string>());
+  const json reported = json::from_cbor(*bytes);
+  const auto kind = kind_of(reported.at("kind").get<std::string>());
   if (!kind) throw std::runtime_error("unknown kind of work");
   return {*kind,
-          told.at("owner").get<std::int64_t>(),
-          {told.at("column").get<std::int32_t>(), told.at("row").get<std::int32_t>()},
-          told.at("digest").get<std::uint64_t>(),
-          told.at("summary").get_binary(),
-          told.at("cells").get_binary()};
+          reported.at("owner").get<std::int64_t>(),
+          {reported.at("column").get<std::int32_t>(), reported.at("row").get<std::int32_t>()},
+          reported.at("digest").get<std::uint64_t>(),
+          reported.at("summary").get_binary(),
+          reported.at("cells").get_binary()};
 }
 
 void put(WorkResult result, intake::Catalogue& catalogue) {
-  if (result.kind == WorkKind::looks) return catalogue.put_look(result.owner, result.digest, result.summary);
+  if (result.kind == WorkKind::quick_looks)
+    return catalogue.put_quick_look(result.owner, result.digest, result.summary);
   const auto stage = result.kind == WorkKind::tiles ? intake::TileStage::painted : intake::TileStage::finished;
   catalogue.put({result.owner, result.place, stage}, result.digest, std::move(result.summary), std::move(result.cells));
 }
@@ -64,15 +65,15 @@ bool has_result(const fs::path& folder, const std::string& name) {
 }
 
 void write_result(const WorkResult& result, const fs::path& folder) {
-  const json told = {{"kind", name_of(result.kind)},
-                     {"owner", result.owner},
-                     {"column", result.place.column},
-                     {"row", result.place.row},
-                     {"digest", result.digest},
-                     {"summary", json::binary(result.summary)},
-                     {"cells", json::binary(result.cells)}};
+  const json reported = {{"kind", name_of(result.kind)},
+                         {"owner", result.owner},
+                         {"column", result.place.column},
+                         {"row", result.place.row},
+                         {"digest", result.digest},
+                         {"summary", json::binary(result.summary)},
+                         {"cells", json::binary(result.cells)}};
   std::ostringstream stream;
-  write_block(stream, json::to_cbor(told));
+  write_block(stream, json::to_cbor(reported));
   host::write_file(folder / name_of(result.kind, result.owner, result.digest), stream.str());
 }
 

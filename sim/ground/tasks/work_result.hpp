@@ -17,7 +17,7 @@ namespace ilp::tasks {
 [[nodiscard]] std::filesystem::path work_folder(const std::filesystem::path& out);
 
 struct WorkResult {
-  WorkKind kind = WorkKind::looks;
+  WorkKind kind = WorkKind::quick_looks;
   std::int64_t owner = 0;                    ///< keyframe of a look, strip of a tile
   intake::TilePlace place;                   ///< of a tile
   std::uint64_t digest = 0;                  ///< of all that the result depends on, as the catalogue knows it

@@ -3,7 +3,7 @@
 #include <atomic>
 #include <variant>
 
-#include "sim/ground/export/look_round.hpp"
+#include "sim/ground/export/quick_looks.hpp"
 #include "sim/ground/tasks/work_package.hpp"
 #include "sim/ground/tasks/work_result.hpp"
 #include "sim/host/files.hpp"
@@ -21,24 +21,24 @@ class Worker {
     host::make_output_folder(pictures_);
   }
 
-  void operator()(const LookBlock& block) {
+  void operator()(const QuickLookBlock& block) {
     for_each_without_result(
-        WorkKind::looks, block.keyframes.size(),
-        [&](std::size_t i) { return std::pair(block.keyframes[i].id, look_digest(block, i)); },
+        WorkKind::quick_looks, block.keyframes.size(),
+        [&](std::size_t i) { return std::pair(block.keyframes[i].id, quick_look_digest(block, i)); },
         [&](std::size_t i, WorkResult& result) {
-          result.summary = map::bytes_of(exports::look_and_export(block.keyframes[i], block.width_px, pictures_));
+          result.summary = map::bytes_of(exports::quick_look_and_export(block.keyframes[i], block.width_px, pictures_));
         });
   }
 
   void operator()(TileBlock& block) {
     intake::Flight flight;
     for (intake::Keyframe& keyframe : block.keyframes) flight.keyframes.emplace(keyframe.id, std::move(keyframe));
-    map::PieceCache pieces(flight, params_.piece_bytes);
+    map::PatchCache shares(flight, params_.chunk_bytes);
     for_each_without_result(
         WorkKind::tiles, block.tiles.size(),
         [&](std::size_t i) { return std::pair(block.strip_id, block.tiles[i].digest); },
         [&](std::size_t i, WorkResult& result) {
-          const map::SurfaceTile tile = map::paint(block.tiles[i], block.cell, pieces);
+          const map::SurfaceTile tile = map::paint(block.tiles[i], block.cell, shares);
           result.place = block.tiles[i].place;
           result.summary = map::bytes_of(tile.summary);
           result.cells = map::bytes_of(tile.cells);
@@ -56,17 +56,17 @@ class Worker {
         });
   }
 
-  [[nodiscard]] WorkDone done() const { return {pieces_, before_}; }
+  [[nodiscard]] WorkDone done() const { return {patches_, before_}; }
 
  private:
-  [[nodiscard]] static std::uint64_t look_digest(const LookBlock& block, std::size_t i) {
-    return exports::look_digest(block.keyframes[i], block.width_px);
+  [[nodiscard]] static std::uint64_t quick_look_digest(const QuickLookBlock& block, std::size_t i) {
+    return exports::quick_look_digest(block.keyframes[i], block.width_px);
   }
 
   /// `key_of(i)` is the owner and the digest of a result, `fill(i, result)` computes it.
   template <typename KeyOf, typename Fill>
   void for_each_without_result(WorkKind kind, std::size_t count, KeyOf key_of, Fill fill) {
-    pieces_ += count;
+    patches_ += count;
     host::for_each_parallel(
         count,
         [&](std::size_t i) {
@@ -85,7 +85,7 @@ class Worker {
 
   fs::path results_, pictures_;
   WorkParams params_;
-  std::size_t pieces_ = 0;
+  std::size_t patches_ = 0;
   std::atomic<std::size_t> before_{0};
 };
 

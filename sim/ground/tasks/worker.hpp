@@ -8,11 +8,11 @@ namespace ilp::tasks {
 
 struct WorkParams {
   std::size_t threads = 1;                           ///< 0: one per core
-  std::size_t piece_bytes = std::size_t{96} << 20U;  ///< memory for pieces of surface; a tile needs some MiB
+  std::size_t chunk_bytes = std::size_t{96} << 20U;  ///< memory for pieces of surface; a tile needs some MiB
 };
 
 struct WorkDone {
-  std::size_t pieces = 0;  ///< keyframes or tiles of the package
+  std::size_t shares = 0;  ///< keyframes or tiles of the package
   std::size_t before = 0;  ///< of them, whose result an earlier try has left
 };
 

@@ -60,13 +60,13 @@ json product_facts(const intake::Keyframe& keyframe, ProductKind kind) {
   return facts;
 }
 
-json thumbnails(const map::KeyframeLook& look) {
+json thumbnails(const map::KeyframeQuickLook& quick_look) {
   json pictures = json::object();
-  if (!look.image.empty()) pictures["image"] = host::data_uri(look.image);
-  if (!look.mask.empty()) pictures["mask"] = host::data_uri(look.mask);
-  if (!look.depth.empty()) {
-    pictures["depth"] = host::data_uri(look.depth);
-    pictures["depth_range"] = {look.nearest, look.farthest};
+  if (!quick_look.image.empty()) pictures["image"] = host::data_uri(quick_look.image);
+  if (!quick_look.mask.empty()) pictures["mask"] = host::data_uri(quick_look.mask);
+  if (!quick_look.depth.empty()) {
+    pictures["depth"] = host::data_uri(quick_look.depth);
+    pictures["depth_range"] = {quick_look.nearest, quick_look.farthest};
   }
   return pictures;
 }

@@ -135,9 +135,10 @@ std::vector<Document> generated_documents() {
                      "fsw/packets/reports.inc, cfg/parameters.inc and fsw/base/status_list.inc") +
            interface_document()},
       {"design.md", schedule_picture(), true}};
-  std::set<std::string> rooms;
-  for (const Stage& stage : schedule) rooms.insert(stage.page);
-  for (const std::string& room : rooms) documents.push_back({"../fsw/" + room + "/design.md", stages_of(room), true});
+  std::set<std::string> folders;
+  for (const Stage& stage : schedule) folders.insert(stage.page);
+  for (const std::string& folder : folders)
+    documents.push_back({"../fsw/" + folder + "/design.md", stages_of(folder), true});
   return documents;
 }
 

@@ -58,13 +58,13 @@ class Receiver {
  private:
   bool connect() {
     if (gps_open(host_.c_str(), port_.c_str(), &data_) != 0) {
-      if (!told_)
+      if (!reported_)
         std::cerr << "ilp-gps: gpsd at " << host_ << ":" << port_ << ": " << gps_errstr(errno) << "; waiting for it\n";
-      told_ = true;
+      reported_ = true;
       return false;
     }
     gps_stream(&data_, WATCH_ENABLE | WATCH_JSON, nullptr);
-    told_ = false;
+    reported_ = false;
     return open_ = true;
   }
   void close() {
@@ -77,7 +77,7 @@ class Receiver {
   const std::string host_, port_;
   gps_data_t data_{};
   bool open_ = false;
-  bool told_ = false;  ///< that there is no connection
+  bool reported_ = false;  ///< that there is no connection
 };
 
 void run(const Options& options) {

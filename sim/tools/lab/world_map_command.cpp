@@ -64,9 +64,9 @@ MapDirectory& fill_directory(const WorldMapOptions& options, const world::WorldP
 }
 
 /// The rendered map in pieces: those of the coarse layer are means of it.
-class RenderedPieces {
+class RenderedPatches {
  public:
-  RenderedPieces(const world::Terrain& terrain, const MapDirectory& directory, const world::OrbitalMapParams& params)
+  RenderedPatches(const world::Terrain& terrain, const MapDirectory& directory, const world::OrbitalMapParams& params)
       : factor_(directory.layer_count > 1
                     ? static_cast<std::int32_t>(std::lround(directory.layers[1].pixel_m / params.pixel_m))
                     : 1) {
@@ -82,25 +82,25 @@ class RenderedPieces {
                                   cells(largest.columns), cells(largest.rows), params);
   }
 
-  [[nodiscard]] maps::MapPiece operator()(const MapLayer& layer, const maps::PieceArea& area, double finest_m) const {
+  [[nodiscard]] maps::MapPatch operator()(const MapLayer& layer, const maps::PatchArea& area, double finest_m) const {
     const std::int32_t factor = layer.pixel_m > 1.5 * finest_m ? factor_ : 1;
-    maps::MapPiece piece;
-    piece.light = host::Raster<float>(area.columns, area.rows);
+    maps::MapPatch patch;
+    patch.light = host::Raster<float>(area.columns, area.rows);
     for (std::int32_t y = 0; y < area.rows; ++y) {
       for (std::int32_t x = 0; x < area.columns; ++x) {
-        piece.light.at(x, y) = mean(map_.light, (area.first_column + x) * factor + margin_,
+        patch.light.at(x, y) = mean(map_.light, (area.first_column + x) * factor + margin_,
                                     (area.first_row + y) * factor + margin_, factor);
       }
     }
-    piece.posts = host::Raster<float>(area.columns / map_post_spacing + 1, area.rows / map_post_spacing + 1);
-    for (std::int32_t j = 0; j < piece.posts.height; ++j) {
-      for (std::int32_t i = 0; i < piece.posts.width; ++i) {
-        piece.posts.at(i, j) =
+    patch.posts = host::Raster<float>(area.columns / map_post_spacing + 1, area.rows / map_post_spacing + 1);
+    for (std::int32_t j = 0; j < patch.posts.height; ++j) {
+      for (std::int32_t i = 0; i < patch.posts.width; ++i) {
+        patch.posts.at(i, j) =
             post((area.first_column / map_post_spacing + i) * factor + margin_ / map_post_spacing,
                  (area.first_row / map_post_spacing + j) * factor + margin_ / map_post_spacing, factor);
       }
     }
-    return piece;
+    return patch;
   }
 
  private:
@@ -145,12 +145,12 @@ Json run_world_map(WorldMapOptions options) {
   options.tiles.sun = {world.sun_azimuth_rad, world.sun_elevation_rad, world.ambient};
   options.tiles.flight_sun = maps::Sun{scenario.world.sun_azimuth_rad, scenario.world.sun_elevation_rad, world.ambient};
   options.tiles.flat = !options.as_imaged;
-  const RenderedPieces pieces(terrain, *directory, options.map);
+  const RenderedPatches patches(terrain, *directory, options.map);
   const std::vector<std::uint8_t> key =
       options.key.empty() ? std::vector<std::uint8_t>{} : host::read_key_file(options.key).octets;
   const maps::MapSummary summary = maps::write_map(
       *directory,
-      [&](const MapLayer& layer, const maps::PieceArea& area) { return pieces(layer, area, options.map.pixel_m); },
+      [&](const MapLayer& layer, const maps::PatchArea& area) { return patches(layer, area, options.map.pixel_m); },
       options.tiles, key, options.out, std::cerr);
   Json layers = Json::array();
   for (const maps::LayerSummary& layer : summary.layers) {

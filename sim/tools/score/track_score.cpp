@@ -12,7 +12,7 @@ namespace {
 constexpr int points_across = 12, points_down = 9;
 
 /// A keyframe with depths that came down.
-struct Piece {
+struct Segment {
   const host::Raster<float>* inverse_depth = nullptr;
   const world::TrueFrame* frame = nullptr;
   double scale = 1;  ///< true lengths in one unit of its strip
@@ -22,22 +22,22 @@ struct Seen {
   double distance = 0, relative_error = 0;
 };
 
-std::optional<Seen> seen_in(const Piece& piece, const Vec3& point) {
-  const Vec3 &low = piece.frame->low, &high = piece.frame->high;
+std::optional<Seen> seen_in(const Segment& segment, const Vec3& point) {
+  const Vec3 &low = segment.frame->low, &high = segment.frame->high;
   if (point.x() < low.x() || point.x() > high.x() || point.y() < low.y() || point.y() > high.y()) return std::nullopt;
   Vec2 pixel;
   double depth = 0;
-  if (!world::project(*piece.frame, point, pixel, depth) || !world::sees(*piece.frame, point)) return std::nullopt;
-  const float inverse = piece.inverse_depth->at(static_cast<std::int32_t>(std::lround(pixel.x())),
-                                                static_cast<std::int32_t>(std::lround(pixel.y())));
+  if (!world::project(*segment.frame, point, pixel, depth) || !world::sees(*segment.frame, point)) return std::nullopt;
+  const float inverse = segment.inverse_depth->at(static_cast<std::int32_t>(std::lround(pixel.x())),
+                                                  static_cast<std::int32_t>(std::lround(pixel.y())));
   if (!(inverse > 0)) return std::nullopt;
-  return Seen{depth, std::fabs(piece.scale / static_cast<double>(inverse) / depth - 1)};
+  return Seen{depth, std::fabs(segment.scale / static_cast<double>(inverse) / depth - 1)};
 }
 
-std::optional<Seen> finest(const std::vector<Piece>& pieces, const Vec3& point) {
+std::optional<Seen> finest(const std::vector<Segment>& segments, const Vec3& point) {
   std::optional<Seen> best;
-  for (const Piece& piece : pieces) {
-    const std::optional<Seen> seen = seen_in(piece, point);
+  for (const Segment& segment : segments) {
+    const std::optional<Seen> seen = seen_in(segment, point);
     if (seen && (!best || seen->distance < best->distance)) best = seen;
   }
   return best;
@@ -66,7 +66,7 @@ std::vector<Point> inner_points(const world::TrueFrame& frame) {
 
 TrackScore score_track(const intake::Flight& flight, const std::map<std::int64_t, AlignedStrip>& strips,
                        TrueFrames& truth) {
-  std::vector<Piece> pieces;
+  std::vector<Segment> segments;
   std::vector<const world::TrueFrame*> track;
   for (const auto& [id, keyframe] : flight.keyframes) {
     const auto strip = strips.find(keyframe.strip_id);
@@ -75,7 +75,7 @@ TrackScore score_track(const intake::Flight& flight, const std::map<std::int64_t
     if (frame == nullptr) continue;
     track.push_back(frame);
     if (keyframe.inverse_depth.same_size(keyframe.camera.width, keyframe.camera.height)) {
-      pieces.push_back({&keyframe.inverse_depth, frame, strip->second.true_from_strip.scale});
+      segments.push_back({&keyframe.inverse_depth, frame, strip->second.true_from_strip.scale});
     }
   }
   TrackScore score;
@@ -83,7 +83,7 @@ TrackScore score_track(const intake::Flight& flight, const std::map<std::int64_t
   for (const world::TrueFrame* frame : track) {
     for (const Point& point : inner_points(*frame)) {
       ++score.points;
-      const std::optional<Seen> seen = finest(pieces, point.ground);
+      const std::optional<Seen> seen = finest(segments, point.ground);
       if (!seen) continue;
       ++score.mapped;
       errors.push_back(100 * seen->relative_error);

@@ -24,14 +24,14 @@ int print_digest(const std::string& name, bool keyframes) {
   if (keyframes) {
     for (const std::string& line : keyframe_lines(named.store())) std::cout << line << '\n';
   }
-  bool sound = true;
+  bool valid = true;
   for (const TableDigest& table : digest_of(named.store())) {
     std::cout << table.table << ' ' << table.rows << ' ' << host::digest_text(table.digest);
     if (table.damaged != 0) std::cout << " damaged " << table.damaged;
     std::cout << '\n';
-    sound = sound && table.damaged == 0;
+    valid = valid && table.damaged == 0;
   }
-  return sound ? 0 : 1;
+  return valid ? 0 : 1;
 }
 
 /// Ends with 1 where something is damaged.

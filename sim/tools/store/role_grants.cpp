@@ -20,9 +20,9 @@ constexpr TableRights of_every_process = {
     .erases = mask_of(checkpoint)};
 
 // The process with the camera begins the flight.
-constexpr TableRights of_the_head = {.reads = mask_of(pose, calibration),
-                                     .puts = mask_of(identity, camera, start, setting),
-                                     .erases = mask_of(node, start, setting)};
+constexpr TableRights of_the_primary = {.reads = mask_of(pose, calibration),
+                                        .puts = mask_of(identity, camera, start, setting),
+                                        .erases = mask_of(node, start, setting)};
 
 void add(TableRights& to, const TableRights& rights) {
   to.reads |= rights.reads;
@@ -58,7 +58,7 @@ void grant_table(std::string& sql, const RecordInfo& info, const TableRights& ri
 
 TableRights rights_of(StageMask stages) {
   TableRights rights = of_every_process;
-  if ((stages & head_stages) != 0) add(rights, of_the_head);
+  if ((stages & primary_stages) != 0) add(rights, of_the_primary);
   for (const Stage& stage : schedule) {
     if (!has_stage(stages, stage.component)) continue;
     add(rights, {.reads = stage.reads | stage.wakes, .puts = stage.writes | stage.changes, .erases = stage.erases});

@@ -73,14 +73,14 @@ int unlink(const char* path) {
 }
 }
 
-ilp::faults::End ilp::faults::run_life(std::int64_t kill, const std::function<void()>& life, int& status) {
+ilp::faults::End ilp::faults::run_boot(std::int64_t kill, const std::function<void()>& boot, int& status) {
   std::fflush(stdout);
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error("no process");
   if (child == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     kill_at_write(kill);
-    life();
+    boot();
     _exit(1);
   }
   int state = 0;

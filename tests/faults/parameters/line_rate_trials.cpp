@@ -23,7 +23,7 @@ constexpr std::uint32_t replays_per_frame = 20, forged_per_frame = 10;
 constexpr std::uint32_t disorder = 16;
 /// A telecommand is answered within as many minor frames. Those of the latest ones before a kill may be lost with it.
 constexpr std::int64_t frames_to_answer = 6;
-constexpr std::int64_t longest_life_frames = 900;
+constexpr std::int64_t longest_boot_frames = 900;
 
 /// Lies in shared memory, so that what a process said before it was killed is known.
 struct Counts {
@@ -166,18 +166,18 @@ Fate fly(const CampaignOptions& options, Counts& counts, Reported* reported, std
   board.mission_file.trial_s = 60;
   counts.calendar_s = board.calendar_s;
   while (counts.sent + per_frame <= most) {
-    const auto frames = 1 + std::int64_t{random.below(longest_life_frames)};
+    const auto frames = 1 + std::int64_t{random.below(longest_boot_frames)};
     // A minor frame of telecommands makes about thirty calls that change a file.
     const bool killed = random.below(4) != 0;
     const std::int64_t kill = killed ? 1 + std::int64_t{random.below(static_cast<std::uint32_t>(30 * frames))} : 0;
     const std::uint64_t seed = random.next();
-    const auto life = [&] {
+    const auto boot = [&] {
       Rng own(seed, options.seed);
       Process process(board, counts, reported, most);
       _exit(process.fly(frames, own) ? 0 : 1);
     };
     int status = 0;
-    const End end = run_life(kill, life, status);
+    const End end = run_boot(kill, boot, status);
     if (end == End::crashed) return Fate::crash;
     if (end == End::killed) ++counts.kills;
     if (end == End::exited && status != 0) return Fate::no_start;

@@ -228,7 +228,7 @@ class Process {
   }
   /// A parameter that needs no trial is good as soon as it is set.
   void allow_what_is_set() {
-    if (truth_.set_index < most_parameters && !needs_trial(truth_.set_index))
+    if (truth_.set_index < most_parameters && !needs_confirmation(truth_.set_index))
       truth_.allow(truth_.set_index, truth_.set_value);
   }
 
@@ -267,12 +267,12 @@ Fate fly(std::int64_t trial, const CampaignOptions& options, Truth& truth) {
   truth = {};
   truth.calendar_s = board.calendar_s;
   for (std::size_t i = 0; i < parameter_count(); ++i) truth.latest_set[i] = parameter_value(board.mission_file, i);
-  const std::uint32_t lives = 2 + random.below(10);
-  for (std::uint32_t life = 0; life <= lives; ++life) {
-    const bool last = life == lives;
+  const std::uint32_t boots = 2 + random.below(10);
+  for (std::uint32_t boot = 0; boot <= boots; ++boot) {
+    const bool last = boot == boots;
     const std::uint32_t kill = last || random.below(4) == 0 ? 0 : 1 + random.below(farthest_kill);
     const std::uint32_t actions = 1 + random.below(6);
-    const std::uint64_t seed = (std::uint64_t{random.next()} << 32U) | life;
+    const std::uint64_t seed = (std::uint64_t{random.next()} << 32U) | boot;
     const auto live = [&] {
       Rng own(seed, options.seed);
       Process process(board, truth);
@@ -283,7 +283,7 @@ Fate fly(std::int64_t trial, const CampaignOptions& options, Truth& truth) {
       _exit(last ? 10 + static_cast<int>(process.reach()) : 0);
     };
     int status = 0;
-    const End end = run_life(kill, live, status);
+    const End end = run_boot(kill, live, status);
     if (end == End::killed) {
       ++truth.kills;
     } else if (end == End::crashed) {

@@ -45,7 +45,7 @@ void use(intake::Catalogue& catalogue, const fs::path& outbox, std::uint8_t what
   }
   if ((what & 4U) == 0) {
     static_cast<void>(catalogue.look(1, 1));
-    catalogue.put_look(1, 1, Bytes(10));
+    catalogue.put_quick_look(1, 1, Bytes(10));
   }
   if ((what & 8U) == 0) {
     static_cast<void>(catalogue.summary({1, {0, 0}}, 1));
@@ -63,7 +63,7 @@ class OpenCatalogue {
     }
     catalogue_ = std::make_unique<intake::Catalogue>(folder_.path() / "catalogue.db");
     static_cast<void>(catalogue_->take_in(outbox()));
-    catalogue_->put_look(1, 1, Bytes(100, 7));
+    catalogue_->put_quick_look(1, 1, Bytes(100, 7));
     catalogue_->put({1, {0, 0}}, 1, Bytes(100, 7), Bytes(100, 7));
     require(sqlite3_open((folder_.path() / "catalogue.db").c_str(), &writer_) == SQLITE_OK, "a second connection");
     for (std::size_t i = 0; i < std::size(tables); ++i) {

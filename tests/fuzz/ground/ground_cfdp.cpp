@@ -38,7 +38,7 @@ class ReceiverRun {
       : choices_(choices),
         settings_(small_settings(choices.byte())),
         receiver_(
-            settings_, [this](const Bytes& pdu) { hear(pdu); },
+            settings_, [this](const Bytes& pdu) { receive(pdu); },
             [this](const std::string& name, const Bytes& file) { return keep(name, file); }) {}
 
   void operate() {
@@ -78,7 +78,7 @@ class ReceiverRun {
     return header;
   }
   cfdp::Pdu choose(std::uint8_t operation) {
-    cfdp::Pdu pdu = choose_pdu(choices_, header(operation / 16U), file_bytes, room_);
+    cfdp::Pdu pdu = choose_pdu(choices_, header(operation / 16U), file_bytes, capacity_);
     if (pdu.header.large_file && (operation & 1U) != 0) {
       pdu.file_data.offset = choices_.number(8);
       pdu.eof.file_bytes = choices_.number(8);
@@ -111,7 +111,7 @@ class ReceiverRun {
     if (!cfdp::encode(pdu, octets, bytes).ok()) return;
     receiver_.receive(Octets(octets).first(bytes), now_);
   }
-  void hear(const Bytes& octets) {
+  void receive(const Bytes& octets) {
     cfdp::Pdu pdu;
     require(cfdp::decode(octets, pdu).ok(), "a PDU that cannot be read");
     require(pdu.header.toward_sender, "a PDU to nobody");
@@ -141,7 +141,7 @@ class ReceiverRun {
   CfdpReceiverSettings settings_;
   bool kept_any_ = false;
   CfdpReceiver receiver_;
-  PduRoom room_;
+  PduCapacity capacity_;
   double now_ = 0;
 };
 
@@ -149,7 +149,7 @@ class SenderRun {
  public:
   explicit SenderRun(Choices& choices)
       : choices_(choices),
-        sender_(settings(), [this](const Bytes& pdu) { hear(pdu); }),
+        sender_(settings(), [this](const Bytes& pdu) { receive(pdu); }),
         file_(choices.u16() % file_bytes) {
     sequence_ = sender_.put("file.ini", file_, now_, 1 + choices.byte());
   }
@@ -162,7 +162,7 @@ class SenderRun {
       sender_.receive(choices_.bytes(), now_);
     } else {
       const cfdp::Header& header = sender_.transfer(sequence_).header;
-      const cfdp::Pdu pdu = choose_pdu(choices_, header, file_.size(), room_);
+      const cfdp::Pdu pdu = choose_pdu(choices_, header, file_.size(), capacity_);
       std::array<std::uint8_t, 4096> octets;
       std::size_t bytes = 0;
       if (cfdp::encode(pdu, octets, bytes).ok()) sender_.receive(Octets(octets).first(bytes), now_);
@@ -180,7 +180,7 @@ class SenderRun {
     settings.limit = 5;
     return settings;
   }
-  void hear(const Bytes& octets) {
+  void receive(const Bytes& octets) {
     cfdp::Pdu pdu;
     require(cfdp::decode(octets, pdu).ok(), "a PDU that cannot be read");
     if (pdu.kind != cfdp::PduKind::file_data) return;
@@ -192,7 +192,7 @@ class SenderRun {
   CfdpSender sender_;
   Bytes file_;
   std::uint64_t sequence_ = 0, sent_bytes_ = 0;
-  PduRoom room_;
+  PduCapacity capacity_;
   double now_ = 0;
 };
 

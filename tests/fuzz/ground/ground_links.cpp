@@ -49,9 +49,9 @@ struct KnownFlight : model::test::NoisyFlight {
 
 void ground_links(Octets input) {
   static const KnownFlight known;
-  static const KnownFile sound = known.file();
+  static const KnownFile valid = known.file();
   Choices choices(input);
-  KnownFile file = sound;
+  KnownFile file = valid;
   change(choices, file);
   intake::OutboxBuilder builder;
   builder.add(file.name, file.bytes);

@@ -25,7 +25,7 @@ class Station {
  public:
   explicit Station(const Tailoring& tailoring) : tailoring_(tailoring) {}
 
-  void hear(Octets octets) {
+  void receive(Octets octets) {
     console::take_packets(
         octets, 239, tailoring_, [this](const Report& report) { look_at(report); },
         [](Octets pdu) { require(!pdu.empty(), "a PDU of nothing"); });
@@ -36,9 +36,9 @@ class Station {
     look(console::parameter_words(tailoring_, report, [this](std::size_t index, double value) {
       static_cast<void>(set_parameter(view_.mission, index, value));
     }));
-    VerificationReport told;
-    if (decode_verification(tailoring_, report.header.subtype, report.data, told).ok()) {
-      look(console::failure_words(told.code, told.failure_data));
+    VerificationReport reported;
+    if (decode_verification(tailoring_, report.header.subtype, report.data, reported).ok()) {
+      look(console::failure_words(reported.code, reported.failure_data));
     }
     if (const ReportInfo* info = view_.reports.take(tailoring_, report.data)) look(view_.reports.lines(info->name));
     look(console::utc_text(report.header.time));
@@ -47,7 +47,7 @@ class Station {
   void show(Choices& choices) {
     view_.parameters_known = true;
     view_.since_status = static_cast<TimeNs>(choices.u32()) * ns_per_ms;
-    if ((choices.byte() & 1U) != 0) view_.heard_s = choices.u16();
+    if ((choices.byte() & 1U) != 0) view_.received_s = choices.u16();
     look(console::panel(view_));
     look(console::pass_words(view_));
     look(console::pass_plan(view_, 5));
@@ -104,7 +104,7 @@ void ground_telemetry(Octets input) {
   for (int i = 0; i < 30 && !choices.empty(); ++i) {
     const std::uint8_t operation = choices.byte();
     if (operation % 4 == 0) {
-      station.hear(choices.bytes());
+      station.receive(choices.bytes());
     } else {
       station.look_at(choose_report(choices));
     }

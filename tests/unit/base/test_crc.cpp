@@ -20,10 +20,10 @@ std::uint32_t by_definition(std::span<const std::uint8_t> bytes, std::uint32_t p
 }
 
 /// CRC-32C of the piece, at once and in two parts.
-void expect_defined(std::span<const std::uint8_t> piece) {
-  ASSERT_EQ(crc32c(piece), by_definition(piece, 0x82F63B78U)) << piece.size() << " bytes";
-  const std::size_t cut = piece.size() * 3 / 7;
-  ASSERT_EQ(crc32c(piece.subspan(cut), crc32c(piece.first(cut))), crc32c(piece)) << piece.size() << " bytes";
+void expect_defined(std::span<const std::uint8_t> chunk) {
+  ASSERT_EQ(crc32c(chunk), by_definition(chunk, 0x82F63B78U)) << chunk.size() << " bytes";
+  const std::size_t cut = chunk.size() * 3 / 7;
+  ASSERT_EQ(crc32c(chunk.subspan(cut), crc32c(chunk.first(cut))), crc32c(chunk)) << chunk.size() << " bytes";
 }
 
 std::vector<std::uint8_t> random_bytes(std::size_t count) {
@@ -44,11 +44,11 @@ TEST(Crc, IsWhatTheDefinitionSaysForEveryLengthAndPlaceAndContinues) {
   const std::vector<std::uint8_t> bytes = random_bytes(100);
   for (std::size_t begin = 0; begin < 9; ++begin) {
     for (std::size_t length = 0; begin + length <= bytes.size(); ++length) {
-      const auto piece = std::span<const std::uint8_t>(bytes).subspan(begin, length);
-      ASSERT_EQ(crc32(piece), by_definition(piece, 0xEDB88320U));
-      ASSERT_EQ(crc32c(piece), by_definition(piece, 0x82F63B78U));
+      const auto chunk = std::span<const std::uint8_t>(bytes).subspan(begin, length);
+      ASSERT_EQ(crc32(chunk), by_definition(chunk, 0xEDB88320U));
+      ASSERT_EQ(crc32c(chunk), by_definition(chunk, 0x82F63B78U));
       const std::size_t cut = length * 3 / 7;
-      ASSERT_EQ(crc32(piece.subspan(cut), crc32(piece.first(cut))), crc32(piece));
+      ASSERT_EQ(crc32(chunk.subspan(cut), crc32(chunk.first(cut))), crc32(chunk));
     }
   }
 }

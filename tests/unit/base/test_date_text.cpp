@@ -17,9 +17,9 @@ TEST(DateTextTest, EveryDayOfTheCalendarAndNoOther) {
       for (int d = 0; d <= 32; ++d) {
         const year_month_day date{year{y}, month{static_cast<unsigned>(m)}, day{static_cast<unsigned>(d)}};
         TimeNs time = -1;
-        const bool sound = time_of_date(y, m, d, 1, 2, 3, time);
-        ASSERT_EQ(sound, date.ok() && y >= 1970 && y < 2200) << y << "-" << m << "-" << d;
-        if (!sound) continue;
+        const bool valid = time_of_date(y, m, d, 1, 2, 3, time);
+        ASSERT_EQ(valid, date.ok() && y >= 1970 && y < 2200) << y << "-" << m << "-" << d;
+        if (!valid) continue;
         const std::int64_t days = sys_days{date}.time_since_epoch().count();
         ASSERT_EQ(time, (days * 86'400 + 3723) * ns_per_s) << y << "-" << m << "-" << d;
       }

@@ -12,15 +12,15 @@
 namespace ilp {
 namespace {
 
-struct Piece {
+struct Chunk {
   unsigned char* data;
   std::size_t size;
   unsigned char fill;
 };
 
-bool intact(const Piece& piece) {
-  for (std::size_t i = 0; i < piece.size; ++i) {
-    if (piece.data[i] != piece.fill) return false;
+bool intact(const Chunk& chunk) {
+  for (std::size_t i = 0; i < chunk.size; ++i) {
+    if (chunk.data[i] != chunk.fill) return false;
   }
   return true;
 }
@@ -48,44 +48,44 @@ TEST_F(ArenaTest, GivesAlignedPiecesInsideTheRegion) {
 
 TEST_F(ArenaTest, RandomUseNeverOverlapsAndEndsEmpty) {
   Rng rng(7);
-  std::vector<Piece> pieces;
+  std::vector<Chunk> chunks;
   std::size_t payload = 0;
   for (int step = 0; step < 60000; ++step) {
     const std::uint32_t action = rng.below(10);
-    if (action < 5 || pieces.empty()) {
+    if (action < 5 || chunks.empty()) {
       const std::size_t size = rng.below(2) == 0 ? rng.below(200) : rng.below(30000);
       const std::size_t boundary = std::size_t{1} << rng.below(9);
       auto* p = static_cast<unsigned char*>(arena.allocate_aligned(boundary, size));
       if (p == nullptr) continue;
       const auto fill = static_cast<unsigned char>(step);
       std::memset(p, fill, size);
-      pieces.push_back({p, size, fill});
+      chunks.push_back({p, size, fill});
       payload += size;
     } else {
-      Piece& piece = pieces[rng.below(static_cast<std::uint32_t>(pieces.size()))];
-      ASSERT_TRUE(intact(piece)) << "step " << step;
+      Chunk& chunk = chunks[rng.below(static_cast<std::uint32_t>(chunks.size()))];
+      ASSERT_TRUE(intact(chunk)) << "step " << step;
       if (action < 7) {
         const std::size_t size = 1 + rng.below(30000);
-        auto* p = static_cast<unsigned char*>(arena.reallocate(piece.data, size));
+        auto* p = static_cast<unsigned char*>(arena.reallocate(chunk.data, size));
         if (p == nullptr) continue;
-        Piece kept{p, size < piece.size ? size : piece.size, piece.fill};
+        Chunk kept{p, size < chunk.size ? size : chunk.size, chunk.fill};
         ASSERT_TRUE(intact(kept)) << "step " << step;
-        payload += size - piece.size;
-        std::memset(p, piece.fill, size);
-        piece = {p, size, piece.fill};
+        payload += size - chunk.size;
+        std::memset(p, chunk.fill, size);
+        chunk = {p, size, chunk.fill};
       } else {
-        arena.release(piece.data);
-        payload -= piece.size;
-        piece = pieces.back();
-        pieces.pop_back();
+        arena.release(chunk.data);
+        payload -= chunk.size;
+        chunk = chunks.back();
+        chunks.pop_back();
       }
     }
     ASSERT_GE(arena.stats().in_use, payload);
   }
   EXPECT_GT(arena.stats().failed, 0U) << "the region was never filled: the test is too tame";
-  for (const Piece& piece : pieces) {
-    EXPECT_TRUE(intact(piece));
-    arena.release(piece.data);
+  for (const Chunk& chunk : chunks) {
+    EXPECT_TRUE(intact(chunk));
+    arena.release(chunk.data);
   }
   EXPECT_EQ(arena.stats().in_use, 0U);
   EXPECT_EQ(arena.stats().misuse, 0U);

@@ -7,12 +7,12 @@
 #include <span>
 #include <vector>
 
+#include "bsp/flight/boot.hpp"
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/flight_store.hpp"
-#include "bsp/flight/life.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/store/sqlite/page_checksum.hpp"
-#include "hal/store/sqlite/set_aside.hpp"
+#include "hal/store/sqlite/quarantine.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -28,10 +28,10 @@ class FlightStoreTest : public testing::Test {
     const auto store = make();
     ASSERT_TRUE(store->open(path_.c_str(), StoreTrouble::refuse, mission_).ok());
     VirtualClock clock(5);
-    Life life(store->store(), clock);
-    ASSERT_TRUE(life.begin({}).ok());
+    Boot boot(store->store(), clock);
+    ASSERT_TRUE(boot.begin({}).ok());
     if (ended) {
-      ASSERT_TRUE(life.end().ok());
+      ASSERT_TRUE(boot.end().ok());
     }
     store->close();
   }
@@ -81,10 +81,10 @@ TEST_F(FlightStoreTest, WhatWasWrittenIsThereAtTheNextStart) {
   live(true);
   const auto store = make();
   ASSERT_TRUE(store->open(path_.c_str(), StoreTrouble::fly_on, mission_).ok());
-  StartRecord life;
-  ASSERT_TRUE(last(store->store(), life).ok());
-  EXPECT_EQ(life.id, 2);
-  EXPECT_TRUE(store->news().ok());
+  StartRecord boot;
+  ASSERT_TRUE(last(store->store(), boot).ok());
+  EXPECT_EQ(boot.id, 2);
+  EXPECT_TRUE(store->updates().ok());
 }
 
 TEST_F(FlightStoreTest, AFileThatIsNoDatabaseIsRefusedOrSetAside) {
@@ -93,10 +93,10 @@ TEST_F(FlightStoreTest, AFileThatIsNoDatabaseIsRefusedOrSetAside) {
   EXPECT_EQ(fs::file_size(path_), 10'000U);
   const auto store = make();
   ASSERT_TRUE(store->open(path_.c_str(), StoreTrouble::fly_on, mission_).ok());
-  EXPECT_STATUS(store->news(), store_set_aside);
+  EXPECT_STATUS(store->updates(), store_set_aside);
   EXPECT_EQ(fs::file_size(path_ + ".aside-1"), 10'000U);
   VirtualClock clock;
-  EXPECT_TRUE(Life(store->store(), clock).begin({}).ok());
+  EXPECT_TRUE(Boot(store->store(), clock).begin({}).ok());
 }
 
 TEST_F(FlightStoreTest, DamageIsLookedForAfterALifeThatDidNotEndInOrder) {
@@ -105,7 +105,7 @@ TEST_F(FlightStoreTest, DamageIsLookedForAfterALifeThatDidNotEndInOrder) {
   EXPECT_STATUS(make()->open(path_.c_str(), StoreTrouble::refuse, mission_), store_damaged);
   const auto store = make();
   ASSERT_TRUE(store->open(path_.c_str(), StoreTrouble::fly_on, mission_).ok());
-  EXPECT_TRUE(store->news().is(StatusCode::store_set_aside) || store->news().is(StatusCode::store_salvaged));
+  EXPECT_TRUE(store->updates().is(StatusCode::store_set_aside) || store->updates().is(StatusCode::store_salvaged));
   EXPECT_TRUE(fs::exists(path_ + ".aside-1"));
 }
 
@@ -120,7 +120,7 @@ TEST_F(FlightStoreTest, ADatabaseOfAnotherVersionIsSetAside) {
   EXPECT_STATUS(make()->open(path_.c_str(), StoreTrouble::refuse, mission_), store_schema);
   const auto store = make();
   ASSERT_TRUE(store->open(path_.c_str(), StoreTrouble::fly_on, mission_).ok());
-  EXPECT_STATUS(store->news(), store_set_aside);
+  EXPECT_STATUS(store->updates(), store_set_aside);
 }
 
 TEST_F(FlightStoreTest, ADatabaseOfABuildWithOtherCapacitiesIsRefusedUntouchedOrSetAside) {
@@ -135,7 +135,7 @@ TEST_F(FlightStoreTest, ADatabaseOfABuildWithOtherCapacitiesIsRefusedUntouchedOr
   EXPECT_EQ(content(path_), before);
   const auto store = make();
   ASSERT_TRUE(store->open(path_.c_str(), StoreTrouble::fly_on, mission_).ok());
-  EXPECT_STATUS(store->news(), store_set_aside);
+  EXPECT_STATUS(store->updates(), store_set_aside);
   EXPECT_EQ(content(path_ + ".aside-1"), before);
 }
 
@@ -154,21 +154,21 @@ TEST_F(FlightStoreTest, WithoutADiskTheRecordsAreInMemory) {
   EXPECT_STATUS(make()->open(nowhere.c_str(), StoreTrouble::refuse, mission_), store_error);
   const auto store = make();
   ASSERT_TRUE(store->open(nowhere.c_str(), StoreTrouble::fly_on, mission_).ok());
-  EXPECT_STATUS(store->news(), store_in_memory);
+  EXPECT_STATUS(store->updates(), store_in_memory);
   EXPECT_LT(mission_.storage_budget_mib * 1048576.0, static_cast<double>(limits::ram_store_bytes));
   VirtualClock clock;
-  EXPECT_TRUE(Life(store->store(), clock).begin({}).ok());
+  EXPECT_TRUE(Boot(store->store(), clock).begin({}).ok());
 }
 
-TEST(SetAside, TheEarliestAreKeptAndTheLatestMakesWay) {
+TEST(Quarantine, TheEarliestAreKeptAndTheLatestMakesWay) {
   const test::TemporaryFolder folder;
   const std::string path = folder / "flight.db";
   std::int64_t number = 0;
-  for (std::int64_t i = 1; i <= max_set_aside + 2; ++i) {
+  for (std::int64_t i = 1; i <= max_quarantined + 2; ++i) {
     std::ofstream(path) << i;
-    if (i == max_set_aside) std::ofstream(path + "-wal") << i;
-    ASSERT_TRUE(set_database_aside(path.c_str(), number).ok());
-    EXPECT_EQ(number, std::min(i, max_set_aside));
+    if (i == max_quarantined) std::ofstream(path + "-wal") << i;
+    ASSERT_TRUE(quarantine_database(path.c_str(), number).ok());
+    EXPECT_EQ(number, std::min(i, max_quarantined));
     EXPECT_FALSE(fs::exists(path));
   }
   std::int64_t first = 0;
@@ -176,7 +176,7 @@ TEST(SetAside, TheEarliestAreKeptAndTheLatestMakesWay) {
   std::ifstream(path + ".aside-1") >> first;
   std::ifstream(path + ".aside-4") >> latest;
   EXPECT_EQ(first, 1);
-  EXPECT_EQ(latest, max_set_aside + 2);
+  EXPECT_EQ(latest, max_quarantined + 2);
   EXPECT_FALSE(fs::exists(path + ".aside-4-wal")) << "a log of another database";
 }
 
@@ -185,8 +185,8 @@ TEST_F(FlightStoreTest, SeveralProcessesShareADatabaseAndEachStageRunsInOne) {
   const auto node = make(), other = make();
   EXPECT_STATUS(node->join(path_.c_str(), mission_), not_found) << "no head has made it";
   const auto head = make();
-  ASSERT_OK(head->open_as_head(path_.c_str(), StoreTrouble::refuse, Synchronise::behind_commit, mission_));
-  ASSERT_OK(head->claim(head_stages));
+  ASSERT_OK(head->open_as_primary(path_.c_str(), StoreTrouble::refuse, Synchronise::behind_commit, mission_));
+  ASSERT_OK(head->claim(primary_stages));
   ASSERT_OK(node->join(path_.c_str(), mission_));
   ASSERT_OK(node->claim(matcher));
   ASSERT_OK(other->join(path_.c_str(), mission_));
@@ -217,7 +217,7 @@ TEST_F(FlightStoreTest, AFlightInOneProcessIsNotSharedAndASharedOneIsNotTaken) {
   ASSERT_OK(alone->open(path_.c_str(), StoreTrouble::refuse, mission_));
   EXPECT_STATUS(second->join(path_.c_str(), mission_), store_in_use);
   alone->close();
-  ASSERT_OK(alone->open_as_head(path_.c_str(), StoreTrouble::refuse, Synchronise::behind_commit, mission_));
+  ASSERT_OK(alone->open_as_primary(path_.c_str(), StoreTrouble::refuse, Synchronise::behind_commit, mission_));
   EXPECT_STATUS(second->open(path_.c_str(), StoreTrouble::refuse, mission_), store_in_use);
   EXPECT_TRUE(std::filesystem::exists(path_ + "-guard"));
   alone->close();
@@ -230,7 +230,7 @@ TEST_F(FlightStoreTest, WhileOthersHaveItOpenADamagedDatabaseIsNotSetAside) {
   ASSERT_OK(node->join(path_.c_str(), mission_));
   overwrite(1, std::string(4096, 'x'));
   const auto head = make();
-  EXPECT_FALSE(head->open_as_head(path_.c_str(), StoreTrouble::fly_on, Synchronise::behind_commit, mission_).ok());
+  EXPECT_FALSE(head->open_as_primary(path_.c_str(), StoreTrouble::fly_on, Synchronise::behind_commit, mission_).ok());
   EXPECT_TRUE(std::filesystem::exists(path_));
 }
 

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int lease_s = 1;
 
-bool tell(int pipe) {
+bool report(int pipe) {
   return write(pipe, "!", 1) == 1;
 }
 
@@ -68,14 +68,14 @@ class LockLeaseTest : public testing::Test {
     sqlite::wait_for_writers(store_.session(), 1);
   }
   /// The news of the watch until there are some, or the lock is free.
-  Status news() {
-    Status news;
-    while (news.ok() && store_.begin().is(StatusCode::store_locked)) {
+  Status updates() {
+    Status updates;
+    while (updates.ok() && store_.begin().is(StatusCode::store_locked)) {
       usleep(10'000);
-      news = watch_.look(store_, lease_s);
+      updates = watch_.look(store_, lease_s);
     }
     store_.rollback();
-    return news;
+    return updates;
   }
 
   test::TemporaryFolder folder_;
@@ -94,7 +94,7 @@ TEST(LeasedStore, AProcessWhoseTransactionDoesNotEndIsEndedByItsAlarm) {
       if (!store.begin().ok() || (i == 0 ? !store.commit().ok() : (store.rollback(), false))) _exit(1);
     }
     usleep(1'500'000);
-    if (!store.begin().ok() || !tell(ready)) _exit(2);
+    if (!store.begin().ok() || !report(ready)) _exit(2);
     for (;;) pause();
   });
   const int how = hung.end();
@@ -104,13 +104,13 @@ TEST(LeasedStore, AProcessWhoseTransactionDoesNotEndIsEndedByItsAlarm) {
 TEST_F(LockLeaseTest, AStoppedProcessOfTheFlightIsEnded) {
   Child node([&](int ready) {
     SqliteStore store;
-    if (!store.open(path_.c_str()).ok() || !store.begin().ok() || !tell(ready)) _exit(1);
+    if (!store.open(path_.c_str()).ok() || !store.begin().ok() || !report(ready)) _exit(1);
     raise(SIGSTOP);
   });
-  const Status told = news();
-  EXPECT_TRUE(told.is(StatusCode::lock_holder)) << status_name(told.code);
-  EXPECT_EQ(told.a, node.process());
-  EXPECT_EQ(told.b, 1) << "ended";
+  const Status reported = updates();
+  EXPECT_TRUE(reported.is(StatusCode::lock_holder)) << status_name(reported.code);
+  EXPECT_EQ(reported.a, node.process());
+  EXPECT_EQ(reported.b, 1) << "ended";
   const int how = node.end();
   EXPECT_TRUE(WIFSIGNALED(how) && WTERMSIG(how) == SIGKILL) << how;
   EXPECT_OK(store_.begin());
@@ -129,13 +129,13 @@ TEST_F(LockLeaseTest, AnotherProgramIsNamedOnceAndLeftAlone) {
     range.l_whence = SEEK_SET;
     range.l_start = 120;
     range.l_len = 1;
-    if (index < 0 || fcntl(index, F_SETLK, &range) != 0 || !tell(ready)) _exit(1);
+    if (index < 0 || fcntl(index, F_SETLK, &range) != 0 || !report(ready)) _exit(1);
     execl("/bin/sleep", "sleep", "600", nullptr);
   });
-  const Status told = news();
-  EXPECT_TRUE(told.is(StatusCode::lock_holder)) << status_name(told.code);
-  EXPECT_EQ(told.a, foreign.process());
-  EXPECT_EQ(told.b, 0);
+  const Status reported = updates();
+  EXPECT_TRUE(reported.is(StatusCode::lock_holder)) << status_name(reported.code);
+  EXPECT_EQ(reported.a, foreign.process());
+  EXPECT_EQ(reported.b, 0);
   EXPECT_EQ(store_.begin().code, StatusCode::store_locked);
   EXPECT_OK(watch_.look(store_, 0)) << "once";
   EXPECT_EQ(kill(foreign.process(), 0), 0) << "it runs";
@@ -145,7 +145,7 @@ TEST_F(LockLeaseTest, ProcessesThatKeepTheLockInTurnAreNeitherNamedNorEnded) {
   for (int turn = 0; turn < 4; ++turn) {
     const Child node([&](int ready) {
       SqliteStore store;
-      if (!store.open(path_.c_str()).ok() || !store.begin().ok() || !tell(ready)) _exit(1);
+      if (!store.open(path_.c_str()).ok() || !store.begin().ok() || !report(ready)) _exit(1);
       for (;;) pause();
     });
     ASSERT_EQ(store_.begin().code, StatusCode::store_locked);

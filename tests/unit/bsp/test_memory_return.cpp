@@ -15,7 +15,7 @@
 #include <set>
 #include <vector>
 
-#include "bsp/flight/disk_look.hpp"
+#include "bsp/flight/disk_probe.hpp"
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/flight_store.hpp"
 #include "fsw/shared/camera_on_record.hpp"
@@ -139,9 +139,9 @@ void put_checkpoints(Store& store, std::int64_t cursor, std::uint8_t byte) {
   }
 }
 
-void put_life(Store& store, std::int64_t life, std::int64_t base, TimeNs now) {
+void put_store_epoch(Store& store, std::int64_t store_epoch, std::int64_t base, TimeNs now) {
   IdentityRecord identity;
-  identity.life = life;
+  identity.life = store_epoch;
   identity.keyframe_base = identity.record_base = base;
   ASSERT_OK(put(store, identity));
   StartRecord start;
@@ -149,7 +149,7 @@ void put_life(Store& store, std::int64_t life, std::int64_t base, TimeNs now) {
   start.time_ns = start.alive_ns = now;
   ASSERT_OK(put(store, start));
   StorageRecord storage;
-  storage.frames_released = static_cast<std::uint32_t>(life);
+  storage.frames_released = static_cast<std::uint32_t>(store_epoch);
   ASSERT_OK(put(store, storage));
 }
 
@@ -158,7 +158,7 @@ void put_life(Store& store, std::int64_t life, std::int64_t base, TimeNs now) {
 void live_on_disk(Store& store) {
   Transaction transaction(store);
   ASSERT_OK(transaction.begin());
-  put_life(store, 1, 0, 5);
+  put_store_epoch(store, 1, 0, 5);
   put_checkpoints(store, 6, 1);
   for (std::int64_t id = 1; id <= 6; ++id) put_frame(store, id, id >= 3);
   put_keyframe(store, 1, 2, 1, true);
@@ -198,11 +198,11 @@ void live_on_disk(Store& store) {
 }
 
 /// A life in memory, with `frames` images.
-void live_in_memory(Store& store, std::int64_t frames, std::int64_t life = 2, std::int64_t base = memory_base) {
+void live_in_memory(Store& store, std::int64_t frames, std::int64_t store_epoch = 2, std::int64_t base = memory_base) {
   Transaction transaction(store);
   ASSERT_OK(transaction.begin());
-  put_life(store, life, base, 9000);
-  put_checkpoints(store, base + frames, static_cast<std::uint8_t>(life));
+  put_store_epoch(store, store_epoch, base, 9000);
+  put_checkpoints(store, base + frames, static_cast<std::uint8_t>(store_epoch));
   for (std::int64_t id = base + 1; id <= base + frames; ++id) {
     put_frame(store, id, id % 2 == 0);
     put_event(store, id);
@@ -221,7 +221,7 @@ void live_in_memory(Store& store, std::int64_t frames, std::int64_t life = 2, st
 
 class MemoryReturn : public testing::Test {
  protected:
-  static constexpr std::int64_t room = 1 << 20;
+  static constexpr std::int64_t capacity = 1 << 20;
 
   void SetUp() override { fs::create_directory(disk_); }
 
@@ -250,11 +250,11 @@ class MemoryReturn : public testing::Test {
     }
     unmount();
     const auto store = start();
-    ASSERT_EQ((store->news()).code, StatusCode::store_in_memory);
+    ASSERT_EQ((store->updates()).code, StatusCode::store_in_memory);
     live_in_memory(store->store(), frames);
     in_memory_ = content_of(store->store());
     mount();
-    ASSERT_OK(try_disk(path_.c_str(), room));
+    ASSERT_OK(try_disk(path_.c_str(), capacity));
     ASSERT_OK(store->leave_memory(path_.c_str(), &wait_));
   }
   /// Records of the life in memory that are in the database as they were. The storage manager counts anew.
@@ -288,7 +288,7 @@ TEST_F(MemoryReturn, AStartWaitsForADiskThatComesSoon) {
   const auto store = make();
   MissionParameters mission;
   ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission, &wait_));
-  EXPECT_OK(store->news());
+  EXPECT_OK(store->updates());
   EXPECT_EQ((store->start().opened_late).code, StatusCode::store_opened_late);
   EXPECT_EQ(store->start().opened_late.a, 3);
   EXPECT_EQ(wait_.faults_, (std::set<StatusCode>{StatusCode::store_error}));
@@ -302,7 +302,7 @@ TEST_F(MemoryReturn, ADiskThatStaysAwayIsTriedForALimitedTime) {
   MissionParameters mission;
   ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission, &wait_));
   EXPECT_EQ(wait_.attempts_, start_attempts - 1);
-  EXPECT_STATUS(store->news(), store_in_memory);
+  EXPECT_STATUS(store->updates(), store_in_memory);
   EXPECT_OK(store->start().opened_late);
 }
 
@@ -312,10 +312,10 @@ TEST_F(MemoryReturn, AVerdictOnTheContentIsNotWaitedFor) {
   MissionParameters mission;
   ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission, &wait_));
   EXPECT_EQ(wait_.attempts_, 0);
-  EXPECT_STATUS(store->news(), store_set_aside);
+  EXPECT_STATUS(store->updates(), store_set_aside);
 }
 
-TEST_F(MemoryReturn, WithoutAnEarlierLifeTheDatabaseIsWhatWasInMemory) {
+TEST_F(MemoryReturn, WithoutAnEarlierStoreEpochTheDatabaseIsWhatWasInMemory) {
   fly_both(20, false);
   const auto store = start();
   EXPECT_EQ((store->start().moved).code, StatusCode::store_back_on_disk);
@@ -338,7 +338,7 @@ TEST_F(MemoryReturn, WithoutAnEarlierLifeTheDatabaseIsWhatWasInMemory) {
   EXPECT_OK(get(again->store(), memory_base + 1000, event));
 }
 
-TEST_F(MemoryReturn, BothLivesAreInTheDatabaseAndTheLaterOneGoesOn) {
+TEST_F(MemoryReturn, BothStoreEpochsAreInTheDatabaseAndTheLaterOneGoesOn) {
   fly_both(20);
   const auto store = start();
   Store& database = store->store();
@@ -346,10 +346,10 @@ TEST_F(MemoryReturn, BothLivesAreInTheDatabaseAndTheLaterOneGoesOn) {
   const Content content = content_of(database);
   expect_memory_in(content);
   // Nothing of the earlier life has changed but what is stated here.
-  const std::set<RecordType> of_one_life = {RecordType::identity, RecordType::checkpoint, RecordType::storage,
-                                            RecordType::setting};
+  const std::set<RecordType> of_one_store_epoch = {RecordType::identity, RecordType::checkpoint, RecordType::storage,
+                                                   RecordType::setting};
   for (const auto& [key, bytes] : on_disk_) {
-    if (of_one_life.count(key.first) != 0 || key.first == RecordType::downlink || key.first == RecordType::place)
+    if (of_one_store_epoch.count(key.first) != 0 || key.first == RecordType::downlink || key.first == RecordType::place)
       continue;
     const auto found = content.find(key);
     ASSERT_NE(found, content.end()) << record_info(key.first).name << ' ' << key.second;
@@ -452,7 +452,7 @@ TEST_F(MemoryReturn, APowerCutWhileTheDatabaseTakesTheRecordsInLosesNothing) {
       seen.insert(records);
     }
     const auto store = start();
-    EXPECT_OK(store->news());
+    EXPECT_OK(store->updates());
     EXPECT_EQ(content_of(store->store()), whole) << "round " << round;
     EXPECT_EQ(count_memory_copies(path_.c_str()), 0);
   }
@@ -477,7 +477,7 @@ TEST_F(MemoryReturn, APowerCutWhileTheRecordsLeaveMemoryLeavesTheDiskAsItWasOrHa
       const auto store = make();
       if (!store->begin_in_memory(mission).ok()) return;
       live_in_memory(store->store(), 300);
-      if (try_disk(path_.c_str(), room).ok()) (void)store->leave_memory(path_.c_str(), nullptr);
+      if (try_disk(path_.c_str(), capacity).ok()) (void)store->leave_memory(path_.c_str(), nullptr);
     });
     const auto store = start();
     const bool all = store->start().moved.is(StatusCode::store_back_on_disk);
@@ -498,7 +498,7 @@ TEST_F(MemoryReturn, ADiskThatFailsAgainLeavesTheFlightInMemory) {
   const auto store = start();
   live_in_memory(store->store(), 40);
   const Content before = content_of(store->store());
-  EXPECT_STATUS(try_disk(path_.c_str(), room), io_error);
+  EXPECT_STATUS(try_disk(path_.c_str(), capacity), io_error);
   EXPECT_STATUS(store->leave_memory(path_.c_str(), &wait_), io_error);
   mount();
   // A disk that becomes full at any place of the file.
@@ -508,7 +508,7 @@ TEST_F(MemoryReturn, ADiskThatFailsAgainLeavesTheFlightInMemory) {
   for (const rlim_t most : {rlim_t{0}, rlim_t{1}, rlim_t{5000}, rlim_t{100'000}, rlim_t{400'000}}) {
     const rlimit limit{most, before_limit.rlim_max};
     ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
-    const Status tried = try_disk(path_.c_str(), room);
+    const Status tried = try_disk(path_.c_str(), capacity);
     const Status left = store->leave_memory(path_.c_str(), &wait_);
     ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before_limit), 0);
     EXPECT_STATUS(tried, io_error) << most;
@@ -525,16 +525,16 @@ TEST_F(MemoryReturn, ADiskThatFailsAgainLeavesTheFlightInMemory) {
 }
 
 TEST_F(MemoryReturn, ADiskIsLookedForUntilItServesAndAgainWhenAsked) {
-  static DiskLook look;
+  static DiskProbe look;
   static const std::string path = path_;
   unmount();
   const auto store = start();
-  ASSERT_EQ(store->look_stack().size(), disk_look_stack_bytes);
+  ASSERT_EQ(store->look_stack().size(), disk_probe_stack_bytes);
   EXPECT_EQ(reinterpret_cast<std::uintptr_t>(store->look_stack().data()) % stack_page_bytes, 0U);
   EXPECT_LE(store->store().usage().limit_bytes,
-            static_cast<std::int64_t>(limits::ram_store_bytes - disk_look_stack_bytes));
-  alignas(stack_page_bytes) static std::byte stack[disk_look_stack_bytes];
-  ASSERT_EQ(look.begin(path.c_str(), room, stack, ns_per_ms), 0);
+            static_cast<std::int64_t>(limits::ram_store_bytes - disk_probe_stack_bytes));
+  alignas(stack_page_bytes) static std::byte stack[disk_probe_stack_bytes];
+  ASSERT_EQ(look.begin(path.c_str(), capacity, stack, ns_per_ms), 0);
   const timespec nap{0, 5'000'000};
   for (int i = 0; i < 10; ++i) nanosleep(&nap, nullptr);
   EXPECT_FALSE(look.found());
@@ -544,12 +544,12 @@ TEST_F(MemoryReturn, ADiskIsLookedForUntilItServesAndAgainWhenAsked) {
     return look.found();
   };
   EXPECT_TRUE(comes());
-  EXPECT_EQ(fs::file_size(path_ + ".memory-part"), static_cast<std::uintmax_t>(room)) << "the room for the records";
-  look.look_again();
+  EXPECT_EQ(fs::file_size(path_ + ".memory-part"), static_cast<std::uintmax_t>(capacity)) << "the room for the records";
+  look.probe_again();
   EXPECT_TRUE(comes());
 }
 
-TEST_F(MemoryReturn, TwoLivesInMemoryFollowEachOther) {
+TEST_F(MemoryReturn, TwoStoreEpochsInMemoryFollowEachOther) {
   fly_both(10);
   {
     const auto store = make();
@@ -583,7 +583,7 @@ TEST_F(MemoryReturn, AnEarlierCopyThatStillWaitsIsTakenInFirst) {
     ASSERT_OK(store->leave_memory(path_.c_str(), &wait_));
   }
   const auto store = start();
-  EXPECT_TRUE(store->news().ok()) << "nothing is set aside";
+  EXPECT_TRUE(store->updates().ok()) << "nothing is set aside";
   EventRecord event;
   for (const std::int64_t id : {std::int64_t{150}, memory_base + 10, 2 * memory_base + 12}) {
     EXPECT_OK(get(store->store(), id, event));
@@ -627,7 +627,7 @@ TEST_F(MemoryReturn, ACopyThatTheDiskDoesNotReadDoesNotKeepTheOthersFromTheDatab
     const auto store = make();
     MissionParameters mission;
     ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission, &wait_));
-    EXPECT_OK(store->news()) << "it flies on the disk";
+    EXPECT_OK(store->updates()) << "it flies on the disk";
     EXPECT_EQ(wait_.attempts_, start_attempts - 1);
     EXPECT_STATUS(store->start().not_moved, store_not_moved);
     EXPECT_EQ(store->start().not_moved.a, static_cast<std::int64_t>(StatusCode::io_error));
@@ -639,11 +639,11 @@ TEST_F(MemoryReturn, ACopyThatTheDiskDoesNotReadDoesNotKeepTheOthersFromTheDatab
   EXPECT_FALSE(fs::exists(second));
 }
 
-TEST_F(MemoryReturn, TheHeadOfSeveralProcessesTakesCopiesInToo) {
+TEST_F(MemoryReturn, ThePrimaryOfSeveralProcessesTakesCopiesInToo) {
   fly_both(10, false);
   const auto store = make();
   MissionParameters mission;
-  ASSERT_OK(store->open_as_head(path_.c_str(), StoreTrouble::fly_on, Synchronise::behind_commit, mission));
+  ASSERT_OK(store->open_as_primary(path_.c_str(), StoreTrouble::fly_on, Synchronise::behind_commit, mission));
   EXPECT_STATUS(store->start().moved, store_back_on_disk);
   expect_memory_in(content_of(store->store()));
 }
@@ -651,7 +651,7 @@ TEST_F(MemoryReturn, TheHeadOfSeveralProcessesTakesCopiesInToo) {
 TEST_F(MemoryReturn, AStartRemovesWhatAPowerCutHasLeftUnfinished) {
   std::ofstream(path_ + ".memory-part") << std::string(10'000, 'x');
   const auto store = start();
-  EXPECT_OK(store->news());
+  EXPECT_OK(store->updates());
   EXPECT_FALSE(fs::exists(path_ + ".memory-part"));
 }
 
@@ -667,7 +667,7 @@ TEST_F(MemoryReturn, WhereNumbersWouldMeetTheEarlierDatabaseIsSetAside) {
   }
   fly_both(10, false);
   const auto store = start();
-  EXPECT_STATUS(store->news(), store_set_aside);
+  EXPECT_STATUS(store->updates(), store_set_aside);
   EXPECT_EQ((store->start().moved).code, StatusCode::store_back_on_disk);
   expect_memory_in(content_of(store->store()));
   EXPECT_TRUE(fs::exists(path_ + ".aside-1"));

@@ -25,7 +25,7 @@ class MissionEpochTest : public testing::Test {
     MissionTimeBegin begin;
     const Status status = begin_mission_time(store_, memory_, choice, utc, mission, begin);
     now_ = begin.now;
-    news_ = begin.news;
+    updates_ = begin.updates;
     return status;
   }
   /// A frame was taken at this mission time.
@@ -45,14 +45,14 @@ class MissionEpochTest : public testing::Test {
   FlightMemory memory_{medium_};
   MissionParameters mission_;
   TimeNs now_ = -1;
-  Status news_;
+  Status updates_;
 };
 
 TEST_F(MissionEpochTest, BeginsWithTheWholeSecondBeforeTheFirstStart) {
   EXPECT_OK(begin(EpochChoice::first_start, new_year + 10 * ns_per_s + 7, mission_));
   EXPECT_EQ(mission_.mission_epoch_s, 24837.0 * 86400 + 10);
   EXPECT_EQ(now_, 7);
-  EXPECT_OK(news_);
+  EXPECT_OK(updates_);
 }
 
 TEST_F(MissionEpochTest, RunsOnThroughARestart) {
@@ -72,8 +72,8 @@ TEST_F(MissionEpochTest, MayCountFromTheMissionsEpoch) {
 TEST_F(MissionEpochTest, ACalendarClockBeforeTheEpochIsToldAndTheFlightBegins) {
   EXPECT_OK(begin(EpochChoice::mission, new_year - 5 * ns_per_s, mission_));
   EXPECT_EQ(now_, 0);
-  EXPECT_STATUS(news_, clock_behind);
-  EXPECT_EQ(news_.a, 5);
+  EXPECT_STATUS(updates_, clock_behind);
+  EXPECT_EQ(updates_.a, 5);
   EXPECT_EQ(mission_.mission_epoch_s, 24837.0 * 86400);
 }
 
@@ -82,14 +82,14 @@ TEST_F(MissionEpochTest, AClockThatWentBackDoesNotTakeMissionTimeBack) {
   fly_until(600 * ns_per_s);
   EXPECT_OK(begin(EpochChoice::first_start, new_year + 200 * ns_per_s, mission_));
   EXPECT_EQ(now_, 600 * ns_per_s);
-  EXPECT_STATUS(news_, clock_behind);
-  EXPECT_EQ(news_.a, 400);
-  EXPECT_EQ(news_.b, 600);
+  EXPECT_STATUS(updates_, clock_behind);
+  EXPECT_EQ(updates_.a, 400);
+  EXPECT_EQ(updates_.b, 600);
   EXPECT_OK(begin(EpochChoice::first_start, new_year - 1000 * ns_per_s, mission_));
   EXPECT_EQ(now_, 600 * ns_per_s) << "a day before the epoch likewise";
   EXPECT_OK(begin(EpochChoice::first_start, new_year + 700 * ns_per_s, mission_));
   EXPECT_EQ(now_, 700 * ns_per_s);
-  EXPECT_OK(news_);
+  EXPECT_OK(updates_);
 }
 
 TEST_F(MissionEpochTest, ANewStoreGoesOnInTheTimeOfTheFlight) {
@@ -115,16 +115,16 @@ TEST_F(MissionEpochTest, ACalendarThatBecomesRightTakesMissionTimeForwardsOnly) 
   LateCalendar calendar;
   calendar.begin(begun);
   TimeNs time = 0;
-  Status news;
-  EXPECT_FALSE(calendar.caught_up(new_year + 20 * ns_per_s, mission_, 620 * ns_per_s, time, news));
-  EXPECT_TRUE(calendar.caught_up(new_year + 7000 * ns_per_s, mission_, 640 * ns_per_s, time, news));
+  Status updates;
+  EXPECT_FALSE(calendar.caught_up(new_year + 20 * ns_per_s, mission_, 620 * ns_per_s, time, updates));
+  EXPECT_TRUE(calendar.caught_up(new_year + 7000 * ns_per_s, mission_, 640 * ns_per_s, time, updates));
   EXPECT_EQ(time, 7000 * ns_per_s);
-  EXPECT_STATUS(news, clock_caught_up);
-  EXPECT_EQ(news.a, 6360);
-  EXPECT_FALSE(calendar.caught_up(new_year + 9000 * ns_per_s, mission_, 7001 * ns_per_s, time, news)) << "once";
+  EXPECT_STATUS(updates, clock_caught_up);
+  EXPECT_EQ(updates.a, 6360);
+  EXPECT_FALSE(calendar.caught_up(new_year + 9000 * ns_per_s, mission_, 7001 * ns_per_s, time, updates)) << "once";
   LateCalendar of_a_right_clock;
   of_a_right_clock.begin({});
-  EXPECT_FALSE(of_a_right_clock.caught_up(new_year + 9000 * ns_per_s, mission_, 0, time, news));
+  EXPECT_FALSE(of_a_right_clock.caught_up(new_year + 9000 * ns_per_s, mission_, 0, time, updates));
 }
 
 // The latest second that a Linux clock can be set to is in 2232.
@@ -134,13 +134,14 @@ TEST_F(MissionEpochTest, ACalendarBehindEveryEpochIsNotBelievedAtTheFirstStart) 
   EXPECT_OK(begin(EpochChoice::first_start, latest_calendar, mission_));
   EXPECT_EQ(mission_.mission_epoch_s, MissionParameters{}.mission_epoch_s);
   EXPECT_EQ(now_, 0);
-  EXPECT_STATUS(news_, time_out_of_range);
+  EXPECT_STATUS(updates_, time_out_of_range);
   LateCalendar calendar;
-  calendar.begin({now_, news_});
+  calendar.begin({now_, updates_});
   TimeNs time = 0;
-  Status news;
-  EXPECT_FALSE(calendar.caught_up(latest_calendar, mission_, 10 * ns_per_s, time, news));
-  EXPECT_TRUE(calendar.caught_up(new_year + 7000 * ns_per_s, mission_, 20 * ns_per_s, time, news)) << "it is right now";
+  Status updates;
+  EXPECT_FALSE(calendar.caught_up(latest_calendar, mission_, 10 * ns_per_s, time, updates));
+  EXPECT_TRUE(calendar.caught_up(new_year + 7000 * ns_per_s, mission_, 20 * ns_per_s, time, updates))
+      << "it is right now";
   EXPECT_EQ(time, 7000 * ns_per_s);
 }
 
@@ -149,11 +150,11 @@ TEST_F(MissionEpochTest, MissionTimeNeverGoesBeyondWhatTwoDurationsNeed) {
   fly_until(600 * ns_per_s);
   EXPECT_OK(begin(EpochChoice::first_start, latest_calendar, mission_));
   EXPECT_EQ(now_, 600 * ns_per_s) << "as with a clock that went back";
-  EXPECT_STATUS(news_, time_out_of_range);
-  EXPECT_EQ(news_.a, latest_calendar / ns_per_s / 86400);
+  EXPECT_STATUS(updates_, time_out_of_range);
+  EXPECT_EQ(updates_.a, latest_calendar / ns_per_s / 86400);
   EXPECT_OK(begin(EpochChoice::first_start, new_year + longest_duration_ns - ns_per_s, mission_));
   EXPECT_EQ(now_, longest_duration_ns - ns_per_s) << "believed up to there";
-  EXPECT_OK(news_);
+  EXPECT_OK(updates_);
 }
 
 TEST(KeyFileOnDiskTest, IsReadOrItsFaultNamed) {

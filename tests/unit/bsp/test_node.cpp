@@ -17,7 +17,7 @@ namespace ilp {
 namespace {
 
 constexpr StageMask matcher = stage_bit(ComponentId::dense_matcher);
-constexpr StageMask others = all_stages & ~head_stages & ~matcher;
+constexpr StageMask others = all_stages & ~primary_stages & ~matcher;
 
 class NodeTest : public testing::Test {
  protected:
@@ -37,12 +37,12 @@ class NodeTest : public testing::Test {
     }
   }
   bool done(std::int64_t commits = 0) {
-    const Result<bool> all = head_.ask_whether_done(commits);
+    const Result<bool> all = primary_.ask_whether_done(commits);
     EXPECT_TRUE(all.ok());
     return all.value();
   }
   void begin_all() {
-    ASSERT_TRUE(head_.begin("a", mission_).ok());
+    ASSERT_TRUE(primary_.begin("a", mission_).ok());
     ASSERT_TRUE(one_.begin("b", mission_).ok());
     ASSERT_TRUE(two_.begin("c", mission_).ok());
   }
@@ -51,7 +51,7 @@ class NodeTest : public testing::Test {
   RamStore store_{memory_};
   VirtualClock clock_{ns_per_s};
   MissionParameters mission_;
-  Node head_{store_, clock_, head_stages}, one_{store_, clock_, matcher}, two_{store_, clock_, others};
+  Node primary_{store_, clock_, primary_stages}, one_{store_, clock_, matcher}, two_{store_, clock_, others};
 };
 
 TEST_F(NodeTest, AFlightIsDoneWhenAllWereIdleBetweenTwoAnswers) {
@@ -80,7 +80,7 @@ TEST_F(NodeTest, WorkBetweenTwoAnswersIsNoEnd) {
   EXPECT_TRUE(done());
 }
 
-TEST_F(NodeTest, WorkOfTheHeadIsNoEnd) {
+TEST_F(NodeTest, WorkOfThePrimaryIsNoEnd) {
   begin_all();
   done();
   answer(one_);
@@ -92,7 +92,7 @@ TEST_F(NodeTest, WorkOfTheHeadIsNoEnd) {
 }
 
 TEST_F(NodeTest, AStageThatNobodyRunsIsNoEnd) {
-  ASSERT_TRUE(head_.begin("a", mission_).ok());
+  ASSERT_TRUE(primary_.begin("a", mission_).ok());
   ASSERT_TRUE(one_.begin("b", mission_).ok());
   for (int k = 0; k < 4; ++k) {
     EXPECT_FALSE(done());
@@ -113,7 +113,7 @@ TEST_F(NodeTest, AProcessThatIsStartedAgainHasNotBeenIdle) {
   EXPECT_FALSE(done());
 }
 
-TEST_F(NodeTest, AnswersToAnEarlierHeadDoNotCount) {
+TEST_F(NodeTest, AnswersToAnEarlierPrimaryDoNotCount) {
   begin_all();
   done();
   answer(one_);
@@ -121,21 +121,21 @@ TEST_F(NodeTest, AnswersToAnEarlierHeadDoNotCount) {
   done();
   answer(one_);
   answer(two_);
-  Node next_head(store_, clock_, head_stages);
-  ASSERT_TRUE(next_head.begin("a", mission_).ok());
+  Node next_primary(store_, clock_, primary_stages);
+  ASSERT_TRUE(next_primary.begin("a", mission_).ok());
   for (int asked = 0; asked < 2; ++asked) {
-    const Result<bool> all = next_head.ask_whether_done(0);
+    const Result<bool> all = next_primary.ask_whether_done(0);
     ASSERT_TRUE(all.ok());
     EXPECT_FALSE(all.value());
   }
 }
 
-TEST_F(NodeTest, TheHeadNoticesWhoComesWhoFallsSilentAndWhoComesBack) {
-  ASSERT_TRUE(head_.begin("a", mission_).ok());
+TEST_F(NodeTest, ThePrimaryNoticesWhoComesWhoFallsSilentAndWhoComesBack) {
+  ASSERT_TRUE(primary_.begin("a", mission_).ok());
   const auto look = [this] {
-    Node::News news;
-    EXPECT_TRUE(head_.look_at_others(10 * ns_per_s, news).ok());
-    return news.change;
+    Node::Update updates;
+    EXPECT_TRUE(primary_.poll_other_nodes(10 * ns_per_s, updates).ok());
+    return updates.change;
   };
   EXPECT_EQ(look(), Node::Change::none);
   ASSERT_TRUE(one_.begin("b", mission_).ok());
@@ -149,34 +149,34 @@ TEST_F(NodeTest, TheHeadNoticesWhoComesWhoFallsSilentAndWhoComesBack) {
 }
 
 TEST_F(NodeTest, AClockThatIsAnHourOffMakesNobodySilent) {
-  ASSERT_TRUE(head_.begin("a", mission_).ok());
+  ASSERT_TRUE(primary_.begin("a", mission_).ok());
   VirtualClock wrong(clock_.now() - 3600 * ns_per_s);
   Node node(store_, wrong, matcher);
   ASSERT_TRUE(node.begin("b", mission_).ok());
-  Node::News news;
-  ASSERT_TRUE(head_.look_at_others(10 * ns_per_s, news).ok());
-  EXPECT_EQ(news.change, Node::Change::joined);
-  ASSERT_TRUE(head_.look_at_others(10 * ns_per_s, news).ok());
-  EXPECT_EQ(news.change, Node::Change::none);
+  Node::Update updates;
+  ASSERT_TRUE(primary_.poll_other_nodes(10 * ns_per_s, updates).ok());
+  EXPECT_EQ(updates.change, Node::Change::joined);
+  ASSERT_TRUE(primary_.poll_other_nodes(10 * ns_per_s, updates).ok());
+  EXPECT_EQ(updates.change, Node::Change::none);
 }
 
-TEST_F(NodeTest, WhoDiffersFromTheHeadIsRefused) {
-  ASSERT_TRUE(head_.begin("a", mission_).ok());
+TEST_F(NodeTest, WhoDiffersFromThePrimaryIsRefused) {
+  ASSERT_TRUE(primary_.begin("a", mission_).ok());
   NodeRecord head;
-  ASSERT_TRUE(find_head(store_, head).ok());
-  EXPECT_TRUE(check_head(head, matcher, mission_).ok());
-  EXPECT_STATUS(check_head(head, matcher | stage_bit(ComponentId::downlink), mission_), stage_claimed);
+  ASSERT_TRUE(find_primary(store_, head).ok());
+  EXPECT_TRUE(check_primary(head, matcher, mission_).ok());
+  EXPECT_STATUS(check_primary(head, matcher | stage_bit(ComponentId::downlink), mission_), stage_claimed);
   MissionParameters other = mission_;
   other.target_overlap = 0.85;
-  EXPECT_STATUS(check_head(head, matcher, other), node_differs);
+  EXPECT_STATUS(check_primary(head, matcher, other), node_differs);
   head.version[0] = 'x';
-  EXPECT_STATUS(check_head(head, matcher, mission_), store_build);
+  EXPECT_STATUS(check_primary(head, matcher, mission_), store_build);
 }
 
-TEST_F(NodeTest, AFlightIsFoundOnceItsHeadHasWrittenIdentityAndCamera) {
+TEST_F(NodeTest, AFlightIsFoundOnceItsPrimaryHasWrittenIdentityAndCamera) {
   NodeRecord head;
   EXPECT_STATUS(find_flight(store_, matcher, mission_, head), not_ready);
-  ASSERT_TRUE(head_.begin("a", mission_).ok());
+  ASSERT_TRUE(primary_.begin("a", mission_).ok());
   EXPECT_STATUS(find_flight(store_, matcher, mission_, head), not_found);
   IdentityRecord identity;
   identity.keyframe_base = 4000;
@@ -187,7 +187,7 @@ TEST_F(NodeTest, AFlightIsFoundOnceItsHeadHasWrittenIdentityAndCamera) {
   ASSERT_TRUE(find_flight(store_, matcher, mission_, head).ok());
   EXPECT_EQ(store_.id_base(RecordType::keyframe), 4000);
   EXPECT_EQ(store_.id_base(RecordType::event), 90000);
-  ASSERT_TRUE(head_.tell_end().ok());
+  ASSERT_TRUE(primary_.report_end().ok());
   EXPECT_STATUS(find_flight(store_, matcher, mission_, head), not_ready);
 }
 
@@ -244,7 +244,7 @@ class IdleComponent final : public Component {
   StepResult step() override { return {}; }
 };
 
-TEST_F(NodeTest, ASettingOfTheHeadIsInForceBeforeTheNextStep) {
+TEST_F(NodeTest, ASettingOfThePrimaryIsInForceBeforeTheNextStep) {
   SharedFlightStore shared(store_);
   MissionParameters in_force = mission_;
   IdleComponent idle;

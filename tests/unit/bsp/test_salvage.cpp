@@ -18,7 +18,7 @@
 #include "bsp/flight/flight_store.hpp"
 #include "hal/store/sqlite/checked_vfs.hpp"
 #include "hal/store/sqlite/page_checksum.hpp"
-#include "hal/store/sqlite/set_aside.hpp"
+#include "hal/store/sqlite/quarantine.hpp"
 #include "tests/support/failing_calls.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
@@ -168,7 +168,7 @@ TEST_F(SalvageTest, WhatCanBeReadIsSavedAndWhatCannotIsCounted) {
   {
     const auto store = make();
     ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_));
-    EXPECT_OK(store->news());
+    EXPECT_OK(store->updates());
     EXPECT_FALSE(store->damaged());
     StripRecord strip;
     std::int64_t id = 0;
@@ -182,8 +182,8 @@ TEST_F(SalvageTest, WhatCanBeReadIsSavedAndWhatCannotIsCounted) {
 
   const auto store = make();
   ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_));
-  EXPECT_STATUS(store->news(), store_salvaged);
-  EXPECT_EQ(store->news().b, 1);
+  EXPECT_STATUS(store->updates(), store_salvaged);
+  EXPECT_EQ(store->updates().b, 1);
   EXPECT_TRUE(content_of(path_ + ".aside-1") == before);
   const Found found = judge(store->store());
   EXPECT_EQ(found.frames, frames);
@@ -204,13 +204,13 @@ TEST_F(SalvageTest, WhatCanBeReadIsSavedAndWhatCannotIsCounted) {
   EXPECT_GE(readable, 1);
   const auto lost = store->start().salvaged[static_cast<std::size_t>(RecordType::strip)].lost;
   EXPECT_EQ(lost, strips - found.strips);
-  std::map<std::uint16_t, EventRecord> told;
+  std::map<std::uint16_t, EventRecord> reported;
   EventRecord event;
-  for (std::int64_t id = 0; next(store->store(), id, event).ok(); id = event.id) told[event.code] = event;
-  const EventRecord& of_records = told[static_cast<std::uint16_t>(StatusCode::records_lost)];
+  for (std::int64_t id = 0; next(store->store(), id, event).ok(); id = event.id) reported[event.code] = event;
+  const EventRecord& of_records = reported[static_cast<std::uint16_t>(StatusCode::records_lost)];
   EXPECT_EQ(of_records.a, lost);
   EXPECT_EQ(of_records.b, static_cast<std::int64_t>(RecordType::strip));
-  const EventRecord& of_blobs = told[static_cast<std::uint16_t>(StatusCode::blobs_damaged)];
+  const EventRecord& of_blobs = reported[static_cast<std::uint16_t>(StatusCode::blobs_damaged)];
   EXPECT_EQ(of_blobs.a, 1);
   EXPECT_EQ(of_blobs.b, static_cast<std::int64_t>(RecordType::frame));
   // Numbers of what was lost must not come again.
@@ -218,10 +218,10 @@ TEST_F(SalvageTest, WhatCanBeReadIsSavedAndWhatCannotIsCounted) {
   EXPECT_STATUS(get(store->store(), 1, identity), not_found);
   store->close();
 
-  const auto next_life = make();
-  ASSERT_OK(next_life->open(path_.c_str(), StoreTrouble::refuse, mission_)) << "damage was opened again";
-  EXPECT_OK(next_life->news());
-  next_life->close();
+  const auto next_store_epoch = make();
+  ASSERT_OK(next_store_epoch->open(path_.c_str(), StoreTrouble::refuse, mission_)) << "damage was opened again";
+  EXPECT_OK(next_store_epoch->updates());
+  next_store_epoch->close();
   EXPECT_FALSE(fs::exists(path_ + "-guard"));
 }
 
@@ -238,7 +238,7 @@ TEST_F(SalvageTest, DamageThatKeepsAStartFromSucceedingIsNotOpenedAgain) {
   }
   const auto store = make();
   ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_));
-  EXPECT_STATUS(store->news(), store_salvaged);
+  EXPECT_STATUS(store->updates(), store_salvaged);
 }
 
 TEST_F(SalvageTest, NothingIsLostWhereOnlyWhatNobodyNeedsIsDamaged) {
@@ -249,8 +249,8 @@ TEST_F(SalvageTest, NothingIsLostWhereOnlyWhatNobodyNeedsIsDamaged) {
   std::ofstream(path_ + "-guard") << "damaged";
   const auto store = make();
   ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_));
-  EXPECT_STATUS(store->news(), store_salvaged);
-  EXPECT_EQ(store->news().a, frames + strips + 5 + 5 + 1);
+  EXPECT_STATUS(store->updates(), store_salvaged);
+  EXPECT_EQ(store->updates().a, frames + strips + 5 + 5 + 1);
   const Found found = judge(store->store());
   EXPECT_EQ(found.images, frames);
   EXPECT_EQ(found.strips, strips);
@@ -266,7 +266,7 @@ TEST_F(SalvageTest, WithoutItsFirstPagesTheRestIsSavedAllTheSame) {
   EXPECT_STATUS(make()->open(path_.c_str(), StoreTrouble::refuse, mission_), store_damaged);
   const auto store = make();
   ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_));
-  EXPECT_STATUS(store->news(), store_salvaged);
+  EXPECT_STATUS(store->updates(), store_salvaged);
   const Found found = judge(store->store());
   EXPECT_GE(found.images + found.strips, frames) << "both tables were lost with the schema";
   EXPECT_EQ(found.settings, 5);
@@ -282,7 +282,7 @@ TEST_F(SalvageTest, WithoutOneOfItsTablesItIsReplaced) {
   std::ofstream(path_ + "-guard") << "damaged";
   const auto store = make();
   ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_));
-  EXPECT_STATUS(store->news(), store_set_aside);
+  EXPECT_STATUS(store->updates(), store_set_aside);
   EXPECT_TRUE(fs::exists(path_ + ".aside-1"));
 }
 
@@ -402,7 +402,7 @@ TEST_F(SalvageTest, AFlightHasItsDatabaseToItself) {
   EXPECT_EQ(judge(store->store()).images, frames);
 }
 
-TEST(SetAside, TheLogGoesBeforeTheDatabaseAndAnInterruptedOneIsGoneOnWith) {
+TEST(Quarantine, TheLogGoesBeforeTheDatabaseAndAnInterruptedOneIsGoneOnWith) {
   const test::TemporaryFolder folder;
   const std::string path = folder / "flight.db";
   std::ofstream(path) << "database";
@@ -410,13 +410,13 @@ TEST(SetAside, TheLogGoesBeforeTheDatabaseAndAnInterruptedOneIsGoneOnWith) {
   // What cannot be replaced by a file.
   fs::create_directories(path + ".aside-1-wal/x");
   std::int64_t number = 0;
-  EXPECT_STATUS(set_database_aside(path.c_str(), number), io_error);
+  EXPECT_STATUS(quarantine_database(path.c_str(), number), io_error);
   EXPECT_TRUE(fs::exists(path)) << "a database without its log would be opened as if nothing were missing";
   EXPECT_TRUE(fs::exists(path + "-wal"));
   fs::remove_all(path + ".aside-1-wal");
   // Cut off after the log was renamed.
   fs::rename(path + "-wal", path + ".aside-1-wal");
-  ASSERT_OK(set_database_aside(path.c_str(), number));
+  ASSERT_OK(quarantine_database(path.c_str(), number));
   EXPECT_EQ(number, 1);
   EXPECT_EQ(content_of(path + ".aside-1"), "database");
   EXPECT_EQ(content_of(path + ".aside-1-wal"), "log");

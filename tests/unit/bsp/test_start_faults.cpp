@@ -45,8 +45,8 @@ TEST_F(StartFaults, AStartOnADiskThatFailsRenamesNothingAndTheNextOneGoesOn) {
         const Status opened = store->open(path_.c_str(), how, mission_);
         if (how == StoreTrouble::fly_on) {
           EXPECT_OK(opened) << where;
-          EXPECT_TRUE(store->news().ok() || store->news().is(StatusCode::store_in_memory))
-              << where << ": " << status_name(store->news().code);
+          EXPECT_TRUE(store->updates().ok() || store->updates().is(StatusCode::store_in_memory))
+              << where << ": " << status_name(store->updates().code);
         } else {
           EXPECT_FALSE(is_verdict(opened)) << where << ": " << status_name(opened.code);
         }
@@ -58,7 +58,7 @@ TEST_F(StartFaults, AStartOnADiskThatFailsRenamesNothingAndTheNextOneGoesOn) {
       left.erase("flight.db-sync");
       EXPECT_EQ(left, std::set<std::string>{"flight.db"}) << where;
       EXPECT_FALSE(fs::exists(path_ + "-guard") && fs::file_size(path_ + "-guard") > 0) << where;
-      expect_sound(committed, where);
+      expect_valid(committed, where);
       if (HasFailure()) return;
     }
   }
@@ -104,7 +104,7 @@ TEST_F(StartFaults, ADamagedDatabaseIsSetAsideOnlyWhenItsSuccessorIsWhole) {
           << where << ": there is no database";
       const auto store = make();
       ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_)) << where;
-      EXPECT_FALSE(store->news().is(StatusCode::store_in_memory)) << where;
+      EXPECT_FALSE(store->updates().is(StatusCode::store_in_memory)) << where;
       for (const std::int64_t id : {1, 2, 3, 4, 6}) EXPECT_TRUE(has_frame(store->store(), id)) << where << " " << id;
       store->close();
       EXPECT_FALSE(fs::exists(path_ + ".aside-2")) << where;

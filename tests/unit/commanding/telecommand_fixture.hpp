@@ -95,7 +95,7 @@ class TelecommandTest : public ComponentTest {
     clock.set(time);
     step();
   }
-  std::vector<Report> heard() {
+  std::vector<Report> received() {
     std::vector<Report> reports;
     for (const Bytes& octets : link.down) {
       Telemetry telemetry;
@@ -117,7 +117,7 @@ class TelecommandTest : public ComponentTest {
   /// "1.1 1.3 17.2 1.7": what has come down since the last time.
   std::string types() {
     std::string text;
-    for (const Report& report : last_heard = heard()) {
+    for (const Report& report : last_report = received()) {
       text += (text.empty() ? "" : " ") + std::to_string(report.service) + "." + std::to_string(report.subtype);
     }
     return text;
@@ -141,7 +141,7 @@ class TelecommandTest : public ComponentTest {
   /// The single failure that came: "1.4 function_unknown".
   std::string failure() {
     std::string text;
-    for (const Report& report : last_heard = heard()) {
+    for (const Report& report : last_report = received()) {
       if (report.service != 1 || report.subtype % 2 != 0) continue;
       text += (text.empty() ? "1." : " 1.") + std::to_string(report.subtype) + " " + status_name(code_of(report));
     }
@@ -207,7 +207,7 @@ class TelecommandTest : public ComponentTest {
   std::unique_ptr<PacketRouter> router;
   std::unique_ptr<TelemetryWriter> writer;
   std::unique_ptr<Telecommander> telecommander;
-  std::vector<Report> last_heard;
+  std::vector<Report> last_report;
   std::uint16_t count = 0;
 };
 

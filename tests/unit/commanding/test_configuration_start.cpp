@@ -24,7 +24,7 @@ class FirstStart : public ::testing::Test {
     return configuration.begin(store, start);
   }
   /// The database is gone, and another one begins a life.
-  IdentityRecord begin_another_life() {
+  IdentityRecord begin_another_store_epoch() {
     EXPECT_TRUE(store.begin().ok());
     static_cast<void>(store.erase(record_info<IdentityRecord>(), 1));
     EXPECT_TRUE(store.commit().ok());
@@ -33,12 +33,12 @@ class FirstStart : public ::testing::Test {
     EXPECT_TRUE(get(store, 1, identity).ok());
     return identity;
   }
-  void live_before(std::int64_t life) {
+  void live_before(std::int64_t store_epoch) {
     FlightMemory memory(medium);
     static_cast<void>(memory.load());
     FlightMemoryContent content = memory.content();
-    content.life = life;
-    content.keyframe_base = content.record_base = (life - 1) * 100'000'000;
+    content.life = store_epoch;
+    content.keyframe_base = content.record_base = (store_epoch - 1) * 100'000'000;
     ASSERT_TRUE(memory.keep(content).ok());
   }
 
@@ -49,7 +49,7 @@ class FirstStart : public ::testing::Test {
   std::int64_t calendar_s = 0;
 };
 
-TEST_F(FirstStart, AfterAnyCallOfTheStoreFailedTheNextOneIsStillTheFirstLife) {
+TEST_F(FirstStart, AfterAnyCallOfTheStoreFailedTheNextOneIsStillTheFirstStoreEpoch) {
   for (std::int64_t call = 0; call < 4; ++call) {
     const std::int64_t before = store.calls();
     store.fail(before + call);
@@ -78,7 +78,7 @@ TEST_F(FirstStart, ALifeWhoseDatabaseIsGoneIsCounted) {
 
 // Behind the 50th life numbers begin by the calendar.
 
-TEST_F(FirstStart, BehindTheLastCountedLifeNoNumberComesAgainWhateverTheCalendarSays) {
+TEST_F(FirstStart, BehindTheLastCountedStoreEpochNoNumberComesAgainWhateverTheCalendarSays) {
   live_before(49);
   constexpr std::int64_t year_s = 31'556'952;
   constexpr std::int64_t in_2026_s = 2'145'916'800;
@@ -88,7 +88,7 @@ TEST_F(FirstStart, BehindTheLastCountedLifeNoNumberComesAgainWhateverTheCalendar
   std::int64_t keyframes = 0, records = 0;
   for (const std::int64_t calendar : calendars) {
     calendar_s = calendar;
-    const IdentityRecord identity = begin_another_life();
+    const IdentityRecord identity = begin_another_store_epoch();
     EXPECT_GT(identity.keyframe_base, keyframes) << calendar;
     EXPECT_GT(identity.record_base, records) << calendar;
     if (keyframes > 0 && identity.life > 51) {

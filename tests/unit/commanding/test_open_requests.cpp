@@ -72,8 +72,8 @@ TEST_F(TelecommandTest, APlaceThatWasMissedFailsWithItsNearestApproach) {
   write(capture);
   step();
   EXPECT_EQ(failure(), "1.8 place_missed");
-  EXPECT_EQ(value_of(last_heard[0], 0), capture.command_id);
-  EXPECT_EQ(value_of(last_heard[0], 1), 431);
+  EXPECT_EQ(value_of(last_report[0], 0), capture.command_id);
+  EXPECT_EQ(value_of(last_report[0], 1), 431);
 }
 
 TEST_F(TelecommandTest, APlaceIsRefusedWhereItCannotBeReached) {

@@ -36,7 +36,7 @@ class TelecommandScheduleTest : public TelecommandTest {
     send(11, 17, {}, 1, 0);
     step();
     std::vector<std::pair<TimeNs, int>> held;
-    for (const Report& report : heard()) {
+    for (const Report& report : received()) {
       EXPECT_TRUE(report == std::make_pair(11, 13));
       ByteReader in(report.data);
       const int items = in.u16();
@@ -61,13 +61,13 @@ TEST_F(TelecommandScheduleTest, RequestsRunAtTheirTimeInOrder) {
   EXPECT_EQ(types(), "");
   step_at(3 * s);
   EXPECT_EQ(types(), "17.2 1.7");
-  EXPECT_EQ(request_of(last_heard[1]), request_of(pings[1]));
+  EXPECT_EQ(request_of(last_report[1]), request_of(pings[1]));
   step_at(3 * s + 100 * ns_per_ms);
   EXPECT_EQ(types(), "17.2 1.7");
-  EXPECT_EQ(request_of(last_heard[1]), request_of(pings[2]));
+  EXPECT_EQ(request_of(last_report[1]), request_of(pings[2]));
   step_at(5 * s + 99 * ns_per_ms);
   EXPECT_EQ(types(), "17.2 1.7");
-  EXPECT_EQ(request_of(last_heard[1]), request_of(pings[0]));
+  EXPECT_EQ(request_of(last_report[1]), request_of(pings[0]));
   step_at(10 * s);
   EXPECT_EQ(types(), "");
   EXPECT_EQ(number_of<ScheduledRecord>(), 0);
@@ -77,7 +77,7 @@ TEST_F(TelecommandScheduleTest, ACaptureIsCommandedAheadForItsExactTimeAndToldTh
   insert({{4 * s + 37 * ns_per_ms, packet(8, 1, function("CAPTURE"))},
           {4 * s + 137 * ns_per_ms, packet(8, 1, function("CAPTURE"))}});
   step();
-  heard();
+  received();
   for (TimeNs now = 2900 * ns_per_ms; now <= 4 * s; now += minor_frame_ns) step_at(now);
   EXPECT_EQ(types(), "");
   ASSERT_EQ(number_of<CommandRecord>(), 2);
@@ -105,10 +105,10 @@ TEST_F(TelecommandScheduleTest, ACaptureThatCannotBeCommandedIsToldAtOnce) {
   }
   insert({{5 * s, packet(8, 1, function("CAPTURE"))}});
   step();
-  heard();
+  received();
   step_at(4500 * ns_per_ms);
   EXPECT_EQ(types(), "1.1 1.4");
-  EXPECT_EQ(code_of(last_heard[1]), StatusCode::requests_full);
+  EXPECT_EQ(code_of(last_report[1]), StatusCode::requests_full);
 }
 
 TEST_F(TelecommandScheduleTest, TwentyCapturesAreReportedEachByItsOwnRequest) {
@@ -127,7 +127,7 @@ TEST_F(TelecommandScheduleTest, TwentyCapturesAreReportedEachByItsOwnRequest) {
     step_at(now);
     while (answered < number_of<CommandRecord>())
       answer_capture(read<CommandRecord>(++answered), CaptureState::exposed);
-    for (const Report& report : heard()) {
+    for (const Report& report : received()) {
       EXPECT_TRUE(report == std::make_pair(1, 7));
       completed.push_back(request_of(report));
     }
@@ -146,8 +146,8 @@ TEST_F(TelecommandScheduleTest, WhatCannotBeScheduledIsRefusedAsAWhole) {
   };
   const Bytes ping = packet(17, 1);
   EXPECT_EQ(refused(insertion({{20 * s, ping}, {9 * s, ping}})), "1.4 release_in_past");
-  EXPECT_EQ(value_of(last_heard.back(), 0), 1000);
-  EXPECT_EQ(value_of(last_heard.back(), 1), 1);
+  EXPECT_EQ(value_of(last_report.back(), 0), 1000);
+  EXPECT_EQ(value_of(last_report.back(), 1), 1);
   Bytes damaged = ping;
   damaged.back() ^= 1;
   EXPECT_EQ(refused(insertion({{20 * s, damaged}})), "1.4 packet_crc");
@@ -189,7 +189,7 @@ TEST_F(TelecommandScheduleTest, TheScheduleSurvivesARestartInTheMiddle) {
   begin();
   step_at(62 * s);
   EXPECT_EQ(failure(), "1.4 release_missed");
-  EXPECT_EQ(value_of(last_heard.back(), 0), 2000);
+  EXPECT_EQ(value_of(last_report.back(), 0), 2000);
   EXPECT_EQ(number_of<ScheduledRecord>(), 0);
 }
 
@@ -198,7 +198,7 @@ TEST_F(TelecommandScheduleTest, DeletingByName) {
   send(11, 5, numbers({{2, 2}}) + name_of(pings[0]) + name_of(9999));
   step();
   EXPECT_EQ(failure(), "1.4 schedule_unknown");
-  EXPECT_EQ(value_of(last_heard.back(), 0), 1);
+  EXPECT_EQ(value_of(last_report.back(), 0), 1);
   EXPECT_EQ(summary().size(), 3U);
   send(11, 5, numbers({{2, 2}}) + name_of(pings[0]) + name_of(pings[2]));
   step();
@@ -237,7 +237,7 @@ TEST_F(TelecommandScheduleTest, DisabledNothingIsReleasedAndResetForgets) {
   insert_pings({2 * s, 30 * s});
   send(11, 2);
   step();
-  heard();
+  received();
   step_at(2 * s);
   EXPECT_EQ(failure(), "1.4 release_missed");
   begin();
@@ -265,11 +265,11 @@ TEST_F(TelecommandScheduleTest, DetailReportsHoldTheRequests) {
   const std::uint16_t sequence = count - 1;
   insert({{5 * s, ping}, {6 * s, packet(17, 3, {0, 0xEF})}});
   step();
-  heard();
+  received();
   send(11, 16);
   step();
   EXPECT_EQ(types(), "1.1 1.3 11.10 1.7");
-  ByteReader in(last_heard[2].data);
+  ByteReader in(last_report[2].data);
   EXPECT_EQ(in.u16(), 2);
   const auto release = in.take(7);
   EXPECT_EQ(Bytes(release.begin(), release.end()), time_of(5 * s));
@@ -278,11 +278,11 @@ TEST_F(TelecommandScheduleTest, DetailReportsHoldTheRequests) {
   send(11, 9, numbers({{1, 2}}) + name_of(sequence));
   step();
   EXPECT_EQ(types(), "1.1 1.3 11.10 1.7");
-  EXPECT_EQ(last_heard[2].data, numbers({{1, 2}}) + time_of(5 * s) + ping);
+  EXPECT_EQ(last_report[2].data, numbers({{1, 2}}) + time_of(5 * s) + ping);
   send(11, 12, numbers({{1, 2}}) + name_of(sequence));
   step();
   EXPECT_EQ(types(), "1.1 1.3 11.13 1.7");
-  EXPECT_EQ(last_heard[2].data, numbers({{1, 2}}) + time_of(5 * s) + name_of(sequence));
+  EXPECT_EQ(last_report[2].data, numbers({{1, 2}}) + time_of(5 * s) + name_of(sequence));
 }
 
 TEST_F(TelecommandScheduleTest, LongDetailsGoInSeveralReports) {
@@ -290,11 +290,11 @@ TEST_F(TelecommandScheduleTest, LongDetailsGoInSeveralReports) {
   std::vector<Item> items(40, Item{50 * s, large});
   insert(items);
   step();
-  heard();
+  received();
   send(11, 16, {}, 1, 0);
   step();
   int reported = 0;
-  const auto reports = heard();
+  const auto reports = received();
   EXPECT_GT(reports.size(), 1U);
   for (const Report& report : reports) {
     const int held = report.data[0] << 8 | report.data[1];
@@ -308,11 +308,11 @@ TEST_F(TelecommandScheduleTest, AScheduledRequestThatFailsIsReportedUnderItsOwnN
   const std::uint16_t sequence = count;
   insert({{5 * s, packet(8, 1, function("NOSUCH"), 4)}});
   step();
-  heard();
+  received();
   step_at(5 * s);
   EXPECT_EQ(types(), "1.1 1.4");
-  EXPECT_EQ(request_of(last_heard[1]), request_of(sequence));
-  EXPECT_EQ(last_heard[1].destination, 4);
+  EXPECT_EQ(request_of(last_report[1]), request_of(sequence));
+  EXPECT_EQ(last_report[1].destination, 4);
   EXPECT_EQ(number_of<ScheduledRecord>(), 0);
   step_at(6 * s);
   EXPECT_EQ(types(), "");
@@ -336,12 +336,12 @@ TEST_F(TelecommandScheduleTest, ManyThatAreDueAtOnceAllRun) {
   for (std::size_t i = 0; i < limits::max_scheduled; ++i) items.emplace_back(5 * s, packet(17, 1, {}, 1, 0));
   send(11, 4, insertion(items));
   step();
-  heard();
+  received();
   std::size_t run = 0;
   for (int i = 0; i < 4; ++i) {
     clock.set(5 * s + i * minor_frame_ns);
     EXPECT_TRUE(telecommander->step().status.ok());
-    run += heard().size();
+    run += received().size();
   }
   EXPECT_EQ(run, limits::max_scheduled);
 }
@@ -352,7 +352,7 @@ TEST_F(TelecommandScheduleTest, AScheduledRequestWaitsForTheLockOfTheStoreAndIsR
   const std::uint16_t late = count;
   insert({{9 * s, packet(8, 1, function("FLUSH"), 4)}});
   step();
-  heard();
+  received();
   failing.lock();
   for (TimeNs now = 5 * s; now < 10 * s; now += minor_frame_ns) {
     clock.set(now);
@@ -363,7 +363,7 @@ TEST_F(TelecommandScheduleTest, AScheduledRequestWaitsForTheLockOfTheStoreAndIsR
   step_at(9 * s + 9 * minor_frame_ns);
   ASSERT_EQ(failure(), "1.4 release_missed");
   int started = 0;
-  for (const Report& report : last_heard) {
+  for (const Report& report : last_report) {
     if (report.service != 1) continue;
     if (report.subtype == 4) {
       EXPECT_EQ(request_of(report), request_of(early));

@@ -77,13 +77,13 @@ TEST_F(TelecommandVectorTest, ScheduleOfAnIndependentImplementationIsCarriedOutA
   EXPECT_EQ(answer_to(up.at("tc_11_4")), "1.1 1.3 1.7");
   EXPECT_EQ(answer_to(up.at("tc_11_16")), "1.1 1.3 11.10 1.7");
   const Bytes& detail = down.at("tm_11_10");
-  EXPECT_EQ(last_heard[2].data, Bytes(detail.begin() + 20, detail.end() - 2));
+  EXPECT_EQ(last_report[2].data, Bytes(detail.begin() + 20, detail.end() - 2));
   EXPECT_EQ(answer_to(up.at("tc_11_3")), "1.1 1.3 1.7");
   EXPECT_EQ(answer_to(up.at("tc_11_1")), "1.1 1.3 1.7");
   EXPECT_EQ(answer_to(up.at("tc_11_4_two")), "1.1 1.3 1.7");
   EXPECT_EQ(answer_to(up.at("tc_11_17")), "1.1 1.3 11.13 1.7");
   const Bytes& summary = down.at("tm_11_13");
-  EXPECT_EQ(last_heard[2].data, Bytes(summary.begin() + 20, summary.end() - 2));
+  EXPECT_EQ(last_report[2].data, Bytes(summary.begin() + 20, summary.end() - 2));
   EXPECT_EQ(answer_to(up.at("tc_11_7")), "1.1 1.3 1.7");
   EXPECT_EQ(answer_to(up.at("tc_11_5")), "1.1 1.3 1.7");
   EXPECT_EQ(number_of<ScheduledRecord>(), 1);
@@ -195,7 +195,7 @@ TEST_F(TelecommandVectorTest, NoiseIsAnsweredAndSurvived) {
     clock.set(clock.now() + minor_frame_ns);
     const StepResult result = telecommander->step();
     ASSERT_TRUE(result.status.ok()) << i << " " << status_name(result.status.code);
-    for (const Report& report : heard()) {
+    for (const Report& report : received()) {
       reports.insert({report.service, report.subtype});
       if (report.service == 1 && report.subtype % 2 == 0) reasons.insert(code_of(report));
     }

@@ -13,11 +13,11 @@ TEST_F(TelecommandTest, PingIsAnsweredInOrder) {
   const std::uint16_t ping = send(17, 1);
   step();
   EXPECT_EQ(types(), "1.1 1.3 17.2 1.7");
-  for (const Report& report : last_heard) {
+  for (const Report& report : last_report) {
     EXPECT_EQ(report.destination, 1);
     EXPECT_TRUE(report.service == 17 || request_of(report) == request_of(ping));
   }
-  EXPECT_EQ(last_heard[3].sequence, 3);
+  EXPECT_EQ(last_report[3].sequence, 3);
 }
 
 TEST_F(TelecommandTest, FlagsChooseTheReportsOfSuccess) {
@@ -39,7 +39,7 @@ TEST_F(TelecommandTest, ConnectionIsToThisApplicationOnly) {
   send(17, 3, {0x00, 0xEF});
   step();
   EXPECT_EQ(types(), "1.1 1.3 17.4 1.7");
-  EXPECT_EQ(last_heard[2].data, (Bytes{0x00, 0xEF}));
+  EXPECT_EQ(last_report[2].data, (Bytes{0x00, 0xEF}));
   send(17, 3, {0x00, 0xEE});
   step();
   EXPECT_EQ(failure(), "1.4 packet_apid");
@@ -54,8 +54,8 @@ TEST_F(TelecommandTest, WhatIsUnknownIsAnswered) {
     send(service, subtype);
     step();
     EXPECT_EQ(failure(), "1.2 subtype_unknown") << service;
-    EXPECT_EQ(value_of(last_heard[0], 0), service);
-    EXPECT_EQ(value_of(last_heard[0], 1), subtype);
+    EXPECT_EQ(value_of(last_report[0], 0), service);
+    EXPECT_EQ(value_of(last_report[0], 1), subtype);
   }
   send(8, 1, function("NOSUCH"));
   step();
@@ -68,7 +68,7 @@ TEST_F(TelecommandTest, MalformedPacketsAreAnsweredWithTheirReason) {
   link.up.push_back(bad);
   step();
   EXPECT_EQ(failure(), "1.2 packet_crc");
-  EXPECT_EQ(last_heard[0].destination, 1);
+  EXPECT_EQ(last_report[0].destination, 1);
   Bytes telemetry = packet(17, 1);
   telemetry[0] &= 0xEF;
   link.up.push_back(telemetry);
@@ -88,7 +88,7 @@ TEST_F(TelecommandTest, EverySingleDamageLeavesItAlive) {
     link.up.push_back(damaged);
     clock.set(clock.now() + minor_frame_ns);
     step();
-    for (const Report& report : heard()) EXPECT_TRUE(report == std::make_pair(1, 2)) << "bit " << bit;
+    for (const Report& report : received()) EXPECT_TRUE(report == std::make_pair(1, 2)) << "bit " << bit;
   }
   send(17, 1);
   step();
@@ -103,7 +103,7 @@ TEST_F(TelecommandTest, TwoGroundStationsHearTheirOwnReportsAndCounts) {
   step();
   int seen[2] = {};
   std::uint16_t sequence = 0;
-  for (const Report& report : heard()) {
+  for (const Report& report : received()) {
     EXPECT_EQ(report.sequence, sequence++);
     if (report.service != 17) continue;
     const int station = report.destination == 7 ? 0 : 1;
@@ -117,7 +117,7 @@ TEST_F(TelecommandTest, CountsOfReportsGoOnBehindTheirEnds) {
   // The count of packets has 14 bits, that of messages of one kind 16.
   for (std::uint32_t i = 0; i < 70'000; ++i) {
     ASSERT_TRUE(writer->report(17, 2, 7, {}).ok());
-    const std::vector<Report> reports = heard();
+    const std::vector<Report> reports = received();
     ASSERT_EQ(reports.size(), 1U) << i;
     ASSERT_EQ(reports[0].sequence, i % 16'384U);
     ASSERT_EQ(reports[0].counter, i % 65'536U);
@@ -143,22 +143,22 @@ TEST_F(TelecommandTest, ReportsWaitForContactAndTheOldestAreLost) {
   }
   EXPECT_GT(writer->lost(), 0U);
   link.deaf = false;
-  Status told;
-  for (int i = 0; i < 100 && told.ok(); ++i) {
+  Status reported;
+  for (int i = 0; i < 100 && reported.ok(); ++i) {
     clock.set(clock.now() + minor_frame_ns);
-    told = telecommander->step().status;
+    reported = telecommander->step().status;
   }
-  EXPECT_TRUE(told.is(StatusCode::telemetry_lost));
-  EXPECT_EQ(told.a, writer->lost());
-  EXPECT_EQ(heard().back().service, 1);
+  EXPECT_TRUE(reported.is(StatusCode::telemetry_lost));
+  EXPECT_EQ(reported.a, writer->lost());
+  EXPECT_EQ(received().back().service, 1);
 }
 
 TEST_F(TelecommandTest, AFloodIsBoundedPerStepAndAnswered) {
   for (int i = 0; i < 100; ++i) send(17, 1, {}, 1, 0);
   EXPECT_TRUE(telecommander->step().status.ok());
-  EXPECT_EQ(heard().size(), 32U);
+  EXPECT_EQ(received().size(), 32U);
   for (int i = 0; i < 5; ++i) clock.set(clock.now() + minor_frame_ns), step();
-  EXPECT_EQ(heard().size(), 68U);
+  EXPECT_EQ(received().size(), 68U);
 }
 
 TEST_F(TelecommandTest, CaptureCompletesWhenTheImageIsExposed) {
@@ -240,13 +240,13 @@ TEST_F(TelecommandTest, ACaptureThatFailsTellsWhy) {
   for (const auto& [state, expected] : cases) {
     send(8, 1, function("CAPTURE"));
     step();
-    heard();
+    received();
     const bool rejected = state == CaptureState::rejected;
     answer_capture(last_command(), state, rejected ? StatusCode::capture_too_soon : StatusCode::ok);
     step();
     EXPECT_EQ(failure(), expected);
     if (state == CaptureState::no_frame) {
-      EXPECT_EQ(value_of(last_heard.back(), 1), 3000) << "ms, as the event says";
+      EXPECT_EQ(value_of(last_report.back(), 1), 3000) << "ms, as the event says";
     }
   }
   // Nothing ever comes of it.
@@ -266,7 +266,7 @@ TEST_F(TelecommandTest, CaptureAtATime) {
   send(8, 1, function("CAPTAT", time_of(99 * ns_per_s)));
   step();
   EXPECT_EQ(failure(), "1.4 release_in_past");
-  EXPECT_EQ(value_of(last_heard.back(), 0), 1000);
+  EXPECT_EQ(value_of(last_report.back(), 0), 1000);
   send(8, 1, function("CAPTAT", {0x40, 0x61}));
   step();
   EXPECT_EQ(failure(), "1.4 function_arguments");
@@ -295,7 +295,7 @@ TEST_F(TelecommandTest, ASeriesReportsEveryImageAndItsEnd) {
       answer_capture(command, answered == 3 ? CaptureState::no_frame : CaptureState::exposed);
     }
     if (const std::string more = types(); !more.empty()) all += (all.empty() ? "" : " ") + more;
-    for (const Report& report : last_heard) reason = report.subtype == 8 ? code_of(report) : reason;
+    for (const Report& report : last_report) reason = report.subtype == 8 ? code_of(report) : reason;
   }
   EXPECT_EQ(all, "1.5 1.5 1.5 1.5 1.8");
   EXPECT_EQ(reason, StatusCode::capture_missed);
@@ -308,7 +308,7 @@ TEST_F(TelecommandTest, ASeriesReportsEveryImageAndItsEnd) {
 TEST_F(TelecommandTest, OpenRequestsSurviveARestart) {
   const std::uint16_t sequence = send(8, 1, function("CAPTURE"), 5);
   step();
-  heard();
+  received();
   answer_capture(last_command(), CaptureState::pending);
   step();
   begin();
@@ -317,8 +317,8 @@ TEST_F(TelecommandTest, OpenRequestsSurviveARestart) {
   write(capture);
   step();
   EXPECT_EQ(types(), "1.7");
-  EXPECT_EQ(request_of(last_heard[0]), request_of(sequence));
-  EXPECT_EQ(last_heard[0].destination, 5);
+  EXPECT_EQ(request_of(last_report[0]), request_of(sequence));
+  EXPECT_EQ(last_report[0].destination, 5);
   step();
   EXPECT_EQ(types(), "");
 }
@@ -333,7 +333,7 @@ TEST_F(TelecommandTest, ALongPastDelaysNoReport) {
   begin();
   send(8, 1, function("CAPTURE"));
   step();
-  heard();
+  received();
   answer_capture(last_command(), CaptureState::exposed);
   EXPECT_TRUE(telecommander->step().status.ok());
   EXPECT_EQ(types(), "1.7");
@@ -347,7 +347,7 @@ TEST_F(TelecommandTest, ParametersAreReportedWithTheirTypes) {
   step();
   EXPECT_EQ(types(), "1.1 1.3 20.2 1.7");
   Bytes expected = numbers({{2, 2}, {corners, 2}, {700, 2}, {overlap, 2}, {std::bit_cast<std::uint64_t>(0.82), 8}});
-  EXPECT_EQ(last_heard[2].data, expected);
+  EXPECT_EQ(last_report[2].data, expected);
 }
 
 TEST_F(TelecommandTest, ParametersAreSetAndStaySet) {
@@ -376,8 +376,8 @@ TEST_F(TelecommandTest, OneBadParameterSetsNone) {
     return failure();
   };
   EXPECT_EQ(set(numbers({{2, 2}, {corners, 2}, {555, 2}, {0xEEEE, 2}, {1, 2}})), "1.4 parameter_unknown");
-  EXPECT_EQ(value_of(last_heard.back(), 0), 0xEEEE);
-  EXPECT_EQ(value_of(last_heard.back(), 1), 1);
+  EXPECT_EQ(value_of(last_report.back(), 0), 0xEEEE);
+  EXPECT_EQ(value_of(last_report.back(), 1), 1);
   EXPECT_EQ(set(numbers({{2, 2}, {corners, 2}, {555, 2}, {corners, 2}, {65535, 2}})), "1.4 parameter_out_of_range");
   EXPECT_EQ(set(numbers({{1, 2}, {0, 2}, {1, 2}})), "1.4 parameter_unknown");
   const std::uint64_t nan = 0x7FF8000000000000;
@@ -399,7 +399,7 @@ TEST_F(TelecommandTest, WhatWaitsForTheNextStartIsReportedButDoesNotAct) {
   send(20, 1, numbers({{1, 2}, {id, 2}}));
   step();
   EXPECT_EQ(mission.apid, 239);
-  EXPECT_EQ(heard()[5].data, numbers({{1, 2}, {id, 2}, {300, 2}}));
+  EXPECT_EQ(received()[5].data, numbers({{1, 2}, {id, 2}, {300, 2}}));
   MissionParameters later;
   ASSERT_TRUE(load_settings(store, later).ok());
   EXPECT_EQ(later.apid, 300);

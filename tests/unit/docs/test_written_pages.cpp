@@ -32,7 +32,7 @@ std::string text_of(const fs::path& file) {
 }
 
 /// Each room of stages has one.
-std::vector<fs::path> room_pages() {
+std::vector<fs::path> folder_pages() {
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator("fsw")) {
     if (fs::exists(entry.path() / "design.md")) files.push_back(entry.path() / "design.md");
@@ -45,7 +45,7 @@ std::vector<fs::path> pages() {
   for (const auto& entry : fs::directory_iterator("docs")) {
     if (entry.path().extension() == ".md") files.push_back(entry.path());
   }
-  for (const fs::path& page : room_pages()) files.push_back(page);
+  for (const fs::path& page : folder_pages()) files.push_back(page);
   return files;
 }
 
@@ -87,7 +87,7 @@ TEST(WrittenPages, RelativeLinksLeadSomewhere) {
 TEST(WrittenPages, EveryStageHasItsRowInThePageOfItsRoom) {
   for (const Stage& stage : schedule) {
     const std::string row = std::string("| `") + stage.name + "` |";
-    for (const fs::path& page : room_pages()) {
+    for (const fs::path& page : folder_pages()) {
       const bool own = page.parent_path().filename() == stage.page;
       EXPECT_EQ(text_of(page).find(row) != std::string::npos, own) << page << " and the stage " << stage.name;
     }

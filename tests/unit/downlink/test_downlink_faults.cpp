@@ -130,7 +130,7 @@ TEST_F(DownlinkFaultsTest, WhateverCannotBeReadIsTriedAgainAndGivenUpInTheEnd) {
     const char* what;
     RecordType type;
     StoreCall call;
-    StatusCode told;
+    StatusCode reported;
   };
   std::int64_t id = 0;
   for (const Case& c :
@@ -154,9 +154,9 @@ TEST_F(DownlinkFaultsTest, WhateverCannotBeReadIsTriedAgainAndGivenUpInTheEnd) {
       for (std::int64_t other = hit + 1; other <= id; ++other) {
         EXPECT_EQ(times(product_name(other)) + times(records_name(other)) + times(points_name(other)), 3) << other;
       }
-      EXPECT_EQ(saw(c.told), lasting) << "three times are enough for what is damaged";
-      for (int i = 0; i < 500 && !saw(c.told); ++i) fly(20);
-      EXPECT_TRUE(saw(c.told));
+      EXPECT_EQ(saw(c.reported), lasting) << "three times are enough for what is damaged";
+      for (int i = 0; i < 500 && !saw(c.reported); ++i) fly(20);
+      EXPECT_TRUE(saw(c.reported));
       fly(20);
       EXPECT_EQ(times(records_name(hit)), 1);
       EXPECT_EQ(times(product_name(hit)), c.type == RecordType::product ? 0 : 1);

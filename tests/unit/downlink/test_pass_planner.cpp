@@ -25,13 +25,13 @@ PlanCandidate random_candidate(std::int64_t id, double largest, Rng& rng) {
   candidate.layers = static_cast<std::uint8_t>(1 + rng.below(4));
   candidate.sent = static_cast<std::uint8_t>(rng.uniform() < 0.3 ? rng.below(candidate.layers) : 0);
   const double place = 0.05 + rng.uniform();
-  double bytes = 1, worth = 0;
+  double bytes = 1, utility = 0;
   double step = largest * (0.05 + rng.uniform()) / (1U << candidate.layers), gain = place;
   for (std::size_t k = 0; k < candidate.layers; ++k) {
     if (k >= candidate.sent) bytes += step;
-    worth += gain;
+    utility += gain;
     candidate.bytes[k] = k >= candidate.sent ? whole(bytes) : 0;
-    candidate.worth[k] = worth;
+    candidate.utility[k] = utility;
     step *= 1.5 + rng.uniform();
     gain *= 0.2 + rng.uniform();
   }
@@ -47,7 +47,7 @@ Candidates random_case(std::size_t count, double largest, Rng& rng) {
 }
 
 double down(const PlanCandidate& c) {
-  return c.sent == 0 ? 0.0 : c.worth[c.sent - 1U];
+  return c.sent == 0 ? 0.0 : c.utility[c.sent - 1U];
 }
 
 std::uint64_t all_bytes(const Candidates& candidates) {
@@ -62,7 +62,7 @@ double optimum(const Candidates& candidates, std::size_t bytes) {
   for (const PlanCandidate& c : candidates) {
     std::vector<double> with = best;
     for (std::size_t k = c.sent; k < c.layers; ++k) {
-      const double gain = c.worth[k] - down(c);
+      const double gain = c.utility[k] - down(c);
       for (std::size_t b = c.bytes[k]; b <= bytes; ++b) with[b] = std::max(with[b], best[b - c.bytes[k]] + gain);
     }
     best = std::move(with);
@@ -89,7 +89,7 @@ class PassPlannerTest : public testing::Test {
       ASSERT_LE(file.last_layer, c.layers);
       EXPECT_EQ(file.bytes, c.bytes[file.last_layer - 1U]);
       sum += file.bytes;
-      gain += c.worth[file.last_layer - 1U] - down(c);
+      gain += c.utility[file.last_layer - 1U] - down(c);
       seen.push_back(file.id);
     }
     std::sort(seen.begin(), seen.end());
@@ -196,27 +196,27 @@ TEST_F(PassPlannerTest, OfMoreThanItCanHoldTheListKeepsTheMostPromising) {
   for (const PlanCandidate& c : list.all()) EXPECT_GE(best_efficiency(c), all[limits::max_plan_candidates - 1]);
 }
 
-TEST(LayersWorthTest, GrowsWithQualityPlaceAndIndex) {
+TEST(UtilityOfLayersTest, GrowsWithQualityPlaceAndIndex) {
   ProductRecord image;
   image.kind = ProductKind::image;
   image.layers = 3;
   image.layer_quality[0] = 22;
   image.layer_quality[1] = 30;
   image.layer_quality[2] = std::numeric_limits<float>::infinity();
-  const ProductWorth dull{0.1, 0.2, 60000, false}, rich{0.8, 0.2, 60000, false}, asked{0.1, 0.2, 60000, true};
-  EXPECT_EQ(layers_worth(image, dull, 0), 0);
-  EXPECT_LT(layers_worth(image, dull, 1), layers_worth(image, dull, 2));
-  EXPECT_LT(layers_worth(image, dull, 2), layers_worth(image, dull, 3));
-  EXPECT_LT(layers_worth(image, dull, 3), layers_worth(image, rich, 3));
-  EXPECT_GT(layers_worth(image, asked, 1), layers_worth(image, rich, 3)) << "the ground's wish goes before";
+  const ProductUtility dull{0.1, 0.2, 60000, false}, rich{0.8, 0.2, 60000, false}, asked{0.1, 0.2, 60000, true};
+  EXPECT_EQ(utility_of_layers(image, dull, 0), 0);
+  EXPECT_LT(utility_of_layers(image, dull, 1), utility_of_layers(image, dull, 2));
+  EXPECT_LT(utility_of_layers(image, dull, 2), utility_of_layers(image, dull, 3));
+  EXPECT_LT(utility_of_layers(image, dull, 3), utility_of_layers(image, rich, 3));
+  EXPECT_GT(utility_of_layers(image, asked, 1), utility_of_layers(image, rich, 3)) << "the ground's wish goes before";
   // 15 of 21 dB: (0.2 + 0.02) * (0.1 + 0.2) * 15 / 21.
-  EXPECT_NEAR(layers_worth(image, dull, 2), 0.066 * 15 / 21, 1e-9);
+  EXPECT_NEAR(utility_of_layers(image, dull, 2), 0.066 * 15 / 21, 1e-9);
   ProductRecord depth;
   depth.kind = ProductKind::depth;
   depth.layers = 2;
   depth.layer_quality[0] = 4;
   depth.layer_quality[1] = 0.5F;
-  EXPECT_LT(layers_worth(depth, dull, 1), layers_worth(depth, dull, 2));
+  EXPECT_LT(utility_of_layers(depth, dull, 1), utility_of_layers(depth, dull, 2));
 }
 
 }  // namespace

@@ -264,10 +264,10 @@ TEST(MissionText, ReadsNumbersAsTheNearestDouble) {
 TEST(MissionText, AnyPiecesGiveTheSameAndAnyBytesAReason) {
   const std::string content =
       "\xEF\xBB\xBF[overlap]\r\n target_overlap=0.9#x\n\n# c\n[ downlink ]\nlink_bytes_per_s = 5";
-  for (std::size_t piece = 1; piece <= content.size(); ++piece) {
+  for (std::size_t segment = 1; segment <= content.size(); ++segment) {
     MissionParameters mission;
     MissionText reader(mission);
-    for (std::size_t at = 0; at < content.size(); at += piece) reader.add(text(content.substr(at, piece)));
+    for (std::size_t at = 0; at < content.size(); at += segment) reader.add(text(content.substr(at, segment)));
     const Status status = reader.finish(mission);
     // "0.9#x": a comment needs a blank before it.
     EXPECT_TRUE(status.is(StatusCode::parameter_out_of_range) && status.b == 2);

@@ -14,7 +14,7 @@ class EventLogTest : public test::ExecutiveTest {
  protected:
   [[nodiscard]] std::int64_t count(StatusCode code) { return static_cast<std::int64_t>(events(code).size()); }
   /// Events with this code that `events_repeated` has told.
-  std::int64_t told(StatusCode code) {
+  std::int64_t reported(StatusCode code) {
     std::int64_t sum = 0;
     for (const EventRecord& event : events(StatusCode::events_repeated)) {
       if (event.b == static_cast<std::int64_t>(code)) sum += event.a;
@@ -42,7 +42,7 @@ TEST_F(EventLogTest, AFloodIsCountedOnceAMinuteAndPushesNothingOut) {
   EXPECT_EQ(events(StatusCode::assertion_failed)[0].time_ns, 90 * ns_per_s);
   EXPECT_STREQ(events(StatusCode::events_repeated)[0].component, "navigator");
   log.report_due(seconds * ns_per_s, true);
-  EXPECT_EQ(count(StatusCode::navigation_refused) - 1 + told(StatusCode::navigation_refused), per_s * seconds);
+  EXPECT_EQ(count(StatusCode::navigation_refused) - 1 + reported(StatusCode::navigation_refused), per_s * seconds);
   std::int64_t all = 0;
   ASSERT_TRUE(newest_id<EventRecord>(store, all).ok());
   EXPECT_LT(all, limits::max_events / 100) << "of the history's room, in ten minutes";
@@ -72,9 +72,9 @@ TEST_F(EventLogTest, AnAllowanceIsWholeAgainAfterAQuietTime) {
 TEST_F(EventLogTest, WhatWasCountedIsToldWithoutAnotherEvent) {
   for (int i = 0; i < 100; ++i) log.report(0, "a", StatusCode::image_too_large);
   log.report_due(minute - 1);
-  EXPECT_EQ(told(StatusCode::image_too_large), 0);
+  EXPECT_EQ(reported(StatusCode::image_too_large), 0);
   log.report_due(minute);
-  EXPECT_EQ(told(StatusCode::image_too_large), 100 - EventLog::burst);
+  EXPECT_EQ(reported(StatusCode::image_too_large), 100 - EventLog::burst);
   log.report_due(5 * minute);
   log.report_due(6 * minute, true);
   EXPECT_EQ(count(StatusCode::events_repeated), 1) << "once";
@@ -91,7 +91,7 @@ TEST_F(EventLogTest, TheFirstEventWithACodeIsWrittenHoweverManyOthersFlood) {
   log.report(0, "board", {StatusCode::memory_damaged, 5});
   EXPECT_EQ(count(StatusCode::memory_damaged), 1);
   log.report_due(0, true);
-  EXPECT_EQ(count(StatusCode::io_error) + told(StatusCode::io_error), names * rounds * each) << "none is hidden";
+  EXPECT_EQ(count(StatusCode::io_error) + reported(StatusCode::io_error), names * rounds * each) << "none is hidden";
 }
 
 TEST_F(EventLogTest, ATimeThatGoesBackSilencesNothing) {
@@ -99,7 +99,7 @@ TEST_F(EventLogTest, ATimeThatGoesBackSilencesNothing) {
   log.report(0, "a", StatusCode::image_too_large);
   EXPECT_EQ(count(StatusCode::image_too_large), EventLog::burst + 1);
   log.report_due(1);
-  EXPECT_EQ(told(StatusCode::image_too_large), 100 - EventLog::burst);
+  EXPECT_EQ(reported(StatusCode::image_too_large), 100 - EventLog::burst);
 }
 
 TEST_F(EventLogTest, EventsThatCouldNotBeStoredAreCountedInTheLogAfterwards) {
@@ -133,7 +133,7 @@ TEST_F(EventLogTest, AStoreThatFailsEverySecondTimeIsToldWithinTheLimit) {
   failing.report_due(EventLog::interval_ns, true);
   std::int64_t lost = 0;
   for (const EventRecord& event : events(StatusCode::events_lost)) lost += event.a;
-  EXPECT_EQ(count(StatusCode::io_error) + told(StatusCode::io_error) + lost, 1000);
+  EXPECT_EQ(count(StatusCode::io_error) + reported(StatusCode::io_error) + lost, 1000);
 }
 
 }  // namespace

@@ -121,7 +121,7 @@ TEST_F(ExecutiveTest, AStepThatAsksForItIsRestoredBeforeTheNextOne) {
   EXPECT_EQ(b.restores, 1 + 1);
 }
 
-TEST_F(ExecutiveTest, NewsOfARestoreAreToldAndItRuns) {
+TEST_F(ExecutiveTest, UpdatesOfARestoreAreReportedAndItRuns) {
   start();
   b.on_restore = [] { return Status{StatusCode::checkpoint_older, 2, 7}; };
   b.on_step = [&]() -> StepResult {
@@ -131,9 +131,9 @@ TEST_F(ExecutiveTest, NewsOfARestoreAreToldAndItRuns) {
   write<FrameRecord>(1);
   run_frames(2);
   EXPECT_EQ(b.steps, 1 + 2);
-  const std::vector<EventRecord> told = events(StatusCode::checkpoint_older);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].b, 7);
+  const std::vector<EventRecord> reported = events(StatusCode::checkpoint_older);
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_EQ(reported[0].b, 7);
   EXPECT_TRUE(events(StatusCode::component_waiting).empty());
 }
 
@@ -159,9 +159,9 @@ TEST_F(ExecutiveTest, MemoryThatNobodyChangedIsNoticedBeforeItActs) {
   write<FrameRecord>(3);
   run_frames(2);
   EXPECT_EQ(acted_on, (std::vector<std::int64_t>{5, 6, 5})) << "from its checkpoint";
-  const std::vector<EventRecord> told = events(StatusCode::memory_damaged);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].a, 2);
+  const std::vector<EventRecord> reported = events(StatusCode::memory_damaged);
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_EQ(reported[0].a, 2);
 }
 
 TEST_F(ExecutiveTest, AFlippedBitInTheExecutivesOwnMemoryIsMendedAndTold) {
@@ -173,9 +173,9 @@ TEST_F(ExecutiveTest, AFlippedBitInTheExecutivesOwnMemoryIsMendedAndTold) {
   run_frames(1);
   EXPECT_EQ(stats(1).steps, steps);
   EXPECT_EQ(executive.timing().frames, before + 1);
-  const std::vector<EventRecord> told = events(StatusCode::memory_damaged);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].a, 0);
+  const std::vector<EventRecord> reported = events(StatusCode::memory_damaged);
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_EQ(reported[0].a, 0);
   EXPECT_FALSE(executive.restart_wanted());
 }
 
@@ -279,7 +279,7 @@ class CommittingComponent final : public Component {
 class CommittingTest : public testing::Test {
  protected:
   CommittingTest() { EXPECT_TRUE(executive_.start().ok()); }
-  std::size_t told() {
+  std::size_t reported() {
     std::size_t count = 0;
     EventRecord event;
     while (next(store_, event.id, event).ok()) {
@@ -305,7 +305,7 @@ TEST_F(CommittingTest, AStateThatFlipsOnTheWayToACommitIsNotCommitted) {
   executive_.run_minor_frame();
   EXPECT_EQ(component_.outside.saved, 1U) << "it was committed";
   EXPECT_EQ(component_.state(), 1U) << "it has not gone back";
-  EXPECT_EQ(told(), 1U);
+  EXPECT_EQ(reported(), 1U);
   component_.outside.before_commit = {};
   executive_.run_minor_frame();
   EXPECT_EQ(component_.state(), 2U);
@@ -318,7 +318,7 @@ TEST_F(CommittingTest, AStateThatFlipsInAStepWithoutACommitIsNotTakenForItsOwn) 
   executive_.run_minor_frame();
   EXPECT_EQ(component_.outside.steps, 1) << "it took a step with the flipped state";
   EXPECT_EQ(component_.state(), 0U);
-  EXPECT_EQ(told(), 1U);
+  EXPECT_EQ(reported(), 1U);
 }
 
 /// Its state is a vector that is never full.
@@ -404,7 +404,7 @@ TEST_F(CommittingTest, WorkThatFlipsBetweenTwoStepsIsDoneAgain) {
   component_.flip_work();
   executive_.run_minor_frame();
   EXPECT_EQ(component_.outside.restores, restores + 1);
-  EXPECT_EQ(told(), 1U);
+  EXPECT_EQ(reported(), 1U);
   EXPECT_FALSE(executive_.restart_wanted());
 }
 
@@ -416,12 +416,12 @@ TEST_F(CommittingTest, WhereKeptWorkIsMayFlipOnlyWhileNobodyKeepsIt) {
   place ^= 1U << 9U;
   executive_.run_minor_frame();
   EXPECT_EQ(component_.outside.restores, restores + 1);
-  EXPECT_EQ(told(), 1U);
+  EXPECT_EQ(reported(), 1U);
   component_.outside.before_commit = [](CommittingComponent& c) { c.outside.kept = nullptr; };
   executive_.run_minor_frame();
   place ^= 1U << 9U;
   executive_.run_minor_frame();
-  EXPECT_EQ(told(), 1U) << "others use the memory";
+  EXPECT_EQ(reported(), 1U) << "others use the memory";
 }
 
 TEST_F(CommittingTest, AReferenceThatFlipsIsNeverFollowedAndAsksForANewProcess) {

@@ -24,7 +24,7 @@ TEST_F(ExecutiveTest, WhileAnotherProcessKeepsTheLockOnlyTimeDrivenStagesStepAnd
   EXPECT_FALSE(executive.idle());
   executive.events().report(clock.now(), "camera", {StatusCode::camera_silent, 5});
   executive.events().report(clock.now(), "camera", {StatusCode::frame_gap, 6});
-  const TimeNs told = clock.now();
+  const TimeNs reported = clock.now();
   lockable.recover();
   diary.clear();
   run_frames(1);
@@ -32,7 +32,7 @@ TEST_F(ExecutiveTest, WhileAnotherProcessKeepsTheLockOnlyTimeDrivenStagesStepAnd
   EXPECT_TRUE(executive.idle());
   EXPECT_EQ(stats(0).faults + stats(1).faults, 0U);
   ASSERT_EQ(events(StatusCode::camera_silent).size(), 1U) << "it waited for the lock";
-  EXPECT_EQ(events(StatusCode::camera_silent)[0].time_ns, told);
+  EXPECT_EQ(events(StatusCode::camera_silent)[0].time_ns, reported);
   EXPECT_EQ(events(StatusCode::frame_gap)[0].id, events(StatusCode::camera_silent)[0].id + 1);
   ASSERT_EQ(events(StatusCode::store_locked).size(), 1U);
   EXPECT_EQ(events(StatusCode::store_locked)[0].a, 2000);
@@ -58,9 +58,9 @@ TEST_F(ExecutiveTest, EventsThatFindNoPlaceToWaitForTheLockAreCounted) {
   for (int i = 1; i <= 20; ++i) log.report(i, "a", {StatusCode::frame_gap, i});
   lockable.recover();
   log.report_due(30);
-  const std::vector<EventRecord> told = events(StatusCode::frame_gap);
-  ASSERT_EQ(told.size(), 16U);
-  for (std::size_t i = 0; i < told.size(); ++i) EXPECT_EQ(told[i].a, static_cast<std::int64_t>(i) + 1);
+  const std::vector<EventRecord> reported = events(StatusCode::frame_gap);
+  ASSERT_EQ(reported.size(), 16U);
+  for (std::size_t i = 0; i < reported.size(); ++i) EXPECT_EQ(reported[i].a, static_cast<std::int64_t>(i) + 1);
   ASSERT_EQ(events(StatusCode::events_lost).size(), 1U);
   EXPECT_EQ(events(StatusCode::events_lost)[0].a, 4);
 }

@@ -31,7 +31,7 @@ TEST_F(WorkLevelTest, OverrunsRaiseItStepByStepAndNoFurtherThanTwo) {
   EXPECT_EQ(level.level(), 0);
   EXPECT_EQ(judge(0.31, 0), LoadReason::overruns);
   EXPECT_EQ(level.level(), 1);
-  for (std::uint32_t i = 0; i < settle_windows; ++i) {
+  for (std::uint32_t i = 0; i < windows_to_settle; ++i) {
     EXPECT_EQ(judge(0.5, 0), LoadReason::none) << "what was chosen before has to pass through first";
   }
   EXPECT_EQ(level.level(), 1);
@@ -46,7 +46,7 @@ TEST_F(WorkLevelTest, ABacklogCountsOnlyWhereTheProcessorHasNoRest) {
   EXPECT_EQ(level.level(), 0);
   EXPECT_EQ(judge(0, 1, {11, 3}), LoadReason::none);
   EXPECT_EQ(judge(0, 1, {12, 0}), LoadReason::frames);
-  calm(static_cast<int>(settle_windows));
+  calm(static_cast<int>(windows_to_settle));
   EXPECT_EQ(judge(0, 1, {0, 4}), LoadReason::keyframes);
   EXPECT_EQ(level.level(), 2);
 }

@@ -289,7 +289,7 @@ TEST_F(UnchangedRun, MissingAcknowledgementsAreWrittenAgain) {
 TEST(DamagedCatalogue, IsNamedByItsFileOrItsAddress) {
   ground::GroundOptions options;
   options.out = "results";
-  const auto told = [&] {
+  const auto reported = [&] {
     try {
       ground::naming_catalogue(options, [] { throw map::DamagedCatalogue("a tile cannot be read back"); });
     } catch (const std::runtime_error& error) {
@@ -297,10 +297,10 @@ TEST(DamagedCatalogue, IsNamedByItsFileOrItsAddress) {
     }
     return std::string();
   };
-  EXPECT_EQ(told(),
+  EXPECT_EQ(reported(),
             "results/catalogue.db is damaged: a tile cannot be read back; --afresh makes it again from the outbox");
   options.catalogue = "dbname=missions";
-  EXPECT_EQ(told().find("dbname=missions is damaged"), 0U);
+  EXPECT_EQ(reported().find("dbname=missions is damaged"), 0U);
 }
 
 }  // namespace

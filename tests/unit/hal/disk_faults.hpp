@@ -72,7 +72,7 @@ class DiskFaults : public testing::Test {
     return files();
   }
   /// A sound database, of which a flight has committed these frames.
-  void expect_sound(const std::set<std::int64_t>& committed, const std::string& where) {
+  void expect_valid(const std::set<std::int64_t>& committed, const std::string& where) {
     SqliteStore store;
     const Status opened = store.open(path_.c_str());
     ASSERT_TRUE(opened.ok()) << where << ": " << status_name(opened.code) << " " << opened.a << " " << opened.b;

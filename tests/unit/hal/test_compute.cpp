@@ -139,15 +139,15 @@ void expect_lost(ComputeFault fault, TimeNs limit_ns, const Program::Turn& act) 
   Program program(compared + 2, act);
   Flight flight;
   ASSERT_TRUE(flight.begin(program.path(), no_limit).ok());
-  EXPECT_TRUE(flight.compute.take_news().is(StatusCode::compute_ready));
+  EXPECT_TRUE(flight.compute.take_updates().is(StatusCode::compute_ready));
   flight.device.limit(limit_ns);
   for (std::uint32_t number = 0; number < 10; ++number) {
     const Input input = input_of(number);
     EXPECT_EQ(flight.does(input), answer_of(input)) << number;
-    const Status news = flight.compute.take_news();
-    EXPECT_EQ(news.is(StatusCode::compute_lost), number == 2) << number;
+    const Status updates = flight.compute.take_updates();
+    EXPECT_EQ(updates.is(StatusCode::compute_lost), number == 2) << number;
     if (number == 2) {
-      EXPECT_EQ(news.a, static_cast<std::int64_t>(fault));
+      EXPECT_EQ(updates.a, static_cast<std::int64_t>(fault));
     }
     EXPECT_EQ(flight.compute.on_device(), number < 2);
   }
@@ -352,7 +352,7 @@ TEST(ComputeSocket, WhoSaysNothingKeepsNoFlightAway) {
     Flight flight;
     ASSERT_TRUE(flight.begin(program.path(), no_limit).ok());
     EXPECT_EQ(flight.does(input_of(1)), answer_of(input_of(1)));
-    EXPECT_TRUE(flight.compute.take_news().is(StatusCode::compute_ready));
+    EXPECT_TRUE(flight.compute.take_updates().is(StatusCode::compute_ready));
   }
   EXPECT_EQ(program.refused(), 3);
   ::close(silent);

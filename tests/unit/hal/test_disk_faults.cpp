@@ -49,9 +49,9 @@ TEST_F(DiskFaults, AfterAnyFaultOfWritingTheDatabaseOpensWithAllThatWasCommitted
         store.close();
         failed = disk.failed();
       }
-      expect_sound(committed, where + ", ended");
+      expect_valid(committed, where + ", ended");
       restore(killed);
-      expect_sound(committed, where + ", killed");
+      expect_valid(committed, where + ", killed");
       if (HasFatalFailure()) return;
     }
     EXPECT_GT(n, 3) << trouble.name << " never happened";
@@ -94,7 +94,7 @@ TEST_F(DiskFaults, AReadThatFailsCondemnsNothingAndIsTriedAgain) {
           ASSERT_FALSE(store.damaged()) << where;
         }
         store.close();
-        expect_sound(committed, where);
+        expect_valid(committed, where);
         if (HasFatalFailure()) return;
       }
     }
@@ -109,7 +109,7 @@ TEST_F(DiskFaults, AFileThatSeemsToEndIsAskedAgain) {
     restore(before);
     const FailingCalls disk(path_,
                             {.calls = static_cast<unsigned>(Call::read), .first = n, .count = 1, .nothing = true});
-    expect_sound({1, 2, 3, 4, 5, 6}, "call " + std::to_string(n));
+    expect_valid({1, 2, 3, 4, 5, 6}, "call " + std::to_string(n));
     failed = disk.failed();
     if (HasFailure()) return;
   }
@@ -136,7 +136,7 @@ TEST_F(DiskFaults, WhatCommitsLeaveThatFailedInARowIsNotTakenForCommits) {
   const Files killed = files();
   store.close();
   restore(killed);
-  expect_sound({1, 3}, "killed");
+  expect_valid({1, 3}, "killed");
   // The same by a new process, which does not know of it.
   restore(after_faults);
   ASSERT_OK(store.open(path_.c_str()));
@@ -144,7 +144,7 @@ TEST_F(DiskFaults, WhatCommitsLeaveThatFailedInARowIsNotTakenForCommits) {
   const Files killed_again = files();
   store.close();
   restore(killed_again);
-  expect_sound({1, 3}, "killed again");
+  expect_valid({1, 3}, "killed again");
 }
 
 TEST_F(DiskFaults, APageThatIsTornWhileTheLogIsCopiedIsStillInTheLog) {
@@ -163,7 +163,7 @@ TEST_F(DiskFaults, APageThatIsTornWhileTheLogIsCopiedIsStillInTheLog) {
     }
     // Cut off in the middle of a page.
     torn.insert(files()["flight.db"].substr(0, page_bytes));
-    expect_sound({1, 2, 3, 4, 5, 6}, "write " + std::to_string(n));
+    expect_valid({1, 2, 3, 4, 5, 6}, "write " + std::to_string(n));
     if (HasFailure()) return;
   }
   EXPECT_GE(torn.size(), 2U) << "the first page was never torn";
@@ -193,7 +193,7 @@ TEST_F(DiskFaults, ALogThatIsBegunAnewInPartIsNoDamage) {
     begun = begun || (torn != header && torn.substr(16) == header.substr(16));
     store.close();
     restore(killed);
-    expect_sound(committed, "call " + std::to_string(n));
+    expect_valid(committed, "call " + std::to_string(n));
   }
   EXPECT_TRUE(begun) << "no header was written in part";
 }
@@ -222,7 +222,7 @@ TEST_F(DiskFaults, ACommitWhoseProcessIsKilledInItIsWrittenOverByTheOthers) {
   const Files killed = files();
   store.close();
   restore(killed);
-  expect_sound({1, 3}, "killed");
+  expect_valid({1, 3}, "killed");
 }
 
 TEST_F(DiskFaults, WhatTheDiskRefusedToSynchroniseIsNotTakenForWritten) {
@@ -244,7 +244,7 @@ TEST_F(DiskFaults, WhatTheDiskRefusedToSynchroniseIsNotTakenForWritten) {
   ASSERT_GT(log.size(), on_disk + frame_bytes);
   std::fill(log.begin() + static_cast<std::ptrdiff_t>(on_disk), log.end(), '\0');
   restore(after_cut);
-  expect_sound({1}, "power cut");
+  expect_valid({1}, "power cut");
 }
 
 }  // namespace

@@ -119,9 +119,9 @@ TEST_F(FileNonvolatileTest, ADamagedFileIsWrittenAgainAndTheOtherNotTouched) {
   Bytes bytes;
   ASSERT_TRUE(read(bytes).ok());
   EXPECT_EQ(bytes, content(1));
-  const std::string sound = text_of(file(1));
+  const std::string valid = text_of(file(1));
   write(content(3));
-  EXPECT_EQ(text_of(file(1)), sound);
+  EXPECT_EQ(text_of(file(1)), valid);
   ASSERT_TRUE(read(bytes).ok());
   EXPECT_EQ(bytes, content(3));
   for (const int number : {1, 2}) overwrite(file(number), 0, std::string(16384, 'x'));

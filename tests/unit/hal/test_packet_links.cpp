@@ -79,7 +79,7 @@ class UdpLinkTest : public testing::Test {
     EXPECT_OK(link_.open(test::any_port, nullptr));
     EXPECT_OK(link_.address(board_));
   }
-  void hear_from(UdpClient& station) {
+  void receive_from(UdpClient& station) {
     station.send(packet_of(7));
     EXPECT_EQ(next(link_), packet_of(7));
     link_.accept_sender();
@@ -102,9 +102,9 @@ TEST_F(UdpLinkTest, NobodyHearsBeforeAStationWasAccepted) {
 
 TEST_F(UdpLinkTest, TwoStationsHearTheSameTelemetryUntilTheyHaveBeenSilentForLong) {
   UdpClient one(board_), two(board_);
-  hear_from(one);
+  receive_from(one);
   clock_.sleep_until(UdpLink::station_lifetime_ns);
-  hear_from(two);
+  receive_from(two);
   EXPECT_OK(link_.send(packet_of(9)));
   EXPECT_EQ(one.receive(), packet_of(9));
   EXPECT_EQ(two.receive(), packet_of(9));
@@ -118,7 +118,7 @@ TEST_F(UdpLinkTest, StationsAreBoundedTheLongestSilentGivesItsPlace) {
   std::vector<std::unique_ptr<UdpClient>> stations;
   for (std::size_t i = 0; i <= limits::max_stations; ++i) {
     stations.push_back(std::make_unique<UdpClient>(board_));
-    hear_from(*stations.back());
+    receive_from(*stations.back());
     clock_.sleep_until(clock_.now() + ns_per_s);
   }
   EXPECT_OK(link_.send(packet_of(9)));
@@ -147,14 +147,14 @@ TEST_F(UdpLinkTest, AStationThatVanishesDoesNoHarm) {
   UdpClient stays(board_);
   {
     UdpClient goes(board_);
-    hear_from(goes);
+    receive_from(goes);
   }
-  hear_from(stays);
+  receive_from(stays);
   for (int i = 0; i < 20; ++i) {
     EXPECT_OK(link_.send(packet_of(9)));
     EXPECT_EQ(stays.receive(), packet_of(9));
   }
-  hear_from(stays);
+  receive_from(stays);
 }
 
 TEST_F(UdpLinkTest, DatagramsOfEveryLengthComeWholeOrAreRefused) {
@@ -171,7 +171,7 @@ TEST_F(UdpLinkTest, DatagramsOfEveryLengthComeWholeOrAreRefused) {
   Status status = StatusCode::not_ready;
   for (int i = 0; i < 2000 && status.is(StatusCode::not_ready); ++i) status = link_.receive(small, size);
   EXPECT_STATUS(status, capacity_exceeded);
-  hear_from(station);
+  receive_from(station);
   EXPECT_STATUS(link_.send(Bytes(65508)), capacity_exceeded);
 }
 
@@ -182,7 +182,7 @@ TEST_F(UdpLinkTest, AFloodLeavesALinkThatWorks) {
   std::size_t size = 0;
   while (link_.receive(buffer, size).ok()) {
   }
-  hear_from(station);
+  receive_from(station);
 }
 
 TEST_F(UdpLinkTest, AnAddressThatIsTakenOrNotOursIsAnError) {
@@ -435,9 +435,9 @@ TEST_F(TcpLinkTest, OneClientThatFloodsDoesNotSilenceAnother) {
   EXPECT_TRUE(flood.send(many));
   turn(*link_, 3);
   EXPECT_TRUE(other.send(packet_of(30, 2)));
-  bool heard = false;
-  for (int i = 0; i < 200 && !heard; ++i) heard = next(*link_) == packet_of(30, 2);
-  EXPECT_TRUE(heard);
+  bool received = false;
+  for (int i = 0; i < 200 && !received; ++i) received = next(*link_) == packet_of(30, 2);
+  EXPECT_TRUE(received);
 }
 
 TEST_F(TcpLinkTest, TwoLinksAreOne) {
@@ -463,7 +463,7 @@ class LoopbackTest : public testing::Test {
  protected:
   std::vector<int> fly(const LoopbackFaults& faults, int packets) {
     auto link = std::make_unique<LoopbackLink>(clock_, faults);
-    std::vector<int> heard;
+    std::vector<int> received;
     std::array<std::uint8_t, 16> buffer{};
     std::size_t size = 0;
     for (int i = 0; i < packets + 200; ++i) {
@@ -471,30 +471,30 @@ class LoopbackTest : public testing::Test {
       if (i < packets) {
         EXPECT_OK(link->board().send(packet));
       }
-      while (link->ground().receive(buffer, size).ok()) heard.push_back(buffer[0] << 8 | buffer[1]);
+      while (link->ground().receive(buffer, size).ok()) received.push_back(buffer[0] << 8 | buffer[1]);
       clock_.sleep_until(clock_.now() + ns_per_ms);
     }
-    return heard;
+    return received;
   }
   VirtualClock clock_;
 };
 
 TEST_F(LoopbackTest, WithoutFaultsEverythingComesInOrder) {
-  const std::vector<int> heard = fly({}, 1000);
-  ASSERT_EQ(heard.size(), 1000U);
-  EXPECT_TRUE(std::is_sorted(heard.begin(), heard.end()));
+  const std::vector<int> received = fly({}, 1000);
+  ASSERT_EQ(received.size(), 1000U);
+  EXPECT_TRUE(std::is_sorted(received.begin(), received.end()));
 }
 
 TEST_F(LoopbackTest, FaultsComeAsOftenAsAskedAndTheSameEveryTime) {
   const LoopbackFaults faults{.seed = 7, .loss = 0.2, .duplication = 0.1, .reordering = 0.1};
-  const std::vector<int> heard = fly(faults, 10000);
-  const std::set<int> different(heard.begin(), heard.end());
+  const std::vector<int> received = fly(faults, 10000);
+  const std::set<int> different(received.begin(), received.end());
   EXPECT_NEAR(double(different.size()), 8000, 4 * 40);  // binomial: sigma 40
-  EXPECT_NEAR(double(heard.size() - different.size()), 800, 4 * 27);
-  EXPECT_FALSE(std::is_sorted(heard.begin(), heard.end()));
+  EXPECT_NEAR(double(received.size() - different.size()), 800, 4 * 27);
+  EXPECT_FALSE(std::is_sorted(received.begin(), received.end()));
   clock_.sleep_until(1000 * ns_per_s);
-  EXPECT_EQ(fly(faults, 10000), heard);
-  EXPECT_NE(fly({.seed = 8, .loss = 0.2, .duplication = 0.1, .reordering = 0.1}, 10000), heard);
+  EXPECT_EQ(fly(faults, 10000), received);
+  EXPECT_NE(fly({.seed = 8, .loss = 0.2, .duplication = 0.1, .reordering = 0.1}, 10000), received);
 }
 
 TEST_F(LoopbackTest, DelayAndOutages) {

@@ -12,7 +12,7 @@
 namespace ilp {
 namespace {
 
-constexpr std::size_t piece_bytes = 1000;
+constexpr std::size_t chunk_bytes = 1000;
 
 /// A store whose reads answer what the test wants, and that notes what was read.
 struct Witness final : public ForwardingStore {
@@ -62,7 +62,7 @@ class Scrub : public testing::Test {
     std::vector<Status> found;
     for (int slices = 0; slices < 1000; ++slices) {
       const ScrubSlice slice = scrub(store_, max_bytes, scratch_, cursor_);
-      EXPECT_LE(slice.bytes, max_bytes + std::max(piece_bytes, limits::max_record_bytes));
+      EXPECT_LE(slice.bytes, max_bytes + std::max(chunk_bytes, limits::max_record_bytes));
       if (!slice.damage.ok()) found.push_back(slice.damage);
       if (!slice.fault.ok()) found.push_back(slice.fault);
       if (slice.round_complete || !slice.fault.ok()) return found;
@@ -74,7 +74,7 @@ class Scrub : public testing::Test {
   std::vector<std::byte> region_ = std::vector<std::byte>(std::size_t{1} << 20U);
   RamStore ram_{region_};
   Witness store_{ram_};
-  std::vector<std::uint8_t> scratch_ = std::vector<std::uint8_t>(piece_bytes);
+  std::vector<std::uint8_t> scratch_ = std::vector<std::uint8_t>(chunk_bytes);
   ScrubCursor cursor_;
 };
 

@@ -31,7 +31,7 @@ class Manager {
   Manager(const Manager&) = delete;
   Manager& operator=(const Manager&) = delete;
 
-  std::vector<std::string> heard() const {
+  std::vector<std::string> received() const {
     std::vector<std::string> reports;
     std::array<char, 100> bytes{};
     for (ssize_t size = 0; (size = ::recv(socket_, bytes.data(), bytes.size(), 0)) >= 0;) {
@@ -53,13 +53,13 @@ TEST(ServiceWatchdog, TheManagerHearsOfTheStartOfEverySecondAndOfTheEnd) {
     ServiceWatchdog watchdog;
     ASSERT_TRUE(watchdog.open(address.c_str()).ok()) << address;
     EXPECT_TRUE(watchdog.ready().ok());
-    EXPECT_EQ(manager.heard(), Reports{"READY=1"});
+    EXPECT_EQ(manager.received(), Reports{"READY=1"});
     for (int frame = 0; frame < 25; ++frame) EXPECT_TRUE(watchdog.kick(5 * ns_per_s + frame * ns_per_s / 10).ok());
-    EXPECT_EQ(manager.heard(), (Reports{"WATCHDOG=1", "WATCHDOG=1", "WATCHDOG=1"})) << "at 0, 1 and 2 s";
+    EXPECT_EQ(manager.received(), (Reports{"WATCHDOG=1", "WATCHDOG=1", "WATCHDOG=1"})) << "at 0, 1 and 2 s";
     EXPECT_TRUE(watchdog.kick(ns_per_s).ok());
-    EXPECT_EQ(manager.heard(), Reports{"WATCHDOG=1"}) << "after the clock was set back";
+    EXPECT_EQ(manager.received(), Reports{"WATCHDOG=1"}) << "after the clock was set back";
     watchdog.stop();
-    EXPECT_EQ(manager.heard(), Reports{"STOPPING=1"});
+    EXPECT_EQ(manager.received(), Reports{"STOPPING=1"});
   }
 }
 
@@ -84,7 +84,7 @@ TEST(ServiceWatchdog, AManagerThatIsGoneIsReportedOnceAndAskedAgain) {
   EXPECT_TRUE(watchdog.kick(1).ok());
   const Manager manager(address);
   EXPECT_TRUE(watchdog.kick(2).ok());
-  EXPECT_EQ(manager.heard(), Reports{"WATCHDOG=1"});
+  EXPECT_EQ(manager.received(), Reports{"WATCHDOG=1"});
 }
 
 TEST(ServiceWatchdog, AnAddressThatNoSocketHasIsRefused) {

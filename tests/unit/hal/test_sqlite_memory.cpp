@@ -32,8 +32,8 @@ class SqliteMemory : public testing::Test {
 /// Takes all of the arena but `room` bytes, in one piece or in many.
 class Hog {
  public:
-  explicit Hog(std::size_t room) {
-    void* const spared = arena.allocate(room);
+  explicit Hog(std::size_t capacity) {
+    void* const spared = arena.allocate(capacity);
     for (std::size_t bytes = sizeof(region); bytes >= 16; bytes /= 2) {
       while (void* block = arena.allocate(bytes)) blocks_.push_back(block);
     }
@@ -108,11 +108,11 @@ TEST_F(SqliteMemory, ExhaustedArenaIsAStatusAndTheFlightGoesOn) {
   ASSERT_OK(put_frame(store, 1, 20000, 1));
   int refused = 0;
   std::int64_t id = 2;
-  for (std::size_t room = 0; room < 100000; room = room * 5 / 4 + 40, ++id) {
+  for (std::size_t capacity = 0; capacity < 100000; capacity = capacity * 5 / 4 + 40, ++id) {
     Status status;
     Bytes image(20000);
     {
-      const Hog hog(room);
+      const Hog hog(capacity);
       // A larger image than before, so that the page cache has to grow.
       status = put_frame(store, id, 40000 * static_cast<std::uint32_t>(id), static_cast<std::uint8_t>(id));
       const Status read = read_blob<FrameRecord>(store, "image", 1, 0, image);
@@ -123,15 +123,15 @@ TEST_F(SqliteMemory, ExhaustedArenaIsAStatusAndTheFlightGoesOn) {
     }
     if (!status.ok()) {
       ++refused;
-      EXPECT_EQ(status.code, StatusCode::arena_exhausted) << "room " << room;
+      EXPECT_EQ(status.code, StatusCode::arena_exhausted) << "room " << capacity;
       EXPECT_EQ(status.a, sqlite_arena_number);
       EXPECT_GT(status.b, 0);
     }
     FrameRecord frame;
-    EXPECT_EQ(get(store, id, frame).ok(), status.ok()) << "room " << room;
+    EXPECT_EQ(get(store, id, frame).ok(), status.ok()) << "room " << capacity;
     ASSERT_OK(read_blob<FrameRecord>(store, "image", 1, 0, image));
     EXPECT_EQ(image, Bytes(20000, 1));
-    ASSERT_OK(put_frame(store, 1, 20000, 1)) << "room " << room;
+    ASSERT_OK(put_frame(store, 1, 20000, 1)) << "room " << capacity;
   }
   EXPECT_GT(refused, 5) << "the arena was never exhausted: the test tests nothing";
   EXPECT_EQ(arena.stats().misuse, 0U);
@@ -139,17 +139,17 @@ TEST_F(SqliteMemory, ExhaustedArenaIsAStatusAndTheFlightGoesOn) {
 
 TEST_F(SqliteMemory, ExhaustedArenaAtOpenLeavesTheDatabaseUsable) {
   int refused = 0;
-  for (std::size_t room = 0; room < 2000000; room = room * 4 / 3 + 100) {
+  for (std::size_t capacity = 0; capacity < 2000000; capacity = capacity * 4 / 3 + 100) {
     SqliteStore store;
     {
-      const Hog hog(room);
+      const Hog hog(capacity);
       const Status status = store.open(path_.c_str());
       if (!status.ok()) {
         ++refused;
-        EXPECT_EQ(status.code, StatusCode::arena_exhausted) << "room " << room;
+        EXPECT_EQ(status.code, StatusCode::arena_exhausted) << "room " << capacity;
       }
     }
-    ASSERT_OK(store.open(path_.c_str())) << "room " << room;
+    ASSERT_OK(store.open(path_.c_str())) << "room " << capacity;
     ASSERT_OK(put_frame(store, 1, 100, 1));
   }
   EXPECT_GT(refused, 10);

@@ -235,10 +235,10 @@ TYPED_TEST(StoreContract, BlobsAreWrittenAndReadInPieces) {
   EXPECT_EQ(this->image_of(1, 100000), Bytes(100000, 0)) << "a new blob is zero";
   Bytes expected(100000, 0);
   for (std::size_t offset : {0U, 1U, 4000U, 50001U, 99993U}) {
-    Bytes piece(7);
-    for (std::size_t i = 0; i < piece.size(); ++i) piece[i] = static_cast<std::uint8_t>(offset + i + 1);
-    std::copy(piece.begin(), piece.end(), expected.begin() + static_cast<std::ptrdiff_t>(offset));
-    this->write_now("image", 1, offset, piece);
+    Bytes chunk(7);
+    for (std::size_t i = 0; i < chunk.size(); ++i) chunk[i] = static_cast<std::uint8_t>(offset + i + 1);
+    std::copy(chunk.begin(), chunk.end(), expected.begin() + static_cast<std::ptrdiff_t>(offset));
+    this->write_now("image", 1, offset, chunk);
   }
   EXPECT_EQ(this->image_of(1, 100000), expected);
   Bytes middle(5000);
@@ -483,10 +483,10 @@ TYPED_TEST(StoreContract, AnySequenceOfWritesEndsAsInAPlainMap) {
           if (row == model.rows.end() || row->second.blobs[b].empty()) break;
           Bytes& blob = row->second.blobs[b];
           const std::size_t offset = below(static_cast<unsigned>(blob.size()));
-          const Bytes piece(1 + below(static_cast<unsigned>(blob.size() - offset)),
+          const Bytes chunk(1 + below(static_cast<unsigned>(blob.size() - offset)),
                             static_cast<std::uint8_t>(random()));
-          ASSERT_OK(write_blob<DepthRecord>(this->store_, names[b], id, offset, piece));
-          std::copy(piece.begin(), piece.end(), blob.begin() + static_cast<std::ptrdiff_t>(offset));
+          ASSERT_OK(write_blob<DepthRecord>(this->store_, names[b], id, offset, chunk));
+          std::copy(chunk.begin(), chunk.end(), blob.begin() + static_cast<std::ptrdiff_t>(offset));
         }
       }
     }

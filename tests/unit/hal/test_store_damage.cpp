@@ -81,9 +81,9 @@ class Contents {
       if (allowed(read_blob<FrameRecord>(store, "image", id, 0, bytes))) {
         EXPECT_TRUE(bytes == image(id)) << where;
       }
-      Bytes piece(size / 3);
-      if (allowed(read_blob<FrameRecord>(store, "image", id, size / 2, piece))) {
-        EXPECT_TRUE(std::equal(piece.begin(), piece.end(), image(id).begin() + size / 2)) << where;
+      Bytes chunk(size / 3);
+      if (allowed(read_blob<FrameRecord>(store, "image", id, size / 2, chunk))) {
+        EXPECT_TRUE(std::equal(chunk.begin(), chunk.end(), image(id).begin() + size / 2)) << where;
       }
     }
     for (const std::int64_t none : {std::int64_t{0}, count + 1, std::int64_t{-5}}) {
@@ -322,7 +322,7 @@ TEST(PageChecksum, MendsAnyOneBitAndTellsWhateverElse) {
   const Page page(bytes.data(), page_bytes);
   seal_page(7, page);
   const std::vector<std::uint8_t> sealed = bytes;
-  EXPECT_EQ(check_page(7, page), PageState::sound);
+  EXPECT_EQ(check_page(7, page), PageState::valid);
   EXPECT_EQ(check_page(8, page), PageState::damaged) << "a page in another's place";
   const std::size_t content_bits = 8 * (page_bytes - page_checksum_bytes);
   for (std::size_t bit = 0; bit < 8 * page_bytes; bit += 1 + bit % 3) {

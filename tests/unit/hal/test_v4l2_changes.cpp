@@ -108,9 +108,9 @@ class V4l2Changes : public V4l2Flight {
           << other.text();
     }
     // What is known of one device says nothing of another.
-    const bool news = other.other_name && other.format != no_format_of_ours && other.size_percent == 100;
+    const bool updates = other.other_name && other.format != no_format_of_ours && other.size_percent == 100;
     EXPECT_EQ(events_of(StatusCode::camera_control_missing).size(),
-              news && other.controls == Another::Controls::none ? 2U : 0U)
+              updates && other.controls == Another::Controls::none ? 2U : 0U)
         << other.text();
     EXPECT_LE(events.size(), 8U) << other.text();
 

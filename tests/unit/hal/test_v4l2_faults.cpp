@@ -142,9 +142,9 @@ TEST_F(V4l2FaultTest, DamagedFramesAreLeftOutAndToldTogether) {
   };
   const std::size_t before = given.size();
   fly(30);
-  const auto told = events_of(StatusCode::camera_frames_refused);
-  EXPECT_GE(told.size(), 3U);
-  EXPECT_LE(told.size(), 4U);
+  const auto reported = events_of(StatusCode::camera_frames_refused);
+  EXPECT_GE(reported.size(), 3U);
+  EXPECT_LE(reported.size(), 4U);
   EXPECT_NEAR(static_cast<double>(given.size() - before), 300, 6);
   for (std::size_t i = before + 5; i < given.size(); ++i) EXPECT_GE(given[i].first_pixel, 3);
   EXPECT_TRUE(events_of(StatusCode::frame_gap).empty()) << "they were not lost on the way";

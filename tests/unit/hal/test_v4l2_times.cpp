@@ -90,9 +90,9 @@ TEST_F(V4l2TimesTest, SingleBadStampsAreReplacedAndToldTogether) {
     EXPECT_GT(given[i].frame.time_ns, given[i - 1].frame.time_ns);
     EXPECT_LE(given[i].frame.time_ns, given[i].at_ns);
   }
-  const auto told = events_of(StatusCode::camera_stamps_refused);
-  EXPECT_GE(told.size(), 2U);
-  EXPECT_LE(told.size(), 7U) << "not one for each";
+  const auto reported = events_of(StatusCode::camera_stamps_refused);
+  EXPECT_GE(reported.size(), 2U);
+  EXPECT_LE(reported.size(), 7U) << "not one for each";
 }
 
 TEST_F(V4l2TimesTest, StampsAtTheEndOfTheFrameCountFromAPeriodBefore) {
@@ -154,9 +154,9 @@ TEST_F(V4l2TimesTest, GapsAreCountedAndToldTogether) {
     frame.buffer.sequence += static_cast<std::uint32_t>(lost);
   };
   fly(20);
-  std::int64_t told = 0;
-  for (const Status& gap : events_of(StatusCode::frame_gap)) told += gap.b;
-  EXPECT_EQ(told, lost);
+  std::int64_t reported = 0;
+  for (const Status& gap : events_of(StatusCode::frame_gap)) reported += gap.b;
+  EXPECT_EQ(reported, lost);
   EXPECT_LE(events_of(StatusCode::frame_gap).size(), 8U);
 }
 

@@ -61,9 +61,9 @@ class CaptureClockTest : public test::ComponentTest {
     capture.frame_id = frame.id;
     capture.exposed_ns = frame.time_ns;
     write(capture);
-    if (answer) tell_overlap(x);
+    if (answer) report_overlap(x);
   }
-  void tell_overlap(double x) {
+  void report_overlap(double x) {
     const auto frame = read<FrameRecord>(frames);
     OverlapRecord overlap;
     overlap.id = frame.id;
@@ -313,7 +313,7 @@ TEST_F(CaptureClockTest, APoseTellsTheSwingAndATimeForecastWithoutItGivesWay) {
   CameraRecord lens;
   lens.fx = lens.fy = 550;
   write(lens);
-  const auto tell_pose = [&](std::int64_t id) {
+  const auto report_pose = [&](std::int64_t id) {
     const double seconds = 1e-9 * static_cast<double>(read<KeyframeRecord>(id).time_ns);
     // The axis at an angle about y: cam_from_world turns back by it.
     const double half = -0.5 * det_atan2(swing.at(seconds) - swing.at(1), lens.fx);
@@ -334,7 +334,7 @@ TEST_F(CaptureClockTest, APoseTellsTheSwingAndATimeForecastWithoutItGivesWay) {
     step_at(1e-9 * static_cast<double>(clock.now()) + 0.1);
     const CaptureRecord without = latest();
     if (keyframes == before) continue;
-    tell_pose(keyframes);
+    report_pose(keyframes);
     step_at(1e-9 * static_cast<double>(clock.now()) + 0.1);
     if (frame < 12 || latest().id == without.id) continue;
     EXPECT_EQ(read<CaptureRecord>(without.id).state, CaptureState::superseded);
@@ -371,7 +371,7 @@ class BurstTest : public CaptureClockTest {
     mission.capture_mode = CaptureMode::regular;
     mission.capture_interval_s = 4;
   }
-  void tell_readout(double seconds) {
+  void report_readout(double seconds) {
     CameraRecord lens;
     lens.readout_s = seconds;
     write(lens);
@@ -403,7 +403,7 @@ class BurstTest : public CaptureClockTest {
 };
 
 TEST_F(BurstTest, OfARollingShutterShowsTheMotionAboutEachImage) {
-  tell_readout(0.03);
+  report_readout(0.03);
   fly(10, 20);
   const std::vector<double> images = times(CaptureSource::regular), beside = times(CaptureSource::burst);
   ASSERT_EQ(images, (std::vector<double>{10, 14, 18}));
@@ -414,7 +414,7 @@ TEST_F(BurstTest, OfARollingShutterShowsTheMotionAboutEachImage) {
 
 TEST_F(BurstTest, IsAsShortAsTheCameraAllows) {
   mission.capture_min_interval_s = 0.05;
-  tell_readout(-0.03);
+  report_readout(-0.03);
   fly(10, 15);
   const std::vector<double> beside = times(CaptureSource::burst);
   ASSERT_EQ(beside.size(), 6U);
@@ -425,7 +425,7 @@ TEST_F(BurstTest, IsAsShortAsTheCameraAllows) {
 TEST_F(BurstTest, IsNotTakenWhereNothingNeedsIt) {
   fly(10, 15);
   EXPECT_TRUE(times(CaptureSource::burst).empty()) << "all rows at once";
-  tell_readout(0.03);
+  report_readout(0.03);
   mission.capture_burst = false;
   fly(15, 20);
   EXPECT_TRUE(times(CaptureSource::burst).empty()) << "not wanted";
@@ -437,7 +437,7 @@ TEST_F(BurstTest, IsNotTakenWhereNothingNeedsIt) {
 }
 
 TEST_F(BurstTest, GivesWayToATelecommandAndIsTakenAboutItsImage) {
-  tell_readout(0.03);
+  report_readout(0.03);
   fly(10, 13);
   const std::int64_t command = command_capture(14.8);
   fly(13, 18.5);

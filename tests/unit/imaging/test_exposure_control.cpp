@@ -23,10 +23,10 @@ struct Sensor {
   bool decibels = false;  ///< a gain of n is 3 (n - 1) dB in truth
   int delay = 0;          ///< images after a setting that still have the earlier one
   bool obeys = true;
-  bool tells_at_once = true;  ///< it says the new setting of images that have the earlier one
+  bool responds_at_once = true;  ///< it says the new setting of images that have the earlier one
   ExposureRange range{
       .least_us = 10, .most_us = 100'000, .step_us = 10, .least_gain_milli = 1000, .most_gain_milli = 16'000};
-  ExposureSetting in_force{4000, 1000}, told{4000, 1000};
+  ExposureSetting in_force{4000, 1000}, reported{4000, 1000};
   struct OnItsWay {
     ExposureSetting setting;
     int images = 0;  ///< that are still taken before it, after the one ahead of it
@@ -57,7 +57,7 @@ struct Sensor {
     on_their_way.pop_front();
   }
   void set(const ExposureSetting& setting) {
-    told = setting;
+    reported = setting;
     if (!obeys) return;
     int before = 0;
     for (const OnItsWay& other : on_their_way) before += other.images;
@@ -84,12 +84,12 @@ struct Loop {
   void fly(int images) {
     for (int i = 0; i < images; ++i) {
       const ExposureSetting truth = sensor.in_force;
-      const ExposureSetting said = sensor.tells_at_once ? sensor.told : truth;
+      const ExposureSetting said = sensor.responds_at_once ? sensor.reported : truth;
       sensor.expose(pixels);
       seen = measure_brightness({pixels.data(), side, side, side});
       ExposureSetting next;
       Status event;
-      const auto answer = control.look_at(seen, said, goal, next, event);
+      const auto answer = control.evaluate(seen, said, goal, next, event);
       if (!event.ok()) events.push_back(event);
       if (answer == ExposureControl::Answer::keep) continue;
       ++changes;
@@ -223,7 +223,7 @@ TEST(ExposureControl, WhatTheLimitsDoNotAllowIsReportedOnce) {
   ASSERT_EQ(dark.events.size(), 1U);
   expect_limited(dark.events[0], 1, 20'000);
   EXPECT_EQ(dark.sensor.in_force, (ExposureSetting{20'000, 8000}));
-  EXPECT_FALSE(dark.control.given_up());
+  EXPECT_FALSE(dark.control.abandoned());
 
   Loop bright;
   bright.sensor.light = 5000;
@@ -239,19 +239,19 @@ TEST(ExposureControl, WhatTheLimitsDoNotAllowIsReportedOnce) {
 }
 
 TEST(ExposureControl, ACameraThatObeysLateSettles) {
-  for (const bool tells_at_once : {true, false}) {
+  for (const bool responds_at_once : {true, false}) {
     for (const int delay : {1, 2, 3}) {
       for (const double light : {0.1, 6.0}) {
         SCOPED_TRACE(std::to_string(delay) + " images late, light " + std::to_string(light) +
-                     (tells_at_once ? ", and does not know it" : ", and knows it"));
+                     (responds_at_once ? ", and does not know it" : ", and knows it"));
         Loop loop;
         loop.sensor.delay = delay;
-        loop.sensor.tells_at_once = tells_at_once;
+        loop.sensor.responds_at_once = responds_at_once;
         loop.begin();
         loop.fly(20);
         loop.sensor.light = light;
         loop.fly(60);
-        EXPECT_FALSE(loop.control.given_up());
+        EXPECT_FALSE(loop.control.abandoned());
         loop.expect_settled(30);
       }
     }
@@ -259,17 +259,17 @@ TEST(ExposureControl, ACameraThatObeysLateSettles) {
 }
 
 TEST(ExposureControl, ACameraThatNeverObeysIsLeftAlone) {
-  for (const bool tells_at_once : {true, false}) {
-    SCOPED_TRACE(tells_at_once);
+  for (const bool responds_at_once : {true, false}) {
+    SCOPED_TRACE(responds_at_once);
     Loop loop;
     loop.sensor.obeys = false;
-    loop.sensor.tells_at_once = tells_at_once;
+    loop.sensor.responds_at_once = responds_at_once;
     loop.sensor.light = 0.3;
     loop.begin();
     loop.fly(40);
     ASSERT_EQ(loop.events.size(), 1U);
     EXPECT_TRUE(loop.events[0].is(StatusCode::exposure_not_obeyed));
-    EXPECT_TRUE(loop.control.given_up());
+    EXPECT_TRUE(loop.control.abandoned());
     EXPECT_LE(loop.changes, 3);
   }
 }
@@ -285,7 +285,7 @@ TEST(ExposureControl, ACameraThatMissesASettingNowAndThenIsControlledOn) {
     loop.fly(1);
     loop.sensor.obeys = true;
     loop.fly(20);
-    EXPECT_FALSE(loop.control.given_up());
+    EXPECT_FALSE(loop.control.abandoned());
     loop.expect_settled(4);
   }
 }
@@ -343,8 +343,8 @@ TEST(ExposureControl, AnImageOfUnknownExposureIsNotJudged) {
   control.begin({.least_us = 10, .most_us = 1000});
   ExposureSetting next;
   Status event;
-  EXPECT_EQ(control.look_at({.bright = 20}, {}, {}, next, event), ExposureControl::Answer::keep);
-  EXPECT_EQ(control.look_at({.bright = 20}, {100, 1000}, {}, next, event), ExposureControl::Answer::change);
+  EXPECT_EQ(control.evaluate({.bright = 20}, {}, {}, next, event), ExposureControl::Answer::keep);
+  EXPECT_EQ(control.evaluate({.bright = 20}, {100, 1000}, {}, next, event), ExposureControl::Answer::change);
 }
 
 }  // namespace

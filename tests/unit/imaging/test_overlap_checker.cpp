@@ -291,12 +291,12 @@ TEST_F(OverlapCheckerTest, ReadsThatFailAndRestartsBehindACloudChangeNothing) {
                      number_of<OverlapRecord>() == 3 && failed.insert(call.id).second;
     return hit ? Status{StatusCode::store_error, 10} : Status{};
   });
-  for (int life = 0; life < 40; ++life) {
+  for (int boot = 0; boot < 40; ++boot) {
     checker = std::make_unique<OverlapChecker>(failing, mission, test::step_memory<OverlapChecker>());
     ASSERT_TRUE(checker->restore().ok());
     // A frame may take two steps.
     bool pending = checker->step().pending;
-    if (life % 2 == 0) pending = checker->step().pending;
+    if (boot % 2 == 0) pending = checker->step().pending;
     if (!pending && number_of<OverlapRecord>() == frames) break;
   }
   EXPECT_TRUE(failed.contains(2));
@@ -587,12 +587,12 @@ TEST_F(OverlapCheckerTest, AViewThatHasTurnedAtOnceIsTakenItself) {
 TEST_F(OverlapCheckerTest, RestartedAtEveryStepItDecidesTheSame) {
   for (const double x : {0.0, 40.0, 180.0, 200.0, elsewhere_px, elsewhere_px + 20, elsewhere_px + 50}) add_at(x);
   command(StripEnd::end_of_flight);
-  for (int life = 0; life < 40; ++life) {
+  for (int boot = 0; boot < 40; ++boot) {
     checker = std::make_unique<OverlapChecker>(store, mission, test::step_memory<OverlapChecker>());
     ASSERT_TRUE(checker->restore().ok());
     // A frame that is unrelated takes two steps.
     if (!checker->step().pending) break;
-    if (life % 2 == 1 && !checker->step().pending) break;
+    if (boot % 2 == 1 && !checker->step().pending) break;
   }
   EXPECT_EQ(keyframes(1), (Frames{1, 2, 3, 4}));
   EXPECT_EQ(keyframes(2), (Frames{5, 7}));

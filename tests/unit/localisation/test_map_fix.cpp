@@ -136,7 +136,7 @@ TEST_F(MapFixTest, WithoutAPriorTheWholeMapIsSearchedAndTwoKeyframesThatAgreeMak
   AnalyticMap map(Body::mars, 0.5);
   for (std::int64_t id = 1; id <= 6; ++id) fly(id);
   MemoryMapSource source = map.source();
-  const std::vector<Status> told = run(*make(&source));
+  const std::vector<Status> reported = run(*make(&source));
   std::int64_t first = 0;
   for (std::int64_t id = 1; id <= 6; ++id) {
     const auto fix = read<FixRecord>(id);
@@ -153,9 +153,9 @@ TEST_F(MapFixTest, WithoutAPriorTheWholeMapIsSearchedAndTwoKeyframesThatAgreeMak
   }
   EXPECT_GE(first, 1);
   EXPECT_LE(first, 3);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_STATUS(told[0], place_found);
-  EXPECT_EQ(told[0].a, first + 1);
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_STATUS(reported[0], place_found);
+  EXPECT_EQ(reported[0].a, first + 1);
   EXPECT_LT(place_error(read<FixRecord>(6)), 4);
 }
 
@@ -178,10 +178,10 @@ TEST_F(MapFixTest, DamagedTilesAreToldInAStartWithoutAPriorToo) {
   for (std::vector<std::uint8_t>& file : map.files) file[file.size() / 2] ^= 1;
   fly(1);
   MemoryMapSource source = map.source();
-  const std::vector<Status> told = run(*make(&source));
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_STATUS(told[0], map_tile_unusable);
-  EXPECT_EQ(told[0].b, static_cast<std::int64_t>(StatusCode::record_damaged));
+  const std::vector<Status> reported = run(*make(&source));
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_STATUS(reported[0], map_tile_unusable);
+  EXPECT_EQ(reported[0].b, static_cast<std::int64_t>(StatusCode::record_damaged));
   EXPECT_EQ(read<FixRecord>(1).verdict, MapVerdict::no_agreement);
 }
 
@@ -229,9 +229,9 @@ TEST_F(MapFixTest, AMapOfAnotherBodyIsRefusedOnce) {
     fly(id);
     measure(id);
   }
-  const std::vector<Status> told = run(*make(&source));
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_STATUS(told[0], map_other_body);
+  const std::vector<Status> reported = run(*make(&source));
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_STATUS(reported[0], map_other_body);
   EXPECT_EQ(read<FixRecord>(2).map_id, 0);
 }
 
@@ -241,18 +241,18 @@ TEST_F(MapFixTest, ADamagedDirectoryIsRefusedAndADamagedTileIsAHole) {
   fly(1);
   measure(1);
   MemoryMapSource source = map.source();
-  std::vector<Status> told = run(*make(&source));
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_STATUS(told[0], map_refused);
+  std::vector<Status> reported = run(*make(&source));
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_STATUS(reported[0], map_refused);
   map.directory_bytes[map.directory_bytes.size() / 2] ^= 1;
 
   for (std::vector<std::uint8_t>& file : map.files) file[file.size() / 2] ^= 1;
   fly(2);
   measure(2);
   source = map.source();
-  told = run(*make(&source));
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_STATUS(told[0], map_tile_unusable);
+  reported = run(*make(&source));
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_STATUS(reported[0], map_tile_unusable);
   EXPECT_EQ(read<FixRecord>(2).verdict, MapVerdict::no_map);
 }
 
@@ -307,11 +307,11 @@ TEST_F(MapFixTest, AStopAfterAnyStepChangesNothing) {
   for (std::int64_t id = 1; id <= 3; ++id) fly(id);
   measure(1, Vec3(5, -4, 0));
   // Lives of one step more each, until one is long enough for a keyframe.
-  int life = 0;
-  while (number_of<FixRecord>() < 3 && life < 400) {
+  int boot = 0;
+  while (number_of<FixRecord>() < 3 && boot < 400) {
     const auto stage = make(&source);
-    ++life;
-    for (int i = 0; i < life % 97; ++i) EXPECT_TRUE(stage->step().status.ok());
+    ++boot;
+    for (int i = 0; i < boot % 97; ++i) EXPECT_TRUE(stage->step().status.ok());
   }
   for (const FixRecord& fix : whole) {
     const auto again = read<FixRecord>(fix.id);

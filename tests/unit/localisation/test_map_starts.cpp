@@ -75,14 +75,14 @@ class WorldMap {
     for (std::int32_t row = 0; row < ground.tiles; ++row) {
       for (std::int32_t column = 0; column < ground.tiles; ++column) {
         const MapTilePlace place{0, static_cast<std::uint16_t>(row), static_cast<std::uint16_t>(column)};
-        const maps::PieceArea area = maps::area_of_tile(row, column);
-        maps::MapPiece piece;
-        piece.light =
+        const maps::PatchArea area = maps::area_of_tile(row, column);
+        maps::MapPatch patch;
+        patch.light =
             host::part_of(map.light, area.first_column + margin, area.first_row + margin, area.columns, area.rows);
-        piece.posts = host::part_of(map.heights, (area.first_column + margin) / map_post_spacing,
+        patch.posts = host::part_of(map.heights, (area.first_column + margin) / map_post_spacing,
                                     (area.first_row + margin) / map_post_spacing, area.columns / map_post_spacing + 1,
                                     area.rows / map_post_spacing + 1);
-        files_.push_back(maker.make(directory->layers[0], place, std::move(piece)).file);
+        files_.push_back(maker.make(directory->layers[0], place, std::move(patch)).file);
         set_map_id(files_.back(), directory->id);
         bytes_ += files_.back().size();
         MapTileEntry entry;

@@ -122,11 +122,11 @@ class StructureFixture : public ComponentTest {
     return found;
   }
   /// More steps in every life, so that each of them is the last one of some life.
-  void fly_in_short_lives() {
-    for (int life = 0; life < 200 && finals() < keyframes; ++life) {
+  void fly_in_short_boots() {
+    for (int boot = 0; boot < 200 && finals() < keyframes; ++boot) {
       component = std::make_unique<StructureAndMotion>(failing, mission, test::step_memory<StructureAndMotion>());
       ASSERT_TRUE(component->restore().ok());
-      for (int step = 0; step < 3 + 2 * life; ++step) ASSERT_TRUE(component->step().status.ok());
+      for (int step = 0; step < 3 + 2 * boot; ++step) ASSERT_TRUE(component->step().status.ok());
     }
   }
   void forget() {

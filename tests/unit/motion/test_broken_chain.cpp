@@ -163,7 +163,7 @@ TEST_F(CloudyKeyframe, WhereTheNextOneDoesNotMatchItTheNextOneIsRelatedToTheOneB
 
 TEST_F(CloudyKeyframe, RestartedInTheMiddleOfEveryKeyframeItLeavesTheSameRecords) {
   const Result wanted = undisturbed();
-  fly_in_short_lives();
+  fly_in_short_boots();
   EXPECT_EQ(result(), wanted);
 }
 

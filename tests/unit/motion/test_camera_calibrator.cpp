@@ -421,7 +421,7 @@ TEST_F(CameraCalibratorTest, AFrozenFocalLengthThatIsWrongIsContradictedAndARigh
   }
 }
 
-TEST_F(CameraCalibratorTest, WhatAnEarlierLifeFoundStaysWhereThePointsAreGone) {
+TEST_F(CameraCalibratorTest, WhatAnEarlierBootFoundStaysWhereThePointsAreGone) {
   mission.camera_known = 1;
   fly(rugged_views(), 1.2, true);
   run_undisturbed();

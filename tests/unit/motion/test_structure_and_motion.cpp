@@ -66,7 +66,7 @@ TEST_F(StructureAndMotionTest, TwoThatCannotBeReadEndTheStripOnce) {
 
 TEST_F(StructureAndMotionTest, RestartedInTheMiddleOfEveryKeyframeItLeavesTheSameRecords) {
   const Result wanted = undisturbed();
-  fly_in_short_lives();
+  fly_in_short_boots();
   EXPECT_EQ(result(), wanted);
 }
 
@@ -279,7 +279,7 @@ TEST_F(BeginningTest, KeyframesThatWaitForABaselineGetTheirPoses) {
 
 TEST_F(BeginningTest, RestartedInTheMiddleOfEveryKeyframeItLeavesTheSameRecords) {
   const Result wanted = undisturbed();
-  fly_in_short_lives();
+  fly_in_short_boots();
   EXPECT_EQ(result(), wanted);
 }
 
@@ -328,10 +328,10 @@ TEST_F(BeginningTest, AShortStripBeginsWhenItEndsAndSoItDoesWithRestarts) {
     wanted = result();
     forget();
   }
-  for (int life = 0; life < 100 && result() != wanted; ++life) {
+  for (int boot = 0; boot < 100 && result() != wanted; ++boot) {
     component = std::make_unique<StructureAndMotion>(failing, mission, test::step_memory<StructureAndMotion>());
     ASSERT_TRUE(component->restore().ok());
-    for (int step = 0; step < 3 + life; ++step) ASSERT_TRUE(component->step().status.ok());
+    for (int step = 0; step < 3 + boot; ++step) ASSERT_TRUE(component->step().status.ok());
   }
   EXPECT_EQ(result(), wanted);
 }

@@ -162,7 +162,7 @@ TEST_F(NavigatorTest, AStopAfterEachRecordChangesNothing) {
     pose_keyframe(id);
   }
   // A life needs two steps to read the samples, and one to write.
-  for (int life = 0; life < 20; ++life) {
+  for (int boot = 0; boot < 20; ++boot) {
     const auto navigator = make();
     for (int step = 0; step < 3; ++step) EXPECT_TRUE(navigator->step().status.ok());
   }
@@ -198,11 +198,11 @@ TEST_F(NavigatorTest, HostileSamplesAreRefusedAndTold) {
     see_keyframe(id);
     pose_keyframe(id);
   }
-  const std::vector<Status> told = run(*make());
-  ASSERT_GE(told.size(), 1U);
-  EXPECT_LE(told.size(), 8U) << "not one event per sample";
-  for (const Status& status : told) EXPECT_STATUS(status, navigation_refused);
-  EXPECT_GT(told.back().a, static_cast<std::int64_t>(10 * told.size())) << "with their number";
+  const std::vector<Status> reported = run(*make());
+  ASSERT_GE(reported.size(), 1U);
+  EXPECT_LE(reported.size(), 8U) << "not one event per sample";
+  for (const Status& status : reported) EXPECT_STATUS(status, navigation_refused);
+  EXPECT_GT(reported.back().a, static_cast<std::int64_t>(10 * reported.size())) << "with their number";
   EXPECT_NEAR(read<StripFrameRecord>(1).metres_per_unit, metres_per_unit, 0.01);
 }
 
@@ -224,11 +224,11 @@ TEST_F(NavigatorTest, MeasurementsOfAnotherTimeAreToldOnceAStrip) {
     see_keyframe(id);
     pose_keyframe(id);
   }
-  const std::vector<Status> told = run(*make());
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_STATUS(told[0], navigation_unused);
-  EXPECT_EQ(told[0].a, 1);
-  EXPECT_EQ(told[0].b, 5);
+  const std::vector<Status> reported = run(*make());
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_STATUS(reported[0], navigation_unused);
+  EXPECT_EQ(reported[0].a, 1);
+  EXPECT_EQ(reported[0].b, 5);
 }
 
 TEST_F(NavigatorTest, ContradictionsAreToldOnce) {
@@ -237,10 +237,10 @@ TEST_F(NavigatorTest, ContradictionsAreToldOnce) {
     see_keyframe(id);
     pose_keyframe(id);
   }
-  const std::vector<Status> told = run(*make());
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_STATUS(told[0], navigation_contradicts);
-  EXPECT_EQ(told[0].a, 1);
+  const std::vector<Status> reported = run(*make());
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_STATUS(reported[0], navigation_contradicts);
+  EXPECT_EQ(reported[0].a, 1);
   EXPECT_EQ(read<StripFrameRecord>(1).scale_sigma, 0);
 }
 

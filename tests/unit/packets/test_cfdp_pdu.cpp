@@ -273,9 +273,9 @@ TEST(CfdpPdu, WhatDoesNotFitIsNotWritten) {
   EXPECT_TRUE(encode(pdu, out, size).is(StatusCode::invalid_argument));
   pdu.header.large_file = true;
   EXPECT_TRUE(encode(pdu, out, size).ok());
-  for (std::size_t room = 0; room < size; ++room) {
+  for (std::size_t capacity = 0; capacity < size; ++capacity) {
     std::size_t unused = 0;
-    EXPECT_TRUE(encode(pdu, std::span(out).first(room), unused).is(StatusCode::capacity_exceeded)) << room;
+    EXPECT_TRUE(encode(pdu, std::span(out).first(capacity), unused).is(StatusCode::capacity_exceeded)) << capacity;
   }
   pdu.header.source = 0x10000;
   EXPECT_TRUE(encode(pdu, out, size).is(StatusCode::invalid_argument));
@@ -331,20 +331,20 @@ TEST(CfdpPdu, AnyBytesGiveAPduThatIsWrittenAgainOrAReason) {
 TEST(CfdpChecksum, HasTheValuesOfIndependentImplementations) {
   const std::string hello = "Hello, ground.";
   const std::string digits = "123456789";
-  const auto checksum = [](ChecksumType type, const std::string& content, std::size_t piece) {
+  const auto checksum = [](ChecksumType type, const std::string& content, std::size_t segment) {
     FileChecksum sum(type);
     const Bytes bytes(content.begin(), content.end());
-    for (std::size_t at = 0; at < bytes.size(); at += piece) {
-      sum.add(std::span(bytes).subspan(at, std::min(piece, bytes.size() - at)));
+    for (std::size_t at = 0; at < bytes.size(); at += segment) {
+      sum.add(std::span(bytes).subspan(at, std::min(segment, bytes.size() - at)));
     }
     return sum.value();
   };
-  for (std::size_t piece = 1; piece < 15; ++piece) {
-    EXPECT_EQ(checksum(ChecksumType::modular, hello, piece), 0x8E2F0241U);
-    EXPECT_EQ(checksum(ChecksumType::crc32, hello, piece), 0xAA38BBF2U);
-    EXPECT_EQ(checksum(ChecksumType::crc32, "Hello", piece), 0xF7D18982U);
-    EXPECT_EQ(checksum(ChecksumType::crc32c, digits, piece), 0xE3069283U);
-    EXPECT_EQ(checksum(ChecksumType::null, digits, piece), 0U);
+  for (std::size_t segment = 1; segment < 15; ++segment) {
+    EXPECT_EQ(checksum(ChecksumType::modular, hello, segment), 0x8E2F0241U);
+    EXPECT_EQ(checksum(ChecksumType::crc32, hello, segment), 0xAA38BBF2U);
+    EXPECT_EQ(checksum(ChecksumType::crc32, "Hello", segment), 0xF7D18982U);
+    EXPECT_EQ(checksum(ChecksumType::crc32c, digits, segment), 0xE3069283U);
+    EXPECT_EQ(checksum(ChecksumType::null, digits, segment), 0U);
   }
   EXPECT_TRUE(is_supported(0) && is_supported(2) && is_supported(3) && is_supported(15));
   EXPECT_FALSE(is_supported(1) || is_supported(4) || is_supported(14));

@@ -28,27 +28,27 @@ class CfdpReceiverTest : public testing::Test {
     made.kind = kind;
     return made;
   }
-  void hear_metadata(std::uint64_t size = 1000, std::uint8_t checksum_type = 3) {
+  void receive_metadata(std::uint64_t size = 1000, std::uint8_t checksum_type = 3) {
     Pdu made = pdu(PduKind::metadata);
     made.metadata.file_bytes = size;
     made.metadata.checksum_type = checksum_type;
     made.metadata.destination_name = {reinterpret_cast<const std::uint8_t*>("a.ini"), 5};
     receiver->receive(made, now);
   }
-  void hear_data(std::uint64_t begin, std::uint64_t end) {
+  void receive_data(std::uint64_t begin, std::uint64_t end) {
     Pdu made = pdu(PduKind::file_data);
     made.file_data.offset = begin;
     made.file_data.bytes = std::span<const std::uint8_t>(file).subspan(begin % file.size(), end - begin);
     receiver->receive(made, now);
   }
-  void hear_eof(Condition condition = Condition::no_error, std::uint64_t size = 1000) {
+  void receive_eof(Condition condition = Condition::no_error, std::uint64_t size = 1000) {
     Pdu made = pdu(PduKind::eof);
     FileChecksum checksum(ChecksumType::crc32);
     checksum.add(std::span<const std::uint8_t>(file).first(1000));
     made.eof = {condition, checksum.value(), size, {}};
     receiver->receive(made, now);
   }
-  void hear_ack() {
+  void receive_ack() {
     Pdu made = pdu(PduKind::ack);
     made.ack.of_finished = true;
     receiver->receive(made, now);
@@ -101,11 +101,11 @@ class CfdpReceiverTest : public testing::Test {
 };
 
 TEST_F(CfdpReceiverTest, TakesAFileInOrderAndAnswersWithTheLengthsThatItReceived) {
-  hear_metadata();
-  hear_data(0, 600);
-  hear_data(600, 1000);
+  receive_metadata();
+  receive_data(0, 600);
+  receive_data(600, 1000);
   EXPECT_TRUE(go().empty());
-  hear_eof();
+  receive_eof();
   auto pdus = go();
   ASSERT_EQ(pdus.size(), 1U);
   EXPECT_EQ(pdus[0].kind, PduKind::ack);
@@ -124,53 +124,53 @@ TEST_F(CfdpReceiverTest, TakesAFileInOrderAndAnswersWithTheLengthsThatItReceived
   EXPECT_EQ(pdus[0].finished.file_status, FileStatus::retained);
   // Finished goes until it is acknowledged, and no longer.
   EXPECT_EQ(wait(25).size(), 2U);
-  hear_eof();
+  receive_eof();
   EXPECT_EQ(go().size(), 1U) << "every EOF is acknowledged";
-  hear_ack();
+  receive_ack();
   EXPECT_EQ(receiver->phase(), ReceivePhase::closed);
   EXPECT_TRUE(wait(100).empty());
 }
 
 TEST_F(CfdpReceiverTest, AsksForAGapAtOnceAndForAllOfThemBehindTheEof) {
-  hear_metadata();
-  hear_data(0, 100);
-  hear_data(200, 300);
+  receive_metadata();
+  receive_data(0, 100);
+  receive_data(200, 300);
   auto pdus = go();
   ASSERT_EQ(pdus.size(), 1U);
   EXPECT_EQ(gaps_of(pdus[0]), "100-200 ");
-  hear_data(400, 500);
+  receive_data(400, 500);
   pdus = go();
   ASSERT_EQ(pdus.size(), 1U);
   EXPECT_EQ(gaps_of(pdus[0]), "300-400 ");
-  hear_data(320, 340);
-  hear_eof();
+  receive_data(320, 340);
+  receive_eof();
   pdus = go();
   ASSERT_EQ(pdus.size(), 2U);
   EXPECT_EQ(gaps_of(pdus[1]), "100-200 300-320 340-400 500-1000 ");
   EXPECT_EQ(pdus[1].nak.scope.end, 1000U);
-  hear_data(100, 400);
-  hear_data(500, 1000);
+  receive_data(100, 400);
+  receive_data(500, 1000);
   EXPECT_EQ(receiver->phase(), ReceivePhase::whole);
 }
 
 TEST_F(CfdpReceiverTest, KeepsDataThatCameBeforeTheMetadataAndAsksForThese) {
-  hear_data(500, 1000);
+  receive_data(500, 1000);
   auto pdus = go();
   ASSERT_EQ(pdus.size(), 1U);
   EXPECT_EQ(gaps_of(pdus[0]), "0-0 0-500 ");
-  hear_data(0, 500);
+  receive_data(0, 500);
   EXPECT_TRUE(go().empty()) << "asked for once";
-  hear_eof();
+  receive_eof();
   pdus = go();
   ASSERT_EQ(pdus.size(), 2U);
   EXPECT_EQ(gaps_of(pdus[1]), "0-0 ");
-  hear_metadata();
+  receive_metadata();
   EXPECT_EQ(receiver->phase(), ReceivePhase::whole);
 }
 
 TEST_F(CfdpReceiverTest, ALostNakGoesAgainUntilItsLimit) {
-  hear_metadata();
-  hear_eof();
+  receive_metadata();
+  receive_eof();
   EXPECT_EQ(go().size(), 2U);
   auto pdus = wait(41);
   ASSERT_EQ(pdus.size(), 4U);
@@ -187,24 +187,24 @@ TEST_F(CfdpReceiverTest, ALostNakGoesAgainUntilItsLimit) {
 }
 
 TEST_F(CfdpReceiverTest, AWrongChecksumIsNoFile) {
-  hear_metadata();
+  receive_metadata();
   file[17] = static_cast<std::uint8_t>(file[17] ^ 1U);
-  hear_data(0, 1000);
+  receive_data(0, 1000);
   file[17] = static_cast<std::uint8_t>(file[17] ^ 1U);
-  hear_eof();
+  receive_eof();
   EXPECT_EQ(receiver->phase(), ReceivePhase::finished);
   EXPECT_EQ(receiver->condition(), Condition::file_checksum_failure);
   EXPECT_EQ(receiver->file_status(), FileStatus::discarded);
 }
 
 TEST_F(CfdpReceiverTest, FilesThatDoNotFitAreRejected) {
-  hear_metadata(limits::max_uplink_bytes + 1);
+  receive_metadata(limits::max_uplink_bytes + 1);
   EXPECT_EQ(receiver->condition(), Condition::filestore_rejection);
   receiver->begin(header, settings, now);
-  hear_metadata(1000, 7);
+  receive_metadata(1000, 7);
   EXPECT_EQ(receiver->condition(), Condition::unsupported_checksum_type);
   receiver->begin(header, settings, now);
-  hear_eof(Condition::no_error, std::uint64_t{1} << 40U);
+  receive_eof(Condition::no_error, std::uint64_t{1} << 40U);
   EXPECT_EQ(receiver->condition(), Condition::filestore_rejection);
   for (const std::uint64_t offset :
        {std::uint64_t{limits::max_uplink_bytes} - 1, std::uint64_t{0xFFFFFFFF}, std::uint64_t{0xFFFFFFFFFFFFFFFF}}) {
@@ -217,20 +217,20 @@ TEST_F(CfdpReceiverTest, FilesThatDoNotFitAreRejected) {
   }
   // Data beyond the size that the EOF has stated, and an EOF shorter than the data.
   receiver->begin(header, settings, now);
-  hear_metadata();
-  hear_eof();
-  hear_data(900, 1001);
+  receive_metadata();
+  receive_eof();
+  receive_data(900, 1001);
   EXPECT_EQ(receiver->condition(), Condition::file_size_error);
   receiver->begin(header, settings, now);
-  hear_data(900, 1001);
-  hear_eof();
+  receive_data(900, 1001);
+  receive_eof();
   EXPECT_EQ(receiver->condition(), Condition::file_size_error);
 }
 
 TEST_F(CfdpReceiverTest, ACancelledTransferIsNoFile) {
-  hear_metadata();
-  hear_data(0, 1000);
-  hear_eof(Condition::cancel_request_received, 500);
+  receive_metadata();
+  receive_data(0, 1000);
+  receive_eof(Condition::cancel_request_received, 500);
   EXPECT_EQ(receiver->condition(), Condition::cancel_request_received);
   const auto pdus = go();
   ASSERT_EQ(pdus.size(), 2U);
@@ -239,15 +239,15 @@ TEST_F(CfdpReceiverTest, ACancelledTransferIsNoFile) {
 }
 
 TEST_F(CfdpReceiverTest, PromptsAreAnswered) {
-  hear_metadata();
-  hear_data(0, 300);
+  receive_metadata();
+  receive_data(0, 300);
   Pdu prompt = pdu(PduKind::prompt);
   prompt.prompt.keep_alive = true;
   receiver->receive(prompt, now);
   auto pdus = go();
   ASSERT_EQ(pdus.size(), 1U);
   EXPECT_EQ(pdus[0].keep_alive.progress_bytes, 300U);
-  hear_data(400, 500);
+  receive_data(400, 500);
   go();
   prompt.prompt.keep_alive = false;
   receiver->receive(prompt, now);
@@ -257,8 +257,8 @@ TEST_F(CfdpReceiverTest, PromptsAreAnswered) {
 }
 
 TEST_F(CfdpReceiverTest, ASilentSenderIsGivenUp) {
-  hear_metadata();
-  hear_data(0, 300);
+  receive_metadata();
+  receive_data(0, 300);
   wait(299);
   EXPECT_EQ(receiver->phase(), ReceivePhase::data);
   wait(2);
@@ -268,10 +268,10 @@ TEST_F(CfdpReceiverTest, ASilentSenderIsGivenUp) {
 TEST_F(CfdpReceiverTest, MoreGapsThanItHoldsAreFilledAllTheSame) {
   file.resize(40000);
   for (std::size_t i = 0; i < file.size(); ++i) file[i] = static_cast<std::uint8_t>(i * 37 + i / 251);
-  hear_metadata(40000);
+  receive_metadata(40000);
   // Every other piece of 50: 400 gaps.
-  for (std::uint64_t at = 0; at < 40000; at += 100) hear_data(at, at + 50);
-  hear_data(39950, 40000);
+  for (std::uint64_t at = 0; at < 40000; at += 100) receive_data(at, at + 50);
+  receive_data(39950, 40000);
   Pdu eof = pdu(PduKind::eof);
   FileChecksum checksum(ChecksumType::crc32);
   checksum.add(file);
@@ -282,7 +282,7 @@ TEST_F(CfdpReceiverTest, MoreGapsThanItHoldsAreFilledAllTheSame) {
       if (nak.kind != PduKind::nak) continue;
       for (std::size_t i = 0; i < gap_count(nak.header, nak.nak); ++i) {
         const Gap gap = gap_at(nak.header, nak.nak, i);
-        hear_data(gap.begin, gap.end);
+        receive_data(gap.begin, gap.end);
       }
     }
     wait(10);
@@ -305,9 +305,9 @@ TEST_F(CfdpReceiverTest, AnyOrderOfAnyPiecesGivesTheFileOrNone) {
       const std::uint64_t place = next_random(1100);
       const std::uint64_t begin = place < 100 ? 0 : place - 100;
       const std::uint64_t end = begin + next_random(1001 - begin);
-      if (i % 7 == 0) hear_metadata();
-      if (i % 11 == 5) hear_eof();
-      hear_data(begin, end);
+      if (i % 7 == 0) receive_metadata();
+      if (i % 11 == 5) receive_eof();
+      receive_data(begin, end);
       go();
     }
     if (receiver->phase() != ReceivePhase::whole) continue;

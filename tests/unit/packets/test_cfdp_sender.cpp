@@ -11,14 +11,14 @@ namespace ilp::cfdp {
 namespace {
 
 /// Pieces as a NAK names them, one after the other.
-MergeCounts add(PieceList& list, std::vector<Piece> pieces) {
-  return merge_missing(list, pieces);
+MergeCounts add(SegmentList& list, std::vector<Segment> segments) {
+  return merge_missing(list, segments);
 }
 
 TEST(CfdpGaps, HoldWhatIsAskedForOnceAndKeepBorders) {
-  PieceList list;
-  for (const Piece& piece : {Piece{10, 20}, {20, 30}, {5, 35}, {12, 25}, {7, 7}, {9, 3}}) {
-    EXPECT_EQ(add(list, {piece}).dropped, 0U);
+  SegmentList list;
+  for (const Segment& segment : {Segment{10, 20}, {20, 30}, {5, 35}, {12, 25}, {7, 7}, {9, 3}}) {
+    EXPECT_EQ(add(list, {segment}).dropped, 0U);
   }
   ASSERT_EQ(list.size(), 4U);
   const std::uint32_t borders[] = {5, 10, 20, 30, 35};
@@ -34,35 +34,35 @@ TEST(CfdpGaps, AnyRequestsGiveTheirUnionAscendingWithoutOverlap) {
     return (random = random * 1664525U + 1013904223U) / 65536U % below;
   };
   for (int trial = 0; trial < 1000; ++trial) {
-    PieceList list;
+    SegmentList list;
     std::set<std::uint32_t> asked, borders;
     for (int nak = 0; nak < 4; ++nak) {
-      std::vector<Piece> pieces;
+      std::vector<Segment> segments;
       for (int i = 0; i < 8; ++i) {
         const std::uint32_t begin = next_random(100);
-        pieces.push_back({begin, begin + next_random(20)});
-        for (std::uint32_t at = begin; at < pieces.back().end; ++at) asked.insert(at);
+        segments.push_back({begin, begin + next_random(20)});
+        for (std::uint32_t at = begin; at < segments.back().end; ++at) asked.insert(at);
       }
       // What was held keeps its borders.
-      const PieceList before = list;
-      EXPECT_EQ(add(list, pieces).dropped, 0U);
-      for (const Piece& held : before) {
-        EXPECT_TRUE(std::any_of(list.begin(), list.end(), [&](const Piece& piece) {
-          return piece.begin == held.begin && piece.end == held.end;
+      const SegmentList before = list;
+      EXPECT_EQ(add(list, segments).dropped, 0U);
+      for (const Segment& held : before) {
+        EXPECT_TRUE(std::any_of(list.begin(), list.end(), [&](const Segment& segment) {
+          return segment.begin == held.begin && segment.end == held.end;
         }));
       }
     }
     std::vector<std::uint32_t> held;
-    for (const Piece& piece : list) {
-      for (std::uint32_t at = piece.begin; at < piece.end; ++at) held.push_back(at);
+    for (const Segment& segment : list) {
+      for (std::uint32_t at = segment.begin; at < segment.end; ++at) held.push_back(at);
     }
     EXPECT_EQ(held, std::vector<std::uint32_t>(asked.begin(), asked.end()));
   }
 }
 
 TEST(CfdpGaps, AFullListKeepsWhatItHolds) {
-  PieceList list;
-  std::vector<Piece> even, all;
+  SegmentList list;
+  std::vector<Segment> even, all;
   for (std::uint32_t i = 0; i < limits::max_file_gaps; ++i) even.push_back({100 + 20 * i, 110 + 20 * i});
   EXPECT_EQ(add(list, even).dropped, 0U);
   EXPECT_EQ(add(list, {{0, 100 + 20 * limits::max_file_gaps}}).dropped, limits::max_file_gaps + 1);
@@ -73,21 +73,21 @@ TEST(CfdpGaps, AFullListKeepsWhatItHolds) {
 TEST(CfdpGaps, AMergeTakesStepsInProportionToWhatItMerges) {
   // 250 gaps that all overlap the 256 that are held, ascending and in the worst order.
   for (const bool ascending : {true, false}) {
-    PieceList list;
-    std::vector<Piece> held, asked;
+    SegmentList list;
+    std::vector<Segment> held, asked;
     for (std::uint32_t i = 0; i < limits::max_file_gaps; ++i) held.push_back({10 * i, 10 * i + 5});
     add(list, held);
     for (std::uint32_t i = 0; i < 250; ++i) asked.push_back({10 * i + 2, 10 * i + 9});
     if (!ascending) std::reverse(asked.begin(), asked.end());
     const MergeCounts counts = add(list, asked);
-    const auto pieces = static_cast<std::uint32_t>(held.size() + asked.size());
+    const auto segments = static_cast<std::uint32_t>(held.size() + asked.size());
     // n log2 n of heapsort, twice, where they have to be put in order.
-    EXPECT_LE(counts.steps, ascending ? 4 * pieces : 4 * pieces + 2 * 250 * 8);
+    EXPECT_LE(counts.steps, ascending ? 4 * segments : 4 * segments + 2 * 250 * 8);
   }
 }
 
 TEST(CfdpGaps, CuttingOutLeavesTheRestOrNothingChanged) {
-  PieceList list;
+  SegmentList list;
   ASSERT_TRUE(list.push_back({0, 100}));
   ASSERT_TRUE(cut_out(list, {40, 60}));
   ASSERT_EQ(list.size(), 2U);
@@ -126,7 +126,7 @@ class CfdpSenderTest : public testing::Test {
     }
     return items;
   }
-  void hear_nak(std::vector<Gap> gaps) {
+  void receive_nak(std::vector<Gap> gaps) {
     octets.assign(gaps.size() * 16, 0);
     std::size_t size = 0;
     for (const Gap& gap : gaps) size += write_gap(order.header, gap, octets.data() + size);
@@ -136,14 +136,14 @@ class CfdpSenderTest : public testing::Test {
     pdu.nak.gaps = std::span<const std::uint8_t>(octets).first(size);
     sender.receive(pdu, now);
   }
-  void hear_ack(TransactionStatus status = TransactionStatus::active) {
+  void receive_ack(TransactionStatus status = TransactionStatus::active) {
     Pdu pdu;
     pdu.kind = PduKind::ack;
     pdu.ack.status = status;
     sender.receive(pdu, now);
   }
-  void hear_finished(Condition condition = Condition::no_error, bool incomplete = false,
-                     FileStatus status = FileStatus::retained) {
+  void receive_finished(Condition condition = Condition::no_error, bool incomplete = false,
+                        FileStatus status = FileStatus::retained) {
     Pdu pdu;
     pdu.kind = PduKind::finished;
     pdu.finished = {condition, incomplete, status, {}};
@@ -178,8 +178,8 @@ TEST_F(CfdpSenderTest, SendsMetadataTwiceThenTheFileThenTheEof) {
   const std::uint32_t borders[] = {0, 100, 200, 250};
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(items[2 + i].kind, PduKind::file_data);
-    EXPECT_EQ(items[2 + i].piece.begin, borders[i]);
-    EXPECT_EQ(items[2 + i].piece.end, borders[i + 1]);
+    EXPECT_EQ(items[2 + i].segment.begin, borders[i]);
+    EXPECT_EQ(items[2 + i].segment.end, borders[i + 1]);
   }
   EXPECT_EQ(items[5].kind, PduKind::eof);
   Pdu pdu;
@@ -191,25 +191,25 @@ TEST_F(CfdpSenderTest, SendsMetadataTwiceThenTheFileThenTheEof) {
 
 TEST_F(CfdpSenderTest, CutsRetransmissionsExactlyToTheGaps) {
   go();
-  hear_nak({{30, 40}, {0, 0}, {50, 205}});
+  receive_nak({{30, 40}, {0, 0}, {50, 205}});
   const auto items = go();
   ASSERT_EQ(items.size(), 4U);
   EXPECT_EQ(items[0].kind, PduKind::metadata);
-  EXPECT_EQ(items[1].piece.begin, 30U);
-  EXPECT_EQ(items[1].piece.end, 40U);
-  EXPECT_EQ(items[2].piece.begin, 50U);
-  EXPECT_EQ(items[2].piece.end, 150U);
-  EXPECT_EQ(items[3].piece.begin, 150U);
-  EXPECT_EQ(items[3].piece.end, 205U);
+  EXPECT_EQ(items[1].segment.begin, 30U);
+  EXPECT_EQ(items[1].segment.end, 40U);
+  EXPECT_EQ(items[2].segment.begin, 50U);
+  EXPECT_EQ(items[2].segment.end, 150U);
+  EXPECT_EQ(items[3].segment.begin, 150U);
+  EXPECT_EQ(items[3].segment.end, 205U);
   EXPECT_EQ(sender.counts().resent_bytes, 165U);
 }
 
 TEST_F(CfdpSenderTest, HostileGapsAreClippedAndCounted) {
   go();
-  hear_nak({{240, 0xFFFFFFFF}, {60, 50}, {300, 400}, {70, 70}, {0, 250}, {10, 20}});
+  receive_nak({{240, 0xFFFFFFFF}, {60, 50}, {300, 400}, {70, 70}, {0, 250}, {10, 20}});
   EXPECT_EQ(sender.counts().bad_gaps, 4U);
   EXPECT_EQ(octets_in(sender.gaps()), 250U);
-  for (const SendItem& item : go()) EXPECT_LE(item.piece.end, 250U);
+  for (const SendItem& item : go()) EXPECT_LE(item.segment.end, 250U);
   // More gaps than the list holds: dropped, counted, never beyond the list.
   Sender large;
   order.file_bytes = 100000;
@@ -219,7 +219,7 @@ TEST_F(CfdpSenderTest, HostileGapsAreClippedAndCounted) {
     std::vector<Gap> many;
     for (std::uint64_t i = 0; i < 120; ++i)
       many.push_back({(120 * static_cast<unsigned>(part) + i) * 10, (120 * static_cast<unsigned>(part) + i) * 10 + 1});
-    hear_nak(many);
+    receive_nak(many);
   }
   EXPECT_EQ(sender.gaps().size(), limits::max_file_gaps);
   EXPECT_EQ(sender.counts().dropped_gaps, 480 - limits::max_file_gaps);
@@ -227,12 +227,12 @@ TEST_F(CfdpSenderTest, HostileGapsAreClippedAndCounted) {
 
 TEST_F(CfdpSenderTest, WhatHasNotGoneYetIsNotRepeated) {
   go(3);  // metadata twice, the first 100 bytes
-  hear_nak({{50, 250}});
+  receive_nak({{50, 250}});
   const auto items = go();
   ASSERT_EQ(items.size(), 4U);
-  EXPECT_EQ(items[0].piece.begin, 50U);
-  EXPECT_EQ(items[0].piece.end, 100U);
-  EXPECT_EQ(items[1].piece.begin, 100U);
+  EXPECT_EQ(items[0].segment.begin, 50U);
+  EXPECT_EQ(items[0].segment.end, 100U);
+  EXPECT_EQ(items[1].segment.begin, 100U);
   EXPECT_EQ(items[3].kind, PduKind::eof);
 }
 
@@ -247,7 +247,7 @@ TEST_F(CfdpSenderTest, RepeatsTheEofRestsAndGoesOnWithMetadata) {
   EXPECT_GE(number(later, PduKind::eof), 1U);
   EXPECT_EQ(sender.outcome(), SendOutcome::open);
   // An answer ends the silence.
-  hear_nak({{0, 100}});
+  receive_nak({{0, 100}});
   EXPECT_EQ(go().size(), 1U);
   EXPECT_EQ(sender.counts().rests, 0U);
 }
@@ -262,7 +262,7 @@ TEST_F(CfdpSenderTest, ATimeThatStandsStillRunsNoTimer) {
 
 TEST_F(CfdpSenderTest, BehindTheAckOfTheEofNothingIsRepeatedUntilItRests) {
   go();
-  hear_ack();
+  receive_ack();
   EXPECT_TRUE(wait(50).empty());
   EXPECT_EQ(number(wait(65), PduKind::eof), 1U);
 }
@@ -271,7 +271,7 @@ TEST_F(CfdpSenderTest, PromptsWhereTheMissionWantsIt) {
   settings.prompt_ns = 20 * ns_per_s;
   sender.begin(order, settings);
   go();
-  hear_ack();
+  receive_ack();
   EXPECT_GE(number(wait(45), PduKind::prompt), 1U);
   Pdu pdu;
   sender.build({PduKind::prompt, false, {}}, pdu);
@@ -281,76 +281,76 @@ TEST_F(CfdpSenderTest, PromptsWhereTheMissionWantsIt) {
 TEST_F(CfdpSenderTest, OneNakWithAsManyGapsAsItHoldsTakesStepsInProportion) {
   order.file_bytes = 100000;
   settings.segment_bytes = 1000;
-  std::vector<Piece> held;
+  std::vector<Segment> held;
   for (std::uint32_t i = 0; i < limits::max_file_gaps; ++i) held.push_back({200 * i, 200 * i + 100});
   sender.resume(order, settings, 100000, true, held);
   std::vector<Gap> asked;
   for (std::uint64_t i = 0; i < 250; ++i) asked.push_back({200 * i + 50, 200 * i + 150});
   // As many as a step takes.
-  for (int nak = 0; nak < 128; ++nak) hear_nak(asked);
+  for (int nak = 0; nak < 128; ++nak) receive_nak(asked);
   EXPECT_LE(sender.counts().gap_steps, 128U * 5U * (250U + limits::max_file_gaps));
 }
 
 TEST_F(CfdpSenderTest, AFinishedOfAnEarlierFileDeliversNothing) {
   go();
   // The receiver remembers the number: its answers are those of the file before.
-  hear_finished();
+  receive_finished();
   EXPECT_EQ(sender.outcome(), SendOutcome::open);
   auto items = go();
   ASSERT_EQ(items.size(), 1U) << "no acknowledgement: the EOF asks what there is";
   EXPECT_EQ(items[0].kind, PduKind::eof);
-  hear_ack(TransactionStatus::terminated);
-  hear_finished();
+  receive_ack(TransactionStatus::terminated);
+  receive_finished();
   EXPECT_EQ(sender.outcome(), SendOutcome::spent);
   // An ACK before the Finished gives it away, too.
   for (const TransactionStatus status :
        {TransactionStatus::undefined, TransactionStatus::terminated, TransactionStatus::unrecognized}) {
     sender.begin(order, settings);
     go();
-    hear_ack(status);
+    receive_ack(status);
     EXPECT_EQ(sender.outcome(), SendOutcome::spent);
   }
   // Who asks for more has not finished, whatever was said before.
   sender.begin(order, settings);
   go();
-  hear_finished();
-  hear_nak({{0, 100}});
-  hear_ack();
+  receive_finished();
+  receive_nak({{0, 100}});
+  receive_ack();
   EXPECT_EQ(sender.outcome(), SendOutcome::open);
-  hear_finished();
+  receive_finished();
   EXPECT_EQ(sender.outcome(), SendOutcome::delivered);
 }
 
 TEST_F(CfdpSenderTest, AReceiverThatClosedAfterItsWorkIsHeardOnceMore) {
   go();
-  hear_ack();
-  hear_ack(TransactionStatus::terminated);
+  receive_ack();
+  receive_ack(TransactionStatus::terminated);
   EXPECT_EQ(sender.outcome(), SendOutcome::open) << "its Finished may come behind the ACK";
-  hear_finished();
+  receive_finished();
   EXPECT_EQ(sender.outcome(), SendOutcome::delivered);
   // If it never comes, the file is sent again instead of waiting without end.
   sender.begin(order, settings);
   go();
-  hear_ack();
-  hear_ack(TransactionStatus::terminated);
+  receive_ack();
+  receive_ack(TransactionStatus::terminated);
   wait(200);
-  hear_ack(TransactionStatus::terminated);
+  receive_ack(TransactionStatus::terminated);
   EXPECT_EQ(sender.outcome(), SendOutcome::spent);
 }
 
 TEST_F(CfdpSenderTest, AFinishedBeforeTheAckOfTheEofIsBelievedWithIt) {
   go();
-  hear_finished();
+  receive_finished();
   EXPECT_EQ(number(wait(10), PduKind::eof), 1U) << "at once";
   EXPECT_EQ(sender.outcome(), SendOutcome::open);
-  hear_ack();
+  receive_ack();
   EXPECT_EQ(sender.outcome(), SendOutcome::delivered);
   const auto items = go();
   ASSERT_EQ(items.size(), 1U);
   EXPECT_EQ(items[0].kind, PduKind::ack);
   EXPECT_TRUE(wait(100).empty());
   // Every Finished is acknowledged.
-  hear_finished();
+  receive_finished();
   EXPECT_EQ(go().size(), 1U);
 }
 
@@ -371,15 +371,15 @@ TEST_F(CfdpSenderTest, OnlyCompleteAndRetainedWithoutErrorIsDelivered) {
                         Case{Condition::no_error, false, FileStatus::retained, SendOutcome::delivered}}) {
     sender.begin(order, settings);
     go();
-    hear_ack();
-    hear_finished(c.condition, c.incomplete, c.status);
+    receive_ack();
+    receive_finished(c.condition, c.incomplete, c.status);
     EXPECT_EQ(sender.outcome(), c.outcome);
     EXPECT_EQ(go().size(), 1U) << "acknowledged all the same";
   }
   // Before all of it has been sent, no station can hold it.
   sender.begin(order, settings);
   go(3);
-  hear_finished();
+  receive_finished();
   EXPECT_EQ(sender.outcome(), SendOutcome::refused);
 }
 
@@ -402,9 +402,9 @@ TEST_F(CfdpSenderTest, SuspendsResumesAndCancels) {
   Tlv tlv;
   ASSERT_TRUE(next_tlv(options, tlv));
   EXPECT_EQ(tlv.type, tlv_entity_id);
-  hear_nak({{0, 100}});
+  receive_nak({{0, 100}});
   EXPECT_TRUE(go().empty()) << "nothing of the file any more";
-  hear_ack();
+  receive_ack();
   EXPECT_EQ(sender.outcome(), SendOutcome::cancelled);
   // Nobody answers: it ends by itself.
   sender.begin(order, settings);
@@ -415,13 +415,13 @@ TEST_F(CfdpSenderTest, SuspendsResumesAndCancels) {
 }
 
 TEST_F(CfdpSenderTest, GoesOnBehindARestart) {
-  const Piece gaps[] = {{10, 20}, {150, 900}};
+  const Segment gaps[] = {{10, 20}, {150, 900}};
   sender.resume(order, settings, 200, false, gaps);
   auto items = go();
   ASSERT_EQ(items.size(), 6U);
-  EXPECT_EQ(items[2].piece.begin, 10U);
-  EXPECT_EQ(items[3].piece.end, 200U);
-  EXPECT_EQ(items[4].piece.begin, 200U);
+  EXPECT_EQ(items[2].segment.begin, 10U);
+  EXPECT_EQ(items[3].segment.end, 200U);
+  EXPECT_EQ(items[4].segment.begin, 200U);
   EXPECT_EQ(items[5].kind, PduKind::eof);
   sender.resume(order, settings, 250, true, std::span(gaps).first(1));
   items = go();
@@ -438,15 +438,15 @@ TEST_F(CfdpSenderTest, AnyPdusLeaveItWithinItsBounds) {
       now += static_cast<TimeNs>(next_random() % 5) * ns_per_s;
       switch (next_random() % 8) {
         case 0:
-          hear_nak({{next_random() % 300, next_random() % 300}, {next_random() % 300, next_random() % 300}});
+          receive_nak({{next_random() % 300, next_random() % 300}, {next_random() % 300, next_random() % 300}});
           break;
         case 1:
-          hear_ack();
+          receive_ack();
           break;
         case 2:
           if (next_random() % 8 == 0)
-            hear_finished(static_cast<Condition>(next_random() % 16), next_random() % 2,
-                          static_cast<FileStatus>(next_random() % 4));
+            receive_finished(static_cast<Condition>(next_random() % 16), next_random() % 2,
+                             static_cast<FileStatus>(next_random() % 4));
           break;
         case 3:
           next_random() % 2 == 0 ? sender.suspend() : sender.unsuspend(now);
@@ -457,9 +457,9 @@ TEST_F(CfdpSenderTest, AnyPdusLeaveItWithinItsBounds) {
         default:
           sender.tick(now);
           for (const SendItem& item : go(next_random() % 4)) {
-            EXPECT_LE(item.piece.begin, item.piece.end);
-            EXPECT_LE(item.piece.end, order.file_bytes);
-            EXPECT_LE(item.piece.end - item.piece.begin, settings.segment_bytes);
+            EXPECT_LE(item.segment.begin, item.segment.end);
+            EXPECT_LE(item.segment.end, order.file_bytes);
+            EXPECT_LE(item.segment.end - item.segment.begin, settings.segment_bytes);
           }
       }
       EXPECT_EQ(sender.outcome() == SendOutcome::open, sender.phase() != SendPhase::closed);

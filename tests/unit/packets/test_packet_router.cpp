@@ -37,7 +37,7 @@ class PacketRouterTest : public testing::Test {
       packets.emplace_back(buffer.begin(), buffer.begin() + long(size));
     return packets;
   }
-  static std::vector<Bytes> heard(PacketLink& link) {
+  static std::vector<Bytes> received(PacketLink& link) {
     std::vector<Bytes> packets;
     Bytes buffer(limits::max_packet_bytes);
     std::size_t size = 0;
@@ -50,7 +50,7 @@ class PacketRouterTest : public testing::Test {
          clock_.sleep_until(clock_.now() + 100 * ns_per_ms)) {
       while (router_->send(channel, packet).ok()) {
       }
-      for (const Bytes& heard_packet : heard(one_->ground())) bytes += heard_packet.size();
+      for (const Bytes& received_packet : received(one_->ground())) bytes += received_packet.size();
     }
     return bytes;
   }
@@ -77,14 +77,14 @@ TEST_F(PacketRouterTest, PdusComeBareOverALinkOfTheirOwnAndGoOutOverIt) {
   EXPECT_OK(router_->pump());
   EXPECT_EQ(received(Channel::files), std::vector<Bytes>{bare_pdu});
   EXPECT_OK(router_->send(Channel::files, bare_pdu));
-  EXPECT_EQ(heard(two_->ground()), std::vector<Bytes>{bare_pdu});
-  EXPECT_TRUE(heard(one_->ground()).empty());
+  EXPECT_EQ(received(two_->ground()), std::vector<Bytes>{bare_pdu});
+  EXPECT_TRUE(received(one_->ground()).empty());
 }
 
 TEST_F(PacketRouterTest, PdusAreWrappedAsAnotherImplementationWrapsThem) {
   EXPECT_OK(router_->send(Channel::files, bare_pdu));
   EXPECT_OK(router_->send(Channel::files, bare_pdu));
-  const std::vector<Bytes> packets = heard(one_->ground());
+  const std::vector<Bytes> packets = received(one_->ground());
   ASSERT_EQ(packets.size(), 2U);
   EXPECT_EQ(packets[0], wrapped_pdu);
   EXPECT_EQ(packets[1][3], 1) << "sequence count";

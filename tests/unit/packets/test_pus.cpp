@@ -179,8 +179,8 @@ TEST(Pus, NoRoomForAPacketIsAStatus) {
   std::array<std::uint8_t, 13> packet{};
   std::size_t bytes = 0;
   EXPECT_TRUE(encode_telecommand(ping, packet, bytes).ok());
-  for (std::size_t room = 0; room < packet.size(); ++room) {
-    EXPECT_TRUE(encode_telecommand(ping, std::span(packet).first(room), bytes).is(StatusCode::capacity_exceeded));
+  for (std::size_t capacity = 0; capacity < packet.size(); ++capacity) {
+    EXPECT_TRUE(encode_telecommand(ping, std::span(packet).first(capacity), bytes).is(StatusCode::capacity_exceeded));
   }
   const Bytes much(70000, 0);
   Bytes large(80000, 0);

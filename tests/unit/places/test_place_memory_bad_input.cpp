@@ -2,7 +2,7 @@
 // budget that is too small, a descent down to the ground.
 #include <limits>
 
-#include "fsw/shared/place_room.hpp"
+#include "fsw/shared/place_capacity.hpp"
 #include "tests/unit/places/place_memory_fixture.hpp"
 
 namespace ilp {
@@ -141,8 +141,8 @@ TEST_F(PlaceMemoryBadInput, PlacesStayWithinTheirShareOfTheBudgetHoweverItChange
   const RigidTransform camera = test::looking_down(Vec3(0, 0, height));
   const test::View view = view_of(camera, 1);
   mission.storage_budget_mib = 34;
-  const auto room = static_cast<std::int64_t>(places_with_room(mission));
-  ASSERT_GT(room, 50);
+  const auto capacity = static_cast<std::int64_t>(places_with_capacity(mission));
+  ASSERT_GT(capacity, 50);
   const auto stage = memory();
   const auto hover = [&](std::int64_t from, std::int64_t to) {
     for (std::int64_t id = from; id <= to; ++id) {
@@ -150,17 +150,17 @@ TEST_F(PlaceMemoryBadInput, PlacesStayWithinTheirShareOfTheBudgetHoweverItChange
       run(*stage);
     }
   };
-  hover(1, room + 8);
-  EXPECT_EQ(number_of<PlaceRecord>(), room);
+  hover(1, capacity + 8);
+  EXPECT_EQ(number_of<PlaceRecord>(), capacity);
   mission.storage_budget_mib = 22;
   run(*stage);
-  EXPECT_EQ(number_of<PlaceRecord>(), static_cast<std::int64_t>(places_with_room(mission)));
+  EXPECT_EQ(number_of<PlaceRecord>(), static_cast<std::int64_t>(places_with_capacity(mission)));
   mission.storage_budget_mib = 4;
   run(*stage);
   EXPECT_EQ(number_of<PlaceRecord>(), static_cast<std::int64_t>(PlaceTable::kept_for_ever) + 1);
-  hover(room + 9, room + 10);
+  hover(capacity + 9, capacity + 10);
   EXPECT_EQ(number_of<PlaceRecord>(), static_cast<std::int64_t>(PlaceTable::kept_for_ever) + 2);
-  EXPECT_LT(new_pixels(room + 10), 10U) << "what is left is known again";
+  EXPECT_LT(new_pixels(capacity + 10), 10U) << "what is left is known again";
 }
 
 struct DamageOfAPlace {

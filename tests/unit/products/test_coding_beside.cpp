@@ -54,10 +54,10 @@ class CodingBeside : public test::CompressorTest {
     compress();
     wanted_ = test::all_of<ProductRecord>(store);
     ASSERT_EQ(wanted_.size(), 2U * keyframes);
-    begin_anew();
+    begin_again();
   }
   /// As if no product had been made.
-  void begin_anew() {
+  void begin_again() {
     Transaction transaction(store);
     ASSERT_TRUE(transaction.begin().ok());
     ProductRecord product;
@@ -94,7 +94,7 @@ class CodingBeside : public test::CompressorTest {
 
 TEST_F(CodingBeside, WheneverTheWorkerIsDoneTheProductsAreTheSame) {
   for (const int asks : {0, 1, 2, 7}) {
-    begin_anew();
+    begin_again();
     SlowWorker worker(asks);
     fly(*begin(worker));
     expect_products();
@@ -156,7 +156,7 @@ TEST_F(CodingBeside, AfterARestoreTheWorkerIsAskedFirstWhateverTheMemoryOfTheCom
 
 TEST_F(CodingBeside, AProcessThatEndsInTheMiddleOfAJobMakesTheSameProductsAfterItsNextStart) {
   for (int steps = 1; steps < 12; ++steps) {
-    begin_anew();
+    begin_again();
     {
       SlowWorker worker(2);
       const auto compressor = begin(worker);

@@ -327,8 +327,8 @@ TEST_F(CompressorTest, AReadThatFailsOnceCostsNoProduct) {
   });
   const auto compressor = std::make_unique<Compressor>(failing, mission, test::step_memory<Compressor>());
   ASSERT_TRUE(compressor->restore().ok());
-  const std::vector<Status> told = run(*compressor);
-  EXPECT_EQ(told.size(), failed.size()) << "each is told";
+  const std::vector<Status> reported = run(*compressor);
+  EXPECT_EQ(reported.size(), failed.size()) << "each is told";
   EXPECT_GE(failed.size(), 6U);
   for (const ProductRecord& product : wanted) {
     const auto made = read<ProductRecord>(product.id);
@@ -347,9 +347,9 @@ TEST_F(CompressorTest, WhereTheMapsAreDamagedTheImageGoesWhole) {
   });
   const auto compressor = std::make_unique<Compressor>(failing, mission, test::step_memory<Compressor>());
   ASSERT_TRUE(compressor->restore().ok());
-  const std::vector<Status> told = run(*compressor);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].code, StatusCode::record_damaged);
+  const std::vector<Status> reported = run(*compressor);
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_EQ(reported[0].code, StatusCode::record_damaged);
   EXPECT_EQ(read<ProductRecord>(product_id(1, ProductKind::depth)).state, ProductState::dropped);
   const auto product = read<ProductRecord>(product_id(1, ProductKind::image));
   EXPECT_EQ(product.state, ProductState::stored);

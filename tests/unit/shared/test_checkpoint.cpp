@@ -22,7 +22,7 @@ struct Large {
 };
 
 struct Renamed {
-  std::int64_t worth = 0;
+  std::int64_t utility = 0;
 };
 struct Padded {
   bool yes;
@@ -96,7 +96,7 @@ TEST_F(CheckpointTest, CursorAndStateComeBackAsTheyWereAndAreNewWhereThereIsNone
   EXPECT_EQ(state.value, 42);
 }
 
-TEST_F(CheckpointTest, OneOfAnotherBuildIsNoReasonToBeginAnew) {
+TEST_F(CheckpointTest, OneOfAnotherBuildIsNoReasonToStartOver) {
   save(checkpoint_form<Small>(component, 2), {42});
   Small same;
   Large larger;

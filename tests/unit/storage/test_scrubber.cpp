@@ -29,14 +29,14 @@ class ScrubberTest : public test::ComponentTest {
   }
   /// Steps once a second; returns what was reported.
   std::vector<Status> scrub_for(Scrubber& scrubber, int seconds) {
-    std::vector<Status> told;
+    std::vector<Status> reported;
     for (int i = 0; i < seconds; ++i) {
       clock.set(clock.now() + ns_per_s);
       const StepResult result = scrubber.step();
       EXPECT_FALSE(result.pending) << "a flight in virtual time would go on for it";
-      if (!result.status.ok()) told.push_back(result.status);
+      if (!result.status.ok()) reported.push_back(result.status);
     }
-    return told;
+    return reported;
   }
 
   test::FailingStore failing{store};
@@ -49,11 +49,11 @@ TEST_F(ScrubberTest, WhatIsDamagedInTheStoreIsToldOnceHoweverOftenItIsRead) {
   mission.scrub_period_s = 10;
   Scrubber scrubber(failing, clock, mission);
   ASSERT_OK(scrubber.restore());
-  std::vector<Status> told = scrub_for(scrubber, 100);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].code, StatusCode::record_damaged);
-  EXPECT_EQ(told[0].a, 3);
-  EXPECT_EQ(told[0].b, static_cast<std::int64_t>(RecordType::frame));
+  std::vector<Status> reported = scrub_for(scrubber, 100);
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_EQ(reported[0].code, StatusCode::record_damaged);
+  EXPECT_EQ(reported[0].a, 3);
+  EXPECT_EQ(reported[0].b, static_cast<std::int64_t>(RecordType::frame));
   EXPECT_GT(reads, 3 * 5) << "it was read again";
   Scrubber after_restart(failing, clock, mission);
   ASSERT_OK(after_restart.restore());
@@ -99,10 +99,10 @@ TEST_F(ScrubberTest, AFlippedBitInCodeOrConstantsIsToldAndANewProcessAskedFor) {
     EXPECT_FALSE(scrubber.image_damaged());
     std::byte& byte = where < code.size() ? code[where] : constants[where - code.size()];
     byte ^= std::byte{0x20};
-    const std::vector<Status> told = scrub_for(scrubber, 10);
-    ASSERT_EQ(told.size(), 1U) << where;
-    EXPECT_EQ(told[0].code, StatusCode::image_damaged);
-    EXPECT_EQ(told[0].a, where < code.size() ? 0 : 1);
+    const std::vector<Status> reported = scrub_for(scrubber, 10);
+    ASSERT_EQ(reported.size(), 1U) << where;
+    EXPECT_EQ(reported[0].code, StatusCode::image_damaged);
+    EXPECT_EQ(reported[0].a, where < code.size() ? 0 : 1);
     EXPECT_TRUE(scrubber.image_damaged());
     byte ^= std::byte{0x20};
   }

@@ -222,7 +222,7 @@ TEST_F(StorageFull, PlacesOnRecordCountAsDataAlsoAfterARestart) {
 }
 
 // What the records say must be what a plain count of the store says, whatever comes in which order.
-TEST_F(StorageFull, RandomLivesOfProductsKeepTheAccountAndTheRules) {
+TEST_F(StorageFull, RandomHistoriesOfProductsKeepTheAccountAndTheRules) {
   mission.product_share = 0.05;
   Rng random(11, 3);
   std::map<std::int64_t, std::uint8_t> sent;
@@ -295,18 +295,18 @@ TEST(StorageVictims, WhatIsWithTheLinkIsNone) {
 
 TEST(StorageVictims, ALayerIsWorthWhatItAddsPerByte) {
   const ProductRecord image = product_of_layers(3, 0);
-  EXPECT_NEAR(worth_of_last_layer(image), 0.5 * 5 / 2000, 1e-12);
+  EXPECT_NEAR(utility_of_last_layer(image), 0.5 * 5 / 2000, 1e-12);
   ProductRecord depth = image;
   depth.kind = ProductKind::depth;
   depth.layer_quality[1] = 1.0F;
   depth.layer_quality[2] = 0.5F;
-  EXPECT_NEAR(worth_of_last_layer(depth), 0.5 * 6.0206 / 2000, 1e-7) << "half the error";
+  EXPECT_NEAR(utility_of_last_layer(depth), 0.5 * 6.0206 / 2000, 1e-7) << "half the error";
   ProductRecord exact = image;
   exact.layer_quality[2] = std::numeric_limits<float>::infinity();
-  EXPECT_NEAR(worth_of_last_layer(exact), 0.5 * 20 / 2000, 1e-12);
+  EXPECT_NEAR(utility_of_last_layer(exact), 0.5 * 20 / 2000, 1e-12);
   ProductRecord unknown_quality = image;
   for (float& quality : unknown_quality.layer_quality) quality = 0;
-  EXPECT_NEAR(worth_of_last_layer(unknown_quality), 0.5 / 2000, 1e-12);
+  EXPECT_NEAR(utility_of_last_layer(unknown_quality), 0.5 / 2000, 1e-12);
 }
 
 class StorageRounds : public test::StorageManagerTest {};

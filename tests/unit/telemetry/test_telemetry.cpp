@@ -69,9 +69,9 @@ class TelemetryTest : public TelecommandTest {
     for (; clock.now() < end; clock.set(clock.now() + frame)) run_frame();
   }
   /// The reports of housekeeping that have come: SID and mission time in ms.
-  std::vector<std::pair<int, TimeNs>> housekeeping_heard() {
+  std::vector<std::pair<int, TimeNs>> housekeeping_received() {
     std::vector<std::pair<int, TimeNs>> list;
-    for (const Report& report : last_heard = heard()) {
+    for (const Report& report : last_report = received()) {
       if (report.service != 3) continue;
       EXPECT_EQ(report.subtype, 25);
       EXPECT_EQ(report.destination, 0);
@@ -83,7 +83,7 @@ class TelemetryTest : public TelecommandTest {
     send(3, 27, {0, 1, sid});
     run_frame();
     EXPECT_EQ(types().substr(0, 12), "1.1 1.3 3.25");
-    const Bytes data = last_heard.size() >= 3 ? last_heard[2].data : Bytes{};
+    const Bytes data = last_report.size() >= 3 ? last_report[2].data : Bytes{};
     run_frame();
     EXPECT_EQ(types().substr(0, 3), "1.7");
     return data;
@@ -127,7 +127,7 @@ TEST_F(TelemetryTest, APeriodicReportKeepsItsIntervalWithinAMinorFrame) {
   run_until(ns_per_s + frame);
   EXPECT_EQ(types(), "1.1 1.3 1.7 1.1 1.3 1.7 3.25");
   run_until(10 * ns_per_s + ns_per_s);
-  const auto reports = housekeeping_heard();
+  const auto reports = housekeeping_received();
   // 1450, 1900, ... at the first minor frame at or after it, without drift.
   ASSERT_EQ(reports.size(), 22U);
   for (std::size_t i = 0; i < reports.size(); ++i) {
@@ -145,7 +145,7 @@ TEST_F(TelemetryTest, ReportsHaveIntervalsOfTheirOwn) {
   send(3, 5, {0, 3, sid_status, sid_link, sid_pose});
   run_until(20 * ns_per_s);
   std::map<int, int> counted;
-  for (const auto& [sid, time] : housekeeping_heard()) ++counted[sid];
+  for (const auto& [sid, time] : housekeeping_received()) ++counted[sid];
   EXPECT_EQ(counted, (std::map<int, int>{{sid_status, 20}, {sid_link, 10}, {sid_pose, 2}}));
 }
 
@@ -153,19 +153,19 @@ TEST_F(TelemetryTest, AShorterIntervalTakesEffectAtOnce) {
   send(3, 31, {0, 1, sid_status, 0, 0x36, 0xEE, 0x80});  // an hour
   send(3, 5, {0, 1, sid_status});
   run_until(5 * ns_per_s);
-  EXPECT_EQ(housekeeping_heard().size(), 1U);
+  EXPECT_EQ(housekeeping_received().size(), 1U);
   send(3, 31, {0, 1, sid_status, 0, 0, 0x03, 0xE8});
   run_until(10 * ns_per_s);
-  EXPECT_EQ(housekeeping_heard().size(), 4U);  // 6, 7, 8, 9 s
+  EXPECT_EQ(housekeeping_received().size(), 4U);  // 6, 7, 8, 9 s
 }
 
 TEST_F(TelemetryTest, AListIsDoneWholeOrNotAtAll) {
   send(3, 5, {0, 2, sid_status, 99});
   run_until(2 * ns_per_s);
   EXPECT_EQ(failure(), "1.4 report_unknown");
-  EXPECT_EQ(value_of(last_heard[1], 0), 99);
-  EXPECT_EQ(value_of(last_heard[1], 1), 1);
-  EXPECT_EQ(last_heard.size(), 2U) << "nothing was enabled";
+  EXPECT_EQ(value_of(last_report[1], 0), 99);
+  EXPECT_EQ(value_of(last_report[1], 1), 1);
+  EXPECT_EQ(last_report.size(), 2U) << "nothing was enabled";
   for (const int subtype : {6, 27}) {
     send(3, subtype, {0, 2, sid_status, 0});
     run_frame();
@@ -174,8 +174,8 @@ TEST_F(TelemetryTest, AListIsDoneWholeOrNotAtAll) {
   send(3, 31, {0, 2, sid_status, 0, 0, 0x03, 0xE8, sid_link, 0, 0, 0, 99});
   run_frame();
   EXPECT_EQ(failure(), "1.4 report_interval");
-  EXPECT_EQ(value_of(last_heard[1], 0), 99);
-  EXPECT_EQ(value_of(last_heard[1], 1), 1);
+  EXPECT_EQ(value_of(last_report[1], 0), 99);
+  EXPECT_EQ(value_of(last_report[1], 1), 1);
 }
 
 TEST_F(TelemetryTest, WhatHasNotTheFormOfItsRequestIsNotAccepted) {
@@ -206,19 +206,19 @@ TEST_F(TelemetryTest, WhatIsAskedForSurvivesARestart) {
   run_frame();
   raise(StatusCode::strip_broken);
   run_frame();
-  heard();
+  received();
   restart();
   const TimeNs begun = clock.now();
   raise(StatusCode::frame_gap);
   run_until(begun + 5 * ns_per_s);
-  EXPECT_EQ(housekeeping_heard().size(), 10U);
-  EXPECT_EQ(last_heard.size(), 10U) << "no event: one was told before, the other is disabled";
+  EXPECT_EQ(housekeeping_received().size(), 10U);
+  EXPECT_EQ(last_report.size(), 10U) << "no event: one was told before, the other is disabled";
   send(5, 7);
   run_frame();
   run_frame();
   static_cast<void>(types());
-  ASSERT_EQ(last_heard.size(), 5U);
-  EXPECT_EQ(last_heard[2].data, (Bytes{0, 1, 0, code}));
+  ASSERT_EQ(last_report.size(), 5U);
+  EXPECT_EQ(last_report[2].data, (Bytes{0, 1, 0, code}));
 }
 
 TEST_F(TelemetryTest, ARequestActsThroughRecordsAndIsCompletedWhenTheReportIsMade) {
@@ -283,7 +283,7 @@ TEST_F(TelemetryTest, TheStatusOfThePackageHasItsLayout) {
   raise(StatusCode::strip_broken);
   send(5, 6, {0, 2, 0, 3, 0, 4});
   run_frame();
-  heard();
+  received();
   raise(StatusCode::strip_broken);
   const Bytes data = one_shot(sid_status);
   ASSERT_EQ(data.size(), 1U + 36);
@@ -355,10 +355,10 @@ TEST_F(TelemetryTest, EveryReportFitsAPacketAndAllCanBeAskedForAtOnce) {
   }
   send(3, 27, list);
   run_frame();
-  const auto reports = housekeeping_heard();
+  const auto reports = housekeeping_received();
   ASSERT_EQ(reports.size(), report_count);
   std::size_t i = 0;
-  for (const Report& report : last_heard) {
+  for (const Report& report : last_report) {
     if (report.service != 3) continue;
     EXPECT_EQ(report.data[0], i + 1);
     EXPECT_EQ(report.data.size(), 1 + report_bytes(report_table()[i])) << report_table()[i].name;
@@ -419,7 +419,7 @@ TEST_F(TelemetryTest, EventsAreToldBySeverity) {
   for (const StatusCode code : codes) raise(code, 258, -2);
   clock.set(90 * ns_per_ms);
   run_frame();
-  const std::vector<Report> reports = heard();
+  const std::vector<Report> reports = received();
   ASSERT_EQ(reports.size(), 4U);
   for (std::size_t i = 0; i < 4; ++i) {
     const Bytes& data = reports[i].data;
@@ -444,7 +444,7 @@ TEST_F(TelemetryTest, ADamagedEventKeepsNobodyFromTheNextOnes) {
   raise(StatusCode::frame_gap, 3);
   failing.damage(RecordType::event, 2);
   run_frame();
-  const std::vector<Report> reports = heard();
+  const std::vector<Report> reports = received();
   ASSERT_EQ(reports.size(), 2U);
   EXPECT_EQ(at(reports[0].data, 3, 8), 1U);
   EXPECT_EQ(at(reports[1].data, 3, 8), 3U);
@@ -458,8 +458,8 @@ TEST_F(TelemetryTest, DisabledEventsAreNotTold) {
   run_frame();
   run_frame();
   EXPECT_EQ(types(), "1.1 1.3 1.7 1.1 1.3 5.8 1.7");
-  EXPECT_EQ(last_heard[5].destination, 7);
-  EXPECT_EQ(last_heard[5].data, gap < broken ? Bytes({0, 2, 0, gap, 0, broken}) : Bytes({0, 2, 0, broken, 0, gap}));
+  EXPECT_EQ(last_report[5].destination, 7);
+  EXPECT_EQ(last_report[5].data, gap < broken ? Bytes({0, 2, 0, gap, 0, broken}) : Bytes({0, 2, 0, broken, 0, gap}));
   raise(StatusCode::frame_gap);
   raise(StatusCode::strip_broken);
   raise(StatusCode::frame_late);
@@ -483,7 +483,7 @@ TEST_F(TelemetryTest, OutOfContactEventsWaitInTheStoreAndHousekeepingIsNotStacke
   send(3, 5, {0, 1, sid_status});
   send(3, 31, {0, 1, sid_status, 0, 0, 0, 100});
   run_frame();
-  heard();
+  received();
   link.deaf = true;
   // Of ten codes, because each has a limit in time (EventLog).
   constexpr StatusCode codes[] = {StatusCode::frame_gap,        StatusCode::frame_overrun, StatusCode::camera_silent,
@@ -496,14 +496,14 @@ TEST_F(TelemetryTest, OutOfContactEventsWaitInTheStoreAndHousekeepingIsNotStacke
   EXPECT_EQ(writer->lost(), 0U);
   link.deaf = false;
   run_until(clock.now() + 10 * ns_per_s);
-  std::vector<std::int64_t> told;
+  std::vector<std::int64_t> reported;
   int reports = 0;
-  for (const Report& report : heard()) {
-    if (report.service == 5) told.push_back(static_cast<std::int64_t>(at(report.data, 3, 8)));
+  for (const Report& report : received()) {
+    if (report.service == 5) reported.push_back(static_cast<std::int64_t>(at(report.data, 3, 8)));
     if (report.service == 3) ++reports;
   }
-  ASSERT_EQ(told.size(), 500U);
-  for (std::size_t i = 0; i < told.size(); ++i) EXPECT_EQ(told[i], static_cast<std::int64_t>(i));
+  ASSERT_EQ(reported.size(), 500U);
+  for (std::size_t i = 0; i < reported.size(); ++i) EXPECT_EQ(reported[i], static_cast<std::int64_t>(i));
   EXPECT_GT(reports, 50);
   EXPECT_LT(reports, 110);
 }
@@ -517,13 +517,13 @@ TEST_F(TelemetryTest, WidthsFollowTheTailoring) {
   run_frame();
   run_frame();
   EXPECT_EQ(types(), "1.1 1.3 1.1 1.3 1.7 3.25 1.7");
-  EXPECT_EQ(at(last_heard[5].data, 0, 8), sid_storage);
+  EXPECT_EQ(at(last_report[5].data, 0, 8), sid_storage);
   send(5, 5);
   run_frame();
   raise(StatusCode::frame_gap, std::int64_t{1} << 40U, -3);
   run_frame();
   EXPECT_EQ(types(), "1.1 1.3 1.7 5.3");
-  const Bytes data = last_heard[3].data;
+  const Bytes data = last_report[3].data;
   EXPECT_EQ(at(data, 0, 2), static_cast<std::uint64_t>(StatusCode::frame_gap));
   EXPECT_EQ(at(data, 2, 4), static_cast<std::uint64_t>(ComponentId::acquisition)) << "reporter";
   EXPECT_EQ(at(data, 6, 4), 0x7FFFFFFFU) << "as near as it comes";
@@ -539,7 +539,7 @@ TEST_F(TelemetryTest, TelecommandsOfIndependentSoftwareAreUnderstood) {
     link.up.push_back(octets);
     run_frame();
     bool accepted = false;
-    for (const Report& report : heard()) accepted |= report.service == 1 && report.subtype == 1;
+    for (const Report& report : received()) accepted |= report.service == 1 && report.subtype == 1;
     // New structures cannot be defined.
     EXPECT_EQ(accepted, name != "tc_3_1") << name;
     performed += accepted ? 1 : 0;
@@ -575,7 +575,7 @@ TEST_F(TelemetryTest, TheTableOfMessagesHasWhatComesDown) {
     link.up.push_back(octets);
     raise(StatusCode::frame_gap);
     run_frame();
-    for (const Report& report : heard()) {
+    for (const Report& report : received()) {
       EXPECT_TRUE(listed.contains({report.service, report.subtype})) << report.service << "," << report.subtype;
     }
   }
@@ -586,13 +586,13 @@ TEST_F(TelemetryTest, HousekeepingAndEventsGoOnWhileTheStoreIsLocked) {
   run_frame();
   run_frame();
   raise(StatusCode::frame_gap);
-  heard();
+  received();
   failing.lock();
   std::size_t reports = 0, events = 0;
   for (const TimeNs end = clock.now() + 30 * ns_per_s; clock.now() < end; clock.set(clock.now() + frame)) {
     telecommander->step();
     static_cast<void>(telemetry->step());
-    for (const Report& report : heard()) {
+    for (const Report& report : received()) {
       reports += report.service == 3 ? 1 : 0;
       events += report.service == 5 ? 1 : 0;
     }

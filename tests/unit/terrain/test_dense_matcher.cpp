@@ -581,9 +581,9 @@ TEST_F(DenseMatcherTest, APairThatCanNeverBeReadGetsItsVerdictAndTheNextOneItsDe
   });
   const auto matcher = std::make_unique<DenseMatcher>(failing, mission);
   ASSERT_TRUE(matcher->restore().ok());
-  const std::vector<Status> told = run(*matcher, 100000);
+  const std::vector<Status> reported = run(*matcher, 100000);
   EXPECT_EQ(tried, most_read_attempts);
-  EXPECT_EQ(told.back().code, StatusCode::input_given_up);
+  EXPECT_EQ(reported.back().code, StatusCode::input_given_up);
   EXPECT_EQ(read<DepthRecord>(1).verdict, DepthVerdict::too_few_valid);
   EXPECT_EQ(masked(1), 1.0) << "its image is not lost";
   EXPECT_EQ(read<DepthRecord>(2).verdict, DepthVerdict::ok);

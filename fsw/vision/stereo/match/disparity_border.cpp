@@ -205,7 +205,7 @@ void check_border(MaskView left_valid, MaskView right_valid, const StereoParams&
   const BorderWorkspace::Span span = row_of(w.right_span, y);
   const float* disparity = disparity_px.row(y);
   float* sigma = sigma_px.row(y);
-  const auto doubtful = [=](std::int32_t x) {
+  const auto suspect = [=](std::int32_t x) {
     const std::int32_t target = inner.target_of(x, disparity[x]);
     const int safe = static_cast<int>(inner.left[x] != 0) & static_cast<int>(target >= span.begin) &
                      static_cast<int>(target < span.end);
@@ -213,7 +213,7 @@ void check_border(MaskView left_valid, MaskView right_valid, const StereoParams&
   };
   // What becomes empty is not inner, so that the pixels of a group do not depend on each other.
   Contradicted contradicted;
-  for_each_flagged(0, sigma_px.width, doubtful, [&](std::int32_t x) {
+  for_each_flagged(0, sigma_px.width, suspect, [&](std::int32_t x) {
     if (inner.holds(x, disparity[x])) return;
     if (sigma_px.width < window_columns) {
       if (is_contradicted(disparity_px, sigma_px, x, y, step_px, w)) sigma[x] = 0;

@@ -116,7 +116,7 @@ void finish_row(const float* __restrict centre, const float* __restrict above, c
   for (std::int32_t x = 0; x < width; ++x) {
     const float slope2 = squared_slope(centre[x - smoothing_radius], centre[x + smoothing_radius], above[x], below[x]);
     const float measured = stated_sigma(sigma_px[x], count[x], scatter[x], slope2);
-    const float stated = kind[x] == DisparityKind::settled ? sigma_px[x] : measured;
+    const float stated = kind[x] == DisparityKind::resolved ? sigma_px[x] : measured;
     const bool valid = sigma_px[x] > 0;
     disparity_px[x] = valid ? sum[x] / count[x] : 0.0F;
     sigma_px[x] = valid ? stated : 0.0F;

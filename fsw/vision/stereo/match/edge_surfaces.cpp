@@ -29,9 +29,9 @@ constexpr float surroundings_grey = 11;
 // Another disparity that a window found weighs as much, unless its counterparts differ by so much more.
 constexpr float window_grey = 11;
 // Doubt above which the pixel may as well belong to another surface.
-constexpr float most_doubt_grey = 10;
+constexpr float most_suspect_grey = 10;
 // The error on the right surface, and that of a doubtful choice, by the distance to the farthest other surface.
-constexpr float right_surface_sigma_px = 0.4F, doubtful_share = 0.6F, most_sigma_px = 6;
+constexpr float right_surface_sigma_px = 0.4F, suspect_share = 0.6F, most_sigma_px = 6;
 // Where less of a tile is matched, chance may have made its edges.
 constexpr std::int32_t least_matched_percent = 55;
 constexpr std::int32_t unknown_brightness = std::numeric_limits<std::int32_t>::max();
@@ -245,12 +245,12 @@ float taken_sigma(std::int32_t x, std::int32_t y, std::int16_t own, const Choice
   const float share = share_around(x, y, choice.quarter_px, step, w);
   const float in_grey = 1.0F / quarters_per_px;
   const float window = own == none ? 0 : std::max(0.0F, window_grey - choice.lead * in_grey);
-  const float doubt = choice.difference * in_grey + window + surroundings_grey * (1 - share);
-  if (doubt < most_doubt_grey) return in_steps(right_surface_sigma_px);
+  const float suspicion = choice.difference * in_grey + window + surroundings_grey * (1 - share);
+  if (suspicion < most_suspect_grey) return in_steps(right_surface_sigma_px);
   const auto i = static_cast<std::size_t>(x);
   const std::int32_t farthest = std::max(w.highest[i] - choice.quarter_px, choice.quarter_px - (w.lowest[i] + 1));
   const float distance_px = static_cast<float>(farthest) / quarters_per_px;
-  return in_steps(std::clamp(doubtful_share * distance_px, right_surface_sigma_px, most_sigma_px));
+  return in_steps(std::clamp(suspect_share * distance_px, right_surface_sigma_px, most_sigma_px));
 }
 
 /// Sets the difference of (x, y), too.
@@ -345,10 +345,10 @@ void decide_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
   const std::int16_t* lowest = w.lowest.data();
   const std::int16_t* highest = w.highest.data();
   const std::uint8_t* valid = rows.left_valid.row(y);
-  const auto doubtful = [=, step = rules.step](std::int32_t x) {
+  const auto suspect = [=, step = rules.step](std::int32_t x) {
     return is_at_edge(lowest[x] + 1, highest[x], own[x], step) & static_cast<int>(valid[x] != 0);
   };
-  for_each_flagged(patch_radius, width - patch_radius - 1, doubtful, [&](std::int32_t x) {
+  for_each_flagged(patch_radius, width - patch_radius - 1, suspect, [&](std::int32_t x) {
     const Choice choice = better_surface(rows, x, y, own[x], rules, w);
     edges = edges || w.difference[static_cast<std::size_t>(x)] >= 0;
     if (choice.quarter_px == none) return;
@@ -358,7 +358,7 @@ void decide_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
       return;
     }
     map.sigma_px.at(x, y) = taken_sigma(x, y, own[x], choice, rules.step, w);
-    map.kind.at(x, y) = DisparityKind::settled;
+    map.kind.at(x, y) = DisparityKind::resolved;
     own[x] = choice.quarter_px;
     map.disparity_px.at(x, y) = static_cast<float>(choice.quarter_px) / quarters_per_px;
   });

@@ -14,9 +14,9 @@ double median_of(FixedVector<double, limits::max_matches>& values) {
   return *middle;
 }
 
-bool put_chance_matches_aside(const NormalisedPairs& all, const NormalisedPairs& supported, const Mat3& homography,
-                              double threshold_px, double bound_px, double image_side_px,
-                              FixedVector<double, limits::max_matches>& errors, PairIndices& kept) {
+bool remove_chance_matches(const NormalisedPairs& all, const NormalisedPairs& supported, const Mat3& homography,
+                           double threshold_px, double bound_px, double image_side_px,
+                           FixedVector<double, limits::max_matches>& errors, PairIndices& kept) {
   errors.clear();
   for (const NormalisedPair& pair : supported.exact) {
     static_cast<void>(errors.push_back(std::sqrt(transfer_squared(homography, pair, all.scale))));

@@ -13,9 +13,9 @@ namespace ilp {
 /// `supported` are the matches of `all` within `bound_px` of the epipolar geometry, and `homography` is fitted to them.
 /// `image_side_px` is the smaller side of image b. `kept` receives the indices into `all` of the matches that stay; the
 /// function returns false when all of them do. `errors` is scratch.
-bool put_chance_matches_aside(const NormalisedPairs& all, const NormalisedPairs& supported, const Mat3& homography,
-                              double threshold_px, double bound_px, double image_side_px,
-                              FixedVector<double, limits::max_matches>& errors, PairIndices& kept);
+bool remove_chance_matches(const NormalisedPairs& all, const NormalisedPairs& supported, const Mat3& homography,
+                           double threshold_px, double bound_px, double image_side_px,
+                           FixedVector<double, limits::max_matches>& errors, PairIndices& kept);
 
 /// Zero if there are no values. The elements change places.
 [[nodiscard]] double median_of(FixedVector<double, limits::max_matches>& values);

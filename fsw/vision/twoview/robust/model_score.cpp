@@ -100,14 +100,14 @@ template <typename Errors>
 bool score_blocks(const NormalisedPairs& pairs, double threshold_px, const CostBound& bound, RansacScore& score,
                   const Errors& errors) {
   const auto threshold2 = static_cast<float>(threshold_px * threshold_px);
-  const BailOut given_up(bound, threshold_px * threshold_px, pairs.size());
+  const BailOut abandoned(bound, threshold_px * threshold_px, pairs.size());
   score = {};
   float squared[score_block];
   for (std::size_t first = 0; first < pairs.size(); first += score_block) {
     const std::size_t count = std::min(score_block, pairs.size() - first);
     errors(first, count, squared);
     add_block(squared, count, threshold2, score);
-    if (given_up(score.cost, first + count)) return false;
+    if (abandoned(score.cost, first + count)) return false;
   }
   return true;
 }

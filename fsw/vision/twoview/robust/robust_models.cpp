@@ -101,8 +101,8 @@ bool polish_near_plane(const RansacParams& params, TwoViewWorkspace& workspace, 
   comparison.max_trials = std::min(params.max_trials, 150U);
   if (!find_homography(near, comparison, scratch, homography)) return false;
   constexpr double side_over_scale = 3.7;  // of a square in which matches lie evenly
-  if (!put_chance_matches_aside(all, near, homography, params.threshold_px, bound_px, side_over_scale * all.scale.bx,
-                                workspace.scratch, scratch)) {
+  if (!remove_chance_matches(all, near, homography, params.threshold_px, bound_px, side_over_scale * all.scale.bx,
+                             workspace.scratch, scratch)) {
     return false;
   }
   select_subset(all, scratch, near);

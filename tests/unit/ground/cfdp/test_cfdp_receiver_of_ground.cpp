@@ -37,7 +37,7 @@ class GroundReceiver : public testing::Test {
   }
   GroundReceiver() { begin({}); }
 
-  void hear(const Pdu& pdu) {
+  void receive(const Pdu& pdu) {
     Bytes bytes(66'000);
     std::size_t size = 0;
     ASSERT_TRUE(cfdp::encode(pdu, bytes, size).ok());
@@ -60,24 +60,24 @@ class GroundReceiver : public testing::Test {
     pdu.metadata.file_bytes = file_bytes;
     const auto* octets = reinterpret_cast<const std::uint8_t*>(name.data());
     pdu.metadata.source_name = pdu.metadata.destination_name = {octets, name.size()};
-    hear(pdu);
+    receive(pdu);
   }
   void data(std::uint64_t sequence, std::uint64_t offset, std::span<const std::uint8_t> bytes) {
     Pdu pdu = pdu_of(sequence, PduKind::file_data);
     pdu.file_data.offset = offset;
     pdu.file_data.bytes = bytes;
-    hear(pdu);
+    receive(pdu);
   }
   void eof(std::uint64_t sequence, const Bytes& file) {
     Pdu pdu = pdu_of(sequence, PduKind::eof);
     pdu.eof.checksum = crc32(file);
     pdu.eof.file_bytes = file.size();
-    hear(pdu);
+    receive(pdu);
   }
   void acknowledge(std::uint64_t sequence) {
     Pdu pdu = pdu_of(sequence, PduKind::ack);
     pdu.ack = {true, cfdp::Condition::no_error, cfdp::TransactionStatus::active};
-    hear(pdu);
+    receive(pdu);
   }
   void whole(std::uint64_t sequence, const std::string& name, const Bytes& file) {
     metadata(sequence, name, file.size());
@@ -92,7 +92,7 @@ class GroundReceiver : public testing::Test {
       EXPECT_TRUE(cfdp::decode(bytes, pdu).ok());
       if (pdu.header.sequence == sequence) list.push_back(pdu);
     }
-    heard = std::exchange(answers, {});
+    received = std::exchange(answers, {});
     return list;
   }
   /// The last Finished among them says that the file is kept.
@@ -115,7 +115,7 @@ class GroundReceiver : public testing::Test {
   }
 
   std::unique_ptr<CfdpReceiver> receiver;
-  std::vector<Bytes> answers, heard;  // spans of the PDUs point into `heard`
+  std::vector<Bytes> answers, received;  // spans of the PDUs point into `heard`
   std::map<std::string, Bytes> files;
   bool keeps = true;
   double now = 0;
@@ -297,7 +297,7 @@ TEST_F(GroundReceiver, AFileThatIsTooLargeIsRefusedAndNotWaitedForForEver) {
   metadata(1, "product-1", std::uint64_t{1} << 40U);
   Pdu end = pdu_of(1, PduKind::eof);
   end.eof.file_bytes = std::uint64_t{1} << 40U;
-  hear(end);
+  receive(end);
   bool refused = false;
   for (const Pdu& pdu : take_answers(1)) {
     refused = refused || (pdu.kind == PduKind::finished && pdu.finished.condition == cfdp::Condition::file_size_error);

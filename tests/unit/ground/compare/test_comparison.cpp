@@ -302,9 +302,9 @@ TEST_F(CompareHeights, TheProgramWritesItsFilesAndEndsWithZero) {
   ASSERT_EQ(ran.status, 0) << ran.output;
   EXPECT_TRUE(test::says(ran.output, "the map was moved by"));
   const std::filesystem::path out = folder_ / "comparison";
-  const auto told = nlohmann::json::parse(std::ifstream(out / "comparison.json"));
-  EXPECT_NEAR(told.at("alignment").at("shift_m").at(2).get<double>(), 1, 0.01);
-  EXPECT_EQ(told.at("cells").at("compared").get<int>(), 300 * 240);
+  const auto reported = nlohmann::json::parse(std::ifstream(out / "comparison.json"));
+  EXPECT_NEAR(reported.at("alignment").at("shift_m").at(2).get<double>(), 1, 0.01);
+  EXPECT_EQ(reported.at("cells").at("compared").get<int>(), 300 * 240);
   EXPECT_TRUE(std::filesystem::exists(out / "difference.png"));
   EXPECT_TRUE(test::says(test::bytes_of(out / "comparison.html"), "data:image/png"));
 }
@@ -313,7 +313,7 @@ struct BadModel {
   const char* name;
   TerrainFile file;
   double height;
-  const char* told;
+  const char* reported;
 };
 
 void PrintTo(const BadModel& bad, std::ostream* to) {
@@ -336,7 +336,7 @@ TEST_P(BadTerrainModel, IsRefusedWithItsReason) {
   options.map = folder.path();
   options.other = folder / "other.tif";
   const std::string error = test::error_of([&] { (void)compare::compare_heights(options); });
-  EXPECT_TRUE(test::says(error, GetParam().told));
+  EXPECT_TRUE(test::says(error, GetParam().reported));
   EXPECT_TRUE(test::says(error, "other.tif"));
   EXPECT_FALSE(std::filesystem::exists(folder / "comparison" / "difference.tif"));
 }

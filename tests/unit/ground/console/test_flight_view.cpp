@@ -48,7 +48,7 @@ FlightView view_at(TimeNs mission_time) {
   status.mission_time_ns = mission_time;
   EXPECT_NE(view.reports.take(tailoring, housekeeping_of("status", status)), nullptr);
   view.parameters_known = true;
-  view.heard_s = 3;
+  view.received_s = 3;
   return view;
 }
 

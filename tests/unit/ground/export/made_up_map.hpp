@@ -13,7 +13,7 @@ struct MadeUpMap {
   double x0 = -40, y0 = 25, cell = 0.125;
   std::int32_t hole_from = 100, hole_to = 140;       ///< columns and rows where nothing was seen
   std::int32_t spike_column = 500, spike_row = 420;  ///< a single cell 50 above the rest
-  bool sigma_told = true;
+  bool sigma_given = true;
 
   [[nodiscard]] bool seen(std::int32_t column, std::int32_t row) const {
     return !(column >= hole_from && column < hole_to && row >= hole_from && row < hole_to);
@@ -46,7 +46,7 @@ struct MadeUpMap {
         const std::int32_t column = out.column + x, row = out.row + y;
         if (!seen(column, row)) continue;
         out.height.at(x, y) = static_cast<float>(height(column, row));
-        if (sigma_told) out.sigma.at(x, y) = static_cast<float>(sigma(column));
+        if (sigma_given) out.sigma.at(x, y) = static_cast<float>(sigma(column));
         out.ortho.at(x, y) = grey(column, row);
         out.count.at(x, y) = count(column);
       }

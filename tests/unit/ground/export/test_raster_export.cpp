@@ -274,7 +274,7 @@ TEST_F(RasterExport, AFileBeyondFourGibibytesIsABigTiffWithTheSameSamples) {
 
 TEST_F(RasterExport, SigmaThatIsToldNowhereHasNoFile) {
   (void)write(nullptr);
-  map_.sigma_told = false;
+  map_.sigma_given = false;
   EXPECT_EQ(write(nullptr), (std::vector<std::string>{"height.tif", "count.tif", "ortho.tif"}));
   EXPECT_FALSE(fs::exists(folder_.path() / "sigma.tif")) << "of an earlier map";
 }

@@ -178,18 +178,18 @@ TEST_F(CatalogueTest, FilesOfTwoFlightsInOneFolderAreToldApartWhereTimesOrCamera
     fs::copy_file(foreign / name, box_ / name, fs::copy_options::overwrite_existing);
   }
   const report::Report report = run(out_);
-  std::size_t told = 0;
+  std::size_t reported = 0;
   for (const ReceivedFile& file : report.outbox.files) {
     if (file.fault.find("of another flight") == std::string::npos) continue;
     EXPECT_TRUE(file.name == "records-000004.ilp" || file.name == "product-000005-image.jp2") << file.name;
-    ++told;
+    ++reported;
   }
-  EXPECT_EQ(told, 2U);
+  EXPECT_EQ(reported, 2U);
   EXPECT_NE(messages_.str().find("of another flight"), std::string::npos);
 }
 
 /// Records of a keyframe as they come down with it.
-RecordFile life_file(std::size_t index, std::int64_t keyframe_id, TimeNs time_ns, double focal_length) {
+RecordFile store_epoch_file(std::size_t index, std::int64_t keyframe_id, TimeNs time_ns, double focal_length) {
   KeyframeRecord keyframe;
   keyframe.id = keyframe_id;
   keyframe.time_ns = time_ns;
@@ -199,13 +199,14 @@ RecordFile life_file(std::size_t index, std::int64_t keyframe_id, TimeNs time_ns
   return {index, {entry_of(camera), entry_of(keyframe)}};
 }
 
-TEST(OtherFlights, AnotherLifeOfTheFlightMayHaveAnotherCameraAndAClockThatBeganAnew) {
+TEST(OtherFlights, AnotherStoreEpochMayHaveAnotherCameraAndAClockThatRestarted) {
   std::vector<RecordFile> files;
-  for (std::int64_t i = 1; i <= 5; ++i) files.push_back(life_file(files.size(), i, i * ns_per_s, 400));
-  for (std::int64_t i = 1; i <= 3; ++i) files.push_back(life_file(files.size(), 100'000'000 + i, i * ns_per_s, 401));
+  for (std::int64_t i = 1; i <= 5; ++i) files.push_back(store_epoch_file(files.size(), i, i * ns_per_s, 400));
+  for (std::int64_t i = 1; i <= 3; ++i)
+    files.push_back(store_epoch_file(files.size(), 100'000'000 + i, i * ns_per_s, 401));
   EXPECT_TRUE(files_of_other_flights(files).empty());
   // A life whose number came from the calendar; the event with which it began shows it.
-  files.push_back(life_file(files.size(), 100'000'700, ns_per_s, 402));
+  files.push_back(store_epoch_file(files.size(), 100'000'700, ns_per_s, 402));
   EXPECT_EQ(files_of_other_flights(files).size(), 1U);
   EventRecord begun;
   begun.id = 1;
@@ -214,8 +215,8 @@ TEST(OtherFlights, AnotherLifeOfTheFlightMayHaveAnotherCameraAndAClockThatBeganA
   files.push_back({files.size(), {entry_of(begun)}});
   EXPECT_TRUE(files_of_other_flights(files).empty());
   // Within a life contradictions are found as ever.
-  files.push_back(life_file(files.size(), 100'000'004, ns_per_s, 401));
-  files.push_back(life_file(files.size(), 6, 6 * ns_per_s, 399));
+  files.push_back(store_epoch_file(files.size(), 100'000'004, ns_per_s, 401));
+  files.push_back(store_epoch_file(files.size(), 6, 6 * ns_per_s, 399));
   EXPECT_EQ(files_of_other_flights(files).size(), 2U);
 }
 

@@ -11,19 +11,19 @@
 namespace ilp::map {
 namespace {
 
-constexpr std::int32_t piece_columns = 150, rows = 500;
+constexpr std::int32_t patch_columns = 150, rows = 500;
 
 /// A strip of pieces side by side, 150 columns each. `ground` is the true grey of a cell, `shown` what the camera makes
 /// of it for a piece.
-GroundGrid strip_of(std::int32_t pieces, const std::function<double(std::int32_t x, std::int32_t y)>& ground,
-                    const std::function<double(std::int32_t piece, std::int32_t x, double grey)>& shown) {
-  GroundGrid grid(0, 0, 1, pieces * piece_columns, rows);
+GroundGrid strip_of(std::int32_t patches, const std::function<double(std::int32_t x, std::int32_t y)>& ground,
+                    const std::function<double(std::int32_t patch, std::int32_t x, double grey)>& shown) {
+  GroundGrid grid(0, 0, 1, patches * patch_columns, rows);
   for (std::int32_t y = 0; y < rows; ++y) {
     for (std::int32_t x = 0; x < grid.ortho.width; ++x) {
-      const std::int32_t piece = x / piece_columns;
-      const double grey = shown(piece, x % piece_columns, ground(x, y));
+      const std::int32_t patch = x / patch_columns;
+      const double grey = shown(patch, x % patch_columns, ground(x, y));
       grid.ortho.at(x, y) = static_cast<std::uint8_t>(std::lround(std::clamp(grey, 0.0, 255.0)));
-      grid.source.at(x, y) = static_cast<std::uint16_t>(piece + 1);
+      grid.source.at(x, y) = static_cast<std::uint16_t>(patch + 1);
       grid.count.at(x, y) = 1;
     }
   }
@@ -33,22 +33,22 @@ GroundGrid strip_of(std::int32_t pieces, const std::function<double(std::int32_t
 std::map<std::int64_t, Balance> balance_of(const GroundGrid& grid, const std::vector<std::int64_t>& keyframes) {
   Seams seams;
   add_seams(grid, keyframes, 0, seams);
-  std::vector<ShownPiece> shown(keyframes.size());
+  std::vector<ShownPatch> shown(keyframes.size());
   add_shown(grid, 0, shown);
-  std::map<std::int64_t, ShownPiece> pieces;
-  for (std::size_t i = 0; i < keyframes.size(); ++i) pieces[keyframes[i]] = shown[i];
-  return balance_pieces(seams, pieces);
+  std::map<std::int64_t, ShownPatch> patches;
+  for (std::size_t i = 0; i < keyframes.size(); ++i) patches[keyframes[i]] = shown[i];
+  return balance_patches(seams, patches);
 }
 
-std::vector<std::int64_t> ids_of(std::int32_t pieces) {
+std::vector<std::int64_t> ids_of(std::int32_t patches) {
   std::vector<std::int64_t> ids;
-  for (std::int64_t i = 0; i < pieces; ++i) ids.push_back(10 + 3 * i);
+  for (std::int64_t i = 0; i < patches; ++i) ids.push_back(10 + 3 * i);
   return ids;
 }
 
 /// Smoothed noise about 120 with a standard deviation of 25: every piece has the same statistics.
 double texture(std::int32_t x, std::int32_t y) {
-  constexpr std::int32_t columns = 24 * piece_columns, reach = 2;
+  constexpr std::int32_t columns = 24 * patch_columns, reach = 2;
   static const std::vector<double> field = [] {
     std::mt19937 random(5);
     std::vector<double> now(static_cast<std::size_t>(columns) * rows), next(now.size());
@@ -79,16 +79,16 @@ double mean_of(const std::vector<double>& values) {
 TEST(Balance, KnownGainsAndOffsetsOfOneTextureAreFoundToTwoPerCent) {
   const std::vector<Balance> camera = {{1, 0},      {0.62, 30}, {1.3, -40}, {0.8, 70},
                                        {1.15, -10}, {0.7, -20}, {0.95, 15}, {1.25, -60}};
-  const auto pieces = static_cast<std::int32_t>(camera.size());
+  const auto patches = static_cast<std::int32_t>(camera.size());
   // Every piece shows the same ground, every other one mirrored, so that both sides of a seam are alike.
   const auto ground = [](std::int32_t x, std::int32_t y) {
-    const std::int32_t at = x % piece_columns;
-    return texture(x / piece_columns % 2 == 0 ? at : piece_columns - 1 - at, y);
+    const std::int32_t at = x % patch_columns;
+    return texture(x / patch_columns % 2 == 0 ? at : patch_columns - 1 - at, y);
   };
-  const GroundGrid grid = strip_of(pieces, ground, [&](std::int32_t piece, std::int32_t, double grey) {
-    return camera[static_cast<std::size_t>(piece)].of(grey);
+  const GroundGrid grid = strip_of(patches, ground, [&](std::int32_t patch, std::int32_t, double grey) {
+    return camera[static_cast<std::size_t>(patch)].of(grey);
   });
-  const auto balance = balance_of(grid, ids_of(pieces));
+  const auto balance = balance_of(grid, ids_of(patches));
   // What a grey of the ground becomes by camera and balance together: the same line for all pieces.
   std::vector<double> contrasts, darks, brights;
   for (std::size_t i = 0; i < camera.size(); ++i) {
@@ -105,21 +105,21 @@ TEST(Balance, KnownGainsAndOffsetsOfOneTextureAreFoundToTwoPerCent) {
   // No piece is taken for the right one.
   double gains = 0;
   for (const auto& [id, one] : balance) gains += std::log(one.gain);
-  EXPECT_NEAR(gains / pieces, 0, 0.01);
+  EXPECT_NEAR(gains / patches, 0, 0.01);
 }
 
 TEST(Balance, ContrastIsEvenOverTheEighthsOfAStripWhoseExposureFalls) {
-  constexpr std::int32_t pieces = 16;
-  const GroundGrid grid = strip_of(pieces, texture, [](std::int32_t piece, std::int32_t, double grey) {
-    return std::exp(-std::log(2.7) * piece / (pieces - 1)) * grey;
+  constexpr std::int32_t patches = 16;
+  const GroundGrid grid = strip_of(patches, texture, [](std::int32_t patch, std::int32_t, double grey) {
+    return std::exp(-std::log(2.7) * patch / (patches - 1)) * grey;
   });
-  const auto ids = ids_of(pieces);
+  const auto ids = ids_of(patches);
   const auto balance = balance_of(grid, ids);
   std::vector<double> contrasts;
   for (std::int32_t eighth = 0; eighth < 8; ++eighth) {
     double sum = 0, squares = 0, cells = 0;
     for (std::int32_t y = 0; y < rows; ++y) {
-      for (std::int32_t x = eighth * 2 * piece_columns; x < (eighth + 1) * 2 * piece_columns; ++x) {
+      for (std::int32_t x = eighth * 2 * patch_columns; x < (eighth + 1) * 2 * patch_columns; ++x) {
         const double grey = balance.at(ids[grid.source.at(x, y) - 1U]).of(grid.ortho.at(x, y));
         sum += grey;
         squares += grey * grey;
@@ -133,8 +133,8 @@ TEST(Balance, ContrastIsEvenOverTheEighthsOfAStripWhoseExposureFalls) {
 }
 
 TEST(Balance, TheOrderOfIdsAndOfPiecesMakesNoDifference) {
-  const GroundGrid grid = strip_of(3, texture, [](std::int32_t piece, std::int32_t, double grey) {
-    return Balance{1.0 - 0.2 * piece, 10.0 * piece}.of(grey);
+  const GroundGrid grid = strip_of(3, texture, [](std::int32_t patch, std::int32_t, double grey) {
+    return Balance{1.0 - 0.2 * patch, 10.0 * patch}.of(grey);
   });
   const auto rising = balance_of(grid, {1, 2, 3}), falling = balance_of(grid, {9, 7, 4});
   EXPECT_NEAR(rising.at(1).gain, falling.at(9).gain, 1e-9);
@@ -142,13 +142,13 @@ TEST(Balance, TheOrderOfIdsAndOfPiecesMakesNoDifference) {
 }
 
 TEST(Balance, BrightnessDoesNotDriftAlongAStripWhoseImagesAreDarkerAtOneEdge) {
-  constexpr std::int32_t pieces = 24;
-  const GroundGrid grid = strip_of(pieces, texture, [](std::int32_t piece, std::int32_t x, double grey) {
-    return (1 + 0.3 * std::sin(0.4 * piece)) * (1 - 0.06 * x / (piece_columns - 1)) * grey;
+  constexpr std::int32_t patches = 24;
+  const GroundGrid grid = strip_of(patches, texture, [](std::int32_t patch, std::int32_t x, double grey) {
+    return (1 + 0.3 * std::sin(0.4 * patch)) * (1 - 0.06 * x / (patch_columns - 1)) * grey;
   });
-  const auto ids = ids_of(pieces);
+  const auto ids = ids_of(patches);
   const auto balance = balance_of(grid, ids);
-  std::vector<ShownPiece> shown(ids.size());
+  std::vector<ShownPatch> shown(ids.size());
   add_shown(grid, 0, shown);
   std::vector<double> means;
   for (std::size_t i = 0; i < ids.size(); ++i)
@@ -161,10 +161,10 @@ TEST(Balance, BrightnessDoesNotDriftAlongAStripWhoseImagesAreDarkerAtOneEdge) {
 }
 
 TEST(Balance, BrightGroundBesideDarkGroundStaysBright) {
-  constexpr std::int32_t pieces = 12, change = piece_columns * 13 / 2;
+  constexpr std::int32_t patches = 12, change = patch_columns * 13 / 2;
   const auto fields = [](std::int32_t x, std::int32_t y) { return texture(x, y) * (x < change ? 0.7 : 1.2); };
-  const GroundGrid grid = strip_of(pieces, fields, [](std::int32_t, std::int32_t, double grey) { return grey; });
-  const auto ids = ids_of(pieces);
+  const GroundGrid grid = strip_of(patches, fields, [](std::int32_t, std::int32_t, double grey) { return grey; });
+  const auto ids = ids_of(patches);
   const auto balance = balance_of(grid, ids);
   const double dark = balance.at(ids[5]).of(0.7 * 120), bright = balance.at(ids[7]).of(1.2 * 120);
   EXPECT_GT(bright - dark, 0.5 * 0.5 * 120);
@@ -173,10 +173,10 @@ TEST(Balance, BrightGroundBesideDarkGroundStaysBright) {
 TEST(Balance, AKeyframeAtTheEndOfALongStripDoesNotChangeItsBeginning) {
   const auto balance_with = [](std::int64_t keyframes) {
     Seams seams;
-    std::map<std::int64_t, ShownPiece> pieces;
+    std::map<std::int64_t, ShownPatch> patches;
     for (std::int64_t id = 1; id <= keyframes; ++id) {
       const auto grey = static_cast<std::uint64_t>(93 + 13 * (id % 5));
-      pieces[id] = {1000, 1000 * grey, 1000, static_cast<std::uint64_t>(9000 + 2000 * (id % 3))};
+      patches[id] = {1000, 1000 * grey, 1000, static_cast<std::uint64_t>(9000 + 2000 * (id % 3))};
       if (id == 1) continue;
       SeamGreys& greys = seams[{id - 1, id}];
       for (std::int64_t k = 0; k < 40; ++k) {
@@ -184,7 +184,7 @@ TEST(Balance, AKeyframeAtTheEndOfALongStripDoesNotChangeItsBeginning) {
         greys.second.add(static_cast<std::uint8_t>(70 + 13 * (id % 5) + id % 3 + k), 10);
       }
     }
-    return balance_pieces(seams, pieces);
+    return balance_patches(seams, patches);
   };
   for (const std::int64_t keyframes : {200, 500}) {
     const auto before = balance_with(keyframes), after = balance_with(keyframes + 1);
@@ -199,7 +199,7 @@ TEST(Balance, AKeyframeAtTheEndOfALongStripDoesNotChangeItsBeginning) {
 TEST(Balance, SmoothGroundIsNotMadeIntoNoise) {
   // A lake in the middle: no contrast but the noise of its pixels.
   const auto ground = [](std::int32_t x, std::int32_t y) {
-    const bool lake = x >= 3 * piece_columns && x < 5 * piece_columns;
+    const bool lake = x >= 3 * patch_columns && x < 5 * patch_columns;
     return lake ? 100.0 + (x * 7 + y * 13) % 3 - 1 : texture(x, y);
   };
   const GroundGrid grid = strip_of(8, ground, [](std::int32_t, std::int32_t, double grey) { return grey; });
@@ -210,7 +210,7 @@ TEST(Balance, SmoothGroundIsNotMadeIntoNoise) {
   for (const auto& [id, one] :
        balance_of(strip_of(
                       2, [](std::int32_t, std::int32_t) { return 80.0; },
-                      [](std::int32_t piece, std::int32_t, double grey) { return grey + 40 * piece; }),
+                      [](std::int32_t patch, std::int32_t, double grey) { return grey + 40 * patch; }),
                   {1, 2})) {
     EXPECT_NEAR(one.gain, 1, 1e-6);
     EXPECT_NEAR(one.of(id == 1 ? 80 : 120), 100, 1) << "without any contrast there is still one brightness";
@@ -219,12 +219,12 @@ TEST(Balance, SmoothGroundIsNotMadeIntoNoise) {
 
 TEST(Balance, ACloudOverHalfOfOneSeamDoesNotTakeTheOthersAlong) {
   // Over half of the rows of piece 4, a cloud that nobody else sees.
-  constexpr std::int32_t pieces = 9;
-  GroundGrid grid = strip_of(pieces, texture, [](std::int32_t, std::int32_t, double grey) { return grey; });
+  constexpr std::int32_t patches = 9;
+  GroundGrid grid = strip_of(patches, texture, [](std::int32_t, std::int32_t, double grey) { return grey; });
   for (std::int32_t y = 0; y < rows / 2; ++y) {
-    for (std::int32_t x = 4 * piece_columns; x < 5 * piece_columns; ++x) grid.ortho.at(x, y) = 245;
+    for (std::int32_t x = 4 * patch_columns; x < 5 * patch_columns; ++x) grid.ortho.at(x, y) = 245;
   }
-  const auto ids = ids_of(pieces);
+  const auto ids = ids_of(patches);
   const auto balance = balance_of(grid, ids);
   for (const std::size_t i : {0U, 1U, 2U, 6U, 7U, 8U}) {
     EXPECT_NEAR(balance.at(ids[i]).gain / balance.at(ids[0]).gain, 1, 0.1) << i;
@@ -233,12 +233,12 @@ TEST(Balance, ACloudOverHalfOfOneSeamDoesNotTakeTheOthersAlong) {
 }
 
 TEST(Balance, ASeamWithACloudOnOneSideDoesNotChangeTheContrastOfTheOthers) {
-  constexpr std::int32_t pieces = 9;
-  GroundGrid grid = strip_of(pieces, texture, [](std::int32_t, std::int32_t, double grey) { return grey; });
+  constexpr std::int32_t patches = 9;
+  GroundGrid grid = strip_of(patches, texture, [](std::int32_t, std::int32_t, double grey) { return grey; });
   for (std::int32_t y = 0; y < rows / 2; ++y) {
-    for (std::int32_t x = 4 * piece_columns; x < 4 * piece_columns + piece_columns / 2; ++x) grid.ortho.at(x, y) = 245;
+    for (std::int32_t x = 4 * patch_columns; x < 4 * patch_columns + patch_columns / 2; ++x) grid.ortho.at(x, y) = 245;
   }
-  const auto ids = ids_of(pieces);
+  const auto ids = ids_of(patches);
   const auto balance = balance_of(grid, ids);
   for (const std::size_t i : {0U, 1U, 2U, 6U, 7U, 8U})
     EXPECT_NEAR(balance.at(ids[i]).gain / balance.at(ids[0]).gain, 1, 0.1) << i;
@@ -246,7 +246,7 @@ TEST(Balance, ASeamWithACloudOnOneSideDoesNotChangeTheContrastOfTheOthers) {
 
 TEST(Balance, BlackAndWhiteCellsAndShortSeamsSayNothing) {
   GroundGrid grid = strip_of(
-      2, texture, [](std::int32_t piece, std::int32_t, double grey) { return piece == 0 ? grey : 0.5 * grey; });
+      2, texture, [](std::int32_t patch, std::int32_t, double grey) { return patch == 0 ? grey : 0.5 * grey; });
   Seams all, none;
   add_seams(grid, {1, 2}, 0, all);
   ASSERT_EQ(all.size(), 1U);
@@ -259,8 +259,8 @@ TEST(Balance, BlackAndWhiteCellsAndShortSeamsSayNothing) {
     SeamGreys greys;
     greys.first.add(100, cells);
     greys.second.add(140, cells);
-    const ShownPiece piece{1000, 120000, 0, 0};
-    return balance_pieces({{{1, 2}, greys}}, {{1, piece}, {2, piece}}).at(1).offset;
+    const ShownPatch patch{1000, 120000, 0, 0};
+    return balance_patches({{{1, 2}, greys}}, {{1, patch}, {2, patch}}).at(1).offset;
   };
   EXPECT_NEAR(offset_of(19), 0, 1e-9);
   EXPECT_GT(offset_of(20), 5);

@@ -18,11 +18,11 @@ double ground(std::int32_t x, std::int32_t y) {
 
 /// Rolling ground, measured by two pieces that meet at column 100: with noise, the second one with an offset, and the
 /// last cells of both err twice as much.
-struct TwoPieces {
+struct TwoPatches {
   host::Raster<float> values{side, side}, sigma{side, side};
   host::Raster<std::uint16_t> source{side, side};
 
-  TwoPieces(double offset, float sigma_of_second) {
+  TwoPatches(double offset, float sigma_of_second) {
     std::mt19937 random(7);
     std::normal_distribution<double> noise(0, 0.05);
     for (std::int32_t y = 0; y < side; ++y) {
@@ -54,40 +54,40 @@ struct TwoPieces {
 };
 
 TEST(Blend, ABorderIsAsSmoothAsTheRestAndNoFurtherFromTheGround) {
-  TwoPieces pieces(1, 0.2F);
-  EXPECT_GT(pieces.roughness().ratio(), 3);
+  TwoPatches patches(1, 0.2F);
+  EXPECT_GT(patches.roughness().ratio(), 3);
   // Which piece is right nobody knows: the middle between both is the best guess about the border.
-  const double before = pieces.error(border - 20, border + 20, 0.5);
-  blend_pieces(pieces.source, pieces.sigma, 0.2F, {}, pieces.values);
-  EXPECT_LT(pieces.roughness().ratio(), 1.1);
-  EXPECT_LT(pieces.error(border - 20, border + 20, 0.5), before);
-  EXPECT_LT(pieces.error(border - 2, border + 2, 0.5), 0.15);
+  const double before = patches.error(border - 20, border + 20, 0.5);
+  blend_patches(patches.source, patches.sigma, 0.2F, {}, patches.values);
+  EXPECT_LT(patches.roughness().ratio(), 1.1);
+  EXPECT_LT(patches.error(border - 20, border + 20, 0.5), before);
+  EXPECT_LT(patches.error(border - 2, border + 2, 0.5), 0.15);
 }
 
 TEST(Blend, PiecesKeepTheirOwnHeightsFarFromTheBorderAndTheBetterOneBendsLess) {
-  TwoPieces pieces(1, 0.6F);
-  const host::Raster<float> before = pieces.values;
-  blend_pieces(pieces.source, pieces.sigma, 0.2F, {}, pieces.values);
+  TwoPatches patches(1, 0.6F);
+  const host::Raster<float> before = patches.values;
+  blend_patches(patches.source, patches.sigma, 0.2F, {}, patches.values);
   double first = 0, second = 0;
   for (std::int32_t y = 20; y < side - 20; ++y) {
-    first += pieces.values.at(border - 5, y) - before.at(border - 5, y);
-    second += before.at(border + 4, y) - pieces.values.at(border + 4, y);
-    ASSERT_EQ(pieces.values.at(border - blend_reach_cells - 2, y), before.at(border - blend_reach_cells - 2, y));
-    ASSERT_EQ(pieces.values.at(border + blend_reach_cells + 2, y), before.at(border + blend_reach_cells + 2, y));
+    first += patches.values.at(border - 5, y) - before.at(border - 5, y);
+    second += before.at(border + 4, y) - patches.values.at(border + 4, y);
+    ASSERT_EQ(patches.values.at(border - blend_reach_cells - 2, y), before.at(border - blend_reach_cells - 2, y));
+    ASSERT_EQ(patches.values.at(border + blend_reach_cells + 2, y), before.at(border + blend_reach_cells + 2, y));
   }
   EXPECT_GT(first, 0);
   EXPECT_GT(second, 2 * first);
 }
 
 TEST(Blend, APartOfTheMapWithItsMarginIsBlendedAsTheWhole) {
-  TwoPieces whole(1, 0.3F);
+  TwoPatches whole(1, 0.3F);
   constexpr std::int32_t left = 90, top = 60, size = 40, with_margin = size + 2 * blend_reach_cells;
   const auto part = [&](const auto& raster) {
     return host::part_of(raster, left - blend_reach_cells, top - blend_reach_cells, with_margin, with_margin);
   };
   host::Raster<float> values = part(whole.values);
-  blend_pieces(part(whole.source), part(whole.sigma), 0.2F, {}, values);
-  blend_pieces(whole.source, whole.sigma, 0.2F, {}, whole.values);
+  blend_patches(part(whole.source), part(whole.sigma), 0.2F, {}, values);
+  blend_patches(whole.source, whole.sigma, 0.2F, {}, whole.values);
   for (std::int32_t y = 0; y < size; ++y) {
     for (std::int32_t x = 0; x < size; ++x) {
       ASSERT_NEAR(values.at(blend_reach_cells + x, blend_reach_cells + y), whole.values.at(left + x, top + y), 0.01);
@@ -96,22 +96,22 @@ TEST(Blend, APartOfTheMapWithItsMarginIsBlendedAsTheWhole) {
 }
 
 TEST(Blend, OnePieceAndEmptyGroundStayAsTheyAre) {
-  TwoPieces pieces(0, 0.2F);
-  for (auto& s : pieces.source.samples) s = s == 2 ? 0 : 1;
-  const host::Raster<float> before = pieces.values;
-  blend_pieces(pieces.source, pieces.sigma, 0.2F, {}, pieces.values);
-  EXPECT_EQ(pieces.values.samples, before.samples);
-  EXPECT_EQ(pieces.roughness().ratio(), 0) << "there is no border";
+  TwoPatches patches(0, 0.2F);
+  for (auto& s : patches.source.samples) s = s == 2 ? 0 : 1;
+  const host::Raster<float> before = patches.values;
+  blend_patches(patches.source, patches.sigma, 0.2F, {}, patches.values);
+  EXPECT_EQ(patches.values.samples, before.samples);
+  EXPECT_EQ(patches.roughness().ratio(), 0) << "there is no border";
 }
 
 TEST(SeamMeasure, AStepBetweenPiecesIsMeasuredByItsHeight) {
-  TwoPieces pieces(0, 0.2F);
+  TwoPatches patches(0, 0.2F);
   for (std::int32_t y = 0; y < side; ++y) {
     for (std::int32_t x = 0; x < side; ++x)
-      pieces.values.at(x, y) = x >= border ? 3.0F : 0.1F * static_cast<float>(x % 2);
+      patches.values.at(x, y) = x >= border ? 3.0F : 0.1F * static_cast<float>(x % 2);
   }
   // Along a row four of five samples have the border in reach, and two of them the step.
-  const Roughness roughness = pieces.roughness();
+  const Roughness roughness = patches.roughness();
   EXPECT_EQ(roughness.border_samples, 4U * side);
   EXPECT_NEAR(roughness.border, std::sqrt((0.2 * 0.2 + 2.8 * 2.8 + 2.9 * 2.9) / 4), 1e-6);
   EXPECT_LT(roughness.other, 0.2);

@@ -59,9 +59,9 @@ class LaidGroundTest : public testing::Test {
 
   [[nodiscard]] MapTile painted(std::int32_t column, std::int32_t row) {
     PixelRays rays;
-    const TilePiece piece{7, std::make_shared<const SurfaceMesh>(keyframe_surface(keyframe_, keyframe_, {}, rays)),
+    const TilePatch patch{7, std::make_shared<const SurfaceMesh>(keyframe_surface(keyframe_, keyframe_, {}, rays)),
                           std::make_shared<const SurfaceMesh>(laid_surface(keyframe_, keyframe_, rays))};
-    return finish_tile(paint_tile({column, row}, cell, {piece}).cells, {Balance{}}, cell);
+    return finish_tile(paint_tile({column, row}, cell, {patch}).cells, {Balance{}}, cell);
   }
 
   intake::Keyframe keyframe_;
@@ -112,9 +112,9 @@ TEST_F(LaidGroundTest, NothingIsLaidWithoutAnImageOrWithoutAHole) {
 
 TEST_F(LaidGroundTest, IsBalancedAsItsKeyframeIsAndKeptInTheBytesOfATile) {
   PixelRays rays;
-  const TilePiece piece{7, std::make_shared<const SurfaceMesh>(keyframe_surface(keyframe_, keyframe_, {}, rays)),
+  const TilePatch patch{7, std::make_shared<const SurfaceMesh>(keyframe_surface(keyframe_, keyframe_, {}, rays)),
                         std::make_shared<const SurfaceMesh>(laid_surface(keyframe_, keyframe_, rays))};
-  const SurfaceTile tile = paint_tile({-1, -1}, cell, {piece});
+  const SurfaceTile tile = paint_tile({-1, -1}, cell, {patch});
   const auto read = cells_from(bytes_of(tile.cells), painted_side_cells);
   ASSERT_TRUE(read);
   EXPECT_EQ(read->laid.grey.samples, tile.cells.laid.grey.samples);

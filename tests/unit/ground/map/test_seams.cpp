@@ -16,7 +16,7 @@ constexpr std::int32_t height = 60;
 constexpr std::int32_t gap = 40;  ///< first empty column
 
 /// Level ground that rises to the east; the second keyframe was exposed half as long.
-GroundGrid two_pieces(std::int32_t gap_columns) {
+GroundGrid two_patches(std::int32_t gap_columns) {
   GroundGrid grid;
   grid.cell = 0.5;
   grid.height = host::Raster<float>(width, height, std::numeric_limits<float>::quiet_NaN());
@@ -38,7 +38,7 @@ GroundGrid two_pieces(std::int32_t gap_columns) {
 
 TEST(Seams, TwoPiecesAreOneSurfaceOnceTheGapIsClosed) {
   constexpr std::size_t whole = 2 * (width - 1) * (height - 1);
-  GroundGrid grid = two_pieces(2);
+  GroundGrid grid = two_patches(2);
   EXPECT_EQ(grid_surface(grid, 1, {}).faces.size(), whole - 2 * 3 * (height - 1));
   close_seams(grid);
   const SurfaceMesh surface = grid_surface(grid, 1, {});
@@ -48,7 +48,7 @@ TEST(Seams, TwoPiecesAreOneSurfaceOnceTheGapIsClosed) {
 }
 
 TEST(Seams, AWallIsNotPartOfTheSurfaceAndTheStrideBoundsTheVertices) {
-  GroundGrid grid = two_pieces(0);
+  GroundGrid grid = two_patches(0);
   for (std::int32_t y = 0; y < height; ++y) {
     for (std::int32_t x = gap; x < width; ++x) grid.height.at(x, y) += 3;  // over half a unit: 6 times as high as far
   }
@@ -63,7 +63,7 @@ TEST(Seams, AWallIsNotPartOfTheSurfaceAndTheStrideBoundsTheVertices) {
 
 TEST(Seams, ANarrowGapBetweenPiecesIsClosedOnTheLineBetweenThem) {
   for (const std::int32_t columns : {1, 2}) {
-    GroundGrid grid = two_pieces(columns);
+    GroundGrid grid = two_patches(columns);
     close_seams(grid);
     for (std::int32_t x = gap; x < gap + columns; ++x) {
       EXPECT_NEAR(grid.height.at(x, 30), 0.1 * x, 1e-5);
@@ -74,17 +74,17 @@ TEST(Seams, ANarrowGapBetweenPiecesIsClosedOnTheLineBetweenThem) {
 }
 
 TEST(Seams, WideGapsHolesInsideAPieceAndCliffsStay) {
-  GroundGrid wide = two_pieces(5);
+  GroundGrid wide = two_patches(5);
   close_seams(wide);
   EXPECT_FALSE(std::isfinite(wide.height.at(gap + 2, 30)));
 
-  GroundGrid hole = two_pieces(1);
+  GroundGrid hole = two_patches(1);
   hole.source.at(20, 20) = 0;
   hole.height.at(20, 20) = std::numeric_limits<float>::quiet_NaN();
   close_seams(hole);
   EXPECT_FALSE(std::isfinite(hole.height.at(20, 20)));
 
-  GroundGrid cliff = two_pieces(1);
+  GroundGrid cliff = two_patches(1);
   for (std::int32_t y = 0; y < height; ++y) {
     for (std::int32_t x = gap + 1; x < width; ++x) cliff.height.at(x, y) += 30;
   }
@@ -93,7 +93,7 @@ TEST(Seams, WideGapsHolesInsideAPieceAndCliffsStay) {
 }
 
 TEST(Seams, AMapOfOnePieceStaysAsItIs) {
-  GroundGrid grid = two_pieces(1);
+  GroundGrid grid = two_patches(1);
   for (std::uint16_t& s : grid.source.samples) s = s == 0 ? 0 : 1;
   const GroundGrid before = grid;
   close_seams(grid);

@@ -24,8 +24,8 @@ class StripMapTest : public testing::Test {
     PixelRays rays;
     for (const std::int64_t id : strip_.keyframes) {
       const intake::Keyframe& keyframe = flight_.keyframes.at(id);
-      const KeyframeLook look = look_at(keyframe, intake::decode_products(keyframe).rasters, 1, rays);
-      views_[id] = {keyframe_digest(keyframe), look.ground_step, look.bounds};
+      const KeyframeQuickLook quick_look = quick_look_at(keyframe, intake::decode_products(keyframe).rasters, 1, rays);
+      views_[id] = {keyframe_digest(keyframe), quick_look.ground_step, quick_look.bounds};
     }
   }
 
@@ -101,7 +101,7 @@ TEST_F(StripMapTest, MemoryAndThreadsDoNotShowInTheResult) {
   intake::MemoryTileCache cache, other;
   const auto map = merge(cache);
   MapParams small;
-  small.piece_bytes = 1;
+  small.chunk_bytes = 1;
   small.threads = 1;
   const auto again = merge(other, small);
   ASSERT_TRUE(map && again);

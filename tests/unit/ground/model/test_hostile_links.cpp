@@ -26,7 +26,7 @@ class SentLinks : public NoisyFlight {
     link(1, 8);
     link(4, 5);
   }
-  [[nodiscard]] LinkRecord sound(std::int64_t place, std::int64_t newer, std::int64_t number) {
+  [[nodiscard]] LinkRecord valid(std::int64_t place, std::int64_t newer, std::int64_t number) {
     link(place, newer);
     LinkRecord record = flight_.links.back();
     points_of_[link_id(newer, number)] = flight_.link_points[record.id];
@@ -69,7 +69,7 @@ std::string remark_about(const intake::Flight& flight, const std::string& what) 
 TEST(HostileLinks, WhatNoFlightMakesIsLeftOutByName) {
   SentLinks flight;
   const auto changed = [&](std::int64_t number, auto change) {
-    LinkRecord record = flight.sound(2, 7, number);
+    LinkRecord record = flight.valid(2, 7, number);
     change(record);
     flight.send(record);
     return "link " + std::to_string(record.id);
@@ -90,10 +90,10 @@ TEST(HostileLinks, WhatNoFlightMakesIsLeftOutByName) {
   wanted[changed(11, [](LinkRecord& link) { link.keyframe_from_place_px[8] = infinite; })] =
       "one of its values is no number";
   wanted[changed(12, [](LinkRecord& link) { link.covariance[27] = -infinite; })] = "one of its values is no number";
-  const LinkRecord many = flight.sound(2, 7, 13);
+  const LinkRecord many = flight.valid(2, 7, 13);
   flight.send(many, std::vector<std::uint8_t>(8 * (limits::max_link_points + 1)));
   wanted["link " + std::to_string(many.id)] = "no link has 129 points";
-  const LinkRecord uneven = flight.sound(2, 7, 14);
+  const LinkRecord uneven = flight.valid(2, 7, 14);
   flight.send(uneven, std::vector<std::uint8_t>(12));
   wanted["link " + std::to_string(uneven.id)] = "no link has 1 point";
   for (const std::int64_t to : {2, 3, 0}) {
@@ -115,9 +115,9 @@ TEST(HostileLinks, WhatNoFlightMakesIsLeftOutByName) {
 
 TEST(HostileLinks, ThousandsAreBoundedAndCounted) {
   SentLinks flight;
-  const LinkRecord sound = flight.sound(2, 7, 0);
+  const LinkRecord valid = flight.valid(2, 7, 0);
   for (std::int64_t id = 1; id <= 5000; ++id) {
-    LinkRecord record = sound;
+    LinkRecord record = valid;
     record.id = id;
     flight.send(record);
     TieRecord tie;
@@ -134,7 +134,7 @@ TEST(HostileLinks, ThousandsAreBoundedAndCounted) {
 }
 
 /// What join_strips promises, whatever the links say.
-void expect_sound(const intake::Flight& flight, const JoinedFlight& joined) {
+void expect_valid(const intake::Flight& flight, const JoinedFlight& joined) {
   std::set<std::int64_t> members;
   for (const JoinedModel& model : joined.models) {
     EXPECT_GE(model.members.size(), 2U);
@@ -214,7 +214,7 @@ class LyingFlight : public NoisyFlight {
     std::sort(flight_.ties.begin(), flight_.ties.end(),
               [](const TieRecord& a, const TieRecord& b) { return a.id < b.id; });
     const JoinedFlight joined = join();
-    expect_sound(flight_, joined);
+    expect_valid(flight_, joined);
   }
 };
 
@@ -255,7 +255,7 @@ class Contradictions : public NoisyFlight {
       }
     }
     const JoinedFlight joined = join();
-    expect_sound(flight_, joined);
+    expect_valid(flight_, joined);
     // No strip moved by more than what its own true points allow.
     EXPECT_LT(position_error(Similarity{}, {1, 2, 3, 4, 5, 6, 7, 8}), 0.05);
   }

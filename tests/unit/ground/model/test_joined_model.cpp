@@ -84,7 +84,7 @@ TEST_F(JoinedModelTest, AKeyframeWithoutAPoseGetsOne) {
 }
 
 // Its points with the other keyframe do not tell how far apart the two are, but the depths there do.
-TEST_F(JoinedModelTest, AKeyframeThatSharesPointsWithOneOtherOnlyHangsAtIt) {
+TEST_F(JoinedModelTest, AKeyframeThatSharesPointsWithOneOtherOnlyIsAttachedToIt) {
   fly_two_lanes();
   see_without_pose(11, looking_down(5, -2.5, 1));
   link(2, 11);
@@ -92,8 +92,8 @@ TEST_F(JoinedModelTest, AKeyframeThatSharesPointsWithOneOtherOnlyHangsAtIt) {
   const JoinedFlight joined = join();
   ASSERT_EQ(joined.models.size(), 1U);
   ASSERT_EQ(joined.models[0].members.size(), 11U);
-  EXPECT_EQ(joined.models[0].members.back().hangs_at, 2);
-  EXPECT_EQ(joined.models[0].members.front().hangs_at, 0);
+  EXPECT_EQ(joined.models[0].members.back().attached_to, 2);
+  EXPECT_EQ(joined.models[0].members.front().attached_to, 0);
   ASSERT_TRUE(flight_.keyframes[11].posed());
   EXPECT_LT(position_error(Similarity{}, {11}), 0.01);
   EXPECT_TRUE(joined.apart.empty());
@@ -308,7 +308,7 @@ TEST(JoinedModelErrors, OfBentImagesAreStatedInSubMaps) {
 
 // The ground that it shares with the end of the lane lies outside all other images, and is not as flat as the plane
 // that continues the depths there.
-TEST(JoinedModelErrors, OfAKeyframeThatHangsAtAnotherAreStated) {
+TEST(JoinedModelErrors, OfAKeyframeAttachedToOneOtherAreStated) {
   constexpr int flights = 12;
   int within_one = 0, within_three = 0;
   double stated = 0, measured = 0;
@@ -324,7 +324,7 @@ TEST(JoinedModelErrors, OfAKeyframeThatHangsAtAnotherAreStated) {
     const JoinedFlight joined = flight.join();
     ASSERT_EQ(joined.models.size(), 1U);
     ASSERT_EQ(joined.models[0].members.size(), 11U) << i;
-    ASSERT_EQ(joined.models[0].members.back().hangs_at, 1);
+    ASSERT_EQ(joined.models[0].members.back().attached_to, 1);
     const PoseRecord& pose = *flight.flight_.keyframes[11].pose;
     const double sigma = std::hypot(pose.sigma[0], pose.sigma[1], pose.sigma[2]),
                  error = flying_height * flight.position_error(Similarity{}, {11});

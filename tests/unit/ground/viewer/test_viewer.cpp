@@ -86,11 +86,11 @@ TEST_F(ViewerTest, AStripSaysHowWellTheVehicleKnowsWhereItIs) {
 
 TEST_F(ViewerTest, HeightsAreTheCellsOfTheGrid) {
   const map::GroundGrid& grid = *report_->strips[0].grid;
-  const json& told = data_["strips"][0]["grid"];
-  const auto cover = array_of<std::uint8_t>(told["cover"]);
-  const auto heights = array_of<float>(told["heights"]);
-  const auto source = array_of<std::uint16_t>(told["source"]);
-  const std::int32_t width = told["width"], height = told["height"], stride = told["stride"];
+  const json& reported = data_["strips"][0]["grid"];
+  const auto cover = array_of<std::uint8_t>(reported["cover"]);
+  const auto heights = array_of<float>(reported["heights"]);
+  const auto source = array_of<std::uint16_t>(reported["source"]);
+  const std::int32_t width = reported["width"], height = reported["height"], stride = reported["stride"];
   std::size_t next = 0;
   for (std::int32_t y = 0; y < height; ++y) {
     for (std::int32_t x = 0; x < width; ++x) {
@@ -105,7 +105,7 @@ TEST_F(ViewerTest, HeightsAreTheCellsOfTheGrid) {
   }
   EXPECT_EQ(next, heights.size());
   EXPECT_GT(next, 1000U);
-  EXPECT_DOUBLE_EQ(told["cell"].get<double>(), grid.cell * stride);
+  EXPECT_DOUBLE_EQ(reported["cell"].get<double>(), grid.cell * stride);
 }
 
 TEST_F(ViewerTest, TheSurfaceKeepsToItsBudget) {

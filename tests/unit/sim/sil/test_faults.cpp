@@ -157,9 +157,9 @@ TEST(PowerCut, CutsAreSpreadOverTheFlightInOrder) {
 
 TEST(PowerCut, AFileThatIsNotOursIsRefused) {
   const test::TemporaryFolder folder;
-  EXPECT_EQ(read_past_lives(std::filesystem::path(folder / "")).clock_ns, 0);
+  EXPECT_EQ(read_past_boots(std::filesystem::path(folder / "")).clock_ns, 0);
   std::ofstream(folder / "power.json") << "{\"clock_ns\": 3}";
-  EXPECT_THROW(static_cast<void>(read_past_lives(std::filesystem::path(folder / ""))), std::runtime_error);
+  EXPECT_THROW(static_cast<void>(read_past_boots(std::filesystem::path(folder / ""))), std::runtime_error);
 }
 
 TEST(StallGuard, OnlyRecordsOfTheFlightAreProgress) {

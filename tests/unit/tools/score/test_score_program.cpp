@@ -163,7 +163,7 @@ TEST_F(ScoreProgram, EveryLabelIsToldInFullWithItsValueBehindIt) {
   const ProgramRun run = score();
   ASSERT_EQ(run.status, 0) << run.output;
   const nlohmann::json summary = result()["summary"];
-  std::size_t told = 0;
+  std::size_t reported = 0;
   for (const host::Metric& metric : host::metrics()) {
     if (*metric.group == '\0' || !summary.contains(metric.key)) continue;
     const std::size_t at = ("\n" + run.output).find("\n" + std::string(metric.label) + " ");
@@ -172,9 +172,9 @@ TEST_F(ScoreProgram, EveryLabelIsToldInFullWithItsValueBehindIt) {
     EXPECT_TRUE(run.output[value] == '-' || std::isdigit(static_cast<unsigned char>(run.output[value])) != 0)
         << metric.label << "\n"
         << run.output;
-    ++told;
+    ++reported;
   }
-  EXPECT_GT(told, 20U);
+  EXPECT_GT(reported, 20U);
 }
 
 TEST_F(ScoreProgram, ErrorsAreInPercentOfTheStripsTrueLength) {

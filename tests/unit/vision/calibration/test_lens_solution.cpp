@@ -203,14 +203,14 @@ TEST_F(LensSolutionTest, AnErrorOfTheMotionIsNoErrorOfTheLens) {
   CameraModel lens = corrected(SyntheticFlight(centred_scene_of(4501)).camera, {0, 0, 0, -0.08, 0.01});
   lens.readout_s = 0.03;
   for (unsigned seed = 4501; seed <= 4531; seed += 10) {
-    const MotionError told{.error = 20, .sigma = 20}, untold{.error = 20};
-    const CameraCheck fits = judge(evidence_of_rows(seed, lens, lens, lens, *workspace_, told), lens, params);
+    const MotionError reported{.error = 20, .sigma = 20}, untold{.error = 20};
+    const CameraCheck fits = judge(evidence_of_rows(seed, lens, lens, lens, *workspace_, reported), lens, params);
     EXPECT_EQ(fits.verdict, CameraCheckVerdict::fits) << seed << " " << fits.statistic << " " << fits.spread;
     const CameraCheck accused = judge(evidence_of_rows(seed, lens, lens, lens, *workspace_, untold), lens, params);
     EXPECT_NE(accused.verdict, CameraCheckVerdict::fits) << seed;
     CameraModel wrong = lens;
     wrong.k1 += 0.03;
-    const CameraCheck noticed = judge(evidence_of_rows(seed, lens, wrong, wrong, *workspace_, told), wrong, params);
+    const CameraCheck noticed = judge(evidence_of_rows(seed, lens, wrong, wrong, *workspace_, reported), wrong, params);
     EXPECT_EQ(noticed.verdict, CameraCheckVerdict::contradicts) << seed << " " << noticed.statistic;
   }
 }

@@ -98,20 +98,20 @@ TEST(Camera, ValidateNamesTheFault) {
 
 TEST(Camera, AnImprobableOneIsDoubted) {
   CameraModel camera = camera_of_field(640, 480, 1.05);
-  EXPECT_EQ(doubt_about(camera), CameraDoubt::none);
+  EXPECT_EQ(suspicion_about(camera), CameraSuspicion::none);
   CameraModel off = camera;
   off.fx = off.fy = 0.1 * camera.fx;
-  EXPECT_EQ(doubt_about(off), CameraDoubt::field_of_view);
+  EXPECT_EQ(suspicion_about(off), CameraSuspicion::field_of_view);
   off.fx = off.fy = 30 * camera.fx;
-  EXPECT_EQ(doubt_about(off), CameraDoubt::field_of_view);
+  EXPECT_EQ(suspicion_about(off), CameraSuspicion::field_of_view);
   for (const double field : {0.06, 0.2, 2.2})
-    EXPECT_EQ(doubt_about(camera_of_field(640, 480, field)), CameraDoubt::none);
+    EXPECT_EQ(suspicion_about(camera_of_field(640, 480, field)), CameraSuspicion::none);
   off = camera;
   off.cx = 2 * camera.cx;  // of an image of twice the size
-  EXPECT_EQ(doubt_about(off), CameraDoubt::principal_point);
+  EXPECT_EQ(suspicion_about(off), CameraSuspicion::principal_point);
   off = camera;
   off.cy = 0.3 * camera.height;
-  EXPECT_EQ(doubt_about(off), CameraDoubt::principal_point);
+  EXPECT_EQ(suspicion_about(off), CameraSuspicion::principal_point);
 }
 
 }  // namespace

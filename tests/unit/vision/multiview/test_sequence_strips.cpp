@@ -16,14 +16,14 @@ namespace {
 
 struct RecordedStrip {
   const char* folder;
-  std::size_t pieces;    ///< contiguous strips: where the overlap is below what resection can bridge, a new one begins
+  std::size_t segments;  ///< contiguous strips: where the overlap is below what resection can bridge, a new one begins
   std::size_t relative;  ///< keyframes that are part of a piece of three or more
   double worst_percent;  ///< of the length of a piece
 };
 
 class SequenceOfStrip : public testing::TestWithParam<RecordedStrip> {
  protected:
-  struct Piece {
+  struct Segment {
     std::vector<Eigen::Vector3d> estimated, reference;
   };
 
@@ -46,20 +46,20 @@ class SequenceOfStrip : public testing::TestWithParam<RecordedStrip> {
     SequenceCamera camera;
     while (sequence_.take_final_camera(camera)) {
       const double* c = camera.pose.centre;
-      pieces_.back().estimated.emplace_back(c[0], c[1], c[2]);
+      segments_.back().estimated.emplace_back(c[0], c[1], c[2]);
       const double* r = images[static_cast<std::size_t>(camera.keyframe_id)].centre;
-      pieces_.back().reference.emplace_back(r[0], r[1], r[2]);
+      segments_.back().reference.emplace_back(r[0], r[1], r[2]);
     }
     FinalPoint point;
     while (sequence_.take_final_point(point)) EXPECT_GE(point.observations.size(), 2U);
   }
 
-  void begin_piece(const CameraModel& camera) {
+  void begin_segment(const CameraModel& camera) {
     SequenceParams params;
     // Nothing is tracked here as it is in flight: across an overlap of 0.39 too few known points are left within 1 px.
     params.resection_threshold_px = 1.5;
     ASSERT_TRUE(sequence_.begin_strip(camera, params).ok());
-    pieces_.emplace_back();
+    segments_.emplace_back();
   }
 
   std::unique_ptr<OverlapWorkspace> overlap_workspace_ = std::make_unique<OverlapWorkspace>();
@@ -71,14 +71,14 @@ class SequenceOfStrip : public testing::TestWithParam<RecordedStrip> {
   Corners corners_;
   Matches matches_;
   double overlap_ = 0;
-  std::vector<Piece> pieces_;
+  std::vector<Segment> segments_;
 };
 
 TEST_P(SequenceOfStrip, AgreesWithTheReferenceCameras) {
   const std::string folder = GetParam().folder;
   const auto images = test::read_strip(folder);
   if (images.empty()) GTEST_SKIP() << "no data in " << test::data_root << folder;
-  begin_piece(images[0].camera);
+  begin_segment(images[0].camera);
   test::Image previous;
   for (std::size_t k = 0; k < images.size(); ++k) {
     const test::Image image = test::read_strip_image(folder, images[k].name);
@@ -92,7 +92,7 @@ TEST_P(SequenceOfStrip, AgreesWithTheReferenceCameras) {
     if (report.verdict != SequenceVerdict::ok && report.verdict != SequenceVerdict::waiting) {
       ASSERT_TRUE(sequence_.flush().ok());
       collect(images);
-      begin_piece(images[k].camera);
+      begin_segment(images[k].camera);
       ASSERT_TRUE(sequence_.add_keyframe(static_cast<std::int64_t>(k), corners_, {}, k, report).ok());
     }
     collect(images);
@@ -102,19 +102,19 @@ TEST_P(SequenceOfStrip, AgreesWithTheReferenceCameras) {
   collect(images);
 
   std::size_t relative = 0;
-  for (const Piece& piece : pieces_) {
-    if (piece.reference.size() < 3) continue;
-    relative += piece.reference.size();
+  for (const Segment& segment : segments_) {
+    if (segment.reference.size() < 3) continue;
+    relative += segment.reference.size();
     double length = 0;
-    for (std::size_t k = 1; k < piece.reference.size(); ++k) {
-      length += (piece.reference[k] - piece.reference[k - 1]).norm();
+    for (std::size_t k = 1; k < segment.reference.size(); ++k) {
+      length += (segment.reference[k] - segment.reference[k - 1]).norm();
     }
-    const test::AlignmentErrors errors = test::alignment_errors(piece.estimated, piece.reference);
+    const test::AlignmentErrors errors = test::alignment_errors(segment.estimated, segment.reference);
     std::printf("%s: %zu cameras, position error mean %.3f %%, worst %.3f %% of the length\n", folder.c_str(),
-                piece.reference.size(), 100 * errors.mean / length, 100 * errors.worst / length);
+                segment.reference.size(), 100 * errors.mean / length, 100 * errors.worst / length);
     EXPECT_LT(100 * errors.worst / length, GetParam().worst_percent);
   }
-  EXPECT_LE(pieces_.size(), GetParam().pieces);
+  EXPECT_LE(segments_.size(), GetParam().segments);
   EXPECT_GE(relative, GetParam().relative);
 }
 

@@ -75,9 +75,9 @@ TEST(SampleFilterTest, AnAttitudeThatTurnsIsThatOfTheMoment) {
   for (int i = -5; i <= 4; ++i) {
     NavigationSample sample = height_at(0.1 * i, 100);
     const Vec3 noise(0.002 * (rng.uniform() - 0.5), 0.002 * (rng.uniform() - 0.5), 0.002 * (rng.uniform() - 0.5));
-    RigidTransform told;
-    told.rotation = rotation_from_vector(Vec3(0.5, -0.3, 0.2) * 0.1 * i + noise) * at_moment;
-    const Pose pose = pose_from(told);
+    RigidTransform reported;
+    reported.rotation = rotation_from_vector(Vec3(0.5, -0.3, 0.2) * 0.1 * i + noise) * at_moment;
+    const Pose pose = pose_from(reported);
     for (int a = 0; a < 4; ++a) sample.q_cam_from_level[a] = pose.q_cam_from_world[a];
     sample.tilt_sigma_rad = 0.001;
     sample.heading_sigma_rad = i == 2 ? 0 : 0.002;

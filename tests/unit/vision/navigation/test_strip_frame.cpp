@@ -57,9 +57,9 @@ struct TrueStrip {
       }
       if (measured && attitudes) {
         const Vec3 error(tilt_noise * normal(rng), tilt_noise * normal(rng), heading_noise * normal(rng));
-        RigidTransform told;
-        told.rotation = camera.rotation * rotation_from_vector(wrong ? Vec3(0.3, 0.2, 1) : error);
-        const Pose attitude = pose_from(told);
+        RigidTransform reported;
+        reported.rotation = camera.rotation * rotation_from_vector(wrong ? Vec3(0.3, 0.2, 1) : error);
+        const Pose attitude = pose_from(reported);
         for (int a = 0; a < 4; ++a) k.q_cam_from_level[a] = attitude.q_cam_from_world[a];
         k.tilt_sigma_rad = tilt_noise;
         k.heading_sigma_rad = headings ? heading_noise : 0;
@@ -202,9 +202,9 @@ TEST(StripFrameTest, ACompassThatIsOffIsToldAndTheTrackIsBelieved) {
   truth.position_noise = 0.5;
   MeasuredKeyframes list = truth.measure(10);
   for (MeasuredKeyframe& k : list) {
-    RigidTransform told;
-    told.rotation = rotation_from_quaternion(k.q_cam_from_level) * rotation_from_vector(Vec3(0, 0, 0.3));
-    const Pose attitude = pose_from(told);
+    RigidTransform reported;
+    reported.rotation = rotation_from_quaternion(k.q_cam_from_level) * rotation_from_vector(Vec3(0, 0, 0.3));
+    const Pose attitude = pose_from(reported);
     for (int a = 0; a < 4; ++a) k.q_cam_from_level[a] = attitude.q_cam_from_world[a];
   }
   const StripFrame frame = estimate_strip_frame(list);

@@ -79,8 +79,8 @@ struct FixedStrip {
     const Mat3 turn = frame.level_from_strip * level_from_strip.transpose();
     return std::fabs(det_atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1)));
   }
-  [[nodiscard]] double place_error(const FixedPlace& told, const MeasuredKeyframe& k) const {
-    const Vec3 error = told.place_m - (origin_m + metres_per_unit * (level_from_strip * centre_of(k)));
+  [[nodiscard]] double place_error(const FixedPlace& reported, const MeasuredKeyframe& k) const {
+    const Vec3 error = reported.place_m - (origin_m + metres_per_unit * (level_from_strip * centre_of(k)));
     return std::sqrt(error.x() * error.x() + error.y() * error.y());
   }
   [[nodiscard]] double place_error(const StripFrame& frame, const MeasuredKeyframe& k) const {

@@ -56,8 +56,8 @@ TEST_P(PlaceSurvey, EveryLinkIsTrueAndLinksHoldItTogether) {
   const Survey& s = survey(GetParam().folder);
   if (s.images.empty()) GTEST_SKIP() << "no recorded data: " << GetParam().folder;
   ASSERT_EQ(s.images.size(), static_cast<std::size_t>(GetParam().images));
-  std::vector<std::size_t> piece(s.images.size());
-  for (std::size_t k = 0; k < piece.size(); ++k) piece[k] = k;
+  std::vector<std::size_t> patch(s.images.size());
+  for (std::size_t k = 0; k < patch.size(); ++k) patch[k] = k;
   int links = 0;
   for (std::size_t b = 0; b < s.images.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
@@ -65,13 +65,13 @@ TEST_P(PlaceSurvey, EveryLinkIsTrueAndLinksHoldItTogether) {
       if (match.verdict != PlaceVerdict::verified) continue;
       ++links;
       EXPECT_LT(median_epipolar_px(s, a, b, match), 5) << s.images[a].name << " " << s.images[b].name;
-      const std::size_t from = piece[b];
-      std::replace(piece.begin(), piece.end(), from, piece[a]);
+      const std::size_t from = patch[b];
+      std::replace(patch.begin(), patch.end(), from, patch[a]);
     }
   }
   EXPECT_GE(links, GetParam().least_links);
   std::map<std::size_t, std::size_t> sizes;
-  for (const std::size_t k : piece) ++sizes[k];
+  for (const std::size_t k : patch) ++sizes[k];
   std::size_t largest = 0;
   for (const auto& [root, size] : sizes) largest = std::max(largest, size);
   EXPECT_GE(largest, GetParam().least_in_one_piece);

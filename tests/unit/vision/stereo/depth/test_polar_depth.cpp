@@ -364,9 +364,9 @@ TEST(PlanPanels, RingsAndSectorsOfALargeImageDivideItAndReachBeyondTheirParts) {
       const Vec2 right = rectified_right(panel->pair, normalised_from_pixel(camera, in_b));
       ASSERT_NEAR(left.y(), right.y(), 1e-6);
       // Room for windows and for paths to settle.
-      constexpr double room = 8;
-      ASSERT_TRUE(left.x() > room && left.y() > room && left.x() < panel->pair.width - 1 - room &&
-                  left.y() < panel->pair.height - 1 - room)
+      constexpr double capacity = 8;
+      ASSERT_TRUE(left.x() > capacity && left.y() > capacity && left.x() < panel->pair.width - 1 - capacity &&
+                  left.y() < panel->pair.height - 1 - capacity)
           << x << " " << y;
       ++checked;
     }

@@ -186,7 +186,7 @@ TEST(DisparitySmoothing, ASettledErrorStaysAsItIs) {
   Map map(60, 40);
   std::fill(map.sigma.begin(), map.sigma.end(), 0.1F);
   map.s().at(30, 20) = 2.5F;
-  map.view().kind.at(30, 20) = DisparityKind::settled;
+  map.view().kind.at(30, 20) = DisparityKind::resolved;
   smooth(map, 1.0F);
   EXPECT_EQ(map.s().at(30, 20), 2.5F);
   EXPECT_LT(map.s().at(31, 20), 0.1F);

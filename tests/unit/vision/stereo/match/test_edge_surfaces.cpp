@@ -154,19 +154,19 @@ TEST(EdgeSurfaces, BlankGroundBesideTheBlockStaysEmpty) {
 
 /// Of the pixels of these columns that took a disparity: the share whose error reaches half the way between the
 /// surfaces.
-double doubtful_share(const Scene& scene, std::int32_t x_begin, std::int32_t x_end) {
-  int doubtful = 0, taken = 0;
+double suspect_share(const Scene& scene, std::int32_t x_begin, std::int32_t x_end) {
+  int suspect = 0, taken = 0;
   for (std::int32_t y = 8; y < height - 8; ++y) {
     for (std::int32_t x = x_begin; x < x_end; ++x) {
       const float sigma = scene.sigma_px[Scene::at(x, y)];
-      if (sigma <= 0 || scene.kind[Scene::at(x, y)] != DisparityKind::settled) continue;
+      if (sigma <= 0 || scene.kind[Scene::at(x, y)] != DisparityKind::resolved) continue;
       ++taken;
-      doubtful += sigma >= 0.5F * (near_px - far_px) ? 1 : 0;
+      suspect += sigma >= 0.5F * (near_px - far_px) ? 1 : 0;
       EXPECT_GE(sigma, 0.4F);
     }
   }
   EXPECT_GT(taken, 100);
-  return static_cast<double>(doubtful) / std::max(taken, 1);
+  return static_cast<double>(suspect) / std::max(taken, 1);
 }
 
 TEST(EdgeSurfaces, ADoubtfulChoiceHasAnErrorThatReachesTheOtherSurface) {
@@ -174,14 +174,14 @@ TEST(EdgeSurfaces, ADoubtfulChoiceHasAnErrorThatReachesTheOtherSurface) {
   clear.make(1);
   clear.set(110, 112, 0, 0);
   clear.decide();
-  EXPECT_LT(doubtful_share(clear, 108, 112), 0.2);
+  EXPECT_LT(suspect_share(clear, 108, 112), 0.2);
   // The same pixels, but a window found the block there, and noise leaves little between the surfaces.
-  Scene doubtful;
-  doubtful.noise_grey = 12;
-  doubtful.make(1);
-  doubtful.set(110, 112, near_px, 0.1F);
-  doubtful.decide();
-  EXPECT_GT(doubtful_share(doubtful, 108, 112), 0.8);
+  Scene suspect;
+  suspect.noise_grey = 12;
+  suspect.make(1);
+  suspect.set(110, 112, near_px, 0.1F);
+  suspect.decide();
+  EXPECT_GT(suspect_share(suspect, 108, 112), 0.8);
 }
 
 TEST(EdgeSurfaces, ADisparityThatTheImagesContradictIsNotTaken) {

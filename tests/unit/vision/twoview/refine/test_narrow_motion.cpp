@@ -105,7 +105,7 @@ TEST(NarrowMotion, TurnsThatPerspectiveTellsAreTold) {
 }
 
 TEST(NarrowMotion, TheWrongOneOfTwoMotionsHasLittleOdds) {
-  int told = 0;
+  int reported = 0;
   int wrong = 0;
   double largest = 0;
   for (const double radius : {60.0, 100.0, 200.0}) {
@@ -115,7 +115,7 @@ TEST(NarrowMotion, TheWrongOneOfTwoMotionsHasLittleOdds) {
           const NarrowScene scene{.radius_px = radius, .pointing_px = 40, .noise_px = noise, .seed = seed};
           const NarrowPair pair = make_pair(scene, turn);
           const TwoViewResult result = estimate(pair);
-          told += result.verdict == TwoViewVerdict::ok ? 1 : 0;
+          reported += result.verdict == TwoViewVerdict::ok ? 1 : 0;
           const bool compared = std::isfinite(workspace.progress.rival_excess_px2);
           if (!compared || !points_the_wrong_way(pair, result)) continue;
           ++wrong;
@@ -127,8 +127,8 @@ TEST(NarrowMotion, TheWrongOneOfTwoMotionsHasLittleOdds) {
       }
     }
   }
-  std::printf("%d of 450 pairs told, %d wrong, with odds up to %.1f\n", told, wrong, largest);
-  EXPECT_GT(told, 120);
+  std::printf("%d of 450 pairs told, %d wrong, with odds up to %.1f\n", reported, wrong, largest);
+  EXPECT_GT(reported, 120);
   EXPECT_GT(wrong, 20) << "or else this tests nothing";
   EXPECT_LT(largest, 12);
 }

@@ -97,11 +97,11 @@ TEST(AddBlock, IsTheSumOfBoundedErrorsWhateverTheCount) {
 }
 
 /// Matches seen before a model of `share` inliers, which cost nothing, is given up; all where it is not.
-std::size_t seen_before_giving_up(double share, const BailOut& given_up, std::size_t total, Rng& rng) {
+std::size_t seen_before_giving_up(double share, const BailOut& abandoned, std::size_t total, Rng& rng) {
   double cost = 0;
   for (std::size_t seen = 1; seen <= total; ++seen) {
     cost += rng.uniform() < share ? 0 : 1;
-    if (seen % score_block == 0 && given_up(cost, seen)) return seen;
+    if (seen % score_block == 0 && abandoned(cost, seen)) return seen;
   }
   return total;
 }
@@ -111,14 +111,14 @@ TEST(BailOutTest, KeepsWhatEqualsTheBestAndGivesUpTheRestEarly) {
   constexpr int trials = 5000;
   Rng rng(11);
   for (const double best_share : {0.3, 0.5, 0.7}) {
-    const BailOut given_up({(1 - best_share) * total, sample_deviations}, 1, total);
+    const BailOut abandoned({(1 - best_share) * total, sample_deviations}, 1, total);
     int lost = 0;
     double seen = 0;
     for (int trial = 0; trial < trials; ++trial) {
       // Better by two standard deviations, so that it does beat the best whatever the draw.
       const double better = best_share + 2 * std::sqrt(best_share * (1 - best_share) / total);
-      lost += seen_before_giving_up(better, given_up, total, rng) < total ? 1 : 0;
-      seen += static_cast<double>(seen_before_giving_up(0.1, given_up, total, rng));
+      lost += seen_before_giving_up(better, abandoned, total, rng) < total ? 1 : 0;
+      seen += static_cast<double>(seen_before_giving_up(0.1, abandoned, total, rng));
     }
     EXPECT_LT(lost, trials / 100) << best_share;
     EXPECT_LT(seen / trials, best_share > 0.4 ? 60 : 150) << best_share;
