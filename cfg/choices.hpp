@@ -10,7 +10,7 @@ ILP_ENUMERATION(CaptureMode, (0, regular, "at a constant interval"),
                 (1, forecast, "when the forecast overlap reaches its target"),
                 (2, telecommanded, "only when telecommanded"))
 
-ILP_ENUMERATION(DownlinkOrder, (0, worth, "the products of most worth for their bytes"),
+ILP_ENUMERATION(DownlinkOrder, (0, worth, "the products of most utility for their bytes"),
                 (1, origin, "the oldest products"))
 
 ILP_ENUMERATION(StereoMatcherChoice, (0, semi_global, "semi-global matching along five paths"),

@@ -108,7 +108,7 @@ inline constexpr std::int32_t max_disparities = 256;
 // Terrain
 inline constexpr std::size_t richness_histogram_bins = 64;
 
-// Places: ground that is known again
+// Places: ground that is recognised
 inline constexpr std::size_t place_features = 256;          ///< of a keyframe that the chain of pairs holds
 inline constexpr std::size_t max_place_features = 1024;     ///< of one that it holds loosely
 inline constexpr std::size_t max_place_patches = 400;       ///< pieces of a keyframe's image that are kept

@@ -41,8 +41,8 @@ enum class OldState : std::uint8_t {
 
 /// The process that may run a stage when several share the flight (docs/several-machines.md).
 enum class RunsOn : std::uint8_t {
-  any,  ///< it needs nothing but the store
-  head  ///< it needs the camera, a link or the memory of the process that has them
+  any,     ///< it needs nothing but the store
+  primary  ///< it needs the camera, a link or the memory of the process that has them
 };
 
 /// The layout numbers of a component's states. A number is raised with a change of meaning.
@@ -101,7 +101,7 @@ inline constexpr Stage rows[] = {
      .period = 1,
      .budget_ns = 10 * ns_per_ms,
      .state = {.number = 1},
-     .runs_on = RunsOn::head},
+     .runs_on = RunsOn::primary},
     // Decides when the next image is wanted, and asks the camera in every minor frame.
     {.component = ComponentId::capture_clock,
      .name = "capture_clock",
@@ -112,7 +112,7 @@ inline constexpr Stage rows[] = {
      .period = 1,
      .budget_ns = 5 * ns_per_ms,
      .state = {.number = 3},
-     .runs_on = RunsOn::head},
+     .runs_on = RunsOn::primary},
     {.component = ComponentId::acquisition,
      .name = "acquisition",
      .page = "imaging",
@@ -123,7 +123,7 @@ inline constexpr Stage rows[] = {
      .period = 1,
      .budget_ns = 20 * ns_per_ms,
      .state = {.number = 2},
-     .runs_on = RunsOn::head},
+     .runs_on = RunsOn::primary},
     {.component = ComponentId::overlap_checker,
      .name = "overlap_checker",
      .page = "imaging",
@@ -143,7 +143,7 @@ inline constexpr Stage rows[] = {
      .period = 1,
      .budget_ns = 10 * ns_per_ms,
      .state = {.number = 2, .old = OldState::dropped},
-     .runs_on = RunsOn::head},
+     .runs_on = RunsOn::primary},
     // Finds an unknown camera; afterwards it checks each strip against the camera.
     {.component = ComponentId::camera_calibrator,
      .name = "camera_calibrator",
@@ -181,7 +181,7 @@ inline constexpr Stage rows[] = {
      .budget_ns = 20 * ns_per_ms,
      .step_memory = true,
      .state = {.number = 1, .old = OldState::dropped},
-     .runs_on = RunsOn::head},
+     .runs_on = RunsOn::primary},
     // Between a keyframe's depth and everything that is made of its mask.
     {.component = ComponentId::place_memory,
      .name = "place_memory",
@@ -242,7 +242,7 @@ inline constexpr Stage rows[] = {
      .budget_ns = 20 * ns_per_ms,
      .step_memory = true,
      .state = {.number = 3},
-     .runs_on = RunsOn::head},
+     .runs_on = RunsOn::primary},
     // Driven by time: the link is read and filled in every minor frame.
     {.component = ComponentId::file_delivery,
      .name = "file_delivery",
@@ -253,7 +253,7 @@ inline constexpr Stage rows[] = {
      .period = 1,
      .budget_ns = 20 * ns_per_ms,
      .state = {.number = 1},
-     .runs_on = RunsOn::head},
+     .runs_on = RunsOn::primary},
     // Driven by time: authenticated telecommands wait for it.
     {.component = ComponentId::telecommand_guard,
      .name = "telecommand_guard",
@@ -261,7 +261,7 @@ inline constexpr Stage rows[] = {
      .period = 1,
      .budget_ns = 5 * ns_per_ms,
      .state = {.number = 1},
-     .runs_on = RunsOn::head},
+     .runs_on = RunsOn::primary},
     // Reads through what is stored and what is in memory, a little at a time.
     {.component = ComponentId::scrubber,
      .name = "scrubber",
@@ -270,7 +270,7 @@ inline constexpr Stage rows[] = {
      .period = 10,
      .budget_ns = 10 * ns_per_ms,
      .state = {.number = 1, .old = OldState::dropped},
-     .runs_on = RunsOn::head},
+     .runs_on = RunsOn::primary},
     // It runs after all other stages, so that its reports contain the results of the minor frame.
     {.component = ComponentId::telemetry,
      .name = "telemetry",
@@ -282,7 +282,7 @@ inline constexpr Stage rows[] = {
      .period = 1,
      .budget_ns = 10 * ns_per_ms,
      .state = {.number = 2, .old = OldState::dropped},
-     .runs_on = RunsOn::head},
+     .runs_on = RunsOn::primary},
 };
 }  // namespace stage_rows
 
@@ -316,7 +316,7 @@ static_assert(
     }(),
     "two rows have the same number, or one has none");
 
-/// The head, and a process for every other stage.
+/// The primary, and a process for every other stage.
 inline constexpr std::size_t most_nodes = [] {
   std::size_t nodes = 1;
   for (const Stage& stage : schedule) nodes += stage.runs_on == RunsOn::any ? 1 : 0;

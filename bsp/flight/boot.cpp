@@ -22,7 +22,7 @@ StartReason reason_after(const StartRecord& before, const BoardState& board) {
 Status Boot::begin(const BoardState& board) {
   StartRecord before;
   const Status found = last(store_, before);
-  // A damaged record of the previous life does not prevent the next one.
+  // A damaged record of the previous boot does not prevent the next one.
   const bool damaged = found.is(StatusCode::record_damaged);
   if (!found.ok() && !found.is(StatusCode::not_found) && !damaged) return found;
   record_ = {};

@@ -1,4 +1,4 @@
-// The record of one life of the software, from its start to its end: the reason for its start, and whether it ended in
+// The record of one boot of the software, from its start to its end: the reason for its start, and whether it ended in
 // order.
 #pragma once
 
@@ -17,7 +17,7 @@ class Boot {
  public:
   Boot(Store& store, Clock& clock) : store_(store), clock_(clock) {}
 
-  /// Writes the StartRecord, with the reason that follows from the previous life's record and from the board.
+  /// Writes the StartRecord, with the reason that follows from the previous boot's record and from the board.
   Status begin(const BoardState& board);
   /// Call it regularly: it writes what a sudden end leaves on record. `record` has its counts from the caller.
   Status go_on();

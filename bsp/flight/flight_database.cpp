@@ -125,7 +125,7 @@ bool may_pass(const Status& fault) {
 }
 
 /// The order of these steps lets the next start continue from any interruption: it removes an unfinished new database,
-/// and puts a complete one in its place. Nothing is set aside before that is complete.
+/// and puts a complete one in its place. Nothing is quarantined before that is complete.
 Status FlightDatabase::replace(const char* path, const Status& verdict, const MissionParameters& mission) {
   const Path unfinished = beside(path, unfinished_suffix);
   if (unfinished.overflow()) return {StatusCode::capacity_exceeded, 0, limits::max_path_bytes};
@@ -158,7 +158,7 @@ Status FlightDatabase::put_saved_in_place(const char* path) {
   // It is moved last. If it is missing, an earlier start has set it aside.
   ILP_TAKE(const bool exists, look_for(path));
   if (exists) ILP_TRY(quarantine_database(path, number));
-  // The note is about the one that was set aside.
+  // The note is about the one that was quarantined.
   ILP_TRY(guard_.forget_damage());
   if (std::rename(complete.c_str(), path) != 0) return {StatusCode::io_error, errno};
   updates_.database = {StatusCode::store_salvaged, total_saved(updates_.salvaged), number};
@@ -197,7 +197,7 @@ Status FlightDatabase::open(const char* path, StoreTrouble trouble, const Missio
   return store_.limit(database_limit_bytes(mission));
 }
 
-/// The copies are lives of the flight that followed each other.
+/// The copies are store epochs of the flight that followed each other.
 Status FlightDatabase::take_in_copies(const char* path, const MissionParameters& mission, DiskWait* wait,
                                       UnreadableCopy copies) {
   ILP_TRY(remove_unfinished_copy(path));

@@ -1,4 +1,4 @@
-// The database file of a flight: opened, saved or set aside, with what flights in memory have left beside it.
+// The database file of a flight: opened, saved or quarantined, with what flights in memory have left beside it.
 #pragma once
 
 #include <array>

@@ -86,7 +86,7 @@ Status FlightSoftware::prepare(const StartFacts& facts) {
   time_ = {};
   if (!facts.utc) {
     ILP_TRY(latest_known_time(store_, time_.now));
-    // A new store knows nothing of the previous life.
+    // A new store knows nothing of the previous store epoch.
     if (!facts.store.ok()) time_.now = std::max(time_.now, memory_.content().latest_ns);
     return {};
   }
@@ -142,7 +142,7 @@ Status FlightSoftware::start(const CameraModel& camera) {
 }
 
 Status FlightSoftware::join() {
-  // The head tells the ground of settings that do not count.
+  // The primary tells the ground of settings that do not count.
   const Status set = load_settings(store_, mission_);
   if (!set.ok() && !set.is(StatusCode::setting_ignored)) return set;
   return executive_.start();

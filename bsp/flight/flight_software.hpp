@@ -67,10 +67,10 @@ class FlightSoftware {
   /// with one that was known and now is not. Then restores every component. If that fails with parameters on trial, it
   /// continues with the last good ones.
   Status start(const CameraModel& camera);
-  /// All three for a process that is not the head: takes up the stored settings, and restores its components. The head
-  /// has written the camera and begun the life (find_flight).
+  /// All three for a process that is not the primary: takes up the stored settings, and restores its components. The
+  /// primary has written the camera and begun the boot (find_flight).
   Status join();
-  /// Begins the record of this life, and reports the start, its mission time and `news` of the store that are not ok.
+  /// Begins the record of this boot, and reports the start, its mission time and `news` of the store that are not ok.
   Status record_boot(const BoardState& board, std::span<const Status> updates);
   Executive& executive() { return executive_; }
   Configuration& configuration() { return configuration_; }

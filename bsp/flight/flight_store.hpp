@@ -29,15 +29,16 @@ class FlightStore final : public StoreSharing {
   /// of `mission`, which a store in memory reduces. Without `wait` the first fault of the disk counts. Records that a
   /// flight in memory has left beside the database are taken into it.
   Status open(const char* path, StoreTrouble trouble, MissionParameters& mission, DiskWait* wait = nullptr);
-  /// The same for the head of a flight that several processes share. `when`: in real time `behind_commit`, so that its
-  /// commits are on the disk when they are done; in virtual time `later`, because a recorded image can be read again.
-  /// While others have the database open, nothing of it is saved or set aside:
-  /// a database that cannot be used is refused. There is no sharing of a store in memory.
+  /// The same for the primary of a flight that several processes share. `when`: in real time `behind_commit`, so that
+  /// its commits are on the disk when they are done; in virtual time `later`, because a recorded image can be read
+  /// again. While others have the database open, nothing of it is saved or quarantined: a database that cannot be used
+  /// is refused. There is no sharing of a store in memory.
   Status open_as_primary(const char* path, StoreTrouble trouble, Synchronise when, const MissionParameters& mission) {
     return database_.open_as_primary(path, trouble, when, mission);
   }
-  /// The same for another process of the flight. `not_found` until a head has made the database. Its commits wait for
-  /// no disk: what it makes follows from earlier records, and nobody outside has been told of it (StoreSharing::flush).
+  /// The same for another process of the flight. `not_found` until a primary has made the database. Its commits wait
+  /// for no disk: what it makes follows from earlier records, and nobody outside has been told of it
+  /// (StoreSharing::flush).
   Status join(const char* path, const MissionParameters& mission);
   /// No database: the records are in memory and end with the process.
   Status begin_in_memory(MissionParameters& mission) { return begin_in_memory(Status{}, mission); }

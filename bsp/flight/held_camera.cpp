@@ -24,7 +24,7 @@ Result<bool> HeldCamera::caught_up() {
   ILP_TRY(newest_id<PoseRecord>(store_, said));
   PoseRecord pose;
   ILP_TAKE(const bool known, find(store_, keyframe, pose));
-  // A camera that was changed makes all poses anew.
+  // A camera that was changed makes all poses again.
   return said >= keyframe && (!known || pose.camera_revision == camera.revision);
 }
 

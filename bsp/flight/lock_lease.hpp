@@ -8,7 +8,7 @@ namespace ilp {
 
 inline constexpr int usual_lock_lease_s = 10;
 
-/// The store of a process that is not the head: an alarm ends the process, with exit status 3, when a transaction is
+/// The store of a process that is not the primary: an alarm ends the process, with exit status 3, when a transaction is
 /// not over within the lease. It needs the process's only alarm (SIGALRM).
 class LeasedStore final : public ForwardingStore {
  public:
@@ -30,8 +30,8 @@ class LeasedStore final : public ForwardingStore {
 /// Tries the lock; true, after a nap of 20 ms, while another process keeps it. Not within a transaction.
 bool wait_for_lock(SqliteStore* database);
 
-/// For the head: names the process that keeps the lock for longer than the lease. If it runs the same program it is a
-/// process of this flight, because it has passed the guard of the database: it is ended, also one that is stopped.
+/// For the primary: names the process that keeps the lock for longer than the lease. If it runs the same program it is
+/// a process of this flight, because it has passed the guard of the database: it is ended, also one that is stopped.
 class LockWatch {
  public:
   /// Call it often, also when the lock is free. Returns `lock_holder` once for each process, else ok.

@@ -22,9 +22,10 @@ struct MissionTimeBegin {
 };
 
 /// Sets `mission.mission_epoch_s`, and returns the mission time at `utc` (nanoseconds since 1958). An existing flight
-/// keeps its epoch, which is a setting in its store and in the small memory, also if its store is new. Mission time
-/// never goes back: if the calendar clock is before the latest known time, or before the epoch, mission time continues
-/// from the latest known time. It does so too if the calendar is later than mission time can be (longest_duration_ns).
+/// keeps its epoch, which is a setting in its store and in the nonvolatile memory, also if its store is new. Mission
+/// time never goes back: if the calendar clock is before the latest known time, or before the epoch, mission time
+/// continues from the latest known time. It does so too if the calendar is later than mission time can be
+/// (longest_duration_ns).
 Status begin_mission_time(Store& store, FlightMemory& memory, EpochChoice choice, std::int64_t utc,
                           MissionParameters& mission, MissionTimeBegin& begin);
 

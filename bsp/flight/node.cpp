@@ -22,8 +22,8 @@ Status Node::begin(const char* host, const MissionParameters& mission) {
   return is_primary(stages_) ? begin_as_primary() : write();
 }
 
-/// Processes of an earlier head may run no more; those that do tell it again. Questions are numbered on, so that no
-/// answer to an earlier head counts for this one.
+/// Processes of an earlier primary may run no more; those that do tell it again. Questions are numbered on, so that no
+/// answer to an earlier primary counts for this one.
 Status Node::begin_as_primary() {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());

@@ -10,7 +10,7 @@
 namespace ilp {
 
 /// Notes which tables others have changed, and whether this process has changed one that wakes a stage anywhere.
-/// Parameters that were set by telecommand are followed before the next step: the head writes them into the store.
+/// Parameters that were set by telecommand are followed before the next step: the primary writes them into the store.
 class SharedFlightStore final : public ForwardingStore {
  public:
   explicit SharedFlightStore(Store& inner) : ForwardingStore(inner) {}
@@ -29,8 +29,8 @@ class SharedFlightStore final : public ForwardingStore {
                     std::span<const std::uint8_t> bytes) override;
   Status poll(RecordMask& changed) override;
 
-  /// For a process that is not the head: from now on `in_force`, which `executive` guards, follows the settings in the
-  /// store over the parameters of `file`.
+  /// For a process that is not the primary: from now on `in_force`, which `executive` guards, follows the settings in
+  /// the store over the parameters of `file`.
   void follow(const MissionParameters& file, MissionParameters& in_force, Executive& executive);
   /// Transactions so far that can wake a stage of another process.
   [[nodiscard]] std::int64_t waking_commits() const { return waking_commits_; }

@@ -23,7 +23,7 @@ StageNames stage_names(StageMask stages) {
   StageNames names;
   if (is_primary(stages)) names.add("head");
   for (const Stage& stage : schedule) {
-    if (!has_stage(stages, stage.component) || (is_primary(stages) && stage.runs_on == RunsOn::head)) continue;
+    if (!has_stage(stages, stage.component) || (is_primary(stages) && stage.runs_on == RunsOn::primary)) continue;
     if (names.size() > 0) names.add(',');
     names.add(stage.name);
   }

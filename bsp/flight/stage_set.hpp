@@ -26,11 +26,11 @@ inline constexpr StageMask all_stages = [] {
 }();
 
 /// The stages that need the camera, a link or the memory of the process that has them: they run in one process, the
-/// head.
+/// primary.
 inline constexpr StageMask primary_stages = [] {
   StageMask head = 0;
   for (const Stage& stage : schedule) {
-    if (stage.runs_on == RunsOn::head) head |= stage_bit(stage.component);
+    if (stage.runs_on == RunsOn::primary) head |= stage_bit(stage.component);
   }
   return head;
 }();
@@ -45,10 +45,10 @@ static_assert(has_stage(primary_stages, ComponentId::telecommander), "the head's
 }
 
 using StageNames = FixedText<512>;
-/// The names, separated by commas; `head` stands for all stages of the head.
+/// The names, separated by commas; `head` stands for all stages of the primary.
 [[nodiscard]] StageNames stage_names(StageMask stages);
-/// Parses such a list. Returns false for a name that is none, and for a single stage of the head, which `culprit` then
-/// holds.
+/// Parses such a list. Returns false for a name that is none, and for a single stage of the primary, which `culprit`
+/// then holds.
 [[nodiscard]] bool parse_stages(const char* text, StageMask& stages, StageNames& culprit);
 
 }  // namespace ilp

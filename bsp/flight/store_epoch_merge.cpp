@@ -14,7 +14,7 @@
 namespace ilp {
 namespace {
 
-/// Tables whose ids mean the same in every life: there can be only one of each record.
+/// Tables whose ids mean the same in every store epoch: there can be only one of each record.
 constexpr RecordMask of_one_store_epoch =
     mask_of(RecordType::camera, RecordType::storage, RecordType::component, RecordType::checkpoint, RecordType::setting,
             RecordType::commanding, RecordType::timing, RecordType::identity, RecordType::node);
@@ -59,7 +59,7 @@ class Batches {
   std::int64_t bytes_ = 0;
 };
 
-/// What the copied life says of itself.
+/// What the copied store epoch says of itself.
 struct Copied {
   IdentityRecord identity;
   CameraRecord camera;
@@ -72,7 +72,7 @@ const Record& as(const std::uint8_t* record) {
   return *reinterpret_cast<const Record*>(record);
 }
 
-Status look_through(MemoryCopy& copy, Copied& copied) {
+Status scan(MemoryCopy& copy, Copied& copied) {
   copied = {};
   copy.rewind();
   alignas(8) std::uint8_t record[limits::max_record_bytes] = {};
@@ -161,7 +161,7 @@ class Merge {
         records);
   }
 
-  /// Calls visit(record) for the records of the earlier life after `after`.
+  /// Calls visit(record) for the records of the earlier store epoch after `after`.
   template <typename Record, typename Visit>
   Status for_each_earlier(Visit visit, std::int64_t after = 0) {
     Record record;
@@ -267,8 +267,8 @@ class Merge {
     return batches_.end();
   }
 
-  /// Images from which the earlier life has made no product yet become frames that have come now: they are examined
-  /// again from the beginning.
+  /// Images from which the earlier store epoch has made no product yet become frames that have come now: they are
+  /// examined again from the beginning.
   Status hand_in_frames() {
     std::int64_t newest = 0, keyframe_after = 0;
     ILP_TRY(newest_id<FrameRecord>(store_, newest));
@@ -336,7 +336,7 @@ class Merge {
     IdentityRecord after = copied_.identity;
     if (!settings_known) after.configuration += before.configuration;
     ILP_TRY(batches_.begin());
-    // It is last: with it the life is in the database.
+    // It is last: with it the store epoch is in the database.
     ILP_TRY(put(store_, after));
     ++records;
     return batches_.end();
@@ -349,8 +349,8 @@ class Merge {
     return component != ComponentId::storage_manager && !(camera_stays && component == ComponentId::camera_calibrator);
   }
 
-  /// Without the small memory a flight in memory has only the settings that it was given itself, and an epoch of its
-  /// own.
+  /// Without the nonvolatile memory a flight in memory has only the settings that it was given itself, and an epoch of
+  /// its own.
   bool takes_setting(std::int64_t id, bool settings_known) {
     const std::int64_t epoch = parameter_info(find_parameter("link", "mission_epoch_s")).number;
     SettingRecord setting;
@@ -395,7 +395,7 @@ Result<bool> is_merged(Store& database, const Copied& copied) {
 
 Result<bool> follows(Store& database, MemoryCopy& copy) {
   Copied copied;
-  ILP_TRY(look_through(copy, copied));
+  ILP_TRY(scan(copy, copied));
   ILP_TAKE(const bool merged, is_merged(database, copied));
   if (merged) return true;
   IdentityRecord identity;
@@ -413,7 +413,7 @@ Result<bool> follows(Store& database, MemoryCopy& copy) {
 Status merge_store_epoch(Store& database, MemoryCopy& copy, DiskWait* wait, std::int64_t& records) {
   records = 0;
   Copied copied;
-  ILP_TRY(look_through(copy, copied));
+  ILP_TRY(scan(copy, copied));
   ILP_TAKE(const bool merged, is_merged(database, copied));
   return merged ? Status{} : Merge(database, copy, wait, copied).run(records);
 }

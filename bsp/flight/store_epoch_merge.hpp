@@ -1,4 +1,4 @@
-// Takes the records of a flight in memory into its database, which may have an earlier life of the flight.
+// Takes the records of a flight in memory into its database, which may have an earlier store epoch.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace ilp {
 
-/// Whether the ids of the copied life begin after all ids of the database, as they do unless the small memory and the
-/// calendar were wrong, or whether the database has this life already, in part or whole.
+/// Whether the ids of the copied store epoch begin after all ids of the database, as they do unless the nonvolatile
+/// memory and the calendar were wrong, or whether the database has this store epoch already, in part or whole.
 Result<bool> follows(Store& database, MemoryCopy& copy);
 
 /// Afterwards the flight goes on from the database where it was in memory (docs/store.md, "Back to the disk"). All

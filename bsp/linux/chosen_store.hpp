@@ -18,7 +18,7 @@ class ChosenStore {
   /// For the process that has the camera. It reserves `stages`; if these are not all, others may join. The store is
   /// limited to the budget of `mission`, also for a process that joins. `wait`: as FlightStore::open().
   Status open(const Options& options, StageMask stages, MissionParameters& mission, DiskWait& wait);
-  /// For another process of the flight: `not_found` until the head has made the store. It reserves `stages`.
+  /// For another process of the flight: `not_found` until the primary has made the store. It reserves `stages`.
   Status join(const Options& options, StageMask stages, const MissionParameters& mission);
   void close();
 

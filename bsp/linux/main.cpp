@@ -59,7 +59,7 @@ constexpr int exit_restart = 3;
 /// In real time a minor frame waits no longer for the transactions of other processes; else the end of theirs counts.
 constexpr std::int64_t longest_lock_wait_ms = minor_frame_ns / ns_per_ms;
 constexpr std::int64_t longest_lock_wait_at_end_ms = 2000;
-/// Minor frames between two entries of this life in the store.
+/// Minor frames between two entries of this boot in the store.
 constexpr std::int64_t frames_between_entries = 100;
 /// Of a job on a compute device; before the flight a driver may still compile.
 constexpr TimeNs first_job_limit_ns = 60 * ns_per_s;
@@ -458,7 +458,7 @@ void Flight::check_lock() {
 /// Between two minor frames, no transaction is open.
 void Flight::leave_memory() {
   static_cast<void>(software_->executive().end());
-  static_cast<void>(software_->life().end());  // The next start finds in the copy that this life has ended in order.
+  static_cast<void>(software_->life().end());  // The next start finds in the copy that this boot has ended in order.
   const Status left = store_.leave_memory(options_.store, &wait_);
   left_memory_ = left.ok();
   if (left_memory_) return software_->configuration().end_in_order(clock().now());

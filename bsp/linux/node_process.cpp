@@ -77,8 +77,8 @@ class NodeProcess {
   std::int64_t question_ = 0;  ///< that is to be answered
   std::uint32_t connections_ = 1;
   TimeNs reported_ns_ = 0;
-  bool ended_ = false;    ///< the head says that the flight is done
-  bool refused_ = false;  ///< the head is one of another flight
+  bool ended_ = false;    ///< the primary says that the flight is done
+  bool refused_ = false;  ///< the primary is one of another flight
 };
 
 bool NodeProcess::good(const char* what, const Status& status) {
@@ -94,7 +94,7 @@ bool NodeProcess::ask_for_priority() {
   return true;
 }
 
-/// The store may not exist yet, and its head may come later.
+/// The store may not exist yet, and its primary may come later.
 bool NodeProcess::wait_for_primary() {
   Status reported;
   bool joined = false;
@@ -154,12 +154,12 @@ void NodeProcess::keep_alive() {
   if (now - reported_ns_ < report_period) return;
   reported_ns_ = now;
   static_cast<void>(node_->keep_alive(software_->executive(), connections_));
-  // So that a power cut costs little work even without a head.
+  // So that a power cut costs little work even without a primary.
   const Status flushed = store_.sharing().flush_or_later();
   if (!flushed.ok()) software_->executive().events().report(now, "board", flushed);
   NodeRecord head;
   if (find_primary(database(), head).ok() && head.seen_ns > clock_.now()) {
-    // In virtual time the head's clock is the faster one.
+    // In virtual time the primary's clock is the faster one.
     clock_.set(head.seen_ns);
     reported_ns_ = head.seen_ns;
   }
@@ -220,7 +220,7 @@ int NodeProcess::run() {
   seal_heap(options_.trap_heap ? HeapTrapMode::strict : HeapTrapMode::report);
   while (stop_ == 0 && !ended_ && !refused_ && !store_.damaged() && !software_->restart_wanted()) {
     if (!store_.sharing().connected() && !reconnect()) continue;
-    // Nothing can be done while another process keeps the lock of the database; the head ends that process.
+    // Nothing can be done while another process keeps the lock of the database; the primary ends that process.
     if (is_locked(store_.disk()) && wait_for_lock(store_.disk())) continue;
     step();
   }

@@ -15,7 +15,7 @@ struct FlightPlace {
   void* software;  ///< for a FlightSoftware
 };
 
-/// Waits for the head, runs the stages until the flight has ended or `stop` is set, and returns the program's exit
+/// Waits for the primary, runs the stages until the flight has ended or `stop` is set, and returns the program's exit
 /// status: 0 in order; 1 if the process may not take part; 3 if it should be started again.
 int run_node(const Options& options, StageMask stages, const FlightPlace& place,
              const volatile std::sig_atomic_t& stop);

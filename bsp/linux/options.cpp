@@ -54,7 +54,7 @@ constexpr const char* help_of_options =
     "                  authenticated have to be at 127.0.0.1 (docs/links.md)\n"
     "  --mission-epoch mission time counts from [link] mission_epoch_s, not from the first start\n"
     "  --virtual-time  fly as fast as the machine allows, and stop when all images are processed\n"
-    "  --fly-on        set aside a database that is damaged or has another version; fly from memory without a disk\n"
+    "  --fly-on        quarantine a database that is damaged or has another version; fly from memory without a disk\n"
     "  --priority      real-time priority, 1 to 99, with all memory locked\n"
     "  --watchdog      a watchdog device of the kernel, kicked once per minor frame; its timeout is 30 s by default\n"
     "  --compute       a compute device, by the socket of its program, such as ilp-compute-vulkan (docs/compute.md)\n"
@@ -70,7 +70,7 @@ constexpr const char* help_of_options =
     "3 the\n"
     "database or the memory is damaged\n";
 
-/// Camera, links and clock belong to the head.
+/// Camera, links and clock belong to the primary.
 bool joins_only(const Options& options) {
   const bool of_the_primary = options.source != nullptr || options.camera != nullptr || options.size != nullptr ||
                               options.outbox != nullptr || options.links.any() || options.navigation != nullptr ||

@@ -18,7 +18,7 @@ struct Options {
   const char* map = nullptr;             ///< folder
   const char* store = nullptr;           ///< a database file, `memory`, or the address of a server
   const char* stages = nullptr;          ///< null: all
-  const char* state = nullptr;           ///< of the small memory, where the store is no file
+  const char* state = nullptr;           ///< of the nonvolatile memory, where the store is no file
   const char* outbox = nullptr;
   const char* acknowledgements = nullptr;
   const char* mission = nullptr;
@@ -50,7 +50,7 @@ void print_usage();
 
 /// Whether `store` is the address of a PostgreSQL server.
 [[nodiscard]] bool is_server(const char* store);
-/// Whether the process runs a part of the stages without the head.
+/// Whether the process runs a part of the stages without the primary.
 [[nodiscard]] bool joins_flight(const Options& options);
 
 /// Returns false and sets `fault` if an option is unknown, lacks its value, contradicts another one, or is missing.

@@ -1,4 +1,4 @@
-// The head's part in a flight that several processes share (docs/several-machines.md).
+// The primary's part in a flight that several processes share (docs/several-machines.md).
 #pragma once
 
 #include "bsp/flight/committed_links.hpp"
@@ -9,7 +9,7 @@
 
 namespace ilp {
 
-/// What the head has from outside, without the other processes. A packet link may be the null pointer.
+/// What the primary has from outside, without the other processes. A packet link may be the null pointer.
 struct PrimaryDevices {
   Camera& camera;
   Link& link;
@@ -32,8 +32,8 @@ class SharedFlight {
         files_(devices.files, store_, sharing),
         node_(store, clock, stages) {}
 
-  /// What the stages of the head use instead of the database, the camera and the links. A camera that takes images in
-  /// real time is never held.
+  /// What the stages of the primary use instead of the database, the camera and the links. A camera that takes images
+  /// in real time is never held.
   [[nodiscard]] Store& store() { return store_; }
   [[nodiscard]] Camera& camera() { return virtual_time_ ? static_cast<Camera&>(held_camera_) : camera_; }
 
@@ -49,7 +49,7 @@ class SharedFlight {
   Status keep_alive(const Executive& executive);
   /// In virtual time: whether the flight has to wait for others. Then it has waited a little.
   bool waited(Executive& executive);
-  /// In virtual time, when the head itself has no work: whether all processes are done. Then they are told to end.
+  /// In virtual time, when the primary itself has no work: whether all processes are done. Then they are told to end.
   bool done(Executive& executive);
 
  private:

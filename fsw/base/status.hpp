@@ -58,7 +58,7 @@ struct [[nodiscard]] Status {
     case StatusCode::store_lost:
     case StatusCode::store_locked:
     case StatusCode::store_full:
-    case StatusCode::store_damaged:  // of the whole database: it is set aside, or salvaged, by the next start
+    case StatusCode::store_damaged:  // of the whole database: it is quarantined, or salvaged, by the next start
     case StatusCode::arena_exhausted:
       return true;
     default:

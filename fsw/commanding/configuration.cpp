@@ -95,7 +95,7 @@ void Configuration::keep(const FlightMemoryContent& content) {
 
 Configuration::Use::Use(Configuration& user) : configuration(user) {
   if (configuration.guard_.check(configuration.own_) != GuardFinding::lost) return;
-  // Both copies are damaged. The small memory has most of the content, and a start restores the rest.
+  // Both copies are damaged. The nonvolatile memory has most of the content, and a start restores the rest.
   configuration.own_.restart_wanted = true;
   configuration.report({StatusCode::memory_lost, 0});
 }

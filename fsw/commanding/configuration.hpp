@@ -59,8 +59,8 @@ class Configuration {
   }
 
   /// The first call of every start, when `mission` has the values of the mission file. It counts the start, finds out
-  /// which life of the flight the store belongs to, makes the settings in the store those of the stage, and puts them
-  /// into `mission`. Faults of the store are passed on; those of the small memory become events.
+  /// which store epoch the store belongs to, makes the settings in the store those of the stage, and puts them
+  /// into `mission`. Faults of the store are passed on; those of the nonvolatile memory become events.
   Status begin(Store& store, const ConfigurationStart& start);
   /// The start has failed with `fault`. Reverts what is on trial and returns ok for another attempt, or returns
   /// `fault`.
@@ -100,7 +100,7 @@ class Configuration {
 
  private:
   // configuration_start.cpp
-  /// Nothing is kept before all of it is known. Whether the small memory has never known of this store.
+  /// Nothing is kept before all of it is known. Whether the nonvolatile memory has never known of this store.
   Result<bool> find_identity(const ConfigurationStart& start, FlightMemoryContent& after);
   Status begin_store_epoch(const ConfigurationStart& start);
   Status write_settings();

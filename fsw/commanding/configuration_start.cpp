@@ -1,4 +1,4 @@
-// What Configuration finds in the store and in the small memory when a process starts.
+// What Configuration finds in the store and in the nonvolatile memory when a process starts.
 #include <algorithm>
 
 #include "fsw/commanding/configuration.hpp"
@@ -9,15 +9,16 @@
 namespace ilp {
 namespace {
 
-/// File names and telecommands have room for the numbers of this many lives.
+/// File names and telecommands have room for the numbers of this many store epochs.
 constexpr std::int64_t most_store_epochs = 50;
-/// If the previous life is not known, numbers begin after those of all lives, at an offset from the calendar: it
-/// assumes less than one keyframe per second, and less than a thousand other records.
+/// If the previous store epoch is not known, numbers begin after those of all store epochs, at an offset from the
+/// calendar: it assumes less than one keyframe per second, and less than a thousand other records.
 constexpr std::int64_t calendar_base = ids_per_store_epoch * most_store_epochs;
 constexpr std::int64_t calendar_begin_s = 2'145'916'800;  // 2026-01-01
-/// Mission time ends there. Names of files have room for keyframes of ten digits, which a thousand lives leave free.
+/// Mission time ends there. Names of files have room for keyframes of ten digits, which a thousand store epochs leave
+/// free.
 constexpr std::int64_t most_since_s = longest_duration_ns / ns_per_s;
-/// A calendar clock that stands or goes back brings no number again: a life begins so far behind the one before.
+/// A calendar clock that stands or goes back brings no number again: a store epoch begins so far behind the one before.
 constexpr std::int64_t least_of_a_store_epoch = 1'000'000;
 constexpr std::int64_t records_per_keyframe = 1000;
 constexpr std::int64_t transactions_per_s = 1024;
@@ -34,7 +35,8 @@ Status write_alone(Store& store, const IdentityRecord& identity) {
 }
 
 Status take_settings(Store& store, const IdentityRecord& identity, FlightMemoryContent& after, bool lost) {
-  // The store is ahead when a telecommand was interrupted between the two writes, or when the small memory was lost.
+  // The store is ahead when a telecommand was interrupted between the two writes, or when the nonvolatile memory was
+  // lost.
   if (identity.configuration <= after.configuration) return {};
   after.wanted = {};
   SettingRecord setting;
@@ -81,7 +83,7 @@ Status Configuration::begin(Store& store, const ConfigurationStart& start) {
   enter(number < start_of_last_good    ? ConfigurationStage::as_set
         : number == start_of_last_good ? ConfigurationStage::last_good
                                        : ConfigurationStage::built_in);
-  // The settings come from the small memory. The store's records of them are only for the ground.
+  // The settings come from the nonvolatile memory. The store's records of them are only for the ground.
   static_cast<void>(write_settings());
   return {};
 }
@@ -94,14 +96,15 @@ Result<bool> Configuration::find_identity(const ConfigurationStart& start, Fligh
     ILP_TRY(begin_store_epoch(start));
     after = memory_.content();
   } else if (found.ok()) {
-    // A life that was numbered by the calendar, because the small memory could not be read, may have a low number.
+    // A store epoch that was numbered by the calendar, because the nonvolatile memory could not be read, may have a low
+    // number.
     if (after.life < own_.identity.life || after.keyframe_base < own_.identity.keyframe_base) {
       after.life = std::max(after.life, own_.identity.life);
       after.keyframe_base = own_.identity.keyframe_base;
       after.record_base = own_.identity.record_base;
     }
   } else {
-    // It is damaged: the small memory knows it, or else the keyframes themselves.
+    // It is damaged: the nonvolatile memory knows it, or else the keyframes themselves.
     own_.identity = {};
     own_.identity.life = after.life;
     own_.identity.keyframe_base = after.keyframe_base;
@@ -122,15 +125,16 @@ Status Configuration::begin_store_epoch(const ConfigurationStart& start) {
   const bool known = start.loaded.ok() || (start.loaded.is(StatusCode::not_found) && start.store.ok());
   const std::int64_t before = after.keyframe_base;
   own_.identity = {};
-  // What can be kept is tried first. The life itself is kept only after its identity is in the store, so that a start
-  // that fails in between counts none.
+  // What can be kept is tried first. The store epoch itself is kept only after its identity is in the store, so that a
+  // start that fails in between counts none.
   keep(after);
   own_.identity.life = ++after.life;
   const std::int64_t begin = (after.life - 1) * ids_per_store_epoch;
   const std::int64_t numbers_before = after.life > 1 ? ids_per_store_epoch : 0;
   after.keyframe_base = std::max(begin, after.keyframe_base + numbers_before);
   after.record_base = std::max(begin, after.record_base + numbers_before);
-  // A first life needs no memory of it. If the content could not be kept, numbers begin where the next start will not.
+  // A first store epoch needs no memory of it. If the content could not be kept, numbers begin where the next start
+  // will not.
   const bool kept = memory_.kept().ok() || (known && after.life == 1 && start.store.ok());
   if ((!known || !kept || after.life > most_store_epochs) && start.utc_s > 0) {
     const std::int64_t since_s = std::clamp<std::int64_t>(start.utc_s - calendar_begin_s, 0, most_since_s);

@@ -11,10 +11,10 @@
 namespace ilp {
 
 /// Releases authenticated telecommands to the Telecommander only when the highest sequence number is stored, in the
-/// small memory beside the database or in the database itself: no telecommand is ever executed twice. If neither can be
-/// written, telecommands wait for ten seconds. After that, commanding takes precedence, with the event marks_not_kept,
-/// until one of the two can be written again. Refused packets are reported as an event with their number, at most every
-/// ten seconds. Without authentication of telecommands it does nothing.
+/// nonvolatile memory beside the database or in the database itself: no telecommand is ever executed twice. If neither
+/// can be written, telecommands wait for ten seconds. After that, commanding takes precedence, with the event
+/// marks_not_kept, until one of the two can be written again. Refused packets are reported as an event with their
+/// number, at most every ten seconds. Without authentication of telecommands it does nothing.
 class TelecommandGuard final : public StageComponent<ComponentId::telecommand_guard> {
  public:
   static const CheckpointForm checkpoint;

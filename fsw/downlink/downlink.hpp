@@ -24,10 +24,10 @@ inline constexpr std::int64_t events_per_file = 64;
 /// the credit of its own class. A class whose credit covers its next file goes first, the largest credit before others.
 /// On a permanently busy link, a class that has files thus gets its share of all bytes, to within one file.
 ///
-/// A file that fails is set aside and delays no other file; it is tried again after growing pauses. If the store still
-/// answers, the file is abandoned after 12 such faults, or after 3 permanent ones: a product is marked as damaged,
-/// records are sent without the unreadable ones, points and single events are left out, each with an event. Files that
-/// the link refuses are never abandoned. Confirmations are committed separately, before anything is sent.
+/// A file that fails is quarantined and delays no other file; it is tried again after growing pauses. If the store
+/// still answers, the file is abandoned after 12 such faults, or after 3 permanent ones: a product is marked as
+/// damaged, records are sent without the unreadable ones, points and single events are left out, each with an event.
+/// Files that the link refuses are never abandoned. Confirmations are committed separately, before anything is sent.
 ///
 /// No product waits for ever. Among the products that existed `overdue_passes` passes ago and of which nothing has been
 /// sent, every pass sends the oldest, and as many more as fit into a quarter of it. The first layer of a product is

@@ -207,7 +207,7 @@ Result<bool> DownlinkChoice::send_next_records(std::int64_t most, State& after) 
       if (!may_go(after, usual_records_bytes, most)) return false;
       return files_.send_records(keyframe.id, after);
     }
-    // It is set aside, and the files after it are sent.
+    // It is quarantined, and the files after it are sent.
     if (!after.late.push_back({FileClass::records, keyframe.id})) return false;
     after.records_through = keyframe.id;
   }
@@ -251,7 +251,7 @@ Result<bool> DownlinkChoice::send_events_if_due(std::int64_t most, State& after)
   const bool old = new_events && wiring_.clock.now() - after.events_sent_ns >= events_period_ns;
   if (!enough && !old && housekeeping_steps == after.housekeeping_steps) return false;
   if (!may_go(after, usual_events_bytes, most)) return false;
-  // Events of a file that was set aside wait. Only later ones follow them.
+  // Events of a file that was quarantined wait. Only later ones follow them.
   if (rests(FileClass::events, after.events_through + 1)) return false;
   return files_.send_events(after.events_through, false, housekeeping_steps, after);
 }

@@ -1,4 +1,4 @@
-// The files that Downlink makes. One of a class that cannot be made now is set aside by Downlink.
+// The files that Downlink makes. One of a class that cannot be made now is quarantined by Downlink.
 #pragma once
 
 #include "fsw/downlink/downlink_part.hpp"

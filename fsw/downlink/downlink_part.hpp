@@ -22,7 +22,7 @@ inline constexpr std::size_t max_late_files = 32;
 /// More bytes than any link carries, and few enough that sums of them do not overflow.
 inline constexpr std::int64_t no_limit_bytes = std::int64_t{1} << 50U;
 
-/// A file that must be sent although the cursors have passed it: it was set aside, or not confirmed in time.
+/// A file that must be sent although the cursors have passed it: it was quarantined, or not confirmed in time.
 struct LateFile {
   FileClass kind = FileClass::records;
   std::int64_t id = 0;  ///< keyframe, structure, or the first event of the file
@@ -98,7 +98,7 @@ class DownlinkPart {
       : wiring_(wiring), cursor_(cursor), state_(state), work_(work), workspace_(workspace) {}
 
  protected:
-  /// A file that was set aside is tried again later, and is abandoned in the end.
+  /// A file that was quarantined is tried again later, and is abandoned in the end.
   [[nodiscard]] bool abandoned(FileClass kind, std::int64_t id) const;
   [[nodiscard]] bool rests(FileClass kind, std::int64_t id) const;
   /// Whether a file of this many bytes may be sent now. If not, its class has a file waiting.

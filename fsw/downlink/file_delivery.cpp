@@ -59,7 +59,7 @@ void FileDelivery::read_wishes() {
   for (Slot& slot : workspace_.slots) {
     TransferRecord record;
     const Result<bool> found = records().find(slot, record);
-    // A transfer that was set aside already fails again when its pause is over.
+    // A transfer that was quarantined already fails again when its pause is over.
     if (!found.ok() && slot.not_before_ns <= workspace_.contact_ns) records().quarantine(slot, found.status());
     if (found.value()) wish(slot, record);
   }

@@ -19,8 +19,8 @@
 
 namespace ilp {
 
-/// The stages whose words on an image the head waits for before it takes the next one, where several processes share a
-/// flight in virtual time (bsp/flight/held_camera.hpp).
+/// The stages whose words on an image the primary waits for before it takes the next one, where several processes share
+/// a flight in virtual time (bsp/flight/held_camera.hpp).
 [[nodiscard]] constexpr bool others_wait_for(const Stage& stage) {
   using enum RecordType;
   return stage.runs_on == RunsOn::any && (stage.writes & mask_of(overlap, calibration, pose)) != 0;
@@ -81,7 +81,7 @@ struct ExecutiveState {
   LoadWindow window;
   std::int64_t obeyed_command_id = 0;
   std::size_t keeper = limits::max_components;  ///< the component whose work goes on in the shared memory
-  bool taken_up = false;                        ///< numbers and level of the previous life are loaded
+  bool taken_up = false;                        ///< numbers and level of the previous boot are loaded
   std::uint64_t constants_checksum = 0;
 };
 

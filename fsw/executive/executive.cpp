@@ -28,7 +28,8 @@ Status Executive::start() {
   ILP_ASSERT(components == table_.components.size() && components <= table_.own.slots.size(), components);
   ILP_ASSERT(!setup.real_time || setup.parameters != nullptr, setup.real_time);
   accept_parameters();
-  // A process that shares the flight has a record of its own, of its lowest number; that of the head is the flight's.
+  // A process that shares the flight has a record of its own, of its lowest number; that of the primary is the
+  // flight's.
   std::int64_t& number = table_.own.timing.id;
   for (std::size_t i = 0; i < components; ++i) {
     number = i == 0 ? table_.number_of(i) : std::min(number, table_.number_of(i));

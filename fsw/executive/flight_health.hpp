@@ -5,7 +5,7 @@
 
 namespace ilp {
 
-/// Continues numbers and level of the previous life.
+/// Continues numbers and level of the previous boot.
 Status take_up(ComponentTable& table);
 /// Counts a frame that began at `begin` instead of at `nominal`, and writes what is due.
 void end_frame(ComponentTable& table, TimeNs nominal, TimeNs begin);

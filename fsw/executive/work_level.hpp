@@ -42,7 +42,7 @@ struct LoadWindow {
 
 class WorkLevel {
  public:
-  /// Takes the level of an earlier life.
+  /// Takes the level of an earlier boot.
   void restore(std::uint8_t level) { level_ = level < max_work_level ? level : max_work_level; }
   /// Call it at the end of a window, at `now`. Returns the reason for a raised level, `none` otherwise; the level may
   /// have fallen.

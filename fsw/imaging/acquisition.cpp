@@ -73,7 +73,7 @@ Status Acquisition::restore() {
   if (!restored(status)) return status;
   begin_ids<FrameRecord>(wiring_.store, cursor_.first);
   ILP_TRY(resume_after_records());
-  // Counter and period of a previous life are not valid for this one.
+  // Counter and period of a previous boot are not valid for this one.
   if (wiring_.camera.restarts_counter()) {
     state_.any = false;
     state_.last_sequence = -1;

@@ -11,7 +11,7 @@
 namespace ilp {
 namespace {
 
-// Before a doubtful forecast time: late enough to measure the speed, early enough that the overlap is safe.
+// Before a suspect forecast time: late enough to measure the speed, early enough that the overlap is safe.
 constexpr double share_of_the_way = 0.7;
 // A planned time stays if a better one is as near as this, or if the camera may be exposing already.
 constexpr TimeNs replan_threshold_ns = 20 * ns_per_ms;

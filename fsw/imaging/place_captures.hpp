@@ -72,7 +72,7 @@ void add_place(Body body, const TrackPlace& place, std::int64_t strip_id, std::i
 [[nodiscard]] Status accept_place(const CommandRecord& command, const MissionParameters& mission, TimeNs now,
                                   PlaceCaptures& state);
 
-/// Why a target was given up: place_missed with the nearest approach in metres, or place_unseen.
+/// Why a target was abandoned: place_missed with the nearest approach in metres, or place_unseen.
 [[nodiscard]] Status place_fault(Body body, const PlaceTrack& track, const PlaceTarget& target, TimeNs now);
 
 }  // namespace ilp

@@ -10,7 +10,7 @@
 
 namespace ilp {
 
-/// One pass over the keyframes. A restart begins it anew: everything that lasts is in the camera's record.
+/// One pass over the keyframes. A restart starts it over: everything that lasts is in the camera's record.
 struct LensSearchWork {
   bool solving = false;
   bool last = false;                ///< no keyframe will come that the next pass could wait for
@@ -36,7 +36,7 @@ struct LensSearchWork {
 
 /// Structure and motion poses the keyframes by the camera as it is; each pose is a trial. Once a pass has enough of
 /// them, the camera is moved by rounds: every window of six keyframes, which overlap by one, adds its equations, and a
-/// step is taken, until it is short. The camera's next revision makes all poses anew, because its tracks are longer.
+/// step is taken, until it is short. The camera's next revision makes all poses again, because its tracks are longer.
 /// Revision 1 comes with 6 poses, 2 with 16, 3 with 36, 4 when the mission's patience ends; the flight's end brings
 /// what it finds. From the second pass on the camera is frozen where the images determine the lens, or where nothing
 /// else will come. What the images leave open stays as it was given, with its error. Attitudes and

@@ -1,4 +1,4 @@
-// What the errors of a rolling shutter's motion add to the stated error of a pose. All matches of an image share its
+// What the errors of a rolling shutter's motion add to the estimated error of a pose. All matches of an image share its
 // error, so that their scatter does not show it.
 #pragma once
 

@@ -130,7 +130,7 @@ Status StripCheck::end_window(const CameraModel& camera, Status& event) {
     event = event_of(said);
     after.reported = said.verdict;
   }
-  // Windows without points say nothing, and must not take the place of what an earlier life has found.
+  // Windows without points say nothing, and must not take the place of what an earlier boot has found.
   ILP_TRY(commit(cursor_, after, after.evidence.windows > 0 ? &said : nullptr));
   work_.window_loaded = false;
   return {};

@@ -21,7 +21,7 @@ namespace ilp {
 /// abandoned. Before a keyframe fails, it is tried against the two posed keyframes before the newest one, whose points
 /// it may see though the newest one is a bad image; where the newest one holds few points, these two come first. When a
 /// strip has ended, its last poses become final. While the camera is not frozen, poses are trials, for the search for
-/// the camera, and every change of the camera begins them anew. A keyframe whose image cannot be read
+/// the camera, and every change of the camera starts them over. A keyframe whose image cannot be read
 /// counts as one that cannot be related. If the checkpoint is lost, the poses that were not final fail, and so does the
 /// rest of the strip, whose end is commanded. A final pose never changes.
 class StructureAndMotion final : public StageComponent<ComponentId::structure_and_motion> {

@@ -41,12 +41,12 @@ void PlaceLinks::add_candidate(std::size_t slot) {
 /// Of the places, which stand in the order of what they promise, the first.
 template <typename Places>
 void PlaceLinks::add_candidates(const Places& places) {
-  const std::size_t most = loosely_chained() ? limits::max_place_candidates : limits::place_candidates;
+  const std::size_t most = weakly_connected() ? limits::max_place_candidates : limits::place_candidates;
   for (std::size_t i = 0; i < places.size() && i < most; ++i) add_candidate(places[i].slot);
 }
 
 Status PlaceLinks::search() {
-  if (loosely_chained()) {
+  if (weakly_connected()) {
     for (const std::size_t slot : workspace_.table.newest_slots()) {
       if (slot < limits::max_places) add_candidate(slot);
     }
@@ -82,7 +82,7 @@ Status PlaceLinks::compare() {
   ILP_TAKE(const bool found, find(wiring_.store, place.keyframe_id, record));
   ILP_TAKE(const bool valid, found ? recall_.load_features(record) : Result<bool>(false));
   if (valid) ILP_TRY(link_with(place, record));
-  const std::size_t enough = loosely_chained() ? work_.links.capacity() : enough_links;
+  const std::size_t enough = weakly_connected() ? work_.links.capacity() : enough_links;
   if (work_.compared == work_.candidates.size() || work_.links.size() >= enough)
     work_.phase = (workspace_.features.empty() ? Phase::record : Phase::narrow);
   return {};

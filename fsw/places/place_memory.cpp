@@ -57,7 +57,7 @@ Result<bool> PlaceMemory::pick() {
   work_.mask = {};
   const Status masked = get(wiring_.store, work_.depth.id, work_.mask);
   if (!masked.ok() && !is_gone(masked) && !work_.patience.abandoned(work_.depth.id)) return masked;
-  // Nobody waits for a mask that is gone. One that was given up is superseded by an empty one.
+  // Nobody waits for a mask that is gone. One that was abandoned is superseded by an empty one.
   if (!is_gone(masked)) work_.mask.id = work_.depth.id;
   static_cast<void>(workspace_.features.resize(0));
   workspace_.patches.clear();

@@ -45,7 +45,7 @@ Status PlacePart::measured(std::int64_t keyframe_id, PoseRecord& pose) {
 
 /// Whether the chain of pairs says little about this keyframe: it begins a strip, shares less than planned with the
 /// keyframe before it, or has no pose.
-bool PlacePart::loosely_chained() const {
+bool PlacePart::weakly_connected() const {
   return !(work_.keyframe.overlap >= closely_chained) || work_.pose.state != PoseState::final;
 }
 
@@ -56,11 +56,11 @@ std::int64_t PlacePart::first_chained() const {
 
 /// The first keyframe that is not compared: the chain of this strip relates them.
 std::int64_t PlacePart::first_too_recent() const {
-  return loosely_chained() ? work_.keyframe.id : first_chained();
+  return weakly_connected() ? work_.keyframe.id : first_chained();
 }
 
 std::size_t PlacePart::features_wanted() const {
-  return loosely_chained() ? limits::max_place_features : limits::place_features;
+  return weakly_connected() ? limits::max_place_features : limits::place_features;
 }
 
 }  // namespace ilp

@@ -94,7 +94,7 @@ class PlacePart {
       : wiring_(wiring), cursor_(cursor), work_(work), workspace_(workspace) {}
 
   Status measured(std::int64_t keyframe_id, PoseRecord& pose);
-  [[nodiscard]] bool loosely_chained() const;
+  [[nodiscard]] bool weakly_connected() const;
   [[nodiscard]] std::int64_t first_chained() const;
   [[nodiscard]] std::int64_t first_too_recent() const;
   [[nodiscard]] std::size_t features_wanted() const;

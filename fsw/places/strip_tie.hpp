@@ -41,8 +41,8 @@ void add_link(std::int64_t strip_id, const LinkedWorld& link, StripLinks& links)
 /// The world of the earlier strip from that of the newer one, from a link and the poses of both keyframes, whose
 /// covariances (of rotation vector and centre, zero when not known) are part of the result's. The first baseline
 /// defines the unit of a strip, and the strip drifts from it, so that a link has the unit of the place where it is. The
-/// error of this unit is taken to be the stated error of the centre along the way from the strip's first camera, as a
-/// share of this way.
+/// error of this unit is taken to be the estimated error of the centre along the way from the strip's first camera, as
+/// a share of this way.
 [[nodiscard]] LinkedWorld linked_world(const LinkRecord& link, const PoseRecord& keyframe, const PoseRecord& place);
 
 /// The step from the similarity that the poses of one strip say to that of the link, in the newer camera's frame, and

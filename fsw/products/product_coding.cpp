@@ -26,7 +26,7 @@ Status encode(ProductCoding& job, Jpeg2000Product& coded) {
   return encode_jpeg2000(job.image(), mask, job.params, job.box_if_lossy.view(), job.jpeg2000, job.file(), coded);
 }
 
-float stated_error_px(const ProductCoding& job, std::int32_t codes) {
+float estimated_error_px(const ProductCoding& job, std::int32_t codes) {
   return static_cast<float>((codes + rounding_steps) * job.px_per_code);
 }
 
@@ -40,7 +40,7 @@ std::int32_t enough_codes(const ProductCoding& job) {
   constexpr std::int32_t codes = std::int32_t{1} << depth_code_bits;
   const double most = job.depth_error_px / job.px_per_code;
   auto enough = most < codes ? static_cast<std::int32_t>(most) : codes;
-  while (enough >= 0 && !keeps_required_error(job, stated_error_px(job, enough))) --enough;
+  while (enough >= 0 && !keeps_required_error(job, estimated_error_px(job, enough))) --enough;
   return enough;
 }
 
@@ -60,7 +60,7 @@ Status measure_layers(ProductCoding& job, const Jpeg2000Product& coded) {
   for (std::size_t i = 0; i < product.layers; ++i) {
     product.layer_bytes[i] = static_cast<std::uint32_t>(coded.layer_bytes[i]);
     product.layer_quality[i] =
-        depth ? stated_error_px(job, errors.largest[i]) : static_cast<float>(psnr_of(errors.mean_square[i]));
+        depth ? estimated_error_px(job, errors.largest[i]) : static_cast<float>(psnr_of(errors.mean_square[i]));
   }
   return {};
 }

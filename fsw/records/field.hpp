@@ -64,7 +64,7 @@ template <typename... Types>
   return mask_of(first) | (mask_of(rest) | ... | RecordMask{0});
 }
 
-/// After which number ids begin in a later life of the flight.
+/// After which number ids begin in a later store epoch.
 enum class Numbering : std::uint8_t {
   by_record,   ///< IdentityRecord::record_base
   by_keyframe  ///< IdentityRecord::keyframe_base: it counts keyframes or strips

@@ -1,11 +1,11 @@
-// The ranges of record ids of the lives of a flight. A life is the content of one database.
+// The ranges of record ids of the store epochs of a flight. A store epoch is the content of one database.
 #pragma once
 
 #include <cstdint>
 
 namespace ilp {
 
-/// The ids of life n begin at (n - 1) * ids_per_store_epoch + 1 (docs/getting-back-in.md).
+/// The ids of store epoch n begin at (n - 1) * ids_per_store_epoch + 1 (docs/getting-back-in.md).
 inline constexpr std::int64_t ids_per_store_epoch = 100'000'000;
 
 }  // namespace ilp

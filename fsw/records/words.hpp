@@ -9,7 +9,7 @@
 
 namespace ilp {
 
-/// The reason to doubt a frame's time stamp.
+/// Why a frame's time stamp is suspect.
 ILP_ENUMERATION(TimeDoubt, (0, none, "the time is that of the stamp"),
                 (1, off_command, "the stamp is far from the commanded time; the commanded time is used"),
                 (2, off_period,
@@ -83,7 +83,7 @@ ILP_ENUMERATION(ProductScheme, (0, lossy_region, "lossy, region first"), (1, los
 
 ILP_ENUMERATION(ProductState, (0, stored, "part of it has not been handed to the link"),
                 (1, sent, "all of it has been handed to the link"), (2, acknowledged, "the ground holds all of it"),
-                (3, dropped, "it was given up"))
+                (3, dropped, "it was abandoned"))
 
 ILP_ENUMERATION(DownlinkKind, (0, product, "layers of a product"), (1, records, "records of keyframes or events"),
                 (2, points, "sparse points"))
@@ -92,7 +92,7 @@ ILP_ENUMERATION(CommandKind, (0, end_strip, "the open strip ends"),
                 (1, capture, "an image is taken at a time that is not past"),
                 (2, refine, "the products of a keyframe are sent before others"),
                 (3, capture_soon, "an image is taken at a time, or at once if the time is past"),
-                (4, delete_product, "the ground gives up a product"),
+                (4, delete_product, "the ground abandons a product"),
                 (5, restart, "a component goes back to its checkpoint"),
                 (6, report_enable, "a periodic housekeeping report is enabled"),
                 (7, report_disable, "a periodic housekeeping report is disabled"),

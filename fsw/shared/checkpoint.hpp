@@ -3,7 +3,7 @@
 // "Atomicity").
 //
 // Two generations are kept, each with a checksum of its own: a save replaces the older one, a load takes the newer one
-// that is sound. What was derived after the older one is then already on record. A component that loads the older one,
+// that is valid. What was derived after the older one is then already on record. A component that loads the older one,
 // or finds none, either derives the same again or continues after what is on record (docs/design.md, "Going on").
 #pragma once
 

@@ -1,5 +1,5 @@
-// Data that a flight must not lose with its database: the number of its life, numbers that were used, replay marks, and
-// the configurations that decide whether it can be reached (docs/getting-back-in.md).
+// Data that a flight must not lose with its database: the number of its store epoch, numbers that were used, replay
+// marks, and the configurations that decide whether it can be reached (docs/getting-back-in.md).
 #pragma once
 
 #include <array>
@@ -34,8 +34,8 @@ struct FlightMemoryContent {
   static constexpr std::uint32_t current_layout = 1;
   std::uint32_t layout = current_layout;
   std::uint32_t starts_unconfirmed = 0;             ///< starts in a row that no telecommand has confirmed
-  std::int64_t life = 0;                            ///< the latest life that was begun; 0: none
-  std::int64_t keyframe_base = 0, record_base = 0;  ///< of that life (IdentityRecord)
+  std::int64_t life = 0;                            ///< the latest store epoch that was begun; 0: none
+  std::int64_t keyframe_base = 0, record_base = 0;  ///< of that store epoch (IdentityRecord)
   std::int64_t transactions_reserved = 0;           ///< CFDP transaction numbers up to it may have been used
   std::int64_t configuration = 0;                   ///< grows with every change of the settings
   TimeNs latest_ns = 0;                             ///< latest known mission time
@@ -64,9 +64,9 @@ class FlightMemory {
   /// The Status of the latest keep().
   [[nodiscard]] const Status& kept() const { return kept_; }
 
-  /// The next CFDP transaction number, which no transaction of this flight has had, in this life or an earlier one.
-  /// Numbers are reserved on the medium in blocks. The rest of a block is skipped when the process ends. `latest` is
-  /// the latest number that the caller knows of.
+  /// The next CFDP transaction number, which no transaction of this flight has had, in this store epoch or an earlier
+  /// one. Numbers are reserved on the medium in blocks. The rest of a block is skipped when the process ends. `latest`
+  /// is the latest number that the caller knows of.
   [[nodiscard]] std::int64_t next_transaction(std::int64_t latest);
   /// Numbers continue after this one. It is for a medium that keeps nothing.
   void skip_transactions(std::int64_t through);

@@ -10,7 +10,7 @@ namespace ilp {
 /// A component works on one input at a time, in the order of ids from 1. When a step fails, its memory may be ahead of
 /// the store: the component is restored from its checkpoint and starts the input again after the executive's pause. A
 /// store that answers nothing cannot serve the restore either, so only attempts in which other records could be read
-/// are counted. The counts are of one life only.
+/// are counted. The counts are of one boot only.
 class Patience {
  public:
   /// A step has met `fault` in reading or processing input `id`. If the fault may pass, is a bug of our own, or says

@@ -19,9 +19,9 @@ Status erase(HistoryStore store, std::int64_t id, std::int64_t& erased) {
   return {};
 }
 
-/// The newest id, from which a history of `kept` is counted back. Ids of a new life begin far after those of the
-/// previous life (Store::id_base). Records of the previous life are not older because of that: they stay until this
-/// life has a history of its own.
+/// The newest id, from which a history of `kept` is counted back. Ids of a new store epoch begin far after those of the
+/// previous store epoch (Store::id_base). Records of the previous store epoch are not older because of that: they stay
+/// until this store epoch has a history of its own.
 template <typename Record>
 Status newest_that_counts(HistoryStore store, std::int64_t kept, std::int64_t& newest) {
   ILP_TRY(newest_id<Record>(store, newest));

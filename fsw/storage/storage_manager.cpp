@@ -36,7 +36,7 @@ Status count_next(StorageDraft& draft, Reader<Record> store, std::int64_t& count
   return {};
 }
 
-/// Poses by a camera that is still looked for are made anew, and their points with them.
+/// Poses by a camera that is still looked for are made again, and their points with them.
 Result<bool> is_trial(Reader<StructureRecord, PoseRecord> store, std::int64_t after) {
   StructureRecord structure;
   PoseRecord pose;
@@ -238,7 +238,7 @@ Status StorageManager::work_through(Draft& draft) {
   return draft.changed ? products().find_oldest(draft) : Status{};
 }
 
-bool StorageManager::looked_through() {
+bool StorageManager::scanned() {
   work_.rounds_done = work_.rounds_done || work_.round_done;
   work_.searches_done = work_.searches_done || !work_.searching;
   if (!work_.rounds_done || !work_.searches_done) return false;
@@ -253,7 +253,7 @@ StepResult StorageManager::step() {
   Status status = transaction.begin();
   if (status.ok()) status = work_through(draft);
   if (!status.ok()) return {status, false};
-  if (!draft.changed) return {{}, !looked_through()};
+  if (!draft.changed) return {{}, !scanned()};
   work_.rounds_done = work_.searches_done = false;
   draft.after.account.database_bytes = draft.usage.bytes;
   draft.after.account.database_free_bytes = draft.usage.free_bytes;

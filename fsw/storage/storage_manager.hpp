@@ -50,7 +50,7 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
   Status work_through(Draft& draft);
   /// Whether all files and, in a full store, all products have been examined since a change. The two rounds run step by
   /// step and independently: a complete round does not start again because the other is not complete.
-  bool looked_through();
+  bool scanned();
   StorageProducts products() { return {wiring_, work_}; }
   StorageRelease release_part() { return {wiring_, work_}; }
 

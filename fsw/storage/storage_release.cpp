@@ -76,7 +76,7 @@ Status StorageRelease::age_points(Draft& draft) {
       const std::uint64_t next = i + 1 < after.points_held.size() ? after.points_held[i + 1] : 0;
       after.points_held[i] = (after.points_held[i] >> 1U) | (next << 63U);
     }
-    // Ids of a later life of the flight begin far after this: no bit is left to be moved.
+    // Ids of a later store epoch begin far after this: no bit is left to be moved.
     if (!any) after.aged_structure_id = structure.id - 1;
   }
   draft.changed = true;

@@ -1,4 +1,4 @@
-// Data of StorageManager that nobody needs any more, or that a full store gives up: depth maps, masks, points.
+// Data of StorageManager that nobody needs any more, or that a full store abandons: depth maps, masks, points.
 #pragma once
 
 #include "fsw/storage/storage_part.hpp"

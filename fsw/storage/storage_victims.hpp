@@ -14,7 +14,7 @@ namespace ilp {
 /// 6 dB per halving of its largest error), or times one if no quality is on record.
 [[nodiscard]] double utility_of_last_layer(const ProductRecord& product);
 
-/// Finds the products of least worth in a whole table, in slices of bounded length and with bounded memory. The next
+/// Finds the products of least utility in a whole table, in slices of bounded length and with bounded memory. The next
 /// search finds those that did not fit.
 class VictimSearch {
  public:
@@ -29,7 +29,7 @@ class VictimSearch {
   [[nodiscard]] bool complete() const { return complete_; }
   /// Last layers go first, whole products only when the table has no last layer to take.
   [[nodiscard]] bool of_whole_products() const { return !any_layer_; }
-  /// Takes the victim of least worth. False: no more.
+  /// Takes the victim of least utility. False: no more.
   bool take(Victim& victim);
 
  private:

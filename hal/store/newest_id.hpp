@@ -5,7 +5,7 @@
 
 namespace ilp {
 
-/// Id of the newest record, damaged or not, but at least the number after which ids of this life of the flight begin.
+/// Id of the newest record, damaged or not, but at least the number after which ids of this store epoch begin.
 /// Returns faults of the store.
 template <typename Record>
 Status newest_id(Reader<Record> store, std::int64_t& id) {
@@ -18,7 +18,7 @@ Status newest_id(Reader<Record> store, std::int64_t& id) {
   return damaged || found.is(StatusCode::not_found) ? Status{} : found;
 }
 
-/// A new counter or cursor over the ids of `Record` begins with this life of the flight. `AnyStore` is a Store or any
+/// A new counter or cursor over the ids of `Record` begins with this store epoch. `AnyStore` is a Store or any
 /// part of one; nothing is read.
 template <typename Record, typename AnyStore>
 void begin_ids(const AnyStore& store, std::int64_t& id) {
@@ -26,7 +26,7 @@ void begin_ids(const AnyStore& store, std::int64_t& id) {
   if (id < base) id = base;
 }
 
-/// Expands a number from a telecommand, which may be a short one of this life or a whole one.
+/// Expands a number from a telecommand, which may be a short one of this store epoch or a whole one.
 template <typename Record, typename AnyStore>
 std::int64_t number_in_store_epoch(const AnyStore& store, std::int64_t number) {
   const std::int64_t base = store.id_base(record_type<Record>);

@@ -67,7 +67,7 @@ class Store : public Transactions {
   virtual Status poll(RecordMask& changed) = 0;
   virtual StoreUsage usage() = 0;
 
-  /// Ids begin after this number, which is 0 in the first life of a flight (IdentityRecord). Nothing is stored.
+  /// Ids begin after this number, which is 0 in the first store epoch of a flight (IdentityRecord). Nothing is stored.
   virtual void number_from(std::int64_t keyframe_base, std::int64_t record_base) {
     keyframe_base_ = keyframe_base;
     record_base_ = record_base;

@@ -1,4 +1,4 @@
-// Runs a job in the step that hands it over. For virtual time, for processes without a head, and for tests.
+// Runs a job in the step that hands it over. For virtual time, for processes without a primary, and for tests.
 #pragma once
 
 #include "hal/worker/worker.hpp"

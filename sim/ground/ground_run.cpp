@@ -293,7 +293,7 @@ std::vector<std::string> summary_of(const GroundOptions& options, const report::
     if (strip.landing) lines.push_back(landing::line_of(*strip.landing, strip.strip.id));
   }
   for (std::string& line : report::accuracy_lines(report)) lines.push_back(std::move(line));
-  for (std::string& line : report::stated_lines(report)) lines.push_back(std::move(line));
+  for (std::string& line : report::estimated_error_lines(report)) lines.push_back(std::move(line));
   lines.push_back("Report: " + (options.out / "report.html").string());
   lines.push_back(report.has_viewer ? "Viewer: " + (options.out / "viewer.html").string()
                                     : "No viewer: this build of ilp-ground has none (cmake says why)");

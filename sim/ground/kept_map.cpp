@@ -40,7 +40,7 @@ void unpack(const json& packed, std::int32_t width, std::int32_t height, host::R
   }
 }
 
-json reported(const map::GroundGrid& grid) {
+json as_json(const map::GroundGrid& grid) {
   return {{"x0", grid.x0},
           {"y0", grid.y0},
           {"cell", grid.cell},
@@ -56,30 +56,30 @@ json reported(const map::GroundGrid& grid) {
           {"laid_grey", packed(grid.laid.grey)}};
 }
 
-map::GroundGrid grid_from(const json& reported) {
+map::GroundGrid grid_from(const json& stored) {
   map::GroundGrid grid;
-  const std::int32_t columns = reported.at("columns"), rows = reported.at("rows");
+  const std::int32_t columns = stored.at("columns"), rows = stored.at("rows");
   if (columns <= 0 || rows <= 0) throw std::runtime_error("a grid without cells");
-  grid.x0 = reported.at("x0");
-  grid.y0 = reported.at("y0");
-  grid.cell = reported.at("cell");
-  unpack(reported.at("height"), columns, rows, grid.height);
-  unpack(reported.at("sigma"), columns, rows, grid.sigma);
-  unpack(reported.at("whole_sigma"), columns, rows, grid.whole_sigma);
-  unpack(reported.at("ortho"), columns, rows, grid.ortho);
-  unpack(reported.at("count"), columns, rows, grid.count);
-  unpack(reported.at("source"), columns, rows, grid.source);
-  unpack(reported.at("laid_height"), columns, rows, grid.laid.height);
-  unpack(reported.at("laid_grey"), columns, rows, grid.laid.grey);
+  grid.x0 = stored.at("x0");
+  grid.y0 = stored.at("y0");
+  grid.cell = stored.at("cell");
+  unpack(stored.at("height"), columns, rows, grid.height);
+  unpack(stored.at("sigma"), columns, rows, grid.sigma);
+  unpack(stored.at("whole_sigma"), columns, rows, grid.whole_sigma);
+  unpack(stored.at("ortho"), columns, rows, grid.ortho);
+  unpack(stored.at("count"), columns, rows, grid.count);
+  unpack(stored.at("source"), columns, rows, grid.source);
+  unpack(stored.at("laid_height"), columns, rows, grid.laid.height);
+  unpack(stored.at("laid_grey"), columns, rows, grid.laid.grey);
   return grid;
 }
 
-json reported(const map::Roughness& r) {
+json as_json(const map::Roughness& r) {
   return {r.border_samples, r.other_samples, r.border, r.other};
 }
 
-map::Roughness roughness_from(const json& reported) {
-  return {reported.at(0), reported.at(1), reported.at(2), reported.at(3)};
+map::Roughness roughness_from(const json& stored) {
+  return {stored.at(0), stored.at(1), stored.at(2), stored.at(3)};
 }
 
 }  // namespace
@@ -103,10 +103,10 @@ std::uint64_t map_export_digest(std::uint64_t map, const exports::Georeference& 
 std::vector<std::uint8_t> bytes_of_map(const report::StripResult& strip, const std::set<std::uint64_t>& parts) {
   const map::MapGeometry& g = strip.geometry;
   return json::to_cbor(
-      json{{"grid", reported(*strip.grid)},
+      json{{"grid", as_json(*strip.grid)},
            {"plane", {strip.plane.a, strip.plane.b, strip.plane.c}},
            {"geometry", {g.x0, g.y0, g.cell, g.columns, g.rows}},
-           {"seams", {reported(strip.seams.height), reported(strip.seams.grey), reported(strip.seams.grey_step)}},
+           {"seams", {as_json(strip.seams.height), as_json(strip.seams.grey), as_json(strip.seams.grey_step)}},
            {"parts", parts},
            {"files", strip.map_files},
            {"surface", {strip.vertices, strip.faces, strip.stride}}});
@@ -114,19 +114,19 @@ std::vector<std::uint8_t> bytes_of_map(const report::StripResult& strip, const s
 
 bool take_map(std::span<const std::uint8_t> bytes, report::StripResult& strip, std::set<std::uint64_t>& parts) {
   try {
-    const json reported = json::from_cbor(bytes.begin(), bytes.end());
+    const json stored = json::from_cbor(bytes.begin(), bytes.end());
     report::StripResult taken = strip;
-    taken.grid = grid_from(reported.at("grid"));
-    const json &plane = reported.at("plane"), &geometry = reported.at("geometry"), &surface = reported.at("surface");
+    taken.grid = grid_from(stored.at("grid"));
+    const json &plane = stored.at("plane"), &geometry = stored.at("geometry"), &surface = stored.at("surface");
     taken.plane = {plane.at(0), plane.at(1), plane.at(2)};
     taken.geometry = {geometry.at(0), geometry.at(1), geometry.at(2), geometry.at(3), geometry.at(4)};
-    const json& seams = reported.at("seams");
+    const json& seams = stored.at("seams");
     taken.seams = {roughness_from(seams.at(0)), roughness_from(seams.at(1)), roughness_from(seams.at(2))};
-    reported.at("files").get_to(taken.map_files);
+    stored.at("files").get_to(taken.map_files);
     surface.at(0).get_to(taken.vertices);
     surface.at(1).get_to(taken.faces);
     surface.at(2).get_to(taken.stride);
-    reported.at("parts").get_to(parts);
+    stored.at("parts").get_to(parts);
     strip = std::move(taken);
     return true;
   } catch (const std::exception&) {

@@ -93,7 +93,7 @@ void refuse_another_downlink(const GroundOptions& options, const RunRecord& befo
 void report_intake(const intake::Catalogue& catalogue, const intake::Catalogue::Intake& intake,
                    std::ostream& messages) {
   if (catalogue.was_quarantined()) {
-    messages << "the catalogue was damaged and is set aside: started over from the files that are there\n";
+    messages << "the catalogue was damaged and is quarantined: started over from the files that are there\n";
   }
   if (intake.fresh < intake.files) {
     messages << host::counted(intake.fresh, "file") << " new, " << intake.files - intake.fresh << " known\n";

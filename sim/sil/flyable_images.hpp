@@ -49,7 +49,7 @@ struct FlyableImages {
 inline constexpr std::size_t fewest_places = 3;
 
 struct PlaceOptions {
-  double sigma_m = 5;      ///< one sigma of a position without a stated error; twice as much of an elevation
+  double sigma_m = 5;      ///< one sigma of a position without an estimated error; twice as much of an elevation
   bool looks_down = true;  ///< the camera does, to 0.1 rad (one sigma): positions alone do not say what is up
 };
 

@@ -160,7 +160,7 @@ class Flight {
   Receiver receiver_;
   std::size_t frames_;  ///< of the source; 0: not known
   host::Progress progress_{std::cerr, "Flying, frame"};
-  std::int64_t flown_before_ = 0;  ///< frames of earlier lives
+  std::int64_t flown_before_ = 0;  ///< frames of earlier boots
   StallGuard guard_;
   std::vector<PowerCut> cuts_;
   bool cut_armed_ = false;
@@ -184,7 +184,7 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
   host::require(radio_.open((out_ / "outbox").c_str(), (out_ / "acknowledged").c_str()),
                 "opening " + (out_ / "outbox").string());
   if (options.real_time)
-    host::require(on_disk_.open(database_.c_str()), "opening the small memory beside " + database_);
+    host::require(on_disk_.open(database_.c_str()), "opening the nonvolatile memory beside " + database_);
   links_ = open_links(options, clock_);
   const FlightDevices devices{
       .store = store_,
@@ -302,7 +302,7 @@ void Flight::run() {
       host::require(executive().end(), "writing the housekeeping");
       software_->configuration().end_in_order(clock_.now());
       if (software_->configuration().restart_wanted())
-        std::cerr << "ilp-sil: parameters were given up that act with the next start: go on with --resume\n";
+        std::cerr << "ilp-sil: parameters were abandoned that act with the next start: go on with --resume\n";
       break;
     }
     if (!options_.linked()) {

@@ -11,7 +11,7 @@
 
 namespace ilp::sil {
 
-/// Sent in the order of the file. What an earlier life of the flight has received is not sent again.
+/// Sent in the order of the file. What an earlier boot of the flight has received is not sent again.
 class Telecommands {
  public:
   /// A line `SENT_S capture AT_S` each: sent at the one time, wants an image at the other, both in seconds of mission

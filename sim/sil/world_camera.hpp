@@ -66,7 +66,7 @@ class WorldCamera final : public Camera {
   world::FlightRenderer renderer_;
   std::vector<world::CameraState> exposures_;
   TimeNs now_ = 0;
-  TimeNs latest_ns_ = -1;  ///< that was given in this life
+  TimeNs latest_ns_ = -1;  ///< that was given in this boot
   std::optional<TimeNs> trigger_;
   struct Asked {
     ExposureSetting setting;

@@ -151,7 +151,7 @@ void write_image(benchmark::State& state) {
   Backend backend;
   const std::vector<std::uint8_t> image = make_image(1);
   std::int64_t id = 0;
-  // Twenty places, as in a flight whose storage manager gives images up.
+  // Twenty places, as in a flight whose storage manager abandons images.
   for (auto _ : state) put_image(*backend.store, ++id % 20, image);
 }
 

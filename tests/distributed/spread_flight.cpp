@@ -99,7 +99,7 @@ void SpreadFlight::start(std::size_t process) {
 }
 
 void SpreadFlight::start_all() {
-  // In this order the nodes have to wait for the head, and for the database.
+  // In this order the nodes have to wait for the primary, and for the database.
   for (std::size_t k = split_.size(); k-- > 0;) start(k);
 }
 

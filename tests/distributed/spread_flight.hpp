@@ -15,7 +15,7 @@ namespace ilp::test {
 /// The store lies in a database file, or on the server of with_postgres if the environment names one.
 class SpreadFlight {
  public:
-  /// `split[0]` are the head's stages, as --stages takes them, or "" for all of them in one process.
+  /// `split[0]` are the primary's stages, as --stages takes them, or "" for all of them in one process.
   explicit SpreadFlight(std::vector<std::string> split);
 
   [[nodiscard]] static bool on_server();
@@ -30,7 +30,7 @@ class SpreadFlight {
   [[nodiscard]] bool runs(std::size_t process);
   /// SIGSTOP in the middle of a transaction; false when none is seen.
   bool freeze_in_transaction(std::size_t process);
-  /// Starts every process again that has ended otherwise than in order. True when the head has ended in order.
+  /// Starts every process again that has ended otherwise than in order. True when the primary has ended in order.
   bool keep_up();
   /// Waits until all have ended, and returns their exit statuses; -1 for one that does not end.
   std::vector<int> wait();
@@ -43,7 +43,7 @@ class SpreadFlight {
   /// SQL as superuser in the flight's database on the server; the result has what it prints.
   [[nodiscard]] ProgramResult sql(const std::string& statements) const;
 
-  /// The head with other files beside the store: `name` tells them from its own.
+  /// The primary with other files beside the store: `name` tells them from its own.
   [[nodiscard]] std::vector<std::string> primary_command(const std::string& name = "") const;
   /// A process with these stages and further options, beside the flight.
   [[nodiscard]] std::vector<std::string> node_command(const std::string& stages,

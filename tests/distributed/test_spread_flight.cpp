@@ -178,7 +178,7 @@ TEST(SpreadFlight, ProcessesThatAreStoppedInTransactionsAreEndedAndTheFlightIsTh
       const std::size_t node = 1 + random() % 2;
       if (here >= 3 || !flight.runs(node) || flight.output(node).find("running ") == std::string::npos) continue;
       if (!flight.freeze_in_transaction(node)) continue;
-      // Nobody but the head can end it.
+      // Nobody but the primary can end it.
       for (int k = 0; k < 30'000 && flight.runs(node) && flight.runs(0); ++k) sleep_ms(2);
       ASSERT_FALSE(flight.runs(node) && flight.runs(0)) << flight.output(0);
       if (!flight.runs(node)) ++here;
@@ -236,7 +236,7 @@ TEST(SpreadFlight, AStageRunsInOneProcess) {
 
 TEST(SpreadFlight, ASecondPrimaryIsRefused) {
   SpreadFlight flight(two);
-  // Without the other process the flight does not end. The head opens its small memory when it has its stages.
+  // Without the other process the flight does not end. The primary opens its nonvolatile memory when it has its stages.
   flight.start(0);
   for (int k = 0; k < 1000 && !std::filesystem::exists(flight.folder() / "state.keep-1"); ++k) sleep_ms(50);
   const test::ProgramResult second = test::run_program(flight.primary_command("-of-another"));

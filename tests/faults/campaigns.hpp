@@ -19,11 +19,11 @@ struct CampaignOptions {
   std::filesystem::path folder;
 };
 
-/// Single bits of the database and its log flip, between two lives or beneath a running one.
+/// Single bits of the database and its log flip, between two boots or beneath a running one.
 bool bits_in_storage(const Reference& reference, const CampaignOptions& options);
 /// Calls of the operating system on the flight's files fail, below SQLite's VFS: one, several, or all for seconds, in
 /// flight and at a start; with a reader or a held lock beside it; then an orderly end, a kill or a power cut, and a
-/// start without faults. And flips in the files between two lives.
+/// start without faults. And flips in the files between two boots.
 bool failing_files(const Reference& reference, const CampaignOptions& options);
 /// Single bits of the flight's static memory flip, between steps and within them.
 bool bits_in_memory(const Reference& reference, const CampaignOptions& options);

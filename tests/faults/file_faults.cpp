@@ -27,7 +27,7 @@ namespace {
 
 constexpr std::size_t call_kinds = static_cast<std::size_t>(CallKind::kinds);
 constexpr std::size_t file_kinds = static_cast<std::size_t>(FileKind::kinds);
-/// Minor frames of a life in which a fault may begin, and those by which something follows it at most.
+/// Minor frames of a boot in which a fault may begin, and those by which something follows it at most.
 constexpr std::int64_t first_frames = 12, later_frames = 20;
 constexpr std::size_t block_bytes = 4096;
 constexpr std::int64_t always = std::numeric_limits<std::int64_t>::max();
@@ -61,7 +61,7 @@ struct Fault {
   Class what = Class::one;
   Effect effect = Effect::io_error;
   bool at_start = false;
-  std::int64_t frame = 0;  ///< of the life, from which on calls are counted
+  std::int64_t frame = 0;  ///< of the boot, from which on calls are counted
   // It begins with this one of the calls of this kind on this file.
   CallKind kind = CallKind::read;
   FileKind file = FileKind::database;
@@ -88,7 +88,7 @@ struct Reported {
   char where[64] = {};
 };
 
-/// Lets one life meet the fault.
+/// Lets one boot meet the fault.
 class Disturber {
  public:
   Disturber(const Fault& fault, const fs::path& folder, const Traces& traces, const Neighbour* neighbour,
@@ -273,7 +273,7 @@ Fault draw_fault(Class what, const Calls& calls, Rng& rng) {
   fault.at_start = rng.below(3) == 0;
   draw_call(fault.at_start ? calls.at_start : calls.in_flight, true, rng, fault);
   fault.effect = draw_effect(fault.kind, rng);
-  // The count of calls begins with the life's first minor frame.
+  // The count of calls begins with the boot's first minor frame.
   switch (what) {
     case Class::one:
       break;
@@ -349,18 +349,18 @@ bool condemns(std::uint16_t code) {
   return is(StatusCode::store_set_aside) || is(StatusCode::store_salvaged) || is(StatusCode::log_damaged);
 }
 
-/// Looks at the database between the lives of a trial.
+/// Looks at the database between the boots of a trial.
 class Auditor {
  public:
   Auditor(const fs::path& folder, const Traces& traces, const CommitLedger* ledger)
       : folder_(folder), traces_(traces), ledger_(ledger) {}
 
-  /// After a life. `faultless`: it met no fault.
+  /// After a boot. `faultless`: it met no fault.
   void look(bool faultless) {
     check_updates(faultless);
     const Inspection seen = inspect(folder_, ledger_);
     if (!seen.done) throw std::runtime_error("a database cannot be inspected");
-    // The ledger is that of the first life.
+    // The ledger is that of the first boot.
     ledger_ = nullptr;
     valid_ = seen.valid && (content_ == 0 || seen.content == content_);
     if (boots_described) {
@@ -372,7 +372,7 @@ class Auditor {
       note(confirmed_lost_, "missing: ", {StatusCode::not_found, seen.missing_id, seen.missing_type});
     }
   }
-  /// The same for the last life, when nothing starts any more.
+  /// The same for the last boot, when nothing starts any more.
   void check_updates(bool faultless) {
     for (; reported_ < traces_.updates; ++reported_) {
       const std::uint16_t code = traces_.statuses[reported_];
@@ -380,7 +380,7 @@ class Auditor {
       if (valid_ && (condemns(code) || leaves)) note(refused_valid_, "at a start: ", static_cast<StatusCode>(code));
     }
   }
-  /// From now on a sound database has this content.
+  /// From now on a valid database has this content.
   void expect(std::uint64_t content) { content_ = content; }
 
   [[nodiscard]] bool refused_valid() const { return refused_valid_; }
@@ -439,7 +439,7 @@ void fly_with_fault(const Trial& trial, Class what, std::uint64_t seed, Rng& rng
   hooks.ledger = &ledger;
   Auditor auditor(folder, traces, &ledger);
   const auto between = [&](int boots) {
-    // Only who reads may stay beyond the life.
+    // Only who reads may stay beyond the boot.
     if (neighbour && (fault.end == End::power_cut || fault.beside == Beside::lock)) neighbour->kill();
     auditor.look(boots > 1);
   };
@@ -482,7 +482,7 @@ std::string spoil(const fs::path& file, Rng& rng) {
   return (bits == 0 ? "all" : std::to_string(bits)) + " bits of the sector at " + std::to_string(sector);
 }
 
-/// A life that ends somehow, then flips in the files, or in a control none, then the next life.
+/// A boot that ends somehow, then flips in the files, or in a control none, then the next boot.
 void fly_with_flips(const Trial& trial, Rng& rng, const fs::path& folder, TrialRecord& record) {
   const std::uint32_t snapshot = rng.below(static_cast<std::uint32_t>(trial.calls.size() / 2));
   const std::int64_t begin = snapshot * snapshot_frames;

@@ -119,7 +119,7 @@ std::vector<MemoryPart> memory_parts() {
   std::vector<MemoryPart> parts;
   add(parts, "mission parameters", region_of(*memory.mission), {});
   Configuration& configuration = flight.configuration();
-  add(parts, "small memory", region_of(configuration.memory()), {});
+  add(parts, "nonvolatile memory", region_of(configuration.memory()), {});
   add(parts, "configuration", region_of(configuration), {});
   TelemetryWriter& writer = flight.*revealed(FlightSoftware_telemetry_writer_{});
   add(parts, "telemetry writer", region_of(writer),

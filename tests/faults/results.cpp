@@ -23,7 +23,7 @@ namespace {
 
 using RecordPlace = std::array<std::byte, limits::max_record_bytes>;
 
-/// Tables that describe the software's own lives, or of the order in which files went, not of the flight. Products
+/// Tables that describe the software's own boots, or of the order in which files went, not of the flight. Products
 /// count on the ground: when their records go depends on when they were confirmed.
 bool is_table_of_results(RecordType type) {
   for (const RecordType other :
@@ -57,7 +57,7 @@ std::uint64_t bit_of(RecordType type) {
   return std::uint64_t{1} << static_cast<unsigned>(type);
 }
 
-/// Events of every database of the folder, those set aside included.
+/// Events of every database of the folder, those in quarantine included.
 void add_events(Store& store, std::set<std::uint16_t>& events) {
   EventRecord event;
   for (std::int64_t id = 0; next(store, id, event).ok(); id = event.id) events.insert(event.code);

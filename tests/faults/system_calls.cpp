@@ -213,8 +213,8 @@ const char* call_name(CallKind kind) {
 }
 
 const char* file_name(FileKind kind) {
-  constexpr const char* names[] = {"database",     "log",     "index of the log", "mark of the log", "guard",
-                                   "small memory", "reserve", "successor",        "folder",          "link"};
+  constexpr const char* names[] = {"database",           "log",     "index of the log", "mark of the log", "guard",
+                                   "nonvolatile memory", "reserve", "successor",        "folder",          "link"};
   static_assert(std::size(names) == static_cast<std::size_t>(FileKind::kinds));
   return names[static_cast<std::size_t>(kind)];
 }

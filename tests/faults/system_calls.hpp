@@ -21,7 +21,7 @@ enum class FileKind : std::uint8_t {
   guard,      ///< NAME-guard
   memory,     ///< NAME.keep-*
   reserve,    ///< NAME-reserve
-  successor,  ///< a database that is being saved, or is set aside
+  successor,  ///< a database that is being saved, or is quarantined
   folder,
   link,  ///< outbox and confirmations
   kinds

@@ -54,7 +54,7 @@ void print_trial(std::int64_t number, const TrialRecord& record) {
   if (verdict.refused_valid) std::printf(", a sound database refused");
   if (verdict.confirmed_lost) std::printf(", confirmed data lost");
   if (verdict.overtime) std::printf(", not done in its time");
-  std::printf(", %d lives", verdict.boots);
+  std::printf(", %d boots", verdict.boots);
   const Difference& d = verdict.difference;
   if (d.items > 0) std::printf("; %d items, the first: %s", d.items, d.first);
   for (const auto& [tables, word] :

@@ -187,7 +187,7 @@ const StaticMemory& static_memory() {
 void prepare_process(Downlinks downlinks) {
   sqlite_arena.init(store_region, limits::sqlite_arena_bytes);
   static_cast<void>(configure_sqlite_memory(sqlite_arena));
-  // Lives share the pages that they do not write to. What they refer to is constructed by each of them, in these
+  // Boots share the pages that they do not write to. What they refer to is constructed by each of them, in these
   // places, before it is used.
   auto* const mission = new (mission_place) MissionParameters(tiny_mission());
   auto& clock = *reinterpret_cast<WatchedClock*>(clock_place);

@@ -17,7 +17,7 @@ namespace ilp::faults {
 /// Renders the images into `folder`, unless they are there.
 void prepare_world(const std::filesystem::path& folder);
 
-/// How a life of the flight software ended; the exit status of its process.
+/// How a boot of the flight software ended; the exit status of its process.
 enum BootEnd : int {
   boot_done = 0,      ///< everything has been worked through, sent and confirmed
   boot_restart = 3,   ///< the database was found damaged: the supervisor starts the software again
@@ -31,23 +31,23 @@ enum BootEnd : int {
 /// What a process leaves outside its store, however it ends: in memory that it shares with its parent.
 struct Traces {
   TimeNs now_ns = 0;            ///< mission time
-  std::int64_t frames = 0;      ///< minor frames of this life
+  std::int64_t frames = 0;      ///< minor frames of this boot
   std::int64_t calls = 0;       ///< of the store
   std::uint32_t updates = 0;    ///< statuses that `statuses` holds
   std::uint16_t statuses[8]{};  ///< reported on standard error at start-up
 };
 
-/// Where a life can be looked at, or harmed. All may be empty.
+/// Where a boot can be looked at, or harmed. All may be empty.
 struct Hooks {
   std::function<void()> begin;               ///< before the database is opened
   std::function<void()> started;             ///< the components are restored
-  std::function<void()> again;               ///< the same in the lives behind the one that is harmed
-  std::function<void(std::int64_t)> frame;   ///< before each minor frame, with its number in this life
+  std::function<void()> again;               ///< the same in the boots behind the one that is harmed
+  std::function<void(std::int64_t)> frame;   ///< before each minor frame, with its number in this boot
   std::function<void()> step;                ///< before and after each step of a component
   test::FailingStore::Judge call;            ///< of the store, by the components
-  std::function<bool()> ends;                ///< before each minor frame: true ends the life in order
+  std::function<bool()> ends;                ///< before each minor frame: true ends the boot in order
   CommitLedger* ledger = nullptr;            ///< of what is committed to the disk
-  std::function<void(Store&)> without_disk;  ///< at the end of a life whose store was in memory
+  std::function<void(Store&)> without_disk;  ///< at the end of a boot whose store was in memory
 };
 
 /// The static memory of the flight.
@@ -64,10 +64,10 @@ enum class Downlinks : std::uint8_t {
   packets  ///< telemetry in packets, and files by CFDP
 };
 
-/// Once in the process that starts the lives, before the first of them: SQLite gets its arena, the flight its memory.
+/// Once in the process that starts the boots, before the first of them: SQLite gets its arena, the flight its memory.
 void prepare_process(Downlinks downlinks);
 
-/// One life on `folder`/flight.db with the outbox beside it, as ilp-onboard with --fly-on lives it: to be called once
+/// One boot on `folder`/flight.db with the outbox beside it, as ilp-onboard with --fly-on boots it: to be called once
 /// in a process of its own. Goes on at traces.now_ns and ends `grace_ns` after everything is done, or at `end_ns`.
 BootEnd live(const std::filesystem::path& world, const std::filesystem::path& folder, TimeNs end_ns, Traces& traces,
              const Hooks& hooks);

@@ -25,7 +25,7 @@ constexpr int max_boots = 8;
 /// Beyond the end of the undisturbed flight: what was lost is sent again after its timeout, more than once.
 constexpr TimeNs overtime_ns = 200 * ns_per_s;
 
-/// What a life leaves that ends in order.
+/// What a boot leaves that ends in order.
 void end_in_order(const fs::path& folder) {
   SqliteStore store;
   StartRecord boot;
@@ -82,7 +82,7 @@ void look(const Reference& reference, const std::set<RecordKey>& settled, Store&
 }
 
 void describe_boot(int boot, bool by_itself, int status, const Traces& traces) {
-  std::printf("life %d: %s %d at %.1f s", boot, by_itself ? "status" : "signal", status,
+  std::printf("boot %d: %s %d at %.1f s", boot, by_itself ? "status" : "signal", status,
               1e-9 * static_cast<double>(traces.now_ns));
   for (std::uint32_t n = 0; n < traces.updates; ++n) {
     std::printf("%s%s", n == 0 ? "; told: " : ", ", status_text(static_cast<StatusCode>(traces.statuses[n])));
@@ -199,7 +199,7 @@ Verdict fly_trial(const Reference& reference, const fs::path& folder, TimeNs now
     if (boots_described) describe_boot(verdict.boots, by_itself, status, traces);
     if (by_itself) {
       if (status == boot_broken) return verdict;
-      // The trial's own end of a life is no news.
+      // The trial's own end of a boot is no news.
       if (status != boot_killed) noticed = noticed || status == boot_restart || status == boot_refused;
       ended = status == boot_done || status == boot_overtime;
       verdict.overtime = status == boot_overtime;

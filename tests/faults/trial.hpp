@@ -1,4 +1,4 @@
-// One trial: a flight whose first life is harmed, and whose later lives follow as a supervisor would start them; then
+// One trial: a flight whose first boot is harmed, and whose later boots follow as a supervisor would start them; then
 // what has become of it.
 #pragma once
 
@@ -31,7 +31,7 @@ struct Verdict {
   bool crashed = false;
   bool hung = false;
   bool overtime = false;
-  bool refused_valid = false;   ///< a start refused, mended or set aside a sound database (file_faults.cpp)
+  bool refused_valid = false;   ///< a start refused, mended or quarantined a valid database (file_faults.cpp)
   bool confirmed_lost = false;  ///< what a commit had confirmed, or counts as confirmed by the ground, was not there
   int signal = 0;               ///< of the first crash
   Difference difference;
@@ -71,18 +71,18 @@ void copy_snapshot(const std::filesystem::path& from, const std::filesystem::pat
 /// Runs in a process of its own, with a limit on its processor time that stands for the watchdog. True when it ended by
 /// itself, with `status` as its exit status; else `status` is the signal.
 bool run_apart(const std::function<int()>& body, int& status);
-/// The simulated disk copies a file at every synchronisation, of which a life with a reader beside it makes hundreds.
+/// The simulated disk copies a file at every synchronisation, of which a boot with a reader beside it makes hundreds.
 inline constexpr int watchdog_seconds = 120;
 
 /// Memory that processes share, zero at first.
 [[nodiscard]] void* share(std::size_t bytes);
 void unshare(void* memory, std::size_t bytes);
 
-/// For a trial that is repeated alone: prints how each life ended.
+/// For a trial that is repeated alone: prints how each boot ended.
 inline bool boots_described = false;
 
-/// Flies `folder` on from `now_ns` with `hooks` in its first life, to its end.
-/// `between` is called after each life but the last, with the number of lives so far.
+/// Flies `folder` on from `now_ns` with `hooks` in its first boot, to its end.
+/// `between` is called after each boot but the last, with the number of boots so far.
 Verdict fly_trial(const Reference& reference, const std::filesystem::path& folder, TimeNs now_ns,
                   const std::set<RecordKey>& settled, Traces& traces, const Hooks& hooks,
                   const std::function<void(int)>& between = {});

@@ -164,7 +164,7 @@ class ReceiverRun {
       receiver().tick(now_);
       drain(most_in_a_row);
     }
-    require(receiver().phase() == cfdp::ReceivePhase::closed, "a transaction that nobody attends is given up");
+    require(receiver().phase() == cfdp::ReceivePhase::closed, "a transaction that nobody attends is abandoned");
   }
 
  private:

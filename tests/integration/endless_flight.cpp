@@ -230,7 +230,7 @@ constexpr Stage stages[] = {
     stage_of(ComponentId::downlink),
 };
 
-/// One life of the program, from start to restart.
+/// One boot of the program, from start to restart.
 struct Boot {
   Boot(Store& store, Link& link, Clock& clock, const MissionParameters& mission, std::int64_t keyframes)
       : stub(store, clock, keyframes),

@@ -124,7 +124,7 @@ struct EndlessResult {
 [[nodiscard]] MissionParameters endless_mission();
 
 /// Flies, and checks after every minor frame: the account says what is there; what was handed to the link is there, or
-/// confirmed; what is not coded has its image; capture has not stopped; and now and then that the store is sound.
+/// confirmed; what is not coded has its image; capture has not stopped; and now and then that the store is valid.
 EndlessResult fly_endlessly(const std::string& database, const MissionParameters& mission,
                             const EndlessOptions& options);
 

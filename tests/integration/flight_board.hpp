@@ -1,5 +1,5 @@
-// A board for FlightSoftware in virtual time, started as ilp-onboard does it: a database and a small memory on a disk,
-// a packet link to a ground station, keys, a calendar, and a camera that gives nothing.
+// A board for FlightSoftware in virtual time, started as ilp-onboard does it: a database and a nonvolatile memory on a
+// disk, a packet link to a ground station, keys, a calendar, and a camera that gives nothing.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -271,7 +271,7 @@ TEST_F(AuthenticatedOperationTest, WhatWasSaidBeforeADatabaseWasSetAsideIsNotTak
   program->stop();
 
   EXPECT_EQ(test::events_of(path("out"), StatusCode::store_set_aside), 1U);
-  EXPECT_EQ(commanded_captures(), 0U) << "the telecommand of the life before";
+  EXPECT_EQ(commanded_captures(), 0U) << "the telecommand of the store epoch before";
   const auto uplinks = test::records_of<UplinkRecord>(path("out"));
   ASSERT_EQ(uplinks.size(), 1U);
   EXPECT_STREQ(uplinks[0].name, "sad.ini");

@@ -1,4 +1,4 @@
-// A flight whose disk fails with a reset and comes back: three lives with images, and one history.
+// A flight whose disk fails with a reset and comes back: three store epochs with images, and one history.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ class PassingCamera final : public Camera {
     exposures_ = world::Trajectory(scenario_.flight).exposures();
   }
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override {
-    // Mission time of another life may begin again.
+    // Mission time of another store epoch may begin again.
     next_ = std::min(next_, now + interval_ns);
     if (given == wanted || now < next_) return StatusCode::not_ready;
     const world::Terrain terrain(scenario_.world);
@@ -208,13 +208,13 @@ TEST_F(BackToDisk, StoreEpochsInMemoryFollowEachOtherIntoOneDatabase) {
   const std::size_t events = all<EventRecord>().size();
   board_.stop();
 
-  // The small memory can be read this time.
+  // The nonvolatile memory can be read this time.
   fs::rename(board_.database(), board_.database() + ".away");
   fs::create_directory(board_.database());
   ASSERT_OK(board_.start());
   ASSERT_EQ(board_.store->updates().code, StatusCode::store_in_memory);
   ASSERT_OK(get(board_.store->store(), 1, second));
-  EXPECT_GT(second.keyframe_base, first.keyframe_base) << "or the two lives would not fit into one database";
+  EXPECT_GT(second.keyframe_base, first.keyframe_base) << "or the two store epochs would not fit into one database";
   EXPECT_GT(second.record_base, first.record_base);
   board_.fly(1);
   fs::remove(board_.database());

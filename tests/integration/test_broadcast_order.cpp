@@ -137,7 +137,7 @@ TEST_P(BroadcastOrder, ABetterProductOvertakesAllThatHaveNotBegunAndEveryPassIsO
   const auto overtaking = std::find(beginnings.all.begin(), beginnings.all.end(), name_of(products + 1));
   const auto place = static_cast<std::size_t>(overtaking - beginnings.all.begin());
   EXPECT_LE(place, begun_in_pass + 1);
-  EXPECT_EQ(beginnings.all[begun_before_pass], name_of(products + 2)) << "the second pass is ordered anew";
+  EXPECT_EQ(beginnings.all[begun_before_pass], name_of(products + 2)) << "the second pass is ordered again";
   plan.insert(plan.begin() + static_cast<std::ptrdiff_t>(place), name_of(products + 1));
   plan.insert(plan.begin() + static_cast<std::ptrdiff_t>(begun_before_pass), name_of(products + 2));
   EXPECT_EQ(beginnings.all, plan);

@@ -135,7 +135,7 @@ class ControlPoints : public ::testing::Test {
     for (const auto& point : strip["points"]) {
       if (point["name"] != "p3") {
         EXPECT_TRUE(point["check"].get<bool>() || point["used"].get<bool>()) << point;
-        // The stated sigma is for marks of one pixel. The poses add up to 0.1 m.
+        // The estimated sigma is for marks of one pixel. The poses add up to 0.1 m.
         const double sigma = std::hypot(mark_noise_px * point["expected_m"].get<double>(), 0.1);
         for (const auto& residual : point["residual_m"])
           EXPECT_LT(std::fabs(residual.get<double>()), 3 * sigma) << point;

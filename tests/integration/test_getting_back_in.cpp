@@ -79,7 +79,7 @@ TEST_F(GettingBackIn, AnotherCameraKnownByTelecommandDoesNotKeepTheFlightFromSta
   EXPECT_EQ(board_->in_force("calibration", "camera_known"), 1);
   EXPECT_EQ(reasons(), (std::vector<int>{1}));
   ASSERT_OK(board_->restart());
-  EXPECT_EQ(reasons(), (std::vector<int>{1})) << "given up for good";
+  EXPECT_EQ(reasons(), (std::vector<int>{1})) << "abandoned for good";
 }
 
 TEST_F(GettingBackIn, AMissionEpochInTheFutureIsRefusedAndDoesNotKeepTheFlightFromStarting) {
@@ -562,7 +562,7 @@ TEST_F(GettingBackIn, ACalendarThatNoFlightCanHaveCostsNothingThatIsKept) {
   EXPECT_TRUE(board_->events(StatusCode::memory_lost).empty());
 }
 
-// Numbers over lives.
+// Numbers over store epochs.
 
 TEST_F(GettingBackIn, InTheLastStoreEpochsNumbersBeyondThirtyTwoBitsAreToldAndNamed) {
   for (const std::int64_t store_epoch : {44, 50, 51, 52}) {
@@ -590,7 +590,7 @@ TEST_F(GettingBackIn, InTheLastStoreEpochsNumbersBeyondThirtyTwoBitsAreToldAndNa
     ASSERT_EQ(begun.size(), 1U);
     EXPECT_GT(begun[0].id, identity.record_base);
     EXPECT_EQ(begun[0].a, store_epoch);
-    // A file of events has a number of this life in its name.
+    // A file of events has a number of this store epoch in its name.
     TransferRecord transfer;
     ASSERT_OK(last(board_->store->store(), transfer));
     EXPECT_GT(transfer.id, identity.record_base);
@@ -626,7 +626,7 @@ TEST_F(GettingBackIn, EveryDatabaseIsAnotherStoreEpochWithNumbersOfItsOwn) {
       const std::size_t entity = ((pdu[3] >> 4U) & 7U) + 1, width = (pdu[3] & 7U) + 1;
       ByteReader number(pdu.subspan(4 + entity, width));
       const int known = store_epoch_of_transaction.emplace(number.number(width), store_epoch).first->second;
-      EXPECT_EQ(known, store_epoch) << "a transaction number of another life";
+      EXPECT_EQ(known, store_epoch) << "a transaction number of another store epoch";
     }
     for (int i = 0; i < 10; ++i) EXPECT_TRUE(transactions.insert(board_->memory().next_transaction(0)).second);
     board_->stop();
@@ -654,7 +654,7 @@ TEST_F(GettingBackIn, WhereNothingIsKeptNumbersBeginByTheCalendar) {
     ASSERT_OK(get(board_->store->store(), 1, identity));
     EXPECT_GE(identity.keyframe_base, base + 60);
     EXPECT_LT(identity.keyframe_base, 10'000'000'000) << "names of files have room for ten digits";
-    EXPECT_GT(identity.keyframe_base, 50 * std::int64_t{100'000'000}) << "behind every life that is counted";
+    EXPECT_GT(identity.keyframe_base, 50 * std::int64_t{100'000'000}) << "behind every store epoch that is counted";
     base = identity.keyframe_base;
     EXPECT_EQ(board_->events(StatusCode::memory_lost).size(), 1U);
   }

@@ -82,7 +82,7 @@ TEST(MapFlight, KeyframesAreFixedToTheirTruePlaces) {
   EXPECT_GE(fixed + 1, fixes.size());
   EXPECT_GE(placed + 1, fixes.size());
   // Fixes over the same ground err together, so that the flight is one draw of two numbers: 1 % are above 4.6.
-  EXPECT_LT(squares / static_cast<double>(placed), 4.6) << "the stated error of the place";
+  EXPECT_LT(squares / static_cast<double>(placed), 4.6) << "the estimated error of the place";
 
   const auto frame = test::records_of<StripFrameRecord>(flown().out);
   ASSERT_EQ(frame.size(), 1U);

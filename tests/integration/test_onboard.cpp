@@ -92,14 +92,14 @@ TEST_F(OnboardFlight, KilledAgainAndAgainItsBootsAreOnRecordAndTheProductsAreThe
   expect_products();
   const std::vector<StartRecord> all = boots(database);
   ASSERT_GT(kills, 0);
-  // A life that was killed while it still opened its store has no record.
+  // A boot that was killed while it still opened its store has no record.
   ASSERT_LE(all.size(), static_cast<std::size_t>(kills) + 1);
   for (std::size_t i = 0; i < all.size(); ++i) {
     // The kill may have come after an ordered end.
     const bool ended_before = i > 0 && all[i - 1].end_ns != 0;
     const StartReason after = ended_before ? StartReason::stopped : StartReason::process_died;
-    EXPECT_EQ(all[i].reason, i == 0 ? StartReason::first : after) << "life " << i + 1;
-    EXPECT_EQ(all[i].failed, 0U) << "self-tests of life " << i + 1;
+    EXPECT_EQ(all[i].reason, i == 0 ? StartReason::first : after) << "boot " << i + 1;
+    EXPECT_EQ(all[i].failed, 0U) << "self-tests of boot " << i + 1;
   }
   EXPECT_NE(all.back().end_ns, 0);
   EXPECT_GT(all.back().stack_bytes, 0U);
@@ -187,7 +187,7 @@ TEST_F(OnboardFlight, TheGroundTellsTheStoreEpochsOfAFlightApartAndMixesNothing)
   EXPECT_EQ(all.size(), 2 * first.size());
   for (const auto& [name, bytes] : first) {
     EXPECT_EQ(all.count(name), 1U) << name;
-    EXPECT_TRUE(all.at(name) == bytes) << name << " of the first life was replaced";
+    EXPECT_TRUE(all.at(name) == bytes) << name << " of the first boot was replaced";
   }
   intake::Catalogue catalogue(folder_ / "catalogue.db");
   catalogue.take_in(folder_ / "outbox");

@@ -34,7 +34,7 @@ TEST(PowerCutsTest, KilledAtAnyInstantAgainAndAgainTheFlightEndsAsIfNothingHadHa
   ASSERT_EQ(test::run_program(first).exit_status, 9);
   const auto command = test::sil_command(plain, out, {"--resume"});
   bool ended = false;
-  // Each life is a little longer, so that the kills fall into all stages on a machine of any speed.
+  // Each boot is a little longer, so that the kills fall into all stages on a machine of any speed.
   for (int boot = 0; boot < 12 && !ended; ++boot) ended = test::run_and_kill(command, 60 + 37 * boot);
   if (!ended) {
     const test::ProgramResult last = test::run_program(command);

@@ -10,7 +10,7 @@
 
 namespace ilp::test {
 
-/// What a flight is connected to, with a small memory that knows of no earlier start where none is given.
+/// What a flight is connected to, with a nonvolatile memory that knows of no earlier start where none is given.
 struct KitDevices {
   Store& store;
   Camera& camera;

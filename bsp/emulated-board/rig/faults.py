@@ -116,7 +116,7 @@ class DamagedDatabase(Troubled):
     starts_again = True
 
     def compare(self):
-        problems = [] if os.path.exists(self.path("disk/flight.db.aside-1")) else ["no database was set aside"]
+        problems = [] if os.path.exists(self.path("disk/flight.db.aside-1")) else ["no database was quarantined"]
         return problems + Undisturbed(self, may_miss=self.options.frames, new_life=True).expect(
             [FIRST], ["store_salvaged"]).run()
 

@@ -81,7 +81,7 @@ struct ReductionParams {
 
 /// Adjusts poses and points of the window with the camera as it is, and takes the equations there. Its observations are
 /// ideal px of `camera`, all those of a point one after the other; residuals are in px of the real image, with Cauchy
-/// weights. An observation counts with error_factor times the scatter of the residuals, as in the stated errors of
+/// weights. An observation counts with error_factor times the scatter of the residuals, as in the estimated errors of
 /// poses. A direction that the window does not determine has no information and adds nothing. The residuals that the
 /// step leaves are added to `field`. The window's attitudes are those of a sensor in a world of its own: each view's
 /// turn from the first one counts. The places of `params` are in another world, too: only the shape of the track

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int refinement_steps = 12;
 
-/// Sums of the normal equations over residuals that were divided by their stated errors.
+/// Sums of the normal equations over residuals that were divided by their estimated errors.
 struct NormalEquations {
   SimilarityCovariance normal = SimilarityCovariance::Zero();
   SimilarityStep gradient = SimilarityStep::Zero();

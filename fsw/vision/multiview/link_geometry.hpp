@@ -44,7 +44,7 @@ struct LinkGeometryWorkspace {
 
 /// Starts from the resection of the newer camera on the place's points, takes the scale from the depths of the newer
 /// keyframe, and refines both together over the features in the other image and their depths. The covariance follows
-/// from the stated errors, enlarged when the residuals are larger. Deterministic for a given seed. `too_few_matches`
+/// from the estimated errors, enlarged when the residuals are larger. Deterministic for a given seed. `too_few_matches`
 /// when fewer than min_inliers matches have a depth in each keyframe, `no_model` when no similarity has that many
 /// inliers.
 Status estimate_link(const LinkMatches& matches, const CameraModel& camera, const LinkGeometryParams& params,

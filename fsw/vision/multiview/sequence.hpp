@@ -53,8 +53,8 @@ struct SequenceParams {
   /// straight keyframes (sim/campaigns/straight.ini) errors along the track need a factor of 1.7, in height 2 to 2.7,
   /// across the track 4 to 5.5, all together 3; over a plane 1 is enough.
   double error_factor = 3;
-  /// Of the intrinsics, lower triangle in the order of Intrinsic; 0 for a camera that is known exactly. Stated errors
-  /// of poses contain what it does to them.
+  /// Of the intrinsics, lower triangle in the order of Intrinsic; 0 for a camera that is known exactly. Estimated
+  /// errors of poses contain what it does to them.
   std::array<double, intrinsic_count*(intrinsic_count + 1) / 2> lens_covariance{};
   /// The structure begins as soon as a pair promises depths with at most this relative error (expected_depth_error). If
   /// no pair does, the best one begins when max_first_keyframes have come, or at the end of the strip.

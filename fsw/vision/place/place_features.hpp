@@ -1,4 +1,4 @@
-// Features by which ground is known again at any rotation and from another height: oriented corners with binary
+// Features by which ground is recognised at any rotation and from another height: oriented corners with binary
 // descriptors (E. Rublee et al., "ORB: an efficient alternative to SIFT or SURF", ICCV 2011).
 #pragma once
 

@@ -16,7 +16,7 @@ namespace ilp {
 /// A quality is 0 where no ground is known. Otherwise it combines two quantities:
 /// - the sampling, the size of a pixel on the ground (distance / focal length), in sixths of an octave. Levels repeat
 ///   after 63 sixths, so that no unit of length is preferred; a comparison is right for ratios below 32.
-/// - the stated sigma of the distance relative to the distance, in four classes: up to 0.25 %, 0.5 %, 1 %, and more.
+/// - the estimated sigma of the distance relative to the distance, in four classes: up to 0.25 %, 0.5 %, 1 %, and more.
 inline constexpr std::int32_t sampling_levels = 63;
 inline constexpr std::int32_t sampling_levels_per_octave = 6;
 

@@ -51,7 +51,7 @@ struct FrameArrival {
   bool damaged = false;
 };
 
-/// The doubt about a stamp: finding::stamps_ahead, stamps_stand, stamps_elsewhere, or 0.
+/// Why a stamp is suspect: finding::stamps_ahead, stamps_stand, stamps_elsewhere, or 0.
 [[nodiscard]] std::uint32_t suspicion_of_stamp(const FrameArrival& frame, TimeNs previous_stamp_ns, TimeNs period_ns);
 
 class DriverGrade {

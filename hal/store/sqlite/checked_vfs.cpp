@@ -194,7 +194,7 @@ int read_log(CheckedFile& file, std::span<std::uint8_t> bytes, std::int64_t at) 
   return SQLITE_IOERR_DATA;
 }
 
-/// The log begins anew. Before its header is written.
+/// The log starts over. Before its header is written.
 void begin_log(CheckedFile& file, std::span<const std::uint8_t, log_header_bytes> header) {
   std::copy_n(header.begin() + 16, file.salts.size(), file.salts.begin());
   file.written = 0;

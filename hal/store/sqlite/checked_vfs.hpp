@@ -12,7 +12,7 @@ inline constexpr const char* checked_vfs = "ilp-checked";
 /// the log. A read that fails is tried `disk_attempts` times, and is then SQLITE_IOERR_READ, which says nothing about
 /// the content. Databases without checksums are read and written as they are: see `pages_are_checked`. After every
 /// synchronisation of a log, the file `NAME-sync` notes its length. If the disk has no room for a page of the database,
-/// or for the index of the log, its reserve is given up (reserve.hpp).
+/// or for the index of the log, its reserve is released (reserve.hpp).
 int register_checked_vfs();
 
 /// Reads that were refused because of damage, in this process. SQLite does not return every fault: a failure while it

@@ -144,7 +144,7 @@ bool of_this_generation(const LogFile& log, const Frame& frame) {
 
 struct Verdict {
   std::int64_t damaged = -1;   ///< first frame with a wrong checksum, -1 when there is none
-  std::int64_t last_end = -1;  ///< latest frame that ends a transaction and is sound by itself
+  std::int64_t last_end = -1;  ///< latest frame that ends a transaction and is valid by itself
   int transactions = 0;        ///< that end at the damaged frame or after it
 };
 
@@ -447,7 +447,7 @@ Status check_log(const char* path) {
   ILP_TRY(read_mark(path, mark));
   ILP_TRY(log.open(path, false));
   if (log.empty()) return mark.frames == 0 ? Status{} : Status{StatusCode::log_damaged, 0, mark.frames};
-  // A log that is begun anew has been copied into the database, and its header may have been written in part.
+  // A log that is started over has been copied into the database, and its header may have been written in part.
   if (!log.header_is_valid()) return mark.begun ? Status{} : Status{StatusCode::log_damaged, 0, mark.frames};
   if (!log.of_our_pages()) return {};
   if (mark.frames > 0 && is_older(log.salts(), mark.salts)) return {StatusCode::log_damaged, 0, mark.frames};

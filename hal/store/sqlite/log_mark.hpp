@@ -22,7 +22,7 @@ class LogMark {
   /// `log` is the name of the log. False if there may be a mark that cannot be written.
   [[nodiscard]] bool open(const char* log);
   void close();
-  /// Before the header of a log is written that begins anew: nothing of it is needed yet. A fault is ignored.
+  /// Before the header of a log is written that starts over: nothing of it is needed yet. A fault is ignored.
   void begin(std::span<const std::uint8_t, 8> salts);
   /// Before frames are written in the place of others, which a transaction has left that was rolled back: the mark
   /// states at most `frames` from now on, which is synchronised. If false, they must not be written.

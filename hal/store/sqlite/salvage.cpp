@@ -250,7 +250,7 @@ Status salvage(const char* from, const char* to, std::int64_t limit_bytes, std::
       lossless = lossless && counts[t].lost == 0;
     }
   }
-  // Numbers of lost records have been used: the flight begins another life (IdentityRecord).
+  // Numbers of lost records have been used: the flight begins another store epoch (IdentityRecord).
   if (!lossless) return {};
   const auto identity = static_cast<std::size_t>(RecordType::identity);
   Copy copy(damaged, saved, record_info(RecordType::identity), scratch, naps, counts[identity]);

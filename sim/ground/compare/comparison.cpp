@@ -141,7 +141,7 @@ std::vector<std::string> summary_of(const Comparison& c) {
           std::to_string(n.without_other) + " where it has no data, " + std::to_string(n.steep) + " steeper than " +
           fixed(c.max_slope_rad * 180 / std::numbers::pi, 0) + " degrees"};
   if (n.sigma.stated > 0) {
-    lines.push_back("sigma      " + share_text(n.sigma.one, n.sigma.stated) + " within one stated sigma, " +
+    lines.push_back("sigma      " + share_text(n.sigma.one, n.sigma.stated) + " within one estimated sigma, " +
                     share_text(n.sigma.two, n.sigma.stated) + " within two");
   }
   if (n.matching.stated > 0) {

@@ -71,7 +71,7 @@ class Overview {
 
 class DifferenceWriter {
  public:
-  DifferenceWriter(HeightModel& map, const StatedErrors& stated, HeightModel& other, const ModelFrames& frames,
+  DifferenceWriter(HeightModel& map, const EstimatedErrors& stated, HeightModel& other, const ModelFrames& frames,
                    const host::Similarity3& moved, double max_slope_rad)
       : map_(map),
         stated_(stated),
@@ -200,7 +200,7 @@ class DifferenceWriter {
   static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
   HeightModel& map_;
-  StatedErrors stated_;
+  EstimatedErrors stated_;
   HeightModel& other_;
   const ModelFrames& frames_;
   host::Similarity3 moved_;
@@ -214,7 +214,7 @@ class DifferenceWriter {
 
 }  // namespace
 
-DifferenceResult write_difference(HeightModel& map, const StatedErrors& stated, HeightModel& other,
+DifferenceResult write_difference(HeightModel& map, const EstimatedErrors& stated, HeightModel& other,
                                   const ModelFrames& frames, const host::Similarity3& moved, double max_slope_rad,
                                   const fs::path& path) {
   return DifferenceWriter(map, stated, other, frames, moved, max_slope_rad).write(path);

@@ -17,8 +17,8 @@ struct CellCounts {
   std::uint64_t steep = 0;           ///< steeper than allowed
   std::uint64_t compared = 0;
   struct Within {
-    std::uint64_t stated = 0;        ///< compared, with a stated error
-    std::uint64_t one = 0, two = 0;  ///< difference within one and two stated sigmas
+    std::uint64_t stated = 0;        ///< compared, with an estimated error
+    std::uint64_t one = 0, two = 0;  ///< difference within one and two estimated sigmas
   };
   Within sigma;     ///< all parts of the error
   Within matching;  ///< that of matching alone
@@ -37,14 +37,14 @@ struct DifferenceResult {
 };
 
 /// Rasters of the map's size and unit, or null.
-struct StatedErrors {
+struct EstimatedErrors {
   HeightModel* sigma = nullptr;
   HeightModel* matching = nullptr;
 };
 
 /// Map minus other model, metres, written to `path` on the map's own cells, where `moved` (common frame) puts them.
 /// Cells that are not compared have no value. Throws std::runtime_error when the file cannot be written.
-[[nodiscard]] DifferenceResult write_difference(HeightModel& map, const StatedErrors& stated, HeightModel& other,
+[[nodiscard]] DifferenceResult write_difference(HeightModel& map, const EstimatedErrors& stated, HeightModel& other,
                                                 const ModelFrames& frames, const host::Similarity3& moved,
                                                 double max_slope_rad, const std::filesystem::path& path);
 

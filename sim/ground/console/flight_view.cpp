@@ -48,7 +48,7 @@ std::string strip_words(const FlightView& view) {
 }
 
 std::string received_words(const FlightView& view) {
-  return "last heard " +
+  return "last report " +
          (view.received_s ? decimal(*view.received_s, "%.0f s ago") : std::string("nothing yet: is it in contact?"));
 }
 
@@ -118,8 +118,8 @@ std::string stages_of(std::uint32_t bits) {
   std::string names;
   for (const Stage& stage : schedule) {
     if ((bits >> (static_cast<unsigned>(stage.component) - 1) & 1U) == 0) continue;
-    // Those of the head go together.
-    const std::string name = stage.runs_on == RunsOn::head ? "head" : stage.name;
+    // Those of the primary go together.
+    const std::string name = stage.runs_on == RunsOn::primary ? "head" : stage.name;
     if (name != "head" || names.empty()) names += (names.empty() ? "" : ",") + name;
   }
   return names;

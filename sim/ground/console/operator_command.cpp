@@ -320,7 +320,7 @@ constexpr CommandInfo commands[] = {
     {"resume", "TRANSFER|all", 1, 1, "resumes a suspended transfer", resume},
     {"cancel", "TRANSFER|all", 1, 1, "cancels the transfer of a file to the ground", cancel},
     {"refine", "KEYFRAME", 1, 1, "sends the products of a keyframe before others", refine},
-    {"delete", "KEYFRAME depth|image", 2, 2, "gives up a product that is on board", abandon},
+    {"delete", "KEYFRAME depth|image", 2, 2, "abandons a product that is on board", abandon},
     {"strip", "begin|end", 1, 1, "lets the next image begin a strip, or ends the open strip", strip},
     {"flush", "", 0, 0, "ends the open strip; completed when its poses are final", flush},
     {"safe", "on|off", 1, 1, "switches safe mode: few images, no products", safe},

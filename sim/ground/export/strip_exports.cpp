@@ -182,7 +182,7 @@ bool keyframe_is_exported(const intake::Keyframe& keyframe, const std::filesyste
 
 void export_grid(const map::GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder) {
   write_map(grid.height, folder / ("height" + suffix + ".pfm"));
-  write_map(grid.stated_sigma(), folder / ("sigma" + suffix + ".pfm"));
+  write_map(grid.estimated_sigma(), folder / ("sigma" + suffix + ".pfm"));
   host::Raster<std::uint8_t> ortho = grid.ortho;
   for (std::size_t i = 0; i < ortho.samples.size(); ++i) {
     if (grid.source.samples[i] != 0) ortho.samples[i] = std::max<std::uint8_t>(ortho.samples[i], 1);

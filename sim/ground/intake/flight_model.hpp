@@ -52,19 +52,19 @@ struct Keyframe : KeyframeRasters {
   std::optional<DepthRecord> depth;
   std::optional<MaskRecord> mask_record;
   std::optional<NavigationRecord> navigation;
-  std::optional<FixRecord> fix;  ///< sound; its ground_depth is in the unit of the strip's world
+  std::optional<FixRecord> fix;  ///< valid; its ground_depth is in the unit of the strip's world
   std::optional<RichnessRecord> richness;
   std::array<std::optional<ProductRecord>, 2> product_records;  ///< by ProductKind
   std::array<std::optional<ProductAccount>, 2> products;        ///< received and decoded, by ProductKind
 
   std::vector<StructureTrackPoint> points;  ///< decoded; the others are in `coded_points` (points_of)
-  CodedFile coded_points;                   ///< sound; of `structure->count` points
+  CodedFile coded_points;                   ///< valid; of `structure->count` points
   std::vector<Similarity> points_moved;     ///< since they were coded, one after the other
   CameraModel camera;
   std::array<CodedFile, 2> product_files;  ///< as received with all refinements, by ProductKind
   double depth_scale = 1;  ///< units of its world now for a unit of the depths as sent (move_keyframe.hpp)
   std::int32_t mask_width = 0, mask_height = 0;
-  CodedFile coded_mask;  ///< sound
+  CodedFile coded_mask;  ///< valid
 
   [[nodiscard]] bool has_image() const { return has(image, ProductKind::image); }
   [[nodiscard]] bool has_depth() const { return has(inverse_depth, ProductKind::depth); }

@@ -11,7 +11,7 @@
 
 namespace ilp::intake {
 
-/// More ids than any flight makes in all its lives; product_id() of it does not overflow.
+/// More ids than any flight makes in all its store epochs; product_id() of it does not overflow.
 inline constexpr std::int64_t largest_id = std::int64_t{1} << 60U;
 /// The difference of two numbers up to this one does not overflow.
 inline constexpr std::int64_t largest_number = (std::int64_t{1} << 62U) - 1;

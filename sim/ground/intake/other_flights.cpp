@@ -78,7 +78,7 @@ std::set<Moment> longest_flight(const std::set<Moment>& moments) {
   return flight;
 }
 
-/// Which life of the flight a number of a keyframe belongs to.
+/// Which store epoch a number of a keyframe belongs to.
 class StoreEpochs {
  public:
   explicit StoreEpochs(const std::vector<RecordFile>& files) {
@@ -88,7 +88,8 @@ class StoreEpochs {
       }
     }
   }
-  /// The numbers of ordinary lives show it themselves; for other lives the event with which they began does.
+  /// The numbers of ordinary store epochs show it themselves; for other store epochs the event with which they began
+  /// does.
   [[nodiscard]] std::pair<std::int64_t, std::int64_t> of(std::int64_t keyframe_id) const {
     return {(keyframe_id - 1) / ids_per_store_epoch, std::distance(begins_.begin(), begins_.upper_bound(keyframe_id))};
   }

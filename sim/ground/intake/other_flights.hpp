@@ -23,9 +23,9 @@ struct ForeignFile {
 /// Where files contradict each other, the largest group of files that agree is kept. Two flights with the same camera
 /// whose keyframes interleave in time cannot be told apart.
 ///
-/// A flight that had to begin a new store goes on as another life, with numbers of its own (docs/onboard.md): its
-/// camera may be calibrated again and its clock may have been lost. Lives have different numbers, so their files do not
-/// contradict each other.
+/// A flight that had to begin a new store goes on as another store epoch, with numbers of its own (docs/onboard.md):
+/// its camera may be calibrated again and its clock may have been lost. Store epochs have different numbers, so their
+/// files do not contradict each other.
 [[nodiscard]] std::vector<ForeignFile> files_of_other_flights(const std::vector<RecordFile>& files);
 
 }  // namespace ilp::intake

@@ -35,7 +35,7 @@ bool is_in_another_strip(const Flight& flight, std::int64_t keyframe_id, std::in
   return keyframe != flight.keyframes.end() && keyframe->second.strip_id > 0 && keyframe->second.strip_id != strip_id;
 }
 
-/// Empty for a sound one.
+/// Empty for a valid one.
 std::string fault_of(const Flight& flight, const LinkRecord& link) {
   const auto points = flight.link_points.find(link.id);
   if (link.id / limits::max_links_per_keyframe != link.keyframe_id)

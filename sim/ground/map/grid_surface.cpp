@@ -8,7 +8,7 @@ namespace ilp::map {
 namespace {
 
 host::Raster<std::uint32_t> add_vertices(const GroundGrid& grid, std::int32_t stride, SurfaceMesh& mesh) {
-  const host::Raster<float>& stated = grid.stated_sigma();
+  const host::Raster<float>& stated = grid.estimated_sigma();
   host::Raster<std::uint32_t> index((grid.height.width + stride - 1) / stride,
                                     (grid.height.height + stride - 1) / stride, no_vertex);
   for (std::int32_t y = 0; y < index.height; ++y) {

@@ -31,7 +31,7 @@ struct GroundGrid {
   LaidGround laid;
 
   /// Whole where it was computed, else of matching.
-  [[nodiscard]] const host::Raster<float>& stated_sigma() const { return whole_sigma.empty() ? sigma : whole_sigma; }
+  [[nodiscard]] const host::Raster<float>& estimated_sigma() const { return whole_sigma.empty() ? sigma : whole_sigma; }
 
   GroundGrid() = default;
   /// A grid without any data.
@@ -44,7 +44,7 @@ struct GroundGrid {
 /// Of each cell; NaN where the error of matching is unknown.
 [[nodiscard]] host::Raster<float> whole_sigma_of(const GroundGrid& grid, const HeightErrors& errors);
 
-/// Medians over the cells with a stated error; all 0 without any.
+/// Medians over the cells with an estimated error; all 0 without any.
 [[nodiscard]] HeightErrorParts usual_parts(const GroundGrid& grid, const HeightErrors& errors);
 
 /// z = a x + b y + c.

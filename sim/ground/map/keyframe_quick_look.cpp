@@ -114,38 +114,38 @@ std::uint64_t keyframe_digest(const intake::Keyframe& keyframe) {
 
 std::vector<std::uint8_t> bytes_of(const KeyframeQuickLook& quick_look) {
   const MapBounds& b = quick_look.bounds;
-  const json reported = {{"digest", quick_look.digest},
-                         {"faults", quick_look.faults},
-                         {"depth_pixels", quick_look.depth_pixels},
-                         {"median_depth", quick_look.median_depth},
-                         {"ground_step", quick_look.ground_step},
-                         {"bounds", {b.x_low, b.x_high, b.y_low, b.y_high}},
-                         {"image", json::binary(quick_look.image)},
-                         {"mask", json::binary(quick_look.mask)},
-                         {"depth", json::binary(quick_look.depth)},
-                         {"range", {quick_look.nearest, quick_look.farthest}}};
-  return json::to_cbor(reported);
+  const json stored = {{"digest", quick_look.digest},
+                       {"faults", quick_look.faults},
+                       {"depth_pixels", quick_look.depth_pixels},
+                       {"median_depth", quick_look.median_depth},
+                       {"ground_step", quick_look.ground_step},
+                       {"bounds", {b.x_low, b.x_high, b.y_low, b.y_high}},
+                       {"image", json::binary(quick_look.image)},
+                       {"mask", json::binary(quick_look.mask)},
+                       {"depth", json::binary(quick_look.depth)},
+                       {"range", {quick_look.nearest, quick_look.farthest}}};
+  return json::to_cbor(stored);
 }
 
 std::optional<KeyframeQuickLook> quick_look_from(std::span<const std::uint8_t> bytes) {
   try {
-    const json reported = json::from_cbor(bytes.begin(), bytes.end());
+    const json stored = json::from_cbor(bytes.begin(), bytes.end());
     KeyframeQuickLook quick_look;
-    reported.at("digest").get_to(quick_look.digest);
-    reported.at("faults").get_to(quick_look.faults);
-    reported.at("depth_pixels").get_to(quick_look.depth_pixels);
-    reported.at("median_depth").get_to(quick_look.median_depth);
-    reported.at("ground_step").get_to(quick_look.ground_step);
-    const json& bounds = reported.at("bounds");
+    stored.at("digest").get_to(quick_look.digest);
+    stored.at("faults").get_to(quick_look.faults);
+    stored.at("depth_pixels").get_to(quick_look.depth_pixels);
+    stored.at("median_depth").get_to(quick_look.median_depth);
+    stored.at("ground_step").get_to(quick_look.ground_step);
+    const json& bounds = stored.at("bounds");
     bounds.at(0).get_to(quick_look.bounds.x_low);
     bounds.at(1).get_to(quick_look.bounds.x_high);
     bounds.at(2).get_to(quick_look.bounds.y_low);
     bounds.at(3).get_to(quick_look.bounds.y_high);
-    quick_look.image = reported.at("image").get_binary();
-    quick_look.mask = reported.at("mask").get_binary();
-    quick_look.depth = reported.at("depth").get_binary();
-    reported.at("range").at(0).get_to(quick_look.nearest);
-    reported.at("range").at(1).get_to(quick_look.farthest);
+    quick_look.image = stored.at("image").get_binary();
+    quick_look.mask = stored.at("mask").get_binary();
+    quick_look.depth = stored.at("depth").get_binary();
+    stored.at("range").at(0).get_to(quick_look.nearest);
+    stored.at("range").at(1).get_to(quick_look.farthest);
     return quick_look;
   } catch (const json::exception&) {
     return std::nullopt;

@@ -193,9 +193,9 @@ json list_of(const Seams& seams) {
   return list;
 }
 
-Seams seams_from(const json& reported) {
+Seams seams_from(const json& stored) {
   Seams seams;
-  for (const json& entry : reported) {
+  for (const json& entry : stored) {
     seams[entry.at(0).get<std::pair<std::int64_t, std::int64_t>>()] = {
         GreyHistogram(entry.at(1).get<std::vector<GreyHistogram::Entry>>()),
         GreyHistogram(entry.at(2).get<std::vector<GreyHistogram::Entry>>())};
@@ -209,9 +209,9 @@ json list_of(const std::vector<ShownPatch>& shown) {
   return list;
 }
 
-std::vector<ShownPatch> shown_from(const json& reported) {
+std::vector<ShownPatch> shown_from(const json& stored) {
   std::vector<ShownPatch> shown;
-  for (const json& entry : reported) shown.push_back({entry.at(0), entry.at(1), entry.at(2), entry.at(3)});
+  for (const json& entry : stored) shown.push_back({entry.at(0), entry.at(1), entry.at(2), entry.at(3)});
   return shown;
 }
 
@@ -270,27 +270,27 @@ SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::v
 }
 
 std::vector<std::uint8_t> bytes_of(const TileSummary& s) {
-  const json reported = {{"keyframes", s.keyframes},
-                         {"shown", list_of(s.shown)},
-                         {"measured", s.measured},
-                         {"seam_cells", s.seam_cells},
-                         {"steps", s.steps},
-                         {"seams", list_of(s.seams)},
-                         {"box", {s.left, s.top, s.right, s.bottom}}};
-  return json::to_cbor(reported);
+  const json stored = {{"keyframes", s.keyframes},
+                       {"shown", list_of(s.shown)},
+                       {"measured", s.measured},
+                       {"seam_cells", s.seam_cells},
+                       {"steps", s.steps},
+                       {"seams", list_of(s.seams)},
+                       {"box", {s.left, s.top, s.right, s.bottom}}};
+  return json::to_cbor(stored);
 }
 
 std::optional<TileSummary> summary_from(std::span<const std::uint8_t> bytes) {
   try {
-    const json reported = json::from_cbor(bytes.begin(), bytes.end());
+    const json stored = json::from_cbor(bytes.begin(), bytes.end());
     TileSummary s;
-    reported.at("keyframes").get_to(s.keyframes);
-    s.shown = shown_from(reported.at("shown"));
-    reported.at("measured").get_to(s.measured);
-    reported.at("seam_cells").get_to(s.seam_cells);
-    reported.at("steps").get_to(s.steps);
-    s.seams = seams_from(reported.at("seams"));
-    const json& box = reported.at("box");
+    stored.at("keyframes").get_to(s.keyframes);
+    s.shown = shown_from(stored.at("shown"));
+    stored.at("measured").get_to(s.measured);
+    stored.at("seam_cells").get_to(s.seam_cells);
+    stored.at("steps").get_to(s.steps);
+    s.seams = seams_from(stored.at("seams"));
+    const json& box = stored.at("box");
     box.at(0).get_to(s.left);
     box.at(1).get_to(s.top);
     box.at(2).get_to(s.right);
@@ -351,7 +351,7 @@ MapTile finish_tile(const MapTile& painted, const std::vector<Balance>& balance,
     grey.samples[i] =
         static_cast<float>(balance[s - 1U].of(measured ? tile.ortho.samples[i] : tile.laid.grey.samples[i]));
   }
-  // Heights bend within their stated errors: without any, they are taken as they are.
+  // Heights bend within their estimated errors: without any, they are taken as they are.
   const bool stated = std::any_of(tile.sigma.samples.begin(), tile.sigma.samples.end(),
                                   [](float sigma) { return std::isfinite(sigma) && sigma > 0; });
   if (stated) blend_patches(tile.source, tile.sigma, static_cast<float>(usual_sigma_cells * cell), {}, tile.height);

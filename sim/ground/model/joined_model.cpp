@@ -157,8 +157,8 @@ Scene matched_scene(const intake::Flight& flight, intake::ResultCache* results, 
   Scene scene = scene_of(flight);
   scene.results = results;
   add_link_sightings(flight, scene);
-  const std::vector<std::uint8_t> loose = weakly_connected_views(scene);
-  if (std::find(loose.begin(), loose.end(), 1) == loose.end()) return scene;
+  const std::vector<std::uint8_t> weak = weakly_connected_views(scene);
+  if (std::find(weak.begin(), weak.end(), 1) == weak.end()) return scene;
   progress("Finding corners");
   add_images(scene);
   std::vector<PairRelation> relations = relations_by_links(flight, scene);

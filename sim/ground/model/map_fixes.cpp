@@ -187,7 +187,7 @@ bool weigh_fixes(const Scene& scene, bool adjusted, Model& model) {
   FixWeights& weights = model.fix_weights;
   const double before = weights.error_factor;
   bool changed = false;
-  const double median = before * host::median(errors_in(problem, weights));  // in stated errors
+  const double median = before * host::median(errors_in(problem, weights));  // in estimated errors
   if (adjusted) {
     weights.error_factor = factor_by_neighbours(scene, model);
     const double left = median / weights.error_factor / std::sqrt(median_of_six);

@@ -252,7 +252,7 @@ AdjustedCamera adjusted_camera(const RigidTransform& pose, const CameraModel& mo
 
 ModelProblem problem_of(const Scene& scene, const Model& model) {
   const ViewDepths known(scene, measured_world(model));
-  const SingleLinkDepths hanging(scene, model);
+  const SingleLinkDepths single_link(scene, model);
   ModelProblem problem;
   std::vector<std::uint32_t> camera_of(scene.views.size(), 0);
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
@@ -279,7 +279,7 @@ ModelProblem problem_of(const Scene& scene, const Model& model) {
       problem.observations.push_back({camera_of[one.seen->view], number, one.seen->x, one.seen->y});
     const Sighting& first = *from.front().seen;
     const auto inverse = point.by_depth ? known.near(first.view, first.x, first.y) : std::nullopt;
-    if (const auto depth = hanging.of(t)) {
+    if (const auto depth = single_link.of(t)) {
       problem.depths.push_back({camera_of[depth->camera], number, depth->inverse_depth, depth->sigma});
     } else if (inverse) {
       problem.depths.push_back({camera_of[first.view], number, *inverse});

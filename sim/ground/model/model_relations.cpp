@@ -112,7 +112,7 @@ std::vector<PairRelation> relations_by_model(const Scene& scene, const Model& mo
   const auto points = points_by_view(scene, model);
   const std::vector<Surroundings> surroundings(points.begin(), points.end());
   const std::vector<std::uint32_t> order = order_in_strip(scene);
-  const std::vector<std::uint8_t> loose = weakly_connected_views(scene);
+  const std::vector<std::uint8_t> weak = weakly_connected_views(scene);
   std::vector<PairRelation> relations;
   for (std::uint32_t b = 0; b < scene.views.size(); ++b) {
     const View& newer = scene.views[b];
@@ -120,7 +120,7 @@ std::vector<PairRelation> relations_by_model(const Scene& scene, const Model& mo
     std::vector<Candidate> candidates;
     for (std::uint32_t a = 0; a < b; ++a) {
       const View& older = scene.views[a];
-      if (!model.views[a].in || !older.has_image || (loose[a] == 0 && loose[b] == 0)) continue;
+      if (!model.views[a].in || !older.has_image || (weak[a] == 0 && weak[b] == 0)) continue;
       const bool chained = newer.posed && older.posed && newer.strip_id == older.strip_id;
       if (chained && order[b] - order[a] <= near_in_strip) continue;
       if (!may_see(newer, model.views[b].camera_from_model, surroundings[a])) continue;

@@ -173,13 +173,13 @@ void add_sightings(const PairRelation& relation, const Matches& matches, Scene& 
 std::vector<std::uint8_t> weakly_connected_views(const Scene& scene) {
   std::map<std::int64_t, std::size_t> poses;
   for (const View& view : scene.views) poses[view.strip_id] += view.posed ? 1 : 0;
-  std::vector<std::uint8_t> loose;
-  for (const View& view : scene.views) loose.push_back(!view.posed || poses[view.strip_id] < few_poses ? 1 : 0);
-  return loose;
+  std::vector<std::uint8_t> weak;
+  for (const View& view : scene.views) weak.push_back(!view.posed || poses[view.strip_id] < few_poses ? 1 : 0);
+  return weak;
 }
 
 std::vector<PairRelation> relations_by_links(const intake::Flight& flight, const Scene& scene) {
-  const std::vector<std::uint8_t> loose = weakly_connected_views(scene);
+  const std::vector<std::uint8_t> weak = weakly_connected_views(scene);
   std::vector<PairRelation> relations;
   Pairs related;
   for (const LinkRecord& link : flight.links) {
@@ -189,7 +189,7 @@ std::vector<PairRelation> relations_by_links(const intake::Flight& flight, const
     relation.a = static_cast<std::uint32_t>(place);
     relation.b = static_cast<std::uint32_t>(newer);
     const Mat3 plane = matrix_of(link.keyframe_from_place_px);
-    if (loose[relation.a] == 0 && loose[relation.b] == 0) continue;
+    if (weak[relation.a] == 0 && weak[relation.b] == 0) continue;
     const bool images = scene.views[relation.a].has_image && scene.views[relation.b].has_image;
     if (!images || !invertible(plane) || !related.emplace(relation.a, relation.b).second) continue;
     set_plane(plane, relation);
@@ -201,9 +201,9 @@ std::vector<PairRelation> relations_by_links(const intake::Flight& flight, const
 std::vector<PairRelation> relations_by_features(const Scene& scene, const std::vector<PairRelation>& known) {
   Pairs pairs, related_already;
   for (const PairRelation& relation : known) related_already.emplace(relation.a, relation.b);
-  const std::vector<std::uint8_t> loose = weakly_connected_views(scene);
+  const std::vector<std::uint8_t> weak = weakly_connected_views(scene);
   for (std::uint32_t one = 0; one < scene.views.size(); ++one) {
-    for (std::uint32_t other = 0; loose[one] != 0 && other < scene.views.size(); ++other) {
+    for (std::uint32_t other = 0; weak[one] != 0 && other < scene.views.size(); ++other) {
       const View &x = scene.views[one], &y = scene.views[other];
       if (other == one || !x.has_image || !y.has_image) continue;
       if (x.posed && y.posed && x.strip_id == y.strip_id) continue;

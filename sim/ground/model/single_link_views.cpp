@@ -62,7 +62,7 @@ std::vector<SeenPoint> points_of_hold(const Scene& scene, const TracksByView& se
   return points;
 }
 
-bool hang(const Scene& scene, const TracksByView& seen_by, std::uint32_t v, const Hold& hold, Model& model) {
+bool attach(const Scene& scene, const TracksByView& seen_by, std::uint32_t v, const Hold& hold, Model& model) {
   const int rung = model.views[hold.view].rung + 1;
   const World world = world_below(scene, model, rung);
   const ViewDepths depths(scene, world);
@@ -126,13 +126,13 @@ std::optional<std::uint32_t> SingleLinkDepths::single_link_view(std::size_t trac
 
 std::optional<AdjustedDepth> SingleLinkDepths::of(std::size_t track) const {
   if (below_.empty()) return std::nullopt;
-  const auto hanging = single_link_view(track);
-  if (!hanging) return std::nullopt;
-  const ModelView& view = model_.views[*hanging];
+  const auto single_link = single_link_view(track);
+  if (!single_link) return std::nullopt;
+  const ModelView& view = model_.views[*single_link];
   const Sighting* const seen = scene_.sighting(scene_.tracks[track], *view.attached_to);
   const auto inverse = below_[static_cast<std::size_t>(view.rung)].any(seen->view, seen->x, seen->y);
   if (!inverse) return std::nullopt;
-  return AdjustedDepth{*view.attached_to, 0, *inverse, sigma_[*hanging]};
+  return AdjustedDepth{*view.attached_to, 0, *inverse, sigma_[*single_link]};
 }
 
 bool attach_single_link_view(const Scene& scene, const std::vector<Unit>& units, std::vector<std::uint8_t>& taken,
@@ -147,7 +147,7 @@ bool attach_single_link_view(const Scene& scene, const std::vector<Unit>& units,
   std::stable_sort(holds.begin(), holds.end(),
                    [](const auto& a, const auto& b) { return a.first.shared > b.first.shared; });
   for (const auto& [hold, u] : holds) {
-    if (!hang(scene, seen_by, units[u].views.front(), hold, model)) continue;
+    if (!attach(scene, seen_by, units[u].views.front(), hold, model)) continue;
     taken[u] = 1;
     return true;
   }

@@ -89,8 +89,8 @@ std::size_t sightings_in(const Scene& scene) {
 
 bool grow_in_sub_maps(const intake::Flight& flight, const std::vector<Unit>& units, std::size_t seed, Scene& scene,
                       std::vector<std::uint8_t>& taken, Model& model, const JoinProgress& progress) {
-  const std::vector<std::uint8_t> loose = weakly_connected_views(scene);
-  const bool matching = std::find(loose.begin(), loose.end(), 1) != loose.end();
+  const std::vector<std::uint8_t> weak = weakly_connected_views(scene);
+  const bool matching = std::find(weak.begin(), weak.end(), 1) != weak.end();
   Model grown;
   for (int round = 0; round <= rounds_of_matching; ++round) {
     const std::vector<std::uint8_t> wanted = views_of_long_model(scene, units, seed, taken);

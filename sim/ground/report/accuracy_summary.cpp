@@ -118,7 +118,7 @@ std::vector<std::string> accuracy_lines(const Report& report) {
   return lines;
 }
 
-std::vector<std::string> stated_lines(const Report& report) {
+std::vector<std::string> estimated_error_lines(const Report& report) {
   constexpr std::size_t most_strips = 4;
   std::vector<std::string> lines;
   std::size_t reported = 0, without_metres = 0;
@@ -135,7 +135,7 @@ std::vector<std::string> stated_lines(const Report& report) {
     if (++reported > most_strips) continue;
     const map::HeightErrorParts& parts = strip.usual_errors;
     if (parts.whole() > 0) {
-      lines.push_back("heights of " + name + ", stated error (one sigma, median): " +
+      lines.push_back("heights of " + name + ", estimated error (one sigma, median): " +
                       host::brief(factor * parts.whole()) + " " + unit + " of " + parts_text(parts, factor));
     }
   }

@@ -35,7 +35,7 @@ struct AccuracySummary {
 
 /// How certain heights, scale and place are by what the flight states, or what is missing for metres; a line for each
 /// strip with a map.
-[[nodiscard]] std::vector<std::string> stated_lines(const Report& report);
+[[nodiscard]] std::vector<std::string> estimated_error_lines(const Report& report);
 
 /// Why nothing is mapped, and what to do; empty where anything is.
 [[nodiscard]] std::vector<std::string> nothing_lines(const Report& report);

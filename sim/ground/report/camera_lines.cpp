@@ -75,7 +75,7 @@ std::vector<std::string> contradiction_lines(const intake::Flight& flight) {
     if (check.verdict == CameraCheckVerdict::contradicts && flight.camera_record) {
       lines.push_back(images + " contradict the camera: they ask for " + asked_for(check, *flight.camera_record) +
                       ". It bends the tracks of six keyframes by " + host::brief(100 * check.cost) +
-                      " % of their extent. Positions, heights and their stated errors are wrong until the camera is "
+                      " % of their extent. Positions, heights and their estimated errors are wrong until the camera is "
                       "right.");
     } else if (check.verdict == CameraCheckVerdict::unexplained) {
       const CameraCheckParams limits;
@@ -86,7 +86,7 @@ std::vector<std::string> contradiction_lines(const intake::Flight& flight) {
                                         "swings, or a zoom or focus that moved"
                                   : "in parts of the image the residuals stay " + host::brief(check.field) +
                                         " times as large as errors explain. Something has bent the images") +
-                      "; stated errors are too small.");
+                      "; estimated errors are too small.");
     }
   }
   if (!lines.empty()) {

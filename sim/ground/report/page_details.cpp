@@ -281,7 +281,7 @@ std::string missing_list(const Report& report) {
             cell(host::escaped(place_of(report, missing)), "t") + "</tr>\n";
   }
   return html +
-         "</table></div></details>\n<p class=\"note\">It may still be on its way, or have been given up on "
+         "</table></div></details>\n<p class=\"note\">It may still be on its way, or have been abandoned on "
          "board. The same products again make the map more complete: run this command again.</p>\n";
 }
 

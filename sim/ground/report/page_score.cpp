@@ -305,7 +305,7 @@ host::Plot sigma_plot(const ScoreFile& score) {
   plot.title = "Position relative to the first pair: sigma and error";
   plot.x_label = "keyframe";
   plot.y_label = "strip unit";
-  host::PlotSeries sigma{"stated, 1 sigma", "s1", host::Mark::line, {}},
+  host::PlotSeries sigma{"estimated, 1 sigma", "s1", host::Mark::line, {}},
       error{"actual error", "s2", host::Mark::dots, {}};
   for (const ScoredKeyframe& k : score.keyframes) {
     if (!k.sigma || !k.relative_error) continue;

@@ -108,21 +108,21 @@ std::string stated_tiles(const Report& report) {
       if (std::isfinite(sigma)) positions.push_back(100 * sigma / strip.flying_height);
     }
     if (!strip.grid) continue;
-    for (const float sigma : strip.grid->stated_sigma().samples) {
+    for (const float sigma : strip.grid->estimated_sigma().samples) {
       if (std::isfinite(sigma)) heights.push_back(100 * sigma / strip.flying_height);
     }
     if (parts.empty()) parts = parts_text(strip.usual_errors, 100 / strip.flying_height);
   }
   std::string html;
   if (!positions.empty()) {
-    html += tile("Position, stated 1 σ",
+    html += tile("Position, estimated 1 σ",
                  host::brief(host::percentile(positions, 0.5)) + " <small>% of height flown</small>",
                  "median of the keyframes; at most " + host::brief(host::percentile(positions, 1)) + " %");
   }
   if (!heights.empty()) {
-    html +=
-        tile("Heights, stated 1 σ", host::brief(host::percentile(heights, 0.5)) + " <small>% of height flown</small>",
-             "median of the map; 95 % below " + host::brief(host::percentile(heights, 0.95)) + " %; of " + parts);
+    html += tile("Heights, estimated 1 σ",
+                 host::brief(host::percentile(heights, 0.5)) + " <small>% of height flown</small>",
+                 "median of the map; 95 % below " + host::brief(host::percentile(heights, 0.95)) + " %; of " + parts);
   }
   return html;
 }

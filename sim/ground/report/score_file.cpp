@@ -159,8 +159,8 @@ std::vector<std::string> score_lines(const ScoreFile& score) {
                     percent(value("completeness")) + " of the new ground");
   }
   if (std::isfinite(value("sigma1_share"))) {
-    std::string line =
-        "within the stated sigma (68 % would be honest): " + percent(value("sigma1_share")) + " of the position errors";
+    std::string line = "within the estimated sigma (68 % would be honest): " + percent(value("sigma1_share")) +
+                       " of the position errors";
     if (std::isfinite(value("depth_sigma1_share")))
       line += ", " + percent(value("depth_sigma1_share")) + " of the depth errors";
     lines.push_back(line);

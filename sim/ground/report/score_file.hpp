@@ -50,7 +50,7 @@ struct ScoreFile {
 
 // The numbers of a score that a person wants first.
 
-/// Positions, heights and stated errors, a line each; what was not measured is left out, an incomplete flight said.
+/// Positions, heights and estimated errors, a line each; what was not measured is left out, an incomplete flight said.
 [[nodiscard]] std::vector<std::string> score_lines(const ScoreFile& score);
 
 }  // namespace ilp::report

@@ -19,7 +19,7 @@ using Items = std::map<std::string, nlohmann::json>;
 
 /// How far a page has heard, in text `PROCESS-VERSION`.
 struct Place {
-  std::uint64_t process = 0;  ///< drawn anew for every StateLog
+  std::uint64_t process = 0;  ///< drawn for every StateLog
   std::uint64_t version = 0;
 };
 [[nodiscard]] std::string text_of(const Place& place);

@@ -17,7 +17,7 @@ using nlohmann::json;
 
 constexpr std::array<const char*, 3> kind_names = {"looks", "tiles", "finish"};
 
-json reported(const Keyframe& keyframe) {
+json as_json(const Keyframe& keyframe) {
   const CameraModel& c = keyframe.camera;
   const CameraNumbers numbers = camera_numbers(c);
   json value = {
@@ -63,9 +63,9 @@ Keyframe keyframe_from(const json& value) {
   return keyframe;
 }
 
-json reported(const std::vector<Keyframe>& keyframes) {
+json as_json(const std::vector<Keyframe>& keyframes) {
   json list = json::array();
-  for (const Keyframe& keyframe : keyframes) list.push_back(reported(keyframe));
+  for (const Keyframe& keyframe : keyframes) list.push_back(as_json(keyframe));
   return list;
 }
 
@@ -79,11 +79,11 @@ intake::TilePlace place_from(const json& value) {
   return {value.at(0).get<std::int32_t>(), value.at(1).get<std::int32_t>()};
 }
 
-json reported(const QuickLookBlock& block) {
-  return {{"kind", "looks"}, {"width", block.width_px}, {"keyframes", reported(block.keyframes)}};
+json as_json(const QuickLookBlock& block) {
+  return {{"kind", "looks"}, {"width", block.width_px}, {"keyframes", as_json(block.keyframes)}};
 }
 
-json reported(const TileBlock& block) {
+json as_json(const TileBlock& block) {
   json tiles = json::array();
   for (const map::TilePlan& tile : block.tiles) {
     tiles.push_back(
@@ -93,16 +93,16 @@ json reported(const TileBlock& block) {
           {"strip", block.strip_id},
           {"cell", block.cell},
           {"tiles", tiles},
-          {"keyframes", reported(block.keyframes)}};
+          {"keyframes", as_json(block.keyframes)}};
 }
 
-json reported(const std::vector<map::Balance>& balance) {
+json as_json(const std::vector<map::Balance>& balance) {
   json list = json::array();
   for (const map::Balance& one : balance) list.push_back({one.gain, one.offset});
   return list;
 }
 
-json reported(const FinishBlock& block) {
+json as_json(const FinishBlock& block) {
   json tiles = json::array();
   for (std::size_t i = 0; i < block.tiles.size(); ++i) {
     const map::TileFinish& tile = block.tiles[i];
@@ -110,7 +110,7 @@ json reported(const FinishBlock& block) {
                      {"painted", tile.painted},
                      {"digest", tile.digest},
                      {"keyframes", tile.keyframes},
-                     {"balance", reported(tile.balance)},
+                     {"balance", as_json(tile.balance)},
                      {"cells", json::binary(block.painted[i])}});
   }
   return {{"kind", "finish"}, {"strip", block.strip_id}, {"cell", block.cell}, {"tiles", tiles}};
@@ -172,7 +172,7 @@ PackageWriter::PackageWriter(std::filesystem::path file)
     : file_(std::move(file)), part_(file_.string() + ".part"), stream_(part_, std::ios::binary) {}
 
 void PackageWriter::add(const Block& block) {
-  write_block(stream_, json::to_cbor(std::visit([](const auto& kind) { return reported(kind); }, block)));
+  write_block(stream_, json::to_cbor(std::visit([](const auto& kind) { return as_json(kind); }, block)));
 }
 
 void PackageWriter::close() {

@@ -24,7 +24,7 @@ struct CoveredCells {
 };
 
 CoveredCells covered_cells(const map::GroundGrid& grid, std::int32_t stride, std::int32_t width, std::int32_t height) {
-  const host::Raster<float>& sigma = grid.stated_sigma();
+  const host::Raster<float>& sigma = grid.estimated_sigma();
   CoveredCells cells;
   cells.cover.resize((static_cast<std::size_t>(width) * static_cast<std::size_t>(height) + 7) / 8);
   std::size_t cell = 0;

@@ -96,7 +96,7 @@ std::string schedule_document() {
     Cells cells = cells_of(stage);
     cells.insert(cells.begin(), std::to_string(static_cast<unsigned>(stage.component)));
     const std::string page = stage.page;
-    const char* const process = stage.runs_on == RunsOn::head ? "head" : "any";
+    const char* const process = stage.runs_on == RunsOn::primary ? "head" : "any";
     cells.insert(cells.end(), {state(stage.state), process, "[" + page + "](../fsw/" + page + "/design.md)"});
     text += table_row(cells);
   }

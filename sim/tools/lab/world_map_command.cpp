@@ -176,7 +176,7 @@ void add_light(CLI::App& app, WorldMapOptions& options) {
   app.add_option("--map-seed", options.map.seed, "of the errors of the map");
   app.add_option("--height-sigma", options.height_sigma_px, "smooth error of the heights, one sigma, pixels")
       ->check(finite_in(0, 100));
-  app.add_option("--place-sigma", options.place_sigma_m, "stated error of the place of the whole map, m")
+  app.add_option("--place-sigma", options.place_sigma_m, "estimated error of the place of the whole map, m")
       ->check(finite_in(0, 1e6));
 }
 

@@ -121,7 +121,7 @@ std::optional<AlignedStrip> align_strip(const intake::Flight& flight, const inta
 }
 
 /// The sigma of a keyframe whose product has none by blocks.
-std::optional<double> stated_sigma(const intake::Keyframe& keyframe) {
+std::optional<double> estimated_sigma(const intake::Keyframe& keyframe) {
   if (!keyframe.depth) return std::nullopt;
   const DepthRecord& record = *keyframe.depth;
   if (!(record.median_sigma_px > 0) || !(record.disparity_per_inverse_depth_px > 0)) return std::nullopt;
@@ -147,7 +147,7 @@ DepthErrors depth_errors(const intake::Keyframe& keyframe, std::span<const intak
   const std::vector<float>& inverse = keyframe.inverse_depth.samples;
   const double scale = strip.true_from_strip.scale, own = own_scale(inverse, truth.depth);
   const double percent = 100 / errors.flying_height;
-  const std::optional<double> whole = stated_sigma(keyframe);
+  const std::optional<double> whole = estimated_sigma(keyframe);
   const Mat3 world_from_cam = rotation_from_quaternion(keyframe.pose->q_cam_from_world).transpose();
   const Vec3 centre(keyframe.pose->centre[0], keyframe.pose->centre[1], keyframe.pose->centre[2]);
   const StepError step = step_error(keyframe, to_partner);

@@ -53,7 +53,7 @@ struct AlignedStrip {
 /// One-sigma error of a keyframe's inverse depths, 1 / strip unit. What comes down is the median sigma of the disparity
 /// (DepthRecord::median_sigma_px) and the step of the coding, uniform over +-step / 2; the sigma of every pixel stays
 /// on board. None when the record did not come or states nothing.
-[[nodiscard]] std::optional<double> stated_sigma(const intake::Keyframe& keyframe);
+[[nodiscard]] std::optional<double> estimated_sigma(const intake::Keyframe& keyframe);
 
 /// Signed errors, one per pixel with depth and true depth, in per cent of the flying height; positive: too deep, too
 /// high.

@@ -60,7 +60,7 @@ struct PoseScore {
 /// True path length up to each sample.
 [[nodiscard]] std::vector<double> distance_flown(const StripTrack& track);
 
-// Whether the stated position sigmas are honest.
+// Whether the estimated position sigmas are honest.
 //
 // The flight states a keyframe's sigma relative to the gauge of its strip's world: the pose of the strip's first posed
 // camera and the length of the first baseline, which define this world and so are without error in it

@@ -21,7 +21,7 @@ namespace ilp::score {
 ///   height_bias_percent, height_median_percent, height_p95_percent   merged heights, strip's similarity
 ///   depth_median_percent, depth_p95_percent                          depths, strip's similarity
 ///   completeness                                                     share of the newly seen ground with depth
-///   depth_sigma1_share, depth_sigma2_share, depth_nes                errors against the stated sigmas of matching
+///   depth_sigma1_share, depth_sigma2_share, depth_nes                errors against the estimated sigmas of matching
 ///   depth_pose_sigma1_share, depth_pose_sigma2_share                 against those of matching and poses together
 ///   track_mapped_share, track_depth_median_percent, landing_sampling_ratio   TrackScore
 ///   mask_precision, mask_recall, double_coded_share                  against what was truly newly seen

@@ -10,7 +10,7 @@
 
 namespace ilp::score {
 
-// Whether the stated errors of ties are honest.
+// Whether the estimated errors of ties are honest.
 //
 // A strip's world is defined by its first camera and its first baseline (pose_score.hpp). The truth laid onto both
 // strips in this way gives the true tie T; the error of the tie S is the step that takes the identity to S^-1 T, in the

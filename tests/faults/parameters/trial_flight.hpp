@@ -16,7 +16,7 @@ namespace ilp::faults {
 enum class Fate : std::uint8_t {
   answered,      ///< a ping, as it was commanded
   refused,       ///< the parameters contradict each other
-  trial,         ///< after the unconfirmed values were given up
+  trial,         ///< after the unconfirmed values were abandoned
   telecommand,   ///< after the built-in values were sent again without a reply
   pass,          ///< in the next pass of the schedule that was commanded
   starts,        ///< after repeated starts

@@ -1,4 +1,4 @@
-// The ground's catalogue. A database file that is damaged anywhere ends in words for the user or is set aside; rows
+// The ground's catalogue. A database file that is damaged anywhere ends in words for the user or is quarantined; rows
 // that hold anything at all do no more harm.
 #include <sqlite3.h>
 

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 class FlightStoreTest : public testing::Test {
  protected:
   std::unique_ptr<FlightStore> make() { return std::make_unique<FlightStore>(sqlite_, memory_); }
-  /// A life of a flight in the database; `ended` in order or not.
+  /// A boot of a flight in the database; `ended` in order or not.
   void live(bool ended) {
     const auto store = make();
     ASSERT_TRUE(store->open(path_.c_str(), StoreTrouble::refuse, mission_).ok());

@@ -130,7 +130,7 @@ void put_event(Store& store, std::int64_t id) {
   ASSERT_OK(put(store, event));
 }
 
-/// A checkpoint of each component that has to have one of its form, with a byte that tells the lives apart.
+/// A checkpoint of each component that has to have one of its form, with a byte that tells the store epochs apart.
 void put_checkpoints(Store& store, std::int64_t cursor, std::uint8_t byte) {
   for (const CheckpointForm* form : checkpoint_forms()) {
     // The camera's search and its checks have one place.
@@ -153,8 +153,8 @@ void put_store_epoch(Store& store, std::int64_t store_epoch, std::int64_t base, 
   ASSERT_OK(put(store, storage));
 }
 
-/// The life on the disk: six frames, three of them keyframes, of which the first is coded; a file that the ground has
-/// and one that it has not confirmed; 150 events, of which a file had the first ones.
+/// The store epoch on the disk: six frames, three of them keyframes, of which the first is coded; a file that the
+/// ground has and one that it has not confirmed; 150 events, of which a file had the first ones.
 void live_on_disk(Store& store) {
   Transaction transaction(store);
   ASSERT_OK(transaction.begin());
@@ -197,7 +197,7 @@ void live_on_disk(Store& store) {
   ASSERT_OK(transaction.commit());
 }
 
-/// A life in memory, with `frames` images.
+/// A store epoch in memory, with `frames` images.
 void live_in_memory(Store& store, std::int64_t frames, std::int64_t store_epoch = 2, std::int64_t base = memory_base) {
   Transaction transaction(store);
   ASSERT_OK(transaction.begin());
@@ -241,7 +241,8 @@ class MemoryReturn : public testing::Test {
     fs::copy(disk_ + ".before", disk_, fs::copy_options::recursive);
   }
 
-  /// A life on the disk, then one in memory, whose records lie beside the database. Their contents are those before.
+  /// A store epoch on the disk, then one in memory, whose records lie beside the database. Their contents are those
+  /// before.
   void fly_both(std::int64_t frames, bool earlier = true) {
     if (earlier) {
       const auto store = start();
@@ -257,7 +258,7 @@ class MemoryReturn : public testing::Test {
     ASSERT_OK(try_disk(path_.c_str(), capacity));
     ASSERT_OK(store->leave_memory(path_.c_str(), &wait_));
   }
-  /// Records of the life in memory that are in the database as they were. The storage manager counts anew.
+  /// Records of the store epoch in memory that are in the database as they were. The storage manager counts again.
   void expect_memory_in(const Content& content) const {
     const std::int64_t manager = static_cast<std::int64_t>(ComponentId::storage_manager);
     for (const auto& [key, bytes] : in_memory_) {
@@ -345,7 +346,7 @@ TEST_F(MemoryReturn, BothStoreEpochsAreInTheDatabaseAndTheLaterOneGoesOn) {
   EXPECT_EQ((store->start().moved).code, StatusCode::store_back_on_disk);
   const Content content = content_of(database);
   expect_memory_in(content);
-  // Nothing of the earlier life has changed but what is stated here.
+  // Nothing of the earlier store epoch has changed but what is stated here.
   const std::set<RecordType> of_one_store_epoch = {RecordType::identity, RecordType::checkpoint, RecordType::storage,
                                                    RecordType::setting};
   for (const auto& [key, bytes] : on_disk_) {
@@ -398,7 +399,7 @@ TEST_F(MemoryReturn, BothStoreEpochsAreInTheDatabaseAndTheLaterOneGoesOn) {
   const std::int64_t events[] = {-1, -65, -129};
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(files[4 + i].subject_id, events[i]);
 
-  // Without the small memory a life in memory has only its own settings, here none by telecommand.
+  // Without the nonvolatile memory a store epoch in memory has only its own settings, here none by telecommand.
   SettingRecord setting;
   EXPECT_OK(get(database, 4, setting));
 }
@@ -423,7 +424,7 @@ TEST_F(MemoryReturn, SettingsOfTheDiskStayWhereTheFlightInMemoryDidNotKnowThem) 
   IdentityRecord identity;
   ASSERT_OK(get(store->store(), 1, identity));
   EXPECT_EQ(identity.life, 2);
-  EXPECT_GE(identity.configuration, 5) << "or the small memory would revert what was set in memory";
+  EXPECT_GE(identity.configuration, 5) << "or the nonvolatile memory would revert what was set in memory";
 }
 
 TEST_F(MemoryReturn, APowerCutWhileTheDatabaseTakesTheRecordsInLosesNothing) {
@@ -583,7 +584,7 @@ TEST_F(MemoryReturn, AnEarlierCopyThatStillWaitsIsTakenInFirst) {
     ASSERT_OK(store->leave_memory(path_.c_str(), &wait_));
   }
   const auto store = start();
-  EXPECT_TRUE(store->updates().ok()) << "nothing is set aside";
+  EXPECT_TRUE(store->updates().ok()) << "nothing is quarantined";
   EventRecord event;
   for (const std::int64_t id : {std::int64_t{150}, memory_base + 10, 2 * memory_base + 12}) {
     EXPECT_OK(get(store->store(), id, event));

@@ -231,7 +231,7 @@ TEST_F(NodeTest, TheCameraIsHeldUntilTheStripOfTheLatestFrameIsKnown) {
   EXPECT_TRUE(gives());
   ++model.revision;
   write(model);
-  EXPECT_FALSE(gives()) << "all poses are made anew with another camera";
+  EXPECT_FALSE(gives()) << "all poses are made again with another camera";
   pose.camera_revision = model.revision;
   write(pose);
   EXPECT_TRUE(gives());

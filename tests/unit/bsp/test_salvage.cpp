@@ -331,7 +331,7 @@ TEST_F(SalvageTest, EachStepBehindACompleteSalvageIsGoneOnWith) {
     store->close();
   }
   const std::string saved = content_of(path_);
-  // Complete, and the damaged one still in its place; without its log; and set aside already.
+  // Complete, and the damaged one still in its place; without its log; and quarantined already.
   for (int step = 0; step < 3; ++step) {
     for (const char* suffix : {".aside-1", ".aside-1-wal", "-wal", "-shm", "-sync"}) fs::remove(path_ + suffix);
     std::ofstream(path_ + (step < 2 ? "" : ".aside-1"), std::ios::binary | std::ios::trunc) << damaged;

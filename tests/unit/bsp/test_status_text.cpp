@@ -44,7 +44,7 @@ TEST(StatusText, NamesWhatAStatusIsAbout) {
       {{StatusCode::transfer_cancelled, 9, 15}, "transaction 9 was cancelled: cancel request received"},
       {{StatusCode::pdu_rejected, 4, 20}, "a PDU of 20 bytes was rejected: CRC"},
       {{StatusCode::compute_lost, 1, 0},
-       "the compute device was given up in flight in a job of wide search: no answer within the limit; the processor "
+       "the compute device was abandoned in flight in a job of wide search: no answer within the limit; the processor "
        "does its work"},
       {{StatusCode::self_test_failed, 4, 7}, "self-test codec failed, value 7"},
       {{StatusCode::exposure_limited, 2, 40},

@@ -23,7 +23,7 @@ class FirstStart : public ::testing::Test {
     start.utc_s = calendar_s;
     return configuration.begin(store, start);
   }
-  /// The database is gone, and another one begins a life.
+  /// The database is gone, and another one begins a store epoch.
   IdentityRecord begin_another_store_epoch() {
     EXPECT_TRUE(store.begin().ok());
     static_cast<void>(store.erase(record_info<IdentityRecord>(), 1));
@@ -76,7 +76,7 @@ TEST_F(FirstStart, ALifeWhoseDatabaseIsGoneIsCounted) {
   EXPECT_GT(identity.keyframe_base, 0);
 }
 
-// Behind the 50th life numbers begin by the calendar.
+// Behind the 50th store epoch numbers begin by the calendar.
 
 TEST_F(FirstStart, BehindTheLastCountedStoreEpochNoNumberComesAgainWhateverTheCalendarSays) {
   live_before(49);
@@ -92,7 +92,7 @@ TEST_F(FirstStart, BehindTheLastCountedStoreEpochNoNumberComesAgainWhateverTheCa
     EXPECT_GT(identity.keyframe_base, keyframes) << calendar;
     EXPECT_GT(identity.record_base, records) << calendar;
     if (keyframes > 0 && identity.life > 51) {
-      EXPECT_GE(identity.keyframe_base - keyframes, 1'000'000) << "room for the keyframes of the life before";
+      EXPECT_GE(identity.keyframe_base - keyframes, 1'000'000) << "room for the keyframes of the store epoch before";
     }
     EXPECT_LT(identity.keyframe_base, 10'000'000'000) << "names of files have room for ten digits";
     keyframes = identity.keyframe_base;

@@ -155,7 +155,7 @@ TEST_F(FileDeliveryTest, SuspendsResumesAndCancelsAsTheGroundWishes) {
   EXPECT_TRUE(request_transfer(rig.store, 77, TransferWish::cancel).is(StatusCode::not_found));
 }
 
-// Behind the lives that are counted, transaction numbers begin by the calendar, beyond 2^32.
+// Behind the store epochs that are counted, transaction numbers begin by the calendar, beyond 2^32.
 TEST_F(FileDeliveryTest, ATransactionWithALongNumberIsNamedByItsLastOctets) {
   TransferRecord transfer;
   transfer.id = 1;

@@ -69,7 +69,7 @@ TEST_F(ExecutiveTest, WhoWaitsForAFaultToPassIsNotWokenMeanwhile) {
 TEST_F(ExecutiveTest, WhoCouldNotBeRestoredDoesNotStepUntilItIs) {
   start();
   int failures = 5;
-  // The component itself is sound again at once: only its checkpoint could not be read.
+  // The component itself is valid again at once: only its checkpoint could not be read.
   b.on_step = [&]() -> StepResult {
     b.on_step = nullptr;
     b.on_restore = [&] { return failures-- > 0 ? Status{StatusCode::store_error, 10} : Status{}; };

@@ -71,7 +71,7 @@ class DiskFaults : public testing::Test {
     for (std::int64_t id = 1; id <= frames; ++id) EXPECT_OK(put_frame(store, id));
     return files();
   }
-  /// A sound database, of which a flight has committed these frames.
+  /// A valid database, of which a flight has committed these frames.
   void expect_valid(const std::set<std::int64_t>& committed, const std::string& where) {
     SqliteStore store;
     const Status opened = store.open(path_.c_str());

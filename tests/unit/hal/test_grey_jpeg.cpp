@@ -1,4 +1,4 @@
-// Luma of JPEG pictures, sound and hostile.
+// Luma of JPEG pictures, valid and hostile.
 #include "hal/camera/jpeg/grey_jpeg.hpp"
 
 #include <gtest/gtest.h>
@@ -152,7 +152,7 @@ TEST_F(GreyJpeg, NoiseIsRefused) {
       noise[1] = 0xD8;
     }
     ASSERT_FALSE(decode(noise, 64, 64).ok());
-    // Behind a sound beginning.
+    // Behind a valid beginning.
     Bytes half(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(file.size() / 2));
     half.insert(half.end(), noise.begin(), noise.end());
     ASSERT_FALSE(decode(half, 64, 64).ok());

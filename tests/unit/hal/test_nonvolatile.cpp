@@ -1,4 +1,4 @@
-// The small memory outside the database: whatever is cut off or spoilt, a content that was written is read.
+// The nonvolatile memory outside the database: whatever is cut off or spoilt, a content that was written is read.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>

@@ -220,7 +220,7 @@ TEST(RamStoreDamage, ADamagedRecordIsReplacedOrErasedAndADamagedChunkWrittenAnew
   EXPECT_EQ(contents.judge(store, "mended"), 0);
 }
 
-/// A database on a disk as the flight left it, sound.
+/// A database on a disk as the flight left it, valid.
 class SqliteDamage : public testing::Test {
  protected:
   void fill(const Contents& contents) {
@@ -303,7 +303,7 @@ TEST_F(SqliteDamage, ABlobThatDoesNotHaveItsChecksumsIsDamage) {
     EXPECT_FALSE(read_blob<FrameRecord>(store, "image", 1, 9999, end).ok() && sql.find("9999") != std::string::npos);
     ASSERT_OK(read_blob<FrameRecord>(store, "image", 2, 0, image));
     EXPECT_TRUE(image == contents.image(2));
-    // Written again, the record is sound.
+    // Written again, the record is valid.
     ASSERT_OK(store.begin());
     FrameRecord none = contents.frame(1);
     none.image.bytes = 0;

@@ -121,7 +121,7 @@ class StructureFixture : public ComponentTest {
     forget();
     return found;
   }
-  /// More steps in every life, so that each of them is the last one of some life.
+  /// More steps in every boot, so that each of them is the last one of some boot.
   void fly_in_short_boots() {
     for (int boot = 0; boot < 200 && finals() < keyframes; ++boot) {
       component = std::make_unique<StructureAndMotion>(failing, mission, test::step_memory<StructureAndMotion>());

@@ -1,4 +1,4 @@
-// What errors of a rolling shutter do to the stated error of a pose, against strips whose first images are moved at
+// What errors of a rolling shutter do to the estimated error of a pose, against strips whose first images are moved at
 // random.
 #include <gtest/gtest.h>
 
@@ -49,7 +49,7 @@ TEST(ShutterErrors, TheFirstImagesMoveAndStretchTheWholeTrack) {
     int at = 0;
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j <= i; ++j, ++at) {
-        // The stated error takes the first camera's two effects as independent.
+        // The estimated error takes the first camera's two effects as independent.
         EXPECT_NEAR(stated[at], scatter(i, j), 0.25 * std::sqrt(scatter(i, i) * scatter(j, j))) << place << i << j;
       }
       EXPECT_NEAR(pose.sigma[i], std::sqrt(stated[i == 0 ? 0 : i == 1 ? 2 : 5]), 1e-9);

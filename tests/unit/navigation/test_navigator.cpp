@@ -161,7 +161,7 @@ TEST_F(NavigatorTest, AStopAfterEachRecordChangesNothing) {
     see_keyframe(id);
     pose_keyframe(id);
   }
-  // A life needs two steps to read the samples, and one to write.
+  // A boot needs two steps to read the samples, and one to write.
   for (int boot = 0; boot < 20; ++boot) {
     const auto navigator = make();
     for (int step = 0; step < 3; ++step) EXPECT_TRUE(navigator->step().status.ok());

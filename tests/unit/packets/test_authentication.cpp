@@ -387,7 +387,7 @@ TEST_F(GuardedLinkTest, WhereMarksCannotBeKeptTelecommandsWaitAndThenGoBefore) {
   start();
   EXPECT_EQ(after_sending(sealed(3)), 0U);
   disk_.full = medium_.broken = true;
-  EXPECT_EQ(after_sending(sealed(4)), 0U) << "and the next trouble waits anew";
+  EXPECT_EQ(after_sending(sealed(4)), 0U) << "and the next trouble waits again";
 }
 
 TEST_F(GuardedLinkTest, MarksOfKeysThatAreNotInUseStay) {

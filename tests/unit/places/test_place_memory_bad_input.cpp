@@ -160,7 +160,7 @@ TEST_F(PlaceMemoryBadInput, PlacesStayWithinTheirShareOfTheBudgetHoweverItChange
   EXPECT_EQ(number_of<PlaceRecord>(), static_cast<std::int64_t>(PlaceTable::kept_for_ever) + 1);
   hover(capacity + 9, capacity + 10);
   EXPECT_EQ(number_of<PlaceRecord>(), static_cast<std::int64_t>(PlaceTable::kept_for_ever) + 2);
-  EXPECT_LT(new_pixels(capacity + 10), 10U) << "what is left is known again";
+  EXPECT_LT(new_pixels(capacity + 10), 10U) << "what is left is recognised";
 }
 
 struct DamageOfAPlace {

@@ -72,7 +72,7 @@ class PlaceTableTest : public testing::Test {
   std::unique_ptr<PlaceTable> table_ = std::make_unique<PlaceTable>();
 };
 
-// Neighbours overlap by 82 %: one in two suffices to know all ground again.
+// Neighbours overlap by 82 %: one in two suffices to recognise all ground.
 TEST_F(PlaceTableTest, TenThousandKeyframesAreForgottenEvenly) {
   for (std::int64_t id = 1; id <= 10'000; ++id) remember(looking_down(id, 1, 1.5 * static_cast<double>(id)));
   const std::vector<std::int64_t> ids = kept();

@@ -1,4 +1,4 @@
-// A new life of the flight counts from far above the previous life; its records do not count as old for that.
+// A new store epoch counts from far above the previous store epoch; its records do not count as old for that.
 #include <gtest/gtest.h>
 
 #include <cstddef>

@@ -97,7 +97,7 @@ float squared_slope(float left, float right, float above, float below) {
   return most >= 0.5F * far_away ? unknown_slope * unknown_slope : known;
 }
 
-float stated_sigma(float sigma, float count, float scatter, float slope2) {
+float estimated_sigma(float sigma, float count, float scatter, float slope2) {
   const float pairs = 0.5F * (count - 1);
   const float matching = (pairs > 0 ? matching_weight : alone_weight) * sigma;
   const float roughness2 = roughness_weight * roughness_weight * scatter / std::max(pairs, 1.0F);
@@ -115,7 +115,7 @@ void finish_row(const float* __restrict centre, const float* __restrict above, c
   const float* __restrict scatter = sums.scatter;
   for (std::int32_t x = 0; x < width; ++x) {
     const float slope2 = squared_slope(centre[x - smoothing_radius], centre[x + smoothing_radius], above[x], below[x]);
-    const float measured = stated_sigma(sigma_px[x], count[x], scatter[x], slope2);
+    const float measured = estimated_sigma(sigma_px[x], count[x], scatter[x], slope2);
     const float stated = kind[x] == DisparityKind::resolved ? sigma_px[x] : measured;
     const bool valid = sigma_px[x] > 0;
     disparity_px[x] = valid ? sum[x] / count[x] : 0.0F;

@@ -30,7 +30,7 @@ constexpr float surroundings_grey = 11;
 constexpr float window_grey = 11;
 // Doubt above which the pixel may as well belong to another surface.
 constexpr float most_suspect_grey = 10;
-// The error on the right surface, and that of a doubtful choice, by the distance to the farthest other surface.
+// The error on the right surface, and that of a suspect choice, by the distance to the farthest other surface.
 constexpr float right_surface_sigma_px = 0.4F, suspect_share = 0.6F, most_sigma_px = 6;
 // Where less of a tile is matched, chance may have made its edges.
 constexpr std::int32_t least_matched_percent = 55;

@@ -18,7 +18,7 @@ constexpr std::size_t max_minima = 1 + std::size(ring_tangents) * starts_per_rin
 constexpr double same_minimum_rad = 0.15 * degree;
 /// Every motion has its own depths fitted to the noise, so that the likelihoods of motions differ by more than the
 /// matches justify (J. Neyman, E. Scott 1948). With this factor on the variance two of three errors are within one
-/// stated sigma (test_forward_motion.cpp).
+/// estimated sigma (test_forward_motion.cpp).
 constexpr double likelihood_factor = 8;
 /// Least likelihood of the mean relative to the best minimum. A lower one shows a ridge between the minima instead of a
 /// valley, as between the two motions that a plane allows: their mean is neither.

@@ -9,8 +9,8 @@ namespace ilp {
 /// What a model must stay below to be of interest.
 struct CostBound {
   double cost = 1e300;  ///< px^2, of all matches
-  /// The matches seen so far are a random part of all. A model is given up when they put its expected cost above `cost`
-  /// by this many standard deviations. With zero it is given up only when its cost exceeds the bound.
+  /// The matches seen so far are a random part of all. A model is abandoned when they put its expected cost above
+  /// `cost` by this many standard deviations. With zero it is abandoned only when its cost exceeds the bound.
   double deviations = 0;
 };
 

@@ -95,7 +95,7 @@ void transfer_block(const NormalisedPairs& pairs, std::size_t first, std::size_t
 }
 
 /// Scores block by block; `errors(first, count, squared)` writes the squared errors of a block. False as soon as
-/// `bound` gives the model up.
+/// `bound` abandons the model.
 template <typename Errors>
 bool score_blocks(const NormalisedPairs& pairs, double threshold_px, const CostBound& bound, RansacScore& score,
                   const Errors& errors) {

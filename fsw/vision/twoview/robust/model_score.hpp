@@ -8,7 +8,7 @@
 
 namespace ilp {
 
-/// Scores an essential or fundamental matrix by Sampson's distance. False as soon as `bound` gives it up.
+/// Scores an essential or fundamental matrix by Sampson's distance. False as soon as `bound` abandons it.
 bool score_epipolar(const NormalisedPairs& pairs, const Mat3& m, double threshold_px, const CostBound& bound,
                     RansacScore& score);
 
@@ -20,7 +20,7 @@ bool score_pose(const NormalisedPairs& pairs, const RigidTransform& b_from_a, do
 /// The angle that `threshold_px` spans at the centre of the image.
 [[nodiscard]] double threshold_angle(const PixelScale& scale, double threshold_px);
 
-/// Scores a homography by the transfer error. False as soon as `bound` gives it up.
+/// Scores a homography by the transfer error. False as soon as `bound` abandons it.
 bool score_homography(const NormalisedPairs& pairs, const Mat3& homography, double threshold_px, const CostBound& bound,
                       RansacScore& score);
 

@@ -21,7 +21,7 @@ struct RansacReport {
 /// refined on its inliers, and the number of trials follows the share of inliers. Problem provides
 ///   Model, sample_size, max_models,
 ///   std::size_t solve(const std::uint16_t* sample, Model* models);
-///   bool score(const Model&, const CostBound&, RansacScore&);   false when scoring was given up
+///   bool score(const Model&, const CostBound&, RansacScore&);   false when scoring was abandoned
 ///   bool improve(Model&);                                   local optimisation; false when it cannot
 ///
 /// The search goes on in slices: one call of begin_ransac, then of ransac_slice, with the same arguments, while it

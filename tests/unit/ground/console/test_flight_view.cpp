@@ -63,7 +63,7 @@ TEST(FlightViewTest, ProcessesThatShareTheFlightAreShownAndSilentOnesStandOut) {
   EXPECT_EQ(all(panel(view)).find("nodes"), std::string::npos) << "a flight in one process has none";
   NodeHealth head, matcher;
   for (const Stage& stage : schedule) {
-    if (stage.runs_on == RunsOn::head) head.stages |= 1U << (static_cast<unsigned>(stage.component) - 1);
+    if (stage.runs_on == RunsOn::primary) head.stages |= 1U << (static_cast<unsigned>(stage.component) - 1);
   }
   matcher.stages = 1U << (static_cast<unsigned>(ComponentId::dense_matcher) - 1);
   matcher.silent_ns = 42 * ns_per_s;
@@ -117,8 +117,8 @@ TEST(FlightViewTest, ValuesAreThoseOfTheRecord) {
   const std::string text = all(panel(view));
   EXPECT_NE(text.find("3.0 of 256.0 MiB, products: 23 on board, 12 confirmed"), std::string::npos) << text;
   EXPECT_NE(text.find("mission 01:05"), std::string::npos) << text;
-  EXPECT_NE(text.find("last heard 3 s ago"), std::string::npos) << text;
-  EXPECT_NE(status_line(view).find("last heard 3 s ago"), std::string::npos) << status_line(view);
+  EXPECT_NE(text.find("last report 3 s ago"), std::string::npos) << text;
+  EXPECT_NE(status_line(view).find("last report 3 s ago"), std::string::npos) << status_line(view);
 }
 
 TEST(FlightViewTest, ComponentsInTroubleAreNamed) {

@@ -126,7 +126,7 @@ TEST_F(CatalogueTest, DamageIsReplacedByWhatIsSoundAndNeverTheOtherWayRound) {
   (void)run(out_);
   const auto expected = results(out_);
 
-  // Damaged at first, sound later.
+  // Damaged at first, valid later.
   const fs::path path = box_ / "product-000002-depth.jp2", records = box_ / "records-000004.ilp";
   const fs::path out = folder_.path() / "other";
   auto bytes = host::read_file(path);
@@ -205,7 +205,7 @@ TEST(OtherFlights, AnotherStoreEpochMayHaveAnotherCameraAndAClockThatRestarted) 
   for (std::int64_t i = 1; i <= 3; ++i)
     files.push_back(store_epoch_file(files.size(), 100'000'000 + i, i * ns_per_s, 401));
   EXPECT_TRUE(files_of_other_flights(files).empty());
-  // A life whose number came from the calendar; the event with which it began shows it.
+  // A store epoch whose number came from the calendar; the event with which it began shows it.
   files.push_back(store_epoch_file(files.size(), 100'000'700, ns_per_s, 402));
   EXPECT_EQ(files_of_other_flights(files).size(), 1U);
   EventRecord begun;
@@ -214,7 +214,7 @@ TEST(OtherFlights, AnotherStoreEpochMayHaveAnotherCameraAndAClockThatRestarted) 
   begun.b = 100'000'650;
   files.push_back({files.size(), {entry_of(begun)}});
   EXPECT_TRUE(files_of_other_flights(files).empty());
-  // Within a life contradictions are found as ever.
+  // Within a store epoch contradictions are found as ever.
   files.push_back(store_epoch_file(files.size(), 100'000'004, ns_per_s, 401));
   files.push_back(store_epoch_file(files.size(), 6, 6 * ns_per_s, 399));
   EXPECT_EQ(files_of_other_flights(files).size(), 2U);

@@ -108,7 +108,7 @@ TEST(RecordFile, NumbersThatNoFlightHasAreRefusedWithTheirField) {
   const auto fault = [](const auto& record) { return fault_of(write_record_file(std::vector{entry_of(record)})); };
   EXPECT_EQ(fault(keyframe), "");
   keyframe.id = largest_id;
-  EXPECT_EQ(fault(keyframe), "") << "whatever life of the flight it is";
+  EXPECT_EQ(fault(keyframe), "") << "whatever store epoch it is";
   for (const std::int64_t id : {largest_id + 1, std::numeric_limits<std::int64_t>::max(), std::int64_t{-1},
                                 std::numeric_limits<std::int64_t>::min()}) {
     keyframe.id = id;

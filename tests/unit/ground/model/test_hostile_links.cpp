@@ -1,5 +1,5 @@
 // Links and ties that form cycles, contradict each other or hold anything: what no flight makes is left out by name,
-// and the rest is joined into models that are sound.
+// and the rest is joined into models that are valid.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -187,7 +187,7 @@ TEST_F(JoinedModelTest, ALoopIsClosedWhereTheStripHasDrifted) {
   EXPECT_LT(spread, before / 10) << "after a round the camera is where it was";
 }
 
-/// Errors of the positions in a joined flight of one world, each in units of its stated error, in the gauge in which
+/// Errors of the positions in a joined flight of one world, each in units of its estimated error, in the gauge in which
 /// these are stated: the first camera, and one coordinate of the farthest one. Empty where there is no such gauge.
 std::vector<double> normalised_errors(NoisyFlight& flight) {
   const auto count = static_cast<std::int64_t>(flight.truth_.size());

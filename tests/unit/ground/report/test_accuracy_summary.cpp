@@ -95,12 +95,12 @@ TEST(AccuracySummary, MeasurementsThatContradictAndMissingMetresAreTold) {
   StripFrameRecord frame;
   frame.verdict = StripFrameVerdict::attitudes_contradict;
   strip.strip.frame = frame;
-  const std::vector<std::string> lines = stated_lines(report);
+  const std::vector<std::string> lines = estimated_error_lines(report);
   EXPECT_TRUE(says(lines, "strip 4: the vehicle's measurements contradict each other: what is up by the attitudes"))
       << joined_text(lines);
   EXPECT_TRUE(says(lines, "not in metres")) << joined_text(lines);
   strip.strip.frame->verdict = StripFrameVerdict::nothing_measured;
-  EXPECT_FALSE(says(stated_lines(report), "contradict"));
+  EXPECT_FALSE(says(estimated_error_lines(report), "contradict"));
 }
 
 TEST(AccuracySummary, AFourthOfTheMeasurementsOfAKindThatIsRefusedIsTold) {
@@ -112,8 +112,8 @@ TEST(AccuracySummary, AFourthOfTheMeasurementsOfAKindThatIsRefusedIsTold) {
   frame.heights_refused = 2;
   report.strips.emplace_back().strip.id = 1;
   report.strips[0].strip.frame = frame;
-  EXPECT_TRUE(says(stated_lines(report), "strip 1: 4 of 10 positions contradict the others and are left out"));
-  EXPECT_FALSE(says(stated_lines(report), "heights"));
+  EXPECT_TRUE(says(estimated_error_lines(report), "strip 1: 4 of 10 positions contradict the others and are left out"));
+  EXPECT_FALSE(says(estimated_error_lines(report), "heights"));
 }
 
 /// Events that a reader must see. A calibration that leaves something open is one of them.

@@ -1,4 +1,4 @@
-// Depth errors and stated sigmas: what was put in comes out.
+// Depth errors and estimated sigmas: what was put in comes out.
 
 #include "sim/tools/score/dense_score.hpp"
 
@@ -85,7 +85,7 @@ DepthScore with_noise(double times) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal(0, times * sigma);
   for (std::size_t k = 0; k < scene.x.size(); ++k) {
-    // A part of the stated sigma comes from the coding.
+    // A part of the estimated sigma comes from the coding.
     DepthRecord& record = *scene.keyframe(k).depth;
     record.disparity_per_inverse_depth_px = disparity_px;
     record.step = std::sqrt(12.0) * 0.6 * sigma;

@@ -54,8 +54,8 @@ Flown fly(const SyntheticStrip& truth) {
   return flown;
 }
 
-/// Largest error of a camera's place over its stated one, in the gauge of the stated errors: the first camera, and the
-/// camera whose distance from it is the unit of length.
+/// Largest error of a camera's place over its stated one, in the gauge of the estimated errors: the first camera, and
+/// the camera whose distance from it is the unit of length.
 double worst_in_sigmas(const SyntheticStrip& truth, const Collected& strip) {
   const auto centre_in_first = [](const RigidTransform& first, const RigidTransform& camera) -> Vec3 {
     return first * inverse(camera).translation;
@@ -80,7 +80,7 @@ double worst_in_sigmas(const SyntheticStrip& truth, const Collected& strip) {
   return worst;
 }
 
-/// The share of the keyframes that are posed, over the seeds. Prints it with the largest error in stated sigmas.
+/// The share of the keyframes that are posed, over the seeds. Prints it with the largest error in estimated sigmas.
 double expect_honest(const char* name, NarrowScene scene, const std::vector<unsigned>& seeds) {
   std::size_t posed = 0;
   double worst = 0;

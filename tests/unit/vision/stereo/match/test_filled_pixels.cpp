@@ -1,5 +1,5 @@
 // The pixels that take the disparity of a surface beside an edge, or of a plane across a gap, against structured-light
-// truth: are their stated errors honest, and what is it that they repair?
+// truth: are their estimated errors honest, and what is it that they repair?
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -124,7 +124,7 @@ TEST(GapSupport, WeakTextureThatBothImagesSeeTakesThePlaneAroundIt) {
   EXPECT_EQ(within_one, count);
 }
 
-/// Mean stated error of the supported pixels.
+/// Mean estimated error of the supported pixels.
 double mean_sigma(const Scene& scene) {
   double sum = 0;
   int count = 0;
@@ -136,7 +136,7 @@ double mean_sigma(const Scene& scene) {
   return sum / count;
 }
 
-/// Makes the scene level, as it was before support, and returns the mean stated error that support gives its gap.
+/// Makes the scene level, as it was before support, and returns the mean estimated error that support gives its gap.
 double make_level(Scene& scene) {
   scene.slope = 0;
   scene.make(1);

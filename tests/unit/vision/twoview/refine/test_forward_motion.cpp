@@ -34,7 +34,7 @@ TEST(ForwardMotion, EpipoleInView) {
   EXPECT_TRUE(epipole_in_view({turn, turn * Vec3(0, 0, -1)}, camera, camera));
 }
 
-/// Over pairs of forward motion: shares of direction errors within one and two stated sigma.
+/// Over pairs of forward motion: shares of direction errors within one and two estimated sigma.
 void shares_within_sigma(int outliers, int noise, double& one, double& two) {
   constexpr int trials = 100;
   one = two = 0;

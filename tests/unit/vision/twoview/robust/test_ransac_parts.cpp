@@ -96,7 +96,7 @@ TEST(AddBlock, IsTheSumOfBoundedErrorsWhateverTheCount) {
   }
 }
 
-/// Matches seen before a model of `share` inliers, which cost nothing, is given up; all where it is not.
+/// Matches seen before a model of `share` inliers, which cost nothing, is abandoned; all where it is not.
 std::size_t seen_before_giving_up(double share, const BailOut& abandoned, std::size_t total, Rng& rng) {
   double cost = 0;
   for (std::size_t seen = 1; seen <= total; ++seen) {
