@@ -110,7 +110,7 @@ inline constexpr std::size_t richness_histogram_bins = 64;
 
 // Places: ground that is recognised
 inline constexpr std::size_t place_features = 256;          ///< of a keyframe that the chain of pairs holds
-inline constexpr std::size_t max_place_features = 1024;     ///< of one that it holds loosely
+inline constexpr std::size_t max_place_features = 1024;     ///< of one whose strip is weakly connected
 inline constexpr std::size_t max_place_patches = 400;       ///< pieces of a keyframe's image that are kept
 inline constexpr std::size_t max_link_points = 128;         ///< points that both keyframes of a link see
 inline constexpr std::size_t max_places = 4096;             ///< keyframes that can be found by their appearance
@@ -118,9 +118,9 @@ inline constexpr std::size_t indexed_place_features = 100;  ///< of one keyframe
 inline constexpr std::size_t place_vocabulary = 2048;       ///< descriptors that stand for their neighbourhood
 inline constexpr std::size_t place_vocabulary_places = 32;  ///< the first keyframes, from which they are drawn
 inline constexpr std::size_t place_candidates = 8;          ///< by place, and by appearance, of a keyframe
-inline constexpr std::size_t max_place_candidates = 24;     ///< of one that the chain of pairs holds loosely
+inline constexpr std::size_t max_place_candidates = 24;     ///< of one whose strip is weakly connected
 inline constexpr std::size_t max_near_places = 32;          ///< whose ground is expected in the image of a new one
-inline constexpr std::int64_t max_links_per_keyframe = 16;  ///< of a loose one; link_id() counts with it
+inline constexpr std::int64_t max_links_per_keyframe = 16;  ///< of a weakly connected one; link_id() counts with it
 
 // Products
 inline constexpr int max_quality_layers = 8;

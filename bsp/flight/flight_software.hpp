@@ -64,7 +64,7 @@ class FlightSoftware {
   [[nodiscard]] const MissionTimeBegin& time() const { return time_; }
   /// Writes the camera's intrinsics into a fresh store (nominal ones if the mission says that the camera is not known),
   /// or compares them with those of an existing store: `camera_changed` when the flight began with another camera, or
-  /// with one that was known and now is not. Then restores every component. If that fails with parameters on trial, it
+  /// with one that was known and now is not. Then restores every component. If that fails with tentative parameters, it
   /// continues with the last good ones.
   Status start(const CameraModel& camera);
   /// All three for a process that is not the primary: takes up the stored settings, and restores its components. The

@@ -267,7 +267,7 @@ bool Configuration::step(TimeNs now) {
   own_.last_ns = now;
   const TimeNs patience_ns = ns_from_seconds(own_.good.trial_s);
   const bool tried = own_.commanded && own_.tentative_applies && own_.stage != ConfigurationStage::built_in;
-  // The parameters on trial may define contact itself, so the contact of the good configuration counts.
+  // The tentative parameters may define contact itself, so the contact of the good configuration counts.
   if (tried && contact_at(own_.good, now).open) own_.tentative_ns += passed;
   bool reverted = false;
   if (tried && own_.tentative_ns >= patience_ns) {

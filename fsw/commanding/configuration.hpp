@@ -34,12 +34,12 @@ struct ConfigurationState {
   MissionParameters wanted;  ///< with all settings
   IdentityRecord identity;
   double most_storage_mib = 0;
-  std::uint64_t trials = 0;  ///< parameters on trial
+  std::uint64_t trials = 0;  ///< tentative parameters
   TimeNs begin_ns = 0, last_ns = 0, kept_ns = 0;
-  TimeNs tentative_ns = 0;  ///< time in contact while a setting on trial was in force
+  TimeNs tentative_ns = 0;  ///< time in contact while a tentative setting was in force
   std::uint32_t unconfirmed = 0;
   ConfigurationStage stage = ConfigurationStage::as_set;
-  bool tentative_applies = false;  ///< a setting on trial is in force
+  bool tentative_applies = false;  ///< a tentative setting is in force
   bool commanded = false;
   bool proven = false;  ///< this start needs no confirmation any more
   bool running = false;
@@ -47,8 +47,8 @@ struct ConfigurationState {
   bool reported_not_kept = false;
 };
 
-/// A parameter that affects contact, or takes effect at a start, is on trial after it was set by telecommand. Any
-/// telecommand that is accepted after it took effect confirms it. It is reverted when it has been on trial for
+/// A parameter that affects contact, or takes effect at a start, is tentative after it was set by telecommand. Any
+/// telecommand that is accepted after it took effect confirms it. It is reverted when it has been tentative for
 /// [contact] trial_s of contact, or when it keeps the flight from starting. Repeated starts step down to the last good
 /// and to built-in parameters.
 class Configuration {
@@ -62,7 +62,7 @@ class Configuration {
   /// which store epoch the store belongs to, makes the settings in the store those of the stage, and puts them
   /// into `mission`. Faults of the store are passed on; those of the nonvolatile memory become events.
   Status begin(Store& store, const ConfigurationStart& start);
-  /// The start has failed with `fault`. Reverts what is on trial and returns ok for another attempt, or returns
+  /// The start has failed with `fault`. Reverts what is tentative and returns ok for another attempt, or returns
   /// `fault`.
   Status step_down(const Status& fault);
   [[nodiscard]] ConfigurationStage stage() const { return own_.stage; }
@@ -78,13 +78,13 @@ class Configuration {
   /// Writes records of what differs from wanted(), in an open transaction.
   Status write(const MissionParameters& wanted, TimeNs now);
   enum class Way : std::uint8_t {
-    parameters,  ///< each by its kind: on trial or not
-    file,        ///< all of them are on trial
+    parameters,  ///< each by its kind: tentative or not
+    file,        ///< all of them are tentative
     bounded      ///< a pass that begins or ends: it ends by itself and needs no trial
   };
   /// After the commit: puts into `mission` what takes effect at once.
   void accept(const MissionParameters& wanted, Way way);
-  /// A telecommand was accepted that had come after the effect of everything on trial.
+  /// A telecommand was accepted that had come after the effect of everything tentative.
   void confirm();
   /// Call it once per minor frame. True when a trial has ended without a confirmation: wanted() and `mission` have
   /// changed.
@@ -132,7 +132,7 @@ class Configuration {
 
 /// Of the parameter that says when mission time begins.
 [[nodiscard]] std::uint64_t epoch_number();
-/// Whether a parameter is put on trial when it is set.
+/// Whether a parameter is tentative when it is set.
 [[nodiscard]] bool needs_confirmation(std::size_t parameter);
 
 }  // namespace ilp

@@ -70,7 +70,7 @@ Status Configuration::begin(Store& store, const ConfigurationStart& start) {
   }
   FlightMemoryContent after = memory_.content();
   ILP_TAKE(const bool lost, find_identity(start, after));
-  // The flight keeps the epoch that it began with, whatever the mission file says: a setting of it is on trial.
+  // The flight keeps the epoch that it began with, whatever the mission file says: a setting of it is tentative.
   if (after.epoch_known != 0) own_.base.mission_epoch_s = after.mission_epoch_s;
   ILP_TRY(take_settings(store, own_.identity, after, lost));
   own_.unconfirmed = after.starts_unconfirmed;

@@ -130,12 +130,12 @@ ILP_ENUMERATION(FixPrior, (0, none, "nothing: it was not searched for"), (1, veh
                 (3, search, "a comparison with the features of all tiles"))
 
 /// The reason for the start of the software.
-ILP_ENUMERATION(StartReason, (0, first, "the store is new"), (1, stopped, "the life before ended in order"),
+ILP_ENUMERATION(StartReason, (0, first, "the store is new"), (1, stopped, "the boot before ended in order"),
                 (2, process_died, "the process was killed or crashed, and the board went on"),
                 (3, board_reset, "power was lost, or the board was reset"),
                 (4, watchdog, "the watchdog reset the board"))
 
-/// The parameters with which a life begins (docs/getting-back-in.md).
+/// The parameters with which a boot begins (docs/getting-back-in.md).
 ILP_ENUMERATION(ConfigurationStage, (0, as_set, "the parameters as they were set"),
                 (1, last_good, "the last good configuration"), (2, built_in, "the built-in defaults"))
 

@@ -166,7 +166,7 @@ TEST_F(GettingBackIn, TheMissionFileMaySayWhatTelecommandsMayNot) {
   EXPECT_TRUE(another.ping());
 }
 
-// What is on trial.
+// What is tentative.
 
 TEST_F(GettingBackIn, ATelecommandBehindItsEffectConfirmsAConfiguration) {
   ASSERT_EQ(board_->set("link", "telecommands_per_s", 10), done);
