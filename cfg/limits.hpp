@@ -111,11 +111,11 @@ inline constexpr std::size_t richness_histogram_bins = 64;
 // Places: ground that is recognised
 inline constexpr std::size_t place_features = 256;          ///< of a keyframe that the chain of pairs holds
 inline constexpr std::size_t max_place_features = 1024;     ///< of one whose strip is weakly connected
-inline constexpr std::size_t max_place_patches = 400;       ///< pieces of a keyframe's image that are kept
+inline constexpr std::size_t max_place_patches = 400;       ///< patches of a keyframe's image that are kept
 inline constexpr std::size_t max_link_points = 128;         ///< points that both keyframes of a link see
 inline constexpr std::size_t max_places = 4096;             ///< keyframes that can be found by their appearance
 inline constexpr std::size_t indexed_place_features = 100;  ///< of one keyframe
-inline constexpr std::size_t place_vocabulary = 2048;       ///< descriptors that stand for their neighbourhood
+inline constexpr std::size_t place_vocabulary = 2048;       ///< descriptors that represent their neighbourhood
 inline constexpr std::size_t place_vocabulary_places = 32;  ///< the first keyframes, from which they are drawn
 inline constexpr std::size_t place_candidates = 8;          ///< by place, and by appearance, of a keyframe
 inline constexpr std::size_t max_place_candidates = 24;     ///< of one whose strip is weakly connected

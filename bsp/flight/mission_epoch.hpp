@@ -35,7 +35,7 @@ class LateCalendar {
   /// Takes the result of begin_mission_time.
   void begin(const MissionTimeBegin& begin) { behind_ = !begin.updates.ok(); }
   /// Call it regularly. True when the calendar clock is ahead of mission time, which must then be set forwards to
-  /// `time`. `news` is the event for it.
+  /// `time`. `updates` is the event for it.
   bool caught_up(std::int64_t utc, const MissionParameters& mission, TimeNs now, TimeNs& time, Status& updates);
 
  private:

@@ -49,7 +49,7 @@ class SharedFlightStore final : public ForwardingStore {
   bool settings_changed_ = false;
   RecordMask written_ = 0;  ///< in the open transaction
   RecordMask updates_ = 0;
-  bool has_updates_ = false;  ///< something was read or committed since the latest settle()
+  bool has_updates_ = false;  ///< something was read or committed since the latest commit_read()
   std::int64_t waking_commits_ = 0;
 };
 

@@ -26,7 +26,7 @@ class ChosenStore {
   [[nodiscard]] StoreSharing& sharing();
   /// The database file; the null pointer for a server, or memory.
   [[nodiscard]] SqliteStore* disk() { return server_ ? nullptr : file_.disk(); }
-  /// As FlightStore::look_stack(), leave_memory(), news(), start() and damaged().
+  /// As FlightStore::look_stack(), leave_memory(), updates(), start() and damaged().
   [[nodiscard]] std::span<std::byte> look_stack() const { return file_.look_stack(); }
   Status leave_memory(const char* path, DiskWait* wait) { return file_.leave_memory(path, wait); }
   [[nodiscard]] Status updates() const { return file_.updates(); }

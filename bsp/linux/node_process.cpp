@@ -117,7 +117,7 @@ bool NodeProcess::wait_for_primary() {
       return false;
     }
     if (reported.code != status.code) {
-      std::fprintf(stderr, "ilp-onboard: waiting for the head of the flight (%s)\n", status_name(status.code));
+      std::fprintf(stderr, "ilp-onboard: waiting for the primary of the flight (%s)\n", status_name(status.code));
     }
     reported = status;
     // A connection that was lost is not found again by asking.

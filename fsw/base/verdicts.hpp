@@ -12,7 +12,7 @@ ILP_ENUMERATION(OverlapVerdict, (0, ok, ""), (1, overlap_unknown, "overlap unkno
 /// Verdict on the relative pose of two images.
 ILP_ENUMERATION(TwoViewVerdict, (0, ok, ""),
                 (1, planar, "a homography explains the pair as well; the pose is valid with known intrinsics"),
-                (2, too_little_parallax, "a rotation explains the pair, so that no baseline can be told"),
+                (2, too_little_parallax, "a rotation explains the pair, so that no baseline can be estimated"),
                 (3, too_few_inliers, "too few inliers"),
                 (4, ill_conditioned, "many poses explain the matches: they lie on a line, for example"))
 

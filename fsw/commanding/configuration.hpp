@@ -80,13 +80,13 @@ class Configuration {
   enum class Way : std::uint8_t {
     parameters,  ///< each by its kind: tentative or not
     file,        ///< all of them are tentative
-    bounded      ///< a pass that begins or ends: it ends by itself and needs no trial
+    bounded      ///< a pass that begins or ends: it ends by itself and needs no confirmation
   };
   /// After the commit: puts into `mission` what takes effect at once.
   void accept(const MissionParameters& wanted, Way way);
   /// A telecommand was accepted that had come after the effect of everything tentative.
   void confirm();
-  /// Call it once per minor frame. True when a trial has ended without a confirmation: wanted() and `mission` have
+  /// Call it once per minor frame. True when the time ended without a confirmation: wanted() and `mission` have
   /// changed.
   bool step(TimeNs now);
   /// The software was commanded to end: its next start needs no confirmation.

@@ -41,7 +41,7 @@ struct OpenRequest {
   std::uint16_t source = 0;
   std::uint16_t fault = 0;
   std::uint16_t left = 0;         ///< captures still to be commanded
-  std::uint16_t outstanding = 0;  ///< captures that are commanded and not settled
+  std::uint16_t outstanding = 0;  ///< captures that are commanded and not answered
   std::uint16_t settled = 0;
   std::uint8_t ack_flags = 0;
   OpenKind kind = OpenKind::captures;

@@ -20,7 +20,7 @@ struct MapUplinkWorkspace {
 /// Whether a file of this name is one of a map: it ends in `.ilpm` (directory) or `.ilpt` (tile).
 [[nodiscard]] bool is_map_file(const char* name);
 
-/// Puts a whole file of a map where the map lies. `news` is what the ground is told besides: `map_received`, or
+/// Puts a whole file of a map where the map lies. `updates` is the event besides: `map_received`, or
 /// nothing.
 ///
 /// A directory must be as parse_map_directory wants it, signed if the folder has a key, of the mission's body, and its

@@ -25,7 +25,7 @@ struct Step {
   double efficiency = 0;
 };
 
-/// The most efficient step of one candidate from `level` that fits into `room`; layers 0 if there is none.
+/// The most efficient step of one candidate from `level` that fits into `capacity`; layers 0 if there is none.
 Step best_step(const PlanCandidate& candidate, std::size_t index, int level, std::uint64_t capacity) {
   Step best;
   for (int layers = level + 1; layers <= candidate.layers; ++layers) {

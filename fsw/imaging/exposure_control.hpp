@@ -28,7 +28,7 @@ struct ExposureGoal {
 /// Integer arithmetic. It aims at the least gain with which the exposure stays within its bound, and of that at the
 /// shortest exposure that brings the bright end of the image to its goal. An image within an eighth of the goal is left
 /// as it is. A change is at most a factor of four. After a change in the other direction than the one before, changes
-/// are damped, down to an eighth, so that a camera whose gain has another law than it states settles too. An image
+/// are damped, down to an eighth, so that a camera whose gain has another law than it states converges too. An image
 /// that was taken with an earlier setting than the one that was asked for is not judged. Where a setting shows no
 /// effect in the image, the next images are waited for, and the camera's delay is learned; three settings in a row
 /// without an effect end the control.

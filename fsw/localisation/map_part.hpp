@@ -92,7 +92,7 @@ class MapPart {
   MapPart(const MapWiring& wiring, MapWork& work, MapWorkspace& workspace)
       : wiring_(wiring), work_(work), workspace_(workspace) {}
 
-  /// Reads the directory. A map that cannot be used is no fault of the step: see work.usable and work.news.
+  /// Reads the directory. A map that cannot be used is no fault of the step: see work.usable and work.updates.
   void open();
   /// The decoded tile of an entry; null where it cannot be used. One that is not at hand is read.
   const MapTile* tile(std::size_t entry);

@@ -44,7 +44,7 @@ struct FlightMemoryContent {
   std::uint64_t epoch_known = 0;
   std::array<SequenceMark, limits::max_security_associations> marks{};  ///< SPI 0: none
   KeptSettings good;    ///< confirmed settings, and those that need no trial
-  KeptSettings wanted;  ///< `good` with the settings tentative
+  KeptSettings wanted;  ///< `good` with the tentative settings
 };
 static_assert(sizeof(FlightMemoryContent) <= max_nonvolatile_bytes);
 

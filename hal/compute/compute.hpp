@@ -87,7 +87,7 @@ class ComputeDevice {
   virtual ComputeFault begin(const ComputeJob& job) = 0;
   /// Whether the output of the latest job of this kind is written now; a fault ends the use of the device.
   virtual ComputeFault ask(ComputeKind kind, bool& done) = 0;
-  /// Returns when there may be news, or after a millisecond at most. Only where mission time stands still.
+  /// Returns when there may be updates, or after a millisecond at most. Only where mission time stands still.
   virtual void pause() = 0;
   /// Nothing is asked of it any more.
   virtual void leave() = 0;

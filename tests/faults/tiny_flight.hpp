@@ -67,7 +67,7 @@ enum class Downlinks : std::uint8_t {
 /// Once in the process that starts the boots, before the first of them: SQLite gets its arena, the flight its memory.
 void prepare_process(Downlinks downlinks);
 
-/// One boot on `folder`/flight.db with the outbox beside it, as ilp-onboard with --fly-on boots it: to be called once
+/// One boot on `folder`/flight.db with the outbox beside it, as ilp-onboard with --fly-on runs it: to be called once
 /// in a process of its own. Goes on at traces.now_ns and ends `grace_ns` after everything is done, or at `end_ns`.
 BootEnd live(const std::filesystem::path& world, const std::filesystem::path& folder, TimeNs end_ns, Traces& traces,
              const Hooks& hooks);

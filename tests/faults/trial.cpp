@@ -199,7 +199,7 @@ Verdict fly_trial(const Reference& reference, const fs::path& folder, TimeNs now
     if (boots_described) describe_boot(verdict.boots, by_itself, status, traces);
     if (by_itself) {
       if (status == boot_broken) return verdict;
-      // The trial's own end of a boot is no news.
+      // The trial's own end of a boot is no finding.
       if (status != boot_killed) noticed = noticed || status == boot_restart || status == boot_refused;
       ended = status == boot_done || status == boot_overtime;
       verdict.overtime = status == boot_overtime;

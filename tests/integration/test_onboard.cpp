@@ -484,7 +484,7 @@ TEST(OnboardTest, ATerminalThatClosesEndsNeitherAFlightNorANode) {
                               folder / "flight.log");
   EXPECT_NE(flight.address("packets over UDP").port, 0) << flight.output();
   test::RunningProgram node({ILP_ONBOARD, "--stages", "dense_matcher", "--store", database}, folder / "node.log");
-  EXPECT_TRUE(node.says("waiting for the head of the flight")) << node.output();
+  EXPECT_TRUE(node.says("waiting for the primary of the flight")) << node.output();
   for (test::RunningProgram* program : {&flight, &node}) {
     program->send(SIGHUP);
     program->send(SIGTERM);

@@ -54,13 +54,13 @@ INTERFACES = {
     "DiskWait": "WatchedWait",
     "Health": "Executive",
     "ImageSource": "RecordedStrip StreamSource VideoSource",
-    "Link": "DeliveryQueue NoLink OutboxLink SettledLink",
+    "Link": "DeliveryQueue NoLink OutboxLink CommittedLink",
     "MapFolder": "DirectoryMapSource",
     "MapSource": "DirectoryMapSource",
     "NavigationSource": "NavigationFile VehiclePackets",
     "Nonvolatile": "FileNonvolatile RamNonvolatile",
-    "PacketLink": "JoinedLink SettledPacketLink TcpLink UdpLink",
-    "Store": "ImageCache LeasedStore PostgresStore RamStore SharedFlightStore SoundStore SqliteStore StepStore",
+    "PacketLink": "JoinedLink CommittedPacketLink TcpLink UdpLink",
+    "Store": "ImageCache LeasedStore PostgresStore RamStore SharedFlightStore ValidStore SqliteStore StepStore",
     "StoreSharing": "FlightStore PostgresStore",
     "VideoDevice": "LinuxVideoDevice",
     "Watchdog": "LinuxWatchdog NullWatchdog",
@@ -68,7 +68,7 @@ INTERFACES = {
 }
 # Threads, and what each of them begins with
 THREADS = {"flight": rf"{LOCAL}run\(void\*\)", "worker": r"ilp::ThreadWorker::enter\(void\*\)",
-           "disk": r"ilp::DiskLook::enter\(void\*\)"}
+           "disk": r"ilp::DiskProbe::enter\(void\*\)"}
 # Of the flight, and called by the C library or a library that is loaded
 CALLED_FROM_OUTSIDE = [
     rf"{LOCAL}end_process\(int\)|\(anonymous namespace\)::request_stop\(int\)",  # signals: SIGNAL_BYTES
@@ -91,10 +91,10 @@ FLIGHT = [
     Calls(r"ilp::(call_in_heap_region|call_abandonable)\(", [rf"{LOCAL}((de|en)code_call|decode|read_rows)\(void\*\)"],
           "calls of OpenJPEG and libjpeg"),
     # What stands before another one of its kind
-    Calls(r"ilp::(ForwardingStore|StepStore|ImageCache|SoundStore|LeasedStore|SharedFlightStore)::",
+    Calls(r"ilp::(ForwardingStore|StepStore|ImageCache|ValidStore|LeasedStore|SharedFlightStore)::",
           ["Store", "StoreSharing"], "the store behind it"),
-    Calls(r"ilp::SettledLink::", ["NoLink", "DeliveryQueue", "OutboxLink", "StoreSharing"], "the link behind it"),
-    Calls(r"ilp::SettledPacketLink::", ["JoinedLink", "TcpLink", "UdpLink", "StoreSharing"], "the link behind it"),
+    Calls(r"ilp::CommittedLink::", ["NoLink", "DeliveryQueue", "OutboxLink", "StoreSharing"], "the link behind it"),
+    Calls(r"ilp::CommittedPacketLink::", ["JoinedLink", "TcpLink", "UdpLink", "StoreSharing"], "the link behind it"),
     Calls(r"ilp::JoinedLink::", ["TcpLink", "UdpLink"], "the two links behind it"),
     Calls(r"ilp::HeldCamera::", ["NoCamera", "DirectoryCamera", "V4l2Camera", "Y4mCamera", "Store"],
           "the camera behind it"),
@@ -141,11 +141,11 @@ FLIGHT = [
     Calls(r"ilp::(TcpLink|UdpLink)::", ["Clock"], "times of packets"),
     # The board
     Calls(r"ilp::(FlightDatabase|FlightStore|ChosenStore)::",
-          ["SqliteStore", "RamStore", "PostgresStore", "SoundStore", "LeasedStore", "DiskWait"], "the stores it opens"),
+          ["SqliteStore", "RamStore", "PostgresStore", "ValidStore", "LeasedStore", "DiskWait"], "the stores it opens"),
     Calls(r"ilp::WatchedWait::", ["Watchdog", "Clock"], "bsp/linux/watched_wait.hpp"),
     Calls(rf"\(anonymous namespace\)::(Flight::|fly\()|{LOCAL}NodeProcess::",
           ["Store", "StoreSharing", "Clock", "ImageSource", "Watchdog", "Compute", "Camera"], "bsp/linux"),
-    Calls(rf"ilp::(Configuration|FlightSoftware|Life|MemoryCopy|Node|SharedFlight|SharedCompute)::|{LOCAL}Merge::",
+    Calls(rf"ilp::(Configuration|FlightSoftware|Boot|MemoryCopy|Node|SharedFlight|SharedCompute)::|{LOCAL}Merge::",
           ["Store", "StoreSharing", "Clock", "Nonvolatile", "DiskWait", "Watchdog"], "bsp/flight, bsp/linux"),
     # Free functions call what they are given.
     Calls(r".*\(.*ilp::MapFolder[&*]", ["MapFolder"], "the folder of the map"),

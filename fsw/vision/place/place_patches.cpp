@@ -265,7 +265,7 @@ bool find(const PlacePatch& patch, GrayView image, const Prediction& at, const P
   PatchWarp warp{at.x + l.xx * x + l.xy * y - static_cast<float>(window.left),
                  at.y + l.yx * x + l.yy * y - static_cast<float>(window.top), l, 0};
   const PatchWarp start = warp;
-  // Over relief and at other scales the warp settles late: a second round finds three in four of those.
+  // Over relief and at other scales the warp converges late: a second round finds three in four of those.
   const bool settled = register_patch(workspace.prepared, window.view, warp) ||
                        (warp.ncc >= params.min_score && register_patch(workspace.prepared, window.view, warp));
   if (!settled || !(warp.ncc >= params.min_score)) return false;

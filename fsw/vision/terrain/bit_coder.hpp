@@ -38,7 +38,7 @@ struct BitProbability {
 
 inline constexpr std::uint32_t bit_coder_renewal = 1U << 24U;
 
-/// How the range goes on in a settled context, several usual bits at once; fewer than `most` if there is another case
+/// How the range goes on in a saturated context, several usual bits at once; fewer than `most` if there is another case
 /// before.
 class SaturatedRange {
  public:
@@ -56,7 +56,7 @@ class SaturatedRange {
     return count;
   }
   /// Bits that are 1, where 0 has the least probability: range := range - (range >> 15), as long as not more than
-  /// `room` is taken in all and the range needs no renewal.
+  /// `spare` is taken in all and the range needs no renewal.
   static std::size_t take_ones(std::uint32_t& range, std::uint32_t spare, std::size_t most) {
     constexpr std::size_t at_once = 8;
     std::size_t count = 0;

@@ -38,10 +38,10 @@ Status check_capabilities(VideoDevice& device, DeviceName& name);
 /// Sets input, format, size and rate and trusts only the values read back. The format is that of `options`, or the
 /// first of pixel_formats() that the device has in this size. `camera_size` with both sizes when the device gives
 /// another one, `unsupported_format` (a = four-character code that it offers), `camera_fault` for a failed call,
-/// `camera_layout` for an impossible row or image length. Another rate is reported in `news`.
+/// `camera_layout` for an impossible row or image length. Another rate is reported in `updates`.
 Status negotiate(VideoDevice& device, const V4l2Options& options, std::int32_t width, std::int32_t height,
                  VideoFormat& format, CameraUpdates& updates);
-/// Sets exposure and gain within the driver's ranges. A limited or missing control is reported in `news`.
+/// Sets exposure and gain within the driver's ranges. A limited or missing control is reported in `updates`.
 void set_controls(VideoDevice& device, const V4l2Options& options, CameraUpdates& updates);
 
 /// Switches automatic exposure and gain off and asks for the ranges and the present values. A gain of 1 is the driver's

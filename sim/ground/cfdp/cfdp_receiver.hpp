@@ -47,7 +47,7 @@ class ReceivedSegments {
 struct CfdpReceiverSettings {
   std::uint64_t entity = 2;
   double timer_s = 5;                       ///< a NAK or a Finished is sent again after this time
-  int limit = 1000;                         ///< repetitions without news after which the transaction ends
+  int limit = 1000;                         ///< repetitions without an answer after which the transaction ends
   bool immediate_nak = true;                ///< a gap is requested when it is seen, not only after the EOF
   bool forget_data_before_metadata = true;  ///< file data before the metadata are dropped, as some receivers do
   std::size_t gaps_in_a_nak = 100;

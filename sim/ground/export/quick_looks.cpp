@@ -41,7 +41,7 @@ map::KeyframeQuickLook known_quick_look(const intake::Flight& flight, std::int64
   const std::int32_t width_px = map::quick_look_width_px(flight.keyframes.size());
   const auto bytes = catalogue.quick_look(id, quick_look.digest ^ static_cast<std::uint64_t>(width_px));
   auto whole = bytes ? map::quick_look_from(*bytes) : std::nullopt;
-  if (!whole) throw map::DamagedCatalogue("a look at a keyframe cannot be read back");
+  if (!whole) throw map::DamagedCatalogue("the quick-look of a keyframe cannot be read back");
   return std::move(*whole);
 }
 

@@ -70,7 +70,7 @@ std::string off(const char* what, const host::ErrorSummary& distances) {
          " m at most";
 }
 
-/// "3 no_agreement (too few pieces of the keyframe agree on one place)"
+/// "3 no_agreement (too few patches of the keyframe agree on one place)"
 std::string reasons(const FixSummary& summary) {
   std::string text;
   for (const auto& [verdict, count] : summary.verdicts) {

@@ -111,7 +111,7 @@ StripLanding landing_of(const exports::ExportedStrip& strip, const control::Stri
 }
 
 std::string line_of(const StripLanding& landing, std::int64_t strip) {
-  if (!landing.map) return "Landing sites: none can be told: " + landing.fault;
+  if (!landing.map) return "Landing sites: none can be found: " + landing.fault;
   const std::string of = " of strip " + std::to_string(strip) + ": ";
   const LandingMap& map = *landing.map;
   if (map.sites.empty()) return "Landing sites" + of + "none is safe with " + host::fixed(100 * least_safe, 1) + " %";

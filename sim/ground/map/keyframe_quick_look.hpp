@@ -33,7 +33,7 @@ struct KeyframeQuickLook {
 [[nodiscard]] KeyframeQuickLook quick_look_at(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters,
                                               std::int32_t width_px, PixelRays& rays);
 
-/// Digest of everything that the keyframe's rasters, surface and look depend on.
+/// Digest of everything that the keyframe's rasters, surface and quick-look depend on.
 [[nodiscard]] std::uint64_t keyframe_digest(const intake::Keyframe& keyframe);
 
 [[nodiscard]] std::vector<std::uint8_t> bytes_of(const KeyframeQuickLook& quick_look);

@@ -17,9 +17,9 @@ void adjust_in_steps(const Scene& scene, double max_px, Model& model, double tol
 
 inline constexpr double most_drift_px = 120;
 
-/// A strip that has drifted sees its earlier ground many pixels from where its poses put it: settles the model in
+/// A strip that has drifted sees its earlier ground many pixels from where its poses put it: adjusts the model in
 /// bounds that begin at twice as many. Bounds that are wider than the drift let wrong sightings lead a model whose
-/// strips hang together loosely into another minimum.
+/// strips are weakly connected into another minimum.
 void close_loops(const Scene& scene, double drift_px, Model& model, double tolerance = AdjustmentParams{}.tolerance);
 
 /// Places one unit after the other, that with most common tracks first, as long as one finds its place. `taken`: by

@@ -91,7 +91,7 @@ void adjust_finally(const Scene& scene, ModelExtent before, Model& model) {
   }
 }
 
-/// What hangs at the model may lead to more, and, where the model stands then, to more points in common.
+/// A single-link view may lead to more of them, and to more points in common where the model is placed then.
 void attach_single_link_views(const std::vector<Unit>& units, Scene& scene, std::vector<std::uint8_t>& taken,
                               Model& model, const JoinProgress& progress) {
   bool any = false;
@@ -101,7 +101,7 @@ void attach_single_link_views(const std::vector<Unit>& units, Scene& scene, std:
     place_all(scene, units, taken, model);
   }
   if (!any) return;
-  progress("Adjusting what hangs at one keyframe");
+  progress("Adjusting keyframes with a single link");
   for (const double bound : {placing_px, adjusted_px, final_px}) {
     adjust_in_steps(scene, bound, model);
     match_pairs(relations_by_model(scene, model), scene);

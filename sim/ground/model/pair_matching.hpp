@@ -17,13 +17,13 @@ struct PairRelation {
 };
 
 /// By view: whether it has no pose, or its strip has few. Images hold new ground only, so that those of long strips
-/// that the flight has linked say little of what they have in common; of loose ones they often do.
+/// that the flight has linked say little of what they have in common; of weakly connected ones they often do.
 [[nodiscard]] std::vector<std::uint8_t> weakly_connected_views(const Scene& scene);
 
-/// The flight's links, where one of the keyframes is loose.
+/// The flight's links, where one of the keyframes is weakly connected.
 [[nodiscard]] std::vector<PairRelation> relations_by_links(const intake::Flight& flight, const Scene& scene);
 
-/// Pairs that verify_place recognises, of those that have no relation yet and of which one keyframe is loose.
+/// Pairs that verify_place recognises, of those that have no relation yet and of which one keyframe is weakly connected.
 [[nodiscard]] std::vector<PairRelation> relations_by_features(const Scene& scene,
                                                               const std::vector<PairRelation>& known);
 

@@ -103,7 +103,7 @@ SingleLinkDepths::SingleLinkDepths(const Scene& scene, const Model& model)
   }
 }
 
-/// The hanging view of the lowest rung that sees the point from its hold, if no other view measures the point.
+/// The single-link view of the lowest rung that sees the point from its hold, if no other view measures the point.
 std::optional<std::uint32_t> SingleLinkDepths::single_link_view(std::size_t track) const {
   if (!model_.points[track].placed) return std::nullopt;
   std::optional<std::uint32_t> lowest;

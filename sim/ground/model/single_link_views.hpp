@@ -1,5 +1,5 @@
-// Keyframes that show ground in common with one keyframe of the model only. Two images alone do not tell how far apart
-// they are; what tells it here is the depth of the ground in the other keyframe's image.
+// Single-link views: keyframes that show ground in common with one keyframe of the model only. Two images alone do not
+// determine how far apart they are; the depth of the ground in the other keyframe's image does.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +12,13 @@
 
 namespace ilp::model {
 
-/// The depths at which hanging views hang, for an adjustment.
+/// The depths by which single-link views are placed, for an adjustment.
 class SingleLinkDepths {
  public:
   SingleLinkDepths(const Scene& scene, const Model& model);
 
-  /// `depth.camera` is a view. None for a point that views measure without the hanging ones. All points of a hanging
-  /// view together keep their distance within a hundredth, or the relief of the other view's ground if that is more.
+  /// `depth.camera` is a view. None for a point that views measure without the single-link ones. All points of a
+  /// single-link view together keep their distance within a hundredth, or the relief of the other view's ground if that is more.
   [[nodiscard]] std::optional<AdjustedDepth> of(std::size_t track) const;
 
  private:
@@ -35,8 +35,8 @@ class SingleLinkDepths {
 [[nodiscard]] bool attach_single_link_view(const Scene& scene, const std::vector<Unit>& units,
                                            std::vector<std::uint8_t>& taken, Model& model);
 
-/// Hanging views that share points with two views by now no longer hang, and those that have lost their points are no
-/// views of the model any more.
+/// A single-link view that shares points with two views by now becomes an ordinary one. One that has lost its points
+/// leaves the model.
 void review_single_link_views(const Scene& scene, Model& model);
 
 }  // namespace ilp::model

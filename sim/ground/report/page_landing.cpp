@@ -87,7 +87,7 @@ std::string page_landing(const Report& report) {
     if (!strip.landing) continue;
     html += "<h3>Strip " + std::to_string(strip.strip.id) + "</h3>\n";
     if (!strip.landing->map) {
-      html += "<p class=\"warn\">No sites can be told: " + host::escaped(strip.landing->fault) + ".</p>\n";
+      html += "<p class=\"warn\">No sites can be found: " + host::escaped(strip.landing->fault) + ".</p>\n";
       continue;
     }
     const landing::LandingMap& map = *strip.landing->map;

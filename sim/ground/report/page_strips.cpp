@@ -132,7 +132,7 @@ std::string strip_facts(const Report& report, const StripResult& s) {
     html += "; " + host::brief(metres * metres * s.map.covered_area) + " square " + unit + " mapped in cells of " +
             host::brief(metres * s.geometry.cell) + " " + unit;
     if (s.map.seam_cells > 0) {
-      html += ", heights at the seams of its pieces " + host::brief(metres * s.map.seam_step_median) + " " + unit +
+      html += ", heights at the seams of its patches " + host::brief(metres * s.map.seam_step_median) + " " + unit +
               " apart (median; 95 % below " + host::brief(metres * s.map.seam_step_p95) + ")";
     }
   }

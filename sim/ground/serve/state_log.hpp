@@ -1,4 +1,4 @@
-// The state of a live flight as items with names, and which of them have changed since a page last heard.
+// The state of a live flight as items with names, and which of them have changed since the last answer to a page.
 #pragma once
 
 #include <atomic>
@@ -17,7 +17,7 @@ namespace ilp::serve {
 /// By name, such as "k/12" for keyframe 12.
 using Items = std::map<std::string, nlohmann::json>;
 
-/// How far a page has heard, in text `PROCESS-VERSION`.
+/// The state that a page has, in text `PROCESS-VERSION`.
 struct Place {
   std::uint64_t process = 0;  ///< drawn for every StateLog
   std::uint64_t version = 0;
@@ -27,7 +27,7 @@ struct Place {
 [[nodiscard]] std::optional<Place> place_of(std::string_view text);
 
 struct Update {
-  Place place;            ///< how far a page has heard that applies it
+  Place place;            ///< the state of a page that has applied it
   std::string json;       ///< {"full":BOOL,"set":{NAME:ITEM},"gone":[NAME]}; full: everything before it is void
   std::size_t items = 0;  ///< in "set" and "gone"
 };

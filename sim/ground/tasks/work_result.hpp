@@ -18,10 +18,10 @@ namespace ilp::tasks {
 
 struct WorkResult {
   WorkKind kind = WorkKind::quick_looks;
-  std::int64_t owner = 0;                    ///< keyframe of a look, strip of a tile
+  std::int64_t owner = 0;                    ///< keyframe of a quick-look, strip of a tile
   intake::TilePlace place;                   ///< of a tile
   std::uint64_t digest = 0;                  ///< of all that the result depends on, as the catalogue knows it
-  std::vector<std::uint8_t> summary, cells;  ///< a look has no cells
+  std::vector<std::uint8_t> summary, cells;  ///< a quick-look has no cells
 };
 
 [[nodiscard]] std::string name_of(WorkKind kind, std::int64_t owner, std::uint64_t digest);

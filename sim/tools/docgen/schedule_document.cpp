@@ -96,14 +96,14 @@ std::string schedule_document() {
     Cells cells = cells_of(stage);
     cells.insert(cells.begin(), std::to_string(static_cast<unsigned>(stage.component)));
     const std::string page = stage.page;
-    const char* const process = stage.runs_on == RunsOn::primary ? "head" : "any";
+    const char* const process = stage.runs_on == RunsOn::primary ? "primary" : "any";
     cells.insert(cells.end(), {state(stage.state), process, "[" + page + "](../fsw/" + page + "/design.md)"});
     text += table_row(cells);
   }
   return text +
          "\nRows are in the order in which data flow ([picture](design.md#the-picture)). The number is the id of the "
          "component's rows in the tables `component` and `checkpoint`, and no other component ever gets it. *Process*: "
-         "any of the processes that share a flight, or the head, which has camera and links "
+         "any of the processes that share a flight, or the primary, which has camera and links "
          "([several-machines.md](several-machines.md)).\n";
 }
 

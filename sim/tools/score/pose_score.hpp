@@ -71,7 +71,7 @@ struct PoseScore {
 //   origin    the first camera;
 // the error is then e_i = (c_i - c_0) - s W (C_i - C_0), along the strip's axes and in its unit, like sigma. What the
 // best alignment of the whole strip would take away, a wrong attitude or scale of the first pair, is in e and in sigma
-// alike. The errors of one strip hang together, so shares are worth something over many strips only.
+// alike. The errors of one strip are correlated, so shares are worth something over many strips only.
 // The first two samples define the gauge, and sigmas of 0 state nothing: both are left out.
 
 /// Takes the truth's world to the strip's as above. None if the track does not begin with the first two posed keyframes

@@ -16,7 +16,7 @@ namespace ilp::score {
 // strips in this way gives the true tie T; the error of the tie S is the step that takes the identity to S^-1 T, in the
 // newer strip's world and unit, like the stated covariance: rotation vector, translation and logarithm of the scale.
 
-/// The components of a tie hang together, so that shares say something over many ties only.
+/// The components of a tie are correlated, so that shares say something over many ties only.
 struct TieScore {
   std::size_t ties = 0;  ///< whose strips the truth knows from their first keyframe on
   SigmaScore sigmas;     ///< seven components per tie; squared_sum is of Mahalanobis distances

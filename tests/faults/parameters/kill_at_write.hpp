@@ -12,7 +12,7 @@ void kill_at_write(std::int64_t call);
 
 enum class End : std::uint8_t { exited, killed, crashed };
 
-/// Runs `life`, which ends with _exit(), in a process of its own that is killed at its call `kill`, if that is not 0.
+/// Runs `boot`, which ends with _exit(), in a process of its own that is killed at its call `kill`, if that is not 0.
 End run_boot(std::int64_t kill, const std::function<void()>& boot, int& status);
 
 }  // namespace ilp::faults

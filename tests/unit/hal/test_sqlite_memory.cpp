@@ -29,7 +29,7 @@ class SqliteMemory : public testing::Test {
   std::string path_ = folder_ / "flight.db";
 };
 
-/// Takes all of the arena but `room` bytes, in one piece or in many.
+/// Takes all of the arena but `capacity` bytes, in one block or in many.
 class Hog {
  public:
   explicit Hog(std::size_t capacity) {

@@ -27,7 +27,7 @@ struct SmoothingWorkspace {
 ///
 /// On input the error is that of each window alone (peak_sigma). On output it is the error of the average: the error of
 /// the windows counts less, and the neighbourhood adds to it by the scatter of the neighbours, by the number of those
-/// that disagree (an edge is near), and by the slope of the ground. That of a settled pixel stays as it is: it is that
+/// that disagree (an edge is near), and by the slope of the ground. That of a resolved pixel stays as it is: it is that
 /// of the choice between two surfaces, of which the neighbourhood says no more.
 void smooth_row(const DisparityView& map, std::int32_t y, float max_step_px, SmoothingWorkspace& workspace);
 

@@ -44,7 +44,7 @@ struct EdgeWorkspace {
 /// counterparts there differ less by twice the noise of the sensor, six times for a nearer surface. A pixel without a
 /// disparity takes one of two surfaces around it if its counterparts are alike there, and differ more in the other by
 /// twice the noise. What would be taken is left empty if counterparts `params.surface_step_px` away on either side are
-/// more alike. What is taken over is settled, with an error of 0.4 px, or of 0.6 of the distance to the farthest other
+/// more alike. What is taken over is resolved, with an error of 0.4 px, or of 0.6 of the distance to the farthest other
 /// surface where the choice is suspect: counterparts differ, a window found another disparity, or the surroundings are
 /// mostly on other surfaces. Decided rows are part of the surroundings of the next ones. Larger
 /// disparities are nearer. Of `rows` only sizes, masks and images are read.

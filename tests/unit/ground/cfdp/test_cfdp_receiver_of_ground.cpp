@@ -115,7 +115,7 @@ class GroundReceiver : public testing::Test {
   }
 
   std::unique_ptr<CfdpReceiver> receiver;
-  std::vector<Bytes> answers, received;  // spans of the PDUs point into `heard`
+  std::vector<Bytes> answers, received;  // spans of the PDUs point into `received`
   std::map<std::string, Bytes> files;
   bool keeps = true;
   double now = 0;
