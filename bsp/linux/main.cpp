@@ -372,8 +372,8 @@ bool Flight::prepare() {
 void Flight::test_board() {
   SelfTestResults results = run_self_tests(store_.store(), clock());
   if (store_.updates().is(StatusCode::store_in_memory)) results.note(SelfTest::disk, false, store_.updates().a);
-  software_->life().record().tested = results.tested;
-  software_->life().record().failed = results.failed;
+  software_->boot().record().tested = results.tested;
+  software_->boot().record().failed = results.failed;
   for (std::size_t k = 0; k < results.values.size(); ++k) {
     if ((results.failed >> k & 1U) == 0) continue;
     std::fprintf(stderr, "ilp-onboard: self-test %s failed\n", name_of(static_cast<SelfTest>(k)));
@@ -416,11 +416,11 @@ bool Flight::start() {
   if (shared_ && !good("record of the node", shared_->begin(mission_of_file_))) return false;
   const Status managed = manager_.open(std::getenv("NOTIFY_SOCKET"));
   report(managed.ok() ? manager_.ready() : managed);
-  return good("record of the start", software_->life().go_on());
+  return good("record of the start", software_->boot().go_on());
 }
 
 void Flight::write_boot() {
-  StartRecord& record = software_->life().record();
+  StartRecord& record = software_->boot().record();
   record.stack_bytes = static_cast<std::uint32_t>(flight_stack_peak());
   record.heap_traps = static_cast<std::uint32_t>(heap_trap_count());
   if (!stack_reported_ && record.stack_bytes > flight_stack_bytes() / 4 * 3) {
@@ -458,12 +458,12 @@ void Flight::check_lock() {
 /// Between two minor frames, no transaction is open.
 void Flight::leave_memory() {
   static_cast<void>(software_->executive().end());
-  static_cast<void>(software_->life().end());  // The next start finds in the copy that this boot has ended in order.
+  static_cast<void>(software_->boot().end());  // The next start finds in the copy that this boot has ended in order.
   const Status left = store_.leave_memory(options_.store, &wait_);
   left_memory_ = left.ok();
   if (left_memory_) return software_->configuration().end_in_order(clock().now());
-  software_->life().record().end_ns = 0;
-  report(software_->life().go_on());
+  software_->boot().record().end_ns = 0;
+  report(software_->boot().go_on());
   report({StatusCode::store_not_moved, static_cast<std::int64_t>(left.code), left.a});
   look_.probe_again();
 }
@@ -495,7 +495,7 @@ void Flight::run() {
     report(store_.take_updates());
     if (++frames % frames_between_entries == 0 && !options_.virtual_time) {
       write_boot();
-      report(software_->life().go_on());
+      report(software_->boot().go_on());
       check_calendar();
     }
     if (look_.found()) leave_memory();
@@ -527,7 +527,7 @@ int Flight::finish() {
   if (stop_requested != 0 && !software_->restart_wanted()) software_->configuration().end_in_order(clock().now());
   bool well = good("housekeeping", software_->executive().end());
   write_boot();
-  well = good("record of the end", software_->life().end()) && well;
+  well = good("record of the end", software_->boot().end()) && well;
   watchdog_.stop();
   worker_.end();
   print_memory_use(store_.file());

@@ -273,7 +273,7 @@ void Telecommander::take_effect(bool accepted, const Status& status, bool from_t
   if (!status.ok() || !workspace_.change.set) return;
   workspace_.set_parameters = true;
   if (wiring_.configuration != nullptr) {
-    wiring_.configuration->apply_change(workspace_.change.wanted, workspace_.change.way);
+    wiring_.configuration->accept(workspace_.change.wanted, workspace_.change.way);
     // One more: the present one is still to be counted.
     workspace_.came_before = wiring_.router.waiting() + 1;
   } else {

@@ -317,7 +317,7 @@ void Flight::run() {
   }
   // What was sent at the very end has arrived too.
   receiver_.receive();
-  static_cast<void>(software_->life().end());
+  static_cast<void>(software_->boot().end());
   progress_.end();
 }
 

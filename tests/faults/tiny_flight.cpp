@@ -265,7 +265,7 @@ BootEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   if (status.ok()) status = software.start(model);
   report(traces, status);
   if (!status.ok()) return disk.damaged() ? boot_restart : boot_refused;
-  Boot& boot = software.life();
+  Boot& boot = software.boot();
   status = software.record_boot({}, disk.start().in_order());
   report(traces, status);
   if (!status.ok()) return disk.damaged() ? boot_restart : boot_refused;
