@@ -1,4 +1,4 @@
-// The links of a flight that several processes share: nothing is told to the ground that a power cut could still undo.
+// The links of a flight that several processes share: nothing is sent to the ground that a power cut could still undo.
 #pragma once
 
 #include "bsp/flight/shared_flight_store.hpp"

@@ -23,7 +23,7 @@ class DownlinkChoice : public DownlinkPart {
   Result<bool> send_next_records(std::int64_t most, State& after);
   Result<bool> send_next_points(std::int64_t most, State& after);
   Result<bool> send_events_if_due(std::int64_t most, State& after);
-  /// The first of the late files of a class that is not set aside; null: none.
+  /// The first of the late files of a class that is not quarantined; null: none.
   [[nodiscard]] const LateFile* late_one(const State& after, FileClass kind) const;
   Status find_requests();
   [[nodiscard]] bool requested(std::int64_t keyframe_id) const;

@@ -29,7 +29,7 @@ def columns(database, table):
 
 
 def first_number(database):
-    """Of keyframes, frames and what is named after them, in the present life of the flight."""
+    """Of keyframes, frames and what is named after them, in the present store epoch."""
     return database.execute("SELECT keyframe_base FROM identity").fetchone()[0] + 1
 
 

@@ -21,8 +21,8 @@ FIRST, BOARD_RESET, WATCHDOG = 0, 3, 4  # reasons of a start
 class Undisturbed(fly.Comparison):
     """With the database that the flight ends with; `may_miss` pictures may have found no room, or are of an earlier life."""
 
-    def __init__(self, flight, may_miss=0, new_life=False):
-        self.may_miss, self.new_life = may_miss, new_life
+    def __init__(self, flight, may_miss=0, new_store_epoch=False):
+        self.may_miss, self.new_store_epoch = may_miss, new_store_epoch
         super().__init__(flight)
 
     def expect(self, reasons, events):
@@ -117,7 +117,7 @@ class DamagedDatabase(Troubled):
 
     def compare(self):
         problems = [] if os.path.exists(self.path("disk/flight.db.aside-1")) else ["no database was quarantined"]
-        return problems + Undisturbed(self, may_miss=self.options.frames, new_life=True).expect(
+        return problems + Undisturbed(self, may_miss=self.options.frames, new_store_epoch=True).expect(
             [FIRST], ["store_salvaged"]).run()
 
 

@@ -273,13 +273,13 @@ class Comparison:
     """The frames of the board as a recorded strip, flown by the host in virtual time."""
 
     may_miss = 0  # pictures that the board did not take
-    new_life = False  # only what the present life of the flight left is compared, by its own numbers
+    new_store_epoch = False  # only what the present store epoch has is compared, by its own numbers
 
     def __init__(self, flight):
         self.flight = flight
         self.board = database.open_database(flight.path("disk/flight.db"))
         self.problems = []
-        self.first_number = database.first_number(self.board) if self.new_life else 0
+        self.first_number = database.first_number(self.board) if self.new_store_epoch else 0
 
     def shown(self, time_ns):
         """The picture that the camera saw at that mission time."""
@@ -350,7 +350,7 @@ class Comparison:
         keyframes = self.board.execute("SELECT count(*) FROM keyframe").fetchone()[0]
         print(f"{keyframes} keyframes; {len(database.results(self.board, self.first_number))} records compared, {len(different)} differ")
         return self.problems + compare_products(self.flight, os.path.join(out, "outbox"), self.first_number,
-                                                same_bytes=not self.new_life)
+                                                same_bytes=not self.new_store_epoch)
 
 
 def main():

@@ -349,7 +349,8 @@ int on_file_control(sqlite3_file* base, int operation, void* argument) {
     *static_cast<int*>(argument) = file.checked ? 1 : 0;
     return SQLITE_OK;
   }
-  if (operation == fcntl_log_is_loose) return file.is_log && file.mark.be_loose() ? SQLITE_OK : SQLITE_IOERR_WRITE;
+  if (operation == fcntl_log_is_deferred)
+    return file.is_log && file.mark.defer_synchronisation() ? SQLITE_OK : SQLITE_IOERR_WRITE;
   return file.disk()->pMethods->xFileControl(file.disk(), operation, argument);
 }
 int on_sector_size(sqlite3_file* base) {

@@ -26,7 +26,7 @@ int register_checked_vfs();
 
 /// SQLITE_FCNTL: an int, 1 when the pages of this database have checksums (SQLite leaves 100 and above to VFSs).
 inline constexpr int fcntl_pages_are_checked = 0x494C50;
-/// For the file of a log, without argument: LogMark::be_loose().
-inline constexpr int fcntl_log_is_loose = 0x494C51;
+/// For the file of a log, without argument: LogMark::defer_synchronisation().
+inline constexpr int fcntl_log_is_deferred = 0x494C51;
 
 }  // namespace ilp

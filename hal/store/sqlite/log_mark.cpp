@@ -30,13 +30,13 @@ constexpr std::uint32_t log_version = 3007000;
 /// Salts (8), frames (8), CRC-32C of both.
 constexpr std::size_t mark_bytes = 20;
 // Flags in the highest bits of the frames.
-constexpr std::uint64_t loose_bit = std::uint64_t{1} << 63U;  ///< LogMark::be_loose()
-constexpr std::uint64_t begun_bit = std::uint64_t{1} << 62U;  ///< LogMark::begin()
+constexpr std::uint64_t deferred_bit = std::uint64_t{1} << 63U;  ///< LogMark::defer_synchronisation()
+constexpr std::uint64_t begun_bit = std::uint64_t{1} << 62U;     ///< LogMark::begin()
 
 struct Mark {
   std::array<std::uint8_t, 8> salts{};
   std::int64_t frames = 0;  ///< 0: no length is known
-  bool loose = false;
+  bool deferred = false;
   bool begun = false;
 };
 
@@ -181,8 +181,8 @@ Status read_mark(int file, Mark& mark) {
   if (got < sizeof(bytes) || load_little_endian<std::uint32_t>(bytes + 16) != crc32c({bytes, 16})) return {};
   std::copy_n(bytes, 8, mark.salts.begin());
   const auto frames = load_little_endian<std::uint64_t>(bytes + 8);
-  mark.frames = static_cast<std::int64_t>(frames & ~(loose_bit | begun_bit));
-  mark.loose = (frames & loose_bit) != 0;
+  mark.frames = static_cast<std::int64_t>(frames & ~(deferred_bit | begun_bit));
+  mark.deferred = (frames & deferred_bit) != 0;
   mark.begun = (frames & begun_bit) != 0;
   return {};
 }
@@ -201,7 +201,7 @@ Status read_mark(const char* path, Mark& mark) {
 Status write_mark(int file, const Mark& mark) {
   std::uint8_t bytes[mark_bytes];
   std::copy(mark.salts.begin(), mark.salts.end(), bytes);
-  const std::uint64_t flags = (mark.loose ? loose_bit : 0) | (mark.begun ? begun_bit : 0);
+  const std::uint64_t flags = (mark.deferred ? deferred_bit : 0) | (mark.begun ? begun_bit : 0);
   store_little_endian(static_cast<std::uint64_t>(mark.frames) | flags, bytes + 8);
   store_little_endian(crc32c({bytes, 16}), bytes + 16);
   return write_at(file, bytes, 0);
@@ -395,7 +395,7 @@ void LogMark::begin(std::span<const std::uint8_t, 8> salts) {
   if (file_ < 0) return;
   Mark mark;
   std::copy_n(salts_, 8, mark.salts.begin());
-  mark.loose = loose_;
+  mark.deferred = deferred_;
   mark.begun = true;
   static_cast<void>(write_mark(file_, mark));
 }
@@ -422,17 +422,17 @@ void LogMark::write(std::span<const std::uint8_t, 8> salts, std::int64_t frames)
   Mark mark;
   std::copy_n(salts_, 8, mark.salts.begin());
   mark.frames = frames_;
-  mark.loose = loose_;
+  mark.deferred = deferred_;
   static_cast<void>(write_mark(file_, mark));
 }
 
-bool LogMark::be_loose() {
+bool LogMark::defer_synchronisation() {
   if (file_ < 0) return false;
-  loose_ = true;
+  deferred_ = true;
   Mark mark;
   if (!read_mark(file_, mark).ok()) return false;
-  if (mark.loose) return true;
-  mark.loose = true;
+  if (mark.deferred) return true;
+  mark.deferred = true;
   return write_mark(file_, mark).ok() && ::fdatasync(file_) == 0;
 }
 
@@ -459,7 +459,7 @@ Status check_log(const char* path) {
     return log.frames() >= written ? Status{} : Status{StatusCode::log_damaged, log.frames(), written};
   // A power cut may have interrupted the last transaction, or any that was not synchronised, unless it is known to be
   // complete.
-  const bool lost = verdict.damaged < written || (verdict.transactions > 1 && !mark.loose);
+  const bool lost = verdict.damaged < written || (verdict.transactions > 1 && !mark.deferred);
   return lost ? Status{StatusCode::log_damaged, verdict.damaged, std::max(written, verdict.last_end + 1)} : Status{};
 }
 

@@ -31,13 +31,13 @@ class LogMark {
   void write(std::span<const std::uint8_t, 8> salts, std::int64_t frames);
   /// From now on transactions are not synchronised one by one: several may be behind the mark, and after a power cut
   /// any part of them may be on the disk. The next check_log() has to know it, so this is written through.
-  bool be_loose();
+  bool defer_synchronisation();
   /// Frames of the log with these salts that this process knows to be on the disk.
   [[nodiscard]] std::int64_t frames_of(std::span<const std::uint8_t, 8> salts) const;
 
  private:
   int file_ = -1;
-  bool loose_ = false;
+  bool deferred_ = false;
   std::uint8_t salts_[8] = {};
   std::int64_t frames_ = 0;  ///< up to the end of a transaction
 };

@@ -109,7 +109,7 @@ inline void wait_for_writers(Session& s, std::int64_t milliseconds) {
 /// As LockFile::holder().
 [[nodiscard]] int lock_holder(Session& s);
 /// SQLite's busy handler: called while another connection has a lock. `attempt` counts from 0 for each lock; the answer
-/// 0 gives up.
+/// 0 abandons the call.
 int on_busy(void* lock, int attempt);
 
 Status limit(Session& s, std::int64_t bytes);

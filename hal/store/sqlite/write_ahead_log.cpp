@@ -130,7 +130,7 @@ Status synchronise(Session& s, Synchronise when) {
   s.log.when = when;
   if (when == Synchronise::in_commit) return {};
   sqlite3_file* const log = log_file(s);
-  const int code = log == nullptr ? SQLITE_IOERR : log->pMethods->xFileControl(log, fcntl_log_is_loose, nullptr);
+  const int code = log == nullptr ? SQLITE_IOERR : log->pMethods->xFileControl(log, fcntl_log_is_deferred, nullptr);
   return code == SQLITE_OK ? Status{} : Status{StatusCode::store_error, code};
 }
 

@@ -313,13 +313,13 @@ void FlightBuilder::finish() {
     if (keyframe.strip_id > 0) flight_.strips[keyframe.strip_id].keyframes.push_back(id);
   }
   for (auto& [id, strip] : flight_.strips) strip.id = id;
-  leave_out_unsound_fixes(flight_);
+  leave_out_invalid_fixes(flight_);
   level_strips(flight_);
   sort_by_id(flight_.events);
   sort_by_id(flight_.components);
   sort_by_id(flight_.links);
   sort_by_id(flight_.ties);
-  leave_out_unsound_links(flight_);
+  leave_out_invalid_links(flight_);
   // The onboard database is read first, and files may come late: counts that only grow tell the order.
   const auto age = [](const HousekeepingReport& r) {
     return std::tuple(r.storage.frames_released, r.storage.rows_erased, r.busy_ns);

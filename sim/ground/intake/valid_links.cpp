@@ -83,7 +83,7 @@ std::string fault_of(const Keyframe& keyframe, const FixRecord& fix) {
 }
 
 template <typename Record>
-void leave_out_unsound(const char* what, std::vector<Record>& records, Flight& flight) {
+void leave_out_invalid(const char* what, std::vector<Record>& records, Flight& flight) {
   std::size_t left_out = 0;
   std::erase_if(records, [&](const Record& record) {
     const std::string fault = fault_of(flight, record);
@@ -98,7 +98,7 @@ void leave_out_unsound(const char* what, std::vector<Record>& records, Flight& f
 
 }  // namespace
 
-void leave_out_unsound_fixes(Flight& flight) {
+void leave_out_invalid_fixes(Flight& flight) {
   std::size_t left_out = 0;
   const auto name = [&](const char* what, std::int64_t id, const std::string& fault) {
     if (++left_out <= most_named)
@@ -120,9 +120,9 @@ void leave_out_unsound_fixes(Flight& flight) {
                              " of fixes and navigation left out");
 }
 
-void leave_out_unsound_links(Flight& flight) {
-  leave_out_unsound("link", flight.links, flight);
-  leave_out_unsound("tie", flight.ties, flight);
+void leave_out_invalid_links(Flight& flight) {
+  leave_out_invalid("link", flight.links, flight);
+  leave_out_invalid("tie", flight.ties, flight);
   std::erase_if(flight.link_points, [&](const auto& points) {
     const auto at = std::lower_bound(flight.links.begin(), flight.links.end(), points.first,
                                      [](const LinkRecord& link, std::int64_t id) { return link.id < id; });

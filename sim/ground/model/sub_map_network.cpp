@@ -13,7 +13,7 @@ constexpr int most_steps = 30;
 /// small part of it.
 constexpr double negligible = 4;
 /// Factors are used again while each step takes less than this share of what the one before took.
-constexpr double worth_keeping = 0.05;
+constexpr double least_fall_share = 0.05;
 /// Where a camera stands farther from its place in a sub-map, as a share of the map's reach, the sub-map does not
 /// determine it, and its equations are those of another place.
 constexpr double most_bent = 0.05;
@@ -260,7 +260,7 @@ bool adjust_network(const std::vector<const SubMap*>& maps, const std::function<
     converged = fall <= negligible * network.variance();
     if (converged) break;
     to_world(model);
-    last_fall = afresh || fall < worth_keeping * last_fall ? fall : 0;
+    last_fall = afresh || fall < least_fall_share * last_fall ? fall : 0;
   }
   if (!converged || std::any_of(maps.begin(), maps.end(), [&](const SubMap* map) { return bent(*map, model); }))
     return false;

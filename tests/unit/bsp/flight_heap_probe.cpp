@@ -92,7 +92,7 @@ void print_region(const char* what, HeapRegion region = HeapRegion::openjpeg) {
               r.bytes, static_cast<unsigned long long>(r.requests));
 }
 
-void codec_lives_in_its_region() {
+void codec_stays_in_its_region() {
   const std::uint64_t early_requests = heap_region_report(HeapRegion::early).requests;
   Jpeg2000Product product;
   fill_noise(8);
@@ -186,7 +186,7 @@ Status decode_jpeg(std::span<const std::uint8_t> bytes) {
 }
 
 // The widest picture, in the samplings that need most rows at a time.
-void jpeg_lives_in_its_region() {
+void jpeg_stays_in_its_region() {
   const std::uint64_t early_requests = heap_region_report(HeapRegion::early).requests;
   const std::uint64_t other_requests = heap_region_report(HeapRegion::openjpeg).requests;
   constexpr std::size_t samplings = 4;
@@ -319,9 +319,9 @@ int main() {
   seal_heap(HeapTrapMode::report);
   std::free(early);
   memory_of_the_server_is_kept(for_the_server);
-  codec_lives_in_its_region();
+  codec_stays_in_its_region();
   exhaustion_is_a_status();
-  jpeg_lives_in_its_region();
+  jpeg_stays_in_its_region();
   exhaustion_of_jpeg_is_a_status();
   strays_are_caught();
   the_region_is_of_its_thread(worker);

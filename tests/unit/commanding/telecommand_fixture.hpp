@@ -56,7 +56,7 @@ class TelecommandTest : public ComponentTest {
     mission.capture_mode = CaptureMode::telecommanded;
     begin();
   }
-  /// Anew on the same store, as after a power cut. The first parameters are those of the mission file.
+  /// Again on the same store, as after a power cut. The first parameters are those of the mission file.
   void begin() {
     telecommander.reset();
     if (router == nullptr) router = std::make_unique<PacketRouter>(&link, nullptr, clock, mission);

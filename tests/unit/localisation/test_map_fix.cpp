@@ -306,7 +306,7 @@ TEST_F(MapFixTest, AStopAfterAnyStepChangesNothing) {
   write_camera();
   for (std::int64_t id = 1; id <= 3; ++id) fly(id);
   measure(1, Vec3(5, -4, 0));
-  // Lives of one step more each, until one is long enough for a keyframe.
+  // Boots of one step more each, until one is long enough for a keyframe.
   int boot = 0;
   while (number_of<FixRecord>() < 3 && boot < 400) {
     const auto stage = make(&source);

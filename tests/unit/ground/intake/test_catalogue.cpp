@@ -228,7 +228,7 @@ TEST_F(CatalogueTest, ADamagedCatalogueIsSetAsideAndBegunAnew) {
   for (int page = 1; page < 6; ++page) file.seekp(page * 4096).write("nonsense nonsense nonsense", 26);
   file.close();
   (void)run(out_);
-  EXPECT_NE(messages_.str().find("set aside"), std::string::npos);
+  EXPECT_NE(messages_.str().find("quarantined"), std::string::npos);
   EXPECT_TRUE(fs::exists(out_ / "catalogue.db.damaged"));
   auto again = results(out_);
   EXPECT_EQ(again.at("height.pfm"), expected.at("height.pfm"));

@@ -47,7 +47,7 @@ double median_epipolar_px(const Survey& s, std::size_t a, std::size_t b, const P
 struct Expected {
   const char* folder;
   int images, least_links;
-  std::size_t least_in_one_piece;
+  std::size_t least_in_one_patch;
 };
 
 class PlaceSurvey : public testing::TestWithParam<Expected> {};
@@ -74,7 +74,7 @@ TEST_P(PlaceSurvey, EveryLinkIsTrueAndLinksHoldItTogether) {
   for (const std::size_t k : patch) ++sizes[k];
   std::size_t largest = 0;
   for (const auto& [root, size] : sizes) largest = std::max(largest, size);
-  EXPECT_GE(largest, GetParam().least_in_one_piece);
+  EXPECT_GE(largest, GetParam().least_in_one_patch);
 }
 INSTANTIATE_TEST_SUITE_P(Recorded, PlaceSurvey,
                          testing::Values(Expected{"revisit_boruszyn_kite", 28, 150, 28},
