@@ -69,7 +69,7 @@ int work_main(int argc, char** argv) {
   if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   try {
     const tasks::WorkDone done = tasks::do_work(package, out, params);
-    std::cout << host::counted(done.patches, "piece") << " of work done, " << done.before << " of them before\n";
+    std::cout << host::counted(done.items, "piece") << " of work done, " << done.before << " of them before\n";
     return 0;
   } catch (const map::DamagedCatalogue& part) {
     std::cerr << "ilp-ground: " << package << " is damaged: " << part.what() << "; plan the work again\n";

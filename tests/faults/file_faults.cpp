@@ -364,7 +364,7 @@ class Auditor {
     ledger_ = nullptr;
     valid_ = seen.valid && (content_ == 0 || seen.content == content_);
     if (boots_described) {
-      std::printf("  database %s, a start: %s\n", valid_ ? "sound" : "not sound",
+      std::printf("  database %s, a start: %s\n", valid_ ? "valid" : "not valid",
                   seen.start.ok() ? "ok" : status_text(seen.start.code));
     }
     if (valid_ && !seen.start.ok()) note(refused_valid_, "refused: ", seen.start);

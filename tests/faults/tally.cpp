@@ -51,7 +51,7 @@ void print_trial(std::int64_t number, const TrialRecord& record) {
               outcome_name(verdict.outcome));
   if (verdict.crashed) std::printf(", crashed by signal %d", verdict.signal);
   if (verdict.hung) std::printf(", hung");
-  if (verdict.refused_valid) std::printf(", a sound database refused");
+  if (verdict.refused_valid) std::printf(", a valid database refused");
   if (verdict.confirmed_lost) std::printf(", confirmed data lost");
   if (verdict.overtime) std::printf(", not done in its time");
   std::printf(", %d boots", verdict.boots);
@@ -90,7 +90,7 @@ bool print_table(const TrialRecord* records, std::int64_t trials, const TableOpt
     std::printf(" %s |", outcome_name(static_cast<Outcome>(k)));
   }
   std::printf(" crashed | hung |%s\n|---|---|---|---|---|---|---|---|---|---|%s\n",
-              options.below_the_store ? " sound refused | confirmed lost |" : "",
+              options.below_the_store ? " valid refused | confirmed lost |" : "",
               options.below_the_store ? "---|---|" : "");
   for (const std::string& name : options.order) {
     const auto row = rows.find(name);

@@ -104,7 +104,7 @@ TEST_P(DamagedDownlinkTest, TheMergeCompletesSaysWhatIsMissingAndTakesNothingDam
     report = run(box, out);
   }
 
-  const fs::path valid_box = folder / "sound", valid_out = folder / "sound-out";
+  const fs::path valid_box = folder / "valid", valid_out = folder / "valid-out";
   write(valid_box, downlink.valid);
   (void)run(valid_box, valid_out);
   expect_same_map(out, valid_out);

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t quick_looks_of_a_block = 64, tiles_of_a_block = 256, finishes_of_a_block = 64;
 
 /// A tile of one of the strips.
-struct Share {
+struct Item {
   std::size_t strip = 0, tile = 0;
 };
 
@@ -44,9 +44,9 @@ std::size_t write_packages(WorkKind kind, std::size_t count, std::size_t tasks, 
 }
 
 /// Where the block of pieces that begins at `begin` ends: blocks are of one strip.
-std::size_t end_of_block(const std::vector<Share>& shares, std::size_t begin, std::size_t end, std::size_t most) {
+std::size_t end_of_block(const std::vector<Item>& items, std::size_t begin, std::size_t end, std::size_t most) {
   std::size_t at = begin;
-  while (at < end && at - begin < most && shares[at].strip == shares[begin].strip) ++at;
+  while (at < end && at - begin < most && items[at].strip == items[begin].strip) ++at;
   return at;
 }
 
@@ -58,35 +58,35 @@ std::vector<intake::Keyframe> keyframes_of(const std::vector<map::TilePlan>& til
   return keyframes;
 }
 
-std::vector<Share> tiles_to_paint(const std::vector<StripTiles>& strips, intake::Catalogue& catalogue) {
-  std::vector<Share> shares;
+std::vector<Item> tiles_to_paint(const std::vector<StripTiles>& strips, intake::Catalogue& catalogue) {
+  std::vector<Item> items;
   for (std::size_t s = 0; s < strips.size(); ++s) {
     const std::vector<map::TilePlan>& tiles = strips[s].plan.tiles;
     for (std::size_t i = 0; i < tiles.size(); ++i) {
-      if (!map::known_summary(strips[s].strip_id, tiles[i], catalogue)) shares.push_back({s, i});
+      if (!map::known_summary(strips[s].strip_id, tiles[i], catalogue)) items.push_back({s, i});
     }
   }
-  return shares;
+  return items;
 }
 
-std::vector<Share> tiles_to_finish(const std::vector<StripFinish>& strips, intake::Catalogue& catalogue) {
-  std::vector<Share> shares;
+std::vector<Item> tiles_to_finish(const std::vector<StripFinish>& strips, intake::Catalogue& catalogue) {
+  std::vector<Item> items;
   for (std::size_t s = 0; s < strips.size(); ++s) {
     for (std::size_t i = 0; i < strips[s].tiles.size(); ++i) {
       const map::TileFinish& tile = strips[s].tiles[i];
       if (!catalogue.summary({strips[s].strip_id, tile.place, intake::TileStage::finished}, tile.digest)) {
-        shares.push_back({s, i});
+        items.push_back({s, i});
       }
     }
   }
-  return shares;
+  return items;
 }
 
-FinishBlock finish_block(const StripFinish& strip, const std::vector<Share>& shares, std::size_t begin, std::size_t end,
+FinishBlock finish_block(const StripFinish& strip, const std::vector<Item>& items, std::size_t begin, std::size_t end,
                          intake::Catalogue& catalogue) {
   FinishBlock block{strip.strip_id, strip.cell, {}, {}};
   for (std::size_t i = begin; i < end; ++i) {
-    const map::TileFinish& tile = strip.tiles[shares[i].tile];
+    const map::TileFinish& tile = strip.tiles[items[i].tile];
     auto cells = catalogue.cells({strip.strip_id, tile.place}, tile.painted);
     if (!cells) throw map::DamagedCatalogue("a tile of the map cannot be read back");
     block.tiles.push_back(tile);
@@ -114,30 +114,30 @@ std::size_t plan_quick_looks(const intake::Flight& flight, const std::vector<std
 
 std::size_t plan_tiles(const intake::Flight& flight, const std::vector<StripTiles>& strips,
                        intake::Catalogue& catalogue, std::size_t tasks, const fs::path& out) {
-  const std::vector<Share> shares = tiles_to_paint(strips, catalogue);
+  const std::vector<Item> items = tiles_to_paint(strips, catalogue);
   const auto fill = [&](PackageWriter& package, std::size_t begin, std::size_t end) {
     for (std::size_t at = begin, next = begin; at < end; at = next) {
-      next = end_of_block(shares, at, end, tiles_of_a_block);
-      const StripTiles& strip = strips[shares[at].strip];
+      next = end_of_block(items, at, end, tiles_of_a_block);
+      const StripTiles& strip = strips[items[at].strip];
       TileBlock block{strip.strip_id, strip.plan.cell, {}, {}};
-      for (std::size_t i = at; i < next; ++i) block.tiles.push_back(strip.plan.tiles[shares[i].tile]);
+      for (std::size_t i = at; i < next; ++i) block.tiles.push_back(strip.plan.tiles[items[i].tile]);
       block.keyframes = keyframes_of(block.tiles, flight);
       package.add(block);
     }
   };
-  return write_packages(WorkKind::tiles, shares.size(), tasks, out, fill);
+  return write_packages(WorkKind::tiles, items.size(), tasks, out, fill);
 }
 
 std::size_t plan_finish(const std::vector<StripFinish>& strips, intake::Catalogue& catalogue, std::size_t tasks,
                         const fs::path& out) {
-  const std::vector<Share> shares = tiles_to_finish(strips, catalogue);
+  const std::vector<Item> items = tiles_to_finish(strips, catalogue);
   const auto fill = [&](PackageWriter& package, std::size_t begin, std::size_t end) {
     for (std::size_t at = begin, next = begin; at < end; at = next) {
-      next = end_of_block(shares, at, end, finishes_of_a_block);
-      package.add(finish_block(strips[shares[at].strip], shares, at, next, catalogue));
+      next = end_of_block(items, at, end, finishes_of_a_block);
+      package.add(finish_block(strips[items[at].strip], items, at, next, catalogue));
     }
   };
-  return write_packages(WorkKind::finish, shares.size(), tasks, out, fill);
+  return write_packages(WorkKind::finish, items.size(), tasks, out, fill);
 }
 
 }  // namespace ilp::tasks

@@ -33,12 +33,12 @@ class Worker {
   void operator()(TileBlock& block) {
     intake::Flight flight;
     for (intake::Keyframe& keyframe : block.keyframes) flight.keyframes.emplace(keyframe.id, std::move(keyframe));
-    map::PatchCache shares(flight, params_.chunk_bytes);
+    map::PatchCache patches(flight, params_.chunk_bytes);
     for_each_without_result(
         WorkKind::tiles, block.tiles.size(),
         [&](std::size_t i) { return std::pair(block.strip_id, block.tiles[i].digest); },
         [&](std::size_t i, WorkResult& result) {
-          const map::SurfaceTile tile = map::paint(block.tiles[i], block.cell, shares);
+          const map::SurfaceTile tile = map::paint(block.tiles[i], block.cell, patches);
           result.place = block.tiles[i].place;
           result.summary = map::bytes_of(tile.summary);
           result.cells = map::bytes_of(tile.cells);

@@ -12,7 +12,7 @@ struct WorkParams {
 };
 
 struct WorkDone {
-  std::size_t shares = 0;  ///< keyframes or tiles of the package
+  std::size_t items = 0;   ///< keyframes or tiles of the package
   std::size_t before = 0;  ///< of them, whose result an earlier try has left
 };
 

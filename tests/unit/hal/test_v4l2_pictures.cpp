@@ -63,7 +63,7 @@ TEST_F(V4l2Pictures, DamagedJpegIsReportedAndAnotherFrameIsTheAnswer) {
     if (frame.number % 2 == 0) frame.buffer.bytesused = 700;
   };
   for (int i = 0; i < 40; ++i) take(clock.now());
-  EXPECT_EQ(given.size(), 41U) << "a wanted time is within a period of a sound frame";
+  EXPECT_EQ(given.size(), 41U) << "a wanted time is within a period of a valid frame";
   ASSERT_FALSE(events_of(StatusCode::camera_frames_refused).empty());
   EXPECT_EQ(events_of(StatusCode::camera_frames_refused).front().b, 4);
   EXPECT_TRUE(events_of(StatusCode::camera_fault).empty());
