@@ -62,7 +62,7 @@ void write_what_the_ground_sent() {
   if (status.ok()) status = put(store, uplinked);
   if (status.ok()) status = write_blob<UplinkRecord>(store, "data", 1, 0, octets);
   if (status.ok()) status = transaction.commit();
-  if (status.ok()) configuration.settle(wanted, Configuration::Way::parameters);
+  if (status.ok()) configuration.accept(wanted, Configuration::Way::parameters);
   if (!status.ok()) throw std::runtime_error("the ground's records cannot be written");
 }
 

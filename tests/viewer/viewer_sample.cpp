@@ -148,7 +148,7 @@ int main(int argc, char** argv) {
     link(4, keyframes, LinkVerdict::linked);  // in another strip
     map::PixelRays rays;
     for (const auto& [id, k] : report.flight.keyframes) {
-      report.looks[id] = map::look_at(k, k, map::quick_look_width_px(report.flight.keyframes.size()), rays);
+      report.quick_looks[id] = map::quick_look_at(k, k, map::quick_look_width_px(report.flight.keyframes.size()), rays);
     }
     if (viewer::viewer_available()) {
       host::update_file(argv[1], [&](std::ostream& page) { viewer::write_viewer_html(report, page); });

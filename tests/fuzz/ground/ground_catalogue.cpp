@@ -44,7 +44,7 @@ void use(intake::Catalogue& catalogue, const fs::path& outbox, std::uint8_t what
     static_cast<void>(intake::index_flight(held));
   }
   if ((what & 4U) == 0) {
-    static_cast<void>(catalogue.look(1, 1));
+    static_cast<void>(catalogue.quick_look(1, 1));
     catalogue.put_quick_look(1, 1, Bytes(10));
   }
   if ((what & 8U) == 0) {

@@ -164,7 +164,7 @@ TEST_F(ExposedWorld, FromADarkStartTheControlFindsTheLightOfRenderedGround) {
     }
     ExposureSetting next;
     Status event;
-    if (control.look_at(seen, frame_.exposure, {}, next, event) == ExposureControl::Answer::keep) continue;
+    if (control.evaluate(seen, frame_.exposure, {}, next, event) == ExposureControl::Answer::keep) continue;
     ASSERT_TRUE(camera_->set_exposure(next).ok());
     control.asked(next);
   }
