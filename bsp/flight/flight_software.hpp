@@ -70,7 +70,8 @@ class FlightSoftware {
   /// All three for a process that is not the primary: takes up the stored settings, and restores its components. The
   /// primary has written the camera and begun the boot (find_flight).
   Status join();
-  /// Begins the record of this boot, and reports the start, its mission time and `updates` of the store that are not ok.
+  /// Begins the record of this boot, and reports the start, its mission time and `updates` of the store that are not
+  /// ok.
   Status record_boot(const BoardState& board, std::span<const Status> updates);
   Executive& executive() { return executive_; }
   Configuration& configuration() { return configuration_; }

@@ -19,8 +19,8 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
  public:
   static const CheckpointForm checkpoint;
 
-  /// Parameters set by telecommand take effect in `mission`. The configuration makes them tentative; without it they are
-  /// settings in the store.
+  /// Parameters set by telecommand take effect in `mission`. The configuration makes them tentative; without it they
+  /// are settings in the store.
   Telecommander(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock, MissionParameters& mission,
                 Configuration* configuration = nullptr);
 

@@ -11,15 +11,15 @@
 namespace ilp::exports {
 
 /// Writes the files of export_keyframe into `folder` for what has changed since the last run, or is not there. Products
-/// that do not decode have their fault in the quick-look. Pictures stay in the catalogue (known_quick_look). All cores are
-/// used.
+/// that do not decode have their fault in the quick-look. Pictures stay in the catalogue (known_quick_look). All cores
+/// are used.
 [[nodiscard]] std::map<std::int64_t, map::KeyframeQuickLook> make_quick_looks(const intake::Flight& flight,
                                                                               const std::filesystem::path& folder,
                                                                               intake::Catalogue& catalogue,
                                                                               std::ostream& messages);
 
-/// What make_quick_looks gave as `quick_look`, with its pictures. Throws std::runtime_error when the catalogue does not hold
-/// it.
+/// What make_quick_looks gave as `quick_look`, with its pictures. Throws std::runtime_error when the catalogue does not
+/// hold it.
 [[nodiscard]] map::KeyframeQuickLook known_quick_look(const intake::Flight& flight, std::int64_t id,
                                                       const map::KeyframeQuickLook& quick_look,
                                                       intake::Catalogue& catalogue);

@@ -28,10 +28,10 @@ inline constexpr std::size_t least_fixes = 3;
 /// By fix of the model, the norm of its six residuals in units of its estimated errors, times FixWeights::error_factor.
 [[nodiscard]] std::vector<double> fix_errors(const Scene& scene, const Model& model);
 
-/// Weighs the fixes against the sightings of the model where it is placed now. Losses are as wide as most fixes are off.
-/// `adjusted`: the model has been adjusted to its fixes. What most of them are off by beyond their estimated errors is
-/// then theirs as far as neighbouring fixes differ, and otherwise the images': a lens that is not known well bends a
-/// model by more than its sightings state. False where nothing of that is left to change.
+/// Weighs the fixes against the sightings of the model where it is placed now. Losses are as wide as most fixes are
+/// off. `adjusted`: the model has been adjusted to its fixes. What most of them are off by beyond their estimated
+/// errors is then theirs as far as neighbouring fixes differ, and otherwise the images': a lens that is not known well
+/// bends a model by more than its sightings state. False where nothing of that is left to change.
 bool weigh_fixes(const Scene& scene, bool adjusted, Model& model);
 
 /// Least scale of Cauchy's loss of fixes, and from which error on a fix contradicts, in the units of fix_errors(). One

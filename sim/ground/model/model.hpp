@@ -17,7 +17,7 @@ struct ModelView {
   std::optional<PoseCovariance> covariance = std::nullopt;  ///< where state_errors() found it
   std::optional<std::uint32_t> attached_to =
       std::nullopt;  ///< the only view that shows its ground (single_link_views.hpp)
-  int rung = 0;      ///< 0: two views measure where it stands; otherwise one more than that of the view it is attached to
+  int rung = 0;  ///< 0: two views measure where it stands; otherwise one more than that of the view it is attached to
 };
 
 struct ModelPoint {

@@ -23,7 +23,8 @@ struct PairRelation {
 /// The flight's links, where one of the keyframes is weakly connected.
 [[nodiscard]] std::vector<PairRelation> relations_by_links(const intake::Flight& flight, const Scene& scene);
 
-/// Pairs that verify_place recognises, of those that have no relation yet and of which one keyframe is weakly connected.
+/// Pairs that verify_place recognises, of those that have no relation yet and of which one keyframe is weakly
+/// connected.
 [[nodiscard]] std::vector<PairRelation> relations_by_features(const Scene& scene,
                                                               const std::vector<PairRelation>& known);
 

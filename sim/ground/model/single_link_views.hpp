@@ -18,7 +18,8 @@ class SingleLinkDepths {
   SingleLinkDepths(const Scene& scene, const Model& model);
 
   /// `depth.camera` is a view. None for a point that views measure without the single-link ones. All points of a
-  /// single-link view together keep their distance within a hundredth, or the relief of the other view's ground if that is more.
+  /// single-link view together keep their distance within a hundredth, or the relief of the other view's ground if that
+  /// is more.
   [[nodiscard]] std::optional<AdjustedDepth> of(std::size_t track) const;
 
  private:
