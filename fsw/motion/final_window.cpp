@@ -81,7 +81,6 @@ Status load_final_window(Reader<PoseRecord, StructureRecord> store, const Camera
   window.cameras.clear();
   window.points.clear();
   window.observations.clear();
-  window.heights.clear();
   window.attitudes.clear();
   window.hold = {};
   if (keyframe_ids.empty()) return {};

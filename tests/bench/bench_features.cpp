@@ -12,7 +12,6 @@
 #include "fsw/base/math.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
-#include "sim/tools/lab/guided_matcher.hpp"
 #include "tests/support/strip.hpp"
 
 #ifdef ILP_HAVE_OPENCV
@@ -177,39 +176,6 @@ BENCHMARK(repeatability)
     ->ArgNames({"view", "detector"})
     ->ArgsProduct({benchmark::CreateDenseRange(0, 5, 1), benchmark::CreateDenseRange(0, last_detector, 1)})
     ->Unit(benchmark::kMillisecond);
-
-/// The second pass on top of the first.
-void guided(benchmark::State& state) {
-  static const auto workspace = std::make_unique<MatcherWorkspace>();
-  const PlaneMatching start(state);
-  Corners longer_b;
-  MatchGuide guide;
-  guide.kind = GuideKind::plane;
-  std::copy_n(start.plane, 9, guide.matrix);
-  CameraModel camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 600;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
-  guide.camera_a = guide.camera_b = camera;
-  Matches first, matches;
-  longer_b = start.corners_b;
-  (void)match_and_track_corners(pair().a.view(), start.corners_a, pair().b.view(), longer_b, start.plane, {},
-                                *workspace, first)
-      .ok();
-  const Corners first_b = longer_b;
-  for (auto _ : state) {
-    longer_b = first_b;
-    matches = first;
-    Status status = match_guided(pair().a.view(), start.corners_a, pair().b.view(), longer_b, start.plane, guide, {},
-                                 {}, *workspace, matches);
-    benchmark::DoNotOptimize(status);
-  }
-  state.counters["first_matches"] = static_cast<double>(first.size());
-  state.counters["matches"] = static_cast<double>(matches.size());
-}
-BENCHMARK(guided)->Arg(1000)->Unit(benchmark::kMillisecond);
 
 #ifdef ILP_HAVE_OPENCV
 void opencv_good_features(benchmark::State& state) {

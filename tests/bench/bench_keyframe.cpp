@@ -13,7 +13,6 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/multiview/sequence_workspace.hpp"
 #include "fsw/vision/overlap/overlap_workspace.hpp"
-#include "sim/tools/lab/guided_matcher.hpp"
 #include "sim/world/flight.hpp"
 #include "sim/world/renderer.hpp"
 #include "sim/world/world_params.hpp"
@@ -79,9 +78,9 @@ Strip rendered(const std::string& world, double interval_s) {
   return strip;
 }
 
-enum Stage : std::uint8_t { detect, match, guided, two_view, resection, triangulation, bundle, bookkeeping, stages };
-constexpr const char* stage_names[stages] = {"detect_ms",    "match_ms",         "guided_ms", "two_view_ms",
-                                             "resection_ms", "triangulation_ms", "bundle_ms", "bookkeeping_ms"};
+enum Stage : std::uint8_t { detect, match, two_view, resection, triangulation, bundle, bookkeeping, stages };
+constexpr const char* stage_names[stages] = {"detect_ms",        "match_ms",  "two_view_ms",   "resection_ms",
+                                             "triangulation_ms", "bundle_ms", "bookkeeping_ms"};
 
 Stage stage_of(SequencePhase phase) {
   switch (phase) {
@@ -117,7 +116,7 @@ double cpu_ms() {
 
 class Chain {
  public:
-  Chain(const Strip& strip, bool guide) : strip_(strip), guide_(guide) {}
+  explicit Chain(const Strip& strip) : strip_(strip) {}
 
   /// One pass over the strip, up to the first keyframe that cannot be related.
   void fly() {
@@ -170,13 +169,6 @@ class Chain {
                                     matcher_, matches_)
           .ok();
       charge(match);
-      if (guide_ && relate_pair()) {
-        since = cpu_ms();  // in flight the relation would be known: it is not counted twice
-        (void)match_guided(strip_.images[k - 1].view(), state_->corners, image, corners_, plane, pair_guide_, params,
-                           {}, matcher_, matches_)
-            .ok();
-      }
-      charge(guided);
     }
     const auto id = static_cast<std::int64_t>(k);
     static_cast<void>(sequence_.begin_keyframe(id, corners_, matches_, k));
@@ -203,21 +195,6 @@ class Chain {
     return report.verdict == SequenceVerdict::ok || report.verdict == SequenceVerdict::waiting;
   }
 
-  bool relate_pair() {
-    pairs_.clear();
-    for (const Match& m : matches_) {
-      const Corner& corner = state_->corners[m.a];
-      const Vec2 a = ideal_from_pixel(strip_.camera, Vec2(corner.x, corner.y));
-      const Vec2 b = ideal_from_pixel(strip_.camera, Vec2(m.xb, m.yb));
-      (void)pairs_.push_back({a.x(), a.y(), b.x(), b.y(), m.score});
-    }
-    TwoViewResult result;
-    InlierMask inliers;
-    (void)estimate_two_view(pairs_, strip_.camera, strip_.camera, {}, workspace_->two_view, inliers, result).ok();
-    pair_guide_ = guide_of_pose(result.b_from_a, strip_.camera, strip_.camera);
-    return result.verdict == TwoViewVerdict::ok || result.verdict == TwoViewVerdict::planar;
-  }
-
   void collect() {
     SequenceCamera camera;
     while (sequence_.take_final_camera(camera)) {
@@ -228,9 +205,6 @@ class Chain {
   }
 
   const Strip& strip_;
-  bool guide_;
-  PointPairs pairs_;
-  MatchGuide pair_guide_;
   std::unique_ptr<HarrisWorkspace> harris_owner_ = std::make_unique<HarrisWorkspace>();
   std::unique_ptr<MatcherWorkspace> matcher_owner_ = std::make_unique<MatcherWorkspace>();
   std::unique_ptr<SequenceState> state_ = std::make_unique<SequenceState>();
@@ -245,36 +219,31 @@ class Chain {
   double keyframes_ = 0, matched_ = 0, inliers_ = 0, observed_ = 0, worst_ = 0;
 };
 
-/// The argument `guided` adds the second pass of matching to every keyframe.
 void keyframes(benchmark::State& state, const Strip& strip) {
   if (strip.images.empty()) {
     state.SkipWithError("no data");
     return;
   }
-  const auto chain = std::make_unique<Chain>(strip, state.range(0) != 0);
+  const auto chain = std::make_unique<Chain>(strip);
   for (auto _ : state) chain->fly();
   chain->report(state);
-}
-
-void with_and_without_guide(benchmark::internal::Benchmark* b) {
-  b->ArgName("guided")->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
 }
 
 void recorded_strip(benchmark::State& state, const std::string& folder) {
   keyframes(state, recorded(folder));
 }
-BENCHMARK_CAPTURE(recorded_strip, caliterra_a, std::string("aerial_caliterra_a"))->Apply(with_and_without_guide);
+BENCHMARK_CAPTURE(recorded_strip, caliterra_a, std::string("aerial_caliterra_a"))->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(recorded_strip, caliterra_climb, std::string("aerial_caliterra_climb"))
-    ->Apply(with_and_without_guide);
-BENCHMARK_CAPTURE(recorded_strip, coal_oil_point, std::string("aerial_coal_oil_point"))->Apply(with_and_without_guide);
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(recorded_strip, coal_oil_point, std::string("aerial_coal_oil_point"))->Unit(benchmark::kMillisecond);
 
 void rendered_strip(benchmark::State& state, const std::string& world, double interval_s) {
   keyframes(state, rendered(world, interval_s));
 }
-BENCHMARK_CAPTURE(rendered_strip, testbed, std::string("testbed"), 6.0)->Apply(with_and_without_guide);
-BENCHMARK_CAPTURE(rendered_strip, canyon, std::string("mars-canyon"), 6.0)->Apply(with_and_without_guide);
+BENCHMARK_CAPTURE(rendered_strip, testbed, std::string("testbed"), 6.0)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(rendered_strip, canyon, std::string("mars-canyon"), 6.0)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(rendered_strip, canyon_wide_baseline, std::string("mars-canyon"), 14.0)
-    ->Apply(with_and_without_guide);
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace ilp

@@ -65,7 +65,6 @@ void build_window(const SequenceState& state, BundleProblem& problem, WindowMap&
   problem.points.clear();
   problem.observations.clear();
   problem.hold = {};
-  problem.heights.clear();
   problem.attitudes.clear();
   map.left_out = 0;
   const std::size_t free_from = first_free(state);

@@ -20,7 +20,6 @@ void note_changes(Session& s, RecordMask tables, std::int64_t commit) {
     if ((tables >> t & 1U) != 0) s.changes.numbers[t] = commit;
   }
   s.changes.changed |= tables;
-  s.transaction.changed_early |= tables;
   s.changes.received_others = true;
   s.answers.forget(tables);
   drop_held(s, tables);

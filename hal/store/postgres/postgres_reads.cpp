@@ -1,5 +1,4 @@
 // Reads of the store on a server: from the answers that are known, or with one round trip.
-#include <array>
 #include <cstring>
 
 #include "fsw/records/records.hpp"
@@ -11,7 +10,14 @@ namespace {
 
 // A walk that goes on where it was asks for many rows.
 constexpr int rows_of_a_walk = 32;
-constexpr std::size_t most_guesses = 3;
+/// The next row and those behind it.
+constexpr int rows_of_a_question = 4;
+
+struct Asked {
+  RecordType type;
+  RowVerb verb;
+  std::int64_t key;
+};
 
 Question question_of(RowVerb verb) {
   return verb == RowVerb::get ? Question::get : verb == RowVerb::next ? Question::next : Question::last;
@@ -23,12 +29,6 @@ Status send_question(Session& s, const Asked& asked, int most) {
   if (asked.verb == RowVerb::get || asked.verb == RowVerb::next) parameters.add(asked.key);
   if (asked.verb == RowVerb::next) parameters.add(std::int64_t{most});
   return send(s, asked.verb, info, parameters, true);
-}
-
-bool probably_known(Session& s, const Asked& asked) {
-  AnswerCache::Answer answer;
-  return asked.verb != RowVerb::count &&
-         s.answers.find(record_info(asked.type), question_of(asked.verb), asked.key, answer);
 }
 
 /// Whether a question can be asked; a transaction begins with it.
@@ -81,28 +81,15 @@ void keep_answer(Session& s, const Asked& asked, std::size_t place, int most) {
   }
 }
 
-/// Sends a question behind all other statements and collects its answer; in a transaction also the answers to the
-/// questions that will probably follow. Outside a look at the changes follows, so that what is known of other tables is
-/// never older than what this answer shows.
+/// Sends a question behind all other statements and collects its answer. Outside of a transaction a look at the changes
+/// follows, so that what is known of other tables is never older than what this answer shows.
 Status ask(Session& s, const Asked& asked, int most) {
-  ILP_TRY(make_room(s));
+  ILP_TRY(begin_question(s));
   const std::size_t place = s.connection.next_place();
   s.awaited.answer = place;
   ILP_TRY(send_question(s, asked, most));
-  std::array<Asked, most_guesses> guessed;
-  std::size_t guesses = 0;
-  Asked next = asked;
-  for (std::size_t i = 0; i < 2 * most_guesses && s.transaction.open && guesses < most_guesses; ++i) {
-    next = s.guesses.after(next);
-    if (next.type == RecordType::count || next == asked) break;
-    if (probably_known(s, next)) continue;
-    guessed[guesses++] = next;
-    ILP_TRY(send_question(s, next, rows_of_a_question));
-  }
-  if (s.transaction.open) s.guesses.learn(asked);
   ILP_TRY(collect_answer(s));
   keep_answer(s, asked, place, most);
-  for (std::size_t g = 0; g < guesses; ++g) keep_answer(s, guessed[g], place + 1 + g, rows_of_a_question);
   return {};
 }
 
@@ -122,34 +109,13 @@ Status known(Session& s, const Asked& asked, void* record) {
   return {};
 }
 
-/// Before the transaction has the store to itself: what is known, as outside of a transaction. One that begins by
-/// asking for the newest record is about to put the next one, and others may be as well; so it takes the lock.
-Status read_early(Session& s, const Asked& asked, void* record) {
-  if (!s.connection.alive()) return StatusCode::store_lost;
-  if (!s.transaction.doomed.ok()) return s.transaction.doomed;
-  if (s.early.full() || (s.early.empty() && asked.verb == RowVerb::last)) return StatusCode::not_ready;
-  if (s.early.empty()) {
-    ILP_TRY(s.connection.receive());
-    take_notifications(s);
-    s.transaction.changed_early = 0;
-  }
-  if (s.changes.poll_now || steady_ms() - s.changes.polled_ms >= postgres_poll_ms) return StatusCode::not_ready;
-  const RecordInfo& info = record_info(asked.type);
-  AnswerCache::Answer answer;
-  if (!s.answers.find(info, question_of(asked.verb), asked.key, answer)) return StatusCode::not_ready;
-  s.early.note(asked, info, answer.found ? answer.record : nullptr);
-  if (!answer.found) return {StatusCode::not_found, asked.key};
-  std::memcpy(record, answer.record, info.bytes);
-  return {};
-}
-
 Status read(Session& s, const Asked& asked, int most, void* record) {
-  if (s.transaction.open && !s.transaction.started) {
-    const Status found = read_early(s, asked, record);
-    if (!found.is(StatusCode::not_ready)) return found;
-    ILP_TRY(start(s));
-  }
-  return read_granted(s, asked, most, record);
+  const Status found = known(s, asked, record);
+  if (!found.is(StatusCode::not_ready)) return found;
+  ILP_TRY(ask(s, asked, most));
+  const Status status = read_row(s, record_info(asked.type), s.awaited.answer, 0, record);
+  s.connection.clear();
+  return status;
 }
 
 }  // namespace
@@ -158,15 +124,6 @@ Status collect_answer(Session& s) {
   if (!s.transaction.open) ILP_TRY(send_look(s));
   s.changes.unread = 0;
   return collect(s);
-}
-
-Status read_granted(Session& s, const Asked& asked, int most, void* record) {
-  const Status found = known(s, asked, record);
-  if (!found.is(StatusCode::not_ready)) return found;
-  ILP_TRY(ask(s, asked, most));
-  const Status status = read_row(s, record_info(asked.type), s.awaited.answer, 0, record);
-  s.connection.clear();
-  return status;
 }
 
 Status get(Session& s, const RecordInfo& info, std::int64_t id, void* record) {
@@ -194,7 +151,6 @@ Status last(Session& s, const RecordInfo& info, void* record) {
 }
 
 Status count(Session& s, const RecordInfo& info, std::int64_t& records) {
-  ILP_TRY(begin_question(s));
   ILP_TRY(ask(s, {info.type, RowVerb::count, 0}, 1));
   const bool reported = s.connection.rows(s.awaited.answer).number(0, 0, records);
   s.connection.clear();

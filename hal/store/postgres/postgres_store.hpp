@@ -5,11 +5,10 @@
 
 namespace ilp {
 
-/// A transaction has the store to itself, as in SQLite, from its first write or its first question whose answer
-/// is not known (also from last() as its first question): the others wait for it, up to 15 s (`store_error`). What it
-/// has read before has to be true still, or it is refused (`store_error`, a = changed_meanwhile). Writes are sent
-/// ahead, so a fault of one may be returned by a later call, by commit() at the latest. After `store_lost` every call
-/// fails until reconnect(). libpq allocates memory. An object has several MiB: it does not belong on a stack.
+/// A transaction has the store to itself, as in SQLite, from its first read or write: the others wait for it, up to
+/// 15 s (`store_error`). Writes are sent ahead, so a fault of one may be returned by a later call, by commit() at the
+/// latest. After `store_lost` every call fails until reconnect(). libpq allocates memory. An object has several MiB: it
+/// does not belong on a stack.
 class PostgresStore final : public Store, public StoreSharing {
  public:
   ~PostgresStore() { close(); }

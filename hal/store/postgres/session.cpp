@@ -125,22 +125,6 @@ Status check_schema(Session& s) {
   return s.connection.prepare(statement, sql.c_str(), 0);
 }
 
-/// Asks again what may have changed.
-Status check_early_reads(Session& s) {
-  for (std::size_t i = 0; i < s.early.size(); ++i) {
-    const Asked asked = s.early[i].asked;
-    if ((s.transaction.changed_early & mask_of(asked.type)) == 0) continue;
-    const RecordInfo& info = record_info(asked.type);
-    alignas(8) std::uint8_t record[limits::max_record_bytes];
-    const Status found = read_granted(s, asked, rows_of_a_question, record);
-    if (!found.ok() && !found.is(StatusCode::not_found)) return found;
-    if (EarlyReads::check_of(info, found.ok() ? record : nullptr) == s.early[i].check) continue;
-    s.transaction.doomed = {StatusCode::store_error, changed_meanwhile, static_cast<std::int64_t>(asked.type)};
-    return s.transaction.doomed;
-  }
-  return {};
-}
-
 /// The transaction ends, the others are notified and may begin theirs, while this process waits until its changes are
 /// on the server's disk. What they commit then comes behind it in the server's log, so none of it outlasts this one.
 Status send_commit(Session& s) {
@@ -231,7 +215,6 @@ Result<bool> erase_record(Session& s, const RecordInfo& info, std::int64_t id) {
 void end_transaction(Session& s) {
   s.transaction = {};
   s.awaited = {};
-  s.early.clear();
 }
 
 }  // namespace
@@ -301,10 +284,7 @@ Status start(Session& s) {
   s.transaction.started = true;
   ILP_TRY(send_fixed(s, Fixed::begin));
   ILP_TRY(send_fixed(s, Fixed::lock));
-  ILP_TRY(send_look(s));
-  if (s.early.empty()) return {};
-  ILP_TRY(collect(s));
-  return check_early_reads(s);
+  return send_look(s);
 }
 
 Status make_room(Session& s) {
@@ -324,7 +304,6 @@ Status begin(Session& s) {
   if (s.transaction.open) return out_of_range(Argument::transaction);
   if (!s.connection.alive()) return StatusCode::store_lost;
   s.transaction.open = true;
-  s.guesses.begin_transaction();
   return {};
 }
 

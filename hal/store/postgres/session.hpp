@@ -10,8 +10,6 @@
 #include "hal/store/checksums.hpp"
 #include "hal/store/postgres/answer_cache.hpp"
 #include "hal/store/postgres/connection.hpp"
-#include "hal/store/postgres/early_reads.hpp"
-#include "hal/store/postgres/guesses.hpp"
 #include "hal/store/postgres/sql_text.hpp"
 #include "hal/store/record_bytes.hpp"
 #include "hal/store/store.hpp"
@@ -27,8 +25,6 @@ struct PostgresOptions {
 
 /// Changes of other processes are looked for after this time even without a notification.
 inline constexpr std::int64_t postgres_poll_ms = 1000;
-/// SQLSTATE 40001, serialization failure, as a number to base 36.
-inline constexpr std::int64_t changed_meanwhile = 4 * 36 * 36 * 36 * 36 + 1;
 /// A file for the ground or the state of a component. A larger blob is refused with `capacity_exceeded`.
 inline constexpr std::size_t max_postgres_blob_bytes = std::max(
     (limits::max_transfer_bytes + blob_chunk_bytes - 1) / blob_chunk_bytes * blob_chunk_bytes, std::size_t{1} << 20U);
@@ -38,8 +34,6 @@ inline constexpr std::size_t max_postgres_blob_bytes = std::max(
 namespace ilp::postgres {
 
 inline constexpr std::size_t record_count = static_cast<std::size_t>(RecordType::count);
-/// The next row and those behind it.
-inline constexpr int rows_of_a_question = 4;
 inline constexpr std::size_t no_place = ~std::size_t{0};
 
 /// Answers that the next collect() brings.
@@ -60,8 +54,7 @@ struct OpenTransaction {
   bool started = false;  ///< the server knows of the transaction
   Status doomed;         ///< the fault that made a commit of this transaction impossible
   RecordMask uncommitted = 0;
-  RecordMask touched = 0;        ///< also by writes that failed
-  RecordMask changed_early = 0;  ///< by others, since the transaction was begun
+  RecordMask touched = 0;  ///< also by writes that failed
   LatestPut latest;
 };
 
@@ -116,8 +109,6 @@ struct Session {
   OpenTransaction transaction;
   Awaited awaited;
   AnswerCache answers;
-  Guesses guesses;
-  EarlyReads early;
   std::array<std::int64_t, record_count> walked_to{};  ///< id that the latest next() has returned
   HeldBlobs blobs;
   Changes changes;
@@ -163,8 +154,6 @@ Status collect_answer(Session& s);
 Status writable(Session& s);
 Status written(Session& s, const RecordInfo& info, Status status);
 
-/// Outside of a transaction, or in one that has begun on the server.
-Status read_granted(Session& s, const Asked& asked, int most, void* record);
 Status read_used_bytes(Session& s, std::int64_t& bytes);
 /// Of all blobs of a record, as they are on the server.
 Status read_blob_sizes(Session& s, const RecordInfo& info, std::int64_t id, std::int64_t& bytes);

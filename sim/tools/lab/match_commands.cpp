@@ -6,15 +6,11 @@
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
-#include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "fsw/vision/place/place_overlap.hpp"
 #include "fsw/vision/place/place_scratch.hpp"
 #include "fsw/vision/twoview/feature_overlap.hpp"
-#include "fsw/vision/twoview/robust/robust_models.hpp"
-#include "sim/host/camera_file.hpp"
 #include "sim/host/status_error.hpp"
-#include "sim/tools/lab/guided_matcher.hpp"
 #include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
 
@@ -108,11 +104,9 @@ Json run_overlap(OverlapOptions& options, int repeat) {
 
 struct MatchOptions {
   OverlapOptions overlap;
-  std::string camera;
   std::string out;
   HarrisParams harris;
   MatcherParams matcher;
-  bool guided = false;
 };
 
 std::string match_lines(const Corners& corners_a, const Matches& matches) {
@@ -143,121 +137,27 @@ struct CornerMatching {
   }
 };
 
-/// The relation of the two images that the first matches support, and the matches found again with it.
-struct Guidance {
-  TwoViewWorkspace two_view;
-  PointPairs pairs;
-  InlierMask inliers;
-  MatchGuide guide;
-  bool found = false;
-  const char* kind = "none";
-  std::size_t first_matches = 0;
-  double ms = 0;
-
-  void relate(const CameraModel& camera, bool calibrated, const CornerMatching& work) {
-    pairs.clear();
-    for (const Match& m : work.matches) {
-      const Corner& corner = work.corners_a[m.a];
-      const Vec2 a = ideal_from_pixel(camera, Vec2(corner.x, corner.y));
-      const Vec2 b = ideal_from_pixel(camera, Vec2(m.xb, m.yb));
-      (void)pairs.push_back({a.x(), a.y(), b.x(), b.y(), m.score});
-    }
-    guide.camera_a = guide.camera_b = camera;
-    if (calibrated ? relate_by_pose(camera) : relate_by_fundamental()) return;
-    HomographyResult plane;
-    RansacParams params;
-    params.threshold_px = 2;
-    host::require(estimate_homography(pairs, params, two_view, inliers, plane), "homography");
-    if (plane.found) take(GuideKind::plane, "plane", plane.homography);
-  }
-
-  void take(GuideKind which, const char* name, const Mat3& matrix) {
-    guide.kind = which;
-    kind = name;
-    found = true;
-    for (int i = 0; i < 9; ++i) guide.matrix[i] = matrix(i / 3, i % 3);
-  }
-
-  bool relate_by_pose(const CameraModel& camera) {
-    TwoViewResult result;
-    host::require(estimate_two_view(pairs, camera, camera, {}, two_view, inliers, result), "relative pose");
-    if (result.verdict != TwoViewVerdict::ok && result.verdict != TwoViewVerdict::planar) return false;
-    guide = guide_of_pose(result.b_from_a, camera, camera);
-    kind = "line";
-    found = true;
-    return true;
-  }
-
-  bool relate_by_fundamental() {
-    FundamentalResult result;
-    host::require(estimate_fundamental(pairs, {}, two_view, inliers, result), "fundamental");
-    if (!result.found || result.gric_homography <= result.gric_inliers) return false;
-    take(GuideKind::line, "line", result.fundamental);
-    return true;
-  }
-
-  /// Replaces the matches of `work`, if there is a relation.
-  void run(GrayView a, GrayView b, const double (&plane)[9], const MatchOptions& options, int repeat,
-           CornerMatching& work) {
-    first_matches = work.matches.size();
-    if (!found) return;
-    const Matches first = work.matches;
-    const Corners corners_b = work.corners_b;
-    GuidedParams params;
-    // Relief below the bound of the plane's inliers is part of it.
-    if (guide.kind == GuideKind::plane) params.max_distance_px = 4;
-    Status status;
-    ms = time_kernel(
-        repeat,
-        [&] {
-          work.matches = first;
-          work.corners_b = corners_b;
-        },
-        [&] {
-          status = match_guided(a, work.corners_a, b, work.corners_b, plane, guide, options.matcher, params,
-                                work.matcher, work.matches);
-        });
-    host::require(status, "match --guided");
-  }
-};
-
 Json run_match(const MatchOptions& options, int repeat) {
   const GrayImage a = read_camera_image(options.overlap.a), b = read_camera_image(options.overlap.b);
   require_same_size(b, options.overlap.b, a.width, a.height, options.overlap.a);
-  CameraModel camera = centred_camera(a.width, a.height, std::max(a.width, a.height));
-  if (!options.camera.empty()) {
-    camera = host::read_global_shutter_camera(options.camera);
-    require_same_size(a, options.overlap.a, camera.width, camera.height, options.camera);
-  }
   const Relation prediction = relate(options.overlap, a.view(), b.view(), 1);
   const auto& plane = prediction.overlap.plane_b_from_a;
   const auto work = std::make_unique<CornerMatching>();
-  const auto guidance = std::make_unique<Guidance>();
   double kernel_ms = 0;
   if (prediction.overlap.verdict == OverlapVerdict::ok) {
     Status status;
     kernel_ms = time_kernel(
         repeat, [] {}, [&] { status = work->run(a.view(), b.view(), plane, options); });
     host::require(status, "match of " + pair_of(options.overlap));
-    if (options.guided) {
-      guidance->relate(camera, !options.camera.empty(), *work);
-      guidance->run(a.view(), b.view(), plane, options, repeat, *work);
-    }
   }
   write_text(options.out, match_lines(work->corners_a, work->matches));
-  Json result = {{"verdict", name_of(prediction.overlap.verdict)},
-                 {"corners_a", work->corners_a.size()},
-                 {"corners_b", work->detected_b},
-                 {"matches", work->matches.size()},
-                 {"prediction", prediction.source},
-                 {"overlap", prediction.overlap.overlap},
-                 {"kernel_ms", kernel_ms}};
-  if (options.guided) {
-    result["guide"] = guidance->kind;
-    result["first_matches"] = guidance->first_matches;
-    result["guided_ms"] = guidance->ms;
-  }
-  return result;
+  return {{"verdict", name_of(prediction.overlap.verdict)},
+          {"corners_a", work->corners_a.size()},
+          {"corners_b", work->detected_b},
+          {"matches", work->matches.size()},
+          {"prediction", prediction.source},
+          {"overlap", prediction.overlap.overlap},
+          {"kernel_ms", kernel_ms}};
 }
 
 }  // namespace
@@ -274,14 +174,10 @@ void add_match_commands(Lab& lab) {
   // Views further apart than a strip's are welcome here.
   match->overlap.params.min_overlap = 0.3;
   add_search_options(app, match->overlap);
-  app.add_option("--camera", match->camera,
-                 "cameras.txt of the images; --guided then uses the relative pose, otherwise the fundamental matrix");
   app.add_option("--corners", match->harris.target_count, "number of corners wanted in each image")
       ->check(CLI::Range(1, static_cast<int>(limits::max_corners)));
   app.add_option("--search-radius", match->matcher.search_radius_px, "search radius around the predicted position, px")
       ->check(finite_in(1, 200));
-  app.add_flag("--guided", match->guided,
-               "match again along epipolar lines, or by the plane where only a plane was found");
   app.add_option("--out", match->out, "file to write: a line x_a y_a x_b y_b score per match")->required();
 }
 

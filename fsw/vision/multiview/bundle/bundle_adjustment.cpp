@@ -101,8 +101,7 @@ Status load(Equations& eq, BundleProblem& problem, const BundleParams& params) {
   eq.problem = nullptr;
   eq.params = params;
   if (!(params.relative_tolerance >= 0) || !(params.robust_px >= 0) || !std::isfinite(params.robust_px) ||
-      !(params.initial_damping > 0) || !std::isfinite(params.initial_damping) || !(params.observation_sigma_px > 0) ||
-      !std::isfinite(params.observation_sigma_px) || params.loss > BundleLoss::cauchy) {
+      !(params.initial_damping > 0) || !std::isfinite(params.initial_damping) || params.loss > BundleLoss::cauchy) {
     return out_of_range(Argument::adjustment_parameters);
   }
   eq.free_count = 0;
@@ -125,7 +124,6 @@ Status load(Equations& eq, BundleProblem& problem, const BundleParams& params) {
                     eq.free_count + 1 != count || !problem.cameras[hold.origin].fixed)) {
     return out_of_range(Argument::scale_hold);
   }
-  ILP_TRY(check_priors(problem));
   eq.problem = &problem;
   const Status sorted = sort_observations(eq);
   if (!sorted.ok()) {
@@ -153,7 +151,6 @@ Cost try_step(Equations& eq, double& predicted_twice) {
     for (int i = 0; i < 3; ++i) camera.centre[i] += step[3 + i];
   }
   Cost cost = step_all_points(eq, predicted_twice);
-  cost.robust += prior_cost(eq, eq.trial_cameras);
   if (!std::isfinite(cost.robust) || !std::isfinite(predicted_twice)) cost.valid = false;
   return cost;
 }

@@ -16,8 +16,8 @@ namespace ilp {
 /// `finish` the problem belongs to the adjuster. After each `step` its poses and points are the best so far.
 class BundleAdjuster {
  public:
-  /// `invalid_argument` (camera, point, observation, parameters, scale hold, height prior, attitude prior, where there
-  /// are several with the index) for non-finite values, indices out of range, or two observations of a point in one
+  /// `invalid_argument` (camera, point, observation, parameters, scale hold, where there are several with the
+  /// index) for non-finite values, indices out of range, or two observations of a point in one
   /// camera; `no_model` when no observation can be used.
   Status begin(BundleProblem& problem, const BundleParams& params);
   /// Continues from `progress`, which an earlier `begin` or `step` left together with this problem. The observations

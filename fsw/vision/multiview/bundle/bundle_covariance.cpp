@@ -76,31 +76,16 @@ double covariance_factor(const Equations& eq) {
 
 bool frame_is_fixed(const Equations& eq) {
   const std::size_t fixed = eq.problem->cameras.size() - eq.free_count;
-  if (fixed != 1 || eq.problem->hold.held) return fixed > 0;
-  for (const BundleHeightPrior& prior : eq.problem->heights) {
-    if (eq.cameras[prior.camera].free) return true;
-  }
-  return false;
+  return fixed > 1 || (fixed == 1 && eq.problem->hold.held);
 }
 
-/// Column of the covariance into eq.camera_step. The normal equations M carry priors P with the weight w that the
-/// adjustment gave them; observations of another variance v than that make the covariance
-/// M^-1 (v (M - w P) + w^2 P) M^-1 = v M^-1 + w (w - v) M^-1 P M^-1.
+/// Column of the covariance into eq.camera_step.
 void covariance_column(Equations& eq, double factor, std::size_t column) {
   const std::size_t n = camera_size * eq.free_count;
   for (std::size_t k = 0; k < n; ++k) eq.camera_step[k] = 0;
   eq.camera_step[column] = 1;
   cholesky_solve(eq.system.data(), n, eq.camera_step.data());
-  if (eq.problem->heights.empty() && eq.problem->attitudes.empty()) {
-    for (std::size_t k = 0; k < n; ++k) eq.camera_step[k] *= factor;
-    return;
-  }
-  multiply_priors(eq, eq.camera_step.data(), eq.column.data());
-  cholesky_solve(eq.system.data(), n, eq.column.data());
-  const double weight = eq.params.observation_sigma_px * eq.params.observation_sigma_px;
-  for (std::size_t k = 0; k < n; ++k) {
-    eq.camera_step[k] = factor * eq.camera_step[k] + weight * (weight - factor) * eq.column[k];
-  }
+  for (std::size_t k = 0; k < n; ++k) eq.camera_step[k] *= factor;
 }
 
 void position_covariances(Equations& eq, double factor, BundleResult& result) {

@@ -27,13 +27,13 @@ struct BundleCovariance {
   /// Free times fixed cameras are at most the square of half of all.
   static constexpr std::size_t max_transfer = max_system * max_system / 4;
 
-  /// True only if two cameras are fixed, or if one is fixed and a held distance or a height prior determines the scale,
-  /// and there are more observations than unknowns. All other members are 0 if it is false.
+  /// True only if two cameras are fixed, or if one is fixed and a held distance determines the scale, and there are
+  /// more observations than unknowns. All other members are 0 if it is false.
   bool valid = false;
   std::uint16_t free_count = 0, fixed_count = 0;
   std::array<std::uint16_t, limits::max_bundle_cameras> free_camera{};   ///< indices into BundleProblem::cameras
   std::array<std::uint16_t, limits::max_bundle_cameras> fixed_camera{};  ///< same
-  /// The factor between S^-1 and the covariance (without priors), px^2: the variance of a residual coordinate, with
+  /// The factor between S^-1 and the covariance, px^2: the variance of a residual coordinate, with
   /// Huber's correction if the adjustment was robust. Simulated errors agree within 10 % of sigma; within 20 % at a
   /// bound as small as the noise.
   double variance = 0;
@@ -41,8 +41,7 @@ struct BundleCovariance {
   /// also counts as exact: there is no variance along the line between its two cameras.
   std::array<double, max_system * max_system> conditional{};
   /// 6n x 6m, row-major without gaps, for m fixed cameras: derivative of the free cameras' optimum by the fixed
-  /// cameras' poses. A held distance stays constant, so that the window follows its one fixed camera as a rigid body
-  /// (except for priors).
+  /// cameras' poses. A held distance stays constant, so that the window follows its one fixed camera as a rigid body.
   std::array<double, max_transfer> transfer{};
   /// 6n: derivative of the free cameras' optimum by the logarithm of the held distance; 0 where none is held. A held
   /// distance with relative variance v adds v s s^T to the covariance.

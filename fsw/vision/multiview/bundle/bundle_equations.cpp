@@ -352,7 +352,6 @@ Cost evaluate(const Equations& eq) {
     load_points<V>(eq, p, eq.problem->points.data(), point);
     accumulate_cost<V>(eq, p, eq.cameras, point, cost);
   });
-  cost.robust += prior_cost(eq, eq.cameras);
   if (!std::isfinite(cost.robust)) cost.valid = false;
   return cost;
 }
@@ -366,13 +365,11 @@ bool linearise(Equations& eq, double damping) {
   for_each_packet(eq, [&]<typename V>(std::size_t p) { solvable = solvable && eliminate<V>(eq, p, damping); });
   if (!solvable) return false;
   for (std::size_t a = 0; a < eq.free_count; ++a) finish_normal(eq, a);
-  add_priors(eq);
   return true;
 }
 
 void assemble(Equations& eq, double damping) {
   const std::size_t n = camera_size * eq.free_count;
-  const double prior_weight = eq.params.observation_sigma_px * eq.params.observation_sigma_px;
   for (std::size_t a = 0; a < eq.free_count; ++a) {
     for (std::size_t b = a; b < eq.free_count; ++b) {
       double block[36];
@@ -380,7 +377,6 @@ void assemble(Equations& eq, double damping) {
       for (std::size_t r = 0; r < camera_size; ++r) {
         for (std::size_t c = a == b ? r : 0; c < camera_size; ++c) {
           double value = block[camera_size * r + c];
-          if (a == b) value += prior_weight * eq.prior_blocks[36 * a + camera_size * r + c];
           if (a == b && r == c) value += damping * damped_diagonal(eq.diagonal[camera_size * a + r]);
           eq.system[(camera_size * b + c) * n + camera_size * a + r] = value;
         }

@@ -75,8 +75,6 @@ struct Equations {
   std::array<double, max_system * max_system> system;
   std::array<double, max_system> camera_step;
   std::array<double, max_system> own_step;  ///< same, the centres in their cameras' axes
-  std::array<double, max_system> column;
-  std::array<double, 36 * max_cameras> prior_blocks;  ///< information of priors, 6x6 row-major
   std::array<std::array<double, 4>, max_cameras> trial_quaternions;
 
   [[nodiscard]] Loss loss() const { return {params.robust_px, params.loss == BundleLoss::cauchy}; }
@@ -96,11 +94,6 @@ void assemble(Equations& eq, double damping);
 bool solve_cameras(Equations& eq, double damping, double& predicted_twice);
 /// Into the trial; returns their cost with the trial's cameras.
 Cost step_all_points(Equations& eq, double& predicted_twice);
-
-[[nodiscard]] Status check_priors(const BundleProblem& problem);
-[[nodiscard]] double prior_cost(const Equations& eq, const Cameras& cameras);
-void add_priors(Equations& eq);
-void multiply_priors(const Equations& eq, const double* x, double* y);
 
 void covariances(Equations& eq, BundleResult& result, BundleCovariance* joint);
 

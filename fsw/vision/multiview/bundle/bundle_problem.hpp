@@ -35,15 +35,6 @@ struct BundleScaleHold {
   std::uint16_t origin = 0, anchor = 0;
 };
 
-/// A barometer or satellite navigation: direction . C = value. It constrains one camera only, so that points stay
-/// independent of each other given the cameras. To use a height over ground, add the height of the ground.
-struct BundleHeightPrior {
-  std::uint16_t camera = 0;
-  double direction[3] = {0, 0, 1};  ///< world, unit length
-  double value = 0;                 ///< world units
-  double sigma = 1;                 ///< same
-};
-
 /// An attitude sensor: the turn from the given to the adjusted attitude, as a rotation vector in the camera's axes,
 /// should be zero. A sensor with a less accurate heading has a larger sigma about the axis that looks down.
 struct BundleAttitudePrior {
@@ -57,9 +48,7 @@ struct BundleProblem {
   FixedVector<BundlePoint, limits::max_bundle_points> points;
   FixedVector<BundleObservation, limits::max_bundle_observations> observations;  ///< in any order
   BundleScaleHold hold;
-  /// Priors of free cameras. Those of fixed cameras only change the cost.
-  FixedVector<BundleHeightPrior, limits::max_bundle_cameras> heights;
-  FixedVector<BundleAttitudePrior, limits::max_bundle_cameras> attitudes;
+  FixedVector<BundleAttitudePrior, limits::max_bundle_cameras> attitudes;  ///< for the calibration; not adjusted to
 };
 
 enum class BundleLoss : std::uint8_t { huber, cauchy };
@@ -71,7 +60,6 @@ struct BundleParams {
   BundleLoss loss = BundleLoss::huber;
   double initial_damping =
       1e-4;  ///< times the diagonal of the normal equations; small, because windows start near the solution
-  double observation_sigma_px = 0.5;  ///< weight of the observations relative to the sigmas of priors
 };
 
 /// The state of an adjustment between iterations, in addition to the problem itself. With it the adjustment can be
@@ -79,7 +67,7 @@ struct BundleParams {
 struct BundleProgress {
   double damping = 0;
   double damping_growth = 2;
-  double initial_cost = 0;  ///< half the sum of squared residuals, px^2; the loss of them if robust; and priors'
+  double initial_cost = 0;  ///< half the sum of squared residuals, px^2; the loss of them if robust
   double cost = 0;          ///< same, now
   double initial_rms_px = 0;
   double held_distance = 0;
@@ -89,17 +77,15 @@ struct BundleProgress {
 };
 
 struct BundleResult {
-  /// Half the sum of squared residuals (their loss if robust), and for every prior half of
-  /// (observation_sigma_px * residual / sigma)^2; px^2.
-  double initial_cost = 0, final_cost = 0;
+  double initial_cost = 0, final_cost = 0;      ///< half the sum of squared residuals (their loss if robust), px^2
   double initial_rms_px = 0, final_rms_px = 0;  ///< per residual coordinate, no robust weights
   std::uint32_t iterations = 0;
   bool converged = false;
   std::uint32_t points = 0, observations = 0;  ///< those that took part
   std::uint32_t dropped_observations = 0;      ///< behind their camera at the start, or alone on their point
   /// From the inverse of the reduced normal equations and the variance of the residuals (bundle_covariance.hpp),
-  /// relative to the fixed cameras. Valid only if two cameras are fixed, or if one is fixed and a held distance or a
-  /// height prior determines the scale.
+  /// relative to the fixed cameras. Valid only if two cameras are fixed, or if one is fixed and a held distance
+  /// determines the scale.
   bool covariance_valid = false;
   struct PositionCovariance {
     double sigma[3] = {0, 0, 0};  ///< one sigma, world axes; 0 for fixed cameras

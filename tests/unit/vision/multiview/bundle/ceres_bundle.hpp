@@ -18,7 +18,7 @@ struct CeresResult {
 
 /// Dense Schur complement with the points eliminated first, one thread, Levenberg-Marquardt, analytic derivatives whose
 /// parts that belong to a camera are computed once per camera. Loss, iterations and tolerance are those of `params`;
-/// priors and a held scale are not supported. The problem must have no observation that the adjuster would drop.
+/// a held scale is not supported. The problem must have no observation that the adjuster would drop.
 [[nodiscard]] CeresResult adjust_with_ceres(const BundleProblem& problem, const BundleParams& params);
 
 }  // namespace ilp::test

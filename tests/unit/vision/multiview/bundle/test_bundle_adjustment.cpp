@@ -320,8 +320,7 @@ TEST(BundleAdjustment, RefusesMalformedParameters) {
   test::make_window({.points = 20}, problem);
   for (const BundleParams& params :
        {BundleParams{.relative_tolerance = -1}, BundleParams{.robust_px = infinity}, BundleParams{.robust_px = -1},
-        BundleParams{.initial_damping = 0}, BundleParams{.initial_damping = infinity},
-        BundleParams{.observation_sigma_px = 0}}) {
+        BundleParams{.initial_damping = 0}, BundleParams{.initial_damping = infinity}}) {
     const Status status = adjuster.run(problem, params, result);
     EXPECT_TRUE(status.is(StatusCode::invalid_argument));
     EXPECT_EQ(static_cast<Argument>(status.a), Argument::adjustment_parameters);
