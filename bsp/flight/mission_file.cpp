@@ -2,8 +2,53 @@
 
 #include <array>
 #include <cstdio>
+#include <cstring>
+
+#include "bsp/flight/nearest_word.hpp"
 
 namespace ilp {
+namespace {
+
+/// Section and key of the parameter that was perhaps meant.
+void add_nearest(const MissionEntry& entry, FixedText<320>& text) {
+  NearestWord nearest(entry.key);
+  for (std::size_t i = 0; i < parameter_count(); ++i) nearest.offer(parameter_info(i).key);
+  for (std::size_t i = 0; nearest.found() != nullptr && i < parameter_count(); ++i) {
+    const ParameterInfo& info = parameter_info(i);
+    if (std::strcmp(info.key, nearest.found()) != 0) continue;
+    text.add("; did you mean ").add(info.section).add('.').add(info.key).add('?');
+    return;
+  }
+}
+
+}  // namespace
+
+FixedText<320> fault_of_entry(const MissionEntry& entry) {
+  FixedText<320> text;
+  const std::size_t index = find_parameter(entry.section, entry.key);
+  if (index == parameter_count()) {
+    text.add("no such parameter (docs/parameters.md lists them)");
+    add_nearest(entry, text);
+    return text;
+  }
+  const ParameterInfo& info = parameter_info(index);
+  if (!info.choices.empty()) {
+    NearestWord nearest(entry.value);
+    for (const EnumValue& choice : info.choices) {
+      text.add(text.size() == 0 ? "expected " : " or ").add(choice.name);
+      nearest.offer(choice.name);
+    }
+    if (nearest.found() != nullptr) text.add("; did you mean ").add(nearest.found()).add('?');
+    return text;
+  }
+  std::array<char, 96> range{};
+  std::snprintf(range.data(), range.size(), "not a number from %g to %g%s%s", info.minimum, info.maximum,
+                *info.unit != 0 ? " " : "", info.unit);
+  text.add(range.data());
+  if (std::strcmp(info.unit, "rad") == 0) text.add(", or degrees, written 20deg");
+  text.add(" (docs/parameters.md)");
+  return text;
+}
 
 Status read_mission_file(const char* path, MissionParameters& mission, MissionEntry& fault) {
   fault = {};

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cerrno>
+#include <cinttypes>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -129,6 +130,7 @@ class Flight {
   void write_boot();
   void check_calendar();
   [[nodiscard]] bool restart_wanted() const { return left_memory_ || store_.damaged() || software_->restart_wanted(); }
+  void tell_unknown_camera();
   int finish();
   bool good(const char* what, const Status& status) { return status.ok() || fail(what, status) == 0; }
   /// Status ok is no event. The executive reports a lock.
@@ -507,6 +509,20 @@ void Flight::run() {
   }
 }
 
+/// Without it no pose is final, so nothing of the ground has been made.
+void Flight::tell_unknown_camera() {
+  CameraRecord camera;
+  std::int64_t keyframes = 0;
+  if (!get_camera(store_.store(), camera_id, camera).ok() || camera.frozen) return;
+  if (!store_.store().count(record_info(RecordType::keyframe), keyframes).ok() || keyframes == 0) return;
+  std::fprintf(stderr,
+               "ilp-onboard: the camera is not known yet after %" PRId64
+               " keyframes, so there are no heights, no poses and no products: start again with the same --store to "
+               "take more images (16 keyframes at least, over relief, from a camera that tilts), or begin a flight "
+               "with --camera\n",
+               keyframes);
+}
+
 int Flight::finish() {
   manager_.stop();
   if (store_.disk() != nullptr) sqlite::wait_for_writers(store_.disk()->session(), longest_lock_wait_at_end_ms);
@@ -534,6 +550,7 @@ int Flight::finish() {
   print_timing(software_->executive());
   std::int64_t frames = 0;
   well = good("counting frames", store_.store().count(record_info(RecordType::frame), frames)) && well;
+  if (!restart_wanted()) tell_unknown_camera();
   if (shared_) well = good("synchronising the store", store_.sharing().flush_or_later()) && well;
   store_.close();
   if (frames == 0) std::fprintf(stderr, "ilp-onboard: the source gave no usable frame; the events say why\n");

@@ -323,26 +323,6 @@ bool read_number(const char* text, long most, const char* needs, int& number) {
   return true;
 }
 
-/// What the wrong entry of a mission file could be.
-FixedText<160> expectation_of(const MissionEntry& entry) {
-  FixedText<160> text;
-  const std::size_t index = find_parameter(entry.section, entry.key);
-  if (index < parameter_count()) {
-    const ParameterInfo& info = parameter_info(index);
-    for (const EnumValue& choice : info.choices) text.add(text.size() == 0 ? ": expected " : " or ").add(choice.name);
-    if (text.size() != 0) return text;
-    std::array<char, 96> range{};
-    std::snprintf(range.data(), range.size(), ": expected a value from %g to %g%s%s", info.minimum, info.maximum,
-                  *info.unit != 0 ? " " : "", info.unit);
-    text.add(range.data());
-    return text;
-  }
-  NearestWord nearest(entry.key);
-  for (std::size_t i = 0; i < parameter_count(); ++i) nearest.offer(parameter_info(i).key);
-  if (nearest.found() != nullptr) text.add(": did you mean ").add(nearest.found()).add("?");
-  return text;
-}
-
 }  // namespace
 
 bool read_mission(const Options& options, MissionParameters& mission) {
@@ -350,8 +330,8 @@ bool read_mission(const Options& options, MissionParameters& mission) {
   MissionEntry error;
   const Status status = read_mission_file(options.mission, mission, error);
   if (status.ok()) return true;
-  std::fprintf(stderr, "ilp-onboard: [%s] %s = %s%s\n", error.section, error.key, error.value,
-               expectation_of(error).c_str());
+  std::fprintf(stderr, "ilp-onboard: [%s] %s = %s: %s\n", error.section, error.key, error.value,
+               fault_of_entry(error).c_str());
   print_status(options.mission, status);
   return false;
 }

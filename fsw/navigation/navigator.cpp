@@ -17,9 +17,12 @@ constexpr int samples_per_step = 512;
 constexpr TimeNs latest_arrival_ns = 2 * ns_per_s;
 /// A strip of so many keyframes without a measurement is reported.
 constexpr std::size_t keyframes_without = 5;
+/// One sigma of the height that comes with an image, which states none. Heights that scatter more count as they
+/// scatter.
+constexpr double image_height_share = 0.01;
 
-bool is_measured(const navigation::MeasuredKeyframe& k) {
-  return k.height_sigma_m > 0 || k.tilt_sigma_rad > 0 || k.horizontal_sigma_m > 0 || k.velocity_sigma_m_s > 0;
+bool is_measured(const NavigationRecord& at) {
+  return at.height_sigma_m > 0 || at.tilt_sigma_rad > 0 || at.horizontal_sigma_m > 0 || at.velocity_sigma_m_s > 0;
 }
 
 }  // namespace
@@ -116,6 +119,27 @@ Result<bool> Navigator::fixed_at(std::int64_t keyframe_id, FixRecord& fix) const
   return true;
 }
 
+/// The height that came with the image, where the vehicle has measured none.
+Status Navigator::take_image_height(std::int64_t keyframe_id, NavigationRecord& measured) const {
+  if (measured.height_sigma_m > 0) return {};
+  KeyframeRecord keyframe;
+  ILP_TAKE(const bool known, find(wiring_.store, keyframe_id, keyframe));
+  if (!known || !(keyframe.altitude > 0) || !std::isfinite(keyframe.altitude)) return {};
+  measured.time_ns = keyframe.time_ns;
+  measured.height_m = keyframe.altitude;
+  measured.height_sigma_m = image_height_share * keyframe.altitude;
+  return {};
+}
+
+Result<bool> Navigator::is_unmeasured(const State& strip) const {
+  for (const navigation::MeasuredKeyframe& keyframe : strip.keyframes) {
+    NavigationRecord measured;
+    ILP_TAKE(const bool known, find(wiring_.store, keyframe.keyframe_id, measured));
+    if (known && is_measured(measured)) return false;
+  }
+  return true;
+}
+
 void Navigator::add(const PoseRecord& pose, const NavigationRecord& navigation, const FixRecord& fix,
                     State& after) const {
   const Body body = wiring_.mission.body;
@@ -201,8 +225,14 @@ Result<bool> Navigator::place_strip() {
   if (!decided) return false;
   NavigationRecord measured;
   ILP_TAKE(const bool known, find(wiring_.store, pose.id, measured));
-  const bool asked = known || wiring_.mission.use_map;
+  if (!damaged) ILP_TRY(take_image_height(pose.id, measured));
+  const bool uses = wiring_.mission.use_navigation || wiring_.mission.use_map;
+  const bool asked = known || wiring_.mission.use_map || measured.height_sigma_m > 0;
   const bool useful = !damaged && asked && pose.state == PoseState::final;
+  if (!uses && !useful) {
+    cursor_.second = pose.id;
+    return true;
+  }
   workspace_.after = state_;
   navigation::StripFrame frame;
   if (useful) {
@@ -224,17 +254,16 @@ Result<bool> Navigator::place_strip() {
   ILP_TRY(transaction.commit({cursor_.first, pose.id}, workspace_.after, cursor_, state_));
   if (damaged) return found;
   const bool measures = wiring_.mission.use_navigation && wiring_.source != nullptr;
-  const bool unused = useful && measures && state_.keyframes.size() == keyframes_without &&
-                      std::none_of(state_.keyframes.begin(), state_.keyframes.end(), is_measured);
-  if (unused) {
-    return Status{StatusCode::navigation_unused, state_.strip_id, static_cast<std::int64_t>(keyframes_without)};
+  if (useful && measures && state_.keyframes.size() == keyframes_without) {
+    ILP_TAKE(const bool unused, is_unmeasured(state_));
+    if (unused)
+      return Status{StatusCode::navigation_unused, state_.strip_id, static_cast<std::int64_t>(keyframes_without)};
   }
   if (!contradicts) return true;
   return Status{StatusCode::navigation_contradicts, state_.strip_id, static_cast<std::int64_t>(state_.verdict)};
 }
 
 StepResult Navigator::step() {
-  if (!wiring_.mission.use_navigation && !wiring_.mission.use_map) return {};
   StepResult result = work();
   if (!result.status.ok() || workspace_.refused == workspace_.reported_refused) return result;
   workspace_.reported_refused = workspace_.refused;
@@ -248,7 +277,7 @@ StepResult Navigator::work() {
   const Result<bool> placed = place_strip();
   if (!placed.ok() || placed.value()) return {placed.status(), true};
   // A live source is emptied also while no keyframe asks.
-  const bool live = wiring_.source != nullptr && !wiring_.source->recorded();
+  const bool live = wiring_.mission.use_navigation && wiring_.source != nullptr && !wiring_.source->recorded();
   return {{}, live && !take_samples(wiring_.clock.now())};
 }
 

@@ -15,11 +15,11 @@
 
 namespace ilp {
 
-/// Does nothing unless the mission uses navigation or a map. It keeps the newest samples, says for each keyframe what
-/// they mean at its exposure, and for each strip, as its poses become final, which similarity takes its world to
-/// metres, up and north. Every keyframe gets a record, also an empty one, because structure and motion waits for it.
-/// With a map, a pose waits for the keyframe's fix. Samples that are implausible or out of order are left out and
-/// counted.
+/// With navigation it keeps the newest samples, and says for each keyframe what they mean at its exposure: also that it
+/// is nothing, because structure and motion waits for that record. It says for each strip, as its poses become final,
+/// which similarity takes its world to metres, up and north; without navigation and a map by the heights that come with
+/// the images, if there are any. With a map, a pose waits for the keyframe's fix. Samples that are implausible or out
+/// of order are left out and counted.
 class Navigator final : public StageComponent<ComponentId::navigator> {
  public:
   static const CheckpointForm checkpoint;
@@ -66,6 +66,9 @@ class Navigator final : public StageComponent<ComponentId::navigator> {
   Result<bool> place_strip();
   void measure(const KeyframeRecord& keyframe, NavigationRecord& record) const;
   Result<bool> fixed_at(std::int64_t keyframe_id, FixRecord& fix) const;
+  Status take_image_height(std::int64_t keyframe_id, NavigationRecord& measured) const;
+  /// Whether the vehicle has measured nothing at any keyframe of the strip.
+  [[nodiscard]] Result<bool> is_unmeasured(const State& strip) const;
   void add(const PoseRecord& pose, const NavigationRecord& navigation, const FixRecord& fix, State& after) const;
   BodyPlace place_on_plane(const navigation::StripFrame& frame, const State& after, StripFrameRecord& record) const;
   [[nodiscard]] StripFrameRecord record_of(const navigation::StripFrame& frame, const State& after,

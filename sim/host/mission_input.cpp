@@ -1,43 +1,18 @@
 #include "sim/host/mission_input.hpp"
 
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "bsp/flight/mission_file.hpp"
 #include "sim/host/status_error.hpp"
-#include "sim/host/text_format.hpp"
 
 namespace ilp::host {
-namespace {
-
-std::string fault_of_entry(const MissionEntry& entry) {
-  const std::size_t index = find_parameter(entry.section, entry.key);
-  if (index == parameter_count()) {
-    return "no such parameter (docs/parameters.md lists them)" +
-           did_you_mean(std::string(entry.section) + "." + entry.key, parameter_names());
-  }
-  const ParameterInfo& info = parameter_info(index);
-  std::ostringstream text;
-  if (!info.choices.empty()) {
-    std::vector<std::string> names;
-    text << "expected";
-    for (const EnumValue& choice : info.choices) {
-      text << (names.empty() ? " " : " or ") << choice.name;
-      names.emplace_back(choice.name);
-    }
-    text << did_you_mean(entry.value, names);
-    return text.str();
-  }
-  text << "not a number from " << info.minimum << " to " << info.maximum;
-  if (*info.unit != 0) text << " " << info.unit;
-  if (std::string(info.unit) == "rad") text << ", or degrees, written 20deg";
-  text << " (docs/parameters.md)";
-  return text.str();
+std::string unknown_parameter(const std::string& key) {
+  MissionEntry entry;
+  copy_text(entry.key, key.c_str());
+  return fault_of_entry(entry).c_str();
 }
-
-}  // namespace
 
 std::vector<std::string> parameter_names() {
   std::vector<std::string> names;
@@ -53,7 +28,8 @@ MissionParameters read_mission(const std::string& file, MissionParameters missio
   if (status.ok()) return mission;
   std::string message = "mission file " + file + ": ";
   if (entry.key[0] != 0) {
-    message += "[" + std::string(entry.section) + "] " + entry.key + " = " + entry.value + ": " + fault_of_entry(entry);
+    message += "[" + std::string(entry.section) + "] " + entry.key + " = " + entry.value + ": " +
+               fault_of_entry(entry).c_str();
   } else {
     message += status.is(StatusCode::not_found) ? "there is no such file; check the path" : describe(status);
   }

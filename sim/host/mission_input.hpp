@@ -12,6 +12,9 @@ namespace ilp::host {
 /// entry of it is wrong, the entry with the range or the nearest name.
 [[nodiscard]] MissionParameters read_mission(const std::string& file, MissionParameters mission = {});
 
+/// What is said of a parameter's key that does not exist, with the nearest one and its section.
+[[nodiscard]] std::string unknown_parameter(const std::string& key);
+
 /// section.key of every parameter, in the order of their numbers.
 [[nodiscard]] std::vector<std::string> parameter_names();
 

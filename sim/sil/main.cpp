@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -11,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "fsw/base/math.hpp"
 #include "sim/host/command_line.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/reference_cameras.hpp"
@@ -128,6 +130,18 @@ void check_reference(const CommandLine& line) {
   }
 }
 
+/// A simulated world has its own sun, and the flight over a map is told where it stands, unless its mission says it.
+MissionParameters mission_over(const CommandLine& line, const world::Scenario& scenario) {
+  MissionParameters mission;
+  if (line.recorded() || line.flight.map.empty()) return mission;
+  mission.map_sun_given = true;
+  mission.map_sun_azimuth_rad = std::remainder(scenario.world.sun_azimuth_rad, 2 * pi);
+  mission.map_sun_elevation_rad = scenario.world.sun_elevation_rad;
+  if (scenario.flight.passes > 1 && scenario.flight.pass_sun_azimuth_rad != 0)
+    std::cerr << "The sun turns from pass to pass: the flight over the map is told that of the first pass\n";
+  return mission;
+}
+
 int run(CommandLine& line) {
   if (line.list_scenarios) {
     list_scenarios(std::cout);
@@ -162,7 +176,7 @@ int run(CommandLine& line) {
   flight.out = source.out;
   flight.seed = line.scenario.seed.value_or(source.scenario.flight.seed);
   if (flight.mission_file.empty()) flight.mission_file = source.scenario.mission_file;
-  MissionParameters mission = load_mission(flight);
+  MissionParameters mission = load_mission(flight, mission_over(line, source.scenario));
   source.camera_known = mission.camera_known;
   source.seed = flight.seed;
   source.field_of_view_rad = mission.field_of_view_rad;

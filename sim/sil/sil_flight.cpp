@@ -1,6 +1,7 @@
 #include "sim/sil/sil_flight.hpp"
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <array>
 #include <chrono>
@@ -100,8 +101,7 @@ void configure_store_memory() {
   host::require(configure_sqlite_memory(sqlite_arena), "configuring SQLite's memory");
 }
 
-MissionParameters load_mission(const FlightOptions& options) {
-  MissionParameters mission;
+MissionParameters load_mission(const FlightOptions& options, MissionParameters mission) {
   mission.seed = static_cast<std::uint32_t>(options.seed & 0xFFFFFFFFU);
   return host::read_mission(options.mission_file, mission);
 }
@@ -116,11 +116,12 @@ class Flight {
   [[nodiscard]] nlohmann::json fault_counts() const;
 
   std::int64_t count(RecordType type) { return record_count(store_, type); }
-  [[nodiscard]] std::int64_t keyframes_with_final_pose() {
+  /// A flight over a link ends at any time: what is provisional there may become final.
+  [[nodiscard]] std::int64_t keyframes_with_pose() {
     std::int64_t posed = 0;
     PoseRecord pose;
     for (std::int64_t id = 0; next(store_, id, pose).ok(); id = pose.id)
-      posed += pose.state == PoseState::final ? 1 : 0;
+      posed += pose.state == PoseState::final || (options_.linked() && is_open(pose.state)) ? 1 : 0;
     return posed;
   }
   [[nodiscard]] Executive& executive() { return software_->executive(); }
@@ -344,6 +345,11 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
   const fs::path out = options.out;
   Flight flight(options, source, mission);
   flight_has_begun(out);
+  if (options.linked()) {
+    std::cerr
+        << "ilp-sil: the flight goes on behind its last image, because telecommands may still come: Ctrl-C, or kill "
+        << getpid() << ", ends it in order\n";
+  }
   flight.run();
   source.finish();
 
@@ -405,10 +411,13 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
     std::cerr << "ilp-sil: " << fault << ": the flight ended with frame " << frames << "\n";
     return status_broken_stream;
   }
-  // Two keyframes may be a strip of which too little is seen.
-  if (keyframes >= 3 && flight.keyframes_with_final_pose() == 0) {
-    std::cerr << "ilp-sil: no keyframe has a pose: there are images, but no heights and no map; the report says what "
-                 "the keyframes had in common\n";
+  if (flight.keyframes_with_pose() == 0) {
+    std::cerr << "ilp-sil: no keyframe has a pose: there are images, but no heights and no map; "
+              << (keyframes < 2 ? "a pose needs two keyframes that show the same ground from different places: bring "
+                                  "more images (what became "
+                                  "of these is in the events)"
+                                : "the report says what the keyframes had in common")
+              << "\n";
     return status_without_poses;
   }
   return 0;

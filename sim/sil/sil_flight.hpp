@@ -31,8 +31,8 @@ struct FlightOptions {
   [[nodiscard]] bool linked() const { return !link_udp.empty() || !link_tcp.empty() || !cfdp_udp.empty(); }
 };
 
-/// The mission of the file, or the default one. std::runtime_error names what is wrong in the file.
-MissionParameters load_mission(const FlightOptions& options);
+/// The mission of the file, or the given one where it says nothing. std::runtime_error names what is wrong in the file.
+MissionParameters load_mission(const FlightOptions& options, MissionParameters mission);
 
 /// Of the program, after a flight whose keyframes have no pose.
 inline constexpr int status_without_poses = 3;

@@ -47,7 +47,7 @@ host::GeoRaster read_map(const std::string& file, const WorldParams& world) {
   if (holes > 0) {
     const std::string count =
         std::to_string(holes) + " of " + std::to_string(raster.values.samples.size()) + " pixels have no value";
-    if (!world.fill_holes) fail(file, count + "; fill_holes = true gives them one from their neighbours");
+    if (!world.fill_holes) fail(file, count + "; world.fill_holes = true gives them one from their neighbours");
     if (!fill_holes(raster.values)) fail(file, count);
   }
   if (world.map_spacing_m > 0) {

@@ -123,7 +123,11 @@ TEST(Help, AWrongCallEndsWithTwo) {
   }
   EXPECT_EQ(call((sources / "sim/tools/campaign/campaign.py").string() + " --no-such-option").status, 2);
   EXPECT_EQ(call((sources / "sim/campaign").string() + " --no-such-option").status, 2);
-  EXPECT_EQ(call((sources / "sim/fly").string() + " --programs " + programs.string() + " --no-such-option").status, 2);
+  const std::string fly = (sources / "sim/fly").string() + " --programs " + programs.string() + " ";
+  EXPECT_EQ(call(fly + "--no-such-option").status, 2);
+  for (const char* option : {"--out", "--out=", "--out --keep", "--keep", "--keep some", "--reference", "--images"})
+    EXPECT_EQ(call(fly + option).status, 2) << option;
+  EXPECT_EQ(call((sources / "sim/fly").string() + " --programs").status, 2);
 }
 
 struct Mistake {

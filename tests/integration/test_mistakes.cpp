@@ -17,14 +17,16 @@ namespace fs = std::filesystem;
 struct Mistake {
   const char*
       command;  ///< SIL, GROUND, SCORE, LAB, ONBOARD stand for the programs; run in a folder with the files below
-  int status;   ///< 1: the work cannot be done, 2: the program is not called as it has to be, 4: the stream broke off
+  int status;   ///< 1: the work cannot be done, 2: the program is not called as it has to be, 3: no pose, 4: the stream
+                ///< broke off
   std::vector<const char*> reported;  ///< what is wrong, then what to do
 };
 
-// The folder holds: images (three PNG files of 64 x 48 pixels), camera.txt (of them), large-camera.txt, poses.txt (of
-// other images), empty (a folder), index.txt, words.txt, film.mp4, streams (*.y4m), mission.ini (a wrong value),
-// typo.ini, broken (an image that is none), wide.txt (a camera of larger images), full (a folder with a file), flight
-// (with flight.db and outbox/), measurements.csv (a wrong column).
+// The folder holds: images (three PNG files of 64 x 48 pixels), camera.txt (of them), flat (three images of one grey
+// value), flat.txt (their camera), large-camera.txt, poses.txt (of other images), empty (a folder), index.txt,
+// words.txt, film.mp4, streams (*.y4m), mission.ini (a wrong value), typo.ini, broken (an image that is none), wide.txt
+// (a camera of larger images), full (a folder with a file), flight (with flight.db and outbox/), measurements.csv (a
+// wrong column).
 const std::vector<Mistake> mistakes = {
     // Wrong paths.
     {"SIL --images nowhere --out out", 1, {"nowhere is not a folder of images", "check the path"}},
@@ -67,6 +69,8 @@ const std::vector<Mistake> mistakes = {
     {"SIL --images images --out out --navigation measurements.csv",
      1,
      {"measurements.csv", "docs/navigation.md", "check the file"}},
+    // Nothing to be seen: three images of one grey value, of which one is a keyframe.
+    {"SIL --images flat --camera flat.txt --out out", 3, {"no keyframe has a pose", "bring more images"}},
     // Wrong values.
     {"SIL --images images --out out --mission mission.ini",
      1,
@@ -159,10 +163,13 @@ std::string with_programs(std::string command) {
 class Mistakes : public testing::Test {
  protected:
   void SetUp() override {
-    for (const char* folder : {"images", "broken", "empty", "full", "flight/outbox"})
+    for (const char* folder : {"images", "flat", "broken", "empty", "full", "flight/outbox"})
       fs::create_directories(path(folder));
     for (const char* name : {"images/1.png", "images/2.png", "images/3.png"})
       host::write_png(path(name), host::Raster<std::uint8_t>(64, 48, 90).view());
+    for (const char* name : {"flat/1.png", "flat/2.png", "flat/3.png"})
+      host::write_png(path(name), host::Raster<std::uint8_t>(128, 128, 90).view());
+    write("flat.txt", "1 PINHOLE 128 128 110 110 64 64\n");
     write("camera.txt", "1 PINHOLE 64 48 55 55 32 24\n");
     write("millimetres.txt", "1 PINHOLE 640 480 55 55 320 240\n");
     write("corner.txt", "1 PINHOLE 640 480 550 550 500 240\n");

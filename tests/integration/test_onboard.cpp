@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <sstream>
+#include <thread>
 
 #include "cfg/limits.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
@@ -431,6 +433,21 @@ TEST_F(WithoutCamera, TheFlightBeginsWithTheStatedFieldOfViewAndFindsItsCamera) 
   EXPECT_EQ(again.exit_status, 0) << again.output;
   EXPECT_EQ(test::records_of<CameraRecord>(fs::path(folder_ / ""))[1].fx, cameras[1].fx);
   EXPECT_EQ(test::records_of<PoseRecord>(fs::path(folder_ / "")).size(), posed.size());
+}
+
+TEST_F(WithoutCamera, AFlightThatEndsBeforeItsCameraIsFoundSaysWhyItHasNoProducts) {
+  test::RunningProgram flight(
+      {ILP_ONBOARD, "--index", index, "--mission", folder_ / "mission.ini", "--database", folder_ / "flight.db",
+       "--outbox", folder_ / "outbox", "--acknowledgements", folder_ / "acknowledged"},
+      folder_ / "flight.log");
+  ASSERT_TRUE(flight.says("nominal camera")) << flight.output();
+  const auto keyframes = [&] {
+    return fs::exists(folder_ / "flight.db") ? test::records_of<KeyframeRecord>(fs::path(folder_ / "")).size() : 0;
+  };
+  for (int i = 0; i < 600 && keyframes() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_EQ(flight.stop(), 0) << flight.output();
+  EXPECT_NE(flight.output().find("the camera is not known yet after"), std::string::npos) << flight.output();
+  EXPECT_NE(flight.output().find("or begin a flight with --camera"), std::string::npos);
 }
 
 TEST_F(WithoutCamera, TheSizeComesFromTheVideo) {

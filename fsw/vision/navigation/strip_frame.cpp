@@ -16,6 +16,9 @@ constexpr std::uint32_t least_measurements = 3;
 // Two kinds of measurement contradict each other beyond this many sigmas of their difference and this share.
 constexpr double contradiction_sigmas = 5;
 constexpr double contradiction_share = 0.02;
+// Where nothing says what is up, the first camera of the strip is taken to look down. One that is 0.1 rad off sees the
+// ground farther away by this share.
+constexpr double open_tilt_share = 0.005;
 
 Use use_of(const RobustMean& mean) {
   return {mean.used, mean.refused};
@@ -322,8 +325,10 @@ class Solver {
           k.height_sigma_m * k.height_sigma_m + ratio * ratio * k.ground_distance_sigma * k.ground_distance_sigma;
       static_cast<void>(ratios.push_back({ratio, std::sqrt(sigma2) / k.ground_distance}));
     }
-    const RobustMean mean = robust_mean(ratios);
+    RobustMean mean = robust_mean(ratios);
     frame_.heights = use_of(mean);
+    const double by_tilt = frame_.tilt_sigma_rad > 0 ? 0 : open_tilt_share * mean.value;
+    mean.sigma = std::sqrt(mean.sigma * mean.sigma + by_tilt * by_tilt);
     return mean;
   }
 
@@ -420,16 +425,24 @@ class Solver {
     frame_.vertical_sigma_m = place[2].sigma;
   }
 
+  /// The origin by the positions, with the errors of scale and heading over the way from their middle to it.
   void place_by_positions(RobustMean (&place)[3]) {
     for (int axis = 0; axis < 3; ++axis) {
       Measurements offsets;
+      Vec3 middle = Vec3::Zero();
       for (const MeasuredKeyframe& k : keyframes_) {
         const double sigma = axis < 2 ? k.horizontal_sigma_m : k.vertical_sigma_m;
         if (!(sigma > 0)) continue;
         const Vec3 from_origin = frame_.metres_per_unit * (frame_.level_from_strip * vector_of(k.centre));
+        middle += from_origin;
         static_cast<void>(offsets.push_back({k.place_m[axis] - from_origin[axis], sigma}));
       }
       place[axis] = robust_mean(offsets);
+      if (offsets.empty()) continue;
+      middle /= static_cast<double>(offsets.size());
+      const double scaled = frame_.scale_sigma * middle[axis];
+      const double turned = axis < 2 ? frame_.heading_sigma_rad * middle[1 - axis] : 0;
+      place[axis].sigma = std::sqrt(place[axis].sigma * place[axis].sigma + scaled * scaled + turned * turned);
     }
   }
 

@@ -14,6 +14,7 @@
 #include "cfg/mission_text.hpp"
 #include "cfg/schedule.hpp"
 #include "fsw/packets/report_table.hpp"
+#include "fsw/packets/service_functions.hpp"
 #include "fsw/packets/service_housekeeping.hpp"
 #include "fsw/packets/service_parameters.hpp"
 #include "fsw/packets/service_schedule.hpp"
@@ -55,16 +56,22 @@ std::uint32_t u32(const std::string& text, std::uint32_t least, const char* what
   return number<std::uint32_t>(text, least, 0xFFFFFFFFU, what);
 }
 
+std::string joined(const std::vector<std::string>& words, const char* between) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
+  return text;
+}
+
 /// The place of `text` in `names`, which are the values from 0.
-std::uint8_t choice(const std::string& text, std::initializer_list<const char*> names) {
-  std::uint8_t value = 0;
-  std::string all;
-  for (const char* name : names) {
-    if (text == name) return value;
-    ++value;
-    all += (all.empty() ? "" : " or ") + std::string(name);
-  }
-  refuse(all + " is expected, not " + text);
+std::uint8_t choice(const std::string& text, const std::vector<std::string>& names) {
+  const auto found = std::find(names.begin(), names.end(), text);
+  if (found != names.end()) return static_cast<std::uint8_t>(found - names.begin());
+  refuse(joined(names, " or ") + " is expected, not " + text + host::did_you_mean(text, names));
+}
+
+/// Of a longer list: `what` has its article.
+[[noreturn]] void refuse_word(const char* what, const std::string& text, const std::vector<std::string>& names) {
+  refuse(std::string(what) + " is one of " + joined(names, ", ") + ", not " + text + host::did_you_mean(text, names));
 }
 
 OperatorCommand telecommand(std::uint8_t service, std::uint8_t subtype, std::vector<std::uint8_t> data = {}) {
@@ -119,7 +126,8 @@ OperatorCommand mode(const Words& words, const Context&) {
 
 std::size_t parameter_of(const std::string& name) {
   const std::size_t dot = name.find('.');
-  if (dot == std::string::npos) refuse("a parameter is written section.key, not " + name);
+  if (dot == std::string::npos)
+    refuse("a parameter is written section.key, not " + name + ": " + host::unknown_parameter(name));
   const std::size_t index = find_parameter(name.substr(0, dot).c_str(), name.substr(dot + 1).c_str());
   if (index == parameter_count())
     refuse("there is no parameter " + name + " (docs/parameters.md)" +
@@ -131,6 +139,11 @@ std::size_t parameter_of(const std::string& name) {
 double setting_value(const ParameterInfo& info, const std::string& name, const std::string& text) {
   double value = 0;
   if (parse_value(info, text.c_str(), value) && value >= info.minimum && value <= info.maximum) return value;
+  if (!info.choices.empty()) {
+    std::vector<std::string> names;
+    for (const EnumValue& one : info.choices) names.emplace_back(one.name);
+    refuse_word(name.c_str(), text, names);
+  }
   std::ostringstream expected;
   expected << name << " must be a number from " << info.minimum << " to " << info.maximum;
   if (std::string(info.unit) == "rad") expected << " rad, or degrees, written 20deg";
@@ -159,11 +172,11 @@ OperatorCommand get(const Words& words, const Context& context) {
 
 OperatorCommand downlink(const Words& words, const Context&) {
   if (words[0] == "end") return call("PASSEND");
-  return call("PASSBEG", octets_of(u32(words[0], 1, "the length of the pass in seconds")));
+  return call("PASSBEG", octets_of(u32(words[0], 1, "the length of the pass in seconds (or the word end)")));
 }
 
 std::uint32_t transaction(const std::string& text) {
-  return text == "all" ? 0 : u32(text, 1, "the number of the transfer");
+  return text == "all" ? 0 : u32(text, 1, "the number of the transfer (or the word all)");
 }
 
 OperatorCommand hold(const Words& words, const Context&) {
@@ -199,12 +212,12 @@ OperatorCommand safe(const Words& words, const Context&) {
 }
 
 OperatorCommand restart(const Words& words, const Context&) {
-  std::string names;
+  std::vector<std::string> names;
   for (const Stage& stage : schedule) {
     if (words[0] == stage.name) return call("RESTART", {static_cast<std::uint8_t>(stage.component)});
-    names += (names.empty() ? "" : ", ") + std::string(stage.name);
+    names.emplace_back(stage.name);
   }
-  refuse("a component is one of " + names);
+  refuse_word("a component", words[0], names);
 }
 
 struct FunctionText {
@@ -218,11 +231,11 @@ constexpr FunctionText functions[] = {
 
 /// Any function of service 8: its arguments are written in the order and with the types of its row.
 OperatorCommand named_function(const Words& words, const Context& context) {
-  std::string names;
-  for (const FunctionText& row : functions) names += (names.empty() ? "" : ", ") + std::string(row.name);
+  std::vector<std::string> names;
+  for (const FunctionText& row : functions) names.emplace_back(row.name);
   const auto* row = std::find_if(std::begin(functions), std::end(functions),
                                  [&](const FunctionText& function) { return words[0] == function.name; });
-  if (row == std::end(functions)) refuse("a function is one of " + names);
+  if (row == std::end(functions)) refuse_word("a function", words[0], names);
   const std::string form = "call " + words[0] + " " + row->arguments;
   std::size_t used = 1;
   const auto next = [&]() -> const std::string& {
@@ -261,7 +274,7 @@ OperatorCommand scheduled(const Words&, const Context&) {
 }
 
 OperatorCommand show(const Words& words, const Context&) {
-  std::string names;
+  std::vector<std::string> names;
   for (const ReportInfo& report : report_table()) {
     if (words[0] == report.name) {
       OperatorCommand command;
@@ -269,9 +282,9 @@ OperatorCommand show(const Words& words, const Context&) {
       command.report = report.name;
       return command;
     }
-    names += (names.empty() ? "" : ", ") + std::string(report.name);
+    names.emplace_back(report.name);
   }
-  refuse("a report is one of " + names);
+  refuse_word("a report", words[0], names);
 }
 
 OperatorCommand passes(const Words&, const Context&) {
@@ -395,6 +408,28 @@ std::vector<std::string> first_arguments(const CommandInfo& info) {
 }
 
 }  // namespace
+
+std::string missing_words(const OperatorCommand& command) {
+  FunctionCall called;
+  if (command.service != function_management::service || !decode_function(command.data, called).ok()) return "";
+  const std::string name(called.name, strnlen(called.name, function_name_bytes));
+  const std::string number = called.arguments.size() < 4 ? "" : std::to_string(ByteReader(called.arguments).u32());
+  if (name.starts_with("XFER")) {
+    if (number == "0")
+      return "no file is on its way to the ground. To do: nothing; the line `queue` shows the newest one";
+    return "no file on its way to the ground has the number " + number +
+           ". To do: take the number from the line `queue`, or from `show transfer`; one that was delivered has none";
+  }
+  if (name == "REFINE" || name == "PRODDEL") {
+    return "no such product of keyframe " + number +
+           " is on board. To do: `show product` and `show keyframe` have the newest ones; a product is made some "
+           "keyframes later, and is gone once it is confirmed";
+  }
+  if (name == "ACTIVATE")
+    return "no file of parameters with the number " + number +
+           " is on board. To do: send it by `uplink FILE.ini`; the event uplink_received states its number";
+  return "";
+}
 
 std::vector<std::string> complete_operator_line(const std::string& typed) {
   std::vector<std::string> lines;

@@ -25,6 +25,9 @@ struct OperatorCommand {
 /// command is written; what the flight would refuse, a value out of range for example, is refused here.
 [[nodiscard]] OperatorCommand parse_operator_command(const std::string& line, const Tailoring& tailoring, UtcNs now);
 
+/// What a command means that failed with `not_found`, and what to do; empty where the status says it itself.
+[[nodiscard]] std::string missing_words(const OperatorCommand& command);
+
 /// Lines that begin as the given one, by a word more: commands, parameters, choices, reports, components, functions.
 [[nodiscard]] std::vector<std::string> complete_operator_line(const std::string& typed);
 

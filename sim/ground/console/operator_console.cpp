@@ -271,8 +271,10 @@ void OperatorConsole::receive_verification(const Report& report) {
   if (last) requests_.erase(found);
   if (failed) {
     if (!request.own) ++failures_;
+    const bool missing = reported.code == static_cast<std::uint32_t>(StatusCode::not_found);
+    const std::string missed = missing ? missing_words(request.command) : "";
     say_((reported.subtype == verification::acceptance_failed ? "refused: " : "failed: ") + request.words + ": " +
-         failure_words(reported.code, reported.failure_data));
+         (missed.empty() ? failure_words(reported.code, reported.failure_data) : missed));
   } else if (!request.own) {
     const std::string step =
         reported.subtype == verification::progress ? ", step " + std::to_string(reported.step) : "";

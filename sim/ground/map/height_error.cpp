@@ -6,6 +6,13 @@
 #include "sim/ground/intake/result_cache.hpp"
 
 namespace ilp::map {
+namespace {
+
+/// Relative, of a strip's unit by the height of its first keyframe alone: of the height, of the median ground below,
+/// and of what is up.
+constexpr double one_height_sigma = 0.02;
+
+}  // namespace
 
 double HeightErrorParts::whole() const {
   return std::sqrt(matching * matching + poses * poses + scale * scale + tilt * tilt + place * place);
@@ -58,7 +65,14 @@ HeightErrors height_errors_of(const intake::Flight& flight, const intake::Strip&
     errors.place_sigma = stated(strip.control->height_sigma_m);
     return errors;
   }
-  if (!strip.frame) return errors;
+  if (!strip.frame) {
+    const bool by_one_height = std::any_of(strip.keyframes.begin(), strip.keyframes.end(), [&](std::int64_t id) {
+      const intake::Keyframe& keyframe = flight.keyframes.at(id);
+      return keyframe.posed() && keyframe.pose->scale_source == ScaleSource::altimeter;
+    });
+    if (by_one_height) errors.scale_sigma = one_height_sigma;
+    return errors;
+  }
   errors.scale_sigma = stated(strip.frame->scale_sigma);
   errors.tilt_sigma_rad = stated(strip.frame->tilt_sigma_rad);
   if (errors.scale_sigma > 0) errors.place_sigma = stated(strip.frame->vertical_sigma_m);

@@ -58,8 +58,9 @@ class NavigatorTest : public test::ComponentTest {
       source.samples.push_back(sample);
     }
   }
-  void see_keyframe(std::int64_t id, std::int64_t strip = 1) {
+  void see_keyframe(std::int64_t id, std::int64_t strip = 1, double altitude = unknown) {
     KeyframeRecord keyframe;
+    keyframe.altitude = altitude;
     keyframe.id = id;
     keyframe.strip_id = strip;
     keyframe.time_ns = id * interval;
@@ -96,6 +97,36 @@ TEST_F(NavigatorTest, AFlightWithoutNavigationIsLeftAlone) {
   EXPECT_EQ(number_of<NavigationRecord>(), 0);
   EXPECT_EQ(number_of<StripFrameRecord>(), 0);
   EXPECT_EQ(number_of<CheckpointRecord>(), 0);
+}
+
+TEST_F(NavigatorTest, HeightsThatComeWithTheImagesSetTheMetreTogether) {
+  mission.use_navigation = false;
+  // The first one is 4 % too high, and the seventh one is no height.
+  for (std::int64_t id = 1; id <= 12; ++id) {
+    see_keyframe(id, 1, id == 1 ? 93.6 : id == 7 ? std::numeric_limits<double>::infinity() : 90);
+    pose_keyframe(id);
+  }
+  see_keyframe(13, 2);
+  pose_keyframe(13, 2);
+  EXPECT_TRUE(run(*make()).empty());
+  EXPECT_EQ(number_of<NavigationRecord>(), 0) << "the vehicle has measured nothing";
+  ASSERT_EQ(number_of<StripFrameRecord>(), 1) << "the second strip has no heights";
+  const auto frame = read<StripFrameRecord>(1);
+  EXPECT_EQ(frame.through_keyframe_id, 12);
+  EXPECT_EQ(frame.heights_used + frame.heights_refused, 11U);
+  EXPECT_GT(frame.scale_sigma, 0.002) << "the heights state no error of their own";
+  EXPECT_LT(std::fabs(frame.metres_per_unit / metres_per_unit - 1), frame.scale_sigma);
+  EXPECT_LT(frame.scale_sigma, 0.01);
+  EXPECT_EQ(frame.tilt_sigma_rad, 0);
+}
+
+TEST_F(NavigatorTest, TheVehiclesHeightsComeBeforeThoseOfTheImages) {
+  for (std::int64_t id = 1; id <= 6; ++id) {
+    see_keyframe(id, 1, 180);
+    pose_keyframe(id);
+  }
+  EXPECT_TRUE(run(*make()).empty());
+  EXPECT_NEAR(read<StripFrameRecord>(1).metres_per_unit, metres_per_unit, 0.01);
 }
 
 TEST_F(NavigatorTest, KeyframesGetMeasurementsAndTheStripItsPlace) {
@@ -229,6 +260,18 @@ TEST_F(NavigatorTest, MeasurementsOfAnotherTimeAreToldOnceAStrip) {
   EXPECT_STATUS(reported[0], navigation_unused);
   EXPECT_EQ(reported[0].a, 1);
   EXPECT_EQ(reported[0].b, 5);
+}
+
+TEST_F(NavigatorTest, HeightsOfTheImagesDoNotHideMeasurementsOfAnotherTime) {
+  for (NavigationSample& sample : source.samples) sample.time_ns += 3600 * ns_per_s;
+  for (std::int64_t id = 1; id <= 8; ++id) {
+    see_keyframe(id, 1, 90);
+    pose_keyframe(id);
+  }
+  const std::vector<Status> reported = run(*make());
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_STATUS(reported[0], navigation_unused);
+  EXPECT_NEAR(read<StripFrameRecord>(1).metres_per_unit, metres_per_unit, 0.01);
 }
 
 TEST_F(NavigatorTest, ContradictionsAreToldOnce) {

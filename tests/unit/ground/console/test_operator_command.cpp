@@ -140,6 +140,35 @@ TEST(OperatorCommands, WhatTheFlightWouldRefuseIsRefusedHereWithTheReason) {
   says("restart engine", "structure_and_motion");
   says("show nothing", "storage");
   says("series +1 0.5 70000", "the number of images");
+  says("hold some", "or the word all");
+}
+
+TEST(OperatorCommands, UnknownWordsAreNamedWithTheNearestRightOne) {
+  const auto says = [](const std::string& line, const char* part) {
+    EXPECT_NE(refusal(line).find(part), std::string::npos) << line << ": " << refusal(line);
+  };
+  says("pings", "did you mean ping?");
+  says("set overlap.target_overlop 0.8", "did you mean overlap.target_overlap?");
+  says("set target_overlop 0.8", "did you mean overlap.target_overlap?");
+  says("set acquisition.capture_mode regulr", "not regulr; did you mean regular?");
+  says("mode forcast", "not forcast; did you mean forecast?");
+  says("strip bgin", "did you mean begin?");
+  says("restart downlnk", "not downlnk; did you mean downlink?");
+  says("show storag", "did you mean storage?");
+  says("call CAPTUR", "did you mean CAPTURE?");
+}
+
+TEST(OperatorCommands, WhatIsNotOnBoardIsNamedWithWhatToDo) {
+  for (const auto& [line, part] :
+       {std::pair("cancel 7", "has the number 7. To do: take the number from the line `queue`"),
+        std::pair("hold all", "no file is on its way to the ground"),
+        std::pair("refine 12", "of keyframe 12 is on board. To do: `show product`"),
+        std::pair("delete 12 depth", "of keyframe 12 is on board"),
+        std::pair("activate 3", "number 3 is on board. To do: send it by `uplink FILE.ini`")}) {
+    EXPECT_NE(missing_words(parse(line)).find(part), std::string::npos) << line << ": " << missing_words(parse(line));
+  }
+  EXPECT_EQ(missing_words(parse("ping")), "");
+  EXPECT_EQ(missing_words(parse("flush")), "");
 }
 
 TEST(OperatorCommands, EmptyLinesAndCommentsAreNothing) {

@@ -185,6 +185,21 @@ TEST(HeightErrors, OfAStripThatControlPointsHavePlacedHaveTheErrorsOfThese) {
   EXPECT_DOUBLE_EQ(parts.place, 0.7);
 }
 
+TEST(HeightErrors, OfAUnitByTheFirstHeightAloneContainTheScale) {
+  intake::Flight flight;
+  intake::Strip strip;
+  for (std::int64_t id = 1; id <= 2; ++id) {
+    intake::Keyframe& keyframe = flight.keyframes[id];
+    keyframe.pose.emplace();
+    keyframe.pose->state = PoseState::final;
+    keyframe.pose->centre[2] = 100;
+    strip.keyframes.push_back(id);
+  }
+  EXPECT_EQ(map::height_errors_of(flight, strip).scale_sigma, 0) << "a strip without a metre";
+  for (auto& [id, keyframe] : flight.keyframes) keyframe.pose->scale_source = ScaleSource::altimeter;
+  EXPECT_DOUBLE_EQ(map::height_errors_of(flight, strip).parts(Vec3(0, 50, 0), 1, 0.1).scale, 2);
+}
+
 TEST(HeightErrors, OfAGridAreThoseOfItsCells) {
   map::GroundGrid grid(0, 0, 2, 4, 1);
   grid.height.samples = {1, std::nanf(""), 5, 5};

@@ -236,6 +236,9 @@ TEST(StripFrameTest, StatedErrorsAreHonest) {
          return std::fabs((f.level_from_strip * heights_only.level_from_strip.transpose())(0, 2));
        },
        [](const StripFrame& f) { return f.tilt_sigma_rad; }, &heights_only},
+      {"one axis of the place",
+       [&](const StripFrame& f) { return std::fabs(f.origin_m.y() - positions_only.origin_m.y()); },
+       [](const StripFrame& f) { return f.horizontal_sigma_m; }, &positions_only},
   };
   for (const Kind& kind : kinds) {
     constexpr int trials = 400;
@@ -249,6 +252,21 @@ TEST(StripFrameTest, StatedErrorsAreHonest) {
     EXPECT_LT(within_one, trials * 8 / 10) << kind.name;
     EXPECT_GT(within_two, trials * 92 / 100) << kind.name;
   }
+}
+
+TEST(StripFrameTest, HeightsWithoutAnAttitudeStateWhatACameraThatDoesNotQuiteLookDownMeans) {
+  TrueStrip truth;
+  truth.positions = truth.velocities = false;
+  const double sure = truth.estimate(3).scale_sigma;
+  truth.attitudes = false;
+  MeasuredKeyframes list = truth.measure(3);
+  // The first camera, whose axis is the strip's z, is 0.1 rad off: it sees level ground farther away along that axis.
+  for (MeasuredKeyframe& k : list) k.ground_distance /= det_cos(0.1);
+  const StripFrame frame = estimate_strip_frame(list);
+  EXPECT_LT(sure, 0.001);
+  EXPECT_GT(truth.scale_error(frame), 4 * sure);
+  EXPECT_LT(truth.scale_error(frame), 1.2 * frame.scale_sigma);
+  EXPECT_LT(frame.scale_sigma, 0.006);
 }
 
 TEST(StripFrameTest, ALongStripIsThinnedOutEvenly) {
