@@ -48,6 +48,7 @@ struct MapStartScratch {
   std::size_t best_entry;  ///< of the first of the tiles that show the keyframe's ground; max_map_tiles: none yet
   Similarity2 best;        ///< px of the reduced image from those of the pictures of features, from that tile on
   double evidence;
+  bool knows;  ///< a tile has features
 };
 
 }  // namespace ilp

@@ -54,6 +54,7 @@ Status MapStart::load_image() {
   memory.best = {};
   memory.best_entry = limits::max_map_tiles;
   memory.next = 0;
+  memory.knows = false;
   work_.keeps = true;
   work_.phase = MapPhase::start_features;
   return begin_place_features(memory.view, memory.place.features, memory.features);
@@ -95,6 +96,7 @@ void MapStart::add_features(std::size_t first, std::int32_t rows, std::int32_t c
   };
   add(memory.tile.image, memory.image_features);
   add(memory.tile.shape, memory.shape_features);
+  memory.knows = memory.knows || !memory.tile.image.empty() || !memory.tile.shape.empty();
 }
 
 /// With the tile to the east, the one to the south, and the one between: an image lies across borders.
@@ -131,7 +133,8 @@ Status MapStart::compare() {
 void MapStart::conclude() {
   const MapStartScratch& memory = scratch();
   work_.phase = MapPhase::record;
-  work_.record.verdict = MapVerdict::no_agreement;
+  // No file of a tile has come, all are damaged, or the map was made without features.
+  work_.record.verdict = memory.knows ? MapVerdict::no_agreement : MapVerdict::no_map;
   const bool found = memory.best_entry < limits::max_map_tiles && memory.best.scale > 0;
   if (!found) return;
   const MapTileEntry& entry = workspace_.directory.tiles[memory.best_entry];

@@ -1,6 +1,7 @@
 #include "fsw/motion/strip_check.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "fsw/motion/final_window.hpp"
 #include "fsw/shared/find.hpp"
@@ -32,7 +33,8 @@ Status event_of(const CalibrationCheckRecord& said) {
   if (said.verdict == CameraCheckVerdict::contradicts) {
     return {StatusCode::camera_contradicted, said.id, static_cast<std::int64_t>(said.worst)};
   }
-  return {StatusCode::camera_unexplained, said.id, static_cast<std::int64_t>(1000 * said.spread)};
+  const double excess = excess_of(said.statistic, said.spread, said.field, camera_check_params).largest();
+  return {StatusCode::camera_unexplained, said.id, static_cast<std::int64_t>(1000 * std::fmin(excess, 1e6))};
 }
 
 }  // namespace

@@ -207,6 +207,7 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   report::Report report;
   if (!options.flight_info.empty()) report.info = intake::read_flight_info(options.flight_info);
   if (!options.score.empty()) report.score = report::read_score(options.score);
+  if (!options.map.empty()) report.map = std::make_shared<fixes::MapImage>(options.map);
   report.title = title_of(options);
   report.with_copies = options.keep_copies;
   std::optional<exports::Anchors> anchors;

@@ -21,6 +21,7 @@ struct GroundOptions {
   std::filesystem::path flight_info;
   std::filesystem::path acknowledge;  ///< folder for acknowledgements
   std::filesystem::path anchor;       ///< where on a body the strips were (export/georeference.hpp)
+  std::filesystem::path map;          ///< that the flight carried, for pictures of it (fixes/map_image.hpp)
   bool more_comes = false;            ///< strips that the anchors name may still come
   std::filesystem::path control;      ///< ground control points (control/control_file.hpp)
   std::string control_body;           ///< of their longitudes and latitudes

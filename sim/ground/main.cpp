@@ -180,6 +180,7 @@ int run(int argc, char** argv) {
   app.add_flag("--check", options.check,
                "read all files of the results, to find damage that has left their sizes and times as they were");
   app.add_option("--anchor", options.anchor, "JSON file that says on which body and where the strips were flown");
+  app.add_option("--map", options.map, "folder of the map that the flight carried: the report shows its fixes on it");
   app.add_option("--control-points", options.control,
                  "CSV file of ground control points and their marks in images: they place, scale and level the map")
       ->excludes(app.get_option("--anchor"));

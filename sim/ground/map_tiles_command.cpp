@@ -7,6 +7,7 @@
 
 #include "fsw/localisation/sun.hpp"
 #include "sim/ground/console/utc_text.hpp"
+#include "sim/ground/maps/earlier_flight.hpp"
 #include "sim/ground/maps/map_tiles.hpp"
 #include "sim/host/command_line.hpp"
 
@@ -15,16 +16,21 @@ namespace {
 
 struct Words {
   std::string from, body;
-  int strip = 1;
+  std::int64_t strip = 0;
   std::string sun, flight_sun;
   std::vector<double> area;
   bool as_imaged = false;
+  std::optional<double> place_sigma_m;
 };
 
 void add_sources(CLI::App& app, Words& words, maps::MapTilesOptions& options) {
   auto* const from = app.add_option(
-      "--from", words.from, "results of ilp-ground of an earlier flight, whose orthoimage and heights are used");
-  app.add_option("--strip", words.strip, "strip of that flight")->needs(from)->check(CLI::Range(1, 1000000));
+      "--from", words.from,
+      "an earlier flight, or its results of ilp-ground, whose orthoimage, heights and error of the place are used");
+  app.add_option("--strip", words.strip, "strip of that flight (default: the first)")
+      ->needs(from)
+      ->check(CLI::Range(1, 1000000))
+      ->default_str("");
   auto* const image =
       app.add_option("--image", options.image, "orthoimage: a raster of one band that GDAL reads")->excludes(from);
   app.add_option("--heights", options.heights, "terrain model of the same ground, in metres")
@@ -49,8 +55,9 @@ void add_numbers(CLI::App& app, Words& words, maps::MapTilesOptions& options) {
       ->check(CLI::Range(0.001, 100000.0));
   app.add_option("--coarse", options.coarse, "pixel of the second layer over that of the first; 1: one layer")
       ->check(CLI::Range(1, 64));
-  app.add_option("--place-sigma", options.place_sigma_m,
-                 "how far the whole map may be off on the body, one sigma per axis, m")
+  app.add_option("--place-sigma", words.place_sigma_m,
+                 "how far the whole map may be off on the body, one sigma per axis, m (default: 0; with --from that of "
+                 "the flight's model)")
       ->check(CLI::Range(0.0, 1e6));
   app.add_option("--height-sigma", options.height_sigma_m, "error of the heights, one sigma, m (default: 0.3 pixels)")
       ->check(CLI::Range(0.0, 1e5));
@@ -106,10 +113,16 @@ void read_words(const Words& words, maps::MapTilesOptions& options) {
   }
   if (!words.area.empty()) options.area = maps::Extent{words.area[0], words.area[1], words.area[2], words.area[3]};
   if (!words.body.empty()) options.body = body_named(words.body);
+  options.place_sigma_m = words.place_sigma_m.value_or(0);
   if (words.from.empty()) return;
-  const std::string suffix = words.strip == 1 ? "" : "-strip-" + std::to_string(words.strip);
-  options.image = std::filesystem::path(words.from) / ("ortho" + suffix + ".tif");
-  options.heights = std::filesystem::path(words.from) / ("height" + suffix + ".tif");
+  const maps::EarlierModel model = maps::earlier_model(words.from, words.strip);
+  options.image = model.image;
+  options.heights = model.heights;
+  if (!words.place_sigma_m && !model.place_sigma_m) {
+    throw std::runtime_error("--from " + words.from + ": how far the model may be off as a whole is not known (" +
+                             model.place + "): --place-sigma METRES says it");
+  }
+  options.place_sigma_m = words.place_sigma_m ? *words.place_sigma_m : *model.place_sigma_m;
 }
 
 }  // namespace

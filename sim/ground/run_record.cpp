@@ -112,7 +112,7 @@ std::uint64_t digest_of_inputs(const GroundOptions& options) {
        << options.geoid << " " << options.control_original << "\n"
        << database_text(options.flight_db);
   for (const fs::path& path : {options.outbox, options.truth, options.reference, options.flight_info, options.anchor,
-                               options.control, options.images, options.score, options.colour}) {
+                               options.control, options.map, options.images, options.score, options.colour}) {
     text << tree_text(path);
   }
   return host::digest(text.str());

@@ -306,6 +306,26 @@ TEST_F(LabGenerated, StereoGivesTheShiftAndMarksWhatItCannotSee) {
   EXPECT_NEAR(run.number("mega_disparities_per_s"), 320 * 240 * 32 / (1000 * run.number("kernel_ms")), 0.01);
 }
 
+/// The true disparity is 9 px.
+TEST_F(LabGenerated, StereoSaysThatARangeHoldsNoMatches) {
+  const std::string left = write_window("l.pgm", 0, 0), right = write_window("r.pgm", 9, 0);
+  const auto run = [&](const char* range) {
+    return lab("stereo " + left + " " + right + range + " --out " + path("d.pfm"));
+  };
+  for (const char* range : {" --min-disparity 14 --max-disparity 45", " --min-disparity=-40 --max-disparity 3",
+                            " --min-disparity=-90 --max-disparity=-60"}) {
+    const LabRun wrong = run(range);
+    ASSERT_EQ(wrong.status, 0) << wrong.err;
+    EXPECT_EQ(wrong.json["verdict"], "too_few_valid") << range << wrong.json;
+    EXPECT_NE(wrong.err.find("the range is wrong"), std::string::npos) << wrong.err;
+  }
+  for (const char* range : {" --min-disparity 5 --max-disparity 12", " --min-disparity=-20 --max-disparity 60"}) {
+    const LabRun right_one = run(range);
+    EXPECT_EQ(right_one.json["verdict"], "ok") << range << right_one.json;
+    EXPECT_EQ(right_one.err, "") << right_one.err;
+  }
+}
+
 TEST_F(LabGenerated, EncodedFileFitsAndOpens) {
   const std::string image = write_window("i.pgm", 0, 0);
   host::Raster<std::uint8_t> mask(320, 240);

@@ -38,9 +38,10 @@ struct MapFlightFiles {
   fs::path map = folder / "map", out = folder / "flight", mission = folder / "mission.ini";
 
   MapFlightFiles() {
-    const test::ProgramResult made = test::run_program({ILP_LAB, "world-map", "mars-plains", "--area=-150,-150,400,150",
-                                                        "--pixel", "1.6", "--body", "mars", "--origin", "137.4,-4.6",
-                                                        "--sun-turn", "34", "--features", "0", "--out", map.string()});
+    const test::ProgramResult made =
+        test::run_program({ILP_LAB, "world-map", "mars-plains", "--area=-150,-150,400,150", "--pixel", "1.6", "--body",
+                           "mars", "--origin", "137.4,-4.6", "--sun-turn", "34", "--features", "0", "--place-sigma",
+                           "40", "--out", map.string()});
     EXPECT_EQ(made.exit_status, 0) << made.output;
     std::ofstream(mission) << "[map]\nmap_sun_given = true\nmap_sun_azimuth_rad = 2.2\nmap_sun_elevation_rad = 0.55\n";
     const test::ProgramResult flown = fly_over(map, {}, out, {"--frames", "48"});
@@ -206,10 +207,61 @@ TEST(MapFlight, TheGroundHasTheFixesAndFindsThemAgainInWhatCameDown) {
   }
   EXPECT_GE(again + 2, fixed);
 
+  // The directory alone.
+  const fs::path bare = folder / "bare";
+  fs::create_directories(bare);
+  fs::copy(flown().map / "directory.ilpm", bare);
+  const test::ProgramResult without =
+      test::run_program({ILP_GROUND, "map-check", flown().out.string(), bare.string(), "--sun", "10,30"});
+  EXPECT_EQ(without.exit_status, 0) << without.output;
+  for (const char* part : {"are not in the folder and 0 are damaged", "no_map"})
+    EXPECT_NE(without.output.find(part), std::string::npos) << without.output;
+  EXPECT_EQ(without.output.find("no_agreement"), std::string::npos) << without.output;
+
   const test::ProgramResult wrong =
       test::run_program({ILP_GROUND, "map-check", flown().out.string(), folder / "nothing"});
   EXPECT_EQ(wrong.exit_status, 1);
   EXPECT_NE(wrong.output.find("directory.ilpm"), std::string::npos) << wrong.output;
+}
+
+/// Exports say where the world is and how far all of it may be off, and a map made of them says the same again.
+TEST(MapFlight, TheModelLiesOnTheBodyWhereTheWorldDoes) {
+  const test::TemporaryFolder folder;
+  const fs::path results = folder / "ground", again = folder / "again";
+  const test::ProgramResult reported =
+      test::run_program({ILP_GROUND, (flown().out / "outbox").string(), "--out", results.string()});
+  ASSERT_EQ(reported.exit_status, 0) << reported.output;
+  std::ifstream report_file(results / "report.json");
+  const auto place = nlohmann::json::parse(report_file).at("strips").at(0).at("place");
+  EXPECT_EQ(place.at("body"), "mars");
+  EXPECT_EQ(place.at("map_sigma_m"), 40);
+  const auto sigma_m = place.at("sigma_m").get<double>();
+  EXPECT_DOUBLE_EQ(place.at("whole_sigma_m").get<double>(), std::hypot(sigma_m, 40));
+
+  std::map<std::string, host::ReferenceCamera> truth;
+  for (const auto& camera : host::read_reference_cameras(flown().out / "flight" / "truth" / "poses.txt"))
+    truth[camera.name] = camera;
+  std::ifstream track_file(results / "track.geojson");
+  const auto track = nlohmann::json::parse(track_file);
+  std::size_t compared = 0;
+  for (const auto& feature : track.at("features")) {
+    if (feature.at("geometry").at("type") != "Point") continue;
+    const std::vector<double> at = feature.at("geometry").at("coordinates");
+    const auto name = feature.at("properties").at("name").get<std::string>();
+    double offset[3];
+    offset_from(Body::mars, {137.4, -4.6, 0}, {at.at(0), at.at(1), at.at(2)}, offset);
+    const Vec3& centre = truth.at(fs::path(name).filename().string()).centre;
+    EXPECT_LT(std::hypot(offset[0] - centre.x(), offset[1] - centre.y()), 6 * sigma_m) << name;
+    EXPECT_NEAR(offset[2], centre.z(), 2) << name;
+    ++compared;
+  }
+  EXPECT_GE(compared, 8U);
+
+  const test::ProgramResult made = test::run_program({ILP_GROUND, "map-tiles", "--from", results.string(), "--sun",
+                                                      "10,30", "--pixel", "1.6", "--out", again.string()});
+  ASSERT_EQ(made.exit_status, 0) << made.output;
+  EXPECT_NE(made.output.find("on mars about 137.40"), std::string::npos) << made.output;
+  EXPECT_NE(made.output.find("may be off by 40.0 m"), std::string::npos) << made.output;
 }
 
 }  // namespace

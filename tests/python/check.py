@@ -222,6 +222,7 @@ def main():
     check(target_of(out) == ("Mars", "Planet"), f"the target is not that of the map: {target_of(out)}")
     box = item_of(out)["bbox"]
     check(box[0] < 137.4 < box[2] and box[1] < -4.6 < box[3], f"the item is not where the flight was: {box}")
+    check_place(work, anchored)
     check_across_180(options, work, ground)
     check_latitudes(options, work, ground)
 
@@ -235,6 +236,35 @@ def check_anchored(options, work, ground, body, longitude, latitude):
     shutil.copytree(ground, anchored)
     merge(options, anchored, "--anchor", anchor)
     return check_formats(work, anchored, ["--name", "Flight 3"]), anchored
+
+
+def check_place(work, anchored):
+    """The errors of the place come from the report; an anchor states none."""
+    item = item_of(os.path.join(work, "formats-anchored-mars"))
+    check("How far the whole map may be off is not known" in item["properties"]["description"], "an anchor has an error")
+    check(not any(key.startswith("accuracy:") for key in item["properties"]), "an anchor has an error")
+    placed = os.path.join(work, "placed")
+    shutil.copytree(anchored, placed)
+    path = os.path.join(placed, "report.json")
+    with open(path, encoding="utf-8") as file:
+        report = json.load(file)
+    place = report["strips"][0]["place"]
+    check(place["body"] == "mars" and place["whole_sigma_m"] is None, f"the report's place: {place}")
+    place.update(sigma_m=3.0, map_sigma_m=40.0, whole_sigma_m=40.1123)
+    with open(path, "w", encoding="utf-8") as file:
+        json.dump(report, file)
+    out = check_formats(work, placed)
+    item = item_of(out)
+    check([item["properties"][f"accuracy:geometric_{axis}_stddev"] for axis in "xy"] == [40.1123, 40.1123], "the item's error")
+    check(any("/accuracy/" in extension for extension in item["stac_extensions"]), "the extension is not named")
+    check("may be off by 40.1 m" in item["properties"]["description"], f"the item: {item['properties']['description']}")
+    check("may be off by 40.1 m" in re.search("<comment>(.*?)</comment>", label_of(out))[1], "the label does not say the error")
+    full = os.path.join(work, "full")
+    os.makedirs(full)
+    open(os.path.join(full, "letter.txt"), "w", encoding="utf-8").close()
+    program = os.path.join(TOP, "sim", "tools", "python", "formats")
+    run = subprocess.run([program, placed, "--out", full], capture_output=True, text=True)
+    check(run.returncode == 1 and "letter.txt" in run.stderr and os.listdir(full) == ["letter.txt"], f"a full folder: {run.stderr}")
 
 
 def item_of(out):

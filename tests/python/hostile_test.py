@@ -55,7 +55,8 @@ def write_flight(folder):
         data.GetRasterBand(1).SetNoDataValue(math.nan if kind == gdal.GDT_Float32 else 0)
         data = None
     with open(os.path.join(folder, "report.json"), "w", encoding="utf-8") as file:
-        file.write('{"flight": {"name": "a", "keyframes": [1, 2]}, "remarks": []}\n')
+        file.write('{"flight": {"name": "a", "keyframes": [1, 2]}, "remarks": [], "strips": [{"place": {"text": "on Mars", '
+                   '"sigma_m": 3.5, "map_sigma_m": 40, "whole_sigma_m": null}}]}\n')
     with open(os.path.join(folder, "keyframes.csv"), "w", encoding="utf-8") as file:
         file.write("keyframe,name,time_s,x,y,z,richness,state,depth,products,unit\n"
                    '1,"a.png",0.5,1,2,10,0.25,posed,yes,both,units\n2,b.png,1.5,2,2,10,,posed,yes,both,units\n')
@@ -74,6 +75,7 @@ def use(folder, out):
         map_ = flight.map(name)
         map_.at(map_.x[:1] if not map_.is_turned else map_.x[0, :1], map_.y[:1] if not map_.is_turned else map_.y[0, :1])
     flight.keyframes
+    flight.place
     flight.profile((0, 0), (5, -5), 10)
     for program, arguments in ((formats, []), (tiles3d, [])):
         sys.argv = [program.__name__, folder, "--out", os.path.join(out, program.__name__), *arguments]

@@ -39,6 +39,11 @@ void add_window(const IntrinsicsEquations& window, const CameraCheckParams& para
   evidence.points += window.points;
 }
 
+LensExcess excess_of(double statistic, double spread, double field, const CameraCheckParams& params) {
+  return {spread / std::fmax(params.max_spread, params.spread_of_statistic * statistic),
+          field / (params.max_field * (1 + params.field_of_statistic * statistic))};
+}
+
 CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given, const CameraCheckParams& params) {
   CameraCheck out;
   if (evidence.windows == 0) return out;
@@ -94,9 +99,7 @@ CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given, cons
   out.field = field_of(evidence.field);
   out.noise_px = std::sqrt(evidence.noise2_px / evidence.windows);
   const bool accused = !(out.statistic <= params.max_statistic);
-  // A large correction is found only roughly by one step, which leaves something in windows and residuals.
-  const bool no_lens = out.spread > std::fmax(params.max_spread, params.spread_of_statistic * out.statistic) ||
-                       out.field > params.max_field * (1 + params.field_of_statistic * out.statistic);
+  const bool no_lens = excess_of(out.statistic, out.spread, out.field, params).largest() > 1;
   out.verdict = no_lens   ? CameraCheckVerdict::unexplained
                 : accused ? CameraCheckVerdict::contradicts
                           : CameraCheckVerdict::fits;

@@ -1,6 +1,8 @@
 // Whether the images of a strip fit its camera: the evidence of all windows, and the verdict on it.
 #pragma once
 
+#include <cmath>
+
 #include "fsw/vision/calibration/intrinsics_equations.hpp"
 
 namespace ilp {
@@ -47,6 +49,16 @@ struct CameraCheck {
   /// How far the corrections move the camera centres, a share of the track: root mean square over the windows.
   double cost = 0;
 };
+/// How far the images are from fitting any lens: spread or field over what it may be, whichever is larger. Above 1 they
+/// fit none. A large statistic allows more: one step finds a large correction only roughly, which leaves something in
+/// windows and residuals.
+struct LensExcess {
+  double of_spread = 0, of_field = 0;
+
+  [[nodiscard]] double largest() const { return std::fmax(of_spread, of_field); }
+};
+[[nodiscard]] LensExcess excess_of(double statistic, double spread, double field, const CameraCheckParams& params);
+
 [[nodiscard]] CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given,
                                 const CameraCheckParams& params);
 

@@ -235,6 +235,15 @@ std::string placed_by(const intake::Strip& strip) {
   return ", by the vehicle's navigation, one sigma " + sigma(strip.frame->horizontal_sigma_m);
 }
 
+/// What states the strip's place states its error.
+void add_errors(const intake::Strip& strip, Georeference& place) {
+  const auto known = [](double sigma_m) { return sigma_m > 0 ? std::optional(sigma_m) : std::nullopt; };
+  if (strip.control) return;
+  place.by_map = strip.map.has_value();
+  if (strip.map) place.map_sigma_m = known(strip.map->map_sigma_m);
+  place.place_sigma_m = known(strip.map ? strip.map->place_sigma_m : strip.frame->horizontal_sigma_m);
+}
+
 ilp::Body body_of(const intake::Strip& strip) {
   return strip.control ? strip.control->body : strip.map ? strip.map->body : strip.frame->body;
 }
@@ -317,6 +326,11 @@ Anchors read_anchors(const std::filesystem::path& path, const Body* flown) {
   }
 }
 
+std::optional<double> Georeference::whole_sigma_m() const {
+  if (!by_map || !place_sigma_m || !map_sigma_m) return by_map ? std::nullopt : place_sigma_m;
+  return std::hypot(*place_sigma_m, *map_sigma_m);
+}
+
 Vec3 Georeference::map_from_world(const Vec3& world) const {
   const double x = scale * (world.x() - anchored[0]), y = scale * (world.y() - anchored[1]);
   return {cos_azimuth * x + sin_azimuth * y, cos_azimuth * y - sin_azimuth * x, height_of(world.z())};
@@ -332,6 +346,7 @@ Georeference georeference_of(const intake::Flight& flight, const intake::Strip& 
     if (!body) return local(flight, strip, "its body is unknown");
     Georeference place = anchored(*body, *measured, Vec3(Vec3::Zero()), in_metres(flight, strip));
     place.sentence += placed_by(strip);
+    add_errors(strip, place);
     return place;
   }
   Vec3 point = Vec3::Zero();

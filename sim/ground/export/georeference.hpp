@@ -81,8 +81,14 @@ struct Georeference {
   double sin_azimuth = 0, cos_azimuth = 1;     ///< of the world's +y, clockwise from north
   std::array<double, 3> anchored = {0, 0, 0};  ///< the point of the strip's world at the map's centre
   double height = 0;                           ///< of that point
+  /// One sigma of the place on the body, to each side: of the strip, and of the map of an orbiter that it stands on,
+  /// which errs as a whole. None where nothing states it.
+  std::optional<double> place_sigma_m, map_sigma_m;
+  bool by_map = false;  ///< it stands on such a map
 
   [[nodiscard]] bool on_a_body() const { return !geographic.empty(); }
+  /// Both errors together; none where one of them is not known.
+  [[nodiscard]] std::optional<double> whole_sigma_m() const;
   [[nodiscard]] bool in_metres() const { return unit == "metre"; }
   /// Of a GeoTIFF: empty for strip units, which it cannot name; readers would take any system to be in metres.
   [[nodiscard]] std::string raster_crs() const { return in_metres() ? crs : std::string(); }

@@ -93,6 +93,10 @@ bool is_placed_by_vehicle(const StripFrame& frame) {
          frame.heading_sigma_rad > 0;
 }
 
+Vec3 place_by_vehicle(const StripFrame& frame, const Vec3& point) {
+  return frame.origin_m + frame.metres_per_unit * (frame.level_from_strip * point);
+}
+
 struct Frames {
   StripFrame vehicle, first, all;
 };
@@ -111,10 +115,8 @@ Frames frames_of(const std::vector<Measured>& measured) {
 
 void compare(const Measured& measured, const Frames& frames, KeyframeFix& out) {
   if (is_placed_by_vehicle(frames.vehicle)) {
-    if (const auto ground = ground_in_strip(measured, frames.vehicle)) {
-      const StripFrame& by = frames.vehicle;
-      out.off_by_vehicle_m = distance(measured, by.origin_m + by.metres_per_unit * (by.level_from_strip * *ground));
-    }
+    if (const auto ground = ground_in_strip(measured, frames.vehicle))
+      out.off_by_vehicle_m = distance(measured, place_by_vehicle(frames.vehicle, *ground));
   }
   if (is_placed_by_fixes(frames.first)) {
     if (const auto ground = ground_in_strip(measured, frames.first)) {
@@ -133,6 +135,13 @@ std::vector<Vec3> track_by(const StripFrame& frame, const std::vector<Measured>&
   if (!is_placed_by_fixes(frame)) return track;
   for (const Measured& one : measured)
     track.push_back(navigation::place_by_fixes(frame, vector_of(one.by_vehicle.centre)).place_m);
+  return track;
+}
+
+std::vector<Vec3> track_by_vehicle(const StripFrame& frame, const std::vector<Measured>& measured) {
+  std::vector<Vec3> track;
+  if (!is_placed_by_vehicle(frame)) return track;
+  for (const Measured& one : measured) track.push_back(place_by_vehicle(frame, vector_of(one.by_vehicle.centre)));
   return track;
 }
 
@@ -171,6 +180,7 @@ StripFixes strip_fixes(const intake::Flight& flight, const intake::Strip& strip,
     one.fix = *fix;
     if (const auto found = by_id.find(id); found != by_id.end()) compare(*found->second, frames, one);
   }
+  out.track_by_vehicle = track_by_vehicle(frames.vehicle, measured);
   out.track_by_first = track_by(frames.first, measured);
   out.track_by_all = track_by(frames.all, measured);
   sum_up(out);

@@ -11,10 +11,12 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "hal/maps/directory_map_source.hpp"
 #include "hal/store/ram/ram_store.hpp"
+#include "sim/ground/fixes/map_image.hpp"
 #include "sim/ground/fixes/view_cells.hpp"
 #include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/host/progress.hpp"
 #include "sim/host/status_error.hpp"
+#include "sim/host/text_format.hpp"
 
 namespace ilp::fixes {
 namespace {
@@ -22,17 +24,21 @@ namespace {
 /// Steps that no keyframe needs: tiles, patches and features are bounded, and so is the number of attempts.
 constexpr int most_steps = 1'000'000;
 
-MapDirectory& read_directory(MapSource& source, const std::filesystem::path& folder, MapDirectory& directory) {
-  std::vector<std::uint8_t> bytes(max_map_directory_bytes);
-  std::size_t size = 0;
-  const Status read = source.read_directory(bytes, size);
-  if (read.is(StatusCode::not_found)) {
-    throw std::runtime_error(folder.string() + " has no map: " + map_directory_name +
-                             " expected, which ilp-ground map-tiles writes");
+/// Tiles of the directory that the flight could not use, in a sentence; empty where there are none.
+std::string missing_tiles(MapSource& source, const MapDirectory& directory) {
+  std::vector<std::uint8_t> file(limits::max_map_tile_bytes);
+  std::size_t missing = 0, damaged = 0;
+  for (const MapTileEntry& entry : directory.tiles) {
+    std::size_t size = 0;
+    const Status read = source.read_tile({entry.layer, entry.row, entry.column}, file, size);
+    const auto bytes = std::span(file).first(read.ok() ? size : 0);
+    const bool whole = read.ok() && size == entry.bytes && map_tile_digest(directory.id, bytes) == entry.digest;
+    if (!whole) ++(read.is(StatusCode::not_found) ? missing : damaged);
   }
-  host::require(read, "map " + folder.string());
-  host::require(parse_map_directory(std::span(bytes).first(size), source.key(), directory), "map " + folder.string());
-  return directory;
+  if (missing + damaged == 0) return "";
+  return "Of " + host::counted(directory.tiles.size(), "tile") + " that " + map_directory_name + " names, " +
+         std::to_string(missing) + " are not in the folder and " + std::to_string(damaged) +
+         " are damaged or of another map: they count as holes";
 }
 
 /// The stage with a store of its own, which holds what it reads.
@@ -189,7 +195,9 @@ MapCheck check_map(const MapCheckOptions& options, std::ostream& messages) {
   source.require_key(options.key);
   const auto directory = std::make_unique<MapDirectory>();
   MapCheck check;
-  check.body = read_directory(source, options.map, *directory).body;
+  read_map_directory(source, options.map, *directory);
+  check.body = directory->body;
+  if (std::string holes = missing_tiles(source, *directory); !holes.empty()) check.events.push_back(std::move(holes));
   MissionParameters mission = options.mission;
   if (!options.any_body && mission.body != check.body) {
     throw std::runtime_error("the map is of " + std::string(name_of(check.body)) + ", and the mission of " +

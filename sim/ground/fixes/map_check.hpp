@@ -24,7 +24,7 @@ struct MapCheck {
   Body body = Body::none;
   FixSummary in_flight;             ///< what came down
   FixSummary fixes;                 ///< what the map says now
-  std::vector<std::string> events;  ///< of the stage, in words
+  std::vector<std::string> events;  ///< tiles that are not there, and events of the stage, in words
 };
 
 /// Uses the poses, images, depths and measurements that came down. Throws std::runtime_error where there is no map that

@@ -68,25 +68,44 @@ std::string asked_for(const CalibrationCheckRecord& check, const CameraRecord& c
          " sigmas";
 }
 
+/// Up to so many times a limit, other causes than the camera may have made what the check found.
+constexpr double weakly = 2;
+
+std::string contradiction(const CalibrationCheckRecord& check, const CameraRecord& camera) {
+  const CameraCheckParams limits;
+  const bool weak = check.statistic < weakly * limits.max_statistic;
+  return std::string(weak ? " fit the camera not quite" : " contradict the camera") + ": their statistic is " +
+         host::brief(check.statistic) + ", above its limit of " + host::brief(limits.max_statistic) +
+         ". They ask for " + asked_for(check, camera) + ", which moves the cameras of six keyframes by " +
+         host::brief(100 * check.cost) + " % of their extent. " +
+         (weak ? "Likely are a camera that is a little off (focus, temperature), or relief and turns that the check "
+                 "does "
+                 "not quite bear; errors may be somewhat larger than stated."
+               : "Positions, heights and their estimated errors are wrong until the camera is right.");
+}
+
+std::string no_lens(const CalibrationCheckRecord& check) {
+  const LensExcess excess = excess_of(check.statistic, check.spread, check.field, CameraCheckParams{});
+  const bool by_windows = excess.of_spread >= excess.of_field, weak = excess.largest() < weakly;
+  return std::string(weak ? " fit no lens quite" : " fit no lens") + ": what every lens leaves is " +
+         host::brief(excess.largest()) + " times its limit (over " + host::counted(check.windows, "window") + "). " +
+         (by_windows
+              ? "Its windows ask for different lenses, " + host::brief(check.spread) +
+                    " times as far apart as errors explain: likely a rolling shutter on a vehicle that swings, or "
+                    "a zoom or focus that moved"
+              : "In parts of the image the residuals stay " + host::brief(check.field) +
+                    " times as large as errors explain: likely something has bent the images") +
+         (weak ? "; estimated errors may be somewhat too small." : "; estimated errors are too small.");
+}
+
 std::vector<std::string> contradiction_lines(const intake::Flight& flight) {
   std::vector<std::string> lines;
   for (const auto& [strip, check] : flight.camera_checks) {
     const std::string images = "The images of strip " + std::to_string(strip);
     if (check.verdict == CameraCheckVerdict::contradicts && flight.camera_record) {
-      lines.push_back(images + " contradict the camera: they ask for " + asked_for(check, *flight.camera_record) +
-                      ". It bends the tracks of six keyframes by " + host::brief(100 * check.cost) +
-                      " % of their extent. Positions, heights and their estimated errors are wrong until the camera is "
-                      "right.");
+      lines.push_back(images + contradiction(check, *flight.camera_record));
     } else if (check.verdict == CameraCheckVerdict::unexplained) {
-      const CameraCheckParams limits;
-      const bool by_windows = check.spread / limits.max_spread >= check.field / limits.max_field;
-      lines.push_back(images + " fit no lens: " +
-                      (by_windows ? "their windows ask for different ones, " + host::brief(check.spread) +
-                                        " times as far apart as errors explain. A rolling shutter on a vehicle that "
-                                        "swings, or a zoom or focus that moved"
-                                  : "in parts of the image the residuals stay " + host::brief(check.field) +
-                                        " times as large as errors explain. Something has bent the images") +
-                      "; estimated errors are too small.");
+      lines.push_back(images + no_lens(check));
     }
   }
   if (!lines.empty()) {

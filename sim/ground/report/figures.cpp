@@ -50,11 +50,11 @@ std::string colour_legend(const std::string& title, const host::ValueRange& rang
            std::to_string(c.g) + "," + std::to_string(c.b) + ")\"/>";
   }
   const double x = width - 216.0;
-  return svg + "</linearGradient></defs>" + label(x, 20, "start", title + ", " + unit) + "<rect x=\"" + px(x) +
-         "\" y=\"27\" width=\"200\" height=\"11\" fill=\"url(#" + name + ")\"/>" +
-         label(x, 55, "start", host::brief(range.low)) +
-         label(x + 100, 55, "middle", host::brief(0.5 * (range.low + range.high))) +
-         label(x + 200, 55, "end", host::brief(range.high));
+  return svg + "</linearGradient></defs>" + label(x + 200, 24, "end", title + ", " + unit) + "<rect x=\"" + px(x) +
+         "\" y=\"31\" width=\"200\" height=\"11\" fill=\"url(#" + name + ")\"/>" +
+         label(x, 62, "start", host::brief(range.low)) +
+         label(x + 100, 62, "middle", host::brief(0.5 * (range.low + range.high))) +
+         label(x + 200, 62, "end", host::brief(range.high));
 }
 
 std::string direction_arrow(const PlanView& view, double x, double y, const std::string& name) {

@@ -1,8 +1,10 @@
 // Fixes of keyframes on the map of an orbiter: verdicts, what they removed, the track on the map, and a table.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <string>
 
 #include "sim/ground/fixes/fix_text.hpp"
@@ -41,6 +43,10 @@ class MapFrame {
     return {0.5 * width + (x - 0.5 * (low_[0] + high_[0])) * scale(),
             0.5 * height - (y - 0.5 * (low_[1] + high_[1])) * scale()};
   }
+  /// The place of the picture's north-western corner.
+  [[nodiscard]] std::array<double, 2> corner() const {
+    return {0.5 * (low_[0] + high_[0] - width / scale()), 0.5 * (low_[1] + high_[1] + height / scale())};
+  }
 
  private:
   double low_[2] = {1e300, 1e300}, high_[2] = {-1e300, -1e300};
@@ -68,16 +74,54 @@ double magnification(const StripFixes& strip, const MapFrame& frame) {
   return factor;
 }
 
-std::string ellipse(const KeyframeFix& one, const MapFrame& frame, double factor) {
+/// The ground point, with its error.
+std::string cross(const KeyframeFix& one, bool contradicts, const MapFrame& frame, double factor) {
   const PicturePoint p = frame.at(one.fix.ground_m[0], one.fix.ground_m[1]);
   const fixes::ErrorEllipse e = fixes::ellipse_of(one.fix);
   const double unit = factor * frame.scale();
   const bool counts = one.fix.state == FixState::accepted;
-  return "<ellipse cx=\"" + px(p[0]) + "\" cy=\"" + px(p[1]) + "\" rx=\"" + px(e.major_m * unit) + "\" ry=\"" +
+  const std::string colour = contradicts ? "#d33a2c" : counts ? "#58b06a" : "#e08a3c";
+  constexpr double arm = 7;
+  return "<g stroke=\"" + colour + "\" stroke-width=\"1.6\"><title>keyframe " + std::to_string(one.fix.id) +
+         "</title><ellipse cx=\"" + px(p[0]) + "\" cy=\"" + px(p[1]) + "\" rx=\"" + px(e.major_m * unit) + "\" ry=\"" +
          px(e.minor_m * unit) + "\" transform=\"rotate(" + host::fixed(-degrees * e.direction_rad, 1) + " " + px(p[0]) +
-         " " + px(p[1]) + ")\" fill=\"" + (counts ? "#4b8a57" : "#c8762b") +
-         "\" fill-opacity=\"0.55\" stroke=\"#fff\" stroke-width=\"0.8\"><title>keyframe " + std::to_string(one.fix.id) +
-         "</title></ellipse>";
+         " " + px(p[1]) + ")\" fill=\"" + colour + "\" fill-opacity=\"0.2\"/><path d=\"M" + px(p[0] - arm) + " " +
+         px(p[1]) + "h14M" + px(p[0]) + " " + px(p[1] - arm) + "v14\"/></g>";
+}
+
+/// Keyframes whose fixes the final adjustment leaves out.
+std::set<std::int64_t> contradicting(const Report& report) {
+  std::set<std::int64_t> ids;
+  for (const model::JoinedModel& one : report.joined.models) {
+    if (!one.on_map) continue;
+    for (const model::OnMap::Fix& fix : one.on_map->fixes) {
+      if (!fix.used) ids.insert(fix.keyframe_id);
+    }
+  }
+  return ids;
+}
+
+/// The central 96 % of the grey values fill the scale; 0 stays unknown.
+void stretch(host::Raster<std::uint8_t>& picture) {
+  std::vector<double> greys;
+  for (std::size_t i = 0; i < picture.samples.size(); i += 7) {
+    if (picture.samples[i] != 0) greys.push_back(picture.samples[i]);
+  }
+  if (greys.empty()) return;
+  const double low = host::percentile(greys, 0.02), high = std::max(host::percentile(greys, 0.98), low + 8);
+  for (std::uint8_t& grey : picture.samples) {
+    if (grey != 0) grey = static_cast<std::uint8_t>(std::clamp(30 + 170 * (grey - low) / (high - low), 1.0, 220.0));
+  }
+}
+
+/// The map's image under the frame; empty where the map is not at hand, or is another one.
+std::string image_of(const Report& report, const StripFixes& strip, const MapFrame& frame) {
+  if (!report.map || report.map->id() != strip.map_id) return "";
+  const std::array<double, 2> corner = frame.corner();
+  host::Raster<std::uint8_t> picture = report.map->picture(
+      corner[0], corner[1], 1 / frame.scale(), static_cast<std::int32_t>(width), static_cast<std::int32_t>(height));
+  stretch(picture);
+  return "<image width=\"1200\" height=\"420\" href=\"" + host::data_uri(host::png_bytes_where_seen(picture)) + "\"/>";
 }
 
 /// 1, 2 or 5 times a power of ten, about a fifth of the picture.
@@ -87,33 +131,53 @@ double bar_length(double scale) {
   return wanted >= 5 * power ? 5 * power : wanted >= 2 * power ? 2 * power : power;
 }
 
-std::string plan(const StripFixes& strip) {
+std::string line(const MapFrame& frame, const std::vector<Vec3>& track, const char* style) {
+  return polyline(frame, track, "track dark") + polyline(frame, track, style);
+}
+
+std::string caption_of(const Report& report, const StripFixes& strip, const std::string& image, double factor) {
+  std::string text = "Strip " + std::to_string(strip.strip_id) + " on the map, north up. ";
+  if (!image.empty())
+    text += "Grey is the map's image, and what is dark lies beside it. ";
+  else if (report.map)
+    text += "The map of --map is another one (" + fixes::map_name(report.map->id()) + "), so its image is not shown. ";
+  text += "The line is the track where all fixes put it";
+  if (strip.accepted > fixes::first_fixes)
+    text += "; dashed is where the first " + std::to_string(fixes::first_fixes) + " of them and the images alone lead";
+  if (!strip.track_by_vehicle.empty()) text += "; dotted is where the vehicle's measurements alone put it";
+  return text + ". Crosses are the ground points of the fixes, each with the ellipse of its error, one sigma, " +
+         host::brief(factor) +
+         " times larger than it is: green counts, orange was not confirmed in flight, red "
+         "contradicts the others and counts as nothing.";
+}
+
+std::string plan(const Report& report, const StripFixes& strip) {
   if (strip.track_by_all.empty()) return "";
+  const bool drifts = strip.accepted > fixes::first_fixes;
+  const std::vector<Vec3> by_first = drifts ? strip.track_by_first : std::vector<Vec3>{};
   MapFrame frame;
-  for (const std::vector<Vec3>* track : {&strip.track_by_all, &strip.track_by_first}) {
+  for (const std::vector<Vec3>* track : {&strip.track_by_all, &by_first, &strip.track_by_vehicle}) {
     for (const Vec3& centre : *track) frame.take(centre.x(), centre.y());
   }
   for (const KeyframeFix& one : strip.keyframes) {
     if (has_place(one)) frame.take(one.fix.ground_m[0], one.fix.ground_m[1]);
   }
   const double factor = magnification(strip, frame);
+  const std::string image = image_of(report, strip, frame);
   std::string svg =
       "<svg viewBox=\"0 0 1200 420\" role=\"img\" aria-label=\"track and fixes on the map\">"
-      "<rect width=\"1200\" height=\"420\" fill=\"#20262e\"/>";
+      "<rect width=\"1200\" height=\"420\" fill=\"#20262e\"/>" +
+      image;
+  svg += line(frame, strip.track_by_vehicle, "track dotted") + line(frame, by_first, "track dashed") +
+         line(frame, strip.track_by_all, "track");
+  const std::set<std::int64_t> wrong = contradicting(report);
   for (const KeyframeFix& one : strip.keyframes) {
-    if (has_place(one)) svg += ellipse(one, frame, factor);
+    if (has_place(one)) svg += cross(one, wrong.contains(one.fix.id), frame, factor);
   }
-  svg += polyline(frame, strip.track_by_first, "stem") + polyline(frame, strip.track_by_all, "track");
   const double bar = bar_length(frame.scale());
   svg += segment({16, height - 14}, {16 + bar * frame.scale(), height - 14}, "track") +
          label(16 + 0.5 * bar * frame.scale(), height - 21, "middle", host::brief(bar) + " m");
-  return figure(svg, "Strip " + std::to_string(strip.strip_id) +
-                         " on the map, north up. The line is the track where all fixes put it, the thin line where the "
-                         "first " +
-                         std::to_string(fixes::first_fixes) +
-                         " of them and the images lead. Ellipses are the ground points of the fixes with errors of one "
-                         "sigma, " +
-                         host::brief(factor) + " times larger than they are; orange ones do not count.");
+  return figure(svg, caption_of(report, strip, image, factor));
 }
 
 std::string place_of(const FixRecord& fix) {
@@ -166,7 +230,7 @@ std::string page_fixes(const Report& report) {
               " m on the body (one sigma to each side), which is common to all fixes "
               "and not in their errors.</p>\n";
     }
-    html += plan(strip) + table(strip);
+    html += plan(report, strip) + table(strip);
   }
   for (const std::string& line : fixes::lines_of(report.joined)) html += "<p>" + host::escaped(line) + ".</p>\n";
   return html;

@@ -96,7 +96,7 @@ std::string page_landing(const Report& report) {
             "° steep and the ground within it rises and falls by at most " + host::brief(map.limits.step_m) +
             " m about that plane.";
     if (map.sites.empty()) {
-      html += " No place is safe with " + host::fixed(100 * landing::least_safe, 1) + " %.";
+      html += " No place is safe with a probability of " + host::fixed(100 * landing::least_safe, 1) + " %.";
     }
     html += "</p>\n" + picture_of(report, strip, map);
     if (!map.sites.empty()) html += table_of(map);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <iosfwd>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "sim/ground/export/colmap_model.hpp"
 #include "sim/ground/export/strip_exports.hpp"
 #include "sim/ground/fixes/fix_summary.hpp"
+#include "sim/ground/fixes/map_image.hpp"
 #include "sim/ground/intake/flight_info.hpp"
 #include "sim/ground/intake/missing.hpp"
 #include "sim/ground/landing/landing_files.hpp"
@@ -55,6 +57,7 @@ struct Report {
   intake::Flight flight;
   model::JoinedFlight joined;                  ///< already applied to `flight`
   fixes::FixSummary fixes;                     ///< by the poses of the flight; empty without a map
+  std::shared_ptr<fixes::MapImage> map;        ///< that the flight carried; none: not at hand
   std::vector<control::StripControl> control;  ///< already applied to `flight`; empty without control points
   std::vector<StripResult> strips;
   std::optional<intake::FlightInfo> info;

@@ -68,9 +68,11 @@ th.t,td.t{text-align:left}td.w{white-space:normal;min-width:15em}
 .frame .none{display:grid;place-items:center;color:var(--muted);font-size:12px}
 details{margin:10px 0}summary{cursor:pointer;color:var(--muted)}
 .track{fill:none;stroke:#fff;stroke-width:1.8;stroke-linejoin:round}.track.dark{stroke:#10141a;stroke-opacity:.55;stroke-width:4}
-.stem{stroke:#fff;stroke-opacity:.45;stroke-width:1}.stem.dark{stroke:#10141a;stroke-opacity:.3;stroke-width:2.2}
+.track.dashed{stroke-dasharray:9 6}.track.dotted{stroke-dasharray:2 5}
+.stem{fill:none;stroke:#fff;stroke-opacity:.45;stroke-width:1}.stem.dark{stroke:#10141a;stroke-opacity:.3;stroke-width:2.2}
 .stop{fill:#e4632a;stroke:#fff;stroke-width:1.3}
 .number{font:600 13px system-ui,sans-serif;fill:#fff;stroke:#10141a;stroke-opacity:.75;stroke-width:3px;paint-order:stroke}
+@media (max-width:600px){.number{font-size:26px}}
 footer{margin-top:48px;border-top:1px solid var(--line);padding-top:14px}
 code{font-size:.92em}
 .keyframes th,.keyframes td{padding:5px 7px}.keyframes td.w{min-width:11em}

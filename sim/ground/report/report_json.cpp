@@ -182,6 +182,17 @@ Json grid_json(const StripResult& strip) {
           {"mean_plane", {strip.plane.a, strip.plane.b, strip.plane.c}}};
 }
 
+Json place_json(const StripResult& strip) {
+  const exports::Georeference& place = strip.georeference;
+  if (!place.on_a_body()) return nullptr;
+  const auto known = [](const std::optional<double>& sigma) { return sigma ? Json(*sigma) : Json(nullptr); };
+  return {{"body", place.body},
+          {"text", place.sentence},
+          {"sigma_m", known(place.place_sigma_m)},
+          {"map_sigma_m", known(place.map_sigma_m)},
+          {"whole_sigma_m", known(place.whole_sigma_m())}};
+}
+
 Json strip_json(const Report& report, const StripResult& s) {
   Json json;
   json["id"] = s.strip.id;
@@ -192,6 +203,7 @@ Json strip_json(const Report& report, const StripResult& s) {
   json["track_length"] = s.posed > 1 ? Json(s.track_length) : Json(nullptr);
   json["flying_height"] = s.flying_height > 0 ? Json(s.flying_height) : Json(nullptr);
   json["newly_seen_share"] = s.mask_share;
+  json["place"] = place_json(s);
   json["grid"] = grid_json(s);
   json["model"] = s.vertices == 0 ? Json(nullptr)
                                   : Json{{"file", "model" + s.suffix + ".ply"},

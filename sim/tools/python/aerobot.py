@@ -16,6 +16,7 @@ gdal.UseExceptions()
 # A file that says that it is larger than these is refused before memory is taken for it.
 MOST_CELLS = 1 << 28
 MOST_TEXT_BYTES = 64 << 20
+MOST_METRES = 1e9
 TEXTS = {"name", "state", "depth", "products", "unit"}  # columns of keyframes.csv; all others are numbers
 
 
@@ -166,6 +167,14 @@ class Map:
 
 
 @dataclass
+class Place:
+    text: str
+    sigma_m: float | None
+    map_sigma_m: float | None
+    whole_sigma_m: float | None
+
+
+@dataclass
 class Profile:
     distance: numpy.ndarray
     height: numpy.ndarray
@@ -230,6 +239,23 @@ class Flight:
     def keyframes(self):
         """A structured array: a column for each of keyframes.csv, numbers as float (NaN where there is none)."""
         return read_table(os.path.join(self.folder, "keyframes.csv"))
+
+    @property
+    def place(self):
+        """Where the map of `height` is on its body, as report.json has it: a text, and one sigma to each side in metres or
+        None where it is not known, with that of the orbiter's map on which it stands. None in the strip's own axes."""
+        report = os.path.join(self.folder, "report.json")
+        strips = self.report.get("strips")
+        place = strips[0].get("place") if isinstance(strips, list) and strips and isinstance(strips[0], dict) else None
+        if place is None:
+            return None
+        if not isinstance(place, dict) or not isinstance(place.get("text"), str):
+            raise BadResult(f"{report}, place of the first strip: has no text")
+        sigmas = [place.get(name) for name in ("sigma_m", "map_sigma_m", "whole_sigma_m")]
+        for sigma in sigmas:
+            if sigma is not None and not (isinstance(sigma, (int, float)) and 0 < sigma < MOST_METRES):
+                raise BadResult(f"{report}, place of the first strip: {str(sigma)[:40]} is no error in metres")
+        return Place(place["text"], *sigmas)
 
     def profile(self, begin, end, points=200, strip=None):
         """Heights along a line between two points (x, y) of the map."""

@@ -168,7 +168,7 @@ TEST_F(MapFixTest, AMapWithoutTilesGivesNoStart) {
   run(*make(&source));
   for (std::int64_t id = 1; id <= 3; ++id) {
     EXPECT_EQ(read<FixRecord>(id).prior, FixPrior::none);
-    EXPECT_EQ(read<FixRecord>(id).verdict, MapVerdict::no_agreement);
+    EXPECT_EQ(read<FixRecord>(id).verdict, MapVerdict::no_map);
     EXPECT_EQ(read<FixRecord>(id).place_sigma_m, 0);
   }
 }
@@ -182,6 +182,16 @@ TEST_F(MapFixTest, DamagedTilesAreToldInAStartWithoutAPriorToo) {
   ASSERT_EQ(reported.size(), 1U);
   EXPECT_STATUS(reported[0], map_tile_unusable);
   EXPECT_EQ(reported[0].b, static_cast<std::int64_t>(StatusCode::record_damaged));
+  EXPECT_EQ(read<FixRecord>(1).verdict, MapVerdict::no_map);
+}
+
+/// One tile that is there can show another ground.
+TEST_F(MapFixTest, AStartWithOneTileOfOtherGroundHasAMapAndNoAgreement) {
+  AnalyticMap map;
+  fly(1);
+  for (std::size_t i = 1; i < map.files.size(); ++i) map.files[i].clear();
+  MemoryMapSource source = map.source();
+  run(*make(&source));
   EXPECT_EQ(read<FixRecord>(1).verdict, MapVerdict::no_agreement);
 }
 

@@ -7,9 +7,11 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "fsw/maps/map_tile.hpp"
 #include "fsw/shared/local_plane.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "sim/ground/fixes/fix_text.hpp"
+#include "sim/ground/fixes/map_image.hpp"
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/move_keyframe.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
@@ -168,7 +170,7 @@ struct Reported {
   nlohmann::json json;
   std::vector<std::string> lines;
 
-  explicit Reported(const std::vector<FixRecord>& fixes) {
+  explicit Reported(const std::vector<FixRecord>& fixes, const fs::path& map = {}) {
     const fs::path outbox = folder.path() / "outbox";
     test::write_outbox(test::make_flight(false), outbox);
     std::vector<intake::RecordEntry> entries;
@@ -181,6 +183,7 @@ struct Reported {
     ground::GroundOptions options;
     options.outbox = outbox;
     options.out = folder.path() / "out";
+    options.map = map;
     std::ostringstream messages;
     lines = ground::summary_of(options, ground::run_ground(options, messages));
     std::ifstream html(options.out / "report.html");
@@ -212,10 +215,85 @@ TEST(FixesOfFlight, TheReportHasFixesWithPlaceAndErrorAndTheReasonsOfTheOthers) 
   EXPECT_TRUE(reported.says("3 of 5 keyframes fixed on map f8452fde5f3b02ba"));
   EXPECT_TRUE(reported.says("2 no_agreement (too few pieces of the keyframe agree on one place)"));
   EXPECT_NE(reported.page.find("<h2>Place on the map</h2>"), std::string::npos);
-  EXPECT_NE(reported.page.find("<ellipse"), std::string::npos);
   const std::size_t begin = reported.page.find("<h2>Place on the map</h2>");
   const std::string section = reported.page.substr(begin, reported.page.find("<h2>", begin + 4) - begin);
   EXPECT_EQ(section.find("nan"), std::string::npos);
+  const auto crosses = [&](const char* colour) {
+    std::size_t count = 0;
+    const std::string mark = "<g stroke=\"" + std::string(colour);
+    for (std::size_t at = section.find(mark); at != section.npos; at = section.find(mark, at + 1)) ++count;
+    return count;
+  };
+  EXPECT_EQ(crosses("#58b06a"), 3U) << "accepted";
+  EXPECT_EQ(crosses("#e08a3c"), 0U) << "not confirmed";
+  EXPECT_EQ(section.find("<image"), std::string::npos) << "no map is at hand";
+}
+
+/// Its image is bright in the east, and its south is not known.
+void write_map_of_halves(const fs::path& folder) {
+  fs::create_directories(folder);
+  MapDirectory directory;
+  directory.id = 0xf8452fde5f3b02ba;
+  directory.body = Body::mars;
+  directory.sun_elevation_rad = 0.5;
+  directory.layer_count = 1;
+  directory.layers[0] = {1, -256, 256, 2, 2};
+  const auto workspace = std::make_unique<MapTileWorkspace>();
+  for (std::uint16_t column = 0; column < 2; ++column) {
+    const auto tile = std::make_unique<MapTile>();
+    tile->column = column;
+    tile->image.fill(column == 0 ? 60 : 180);
+    tile->posts.fill(0);
+    std::vector<std::uint8_t> file(limits::max_map_tile_bytes);
+    std::size_t size = 0;
+    ASSERT_TRUE(encode_map_tile(*tile, {}, directory.id, {}, *workspace, file, size).ok());
+    file.resize(size);
+    (void)directory.tiles.push_back(
+        {map_tile_digest(directory.id, file), static_cast<std::uint16_t>(size), 0, 0, column});
+    std::ofstream(folder / map_tile_name({0, 0, column}).c_str(), std::ios::binary)
+        .write(reinterpret_cast<const char*>(file.data()), std::ssize(file));
+  }
+  std::vector<std::uint8_t> bytes(max_map_directory_bytes);
+  std::size_t size = 0;
+  ASSERT_TRUE(write_map_directory(directory, {}, bytes, size).ok());
+  std::ofstream(folder / map_directory_name, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(size));
+}
+
+TEST(FixesOfFlight, ThePictureOfTheMapHasItsGroundInPlace) {
+  const test::TemporaryFolder folder;
+  write_map_of_halves(folder / "map");
+  MapImage image(folder / "map");
+  // From 30 m west of the middle and 20 m north of it, half a metre a pixel.
+  const host::Raster<std::uint8_t> picture = image.picture(-30, 20, 0.5, 100, 60);
+  for (std::int32_t row = 0; row < 60; ++row) {
+    for (std::int32_t column = 0; column < 100; ++column) {
+      const int wanted = row >= 40 ? 0 : column < 60 ? 60 : 180;
+      ASSERT_NEAR(picture.at(column, row), wanted, wanted == 0 ? 0 : 2) << column << ", " << row;
+    }
+  }
+  fs::remove(folder.path() / "map" / "tile-0-0000-0001.ilpt");
+  EXPECT_EQ(image.picture(-30, 20, 0.5, 100, 60).at(80, 10), 0) << "a tile that is missing";
+}
+
+TEST(FixesOfFlight, TheReportShowsTheMapThatTheFlightCarriedAndNoOther) {
+  const test::TemporaryFolder folder;
+  write_map_of_halves(folder / "map");
+  std::vector<FixRecord> fixes;
+  for (std::int64_t id = 1; id <= 5; ++id) fixes.push_back(fix_at(id, centre_of(id)));
+  fixes[4].state = FixState::unconfirmed;
+  const auto section_of = [](const std::string& page) {
+    const std::size_t begin = page.find("<h2>Place on the map</h2>");
+    return page.substr(begin, page.find("<h2>", begin + 4) - begin);
+  };
+  const std::string own = section_of(Reported(fixes, folder / "map").page);
+  EXPECT_NE(own.find("<image width=\"1200\""), std::string::npos);
+  EXPECT_NE(own.find("<g stroke=\"#e08a3c"), std::string::npos) << "one was not confirmed";
+  for (FixRecord& fix : fixes) fix.map_id = 17;
+  const std::string other = section_of(Reported(fixes, folder / "map").page);
+  EXPECT_EQ(other.find("<image"), std::string::npos);
+  EXPECT_NE(other.find("is another one (f8452fde5f3b02ba)"), std::string::npos);
+  EXPECT_THROW(Reported(fixes, folder / "nothing"), std::runtime_error);
 }
 
 TEST(FixesOfFlight, AFlightWhoseMapGaveNoFixSaysWhy) {

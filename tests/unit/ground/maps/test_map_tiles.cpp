@@ -47,6 +47,14 @@ class MapTiles : public ::testing::Test {
     }
     return "";
   }
+  /// What ilp-ground map-tiles says.
+  std::string run_program(const std::string& arguments, int& status) {
+    const fs::path out = folder_ / "said";
+    status = WEXITSTATUS(
+        std::system((ILP_GROUND_PROGRAM " map-tiles " + arguments + " > " + out.string() + " 2>&1").c_str()));
+    const std::vector<std::uint8_t> said = host::read_file(out);
+    return std::string(said.begin(), said.end());
+  }
   ReadMap made() {
     std::ostringstream messages;
     EXPECT_FALSE(make_map_tiles(options_, messages).empty());
@@ -501,34 +509,65 @@ TEST_F(MapTiles, WhatIsWrongIsNamed) {
 }
 
 TEST_F(MapTiles, TheProgramSaysWhatItTakes) {
-  const auto run = [&](const std::string& arguments, int& status) {
-    const fs::path out = folder_ / "said";
-    status = WEXITSTATUS(
-        std::system((ILP_GROUND_PROGRAM " map-tiles " + arguments + " > " + out.string() + " 2>&1").c_str()));
-    const std::vector<std::uint8_t> said = host::read_file(out);
-    return std::string(said.begin(), said.end());
-  };
+  const auto run = [&](const std::string& arguments, int& status) { return run_program(arguments, status); };
   int status = -1;
   EXPECT_NE(run("--help", status).find("--place-sigma"), std::string::npos);
   EXPECT_EQ(status, 0);
   EXPECT_NE(run("--sun 10,20 --pixel 1 --out x", status).find("--image and --heights, or --from, expected"),
             std::string::npos);
   EXPECT_EQ(status, 2);
-  // An earlier flight's own map.
-  const fs::path flight = folder_ / "flight";
-  fs::create_directories(flight);
-  write_raster(flight / "ortho.tif", about(0, 0, 300, 5), texture);
-  write_raster(flight / "height.tif", about(0, 0, 300, 5), [](double x, double) { return x / 10; });
-  const std::string said =
-      run("--from " + flight.string() + " --sun 200,30 --pixel 5 --out " + options_.out.string(), status);
-  EXPECT_EQ(status, 0) << said;
-  EXPECT_NE(said.find("per km2"), std::string::npos) << said;
-  EXPECT_EQ(read_map(options_.out).directory->layers[0].pixel_m, 5);
-  const std::string area =
-      run("--from " + flight.string() + " --sun 200,30 --pixel 5 --area -0.005,-0.004,0.002,0.003 --out " +
-              options_.out.string(),
-          status);
-  EXPECT_EQ(status, 0) << area;
+}
+
+/// Results of an earlier flight with two strips: the first has a place, the second none.
+void write_results(const fs::path& folder, const std::string& whole_sigma_m) {
+  fs::create_directories(folder);
+  const auto slope = [](double x, double) { return x / 10; };
+  for (const char* end : {".tif", "-strip-3.tif"}) {
+    write_raster(folder / ("ortho" + std::string(end)), about(0, 0, 300, 5), texture);
+    write_raster(folder / ("height" + std::string(end)), about(0, 0, 300, 5), slope);
+  }
+  std::ofstream(folder / "report.json") << R"({"strips": [{"id": 1, "grid": {}, "place": {"text": "on Mars", )"
+                                        << R"("whole_sigma_m": )" << whole_sigma_m
+                                        << R"(}}, {"id": 2, "grid": null}, {"id": 3, "grid": {}, "place": null}]})";
+}
+
+TEST_F(MapTiles, AnEarlierFlightIsAMapWithTheErrorOfItsOwnPlace) {
+  const fs::path flight = folder_ / "flight", outbox = flight / "outbox", results = flight / "ground";
+  fs::create_directories(outbox);
+  const auto run = [&](const std::string& arguments, int& status) {
+    return run_program("--sun 200,30 --pixel 5 --out " + options_.out.string() + " " + arguments, status);
+  };
+  int status = -1;
+  const std::string none = run("--from " + flight.string(), status);
+  EXPECT_EQ(status, 1);
+  EXPECT_NE(none.find("ilp-ground " + outbox.string() + " --out " + results.string()), std::string::npos) << none;
+  write_results(results, "42.5");
+  for (const fs::path& from : {results, flight, outbox}) {
+    fs::remove_all(options_.out);
+    const std::string said = run("--from " + from.string(), status);
+    EXPECT_EQ(status, 0) << said;
+    EXPECT_NE(said.find("per km2"), std::string::npos) << said;
+    EXPECT_EQ(read_map(options_.out).directory->layers[0].pixel_m, 5);
+    EXPECT_EQ(read_map(options_.out).directory->place_sigma_m, 42.5);
+  }
+  run("--place-sigma 7 --area -0.005,-0.004,0.002,0.003 --from " + flight.string(), status);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(read_map(options_.out).directory->place_sigma_m, 7);
+  for (const auto& [arguments, expected] :
+       {std::pair{"--strip 3", "it lies on no body"}, {"--strip 2", "there is strip 1, strip 3"}}) {
+    const std::string said = run(std::string(arguments) + " --from " + flight.string(), status);
+    EXPECT_EQ(status, 1);
+    EXPECT_NE(said.find(expected), std::string::npos) << said;
+  }
+  run("--strip 3 --place-sigma 9 --from " + flight.string(), status);
+  EXPECT_EQ(status, 0);
+  for (const char* unknown : {"null", "0", "-3", "\"near\"", "1e999"}) {
+    write_results(results, unknown);
+    const std::string said = run("--from " + flight.string(), status);
+    EXPECT_EQ(status, 1) << unknown;
+    EXPECT_FALSE(said.find("--place-sigma") == std::string::npos && said.find("no report") == std::string::npos)
+        << said;
+  }
 }
 
 }  // namespace

@@ -97,17 +97,57 @@ TEST(CameraLines, ACameraThatTheImagesContradictIsNamedWithTheValueThatTheyAskFo
   check.worst = Intrinsic::k1;
   check.worst_correction = -0.01;
   check.worst_sigmas = 9.25;
+  check.statistic = 41;
   const std::string text = text_of(flight);
-  for (const char* part : {"strip 2", "radial distortion k1 -0.0800 instead of -0.0700", "9.25 sigmas", "camera file"})
+  for (const char* part : {"strip 2", "radial distortion k1 -0.0800 instead of -0.0700", "9.25 sigmas", "camera file",
+                           "contradict the camera", "statistic is 41.0", "limit of 2.50", "are wrong"})
     EXPECT_TRUE(says(text, part)) << part << "\n" << text;
   check.verdict = CameraCheckVerdict::unexplained;
   check.spread = 59;
+  check.windows = 7;
   EXPECT_TRUE(says(text_of(flight), "59.0 times as far apart")) << text_of(flight);
+  EXPECT_TRUE(says(text_of(flight), "over 7 windows")) << text_of(flight);
   EXPECT_TRUE(says(text_of(flight), "rolling shutter"));
+  check.statistic = 1;
   check.spread = 0.5;
-  check.field = 2.3;
-  EXPECT_TRUE(says(text_of(flight), "residuals stay 2.30 times")) << text_of(flight);
+  check.field = 4.8;
+  EXPECT_TRUE(says(text_of(flight), "residuals stay 4.80 times")) << text_of(flight);
   EXPECT_FALSE(says(text_of(flight), "far apart"));
+}
+
+TEST(CameraLines, WhatIsLittleAboveItsLimitIsNotCalledWrong) {
+  intake::Flight flight;
+  flight.camera_record = CameraRecord{};
+  CalibrationCheckRecord& check = flight.camera_checks[1];
+  check.verdict = CameraCheckVerdict::contradicts;
+  check.statistic = 2.75;
+  const std::string text = text_of(flight);
+  for (const char* part : {"not quite", "statistic is 2.75", "limit of 2.50", "may be somewhat larger"})
+    EXPECT_TRUE(says(text, part)) << part << "\n" << text;
+  for (const char* strong : {"are wrong", "contradict"}) EXPECT_FALSE(says(text, strong)) << text;
+  check.verdict = CameraCheckVerdict::unexplained;
+  check.spread = 2.6;
+  EXPECT_TRUE(says(text_of(flight), "fit no lens quite")) << text_of(flight);
+  EXPECT_TRUE(says(text_of(flight), "may be somewhat too small")) << text_of(flight);
+}
+
+/// The event and the lines give one number: what is left over its limit, which a large statistic raises.
+TEST(CameraLines, WhatNoLensExplainsIsToldAsItsLimitIsExceeded) {
+  intake::Flight flight;
+  CalibrationCheckRecord& check = flight.camera_checks[1];
+  check.verdict = CameraCheckVerdict::unexplained;
+  struct Case {
+    double statistic, spread, field;
+    const char* excess;
+  };
+  // Limits: 2 of the spread, a twentieth of the statistic beyond 40; 1.6 of the field, half more at a statistic of 100.
+  for (const Case& one : {Case{1, 6, 1, "3.00 times its limit"}, Case{200, 30, 0, "3.00 times its limit"},
+                          Case{100, 1, 7.2, "3.00 times its limit"}, Case{0, 5, 1.6, "2.50 times its limit"}}) {
+    check.statistic = one.statistic;
+    check.spread = one.spread;
+    check.field = one.field;
+    EXPECT_TRUE(says(text_of(flight), one.excess)) << text_of(flight);
+  }
 }
 
 }  // namespace
