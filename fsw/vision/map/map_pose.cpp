@@ -38,11 +38,27 @@ double px_per_unit(const RigidTransform& camera_from_map, const Vec3& place, dou
   return (camera_from_map * place).z() / pixel_m;
 }
 
-void add_attitude(const RigidTransform& pose, const MapPrior& prior, const Mat3& information, PoseCovariance& normal,
-                  Vec6& gradient) {
-  const Vec3 turned = vector_from_rotation(pose.rotation * prior.camera_from_map.rotation.transpose());
-  normal.topLeftCorner<3, 3>() += information;
-  gradient.head<3>() += information * turned;
+Vec6 attitude_gradient(const RigidTransform& pose, const MapPrior& prior, const Mat3& information) {
+  Vec6 gradient = Vec6::Zero();
+  gradient.head<3>() = information * vector_from_rotation(pose.rotation * prior.camera_from_map.rotation.transpose());
+  return gradient;
+}
+
+PoseCovariance with_attitude(const PoseCovariance& normal, const Mat3& information) {
+  PoseCovariance sum = normal;
+  sum.topLeftCorner<3, 3>() += information;
+  return sum;
+}
+
+/// With unknowns in metres at the ground, so that the pivots are comparable.
+bool invert_information(const PoseCovariance& information, double distance, PoseCovariance& covariance) {
+  Vec6 scale;
+  scale << 1, 1, 1, distance, distance, distance;
+  const PoseCovariance scaled = scale.asDiagonal() * information * scale.asDiagonal();
+  PoseCovariance inverted;
+  if (!invert_positive_definite<6>(scaled, inverted)) return false;
+  covariance = scale.asDiagonal() * inverted * scale.asDiagonal();
+  return true;
 }
 
 void measure(std::span<MapSighting> sightings, const RigidTransform& pose, double pixel_m) {
@@ -112,11 +128,10 @@ bool solve_map_pose(std::span<MapSighting> sightings, const MapPrior& prior, con
     const Mat3 attitude = prior.covariance.topLeftCorner<3, 3>();
     if (!invert_positive_definite<3>(attitude, information)) return false;
   }
-  // Unknowns in metres at the ground, so that the pivots are comparable.
   const double distance = (prior.camera_from_map * sightings.front().place).z();
   if (!(distance > 0)) return false;
   pose.camera_from_map = prior.camera_from_map;
-  PoseCovariance normal;
+  PoseCovariance normal;  // of the sightings
   for (int step = 0; step < most_steps; ++step) {
     measure(sightings, pose.camera_from_map, params.pixel_m);
     const double spread = sigma_of_median * params.sigma_px * median_size(sightings, params.sigma_px);
@@ -138,13 +153,8 @@ bool solve_map_pose(std::span<MapSighting> sightings, const MapPrior& prior, con
       ++pose.used;
     }
     if (pose.used < least_used) return false;
-    if (prior.attitude_is_measured) add_attitude(pose.camera_from_map, prior, information, normal, gradient);
-    Vec6 scale;
-    scale << 1, 1, 1, distance, distance, distance;
-    const PoseCovariance scaled = scale.asDiagonal() * normal * scale.asDiagonal();
-    PoseCovariance inverted;
-    if (!invert_positive_definite<6>(scaled, inverted)) return false;
-    pose.covariance = scale.asDiagonal() * inverted * scale.asDiagonal();
+    if (prior.attitude_is_measured) gradient += attitude_gradient(pose.camera_from_map, prior, information);
+    if (!invert_information(with_attitude(normal, information), distance, pose.covariance)) return false;
     const Vec6 change = -(pose.covariance.lazyProduct(gradient));
     if (!change.allFinite()) return false;
     pose.camera_from_map = changed_pose(pose.camera_from_map, change);
@@ -164,10 +174,14 @@ bool solve_map_pose(std::span<MapSighting> sightings, const MapPrior& prior, con
     if (sighting.weight > 0) squares += sighting.residual.squaredNorm();
   }
   pose.residual_px = std::sqrt(squares / (2.0 * pose.used));
-  // The pose has fitted a part of the residuals away, the more the fewer of them are independent.
-  constexpr double unknowns = 6, least_left = 1;
+  // The pose has fitted a part of the residuals away, the more the fewer of them are independent. What an attitude has
+  // determined was not fitted.
+  constexpr double least_left = 1;
+  const Mat3 attitude = pose.covariance.topLeftCorner<3, 3>();
+  const double unknowns = 6 - (information * attitude).trace();
   const double independent = 2.0 * pose.used / (params.together * params.together);
-  pose.covariance *= std::max(independent, unknowns + least_left) / std::max(independent - unknowns, least_left);
+  const double grown = std::max(independent, unknowns + least_left) / std::max(independent - unknowns, least_left);
+  if (!invert_information(with_attitude(normal / grown, information), distance, pose.covariance)) return false;
   const double by_spread = (params.common_share + params.common_growth * pose.residual_px) * pose.residual_px;
   const double common =
       params.pixel_m * std::sqrt(params.common_sigma_px * params.common_sigma_px + by_spread * by_spread);

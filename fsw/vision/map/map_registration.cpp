@@ -333,14 +333,22 @@ Status MapRegistration::conclude() {
   if (!fix(*best)) result_.verdict = MapVerdict::no_agreement;
   if (result_.verdict != MapVerdict::fixed) return {};
   sense_ = static_cast<std::size_t>(best - candidates_.data());
-  return search_again();
+  // The image tells repetitions of heights apart.
+  if (candidates_[0].sense == MapSense::relit && candidates_[0].vote.verdict == MapVerdict::fixed)
+    return search_again();
+  MapPlan found = input_.plan;
+  found.sheet_column = vote.column;
+  found.sheet_row = vote.row;
+  repeats_.begin(input_.window, level_m_, found, *workspace_);
+  phase_ = Phase::repeats;
+  return {};
 }
 
 /// What the prior had wrong, tilt over relief most of all, distorts the patches: the sheet is drawn once more, by the
 /// pose that was found.
 Status MapRegistration::search_again() {
   again_ = true;
-  by_prior_ = compose(inverse(input_.prior.camera_from_map), result_.camera_from_map);
+  by_prior_ = compose(inverse(input_.prior.camera_from_map), level_pose_);
   const MapVote& vote = candidates_[sense_].vote;
   input_.plan.sheet_column = vote.column;
   input_.plan.sheet_row = vote.row;
@@ -365,12 +373,19 @@ bool MapRegistration::fix(const Candidate& candidate) {
     ++count;
   }
   const std::span<MapSighting> sightings(all.data(), count);
-  MapPose pose;
+  MapPose pose, level;
   if (count < least_places) return false;
   const MapPoseParams params = pose_params(candidate.sense, window.pixel_m, params_.patch_sigma_px);
-  if (!solve_map_pose(sightings, prior, params, pose)) return false;
+  // The ground by the attitude that is expected as well: few patches tell a tilt badly, and it takes their middle with
+  // it. An attitude that earlier fixes say is no part of the pose, whose attitude says more to those that follow.
+  MapPrior attitude = prior;
+  attitude.attitude_is_measured = true;
+  if (!solve_map_pose(sightings, attitude, params, level) || !solve_map_pose(sightings, prior, params, pose)) {
+    return false;
+  }
+  level_pose_ = level.camera_from_map;
   Vec3 ground, expected;
-  if (!ground_on_axis(pose.camera_from_map, window, level_m_, ground) ||
+  if (!ground_on_axis(level_pose_, window, level_m_, ground) ||
       !ground_on_axis(prior.camera_from_map, window, level_m_, expected)) {
     return false;
   }
@@ -380,7 +395,7 @@ bool MapRegistration::fix(const Candidate& candidate) {
   result_.ground_m[0] = ground.x();
   result_.ground_m[1] = ground.y();
   result_.ground_m[2] = height_at(window, ground.x(), ground.y());
-  result_.ground_covariance = ground_covariance(pose.camera_from_map, ground, pose.covariance);
+  result_.ground_covariance = ground_covariance(level_pose_, ground, level.covariance);
   const Vec2 shift = (ground - expected).head<2>();
   const Mat2 expected_covariance = ground_covariance(prior.camera_from_map, expected, prior.covariance);
   const double determinant = expected_covariance.determinant();
@@ -470,6 +485,15 @@ Result<bool> MapRegistration::step() {
       break;
     case Phase::conclude:
       ILP_TRY(conclude());
+      break;
+    case Phase::repeats:
+      if (repeats_.step(*workspace_)) break;
+      if (!repeats_.repeats()) {
+        ILP_TRY(search_again());
+      } else {
+        result_.verdict = MapVerdict::ambiguous;
+        phase_ = Phase::done;
+      }
       break;
     case Phase::done:
       break;

@@ -16,6 +16,7 @@
 #include "fsw/vision/map/map_light.hpp"
 #include "fsw/vision/map/map_plan.hpp"
 #include "fsw/vision/map/map_pose.hpp"
+#include "fsw/vision/map/map_repeats.hpp"
 #include "fsw/vision/map/map_votes.hpp"
 #include "fsw/vision/map/map_window.hpp"
 
@@ -62,7 +63,17 @@ class MapRegistration {
   [[nodiscard]] const MapFixResult& result() const { return result_; }
 
  private:
-  enum class Phase : std::uint8_t { sheet, sheet_channels, window, window_channels, patches, points, conclude, done };
+  enum class Phase : std::uint8_t {
+    sheet,
+    sheet_channels,
+    window,
+    window_channels,
+    patches,
+    points,
+    conclude,
+    repeats,
+    done
+  };
   /// What one sense says, and the places of its patches.
   struct Candidate {
     MapSense sense = MapSense::relit;
@@ -114,8 +125,10 @@ class MapRegistration {
   std::array<MapSense, 2> senses_{};
   std::size_t sense_count_ = 0, sense_ = 0;
   std::array<Candidate, 2> candidates_;
-  bool again_ = false;       ///< the keyframes are drawn by the pose that was found
-  RigidTransform by_prior_;  ///< the map as the prior has it, from the map: identity until then
+  RepeatSearch repeats_;
+  bool again_ = false;         ///< the keyframes are drawn by the pose that was found
+  RigidTransform by_prior_;    ///< the map as the prior has it, from the map: identity until then
+  RigidTransform level_pose_;  ///< that was found with the attitude of the prior
   MapFixResult result_;
 };
 

@@ -212,8 +212,6 @@ TEST_F(MapFixTest, AFixFarFromThePriorCountsOnceTheNextAgrees) {
 }
 
 TEST_F(MapFixTest, GroundOutsideWhatIsSearchedIsNoFix) {
-  // The relief of this ground repeats itself every 107 and 82 m; its light does not.
-  mission.map_senses = 3;
   for (std::int64_t id = 1; id <= 4; ++id) {
     fly(id);
     measure(id, Vec3(0, 70, 0), 2);

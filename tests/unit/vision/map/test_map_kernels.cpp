@@ -14,6 +14,7 @@
 #include "fsw/vision/map/map_light.hpp"
 #include "fsw/vision/map/map_pose.hpp"
 #include "fsw/vision/map/map_registration.hpp"
+#include "fsw/vision/map/map_repeats.hpp"
 #include "fsw/vision/map/map_votes.hpp"
 #include "fsw/vision/map/patch_search.hpp"
 #include "tests/unit/vision/map/map_world.hpp"
@@ -545,6 +546,73 @@ TEST(MapRegistration, RefusesWhatItCannotReadAndAnswersWhereThereIsNothing) {
   plane.height[77] = 0;
   keyframe.image = GrayView(grey.data(), 300, 240);
   EXPECT_TRUE(refused(input));
+}
+
+/// Smooth ground of standard deviation 2 m that repeats itself after this way, px; what is added to each cell does not.
+MapWindow repeating_window(std::int32_t side, std::int32_t columns, std::int32_t rows, double error_m, Rng& rng,
+                           WindowStore& store) {
+  std::vector<double> noise(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows)), smooth(noise.size());
+  for (double& value : noise) value = normal(rng);
+  const auto cell = [&](std::int32_t x, std::int32_t y) {
+    return static_cast<std::size_t>((y + 4 * rows) % rows * columns + (x + 4 * columns) % columns);
+  };
+  for (std::int32_t y = 0; y < rows; ++y) {
+    for (std::int32_t x = 0; x < columns; ++x) {
+      for (std::int32_t k = 0; k < 25; ++k) smooth[cell(x, y)] += 0.4 * noise[cell(x + k % 5 - 2, y + k / 5 - 2)];
+    }
+  }
+  const auto cells = static_cast<std::size_t>(side * side);
+  store.known.assign(cells, 1);
+  store.height_m.clear();
+  for (std::int32_t k = 0; k < side * side; ++k) {
+    store.height_m.push_back(static_cast<float>(smooth[cell(k % side, k / side)] + error_m * normal(rng)));
+  }
+  MapWindow window;
+  window.width = window.height = side;
+  window.pixel_m = 1;
+  window.height_m = store.height_m.data();
+  window.known = store.known.data();
+  return window;
+}
+
+bool ground_repeats(const MapWindow& window, std::int32_t sheet_side) {
+  const auto workspace = std::make_unique<MapRegistrationWorkspace>();
+  MapPlan plan;
+  plan.sheet_column = plan.sheet_row = 20;
+  workspace->sheet.width = workspace->sheet.height = sheet_side;
+  RepeatSearch search;
+  search.begin(window, 0, plan, *workspace);
+  while (search.step(*workspace)) {
+  }
+  return search.repeats();
+}
+
+TEST(MapRepeats, GroundThatRepeatsItselfWithinTheImageIsTold) {
+  Rng rng(12);
+  WindowStore store;
+  // Sheets as small as those of relief, and as large as those of light, whose heights are reduced.
+  for (const std::int32_t side : {40, 56, 140}) {
+    const std::int32_t window_side = side + 40;
+    const std::int32_t far = 2 * side / 3, near = side / 2;
+    for (const auto& [columns, rows] : {std::pair(far, 500), std::pair(500, far), std::pair(near, near + 3)}) {
+      EXPECT_TRUE(ground_repeats(repeating_window(window_side, columns, rows, 0.2, rng, store), side))
+          << side << ": " << columns << " x " << rows;
+    }
+    for (int trial = 0; trial < 10; ++trial) {
+      EXPECT_FALSE(ground_repeats(repeating_window(window_side, 500, 500, 0.2, rng, store), side)) << side;
+    }
+  }
+}
+
+TEST(MapRepeats, LevelGroundAndHolesRepeatNothing) {
+  Rng rng(13);
+  WindowStore store;
+  MapWindow window = repeating_window(90, 30, 30, 0, rng, store);
+  EXPECT_TRUE(ground_repeats(window, 50));
+  std::fill(store.height_m.begin(), store.height_m.end(), 3.0F);
+  EXPECT_FALSE(ground_repeats(window, 50));
+  std::fill(store.known.begin(), store.known.end(), std::uint8_t{0});
+  EXPECT_FALSE(ground_repeats(window, 50));
 }
 
 }  // namespace

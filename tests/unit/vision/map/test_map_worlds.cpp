@@ -326,6 +326,7 @@ struct HostileMap {
   void (*spoil)(OrbitalMap& map, Rng& rng);
   double least_share;  ///< of keyframes that are fixed all the same
   double most_share;
+  double east_m = 0;  ///< of the whole map: what it says is believed
 };
 
 std::size_t cell_of(const OrbitalMap& map, std::int32_t column, std::int32_t row) {
@@ -390,6 +391,17 @@ const HostileMap hostile_maps[] = {
     {"a negative",
      [](OrbitalMap& map, Rng& rng) { change_image(map, rng, [](double grey, double) { return 256 - grey; }); }, 0.7, 1},
     {"its sun stated wrong by 90 degrees", [](OrbitalMap& map, Rng&) { map.sun_azimuth_rad += pi / 2; }, 0.7, 1},
+    {"brightness changed everywhere",
+     [](OrbitalMap& map, Rng& rng) {
+       change_image(map, rng, [](double grey, double noise) { return (0.5 + noise) * grey; });
+     },
+     0.7, 1},
+    {"its heights inverted",
+     [](OrbitalMap& map, Rng&) {
+       for (float& height : map.height_m) height = -height;
+     },
+     0, 1},
+    {"shifted by 8 m", [](OrbitalMap& map, Rng&) { map.x0_m += 8; }, 0.4, 1, 8},
     {"dust",
      [](OrbitalMap& map, Rng& rng) {
        change_image(map, rng, [](double grey, double) { return 150 + 0.25 * (grey - 127); });
@@ -413,7 +425,11 @@ TEST(ILP_MAP_SUITE, HostileMapsAreNotBelieved) {
     for (int k = 0; k < keyframes / 3 + 2; ++k) {
       world.look_anywhere({}, rng, trial);
       const MapPlan plan = plan_of(trial, good);
-      tally.add(register_on_map(trial, plan, store.fill(map, plan), world.sun()), trial, plan.pixel_m);
+      const MapFixResult result = register_on_map(trial, plan, store.fill(map, plan), world.sun());
+      const Vec3 moved(hostile.east_m, 0, 0);
+      trial.ground += moved;
+      trial.truth.translation -= trial.truth.rotation * moved;
+      tally.add(result, trial, plan.pixel_m);
     }
     std::printf("%s: fixed %d of %d, wrong %d, ground %.2f px\n", hostile.name, tally.fixed, tally.trials, tally.wrong,
                 tally.ground_quantile(0.5));
