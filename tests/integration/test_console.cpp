@@ -109,7 +109,7 @@ TEST_F(ConsoleTest, WhatFailsIsSaidWithItsReasonAndTheExitStatusTellsIt) {
   RunningProgram program(flight({"--link-tcp", "127.0.0.1:0"}), path("log"));
   const ToolResult result = operate(program, "TCP", "refine 99\nlaunch\nping\n");
   EXPECT_EQ(result.status, 1) << result.output;
-  EXPECT_TRUE(says(result, "failed: refine 99: not_found")) << result.output;
+  EXPECT_TRUE(says(result, "failed: refine 99: no such product of keyframe 99 is on board. To do: ")) << result.output;
   EXPECT_TRUE(says(result, "not sent: launch: there is no command launch")) << result.output;
   EXPECT_TRUE(says(result, "done: ping")) << result.output;
 }

@@ -23,7 +23,7 @@ MapPoseParams pose_params(MapSense sense, double pixel_m, double sigma_px) {
   params.pixel_m = pixel_m;
   params.sigma_px = sigma_px;
   if (sense == MapSense::shape) {
-    params.together = 1.7;
+    params.together = 1.55;
     params.common_share = 0;
     params.common_growth = 0.7;
   } else if (sense == MapSense::relief) {
