@@ -130,7 +130,7 @@ class Flight {
   void write_boot();
   void check_calendar();
   [[nodiscard]] bool restart_wanted() const { return left_memory_ || store_.damaged() || software_->restart_wanted(); }
-  void tell_unknown_camera();
+  void report_unknown_camera();
   int finish();
   bool good(const char* what, const Status& status) { return status.ok() || fail(what, status) == 0; }
   /// Status ok is no event. The executive reports a lock.
@@ -510,7 +510,7 @@ void Flight::run() {
 }
 
 /// Without it no pose is final, so nothing of the ground has been made.
-void Flight::tell_unknown_camera() {
+void Flight::report_unknown_camera() {
   CameraRecord camera;
   std::int64_t keyframes = 0;
   if (!get_camera(store_.store(), camera_id, camera).ok() || camera.frozen) return;
@@ -550,7 +550,7 @@ int Flight::finish() {
   print_timing(software_->executive());
   std::int64_t frames = 0;
   well = good("counting frames", store_.store().count(record_info(RecordType::frame), frames)) && well;
-  if (!restart_wanted()) tell_unknown_camera();
+  if (!restart_wanted()) report_unknown_camera();
   if (shared_) well = good("synchronising the store", store_.sharing().flush_or_later()) && well;
   store_.close();
   if (frames == 0) std::fprintf(stderr, "ilp-onboard: the source gave no usable frame; the events say why\n");

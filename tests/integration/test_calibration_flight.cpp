@@ -210,7 +210,7 @@ TEST_F(CalibrationFlightTest, AGivenCameraThatIsWrongIsContradictedWhileTheStrip
   // It is said before anything else.
   const test::ProgramResult map = test::run_program({ILP_GROUND, (out / "outbox").string(), "--out", folder / "map"});
   ASSERT_EQ(map.exit_status, 0) << map.output;
-  const std::size_t said = map.output.find("contradict the camera: they ask for focal length");
+  const std::size_t said = map.output.find("contradict the camera: their statistic is");
   EXPECT_LT(said, map.output.find("posed,")) << map.output;
   const test::Bytes bytes = test::read_file(fs::path(folder / "map") / "report.html");
   const std::string page(bytes.begin(), bytes.end());

@@ -202,7 +202,7 @@ TEST(LandingSites, AreRefusedWhereTheFlightDoesNotKnowWhatIsUp) {
   const test::ProgramResult mapped = test::run_program(
       {ILP_GROUND, flight / "outbox", "--out", scratch.path() / "ground", "--landing-sites", "6,8,1.4"});
   EXPECT_EQ(mapped.exit_status, 0) << mapped.output;
-  EXPECT_NE(mapped.output.find("none can be told: strip 1 does not know what is up"), std::string::npos)
+  EXPECT_NE(mapped.output.find("none can be found: strip 1 does not know what is up"), std::string::npos)
       << mapped.output;
   EXPECT_FALSE(fs::exists(scratch.path() / "ground/landing-safe.tif"));
   const test::ProgramResult wrong = test::run_program(

@@ -53,8 +53,8 @@ intake::Flight received(const fs::path& out) {
 }
 
 /// Of the longest way from the first posed keyframe.
-double told_over_true_length(const intake::Flight& flight, const intake::Strip& strip,
-                             const std::vector<host::ReferenceCamera>& truth) {
+double estimated_over_true_length(const intake::Flight& flight, const intake::Strip& strip,
+                                  const std::vector<host::ReferenceCamera>& truth) {
   std::map<std::string, Vec3> by_name;
   for (const host::ReferenceCamera& camera : truth) by_name[camera.name] = camera.centre;
   std::optional<std::pair<Vec3, Vec3>> first;
@@ -94,7 +94,7 @@ TEST(NavigationFlight, TheGroundHasMetresAndALevelMapWithoutAnAnchor) {
     tilt += det_acos(turn(2, 2));
   }
   ASSERT_GT(posed, 8U);
-  EXPECT_NEAR(told_over_true_length(flight, strip, truth), 1, 0.005) << "bar of the scale";
+  EXPECT_NEAR(estimated_over_true_length(flight, strip, truth), 1, 0.005) << "bar of the scale";
   EXPECT_LT(tilt / static_cast<double>(posed), 0.0035) << "0.2 degrees over these few keyframes";
 
   const exports::Georeference place = exports::georeference_of(flight, strip, nullptr);
@@ -120,7 +120,7 @@ TEST(NavigationFlight, AllHeightsOfTheImagesSetTheMetreWithAStatedError) {
       ASSERT_TRUE(strip.frame) << scenario << " " << seed;
       EXPECT_STREQ(intake::unit_of(flight, strip), "m");
       const auto truth = host::read_reference_cameras(out / "flight" / "truth" / "poses.txt");
-      const double error = told_over_true_length(flight, strip, truth) - 1;
+      const double error = estimated_over_true_length(flight, strip, truth) - 1;
       EXPECT_LT(std::fabs(error), 2 * strip.frame->scale_sigma) << scenario << " " << seed;
       EXPECT_LT(strip.frame->scale_sigma, 0.012) << scenario << " " << seed;
       squares += error * error / (strip.frame->scale_sigma * strip.frame->scale_sigma);

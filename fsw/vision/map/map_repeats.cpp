@@ -1,7 +1,6 @@
 #include "fsw/vision/map/map_repeats.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <span>
 
 #include "fsw/vision/map/map_channels.hpp"
