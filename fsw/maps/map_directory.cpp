@@ -203,4 +203,8 @@ std::uint64_t map_tile_digest(std::uint64_t map_id, std::span<const std::uint8_t
   return load_little_endian<std::uint64_t>(code_of(key, file).data());
 }
 
+bool is_map_tile(const MapDirectory& directory, const MapTileEntry& entry, std::span<const std::uint8_t> file) {
+  return file.size() == entry.bytes && map_tile_digest(directory.id, file) == entry.digest;
+}
+
 }  // namespace ilp

@@ -81,5 +81,8 @@ Status write_map_directory(const MapDirectory& directory, std::span<const std::u
 /// First octets of the HMAC-SHA-256 of the tile's file, with the map's id as the key. As the signed directory holds it,
 /// nobody without the directory's key can give another tile to the flight.
 [[nodiscard]] std::uint64_t map_tile_digest(std::uint64_t map_id, std::span<const std::uint8_t> file);
+/// Whether the file is the tile that the directory names: neither damaged nor of another map.
+[[nodiscard]] bool is_map_tile(const MapDirectory& directory, const MapTileEntry& entry,
+                               std::span<const std::uint8_t> file);
 
 }  // namespace ilp

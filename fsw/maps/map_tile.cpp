@@ -33,9 +33,7 @@ bool is_valid(const TileHead& head) {
 Status open_tile(Octets file, const MapDirectory& directory, std::size_t entry, TileHead& head, Sections& sections) {
   if (entry >= directory.tiles.size()) return {StatusCode::not_found, static_cast<std::int64_t>(entry)};
   const MapTileEntry& meant = directory.tiles[entry];
-  if (file.size() != meant.bytes || map_tile_digest(directory.id, file) != meant.digest) {
-    return {StatusCode::record_damaged, static_cast<std::int64_t>(entry)};
-  }
+  if (!is_map_tile(directory, meant, file)) return {StatusCode::record_damaged, static_cast<std::int64_t>(entry)};
   FieldReader in(file);
   each_field(head, [&](auto& field) { in.read(field); });
   if (!in.whole()) {

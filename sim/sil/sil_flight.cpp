@@ -414,8 +414,7 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
   if (flight.keyframes_with_pose() == 0) {
     std::cerr << "ilp-sil: no keyframe has a pose: there are images, but no heights and no map; "
               << (keyframes < 2 ? "a pose needs two keyframes that show the same ground from different places: bring "
-                                  "more images (what became "
-                                  "of these is in the events)"
+                                  "more images (what became of these is in the events)"
                                 : "the report says what the keyframes had in common")
               << "\n";
     return status_without_poses;

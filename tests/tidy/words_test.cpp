@@ -20,7 +20,7 @@ struct Word {
   std::string_view word, instead;
 };
 
-// As a part of an identifier: `heard` also forbids `received_ns` and, outside the tests, `HeardPacket`.
+// As a part of an identifier: `heard` also forbids `heard_ns` and, outside the tests, `HeardPacket`.
 const std::map<std::string, std::string_view> instead_of = {
     {"anew", "again"},
     {"desk", "queue"},
@@ -123,7 +123,7 @@ std::vector<std::string> identifiers_of(const std::string& line) {
   return found;
 }
 
-/// In lower case, in order: `ValidView` has `sound` and `view`.
+/// In lower case, in order: `SoundView` has `sound` and `view`.
 std::vector<std::string> parts_of(const std::string& identifier) {
   std::vector<std::string> parts(1);
   for (const char c : identifier) {

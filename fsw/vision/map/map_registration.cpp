@@ -380,7 +380,10 @@ bool MapRegistration::fix(const Candidate& candidate) {
   // it. An attitude that earlier fixes say is no part of the pose, whose attitude says more to those that follow.
   MapPrior attitude = prior;
   attitude.attitude_is_measured = true;
-  if (!solve_map_pose(sightings, attitude, params, level) || !solve_map_pose(sightings, prior, params, pose)) {
+  if (!solve_map_pose(sightings, attitude, params, level)) return false;
+  if (prior.attitude_is_measured) {
+    pose = level;
+  } else if (!solve_map_pose(sightings, prior, params, pose)) {
     return false;
   }
   level_pose_ = level.camera_from_map;

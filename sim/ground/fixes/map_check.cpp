@@ -32,7 +32,7 @@ std::string missing_tiles(MapSource& source, const MapDirectory& directory) {
     std::size_t size = 0;
     const Status read = source.read_tile({entry.layer, entry.row, entry.column}, file, size);
     const auto bytes = std::span(file).first(read.ok() ? size : 0);
-    const bool whole = read.ok() && size == entry.bytes && map_tile_digest(directory.id, bytes) == entry.digest;
+    const bool whole = read.ok() && is_map_tile(directory, entry, bytes);
     if (!whole) ++(read.is(StatusCode::not_found) ? missing : damaged);
   }
   if (missing + damaged == 0) return "";

@@ -25,7 +25,9 @@ class MapImage {
                                                    std::int32_t height);
 
  private:
-  void paint(std::size_t entry, double x0_m, double y0_m, double pixel_m, host::Raster<std::uint8_t>& picture);
+  struct Scratch;
+  void paint(std::size_t entry, double x0_m, double y0_m, double pixel_m, Scratch& scratch,
+             host::Raster<std::uint8_t>& picture);
 
   DirectoryMapSource source_;
   std::unique_ptr<MapDirectory> directory_;

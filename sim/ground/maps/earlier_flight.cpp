@@ -27,7 +27,7 @@ fs::path results_of(const fs::path& folder) {
                            (flight / "ground").string() + " makes them");
 }
 
-/// The strips of report.json that have heights; a report that says anything else has none.
+/// The strips of report.json that have a number.
 json strips_of(const fs::path& report) {
   const json all = json::parse(host::read_file(report), nullptr, false);
   json strips = json::array();
@@ -70,7 +70,7 @@ EarlierModel earlier_model(const fs::path& folder, std::int64_t strip) {
     if (!has_heights(one)) continue;
     const auto id = one["id"].get<std::int64_t>();
     there += (there.empty() ? "strip " : ", strip ") + std::to_string(id);
-    if (strip != 0 ? id != strip : there.find(',') != std::string::npos) continue;
+    if (strip != 0 && id != strip) continue;
     // The first strip's files have no number.
     const std::string suffix = i == 0 ? "" : "-strip-" + std::to_string(id);
     EarlierModel model{results / ("ortho" + suffix + ".tif"), results / ("height" + suffix + ".tif"), {}, {}};

@@ -79,8 +79,7 @@ std::string contradiction(const CalibrationCheckRecord& check, const CameraRecor
          ". They ask for " + asked_for(check, camera) + ", which moves the cameras of six keyframes by " +
          host::brief(100 * check.cost) + " % of their extent. " +
          (weak ? "Likely are a camera that is a little off (focus, temperature), or relief and turns that the check "
-                 "does "
-                 "not quite bear; errors may be somewhat larger than stated."
+                 "does not quite bear; errors may be somewhat larger than estimated."
                : "Positions, heights and their estimated errors are wrong until the camera is right.");
 }
 
