@@ -1,5 +1,6 @@
 #include "sim/tools/docgen/documents.hpp"
 
+#include <cstring>
 #include <set>
 
 #include "bsp/flight/status_text.hpp"
@@ -78,6 +79,27 @@ std::string plain_names(EnumValues values) {
   return text;
 }
 
+bool same_values(EnumValues a, EnumValues b) {
+  if (a.empty() || a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (a[i].number != b[i].number || std::strcmp(a[i].name, b[i].name) != 0) return false;
+  }
+  return true;
+}
+
+/// The field of a record whose page has these names already.
+std::string field_with(EnumValues values) {
+  for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
+    const RecordInfo& record = record_info(static_cast<RecordType>(t));
+    for (std::size_t f = 0; f < record.field_count; ++f) {
+      const FieldInfo& field = record.fields[f];
+      if (field.values.data() == boolean_values || !same_values(field.values, values)) continue;
+      return "as " + code(field.name) + " of [" + record.name + "](records.md#" + record.name + ")";
+    }
+  }
+  return "";
+}
+
 /// The types of values, and the names of their numbers.
 std::string value_types() {
   std::string text =
@@ -89,11 +111,13 @@ std::string value_types() {
     const ValueTypeInfo& info = info_of(type);
     std::string meaning = info.per_unit > 1 ? "1/" + std::to_string(info.per_unit) : "";
     if (info.unit[0] != 0) meaning += (meaning.empty() ? "" : " ") + cell(info.unit);
-    for (const std::string& part : {cell(info.meaning), plain_names(named_values(type))}) {
+    const std::string elsewhere = field_with(named_values(type));
+    for (const std::string& part :
+         {cell(info.meaning), elsewhere.empty() ? plain_names(named_values(type)) : elsewhere}) {
       meaning += (meaning.empty() || part.empty() ? "" : ": ") + part;
     }
     text += table_row({std::string("**") + info.name + "**", meaning});
-    for (const EnumValue& value : named_values(type)) {
+    for (const EnumValue& value : elsewhere.empty() ? named_values(type) : EnumValues{}) {
       if (says_more(value)) {
         text += table_row({std::to_string(value.number) + " " + code(value.name), cell(value.meaning)});
       }
