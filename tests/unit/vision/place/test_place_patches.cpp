@@ -43,7 +43,8 @@ PlacePatches keep(const test::Image& image) {
   static const auto harris = std::make_unique<HarrisWorkspace>();
   static const auto workspace = std::make_unique<PlacePatchWorkspace>();
   PlacePatches patches;
-  EXPECT_TRUE(take_place_patches(image.view(), *harris, *workspace, patches).ok());
+  EXPECT_TRUE(begin_place_patches(image.view(), *harris, *workspace, patches).ok());
+  EXPECT_TRUE(do_all([&] { return place_patches_slice(image.view(), *harris, *workspace, patches); }).ok());
   return patches;
 }
 
