@@ -131,8 +131,7 @@ TEST(MapTile, FeaturesComeBackToAHundredthOfAPixel) {
 
 TEST(MapTile, AFeatureOutsideTheTileIsNotWritten) {
   MapTileFeatures features;
-  PlaceFeature outside;
-  outside.x = 256;
+  PlaceFeature outside{.x = 256};
   ASSERT_TRUE(features.image.push_back(outside));
   const auto workspace = std::make_unique<MapTileWorkspace>();
   Bytes file(limits::max_map_tile_bytes);

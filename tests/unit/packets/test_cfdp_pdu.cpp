@@ -222,8 +222,7 @@ TEST_F(GoldenPdus, TheRecordedSessionComesBackAsTheSameOctets) {
 TEST(CfdpPdu, IdsAndSequenceNumbersOfEveryLengthAreReadAndWritten) {
   for (std::uint8_t id = 1; id <= 8; ++id) {
     for (std::uint8_t sequence = 1; sequence <= 8; ++sequence) {
-      Pdu pdu;
-      pdu.kind = PduKind::finished;
+      Pdu pdu{.kind = PduKind::finished};
       pdu.header.toward_sender = true;
       pdu.header.id_length = id;
       pdu.header.sequence_length = sequence;
@@ -264,8 +263,7 @@ TEST(CfdpPdu, MalformedOnesAreRejectedForTheirReason) {
 }
 
 TEST(CfdpPdu, WhatDoesNotFitIsNotWritten) {
-  Pdu pdu;
-  pdu.kind = PduKind::eof;
+  Pdu pdu{.kind = PduKind::eof};
   pdu.eof.file_bytes = 0x1'0000'0000U;
   Bytes out(64);
   std::size_t size = 0;
@@ -286,8 +284,7 @@ TEST(CfdpPdu, WhatDoesNotFitIsNotWritten) {
   name.metadata.source_name = long_name;
   Bytes large(70000);
   EXPECT_TRUE(encode(name, large, size).is(StatusCode::invalid_argument));
-  Pdu data;
-  data.kind = PduKind::file_data;
+  Pdu data{.kind = PduKind::file_data};
   const Bytes bytes(65532);
   data.file_data.bytes = bytes;
   EXPECT_TRUE(encode(data, large, size).is(StatusCode::capacity_exceeded));

@@ -291,10 +291,7 @@ TEST_F(ServiceVectors, Parameters) {
 }
 
 TEST(Services, FailureCodeOfTheYamcsTailoringHasFourOctets) {
-  VerificationReport report;
-  report.subtype = verification::completion_failed;
-  report.request = 0x18EFC017;
-  report.code = 258;
+  VerificationReport report{.subtype = verification::completion_failed, .request = 0x18EFC017, .code = 258};
   Written written;
   encode_verification(yamcs(), report, written.out);
   EXPECT_EQ(written.bytes(), from_hex("18efc017 00000102"));

@@ -19,11 +19,7 @@ constexpr CameraCheckParams params;
 constexpr double focal_sigma = 0.1;
 
 FlightScene scene_of(unsigned seed) {
-  FlightScene scene;
-  scene.seed = seed;
-  scene.keyframes = 6;
-  scene.wrong = 0;
-  scene.noise_px = 0.1;
+  FlightScene scene{.seed = seed, .keyframes = 6, .noise_px = 0.1, .wrong = 0};
   return scene;
 }
 

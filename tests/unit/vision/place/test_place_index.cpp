@@ -18,9 +18,8 @@ PlaceFeatures place(std::uint64_t number) {
   Rng rng(number, 17);
   PlaceFeatures features;
   for (std::size_t k = 0; k < limits::max_place_features; ++k) {
-    PlaceFeature feature;
-    feature.level = static_cast<std::uint8_t>(1 + rng.below(3));
-    feature.angle = static_cast<std::uint8_t>(rng.below(256));
+    PlaceFeature feature{.level = static_cast<std::uint8_t>(1 + rng.below(3)),
+                         .angle = static_cast<std::uint8_t>(rng.below(256))};
     for (std::uint32_t& word : feature.descriptor) word = rng.next();
     (void)features.push_back(feature);
   }

@@ -164,8 +164,7 @@ TEST(PlacePatches, NothingIsSoughtBeyondTheBorderOrByANonsensePrediction) {
   plane.h[4] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(
       find_place_patches({}, image.view(), plane.h, {}, *workspace, sightings).is(StatusCode::invalid_argument));
-  PatchSearchParams far;
-  far.radius_px = max_patch_search_px + 1;
+  PatchSearchParams far{.radius_px = max_patch_search_px + 1};
   EXPECT_TRUE(
       find_place_patches({}, image.view(), Plane{}.h, far, *workspace, sightings).is(StatusCode::invalid_argument));
 }
