@@ -12,6 +12,7 @@
 #include "sim/ground/ground_run.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/image_io.hpp"
+#include "tests/support/page_text.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::ground {
@@ -190,8 +191,19 @@ TEST_F(PlaneFlight, PageIsSelfContainedAndEscaped) {
   for (const char* foreign : {"http:", "https:", "url(//", "@import"}) {
     EXPECT_EQ(html.find(foreign), std::string::npos) << foreign;
   }
-  EXPECT_EQ(html.find("<script"), std::string::npos);
+  EXPECT_EQ(html.find("<script src"), std::string::npos);
   EXPECT_EQ(html.find("<link"), std::string::npos);
+  EXPECT_NE(html.find("<noscript><p>This page is drawn with JavaScript"), std::string::npos);
+  const std::string open = "<script type=\"application/json\" id=\"report\">";
+  const std::size_t begin = html.find(open) + open.size();
+  EXPECT_EQ(nlohmann::ordered_json::parse(html.substr(begin, html.find("</script>", begin) - begin)),
+            nlohmann::ordered_json::parse(text_of(out() / "report.json")));
+}
+
+TEST_F(PlaneFlight, TheTextOfThePageNamesNothingFromOutside) {
+  ILP_NEED_TOOL("node");
+  const std::string html = test::page_text(out() / "report.html");
+  EXPECT_NE(html.find("Plane &lt;of&gt; &quot;test&quot;"), std::string::npos);
   for (const std::string attribute : {"src=\"", "href=\""}) {
     std::size_t found = 0;
     for (std::size_t at = html.find(attribute); at != std::string::npos; at = html.find(attribute, at + 1), ++found) {
@@ -204,7 +216,8 @@ TEST_F(PlaneFlight, PageIsSelfContainedAndEscaped) {
   }
   EXPECT_NE(html.find("3 frames missing before frame 17"), std::string::npos);
   EXPECT_NE(html.find(status_advice(StatusCode::frame_gap)), std::string::npos);
-  for (const char* number : {">nan", ">-nan", ">inf", "\"nan", " nan"})
+  for (const char* number :
+       {">nan", ">-nan", ">inf", "\"nan", " nan", ">NaN", "\"NaN", " NaN", "undefined", "null", "[object"})
     EXPECT_EQ(html.find(number), std::string::npos) << number;
 }
 

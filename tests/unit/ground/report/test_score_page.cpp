@@ -12,6 +12,7 @@
 #include "sim/ground/report/score_file.hpp"
 #include "sim/host/text_format.hpp"
 #include "sim/tools/score/score.hpp"
+#include "tests/support/page_text.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::report {
@@ -35,6 +36,7 @@ std::string error_of_reading(const fs::path& folder, const std::string& content)
 }
 
 TEST(ScorePage, ShowsWhatTheScorerFound) {
+  ILP_NEED_TOOL("node");
   const test::TemporaryFolder folder;
   const fs::path flight = folder.path() / "flight";
   const test::SyntheticFlight made = test::make_flight(false);
@@ -53,7 +55,7 @@ TEST(ScorePage, ShowsWhatTheScorerFound) {
   EXPECT_EQ(report.score->strips[0].keyframes.size(), 5U);
   EXPECT_LT(report.score->strips[0].position_max_percent, 1e-6);
   EXPECT_LT(report.score->keyframes.at(4).position_error, 1e-6);
-  const std::string page = text_of(options.out / "report.html");
+  const std::string page = test::page_text(options.out / "report.html");
   EXPECT_NE(page.find("Against the truth"), std::string::npos);
   EXPECT_NE(page.find("The flight is not complete"), std::string::npos);
   EXPECT_NE(page.find("drift to the far end"), std::string::npos);
@@ -80,6 +82,7 @@ std::string tile_of(const std::string& page, const std::string& what) {
 }
 
 TEST(ScorePage, OneFigureHasOneValueInTheScoreAndInTheReportWithAndWithoutIt) {
+  ILP_NEED_TOOL("node");
   const test::TemporaryFolder folder;
   const fs::path flown = folder.path() / "flight", truth = flown / "flight" / "truth";
   test::write_outbox(flight_with_a_short_strip(0), flown / "outbox");
@@ -95,7 +98,7 @@ TEST(ScorePage, OneFigureHasOneValueInTheScoreAndInTheReportWithAndWithoutIt) {
     options.out = folder.path() / (scored ? "scored" : "unscored");
     options.score = scored ? flown / "score.json" : fs::path();
     (void)ground::run_ground(options, messages);
-    const std::string page = text_of(options.out / "report.html");
+    const std::string page = test::page_text(options.out / "report.html");
     const std::string tile = tile_of(page, "Position error, mean");
     EXPECT_NE(tile.find(host::brief(score.summary.at("position_mean_percent")) + " <small>"), std::string::npos)
         << tile;
@@ -112,12 +115,13 @@ TEST(ScorePage, OneFigureHasOneValueInTheScoreAndInTheReportWithAndWithoutIt) {
 }
 
 TEST(ScorePage, PagesWithoutAScoreHaveNoSuchSection) {
+  ILP_NEED_TOOL("node");
   const test::TemporaryFolder folder;
   test::write_outbox(test::make_flight(false), folder.path() / "outbox");
   ground::GroundOptions options{.outbox = folder.path() / "outbox", .out = folder.path() / "out"};
   std::ostringstream messages;
   (void)ground::run_ground(options, messages);
-  EXPECT_EQ(text_of(options.out / "report.html").find("Against the truth"), std::string::npos);
+  EXPECT_EQ(test::page_text(options.out / "report.html").find("Against the truth"), std::string::npos);
 }
 
 /// Relative luminance of #rrggbb (WCAG 2.2).
