@@ -24,7 +24,7 @@ test::Scene scene_for(const benchmark::State& state) {
 }
 
 RansacParams params_for(const benchmark::State& state) {
-  RansacParams params{.threshold_px = state.range(0) == 50 ? 2 : 1};
+  RansacParams params{.threshold_px = state.range(0) == 50 ? 2.0 : 1.0};
   return params;
 }
 
