@@ -1,4 +1,4 @@
-// Capacities of the guest: images of 640 x 480 px as the flight has, bundle adjustment of more cameras and fewer points.
+// Capacities of the guest: images of 640 x 480 px as the flight has; more cameras and fewer points of an adjustment.
 #pragma once
 
 #include <cstddef>
