@@ -51,7 +51,7 @@ std::string values_text(EnumValues values) {
 }
 
 std::string range_cell(const ParameterInfo& info) {
-  return info.choices.empty() ? number(info.minimum) + " to " + number(info.maximum) : "";
+  return info.choices.empty() ? number(info.minimum) + "…" + number(info.maximum) : "";
 }
 
 std::string value_cell(const ParameterInfo& info, double value) {

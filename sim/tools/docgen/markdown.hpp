@@ -27,7 +27,7 @@ std::string number(double value);
 /// "0 `regular` (at a constant interval), 1 `forecast` (...)".
 [[nodiscard]] std::string values_text(EnumValues values);
 
-/// "0.5 to 0.98"; empty for a choice, whose names are its meaning's.
+/// "0.5…0.98"; empty for a choice, whose names are its meaning's.
 [[nodiscard]] std::string range_cell(const ParameterInfo& info);
 
 /// A value as a mission file would have it.
