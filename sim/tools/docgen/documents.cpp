@@ -81,7 +81,8 @@ std::string named_text(StatusCode code) {
     std::replace(word.begin(), word.end(), '_', ' ');
     const std::size_t from = at > word.size() ? at - word.size() - 1 : at;
     const std::size_t end = at + mark.size();
-    const bool before = text.compare(from, end - from, word + " " + mark) == 0 && (from == 0 || text[from - 1] == ' ');
+    const bool before = text.compare(from, end - from, word + " " + mark) == 0 &&
+                        (from == 0 || text[from - 1] == ' ' || text[from - 1] == '(');
     const bool behind = text.compare(end, word.size() + 1, " " + word) == 0 &&
                         std::string(" ,:;)").find((text + " ")[end + 1 + word.size()]) != std::string::npos;
     const std::size_t begin = before ? from : at;
