@@ -132,18 +132,17 @@ std::string layout(const ReportInfo& info) {
     text += text_of(info.repeats) + " times these " + text_of(report_bytes(info) / info.repeats) +
             " octets, in the order of their numbers ([schedule](schedule.md)).\n\n";
   }
-  text += table_head({"value, type, unit", "meaning"});
   for (std::size_t f = 0; f < info.field_count; ++f) {
     const FieldInfo& field = info.fields[f];
     if (!is_reported(field)) continue;
-    text += table_row({declaration_cell(field), meaning_cell(field)});
+    text += field_item(field);
   }
   return text;
 }
 
 std::string housekeeping_reports() {
   std::string text =
-      "\n## Housekeeping: TM[3,25]\n\nA report has the fields of the linked table in their order, without padding, "
+      "\n## Housekeeping: TM[3,25]\n\nA report has the fields of the linked list in their order, without padding, "
       "text and blobs, after the SID. Values of a record that does not exist yet are 0, unknown "
       "ones NaN, times in ns since the mission epoch. At first all reports are disabled, with an interval of 10 "
       "s.\n\n" +

@@ -37,4 +37,7 @@ std::string number(double value);
 [[nodiscard]] std::string meaning_cell(const ParameterInfo& info);
 [[nodiscard]] std::string meaning_cell(const FieldInfo& field);
 
+/// The field's description; empty where it is the name in other letters.
+[[nodiscard]] std::string description_cell(const FieldInfo& field);
+
 }  // namespace ilp::docgen

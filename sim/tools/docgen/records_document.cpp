@@ -32,10 +32,20 @@ const char* field_type_name(FieldType type) {
   return "?";
 }
 
-std::string declaration_cell(const FieldInfo& field) {
+std::string field_item(const FieldInfo& field) {
   std::string text = code(field.name) + " " + field_type_name(field.type);
   if (field.count > 1) text += "[" + std::to_string(field.count) + "]";
-  return field.unit[0] == 0 ? text : text + " " + cell(field.unit);
+  if (field.unit[0] != 0) text += " " + cell(field.unit);
+  constexpr std::size_t longest_line = 500;
+  const bool one_line = meaning_cell(field).size() <= longest_line;
+  const std::string meaning = one_line ? meaning_cell(field) : description_cell(field);
+  std::string item = "- " + text + (meaning.empty() ? "" : ": " + meaning) + "\n";
+  if (one_line) return item;
+  for (const EnumValue& value : field.values) {
+    item += "  - " + std::to_string(value.number) + " " + code(value.name);
+    item += (says_more(value) ? ": " + cell(value.meaning) : "") + "\n";
+  }
+  return item;
 }
 
 namespace {
@@ -76,9 +86,9 @@ std::string section(const RecordInfo& info) {
         (report_bytes(*report) == serial_bytes(info) ? "" : ", " + std::to_string(report_bytes(*report)) + " octets") +
         ".";
   }
-  text += "\n\n" + table_head({"field, type, unit", "meaning"});
+  text += "\n\n";
   for (std::size_t f = 0; f < info.field_count; ++f) {
-    text += table_row({declaration_cell(info.fields[f]), meaning_cell(info.fields[f])});
+    text += field_item(info.fields[f]);
   }
   return text;
 }
@@ -104,8 +114,8 @@ std::string records_document() {
       "fields in this order, big-endian, without padding, text and blobs.\n\n"
       "**Meaning.** SI units and radians, beside the type; times in ns since the mission epoch. Ids count from 1, or "
       "are those of the named record; a field without a meaning has that of its name. A *sigma* is one standard "
-      "deviation. An unknown value is NaN if the table names "
-      "no other. Matrices are stored row by row, covariances as their lower triangles, rotations as unit quaternions "
+      "deviation. An unknown value is NaN if nothing else is "
+      "named. Matrices are stored row by row, covariances as their lower triangles, rotations as unit quaternions "
       "w, "
       "x, y, z or as rotation vectors.\n\n"
       "**Frames.** Pixel (0,0) is the centre of the top-left pixel. Camera: x right, y down, z forward. World of a "

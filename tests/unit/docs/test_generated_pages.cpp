@@ -18,8 +18,8 @@ std::string page(const std::string& name) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-/// Octets of a report as ground software would count them that has the page only: of all rows of the section in which a
-/// type with numbers follows the field. "`centre_m` f64[3] m" takes 24 octets.
+/// Octets of a report as ground software would count them that has the page only: of all items of the section in which
+/// a type with numbers follows the field. "`centre_m` f64[3] m" takes 24 octets.
 std::size_t octets_by_the_page(const std::string& text, const std::string& heading) {
   const std::map<std::string, std::size_t> widths = {{"u8", 1},  {"u16", 2}, {"u32", 4}, {"i32", 4},
                                                      {"i64", 8}, {"f32", 4}, {"f64", 8}};
@@ -29,8 +29,8 @@ std::size_t octets_by_the_page(const std::string& text, const std::string& headi
   std::size_t octets = 0;
   for (std::string line; std::getline(section, line);) {
     const std::size_t field = line.find("` ");
-    if (line.rfind("| ", 0) != 0 || field == std::string::npos) continue;
-    const std::string type = line.substr(field + 2, line.find(' ', field + 2) - field - 2);
+    if (line.rfind("- ", 0) != 0 || field == std::string::npos) continue;
+    const std::string type = line.substr(field + 2, line.find_first_of(" :", field + 2) - field - 2);
     const std::size_t bracket = type.find('[');
     const auto width = widths.find(type.substr(0, bracket));
     if (width == widths.end()) continue;
