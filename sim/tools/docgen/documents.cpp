@@ -76,7 +76,10 @@ std::string named_text(StatusCode code) {
     const std::string mark = second ? "%b" : "%a";
     const std::string name = named_value(second ? values.b : values.a) + (turned ? (second ? " [b]" : " [a]") : "");
     const std::size_t at = text.find(mark);
-    if (at == std::string::npos) continue;
+    if (at == std::string::npos) {
+      if ((second ? values.b : values.a).type != ValueType::none) text += "; " + name;
+      continue;
+    }
     std::string word = second ? values.b.name : values.a.name;
     std::replace(word.begin(), word.end(), '_', ' ');
     const std::size_t from = at > word.size() ? at - word.size() - 1 : at;

@@ -8,6 +8,8 @@
 #include <sstream>
 #include <string>
 
+#include "bsp/flight/status_text.hpp"
+#include "fsw/base/status.hpp"
 #include "fsw/packets/report_table.hpp"
 #include "sim/tools/docgen/documents.hpp"
 
@@ -52,6 +54,24 @@ TEST(GeneratedPages, TheLayoutOfEveryReportFollowsFromThePages) {
     EXPECT_NE(interface.find("\n| " + sid + " | [" + name + "]("), std::string::npos) << "SID " << sid;
     EXPECT_NE(interface.find(" | " + std::to_string(octets) + " | ", interface.find("\n| " + sid + " | [" + name)),
               std::string::npos);
+  }
+}
+
+TEST(GeneratedPages, TheEventsPageNamesEveryValueInPlaceOfItsMark) {
+  const std::string events = page("events.md");
+  EXPECT_EQ(events.find("%a"), std::string::npos);
+  EXPECT_EQ(events.find("%b"), std::string::npos);
+  for (std::size_t i = 0; i < ilp::status_code_limit; ++i) {
+    if (!ilp::is_status_code(i)) continue;
+    const auto code = static_cast<ilp::StatusCode>(i);
+    const std::size_t begin = events.find("\n| " + std::to_string(i) + " `" + ilp::status_name(code) + "` ");
+    ASSERT_NE(begin, std::string::npos) << i;
+    const std::string row = events.substr(begin, events.find('\n', begin + 1) - begin);
+    const ilp::StatusValues values = ilp::status_values(code);
+    for (const ilp::StatusValue& value : {values.a, values.b}) {
+      if (value.type == ilp::ValueType::none) continue;
+      EXPECT_NE(row.find("*" + std::string(value.name) + "*"), std::string::npos) << row << " lacks " << value.name;
+    }
   }
 }
 
