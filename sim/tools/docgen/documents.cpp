@@ -1,5 +1,6 @@
 #include "sim/tools/docgen/documents.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <set>
 
@@ -50,24 +51,47 @@ std::string parameters_document() {
     const ParameterInfo& info = parameter_info(i);
     if (section != info.section) {
       section = info.section;
-      text += "\n## " + section + "\n\n" + table_head({"no.", "key, type, unit", "range", "default", "meaning"});
+      text += "\n## " + section + "\n\n" + table_head({"number, key, type, unit", "range", "default", "meaning"});
     }
-    text += table_row({std::to_string(info.number), type_cell(info), range_cell(info),
+    text += table_row({std::to_string(info.number) + " " + type_cell(info), range_cell(info),
                        value_cell(info, parameter_value(defaults, i)), meaning_cell(info)});
   }
   return text;
 }
 
-/// "depth (pixels)": the name of a value and its type, where it is no plain number.
+/// "*depth* (pixels)": the name of a value and its type, where the name does not say it.
 std::string named_value(const StatusValue& value) {
-  if (value.type == ValueType::none) return "";
   const std::string name = value.name, type = info_of(value.type).name;
-  return name == type || value.type == ValueType::number ? name : name + " (" + type + ")";
+  const bool plain = name == type || value.type == ValueType::number || value.type == ValueType::id;
+  return "*" + cell(name) + "*" + (plain ? "" : " (" + type + ")");
 }
 
-std::string values_cell(const StatusValues& values) {
-  const std::string a = named_value(values.a), b = named_value(values.b);
-  return a + (a.empty() || b.empty() ? "" : ", ") + b;
+/// The text with the names of its values, which also stand for the same word beside them ("frame %a", "%a items").
+/// Where b comes first, both say which value they are.
+std::string named_text(StatusCode code) {
+  std::string text = cell(status_text(code));
+  const StatusValues values = status_values(code);
+  const bool turned = text.find("%b") < text.find("%a");
+  for (const bool second : {false, true}) {
+    const std::string mark = second ? "%b" : "%a";
+    const std::string name = named_value(second ? values.b : values.a) + (turned ? (second ? " [b]" : " [a]") : "");
+    const std::size_t at = text.find(mark);
+    if (at == std::string::npos) {
+      if ((second ? values.b : values.a).type != ValueType::none) text += "; " + name;
+      continue;
+    }
+    std::string word = second ? values.b.name : values.a.name;
+    std::replace(word.begin(), word.end(), '_', ' ');
+    const std::size_t from = at > word.size() ? at - word.size() - 1 : at;
+    const std::size_t end = at + mark.size();
+    const bool before = text.compare(from, end - from, word + " " + mark) == 0 &&
+                        (from == 0 || text[from - 1] == ' ' || text[from - 1] == '(');
+    const bool behind = text.compare(end, word.size() + 1, " " + word) == 0 &&
+                        std::string(" ,:;)").find((text + " ")[end + 1 + word.size()]) != std::string::npos;
+    const std::size_t begin = before ? from : at;
+    text.replace(begin, (behind ? end + 1 + word.size() : end) - begin, name);
+  }
+  return text;
 }
 
 /// The numbers whose names say all.
@@ -129,19 +153,21 @@ std::string value_types() {
 std::string events_document() {
   std::string text = "# Events\n\n" + made_from("fsw/base/status_list.inc");
   text +=
-      "Every code of a `Status` or an event report. `%a` and `%b` are its two values (columns `a` and `b` of the table "
-      "`event`); *values* has their names, and the [types](#types-of-values) of those that are no plain numbers. "
+      "Every code of a `Status` or an event report. Names of its values a and b (columns of the table `event`) are in "
+      "*italics*, in this order or marked, with their [types](#types-of-values) behind them. A value without a type is "
+      "a "
+      "plain number, or the id of the record that it names. "
       "Severities are those of ECSS-E-ST-70-41C, service 5. An empty last column: nothing is to be done. The programs "
       "print the same texts.\n\n"
       "Of each code of each component " +
       std::to_string(EventLog::burst) + " events are written at once, and then one every " +
       std::to_string(EventLog::interval_ns / ns_per_s) + " s of mission time; `events_repeated` counts the others.\n\n";
-  text += table_head({"code, name, severity", "text", "values", "what to do"});
+  text += table_head({"code, name, severity", "text", "what to do"});
   for (std::size_t i = 0; i < status_code_limit; ++i) {
     if (!is_status_code(i)) continue;
     const auto status = static_cast<StatusCode>(i);
     text += table_row({std::to_string(i) + " " + code(status_name(status)) + " " + name_of(status_severity(status)),
-                       cell(status_text(status)), values_cell(status_values(status)),
+                       named_text(status),
                        cell(status_advice(status) == std::string("nothing") ? "" : status_advice(status))});
   }
   return text + value_types();

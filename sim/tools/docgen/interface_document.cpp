@@ -114,18 +114,15 @@ std::string functions() {
       "\n## Functions of TC[8,1]\n\nNames are padded with zeros to 8 characters. A function is completed when it is "
       "noted "
       "if the table says nothing else.\n\n";
-  text += table_head({"name", "arguments", "octets", "what it does"});
+  text += table_head({"name", "arguments", "what it does"});
   for (const FunctionInfo& info : function_table()) {
-    std::string octets = text_of(info.bytes) + (info.has_time ? " + TIME" : "");
-    if (info.optional != 0) octets += " + 0 to " + text_of(info.optional);
-    text += table_row({code(info.name), cell(info.arguments), octets, cell(info.description)});
+    text += table_row({code(info.name), cell(info.arguments), cell(info.description)});
   }
   return text;
 }
 
 std::string parameters() {
-  return "\n## Parameters of service 20\n\nThe ID is the column *no.* of [parameters](parameters.md). The value has "
-         "the "
+  return "\n## Parameters of service 20\n\nThe ID is the number in [parameters](parameters.md). The value has the "
          "octets of its type.\n";
 }
 
@@ -135,21 +132,18 @@ std::string layout(const ReportInfo& info) {
     text += text_of(info.repeats) + " times these " + text_of(report_bytes(info) / info.repeats) +
             " octets, in the order of their numbers ([schedule](schedule.md)).\n\n";
   }
-  text += table_head({"octet", "value, type, unit", "meaning"});
-  std::size_t offset = 0;
   for (std::size_t f = 0; f < info.field_count; ++f) {
     const FieldInfo& field = info.fields[f];
     if (!is_reported(field)) continue;
-    text += table_row({text_of(offset), declaration_cell(field), meaning_cell(field)});
-    offset += element_bytes(field.type) * field.count;
+    text += field_item(field);
   }
   return text;
 }
 
 std::string housekeeping_reports() {
   std::string text =
-      "\n## Housekeeping: TM[3,25]\n\nA report has the fields of the linked table in their order, without padding, "
-      "text and blobs; octets count from the end of the SID. Values of a record that does not exist yet are 0, unknown "
+      "\n## Housekeeping: TM[3,25]\n\nA report has the fields of the linked list in their order, without padding, "
+      "text and blobs, after the SID. Values of a record that does not exist yet are 0, unknown "
       "ones NaN, times in ns since the mission epoch. At first all reports are disabled, with an interval of 10 "
       "s.\n\n" +
       table_head({"SID", "fields", "octets", "what it says"});
@@ -168,7 +162,7 @@ std::string housekeeping_reports() {
 
 std::string codes() {
   return "\n## Events and failure codes\n\nThe codes of [events](events.md) are event IDs of service 5 and failure "
-         "codes of service 1; `%a` and `%b` of a text are the two values of the message. Severity info is TM[5,1], low "
+         "codes of service 1; their values are those of the message. Severity info is TM[5,1], low "
          "TM[5,2], medium TM[5,3], high TM[5,4]. The reporter is the number of a component in the "
          "[schedule](schedule.md), or 0: the executive, or the start of the flight.\n";
 }

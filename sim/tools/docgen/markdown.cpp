@@ -51,7 +51,7 @@ std::string values_text(EnumValues values) {
 }
 
 std::string range_cell(const ParameterInfo& info) {
-  return info.choices.empty() ? number(info.minimum) + " to " + number(info.maximum) : "";
+  return info.choices.empty() ? number(info.minimum) + "…" + number(info.maximum) : "";
 }
 
 std::string value_cell(const ParameterInfo& info, double value) {
@@ -65,10 +65,14 @@ std::string meaning_cell(const ParameterInfo& info) {
   return choice ? text + ": " + values_text(info.choices) : text;
 }
 
-std::string meaning_cell(const FieldInfo& field) {
+std::string description_cell(const FieldInfo& field) {
   std::string text = cell(field.description), words = field.name;
   std::replace(words.begin(), words.end(), '_', ' ');
-  if (words == text || words == text + " id" || words == text + " " + field.unit) text.clear();
+  return words == text || words == text + " id" || words == text + " " + field.unit ? "" : text;
+}
+
+std::string meaning_cell(const FieldInfo& field) {
+  const std::string text = description_cell(field);
   if (text.empty() && !field.values.empty()) return values_text(field.values);
   return field.values.empty() ? text : text + ": " + values_text(field.values);
 }

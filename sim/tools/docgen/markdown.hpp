@@ -27,7 +27,7 @@ std::string number(double value);
 /// "0 `regular` (at a constant interval), 1 `forecast` (...)".
 [[nodiscard]] std::string values_text(EnumValues values);
 
-/// "0.5 to 0.98"; empty for a choice, whose names are its meaning's.
+/// "0.5…0.98"; empty for a choice, whose names are its meaning's.
 [[nodiscard]] std::string range_cell(const ParameterInfo& info);
 
 /// A value as a mission file would have it.
@@ -36,5 +36,8 @@ std::string number(double value);
 /// What a parameter or a field means, with its choices or its enumerated values.
 [[nodiscard]] std::string meaning_cell(const ParameterInfo& info);
 [[nodiscard]] std::string meaning_cell(const FieldInfo& field);
+
+/// The field's description; empty where it is the name in other letters.
+[[nodiscard]] std::string description_cell(const FieldInfo& field);
 
 }  // namespace ilp::docgen

@@ -32,10 +32,20 @@ const char* field_type_name(FieldType type) {
   return "?";
 }
 
-std::string declaration_cell(const FieldInfo& field) {
+std::string field_item(const FieldInfo& field) {
   std::string text = code(field.name) + " " + field_type_name(field.type);
   if (field.count > 1) text += "[" + std::to_string(field.count) + "]";
-  return field.unit[0] == 0 ? text : text + " " + cell(field.unit);
+  if (field.unit[0] != 0) text += " " + cell(field.unit);
+  constexpr std::size_t longest_line = 500;
+  const bool one_line = meaning_cell(field).size() <= longest_line;
+  const std::string meaning = one_line ? meaning_cell(field) : description_cell(field);
+  std::string item = "- " + text + (meaning.empty() ? "" : ": " + meaning) + "\n";
+  if (one_line) return item;
+  for (const EnumValue& value : field.values) {
+    item += "  - " + std::to_string(value.number) + " " + code(value.name);
+    item += (says_more(value) ? ": " + cell(value.meaning) : "") + "\n";
+  }
+  return item;
 }
 
 namespace {
@@ -64,35 +74,21 @@ const ReportInfo* report_of(RecordType type) {
   return nullptr;
 }
 
-/// The fields with their places in the serial form, and in the housekeeping report where these differ.
+/// The fields in the order of the serial form, from which their places follow.
 std::string section(const RecordInfo& info) {
   std::string text = "\n## `" + std::string(info.name) + "`\n\n";
   text += sentence(info.description) + ". Type " + std::to_string(static_cast<unsigned>(info.type)) + ", " +
           std::to_string(serial_bytes(info)) + " bytes, by " + writers_of(info.type) + ".";
   const ReportInfo* const report = report_of(info.type);
-  bool other_places = false;
   if (report != nullptr) {
     text += " SID " + std::to_string(report->id);
     text +=
         (report_bytes(*report) == serial_bytes(info) ? "" : ", " + std::to_string(report_bytes(*report)) + " octets") +
         ".";
-    for (std::size_t f = 0; f + 1 < info.field_count; ++f) {
-      other_places = other_places || (!is_reported(info.fields[f]) && is_reported(info.fields[f + 1]));
-    }
   }
-  Cells titles = {"offset", "field, type, unit", "meaning"};
-  if (other_places) titles.insert(titles.begin() + 1, "octet");
-  text += "\n\n" + table_head(titles);
-  std::size_t offset = 0;
-  std::size_t octet = 0;
+  text += "\n\n";
   for (std::size_t f = 0; f < info.field_count; ++f) {
-    const FieldInfo& field = info.fields[f];
-    Cells cells = {std::to_string(offset), declaration_cell(field), meaning_cell(field)};
-    const std::size_t bytes = element_bytes(field.type) * field.count;
-    if (other_places) cells.insert(cells.begin() + 1, is_reported(field) ? std::to_string(octet) : "");
-    text += table_row(cells);
-    offset += bytes;
-    if (is_reported(field)) octet += bytes;
+    text += field_item(info.fields[f]);
   }
   return text;
 }
@@ -111,16 +107,15 @@ std::string records_document() {
       "`a_1` and so on, a blob `b` of a record `r` the column `b_bytes` with its size and the table `r_b(id, data)`. "
       "Floating point is REAL, text TEXT, everything else INTEGER; NaN is NULL.\n\n"
       "**Serial form** (files of the link, [outbox](outbox.md)). The fields in this order, little-endian, without "
-      "padding, at *offset* bytes. `text[n]` takes n bytes and ends at its first zero byte. A blob is written as its "
+      "padding. `text[n]` takes n bytes and ends at its first zero byte. A blob is written as its "
       "u32 size, and its bytes follow the record if the description of the carrier says so. An enumeration is a "
       "u8.\n\n"
       "**Housekeeping** by SID ([interface control document](interface-control-document.md#housekeeping-tm325)). The "
-      "fields in this order, big-endian, without text and blobs, at *octet*, or at *offset* where there is no such "
-      "column.\n\n"
+      "fields in this order, big-endian, without padding, text and blobs.\n\n"
       "**Meaning.** SI units and radians, beside the type; times in ns since the mission epoch. Ids count from 1, or "
       "are those of the named record; a field without a meaning has that of its name. A *sigma* is one standard "
-      "deviation. An unknown value is NaN if the table names "
-      "no other. Matrices are stored row by row, covariances as their lower triangles, rotations as unit quaternions "
+      "deviation. An unknown value is NaN if nothing else is "
+      "named. Matrices are stored row by row, covariances as their lower triangles, rotations as unit quaternions "
       "w, "
       "x, y, z or as rotation vectors.\n\n"
       "**Frames.** Pixel (0,0) is the centre of the top-left pixel. Camera: x right, y down, z forward. World of a "

@@ -8,6 +8,8 @@
 #include <sstream>
 #include <string>
 
+#include "bsp/flight/status_text.hpp"
+#include "fsw/base/status.hpp"
 #include "fsw/packets/report_table.hpp"
 #include "sim/tools/docgen/documents.hpp"
 
@@ -18,8 +20,8 @@ std::string page(const std::string& name) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-/// Octets of a report as ground software would count them that has the page only: of all rows of the section in which a
-/// type with numbers follows the field. "`centre_m` f64[3] m" takes 24 octets.
+/// Octets of a report as ground software would count them that has the page only: of all items of the section in which
+/// a type with numbers follows the field. "`centre_m` f64[3] m" takes 24 octets.
 std::size_t octets_by_the_page(const std::string& text, const std::string& heading) {
   const std::map<std::string, std::size_t> widths = {{"u8", 1},  {"u16", 2}, {"u32", 4}, {"i32", 4},
                                                      {"i64", 8}, {"f32", 4}, {"f64", 8}};
@@ -29,8 +31,8 @@ std::size_t octets_by_the_page(const std::string& text, const std::string& headi
   std::size_t octets = 0;
   for (std::string line; std::getline(section, line);) {
     const std::size_t field = line.find("` ");
-    if (line.rfind("| ", 0) != 0 || field == std::string::npos) continue;
-    const std::string type = line.substr(field + 2, line.find(' ', field + 2) - field - 2);
+    if (line.rfind("- ", 0) != 0 || field == std::string::npos) continue;
+    const std::string type = line.substr(field + 2, line.find_first_of(" :", field + 2) - field - 2);
     const std::size_t bracket = type.find('[');
     const auto width = widths.find(type.substr(0, bracket));
     if (width == widths.end()) continue;
@@ -52,6 +54,24 @@ TEST(GeneratedPages, TheLayoutOfEveryReportFollowsFromThePages) {
     EXPECT_NE(interface.find("\n| " + sid + " | [" + name + "]("), std::string::npos) << "SID " << sid;
     EXPECT_NE(interface.find(" | " + std::to_string(octets) + " | ", interface.find("\n| " + sid + " | [" + name)),
               std::string::npos);
+  }
+}
+
+TEST(GeneratedPages, TheEventsPageNamesEveryValueInPlaceOfItsMark) {
+  const std::string events = page("events.md");
+  EXPECT_EQ(events.find("%a"), std::string::npos);
+  EXPECT_EQ(events.find("%b"), std::string::npos);
+  for (std::size_t i = 0; i < ilp::status_code_limit; ++i) {
+    if (!ilp::is_status_code(i)) continue;
+    const auto code = static_cast<ilp::StatusCode>(i);
+    const std::size_t begin = events.find("\n| " + std::to_string(i) + " `" + ilp::status_name(code) + "` ");
+    ASSERT_NE(begin, std::string::npos) << i;
+    const std::string row = events.substr(begin, events.find('\n', begin + 1) - begin);
+    const ilp::StatusValues values = ilp::status_values(code);
+    for (const ilp::StatusValue& value : {values.a, values.b}) {
+      if (value.type == ilp::ValueType::none) continue;
+      EXPECT_NE(row.find("*" + std::string(value.name) + "*"), std::string::npos) << row << " lacks " << value.name;
+    }
   }
 }
 
