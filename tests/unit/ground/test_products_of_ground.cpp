@@ -324,9 +324,7 @@ TEST(Colmap, DistortedCameraReprojectsToo) {
   const test::SyntheticFlight flight = test::make_flight(true);
   test::write_outbox(flight, folder.path() / "outbox");
   // Without products no frame name came down; the database or the truth would have it.
-  GroundOptions options;
-  options.outbox = folder.path() / "outbox";
-  options.out = folder.path() / "result";
+  GroundOptions options{.outbox = folder.path() / "outbox", .out = folder.path() / "result"};
   std::ostringstream messages;
   (void)run_ground(options, messages);
   test::SyntheticFlight unnamed = flight;
@@ -339,10 +337,7 @@ TEST(Strips, EachHasFilesOfItsOwnAndTheFirstPosedOneThePlainNames) {
   test::SyntheticFlight flight = test::make_flight(false);
   flight.views[3].strip_id = flight.views[4].strip_id = 2;
   test::write_outbox(flight, folder.path() / "outbox");
-  GroundOptions options;
-  options.outbox = folder.path() / "outbox";
-  options.out = folder.path() / "result";
-  options.max_vertices = 2000;
+  GroundOptions options{.outbox = folder.path() / "outbox", .out = folder.path() / "result", .max_vertices = 2000};
   std::ostringstream messages;
   const report::Report report = run_ground(options, messages);
   ASSERT_EQ(report.strips.size(), 2U);
@@ -362,9 +357,7 @@ TEST(GroundRun, LeavesNothingOfAnEarlierRunButForeignFiles) {
   const test::TemporaryFolder folder;
   const test::SyntheticFlight flight = test::make_flight(false);
   test::write_outbox(flight, folder.path() / "outbox");
-  GroundOptions options;
-  options.outbox = folder.path() / "outbox";
-  options.out = folder.path() / "result";
+  GroundOptions options{.outbox = folder.path() / "outbox", .out = folder.path() / "result"};
   fs::create_directories(options.out / "colmap-strip-2");
   fs::create_directories(options.out / "keyframes");
   for (const char* name : {"model-strip-2.ply", "colmap-strip-2/images.txt", "keyframes/000099-image.png", "notes.txt",

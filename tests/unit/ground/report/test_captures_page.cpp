@@ -21,37 +21,24 @@ namespace fs = std::filesystem;
 constexpr TimeNs second = 1000000000;
 
 void add_frame(intake::Flight& flight, std::int64_t id, TimeNs time) {
-  FrameRecord frame;
-  frame.id = id;
-  frame.time_ns = time;
+  FrameRecord frame{.id = id, .time_ns = time};
   flight.frames[id] = frame;
 }
 
 void add_overlap(intake::Flight& flight, std::int64_t id, std::int64_t keyframe, OverlapDecision decision,
                  double value) {
-  OverlapRecord overlap;
-  overlap.id = id;
-  overlap.keyframe_id = keyframe;
-  overlap.decision = decision;
-  overlap.overlap = value;
+  OverlapRecord overlap{.id = id, .keyframe_id = keyframe, .decision = decision, .overlap = value};
   flight.overlaps[id] = overlap;
 }
 
 void add_keyframe(intake::Flight& flight, std::int64_t id, std::int64_t frame, std::int32_t index, double overlap) {
-  KeyframeRecord record;
-  record.id = id;
-  record.frame_id = frame;
-  record.index = index;
-  record.overlap = overlap;
+  KeyframeRecord record{.id = id, .frame_id = frame, .index = index, .overlap = overlap};
   flight.keyframes[id].id = id;
   flight.keyframes[id].record = record;
 }
 
 CaptureRecord& add_capture(intake::Flight& flight, std::int64_t id, CaptureSource source, CaptureState state) {
-  CaptureRecord capture;
-  capture.id = id;
-  capture.source = source;
-  capture.state = state;
+  CaptureRecord capture{.id = id, .source = source, .state = state};
   return flight.captures[id] = capture;
 }
 
@@ -160,10 +147,7 @@ TEST(CaptureSummary, SaysWhyThereIsNoFrame) {
   exposed.frame_id = 1;
   add_frame(flight, 1, exposed.exposed_ns);
   const auto event = [&flight](StatusCode code, std::int64_t a, std::int64_t b) {
-    EventRecord e;
-    e.code = static_cast<std::uint16_t>(code);
-    e.a = a;
-    e.b = b;
+    EventRecord e{.code = static_cast<std::uint16_t>(code), .a = a, .b = b};
     flight.events.push_back(e);
   };
   event(StatusCode::capture_too_soon, 7, 500000);
@@ -217,9 +201,7 @@ TEST(CapturesPage, TheSectionIsThereOnlyWhenTheDatabaseHasCaptures) {
   ILP_NEED_TOOL("node");
   const test::TemporaryFolder folder;
   test::write_outbox(test::make_flight(false), folder.path() / "outbox");
-  ground::GroundOptions options;
-  options.outbox = folder.path() / "outbox";
-  options.out = folder.path() / "out";
+  ground::GroundOptions options{.outbox = folder.path() / "outbox", .out = folder.path() / "out"};
   std::ostringstream messages;
   (void)ground::run_ground(options, messages);
   EXPECT_EQ(test::page_text(options.out / "report.html").find("When the images were taken"), std::string::npos);

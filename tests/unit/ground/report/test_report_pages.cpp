@@ -19,9 +19,7 @@ namespace fs = std::filesystem;
 
 void write_housekeeping(const fs::path& file, std::uint32_t frames_released, std::int64_t product_bytes,
                         std::int64_t busy_ns) {
-  StorageRecord storage;
-  storage.frames_released = frames_released;
-  storage.product_bytes = product_bytes;
+  StorageRecord storage{.product_bytes = product_bytes, .frames_released = frames_released};
   ComponentRecord first, second;
   first.id = 1;
   first.busy_ns = busy_ns;
@@ -34,9 +32,7 @@ void write_housekeeping(const fs::path& file, std::uint32_t frames_released, std
 }
 
 std::string page_of(const fs::path& outbox, const fs::path& out, Report& report) {
-  ground::GroundOptions options;
-  options.outbox = outbox;
-  options.out = out;
+  ground::GroundOptions options{.outbox = outbox, .out = out};
   std::ostringstream messages;
   report = ground::run_ground(options, messages);
   return test::page_text(out / "report.html");
@@ -170,11 +166,7 @@ TEST(Figures, ALegendHasItsTitleItsUnitAndTheColoursOfThePicture) {
 
 TEST(Figures, TheArrowPointsWhereTheDirectionLiesInATurnedView) {
   // The flight goes to world +y, which lies to the right of the picture: +x points downwards.
-  PlanView view;
-  view.cosine = 0;
-  view.sine = 1;
-  view.width = 300;
-  view.height = 200;
+  PlanView view{.cosine = 0, .sine = 1, .width = 300, .height = 200};
   EXPECT_NE(direction_arrow(view, 0, 1, "N").find("x1=\"240.0\" y1=\"140.0\" x2=\"264.0\" y2=\"140.0\""),
             std::string::npos);
   const std::string right = direction_arrow(view, 1, 0, "x");
