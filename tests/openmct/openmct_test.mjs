@@ -102,12 +102,13 @@ try {
   for (const [name, e] of events) {
     const row = foundEvents.find((one) => `e/${one.event}` === name);
     assert.deepEqual([row.t, row.level, row.severity, row.name, row.component, row.text, row.advice],
-      [e.t, e.s, e.severity, e.n, e.c, e.text, e.advice]);
+      [e.time_ns / 1e9, e.level, e.severity, e.name, e.component, e.text, e.advice]);
   }
   // The storage has the time of the newest keyframe.
   const storage = await request('storage');
   assert.equal(storage.at(-1).t, told[`k/${keyframes}`].t);
-  for (const name of ['frames', 'depth', 'structure', 'products', 'budget', 'database', 'products_held', 'acknowledged', 'dropped']) {
+  for (const name of ['frame_bytes', 'depth_bytes', 'structure_bytes', 'product_bytes', 'budget_bytes', 'database_bytes', 'products_held',
+    'products_acknowledged', 'products_dropped']) {
     assert.equal(storage.at(-1)[name], told.storage[name], name);
   }
   // Bounds are kept, as the conductor sets them.

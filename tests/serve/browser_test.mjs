@@ -123,6 +123,8 @@ async function grows(browser) {
   assert.equal(await page.locator('#problem').isHidden(), true);
   assert.equal(await page.locator('#waiting').isHidden(), true);
   assert.match(await page.locator('#keyframes tr').nth(1).locator('td').nth(4).textContent(), /^\d+\.\d %$/, 'overlap in per cent');
+  assert.equal(await page.locator('#plots svg').count(), 4);
+  assert.equal(await page.locator('#plots .dot').count(), 4 + 5 + 5, 'a dot of each keyframe that has the value');
   await page.locator('#picture').selectOption('relief');
   await page.locator('#legend b', { hasText: 'Height above the mean plane' }).waitFor(patience);
   await page.locator('#picture').selectOption('image');
@@ -202,6 +204,7 @@ async function thousandKeyframes(browser) {
   console.log(`the first 999: ${before.bytes} bytes`);
   console.log(`${frame_ms.toFixed(1)} ms per frame while everything is drawn again`);
   assert.ok(sent < before.bytes / 20, `only what has changed is sent: ${sent} bytes`);
+  assert.deepEqual([await page.locator('#plots .dot').count(), await page.locator('#plots .dots').count()], [0, 3], 'many dots are one path');
   await page.locator('#more').click();
   assert.equal(await page.locator('#keyframes tr').count(), 251);
   assert.deepEqual(complaints, []);

@@ -109,7 +109,7 @@ class Serve(unittest.TestCase):
         status, headers, page = server.get("/")
         self.assertEqual((status, headers["Content-Type"]), (200, "text/html; charset=utf-8"))
         self.assertIn("default-src 'none'", headers["Content-Security-Policy"])
-        for part in ("live.css", "main.js", "connection.js", "map.js", "plots.js", "tables.js"):
+        for part in ("live.css", "main.js", "connection.js", "map.js", "tables.js", "plot.js", "text.js", "parts.css"):
             status, headers, text = server.get("/page/" + part)
             self.assertEqual(status, 200, part)
             self.assertNotIn(b"http://", text)

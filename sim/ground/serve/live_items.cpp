@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "sim/host/status_error.hpp"
+#include "sim/ground/report/json_parts.hpp"
 
 namespace ilp::serve {
 namespace {
@@ -83,38 +83,14 @@ json summary_item(const report::Report& report) {
 // The newest, when there are too many.
 void add_events(const std::vector<EventRecord>& events, std::size_t most, Items& items) {
   for (std::size_t i = events.size() > most ? events.size() - most : 0; i < events.size(); ++i) {
-    const EventRecord& e = events[i];
-    items["e/" + std::to_string(e.id)] = {
-        {"t", seconds_of(e.time_ns)},          {"s", e.severity},  {"severity", host::severity_name(e.severity)},
-        {"n", host::event_name(e.code)},       {"c", e.component}, {"text", host::event_sentence(e)},
-        {"advice", host::event_advice(e.code)}};
+    items["e/" + std::to_string(events[i].id)] = report::event_json(events[i]);
   }
 }
 
 void add_telemetry(const intake::Flight& flight, Items& items) {
-  if (const auto& s = flight.storage) {
-    items["storage"] = {{"frames", s->frame_bytes},          {"depth", s->depth_bytes},
-                        {"structure", s->structure_bytes},   {"products", s->product_bytes},
-                        {"budget", s->budget_bytes},         {"database", s->database_bytes},
-                        {"products_held", s->products_held}, {"acknowledged", s->products_acknowledged},
-                        {"dropped", s->products_dropped},    {"layers_cut", s->layers_cut},
-                        {"times_full", s->times_full}};
-  }
-  if (const auto& t = flight.timing) {
-    items["timing"] = {{"frames", t->frames},
-                       {"overruns", t->overruns},
-                       {"longest_s", seconds_of(t->longest_ns)},
-                       {"latest_s", seconds_of(t->latest_ns)}};
-  }
-  for (const ComponentRecord& c : flight.components) {
-    items["c/" + std::to_string(c.id)] = {{"n", c.name},
-                                          {"steps", c.steps},
-                                          {"faults", c.faults},
-                                          {"restarts", c.restarts},
-                                          {"overruns", c.overruns},
-                                          {"busy_s", seconds_of(c.busy_ns)},
-                                          {"longest_s", seconds_of(c.longest_ns)}};
-  }
+  if (flight.storage) items["storage"] = report::storage_json(flight);
+  if (flight.timing) items["timing"] = report::timing_json(flight);
+  for (const ComponentRecord& c : flight.components) items["c/" + std::to_string(c.id)] = report::component_json(c);
 }
 
 json missing_item(const std::vector<intake::Missing>& missing, std::size_t most) {

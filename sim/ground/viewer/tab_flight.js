@@ -1,6 +1,7 @@
 // The flight in figures: strips, storage, link, what is missing.
 
-import { element, facts, brief, bytesText, percent, ordinal, counted } from './text.js';
+import { storageFacts } from '../report/page/storage.js';
+import { element, facts, brief, bytesText, percent, ordinal } from './text.js';
 
 /// What the vehicle's own measurements say of the strip, with one sigma each.
 function navigationFacts(navigation) {
@@ -35,20 +36,6 @@ function known(length, unit) {
   return length > 0 ? `${brief(length)} ${unit}` : '–';
 }
 
-function storageFacts(s) {
-  if (!s) return [];
-  return [
-    element('h3', {}, 'Storage on board, at its latest report'),
-    facts([
-      ['Held', `${bytesText(s.frames + s.depth + s.structure + s.products)} of ${bytesText(s.budget)}`],
-      ['Frames', bytesText(s.frames)], ['Depth maps', bytesText(s.depth)], ['Products', `${bytesText(s.products)} in ${s.products_held}`],
-      ['Acknowledged', `${s.acknowledged}`],
-      ['Given up', [counted(s.products_dropped, 'product'), counted(s.layers_cut, 'layer'), counted(s.frames_skipped, 'frame')].join(', ')],
-      s.times_full > 0 && ['Was full', `${s.times_full} times`],
-    ]),
-  ];
-}
-
 function landingFacts(strip, state) {
   if (!strip.landing) return [];
   const { sites } = strip.landing;
@@ -79,7 +66,8 @@ export function flightTab(state) {
       timeline.link.length > 0 && ['Files sent', `${timeline.link.length}, ${confirmed} confirmed`],
       ['Target overlap', percent(flight.target_overlap)],
     ]),
-    ...storageFacts(timeline.storage),
+    timeline.storage && element('h3', {}, 'Storage on board, at its latest report'),
+    timeline.storage && facts(storageFacts(timeline.storage)),
     problems.length > 0 && element('h3', {}, 'Missing or contradicting'),
     problems.length > 0 && element('ul', { class: 'remarks' }, ...problems.slice(0, 60).map((p) => element('li', {}, p)), problems.length > 60 ? element('li', {}, `and ${problems.length - 60} more, in report.html`) : null),
   ];

@@ -1,25 +1,12 @@
-// Numbers for people, and elements.
+// Numbers for people, as in the report, and elements.
 
-/// About three significant digits.
-export function brief(value) {
-  if (!Number.isFinite(value)) return '–';
-  const size = Math.abs(value);
-  if (size >= 1000) return Math.round(value).toLocaleString('en').replaceAll(',', '\u202f');
-  return value.toFixed(size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : size >= 0.01 ? 3 : size === 0 ? 0 : 4);
-}
-export const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : '–');
-export const percent = (value) => (Number.isFinite(value) ? `${(100 * value).toFixed(1)} %` : '–');
-export function bytesText(n) {
-  if (!Number.isFinite(n)) return '–';
-  return n < 1e3 ? `${n} B` : n < 1e6 ? `${(n / 1e3).toFixed(1)} kB` : `${(n / 1e6).toFixed(2)} MB`;
-}
-export const counted = (n, what) => `${n} ${what}${n === 1 ? '' : 's'}`;
+export { brief, fixed, percent, bytesText, counted, seconds } from '../report/page/text.js';
+
 /// 2nd, 3rd, 21st
 export function ordinal(n) {
   const ending = { one: 'st', two: 'nd', few: 'rd', other: 'th' };
   return `${n}${ending[new Intl.PluralRules('en', { type: 'ordinal' }).select(n)]}`;
 }
-export const seconds = (t) => (Number.isFinite(t) ? `${t.toFixed(1)} s` : '–');
 
 /// Text is set as text: what came down is never markup.
 export function element(tag, attributes = {}, ...children) {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/ground/intake/record_file.hpp"
+#include "sim/ground/report/json_parts.hpp"
 #include "sim/ground/viewer/viewer_data.hpp"
 #include "sim/host/status_error.hpp"
 
@@ -88,24 +89,13 @@ json link_of(const report::Report& report) {
   return out;
 }
 
-json storage_of(const report::Report& report) {
-  const std::optional<StorageRecord>& s = report.flight.storage;
-  if (!s) return nullptr;
-  return {{"frames", s->frame_bytes},           {"depth", s->depth_bytes},
-          {"structure", s->structure_bytes},    {"products", s->product_bytes},
-          {"budget", s->budget_bytes},          {"times_full", s->times_full},
-          {"products_held", s->products_held},  {"products_dropped", s->products_dropped},
-          {"layers_cut", s->layers_cut},        {"acknowledged", s->products_acknowledged},
-          {"frames_skipped", s->frames_skipped}};
-}
-
 }  // namespace
 
 json viewer_timeline(const report::Report& report, const ViewerBudget& budget) {
   return {{"events", events_of(report, budget.events)},
           {"overlaps", overlaps_of(report, budget.frames)},
           {"link", link_of(report)},
-          {"storage", storage_of(report)}};
+          {"storage", report::storage_json(report.flight)}};
 }
 
 }  // namespace ilp::viewer

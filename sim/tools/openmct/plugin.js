@@ -7,7 +7,7 @@ const value = (key, name, unit, more = {}) => ({ key, name, unit, format: 'numbe
 const text = (key, name) => ({ key, name, format: 'string' });
 const time = { key: 'mission', source: 't', name: 'Mission time', unit: 's', format: 'mission-time', hints: { domain: 1 } };
 
-// What each telemetry point holds; the fields that ilp-ground serve sends have one letter.
+// What each telemetry point holds; the fields of keyframes that ilp-ground serve sends have one letter.
 const points = {
   keyframes: {
     name: 'Keyframes',
@@ -23,13 +23,14 @@ const points = {
     prefix: 'e/',
     values: [value('event', 'Event'), value('level', 'Severity'), text('severity', 'Severity in words'), text('name', 'Name'),
       text('component', 'Component'), text('text', 'What happened'), text('advice', 'What to do')],
-    row: (number, e) => ({ t: e.t, event: number, level: e.s, severity: e.severity, name: e.n, component: String(e.c), text: e.text, advice: e.advice }),
+    row: (number, e) => ({ t: e.time_ns / 1e9, event: number, level: e.level, severity: e.severity, name: e.name, component: e.component, text: e.text, advice: e.advice }),
   },
   storage: {
     name: 'Storage',
-    values: [value('frames', 'Frames', 'B'), value('depth', 'Depth', 'B'), value('structure', 'Structure', 'B'),
-      value('products', 'Products', 'B'), value('budget', 'Budget', 'B'), value('database', 'Database', 'B'),
-      value('products_held', 'Products held'), value('acknowledged', 'Products acknowledged'), value('dropped', 'Products dropped')],
+    values: [value('frame_bytes', 'Frames', 'B'), value('depth_bytes', 'Depth', 'B'), value('structure_bytes', 'Structure', 'B'),
+      value('product_bytes', 'Products', 'B'), value('budget_bytes', 'Budget', 'B'), value('database_bytes', 'Database', 'B'),
+      value('products_held', 'Products held'), value('products_acknowledged', 'Products acknowledged'),
+      value('products_dropped', 'Products dropped')],
   },
 };
 
@@ -55,9 +56,10 @@ class Flight {
       if (!point.prefix) continue;
       for (const name of gone) if (name.startsWith(point.prefix)) this.rows[key].delete(Number(name.slice(point.prefix.length)));
       for (const [name, item] of Object.entries(set)) {
-        if (!name.startsWith(point.prefix) || !Number.isFinite(item.t)) continue;
+        if (!name.startsWith(point.prefix)) continue;
         const number = Number(name.slice(point.prefix.length));
-        this.put(key, number, point.row(number, item));
+        const row = point.row(number, item);
+        if (Number.isFinite(row.t)) this.put(key, number, row);
       }
     }
     // The record of the storage has no time of its own: it is that of the newest keyframe.

@@ -55,7 +55,7 @@ function memorySentences({ flight, storage }) {
   ].filter(Boolean);
 }
 
-function componentTable(report) {
+export function componentTable(report) {
   const all = report.components.reduce((sum, c) => sum + c.busy_s, 0);
   const count = (n) => styled(n, n > 0 ? 'warn' : '');
   return table(

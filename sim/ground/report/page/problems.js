@@ -1,9 +1,9 @@
 // Events and what to do about them, what has not come, and the files.
 
-import { html, table, bulleted, paragraph, aside, fixed, brief, bytesText, counted } from './text.js';
+import { html, table, bulleted, paragraph, aside, brief, bytesText, seconds, counted } from './text.js';
 
-const severityKind = (level) => (level >= 3 ? 'bad' : level === 2 ? 'warn' : 'sub');
-const missionTime = (ns) => `${fixed(ns / 1e9, 1)} s`;
+export const severityKind = (level) => (level >= 3 ? 'bad' : level === 2 ? 'warn' : 'sub');
+const missionTime = (ns) => seconds(ns / 1e9);
 
 /// By kind, most severe first.
 function groupsOf(events) {

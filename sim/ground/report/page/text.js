@@ -30,7 +30,7 @@ export function brief(value) {
   return fixed(value, size >= 100 || size === 0 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : size >= 0.01 ? 3 : 5);
 }
 /// Of a share of 0 to 1.
-export const percent = (share, digits) => (Number.isFinite(share) ? `${fixed(100 * share, digits)} %` : '–');
+export const percent = (share, digits = 1) => (Number.isFinite(share) ? `${fixed(100 * share, digits)} %` : '–');
 export function bytesText(bytes) {
   if (!Number.isFinite(bytes)) return '–';
   if (bytes < 1000) return `${bytes} B`;
@@ -45,6 +45,7 @@ export function durationText(seconds) {
 /// Null is 0 in a product: what is not known stays so.
 export const times = (factor, value) => (Number.isFinite(value) ? factor * value : NaN);
 export const largest = (values) => (values.every(Number.isFinite) ? Math.max(...values) : NaN);
+export const seconds = (time) => (Number.isFinite(time) ? `${fixed(time, 1)} s` : '–');
 export const counted = (count, noun) => `${count} ${noun}${count === 1 ? '' : 's'}`;
 export const degrees = (radians) => radians * 180 / Math.PI;
 

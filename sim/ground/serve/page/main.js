@@ -1,18 +1,16 @@
 // Draws what has changed, at most once per frame of the screen.
 import { Connection } from './connection.js';
 import { StripMap } from './map.js';
-import { Plot } from './plots.js';
-import { KeyframeTable, bytes, facts, link, milliseconds, showComponents, showEvents, showList } from './tables.js';
+import { bytesText, durationText, times } from './text.js';
+import { plots } from './plot.js';
+import { componentTable } from './costs.js';
+import { storageFacts } from './storage.js';
+import { eventList, facts, items, keyframeTable, link } from './tables.js';
 
 const part = (name) => document.getElementById(name);
+const put = (name, markup) => { part(name).innerHTML = markup || ''; };
 const map = new StripMap(part('map'), part('map-note'), part('legend'));
-const table = new KeyframeTable(part('keyframes'), part('more'));
-const plots = {
-  overlap: new Plot(part('plots'), 'Overlap of a keyframe with the one before', { unit: '%', values: [0, 100] }),
-  error: new Plot(part('plots'), 'Reprojection error of poses', { unit: 'px', zero: true }),
-  richness: new Plot(part('plots'), 'Richness index', { unit: '0 to 1', zero: true }),
-  received: new Plot(part('plots'), 'Products received, by the time of their keyframe', { unit: 'kB', zero: true, line: true }),
-};
+let most = 50;  // rows of keyframes
 let waiting = null;  // names that have changed since the page was drawn
 
 const flight = new Connection((names) => {
@@ -32,7 +30,7 @@ function draw() {
   if (kinds.has('e')) drawEvents();
   if (['storage', 'timing', 'c'].some((kind) => kinds.has(kind))) drawTelemetry();
   if (kinds.has('missing')) drawMissing();
-  if (kinds.has('files')) showList(part('files'), (flight.get('files') ?? []).map(link), 'No file yet.');
+  if (kinds.has('files')) put('files', items((flight.get('files') ?? []).map(link), 'No file yet.'));
 }
 
 function drawSummary() {
@@ -45,15 +43,15 @@ function drawSummary() {
   part('title').textContent = s.title;
   document.title = `${s.title} – live flight`;
   part('viewer').hidden = !s.viewer;
-  facts(part('tiles'), [
+  put('tiles', facts([
     ['keyframes', String(s.keyframes)], ['posed', String(s.posed)], ['with depth', String(s.with_depth)],
-    ['products', `${s.products}, ${bytes(s.product_bytes)}`],
-    ['files received', `${s.files_used}, ${bytes(s.received_bytes)}`],
+    ['products', `${s.products}, ${bytesText(s.product_bytes)}`],
+    ['files received', `${s.files_used}, ${bytesText(s.received_bytes)}`],
     ['files not usable', String(s.files_skipped), s.files_skipped ? 'warn' : ''],
     ['events medium / high', `${s.medium} / ${s.high}`, s.high ? 'bad' : s.medium ? 'warn' : ''],
     ['missing', String(s.missing), s.missing ? 'warn' : ''],
     ['merged', run.state === 'merging' ? 'merging …' : new Date(run.utc_ms ?? 0).toLocaleTimeString()],
-  ]);
+  ]));
 }
 
 function chooseStrip(strips) {
@@ -77,59 +75,54 @@ function drawMap(keyframes = flight.all('k')) {
 function drawFlight() {
   const keyframes = flight.all('k');
   drawMap(keyframes);
-  table.show(keyframes);
-  plots.overlap.show(keyframes.map(([, k]) => [k.t, 100 * k.o]));
-  plots.error.show(keyframes.map(([, k]) => [k.t, k.e]));
-  plots.richness.show(keyframes.map(([, k]) => [k.t, k.r]));
+  put('keyframes', keyframeTable(keyframes.slice(-most).reverse()));
+  part('more').hidden = keyframes.length <= most;
+  const { target_overlap: target } = flight.get('summary') ?? {};
+  const overTime = (title, y, name, value, more) => ({
+    title, x: 'mission time, s', y, counts: false, series: [{ name, style: 's1', mark: 'dots', points: keyframes.map(([, k]) => [k.t, value(k)]) }], ...more,
+  });
+  const received = overTime('Products received, by the time of their keyframe', 'kB', 'received', (k) => ((k.i?.[0] ?? 0) + (k.d?.[0] ?? 0)) / 1000);
   let sum = 0;
-  plots.received.show(keyframes.map(([, k]) => [k.t, sum += ((k.i?.[0] ?? 0) + (k.d?.[0] ?? 0)) / 1000]));
+  received.series[0] = { ...received.series[0], mark: 'curve', points: received.series[0].points.map(([t, kilobytes]) => [t, sum += kilobytes]) };
+  put('plots', plots([
+    overTime('Overlap of a keyframe with the one before', '%', 'overlap', (k) => times(100, k.o), { fromZero: false, target: target == null ? null : 100 * target, targetName: 'target' }),
+    overTime('Reprojection error of poses', 'px', 'error', (k) => k.e),
+    overTime('Richness index', '0 to 1', 'richness', (k) => k.r),
+    received,
+  ]));
 }
 
-function drawEvents() {
-  showEvents(part('events'), flight.all('e'), Number(part('severity').value));
-}
+const drawEvents = () => put('events', eventList(flight.all('e'), Number(part('severity').value)));
 
 function drawTelemetry() {
   const s = flight.get('storage');
   const t = flight.get('timing');
-  const lines = [];
-  if (s) {
-    const held = s.frames + s.depth + s.structure + s.products;
-    lines.push(
-      ['held on board', `${bytes(held)} of ${bytes(s.budget)}`],
-      ['of it products', `${bytes(s.products)}, ${s.products_held}`],
-      ['products confirmed', String(s.acknowledged)],
-      ['products dropped', String(s.dropped), s.dropped ? 'bad' : ''],
-      ['layers cut', String(s.layers_cut)],
-      ['database', bytes(s.database)],
-      ['times full', String(s.times_full), s.times_full ? 'warn' : '']);
-  }
+  const lines = storageFacts(s);
   if (t) {
-    lines.push(
-      ['minor frames', String(t.frames)],
-      ['of them too late', String(t.overruns)],
-      ['longest minor frame', milliseconds(t.longest_s)]);
+    lines.push(['Minor frames', t.frames], ['Of them too late', t.overruns], ['Longest minor frame', durationText(t.longest_s)]);
   }
-  facts(part('telemetry'), lines.length ? lines : [['telemetry', 'nothing has come down yet']]);
-  showComponents(part('components'), flight.all('c'));
+  put('telemetry', facts(lines.length > 0 ? lines : [['telemetry', 'nothing has come down yet']]));
+  const components = flight.all('c').map(([, c]) => c);
+  put('components', components.length > 0 && componentTable({ components, keyframes: flight.all('k') }));
 }
 
 function drawMissing() {
   const { all = 0, list = [] } = flight.get('missing') ?? {};
   const lines = list.map(([id, what]) => `keyframe ${id}: ${what}`);
   if (all > list.length) lines.push(`and ${all - list.length} more: see report.html`);
-  showList(part('missing'), lines, 'Nothing is missing.');
+  put('missing', items(lines, 'Nothing is missing.'));
 }
 
 part('strip').addEventListener('change', () => { part('strip').dataset.chosen = part('strip').value; drawMap(); });
 part('picture').addEventListener('change', () => drawMap());
 part('severity').addEventListener('change', drawEvents);
+part('more').addEventListener('click', () => { most += 200; drawFlight(); });
 part('closer').addEventListener('click', () => map.closer(1.5));
 part('farther').addEventListener('click', () => map.closer(1 / 1.5));
 part('whole').addEventListener('click', () => map.whole());
 drawTelemetry();
 drawMissing();
 drawEvents();
-for (const plot of Object.values(plots)) plot.show([]);
+drawFlight();
 // For tests and the curious: what has come, and how much.
 window.ilpLive = flight;
