@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "fsw/base/argument.hpp"
 #include "fsw/vision/map/ground_point.hpp"
@@ -28,7 +27,7 @@ MapPoseParams pose_params(MapSense sense, double pixel_m, double sigma_px) {
     params.common_share = 0;
     params.common_growth = 0.4;
   } else if (sense == MapSense::relief) {
-    params.together = getenv("M51T") ? atof(getenv("M51T")) : 2.2;
+    params.together = 1.5;
   }
   return params;
 }
