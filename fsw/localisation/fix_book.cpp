@@ -16,34 +16,12 @@ void add(const navigation::MeasuredKeyframe& fix, FixBook& book) {
   static_cast<void>(book.fixes.push_back(fix));
 }
 
-double squared(double x) {
-  return x * x;
-}
-
-/// A sigma of 0 stays: the quantity is not known.
-void add_error(double variance, double& sigma) {
-  if (sigma > 0) sigma = std::sqrt(squared(sigma) + variance);
-}
-
 }  // namespace
 
 navigation::StripFrame frame_by_fixes(const FixBook& book, navigation::MeasuredKeyframes& scratch) {
   scratch.clear();
   for (const navigation::MeasuredKeyframe& fix : book.fixes) static_cast<void>(scratch.push_back(fix));
-  navigation::StripFrame frame = navigation::estimate_strip_frame(scratch);
-  // The ground of the fixes overlaps, and a mean does not take away what they share.
-  double tilt = 0, heading = 0, ground[2] = {0, 0};
-  const auto count = static_cast<double>(book.fixes.size());
-  for (const navigation::MeasuredKeyframe& k : book.fixes) {
-    const double share = k.fix.shared / count;
-    tilt += share * squared(k.fix.tilt_sigma_rad);
-    heading += share * squared(k.fix.heading_sigma_rad);
-    for (int axis = 0; axis < 2; ++axis) ground[axis] += share * squared(k.fix.ground_sigma_m[axis]);
-  }
-  add_error(tilt, frame.tilt_sigma_rad);
-  add_error(heading, frame.heading_sigma_rad);
-  for (int axis = 0; axis < 2; ++axis) add_error(ground[axis], frame.fixed_sigma_m[axis]);
-  return frame;
+  return navigation::estimate_strip_frame(scratch);
 }
 
 FixDistance distance_by_odometry(const navigation::MeasuredKeyframe& other, const navigation::MeasuredKeyframe& fix,

@@ -14,6 +14,7 @@ constexpr std::int32_t sixteenths = 16;
 constexpr std::int32_t most_count = 255;
 constexpr std::int32_t points_at_once = 64;
 constexpr double widest_cell_px = 256;  // image px in a cell
+constexpr double shadow_share = 0.6;    // of the mean grey; the sky's light alone is less
 constexpr double beyond_border = 1.05;  // of the farthest corner, squared: lenses bend back farther out
 
 /// The squared distance from the optical axis, at distance 1, of the farthest pixel of the border.
@@ -137,6 +138,10 @@ void SheetPainter::paint_rows(const MapWindow& window, std::int32_t first, std::
   }
 }
 
+std::int32_t SheetPainter::darkest_lit() const {
+  return static_cast<std::int32_t>((shadow_share - 1) * mean_grey_);
+}
+
 void add_depths(const MapKeyframe& keyframe, ImageView<const float> depth_m, double first_px, double step_px,
                 const MapPlan& plan, double level_m, std::int32_t first_row, std::int32_t last_row,
                 const SheetSums& sums) {
@@ -172,6 +177,20 @@ void finish_sheet(const SheetSums& sums, MapChannels<max_map_sheet_side>& sheet)
   const std::size_t cells = static_cast<std::size_t>(sums.width) * static_cast<std::size_t>(sums.height);
   for (std::size_t k = 0; k < cells; ++k) {
     sheet.value[k] = sums.count[k] > 0 ? static_cast<std::int16_t>(sums.sum[k] / sums.count[k]) : unknown_value;
+  }
+}
+
+void hide_dark_cells(std::int32_t least, MapChannels<max_map_sheet_side>& sheet) {
+  for (std::int32_t row = 0; row < sheet.height; ++row) {
+    for (std::int32_t column = 0; column < sheet.width; ++column) {
+      std::int16_t& value = sheet.value[sheet.at(column, row)];
+      if (value == unknown_value || value >= least) continue;
+      value = unknown_value;
+      const std::int32_t left = std::max(column - 1, 0), right = std::min(column + 1, sheet.width - 1);
+      for (std::int32_t y = std::max(row - 1, 0); y <= std::min(row + 1, sheet.height - 1); ++y) {
+        std::fill_n(sheet.direction.data() + 2 * sheet.at(left, y), 2 * (right - left + 1), std::int8_t{0});
+      }
+    }
   }
 }
 

@@ -23,6 +23,8 @@ class SheetPainter {
   /// Rows [first, last) of the sheet: adds the mean grey of each cell, in sixteenths, less the mean of the image. A
   /// cell that the image does not wholly show, with a margin of half a cell, gets nothing.
   void paint_rows(const MapWindow& window, std::int32_t first, std::int32_t last, const SheetSums& sums) const;
+  /// Raw value of a cell that is so much darker than the image that it lies in a shadow.
+  [[nodiscard]] std::int32_t darkest_lit() const;
 
  private:
   /// The pixel of a point in the camera's frame; false when the image does not reach so far.
@@ -47,5 +49,9 @@ void add_depths(const MapKeyframe& keyframe, ImageView<const float> depth_m, dou
 
 /// Means of the sums as raw values; unknown_value where there is nothing.
 void finish_sheet(const SheetSums& sums, MapChannels<max_map_sheet_side>& sheet);
+
+/// Cells whose raw value is below `least` are not compared: they become unknown, and directions at them and beside them
+/// 0. Shadows lie beside what casts them, all to one side, so that they would draw the place towards the sun.
+void hide_dark_cells(std::int32_t least, MapChannels<max_map_sheet_side>& sheet);
 
 }  // namespace ilp

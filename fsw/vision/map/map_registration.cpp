@@ -17,7 +17,7 @@ constexpr std::int64_t products_at_once = 6'000'000;  // of a slice
 constexpr std::int32_t place_reach_px = 3;            // of a patch's own place from that of all
 constexpr std::size_t least_places = 6;
 
-/// Shadows of what the heights do not resolve lie on one side of it, and depths of a keyframe err together.
+/// What the heights do not resolve lies on one side of them in the light, and depths of a keyframe err together.
 MapPoseParams pose_params(MapSense sense, double pixel_m, double sigma_px) {
   MapPoseParams params;
   params.pixel_m = pixel_m;
@@ -25,9 +25,9 @@ MapPoseParams pose_params(MapSense sense, double pixel_m, double sigma_px) {
   if (sense == MapSense::shape) {
     params.together = 1.55;
     params.common_share = 0;
-    params.common_growth = 0.7;
+    params.common_growth = 0.4;
   } else if (sense == MapSense::relief) {
-    params.together = 2.2;
+    params.together = 1.5;
   }
   return params;
 }
@@ -172,6 +172,7 @@ void MapRegistration::prepare_sheet() {
   MapChannels<max_map_sheet_side>& sheet = workspace_->sheet;
   fill_directions(sheet, mean_gradient(sheet), 0, sheet.height);
   patches_ = choose_patches(sheet, input_.plan.patch_px, *workspace_);
+  if (sense() == MapSense::shape) hide_dark_cells(painter_.darkest_lit(), sheet);
   sheet_scale_ = normalise_values(sheet.value.data(), sheet.at(0, sheet.height));
   row_ = 0;
   phase_ = Phase::window;

@@ -76,6 +76,18 @@ class Solver {
   }
   [[nodiscard]] static bool is_fixed(const MeasuredKeyframe& k) { return k.fix.ground_sigma_m[0] > 0; }
 
+  /// The error of a mean over the fixes, with what they have in common, which no mean takes away. 0 stays.
+  template <typename SigmaOf>
+  [[nodiscard]] double with_shared(double sigma, SigmaOf sigma_of) const {
+    double shared = 0, count = 0;
+    for (const MeasuredKeyframe& k : keyframes_) {
+      if (!is_fixed(k)) continue;
+      shared += k.fix.shared * sigma_of(k) * sigma_of(k);
+      ++count;
+    }
+    return sigma > 0 && count > 0 ? std::sqrt(sigma * sigma + shared / count) : sigma;
+  }
+
   struct Up {
     Vec3 up = Vec3(0, 0, 1);
     double sigma = 0;  ///< 0: not known
@@ -118,9 +130,10 @@ class Solver {
     Up up = mean_up(
         level_from_strip_of, [](const MeasuredKeyframe& k) { return k.tilt_sigma_rad; }, least_measurements);
     frame_.attitudes = up.use;
-    const Up fixed = mean_up(
+    Up fixed = mean_up(
         fix_level_from_strip_of, [](const MeasuredKeyframe& k) { return is_fixed(k) ? k.fix.tilt_sigma_rad : 0; }, 1);
     if (fixed.sigma > 0) {
+      fixed.sigma = with_shared(fixed.sigma, [](const MeasuredKeyframe& k) { return k.fix.tilt_sigma_rad; });
       const double allowed = std::sqrt(up.sigma * up.sigma + fixed.sigma * fixed.sigma);
       const bool agree = up.sigma > 0 && (up.up - fixed.up).norm() <= contradiction_sigmas * allowed;
       // The map is what the strip must agree with; a sensor may be off by a constant.
@@ -263,6 +276,7 @@ class Solver {
     RobustMean heading = mean_heading(
         fix_level_from_strip_of, [](const MeasuredKeyframe& k) { return is_fixed(k) ? k.fix.heading_sigma_rad : 0; });
     heading.value = near_angle(heading.value, ways.directions.value);
+    heading.sigma = with_shared(heading.sigma, [](const MeasuredKeyframe& k) { return k.fix.heading_sigma_rad; });
     fix_heading_ = joined(ways.directions, heading);
   }
 
@@ -471,7 +485,10 @@ class Solver {
       }
       place[axis] = robust_mean(offsets);
       frame_.fixed_place_m[axis] = place[axis].value;
-      frame_.fixed_sigma_m[axis] = place[axis].sigma;
+      frame_.fixed_sigma_m[axis] =
+          axis < 2
+              ? with_shared(place[axis].sigma, [axis](const MeasuredKeyframe& k) { return k.fix.ground_sigma_m[axis]; })
+              : place[axis].sigma;
     }
     frame_.fixed_ground = middle;
     frame_.fixes = use_of(place[0].used < place[1].used ? place[0] : place[1]);

@@ -457,6 +457,40 @@ TEST(KeyframeSheet, ShowsTheGroundThroughAnyLens) {
   }
 }
 
+TEST(KeyframeSheet, ShadowsAndTheirEdgesAreNotCompared) {
+  // Level ground in the sun, of which a part lies in the light of the sky alone.
+  constexpr std::int32_t side = 24, first_dark = 8, last_dark = 11;
+  constexpr std::uint8_t lit = 128, dark = 51;
+  const auto sheet = std::make_unique<MapChannels<max_map_sheet_side>>();
+  sheet->width = sheet->height = side;
+  std::vector<std::uint8_t> image(static_cast<std::size_t>(320) * 240, lit);
+  const CameraModel camera = camera_of_field(320, 240, 1.0);
+  RigidTransform pose;
+  pose.rotation = Vec3(1, -1, -1).asDiagonal();
+  pose.translation = Vec3(0, 0, 60);
+  SheetPainter painter;
+  const PlaneWindow plane(60, 60, 1, 0, 0);
+  MapPlan plan;
+  plan.pixel_m = 1;
+  ASSERT_TRUE(painter.begin({GrayView(image.data(), 320, 240), camera, pose}, plan, plane.window, 0).ok());
+  for (std::int32_t row = 0; row < side; ++row) {
+    for (std::int32_t column = 0; column < side; ++column) {
+      const bool shadow = column >= first_dark && column <= last_dark;
+      sheet->value[sheet->at(column, row)] = static_cast<std::int16_t>(16 * (shadow ? dark - lit : column % 3));
+    }
+  }
+  fill_directions(*sheet, 1, 0, side);
+  const auto before = std::make_unique<MapChannels<max_map_sheet_side>>(*sheet);
+  hide_dark_cells(painter.darkest_lit(), *sheet);
+  for (std::int32_t column = 0; column < side; ++column) {
+    const std::size_t at = sheet->at(column, side / 2);
+    const bool hidden = column >= first_dark - 1 && column <= last_dark + 1;
+    EXPECT_EQ(sheet->value[at] == unknown_value, column >= first_dark && column <= last_dark) << column;
+    EXPECT_EQ(sheet->direction[2 * at], hidden ? 0 : before->direction[2 * at]) << column;
+  }
+  EXPECT_GT(std::abs(before->direction[2 * sheet->at(first_dark - 1, side / 2)]), 100) << "the edge of the shadow";
+}
+
 TEST(MapPlan, HoldsTheGroundAndSaysWhatItCannot) {
   Rng rng(10);
   const CameraModel camera = camera_of_field(640, 480, 1.05);

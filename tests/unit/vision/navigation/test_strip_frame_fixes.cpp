@@ -210,6 +210,27 @@ TEST(StripFrameFixes, ALevelSensorThatIsOffGivesWay) {
   EXPECT_EQ(frame.attitudes.used, 0U);
 }
 
+TEST(StripFrameFixes, AnErrorThatTheyShareDoesNotOutvoteALevelSensor) {
+  const FixedStrip truth{.attitude_noise = 0.02};
+  constexpr double common = 0.028, shared = 0.5;  // two sigmas of the common part
+  MeasuredKeyframes list = truth.measure(8);
+  for (MeasuredKeyframe& k : list) {
+    const Mat3 cam_from_level = rotation_from_quaternion(k.q_cam_from_strip) * truth.level_from_strip.transpose();
+    quaternion_from_rotation(cam_from_level, k.q_cam_from_level);
+    k.tilt_sigma_rad = 0.003;
+    quaternion_from_rotation(rotation_from_quaternion(k.fix.q_cam_from_level) * rotation_from_vector({common, 0, 0}),
+                             k.fix.q_cam_from_level);
+    k.fix.shared = shared;
+  }
+  StripFrame frame = estimate_strip_frame(list);
+  EXPECT_EQ(frame.attitudes.used, 20U);
+  EXPECT_LT(truth.tilt_error(frame), 0.004);
+
+  for (MeasuredKeyframe& k : list) k.fix.shared = 0;
+  frame = estimate_strip_frame(list);
+  EXPECT_EQ(frame.attitudes.used, 0U) << "the test can tell";
+}
+
 TEST(StripFrameFixes, SigmasOfAnAttitudeAreThoseAboutUp) {
   Mat3 covariance = Mat3::Zero();
   covariance(0, 0) = 0.01;
