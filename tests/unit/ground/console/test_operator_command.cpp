@@ -124,8 +124,9 @@ TEST(OperatorCommands, WhatTheFlightWouldRefuseIsRefusedHereWithTheReason) {
     EXPECT_NE(refusal(line).find(part), std::string::npos) << line << ": " << refusal(line);
   };
   says("launch", "there is no command launch");
-  says("set overlap.target_overlap 3", "from 0.5 to 0.98");
-  says("set overlap.max_rotation_rad 90", "to 3.1416 rad, or degrees, written 20deg, not 90");
+  says("set overlap.target_overlap 3", "overlap.target_overlap = 3: not a number from 0.5 to 0.98");
+  says("set overlap.max_rotation_rad 90", "= 90: not a number from 0 to 3.1416 rad, or degrees, written 20deg");
+  says("set stereo.matcher orderd", "= orderd: expected semi_global or ordered; did you mean ordered?");
   says("set overlap.target_overlap 40deg", "from 0.5 to 0.98");
   says("set overlap.none 3", "no parameter overlap.none");
   says("set target_overlap 3", "section.key");
