@@ -1,40 +1,14 @@
 // Every compile-time capacity of the flight software, in one place. Static memory follows from these numbers:
-// `ilp-onboard --memory-map` prints it. Three profiles, chosen by the CMake option ILP_PROFILE.
+// `ilp-onboard --memory-map` prints it. What differs between machines is in the profile, which the CMake option
+// ILP_PROFILE names: a folder of cfg/profiles, or any folder with a profile.hpp.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
-namespace ilp::limits {
+#include "profile.hpp"
 
-#if defined(ILP_PROFILE_FLIGHT)
-inline constexpr const char* profile = "flight";
-inline constexpr std::int32_t max_image_width = 640;
-inline constexpr std::int32_t max_image_height = 480;
-inline constexpr std::size_t sqlite_arena_bytes = std::size_t{6} << 20U;  // 5.1 MiB used at worst in the default flight
-inline constexpr std::size_t max_static_bytes = std::size_t{64} << 20U;   ///< of the whole flight
-inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{9} << 19U;  // 4.2 MiB used at worst (13-bit noise)
-// Without a disk it holds the records, and with one SQLite's region.
-inline constexpr std::size_t ram_store_bytes = std::size_t{45} << 18U;
-#elif defined(ILP_PROFILE_HOST)
-inline constexpr const char* profile = "host";
-inline constexpr std::int32_t max_image_width = 1024;
-inline constexpr std::int32_t max_image_height = 1024;
-inline constexpr std::size_t sqlite_arena_bytes = std::size_t{16} << 20U;
-inline constexpr std::size_t max_static_bytes = std::size_t{256} << 20U;
-inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{20} << 20U;  // 13.8 MiB used at worst
-inline constexpr std::size_t ram_store_bytes = 2 * sqlite_arena_bytes;
-#elif defined(ILP_PROFILE_LARGE)
-inline constexpr const char* profile = "large";
-inline constexpr std::int32_t max_image_width = 2048;
-inline constexpr std::int32_t max_image_height = 2048;
-inline constexpr std::size_t sqlite_arena_bytes = std::size_t{64} << 20U;
-inline constexpr std::size_t max_static_bytes = std::size_t{1} << 30U;
-inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{80} << 20U;
-inline constexpr std::size_t ram_store_bytes = 2 * sqlite_arena_bytes;
-#else
-#error "choose a capacity profile: ILP_PROFILE_FLIGHT, ILP_PROFILE_HOST or ILP_PROFILE_LARGE"
-#endif
+namespace ilp::limits {
 
 inline constexpr std::size_t flight_stack_bytes = std::size_t{512} << 10U;  // 64 KiB used in the default flight
 inline constexpr std::size_t worker_stack_bytes = std::size_t{128} << 10U;
@@ -72,18 +46,14 @@ inline constexpr std::size_t cached_images = 4;
 inline constexpr int max_pyramid_levels = max_image_side > 1024 ? 7 : 6;
 
 // Features and matches
-inline constexpr std::size_t max_corners = 2048;
 inline constexpr std::size_t max_matches = max_corners;
 inline constexpr int max_patch_side = 21;
 
 // Two views
 inline constexpr std::size_t max_ransac_trials = 2000;
 
-// Multiview: one window of bundle adjustment (decisions.md, 5: 7 keyframes at 85 % overlap, one more for slack)
-inline constexpr std::size_t max_window_keyframes = 8;
-inline constexpr std::size_t max_fixed_keyframes = 8;  ///< cameras before the window that its points still see
+// Multiview: one window of bundle adjustment
 inline constexpr std::size_t max_bundle_cameras = max_window_keyframes + max_fixed_keyframes;
-inline constexpr std::size_t max_bundle_points = 4096;
 inline constexpr std::size_t max_bundle_observations = 6 * max_bundle_points;
 inline constexpr std::size_t max_tracks = max_bundle_points;
 inline constexpr std::size_t max_track_length = max_bundle_cameras;
@@ -103,7 +73,6 @@ inline constexpr std::int32_t max_rectified_width = max_image_side + max_image_s
 inline constexpr std::int32_t max_rectified_height = max_rectified_width;
 inline constexpr std::size_t max_rectified_pixels =
     static_cast<std::size_t>(max_rectified_width) * static_cast<std::size_t>(max_rectified_height);
-inline constexpr std::int32_t max_disparities = 256;
 
 // Terrain
 inline constexpr std::size_t richness_histogram_bins = 64;

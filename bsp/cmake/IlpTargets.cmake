@@ -54,10 +54,14 @@ if(ILP_SANITIZE OR ILP_FUZZ)
 endif()
 
 # What every source is compiled with.
-string(TOUPPER ${ILP_PROFILE} ILP_PROFILE_UPPER)
+get_filename_component(ILP_PROFILE_FOLDER ${ILP_PROFILE} ABSOLUTE BASE_DIR ${CMAKE_SOURCE_DIR}/cfg/profiles)
+if(NOT EXISTS ${ILP_PROFILE_FOLDER}/profile.hpp)
+  message(FATAL_ERROR "ILP_PROFILE=${ILP_PROFILE}: there is no ${ILP_PROFILE_FOLDER}/profile.hpp. "
+                      "Name flight, host or large, or a folder with a profile.hpp like those of cfg/profiles.")
+endif()
 add_library(ilp_settings INTERFACE)
-target_include_directories(ilp_settings INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>)
-target_compile_definitions(ilp_settings INTERFACE $<BUILD_INTERFACE:ILP_PROFILE_${ILP_PROFILE_UPPER}>)
+target_include_directories(ilp_settings INTERFACE
+                           $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}> $<BUILD_INTERFACE:${ILP_PROFILE_FOLDER}>)
 target_link_libraries(ilp_settings INTERFACE $<BUILD_INTERFACE:ilp_options>)
 
 # ilp_unity(TARGET NUMBER): with ILP_UNITY, NUMBER sources in one translation unit: what they include is compiled once.

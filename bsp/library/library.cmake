@@ -10,16 +10,12 @@ add_library(ilp_vision INTERFACE)
 target_link_libraries(ilp_vision INTERFACE ${libraries})
 target_include_directories(ilp_vision INTERFACE $<INSTALL_INTERFACE:${ILP_LIBRARY_HEADERS}>)
 target_compile_features(ilp_vision INTERFACE cxx_std_20)
+add_custom_target(library DEPENDS ilp_vision_stereo ${libraries})
 install(TARGETS ilp_vision ilp_vision_stereo ilp_settings ${libraries} EXPORT ilp_vision COMPONENT library
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/ilp_vision)
 install(EXPORT ilp_vision NAMESPACE ilp:: DESTINATION ${ILP_LIBRARY_CONFIG} COMPONENT library)
 
-# The installed limits.hpp has the capacities that the libraries were compiled with, whatever a guest defines.
-set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/cfg/limits.hpp)
-file(READ ${CMAKE_SOURCE_DIR}/cfg/limits.hpp limits)
-string(REPLACE "#if defined(ILP_PROFILE_FLIGHT)" "#undef ILP_PROFILE_FLIGHT\n#undef ILP_PROFILE_HOST\n#undef ILP_PROFILE_LARGE\n#define ILP_PROFILE_${ILP_PROFILE_UPPER}\n#if defined(ILP_PROFILE_FLIGHT)" limits "${limits}")
-file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/library/limits.hpp CONTENT "${limits}" @ONLY)
-install(FILES ${CMAKE_BINARY_DIR}/library/limits.hpp ${CMAKE_SOURCE_DIR}/cfg/choices.hpp
+install(FILES ${CMAKE_SOURCE_DIR}/cfg/limits.hpp ${CMAKE_SOURCE_DIR}/cfg/choices.hpp ${ILP_PROFILE_FOLDER}/profile.hpp
         DESTINATION ${ILP_LIBRARY_HEADERS}/cfg COMPONENT library)
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/fsw/base ${CMAKE_SOURCE_DIR}/fsw/vision DESTINATION ${ILP_LIBRARY_HEADERS}/fsw
         COMPONENT library FILES_MATCHING PATTERN "*.hpp" PATTERN "status_list.inc")

@@ -10,54 +10,54 @@ namespace ilp {
 
 /// (name, unit, values per unit, meaning). Values without a unit are written as they are, or by the names that
 /// bsp/flight/status_text.hpp knows.
-#define ILP_VALUE_TYPES(ROW)                                                                              \
-  ROW(none, "", 1, "always 0")                                                                            \
-  ROW(number, "", 1, "a number")                                                                          \
-  ROW(id, "", 1, "id of the record that the name of the value says")                                      \
-  ROW(hexadecimal, "", 1, "a number, written in hexadecimal digits")                                      \
-  ROW(thousandths, "", 1000, "a number in thousandths; -2147483648: no number")                           \
-  ROW(bytes, "bytes", 1, "")                                                                              \
-  ROW(bits, "bits", 1, "")                                                                                \
-  ROW(pixels, "px", 1, "")                                                                                \
-  ROW(millipixels, "px", 1000, "")                                                                        \
-  ROW(metres, "m", 1, "")                                                                                 \
-  ROW(seconds, "s", 1, "")                                                                                \
-  ROW(milliseconds, "ms", 1, "")                                                                          \
-  ROW(microseconds, "us", 1, "")                                                                          \
-  ROW(nanoseconds, "ns", 1, "")                                                                           \
-  ROW(millihertz, "Hz", 1000, "")                                                                         \
-  ROW(size, "px", 1, "size of a picture: 100000 x width + height")                                        \
-  ROW(error, "", 1, "errno of the operating system")                                                      \
-  ROW(fault, "", 1, "code of another row of the list")                                                    \
-  ROW(component, "", 1, "number of a component; 0: package")                                              \
-  ROW(stages, "", 1, "a set of components: bit k is component k + 1")                                     \
-  ROW(table, "", 1, "type of a record")                                                                   \
-  ROW(parameter, "", 1, "number of a mission parameter; 0: none")                                         \
-  ROW(format, "", 1, "what is not supported, or a four-character code of Linux")                          \
-  ROW(findings, "", 1, "a set of findings about the camera's driver (docs/onboard.md)")                   \
-  ROW(argument, "", 1, "")                                                                                \
-  ROW(arena, "", 1, "")                                                                                   \
-  ROW(brightness, "", 1, "")                                                                              \
-  ROW(calibration_verdict, "", 1, "")                                                                     \
-  ROW(codec_stage, "", 1, "")                                                                             \
-  ROW(compute_fault, "", 1, "")                                                                           \
-  ROW(compute_kind, "", 1, "")                                                                            \
-  ROW(condition, "", 1, "condition code of CFDP (CCSDS 727.0-B-5, table 5-5)")                            \
-  ROW(file_kind, "", 1, "")                                                                               \
-  ROW(flag, "", 1, "")                                                                                    \
-  ROW(frame_damage, "", 1, "")                                                                            \
-  ROW(intrinsic, "", 1, "")                                                                               \
-  ROW(load_reason, "", 1, "")                                                                             \
-  ROW(memory_source, "", 1, "")                                                                           \
-  ROW(overlap_verdict, "", 1, "")                                                                         \
-  ROW(pdu_fault, "", 1, "")                                                                               \
-  ROW(rectification_fault, "", 1, "")                                                                     \
-  ROW(reduced_work, "", 1, "")                                                                            \
-  ROW(relation, "", 1, "what must hold between mission parameters; 0: they do not contradict each other") \
-  ROW(revert_reason, "", 1, "")                                                                           \
-  ROW(self_test, "", 1, "")                                                                               \
-  ROW(start_reason, "", 1, "")                                                                            \
-  ROW(strip_end, "", 1, "")                                                                               \
+#define ILP_VALUE_TYPES(ROW)                                                      \
+  ROW(none, "", 1, "always 0")                                                    \
+  ROW(number, "", 1, "")                                                          \
+  ROW(id, "", 1, "of the record that the name of the value says")                 \
+  ROW(hexadecimal, "", 1, "in hexadecimal digits")                                \
+  ROW(thousandths, "", 1000, "-2147483648: no number")                            \
+  ROW(bytes, "bytes", 1, "")                                                      \
+  ROW(bits, "bits", 1, "")                                                        \
+  ROW(pixels, "px", 1, "")                                                        \
+  ROW(millipixels, "px", 1000, "")                                                \
+  ROW(metres, "m", 1, "")                                                         \
+  ROW(seconds, "s", 1, "")                                                        \
+  ROW(milliseconds, "ms", 1, "")                                                  \
+  ROW(microseconds, "us", 1, "")                                                  \
+  ROW(nanoseconds, "ns", 1, "")                                                   \
+  ROW(millihertz, "Hz", 1000, "")                                                 \
+  ROW(size, "px", 1, "100000 x width + height")                                   \
+  ROW(error, "", 1, "errno of the operating system")                              \
+  ROW(fault, "", 1, "code of another row")                                        \
+  ROW(component, "", 1, "number; 0: package")                                     \
+  ROW(stages, "", 1, "bit k: component k + 1")                                    \
+  ROW(table, "", 1, "type of a record")                                           \
+  ROW(parameter, "", 1, "number; 0: none")                                        \
+  ROW(format, "", 1, "or a four-character code of Linux")                         \
+  ROW(findings, "", 1, "about the camera's driver, bit by bit (docs/onboard.md)") \
+  ROW(argument, "", 1, "")                                                        \
+  ROW(arena, "", 1, "")                                                           \
+  ROW(brightness, "", 1, "")                                                      \
+  ROW(calibration_verdict, "", 1, "")                                             \
+  ROW(codec_stage, "", 1, "")                                                     \
+  ROW(compute_fault, "", 1, "")                                                   \
+  ROW(compute_kind, "", 1, "")                                                    \
+  ROW(condition, "", 1, "of CFDP (CCSDS 727.0-B-5, table 5-5)")                   \
+  ROW(file_kind, "", 1, "")                                                       \
+  ROW(flag, "", 1, "")                                                            \
+  ROW(frame_damage, "", 1, "")                                                    \
+  ROW(intrinsic, "", 1, "")                                                       \
+  ROW(load_reason, "", 1, "")                                                     \
+  ROW(memory_source, "", 1, "")                                                   \
+  ROW(overlap_verdict, "", 1, "")                                                 \
+  ROW(pdu_fault, "", 1, "")                                                       \
+  ROW(rectification_fault, "", 1, "")                                             \
+  ROW(reduced_work, "", 1, "")                                                    \
+  ROW(relation, "", 1, "of mission parameters, which must hold")                  \
+  ROW(revert_reason, "", 1, "")                                                   \
+  ROW(self_test, "", 1, "")                                                       \
+  ROW(start_reason, "", 1, "")                                                    \
+  ROW(strip_end, "", 1, "")                                                       \
   ROW(strip_frame_verdict, "", 1, "")
 
 enum class ValueType : std::uint8_t {

@@ -72,13 +72,13 @@ ILP_ENUMERATION(
     (1, nothing_measured, "fewer than three keyframes have measurements"),
     (2, scales_contradict,
      "heights, positions and velocities give different lengths of the strip unit: the kind that disagrees "
-     "with two others is left out; if there are only two kinds, both are"),
+     "with two others is left out, of two kinds both"),
     (3, headings_contradict, "the attitudes' heading is not that of the track: the track's is used"),
     (4, fixes_contradict,
      "the fixes on the map and the vehicle's positions give different places or headings: neither is used"),
     (5, attitudes_contradict,
-     "what is up by the attitudes, or by a camera that was taken to look straight down, is not what is up by "
-     "the track of the positions: the track's is used, and the roll about a straight one stays open"),
+     "what is up by the attitudes, or by a camera taken to look straight down, is not so by the track of the "
+     "positions, which is used; the roll about a straight track stays open"),
     (6, positions_frozen, "the positions stand still while the images move: none is used"))
 
 /// Verdict on the registration of a keyframe against a map.

@@ -327,10 +327,6 @@ std::size_t header_bytes(const Header& header) {
   return fixed_header_bytes + 2 * std::size_t{header.id_length} + header.sequence_length;
 }
 
-std::size_t file_data_overhead(const Header& header) {
-  return header_bytes(header) + size_width(header) + (header.crc ? crc_bytes : 0);
-}
-
 std::size_t gap_count(const Header& header, const Nak& nak) {
   return nak.gaps.size() / (2 * size_width(header));
 }

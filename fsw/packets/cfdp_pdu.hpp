@@ -137,8 +137,6 @@ Status decode(std::span<const std::uint8_t> bytes, Pdu& pdu);
 Status encode(const Pdu& pdu, std::span<std::uint8_t> out, std::size_t& bytes);
 
 [[nodiscard]] std::size_t header_bytes(const Header& header);
-/// Octets of a PDU without segment metadata that are not the file's bytes.
-[[nodiscard]] std::size_t file_data_overhead(const Header& header);
 
 /// The number of gaps in a NAK, and the gap at `index`.
 [[nodiscard]] std::size_t gap_count(const Header& header, const Nak& nak);

@@ -21,10 +21,6 @@ Status decode_event_list(const Tailoring& tailoring, std::span<const std::uint8_
   return in.left() == 0 ? Status{} : malformed();
 }
 
-void encode_event_list(const Tailoring& tailoring, const EventList& list, ByteWriter& out) {
-  if (!tailoring.events_one_and_all) encode_disabled_events(tailoring, {list.ids.data(), list.ids.size()}, out);
-}
-
 void encode_disabled_events(const Tailoring& tailoring, std::span<const std::uint32_t> ids, ByteWriter& out) {
   const std::uint8_t octets = tailoring.event_count == 0 ? 2 : tailoring.event_count;
   write_count(octets, ids.size(), out);

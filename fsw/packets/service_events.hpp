@@ -24,8 +24,7 @@ struct EventList {
 
 /// TC[5,5] and [5,6]: `request_malformed` (a = offset), `capacity_exceeded`.
 Status decode_event_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, EventList& list);
-/// TC[5,5], [5,6] and TM[5,8], which always has a list.
-void encode_event_list(const Tailoring& tailoring, const EventList& list, ByteWriter& out);
+/// TM[5,8].
 void encode_disabled_events(const Tailoring& tailoring, std::span<const std::uint32_t> ids, ByteWriter& out);
 /// TM[5,1] to [5,4]: the event and its auxiliary data.
 void encode_event(const Tailoring& tailoring, std::uint32_t id, std::span<const std::uint8_t> auxiliary,

@@ -29,8 +29,4 @@ Status decode_connection(std::span<const std::uint8_t> data, std::uint16_t& appl
   return {};
 }
 
-void encode_connection(std::uint16_t application, ByteWriter& out) {
-  out.u16(application);
-}
-
 }  // namespace ilp

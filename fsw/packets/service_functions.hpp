@@ -29,6 +29,5 @@ void encode_function(const FunctionCall& call, ByteWriter& out);
 
 /// TC[17,3] and TM[17,4], which have the same content. `request_malformed`.
 Status decode_connection(std::span<const std::uint8_t> data, std::uint16_t& application);
-void encode_connection(std::uint16_t application, ByteWriter& out);
 
 }  // namespace ilp

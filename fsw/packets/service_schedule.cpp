@@ -91,11 +91,6 @@ Status decode_scheduled_ids(const Tailoring& tailoring, std::span<const std::uin
   return read_ids(tailoring, in, ids);
 }
 
-void encode_scheduled_ids(const Tailoring& tailoring, const ScheduledIdList& ids, ByteWriter& out) {
-  write_count(tailoring.schedule_count, ids.size(), out);
-  for (const ScheduledId& id : ids) write_id(tailoring, id, out);
-}
-
 Status decode_shift(const Tailoring& tailoring, std::span<const std::uint8_t> data, std::int32_t& ms,
                     ScheduledIdList& ids) {
   ByteReader in(data);

@@ -60,7 +60,6 @@ Status encode_insert_item(const Tailoring& tailoring, const ScheduleItem& item, 
 
 /// TC[11,5]. `request_malformed` (a = offset), `capacity_exceeded`.
 Status decode_scheduled_ids(const Tailoring& tailoring, std::span<const std::uint8_t> data, ScheduledIdList& ids);
-void encode_scheduled_ids(const Tailoring& tailoring, const ScheduledIdList& ids, ByteWriter& out);
 /// TC[11,7] with an offset in milliseconds and requests, or TC[11,15] with the offset alone.
 Status decode_shift(const Tailoring& tailoring, std::span<const std::uint8_t> data, std::int32_t& ms,
                     ScheduledIdList& ids);

@@ -11,16 +11,14 @@ namespace ilp {
 
 /// Why a frame's time stamp is suspect.
 ILP_ENUMERATION(TimeDoubt, (0, none, "the time is that of the stamp"),
-                (1, off_command, "the stamp is far from the commanded time; the commanded time is used"),
-                (2, off_period,
-                 "the stamp is far from the time that follows from the camera's counter and period; that time is used"))
+                (1, off_command, "the stamp is far from the commanded time, which is used"),
+                (2, off_period, "the stamp is far from the time by the camera's counter and period, which is used"))
 
 ILP_ENUMERATION(CaptureSource, (0, regular, "the interval is constant"),
                 (1, forecast, "the forecast overlap reaches its target"),
-                (2, on_the_way,
-                 "the error of the forecast is large, so an image is taken before the overlap reaches its target"),
+                (2, on_the_way, "before that, because the error of the forecast is large"),
                 (3, safe, "the motion is not known"), (4, telecommand, "the ground asked for this time"),
-                (5, burst, "beside another image, to show how a rolling shutter moved; it becomes no keyframe"))
+                (5, burst, "beside another image, to show how a rolling shutter moved"))
 
 ILP_ENUMERATION(CaptureState, (0, pending, "the time has not come yet"), (1, exposed, "a frame answers it"),
                 (2, no_frame, "no frame came"), (3, rejected, "the request could not be met"),
@@ -36,7 +34,7 @@ ILP_ENUMERATION(StripEnd, (0, open, "still open"), (1, overlap_lost, "overlap lo
                 (4, end_of_flight, "end of flight"), (5, commanded, "ended by command"))
 
 ILP_ENUMERATION(CameraSource, (0, given, "known before the flight"),
-                (1, nominal, "nominal: from a data sheet or a field of view"),
+                (1, nominal, "from a data sheet or a field of view"),
                 (2, calibrated, "found from images of the flight"),
                 (3, measured, "found from images and the vehicle's measurements"))
 
@@ -58,10 +56,10 @@ ILP_ENUMERATION(PoseVerdict, (0, ok, ""), (1, waiting, "waits for a pair that ca
                 (4, resection_failed, "resection failed"), (5, implausible, "implausible step"),
                 (7, ambiguous, "two motions explain the pair"))
 
-ILP_ENUMERATION(PoseState, (0, provisional, "later keyframes may still improve the pose"),
+ILP_ENUMERATION(PoseState, (0, provisional, "later keyframes may improve it"),
                 (1, final, "the pose never changes again"), (2, failed, "there is no pose"),
-                (3, trial, "by a camera that is still looked for: the keyframe is posed again once it is found"),
-                (4, trial_failed, "that camera gives no pose: the keyframe is tried again once it is found"))
+                (3, trial, "by a camera still looked for: posed again once it is found"),
+                (4, trial_failed, "that camera gives no pose: tried again once it is found"))
 
 /// A later record of this pose may say something else.
 [[nodiscard]] constexpr bool is_open(PoseState state) {
@@ -104,7 +102,7 @@ ILP_ENUMERATION(CommandKind, (0, end_strip, "the open strip ends"),
                 (13, capture_place, "an image is taken where the vehicle passes a place"))
 
 ILP_ENUMERATION(TransferState, (0, waiting, "nothing of it has been sent"), (1, sending, "part of it has been sent"),
-                (2, sent, "all of it has been sent once; gaps are sent again until the ground confirms the file"),
+                (2, sent, "all of it has been sent once; gaps are sent again"),
                 (3, delivered, "the ground has confirmed the complete file"))
 
 /// The ground's request for a transfer.
@@ -115,14 +113,12 @@ ILP_ENUMERATION(UplinkState, (0, checked, "it can be activated"), (1, rejected, 
 
 /// The flight's verdict on ground that two keyframes have in common.
 ILP_ENUMERATION(LinkVerdict, (0, linked, "the images and the geometry agree"),
-                (1, images_only,
-                 "the images agree; too few of the matches have depth to say where the keyframes stand"),
+                (1, images_only, "the images agree; too few matches have depth for the geometry"),
                 (2, contradicts_poses, "images and geometry agree, but the poses of the strip do not: drift"))
 
 /// What a fix on the map is worth to the strip.
-ILP_ENUMERATION(FixState, (0, none, "there is no fix"), (1, accepted, "it takes part"),
-                (2, unconfirmed,
-                 "it lies farther from the prior than that errs: it takes part where the next one agrees"))
+ILP_ENUMERATION(FixState, (0, none, "there is no fix"), (1, accepted, "it counts"),
+                (2, unconfirmed, "farther from the prior than that errs: it counts if the next one agrees"))
 
 /// What said where a keyframe stands on the map before it was registered.
 ILP_ENUMERATION(FixPrior, (0, none, "nothing: it was not searched for"), (1, vehicle, "the vehicle's measurements"),

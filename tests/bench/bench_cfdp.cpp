@@ -10,8 +10,7 @@ namespace ilp::cfdp {
 namespace {
 
 void worst_nak(benchmark::State& state) {
-  SendOrder order;
-  order.file_bytes = 100'000;
+  SendOrder order{.file_bytes = 100'000};
   std::vector<Segment> held;
   for (std::uint32_t i = 0; i < limits::max_file_gaps; ++i) held.push_back({200 * i, 200 * i + 100});
   std::vector<std::uint8_t> octets(std::size_t{250} * 8);

@@ -94,8 +94,7 @@ void matcher(benchmark::State& state, StereoMatcherChoice choice, VectorWidth ve
   std::vector<float> disparity(valid.size()), sigma(valid.size());
   const MaskView mask(valid.data(), width, height);
   const DisparityView result{{disparity.data(), width, height}, {sigma.data(), width, height}};
-  StereoParams params;
-  params.matcher = choice;
+  StereoParams params{.matcher = choice};
   Sgbm sgbm(pair);
   compare(state, sgbm, [&] {
     StereoMatcher stereo;

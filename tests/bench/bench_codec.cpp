@@ -48,9 +48,7 @@ void opj_encode(benchmark::State& state) {
   std::vector<double> targets(static_cast<std::size_t>(state.range(0)));
   auto size = static_cast<double>(ceiling_of(state));
   for (std::size_t i = targets.size(); i-- > 0; size /= 2) targets[i] = size;
-  CodestreamParams params;
-  params.packet_lengths = targets.size() > 1;
-  params.layer_bytes = targets;
+  CodestreamParams params{.packet_lengths = targets.size() > 1, .layer_bytes = targets};
   std::size_t bytes = 0;
   for (auto _ : state) {
     const Status status = openjpeg_encode({samples.data(), width, height}, params, codestream, bytes);

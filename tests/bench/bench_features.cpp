@@ -36,8 +36,7 @@ const Pair& pair() {
 
 Status detect(GrayView image, std::int64_t count, Corners& corners) {
   static const auto workspace = std::make_unique<HarrisWorkspace>();
-  HarrisParams params;
-  params.target_count = static_cast<std::int32_t>(count);
+  HarrisParams params{.target_count = static_cast<std::int32_t>(count)};
   return detect_corners(image, params, *workspace, corners);
 }
 

@@ -31,8 +31,7 @@ struct Strip {
 
 void predict(Strip& strip) {
   const auto workspace = std::make_unique<OverlapWorkspace>();
-  OverlapParams params;
-  params.min_overlap = 0.35;
+  OverlapParams params{.min_overlap = 0.35};
   strip.planes.resize(strip.images.size());
   for (std::size_t k = 1; k < strip.images.size(); ++k) {
     OverlapResult overlap;
@@ -56,18 +55,14 @@ Strip recorded(const std::string& folder) {
 Strip rendered(const std::string& world, double interval_s) {
   Strip strip;
   const world::WorldPreset& preset = world::world_preset(world);
-  world::FlightParams flight;
-  flight.frames = 10;
-  flight.interval_s = interval_s;
-  flight.altitude_m = preset.altitude_m;
-  flight.drift_m_s = preset.drift_m_s;
+  world::FlightParams flight{
+      .frames = 10, .interval_s = interval_s, .altitude_m = preset.altitude_m, .drift_m_s = preset.drift_m_s};
   strip.camera = flight.camera;
   const world::Terrain terrain(preset.world);
   const world::Renderer renderer(terrain, flight.camera, {}, 1);
   world::RenderedFrame frame;
   for (const world::CameraState& state : world::fly(flight)) {
-    world::CameraMotion motion;
-    motion.state = state;
+    world::CameraMotion motion{.state = state};
     renderer.render(motion, static_cast<std::int64_t>(strip.images.size()), frame);
     test::Image image(flight.camera.width, flight.camera.height);
     image.pixels.assign(frame.grey.samples.begin(), frame.grey.samples.end());
@@ -163,8 +158,7 @@ class Chain {
     if (k > 0) {
       double plane[9];
       std::copy_n(strip_.planes[k].begin(), 9, plane);
-      MatcherParams params;
-      params.search_radius_px = 40;
+      MatcherParams params{.search_radius_px = 40};
       (void)match_and_track_corners(strip_.images[k - 1].view(), state_->corners, image, corners_, plane, params,
                                     matcher_, matches_)
           .ok();

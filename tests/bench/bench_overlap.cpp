@@ -35,8 +35,7 @@ OverlapWorkspace& workspace() {
 enum class Search : std::uint8_t { shift, ordinary, full_turn };
 
 OverlapParams params_of(const benchmark::State& state) {
-  OverlapParams params;
-  params.method = state.range(1) == 0 ? OverlapMethod::ncc : OverlapMethod::sad;
+  OverlapParams params{.method = state.range(1) == 0 ? OverlapMethod::ncc : OverlapMethod::sad};
   switch (static_cast<Search>(state.range(0))) {
     case Search::shift:
       params.max_rotation_rad = 0;

@@ -14,12 +14,7 @@ void score(benchmark::State& state) {
   constexpr std::int32_t width = 640;
   constexpr std::int32_t height = 480;
   const test::Image image = test::render_texture(width, height, {2, 0.1, 0, 0}, 1, 0, 1, 4);
-  CameraModel camera;
-  camera.width = width;
-  camera.height = height;
-  camera.fx = camera.fy = 550;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
+  CameraModel camera{width, height, 550, 550, 319.5, 239.5};
   std::vector<std::uint8_t> mask(image.pixels.size());
   std::vector<float> inverse(image.pixels.size());
   const std::vector<float> sigma(image.pixels.size(), 1e-5F);

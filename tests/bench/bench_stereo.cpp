@@ -53,8 +53,7 @@ void match_vga(benchmark::State& state, StereoMatcherChoice matcher_choice) {
   const MaskView mask(valid.data(), width, height);
   const DisparityView result{{disparity.data(), width, height}, {sigma.data(), width, height}};
   const auto disparities = static_cast<std::int32_t>(state.range(0));
-  StereoParams params;
-  params.matcher = matcher_choice;
+  StereoParams params{.matcher = matcher_choice};
   for (auto _ : state) {
     StereoMatcher matcher;
     if (matcher.begin(pair.left.view(), pair.right.view(), mask, mask, {0, disparities - 1}, params, *workspace, result)
@@ -117,8 +116,7 @@ struct Rectified {
     camera.cy = 240;
     camera.k1 = -0.1;
     RigidTransform left;
-    RigidTransform right;
-    right.translation = Vec3(-20, 1, 0.5);
+    RigidTransform right{.translation = Vec3(-20, 1, 0.5)};
     (void)plan_rectification(camera, left, right, {90, 110}, {}, pair, range);
   }
   [[nodiscard]] std::size_t pixels() const { return static_cast<std::size_t>(pair.width * pair.height); }

@@ -129,8 +129,7 @@ void there_and_back(benchmark::State& state) {
 }
 
 void put_image(Store& store, std::int64_t id, const std::vector<std::uint8_t>& image) {
-  FrameRecord frame;
-  frame.id = id;
+  FrameRecord frame{.id = id};
   frame.image.bytes = image_bytes;
   must(store.begin());
   must(put(store, frame));

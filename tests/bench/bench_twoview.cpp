@@ -24,8 +24,7 @@ test::Scene scene_for(const benchmark::State& state) {
 }
 
 RansacParams params_for(const benchmark::State& state) {
-  RansacParams params;
-  params.threshold_px = state.range(0) == 50 ? 2 : 1;
+  RansacParams params{.threshold_px = state.range(0) == 50 ? 2 : 1};
   return params;
 }
 
@@ -71,8 +70,7 @@ void homography(benchmark::State& state) {
 BENCHMARK(homography)->Args({30, 0})->Args({50, 0})->Unit(benchmark::kMillisecond);
 
 void five_point_solver(benchmark::State& state) {
-  test::SceneOptions options;
-  options.matches = 500;
+  test::SceneOptions options{.matches = 500};
   const test::Scene scene = test::make_scene(options);
   std::size_t first = 0;
   std::size_t solutions = 0;

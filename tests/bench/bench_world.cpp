@@ -12,15 +12,11 @@ namespace ilp::world {
 namespace {
 
 std::vector<world::CameraMotion> strip() {
-  world::FlightParams flight;
-  flight.frames = 8;
-  flight.interval_s = 10;
+  world::FlightParams flight{.frames = 8, .interval_s = 10};
   std::vector<world::CameraMotion> motions;
   for (const world::CameraState& state : world::fly(flight)) {
-    world::CameraMotion motion;
-    motion.state = state;
-    motion.velocity_m_s = Vec3(2.5, 0, 0);
-    motion.turn_rad_s = Vec3(0.004, 0.002, 0.006);
+    world::CameraMotion motion{
+        .state = state, .velocity_m_s = Vec3(2.5, 0, 0), .turn_rad_s = Vec3(0.004, 0.002, 0.006)};
     motions.push_back(motion);
   }
   return motions;
@@ -56,9 +52,7 @@ CameraEffects with(Value CameraEffects::*field, Value value) {
 }
 
 void rolling_and_blurred(benchmark::State& state) {
-  CameraEffects effects;
-  effects.exposure_s = 0.05;
-  effects.readout_s = 0.03;
+  CameraEffects effects{.exposure_s = 0.05, .readout_s = 0.03};
   render_strip(state, effects);
 }
 

@@ -29,8 +29,7 @@ void expect(bool condition, const char* what, std::uint64_t nth) {
 }
 
 Status put_image(std::int64_t id) {
-  FrameRecord frame;
-  frame.id = id;
+  FrameRecord frame{.id = id};
   frame.image.bytes = image_bytes;
   Transaction transaction(store);
   ILP_TRY(transaction.begin());

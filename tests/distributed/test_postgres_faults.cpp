@@ -20,8 +20,7 @@ using test::sql;
 using Bytes = std::vector<std::uint8_t>;
 
 FrameRecord frame_of(std::int64_t id, std::uint32_t image_bytes = 0) {
-  FrameRecord frame;
-  frame.id = id;
+  FrameRecord frame{.id = id};
   frame.image.bytes = image_bytes;
   copy_text(frame.name, "a.png");
   return frame;

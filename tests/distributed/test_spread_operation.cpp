@@ -45,8 +45,7 @@ class SpreadOperation : public testing::Test {
                                  "--index", folder_ / "strip.txt", "--store", store(), "--link-udp", "127.0.0.1:0",
                                  "--lock-lease", std::to_string(lease_s)},
         folder_ / "head");
-    console::ConsoleSettings settings;
-    settings.board = primary_->address("packets over UDP");
+    console::ConsoleSettings settings{.board = primary_->address("packets over UDP")};
     ASSERT_NE(settings.board.port, 0) << primary_->output();
     console_ = std::make_unique<Console>(settings);
   }

@@ -106,16 +106,12 @@ void fill_keyframes(Store& store) {
   for (std::int64_t id = 1; id <= 2; ++id) {
     ASSERT_OK(put(store, KeyframeRecord{.id = id, .frame_id = 10 * id, .time_ns = 1000 * id}));
     ASSERT_OK(put(store, PoseRecord{.id = id, .matches = 50}));
-    DepthRecord depth;
-    depth.id = id;
+    DepthRecord depth{.id = id};
     depth.values.bytes = 100;
     ASSERT_OK(put(store, depth));
     ASSERT_OK(write_blob<DepthRecord>(store, "values", id, 0, Bytes(100, 7)));
     const Bytes coded(40, static_cast<std::uint8_t>(id));
-    ProductRecord product;
-    product.id = product_id(id, ProductKind::image);
-    product.bytes = 40;
-    product.crc32 = crc32(coded);
+    ProductRecord product{.id = product_id(id, ProductKind::image), .bytes = 40, .crc32 = crc32(coded)};
     product.data.bytes = 40;
     ASSERT_OK(put(store, product));
     ASSERT_OK(write_blob<ProductRecord>(store, "data", product.id, 0, coded));
@@ -136,8 +132,7 @@ TEST(KeyframeDigest, TheLineOfTheKeyframeThatDiffersDiffersAndThatIsAll) {
   EXPECT_EQ(lines[0].rfind("keyframe 1 frame 10 time_ns 1000 | ", 0), 0U) << lines[0];
 
   // Depth that the storage manager has released, and a product on its way.
-  DepthRecord released;
-  released.id = 2;
+  DepthRecord released{.id = 2};
   put_now(file, released);
   ProductRecord product;
   ASSERT_OK(get(file, product_id(2, ProductKind::image), product));

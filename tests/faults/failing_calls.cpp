@@ -229,8 +229,7 @@ void plan_random(const Undisturbed& undisturbed, std::int64_t trials, std::uint6
     const auto component = static_cast<std::size_t>(trial) % calls_of.size();
     const std::vector<std::int64_t>& calls = calls_of[component];
     if (calls.empty()) continue;
-    Fault fault;
-    fault.first = calls[rng.below(static_cast<std::uint32_t>(calls.size()))];
+    Fault fault{.first = calls[rng.below(static_cast<std::uint32_t>(calls.size()))]};
     constexpr std::uint32_t longest[] = {1, 8, 64, 512};
     fault.calls = 1 + rng.below(longest[rng.below(4)]);
     fault.component = component;

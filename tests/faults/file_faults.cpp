@@ -268,9 +268,7 @@ Effect draw_effect(CallKind kind, Rng& rng) {
 }
 
 Fault draw_fault(Class what, const Calls& calls, Rng& rng) {
-  Fault fault;
-  fault.what = what;
-  fault.at_start = rng.below(3) == 0;
+  Fault fault{.what = what, .at_start = rng.below(3) == 0};
   draw_call(fault.at_start ? calls.at_start : calls.in_flight, true, rng, fault);
   fault.effect = draw_effect(fault.kind, rng);
   // The count of calls begins with the boot's first minor frame.

@@ -10,8 +10,8 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/packets/pus.hpp"
-#include "hal/link/loopback/loopback_link.hpp"
 #include "sim/ground/cfdp/cfdp_receiver.hpp"
+#include "tests/support/loopback_link.hpp"
 
 namespace ilp::faults {
 

@@ -111,8 +111,7 @@ struct Pages {
 };
 
 Pages pages_of(const fs::path& database) {
-  Pages pages;
-  pages.owners = owners_of_pages(database);
+  Pages pages{.owners = owners_of_pages(database)};
   for (std::size_t page = 0; page < pages.owners.size(); ++page) {
     pages.kinds[group_of(pages.owners[page])].push_back(static_cast<std::int64_t>(page));
   }

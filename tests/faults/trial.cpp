@@ -46,12 +46,9 @@ void write_what_the_ground_sent() {
   MissionParameters wanted = configuration.wanted();
   wanted.overdue_passes = 5;
   const std::vector<std::uint8_t> octets(200, 0x5A);
-  ScheduledRecord scheduled;
-  scheduled.id = 1;
-  scheduled.release_ns = 1'000'000 * ns_per_s;
+  ScheduledRecord scheduled{.id = 1, .release_ns = 1'000'000 * ns_per_s};
   scheduled.packet.bytes = static_cast<std::uint32_t>(octets.size());
-  UplinkRecord uplinked;
-  uplinked.id = 1;
+  UplinkRecord uplinked{.id = 1};
   uplinked.data.bytes = static_cast<std::uint32_t>(octets.size());
   uplinked.crc32 = crc32(octets);
   Transaction transaction(store);

@@ -52,8 +52,7 @@ void camera_picture(Octets input) {
   static const auto image = std::make_unique<FrameImage>();
   static const auto converter = std::make_unique<GreyConverter>();
   Choices choices(input);
-  RawPicture picture;
-  picture.format = pixel_formats()[choices.byte() % pixel_formats().size()];
+  RawPicture picture{.format = pixel_formats()[choices.byte() % pixel_formats().size()]};
   // Small sizes, of which there are enough bytes, and any.
   const bool small = choices.byte() % 4 != 0;
   picture.width = static_cast<std::int32_t>(small ? choices.byte() : choices.u16());

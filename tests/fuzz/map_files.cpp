@@ -45,8 +45,7 @@ void tile(Octets input) {
   static MapTileFeatures features;
   map->layer_count = 1;
   map->tiles.clear();
-  MapTileEntry entry;
-  entry.bytes = static_cast<std::uint16_t>(input.size());
+  MapTileEntry entry{.bytes = static_cast<std::uint16_t>(input.size())};
   // The tile that the file says it is, of the map that it says it is of.
   if (input.size() >= 20) {
     entry.layer = load_little_endian<std::uint16_t>(input.data() + 6);

@@ -105,9 +105,7 @@ void damage(Choices& choices, Store& store) {
         static_cast<void>(store.erase(record_info<PoseRecord>(), id));
         break;
       case 4: {
-        TieRecord tie;
-        tie.id = 1 + choices.byte() % 3;
-        tie.to_strip_id = choices.byte() % 4;
+        TieRecord tie{.id = 1 + choices.byte() % 3, .to_strip_id = choices.byte() % 4};
         must(put(store, tie));
         damage_record<TieRecord>(choices, store, tie.id);
         break;

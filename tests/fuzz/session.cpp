@@ -217,9 +217,7 @@ class Session {
   void pdu() {
     PduCapacity capacity;
     const std::uint8_t who = choices_.byte();
-    cfdp::Header header;
-    header.crc = (who & 1U) != 0;
-    header.toward_sender = (who & 2U) != 0;
+    cfdp::Header header{.toward_sender = (who & 2U) != 0, .crc = (who & 1U) != 0};
     // A PDU of a file on its way down, or of a file from the ground.
     header.source = header.toward_sender ? 1 : 2;
     header.destination = header.toward_sender ? 2 : 1;

@@ -45,10 +45,11 @@ void lists(const Tailoring& tailoring, Octets data) {
     if (!tailoring.interval_in_seconds) copy.is(data, "list of intervals");
   }
   EventList events;
-  if (decode_event_list(tailoring, data, events).ok()) {
+  if (decode_event_list(tailoring, data, events).ok() && !events.all) {
     Copy copy;
-    encode_event_list(tailoring, events, copy.out());
-    copy.is(data, "list of events");
+    encode_disabled_events(tailoring, {events.ids.data(), events.ids.size()}, copy.out());
+    require(copy.out().ok(), "list of events");
+    if (tailoring.event_count != 0) copy.is(data, "list of events");
   }
   ParameterList parameters;
   if (decode_parameter_list(tailoring, data, parameters).ok()) {
@@ -58,12 +59,7 @@ void lists(const Tailoring& tailoring, Octets data) {
     copy.is(data, "list of parameters");
   }
   ScheduledIdList ids;
-  if (decode_scheduled_ids(tailoring, data, ids).ok()) {
-    Copy copy;
-    encode_scheduled_ids(tailoring, ids, copy.out());
-    require(copy.out().ok() && copy.out().size() == data.size(), "list of requests");
-    if (tailoring.request_id_padding == 0) copy.is(data, "list of requests");
-  }
+  static_cast<void>(decode_scheduled_ids(tailoring, data, ids));
   std::int32_t ms = 0;
   static_cast<void>(decode_shift(tailoring, data, ms, ids));
   static_cast<void>(decode_shift_all(data, ms));
@@ -98,11 +94,7 @@ void functions(Octets data) {
     copy.is(data, "function");
   }
   std::uint16_t application = 0;
-  if (decode_connection(data, application).ok()) {
-    Copy copy;
-    encode_connection(application, copy.out());
-    copy.is(data, "connection");
-  }
+  if (decode_connection(data, application).ok()) require(data.size() == 2, "connection");
 }
 
 void reports(const Tailoring& tailoring, std::uint8_t subtype, Octets data) {

@@ -193,8 +193,7 @@ TEST_F(LabCalibrateTarget, BadInputIsRefusedWithWhatToDo) {
   refused(path("none.png"), 1, "none.png");
   write("noise.png", "no picture");
   refused(path("noise.png"), 1, "noise.png");
-  RenderedCamera small;
-  small.width = 600;
+  RenderedCamera small{.width = 600};
   std::string mixed = board(0) + " " + board(1);
   refused(mixed + " " + board(2, small), 1, "600x480");
 }

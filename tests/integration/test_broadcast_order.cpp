@@ -65,8 +65,7 @@ class BroadcastOrder : public testing::TestWithParam<double> {
     EXPECT_TRUE(downlink->restore().ok());
   }
   static LoopbackFaults faults() {
-    LoopbackFaults faults;
-    faults.loss = GetParam();
+    LoopbackFaults faults{.loss = GetParam()};
     return faults;
   }
   static std::string name_of(std::int64_t keyframe) {
@@ -75,14 +74,10 @@ class BroadcastOrder : public testing::TestWithParam<double> {
   void add(std::int64_t keyframe_id, double priority) {
     Transaction transaction(rig.store);
     ASSERT_TRUE(transaction.begin().ok());
-    KeyframeRecord keyframe;
-    keyframe.id = keyframe.frame_id = keyframe_id;
-    keyframe.strip_id = 1;
+    KeyframeRecord keyframe{.id = keyframe_id, .frame_id = keyframe_id, .strip_id = 1};
     ASSERT_TRUE(put(rig.store, keyframe).ok());
-    ProductRecord product;
-    product.id = product_id(keyframe_id, ProductKind::image);
-    product.keyframe_id = keyframe_id;
-    product.priority = priority;
+    ProductRecord product{
+        .id = product_id(keyframe_id, ProductKind::image), .keyframe_id = keyframe_id, .priority = priority};
     product.bytes = product.data.bytes = 6000;
     const Bytes bytes = rig.noise(product.bytes);
     product.crc32 = crc32(bytes);

@@ -63,9 +63,7 @@ Downlink make_downlink(unsigned seed) {
 }
 
 report::Report run(const fs::path& box, const fs::path& out) {
-  ground::GroundOptions options;
-  options.outbox = box;
-  options.out = out;
+  ground::GroundOptions options{.outbox = box, .out = out};
   std::ostringstream messages;
   return run_ground(options, messages);
 }

@@ -83,9 +83,7 @@ TEST(EndlessFlight, OnADiskSmallerThanItsBudgetItGivesUpWhatIsLeastWorthAndCaptu
   MissionParameters mission = test::endless_mission();
   mission.storage_budget_mib = 64;
   mission.link_bytes_per_s = 1000;
-  test::EndlessOptions options;
-  options.keyframes = 800;
-  options.pass_frames = 100;
+  test::EndlessOptions options{.keyframes = 800, .pass_frames = 100};
   const test::EndlessResult result = test::fly_endlessly(path, mission, options);
   EXPECT_EQ(result.keyframes, options.keyframes);
   EXPECT_GT(result.account.times_full, 0U);
@@ -100,11 +98,8 @@ TEST(EndlessFlight, WhenOthersFillTheDiskItWaitsLosesNothingAndGoesOn) {
   if (!disk.mounted()) GTEST_SKIP() << "no right to mount a small disk here";
   const std::string path = disk.path() + "/flight.db";
   const std::string other = disk.path() + "/other";
-  test::EndlessOptions options;
-  options.keyframes = 300;
-  options.longest_pause_ns = 300 * ns_per_s;
-  options.behind_from = 2000;
-  options.behind_to = 4200;
+  test::EndlessOptions options{
+      .keyframes = 300, .longest_pause_ns = 300 * ns_per_s, .behind_from = 2000, .behind_to = 4200};
   options.happen = [&](Store&, std::int64_t frame) {
     if (frame == 2000) {
       std::ofstream out(other, std::ios::binary);
@@ -124,8 +119,7 @@ TEST(EndlessFlight, DamagedProductsAreGivenUpWithAWordAndItGoesOn) {
   const test::TemporaryFolder folder;
   const std::string path = folder / "flight.db";
   std::int64_t damaged = 0;
-  test::EndlessOptions options;
-  options.keyframes = 250;
+  test::EndlessOptions options{.keyframes = 250};
   options.happen = [&](Store& store, std::int64_t frame) {
     if (frame % 500 != 250) return;
     ProductRecord product;
@@ -156,10 +150,7 @@ TEST(EndlessFlight, DamagedProductsAreGivenUpWithAWordAndItGoesOn) {
 
 TEST(EndlessFlight, AClockThatGoesBackwardsStopsNothing) {
   const test::TemporaryFolder folder;
-  test::EndlessOptions options;
-  options.keyframes = 300;
-  options.restart_every_frames = 1500;
-  options.clock_back_ns = 100 * ns_per_s;
+  test::EndlessOptions options{.keyframes = 300, .restart_every_frames = 1500, .clock_back_ns = 100 * ns_per_s};
   const test::EndlessResult result = test::fly_endlessly(folder / "flight.db", test::endless_mission(), options);
   EXPECT_EQ(result.keyframes, options.keyframes);
   EXPECT_GE(result.account.oldest_age_ns, 0);
@@ -172,8 +163,7 @@ TEST(EndlessFlight, AQuotaSmallerThanOneProductStopsNothing) {
   mission.product_share = 0.01;
   mission.high_watermark = 0.1;
   mission.low_watermark = 0.05;
-  test::EndlessOptions options;
-  options.keyframes = 150;
+  test::EndlessOptions options{.keyframes = 150};
   const test::EndlessResult result = test::fly_endlessly(folder / "flight.db", mission, options);
   EXPECT_EQ(result.keyframes, options.keyframes);
   EXPECT_GT(result.account.products_dropped, 100U);

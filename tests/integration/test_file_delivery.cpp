@@ -75,8 +75,7 @@ INSTANTIATE_TEST_SUITE_P(Losses, LossyDelivery, testing::Values(0, 5, 20));
 
 TEST(FileDeliveryThroughput, TakesNineTenthsOfALinkOfOneMegabitASecond) {
   for (const TimeNs delay : {TimeNs{0}, 250 * ns_per_ms}) {
-    LoopbackFaults faults;
-    faults.delay_ns = delay;
+    LoopbackFaults faults{.delay_ns = delay};
     DeliveryRig rig(faults);
     offer_products(rig);
     const int steps = rig.run(4000);

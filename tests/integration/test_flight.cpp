@@ -126,9 +126,7 @@ TEST(FlightTest, InsideTheMaskAnImageIsBetterThanWithTheSameBytesSpreadOverAll) 
     if (account->scheme == ProductScheme::thumbnail) continue;
     const host::Raster<std::uint8_t> original = host::read_gray(plain / "images" / keyframe.name);
     // Without the metadata: every byte for the picture.
-    Jpeg2000Params params;
-    params.max_bytes = account->bytes;
-    params.region = RegionCoding::none;
+    Jpeg2000Params params{.max_bytes = account->bytes, .region = RegionCoding::none};
     test::Bytes file(account->bytes);
     Jpeg2000Product coded;
     ASSERT_TRUE(encode_jpeg2000(original.view(), MaskView{}, params, {}, workspace, file, coded).ok());

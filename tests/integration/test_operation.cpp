@@ -103,9 +103,7 @@ class Operation {
               console_.build(function_management::service, function_management::perform, function("CAPTURE"));
           requests_.push_back(Console::request_of(packet));
           times_.push_back(times[i]);
-          ScheduleItem item;
-          item.release = times_.back();
-          item.packet = packet;
+          ScheduleItem item{.release = times_.back(), .packet = packet};
           EXPECT_OK(encode_insert_item(tailoring, item, out));
         }
       });
@@ -249,8 +247,7 @@ TEST_F(OperationTest, ImagesAreOfTheTimesThatWereCommandedThoughTheFlightBeganWi
                                       "--out", path("out").string(), "--link-udp", "127.0.0.1:0"};
   command.insert(command.end(), small_scenario.begin(), small_scenario.end());
   RunningProgram program(command, path("log"));
-  console::ConsoleSettings settings;
-  settings.board = program.address("packets over UDP");
+  console::ConsoleSettings settings{.board = program.address("packets over UDP")};
   ASSERT_NE(settings.board.port, 0) << program.output();
   Operation operation(settings);
   operation.ping();
@@ -275,11 +272,8 @@ TEST_F(OperationTest, WithoutAKeyNobodyCommandsAndNothingCountsTwiceOverARestart
                                       "--key", path("keys").string()};
   command.insert(command.end(), small_scenario.begin(), small_scenario.end());
   const auto answered = [&](const RunningProgram& program, std::uint16_t spi, std::uint32_t number, double wait_s) {
-    console::ConsoleSettings settings;
-    settings.board = program.address("packets over UDP");
-    settings.spi = spi;
-    settings.key = key;
-    settings.sequence = number - 1;
+    console::ConsoleSettings settings{
+        .board = program.address("packets over UDP"), .spi = spi, .key = key, .sequence = number - 1};
     Console console(settings);
     const std::uint32_t request = console.command(test_service::service, test_service::are_you_alive, {});
     return console.listen(wait_s, [&] { return console.completed(request); });

@@ -44,9 +44,7 @@ TEST(VehicleOperation, HeightsOutOfPacketsGiveTheStripItsLength) {
   SocketAddress any;
   ASSERT_TRUE(parse_address("127.0.0.1:0", any).ok());
   ASSERT_TRUE(link.open(any, &flight).ok());
-  NavigationSample sample;
-  sample.height_m = 120;
-  sample.height_sigma_m = 1;
+  NavigationSample sample{.height_m = 120, .height_sigma_m = 1};
   std::uint16_t count = 0;
   for (int tenth = 0; tenth < 260; ++tenth) {
     std::vector<std::uint8_t> packet(max_navigation_packet_bytes);

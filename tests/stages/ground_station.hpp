@@ -12,9 +12,9 @@
 #include "fsw/packets/authentication.hpp"
 #include "fsw/packets/link_settings.hpp"
 #include "fsw/packets/pus.hpp"
-#include "hal/link/loopback/loopback_link.hpp"
 #include "sim/ground/cfdp/cfdp_receiver.hpp"
 #include "sim/ground/cfdp/cfdp_sender.hpp"
+#include "tests/support/loopback_link.hpp"
 
 namespace ilp::test {
 

@@ -15,10 +15,10 @@
 #include "fsw/downlink/delivery_queue.hpp"
 #include "fsw/downlink/file_delivery.hpp"
 #include "hal/clock/virtual_clock.hpp"
-#include "hal/link/loopback/loopback_link.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "sim/ground/cfdp/cfdp_receiver.hpp"
 #include "tests/support/failing_store.hpp"
+#include "tests/support/loopback_link.hpp"
 #include "tests/support/step_memory.hpp"
 #include "tests/unit/executive/refusing_store.hpp"
 

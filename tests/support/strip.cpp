@@ -122,9 +122,8 @@ void apply(const Similarity2& b_from_a, double xa, double ya, double& xb, double
 }
 
 Similarity2 compose(const Similarity2& c_from_b, const Similarity2& b_from_a) {
-  Similarity2 c;
-  c.scale = c_from_b.scale * b_from_a.scale;
-  c.rotation_rad = c_from_b.rotation_rad + b_from_a.rotation_rad;
+  Similarity2 c{.scale = c_from_b.scale * b_from_a.scale,
+                .rotation_rad = c_from_b.rotation_rad + b_from_a.rotation_rad};
   apply(c_from_b, b_from_a.shift_x_px, b_from_a.shift_y_px, c.shift_x_px, c.shift_y_px);
   return c;
 }

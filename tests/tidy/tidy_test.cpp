@@ -158,7 +158,8 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
                                       "hal/navigation/navigation.hpp"})},
     {"fsw/localisation/", stage_folder({"fsw/localisation/", "fsw/maps/", "fsw/vision/", "hal/maps/map_source.hpp"})},
     {"fsw/telemetry/", stage_folder({"fsw/telemetry/", "fsw/downlink/", "fsw/packets/"})},
-    {"cfg/", {"cfg/", "fsw/base/", "fsw/records/field.hpp"}},
+    // profile.hpp is that of the build's profile.
+    {"cfg/", {"cfg/", "fsw/base/", "fsw/records/field.hpp", "profile.hpp"}},
     {"hal/", {"hal/", "fsw/base/", "fsw/records/", "cfg/limits.hpp"}},
     // commit.inc is written by the build.
     {"bsp/", {"bsp/", "fsw/", "hal/", "cfg/", "commit.inc"}},

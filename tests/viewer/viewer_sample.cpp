@@ -52,9 +52,7 @@ intake::Keyframe keyframe(std::int64_t id, std::int64_t strip, double x, double 
   record.index = static_cast<std::int32_t>(id);
   record.overlap = 0.8 + 0.03 * std::sin(0.7 * static_cast<double>(id));
   k.record = record;
-  PoseRecord pose;
-  pose.id = id;
-  pose.state = PoseState::final;
+  PoseRecord pose{.id = id, .state = PoseState::final};
   pose.q_cam_from_world[0] = 0;  // half a turn about x: the camera looks down, its x is the world's
   pose.q_cam_from_world[1] = 1;
   pose.centre[0] = x;
@@ -62,8 +60,7 @@ intake::Keyframe keyframe(std::int64_t id, std::int64_t strip, double x, double 
   pose.centre[2] = altitude + 0.2 * std::sin(0.1 * static_cast<double>(id));
   for (int i = 0; i < 3; ++i) pose.sigma[i] = 1e-4 * (1 + i) * std::sqrt(static_cast<double>(id));
   k.pose = pose;
-  RichnessRecord richness;
-  richness.richness = 0.5 + 0.4 * std::sin(0.9 * static_cast<double>(id));
+  RichnessRecord richness{.richness = 0.5 + 0.4 * std::sin(0.9 * static_cast<double>(id))};
   k.richness = richness;
   k.image = picture(x, y);
   k.products[1] = intake::ProductAccount{"product-" + std::to_string(id) + "-image.jp2", 8000, 9000,
@@ -135,11 +132,7 @@ int main(int argc, char** argv) {
       report.flight.events.push_back(event);
     }
     const auto link = [&](std::int64_t place, std::int64_t newer, LinkVerdict verdict) {
-      LinkRecord record;
-      record.id = 8 * newer;
-      record.keyframe_id = newer;
-      record.place_id = place;
-      record.verdict = verdict;
+      LinkRecord record{.id = 8 * newer, .keyframe_id = newer, .place_id = place, .verdict = verdict};
       report.flight.links.push_back(record);
     };
     for (std::int64_t i = 1; i <= 4; ++i) link(i, i + 8, LinkVerdict::linked);

@@ -108,11 +108,6 @@ Vec2 seen_pixel(const CameraModel& camera, const ImageMotion& motion, const Vec2
   return seen;
 }
 
-Vec2 middle_pixel(const CameraModel& camera, const ImageMotion& motion, const Vec2& seen) {
-  const Vec2 at = normalised_from_pixel(camera, seen);
-  return pixel_from_normalised(camera, moved_back(motion, row_time_s(camera, seen.y()), at));
-}
-
 bool within_reach(const CameraModel& camera, const ImageMotion& motion) {
   NodeRow nodes;
   for (std::int32_t v = 0; v < camera.height + cell_px; v += cell_px) {

@@ -31,9 +31,8 @@ struct ImageMotion {
 /// Normalised coordinates at the time `seconds` of what is at `middle` at the time of the middle row, and back.
 [[nodiscard]] Vec2 moved(const ImageMotion& motion, double seconds, const Vec2& middle);
 [[nodiscard]] Vec2 moved_back(const ImageMotion& motion, double seconds, const Vec2& seen);
-/// Where the image has what a global shutter at the time of the middle row would have at `middle`, and back; real px.
+/// Where the image has what a global shutter at the time of the middle row would have at `middle`; real px.
 [[nodiscard]] Vec2 seen_pixel(const CameraModel& camera, const ImageMotion& motion, const Vec2& middle);
-[[nodiscard]] Vec2 middle_pixel(const CameraModel& camera, const ImageMotion& motion, const Vec2& seen);
 
 /// Whether no point moves by more than limits::max_rolling_rows until the middle row's time.
 [[nodiscard]] bool within_reach(const CameraModel& camera, const ImageMotion& motion);

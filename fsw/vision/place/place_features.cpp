@@ -11,7 +11,6 @@
 #include "fsw/base/vector_width.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/image/sampling.hpp"
-#include "fsw/vision/place/descriptor_distance.hpp"
 #include "fsw/vision/place/place_feature_workspace.hpp"
 
 namespace ilp {
@@ -245,10 +244,6 @@ Status describe_corners(GrayView image, GrayView level, PlaceFeatureWorkspace& w
 }
 
 }  // namespace
-
-int descriptor_distance(const PlaceFeature& a, const PlaceFeature& b) {
-  return hamming_256(a.descriptor, b.descriptor);
-}
 
 Status begin_place_features(GrayView image, PlaceFeatureWorkspace& w, PlaceFeatures& features) {
   features.clear();

@@ -42,8 +42,4 @@ Status begin_place_features(GrayView image, PlaceFeatureWorkspace& workspace, Pl
 Result<bool> place_features_slice(GrayView image, std::size_t wanted, HarrisWorkspace& harris,
                                   PlaceFeatureWorkspace& workspace, PlaceFeatures& features);
 
-/// Number of bits in which two descriptors differ, 0 to 256. Unrelated features differ in 74 (smooth
-/// ground) to 112 (rough ground) on average, fewer than 128, because the comparisons are relative to the angle.
-[[nodiscard]] int descriptor_distance(const PlaceFeature& a, const PlaceFeature& b);
-
 }  // namespace ilp

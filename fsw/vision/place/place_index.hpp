@@ -59,8 +59,6 @@ class PlaceIndex {
 
   [[nodiscard]] std::size_t size() const { return places_; }
   [[nodiscard]] bool holds(std::size_t slot) const { return slot < limits::max_places && taken_[slot] != 0; }
-  /// Of a slot that is taken.
-  [[nodiscard]] std::int64_t keyframe_at(std::size_t slot) const { return keyframes_[slot]; }
   [[nodiscard]] bool has_vocabulary() const { return first_places_ == limits::place_vocabulary_places; }
 
  private:

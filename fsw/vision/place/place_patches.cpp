@@ -309,12 +309,6 @@ Result<bool> place_patches_slice(GrayView image, HarrisWorkspace& harris, PlaceP
   return false;
 }
 
-Status take_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
-                          PlacePatches& patches) {
-  ILP_TRY(begin_place_patches(image, harris, workspace, patches));
-  return do_all([&] { return place_patches_slice(image, harris, workspace, patches); });
-}
-
 Status find_place_patches(std::span<const PlacePatch> patches, GrayView image,
                           const double (&plane_image_from_patches)[9], const PatchSearchParams& params,
                           PlacePatchWorkspace& workspace, PatchSightings& sightings) {

@@ -67,12 +67,8 @@ struct PlacePatchWorkspace {
 };
 
 /// Patches about corners spread evenly over the image whose texture determines where they are. Their depths are left
-/// unknown. The Status of detect_corners().
-Status take_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
-                          PlacePatches& patches);
-
-/// The same in slices: one call of begin_place_patches, then of place_patches_slice with the same arguments while
-/// there is more. A slice finds some of the corners; the last one cuts out the patches.
+/// unknown. One call of begin_place_patches, then of place_patches_slice with the same arguments while there is more:
+/// a slice finds some of the corners; the last one cuts out the patches. The Status of detect_corners().
 Status begin_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
                            PlacePatches& patches);
 Result<bool> place_patches_slice(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,

@@ -167,10 +167,10 @@ void ModelFrames::join_by_poses(const HeightModel& map, const HeightModel& other
     track.add(pose->second.centre, pose->second.cam_from_map);
     reference.add(camera.centre, camera.cam_from_world);
   }
-  poses_used_ = track.centres.size();
+  const std::size_t poses_used = track.centres.size();
   const auto by_positions = host::align_positions(track.centres, reference.centres);
-  if (poses_used_ < fewest_poses || !by_positions) {
-    refuse(poses.string() + " names " + host::counted(poses_used_, "posed keyframe") + " of the map; at least " +
+  if (poses_used < fewest_poses || !by_positions) {
+    refuse(poses.string() + " names " + host::counted(poses_used, "posed keyframe") + " of the map; at least " +
            std::to_string(fewest_poses) + " at different places expected");
   }
   // About the flying height: the distance of the cameras to what lies at the map's heights.
@@ -192,7 +192,7 @@ void ModelFrames::join_by_poses(const HeightModel& map, const HeightModel& other
       host::align_cameras(track.centres, track.cam_from_world, reference.centres, reference.cam_from_world, reach);
   common_from_map_ = fitted ? *fitted : *by_positions;
   system_ = wkt_of(other.system());
-  remarks_.push_back("The map was laid onto the other model by the poses of " + host::counted(poses_used_, "image") +
+  remarks_.push_back("The map was laid onto the other model by the poses of " + host::counted(poses_used, "image") +
                      ": one unit of the map is " + host::brief(common_from_map_.scale) + " m");
 }
 

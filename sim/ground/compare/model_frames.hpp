@@ -36,7 +36,6 @@ class ModelFrames {
   [[nodiscard]] const std::string& system() const { return system_; }
   /// What the reader should know, such as the figure to which heights refer.
   [[nodiscard]] const std::vector<std::string>& remarks() const { return remarks_; }
-  [[nodiscard]] std::size_t poses_used() const { return poses_used_; }
 
   /// x, y of the common frame become column and row of the other model (the centre of its first pixel is (0, 0)); NaN
   /// where there is no way.
@@ -49,7 +48,6 @@ class ModelFrames {
   host::Similarity3 common_from_map_;
   std::string system_;
   std::vector<std::string> remarks_;
-  std::size_t poses_used_ = 0;
   void* transformation_ = nullptr;  ///< of OGR; null where the systems are the same
   GeoTransform pixel_from_other_{};
   double middle_px_ = 0;  ///< column in the middle of the other model

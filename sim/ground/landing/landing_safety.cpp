@@ -27,34 +27,6 @@ double tail(double x) {
   return 0.5 * std::erfc(x / std::numbers::sqrt2);
 }
 
-/// Of the gradient being steeper than `limit`: small values keep their digits.
-double steep_probability(double gradient, double sigma, double limit) {
-  constexpr double certain = 10;
-  if (!(std::fabs(limit - gradient) < certain * sigma)) return gradient > limit ? 1 : 0;
-  // Along the mean gradient x, across it y; x beyond the circle, or y beyond it at this x (midpoints of the chord).
-  double steep = tail((limit - gradient) / sigma) + tail((limit + gradient) / sigma);
-  constexpr int nodes = 96;
-  const double low = std::max(-limit, gradient - 8 * sigma), high = std::min(limit, gradient + 8 * sigma);
-  if (!(high > low)) return std::min(steep, 1.0);
-  const double step = (high - low) / nodes;
-  for (int k = 0; k < nodes; ++k) {
-    const double x = low + (k + 0.5) * step, u = (x - gradient) / sigma;
-    const double density = std::exp(-0.5 * u * u) / (sigma * std::sqrt(2 * std::numbers::pi));
-    steep += step * density * 2 * tail(std::sqrt(limit * limit - x * x) / sigma);
-  }
-  return std::min(steep, 1.0);
-}
-
-double uneven_probability(double step_m, double sigma_m, double limit_m, double cells_across) {
-  const double noise = noise_range * sigma_m;
-  // Noise is never taken for more than half of a step, and a step is never told finer than a height.
-  const double step =
-      (1 + lowered_cells / cells_across) *
-      std::sqrt(std::max({step_m * step_m - noise * noise, 0.25 * step_m * step_m, sigma_m * sigma_m, 1e-18}));
-  const double own = step_noise * sigma_m / step;
-  return tail(std::log(limit_m / step) / std::sqrt(step_log_variance / cells_across + own * own));
-}
-
 double number_from(const std::string& word, const char* what, double least, double most, const char* unit) {
   double value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -145,13 +117,31 @@ LandingLimits read_landing_limits(const std::string& text) {
   return limits;
 }
 
-double gentle_probability(double gradient_x, double gradient_y, double sigma, double slope_rad) {
-  const double gradient = std::sqrt(gradient_x * gradient_x + gradient_y * gradient_y);
-  return 1 - steep_probability(gradient, sigma, std::tan(slope_rad));
+double steep_probability(double gradient, double sigma, double limit) {
+  constexpr double certain = 10;
+  if (!(std::fabs(limit - gradient) < certain * sigma)) return gradient > limit ? 1 : 0;
+  // Along the mean gradient x, across it y; x beyond the circle, or y beyond it at this x (midpoints of the chord).
+  double steep = tail((limit - gradient) / sigma) + tail((limit + gradient) / sigma);
+  constexpr int nodes = 96;
+  const double low = std::max(-limit, gradient - 8 * sigma), high = std::min(limit, gradient + 8 * sigma);
+  if (!(high > low)) return std::min(steep, 1.0);
+  const double step = (high - low) / nodes;
+  for (int k = 0; k < nodes; ++k) {
+    const double x = low + (k + 0.5) * step, u = (x - gradient) / sigma;
+    const double density = std::exp(-0.5 * u * u) / (sigma * std::sqrt(2 * std::numbers::pi));
+    steep += step * density * 2 * tail(std::sqrt(limit * limit - x * x) / sigma);
+  }
+  return std::min(steep, 1.0);
 }
 
-double even_probability(double step_m, double sigma_m, double limit_m, double cells_across) {
-  return 1 - uneven_probability(step_m, sigma_m, limit_m, cells_across);
+double uneven_probability(double step_m, double sigma_m, double limit_m, double cells_across) {
+  const double noise = noise_range * sigma_m;
+  // Noise is never taken for more than half of a step, and a step is never told finer than a height.
+  const double step =
+      (1 + lowered_cells / cells_across) *
+      std::sqrt(std::max({step_m * step_m - noise * noise, 0.25 * step_m * step_m, sigma_m * sigma_m, 1e-18}));
+  const double own = step_noise * sigma_m / step;
+  return tail(std::log(limit_m / step) / std::sqrt(step_log_variance / cells_across + own * own));
 }
 
 LandingMap assess_landing(const map::GroundGrid& grid, double metres_per_unit, double tilt_sigma_rad,

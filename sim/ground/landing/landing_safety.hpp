@@ -23,15 +23,15 @@ struct LandingLimits {
 /// (default a tenth of the footprint). std::runtime_error says what is wrong and which values are possible.
 [[nodiscard]] LandingLimits read_landing_limits(const std::string& text);
 
-/// The probability that the plane of the footprint is not steeper than `slope_rad`: its gradient has independent normal
-/// errors of one sigma `sigma` in both components. Exact to 5e-4.
-[[nodiscard]] double gentle_probability(double gradient_x, double gradient_y, double sigma, double slope_rad);
+/// The probability that the plane of the footprint is steeper than the gradient `limit`: its gradient has independent
+/// normal errors of one sigma `sigma` in both components. Exact to 5e-4; small values keep their digits.
+[[nodiscard]] double steep_probability(double gradient, double sigma, double limit);
 
-/// The probability that the true step is at most `limit_m`, by the measured one and the rms error of the heights. The
+/// The probability that the true step is more than `limit_m`, by the measured one and the rms error of the heights. The
 /// true step is lognormal. Noise has raised the measured one, in quadrature, and matching has lowered what stands out;
 /// both differ from ground to ground, the more the fewer cells the footprint has across. landing-sites.md has the
 /// comparison with true ground behind the numbers.
-[[nodiscard]] double even_probability(double step_m, double sigma_m, double limit_m, double cells_across);
+[[nodiscard]] double uneven_probability(double step_m, double sigma_m, double limit_m, double cells_across);
 inline constexpr double noise_range = 2.5;    ///< of the heights of flat ground, in one-sigma errors of a height
 inline constexpr double lowered_cells = 4.5;  ///< the true step exceeds the measured one by this over the cells across
 inline constexpr double step_log_variance = 1.9;  ///< of the logarithm of the true step, times the cells across

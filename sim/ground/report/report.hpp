@@ -100,8 +100,12 @@ struct LengthUnit {
 /// With pictures; an empty one for a keyframe without a look.
 [[nodiscard]] map::KeyframeQuickLook look_of(const Report& report, std::int64_t keyframe_id);
 
+/// `indented` is as nlohmann's dump(1) writes it.
+enum class JsonStyle { indented, compact };
+
 // Written keyframe by keyframe, so that their memory does not grow with the flight.
-void write_report_json(const Report& report, std::ostream& out);
+/// docs/maps.md describes it. Of the two styles, the page has the compact one.
+void write_report_json(const Report& report, std::ostream& out, JsonStyle style = JsonStyle::indented);
 void write_report_html(const Report& report, std::ostream& out);
 
 // Compares decoded images with the originals.

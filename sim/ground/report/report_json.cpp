@@ -1,17 +1,16 @@
 #include <cmath>
-#include <nlohmann/json.hpp>
-#include <ostream>
 
 #include "sim/ground/fixes/fix_text.hpp"
 #include "sim/ground/report/accuracy_summary.hpp"
+#include "sim/ground/report/camera_lines.hpp"
 #include "sim/ground/report/capture_summary.hpp"
+#include "sim/ground/report/json_parts.hpp"
+#include "sim/ground/report/json_writer.hpp"
 #include "sim/ground/report/report.hpp"
 #include "sim/host/status_error.hpp"
 
 namespace ilp::report {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// Null when it is not known, as for every number that is not finite.
 Json number(const std::optional<double>& value) {
@@ -32,6 +31,21 @@ const char* camera_source(const intake::Flight& flight) {
   if (!flight.camera_record) return "unknown";
   if (!flight.camera_record->frozen || flight.camera_record->source == CameraSource::nominal) return "nominal";
   return flight.calibrations.empty() ? "given" : "found in flight";
+}
+
+/// Null where nothing was searched for.
+Json calibration_json(const intake::Flight& flight) {
+  if (!flight.camera_record || flight.calibrations.empty()) return nullptr;
+  const CameraRecord& camera = *flight.camera_record;
+  return {{"frozen", bool{camera.frozen}},
+          {"source", camera_source(flight)},
+          {"keyframe", flight.calibrations.rbegin()->first}};
+}
+
+/// Null without a rolling shutter.
+Json readout_json(const intake::Flight& flight) {
+  if (!flight.camera_record || !has_rolling_shutter(*flight.camera_record)) return nullptr;
+  return {{"s", flight.camera_record->readout_s}, {"sigma_s", flight.camera_record->sigma_readout_s}};
 }
 
 Json pose_json(const PoseRecord& p) {
@@ -98,7 +112,8 @@ Json accuracy_json(const StripAccuracy& a) {
       {"position", position_json(a, a.position)},
       {"position_with_attitude", position_json(a, a.position_with_attitude)},
       {"rotation_rad", summary_json(a.rotation_rad)},
-      {"depth_median_abs_percent_of_flying_height", a.depth_percent ? summary_json(*a.depth_percent) : Json(nullptr)}};
+      {"depth_median_abs_percent_of_flying_height", a.depth_percent ? summary_json(*a.depth_percent) : Json(nullptr)},
+      {"too_few", a.poses < fewest_poses}};
   if (a.on_map) {
     json["on_map"] = {{"position_m", summary_json(a.on_map->position)},
                       {"horizontal_m", summary_json(a.on_map->horizontal)},
@@ -144,7 +159,10 @@ Json summary_json(const AccuracySummary& accuracy) {
   return {{"poses", accuracy.poses},
           {"position_mean_percent", accuracy.mean_percent},
           {"position_max_percent", accuracy.max_percent},
-          {"rotation_mean_deg", accuracy.rotation_deg}};
+          {"rotation_mean_deg", accuracy.rotation_deg},
+          {"height_percent", accuracy.height_percent},
+          {"depth_percent", accuracy.depth_percent},
+          {"keyframe_depth_percent", accuracy.keyframe_depth_percent}};
 }
 
 /// Of what is delivered, and of the poses as the flight sent them.
@@ -193,6 +211,19 @@ Json place_json(const StripResult& strip) {
           {"whole_sigma_m", known(place.whole_sigma_m())}};
 }
 
+/// How well the vehicle has measured where the strip is; 0 is not known. Null where a map or nothing says it.
+Json navigation_json(const intake::Strip& strip) {
+  if (!strip.frame || strip.map) return nullptr;
+  const StripFrameRecord& frame = *strip.frame;
+  return {{"verdict", words_of(frame.verdict)},
+          {"scale_sigma", frame.scale_sigma},
+          {"tilt_sigma_rad", frame.tilt_sigma_rad},
+          {"heading_sigma_rad", frame.heading_sigma_rad},
+          {"horizontal_sigma_m", frame.horizontal_sigma_m},
+          {"refused",
+           frame.heights_refused + frame.attitudes_refused + frame.positions_refused + frame.velocities_refused}};
+}
+
 Json strip_json(const Report& report, const StripResult& s) {
   Json json;
   json["id"] = s.strip.id;
@@ -216,6 +247,14 @@ Json strip_json(const Report& report, const StripResult& s) {
                                                {"points", s.colmap.points},
                                                {"observations", s.colmap.observations}};
   json["accuracy"] = s.accuracy ? accuracy_json(*s.accuracy) : Json(nullptr);
+  json["unit"] = intake::unit_of(report.flight, s.strip);
+  const LengthUnit length = length_unit(report, s);
+  json["length_unit"] = {{"factor", length.factor}, {"name", length.name}};
+  json["surface_file"] =
+      s.vertices == 0 ? Json(nullptr) : Json("model" + s.suffix + (report.with_copies ? ".ply" : ".glb"));
+  json["place_text"] = s.place;
+  json["files"] = s.files;
+  json["navigation"] = navigation_json(s.strip);
   return json;
 }
 
@@ -271,6 +310,12 @@ Json keyframe_json(const Report& report, const intake::Keyframe& k, const StripR
                                                                 : Json{{"inside_mask", quality->second.inside_db},
                                                                        {"outside_mask", quality->second.outside_db}};
   json["error"] = keyframe_accuracy_json(strip, k.id);
+  json["frame"] = k.record ? Json(k.record->frame_id) : Json(nullptr);
+  json["index"] = k.record ? Json(k.record->index) : Json(nullptr);
+  json["degraded"] = k.record ? Json(k.record->degraded) : Json(nullptr);
+  json["width"] = k.camera.width;
+  json["height"] = k.camera.height;
+  json["newly_seen_px"] = k.mask_record ? Json(k.mask_record->newly_seen) : Json(nullptr);
   return json;
 }
 
@@ -283,7 +328,9 @@ Json event_json(const EventRecord& e) {
           {"text", host::event_sentence(e)},
           {"advice", host::event_advice(e.code)},
           {"values", {e.a, e.b}},
-          {"place", e.place}};
+          {"place", e.place},
+          {"code", e.code},
+          {"level", e.severity}};
 }
 
 Json component_json(const ComponentRecord& c) {
@@ -348,11 +395,16 @@ Json captures_json(const Report& report) {
                               {"keyframe", check.keyframe_id == 0 ? Json(nullptr) : Json(check.keyframe_id)},
                               {"forecast", check.forecast},
                               {"measured", check.measured},
-                              {"sigma", check.sigma}});
+                              {"sigma", check.sigma},
+                              {"source", capture_source_words(check.source)}});
   }
   json["list"] = Json::array();
   for (const auto& [id, capture] : report.flight.captures) {
     json["list"].push_back(capture_json(report.flight, capture));
+  }
+  json["states"] = Json::array();
+  for (std::size_t state = 0; state < capture_states; ++state) {
+    if (s.by_state[state] > 0) json["states"].push_back(capture_state_words(state));
   }
   return json;
 }
@@ -367,7 +419,9 @@ Json info_json(const intake::FlightInfo& i) {
           {"keyframes", number(i.keyframes)},
           {"wall_s", number(i.wall_s)},
           {"cpu_s", number(i.cpu_s)},
-          {"peak_rss_mib", number(i.peak_rss_mib)}};
+          {"peak_rss_mib", number(i.peak_rss_mib)},
+          {"flight_cpu_s", number(i.flight_cpu_s)},
+          {"static_bytes", number(i.static_bytes)}};
 }
 
 Json totals_json(const ReportTotals& t) {
@@ -420,12 +474,15 @@ Json joined_json(const model::JoinedFlight& joined) {
                        {"place", link.place_id},
                        {"points", link.points},
                        {"error_by_flight_px", link.before_px > 0 ? Json(link.before_px) : Json(nullptr)},
-                       {"error_px", link.points > 0 ? Json(link.after_px) : Json(nullptr)}});
+                       {"error_px", link.points > 0 ? Json(link.after_px) : Json(nullptr)},
+                       {"strips", {link.strip_id, link.place_strip_id}}});
     }
     for (const model::JoinedModel::Member& member : one.members) {
       members.push_back(
           {{"keyframe", member.keyframe_id}, {"strip", member.strip_id}, {"posed_by_flight", member.posed_by_flight}});
       if (member.attached_to != 0) members.back()["hangs_at"] = member.attached_to;
+      members.back()["centre"] = member.after;
+      if (member.posed_by_flight) members.back()["centre_by_flight"] = member.before;
     }
     models.push_back(
         {{"strip", one.strip_id},
@@ -453,6 +510,7 @@ Json landing_json(const std::vector<StripResult>& strips) {
       reported["footprint_m"] = map->limits.footprint_m;
       reported["slope_deg"] = map->limits.slope_rad / landing::degree;
       reported["step_m"] = map->limits.step_m;
+      reported["least_safe"] = landing::least_safe;
       for (const landing::LandingSite& site : map->sites) {
         reported["sites"].push_back({{"safe", site.safe},
                                      {"slope_deg", site.slope_rad / landing::degree},
@@ -493,50 +551,6 @@ Json control_json(const std::vector<control::StripControl>& strips) {
   return json;
 }
 
-/// Writes one object as Json::dump(1) does, a value, or an element of a list, at a time.
-class JsonWriter {
- public:
-  explicit JsonWriter(std::ostream& out) : out_(out) { out_ << "{"; }
-
-  void put(const char* key, const Json& value) {
-    begin(key);
-    write(value, "\n ");
-  }
-  void begin_list(const char* key) {
-    begin(key);
-    out_ << "[";
-    first_of_list_ = true;
-  }
-  void add(const Json& element) {
-    out_ << (first_of_list_ ? "\n  " : ",\n  ");
-    first_of_list_ = false;
-    write(element, "\n  ");
-  }
-  void end_list() { out_ << (first_of_list_ ? "]" : "\n ]"); }
-  void end() { out_ << "\n}\n"; }
-
- private:
-  void begin(const char* key) {
-    out_ << (first_ ? "\n \"" : ",\n \"") << key << "\": ";
-    first_ = false;
-  }
-  /// Strings hold no line break as it is, so that every one is followed by an indentation.
-  void write(const Json& value, const char* line_break) {
-    // Names from hostile files need not be UTF-8.
-    const std::string text = value.dump(1, ' ', false, Json::error_handler_t::replace);
-    for (const char c : text) {
-      if (c == '\n') {
-        out_ << line_break;
-      } else {
-        out_.put(c);
-      }
-    }
-  }
-
-  std::ostream& out_;
-  bool first_ = true, first_of_list_ = true;
-};
-
 Json frame_json(std::int64_t id, const OverlapRecord& overlap) {
   return {{"id", id},
           {"keyframe", overlap.keyframe_id},
@@ -566,8 +580,8 @@ void write_keyframes(const Report& report, JsonWriter& json) {
 
 }  // namespace
 
-void write_report_json(const Report& report, std::ostream& out) {
-  JsonWriter json(out);
+void write_report_json(const Report& report, std::ostream& out, JsonStyle style) {
+  JsonWriter json(out, style);
   json.put("title", report.title);
   json.put("totals", totals_json(totals(report)));
   json.put("accuracy", summary_json(report));
@@ -600,6 +614,24 @@ void write_report_json(const Report& report, std::ostream& out) {
   if (const Json landing = landing_json(report.strips); !landing.empty()) json.put("landing", landing);
   if (!report.control.empty()) json.put("control", control_json(report.control));
   json.put("remarks", report.flight.remarks);
+  json.put("has_reference", report.has_reference);
+  json.put("camera_frozen",
+           report.flight.camera_record ? Json(bool{report.flight.camera_record->frozen}) : Json(nullptr));
+  json.put("camera_calibration", calibration_json(report.flight));
+  json.put("camera_readout", readout_json(report.flight));
+  json.put("estimated_errors", estimated_errors_json(report));
+  json.put("housekeeping", housekeeping_json(report.flight));
+  json.put("storage", storage_json(report.flight));
+  json.put("timing", timing_json(report.flight));
+  json.put("score", report.score ? score_json(*report.score) : Json(nullptr));
+  json.put("sentences",
+           {{"nothing", nothing_lines(report)},
+            {"camera", camera_lines(report.flight)},
+            {"control", report.control.empty() ? std::vector<std::string>{} : control::lines_of(report.control)},
+            {"fixes", fixes::lines_of(report.fixes)},
+            {"on_map", fixes::lines_of(report.joined)}});
+  json.put("viewer", report.has_viewer);
+  json.put("copies", report.with_copies);
   json.end();
 }
 

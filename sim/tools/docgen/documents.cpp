@@ -1,5 +1,6 @@
 #include "sim/tools/docgen/documents.hpp"
 
+#include <cstring>
 #include <set>
 
 #include "bsp/flight/status_text.hpp"
@@ -20,29 +21,39 @@ std::string made_from(const std::string& source) {
   return "<!-- Made by `build/host/bin/ilp-docgen docs` from " + source + ". Change it there. -->\n\n";
 }
 
+/// "u8", or "flag": its values are named above the table.
+std::string type_cell(const ParameterInfo& info) {
+  std::string text = code(info.key) + " ";
+  text += info.choices.data() == boolean_values ? "flag" : field_type_name(info.type);
+  if (info.unit[0] != 0) text += " " + cell(info.unit);
+  return info.acts == Acts::next_start ? text + ", next start" : text;
+}
+
 std::string parameters_document() {
   std::string text = "# Mission parameters\n\n" + made_from("cfg/parameters.inc and cfg/choices.hpp");
   text +=
-      "These are the parameters that a mission file may set (`sim/fly --mission FILE.ini`, `ilp-onboard --mission "
-      "FILE.ini`, or a file from the "
-      "ground). A file holds `[section]` lines and\n`key = value` lines; `;` and `#` begin comments at the start of a "
-      "line or after a blank. A value is a decimal number, or the name of a choice:\n`capture_mode = forecast` and "
-      "`capture_mode = 1` mean the same. An angle is in radians, or in degrees with `deg` behind the number: `20deg`. "
-      "A parameter that is not named keeps its default. An unknown name, a value out "
-      "of range, a "
-      "fraction where the type is\na whole number, or values that contradict each other ([commanding](commanding.md)) "
-      "refuse the whole file.\n\n"
-      "Service 20 names a parameter by its number, with a value of its type, big-endian ([commanding](commanding.md)). "
-      "Such a value\nsurvives a restart and overrides the file. It takes effect at once, or with the next start if the "
-      "column *type* says so.\n\n";
-  text += table_head({"no.", "section", "key", "type", "unit", "range", "default", "meaning"});
+      "What a mission file may set (`sim/fly --mission FILE.ini`, `ilp-onboard --mission FILE.ini`, or a file from the "
+      "ground). It has `[section]` lines and `key = value` lines; `;` and `#` begin comments at the start of a line or "
+      "after a blank. A value is a decimal number, or the name of a choice: `capture_mode = forecast` and "
+      "`capture_mode "
+      "= 1` mean the same. An angle is in radians, or in degrees: `20deg`. A parameter that is not named keeps its "
+      "default. An unknown name, a value out of range, a fraction where the type is a whole number, or values that "
+      "contradict each other refuse the whole file.\n\n"
+      "Service 20 names a parameter by its number, with a value of its type, big-endian; a flag is a u8, 0 `false` or "
+      "1 `true` ([commanding](commanding.md)). Such a value survives a restart and overrides the file. It takes effect "
+      "at once, or with the *next start*.\n\n"
+      "A cue x of richness counts as x / (x + `x_half`), times its weight in the index, `x_weight`. A sigma is one "
+      "standard deviation.\n";
   const MissionParameters defaults;
+  std::string section;
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     const ParameterInfo& info = parameter_info(i);
-    text += table_row({std::to_string(info.number), cell(info.section), code(info.key),
-                       std::string(field_type_name(info.type)) + (info.acts == Acts::next_start ? ", next start" : ""),
-                       cell(info.unit), range_cell(info), value_cell(info, parameter_value(defaults, i)),
-                       meaning_cell(info)});
+    if (section != info.section) {
+      section = info.section;
+      text += "\n## " + section + "\n\n" + table_head({"no.", "key, type, unit", "range", "default", "meaning"});
+    }
+    text += table_row({std::to_string(info.number), type_cell(info), range_cell(info),
+                       value_cell(info, parameter_value(defaults, i)), meaning_cell(info)});
   }
   return text;
 }
@@ -63,30 +74,53 @@ std::string values_cell(const StatusValues& values) {
 std::string plain_names(EnumValues values) {
   std::string text;
   for (const EnumValue& value : values) {
-    if (value.meaning[0] == 0)
-      text += (text.empty() ? "" : ", ") + std::to_string(value.number) + " " + code(value.name);
+    if (!says_more(value)) text += (text.empty() ? "" : ", ") + std::to_string(value.number) + " " + code(value.name);
   }
   return text;
+}
+
+bool same_values(EnumValues a, EnumValues b) {
+  if (a.empty() || a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (a[i].number != b[i].number || std::strcmp(a[i].name, b[i].name) != 0) return false;
+  }
+  return true;
+}
+
+/// The field of a record whose page has these names already.
+std::string field_with(EnumValues values) {
+  for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
+    const RecordInfo& record = record_info(static_cast<RecordType>(t));
+    for (std::size_t f = 0; f < record.field_count; ++f) {
+      const FieldInfo& field = record.fields[f];
+      if (field.values.data() == boolean_values || !same_values(field.values, values)) continue;
+      return "as " + code(field.name) + " of [" + record.name + "](records.md#" + record.name + ")";
+    }
+  }
+  return "";
 }
 
 /// The types of values, and the names of their numbers.
 std::string value_types() {
   std::string text =
-      "\n## Types of values\n\nThe programs write a value with the unit of its type, or by the name of its number. A "
-      "number without a name is written as it is.\n\n" +
-      table_head({"type, number", "unit or name", "meaning"});
+      "\n## Types of values\n\nThe programs write a value with the unit of its type, or by the name of its number; a "
+      "number without a name as it is. The numbers of a type follow it.\n\n" +
+      table_head({"type, or number and name", "unit or meaning"});
   for (std::size_t i = 1; i < static_cast<std::size_t>(ValueType::count); ++i) {
     const auto type = static_cast<ValueType>(i);
     const ValueTypeInfo& info = info_of(type);
-    const std::string scale = info.per_unit > 1 ? "1/" + std::to_string(info.per_unit) : "";
-    const std::string unit = *info.unit != 0 && !scale.empty() ? " " + std::string(info.unit) : info.unit;
-    std::string meaning = cell(info.meaning);
-    const std::string plain = plain_names(named_values(type));
-    if (!plain.empty()) meaning += (meaning.empty() ? "" : ": ") + plain;
-    text += table_row({info.name, cell(scale + unit), meaning});
-    for (const EnumValue& value : named_values(type)) {
-      if (value.meaning[0] != 0)
-        text += table_row({info.name + (" " + std::to_string(value.number)), code(value.name), cell(value.meaning)});
+    std::string meaning = info.per_unit > 1 ? "1/" + std::to_string(info.per_unit) : "";
+    if (info.unit[0] != 0) meaning += (meaning.empty() ? "" : " ") + cell(info.unit);
+    const std::string elsewhere = field_with(named_values(type));
+    for (const std::string& part :
+         {cell(info.meaning), elsewhere.empty() ? plain_names(named_values(type)) : elsewhere}) {
+      meaning += (meaning.empty() || part.empty() ? "" : ": ") + part;
+    }
+    text += table_row({std::string("**") + info.name + "**", meaning});
+    for (const EnumValue& value : elsewhere.empty() ? named_values(type) : EnumValues{}) {
+      if (says_more(value)) {
+        text += table_row({std::to_string(value.number) + " " + code(value.name), cell(value.meaning)});
+      }
     }
   }
   return text;
@@ -95,20 +129,20 @@ std::string value_types() {
 std::string events_document() {
   std::string text = "# Events\n\n" + made_from("fsw/base/status_list.inc");
   text +=
-      "Every code that a `Status` or an event report can carry. `%a` and `%b` are its two values (columns `a` and `b` "
-      "of the table `event`); the column *values* has their names, and the [types](#types-of-values) of those that are "
-      "no plain numbers. Severities are those of ECSS-E-ST-70-41C, service 5. The programs print the same texts.\n\n"
-      "Of what one component reports with one code, " +
+      "Every code of a `Status` or an event report. `%a` and `%b` are its two values (columns `a` and `b` of the table "
+      "`event`); *values* has their names, and the [types](#types-of-values) of those that are no plain numbers. "
+      "Severities are those of ECSS-E-ST-70-41C, service 5. An empty last column: nothing is to be done. The programs "
+      "print the same texts.\n\n"
+      "Of each code of each component " +
       std::to_string(EventLog::burst) + " events are written at once, and then one every " +
-      std::to_string(EventLog::interval_ns / ns_per_s) +
-      " s of mission time; the others are counted by `events_repeated`. Each component and code has its own "
-      "allowance, so a flood of one event pushes no other out of the history.\n\n";
+      std::to_string(EventLog::interval_ns / ns_per_s) + " s of mission time; `events_repeated` counts the others.\n\n";
   text += table_head({"code, name, severity", "text", "values", "what to do"});
   for (std::size_t i = 0; i < status_code_limit; ++i) {
     if (!is_status_code(i)) continue;
     const auto status = static_cast<StatusCode>(i);
     text += table_row({std::to_string(i) + " " + code(status_name(status)) + " " + name_of(status_severity(status)),
-                       cell(status_text(status)), values_cell(status_values(status)), cell(status_advice(status))});
+                       cell(status_text(status)), values_cell(status_values(status)),
+                       cell(status_advice(status) == std::string("nothing") ? "" : status_advice(status))});
   }
   return text + value_types();
 }

@@ -25,10 +25,10 @@ std::string text_of(std::size_t value) {
 
 std::string packets() {
   std::string text =
-      "What ground software needs to operate the flight. [Commanding](commanding.md) explains the services, "
-      "[file delivery](file-delivery.md) the transfers; `ilp-xtce` writes the same as an XTCE database. Three pages "
-      "are parts of this one: [parameters](parameters.md), [events](events.md) and [records](records.md). All numbers "
-      "are big-endian; u8, u16, u32 are unsigned, i32, i64 signed (two's complement), f32, f64 IEEE 754.\n\n"
+      "What ground software needs to operate the flight. [Parameters](parameters.md), [events](events.md) and "
+      "[records](records.md) are parts of this page. [Commanding](commanding.md) explains the services, [file "
+      "delivery](file-delivery.md) the transfers; `ilp-xtce` writes the same as an XTCE database. Numbers are "
+      "big-endian; u8, u16, u32 are unsigned, i32, i64 two's complement, f32, f64 IEEE 754.\n\n"
       "## Packets\n\n";
   text += table_head({"octets", "field", "value"});
   const MissionParameters defaults;
@@ -55,9 +55,7 @@ std::string packets() {
 }
 
 std::string tailoring() {
-  std::string text =
-      "\n## Tailoring\n\nWidths in octets, by `link.tailoring`. Where the messages below say w(name), "
-      "this table has the width.\n\n";
+  std::string text = "\n## Tailoring\n\nWidths w(name) of the messages in octets, by `link.tailoring`:\n\n";
   Cells titles = {"w(...)"};
   std::size_t index = 0;
   for (const Tailoring& t : tailorings()) titles.push_back(code(t.name) + " (" + text_of(index++) + ")");
@@ -112,7 +110,10 @@ std::string messages() {
 }
 
 std::string functions() {
-  std::string text = "\n## Functions of TC[8,1]\n\nNames are padded with zeros to 8 characters.\n\n";
+  std::string text =
+      "\n## Functions of TC[8,1]\n\nNames are padded with zeros to 8 characters. A function is completed when it is "
+      "noted "
+      "if the table says nothing else.\n\n";
   text += table_head({"name", "arguments", "octets", "what it does"});
   for (const FunctionInfo& info : function_table()) {
     std::string octets = text_of(info.bytes) + (info.has_time ? " + TIME" : "");
@@ -123,8 +124,9 @@ std::string functions() {
 }
 
 std::string parameters() {
-  return "\n## Parameters of service 20\n\nThe ID is the column *no.* of [parameters](parameters.md), which has types, "
-         "units and ranges. The value has the octets of its type.\n";
+  return "\n## Parameters of service 20\n\nThe ID is the column *no.* of [parameters](parameters.md). The value has "
+         "the "
+         "octets of its type.\n";
 }
 
 std::string layout(const ReportInfo& info) {
@@ -146,10 +148,10 @@ std::string layout(const ReportInfo& info) {
 
 std::string housekeeping_reports() {
   std::string text =
-      "\n## Housekeeping: TM[3,25]\n\nA report has the fields of its row's page in their order, without padding; the "
-      "fields of type text and blob are left out. [Records](records.md) lists their octets, which are counted from the "
-      "end of the SID. All values of a record that does not exist yet are 0. Times are in ns since the mission epoch; "
-      "an unknown value is NaN. At first all reports are disabled, with an interval of 10 s.\n\n" +
+      "\n## Housekeeping: TM[3,25]\n\nA report has the fields of the linked table in their order, without padding, "
+      "text and blobs; octets count from the end of the SID. Values of a record that does not exist yet are 0, unknown "
+      "ones NaN, times in ns since the mission epoch. At first all reports are disabled, with an interval of 10 "
+      "s.\n\n" +
       table_head({"SID", "fields", "octets", "what it says"});
   for (const ReportInfo& info : report_table()) {
     const std::string name = info.name;
@@ -165,52 +167,47 @@ std::string housekeeping_reports() {
 }
 
 std::string codes() {
-  return "\n## Events and failure codes\n\n[Events](events.md) lists the codes with their texts and severities. They "
-         "are "
-         "event IDs of service 5 and failure codes of service 1. `%a` and `%b` of a text are the two values of the "
-         "message. Severity info is TM[5,1], low TM[5,2], medium TM[5,3], high TM[5,4]. The reporter is the number of "
-         "a "
-         "component in the [schedule](schedule.md), or 0: the executive, or the start of the flight.\n";
+  return "\n## Events and failure codes\n\nThe codes of [events](events.md) are event IDs of service 5 and failure "
+         "codes of service 1; `%a` and `%b` of a text are the two values of the message. Severity info is TM[5,1], low "
+         "TM[5,2], medium TM[5,3], high TM[5,4]. The reporter is the number of a component in the "
+         "[schedule](schedule.md), or 0: the executive, or the start of the flight.\n";
 }
 
 std::string files() {
   std::string text =
       "\n## Files: CFDP class 2\n\nCCSDS 727.0-B-5, acknowledged mode, sender of products and receiver of uplinked "
-      "files. PDUs in space packets of APID " +
-      text_of(cfdp_apid) +
-      ", or raw, one in each datagram, where the link for files has a port of\nits own. A PDU has at most " +
-      text_of(limits::max_pdu_bytes) +
-      " octets. Entity IDs and sequence numbers of 1 to 8 octets are accepted and "
-      "answered with the same lengths; large files (64-bit sizes) are read. Checksum types 0 (modular),\n2 (CRC-32C), "
-      "3 (CRC-32) and 15 (none). An uplinked file has at most " +
+      "files. PDUs of at most " +
+      text_of(limits::max_pdu_bytes) + " octets come in space packets of APID " + text_of(cfdp_apid) +
+      ", or raw, one in each datagram, where the link for files has a port of its own. Entity IDs and sequence numbers "
+      "of 1 to 8 octets are accepted and answered with the same lengths; 64-bit sizes of files are read. Checksum "
+      "types "
+      "are 0 (modular), 2 (CRC-32C), 3 (CRC-32) and 15 (none). An uplinked file has at most " +
       text_of(limits::max_uplink_bytes) +
-      " octets. The parameters are those of [parameters](parameters.md) whose names begin with `cfdp_`.\n";
-  text += "\nA PDU that is rejected is an event `pdu_rejected` with the reason:\n\n" + table_head({"reason", ""});
-  for (std::size_t i = 1; i < static_cast<std::size_t>(cfdp::PduFault::count); ++i) {
-    text += table_row({text_of(i), cell(words_of(static_cast<cfdp::PduFault>(i)))});
-  }
+      " octets. [Parameters](parameters.md) whose names begin with `cfdp_` set the rest. A rejected PDU is an event "
+      "`pdu_rejected` with its [reason](events.md#types-of-values), `pdu_fault`.\n";
   return text;
 }
 
 std::string vehicle_packets() {
   std::string text =
-      "\n## Packets of the vehicle's computer\n\nThe vehicle's computer sends what it measures "
-      "([navigation.md](navigation.md)) to a port of its own, in space packets: TM[3,25] of the APID that "
-      "`navigation.vehicle_apid` names, with SID " +
+      "\n## Packets of the vehicle's computer\n\nMeasurements ([navigation.md](navigation.md)) come to a port of their "
+      "own in space packets: TM[3,25] of the APID `navigation.vehicle_apid`, with SID " +
       text_of(navigation_report_id) +
-      " and a packet CRC. The time is CDS with a P-field\nand is that of the measurement, in UTC; it comes no earlier "
-      "than the previous one, and is at most " +
+      " and a packet CRC. The time is that of the measurement in UTC, CDS with a P-field, no earlier than the previous "
+      "one and at most " +
       number(static_cast<double>(VehiclePackets::most_ahead_ns) / 1e9) +
       " s ahead of the package's clock. A datagram of at most " + text_of(limits::max_vehicle_datagram_bytes) +
-      " octets holds one or more packets. Other packets are passed over. A packet that is refused\nis an event "
-      "`navigation_refused`, the first one and then every thousandth. A quantity whose sigma is 0 was not "
-      "measured.\n\n" +
-      table_head({"octets", "field", "type"});
-  text += table_row({"1", "SID", "u8"});
+      " octets holds one or more packets. Other packets are passed over; of refused ones the first and every "
+      "thousandth "
+      "is an event `navigation_refused`. After the SID, a u8, come these f64; where a sigma is 0, its quantity was not "
+      "measured:\n\n";
+  const char* separator = "";
   for (const NavigationColumn& column : navigation_columns()) {
-    if (column.value != nullptr) text += table_row({"8", code(column.name), "f64"});
+    if (column.value == nullptr) continue;
+    text += separator + code(column.name);
+    separator = ", ";
   }
-  return text;
+  return text + "\n";
 }
 
 }  // namespace

@@ -35,24 +35,23 @@ std::string number(double value) {
   return text.data();
 }
 
+bool says_more(const EnumValue& value) {
+  std::string words = value.name;
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return value.meaning[0] != 0 && words != value.meaning;
+}
+
 std::string values_text(EnumValues values) {
   std::string text;
   for (const EnumValue& value : values) {
     text += (text.empty() ? "" : ", ") + std::to_string(value.number) + " " + code(value.name);
-    std::string words = value.name;
-    std::replace(words.begin(), words.end(), '_', ' ');
-    if (value.meaning[0] != 0 && words != value.meaning) text += " (" + cell(value.meaning) + ")";
+    if (says_more(value)) text += " (" + cell(value.meaning) + ")";
   }
   return text;
 }
 
 std::string range_cell(const ParameterInfo& info) {
-  if (info.choices.empty()) return number(info.minimum) + " to " + number(info.maximum);
-  std::string text;
-  for (const EnumValue& value : info.choices) {
-    text += (text.empty() ? "" : ", ") + std::to_string(value.number) + " " + code(value.name);
-  }
-  return text;
+  return info.choices.empty() ? number(info.minimum) + " to " + number(info.maximum) : "";
 }
 
 std::string value_cell(const ParameterInfo& info, double value) {
@@ -67,7 +66,10 @@ std::string meaning_cell(const ParameterInfo& info) {
 }
 
 std::string meaning_cell(const FieldInfo& field) {
-  const std::string text = cell(field.description);
+  std::string text = cell(field.description), words = field.name;
+  std::replace(words.begin(), words.end(), '_', ' ');
+  if (words == text || words == text + " id" || words == text + " " + field.unit) text.clear();
+  if (text.empty() && !field.values.empty()) return values_text(field.values);
   return field.values.empty() ? text : text + ": " + values_text(field.values);
 }
 

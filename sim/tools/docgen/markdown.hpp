@@ -21,10 +21,13 @@ std::string number(double value);
 
 // Cells of tables that state the values of parameters and of record fields.
 
+/// The meaning is not the name in other letters.
+[[nodiscard]] bool says_more(const EnumValue& value);
+
 /// "0 `regular` (at a constant interval), 1 `forecast` (...)".
 [[nodiscard]] std::string values_text(EnumValues values);
 
-/// "0.5 to 0.98", or the names of a choice: "`false`, `true`".
+/// "0.5 to 0.98"; empty for a choice, whose names are its meaning's.
 [[nodiscard]] std::string range_cell(const ParameterInfo& info);
 
 /// A value as a mission file would have it.

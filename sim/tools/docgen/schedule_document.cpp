@@ -76,34 +76,30 @@ std::string schedule_picture() {
 std::string schedule_document() {
   std::string text =
       "The executive runs in minor frames of " + milliseconds(minor_frame_ns) +
-      ". In each it calls, in the order of the table, every component that is due or was woken by a change of a table "
-      "that it watches; the rest of the frame goes to components with work pending. A step over its budget is counted "
-      "as an overrun, and nothing is cut off. At most " +
+      ". In each it calls, in the order of data flow ([picture](design.md#the-picture)) and of the table, every "
+      "component that is due or was woken by a change of a table that it watches; the rest of the frame goes to "
+      "components with work pending. A step over its budget is an overrun and is not cut off. At most " +
       std::to_string(max_steps_per_frame) + " steps run in one frame. A component that reports " +
       std::to_string(max_faults_in_a_row) +
       " faults without a good step between them waits for the next frame.\n\n"
-      "The row is all that a component may do: the compiler refuses a call on a table that is not in it "
-      "(`hal/store/store_view.hpp`, `fsw/executive/stage_component.hpp`). A component *makes* the records of its own "
-      "tables and *changes* those of another; these it may read. Each table has one component that makes its records, "
-      "but for `command`, which several number within their transaction. Every component also writes its `checkpoint`. "
-      "The executive makes `event`, `component` and `timing`, the start of a flight `start`, `identity` and the first "
-      "`camera`, each process of a shared flight its `node`.\n\n";
-  Cells head = titles;
-  head.insert(head.begin(), "");
-  head.insert(head.end(), {"layout of its state", "process", "page"});
-  text += table_head(head);
+      "The page under *tables* says what wakes the component and which tables it reads, *makes* (its own) and "
+      "*changes* "
+      "(another's); the compiler refuses any other call (`hal/store/store_view.hpp`, `fsw/executive/stage_component.hpp"
+      "`). Each table has one maker, but for `command`, which several number within their transaction. Every component "
+      "writes its `checkpoint`, the executive `event`, `component` and `timing`, the start of a flight `start`, "
+      "`identity` and the first `camera`, each process of a shared flight its `node`.\n\n";
+  text += table_head({"no.", "stage", "runs", "budget", "layout of its state", "process", "tables"});
   for (const Stage& stage : schedule) {
-    Cells cells = cells_of(stage);
-    cells.insert(cells.begin(), std::to_string(static_cast<unsigned>(stage.component)));
     const std::string page = stage.page;
     const char* const process = stage.runs_on == RunsOn::primary ? "primary" : "any";
-    cells.insert(cells.end(), {state(stage.state), process, "[" + page + "](../fsw/" + page + "/design.md)"});
-    text += table_row(cells);
+    text += table_row({std::to_string(static_cast<unsigned>(stage.component)), code(stage.name), runs(stage),
+                       milliseconds(stage.budget_ns), state(stage.state), process,
+                       "[" + page + "](../fsw/" + page + "/design.md)"});
   }
   return text +
-         "\nRows are in the order in which data flow ([picture](design.md#the-picture)). The number is the id of the "
-         "component's rows in the tables `component` and `checkpoint`, and no other component ever gets it. *Process*: "
-         "any of the processes that share a flight, or the primary, which has camera and links "
+         "\nThe number is permanent, and the id of the component's rows in `component` and `checkpoint`. *Process*: "
+         "any "
+         "of those that share a flight, or the primary, which has camera and links "
          "([several-machines.md](several-machines.md)).\n";
 }
 

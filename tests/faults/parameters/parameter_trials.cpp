@@ -48,8 +48,7 @@ double draw(std::size_t index, Rng& random) {
 
 Plan random_plan(std::uint64_t seed, std::int64_t number) {
   Rng random(seed, static_cast<std::uint64_t>(number));
-  Plan plan;
-  plan.by_file = number % 2 == 1;
+  Plan plan{.by_file = number % 2 == 1};
   plan.row = plan.by_file ? 4 : 3;
   // Contradictions are the others' business; a combination that cannot be had is drawn again.
   for (int i = 0; i < most_draws; ++i) {

@@ -306,8 +306,7 @@ bool restart_trials(const CampaignOptions& options) {
   void* const memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (memory == MAP_FAILED) throw std::runtime_error("no shared memory");
   auto* const truths = static_cast<Truth*>(memory);
-  TrialTable table;
-  table.rows = {"restarts"};
+  TrialTable table{.rows = {"restarts"}};
   table.trial = [&](std::int64_t trial) { return fly(trial, options, truths[trial]); };
   table.describe = [&](std::int64_t trial) {
     return std::pair<std::size_t, std::string>{0, "random " + std::string(truths[trial].fault)};

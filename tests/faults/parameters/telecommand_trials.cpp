@@ -133,8 +133,7 @@ bool telecommand_trials(const CampaignOptions& options) {
     if (static_cast<std::int64_t>(i) % options.every == 0) requests += requests_of(list[i]).size();
   }
   std::printf("%zu telecommands\n", requests);
-  TrialTable table;
-  table.rows = {"functions", "services"};
+  TrialTable table{.rows = {"functions", "services"}};
   table.trial = [&](std::int64_t trial) { return fly(list[static_cast<std::size_t>(trial)], images); };
   table.describe = [&](std::int64_t trial) {
     const Kind& kind = list[static_cast<std::size_t>(trial)];

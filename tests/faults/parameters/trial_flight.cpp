@@ -41,12 +41,7 @@ const char* fate_name(Fate fate) {
 }
 
 CameraModel trial_camera() {
-  CameraModel camera;
-  camera.width = 160;
-  camera.height = 120;
-  camera.fx = camera.fy = 137;
-  camera.cx = 79.5;
-  camera.cy = 59.5;
+  CameraModel camera{160, 120, 137, 137, 79.5, 59.5};
   return camera;
 }
 

@@ -90,9 +90,7 @@ class ReceiverRun {
   /// So that some transactions come to their end.
   void send_whole(std::uint8_t operation) {
     const Bytes file(choices_.u16() % file_bytes, choices_.byte());
-    cfdp::Pdu pdu;
-    pdu.header = header(operation / 16U);
-    pdu.kind = cfdp::PduKind::metadata;
+    cfdp::Pdu pdu{.header = header(operation / 16U), .kind = cfdp::PduKind::metadata};
     pdu.metadata.checksum_type = 3;
     pdu.metadata.file_bytes = file.size();
     pdu.metadata.source_name = pdu.metadata.destination_name = name_;
@@ -176,8 +174,7 @@ class SenderRun {
 
  private:
   static CfdpSenderSettings settings() {
-    CfdpSenderSettings settings;
-    settings.limit = 5;
+    CfdpSenderSettings settings{.limit = 5};
     return settings;
   }
   void receive(const Bytes& octets) {

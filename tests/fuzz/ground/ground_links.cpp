@@ -35,9 +35,7 @@ struct KnownFlight : model::test::NoisyFlight {
       entries.push_back(intake::entry_of(record, {std::vector<std::uint8_t>(bytes, bytes + record.points.bytes)}));
     }
     for (const std::int64_t strip : {2, 3}) {
-      TieRecord tie;
-      tie.id = strip;
-      tie.to_strip_id = strip - 1;
+      TieRecord tie{.id = strip, .to_strip_id = strip - 1};
       entries.push_back(intake::entry_of(tie));
     }
     return {"records-000007.ilp", intake::write_record_file(entries)};

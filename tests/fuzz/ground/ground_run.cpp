@@ -16,9 +16,7 @@ namespace fs = std::filesystem;
 void ground_run(Octets input) {
   Choices choices(input);
   const test::TemporaryFolder folder;
-  ground::GroundOptions options;
-  options.outbox = folder.path() / "outbox";
-  options.out = folder.path() / "out";
+  ground::GroundOptions options{.outbox = folder.path() / "outbox", .out = folder.path() / "out"};
   fs::create_directories(options.outbox);
   for (const KnownFile& known : known_outbox()) {
     KnownFile file = known;

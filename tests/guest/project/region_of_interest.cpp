@@ -13,10 +13,8 @@ int main(int count, char** names) {
   for (int y = image.height / 3; y < image.height / 2; ++y) {
     for (int x = image.width / 3; x < image.width / 2; ++x) mask.view().at(x, y) = 255;
   }
-  ilp::Jpeg2000Params params;
-  params.lossless = true;
-  params.region = ilp::RegionCoding::drop_background;
-  params.max_bytes = image.pixels.size() / 8;
+  ilp::Jpeg2000Params params{
+      .max_bytes = image.pixels.size() / 8, .region = ilp::RegionCoding::drop_background, .lossless = true};
   const auto workspace = std::make_unique<ilp::Jpeg2000Workspace>();
   std::vector<std::uint8_t> file(params.max_bytes);
   ilp::Jpeg2000Product product;

@@ -69,19 +69,12 @@ void fill_scene() {
 }
 
 Status encode_image(std::int32_t w, std::int32_t h, std::size_t ceiling, bool lossless, Jpeg2000Product& product) {
-  Jpeg2000Params params;
-  params.max_bytes = ceiling;
-  params.lossless = lossless;
-  params.layers = lossless ? 8 : 3;
+  Jpeg2000Params params{.max_bytes = ceiling, .layers = lossless ? 8 : 3, .lossless = lossless};
   return encode_jpeg2000(GrayView(image, w, h), MaskView(mask, w, h), params, {}, workspace, file, product);
 }
 
 Status encode_depth(RegionCoding coding, Jpeg2000Product& product) {
-  Jpeg2000Params params;
-  params.max_bytes = sizeof(file);
-  params.lossless = true;
-  params.layers = 8;
-  params.region = coding;
+  Jpeg2000Params params{.max_bytes = sizeof(file), .region = coding, .layers = 8, .lossless = true};
   return encode_jpeg2000(ImageView<const std::uint16_t>(depth, width, height), 13, MaskView(mask, width, height),
                          params, {}, workspace, file, product);
 }

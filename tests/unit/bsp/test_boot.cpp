@@ -60,8 +60,7 @@ TEST_F(BootTest, AnEndAtMissionTimeZeroIsAnEnd) {
 }
 
 TEST_F(BootTest, OnlyTheNewestBootsStay) {
-  StartRecord record;
-  record.id = limits::max_starts;
+  StartRecord record{.id = limits::max_starts};
   Transaction transaction(store_);
   ASSERT_TRUE(transaction.begin().ok());
   ASSERT_TRUE(put(store_, record).ok());

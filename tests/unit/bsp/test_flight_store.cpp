@@ -199,8 +199,7 @@ TEST_F(FlightStoreTest, SeveralProcessesShareADatabaseAndEachStageRunsInOne) {
   ASSERT_OK(node->store().poll(changed));
   Transaction transaction(head->store());
   ASSERT_OK(transaction.begin());
-  PoseRecord pose;
-  pose.id = 7;
+  PoseRecord pose{.id = 7};
   ASSERT_OK(put(head->store(), pose));
   ASSERT_OK(transaction.commit());
   node->wait(1000);

@@ -91,10 +91,7 @@ Bytes image_of(std::int64_t id) {
 }
 
 void put_frame(Store& store, std::int64_t id, bool image) {
-  FrameRecord frame;
-  frame.id = id;
-  frame.time_ns = 1000 * id;
-  frame.capture_id = id;
+  FrameRecord frame{.id = id, .time_ns = 1000 * id, .capture_id = id};
   frame.image.bytes = image ? 20'000 : 0;
   ASSERT_OK(put(store, frame));
   if (image) {
@@ -103,20 +100,12 @@ void put_frame(Store& store, std::int64_t id, bool image) {
 }
 
 void put_keyframe(Store& store, std::int64_t id, std::int64_t frame_id, std::int64_t strip_id, bool coded) {
-  KeyframeRecord keyframe;
-  keyframe.id = id;
-  keyframe.frame_id = frame_id;
-  keyframe.strip_id = strip_id;
+  KeyframeRecord keyframe{.id = id, .frame_id = frame_id, .strip_id = strip_id};
   ASSERT_OK(put(store, keyframe));
-  PlaceRecord place;
-  place.id = id;
-  place.slot = static_cast<std::int32_t>(id % 1000);
+  PlaceRecord place{.id = id, .slot = static_cast<std::int32_t>(id % 1000)};
   ASSERT_OK(put(store, place));
   if (!coded) return;
-  ProductRecord product;
-  product.id = product_id(id, ProductKind::image);
-  product.keyframe_id = id;
-  product.kind = ProductKind::image;
+  ProductRecord product{.id = product_id(id, ProductKind::image), .keyframe_id = id, .kind = ProductKind::image};
   product.data.bytes = 9000;
   ASSERT_OK(put(store, product));
   Bytes data(9000, static_cast<std::uint8_t>(id));
@@ -124,9 +113,7 @@ void put_keyframe(Store& store, std::int64_t id, std::int64_t frame_id, std::int
 }
 
 void put_event(Store& store, std::int64_t id) {
-  EventRecord event;
-  event.id = id;
-  event.time_ns = id;
+  EventRecord event{.id = id, .time_ns = id};
   ASSERT_OK(put(store, event));
 }
 
@@ -140,16 +127,11 @@ void put_checkpoints(Store& store, std::int64_t cursor, std::uint8_t byte) {
 }
 
 void put_store_epoch(Store& store, std::int64_t store_epoch, std::int64_t base, TimeNs now) {
-  IdentityRecord identity;
-  identity.life = store_epoch;
-  identity.keyframe_base = identity.record_base = base;
+  IdentityRecord identity{.life = store_epoch, .keyframe_base = base, .record_base = base};
   ASSERT_OK(put(store, identity));
-  StartRecord start;
-  start.id = base + 1;
-  start.time_ns = start.alive_ns = now;
+  StartRecord start{.id = base + 1, .time_ns = now, .alive_ns = now};
   ASSERT_OK(put(store, start));
-  StorageRecord storage;
-  storage.frames_released = static_cast<std::uint32_t>(store_epoch);
+  StorageRecord storage{.frames_released = static_cast<std::uint32_t>(store_epoch)};
   ASSERT_OK(put(store, storage));
 }
 
@@ -164,10 +146,7 @@ void live_on_disk(Store& store) {
   put_keyframe(store, 1, 2, 1, true);
   put_keyframe(store, 2, 4, 1, true);
   put_keyframe(store, 3, 5, 1, false);
-  StripRecord strip;
-  strip.id = 1;
-  strip.first_keyframe_id = 1;
-  strip.last_keyframe_id = 3;
+  StripRecord strip{.id = 1, .first_keyframe_id = 1, .last_keyframe_id = 3};
   ASSERT_OK(put(store, strip));
   for (std::int64_t id = 1; id <= 150; ++id) put_event(store, id);
   DownlinkRecord file;
@@ -190,9 +169,7 @@ void live_on_disk(Store& store) {
   file.subject_id = -1;
   copy_text(file.name, "events-000001.ilp");
   ASSERT_OK(put(store, file));
-  SettingRecord setting;
-  setting.id = 3;
-  setting.value = 0.25;
+  SettingRecord setting{.id = 3, .value = 0.25};
   ASSERT_OK(put(store, setting));
   ASSERT_OK(transaction.commit());
 }
@@ -208,13 +185,9 @@ void live_in_memory(Store& store, std::int64_t frames, std::int64_t store_epoch 
     put_event(store, id);
   }
   put_keyframe(store, base + 1, base + 2, base + 1, true);
-  StripRecord strip;
-  strip.id = base + 1;
-  strip.first_keyframe_id = strip.last_keyframe_id = base + 1;
+  StripRecord strip{.id = base + 1, .first_keyframe_id = base + 1, .last_keyframe_id = base + 1};
   ASSERT_OK(put(store, strip));
-  SettingRecord setting;
-  setting.id = 4;
-  setting.value = 0.5;
+  SettingRecord setting{.id = 4, .value = 0.5};
   ASSERT_OK(put(store, setting));
   ASSERT_OK(transaction.commit());
 }

@@ -30,9 +30,7 @@ class MissionEpochTest : public testing::Test {
   }
   /// A frame was taken at this mission time.
   void fly_until(TimeNs time) {
-    FrameRecord frame;
-    frame.id = 1;
-    frame.time_ns = time;
+    FrameRecord frame{.id = 1, .time_ns = time};
     Transaction transaction(store_);
     ASSERT_TRUE(transaction.begin().ok());
     ASSERT_TRUE(put(store_, frame).ok());
@@ -93,10 +91,7 @@ TEST_F(MissionEpochTest, AClockThatWentBackDoesNotTakeMissionTimeBack) {
 }
 
 TEST_F(MissionEpochTest, ANewStoreGoesOnInTheTimeOfTheFlight) {
-  FlightMemoryContent content;
-  content.epoch_known = 1;
-  content.mission_epoch_s = 24837.0 * 86400;
-  content.latest_ns = 5000 * ns_per_s;
+  FlightMemoryContent content{.latest_ns = 5000 * ns_per_s, .mission_epoch_s = 24837.0 * 86400, .epoch_known = 1};
   ASSERT_TRUE(memory_.keep(content).ok());
   EXPECT_OK(begin(EpochChoice::first_start, new_year + 6000 * ns_per_s, mission_));
   EXPECT_EQ(mission_.mission_epoch_s, 24837.0 * 86400);
@@ -185,12 +180,8 @@ TEST(LatestKnownTime, IsThatOfTheNewestRecordOfAnyKindThatHasOne) {
   TimeNs time = -1;
   ASSERT_TRUE(latest_known_time(store, time).ok());
   EXPECT_EQ(time, 0);
-  FrameRecord frame;
-  frame.id = 1;
-  frame.time_ns = 5 * ns_per_s;
-  EventRecord event;
-  event.id = 1;
-  event.time_ns = 7 * ns_per_s;
+  FrameRecord frame{.id = 1, .time_ns = 5 * ns_per_s};
+  EventRecord event{.id = 1, .time_ns = 7 * ns_per_s};
   Transaction transaction(store);
   ASSERT_TRUE(transaction.begin().ok());
   ASSERT_TRUE(put(store, frame).ok());

@@ -53,9 +53,7 @@ class SalvageTest : public testing::Test {
     for (std::int64_t id = 1; id <= frames; ++id) {
       Transaction transaction(store);
       ASSERT_OK(transaction.begin());
-      FrameRecord frame;
-      frame.id = id;
-      frame.time_ns = 1000 * id;
+      FrameRecord frame{.id = id, .time_ns = 1000 * id};
       frame.image.bytes = image_bytes;
       ASSERT_OK(put(store, frame));
       ASSERT_OK(write_blob<FrameRecord>(store, "image", id, 0, image_of(id)));
@@ -64,9 +62,7 @@ class SalvageTest : public testing::Test {
     Transaction transaction(store);
     ASSERT_OK(transaction.begin());
     for (std::int64_t id = 1; id <= strips; ++id) {
-      StripRecord strip;
-      strip.id = id;
-      strip.first_keyframe_id = first_keyframe + id;
+      StripRecord strip{.id = id, .first_keyframe_id = first_keyframe + id};
       ASSERT_OK(put(store, strip));
     }
     for (std::int64_t id = 1; id <= 5; ++id) {
@@ -74,13 +70,10 @@ class SalvageTest : public testing::Test {
       checkpoint.id = 200 + id;  // of no component, so that the build accepts it
       checkpoint.cursor = 100 + id;
       ASSERT_OK(put(store, checkpoint));
-      SettingRecord setting;
-      setting.id = id;
-      setting.value = 0.5 * static_cast<double>(id);
+      SettingRecord setting{.id = id, .value = 0.5 * static_cast<double>(id)};
       ASSERT_OK(put(store, setting));
     }
-    IdentityRecord identity;
-    identity.life = 3;
+    IdentityRecord identity{.life = 3};
     ASSERT_OK(put(store, identity));
     ASSERT_OK(transaction.commit());
   }

@@ -177,9 +177,8 @@ class TelecommandTest : public ComponentTest {
   }
   /// Writes what the overlap checker would write for a command.
   void let_overlap_checker_obey(std::int64_t command_id) {
-    CheckpointRecord checkpoint;
-    checkpoint.id = static_cast<std::int64_t>(ComponentId::overlap_checker);
-    checkpoint.cursor_second = command_id;
+    CheckpointRecord checkpoint{.id = static_cast<std::int64_t>(ComponentId::overlap_checker),
+                                .cursor_second = command_id};
     write(checkpoint);
   }
   void answer_capture(const CommandRecord& command, CaptureState state, StatusCode reason = StatusCode::ok) {

@@ -18,9 +18,7 @@ class FirstStart : public ::testing::Test {
     FlightMemory memory(medium);
     MissionParameters mission;
     Configuration configuration(memory, mission);
-    ConfigurationStart start;
-    start.loaded = memory.load();
-    start.utc_s = calendar_s;
+    ConfigurationStart start{.loaded = memory.load(), .utc_s = calendar_s};
     return configuration.begin(store, start);
   }
   /// The database is gone, and another one begins a store epoch.

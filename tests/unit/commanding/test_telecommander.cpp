@@ -174,21 +174,16 @@ TEST_F(TelecommandTest, CaptureCompletesWhenTheImageIsExposed) {
 }
 
 TEST_F(TelecommandTest, ADamagedCaptureOrCommandKeepsNobodyFromTheNextOnes) {
-  CaptureRecord damaged;
-  damaged.id = 1;
+  CaptureRecord damaged{.id = 1};
   write(damaged);
   failing.damage(RecordType::capture, 1);
-  CaptureRecord orphan;
-  orphan.id = 2;
-  orphan.command_id = 1;
+  CaptureRecord orphan{.id = 2, .command_id = 1};
   write(orphan);
   failing.damage(RecordType::command, 1);
   send(8, 1, function("CAPTURE"));
   step();
   EXPECT_EQ(types(), "1.1 1.3");
-  CaptureRecord capture;
-  capture.id = 3;
-  capture.command_id = last_command().id;
+  CaptureRecord capture{.id = 3, .command_id = last_command().id};
   write(capture);
   step();
   capture.state = CaptureState::exposed;
@@ -198,13 +193,9 @@ TEST_F(TelecommandTest, ADamagedCaptureOrCommandKeepsNobodyFromTheNextOnes) {
 }
 
 TEST_F(TelecommandTest, WhatARequestWaitsForMayBeDamagedAndOthersAreCompleted) {
-  StripRecord strip;
-  strip.id = 1;
+  StripRecord strip{.id = 1};
   write(strip);
-  ProductRecord product;
-  product.id = product_id(1, ProductKind::image);
-  product.keyframe_id = 1;
-  product.kind = ProductKind::image;
+  ProductRecord product{.id = product_id(1, ProductKind::image), .keyframe_id = 1, .kind = ProductKind::image};
   write(product);
   send(8, 1, function("STRIPEND"));
   send(8, 1, function("FLUSH"));
@@ -325,9 +316,7 @@ TEST_F(TelecommandTest, OpenRequestsSurviveARestart) {
 
 TEST_F(TelecommandTest, ALongPastDelaysNoReport) {
   for (std::int64_t id = 1; id <= 500; ++id) {
-    CaptureRecord capture;
-    capture.id = id;
-    capture.state = CaptureState::exposed;
+    CaptureRecord capture{.id = id, .state = CaptureState::exposed};
     write(capture);
   }
   begin();
@@ -406,9 +395,7 @@ TEST_F(TelecommandTest, WhatWaitsForTheNextStartIsReportedButDoesNotAct) {
 }
 
 TEST_F(TelecommandTest, ASettingThatDoesNotFitAnyMoreIsLeftOut) {
-  SettingRecord setting;
-  setting.id = id_of("motion", "corners");
-  setting.value = 1e9;
+  SettingRecord setting{.id = id_of("motion", "corners"), .value = 1e9};
   write(setting);
   setting.id = 60000;  // of no parameter
   write(setting);
@@ -480,12 +467,9 @@ TEST_F(TelecommandTest, PassesBeginAndEndByCommandUpToTheLatestMissionTime) {
 }
 
 TEST_F(TelecommandTest, StripsEndWhenTheOverlapCheckerHasObeyed) {
-  FrameRecord frame;
-  frame.id = 9;
+  FrameRecord frame{.id = 9};
   write(frame);
-  StripRecord strip;
-  strip.id = 1;
-  strip.last_keyframe_id = 4;
+  StripRecord strip{.id = 1, .last_keyframe_id = 4};
   write(strip);
   send(8, 1, function("STRIPEND"));
   send(8, 1, function("FLUSH"));
@@ -501,9 +485,7 @@ TEST_F(TelecommandTest, StripsEndWhenTheOverlapCheckerHasObeyed) {
   let_overlap_checker_obey(command.id);
   step();
   EXPECT_EQ(types(), "1.7");  // the end; poses are not final, and no strip has begun
-  PoseRecord pose;
-  pose.id = 4;
-  pose.state = PoseState::provisional;
+  PoseRecord pose{.id = 4, .state = PoseState::provisional};
   write(pose);
   step();
   EXPECT_EQ(types(), "");
@@ -519,9 +501,7 @@ TEST_F(TelecommandTest, StripsEndWhenTheOverlapCheckerHasObeyed) {
 }
 
 TEST_F(TelecommandTest, ProductsAreRefinedAndDeleted) {
-  ProductRecord product;
-  product.id = product_id(7, ProductKind::image);
-  product.keyframe_id = 7;
+  ProductRecord product{.id = product_id(7, ProductKind::image), .keyframe_id = 7};
   write(product);
   send(8, 1, function("REFINE", numbers({{7, 4}})));
   step();
@@ -570,10 +550,7 @@ TEST_F(TelecommandTest, ARestartIsCompleteWhenItsEventIsThere) {
   EXPECT_EQ(types(), "1.1 1.3");
   EXPECT_EQ(last_command().kind, CommandKind::restart);
   EXPECT_EQ(last_command().subject_id, 3);
-  EventRecord event;
-  event.id = 1;
-  event.code = static_cast<std::uint16_t>(StatusCode::component_restarted);
-  event.a = 2;
+  EventRecord event{.id = 1, .code = static_cast<std::uint16_t>(StatusCode::component_restarted), .a = 2};
   write(event);
   step();
   EXPECT_EQ(types(), "");
@@ -590,13 +567,10 @@ TEST_F(TelecommandTest, ARestartIsCompleteWhenItsEventIsThere) {
 
 TEST_F(TelecommandTest, AnUplinkedFileTakesEffectAndTransfersTakeWishes) {
   const std::string content = "[overlap]\ntarget_overlap = 0.9\n";
-  UplinkRecord uplink;
-  uplink.id = 4;
+  UplinkRecord uplink{.id = 4};
   uplink.data.bytes = static_cast<std::uint32_t>(content.size());
   write(uplink, "data", {reinterpret_cast<const std::uint8_t*>(content.data()), content.size()});
-  TransferRecord transfer;
-  transfer.id = 9;
-  transfer.sequence = 31;
+  TransferRecord transfer{.id = 9, .sequence = 31};
   write(transfer);
   send(8, 1, function("ACTIVATE", numbers({{4, 4}})));
   send(8, 1, function("XFERSUSP", numbers({{31, 4}})));

@@ -22,10 +22,7 @@ class DownlinkTest : public test::ComponentTest {
   DownlinkTest() { EXPECT_TRUE(downlink->restore().ok()); }
 
   void add_keyframe(std::int64_t id) {
-    KeyframeRecord keyframe;
-    keyframe.id = id;
-    keyframe.frame_id = id;
-    keyframe.strip_id = 1;
+    KeyframeRecord keyframe{.id = id, .frame_id = id, .strip_id = 1};
     write(keyframe);
   }
   Bytes content(std::int64_t id, std::size_t size) {
@@ -300,13 +297,11 @@ TEST_F(DownlinkTest, AClockThatBeginsAgainDoesNotSilenceTheLink) {
 
 TEST_F(DownlinkTest, ARecordsFileEndsWithItsChecksumAndCarriesTheMaskButNoDepth) {
   add_keyframe(1);
-  DepthRecord depth;
-  depth.id = 1;
+  DepthRecord depth{.id = 1};
   depth.values.bytes = 600;
   depth.sigma.bytes = 300;
   write(depth);
-  MaskRecord new_ground;
-  new_ground.id = 1;
+  MaskRecord new_ground{.id = 1};
   new_ground.code.bytes = 5;
   const Bytes code{9, 8, 7, 6, 5};
   write(new_ground, "code", code);
@@ -351,8 +346,7 @@ TEST_F(DownlinkTest, ARecordsFileEndsWithItsChecksumAndCarriesTheMaskButNoDepth)
 TEST_F(DownlinkTest, WithoutAnImageTheRecordsTellWhatFrameItWas) {
   for (const std::int64_t id : {1, 2}) {
     add_keyframe(id);
-    FrameRecord frame;
-    frame.id = id;
+    FrameRecord frame{.id = id};
     std::snprintf(frame.name, sizeof(frame.name), "img_%d.png", static_cast<int>(id));
     frame.image.bytes = 4;
     write(frame, "image", Bytes{1, 2, 3, 4});
@@ -374,8 +368,7 @@ TEST_F(DownlinkTest, WithoutAnImageTheRecordsTellWhatFrameItWas) {
 
 TEST_F(DownlinkTest, EventsAreSentInOrderAndOnce) {
   for (std::int64_t id = 1; id <= 150; ++id) {
-    EventRecord event;
-    event.id = id;
+    EventRecord event{.id = id};
     write(event);
   }
   clock.set(ns_per_s);

@@ -29,26 +29,18 @@ class DownlinkFaultsTest : public test::ComponentTest {
   DownlinkFaultsTest() { EXPECT_TRUE(downlink->restore().ok()); }
 
   void add_keyframe(std::int64_t id, std::size_t product_bytes = 2000, std::size_t points_bytes = 500) {
-    KeyframeRecord keyframe;
-    keyframe.id = keyframe.frame_id = id;
-    keyframe.strip_id = 1;
+    KeyframeRecord keyframe{.id = id, .frame_id = id, .strip_id = 1};
     write(keyframe);
-    PoseRecord pose;
-    pose.id = id;
+    PoseRecord pose{.id = id};
     write(pose);
-    MaskRecord mask;
-    mask.id = id;
+    MaskRecord mask{.id = id};
     mask.code.bytes = 40;
     write(mask, "code", Bytes(40, static_cast<std::uint8_t>(id)));
-    StructureRecord structure;
-    structure.id = id;
+    StructureRecord structure{.id = id};
     structure.points.bytes = static_cast<std::uint32_t>(points_bytes);
     write(structure, "points", Bytes(points_bytes, 3));
-    ProductRecord product;
-    product.id = product_id(id, ProductKind::image);
-    product.keyframe_id = id;
-    product.kind = ProductKind::image;
-    product.priority = 0.5;
+    ProductRecord product{
+        .id = product_id(id, ProductKind::image), .keyframe_id = id, .kind = ProductKind::image, .priority = 0.5};
     product.bytes = product.data.bytes = static_cast<std::uint32_t>(product_bytes);
     Bytes bytes(product_bytes, static_cast<std::uint8_t>(id));
     product.crc32 = crc32(bytes);
@@ -173,8 +165,7 @@ TEST_F(DownlinkFaultsTest, DamagedRecordsStopNoWalk) {
   failing.damage(RecordType::keyframe, 3);
   failing.damage(RecordType::structure, 4);
   failing.damage(RecordType::event, 70);
-  CommandRecord command;
-  command.id = 1;
+  CommandRecord command{.id = 1};
   write(command);
   failing.damage(RecordType::command, 1);
   fly(300, true);

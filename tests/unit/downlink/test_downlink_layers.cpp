@@ -38,10 +38,7 @@ Coded coded_image(std::uint32_t seed, std::size_t bytes) {
   }
   Coded coded;
   coded.file.resize(bytes);
-  Jpeg2000Params params;
-  params.max_bytes = bytes;
-  params.layers = 4;
-  params.region = RegionCoding::none;
+  Jpeg2000Params params{.max_bytes = bytes, .region = RegionCoding::none, .layers = 4};
   const Bytes metadata{'k', '=', '1', '\n'};
   const Status status = encode_jpeg2000(GrayView(grey.data(), width, height), MaskView{}, params, metadata, *workspace,
                                         coded.file, coded.product);
@@ -60,15 +57,9 @@ class DownlinkLayersTest : public test::ComponentTest {
     EXPECT_TRUE(downlink->restore().ok());
   }
   void add(std::int64_t keyframe_id, double richness, double newly_seen, std::size_t bytes = 6000) {
-    KeyframeRecord keyframe;
-    keyframe.id = keyframe_id;
-    keyframe.frame_id = keyframe_id;
-    keyframe.strip_id = 1;
+    KeyframeRecord keyframe{.id = keyframe_id, .frame_id = keyframe_id, .strip_id = 1};
     write(keyframe);
-    RichnessRecord index;
-    index.id = keyframe_id;
-    index.richness = richness;
-    index.mask_fraction = newly_seen;
+    RichnessRecord index{.id = keyframe_id, .richness = richness, .mask_fraction = newly_seen};
     write(index);
     const Coded coded = coded_image(static_cast<std::uint32_t>(keyframe_id), bytes);
     ProductRecord product;
@@ -87,10 +78,8 @@ class DownlinkLayersTest : public test::ComponentTest {
     originals[product.id] = coded.file;
   }
   void request(std::int64_t keyframe_id) {
-    CommandRecord command;
-    command.id = number_of<CommandRecord>() + 1;
-    command.kind = CommandKind::refine;
-    command.keyframe_id = keyframe_id;
+    CommandRecord command{
+        .id = number_of<CommandRecord>() + 1, .kind = CommandKind::refine, .keyframe_id = keyframe_id};
     write(command);
   }
   void reboot() {

@@ -157,9 +157,7 @@ TEST_F(FileDeliveryTest, SuspendsResumesAndCancelsAsTheGroundWishes) {
 
 // Behind the store epochs that are counted, transaction numbers begin by the calendar, beyond 2^32.
 TEST_F(FileDeliveryTest, ATransactionWithALongNumberIsNamedByItsLastOctets) {
-  TransferRecord transfer;
-  transfer.id = 1;
-  transfer.state = TransferState::sending;
+  TransferRecord transfer{.id = 1, .state = TransferState::sending};
   for (const std::int64_t number : {std::int64_t{77}, (std::int64_t{1} << 32U) + 5, std::int64_t{6'500'000'000'000}}) {
     transfer.sequence = number;
     Transaction transaction(rig.store);
@@ -495,14 +493,9 @@ TEST_F(FileDeliveryTest, TheRealDownlinkQueuesItsFilesAndBelievesOnlyWhatArrived
   Transaction transaction(rig.store);
   ASSERT_TRUE(transaction.begin().ok());
   for (std::int64_t k = 1; k <= 20; ++k) {
-    KeyframeRecord keyframe;
-    keyframe.id = keyframe.frame_id = k;
-    keyframe.strip_id = 1;
+    KeyframeRecord keyframe{.id = k, .frame_id = k, .strip_id = 1};
     ASSERT_TRUE(put(rig.store, keyframe).ok());
-    ProductRecord product;
-    product.id = product_id(k, ProductKind::image);
-    product.keyframe_id = k;
-    product.priority = 0.5;
+    ProductRecord product{.id = product_id(k, ProductKind::image), .keyframe_id = k, .priority = 0.5};
     product.bytes = product.data.bytes = 20000;
     const Bytes bytes = rig.noise(product.bytes);
     product.crc32 = crc32(bytes);

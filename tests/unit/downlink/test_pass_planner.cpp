@@ -20,9 +20,7 @@ std::uint32_t whole(double value) {
 /// Layers as a codec makes them: sizes grow by about two, gains fall; now and then a layer that gains more than the one
 /// before it, and products of which some layers are down.
 PlanCandidate random_candidate(std::int64_t id, double largest, Rng& rng) {
-  PlanCandidate candidate;
-  candidate.id = id;
-  candidate.layers = static_cast<std::uint8_t>(1 + rng.below(4));
+  PlanCandidate candidate{.id = id, .layers = static_cast<std::uint8_t>(1 + rng.below(4))};
   candidate.sent = static_cast<std::uint8_t>(rng.uniform() < 0.3 ? rng.below(candidate.layers) : 0);
   const double place = 0.05 + rng.uniform();
   double bytes = 1, utility = 0;

@@ -132,8 +132,7 @@ TEST_F(UplinkTest, AnEofOfAClosedTransferIsAnsweredAgain) {
   const auto sent = put("a.ini", text("[overlap]\n"));
   ASSERT_EQ(sent.state, ground_cfdp::CfdpSender::State::retained);
   for (int i = 0; i < 10; ++i) step();
-  cfdp::Pdu eof;
-  eof.header = sent.header;
+  cfdp::Pdu eof{.header = sent.header};
   eof.kind = cfdp::PduKind::eof;
   eof.eof.checksum = crc32(text("[overlap]\n"));
   eof.eof.file_bytes = 10;

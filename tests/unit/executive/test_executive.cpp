@@ -59,8 +59,7 @@ TEST_F(ExecutiveTest, ARolledBackChangeWakesNobody) {
   a.on_step = [&] {
     Transaction transaction(store);
     EXPECT_TRUE(transaction.begin().ok());
-    FrameRecord frame;
-    frame.id = 1;
+    FrameRecord frame{.id = 1};
     EXPECT_TRUE(put(store, frame).ok());
     return StepResult{};
   };
@@ -345,8 +344,7 @@ TEST_F(ExecutiveTest, FramesThatWaitWithoutRestLowerTheLevelOfWorkInRealTimeOnly
 }
 
 TEST_F(ExecutiveTest, TheLevelOfWorkOutlivesARestartInRealTimeAndIsNoneInVirtualTime) {
-  TimingRecord timing;
-  timing.degraded = 2;
+  TimingRecord timing{.degraded = 2};
   Transaction transaction(store);
   ASSERT_TRUE(transaction.begin().ok());
   ASSERT_TRUE(put(store, timing).ok());
@@ -618,10 +616,7 @@ TEST_F(ExecutiveTest, WhoFoundTheStoreFullTriesAgainWithoutBeingWoken) {
 TEST_F(ExecutiveTest, TheGroundRestartsAComponentOnce) {
   start();
   const int restores = b.restores;
-  CommandRecord command;
-  command.id = 1;
-  command.kind = CommandKind::restart;
-  command.subject_id = 2;
+  CommandRecord command{.id = 1, .kind = CommandKind::restart, .subject_id = 2};
   Transaction transaction(store);
   ASSERT_TRUE(transaction.begin().ok());
   ASSERT_TRUE(put(store, command).ok());

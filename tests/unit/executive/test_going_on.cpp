@@ -209,9 +209,7 @@ TEST_F(ExecutiveTest, ADamagedCommandKeepsNobodyFromTheNextOnes) {
   test::FailingStore failing(store);
   Executive other(stages, components, failing, clock);
   ASSERT_TRUE(other.start().ok());
-  CommandRecord command;
-  command.kind = CommandKind::restart;
-  command.subject_id = 2;
+  CommandRecord command{.kind = CommandKind::restart, .subject_id = 2};
   Transaction transaction(store);
   ASSERT_TRUE(transaction.begin().ok());
   for (command.id = 1; command.id <= 2; ++command.id) ASSERT_TRUE(put(store, command).ok());

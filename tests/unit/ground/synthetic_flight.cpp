@@ -46,10 +46,7 @@ Vec3 ground_point(const SyntheticFlight& flight, const SyntheticView& view, int 
 }
 
 PoseRecord pose_record(const SyntheticView& view) {
-  PoseRecord pose;
-  pose.id = view.keyframe_id;
-  pose.strip_id = view.strip_id;
-  pose.state = PoseState::final;
+  PoseRecord pose{.id = view.keyframe_id, .strip_id = view.strip_id, .state = PoseState::final};
   quaternion_from_rotation(view.cam_from_world, pose.q_cam_from_world);
   for (int i = 0; i < 3; ++i) pose.centre[i] = view.centre[i];
   for (double& s : pose.sigma) s = 0.01;
@@ -262,9 +259,7 @@ void write_outbox(const SyntheticFlight& flight, const fs::path& folder) {
     const SyntheticView& view = flight.views[i];
     std::vector<RecordEntry> entries;
     entries.push_back(intake::entry_of(camera_record(flight.camera)));
-    StripRecord strip;
-    strip.id = view.strip_id;
-    strip.last_keyframe_id = view.keyframe_id;
+    StripRecord strip{.id = view.strip_id, .last_keyframe_id = view.keyframe_id};
     entries.push_back(intake::entry_of(strip));
     KeyframeRecord keyframe;
     keyframe.time_ns = taken_at(flight, view);
@@ -276,18 +271,14 @@ void write_outbox(const SyntheticFlight& flight, const fs::path& folder) {
     entries.push_back(intake::entry_of(keyframe));
     entries.push_back(intake::entry_of(pose_record(view)));
     if (i == 0) {
-      StructureRecord structure;
-      structure.id = view.keyframe_id;
-      structure.strip_id = view.strip_id;
+      StructureRecord structure{.id = view.keyframe_id, .strip_id = view.strip_id};
       auto blob = structure_blob(flight, structure.count);
       structure.points.bytes = static_cast<std::uint32_t>(blob.size());
       entries.push_back(intake::entry_of(structure, {std::move(blob)}));
     }
     if (!flight.camera.has_distortion()) write_products(flight, i, entries, folder);
-    RichnessRecord richness;
-    richness.id = view.keyframe_id;
-    richness.strip_id = view.strip_id;
-    richness.richness = 0.3 + 0.1 * static_cast<double>(i);
+    RichnessRecord richness{
+        .id = view.keyframe_id, .strip_id = view.strip_id, .richness = 0.3 + 0.1 * static_cast<double>(i)};
     entries.push_back(intake::entry_of(richness));
     write_bytes(folder / numbered("records-", view.keyframe_id, ".ilp"), intake::write_record_file(entries));
   }
@@ -299,8 +290,7 @@ void write_outbox(const SyntheticFlight& flight, const fs::path& folder) {
   event.a = 17;
   event.b = 3;
   std::strcpy(event.component, "acquisition");
-  ComponentRecord component;
-  component.id = 1;
+  ComponentRecord component{.id = 1};
   std::strcpy(component.name, "acquisition");
   component.steps = 40;
   component.busy_ns = 2 * ns_per_s;

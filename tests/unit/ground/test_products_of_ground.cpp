@@ -12,6 +12,7 @@
 #include "sim/ground/ground_run.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/image_io.hpp"
+#include "tests/support/page_text.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::ground {
@@ -190,8 +191,19 @@ TEST_F(PlaneFlight, PageIsSelfContainedAndEscaped) {
   for (const char* foreign : {"http:", "https:", "url(//", "@import"}) {
     EXPECT_EQ(html.find(foreign), std::string::npos) << foreign;
   }
-  EXPECT_EQ(html.find("<script"), std::string::npos);
+  EXPECT_EQ(html.find("<script src"), std::string::npos);
   EXPECT_EQ(html.find("<link"), std::string::npos);
+  EXPECT_NE(html.find("<noscript><p>This page is drawn with JavaScript"), std::string::npos);
+  const std::string open = "<script type=\"application/json\" id=\"report\">";
+  const std::size_t begin = html.find(open) + open.size();
+  EXPECT_EQ(nlohmann::ordered_json::parse(html.substr(begin, html.find("</script>", begin) - begin)),
+            nlohmann::ordered_json::parse(text_of(out() / "report.json")));
+}
+
+TEST_F(PlaneFlight, TheTextOfThePageNamesNothingFromOutside) {
+  ILP_NEED_TOOL("node");
+  const std::string html = test::page_text(out() / "report.html");
+  EXPECT_NE(html.find("Plane &lt;of&gt; &quot;test&quot;"), std::string::npos);
   for (const std::string attribute : {"src=\"", "href=\""}) {
     std::size_t found = 0;
     for (std::size_t at = html.find(attribute); at != std::string::npos; at = html.find(attribute, at + 1), ++found) {
@@ -204,7 +216,8 @@ TEST_F(PlaneFlight, PageIsSelfContainedAndEscaped) {
   }
   EXPECT_NE(html.find("3 frames missing before frame 17"), std::string::npos);
   EXPECT_NE(html.find(status_advice(StatusCode::frame_gap)), std::string::npos);
-  for (const char* number : {">nan", ">-nan", ">inf", "\"nan", " nan"})
+  for (const char* number :
+       {">nan", ">-nan", ">inf", "\"nan", " nan", ">NaN", "\"NaN", " NaN", "undefined", "null", "[object"})
     EXPECT_EQ(html.find(number), std::string::npos) << number;
 }
 
@@ -311,9 +324,7 @@ TEST(Colmap, DistortedCameraReprojectsToo) {
   const test::SyntheticFlight flight = test::make_flight(true);
   test::write_outbox(flight, folder.path() / "outbox");
   // Without products no frame name came down; the database or the truth would have it.
-  GroundOptions options;
-  options.outbox = folder.path() / "outbox";
-  options.out = folder.path() / "result";
+  GroundOptions options{.outbox = folder.path() / "outbox", .out = folder.path() / "result"};
   std::ostringstream messages;
   (void)run_ground(options, messages);
   test::SyntheticFlight unnamed = flight;
@@ -326,10 +337,7 @@ TEST(Strips, EachHasFilesOfItsOwnAndTheFirstPosedOneThePlainNames) {
   test::SyntheticFlight flight = test::make_flight(false);
   flight.views[3].strip_id = flight.views[4].strip_id = 2;
   test::write_outbox(flight, folder.path() / "outbox");
-  GroundOptions options;
-  options.outbox = folder.path() / "outbox";
-  options.out = folder.path() / "result";
-  options.max_vertices = 2000;
+  GroundOptions options{.outbox = folder.path() / "outbox", .out = folder.path() / "result", .max_vertices = 2000};
   std::ostringstream messages;
   const report::Report report = run_ground(options, messages);
   ASSERT_EQ(report.strips.size(), 2U);
@@ -349,9 +357,7 @@ TEST(GroundRun, LeavesNothingOfAnEarlierRunButForeignFiles) {
   const test::TemporaryFolder folder;
   const test::SyntheticFlight flight = test::make_flight(false);
   test::write_outbox(flight, folder.path() / "outbox");
-  GroundOptions options;
-  options.outbox = folder.path() / "outbox";
-  options.out = folder.path() / "result";
+  GroundOptions options{.outbox = folder.path() / "outbox", .out = folder.path() / "result"};
   fs::create_directories(options.out / "colmap-strip-2");
   fs::create_directories(options.out / "keyframes");
   for (const char* name : {"model-strip-2.ply", "colmap-strip-2/images.txt", "keyframes/000099-image.png", "notes.txt",

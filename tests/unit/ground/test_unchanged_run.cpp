@@ -287,8 +287,7 @@ TEST_F(UnchangedRun, MissingAcknowledgementsAreWrittenAgain) {
 }
 
 TEST(DamagedCatalogue, IsNamedByItsFileOrItsAddress) {
-  ground::GroundOptions options;
-  options.out = "results";
+  ground::GroundOptions options{.out = "results"};
   const auto reported = [&] {
     try {
       ground::naming_catalogue(options, [] { throw map::DamagedCatalogue("a tile cannot be read back"); });

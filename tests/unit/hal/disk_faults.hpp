@@ -52,8 +52,7 @@ class DiskFaults : public testing::Test {
   static Status put_frame(Store& store, std::int64_t id) {
     Transaction transaction(store);
     ILP_TRY(transaction.begin());
-    FrameRecord frame;
-    frame.id = id;
+    FrameRecord frame{.id = id};
     frame.image.bytes = size_of(id);
     ILP_TRY(put(store, frame));
     ILP_TRY(write_blob<FrameRecord>(store, "image", id, 0, Bytes(size_of(id), static_cast<std::uint8_t>(id))));

@@ -124,8 +124,7 @@ TEST_F(DiskFaults, WhatCommitsLeaveThatFailedInARowIsNotTakenForCommits) {
     const FailingCalls disk(path_, {.calls = static_cast<unsigned>(Call::synchronise)});
     for (const std::uint32_t bytes : {40'000U, 30'000U, 20'000U}) {
       ASSERT_OK(store.begin());
-      FrameRecord frame;
-      frame.id = 2;
+      FrameRecord frame{.id = 2};
       frame.image.bytes = bytes;
       ASSERT_OK(put(store, frame));
       EXPECT_STATUS(store.commit(), store_error);

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "hal/maps/directory_map_source.hpp"
-#include "hal/maps/memory_map_source.hpp"
+#include "tests/support/memory_map_source.hpp"
 
 namespace ilp {
 namespace {

@@ -139,9 +139,7 @@ TEST_F(NavigationFileTest, OctetsOfAnyKindEnd) {
 }
 
 TEST(NavigationSampleTest, ValuesThatNoVehicleMeasuresAreImplausible) {
-  NavigationSample good;
-  good.height_m = 80;
-  good.height_sigma_m = 1;
+  NavigationSample good{.height_m = 80, .height_sigma_m = 1};
   EXPECT_TRUE(plausible(good));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double height : {-1.0, 0.0, 1e9, nan}) {

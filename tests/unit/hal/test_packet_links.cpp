@@ -10,9 +10,9 @@
 
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/joined_link.hpp"
-#include "hal/link/loopback/loopback_link.hpp"
 #include "hal/link/tcp/tcp_link.hpp"
 #include "hal/link/udp/udp_link.hpp"
+#include "tests/support/loopback_link.hpp"
 #include "tests/support/socket_client.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 

@@ -12,8 +12,7 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 
 FrameRecord frame_of(std::int64_t id, std::uint32_t image_bytes) {
-  FrameRecord frame;
-  frame.id = id;
+  FrameRecord frame{.id = id};
   frame.image.bytes = image_bytes;
   return frame;
 }

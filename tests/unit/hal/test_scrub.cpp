@@ -48,8 +48,7 @@ class Scrub : public testing::Test {
   Scrub() {
     EXPECT_OK(store_.begin());
     for (std::int64_t id = 1; id <= 5; ++id) {
-      FrameRecord frame;
-      frame.id = id;
+      FrameRecord frame{.id = id};
       frame.image.bytes = static_cast<std::uint32_t>(2500 * (id - 1));
       EXPECT_OK(put(store_, frame));
     }

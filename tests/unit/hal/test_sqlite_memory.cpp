@@ -52,8 +52,7 @@ class Hog {
 Status put_frame(Store& store, std::int64_t id, std::uint32_t bytes, std::uint8_t value) {
   Transaction transaction(store);
   ILP_TRY(transaction.begin());
-  FrameRecord frame;
-  frame.id = id;
+  FrameRecord frame{.id = id};
   frame.image.bytes = bytes;
   ILP_TRY(put(store, frame));
   ILP_TRY(write_blob<FrameRecord>(store, "image", id, 0, Bytes(bytes, value)));
@@ -63,13 +62,11 @@ Status put_frame(Store& store, std::int64_t id, std::uint32_t bytes, std::uint8_
 Status put_depth(Store& store, std::int64_t id) {
   Transaction transaction(store);
   ILP_TRY(transaction.begin());
-  DepthRecord depth;
-  depth.id = id;
+  DepthRecord depth{.id = id};
   depth.values.bytes = limits::max_image_pixels * 2;
   depth.sigma.bytes = limits::max_image_pixels;
   ILP_TRY(put(store, depth));
-  MaskRecord mask;
-  mask.id = id;
+  MaskRecord mask{.id = id};
   mask.code.bytes = limits::max_image_pixels / 8;
   ILP_TRY(put(store, mask));
   ILP_TRY(write_blob<DepthRecord>(store, "values", id, 0, Bytes(depth.values.bytes, 1)));

@@ -57,8 +57,7 @@ class PlainDatabase {
 };
 
 FrameRecord frame_of(std::int64_t id, std::uint32_t image_bytes = 0) {
-  FrameRecord frame;
-  frame.id = id;
+  FrameRecord frame{.id = id};
   frame.image.bytes = image_bytes;
   return frame;
 }
@@ -100,14 +99,11 @@ TEST_F(SqliteStoreTest, TablesAreWhatTheInterfaceDocumentSays) {
   SqliteStore store;
   ASSERT_OK(store.open(path_.c_str()));
   ASSERT_OK(store.begin());
-  PoseRecord pose;
-  pose.id = 2;
+  PoseRecord pose{.id = 2};
   pose.centre[1] = 2.5;
   pose.state = PoseState::final;
   ASSERT_OK(put(store, pose));
-  KeyframeRecord keyframe;
-  keyframe.id = 9;
-  keyframe.index = 4;
+  KeyframeRecord keyframe{.id = 9, .index = 4};
   ASSERT_OK(put(store, keyframe));
   FrameRecord frame = frame_of(1, 3);
   copy_text(frame.name, "a.png");
@@ -596,9 +592,7 @@ TEST_F(SqliteStoreTest, WalkThroughADamagedIndexEnds) {
     ASSERT_OK(store.open(path_.c_str()));
     ASSERT_OK(store.begin());
     for (std::int64_t id = 1; id <= 3; ++id) {
-      StripRecord strip;
-      strip.id = id;
-      strip.first_keyframe_id = 0x11223300 + id;
+      StripRecord strip{.id = id, .first_keyframe_id = 0x11223300 + id};
       ASSERT_OK(put(store, strip));
     }
     ASSERT_OK(store.commit());
@@ -635,12 +629,9 @@ Status fly(Store& store, std::int64_t n) {
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store, frame_of(n, 20000)));
   ILP_TRY(write_blob<FrameRecord>(store, "image", n, 0, Bytes(20000, static_cast<std::uint8_t>(n))));
-  StripRecord strip;
-  strip.id = n;
+  StripRecord strip{.id = n};
   ILP_TRY(put(store, strip));
-  CheckpointRecord checkpoint;
-  checkpoint.id = 1;
-  checkpoint.cursor = n;
+  CheckpointRecord checkpoint{.id = 1, .cursor = n};
   ILP_TRY(put(store, checkpoint));
   return transaction.commit();
 }

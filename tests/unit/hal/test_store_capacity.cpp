@@ -27,8 +27,7 @@ constexpr std::size_t image_bytes = 100'000;
 Status put_image(Store& store, std::int64_t id) {
   Transaction transaction(store);
   ILP_TRY(transaction.begin());
-  FrameRecord frame;
-  frame.id = id;
+  FrameRecord frame{.id = id};
   frame.image.bytes = image_bytes;
   ILP_TRY(put(store, frame));
   ILP_TRY(write_blob<FrameRecord>(store, "image", id, 0, Bytes(image_bytes, static_cast<std::uint8_t>(id))));

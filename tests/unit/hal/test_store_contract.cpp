@@ -66,8 +66,7 @@ class StoreContract : public testing::Test {
 };
 
 FrameRecord frame_of(std::int64_t id, std::uint32_t image_bytes = 0) {
-  FrameRecord frame;
-  frame.id = id;
+  FrameRecord frame{.id = id};
   frame.image.bytes = image_bytes;
   return frame;
 }
@@ -283,8 +282,7 @@ TYPED_TEST(StoreContract, BlobKeepsItsBytesWhileItsSizeStays) {
 }
 
 TYPED_TEST(StoreContract, BlobsOfARecordAreApart) {
-  DepthRecord depth;
-  depth.id = 1;
+  DepthRecord depth{.id = 1};
   depth.values.bytes = 4;
   depth.sigma.bytes = 4;
   depth.cells.bytes = 4;

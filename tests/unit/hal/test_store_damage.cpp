@@ -126,9 +126,7 @@ class Contents {
     return record;
   }
   static PoseRecord pose(std::int64_t id) {
-    PoseRecord record;
-    record.id = id;
-    record.state = PoseState::final;
+    PoseRecord record{.id = id, .state = PoseState::final};
     record.centre[1] = std::numeric_limits<double>::infinity();
     record.matches = 0xFFFFFFFF;
     record.covariance[20] = static_cast<double>(id);
@@ -259,8 +257,7 @@ TEST_F(SqliteDamage, AValueThatDoesNotFitItsFieldOrItsChecksumIsDamage) {
     SqliteStore store;
     ASSERT_OK(store.open(path_.c_str()));
     const std::int64_t id = change_of == "id=3" ? 3 : 1;
-    FrameRecord frame;
-    frame.id = 77;
+    FrameRecord frame{.id = 77};
     const Status found = get(store, id, frame);
     EXPECT_STATUS(found, record_damaged) << change_of;
     EXPECT_EQ(found.a, id);
@@ -456,8 +453,7 @@ TEST_F(SqliteDamage, ATransactionThatThePowerCutShortIsNoDamage) {
   const std::string mark = content_of(path_ + "-sync");
   const std::size_t before = content_of(path_ + "-wal").size();
   ASSERT_OK(store.begin());
-  FrameRecord frame;
-  frame.id = 4;
+  FrameRecord frame{.id = 4};
   frame.image.bytes = 20'000;
   ASSERT_OK(put(store, frame));
   ASSERT_OK(store.commit());
@@ -488,8 +484,7 @@ TEST_F(SqliteDamage, ATransactionThatThePowerCutShortIsNoDamage) {
 Status put_numbered(SqliteStore& store, std::int64_t number) {
   Transaction transaction(store);
   ILP_TRY(transaction.begin());
-  FrameRecord frame;
-  frame.id = number;
+  FrameRecord frame{.id = number};
   frame.image.bytes = static_cast<std::uint32_t>(3000 + 5000 * (number % 3));
   ILP_TRY(put(store, frame));
   ILP_TRY(
@@ -609,8 +604,7 @@ TEST_F(SqliteDamage, FramesThatAreWrittenTwiceWithinATransactionAreNoDamage) {
   for (int round = 0; round < 3; ++round) {
     ASSERT_OK(store.begin());
     for (std::int64_t id = 1; id <= 12; ++id) {
-      FrameRecord frame;
-      frame.id = id;
+      FrameRecord frame{.id = id};
       frame.image.bytes = 1'000'000;
       ASSERT_OK(put(store, frame));
     }

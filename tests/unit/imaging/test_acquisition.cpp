@@ -79,11 +79,8 @@ class AcquisitionTest : public test::ComponentTest {
   std::int64_t command(double seconds) { return want(seconds, CaptureState::pending, CaptureSource::telecommand); }
   std::int64_t want(double seconds, CaptureState state = CaptureState::pending,
                     CaptureSource source = CaptureSource::regular) {
-    CaptureRecord capture;
-    capture.source = source;
-    capture.id = number_of<CaptureRecord>() + 1;
-    capture.requested_ns = at_s(seconds);
-    capture.state = state;
+    CaptureRecord capture{
+        .id = number_of<CaptureRecord>() + 1, .requested_ns = at_s(seconds), .source = source, .state = state};
     write(capture);
     return capture.id;
   }

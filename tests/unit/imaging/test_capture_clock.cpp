@@ -310,15 +310,13 @@ class Swing {
 
 TEST_F(CaptureClockTest, APoseTellsTheSwingAndATimeForecastWithoutItGivesWay) {
   const Swing swing;
-  CameraRecord lens;
-  lens.fx = lens.fy = 550;
+  CameraRecord lens{.fx = 550, .fy = 550};
   write(lens);
   const auto report_pose = [&](std::int64_t id) {
     const double seconds = 1e-9 * static_cast<double>(read<KeyframeRecord>(id).time_ns);
     // The axis at an angle about y: cam_from_world turns back by it.
     const double half = -0.5 * det_atan2(swing.at(seconds) - swing.at(1), lens.fx);
-    PoseRecord pose;
-    pose.id = id;
+    PoseRecord pose{.id = id};
     pose.q_cam_from_world[0] = det_cos(half);
     pose.q_cam_from_world[2] = det_sin(half);
     write(pose);
@@ -356,8 +354,7 @@ TEST_F(CaptureClockTest, APoseInRegularModeChangesNothing) {
   expose(latest(), 0);
   step_at(10.1);
   const std::int64_t captures = number_of<CaptureRecord>();
-  PoseRecord pose;
-  pose.id = keyframes;
+  PoseRecord pose{.id = keyframes};
   write(pose);
   step_at(10.2);
   EXPECT_EQ(number_of<CaptureRecord>(), captures);
@@ -372,8 +369,7 @@ class BurstTest : public CaptureClockTest {
     mission.capture_interval_s = 4;
   }
   void report_readout(double seconds) {
-    CameraRecord lens;
-    lens.readout_s = seconds;
+    CameraRecord lens{.readout_s = seconds};
     write(lens);
   }
   /// Each capture is exposed at its time.
@@ -487,10 +483,7 @@ TEST_F(CaptureClockTest, ACameraThatRunsFreelyBeginsTheRhythm) {
 TEST_F(CaptureClockTest, AnImageThatIsWantedSoonIsTakenAtOnceWhereItsTimeHasPassed) {
   mission.capture_mode = CaptureMode::telecommanded;
   clock.set(at_s(10));
-  CommandRecord command;
-  command.id = 1;
-  command.kind = CommandKind::capture_soon;
-  command.at_ns = at_s(9.9);
+  CommandRecord command{.id = 1, .kind = CommandKind::capture_soon, .at_ns = at_s(9.9)};
   write(command);
   step_at(10);
   EXPECT_TRUE(faults.empty());

@@ -64,9 +64,7 @@ class ExposureAcquisition : public test::ComponentTest {
     return count;
   }
   void make_first_frame_keyframe() {
-    KeyframeRecord keyframe;
-    keyframe.id = 1;
-    keyframe.frame_id = 1;
+    KeyframeRecord keyframe{.id = 1, .frame_id = 1};
     write(keyframe);
   }
   /// The overlap checker's result for the latest frame: the ground has moved by `pixels` since the first frame.

@@ -46,10 +46,7 @@ class OverlapCheckerTest : public test::ComponentTest {
     return image;
   }
   void command(StripEnd reason) {
-    CommandRecord record;
-    record.id = number_of<CommandRecord>() + 1;
-    record.reason = reason;
-    record.after_frame_id = frames;
+    CommandRecord record{.id = number_of<CommandRecord>() + 1, .reason = reason, .after_frame_id = frames};
     write(record);
   }
   OverlapDecision decision(std::int64_t frame) { return read<OverlapRecord>(frame).decision; }
@@ -99,8 +96,7 @@ TEST_F(OverlapCheckerTest, TheFirstFrameAtTheTargetBecomesTheNextKeyframe) {
 TEST_F(OverlapCheckerTest, AKeyframeTellsTheLevelOfWorkThatItWasChosenUnder) {
   add_at(0);
   run(*checker);
-  TimingRecord timing;
-  timing.degraded = 2;
+  TimingRecord timing{.degraded = 2};
   write(timing);
   add_at(60);
   run(*checker);
@@ -114,12 +110,9 @@ TEST_F(OverlapCheckerTest, AKeyframeTellsTheLevelOfWorkThatItWasChosenUnder) {
 }
 
 TEST_F(OverlapCheckerTest, AFrameOfABurstShowsTheMotionAndDecidesNothing) {
-  CameraRecord lens;
-  lens.readout_s = 0.03;
+  CameraRecord lens{.readout_s = 0.03};
   write(lens);
-  CaptureRecord beside;
-  beside.id = 7;
-  beside.source = CaptureSource::burst;
+  CaptureRecord beside{.id = 7, .source = CaptureSource::burst};
   write(beside);
   const auto add_beside = [&](double x) {
     add_at(x);

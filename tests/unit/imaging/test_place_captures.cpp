@@ -131,9 +131,7 @@ TEST_F(PlaceCaptureTest, ALineBesideTheAxesIsForecastToo) {
   for (int i = 0; i < 4; ++i) {
     add_place(Body::mars, {at_s(2.0 * i), longitude_of(6.0 * i), latitude_of(6.0 * i + 20), 3}, 1, 7, state);
   }
-  PlaceTarget target;
-  target.longitude_deg = longitude_of(100);
-  target.latitude_deg = latitude_of(0);
+  PlaceTarget target{.longitude_deg = longitude_of(100), .latitude_deg = latitude_of(0)};
   const TimeNs never = std::numeric_limits<TimeNs>::max();
   const Approach nearest = nearest_approach(Body::mars, state.track, target, at_s(7), never);
   ASSERT_TRUE(nearest.known);
@@ -195,10 +193,8 @@ TEST_F(PlaceCaptureTest, WithoutATimeLimitItEndsWithTheFlight) {
   // The newest place lies 100 m before it; the forecast leads on from there.
   for (double t = 40; t <= 80; t += 8) measure(t);
   fly_to(90);
-  CommandRecord end;
-  end.id = number_of<CommandRecord>() + 1;
-  end.kind = CommandKind::end_strip;
-  end.reason = StripEnd::end_of_flight;
+  CommandRecord end{
+      .id = number_of<CommandRecord>() + 1, .kind = CommandKind::end_strip, .reason = StripEnd::end_of_flight};
   write(end);
   fly_to(90.5);
   EXPECT_EQ(reason(missed), "place_missed");
@@ -253,8 +249,7 @@ TEST_F(PlaceCaptureTest, WhereNoMapCanBeUsedTheVehicleSaysWhereItIs) {
   const std::int64_t wanted = command(25);
   for (double t = 40; t <= 88; t += 8) {
     measure(t);
-    FixRecord fix;
-    fix.id = keyframes;
+    FixRecord fix{.id = keyframes};
     write(fix);
   }
   fly_to(101);
@@ -320,8 +315,7 @@ TEST_F(PlaceCaptureTest, AnImageOfTheModeGivesWay) {
   mission.capture_interval_s = 100.2;
   fly_to(0);
   CaptureRecord first = read<CaptureRecord>(1);
-  FrameRecord frame;
-  frame.id = 1;
+  FrameRecord frame{.id = 1};
   write(frame);
   first.state = CaptureState::exposed;
   write(first);
@@ -336,10 +330,7 @@ TEST_F(PlaceCaptureTest, AnImageOfTheModeGivesWay) {
 
 TEST_F(PlaceCaptureTest, ItGivesWayToTheTimeOfAnotherTelecommand) {
   const std::int64_t wanted = command(30);
-  CommandRecord timed;
-  timed.id = number_of<CommandRecord>() + 1;
-  timed.kind = CommandKind::capture;
-  timed.at_ns = at_s(99.8);
+  CommandRecord timed{.id = number_of<CommandRecord>() + 1, .kind = CommandKind::capture, .at_ns = at_s(99.8)};
   write(timed);
   for (double t = 40; t <= 80; t += 8) measure(t);
   fly_to(101);

@@ -10,7 +10,7 @@
 #include "fsw/maps/map_tile.hpp"
 #include "fsw/vision/place/place_scratch.hpp"
 #include "fsw/vision/terrain/cell_depths.hpp"
-#include "hal/maps/memory_map_source.hpp"
+#include "tests/support/memory_map_source.hpp"
 #include "tests/unit/maps/known_map.hpp"
 #include "tests/unit/places/place_flight.hpp"
 

@@ -22,8 +22,7 @@ FixBook book_of(double shared, double stated, Rng& rng) {
   FixBook book;
   const double east = normal(rng), north = normal(rng);
   for (int i = 0; i < static_cast<int>(kept_fixes); ++i) {
-    navigation::MeasuredKeyframe k;
-    k.keyframe_id = i + 1;
+    navigation::MeasuredKeyframe k{.keyframe_id = i + 1};
     k.centre[0] = 20.0 * i;
     k.centre[2] = distance_m;
     k.q_cam_from_strip[0] = k.fix.q_cam_from_level[0] = 0;  // half a turn about x

@@ -55,8 +55,7 @@ class MapFixTest : public test::ComponentTest, protected test::PlaceFlight {
   }
   /// What the vehicle says of it; its position may be off, and state another error.
   void measure(std::int64_t id, const Vec3& off_m = Vec3::Zero(), double sigma_m = 4) {
-    NavigationRecord measured;
-    measured.id = id;
+    NavigationRecord measured{.id = id};
     const Vec3 place = centre_of(id) + off_m;
     const BodyPlace at = place_from_plane(Body::mars, origin, {place.x(), place.y(), 0});
     measured.longitude_deg = at.longitude_deg;

@@ -11,9 +11,9 @@
 #include "fsw/localisation/map_fix.hpp"
 #include "fsw/shared/local_plane.hpp"
 #include "fsw/vision/terrain/cell_depths.hpp"
-#include "hal/maps/memory_map_source.hpp"
 #include "sim/ground/maps/tile_maker.hpp"
 #include "sim/world/orbital_map.hpp"
+#include "tests/support/memory_map_source.hpp"
 #include "tests/support/step_memory.hpp"
 #include "tests/unit/places/place_flight.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
@@ -68,9 +68,8 @@ class WorldMap {
     directory->height_sigma_m = params.height_sigma_m;
     directory->layer_count = 1;
     directory->layers[0] = {ground.pixel_m, 0, north, ground.tiles, ground.tiles};
-    maps::TileParams how;
-    how.sun = {under.sun_azimuth_rad, under.sun_elevation_rad, under.ambient};
-    how.flight_sun = flight_sun;
+    maps::TileParams how{.sun = {under.sun_azimuth_rad, under.sun_elevation_rad, under.ambient},
+                         .flight_sun = flight_sun};
     maps::TileMaker maker(how);
     for (std::int32_t row = 0; row < ground.tiles; ++row) {
       for (std::int32_t column = 0; column < ground.tiles; ++column) {
@@ -152,8 +151,7 @@ class MapWorldTest : public ComponentTest {
     write(pose);
   }
   static NavigationRecord height_of(const MapWorld& world, std::int64_t id, const MapTrial& trial) {
-    NavigationRecord measured;
-    measured.id = id;
+    NavigationRecord measured{.id = id};
     measured.height_m =
         inverse(trial.truth).translation.z() - world.terrain().height(trial.ground.x(), trial.ground.y());
     measured.height_sigma_m = 0.02 * measured.height_m;
@@ -318,8 +316,7 @@ TEST_F(ILP_MAP_STRIPS_SUITE, AStopAfterEachKeyframeChangesNothing) {
     fly(world, id, trials[static_cast<std::size_t>(id - 1)]);
     write(vehicle[static_cast<std::size_t>(id - 1)]);
     run(*make(source), 100000);
-    FrameRecord released;
-    released.id = id;
+    FrameRecord released{.id = id};
     write(released);
   }
   int fixed = 0;

@@ -6,6 +6,7 @@
 
 #include "fsw/base/rng.hpp"
 #include "fsw/maps/plane_coding.hpp"
+#include "fsw/vision/place/descriptor_distance.hpp"
 #include "tests/unit/maps/known_map.hpp"
 
 namespace ilp {
@@ -121,7 +122,7 @@ TEST(MapTile, FeaturesComeBackToAHundredthOfAPixel) {
       EXPECT_NEAR(a[i].y, b[i].y, 0.01F);
       EXPECT_EQ(a[i].level, b[i].level);
       EXPECT_EQ(a[i].angle, b[i].angle);
-      EXPECT_EQ(descriptor_distance(a[i], b[i]), 0);
+      EXPECT_EQ(hamming_256(a[i].descriptor, b[i].descriptor), 0);
     }
   };
   expect_same(features.image, read.image);
@@ -130,8 +131,7 @@ TEST(MapTile, FeaturesComeBackToAHundredthOfAPixel) {
 
 TEST(MapTile, AFeatureOutsideTheTileIsNotWritten) {
   MapTileFeatures features;
-  PlaceFeature outside;
-  outside.x = 256;
+  PlaceFeature outside{.x = 256};
   ASSERT_TRUE(features.image.push_back(outside));
   const auto workspace = std::make_unique<MapTileWorkspace>();
   Bytes file(limits::max_map_tile_bytes);

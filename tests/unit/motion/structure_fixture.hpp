@@ -60,11 +60,8 @@ class StructureFixture : public ComponentTest {
   void add(std::int64_t id) {
     const View& view = seen_[static_cast<std::size_t>(id - 1)];
     write_frame(id, view.image);
-    KeyframeRecord keyframe;
-    keyframe.id = keyframe.frame_id = id;
-    keyframe.strip_id = 1;
-    keyframe.index = static_cast<std::int32_t>(id - 1);
-    keyframe.altitude = height;
+    KeyframeRecord keyframe{
+        .id = id, .frame_id = id, .strip_id = 1, .index = static_cast<std::int32_t>(id - 1), .altitude = height};
     if (id > 1) {
       const Mat3 plane = plane_between(seen_[static_cast<std::size_t>(id - 2)], view);
       for (int i = 0; i < 9; ++i) keyframe.plane_from_previous[i] = plane(i / 3, i % 3);
@@ -72,10 +69,7 @@ class StructureFixture : public ComponentTest {
     write(keyframe);
   }
   void end_strip(StripEnd end) {
-    StripRecord strip;
-    strip.id = strip.first_keyframe_id = 1;
-    strip.last_keyframe_id = keyframes;
-    strip.end = end;
+    StripRecord strip{.id = 1, .first_keyframe_id = 1, .last_keyframe_id = keyframes, .end = end};
     write(strip);
   }
   void release_image(std::int64_t id) {
@@ -84,10 +78,7 @@ class StructureFixture : public ComponentTest {
     write(frame);
   }
   void command_restart() {
-    CommandRecord command;
-    command.id = number_of<CommandRecord>() + 1;
-    command.kind = CommandKind::restart;
-    command.subject_id = 1;
+    CommandRecord command{.id = number_of<CommandRecord>() + 1, .kind = CommandKind::restart, .subject_id = 1};
     write(command);
   }
   [[nodiscard]] std::int64_t strip_ends_commanded() {

@@ -88,10 +88,7 @@ class CameraCalibratorTest : public test::ComponentTest {
       if (id > 1) put_plane(seen, id, keyframe);
       write(keyframe);
     }
-    StripRecord strip;
-    strip.id = strip.first_keyframe_id = 1;
-    strip.last_keyframe_id = keyframes;
-    strip.end = StripEnd::end_of_flight;
+    StripRecord strip{.id = 1, .first_keyframe_id = 1, .last_keyframe_id = keyframes, .end = StripEnd::end_of_flight};
     write(strip);
   }
   static void put_plane(const std::vector<test::View>& seen, std::int64_t id, KeyframeRecord& keyframe) {
@@ -199,9 +196,7 @@ TEST_F(CameraCalibratorTest, WithoutTiltsOverAPlaneAttitudesOfTheVehicleDetermin
     std::mt19937 random(5);
     std::normal_distribution<double> error(0, std::max(error_of_sensor_rad, 1e-9));
     for (std::int64_t id = 1; id <= keyframes && mission.use_navigation; ++id) {
-      NavigationRecord measured;
-      measured.id = id;
-      measured.tilt_sigma_rad = measured.heading_sigma_rad = 0.003;
+      NavigationRecord measured{.id = id, .tilt_sigma_rad = 0.003, .heading_sigma_rad = 0.003};
       const Mat3 seen = rotation_from_vector(Vec3(error(random), error(random), error(random))) *
                         level_views()[static_cast<std::size_t>(id - 1)].cam_from_world.rotation;
       const Pose pose = pose_from({seen, Vec3::Zero()});
@@ -232,9 +227,7 @@ TEST_F(CameraCalibratorTest, WithoutTiltsOverAPlanePlacesOfTheVehicleDetermineTh
     std::mt19937 random(6);
     std::normal_distribution<double> normal(0, 1);
     for (std::int64_t id = 1; id <= keyframes && what != nothing; ++id) {
-      NavigationRecord measured;
-      measured.id = id;
-      measured.time_ns = id * 60 * ns_per_s;
+      NavigationRecord measured{.id = id, .time_ns = id * 60 * ns_per_s};
       const Vec3 centre = test::centre_of(level_views()[static_cast<std::size_t>(id - 1)].cam_from_world);
       measured.horizontal_sigma_m = measured.vertical_sigma_m = 0.03;
       double at[3];

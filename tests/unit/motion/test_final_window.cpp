@@ -23,10 +23,7 @@ class FinalWindowTest : public test::ComponentTest {
   };
   FinalWindowTest() {
     for (std::int64_t id = 1; id <= 6; ++id) {
-      PoseRecord pose;
-      pose.id = id;
-      pose.strip_id = 1;
-      pose.state = PoseState::final;
+      PoseRecord pose{.id = id, .strip_id = 1, .state = PoseState::final};
       pose.centre[0] = 0.2 * static_cast<double>(id);
       write(pose);
     }
@@ -50,10 +47,7 @@ class FinalWindowTest : public test::ComponentTest {
         append(StructureObservation{keyframe, static_cast<float>(pixel.x()), static_cast<float>(pixel.y())});
       }
     }
-    StructureRecord structure;
-    structure.id = id;
-    structure.strip_id = 1;
-    structure.count = static_cast<std::uint32_t>(points.size());
+    StructureRecord structure{.id = id, .strip_id = 1, .count = static_cast<std::uint32_t>(points.size())};
     structure.points.bytes = static_cast<std::uint32_t>(bytes.size());
     write(structure, "points", bytes);
   }
@@ -88,8 +82,7 @@ TEST_F(FinalWindowTest, AStructureThatEndsWithinAPointIsAFault) {
   std::vector<std::uint8_t> bytes(sizeof(StructurePoint));
   const StructurePoint head{{0, 0, 1}, 0, 3};
   std::memcpy(bytes.data(), &head, sizeof(head));
-  StructureRecord structure;
-  structure.id = 3;
+  StructureRecord structure{.id = 3};
   structure.points.bytes = static_cast<std::uint32_t>(bytes.size());
   write(structure, "points", bytes);
   const std::int64_t ids[] = {1, 2, 3};

@@ -44,26 +44,18 @@ class KeyframeMotion : public test::ComponentTest {
   /// Frames 1 to `frames`; keyframe 1 is frame 1 and keyframe 2 is frame 3.
   void fly(std::int64_t frames, const std::function<double(double)>& angle) {
     for (std::int64_t id = 1; id <= frames; ++id) {
-      FrameRecord frame;
-      frame.id = id;
-      frame.time_ns = (id - 3) * 500 * ns_per_ms;
+      FrameRecord frame{.id = id, .time_ns = (id - 3) * 500 * ns_per_ms};
       write(frame);
-      OverlapRecord overlap;
-      overlap.id = id;
+      OverlapRecord overlap{.id = id};
       write(overlap);
       const std::int64_t with = id <= 3 ? 1 : 3;
-      FramePlaneRecord plane;
-      plane.id = id;
-      plane.keyframe_id = id <= 3 ? 1 : 2;
+      FramePlaneRecord plane{.id = id, .keyframe_id = id <= 3 ? 1 : 2};
       const auto at = [&](std::int64_t i) { return angle(interval_s * static_cast<double>(i - 3)); };
       const Mat3 h = plane_at(at(id) - at(with));
       for (int i = 0; i < 9; ++i) plane.plane_from_keyframe[i] = h(i / 3, i % 3);
       if (id != 1) write(plane);
       if (id != 1 && id != 3) continue;
-      KeyframeRecord keyframe;
-      keyframe.id = id == 1 ? 1 : 2;
-      keyframe.frame_id = id;
-      keyframe.strip_id = 1;
+      KeyframeRecord keyframe{.id = id == 1 ? 1 : 2, .frame_id = id, .strip_id = 1};
       keyframe.index = static_cast<std::int32_t>(keyframe.id - 1);
       keyframe.time_ns = frame.time_ns;
       if (id == 3) std::copy_n(plane.plane_from_keyframe, 9, keyframe.plane_from_previous);

@@ -65,8 +65,7 @@ TEST(ShutterErrors, AnImagesOwnErrorTurnsItsCamera) {
 }
 
 TEST(ShutterErrors, TheFirstCameraHasNone) {
-  PoseRecord pose;
-  pose.ground_distance = depth;
+  PoseRecord pose{.ground_distance = depth};
   add_errors(turn, {turn, turn}, pose);
   for (const double value : pose.covariance) EXPECT_EQ(value, 0);
 }
@@ -75,19 +74,11 @@ class BaselineErrorsOnRecord : public test::ComponentTest {};
 
 // The storage manager erases the records of old keyframes while their strip goes on.
 TEST_F(BaselineErrorsOnRecord, OutliveTheRecordsOfTheFirstKeyframes) {
-  StripRecord strip;
-  strip.id = 1;
-  strip.first_keyframe_id = 5;
+  StripRecord strip{.id = 1, .first_keyframe_id = 5};
   write(strip);
-  CameraRecord camera;
-  camera.id = 1;
-  camera.fx = camera.fy = 500;
-  camera.readout_s = 0.03;
+  CameraRecord camera{.id = 1, .fx = 500, .fy = 500, .readout_s = 0.03};
   for (std::int64_t id = 5; id <= 7; ++id) {
-    ShutterRecord shutter;
-    shutter.id = id;
-    shutter.source = MotionSource::frames;
-    shutter.sigma_px_s = 2;
+    ShutterRecord shutter{.id = id, .source = MotionSource::frames, .sigma_px_s = 2};
     write(shutter);
     PoseRecord pose = pose_at(2 * static_cast<double>(id - 5), 0, 0);
     pose.id = id;

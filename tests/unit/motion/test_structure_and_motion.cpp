@@ -284,10 +284,7 @@ TEST_F(BeginningTest, RestartedInTheMiddleOfEveryKeyframeItLeavesTheSameRecords)
 }
 
 TEST_F(BeginningTest, AStripThatOnlyTurnedHasNoPoseAndTheNextOneBegins) {
-  StripRecord strip;
-  strip.id = strip.first_keyframe_id = 1;
-  strip.last_keyframe_id = 3;
-  strip.end = StripEnd::end_of_flight;
+  StripRecord strip{.id = 1, .first_keyframe_id = 1, .last_keyframe_id = 3, .end = StripEnd::end_of_flight};
   write(strip);
   strip.id = 2;
   strip.first_keyframe_id = 4;
@@ -312,10 +309,7 @@ TEST_F(BeginningTest, AStripThatOnlyTurnedHasNoPoseAndTheNextOneBegins) {
 TEST_F(BeginningTest, AShortStripBeginsWhenItEndsAndSoItDoesWithRestarts) {
   // With so few corners no pair is good enough to begin before.
   mission.corners = 40;
-  StripRecord strip;
-  strip.id = strip.first_keyframe_id = 1;
-  strip.last_keyframe_id = 4;
-  strip.end = StripEnd::end_of_flight;
+  StripRecord strip{.id = 1, .first_keyframe_id = 1, .last_keyframe_id = 4, .end = StripEnd::end_of_flight};
   write(strip);
   Result wanted;
   {

@@ -44,10 +44,7 @@ class NavigatorTest : public test::ComponentTest {
     mission.use_navigation = true;
     mission.body = Body::mars;
     for (int tenth = 0; tenth <= 1000; ++tenth) {
-      NavigationSample sample;
-      sample.time_ns = tenth * 100 * ns_per_ms;
-      sample.height_m = 90;
-      sample.height_sigma_m = 0.5;
+      NavigationSample sample{.time_ns = tenth * 100 * ns_per_ms, .height_m = 90, .height_sigma_m = 0.5};
       sample.q_cam_from_level[0] = 0;
       sample.q_cam_from_level[1] = 1;
       sample.tilt_sigma_rad = 0.005;
@@ -59,19 +56,12 @@ class NavigatorTest : public test::ComponentTest {
     }
   }
   void see_keyframe(std::int64_t id, std::int64_t strip = 1, double altitude = unknown) {
-    KeyframeRecord keyframe;
-    keyframe.altitude = altitude;
-    keyframe.id = id;
-    keyframe.strip_id = strip;
-    keyframe.time_ns = id * interval;
+    KeyframeRecord keyframe{.id = id, .strip_id = strip, .time_ns = id * interval, .altitude = altitude};
     write(keyframe);
   }
   /// 4 m/s to the north, 90 m above the ground, in units of 3 m.
   void pose_keyframe(std::int64_t id, std::int64_t strip = 1, PoseState state = PoseState::final) {
-    PoseRecord pose;
-    pose.id = id;
-    pose.strip_id = strip;
-    pose.state = state;
+    PoseRecord pose{.id = id, .strip_id = strip, .state = state};
     pose.q_cam_from_world[0] = 0;
     pose.q_cam_from_world[1] = 1;
     pose.centre[1] = 40.0 * static_cast<double>(id - 1) / metres_per_unit;
@@ -242,8 +232,7 @@ TEST_F(NavigatorTest, AFlightThatUsesItsMapAloneIsToldNothingOfMeasurements) {
   mission.use_map = true;
   for (std::int64_t id = 1; id <= 9; ++id) {
     pose_keyframe(id);
-    FixRecord fix;
-    fix.id = id;
+    FixRecord fix{.id = id};
     write(fix);
   }
   EXPECT_TRUE(run(*make()).empty());

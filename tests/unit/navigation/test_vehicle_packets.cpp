@@ -85,9 +85,7 @@ TEST_F(VehiclePacketsTest, EveryValueArrives) {
 
 // Octets that the interface control document states, written by hand.
 TEST_F(VehiclePacketsTest, ThePacketIsTheOneOfTheInterfaceControlDocument) {
-  NavigationSample height;
-  height.height_m = 1.0;
-  height.height_sigma_m = 0.5;
+  NavigationSample height{.height_m = 1.0, .height_sigma_m = 0.5};
   const Octets octets = packet(0, height);
   ASSERT_EQ(octets.size(), 6U + 7 + 9 + 1 + 17 * 8 + 2);
   EXPECT_EQ((Octets{octets.begin(), octets.begin() + 9}), (Octets{0x08, 0x10, 0xC0, 0x07, 0x00, 0x9A, 0x20, 3, 25}));

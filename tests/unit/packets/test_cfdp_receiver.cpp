@@ -23,9 +23,7 @@ class CfdpReceiverTest : public testing::Test {
   }
 
   Pdu pdu(PduKind kind) const {
-    Pdu made;
-    made.header = header;
-    made.kind = kind;
+    Pdu made{.header = header, .kind = kind};
     return made;
   }
   void receive_metadata(std::uint64_t size = 1000, std::uint8_t checksum_type = 3) {

@@ -130,23 +130,18 @@ class CfdpSenderTest : public testing::Test {
     octets.assign(gaps.size() * 16, 0);
     std::size_t size = 0;
     for (const Gap& gap : gaps) size += write_gap(order.header, gap, octets.data() + size);
-    Pdu pdu;
-    pdu.kind = PduKind::nak;
-    pdu.header = order.header;
+    Pdu pdu{.header = order.header, .kind = PduKind::nak};
     pdu.nak.gaps = std::span<const std::uint8_t>(octets).first(size);
     sender.receive(pdu, now);
   }
   void receive_ack(TransactionStatus status = TransactionStatus::active) {
-    Pdu pdu;
-    pdu.kind = PduKind::ack;
+    Pdu pdu{.kind = PduKind::ack};
     pdu.ack.status = status;
     sender.receive(pdu, now);
   }
   void receive_finished(Condition condition = Condition::no_error, bool incomplete = false,
                         FileStatus status = FileStatus::retained) {
-    Pdu pdu;
-    pdu.kind = PduKind::finished;
-    pdu.finished = {condition, incomplete, status, {}};
+    Pdu pdu{.kind = PduKind::finished, .finished = {condition, incomplete, status, {}}};
     sender.receive(pdu, now);
   }
   /// Time passes second by second; the EOFs, metadata and prompts that go.

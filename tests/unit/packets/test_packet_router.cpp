@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "hal/clock/virtual_clock.hpp"
-#include "hal/link/loopback/loopback_link.hpp"
 #include "tests/support/hex.hpp"
+#include "tests/support/loopback_link.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 
 namespace ilp {

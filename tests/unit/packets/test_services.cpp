@@ -138,9 +138,6 @@ TEST_F(ServiceVectors, Events) {
     ASSERT_EQ(list.ids.size(), 2U);
     EXPECT_EQ(list.ids[0], 16U);
     EXPECT_EQ(list.ids[1], 17U);
-    Written written;
-    encode_event_list(standard(), list, written.out);
-    EXPECT_EQ(written.bytes(), data);
   }
   Written event;
   encode_event(standard(), 16, from_hex("000186a0"), event.out);
@@ -169,9 +166,7 @@ TEST_F(ServiceVectors, FunctionsAndTest) {
   expect_whole_only(connection, [&](auto cut) { return decode_connection(cut, application); });
   ASSERT_TRUE(decode_connection(connection, application).ok());
   EXPECT_EQ(application, apid);
-  Written answer;
-  encode_connection(application, answer.out);
-  EXPECT_EQ(answer.bytes(), tm("tm_17_4"));
+  EXPECT_EQ(connection, tm("tm_17_4")) << "the answer is the question's content";
 }
 
 TEST_F(ServiceVectors, InsertIntoTheSchedule) {
@@ -235,9 +230,6 @@ TEST_F(ServiceVectors, ScheduleRequests) {
   ASSERT_TRUE(decode_scheduled_ids(standard(), remove, ids).ok());
   ASSERT_EQ(ids.size(), 1U);
   EXPECT_EQ(ids[0], (ScheduledId{1, apid, 23}));
-  Written written;
-  encode_scheduled_ids(standard(), ids, written.out);
-  EXPECT_EQ(written.bytes(), remove);
   std::int32_t ms = 0;
   const Bytes shift = tc("tc_11_7");
   expect_whole_only(shift, [&](auto cut) { return decode_shift(standard(), cut, ms, ids); });
@@ -299,10 +291,7 @@ TEST_F(ServiceVectors, Parameters) {
 }
 
 TEST(Services, FailureCodeOfTheYamcsTailoringHasFourOctets) {
-  VerificationReport report;
-  report.subtype = verification::completion_failed;
-  report.request = 0x18EFC017;
-  report.code = 258;
+  VerificationReport report{.subtype = verification::completion_failed, .request = 0x18EFC017, .code = 258};
   Written written;
   encode_verification(yamcs(), report, written.out);
   EXPECT_EQ(written.bytes(), from_hex("18efc017 00000102"));

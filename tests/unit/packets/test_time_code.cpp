@@ -17,18 +17,11 @@ constexpr UtcNs year_2000 = 15340 * day_ns;
 constexpr UtcNs year_2026 = 24837 * day_ns;
 
 TimeFormat cds(std::uint8_t days = 2, std::uint8_t sub_ms = 0, bool p_field = true) {
-  TimeFormat format;
-  format.day_octets = days;
-  format.sub_ms_octets = sub_ms;
-  format.p_field = p_field;
+  TimeFormat format{.p_field = p_field, .day_octets = days, .sub_ms_octets = sub_ms};
   return format;
 }
 TimeFormat cuc(TimeCode code, std::uint8_t fine, bool p_field = true) {
-  TimeFormat format;
-  format.code = code;
-  format.fine_octets = fine;
-  format.p_field = p_field;
-  format.agency_epoch = year_2000;
+  TimeFormat format{.code = code, .p_field = p_field, .fine_octets = fine, .agency_epoch = year_2000};
   return format;
 }
 

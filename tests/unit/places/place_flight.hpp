@@ -52,26 +52,17 @@ class PlaceFlight {
   /// The same with any view, and with the pose that is on record for it.
   void show(std::int64_t id, std::int64_t strip, std::int32_t index, const View& view,
             const RigidTransform& cam_from_ground, const Similarity& strip_from_ground) {
-    KeyframeRecord keyframe;
-    keyframe.id = keyframe.frame_id = id;
-    keyframe.strip_id = strip;
-    keyframe.index = index;
+    KeyframeRecord keyframe{.id = id, .frame_id = id, .strip_id = strip, .index = index};
     if (index > 0) keyframe.overlap = overlap_;
     record(keyframe);
-    FrameRecord frame;
-    frame.id = id;
-    frame.width = view.image.width;
-    frame.height = view.image.height;
+    FrameRecord frame{.id = id, .width = view.image.width, .height = view.image.height};
     frame.image.bytes = static_cast<std::uint32_t>(view.image.pixels.size());
     record(frame, {{"image", view.image.pixels}});
     const Similarity cam_from_strip = compose(Similarity{Mat3::Identity(), Vec3::Zero(), strip_from_ground.scale},
                                               compose(similarity_from(cam_from_ground), inverse(strip_from_ground)));
     RigidTransform rigid{cam_from_strip.rotation, cam_from_strip.translation};
     const Pose pose = pose_from(rigid);
-    PoseRecord posed;
-    posed.id = id;
-    posed.strip_id = strip;
-    posed.state = PoseState::final;
+    PoseRecord posed{.id = id, .strip_id = strip, .state = PoseState::final};
     std::copy_n(pose.q_cam_from_world, 4, posed.q_cam_from_world);
     std::copy_n(pose.centre, 3, posed.centre);
     record(posed);
@@ -100,11 +91,7 @@ class PlaceFlight {
     std::size_t coded_bytes = 0;
     check(encode_mask({mask.data(), camera_.width, camera_.height}, coded.data(), coded.size(), coded_bytes));
     coded.resize(coded_bytes);
-    DepthRecord depth;
-    depth.id = id;
-    depth.strip_id = strip;
-    depth.width = camera_.width;
-    depth.height = camera_.height;
+    DepthRecord depth{.id = id, .strip_id = strip, .width = camera_.width, .height = camera_.height};
     depth.cells.bytes = static_cast<std::uint32_t>(bytes.size());
     record(depth, {{"cells", bytes}});
     MaskRecord new_ground;

@@ -13,9 +13,7 @@ namespace {
 constexpr double height = 10;
 
 RememberedPlace looking_down(std::int64_t id, std::int64_t strip, double x, double y = 0, double z = height) {
-  RememberedPlace place;
-  place.keyframe_id = id;
-  place.strip_id = strip;
+  RememberedPlace place{.keyframe_id = id, .strip_id = strip};
   // Half a turn about x: the optical axis points down.
   place.q_cam_from_world[0] = 0;
   place.q_cam_from_world[1] = 1;

@@ -30,9 +30,7 @@ class StripTieTest : public testing::Test {
     step = root * step;
     step(3) += wrong;
     const Similarity seen = compose(truth_, stepped(step, Similarity{}));
-    LinkedWorld linked;
-    linked.keyframe_id = keyframe_id;
-    linked.to_strip_id = to_strip_id;
+    LinkedWorld linked{.keyframe_id = keyframe_id, .to_strip_id = to_strip_id};
     quaternion_from_rotation(seen.rotation, linked.q_to_from_this);
     for (int i = 0; i < 3; ++i) linked.translation[i] = seen.translation(i);
     linked.scale = seen.scale;
@@ -168,9 +166,7 @@ TEST_F(StripTieTest, ALinkAndTwoPosesGiveTheWorld) {
   }
   const Similarity between =
       compose(similarity_from(cam_from_newer), compose(inverse(truth_), inverse(similarity_from(cam_from_older))));
-  LinkRecord link;
-  link.keyframe_id = 9;
-  link.place_strip_id = 2;
+  LinkRecord link{.keyframe_id = 9, .place_strip_id = 2};
   quaternion_from_rotation(between.rotation, link.q_keyframe_from_place);
   for (int i = 0; i < 3; ++i) link.translation[i] = between.translation(i);
   link.scale = between.scale;
@@ -188,8 +184,7 @@ TEST_F(StripTieTest, TheUnitErrsAsTheCameraAlongItsWay) {
   newer.covariance[9] = 0.01;  // of the centre: x, y, z
   newer.covariance[14] = 0.04;
   newer.covariance[20] = 0.04;
-  LinkRecord link;
-  link.keyframe_id = 9;
+  LinkRecord link{.keyframe_id = 9};
   link.q_keyframe_from_place[0] = 1;
   link.scale = 1;
   const auto unit_sigma = [&] {

@@ -20,10 +20,7 @@ inline ProductRecord coded_product(std::int64_t keyframe_id, ProductKind kind, i
   Rng random(static_cast<std::uint64_t>(seed) + 1, 7);
   std::vector<std::uint8_t> pixels(side * side);
   for (auto& pixel : pixels) pixel = static_cast<std::uint8_t>(64 + random.below(128));
-  Jpeg2000Params params;
-  params.max_bytes = 4000;
-  params.layers = 4;
-  params.region = RegionCoding::none;
+  Jpeg2000Params params{.max_bytes = 4000, .region = RegionCoding::none, .layers = 4};
   static const auto workspace = std::make_unique<Jpeg2000Workspace>();
   file.resize(20'000);
   Jpeg2000Product coded;

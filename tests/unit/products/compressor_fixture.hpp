@@ -37,25 +37,14 @@ class CompressorTest : public ComponentTest {
     camera.cx = width / 2.0;
     camera.cy = height / 2.0;
     write(camera);
-    FrameRecord frame;
-    frame.id = 10 * id;
-    frame.time_ns = time;
-    frame.width = width;
-    frame.height = height;
+    FrameRecord frame{.id = 10 * id, .time_ns = time, .width = width, .height = height};
     frame.image.bytes = pixels;
     std::strcpy(frame.name, "0007.pgm");
     image = render_texture(width, height, {2, 0.1, 0, 0}, 1, 0, 1, 4);
     write(frame, "image", image.pixels);
-    KeyframeRecord keyframe;
-    keyframe.id = id;
-    keyframe.frame_id = frame.id;
-    keyframe.strip_id = 3;
-    keyframe.time_ns = time;
+    KeyframeRecord keyframe{.id = id, .frame_id = frame.id, .strip_id = 3, .time_ns = time};
     write(keyframe);
-    PoseRecord pose;
-    pose.id = id;
-    pose.strip_id = 3;
-    pose.state = PoseState::final;
+    PoseRecord pose{.id = id, .strip_id = 3, .state = PoseState::final};
     pose.q_cam_from_world[0] = 1;
     pose.centre[1] = 2.5;
     pose.sigma[2] = 0.125;
@@ -65,11 +54,7 @@ class CompressorTest : public ComponentTest {
     pose.covariance[11] = -0.8 * 0.003 * 0.125;
     write(pose);
     write_depth(id, share);
-    RichnessRecord index;
-    index.id = id;
-    index.strip_id = 3;
-    index.richness = richness;
-    index.relief = 0.25;
+    RichnessRecord index{.id = id, .strip_id = 3, .richness = richness, .relief = 0.25};
     write(index);
   }
 

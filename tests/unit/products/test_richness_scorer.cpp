@@ -96,9 +96,7 @@ class RichnessScorerTest : public test::ComponentTest {
 
  private:
   void put(std::int64_t id, const test::View& view) {
-    KeyframeRecord keyframe;
-    keyframe.id = keyframe.frame_id = id;
-    keyframe.strip_id = 1;
+    KeyframeRecord keyframe{.id = id, .frame_id = id, .strip_id = 1};
     write(keyframe);
     write_frame(id, view.image);
 

@@ -110,11 +110,7 @@ TEST(Records, AScaleStepThatWasNotMeasuredIsToldFromAPerfectOne) {
 }
 
 TEST(Serial, IsLittleEndianInTableOrderWithoutPadding) {
-  EventRecord event;
-  event.id = 0x0102030405060708;
-  event.time_ns = -2;
-  event.code = 0xA1B2;
-  event.severity = 3;
+  EventRecord event{.id = 0x0102030405060708, .time_ns = -2, .code = 0xA1B2, .severity = 3};
   std::memcpy(event.component, "downlink", 9);
   event.a = 1;
   event.b = -1;
@@ -135,8 +131,7 @@ TEST(Serial, IsLittleEndianInTableOrderWithoutPadding) {
 }
 
 TEST(Serial, FloatsAreIeeeAndBlobsTheirSize) {
-  FrameRecord frame;
-  frame.id = 1;
+  FrameRecord frame{.id = 1};
   frame.altitude = -2.5;  // sign 1, exponent 1024, mantissa 0.25: C004 0000 0000 0000
   frame.image.bytes = 0x00C0FFEE;
   Bytes serial(serial_bytes(record_info<FrameRecord>()));

@@ -27,11 +27,7 @@ class ComponentTest : public testing::Test {
   /// A frame with its image, which has width, height and pixels.
   template <typename Image>
   void write_frame(std::int64_t id, const Image& image, TimeNs time_ns = 0) {
-    FrameRecord frame;
-    frame.id = id;
-    frame.time_ns = time_ns;
-    frame.width = image.width;
-    frame.height = image.height;
+    FrameRecord frame{.id = id, .time_ns = time_ns, .width = image.width, .height = image.height};
     frame.image.bytes = static_cast<std::uint32_t>(image.pixels.size());
     write(frame, "image", image.pixels);
   }

@@ -60,9 +60,7 @@ TEST(FlightMemory, SettingsAreEachThereOnceAndFullIsNotSilent) {
 TEST(FlightMemory, AnotherLayoutIsNotBelieved) {
   RamNonvolatile medium;
   FlightMemory memory(medium);
-  FlightMemoryContent content;
-  content.life = 9;
-  content.layout = FlightMemoryContent::current_layout + 1;
+  FlightMemoryContent content{.layout = FlightMemoryContent::current_layout + 1, .life = 9};
   ASSERT_TRUE(memory.keep(content).ok());
   FlightMemory next(medium);
   EXPECT_STATUS(next.load(), record_damaged);
@@ -95,8 +93,7 @@ TEST(FlightMemory, AContentWithoutSenseIsNotBelieved) {
 TEST(FlightMemory, AFlippedBitIsNoticedAndMendedFromTheMedium) {
   RamNonvolatile medium;
   FlightMemory memory(medium);
-  FlightMemoryContent content;
-  content.life = 2;
+  FlightMemoryContent content{.life = 2};
   ASSERT_TRUE(content.good.set(90, 1));
   ASSERT_TRUE(memory.keep(content).ok());
   auto& in_memory = const_cast<FlightMemoryContent&>(memory.content());

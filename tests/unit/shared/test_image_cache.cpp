@@ -27,8 +27,7 @@ class ImageCacheTest : public testing::Test {
 
   Status begin_frame(std::int64_t id, std::uint8_t grey) {
     ILP_TRY(cache_->begin());
-    FrameRecord frame;
-    frame.id = id;
+    FrameRecord frame{.id = id};
     frame.image.bytes = bytes_;
     ILP_TRY(put(*cache_, frame));
     return write_blob<FrameRecord>(*cache_, "image", id, 0, std::vector<std::uint8_t>(bytes_, grey));
@@ -95,8 +94,7 @@ TEST_F(ImageCacheTest, WhatWasNotCommittedIsNotAtHand) {
 TEST_F(ImageCacheTest, AnImageThatIsReleasedOrErasedIsGoneAtOnce) {
   write(1, 10);
   write(2, 20);
-  FrameRecord released;
-  released.id = 1;
+  FrameRecord released{.id = 1};
   ASSERT_TRUE(cache_->begin().ok());
   ASSERT_TRUE(put(*cache_, released).ok());
   ASSERT_TRUE(cache_->erase(record_info<FrameRecord>(), 2).ok());

@@ -31,20 +31,15 @@ class StorageManagerTest : public ComponentTest {
     }
   }
   void add_keyframe(std::int64_t id, std::int64_t frame_id) {
-    KeyframeRecord keyframe;
-    keyframe.id = id;
-    keyframe.frame_id = frame_id;
+    KeyframeRecord keyframe{.id = id, .frame_id = frame_id};
     write(keyframe);
   }
   void add_depth(std::int64_t id) {
-    DepthRecord depth;
-    depth.id = id;
+    DepthRecord depth{.id = id};
     depth.values.bytes = 2 * map_bytes;
     depth.sigma.bytes = map_bytes;
     write(depth);
-    MaskRecord mask;
-    mask.id = id;
-    mask.scope = MaskScope::flight;
+    MaskRecord mask{.id = id, .scope = MaskScope::flight};
     mask.code.bytes = 100;
     write(mask);
   }
@@ -76,11 +71,7 @@ class StorageManagerTest : public ComponentTest {
   }
   void add_overlap(std::int64_t frame_id, OverlapDecision decision, double overlap = 0.9,
                    OverlapVerdict verdict = OverlapVerdict::ok) {
-    OverlapRecord seen;
-    seen.id = frame_id;
-    seen.decision = decision;
-    seen.verdict = verdict;
-    seen.overlap = overlap;
+    OverlapRecord seen{.id = frame_id, .verdict = verdict, .decision = decision, .overlap = overlap};
     write(seen);
   }
   /// A product as the compressor makes it, in four layers.

@@ -17,10 +17,8 @@ class HistoryOfStoreEpochsTest : public testing::Test {
   void add_frames(std::int64_t first, std::int64_t count) {
     ASSERT_TRUE(store.begin().ok());
     for (std::int64_t id = first; id < first + count; ++id) {
-      FrameRecord frame;
-      frame.id = id;
-      CommandRecord command;
-      command.id = id;
+      FrameRecord frame{.id = id};
+      CommandRecord command{.id = id};
       ASSERT_TRUE(put(store, frame).ok() && put(store, command).ok());
     }
     ASSERT_TRUE(store.commit().ok());

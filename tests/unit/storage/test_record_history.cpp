@@ -113,33 +113,25 @@ class RecordHistoryTest : public test::StorageManagerTest {
   /// Everything that a keyframe and the frame before it leave, coded, sent and confirmed.
   void live(std::int64_t k, bool confirmed = true, bool product_held = false) {
     add_frames(2);
-    CaptureRecord capture;
-    capture.id = k;
-    capture.state = CaptureState::exposed;
+    CaptureRecord capture{.id = k, .state = CaptureState::exposed};
     write(capture);
     add_overlap(frames - 1, OverlapDecision::skipped);
     add_overlap(frames, OverlapDecision::selected);
     add_keyframe(k, frames);
-    StripRecord strip;
-    strip.id = (k - 1) / 10 + 1;
+    StripRecord strip{.id = (k - 1) / 10 + 1};
     strip.first_keyframe_id = 10 * strip.id - 9;
     strip.last_keyframe_id = k;
     strip.end = k % 10 == 0 ? StripEnd::overlap_lost : StripEnd::open;
     write(strip);
-    CalibrationCheckRecord check;
-    check.id = strip.id;
+    CalibrationCheckRecord check{.id = strip.id};
     write(check);
-    PoseRecord pose;
-    pose.id = k;
-    pose.state = PoseState::final;
+    PoseRecord pose{.id = k, .state = PoseState::final};
     write(pose);
-    StructureRecord structure;
-    structure.id = k;
+    StructureRecord structure{.id = k};
     structure.points.bytes = 50;
     write(structure);
     add_depth(k);
-    RichnessRecord richness;
-    richness.id = k;
+    RichnessRecord richness{.id = k};
     write(richness);
     add_product(k, ProductKind::depth);
     add_product(k, ProductKind::image);
@@ -213,9 +205,7 @@ TEST_F(RecordHistoryTest, HoveringAndADeadCameraLeaveNoTrail) {
   add_frames(1);
   add_keyframe(1, 1);
   for (std::int64_t id = 1; id <= 1500; ++id) {
-    CaptureRecord capture;
-    capture.id = id;
-    capture.state = CaptureState::no_frame;
+    CaptureRecord capture{.id = id, .state = CaptureState::no_frame};
     write(capture);
     if (id > 800) {
       add_frames(1);
@@ -233,13 +223,11 @@ TEST_F(RecordHistoryTest, HoveringAndADeadCameraLeaveNoTrail) {
 
 TEST_F(RecordHistoryTest, TheNewestEventsAndCommandsStay) {
   for (std::int64_t id = 1; id <= limits::max_commands + 40; ++id) {
-    CommandRecord command;
-    command.id = id;
+    CommandRecord command{.id = id};
     write(command);
   }
   for (std::int64_t id = 1; id <= limits::max_events + 40; ++id) {
-    EventRecord event;
-    event.id = id;
+    EventRecord event{.id = id};
     write(event);
   }
   run(*manager);
@@ -252,19 +240,13 @@ TEST_F(RecordHistoryTest, TheNewestEventsAndCommandsStay) {
 TEST_F(RecordHistoryTest, AClockThatGoesBackwardsMakesNothingOlderThanNothing) {
   for (std::int64_t k = 1; k <= 5; ++k) {
     add_frames(1);
-    KeyframeRecord keyframe;
-    keyframe.id = k;
-    keyframe.frame_id = frames;
-    keyframe.time_ns = (10 - k) * ns_per_s;
+    KeyframeRecord keyframe{.id = k, .frame_id = frames, .time_ns = (10 - k) * ns_per_s};
     write(keyframe);
     add_product(k, ProductKind::image);
     run(*manager);
     EXPECT_EQ(read<StorageRecord>(1).oldest_age_ns, 0);
   }
-  KeyframeRecord keyframe;
-  keyframe.id = 6;
-  keyframe.frame_id = frames + 1;
-  keyframe.time_ns = 30 * ns_per_s;
+  KeyframeRecord keyframe{.id = 6, .frame_id = frames + 1, .time_ns = 30 * ns_per_s};
   add_frames(1);
   write(keyframe);
   add_product(6, ProductKind::image);

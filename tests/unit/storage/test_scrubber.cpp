@@ -13,8 +13,7 @@ class ScrubberTest : public test::ComponentTest {
  protected:
   ScrubberTest() {
     for (std::int64_t id = 1; id <= 5; ++id) {
-      FrameRecord frame;
-      frame.id = id;
+      FrameRecord frame{.id = id};
       frame.image.bytes = image_bytes;
       write(frame, "image", std::vector<std::uint8_t>(image_bytes, static_cast<std::uint8_t>(id)));
     }

@@ -204,8 +204,7 @@ TEST_F(StorageFull, PlacesOnRecordCountAsDataAlsoAfterARestart) {
   for (std::int64_t k = 1; k <= 3; ++k) add_product(k, ProductKind::image, 0.1 * static_cast<double>(k), 100'000);
   EXPECT_TRUE(run(*manager).empty());
   for (std::int64_t id = 1; id <= 5; ++id) {
-    PlaceRecord place;
-    place.id = id;
+    PlaceRecord place{.id = id};
     write(place);
   }
   EXPECT_EQ(codes(run(*manager)),
@@ -267,10 +266,7 @@ TEST_F(StorageFull, RandomHistoriesOfProductsKeepTheAccountAndTheRules) {
 }
 
 ProductRecord product_of_layers(std::uint8_t layers, std::uint8_t sent) {
-  ProductRecord product;
-  product.priority = 0.5;
-  product.layers = layers;
-  product.layers_sent = sent;
+  ProductRecord product{.priority = 0.5, .layers = layers, .layers_sent = sent};
   for (std::uint32_t i = 0; i < layers; ++i) {
     product.layer_bytes[i] = 1000U << i;
     product.layer_quality[i] = 30.0F + 5.0F * static_cast<float>(i);

@@ -73,8 +73,7 @@ TEST_F(StorageManagerTest, PointsGoWhenTheGroundHasConfirmedThemAndNobodyNeedsTh
   for (std::int64_t id = 1; id <= keyframes; ++id) {
     add_frames(1);
     add_keyframe(id, id);
-    StructureRecord structure;
-    structure.id = id;
+    StructureRecord structure{.id = id};
     structure.points.bytes = 40;
     write(structure);
     add_product(id, ProductKind::image, 0.5, 10);
@@ -119,8 +118,7 @@ TEST_F(StorageManagerTest, WithoutAnyConfirmationMasksAndPointsGoWithTheHistory)
     add_keyframe(id, frames);
     if (id > 1102) continue;
     add_depth(id);
-    StructureRecord structure;
-    structure.id = id;
+    StructureRecord structure{.id = id};
     structure.points.bytes = 40;
     write(structure);
     add_product(id, ProductKind::image, 0.5, 10);
@@ -191,10 +189,7 @@ TEST_F(StorageManagerTest, AProductThatTheGroundGivesUpIsDropped) {
   add_product(1, ProductKind::image);
   add_product(2, ProductKind::image);
   run(*manager);
-  CommandRecord command;
-  command.id = 1;
-  command.kind = CommandKind::delete_product;
-  command.subject_id = product_id(1, ProductKind::image);
+  CommandRecord command{.id = 1, .kind = CommandKind::delete_product, .subject_id = product_id(1, ProductKind::image)};
   write(command);
   run(*manager);
   EXPECT_EQ(read<ProductRecord>(command.subject_id).state, ProductState::dropped);

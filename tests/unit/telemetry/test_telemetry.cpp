@@ -330,10 +330,7 @@ TEST_F(TelemetryTest, CountersOfTheLinkHaveTheirLayout) {
 }
 
 TEST_F(TelemetryTest, RealsAndArraysStandInTableOrder) {
-  PoseRecord pose;
-  pose.id = 4;
-  pose.strip_id = 2;
-  pose.state = PoseState::final;
+  PoseRecord pose{.id = 4, .strip_id = 2, .state = PoseState::final};
   pose.q_cam_from_world[0] = 0.5;
   pose.q_cam_from_world[3] = -0.25;
   pose.centre[2] = 1000.125;
@@ -382,9 +379,7 @@ TEST_F(TelemetryTest, HealthOfEveryComponentIsThere) {
 TEST_F(TelemetryTest, HealthOfAComponentInAnotherProcessIsThatOfItsRecord) {
   health.elsewhere = ComponentId::compressor;
   constexpr std::size_t place = static_cast<std::size_t>(ComponentId::compressor) - 1;
-  ComponentRecord record;
-  record.id = static_cast<std::int64_t>(place) + 1;
-  record.steps = 5;
+  ComponentRecord record{.id = static_cast<std::int64_t>(place) + 1, .steps = 5};
   put_in_store(record);
   const Bytes data = one_shot(sid_components);
   EXPECT_EQ(at(data, 1 + place * 32, 4), 5U);
@@ -393,10 +388,7 @@ TEST_F(TelemetryTest, HealthOfAComponentInAnotherProcessIsThatOfItsRecord) {
 
 TEST_F(TelemetryTest, TheProcessesThatShareTheFlightAreReported) {
   clock.set(7 * ns_per_s);
-  NodeRecord node;
-  node.id = 1;
-  node.stages = 7;
-  node.seen_ns = 6 * ns_per_s;
+  NodeRecord node{.id = 1, .stages = 7, .seen_ns = 6 * ns_per_s};
   put_in_store(node);
   node.id = 9;
   node.stages = 256;

@@ -33,16 +33,11 @@ class DenseMatcherTest : public test::ComponentTest {
       const auto id = static_cast<std::int64_t>(views_.size()) + 1;
       views_.push_back(
           test::render_view(camera_, test::looking_down(place), gentle, 2, 1, static_cast<std::uint64_t>(id)));
-      KeyframeRecord keyframe;
-      keyframe.id = keyframe.frame_id = id;
-      keyframe.strip_id = 1;
+      KeyframeRecord keyframe{.id = id, .frame_id = id, .strip_id = 1};
       if (id > 1) put_plane(id, keyframe);
       write(keyframe);
       write_image(id);
-      PoseRecord pose;
-      pose.id = id;
-      pose.strip_id = 1;
-      pose.state = PoseState::final;
+      PoseRecord pose{.id = id, .strip_id = 1, .state = PoseState::final};
       const Pose p = pose_from(views_.back().cam_from_world);
       for (int i = 0; i < 4; ++i) pose.q_cam_from_world[i] = p.q_cam_from_world[i];
       for (int i = 0; i < 3; ++i) pose.centre[i] = p.centre[i];
@@ -526,8 +521,7 @@ TEST_F(DenseMatcherTest, AKeyframeOfAReducedLevelIsMatchedAtHalfTheResolution) {
     write(keyframe);
   }
   // What the level is by now is of no matter, and neither is a restart in the middle.
-  TimingRecord timing;
-  timing.degraded = 1;
+  TimingRecord timing{.degraded = 1};
   write(timing);
   const auto first = std::make_unique<DenseMatcher>(store, mission);
   ASSERT_TRUE(first->restore().ok());

@@ -159,8 +159,7 @@ TEST_F(GroundReceiver, AFloodOfTransactionsDoesNotCostTheOneThatIsHeard) {
 }
 
 TEST_F(GroundReceiver, WhatIsHeldInAllIsBoundedAndTheOneSilentForLongestGivesWay) {
-  CfdpReceiverSettings settings;
-  settings.max_held_bytes = 100'000;
+  CfdpReceiverSettings settings{.max_held_bytes = 100'000};
   begin(settings);
   const Bytes file = contents(30'000, 4);
   for (std::uint64_t sequence = 1; sequence <= 50; ++sequence) {
@@ -227,8 +226,7 @@ TEST_F(GroundReceiver, HalfOfAnOldFileIsNoPartOfTheNewOneOfItsNumber) {
 }
 
 TEST_F(GroundReceiver, WhoAsksAgainAfterTheEndHearsTheAnswerAgain) {
-  CfdpReceiverSettings settings;
-  settings.limit = 2;
+  CfdpReceiverSettings settings{.limit = 2};
   begin(settings);
   const Bytes file = contents(5000, 1);
   whole(1, "product-1", file);
@@ -242,8 +240,7 @@ TEST_F(GroundReceiver, WhoAsksAgainAfterTheEndHearsTheAnswerAgain) {
 }
 
 TEST_F(GroundReceiver, WhatIsClosedIsForgottenOldestFirst) {
-  CfdpReceiverSettings settings;
-  settings.max_closed = 10;
+  CfdpReceiverSettings settings{.max_closed = 10};
   begin(settings);
   const Bytes file = contents(500, 1);
   for (std::uint64_t sequence = 1; sequence <= 30; ++sequence) {

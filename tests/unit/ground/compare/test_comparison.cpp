@@ -35,8 +35,7 @@ const std::string mars_mercator =
 const std::string mars_degrees = "IAU_2015:49900";
 
 TerrainFile on_mars() {
-  TerrainFile file;
-  file.system = mars_mercator;
+  TerrainFile file{.system = mars_mercator};
   return file;
 }
 
@@ -138,8 +137,7 @@ TEST_F(CompareHeights, AModelInDegreesOfTheSameBodyLiesWhereItIs) {
   degrees.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   OGRCoordinateTransformation* const way = OGRCreateCoordinateTransformation(&degrees, &metres);
   ASSERT_NE(way, nullptr);
-  TerrainFile file;
-  file.system = mars_degrees;
+  TerrainFile file{.system = mars_degrees};
   const double step = 1.5 / 3396190 * 180 / std::numbers::pi;
   file.columns = 520;
   file.rows = 440;
@@ -332,9 +330,7 @@ TEST_P(BadTerrainModel, IsRefusedWithItsReason) {
   const test::ScratchFolder folder;
   write_terrain(folder / "height.tif", on_mars(), hills);
   write_terrain(folder / "other.tif", GetParam().file, [&](double, double) { return GetParam().height; });
-  ComparisonOptions options;
-  options.map = folder.path();
-  options.other = folder / "other.tif";
+  ComparisonOptions options{.map = folder.path(), .other = folder / "other.tif"};
   const std::string error = test::error_of([&] { (void)compare::compare_heights(options); });
   EXPECT_TRUE(test::says(error, GetParam().reported));
   EXPECT_TRUE(test::says(error, "other.tif"));

@@ -105,11 +105,8 @@ TEST(FlightViewTest, AfterTheLastPassTheSilenceHasNoEnd) {
 
 TEST(FlightViewTest, ValuesAreThoseOfTheRecord) {
   FlightView view = view_at(65 * ns_per_s);
-  StorageRecord storage;
-  storage.product_bytes = 3 << 20;
-  storage.budget_bytes = 256LL << 20;
-  storage.products_held = 23;
-  storage.products_acknowledged = 12;
+  StorageRecord storage{
+      .product_bytes = 3 << 20, .products_held = 23, .budget_bytes = 256LL << 20, .products_acknowledged = 12};
   ASSERT_NE(view.reports.take(tailoring, housekeeping_of("storage", storage)), nullptr);
   EXPECT_EQ(view.reports.value("storage", "products_held"), 23);
   EXPECT_EQ(view.reports.value("storage", "no_such_field"), std::nullopt);
@@ -191,9 +188,7 @@ TEST(ReportWords, TheScheduleNamesOurOwnRequests) {
   Report report;
   report.data = data_of([](ByteWriter& out) {
     encode_report_head(tailoring, 1, out);
-    ScheduleItem item;
-    item.release = 24837 * seconds_per_day * ns_per_s;
-    item.id = {1, 239, 23};
+    ScheduleItem item{.release = 24837 * seconds_per_day * ns_per_s, .id = {1, 239, 23}};
     ASSERT_TRUE(encode_summary_item(tailoring, item, out).ok());
   });
   const auto lines = schedule_words(tailoring, report, [](std::uint32_t request) {

@@ -18,21 +18,12 @@ using control::Sight;
 using control::Surveyed;
 
 CameraModel distorted_camera() {
-  CameraModel camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 500;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
-  camera.k1 = -0.08;
+  CameraModel camera{640, 480, 500, 500, 319.5, 239.5, -0.08};
   return camera;
 }
 
 Sight sight_of(const Vec3& centre, const Vec3& point) {
-  Sight sight;
-  sight.camera = distorted_camera();
-  sight.cam_from_world = Vec3(1, -1, -1).asDiagonal();
-  sight.centre = centre;
+  Sight sight{.camera = distorted_camera(), .cam_from_world = Vec3(1, -1, -1).asDiagonal(), .centre = centre};
   const Vec3 c = sight.cam_from_world * (point - centre);
   sight.pixel = pixel_from_normalised(sight.camera, {c.x() / c.z(), c.y() / c.z()});
   return sight;

@@ -44,8 +44,7 @@ Glb parse(const std::vector<std::uint8_t>& file) {
   const std::size_t json_bytes = u32_at(file, 12);
   EXPECT_EQ(u32_at(file, 16), 0x4E4F534AU);
   EXPECT_EQ(u32_at(file, 24 + json_bytes), 0x004E4942U);
-  Glb glb;
-  glb.head = json::parse(file.begin() + 20, file.begin() + 20 + static_cast<std::ptrdiff_t>(json_bytes));
+  Glb glb{.head = json::parse(file.begin() + 20, file.begin() + 20 + static_cast<std::ptrdiff_t>(json_bytes))};
   glb.buffer.assign(file.begin() + 28 + static_cast<std::ptrdiff_t>(json_bytes), file.end());
   return glb;
 }

@@ -108,14 +108,9 @@ TEST_F(TableTest, WritingOverAnEarlierFileReplacesItAndLeavesNothingElse) {
 
 TEST_F(TableTest, WhatTheVehicleMeasuredIsATable) {
   intake::Flight flight = test::strip_of_poses(true);
-  NavigationRecord measured;
-  measured.id = flight.keyframes.begin()->first;
-  measured.height_m = 120.5;
+  NavigationRecord measured{.id = flight.keyframes.begin()->first, .height_m = 120.5};
   flight.keyframes.begin()->second.navigation = measured;
-  StripFrameRecord frame;
-  frame.id = flight.strips.begin()->first;
-  frame.metres_per_unit = 3.25;
-  frame.scale_sigma = 0.001;
+  StripFrameRecord frame{.id = flight.strips.begin()->first, .metres_per_unit = 3.25, .scale_sigma = 0.001};
   flight.strips.begin()->second.frame = frame;
   const auto names = write_flight_tables(flight, {}, folder_.path());
   EXPECT_EQ(names, (std::vector<std::string>{"keyframes.csv", "events.csv", "navigation.csv", "strip-frames.csv"}));
@@ -171,8 +166,7 @@ TEST_F(TableTest, HousekeepingHasEveryFieldOfItsRecords) {
 TEST_F(TableTest, KeyframesHaveTheirPlaceStateAndProducts) {
   intake::Flight flight = test::strip_of_poses(true);
   flight.keyframes.at(2).pose->state = PoseState::failed;
-  intake::ProductAccount image;
-  image.bytes = 4321;
+  intake::ProductAccount image{.bytes = 4321};
   flight.keyframes.at(3).products[static_cast<std::size_t>(ProductKind::image)] = image;
   write_csv(keyframe_table(flight, {}), folder_.path() / "keyframes.csv");
   const auto rows = read_csv(folder_.path() / "keyframes.csv");
@@ -254,12 +248,7 @@ TEST_F(ShapeTest, OgrinfoTakesStripUnitsForNoDegrees) {
 
 TEST_F(ShapeTest, AFootprintIsTheGroundUnderTheImagesBorderAndRunsCounterClockwise) {
   const intake::Flight flight = test::strip_of_poses(true);
-  CameraModel camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 500;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
+  CameraModel camera{640, 480, 500, 500, 319.5, 239.5};
   Pose pose;
   // Straight down: the camera's x is the world's, its y the world's -y.
   pose.q_cam_from_world[0] = 0;

@@ -36,10 +36,7 @@ class CatalogueTest : public testing::Test {
   }
 
   report::Report run(const fs::path& out) {
-    ground::GroundOptions options;
-    options.outbox = box_;
-    options.out = out;
-    options.title = "Plane";
+    ground::GroundOptions options{.outbox = box_, .out = out, .title = "Plane"};
     messages_.str("");
     return ground::run_ground(options, messages_);
   }
@@ -190,12 +187,8 @@ TEST_F(CatalogueTest, FilesOfTwoFlightsInOneFolderAreToldApartWhereTimesOrCamera
 
 /// Records of a keyframe as they come down with it.
 RecordFile store_epoch_file(std::size_t index, std::int64_t keyframe_id, TimeNs time_ns, double focal_length) {
-  KeyframeRecord keyframe;
-  keyframe.id = keyframe_id;
-  keyframe.time_ns = time_ns;
-  CameraRecord camera;
-  camera.frozen = 1;
-  camera.fx = camera.fy = focal_length;
+  KeyframeRecord keyframe{.id = keyframe_id, .time_ns = time_ns};
+  CameraRecord camera{.fx = focal_length, .fy = focal_length, .frozen = 1};
   return {index, {entry_of(camera), entry_of(keyframe)}};
 }
 
@@ -208,10 +201,7 @@ TEST(OtherFlights, AnotherStoreEpochMayHaveAnotherCameraAndAClockThatRestarted) 
   // A store epoch whose number came from the calendar; the event with which it began shows it.
   files.push_back(store_epoch_file(files.size(), 100'000'700, ns_per_s, 402));
   EXPECT_EQ(files_of_other_flights(files).size(), 1U);
-  EventRecord begun;
-  begun.id = 1;
-  begun.code = static_cast<std::uint16_t>(StatusCode::life_begun);
-  begun.b = 100'000'650;
+  EventRecord begun{.id = 1, .code = static_cast<std::uint16_t>(StatusCode::life_begun), .b = 100'000'650};
   files.push_back({files.size(), {entry_of(begun)}});
   EXPECT_TRUE(files_of_other_flights(files).empty());
   // Within a store epoch contradictions are found as ever.

@@ -21,11 +21,9 @@ namespace fs = std::filesystem;
 using test::TemporaryFolder;
 
 std::vector<std::uint8_t> sample_file() {
-  PoseRecord pose;
-  pose.id = 7;
+  PoseRecord pose{.id = 7};
   pose.centre[2] = 12.5;
-  StructureRecord structure;
-  structure.id = 7;
+  StructureRecord structure{.id = 7};
   structure.points.bytes = 5;
   const std::vector<RecordEntry> entries{entry_of(pose), entry_of(structure, {{1, 2, 3, 4, 5}})};
   return write_record_file(entries);
@@ -103,8 +101,7 @@ TEST(RecordFile, HostileContentWithAGoodChecksumIsRefused) {
 }
 
 TEST(RecordFile, NumbersThatNoFlightHasAreRefusedWithTheirField) {
-  KeyframeRecord keyframe;
-  keyframe.id = 5;
+  KeyframeRecord keyframe{.id = 5};
   const auto fault = [](const auto& record) { return fault_of(write_record_file(std::vector{entry_of(record)})); };
   EXPECT_EQ(fault(keyframe), "");
   keyframe.id = largest_id;
@@ -113,25 +110,16 @@ TEST(RecordFile, NumbersThatNoFlightHasAreRefusedWithTheirField) {
                                 std::numeric_limits<std::int64_t>::min()}) {
     keyframe.id = id;
     EXPECT_NE(fault(keyframe).find("keyframe record whose id is " + std::to_string(id)), std::string::npos);
-    KeyframeRecord other;
-    other.id = 5;
-    other.strip_id = id;
+    KeyframeRecord other{.id = 5, .strip_id = id};
     EXPECT_NE(fault(other).find("strip_id"), std::string::npos);
   }
-  KeyframeRecord late;
-  late.id = 5;
-  late.time_ns = std::numeric_limits<std::int64_t>::max();
+  KeyframeRecord late{.id = 5, .time_ns = std::numeric_limits<std::int64_t>::max()};
   EXPECT_NE(fault(late).find("time_ns"), std::string::npos);
-  ProductRecord product;
-  product.keyframe_id = 5;
-  product.kind = ProductKind::image;
-  product.id = product_id(5, ProductKind::image);
+  ProductRecord product{.id = product_id(5, ProductKind::image), .keyframe_id = 5, .kind = ProductKind::image};
   EXPECT_EQ(fault(product), "");
   product.id = product_id(6, ProductKind::image);
   EXPECT_NE(fault(product).find("not that of its keyframe"), std::string::npos);
-  EventRecord event;
-  event.id = 1;
-  event.a = std::numeric_limits<std::int64_t>::min();
+  EventRecord event{.id = 1, .a = std::numeric_limits<std::int64_t>::min()};
   EXPECT_EQ(fault(event), "") << "a value of an event may be anything";
 }
 
@@ -157,12 +145,7 @@ TEST(Outbox, ANameWithANumberThatNoFlightHasIsForeign) {
 }
 
 TEST(Outbox, ARefinementOfANumberThatNoFlightHasIsRefused) {
-  RefinementHeader header;
-  header.first_layer = 2;
-  header.last_layer = 2;
-  header.shorter_bytes = 100;
-  header.bytes = 200;
-  header.head_end = 200;
+  RefinementHeader header{.first_layer = 2, .last_layer = 2, .shorter_bytes = 100, .bytes = 200, .head_end = 200};
   const auto fault = [&](std::int64_t id) -> std::string {
     header.product_id = id;
     std::vector<std::uint8_t> file(refinement_header_bytes + 200 + refinement_tail_bytes);
@@ -188,8 +171,7 @@ std::vector<std::uint8_t> copying_refinement(std::span<const std::uint8_t> short
                                              std::uint32_t from, std::vector<std::uint8_t>& refined) {
   refined.assign(shorter.begin(), shorter.begin() + same_head);
   refined.insert(refined.end(), shorter.begin() + from, shorter.end());
-  RefinementHeader header;
-  header.product_id = product_id(1, ProductKind::image);
+  RefinementHeader header{.product_id = product_id(1, ProductKind::image)};
   header.first_layer = header.last_layer = static_cast<std::uint8_t>(layer);
   header.shorter_bytes = static_cast<std::uint32_t>(shorter.size());
   header.bytes = static_cast<std::uint32_t>(refined.size());
@@ -327,15 +309,11 @@ TEST(Outbox, PointsAndMasksThatArePutAwayAreTheSame) {
   std::vector<std::uint8_t> blob(sizeof(point) + sizeof(seen));
   std::memcpy(blob.data(), &point, sizeof(point));
   std::memcpy(blob.data() + sizeof(point), &seen, sizeof(seen));
-  StructureRecord structure;
-  structure.id = 4;
-  structure.count = 1;
+  StructureRecord structure{.id = 4, .count = 1};
   structure.points.bytes = static_cast<std::uint32_t>(blob.size());
   const std::vector<std::uint8_t> file = write_record_file(std::vector<RecordEntry>{entry_of(structure, {blob})});
   const TemporaryFolder folder;
-  Similarity by;
-  by.scale = 2;
-  by.translation = Vec3(0, 0, 7);
+  Similarity by{.translation = Vec3(0, 0, 7), .scale = 2};
   for (const auto& spool : {std::shared_ptr<Spool>(), std::make_shared<Spool>(folder.path())}) {
     OutboxBuilder builder(spool);
     builder.add("points-000004.ilp", file);
@@ -354,18 +332,11 @@ TEST(Outbox, PointsAndMasksThatArePutAwayAreTheSame) {
 
 TEST(Outbox, HostileNumbersInRecordsAreNotPosesAndNotDepths) {
   const TemporaryFolder folder;
-  PoseRecord pose;
-  pose.id = 1;
-  pose.strip_id = 1;
-  pose.state = PoseState::final;
+  PoseRecord pose{.id = 1, .strip_id = 1, .state = PoseState::final};
   pose.q_cam_from_world[0] = unknown;
-  StructureRecord structure;
-  structure.id = 1;
-  structure.count = 0xFFFFFFFFU;
+  StructureRecord structure{.id = 1, .count = 0xFFFFFFFFU};
   structure.points.bytes = 40;
-  MaskRecord mask;
-  mask.id = 1;
-  mask.width = mask.height = 0x7FFFFFFF;
+  MaskRecord mask{.id = 1, .width = 0x7FFFFFFF, .height = 0x7FFFFFFF};
   mask.code.bytes = 3;
   const std::vector<RecordEntry> entries{entry_of(pose), entry_of(structure, {std::vector<std::uint8_t>(40, 0xFF)}),
                                          entry_of(mask, {{1, 255, 255}})};
@@ -375,9 +346,7 @@ TEST(Outbox, HostileNumbersInRecordsAreNotPosesAndNotDepths) {
   EXPECT_FALSE(flight.keyframes.at(1).posed());
   EXPECT_TRUE(points_of(flight.keyframes.at(1)).empty());
   EXPECT_GE(flight.remarks.size(), 2U);
-  ground::GroundOptions options;
-  options.outbox = folder.path();
-  options.out = folder.path() / "result";
+  ground::GroundOptions options{.outbox = folder.path(), .out = folder.path() / "result"};
   std::ostringstream messages;
   EXPECT_NO_THROW(ground::run_ground(options, messages));
 }
@@ -393,9 +362,7 @@ TEST(GroundRun, SaysWhatIsWrongWithFoldersAndInputs) {
     }
     return "";
   };
-  ground::GroundOptions options;
-  options.outbox = folder.path() / "empty";
-  options.out = folder.path() / "out";
+  ground::GroundOptions options{.outbox = folder.path() / "empty", .out = folder.path() / "out"};
   EXPECT_NE(message(options).find("no such folder"), std::string::npos);
   fs::create_directories(options.outbox);
   EXPECT_NE(message(options).find("the folder is empty"), std::string::npos);

@@ -127,33 +127,32 @@ TEST(FootprintHazards, GroundThatWasNotSeenIsNotSafe) {
 TEST(LandingProbability, OfLevelGroundIsThatOfRayleigh) {
   for (const double sigma : {0.02, 0.05, 0.1}) {
     const double limit = std::tan(8 * degree);
-    EXPECT_NEAR(gentle_probability(0, 0, sigma, 8 * degree), 1 - std::exp(-limit * limit / (2 * sigma * sigma)), 5e-4);
+    EXPECT_NEAR(steep_probability(0, sigma, limit), std::exp(-limit * limit / (2 * sigma * sigma)), 5e-4);
   }
 }
 
-TEST(LandingProbability, OfASlopeIsTheShareOfDrawsThatAreGentle) {
+TEST(LandingProbability, OfASlopeIsTheShareOfDrawsThatAreSteeper) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
   for (const double gradient : {0.05, 0.12, 0.16, 0.25}) {
     const double sigma = 0.04, limit = std::tan(8 * degree);
-    int gentle = 0;
+    int steep = 0;
     constexpr int draws = 40000;
     for (int k = 0; k < draws; ++k) {
       const double x = 0.6 * gradient + sigma * normal(random), y = 0.8 * gradient + sigma * normal(random);
-      gentle += x * x + y * y <= limit * limit ? 1 : 0;
+      steep += x * x + y * y > limit * limit ? 1 : 0;
     }
-    EXPECT_NEAR(gentle_probability(0.6 * gradient, 0.8 * gradient, sigma, 8 * degree),
-                static_cast<double>(gentle) / draws, 0.01);
+    EXPECT_NEAR(steep_probability(gradient, sigma, limit), static_cast<double>(steep) / draws, 0.01);
   }
 }
 
 TEST(LandingProbability, OfAStepFallsWithTheStepAndWithItsError) {
-  EXPECT_GT(even_probability(0.3, 0.1, 1, 30), 0.999);
-  EXPECT_NEAR(even_probability(1, 0.1, 1, 30), 0.3, 0.15) << "what stands out is measured too low";
-  EXPECT_LT(even_probability(2, 0.1, 1, 30), 0.01);
-  EXPECT_GT(even_probability(0.3, 0.1, 0.25, 30), 0.5) << "most of this step is noise";
-  EXPECT_LT(even_probability(0.6, 0.3, 1, 30), even_probability(0.6, 0.01, 1, 30));
-  EXPECT_LT(even_probability(0.6, 0.05, 1, 15), even_probability(0.6, 0.05, 1, 60)) << "a coarser map shows less";
+  EXPECT_LT(uneven_probability(0.3, 0.1, 1, 30), 0.001);
+  EXPECT_NEAR(uneven_probability(1, 0.1, 1, 30), 0.7, 0.15) << "what stands out is measured too low";
+  EXPECT_GT(uneven_probability(2, 0.1, 1, 30), 0.99);
+  EXPECT_LT(uneven_probability(0.3, 0.1, 0.25, 30), 0.5) << "most of this step is noise";
+  EXPECT_GT(uneven_probability(0.6, 0.3, 1, 30), uneven_probability(0.6, 0.01, 1, 30));
+  EXPECT_GT(uneven_probability(0.6, 0.05, 1, 15), uneven_probability(0.6, 0.05, 1, 60)) << "a coarser map shows less";
 }
 
 TEST(LandingSites, AreApartRankedAndAwayFromRocksAndSlopes) {

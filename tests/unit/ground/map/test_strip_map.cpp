@@ -100,9 +100,7 @@ TEST(SurfaceTile, ASeamAlongTheBorderOfTwoTilesIsClosed) {
 TEST_F(StripMapTest, MemoryAndThreadsDoNotShowInTheResult) {
   intake::MemoryTileCache cache, other;
   const auto map = merge(cache);
-  MapParams small;
-  small.chunk_bytes = 1;
-  small.threads = 1;
+  MapParams small{.chunk_bytes = 1, .threads = 1};
   const auto again = merge(other, small);
   ASSERT_TRUE(map && again);
   const GroundGrid a = overview(map->mosaic, {}), b = overview(again->mosaic, {});
@@ -128,8 +126,7 @@ TEST_F(StripMapTest, AChangedKeyframePaintsOnlyTheTilesUnderIt) {
 TEST_F(StripMapTest, TheOverviewOfALargeMapHasItsMeans) {
   intake::MemoryTileCache cache;
   const auto map = merge(cache);
-  GridParams coarse;
-  coarse.max_side = 100;
+  GridParams coarse{.max_side = 100};
   const GroundGrid grid = overview(map->mosaic, coarse);
   EXPECT_LE(std::max(grid.height.width, grid.height.height), 100);
   EXPECT_GT(grid.cell, map->mosaic.geometry.cell);

@@ -67,9 +67,7 @@ class MapTiles : public ::testing::Test {
 
 /// A raster of `pixel_m` about the longitude and latitude, in the equirectangular projection.
 RasterFile about(double longitude, double latitude, std::int32_t side, double pixel_m) {
-  RasterFile file;
-  file.system = equirectangular;
-  file.columns = file.rows = side;
+  RasterFile file{.system = equirectangular, .columns = side, .rows = side};
   const double half = side * pixel_m / 2;
   const double t[6] = {longitude * degree_m - half, pixel_m, 0, latitude * degree_m + half, 0, -pixel_m};
   std::copy(std::begin(t), std::end(t), std::begin(file.t));
@@ -348,9 +346,7 @@ TEST_F(MapTiles, RastersOfTheWholeBodyAreReadAlsoWhereTheirLongitudesEnd) {
   const auto height = [](double longitude, double latitude) {
     return 2000 * std::sin(longitude * radians) + 50 * latitude;
   };
-  RasterFile globe;
-  globe.columns = 720;
-  globe.rows = 360;
+  RasterFile globe{.columns = 720, .rows = 360};
   const auto write_globe = [&](const char* system, double unit) {
     globe.system = system;
     const double t[6] = {-180 * unit, 0.5 * unit, 0, 90 * unit, 0, -0.5 * unit};
@@ -390,8 +386,7 @@ TEST_F(MapTiles, RastersOfTheWholeBodyAreReadAlsoWhereTheirLongitudesEnd) {
 }
 
 TEST_F(MapTiles, RastersOnNoBodyKeepTheirCoordinates) {
-  RasterFile file;
-  file.columns = file.rows = 300;
+  RasterFile file{.columns = 300, .rows = 300};
   const double t[6] = {1000, 2, 0, 5000, 0, -2};
   std::copy(std::begin(t), std::end(t), std::begin(file.t));
   write_raster(options_.image, file, [](double x, double y) {

@@ -29,9 +29,7 @@ class RecordedMaps : public ::testing::Test {
 
   /// Pixel (column, row) of the raster at a place of its own plane, whose north-western corner is (0, 0).
   void write(const fs::path& path, const host::Raster<std::uint8_t>& picture, double pixel_m, double scale) const {
-    test::RasterFile file;
-    file.columns = picture.width;
-    file.rows = picture.height;
+    test::RasterFile file{.columns = picture.width, .rows = picture.height};
     file.t[1] = pixel_m;
     file.t[5] = -pixel_m;
     file.missing = -1;

@@ -50,10 +50,7 @@ struct NoisyFlight {
       keyframe.id = number;
       keyframe.strip_id = id;
       keyframe.camera = camera_;
-      PoseRecord record;
-      record.id = number;
-      record.strip_id = id;
-      record.state = PoseState::final;
+      PoseRecord record{.id = number, .strip_id = id, .state = PoseState::final};
       put_pose(strip_from_truth, pose, record);
       keyframe.pose = record;
       flight_.strips[id].id = id;

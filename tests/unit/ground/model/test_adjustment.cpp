@@ -337,8 +337,7 @@ TEST(AdjustmentTest, PriorsAndSightingsAreInBalance) {
   for (const double robust_px : {0.0, 3.0}) {
     AdjustmentProblem problem = problem_with_priors(robust_px);
     const AdjustmentProblem before = problem;
-    AdjustmentParams params;
-    params.tolerance = 1e-12;
+    AdjustmentParams params{.tolerance = 1e-12};
     ASSERT_TRUE(adjust(problem, params).moved);
     EXPECT_GT((problem.cameras[0].centre - before.cameras[0].centre).norm(), 1e-3) << "no camera is held";
     std::vector<std::size_t> free(6 * problem.cameras.size());

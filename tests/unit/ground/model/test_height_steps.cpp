@@ -113,9 +113,7 @@ struct JoinedLanes : NoisyFlight {
 
 TEST(HeightStepsOfModel, ATieThatLiftsAStripIsStatedBeforeAndGoneAfter) {
   JoinedLanes flight;
-  TieRecord tie;
-  tie.id = 2;
-  tie.to_strip_id = 1;
+  TieRecord tie{.id = 2, .to_strip_id = 1};
   const Similarity to_from_this = inverse(flight.second_);
   quaternion_from_rotation(to_from_this.rotation, tie.q_to_from_this);
   std::copy_n(to_from_this.translation.data(), 3, tie.translation);

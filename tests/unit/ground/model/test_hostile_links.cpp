@@ -42,9 +42,7 @@ class SentLinks : public NoisyFlight {
   void send(const TieRecord& tie) { entries_.push_back(intake::entry_of(tie)); }
   [[nodiscard]] intake::Flight read() {
     for (const auto& [id, keyframe] : flight_.keyframes) {
-      KeyframeRecord record;
-      record.id = id;
-      record.strip_id = keyframe.strip_id;
+      KeyframeRecord record{.id = id, .strip_id = keyframe.strip_id};
       entries_.push_back(intake::entry_of(record));
     }
     intake::OutboxBuilder builder;
@@ -97,9 +95,7 @@ TEST(HostileLinks, WhatNoFlightMakesIsLeftOutByName) {
   flight.send(uneven, std::vector<std::uint8_t>(12));
   wanted["link " + std::to_string(uneven.id)] = "no link has 1 point";
   for (const std::int64_t to : {2, 3, 0}) {
-    TieRecord tie;
-    tie.id = 2;
-    tie.to_strip_id = to;
+    TieRecord tie{.id = 2, .to_strip_id = to};
     SentLinks of_tie;
     of_tie.send(tie);
     const intake::Flight read = of_tie.read();
@@ -120,9 +116,7 @@ TEST(HostileLinks, ThousandsAreBoundedAndCounted) {
     LinkRecord record = valid;
     record.id = id;
     flight.send(record);
-    TieRecord tie;
-    tie.id = id;
-    tie.to_strip_id = id + 1;
+    TieRecord tie{.id = id, .to_strip_id = id + 1};
     flight.send(tie);
   }
   const intake::Flight read = flight.read();
@@ -181,9 +175,7 @@ class Liar {
     }
   }
   TieRecord tie() {
-    TieRecord tie;
-    tie.id = below(4);
-    tie.to_strip_id = below(4);
+    TieRecord tie{.id = below(4), .to_strip_id = below(4)};
     tie.q_to_from_this[0] = below(4) == 0 ? value() : 1;
     if (below(2) == 0) tie.scale = value();
     if (below(2) == 0) tie.translation[below(3)] = value();

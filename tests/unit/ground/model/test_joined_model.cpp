@@ -115,9 +115,7 @@ TEST_F(JoinedModelTest, AKeyframeWhosePointsFitNoPlaceStaysApart) {
 TEST_F(JoinedModelTest, WhereNoPointsCameDownTheTiePlacesTheStrip) {
   fly_two_lanes();
   link(5, 6, false);
-  TieRecord tie;
-  tie.id = 2;
-  tie.to_strip_id = 1;
+  TieRecord tie{.id = 2, .to_strip_id = 1};
   const Similarity to_from_this = inverse(second_);
   quaternion_from_rotation(to_from_this.rotation, tie.q_to_from_this);
   std::copy_n(to_from_this.translation.data(), 3, tie.translation);
@@ -133,26 +131,19 @@ TEST_F(JoinedModelTest, ATieThatIsNoSimilarityPlacesNothing) {
   fly_two_lanes();
   link(5, 6, false);
   for (const double broken : {0.0, std::nan(""), 7.0}) {
-    TieRecord tie;
-    tie.id = 2;
-    tie.to_strip_id = 1;
+    TieRecord tie{.id = 2, .to_strip_id = 1};
     tie.q_to_from_this[0] = broken;
     flight_.ties = {tie};
     EXPECT_TRUE(join().models.empty()) << broken;
   }
   // Their squares and products are no numbers any more.
   for (const double absurd : {5e-324, 1e-300, 1e300, std::numeric_limits<double>::infinity(), -1.0, std::nan("")}) {
-    TieRecord tie;
-    tie.id = 2;
-    tie.to_strip_id = 1;
-    tie.scale = absurd;
+    TieRecord tie{.id = 2, .to_strip_id = 1, .scale = absurd};
     flight_.ties = {tie};
     EXPECT_TRUE(join().models.empty()) << absurd;
   }
   for (const double absurd : {1e300, -1e200, std::nan("")}) {
-    TieRecord tie;
-    tie.id = 2;
-    tie.to_strip_id = 1;
+    TieRecord tie{.id = 2, .to_strip_id = 1};
     tie.translation[1] = absurd;
     flight_.ties = {tie};
     EXPECT_TRUE(join().models.empty()) << absurd;
@@ -256,9 +247,7 @@ template <typename ErrorsOf>
 ErrorStatistics statistics_of_bent_flights(std::uint64_t seeds, ErrorsOf errors_of) {
   std::vector<double> errors;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    NoisyFlight flight;
-    flight.bend_px = 0.14;
-    flight.bend_phase = 0.9 * static_cast<double>(seed);
+    NoisyFlight flight{.bend_px = 0.14, .bend_phase = 0.9 * static_cast<double>(seed)};
     const std::vector<double> of_flight = errors_of(seed, flight);
     errors.insert(errors.end(), of_flight.begin(), of_flight.end());
   }
@@ -313,8 +302,7 @@ TEST(JoinedModelErrors, OfAKeyframeAttachedToOneOtherAreStated) {
   int within_one = 0, within_three = 0;
   double stated = 0, measured = 0;
   for (int i = 0; i < flights; ++i) {
-    NoisyFlight flight;
-    flight.rng_ = Rng(static_cast<std::uint64_t>(i + 1));
+    NoisyFlight flight{.rng_ = Rng(static_cast<std::uint64_t>(i + 1))};
     flight.fly_two_lanes();
     const double along = -2.5 - 0.1 * i;
     flight.see_without_pose(11, looking_down(along, 0.3 * (i % 5), 0.5 * i));

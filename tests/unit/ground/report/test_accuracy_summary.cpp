@@ -29,15 +29,11 @@ Report joined_report() {
   StripResult& strip = report.strips.emplace_back();
   strip.strip.id = 1;
   strip.strip.record.emplace().end = StripEnd::overlap_lost;
-  StripAccuracy accuracy;
-  accuracy.poses = 18;
-  accuracy.length = 200;
+  StripAccuracy accuracy{.poses = 18, .length = 200};
   accuracy.position.mean = 0.05;
   accuracy.position.max = 0.1;
   strip.accuracy = accuracy;
-  model::JoinedModel model;
-  model.strip_id = 1;
-  model.strips = {1, 2};
+  model::JoinedModel model{.strip_id = 1, .strips = {1, 2}};
   report.joined.models.push_back(model);
   ScoreFile score;
   score.complete = true;
@@ -92,8 +88,7 @@ TEST(AccuracySummary, MeasurementsThatContradictAndMissingMetresAreTold) {
   StripResult& strip = report.strips.emplace_back();
   strip.strip.id = 4;
   strip.grid.emplace(0, 0, 1, 2, 2);
-  StripFrameRecord frame;
-  frame.verdict = StripFrameVerdict::attitudes_contradict;
+  StripFrameRecord frame{.verdict = StripFrameVerdict::attitudes_contradict};
   strip.strip.frame = frame;
   const std::vector<std::string> lines = estimated_error_lines(report);
   EXPECT_TRUE(says(lines, "strip 4: the vehicle's measurements contradict each other: what is up by the attitudes"))
@@ -105,11 +100,7 @@ TEST(AccuracySummary, MeasurementsThatContradictAndMissingMetresAreTold) {
 
 TEST(AccuracySummary, AFourthOfTheMeasurementsOfAKindThatIsRefusedIsTold) {
   Report report;
-  StripFrameRecord frame;
-  frame.positions_used = 6;
-  frame.positions_refused = 4;
-  frame.heights_used = 10;
-  frame.heights_refused = 2;
+  StripFrameRecord frame{.heights_used = 10, .heights_refused = 2, .positions_used = 6, .positions_refused = 4};
   report.strips.emplace_back().strip.id = 1;
   report.strips[0].strip.frame = frame;
   EXPECT_TRUE(says(estimated_error_lines(report), "strip 1: 4 of 10 positions contradict the others and are left out"));
@@ -139,10 +130,7 @@ TEST(HeightErrors, ConsistOfTheirPartsEachByItsOwnLever) {
     keyframe.depth->pose_sigma = id == 1 ? 0.004 : 0;
     strip.keyframes.push_back(id);
   }
-  StripFrameRecord frame;
-  frame.scale_sigma = 0.002;
-  frame.tilt_sigma_rad = 0.01;
-  frame.vertical_sigma_m = 1.2;
+  StripFrameRecord frame{.scale_sigma = 0.002, .tilt_sigma_rad = 0.01, .vertical_sigma_m = 1.2};
   strip.frame = frame;
   const map::HeightErrors errors = map::height_errors_of(flight, strip);
   // 100 m below the first camera, 50 m beside the middle of the track, which is at x = 10.
@@ -205,9 +193,7 @@ TEST(HeightErrors, OfAGridAreThoseOfItsCells) {
   grid.height.samples = {1, std::nanf(""), 5, 5};
   grid.sigma.samples = {0.3F, 0.3F, 0.4F, 0.35F};
   grid.source.samples = {1, 1, 1, 0};
-  map::HeightErrors errors;
-  errors.keyframes = {{11, 0, 0.04}};
-  errors.tilt_sigma_rad = 0.1;
+  map::HeightErrors errors{.keyframes = {{11, 0, 0.04}}, .tilt_sigma_rad = 0.1};
   const host::Raster<float> whole = map::whole_sigma_of(grid, errors);
   EXPECT_NEAR(whole.samples[0], std::hypot(0.3, 0.4), 1e-6);
   EXPECT_TRUE(std::isnan(whole.samples[1]));

@@ -14,8 +14,7 @@ struct Left {
 
 intake::Flight flight_with(CalibrationVerdict verdict, bool frozen, Left left) {
   intake::Flight flight;
-  CameraRecord camera;
-  camera.frozen = frozen;
+  CameraRecord camera{.frozen = frozen};
   flight.camera_record = camera;
   CalibrationRecord& said = flight.calibrations[6];
   said.id = 6;
@@ -86,8 +85,7 @@ TEST(CameraLines, NothingIsSaidOfACameraThatWasFoundOrGiven) {
 
 TEST(CameraLines, ACameraThatTheImagesContradictIsNamedWithTheValueThatTheyAskFor) {
   intake::Flight flight;
-  CameraRecord camera;
-  camera.k1 = -0.07;
+  CameraRecord camera{.k1 = -0.07};
   flight.camera_record = camera;
   CalibrationCheckRecord& check = flight.camera_checks[2];
   EXPECT_EQ(text_of(flight), "") << "nothing seen";

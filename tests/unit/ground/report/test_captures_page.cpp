@@ -11,7 +11,7 @@
 #include "hal/store/store.hpp"
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/report/capture_summary.hpp"
-#include "sim/ground/report/page_sections.hpp"
+#include "tests/support/page_text.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::report {
@@ -21,37 +21,24 @@ namespace fs = std::filesystem;
 constexpr TimeNs second = 1000000000;
 
 void add_frame(intake::Flight& flight, std::int64_t id, TimeNs time) {
-  FrameRecord frame;
-  frame.id = id;
-  frame.time_ns = time;
+  FrameRecord frame{.id = id, .time_ns = time};
   flight.frames[id] = frame;
 }
 
 void add_overlap(intake::Flight& flight, std::int64_t id, std::int64_t keyframe, OverlapDecision decision,
                  double value) {
-  OverlapRecord overlap;
-  overlap.id = id;
-  overlap.keyframe_id = keyframe;
-  overlap.decision = decision;
-  overlap.overlap = value;
+  OverlapRecord overlap{.id = id, .keyframe_id = keyframe, .decision = decision, .overlap = value};
   flight.overlaps[id] = overlap;
 }
 
 void add_keyframe(intake::Flight& flight, std::int64_t id, std::int64_t frame, std::int32_t index, double overlap) {
-  KeyframeRecord record;
-  record.id = id;
-  record.frame_id = frame;
-  record.index = index;
-  record.overlap = overlap;
+  KeyframeRecord record{.id = id, .frame_id = frame, .index = index, .overlap = overlap};
   flight.keyframes[id].id = id;
   flight.keyframes[id].record = record;
 }
 
 CaptureRecord& add_capture(intake::Flight& flight, std::int64_t id, CaptureSource source, CaptureState state) {
-  CaptureRecord capture;
-  capture.id = id;
-  capture.source = source;
-  capture.state = state;
+  CaptureRecord capture{.id = id, .source = source, .state = state};
   return flight.captures[id] = capture;
 }
 
@@ -160,10 +147,7 @@ TEST(CaptureSummary, SaysWhyThereIsNoFrame) {
   exposed.frame_id = 1;
   add_frame(flight, 1, exposed.exposed_ns);
   const auto event = [&flight](StatusCode code, std::int64_t a, std::int64_t b) {
-    EventRecord e;
-    e.code = static_cast<std::uint16_t>(code);
-    e.a = a;
-    e.b = b;
+    EventRecord e{.code = static_cast<std::uint16_t>(code), .a = a, .b = b};
     flight.events.push_back(e);
   };
   event(StatusCode::capture_too_soon, 7, 500000);
@@ -178,22 +162,32 @@ TEST(CaptureSummary, SaysWhyThereIsNoFrame) {
   EXPECT_NE(capture_reason(flight, exposed).find("commanded time stands"), std::string::npos);
 }
 
+std::string page_of(const Report& report) {
+  const test::TemporaryFolder folder;
+  std::ofstream file(folder / "report.html");
+  write_report_html(report, file);
+  file.close();
+  return test::page_text(folder / "report.html");
+}
+
 TEST(CapturesPage, HundredsOfTelecommandsAreCutAndThoseWithoutAFrameStay) {
+  ILP_NEED_TOOL("node");
   Report report;
   for (std::int64_t id = 1; id <= 300; ++id) {
     add_capture(report.flight, id, CaptureSource::telecommand,
                 id == 298 ? CaptureState::no_frame : CaptureState::exposed);
   }
-  const std::string page = page_captures(report);
+  const std::string page = page_of(report);
   EXPECT_NE(page.find("60 of 300 shown"), std::string::npos);
-  EXPECT_NE(page.find("<td>298</td>"), std::string::npos) << "the one without a frame is shown";
-  EXPECT_EQ(page.find("<td>297</td>"), std::string::npos);
+  EXPECT_NE(page.find("<td data-title=\"capture\">298</td>"), std::string::npos) << "the one without a frame is shown";
+  EXPECT_EQ(page.find("<td data-title=\"capture\">297</td>"), std::string::npos);
 }
 
 TEST(CapturesPage, UnknownValuesOfOtherVersionsAreNamedSo) {
+  ILP_NEED_TOOL("node");
   Report report;
   add_capture(report.flight, 1, static_cast<CaptureSource>(200), static_cast<CaptureState>(77));
-  const std::string page = page_captures(report);
+  const std::string page = page_of(report);
   EXPECT_NE(page.find("unknown source"), std::string::npos);
   EXPECT_NE(page.find("unknown state"), std::string::npos);
 }
@@ -204,14 +198,13 @@ std::string text_of(const fs::path& path) {
 }
 
 TEST(CapturesPage, TheSectionIsThereOnlyWhenTheDatabaseHasCaptures) {
+  ILP_NEED_TOOL("node");
   const test::TemporaryFolder folder;
   test::write_outbox(test::make_flight(false), folder.path() / "outbox");
-  ground::GroundOptions options;
-  options.outbox = folder.path() / "outbox";
-  options.out = folder.path() / "out";
+  ground::GroundOptions options{.outbox = folder.path() / "outbox", .out = folder.path() / "out"};
   std::ostringstream messages;
   (void)ground::run_ground(options, messages);
-  EXPECT_EQ(text_of(options.out / "report.html").find("When the images were taken"), std::string::npos);
+  EXPECT_EQ(test::page_text(options.out / "report.html").find("When the images were taken"), std::string::npos);
   EXPECT_TRUE(nlohmann::json::parse(text_of(options.out / "report.json")).at("captures").is_null());
 
   options.flight_db = folder.path() / "flight.db";
@@ -230,7 +223,7 @@ TEST(CapturesPage, TheSectionIsThereOnlyWhenTheDatabaseHasCaptures) {
   ASSERT_TRUE(store->commit().ok());
   store->close();
   (void)ground::run_ground(options, messages);
-  EXPECT_NE(text_of(options.out / "report.html").find("When the images were taken"), std::string::npos);
+  EXPECT_NE(test::page_text(options.out / "report.html").find("When the images were taken"), std::string::npos);
   const auto json = nlohmann::json::parse(text_of(options.out / "report.json")).at("captures");
   EXPECT_EQ(json.at("by_source_and_state").at("telecommand").at("exposed"), 1);
   EXPECT_EQ(json.at("list").at(0).at("exposed_minus_requested_ms"), 4.0);

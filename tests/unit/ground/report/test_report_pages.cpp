@@ -1,6 +1,7 @@
 // Housekeeping and keyframes of the report's page.
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <fstream>
 #include <regex>
 #include <sstream>
@@ -8,6 +9,7 @@
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/report/figures.hpp"
+#include "tests/support/page_text.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::report {
@@ -17,9 +19,7 @@ namespace fs = std::filesystem;
 
 void write_housekeeping(const fs::path& file, std::uint32_t frames_released, std::int64_t product_bytes,
                         std::int64_t busy_ns) {
-  StorageRecord storage;
-  storage.frames_released = frames_released;
-  storage.product_bytes = product_bytes;
+  StorageRecord storage{.product_bytes = product_bytes, .frames_released = frames_released};
   ComponentRecord first, second;
   first.id = 1;
   first.busy_ns = busy_ns;
@@ -32,16 +32,14 @@ void write_housekeeping(const fs::path& file, std::uint32_t frames_released, std
 }
 
 std::string page_of(const fs::path& outbox, const fs::path& out, Report& report) {
-  ground::GroundOptions options;
-  options.outbox = outbox;
-  options.out = out;
+  ground::GroundOptions options{.outbox = outbox, .out = out};
   std::ostringstream messages;
   report = ground::run_ground(options, messages);
-  std::ifstream page(out / "report.html");
-  return {std::istreambuf_iterator<char>(page), {}};
+  return test::page_text(out / "report.html");
 }
 
 TEST(ReportPages, HousekeepingIsPlottedInTheOrderOfTheFlightWhateverTheOrderOfTheFiles) {
+  ILP_NEED_TOOL("node");
   const test::TemporaryFolder folder;
   const fs::path outbox = folder.path() / "outbox";
   test::write_outbox(test::make_flight(false), outbox);
@@ -65,6 +63,7 @@ TEST(ReportPages, HousekeepingIsPlottedInTheOrderOfTheFlightWhateverTheOrderOfTh
 }
 
 TEST(ReportPages, EveryValueOfTheKeyframeTableHasTheTitleOfItsColumnForNarrowWindows) {
+  ILP_NEED_TOOL("node");
   const test::TemporaryFolder folder;
   test::write_outbox(test::make_flight(false), folder.path() / "outbox");
   Report report;
@@ -86,6 +85,73 @@ TEST(ReportPages, EveryValueOfTheKeyframeTableHasTheTitleOfItsColumnForNarrowWin
   for (std::size_t i = 0; i < labels.size(); ++i) EXPECT_EQ(labels[i], titles[i % titles.size()]);
 }
 
+/// As a file, an event, a score or the flight's information may name it.
+constexpr const char* hostile = "</script><img src=x onerror=alert(1)>";
+
+template <std::size_t n>
+void set_text(char (&field)[n], const std::string& text) {
+  std::strncpy(field, text.c_str(), n - 1);
+}
+
+TEST(ReportPages, NamesFromOutsideNeverBecomeMarkup) {
+  ILP_NEED_TOOL("node");
+  Report report;
+  report.title = hostile;
+  report.info.emplace();
+  report.info->source = report.info->software = report.info->profile = hostile;
+  report.info->notes = {hostile};
+  intake::Keyframe keyframe;
+  keyframe.id = keyframe.strip_id = 1;
+  keyframe.name = hostile;
+  keyframe.camera.width = keyframe.camera.height = 8;
+  report.flight.keyframes[1] = keyframe;
+  StripResult strip;
+  strip.strip.id = 1;
+  strip.posed = 1;
+  strip.place = hostile;
+  strip.suffix = hostile;
+  strip.files = {hostile};
+  strip.vertices = strip.colmap.images = 1;
+  strip.landing = landing::StripLanding{};
+  strip.landing->fault = hostile;
+  report.strips.push_back(strip);
+  EventRecord event;
+  set_text(event.component, "<img src=x>");
+  set_text(event.place, hostile);
+  report.flight.events = {event};
+  ComponentRecord component;
+  set_text(component.name, "<img src=x>");
+  report.flight.components = {component};
+  report.flight.remarks = {hostile};
+  report.outbox.files.emplace_back();
+  report.outbox.files.back().name = report.outbox.files.back().fault = hostile;
+  report.missing.emplace_back();
+  report.missing.back().what = hostile;
+  control::StripControl placed;
+  placed.fault = hostile;
+  placed.points.emplace_back();
+  placed.points.back().name = placed.points.back().fault = hostile;
+  report.control = {placed};
+  report.joined.apart = {{2, 1, hostile}};
+  report.score.emplace();
+  report.score->remarks = {hostile};
+
+  const test::TemporaryFolder folder;
+  std::ofstream file(folder / "report.html");
+  write_report_html(report, file);
+  file.close();
+  std::ifstream in(folder / "report.html");
+  const std::string page{std::istreambuf_iterator<char>(in), {}};
+  EXPECT_EQ(page.find("<img src=x"), std::string::npos);
+  const std::string text = test::page_text(folder / "report.html");
+  EXPECT_EQ(text.find("<img src=x"), std::string::npos);
+  EXPECT_EQ(text.find("\"</script"), std::string::npos);
+  std::size_t shown = 0;
+  for (std::size_t at = text.find("&lt;img src=x"); at != std::string::npos; at = text.find("&lt;img src=x", at + 1))
+    ++shown;
+  EXPECT_GE(shown, 22U) << "each of them is shown";
+}
+
 TEST(Figures, ALegendHasItsTitleItsUnitAndTheColoursOfThePicture) {
   const std::string heights = colour_legend("Height above the mean plane", {-2, 4}, "m", 400);
   EXPECT_NE(heights.find("Height above the mean plane, m<"), std::string::npos);
@@ -100,11 +166,7 @@ TEST(Figures, ALegendHasItsTitleItsUnitAndTheColoursOfThePicture) {
 
 TEST(Figures, TheArrowPointsWhereTheDirectionLiesInATurnedView) {
   // The flight goes to world +y, which lies to the right of the picture: +x points downwards.
-  PlanView view;
-  view.cosine = 0;
-  view.sine = 1;
-  view.width = 300;
-  view.height = 200;
+  PlanView view{.cosine = 0, .sine = 1, .width = 300, .height = 200};
   EXPECT_NE(direction_arrow(view, 0, 1, "N").find("x1=\"240.0\" y1=\"140.0\" x2=\"264.0\" y2=\"140.0\""),
             std::string::npos);
   const std::string right = direction_arrow(view, 1, 0, "x");

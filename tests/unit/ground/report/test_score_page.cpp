@@ -12,6 +12,7 @@
 #include "sim/ground/report/score_file.hpp"
 #include "sim/host/text_format.hpp"
 #include "sim/tools/score/score.hpp"
+#include "tests/support/page_text.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::report {
@@ -35,20 +36,18 @@ std::string error_of_reading(const fs::path& folder, const std::string& content)
 }
 
 TEST(ScorePage, ShowsWhatTheScorerFound) {
+  ILP_NEED_TOOL("node");
   const test::TemporaryFolder folder;
   const fs::path flight = folder.path() / "flight";
   const test::SyntheticFlight made = test::make_flight(false);
   test::write_outbox(made, flight / "outbox");
   test::write_truth(made, flight / "flight" / "truth", 3, Mat3::Identity(), Vec3(1, 2, 3));
   std::ostringstream messages;
-  score::ScoreOptions scoring;
-  scoring.flight = flight;
+  score::ScoreOptions scoring{.flight = flight};
   score::run_score(scoring, {}, messages);
 
-  ground::GroundOptions options;
-  options.outbox = flight / "outbox";
-  options.out = folder.path() / "out";
-  options.score = flight / "score.json";
+  ground::GroundOptions options{
+      .outbox = flight / "outbox", .out = folder.path() / "out", .score = flight / "score.json"};
   const Report report = ground::run_ground(options, messages);
   ASSERT_TRUE(report.score);
   EXPECT_FALSE(report.score->complete) << "no flight information was left";
@@ -56,7 +55,7 @@ TEST(ScorePage, ShowsWhatTheScorerFound) {
   EXPECT_EQ(report.score->strips[0].keyframes.size(), 5U);
   EXPECT_LT(report.score->strips[0].position_max_percent, 1e-6);
   EXPECT_LT(report.score->keyframes.at(4).position_error, 1e-6);
-  const std::string page = text_of(options.out / "report.html");
+  const std::string page = test::page_text(options.out / "report.html");
   EXPECT_NE(page.find("Against the truth"), std::string::npos);
   EXPECT_NE(page.find("The flight is not complete"), std::string::npos);
   EXPECT_NE(page.find("drift to the far end"), std::string::npos);
@@ -83,25 +82,23 @@ std::string tile_of(const std::string& page, const std::string& what) {
 }
 
 TEST(ScorePage, OneFigureHasOneValueInTheScoreAndInTheReportWithAndWithoutIt) {
+  ILP_NEED_TOOL("node");
   const test::TemporaryFolder folder;
   const fs::path flown = folder.path() / "flight", truth = flown / "flight" / "truth";
   test::write_outbox(flight_with_a_short_strip(0), flown / "outbox");
   test::write_truth(flight_with_a_short_strip(0.02), truth, 3, Mat3::Identity(), Vec3(1, 2, 3));
   std::ostringstream messages;
-  score::ScoreOptions scoring;
-  scoring.flight = flown;
+  score::ScoreOptions scoring{.flight = flown};
   score::run_score(scoring, {}, messages);
   const ScoreFile score = read_score(flown / "score.json");
   ASSERT_GT(score.summary.at("position_mean_percent"), 0.01);
 
-  ground::GroundOptions options;
-  options.outbox = flown / "outbox";
-  options.truth = truth;
+  ground::GroundOptions options{.outbox = flown / "outbox", .truth = truth};
   for (const bool scored : {true, false}) {
     options.out = folder.path() / (scored ? "scored" : "unscored");
     options.score = scored ? flown / "score.json" : fs::path();
     (void)ground::run_ground(options, messages);
-    const std::string page = text_of(options.out / "report.html");
+    const std::string page = test::page_text(options.out / "report.html");
     const std::string tile = tile_of(page, "Position error, mean");
     EXPECT_NE(tile.find(host::brief(score.summary.at("position_mean_percent")) + " <small>"), std::string::npos)
         << tile;
@@ -118,14 +115,13 @@ TEST(ScorePage, OneFigureHasOneValueInTheScoreAndInTheReportWithAndWithoutIt) {
 }
 
 TEST(ScorePage, PagesWithoutAScoreHaveNoSuchSection) {
+  ILP_NEED_TOOL("node");
   const test::TemporaryFolder folder;
   test::write_outbox(test::make_flight(false), folder.path() / "outbox");
-  ground::GroundOptions options;
-  options.outbox = folder.path() / "outbox";
-  options.out = folder.path() / "out";
+  ground::GroundOptions options{.outbox = folder.path() / "outbox", .out = folder.path() / "out"};
   std::ostringstream messages;
   (void)ground::run_ground(options, messages);
-  EXPECT_EQ(text_of(options.out / "report.html").find("Against the truth"), std::string::npos);
+  EXPECT_EQ(test::page_text(options.out / "report.html").find("Against the truth"), std::string::npos);
 }
 
 /// Relative luminance of #rrggbb (WCAG 2.2).
@@ -140,9 +136,7 @@ double luminance(const std::string& colour) {
 TEST(Pages, TextStandsOutFromWhatIsBehindIt) {
   const test::TemporaryFolder folder;
   test::write_outbox(test::make_flight(false), folder.path() / "outbox");
-  ground::GroundOptions options;
-  options.outbox = folder.path() / "outbox";
-  options.out = folder.path() / "out";
+  ground::GroundOptions options{.outbox = folder.path() / "outbox", .out = folder.path() / "out"};
   std::ostringstream messages;
   (void)ground::run_ground(options, messages);
   for (const char* name : {"report.html", "viewer.html"}) {
@@ -172,8 +166,7 @@ TEST(Pages, TextStandsOutFromWhatIsBehindIt) {
 }
 
 TEST(ScoreLines, SayWhatWasMeasuredAndNothingElse) {
-  ScoreFile score;
-  score.complete = true;
+  ScoreFile score{.complete = true};
   score.summary = {{"position_mean_percent", 0.0123},  {"position_max_percent", 0.5}, {"rotation_mean_deg", 0.25},
                    {"height_median_percent", unknown}, {"completeness", 0.5},         {"sigma1_share", unknown}};
   ASSERT_EQ(score_lines(score).size(), 1U);

@@ -53,8 +53,7 @@ TEST(FaultPlan, ImpossibleSharesAreRefusedByName) {
 class FaultyStoreTest : public testing::Test {
  protected:
   Status write(std::int64_t id) {
-    StripRecord record;
-    record.id = id;
+    StripRecord record{.id = id};
     Transaction transaction(store);
     ILP_TRY(transaction.begin());
     ILP_TRY(put(store, record));
@@ -86,8 +85,7 @@ TEST_F(FaultyStoreTest, TakesNothingWhileItIsFullAndForgetsNothing) {
 
 TEST_F(FaultyStoreTest, ARefusedWriteDoomsItsTransaction) {
   clock.sleep_until(14 * ns_per_s);
-  StripRecord record;
-  record.id = 1;
+  StripRecord record{.id = 1};
   ASSERT_TRUE(store.begin().ok());
   EXPECT_TRUE(put(store, record).is(StatusCode::store_full));
   clock.sleep_until(15 * ns_per_s);
@@ -104,8 +102,7 @@ TEST_F(FaultyStoreTest, PowerIsCutInTheMiddleOfATransaction) {
   EXPECT_EQ(cuts, 0);
   ASSERT_TRUE(store.begin().ok());
   EXPECT_EQ(cuts, 0);
-  StripRecord record;
-  record.id = 2;
+  StripRecord record{.id = 2};
   EXPECT_TRUE(put(store, record).ok());
   EXPECT_EQ(cuts, 1);
   EXPECT_TRUE(store.commit().ok());
@@ -173,13 +170,10 @@ TEST(StallGuard, OnlyRecordsOfTheFlightAreProgress) {
     ASSERT_TRUE(transaction.commit().ok());
   };
   EXPECT_FALSE(guard.stalled(store, 0));
-  EventRecord event;
-  event.id = 1;
+  EventRecord event{.id = 1};
   write(event);
   EXPECT_FALSE(guard.stalled(store, 100 * ns_per_s));
-  CheckpointRecord checkpoint;
-  checkpoint.id = 1;
-  checkpoint.cursor = 4;
+  CheckpointRecord checkpoint{.id = 1, .cursor = 4};
   write(checkpoint);
   EXPECT_FALSE(guard.stalled(store, 101 * ns_per_s));
   event.id = 2;

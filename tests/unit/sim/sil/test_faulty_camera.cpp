@@ -89,8 +89,7 @@ TEST(FaultyCamera, WithoutFaultsEveryFrameComesOnceInTimeAndUnchanged) {
 }
 
 TEST(FaultyCamera, AboutTheAskedShareIsLostAndCounted) {
-  FaultPlan plan;
-  plan.lost_share = 0.25;
+  FaultPlan plan{.lost_share = 0.25};
   const Outcome outcome = watch(plan);
   EXPECT_EQ(static_cast<std::int64_t>(outcome.frames.size()), 400 - outcome.counts.lost);
   // Four standard deviations of 400 draws.
@@ -98,8 +97,7 @@ TEST(FaultyCamera, AboutTheAskedShareIsLostAndCounted) {
 }
 
 TEST(FaultyCamera, ADuplicateIsTheSameFrameOnceMore) {
-  FaultPlan plan;
-  plan.duplicated_share = 0.2;
+  FaultPlan plan{.duplicated_share = 0.2};
   const Outcome outcome = watch(plan);
   EXPECT_GT(outcome.counts.duplicated, 40);
   ASSERT_EQ(static_cast<std::int64_t>(outcome.frames.size()), 400 + outcome.counts.duplicated);
@@ -114,9 +112,7 @@ TEST(FaultyCamera, ADuplicateIsTheSameFrameOnceMore) {
 }
 
 TEST(FaultyCamera, ALateFrameIsOvertakenAndComesAllTheSame) {
-  FaultPlan plan;
-  plan.late_share = 0.1;
-  plan.late_by_s = 5;
+  FaultPlan plan{.late_share = 0.1, .late_by_s = 5};
   const Outcome outcome = watch(plan);
   EXPECT_GT(outcome.counts.late, 15);
   EXPECT_EQ(sequences(outcome).size(), 400U);
@@ -131,17 +127,13 @@ TEST(FaultyCamera, ALateFrameIsOvertakenAndComesAllTheSame) {
 }
 
 TEST(FaultyCamera, TheLastFrameMayBeLate) {
-  FaultPlan plan;
-  plan.late_share = 1;
-  plan.late_by_s = 100;
+  FaultPlan plan{.late_share = 1, .late_by_s = 100};
   EXPECT_EQ(watch(plan, 5).frames.size(), 5U);
 }
 
 TEST(FaultyCamera, AWrongStampIsOffByWhatWasAskedForAndTheFrameComesInTime) {
   for (const double by_s : {60.0, -60.0}) {
-    FaultPlan plan;
-    plan.misstamped_share = 0.1;
-    plan.misstamped_by_s = by_s;
+    FaultPlan plan{.misstamped_share = 0.1, .misstamped_by_s = by_s};
     const Outcome outcome = watch(plan);
     std::int64_t wrong = 0;
     for (const Delivered& frame : outcome.frames) {
@@ -157,9 +149,7 @@ TEST(FaultyCamera, AWrongStampIsOffByWhatWasAskedForAndTheFrameComesInTime) {
 }
 
 TEST(FaultyCamera, BlackAndWhiteImagesAreWhatTheCountsSay) {
-  FaultPlan plan;
-  plan.black_share = 0.1;
-  plan.saturated_share = 0.1;
+  FaultPlan plan{.black_share = 0.1, .saturated_share = 0.1};
   const Outcome outcome = watch(plan);
   EXPECT_GT(outcome.counts.black, 15);
   EXPECT_GT(outcome.counts.saturated, 15);
@@ -168,9 +158,7 @@ TEST(FaultyCamera, BlackAndWhiteImagesAreWhatTheCountsSay) {
 }
 
 TEST(FaultyCamera, WhileItIsDeadNothingComes) {
-  FaultPlan plan;
-  plan.dead_from_s = 100;
-  plan.dead_for_s = 20;
+  FaultPlan plan{.dead_from_s = 100, .dead_for_s = 20};
   EXPECT_EQ(watch(plan).counts.dead, 10);
   plan.dead_every_s = 200;  // 100-120, 300-320, 500-520, 700-720 of 800 s
   const Outcome outcome = watch(plan);
@@ -182,8 +170,7 @@ TEST(FaultyCamera, WhileItIsDeadNothingComes) {
 }
 
 TEST(FaultyCamera, WhichFramesAreHitDoesNotDependOnHowOftenItIsAskedOrOnOtherFaults) {
-  FaultPlan plan;
-  plan.lost_share = 0.2;
+  FaultPlan plan{.lost_share = 0.2};
   EXPECT_EQ(sequences(watch(plan)), sequences(watch(plan, 400, 60 * ns_per_s)));
   const std::set<std::int64_t> alone = sequences(watch(plan));
   plan.black_share = 0.3;

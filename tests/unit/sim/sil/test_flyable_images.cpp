@@ -150,10 +150,7 @@ TEST_F(FlyableImagesTest, LargeImagesAreBinnedAndTheirCameraWithThem) {
   EXPECT_EQ(small.width, width / 3);
   EXPECT_EQ(small.height, 30);
   EXPECT_EQ(small.at(10, 10), 30) << "the mean of 0, 30 and 60";
-  CameraModel camera;
-  camera.width = width;
-  camera.height = height;
-  camera.fx = camera.fy = 900;
+  CameraModel camera{.width = width, .height = height, .fx = 900, .fy = 900};
   camera.cx = 4;  // the middle of the second block
   camera.cy = 1;
   const CameraModel binned = binned_camera(camera, 3);
@@ -226,10 +223,7 @@ TEST_F(FlyableImagesTest, AnImageThatIsFarTooLargeIsNamedAndTakesNoMemory) {
 TEST_F(FlyableImagesTest, AFolderOfThousandsWithAZoomIsJudgedInLinearTime) {
   std::vector<Photo> all(20'000);
   for (std::size_t i = 0; i < all.size(); ++i) {
-    host::PhotographFacts facts;
-    facts.width = 320;
-    facts.height = 240;
-    facts.camera = "camera " + std::to_string(i % 7000);
+    host::PhotographFacts facts{.width = 320, .height = 240, .camera = "camera " + std::to_string(i % 7000)};
     // Half of them with one focal length, the others with all others.
     facts.focal_mm = i % 2 == 0 ? 24 : 25 + 1e-3 * static_cast<double>(i);
     all[i].header = facts;
@@ -302,8 +296,7 @@ TEST_F(FlyableImagesTest, TwoLargeOnesDoNotHalveTheRest) {
 TEST_F(FlyableImagesTest, OneSensorFlies) {
   std::vector<fs::path> files;
   for (int i = 0; i < 5; ++i) {
-    test::ExifTags tags;
-    tags.model = i == 1 ? "MAVIC2-T" : "MAVIC2-V";
+    test::ExifTags tags{.model = i == 1 ? "MAVIC2-T" : "MAVIC2-V"};
     if (i == 4) tags.model.clear();
     files.push_back(folder_ / ("s" + std::to_string(i) + ".jpg"));
     test::write_photograph(files.back(), host::Raster<host::Rgb>(96, 64, host::Rgb{9, 9, 9}), tags);

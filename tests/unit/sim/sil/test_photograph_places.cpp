@@ -209,8 +209,7 @@ TEST_F(PhotographPlaces, PhotographsOfAnotherFocalLengthThanMostAreLeftOutByName
 TEST_F(PhotographPlaces, OneFocalLengthIsNothingToTell) {
   std::vector<fs::path> files;
   for (int i = 0; i < 4; ++i) {
-    ExifTags tags;
-    tags.focal_35mm = std::uint16_t{24};
+    ExifTags tags{.focal_35mm = std::uint16_t{24}};
     files.push_back(write("photo-" + std::to_string(i) + ".jpg", tags));
   }
   EXPECT_EQ(make(files).frames.size(), 4U);

@@ -63,12 +63,7 @@ TEST(Wind, LongerFlightBeginsInTheSameWind) {
 }
 
 TEST(Pendulum, FreeSwingIsTheAnalyticOne) {
-  PendulumParams params;
-  params.length_m = 12;
-  params.gravity_m_s2 = 1.35;
-  params.damping = 0.04;
-  params.angle_rad = 0.1;
-  params.rate_rad_s = 0.01;
+  PendulumParams params{.length_m = 12, .gravity_m_s2 = 1.35, .damping = 0.04, .angle_rad = 0.1, .rate_rad_s = 0.01};
   const double w = std::sqrt(params.gravity_m_s2 / params.length_m);
   const double decay = params.damping * w;
   const double damped = w * std::sqrt(1 - params.damping * params.damping);
@@ -81,15 +76,13 @@ TEST(Pendulum, FreeSwingIsTheAnalyticOne) {
 }
 
 TEST(Pendulum, SteadyAccelerationTiltsItAgainstGravity) {
-  PendulumParams params;
-  params.damping = 0.7;
+  PendulumParams params{.damping = 0.7};
   const Pendulum pendulum(params, {[](double) { return 0.0; }, [](double) { return 0.2; }}, 200);
   EXPECT_NEAR(pendulum.at(190).angle_rad, -0.2 / params.gravity_m_s2, 1e-6);
 }
 
 TEST(Pendulum, BalloonTakesOnTheSpeedOfAGustWithItsLag) {
-  PendulumParams params;
-  params.balloon_lag_s = 4;
+  PendulumParams params{.balloon_lag_s = 4};
   const Pendulum pendulum(params, {[](double) { return 1.5; }, [](double) { return 0.0; }}, 100);
   for (const double t : {0.0, 1.0, 4.0, 13.0}) {
     EXPECT_NEAR(pendulum.at(t).speed_m_s, 1.5 * (1 - std::exp(-t / 4)), 2e-4) << t;
@@ -102,12 +95,8 @@ TEST(Pendulum, FlightTooLongToFollowIsRefused) {
 }
 
 FlightParams still_balloon() {
-  FlightParams params;
-  params.drift_m_s = 0;
-  params.meander_m = 0;
-  params.altitude_oscillation = 0;
-  params.gust_m_s = 0;
-  params.drift_heading_rad = 0.7;
+  FlightParams params{
+      .altitude_oscillation = 0, .drift_m_s = 0, .drift_heading_rad = 0.7, .meander_m = 0, .gust_m_s = 0};
   return params;
 }
 
@@ -179,8 +168,7 @@ TEST(BalloonSwing, GustsPushTheBalloonAndSwingTheGondola) {
 // The header promises it: what a frame interval and a target overlap are chosen by.
 TEST(BalloonSwing, ConsecutiveFramesOverlapAsStated) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    FlightParams params;
-    params.seed = seed;
+    FlightParams params{.seed = seed};
     const CameraModel& k = params.camera;
     const std::vector<CameraState> states = fly(params);
     double mean = 0;

@@ -27,12 +27,7 @@ namespace {
 constexpr double altitude = 100;
 
 CameraModel small_camera() {
-  CameraModel camera;
-  camera.width = 240;
-  camera.height = 180;
-  camera.fx = camera.fy = 200;
-  camera.cx = 119.5;
-  camera.cy = 89.5;
+  CameraModel camera{240, 180, 200, 200, 119.5, 89.5};
   return camera;
 }
 
@@ -45,10 +40,7 @@ CameraMotion nadir() {
 }
 
 WorldParams flat(double albedo_contrast) {
-  WorldParams world;
-  world.relief_m = 1e-6;
-  world.crater_density = world.rock_density = 0;
-  world.albedo_contrast = albedo_contrast;
+  WorldParams world{.relief_m = 1e-6, .crater_density = 0, .rock_density = 0, .albedo_contrast = albedo_contrast};
   return world;
 }
 
@@ -184,9 +176,7 @@ TEST(CameraEffects, SameSeedIsTheSameBytesOnAnyNumberOfThreads) {
 }
 
 TEST(CameraEffects, VarianceOfShotNoiseGrowsWithTheLight) {
-  CameraEffects effects;
-  effects.shot_noise = true;
-  effects.full_well_e = 800;
+  CameraEffects effects{.full_well_e = 800, .shot_noise = true};
   for (const double gain : {0.2, 0.5, 1.0, 2.0, 5.0}) {
     effects.gain = gain;
     const Moments m = moments(render(flat(0), effects).grey.samples);
@@ -197,9 +187,7 @@ TEST(CameraEffects, VarianceOfShotNoiseGrowsWithTheLight) {
 }
 
 TEST(CameraEffects, NoiseOfOneFrameSaysNothingAboutAnother) {
-  CameraEffects effects;
-  effects.shot_noise = true;
-  effects.full_well_e = 800;
+  CameraEffects effects{.full_well_e = 800, .shot_noise = true};
   const RenderedFrame a = render(flat(0), effects, nadir(), 0);
   const RenderedFrame b = render(flat(0), effects, nadir(), 1);
   double product = 0, squares = 0;
@@ -233,8 +221,7 @@ TEST(CameraEffects, PointSpreadWidensAnEdgeByItsSigma) {
 }
 
 TEST(CameraEffects, VignettingFollowsTheFourthPowerOfTheCosine) {
-  CameraEffects effects;
-  effects.vignetting = 0.35;
+  CameraEffects effects{.vignetting = 0.35};
   CameraModel camera = small_camera();
   camera.cx = 100;
   camera.cy = 80;
@@ -255,16 +242,14 @@ TEST(CameraEffects, VignettingFollowsTheFourthPowerOfTheCosine) {
 
 TEST(CameraEffects, GainMultipliesTheLight) {
   for (const double gain : {0.1, 0.7, 3.0}) {
-    CameraEffects effects;
-    effects.gain = gain;
+    CameraEffects effects{.gain = gain};
     EXPECT_NEAR(moments(render(flat(0), effects).grey.samples).mean, 255 * gain / (1 + gain), 0.51);
   }
 }
 
 TEST(CameraEffects, GainWalksInBoundedStepsThroughItsRange) {
   for (const double step : {0.01, 0.1, 0.5}) {
-    CameraEffects effects;
-    effects.gain_step = step;
+    CameraEffects effects{.gain_step = step};
     double least = 1, most = 1, largest = 0;
     for (std::int64_t k = 0; k < 40000; ++k) {
       const double now = frame_gain(effects, 4, k);
@@ -284,8 +269,7 @@ TEST(CameraEffects, GainWalksInBoundedStepsThroughItsRange) {
 }
 
 TEST(CameraEffects, DeadPixelsAreTheSameInEveryFrame) {
-  CameraEffects effects;
-  effects.dead_pixel_share = 0.02;
+  CameraEffects effects{.dead_pixel_share = 0.02};
   std::vector<std::set<std::size_t>> dead;
   std::set<int> levels;
   for (const double gain : {0.5, 2.0}) {
@@ -311,9 +295,7 @@ TEST(CameraEffects, HazeTakesContrastWithTheLengthOfTheWayThroughIt) {
   motion.state.rotation = Eigen::AngleAxisd(0.5, Vec3::UnitX()).toRotationMatrix() * motion.state.rotation;
   const RenderedFrame clear = render(flat(0.6), {}, motion);
   for (const double scale_height : {0.0, 25.0}) {
-    CameraEffects effects;
-    effects.haze = 0.4;
-    effects.haze_scale_height_m = scale_height;
+    CameraEffects effects{.haze = 0.4, .haze_scale_height_m = scale_height};
     const RenderedFrame hazy = render(flat(0.6), effects, motion);
     const auto column = [&](double slant) {  // from the ground up to the camera
       double sum = 0;
@@ -336,8 +318,7 @@ TEST(CameraEffects, HazeTakesContrastWithTheLengthOfTheWayThroughIt) {
 
 // Row by row, the image is the one that a frozen camera takes where the moving one is when the row is read.
 TEST(CameraEffects, RollingShutterReadsEachRowInItsTime) {
-  CameraEffects effects;
-  effects.readout_s = 0.8;
+  CameraEffects effects{.readout_s = 0.8};
   const CameraMotion motion = moving();
   const RenderedFrame rolling = render({}, effects, motion);
   for (const int v : {0, 40, 90, 133, 179}) {
@@ -366,8 +347,7 @@ double row_shift(const host::Raster<std::uint8_t>& a, const host::Raster<std::ui
 }
 
 TEST(CameraEffects, RollingShutterShearsByVelocityTimesReadout) {
-  CameraEffects effects;
-  effects.readout_s = 1.5;
+  CameraEffects effects{.readout_s = 1.5};
   CameraMotion motion = nadir();
   motion.velocity_m_s = Vec3(8, 0, 0);
   const RenderedFrame frozen = render(flat(0.6), {}, motion);
@@ -380,8 +360,7 @@ TEST(CameraEffects, RollingShutterShearsByVelocityTimesReadout) {
 }
 
 TEST(CameraEffects, MotionBlurIsTheMeanOfTheMomentsOfTheExposure) {
-  CameraEffects effects;
-  effects.exposure_s = 0.3;
+  CameraEffects effects{.exposure_s = 0.3};
   const CameraMotion motion = moving();
   const RenderedFrame blurred = render({}, effects, motion);
   std::vector<double> light(blurred.grey.samples.size(), 0.0);
@@ -413,8 +392,7 @@ TEST(CameraEffects, MotionBlurIsTheMeanOfTheMomentsOfTheExposure) {
 
 // Against the frozen image averaged over a length: the right one fits, shorter and longer ones do not.
 TEST(CameraEffects, MotionBlurIsAsLongAsTheWayDuringTheExposure) {
-  CameraEffects effects;
-  effects.exposure_s = 0.5;
+  CameraEffects effects{.exposure_s = 0.5};
   for (const double length_px : {8.0, 20.0}) {
     CameraMotion motion = nadir();
     motion.velocity_m_s = Vec3(length_px * altitude / 200 / 0.5, 0, 0);
@@ -444,8 +422,7 @@ TEST(CameraEffects, MotionBlurIsAsLongAsTheWayDuringTheExposure) {
 
 TEST(CameraEffects, ValueOutOfRangeIsNamed) {
   const Terrain terrain{WorldParams()};
-  CameraEffects effects;
-  effects.haze = 1;
+  CameraEffects effects{.haze = 1};
   try {
     const Renderer renderer(terrain, small_camera(), effects, 1);
     FAIL() << "no complaint";
@@ -482,10 +459,7 @@ TEST(CameraEffects, EveryFieldIsAParameter) {
 }
 
 TEST(CameraEffects, CloudsComeAndGoAtTheirTimes) {
-  CameraEffects effects;
-  effects.cloud_from_s = 10;
-  effects.cloud_for_s = 4;
-  effects.cloud_opacity = 0.9;
+  CameraEffects effects{.cloud_from_s = 10, .cloud_for_s = 4, .cloud_opacity = 0.9};
   const auto at = [&](double time_s) { return cloud_at(effects, std::llround(1e9 * time_s)); };
   for (const double time_s : {0.0, 9.9, 14.0, 40.0}) EXPECT_EQ(at(time_s), 0) << time_s;
   for (const double time_s : {10.0, 13.9}) EXPECT_EQ(at(time_s), 0.9) << time_s;
@@ -497,10 +471,7 @@ TEST(CameraEffects, CloudsComeAndGoAtTheirTimes) {
 TEST(CameraEffects, CloudReplacesItsShareOfTheLightByEvenLight) {
   const WorldParams world = flat(0.6);
   const RenderedFrame clear = render(world, {}, nadir_at(0));
-  CameraEffects effects;
-  effects.cloud_for_s = 10;
-  effects.cloud_every_s = 20;
-  effects.cloud_opacity = 0.75;
+  CameraEffects effects{.cloud_for_s = 10, .cloud_every_s = 20, .cloud_opacity = 0.75};
   const RenderedFrame thin = render(world, effects, nadir_at(5));
   for (std::size_t k = 0; k < clear.grey.samples.size(); ++k) {
     const double expected = 0.25 * radiance(clear.grey.samples[k]) + 0.75;

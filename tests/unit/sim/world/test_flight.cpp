@@ -34,8 +34,7 @@ Vec3 optical_axis(const CameraState& state) {
 }
 
 FlightParams of_kind(const char* kind) {
-  FlightParams params;
-  params.kind = kind;
+  FlightParams params{.kind = kind};
   return params;
 }
 
@@ -62,8 +61,7 @@ std::vector<FlightParams> all_kinds() {
 
 TEST(Flight, DefaultTrackGivesTheOverlapCheckerSomethingToChoose) {
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
-    FlightParams params;
-    params.seed = seed;
+    FlightParams params{.seed = seed};
     const std::vector<CameraState> states = fly(params);
     ASSERT_EQ(states.size(), static_cast<std::size_t>(params.frames));
     std::size_t keyframe = 0;
@@ -93,9 +91,7 @@ TEST(Flight, AttitudeIsARotationThatLooksDown) {
 }
 
 TEST(Flight, DriftsTheDistanceItIsToldInTheDirectionItIsTold) {
-  FlightParams params;
-  params.drift_heading_rad = 2;
-  params.gust_m_s = 0;
+  FlightParams params{.drift_heading_rad = 2, .gust_m_s = 0};
   const std::vector<CameraState> states = fly(params);
   const Vec3 way = states.back().centre - states.front().centre;
   const double wanted = params.drift_m_s * params.interval_s * (params.frames - 1);
@@ -246,9 +242,7 @@ TEST(Flight, PositionAttitudeAndTheirRatesAreContinuous) {
 }
 
 TEST(Flight, GapLeavesNoExposuresWhileTheFlightGoesOn) {
-  FlightParams params;
-  params.gap_start_s = 40;
-  params.gap_length_s = 21;
+  FlightParams params{.gap_start_s = 40, .gap_length_s = 21};
   const Trajectory trajectory(params);
   params.gap_length_s = 0;
   const Trajectory whole(params);

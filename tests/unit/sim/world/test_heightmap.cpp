@@ -38,9 +38,7 @@ host::Raster<float> plane() {
 }
 
 WorldParams imported(const std::filesystem::path& file) {
-  WorldParams world;
-  world.post_spacing_m = 0.125;
-  world.heightmap = file.string();
+  WorldParams world{.post_spacing_m = 0.125, .heightmap = file.string()};
   return world;
 }
 

@@ -33,10 +33,7 @@ TEST(Landforms, NewCraterHasBowlRimAndEjecta) {
 }
 
 TEST(Landforms, RockIsAsHighAndWideAsStated) {
-  Rock rock;
-  rock.axis_x_per_m = 0.5;
-  rock.cross_y_per_m = 1;
-  rock.height_m = 0.7;
+  Rock rock{.axis_x_per_m = 0.5, .cross_y_per_m = 1, .height_m = 0.7};
   EXPECT_DOUBLE_EQ(rock_relief(rock, 0, 0).height_m, 0.7);
   EXPECT_GT(rock_relief(rock, 1.9, 0).height_m, 0);
   EXPECT_EQ(rock_relief(rock, 0, 1.1).height_m, 0);

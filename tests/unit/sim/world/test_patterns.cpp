@@ -19,11 +19,7 @@ constexpr double nanosecond = 1e-9;
 
 /// A line over a pattern, at 2 m/s.
 FlightParams line_over(const char* pattern) {
-  FlightParams params;
-  params.kind = "line";
-  params.pattern = pattern;
-  params.drift_m_s = 2;
-  params.frames = 400;
+  FlightParams params{.kind = "line", .frames = 400, .drift_m_s = 2, .pattern = pattern};
   return params;
 }
 

@@ -55,8 +55,7 @@ TEST(RayCaster, RayThatLeavesThePatchIsAMiss) {
   EXPECT_LT(caster.hit(Vec3(5, 5, 50), Vec3(0, 0, 1)), 0);
 }
 SurfacePatch shaped(std::int32_t side, const std::function<double(double x, double y)>& height) {
-  SurfacePatch patch;
-  patch.columns = patch.rows = side;
+  SurfacePatch patch{.columns = side, .rows = side};
   for (std::int32_t j = 0; j < side; ++j) {
     for (std::int32_t i = 0; i < side; ++i) patch.height_m.push_back(static_cast<float>(height(i, j)));
   }
@@ -81,9 +80,7 @@ TEST(RayCaster, RayOfABundleEndsWhereItWouldAlone) {
   Rng rng(5);
   std::size_t single = 0, broken = 0;
   for (const double roughness : {0.0, 0.3, 1.0, 4.0}) {
-    WorldParams world;
-    world.relief_m = 0.001 + 4 * roughness;
-    world.rock_density = roughness > 0 ? 0.5 : 0;
+    WorldParams world{.relief_m = 0.001 + 4 * roughness, .rock_density = roughness > 0 ? 0.5 : 0};
     const Terrain terrain(world);
     const SurfacePatch patch = terrain.patch({-20, -20, 140, 140});
     const RayCaster caster(patch);

@@ -24,8 +24,7 @@ using test::says;
 using test::ScratchFolder;
 
 Scenario small_scenario() {
-  Scenario scenario;
-  scenario.name = "small";
+  Scenario scenario{.name = "small"};
   scenario.flight.camera = {96, 72, 82, 83, 47, 36, -0.05, 0, 0, 0};
   scenario.flight.frames = 5;
   scenario.effects.read_noise_grey = 1;

@@ -19,17 +19,7 @@ namespace ilp::world {
 namespace {
 
 CameraModel distorting_camera() {
-  CameraModel camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = 550;
-  camera.fy = 556;
-  camera.cx = 311;
-  camera.cy = 246;
-  camera.k1 = -0.12;
-  camera.k2 = 0.03;
-  camera.p1 = 0.0015;
-  camera.p2 = -0.001;
+  CameraModel camera{640, 480, 550, 556, 311, 246, -0.12, 0.03, 0.0015, -0.001};
   return camera;
 }
 
@@ -142,8 +132,7 @@ TEST(RenderGeometry, CornersAreFoundAgainWhereDepthAndPosesSay) {
   const CameraModel camera = distorting_camera();
   const Terrain terrain{WorldParams()};
   for (const double psf_sigma_px : {0.0, 0.5}) {
-    CameraEffects effects;
-    effects.psf_sigma_px = psf_sigma_px;
+    CameraEffects effects{.psf_sigma_px = psf_sigma_px};
     const Renderer renderer(terrain, camera, effects, 1);
     const CameraMotion first = looking(40, -25, 100, 0.02, -0.03, 0.1);
     RenderedFrame a;

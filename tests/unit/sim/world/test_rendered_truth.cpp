@@ -46,18 +46,14 @@ Vec3 ground_point(const CameraModel& camera, const CameraState& state, int u, in
 RenderedFrame render(const WorldParams& world, const CameraModel& camera, const CameraState& state,
                      const CameraEffects& effects = {}, std::int64_t frame_index = 0) {
   const Terrain terrain(world);
-  CameraMotion motion;
-  motion.state = state;
+  CameraMotion motion{.state = state};
   RenderedFrame frame;
   Renderer(terrain, camera, effects, 1).render(motion, frame_index, frame);
   return frame;
 }
 
 TEST(RenderedTruth, DepthOverLevelGroundIsThatOfThePlane) {
-  WorldParams world;
-  world.relief_m = 1e-6;
-  world.crater_density = 0;
-  world.rock_density = 0;
+  WorldParams world{.relief_m = 1e-6, .crater_density = 0, .rock_density = 0};
   const CameraModel camera = distorting_camera(4);
   const CameraState state = tilted_state();
   const RenderedFrame frame = render(world, camera, state);
@@ -71,9 +67,7 @@ TEST(RenderedTruth, DepthOverLevelGroundIsThatOfThePlane) {
 }
 
 TEST(RenderedTruth, DepthEndsOnTheGroundAndNothingStandsInTheWay) {
-  WorldParams world;
-  world.relief_m = 25;
-  world.largest_rock_radius_m = 4;
+  WorldParams world{.relief_m = 25, .largest_rock_radius_m = 4};
   const Terrain terrain(world);
   const CameraModel camera = distorting_camera(4);
   const CameraState state = tilted_state();
@@ -134,9 +128,7 @@ Comparison compare_warped(const CameraModel& camera, const RenderedFrame& a, con
 }
 
 TEST(RenderedTruth, FrameWarpedByDepthAndPosesIsTheNextFrame) {
-  FlightParams flight;
-  flight.camera = distorting_camera(1);
-  flight.frames = 4;
+  FlightParams flight{.frames = 4, .camera = distorting_camera(1)};
   const std::vector<CameraState> states = fly(flight);
   const WorldParams world;
   const RenderedFrame a = render(world, flight.camera, states[0]);
@@ -166,11 +158,8 @@ TEST(RenderedTruth, ImageAndDepthShareTheirPixelCentres) {
 
 TEST(RenderedTruth, SurfaceIsWellExposedAndTexturedEverywhere) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
-    WorldParams world;
-    world.seed = seed;
-    FlightParams flight;
-    flight.seed = seed;
-    flight.frames = 30;
+    WorldParams world{.seed = seed};
+    FlightParams flight{.seed = seed, .frames = 30};
     const RenderedFrame frame = render(world, flight.camera, fly(flight)[29]);
     double mean = 0;
     std::size_t flat = 0, saturated = 0;
@@ -200,8 +189,7 @@ TEST(RenderedTruth, SurfaceIsWellExposedAndTexturedEverywhere) {
 
 TEST(RenderedTruth, SensorNoiseHasItsStrengthAndBelongsToItsFrame) {
   const CameraModel camera = distorting_camera(4);
-  CameraEffects noisy;
-  noisy.read_noise_grey = 3;
+  CameraEffects noisy{.read_noise_grey = 3};
   const RenderedFrame clean = render({}, camera, tilted_state());
   const RenderedFrame one = render({}, camera, tilted_state(), noisy, 1);
   const RenderedFrame again = render({}, camera, tilted_state(), noisy, 1);
@@ -223,12 +211,10 @@ TEST(RenderedTruth, CameraThatSeesNoGroundIsRefused) {
   const Terrain terrain{WorldParams()};
   const Renderer renderer(terrain, distorting_camera(4), {}, 1);
   RenderedFrame frame;
-  CameraMotion up;
-  up.state = tilted_state();
+  CameraMotion up{.state = tilted_state()};
   up.state.rotation = Mat3::Identity();
   EXPECT_THROW(renderer.render(up, 0, frame), std::runtime_error);
-  CameraMotion below;
-  below.state = tilted_state();
+  CameraMotion below{.state = tilted_state()};
   below.state.centre.z() = 2;
   EXPECT_THROW(renderer.render(below, 0, frame), std::runtime_error);
 }

@@ -116,8 +116,7 @@ TEST(Sunlight, ShadowOfAWallIsAsLongAsTheSunIsLow) {
 }
 
 TEST(Sunlight, OfAPostIsTheSameInEveryPatch) {
-  WorldParams world;
-  world.sun_elevation_rad = 0.12;
+  WorldParams world{.sun_elevation_rad = 0.12};
   const Terrain terrain(world);
   const SurfacePatch a = terrain.patch({0, 0, 30, 25});
   const SurfacePatch b = terrain.patch({11.3, 9.1, 47, 39});

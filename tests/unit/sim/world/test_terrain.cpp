@@ -88,8 +88,7 @@ TEST(Terrain, NormalIsPerpendicularToTheSurface) {
 }
 
 TEST(Terrain, ErrorsNameTheField) {
-  WorldParams params;
-  params.sun_elevation_rad = std::nan("");
+  WorldParams params{.sun_elevation_rad = std::nan("")};
   try {
     const Terrain terrain(params);
     FAIL() << "a sun of unknown height was accepted";
@@ -176,10 +175,7 @@ TEST(Terrain, RoughnessGrowsWithTheScaleAsTheHurstExponentSays) {
 }
 
 TEST(Terrain, RuggednessScalesEveryHeightAndNothingElse) {
-  WorldParams params;
-  params.dune_height_m = 0.5;
-  params.channel_depth_m = 2;
-  params.terrace_step_m = 3;
+  WorldParams params{.dune_height_m = 0.5, .channel_depth_m = 2, .terrace_step_m = 3};
   const Rectangle area{10, 20, 40, 50};
   const SurfacePatch whole = Terrain(params).patch(area);
   params.ruggedness = 0.25;
@@ -228,10 +224,7 @@ TEST(Terrain, PatchesDoNotDependOnThreadsOrOrder) {
 
 // More tiles than are kept: what was forgotten comes back the same.
 TEST(Terrain, GroundThatWasLeftIsTheSameOnReturn) {
-  WorldParams params;
-  params.post_spacing_m = 1;
-  params.shortest_wavelength_m = 40;
-  params.crater_density = params.rock_density = 0;
+  WorldParams params{.shortest_wavelength_m = 40, .post_spacing_m = 1, .crater_density = 0, .rock_density = 0};
   const Terrain terrain(params);
   const Rectangle home{0, 0, 100, 100};
   const SurfacePatch before = terrain.patch(home);

@@ -202,8 +202,7 @@ host::Raster<float> hill_depth(const CameraModel& camera, const CameraState& sta
 }
 
 TruthSource hill_flight(const std::filesystem::path& dir) {
-  TruthSource source;
-  source.camera = camera_of(160, 120);
+  TruthSource source{.camera = camera_of(160, 120)};
   source.camera.k1 = -0.1;
   source.camera.p1 = 0.001;
   source.heights = [](double x0, double y, double spacing, std::span<double> height) {
@@ -211,9 +210,7 @@ TruthSource hill_flight(const std::filesystem::path& dir) {
   };
   std::filesystem::create_directories(dir / "depth");
   for (int k = 0; k < 6; ++k) {
-    CameraState state;
-    state.rotation = turned(0.02 * k, -0.03, 0.05 * k);
-    state.centre = Vec3(15 * k, 2 * k, 100 + k);
+    CameraState state{.rotation = turned(0.02 * k, -0.03, 0.05 * k), .centre = Vec3(15 * k, 2 * k, 100 + k)};
     source.states.push_back(state);
     source.names.push_back("000" + std::to_string(k + 1) + ".pgm");
     host::write_pfm(dir / "depth" / ("000" + std::to_string(k + 1) + ".pfm"), hill_depth(source.camera, state).view());

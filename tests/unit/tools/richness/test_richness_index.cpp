@@ -27,8 +27,7 @@ TEST(RichnessIndex, TruthOfPlantedKeyframesIsWhereTheFeaturesAre) {
   PlantedWorld planted = planted_world(WorldSet::tuning, GroundKind::plains, world::FeatureKind::crater, 3);
   planted.world.crater_density = 1;
   const StereoScratchPointer scratch = make_stereo_scratch();
-  Viewing viewing;
-  viewing.keyframes = 2;
+  Viewing viewing{.keyframes = 2};
   for (const PlantedKeyframe& keyframe : planted_keyframes(planted, viewing, *scratch)) {
     EXPECT_EQ(keyframe.label(), Label::interesting);
     EXPECT_GT(keyframe.near_share, keyframe.feature_share);

@@ -7,17 +7,14 @@
 namespace ilp::test {
 
 host::Similarity3 strip_from_true() {
-  host::Similarity3 s;
-  s.scale = 1 / 23.7;
-  s.rotation = rotation_from_vector(Vec3(0.9, -1.7, 0.6));
-  s.translation = Vec3(11, -3, 0.7);
+  host::Similarity3 s{
+      .scale = 1 / 23.7, .rotation = rotation_from_vector(Vec3(0.9, -1.7, 0.6)), .translation = Vec3(11, -3, 0.7)};
   return s;
 }
 
 score::StripTrack make_track(std::size_t count, double step) {
   const host::Similarity3 moved = strip_from_true();
-  score::StripTrack track;
-  track.flying_height = 100;
+  score::StripTrack track{.flying_height = 100};
   Mat3 nadir;
   nadir << 1, 0, 0, 0, -1, 0, 0, 0, -1;
   for (std::size_t i = 0; i < count; ++i) {

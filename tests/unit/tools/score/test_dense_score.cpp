@@ -18,9 +18,7 @@ namespace {
 using test::StripScene;
 
 DenseScore score_of(const StripScene& scene, const std::filesystem::path& truth = {}) {
-  DenseOptions options;
-  options.truth = truth;
-  options.target_overlap = 0.8;
+  DenseOptions options{.truth = truth, .target_overlap = 0.8};
   return score_dense(scene.flight, scene.truth, options);
 }
 

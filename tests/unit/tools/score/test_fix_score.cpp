@@ -32,12 +32,7 @@ class Truth final : public report::Reference {
 
 /// Off by (dx, dy) on the ground; one sigma is 0.5 m along x and 1 m along y.
 FixRecord fix_off_by(int id, double dx, double dy) {
-  FixRecord fix;
-  fix.id = id;
-  fix.map_id = 7;
-  fix.verdict = MapVerdict::fixed;
-  fix.state = FixState::accepted;
-  fix.pixel_m = 2;
+  FixRecord fix{.id = id, .map_id = 7, .state = FixState::accepted, .verdict = MapVerdict::fixed, .pixel_m = 2};
   fix.ground_m[0] = 20 * id - 100 * std::tan(0.1 * id) + dx;
   fix.ground_m[1] = 5 + dy;
   fix.ground_covariance[0] = 0.25;

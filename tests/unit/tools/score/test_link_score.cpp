@@ -20,9 +20,7 @@ LinkScore score_of(const StripScene& scene, const std::vector<LinkedPair>& links
 
 TEST(LinkScore, LinksAreThoseOfTheRecords) {
   intake::Flight flight;
-  LinkRecord link;
-  link.keyframe_id = 14;
-  link.place_id = 2;
+  LinkRecord link{.keyframe_id = 14, .place_id = 2};
   flight.links.push_back(link);
   const std::vector<LinkedPair> links = links_of(flight);
   ASSERT_EQ(links.size(), 1U);

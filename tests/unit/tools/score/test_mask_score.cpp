@@ -86,8 +86,7 @@ void break_strip(StripScene& scene, std::size_t first) {
 }
 
 void send(intake::Keyframe& keyframe, std::size_t image_bytes, std::size_t depth_bytes) {
-  intake::ProductAccount account;
-  account.bytes = image_bytes;
+  intake::ProductAccount account{.bytes = image_bytes};
   keyframe.products[static_cast<std::size_t>(ProductKind::image)] = account;
   account.bytes = depth_bytes;
   keyframe.products[static_cast<std::size_t>(ProductKind::depth)] = account;

@@ -20,11 +20,7 @@ OverlapScore score_of(const StripScene& scene, double target) {
 
 void measure(StripScene& scene, std::int64_t frame, std::int64_t keyframe, double overlap,
              OverlapVerdict verdict = OverlapVerdict::ok) {
-  OverlapRecord record;
-  record.id = frame;
-  record.keyframe_id = keyframe;
-  record.overlap = overlap;
-  record.verdict = verdict;
+  OverlapRecord record{.id = frame, .keyframe_id = keyframe, .verdict = verdict, .overlap = overlap};
   scene.flight.overlaps[frame] = record;
 }
 
@@ -56,8 +52,7 @@ TEST(OverlapScore, ErrorsOfMeasurementAreThoseAgainstTheFootprints) {
   EXPECT_NEAR(score.error_median, 0.01, 1e-4);
   EXPECT_NEAR(score.error_p95, 0.02, 1e-4);
   // A frame between keyframes, known from the onboard database.
-  FrameRecord frame;
-  frame.id = 77;
+  FrameRecord frame{.id = 77};
   std::snprintf(frame.name, sizeof(frame.name), "0099.pgm");
   scene.flight.frames[77] = frame;
   scene.truth.poses["0099.pgm"] = {scene.truth.poses.at("0001.pgm").cam_from_world, Vec3(8, 0, 100)};

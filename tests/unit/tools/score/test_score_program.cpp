@@ -43,10 +43,7 @@ void write_truth(const StripTrack& track, const fs::path& folder) {
 }
 
 PoseRecord pose_record(const PoseSample& s, bool final_pose) {
-  PoseRecord pose;
-  pose.id = s.keyframe_id;
-  pose.strip_id = 1;
-  pose.state = final_pose ? PoseState::final : PoseState::provisional;
+  PoseRecord pose{.id = s.keyframe_id, .strip_id = 1, .state = final_pose ? PoseState::final : PoseState::provisional};
   quaternion_from_rotation(s.cam_from_world, pose.q_cam_from_world);
   for (int k = 0; k < 3; ++k) {
     pose.centre[k] = s.centre[k];
@@ -73,8 +70,7 @@ void write_database(Store& store, const StripTrack& track, std::size_t posed, St
   if (!track.samples.empty()) must(put(store, strip));
   for (std::size_t i = 0; i < track.samples.size(); ++i) {
     const PoseSample& s = track.samples[i];
-    FrameRecord frame;
-    frame.id = 2 * s.keyframe_id - 1;
+    FrameRecord frame{.id = 2 * s.keyframe_id - 1};
     std::strcpy(frame.name, name_of(s).c_str());
     must(put(store, frame));
     frame.id += 1;
@@ -261,10 +257,7 @@ TEST_F(ScoreProgram, ReferenceFileStandsInForTruth) {
 
 TEST_F(ScoreProgram, AfterAFlightOverALinkTheStationsFilesCount) {
   fly(12);
-  ProductRecord product;
-  product.id = 4;
-  product.keyframe_id = 1;
-  product.kind = ProductKind::image;
+  ProductRecord product{.id = 4, .keyframe_id = 1, .kind = ProductKind::image};
   {
     Transaction transaction(*store_);
     must(transaction.begin());

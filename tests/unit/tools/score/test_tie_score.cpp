@@ -38,10 +38,7 @@ struct TiedStrips {
   /// A tie whose error is `step`, in the second strip's world.
   [[nodiscard]] TieRecord tie(const SimilarityStep& step, const SimilarityCovariance& covariance) const {
     const Similarity tied = compose(first_from_second, inverse(stepped(step, Similarity{})));
-    TieRecord tie;
-    tie.id = 2;
-    tie.to_strip_id = 1;
-    tie.through_keyframe_id = 105;
+    TieRecord tie{.id = 2, .to_strip_id = 1, .through_keyframe_id = 105};
     quaternion_from_rotation(tied.rotation, tie.q_to_from_this);
     for (int k = 0; k < 3; ++k) tie.translation[k] = tied.translation(k);
     tie.scale = tied.scale;

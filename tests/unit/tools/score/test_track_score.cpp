@@ -9,8 +9,7 @@ namespace {
 
 TrackScore score_of(const test::StripScene& scene) {
   TrueFrames truth(scene.truth, *scene.flight.camera);
-  AlignedStrip strip;
-  strip.id = 1;
+  AlignedStrip strip{.id = 1};
   strip.true_from_strip.scale = scene.unit;
   return score_track(scene.flight, {{1, strip}}, truth);
 }

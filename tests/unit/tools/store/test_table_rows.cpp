@@ -42,8 +42,7 @@ class TableRowsTest : public testing::Test {
       pose.centre[2] = static_cast<double>(id);
       put_now(flight, pose);
     }
-    StripRecord strip;
-    strip.id = 1;
+    StripRecord strip{.id = 1};
     put_now(flight, strip);
   }
   test::TemporaryFolder folder;

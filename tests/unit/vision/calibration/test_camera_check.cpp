@@ -37,11 +37,7 @@ void see_through(const CameraModel& lens, const CameraModel& given, SyntheticFli
 }
 
 FlightScene scene_of(unsigned seed) {
-  FlightScene scene;
-  scene.seed = seed;
-  scene.keyframes = 6;
-  scene.wrong = 0;
-  scene.noise_px = 0.1;
+  FlightScene scene{.seed = seed, .keyframes = 6, .noise_px = 0.1, .wrong = 0};
   return scene;
 }
 

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "fsw/vision/geometry/camera.hpp"
+#include "tests/support/middle_pixel.hpp"
 #include "tests/unit/vision/calibration/posed_window.hpp"
 
 namespace ilp::test {
@@ -18,11 +19,7 @@ constexpr CameraCheckParams params;
 constexpr double focal_sigma = 0.1;
 
 FlightScene scene_of(unsigned seed) {
-  FlightScene scene;
-  scene.seed = seed;
-  scene.keyframes = 6;
-  scene.wrong = 0;
-  scene.noise_px = 0.1;
+  FlightScene scene{.seed = seed, .keyframes = 6, .noise_px = 0.1, .wrong = 0};
   return scene;
 }
 
@@ -149,7 +146,7 @@ CameraEvidence evidence_of_rows(unsigned seed, const CameraModel& lens, const Ca
       motion.sigma_px_s[view] = off.sigma;
       for (Corner& corner : flight.keyframes[view].corners) {
         const Vec2 seen = seen_pixel(lens, true_motion, pixel_from_ideal(lens, Vec2(corner.x, corner.y)));
-        const Vec2 ideal = ideal_from_pixel(now, middle_pixel(given, motion.of_view[view], seen));
+        const Vec2 ideal = ideal_from_pixel(now, test::middle_pixel(given, motion.of_view[view], seen));
         corner.x = static_cast<float>(ideal.x());
         corner.y = static_cast<float>(ideal.y());
       }

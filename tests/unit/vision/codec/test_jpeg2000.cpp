@@ -63,10 +63,7 @@ TEST_F(Jpeg2000Test, LosslessIsExactForEverySizeAndRegionCoding) {
     const Image image = textured_image(w, h);
     const Mask mask = disc_mask(w, h, 0.3);
     for (const RegionCoding coding : {RegionCoding::none, RegionCoding::shift}) {
-      Jpeg2000Params params;
-      params.max_bytes = file.size();
-      params.lossless = true;
-      params.region = coding;
+      Jpeg2000Params params{.max_bytes = file.size(), .region = coding, .lossless = true};
       const Status status = encode(image.view(), mask.view(), params);
       ASSERT_TRUE(status.ok()) << w << "x" << h << " " << status_name(status.code) << " " << status.b;
       const Decoded decoded = decode();
@@ -107,10 +104,7 @@ TEST_F(Jpeg2000Test, NeverOneByteOverTheCeiling) {
     for (const RegionCoding coding : {RegionCoding::none, RegionCoding::shift, RegionCoding::drop_background}) {
       for (const int layers : {1, 5}) {
         for (const double bpp : {0.1, 0.2, 0.35, 0.5, 1.0, 1.7, 2.5, 4.0}) {
-          Jpeg2000Params params;
-          params.max_bytes = bytes_for(bpp, image.view());
-          params.region = coding;
-          params.layers = layers;
+          Jpeg2000Params params{.max_bytes = bytes_for(bpp, image.view()), .region = coding, .layers = layers};
           // What lies beyond the ceiling must stay untouched.
           std::fill(file.begin(), file.end(), std::uint8_t{0xa5});
           const Status status = encode(image.view(), mask.view(), params);
@@ -133,9 +127,7 @@ TEST_F(Jpeg2000Test, SmallGrantsAreKeptOrRefused) {
   const Mask mask = disc_mask(320, 240, 0.3);
   std::size_t smallest_done = 0;
   for (std::size_t grant = 0; grant < 1500; grant += 23) {
-    Jpeg2000Params params;
-    params.max_bytes = grant;
-    params.layers = 4;
+    Jpeg2000Params params{.max_bytes = grant, .layers = 4};
     const Status status = encode(image.view(), mask.view(), params);
     if (status.ok()) {
       ASSERT_LE(product.bytes, grant);
@@ -153,9 +145,7 @@ TEST_F(Jpeg2000Test, SmallGrantsAreKeptOrRefused) {
 
 TEST_F(Jpeg2000Test, LosslessThatDoesNotFitSaysWhatItNeeds) {
   const Image image = textured_image(160, 120);
-  Jpeg2000Params params;
-  params.lossless = true;
-  params.max_bytes = 2000;
+  Jpeg2000Params params{.max_bytes = 2000, .lossless = true};
   const Status status = encode(image.view(), {}, params);
   ASSERT_TRUE(status.is(StatusCode::grant_too_small));
   params.max_bytes = static_cast<std::size_t>(status.b);
@@ -179,9 +169,7 @@ TEST_F(Jpeg2000Test, RegionIsBetterThanTheSameBytesWithoutOne) {
     if (image.width > limits::max_image_side || image.height > limits::max_image_side) continue;
     SCOPED_TRACE(name);
     const Mask mask = disc_mask(image.width, image.height, 0.33);
-    Jpeg2000Params params;
-    params.max_bytes = bytes_for(0.5, image.view());
-    params.region = RegionCoding::none;
+    Jpeg2000Params params{.max_bytes = bytes_for(0.5, image.view()), .region = RegionCoding::none};
     ASSERT_TRUE(encode(image.view(), mask.view(), params).ok());
     const double plain = psnr(image.view(), decode(), mask.view(), true);
     params.region = RegionCoding::shift;
@@ -199,11 +187,8 @@ TEST_F(Jpeg2000Test, EmptyFullAndSinglePixelMasks) {
   const Image image = textured_image(128, 96);
   for (const RegionCoding coding : {RegionCoding::shift, RegionCoding::drop_background}) {
     for (const int resolutions : {0, 1, 3, 100}) {
-      Jpeg2000Params params;
-      params.max_bytes = file.size();
-      params.lossless = true;
-      params.region = coding;
-      params.region_resolutions = resolutions;
+      Jpeg2000Params params{
+          .max_bytes = file.size(), .region = coding, .region_resolutions = resolutions, .lossless = true};
       const Mask empty = disc_mask(128, 96, 0);
       ASSERT_TRUE(encode(image.view(), empty.view(), params).ok());
       Decoded decoded = decode();
@@ -251,8 +236,7 @@ TEST_F(Jpeg2000Test, ScaledCoefficientsThatWouldOverflowAreRefused) {
   Rng rng(2);
   for (auto& v : depth.pixels) v = static_cast<std::uint16_t>(rng.below(65536));
   const Mask mask = disc_mask(64, 64, 0.3);
-  Jpeg2000Params params;
-  params.max_bytes = file.size();
+  Jpeg2000Params params{.max_bytes = file.size()};
   const Status status = encode(depth, 16, mask.view(), params);
   ASSERT_TRUE(status.is(StatusCode::coefficient_overflow)) << status_name(status.code);
   EXPECT_GT(status.a, 25);
@@ -264,9 +248,7 @@ TEST_F(Jpeg2000Test, ScaledCoefficientsThatWouldOverflowAreRefused) {
 TEST_F(Jpeg2000Test, ShiftAtTheLimitIsExact) {
   const Depth depth = depth_map(128, 128, 13);
   const Mask mask = disc_mask(128, 128, 0.3);
-  Jpeg2000Params params;
-  params.max_bytes = file.size();
-  params.lossless = true;
+  Jpeg2000Params params{.max_bytes = file.size(), .lossless = true};
   ASSERT_TRUE(encode(depth, 13, mask.view(), params).ok());
   EXPECT_GT(product.shift, 0);
   const Decoded decoded = decode();
@@ -278,10 +260,7 @@ TEST_F(Jpeg2000Test, LayersCutToCompleteFilesOfTheAnnouncedSize) {
   const Mask mask = disc_mask(320, 240, 0.33);
   metadata.assign(77, 'k');
   for (const RegionCoding coding : {RegionCoding::shift, RegionCoding::drop_background}) {
-    Jpeg2000Params params;
-    params.max_bytes = 20000;
-    params.layers = 5;
-    params.region = coding;
+    Jpeg2000Params params{.max_bytes = 20000, .region = coding, .layers = 5};
     ASSERT_TRUE(encode(image.view(), mask.view(), params).ok());
     ASSERT_EQ(product.layers, 5);
     EXPECT_EQ(product.layer_bytes[4], product.bytes);
@@ -367,9 +346,7 @@ TEST_F(Jpeg2000Test, WhereTheLibraryTransformsTheFileIsThatWithoutARegion) {
 TEST_F(Jpeg2000Test, SameInputSameBytes) {
   const Image image = textured_image(200, 150);
   const Mask mask = disc_mask(200, 150, 0.4);
-  Jpeg2000Params params;
-  params.max_bytes = 5000;
-  params.layers = 3;
+  Jpeg2000Params params{.max_bytes = 5000, .layers = 3};
   ASSERT_TRUE(encode(image.view(), mask.view(), params).ok());
   const std::vector<std::uint8_t> first(bytes().begin(), bytes().end());
   const Depth depth = depth_map(300, 100, 12);
@@ -380,8 +357,7 @@ TEST_F(Jpeg2000Test, SameInputSameBytes) {
 
 TEST_F(Jpeg2000Test, MetadataTravelsUnchanged) {
   const Image image = textured_image(64, 64);
-  Jpeg2000Params params;
-  params.max_bytes = file.size();
+  Jpeg2000Params params{.max_bytes = file.size()};
   for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{4096}}) {
     metadata.resize(size);
     for (std::size_t i = 0; i < size; ++i) metadata[i] = static_cast<std::uint8_t>(i * 7);
@@ -399,8 +375,7 @@ TEST_F(Jpeg2000Test, MetadataTravelsUnchanged) {
 TEST_F(Jpeg2000Test, BadArgumentsAreNamed) {
   const Image image = textured_image(64, 64);
   const Mask other = disc_mask(64, 63, 0.5);
-  Jpeg2000Params params;
-  params.max_bytes = file.size();
+  Jpeg2000Params params{.max_bytes = file.size()};
   EXPECT_TRUE(encode(image.view(), other.view(), params).is(StatusCode::invalid_argument));
   EXPECT_TRUE(encode(GrayView(), {}, params).is(StatusCode::invalid_argument));
   const GrayView huge(image.pixels.data(), 100000, 100000);
@@ -433,11 +408,8 @@ TEST_F(Jpeg2000Test, OpjDecompressAgreesOnEveryProduct) {
   for (const RegionCoding coding : {RegionCoding::none, RegionCoding::shift, RegionCoding::drop_background}) {
     for (const int layers : {1, 4}) {
       for (const bool lossless : {false, true}) {
-        Jpeg2000Params params;
-        params.max_bytes = lossless ? file.size() : 4000;
-        params.lossless = lossless;
-        params.layers = layers;
-        params.region = coding;
+        Jpeg2000Params params{
+            .max_bytes = lossless ? file.size() : 4000, .region = coding, .layers = layers, .lossless = lossless};
         ASSERT_TRUE(encode(image.view(), mask.view(), params).ok());
         check(8);
         std::size_t size = 0;
@@ -507,8 +479,7 @@ TEST(Jpeg2000Conformance, SingleComponentStreamsDecodeExactly) {
 
 TEST_F(Jpeg2000Test, TruncatedFilesDecodeInPartOnlyWhenAllowed) {
   const Image image = textured_image(160, 120);
-  Jpeg2000Params params;
-  params.max_bytes = 8000;
+  Jpeg2000Params params{.max_bytes = 8000};
   ASSERT_TRUE(encode(image.view(), {}, params).ok());
   const Mask all = disc_mask(160, 120, 1);
   for (const std::size_t size : {product.bytes - 2, product.bytes / 2}) {
@@ -522,9 +493,7 @@ TEST_F(Jpeg2000Test, TruncatedFilesDecodeInPartOnlyWhenAllowed) {
 
 TEST_F(Jpeg2000Test, HostileInputIsAStatus) {
   const Image image = textured_image(60, 40);
-  Jpeg2000Params params;
-  params.max_bytes = file.size();
-  params.layers = 3;
+  Jpeg2000Params params{.max_bytes = file.size(), .layers = 3};
   metadata.assign(20, 'z');
   const Mask mask = disc_mask(60, 40, 0.3);
   ASSERT_TRUE(encode(image.view(), mask.view(), params).ok());

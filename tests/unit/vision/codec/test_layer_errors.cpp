@@ -53,10 +53,7 @@ TEST_F(LayerErrorsTest, AreThoseOfTheFileCutThere) {
     const Mask mask = disc_mask(221, 167, share);
     for (const RegionCoding coding : {RegionCoding::none, RegionCoding::shift, RegionCoding::drop_background}) {
       for (const std::size_t ceiling : {std::size_t{1500}, std::size_t{9000}, file.size()}) {
-        Jpeg2000Params params;
-        params.max_bytes = ceiling;
-        params.layers = 4;
-        params.region = coding;
+        Jpeg2000Params params{.max_bytes = ceiling, .region = coding, .layers = 4};
         ASSERT_TRUE(encode(image.view(), mask.view(), params).ok());
         ASSERT_TRUE(measure_layer_errors(bytes(), image.view(), mask.view(), errors).ok());
         ASSERT_EQ(errors.layers, product.layers);
@@ -101,11 +98,8 @@ TEST_F(LayerErrorsTest, NoPixelOfADepthMapIsWorseThanStated) {
       const Mask mask = special_mask(kind, 150, 110);
       for (const std::size_t grant : {400U, 700U, 1500U, 4000U, 12000U, 60000U}) {
         SCOPED_TRACE("mask " + std::to_string(kind) + ", grant " + std::to_string(grant));
-        Jpeg2000Params params;
-        params.max_bytes = grant;
-        params.layers = 4;
-        params.region = RegionCoding::drop_background;
-        params.region_resolutions = 0;
+        Jpeg2000Params params{
+            .max_bytes = grant, .region = RegionCoding::drop_background, .region_resolutions = 0, .layers = 4};
         const Status status = encode(depth, 13, mask.view(), params);
         ASSERT_TRUE(status.ok()) << status_name(status.code);
         ASSERT_LE(product.bytes, grant);
@@ -136,10 +130,7 @@ TEST_F(LayerErrorsTest, NoPixelOfADepthMapIsWorseThanStated) {
 TEST_F(LayerErrorsTest, LayersAfterOneThatIsGoodEnoughAreNotMeasured) {
   const Depth depth = depth_map(150, 110, 13);
   const Mask mask = disc_mask(150, 110, 0.5);
-  Jpeg2000Params params;
-  params.max_bytes = file.size();
-  params.layers = 4;
-  params.region = RegionCoding::drop_background;
+  Jpeg2000Params params{.max_bytes = file.size(), .region = RegionCoding::drop_background, .layers = 4};
   ASSERT_TRUE(encode(depth, 13, mask.view(), params).ok());
   ASSERT_EQ(product.layers, 4);
   LayerErrors all;
@@ -159,11 +150,8 @@ TEST_F(LayerErrorsTest, TheSmallestDepthMapsHaveTheirBoundsToo) {
     const Depth depth = depth_map(w, h, 13);
     for (const double share : {0.0, 0.4, 1.0}) {
       const Mask mask = disc_mask(w, h, share);
-      Jpeg2000Params params;
-      params.max_bytes = file.size();
-      params.layers = 4;
-      params.region = RegionCoding::drop_background;
-      params.region_resolutions = 0;
+      Jpeg2000Params params{
+          .max_bytes = file.size(), .region = RegionCoding::drop_background, .region_resolutions = 0, .layers = 4};
       ASSERT_TRUE(encode(depth, 13, mask.view(), params).ok()) << w << "x" << h;
       ASSERT_TRUE(measure_layer_errors(bytes(), depth.view(), mask.view(), errors).ok());
       EXPECT_EQ(errors.largest[static_cast<std::size_t>(errors.layers - 1)], 0) << w << "x" << h << " " << share;
@@ -182,8 +170,7 @@ TEST_F(LayerErrorsTest, PsnrIsOfTheMeanSquareAndFiniteWhenExact) {
 TEST_F(LayerErrorsTest, OtherSizesAndOtherFilesAreRefused) {
   const Image image = textured_image(64, 48);
   const Image other = textured_image(64, 49);
-  Jpeg2000Params params;
-  params.max_bytes = 4000;
+  Jpeg2000Params params{.max_bytes = 4000};
   ASSERT_TRUE(encode(image.view(), {}, params).ok());
   EXPECT_TRUE(measure_layer_errors(bytes(), other.view(), {}, errors).is(StatusCode::invalid_argument));
   const Mask mask = disc_mask(64, 49, 0.5);

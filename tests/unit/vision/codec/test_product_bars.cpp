@@ -38,9 +38,7 @@ TEST_F(ProductBarsTest, MoreBytesNeverLookWorseInsideAndNeverOneTooMany) {
       double before = 0;
       for (const double bpp : {0.1, 0.2, 0.35, 0.5, 0.75, 1.0, 1.4, 2.0, 2.8, 4.0}) {
         SCOPED_TRACE(name + ", share " + std::to_string(share) + ", " + std::to_string(bpp) + " bpp");
-        Jpeg2000Params params;
-        params.max_bytes = bytes_for(bpp, image.view());
-        params.layers = 4;
+        Jpeg2000Params params{.max_bytes = bytes_for(bpp, image.view()), .layers = 4};
         const Status status = encode(image.view(), mask.view(), params);
         ASSERT_TRUE(status.ok()) << status_name(status.code);
         ASSERT_LE(product.bytes, params.max_bytes);
@@ -65,11 +63,8 @@ TEST_F(ProductBarsTest, ALosslessRegionIsExactWithWhatBytesThereAre) {
     for (const double share : {0.05, 0.33}) {
       SCOPED_TRACE(name + ", share " + std::to_string(share));
       const Mask mask = disc_mask(image.width, image.height, share);
-      Jpeg2000Params params;
-      params.max_bytes = file.size();
-      params.lossless = true;
-      params.layers = 4;
-      params.region = RegionCoding::drop_background;
+      Jpeg2000Params params{
+          .max_bytes = file.size(), .region = RegionCoding::drop_background, .layers = 4, .lossless = true};
       ASSERT_TRUE(encode(image.view(), mask.view(), params).ok());
       const std::size_t region_bytes = product.bytes;
       params.region = RegionCoding::shift;
@@ -104,10 +99,7 @@ TEST_F(ProductBarsTest, ConstantImagesAndNoiseTakeAnyGrant) {
       const Mask mask = disc_mask(130, 101, share);
       for (const std::size_t grant : {0U, 100U, 230U, 300U, 500U, 1000U, 3000U, 10000U, 30000U, 1U << 20U, 1U << 31U}) {
         for (const RegionCoding coding : {RegionCoding::none, RegionCoding::shift, RegionCoding::drop_background}) {
-          Jpeg2000Params params;
-          params.max_bytes = grant;
-          params.layers = 8;
-          params.region = coding;
+          Jpeg2000Params params{.max_bytes = grant, .region = coding, .layers = 8};
           const Status status = encode(image->view(), mask.view(), params);
           if (!status.ok()) {
             ASSERT_TRUE(status.is(StatusCode::grant_too_small)) << status_name(status.code);
@@ -140,10 +132,7 @@ class OtherDecodersTest : public Jpeg2000Test {
     metadata.assign(100, 'x');
     for (const RegionCoding coding : {RegionCoding::none, RegionCoding::shift, RegionCoding::drop_background}) {
       for (const std::size_t grant : {std::size_t{3000}, std::size_t{12000}, file.size()}) {
-        Jpeg2000Params params;
-        params.max_bytes = grant;
-        params.layers = 3;
-        params.region = coding;
+        Jpeg2000Params params{.max_bytes = grant, .region = coding, .layers = 3};
         ASSERT_TRUE(encode(image.view(), mask.view(), params).ok());
         if (grant == 3000) {
           ASSERT_TRUE(truncate_to_layers(std::span(file).first(product.bytes), 1, product.bytes).ok());

@@ -126,8 +126,7 @@ TEST(Harris, SpreadsOverWeakAndStrongTexture) {
       p = static_cast<std::uint8_t>(128 + (p - 128) / 5);
     }
   }
-  HarrisParams params;
-  params.target_count = 600;
+  HarrisParams params{.target_count = 600};
   const Corners corners = detect(image, params);
   const auto left = std::count_if(corners.begin(), corners.end(), [](const Corner& c) { return c.x < 320; });
   EXPECT_GT(left, 200);
@@ -159,8 +158,7 @@ TEST(Harris, RefusesBadArguments) {
   const auto workspace = std::make_unique<HarrisWorkspace>();
   const test::Image image(100, 100);
   Corners corners;
-  HarrisParams params;
-  params.target_count = static_cast<std::int32_t>(limits::max_corners) + 1;
+  HarrisParams params{.target_count = static_cast<std::int32_t>(limits::max_corners) + 1};
   EXPECT_TRUE(detect_corners(image.view(), params, *workspace, corners).is(StatusCode::invalid_argument));
   params = {};
   params.min_distance_px = 1;

@@ -216,8 +216,7 @@ TEST(Matcher, SearchesNoFartherThanTheRadius) {
   const Pair pair(about_centre(1, 0, 40, 0), {.noise = 2});
   const Corners corners_a = detect(pair.a), corners_b = detect(pair.b);
   Matches matches;
-  MatcherParams params;
-  params.search_radius_px = 30;
+  MatcherParams params{.search_radius_px = 30};
   ASSERT_TRUE(match_corners(pair.a.view(), corners_a, pair.b.view(), corners_b, {}, params, workspace(), matches).ok());
   EXPECT_LT(matches.size(), corners_a.size() / 30);
   params.search_radius_px = 45;
@@ -229,13 +228,11 @@ TEST(Matcher, RefusesBadArgumentsAndBearsEmptyLists) {
   const test::Image image = test::render_texture(160, 120, {}, 1, 0, 2, 1);
   const Corners corners = detect(image), nothing;
   Matches matches;
-  MatcherParams params;
-  params.patch_side_px = 14;
+  MatcherParams params{.patch_side_px = 14};
   EXPECT_TRUE(match_corners(image.view(), corners, image.view(), corners, {}, params, workspace(), matches)
                   .is(StatusCode::invalid_argument));
   params = {};
-  Similarity2 wild;
-  wild.shift_x_px = std::nan("");
+  Similarity2 wild{.shift_x_px = std::nan("")};
   EXPECT_TRUE(match_corners(image.view(), corners, image.view(), corners, wild, params, workspace(), matches)
                   .is(StatusCode::invalid_argument));
   EXPECT_TRUE(match_corners(image.view(), corners, image.view(), nothing, {}, params, workspace(), matches).ok());

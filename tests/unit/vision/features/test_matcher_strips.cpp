@@ -50,8 +50,7 @@ TEST_P(MatchesOfStrip, LieOnTheEpipolarLines) {
   for (std::size_t i = 0; i + 1 < images.size(); ++i) {
     const test::Image b = test::read_strip_image(folder, images[i + 1].name);
     ASSERT_TRUE(detect_corners(b.view(), {}, *harris_workspace, corners_b).ok());
-    OverlapParams params;
-    params.min_overlap = 0.35;
+    OverlapParams params{.min_overlap = 0.35};
     OverlapResult overlap;
     ASSERT_TRUE(measure_overlap(a.view(), b.view(), params, *overlap_workspace, overlap).ok());
     ASSERT_EQ(overlap.verdict, OverlapVerdict::ok) << images[i].name;

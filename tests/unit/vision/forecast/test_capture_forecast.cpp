@@ -53,8 +53,7 @@ struct Forecast {
 Forecast forecast_capture(const ApparentPath& path, TimeNs earliest, TimeNs latest, const ForecastParams& params = {}) {
   static MotionForecast motion;
   motion.fit(width, height, path, params);
-  Forecast forecast;
-  forecast.known = motion.known();
+  Forecast forecast{.known = motion.known()};
   if (!forecast.known) return forecast;
   forecast.time_ns = motion.time_of_target(earliest, latest);
   const MotionForecast::Overlap expected = motion.overlap_at(forecast.time_ns);
@@ -252,8 +251,7 @@ GustyFlight fly_in_gusts(double deviation, double lasting_s, const ForecastParam
       ++n;
     }
   }
-  GustyFlight flight;
-  flight.mean = sum / n;
+  GustyFlight flight{.mean = sum / n};
   flight.deviation = std::sqrt(squares / n - flight.mean * flight.mean);
   flight.inside_two_sigma = inside / n;
   return flight;

@@ -13,17 +13,7 @@ namespace ilp {
 namespace {
 
 CameraModel wide_angle() {
-  CameraModel camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = 500;
-  camera.fy = 505;
-  camera.cx = 322;
-  camera.cy = 236;
-  camera.k1 = -0.28;
-  camera.k2 = 0.07;
-  camera.p1 = 6e-4;
-  camera.p2 = -3e-4;
+  CameraModel camera{640, 480, 500, 505, 322, 236, -0.28, 0.07, 6e-4, -3e-4};
   return camera;
 }
 

@@ -11,13 +11,7 @@ namespace ilp {
 namespace {
 
 CameraModel pinhole() {
-  CameraModel c;
-  c.width = 640;
-  c.height = 480;
-  c.fx = 500;
-  c.fy = 505;
-  c.cx = 322;
-  c.cy = 236;
+  CameraModel c{640, 480, 500, 505, 322, 236};
   return c;
 }
 

@@ -13,6 +13,7 @@
 #include "fsw/base/argument.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
+#include "tests/support/middle_pixel.hpp"
 
 namespace ilp {
 namespace {
@@ -71,7 +72,7 @@ TEST(RollingShutter, MovesPointsOfAPlaneToTheMiddleRowWithinAHundredthOfAPixel) 
         Vec2 seen(u, v);
         for (int i = 0; i < 30; ++i) seen = pixel_of(camera, flight.at(p, row_time_s(camera, seen.y())));
         most_moved = std::max(most_moved, (seen - Vec2(u, v)).norm());
-        EXPECT_LT((middle_pixel(camera, flight.motion(), seen) - Vec2(u, v)).norm(), 0.01) << readout_s;
+        EXPECT_LT((test::middle_pixel(camera, flight.motion(), seen) - Vec2(u, v)).norm(), 0.01) << readout_s;
         EXPECT_LT((seen_pixel(camera, flight.motion(), Vec2(u, v)) - seen).norm(), 0.01) << readout_s;
       }
     }
@@ -90,7 +91,7 @@ TEST(RollingShutter, BringsAnImageToTheMiddleRow) {
   for (int v = 0; v < 480; ++v) {
     for (int u = 0; u < 640; ++u) {
       grey[static_cast<std::size_t>(v) * 640 + static_cast<std::size_t>(u)] =
-          static_cast<std::uint8_t>(texture(middle_pixel(camera, flight.motion(), Vec2(u, v))) + 0.5);
+          static_cast<std::uint8_t>(texture(test::middle_pixel(camera, flight.motion(), Vec2(u, v))) + 0.5);
     }
   }
   double before = 0, after = 0;

@@ -102,8 +102,7 @@ struct PoseScene {
   std::vector<MapSighting> sightings;
 };
 PoseScene pose_scene(Rng& rng, int count, double sigma_m, double outliers) {
-  PoseScene scene;
-  scene.truth = some_pose(rng);
+  PoseScene scene{.truth = some_pose(rng)};
   scene.prior.attitude_is_measured = true;
   Vec6 error;
   for (int k = 0; k < 3; ++k) error(k) = 0.01 * normal(rng);

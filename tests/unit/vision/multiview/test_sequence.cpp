@@ -94,8 +94,7 @@ TEST(Sequence, DropsObservationsThatSlideAlongTheEpipolarLine) {
       ++slid;
     }
   }
-  SequenceParams params;
-  params.resection_threshold_px = 12;
+  SequenceParams params{.resection_threshold_px = 12};
   const Collected out = run(strip, params);
   std::uint32_t dropped = 0;
   std::uint32_t lost = 0;
@@ -172,8 +171,7 @@ TEST(Sequence, ScaleIsOneBaselineOrTheGivenHeight) {
   const SyntheticStrip strip({.keyframes = 4});
   Collected out = run(strip);
   EXPECT_NEAR((vector_of(out.cameras[1].pose.centre) - vector_of(out.cameras[0].pose.centre)).norm(), 1, 1e-9);
-  SequenceParams params;
-  params.first_height = 250;
+  SequenceParams params{.first_height = 250};
   out = run(strip, params);
   EXPECT_NEAR(
       (inverse(strip.keyframes[2].truth).translation - inverse(strip.keyframes[0].truth).translation).norm() * 250,
@@ -329,19 +327,16 @@ TEST(Sequence, RejectsStepsBeyondTheBounds) {
     return report.verdict;
   };
   EXPECT_EQ(verdict_with({}), SequenceVerdict::ok);
-  SequenceParams tilt;
-  tilt.max_tilt_step_rad = 0.02;
+  SequenceParams tilt{.max_tilt_step_rad = 0.02};
   EXPECT_EQ(verdict_with(tilt), SequenceVerdict::implausible) << "it swings by more";
-  SequenceParams step;
-  step.max_step_footprints = 0.1;
+  SequenceParams step{.max_step_footprints = 0.1};
   EXPECT_EQ(verdict_with(step), SequenceVerdict::implausible) << "it flies 0.18 footprints a step";
 }
 
 TEST(Sequence, CountsWhatDoesNotFit) {
   // More corners than the track table holds over a window.
   const SyntheticStrip strip({.keyframes = 12, .overlap = 0.6, .wrong = 0, .corners = 2600});
-  SequenceParams params;
-  params.window_keyframes = 8;
+  SequenceParams params{.window_keyframes = 8};
   const Collected out = run(strip, params);
   std::uint32_t lost = 0;
   for (const SequenceReport& report : out.reports) lost += report.evicted_tracks + report.refused_tracks;
@@ -364,8 +359,7 @@ TEST(Sequence, HoveringStripOutlivesTheTrackLength) {
 TEST(Sequence, RefusesBadInput) {
   const SyntheticStrip strip({.keyframes = 3});
   Sequence sequence(state, workspace);
-  SequenceParams params;
-  params.window_keyframes = limits::max_window_keyframes + 1;
+  SequenceParams params{.window_keyframes = limits::max_window_keyframes + 1};
   EXPECT_TRUE(sequence.begin_strip(strip.camera, params).is(StatusCode::invalid_argument));
   CameraModel camera = strip.camera;
   camera.fx = -1;

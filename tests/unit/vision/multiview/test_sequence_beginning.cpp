@@ -101,8 +101,7 @@ TEST(SequenceBeginning, AFirstPairOfFewMatchesIsPosedByTheNextOne) {
 
 TEST(SequenceBeginning, APairAmongTheOldestBeginsWhenTheFifthHasCome) {
   // One step, and then the camera only turns. No pair is good enough to begin at once.
-  SequenceParams params;
-  params.max_first_depth_error = 1e-6;
+  SequenceParams params{.max_first_depth_error = 1e-6};
   for (unsigned seed = 1; seed <= 5; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     const std::vector<Vec3> centres{{0, 0, 1},   {0.2, 0, 1},  {0.2, 0, 1},  {0.2, 0, 1},
@@ -121,8 +120,7 @@ TEST(SequenceBeginning, APairAmongTheOldestBeginsWhenTheFifthHasCome) {
 }
 
 TEST(SequenceBeginning, AShortStripBeginsWhenItEnds) {
-  SequenceParams params;
-  params.max_first_depth_error = 1e-6;
+  SequenceParams params{.max_first_depth_error = 1e-6};
   for (const int steps : {1, 2, 3}) {
     const SyntheticStrip strip = test::strip_from_places(track(1, steps), 3, 0.1);
     const test::Collected out = test::run(strip, params);
@@ -169,8 +167,7 @@ TEST(SequenceBeginning, WorldAndScaleAreThoseOfTheFirstKeyframe) {
   EXPECT_NEAR(vector_of(unit.cameras[0].pose.centre).norm(), 0, 1e-12);
   EXPECT_LT(vector_of(unit.cameras[1].pose.centre).norm(), 0.02) << "it only turned";
   EXPECT_NEAR(vector_of(unit.cameras[2].pose.centre).norm(), 1, 1e-9) << "the first real baseline is the unit";
-  SequenceParams params;
-  params.first_height = 250;
+  SequenceParams params{.first_height = 250};
   params.q_first[0] = 0.02;
   params.q_first[1] = std::sqrt(1 - 0.0004);
   const test::Collected metric = test::run(strip, params);

@@ -13,8 +13,7 @@ using test::StripScene;
 using test::SyntheticStrip;
 
 score::StripTrack track_of(const SyntheticStrip& strip, const test::Collected& out) {
-  score::StripTrack track;
-  track.flying_height = 1;
+  score::StripTrack track{.flying_height = 1};
   for (const SequenceCamera& camera : out.cameras) {
     const RigidTransform& truth = strip.keyframes[static_cast<std::size_t>(camera.keyframe_id - 100)].truth;
     score::PoseSample sample;
@@ -94,8 +93,7 @@ Eigen::Matrix<double, 6, 1> pose_error(const SyntheticStrip& strip, const test::
 }
 
 TEST(SequenceErrors, AttitudeAndCentreErrTogetherAsTheCovarianceSays) {
-  SequenceParams params;
-  params.error_factor = 1;
+  SequenceParams params{.error_factor = 1};
   double sum = 0, attitude_sum = 0, apart_sum = 0;
   int count = 0;
   for (unsigned seed = 1; seed <= 12; ++seed) {

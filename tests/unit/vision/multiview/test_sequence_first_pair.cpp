@@ -71,8 +71,7 @@ TEST(SequenceFirstPair, AThirdViewFromWhereTheFirstWasTakenDecidesNothingAndALat
     centres.pop_back();
     const SyntheticStrip strip = test::strip_from_places(centres, seed);
     for (const double height : {0.0, 250.0}) {
-      SequenceParams params;
-      params.first_height = height;
+      SequenceParams params{.first_height = height};
       Sequence sequence(test::sequence_state, test::sequence_workspace);
       ASSERT_TRUE(sequence.begin_strip(strip.camera, params).ok());
       SequenceReport report;
@@ -96,8 +95,7 @@ TEST(SequenceFirstPair, NothingIsFinalWhileTheFirstMotionIsOpen) {
   std::vector<Vec3> centres = oblique_track(1);
   centres.insert(centres.begin() + 2, centres[0]);
   const SyntheticStrip strip = test::strip_from_places(centres, 1);
-  SequenceParams params;
-  params.window_keyframes = 2;
+  SequenceParams params{.window_keyframes = 2};
   Sequence sequence(test::sequence_state, test::sequence_workspace);
   ASSERT_TRUE(sequence.begin_strip(strip.camera, params).ok());
   SequenceReport report;
@@ -141,8 +139,7 @@ TEST(SequenceFirstPair, ADescentPosesEveryKeyframeThoughNoViewMayEverTellTheMoti
 }
 
 TEST(SequenceFirstPair, TheRivalKeepsTheScaleOfTheAltimeter) {
-  SequenceParams params;
-  params.first_height = 250;
+  SequenceParams params{.first_height = 250};
   for (unsigned seed = 1; seed <= 8; ++seed) {
     const SyntheticStrip strip = test::strip_from_places(oblique_track(seed), seed);
     const test::Collected out = test::run(strip, params);

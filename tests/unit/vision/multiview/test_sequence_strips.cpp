@@ -32,8 +32,7 @@ class SequenceOfStrip : public testing::TestWithParam<RecordedStrip> {
     ASSERT_TRUE(detect_corners(image.view(), {}, *harris_workspace_, corners_).ok());
     matches_.clear();
     if (previous.empty()) return;
-    OverlapParams params;
-    params.min_overlap = 0.35;
+    OverlapParams params{.min_overlap = 0.35};
     OverlapResult overlap;
     ASSERT_TRUE(measure_overlap(previous.view(), image.view(), params, *overlap_workspace_, overlap).ok());
     overlap_ = overlap.overlap;

@@ -15,10 +15,8 @@ namespace {
 constexpr TimeNs moment = 50 * ns_per_s;
 
 NavigationSample height_at(double seconds, double height) {
-  NavigationSample sample;
-  sample.time_ns = moment + static_cast<TimeNs>(seconds * 1e9);
-  sample.height_m = height;
-  sample.height_sigma_m = 1;
+  NavigationSample sample{
+      .time_ns = moment + static_cast<TimeNs>(seconds * 1e9), .height_m = height, .height_sigma_m = 1};
   return sample;
 }
 
@@ -75,8 +73,7 @@ TEST(SampleFilterTest, AnAttitudeThatTurnsIsThatOfTheMoment) {
   for (int i = -5; i <= 4; ++i) {
     NavigationSample sample = height_at(0.1 * i, 100);
     const Vec3 noise(0.002 * (rng.uniform() - 0.5), 0.002 * (rng.uniform() - 0.5), 0.002 * (rng.uniform() - 0.5));
-    RigidTransform reported;
-    reported.rotation = rotation_from_vector(Vec3(0.5, -0.3, 0.2) * 0.1 * i + noise) * at_moment;
+    RigidTransform reported{.rotation = rotation_from_vector(Vec3(0.5, -0.3, 0.2) * 0.1 * i + noise) * at_moment};
     const Pose pose = pose_from(reported);
     for (int a = 0; a < 4; ++a) sample.q_cam_from_level[a] = pose.q_cam_from_world[a];
     sample.tilt_sigma_rad = 0.001;

@@ -30,9 +30,8 @@ struct TrueStrip {
     Rng rng(seed);
     MeasuredKeyframes list;
     for (std::size_t i = 0; i < keyframes; ++i) {
-      MeasuredKeyframe k;
-      k.keyframe_id = static_cast<std::int64_t>(i) + 1;
-      k.time_ns = static_cast<TimeNs>(i) * 10 * ns_per_s;
+      MeasuredKeyframe k{.keyframe_id = static_cast<std::int64_t>(i) + 1,
+                         .time_ns = static_cast<TimeNs>(i) * 10 * ns_per_s};
       // Metres in the level frame: 4 m/s to the north-east, a height that changes.
       const double along = 40 * static_cast<double>(i);
       const Vec3 place = origin_m + Vec3(0.6 * along, 0.8 * along, 3 * det_sin(0.4 * static_cast<double>(i)));
@@ -57,8 +56,7 @@ struct TrueStrip {
       }
       if (measured && attitudes) {
         const Vec3 error(tilt_noise * normal(rng), tilt_noise * normal(rng), heading_noise * normal(rng));
-        RigidTransform reported;
-        reported.rotation = camera.rotation * rotation_from_vector(wrong ? Vec3(0.3, 0.2, 1) : error);
+        RigidTransform reported{.rotation = camera.rotation * rotation_from_vector(wrong ? Vec3(0.3, 0.2, 1) : error)};
         const Pose attitude = pose_from(reported);
         for (int a = 0; a < 4; ++a) k.q_cam_from_level[a] = attitude.q_cam_from_world[a];
         k.tilt_sigma_rad = tilt_noise;
@@ -103,8 +101,7 @@ TEST(StripFrameTest, AllMeasurementsTogetherGiveScaleAttitudeAndPlace) {
 }
 
 TEST(StripFrameTest, EveryMeasurementIsOptional) {
-  TrueStrip truth;
-  truth.attitudes = truth.positions = truth.velocities = false;
+  TrueStrip truth{.attitudes = false, .positions = false, .velocities = false};
   StripFrame frame = truth.estimate(2);
   EXPECT_LT(truth.scale_error(frame), 0.003);
   EXPECT_EQ(frame.tilt_sigma_rad, 0);
@@ -134,8 +131,7 @@ TEST(StripFrameTest, EveryMeasurementIsOptional) {
 }
 
 TEST(StripFrameTest, MeasurementsThatBeginOrEndOnTheWayAreEnough) {
-  TrueStrip truth;
-  truth.first_measured = 20;
+  TrueStrip truth{.first_measured = 20};
   EXPECT_LT(truth.scale_error(truth.estimate(6)), 0.004);
   truth.first_measured = 0;
   truth.last_measured = 9;
@@ -198,8 +194,7 @@ TEST(StripFrameTest, PositionsThatContradictGiveNoPlace) {
 }
 
 TEST(StripFrameTest, ACompassThatIsOffIsToldAndTheTrackIsBelieved) {
-  TrueStrip truth;
-  truth.position_noise = 0.5;
+  TrueStrip truth{.position_noise = 0.5};
   MeasuredKeyframes list = truth.measure(10);
   for (MeasuredKeyframe& k : list) {
     RigidTransform reported;
@@ -214,10 +209,8 @@ TEST(StripFrameTest, ACompassThatIsOffIsToldAndTheTrackIsBelieved) {
 }
 
 TEST(StripFrameTest, StatedErrorsAreHonest) {
-  TrueStrip heights_only;
-  heights_only.positions = heights_only.velocities = false;
-  TrueStrip positions_only;
-  positions_only.heights = positions_only.velocities = positions_only.attitudes = false;
+  TrueStrip heights_only{.positions = false, .velocities = false};
+  TrueStrip positions_only{.heights = false, .attitudes = false, .velocities = false};
   positions_only.level_from_strip = rotation_from_vector(Vec3(0, 0, 1));
   struct Kind {
     const char* name;
@@ -255,8 +248,7 @@ TEST(StripFrameTest, StatedErrorsAreHonest) {
 }
 
 TEST(StripFrameTest, HeightsWithoutAnAttitudeStateWhatACameraThatDoesNotQuiteLookDownMeans) {
-  TrueStrip truth;
-  truth.positions = truth.velocities = false;
+  TrueStrip truth{.positions = false, .velocities = false};
   const double sure = truth.estimate(3).scale_sigma;
   truth.attitudes = false;
   MeasuredKeyframes list = truth.measure(3);
@@ -272,8 +264,7 @@ TEST(StripFrameTest, HeightsWithoutAnAttitudeStateWhatACameraThatDoesNotQuiteLoo
 TEST(StripFrameTest, ALongStripIsThinnedOutEvenly) {
   MeasuredKeyframes list;
   for (std::int64_t i = 1; i <= 10'000; ++i) {
-    MeasuredKeyframe k;
-    k.keyframe_id = i;
+    MeasuredKeyframe k{.keyframe_id = i};
     add_thinned(k, list);
   }
   ASSERT_GE(list.size(), max_values / 2);
@@ -293,8 +284,7 @@ struct ObliqueTrack {
     Rng rng(seed);
     MeasuredKeyframes list;
     for (std::size_t i = 0; i < 40; ++i) {
-      MeasuredKeyframe k;
-      k.time_ns = static_cast<TimeNs>(i) * 10 * ns_per_s;
+      MeasuredKeyframe k{.time_ns = static_cast<TimeNs>(i) * 10 * ns_per_s};
       const std::size_t line = survey ? i / 10 : 0, at = survey ? (line % 2 == 0 ? i % 10 : 9 - i % 10) : i;
       // Along the strip's x as the level frame sees it, and lines beside it, all at 500 m.
       const Vec3 place = rotation_from_vector(Vec3(0, 0, 0.5)) *
@@ -335,8 +325,7 @@ TEST(StripFrameTest, PositionsOverAnObliqueCameraKeepScaleAndLevelOfTheTrack) {
 }
 
 TEST(StripFrameTest, AFewWrongPositionsDoNotTiltTheTrack) {
-  ObliqueTrack truth;
-  truth.survey = true;
+  ObliqueTrack truth{.survey = true};
   MeasuredKeyframes list = truth.measure(4);
   for (const std::size_t wrong : {5U, 17U, 33U}) list[wrong].place_m[2] += 400;
   EXPECT_LT(truth.up_error(estimate_strip_frame(list)), 0.02);

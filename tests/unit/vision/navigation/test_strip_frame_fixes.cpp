@@ -29,9 +29,7 @@ struct FixedStrip {
     Rng rng(seed);
     MeasuredKeyframes list;
     for (int i = 0; i < keyframes; ++i) {
-      MeasuredKeyframe k;
-      k.keyframe_id = i + 1;
-      k.time_ns = i * 10 * ns_per_s;
+      MeasuredKeyframe k{.keyframe_id = i + 1, .time_ns = i * 10 * ns_per_s};
       const Vec3 place = origin_m + Vec3(24.0 * i, 32.0 * i, 3 * det_sin(0.4 * i));
       const double ground_z = origin_m.z() - 100;
       const Vec3 centre = level_from_strip.transpose() * (place - origin_m) / metres_per_unit;
@@ -101,8 +99,7 @@ TEST(StripFrameFixes, GiveScaleLevelHeadingAndPlace) {
 }
 
 TEST(StripFrameFixes, OneFixGivesThemAllAndNoneGivesNothing) {
-  FixedStrip truth;
-  truth.fix_every = 100;
+  FixedStrip truth{.fix_every = 100};
   const StripFrame frame = truth.estimate(2);
   EXPECT_EQ(frame.verdict, StripFrameVerdict::ok);
   EXPECT_LT(truth.scale_error(frame), 4 * frame.scale_sigma);
@@ -125,8 +122,7 @@ TEST(StripFrameFixes, WorkWithoutDepth) {
 }
 
 TEST(StripFrameFixes, WrongOnesAreLeftOut) {
-  FixedStrip truth;
-  truth.outliers = 0.2;
+  FixedStrip truth{.outliers = 0.2};
   int worse = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const MeasuredKeyframes list = truth.measure(seed);
@@ -167,8 +163,7 @@ TEST(StripFrameFixes, SigmasAreHonest) {
 }
 
 TEST(StripFrameFixes, AgreeWithPositionsOrNeitherCounts) {
-  FixedStrip truth;
-  truth.positions = 2;
+  FixedStrip truth{.positions = 2};
   StripFrame frame = truth.estimate(5);
   EXPECT_EQ(frame.verdict, StripFrameVerdict::ok);
   EXPECT_GE(frame.positions.used, 18U);

@@ -48,9 +48,7 @@ void turn_by_half(Image& image) {
 }  // namespace
 
 OverlapParams any_attitude() {
-  OverlapParams params;
-  params.max_rotation_rad = pi;
-  params.max_scale = 1.4;
+  OverlapParams params{.max_rotation_rad = pi, .max_scale = 1.4};
   return params;
 }
 
@@ -99,8 +97,7 @@ MixedPair mixed_pair(int number, bool full_turn) {
     return look_at(texture(ground), tiling, from, width, height, exposure, rng);
   };
 
-  MixedPair pair;
-  pair.truth = counted_overlap(b_from_a, width, height);
+  MixedPair pair{.truth = counted_overlap(b_from_a, width, height)};
   if (kind < 6) {
     pair.kind = low ? "little overlap" : "related";
     pair.a = look(on, {}, ground_from_a, first);
@@ -113,8 +110,7 @@ MixedPair mixed_pair(int number, bool full_turn) {
   } else if (kind < 16) {
     // A period that the image shows at least one and a half times: a longer one looks like any ground.
     pair.kind = "repetitive";
-    Tiling tiling;
-    tiling.period_x = texels * between_ratio(rng, 5, height / 1.6);
+    Tiling tiling{.period_x = texels * between_ratio(rng, 5, height / 1.6)};
     tiling.period_y = rng.below(2) == 0 ? tiling.period_x : texels * between_ratio(rng, 5, height / 1.6);
     pair.a = look(on, tiling, ground_from_a, first);
     pair.b = look(on, tiling, ground_from_b, second);

@@ -30,10 +30,7 @@ inline OverlapResult search_widely(GrayView a, GrayView b, double min_overlap, C
     collect_wide_peaks(plan, job, *input, *output, candidates);
   }
   if (peaks != nullptr) *peaks = candidates;
-  OverlapParams params;
-  params.min_overlap = min_overlap;
-  params.max_rotation_rad = pi;
-  params.max_scale = coarse_max_scale;
+  OverlapParams params{.min_overlap = min_overlap, .max_rotation_rad = pi, .max_scale = coarse_max_scale};
   const Status judged = measure_overlap_of(*keyframe, b, candidates, params, *workspace, result);
   if (!judged.ok()) result.verdict = OverlapVerdict::overlap_unknown;
   return result;

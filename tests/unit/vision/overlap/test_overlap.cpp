@@ -40,9 +40,7 @@ Scene scene(std::int32_t width, std::int32_t height, double scale, double rotati
   b_from_a.shift_x_px = cx - x + shift_x;
   b_from_a.shift_y_px = cy - y + shift_y;
   const Similarity2 world_from_a{1, 0, 1000, 2000};
-  Scene s;
-  s.b_from_a = b_from_a;
-  s.a = test::render_texture(width, height, world_from_a, 1, 0, noise, 1);
+  Scene s{.a = test::render_texture(width, height, world_from_a, 1, 0, noise, 1), .b_from_a = b_from_a};
   s.b =
       test::render_texture(width, height, test::compose(world_from_a, test::inverse(b_from_a)), gain, offset, noise, 2);
   return s;
@@ -94,8 +92,7 @@ TEST_P(OverlapOfWarpedPair, IsMeasured) {
   const Scene s = scene(c.width, c.height, c.scale, c.rotation_rad, c.shift_x, c.shift_y, c.gain, c.offset, c.noise);
   const double expected = footprint_overlap(c.width, c.height, s.b_from_a);
   for (const OverlapMethod method : {OverlapMethod::ncc, OverlapMethod::sad}) {
-    OverlapParams params;
-    params.method = method;
+    OverlapParams params{.method = method};
     const OverlapResult result = measure(s.a, s.b, params);
     ASSERT_EQ(result.verdict, OverlapVerdict::ok) << result.ncc << " " << result.ncc_second;
     EXPECT_NEAR(result.overlap, expected, 0.005);
@@ -121,8 +118,7 @@ INSTANTIATE_TEST_SUITE_P(Synthetic, OverlapOfWarpedPair,
 
 TEST(Overlap, FindsAnyAttitudeWhenAskedForAFullTurn) {
   const Scene s = scene(640, 480, 1.05, 2.6, 40, -70, 1, 0, 2);
-  OverlapParams params;
-  params.max_rotation_rad = pi;
+  OverlapParams params{.max_rotation_rad = pi};
   const OverlapResult result = measure(s.a, s.b, params);
   ASSERT_EQ(result.verdict, OverlapVerdict::ok);
   EXPECT_LT(corner_error(result.b_from_a, s.b_from_a, 640, 480), 1.0);
@@ -130,9 +126,7 @@ TEST(Overlap, FindsAnyAttitudeWhenAskedForAFullTurn) {
 
 TEST(Overlap, SearchesAroundThePrediction) {
   const Scene s = scene(640, 480, 0.8, -1.2, 40, -70, 1, 0, 2);
-  OverlapParams params;
-  params.predicted_rotation_rad = -1.0;
-  params.predicted_scale = 0.9;
+  OverlapParams params{.predicted_rotation_rad = -1.0, .predicted_scale = 0.9};
   const OverlapResult result = measure(s.a, s.b, params);
   ASSERT_EQ(result.verdict, OverlapVerdict::ok);
   EXPECT_LT(corner_error(result.b_from_a, s.b_from_a, 640, 480), 1.0);
@@ -204,9 +198,7 @@ TEST(CoarseSearch, ScoresAreTheCorrelationOfTheCoveredPart) {
           std::clamp(0.5 * test::fractal_texture(8 * (x + 9), 8 * (y - 4), 20, 1) + 9 * x - 10, 0.0, 1023.0));
     }
   }
-  OverlapParams params;
-  params.max_rotation_rad = 0;
-  params.max_scale = 1;
+  OverlapParams params{.max_rotation_rad = 0, .max_scale = 1};
   CoarseCandidates candidates;
   ASSERT_TRUE(search_coarse(a, b, params, *search, candidates).ok());
   ASSERT_FALSE(candidates.empty());

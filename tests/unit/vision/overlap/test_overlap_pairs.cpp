@@ -103,9 +103,7 @@ Errors errors_under(const Conditions& c, const OverlapParams& params, int count,
 class OverlapOfRandomPairs : public testing::TestWithParam<int> {};
 
 TEST_P(OverlapOfRandomPairs, ShiftAloneIsExactToOnePercent) {
-  OverlapParams params;
-  params.max_rotation_rad = 0;
-  params.max_scale = 1;
+  OverlapParams params{.max_rotation_rad = 0, .max_scale = 1};
   for (const bool full_size : {false, true}) {
     Errors errors = full_size ? errors_under({"shift, 640x480", 0, 1, 1, 2}, params, pairs / 60, 640, 480, 0.5)
                               : errors_under({"shift, 160x120", 0, 1, 1, 2}, params, pairs / 6, width, height, 2);
@@ -256,8 +254,7 @@ TEST_P(OverlapOfRandomPairs, ExposureMayChange) {
         const test::Image a = test::look_at(ground, {}, from_a, width, height, first, rng);
         const Similarity2 from_b = test::compose(from_a, test::inverse(b_from_a));
         const test::Image b = test::look_at(ground, {}, from_b, width, height, second, rng);
-        OverlapParams params;
-        params.method = method;
+        OverlapParams params{.method = method};
         const double truth = test::counted_overlap(b_from_a, width, height);
         const OverlapResult result = measure(a, b, params);
         errors.add(result, truth);

@@ -32,8 +32,7 @@ TEST_P(OverlapOfStrip, AgreesWithTheReference) {
     const test::Image b = test::read_strip_image(strip.folder, images[i + 1].name);
     ASSERT_FALSE(a.empty() || b.empty());
     for (const OverlapMethod method : {OverlapMethod::ncc, OverlapMethod::sad}) {
-      OverlapParams params;
-      params.method = method;
+      OverlapParams params{.method = method};
       OverlapResult result;
       ASSERT_TRUE(measure_overlap(a.view(), b.view(), params, *workspace, result).ok());
       // Overlaps below the smallest that is searched may be unknown, but not wrong.

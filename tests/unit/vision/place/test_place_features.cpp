@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fsw/base/vector_width.hpp"
+#include "fsw/vision/place/descriptor_distance.hpp"
 #include "tests/unit/vision/overlap/ground_texture.hpp"
 #include "tests/unit/vision/place/place_images.hpp"
 
@@ -51,7 +52,7 @@ TEST(PlaceFeatures, VectorsOfBothWidthsFindTheSame) {
   const PlaceFeatures wide = test::features_of(image);
   ASSERT_EQ(narrow.size(), wide.size());
   for (std::size_t i = 0; i < wide.size(); ++i) {
-    EXPECT_EQ(descriptor_distance(narrow[i], wide[i]), 0) << i;
+    EXPECT_EQ(hamming_256(narrow[i].descriptor, wide[i].descriptor), 0) << i;
     EXPECT_TRUE(narrow[i].x == wide[i].x && narrow[i].y == wide[i].y && narrow[i].angle == wide[i].angle) << i;
   }
 }
@@ -95,7 +96,7 @@ Repeated compare(double scale, double rotation_rad, double gain, double offset) 
     int least = 257;
     for (const PlaceFeature& g : b) {
       if (std::hypot(static_cast<double>(g.x) - x, static_cast<double>(g.y) - y) > 4) continue;
-      const int distance = descriptor_distance(f, g);
+      const int distance = hamming_256(f.descriptor, g.descriptor);
       if (distance < least) nearest = &g;
       least = std::min(least, distance);
     }
@@ -140,7 +141,7 @@ TEST(PlaceFeatures, DescriptorsOfUnrelatedGroundDiffer) {
     int alike = 0;
     for (const PlaceFeature& f : a) {
       for (const PlaceFeature& g : b) {
-        const int distance = descriptor_distance(f, g);
+        const int distance = hamming_256(f.descriptor, g.descriptor);
         int bits = 0;
         for (int k = 0; k < 256; ++k) bits += ((f.descriptor[k / 32] ^ g.descriptor[k / 32]) >> (k % 32)) & 1U;
         ASSERT_EQ(distance, bits);

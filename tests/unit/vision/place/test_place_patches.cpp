@@ -43,7 +43,8 @@ PlacePatches keep(const test::Image& image) {
   static const auto harris = std::make_unique<HarrisWorkspace>();
   static const auto workspace = std::make_unique<PlacePatchWorkspace>();
   PlacePatches patches;
-  EXPECT_TRUE(take_place_patches(image.view(), *harris, *workspace, patches).ok());
+  EXPECT_TRUE(begin_place_patches(image.view(), *harris, *workspace, patches).ok());
+  EXPECT_TRUE(do_all([&] { return place_patches_slice(image.view(), *harris, *workspace, patches); }).ok());
   return patches;
 }
 
@@ -163,8 +164,7 @@ TEST(PlacePatches, NothingIsSoughtBeyondTheBorderOrByANonsensePrediction) {
   plane.h[4] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(
       find_place_patches({}, image.view(), plane.h, {}, *workspace, sightings).is(StatusCode::invalid_argument));
-  PatchSearchParams far;
-  far.radius_px = max_patch_search_px + 1;
+  PatchSearchParams far{.radius_px = max_patch_search_px + 1};
   EXPECT_TRUE(
       find_place_patches({}, image.view(), Plane{}.h, far, *workspace, sightings).is(StatusCode::invalid_argument));
 }

@@ -74,8 +74,7 @@ void add_views(const WorldVisits& visits, std::vector<WorldView>& views) {
       const double x = 3.1 * footprint * (spot % 4), y = 3.3 * footprint * (spot / 4);
       for (int k = 0; k < (further_sun ? visits.views_under_further_sun : visits.views); ++k) {
         const double height = altitude * std::sqrt(0.7) * std::pow(2, rng.uniform());
-        world::CameraMotion motion;
-        motion.state = look_down_at(x, y, height, footprint / 6, rng);
+        world::CameraMotion motion{.state = look_down_at(x, y, height, footprint / 6, rng)};
         world::RenderedFrame rendered;
         renderer.render(motion, frame++, rendered);
         Image image(camera.width, camera.height);

@@ -43,8 +43,7 @@ inline CameraModel distorting_camera(std::int32_t width = 320, std::int32_t heig
 inline RigidTransform looking_down(const Vec3& centre, const Vec3& turn = Vec3::Zero()) {
   Mat3 down;
   down << 1, 0, 0, 0, -1, 0, 0, 0, -1;
-  RigidTransform t;
-  t.rotation = rotation_from_vector(turn) * down;
+  RigidTransform t{.rotation = rotation_from_vector(turn) * down};
   t.translation = -(t.rotation * centre);
   return t;
 }

@@ -41,10 +41,7 @@ inline void mark_visible(StereoPair& pair) {
 /// Empty images when the data are absent.
 inline StereoPair read_stereo_pair(const std::string& name) {
   const std::string folder = std::string(data_root) + "stereo_middlebury/" + name + "/";
-  StereoPair pair;
-  pair.name = name;
-  pair.left = read_image(folder + "left.png");
-  pair.right = read_image(folder + "right.png");
+  StereoPair pair{.name = name, .left = read_image(folder + "left.png"), .right = read_image(folder + "right.png")};
   const Image16 truth = read_image16(folder + "disp_left_x256.png");
   if (pair.left.empty() || pair.right.empty() || truth.empty()) return {};
   for (const std::uint16_t value : truth.pixels) pair.truth_px.push_back(value / 256.0);

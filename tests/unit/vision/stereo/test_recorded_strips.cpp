@@ -85,8 +85,7 @@ PairResult reconstruct(const std::string& folder, const StripImage& a, const Str
   std::vector<float> disparity(left.pixels.size());
   std::vector<float> sigma(left.pixels.size());
   const DisparityView view{{disparity.data(), pair.width, pair.height}, {sigma.data(), pair.width, pair.height}};
-  StereoParams params;
-  params.matcher = choice;
+  StereoParams params{.matcher = choice};
   StereoMatcher matcher;
   EXPECT_TRUE(
       matcher.begin(left.view(), right.view(), left_valid.view(), right_valid.view(), range, params, *workspace, view)

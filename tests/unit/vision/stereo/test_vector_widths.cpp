@@ -70,9 +70,7 @@ std::vector<float> matched(const Pair& pair, StereoMatcherChoice choice, std::in
   static const auto workspace = std::make_unique<StereoWorkspace>();
   const std::size_t pixels = pair.left.pixels.size();
   std::vector<float> both(2 * pixels);
-  StereoParams params;
-  params.matcher = choice;
-  params.window_radius = radius;
+  StereoParams params{.matcher = choice, .window_radius = radius};
   StereoMatcher matcher;
   const Status begun =
       matcher.begin(pair.left.view(), pair.right.view(), {pair.left_valid.data(), Pair::width, Pair::height},
@@ -109,8 +107,7 @@ class Rectified {
     camera.k2 = 0.01;
     camera.p1 = 4e-4;
     camera.p2 = -3e-4;
-    RigidTransform right;
-    right.translation = translation;
+    RigidTransform right{.translation = translation};
     EXPECT_TRUE(plan_panels(camera, {}, right, {80, 125}, {}, *plan).ok());
     EXPECT_GT(plan->count, 0U);
   }

@@ -187,8 +187,7 @@ TEST(Coverage, EveryBitThatAnImageUsesIsInItsMemory) {
 }
 
 TEST(CarryCoverage, GroundThatFailedToMatchAgainStaysCovered) {
-  Strip strip;
-  strip.cameras = track({15, 0, 0}, {0, 0, 0}, 0);
+  Strip strip{.cameras = track({15, 0, 0}, {0, 0, 0}, 0)};
   const CameraModel& camera = strip.camera;
   const auto workspace = std::make_unique<CoverageWorkspace>();
   const auto coverage = std::make_unique<Coverage>();
@@ -224,8 +223,7 @@ TEST(CarryCoverage, ADescentLeavesNoPixelOfGroundThatItHasReconstructedUncovered
   const auto coverage = std::make_unique<Coverage>();
   for (const double sink : {4.0, 10.0, 15.0, 25.0}) {
     for (const double spin : {0.0, 0.3}) {
-      Strip strip;
-      strip.cameras = track({0, 0, -sink}, {0, 0, 0}, spin);
+      Strip strip{.cameras = track({0, 0, -sink}, {0, 0, 0}, spin)};
       const CameraModel& camera = strip.camera;
       ASSERT_TRUE(clear_coverage(camera.width, camera.height, *coverage).ok());
       const DepthImage depth = depth_of(strip, 0, 1u << 30U);

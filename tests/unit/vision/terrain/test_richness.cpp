@@ -44,9 +44,7 @@ struct Scene {
 
 /// Lambertian ground of faint pattern under a low sun, with exact depth.
 Scene make_scene(const Terrain& terrain, double unit = 1, double gain = 1) {
-  Scene s;
-  s.camera = distorting_camera(240, 180);
-  s.image = Image(240, 180);
+  Scene s{.camera = distorting_camera(240, 180), .image = Image(240, 180)};
   Rng rng(3);
   const RigidTransform pose = looking_down({0, 0, 100});
   for (std::int32_t y = 0; y < 180; ++y) {
@@ -228,8 +226,7 @@ TEST(Richness, TheUnusualScoresHigherThanTheUsual) {
 }
 
 TEST(Richness, WhatIsLongAgoFadesFromTheMemory) {
-  RichnessParams params;
-  params.novelty_memory = 20;
+  RichnessParams params{.novelty_memory = 20};
   RichnessHistory history;
   const Score old_ground = score(make_scene(cratered));
   const Score new_ground = score(make_scene(rolling));

@@ -124,8 +124,7 @@ TEST(SeenCells, FromStoredMapsAreThoseOfTheDepthItself) {
   for (std::int32_t y = 0; y < Plane::height; ++y) std::fill_n(mask.data() + y * Plane::width, 16, std::uint8_t{0});
   const ImageView<std::uint8_t> masks(mask.data(), Plane::width, Plane::height);
   std::vector<std::uint16_t> codes(plane.sigma.size());
-  StoredDepth stored;
-  stored.disparity_per_inverse_depth_px = focal_px * baseline;
+  StoredDepth stored{.disparity_per_inverse_depth_px = focal_px * baseline};
   ASSERT_TRUE(
       choose_depth_coding(plane.inverse_depths(), plane.sigmas(), masks, focal_px, baseline, 16, stored.coding).ok());
   ASSERT_TRUE(encode_depth(plane.inverse_depths(), plane.sigmas(), masks, stored.coding,

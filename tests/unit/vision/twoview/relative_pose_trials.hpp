@@ -96,8 +96,7 @@ inline PoseCase make_trial(const TrialCell& cell, std::uint64_t trial) {
   constexpr std::size_t matches = 500;
   const SceneKind& kind = scene_kinds[cell.scene];
   Rng rng(mix64(trial) ^ mix64(static_cast<std::uint64_t>(1000 * cell.scene + cell.outliers)), 5);
-  PoseCase result;
-  result.name = kind.name;
+  PoseCase result{.name = kind.name};
   CameraModel& camera = result.camera;
   camera.width = 640;
   camera.height = 480;

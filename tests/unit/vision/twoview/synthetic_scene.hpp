@@ -41,13 +41,7 @@ inline double symmetric(Rng& rng, double bound) {
 }
 
 inline CameraModel make_camera(double fx, double fy, double cx, double cy) {
-  CameraModel camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = fx;
-  camera.fy = fy;
-  camera.cx = cx;
-  camera.cy = cy;
+  CameraModel camera{640, 480, fx, fy, cx, cy};
   return camera;
 }
 

@@ -17,9 +17,7 @@ constexpr std::int32_t width = 640;
 constexpr std::int32_t height = 480;
 
 test::Image textured(double shift_x, double rotation, std::uint64_t seed) {
-  Similarity2 world_from_image;
-  world_from_image.rotation_rad = rotation;
-  world_from_image.shift_x_px = shift_x;
+  Similarity2 world_from_image{.rotation_rad = rotation, .shift_x_px = shift_x};
   return test::render_texture(width, height, world_from_image, 1, 0, 1, seed);
 }
 

@@ -57,8 +57,7 @@ View make_view(const ViewOptions& options) {
 }
 
 TwoViewResult estimate(const View& view, std::uint64_t seed = 1) {
-  RansacParams params;
-  params.seed = seed;
+  RansacParams params{.seed = seed};
   TwoViewResult result;
   EXPECT_TRUE(estimate_two_view(view.pairs, camera, camera, params, workspace, inliers, result).ok());
   return result;
@@ -104,9 +103,7 @@ TEST(PlaneSolutions, ObliqueMotionLeavesTwoOneOfWhichIsTrue) {
 
 TEST(PlaneSolutions, VisibilityRefutesTheRivalOfLevelFlight) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    ViewOptions options;
-    options.centre = Vec3(0.18, 0.002 * static_cast<double>(seed), 0);
-    options.seed = seed;
+    ViewOptions options{.centre = Vec3(0.18, 0.002 * static_cast<double>(seed), 0), .seed = seed};
     const View view = make_view(options);
     const TwoViewResult result = estimate(view);
     ASSERT_EQ(result.planes.count, 1U) << seed;
@@ -118,8 +115,7 @@ TEST(PlaneSolutions, VisibilityRefutesTheRivalOfLevelFlight) {
 }
 
 TEST(PlaneSolutions, NoneWhereReliefOrRotationExplainsThePair) {
-  ViewOptions options;
-  options.centre = Vec3::Zero();
+  ViewOptions options{.centre = Vec3::Zero()};
   EXPECT_EQ(estimate(make_view(options)).planes.count, 0U);
   test::SceneOptions relief;
   const test::Scene scene = test::make_scene(relief);
@@ -210,8 +206,7 @@ TEST(ThirdView, NothingToTellOrNothingToTellItBy) {
 
   solutions.count = 1;
   EXPECT_FALSE(choose(solutions, make_view(third)).decided);
-  RansacParams params;
-  params.threshold_px = 0;
+  RansacParams params{.threshold_px = 0};
   ThirdViewChoice choice;
   EXPECT_FALSE(choose_by_third_view(solutions, make_view(third).pairs, camera, camera, params, workspace, choice).ok());
 }

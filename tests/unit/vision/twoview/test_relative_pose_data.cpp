@@ -50,9 +50,7 @@ TEST(RelativePoseData, Synthetic) {
           floor.rotation.push_back(test::rotation_error_deg(best, pose_case.truth));
           floor.direction.push_back(test::direction_error_deg(best, pose_case.truth));
           for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-            RansacParams params;
-            params.threshold_px = 0.2 * noise;
-            params.seed = seed;
+            RansacParams params{.threshold_px = 0.2 * noise, .seed = seed};
             InlierMask inliers;
             TwoViewResult result;
             ASSERT_TRUE(estimate_two_view(pose_case.pairs, pose_case.camera, pose_case.camera, params, workspace,

@@ -33,9 +33,7 @@ struct Errors {
 void run_cell(const test::TrialCell& cell, Errors& ours, Errors& least_squares) {
   for (int trial = 0; trial < trials; ++trial) {
     const test::PoseCase pose_case = test::make_trial(cell, static_cast<std::uint64_t>(trial));
-    RansacParams params;
-    params.threshold_px = 0.2 * cell.noise;
-    params.seed = static_cast<std::uint64_t>(trial) + 1;
+    RansacParams params{.threshold_px = 0.2 * cell.noise, .seed = static_cast<std::uint64_t>(trial) + 1};
     InlierMask inliers;
     TwoViewResult result;
     ASSERT_TRUE(

@@ -58,37 +58,28 @@ void expect_pose(const Expectation& expected) {
 }
 
 TEST(TwoView, GeneralScene) {
-  SceneOptions options;
-  options.outlier_share = 0.4;
+  SceneOptions options{.outlier_share = 0.4};
   expect_pose({options, TwoViewVerdict::ok, 0.4, 1.5});
 }
 
 TEST(TwoView, Plane) {
-  SceneOptions options;
-  options.relief = 0;
-  options.outlier_share = 0.4;
+  SceneOptions options{.relief = 0, .outlier_share = 0.4};
   expect_pose({options, TwoViewVerdict::planar, 0.8, 4});
 }
 
 TEST(TwoView, StraightTrackOverPlane) {
-  SceneOptions options;
-  options.relief = 0;
-  options.motion = Motion::line;
-  options.outlier_share = 0.4;
+  SceneOptions options{.motion = Motion::line, .relief = 0, .outlier_share = 0.4};
   expect_pose({options, TwoViewVerdict::planar, 0.8, 4});
 }
 
 TEST(TwoView, ForwardMotion) {
-  SceneOptions options;
-  options.motion = Motion::forward;
-  options.outlier_share = 0.3;
+  SceneOptions options{.motion = Motion::forward, .outlier_share = 0.3};
   expect_pose({options, TwoViewVerdict::ok, 0.8, 4});
 }
 
 TEST(TwoView, ExactDataGiveTheExactPose) {
   for (const double relief : {0.0, 0.2}) {
-    SceneOptions options;
-    options.relief = relief;
+    SceneOptions options{.relief = relief};
     const Scene scene = test::make_scene(options);
     const TwoViewResult result = estimate(scene);
     EXPECT_LT(test::rotation_error_deg(result.b_from_a, scene.b_from_a), 1e-5);
@@ -99,11 +90,7 @@ TEST(TwoView, ExactDataGiveTheExactPose) {
 
 TEST(TwoView, RotationAloneHasTooLittleParallax) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-    SceneOptions options;
-    options.motion = Motion::rotation_only;
-    options.outlier_share = 0.3;
-    options.noise_px = 0.5;
-    options.seed = seed;
+    SceneOptions options{.motion = Motion::rotation_only, .outlier_share = 0.3, .noise_px = 0.5, .seed = seed};
     const Scene scene = test::make_scene(options);
     const TwoViewResult result = estimate(scene);
     EXPECT_EQ(result.verdict, TwoViewVerdict::too_little_parallax) << name_of(result.verdict);
@@ -123,9 +110,7 @@ TEST(TwoView, IdenticalImagesHaveTooLittleParallax) {
 }
 
 TEST(TwoView, ParallaxIsMeasured) {
-  SceneOptions options;
-  options.relief = 0;
-  options.motion = Motion::line;
+  SceneOptions options{.motion = Motion::line, .relief = 0};
   const Scene scene = test::make_scene(options);
   // Pure translation by 0.18 altitudes: every point moves by 0.18 fx of camera b.
   EXPECT_NEAR(estimate(scene).median_parallax_px, 0.18 * scene.camera_b.fx, 0.5);
@@ -133,11 +118,7 @@ TEST(TwoView, ParallaxIsMeasured) {
 
 TEST(TwoView, PointsOnALineLeaveThePoseOpen) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-    SceneOptions options;
-    options.on_a_line = true;
-    options.relief = 0;
-    options.noise_px = seed % 2 == 0 ? 0.5 : 0;
-    options.seed = seed;
+    SceneOptions options{.relief = 0, .on_a_line = true, .noise_px = seed % 2 == 0 ? 0.5 : 0, .seed = seed};
     const TwoViewResult result = estimate(test::make_scene(options));
     EXPECT_NE(result.verdict, TwoViewVerdict::ok);
     EXPECT_NE(result.verdict, TwoViewVerdict::planar);
@@ -154,17 +135,13 @@ TEST(TwoView, FewMatchesAreAVerdict) {
 }
 
 TEST(TwoView, NoiseAloneIsAVerdict) {
-  SceneOptions options;
-  options.outlier_share = 1;
-  options.matches = 200;
-  RansacParams params;
-  params.min_inliers = 40;
+  SceneOptions options{.matches = 200, .outlier_share = 1};
+  RansacParams params{.min_inliers = 40};
   EXPECT_EQ(estimate(test::make_scene(options), params).verdict, TwoViewVerdict::too_few_inliers);
 }
 
 TEST(TwoView, NonFiniteMatchesAreOutliers) {
-  SceneOptions options;
-  options.noise_px = 0.3;
+  SceneOptions options{.noise_px = 0.3};
   Scene scene = test::make_scene(options);
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -191,9 +168,7 @@ TEST(TwoView, CoincidentMatchesAreAVerdict) {
 }
 
 TEST(TwoView, SameSeedSameBytes) {
-  SceneOptions options;
-  options.outlier_share = 0.5;
-  options.noise_px = 0.7;
+  SceneOptions options{.outlier_share = 0.5, .noise_px = 0.7};
   const Scene scene = test::make_scene(options);
   const TwoViewResult first = estimate(scene);
   const InlierMask first_inliers = inliers;
@@ -214,15 +189,10 @@ TEST(TwoView, QualityOrdersTheSamples) {
   // With 80 % outliers, 150 uniform samples of five hardly ever hold an outlier-free one; the best by quality do.
   int found = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    SceneOptions options;
-    options.outlier_share = 0.8;
-    options.informative_quality = true;
-    options.noise_px = 0.3;
-    options.matches = 500;
-    options.seed = seed;
+    SceneOptions options{
+        .matches = 500, .outlier_share = 0.8, .noise_px = 0.3, .informative_quality = true, .seed = seed};
     const Scene scene = test::make_scene(options);
-    RansacParams params;
-    params.max_trials = 150;
+    RansacParams params{.max_trials = 150};
     const TwoViewResult result = estimate(scene, params);
     if (test::direction_error_deg(result.b_from_a, scene.b_from_a) < 3) ++found;
   }
@@ -237,9 +207,7 @@ TEST(TwoView, SigmasPredictTheErrors) {
   double sigma_direction2 = 0;
   constexpr int trials = 60;
   for (std::uint64_t trial = 0; trial < trials; ++trial) {
-    SceneOptions options;
-    options.noise_px = 0.5;
-    options.seed = 100 + trial;
+    SceneOptions options{.noise_px = 0.5, .seed = 100 + trial};
     const Scene scene = test::make_scene(options);
     const TwoViewResult result = estimate(scene);
     const double rotation = test::rotation_error_deg(result.b_from_a, scene.b_from_a) / test::degrees;
@@ -259,10 +227,7 @@ TEST(TwoView, SigmasPredictTheErrors) {
 TEST(TwoView, OneMatchByChanceDoesNotTurnAPlane) {
   // A false match on its epipolar line but at a third of the altitude has great leverage on a plane.
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    SceneOptions options;
-    options.relief = 0.005;
-    options.noise_px = 0.5;
-    options.seed = seed;
+    SceneOptions options{.relief = 0.005, .noise_px = 0.5, .seed = seed};
     Scene scene = test::make_scene(options);
     const TwoViewResult clean = estimate(scene);
     const Vec3 near = scene.points[0] / 3;
@@ -277,9 +242,7 @@ TEST(TwoView, OneMatchByChanceDoesNotTurnAPlane) {
 
 TEST(TwoView, RocksOnAPlaneStayInliers) {
   // Ten per cent of the points stand out of the plane by a tenth of the altitude: relief, not chance.
-  SceneOptions options;
-  options.relief = 0;
-  options.noise_px = 0.3;
+  SceneOptions options{.relief = 0, .noise_px = 0.3};
   Scene scene = test::make_scene(options);
   for (std::size_t i = 0; i < 30; ++i) {
     const Vec3 rock = 0.9 * scene.points[i];
@@ -301,8 +264,7 @@ TEST(TwoView, ParametersOutOfRangeAreRefused) {
     return estimate_two_view(scene.pairs, scene.camera_a, scene.camera_b, params, workspace, inliers, result)
         .is(StatusCode::invalid_argument);
   };
-  RansacParams params;
-  params.threshold_px = std::numeric_limits<double>::quiet_NaN();
+  RansacParams params{.threshold_px = std::numeric_limits<double>::quiet_NaN()};
   EXPECT_TRUE(refused(params));
   params = {};
   params.confidence = 1;

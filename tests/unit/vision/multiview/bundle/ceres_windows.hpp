@@ -44,8 +44,7 @@ class RecordedWindows {
 
   /// False when the image cannot be related to the previous image.
   bool add(const Image& previous, const Image& image, std::size_t k) {
-    OverlapParams params;
-    params.min_overlap = 0.35;
+    OverlapParams params{.min_overlap = 0.35};
     OverlapResult overlap;
     good_ = good_ && detect_corners(image.view(), {}, *harris_, corners_).ok() &&
             measure_overlap(previous.view(), image.view(), params, *overlap_, overlap).ok() &&

@@ -39,10 +39,7 @@ inline constexpr const char* dubrovnik_sixteen = "problem-16-22106-pre.txt";
     const Eigen::Vector3d axis(v[0], v[1], v[2]);
     pose.rotation = Vec3(1, -1, -1).asDiagonal() * Eigen::AngleAxisd(axis.norm(), axis.normalized()).toRotationMatrix();
     pose.translation = Vec3(v[3], -v[4], -v[5]);
-    BundleCamera camera;
-    camera.pose = pose_from(pose);
-    camera.fx = camera.fy = v[6];
-    camera.fixed = i < 2;
+    BundleCamera camera{.pose = pose_from(pose), .fx = v[6], .fy = v[6], .fixed = i < 2};
     distortion.push_back({v[7], v[8]});
     (void)problem.cameras.push_back(camera);
   }

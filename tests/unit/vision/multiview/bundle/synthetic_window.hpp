@@ -22,8 +22,7 @@ struct WindowScene {
 };
 
 inline RigidTransform looking_down(const Vec3& centre, const Vec3& tilt) {
-  RigidTransform pose;
-  pose.rotation = rotation_from_vector(tilt) * Vec3(1, -1, -1).asDiagonal();
+  RigidTransform pose{.rotation = rotation_from_vector(tilt) * Vec3(1, -1, -1).asDiagonal()};
   pose.translation = -(pose.rotation * centre);
   return pose;
 }

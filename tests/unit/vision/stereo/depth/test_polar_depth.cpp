@@ -322,10 +322,7 @@ TEST(PlanPanels, TakesHomographiesWhereTheyArePossible) {
 }
 
 TEST(PolarRow, IsTheOneNearestToTheImageWhicheverTurnTheAzimuthIsCountedIn) {
-  RectifiedPair pair;
-  pair.method = RectificationMethod::polar;
-  pair.focal_px = 100;
-  pair.height = 200;
+  RectifiedPair pair{.method = RectificationMethod::polar, .height = 200, .focal_px = 100};
   // A sector across the seam: row 0 is azimuth 2.5, the last row 2.5 + 1.99, beyond pi.
   pair.cy = -250;
   for (const double azimuth : {2.6, 3.1, 3.2, 4.4}) {

@@ -91,8 +91,7 @@ TEST(PoseError, TheStepHasTheErrorsThatTwoCamerasHaveTogether) {
   const RigidTransform a = step_to({1, 2, 3}, {0.1, 3.0, 0.2});
   const RigidTransform b = step_to({1.5, 2.2, 1.8}, {0.2, 2.9, 0.1});
   constexpr int size = static_cast<int>(StripCovariance::size);
-  StripCovariance strip;
-  strip.known = 7;
+  StripCovariance strip{.known = 7};
   // A joint covariance of three cameras, that of a and b fully correlated with each other.
   Eigen::MatrixXd root = Eigen::MatrixXd::Zero(18, 18);
   for (int i = 6; i < 18; ++i) {

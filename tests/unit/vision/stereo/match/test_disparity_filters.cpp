@@ -228,12 +228,7 @@ TEST(SegmentFilter, RemovesSmallIslandsAndKeepsLargeOnesOfAnyShape) {
 
 TEST(DepthRows, AStepInDisparityMakesNoDepthInBetween) {
   // Two level pinholes; the reference's pixels fall between those of the rectified image.
-  CameraModel camera;
-  camera.width = 100;
-  camera.height = 80;
-  camera.fx = camera.fy = 100;
-  camera.cx = 49.5;
-  camera.cy = 39.5;
+  CameraModel camera{100, 80, 100, 100, 49.5, 39.5};
   RectifiedPair pair;
   pair.width = 120;
   pair.height = 90;

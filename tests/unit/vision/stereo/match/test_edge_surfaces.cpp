@@ -74,8 +74,7 @@ struct Scene {
     rows.right = {right.data(), width, height};
     rows.left_valid = {valid.data(), width, height};
     rows.right_valid = {valid.data(), width, height};
-    StereoParams params;
-    params.surface_step_px = surface_step_px;
+    StereoParams params{.surface_step_px = surface_step_px};
     const auto workspace = std::make_unique<EdgeWorkspace>();
     for (std::int32_t y = 0; y < height + edge_reach; ++y) {
       decide_edges_row(
@@ -112,8 +111,7 @@ TEST(EdgeSurfaces, BackgroundThatTookTheDisparityOfTheBlockGetsItsOwn) {
 }
 
 TEST(EdgeSurfaces, ImagesOfUnequalBrightnessGiveTheSame) {
-  Scene scene;
-  scene.right_brighter = 25;
+  Scene scene{.right_brighter = 25};
   scene.make(2);
   scene.set(110, 113, near_px, 0.1F);
   scene.decide();
@@ -142,8 +140,7 @@ TEST(EdgeSurfaces, GroundThatTheBlockHidesFromTheRightImageLosesItsDisparity) {
 
 TEST(EdgeSurfaces, BlankGroundBesideTheBlockStaysEmpty) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    Scene scene;
-    scene.blank = true;
+    Scene scene{.blank = true};
     scene.make(seed);
     // Only the first column sees the block in its closest neighbours.
     scene.set(110, 114, 0, 0);
@@ -176,8 +173,7 @@ TEST(EdgeSurfaces, ADoubtfulChoiceHasAnErrorThatReachesTheOtherSurface) {
   clear.decide();
   EXPECT_LT(suspect_share(clear, 108, 112), 0.2);
   // The same pixels, but a window found the block there, and noise leaves little between the surfaces.
-  Scene suspect;
-  suspect.noise_grey = 12;
+  Scene suspect{.noise_grey = 12};
   suspect.make(1);
   suspect.set(110, 112, near_px, 0.1F);
   suspect.decide();
@@ -185,8 +181,7 @@ TEST(EdgeSurfaces, ADoubtfulChoiceHasAnErrorThatReachesTheOtherSurface) {
 }
 
 TEST(EdgeSurfaces, ADisparityThatTheImagesContradictIsNotTaken) {
-  Scene scene;
-  scene.smooth = true;
+  Scene scene{.smooth = true};
   scene.make(6);
   // What is beside the block has the disparity of the block, and all further on is off by the step of two surfaces.
   scene.set(110, 114, near_px, 0.1F);

@@ -185,9 +185,7 @@ TEST(GapSupport, APlaneThatNoOtherDirectionConfirmsHasALargerStatedError) {
 
 TEST(GapSupport, NoiseIsNoGround) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
-    Scene scene;
-    scene.noise_grey = 1;
-    scene.right_sees_it = false;
+    Scene scene{.noise_grey = 1, .right_sees_it = false};
     scene.make(seed);
     scene.support();
     EXPECT_EQ(scene.supported(), 0) << seed;
@@ -210,9 +208,7 @@ TEST(GapSupport, ADepthEdgeIsNotBridged) {
 }
 
 TEST(GapSupport, AGapThatIsHardlySeenAgainStaysEmptyWithWhatIs) {
-  Scene scene;
-  scene.right_sees_it = false;
-  scene.island = true;
+  Scene scene{.right_sees_it = false, .island = true};
   for (unsigned seed = 1; seed <= 20; ++seed) {
     scene.make(seed);
     scene.support();
@@ -221,8 +217,7 @@ TEST(GapSupport, AGapThatIsHardlySeenAgainStaysEmptyWithWhatIs) {
 }
 
 TEST(GapSupport, AGapAtTheEdgeOfTheViewOrFartherThanItsReachStaysEmpty) {
-  Scene scene;
-  scene.slope = 0;
+  Scene scene{.slope = 0};
   scene.make(1);
   for (std::int32_t y = 0; y < height; ++y) {
     for (std::int32_t x = 0; x < width; ++x) {

@@ -144,8 +144,7 @@ Found match_boulders(const Boulders& boulders, bool coarse_to_fine) {
   const std::vector<std::uint8_t> whole(left.pixels.size(), 1);
   std::vector<float> disparity(left.pixels.size());
   std::vector<float> sigma(left.pixels.size());
-  StereoParams params;
-  params.coarse_to_fine = coarse_to_fine;
+  StereoParams params{.coarse_to_fine = coarse_to_fine};
   StereoMatcher matcher;
   const Status begun =
       matcher.begin(left.view(), right.view(), {whole.data(), width, height}, {whole.data(), width, height}, range,

@@ -46,8 +46,7 @@ std::vector<std::uint8_t> whole(const Image& image) {
 class EitherMatcher : public ::testing::TestWithParam<StereoMatcherChoice> {
  protected:
   static StereoParams params() {
-    StereoParams p;
-    p.matcher = GetParam();
+    StereoParams p{.matcher = GetParam()};
     return p;
   }
   static Result match(const Image& left, const Image& right, DisparityRange range, std::int32_t band = 32) {

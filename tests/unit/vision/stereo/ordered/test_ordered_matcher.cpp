@@ -37,8 +37,7 @@ Answer match(const Image& left, const Image& right, const DisparityRange& range)
   Answer a{{}, left.width, std::vector<float>(left.pixels.size()), std::vector<float>(left.pixels.size())};
   const std::vector<std::uint8_t> everywhere(left.pixels.size(), 1);
   const MaskView mask(everywhere.data(), left.width, left.height);
-  StereoParams params;
-  params.matcher = StereoMatcherChoice::ordered_scanline;
+  StereoParams params{.matcher = StereoMatcherChoice::ordered_scanline};
   StereoMatcher matcher;
   a.status =
       matcher.begin(left.view(), right.view(), mask, mask, range, params, *workspace,

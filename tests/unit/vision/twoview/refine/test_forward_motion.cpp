@@ -13,12 +13,7 @@ namespace {
 TwoViewWorkspace workspace;
 
 TEST(ForwardMotion, EpipoleInView) {
-  CameraModel camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 700;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
+  CameraModel camera{640, 480, 700, 700, 319.5, 239.5};
   const auto in_view = [&](const Vec3& translation) {
     return epipole_in_view({Mat3::Identity(), translation.normalized()}, camera, camera);
   };
@@ -40,8 +35,7 @@ void shares_within_sigma(int outliers, int noise, double& one, double& two) {
   one = two = 0;
   for (int trial = 0; trial < trials; ++trial) {
     const test::PoseCase pair = test::make_trial({5, outliers, noise}, 1000 + static_cast<std::uint64_t>(trial));
-    RansacParams params;
-    params.threshold_px = 0.2 * noise;
+    RansacParams params{.threshold_px = 0.2 * noise};
     InlierMask inliers;
     TwoViewResult result;
     ASSERT_TRUE(estimate_two_view(pair.pairs, pair.camera, pair.camera, params, workspace, inliers, result).ok());
@@ -65,12 +59,7 @@ TEST(ForwardMotion, StatedErrorsCoverTheErrorsMade) {
 }
 
 TEST(ForwardMotion, TheTwoMotionsOfAPlaneAreNotAveraged) {
-  CameraModel camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 600;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
+  CameraModel camera{640, 480, 600, 600, 319.5, 239.5};
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     Rng rng(seed);
     const auto between = [&](double a, double b) { return a + (b - a) * rng.uniform(); };

@@ -27,8 +27,7 @@ NarrowPair make_pair(NarrowScene scene, double turn) {
   scene.keyframes = 2;
   scene.least_turn = scene.most_turn = turn;
   const test::SyntheticStrip strip = test::NarrowFlight(scene).strip();
-  NarrowPair pair;
-  pair.camera = strip.camera;
+  NarrowPair pair{.camera = strip.camera};
   const test::StripKeyframe& b = strip.keyframes[1];
   for (const Match& m : b.matches) {
     const Corner& a = strip.keyframes[0].corners[m.a];

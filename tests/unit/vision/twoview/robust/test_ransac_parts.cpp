@@ -141,9 +141,7 @@ double least_squares_cost(const RigidTransform& pose) {
 
 TEST(RefineRelativePose, EndsWhereNoStepLowersTheCost) {
   for (const int matches : {40, 41}) {
-    test::SceneOptions options;
-    options.matches = matches;
-    options.noise_px = 0.5;
+    test::SceneOptions options{.matches = matches, .noise_px = 0.5};
     const test::Scene scene = test::make_scene(options);
     normalise_pairs(scene.pairs, intrinsics_of(scene.camera_a), intrinsics_of(scene.camera_b), 1, normalised);
     std::vector<std::uint16_t> all(normalised.size());

@@ -41,9 +41,7 @@ double epipolar_error(const Scene& exact, const Mat3& f) {
 
 TEST(EstimateFundamental, EpipolarLinesOfAGeneralScene) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    SceneOptions options;
-    options.seed = seed;
-    options.matches = 500;
+    SceneOptions options{.matches = 500, .seed = seed};
     const Scene exact = test::make_scene(options);
     options.outlier_share = 0.4;
     options.noise_px = 0.5;
@@ -64,9 +62,7 @@ double median_error_of_fundamental(const test::TrialCell& cell) {
   std::vector<double> errors;
   for (std::uint64_t trial = 0; trial < 40; ++trial) {
     const test::PoseCase pair = test::make_trial(cell, trial);
-    RansacParams params;
-    params.threshold_px = 0.2 * cell.noise;
-    params.seed = trial + 1;
+    RansacParams params{.threshold_px = 0.2 * cell.noise, .seed = trial + 1};
     FundamentalResult result;
     EXPECT_TRUE(estimate_fundamental(pair.pairs, params, workspace, inliers, result).ok());
     EXPECT_TRUE(result.found);
@@ -88,11 +84,7 @@ TEST(EstimateFundamental, NearlyAsGoodAsTheMatchesAllow) {
 
 TEST(EstimateFundamental, APlaneIsBetterExplainedByAHomography) {
   for (const Motion motion : {Motion::sideways, Motion::line, Motion::rotation_only}) {
-    SceneOptions options;
-    options.motion = motion;
-    options.relief = 0;
-    options.outlier_share = 0.3;
-    options.noise_px = 0.5;
+    SceneOptions options{.motion = motion, .relief = 0, .outlier_share = 0.3, .noise_px = 0.5};
     const Scene scene = test::make_scene(options);
     FundamentalResult result;
     ASSERT_TRUE(estimate_fundamental(scene.pairs, {}, workspace, inliers, result).ok());
@@ -105,10 +97,7 @@ TEST(EstimateHomography, TransferErrorOfAPlane) {
   // OpenCV's USAC_MAGSAC has 0.15 px on such data.
   double mean = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    SceneOptions options;
-    options.seed = seed;
-    options.relief = 0;
-    options.matches = 500;
+    SceneOptions options{.relief = 0, .matches = 500, .seed = seed};
     const Scene exact = test::make_scene(options);
     options.outlier_share = 0.5;
     options.noise_px = 0.5;
@@ -146,8 +135,7 @@ TEST(EstimateModels, TooFewOrMeaninglessMatchesAreNotFound) {
   EXPECT_FALSE(h.found);
   ASSERT_TRUE(estimate_fundamental(pairs, {}, workspace, inliers, f).ok());
   EXPECT_FALSE(f.found);
-  RansacParams bad;
-  bad.max_trials = 0;
+  RansacParams bad{.max_trials = 0};
   EXPECT_TRUE(estimate_fundamental(pairs, bad, workspace, inliers, f).is(StatusCode::invalid_argument));
   EXPECT_TRUE(estimate_homography(pairs, bad, workspace, inliers, h).is(StatusCode::invalid_argument));
 }

@@ -81,29 +81,25 @@ TEST(FivePoint, FindsTheTruthOnGeneralScenes) {
 }
 
 TEST(FivePoint, FindsTheTruthOnPlanes) {
-  SceneOptions options;
-  options.relief = 0;
+  SceneOptions options{.relief = 0};
   EXPECT_GE(five_point_success(options, 1e-6), 0.98);
 }
 
 TEST(FivePoint, FindsTheTruthOnAStraightTrack) {
   // Without rotation several entries of the matrix are zero: a basis of the null space must not divide by them.
-  SceneOptions options;
-  options.motion = Motion::line;
+  SceneOptions options{.motion = Motion::line};
   EXPECT_GE(five_point_success(options, 1e-6), 0.99);
   options.relief = 0;
   EXPECT_GE(five_point_success(options, 1e-5), 0.98);
 }
 
 TEST(FivePoint, FindsTheTruthInForwardMotion) {
-  SceneOptions options;
-  options.motion = Motion::forward;
+  SceneOptions options{.motion = Motion::forward};
   EXPECT_GE(five_point_success(options, 1e-5), 0.98);
 }
 
 TEST(FivePoint, AnswersAreEssentialMatrices) {
-  SceneOptions options;
-  options.matches = 5;
+  SceneOptions options{.matches = 5};
   const Scene scene = test::make_scene(options);
   Vec3 a[5];
   Vec3 b[5];
@@ -136,10 +132,7 @@ TEST(FivePoint, RefusesDegenerateAndNonFiniteInput) {
 int seven_point_success(Motion motion) {
   int found = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    SceneOptions options;
-    options.motion = motion;
-    options.matches = 7;
-    options.seed = seed;
+    SceneOptions options{.motion = motion, .matches = 7, .seed = seed};
     const Scene scene = test::make_scene(options);
     Vec3 a[7];
     Vec3 b[7];
@@ -190,8 +183,7 @@ void normalise_isotropically(const Scene& scene, ImageNormalisation& a, ImageNor
 }
 
 TEST(EightPoint, ExactOnExactData) {
-  SceneOptions options;
-  options.matches = 20;
+  SceneOptions options{.matches = 20};
   const Scene scene = test::make_scene(options);
   ImageNormalisation a;
   ImageNormalisation b;
@@ -207,8 +199,7 @@ TEST(EightPoint, ExactOnExactData) {
 }
 
 TEST(EightPoint, RefusesAPlane) {
-  SceneOptions options;
-  options.relief = 0;
+  SceneOptions options{.relief = 0};
   const Scene scene = test::make_scene(options);
   ImageNormalisation a;
   ImageNormalisation b;
@@ -223,9 +214,7 @@ Mat3 plane_homography(const Scene& scene, double depth) {
 }
 
 TEST(Homography, IsExactOnAPlane) {
-  SceneOptions options;
-  options.relief = 0;
-  options.matches = 40;
+  SceneOptions options{.relief = 0, .matches = 40};
   const Scene scene = test::make_scene(options);
   normalise_pairs(scene.pairs, intrinsics_of(scene.camera_a), intrinsics_of(scene.camera_b), 1, normalised);
   const Mat3 truth = plane_homography(scene, 1 / options.baseline);
@@ -270,10 +259,7 @@ TEST(Homography, SampsonIsHalfTheTransferErrorOfAShift) {
 TEST(Homography, DecompositionContainsTheMotion) {
   for (const Motion kind : {Motion::sideways, Motion::line, Motion::forward}) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-      SceneOptions options;
-      options.motion = kind;
-      options.seed = seed;
-      options.matches = 1;
+      SceneOptions options{.motion = kind, .matches = 1, .seed = seed};
       const Scene scene = test::make_scene(options);
       PlaneMotion motions[4];
       ASSERT_EQ(decompose_homography(-3 * plane_homography(scene, 5), motions), 4U);
@@ -296,9 +282,7 @@ TEST(Homography, DecompositionContainsTheMotion) {
 
 TEST(DecomposeEssential, FourPosesOneOfWhichSeesThePoints) {
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
-    SceneOptions options;
-    options.seed = seed;
-    options.matches = 10;
+    SceneOptions options{.matches = 10, .seed = seed};
     const Scene scene = test::make_scene(options);
     RigidTransform poses[4];
     ASSERT_TRUE(decompose_essential(-2.5 * essential_from_pose(scene.b_from_a), poses));

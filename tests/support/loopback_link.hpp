@@ -1,4 +1,4 @@
-// Two ends of a link in memory, with the faults of radio links, for simulation and tests.
+// Two ends of a link in memory, with the faults of radio links.
 #pragma once
 
 #include <array>

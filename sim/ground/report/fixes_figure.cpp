@@ -1,4 +1,4 @@
-// Fixes of keyframes on the map of an orbiter: verdicts, what they removed, the track on the map, and a table.
+// Fixes of keyframes on the map of an orbiter: the track on the map.
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 
 #include "sim/ground/fixes/fix_text.hpp"
 #include "sim/ground/report/figures.hpp"
-#include "sim/ground/report/page_sections.hpp"
+#include "sim/ground/report/map_figures.hpp"
 #include "sim/host/statistics.hpp"
 #include "sim/host/text_format.hpp"
 
@@ -151,7 +151,9 @@ std::string caption_of(const Report& report, const StripFixes& strip, const std:
          "contradicts the others and counts as nothing.";
 }
 
-std::string plan(const Report& report, const StripFixes& strip) {
+}  // namespace
+
+std::string figure_of_fixes(const Report& report, const StripFixes& strip) {
   if (strip.track_by_all.empty()) return "";
   const bool drifts = strip.accepted > fixes::first_fixes;
   const std::vector<Vec3> by_first = drifts ? strip.track_by_first : std::vector<Vec3>{};
@@ -178,62 +180,6 @@ std::string plan(const Report& report, const StripFixes& strip) {
   svg += segment({16, height - 14}, {16 + bar * frame.scale(), height - 14}, "track") +
          label(16 + 0.5 * bar * frame.scale(), height - 21, "middle", host::brief(bar) + " m");
   return figure(svg, caption_of(report, strip, image, factor));
-}
-
-std::string place_of(const FixRecord& fix) {
-  if (fix.body == Body::none) return host::fixed(fix.ground_m[0], 1) + ", " + host::fixed(fix.ground_m[1], 1) + " m";
-  return host::fixed(fix.longitude_deg, 6) + "°, " + host::fixed(fix.latitude_deg, 6) + "°";
-}
-
-std::string metres(const std::optional<double>& value) {
-  return cell(value ? host::brief(*value) : "");
-}
-
-std::string row_of(const KeyframeFix& one) {
-  const FixRecord& fix = one.fix;
-  std::string row = "<tr>" + cell(std::to_string(fix.id)) + cell(std::string(name_of(fix.verdict)), "t") +
-                    cell(fix.state == FixState::none ? "" : name_of(fix.state), "t");
-  if (!fixes::was_registered(fix)) return row + "<td colspan=\"10\"></td></tr>\n";
-  row +=
-      cell(name_of(fix.sense), "t") + cell(name_of(fix.prior), "t") +
-      cell(host::brief(fix.evidence) + " (" + std::to_string(fix.votes) + " of " + std::to_string(fix.patches) + ")");
-  if (!has_place(one)) return row + "<td colspan=\"7\"></td></tr>\n";
-  const fixes::ErrorEllipse e = fixes::ellipse_of(fix);
-  const double shift_m = fix.pixel_m * std::hypot(fix.shift_px[0], fix.shift_px[1]);
-  return row + cell(host::brief(shift_m)) + cell(host::brief(fix.shift_sigmas)) + cell(place_of(fix)) +
-         cell(host::brief(e.major_m) + " x " + host::brief(e.minor_m)) + metres(one.off_by_vehicle_m) +
-         metres(one.off_by_first_m) + metres(one.off_by_all_m) + "</tr>\n";
-}
-
-std::string table(const StripFixes& strip) {
-  std::string html =
-      "<details><summary>Fixes of strip " + std::to_string(strip.strip_id) +
-      "</summary><div class=\"scroll\"><table><tr><th>keyframe</th><th class=\"t\">verdict</th><th "
-      "class=\"t\">counts</th>"
-      "<th class=\"t\">compared</th><th class=\"t\">searched by</th><th>evidence<br>(votes)</th><th>shift from<br>the "
-      "prior, m</th><th>the same,<br>sigmas</th><th>ground point</th><th>error<br>ellipse, m</th><th>off by the<br>"
-      "vehicle, m</th><th>off by first<br>fixes, m</th><th>off by all<br>fixes, m</th></tr>\n";
-  for (const KeyframeFix& one : strip.keyframes) html += row_of(one);
-  return html + "</table></div></details>\n";
-}
-
-}  // namespace
-
-std::string page_fixes(const Report& report) {
-  if (report.fixes.empty()) return "";
-  std::string html = "<h2>Place on the map</h2>\n";
-  for (const std::string& line : fixes::lines_of(report.fixes)) html += "<p>" + host::escaped(line) + ".</p>\n";
-  for (const StripFixes& strip : report.fixes.strips) {
-    if (strip.map_sigma_m > 0) {
-      html += "<p class=\"note\">Map " + fixes::map_name(strip.map_id) + " as a whole may be off by " +
-              host::brief(strip.map_sigma_m) +
-              " m on the body (one sigma to each side), which is common to all fixes "
-              "and not in their errors.</p>\n";
-    }
-    html += plan(report, strip) + table(strip);
-  }
-  for (const std::string& line : fixes::lines_of(report.joined)) html += "<p>" + host::escaped(line) + ".</p>\n";
-  return html;
 }
 
 }  // namespace ilp::report

@@ -1,4 +1,4 @@
-#include "hal/link/loopback/loopback_link.hpp"
+#include "tests/support/loopback_link.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-// A map in memory, for tests and for flights in virtual time. The bytes are the owner's and outlive it.
+// A map in memory. The bytes are the owner's and outlive it.
 #pragma once
 
 #include <algorithm>

@@ -1,0 +1,28 @@
+// Capacities of a desk: 1024 x 1024 px.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace ilp::limits {
+
+inline constexpr const char* profile = "host";
+
+// Images
+inline constexpr std::int32_t max_image_width = 1024;
+inline constexpr std::int32_t max_image_height = 1024;
+inline constexpr std::size_t max_corners = 2048;
+inline constexpr std::int32_t max_disparities = 256;
+
+// One window of bundle adjustment (decisions.md, 5: 7 keyframes at 85 % overlap, one more for slack)
+inline constexpr std::size_t max_window_keyframes = 8;
+inline constexpr std::size_t max_fixed_keyframes = 8;  ///< cameras before the window that its points still see
+inline constexpr std::size_t max_bundle_points = 4096;
+
+// Memory of the flight and of its libraries
+inline constexpr std::size_t max_static_bytes = std::size_t{256} << 20U;
+inline constexpr std::size_t sqlite_arena_bytes = std::size_t{16} << 20U;
+inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{20} << 20U;  // 13.8 MiB used at worst
+inline constexpr std::size_t ram_store_bytes = 2 * sqlite_arena_bytes;
+
+}  // namespace ilp::limits

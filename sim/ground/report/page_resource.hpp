@@ -1,0 +1,11 @@
+// The script and style of the page, which the build makes of the files in page/.
+#pragma once
+
+#include <string_view>
+
+namespace ilp::report {
+
+[[nodiscard]] std::string_view page_script();
+[[nodiscard]] std::string_view page_style();
+
+}  // namespace ilp::report
