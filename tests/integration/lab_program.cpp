@@ -37,8 +37,7 @@ LabRun LabTest::lab(const std::string& arguments) const {
   const std::string command =
       std::string(ILP_LAB_PROGRAM) + " " + arguments + " >" + path("stdout") + " 2>" + path("stderr") + " </dev/null";
   const int ended = std::system(command.c_str());
-  LabRun run;
-  run.status = WIFEXITED(ended) ? WEXITSTATUS(ended) : -1;
+  LabRun run{.status = WIFEXITED(ended) ? WEXITSTATUS(ended) : -1};
   // The shell's way to say that a signal ended the program.
   if (run.status > 128) run.status = -1;
   run.out = content(path("stdout"));

@@ -40,10 +40,7 @@ CameraMotion nadir() {
 }
 
 WorldParams flat(double albedo_contrast) {
-  WorldParams world;
-  world.relief_m = 1e-6;
-  world.crater_density = world.rock_density = 0;
-  world.albedo_contrast = albedo_contrast;
+  WorldParams world{.relief_m = 1e-6, .crater_density = 0, .rock_density = 0, .albedo_contrast = albedo_contrast};
   return world;
 }
 
