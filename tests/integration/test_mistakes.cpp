@@ -101,7 +101,8 @@ const std::vector<Mistake> mistakes = {
     {"GROUND console 127.0.0.1:9 --key no.keys", 1, {"cannot read the file of keys no.keys", "check the path"}},
     {"GROUND console 127.0.0.1:9 --key open.keys", 1, {"others may read the file of keys open.keys", "chmod 600"}},
 #ifdef ILP_ONBOARD  // it is not built for the sanitizers
-    {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --virtual-time --store memory --mission words.txt",
+    {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --virtual-time --outbox empty "
+     "--acknowledgements empty --store memory --mission words.txt",
      1,
      {"mission file words.txt: line 1: expected [section], key = value"}},
     {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --virtual-time --outbox no --acknowledgements empty "
