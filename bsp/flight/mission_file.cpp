@@ -50,6 +50,19 @@ FixedText<320> fault_of_entry(const MissionEntry& entry) {
   return text;
 }
 
+FixedText<512> fault_of_mission(Status status, const MissionEntry& entry) {
+  FixedText<512> text;
+  if (entry.key[0] != 0) {
+    text.add('[').add(entry.section).add("] ").add(entry.key).add(" = ").add(entry.value).add(": ");
+    text.add(fault_of_entry(entry).c_str());
+  } else if (status.is(StatusCode::parse_error)) {
+    text.add("line ").add(status.a).add(": expected [section], key = value, or a comment behind ; or #");
+  } else if (status.is(StatusCode::not_found)) {
+    text.add("there is no such file; check the path");
+  }
+  return text;
+}
+
 Status read_mission_file(const char* path, MissionParameters& mission, MissionEntry& fault) {
   fault = {};
   std::FILE* const file = std::fopen(path, "r");

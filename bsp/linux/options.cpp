@@ -330,9 +330,11 @@ bool read_mission(const Options& options, MissionParameters& mission) {
   MissionEntry error;
   const Status status = read_mission_file(options.mission, mission, error);
   if (status.ok()) return true;
-  std::fprintf(stderr, "ilp-onboard: [%s] %s = %s: %s\n", error.section, error.key, error.value,
-               fault_of_entry(error).c_str());
-  print_status(options.mission, status);
+  const auto fault = fault_of_mission(status, error);
+  if (fault.size() == 0)
+    print_status(options.mission, status);
+  else
+    std::fprintf(stderr, "ilp-onboard: mission file %s: %s\n", options.mission, fault.c_str());
   return false;
 }
 

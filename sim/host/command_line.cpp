@@ -97,11 +97,8 @@ std::optional<int> read_command_line(CLI::App& app, int argc, char** argv, std::
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error, out, err);
     const std::string unknown = unknown_word(app);
-    if (unknown.empty()) {
-      app.exit(error, out, err);
-    } else {
-      err << app.get_name() << ": " << unknown << "\nRun with --help for more information.\n";
-    }
+    err << app.get_name() << ": " << (unknown.empty() ? error.what() : unknown)
+        << "\nRun with --help for more information.\n";
     return wrong_usage;
   }
   return std::nullopt;

@@ -8,9 +8,26 @@
 #include "sim/host/status_error.hpp"
 
 namespace ilp::host {
+namespace {
+
+[[noreturn]] void refuse(const std::string& file, Status status, const MissionEntry& entry) {
+  const auto fault = fault_of_mission(status, entry);
+  throw std::runtime_error("mission file " + file + ": " + (fault.size() > 0 ? fault.c_str() : describe(status)));
+}
+
+}  // namespace
+
 std::string unknown_parameter(const std::string& key) {
   MissionEntry entry;
   copy_text(entry.key, key.c_str());
+  return fault_of_entry(entry).c_str();
+}
+
+std::string fault_of_value(const ParameterInfo& info, const std::string& value) {
+  MissionEntry entry;
+  copy_text(entry.section, info.section);
+  copy_text(entry.key, info.key);
+  copy_text(entry.value, value.c_str());
   return fault_of_entry(entry).c_str();
 }
 
@@ -25,15 +42,15 @@ MissionParameters read_mission(const std::string& file, MissionParameters missio
   if (file.empty()) return mission;
   MissionEntry entry;
   const Status status = read_mission_file(file.c_str(), mission, entry);
-  if (status.ok()) return mission;
-  std::string message = "mission file " + file + ": ";
-  if (entry.key[0] != 0) {
-    message += "[" + std::string(entry.section) + "] " + entry.key + " = " + entry.value + ": " +
-               fault_of_entry(entry).c_str();
-  } else {
-    message += status.is(StatusCode::not_found) ? "there is no such file; check the path" : describe(status);
-  }
-  throw std::runtime_error(message);
+  if (!status.ok()) refuse(file, status, entry);
+  return mission;
+}
+
+void check_mission_lines(const std::string& file) {
+  MissionParameters mission;
+  MissionEntry entry;
+  const Status status = read_mission_file(file.c_str(), mission, entry);
+  if (!status.ok() && !status.is(StatusCode::parameters_contradict)) refuse(file, status, entry);
 }
 
 }  // namespace ilp::host

@@ -56,8 +56,8 @@ void describe_options(CLI::App& app, CommandLine& line) {
   app.add_option("--frames", scenario.frames, "number of frames of the simulated flight");
   app.add_option(
       "--images", source.images,
-      "folder of PNG or PGM images; its times.txt has a line `time_ns name` per image, without it they are two "
-      "seconds apart");
+      "folder of PNG, PGM, JPEG or TIFF images; its times.txt has a line `time_ns name` per image, without it "
+      "the times are those of EXIF, or two seconds apart");
   app.add_option("--y4m", source.y4m, "YUV4MPEG2 file, - for standard input");
   app.add_option("--frame-rate", source.frame_rate_hz, "frames per second of a video whose header states none")
       ->check(CLI::Range(0.001, 100000.0))

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "cfg/mission.hpp"
 #include "sim/host/text_format.hpp"
 #include "sim/world/world_params.hpp"
 
@@ -90,6 +91,12 @@ const ScenarioEntry* find_entry(const std::vector<ScenarioEntry>& entries, std::
   return found;
 }
 
+/// Of a name that the simulator does not have and the flight software has.
+std::string place_of(const ScenarioEntry& entry) {
+  if (find_parameter(entry.section.c_str(), entry.name.c_str()) == parameter_count()) return {};
+  return "; it is a parameter of the flight software, which a file of --mission sets";
+}
+
 void apply_entry(const std::vector<ScenarioSection>& all, const ScenarioEntry& entry) {
   std::string known;
   std::vector<std::string> names = {"faults"};
@@ -100,12 +107,12 @@ void apply_entry(const std::vector<ScenarioSection>& all, const ScenarioEntry& e
     try {
       set_parameter(section.parameters, entry.section, entry.name, entry.value);
     } catch (const std::invalid_argument& error) {
-      refuse(entry, error.what());
+      refuse(entry, error.what() + place_of(entry));
     }
     return;
   }
   refuse(entry, "[" + entry.section + "]: no such section; there are " + known + "faults" +
-                    host::did_you_mean(entry.section, names));
+                    host::did_you_mean(entry.section, names) + place_of(entry));
 }
 
 void apply_fault(std::vector<ScenarioEntry>& faults, const ScenarioEntry& entry) {

@@ -325,6 +325,33 @@ TEST_F(LabGenerated, StereoSaysThatARangeHoldsNoMatches) {
   }
 }
 
+/// The upper half of the right image is shifted by 9 px, the lower one by 25 px.
+TEST_F(LabGenerated, StereoSaysThatARangeHoldsAPartOfTheGround) {
+  const std::string left = write_window("l.pgm", 0, 0), right = write_window("r.pgm", 9, 0);
+  host::Raster<std::uint8_t> both = host::read_gray(right);
+  const host::Raster<std::uint8_t> lower = host::read_gray(write_window("lower.pgm", 25, 0));
+  std::copy(lower.samples.begin() + 320 * 120, lower.samples.end(), both.samples.begin() + 320 * 120);
+  host::write_pgm(right, both.view());
+  const struct {
+    const char* range;
+    const char* verdict;
+    double below, above;
+  } cases[] = {{" --min-disparity 0 --max-disparity 31", "ok", 0, 0},
+               {" --min-disparity 0 --max-disparity 16", "range_too_small", 0, 0.45},
+               {" --min-disparity 16 --max-disparity 40", "range_too_small", 0.45, 0}};
+  for (const auto& one : cases) {
+    const LabRun run = lab("stereo " + left + " " + right + one.range + " --out " + path("d.pfm"));
+    ASSERT_EQ(run.status, 0) << run.err;
+    EXPECT_EQ(run.json["verdict"], one.verdict) << one.range << run.json;
+    EXPECT_NEAR(run.number("below"), one.below, 0.06) << one.range;
+    EXPECT_NEAR(run.number("above"), one.above, 0.06) << one.range;
+    EXPECT_EQ(run.err.find("widen the range") != std::string::npos, one.below + one.above > 0) << run.err;
+  }
+  const LabRun all =
+      lab("stereo " + left + " " + right + " --min-disparity=-100 --max-disparity 155 --out " + path("d.pfm"));
+  EXPECT_TRUE(all.json["below"].is_null()) << "there are no more disparities to search: " << all.json;
+}
+
 TEST_F(LabGenerated, EncodedFileFitsAndOpens) {
   const std::string image = write_window("i.pgm", 0, 0);
   host::Raster<std::uint8_t> mask(320, 240);

@@ -40,6 +40,9 @@ const std::vector<Mistake> mistakes = {
     {"SIL --images images --out out --mission no.ini",
      1,
      {"mission file no.ini", "there is no such file; check the path"}},
+    {"SIL --images images --out out --mission words.txt",
+     1,
+     {"mission file words.txt: line 1: expected [section], key = value"}},
     {"GROUND nowhere --out out", 1, {"no such folder: nowhere", "name the outbox of a flight"}},
     {"GROUND empty --out out",
      1,
@@ -81,6 +84,10 @@ const std::vector<Mistake> mistakes = {
     {"SIL --scenario mars-plain --out out",
      1,
      {"scenario mars-plain", "expected a file or one of", "did you mean mars-plains?"}},
+    {"SIL --set overlap.target_overlap=0.7 --out out",
+     1,
+     {"[overlap]", "parameter of the flight software", "--mission"}},
+    {"SIL --seed=-1 --out out", 2, {"ilp-sil: --seed: '-1' is no whole number"}},
     {"SIL --set flight.altitud_m=3 --out out", 1, {"altitud_m", "there are", "did you mean altitude_m?"}},
     {"SIL --set fligt.altitude_m=3 --out out", 1, {"[fligt]", "no such section", "did you mean flight?"}},
     {"SIL --frames 20000 --out out", 1, {"frames", "from 1 to 9999"}},
@@ -94,6 +101,10 @@ const std::vector<Mistake> mistakes = {
     {"GROUND console 127.0.0.1:9 --key no.keys", 1, {"cannot read the file of keys no.keys", "check the path"}},
     {"GROUND console 127.0.0.1:9 --key open.keys", 1, {"others may read the file of keys open.keys", "chmod 600"}},
 #ifdef ILP_ONBOARD  // it is not built for the sanitizers
+    {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --virtual-time --outbox empty "
+     "--acknowledgements empty --store memory --mission words.txt",
+     1,
+     {"mission file words.txt: line 1: expected [section], key = value"}},
     {"ONBOARD --index index.txt --camera \"64 48 55 55 31.5 23.5\" --virtual-time --outbox no --acknowledgements empty "
      "--store memory",
      1,

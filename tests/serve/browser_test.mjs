@@ -264,7 +264,7 @@ async function givesCommands(browser) {
   assert.ok(line('accepted: capture +1') < line('done: capture +1'), 'reports are read from top to bottom');
   await page.locator('#panel li', { hasText: '1 frames' }).waitFor(patience);
   await send('set overlap.target_overlap 7');
-  await page.locator('#answer.bad', { hasText: 'must be a number from 0.5 to 0.98' }).waitFor(patience);
+  await page.locator('#answer.bad', { hasText: 'not a number from 0.5 to 0.98' }).waitFor(patience);
   await send('set <img/src=x> 1');
   await page.locator('#answer.bad', { hasText: 'not <img/src=x>' }).waitFor(patience);
   await page.locator('#line').fill('set overlap.tar');

@@ -124,7 +124,7 @@ class Commands(unittest.TestCase):
     def test_a_line_that_cannot_be_sent_says_why(self):
         server = self.serve()
         for line, why in (("launch", "there is no command launch"),
-                          ("set overlap.target_overlap 1.5", "must be a number from 0.5 to 0.98"),
+                          ("set overlap.target_overlap 1.5", "not a number from 0.5 to 0.98"),
                           ("set overlap.nothing 1", "no parameter overlap.nothing"),
                           ("set", "it is written: set SECTION.KEY VALUE"),
                           ("call SELFDESTRUCT", "a function is one of"),

@@ -4,10 +4,12 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <string_view>
 
 #include "cfg/limits.hpp"
 #include "fsw/records/records.hpp"
 #include "hal/maps/directory_map_source.hpp"
+#include "sim/host/mission_input.hpp"
 
 namespace ilp::console {
 namespace fs = std::filesystem;
@@ -35,6 +37,15 @@ Console::Bytes read_file(const fs::path& path) {
   return bytes;
 }
 
+/// Parameters that the flight would refuse are refused here. Parts of a map say what they are in their first octets.
+void check_content(const fs::path& path) {
+  const Console::Bytes bytes = read_file(path);
+  const auto begins = [&](std::string_view magic) {
+    return bytes.size() >= magic.size() && std::equal(magic.begin(), magic.end(), bytes.begin());
+  };
+  if (!begins("ILPM") && !begins("ILPT")) host::check_mission_lines(path.string());
+}
+
 /// The directory comes first: the flight takes only tiles that it names.
 std::deque<fs::path> files_of_map(const fs::path& folder) {
   if (!fs::is_regular_file(folder / map_directory_name)) {
@@ -60,7 +71,7 @@ void FileUplinks::put_first(Order& order) {
 void FileUplinks::send(const fs::path& path, const std::string& words) {
   Order order{words, {path}, 0};
   if (fs::is_directory(path)) order.files = files_of_map(path);
-  for (const fs::path& file : order.files) (void)checked_size(file);
+  for (const fs::path& file : order.files) check_content(file);
   put_first(order);
   const std::size_t files = order.files.size();
   orders_.push_back(std::move(order));

@@ -136,24 +136,16 @@ std::size_t parameter_of(const std::string& name) {
 }
 
 /// As a mission file has it: an angle may be in degrees.
-double setting_value(const ParameterInfo& info, const std::string& name, const std::string& text) {
+double setting_value(const ParameterInfo& info, const std::string& text) {
   double value = 0;
   if (parse_value(info, text.c_str(), value) && value >= info.minimum && value <= info.maximum) return value;
-  if (!info.choices.empty()) {
-    std::vector<std::string> names;
-    for (const EnumValue& one : info.choices) names.emplace_back(one.name);
-    refuse_word(name.c_str(), text, names);
-  }
-  std::ostringstream expected;
-  expected << name << " must be a number from " << info.minimum << " to " << info.maximum;
-  if (std::string(info.unit) == "rad") expected << " rad, or degrees, written 20deg";
-  refuse(expected.str() + ", not " + text);
+  refuse(std::string(info.section) + "." + info.key + " = " + text + ": " + host::fault_of_value(info, text));
 }
 
 OperatorCommand set(const Words& words, const Context& context) {
   const std::size_t index = parameter_of(words[0]);
   const ParameterInfo& info = parameter_info(index);
-  const double value = setting_value(info, words[0], words[1]);
+  const double value = setting_value(info, words[1]);
   return telecommand(parameter_management::service, parameter_management::set, data_of([&](ByteWriter& out) {
                        write_count(context.tailoring.parameter_count, 1, out);
                        out.number(info.number, context.tailoring.parameter_id);

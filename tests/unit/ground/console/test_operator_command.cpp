@@ -124,8 +124,10 @@ TEST(OperatorCommands, WhatTheFlightWouldRefuseIsRefusedHereWithTheReason) {
     EXPECT_NE(refusal(line).find(part), std::string::npos) << line << ": " << refusal(line);
   };
   says("launch", "there is no command launch");
-  says("set overlap.target_overlap 3", "from 0.5 to 0.98");
-  says("set overlap.max_rotation_rad 90", "to 3.1416 rad, or degrees, written 20deg, not 90");
+  says("set overlap.target_overlap 3", "overlap.target_overlap = 3: not a number from 0.5 to 0.98");
+  says("set overlap.max_rotation_rad 90", "= 90: not a number from 0 to 3.1416 rad, or degrees, written 20deg");
+  says("set stereo.matcher semi_globl",
+       "= semi_globl: expected semi_global or ordered_scanline; did you mean semi_global?");
   says("set overlap.target_overlap 40deg", "from 0.5 to 0.98");
   says("set overlap.none 3", "no parameter overlap.none");
   says("set target_overlap 3", "section.key");
@@ -150,7 +152,8 @@ TEST(OperatorCommands, UnknownWordsAreNamedWithTheNearestRightOne) {
   says("pings", "did you mean ping?");
   says("set overlap.target_overlop 0.8", "did you mean overlap.target_overlap?");
   says("set target_overlop 0.8", "did you mean overlap.target_overlap?");
-  says("set acquisition.capture_mode regulr", "not regulr; did you mean regular?");
+  says("set acquisition.capture_mode regulr",
+       "= regulr: expected regular or forecast or telecommanded; did you mean regular?");
   says("mode forcast", "not forcast; did you mean forecast?");
   says("strip bgin", "did you mean begin?");
   says("restart downlnk", "not downlnk; did you mean downlink?");

@@ -175,6 +175,10 @@ TEST(Scenario, OverridesThatAreWrongAreNamed) {
   EXPECT_TRUE(says(load("flight.altitude_m=high"), "--set: [flight] altitude_m = high: expected a number from"));
   EXPECT_TRUE(says(load("flight.altitud=3"), "[flight] altitud: no such parameter; there are seed, kind,"));
   EXPECT_TRUE(says(load("fligth.frames=3"), "[fligth]: no such section; there are scenario, world, flight, camera"));
+  EXPECT_TRUE(
+      says(load("overlap.target_overlap=0.7"), "is a parameter of the flight software, which a file of --mission"));
+  EXPECT_TRUE(says(load("navigation.use_navigation=1"), "which a file of --mission sets"));
+  EXPECT_FALSE(says(load("fligth.frames=3"), "--mission")) << "it is no parameter of anything";
   EXPECT_TRUE(says(load("scenario.preset=pluto"), "[scenario] preset = pluto: expected one of "));
   EXPECT_TRUE(says(load("effects.set=all"), "[effects] set = all: expected realistic or none"));
   EXPECT_TRUE(says(load("camera.width=9999"), "[camera] width = 9999: expected a whole number from 64 to"));
