@@ -29,7 +29,7 @@ GrayImage read_within(const std::string& path, int max_width, int max_height, co
   if (size.width > max_width || size.height > max_height) {
     throw std::runtime_error(path + ": " + host::size_text(size.width, size.height) +
                              " pixels, the limit of the flight software is " + host::size_text(max_width, max_height) +
-                             " (" + limit_names + " in cfg/limits.hpp, profile " + limits::profile + ")");
+                             " (" + limit_names + " of the profile " + limits::profile + ")");
   }
   if (host::is_png_or_pgm(path) && !size.deep) return host::read_gray(path);
   return host::grey_of(host::read_photograph(path), 1, size.deep ? host::grey_range({path}) : host::GreyRange{});
