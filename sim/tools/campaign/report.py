@@ -4,7 +4,7 @@ import os
 import re
 from html import escape
 
-from flights import counted, remove_folder, tail_of, write_file
+from flights import bytes_of, counted, remove_folder, tail_of, write_file
 from metrics import METRICS, SIM
 from plots import STYLE, draw, svg_file, sweep_plot
 from tables import cell_tables, how_to_read, scored, table_csv, table_markdown
@@ -15,9 +15,10 @@ PAGE_STYLE = ("pre{overflow-x:auto;font-size:12px;background:var(--plate);paddin
 
 
 def report_style():
-    """The style sheet of the ground's report."""
-    with open(os.path.join(SIM, "ground", "report", "report_html.cpp"), encoding="utf-8") as header:
-        return re.search(r'R"css\((.*?)\)css"', header.read(), re.S)[1]
+    """The style sheets of the ground's report."""
+    folder = os.path.join(SIM, "ground", "report", "page")
+    sheets = sorted(name for name in os.listdir(folder) if name.endswith(".css"))
+    return "".join(bytes_of(os.path.join(folder, name)).decode("utf-8") for name in sheets)
 
 
 def plain(text):
