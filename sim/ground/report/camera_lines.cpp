@@ -109,7 +109,9 @@ std::vector<std::string> contradiction_lines(const intake::Flight& flight) {
   }
   if (!lines.empty()) {
     lines.emplace_back(
-        "What to do: check the camera file (size, focus, zoom), or measure the camera (ilp-lab calibrate-target).");
+        "What to do: check the camera file (size, focus, zoom; of a rolling shutter the readout time, # readout_s, or "
+        "let the "
+        "flight find it, [calibration] readout_sigma_s), or measure the camera (ilp-lab calibrate-target).");
   }
   return lines;
 }
