@@ -264,8 +264,8 @@ TEST_F(BadInputTest, MissionFiles) {
   refused("[overlap]\ntarget_overlap = much\n", {"target_overlap = much", "not a number"});
   refused("[acquisition]\ncapture_mode = regulr\n", {"capture_mode = regulr", "expected", "did you mean regular?"});
   refused("[overlap]\ntarget_overlap = nan\n", {"target_overlap = nan"});
-  refused("[overlap\ntarget_overlap = 0.8\n", {"mission.ini", "line or offset 1"});
-  refused("[overlap]\ntarget_overlap = 0.8\nmin overlap\n", {"mission.ini", "line or offset 3"});
+  refused("[overlap\ntarget_overlap = 0.8\n", {"mission.ini", "line 1"});
+  refused("[overlap]\ntarget_overlap = 0.8\nmin overlap\n", {"mission.ini", "line 3"});
   refused("[overlap]\ntarget_overlap = 0.6\nmin_overlap = 0.7\n", {"mission.ini"});
   expect_refused(test::sil_command(plain, out, {"--mission", folder / "none.ini"}), {"none.ini"});
 }

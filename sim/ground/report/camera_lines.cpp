@@ -109,9 +109,10 @@ std::vector<std::string> contradiction_lines(const intake::Flight& flight) {
   }
   if (!lines.empty()) {
     lines.emplace_back(
-        "What to do: check the camera file (size, focus, zoom; of a rolling shutter the readout time, # readout_s, or "
-        "let the "
-        "flight find it, [calibration] readout_sigma_s), or measure the camera (ilp-lab calibrate-target).");
+        "What to do: check the camera file (size, focus, zoom), or measure the camera (ilp-lab calibrate-target). With "
+        "a "
+        "rolling shutter state its readout time (# readout_s), or let the flight find it ([calibration] "
+        "readout_sigma_s).");
   }
   return lines;
 }

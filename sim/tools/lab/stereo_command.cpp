@@ -40,7 +40,7 @@ void check_range(const DisparityRange& range) {
   if (range.max_px < range.min_px) throw UsageError("--max-disparity is below --min-disparity");
   if (range.count() > limits::max_disparities) {
     throw std::runtime_error(std::to_string(range.count()) + " disparities, the limit of the flight software is " +
-                             std::to_string(limits::max_disparities) + " (max_disparities of the profile " +
+                             std::to_string(limits::max_disparities) + " (limits::max_disparities of the profile " +
                              limits::profile + ")");
   }
 }
