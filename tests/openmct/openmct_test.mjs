@@ -51,7 +51,7 @@ try {
     }
     throw new Error(`waited in vain until ${what}`);
   };
-  const posed = (count) => until(`${count} keyframes are posed`, async () => (await state()).summary?.posed === count);
+  const posed = (count) => until(`${count} keyframes are posed`, async () => (await state()).totals?.final_poses === count);
   await posed(4);
   browser = await chromium.launch({ executablePath: process.env.CHROMIUM, args: process.getuid() === 0 ? ['--no-sandbox'] : [] });
   const page = await browser.newPage({ viewport: { width: 1366, height: 768 } });
@@ -73,9 +73,10 @@ try {
     const found = await request('keyframes');
     assert.deepEqual(numbers(found), Array.from({ length: count }, (_, i) => i + 1), 'in the order of time');
     for (const row of found) {
-      const k = told[`k/${row.keyframe}`];
-      assert.deepEqual([row.t, row.strip, row.overlap, row.richness, row.error], [k.t, k.s, k.o, k.r, k.e]);
-      assert.deepEqual([row.x, row.y, row.z, row.image_bytes, row.depth_bytes], [...k.c, k.i[0], k.d?.[0]]);
+      const k = told[`keyframes/${row.keyframe}`];
+      assert.deepEqual([row.t, row.strip, row.overlap, row.richness, row.error],
+        [k.time_ns / 1e9, k.strip, k.id === 1 ? undefined : k.overlap_with_previous, k.richness.index, k.pose.rms_px]);
+      assert.deepEqual([row.x, row.y, row.z, row.image_bytes, row.depth_bytes], [...k.pose.centre, k.image_product.bytes, k.depth_product?.bytes]);
     }
     return told;
   };
@@ -95,24 +96,24 @@ try {
   await posed(keyframes);
   await rows(keyframes);
   const told = await same(keyframes);
-  const events = Object.entries(told).filter(([name]) => name.startsWith('e/'));
+  const events = Object.entries(told).filter(([name]) => name.startsWith('events/'));
   assert.ok(events.length > 0, 'the flight has events');
   const foundEvents = await request('events');
   assert.equal(foundEvents.length, events.length);
   for (const [name, e] of events) {
-    const row = foundEvents.find((one) => `e/${one.event}` === name);
+    const row = foundEvents.find((one) => `events/${one.event}` === name);
     assert.deepEqual([row.t, row.level, row.severity, row.name, row.component, row.text, row.advice],
       [e.time_ns / 1e9, e.level, e.severity, e.name, e.component, e.text, e.advice]);
   }
   // The storage has the time of the newest keyframe.
   const storage = await request('storage');
-  assert.equal(storage.at(-1).t, told[`k/${keyframes}`].t);
+  assert.equal(storage.at(-1).t, told[`keyframes/${keyframes}`].time_ns / 1e9);
   for (const name of ['frame_bytes', 'depth_bytes', 'structure_bytes', 'product_bytes', 'budget_bytes', 'database_bytes', 'products_held',
     'products_acknowledged', 'products_dropped']) {
     assert.equal(storage.at(-1)[name], told.storage[name], name);
   }
   // Bounds are kept, as the conductor sets them.
-  const [fourth, seventh] = [told['k/4'].t, told['k/7'].t];
+  const [fourth, seventh] = [4, 7].map((id) => told[`keyframes/${id}`].time_ns / 1e9);
   assert.deepEqual(numbers(await request('keyframes', { start: fourth, end: seventh })), [4, 5, 6, 7]);
   // Of another flight at this address nothing is mixed with the one before.
   mkdirSync(`${build}/other-box`);

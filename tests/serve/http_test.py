@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What a client of ilp-ground serve sees: http_test.py ILP_GROUND MAKE_DOWNLINK WORK [TEST...]"""
 import http.client
+import json
 import os
 import shutil
 import socket
@@ -31,7 +32,7 @@ class Serve(unittest.TestCase):
     def serve_whole(self):
         deliver(source, self.box, os.listdir(source))
         server = self.serve()
-        wait_for("the flight", lambda: server.state().get("summary", {}).get("posed") == keyframes)
+        wait_for("the flight", lambda: server.state().get("totals", {}).get("final_poses") == keyframes)
         wait_for("the end of the run", lambda: server.state()["run"]["state"] == "waiting")
         return server
 
@@ -43,44 +44,44 @@ class Serve(unittest.TestCase):
         for last in (2, 5, keyframes):
             deliver(source, self.box, of_keyframes(source, max(1, last - 2), last))
             wait_for(f"keyframe {last}", lambda: stream.keyframes() == list(range(1, last + 1)))
-            self.assertEqual(stream.items["summary"]["keyframes"], last)
-            self.assertEqual(stream.items["strip/1"]["posed"], last)
+            self.assertEqual(stream.items["totals"]["keyframes"], last)
+            self.assertEqual(stream.items["strips/1"]["final_poses"], last)
         wait_for("the end of the run", lambda: stream.items["run"]["state"] == "waiting")
         self.assertEqual(stream.items["run"]["problem"], "")
         # The truth of the downlink: the camera flies along x, 80 % of the image overlaps, at equal steps.
-        x = [stream.items[f"k/{i}"]["c"][0] for i in range(1, keyframes + 1)]
+        x = [stream.items[f"keyframes/{i}"]["pose"]["centre"][0] for i in range(1, keyframes + 1)]
         steps = [b - a for a, b in zip(x, x[1:])]
         for step in steps:
             self.assertAlmostEqual(step, steps[0], delta=1e-4 * abs(steps[0]))
         files = [os.path.getsize(os.path.join(self.box, n)) for n in os.listdir(self.box)]
-        self.assertEqual(stream.items["summary"]["received_bytes"], sum(files))
+        self.assertEqual(stream.items["totals"]["received_bytes"], sum(files))
 
     def test_only_what_has_changed_is_sent(self):
         server = self.serve()
         deliver(source, self.box, of_keyframes(source, 1, keyframes - 1))
         stream = Stream(server)
-        wait_for("the flight", lambda: stream.items.get("summary", {}).get("posed") == keyframes - 1)
+        wait_for("the flight", lambda: stream.items.get("totals", {}).get("final_poses") == keyframes - 1)
         before = len(stream.updates)
         deliver(source, self.box, of_keyframes(source, keyframes, keyframes))
         wait_for("the last keyframe", lambda: keyframes in stream.keyframes())
-        sent = {name for update, _ in stream.updates[before:] for name in update["set"] if name.startswith("k/")}
-        self.assertNotIn("k/1", sent)
-        self.assertIn(f"k/{keyframes}", sent)
+        sent = {name for update, _ in stream.updates[before:] for name in update["set"] if name.startswith("keyframes/")}
+        self.assertNotIn("keyframes/1", sent)
+        self.assertIn(f"keyframes/{keyframes}", sent)
         self.assertEqual(stream.items, {**server.state(), "run": stream.items["run"]})
 
     def test_a_page_that_comes_back_gets_what_it_has_missed(self):
         server = self.serve()
         deliver(source, self.box, of_keyframes(source, 1, 4))
         stream = Stream(server)
-        wait_for("the flight", lambda: stream.items.get("summary", {}).get("posed") == 4)
+        wait_for("the flight", lambda: stream.items.get("totals", {}).get("final_poses") == 4)
         wait_for("the end of the run", lambda: stream.items["run"]["state"] == "waiting")
         stream.close()
         deliver(source, self.box, of_keyframes(source, 5, 5))
-        wait_for("keyframe 5", lambda: "k/5" in server.state())
+        wait_for("keyframe 5", lambda: "keyframes/5" in server.state())
         again = Stream(server, stream.place)
         wait_for("keyframe 5 on the page", lambda: 5 in again.keyframes())
         self.assertFalse(again.updates[0][0]["full"])
-        self.assertNotIn("k/1", again.items)
+        self.assertNotIn("keyframes/1", again.items)
         for nonsense in ("0-1", "x", "-", "ffffffffffffffff-99999999999999999999", stream.place + "9"):
             afresh = Stream(server, nonsense)
             wait_for("everything", lambda: afresh.keyframes() == [1, 2, 3, 4, 5])
@@ -101,15 +102,15 @@ class Serve(unittest.TestCase):
         self.assertTrue(again.updates[0][0]["full"])
         wait_for("the end of the run", lambda: server.state()["run"]["state"] == "waiting")
         after = server.state()
-        self.assertEqual({k: v for k, v in after.items() if k.startswith(("k/", "strip/", "e/"))},
-                         {k: v for k, v in before.items() if k.startswith(("k/", "strip/", "e/"))})
+        lists = ("keyframes/", "strips/", "events/", "map/")
+        self.assertEqual({k: v for k, v in after.items() if k.startswith(lists)}, {k: v for k, v in before.items() if k.startswith(lists)})
 
     def test_the_page_needs_nothing_from_elsewhere(self):
         server = self.serve_whole()
         status, headers, page = server.get("/")
         self.assertEqual((status, headers["Content-Type"]), (200, "text/html; charset=utf-8"))
         self.assertIn("default-src 'none'", headers["Content-Security-Policy"])
-        for part in ("live.css", "main.js", "connection.js", "map.js", "tables.js", "plot.js", "text.js", "parts.css"):
+        for part in ("live.css", "main.js", "connection.js", "map.js", "sections.js", "plot.js", "text.js", "style.css"):
             status, headers, text = server.get("/page/" + part)
             self.assertEqual(status, 200, part)
             self.assertNotIn(b"http://", text)
@@ -118,17 +119,48 @@ class Serve(unittest.TestCase):
 
     def test_files_are_those_of_the_results(self):
         server = self.serve_whole()
-        files = server.state()["files"]
+        files = server.state()["results"]
         self.assertEqual(files, sorted(set(files)))
         for name in files + ["keyframes/000001-image.png"]:
             status, _, content = server.get("/files/" + name)
             with open(os.path.join(self.out, name), "rb") as file:
                 self.assertEqual((status, content), (200, file.read()), name)
-        map_ = server.state()["strip/1"]["map"]
+        map_ = server.state()["map/1"]
         for kind in ("image", "relief"):
             status, headers, content = server.get(map_[kind])
             self.assertEqual((status, headers["Content-Type"], content[:4]), (200, "image/png", b"\x89PNG"))
             self.assertEqual([int.from_bytes(content[at:at + 4], "big") for at in (16, 20)], map_["size"])
+
+    def assert_same(self, item, value, name):
+        """But for the digits that are not sent."""
+        if isinstance(value, float):
+            self.assertAlmostEqual(item, value, delta=1e-8 * abs(value), msg=name)
+        elif isinstance(value, dict):
+            self.assertEqual(set(item), set(value), name)
+            for key in value:
+                self.assert_same(item[key], value[key], f"{name}.{key}")
+        elif isinstance(value, list):
+            self.assertEqual(len(item), len(value), name)
+            for one, other in zip(item, value):
+                self.assert_same(one, other, name)
+        else:
+            self.assertEqual(item, value, name)
+
+    def test_the_items_are_those_of_report_json(self):
+        with open(os.path.join(self.box, "product-000001-nonsense"), "wb") as file:
+            file.write(b"no product")
+        server = self.serve_whole()
+        state, report = server.state(), json.loads(server.get("/files/report.json")[2])
+        report["files"] = [f for f in report["files"] if f["fault"] is not None]
+        self.assertGreater(len(report["files"]), 0)
+        for key, value in report.items():
+            item = state[key]
+            if isinstance(value, list) and value and isinstance(value[0], dict):
+                self.assertEqual(item, [], key)
+                self.assertEqual(len([n for n in state if n.startswith(key + "/")]), len(value), key)
+                item = [state[f"{key}/{one.get('id', i)}"] for i, one in enumerate(value)]
+            self.assert_same(item, value, key)
+        self.assertEqual({n.split("/")[0] for n in state} - set(report), {"run", "map", "results"})
 
     def test_no_other_file_can_be_read(self):
         server = self.serve_whole()
@@ -293,7 +325,7 @@ class Serve(unittest.TestCase):
         os.makedirs(outbox)
         deliver(source, outbox, os.listdir(source))
         server = self.serve()
-        wait_for("the flight", lambda: len([n for n in server.state() if n.startswith("k/")]) == keyframes)
+        wait_for("the flight", lambda: len([n for n in server.state() if n.startswith("keyframes/")]) == keyframes)
         self.assertTrue(os.path.exists(os.path.join(self.box, "ground", "report.html")))
 
 

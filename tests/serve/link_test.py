@@ -81,7 +81,7 @@ try:
     stream = Stream(server)
     for posed in (2, 4):
         wait_for(f"{posed} posed keyframes",
-                 lambda: stream.items.get("summary", {}).get("posed", 0) >= posed and stream.items["run"]["problem"] == "")
+                 lambda: stream.items.get("totals", {}).get("final_poses", 0) >= posed and stream.items["run"]["problem"] == "")
         before = stream.keyframes()
         server.end()
         server = Server(ground, received, "--listen", "127.0.0.1:0")
@@ -89,7 +89,7 @@ try:
         stream = Stream(server, stream.place)
         wait_for("the same keyframes", lambda: set(before) <= set(stream.keyframes()))
         print(f"{posed} posed keyframes came, and were there after a restart of the server", flush=True)
-    wait_for("a map", lambda: any("map" in stream.items[n] for n in list(stream.items) if n.startswith("strip/")))
+    wait_for("a map", lambda: any("image" in stream.items[n] for n in list(stream.items) if n.startswith("map/")))
     assert relay.lost > 20, relay.lost
     print(f"{relay.passed} packets passed, {relay.lost} were lost; {len(stream.keyframes())} keyframes on the page")
 finally:

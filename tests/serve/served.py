@@ -167,7 +167,7 @@ class Stream:
         self.place = event["id"]
 
     def keyframes(self):
-        return sorted(int(name[2:]) for name in list(self.items) if name.startswith("k/"))
+        return sorted(int(name[10:]) for name in list(self.items) if name.startswith("keyframes/"))
 
 
 def deliver(source, box, names):

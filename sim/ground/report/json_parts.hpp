@@ -1,4 +1,4 @@
-// Parts of report.json that stand alone; the viewer and the live page have some of them.
+// Parts of report.json that stand alone; the viewer has some of them.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -7,8 +7,6 @@
 
 namespace ilp::report {
 
-[[nodiscard]] nlohmann::ordered_json event_json(const EventRecord& event);
-[[nodiscard]] nlohmann::ordered_json component_json(const ComponentRecord& component);
 /// What the flight itself says of its errors, one sigma, in per cent of the flying height; null where it says nothing.
 [[nodiscard]] nlohmann::ordered_json estimated_errors_json(const Report& report);
 /// In the order of the flight.

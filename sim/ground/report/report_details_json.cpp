@@ -5,7 +5,6 @@
 #include "sim/ground/report/accuracy_summary.hpp"
 #include "sim/ground/report/json_parts.hpp"
 #include "sim/host/statistics.hpp"
-#include "sim/host/status_error.hpp"
 
 namespace ilp::report {
 namespace {
@@ -17,30 +16,6 @@ double seconds(std::int64_t time_ns) {
 }
 
 }  // namespace
-
-Json event_json(const EventRecord& e) {
-  return {{"id", e.id},
-          {"time_ns", e.time_ns},
-          {"severity", host::severity_name(e.severity)},
-          {"name", host::event_name(e.code)},
-          {"component", e.component},
-          {"text", host::event_sentence(e)},
-          {"advice", host::event_advice(e.code)},
-          {"values", {e.a, e.b}},
-          {"place", e.place},
-          {"code", e.code},
-          {"level", e.severity}};
-}
-
-Json component_json(const ComponentRecord& c) {
-  return {{"name", c.name},
-          {"steps", c.steps},
-          {"busy_s", static_cast<double>(c.busy_ns) / 1e9},
-          {"longest_step_s", static_cast<double>(c.longest_ns) / 1e9},
-          {"overruns", c.overruns},
-          {"restarts", c.restarts},
-          {"faults", c.faults}};
-}
 
 Json estimated_errors_json(const Report& report) {
   std::vector<double> positions, heights;

@@ -536,6 +536,30 @@ Json frame_json(std::int64_t id, const OverlapRecord& overlap) {
           {"ncc", overlap.ncc}};
 }
 
+Json event_json(const EventRecord& e) {
+  return {{"id", e.id},
+          {"time_ns", e.time_ns},
+          {"severity", host::severity_name(e.severity)},
+          {"name", host::event_name(e.code)},
+          {"component", e.component},
+          {"text", host::event_sentence(e)},
+          {"advice", host::event_advice(e.code)},
+          {"values", {e.a, e.b}},
+          {"place", e.place},
+          {"code", e.code},
+          {"level", e.severity}};
+}
+
+Json component_json(const ComponentRecord& c) {
+  return {{"name", c.name},
+          {"steps", c.steps},
+          {"busy_s", static_cast<double>(c.busy_ns) / 1e9},
+          {"longest_step_s", static_cast<double>(c.longest_ns) / 1e9},
+          {"overruns", c.overruns},
+          {"restarts", c.restarts},
+          {"faults", c.faults}};
+}
+
 Json file_json(const intake::ReceivedFile& file) {
   return {{"name", file.name},
           {"bytes", file.bytes},

@@ -16,7 +16,7 @@ namespace {
 constexpr std::chrono::milliseconds longest_wait{5000};
 
 bool is_command_part(std::string_view name) {
-  return name == "commands.html" || name == "commands.js" || name == "colours.css" || name == "live.css";
+  return name == "commands.html" || name == "commands.js" || name.ends_with(".css");
 }
 
 std::string argument(MHD_Connection* connection, const char* name) {

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::chrono::seconds after_a_failure{60};
 
-nlohmann::json run_item(const char* state, const std::string& problem, std::size_t updates) {
+nlohmann::ordered_json run_item(const char* state, const std::string& problem, std::size_t updates) {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   return {{"state", state},
           {"problem", problem},

@@ -16,20 +16,13 @@ namespace ilp::serve {
 /// PNG by its path on the server.
 using Pictures = std::map<std::string, std::shared_ptr<const std::vector<std::uint8_t>>>;
 
-/// Largest side of a picture of a map, and most items of a list whose length the flight does not bound.
-struct PageBudget {
-  std::int32_t picture_side_px = 1200;
-  std::size_t events = 2000;
-  std::size_t missing = 100;
-};
+/// report.json as items KEY. A list of objects is empty in it, and has an item KEY/ID or, without numbers of their own,
+/// KEY/INDEX for each of them; captures also have captures/list/ID. Of "files" there are those with a fault.
+/// "map/STRIP" and "results", the names of the files, are of the live page only. Numbers have nine digits, so that what
+/// only rounding changes is not sent again. Pictures of the maps are put into `pictures`.
+[[nodiscard]] Items live_items(const report::Report& report, const std::set<std::string>& files, Pictures& pictures);
 
-/// Items: "summary", "k/ID" keyframes, "strip/ID", "e/NUMBER" events, "storage", "timing", "c/ID" components,
-/// "missing", "files". Numbers have six digits, so that what only rounding changes is not sent again. Pictures of the
-/// maps are put into `pictures`.
-[[nodiscard]] Items live_items(const report::Report& report, const std::set<std::string>& files, Pictures& pictures,
-                               const PageBudget& budget = {});
-
-/// Only the maps: the items "strip/ID" refer to them.
-[[nodiscard]] nlohmann::json map_item(const report::StripResult& strip, std::int32_t side_px, Pictures& pictures);
+/// Only the map's pictures and where they lie.
+[[nodiscard]] nlohmann::ordered_json map_item(const report::StripResult& strip, Pictures& pictures);
 
 }  // namespace ilp::serve

@@ -11,10 +11,12 @@
 namespace ilp::serve {
 namespace {
 
-report::PlanView upright_view(const map::GroundGrid& grid, std::int32_t side_px) {
+constexpr std::int32_t picture_side_px = 1200;
+
+report::PlanView upright_view(const map::GroundGrid& grid) {
   const double width = grid.count.width * grid.cell, height = grid.count.height * grid.cell;
   report::PlanView view;
-  view.unit_per_px = std::max(grid.cell, std::max(width, height) / side_px);
+  view.unit_per_px = std::max(grid.cell, std::max(width, height) / picture_side_px);
   view.width = std::max(1, static_cast<std::int32_t>(std::ceil(width / view.unit_per_px)));
   view.height = std::max(1, static_cast<std::int32_t>(std::ceil(height / view.unit_per_px)));
   view.along_low = grid.x0;
@@ -33,8 +35,8 @@ std::string keep(const std::string& name, const host::Raster<host::Rgba>& pictur
 
 }  // namespace
 
-nlohmann::json map_item(const report::StripResult& strip, std::int32_t side_px, Pictures& pictures) {
-  const report::PlanView view = upright_view(*strip.grid, side_px);
+nlohmann::ordered_json map_item(const report::StripResult& strip, Pictures& pictures) {
+  const report::PlanView view = upright_view(*strip.grid);
   const report::ViewSurface surface = report::resample(*strip.grid, strip.plane, view);
   const host::ValueRange range = host::display_range(surface.relief);
   const std::string name = std::to_string(strip.strip.id);

@@ -8,8 +8,8 @@ namespace ilp::serve {
 namespace {
 
 // What came down may be no UTF-8.
-std::string json_text(const nlohmann::json& value) {
-  return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+std::string json_text(const nlohmann::ordered_json& value) {
+  return value.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 bool read_number(std::string_view text, int base, std::uint64_t& number) {
@@ -60,7 +60,7 @@ Update StateLog::replace(const Items& items) {
   return update_since(before);
 }
 
-void StateLog::put(const std::string& name, const nlohmann::json& item) {
+void StateLog::put(const std::string& name, const nlohmann::ordered_json& item) {
   const std::lock_guard lock(mutex_);
   set(name, json_text(item), true);
   ++newest_.version;

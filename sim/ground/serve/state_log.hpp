@@ -14,8 +14,8 @@
 
 namespace ilp::serve {
 
-/// By name, such as "k/12" for keyframe 12.
-using Items = std::map<std::string, nlohmann::json>;
+/// By name, such as "keyframes/12".
+using Items = std::map<std::string, nlohmann::ordered_json>;
 
 /// The state that a page has, in text `PROCESS-VERSION`.
 struct Place {
@@ -40,7 +40,7 @@ class StateLog {
   /// Replaces all items but those of `put`. What a page that was up to date is now sent.
   Update replace(const Items& items);
   /// Sets one item, which `replace` leaves alone.
-  void put(const std::string& name, const nlohmann::json& item);
+  void put(const std::string& name, const nlohmann::ordered_json& item);
   /// What is new since `place`; everything if it is none or of another process.
   [[nodiscard]] Update since(const std::optional<Place>& place) const;
   /// Waits until there is something new since `place`, at most for `longest`, and no longer than until `stop` is true

@@ -7,20 +7,24 @@ const value = (key, name, unit, more = {}) => ({ key, name, unit, format: 'numbe
 const text = (key, name) => ({ key, name, format: 'string' });
 const time = { key: 'mission', source: 't', name: 'Mission time', unit: 's', format: 'mission-time', hints: { domain: 1 } };
 
-// What each telemetry point holds; the fields of keyframes that ilp-ground serve sends have one letter.
+// What each telemetry point holds; items have the names and fields of report.json.
 const points = {
   keyframes: {
     name: 'Keyframes',
-    prefix: 'k/',
+    prefix: 'keyframes/',
     values: [value('keyframe', 'Keyframe'), value('strip', 'Strip'), value('overlap', 'Overlap', '1'), value('richness', 'Richness', '1'),
       value('error', 'Reprojection error', 'px'), value('x', 'x'), value('y', 'y'), value('z', 'z'),
       value('image_bytes', 'Image', 'B'), value('depth_bytes', 'Depth', 'B')],
-    row: (number, k) => ({ t: k.t, keyframe: number, strip: k.s, overlap: k.o, richness: k.r, error: k.e, x: k.c?.[0], y: k.c?.[1],
-      z: k.c?.[2], image_bytes: k.i?.[0], depth_bytes: k.d?.[0] }),
+    row: (number, k) => {
+      const pose = k.pose?.state === 'final' ? k.pose : { centre: [] };
+      const [x, y, z] = pose.centre;
+      return { t: k.time_ns === null ? NaN : k.time_ns / 1e9, keyframe: number, strip: k.strip, overlap: k.index > 0 ? k.overlap_with_previous : undefined,
+        richness: k.richness?.index, error: pose.rms_px, x, y, z, image_bytes: k.image_product?.bytes, depth_bytes: k.depth_product?.bytes };
+    },
   },
   events: {
     name: 'Events',
-    prefix: 'e/',
+    prefix: 'events/',
     values: [value('event', 'Event'), value('level', 'Severity'), text('severity', 'Severity in words'), text('name', 'Name'),
       text('component', 'Component'), text('text', 'What happened'), text('advice', 'What to do')],
     row: (number, e) => ({ t: e.time_ns / 1e9, event: number, level: e.level, severity: e.severity, name: e.name, component: e.component, text: e.text, advice: e.advice }),

@@ -1,7 +1,8 @@
 // Values along the flight, and what it cost: processor time, memory, storage.
 
-import { html, table, styled, paragraph, fixed, percent, bytesText, durationText, times, counted } from './text.js';
+import { html, table, styled, paragraph, fixed, percent, durationText, times, counted } from './text.js';
 import { plots } from './plot.js';
+import { storageFacts } from './storage.js';
 
 function overlapPlot(report) {
   const ofKeyframes = new Set(report.keyframes.map((k) => k.frame));
@@ -46,16 +47,15 @@ export function alongTheFlight(report) {
 }
 
 function memorySentences({ flight, storage }) {
-  const held = (name, bytes) => `${bytesText(Math.max(0, bytes))} of ${name}`;
   return [
     flight?.static_bytes != null && `Static memory of the flight software ${fixed(flight.static_bytes / 1048576, 1)} MiB. `,
     flight?.peak_rss_mib != null && `The process took ${fixed(flight.peak_rss_mib, 0)} MiB at most. `,
     flight?.wall_s != null && `The run took ${durationText(flight.wall_s)} on the host. `,
-    storage && `Onboard storage: ${held('frames', storage.frame_bytes)}, ${held('depth', storage.depth_bytes)}, ${held('products', storage.product_bytes)}, of ${bytesText(Math.max(0, storage.budget_bytes))} allowed; ${counted(storage.products_dropped, 'product')} dropped. `,
+    storage && `Onboard storage: ${storageFacts(storage).map(([name, value]) => `${name.toLowerCase()} ${value}`).join('; ')}. `,
   ].filter(Boolean);
 }
 
-export function componentTable(report) {
+function componentTable(report) {
   const all = report.components.reduce((sum, c) => sum + c.busy_s, 0);
   const count = (n) => styled(n, n > 0 ? 'warn' : '');
   return table(

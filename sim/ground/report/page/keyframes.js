@@ -43,12 +43,12 @@ ${table(columns.map(([title, , kind]) => [title, kind]), report.keyframes.map((k
 <p class="note">Overlap and parallax are with the previous keyframe; rms is the reprojection error of the adjustment window; 1 σ is the largest axis, in strip units.</p>\n`;
 }
 
-const picture = (source, name) =>
-  (source ? html`<img loading="lazy" alt="${name}" src="${source}">` : html`<div class="none">no ${name}</div>`);
+const picture = (source, name, { width, height }) =>
+  (source ? html`<img loading="lazy" alt="${name}" width="${width}" height="${height}" src="${source}">` : html`<div class="none">no ${name}</div>`);
 
 export function gallery(report, pictures) {
-  const frame = (k) => html`<div class="frame" style="--shape:${Math.max(1, k.width)}/${Math.max(1, k.height)}"><b>${k.id}</b> <span class="sub">${k.name}</span><div class="row">${
-    ['image', 'depth', 'mask'].map((name) => picture(pictures.keyframes[k.id]?.[name], name))}</div></div>\n`;
+  const frame = (k) => html`<div class="frame"><b>${k.id}</b> <span class="sub">${k.name}</span><div class="row">${
+    ['image', 'depth', 'mask'].map((name) => picture(pictures.keyframes[k.id]?.[name], name, k))}</div></div>\n`;
   return html`<h2>Keyframe pictures</h2>
 <p class="note">As decoded from the downlink: image, depth (dark is near, each keyframe with its own colours), newly seen terrain.</p>
 <div class="frames">\n${report.keyframes.map(frame)}</div>\n`;

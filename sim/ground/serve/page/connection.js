@@ -62,6 +62,22 @@ export class Connection {
     if (names.size > 0) this.changed(names);
   }
 
+  // report.json again, of items KEY, KEY/NUMBER and KEY/PART/NUMBER.
+  report() {
+    const report = {};
+    const lists = new Set();
+    for (const [name, item] of this.items) {
+      if (name.includes('/')) lists.add(name.slice(0, name.lastIndexOf('/')));
+      else report[name] = item;
+    }
+    for (const list of lists) {
+      const [key, part] = list.split('/');
+      const elements = this.all(list).map(([, item]) => item);
+      report[key] = part ? { ...report[key], [part]: elements } : elements;
+    }
+    return report;
+  }
+
   get(name) { return this.items.get(name); }
 
   // [number, item] of all items "KIND/NUMBER", by number.

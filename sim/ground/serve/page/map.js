@@ -65,9 +65,9 @@ export class StripMap {
     });
   }
 
-  show(strip, keyframes, kind) {
-    this.strip = strip;
-    this.track = keyframes.filter(([, k]) => k.c);
+  show(strip, place, keyframes, kind) {
+    this.strip = { unit: strip?.unit, north: place?.north, map: place?.image && place };
+    this.track = keyframes.filter((k) => k.pose?.state === 'final').map((k) => k.pose.centre);
     this.kind = kind;
     this.draw();
   }
@@ -85,7 +85,7 @@ export class StripMap {
       box[2] = Math.min(box[2], y);
       box[3] = Math.max(box[3], y);
     };
-    for (const [, k] of this.track) include(k.c[0], k.c[1]);
+    for (const [x, y] of this.track) include(x, y);
     const map = this.strip?.map;
     if (map) {
       include(map.x, map.y);
@@ -180,8 +180,8 @@ export class StripMap {
   drawTrack(context, at) {
     const line = new Path2D();
     const dots = new Path2D();
-    this.track.forEach(([, k], i) => {
-      const [x, y] = at(k.c[0], k.c[1]);
+    this.track.forEach((centre, i) => {
+      const [x, y] = at(centre[0], centre[1]);
       i === 0 ? line.moveTo(x, y) : line.lineTo(x, y);
       dots.rect(x - dot_px / 2, y - dot_px / 2, dot_px, dot_px);
     });
@@ -193,9 +193,9 @@ export class StripMap {
     context.stroke(line);
     context.fillStyle = '#1d232b';
     context.fill(dots);
-    const last = this.track.at(-1)?.[1];
+    const last = this.track.at(-1);
     if (!last) return;
-    const [x, y] = at(last.c[0], last.c[1]);
+    const [x, y] = at(last[0], last[1]);
     context.beginPath();
     context.arc(x, y, 7, 0, 2 * Math.PI);
     context.fillStyle = '#b8430f';
