@@ -196,14 +196,18 @@ TEST_F(ConsoleTest, AFolderThatIsNoMapIsNotSent) {
 TEST_F(ConsoleTest, AFileThatNoFlightTakesIsNotSentAndTheFaultIsNamed) {
   write("wrong.ini", "[overlap]\ntarget_overlap = 8\n");
   write("words.txt", "hello\n");
+  // The flight goes by the name.
+  write("tile.ini", "ILPT, but by its name it has parameters\n");
   // Alone it contradicts the defaults; what the flight has set may make it right.
   write("contradicts.ini", "[overlap]\ntarget_overlap = 0.5\n");
   RunningProgram program(flight({"--link-udp", "127.0.0.1:0"}), path("log"));
-  const ToolResult result = operate(program, "UDP",
-                                    "uplink " + path("wrong.ini").string() + "\nuplink " + path("words.txt").string() +
-                                        "\nuplink " + path("contradicts.ini").string() + "\n");
+  const ToolResult result =
+      operate(program, "UDP",
+              "uplink " + path("wrong.ini").string() + "\nuplink " + path("words.txt").string() + "\nuplink " +
+                  path("tile.ini").string() + "\nuplink " + path("contradicts.ini").string() + "\n");
   EXPECT_TRUE(says(result, "[overlap] target_overlap = 8: not a number from 0.5 to 0.98")) << result.output;
   EXPECT_TRUE(says(result, "words.txt: line 1: expected [section], key = value")) << result.output;
+  EXPECT_TRUE(says(result, "tile.ini: line 1: expected [section], key = value")) << result.output;
   EXPECT_FALSE(says(result, "sent: uplink " + path("wrong.ini").string() + "\n")) << result.output;
   EXPECT_TRUE(says(result, "contradicts.ini: the flight has not taken contradicts.ini")) << result.output;
 }

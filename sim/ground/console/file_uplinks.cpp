@@ -4,9 +4,9 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
-#include <string_view>
 
 #include "cfg/limits.hpp"
+#include "fsw/downlink/map_uplink.hpp"
 #include "fsw/records/records.hpp"
 #include "hal/maps/directory_map_source.hpp"
 #include "sim/host/mission_input.hpp"
@@ -37,13 +37,10 @@ Console::Bytes read_file(const fs::path& path) {
   return bytes;
 }
 
-/// Parameters that the flight would refuse are refused here. Parts of a map say what they are in their first octets.
+/// The flight takes every file for parameters whose name is not one of a map; wrong ones are refused here.
 void check_content(const fs::path& path) {
-  const Console::Bytes bytes = read_file(path);
-  const auto begins = [&](std::string_view magic) {
-    return bytes.size() >= magic.size() && std::equal(magic.begin(), magic.end(), bytes.begin());
-  };
-  if (!begins("ILPM") && !begins("ILPT")) host::check_mission_lines(path.string());
+  (void)checked_size(path);
+  if (!is_map_file(path.filename().c_str())) host::check_mission_lines(path.string());
 }
 
 /// The directory comes first: the flight takes only tiles that it names.
