@@ -161,6 +161,10 @@ class Serve(unittest.TestCase):
                 item = [state[f"{key}/{one.get('id', i)}"] for i, one in enumerate(value)]
             self.assert_same(item, value, key)
         self.assertEqual({n.split("/")[0] for n in state} - set(report), {"run", "map", "results"})
+        for keyframe in report["keyframes"]:
+            for name in ("image", "depth", "mask"):
+                status = server.get(f"/files/keyframes/{keyframe['id']:06d}-{name}.png")[0]
+                self.assertEqual(status, 200 if name in keyframe["pictures"] else 404, (keyframe["id"], name))
 
     def test_no_other_file_can_be_read(self):
         server = self.serve_whole()

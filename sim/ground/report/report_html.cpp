@@ -56,8 +56,8 @@ std::string begin_page(const std::string& title) {
 void write_report_html(const Report& report, std::ostream& out) {
   out << begin_page(report.title)
       << "<noscript><p>This page is drawn with JavaScript, which is switched off here. <code>report.json</code> beside "
-         "it has "
-         "all its figures; the last lines of <code>ilp-ground</code> in the terminal have the most important.</p>"
+         "it has all its figures; the last lines of <code>ilp-ground</code> in the terminal have the most "
+         "important.</p>"
          "</noscript></main>\n<script type=\"application/json\" id=\"report\">";
   write_report_json(report, out, JsonStyle::compact);
   out << "</script>\n<script type=\"application/json\" id=\"pictures\">";

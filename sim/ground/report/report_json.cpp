@@ -285,6 +285,15 @@ Json keyframe_accuracy_json(const StripResult* strip, std::int64_t id) {
   return json;
 }
 
+/// What keyframes/ has of it.
+Json pictures_json(const intake::Keyframe& k) {
+  Json names = Json::array();
+  if (k.has_image()) names.push_back("image");
+  if (k.has_depth()) names.push_back("depth");
+  if (k.has_mask()) names.push_back("mask");
+  return names;
+}
+
 Json keyframe_json(const Report& report, const intake::Keyframe& k, const StripResult* strip) {
   Json json;
   json["id"] = k.id;
@@ -316,6 +325,7 @@ Json keyframe_json(const Report& report, const intake::Keyframe& k, const StripR
   json["width"] = k.camera.width;
   json["height"] = k.camera.height;
   json["newly_seen_px"] = k.mask_record ? Json(k.mask_record->newly_seen) : Json(nullptr);
+  json["pictures"] = pictures_json(k);
   return json;
 }
 

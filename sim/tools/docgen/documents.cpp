@@ -155,8 +155,7 @@ std::string events_document() {
   text +=
       "Every code of a `Status` or an event report. Names of its values a and b (columns of the table `event`) are in "
       "*italics*, in this order or marked, with their [types](#types-of-values) behind them. A value without a type is "
-      "a "
-      "plain number, or the id of the record that it names. "
+      "a plain number, or the id of the record that it names. "
       "Severities are those of ECSS-E-ST-70-41C, service 5. An empty last column: nothing is to be done. The programs "
       "print the same texts.\n\n"
       "Of each code of each component " +

@@ -43,9 +43,9 @@ const results = ({ results: names }) => html`<h2>Files</h2>
 <ul class="files">${names.map((name) => html`<li><a href="${name.split('/').map(encodeURIComponent).join('/')}">${name}</a></li>`)}</ul>`;
 
 // A new number of bytes makes another address, so that the browser does not keep the picture before.
-function picturesOf({ id, image_product: image, depth_product: depth, newly_seen_px: seen }) {
-  const path = (name, of) => of && `keyframes/${String(id).padStart(6, '0')}-${name}.png?${of.bytes}`;
-  return { image: path('image', image), depth: path('depth', depth), mask: seen !== null && path('mask', image) };
+function picturesOf({ id, pictures, image_product: image, depth_product: depth }) {
+  const bytes = (image?.bytes ?? 0) + (depth?.bytes ?? 0);
+  return Object.fromEntries(pictures.map((name) => [name, `keyframes/${String(id).padStart(6, '0')}-${name}.png?${bytes}`]));
 }
 
 // The reader's open and closed details stay so. Files lie elsewhere than beside the report.
