@@ -87,7 +87,7 @@ map::Roughness roughness_from(const json& stored) {
 std::uint64_t map_export_digest(std::uint64_t map, const exports::Georeference& place, const std::string& suffix,
                                 std::size_t max_vertices) {
   static const std::uint64_t program = host::content_digest("/proc/self/exe").value_or(0);
-  intake::InputDigest digest("map of a strip 2");
+  intake::InputDigest digest("map of a strip 3");
   digest.add_value(program).add_value(map).add_value(max_vertices);
   for (const std::string& text : {std::string(GDALVersionInfo("RELEASE_NAME")), place.crs, place.geographic, place.unit,
                                   place.height_name, place.sentence, place.body, suffix}) {

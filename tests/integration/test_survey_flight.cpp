@@ -24,7 +24,7 @@ struct Survey {
   // Of the ground's largest model.
   std::size_t least_joined;  ///< keyframes
   double joined_percent;     ///< largest mean position error, of the extent
-  double grey_step = 1.1;    ///< largest ratio of steps of grey at borders of the orthoimage to those elsewhere
+  double grey_step = 1.1;    ///< largest ratio of steps of grey at borders of the orthoimage to those beside them
 };
 
 void PrintTo(const Survey& survey, std::ostream* to) {
@@ -125,7 +125,9 @@ TEST_P(SurveyFlight, TheChainHoldsWhereImagesShareLittleGroundAndItsPosesAreRigh
 // Without the bridging the longest strips hold 5, 4 and 6 poses, and 9, 10 and 16 keyframes have one.
 INSTANTIATE_TEST_SUITE_P(Recorded, SurveyFlight,
                          ::testing::Values(Survey{"revisit_boruszyn_kite", 25, 20, 0.2, 26, 0.05},
-                                           Survey{"revisit_seneca_farm", 26, 7, 0.06, 37, 0.06, 1.5},
+                                           // Fields are brighter from one side than from the other, grass is not: no gain and offset of
+                                           // an image serves both.
+                                           Survey{"revisit_seneca_farm", 26, 7, 0.06, 37, 0.06, 1.2},
                                            Survey{"aerial_coal_oil_point", 18, 15, 0.03, 18, 0.03},
                                            // Cameras that go around a doorway and a fountain.
                                            Survey{"strecha_entry_p10", 9, 9, 0.05, 9, 0.05},

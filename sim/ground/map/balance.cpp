@@ -130,18 +130,20 @@ class PatchTable {
 
   struct Meeting {
     Eigen::Index a = 0, b = 0;
-    double cells = 0;
+    double cells = 0;  ///< less than they are, where there are many
     Level first, second;
   };
   [[nodiscard]] std::vector<Meeting> meetings(const Seams& seams) const {
     constexpr std::uint64_t fewest = 20;
+    // Ground looks different from elsewhere, however many cells show it.
+    constexpr double many = 1000;
     std::vector<Meeting> all;
     for (const auto& [pair, greys] : seams) {
       const std::uint64_t count = greys.first.count();
       const auto first = places_.find(pair.first), second = places_.find(pair.second);
       if (count < fewest || first == places_.end() || second == places_.end()) continue;
-      all.push_back(
-          {first->second, second->second, static_cast<double>(count), level_of(greys.first), level_of(greys.second)});
+      const double counted = static_cast<double>(count) / (1 + static_cast<double>(count) / many);
+      all.push_back({first->second, second->second, counted, level_of(greys.first), level_of(greys.second)});
     }
     return all;
   }
@@ -222,9 +224,16 @@ void ShownPatch::add(const ShownPatch& other) {
   differences += other.differences;
 }
 
-void add_seams(const GroundGrid& grid, const std::vector<std::int64_t>& keyframes, std::int32_t margin, Seams& seams) {
+void add_meeting(std::int64_t id_a, std::uint8_t grey_a, std::int64_t id_b, std::uint8_t grey_b, Seams& seams) {
   // What is black or white has lost what it was.
   constexpr std::uint8_t darkest = 2, brightest = 253;
+  if (std::min(grey_a, grey_b) < darkest || std::max(grey_a, grey_b) > brightest) return;
+  SeamGreys& greys = seams[std::minmax(id_a, id_b)];
+  (id_a < id_b ? greys.first : greys.second).add(grey_a, 1);
+  (id_a < id_b ? greys.second : greys.first).add(grey_b, 1);
+}
+
+void add_seams(const GroundGrid& grid, const std::vector<std::int64_t>& keyframes, std::int32_t margin, Seams& seams) {
   // Cells of closed seams were not measured.
   constexpr std::int32_t farthest = 4;
   const auto compare = [&](std::int32_t x, std::int32_t y, std::int32_t dx, std::int32_t dy) {
@@ -233,12 +242,8 @@ void add_seams(const GroundGrid& grid, const std::vector<std::int64_t>& keyframe
       if (u >= grid.source.width || v >= grid.source.height) return;
       if (grid.count.at(u, v) == 0) continue;
       const std::uint16_t a = grid.source.at(x, y), b = grid.source.at(u, v);
-      const std::uint8_t grey_a = grid.ortho.at(x, y), grey_b = grid.ortho.at(u, v);
-      if (a == b || std::min(grey_a, grey_b) < darkest || std::max(grey_a, grey_b) > brightest) return;
-      const std::int64_t id_a = keyframes[a - 1U], id_b = keyframes[b - 1U];
-      SeamGreys& greys = seams[std::minmax(id_a, id_b)];
-      (id_a < id_b ? greys.first : greys.second).add(grey_a, 1);
-      (id_a < id_b ? greys.second : greys.first).add(grey_b, 1);
+      if (a == b) return;
+      add_meeting(keyframes[a - 1U], grid.ortho.at(x, y), keyframes[b - 1U], grid.ortho.at(u, v), seams);
       return;
     }
   };

@@ -41,6 +41,9 @@ struct SeamGreys {
 /// The key has both ids, the smaller one first.
 using Seams = std::map<std::pair<std::int64_t, std::int64_t>, SeamGreys>;
 
+/// Adds a piece of ground that two keyframes show, unless one of them shows it black or white.
+void add_meeting(std::int64_t id_a, std::uint8_t grey_a, std::int64_t id_b, std::uint8_t grey_b, Seams& seams);
+
 /// Adds neighbouring measured cells of two keyframes, the left or upper one in columns [margin, width - margin), and in
 /// rows likewise; `keyframes` has the ids by source - 1.
 void add_seams(const GroundGrid& grid, const std::vector<std::int64_t>& keyframes, std::int32_t margin, Seams& seams);

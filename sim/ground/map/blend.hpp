@@ -31,6 +31,6 @@ struct BlendParams {
 void blend_patches(const host::Raster<std::uint16_t>& source, const host::Raster<float>& sigma, float usual_sigma,
                    const BlendParams& params, host::Raster<float>& values);
 
-inline constexpr std::int32_t blend_reach_cells = 28;
+inline constexpr std::int32_t blend_reach_cells = 48;
 
 }  // namespace ilp::map

@@ -59,23 +59,48 @@ void add_sample(const MapTile& tile, std::size_t i, std::size_t step, double cel
 
 constexpr std::size_t run = 8;
 
-/// Cells i to i + 3 run - 1 along a row or column.
-void add_step(const MapTile& tile, std::size_t i, std::size_t step, Sums& grey_step) {
-  const auto source = [&](std::size_t k) { return tile.source.samples[i + k * step]; };
+/// Where the three runs of cells from `from` on, `step` apart, come from one keyframe, or from two that meet in the
+/// middle run; elsewhere none.
+enum class Runs { mixed, one, two };
+
+Runs runs_at(const MapTile& tile, std::size_t from, std::size_t step) {
+  const auto source = [&](std::size_t k) { return tile.source.samples[from + k * step]; };
   const std::uint16_t left = source(0), right = source(3 * run - 1);
-  if (left == 0 || right == 0) return;
+  if (left == 0 || right == 0) return Runs::mixed;
   std::size_t meet = 0;
   while (meet < 3 * run && source(meet) == left) ++meet;
-  if (meet < 3 * run && (meet < run || meet > 2 * run)) return;
+  if (meet == 3 * run) return Runs::one;
+  if (meet < run || meet > 2 * run) return Runs::mixed;
   for (std::size_t k = meet; k < 3 * run; ++k) {
-    if (source(k) != right) return;
+    if (source(k) != right) return Runs::mixed;
   }
+  return Runs::two;
+}
+
+double step_of(const MapTile& tile, std::size_t from, std::size_t step) {
   double difference = 0;
   for (std::size_t k = 0; k < run; ++k) {
-    difference += tile.ortho.samples[i + (2 * run + k) * step];
-    difference -= tile.ortho.samples[i + k * step];
+    difference += tile.ortho.samples[from + (2 * run + k) * step];
+    difference -= tile.ortho.samples[from + k * step];
   }
-  grey_step.add(left != right, difference / run);
+  return difference / run;
+}
+
+/// The runs that begin at cell i, the `at`-th of `length` cells in its row or column, if they cross a border, and those
+/// of one keyframe two runs before and behind.
+void add_step(const MapTile& tile, std::size_t i, std::size_t step, std::int32_t at, std::int32_t length,
+              Sums& grey_step) {
+  constexpr auto away = static_cast<std::int32_t>(2 * run), all = static_cast<std::int32_t>(3 * run);
+  if (at + all > length || runs_at(tile, i, step) != Runs::two) return;
+  bool beside = false;
+  const auto compare = [&](std::size_t from) {
+    if (runs_at(tile, from, step) != Runs::one) return;
+    grey_step.add(false, step_of(tile, from, step));
+    beside = true;
+  };
+  if (at >= away) compare(i - 2 * run * step);
+  if (at + away + all <= length) compare(i + 2 * run * step);
+  if (beside) grey_step.add(true, step_of(tile, i, step));
 }
 
 TileSums sums_of(const MapTile& tile, double cell) {
@@ -87,9 +112,8 @@ TileSums sums_of(const MapTile& tile, double cell) {
       const auto inside = [](std::int32_t at, std::int32_t size) { return at >= reach && at < size - reach; };
       if (inside(x, tile.height.width)) add_sample(tile, i, 1, cell, sums.height, sums.grey);
       if (inside(y, tile.height.height)) add_sample(tile, i, width, cell, sums.height, sums.grey);
-      constexpr auto length = static_cast<std::int32_t>(3 * run);
-      if (x + length <= tile.height.width) add_step(tile, i, 1, sums.grey_step);
-      if (y + length <= tile.height.height) add_step(tile, i, width, sums.grey_step);
+      add_step(tile, i, 1, x, tile.height.width, sums.grey_step);
+      add_step(tile, i, width, y, tile.height.height, sums.grey_step);
     }
   }
   return sums;
@@ -102,7 +126,7 @@ std::optional<TileSums> sums_of(const Mosaic& mosaic, std::int32_t column, std::
   const std::optional<std::uint64_t> digest = keeps ? mosaic.digest(column, row) : std::nullopt;
   if (keeps && !digest) return std::nullopt;
   const std::uint64_t key =
-      intake::InputDigest("seams of a tile 2").add_value(digest.value_or(0)).add_value(mosaic.geometry.cell).value();
+      intake::InputDigest("seams of a tile 3").add_value(digest.value_or(0)).add_value(mosaic.geometry.cell).value();
   std::vector<TileSums> sums;
   const auto known = keeps ? kept->result(key) : std::nullopt;
   std::span<const std::uint8_t> bytes = known ? std::span<const std::uint8_t>(*known) : std::span<const std::uint8_t>();

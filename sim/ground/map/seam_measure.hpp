@@ -21,7 +21,8 @@ struct SeamMeasure {
   Roughness height;  ///< in cells: a second difference of 1 is a slope that changes by 45 degrees
   Roughness grey;    ///< of the orthoimage, grey values
   /// Of the orthoimage, grey values: root mean square of the difference between the means of 8 cells on both sides of
-  /// 8 more, where these 24 cells come from two keyframes that meet among the 8 in the middle, or from one.
+  /// 8 more, where these 24 cells come from two keyframes that meet among the 8 in the middle; elsewhere those of one
+  /// keyframe 16 cells before and behind along the same row or column, since borders lie on rougher ground than most.
   Roughness grey_step;
 };
 

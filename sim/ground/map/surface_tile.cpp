@@ -27,6 +27,14 @@ std::int32_t step_class(double cells) {
   return static_cast<std::int32_t>(std::floor(classes_per_octave * std::log2(std::max(cells, smallest_step))));
 }
 
+/// A cell that two pieces show.
+struct Meeting {
+  std::uint16_t first = 0, second = 0;  ///< sources
+  std::uint8_t first_grey = 0, second_grey = 0;
+};
+
+/// Heights are the mean of all pieces; the image is that of the first piece alone, because a mean of images is blurred
+/// and has a border wherever a piece ends.
 class TilePainter {
  public:
   explicit TilePainter(GroundGrid& grid)
@@ -35,6 +43,7 @@ class TilePainter {
         grey_sum_(grid.height.samples.size()),
         sigma_sum_(grid.height.samples.size()),
         weight_(grid.height.samples.size()),
+        grey_weight_(grid.height.samples.size()),
         painted_by_(grid.height.samples.size()) {}
 
   void paint(const SurfaceMesh& patch) {
@@ -67,14 +76,18 @@ class TilePainter {
       grid_.height.samples[i] = static_cast<float>(height_sum_[i] / weight_[i]);
       // Neighbours in one image err alike: their mean is no better than one of them.
       if (sigma_sum_[i] > 0) grid_.sigma.samples[i] = static_cast<float>(sigma_sum_[i] / weight_[i]);
-      grid_.ortho.samples[i] = static_cast<std::uint8_t>(std::clamp(grey_sum_[i] / weight_[i] + 0.5, 0.0, 255.0));
+      grid_.ortho.samples[i] = grey_at(i);
     }
   }
 
   std::uint64_t seam_cells = 0;
   std::map<std::int32_t, std::uint32_t> steps;
+  std::vector<Meeting> meetings;
 
  private:
+  static std::uint8_t to_grey(double grey) { return static_cast<std::uint8_t>(std::clamp(grey + 0.5, 0.0, 255.0)); }
+  [[nodiscard]] std::uint8_t grey_at(std::size_t cell) const { return to_grey(grey_sum_[cell] / grey_weight_[cell]); }
+
   [[nodiscard]] bool in_core(std::size_t cell) const {
     const auto width = static_cast<std::size_t>(grid_.height.width);
     const std::size_t x = cell % width, y = cell / width;
@@ -88,13 +101,18 @@ class TilePainter {
       ++steps[step_class(std::fabs(z - height_sum_[cell] / weight_[cell]) / grid_.cell)];
     }
     height_sum_[cell] += z;
-    grey_sum_[cell] += grey;
     sigma_sum_[cell] += sigma;
     ++weight_[cell];
+    std::uint16_t& source = grid_.source.samples[cell];
+    if (source == 0) source = source_;
+    if (source == source_) {
+      grey_sum_[cell] += grey;
+      ++grey_weight_[cell];
+    }
     if (again) return;
     painted_by_[cell] = patch_;
-    if (grid_.source.samples[cell] == 0) grid_.source.samples[cell] = source_;
     ++grid_.count.samples[cell];
+    if (source != source_ && in_core(cell)) meetings.push_back({source, source_, grey_at(cell), to_grey(grey)});
   }
 
   void paint_face(const SurfaceVertex& a, const SurfaceVertex& b, const SurfaceVertex& c) {
@@ -125,7 +143,7 @@ class TilePainter {
 
   GroundGrid& grid_;
   std::vector<double> height_sum_, grey_sum_, sigma_sum_;
-  std::vector<std::uint32_t> weight_, painted_by_;
+  std::vector<std::uint32_t> weight_, grey_weight_, painted_by_;
   std::uint32_t patch_ = 0;
   std::uint16_t source_ = 0;
 };
@@ -181,7 +199,7 @@ constexpr std::size_t cell_bytes = 4 + 4 + 1 + 2 + 2 + 4 + 1 + 2;
 // Of heights whose error is not stated.
 constexpr double usual_sigma_cells = 0.5;
 // Images are sharp up to their borders: the step of the brightness is faded, and one cell on each side is smoothed.
-constexpr BlendParams grey_blend{.fade_cells = 7, .band_cells = 1, .band_smoothness = 1, .band_shape = 1};
+constexpr BlendParams grey_blend{.fade_cells = 12, .band_cells = 1, .band_smoothness = 1, .band_shape = 1};
 
 std::size_t bytes_of(const SurfaceMesh& mesh) {
   return mesh.vertices.capacity() * sizeof(mesh.vertices[0]) + mesh.faces.capacity() * sizeof(mesh.faces[0]);
@@ -254,6 +272,10 @@ SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::v
   summary.seam_cells = painter.seam_cells;
   summary.steps = std::move(painter.steps);
   add_seams(area, summary.keyframes, tile_margin_cells, summary.seams);
+  for (const Meeting& m : painter.meetings) {
+    add_meeting(summary.keyframes[m.first - 1U], m.first_grey, summary.keyframes[m.second - 1U], m.second_grey,
+                summary.seams);
+  }
   summary.shown.assign(summary.keyframes.size(), {});
   add_shown(area, tile_margin_cells, summary.shown);
   LaidGround laid = paint_laid(area, patches);

@@ -21,7 +21,7 @@ std::vector<Balance> balance_of(const std::vector<std::int64_t>& keyframes,
 }
 
 std::uint64_t finish_digest(std::uint64_t painted, const std::vector<Balance>& balance) {
-  intake::InputDigest digest("finished 3");
+  intake::InputDigest digest("finished 4");
   digest.add_value(painted);
   for (const Balance& one : balance) digest.add_value(one.gain).add_value(one.offset);
   return digest.value();

@@ -244,6 +244,22 @@ TEST(Balance, ASeamWithACloudOnOneSideDoesNotChangeTheContrastOfTheOthers) {
     EXPECT_NEAR(balance.at(ids[i]).gain / balance.at(ids[0]).gain, 1, 0.1) << i;
 }
 
+TEST(Balance, ALongBorderDoesNotOverruleShortOnes) {
+  // Around three pieces of one grey, the differences of grey do not add up to zero.
+  const auto seam_of = [](std::uint32_t cells, int difference) {
+    SeamGreys greys;
+    for (int k = 0; k < 20; ++k) {
+      greys.first.add(static_cast<std::uint8_t>(100 + k), cells / 20);
+      greys.second.add(static_cast<std::uint8_t>(100 + k + difference), cells / 20);
+    }
+    return greys;
+  };
+  const ShownPatch patch{30000, 3300000, 1000, 9000};
+  const auto balance = balance_patches({{{1, 2}, seam_of(40000, 0)}, {{2, 3}, seam_of(2000, 12)}, {{1, 3}, seam_of(2000, 0)}},
+                                       {{1, patch}, {2, patch}, {3, patch}});
+  EXPECT_GT(balance.at(2).of(110) - balance.at(1).of(110), 2) << "the long border takes part of what is missing";
+}
+
 TEST(Balance, BlackAndWhiteCellsAndShortSeamsSayNothing) {
   GroundGrid grid = strip_of(
       2, texture, [](std::int32_t patch, std::int32_t, double grey) { return patch == 0 ? grey : 0.5 * grey; });

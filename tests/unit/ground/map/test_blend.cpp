@@ -117,5 +117,24 @@ TEST(SeamMeasure, AStepBetweenPiecesIsMeasuredByItsHeight) {
   EXPECT_LT(roughness.other, 0.2);
 }
 
+TEST(SeamMeasure, AStepOfGreyIsComparedWithGroundBesideTheBorder) {
+  // Steep grey about the border, flat grey far from it, and a step of 30 at the border.
+  MapTile tile;
+  tile.height = host::Raster<float>(side, side);
+  tile.source = host::Raster<std::uint16_t>(side, side);
+  tile.ortho = host::Raster<std::uint8_t>(side, side, 100);
+  for (std::int32_t y = 0; y < side; ++y) {
+    for (std::int32_t x = 0; x < side; ++x) {
+      const bool second = x >= border;
+      tile.source.at(x, y) = second ? 2 : 1;
+      if (std::abs(x - border) < 60) tile.ortho.at(x, y) = static_cast<std::uint8_t>(x + (second ? 30 : 0));
+    }
+  }
+  Mosaic mosaic{{0, 0, 1, side, side}, 1, 1, [&](std::int32_t, std::int32_t) { return tile; }, side, 0, 0, {}, {}};
+  const Roughness step = measure_seams(mosaic).grey_step;
+  EXPECT_NEAR(step.other, 16, 1e-9) << "the slope over the 16 cells between the two means";
+  EXPECT_NEAR(step.border, 46, 1e-9) << "the slope and the step";
+}
+
 }  // namespace
 }  // namespace ilp::map

@@ -69,12 +69,12 @@ TEST_F(StripMapTest, EveryCellLiesOnTheGroundAndNoneIsMissingWhereTilesMeet) {
 }
 
 /// A level rectangle of the world, two triangles for each cell.
-std::shared_ptr<const SurfaceMesh> level(int left, int right, int top, int bottom) {
+std::shared_ptr<const SurfaceMesh> level(int left, int right, int top, int bottom, std::uint8_t grey = 100) {
   SurfaceMesh mesh;
   const auto columns = static_cast<std::uint32_t>(right - left + 1);
   for (int row = top; row <= bottom; ++row) {
     for (int column = left; column <= right; ++column) {
-      mesh.vertices.push_back({static_cast<float>(column), static_cast<float>(-row), 2, 100, 0});
+      mesh.vertices.push_back({static_cast<float>(column), static_cast<float>(-row), 2, grey, 0});
     }
   }
   for (std::uint32_t v = 0; v + columns < mesh.vertices.size(); ++v) {
@@ -95,6 +95,20 @@ TEST(SurfaceTile, ASeamAlongTheBorderOfTwoTilesIsClosed) {
     ASSERT_EQ(finished.count.at(tile_side_cells - 1, row), 0) << row;
   }
   EXPECT_EQ(tile.summary.shown[0].cells + tile.summary.shown[1].cells, (256 - 200) * 31U);
+}
+
+TEST(SurfaceTile, WherePatchesOverlapTheImageIsThatOfOneAndBothSayHowTheyDiffer) {
+  // The second one is brighter and covers the first one too.
+  const SurfaceTile tile = paint_tile({0, 0}, 1, {{7, level(20, 119, 10, 60, 40)}, {9, level(20, 200, 10, 60, 90)}});
+  for (std::int32_t x = 25; x < 195; ++x) {
+    ASSERT_EQ(tile.cells.ortho.at(tile_margin_cells + x, tile_margin_cells + 50), x < 120 ? 40 : 90) << x;
+  }
+  const SeamGreys& greys = tile.summary.seams.at({7, 9});
+  ASSERT_EQ(greys.first.entries().size(), 1U);
+  ASSERT_EQ(greys.second.entries().size(), 1U);
+  EXPECT_EQ(greys.first.entries()[0].first, 40);
+  EXPECT_EQ(greys.second.entries()[0].first, 90);
+  EXPECT_GT(greys.first.count(), tile.summary.seam_cells - 1) << "every cell of the overlap counts";
 }
 
 TEST_F(StripMapTest, MemoryAndThreadsDoNotShowInTheResult) {
