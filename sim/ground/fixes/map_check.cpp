@@ -133,7 +133,10 @@ class Stage {
   void run(std::vector<std::string>& events) {
     for (int i = 0; i < most_steps; ++i) {
       const StepResult result = stage_->step();
-      if (!result.status.ok()) events.push_back(host::status_sentence(result.status));
+      // Every keyframe over a damaged tile finds it again.
+      const std::string sentence = result.status.ok() ? "" : host::status_sentence(result.status);
+      if (!sentence.empty() && std::find(events.begin(), events.end(), sentence) == events.end())
+        events.push_back(sentence);
       if (result.then == Then::restore) {
         const Status status = stage_->restore();
         if (!restored(status)) host::require(status, "the stage that localises keyframes");

@@ -11,6 +11,7 @@
 #include "sim/host/files.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/host/reference_cameras.hpp"
+#include "sim/host/text_format.hpp"
 
 namespace ilp::report {
 namespace {
@@ -67,6 +68,15 @@ std::optional<DepthAccuracy> compare_depth(const host::Raster<float>& inverse_de
 }
 
 }  // namespace
+
+std::string foreign_reference(std::size_t poses, double rotation_deg, double position_percent) {
+  // Many times what the worst flight has against its own reference.
+  constexpr double most_rotation_deg = 10, most_position_percent = 10;
+  if (poses < fewest_poses || (rotation_deg < most_rotation_deg && position_percent < most_position_percent)) return "";
+  return "after the best alignment, " + host::counted(poses, "pose") + " and the reference differ by " +
+         host::brief(rotation_deg) + " degrees and " + host::brief(position_percent) +
+         " % of the distance flown (means): is the reference of this flight?";
+}
 
 PosePairs pose_pairs(const intake::Flight& flight, const intake::Strip& strip, const Reference& reference) {
   PosePairs pairs;

@@ -38,6 +38,11 @@ struct PosePairs {
 /// the flight counts them.
 inline constexpr std::size_t fewest_poses = 4;
 
+/// What to tell a user whose reference is not of this flight, or is damaged; empty where it may well be of it. Names of
+/// images repeat from flight to flight, and an alignment hides much. `rotation_deg`: mean difference of attitudes after
+/// the alignment. `position_percent`: mean difference of positions, of the distance flown.
+[[nodiscard]] std::string foreign_reference(std::size_t poses, double rotation_deg, double position_percent);
+
 struct DepthAccuracy {
   std::size_t pixels = 0;
   double flying_height = 0;       ///< median true depth of the image

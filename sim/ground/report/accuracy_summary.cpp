@@ -44,7 +44,7 @@ void report_refused(const std::string& strip, const StripFrameRecord& frame, std
 
 std::string parts_text(const map::HeightErrorParts& parts, double factor) {
   const auto part = [factor](const char* name, double sigma) {
-    return std::string(name) + " " + (sigma > 0 ? host::brief(factor * sigma) : "-");
+    return std::string(name) + " " + (sigma > 0 ? host::brief(factor * sigma) : "not known");
   };
   return part("matching", parts.matching) + ", " + part("poses", parts.poses) + ", " + part("scale", parts.scale) +
          ", " + part("tilt", parts.tilt) + ", " + part("place", parts.place);
@@ -99,6 +99,13 @@ bool model_is_measured(const Report& report) {
 std::vector<std::string> accuracy_lines(const Report& report) {
   std::vector<std::string> lines;
   const bool joined = model_is_measured(report);
+  for (const StripResult& strip : report.strips) {
+    if (!strip.accuracy) continue;
+    const StripAccuracy& a = *strip.accuracy;
+    const std::string foreign =
+        foreign_reference(a.poses, degree * a.rotation_rad.mean, a.percent_of_length(a.position.mean));
+    if (!foreign.empty()) lines.push_back("strip " + std::to_string(strip.strip.id) + ": " + foreign);
+  }
   if (joined || (report.has_reference && !report.score)) {
     const AccuracySummary own = measured_accuracy(report);
     if (std::isfinite(own.mean_percent)) {

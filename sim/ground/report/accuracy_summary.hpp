@@ -30,7 +30,7 @@ struct AccuracySummary {
 /// Errors against the reference, a line each: the joined model's first, then those of the score.
 [[nodiscard]] std::vector<std::string> accuracy_lines(const Report& report);
 
-/// The parts of the error of a height, each times `factor`; a dash where nothing is stated.
+/// The parts of the error of a height, each times `factor`; "not known" where nothing is stated.
 [[nodiscard]] std::string parts_text(const map::HeightErrorParts& parts, double factor);
 
 /// How certain heights, scale and place are by what the flight states, or what is missing for metres; a line for each

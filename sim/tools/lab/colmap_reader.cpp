@@ -1,5 +1,6 @@
 #include "sim/tools/lab/colmap_reader.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -142,7 +143,12 @@ const ColmapImage& find_image(const ColmapModel& model, const std::string& file)
   for (const ColmapImage& image : model.images) {
     if (fs::path(image.name).filename() == path.filename()) return image;
   }
-  throw std::runtime_error("the model has no image " + path.filename().string());
+  constexpr std::size_t most_named = 5;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(model.images.size(), most_named); ++i)
+    names += (i > 0 ? ", " : "") + model.images[i].name;
+  throw std::runtime_error("the model has no image " + path.filename().string() + ": it has " +
+                           std::to_string(model.images.size()) + ", among them " + names);
 }
 
 }  // namespace ilp::lab

@@ -199,6 +199,11 @@ void remark_strips(Score& score) {
                               " poses are too few, or too close together, to align and still measure an error (" +
                               std::to_string(fewest_poses) + " are needed)");
     }
+    if (!strip.poses || !(strip.length > 0)) continue;
+    const double rotation_deg = degrees * host::summarise(strip.poses->rotation_rad).mean;
+    const double position_percent = 100 * strip.poses->position.mean / strip.length;
+    const std::string foreign = report::foreign_reference(known, rotation_deg, position_percent);
+    if (!foreign.empty()) score.remarks.push_back(strip_name(strip) + ": " + foreign);
   }
 }
 

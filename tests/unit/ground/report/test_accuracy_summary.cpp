@@ -42,6 +42,17 @@ Report joined_report() {
   return report;
 }
 
+TEST(AccuracySummary, AReferenceOfAnotherFlightIsNamed) {
+  Report report = joined_report();
+  report.strips[0].accuracy->rotation_rad.mean = 0.4;
+  EXPECT_TRUE(says(accuracy_lines(report), "strip 1: after the best alignment, 18 poses and the reference differ by 22.9"));
+  report.strips[0].accuracy->rotation_rad.mean = 0.01;
+  report.strips[0].accuracy->position.mean = 30;
+  EXPECT_TRUE(says(accuracy_lines(report), "is the reference of this flight?"));
+  report.strips[0].accuracy->poses = 3;
+  EXPECT_FALSE(says(accuracy_lines(report), "is the reference of this flight?")) << "too few to tell";
+}
+
 TEST(AccuracySummary, TheDeliveredModelComesFirstAndTheStripsOnBoardSecond) {
   Report report = joined_report();
   ASSERT_TRUE(model_is_measured(report));
@@ -52,6 +63,7 @@ TEST(AccuracySummary, TheDeliveredModelComesFirstAndTheStripsOnBoardSecond) {
   EXPECT_NE(poses, std::string::npos) << text;
   ASSERT_NE(board, std::string::npos) << text;
   EXPECT_LT(model, board);
+  EXPECT_EQ(text.find("is the reference of this flight?"), std::string::npos);
   // Without a model nothing changes: the score stands alone.
   report.joined.models.clear();
   EXPECT_FALSE(model_is_measured(report));
