@@ -1,8 +1,10 @@
 #include "sim/ground/map/balance.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
+#include <tuple>
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
@@ -12,12 +14,15 @@ namespace {
 
 using Patches = std::map<std::int64_t, ShownPatch>;
 
-/// Mean and spread without a twentieth at either end, where clouds, shadows and glints are.
-struct Level {
-  double mean = 0, spread = 0;
+/// Of the grid's first cell.
+struct WorldCell {
+  std::int64_t column = 0, row = 0;
 };
+WorldCell corner_of(const GroundGrid& grid) {
+  return {std::llround(grid.x0 / grid.cell), std::llround(-grid.y0 / grid.cell)};
+}
 
-Level level_of(const GreyHistogram& histogram) {
+GreyLevel level_of(const GreyHistogram& histogram) {
   constexpr double cut = 0.05;
   const auto all = static_cast<double>(histogram.count());
   const double low = cut * all, high = (1 - cut) * all;
@@ -39,77 +44,98 @@ double trust(double contrast) {
   return 1 / (1 + std::pow(faint_grey / std::max(contrast, 1e-3), 4));
 }
 
-/// One value for each piece, from differences at seams and from pulls.
+/// A value for each piece, which changes linearly over it, from differences at meetings and from pulls.
 class Network {
  public:
   /// What misses by more than `usual` counts by its size, not by its square (Huber); a pull by more than `usual_pull`.
-  /// `share`: of the weight of a piece's seams, for its pull. An error at a seam fades over 1 / sqrt(2 share) pieces.
-  Network(std::size_t patches, double usual, double usual_pull, double share)
-      : size_(static_cast<Eigen::Index>(patches)), usual_(usual), usual_pull_(usual_pull), share_(share) {
+  /// `share`: of the weight of a piece's meetings, for its pull. An error at one fades over 1 / sqrt(2 share) pieces.
+  /// `ramp_share`: the same for the pull of its ramp to none.
+  Network(std::size_t patches, double usual, double usual_pull, double share, double ramp_share)
+      : patches_(static_cast<Eigen::Index>(patches)),
+        usual_(usual),
+        usual_pull_(usual_pull),
+        share_(share),
+        ramp_share_(ramp_share) {
     wanted_.assign(patches, 0);
   }
 
-  /// value_b - value_a = difference
-  void add_difference(Eigen::Index a, Eigen::Index b, double cells, double trusted, double difference) {
+  /// A piece, and a place from its middle.
+  struct Place {
+    Eigen::Index patch = 0;
+    double right = 0, down = 0;
+  };
+
+  /// value at b - value at a = difference
+  void add_difference(const Place& a, const Place& b, double cells, double trusted, double difference) {
     differences_.push_back({a, b, cells, trusted * cells, difference});
   }
   /// The value that a weak pull takes the piece to.
   void pull(std::size_t patch, double wanted) { wanted_[patch] = wanted; }
 
-  [[nodiscard]] std::vector<double> solve() const {
+  /// Value, and its changes to the right and down, of each piece.
+  [[nodiscard]] std::vector<std::array<double, 3>> solve() const {
     constexpr int rounds = 8;
-    std::vector<double> seams(differences_.size(), 1), pulls(wanted_.size(), 1);
-    Eigen::VectorXd solved = once(seams, pulls);
+    std::vector<double> differences(differences_.size(), 1), pulls(wanted_.size(), 1);
+    Eigen::VectorXd solved = once(differences, pulls);
     for (int round = 1; round < rounds; ++round) {
-      for (std::size_t i = 0; i < seams.size(); ++i) {
+      for (std::size_t i = 0; i < differences.size(); ++i) {
         const Difference& d = differences_[i];
-        seams[i] = huber(solved(d.b) - solved(d.a) - d.value, usual_);
+        differences[i] = huber(value(solved, d.b) - value(solved, d.a) - d.value, usual_);
       }
       for (std::size_t i = 0; i < pulls.size(); ++i)
-        pulls[i] = huber(solved(static_cast<Eigen::Index>(i)) - wanted_[i], usual_pull_);
-      solved = once(seams, pulls);
+        pulls[i] = huber(solved(3 * static_cast<Eigen::Index>(i)) - wanted_[i], usual_pull_);
+      solved = once(differences, pulls);
     }
-    return {solved.begin(), solved.end()};
+    std::vector<std::array<double, 3>> values;
+    for (Eigen::Index i = 0; i < patches_; ++i)
+      values.push_back({solved(3 * i), solved(3 * i + 1), solved(3 * i + 2)});
+    return values;
   }
 
  private:
   struct Difference {
-    Eigen::Index a = 0, b = 0;
+    Place a, b;
     double cells = 0, weight = 0, value = 0;
   };
 
   [[nodiscard]] static double huber(double miss, double usual) { return usual / std::max(std::fabs(miss), usual); }
+  [[nodiscard]] static double value(const Eigen::VectorXd& solved, const Place& at) {
+    return solved(3 * at.patch) + at.right * solved(3 * at.patch + 1) + at.down * solved(3 * at.patch + 2);
+  }
 
   /// With each difference and pull weighed by its share.
-  [[nodiscard]] Eigen::VectorXd once(const std::vector<double>& seams, const std::vector<double>& pulls) const {
+  [[nodiscard]] Eigen::VectorXd once(const std::vector<double>& differences, const std::vector<double>& pulls) const {
     constexpr double least = 1e-3;
     std::vector<Eigen::Triplet<double>> normal;
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(size_), tied = right;
-    for (std::size_t i = 0; i < seams.size(); ++i) {
-      const auto& [a, b, cells, all, value] = differences_[i];
-      const double weight = seams[i] * all;
-      normal.emplace_back(a, a, weight);
-      normal.emplace_back(b, b, weight);
-      normal.emplace_back(a, b, -weight);
-      normal.emplace_back(b, a, -weight);
-      right(a) -= weight * value;
-      right(b) += weight * value;
-      tied(a) += cells;
-      tied(b) += cells;
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(3 * patches_), tied = Eigen::VectorXd::Zero(patches_);
+    for (std::size_t i = 0; i < differences.size(); ++i) {
+      const auto& [a, b, cells, all, wanted] = differences_[i];
+      const double weight = differences[i] * all;
+      const std::array<Eigen::Index, 6> at = {3 * a.patch, 3 * a.patch + 1, 3 * a.patch + 2,
+                                              3 * b.patch, 3 * b.patch + 1, 3 * b.patch + 2};
+      const std::array<double, 6> row = {-1, -a.right, -a.down, 1, b.right, b.down};
+      for (std::size_t k = 0; k < row.size(); ++k) {
+        right(at[k]) += weight * row[k] * wanted;
+        for (std::size_t n = 0; n < row.size(); ++n) normal.emplace_back(at[k], at[n], weight * row[k] * row[n]);
+      }
+      tied(a.patch) += cells;
+      tied(b.patch) += cells;
     }
-    for (Eigen::Index i = 0; i < size_; ++i) {
+    for (Eigen::Index i = 0; i < patches_; ++i) {
       const auto at = static_cast<std::size_t>(i);
       const double weight = std::max(pulls[at] * share_ * tied(i), least);
-      normal.emplace_back(i, i, weight);
-      right(i) += weight * wanted_[at];
+      normal.emplace_back(3 * i, 3 * i, weight);
+      right(3 * i) += weight * wanted_[at];
+      const double flat = std::max(ramp_share_ * tied(i), least);
+      for (const Eigen::Index ramp : {3 * i + 1, 3 * i + 2}) normal.emplace_back(ramp, ramp, flat);
     }
-    Eigen::SparseMatrix<double> matrix(size_, size_);
+    Eigen::SparseMatrix<double> matrix(3 * patches_, 3 * patches_);
     matrix.setFromTriplets(normal.begin(), normal.end());
     return Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right);
   }
 
-  Eigen::Index size_;
-  double usual_, usual_pull_, share_;
+  Eigen::Index patches_;
+  double usual_, usual_pull_, share_, ramp_share_;
   std::vector<Difference> differences_;
   std::vector<double> wanted_;
 };
@@ -123,29 +149,11 @@ class PatchTable {
       const auto cells = static_cast<double>(std::max<std::uint64_t>(patch.cells, 1));
       cells_.push_back(cells);
       means_.push_back(static_cast<double>(patch.grey) / cells);
+      middles_.push_back({std::llround(static_cast<double>(patch.columns) / cells),
+                          std::llround(static_cast<double>(patch.rows) / cells)});
       contrasts_.push_back(
           patch.pairs == 0 ? 0 : static_cast<double>(patch.differences) / static_cast<double>(patch.pairs));
     }
-  }
-
-  struct Meeting {
-    Eigen::Index a = 0, b = 0;
-    double cells = 0;  ///< less than they are, where there are many
-    Level first, second;
-  };
-  [[nodiscard]] std::vector<Meeting> meetings(const Seams& seams) const {
-    constexpr std::uint64_t fewest = 20;
-    // Ground looks different from elsewhere, however many cells show it.
-    constexpr double many = 1000;
-    std::vector<Meeting> all;
-    for (const auto& [pair, greys] : seams) {
-      const std::uint64_t count = greys.first.count();
-      const auto first = places_.find(pair.first), second = places_.find(pair.second);
-      if (count < fewest || first == places_.end() || second == places_.end()) continue;
-      const double counted = static_cast<double>(count) / (1 + static_cast<double>(count) / many);
-      all.push_back({first->second, second->second, counted, level_of(greys.first), level_of(greys.second)});
-    }
-    return all;
   }
 
   /// Over all cells. In a map of many keyframes in whole `steps`, so that a late keyframe changes what the whole map
@@ -160,32 +168,43 @@ class PatchTable {
     return values.size() < many ? sum / all : step * std::round(sum / all / step);
   }
 
+  [[nodiscard]] bool has(std::int64_t id) const { return places_.contains(id); }
+  [[nodiscard]] Network::Place place(std::int64_t id, const Meeting& m) const {
+    const Eigen::Index patch = places_.at(id);
+    const auto& [column, row] = middles_[static_cast<std::size_t>(patch)];
+    return {patch, (m.column - static_cast<double>(column)) / Balance::ramp_cells,
+            (m.row - static_cast<double>(row)) / Balance::ramp_cells};
+  }
   [[nodiscard]] const std::map<std::int64_t, Eigen::Index>& places() const { return places_; }
   [[nodiscard]] const std::vector<double>& means() const { return means_; }
   [[nodiscard]] const std::vector<double>& contrasts() const { return contrasts_; }
+  [[nodiscard]] const std::vector<std::array<std::int64_t, 2>>& middles() const { return middles_; }
   [[nodiscard]] std::size_t size() const { return cells_.size(); }
 
  private:
   std::map<std::int64_t, Eigen::Index> places_;
   std::vector<double> cells_, means_, contrasts_;
+  std::vector<std::array<std::int64_t, 2>> middles_;
 };
 
-std::vector<double> gains_of(const PatchTable& table, const std::vector<PatchTable::Meeting>& meetings) {
-  constexpr double usual_miss = 0.15, usual_pull = 0.3, step = 1.0 / 16;
+std::vector<double> gains_of(const PatchTable& table, const std::vector<Meeting>& meetings) {
+  constexpr double usual_miss = 0.15, usual_pull = 0.3, step = 1.0 / 16, no_ramp = 1e6;
   const double most = std::log(most_gain);
-  Network network(table.size(), usual_miss, usual_pull, 1.0 / 4);
-  for (const PatchTable::Meeting& m : meetings) {
-    const double trusted = trust(std::min(m.first.spread, m.second.spread));
+  Network network(table.size(), usual_miss, usual_pull, 1.0 / 4, no_ramp);
+  for (const Meeting& m : meetings) {
+    const double trusted = trust(std::min(m.first_level.spread, m.second_level.spread));
     const double least = faint_grey / 4;
-    const double ratio = std::log(std::max(m.first.spread, least) / std::max(m.second.spread, least));
-    network.add_difference(m.a, m.b, m.cells, trusted, std::clamp(ratio, -most, most));
+    const double ratio = std::log(std::max(m.first_level.spread, least) / std::max(m.second_level.spread, least));
+    network.add_difference({table.places().at(m.first)}, {table.places().at(m.second)}, m.cells, trusted,
+                           std::clamp(ratio, -most, most));
   }
   std::vector<double> logarithms;
   for (const double contrast : table.contrasts()) logarithms.push_back(std::log(std::max(contrast, faint_grey)));
   const double level = table.in_common(logarithms, step);
   for (std::size_t i = 0; i < table.size(); ++i)
     network.pull(i, trust(table.contrasts()[i]) * std::clamp(level - logarithms[i], -most, most));
-  std::vector<double> gains = network.solve();
+  std::vector<double> gains;
+  for (const auto& solved : network.solve()) gains.push_back(solved[0]);
   const double middle = table.in_common(gains, step);
   for (double& gain : gains) gain = std::exp(std::clamp(gain - middle, -most, most));
   return gains;
@@ -220,22 +239,28 @@ std::uint64_t GreyHistogram::count() const {
 void ShownPatch::add(const ShownPatch& other) {
   cells += other.cells;
   grey += other.grey;
+  columns += other.columns;
+  rows += other.rows;
   pairs += other.pairs;
   differences += other.differences;
 }
 
-void add_meeting(std::int64_t id_a, std::uint8_t grey_a, std::int64_t id_b, std::uint8_t grey_b, Seams& seams) {
+void add_meeting(const ShownCell& a, const ShownCell& b, std::int64_t column, std::int64_t row, Seams& seams) {
   // What is black or white has lost what it was.
   constexpr std::uint8_t darkest = 2, brightest = 253;
-  if (std::min(grey_a, grey_b) < darkest || std::max(grey_a, grey_b) > brightest) return;
-  SeamGreys& greys = seams[std::minmax(id_a, id_b)];
-  (id_a < id_b ? greys.first : greys.second).add(grey_a, 1);
-  (id_a < id_b ? greys.second : greys.first).add(grey_b, 1);
+  if (std::min(a.grey, b.grey) < darkest || std::max(a.grey, b.grey) > brightest) return;
+  const auto& [first, second] = std::minmax(a, b, [](const ShownCell& x, const ShownCell& y) { return x.keyframe < y.keyframe; });
+  SeamGreys& greys = seams[{first.keyframe, second.keyframe}];
+  greys.first.add(first.grey, 1);
+  greys.second.add(second.grey, 1);
+  greys.columns += column;
+  greys.rows += row;
 }
 
 void add_seams(const GroundGrid& grid, const std::vector<std::int64_t>& keyframes, std::int32_t margin, Seams& seams) {
   // Cells of closed seams were not measured.
   constexpr std::int32_t farthest = 4;
+  const WorldCell corner = corner_of(grid);
   const auto compare = [&](std::int32_t x, std::int32_t y, std::int32_t dx, std::int32_t dy) {
     for (std::int32_t k = 1; k <= farthest; ++k) {
       const std::int32_t u = x + k * dx, v = y + k * dy;
@@ -243,7 +268,8 @@ void add_seams(const GroundGrid& grid, const std::vector<std::int64_t>& keyframe
       if (grid.count.at(u, v) == 0) continue;
       const std::uint16_t a = grid.source.at(x, y), b = grid.source.at(u, v);
       if (a == b) return;
-      add_meeting(keyframes[a - 1U], grid.ortho.at(x, y), keyframes[b - 1U], grid.ortho.at(u, v), seams);
+      add_meeting({keyframes[a - 1U], grid.ortho.at(x, y)}, {keyframes[b - 1U], grid.ortho.at(u, v)}, corner.column + x,
+                  corner.row + y, seams);
       return;
     }
   };
@@ -257,6 +283,7 @@ void add_seams(const GroundGrid& grid, const std::vector<std::int64_t>& keyframe
 }
 
 void add_shown(const GroundGrid& grid, std::int32_t margin, std::vector<ShownPatch>& shown) {
+  const WorldCell corner = corner_of(grid);
   for (std::int32_t y = margin; y < grid.source.height - margin; ++y) {
     for (std::int32_t x = margin; x < grid.source.width - margin; ++x) {
       const std::uint16_t source = grid.source.at(x, y);
@@ -265,6 +292,8 @@ void add_shown(const GroundGrid& grid, std::int32_t margin, std::vector<ShownPat
       const std::uint8_t grey = grid.ortho.at(x, y);
       ++patch.cells;
       patch.grey += grey;
+      patch.columns += corner.column + x;
+      patch.rows += corner.row + y;
       const auto compare = [&](std::int32_t u, std::int32_t v) {
         if (u >= grid.source.width || v >= grid.source.height || grid.source.at(u, v) != source) return;
         ++patch.pairs;
@@ -276,16 +305,38 @@ void add_shown(const GroundGrid& grid, std::int32_t margin, std::vector<ShownPat
   }
 }
 
-std::map<std::int64_t, Balance> balance_patches(const Seams& seams, const Patches& patches) {
+std::vector<Meeting> meetings_of(const Seams& seams) {
+  constexpr std::uint64_t fewest = 20;
+  // Ground looks different from elsewhere, however many cells show it.
+  constexpr double many = 1000;
+  std::vector<Meeting> all;
+  for (const auto& [pair, greys] : seams) {
+    const std::uint64_t count = greys.first.count();
+    if (count < fewest) continue;
+    const auto cells = static_cast<double>(count);
+    all.push_back({pair.first, pair.second, static_cast<double>(greys.columns) / cells,
+                   static_cast<double>(greys.rows) / cells, cells / (1 + cells / many), level_of(greys.first),
+                   level_of(greys.second)});
+  }
+  return all;
+}
+
+std::map<std::int64_t, Balance> balance_patches(std::vector<Meeting> meetings, const Patches& patches) {
   if (patches.empty()) return {};
   const PatchTable table(patches);
-  const std::vector<PatchTable::Meeting> meetings = table.meetings(seams);
+  std::erase_if(meetings, [&](const Meeting& m) { return !table.has(m.first) || !table.has(m.second); });
+  // Sums in one order whatever the order of the tiles was.
+  std::sort(meetings.begin(), meetings.end(), [](const Meeting& a, const Meeting& b) {
+    return std::tie(a.first, a.second, a.column, a.row) < std::tie(b.first, b.second, b.column, b.row);
+  });
   const std::vector<double> gains = gains_of(table, meetings);
   constexpr double usual_miss_grey = 6, usual_pull_grey = 24, step_grey = 8;
-  Network network(table.size(), usual_miss_grey, usual_pull_grey, 1.0 / 16);
-  for (const PatchTable::Meeting& m : meetings) {
-    const auto a = static_cast<std::size_t>(m.a), b = static_cast<std::size_t>(m.b);
-    network.add_difference(m.a, m.b, m.cells, 1, gains[a] * m.first.mean - gains[b] * m.second.mean);
+  Network network(table.size(), usual_miss_grey, usual_pull_grey, 1.0 / 64, 1.0 / 50);
+  for (const Meeting& m : meetings) {
+    const Network::Place a = table.place(m.first, m), b = table.place(m.second, m);
+    network.add_difference(a, b, m.cells, 1,
+                           gains[static_cast<std::size_t>(a.patch)] * m.first_level.mean -
+                               gains[static_cast<std::size_t>(b.patch)] * m.second_level.mean);
   }
   const double level = table.in_common(table.means(), step_grey);
   std::vector<double> scaled;
@@ -293,13 +344,14 @@ std::map<std::int64_t, Balance> balance_patches(const Seams& seams, const Patche
     scaled.push_back(gains[i] * table.means()[i]);
     network.pull(i, level - scaled[i]);
   }
-  const std::vector<double> offsets = network.solve();
-  for (std::size_t i = 0; i < table.size(); ++i) scaled[i] += offsets[i];
+  const std::vector<std::array<double, 3>> solved = network.solve();
+  for (std::size_t i = 0; i < table.size(); ++i) scaled[i] += solved[i][0];
   const double middle = table.in_common(scaled, step_grey) - level;
   std::map<std::int64_t, Balance> balance;
   for (const auto& [id, place] : table.places()) {
     const auto at = static_cast<std::size_t>(place);
-    balance[id] = {gains[at], offsets[at] - middle};
+    const auto& [offset, right, down] = solved[at];
+    balance[id] = {gains[at], offset - middle, {right, down}, table.middles()[at]};
   }
   return balance;
 }

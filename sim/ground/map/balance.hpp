@@ -1,6 +1,7 @@
 // One brightness and one contrast for the pieces of a map.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <utility>
@@ -10,11 +11,21 @@
 
 namespace ilp::map {
 
-/// The orthoimage shows gain * grey + offset of a keyframe's grey, in 0 to 255.
+/// The orthoimage shows gain * grey + offset of a keyframe's grey, in 0 to 255, and a ramp about the middle of what it
+/// shows of the keyframe: ground is brighter from one side than from the other, and images are darker at their edges.
 struct Balance {
   double gain = 1, offset = 0;
+  std::array<double, 2> ramp{};          ///< grey for each ramp_cells of the map to the right, and down
+  std::array<std::int64_t, 2> middle{};  ///< column and row of the world
+  /// At the middle.
   [[nodiscard]] double of(double grey) const { return gain * grey + offset; }
+  /// In a cell of the world.
+  [[nodiscard]] double of(double grey, std::int64_t column, std::int64_t row) const {
+    return of(grey) + (ramp[0] * static_cast<double>(column - middle[0]) +
+                       ramp[1] * static_cast<double>(row - middle[1])) / ramp_cells;
+  }
   bool operator==(const Balance&) const = default;
+  static constexpr double ramp_cells = 256;
 };
 
 /// Counts by grey value, rising; a few octets for each, because a map has thousands of histograms.
@@ -36,22 +47,47 @@ class GreyHistogram {
 /// What two keyframes show of the ground where they meet.
 struct SeamGreys {
   GreyHistogram first, second;
+  std::int64_t columns = 0, rows = 0;  ///< sums over the cells of `second`
 };
 
 /// The key has both ids, the smaller one first.
 using Seams = std::map<std::pair<std::int64_t, std::int64_t>, SeamGreys>;
 
+/// What one keyframe shows of a piece of ground.
+struct ShownCell {
+  std::int64_t keyframe = 0;
+  std::uint8_t grey = 0;
+};
+
 /// Adds a piece of ground that two keyframes show, unless one of them shows it black or white.
-void add_meeting(std::int64_t id_a, std::uint8_t grey_a, std::int64_t id_b, std::uint8_t grey_b, Seams& seams);
+/// Column and row are those of the world.
+void add_meeting(const ShownCell& a, const ShownCell& b, std::int64_t column, std::int64_t row, Seams& seams);
 
 /// Adds neighbouring measured cells of two keyframes, the left or upper one in columns [margin, width - margin), and in
 /// rows likewise; `keyframes` has the ids by source - 1.
 void add_seams(const GroundGrid& grid, const std::vector<std::int64_t>& keyframes, std::int32_t margin, Seams& seams);
 
+/// Mean and spread of grey.
+struct GreyLevel {
+  double mean = 0, spread = 0;
+};
+
+/// How two keyframes show the same ground, about a place of the world.
+struct Meeting {
+  std::int64_t first = 0, second = 0;  ///< ids
+  double column = 0, row = 0;
+  double cells = 0;  ///< less than they are, where there are many
+  GreyLevel first_level, second_level;
+};
+
+/// Those of enough cells, without a twentieth of the darkest and of the brightest.
+[[nodiscard]] std::vector<Meeting> meetings_of(const Seams& seams);
+
 /// What the map shows of a keyframe, before the balance.
 struct ShownPatch {
   std::uint64_t cells = 0;
-  std::uint64_t grey = 0;         ///< sum over its cells
+  std::uint64_t grey = 0;              ///< sum over its cells
+  std::int64_t columns = 0, rows = 0;  ///< of the world, sums over its cells
   std::uint64_t pairs = 0;        ///< of cells contrast_cells apart along a row or column
   std::uint64_t differences = 0;  ///< sum of their absolute differences
   void add(const ShownPatch& other);
@@ -61,14 +97,14 @@ inline constexpr std::int32_t contrast_cells = 8;
 /// Adds the cells and pairs as add_seams does; `shown` is by source - 1.
 void add_shown(const GroundGrid& grid, std::int32_t margin, std::vector<ShownPatch>& shown);
 
-/// Gain and offset of each keyframe, by robust least squares over all seams: first contrasts, whose ratios are those of
-/// the spreads of grey on both sides of a seam, then brightnesses. A weak pull takes contrast and mean of each piece to
-/// those of the map. Seams alone err in one direction where images are darker or blurred at one edge, and this adds up
+/// Gain, offset and ramp of each keyframe, by robust least squares over all meetings: first contrasts, whose ratios are
+/// those of the spreads of grey of both, then brightnesses and ramps. A weak pull takes contrast and mean of each piece
+/// to those of the map, and its ramp to none. Seams alone err in one direction where images are darker or blurred at one edge, and this adds up
 /// along a strip. The map is for the eye: real differences over many keyframes are made smaller too. Gains lie within a
 /// factor of most_gain; ground of hardly any contrast, and a piece that meets no other one, keep their contrast. Over
 /// all cells the mean logarithm of the gains is 0 and the mean grey what it was, in a map of 100 keyframes and more to
 /// within a thirty-second and 4.
-[[nodiscard]] std::map<std::int64_t, Balance> balance_patches(const Seams& seams,
+[[nodiscard]] std::map<std::int64_t, Balance> balance_patches(std::vector<Meeting> meetings,
                                                               const std::map<std::int64_t, ShownPatch>& patches);
 inline constexpr double most_gain = 4;
 

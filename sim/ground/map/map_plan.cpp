@@ -50,7 +50,7 @@ double choose_cell(const KeyframeViews& views) {
 }
 
 std::uint64_t digest_of(const TilePlan& tile, double cell, const KeyframeViews& views) {
-  std::string text = "tile 5 " + std::to_string(tile.place.column) + " " + std::to_string(tile.place.row) + " ";
+  std::string text = "tile 6 " + std::to_string(tile.place.column) + " " + std::to_string(tile.place.row) + " ";
   text.append(reinterpret_cast<const char*>(&cell), sizeof(cell));
   for (const std::int64_t id : tile.keyframes) {
     text += " " + std::to_string(id) + " " + host::digest_text(views.at(id).digest);

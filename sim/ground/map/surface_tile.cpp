@@ -28,7 +28,8 @@ std::int32_t step_class(double cells) {
 }
 
 /// A cell that two pieces show.
-struct Meeting {
+struct SharedCell {
+  std::size_t cell = 0;
   std::uint16_t first = 0, second = 0;  ///< sources
   std::uint8_t first_grey = 0, second_grey = 0;
 };
@@ -82,7 +83,7 @@ class TilePainter {
 
   std::uint64_t seam_cells = 0;
   std::map<std::int32_t, std::uint32_t> steps;
-  std::vector<Meeting> meetings;
+  std::vector<SharedCell> shared_cells;
 
  private:
   static std::uint8_t to_grey(double grey) { return static_cast<std::uint8_t>(std::clamp(grey + 0.5, 0.0, 255.0)); }
@@ -112,7 +113,7 @@ class TilePainter {
     if (again) return;
     painted_by_[cell] = patch_;
     ++grid_.count.samples[cell];
-    if (source != source_ && in_core(cell)) meetings.push_back({source, source_, grey_at(cell), to_grey(grey)});
+    if (source != source_ && in_core(cell)) shared_cells.push_back({cell, source, source_, grey_at(cell), to_grey(grey)});
   }
 
   void paint_face(const SurfaceVertex& a, const SurfaceVertex& b, const SurfaceVertex& c) {
@@ -207,7 +208,7 @@ std::size_t bytes_of(const SurfaceMesh& mesh) {
 
 json list_of(const Seams& seams) {
   json list = json::array();
-  for (const auto& [pair, greys] : seams) list.push_back({pair, greys.first.entries(), greys.second.entries()});
+  for (const auto& [pair, greys] : seams) list.push_back({pair, greys.first.entries(), greys.second.entries(), greys.columns, greys.rows});
   return list;
 }
 
@@ -216,21 +217,26 @@ Seams seams_from(const json& stored) {
   for (const json& entry : stored) {
     seams[entry.at(0).get<std::pair<std::int64_t, std::int64_t>>()] = {
         GreyHistogram(entry.at(1).get<std::vector<GreyHistogram::Entry>>()),
-        GreyHistogram(entry.at(2).get<std::vector<GreyHistogram::Entry>>())};
+        GreyHistogram(entry.at(2).get<std::vector<GreyHistogram::Entry>>()), entry.at(3), entry.at(4)};
   }
   return seams;
 }
 
 json list_of(const std::vector<ShownPatch>& shown) {
   json list = json::array();
-  for (const ShownPatch& patch : shown) list.push_back({patch.cells, patch.grey, patch.pairs, patch.differences});
+  for (const ShownPatch& patch : shown) list.push_back({patch.cells, patch.grey, patch.columns, patch.rows, patch.pairs, patch.differences});
   return list;
 }
 
 std::vector<ShownPatch> shown_from(const json& stored) {
   std::vector<ShownPatch> shown;
-  for (const json& entry : stored) shown.push_back({entry.at(0), entry.at(1), entry.at(2), entry.at(3)});
+  for (const json& entry : stored) shown.push_back({entry.at(0), entry.at(1), entry.at(2), entry.at(3), entry.at(4), entry.at(5)});
   return shown;
+}
+
+/// Column or row of the world of the first cell of a painted tile.
+std::int64_t first_cell(std::int32_t place) {
+  return std::int64_t{place} * tile_side_cells - tile_margin_cells;
 }
 
 /// Laid ground of the pieces, where `area` has none that was measured.
@@ -257,9 +263,8 @@ double seam_step(std::int32_t step_class) {
 
 SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::vector<TilePatch>& patches) {
   constexpr std::int32_t side = painted_side_cells;
-  const double first_column = static_cast<double>(place.column) * tile_side_cells - static_cast<double>(margin);
-  const double first_row = static_cast<double>(place.row) * tile_side_cells - static_cast<double>(margin);
-  GroundGrid area(first_column * cell, -first_row * cell, cell, side, side);
+  GroundGrid area(static_cast<double>(first_cell(place.column)) * cell,
+                  -static_cast<double>(first_cell(place.row)) * cell, cell, side, side);
   TilePainter painter(area);
   for (const TilePatch& patch : patches) painter.paint(*patch.surface);
   painter.paint_points(patches);
@@ -272,8 +277,11 @@ SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::v
   summary.seam_cells = painter.seam_cells;
   summary.steps = std::move(painter.steps);
   add_seams(area, summary.keyframes, tile_margin_cells, summary.seams);
-  for (const Meeting& m : painter.meetings) {
-    add_meeting(summary.keyframes[m.first - 1U], m.first_grey, summary.keyframes[m.second - 1U], m.second_grey,
+  const std::int64_t left = first_cell(place.column), top = first_cell(place.row);
+  for (const SharedCell& m : painter.shared_cells) {
+    const auto side_cells = static_cast<std::size_t>(side);
+    add_meeting({summary.keyframes[m.first - 1U], m.first_grey}, {summary.keyframes[m.second - 1U], m.second_grey},
+                left + static_cast<std::int64_t>(m.cell % side_cells), top + static_cast<std::int64_t>(m.cell / side_cells),
                 summary.seams);
   }
   summary.shown.assign(summary.keyframes.size(), {});
@@ -361,7 +369,8 @@ std::optional<MapTile> cells_from(std::span<const std::uint8_t> bytes, std::int3
   return cells;
 }
 
-MapTile finish_tile(const MapTile& painted, const std::vector<Balance>& balance, double cell) {
+MapTile finish_tile(const intake::TilePlace& place, const MapTile& painted, const std::vector<Balance>& balance,
+                    double cell) {
   MapTile tile = painted;
   host::Raster<float> grey(tile.ortho.width, tile.ortho.height);
   host::Raster<std::uint16_t> shown = tile.source;
@@ -370,8 +379,10 @@ MapTile finish_tile(const MapTile& painted, const std::vector<Balance>& balance,
     const bool measured = s != 0;
     if (!measured) s = tile.laid.source.samples[i];
     if (s == 0) continue;
-    grey.samples[i] =
-        static_cast<float>(balance[s - 1U].of(measured ? tile.ortho.samples[i] : tile.laid.grey.samples[i]));
+    const auto column = first_cell(place.column) + static_cast<std::int64_t>(i % static_cast<std::size_t>(grey.width));
+    const auto row = first_cell(place.row) + static_cast<std::int64_t>(i / static_cast<std::size_t>(grey.width));
+    grey.samples[i] = static_cast<float>(
+        balance[s - 1U].of(measured ? tile.ortho.samples[i] : tile.laid.grey.samples[i], column, row));
   }
   // Heights bend within their estimated errors: without any, they are taken as they are.
   const bool stated = std::any_of(tile.sigma.samples.begin(), tile.sigma.samples.end(),

@@ -59,7 +59,8 @@ struct SurfaceTile {
 
 /// Balances the grey of each keyframe (by source - 1), blends the pieces of a painted tile, laid ground among them, and
 /// cuts the margin off.
-[[nodiscard]] MapTile finish_tile(const MapTile& painted, const std::vector<Balance>& balance, double cell);
+[[nodiscard]] MapTile finish_tile(const intake::TilePlace& place, const MapTile& painted,
+                                  const std::vector<Balance>& balance, double cell);
 
 [[nodiscard]] std::vector<std::uint8_t> bytes_of(const TileSummary& summary);
 [[nodiscard]] std::vector<std::uint8_t> bytes_of(const MapTile& cells);

@@ -23,7 +23,11 @@ std::vector<Balance> balance_of(const std::vector<std::int64_t>& keyframes,
 std::uint64_t finish_digest(std::uint64_t painted, const std::vector<Balance>& balance) {
   intake::InputDigest digest("finished 4");
   digest.add_value(painted);
-  for (const Balance& one : balance) digest.add_value(one.gain).add_value(one.offset);
+  for (const Balance& one : balance) {
+    digest.add_value(one.gain).add_value(one.offset);
+    for (const double ramp : one.ramp) digest.add_value(ramp);
+    for (const std::int64_t middle : one.middle) digest.add_value(middle);
+  }
   return digest.value();
 }
 
@@ -46,11 +50,8 @@ void MapTotals::take(TileSummary& summary) {
     if (summary.shown[i].cells == 0) continue;
     patches[summary.keyframes[i]].add(summary.shown[i]);
   }
-  for (const auto& [pair, greys] : summary.seams) {
-    SeamGreys& all = seams[pair];
-    all.first.add(greys.first);
-    all.second.add(greys.second);
-  }
+  const std::vector<Meeting> own = meetings_of(summary.seams);
+  meetings.insert(meetings.end(), own.begin(), own.end());
   for (const auto& [step_class, number] : summary.steps) steps[step_class] += number;
   summary.seams = {};
   summary.steps = {};
@@ -61,10 +62,11 @@ void MapTotals::take(TileSummary& summary) {
 std::map<std::int64_t, Balance> map_balance(const MapTotals& totals) {
   if (totals.patches.size() < 2) return {};
   constexpr double gain_steps = 1024, offset_steps = 16;
-  std::map<std::int64_t, Balance> balance = balance_patches(totals.seams, totals.patches);
+  std::map<std::int64_t, Balance> balance = balance_patches(totals.meetings, totals.patches);
   for (auto& [id, one] : balance) {
     one.gain = std::exp(std::round(gain_steps * std::log(one.gain)) / gain_steps);
     one.offset = std::round(offset_steps * one.offset) / offset_steps;
+    for (double& ramp : one.ramp) ramp = std::round(offset_steps * ramp) / offset_steps;
   }
   return balance;
 }
@@ -97,7 +99,7 @@ std::vector<std::uint8_t> finished_cells(std::span<const std::uint8_t> painted, 
       if (s > tile.balance.size()) throw DamagedCatalogue("a tile names no keyframe");
     }
   }
-  return bytes_of(finish_tile(*cells, tile.balance, cell));
+  return bytes_of(finish_tile(tile.place, *cells, tile.balance, cell));
 }
 
 }  // namespace ilp::map

@@ -29,7 +29,7 @@ struct TileFinish {
 
 /// What the whole map needs of its tiles. The order in which tiles are taken makes no difference.
 struct MapTotals {
-  Seams seams;
+  std::vector<Meeting> meetings;
   std::map<std::int64_t, ShownPatch> patches;   ///< by keyframe
   std::map<std::int32_t, std::uint64_t> steps;  ///< of TileSummary
   /// The summary loses its seams and steps, which take most of its memory.

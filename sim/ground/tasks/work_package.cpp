@@ -98,7 +98,7 @@ json as_json(const TileBlock& block) {
 
 json as_json(const std::vector<map::Balance>& balance) {
   json list = json::array();
-  for (const map::Balance& one : balance) list.push_back({one.gain, one.offset});
+  for (const map::Balance& one : balance) list.push_back({one.gain, one.offset, one.ramp, one.middle});
   return list;
 }
 
@@ -132,7 +132,7 @@ TileBlock tiles_from(const json& value) {
 
 std::vector<map::Balance> balance_from(const json& value) {
   std::vector<map::Balance> balance;
-  for (const json& one : value) balance.push_back({one.at(0), one.at(1)});
+  for (const json& one : value) balance.push_back({one.at(0), one.at(1), one.at(2), one.at(3)});
   return balance;
 }
 

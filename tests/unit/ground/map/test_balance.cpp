@@ -37,7 +37,7 @@ std::map<std::int64_t, Balance> balance_of(const GroundGrid& grid, const std::ve
   add_shown(grid, 0, shown);
   std::map<std::int64_t, ShownPatch> patches;
   for (std::size_t i = 0; i < keyframes.size(); ++i) patches[keyframes[i]] = shown[i];
-  return balance_patches(seams, patches);
+  return balance_patches(meetings_of(seams), patches);
 }
 
 std::vector<std::int64_t> ids_of(std::int32_t patches) {
@@ -176,7 +176,7 @@ TEST(Balance, AKeyframeAtTheEndOfALongStripDoesNotChangeItsBeginning) {
     std::map<std::int64_t, ShownPatch> patches;
     for (std::int64_t id = 1; id <= keyframes; ++id) {
       const auto grey = static_cast<std::uint64_t>(93 + 13 * (id % 5));
-      patches[id] = {1000, 1000 * grey, 1000, static_cast<std::uint64_t>(9000 + 2000 * (id % 3))};
+      patches[id] = {.cells = 1000, .grey = 1000 * grey, .pairs = 1000, .differences = static_cast<std::uint64_t>(9000 + 2000 * (id % 3))};
       if (id == 1) continue;
       SeamGreys& greys = seams[{id - 1, id}];
       for (std::int64_t k = 0; k < 40; ++k) {
@@ -184,7 +184,7 @@ TEST(Balance, AKeyframeAtTheEndOfALongStripDoesNotChangeItsBeginning) {
         greys.second.add(static_cast<std::uint8_t>(70 + 13 * (id % 5) + id % 3 + k), 10);
       }
     }
-    return balance_patches(seams, patches);
+    return balance_patches(meetings_of(seams), patches);
   };
   for (const std::int64_t keyframes : {200, 500}) {
     const auto before = balance_with(keyframes), after = balance_with(keyframes + 1);
@@ -254,10 +254,26 @@ TEST(Balance, ALongBorderDoesNotOverruleShortOnes) {
     }
     return greys;
   };
-  const ShownPatch patch{30000, 3300000, 1000, 9000};
-  const auto balance = balance_patches({{{1, 2}, seam_of(40000, 0)}, {{2, 3}, seam_of(2000, 12)}, {{1, 3}, seam_of(2000, 0)}},
+  const ShownPatch patch{.cells = 30000, .grey = 3300000, .pairs = 1000, .differences = 9000};
+  const auto balance = balance_patches(meetings_of({{{1, 2}, seam_of(40000, 0)}, {{2, 3}, seam_of(2000, 12)}, {{1, 3}, seam_of(2000, 0)}}),
                                        {{1, patch}, {2, patch}, {3, patch}});
   EXPECT_GT(balance.at(2).of(110) - balance.at(1).of(110), 2) << "the long border takes part of what is missing";
+}
+
+TEST(Balance, AKeyframeThatIsBrighterFromOneSideMeetsItsNeighbourAllAlongTheirBorder) {
+  // Two pieces of 500 rows share a column; the second one shows 15 more above and 15 less below.
+  const auto meeting = [](double row, double brighter) {
+    return Meeting{.first = 1, .second = 2, .column = 100, .row = row, .cells = 500, .first_level = {120, 20},
+                   .second_level = {120 + brighter, 20}};
+  };
+  const auto patch = [](std::int64_t column) {
+    return ShownPatch{.cells = 1000, .grey = 120000, .columns = 1000 * column, .rows = 250000, .pairs = 1000,
+                      .differences = 9000};
+  };
+  const auto balance = balance_patches({meeting(50, 15), meeting(450, -15), meeting(250, 0)}, {{1, patch(50)}, {2, patch(150)}});
+  for (const auto& [row, brighter] : {std::pair{50, 15.0}, {250, 0.0}, {450, -15.0}})
+    EXPECT_NEAR(balance.at(1).of(120, 100, row), balance.at(2).of(120 + brighter, 100, row), 2) << row;
+  EXPECT_NEAR(balance.at(1).ramp[1], -balance.at(2).ramp[1], 0.1) << "neither is taken for the right one";
 }
 
 TEST(Balance, BlackAndWhiteCellsAndShortSeamsSayNothing) {
@@ -275,8 +291,8 @@ TEST(Balance, BlackAndWhiteCellsAndShortSeamsSayNothing) {
     SeamGreys greys;
     greys.first.add(100, cells);
     greys.second.add(140, cells);
-    const ShownPatch patch{1000, 120000, 0, 0};
-    return balance_patches({{{1, 2}, greys}}, {{1, patch}, {2, patch}}).at(1).offset;
+    const ShownPatch patch{.cells = 1000, .grey = 120000};
+    return balance_patches(meetings_of({{{1, 2}, greys}}), {{1, patch}, {2, patch}}).at(1).offset;
   };
   EXPECT_NEAR(offset_of(19), 0, 1e-9);
   EXPECT_GT(offset_of(20), 5);

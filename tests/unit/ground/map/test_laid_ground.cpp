@@ -61,7 +61,7 @@ class LaidGroundTest : public testing::Test {
     PixelRays rays;
     const TilePatch patch{7, std::make_shared<const SurfaceMesh>(keyframe_surface(keyframe_, keyframe_, {}, rays)),
                           std::make_shared<const SurfaceMesh>(laid_surface(keyframe_, keyframe_, rays))};
-    return finish_tile(paint_tile({column, row}, cell, {patch}).cells, {Balance{}}, cell);
+    return finish_tile({column, row}, paint_tile({column, row}, cell, {patch}).cells, {Balance{}}, cell);
   }
 
   intake::Keyframe keyframe_;
@@ -119,7 +119,7 @@ TEST_F(LaidGroundTest, IsBalancedAsItsKeyframeIsAndKeptInTheBytesOfATile) {
   ASSERT_TRUE(read);
   EXPECT_EQ(read->laid.grey.samples, tile.cells.laid.grey.samples);
   EXPECT_EQ(read->laid.source.samples, tile.cells.laid.source.samples);
-  const MapTile plain = finish_tile(tile.cells, {Balance{}}, cell), darker = finish_tile(tile.cells, {{1, -30}}, cell);
+  const MapTile plain = finish_tile({-1, -1}, tile.cells, {Balance{}}, cell), darker = finish_tile({-1, -1}, tile.cells, {{1, -30}}, cell);
   std::size_t cells = 0;
   for (std::size_t i = 0; i < plain.laid.grey.samples.size(); ++i) {
     if (plain.laid.grey.samples[i] == 0) continue;

@@ -89,7 +89,7 @@ TEST(SurfaceTile, ASeamAlongTheBorderOfTwoTilesIsClosed) {
   // The last column of the tile is empty between two pieces.
   const SurfaceTile tile =
       paint_tile({0, 0}, 1, {{1, level(200, tile_side_cells - 2, 10, 40)}, {2, level(tile_side_cells, 300, 10, 40)}});
-  const MapTile finished = finish_tile(tile.cells, {Balance{}, Balance{}}, 1);
+  const MapTile finished = finish_tile({0, 0}, tile.cells, {Balance{}, Balance{}}, 1);
   for (int row = 10; row <= 40; ++row) {
     ASSERT_EQ(finished.height.at(tile_side_cells - 1, row), 2) << row;
     ASSERT_EQ(finished.count.at(tile_side_cells - 1, row), 0) << row;
