@@ -122,7 +122,10 @@ class Serve(unittest.TestCase):
         files = server.state()["results"]
         self.assertEqual(files, sorted(set(files)))
         for name in files + ["keyframes/000001-image.png"]:
-            status, _, content = server.get("/files/" + name)
+            status, headers, content = server.get("/files/" + name)
+            # What lies in the results acts for nobody who has the page open.
+            self.assertTrue(headers["Content-Security-Policy"].startswith("sandbox allow-scripts"), name)
+            self.assertNotIn("allow-same-origin", headers["Content-Security-Policy"])
             with open(os.path.join(self.out, name), "rb") as file:
                 self.assertEqual((status, content), (200, file.read()), name)
         map_ = server.state()["map/1"]
@@ -193,12 +196,21 @@ class Serve(unittest.TestCase):
         for method in ("POST", "PUT", "DELETE", "OPTIONS", "PATCH"):
             status, headers, text = server.get("/state", method, body=b"x" * 100)
             self.assertEqual((status, headers["Allow"]), (405, "GET, HEAD"), method)
-            self.assertIn(b"GET and HEAD", text)
+            self.assertIn(b"/state is for GET and HEAD", text)
         status, headers, text = server.get("/nothing<script>%07")
         self.assertEqual((status, headers["X-Content-Type-Options"]), (404, "nosniff"))
         self.assertTrue(headers["Content-Type"].startswith("text/plain"))
         self.assertEqual(server.get("/", "HEAD")[0], 200)
         self.assertEqual(server.get("/", "HEAD")[2], b"")
+
+    def test_a_server_without_commands_has_no_way_to_give_one(self):
+        server = self.serve()
+        headers = {"Origin": "http://" + server.address, "Content-Type": "application/json", "Authorization": "Bearer x"}
+        for path in ("/commands", "/reports", "/help", "/complete", "/page/commands.js"):
+            self.assertEqual(server.get(path, headers=headers)[0], 404, path)
+            status, allowed, _ = server.get(path, "POST", headers=headers, body='{"line":"ping"}')
+            self.assertEqual((status, allowed["Allow"]), (405, "GET, HEAD"), path)
+        self.assertNotIn("commands", server.state())
 
     def test_requests_too_large_or_broken_leave_it_at_work(self):
         server = self.serve()

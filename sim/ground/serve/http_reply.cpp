@@ -84,9 +84,9 @@ MHD_Result refuse_method(MHD_Connection* connection, const char* allowed, const 
   return send(connection, MHD_HTTP_METHOD_NOT_ALLOWED, response, "text/plain; charset=utf-8");
 }
 
-MHD_Result give_page_file(MHD_Connection* connection, std::string_view name, bool (*is_part)(std::string_view)) {
+MHD_Result give_page_file(MHD_Connection* connection, std::string_view name) {
   for (const PageFile& file : page_files()) {
-    if (file.name != name || !is_part(name)) continue;
+    if (file.name != name) continue;
     MHD_Response* response = response_of(file.text);
     if (response != nullptr) add_header(response, "Content-Security-Policy", page_policy);
     return send(connection, MHD_HTTP_OK, response, content_type(name));

@@ -29,6 +29,8 @@ function draw() {
   report = flight.report();
   const { run = {}, title, totals } = report;
   tell();
+  // What fails is tried again with the next update.
+  if (report.commands) import('./commands.js').catch(() => {});
   part('problem').hidden = !run.problem;
   part('problem').textContent = run.problem ? `The files that have come cannot be merged yet: ${run.problem}` : '';
   part('waiting').hidden = Boolean(totals || run.problem || run.state === 'merging');
