@@ -51,17 +51,17 @@ const drawn = (page) => page.evaluate(() => new Promise((done) => {
   requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 300)));
 }));
 const picture = (page, name) => page.screenshot({ path: `${work}/pictures/${name}.png`, fullPage: true });
-// Pixels of the map by colour: of the track, and greys of the orthoimage.
-const seen = (page) => page.evaluate(() => {
-  const canvas = document.getElementById('map');
-  const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
-  let track = 0, ground = 0;
-  for (let i = 0; i < data.length; i += 4) {
-    if (data[i] === 184 && data[i + 1] === 67 && data[i + 2] === 15) ++track;
-    const grey = data[i] === data[i + 1] && data[i] === data[i + 2];
-    if (grey && data[i] > 0 && data[i] < 255 && data[i + 3] === 255) ++ground;
-  }
-  return { track, ground };
+// The orthoimage: its keyframes, what is shown of it, and whether its picture is there.
+const seen = (page) => page.evaluate(async () => {
+  const map = document.querySelector('svg.map');
+  const image = new Image();
+  image.src = map.querySelector('image').href.baseVal;
+  await image.decode();
+  const view = JSON.parse(map.dataset.view);
+  return {
+    keyframes: map.querySelectorAll('.stop').length, box: map.getAttribute('viewBox').split(' ').map(Number), scale: map.querySelector('.scale').textContent,
+    whole: image.naturalWidth === view.width && image.naturalHeight === view.height, number: map.querySelector('.number').getBoundingClientRect().height,
+  };
 });
 
 // The least contrast of a text with what lies behind it, by WCAG 2.
@@ -116,12 +116,12 @@ async function grows(browser) {
     await drawn(page);
     assert.equal(await tile(page, 'Keyframes with final pose').textContent(), `${last} of ${last}`);
     assert.equal(await rows(page).count(), last + 1, 'a row each, and the head');
-    tracks.push((await seen(page)).track);
+    tracks.push((await seen(page)).keyframes);
   }
-  assert.ok(tracks[0] > 50, `the track is drawn: ${tracks} px`);
+  assert.deepEqual(tracks, [2, 5], 'the track grows with the map');
   await merged(page);
   await drawn(page);
-  assert.ok((await seen(page)).ground > 1000, 'the orthoimage is drawn');
+  assert.ok((await seen(page)).whole, 'the orthoimage is there, at its size');
   assert.equal(await page.locator('#problem').isHidden(), true);
   assert.equal(await page.locator('#waiting').isHidden(), true);
   assert.match(await rows(page).nth(2).locator('td').nth(3).textContent(), /^\d+\.\d %$/, 'overlap in per cent');
@@ -131,22 +131,41 @@ async function grows(browser) {
     image.loading = 'eager';
     return image.decode().then(() => image.naturalWidth > 0);
   }))), 'the pictures of the keyframes come');
-  await page.locator('#picture').selectOption('relief');
-  await page.locator('#legend b', { hasText: 'Height above the mean plane' }).waitFor(patience);
-  await page.locator('#picture').selectOption('image');
-  assert.equal(await page.locator('#legend').isHidden(), true);
+  await page.locator('svg.map[aria-label="heights of strip 1"]', { hasText: 'Height above the mean plane' }).waitFor(patience);
   assert.equal(await page.locator('h1').textContent(), title, 'what is given is text');
   assert.equal(await page.locator('h1 *').count(), 0);
   assert.deepEqual([await page.locator('h2', { hasText: /^Files$/ }).count(), await page.locator('text=undefined').count()], [1, 0]);
 
-  await page.reload();
-  await posed(page, 5);
+  const before = await seen(page);
+  await page.locator('svg.map').first().dblclick();
+  await page.keyboard.press('+');
+  const near = await seen(page);
+  assert.ok(Math.abs(near.box[2] - before.box[2] / 3) < 1e-6, `three times closer: ${near.box}`);
+  assert.notEqual(near.scale, before.scale);
+  assert.ok(Math.abs(near.number - before.number) < 1, 'a number keeps its size on the screen');
+  const [left, top] = near.box;
+  await page.mouse.move(640, 400);
+  await page.keyboard.press('ArrowRight');
+  const moved = await seen(page);
+  assert.ok(moved.box[0] > left && moved.box[1] === top, `it moves: ${moved.box}`);
+  deliver('downlink', box, upTo(6));
+  await posed(page, 6);
+  await merged(page);
   await drawn(page);
-  assert.equal(await rows(page).count(), 6, 'a reload loses nothing');
+  const later = await seen(page);
+  assert.equal(later.keyframes, 6);
+  assert.ok(later.box[2] < before.box[2] / 2, 'what comes later leaves the figure as near as it is');
+  await page.keyboard.press('-');
+  assert.ok((await seen(page)).box[2] > later.box[2], 'and the focus where it is');
+
+  await page.reload();
+  await posed(page, 6);
+  await drawn(page);
+  assert.equal(await rows(page).count(), 7, 'a reload loses nothing');
 
   await server.end();
   await page.locator('#connection', { hasText: 'not connected since' }).waitFor(patience);
-  assert.equal(await tile(page, 'Keyframes with final pose').textContent(), '5 of 5', 'what has come stays on the page');
+  assert.equal(await tile(page, 'Keyframes with final pose').textContent(), '6 of 6', 'what has come stays on the page');
   await picture(page, 'not-connected');
   deliver('downlink', box);
   server = await serve(box, server.url.split('//')[1]);
@@ -212,7 +231,6 @@ async function thousandKeyframes(browser) {
   const frame_ms = await page.evaluate(async () => {
     const times = [];
     for (let i = 0; i < 60; ++i) {
-      document.getElementById('closer').click();
       ilpLive.get('keyframes/1000').pose.rms_px += 0.01;
       ilpLive.changed(new Set(['keyframes/1000']));
       times.push(await new Promise(requestAnimationFrame));
