@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "sim/ground/console/link_options.hpp"
+#include "sim/ground/flight_options.hpp"
 #include "sim/ground/serve/http_reply.hpp"
 #include "sim/ground/serve/page_server.hpp"
 #include "sim/host/command_line.hpp"
@@ -122,10 +123,7 @@ int serve_main(int argc, char** argv) {
                  "ADDRESS:PORT of the page; with another address, everybody who reaches it can "
                  "read the flight; port 0: any free one");
   app.add_option("--every", options.every_s, "seconds between two looks for new files")->check(CLI::Range(1, 3600));
-  app.add_option("--title", options.ground.title, "title of the page, such as the place or the mission");
-  app.add_option("--anchor", options.ground.anchor,
-                 "JSON file that says on which body and where the strips were flown");
-  app.add_option("--acknowledge", options.ground.acknowledge, "folder for acknowledgements to the flight");
+  ground::add_flight_options(app, options.ground);
   app.add_option("--commands", options.link.address,
                  "ADDRESS:PORT at which the flight listens for commands: a panel of the page gives them, to who has "
                  "the token (default: there is none)");
