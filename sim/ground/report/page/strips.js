@@ -132,12 +132,11 @@ ${sentencesOf(report.sentences.fixes)}${report.fixes.strips.map((s) => html`${
   fixFigure(report, s, pictures.figures[`fixes ${s.strip}`])}<details><summary>Fixes of strip ${s.strip}</summary>${table(fixColumns, s.keyframes.map(fixRow))}</details>\n`)}${
   sentencesOf(report.sentences.on_map)}`;
 
-/// How well the vehicle has measured where the strip is.
-function navigationFacts(n) {
+/// How well the vehicle has measured where the strip is, one sigma.
+export function navigationText(n) {
   const told = (name, value, unit) => (value > 0 ? `${name} ${brief(value)}${unit}` : `${name} not known`);
-  return `By the vehicle's navigation (${n.verdict}, one sigma): ${[
-    told('scale', times(100, n.scale_sigma), ' %'), told('tilt', degrees(n.tilt_sigma_rad), '°'), told('heading', degrees(n.heading_sigma_rad), '°'),
-    told('place', n.horizontal_sigma_m, ' m')].join(', ')}${n.refused > 0 ? `; ${counted(n.refused, 'measurement')} left out` : ''}. `;
+  return `${[told('scale', times(100, n.scale_sigma), ' %'), told('tilt', degrees(n.tilt_sigma_rad), '°'), told('heading', degrees(n.heading_sigma_rad), '°'),
+    told('place', n.horizontal_sigma_m, ' m')].join(', ')} (one sigma; ${n.verdict})${n.refused > 0 ? `; ${counted(n.refused, 'measurement')} left out` : ''}`;
 }
 
 function stripFacts(s) {
@@ -152,7 +151,7 @@ function stripFacts(s) {
 <p class="note">${model && html`Surface <code>${s.surface_file}</code>: ${model.vertices} vertices, ${model.faces} faces, ${model.cell_stride === 1 ? 'all cells' : `one cell in ${model.cell_stride} each way`}. `}${
   s.colmap && html`COLMAP model <code>${s.colmap.folder}</code>: ${s.colmap.images} images, ${s.colmap.points} points. `}${s.place_text && `Place: ${s.place_text}. `}${
   s.files.length > 0 && html`For other tools:${s.files.map((name) => html` <a href="${name}">${name}</a>`)}. `}${
-  unit === 'units' && "The scale is the strip's own: its first baseline is 1."}${s.navigation && navigationFacts(s.navigation)}</p>\n`;
+  unit === 'units' && "The scale is the strip's own: its first baseline is 1."}${s.navigation && `By the vehicle's navigation: ${navigationText(s.navigation)}. `}</p>\n`;
 }
 
 function stripFigures(report, strip, picture) {
