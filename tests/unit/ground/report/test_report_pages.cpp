@@ -161,6 +161,10 @@ std::string page_with_figures(const Json& north) {
   StripResult strip;
   strip.strip.id = 1;
   strip.posed = 2;
+  landing::LandingSite site;
+  site.x = 3;
+  site.y = 40;
+  strip.landing.emplace().map.emplace().sites = {site};
   report.strips.push_back(strip);
   for (const std::int64_t id : {1, 2}) {
     intake::Keyframe& keyframe = report.flight.keyframes[id];
@@ -177,13 +181,15 @@ std::string page_with_figures(const Json& north) {
   figure["north"] = north;
   figure["heights"] = coloured_picture_json(view, "data:,heights", {-2, 4}, host::viridis);
   figure["heights"]["exaggeration"] = 1;
+  Json landing = figure["heights"];
+  landing["footprint_px"] = 24;
   const test::TemporaryFolder folder;
   std::ofstream file(folder / "page.html");
   write_page("Figures", "",
              {{"report", [&](std::ostream& out) { write_report_json(report, out, JsonStyle::compact); }},
               {"pictures",
                [&](std::ostream& out) {
-                 out << Json{{"figures", {{"strip 1", figure}}},
+                 out << Json{{"figures", {{"strip 1", figure}, {"landing 1", landing}}},
                              {"keyframes", {{"1", Json::object()}, {"2", Json::object()}}}};
                }}},
              file);
@@ -211,6 +217,45 @@ TEST(Figures, TheArrowPointsWhereTheDirectionLiesInATurnedView) {
   EXPECT_NE(down.find(">N</text>"), std::string::npos);
   EXPECT_NE(none.find("points=\"240.0,140.0 264.0,140.0\""), std::string::npos) << "the y axis of the world";
   EXPECT_EQ(none.find(">N</text>"), std::string::npos);
+}
+
+TEST(Figures, ALandingSiteIsACircleOfTheFootprintAroundItsPlaceWithItsRank) {
+  ILP_NEED_TOOL("node");
+  const std::string page = page_with_figures(nullptr);
+  EXPECT_NE(page.find("<circle class=\"track\" cx=\"60.0\" cy=\"20.0\" r=\"12\"><title>rank 1</title>"),
+            std::string::npos);
+  EXPECT_NE(page.find("x=\"60.0\" y=\"8.0\" text-anchor=\"middle\">1</text>"), std::string::npos);
+}
+
+TEST(Figures, HeightErrorsAreCutToWhatWasComparedAndZeroIsInTheMiddle) {
+  Report report;
+  host::Raster<float>& errors = report.score.emplace().height_error;
+  errors = host::Raster<float>(6, 5, std::nanf(""));
+  errors.at(2, 1) = -1;
+  errors.at(4, 2) = 3;
+  std::map<std::string, Json> figures;
+  std::vector<std::uint8_t> kept;
+  map_figures(
+      report,
+      [&](const std::string& name, const std::vector<std::uint8_t>& png) {
+        kept = png;
+        return name;
+      },
+      [&](const std::string& name, const Json& figure) { figures[name] = figure; });
+  ASSERT_EQ(figures.size(), 1U);
+  const Json& figure = figures.at("height errors");
+  EXPECT_EQ(figure["view"]["width"], 3);
+  EXPECT_EQ(figure["view"]["height"], 2);
+  ASSERT_GT(kept.size(), 24U);
+  EXPECT_EQ(kept[19], 3) << "the width of the PNG";
+  EXPECT_EQ(kept[23], 2);
+  EXPECT_EQ(figure["href"], "height-errors");
+  EXPECT_DOUBLE_EQ(figure["range"][0].get<double>(), -figure["range"][1].get<double>());
+  EXPECT_NEAR(figure["range"][1].get<double>(), 3, 0.2);
+  report.score->height_error = host::Raster<float>(6, 5, std::nanf(""));
+  map_figures(
+      report, [](const std::string& name, const auto&) { return name; },
+      [](const std::string& name, const Json&) { FAIL() << name << ", where nothing was compared"; });
 }
 
 TEST(Figures, ALegendHasItsTitleItsUnitAndTheColoursOfThePicture) {
