@@ -43,8 +43,8 @@ MHD_Result refuse_host(MHD_Connection* connection, std::string_view host, const 
 /// 127.0.0.1:8080
 [[nodiscard]] std::string address_text(const SocketAddress& address);
 
-/// Listens at the address, which becomes the bound one. Throws std::runtime_error with a message for the user that
-/// names the option by which the address was given.
-[[nodiscard]] int listening_socket(SocketAddress& address, const std::string& option);
+/// Listens at the address of --listen, which becomes the bound one. Throws std::runtime_error with a message for the
+/// user.
+[[nodiscard]] int listening_socket(SocketAddress& address);
 
 }  // namespace ilp::serve

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstring>
+#include <stdexcept>
 
 #include "sim/ground/serve/http_reply.hpp"
 
@@ -180,11 +181,20 @@ void PageServer::Inside::on_end(void* self, MHD_Connection* connection, void** c
 
 PageServer::PageServer(const SocketAddress& address, LiveFlight& flight, Commands* commands, const ServerLimits& limits)
     : inside_(std::make_unique<Inside>(flight, commands, limits)) {
-  inside_->address = address;
-  inside_->daemon =
-      start_daemon(inside_->address, "--listen",
-                   {&Inside::on_request, &Inside::on_end, inside_.get(), limits.bytes_per_connection, limits.idle_s},
-                   inside_->places);
+  Inside& server = *inside_;
+  server.address = address;
+  int socket = listening_socket(server.address);
+  // The library closes the socket.
+  server.daemon = MHD_start_daemon(
+      MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, 0, nullptr, nullptr,
+      &Inside::on_request, &server, MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_CONNECTION_LIMIT,
+      server.places.library_limit(), MHD_OPTION_CONNECTION_MEMORY_LIMIT, limits.bytes_per_connection,
+      MHD_OPTION_CONNECTION_TIMEOUT, limits.idle_s, MHD_OPTION_NOTIFY_CONNECTION, &ConnectionPlaces::on_connection,
+      &server.places, MHD_OPTION_NOTIFY_COMPLETED, &Inside::on_end, &server, MHD_OPTION_END);
+  if (server.daemon != nullptr) return;
+  close_socket(socket);
+  throw std::runtime_error("cannot serve at " + address_text(server.address) +
+                           ": no thread can be started; end other programs");
 }
 
 PageServer::~PageServer() {
