@@ -137,7 +137,15 @@ async function grows(browser) {
   assert.deepEqual([await page.locator('h2', { hasText: /^Files$/ }).count(), await page.locator('text=undefined').count()], [1, 0]);
 
   const before = await seen(page);
-  await page.locator('svg.map').first().dblclick();
+  const map = page.locator('svg.map').first();
+  const under = (x, y) => map.evaluate((m, p) => { const { x: u, y: v } = new DOMPoint(...p).matrixTransform(m.getScreenCTM().inverse()); return [u, v]; }, [x, y]);
+  await map.scrollIntoViewIfNeeded();
+  const { x, y, width, height } = await map.boundingBox();
+  const [px, py] = [Math.round(x + 0.3 * width), Math.round(y + 0.6 * height)];
+  const pointed = await under(px, py);
+  await page.mouse.dblclick(px, py);
+  const still = await under(px, py);
+  assert.ok(Math.hypot(still[0] - pointed[0], still[1] - pointed[1]) < 0.5, `what is pointed at stays: ${pointed}, ${still}`);
   await page.keyboard.press('+');
   const near = await seen(page);
   assert.ok(Math.abs(near.box[2] - before.box[2] / 3) < 1e-6, `three times closer: ${near.box}`);

@@ -24,7 +24,12 @@ function show(map, [x, y], wanted) {
   if (scale) scale.innerHTML = html`${scaleBar(view, map.dataset.unit, share)}`.toString();
 }
 
-const closer = (map, factor) => show(map, middleOf(boxOf(map)), boxOf(map)[2] / factor);
+/// What lies under the pointer stays there; without one, the middle.
+function closer(map, factor, pointer) {
+  const middle = middleOf(boxOf(map));
+  const { x, y } = pointer ? new DOMPoint(pointer.clientX, pointer.clientY).matrixTransform(map.getScreenCTM().inverse()) : { x: middle[0], y: middle[1] };
+  show(map, [x + (middle[0] - x) / factor, y + (middle[1] - y) / factor], boxOf(map)[2] / factor);
+}
 
 function move(map, dx, dy) {
   const [x, y] = middleOf(boxOf(map));
@@ -59,16 +64,13 @@ listen('keydown', (map, { key }) => {
   keys[key]?.(map);
   return key in keys;
 });
-listen('wheel', (map, { deltaY }) => {
+listen('wheel', (map, event) => {
   if (document.activeElement !== map) return false;
-  closer(map, Math.exp(-deltaY / 400));
+  closer(map, Math.exp(-event.deltaY / 400), event);
   return true;
 });
-listen('dblclick', (map, { clientX, clientY }) => {
-  const { left, top, width, height } = map.getBoundingClientRect();
-  const [x, y] = middleOf([left, top, width, height]);
-  move(map, x - clientX, y - clientY);
-  closer(map, 2);
+listen('dblclick', (map, event) => {
+  closer(map, 2, event);
   return true;
 });
 listen('pointerdown', (map, { pointerId }) => { map.setPointerCapture(pointerId); });
