@@ -124,9 +124,10 @@ int serve_main(int argc, char** argv) {
                  "read the flight; port 0: any free one");
   app.add_option("--every", options.every_s, "seconds between two looks for new files")->check(CLI::Range(1, 3600));
   ground::add_flight_options(app, options.ground);
-  app.add_option("--commands", options.link.address,
-                 "ADDRESS:PORT at which the flight listens for commands: a panel of the page gives them, to who has "
-                 "the token (default: there is none)");
+  app.add_option(
+      "--commands", options.link.address,
+      "ADDRESS:PORT at which the flight listens for commands: the page then has a panel for them, which asks "
+      "for a token (default: it has none)");
   app.add_option("--token-file", options.token_file,
                  "file with the token that the panel of commands asks for (default: the variable ILP_COMMAND_TOKEN)");
   app.add_flag("--commands-from-other-computers", options.open_commands,
